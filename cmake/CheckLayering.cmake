@@ -1,0 +1,32 @@
+# terracast_check_layering(FOLDER "USED FOLDERS"): a CTest that fails when a file of FOLDER includes a header
+# of a folder that it may not use. Run as a script (cmake -P) it is the test itself.
+if(NOT CMAKE_SCRIPT_MODE_FILE)
+  function(terracast_check_layering folder uses)
+    list(JOIN uses "," joined)
+    add_test(NAME layering.${folder}
+      COMMAND ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -DFOLDER=${folder} -DUSES=${joined}
+              -P ${PROJECT_SOURCE_DIR}/cmake/CheckLayering.cmake)
+    set_tests_properties(layering.${folder} PROPERTIES LABELS unit)
+  endfunction()
+  return()
+endif()
+
+string(REPLACE "," ";" uses "${USES}")
+file(GLOB_RECURSE files ${ROOT}/${FOLDER}/*.h ${ROOT}/${FOLDER}/*.cpp)
+set(num_includes 0)
+foreach(file IN LISTS files)
+  file(STRINGS ${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]*\"")
+  foreach(line IN LISTS lines)
+    string(REGEX REPLACE ".*\"([^\"]+)\".*" "\\1" header "${line}")
+    string(REGEX REPLACE "/.*" "" target "${header}")
+    math(EXPR num_includes "${num_includes} + 1")
+    if(NOT header MATCHES "/")
+      message(SEND_ERROR "${file}: \"${header}\" must be written from the root, as \"${FOLDER}/${header}\"")
+    elseif(NOT target STREQUAL FOLDER AND NOT target IN_LIST uses)
+      message(SEND_ERROR "${file}: ${FOLDER} may not use ${target} (it uses: ${USES})")
+    elseif(FOLDER STREQUAL "validate" AND target STREQUAL "world" AND NOT file MATCHES "oracle")
+      message(SEND_ERROR "${file}: only the oracle of validate may read tiles")
+    endif()
+  endforeach()
+endforeach()
+message(STATUS "${FOLDER}: ${num_includes} includes checked")

@@ -1,0 +1,31 @@
+# format, tidy: the clang tools over our sources. headers: every header compiles alone.
+file(GLOB_RECURSE our_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/*.cpp)
+file(GLOB_RECURSE our_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/*.h)
+list(FILTER our_sources EXCLUDE REGEX "/build/")
+list(FILTER our_headers EXCLUDE REGEX "/build/")
+
+find_program(CLANG_FORMAT clang-format)
+if(CLANG_FORMAT)
+  add_custom_target(format COMMAND ${CLANG_FORMAT} -i ${our_sources} ${our_headers} VERBATIM)
+  add_custom_target(format-check COMMAND ${CLANG_FORMAT} --dry-run -Werror ${our_sources} ${our_headers} VERBATIM)
+endif()
+
+find_program(RUN_CLANG_TIDY run-clang-tidy)
+if(RUN_CLANG_TIDY)
+  add_custom_target(tidy COMMAND ${RUN_CLANG_TIDY} -quiet -p ${PROJECT_BINARY_DIR}
+    "${PROJECT_SOURCE_DIR}/(core|geo|capture|world|tiler|render|export|validate|cli)/.*\\.cpp$" VERBATIM)
+endif()
+
+set(header_checks)
+foreach(header IN LISTS our_headers)
+  file(RELATIVE_PATH relative ${PROJECT_SOURCE_DIR} ${header})
+  string(REPLACE "/" "_" name ${relative})
+  set(check ${PROJECT_BINARY_DIR}/headers/${name}.cpp)
+  file(CONFIGURE OUTPUT ${check} CONTENT "#include \"${relative}\"\n")
+  list(APPEND header_checks ${check})
+endforeach()
+if(TERRACAST_TESTS)
+  add_library(headers OBJECT EXCLUDE_FROM_ALL ${header_checks})
+  target_include_directories(headers PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(headers PRIVATE terracast_warnings terracast_cli terracast_test_support GTest::gtest)
+endif()

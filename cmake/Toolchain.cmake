@@ -1,0 +1,27 @@
+# One compiler set-up for the whole build: instruction sets are never chosen file by file, because
+# Eigen's alignment and inline functions follow -march.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
+
+option(TERRACAST_TESTS "Build the tests." ON)
+option(TERRACAST_BENCHMARKS "Build the benchmarks." OFF)
+option(TERRACAST_WERROR "Warnings are errors." OFF)
+set(TERRACAST_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them.")
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+# Results must not depend on whether the compiler contracts a*b+c, nor on the rounding of denormals.
+add_compile_options(-ffp-contract=off)
+# A dependency's header may carry a private fmt built without exceptions; the weak symbols would win.
+add_compile_definitions(FMT_EXCEPTIONS=1)
+
+if(TERRACAST_SANITIZE)
+  add_compile_options(-fsanitize=${TERRACAST_SANITIZE} -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${TERRACAST_SANITIZE})
+endif()

@@ -1,0 +1,5 @@
+# terracast_warnings: the warning set of every target of ours.
+add_library(terracast_warnings INTERFACE)
+target_compile_options(terracast_warnings INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
+  -Woverloaded-virtual -Wcast-align -Wunused -Wpedantic -Wdouble-promotion
+  $<$<BOOL:${TERRACAST_WERROR}>:-Werror>)
