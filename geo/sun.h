@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "geo/geodesy.h"
+
+namespace terracast::geo {
+
+/// Seconds since 1970-01-01T00:00:00Z of "YYYY-MM-DDTHH:MM:SS[.fff]Z".
+/// throws Config: another form, or no such date
+double unix_seconds_from_utc(const std::string& utc);
+
+/// Unit vector towards the sun's centre in the world frame.
+/// accuracy   0.01 deg from 1950 to 2050 (Astronomical Almanac's low-precision formulae), refraction left out
+/// threads    safe
+Eigen::Vector3d sun_direction_world(const WorldFrame& frame, const Geodetic& place, double unix_seconds);
+
+/// The sun's mean angular radius, rad.
+inline constexpr double kSunAngularRadius_rad = 0.004654793;
+
+}  // namespace terracast::geo

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/schema.h"
+#include "geo/geodesy.h"
+#include "geo/geoid.h"
+#include "geo/rigid3.h"
+
+namespace terracast::geo {
+
+/// Where the body is and how it moves at one time.
+struct BodyState {
+  double time_s = 0.0;
+  Rigid3d world_from_body;  ///< body: x forward, y left, z up
+  Eigen::Vector3d velocity_world_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_velocity_body_radps = Eigen::Vector3d::Zero();
+};
+
+/// A motion over [0, duration_s]. Positions are twice continuously differentiable. Threads: safe.
+class Trajectory {
+ public:
+  virtual ~Trajectory() = default;
+  virtual double duration_s() const = 0;
+  /// time_s   in [0, duration_s]
+  virtual BodyState at(double time_s) const = 0;
+};
+
+/// Ellipsoidal height of the measured ground (never of synthetic detail) below or above a place; nothing where the
+/// world has no ground.
+using GroundHeight = std::function<std::optional<double>(double lat_deg, double lon_deg)>;
+
+/// What trajectories are built on.
+struct TrajectoryContext {
+  const WorldFrame& frame;
+  GroundHeight ground_height_m;
+  std::shared_ptr<const Geoid> geoid;  ///< may be null; then heights above the geoid are refused
+  std::string base_folder;             ///< of relative files
+};
+
+/// Options of one kind of trajectory; the derived class describes its keys and builds the motion.
+class TrajectoryKind {
+ public:
+  virtual ~TrajectoryKind() = default;
+  virtual void describe(core::SchemaVisitor& visit) = 0;
+  virtual std::unique_ptr<TrajectoryKind> clone() const = 0;
+  /// throws Config: options that contradict each other; Input: places without ground, motion under ground
+  virtual std::unique_ptr<Trajectory> build(const TrajectoryContext& context) const = 0;
+};
+
+struct TrajectoryKindInfo {
+  std::string_view name;
+  std::string_view summary;
+  std::unique_ptr<TrajectoryKind> (*make)();
+};
+
+/// The table of kinds: forward, loop, orbit, waypoints.
+std::span<const TrajectoryKindInfo> trajectory_kinds();
+
+/// A `[trajectory]` of a config: its kind, when frames are taken, and the kind's own keys beside them.
+struct TrajectoryOptions {
+  std::string name = "P000";
+  std::string kind;
+  double rate_hz = 10.0;           ///< frames a second
+  std::int64_t num_frames = 0;     ///< 0: as many as the motion's duration holds
+  double start_s = 0.0;            ///< time of frame 0 on the motion
+  std::string utc_start = "2025-06-21T10:00:00Z";  ///< UTC of frame 0; the sun stands accordingly
+
+  TrajectoryOptions() = default;
+  TrajectoryOptions(const TrajectoryOptions& other);
+  TrajectoryOptions& operator=(const TrajectoryOptions& other);
+  TrajectoryOptions(TrajectoryOptions&&) noexcept = default;
+  TrajectoryOptions& operator=(TrajectoryOptions&&) noexcept = default;
+
+  void describe(core::SchemaVisitor& visit);
+  void validate() const;
+
+  const TrajectoryKind& kind_options() const { return *kind_options_; }
+
+ private:
+  std::unique_ptr<TrajectoryKind> kind_options_;
+};
+
+/// The states at which frames are taken: frame i at start_s + i / rate_hz of the motion, its own time i / rate_hz.
+/// throws Config: more frames asked for than the motion has time for (says how many fit)
+std::vector<BodyState> sample_frames(const TrajectoryOptions& options, const TrajectoryContext& context);
+
+}  // namespace terracast::geo
