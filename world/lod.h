@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "core/schema.h"
+#include "world/tile_store.h"
+
+namespace terracast::world {
+
+/// A place from which the world is seen, and how finely.
+struct Viewpoint {
+  Eigen::Vector3d position_world;
+  double pixels_per_radian = 0.0;  ///< of the finest camera there
+};
+
+/// Config `[detail]`: how fine terrain is near the cameras.
+struct DetailOptions {
+  double cell_px = 2.0;          ///< a cell may span this many pixels before it is split
+  double finest_spacing_m = 1.0; ///< never finer than this; a power of two
+
+  template <class Visitor>
+  void describe(Visitor& visit) {
+    visit.key("cell_px", cell_px, "A terrain cell is split when it spans more pixels than this.",
+              core::between(0.25, 64.0));
+    visit.key("finest_spacing_m", finest_spacing_m, "Spacing of the finest terrain samples; a power of two.",
+              core::between(0.125, 1024.0));
+  }
+  void validate() const;  ///< throws Config: spacing not a power of two
+  int finest_level() const;
+};
+
+/// Whether a tile is too coarse for at least one viewpoint: its spacing, seen at the least distance between the
+/// viewpoint and the tile's box, spans more than cell_px pixels. Depends on the tile's own bounds only, so that the tiler
+/// (which grows the tree from the top) and the renderer (which reads it) decide alike.
+bool wants_refinement(const TileInfo& tile, std::span<const Viewpoint> viewpoints, const DetailOptions& options);
+
+/// A tile of a cut, and which of its sides meet a coarser neighbour.
+struct CutTile {
+  TileId id;
+  std::uint8_t coarser_sides = 0;  ///< bits of TileSide
+  bool operator==(const CutTile&) const = default;
+};
+
+/// Which tiles must be split so that edge neighbours of the leaves differ by one level at most.
+/// leaves    ids that tile the plane within the roots
+/// returns   the leaves after splitting, sorted
+std::vector<TileId> balance(const std::vector<TileId>& leaves);
+
+/// The frozen cut: each tile's level is chosen once for a whole sequence, from the least distance of any camera to it, then
+/// balanced. Odd border samples on a coarser side stand for the exact mean of their two neighbours there.
+/// viewpoints   all cameras at all frames (the whole sequence, whatever shard renders)
+/// returns      leaves that cover every tile of the coarsest level, sorted by id
+/// throws       Input: the store lacks a tile that the balanced cut needs
+std::vector<CutTile> choose_cut(const TileStore& store, std::span<const Viewpoint> viewpoints,
+                                const DetailOptions& options);
+
+/// The finest cut that the store holds, balanced.
+std::vector<CutTile> finest_cut(const TileStore& store);
+
+/// Neighbour masks for leaves that are balanced.
+std::vector<CutTile> with_coarser_sides(const std::vector<TileId>& leaves);
+
+/// Applies the stitching rule to a tile's heights: on each side of `coarser_sides`, the odd samples become the mean of their even
+/// neighbours along the side, in units of half a kHeightStep_m.
+/// returns    heights above the tile's center_z_m in half steps (exact integers), kTileSamples^2
+std::vector<std::int32_t> stitched_half_steps(const Tile& tile, std::uint8_t coarser_sides);
+
+}  // namespace terracast::world

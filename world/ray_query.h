@@ -1,0 +1,118 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/schema.h"
+#include "world/lod.h"
+#include "world/tile_store.h"
+
+namespace terracast::world {
+
+/// A ray of the world frame, double. The direction need not have unit length; t counts in its lengths.
+struct WorldRay {
+  Eigen::Vector3d origin_world;
+  Eigen::Vector3d direction_world;
+  double t_min = 0.0;
+  double t_max = std::numeric_limits<double>::infinity();
+};
+
+/// The first crossing of a ray with the true surface (the stitched triangles of the cut, in double).
+struct SurfaceHit {
+  double t = std::numeric_limits<double>::infinity();  ///< +inf: sky
+  std::uint32_t tile_index = 0;   ///< into RayQuery::cut()
+  std::uint16_t cell_x = 0;       ///< cell of the tile, 0 … kTileCells - 1
+  std::uint16_t cell_y = 0;
+  std::uint8_t upper = 0;         ///< 0: the triangle at (x, y); 1: the one at (x+1, y+1)
+  Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();  ///< unit, of the triangle, upward
+
+  bool is_sky() const { return t == std::numeric_limits<double>::infinity(); }
+};
+
+/// How rays of one call relate; only speed depends on it.
+enum class Coherence { Coherent, Incoherent };
+
+/// Config `[tracing]`.
+struct RayQueryOptions {
+  double memory_bytes = 8e9;                 ///< tiles and their scenes
+  std::string embree_profile = "widest";     ///< "widest": the machine's; or as rtcNewDevice takes it
+  Eigen::Vector3d local_origin_world = Eigen::Vector3d::Zero();  ///< of the top scene's floats; results do not depend on it
+
+  template <class Visitor>
+  void describe(Visitor& visit) {
+    visit.key("memory_bytes", memory_bytes, "Bound on the memory of loaded tiles and their ray-tracing scenes.",
+              core::between(64e6, 1e13));
+    visit.key("embree_profile", embree_profile,
+              "Embree's instruction set and widths, such as \"isa=avx2,frequency_level=simd256\"; "
+              "\"widest\" takes the machine's best.");
+  }
+};
+
+/// What a surface is made of at a hit, interpolated over its triangle.
+struct SurfaceSample {
+  Cover cover = Cover::Land;
+  double moisture = 0.0;       ///< 0 … 1
+  std::uint8_t source = 0;     ///< of the triangle's nearest sample
+  double spacing_m = 0.0;      ///< of the tile
+};
+
+struct RayQueryStats {
+  std::uint64_t num_tiles_loaded = 0;    ///< reads from disk, prefetched ones included
+  std::uint64_t num_tiles_waited = 0;    ///< loads that a ray had to wait for
+  std::uint64_t num_tiles_evicted = 0;
+  std::uint64_t bytes_resident = 0;
+  std::uint64_t peak_bytes_resident = 0;
+  std::uint64_t num_recasts = 0;         ///< proposals that the double walk refused and asked Embree again
+};
+
+/// Rays against a frozen cut of a world. Embree proposes, double decides: each tile is a float scene about its own
+/// centre, raised by more than its float error; the first crossing is found by a walk in double over the true triangles.
+/// Tiles are loaded when rays need them and stay within memory_bytes.
+///
+/// accuracy      t within 1e-12 relative of exact arithmetic except at rays that graze (the crossing of the true surface with the
+///               double ray, by closed form in the cell's plane); never a wrong triangle, whatever the float error
+/// determinism   results depend on the rays and the cut alone: not on threads, packets, budget, local origin
+/// threads       intersect, occluded, clearance: safe, from parallel loops
+/// throws        Input or Io from tile loads
+class RayQuery {
+ public:
+  RayQuery(const TileStore& store, std::vector<CutTile> cut, const RayQueryOptions& options);
+  ~RayQuery();
+  RayQuery(const RayQuery&) = delete;
+  RayQuery& operator=(const RayQuery&) = delete;
+
+  const std::vector<CutTile>& cut() const;
+
+  /// First crossings. Origins must be above the surface or on it.
+  /// hits    as many as rays
+  void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits, Coherence coherence) const;
+
+  /// Whether something stands between t_min and t_max: for light, to within the raised surface's ε (under
+  /// 1e-6 of the tile's side); facts about visibility use intersect.
+  void occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const;
+
+  /// Material facts at a hit.
+  SurfaceSample surface(const SurfaceHit& hit, const Eigen::Vector3d& point_world) const;
+
+  /// World z of the true surface above or below a place, nothing outside the tiles.
+  std::optional<double> surface_z_world(double x_world, double y_world) const;
+
+  /// Loads, in the background, the tiles that a viewer at these positions is likely to need.
+  void prefetch(std::span<const Viewpoint> viewpoints) const;
+
+  RayQueryStats stats() const;
+  /// The Embree version, instruction set and widths in use, for records that are not compared.
+  std::string profile() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace terracast::world

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "world/tile_id.h"
+
+namespace terracast::world {
+
+/// What covers the ground at a sample; the semantic class of a hit comes from it (and, on Land, from the ground
+/// material that slope, height and moisture give).
+enum class Cover : std::uint8_t {
+  Land = 0,
+  Sea = 1,      ///< the sea's surface, at the geoid's height
+  Outside = 2,  ///< the apron beyond the world's square
+};
+
+/// What stands on one tile. Arrays have kTileSamples^2 entries, row by row from south to north, each row from west
+/// to east: entry (i, j) at j * kTileSamples + i.
+struct Tile {
+  TileId id;
+  /// World z of the tile's centre: a whole number of metres, so that floats about it are exact.
+  double center_z_m = 0.0;
+  /// Height above center_z_m in steps of kHeightStep_m.
+  std::vector<std::int32_t> height_steps;
+  std::vector<Cover> cover;
+  std::vector<std::uint8_t> moisture;  ///< 0 dry ridge … 255 wet valley floor
+  std::vector<std::uint8_t> source;    ///< row of WorldManifest::sources that gave the height
+
+  bool operator==(const Tile&) const = default;
+
+  static std::size_t sample(int i, int j) {
+    return static_cast<std::size_t>(j) * kTileSamples + static_cast<std::size_t>(i);
+  }
+  /// World z of a sample, exact.
+  double z_world(int i, int j) const { return center_z_m + height_steps[sample(i, j)] * kHeightStep_m; }
+  double lowest_z_world() const;
+  double highest_z_world() const;
+};
+
+}  // namespace terracast::world
