@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/context.h"
+#include "geo/geodesy.h"
+#include "geo/geoid.h"
+#include "tiler/world_options.h"
+#include "world/tile_store.h"
+
+namespace terracast::tiler {
+
+/// A sample of the world's surface at a lattice place.
+struct SurfaceSample {
+  double z_world = 0.0;  ///< not yet on the height lattice
+  world::Cover cover = world::Cover::Land;
+  std::uint8_t moisture = 0;
+  std::uint8_t source = 0;
+};
+
+/// All elevation sources of a world, opened, mosaicked, with voids filled: one function of place, the same from any thread.
+///
+/// The surface at a world (x, y) is the z at which the geodetic height of (x, y, z) is the source's height there
+/// (fixed point, to 1e-6 m). Detail below the measured spacing is added octave by octave; each octave vanishes at the multiples of its
+/// period, so that levels from measured_level() up hold measured heights only.
+///
+/// threads   safe
+class WorldSurface {
+ public:
+  /// Reads and checks every source, fills voids.
+  /// throws Config, Input, Io: sources that cannot be read, georeferenced, lack a datum, hold values that are no
+  ///        heights, or leave parts of the square without cover (naming the area) while outside = "error"
+  static std::shared_ptr<const WorldSurface> prepare(const WorldOptions& options, const core::Context& context);
+  virtual ~WorldSurface() = default;
+
+  virtual const geo::WorldFrame& frame() const = 0;
+  virtual const WorldOptions& options() const = 0;
+  virtual const std::vector<world::SourceInfo>& sources() const = 0;
+  virtual int measured_level() const = 0;      ///< finest level without synthetic detail
+  virtual std::string input_hash() const = 0;  ///< of all that determines sample()
+  virtual std::shared_ptr<const geo::Geoid> geoid() const = 0;
+
+  /// The surface with detail down to `level`, at a place on that level's lattice or any finer one's.
+  virtual SurfaceSample sample(double x_world, double y_world) const = 0;
+
+  /// Ellipsoidal height of the measured surface (sources, voids filled, sea; no synthetic detail); nothing outside
+  /// the world's square.
+  virtual std::optional<double> measured_height_m(double lat_deg, double lon_deg) const = 0;
+};
+
+}  // namespace terracast::tiler
