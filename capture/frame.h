@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/image.h"
+#include "geo/camera_model.h"
+#include "geo/geodesy.h"
+#include "geo/rigid3.h"
+
+namespace terracast::capture {
+
+/// A camera of a sequence. Its folder in the capture is `<rig>/<name>`.
+struct CameraCalibration {
+  std::string rig;
+  std::string name;
+  geo::CameraIntrinsics intrinsics;
+  geo::Rigid3d rig_from_camera;
+  geo::Rigid3d body_from_rig;
+
+  geo::Rigid3d body_from_camera() const { return body_from_rig * rig_from_camera; }
+  bool operator==(const CameraCalibration&) const = default;
+};
+
+/// What one camera recorded in one frame. All images have the camera's size.
+struct CameraFrame {
+  core::Image8 color;            ///< 3 channels, sRGB
+  core::ImageF range_m;          ///< along the ray; sky +inf
+  core::ImageF normal_world;     ///< 3 channels, unit; sky 0
+  core::ImageU32 semantic_id;    ///< SemanticClass
+  core::ImageU32 instance_id;    ///< 0: ground and sky
+  core::ImageU32 primitive_id;   ///< tile index << 17 | cell y << 9 | cell x << 1 | upper triangle; sky kNoPrimitive
+  core::ImageU32 flags;          ///< FactFlag and visible_in_camera
+};
+
+/// A file of a frame, relative to the sequence's folder.
+struct FrameFile {
+  std::string path;
+  std::uint64_t num_bytes = 0;
+  std::string content_hash;
+  bool operator==(const FrameFile&) const = default;
+};
+
+/// A camera's part of a frame's record.
+struct CameraRecord {
+  FrameFile color;
+  FrameFile facts;
+  std::int64_t num_sky = 0;       ///< pixels
+  std::int64_t num_outside = 0;
+  std::int64_t num_edge = 0;
+  std::vector<std::int64_t> visible_tracks;  ///< ids of the track points that this camera sees, ascending
+  bool operator==(const CameraRecord&) const = default;
+};
+
+/// frames/NNNNNN.json, written last: the frame is done when it exists.
+struct FrameRecord {
+  int index = 0;
+  double time_s = 0.0;  ///< since the sequence's first frame
+  geo::Rigid3d world_from_body;
+  Eigen::Vector3d velocity_world_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_velocity_body_radps = Eigen::Vector3d::Zero();
+  std::vector<CameraRecord> cameras;  ///< in the order of SequenceInfo::cameras
+  bool operator==(const FrameRecord&) const = default;
+};
+
+/// A point of the surface that is followed through the whole sequence.
+struct TrackPoint {
+  std::int64_t id = 0;
+  Eigen::Vector3d point_world = Eigen::Vector3d::Zero();
+  bool operator==(const TrackPoint&) const = default;
+};
+
+/// sequence.json: what all frames share; written before the first frame, the same by every shard.
+struct SequenceInfo {
+  std::string name;
+  std::string input_hash;        ///< of all that determines the frames (world, rigs, motion, conditions, seeds, version)
+  std::string world_name;
+  std::string world_input_hash;
+  geo::Geodetic origin;          ///< of the world frame
+  std::string utc_start;
+  double rate_hz = 0.0;
+  int num_frames = 0;
+  std::vector<CameraCalibration> cameras;
+  std::string config_toml;       ///< the resolved config, paths as written
+  std::vector<std::string> licences;  ///< of the sources
+  bool operator==(const SequenceInfo&) const = default;
+
+  /// Index of a camera; -1 when there is none.
+  int camera_index(const std::string& rig, const std::string& name) const;
+  std::vector<int> cameras_of_rig(const std::string& rig) const;
+  std::vector<std::string> rig_names() const;
+};
+
+}  // namespace terracast::capture

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "capture/frame.h"
+
+namespace terracast::capture {
+
+/// Reads a finished sequence. Every file is checked against its record. Threads: safe.
+class SequenceReader {
+ public:
+  /// throws Io, Input: no such folder, unfinished (says how many frames are missing), damaged, another version
+  static SequenceReader open(const std::filesystem::path& folder);
+
+  const std::filesystem::path& folder() const { return folder_; }
+  const SequenceInfo& info() const { return info_; }
+  const std::vector<TrackPoint>& tracks() const { return tracks_; }
+  const std::vector<FrameRecord>& frames() const { return frames_; }
+
+  /// Which parts of a camera's frame to read.
+  enum Parts : unsigned { kColor = 1, kFacts = 2, kAll = 3 };
+  /// throws Input: a file is missing, damaged or not what its record says
+  CameraFrame read_camera(int frame_index, int camera_index, unsigned parts = kAll) const;
+
+  geo::Rigid3d world_from_camera(int frame_index, int camera_index) const;
+
+ private:
+  std::filesystem::path folder_;
+  SequenceInfo info_;
+  std::vector<TrackPoint> tracks_;
+  std::vector<FrameRecord> frames_;
+};
+
+/// The sequences of a capture folder, sorted by name.
+/// throws Io, Input: none there
+std::vector<std::filesystem::path> list_sequences(const std::filesystem::path& capture_folder);
+
+}  // namespace terracast::capture

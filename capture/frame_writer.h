@@ -1,0 +1,47 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "capture/frame.h"
+
+namespace terracast::capture {
+
+/// Writes one sequence:
+///
+///     <sequence>/sequence.json  tracks.json  manifest.json
+///     <sequence>/frames/NNNNNN.json
+///     <sequence>/<rig>/<camera>/NNNNNN.png   colour      NNNNNN.exr   facts (single part, channels of channel.h)
+///
+/// Everything is written atomically; nothing holds threads, hosts, times of day or absolute paths. Threads: write_camera
+/// and finish_frame are safe for different frames and cameras; several processes (shards) may write one sequence.
+class SequenceWriter {
+ public:
+  /// throws Config: the folder holds a sequence of other inputs (says both hashes and that another --out is wanted); Io
+  SequenceWriter(const std::filesystem::path& folder, const SequenceInfo& info,
+                 const std::vector<TrackPoint>& tracks);
+
+  /// Whether a frame is finished: its record exists and its files have the recorded sizes.
+  bool has_frame(int index) const;
+
+  /// Encodes and writes a camera's files.
+  /// returns   the record's files and counts; visible_tracks is the caller's
+  CameraRecord write_camera(int frame_index, int camera_index, const CameraFrame& frame) const;
+
+  void finish_frame(const FrameRecord& record) const;
+
+  /// Writes manifest.json (every record with its hash) when all frames are there.
+  /// returns   whether they were
+  bool finish_sequence() const;
+
+ private:
+  std::filesystem::path folder_;
+  SequenceInfo info_;
+};
+
+/// Encoded facts of a frame, for benchmarks and tests: what write_camera puts on disk.
+std::vector<std::byte> encode_color(const CameraFrame& frame);
+std::vector<std::byte> encode_facts(const CameraFrame& frame);
+
+}  // namespace terracast::capture

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/frame.h"
+#include "capture/frame_reader.h"
+#include "core/context.h"
+#include "core/schema.h"
+
+namespace terracast::exporters {
+
+/// One published format. The derived class holds its options, describes their keys, checks that the cameras fit
+/// before anything is rendered, and writes.
+class Exporter {
+ public:
+  virtual ~Exporter() = default;
+  virtual void describe(core::SchemaVisitor& visit) = 0;
+  virtual std::unique_ptr<Exporter> clone() const = 0;
+
+  /// Whether the format can hold what the rig records, asked before rendering starts.
+  /// cameras   of all rigs of the sequence
+  /// throws    Config: what the format cannot hold, and what would fit
+  virtual void check(const std::vector<capture::CameraCalibration>& cameras) const = 0;
+
+  /// Writes the sequences into `folder` (the root of one dataset of the format). Parallel over frames; finished files whose
+  /// sources did not change are kept; `dataset.json` is written last.
+  /// throws    Config, Input: a modality that the format cannot hold truthfully (names frame, pixel, value); Io
+  virtual void write(const std::vector<capture::SequenceReader>& sequences, const std::filesystem::path& folder,
+                     const core::Context& context) const = 0;
+};
+
+struct ExporterInfo {
+  std::string_view name;
+  std::string_view summary;
+  std::unique_ptr<Exporter> (*make)();
+};
+
+/// The table of exporters: colmap, kitti, tartanair.
+std::span<const ExporterInfo> exporters();
+
+/// An `[[export]]` of a config: the format, and the format's own keys beside it.
+struct ExportOptions {
+  std::string format;
+
+  ExportOptions() = default;
+  ExportOptions(const ExportOptions& other);
+  ExportOptions& operator=(const ExportOptions& other);
+  ExportOptions(ExportOptions&&) noexcept = default;
+  ExportOptions& operator=(ExportOptions&&) noexcept = default;
+
+  void describe(core::SchemaVisitor& visit);
+  const Exporter& exporter() const { return *exporter_; }
+
+ private:
+  std::unique_ptr<Exporter> exporter_;
+};
+
+/// Exports all sequences of a capture into `<out>/<format>` for each of the options.
+/// throws   as Exporter::write; the message names the format
+void run_export_stage(const std::filesystem::path& capture_folder, const std::vector<ExportOptions>& exports,
+                      const std::filesystem::path& out_folder, const core::Context& context);
+
+}  // namespace terracast::exporters
