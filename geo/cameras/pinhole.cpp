@@ -1,0 +1,85 @@
+#include <Eigen/SVD>
+#include <algorithm>
+
+#include "core/error.h"
+#include "geo/camera_model.h"
+
+namespace terracast::geo {
+namespace {
+
+/// u = fx x / z + cx, v = fy y / z + cy.
+class PinholeCamera final : public CameraModel {
+ public:
+  explicit PinholeCamera(const CameraIntrinsics& intrinsics)
+      : CameraModel(intrinsics),
+        fx_(intrinsics.parameters[0]),
+        fy_(intrinsics.parameters[1]),
+        cx_(intrinsics.parameters[2]),
+        cy_(intrinsics.parameters[3]) {
+    finest_pixels_per_radian_ = largest_pixels_per_radian();
+  }
+
+  Eigen::Vector3d ray_from_pixel(const Eigen::Vector2d& pixel) const override {
+    return {(pixel.x() - cx_) / fx_, (pixel.y() - cy_) / fy_, 1.0};
+  }
+
+  std::optional<Eigen::Vector2d> pixel_from_ray(const Eigen::Vector3d& ray_camera) const override {
+    if (!(ray_camera.z() > 0.0)) return std::nullopt;
+    return Eigen::Vector2d(fx_ * (ray_camera.x() / ray_camera.z()) + cx_,
+                           fy_ * (ray_camera.y() / ray_camera.z()) + cy_);
+  }
+
+  Eigen::Matrix<double, 2, 3> pixel_jacobian(const Eigen::Vector3d& ray_camera) const override {
+    const double per_z = 1.0 / ray_camera.z();
+    Eigen::Matrix<double, 2, 3> jacobian;
+    jacobian << fx_ * per_z, 0.0, -fx_ * ray_camera.x() * per_z * per_z,  //
+        0.0, fy_ * per_z, -fy_ * ray_camera.y() * per_z * per_z;
+    return jacobian;
+  }
+
+  double finest_pixels_per_radian() const override { return finest_pixels_per_radian_; }
+
+ private:
+  // At a unit ray the Jacobian's null space is the ray, so its largest singular value is pixels a
+  // radian in the direction that spreads most. It grows with |x / z| and with |y / z|: a corner has
+  // the largest of both.
+  double largest_pixels_per_radian() const {
+    double largest = 0.0;
+    for (const double u : {0.0, static_cast<double>(width_px())}) {
+      for (const double v : {0.0, static_cast<double>(height_px())}) {
+        const Eigen::Vector3d ray = ray_from_pixel({u, v}).normalized();
+        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(pixel_jacobian(ray));
+        largest = std::max(largest, svd.singularValues()[0]);
+      }
+    }
+    return largest;
+  }
+
+  double fx_, fy_, cx_, cy_;
+  double finest_pixels_per_radian_ = 0.0;
+};
+
+std::unique_ptr<CameraModel> make_pinhole(const CameraIntrinsics& intrinsics) {
+  const std::vector<double>& p = intrinsics.parameters;
+  if (p.size() != 4) {
+    core::fail(core::ErrorKind::Config,
+               "camera model pinhole has {} parameters; it takes 4: fx, fy, cx, cy", p.size());
+  }
+  if (!(p[0] > 0.0) || !(p[1] > 0.0)) {
+    core::fail(core::ErrorKind::Config,
+               "camera model pinhole: focal lengths fx = {} px, fy = {} px; both must be positive",
+               p[0], p[1]);
+  }
+  return std::make_unique<PinholeCamera>(intrinsics);
+}
+
+}  // namespace
+
+CameraModelInfo pinhole_camera() {
+  return {.name = "pinhole",
+          .summary = "Central projection on a plane, without distortion.",
+          .parameters = "fx, fy, cx, cy",
+          .make = make_pinhole};
+}
+
+}  // namespace terracast::geo
