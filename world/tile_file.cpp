@@ -1,0 +1,256 @@
+#include "world/tile_file.h"
+
+#include <libdeflate.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <memory>
+
+#include "core/error.h"
+#include "core/hash.h"
+
+// Layout, little-endian:
+//    0  "TCTILE", u16 version
+//    8  u64 XXH3 of every byte from 16 to the end
+//   16  i32 level, x, y, number of samples along a side
+//   32  f64 world z of the centre, m
+//   40  i32 lowest, i32 highest height step
+//   48  4 x u32 deflated size: heights, cover, moisture, source
+//   64  the four layers
+// Heights: each is predicted from its west, south and south-west neighbours as W + S - SW (a
+// plane); the residuals, zigzag coded, are split into four byte planes, lowest first. The other
+// layers: difference to the western neighbour, modulo 256.
+
+namespace terracast::world {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+static_assert(std::endian::native == std::endian::little, "tile files are little-endian");
+
+constexpr std::array<char, 6> kMagic = {'T', 'C', 'T', 'I', 'L', 'E'};
+constexpr std::size_t kHashedFrom = 16;
+constexpr std::size_t kHeaderBytes = 64;
+constexpr std::size_t kNumSamples = static_cast<std::size_t>(kTileSamples) * kTileSamples;
+constexpr std::size_t kNumLayers = 4;
+constexpr int kDeflateLevel = 6;
+/// Half steps of heights within this are exact in float: 2^23 steps are 2^24 half steps, 8192 m.
+constexpr std::int32_t kMaxSteps = 1 << 23;
+
+struct Header {
+  std::array<char, 6> magic = kMagic;
+  std::uint16_t version = kTileFileVersion;
+  std::uint64_t checksum = 0;
+  std::int32_t level = 0;
+  std::int32_t x = 0;
+  std::int32_t y = 0;
+  std::int32_t num_samples = kTileSamples;
+  double center_z_m = 0.0;
+  std::int32_t lowest_steps = 0;
+  std::int32_t highest_steps = 0;
+  std::array<std::uint32_t, kNumLayers> layer_bytes = {};
+};
+static_assert(sizeof(Header) == kHeaderBytes);
+
+std::uint32_t predicted(const std::vector<std::uint32_t>& steps, int i, int j) {
+  const std::size_t at = Tile::sample(i, j);
+  if (i == 0 && j == 0) return 0;
+  if (j == 0) return steps[at - 1];
+  if (i == 0) return steps[at - kTileSamples];
+  return steps[at - 1] + steps[at - kTileSamples] - steps[at - kTileSamples - 1];
+}
+
+std::vector<std::uint8_t> planes_from_heights(const std::vector<std::int32_t>& height_steps) {
+  const std::vector<std::uint32_t> steps(height_steps.begin(), height_steps.end());
+  std::vector<std::uint8_t> planes(4 * kNumSamples);
+  for (int j = 0; j < kTileSamples; ++j) {
+    for (int i = 0; i < kTileSamples; ++i) {
+      const std::size_t at = Tile::sample(i, j);
+      const std::uint32_t residual = steps[at] - predicted(steps, i, j);
+      const std::uint32_t sign = (residual >> 31) != 0 ? 0xffffffffU : 0U;
+      const std::uint32_t zigzag = (residual << 1) ^ sign;
+      for (std::size_t plane = 0; plane < 4; ++plane)
+        planes[plane * kNumSamples + at] = static_cast<std::uint8_t>(zigzag >> (8 * plane));
+    }
+  }
+  return planes;
+}
+
+std::vector<std::int32_t> heights_from_planes(const std::vector<std::uint8_t>& planes) {
+  std::vector<std::uint32_t> steps(kNumSamples);
+  for (int j = 0; j < kTileSamples; ++j) {
+    for (int i = 0; i < kTileSamples; ++i) {
+      const std::size_t at = Tile::sample(i, j);
+      std::uint32_t zigzag = 0;
+      for (std::size_t plane = 0; plane < 4; ++plane)
+        zigzag |= static_cast<std::uint32_t>(planes[plane * kNumSamples + at]) << (8 * plane);
+      const std::uint32_t sign = (zigzag & 1U) != 0 ? 0xffffffffU : 0U;
+      steps[at] = predicted(steps, i, j) + ((zigzag >> 1) ^ sign);
+    }
+  }
+  std::vector<std::int32_t> height_steps(kNumSamples);
+  std::transform(steps.begin(), steps.end(), height_steps.begin(),
+                 [](std::uint32_t step) { return static_cast<std::int32_t>(step); });
+  return height_steps;
+}
+
+std::vector<std::uint8_t> differences(const std::vector<std::uint8_t>& values) {
+  std::vector<std::uint8_t> result(values.size());
+  std::uint8_t last = 0;
+  for (std::size_t at = 0; at < values.size(); ++at) {
+    result[at] = static_cast<std::uint8_t>(values[at] - last);
+    last = values[at];
+  }
+  return result;
+}
+
+std::vector<std::uint8_t> sums(std::vector<std::uint8_t> values) {
+  std::uint8_t last = 0;
+  for (std::uint8_t& value : values) last = value = static_cast<std::uint8_t>(value + last);
+  return values;
+}
+
+std::uint32_t append_deflated(std::vector<std::byte>& bytes, const std::vector<std::uint8_t>& raw) {
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+      libdeflate_alloc_compressor(kDeflateLevel), libdeflate_free_compressor);
+  TERRACAST_CHECK(compressor != nullptr, "no memory for a compressor");
+  const std::size_t begin = bytes.size();
+  bytes.resize(begin + libdeflate_deflate_compress_bound(compressor.get(), raw.size()));
+  const std::size_t size = libdeflate_deflate_compress(compressor.get(), raw.data(), raw.size(),
+                                                       bytes.data() + begin, bytes.size() - begin);
+  TERRACAST_CHECK(size > 0, "deflate needs more than its bound");
+  bytes.resize(begin + size);
+  return static_cast<std::uint32_t>(size);
+}
+
+std::vector<std::uint8_t> inflated(std::span<const std::byte> deflated, std::size_t num_bytes,
+                                   const std::string& file) {
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
+      decompressor(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  TERRACAST_CHECK(decompressor != nullptr, "no memory for a decompressor");
+  std::vector<std::uint8_t> raw(num_bytes);
+  std::size_t used = 0;
+  const libdeflate_result result = libdeflate_deflate_decompress_ex(
+      decompressor.get(), deflated.data(), deflated.size(), raw.data(), raw.size(), &used, nullptr);
+  if (result != LIBDEFLATE_SUCCESS || used != deflated.size())
+    fail(ErrorKind::Input, "{}: a layer does not inflate to {} bytes; tile the world again", file,
+         num_bytes);
+  return raw;
+}
+
+std::vector<std::uint8_t> codes_of(const std::vector<Cover>& cover) {
+  std::vector<std::uint8_t> codes(cover.size());
+  std::transform(cover.begin(), cover.end(), codes.begin(),
+                 [](Cover value) { return static_cast<std::uint8_t>(value); });
+  return codes;
+}
+
+Header read_header(std::span<const std::byte> bytes, const TileId& expected,
+                   const std::string& file) {
+  Header header;
+  if (bytes.size() < sizeof header)
+    fail(ErrorKind::Input,
+         "{}: {} bytes are too few for a tile (at least {}); tile the world again", file,
+         bytes.size(), sizeof header);
+  std::memcpy(&header, bytes.data(), sizeof header);
+  if (header.magic != kMagic)
+    fail(ErrorKind::Input, "{}: not a tile (it does not start with TCTILE); tile the world again",
+         file);
+  if (header.version != kTileFileVersion)
+    fail(ErrorKind::Input, "{}: tile format version {}, this build reads {}; tile the world again",
+         file, header.version, kTileFileVersion);
+  const std::uint64_t checksum = core::content_hash64(bytes.subspan(kHashedFrom));
+  if (header.checksum != checksum)
+    fail(ErrorKind::Input,
+         "{}: damaged: checksum {:016x} where its content has {:016x}; tile the world again", file,
+         header.checksum, checksum);
+  const TileId id{header.level, header.x, header.y};
+  if (id != expected)
+    fail(ErrorKind::Input, "{}: holds tile {} where {} belongs; tile the world again", file,
+         id.name(), expected.name());
+  std::size_t total_bytes = sizeof header;
+  for (const std::uint32_t layer_bytes : header.layer_bytes) total_bytes += layer_bytes;
+  if (header.num_samples != kTileSamples || total_bytes != bytes.size())
+    fail(ErrorKind::Input,
+         "{}: {} samples a side and {} bytes, where {} samples and {} bytes would be right; tile "
+         "the world again",
+         file, header.num_samples, bytes.size(), kTileSamples, total_bytes);
+  return header;
+}
+
+bool is_whole(double value_m) {
+  return std::abs(value_m) < 1e7 && value_m == std::nearbyint(value_m);
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_tile(const Tile& tile) {
+  TERRACAST_CHECK(tile.height_steps.size() == kNumSamples && tile.cover.size() == kNumSamples &&
+                      tile.moisture.size() == kNumSamples && tile.source.size() == kNumSamples,
+                  "tile {} has layers of another size than {}", tile.id.name(), kNumSamples);
+  TERRACAST_CHECK(is_whole(tile.center_z_m), "tile {}: centre at {} m is not a whole number",
+                  tile.id.name(), tile.center_z_m);
+  const auto [lowest, highest] =
+      std::minmax_element(tile.height_steps.begin(), tile.height_steps.end());
+  TERRACAST_CHECK(*lowest >= -kMaxSteps && *highest <= kMaxSteps,
+                  "tile {}: heights from {} to {} m about its centre; floats are exact to {} m",
+                  tile.id.name(), *lowest * kHeightStep_m, *highest * kHeightStep_m,
+                  kMaxSteps * kHeightStep_m);
+
+  Header header;
+  header.level = tile.id.level;
+  header.x = tile.id.x;
+  header.y = tile.id.y;
+  header.center_z_m = tile.center_z_m;
+  header.lowest_steps = *lowest;
+  header.highest_steps = *highest;
+  std::vector<std::byte> bytes(sizeof header);
+  header.layer_bytes[0] = append_deflated(bytes, planes_from_heights(tile.height_steps));
+  header.layer_bytes[1] = append_deflated(bytes, differences(codes_of(tile.cover)));
+  header.layer_bytes[2] = append_deflated(bytes, differences(tile.moisture));
+  header.layer_bytes[3] = append_deflated(bytes, differences(tile.source));
+  std::memcpy(bytes.data(), &header, sizeof header);
+  header.checksum = core::content_hash64(std::span<const std::byte>(bytes).subspan(kHashedFrom));
+  std::memcpy(bytes.data(), &header, sizeof header);
+  return bytes;
+}
+
+Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected,
+                 const std::string& file) {
+  const Header header = read_header(bytes, expected, file);
+  std::span<const std::byte> rest = bytes.subspan(sizeof header);
+  const auto next_layer = [&](std::size_t layer, std::size_t num_bytes) {
+    const std::span<const std::byte> deflated = rest.first(header.layer_bytes[layer]);
+    rest = rest.subspan(header.layer_bytes[layer]);
+    return inflated(deflated, num_bytes, file);
+  };
+
+  Tile tile;
+  tile.id = expected;
+  tile.center_z_m = header.center_z_m;
+  tile.height_steps = heights_from_planes(next_layer(0, 4 * kNumSamples));
+  const std::vector<std::uint8_t> cover = sums(next_layer(1, kNumSamples));
+  tile.moisture = sums(next_layer(2, kNumSamples));
+  tile.source = sums(next_layer(3, kNumSamples));
+
+  const auto [lowest, highest] =
+      std::minmax_element(tile.height_steps.begin(), tile.height_steps.end());
+  if (!is_whole(tile.center_z_m) || *lowest != header.lowest_steps ||
+      *highest != header.highest_steps || *lowest < -kMaxSteps || *highest > kMaxSteps)
+    fail(ErrorKind::Input,
+         "{}: heights do not agree with the header's bounds; tile the world again", file);
+  if (std::any_of(cover.begin(), cover.end(), [](std::uint8_t code) {
+        return code > static_cast<std::uint8_t>(Cover::Outside);
+      }))
+    fail(ErrorKind::Input, "{}: unknown code in the cover layer; tile the world again", file);
+  tile.cover.resize(kNumSamples);
+  std::transform(cover.begin(), cover.end(), tile.cover.begin(),
+                 [](std::uint8_t code) { return static_cast<Cover>(code); });
+  return tile;
+}
+
+}  // namespace terracast::world

@@ -1,0 +1,285 @@
+#include "world/tile_store.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/json.h"
+#include "world/tile_file.h"
+
+namespace terracast::world {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+using core::Json;
+
+constexpr int kManifestVersion = 1;
+constexpr const char* kManifestName = "manifest.json";
+/// No tile of a level within these has a side that a double, or an int32 address, could not hold.
+constexpr int kFinestLevel = -10;
+constexpr int kCoarsestLevel = 20;
+constexpr std::int32_t kMaxAddress = 1 << 24;
+constexpr double kMaxHeight_m = 1e6;
+constexpr std::size_t kMaxTileBytes = std::size_t{1} << 24;
+
+Json json_of(const SourceInfo& source) {
+  Json json = Json::object();
+  json.set("name", source.name)
+      .set("kind", source.kind)
+      .set("horizontal_crs", source.horizontal_crs)
+      .set("vertical_datum", source.vertical_datum)
+      .set("pipeline", source.pipeline)
+      .set("spacing_m", source.spacing_m)
+      .set("content_hash", source.content_hash)
+      .set("licence", source.licence)
+      .set("num_voids", source.num_voids)
+      .set("num_voids_filled", source.num_voids_filled);
+  return json;
+}
+
+SourceInfo source_of(const Json& json) {
+  SourceInfo source;
+  source.name = json.at("name").string();
+  source.kind = json.at("kind").string();
+  source.horizontal_crs = json.at("horizontal_crs").string();
+  source.vertical_datum = json.at("vertical_datum").string();
+  source.pipeline = json.at("pipeline").string();
+  source.spacing_m = json.at("spacing_m").number();
+  source.content_hash = json.at("content_hash").string();
+  source.licence = json.at("licence").string();
+  source.num_voids = json.at("num_voids").integer();
+  source.num_voids_filled = json.at("num_voids_filled").integer();
+  return source;
+}
+
+Json json_of(const TileInfo& tile) {
+  Json json = Json::object();
+  json.set("level", tile.id.level)
+      .set("x", tile.id.x)
+      .set("y", tile.id.y)
+      .set("lowest_z_world_m", tile.lowest_z_world)
+      .set("highest_z_world_m", tile.highest_z_world)
+      .set("num_bytes", tile.num_bytes)
+      .set("content_hash", tile.content_hash);
+  return json;
+}
+
+std::int32_t integer_within(const Json& json, const char* member, std::int64_t lowest,
+                            std::int64_t highest) {
+  const std::int64_t value = json.at(member).integer();
+  if (value < lowest || value > highest)
+    fail(ErrorKind::Input, "{} = {} is outside {} to {}", member, value, lowest, highest);
+  return static_cast<std::int32_t>(value);
+}
+
+double number_within(const Json& json, const char* member, double lowest, double highest) {
+  const double value = json.at(member).number();
+  if (!(value >= lowest && value <= highest))
+    fail(ErrorKind::Input, "{} = {} is outside {} to {}", member, value, lowest, highest);
+  return value;
+}
+
+std::uint64_t unsigned_of(const Json& json, const char* member) {
+  return static_cast<std::uint64_t>(
+      integer_within(json, member, 0, std::numeric_limits<std::int32_t>::max()));
+}
+
+TileInfo tile_info_of(const Json& json) {
+  TileInfo tile;
+  tile.id.level = integer_within(json, "level", kFinestLevel, kCoarsestLevel);
+  tile.id.x = integer_within(json, "x", -kMaxAddress, kMaxAddress);
+  tile.id.y = integer_within(json, "y", -kMaxAddress, kMaxAddress);
+  tile.lowest_z_world = number_within(json, "lowest_z_world_m", -kMaxHeight_m, kMaxHeight_m);
+  tile.highest_z_world =
+      number_within(json, "highest_z_world_m", tile.lowest_z_world, kMaxHeight_m);
+  tile.num_bytes = unsigned_of(json, "num_bytes");
+  tile.content_hash = json.at("content_hash").string();
+  return tile;
+}
+
+Json json_of(const WorldManifest& manifest) {
+  Json origin = Json::object();
+  origin.set("lat_deg", manifest.origin.lat_deg)
+      .set("lon_deg", manifest.origin.lon_deg)
+      .set("height_m", manifest.origin.height_m);
+  Json sources = Json::array();
+  for (const SourceInfo& source : manifest.sources) sources.push(json_of(source));
+  Json tiles = Json::array();
+  for (const TileInfo& tile : manifest.tiles) tiles.push(json_of(tile));
+  Json json = Json::object();
+  json.set("format", "terracast world")
+      .set("version", kManifestVersion)
+      .set("name", manifest.name)
+      .set("input_hash", manifest.input_hash)
+      .set("origin", std::move(origin))
+      .set("size_m", manifest.size_m)
+      .set("finest_level", manifest.finest_level)
+      .set("base_level", manifest.base_level)
+      .set("coarsest_level", manifest.coarsest_level)
+      .set("measured_level", manifest.measured_level)
+      .set("apron_radius_m", manifest.apron_radius_m)
+      .set("outside", manifest.outside)
+      // As text: JSON readers in other languages round integers above 2^53.
+      .set("seed", std::to_string(manifest.seed))
+      .set("sources", std::move(sources))
+      .set("tiles", std::move(tiles));
+  return json;
+}
+
+std::uint64_t seed_of(const std::string& text) {
+  std::uint64_t seed = 0;
+  for (const char c : text) {
+    const auto digit = static_cast<std::uint64_t>(c - '0');
+    if (c < '0' || c > '9' || seed > (std::numeric_limits<std::uint64_t>::max() - digit) / 10)
+      fail(ErrorKind::Input, "seed = \"{}\" is not a number of 64 bits", text);
+    seed = 10 * seed + digit;
+  }
+  return seed;
+}
+
+/// Hash over every member but the hash itself, in one line of text: blanks and line ends do not
+/// count.
+std::string hash_of_members(const Json& json) {
+  Json hashed = Json::object();
+  for (const auto& [name, value] : json.members())
+    if (name != "content_hash") hashed.set(name, value);
+  return core::content_hash(hashed.text(-1));
+}
+
+WorldManifest manifest_of(const Json& json) {
+  if (!json.is_object() || !json.has("format") || json.at("format").string() != "terracast world")
+    fail(ErrorKind::Input, "not a terracast world");
+  if (const std::int64_t version = json.at("version").integer(); version != kManifestVersion)
+    fail(ErrorKind::Input, "world format version {}, this build reads {}", version,
+         kManifestVersion);
+  if (const std::string hash = hash_of_members(json); json.at("content_hash").string() != hash)
+    fail(ErrorKind::Input, "damaged or edited: content_hash {} where its content has {}",
+         json.at("content_hash").string(), hash);
+  WorldManifest manifest;
+  manifest.name = json.at("name").string();
+  manifest.input_hash = json.at("input_hash").string();
+  const Json& origin = json.at("origin");
+  manifest.origin = {.lat_deg = number_within(origin, "lat_deg", -90.0, 90.0),
+                     .lon_deg = number_within(origin, "lon_deg", -360.0, 360.0),
+                     .height_m = number_within(origin, "height_m", -kMaxHeight_m, kMaxHeight_m)};
+  manifest.size_m = number_within(json, "size_m", 0.0, 1e8);
+  manifest.coarsest_level = integer_within(json, "coarsest_level", kFinestLevel, kCoarsestLevel);
+  manifest.finest_level =
+      integer_within(json, "finest_level", kFinestLevel, manifest.coarsest_level);
+  manifest.base_level = integer_within(json, "base_level", kFinestLevel, kCoarsestLevel);
+  manifest.measured_level = integer_within(json, "measured_level", kFinestLevel, kCoarsestLevel);
+  manifest.apron_radius_m = number_within(json, "apron_radius_m", 0.0, 1e8);
+  manifest.outside = json.at("outside").string();
+  manifest.seed = seed_of(json.at("seed").string());
+  const Json& sources = json.at("sources");
+  for (std::size_t i = 0; i < sources.size(); ++i)
+    manifest.sources.push_back(source_of(sources.at(i)));
+  const Json& tiles = json.at("tiles");
+  manifest.tiles.reserve(tiles.size());
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    manifest.tiles.push_back(tile_info_of(tiles.at(i)));
+    if (i > 0 && !(manifest.tiles[i - 1].id < manifest.tiles[i].id))
+      fail(ErrorKind::Input, "tile {} is listed twice or out of order",
+           manifest.tiles[i].id.name());
+  }
+  return manifest;
+}
+
+TileInfo info_of(const Tile& tile, std::span<const std::byte> bytes) {
+  return {.id = tile.id,
+          .lowest_z_world = tile.lowest_z_world(),
+          .highest_z_world = tile.highest_z_world(),
+          .num_bytes = bytes.size(),
+          .content_hash = core::content_hash(bytes)};
+}
+
+}  // namespace
+
+geo::Box3d TileInfo::box_world() const {
+  const Eigen::Vector2d corner = id.corner_world();
+  const double side_m = id.side_m();
+  return {Eigen::Vector3d(corner.x(), corner.y(), lowest_z_world),
+          Eigen::Vector3d(corner.x() + side_m, corner.y() + side_m, highest_z_world)};
+}
+
+TileStore TileStore::open(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(folder, ignored))
+    fail(ErrorKind::Io, "{}: no such world folder; give the folder that `terracast tile` made",
+         folder.string());
+  const std::filesystem::path file = folder / kManifestName;
+  if (!std::filesystem::exists(file, ignored))
+    fail(ErrorKind::Input,
+         "{}: no {}: tiling has not finished here; run `terracast tile` again, it goes on where it "
+         "stopped",
+         folder.string(), kManifestName);
+  TileStore store;
+  store.folder_ = folder;
+  const Json json = Json::read(file);
+  store.manifest_ = core::with_context([&] { return manifest_of(json); },
+                                       fmt::format("reading {} (if it is damaged, tile the world "
+                                                   "again)",
+                                                   file.string()));
+  store.index_.reserve(store.manifest_.tiles.size());
+  for (std::size_t i = 0; i < store.manifest_.tiles.size(); ++i)
+    store.index_.emplace(store.manifest_.tiles[i].id, i);
+  return store;
+}
+
+const TileInfo* TileStore::find(const TileId& id) const {
+  const auto found = index_.find(id);
+  return found == index_.end() ? nullptr : &manifest_.tiles[found->second];
+}
+
+Tile TileStore::load(const TileId& id) const {
+  const TileInfo* info = find(id);
+  if (info == nullptr)
+    fail(ErrorKind::Input, "{}: the world has no tile {}", folder_.string(), id.name());
+  const std::filesystem::path file = tile_path(folder_, id);
+  const std::vector<std::byte> bytes = core::read_file(file, kMaxTileBytes);
+  Tile tile = decode_tile(bytes, id, file.string());
+  if (bytes.size() != info->num_bytes || core::content_hash(bytes) != info->content_hash ||
+      tile.lowest_z_world() != info->lowest_z_world ||
+      tile.highest_z_world() != info->highest_z_world)
+    fail(ErrorKind::Input,
+         "{}: a whole tile, but not the one that {} lists (hash {}); tile the world again",
+         file.string(), kManifestName, info->content_hash);
+  return tile;
+}
+
+std::filesystem::path tile_path(const std::filesystem::path& store, const TileId& id) {
+  return store / "tiles" / std::to_string(id.level) / fmt::format("{}_{}.tile", id.x, id.y);
+}
+
+TileInfo write_tile(const std::filesystem::path& store, const Tile& tile) {
+  const std::vector<std::byte> bytes = encode_tile(tile);
+  core::write_file(tile_path(store, tile.id), bytes);
+  return info_of(tile, bytes);
+}
+
+std::optional<TileInfo> inspect_tile(const std::filesystem::path& store, const TileId& id) {
+  const std::filesystem::path file = tile_path(store, id);
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return std::nullopt;
+  try {
+    const std::vector<std::byte> bytes = core::read_file(file, kMaxTileBytes);
+    return info_of(decode_tile(bytes, id, file.string()), bytes);
+  } catch (const core::Error& error) {
+    if (error.kind() == ErrorKind::Input) return std::nullopt;
+    throw;
+  }
+}
+
+void write_manifest(const std::filesystem::path& store, WorldManifest manifest) {
+  std::sort(manifest.tiles.begin(), manifest.tiles.end(),
+            [](const TileInfo& a, const TileInfo& b) { return a.id < b.id; });
+  Json json = json_of(manifest);
+  json.set("content_hash", hash_of_members(json));
+  json.write(store / kManifestName, 1);
+}
+
+}  // namespace terracast::world
