@@ -10,26 +10,30 @@
 
 namespace terracast::core {
 
-/// Writes a whole file under a unique name beside `file`, syncs it and renames it: a killed job or a full disk leaves
-/// no half file under the final name. Missing folders are made.
-/// throws Io: naming the file and the system's reason
+/// Writes a whole file under a unique name beside `file`, syncs it and renames it: a killed job or
+/// a full disk leaves no half file under the final name. Missing folders are made. throws Io:
+/// naming the file and the system's reason
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& file, std::string_view text);
 
-/// The same for libraries that insist on writing to a path: `write` gets the temporary path (same extension).
+/// The same for libraries that insist on writing to a path: `write` gets the temporary path (same
+/// extension).
 void write_file_by(const std::filesystem::path& file,
                    const std::function<void(const std::filesystem::path& temporary)>& write);
 
 /// A whole file.
 /// throws Io: missing or unreadable; Input: larger than max_bytes
-std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t max_bytes = std::size_t{1} << 34);
-std::string read_text_file(const std::filesystem::path& file, std::size_t max_bytes = std::size_t{1} << 30);
+std::vector<std::byte> read_file(const std::filesystem::path& file,
+                                 std::size_t max_bytes = std::size_t{1} << 34);
+std::string read_text_file(const std::filesystem::path& file,
+                           std::size_t max_bytes = std::size_t{1} << 30);
 
 /// Makes a folder and its parents.
 /// throws Io: naming it and the system's reason
 void make_folder(const std::filesystem::path& folder);
 
-/// Removes what killed writers left behind in `folder` (their temporary names), itself and its sub-folders.
+/// Removes what killed writers left behind in `folder` (their temporary names), itself and its
+/// sub-folders.
 void remove_temporaries(const std::filesystem::path& folder);
 
 }  // namespace terracast::core

@@ -9,7 +9,8 @@
 
 namespace terracast::core {
 
-/// What went wrong, as the caller's next step: mend the command, the config, the data, try again, or report a bug.
+/// What went wrong, as the caller's next step: mend the command, the config, the data, try again,
+/// or report a bug.
 enum class ErrorKind { Usage, Config, Input, Io, Internal };
 
 /// Exit status of the program for a kind: Usage and Config 2, Input 3, Io 4, Internal 70.
@@ -17,8 +18,8 @@ int exit_status(ErrorKind kind);
 
 /// A failure that ends a unit of work (a tile, a frame, a run).
 ///
-/// The message says what was found, where, and what would be right; the context lines say, from the inside out,
-/// what was being done.
+/// The message says what was found, where, and what would be right; the context lines say, from the
+/// inside out, what was being done.
 class Error : public std::exception {
  public:
   Error(ErrorKind kind, std::string message);
@@ -59,13 +60,16 @@ auto with_context(Work&& work, const std::string& doing) {
   }
 }
 
-[[noreturn]] void check_failed(const char* condition, const char* file, int line, const std::string& message);
+[[noreturn]] void check_failed(const char* condition, const char* file, int line,
+                               const std::string& message);
 
 }  // namespace terracast::core
 
-/// Guards an invariant in every build: throws an Internal error with the condition, the place and a message.
-#define TERRACAST_CHECK(condition, ...)                                                                \
-  do {                                                                                                 \
-    if (!(condition))                                                                                  \
-      ::terracast::core::check_failed(#condition, __FILE__, __LINE__, ::fmt::format("" __VA_ARGS__)); \
+/// Guards an invariant in every build: throws an Internal error with the condition, the place and a
+/// message.
+#define TERRACAST_CHECK(condition, ...)                               \
+  do {                                                                \
+    if (!(condition))                                                 \
+      ::terracast::core::check_failed(#condition, __FILE__, __LINE__, \
+                                      ::fmt::format("" __VA_ARGS__)); \
   } while (false)

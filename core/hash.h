@@ -8,8 +8,8 @@
 
 namespace terracast::core {
 
-/// 128-bit content hash (XXH3), as 32 lower-case hexadecimal digits. Not cryptographic: it finds damage and change,
-/// not malice.
+/// 128-bit content hash (XXH3), as 32 lower-case hexadecimal digits. Not cryptographic: it finds
+/// damage and change, not malice.
 std::string content_hash(std::span<const std::byte> bytes);
 std::string content_hash(std::string_view text);
 /// throws Io: the file cannot be read

@@ -15,17 +15,23 @@ class Image {
  public:
   Image() = default;
   Image(int width, int height, int channels = 1, T fill = T{})
-      : width_(width), height_(height), channels_(channels),
-        data_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels),
+      : width_(width),
+        height_(height),
+        channels_(channels),
+        data_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+                  static_cast<std::size_t>(channels),
               fill) {
-    TERRACAST_CHECK(width >= 0 && height >= 0 && channels >= 1, "{}x{}x{}", width, height, channels);
+    TERRACAST_CHECK(width >= 0 && height >= 0 && channels >= 1, "{}x{}x{}", width, height,
+                    channels);
   }
 
   int width() const { return width_; }
   int height() const { return height_; }
   int channels() const { return channels_; }
   bool empty() const { return data_.empty(); }
-  std::size_t num_pixels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
+  std::size_t num_pixels() const {
+    return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  }
 
   T& operator()(int x, int y, int channel = 0) { return data_[index(x, y, channel)]; }
   const T& operator()(int x, int y, int channel = 0) const { return data_[index(x, y, channel)]; }
@@ -33,14 +39,19 @@ class Image {
   std::span<T> data() { return data_; }
   std::span<const T> data() const { return data_; }
   std::span<T> row(int y) { return std::span<T>(data_).subspan(index(0, y, 0), row_size()); }
-  std::span<const T> row(int y) const { return std::span<const T>(data_).subspan(index(0, y, 0), row_size()); }
-  std::size_t row_size() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(channels_); }
+  std::span<const T> row(int y) const {
+    return std::span<const T>(data_).subspan(index(0, y, 0), row_size());
+  }
+  std::size_t row_size() const {
+    return static_cast<std::size_t>(width_) * static_cast<std::size_t>(channels_);
+  }
 
   bool operator==(const Image&) const = default;
 
  private:
   std::size_t index(int x, int y, int channel) const {
-    return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)) *
+    return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+            static_cast<std::size_t>(x)) *
                static_cast<std::size_t>(channels_) +
            static_cast<std::size_t>(channel);
   }

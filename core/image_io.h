@@ -30,14 +30,15 @@ struct ExrChannel {
   enum class Type { Float, Half, Uint };
   std::string name;
   Type type = Type::Float;
-  std::span<const float> values_float;          ///< width*height values, for Float and Half
-  std::span<const std::uint32_t> values_uint;   ///< width*height values, for Uint
+  std::span<const float> values_float;         ///< width*height values, for Float and Half
+  std::span<const std::uint32_t> values_uint;  ///< width*height values, for Uint
 };
 struct ExrPart {
   std::string name;
   int width = 0;
   int height = 0;
-  std::vector<ExrChannel> channels;  ///< any order; written in alphabetical order, as the format wants
+  std::vector<ExrChannel>
+      channels;  ///< any order; written in alphabetical order, as the format wants
   enum class Compression { None, Rle, Zips } compression = Compression::Rle;
   std::map<std::string, std::string> attributes;  ///< text attributes
 };
@@ -49,8 +50,8 @@ struct ExrImage {
   std::string name;
   int width = 0;
   int height = 0;
-  std::map<std::string, ImageF> float_channels;    ///< FLOAT and HALF
-  std::map<std::string, ImageU32> uint_channels;   ///< UINT
+  std::map<std::string, ImageF> float_channels;   ///< FLOAT and HALF
+  std::map<std::string, ImageU32> uint_channels;  ///< UINT
   std::map<std::string, std::string> attributes;
 };
 /// throws Input: not an EXR, damaged, or more than max_pixels

@@ -10,23 +10,24 @@
 
 namespace terracast::core {
 
-/// A JSON value; objects keep the order of insertion. Doubles are written in the shortest form that reads back to the
-/// same bits; infinities and NaN have no JSON form and are refused when written.
+/// A JSON value; objects keep the order of insertion. Doubles are written in the shortest form that
+/// reads back to the same bits; infinities and NaN have no JSON form and are refused when written.
 ///
 ///     Json record = Json::object();
 ///     record.set("time_s", 0.5).set("cameras", Json::array());
-///     double time_s = record.at("time_s").number();     // throws Input naming file and member when missing
+///     double time_s = record.at("time_s").number();     // throws Input naming file and member
+///     when missing
 class Json {
  public:
-  Json();  ///< null
-  Json(bool value);                  // NOLINT(google-explicit-constructor)
-  Json(int value);                   // NOLINT(google-explicit-constructor)
-  Json(std::int64_t value);          // NOLINT(google-explicit-constructor)
-  Json(std::uint64_t value);         // NOLINT(google-explicit-constructor)
-  Json(double value);                // NOLINT(google-explicit-constructor)
-  Json(const char* value);           // NOLINT(google-explicit-constructor)
-  Json(std::string_view value);      // NOLINT(google-explicit-constructor)
-  Json(const std::string& value);    // NOLINT(google-explicit-constructor)
+  Json();                          ///< null
+  Json(bool value);                // NOLINT(google-explicit-constructor)
+  Json(int value);                 // NOLINT(google-explicit-constructor)
+  Json(std::int64_t value);        // NOLINT(google-explicit-constructor)
+  Json(std::uint64_t value);       // NOLINT(google-explicit-constructor)
+  Json(double value);              // NOLINT(google-explicit-constructor)
+  Json(const char* value);         // NOLINT(google-explicit-constructor)
+  Json(std::string_view value);    // NOLINT(google-explicit-constructor)
+  Json(const std::string& value);  // NOLINT(google-explicit-constructor)
   Json(const Json&);
   Json(Json&&) noexcept;
   Json& operator=(Json);
@@ -58,12 +59,12 @@ class Json {
   const Json& at(std::size_t index) const;        ///< throws Input: out of range
   const std::vector<std::pair<std::string, Json>>& members() const;
 
-  bool boolean() const;            ///< throws Input: another type
-  double number() const;           ///< any number
-  std::int64_t integer() const;    ///< a whole number
+  bool boolean() const;          ///< throws Input: another type
+  double number() const;         ///< any number
+  std::int64_t integer() const;  ///< a whole number
   const std::string& string() const;
-  std::vector<double> numbers() const;        ///< an array of numbers
-  std::vector<std::string> strings() const;   ///< an array of text
+  std::vector<double> numbers() const;       ///< an array of numbers
+  std::vector<std::string> strings() const;  ///< an array of text
 
  private:
   struct Value;

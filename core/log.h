@@ -10,8 +10,8 @@ namespace terracast::core {
 
 enum class LogLevel { Debug, Info, Warn, Error, Off };
 
-/// A stage's log, to stderr. info is the story in ten lines, debug is for each tile or frame, warn for what changes
-/// the data. Threads: safe.
+/// A stage's log, to stderr. info is the story in ten lines, debug is for each tile or frame, warn
+/// for what changes the data. Threads: safe.
 class Log {
  public:
   /// stage   the prefix of each line, such as "tile"
@@ -21,15 +21,18 @@ class Log {
 
   template <class... Args>
   void debug(fmt::format_string<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Debug)) write(LogLevel::Debug, fmt::format(format, std::forward<Args>(args)...));
+    if (enabled(LogLevel::Debug))
+      write(LogLevel::Debug, fmt::format(format, std::forward<Args>(args)...));
   }
   template <class... Args>
   void info(fmt::format_string<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Info)) write(LogLevel::Info, fmt::format(format, std::forward<Args>(args)...));
+    if (enabled(LogLevel::Info))
+      write(LogLevel::Info, fmt::format(format, std::forward<Args>(args)...));
   }
   template <class... Args>
   void warn(fmt::format_string<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Warn)) write(LogLevel::Warn, fmt::format(format, std::forward<Args>(args)...));
+    if (enabled(LogLevel::Warn))
+      write(LogLevel::Warn, fmt::format(format, std::forward<Args>(args)...));
   }
 
   LogLevel level() const;

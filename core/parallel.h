@@ -5,7 +5,8 @@
 
 namespace terracast::core {
 
-/// Limits all parallel work of the process (ours and Embree's) while it lives. 0: one thread for each core.
+/// Limits all parallel work of the process (ours and Embree's) while it lives. 0: one thread for
+/// each core.
 class ThreadLimit {
  public:
   explicit ThreadLimit(int num_threads);
@@ -17,16 +18,20 @@ class ThreadLimit {
   void* control_;
 };
 
-/// Calls body(i) for each i in [0, count), in parallel and in no order. The first exception thrown, by index, is
-/// thrown on; the rest is not started. Results must go to places that depend on i alone.
+/// Calls body(i) for each i in [0, count), in parallel and in no order. The first exception thrown,
+/// by index, is thrown on; the rest is not started. Results must go to places that depend on i
+/// alone.
 void parallel_for(std::int64_t count, const std::function<void(std::int64_t)>& body);
 
-/// As parallel_for, with blocks [begin, end) of at most `grain` indices, cut at multiples of `grain`.
+/// As parallel_for, with blocks [begin, end) of at most `grain` indices, cut at multiples of
+/// `grain`.
 void parallel_for_blocks(std::int64_t count, std::int64_t grain,
                          const std::function<void(std::int64_t begin, std::int64_t end)>& body);
 
-/// Runs make(i) in parallel, at most `window` ahead, and consume(i) one at a time in the order of i.
-void parallel_in_order(std::int64_t count, int window, const std::function<void(std::int64_t)>& make,
+/// Runs make(i) in parallel, at most `window` ahead, and consume(i) one at a time in the order of
+/// i.
+void parallel_in_order(std::int64_t count, int window,
+                       const std::function<void(std::int64_t)>& make,
                        const std::function<void(std::int64_t)>& consume);
 
 }  // namespace terracast::core

@@ -8,8 +8,8 @@
 
 namespace terracast::core {
 
-/// Done, total, rate and time left of long work: once a second on a terminal, every 30 s in a log, and a line in
-/// events.jsonl for each report. Threads: advance() is safe.
+/// Done, total, rate and time left of long work: once a second on a terminal, every 30 s in a log,
+/// and a line in events.jsonl for each report. Threads: advance() is safe.
 class Progress {
  public:
   /// what   the unit, plural: "tiles"

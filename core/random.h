@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-/// Counter-based random numbers: a pure function of seed, stream and index, with no state, so that a value does not
-/// depend on what was drawn before it.
+/// Counter-based random numbers: a pure function of seed, stream and index, with no state, so that
+/// a value does not depend on what was drawn before it.
 namespace terracast::core {
 
 /// A bijective mixing of 64 bits (the finaliser of SplitMix64, Steele et al. 2014).
@@ -30,8 +30,8 @@ constexpr double random_unit(std::uint64_t seed, std::uint64_t stream, std::uint
 }
 
 /// Uniform in [lowest, highest).
-constexpr double random_between(double lowest, double highest, std::uint64_t seed, std::uint64_t stream,
-                                std::uint64_t index) {
+constexpr double random_between(double lowest, double highest, std::uint64_t seed,
+                                std::uint64_t stream, std::uint64_t index) {
   return lowest + (highest - lowest) * random_unit(seed, stream, index);
 }
 

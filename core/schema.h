@@ -12,8 +12,9 @@
 
 #include "core/error.h"
 
-/// Configuration keys are declared once, by a template member `describe(Visitor&)` of the struct that uses them.
-/// The TOML reader, the dump of the resolved config, the manual, `config explain` and the cache key are visitors.
+/// Configuration keys are declared once, by a template member `describe(Visitor&)` of the struct
+/// that uses them. The TOML reader, the dump of the resolved config, the manual, `config explain`
+/// and the cache key are visitors.
 ///
 ///     struct CameraOptions {
 ///       std::string model = "pinhole";
@@ -26,8 +27,9 @@
 ///     };
 namespace terracast::core {
 
-/// A path as a config writes it, and where it points: relative paths start at the file that holds them, or at the
-/// working directory when they were given on the command line. Only `written` is stored or hashed.
+/// A path as a config writes it, and where it points: relative paths start at the file that holds
+/// them, or at the working directory when they were given on the command line. Only `written` is
+/// stored or hashed.
 struct Path {
   std::string written;
   std::filesystem::path resolved;
@@ -35,8 +37,8 @@ struct Path {
   bool operator==(const Path&) const = default;
 };
 
-/// What values a key may take. Numbers: a closed range. Text: one of a list. Lists of numbers: the range of each
-/// element, and how many elements.
+/// What values a key may take. Numbers: a closed range. Text: one of a list. Lists of numbers: the
+/// range of each element, and how many elements.
 struct Constraint {
   double lowest = -std::numeric_limits<double>::infinity();
   double highest = std::numeric_limits<double>::infinity();
@@ -46,9 +48,13 @@ struct Constraint {
   bool required = false;
 };
 
-inline Constraint between(double lowest, double highest) { return {.lowest = lowest, .highest = highest}; }
+inline Constraint between(double lowest, double highest) {
+  return {.lowest = lowest, .highest = highest};
+}
 inline Constraint at_least(double lowest) { return {.lowest = lowest}; }
-inline Constraint one_of(std::vector<std::string> choices) { return {.choices = std::move(choices)}; }
+inline Constraint one_of(std::vector<std::string> choices) {
+  return {.choices = std::move(choices)};
+}
 inline Constraint size_of(std::size_t count) { return {.min_size = count, .max_size = count}; }
 /// The key has no default: a config that leaves it out is refused.
 inline Constraint required(Constraint base = {}) {
@@ -57,17 +63,20 @@ inline Constraint required(Constraint base = {}) {
 }
 
 /// A non-owning reference to the variable behind a key.
-using ValueRef = std::variant<bool*, std::int64_t*, double*, std::string*, Path*, std::vector<double>*,
-                              std::vector<std::int64_t>*, std::vector<std::string>*, std::vector<Path>*>;
+using ValueRef =
+    std::variant<bool*, std::int64_t*, double*, std::string*, Path*, std::vector<double>*,
+                 std::vector<std::int64_t>*, std::vector<std::string>*, std::vector<Path>*>;
 
-/// Base of everything that walks a description. `key`, `section` and `list` are what describe() calls.
+/// Base of everything that walks a description. `key`, `section` and `list` are what describe()
+/// calls.
 class SchemaVisitor {
  public:
   virtual ~SchemaVisitor() = default;
 
   /// A value. Units are part of the name (`_m`, `_deg`, `_px`, `_s`, `_mm`, `_bytes`).
   template <class T>
-  void key(std::string_view name, T& value, std::string_view meaning, const Constraint& constraint = {}) {
+  void key(std::string_view name, T& value, std::string_view meaning,
+           const Constraint& constraint = {}) {
     visit_value(name, ValueRef(&value), meaning, constraint);
   }
 
@@ -88,7 +97,8 @@ class SchemaVisitor {
     for (std::size_t i = 0; i < count; ++i) {
       begin_item(i);
       items[i].describe(*this);
-      if constexpr (requires { items[i].validate(); }) validate_section([&] { items[i].validate(); });
+      if constexpr (requires { items[i].validate(); })
+        validate_section([&] { items[i].validate(); });
       end_item();
     }
     if (count == 0 && describes_empty_lists()) {  // the manual shows what an item would hold
@@ -107,7 +117,8 @@ class SchemaVisitor {
   virtual bool begin_section(std::string_view name, std::string_view meaning) = 0;
   virtual void end_section() = 0;
   /// Returns how many items the list shall have.
-  virtual std::size_t begin_list(std::string_view name, std::string_view meaning, std::size_t current_size) = 0;
+  virtual std::size_t begin_list(std::string_view name, std::string_view meaning,
+                                 std::size_t current_size) = 0;
   virtual void end_list() = 0;
   virtual void begin_item(std::size_t index) = 0;
   virtual void end_item() = 0;

@@ -10,10 +10,10 @@ namespace terracast::core {
 
 /// One key of a description, as `config explain` and the manual show it.
 struct KeyInfo {
-  std::string name;           ///< dotted; items of lists as `rigs[].name`
-  std::string type;           ///< bool, integer, number, text, path, list of numbers, …
-  std::string unit;           ///< from the name's suffix: m, deg, s, px, mm, bytes; empty without one
-  std::string range;          ///< "1 to 2000", "one of a, b", "required", or empty
+  std::string name;   ///< dotted; items of lists as `rigs[].name`
+  std::string type;   ///< bool, integer, number, text, path, list of numbers, …
+  std::string unit;   ///< from the name's suffix: m, deg, s, px, mm, bytes; empty without one
+  std::string range;  ///< "1 to 2000", "one of a, b", "required", or empty
   std::string default_value;  ///< as TOML
   std::string meaning;
 };

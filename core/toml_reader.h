@@ -9,19 +9,25 @@
 
 namespace terracast::core {
 
-/// A config file with what it extends, the files its sections name, and the command line's `--set KEY=VALUE`.
+/// A config file with what it extends, the files its sections name, and the command line's `--set
+/// KEY=VALUE`.
 ///
-/// - `extends = "base.toml"` at the top of a file: the base's keys, overridden by this file's (tables merge, all
-///   else is replaced). A loop of `extends`, or of sections that name files, is an error that lists the files.
+/// - `extends = "base.toml"` at the top of a file: the base's keys, overridden by this file's
+/// (tables merge, all
+///   else is replaced). A loop of `extends`, or of sections that name files, is an error that lists
+///   the files.
 /// - A section or list item given as text is the path of a file that holds the table.
-/// - `${name}` in any text is replaced by the top-level key `name` (of type text or path) of the whole config.
+/// - `${name}` in any text is replaced by the top-level key `name` (of type text or path) of the
+/// whole config.
 /// - A relative path starts at the file it is written in; one from --set at the working directory.
-/// - --set values are TOML values, or bare text where that does not parse; keys are dotted, items by index
+/// - --set values are TOML values, or bare text where that does not parse; keys are dotted, items
+/// by index
 ///   (`rigs.0.name=left`).
 class TomlDocument {
  public:
   /// throws Io (file missing), Config (syntax, loops; with file:line:column)
-  static TomlDocument load(const std::filesystem::path& file, const std::vector<std::string>& sets = {});
+  static TomlDocument load(const std::filesystem::path& file,
+                           const std::vector<std::string>& sets = {});
   static TomlDocument parse(std::string_view text, const std::string& file_name,
                             const std::vector<std::string>& sets = {});
   ~TomlDocument();
@@ -29,8 +35,8 @@ class TomlDocument {
   TomlDocument& operator=(TomlDocument&&) noexcept;
 
   /// Fills `value` from the document.
-  /// throws Config for an unknown key (naming the nearest known one), a wrong type, a value outside its
-  /// constraint, a missing required key, a failed validate(): each with file:line:column.
+  /// throws Config for an unknown key (naming the nearest known one), a wrong type, a value outside
+  /// its constraint, a missing required key, a failed validate(): each with file:line:column.
   template <class Struct>
   void read(Struct& value) const {
     auto visitor = reader();

@@ -1,0 +1,265 @@
+#include "core/atomic_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <system_error>
+
+#include "core/error.h"
+#include "core/hash.h"
+
+namespace terracast::core {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Temporary names are kPrefix + machine-process-start-random + the final name's extension.
+constexpr std::string_view kPrefix = ".terracast-tmp-";
+/// A writer on another machine cannot be asked whether it lives; after this long it is taken for
+/// dead.
+constexpr std::chrono::hours kForeignLifetime{1};
+
+std::string reason(int error_number) {
+  return std::error_code(error_number, std::generic_category()).message();
+}
+
+class FileDescriptor {
+ public:
+  explicit FileDescriptor(int value) : value_(value) {}
+  ~FileDescriptor() {
+    if (value_ >= 0) ::close(value_);
+  }
+  FileDescriptor(const FileDescriptor&) = delete;
+  FileDescriptor& operator=(const FileDescriptor&) = delete;
+  int get() const { return value_; }
+  /// Returns 0 or the error number. Network file systems report a full disk only here.
+  int close() {
+    const int result = ::close(value_) == 0 ? 0 : errno;
+    value_ = -1;
+    return result;
+  }
+
+ private:
+  int value_;
+};
+
+/// The whole of a small file of /proc; empty where there is none.
+std::string read_proc(const std::string& file) {
+  const FileDescriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+  char buffer[1024];
+  const ssize_t count = descriptor.get() < 0 ? -1 : ::read(descriptor.get(), buffer, sizeof buffer);
+  return count > 0 ? std::string(buffer, static_cast<std::size_t>(count)) : std::string();
+}
+
+/// Names this boot of this machine and the space in which its process numbers count.
+std::string machine_name() {
+  char name_space[64] = {};
+  const ssize_t length = ::readlink("/proc/self/ns/pid", name_space, sizeof name_space - 1);
+  std::string text = read_proc("/proc/sys/kernel/random/boot_id");
+  if (length > 0) text.append(name_space, static_cast<std::size_t>(length));
+  return content_hash(text).substr(0, 8);
+}
+
+/// When a process started, in clock ticks since boot, as its kernel record says; empty when there
+/// is no such process. With it a number that was given out again is not mistaken for the first
+/// process.
+std::string process_start(long process) {
+  const std::string record = read_proc(fmt::format("/proc/{}/stat", process));
+  std::size_t at = record.rfind(')');  // the name in brackets may hold anything
+  if (at == std::string::npos) return {};
+  for (int field = 2; field < 22 && at != std::string::npos; ++field) at = record.find(' ', at + 1);
+  if (at == std::string::npos) return {};
+  return record.substr(at + 1, record.find(' ', at + 1) - at - 1);
+}
+
+fs::path temporary_beside(const fs::path& file) {
+  std::uint64_t random = 0;
+  if (::getrandom(&random, sizeof random, 0) != sizeof random)
+    fail(ErrorKind::Io, "{}: no random name for a temporary file: {}", file.string(),
+         reason(errno));
+  const long process = ::getpid();
+  return file.parent_path() / fmt::format("{}{}-{}-{}-{:016x}{}", kPrefix, machine_name(), process,
+                                          process_start(process), random,
+                                          file.extension().string());
+}
+
+/// Whether the process that wrote under this temporary name may still be at it.
+bool writer_may_live(const fs::path& temporary) {
+  const std::string name = temporary.filename().string();
+  const std::string machine = name.substr(kPrefix.size(), 8);
+  if (machine == machine_name()) {
+    const std::size_t process_at = kPrefix.size() + machine.size() + 1;
+    const std::size_t start_at = std::min(name.find('-', process_at), name.size() - 1) + 1;
+    const long process = std::strtol(name.c_str() + std::min(process_at, name.size()), nullptr, 10);
+    const std::string start = name.substr(start_at, name.find('-', start_at) - start_at);
+    return process > 0 && !start.empty() && process_start(process) == start;
+  }
+  std::error_code failed;
+  const auto written = fs::last_write_time(temporary, failed);
+  return !failed && fs::file_time_type::clock::now() - written < kForeignLifetime;
+}
+
+/// Removes the temporary file unless it was renamed.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const fs::path& file) : file_(file), temporary_(temporary_beside(file)) {}
+  ~TemporaryFile() {
+    if (!renamed_) ::unlink(temporary_.c_str());
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  const fs::path& path() const { return temporary_; }
+
+  void rename() {
+    if (::rename(temporary_.c_str(), file_.c_str()) != 0)
+      fail(ErrorKind::Io, "{}: cannot be put in place: {}", file_.string(), reason(errno));
+    renamed_ = true;
+    const fs::path folder = file_.has_parent_path() ? file_.parent_path() : fs::path(".");
+    const FileDescriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    // Some file systems cannot sync a folder; they say EINVAL, and the rename stands.
+    if (descriptor.get() < 0 || (::fsync(descriptor.get()) != 0 && errno != EINVAL))
+      fail(ErrorKind::Io, "{}: its folder cannot be synced: {}", file_.string(), reason(errno));
+  }
+
+ private:
+  fs::path file_;
+  fs::path temporary_;
+  bool renamed_ = false;
+};
+
+void make_parent(const fs::path& file) {
+  if (!file.has_filename()) fail(ErrorKind::Io, "\"{}\" does not name a file", file.string());
+  if (file.has_parent_path()) make_folder(file.parent_path());
+}
+
+}  // namespace
+
+void write_file(const fs::path& file, std::span<const std::byte> bytes) {
+  make_parent(file);
+  TemporaryFile temporary(file);
+  FileDescriptor descriptor(
+      ::open(temporary.path().c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (descriptor.get() < 0)
+    fail(ErrorKind::Io, "{}: cannot be written: {}", file.string(), reason(errno));
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t count = ::write(descriptor.get(), bytes.data() + done, bytes.size() - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0)
+      fail(ErrorKind::Io, "{}: cannot be written after {} of {} bytes: {}", file.string(), done,
+           bytes.size(), reason(errno));
+    done += static_cast<std::size_t>(count);
+  }
+  if (::fsync(descriptor.get()) != 0)
+    fail(ErrorKind::Io, "{}: cannot be synced: {}", file.string(), reason(errno));
+  if (const int error = descriptor.close(); error != 0)
+    fail(ErrorKind::Io, "{}: cannot be closed: {}", file.string(), reason(error));
+  temporary.rename();
+}
+
+void write_file(const fs::path& file, std::string_view text) {
+  write_file(file, std::as_bytes(std::span(text)));
+}
+
+void write_file_by(const fs::path& file, const std::function<void(const fs::path&)>& write) {
+  make_parent(file);
+  TemporaryFile temporary(file);
+  write(temporary.path());
+  {
+    FileDescriptor descriptor(::open(temporary.path().c_str(), O_RDONLY | O_CLOEXEC));
+    if (descriptor.get() < 0)
+      fail(ErrorKind::Io, "{}: its writer left no file: {}", file.string(), reason(errno));
+    if (::fsync(descriptor.get()) != 0)
+      fail(ErrorKind::Io, "{}: cannot be synced: {}", file.string(), reason(errno));
+  }
+  temporary.rename();
+}
+
+namespace {
+
+template <class Buffer>
+Buffer read_whole(const fs::path& file, std::size_t max_bytes) {
+  const FileDescriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+  if (descriptor.get() < 0)
+    fail(ErrorKind::Io, "{}: cannot be read: {}", file.string(), reason(errno));
+  struct stat status {};
+  if (::fstat(descriptor.get(), &status) != 0)
+    fail(ErrorKind::Io, "{}: cannot be read: {}", file.string(), reason(errno));
+  if (S_ISDIR(status.st_mode))
+    fail(ErrorKind::Io, "{}: is a folder, but must be a file", file.string());
+  const auto refuse_size = [&] {
+    fail(ErrorKind::Input, "{}: is larger than {} bytes", file.string(), max_bytes);
+  };
+  const auto stated = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
+  if (stated > max_bytes) refuse_size();
+
+  // Devices and /proc state no size, and a file may grow: read until the end, whatever was stated.
+  Buffer buffer;
+  buffer.resize(stated + 1);
+  std::size_t done = 0;
+  while (true) {
+    const ssize_t count = ::read(descriptor.get(), buffer.data() + done, buffer.size() - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(ErrorKind::Io, "{}: cannot be read: {}", file.string(), reason(errno));
+    if (count == 0) break;
+    done += static_cast<std::size_t>(count);
+    if (done > max_bytes) refuse_size();
+    if (done == buffer.size()) buffer.resize(std::min(2 * done + 4096, max_bytes + 1));
+  }
+  buffer.resize(done);
+  return buffer;
+}
+
+}  // namespace
+
+std::vector<std::byte> read_file(const fs::path& file, std::size_t max_bytes) {
+  return read_whole<std::vector<std::byte>>(file, max_bytes);
+}
+
+std::string read_text_file(const fs::path& file, std::size_t max_bytes) {
+  return read_whole<std::string>(file, max_bytes);
+}
+
+void make_folder(const fs::path& folder) {
+  if (folder.empty()) return;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  // With a blank at the end of the path, or a race with another process, "false" is no error.
+  if (error)
+    fail(ErrorKind::Io, "{}: cannot be made a folder: {}", folder.string(), error.message());
+  if (!fs::is_directory(folder, error)) fail(ErrorKind::Io, "{}: is not a folder", folder.string());
+}
+
+void remove_temporaries(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error)) return;
+  fs::recursive_directory_iterator entry(folder, fs::directory_options::none, error);
+  while (!error && entry != fs::recursive_directory_iterator()) {
+    const fs::path path = entry->path();
+    std::error_code ignored;
+    const bool is_temporary = path.filename().string().starts_with(kPrefix) &&
+                              entry->symlink_status(ignored).type() == fs::file_type::regular;
+    if (is_temporary && !writer_may_live(path)) {
+      std::error_code removing;
+      fs::remove(path, removing);
+      if (removing)
+        fail(ErrorKind::Io, "{}: cannot be removed: {}", path.string(), removing.message());
+    }
+    entry.increment(error);
+  }
+  if (error) fail(ErrorKind::Io, "{}: cannot be listed: {}", folder.string(), error.message());
+}
+
+}  // namespace terracast::core
