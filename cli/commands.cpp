@@ -1,0 +1,290 @@
+#include "cli/commands.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "cli/pipeline.h"
+#include "cli/reference.h"
+#include "cli/run_config.h"
+#include "core/atomic_file.h"
+#include "core/image_io.h"
+#include "core/parallel.h"
+#include "core/schema_writer.h"
+#include "tiler/preview.h"
+#include "validate/check.h"
+
+namespace terracast::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+/// What the options of all commands are parsed into.
+struct Arguments {
+  fs::path config, out, store, dataset, report, file;
+  std::vector<std::string> sets;
+  std::string shard = "0/1", format, name;
+  int num_threads = 0;
+  int size_px = 1024;
+  bool verbose = false, quiet = false;
+};
+
+core::LogLevel log_level(const Arguments& args) {
+  if (args.quiet) return core::LogLevel::Warn;
+  return args.verbose ? core::LogLevel::Debug : core::LogLevel::Info;
+}
+
+render::Shard shard_from_text(const std::string& text) {
+  const auto refuse = [&] {
+    fail(ErrorKind::Usage,
+         "--shard {}: shards are written INDEX/COUNT and counted from 0, as 0/4 to 3/4", text);
+  };
+  const auto slash = text.find('/');
+  if (slash == std::string::npos) refuse();
+  const auto number = [&](const std::string& digits) {
+    if (digits.empty() || digits.size() > 6 ||
+        digits.find_first_not_of("0123456789") != std::string::npos)
+      refuse();
+    return std::stoi(digits);
+  };
+  const render::Shard shard{.index = number(text.substr(0, slash)),
+                            .count = number(text.substr(slash + 1))};
+  if (shard.index >= shard.count) refuse();
+  return shard;
+}
+
+/// Runs a job's command with its log, events file and thread limit.
+int with_job(const Arguments& args,
+             const std::function<int(const Job&, const core::Context&)>& work) {
+  const core::Log log("terracast", log_level(args));
+  const core::ThreadLimit limit(args.num_threads);
+  const RunConfig config = load_run_config(args.config, args.sets);
+  core::make_folder(args.out);
+  core::remove_temporaries(args.out);
+  const core::Context context{
+      .log = log, .num_threads = args.num_threads, .events_file = args.out / "events.jsonl"};
+  return work(prepare_job(config, context), context);
+}
+
+world::TileStore open_store(const Arguments& args) {
+  return world::TileStore::open(args.store.empty() ? OutputFolders(args.out).world : args.store);
+}
+
+int run_all(const Arguments& args) {
+  return with_job(args, [&](const Job& job, const core::Context& context) {
+    const bool ok = run(job, args.out, context);
+    fmt::print("{}: {}\n", ok ? "every check holds" : "A CHECK FAILED",
+               (OutputFolders(args.out).reports / "index.html").string());
+    return ok ? 0 : 1;
+  });
+}
+
+int run_tile(const Arguments& args) {
+  return with_job(args, [&](const Job& job, const core::Context& context) {
+    const auto store =
+        tile(job, args.store.empty() ? OutputFolders(args.out).world : args.store, context);
+    fmt::print("{}", tiler::describe_world(store));
+    return 0;
+  });
+}
+
+int run_render(const Arguments& args) {
+  const render::Shard shard = shard_from_text(args.shard);
+  return with_job(args, [&](const Job& job, const core::Context& context) {
+    render(job, open_store(args), shard, OutputFolders(args.out).captures, context);
+    return 0;
+  });
+}
+
+int run_export(const Arguments& args) {
+  return with_job(args, [&](const Job& job, const core::Context& context) {
+    export_formats(job, OutputFolders(args.out), context);
+    return 0;
+  });
+}
+
+int run_validate(const Arguments& args) {
+  const core::Log log("validate", log_level(args));
+  const core::ThreadLimit limit(args.num_threads);
+  const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
+  const auto results =
+      validate::run_validate_stage(args.dataset, {.format = args.format}, args.report, context);
+  bool all_ok = true;
+  for (const auto& result : results) {
+    fmt::print("{:7} {:32} {:>12.6g} {:8} bound {:<12.6g} {}\n",
+               result.skipped ? "skipped"
+               : result.ok    ? "ok"
+                              : "FAILED",
+               result.name, result.value, result.unit, result.bound,
+               result.ok && !result.skipped ? "" : result.worst);
+    all_ok = all_ok && (result.ok || result.skipped);
+  }
+  fmt::print("{}\n", (args.report / "index.html").string());
+  return all_ok ? 0 : 1;
+}
+
+int run_world_info(const Arguments& args) {
+  fmt::print("{}", tiler::describe_world(world::TileStore::open(args.store)));
+  return 0;
+}
+
+int run_world_preview(const Arguments& args) {
+  const auto store = world::TileStore::open(args.store);
+  std::vector<tiler::PreviewPath> paths;
+  if (!args.config.empty()) {
+    const core::Log log("world", log_level(args));
+    const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
+    paths = paths_of(prepare_job(load_run_config(args.config, args.sets), context));
+  }
+  core::write_file(args.file,
+                   core::encode_png(tiler::render_preview(store, paths, args.size_px), 6));
+  fmt::print("{}\n", args.file.string());
+  return 0;
+}
+
+void add_common(CLI::App& command, Arguments& args) {
+  command
+      .add_option("--threads", args.num_threads,
+                  "Threads; 0 takes every core. The result is the same.")
+      ->check(CLI::Range(0, 4096));
+  command.add_flag("-v,--verbose", args.verbose, "Say what happens to each tile and frame.");
+  command.add_flag("-q,--quiet", args.quiet, "Say only what changes the data or fails.");
+}
+
+void add_config(CLI::App& command, Arguments& args, bool is_required = true) {
+  auto* option = command.add_option("CONFIG", args.config,
+                                    "The job, TOML; `terracast config explain` lists its keys.");
+  if (is_required) option->required();
+  command
+      .add_option("--set", args.sets,
+                  "Set a key of the config, as --set world.seed=7 (repeatable).")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+}
+
+CLI::App* add_job_command(CLI::App& app, const std::string& name, const std::string& summary,
+                          Arguments& args) {
+  CLI::App* command = app.add_subcommand(name, summary);
+  add_config(*command, args);
+  command
+      ->add_option("--out", args.out,
+                   "Folder of the job's results; a job that was cut off goes on there.")
+      ->required();
+  add_common(*command, args);
+  return command;
+}
+
+int parse_and_run(int argc, const char* const* argv) {
+  Arguments args;
+  int status = 0;
+  CLI::App app{"terracast: datasets for aerial and ground vision, with ground truth that is right.",
+               "terracast"};
+  app.require_subcommand(1);
+  app.set_version_flag("--version", TERRACAST_VERSION);
+  app.footer(
+      "Start with:\n  terracast run configs/demo.toml --out out/demo\n"
+      "Each stage can be run alone (tile, render, export, validate), stopped and run again.");
+
+  add_job_command(app, "run", "All stages: tile, render, export, validate.", args)->callback([&] {
+    status = run_all(args);
+  });
+  auto* tile_command = add_job_command(app, "tile", "Make the world's tiles.", args);
+  tile_command->add_option("--world", args.store, "Folder of the world; OUT/world when left out.");
+  tile_command->callback([&] { status = run_tile(args); });
+
+  auto* render_command =
+      add_job_command(app, "render", "Ray-cast the sequences into captures.", args);
+  render_command->add_option("--world", args.store,
+                             "Folder of the world; OUT/world when left out.");
+  render_command
+      ->add_option("--shard", args.shard,
+                   "Render only frames INDEX, INDEX+COUNT, …; counted from 0.")
+      ->type_name("INDEX/COUNT");
+  render_command->callback([&] { status = run_render(args); });
+
+  add_job_command(app, "export", "Write the captures in the formats of the config.", args)
+      ->callback([&] { status = run_export(args); });
+
+  auto* validate_command =
+      app.add_subcommand("validate", "Check an exported dataset; exit status 1 when it is wrong.");
+  validate_command->add_option("DATASET", args.dataset, "Folder of one exported dataset.")
+      ->required();
+  validate_command->add_option("--format", args.format,
+                               "Its format; found out from the folder when left out.");
+  validate_command->add_option("--report", args.report, "Folder for report.json and index.html.")
+      ->required();
+  add_common(*validate_command, args);
+  validate_command->callback([&] { status = run_validate(args); });
+
+  auto* world_command = app.add_subcommand("world", "Look into a world.");
+  world_command->require_subcommand(1);
+  auto* info =
+      world_command->add_subcommand("info", "Extents, levels, tiles, sizes, datums, sources.");
+  info->add_option("STORE", args.store, "Folder of the world.")->required();
+  info->callback([&] { status = run_world_info(args); });
+  auto* preview =
+      world_command->add_subcommand("preview", "Draw a hillshaded map, with trajectories on it.");
+  preview->add_option("STORE", args.store, "Folder of the world.")->required();
+  preview->add_option("-o,--output", args.file, "The PNG to write.")->required();
+  preview->add_option("--config", args.config, "A job whose trajectories are drawn.");
+  preview->add_option("--set", args.sets, "Set a key of that job.")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  preview->add_option("--size", args.size_px, "Pixels of the longer side.")
+      ->check(CLI::Range(64, 16384));
+  preview->callback([&] { status = run_world_preview(args); });
+
+  auto* list = app.add_subcommand("list", "What this build knows, one name a line.");
+  list->add_option("WHAT", args.name, "One of " + joined(listable_names()) + ".")->required();
+  list->callback([&] { fmt::print("{}", list_text(args.name)); });
+
+  auto* config = app.add_subcommand("config", "Explain or resolve configs.");
+  config->require_subcommand(1);
+  auto* explain = config->add_subcommand("explain", "Every key, or those whose name contains KEY.");
+  explain->add_option("KEY", args.name, "A key or a part of one.");
+  explain->callback([&] { fmt::print("{}", explain_text(args.name)); });
+  auto* resolve = config->add_subcommand(
+      "resolve", "A config with everything it extends, includes and leaves to defaults.");
+  add_config(*resolve, args);
+  resolve->callback(
+      [&] { fmt::print("{}", core::toml_text(load_run_config(args.config, args.sets))); });
+
+  auto* docs = app.add_subcommand("docs", "Write the reference of config keys.");
+  docs->add_option("-o,--output", args.file, "The Markdown file to write.")->required();
+  docs->callback([&] { core::write_file(args.file, reference_text()); });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int printed = app.exit(error);
+    return printed == 0 ? 0 : core::exit_status(ErrorKind::Usage);
+  }
+  return status;
+}
+
+}  // namespace
+
+int run_command_line(int argc, const char* const* argv) {
+  try {
+    return parse_and_run(argc, argv);
+  } catch (const core::Error& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return core::exit_status(error.kind());
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr,
+               "error: out of memory; lower tracing.memory_bytes or the number of threads\n");
+    return core::exit_status(ErrorKind::Io);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "error: {} (this is a bug of terracast)\n", error.what());
+    return core::exit_status(ErrorKind::Internal);
+  }
+}
+
+}  // namespace terracast::cli

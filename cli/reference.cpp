@@ -1,0 +1,146 @@
+#include "cli/reference.h"
+
+#include <functional>
+#include <map>
+
+#include "cli/run_config.h"
+#include "core/registry.h"
+#include "core/schema_writer.h"
+#include "export/exporter.h"
+#include "geo/camera_model.h"
+#include "geo/trajectory.h"
+#include "tiler/layer_registry.h"
+#include "validate/check.h"
+
+namespace terracast::cli {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+using core::KeyInfo;
+
+template <class Table>
+std::string lines_of(const Table& table) {
+  std::string text;
+  for (const auto& entry : table) text += fmt::format("{:14} {}\n", entry.name, entry.summary);
+  return text;
+}
+
+const std::map<std::string, std::function<std::string()>>& lists() {
+  static const std::map<std::string, std::function<std::string()>> table{
+      {"cameras", [] { return lines_of(geo::camera_models()); }},
+      {"checks", [] { return lines_of(validate::check_list()); }},
+      {"exporters", [] { return lines_of(exporters::exporters()); }},
+      {"layers", [] { return lines_of(tiler::elevation_kinds()); }},
+      {"trajectories", [] { return lines_of(geo::trajectory_kinds()); }},
+  };
+  return table;
+}
+
+/// Keys that every job has.
+std::vector<KeyInfo> common_keys() { return core::list_keys<RunConfig>(); }
+
+template <class Options>
+std::vector<KeyInfo> keys_of(Options& options, const std::string& prefix) {
+  std::vector<KeyInfo> keys;
+  const auto lister = core::make_key_lister(keys);
+  options.describe(*lister);
+  for (auto& key : keys) key.name = prefix + key.name;
+  return keys;
+}
+
+/// Keys that come with a kind of trajectory or a format, by the name of their heading.
+std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
+  std::vector<std::pair<std::string, std::vector<KeyInfo>>> result;
+  for (const auto& kind : geo::trajectory_kinds())
+    result.emplace_back(fmt::format("trajectories of kind {}", kind.name),
+                        keys_of(*kind.make(), "trajectories[]."));
+  for (const auto& format : exporters::exporters())
+    result.emplace_back(fmt::format("exports of format {}", format.name),
+                        keys_of(*format.make(), "exports[]."));
+  return result;
+}
+
+std::string explain(const KeyInfo& key, const std::string& when) {
+  std::string text = fmt::format("{}\n    {}\n    {}", key.name, key.meaning, key.type);
+  if (!key.unit.empty()) text += fmt::format(", {}", key.unit);
+  if (!key.range.empty()) text += fmt::format(", {}", key.range);
+  if (!key.default_value.empty()) text += fmt::format("; default {}", key.default_value);
+  if (!when.empty()) text += fmt::format("; {}", when);
+  return text + "\n";
+}
+
+std::string section_of(const std::string& key) {
+  const auto dot = key.find('.');
+  return dot == std::string::npos ? std::string() : key.substr(0, dot);
+}
+
+}  // namespace
+
+std::string joined(const std::vector<std::string>& words) {
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+std::vector<std::string> listable_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, print] : lists()) names.push_back(name);
+  return names;
+}
+
+std::string list_text(const std::string& what) {
+  const auto found = lists().find(what);
+  if (found == lists().end())
+    fail(ErrorKind::Usage, "{}", core::unknown_name_message("list", what, listable_names()));
+  return found->second();
+}
+
+std::string explain_text(const std::string& part) {
+  std::string text;
+  std::vector<std::string> known;
+  const auto add = [&](const std::vector<KeyInfo>& keys, const std::string& when) {
+    for (const auto& key : keys) {
+      known.push_back(key.name);
+      if (key.name.find(part) != std::string::npos) text += explain(key, when);
+    }
+  };
+  add(common_keys(), "");
+  for (const auto& [heading, keys] : keys_by_kind()) add(keys, "in " + heading);
+  if (text.empty()) {
+    const std::string nearest = core::nearest_name(part, known);
+    fail(ErrorKind::Usage, "no key contains \"{}\"{}; `terracast config explain` lists all", part,
+         nearest.empty() ? "" : fmt::format(" (nearest: \"{}\")", nearest));
+  }
+  return text;
+}
+
+std::string reference_text() {
+  std::string text =
+      "# Config keys\n\n"
+      "Written by `terracast docs`. A config is TOML; a section or list item may also be the path "
+      "of a file that holds\n"
+      "it, and any table may say `extends = \"file.toml\"`. Relative paths start at the file they "
+      "stand in. Keys carry "
+      "their unit.\n";
+  std::string section = "?";
+  std::vector<KeyInfo> group;
+  const auto flush = [&] {
+    if (group.empty()) return;
+    text += fmt::format("\n## {}\n\n{}", section.empty() ? "top level" : section,
+                        core::markdown_table(group));
+    group.clear();
+  };
+  for (const auto& key : common_keys()) {
+    if (section_of(key.name) != section) {
+      flush();
+      section = section_of(key.name);
+    }
+    group.push_back(key);
+  }
+  flush();
+  for (const auto& [heading, keys] : keys_by_kind()) {
+    if (!keys.empty()) text += fmt::format("\n## {}\n\n{}", heading, core::markdown_table(keys));
+  }
+  return text;
+}
+
+}  // namespace terracast::cli

@@ -1,0 +1,54 @@
+#include "cli/run_config.h"
+
+#include <set>
+
+#include "core/toml_reader.h"
+
+namespace terracast::cli {
+
+using core::ErrorKind;
+using core::fail;
+
+void RunConfig::describe(core::SchemaVisitor& visit) {
+  visit.key("name", name, "Name of the job.");
+  visit.key("seed", seed,
+            "Seed of everything that is drawn in the capture: sub-pixel samples, track points.");
+  visit.key("data", data, "Folder of source data; written ${data} in the paths of this config.");
+  visit.section("world", world, "The world: its place, its sources of heights.");
+  visit.section("detail", detail, "How fine the terrain is near the cameras.");
+  visit.section("tracing", tracing, "How rays are traced; the result does not depend on it.");
+  visit.list("rigs", rigs, "Cameras, several rigs on one body.");
+  visit.list("trajectories", trajectories, "Motions of the body; each becomes a sequence.");
+  visit.section("conditions", conditions, "Light and air.");
+  visit.section("tracks", tracks, "Points of the ground that are followed through each sequence.");
+  visit.list("exports", exports, "Formats that the capture is written in.");
+  visit.section("validate", validation, "How the exported datasets are checked.");
+}
+
+void RunConfig::validate() const {
+  if (rigs.empty()) fail(ErrorKind::Config, "no rig; add a [[rigs]] with at least one camera");
+  if (trajectories.empty()) fail(ErrorKind::Config, "no trajectory; add a [[trajectories]]");
+  std::set<std::string> names;
+  for (const auto& trajectory : trajectories) {
+    if (trajectory.name.empty() || trajectory.name.find_first_of("/\\ ") != std::string::npos ||
+        trajectory.name.front() == '.')
+      fail(ErrorKind::Config,
+           "trajectory name \"{}\" becomes a folder: letters, digits, - and _ are allowed",
+           trajectory.name);
+    if (!names.insert(trajectory.name).second)
+      fail(ErrorKind::Config, "two trajectories are called \"{}\"; give each its own name",
+           trajectory.name);
+  }
+  std::set<std::string> formats;
+  for (const auto& chosen : exports)
+    if (!formats.insert(chosen.format).second)
+      fail(ErrorKind::Config, "format \"{}\" is exported twice; one [[exports]] a format",
+           chosen.format);
+}
+
+RunConfig load_run_config(const std::filesystem::path& file, const std::vector<std::string>& sets) {
+  return core::with_context([&] { return core::read_toml<RunConfig>(file, sets); },
+                            fmt::format("reading the config {}", file.string()));
+}
+
+}  // namespace terracast::cli

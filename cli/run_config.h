@@ -1,0 +1,54 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/schema.h"
+#include "export/exporter.h"
+#include "geo/trajectory.h"
+#include "render/render_stage.h"
+#include "render/rig.h"
+#include "tiler/world_options.h"
+#include "world/lod.h"
+#include "world/ray_query.h"
+
+namespace terracast::cli {
+
+/// Config `[validate]`.
+struct ValidateConfig {
+  std::int64_t seed = 1;
+  std::int64_t samples_per_image = 2000;
+
+  template <class Visitor>
+  void describe(Visitor& visit) {
+    visit.key("seed", seed, "Seed of the pixels that sampling checks draw.");
+    visit.key("samples_per_image", samples_per_image,
+              "Pixels that a sampling check draws from each image.", core::between(100, 1000000));
+  }
+};
+
+/// A whole job: the file that `terracast run` is given.
+struct RunConfig {
+  std::string name = "run";
+  std::int64_t seed = 1;
+  core::Path data;
+  tiler::WorldOptions world;
+  world::DetailOptions detail;
+  world::RayQueryOptions tracing;
+  std::vector<render::RigOptions> rigs;
+  std::vector<geo::TrajectoryOptions> trajectories;
+  render::ConditionOptions conditions;
+  render::TrackOptions tracks;
+  std::vector<exporters::ExportOptions> exports;
+  ValidateConfig validation;
+
+  void describe(core::SchemaVisitor& visit);
+  /// throws Config: no rig or trajectory, names that repeat
+  void validate() const;
+};
+
+/// Reads a job; `sets` are the command line's KEY=VALUE.
+RunConfig load_run_config(const std::filesystem::path& file, const std::vector<std::string>& sets);
+
+}  // namespace terracast::cli
