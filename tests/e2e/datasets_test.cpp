@@ -1,0 +1,86 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "capture/frame_reader.h"
+#include "core/json.h"
+#include "geo/geodesy.h"
+#include "geo/units.h"
+#include "tests/e2e/tiny_job.h"
+#include "tests/support/run_program.h"
+#include "tests/support/test_data.h"
+
+namespace terracast::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kConfigs = fs::path(TERRACAST_SOURCE_DIR) / "configs";
+
+/// Every check of every format in a report holds, and the formats are those expected.
+void expect_report_holds(const fs::path& report, const std::vector<std::string>& formats) {
+  const core::Json json = core::Json::read(report / "report.json");
+  EXPECT_TRUE(json.at("ok").boolean());
+  for (const auto& format : formats) {
+    int num_checks = 0;
+    for (std::size_t i = 0; i < json.at("checks").size(); ++i) {
+      const core::Json& check = json.at("checks").at(i);
+      const std::string& name = check.at("name").string();
+      if (name.rfind(format + "/", 0) != 0) continue;
+      ++num_checks;
+      EXPECT_TRUE(check.at("ok").boolean())
+          << name << ": " << check.at("value").number() << " against " << check.at("bound").number() << " "
+          << check.at("unit").string() << ", worst " << check.at("worst").string();
+    }
+    EXPECT_GE(num_checks, 4) << format;
+    EXPECT_TRUE(fs::exists(report / format / "index.html"));
+  }
+  EXPECT_TRUE(fs::exists(report / "index.html"));
+  EXPECT_TRUE(fs::exists(report / "map.png"));
+}
+
+TEST(Demo, PassesEveryCheckInThreeFormatsAndFliesWhatItPromises) {
+  const ScratchFolder scratch;
+  const auto run = run_program({"run", (kConfigs / "demo.toml").string(), "--out", (scratch / "out").string(), "-q"},
+                               {.timeout_s = 1200.0});
+  ASSERT_EQ(run.status, 0) << run.output;
+  expect_report_holds(scratch / "out/report", {"tartanair", "kitti", "colmap"});
+
+  const auto sequences = capture::list_sequences(scratch / "out/capture");
+  ASSERT_EQ(sequences.size(), 1u);
+  const auto sequence = capture::SequenceReader::open(sequences[0]);
+  ASSERT_EQ(sequence.frames().size(), 24u);
+  const geo::WorldFrame frame(sequence.info().origin);
+  double largest_bank_deg = 0.0, turn_deg = 0.0, last_heading_deg = 0.0;
+  for (std::size_t i = 0; i < sequence.frames().size(); ++i) {
+    const geo::Rigid3d& world_from_body = sequence.frames()[i].world_from_body;
+    const Eigen::Matrix3d enu_from_body =
+        frame.world_from_enu(world_from_body.translation).transpose() * world_from_body.rotation.toRotationMatrix();
+    const double heading_deg = geo::degrees_from_radians(std::atan2(enu_from_body(0, 0), enu_from_body(1, 0)));
+    const double bank_deg = geo::degrees_from_radians(std::atan2(enu_from_body(2, 1), enu_from_body(2, 2)));
+    largest_bank_deg = std::max(largest_bank_deg, std::abs(bank_deg));
+    if (i > 0) turn_deg += std::remainder(heading_deg - last_heading_deg, 360.0);
+    last_heading_deg = heading_deg;
+  }
+  const auto height_m = [&](std::size_t i) {
+    return frame.geodetic_from_world(sequence.frames()[i].world_from_body.translation).height_m;
+  };
+  EXPECT_GE(std::abs(turn_deg), 90.0);
+  EXPECT_GE(largest_bank_deg, 15.0);
+  EXPECT_GE(height_m(23) - height_m(0), 200.0);
+}
+
+TEST(Andorra, TwelveFramesPassEveryCheckInThreeFormats) {
+  TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
+  const ScratchFolder scratch;
+  const auto run = run_program({"run", (kConfigs / "andorra_small.toml").string(), "--set",
+                                "data=" + shared_data().string(), "--out", (scratch / "out").string(), "-q"},
+                               {.timeout_s = 1200.0});
+  ASSERT_EQ(run.status, 0) << run.output;
+  expect_report_holds(scratch / "out/report", {"tartanair", "kitti", "colmap"});
+}
+
+}  // namespace
+}  // namespace terracast::test

@@ -1,0 +1,86 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <random>
+
+#include "core/random.h"
+#include "tests/e2e/tiny_job.h"
+#include "tests/support/folder_compare.h"
+#include "tests/support/run_program.h"
+#include "tests/support/test_data.h"
+
+namespace terracast::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(Determinism, ThreadsShardsAndLocalBudgetDoNotChangeTheCapture) {
+  const ScratchFolder scratch;
+  const auto config = write_text(scratch / "job.toml", tiny_job_text()).string();
+  const auto out = [&](const char* name) { return (scratch / name).string(); };
+
+  for (const char* threads : {"1", "2"}) {
+    const auto run = run_program({"run", config, "--out", out(threads), "--threads", threads, "-q"});
+    ASSERT_EQ(run.status, 0) << run.output;
+  }
+  EXPECT_EQ(first_difference(scratch / "1/world", scratch / "2/world"), "");
+  EXPECT_EQ(first_difference(scratch / "1/capture", scratch / "2/capture"), "");
+  EXPECT_EQ(first_difference(scratch / "1/export", scratch / "2/export"), "");
+
+  const auto world = (scratch / "1/world").string();
+  for (const char* shard : {"1/2", "0/2"}) {
+    const auto run = run_program({"render", config, "--out", out("halves"), "--world", world, "--shard", shard, "-q"});
+    ASSERT_EQ(run.status, 0) << run.output;
+  }
+  EXPECT_EQ(first_difference(scratch / "1/capture", scratch / "halves/capture"), "");
+
+  const auto small = run_program({"render", config, "--out", out("small"), "--world", world, "--set",
+                                  "tracing.memory_bytes=64e6", "-q"});
+  ASSERT_EQ(small.status, 0) << small.output;
+  EXPECT_EQ(first_difference(scratch / "1/capture", scratch / "small/capture"), "");
+}
+
+std::map<std::string, fs::file_time_type> finished_frames(const fs::path& captures) {
+  std::map<std::string, fs::file_time_type> times;
+  if (!fs::exists(captures)) return times;
+  for (const auto& entry : fs::recursive_directory_iterator(captures))
+    if (entry.path().parent_path().filename() == "frames" && entry.path().extension() == ".json")
+      times[entry.path().string()] = entry.last_write_time();
+  return times;
+}
+
+TEST(Resume, KilledAtTwentyRandomMomentsItEndsInTheSameBytesAndRepeatsNoFrame) {
+  const ScratchFolder scratch;
+  const auto config = write_text(scratch / "job.toml", tiny_job_text()).string();
+  const auto whole = (scratch / "whole").string();
+  const auto start = std::chrono::steady_clock::now();
+  const auto reference = run_program({"run", config, "--out", whole, "-q"});
+  const double duration_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  ASSERT_EQ(reference.status, 0) << reference.output;
+
+  constexpr std::uint64_t kSeed = 20;  // give another to reproduce a failure
+  int num_killed = 0;
+  for (int moment = 0; moment < 20; ++moment) {
+    const auto out = scratch / ("killed" + std::to_string(moment));
+    std::map<std::string, fs::file_time_type> before;
+    // One random kill per moment; the run is taken up again until it gets to its end.
+    const double kill_after_s = core::random_between(0.0, duration_s, kSeed, 0, moment);
+    const auto killed = run_program({"run", config, "--out", out.string(), "-q"}, {.kill_after_s = kill_after_s});
+    num_killed += killed.status == -SIGKILL;
+    before = finished_frames(out / "capture");
+    const auto resumed = run_program({"run", config, "--out", out.string(), "-q"});
+    ASSERT_EQ(resumed.status, 0) << "killed after " << kill_after_s << " s\n" << resumed.output;
+    const auto after = finished_frames(out / "capture");
+    for (const auto& [frame, time] : before)
+      EXPECT_EQ(after.at(frame), time) << frame << " was rendered again after a kill at " << kill_after_s << " s";
+    for (const char* part : {"world", "capture", "export"})
+      EXPECT_EQ(first_difference(scratch / "whole" / part, out / part), "") << "killed after " << kill_after_s << " s";
+    fs::remove_all(out);
+  }
+  EXPECT_GE(num_killed, 10) << "most kills came after the end: the test saw nothing";
+}
+
+}  // namespace
+}  // namespace terracast::test

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace terracast::test {
+
+/// What a run of the program left behind.
+struct ProgramResult {
+  int status = -1;     ///< exit status; -signal when it was killed; -1000 when it ran out of time
+  std::string output;  ///< stdout and stderr together
+};
+
+/// How a run is cut short.
+struct ProgramLimits {
+  double timeout_s = 300.0;
+  double kill_after_s = -1.0;  ///< SIGKILL at this time; negative: never
+};
+
+/// Runs the built program with arguments; its output goes through a file, so that nothing can block.
+inline ProgramResult run_program(const std::vector<std::string>& arguments, const ProgramLimits& limits = {}) {
+  static int counter = 0;
+  const auto log = std::filesystem::temp_directory_path() /
+                   ("terracast-output-" + std::to_string(::getpid()) + "-" + std::to_string(counter++));
+  std::vector<char*> argv{const_cast<char*>(TERRACAST_PROGRAM)};
+  for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const int file = ::open(log.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
+    ::dup2(file, 1);
+    ::dup2(file, 2);
+    ::execv(TERRACAST_PROGRAM, argv.data());
+    ::_exit(127);
+  }
+  const auto start = std::chrono::steady_clock::now();
+  ProgramResult result;
+  bool was_killed = false;
+  for (;;) {
+    int state = 0;
+    if (::waitpid(child, &state, WNOHANG) == child) {
+      result.status = WIFEXITED(state) ? WEXITSTATUS(state) : -WTERMSIG(state);
+      break;
+    }
+    const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (!was_killed && limits.kill_after_s >= 0.0 && elapsed_s >= limits.kill_after_s) {
+      ::kill(child, SIGKILL);
+      was_killed = true;
+    }
+    if (elapsed_s > limits.timeout_s) {
+      ::kill(child, SIGKILL);
+      ::waitpid(child, &state, 0);
+      result.status = -1000;
+      break;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  std::ifstream stream(log);
+  std::stringstream text;
+  text << stream.rdbuf();
+  result.output = text.str();
+  std::filesystem::remove(log);
+  return result;
+}
+
+}  // namespace terracast::test
