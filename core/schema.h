@@ -42,7 +42,7 @@ struct Path {
 struct Constraint {
   double lowest = -std::numeric_limits<double>::infinity();
   double highest = std::numeric_limits<double>::infinity();
-  std::vector<std::string> choices;
+  std::vector<std::string> choices = {};
   std::size_t min_size = 0;
   std::size_t max_size = std::numeric_limits<std::size_t>::max();
   bool required = false;
@@ -93,6 +93,7 @@ class SchemaVisitor {
   template <class Struct>
   void list(std::string_view name, std::vector<Struct>& items, std::string_view meaning) {
     const std::size_t count = begin_list(name, meaning, items.size());
+    if (replaces_items()) items.clear();
     items.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
       begin_item(i);
@@ -119,6 +120,8 @@ class SchemaVisitor {
   /// Returns how many items the list shall have.
   virtual std::size_t begin_list(std::string_view name, std::string_view meaning,
                                  std::size_t current_size) = 0;
+  /// True: the items start from their own defaults, not from those that the list held.
+  virtual bool replaces_items() const { return false; }
   virtual void end_list() = 0;
   virtual void begin_item(std::size_t index) = 0;
   virtual void end_item() = 0;

@@ -1,0 +1,242 @@
+#include "core/schema_writer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terracast::core {
+
+namespace {
+
+std::string toml_value(bool value) { return value ? "true" : "false"; }
+
+std::string toml_value(std::int64_t value) { return fmt::to_string(value); }
+
+std::string toml_value(double value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0.0 ? "inf" : "-inf";
+  std::string text = fmt::format("{}", value);  // the shortest that reads back to the same bits
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string toml_value(const std::string& value) {
+  std::string text = "\"";
+  for (const char c : value) {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      text += '\\';
+      text += c;
+    } else if (c == '\n') {
+      text += "\\n";
+    } else if (c == '\t') {
+      text += "\\t";
+    } else if (code < 0x20 || code == 0x7f) {
+      text += fmt::format("\\u{:04X}", code);
+    } else {
+      text += c;
+    }
+  }
+  return text + '"';
+}
+
+std::string toml_value(const Path& value) { return toml_value(value.written); }
+
+template <class T>
+std::string toml_value(const std::vector<T>& values) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < values.size(); ++i)
+    text += (i > 0 ? ", " : "") + toml_value(values[i]);
+  return text + "]";
+}
+
+/// Writes keys before sub-tables, as TOML wants it, whatever the order of the description.
+class TomlWriter : public SchemaVisitor {
+ public:
+  explicit TomlWriter(std::string& output) : output_(output) { output_.clear(); }
+
+ protected:
+  void visit_value(std::string_view name, ValueRef value, std::string_view,
+                   const Constraint&) override {
+    add_key(name, std::visit([](const auto* v) { return toml_value(*v); }, value));
+  }
+  bool begin_section(std::string_view name, std::string_view) override {
+    const std::string full = full_name(name);
+    tables_.push_back({full, "\n[" + full + "]\n", {}});
+    return true;
+  }
+  void end_section() override {
+    const Table table = std::move(tables_.back());
+    tables_.pop_back();
+    (tables_.empty() ? output_ : tables_.back().sub_tables) += table.keys + table.sub_tables;
+  }
+  std::size_t begin_list(std::string_view name, std::string_view,
+                         std::size_t current_size) override {
+    if (current_size == 0) add_key(name, "[]");
+    lists_.push_back(full_name(name));
+    return current_size;
+  }
+  void end_list() override { lists_.pop_back(); }
+  void begin_item(std::size_t) override {
+    tables_.push_back({lists_.back(), "\n[[" + lists_.back() + "]]\n", {}});
+  }
+  void end_item() override { end_section(); }
+
+ private:
+  struct Table {
+    std::string name;
+    std::string keys;  ///< with the header
+    std::string sub_tables;
+  };
+
+  std::string full_name(std::string_view name) const {
+    return tables_.empty() ? std::string(name) : fmt::format("{}.{}", tables_.back().name, name);
+  }
+  void add_key(std::string_view name, const std::string& value) {
+    const std::string line = fmt::format("{} = {}\n", name, value);
+    if (!tables_.empty()) {
+      tables_.back().keys += line;
+    } else {
+      output_.insert(top_keys_end_, line);
+      top_keys_end_ += line.size();
+    }
+  }
+
+  std::string& output_;
+  std::size_t top_keys_end_ = 0;
+  std::vector<Table> tables_;
+  std::vector<std::string> lists_;
+};
+
+const char* type_name(const bool*) { return "bool"; }
+const char* type_name(const std::int64_t*) { return "integer"; }
+const char* type_name(const double*) { return "number"; }
+const char* type_name(const std::string*) { return "text"; }
+const char* type_name(const Path*) { return "path"; }
+const char* type_name(const std::vector<double>*) { return "list of numbers"; }
+const char* type_name(const std::vector<std::int64_t>*) { return "list of integers"; }
+const char* type_name(const std::vector<std::string>*) { return "list of texts"; }
+const char* type_name(const std::vector<Path>*) { return "list of paths"; }
+
+/// The unit in a name's suffix: `focal_length_mm` is in mm, `speed_m_per_s` in m/s.
+std::string unit_of(std::string_view name) {
+  static constexpr std::string_view kUnits[] = {
+      "bytes", "cm", "db", "deg", "hz",      "kg", "km",  "m", "m2", "m3", "min", "mm",
+      "ms",    "nm", "ns", "pa",  "percent", "px", "rad", "s", "um", "us", "lux", "k"};
+  const auto last_word = [](std::string_view text) {
+    return text.substr(text.rfind('_') + 1);  // npos + 1 is 0
+  };
+  const auto is_unit = [](std::string_view word) {
+    return std::find(std::begin(kUnits), std::end(kUnits), word) != std::end(kUnits);
+  };
+  const std::string_view unit = last_word(name);
+  if (unit.size() == name.size() || !is_unit(unit)) return {};
+  const std::string_view rest = name.substr(0, name.size() - unit.size() - 1);
+  if (!rest.ends_with("_per")) return std::string(unit);
+  const std::string_view above = last_word(rest.substr(0, rest.size() - 4));
+  return fmt::format("{}/{}", is_unit(above) ? above : "1", unit);
+}
+
+/// "1 to 2000", "one of a, b", "3 values, each at least 0, required".
+std::string range_of(const Constraint& constraint) {
+  const double lowest = constraint.lowest;
+  const double highest = constraint.highest;
+  std::vector<std::string> parts;
+  if (constraint.min_size == constraint.max_size)
+    parts.push_back(
+        fmt::format("{} value{}", constraint.min_size, constraint.min_size == 1 ? "" : "s"));
+  else if (constraint.max_size != std::numeric_limits<std::size_t>::max())
+    parts.push_back(fmt::format("{} to {} values", constraint.min_size, constraint.max_size));
+  else if (constraint.min_size > 0)
+    parts.push_back(fmt::format("at least {} value{}", constraint.min_size,
+                                constraint.min_size == 1 ? "" : "s"));
+  if (std::isfinite(lowest) && std::isfinite(highest))
+    parts.push_back(fmt::format("{} to {}", lowest, highest));
+  else if (std::isfinite(lowest))
+    parts.push_back(fmt::format("at least {}", lowest));
+  else if (std::isfinite(highest))
+    parts.push_back(fmt::format("at most {}", highest));
+  if (!constraint.choices.empty())
+    parts.push_back(fmt::format("one of {}", fmt::join(constraint.choices, ", ")));
+  if (constraint.required) parts.emplace_back("required");
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+class KeyLister : public SchemaVisitor {
+ public:
+  explicit KeyLister(std::vector<KeyInfo>& output) : output_(output) { output_.clear(); }
+
+ protected:
+  void visit_value(std::string_view name, ValueRef value, std::string_view meaning,
+                   const Constraint& constraint) override {
+    output_.push_back(
+        {.name = prefix_ + std::string(name),
+         .type = std::visit([](const auto* v) { return type_name(v); }, value),
+         .unit = unit_of(name),
+         .range = range_of(constraint),
+         .default_value = std::visit([](const auto* v) { return toml_value(*v); }, value),
+         .meaning = std::string(meaning)});
+    if (constraint.required) output_.back().default_value.clear();
+  }
+  bool begin_section(std::string_view name, std::string_view) override {
+    open(std::string(name) + ".");
+    return true;
+  }
+  void end_section() override { close(); }
+  std::size_t begin_list(std::string_view name, std::string_view, std::size_t) override {
+    open(std::string(name) + "[].");
+    return 0;  // what is shown is a fresh item, whatever the defaults hold
+  }
+  void end_list() override { close(); }
+  void begin_item(std::size_t) override {}
+  void end_item() override {}
+  bool describes_empty_lists() const override { return true; }
+
+ private:
+  void open(const std::string& step) {
+    outer_sizes_.push_back(prefix_.size());
+    prefix_ += step;
+  }
+  void close() {
+    prefix_.resize(outer_sizes_.back());
+    outer_sizes_.pop_back();
+  }
+
+  std::vector<KeyInfo>& output_;
+  std::string prefix_;
+  std::vector<std::size_t> outer_sizes_;
+};
+
+/// Text for a cell of a Markdown table.
+std::string cell(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '|') escaped += '\\';
+    escaped += c == '\n' ? ' ' : c;
+  }
+  return escaped;
+}
+
+std::string code_cell(const std::string& text) {
+  return text.empty() ? std::string() : "`" + cell(text) + "`";
+}
+
+}  // namespace
+
+std::unique_ptr<SchemaVisitor> make_toml_writer(std::string& output) {
+  return std::make_unique<TomlWriter>(output);
+}
+
+std::unique_ptr<SchemaVisitor> make_key_lister(std::vector<KeyInfo>& output) {
+  return std::make_unique<KeyLister>(output);
+}
+
+std::string markdown_table(const std::vector<KeyInfo>& keys) {
+  std::string text =
+      "| key | unit | default | range | meaning |\n| --- | --- | --- | --- | --- |\n";
+  for (const KeyInfo& key : keys)
+    text += fmt::format("| {} | {} | {} | {} | {} |\n", code_cell(key.name), cell(key.unit),
+                        code_cell(key.default_value), cell(key.range), cell(key.meaning));
+  return text;
+}
+
+}  // namespace terracast::core

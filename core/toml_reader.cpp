@@ -1,0 +1,270 @@
+#include "core/toml_reader.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "core/atomic_file.h"
+#include "core/config_reader.h"
+#include "core/config_tree.h"
+
+namespace terracast::core {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kMaxFileBytes = std::size_t{16} << 20;
+constexpr int kMaxDepth = 64;
+constexpr std::size_t kMaxKeyParts = 32;
+
+bool is_bare_key_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+         c == '-' || static_cast<unsigned char>(c) >= 0x80;
+}
+
+/// The end of the string that starts at `begin` with a quote: one past its last quote, or the
+/// text's end.
+std::size_t end_of_string(std::string_view text, std::size_t begin) {
+  const char quote = text[begin];
+  const std::string triple(3, quote);
+  const bool is_long = text.substr(begin, 3) == triple;
+  std::size_t at = begin + (is_long ? 3 : 1);
+  while (at < text.size()) {
+    if (text[at] == '\\' && quote == '"') {
+      at += 2;
+    } else if (is_long ? text.substr(at, 3) == triple : text[at] == quote) {
+      return at + (is_long ? 3 : 1);
+    } else if (!is_long && text[at] == '\n') {
+      return at;
+    } else {
+      ++at;
+    }
+  }
+  return text.size();
+}
+
+/// toml++ bounds the nesting of values, but not the parts of a dotted key: each makes a table, and
+/// those that nest a hundred thousand deep overflow the stack when they are destroyed. So a key's
+/// parts are counted before it reads.
+void check_key_lengths(std::string_view text, const std::string& name) {
+  std::size_t num_parts = 0;
+  std::size_t at = 0;
+  bool after_dot = false;
+  while (at < text.size()) {
+    const char c = text[at];
+    if (c == ' ' || c == '\t') {
+      ++at;
+    } else if (c == '.') {
+      after_dot = true;
+      ++at;
+    } else if (c == '"' || c == '\'' || is_bare_key_letter(c)) {
+      num_parts = after_dot ? num_parts + 1 : 1;
+      after_dot = false;
+      if (num_parts > kMaxKeyParts)
+        fail(ErrorKind::Config, "{}:{}: a key has more than {} dotted parts", name,
+             std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n') + 1,
+             kMaxKeyParts);
+      if (c == '"' || c == '\'')
+        at = end_of_string(text, at);
+      else
+        while (at < text.size() && is_bare_key_letter(text[at])) ++at;
+    } else if (c == '#') {
+      at = std::min(text.find('\n', at), text.size());
+    } else {
+      num_parts = 0;
+      after_dot = false;
+      ++at;
+    }
+  }
+}
+
+/// Turns what toml++ read into a tree of ours.
+class Converter {
+ public:
+  /// has_lines   false: the text is not a file's, its lines mean nothing
+  Converter(std::shared_ptr<const ConfigSource> source, bool has_lines)
+      : source_(std::move(source)), has_lines_(has_lines) {}
+
+  ConfigNode convert(const toml::node& node, int depth = 0) const {
+    ConfigNode result{false, place(node.source())};
+    if (depth > kMaxDepth) fail_at(result.place, "nested deeper than {} levels", kMaxDepth);
+    if (const toml::table* table = node.as_table()) {
+      ConfigTable entries;
+      for (const auto& [key, value] : *table)
+        entries.push_back({std::string(key.str()), convert(value, depth + 1), place(key.source())});
+      // toml++ sorts by name; messages and dumps follow the file.
+      std::stable_sort(entries.begin(), entries.end(),
+                       [](const ConfigEntry& a, const ConfigEntry& b) {
+                         return std::pair(a.key_place.line, a.key_place.column) <
+                                std::pair(b.key_place.line, b.key_place.column);
+                       });
+      result.data = std::move(entries);
+    } else if (const toml::array* array = node.as_array()) {
+      ConfigList items;
+      items.reserve(array->size());
+      for (const toml::node& item : *array) items.push_back(convert(item, depth + 1));
+      result.data = std::move(items);
+    } else if (const auto* text = node.as_string()) {
+      result.data = text->get();
+    } else if (const auto* integer = node.as_integer()) {
+      result.data = std::int64_t{integer->get()};
+    } else if (const auto* number = node.as_floating_point()) {
+      result.data = number->get();
+    } else if (const auto* boolean = node.as_boolean()) {
+      result.data = boolean->get();
+    } else {  // dates and times: the schema takes them as text
+      std::ostringstream date;
+      node.visit([&date](const auto& value) {
+        if constexpr (toml::is_value<decltype(value)>) date << value.get();
+      });
+      result.data = date.str();
+    }
+    return result;
+  }
+
+ private:
+  ConfigPlace place(const toml::source_region& region) const {
+    if (!has_lines_) return {source_, 0, 0};
+    return {source_, static_cast<std::int64_t>(region.begin.line),
+            static_cast<std::int64_t>(region.begin.column)};
+  }
+
+  std::shared_ptr<const ConfigSource> source_;
+  bool has_lines_;
+};
+
+ConfigNode load_file(const fs::path& file, std::shared_ptr<const ConfigSource> included_by);
+
+/// The tree of a TOML text, with what it extends.
+ConfigNode parse_text(std::string_view text, const std::shared_ptr<const ConfigSource>& source) {
+  if (text.size() > kMaxFileBytes)
+    fail(ErrorKind::Config, "{}: {} bytes are more than the {} of a config", source->name,
+         text.size(), kMaxFileBytes);
+  check_key_lengths(text, source->name);
+  ConfigNode tree;
+  try {
+    const toml::table table = toml::parse(text);
+    tree = Converter(source, true).convert(table);
+  } catch (const toml::parse_error& error) {
+    fail(ErrorKind::Config, "{}:{}:{}: {}", source->name, error.source().begin.line,
+         error.source().begin.column, error.description());
+  }
+  const ConfigNode* base_name = tree.find("extends");
+  if (base_name == nullptr) return tree;
+  if (base_name->text() == nullptr || base_name->text()->empty())
+    fail_at(base_name->place, "extends = {}, but must be the path of a file (text)",
+            base_name->shown());
+  if (base_name->text()->find("${") != std::string::npos)
+    fail_at(
+        base_name->place,
+        "extends = {}: a file is extended before its names are known; write the path without ${{}}",
+        base_name->shown());
+  ConfigNode base =
+      with_context([&] { return load_file(source->folder / *base_name->text(), source); },
+                   fmt::format("reading what {} extends", base_name->place.text()));
+  ConfigTable& entries = *tree.table();
+  entries.erase(std::find_if(entries.begin(), entries.end(),
+                             [](const ConfigEntry& entry) { return entry.key == "extends"; }));
+  merge_config(base, std::move(tree));
+  return base;
+}
+
+std::shared_ptr<const ConfigSource> file_source(const fs::path& file,
+                                                std::shared_ptr<const ConfigSource> included_by) {
+  std::error_code ignored;
+  return std::make_shared<const ConfigSource>(ConfigSource{file.string(), file.parent_path(),
+                                                           fs::weakly_canonical(file, ignored),
+                                                           std::move(included_by)});
+}
+
+ConfigNode load_file(const fs::path& file, std::shared_ptr<const ConfigSource> included_by) {
+  const std::shared_ptr<const ConfigSource> source = file_source(file, std::move(included_by));
+  std::string chain = source->name;
+  for (const ConfigSource* at = source->included_by.get(); at != nullptr;
+       at = at->included_by.get()) {
+    if (at->identity.empty()) continue;
+    chain.insert(0, at->name + " -> ");
+    if (at->identity == source->identity)
+      fail(ErrorKind::Config, "config files include each other in a loop: {}", chain);
+  }
+  return parse_text(read_text_file(file, kMaxFileBytes), source);
+}
+
+/// The value of a --set: TOML where it is a whole TOML value, else the bare text.
+ConfigNode parse_set_value(const std::string& text,
+                           const std::shared_ptr<const ConfigSource>& source) {
+  ConfigNode bare{text, {source, 0, 0}};
+  if (text.find_first_of("\r\n") != std::string::npos || text.size() > kMaxFileBytes) return bare;
+  const std::string line = "value = " + text;
+  check_key_lengths(line, source->name);
+  try {
+    const toml::table table = toml::parse(line);
+    const toml::node* value = table.get("value");
+    const bool is_date = value->is_date() || value->is_time() || value->is_date_time();
+    return is_date ? bare : Converter(source, false).convert(*value);
+  } catch (const toml::parse_error&) {
+    return bare;
+  }
+}
+
+}  // namespace
+
+struct TomlDocument::Impl {
+  ConfigNode root;
+
+  Impl(ConfigNode tree, const std::vector<std::string>& sets) : root(std::move(tree)) {
+    const std::shared_ptr<const ConfigSource> file = root.place.source;
+    struct Set {
+      std::string key;
+      ConfigNode value;
+    };
+    std::vector<Set> parsed;
+    for (const std::string& text : sets) {
+      const auto source =
+          std::make_shared<const ConfigSource>(ConfigSource{"--set " + text, {}, {}, file});
+      const std::size_t equals = text.find('=');
+      if (equals == std::string::npos || equals == 0)
+        fail(ErrorKind::Config, "--set {}: must be KEY=VALUE, such as camera.focal_length_mm=35",
+             text);
+      parsed.push_back({text.substr(0, equals), parse_set_value(text.substr(equals + 1), source)});
+    }
+    // Top-level keys first: ${name} in the path of a file that a later key reaches into needs them.
+    std::stable_partition(parsed.begin(), parsed.end(),
+                          [](const Set& set) { return set.key.find('.') == std::string::npos; });
+    for (Set& set : parsed) set_config_value(root, set.key, std::move(set.value), load_file);
+  }
+};
+
+TomlDocument::TomlDocument(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+TomlDocument::~TomlDocument() = default;
+TomlDocument::TomlDocument(TomlDocument&&) noexcept = default;
+TomlDocument& TomlDocument::operator=(TomlDocument&&) noexcept = default;
+
+TomlDocument TomlDocument::load(const fs::path& file, const std::vector<std::string>& sets) {
+  return TomlDocument(std::make_unique<Impl>(load_file(file, nullptr), sets));
+}
+
+TomlDocument TomlDocument::parse(std::string_view text, const std::string& file_name,
+                                 const std::vector<std::string>& sets) {
+  return TomlDocument(
+      std::make_unique<Impl>(parse_text(text, file_source(file_name, nullptr)), sets));
+}
+
+std::unique_ptr<SchemaVisitor> TomlDocument::reader() const {
+  return std::make_unique<ConfigReader>(impl_->root, load_file);
+}
+
+void TomlDocument::finish(SchemaVisitor& reader) const {
+  static_cast<ConfigReader&>(reader).finish();
+}
+
+void TomlDocument::locate_root(Error& error) const {
+  Error located(error.kind(),
+                fmt::format("{}: {}", impl_->root.place.source->name, error.message()));
+  for (const std::string& doing : error.context()) located.add_context(doing);
+  error = located;
+}
+
+}  // namespace terracast::core
