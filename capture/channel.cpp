@@ -1,0 +1,29 @@
+#include "capture/channel.h"
+
+#include <array>
+
+namespace terracast::capture {
+
+std::span<const ChannelInfo> channels() {
+  static constexpr std::array<ChannelInfo, 8> kChannels = {{
+      {"range_m", "float", "m", "distance along the ray through the pixel's centre", "+inf"},
+      {"normal.x", "half", "", "unit normal of the surface, world x (east)", "0"},
+      {"normal.y", "half", "", "unit normal of the surface, world y (north)", "0"},
+      {"normal.z", "half", "", "unit normal of the surface, world z (up at the origin)", "0"},
+      {"semantic_id", "uint", "", "semantic class, by number", "0"},
+      {"instance_id", "uint", "", "object; 0 is the ground", "0"},
+      {"primitive_id", "uint", "", "tile index << 17 | cell y << 9 | cell x << 1 | upper triangle",
+       "4294967295"},
+      {"flags", "uint", "",
+       "bit 0 edge, 1 visible in the next frame, 2 in the previous one, 8 + k in camera k", "0"},
+  }};
+  return kChannels;
+}
+
+std::span<const std::string_view> semantic_class_names() {
+  static constexpr std::array<std::string_view, 9> kNames = {
+      "sky", "outside", "sea", "rock", "scree", "grass", "soil", "sand", "snow"};
+  return kNames;
+}
+
+}  // namespace terracast::capture

@@ -1,0 +1,28 @@
+#include "capture/frame.h"
+
+#include <algorithm>
+
+namespace terracast::capture {
+
+int SequenceInfo::camera_index(const std::string& rig, const std::string& camera) const {
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (cameras[i].rig == rig && cameras[i].name == camera) return static_cast<int>(i);
+  return -1;
+}
+
+std::vector<int> SequenceInfo::cameras_of_rig(const std::string& rig) const {
+  std::vector<int> indices;
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (cameras[i].rig == rig) indices.push_back(static_cast<int>(i));
+  return indices;
+}
+
+std::vector<std::string> SequenceInfo::rig_names() const {
+  std::vector<std::string> names;
+  for (const CameraCalibration& camera : cameras)
+    if (std::find(names.begin(), names.end(), camera.rig) == names.end())
+      names.push_back(camera.rig);
+  return names;
+}
+
+}  // namespace terracast::capture

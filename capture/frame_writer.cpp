@@ -1,0 +1,193 @@
+#include "capture/frame_writer.h"
+
+#include <cmath>
+#include <string>
+
+#include "capture/channel.h"
+#include "capture/manifest.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/image_io.h"
+
+namespace terracast::capture {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+/// Writes what every shard of a sequence writes the same.
+void write_shared(const fs::path& file, const std::string& text) {
+  if (fs::exists(file)) {
+    if (core::read_text_file(file) == text) return;
+    fail(ErrorKind::Config,
+         "{}: differs from this run's, although the inputs have the same hash; give another --out",
+         file.string());
+  }
+  core::write_file(file, text);
+}
+
+bool has_size(const fs::path& file, std::uint64_t num_bytes) {
+  std::error_code missing;
+  const std::uintmax_t size = fs::file_size(file, missing);
+  return !missing && size == num_bytes;
+}
+
+/// What a renderer must never hand over.
+void check_frame(const CameraFrame& frame, const CameraCalibration& camera, int frame_index) {
+  const int width = camera.intrinsics.width_px;
+  const int height = camera.intrinsics.height_px;
+  const auto fits = [&](const auto& image, int channels) {
+    return image.width() == width && image.height() == height && image.channels() == channels;
+  };
+  TERRACAST_CHECK(fits(frame.color, 3) && fits(frame.range_m, 1) && fits(frame.normal_world, 3) &&
+                      fits(frame.semantic_id, 1) && fits(frame.instance_id, 1) &&
+                      fits(frame.primitive_id, 1) && fits(frame.flags, 1),
+                  "frame {} of {}/{}: an image is not {} x {}", frame_index, camera.rig,
+                  camera.name, width, height);
+  const std::size_t num_classes = semantic_class_names().size();
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const float range_m = frame.range_m(x, y);
+      const std::uint32_t semantic_id = frame.semantic_id(x, y);
+      const bool is_sky = semantic_id == static_cast<std::uint32_t>(SemanticClass::Sky);
+      TERRACAST_CHECK(range_m > 0.0F && std::isinf(range_m) == is_sky && semantic_id < num_classes,
+                      "frame {} of {}/{}, pixel ({}, {}): range {} m, semantic id {}", frame_index,
+                      camera.rig, camera.name, x, y, range_m, semantic_id);
+      for (int k = 0; k < 3; ++k)
+        TERRACAST_CHECK(std::abs(frame.normal_world(x, y, k)) <= 1.001F,
+                        "frame {} of {}/{}, pixel ({}, {}): normal component {}", frame_index,
+                        camera.rig, camera.name, x, y, frame.normal_world(x, y, k));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_color(const CameraFrame& frame) {
+  return core::encode_png(frame.color, 1);
+}
+
+std::vector<std::byte> encode_facts(const CameraFrame& frame) {
+  const std::size_t num_pixels = frame.range_m.num_pixels();
+  std::vector<float> normal[3];
+  for (std::vector<float>& plane : normal) plane.resize(num_pixels);
+  const std::span<const float> normals = frame.normal_world.data();
+  for (std::size_t i = 0; i < num_pixels; ++i)
+    for (std::size_t k = 0; k < 3; ++k) normal[k][i] = normals[3 * i + k];
+
+  using Type = core::ExrChannel::Type;
+  core::ExrPart part;
+  part.width = frame.range_m.width();
+  part.height = frame.range_m.height();
+  part.compression = core::ExrPart::Compression::Rle;
+  for (const ChannelInfo& channel : channels()) {
+    core::ExrChannel& entry = part.channels.emplace_back();
+    entry.name = channel.name;
+    entry.type = channel.type == "float"  ? Type::Float
+                 : channel.type == "half" ? Type::Half
+                                          : Type::Uint;
+    if (channel.name == "range_m") entry.values_float = frame.range_m.data();
+    if (channel.name == "normal.x") entry.values_float = normal[0];
+    if (channel.name == "normal.y") entry.values_float = normal[1];
+    if (channel.name == "normal.z") entry.values_float = normal[2];
+    if (channel.name == "semantic_id") entry.values_uint = frame.semantic_id.data();
+    if (channel.name == "instance_id") entry.values_uint = frame.instance_id.data();
+    if (channel.name == "primitive_id") entry.values_uint = frame.primitive_id.data();
+    if (channel.name == "flags") entry.values_uint = frame.flags.data();
+  }
+  part.attributes["terracast.capture"] = std::to_string(kCaptureVersion);
+  return core::encode_exr({part});
+}
+
+SequenceWriter::SequenceWriter(const fs::path& folder, const SequenceInfo& info,
+                               const std::vector<TrackPoint>& tracks)
+    : folder_(folder), info_(info) {
+  check_sequence(info_, ErrorKind::Config, folder.string());
+  const fs::path sequence_file = folder_ / kSequenceFile;
+  if (fs::exists(sequence_file)) {
+    const SequenceInfo present =
+        sequence_from_json(core::Json::read(sequence_file), sequence_file.string());
+    if (present.input_hash != info_.input_hash)
+      fail(ErrorKind::Config,
+           "{} holds a sequence of other inputs (hash {}, this run has {}): give another --out, "
+           "or remove it",
+           folder_.string(), present.input_hash, info_.input_hash);
+  }
+  core::make_folder(folder_ / "frames");
+  for (const CameraCalibration& camera : info_.cameras)
+    core::make_folder(folder_ / camera.rig / camera.name);
+  write_shared(folder_ / kTracksFile, json_from_tracks(tracks).text() + "\n");
+  write_shared(sequence_file, json_from_sequence(info_).text() + "\n");
+}
+
+bool SequenceWriter::has_frame(int index) const {
+  const fs::path file = folder_ / record_path(index);
+  if (!fs::exists(file)) return false;
+  try {
+    const FrameRecord record = record_from_json(core::Json::read(file), info_, file.string());
+    if (record.index != index) return false;
+    for (const CameraRecord& camera : record.cameras)
+      for (const FrameFile* part : {&camera.color, &camera.facts})
+        if (!has_size(folder_ / part->path, part->num_bytes)) return false;
+    return true;
+  } catch (const core::Error& error) {
+    // A damaged record is an unfinished frame: it is rendered again.
+    if (error.kind() == ErrorKind::Input) return false;
+    throw;
+  }
+}
+
+CameraRecord SequenceWriter::write_camera(int frame_index, int camera_index,
+                                          const CameraFrame& frame) const {
+  TERRACAST_CHECK(frame_index >= 0 && frame_index < info_.num_frames, "frame {}", frame_index);
+  const CameraCalibration& camera = info_.cameras.at(static_cast<std::size_t>(camera_index));
+  check_frame(frame, camera, frame_index);
+  CameraRecord record;
+  const auto write = [&](const std::string& path, const std::vector<std::byte>& bytes) {
+    core::write_file(folder_ / path, bytes);
+    return FrameFile{
+        .path = path, .num_bytes = bytes.size(), .content_hash = core::content_hash(bytes)};
+  };
+  record.color = write(color_path(camera, frame_index), encode_color(frame));
+  record.facts = write(facts_path(camera, frame_index), encode_facts(frame));
+  const std::span<const std::uint32_t> semantic = frame.semantic_id.data();
+  const std::span<const std::uint32_t> flags = frame.flags.data();
+  for (std::size_t i = 0; i < semantic.size(); ++i) {
+    record.num_sky += semantic[i] == static_cast<std::uint32_t>(SemanticClass::Sky) ? 1 : 0;
+    record.num_outside += semantic[i] == static_cast<std::uint32_t>(SemanticClass::Outside) ? 1 : 0;
+    record.num_edge += (flags[i] & kEdge) != 0 ? 1 : 0;
+  }
+  return record;
+}
+
+void SequenceWriter::finish_frame(const FrameRecord& record) const {
+  const std::string path = record_path(record.index);
+  check_record(record, info_, ErrorKind::Internal, path);
+  core::write_file(folder_ / path, json_from_record(record).text() + "\n");
+}
+
+bool SequenceWriter::finish_sequence() const {
+  for (int i = 0; i < info_.num_frames; ++i)
+    if (!has_frame(i)) return false;
+  Manifest manifest;
+  manifest.input_hash = info_.input_hash;
+  std::vector<FrameRecord> records;
+  const auto add = [&](const std::string& path) {
+    std::string text = core::read_text_file(folder_ / path);
+    manifest.files.push_back(
+        {.path = path, .num_bytes = text.size(), .content_hash = core::content_hash(text)});
+    return text;
+  };
+  add(kSequenceFile);
+  add(kTracksFile);
+  for (int i = 0; i < info_.num_frames; ++i) {
+    const std::string file = (folder_ / record_path(i)).string();
+    records.push_back(record_from_json(core::Json::parse(add(record_path(i)), file), info_, file));
+  }
+  json_from_manifest(manifest, info_, records).write(folder_ / kManifestFile);
+  return true;
+}
+
+}  // namespace terracast::capture

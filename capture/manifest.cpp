@@ -1,0 +1,434 @@
+#include "capture/manifest.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+
+#include "capture/channel.h"
+
+namespace terracast::capture {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+using core::Json;
+
+constexpr const char* kFormat = "terracast-capture";
+/// How far a stored quaternion may be from unit length: rounding, not a slip.
+constexpr double kUnitTolerance = 1e-9;
+
+Json json_from_rigid(const geo::Rigid3d& pose) {
+  const Eigen::Quaterniond& q = pose.rotation;
+  const Eigen::Vector3d& t = pose.translation;
+  return Json::object()
+      .set("rotation_wxyz", Json::array_of({q.w(), q.x(), q.y(), q.z()}))
+      .set("translation_m", Json::array_of({t.x(), t.y(), t.z()}));
+}
+
+Json json_from_vector(const Eigen::Vector3d& v) { return Json::array_of({v.x(), v.y(), v.z()}); }
+
+/// One file's JSON, so that every message can name it.
+struct Source {
+  const std::string& file;
+
+  double finite(const Json& json, const char* what) const {
+    const double value = json.number();
+    if (!std::isfinite(value)) fail(ErrorKind::Input, "{}: {} is not finite", file, what);
+    return value;
+  }
+
+  std::vector<double> numbers(const Json& json, std::size_t count, const char* what) const {
+    std::vector<double> values = json.numbers();
+    if (values.size() != count)
+      fail(ErrorKind::Input, "{}: {} has {} numbers, but must have {}", file, what, values.size(),
+           count);
+    for (const double value : values)
+      if (!std::isfinite(value)) fail(ErrorKind::Input, "{}: {} is not finite", file, what);
+    return values;
+  }
+
+  Eigen::Vector3d vector(const Json& json, const char* what) const {
+    const std::vector<double> v = numbers(json, 3, what);
+    return {v[0], v[1], v[2]};
+  }
+
+  geo::Rigid3d rigid(const Json& json, const char* what) const {
+    const std::vector<double> q = numbers(json.at("rotation_wxyz"), 4, what);
+    const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
+    if (!(std::abs(rotation.norm() - 1.0) <= kUnitTolerance))
+      fail(ErrorKind::Input, "{}: the rotation of {} has length {}, but must have 1", file, what,
+           rotation.norm());
+    return {rotation, vector(json.at("translation_m"), what)};
+  }
+
+  std::int64_t count(const Json& json, std::int64_t highest, const char* what) const {
+    const std::int64_t value = json.integer();
+    if (value < 0 || value > highest)
+      fail(ErrorKind::Input, "{}: {} = {} is outside 0 to {}", file, what, value, highest);
+    return value;
+  }
+
+  void format(const Json& json) const {
+    if (!json.has("format") || json.at("format").string() != kFormat)
+      fail(ErrorKind::Input, "{}: not a file of a terracast capture", file);
+    const std::int64_t version = json.at("version").integer();
+    if (version != kCaptureVersion)
+      fail(ErrorKind::Input, "{}: capture format version {}; this program reads version {}", file,
+           version, kCaptureVersion);
+  }
+};
+
+Json header() {
+  return std::move(Json::object().set("format", kFormat).set("version", kCaptureVersion));
+}
+
+Json json_from_file(const FrameFile& file) {
+  return Json::object()
+      .set("path", file.path)
+      .set("bytes", file.num_bytes)
+      .set("xxh3_128", file.content_hash);
+}
+
+FrameFile file_from_json(const Json& json, const std::string& expected_path,
+                         const std::string& file) {
+  FrameFile result{.path = json.at("path").string(),
+                   .num_bytes = 0,
+                   .content_hash = json.at("xxh3_128").string()};
+  // A path that is not the one the format gives could lead out of the folder.
+  if (result.path != expected_path)
+    fail(ErrorKind::Input, "{}: the path \"{}\" must be \"{}\"", file, result.path, expected_path);
+  const std::int64_t num_bytes = json.at("bytes").integer();
+  if (num_bytes <= 0)
+    fail(ErrorKind::Input, "{}: {} is said to have {} bytes", file, result.path, num_bytes);
+  result.num_bytes = static_cast<std::uint64_t>(num_bytes);
+  return result;
+}
+
+Json json_from_camera(const CameraCalibration& camera) {
+  const geo::CameraIntrinsics& intrinsics = camera.intrinsics;
+  return Json::object()
+      .set("rig", camera.rig)
+      .set("name", camera.name)
+      .set("intrinsics", Json::object()
+                             .set("model", intrinsics.model)
+                             .set("width_px", intrinsics.width_px)
+                             .set("height_px", intrinsics.height_px)
+                             .set("parameters", Json::array_of(intrinsics.parameters)))
+      .set("rig_from_camera", json_from_rigid(camera.rig_from_camera))
+      .set("body_from_rig", json_from_rigid(camera.body_from_rig));
+}
+
+CameraCalibration camera_from_json(const Json& json, const Source& source) {
+  const Json& intrinsics = json.at("intrinsics");
+  const auto pixels = [&](const char* name) {
+    return static_cast<int>(source.count(intrinsics.at(name), kMaxPixels, name));
+  };
+  return {.rig = json.at("rig").string(),
+          .name = json.at("name").string(),
+          .intrinsics = {.model = intrinsics.at("model").string(),
+                         .width_px = pixels("width_px"),
+                         .height_px = pixels("height_px"),
+                         .parameters = intrinsics.at("parameters").numbers()},
+          .rig_from_camera = source.rigid(json.at("rig_from_camera"), "rig_from_camera"),
+          .body_from_rig = source.rigid(json.at("body_from_rig"), "body_from_rig")};
+}
+
+bool is_safe_name(const std::string& name) {
+  if (name.empty() || name.size() > 64) return false;
+  for (const char c : name)
+    if (!(('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
+          c == '-'))
+      return false;
+  return true;
+}
+
+bool is_utc(const std::string& text) {
+  static constexpr std::string_view kShape = "0000-00-00T00:00:00";
+  if (text.size() <= kShape.size() || text.back() != 'Z') return false;
+  for (std::size_t i = 0; i < kShape.size(); ++i) {
+    const bool is_digit = '0' <= text[i] && text[i] <= '9';
+    if (kShape[i] == '0' ? !is_digit : text[i] != kShape[i]) return false;
+  }
+  const std::string fraction = text.substr(kShape.size(), text.size() - kShape.size() - 1);
+  if (fraction.empty()) return true;
+  return fraction.size() > 1 && fraction[0] == '.' &&
+         fraction.find_first_not_of("0123456789", 1) == std::string::npos;
+}
+
+}  // namespace
+
+std::string record_path(int frame_index) { return fmt::format("frames/{:06}.json", frame_index); }
+std::string color_path(const CameraCalibration& camera, int frame_index) {
+  return fmt::format("{}/{}/{:06}.png", camera.rig, camera.name, frame_index);
+}
+std::string facts_path(const CameraCalibration& camera, int frame_index) {
+  return fmt::format("{}/{}/{:06}.exr", camera.rig, camera.name, frame_index);
+}
+
+void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string& where) {
+  static constexpr const char* kNameRule = "1 to 64 letters, digits, _ or -";
+  if (!is_safe_name(info.name))
+    fail(kind, "{}: the sequence name \"{}\" must be {}", where, info.name, kNameRule);
+  if (info.input_hash.empty()) fail(kind, "{}: input_hash is empty", where);
+  if (info.num_frames < 1 || info.num_frames > kMaxFrames)
+    fail(kind, "{}: num_frames = {} is outside 1 to {}", where, info.num_frames, kMaxFrames);
+  if (!(info.rate_hz > 0.0) || !std::isfinite(info.rate_hz))
+    fail(kind, "{}: rate_hz = {} must be positive", where, info.rate_hz);
+  if (!is_utc(info.utc_start))
+    fail(kind, "{}: utc_start = \"{}\" must be like 2024-06-21T10:00:00Z", where, info.utc_start);
+  if (!(std::abs(info.origin.lat_deg) <= 90.0) || !(std::abs(info.origin.lon_deg) <= 360.0) ||
+      !std::isfinite(info.origin.height_m))
+    fail(kind, "{}: the origin ({} deg, {} deg, {} m) is not a place", where, info.origin.lat_deg,
+         info.origin.lon_deg, info.origin.height_m);
+  if (info.cameras.empty() || info.cameras.size() > kMaxCameras)
+    fail(kind, "{}: {} cameras; a sequence has 1 to {}", where, info.cameras.size(), kMaxCameras);
+  std::set<std::pair<std::string, std::string>> names;
+  for (const CameraCalibration& camera : info.cameras) {
+    for (const std::string* name : {&camera.rig, &camera.name})
+      if (!is_safe_name(*name))
+        fail(kind, "{}: the name \"{}\" of a rig or camera must be {}", where, *name, kNameRule);
+    if (camera.rig == "frames")
+      fail(kind, "{}: a rig cannot be called \"frames\", the folder of the records", where);
+    if (!names.emplace(camera.rig, camera.name).second)
+      fail(kind, "{}: camera {}/{} stands twice", where, camera.rig, camera.name);
+    try {
+      geo::make_camera(camera.intrinsics);
+    } catch (const core::Error& error) {
+      fail(kind, "{}: camera {}/{}: {}", where, camera.rig, camera.name, error.message());
+    }
+    if (std::int64_t{camera.intrinsics.width_px} * camera.intrinsics.height_px > kMaxPixels)
+      fail(kind, "{}: camera {}/{}: {} x {} pixels are more than the {} allowed", where, camera.rig,
+           camera.name, camera.intrinsics.width_px, camera.intrinsics.height_px, kMaxPixels);
+  }
+}
+
+void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind kind,
+                  const std::string& where) {
+  if (record.index < 0 || record.index >= info.num_frames)
+    fail(kind, "{}: frame {} is outside 0 to {}", where, record.index, info.num_frames - 1);
+  if (!std::isfinite(record.time_s) || !record.world_from_body.translation.allFinite() ||
+      !record.velocity_world_mps.allFinite() || !record.angular_velocity_body_radps.allFinite())
+    fail(kind, "{}: time, position or velocity is not finite", where);
+  if (!(std::abs(record.world_from_body.rotation.norm() - 1.0) <= kUnitTolerance))
+    fail(kind, "{}: the rotation of world_from_body is not of unit length", where);
+  if (record.cameras.size() != info.cameras.size())
+    fail(kind, "{}: {} cameras, but the sequence has {}", where, record.cameras.size(),
+         info.cameras.size());
+  for (std::size_t i = 0; i < info.cameras.size(); ++i) {
+    const CameraCalibration& camera = info.cameras[i];
+    const CameraRecord& part = record.cameras[i];
+    if (part.color.path != color_path(camera, record.index) ||
+        part.facts.path != facts_path(camera, record.index))
+      fail(kind, "{}: files \"{}\" and \"{}\" of camera {}/{} must be \"{}\" and \"{}\"", where,
+           part.color.path, part.facts.path, camera.rig, camera.name,
+           color_path(camera, record.index), facts_path(camera, record.index));
+    const std::int64_t num_pixels =
+        std::int64_t{camera.intrinsics.width_px} * camera.intrinsics.height_px;
+    for (const std::int64_t count : {part.num_sky, part.num_outside, part.num_edge})
+      if (count < 0 || count > num_pixels)
+        fail(kind, "{}: camera {}/{} counts {} of {} pixels", where, camera.rig, camera.name, count,
+             num_pixels);
+    for (std::size_t k = 1; k < part.visible_tracks.size(); ++k)
+      if (part.visible_tracks[k - 1] >= part.visible_tracks[k])
+        fail(kind, "{}: visible_tracks of camera {}/{} must ascend: {} comes before {}", where,
+             camera.rig, camera.name, part.visible_tracks[k - 1], part.visible_tracks[k]);
+  }
+}
+
+Json json_from_sequence(const SequenceInfo& info) {
+  Json classes = Json::object();
+  for (std::size_t i = 0; i < semantic_class_names().size(); ++i)
+    classes.set(semantic_class_names()[i], static_cast<int>(i));
+  Json channel_list = Json::array();
+  for (const ChannelInfo& channel : channels())
+    channel_list.push(Json::object()
+                          .set("name", channel.name)
+                          .set("type", channel.type)
+                          .set("unit", channel.unit)
+                          .set("meaning", channel.meaning)
+                          .set("sky", channel.invalid));
+  Json cameras = Json::array();
+  for (const CameraCalibration& camera : info.cameras) cameras.push(json_from_camera(camera));
+  return header()
+      .set("name", info.name)
+      .set("input_hash", info.input_hash)
+      .set("world", Json::object()
+                        .set("name", info.world_name)
+                        .set("input_hash", info.world_input_hash)
+                        .set("origin", Json::object()
+                                           .set("lat_deg", info.origin.lat_deg)
+                                           .set("lon_deg", info.origin.lon_deg)
+                                           .set("height_m", info.origin.height_m)))
+      .set("utc_start", info.utc_start)
+      .set("rate_hz", info.rate_hz)
+      .set("num_frames", info.num_frames)
+      .set("cameras", std::move(cameras))
+      .set("channels", std::move(channel_list))
+      .set("semantic_classes", std::move(classes))
+      .set("licences", Json::array_of(info.licences))
+      .set("config_toml", info.config_toml);
+}
+
+SequenceInfo sequence_from_json(const Json& json, const std::string& file) {
+  const Source source{file};
+  source.format(json);
+  SequenceInfo info;
+  info.name = json.at("name").string();
+  info.input_hash = json.at("input_hash").string();
+  const Json& world = json.at("world");
+  info.world_name = world.at("name").string();
+  info.world_input_hash = world.at("input_hash").string();
+  const Json& origin = world.at("origin");
+  info.origin = {.lat_deg = source.finite(origin.at("lat_deg"), "lat_deg"),
+                 .lon_deg = source.finite(origin.at("lon_deg"), "lon_deg"),
+                 .height_m = source.finite(origin.at("height_m"), "height_m")};
+  info.utc_start = json.at("utc_start").string();
+  info.rate_hz = source.finite(json.at("rate_hz"), "rate_hz");
+  info.num_frames = static_cast<int>(source.count(json.at("num_frames"), kMaxFrames, "num_frames"));
+  const Json& cameras = json.at("cameras");
+  if (!cameras.is_array() || cameras.size() > kMaxCameras)
+    fail(ErrorKind::Input, "{}: cameras must be a list of 1 to {}", file, kMaxCameras);
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    info.cameras.push_back(camera_from_json(cameras.at(i), source));
+  info.licences = json.at("licences").strings();
+  info.config_toml = json.at("config_toml").string();
+  check_sequence(info, ErrorKind::Input, file);
+  return info;
+}
+
+Json json_from_tracks(const std::vector<TrackPoint>& tracks) {
+  Json list = Json::array();
+  for (const TrackPoint& track : tracks)
+    list.push(Json::object()
+                  .set("id", track.id)
+                  .set("point_world_m", json_from_vector(track.point_world)));
+  return header().set("tracks", std::move(list));
+}
+
+std::vector<TrackPoint> tracks_from_json(const Json& json, const std::string& file) {
+  const Source source{file};
+  source.format(json);
+  const Json& list = json.at("tracks");
+  if (!list.is_array()) fail(ErrorKind::Input, "{}: tracks must be a list", file);
+  std::vector<TrackPoint> tracks;
+  tracks.reserve(list.size());
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    tracks.push_back(
+        {.id = list.at(i).at("id").integer(),
+         .point_world = source.vector(list.at(i).at("point_world_m"), "point_world_m")});
+    if (i > 0 && tracks[i - 1].id >= tracks[i].id)
+      fail(ErrorKind::Input, "{}: track ids must ascend: {} comes before {}", file,
+           tracks[i - 1].id, tracks[i].id);
+  }
+  return tracks;
+}
+
+Json json_from_record(const FrameRecord& record) {
+  Json cameras = Json::array();
+  for (const CameraRecord& camera : record.cameras) {
+    Json visible = Json::array();
+    for (const std::int64_t id : camera.visible_tracks) visible.push(id);
+    cameras.push(Json::object()
+                     .set("color", json_from_file(camera.color))
+                     .set("facts", json_from_file(camera.facts))
+                     .set("num_sky", camera.num_sky)
+                     .set("num_outside", camera.num_outside)
+                     .set("num_edge", camera.num_edge)
+                     .set("visible_tracks", std::move(visible)));
+  }
+  return header()
+      .set("index", record.index)
+      .set("time_s", record.time_s)
+      .set("world_from_body", json_from_rigid(record.world_from_body))
+      .set("velocity_world_mps", json_from_vector(record.velocity_world_mps))
+      .set("angular_velocity_body_radps", json_from_vector(record.angular_velocity_body_radps))
+      .set("cameras", std::move(cameras));
+}
+
+FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const std::string& file) {
+  const Source source{file};
+  source.format(json);
+  FrameRecord record;
+  record.index = static_cast<int>(source.count(json.at("index"), kMaxFrames, "index"));
+  record.time_s = source.finite(json.at("time_s"), "time_s");
+  record.world_from_body = source.rigid(json.at("world_from_body"), "world_from_body");
+  record.velocity_world_mps = source.vector(json.at("velocity_world_mps"), "velocity_world_mps");
+  record.angular_velocity_body_radps =
+      source.vector(json.at("angular_velocity_body_radps"), "angular_velocity_body_radps");
+  const Json& cameras = json.at("cameras");
+  if (!cameras.is_array() || cameras.size() != info.cameras.size())
+    fail(ErrorKind::Input, "{}: cameras must be a list of {}", file, info.cameras.size());
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Json& camera = cameras.at(i);
+    CameraRecord part;
+    part.color =
+        file_from_json(camera.at("color"), color_path(info.cameras[i], record.index), file);
+    part.facts =
+        file_from_json(camera.at("facts"), facts_path(info.cameras[i], record.index), file);
+    part.num_sky = camera.at("num_sky").integer();
+    part.num_outside = camera.at("num_outside").integer();
+    part.num_edge = camera.at("num_edge").integer();
+    const Json& visible = camera.at("visible_tracks");
+    if (!visible.is_array()) fail(ErrorKind::Input, "{}: visible_tracks must be a list", file);
+    part.visible_tracks.reserve(visible.size());
+    for (std::size_t k = 0; k < visible.size(); ++k)
+      part.visible_tracks.push_back(visible.at(k).integer());
+    record.cameras.push_back(std::move(part));
+  }
+  check_record(record, info, ErrorKind::Input, file);
+  return record;
+}
+
+Json json_from_manifest(const Manifest& manifest, const SequenceInfo& info,
+                        const std::vector<FrameRecord>& records) {
+  Json cameras = Json::array();
+  for (std::size_t i = 0; i < info.cameras.size(); ++i) {
+    const CameraCalibration& camera = info.cameras[i];
+    std::int64_t num_sky = 0, num_outside = 0, num_edge = 0;
+    for (const FrameRecord& record : records) {
+      num_sky += record.cameras[i].num_sky;
+      num_outside += record.cameras[i].num_outside;
+      num_edge += record.cameras[i].num_edge;
+    }
+    const std::int64_t num_pixels =
+        std::int64_t{camera.intrinsics.width_px} * camera.intrinsics.height_px;
+    cameras.push(Json::object()
+                     .set("rig", camera.rig)
+                     .set("name", camera.name)
+                     .set("num_pixels", num_pixels * static_cast<std::int64_t>(records.size()))
+                     .set("num_sky", num_sky)
+                     .set("num_outside", num_outside)
+                     .set("num_edge", num_edge));
+  }
+  Json files = Json::array();
+  for (const FrameFile& file : manifest.files) files.push(json_from_file(file));
+  return header()
+      .set("input_hash", manifest.input_hash)
+      .set("num_frames", info.num_frames)
+      .set("cameras", std::move(cameras))
+      .set("files", std::move(files));
+}
+
+Manifest manifest_from_json(const Json& json, const SequenceInfo& info, const std::string& file) {
+  const Source source{file};
+  source.format(json);
+  Manifest manifest;
+  manifest.input_hash = json.at("input_hash").string();
+  if (manifest.input_hash != info.input_hash)
+    fail(ErrorKind::Input, "{}: input_hash {} is not the sequence's {}", file, manifest.input_hash,
+         info.input_hash);
+  const Json& files = json.at("files");
+  const std::size_t num_files = 2 + static_cast<std::size_t>(info.num_frames);
+  if (!files.is_array() || files.size() != num_files)
+    fail(ErrorKind::Input, "{}: files must be a list of {}", file, num_files);
+  for (std::size_t i = 0; i < num_files; ++i) {
+    const std::string path = i == 0   ? kSequenceFile
+                             : i == 1 ? kTracksFile
+                                      : record_path(static_cast<int>(i) - 2);
+    manifest.files.push_back(file_from_json(files.at(i), path, file));
+  }
+  return manifest;
+}
+
+}  // namespace terracast::capture
