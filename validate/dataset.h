@@ -1,0 +1,144 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/image.h"
+#include "validate/readers/colmap_model.h"
+#include "validate/findings.h"
+#include "validate/geodesy.h"
+#include "validate/geometry.h"
+
+/// One neutral model of an exported dataset, whatever its format: what a user of the format would get by reading it.
+namespace terracast::validate {
+
+/// A row of georeference.csv.
+struct Georeference {
+  double time_s = 0.0;
+  Geodetic place;                                           ///< of the camera's centre
+  Eigen::Matrix3d enu_from_camera = Eigen::Matrix3d::Identity();  ///< ENU of that very place
+};
+
+/// Paths of one frame's files, relative to the dataset's root; empty where the format has none.
+struct FrameFiles {
+  std::string color;
+  std::string depth;
+  std::string segmentation;
+  std::string flow;       ///< from this frame to the next, and back
+  std::string disparity;  ///< in this (left) image
+};
+
+struct Camera {
+  std::string name;                      ///< the camera's word in the format
+  Intrinsics intrinsics;                 ///< from the format's own files
+  std::optional<Intrinsics> stated;      ///< from dataset.json
+  std::optional<Pose> body_from_camera;  ///< from dataset.json; body x forward, y left, z up
+  /// From the format's own files, in the sequence's local frame (ENU at its origin); one a frame, empty where it is missing.
+  std::vector<std::optional<Pose>> local_from_camera;
+  std::vector<std::optional<Georeference>> georeference;
+  std::vector<FrameFiles> files;
+};
+
+/// A rectified pair among the cameras of a sequence.
+struct StereoPair {
+  int left = 0;
+  int right = 0;
+  double baseline_m = 0.0;  ///< as the format states it (or its poses, where it states none)
+};
+
+struct Sequence {
+  std::string name;
+  std::string path;
+  int num_frames = 0;
+  double rate_hz = 0.0;
+  Geodetic origin;
+  std::vector<double> times_s;  ///< of the format's own file; empty where it has none
+  std::vector<Camera> cameras;
+  std::optional<StereoPair> stereo;
+  std::optional<ColmapModel> binary_model;
+  std::optional<ColmapModel> text_model;
+
+  /// Index of a camera; -1 when there is none.
+  int camera_index(const std::string& camera_name) const;
+};
+
+struct FileRecord {
+  std::uint64_t num_bytes = 0;
+  std::string hash;
+};
+
+/// Flow of one pair of frames, px; masks 0 or 1.
+struct FlowFields {
+  core::ImageF forward;   ///< 2 channels, in the image of the first frame
+  core::ImageF backward;  ///< 2 channels, in the image of the second frame
+  core::Image8 in_view_forward, in_view_backward;
+  core::Image8 covisible_forward, covisible_backward;
+};
+
+struct Dataset {
+  std::filesystem::path root;
+  std::string format;
+  std::string world_name;
+  std::map<std::string, FileRecord> files;
+  std::vector<Sequence> sequences;
+};
+
+/// Reads one format's own files.
+class Reader {
+ public:
+  virtual ~Reader() = default;
+  /// Fills intrinsics, poses, file paths, stereo pair and models of a sequence whose members from dataset.json are set.
+  /// Whatever is wrong becomes a finding.
+  virtual void read(const Dataset& dataset, Sequence& sequence, Findings& findings) const = 0;
+
+  /// Planar depth, m; NaN where there is none (sky).
+  /// throws  Input, Io
+  virtual core::ImageF depth(const Dataset& dataset, const Camera& camera, int frame) const = 0;
+  /// Disparity, px; NaN where there is none.
+  virtual core::ImageF disparity(const Dataset&, const Camera&, int frame) const;
+  virtual FlowFields flow(const Dataset&, const Camera&, int frame) const;
+  /// Colour of 3 channels (a grey image thrice).
+  core::Image8 color(const Dataset& dataset, const Camera& camera, int frame) const;
+};
+
+/// throws  Config: unknown format
+const Reader& find_reader(const std::string& format);
+std::vector<std::string> reader_names();
+
+/// Reads dataset.json, georeference.csv and the format's files.
+/// format  empty: what dataset.json says
+/// throws  Input: no dataset.json, or one that names no format that is known
+Dataset read_dataset(const std::filesystem::path& root, const std::string& format,
+                     Findings& findings);
+
+/// "000042".
+std::string frame_digits(int frame);
+
+/// Names of the entries of a folder (files or folders), sorted; empty when it does not exist.
+std::vector<std::string> list_folder(const std::filesystem::path& folder);
+
+/// Whether a path stays inside the folder it is relative to.
+bool is_safe_relative_path(const std::string& path);
+
+/// A finding for each file of `folder` that should be there (`NNNNNN` + suffix for each frame) and is not.
+/// returns  paths relative to the root, empty where a file is missing
+std::vector<std::string> numbered_files(const Dataset& dataset, const std::string& folder,
+                                        const std::string& suffix, int num_frames,
+                                        Findings& findings);
+
+/// A PNG of 8 or 16 bits with the wanted size and channels.
+/// throws  Input: another size, number of channels or depth
+core::Image8 read_png8(const std::filesystem::path& file, const std::string& name, int channels,
+                       const Intrinsics& size);
+core::Image16 read_png16(const std::filesystem::path& file, const std::string& name, int channels,
+                         const Intrinsics& size);
+/// An npy of float32 (height, width); values that are not positive and finite become NaN.
+core::ImageF read_depth_npy(const std::filesystem::path& file, const std::string& name,
+                            const Intrinsics& size);
+
+}  // namespace terracast::validate

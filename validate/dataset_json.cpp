@@ -1,0 +1,164 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/json.h"
+#include "validate/dataset.h"
+#include "validate/text.h"
+
+namespace terracast::validate {
+
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+using core::Json;
+
+Eigen::Vector3d vector3(const Json& json) {
+  const std::vector<double> n = json.numbers();
+  if (n.size() != 3) fail(ErrorKind::Input, "dataset.json: {} numbers where 3 should be", n.size());
+  return {n[0], n[1], n[2]};
+}
+
+Eigen::Matrix3d rotation_wxyz(double w, double x, double y, double z, const std::string& where) {
+  const Eigen::Quaterniond rotation(w, x, y, z);
+  if (std::abs(rotation.norm() - 1.0) > 1e-9)
+    fail(ErrorKind::Input, "{}: a quaternion of length {}, not 1", where, rotation.norm());
+  return rotation.normalized().toRotationMatrix();
+}
+
+Geodetic geodetic(double lat_deg, double lon_deg, double height_m, const std::string& where) {
+  if (!(std::abs(lat_deg) <= 90.0) || !(std::abs(lon_deg) <= 360.0) || !(std::abs(height_m) < 1e6))
+    fail(ErrorKind::Input, "{}: latitude {}, longitude {}, height {} is no place", where, lat_deg, lon_deg, height_m);
+  return {lat_deg, lon_deg, height_m};
+}
+
+int whole_number(const Json& json, std::int64_t least, std::int64_t most, const char* what) {
+  const std::int64_t value = json.integer();
+  if (value < least || value > most)
+    fail(ErrorKind::Input, "dataset.json: {} = {} is outside {} to {}", what, value, least, most);
+  return static_cast<int>(value);
+}
+
+Camera read_camera(const Json& json, int num_frames) {
+  Camera camera;
+  camera.name = json.at("name").string();
+  if (!is_safe_relative_path(camera.name)) fail(ErrorKind::Input, "dataset.json: camera name \"{}\"", camera.name);
+  Intrinsics stated;
+  stated.width_px = whole_number(json.at("width_px"), 1, 1 << 15, "width_px");
+  stated.height_px = whole_number(json.at("height_px"), 1, 1 << 15, "height_px");
+  stated.fx_px = json.at("fx_px").number();
+  stated.fy_px = json.at("fy_px").number();
+  stated.cx_px = json.at("cx_px").number();
+  stated.cy_px = json.at("cy_px").number();
+  camera.stated = stated;
+  camera.intrinsics.width_px = stated.width_px;
+  camera.intrinsics.height_px = stated.height_px;
+  const Json& mount = json.at("body_from_camera");
+  const std::vector<double> q = mount.at("rotation_wxyz").numbers();
+  if (q.size() != 4) fail(ErrorKind::Input, "dataset.json: rotation_wxyz has {} numbers", q.size());
+  camera.body_from_camera =
+      Pose{rotation_wxyz(q[0], q[1], q[2], q[3], "dataset.json: body_from_camera of " + camera.name),
+           vector3(mount.at("translation_m"))};
+  const auto count = static_cast<std::size_t>(num_frames);
+  camera.local_from_camera.resize(count);
+  camera.georeference.resize(count);
+  camera.files.resize(count);
+  return camera;
+}
+
+void read_georeference(const Dataset& dataset, const std::string& path, Sequence& sequence, Findings& findings) {
+  findings.attempt(path, [&] {
+    const std::string text = core::read_text_file(dataset.root / path);
+    const std::vector<TextLine> lines = split_lines(text);
+    if (lines.empty() || lines[0].text != "frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz")
+      fail(ErrorKind::Input, "{}:1: another header than frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz", path);
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      const std::string where = path + ":" + std::to_string(lines[i].number);
+      const std::vector<std::string_view> parts = split_at(lines[i].text, ',');
+      if (parts.size() != 10) fail(ErrorKind::Input, "{}: {} columns, not 10", where, parts.size());
+      const std::int64_t frame = parse_integer(parts[0], where);
+      const int camera_index = sequence.camera_index(std::string(parts[1]));
+      if (frame < 0 || frame >= sequence.num_frames || camera_index < 0)
+        fail(ErrorKind::Input, "{}: frame {} of camera \"{}\" is not in the dataset", where, frame,
+             parts[1].substr(0, 60));
+      double n[8];
+      for (std::size_t k = 0; k < 8; ++k) n[k] = parse_number(parts[k + 2], where);
+      auto& row = sequence.cameras[static_cast<std::size_t>(camera_index)].georeference[static_cast<std::size_t>(frame)];
+      if (row) fail(ErrorKind::Input, "{}: frame {} of camera {} stands twice", where, frame, parts[1]);
+      row = Georeference{n[0], geodetic(n[1], n[2], n[3], where), rotation_wxyz(n[4], n[5], n[6], n[7], where)};
+    }
+    for (const Camera& camera : sequence.cameras)
+      for (std::size_t i = 0; i < camera.georeference.size(); ++i)
+        if (!camera.georeference[i]) findings.add(path, fmt::format("no row for frame {} of {}", i, camera.name));
+  });
+}
+
+void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
+  constexpr int kMostFrames = 1'000'000;
+  Sequence sequence;
+  sequence.name = json.at("name").string();
+  sequence.path = json.at("path").string();
+  if (!is_safe_relative_path(sequence.path) || !is_safe_relative_path(sequence.name))
+    fail(ErrorKind::Input, "dataset.json: the path \"{}\" leaves the dataset", sequence.path);
+  while (sequence.path.ends_with('/')) sequence.path.pop_back();
+  sequence.num_frames = whole_number(json.at("num_frames"), 1, kMostFrames, "num_frames");
+  sequence.rate_hz = json.at("rate_hz").number();
+  if (!(sequence.rate_hz > 0.0)) fail(ErrorKind::Input, "dataset.json: rate_hz = {}", sequence.rate_hz);
+  const Json& origin = json.at("origin");
+  sequence.origin = geodetic(origin.at("lat_deg").number(), origin.at("lon_deg").number(),
+                             origin.at("height_m").number(), "dataset.json: origin");
+  const Json& cameras = json.at("cameras");
+  constexpr std::size_t kMostCameras = 256;
+  if (cameras.size() < 1 || cameras.size() > kMostCameras ||
+      static_cast<std::int64_t>(cameras.size()) * sequence.num_frames > 4 * kMostFrames)
+    fail(ErrorKind::Input, "dataset.json: {} cameras of {} frames", cameras.size(), sequence.num_frames);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    Camera camera = read_camera(cameras.at(i), sequence.num_frames);
+    if (sequence.camera_index(camera.name) >= 0)
+      fail(ErrorKind::Input, "dataset.json: camera {} stands twice", camera.name);
+    sequence.cameras.push_back(std::move(camera));
+  }
+  const std::string georeference = json.at("georeference").string();
+  if (!is_safe_relative_path(georeference))
+    fail(ErrorKind::Input, "dataset.json: the path \"{}\" leaves the dataset", georeference);
+  read_georeference(dataset, georeference, sequence, findings);
+  find_reader(dataset.format).read(dataset, sequence, findings);
+  for (const Camera& camera : sequence.cameras)
+    if (!camera.intrinsics.is_sound())
+      findings.add(sequence.path, fmt::format("{}: no sound intrinsics", camera.name));
+  dataset.sequences.push_back(std::move(sequence));
+}
+
+}  // namespace
+
+Dataset read_dataset(const std::filesystem::path& root, const std::string& format, Findings& findings) {
+  const std::filesystem::path file = root / "dataset.json";
+  if (!std::filesystem::exists(file))
+    fail(ErrorKind::Input, "{}: no dataset.json; the folder of one exported format is right", root.string());
+  Dataset dataset;
+  dataset.root = root;
+  const Json json = Json::read(file);
+  dataset.format = json.at("format").string();
+  find_reader(format.empty() ? dataset.format : format);
+  if (!format.empty() && dataset.format != format)
+    fail(ErrorKind::Input, "{}: a dataset of the format {}, not {}", file.string(), dataset.format, format);
+  findings.attempt("dataset.json", [&] {
+    dataset.world_name = json.at("world").at("name").string();
+    for (const auto& [path, record] : json.at("files").members()) {
+      const std::int64_t num_bytes = record.at("bytes").integer();
+      if (!is_safe_relative_path(path) || num_bytes < 0)
+        fail(ErrorKind::Input, "dataset.json: file \"{}\" of {} bytes", path, num_bytes);
+      dataset.files[path] = {static_cast<std::uint64_t>(num_bytes), record.at("xxh3_128").string()};
+    }
+    const Json& sequences = json.at("sequences");
+    if (sequences.size() == 0) fail(ErrorKind::Input, "dataset.json: no sequence");
+    for (std::size_t i = 0; i < sequences.size(); ++i) read_sequence(sequences.at(i), dataset, findings);
+  });
+  return dataset;
+}
+
+}  // namespace terracast::validate

@@ -1,0 +1,167 @@
+#include "validate/npy.h"
+
+#include <zip.h>
+
+#include <bit>
+#include <cstring>
+#include <memory>
+#include <string_view>
+
+#include "core/error.h"
+#include "validate/text.h"
+
+namespace terracast::validate {
+
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+static_assert(std::endian::native == std::endian::little);
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;
+
+/// The text behind `'key':` in the dictionary of the header, up to the end of its value.
+std::string_view header_value(std::string_view header, std::string_view key,
+                              const std::string& name) {
+  for (const char quote : {'\'', '"'}) {
+    const std::string quoted = quote + std::string(key) + quote;
+    std::size_t at = header.find(quoted);
+    if (at == std::string_view::npos) continue;
+    at = header.find(':', at + quoted.size());
+    if (at == std::string_view::npos) break;
+    std::string_view rest = trimmed(header.substr(at + 1));
+    if (rest.empty()) break;
+    const char closing = rest[0] == '(' ? ')' : ',';
+    return trimmed(rest.substr(0, std::min(rest.find(closing), rest.size())));
+  }
+  fail(ErrorKind::Input, "{}: the npy header has no '{}'", name, key);
+}
+
+struct ZipCloser {
+  void operator()(zip_t* archive) const { zip_discard(archive); }
+  void operator()(zip_file_t* file) const { zip_fclose(file); }
+};
+
+}  // namespace
+
+std::size_t NpyArray::num_values() const {
+  std::size_t count = 1;
+  for (const std::size_t extent : shape) count *= extent;
+  return count;
+}
+
+std::vector<float> NpyArray::floats(const std::string& name) const {
+  if (kind != 'f' || item_size != 4)
+    fail(ErrorKind::Input, "{}: values of type {}{} where float32 should be", name, kind,
+         item_size);
+  std::vector<float> values(num_values());
+  std::memcpy(values.data(), bytes.data(), bytes.size());
+  return values;
+}
+
+std::vector<std::uint8_t> NpyArray::flags(const std::string& name) const {
+  if ((kind != 'b' && kind != 'u') || item_size != 1)
+    fail(ErrorKind::Input, "{}: values of type {}{} where bool should be", name, kind, item_size);
+  std::vector<std::uint8_t> values(num_values());
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = bytes[i] != std::byte{0} ? 1 : 0;
+  return values;
+}
+
+NpyArray parse_npy(std::span<const std::byte> bytes, const std::string& name) {
+  const auto byte_at = [&](std::size_t i) { return std::to_integer<std::size_t>(bytes[i]); };
+  if (bytes.size() < 10 || std::memcmp(bytes.data(), "\x93NUMPY", 6) != 0)
+    fail(ErrorKind::Input, "{}: not an npy file", name);
+  const std::size_t version = byte_at(6);
+  if (version < 1 || version > 3) fail(ErrorKind::Input, "{}: npy version {}", name, version);
+  std::size_t start = 10;
+  std::size_t header_size = byte_at(8) | byte_at(9) << 8;
+  if (version > 1) {
+    start = 12;
+    if (bytes.size() < start) fail(ErrorKind::Input, "{}: truncated npy header", name);
+    header_size |= byte_at(10) << 16 | byte_at(11) << 24;
+  }
+  if (header_size > bytes.size() - start)
+    fail(ErrorKind::Input, "{}: truncated npy header", name);
+  const std::string_view header(reinterpret_cast<const char*>(bytes.data()) + start, header_size);
+
+  NpyArray array;
+  std::string_view type = header_value(header, "descr", name);
+  if (type.size() < 5) fail(ErrorKind::Input, "{}: npy type {}", name, type);
+  type = type.substr(1, type.size() - 2);
+  const bool is_little = type[0] == '<' || type[0] == '|';
+  array.kind = type[1];
+  array.item_size =
+      static_cast<std::size_t>(parse_integer(type.substr(2), name + ": item size"));
+  if (!is_little || std::string_view("fiub").find(array.kind) == std::string_view::npos ||
+      array.item_size < 1 || array.item_size > 8)
+    fail(ErrorKind::Input, "{}: npy type \"{}\"; little-endian numbers are right", name, type);
+  if (header_value(header, "fortran_order", name) != "False")
+    fail(ErrorKind::Input, "{}: Fortran order; C order is right", name);
+  const std::string_view shape = header_value(header, "shape", name).substr(1);
+  std::size_t num_bytes = array.item_size;
+  for (const std::string_view part : split_at(shape, ',')) {
+    const std::string_view extent = trimmed(part);
+    if (extent.empty()) continue;
+    const std::int64_t count = parse_integer(extent, name + ": shape");
+    if (count < 0 || (count > 0 && num_bytes > kMostBytes / static_cast<std::size_t>(count)))
+      fail(ErrorKind::Input, "{}: shape ({}) is too large", name, shape);
+    array.shape.push_back(static_cast<std::size_t>(count));
+    num_bytes *= static_cast<std::size_t>(count);
+  }
+  const std::span<const std::byte> values = bytes.subspan(start + header_size);
+  if (values.size() != num_bytes)
+    fail(ErrorKind::Input, "{}: {} bytes of values where its shape ({}) needs {}", name,
+         values.size(), shape, num_bytes);
+  array.bytes.assign(values.begin(), values.end());
+  return array;
+}
+
+std::map<std::string, NpyArray> parse_npz(std::span<const std::byte> bytes,
+                                          const std::string& name) {
+  zip_error_t error;
+  zip_error_init(&error);
+  zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
+  if (source == nullptr) fail(ErrorKind::Input, "{}: {}", name, zip_error_strerror(&error));
+  zip_t* opened = zip_open_from_source(source, ZIP_RDONLY | ZIP_CHECKCONS, &error);
+  if (opened == nullptr) {
+    zip_source_free(source);
+    const std::string reason = zip_error_strerror(&error);
+    zip_error_fini(&error);
+    fail(ErrorKind::Input, "{}: not a sound npz: {}", name, reason);
+  }
+  const std::unique_ptr<zip_t, ZipCloser> archive(opened);
+  std::map<std::string, NpyArray> arrays;
+  const zip_int64_t num_entries = zip_get_num_entries(archive.get(), 0);
+  constexpr zip_int64_t kMostEntries = 64;  // a flow file has six
+  if (num_entries > kMostEntries)
+    fail(ErrorKind::Input, "{}: an npz of {} arrays", name, num_entries);
+  for (zip_int64_t i = 0; i < num_entries; ++i) {
+    zip_stat_t entry;
+    if (zip_stat_index(archive.get(), static_cast<zip_uint64_t>(i), 0, &entry) != 0 ||
+        (entry.valid & (ZIP_STAT_NAME | ZIP_STAT_SIZE)) != (ZIP_STAT_NAME | ZIP_STAT_SIZE))
+      fail(ErrorKind::Input, "{}: entry {} of the npz is damaged", name, i);
+    std::string array_name = entry.name;
+    if (entry.size > kMostBytes)
+      fail(ErrorKind::Input, "{}: array of {} bytes", name, entry.size);
+    const std::unique_ptr<zip_file_t, ZipCloser> file(
+        zip_fopen_index(archive.get(), static_cast<zip_uint64_t>(i), 0));
+    if (!file) fail(ErrorKind::Input, "{}: entry {} of the npz is damaged", name, array_name);
+    std::vector<std::byte> data(entry.size);
+    std::size_t filled = 0;
+    while (filled < data.size()) {
+      const zip_int64_t got = zip_fread(file.get(), data.data() + filled, data.size() - filled);
+      if (got <= 0) fail(ErrorKind::Input, "{}: entry {} is damaged", name, array_name);
+      filled += static_cast<std::size_t>(got);
+    }
+    std::byte beyond;
+    if (zip_fread(file.get(), &beyond, 1) != 0)  // this read also compares the CRC
+      fail(ErrorKind::Input, "{}: entry {} is damaged", name, array_name);
+    NpyArray array = parse_npy(data, name + "/" + array_name);
+    if (array_name.ends_with(".npy")) array_name.resize(array_name.size() - 4);
+    arrays.emplace(std::move(array_name), std::move(array));
+  }
+  return arrays;
+}
+
+}  // namespace terracast::validate
