@@ -16,12 +16,14 @@ struct PreviewPath {
   std::vector<Eigen::Vector3d> positions_world;
 };
 
-/// A map of the world's square, north up: hypsometric tints under a hillshade, sea, contour of the square, the paths with
-/// start marks, a scale bar, north arrow and legend.
-/// size_px   of the longer side
-core::Image8 render_preview(const world::TileStore& store, const std::vector<PreviewPath>& paths, int size_px = 1024);
+/// A map of the world's square, north up: hypsometric tints under a hillshade, sea, contour of the
+/// square, the paths with start marks, a scale bar, north arrow and legend. size_px   of the longer
+/// side
+core::Image8 render_preview(const world::TileStore& store, const std::vector<PreviewPath>& paths,
+                            int size_px = 1024);
 
-/// Extents, levels with their tiles and sizes, datums, sources, voids: what `terracast world info` prints.
+/// Extents, levels with their tiles and sizes, datums, sources, voids: what `terracast world info`
+/// prints.
 std::string describe_world(const world::TileStore& store);
 
 }  // namespace terracast::tiler

@@ -3,12 +3,15 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "core/context.h"
 #include "geo/geodesy.h"
 #include "geo/geoid.h"
 #include "tiler/world_options.h"
+#include "world/tile.h"
 #include "world/tile_store.h"
 
 namespace terracast::tiler {
@@ -21,33 +24,51 @@ struct SurfaceSample {
   std::uint8_t source = 0;
 };
 
-/// All elevation sources of a world, opened, mosaicked, with voids filled: one function of place, the same from any thread.
+/// All elevation sources of a world, opened, mosaicked, with voids filled: one function of place,
+/// the same from any thread.
 ///
-/// The surface at a world (x, y) is the z at which the geodetic height of (x, y, z) is the source's height there
-/// (fixed point, to 1e-6 m). Detail below the measured spacing is added octave by octave; each octave vanishes at the multiples of its
-/// period, so that levels from measured_level() up hold measured heights only.
+/// The surface at a world (x, y) is the z at which the geodetic height of (x, y, z) is the source's
+/// height there (fixed point, to 1e-6 m). Detail below the measured spacing is added octave by
+/// octave; each octave vanishes at the multiples of its period, so that levels from
+/// measured_level() up hold measured heights only.
 ///
 /// threads   safe
 class WorldSurface {
  public:
   /// Reads and checks every source, fills voids.
-  /// throws Config, Input, Io: sources that cannot be read, georeferenced, lack a datum, hold values that are no
-  ///        heights, or leave parts of the square without cover (naming the area) while outside = "error"
-  static std::shared_ptr<const WorldSurface> prepare(const WorldOptions& options, const core::Context& context);
+  /// throws Config, Input, Io: sources that cannot be read, georeferenced, lack a datum, hold
+  /// values that are no
+  ///        heights, or leave parts of the square without cover (naming the area) while outside =
+  ///        "error"
+  static std::shared_ptr<const WorldSurface> prepare(const WorldOptions& options,
+                                                     const core::Context& context);
   virtual ~WorldSurface() = default;
 
   virtual const geo::WorldFrame& frame() const = 0;
   virtual const WorldOptions& options() const = 0;
   virtual const std::vector<world::SourceInfo>& sources() const = 0;
-  virtual int measured_level() const = 0;      ///< finest level without synthetic detail
+  virtual int measured_level() const = 0;  ///< finest level without synthetic detail
+  /// Coarsest level that holds all that the finest source knows; coarser where the square would
+  /// take too many tiles of it.
+  virtual int base_level() const = 0;
   virtual std::string input_hash() const = 0;  ///< of all that determines sample()
   virtual std::shared_ptr<const geo::Geoid> geoid() const = 0;
 
-  /// The surface with detail down to `level`, at a place on that level's lattice or any finer one's.
+  /// The surface with all its detail at a place: a pure function of the place. On a level's lattice
+  /// the octaves of finer detail vanish exactly, so that all levels agree there bit for bit.
   virtual SurfaceSample sample(double x_world, double y_world) const = 0;
 
-  /// Ellipsoidal height of the measured surface (sources, voids filled, sea; no synthetic detail); nothing outside
-  /// the world's square.
+  /// sample() at all places of a tile, in the order of Tile's arrays.
+  /// samples  kTileSamples^2
+  /// cost     0.3 us a sample inside the square, 2 us beyond it
+  virtual void sample_tile(const world::TileId& id, std::span<SurfaceSample> samples) const = 0;
+
+  /// Bounds of the ellipsoidal height of the measured surface, to within the geoid's slope.
+  virtual double lowest_m() const = 0;
+  virtual double highest_m() const = 0;
+
+  /// Ellipsoidal height of the measured surface (sources, voids filled, sea; no synthetic detail);
+  /// nothing outside the world's square.
   virtual std::optional<double> measured_height_m(double lat_deg, double lon_deg) const = 0;
 };
 

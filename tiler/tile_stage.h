@@ -17,11 +17,12 @@ struct TilePlan {
   std::vector<std::vector<world::Viewpoint>> sequences;  ///< all camera places of each sequence
 };
 
-/// Tiles a world: coarse levels everywhere (the apron out to the horizon of the highest viewpoint included), finer ones
-/// where a viewpoint wants them, closed under balance. Parallel; resumable: tiles that are there and whole are kept, the
-/// manifest is written last, and a store whose manifest answers the same inputs is only opened.
-/// throws   Config: `folder` holds a world of other inputs (says which hash); Input, Io
-world::TileStore run_tile_stage(const WorldSurface& surface, const TilePlan& plan, const std::filesystem::path& folder,
-                                const core::Context& context);
+/// Tiles a world: coarse levels everywhere (the apron out to the horizon of the highest viewpoint
+/// included), finer ones where a viewpoint wants them, closed under balance. Parallel; resumable:
+/// tiles that are there and whole are kept, the manifest is written last, and a store whose
+/// manifest answers the same inputs is only opened. throws   Config: `folder` holds a world of
+/// other inputs (says which hash); Input, Io
+world::TileStore run_tile_stage(const WorldSurface& surface, const TilePlan& plan,
+                                const std::filesystem::path& folder, const core::Context& context);
 
 }  // namespace terracast::tiler

@@ -8,37 +8,49 @@
 
 namespace terracast::tiler {
 
-/// A source of heights. Sources are used in the order of the config: where the first has no value the next is asked; all are
-/// brought together before interpolation.
+/// A source of heights. Sources are used in the order of the config: where the first has no value
+/// the next is asked; all are brought together before interpolation.
 struct ElevationOptions {
-  std::string kind = "raster";      ///< a name of the layer registry: raster, procedural, plane, ramp, paraboloid, fractal
-  std::vector<core::Path> files;    ///< raster: any that GDAL opens; the first has priority
-  std::string vertical_datum;       ///< ellipsoid, egm96; must be stated for rasters
-  std::string unit = "declared";    ///< declared (by the file; metres when it says nothing), m, ft, us_ft
+  std::string kind = "raster";  ///< a name of the layer registry: raster, procedural, plane, ramp,
+                                ///< paraboloid, fractal
+  std::vector<core::Path> files;  ///< raster: any that GDAL opens; the first has priority
+  std::string vertical_datum;     ///< ellipsoid, egm96; must be stated for rasters
+  std::string unit =
+      "declared";  ///< declared (by the file; metres when it says nothing), m, ft, us_ft
   std::string nodata = "declared";  ///< declared, none, or a number
   std::string licence;
-  double relief_m = 1800.0;         ///< procedural, fractal: between sea floor or valley and the highest ridge
-  double sea_level_m = 0.0;         ///< procedural: heights below are sea; above the geoid of the datum given
-  double slope = 0.0;               ///< ramp
-  double curvature_per_m = 0.0;     ///< paraboloid
-  double height_m = 0.0;            ///< plane, ramp, paraboloid: at the origin, above vertical_datum
+  double relief_m =
+      1800.0;  ///< procedural, fractal: between sea floor or valley and the highest ridge
+  double sea_level_m =
+      0.0;             ///< procedural: heights below are sea; above the geoid of the datum given
+  double slope = 0.0;  ///< ramp
+  double curvature_per_m = 0.0;  ///< paraboloid
+  double height_m = 0.0;         ///< plane, ramp, paraboloid: at the origin, above vertical_datum
 
   template <class Visitor>
   void describe(Visitor& visit) {
-    visit.key("kind", kind, "What gives the heights: raster, procedural, plane, ramp, paraboloid or fractal.");
+    visit.key("kind", kind,
+              "What gives the heights: raster, procedural, plane, ramp, paraboloid or fractal.");
     visit.key("files", files, "Rasters in order of priority; any format that GDAL opens.");
-    visit.key("vertical_datum", vertical_datum, "What the heights are above: ellipsoid or egm96. Never guessed.");
-    visit.key("unit", unit, "Unit of the heights; `declared` takes what the file says, metres when it says nothing.",
-              core::one_of({"declared", "m", "ft", "us_ft"}));
-    visit.key("nodata", nodata, "Value of samples without a height: declared (by the file), none, or a number.");
+    visit.key("vertical_datum", vertical_datum,
+              "What the heights are above: ellipsoid or egm96. Never guessed.");
+    visit.key(
+        "unit", unit,
+        "Unit of the heights; `declared` takes what the file says, metres when it says nothing.",
+        core::one_of({"declared", "m", "ft", "us_ft"}));
+    visit.key("nodata", nodata,
+              "Value of samples without a height: declared (by the file), none, or a number.");
     visit.key("licence", licence, "Terms under which the source may be used; kept with the data.");
-    visit.key("relief_m", relief_m, "procedural, fractal: height between the lowest and the highest land.",
+    visit.key("relief_m", relief_m,
+              "procedural, fractal: height between the lowest and the highest land.",
               core::between(0.0, 9000.0));
-    visit.key("sea_level_m", sea_level_m, "procedural: land below this height is sea.", core::between(-500.0, 9000.0));
+    visit.key("sea_level_m", sea_level_m, "procedural: land below this height is sea.",
+              core::between(-500.0, 9000.0));
     visit.key("slope", slope, "ramp: rise per metre towards the east.", core::between(-10.0, 10.0));
-    visit.key("curvature_per_m", curvature_per_m, "paraboloid: height = curvature * distance^2 / 2.",
-              core::between(-0.1, 0.1));
-    visit.key("height_m", height_m, "plane, ramp, paraboloid: height at the origin.", core::between(-500.0, 9000.0));
+    visit.key("curvature_per_m", curvature_per_m,
+              "paraboloid: height = curvature * distance^2 / 2.", core::between(-0.1, 0.1));
+    visit.key("height_m", height_m, "plane, ramp, paraboloid: height at the origin.",
+              core::between(-500.0, 9000.0));
   }
 };
 
@@ -47,7 +59,7 @@ struct WorldOptions {
   std::string name = "world";
   double origin_lat_deg = 0.0;
   double origin_lon_deg = 0.0;
-  double size_m = 51200.0;        ///< side of the square, centred on the origin
+  double size_m = 51200.0;  ///< side of the square, centred on the origin
   std::int64_t seed = 1;
   std::string outside = "error";  ///< error, sea, extend: where sources cover less than the square
   double detail_roughness = 1.0;  ///< scales synthetic detail below the source's spacing; 0: none
@@ -60,13 +72,16 @@ struct WorldOptions {
               core::required(core::between(-89.0, 89.0)));
     visit.key("origin_lon_deg", origin_lon_deg, "Longitude of the world's origin, WGS84.",
               core::required(core::between(-180.0, 360.0)));
-    visit.key("size_m", size_m, "Side of the world's square, centred on the origin.", core::between(256.0, 200000.0));
+    visit.key("size_m", size_m, "Side of the world's square, centred on the origin.",
+              core::between(256.0, 200000.0));
     visit.key("seed", seed, "Seed of procedural terrain and synthetic detail.");
-    visit.key("outside", outside,
-              "What lies where the sources do not reach inside the square, and beyond it: error (inside; "
-              "the apron extends), sea, or extend.",
-              core::one_of({"error", "sea", "extend"}));
-    visit.key("detail_roughness", detail_roughness, "Scales the synthetic detail below the sources' spacing; 0: none.",
+    visit.key(
+        "outside", outside,
+        "What lies where the sources do not reach inside the square, and beyond it: error (inside; "
+        "the apron extends), sea, or extend.",
+        core::one_of({"error", "sea", "extend"}));
+    visit.key("detail_roughness", detail_roughness,
+              "Scales the synthetic detail below the sources' spacing; 0: none.",
               core::between(0.0, 4.0));
     visit.list("elevation", elevation, "Sources of heights, in order of priority.");
   }

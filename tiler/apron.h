@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "tiler/gradient_noise.h"
+
+namespace terracast::tiler {
+
+/// What the border of the square is like at a place of it.
+struct BorderSample {
+  double height_m = 0.0;  ///< above the geoid, or the ellipsoid where no geoid is used
+  bool is_sea = false;
+};
+
+/// The ground beyond the square: heights of the border carried outward, smoothed along the border
+/// the more the farther out, with hills like those of the border; with outside = "sea" they sink
+/// below the sea.
+///
+/// threads   safe
+class Apron {
+ public:
+  /// border   of a place on the border, called for places all round it
+  Apron(double half_size_m, bool sinks_to_sea, std::uint64_t seed,
+        const std::function<BorderSample(double x_world, double y_world)>& border);
+
+  /// Nearest place of the square.
+  Eigen::Vector2d nearest_inside(double x_world, double y_world) const;
+
+  /// How much the border's own surface still counts, 1 at the border.
+  double border_share(double distance_m) const;
+
+  /// Height far from the border, above what BorderSample's are above.
+  BorderSample beyond(double x_world, double y_world, double distance_m) const;
+
+ private:
+  double along(const Eigen::Vector2d& inside) const;  ///< in profile samples
+  static double at(const std::vector<double>& profile, double along);
+
+  double half_size_m_;
+  bool sinks_to_sea_;
+  double step_m_ = 0.0;
+  GradientNoise hills_;
+  std::vector<std::vector<double>> heights_m_;  ///< smoothed over 1, 2, 4 … samples
+  std::vector<double> hill_heights_m_;
+  std::vector<double> sea_share_;
+};
+
+}  // namespace terracast::tiler

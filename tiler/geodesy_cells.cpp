@@ -1,0 +1,177 @@
+#include "tiler/geodesy_cells.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace terracast::tiler {
+namespace {
+
+using Terms = GeodesyColumn::Terms;
+
+constexpr double kCoarsestNodeSpacing_m = 512.0;
+constexpr double kFinestNodeSpacing_m = 32.0;
+constexpr double kTolerance_m = 1e-7;
+
+/// Where the cubic in height is exact, in half ranges about the middle: the nodes of Chebyshev.
+constexpr std::array<double, 4> kHeightNodes = {-0.92387953251128674, -0.38268343236508977,
+                                                0.38268343236508977, 0.92387953251128674};
+
+/// Coefficients of the cubic through values at kHeightNodes.
+Eigen::Matrix4d coefficients_from_values() {
+  Eigen::Matrix4d values_from_coefficients;
+  for (int row = 0; row < 4; ++row)
+    for (int power = 0; power < 4; ++power)
+      values_from_coefficients(row, power) =
+          std::pow(kHeightNodes[static_cast<std::size_t>(row)], power);
+  return values_from_coefficients.inverse();
+}
+
+struct ColumnTruth {
+  std::array<double, 4> z_world;
+  std::array<geo::Geodetic, 4> places;
+};
+
+/// Weights of a quadratic through t = 0, 1/2, 1.
+std::array<double, 3> quadratic_weights(double t) {
+  return {(1.0 - 2.0 * t) * (1.0 - t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)};
+}
+
+Terms combined(const Terms& a, const Terms& b, const Terms& c, const std::array<double, 3>& w) {
+  Terms sum;
+  for (std::size_t k = 0; k < sum.size(); ++k) sum[k] = w[0] * a[k] + w[1] * b[k] + w[2] * c[k];
+  return sum;
+}
+
+}  // namespace
+
+double z_world_at_height(const geo::WorldFrame& frame, double x_world, double y_world,
+                         double height_m, geo::Geodetic* place) {
+  // The height grows along world z by the cosine of the angle to the local vertical; that of the
+  // sphere is near enough for an iteration that gains three digits or more a step.
+  const double radius_m = geo::kWgs84SemiMajorAxis_m + height_m;
+  const double lean2 = (x_world * x_world + y_world * y_world) / (radius_m * radius_m);
+  TERRACAST_CHECK(lean2 < 0.25, "({}, {}) is too far from the world's origin", x_world, y_world);
+  const double slope = std::sqrt(1.0 - lean2);
+  double z_world = height_m - radius_m * (1.0 - slope);
+  geo::Geodetic here;
+  for (int i = 0; i < 30; ++i) {
+    here = frame.geodetic_from_world({x_world, y_world, z_world});
+    const double missing_m = height_m - here.height_m;
+    z_world += missing_m / slope;
+    if (std::abs(missing_m) < 1e-6) break;  // the step just made leaves a thousandth of it at most
+  }
+  if (place != nullptr) *place = here;
+  return z_world;
+}
+
+GeodesyCells::GeodesyCells(const geo::WorldFrame& frame, const HeightField& field,
+                           const geo::Geoid* geoid, double half_side_m, double lowest_m,
+                           double highest_m, double metres_per_map_unit)
+    : half_side_m_(half_side_m),
+      middle_m_(0.5 * (lowest_m + highest_m)),
+      half_range_m_(std::max(0.5 * (highest_m - lowest_m), 10.0)) {
+  for (node_spacing_m_ = kCoarsestNodeSpacing_m;; node_spacing_m_ /= 2.0) {
+    num_cells_ = 2 * static_cast<int>(std::ceil(half_side_m / (2.0 * node_spacing_m_)));
+    num_nodes_ = 2 * num_cells_ + 1;
+    fill(frame, field, geoid);
+    largest_probe_error_m_ = probe(frame, field, metres_per_map_unit);
+    if (largest_probe_error_m_ <= kTolerance_m || node_spacing_m_ <= kFinestNodeSpacing_m) break;
+    // Twice the nodes make the error of a quadratic eight times smaller; a projection with a seam
+    // in the square would never get there, and is as good as it is.
+    if (static_cast<double>(num_nodes_) * num_nodes_ > 1e6) break;
+  }
+}
+
+void GeodesyCells::fill(const geo::WorldFrame& frame, const HeightField& field,
+                        const geo::Geoid* geoid) {
+  const Eigen::Matrix4d coefficients = coefficients_from_values();
+  nodes_.resize(static_cast<std::size_t>(num_nodes_) * static_cast<std::size_t>(num_nodes_));
+  core::parallel_for(num_nodes_, [&](std::int64_t row) {
+    const auto count = static_cast<std::size_t>(num_nodes_) * 4;
+    std::vector<geo::Geodetic> places(count);
+    std::vector<double> z_world(count);
+    std::vector<Eigen::Vector2d> map(count);
+    for (int i = 0; i < num_nodes_; ++i)
+      for (std::size_t k = 0; k < 4; ++k) {
+        const std::size_t at = static_cast<std::size_t>(i) * 4 + k;
+        z_world[at] = z_world_at_height(frame, (i - num_cells_) * node_spacing_m_,
+                                        (static_cast<int>(row) - num_cells_) * node_spacing_m_,
+                                        middle_m_ + half_range_m_ * kHeightNodes[k], &places[at]);
+      }
+    field.map_from_geodetic(places, map);
+    for (int i = 0; i < num_nodes_; ++i) {
+      Eigen::Matrix4d values;  // row: height; column: component
+      for (int k = 0; k < 4; ++k) {
+        const std::size_t at = static_cast<std::size_t>(i) * 4 + static_cast<std::size_t>(k);
+        const double undulation_m =
+            geoid == nullptr ? 0.0 : geoid->undulation_m(places[at].lat_deg, places[at].lon_deg);
+        values.row(k) << z_world[at], map[at].x(), map[at].y(), undulation_m;
+      }
+      const Eigen::Matrix4d terms = coefficients * values;
+      Terms& node = nodes_[static_cast<std::size_t>(row) * static_cast<std::size_t>(num_nodes_) +
+                           static_cast<std::size_t>(i)];
+      for (int component = 0; component < 4; ++component)
+        for (int power = 0; power < 4; ++power)
+          node[static_cast<std::size_t>(4 * component + power)] = terms(power, component);
+    }
+  });
+}
+
+double GeodesyCells::probe(const geo::WorldFrame& frame, const HeightField& field,
+                           double metres_per_map_unit) const {
+  // The cubic's and the quadratic's worst places: between nodes, at the corners and the middle of
+  // the square.
+  double worst_m = 0.0;
+  const double last = half_side_m_ - 0.5 * node_spacing_m_;
+  for (const double fx : {-1.0, -0.31, 0.0, 0.47, 1.0})
+    for (const double fy : {-1.0, -0.53, 0.0, 0.29, 1.0})
+      for (const double fh : {-1.0, 0.0, 0.7}) {
+        const double inset = 0.288 * node_spacing_m_;
+        const double x = fx * (last - inset) + inset * 0.5;
+        const double y = fy * (last - inset) - inset * 0.5;
+        const double height_m = middle_m_ + fh * half_range_m_;
+        geo::Geodetic place;
+        const double z_world = z_world_at_height(frame, x, y, height_m, &place);
+        Eigen::Vector2d map;
+        field.map_from_geodetic({&place, 1}, {&map, 1});
+        const ColumnPoint point = column(x, y).at(height_m);
+        worst_m = std::max({worst_m, std::abs(point.z_world - z_world),
+                            (point.map - map).norm() * metres_per_map_unit});
+      }
+  return worst_m;
+}
+
+int GeodesyCells::cell_of(double coordinate) const {
+  const double cell = std::floor(coordinate / (2.0 * node_spacing_m_));
+  return std::clamp(static_cast<int>(cell) + num_cells_ / 2, 0, num_cells_ - 1);
+}
+
+GeodesyColumn GeodesyCells::column(double x_world, double y_world) const {
+  return Row(*this, y_world).column(x_world);
+}
+
+GeodesyCells::Row::Row(const GeodesyCells& cells, double y_world)
+    : cells_(cells), y_world_(y_world) {}
+
+GeodesyColumn GeodesyCells::Row::column(double x_world) {
+  const double side_m = 2.0 * cells_.node_spacing_m_;
+  const int cell_x = cells_.cell_of(x_world);
+  if (cell_x != cell_x_) {
+    cell_x_ = cell_x;
+    const int cell_y = cells_.cell_of(y_world_);
+    const auto weights = quadratic_weights(y_world_ / side_m - (cell_y - cells_.num_cells_ / 2));
+    const auto stride = static_cast<std::size_t>(cells_.num_nodes_);
+    const Terms* corner = &cells_.nodes_[static_cast<std::size_t>(2 * cell_y) * stride +
+                                         static_cast<std::size_t>(2 * cell_x)];
+    for (std::size_t i = 0; i < 3; ++i)
+      nodes_[i] = combined(corner[i], corner[i + stride], corner[i + 2 * stride], weights);
+  }
+  const auto weights = quadratic_weights(x_world / side_m - (cell_x - cells_.num_cells_ / 2));
+  return GeodesyColumn(combined(nodes_[0], nodes_[1], nodes_[2], weights), cells_.middle_m_,
+                       cells_.half_range_m_);
+}
+
+}  // namespace terracast::tiler

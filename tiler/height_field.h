@@ -1,0 +1,64 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "geo/geodesy.h"
+#include "geo/geoid.h"
+#include "world/tile.h"
+#include "world/tile_store.h"
+
+namespace terracast::tiler {
+
+/// What a field says of a place beside its height.
+struct FieldFacts {
+  std::uint8_t source = 0;  ///< row of HeightField::sources
+  /// Where a sea may be: the height of its surface, in the field's datum.
+  std::optional<double> sea_height_m;
+};
+
+/// The measured heights of a world as one function of map coordinates: the mosaic of its rasters,
+/// procedural or analytic terrain.
+///
+/// Map coordinates are the field's own (samples of a raster's grid, metres); each place of the
+/// ellipsoid has one pair of them, whatever its height.
+///
+/// threads   safe
+class HeightField {
+ public:
+  virtual ~HeightField() = default;
+
+  /// Map coordinates of places (heights are not looked at).
+  /// throws   Input: a place that the field's projection cannot hold
+  virtual void map_from_geodetic(std::span<const geo::Geodetic> places,
+                                 std::span<Eigen::Vector2d> map) const = 0;
+
+  /// Height above the field's datum; once continuously differentiable.
+  virtual double height_m(const Eigen::Vector2d& map) const = 0;
+
+  virtual FieldFacts facts(const Eigen::Vector2d& map) const = 0;
+
+  /// Bounds of height_m.
+  virtual double lowest_m() const = 0;
+  virtual double highest_m() const = 0;
+
+  /// What heights are above.
+  virtual geo::VerticalDatum datum() const = 0;
+
+  /// Between the finest samples, on the ground.
+  virtual double spacing_m() const = 0;
+
+  /// Whether detail may be added below the spacing: not where the field is known at every place.
+  virtual bool takes_detail() const = 0;
+
+  virtual const std::vector<world::SourceInfo>& sources() const = 0;
+
+  /// Of all that determines the heights.
+  virtual std::string input_hash() const = 0;
+};
+
+}  // namespace terracast::tiler

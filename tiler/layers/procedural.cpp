@@ -1,0 +1,221 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/hash.h"
+#include "core/parallel.h"
+#include "tiler/erosion.h"
+#include "tiler/gradient_noise.h"
+#include "tiler/layer_registry.h"
+
+// Seeded land: where it rises and where the sea lies is drawn from noise, the rest is done by
+// rivers and slides on one grid over the whole square (coarse first, then refined twice), before
+// any tile is cut. A place's map coordinates are the world x and y of its foot on the ellipsoid, in
+// grid samples.
+namespace terracast::tiler {
+namespace {
+
+constexpr int kMarginCells = 8;  ///< of the coarsest grid, beyond the square
+constexpr int kNumRefinements = 2;
+
+/// Raised when the land that a seed gives changes.
+constexpr int kVersion = 1;
+
+double smooth_step(double lowest, double highest, double value) {
+  const double t = std::clamp((value - lowest) / (highest - lowest), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
+/// Where the land rises, in units of half the square's side.
+class LandPlan {
+ public:
+  explicit LandPlan(std::uint64_t seed)
+      : coast_(seed, 1),
+        warp_x_(seed, 2),
+        warp_y_(seed, 3),
+        massif_(seed, 4),
+        rock_(seed, 5),
+        rough_(seed, 6) {
+    const double angle = 2.0 * std::numbers::pi * core::random_unit(seed, 7, 0);
+    inland_ = {std::cos(angle), std::sin(angle)};
+  }
+
+  /// Distance inland from the coast, negative at sea.
+  double inland(const Eigen::Vector2d& p) const {
+    const double wiggle = 0.42 * fractal_noise(coast_, 0.9 * p.x(), 0.9 * p.y(), 6, 0.52);
+    return p.dot(inland_) + 0.62 + wiggle;
+  }
+
+  /// Uplift against the highest.
+  double uplift(const Eigen::Vector2d& p) const {
+    const double inland_distance = inland(p);
+    const Eigen::Vector2d bent =
+        p + 0.35 * Eigen::Vector2d(fractal_noise(warp_x_, 1.3 * p.x(), 1.3 * p.y(), 3),
+                                   fractal_noise(warp_y_, 1.3 * p.x(), 1.3 * p.y(), 3));
+    const double hills = fractal_noise(massif_, 1.7 * bent.x(), 1.7 * bent.y(), 4, 0.55);
+    const double range = smooth_step(0.35, 1.25, inland_distance + 0.55 * hills);
+    const double foothills =
+        0.16 * smooth_step(-0.05, 0.45, hills) * smooth_step(0.02, 0.25, inland_distance);
+    const double plain = 0.012 + 0.03 * smooth_step(0.0, 0.6, inland_distance);
+    return plain + foothills + range * (0.62 + 0.5 * hills);
+  }
+
+  double erodibility(const Eigen::Vector2d& p) const {
+    return std::exp2(1.6 * fractal_noise(rock_, 5.0 * p.x(), 5.0 * p.y(), 4, 0.6));
+  }
+
+  double roughness(const Eigen::Vector2d& p) const {
+    return fractal_noise(rough_, 24.0 * p.x(), 24.0 * p.y(), 4, 0.6);
+  }
+
+  /// Depth of the sea's floor against the relief.
+  double depth(const Eigen::Vector2d& p) const {
+    const double offshore = std::max(-inland(p), 0.0);
+    return 0.02 * smooth_step(0.0, 0.05, offshore) + 0.12 * offshore;
+  }
+
+ private:
+  GradientNoise coast_, warp_x_, warp_y_, massif_, rock_, rough_;
+  Eigen::Vector2d inland_;
+};
+
+class ProceduralField : public HeightField {
+ public:
+  explicit ProceduralField(const ElevationInputs& inputs)
+      : frame_(inputs.frame), datum_(datum_of(inputs.options.elevation.front())) {
+    const WorldOptions& options = inputs.options;
+    const ElevationOptions& entry = options.elevation.front();
+    sea_height_m_ = entry.sea_level_m;
+    // A power of two, so that a level of tiles has the same spacing; 64 m for 51.2 km.
+    spacing_m_ = std::exp2(std::ceil(std::log2(options.size_m / 1024.0)));
+    hash_ = core::content_hash(fmt::format("procedural {} {} {} {} {} {}", kVersion, options.seed,
+                                           options.size_m, entry.relief_m, entry.sea_level_m,
+                                           name_of(datum_)));
+    raise_land(options, entry.relief_m);
+    const auto [lowest, highest] =
+        std::minmax_element(heights_m_.values.begin(), heights_m_.values.end());
+    // The spline overshoots its samples by less than an eighth of their range.
+    const double beyond_m = 0.125 * static_cast<double>(*highest - *lowest);
+    lowest_m_ = static_cast<double>(*lowest) - beyond_m;
+    highest_m_ = static_cast<double>(*highest) + beyond_m;
+
+    world::SourceInfo source;
+    source.name = "procedural";
+    source.kind = "procedural";
+    source.vertical_datum = name_of(datum_);
+    source.spacing_m = spacing_m_;
+    source.content_hash = hash_;
+    source.licence = entry.licence;
+    sources_.push_back(source);
+    source.name = "sea";
+    source.kind = "sea";
+    sources_.push_back(source);
+  }
+
+  void map_from_geodetic(std::span<const geo::Geodetic> places,
+                         std::span<Eigen::Vector2d> map) const override {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Eigen::Vector3d foot = frame_.world_from_geodetic(
+          {.lat_deg = places[i].lat_deg, .lon_deg = places[i].lon_deg, .height_m = 0.0});
+      map[i] = (foot.head<2>().array() + half_side_m_) / spacing_m_;
+    }
+  }
+
+  double height_m(const Eigen::Vector2d& map) const override { return bicubic(heights_m_, map); }
+
+  FieldFacts facts(const Eigen::Vector2d&) const override {
+    return {.source = 0, .sea_height_m = sea_height_m_};
+  }
+
+  double lowest_m() const override { return lowest_m_; }
+  double highest_m() const override { return highest_m_; }
+  geo::VerticalDatum datum() const override { return datum_; }
+  double spacing_m() const override { return spacing_m_; }
+  bool takes_detail() const override { return true; }
+  const std::vector<world::SourceInfo>& sources() const override { return sources_; }
+  std::string input_hash() const override { return hash_; }
+
+ private:
+  void raise_land(const WorldOptions& options, double relief_m) {
+    const LandPlan plan(static_cast<std::uint64_t>(options.seed));
+    const double half_size_m = options.size_m / 2.0;
+    double spacing_m = spacing_m_ * (1 << kNumRefinements);
+    const int half_cells = static_cast<int>(std::ceil(half_size_m / spacing_m)) + kMarginCells;
+    half_side_m_ = half_cells * spacing_m;
+
+    ErosionInputs land;
+    land.heights_m = Grid<float>(2 * half_cells + 1, 2 * half_cells + 1);
+    // Steps are counted so that the coarse grid comes near its steady state.
+    constexpr int kSteps[kNumRefinements + 1] = {120, 30, 12};
+    for (int pass = 0; pass <= kNumRefinements; ++pass, spacing_m /= 2.0) {
+      land.spacing_m = spacing_m;
+      if (pass > 0) land.heights_m = refined(land.heights_m);
+      prepare(land, plan, half_size_m, relief_m, pass == 0);
+      // K dt falls with the spacing of the grid in time, not in space: a finer pass continues the
+      // coarse one.
+      const ErosionOptions erosion{.num_steps = kSteps[pass],
+                                   .stream_power = 4.0,
+                                   .talus_slope = 0.8,
+                                   .creep = 0.02 * (1 << pass)};
+      land.heights_m = erode(land, erosion);
+    }
+    heights_m_ = std::move(land.heights_m);
+    scale_to_relief(land.is_sea, relief_m);
+  }
+
+  void prepare(ErosionInputs& land, const LandPlan& plan, double half_size_m, double relief_m,
+               bool is_first) const {
+    const int side = land.heights_m.width;
+    land.uplift_m = Grid<float>(side, side);
+    land.erodibility = Grid<float>(side, side);
+    land.is_sea.assign(land.heights_m.values.size(), 0);
+    core::parallel_for(side, [&](std::int64_t row) {
+      const int j = static_cast<int>(row);
+      for (int i = 0; i < side; ++i) {
+        const Eigen::Vector2d p((i * land.spacing_m - half_side_m_) / half_size_m,
+                                (j * land.spacing_m - half_side_m_) / half_size_m);
+        const std::size_t cell = land.heights_m.index(i, j);
+        const bool is_sea = plan.inland(p) < 0.0;
+        land.is_sea[cell] = is_sea ? 1 : 0;
+        land.uplift_m.values[cell] = static_cast<float>(0.012 * relief_m * plan.uplift(p));
+        land.erodibility.values[cell] = static_cast<float>(plan.erodibility(p));
+        float& height_m = land.heights_m.values[cell];
+        if (is_sea)
+          height_m = static_cast<float>(-plan.depth(p) * relief_m);
+        else if (is_first)
+          height_m = static_cast<float>(
+              relief_m * std::max(0.25 * plan.uplift(p) + 0.05 * plan.roughness(p), 0.001));
+        else
+          height_m = std::max(height_m, 0.1F);
+      }
+    });
+  }
+
+  void scale_to_relief(const std::vector<std::uint8_t>& is_sea, double relief_m) {
+    float highest_m = 1e-3F;
+    for (std::size_t cell = 0; cell < is_sea.size(); ++cell)
+      if (is_sea[cell] == 0) highest_m = std::max(highest_m, heights_m_.values[cell]);
+    const float factor = static_cast<float>(relief_m) / highest_m;
+    for (float& height_m : heights_m_.values)
+      height_m = height_m * factor + static_cast<float>(sea_height_m_);
+  }
+
+  const geo::WorldFrame frame_;
+  const geo::VerticalDatum datum_;
+  double sea_height_m_ = 0.0;
+  double spacing_m_ = 0.0;
+  double half_side_m_ = 0.0;
+  Grid<float> heights_m_;
+  double lowest_m_ = 0.0;
+  double highest_m_ = 0.0;
+  std::string hash_;
+  std::vector<world::SourceInfo> sources_;
+};
+
+}  // namespace
+
+std::unique_ptr<HeightField> make_procedural(const ElevationInputs& inputs) {
+  return std::make_unique<ProceduralField>(inputs);
+}
+
+}  // namespace terracast::tiler

@@ -1,0 +1,379 @@
+#include "tiler/surface.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/parallel.h"
+#include "core/registry.h"
+#include "tiler/apron.h"
+#include "tiler/detail.h"
+#include "tiler/geodesy_cells.h"
+#include "tiler/height_field.h"
+#include "tiler/layer_registry.h"
+#include "tiler/relief.h"
+
+namespace terracast::tiler {
+namespace {
+
+using world::Cover;
+using world::kTileSamples;
+
+/// Raised when the same inputs give another surface.
+constexpr int kSurfaceVersion = 1;
+
+/// The finest level that tiles may have (DetailOptions::finest_spacing_m goes down to 2^-3 m).
+constexpr int kFinestLevel = -3;
+
+/// The square is covered by at most this many tiles of the base level.
+constexpr double kMostBaseTiles = 1024.0;
+
+/// Detail fades out where land comes down to the sea, over this height.
+constexpr double kShoreHeight_m = 3.0;
+
+/// Detail fades out beyond the square, over this distance.
+constexpr double kDetailFade_m = 1000.0;
+
+class TerrainSurface : public WorldSurface {
+ public:
+  TerrainSurface(const WorldOptions& options, const core::Context& context);
+
+  const geo::WorldFrame& frame() const override { return frame_; }
+  const WorldOptions& options() const override { return options_; }
+  const std::vector<world::SourceInfo>& sources() const override { return sources_; }
+  int measured_level() const override { return measured_level_; }
+  int base_level() const override { return base_level_; }
+  std::string input_hash() const override { return input_hash_; }
+  std::shared_ptr<const geo::Geoid> geoid() const override { return geoid_; }
+  double lowest_m() const override { return lowest_m_; }
+  double highest_m() const override { return highest_m_; }
+
+  SurfaceSample sample(double x_world, double y_world) const override {
+    if (!is_inside(x_world, y_world)) return beyond(x_world, y_world, Detail::kFinestOctave);
+    return inside(cells_->column(x_world, y_world), x_world, y_world, Detail::kFinestOctave);
+  }
+
+  void sample_tile(const world::TileId& id, std::span<SurfaceSample> samples) const override;
+
+  std::optional<double> measured_height_m(double lat_deg, double lon_deg) const override;
+
+ private:
+  struct Ground {
+    double height_m = 0.0;  ///< above the ellipsoid
+    ColumnPoint point;
+    bool is_sea = false;
+    std::uint8_t source = 0;
+  };
+
+  bool is_inside(double x_world, double y_world) const {
+    return std::abs(x_world) <= half_size_m_ && std::abs(y_world) <= half_size_m_;
+  }
+
+  /// The surface at a map place, of the field's datum, with `detail_m` on it.
+  double height_with_detail_m(const Eigen::Vector2d& map, double detail_m, Ground& ground) const;
+
+  /// Solves h = surface(place of (x, y) at h) + undulation.
+  Ground solve(const GeodesyColumn& column, double detail_m) const;
+
+  SurfaceSample inside(const GeodesyColumn& column, double x_world, double y_world,
+                       int finest_octave) const;
+  SurfaceSample beyond(double x_world, double y_world, int finest_octave) const;
+
+  Eigen::Vector2d relief_place(double x_world, double y_world) const {
+    return {(x_world + half_size_m_) / relief_.spacing_m,
+            (y_world + half_size_m_) / relief_.spacing_m};
+  }
+
+  void choose_levels();
+  void analyse();
+  void make_apron();
+  void describe_sources();
+
+  WorldOptions options_;
+  geo::WorldFrame frame_;
+  double half_size_m_;
+  std::shared_ptr<const geo::Geoid> geoid_;
+  const geo::Geoid* datum_geoid_ = nullptr;  ///< of the field's datum; null on the ellipsoid
+  std::unique_ptr<HeightField> field_;
+  std::unique_ptr<GeodesyCells> cells_;
+  std::unique_ptr<Detail> detail_;
+  std::unique_ptr<Apron> apron_;
+  Relief relief_;
+  std::vector<world::SourceInfo> sources_;
+  std::uint8_t apron_source_ = 0;
+  std::uint8_t sea_source_ = 0;
+  int measured_level_ = 0;
+  int base_level_ = 0;
+  double lowest_m_ = 0.0;
+  double highest_m_ = 0.0;
+  std::string input_hash_;
+};
+
+bool needs_geoid(const WorldOptions& options) {
+  return options.outside == "sea" ||
+         std::any_of(options.elevation.begin(), options.elevation.end(), [](const auto& entry) {
+           return datum_of(entry) == geo::VerticalDatum::Egm96;
+         });
+}
+
+TerrainSurface::TerrainSurface(const WorldOptions& options, const core::Context& context)
+    : options_(options),
+      frame_({.lat_deg = options.origin_lat_deg, .lon_deg = options.origin_lon_deg}),
+      half_size_m_(options.size_m / 2.0) {
+  options_.validate();
+  if (needs_geoid(options_)) geoid_ = geo::Geoid::egm96();
+  const ElevationInputs inputs{options_, frame_, geoid_, context};
+  const std::string& kind = options_.elevation.front().kind;
+  field_ = core::find_registered(elevation_kinds(), "kind of elevation", kind).make(inputs);
+  if (field_->datum() == geo::VerticalDatum::Egm96) datum_geoid_ = geoid_.get();
+
+  // Undulations lie within 110 m, detail within 150 m.
+  const double pad_m = datum_geoid_ != nullptr ? 260.0 : 150.0;
+  lowest_m_ = field_->lowest_m() - pad_m;
+  highest_m_ = field_->highest_m() + pad_m;
+  const double metres_per_map_unit = std::max(field_->spacing_m(), 1.0);
+  cells_ = std::make_unique<GeodesyCells>(frame_, *field_, datum_geoid_, half_size_m_, lowest_m_,
+                                          highest_m_, metres_per_map_unit);
+  context.log.debug("geodesy: nodes every {} m, probes within {:.1e} m", cells_->node_spacing_m(),
+                    cells_->largest_probe_error_m());
+  choose_levels();
+  const double roughness = field_->takes_detail() ? options_.detail_roughness : 0.0;
+  detail_ = std::make_unique<Detail>(static_cast<std::uint64_t>(options_.seed), measured_level_,
+                                     roughness);
+  analyse();
+  make_apron();
+  describe_sources();
+  input_hash_ = core::content_hash(fmt::format(
+      "surface {} {} {} {} {} {} {} {} {} {}", kSurfaceVersion, options_.name,
+      options_.origin_lat_deg, options_.origin_lon_deg, options_.size_m, options_.seed,
+      options_.outside, options_.detail_roughness, field_->input_hash(),
+      geoid_ == nullptr ? 0.0
+                        : geoid_->undulation_m(options_.origin_lat_deg, options_.origin_lon_deg)));
+  context.log.info(
+      "{}: heights from {:.0f} to {:.0f} m above the ellipsoid, measured every {:.3g} m",
+      options_.name, lowest_m_, highest_m_, field_->spacing_m());
+}
+
+void TerrainSurface::choose_levels() {
+  // A raster of 30 m in a projection whose scale is 0.9996 still has the level of 32 / 2.
+  const int source_level = static_cast<int>(std::floor(std::log2(field_->spacing_m()) + 1e-3));
+  measured_level_ = std::max(source_level, kFinestLevel);
+  const double finest_base_m = options_.size_m / (world::kTileCells * std::sqrt(kMostBaseTiles));
+  base_level_ = std::max(measured_level_, static_cast<int>(std::ceil(std::log2(finest_base_m))));
+  // A surface that is known at every place holds nothing synthetic at any level.
+  if (!field_->takes_detail()) measured_level_ = kFinestLevel;
+}
+
+void TerrainSurface::analyse() {
+  const int level = std::max(static_cast<int>(std::floor(std::log2(field_->spacing_m()) + 1e-3)),
+                             static_cast<int>(std::ceil(std::log2(options_.size_m / 1024.0))));
+  const double spacing_m = std::exp2(level);
+  const int side = static_cast<int>(std::ceil(options_.size_m / spacing_m)) + 1;
+  Grid<float> heights_m(side, side);
+  std::vector<std::uint8_t> is_sea(heights_m.values.size(), 0);
+  core::parallel_for(side, [&](std::int64_t row) {
+    const int j = static_cast<int>(row);
+    GeodesyCells::Row columns(*cells_, std::min(j * spacing_m - half_size_m_, half_size_m_));
+    for (int i = 0; i < side; ++i) {
+      const Ground ground =
+          solve(columns.column(std::min(i * spacing_m - half_size_m_, half_size_m_)), 0.0);
+      const std::size_t cell = heights_m.index(i, j);
+      heights_m.values[cell] = static_cast<float>(ground.height_m - ground.point.undulation_m);
+      is_sea[cell] = ground.is_sea ? 1 : 0;
+    }
+  });
+  relief_ = analyse_relief(heights_m, is_sea, spacing_m);
+  const auto [lowest, highest] =
+      std::minmax_element(heights_m.values.begin(), heights_m.values.end());
+  const double undulation_m =
+      datum_geoid_ == nullptr
+          ? 0.0
+          : datum_geoid_->undulation_m(options_.origin_lat_deg, options_.origin_lon_deg);
+  lowest_m_ = static_cast<double>(*lowest) + undulation_m;
+  highest_m_ = static_cast<double>(*highest) + undulation_m;
+}
+
+void TerrainSurface::make_apron() {
+  const bool uses_geoid = geoid_ != nullptr;
+  apron_ = std::make_unique<Apron>(
+      half_size_m_, options_.outside == "sea", static_cast<std::uint64_t>(options_.seed),
+      [&](double x_world, double y_world) {
+        const Ground ground = solve(cells_->column(x_world, y_world), 0.0);
+        double undulation_m = ground.point.undulation_m;
+        if (uses_geoid && datum_geoid_ == nullptr) {
+          const geo::Geodetic place =
+              frame_.geodetic_from_world({x_world, y_world, ground.point.z_world});
+          undulation_m = geoid_->undulation_m(place.lat_deg, place.lon_deg);
+        }
+        return BorderSample{ground.height_m - undulation_m, ground.is_sea};
+      });
+}
+
+void TerrainSurface::describe_sources() {
+  sources_ = field_->sources();
+  const auto row_of_kind = [&](const std::string& kind, const std::string& name) {
+    for (std::size_t i = 0; i < sources_.size(); ++i)
+      if (sources_[i].kind == kind) return static_cast<std::uint8_t>(i);
+    world::SourceInfo source;
+    source.name = name;
+    source.kind = kind;
+    source.vertical_datum =
+        name_of(geoid_ != nullptr ? geo::VerticalDatum::Egm96 : geo::VerticalDatum::Ellipsoid);
+    sources_.push_back(std::move(source));
+    return static_cast<std::uint8_t>(sources_.size() - 1);
+  };
+  TERRACAST_CHECK(sources_.size() < 250, "{} sources", sources_.size());
+  apron_source_ = row_of_kind("extend", "extended");
+  sea_source_ = row_of_kind("sea", "sea");
+}
+
+double TerrainSurface::height_with_detail_m(const Eigen::Vector2d& map, double detail_m,
+                                            Ground& ground) const {
+  const double measured_m = field_->height_m(map);
+  const FieldFacts facts = field_->facts(map);
+  ground.source = facts.source;
+  ground.is_sea = false;
+  if (!facts.sea_height_m) return measured_m + detail_m;
+  const double above_sea_m = measured_m - *facts.sea_height_m;
+  const double height_m =
+      measured_m + detail_m * std::clamp(above_sea_m / kShoreHeight_m, 0.0, 1.0);
+  if (height_m > *facts.sea_height_m) return height_m;
+  ground.is_sea = true;
+  ground.source = sea_source_;
+  return *facts.sea_height_m;
+}
+
+TerrainSurface::Ground TerrainSurface::solve(const GeodesyColumn& column, double detail_m) const {
+  // Up leans against world z by less than a degree in most worlds, so that the place moves little
+  // with the height: a fixed point, made faster by the secant through the last two values.
+  Ground ground;
+  double height_m = column.middle_m();
+  double previous_m = 0.0;
+  double previous_value_m = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    ground.point = column.at(height_m);
+    const double value_m =
+        height_with_detail_m(ground.point.map, detail_m, ground) + ground.point.undulation_m;
+    ground.height_m = value_m;
+    if (std::abs(value_m - height_m) < 1e-7) break;
+    double next_m = value_m;
+    if (i > 0 && i < 12 && height_m != previous_m) {
+      const double slope = (value_m - previous_value_m) / (height_m - previous_m);
+      if (std::abs(slope) < 0.5) next_m = height_m + (value_m - height_m) / (1.0 - slope);
+    }
+    previous_m = height_m;
+    previous_value_m = value_m;
+    height_m = next_m;
+  }
+  return ground;
+}
+
+SurfaceSample TerrainSurface::inside(const GeodesyColumn& column, double x_world, double y_world,
+                                     int finest_octave) const {
+  const Eigen::Vector2d place = relief_place(x_world, y_world);
+  const double ruggedness = bilinear(relief_.ruggedness, place);
+  const double detail_m = detail_->height_m(x_world, y_world, ruggedness, finest_octave);
+  const Ground ground = solve(column, detail_m);
+  SurfaceSample sample;
+  sample.z_world = column.at(ground.height_m).z_world;
+  sample.source = ground.source;
+  if (ground.is_sea) {
+    sample.cover = Cover::Sea;
+    sample.moisture = 255;
+    return sample;
+  }
+  double moisture = bilinear(relief_.moisture, place);
+  // Hollows of the detail hold water, humps shed it.
+  const double amplitude_m = detail_->amplitude_m(ruggedness);
+  if (amplitude_m > 0.0) moisture -= 40.0 * std::clamp(detail_m / amplitude_m, -1.0, 1.0);
+  sample.moisture = static_cast<std::uint8_t>(std::lround(std::clamp(moisture, 0.0, 255.0)));
+  return sample;
+}
+
+SurfaceSample TerrainSurface::beyond(double x_world, double y_world, int finest_octave) const {
+  const Eigen::Vector2d nearest = apron_->nearest_inside(x_world, y_world);
+  const double distance_m = (Eigen::Vector2d(x_world, y_world) - nearest).norm();
+  BorderSample ground = apron_->beyond(x_world, y_world, distance_m);
+  const double border_share = apron_->border_share(distance_m);
+  const Eigen::Vector2d relief_at = relief_place(nearest.x(), nearest.y());
+
+  // Heights count from the geoid where one is used; its undulation is that of the apron's own
+  // place.
+  geo::Geodetic place;
+  double z_world = z_world_at_height(frame_, x_world, y_world, ground.height_m, &place);
+  const double undulation_m =
+      geoid_ == nullptr ? 0.0 : geoid_->undulation_m(place.lat_deg, place.lon_deg);
+  double height_m = ground.height_m + undulation_m;
+  bool is_sea = ground.is_sea;
+  if (border_share > 0.0) {
+    const double fade = 1.0 - std::min(distance_m / kDetailFade_m, 1.0);
+    const double detail_m =
+        fade *
+        detail_->height_m(x_world, y_world, bilinear(relief_.ruggedness, relief_at), finest_octave);
+    const Ground border = solve(cells_->column(nearest.x(), nearest.y()), detail_m);
+    height_m += border_share * (border.height_m - height_m);
+    if (border_share > 0.5) is_sea = border.is_sea;
+  }
+  z_world = z_world_at_height(frame_, x_world, y_world, height_m);
+  SurfaceSample sample;
+  sample.z_world = z_world;
+  sample.cover = Cover::Outside;
+  sample.source = is_sea ? sea_source_ : apron_source_;
+  const double near = 1.0 - std::min(distance_m / 10000.0, 1.0);
+  const double moisture = 110.0 + near * (bilinear(relief_.moisture, relief_at) - 110.0);
+  sample.moisture = is_sea ? 255 : static_cast<std::uint8_t>(std::lround(moisture));
+  return sample;
+}
+
+void TerrainSurface::sample_tile(const world::TileId& id, std::span<SurfaceSample> samples) const {
+  TERRACAST_CHECK(samples.size() == static_cast<std::size_t>(kTileSamples) * kTileSamples, "{}",
+                  samples.size());
+  // Octaves up to the tile's level vanish at all its places.
+  const int finest_octave = std::max(id.level + 1, Detail::kFinestOctave);
+  const double spacing_m = id.spacing_m();
+  const Eigen::Vector2d corner = id.corner_world();
+  for (int j = 0; j < kTileSamples; ++j) {
+    const double y_world = corner.y() + j * spacing_m;
+    GeodesyCells::Row columns(*cells_, std::clamp(y_world, -half_size_m_, half_size_m_));
+    for (int i = 0; i < kTileSamples; ++i) {
+      const double x_world = corner.x() + i * spacing_m;
+      samples[world::Tile::sample(i, j)] =
+          is_inside(x_world, y_world)
+              ? inside(columns.column(x_world), x_world, y_world, finest_octave)
+              : beyond(x_world, y_world, finest_octave);
+    }
+  }
+}
+
+std::optional<double> TerrainSurface::measured_height_m(double lat_deg, double lon_deg) const {
+  double height_m = 0.5 * (lowest_m_ + highest_m_);
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Vector3d at =
+        frame_.world_from_geodetic({.lat_deg = lat_deg, .lon_deg = lon_deg, .height_m = height_m});
+    // The far side of the Earth projects into the square, too.
+    if (at.z() < -0.5 * geo::kWgs84SemiMajorAxis_m) return std::nullopt;
+    const Eigen::Vector2d nearest = apron_->nearest_inside(at.x(), at.y());
+    const ColumnPoint point = cells_->column(nearest.x(), nearest.y()).at(height_m);
+    Ground ground;
+    const double next_m = height_with_detail_m(point.map, 0.0, ground) + point.undulation_m;
+    if (std::abs(next_m - height_m) < 1e-7) {
+      if (!is_inside(at.x(), at.y())) return std::nullopt;
+      return next_m;
+    }
+    height_m = next_m;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::shared_ptr<const WorldSurface> WorldSurface::prepare(const WorldOptions& options,
+                                                          const core::Context& context) {
+  const core::ThreadLimit limit(context.num_threads);
+  return std::make_shared<TerrainSurface>(options, context);
+}
+
+}  // namespace terracast::tiler

@@ -1,0 +1,72 @@
+#include "tiler/world_options.h"
+
+#include <charconv>
+#include <string>
+
+#include "core/error.h"
+#include "core/registry.h"
+#include "geo/geoid.h"
+#include "tiler/layer_registry.h"
+
+namespace terracast::tiler {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+bool is_number(const std::string& text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+void validate_entry(const ElevationOptions& entry, std::size_t index) {
+  core::find_registered(elevation_kinds(), "kind of elevation", entry.kind);
+  if (!entry.vertical_datum.empty()) geo::vertical_datum_from_name(entry.vertical_datum);
+  if (entry.kind != "raster") {
+    if (!entry.files.empty())
+      fail(ErrorKind::Config,
+           "elevation.{}: kind = \"{}\" reads no files, and {} are given; rasters need kind = "
+           "\"raster\"",
+           index, entry.kind, entry.files.size());
+    return;
+  }
+  if (entry.files.empty())
+    fail(ErrorKind::Config,
+         "elevation.{}: kind = \"raster\" needs files = [\"…\"], the rasters in order of priority",
+         index);
+  if (entry.vertical_datum.empty())
+    fail(ErrorKind::Config,
+         "elevation.{}: no vertical_datum is stated for {}; say what its heights are above: "
+         "\"egm96\" (SRTM and most older models) or \"ellipsoid\" (GNSS heights). It is never "
+         "guessed: a wrong one shifts the world by 30 to 50 m",
+         index, entry.files.front().written);
+  if (entry.nodata != "declared" && entry.nodata != "none" && !is_number(entry.nodata))
+    fail(ErrorKind::Config,
+         "elevation.{}: nodata = \"{}\" is none of declared, none, or a number such as \"-32768\"",
+         index, entry.nodata);
+}
+
+}  // namespace
+
+void WorldOptions::validate() const {
+  if (elevation.empty())
+    fail(ErrorKind::Config,
+         "the world has no source of heights; add [[world.elevation]] with its kind (raster, "
+         "procedural, …)");
+  for (std::size_t i = 0; i < elevation.size(); ++i) {
+    validate_entry(elevation[i], i);
+    if (i > 0 && elevation.front().kind != "raster")
+      fail(ErrorKind::Config,
+           "elevation.{} would never be asked: elevation.0 (kind = \"{}\") has a height "
+           "everywhere; rasters go first",
+           i, elevation.front().kind);
+    if (i > 0 && elevation[i].kind != "raster")
+      fail(ErrorKind::Config,
+           "elevation.{}: kind = \"{}\" cannot stand behind rasters; where they do not reach, "
+           "outside = \"sea\" or \"extend\" says what lies there",
+           i, elevation[i].kind);
+  }
+}
+
+}  // namespace terracast::tiler
