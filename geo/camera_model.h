@@ -10,8 +10,8 @@
 
 namespace terracast::geo {
 
-/// What a camera model needs to be made again: its name and its parameters in the model's own order, pixels with
-/// centres at +0.5.
+/// What a camera model needs to be made again: its name and its parameters in the model's own
+/// order, pixels with centres at +0.5.
 struct CameraIntrinsics {
   std::string model = "pinhole";
   int width_px = 0;
@@ -29,13 +29,14 @@ class CameraModel {
   int width_px() const { return intrinsics_.width_px; }
   int height_px() const { return intrinsics_.height_px; }
 
-  /// Direction in the camera frame of an image point; z = 1 for models whose view is less than a half-space
-  /// (so that a ray's parameter is depth), unit length otherwise.
+  /// Direction in the camera frame of an image point; z = 1 for models whose view is less than a
+  /// half-space (so that a ray's parameter is depth), unit length otherwise.
   virtual Eigen::Vector3d ray_from_pixel(const Eigen::Vector2d& pixel) const = 0;
 
-  /// Image point of a camera-frame point or direction (any length); nothing when it is behind the camera. It may lie
-  /// outside the image.
-  virtual std::optional<Eigen::Vector2d> pixel_from_ray(const Eigen::Vector3d& ray_camera) const = 0;
+  /// Image point of a camera-frame point or direction (any length); nothing when it is behind the
+  /// camera. It may lie outside the image.
+  virtual std::optional<Eigen::Vector2d> pixel_from_ray(
+      const Eigen::Vector3d& ray_camera) const = 0;
 
   /// d pixel / d ray at a ray that projects.
   virtual Eigen::Matrix<double, 2, 3> pixel_jacobian(const Eigen::Vector3d& ray_camera) const = 0;
@@ -44,7 +45,8 @@ class CameraModel {
   virtual double finest_pixels_per_radian() const = 0;
 
   bool contains(const Eigen::Vector2d& pixel) const {
-    return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < width_px() && pixel.y() < height_px();
+    return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < width_px() &&
+           pixel.y() < height_px();
   }
 
  protected:

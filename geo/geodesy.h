@@ -20,7 +20,8 @@ inline constexpr double kWgs84SemiMajorAxis_m = 6378137.0;
 inline constexpr double kWgs84Flattening = 1.0 / 298.257223563;
 
 /// Earth-centred, Earth-fixed position of a geodetic point, m.
-/// accuracy   10 nm within 5000 km of the ellipsoid (GeographicLib's statement); tests against published points
+/// accuracy   10 nm within 5000 km of the ellipsoid (GeographicLib's statement); tests against
+///            published points
 /// throws     Input: latitude out of [-90, 90] or a value that is not finite
 /// threads    safe
 Eigen::Vector3d ecef_from_geodetic(const Geodetic& point);
@@ -49,8 +50,8 @@ class WorldFrame {
   Rigid3d ecef_from_world_;
 };
 
-/// Distance along the line of sight from `height_m` above the ellipsoid to its horizon, of the osculating sphere with
-/// the largest radius: no point of the ellipsoid that is seen lies farther.
+/// Distance along the line of sight from `height_m` above the ellipsoid to its horizon, of the
+/// osculating sphere with the largest radius: no point of the ellipsoid that is seen lies farther.
 double horizon_distance_m(double height_m);
 
 }  // namespace terracast::geo

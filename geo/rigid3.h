@@ -11,7 +11,9 @@ struct Rigid3d {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
   /// Point of source in target.
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const { return rotation * point + translation; }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
+    return rotation * point + translation;
+  }
   /// a_from_b * b_from_c = a_from_c; the rotation stays normalised.
   Rigid3d operator*(const Rigid3d& other) const {
     return {(rotation * other.rotation).normalized(), rotation * other.translation + translation};

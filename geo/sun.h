@@ -12,9 +12,12 @@ namespace terracast::geo {
 double unix_seconds_from_utc(const std::string& utc);
 
 /// Unit vector towards the sun's centre in the world frame.
-/// accuracy   0.01 deg from 1950 to 2050 (Astronomical Almanac's low-precision formulae), refraction left out
+/// place      where it is seen from: the parallax is up to 0.0024 deg
+/// accuracy   0.01 deg from 1950 to 2050 (Astronomical Almanac's low-precision formulae); without
+///            refraction
 /// threads    safe
-Eigen::Vector3d sun_direction_world(const WorldFrame& frame, const Geodetic& place, double unix_seconds);
+Eigen::Vector3d sun_direction_world(const WorldFrame& frame, const Geodetic& place,
+                                    double unix_seconds);
 
 /// The sun's mean angular radius, rad.
 inline constexpr double kSunAngularRadius_rad = 0.004654793;

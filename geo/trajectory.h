@@ -34,8 +34,8 @@ class Trajectory {
   virtual BodyState at(double time_s) const = 0;
 };
 
-/// Ellipsoidal height of the measured ground (never of synthetic detail) below or above a place; nothing where the
-/// world has no ground.
+/// Ellipsoidal height of the measured ground (never of synthetic detail) below or above a place;
+/// nothing where the world has no ground.
 using GroundHeight = std::function<std::optional<double>(double lat_deg, double lon_deg)>;
 
 /// What trajectories are built on.
@@ -51,8 +51,11 @@ class TrajectoryKind {
  public:
   virtual ~TrajectoryKind() = default;
   virtual void describe(core::SchemaVisitor& visit) = 0;
+  /// throws Config: options that contradict each other
+  virtual void validate() const {}
   virtual std::unique_ptr<TrajectoryKind> clone() const = 0;
-  /// throws Config: options that contradict each other; Input: places without ground, motion under ground
+  /// throws Config: options that contradict each other
+  ///        Input: places without ground, motion under ground
   virtual std::unique_ptr<Trajectory> build(const TrajectoryContext& context) const = 0;
 };
 
@@ -65,13 +68,14 @@ struct TrajectoryKindInfo {
 /// The table of kinds: forward, loop, orbit, waypoints.
 std::span<const TrajectoryKindInfo> trajectory_kinds();
 
-/// A `[trajectory]` of a config: its kind, when frames are taken, and the kind's own keys beside them.
+/// A `[trajectory]` of a config: its kind, when frames are taken, and beside them the kind's own
+/// keys.
 struct TrajectoryOptions {
   std::string name = "P000";
   std::string kind;
-  double rate_hz = 10.0;           ///< frames a second
-  std::int64_t num_frames = 0;     ///< 0: as many as the motion's duration holds
-  double start_s = 0.0;            ///< time of frame 0 on the motion
+  double rate_hz = 10.0;                           ///< frames a second
+  std::int64_t num_frames = 0;                     ///< 0: as many as the motion's duration holds
+  double start_s = 0.0;                            ///< time of frame 0 on the motion
   std::string utc_start = "2025-06-21T10:00:00Z";  ///< UTC of frame 0; the sun stands accordingly
 
   TrajectoryOptions() = default;
@@ -83,14 +87,18 @@ struct TrajectoryOptions {
   void describe(core::SchemaVisitor& visit);
   void validate() const;
 
+  /// The kind's own options, which there are once describe() was called.
   const TrajectoryKind& kind_options() const { return *kind_options_; }
 
  private:
+  std::string described_kind_;  ///< the kind that kind_options_ is of
   std::unique_ptr<TrajectoryKind> kind_options_;
 };
 
-/// The states at which frames are taken: frame i at start_s + i / rate_hz of the motion, its own time i / rate_hz.
+/// The states at which frames are taken: frame i at start_s + i / rate_hz of the motion, its own
+/// time i / rate_hz.
 /// throws Config: more frames asked for than the motion has time for (says how many fit)
-std::vector<BodyState> sample_frames(const TrajectoryOptions& options, const TrajectoryContext& context);
+std::vector<BodyState> sample_frames(const TrajectoryOptions& options,
+                                     const TrajectoryContext& context);
 
 }  // namespace terracast::geo

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "geo/paths/path.h"
+
+namespace terracast::geo {
+
+/// Length along a path, both ways.
+/// accuracy   1e-9 of a piece's length (Gauss-Legendre of order 16 on pieces halved until
+///            both halves agree)
+class ArcLength {
+ public:
+  explicit ArcLength(std::shared_ptr<const Path> path);
+
+  double total_m() const { return pieces_.back().start_m + pieces_.back().length_m; }
+  double length_at(double u) const;
+  double parameter_at(double length_m) const;
+
+ private:
+  struct Piece {
+    double begin, end;  ///< parameters
+    double start_m, length_m;
+  };
+  void add(double begin, double end, double length_m, int depth);
+
+  std::shared_ptr<const Path> path_;
+  std::vector<Piece> pieces_;
+};
+
+}  // namespace terracast::geo

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "geo/paths/path.h"
+#include "geo/paths/path_motion.h"
+#include "geo/trajectory.h"
+
+namespace terracast::geo {
+
+/// The keys that all kinds of flight share.
+struct FlightOptions {
+  double speed_mps = 15.0;
+  std::string bank = "coordinated";
+  double max_bank_deg = 30.0;
+  double bank_smoothing_s = 1.0;
+  std::string pitch = "path";
+  double min_agl_m = 5.0;
+  bool terrain_following = false;
+  double follow_length_m = 200.0;
+  double max_climb_deg = 45.0;
+
+  void describe(core::SchemaVisitor& visit);
+  /// The attitude these options ask for, nose forward.
+  Attitude attitude() const;
+};
+
+/// What a kind of trajectory hands over to be flown.
+struct FlightPlan {
+  std::shared_ptr<const Path> path;
+  /// Speeds wanted at parameters from 0 to the path's end; empty: the options' speed throughout.
+  struct SpeedAtParameter {
+    double u;
+    double speed_mps;
+  };
+  std::vector<SpeedAtParameter> speeds;
+  Attitude attitude;
+  double laps = 1.0;
+  /// What the user would change to raise the path at a parameter: "raise waypoint 3".
+  std::function<std::string(double u)> how_to_raise;
+};
+
+/// The motion along a plan, after raising it over the ground where the options say so.
+/// throws Input: the path leaves the world, is below min_agl_m above ground, or climbs too steeply;
+/// with the time and the place
+std::unique_ptr<Trajectory> fly(const FlightPlan& plan, const FlightOptions& options,
+                                const TrajectoryContext& context);
+
+}  // namespace terracast::geo

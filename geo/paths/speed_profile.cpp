@@ -1,0 +1,37 @@
+#include "geo/paths/speed_profile.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+
+namespace terracast::geo {
+
+SpeedProfile::SpeedProfile(const std::vector<SpeedAt>& speeds) {
+  TERRACAST_CHECK(speeds.size() >= 2);
+  for (std::size_t i = 0; i + 1 < speeds.size(); ++i) {
+    const double distance_m = speeds[i + 1].length_m - speeds[i].length_m;
+    TERRACAST_CHECK(distance_m > 0.0 && speeds[i].speed_mps > 0.0 && speeds[i + 1].speed_mps > 0.0);
+    // The smooth step is symmetric: the mean speed is the mean of both.
+    legs_.push_back(
+        {.start_s = legs_.empty() ? 0.0 : duration_s(),
+         .duration_s = 2.0 * distance_m / (speeds[i].speed_mps + speeds[i + 1].speed_mps),
+         .start_m = speeds[i].length_m,
+         .start_mps = speeds[i].speed_mps,
+         .end_mps = speeds[i + 1].speed_mps});
+  }
+}
+
+SpeedProfile::Value SpeedProfile::at(double time_s) const {
+  const auto after = std::upper_bound(legs_.begin() + 1, legs_.end(), time_s,
+                                      [](double t, const Leg& leg) { return t < leg.start_s; });
+  const Leg& leg = *(after - 1);
+  const double t = time_s - leg.start_s;
+  const double x = t / leg.duration_s;
+  const double change_mps = leg.end_mps - leg.start_mps;
+  return {leg.start_m + leg.start_mps * t +
+              change_mps * leg.duration_s * (x * x * x - 0.5 * x * x * x * x),
+          leg.start_mps + change_mps * (3.0 - 2.0 * x) * x * x,
+          change_mps / leg.duration_s * 6.0 * x * (1.0 - x)};
+}
+
+}  // namespace terracast::geo

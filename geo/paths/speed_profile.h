@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+namespace terracast::geo {
+
+/// The speed wanted at a length along the path.
+struct SpeedAt {
+  double length_m;
+  double speed_mps;
+};
+
+/// Length travelled over time. Between two speeds the speed follows the smooth step 3 x^2 - 2 x^3
+/// of the time between them, so that it is continuously differentiable; equal speeds give constant
+/// speed.
+class SpeedProfile {
+ public:
+  struct Value {
+    double length_m;
+    double speed_mps;
+    double acceleration_mps2;
+  };
+
+  /// speeds   lengths increasing from 0, two or more; speeds positive
+  explicit SpeedProfile(const std::vector<SpeedAt>& speeds);
+
+  double duration_s() const { return legs_.back().start_s + legs_.back().duration_s; }
+  Value at(double time_s) const;
+
+ private:
+  struct Leg {
+    double start_s, duration_s, start_m, start_mps, end_mps;
+  };
+  std::vector<Leg> legs_;
+};
+
+}  // namespace terracast::geo

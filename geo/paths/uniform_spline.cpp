@@ -1,0 +1,86 @@
+#include "geo/paths/uniform_spline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "core/error.h"
+
+namespace terracast::geo {
+namespace {
+
+std::size_t neighbour(long index, std::size_t count, bool is_closed) {
+  const long n = static_cast<long>(count);
+  if (is_closed) return static_cast<std::size_t>((index % n + n) % n);
+  return static_cast<std::size_t>(std::clamp(index, 0L, n - 1));
+}
+
+/// Means over index - reach .. index + reach, by a running sum of `padded` values.
+std::vector<double> box_mean(const std::vector<double>& padded, int reach) {
+  const std::size_t width = 2 * static_cast<std::size_t>(reach) + 1;
+  std::vector<double> means(padded.size() - width + 1);
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < width; ++k) sum += padded[i + k];
+    means[i] = sum / static_cast<double>(width);
+  }
+  return means;
+}
+
+}  // namespace
+
+UniformSpline::UniformSpline(std::vector<double> controls, double end, bool is_closed)
+    : controls_(std::move(controls)),
+      num_intervals_(controls_.size() - (is_closed ? 0 : 1)),
+      spacing_(end / static_cast<double>(num_intervals_)),
+      is_closed_(is_closed) {
+  TERRACAST_CHECK(controls_.size() >= 2 && end > 0.0, "{} controls over {}", controls_.size(), end);
+}
+
+double UniformSpline::control(long index) const {
+  return controls_[neighbour(index, controls_.size(), is_closed_)];
+}
+
+UniformSpline::Value UniformSpline::at(double u) const {
+  const double x = u / spacing_;
+  const double interval = std::clamp(std::floor(x), 0.0, static_cast<double>(num_intervals_ - 1));
+  const double b = x - interval;
+  const double a = 1.0 - b;
+  const long i = static_cast<long>(interval);
+  const double c0 = control(i - 1), c1 = control(i), c2 = control(i + 1), c3 = control(i + 2);
+  const double w1 = 4.0 - 6.0 * b * b + 3.0 * b * b * b;
+  const double w2 = 4.0 - 6.0 * a * a + 3.0 * a * a * a;
+  return {(a * a * a * c0 + w1 * c1 + w2 * c2 + b * b * b * c3) / 6.0,
+          (a * a * (c1 - c0) + (2.0 * a * b * 1.0 + 1.0) * (c2 - c1) + b * b * (c3 - c2)) /
+              (2.0 * spacing_),
+          (a * (c0 - 2.0 * c1 + c2) + b * (c1 - 2.0 * c2 + c3)) / (spacing_ * spacing_)};
+}
+
+std::vector<double> smoothed(const std::vector<double>& values, int reach, bool is_closed) {
+  if (reach <= 0) return values;
+  // A triangle is a box after a box.
+  const int first = reach / 2;
+  const int second = reach - first;
+  std::vector<double> padded;
+  padded.reserve(values.size() + 2 * static_cast<std::size_t>(reach));
+  for (long i = -reach; i < static_cast<long>(values.size()) + reach; ++i)
+    padded.push_back(values[neighbour(i, values.size(), is_closed)]);
+  return box_mean(box_mean(padded, first), second);
+}
+
+std::vector<double> widened(const std::vector<double>& values, int reach, bool is_closed) {
+  std::vector<double> result(values.size());
+  std::deque<long> candidates;  // falling values, the largest of the window in front
+  const auto value = [&](long i) { return values[neighbour(i, values.size(), is_closed)]; };
+  for (long i = -reach; i < static_cast<long>(values.size()) + reach; ++i) {
+    while (!candidates.empty() && value(candidates.back()) <= value(i)) candidates.pop_back();
+    candidates.push_back(i);
+    const long centre = i - reach;
+    if (centre < 0) continue;
+    while (candidates.front() < centre - reach) candidates.pop_front();
+    result[static_cast<std::size_t>(centre)] = value(candidates.front());
+  }
+  return result;
+}
+
+}  // namespace terracast::geo

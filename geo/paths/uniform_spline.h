@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+namespace terracast::geo {
+
+/// A cubic B-spline with evenly spaced knots, twice continuously differentiable. It smooths its
+/// control values rather than passing through them, and between knots i and i + 1 stays within the
+/// range of controls i - 1 .. i + 2.
+class UniformSpline {
+ public:
+  struct Value {
+    double value;
+    double first;
+    double second;
+  };
+
+  /// controls   one at each knot from 0 to end, two or more; beyond the ends they repeat. Closed:
+  ///            one at each knot but the last, which is the first again.
+  UniformSpline(std::vector<double> controls, double end, bool is_closed);
+
+  Value at(double u) const;
+  double spacing() const { return spacing_; }
+  std::size_t num_intervals() const { return num_intervals_; }
+
+ private:
+  double control(long index) const;
+
+  std::vector<double> controls_;
+  std::size_t num_intervals_;
+  double spacing_;
+  bool is_closed_;
+};
+
+/// Weighted means over 2 * reach + 1 neighbours with the weights of a triangle; ends repeat, or
+/// join when closed.
+std::vector<double> smoothed(const std::vector<double>& values, int reach, bool is_closed);
+
+/// The largest value among the neighbours up to `reach` away on both sides.
+std::vector<double> widened(const std::vector<double>& values, int reach, bool is_closed);
+
+}  // namespace terracast::geo

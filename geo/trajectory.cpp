@@ -1,0 +1,109 @@
+#include "geo/trajectory.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/registry.h"
+#include "geo/sun.h"
+
+// Every kind of trajectory, in alphabetical order: X(name) is geo/trajectories/name.cpp, which
+// defines `TrajectoryKindInfo name_trajectory()`.
+#define TERRACAST_TRAJECTORY_KINDS(X) X(forward) X(loop) X(orbit) X(waypoints)
+
+namespace terracast::geo {
+
+#define TERRACAST_DECLARE(name) TrajectoryKindInfo name##_trajectory();
+TERRACAST_TRAJECTORY_KINDS(TERRACAST_DECLARE)
+#undef TERRACAST_DECLARE
+
+std::span<const TrajectoryKindInfo> trajectory_kinds() {
+#define TERRACAST_ENTRY(name) name##_trajectory(),
+  static const std::array table = {TERRACAST_TRAJECTORY_KINDS(TERRACAST_ENTRY)};
+#undef TERRACAST_ENTRY
+  return table;
+}
+
+TrajectoryOptions::TrajectoryOptions(const TrajectoryOptions& other) { *this = other; }
+
+TrajectoryOptions& TrajectoryOptions::operator=(const TrajectoryOptions& other) {
+  if (this == &other) return *this;
+  name = other.name;
+  kind = other.kind;
+  rate_hz = other.rate_hz;
+  num_frames = other.num_frames;
+  start_s = other.start_s;
+  utc_start = other.utc_start;
+  described_kind_ = other.described_kind_;
+  kind_options_ = other.kind_options_ ? other.kind_options_->clone() : nullptr;
+  return *this;
+}
+
+void TrajectoryOptions::describe(core::SchemaVisitor& visit) {
+  constexpr double kMostFrames = 1e7;
+  visit.key("name", name, "Name of the sequence and of its folder.");
+  visit.key("kind", kind, "Kind of motion; it decides the keys below.",
+            core::required(core::one_of(core::registry_names(trajectory_kinds()))));
+  visit.key("rate_hz", rate_hz, "Frames a second.", core::between(0.001, 100000.0));
+  visit.key("num_frames", num_frames, "Number of frames; 0: as many as the motion holds.",
+            core::between(0.0, kMostFrames));
+  visit.key("start_s", start_s, "Time of the first frame on the motion.", core::at_least(0.0));
+  visit.key("utc_start", utc_start, "UTC of the first frame; the sun stands accordingly.");
+  // A manual without a config shows the keys of the commonest kind.
+  const std::string shown_kind = kind.empty() ? "waypoints" : kind;
+  if (!kind_options_ || described_kind_ != shown_kind) {
+    kind_options_ =
+        core::find_registered(trajectory_kinds(), "kind of trajectory", shown_kind).make();
+    described_kind_ = shown_kind;
+  }
+  kind_options_->describe(visit);
+}
+
+void TrajectoryOptions::validate() const {
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+  };
+  if (name.empty() || !std::all_of(name.begin(), name.end(), is_plain)) {
+    core::fail(core::ErrorKind::Config,
+               "name = \"{}\" is no name for a sequence's folder; use letters, digits, _ and -",
+               name);
+  }
+  unix_seconds_from_utc(utc_start);
+  if (kind_options_) kind_options_->validate();
+}
+
+std::vector<BodyState> sample_frames(const TrajectoryOptions& options,
+                                     const TrajectoryContext& context) {
+  return core::with_context(
+      [&] {
+        const std::unique_ptr<Trajectory> motion = options.kind_options().build(context);
+        // A frame at the very end counts although the sum of times rounds past it.
+        constexpr double kTimeTolerance_s = 1e-9;
+        const double available_s = motion->duration_s() + kTimeTolerance_s - options.start_s;
+        const double num_fitting =
+            available_s < 0.0 ? 0.0 : std::floor(available_s * options.rate_hz) + 1.0;
+        constexpr double kMostFrames = 1e7;
+        const double wanted =
+            options.num_frames > 0 ? static_cast<double>(options.num_frames) : num_fitting;
+        if (wanted > num_fitting || wanted > kMostFrames || wanted < 1.0) {
+          core::fail(
+              core::ErrorKind::Config,
+              "{:.0f} frames at {} Hz from {} s on are asked for; the motion lasts {:.3f} s, "
+              "which holds {:.0f} (at most {:.0f} are taken)",
+              wanted, options.rate_hz, options.start_s, motion->duration_s(), num_fitting,
+              kMostFrames);
+        }
+        std::vector<BodyState> states(static_cast<std::size_t>(wanted));
+        for (std::size_t i = 0; i < states.size(); ++i) {
+          const double time_s = static_cast<double>(i) / options.rate_hz;
+          states[i] = motion->at(std::min(options.start_s + time_s, motion->duration_s()));
+          states[i].time_s = time_s;
+        }
+        return states;
+      },
+      "flying trajectory " + options.name);
+}
+
+}  // namespace terracast::geo
