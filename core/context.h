@@ -10,8 +10,8 @@ namespace terracast::core {
 struct Context {
   const Log& log;
   int num_threads = 0;  ///< 0: one for each core
-  std::filesystem::path
-      events_file;  ///< progress events are appended here (events.jsonl); empty: none
+  std::filesystem::path events_file =
+      {};  ///< progress events are appended here (events.jsonl); empty: none
 };
 
 }  // namespace terracast::core

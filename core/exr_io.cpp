@@ -77,7 +77,7 @@ Imf::PixelType pixel_type(ExrChannel::Type type) {
   return Imf::FLOAT;
 }
 
-Imf::Header header_of(const ExrPart& part, bool is_multi_part) {
+Imf::Header header_of(const ExrPart& part) {
   TERRACAST_CHECK(part.width > 0 && part.height > 0 && !part.channels.empty(),
                   "part {}: {}x{}, {} channels", part.name, part.width, part.height,
                   part.channels.size());
@@ -93,7 +93,7 @@ Imf::Header header_of(const ExrPart& part, bool is_multi_part) {
       header.compression() = Imf::ZIPS_COMPRESSION;
       break;
   }
-  if (is_multi_part) header.setType(Imf::SCANLINEIMAGE);
+  header.setType(Imf::SCANLINEIMAGE);
   if (!part.name.empty()) header.setName(part.name);
   for (const ExrChannel& channel : part.channels) {
     TERRACAST_CHECK(header.channels().findChannel(channel.name) == nullptr,
@@ -220,7 +220,7 @@ std::vector<std::byte> encode_exr(const std::vector<ExrPart>& parts) {
   std::set<std::string> names;
   std::size_t num_values = 0;
   for (const ExrPart& part : parts) {
-    headers.push_back(header_of(part, parts.size() > 1));
+    headers.push_back(header_of(part));
     TERRACAST_CHECK(parts.size() == 1 || (!part.name.empty() && names.insert(part.name).second),
                     "part \"{}\" needs a name of its own", part.name);
     num_values += num_pixels(part) * part.channels.size();

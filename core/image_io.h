@@ -30,17 +30,17 @@ struct ExrChannel {
   enum class Type { Float, Half, Uint };
   std::string name;
   Type type = Type::Float;
-  std::span<const float> values_float;         ///< width*height values, for Float and Half
-  std::span<const std::uint32_t> values_uint;  ///< width*height values, for Uint
+  std::span<const float> values_float = {};         ///< width*height values, for Float and Half
+  std::span<const std::uint32_t> values_uint = {};  ///< width*height values, for Uint
 };
 struct ExrPart {
   std::string name;
   int width = 0;
   int height = 0;
-  std::vector<ExrChannel>
-      channels;  ///< any order; written in alphabetical order, as the format wants
+  std::vector<ExrChannel> channels =
+      {};  ///< any order; written in alphabetical order, as the format wants
   enum class Compression { None, Rle, Zips } compression = Compression::Rle;
-  std::map<std::string, std::string> attributes;  ///< text attributes
+  std::map<std::string, std::string> attributes = {};  ///< text attributes
 };
 /// An OpenEXR file (single part when one is given, else multi-part). Same input, same bytes.
 std::vector<std::byte> encode_exr(const std::vector<ExrPart>& parts);

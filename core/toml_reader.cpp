@@ -137,6 +137,32 @@ class Converter {
 
 ConfigNode load_file(const fs::path& file, std::shared_ptr<const ConfigSource> included_by);
 
+/// Lays every table of a tree over the file that its key `extends` names.
+void resolve_extends(ConfigNode& node, const std::shared_ptr<const ConfigSource>& source) {
+  if (auto* items = std::get_if<ConfigList>(&node.data))
+    for (ConfigNode& item : *items) resolve_extends(item, source);
+  ConfigTable* entries = node.table();
+  if (entries == nullptr) return;
+  for (ConfigEntry& entry : *entries) resolve_extends(entry.value, source);
+  const ConfigNode* base_name = node.find("extends");
+  if (base_name == nullptr) return;
+  if (base_name->text() == nullptr || base_name->text()->empty())
+    fail_at(base_name->place, "extends = {}, but must be the path of a file (text)",
+            base_name->shown());
+  if (base_name->text()->find("${") != std::string::npos)
+    fail_at(
+        base_name->place,
+        "extends = {}: a file is extended before its names are known; write the path without ${{}}",
+        base_name->shown());
+  ConfigNode base =
+      with_context([&] { return load_file(source->folder / *base_name->text(), source); },
+                   fmt::format("reading what {} extends", base_name->place.text()));
+  entries->erase(std::find_if(entries->begin(), entries->end(),
+                              [](const ConfigEntry& entry) { return entry.key == "extends"; }));
+  merge_config(base, std::move(node));
+  node = std::move(base);
+}
+
 /// The tree of a TOML text, with what it extends.
 ConfigNode parse_text(std::string_view text, const std::shared_ptr<const ConfigSource>& source) {
   if (text.size() > kMaxFileBytes)
@@ -151,24 +177,8 @@ ConfigNode parse_text(std::string_view text, const std::shared_ptr<const ConfigS
     fail(ErrorKind::Config, "{}:{}:{}: {}", source->name, error.source().begin.line,
          error.source().begin.column, error.description());
   }
-  const ConfigNode* base_name = tree.find("extends");
-  if (base_name == nullptr) return tree;
-  if (base_name->text() == nullptr || base_name->text()->empty())
-    fail_at(base_name->place, "extends = {}, but must be the path of a file (text)",
-            base_name->shown());
-  if (base_name->text()->find("${") != std::string::npos)
-    fail_at(
-        base_name->place,
-        "extends = {}: a file is extended before its names are known; write the path without ${{}}",
-        base_name->shown());
-  ConfigNode base =
-      with_context([&] { return load_file(source->folder / *base_name->text(), source); },
-                   fmt::format("reading what {} extends", base_name->place.text()));
-  ConfigTable& entries = *tree.table();
-  entries.erase(std::find_if(entries.begin(), entries.end(),
-                             [](const ConfigEntry& entry) { return entry.key == "extends"; }));
-  merge_config(base, std::move(tree));
-  return base;
+  resolve_extends(tree, source);
+  return tree;
 }
 
 std::shared_ptr<const ConfigSource> file_source(const fs::path& file,

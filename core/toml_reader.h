@@ -12,7 +12,7 @@ namespace terracast::core {
 /// A config file with what it extends, the files its sections name, and the command line's `--set
 /// KEY=VALUE`.
 ///
-/// - `extends = "base.toml"` at the top of a file: the base's keys, overridden by this file's
+/// - `extends = "base.toml"` in a file or any table: the base's keys, overridden by the table's own
 /// (tables merge, all
 ///   else is replaced). A loop of `extends`, or of sections that name files, is an error that lists
 ///   the files.

@@ -1,0 +1,236 @@
+#include "core/atomic_file.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <thread>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "tests/support/test_data.h"
+
+namespace terracast::core {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+template <class Work>
+std::string error_of(Work&& work, ErrorKind kind) {
+  try {
+    work();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), kind) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return {};
+}
+
+std::vector<std::string> names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// Runs `work` in a child; returns waitpid()'s status.
+template <class Work>
+int status_of_child(Work&& work) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    work();
+    ::_exit(0);
+  }
+  int status = 0;
+  EXPECT_EQ(::waitpid(child, &status, 0), child);
+  return status;
+}
+
+TEST(AtomicFileTest, WritesAndReadsWholeFiles) {
+  const test::ScratchFolder folder;
+  std::string text(300000, '\0');
+  for (std::size_t i = 0; i < text.size(); ++i) text[i] = static_cast<char>(random_bits(1, 2, i));
+  const fs::path file = folder / "new/folder/a.bin";
+  for (const std::string& content : {text, std::string(), std::string("x")}) {
+    write_file(file, content);
+    EXPECT_EQ(read_text_file(file), content);
+    const std::vector<std::byte> bytes = read_file(file);
+    EXPECT_EQ(bytes.size(), content.size());
+    EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), std::as_bytes(std::span(content)).begin()));
+  }
+  EXPECT_THAT(names_in(folder.path()), testing::ElementsAre("a.bin", "folder", "new"));
+}
+
+TEST(AtomicFileTest, FilesHaveTheUsualPermissions) {
+  const test::ScratchFolder folder;
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  write_file(folder / "a", "x");
+  struct stat status {};
+  ASSERT_EQ(::stat((folder / "a").c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777U, 0666U & ~mask);
+}
+
+TEST(AtomicFileTest, LibrariesGetATemporaryOfTheSameExtension) {
+  const test::ScratchFolder folder;
+  fs::path seen;
+  write_file_by(folder / "a.tif", [&](const fs::path& temporary) {
+    seen = temporary;
+    std::ofstream(temporary) << "content";
+  });
+  EXPECT_EQ(seen.extension(), ".tif");
+  EXPECT_EQ(seen.parent_path(), folder.path());
+  EXPECT_EQ(read_text_file(folder / "a.tif"), "content");
+  EXPECT_FALSE(fs::exists(seen));
+
+  EXPECT_THROW(write_file_by(folder / "a.tif",
+                             [&](const fs::path& temporary) {
+                               std::ofstream(temporary) << "half";
+                               throw std::runtime_error("stopped");
+                             }),
+               std::runtime_error);
+  EXPECT_EQ(read_text_file(folder / "a.tif"), "content");
+  EXPECT_THAT(
+      error_of([&] { write_file_by(folder / "b.tif", [](const fs::path&) {}); }, ErrorKind::Io),
+      HasSubstr("b.tif: its writer left no file"));
+  EXPECT_THAT(names_in(folder.path()), testing::ElementsAre("a.tif"));
+}
+
+TEST(AtomicFileTest, FailuresNameFileAndReason) {
+  const test::ScratchFolder folder;
+  write_file(folder / "file", "x");
+  EXPECT_THAT(error_of([&] { write_file(folder / "file/below", "x"); }, ErrorKind::Io),
+              HasSubstr("file: "));
+  fs::create_directory(folder / "folder");
+  EXPECT_THAT(error_of([&] { write_file(folder / "folder", "x"); }, ErrorKind::Io),
+              HasSubstr("Is a directory"));
+  EXPECT_THAT(error_of([&] { read_file(folder / "gone"); }, ErrorKind::Io),
+              HasSubstr("gone: cannot be read: No such file or directory"));
+  EXPECT_THAT(error_of([&] { read_file(folder / "folder"); }, ErrorKind::Io),
+              HasSubstr("is a folder"));
+  EXPECT_THAT(error_of([&] { make_folder(folder / "file"); }, ErrorKind::Io), HasSubstr("file"));
+  EXPECT_THAT(error_of([&] { write_file("/proc/terracast", "x"); }, ErrorKind::Io),
+              HasSubstr("/proc/terracast: cannot be written"));
+  EXPECT_THAT(error_of([&] { write_file("", "x"); }, ErrorKind::Io), HasSubstr("name a file"));
+  EXPECT_THAT(names_in(folder.path()), testing::ElementsAre("file", "folder"));
+}
+
+TEST(AtomicFileTest, SizeLimitsHoldForFilesAndDevices) {
+  const test::ScratchFolder folder;
+  write_file(folder / "a", "12345");
+  EXPECT_EQ(read_text_file(folder / "a", 5), "12345");
+  EXPECT_THAT(error_of([&] { read_text_file(folder / "a", 4); }, ErrorKind::Input),
+              HasSubstr("larger than 4 bytes"));
+  EXPECT_THAT(error_of([&] { read_file("/dev/zero", 100000); }, ErrorKind::Input),
+              HasSubstr("larger than"));
+  EXPECT_FALSE(read_text_file("/proc/self/status").empty());
+}
+
+TEST(AtomicFileTest, AFullDiskIsAnErrorAndLeavesTheOldFile) {
+  // A limit on the size of files fails in write() as a full disk does, after a part was written.
+  const test::ScratchFolder folder;
+  write_file(folder / "a", "old");
+  const int status = status_of_child([&] {
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{100000, 100000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    try {
+      write_file(folder / "a", std::string(1000000, 'x'));
+    } catch (const Error& error) {
+      const bool told = error.message().find("cannot be written after 100000 of 1000000 bytes") !=
+                        std::string::npos;
+      ::_exit(error.kind() == ErrorKind::Io && told ? 42 : 1);
+    }
+  });
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 42);
+  EXPECT_EQ(read_text_file(folder / "a"), "old");
+  EXPECT_THAT(names_in(folder.path()), testing::ElementsAre("a"));
+}
+
+TEST(AtomicFileTest, ReadersOfAFileThatManyWriteSeeWholeOnes) {
+  const test::ScratchFolder folder;
+  const fs::path file = folder / "shared";
+  write_file(file, std::string(50000, 'a'));
+  std::vector<pid_t> children;
+  for (char letter = 'a'; letter < 'd'; ++letter) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      try {
+        for (int i = 0; i < 30; ++i) write_file(file, std::string(50000, letter));
+      } catch (...) {
+        ::_exit(1);
+      }
+      ::_exit(0);
+    }
+    children.push_back(child);
+  }
+  for (int i = 0; i < 200; ++i) {
+    const std::string text = read_text_file(file);
+    ASSERT_EQ(text, std::string(50000, text.at(0)));
+  }
+  for (const pid_t child : children) {
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+  }
+  EXPECT_THAT(names_in(folder.path()), testing::ElementsAre("shared"));
+}
+
+TEST(AtomicFileTest, TemporariesOfTheKilledGoAndOthersStay) {
+  const test::ScratchFolder folder;
+  // A child that is killed in the middle of writing leaves its temporary file.
+  fs::create_directories(folder / "sub");
+  const int status = status_of_child([&] {
+    write_file_by(folder / "sub/a.png", [](const fs::path& temporary) {
+      std::ofstream(temporary) << "half";
+      ::raise(SIGKILL);
+    });
+  });
+  ASSERT_TRUE(WIFSIGNALED(status));
+  ASSERT_EQ(names_in(folder.path()).size(), 2U);
+  write_file(folder / "keep.png", "x");
+
+  // What a living process (this one) is writing stays, here and in the other's folder.
+  write_file_by(folder / "mine.png", [&](const fs::path& temporary) {
+    std::ofstream(temporary) << "mine";
+    remove_temporaries(folder.path());
+    EXPECT_TRUE(fs::exists(temporary));
+  });
+  EXPECT_THAT(names_in(folder.path()), testing::ElementsAre("keep.png", "mine.png", "sub"));
+
+  // A writer on another machine is given an hour.
+  const fs::path foreign = folder / "sub/.terracast-tmp-01234567-1-5-0123456789abcdef.png";
+  std::ofstream(foreign) << "x";
+  remove_temporaries(folder.path());
+  EXPECT_TRUE(fs::exists(foreign));
+  fs::last_write_time(foreign, fs::file_time_type::clock::now() - std::chrono::hours(2));
+  remove_temporaries(folder.path());
+  EXPECT_FALSE(fs::exists(foreign));
+
+  // Odd names of the same prefix must not break it.
+  for (const char* name : {".terracast-tmp-", ".terracast-tmp-0", ".terracast-tmp-01234567",
+                           ".terracast-tmp-01234567-", ".terracast-tmp-x-y-z"})
+    std::ofstream(folder / name) << "x";
+  EXPECT_NO_THROW(remove_temporaries(folder.path()));
+  EXPECT_NO_THROW(remove_temporaries(folder / "gone"));
+}
+
+TEST(AtomicFileTest, LongNamesAreWritten) {
+  const test::ScratchFolder folder;
+  const std::string name = std::string(251, 'n') + ".png";
+  write_file(folder / name, "x");
+  EXPECT_EQ(read_text_file(folder / name), "x");
+}
+
+}  // namespace
+}  // namespace terracast::core
