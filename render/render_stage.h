@@ -16,9 +16,9 @@ namespace terracast::render {
 
 /// Config `[conditions]`: light and air.
 struct ConditionOptions {
-  double visibility_km = 60.0;     ///< meteorological range, sets the aerial perspective
-  double sun_azimuth_deg = -1.0;   ///< -1: from place and UTC
-  double sun_elevation_deg = -91.0;///< -91: from place and UTC
+  double visibility_km = 60.0;       ///< meteorological range, sets the aerial perspective
+  double sun_azimuth_deg = -1.0;     ///< -1: from place and UTC
+  double sun_elevation_deg = -91.0;  ///< -91: from place and UTC
   double exposure = 1.0;
   std::int64_t color_samples = 4;  ///< rays a pixel for colour
 
@@ -38,7 +38,7 @@ struct SequencePlan {
   std::string utc_start;
   double rate_hz = 10.0;
   std::int64_t seed = 1;
-  std::vector<geo::BodyState> states;                 ///< one a frame
+  std::vector<geo::BodyState> states;  ///< one a frame
   std::vector<capture::CameraCalibration> cameras;
   ConditionOptions conditions;
   TrackOptions tracks;
@@ -52,18 +52,22 @@ struct Shard {
   int count = 1;
 };
 
-/// The places from which a sequence's cameras see the world: what the tiler and the frozen cut are given.
+/// The places from which a sequence's cameras see the world: what the tiler and the frozen cut are
+/// given.
 std::vector<world::Viewpoint> viewpoints_of(const std::vector<geo::BodyState>& states,
                                             const std::vector<capture::CameraCalibration>& cameras);
 
-/// What a sequence's capture will say of itself (all that determines the bytes goes into input_hash).
+/// What a sequence's capture will say of itself (all that determines the bytes goes into
+/// input_hash).
 capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::TileStore& store);
 
-/// Renders this shard's unfinished frames of a sequence into `folder`; finished ones are never rendered again. Writes
-/// the sequence's manifest when all frames are there.
-/// throws   Input: a camera under the ground or outside the world (frame, place, how far); Config: `folder` holds another
+/// Renders this shard's unfinished frames of a sequence into `folder`; finished ones are never
+/// rendered again. Writes the sequence's manifest when all frames are there. throws   Input: a
+/// camera under the ground or outside the world (frame, place, how far); Config: `folder` holds
+/// another
 ///          sequence; Io
-void run_render_stage(const world::TileStore& store, const SequencePlan& plan, const world::RayQueryOptions& tracing,
-                      const Shard& shard, const std::filesystem::path& folder, const core::Context& context);
+void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
+                      const world::RayQueryOptions& tracing, const Shard& shard,
+                      const std::filesystem::path& folder, const core::Context& context);
 
 }  // namespace terracast::render

@@ -16,24 +16,30 @@ struct CameraOptions {
   std::string model = "pinhole";
   std::int64_t width_px = 0;
   std::int64_t height_px = 0;
-  double focal_length_mm = 0.0;       ///< with image_plane_width_mm: fu = f Nu / d, fv = f Nu / (d gamma)
+  double focal_length_mm =
+      0.0;  ///< with image_plane_width_mm: fu = f Nu / d, fv = f Nu / (d gamma)
   double image_plane_width_mm = 0.0;
-  double pixel_aspect = 1.0;          ///< gamma
+  double pixel_aspect = 1.0;  ///< gamma
   double fx_px = 0.0;
   double fy_px = 0.0;
-  std::vector<double> principal_point_px;  ///< cx, cy with pixel centres at +0.5; empty: the image's centre
-  std::vector<double> offset_mm;           ///< of the centre of projection, in the rig's axes; empty: 0
-  std::vector<double> axis_angle_rad;      ///< rotation vector that turns the rig's axes onto the camera's own
-  std::vector<double> euler_deg;           ///< yaw, pitch, roll about the rig's up, left and forward axes, intrinsic z-y-x
+  std::vector<double>
+      principal_point_px;         ///< cx, cy with pixel centres at +0.5; empty: the image's centre
+  std::vector<double> offset_mm;  ///< of the centre of projection, in the rig's axes; empty: 0
+  std::vector<double> axis_angle_rad;  ///< rotation vector, in the rig's axes, that turns a camera
+                                       ///< that looks forward
+  std::vector<double>
+      euler_deg;  ///< yaw, pitch, roll about the rig's up, left and forward axes, intrinsic z-y-x
   std::vector<double> quaternion_wxyz;
-  std::vector<double> look_at_mm;          ///< a point in the rig's axes that the optical axis passes through
+  std::vector<double>
+      look_at_mm;  ///< a point in the rig's axes that the optical axis passes through
 
   void describe(core::SchemaVisitor& visit);
   void validate() const;
 };
 
-/// A rig: cameras on a body. `axes = "rdf"`: offsets and rotations of the file are in x right, y down, z forward (the
-/// axis-angle of a camera is then identity when it looks forward); "flu": x forward, y left, z up. Either is turned into FLU once, here.
+/// A rig: cameras on a body. `axes = "rdf"`: offsets and rotations of the file are in x right, y
+/// down, z forward (the axis-angle of a camera is then identity when it looks forward); "flu": x
+/// forward, y left, z up. Either is turned into FLU once, here.
 struct RigOptions {
   std::string name;
   std::string axes = "flu";
@@ -48,7 +54,8 @@ struct RigOptions {
 };
 
 /// The cameras of the rigs, in file order, with FLU rig frames.
-/// throws Config: no rig, a rig without cameras, names that repeat, more than kMaxCameras, optics that contradict
+/// throws Config: no rig, a rig without cameras, names that repeat, more than kMaxCameras, optics
+/// that contradict
 std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptions>& rigs);
 
 }  // namespace terracast::render

@@ -1,0 +1,428 @@
+#include "render/material.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/random.h"
+
+namespace terracast::render {
+namespace {
+
+constexpr double kEarthRadius_m = 6371008.8;
+
+inline float smaller(float a, float b) { return a < b ? a : b; }
+inline float larger(float a, float b) { return a > b ? a : b; }
+inline float clamped(float x, float lowest, float highest) {
+  return smaller(larger(x, lowest), highest);
+}
+/// 0 below -width, 1 above width, smooth between.
+inline float step_up(float x, float width) {
+  const float t = clamped(0.5f + 0.5f * x / width, 0.0f, 1.0f);
+  return t * t * (3.0f - 2.0f * t);
+}
+/// 0 below 0, linear to 1 at 1.
+inline float ramp(float x) { return clamped(x, 0.0f, 1.0f); }
+
+/// Streams of noise; each idea has its own.
+enum Stream : std::uint32_t {
+  kRegion = 11,
+  kPatch = 23,
+  kClump = 37,
+  kTrees = 41,
+  kCoarseGrain = 53,
+  kGrain = 67,
+  kFineGrain = 79,
+  kStrata = 83,
+  kCracks = 97,
+  kStones = 101,
+  kWaves = 113,
+  kFieldWarp = 127,
+};
+
+/// Shares of the ground's covers at a packet, each over all that is listed before it.
+struct Covers {
+  Lanes<float> grass;
+  Lanes<float> field;
+  Lanes<float> forest;
+  Lanes<float> sand;
+  Lanes<float> scree;
+  Lanes<float> rock;
+  Lanes<float> snow;
+  NoiseSum region;  ///< 4 km to 256 m
+  NoiseSum patch;   ///< 128 to 32 m
+  NoiseSum clump;   ///< 16 to 4 m
+};
+
+void spread_covers(const GroundPacket& g, const NoisePlaces& places, const Climate& climate,
+                   Covers& c) {
+  c.region = sum_noise(places, 12, 8, climate.seed + kRegion);
+  c.patch = sum_noise(places, 7, 5, climate.seed + kPatch);
+  c.clump = sum_noise(places, 4, 2, climate.seed + kClump);
+  const float snow_line = static_cast<float>(climate.snow_line_m);
+  const float tree_line = static_cast<float>(climate.tree_line_m);
+  const float beach = climate.has_sea ? 4.0f : -1e6f;
+  for (int i = 0; i < kLanes; ++i) {
+    const float region = c.region.value[i];
+    const float patch = c.patch.value[i];
+    const float clump = c.clump.value[i];
+    // Edges are as soft as what the footprint left out of the noise that draws them.
+    const float blur = 0.45f * c.patch.left_out[i] + 0.45f * c.clump.left_out[i];
+    const float height = g.height_m[i];
+    const float steep = g.steepness[i];
+    const float moist = g.moisture[i];
+    const float above_trees = height - tree_line - 60.0f * region;
+
+    c.grass[i] = step_up((moist - 0.22f) * 3.0f + 0.40f * region + 0.35f * patch + 0.30f * clump -
+                             2.0f * ramp((above_trees - 350.0f) / 500.0f),
+                         0.55f + blur);
+    c.field[i] = step_up(smaller((0.15f - steep) * 14.0f, 1.2f) + 0.45f * region -
+                             3.0f * ramp((above_trees + 900.0f) / 200.0f),
+                         0.10f) *
+                 step_up(height - beach - 6.0f, 2.0f);
+    c.forest[i] = step_up(
+        (moist - 0.40f) * 2.0f + 0.60f * region + 0.55f * patch + 0.40f * clump +
+            1.2f * ramp((steep - 0.12f) * 2.5f) - 0.25f - 4.0f * ramp(above_trees / 160.0f) -
+            3.0f * ramp((steep - 0.66f) * 6.0f) - 3.0f * ramp((beach + 4.0f - height) / 4.0f),
+        0.16f + blur);
+    c.sand[i] = step_up((beach - height + 1.0f * patch) / 1.5f, 0.6f + blur) *
+                step_up(0.30f - steep, 0.08f);
+    c.scree[i] = step_up((steep - 0.50f) / 0.12f + 0.55f * patch + 0.30f * clump +
+                             clamped(above_trees / 300.0f, -3.0f, 0.6f),
+                         0.30f + blur);
+    c.rock[i] = step_up((steep - 0.64f) / 0.10f + 0.50f * patch + 0.60f * clump +
+                            clamped(above_trees / 900.0f, -0.3f, 0.9f),
+                        0.22f + blur);
+    c.snow[i] =
+        step_up((height - snow_line) / 260.0f + 0.35f * region + 0.40f * patch + 0.35f * clump +
+                    1.4f * g.northness[i] - 5.0f * larger(0.0f, steep - 0.60f),
+                0.14f + blur);
+  }
+}
+
+/// A colour of cultivated land, and how far from a hedge.
+struct Parcel {
+  float color[3];
+  float edge_m;
+};
+
+/// Patchwork of parcels: districts of about 1 km turn it their own way; in each, rows of 50 to 110
+/// m are cut at 80 to 240 m.
+Parcel parcel_at(const NoisePlaces& places, int lane, float warp_m, std::uint32_t seed) {
+  const std::int32_t u0 = places.u[0][lane];
+  const std::int32_t v0 = places.v[0][lane];
+  const int district_shift = 22;  // 1024 m
+  const std::uint64_t district =
+      core::random_bits(seed, static_cast<std::uint32_t>(u0 >> district_shift),
+                        static_cast<std::uint32_t>(v0 >> district_shift));
+  const int plane = static_cast<int>(district % kNumNoisePlanes);
+  const float width_m = 50.0f + 60.0f * static_cast<float>((district >> 8) & 255u) / 255.0f;
+  const float length_m = 80.0f + 160.0f * static_cast<float>((district >> 16) & 255u) / 255.0f;
+  const double along_m = places.u[plane][lane] * kNoiseStep_m + static_cast<double>(warp_m);
+  const double across_m = places.v[plane][lane] * kNoiseStep_m - 0.7 * static_cast<double>(warp_m);
+  const double row = std::floor(across_m / static_cast<double>(width_m));
+  const float in_row_m = static_cast<float>(across_m - row * static_cast<double>(width_m));
+  const std::uint64_t row_bits =
+      core::random_bits(district, 1, static_cast<std::uint64_t>(static_cast<std::int64_t>(row)));
+  const double shifted_m =
+      along_m + static_cast<double>(length_m) * static_cast<double>(row_bits & 1023u) / 1024.0;
+  const double column = std::floor(shifted_m / static_cast<double>(length_m));
+  const float in_column_m = static_cast<float>(shifted_m - column * static_cast<double>(length_m));
+  const std::uint64_t bits =
+      core::random_bits(row_bits, 2, static_cast<std::uint64_t>(static_cast<std::int64_t>(column)));
+
+  static constexpr float kCrops[8][3] = {{0.260f, 0.200f, 0.085f}, {0.075f, 0.120f, 0.032f},
+                                         {0.150f, 0.098f, 0.060f}, {0.300f, 0.250f, 0.130f},
+                                         {0.105f, 0.135f, 0.042f}, {0.055f, 0.090f, 0.026f},
+                                         {0.190f, 0.165f, 0.070f}, {0.120f, 0.110f, 0.055f}};
+  Parcel parcel;
+  const float tint = 0.82f + 0.36f * static_cast<float>((bits >> 8) & 255u) / 255.0f;
+  for (int k = 0; k < 3; ++k) parcel.color[k] = kCrops[bits % 8][k] * tint;
+  parcel.edge_m =
+      smaller(smaller(in_row_m, width_m - in_row_m), smaller(in_column_m, length_m - in_column_m));
+  return parcel;
+}
+
+/// Lays a colour over what is there.
+inline void lay(float (&color)[3], float share, float r, float g, float b) {
+  color[0] += share * (r - color[0]);
+  color[1] += share * (g - color[1]);
+  color[2] += share * (b - color[2]);
+}
+inline void shade(float (&color)[3], float factor) {
+  for (float& value : color) value *= factor;
+}
+
+bool any(const Lanes<float>& lanes, float above) {
+  return *std::max_element(lanes.values, lanes.values + kLanes) > above;
+}
+
+/// Turns the relief's slope into normals: the gradient of the height above the triangle, along it.
+void bend_normals(const GroundPacket& g, const NoiseSlope& slope, GroundLook& look) {
+  float axes[kNumNoisePlanes][2][3];
+  for (int plane = 0; plane < kNumNoisePlanes; ++plane)
+    for (int k = 0; k < 3; ++k) {
+      axes[plane][0][k] = static_cast<float>(noise_plane(plane).u[k]);
+      axes[plane][1][k] = static_cast<float>(noise_plane(plane).v[k]);
+    }
+  for (int i = 0; i < kLanes; ++i) {
+    float gradient[3] = {0.0f, 0.0f, 0.0f};
+    for (int plane = 0; plane < kNumNoisePlanes; ++plane)
+      for (int k = 0; k < 3; ++k)
+        gradient[k] +=
+            slope.u[plane][i] * axes[plane][0][k] + slope.v[plane][i] * axes[plane][1][k];
+    const float n[3] = {g.normal[0][i], g.normal[1][i], g.normal[2][i]};
+    const float along = gradient[0] * n[0] + gradient[1] * n[1] + gradient[2] * n[2];
+    float bent[3];
+    for (int k = 0; k < 3; ++k) bent[k] = n[k] - (gradient[k] - along * n[k]);
+    const float scale = 1.0f / std::sqrt(bent[0] * bent[0] + bent[1] * bent[1] + bent[2] * bent[2]);
+    for (std::size_t k = 0; k < 3; ++k) look.normal[k][i] = bent[k] * scale;
+  }
+}
+
+/// The sea: waves from 64 m to 12 cm, whose slopes too small for the footprint become variance;
+/// streaks of wind and foam.
+void look_at_sea(const GroundPacket& g, std::uint32_t seed, GroundLook& look) {
+  Lanes<float> weight;
+  Lanes<float> all_scales;
+  for (int i = 0; i < kLanes; ++i) {
+    weight[i] = 0.035f;
+    all_scales[i] = 1e9f;
+  }
+  NoiseSlope slope{};
+  const NoiseSum waves =
+      sum_noise_with_slope(g.places, 6, -3, seed + kWaves, weight, all_scales, slope);
+  const NoiseSum streaks = sum_noise(g.places, 11, 3, seed + kPatch);
+  GroundLook sea;
+  bend_normals(g, slope, sea);
+  for (int i = 0; i < kLanes; ++i) {
+    if (g.cover[i] != static_cast<std::uint8_t>(world::Cover::Sea)) continue;
+    for (std::size_t k = 0; k < 3; ++k) look.normal[k][i] = sea.normal[k][i];
+    // Light that the water sends back, as an albedo; a little foam where steep waves meet.
+    const float tone = 1.0f + 0.30f * streaks.value[i];
+    const float foam = 0.10f * step_up(waves.value[i] + 0.8f * streaks.value[i] - 2.4f, 0.5f);
+    look.albedo[0][i] = 0.010f * tone + foam;
+    look.albedo[1][i] = 0.032f * tone + foam;
+    look.albedo[2][i] = 0.040f * tone + foam;
+    look.openness[i] = 1.0f;
+    look.is_water[i] = 1.0f;
+    // Ten octaves of slope 0.035 along each axis, less what is drawn; 0.003 for ripples below them.
+    look.wave_variance[i] = 0.003f + 0.0123f * waves.left_out[i] * waves.left_out[i];
+  }
+}
+
+}  // namespace
+
+double approximate_height_m(const Eigen::Vector3d& p) {
+  return p.z() + (p.x() * p.x() + p.y() * p.y()) / (2.0 * kEarthRadius_m);
+}
+
+Climate climate_of(const world::TileStore& store, std::uint32_t seed) {
+  Climate climate;
+  climate.seed = seed;
+  // Permanent snow in summer: 5100 m in the tropics, 2950 m at 45 degrees, 900 m at 75; trees end
+  // 900 m lower.
+  const double lat_deg = std::abs(store.manifest().origin.lat_deg);
+  climate.snow_line_m = std::clamp(5100.0 - 70.0 * std::max(lat_deg - 15.0, 0.0), 300.0, 5100.0);
+  climate.tree_line_m = climate.snow_line_m - 900.0;
+
+  double sum_m = 0.0;
+  std::int64_t num_samples = 0;
+  const double half_m = 0.5 * store.manifest().size_m;
+  for (const world::TileInfo& info : store.manifest().tiles) {
+    if (info.id.level != store.manifest().coarsest_level) continue;
+    const geo::Box3d box = info.box_world();
+    if (box.min().x() > half_m || box.min().y() > half_m || box.max().x() < -half_m ||
+        box.max().y() < -half_m)
+      continue;
+    const world::Tile tile = store.load(info.id);
+    const Eigen::Vector2d corner = info.id.corner_world();
+    for (int j = 0; j < world::kTileSamples; ++j) {
+      for (int i = 0; i < world::kTileSamples; ++i) {
+        if (tile.cover[world::Tile::sample(i, j)] != world::Cover::Sea) continue;
+        const Eigen::Vector3d point(corner.x() + i * info.id.spacing_m(),
+                                    corner.y() + j * info.id.spacing_m(), tile.z_world(i, j));
+        sum_m += approximate_height_m(point);
+        ++num_samples;
+      }
+    }
+  }
+  climate.has_sea = num_samples > 0;
+  if (climate.has_sea) climate.sea_level_m = sum_m / static_cast<double>(num_samples);
+  return climate;
+}
+
+void Ground::set(GroundPacket& packet, int lane, const Eigen::Vector3d& p,
+                 const Eigen::Vector3d& normal, const world::SurfaceSample& surface,
+                 double footprint_m) const {
+  packet.places.set(lane, p, footprint_m);
+  // Layers of rock dip by a few degrees and run on for 8 times their thickness' scale.
+  const double across = p.z() + 0.11 * p.x() - 0.07 * p.y();
+  const double along = 0.125 * (0.6 * p.x() + 0.8 * p.y());
+  const auto fixed = [](double metres) {
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(
+        static_cast<std::uint64_t>(metres * (1.0 / kNoiseStep_m) + 0x1p40)));
+  };
+  packet.strata_u[lane] = fixed(across);
+  packet.strata_v[lane] = fixed(along);
+  for (std::size_t k = 0; k < 3; ++k)
+    packet.normal[k][lane] = static_cast<float>(normal[static_cast<int>(k)]);
+  const Eigen::Vector3d up =
+      Eigen::Vector3d(p.x() / kEarthRadius_m, p.y() / kEarthRadius_m, 1.0).normalized();
+  const double cosine = std::clamp(normal.dot(up), 0.0, 1.0);
+  packet.steepness[lane] = static_cast<float>(std::sqrt(1.0 - cosine * cosine));
+  packet.northness[lane] = static_cast<float>(normal.y());
+  packet.height_m[lane] = static_cast<float>(approximate_height_m(p) - climate_.sea_level_m);
+  packet.moisture[lane] = static_cast<float>(surface.moisture);
+  packet.spacing_m[lane] = static_cast<float>(surface.spacing_m);
+  packet.cover[lane] = static_cast<std::uint8_t>(surface.cover);
+}
+
+void Ground::classify(const GroundPacket& packet, Lanes<std::uint8_t>& classes) const {
+  using capture::SemanticClass;
+  NoisePlaces places = packet.places;
+  for (int i = 0; i < kLanes; ++i) places.footprint_m[i] = 0.0f;
+  Covers c;
+  spread_covers(packet, places, climate_, c);
+  for (int i = 0; i < kLanes; ++i) {
+    SemanticClass found = SemanticClass::Soil;
+    if (c.grass[i] > 0.5f || c.field[i] > 0.5f || c.forest[i] > 0.5f) found = SemanticClass::Grass;
+    if (c.sand[i] > 0.5f) found = SemanticClass::Sand;
+    if (c.scree[i] > 0.5f) found = SemanticClass::Scree;
+    if (c.rock[i] > 0.5f) found = SemanticClass::Rock;
+    if (c.snow[i] > 0.5f) found = SemanticClass::Snow;
+    const auto cover = static_cast<world::Cover>(packet.cover[i]);
+    if (cover == world::Cover::Sea) found = SemanticClass::Sea;
+    if (cover == world::Cover::Outside) found = SemanticClass::Outside;
+    classes[i] = static_cast<std::uint8_t>(found);
+  }
+}
+
+void Ground::look(const GroundPacket& g, GroundLook& look) const {
+  const std::uint32_t seed = climate_.seed;
+  Covers c;
+  spread_covers(g, g.places, climate_, c);
+
+  Lanes<float> relief;        // slope of each octave of small relief
+  Lanes<float> relief_below;  // relief coarser than this stands in the terrain
+  for (int i = 0; i < kLanes; ++i) {
+    const float hard = larger(c.rock[i], 0.8f * c.scree[i]);
+    const float soft = larger(c.snow[i], c.sand[i]);
+    relief[i] = (0.10f + 0.13f * hard) * (1.0f - 0.55f * soft);
+    relief_below[i] = 4.0f * g.spacing_m[i];
+  }
+  NoiseSlope slope{};
+  const NoiseSum coarse =
+      sum_noise_with_slope(g.places, 6, 3, seed + kCoarseGrain, relief, relief_below, slope);
+  const NoiseSum grain =
+      sum_noise_with_slope(g.places, 2, -1, seed + kGrain, relief, relief_below, slope);
+  const NoiseSum fine =
+      sum_noise_with_slope(g.places, -2, -7, seed + kFineGrain, relief, relief_below, slope);
+  const NoiseSum stones = sum_noise(g.places, 0, -3, seed + kStones);
+
+  NoiseSum trees{};
+  if (any(c.forest, 0.0f)) {
+    Lanes<float> crowns;
+    Lanes<float> all_scales;
+    for (int i = 0; i < kLanes; ++i) {
+      crowns[i] = 0.55f * c.forest[i] * (1.0f - c.rock[i]) * (1.0f - c.scree[i]);
+      all_scales[i] = 1e9f;
+    }
+    trees = sum_noise_with_slope(g.places, 3, 2, seed + kTrees, crowns, all_scales, slope);
+  }
+  NoiseSum strata{};
+  NoiseSum cracks{};
+  if (any(c.rock, 0.0f)) {
+    Lanes<std::int32_t> u = g.strata_u;
+    for (int i = 0; i < kLanes; ++i)
+      u[i] += static_cast<std::int32_t>(6.0f * c.patch.value[i] * static_cast<float>(1 << 12));
+    strata = sum_noise_at(u, g.strata_v, g.places.footprint_m, 5, -1, seed + kStrata);
+    cracks = sum_noise(g.places, 2, 0, seed + kCracks);
+  }
+  NoiseSum warp{};
+  if (any(c.field, 0.0f)) warp = sum_noise(g.places, 8, 5, seed + kFieldWarp);
+
+  for (int i = 0; i < kLanes; ++i) {
+    const float region = c.region.value[i];
+    const float patch = c.patch.value[i];
+    const float clump = c.clump.value[i];
+    const float moist = g.moisture[i];
+    const float high =
+        ramp((g.height_m[i] - static_cast<float>(climate_.tree_line_m) + 400.0f) / 800.0f);
+    const float footprint = g.places.footprint_m[i];
+
+    // Soil, then grass from straw to green by moisture.
+    float color[3] = {0.165f, 0.118f, 0.072f};
+    lay(color, ramp(0.4f + 0.25f * patch), 0.215f, 0.172f, 0.115f);
+    const float green = ramp(0.35f + 1.1f * (moist - 0.35f) + 0.22f * region + 0.20f * patch +
+                             0.16f * clump + 0.12f * coarse.value[i]);
+    float grass[3] = {0.185f, 0.155f, 0.065f};
+    lay(grass, green, 0.070f, 0.098f, 0.028f);
+    lay(grass, 0.55f * high, 0.125f, 0.128f, 0.058f);
+    lay(color, c.grass[i], grass[0], grass[1], grass[2]);
+
+    if (c.field[i] > 0.0f) {
+      const Parcel parcel = parcel_at(g.places, i, 9.0f * warp.value[i], seed);
+      const float furrows = 1.0f + 0.05f * coarse.value[i] + 0.06f * patch;
+      lay(color, c.field[i], parcel.color[0] * furrows, parcel.color[1] * furrows,
+          parcel.color[2] * furrows);
+      // Hedges and tracks, 2.5 m to each side of the edge, thinned to their share of the footprint.
+      const float reach = larger(2.5f, footprint);
+      const float hedge =
+          (2.5f / reach) * step_up(reach - parcel.edge_m, 0.5f * reach) * ramp(0.8f + 0.5f * clump);
+      lay(color, c.field[i] * hedge, 0.040f, 0.055f, 0.022f);
+    }
+
+    // Crowns: bright tops, dark gaps.
+    const float crown = ramp(0.5f + 0.42f * trees.value[i]);
+    const float broadleaf = ramp(0.5f + 0.5f * region + 0.5f * patch - 1.2f * high);
+    float forest[3] = {0.030f, 0.045f, 0.020f};
+    lay(forest, broadleaf, 0.058f, 0.078f, 0.026f);
+    shade(forest, (0.35f + 1.30f * crown) * (1.0f + 0.18f * coarse.value[i] + 0.10f * clump));
+    lay(color, c.forest[i], forest[0], forest[1], forest[2]);
+
+    lay(color, c.sand[i], 0.40f, 0.335f, 0.235f);
+
+    float scree[3] = {0.255f, 0.240f, 0.215f};
+    shade(scree, 1.0f + 0.16f * patch + 0.14f * clump);
+    lay(color, c.scree[i], scree[0], scree[1], scree[2]);
+
+    // Rock: layers of two tints, cracks where the noise passes zero, lichen.
+    float rock[3] = {0.195f, 0.185f, 0.172f};
+    lay(rock, ramp(0.45f + 0.35f * region + 0.45f * strata.value[i]), 0.275f, 0.243f, 0.200f);
+    shade(rock, 1.0f + 0.22f * strata.value[i] + 0.12f * clump);
+    const float open = (1.0f - cracks.left_out[i]);
+    const float nearness = 1.0f - smaller(std::abs(cracks.value[i]) * 6.0f, 1.0f);
+    shade(rock, 1.0f - 0.55f * open * nearness);
+    lay(rock, 0.35f * ramp(coarse.value[i] - 0.3f), 0.140f, 0.150f, 0.105f);
+    lay(color, c.rock[i], rock[0], rock[1], rock[2]);
+
+    // Grain of every scale, stones that stand out, less on snow.
+    const float bare = larger(larger(c.rock[i], c.scree[i]), 1.0f - c.grass[i]);
+    const float grainy = 0.17f + 0.08f * bare;
+    const float mottle =
+        1.0f + grainy * (coarse.value[i] + grain.value[i] + fine.value[i]) + 0.07f * clump;
+    shade(color, clamped(mottle, 0.30f, 1.9f));
+    const float stony = bare * (1.0f - c.forest[i]) * (1.0f - stones.left_out[i]);
+    shade(color, 1.0f + 0.55f * stony * step_up(stones.value[i] - 1.15f, 0.30f) -
+                     0.35f * stony * step_up(-stones.value[i] - 1.25f, 0.30f));
+
+    const float drift = 1.0f + 0.035f * (coarse.value[i] + grain.value[i] + fine.value[i]) +
+                        0.03f * clump + 0.02f * patch;
+    lay(color, c.snow[i], 0.72f * drift, 0.74f * drift, 0.78f * drift);
+
+    for (std::size_t k = 0; k < 3; ++k) look.albedo[k][i] = clamped(color[k], 0.004f, 0.88f);
+    const float hollow = 0.10f * (coarse.value[i] + grain.value[i]) * relief[i] * 5.0f +
+                         0.25f * c.forest[i] * (crown - 0.5f);
+    look.openness[i] = clamped(0.90f + hollow, 0.45f, 1.0f);
+    look.is_water[i] = 0.0f;
+    look.wave_variance[i] = 0.0f;
+  }
+  bend_normals(g, slope, look);
+
+  bool has_sea = false;
+  for (int i = 0; i < kLanes; ++i)
+    has_sea = has_sea || g.cover[i] == static_cast<std::uint8_t>(world::Cover::Sea);
+  if (has_sea) look_at_sea(g, seed, look);
+}
+
+}  // namespace terracast::render

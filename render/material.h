@@ -1,0 +1,77 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "capture/channel.h"
+#include "render/lanes.h"
+#include "render/noise.h"
+#include "world/ray_query.h"
+#include "world/tile_store.h"
+
+namespace terracast::render {
+
+/// What the ground's cover depends on beside its own place.
+struct Climate {
+  double sea_level_m = 0.0;  ///< ellipsoidal, of the world's sea; 0 without one
+  bool has_sea = false;
+  double snow_line_m = 3000.0;  ///< above the sea, where snow lies in summer
+  double tree_line_m = 2100.0;  ///< above the sea
+  std::uint32_t seed = 1;
+};
+
+/// The climate of a world: snow line by latitude, sea level from the sea samples of its coarsest
+/// tiles. throws   Input, Io: as TileStore::load
+Climate climate_of(const world::TileStore& store, std::uint32_t seed);
+
+/// Places of the ground that are shaded together.
+struct GroundPacket {
+  NoisePlaces places;
+  Lanes<std::int32_t> strata_u;  ///< noise coordinates of rock layers: across them and along
+  Lanes<std::int32_t> strata_v;
+  Lanes3f normal;             ///< of the true triangle
+  Lanes<float> steepness;     ///< sine of the slope against the place's own vertical
+  Lanes<float> northness;     ///< north component of the normal
+  Lanes<float> height_m;      ///< above sea level
+  Lanes<float> moisture;      ///< 0 … 1
+  Lanes<float> spacing_m;     ///< of the terrain samples: shape finer than that is the material's
+  Lanes<std::uint8_t> cover;  ///< world::Cover
+};
+
+/// What light meets there.
+struct GroundLook {
+  Lanes3f albedo;
+  Lanes3f normal;              ///< with the relief that the terrain's samples do not hold
+  Lanes<float> openness;       ///< share of the ambient light that small hollows leave, 0 … 1
+  Lanes<float> is_water;       ///< 0 or 1
+  Lanes<float> wave_variance;  ///< of the slopes of waves too small to be seen one by one
+};
+
+/// Procedural ground. All of it is a function of the place, the true triangle there and the tile's
+/// facts: it is the same from every view and in every frame; only how much detail is left out
+/// follows the footprint. Threads: safe.
+class Ground {
+ public:
+  explicit Ground(const Climate& climate) : climate_(climate) {}
+  const Climate& climate() const { return climate_; }
+
+  /// Fills a lane. Lanes without a hit take any other's values.
+  /// footprint_m   width of an image sample on the ground
+  void set(GroundPacket& packet, int lane, const Eigen::Vector3d& point_world,
+           const Eigen::Vector3d& normal_world, const world::SurfaceSample& surface,
+           double footprint_m) const;
+
+  /// Semantic classes; footprints play no part.
+  void classify(const GroundPacket& packet, Lanes<std::uint8_t>& classes) const;
+
+  void look(const GroundPacket& packet, GroundLook& look) const;
+
+ private:
+  Climate climate_;
+};
+
+/// Height above the ellipsoid of the world's origin, to second order in the distance: 3 m at 100
+/// km, for materials and air.
+double approximate_height_m(const Eigen::Vector3d& point_world);
+
+}  // namespace terracast::render

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "render/lanes.h"
+
+/// Band-limited noise, anchored in the world. An octave is gradient noise on a square lattice whose
+/// spacing is 2^level m; its coordinates are whole numbers of 2^-12 m, so that it is as sharp 25 km
+/// from the origin as at it, and equal from every view. Packets of kLanes places; all functions are
+/// pure.
+namespace terracast::render {
+
+/// Levels that exist: lattices of 4096 m to 1/128 m.
+inline constexpr int kCoarsestNoiseLevel = 12;
+inline constexpr int kFinestNoiseLevel = -7;
+
+/// The planes that noise is laid out on. Each is sheared along the vertical its own way, so that a
+/// wall of any direction has a plane whose texture is not stretched on it; octaves take them in
+/// turn.
+inline constexpr int kNumNoisePlanes = 3;
+
+/// World directions along which a plane's two coordinates grow, m per m.
+struct NoisePlane {
+  Eigen::Vector3d u;
+  Eigen::Vector3d v;
+};
+const NoisePlane& noise_plane(int plane);
+
+/// Places of a packet in each plane, and what an image sample covers there.
+struct NoisePlaces {
+  Lanes<std::int32_t> u[kNumNoisePlanes];
+  Lanes<std::int32_t> v[kNumNoisePlanes];
+  Lanes<float>
+      footprint_m;  ///< width of a sample on the ground; octaves finer than it are left out
+
+  /// Coordinates repeat after 2^20 m.
+  void set(int lane, const Eigen::Vector3d& point_world, double footprint);
+};
+
+/// Sum of octaves.
+struct NoiseSum {
+  Lanes<float> value;     ///< root mean square 1 when no octave is left out
+  Lanes<float> left_out;  ///< root mean square of what the footprint left out
+};
+
+/// The sum's slope: in each plane along u and v, with octaves weighted so that each adds a slope of
+/// root mean square 1.
+struct NoiseSlope {
+  Lanes<float> u[kNumNoisePlanes];
+  Lanes<float> v[kNumNoisePlanes];
+};
+
+/// Adds up the octaves coarsest_level, coarsest_level - 1, …, finest_level with equal weights. An
+/// octave of spacing s vanishes smoothly as the footprint grows from s / 2 to s.
+NoiseSum sum_noise(const NoisePlaces& places, int coarsest_level, int finest_level,
+                   std::uint32_t seed);
+
+/// The same, and its slope added to `slope`: octave by octave scaled by `slope_weight`[lane], for
+/// octaves finer than `slope_below_m`[lane] only (what is coarser stands in the terrain itself).
+NoiseSum sum_noise_with_slope(const NoisePlaces& places, int coarsest_level, int finest_level,
+                              std::uint32_t seed, const Lanes<float>& slope_weight,
+                              const Lanes<float>& slope_below_m, NoiseSlope& slope);
+
+/// One sum of octaves over coordinates of the caller's (in steps of 2^-12 m), such as height and a
+/// stretched distance.
+NoiseSum sum_noise_at(const Lanes<std::int32_t>& u, const Lanes<std::int32_t>& v,
+                      const Lanes<float>& footprint_m, int coarsest_level, int finest_level,
+                      std::uint32_t seed);
+
+/// The step of coordinates.
+inline constexpr double kNoiseStep_m = 0x1.0p-12;
+
+}  // namespace terracast::render

@@ -1,0 +1,297 @@
+#include "render/rig.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "capture/channel.h"
+#include "core/error.h"
+#include "geo/frames.h"
+#include "geo/units.h"
+
+namespace terracast::render {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+bool is_folder_name(const std::string& name) {
+  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+  });
+}
+
+void check_name(const char* what, const std::string& name) {
+  if (!is_folder_name(name)) {
+    fail(ErrorKind::Config,
+         "{} name \"{}\" names a folder; it takes 1 to 64 letters, digits, _ or -", what, name);
+  }
+}
+
+void check_numbers(const std::string& camera, const char* key, const std::vector<double>& values,
+                   std::size_t count) {
+  if (values.empty()) return;
+  if (values.size() != count) {
+    fail(ErrorKind::Config, "camera {}: {} has {} numbers; it takes {}", camera, key, values.size(),
+         count);
+  }
+  for (const double value : values) {
+    if (!std::isfinite(value)) {
+      fail(ErrorKind::Config, "camera {}: {} holds {}; it takes finite numbers", camera, key,
+           value);
+    }
+  }
+}
+
+Eigen::Vector3d vector_of(const std::vector<double>& values) {
+  return values.empty() ? Eigen::Vector3d::Zero()
+                        : Eigen::Vector3d(values[0], values[1], values[2]);
+}
+
+/// Intrinsic z-y-x: yaw about up (positive to the left), then pitch about left (positive down),
+/// then roll about forward.
+Eigen::Quaterniond rotation_of_euler_deg(double yaw_deg, double pitch_deg, double roll_deg) {
+  using Eigen::AngleAxisd;
+  using Eigen::Vector3d;
+  return AngleAxisd(geo::radians_from_degrees(yaw_deg), Vector3d::UnitZ()) *
+         AngleAxisd(geo::radians_from_degrees(pitch_deg), Vector3d::UnitY()) *
+         AngleAxisd(geo::radians_from_degrees(roll_deg), Vector3d::UnitX());
+}
+
+/// A camera that looks along `axis_rig` with its x axis level in the rig; straight up or down, the
+/// image's upper edge points forward or back.
+Eigen::Matrix3d rig_from_camera_looking_along(const Eigen::Vector3d& axis_rig) {
+  const Eigen::Vector3d forward = axis_rig.normalized();
+  Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ());
+  if (right.norm() < 1e-9) right = -Eigen::Vector3d::UnitY();
+  right.normalize();
+  Eigen::Matrix3d rotation;
+  rotation << right, forward.cross(right), forward;
+  return rotation;
+}
+
+/// The rotation that a camera's file states, of a camera that looked along the rig's x axis, in the
+/// file's axes.
+Eigen::Matrix3d stated_rotation(const CameraOptions& camera) {
+  if (!camera.axis_angle_rad.empty()) {
+    const Eigen::Vector3d vector = vector_of(camera.axis_angle_rad);
+    const double angle = vector.norm();
+    if (angle == 0.0) return Eigen::Matrix3d::Identity();
+    return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
+  }
+  if (!camera.quaternion_wxyz.empty()) {
+    const std::vector<double>& q = camera.quaternion_wxyz;
+    return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+  }
+  return Eigen::Matrix3d::Identity();
+}
+
+geo::Rigid3d rig_from_camera(const CameraOptions& camera, const Eigen::Matrix3d& rig_from_file) {
+  const Eigen::Vector3d offset_rig = rig_from_file * (vector_of(camera.offset_mm) * 1e-3);
+  Eigen::Matrix3d rotation;
+  if (!camera.look_at_mm.empty()) {
+    const Eigen::Vector3d target_rig = rig_from_file * (vector_of(camera.look_at_mm) * 1e-3);
+    rotation = rig_from_camera_looking_along(target_rig - offset_rig);
+  } else if (!camera.euler_deg.empty()) {
+    const std::vector<double>& e = camera.euler_deg;
+    rotation =
+        rotation_of_euler_deg(e[0], e[1], e[2]).toRotationMatrix() * geo::rig_from_forward_camera();
+  } else {
+    rotation = rig_from_file * stated_rotation(camera) * rig_from_file.transpose() *
+               geo::rig_from_forward_camera();
+  }
+  return {.rotation = Eigen::Quaterniond(rotation).normalized(), .translation = offset_rig};
+}
+
+geo::CameraIntrinsics intrinsics_of(const CameraOptions& camera) {
+  double fx = camera.fx_px;
+  double fy = camera.fy_px > 0.0 ? camera.fy_px : camera.fx_px;
+  if (camera.focal_length_mm > 0.0) {
+    fx =
+        camera.focal_length_mm * static_cast<double>(camera.width_px) / camera.image_plane_width_mm;
+    fy = camera.focal_length_mm * static_cast<double>(camera.width_px) /
+         (camera.image_plane_width_mm * camera.pixel_aspect);
+  }
+  const std::vector<double>& center = camera.principal_point_px;
+  const double cx = center.empty() ? 0.5 * static_cast<double>(camera.width_px) : center[0];
+  const double cy = center.empty() ? 0.5 * static_cast<double>(camera.height_px) : center[1];
+  return {.model = camera.model,
+          .width_px = static_cast<int>(camera.width_px),
+          .height_px = static_cast<int>(camera.height_px),
+          .parameters = {fx, fy, cx, cy}};
+}
+
+}  // namespace
+
+void CameraOptions::describe(core::SchemaVisitor& visit) {
+  const core::Constraint three = core::size_of(3);
+  visit.key("name", name, "Name of the camera, and of its folder.", core::required());
+  visit.key("model", model, "Camera model, a name of the table of models.");
+  visit.key("width_px", width_px, "Width of the image.", core::required(core::between(1, 16384)));
+  visit.key("height_px", height_px, "Height of the image.",
+            core::required(core::between(1, 16384)));
+  visit.key("focal_length_mm", focal_length_mm,
+            "Focal length; with image_plane_width_mm, instead of fx_px: fu = f Nu / d.",
+            core::between(0.0, 5000.0));
+  visit.key("image_plane_width_mm", image_plane_width_mm,
+            "Width d of the image plane over all Nu columns.", core::between(0.0, 1000.0));
+  visit.key("pixel_aspect", pixel_aspect,
+            "Height of a pixel over its width, gamma: fv = f Nu / (d gamma).",
+            core::between(0.1, 10.0));
+  visit.key("fx_px", fx_px, "Focal length in pixels, horizontally.", core::between(0.0, 1e6));
+  visit.key("fy_px", fy_px, "Focal length in pixels, vertically; 0: as fx_px.",
+            core::between(0.0, 1e6));
+  visit.key("principal_point_px", principal_point_px,
+            "cx, cy with pixel centres at +0.5; empty: the image's centre.", core::size_of(2));
+  visit.key("offset_mm", offset_mm, "Centre of projection in the rig's axes; empty: 0.", three);
+  visit.key("axis_angle_rad", axis_angle_rad,
+            "Rotation vector, in the rig's axes, that turns a camera that looks forward.", three);
+  visit.key("euler_deg", euler_deg,
+            "Yaw about up (positive left), pitch about left (positive down), roll about forward; "
+            "intrinsic, in this order.",
+            three);
+  visit.key("quaternion_wxyz", quaternion_wxyz,
+            "Hamilton quaternion, in the rig's axes, that turns a camera that looks forward.",
+            core::size_of(4));
+  visit.key(
+      "look_at_mm", look_at_mm,
+      "A point, in the rig's axes, that the optical axis passes through; the image's rows stay "
+      "level.",
+      three);
+}
+
+void CameraOptions::validate() const {
+  check_name("camera", name);
+  if (width_px < 1 || width_px > 16384 || height_px < 1 || height_px > 16384) {
+    fail(ErrorKind::Config, "camera {}: image of {} x {} px; each side takes 1 to 16384", name,
+         width_px, height_px);
+  }
+  check_numbers(name, "principal_point_px", principal_point_px, 2);
+  check_numbers(name, "offset_mm", offset_mm, 3);
+  check_numbers(name, "axis_angle_rad", axis_angle_rad, 3);
+  check_numbers(name, "euler_deg", euler_deg, 3);
+  check_numbers(name, "quaternion_wxyz", quaternion_wxyz, 4);
+  check_numbers(name, "look_at_mm", look_at_mm, 3);
+
+  const bool is_physical = focal_length_mm > 0.0 || image_plane_width_mm > 0.0;
+  const bool is_in_pixels = fx_px > 0.0 || fy_px > 0.0;
+  if (is_physical && is_in_pixels) {
+    fail(
+        ErrorKind::Config,
+        "camera {}: both focal_length_mm / image_plane_width_mm and fx_px / fy_px are given; state "
+        "the optics in one way",
+        name);
+  }
+  if (is_physical && !(focal_length_mm > 0.0 && image_plane_width_mm > 0.0)) {
+    fail(ErrorKind::Config,
+         "camera {}: focal_length_mm = {} with image_plane_width_mm = {}; both must be positive",
+         name, focal_length_mm, image_plane_width_mm);
+  }
+  if (!is_physical && !(fx_px > 0.0)) {
+    fail(ErrorKind::Config,
+         "camera {}: no focal length; give focal_length_mm with image_plane_width_mm, or fx_px",
+         name);
+  }
+  if (is_in_pixels && pixel_aspect != 1.0) {
+    fail(ErrorKind::Config,
+         "camera {}: pixel_aspect = {} beside fx_px; it belongs to focal_length_mm, give fy_px",
+         name, pixel_aspect);
+  }
+  const int num_orientations =
+      static_cast<int>(!axis_angle_rad.empty()) + static_cast<int>(!euler_deg.empty()) +
+      static_cast<int>(!quaternion_wxyz.empty()) + static_cast<int>(!look_at_mm.empty());
+  if (num_orientations > 1) {
+    fail(ErrorKind::Config,
+         "camera {}: {} orientations are given; state one of axis_angle_rad, euler_deg, "
+         "quaternion_wxyz and look_at_mm",
+         name, num_orientations);
+  }
+  if (!quaternion_wxyz.empty()) {
+    const std::vector<double>& q = quaternion_wxyz;
+    const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (std::abs(norm - 1.0) > 1e-3) {
+      fail(ErrorKind::Config, "camera {}: quaternion_wxyz has length {}; a rotation has 1", name,
+           norm);
+    }
+  }
+  if (!look_at_mm.empty() && (vector_of(look_at_mm) - vector_of(offset_mm)).norm() < 1e-6) {
+    fail(ErrorKind::Config, "camera {}: look_at_mm is the camera's own place, offset_mm", name);
+  }
+}
+
+void RigOptions::describe(core::SchemaVisitor& visit) {
+  visit.key("name", name, "Name of the rig, and of its folder.", core::required());
+  visit.key("axes", axes,
+            "Axes of the cameras' offsets and rotations: flu (x forward, y left, z up) or rdf (x "
+            "right, y down, z forward).",
+            core::one_of({"flu", "rdf"}));
+  visit.key("mount_yaw_deg", mount_yaw_deg, "Turn of the rig on the body, positive to the left.",
+            core::between(-360.0, 360.0));
+  visit.key("mount_pitch_deg", mount_pitch_deg, "Tilt of the rig on the body, positive down.",
+            core::between(-180.0, 180.0));
+  visit.key("mount_roll_deg", mount_roll_deg,
+            "Roll of the rig on the body, about its forward axis.", core::between(-360.0, 360.0));
+  visit.key("mount_offset_m", mount_offset_m,
+            "The rig's origin on the body: forward, left, up; empty: 0.", core::size_of(3));
+  visit.list("cameras", cameras, "The rig's cameras.");
+}
+
+void RigOptions::validate() const {
+  check_name("rig", name);
+  if (axes != "flu" && axes != "rdf") {
+    fail(ErrorKind::Config, "rig {}: axes = \"{}\"; known are flu and rdf", name, axes);
+  }
+  if (cameras.empty()) fail(ErrorKind::Config, "rig {} has no cameras; it needs one or more", name);
+  if (!mount_offset_m.empty() && mount_offset_m.size() != 3) {
+    fail(ErrorKind::Config, "rig {}: mount_offset_m has {} numbers; it takes 3", name,
+         mount_offset_m.size());
+  }
+}
+
+std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptions>& rigs) {
+  if (rigs.empty()) fail(ErrorKind::Config, "no rig; a sequence needs one or more");
+  std::vector<capture::CameraCalibration> calibrations;
+  std::set<std::string> rig_names;
+  for (const RigOptions& rig : rigs) {
+    rig.validate();
+    if (!rig_names.insert(rig.name).second) {
+      fail(ErrorKind::Config, "two rigs are called {}; each needs its own name", rig.name);
+    }
+    const Eigen::Matrix3d rig_from_file =
+        rig.axes == "rdf" ? geo::rig_from_rdf() : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+    const geo::Rigid3d body_from_rig{
+        .rotation =
+            rotation_of_euler_deg(rig.mount_yaw_deg, rig.mount_pitch_deg, rig.mount_roll_deg),
+        .translation = vector_of(rig.mount_offset_m)};
+    std::set<std::string> camera_names;
+    for (const CameraOptions& camera : rig.cameras) {
+      core::with_context(
+          [&] {
+            camera.validate();
+            if (!camera_names.insert(camera.name).second) {
+              fail(ErrorKind::Config, "two cameras are called {}; each needs its own name",
+                   camera.name);
+            }
+            capture::CameraCalibration calibration{
+                .rig = rig.name,
+                .name = camera.name,
+                .intrinsics = intrinsics_of(camera),
+                .rig_from_camera = rig_from_camera(camera, rig_from_file),
+                .body_from_rig = body_from_rig};
+            geo::make_camera(calibration.intrinsics);  // refuses what the model cannot hold
+            calibrations.push_back(std::move(calibration));
+          },
+          fmt::format("building rig {}", rig.name));
+    }
+  }
+  if (calibrations.size() > static_cast<std::size_t>(capture::kMaxCameras)) {
+    fail(ErrorKind::Config, "{} cameras; a sequence takes up to {}", calibrations.size(),
+         capture::kMaxCameras);
+  }
+  return calibrations;
+}
+
+}  // namespace terracast::render

@@ -1,0 +1,232 @@
+#include "render/sky.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "geo/sun.h"
+#include "geo/units.h"
+
+namespace terracast::render {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// Wavelengths that stand for the channels of sRGB, micrometres.
+constexpr double kWavelength_um[3] = {0.610, 0.550, 0.465};
+constexpr double kRayleighHeight_m = 8000.0;
+constexpr double kMieHeight_m = 1200.0;
+// Bucholtz (1995), sea level, 550 nm.
+constexpr double kRayleighPer_m = 1.16e-5;
+constexpr double kRayleighExponent = -4.08;
+constexpr double kMieExponent = -1.3;  // Angstrom's, of continental haze
+// The sun outside the air: 128 klx; its colour against D65.
+constexpr double kExtraterrestrial_klx[3] = {135.0, 127.0, 118.0};
+constexpr double kGroundAlbedo = 0.15;
+
+double relative_to_550nm(int channel, double exponent) {
+  return std::pow(kWavelength_um[channel] / 0.550, exponent);
+}
+
+/// Koschmieder: a black object vanishes at 3.912 / extinction.
+double mie_per_m(double visibility_m) {
+  return std::max(3.912 / visibility_m - kRayleighPer_m, 0.0);
+}
+
+double turbidity_of(double visibility_m) {
+  const double rayleigh_depth = kRayleighPer_m * kRayleighHeight_m;
+  const double mie_depth = mie_per_m(visibility_m) * kMieHeight_m;
+  // The fit of the sky's formula holds from 1.9 to 10.
+  return std::clamp((rayleigh_depth + mie_depth) / rayleigh_depth, 1.9, 10.0);
+}
+
+Color linear_srgb_from_xyy(double x, double y, double luminance) {
+  const double X = luminance * x / y;
+  const double Z = luminance * (1.0 - x - y) / y;
+  const double r = 3.2404542 * X - 1.5371385 * luminance - 0.4985314 * Z;
+  const double g = -0.9692660 * X + 1.8760108 * luminance + 0.0415560 * Z;
+  const double b = 0.0556434 * X - 0.2040259 * luminance + 1.0572252 * Z;
+  return Color(static_cast<float>(r), static_cast<float>(g), static_cast<float>(b)).max(0.0f);
+}
+
+float perez_function(const std::array<float, 5>& c, float cos_zenith, float angle, float cos_sun) {
+  return (1.0f + c[0] * std::exp(c[1] / cos_zenith)) *
+         (1.0f + c[2] * std::exp(c[3] * angle) + c[4] * cos_sun * cos_sun);
+}
+
+/// Mean of exp(-h / scale) over heights between two that are passed linearly.
+float mean_density(float from_height_m, float to_height_m, float scale_m) {
+  const float from = std::exp(-from_height_m / scale_m);
+  const float climb = (to_height_m - from_height_m) / scale_m;
+  if (std::abs(climb) < 1e-3f) return from * (1.0f - 0.5f * climb);
+  return from * (1.0f - std::exp(-climb)) / climb;
+}
+
+std::array<float, 9> harmonics(const Eigen::Vector3f& d) {
+  return {0.282095f,
+          0.488603f * d.y(),
+          0.488603f * d.z(),
+          0.488603f * d.x(),
+          1.092548f * d.x() * d.y(),
+          1.092548f * d.y() * d.z(),
+          0.315392f * (3.0f * d.z() * d.z() - 1.0f),
+          1.092548f * d.x() * d.z(),
+          0.546274f * (d.x() * d.x() - d.y() * d.y())};
+}
+
+}  // namespace
+
+Sky::Sky(const Daylight& daylight)
+    : daylight_(daylight),
+      turbidity_(turbidity_of(daylight.visibility_m)),
+      up_(daylight.up_world.cast<float>()),
+      sun_(daylight.sun_direction_world.cast<float>()) {
+  const double sin_elevation =
+      std::clamp(daylight.sun_direction_world.dot(daylight.up_world), -1.0, 1.0);
+  const double elevation = std::asin(sin_elevation);
+  const double elevation_deg = geo::degrees_from_radians(elevation);
+  // The formula needs the sun above the horizon; below, the sky keeps the shape of sunset and fades
+  // tenfold in 4 degrees of depression.
+  const double zenith_angle = kPi / 2 - std::max(elevation, geo::radians_from_degrees(0.5));
+  twilight_ = static_cast<float>(std::pow(10.0, std::min(elevation_deg, 0.0) / 4.0));
+
+  const double t = turbidity_;
+  const double a[3][5][2] = {{{0.1787, -1.4630},
+                              {-0.3554, 0.4275},
+                              {-0.0227, 5.3251},
+                              {0.1206, -2.5771},
+                              {-0.0670, 0.3703}},
+                             {{-0.0193, -0.2592},
+                              {-0.0665, 0.0008},
+                              {-0.0004, 0.2125},
+                              {-0.0641, -0.8989},
+                              {-0.0033, 0.0452}},
+                             {{-0.0167, -0.2608},
+                              {-0.0950, 0.0092},
+                              {-0.0079, 0.2102},
+                              {-0.0441, -1.6537},
+                              {-0.0109, 0.0529}}};
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t j = 0; j < 5; ++j)
+      coefficients_[k][j] = static_cast<float>(a[k][j][0] * t + a[k][j][1]);
+
+  const double chi = (4.0 / 9.0 - t / 120.0) * (kPi - 2.0 * zenith_angle);
+  const double zenith_luminance =
+      std::max((4.0453 * t - 4.9710) * std::tan(chi) - 0.2155 * t + 2.4192, 0.05);
+  const double s = zenith_angle;
+  const auto chromaticity = [&](const double(&m)[3][4]) {
+    double sum = 0.0;
+    const double powers[3] = {t * t, t, 1.0};
+    for (int i = 0; i < 3; ++i)
+      sum += powers[i] * (((m[i][0] * s + m[i][1]) * s + m[i][2]) * s + m[i][3]);
+    return sum;
+  };
+  const double x_matrix[3][4] = {{0.00166, -0.00375, 0.00209, 0.0},
+                                 {-0.02903, 0.06377, -0.03202, 0.00394},
+                                 {0.11693, -0.21196, 0.06052, 0.25886}};
+  const double y_matrix[3][4] = {{0.00275, -0.00610, 0.00317, 0.0},
+                                 {-0.04214, 0.08970, -0.04153, 0.00516},
+                                 {0.15346, -0.26756, 0.06670, 0.26688}};
+  const double zenith[3] = {zenith_luminance, chromaticity(x_matrix), chromaticity(y_matrix)};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float norm = perez_function(coefficients_[k], 1.0f, static_cast<float>(zenith_angle),
+                                      static_cast<float>(std::cos(zenith_angle)));
+    zenith_over_norm_[k] = static_cast<float>(zenith[k]) / norm;
+  }
+
+  // Kasten and Young (1989), relative air mass.
+  const double shown_deg = std::max(elevation_deg, 0.0);
+  const double air_mass = 1.0 / (std::sin(geo::radians_from_degrees(shown_deg)) +
+                                 0.50572 * std::pow(shown_deg + 6.07995, -1.6364));
+  const double mie = mie_per_m(daylight.visibility_m);
+  // The part of the disc above the horizon, as a ramp over its diameter.
+  const double shown = std::clamp(0.5 + 0.5 * elevation / geo::kSunAngularRadius_rad, 0.0, 1.0);
+  for (int channel = 0; channel < 3; ++channel) {
+    const double rayleigh_c = kRayleighPer_m * relative_to_550nm(channel, kRayleighExponent);
+    const double mie_c = mie * relative_to_550nm(channel, kMieExponent);
+    const double depth = rayleigh_c * kRayleighHeight_m + mie_c * kMieHeight_m;
+    rayleigh_per_m_[channel] = static_cast<float>(rayleigh_c);
+    mie_per_m_[channel] = static_cast<float>(mie_c);
+    sun_irradiance_[channel] =
+        static_cast<float>(shown * kExtraterrestrial_klx[channel] * std::exp(-air_mass * depth));
+  }
+
+  for (int i = 0; i < kHorizonEntries; ++i) {
+    const float cos_sun = 2.0f * static_cast<float>(i) / (kHorizonEntries - 1) - 1.0f;
+    horizon_[static_cast<std::size_t>(i)] = perez(0.03f, cos_sun);
+  }
+  project_ambient(Color::Zero());
+  const Color level = sun_irradiance_ * static_cast<float>(std::max(sin_elevation, 0.0));
+  const Color sky_level = ambient_irradiance(up_);
+  global_irradiance_ = level + sky_level;
+  project_ambient(global_irradiance_ * static_cast<float>(kGroundAlbedo / kPi));
+}
+
+Color Sky::perez(float cos_zenith, float cos_sun) const {
+  // The formula's horizon is a pole of 1 / cos.
+  const float cosine = std::max(cos_zenith, 0.02f);
+  const float angle = std::acos(std::clamp(cos_sun, -1.0f, 1.0f));
+  float value[3];
+  for (std::size_t k = 0; k < 3; ++k)
+    value[k] = zenith_over_norm_[k] * perez_function(coefficients_[k], cosine, angle, cos_sun);
+  return linear_srgb_from_xyy(value[1], value[2], value[0]) * twilight_;
+}
+
+Color Sky::radiance(const Eigen::Vector3f& direction_world) const {
+  return perez(direction_world.dot(up_), direction_world.dot(sun_));
+}
+
+Color Sky::sun_radiance() const {
+  const double solid_angle = 2.0 * kPi * (1.0 - std::cos(geo::kSunAngularRadius_rad));
+  return sun_irradiance_ / static_cast<float>(solid_angle);
+}
+
+void Sky::project_ambient(const Color& ground_radiance) {
+  constexpr int kRings = 48;
+  constexpr int kSectors = 96;
+  // Cosine lobe over each band of harmonics: pi, 2 pi / 3, pi / 4.
+  constexpr float kLobe[9] = {3.141593f, 2.094395f, 2.094395f, 2.094395f, 0.785398f,
+                              0.785398f, 0.785398f, 0.785398f, 0.785398f};
+  ambient_.fill(Color::Zero());
+  const float solid_angle = static_cast<float>(4.0 * kPi / (kRings * kSectors));
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double z = (2.0 * ring + 1.0) / kRings - 1.0;  // rings of equal area
+    const double across = std::sqrt(1.0 - z * z);
+    for (int sector = 0; sector < kSectors; ++sector) {
+      const double turn = 2.0 * kPi * (sector + 0.5) / kSectors;
+      const Eigen::Vector3f direction(static_cast<float>(across * std::cos(turn)),
+                                      static_cast<float>(across * std::sin(turn)),
+                                      static_cast<float>(z));
+      const Color radiance_there =
+          direction.dot(up_) >= 0.0f ? radiance(direction) : ground_radiance;
+      const std::array<float, 9> basis = harmonics(direction);
+      for (std::size_t k = 0; k < 9; ++k)
+        ambient_[k] += radiance_there * (basis[k] * kLobe[k] * solid_angle);
+    }
+  }
+}
+
+Color Sky::ambient_irradiance(const Eigen::Vector3f& normal_world) const {
+  const std::array<float, 9> basis = harmonics(normal_world);
+  Color sum = Color::Zero();
+  for (std::size_t k = 0; k < 9; ++k) sum += ambient_[k] * basis[k];
+  return sum.max(0.0f);
+}
+
+AirPath Sky::air(float distance_m, float from_height_m, float to_height_m, float cos_sun) const {
+  const float rayleigh =
+      distance_m * mean_density(from_height_m, to_height_m, static_cast<float>(kRayleighHeight_m));
+  const float mie =
+      distance_m * mean_density(from_height_m, to_height_m, static_cast<float>(kMieHeight_m));
+  AirPath path;
+  path.transmittance = (-(rayleigh_per_m_ * rayleigh + mie_per_m_ * mie)).exp();
+  const float at = std::clamp(0.5f * (cos_sun + 1.0f), 0.0f, 1.0f) * (kHorizonEntries - 1);
+  const int entry = std::min(static_cast<int>(at), kHorizonEntries - 2);
+  const float share = at - static_cast<float>(entry);
+  const Color horizon = horizon_[static_cast<std::size_t>(entry)] * (1.0f - share) +
+                        horizon_[static_cast<std::size_t>(entry) + 1] * share;
+  path.inscatter = horizon * (1.0f - path.transmittance);
+  return path;
+}
+
+}  // namespace terracast::render
