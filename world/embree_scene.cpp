@@ -1,0 +1,180 @@
+#include "world/embree_scene.h"
+
+#include <embree3/rtcore.h>
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "world/lod.h"
+
+namespace terracast::world {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+/// The ring adds one cell on each side; the count stays even, as GRID's blocks of two cells want
+/// it.
+constexpr int kRing = 1;
+constexpr int kSceneSamples = kTileSamples + 2 * kRing;
+constexpr std::size_t kFloatsPerSample = 3;
+
+// Vertical error of the float arithmetic in a tile, in units of u M, where u = 2^-24 is half a
+// float's last place and M the largest coordinate in the tile's frame (half the side, or the
+// largest |z|):
+//   origin rounded to float                 1 a coordinate
+//   direction rounded, over a path <= 4 M   4
+//   vertices minus origin                   2
+//   edge and plane tests on products of these, 16 and less
+// so about 23 u M in the position where a ray meets a triangle; slopes turn horizontal into
+// vertical error, for terrain of slope 2 (63 degrees) another 46. 2^8 u M = 2^-16 M covers the sum
+// more than three times. A cell is 2^-7 M wide in a flat tile, so that epsilon is 2^-9 of a cell:
+// the walk passes it in one step.
+constexpr double kEpsilonPerExtent = 0x1.0p-16;
+constexpr double kRingPerEpsilon = 4.0;
+
+thread_local std::ptrdiff_t bytes_allocated_here = 0;
+
+bool count_bytes(void*, ssize_t bytes, bool) {
+  bytes_allocated_here += bytes;
+  return true;
+}
+
+std::string profile_text(RTCDevice device, const std::string& asked, int packet_width) {
+  return fmt::format("Embree {}.{}.{}, {}, packets of {}",
+                     rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MAJOR),
+                     rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MINOR),
+                     rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_PATCH), asked,
+                     packet_width);
+}
+
+void check_embree(RTCDevice device, const char* doing) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_OUT_OF_MEMORY)
+    fail(ErrorKind::Io, "out of memory while {}; lower tracing.memory_bytes", doing);
+  TERRACAST_CHECK(error == RTC_ERROR_NONE, "Embree error {} while {}", static_cast<int>(error),
+                  doing);
+}
+
+int clamped_sample(int k) { return std::clamp(k - kRing, 0, kTileCells); }
+
+}  // namespace
+
+EmbreeDevice::EmbreeDevice(const std::string& profile)
+    : device_(rtcNewDevice(profile == "widest" ? nullptr : profile.c_str())) {
+  if (device_ == nullptr)
+    fail(ErrorKind::Config,
+         "tracing.embree_profile = \"{}\": this machine or Embree cannot do it (error {}); "
+         "\"widest\" "
+         "always works",
+         profile, static_cast<int>(rtcGetDeviceError(nullptr)));
+  rtcSetDeviceMemoryMonitorFunction(device_, count_bytes, nullptr);
+  packet_width_ =
+      rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0 ? 16 : 8;
+  profile_ = profile_text(device_, profile, packet_width_);
+}
+
+EmbreeDevice::~EmbreeDevice() { rtcReleaseDevice(device_); }
+
+TileScene::TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser_sides)
+    : center_world_(tile.id.center_world().x(), tile.id.center_world().y(), tile.center_z_m),
+      cover_(std::move(tile.cover)),
+      moisture_(std::move(tile.moisture)),
+      source_(std::move(tile.source)) {
+  const std::vector<std::int32_t> half_steps = stitched_half_steps(tile, coarser_sides);
+  const auto [lowest, highest] = std::minmax_element(half_steps.begin(), half_steps.end());
+  const double half_step_m = kHeightStep_m / 2.0;
+  lowest_z_world_ = tile.center_z_m + *lowest * half_step_m;
+  highest_z_world_ = tile.center_z_m + *highest * half_step_m;
+  const double half_side_m = tile.id.side_m() / 2.0;
+  const double extent_m =
+      std::max({half_side_m, std::abs(*lowest * half_step_m), std::abs(*highest * half_step_m)});
+  epsilon_m_ = kEpsilonPerExtent * extent_m;
+  const double ring_m = kRingPerEpsilon * epsilon_m_;
+
+  const std::ptrdiff_t bytes_before = bytes_allocated_here;
+  const RTCGeometry geometry = rtcNewGeometry(device.handle(), RTC_GEOMETRY_TYPE_GRID);
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, kFloatsPerSample * sizeof(float),
+      static_cast<std::size_t>(kSceneSamples) * kSceneSamples));
+  auto* grid = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0,
+                                                             RTC_FORMAT_GRID, sizeof(RTCGrid), 1));
+  check_embree(device.handle(), "building a tile's scene");
+  *grid = {
+      .startVertexID = 0, .stride = kSceneSamples, .width = kSceneSamples, .height = kSceneSamples};
+  const auto place_tile = [&](int k) {
+    const double place = clamped_sample(k) * tile.id.spacing_m() - half_side_m;
+    const double outward = k == 0 ? -ring_m : k == kSceneSamples - 1 ? ring_m : 0.0;
+    return static_cast<float>(place + outward);
+  };
+  float* vertex = vertices;
+  for (int j = 0; j < kSceneSamples; ++j) {
+    for (int i = 0; i < kSceneSamples; ++i) {
+      *vertex++ = place_tile(i);
+      *vertex++ = place_tile(j);
+      *vertex++ = static_cast<float>(
+          half_steps[Tile::sample(clamped_sample(i), clamped_sample(j))] * half_step_m);
+    }
+  }
+  rtcSetGeometryMask(geometry, 0xffffffffU);
+  rtcCommitGeometry(geometry);
+  scene_ = rtcNewScene(device.handle());
+  rtcSetSceneFlags(scene_,
+                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT));
+  rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_MEDIUM);
+  rtcAttachGeometryByID(scene_, geometry, 0);
+  rtcReleaseGeometry(geometry);
+  // Tiles are built inside ray queries, which may run inside tasks. In an arena of its own the
+  // building thread cannot pick up one of those tasks while it waits, which could wait for this
+  // very tile.
+  tbb::task_arena(1).execute([this] { rtcCommitScene(scene_); });
+  const RTCError error = rtcGetDeviceError(device.handle());
+  if (error != RTC_ERROR_NONE) {
+    rtcReleaseScene(scene_);
+    fail(error == RTC_ERROR_OUT_OF_MEMORY ? ErrorKind::Io : ErrorKind::Internal,
+         "Embree error {} while building the scene of tile {} (2: out of memory; lower "
+         "tracing.memory_bytes)",
+         static_cast<int>(error), tile.id.name());
+  }
+
+  const Eigen::Vector2d corner = tile.id.corner_world();
+  grid_ = {.z_tile = vertices + kFloatsPerSample * (kRing * kSceneSamples + kRing) + 2,
+           .sample_stride = kFloatsPerSample,
+           .row_stride = kFloatsPerSample * kSceneSamples,
+           .corner_x_world = corner.x(),
+           .corner_y_world = corner.y(),
+           .center_z_m = tile.center_z_m,
+           .spacing_m = tile.id.spacing_m(),
+           .inverse_spacing = 1.0 / tile.id.spacing_m()};
+  find_border_tops();
+  num_bytes_ = static_cast<std::size_t>(bytes_allocated_here - bytes_before) + sizeof *this +
+               cover_.size() + moisture_.size() + source_.size() +
+               border_tops_.size() * sizeof(double);
+}
+
+TileScene::~TileScene() { rtcReleaseScene(scene_); }
+
+void TileScene::find_border_tops() {
+  for (int side = 0; side < 4; ++side) {
+    for (int block = 0; block < kBlocks; ++block) {
+      double top = -INFINITY;
+      for (int k = block * kBlockCells; k <= (block + 1) * kBlockCells; ++k) {
+        const int across = side % 2 == 0 ? 0 : kTileCells;
+        top = std::max(top, side < 2 ? grid_.z(across, k) : grid_.z(k, across));
+      }
+      border_tops_.push_back(center_world_.z() + top);
+    }
+  }
+}
+
+TileScene::NamedCell TileScene::cell_of(float u, float v) {
+  const int x = static_cast<int>(u * static_cast<float>(kSceneSamples - 1)) - kRing;
+  const int y = static_cast<int>(v * static_cast<float>(kSceneSamples - 1)) - kRing;
+  const bool in_ring = x < 0 || y < 0 || x >= kTileCells || y >= kTileCells;
+  return {std::clamp(x, 0, kTileCells - 1), std::clamp(y, 0, kTileCells - 1), in_ring};
+}
+
+}  // namespace terracast::world

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "world/terrain_walk.h"
+#include "world/tile.h"
+
+struct RTCDeviceTy;
+struct RTCSceneTy;
+struct RTCGeometryTy;
+
+namespace terracast::world {
+
+/// An Embree device. Threads: safe.
+class EmbreeDevice {
+ public:
+  /// profile   "widest" or as rtcNewDevice takes it
+  /// throws    Config: a profile that this machine or Embree does not have
+  explicit EmbreeDevice(const std::string& profile);
+  ~EmbreeDevice();
+  EmbreeDevice(const EmbreeDevice&) = delete;
+  EmbreeDevice& operator=(const EmbreeDevice&) = delete;
+
+  RTCDeviceTy* handle() const { return device_; }
+  /// Rays that Embree takes at once at full width: 16 or 8.
+  int packet_width() const { return packet_width_; }
+  /// Version and configuration in words.
+  const std::string& profile() const { return profile_; }
+
+ private:
+  RTCDeviceTy* device_;
+  int packet_width_;
+  std::string profile_;
+};
+
+/// One tile, loaded: its stitched terrain as an Embree scene in floats about the tile's centre, the
+/// same heights for the walk, and its other layers. Immutable; threads: safe.
+///
+/// The heights in Embree's buffer are the true ones, exact in float; "raised by epsilon" is done by
+/// lowering each ray by epsilon_m. Around the tile lies a ring of narrow cells that carries the
+/// border heights outward, so that a ray whose float twin runs just outside still meets the
+/// surface.
+class TileScene {
+ public:
+  TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser_sides);
+  ~TileScene();
+  TileScene(const TileScene&) = delete;
+  TileScene& operator=(const TileScene&) = delete;
+
+  RTCSceneTy* handle() const { return scene_; }
+  const TerrainGrid& grid() const { return grid_; }
+  const Eigen::Vector3d& center_world() const { return center_world_; }
+
+  /// More than the vertical error of Embree's float arithmetic in this tile (embree_scene.cpp has
+  /// the derivation).
+  double epsilon_m() const { return epsilon_m_; }
+  /// A point this high above the surface is above it for Embree too.
+  double clear_m() const { return 2.0 * epsilon_m_; }
+  double lowest_z_world() const { return lowest_z_world_; }
+  double highest_z_world() const { return highest_z_world_; }
+  /// No border height between the cell's neighbours along a side is above this; side 0 west, 1
+  /// east, 2 south, 3 north.
+  double border_top_z_world(int side, int cell) const {
+    return border_tops_[static_cast<std::size_t>(side * kBlocks + cell / kBlockCells)];
+  }
+  /// The cell of the tile that a hit's u, v name, clamped to the tile; whether it lies in the ring.
+  struct NamedCell {
+    int x;
+    int y;
+    bool in_ring;
+  };
+  static NamedCell cell_of(float u, float v);
+
+  const std::vector<Cover>& cover() const { return cover_; }
+  const std::vector<std::uint8_t>& moisture() const { return moisture_; }
+  const std::vector<std::uint8_t>& source() const { return source_; }
+
+  /// Everything that this tile keeps in memory, Embree's part included.
+  std::size_t num_bytes() const { return num_bytes_; }
+
+ private:
+  static constexpr int kBlockCells = 16;
+  static constexpr int kBlocks = kTileCells / kBlockCells;
+
+  void find_border_tops();
+
+  RTCSceneTy* scene_ = nullptr;
+  TerrainGrid grid_;
+  Eigen::Vector3d center_world_;
+  double epsilon_m_ = 0.0;
+  double lowest_z_world_ = 0.0;
+  double highest_z_world_ = 0.0;
+  std::vector<double> border_tops_;
+  std::vector<Cover> cover_;
+  std::vector<std::uint8_t> moisture_;
+  std::vector<std::uint8_t> source_;
+  std::size_t num_bytes_ = 0;
+};
+
+}  // namespace terracast::world
