@@ -146,6 +146,67 @@ void write_part(const ExrPart& part, Imf::OutputPart& output) {
   output.writePixels(part.height);
 }
 
+/// Walks over the attributes of every header before OpenEXR does: it takes memory by their stated
+/// sizes before it finds that the file has no such bytes.
+class HeaderScan {
+ public:
+  HeaderScan(std::span<const std::byte> bytes, const std::string& name)
+      : bytes_(bytes), name_(name) {}
+
+  void run() {
+    constexpr std::size_t kFlagsAt = 5;
+    constexpr std::size_t kHeadersAt = 8;
+    constexpr std::byte kMultiPart{0x10};
+    need(kHeadersAt);
+    const bool is_multi_part = (bytes_[kFlagsAt] & kMultiPart) != std::byte{0};
+    at_ = kHeadersAt;
+    do {
+      while (!text().empty()) skip_attribute();
+    } while (is_multi_part && peek() != std::byte{0});
+  }
+
+ private:
+  void need(std::size_t count) const {
+    if (count > bytes_.size() - at_)
+      fail(ErrorKind::Input, "{}: a damaged EXR: its header ends too early", name_);
+  }
+  std::byte peek() const {
+    need(1);
+    return bytes_[at_];
+  }
+  /// Up to the next zero byte, which is passed.
+  std::string text() {
+    std::string result;
+    for (; peek() != std::byte{0}; ++at_) {
+      constexpr std::size_t kLongestName = 255;
+      if (result.size() == kLongestName)
+        fail(ErrorKind::Input, "{}: a damaged EXR: a name of more than {} letters", name_,
+             kLongestName);
+      result += static_cast<char>(bytes_[at_]);
+    }
+    ++at_;
+    return result;
+  }
+  void skip_attribute() {
+    const std::string type = text();
+    // These hold lengths of their own inside; no file of ours has them.
+    for (const char* nested : {"preview", "stringvector", "idmanifest"})
+      if (type == nested)
+        fail(ErrorKind::Input, "{}: an attribute of type {} is not supported", name_, type);
+    need(4);
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      size |= std::to_integer<std::size_t>(bytes_[at_ + i]) << (8 * i);
+    at_ += 4;
+    need(size);
+    at_ += size;
+  }
+
+  std::span<const std::byte> bytes_;
+  const std::string& name_;
+  std::size_t at_ = 0;
+};
+
 /// What a part claims, checked before memory is taken for it.
 void check_claims(const Imf::Header& header, const std::string& name, std::size_t num_bytes,
                   std::size_t max_pixels) {
@@ -154,12 +215,12 @@ void check_claims(const Imf::Header& header, const std::string& name, std::size_
   const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
   if (width <= 0 || height <= 0)
     fail(ErrorKind::Input, "{}: a damaged EXR: {} x {} pixels", name, width, height);
-  std::size_t num_channels = 0;
+  std::size_t pixel_bytes = 0;
   for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) {
     if (channel.channel().xSampling != 1 || channel.channel().ySampling != 1)
       fail(ErrorKind::Input, "{}: channel {} is subsampled, which is not supported", name,
            channel.name());
-    ++num_channels;
+    pixel_bytes += channel.channel().type == Imf::HALF ? 2 : 4;
   }
   const auto pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   if (static_cast<std::uint64_t>(height) > max_pixels ||
@@ -167,10 +228,25 @@ void check_claims(const Imf::Header& header, const std::string& name, std::size_
     fail(ErrorKind::Input, "{}: {} x {} pixels are more than the {} allowed", name, width, height,
          max_pixels);
   // The lossless schemes that the format has shrink at most about a thousand times.
-  constexpr std::uint64_t kMaxGrowth = 4096;
-  if (pixels * 2 / kMaxGrowth * num_channels > num_bytes)
-    fail(ErrorKind::Input, "{}: a damaged EXR: {} bytes cannot hold {} x {} pixels of {} channels",
-         name, num_bytes, width, height, num_channels);
+  const std::uint64_t max_growth = header.compression() == Imf::NO_COMPRESSION ? 1 : 4096;
+  if (pixels / max_growth * pixel_bytes > num_bytes)
+    fail(ErrorKind::Input, "{}: a damaged EXR: {} bytes cannot hold {} x {} pixels of {} bytes",
+         name, num_bytes, width, height, pixel_bytes);
+}
+
+/// An uncompressed line that is too short is read by OpenEXR all the same, filled up with what was
+/// in memory.
+void check_line_sizes(Imf::InputPart& input, std::size_t line_bytes, const std::string& name) {
+  const Imf::Header& header = input.header();
+  if (header.compression() != Imf::NO_COMPRESSION || header.hasTileDescription()) return;
+  for (int y = header.dataWindow().min.y; y <= header.dataWindow().max.y; ++y) {
+    const char* data = nullptr;
+    int size = 0;
+    input.rawPixelData(y, data, size);
+    if (static_cast<std::size_t>(size) != line_bytes)
+      fail(ErrorKind::Input, "{}: a damaged EXR: line {} has {} bytes instead of {}", name, y, size,
+           line_bytes);
+  }
 }
 
 ExrImage read_part(Imf::MultiPartInputFile& file, int index, const std::string& name) {
@@ -191,7 +267,9 @@ ExrImage read_part(Imf::MultiPartInputFile& file, int index, const std::string& 
   }
   Imf::FrameBuffer frame;
   const auto width = static_cast<std::size_t>(image.width);
+  std::size_t line_bytes = 0;
   for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) {
+    line_bytes += width * (channel.channel().type == Imf::HALF ? 2 : 4);
     // Every value of ours has four bytes; OpenEXR widens HALF to FLOAT.
     const auto insert = [&](Imf::PixelType type, void* values) {
       frame.insert(channel.name(), Imf::Slice::Make(type, values, window, 4, 4 * width));
@@ -207,6 +285,7 @@ ExrImage read_part(Imf::MultiPartInputFile& file, int index, const std::string& 
     }
   }
   Imf::InputPart input(file, index);
+  check_line_sizes(input, line_bytes, name);
   input.setFrameBuffer(frame);
   input.readPixels(window.min.y, window.max.y);
   return image;
@@ -248,6 +327,7 @@ std::vector<ExrImage> decode_exr(std::span<const std::byte> bytes, const std::st
   static constexpr unsigned char kMagic[] = {0x76, 0x2f, 0x31, 0x01};
   if (bytes.size() < sizeof kMagic || std::memcmp(bytes.data(), kMagic, sizeof kMagic) != 0)
     fail(ErrorKind::Input, "{}: not an EXR (its first bytes say so)", name);
+  HeaderScan(bytes, name).run();
   try {
     MemoryInput memory(bytes);
     constexpr int kNumThreads = 0;

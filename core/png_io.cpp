@@ -151,9 +151,13 @@ struct Reader {
   Reader& operator=(const Reader&) = delete;
 };
 
-struct Layout {
+struct Size {
   std::size_t width = 0;
   std::size_t height = 0;
+  std::size_t pixel_bits = 0;  ///< as stored
+};
+
+struct Layout {
   std::size_t channels = 0;
   std::size_t depth = 0;
   std::size_t row_bytes = 0;
@@ -175,14 +179,22 @@ void on_read(png_structp png, png_bytep out, std::size_t count) {
   reader->offset += count;
 }
 
-bool read_layout(Reader& reader, Layout& layout) {
+bool read_size(Reader& reader, Size& size) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_set_read_fn(reader.png, &reader, on_read);
   png_set_user_limits(reader.png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
   png_set_crc_action(reader.png, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
   png_read_info(reader.png, reader.info);
-  layout.width = png_get_image_width(reader.png, reader.info);
-  layout.height = png_get_image_height(reader.png, reader.info);
+  size.width = png_get_image_width(reader.png, reader.info);
+  size.height = png_get_image_height(reader.png, reader.info);
+  size.pixel_bits = std::size_t{png_get_bit_depth(reader.png, reader.info)} *
+                    png_get_channels(reader.png, reader.info);
+  return true;
+}
+
+/// Takes memory for rows: what the file claims has to be checked before.
+bool read_layout(Reader& reader, Layout& layout) {
+  if (setjmp(png_jmpbuf(reader.png))) return false;
   png_set_expand(reader.png);  // palettes to RGB, 1 to 4 bits to 8, a transparent colour to alpha
   if constexpr (std::endian::native == std::endian::little) png_set_swap(reader.png);
   png_set_interlace_handling(reader.png);
@@ -201,11 +213,12 @@ bool read_rows(Reader& reader, png_bytep* rows) {
 }
 
 template <class T>
-Image<T> read_image(Reader& reader, const Layout& layout, const std::string& name) {
-  Image<T> image(static_cast<int>(layout.width), static_cast<int>(layout.height),
+Image<T> read_image(Reader& reader, const Size& size, const Layout& layout,
+                    const std::string& name) {
+  Image<T> image(static_cast<int>(size.width), static_cast<int>(size.height),
                  static_cast<int>(layout.channels));
   TERRACAST_CHECK(layout.row_bytes == sizeof(T) * image.row_size(), "{}", layout.row_bytes);
-  std::vector<png_bytep> rows(layout.height);
+  std::vector<png_bytep> rows(size.height);
   for (int y = 0; y < image.height(); ++y)
     rows[static_cast<std::size_t>(y)] = reinterpret_cast<png_bytep>(image.row(y).data());
   if (!read_rows(reader, rows.data()))
@@ -229,20 +242,25 @@ std::variant<Image8, Image16> decode_png(std::span<const std::byte> bytes, const
   if (reader.png != nullptr) reader.info = png_create_info_struct(reader.png);
   if (reader.info == nullptr) throw std::bad_alloc();
 
-  Layout layout;
-  if (!read_layout(reader, layout))
+  const auto refuse_damage = [&] {
     fail(ErrorKind::Input, "{}: a damaged PNG: {}", name, reader.message);
-  if (layout.width > max_pixels / layout.height)
-    fail(ErrorKind::Input, "{}: {} x {} pixels are more than the {} allowed", name, layout.width,
-         layout.height, max_pixels);
-  // Deflate never shrinks more than 1032 times, and expanding a pixel of 1 bit makes at most 32 of
-  // it: what claims more than the file can hold is refused before memory is taken for it.
-  constexpr std::size_t kMaxGrowth = std::size_t{1032} * 32;
-  if (layout.row_bytes * layout.height / kMaxGrowth > bytes.size())
+  };
+  Size size;
+  if (!read_size(reader, size)) refuse_damage();
+  if (size.width > max_pixels / size.height)
+    fail(ErrorKind::Input, "{}: {} x {} pixels are more than the {} allowed", name, size.width,
+         size.height, max_pixels);
+  // Deflate never shrinks more than 1032 times: what claims more than the file can hold is refused
+  // before memory is taken for it. Rows of whole bytes and a filter byte each are left out, for a
+  // bound that errs to the mild side.
+  constexpr std::size_t kMaxGrowth = 1032;
+  if (size.width * size.height / 8 / kMaxGrowth * size.pixel_bits > bytes.size())
     fail(ErrorKind::Input, "{}: a damaged PNG: {} bytes cannot hold {} x {} pixels", name,
-         bytes.size(), layout.width, layout.height);
-  if (layout.depth == 16) return read_image<std::uint16_t>(reader, layout, name);
-  return read_image<std::uint8_t>(reader, layout, name);
+         bytes.size(), size.width, size.height);
+  Layout layout;
+  if (!read_layout(reader, layout)) refuse_damage();
+  if (layout.depth == 16) return read_image<std::uint16_t>(reader, size, layout, name);
+  return read_image<std::uint8_t>(reader, size, layout, name);
 }
 
 }  // namespace terracast::core

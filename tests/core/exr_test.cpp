@@ -180,6 +180,10 @@ TEST(ExrTest, LargeClaimsAreRefused) {
     std::memcpy(bytes.data() + at + attribute.size() + 12, &corner, 4);
     EXPECT_TRUE(is_refused(bytes, std::size_t{1} << 40)) << corner;
   }
+  // An attribute that says it has 2 GB: refused by what is there, not by asking for memory.
+  std::vector<std::byte> bytes = good;
+  bytes[at + attribute.size() - 1] = std::byte{0x7f};
+  EXPECT_TRUE(is_refused(bytes));
   EXPECT_TRUE(is_refused(std::span(good).first(3)));
   EXPECT_TRUE(is_refused(std::span(good).subspan(1)));
 }

@@ -17,6 +17,7 @@
 namespace terracast::core {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 
@@ -105,7 +106,7 @@ TEST(ProgressTest, EndsWithOneLineAndOneEvent) {
       for (std::thread& thread : threads) thread.join();
     }
   });
-  EXPECT_THAT(text, HasSubstr("tile: 9 of 10 tiles in 0 s, "));
+  EXPECT_THAT(text, HasSubstr("tile: 9 of 10 tiles in "));
   EXPECT_THAT(text, HasSubstr("(3 were there already)\n"));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 2);
   std::istringstream lines(read_text_file(folder / "run/events.jsonl"));
@@ -172,9 +173,10 @@ TEST(ProgressTest, TerminalsGetALineThatIsOverwritten) {
   ::close(terminal);
   ::close(controller);
   text.resize(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
-  EXPECT_THAT(text, HasSubstr("\r\033[K5 of 10 tiles, 4.5/s, 1 s left"));
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("\r\033[K5 of 10 tiles, "), HasSubstr("/s, "), HasSubstr(" s left")));
   EXPECT_THAT(text, HasSubstr("\r\033[K["));
-  EXPECT_THAT(text, HasSubstr("6 of 10 tiles in 1 s"));
+  EXPECT_THAT(text, HasSubstr("6 of 10 tiles in "));
 }
 
 }  // namespace
