@@ -8,8 +8,9 @@ namespace {
 
 constexpr int kSamplesPerSide = 512;
 constexpr int kNumSmoothed = 8;
-/// Over this distance from the border its own surface gives way to the smoothed one.
-constexpr double kBlend_m = 3000.0;
+/// The square is mirrored over this distance from the border, or over this share of its side.
+constexpr double kMirror_m = 14000.0;
+constexpr double kMirrorShare = 0.45;
 /// Over this distance land sinks into the sea that was asked for.
 constexpr double kShore_m = 15000.0;
 constexpr double kHillPeriod_m = 7000.0;
@@ -64,8 +65,17 @@ Eigen::Vector2d Apron::nearest_inside(double x_world, double y_world) const {
           std::clamp(y_world, -half_size_m_, half_size_m_)};
 }
 
-double Apron::border_share(double distance_m) const {
-  return 1.0 - smooth_step(0.0, kBlend_m, distance_m);
+Eigen::Vector2d Apron::mirrored_inside(double x_world, double y_world) const {
+  const auto mirrored = [this](double t) {
+    if (t > half_size_m_) t = 2.0 * half_size_m_ - t;
+    if (t < -half_size_m_) t = -2.0 * half_size_m_ - t;
+    return std::clamp(t, -half_size_m_, half_size_m_);
+  };
+  return {mirrored(x_world), mirrored(y_world)};
+}
+
+double Apron::mirror_share(double distance_m) const {
+  return 1.0 - smooth_step(0.0, std::min(kMirror_m, 2.0 * kMirrorShare * half_size_m_), distance_m);
 }
 
 double Apron::along(const Eigen::Vector2d& inside) const {

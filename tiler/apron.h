@@ -15,9 +15,9 @@ struct BorderSample {
   bool is_sea = false;
 };
 
-/// The ground beyond the square: heights of the border carried outward, smoothed along the border
-/// the more the farther out, with hills like those of the border; with outside = "sea" they sink
-/// below the sea.
+/// The ground beyond the square. Near the border it mirrors the square's own; farther out it passes
+/// into the border's heights carried outward, smoothed along the border the more the farther out,
+/// with hills like those of the border. With outside = "sea" it sinks below the sea.
 ///
 /// threads   safe
 class Apron {
@@ -29,8 +29,12 @@ class Apron {
   /// Nearest place of the square.
   Eigen::Vector2d nearest_inside(double x_world, double y_world) const;
 
-  /// How much the border's own surface still counts, 1 at the border.
-  double border_share(double distance_m) const;
+  /// The place as the border mirrors it into the square: land goes on beyond the border as before
+  /// it.
+  Eigen::Vector2d mirrored_inside(double x_world, double y_world) const;
+
+  /// How much the mirrored surface counts: 1 at the border, 0 where only beyond() does.
+  double mirror_share(double distance_m) const;
 
   /// Height far from the border, above what BorderSample's are above.
   BorderSample beyond(double x_world, double y_world, double distance_m) const;

@@ -81,6 +81,8 @@ class TerrainSurface : public WorldSurface {
   SurfaceSample inside(const GeodesyColumn& column, double x_world, double y_world,
                        int finest_octave) const;
   SurfaceSample beyond(double x_world, double y_world, int finest_octave) const;
+  /// The square's surface above the geoid (the ellipsoid where no geoid is used).
+  BorderSample border_sample(const Eigen::Vector2d& at, double detail_m) const;
 
   Eigen::Vector2d relief_place(double x_world, double y_world) const {
     return {(x_world + half_size_m_) / relief_.spacing_m,
@@ -196,20 +198,22 @@ void TerrainSurface::analyse() {
   highest_m_ = static_cast<double>(*highest) + undulation_m;
 }
 
+BorderSample TerrainSurface::border_sample(const Eigen::Vector2d& at, double detail_m) const {
+  const Ground ground = solve(cells_->column(at.x(), at.y()), detail_m);
+  double undulation_m = ground.point.undulation_m;
+  if (geoid_ != nullptr && datum_geoid_ == nullptr) {
+    const geo::Geodetic place = frame_.geodetic_from_world({at.x(), at.y(), ground.point.z_world});
+    undulation_m = geoid_->undulation_m(place.lat_deg, place.lon_deg);
+  }
+  return {ground.height_m - undulation_m, ground.is_sea};
+}
+
 void TerrainSurface::make_apron() {
-  const bool uses_geoid = geoid_ != nullptr;
-  apron_ = std::make_unique<Apron>(
-      half_size_m_, options_.outside == "sea", static_cast<std::uint64_t>(options_.seed),
-      [&](double x_world, double y_world) {
-        const Ground ground = solve(cells_->column(x_world, y_world), 0.0);
-        double undulation_m = ground.point.undulation_m;
-        if (uses_geoid && datum_geoid_ == nullptr) {
-          const geo::Geodetic place =
-              frame_.geodetic_from_world({x_world, y_world, ground.point.z_world});
-          undulation_m = geoid_->undulation_m(place.lat_deg, place.lon_deg);
-        }
-        return BorderSample{ground.height_m - undulation_m, ground.is_sea};
-      });
+  apron_ = std::make_unique<Apron>(half_size_m_, options_.outside == "sea",
+                                   static_cast<std::uint64_t>(options_.seed),
+                                   [&](double x_world, double y_world) {
+                                     return border_sample({x_world, y_world}, 0.0);
+                                   });
 }
 
 void TerrainSurface::describe_sources() {
@@ -296,34 +300,38 @@ SurfaceSample TerrainSurface::inside(const GeodesyColumn& column, double x_world
 SurfaceSample TerrainSurface::beyond(double x_world, double y_world, int finest_octave) const {
   const Eigen::Vector2d nearest = apron_->nearest_inside(x_world, y_world);
   const double distance_m = (Eigen::Vector2d(x_world, y_world) - nearest).norm();
-  BorderSample ground = apron_->beyond(x_world, y_world, distance_m);
-  const double border_share = apron_->border_share(distance_m);
-  const Eigen::Vector2d relief_at = relief_place(nearest.x(), nearest.y());
-
+  const BorderSample far = apron_->beyond(x_world, y_world, distance_m);
+  const double mirror_share = apron_->mirror_share(distance_m);
+  double height_m = far.height_m;
+  bool is_sea = far.is_sea;
+  double moisture = 110.0;
+  if (mirror_share > 0.0) {
+    const Eigen::Vector2d mirrored = apron_->mirrored_inside(x_world, y_world);
+    const Eigen::Vector2d place = relief_place(mirrored.x(), mirrored.y());
+    const double fade = std::max(1.0 - distance_m / kDetailFade_m, 0.0);
+    double detail_m = 0.0;
+    if (fade > 0.0)
+      detail_m = fade * detail_->height_m(x_world, y_world, bilinear(relief_.ruggedness, place),
+                                          finest_octave);
+    const BorderSample near = border_sample(mirrored, detail_m);
+    height_m += mirror_share * (near.height_m - height_m);
+    if (mirror_share > 0.5) is_sea = near.is_sea;
+    // Where the sea is mirrored beside land, the land keeps sinking into it.
+    if (is_sea && !far.is_sea && height_m > 0.0) is_sea = height_m < 0.5;
+    moisture += mirror_share * (bilinear(relief_.moisture, place) - moisture);
+  }
   // Heights count from the geoid where one is used; its undulation is that of the apron's own
   // place.
   geo::Geodetic place;
-  double z_world = z_world_at_height(frame_, x_world, y_world, ground.height_m, &place);
-  const double undulation_m =
-      geoid_ == nullptr ? 0.0 : geoid_->undulation_m(place.lat_deg, place.lon_deg);
-  double height_m = ground.height_m + undulation_m;
-  bool is_sea = ground.is_sea;
-  if (border_share > 0.0) {
-    const double fade = 1.0 - std::min(distance_m / kDetailFade_m, 1.0);
-    const double detail_m =
-        fade *
-        detail_->height_m(x_world, y_world, bilinear(relief_.ruggedness, relief_at), finest_octave);
-    const Ground border = solve(cells_->column(nearest.x(), nearest.y()), detail_m);
-    height_m += border_share * (border.height_m - height_m);
-    if (border_share > 0.5) is_sea = border.is_sea;
+  double z_world = z_world_at_height(frame_, x_world, y_world, height_m, &place);
+  if (geoid_ != nullptr) {
+    height_m += geoid_->undulation_m(place.lat_deg, place.lon_deg);
+    z_world = z_world_at_height(frame_, x_world, y_world, height_m);
   }
-  z_world = z_world_at_height(frame_, x_world, y_world, height_m);
   SurfaceSample sample;
   sample.z_world = z_world;
   sample.cover = Cover::Outside;
   sample.source = is_sea ? sea_source_ : apron_source_;
-  const double near = 1.0 - std::min(distance_m / 10000.0, 1.0);
-  const double moisture = 110.0 + near * (bilinear(relief_.moisture, relief_at) - 110.0);
   sample.moisture = is_sea ? 255 : static_cast<std::uint8_t>(std::lround(moisture));
   return sample;
 }

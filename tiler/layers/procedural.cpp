@@ -86,8 +86,8 @@ class ProceduralField : public HeightField {
     const WorldOptions& options = inputs.options;
     const ElevationOptions& entry = options.elevation.front();
     sea_height_m_ = entry.sea_level_m;
-    // A power of two, so that a level of tiles has the same spacing; 64 m for 51.2 km.
-    spacing_m_ = std::exp2(std::ceil(std::log2(options.size_m / 1024.0)));
+    // A power of two, so that a level of tiles has the same spacing; 32 m for 51.2 km.
+    spacing_m_ = std::exp2(std::ceil(std::log2(options.size_m / 2048.0)));
     hash_ = core::content_hash(fmt::format("procedural {} {} {} {} {} {}", kVersion, options.seed,
                                            options.size_m, entry.relief_m, entry.sea_level_m,
                                            name_of(datum_)));
@@ -139,7 +139,7 @@ class ProceduralField : public HeightField {
   void raise_land(const WorldOptions& options, double relief_m) {
     const LandPlan plan(static_cast<std::uint64_t>(options.seed));
     const double half_size_m = options.size_m / 2.0;
-    double spacing_m = spacing_m_ * (1 << kNumRefinements);
+    double spacing_m = 2.0 * spacing_m_ * (1 << kNumRefinements);
     const int half_cells = static_cast<int>(std::ceil(half_size_m / spacing_m)) + kMarginCells;
     half_side_m_ = half_cells * spacing_m;
 
@@ -156,11 +156,30 @@ class ProceduralField : public HeightField {
       const ErosionOptions erosion{.num_steps = kSteps[pass],
                                    .stream_power = 4.0,
                                    .talus_slope = 0.8,
-                                   .creep = 0.02 * (1 << pass)};
+                                   .creep = 0.03 * (1 << pass)};
       land.heights_m = erode(land, erosion);
     }
-    heights_m_ = std::move(land.heights_m);
-    scale_to_relief(land.is_sea, relief_m);
+    scale_to_relief(land, relief_m);
+    heights_m_ = bent(land.heights_m, static_cast<std::uint64_t>(options.seed));
+  }
+
+  /// Twice the samples, each taken from a place a little aside: rivers that follow the eight
+  /// directions of the routing come out winding.
+  Grid<float> bent(const Grid<float>& straight, std::uint64_t seed) const {
+    Grid<float> fine(2 * straight.width - 1, 2 * straight.height - 1);
+    const GradientNoise aside_x(seed, 20);
+    const GradientNoise aside_y(seed, 21);
+    core::parallel_for(fine.height, [&](std::int64_t row) {
+      const int j = static_cast<int>(row);
+      for (int i = 0; i < fine.width; ++i) {
+        const double x = 0.5 * i;
+        const double y = 0.5 * j;
+        const Eigen::Vector2d place(x + 2.6 * fractal_noise(aside_x, x / 9.0, y / 9.0, 3),
+                                    y + 2.6 * fractal_noise(aside_y, x / 9.0, y / 9.0, 3));
+        fine(i, j) = static_cast<float>(bicubic(straight, place));
+      }
+    });
+    return fine;
   }
 
   void prepare(ErosionInputs& land, const LandPlan& plan, double half_size_m, double relief_m,
@@ -191,12 +210,12 @@ class ProceduralField : public HeightField {
     });
   }
 
-  void scale_to_relief(const std::vector<std::uint8_t>& is_sea, double relief_m) {
+  void scale_to_relief(ErosionInputs& land, double relief_m) const {
     float highest_m = 1e-3F;
-    for (std::size_t cell = 0; cell < is_sea.size(); ++cell)
-      if (is_sea[cell] == 0) highest_m = std::max(highest_m, heights_m_.values[cell]);
+    for (std::size_t cell = 0; cell < land.is_sea.size(); ++cell)
+      if (land.is_sea[cell] == 0) highest_m = std::max(highest_m, land.heights_m.values[cell]);
     const float factor = static_cast<float>(relief_m) / highest_m;
-    for (float& height_m : heights_m_.values)
+    for (float& height_m : land.heights_m.values)
       height_m = height_m * factor + static_cast<float>(sea_height_m_);
   }
 
