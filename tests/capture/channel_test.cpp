@@ -1,0 +1,57 @@
+#include "capture/channel.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "capture/frame_writer.h"
+#include "core/image_io.h"
+#include "tests/support/tiny_capture.h"
+
+namespace terracast::capture {
+namespace {
+
+CameraFrame small_frame() {
+  test::TinyCaptureOptions options{.num_frames = 2, .has_tartan2 = false};
+  return test::tiny_frame(options, test::tiny_sequence(options), 0, 0);
+}
+
+TEST(Channels, TableNamesWhatIsInTheFile) {
+  const std::vector<core::ExrImage> parts = core::decode_exr(encode_facts(small_frame()), "facts");
+  ASSERT_EQ(parts.size(), 1U);
+  std::set<std::string> stored, listed;
+  for (const auto& [name, image] : parts[0].float_channels) stored.insert(name);
+  for (const auto& [name, image] : parts[0].uint_channels) stored.insert(name);
+  for (const ChannelInfo& channel : channels()) {
+    listed.insert(std::string(channel.name));
+    EXPECT_EQ(parts[0].uint_channels.count(std::string(channel.name)),
+              channel.type == "uint" ? 1U : 0U)
+        << channel.name;
+  }
+  EXPECT_EQ(stored, listed);
+}
+
+// "range_m", not "Z": viewers and compositors take a channel Z for planar depth, and R, G, B for
+// colour.
+TEST(Channels, NoNameThatToolsTakeForSomethingElse) {
+  for (const ChannelInfo& channel : channels())
+    for (const char* taken : {"R", "G", "B", "A", "Y", "Z", "N.x", "depth"})
+      EXPECT_NE(channel.name, taken);
+}
+
+TEST(Channels, EveryClassHasAName) {
+  EXPECT_EQ(semantic_class_names().size(), static_cast<std::size_t>(SemanticClass::Snow) + 1);
+  EXPECT_EQ(semantic_class_names()[static_cast<std::size_t>(SemanticClass::Sand)], "sand");
+}
+
+TEST(Channels, FlagsOfCamerasDoNotMeetTheOthers) {
+  std::uint32_t seen = kEdge | kVisibleNext | kVisiblePrevious;
+  for (int k = 0; k < kMaxCameras; ++k) {
+    EXPECT_EQ(seen & visible_in_camera(k), 0U) << k;
+    seen |= visible_in_camera(k);
+  }
+}
+
+}  // namespace
+}  // namespace terracast::capture
