@@ -22,6 +22,9 @@ struct ConditionOptions {
   double exposure = 1.0;
   std::int64_t color_samples = 4;  ///< rays a pixel for colour
 
+  bool has_sun_azimuth() const { return sun_azimuth_deg >= 0.0; }
+  bool has_sun_elevation() const { return sun_elevation_deg >= -90.0; }
+
   void describe(core::SchemaVisitor& visit);
   void validate() const;
 };

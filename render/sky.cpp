@@ -76,6 +76,37 @@ std::array<float, 9> harmonics(const Eigen::Vector3f& d) {
 
 }  // namespace
 
+Ambient::Ambient(const std::function<Color(const Eigen::Vector3f&)>& radiance) {
+  constexpr int kRings = 48;
+  constexpr int kSectors = 96;
+  // The cosine's weight on each band of harmonics: pi, 2 pi / 3, pi / 4.
+  constexpr float kCosine[9] = {3.141593f, 2.094395f, 2.094395f, 2.094395f, 0.785398f,
+                                0.785398f, 0.785398f, 0.785398f, 0.785398f};
+  harmonics_.fill(Color::Zero());
+  const float solid_angle = static_cast<float>(4.0 * kPi / (kRings * kSectors));
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double z = (2.0 * ring + 1.0) / kRings - 1.0;  // rings of equal area
+    const double across = std::sqrt(1.0 - z * z);
+    for (int sector = 0; sector < kSectors; ++sector) {
+      const double turn = 2.0 * kPi * (sector + 0.5) / kSectors;
+      const Eigen::Vector3f direction(static_cast<float>(across * std::cos(turn)),
+                                      static_cast<float>(across * std::sin(turn)),
+                                      static_cast<float>(z));
+      const Color radiance_there = radiance(direction);
+      const std::array<float, 9> basis = harmonics(direction);
+      for (std::size_t k = 0; k < 9; ++k)
+        harmonics_[k] += radiance_there * (basis[k] * kCosine[k] * solid_angle);
+    }
+  }
+}
+
+Color Ambient::irradiance(const Eigen::Vector3f& normal) const {
+  const std::array<float, 9> basis = harmonics(normal);
+  Color sum = Color::Zero();
+  for (std::size_t k = 0; k < 9; ++k) sum += harmonics_[k] * basis[k];
+  return sum.max(0.0f);
+}
+
 Sky::Sky(const Daylight& daylight)
     : daylight_(daylight),
       turbidity_(turbidity_of(daylight.visibility_m)),
@@ -155,11 +186,14 @@ Sky::Sky(const Daylight& daylight)
     const float cos_sun = 2.0f * static_cast<float>(i) / (kHorizonEntries - 1) - 1.0f;
     horizon_[static_cast<std::size_t>(i)] = perez(0.03f, cos_sun);
   }
-  project_ambient(Color::Zero());
+  const auto above_ground = [this](const Color& ground_radiance) {
+    return Ambient([this, ground_radiance](const Eigen::Vector3f& direction) -> Color {
+      return direction.dot(up_) >= 0.0f ? radiance(direction) : ground_radiance;
+    });
+  };
   const Color level = sun_irradiance_ * static_cast<float>(std::max(sin_elevation, 0.0));
-  const Color sky_level = ambient_irradiance(up_);
-  global_irradiance_ = level + sky_level;
-  project_ambient(global_irradiance_ * static_cast<float>(kGroundAlbedo / kPi));
+  global_irradiance_ = level + above_ground(Color::Zero()).irradiance(up_);
+  ambient_ = above_ground(global_irradiance_ * static_cast<float>(kGroundAlbedo / kPi));
 }
 
 Color Sky::perez(float cos_zenith, float cos_sun) const {
@@ -179,38 +213,6 @@ Color Sky::radiance(const Eigen::Vector3f& direction_world) const {
 Color Sky::sun_radiance() const {
   const double solid_angle = 2.0 * kPi * (1.0 - std::cos(geo::kSunAngularRadius_rad));
   return sun_irradiance_ / static_cast<float>(solid_angle);
-}
-
-void Sky::project_ambient(const Color& ground_radiance) {
-  constexpr int kRings = 48;
-  constexpr int kSectors = 96;
-  // Cosine lobe over each band of harmonics: pi, 2 pi / 3, pi / 4.
-  constexpr float kLobe[9] = {3.141593f, 2.094395f, 2.094395f, 2.094395f, 0.785398f,
-                              0.785398f, 0.785398f, 0.785398f, 0.785398f};
-  ambient_.fill(Color::Zero());
-  const float solid_angle = static_cast<float>(4.0 * kPi / (kRings * kSectors));
-  for (int ring = 0; ring < kRings; ++ring) {
-    const double z = (2.0 * ring + 1.0) / kRings - 1.0;  // rings of equal area
-    const double across = std::sqrt(1.0 - z * z);
-    for (int sector = 0; sector < kSectors; ++sector) {
-      const double turn = 2.0 * kPi * (sector + 0.5) / kSectors;
-      const Eigen::Vector3f direction(static_cast<float>(across * std::cos(turn)),
-                                      static_cast<float>(across * std::sin(turn)),
-                                      static_cast<float>(z));
-      const Color radiance_there =
-          direction.dot(up_) >= 0.0f ? radiance(direction) : ground_radiance;
-      const std::array<float, 9> basis = harmonics(direction);
-      for (std::size_t k = 0; k < 9; ++k)
-        ambient_[k] += radiance_there * (basis[k] * kLobe[k] * solid_angle);
-    }
-  }
-}
-
-Color Sky::ambient_irradiance(const Eigen::Vector3f& normal_world) const {
-  const std::array<float, 9> basis = harmonics(normal_world);
-  Color sum = Color::Zero();
-  for (std::size_t k = 0; k < 9; ++k) sum += ambient_[k] * basis[k];
-  return sum.max(0.0f);
 }
 
 AirPath Sky::air(float distance_m, float from_height_m, float to_height_m, float cos_sun) const {

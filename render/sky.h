@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <functional>
 
 namespace terracast::render {
 
@@ -12,6 +13,22 @@ using Color = Eigen::Array3f;
 inline float luminance_of(const Color& color) {
   return 0.2126f * color[0] + 0.7152f * color[1] + 0.0722f * color[2];
 }
+
+/// Irradiance of planes of every direction under a distant environment, as second-order spherical
+/// harmonics (Ramamoorthi and Hanrahan 2001): exact for a uniform one, a few percent for a clear
+/// sky.
+class Ambient {
+ public:
+  Ambient() { harmonics_.fill(Color::Zero()); }
+  /// radiance   from a unit direction
+  explicit Ambient(const std::function<Color(const Eigen::Vector3f&)>& radiance);
+
+  /// normal: unit
+  Color irradiance(const Eigen::Vector3f& normal) const;
+
+ private:
+  std::array<Color, 9> harmonics_;
+};
 
 /// What lights a sequence.
 struct Daylight {
@@ -47,9 +64,8 @@ class Sky {
   /// Irradiance of a plane that faces the sun, of the whole disc.
   const Color& sun_irradiance() const { return sun_irradiance_; }
 
-  /// Irradiance of a plane by sky and sunlit ground without terrain in the way: second-order
-  /// spherical harmonics (Ramamoorthi and Hanrahan 2001). normal_world: unit.
-  Color ambient_irradiance(const Eigen::Vector3f& normal_world) const;
+  /// Irradiance of planes by sky and sunlit ground without terrain in the way.
+  const Ambient& ambient() const { return ambient_; }
 
   /// Of a level plane: sun and sky.
   const Color& global_irradiance() const { return global_irradiance_; }
@@ -60,7 +76,6 @@ class Sky {
 
  private:
   Color perez(float cos_zenith, float cos_sun) const;
-  void project_ambient(const Color& ground_radiance);
 
   static constexpr int kHorizonEntries = 129;
 
@@ -75,7 +90,7 @@ class Sky {
   Color global_irradiance_ = Color::Zero();
   Color rayleigh_per_m_ = Color::Zero();  ///< extinction at sea level
   Color mie_per_m_ = Color::Zero();
-  std::array<Color, 9> ambient_{};                ///< irradiance harmonics
+  Ambient ambient_;
   std::array<Color, kHorizonEntries> horizon_{};  ///< horizon radiance over the cosine to the sun
 };
 

@@ -1,0 +1,248 @@
+#include "render/ground_truth.h"
+
+#include <cmath>
+#include <limits>
+
+#include "capture/channel.h"
+#include "core/parallel.h"
+#include "render/pixel_blocks.h"
+#include "render/scratch_pool.h"
+
+namespace terracast::render {
+namespace {
+
+constexpr int kUnitSide = 32;
+constexpr std::size_t kUnitRays = static_cast<std::size_t>(kUnitSide) * kUnitSide;
+
+/// A view that shall say whether it sees a pixel's point, and the bit that says so.
+struct Target {
+  const View* view;
+  std::uint32_t flag;
+};
+
+struct UnitScratch {
+  std::vector<world::WorldRay> rays;
+  std::vector<world::SurfaceHit> hits;
+  std::vector<std::size_t> pixels;  ///< of the rays
+  std::vector<std::size_t> ground;  ///< pixels whose ray met the ground
+  GroundPacket packet;
+  Lanes<std::uint8_t> classes;
+
+  UnitScratch() {
+    rays.reserve(kUnitRays);
+    hits.reserve(kUnitRays);
+    pixels.reserve(kUnitRays);
+    ground.reserve(kUnitRays);
+  }
+  std::span<const world::SurfaceHit> cast(const world::RayQuery& query) {
+    hits.resize(rays.size());
+    query.intersect(rays, hits, world::Coherence::Coherent);
+    return hits;
+  }
+};
+
+world::WorldRay ray_to(const View& view, const Eigen::Vector3d& point_world) {
+  // A little beyond the point, so that the crossing at it is within.
+  return {.origin_world = view.center_world,
+          .direction_world = point_world - view.center_world,
+          .t_min = 0.0,
+          .t_max = 1.0 + 1e-6};
+}
+
+bool is_at_point(const world::SurfaceHit& hit) {
+  return std::abs(hit.t - 1.0) <= kSamePointRelative;
+}
+
+/// One camera's image at one frame.
+class TruthTracer {
+ public:
+  TruthTracer(const world::RayQuery& query, const Ground& ground, const ViewTable& views, int frame,
+              int camera)
+      : query_(query),
+        ground_(ground),
+        view_(views.at(frame, camera)),
+        grid_{view_.model->width_px(), view_.model->height_px(), kUnitSide} {
+    if (frame + 1 < views.num_frames())
+      targets_.push_back({&views.at(frame + 1, camera), capture::kVisibleNext});
+    if (frame > 0) targets_.push_back({&views.at(frame - 1, camera), capture::kVisiblePrevious});
+    for (const int other : views.companions(camera))
+      targets_.push_back({&views.at(frame, other), capture::visible_in_camera(other)});
+
+    const int width = grid_.width_px;
+    const int height = grid_.height_px;
+    const std::size_t num_pixels =
+        static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    truth_.range_m.assign(num_pixels, std::numeric_limits<double>::infinity());
+    truth_.point_world.assign(num_pixels, Eigen::Vector3d::Zero());
+    capture::CameraFrame& facts = truth_.facts;
+    facts.range_m = core::ImageF(width, height, 1, capture::kSkyRange_m);
+    facts.normal_world = core::ImageF(width, height, 3, 0.0f);
+    facts.semantic_id =
+        core::ImageU32(width, height, 1, static_cast<std::uint32_t>(capture::SemanticClass::Sky));
+    facts.instance_id = core::ImageU32(width, height, 1, 0u);
+    facts.primitive_id = core::ImageU32(width, height, 1, capture::kNoPrimitive);
+    facts.flags = core::ImageU32(width, height, 1, 0u);
+  }
+
+  TruthFrame trace() {
+    core::parallel_for_blocks(grid_.num_units(), 1, [&](std::int64_t begin, std::int64_t) {
+      ScratchPool<UnitScratch>::Lease scratch(pool_);
+      trace_unit(grid_.unit(begin), *scratch);
+    });
+    mark_edges();
+    return std::move(truth_);
+  }
+
+ private:
+  std::size_t pixel_index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_.width_px) +
+           static_cast<std::size_t>(x);
+  }
+  bool is_sky(std::size_t pixel) const { return std::isinf(truth_.range_m[pixel]); }
+
+  void trace_unit(const PixelUnit& unit, UnitScratch& scratch) {
+    scratch.rays.clear();
+    scratch.pixels.clear();
+    for_each_pixel(unit, [&](int x, int y) {
+      scratch.rays.push_back({.origin_world = view_.center_world,
+                              .direction_world = view_.ray_world({x + 0.5, y + 0.5})});
+      scratch.pixels.push_back(pixel_index(x, y));
+    });
+    scratch.cast(query_);
+    scratch.ground.clear();
+    const std::span<float> normals = truth_.facts.normal_world.data();
+    for (std::size_t i = 0; i < scratch.rays.size(); ++i) {
+      const world::SurfaceHit& hit = scratch.hits[i];
+      if (hit.is_sky()) continue;
+      const world::WorldRay& ray = scratch.rays[i];
+      const std::size_t pixel = scratch.pixels[i];
+      const double range_m = hit.t * ray.direction_world.norm();
+      truth_.range_m[pixel] = range_m;
+      truth_.point_world[pixel] = ray.origin_world + hit.t * ray.direction_world;
+      truth_.facts.range_m.data()[pixel] = static_cast<float>(range_m);
+      truth_.facts.primitive_id.data()[pixel] = primitive_id(hit);
+      for (std::size_t k = 0; k < 3; ++k)
+        normals[3 * pixel + k] = static_cast<float>(hit.normal_world[static_cast<int>(k)]);
+      scratch.ground.push_back(i);
+    }
+    classify(scratch);
+    for (std::size_t& i : scratch.ground) i = scratch.pixels[i];
+    for (const Target& target : targets_) see_from(target, scratch);
+  }
+
+  /// scratch.ground: rays that met the ground.
+  void classify(UnitScratch& scratch) {
+    const std::span<std::uint32_t> semantic = truth_.facts.semantic_id.data();
+    for (std::size_t begin = 0; begin < scratch.ground.size(); begin += kLanes) {
+      const std::size_t count = std::min<std::size_t>(kLanes, scratch.ground.size() - begin);
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const std::size_t i = scratch.ground[begin + std::min(lane, count - 1)];
+        const world::SurfaceHit& hit = scratch.hits[i];
+        const Eigen::Vector3d& point = truth_.point_world[scratch.pixels[i]];
+        ground_.set(scratch.packet, static_cast<int>(lane), point, hit.normal_world,
+                    query_.surface(hit, point), 0.0);
+      }
+      ground_.classify(scratch.packet, scratch.classes);
+      for (std::size_t lane = 0; lane < count; ++lane)
+        semantic[scratch.pixels[scratch.ground[begin + lane]]] =
+            scratch.classes[static_cast<int>(lane)];
+    }
+  }
+
+  /// scratch.ground: pixels that met the ground.
+  void see_from(const Target& target, UnitScratch& scratch) {
+    scratch.rays.clear();
+    scratch.pixels.clear();
+    for (const std::size_t pixel : scratch.ground) {
+      const Eigen::Vector3d& point = truth_.point_world[pixel];
+      if (!target.view->has_in_image(point)) continue;
+      scratch.rays.push_back(ray_to(*target.view, point));
+      scratch.pixels.push_back(pixel);
+    }
+    const std::span<const world::SurfaceHit> hits = scratch.cast(query_);
+    for (std::size_t i = 0; i < hits.size(); ++i)
+      if (is_at_point(hits[i])) truth_.facts.flags.data()[scratch.pixels[i]] |= target.flag;
+  }
+
+  /// Only a pixel beside the horizon can change between ground and sky within a thousandth of a
+  /// pixel: terrain is one object, and a gap narrower than a pixel that no centre meets has no
+  /// neighbour that tells of it.
+  void mark_edges() {
+    std::vector<std::size_t> candidates;
+    for (int y = 0; y < grid_.height_px; ++y)
+      for (int x = 0; x < grid_.width_px; ++x)
+        if (is_beside_horizon(x, y)) candidates.push_back(pixel_index(x, y));
+    static constexpr double kShifts[4][2] = {
+        {-kEdgeShift_px, 0.0}, {kEdgeShift_px, 0.0}, {0.0, -kEdgeShift_px}, {0.0, kEdgeShift_px}};
+    core::parallel_for_blocks(
+        static_cast<std::int64_t>(candidates.size()), kUnitRays / 4,
+        [&](std::int64_t begin, std::int64_t end) {
+          ScratchPool<UnitScratch>::Lease lease(pool_);
+          UnitScratch& scratch = *lease;
+          scratch.rays.clear();
+          for (std::int64_t i = begin; i < end; ++i) {
+            const std::size_t pixel = candidates[static_cast<std::size_t>(i)];
+            const auto width = static_cast<std::size_t>(grid_.width_px);
+            const Eigen::Vector2d center(static_cast<double>(pixel % width) + 0.5,
+                                         static_cast<double>(pixel / width) + 0.5);
+            for (const auto& shift : kShifts) {
+              const Eigen::Vector2d place = center + Eigen::Vector2d(shift[0], shift[1]);
+              scratch.rays.push_back(
+                  {.origin_world = view_.center_world, .direction_world = view_.ray_world(place)});
+            }
+          }
+          const std::span<const world::SurfaceHit> hits = scratch.cast(query_);
+          for (std::size_t i = 0; i < hits.size(); ++i) {
+            const std::size_t pixel = candidates[static_cast<std::size_t>(begin) + i / 4];
+            if (hits[i].is_sky() != is_sky(pixel))
+              truth_.facts.flags.data()[pixel] |= capture::kEdge;
+          }
+        });
+  }
+
+  bool is_beside_horizon(int x, int y) const {
+    const bool own = is_sky(pixel_index(x, y));
+    for (int ny = std::max(y - 1, 0); ny <= std::min(y + 1, grid_.height_px - 1); ++ny)
+      for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, grid_.width_px - 1); ++nx)
+        if (is_sky(pixel_index(nx, ny)) != own) return true;
+    return false;
+  }
+
+  const world::RayQuery& query_;
+  const Ground& ground_;
+  const View& view_;
+  const PixelGrid grid_;
+  std::vector<Target> targets_;
+  TruthFrame truth_;
+  ScratchPool<UnitScratch> pool_;
+};
+
+}  // namespace
+
+TruthFrame trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
+                       int frame, int camera) {
+  return TruthTracer(query, ground, views, frame, camera).trace();
+}
+
+std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,
+                                          std::span<const Eigen::Vector3d> points_world) {
+  std::vector<std::uint8_t> is_visible(points_world.size(), 0);
+  core::parallel_for_blocks(static_cast<std::int64_t>(points_world.size()), kUnitRays,
+                            [&](std::int64_t begin, std::int64_t end) {
+                              std::vector<world::WorldRay> rays;
+                              std::vector<std::size_t> points;
+                              for (auto i = static_cast<std::size_t>(begin);
+                                   i < static_cast<std::size_t>(end); ++i) {
+                                if (!view.has_in_image(points_world[i])) continue;
+                                rays.push_back(ray_to(view, points_world[i]));
+                                points.push_back(i);
+                              }
+                              std::vector<world::SurfaceHit> hits(rays.size());
+                              query.intersect(rays, hits, world::Coherence::Incoherent);
+                              for (std::size_t i = 0; i < hits.size(); ++i)
+                                is_visible[points[i]] = is_at_point(hits[i]) ? 1 : 0;
+                            });
+  return is_visible;
+}
+
+}  // namespace terracast::render

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "capture/frame.h"
+#include "render/material.h"
+#include "render/views.h"
+#include "world/ray_query.h"
+
+namespace terracast::render {
+
+/// Two crossings are the same point of the surface when they differ by less than this share of the
+/// distance. The surface's own t is good to 1e-12; a surface in front of the point by less than a
+/// micrometre a kilometre hides nothing.
+inline constexpr double kSamePointRelative = 1e-9;
+/// How far the rays of the edge test stand from the pixel's centre.
+inline constexpr double kEdgeShift_px = 1e-3;
+
+/// What one geometry-only ray through each pixel's centre says. The doubles are what the capture's
+/// floats are rounded from.
+struct TruthFrame {
+  std::vector<double> range_m;               ///< row by row; sky +inf
+  std::vector<Eigen::Vector3d> point_world;  ///< of the hit; sky 0
+  capture::CameraFrame facts;                ///< all but the colour
+};
+
+/// Traces the facts of camera `camera` at frame `frame`: range, normal, semantic class, primitive,
+/// edge bit, and whether the exact hit point is seen from the same camera in the next and the
+/// previous frame and from the rig's other cameras at the same time. Visibility is by ray: the
+/// point projects into that image, and the first crossing of the ray from that centre to the point
+/// is the point. determinism   the facts depend on the views and the world alone throws        as
+/// RayQuery
+TruthFrame trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
+                       int frame, int camera);
+
+/// Which of some points of the surface are seen in a view, by ray.
+std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,
+                                          std::span<const Eigen::Vector3d> points_world);
+
+/// The id of a triangle in a capture. tile_index below 2^15 - 1.
+inline std::uint32_t primitive_id(const world::SurfaceHit& hit) {
+  return hit.tile_index << 17 | static_cast<std::uint32_t>(hit.cell_y) << 9 |
+         static_cast<std::uint32_t>(hit.cell_x) << 1 | static_cast<std::uint32_t>(hit.upper);
+}
+/// Tiles that primitive ids can tell apart; one less than 2^15, for kNoPrimitive.
+inline constexpr std::size_t kMaxCutTiles = (std::size_t{1} << 15) - 1;
+
+}  // namespace terracast::render

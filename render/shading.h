@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "render/lanes.h"
+#include "render/material.h"
+#include "render/sky.h"
+
+namespace terracast::render {
+
+/// How a packet of ground places is seen.
+struct ViewPacket {
+  Lanes3f direction;  ///< unit, from the camera to the place, world
+  Lanes<float> distance_m;
+  Lanes<float> sun_share;        ///< of the sun's disc that is seen from the place, 0 … 1
+  float camera_height_m = 0.0f;  ///< above sea level, for the air between
+};
+
+/// Radiance of a Lambertian surface: albedo / pi times the irradiance by sun and surroundings. In a
+/// white furnace (uniform surroundings, albedo 1) it is the furnace's. sun_irradiance   of a plane
+/// that faces the sun, what is shadowed left out ambient          irradiance of the surface's plane
+/// by all but the sun
+Color lambert_radiance(const Color& albedo, float cos_sun, const Color& sun_irradiance,
+                       const Color& ambient);
+
+/// Share of light that a smooth water surface reflects (Schlick's fit of Fresnel's formula for n
+/// = 1.333).
+float water_reflectance(float cos_incidence);
+
+/// Radiance that leaves the places of a packet towards the camera and reaches it through the air.
+/// Threads: safe.
+void shade_ground(const GroundPacket& places, const GroundLook& look, const ViewPacket& view,
+                  const Sky& sky, Lanes3f& radiance);
+
+/// Radiance of the sky with the sun's disc in a unit direction.
+Color shade_sky(const Sky& sky, const Eigen::Vector3d& direction_world);
+
+/// From radiance to pixel values: a fixed exposure for the sequence's light, then a curve that is
+/// linear up to 0.5 and bends to 1 (a film's shoulder), then the transfer function of sRGB (IEC
+/// 61966-2-1).
+class Exposure {
+ public:
+  /// bias   factor on the exposure that puts a sunlit level grey of 18 % at 0.24 of white
+  Exposure(const Sky& sky, double bias);
+  void develop(const Color& radiance, std::uint8_t* rgb) const;
+
+ private:
+  float scale_;
+};
+
+/// The shoulder, and sRGB's transfer function of a linear value of [0, 1].
+float film_curve(float exposed);
+float srgb_from_linear(float linear);
+
+}  // namespace terracast::render

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "capture/frame.h"
+#include "geo/camera_model.h"
+#include "geo/trajectory.h"
+
+namespace terracast::render {
+
+/// A camera at the time of a frame.
+struct View {
+  const geo::CameraModel* model = nullptr;
+  Eigen::Vector3d center_world = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d world_from_camera = Eigen::Matrix3d::Identity();
+
+  /// Ray through an image point, of the model's own length.
+  Eigen::Vector3d ray_world(const Eigen::Vector2d& pixel) const {
+    return world_from_camera * model->ray_from_pixel(pixel);
+  }
+  /// Image point of a world point; nothing behind the camera. It may lie outside the image.
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point_world) const {
+    return model->pixel_from_ray(world_from_camera.transpose() * (point_world - center_world));
+  }
+  /// Whether a world point lies in front and in the image.
+  bool has_in_image(const Eigen::Vector3d& point_world) const {
+    const std::optional<Eigen::Vector2d> pixel = project(point_world);
+    return pixel && model->contains(*pixel);
+  }
+};
+
+/// All views of a sequence, by frame and camera. Threads: safe.
+class ViewTable {
+ public:
+  /// throws Config: as geo::make_camera
+  ViewTable(const std::vector<geo::BodyState>& states,
+            const std::vector<capture::CameraCalibration>& cameras);
+
+  int num_frames() const { return num_frames_; }
+  int num_cameras() const { return static_cast<int>(models_.size()); }
+  const View& at(int frame, int camera) const {
+    return views_[static_cast<std::size_t>(frame) * models_.size() +
+                  static_cast<std::size_t>(camera)];
+  }
+  /// Cameras of the same rig as `camera`, itself left out.
+  const std::vector<int>& companions(int camera) const {
+    return companions_[static_cast<std::size_t>(camera)];
+  }
+
+ private:
+  int num_frames_ = 0;
+  std::vector<std::unique_ptr<geo::CameraModel>> models_;
+  std::vector<View> views_;
+  std::vector<std::vector<int>> companions_;
+};
+
+}  // namespace terracast::render
