@@ -10,6 +10,9 @@ namespace terracast::geo {
 namespace {
 
 constexpr double kAstronomicalUnit_m = 149597870700.0;
+constexpr double kAberration_deg = 0.00569;
+/// In 2000; 29 s in 1950, about 80 s in 2050, while the Sun moves 0.0004 deg in the difference.
+constexpr double kTerrestrialMinusUniversal_s = 64.0;
 constexpr double kUnixSecondsOfJ2000 = 946728000.0;  // 2000-01-01T12:00:00Z
 
 /// Days from 1970-01-01 to a date of the Gregorian calendar, which is counted from 1 March so that
@@ -82,26 +85,50 @@ double unix_seconds_from_utc(const std::string& utc) {
   return static_cast<double>(seconds) + fraction_s;
 }
 
-// Low-precision formulae for the Sun's coordinates, Astronomical Almanac, section C: mean equinox
-// and equator of date, aberration included. UTC stands for UT1 (they differ by less than 0.9 s,
-// 0.004 deg of hour angle) and for the argument in days (71 s, 0.0008 deg).
+// The Sun's apparent place by the lower-accuracy method of Meeus, Astronomical Algorithms (2nd
+// ed.), chapter 25 (Kepler's ellipse, aberration, the nodal term of nutation), with the
+// perturbations of his Astronomical Formulae for Calculators, chapter 18. At 30 000 times from 1950
+// to 2050 it is within 0.0048 deg of ERFA's ephemeris; UTC in the place of UT1, from which it
+// differs by less than 0.9 s, adds up to 0.0038 deg of hour angle.
 Eigen::Vector3d sun_direction_world(const WorldFrame& frame, const Geodetic& place,
                                     double unix_seconds) {
   const double days = (unix_seconds - kUnixSecondsOfJ2000) / 86400.0;
-  const double mean_longitude_deg = 280.460 + 0.9856474 * days;
-  const double anomaly = radians_from_degrees(357.528 + 0.9856003 * days);
-  const double longitude = radians_from_degrees(mean_longitude_deg + 1.915 * std::sin(anomaly) +
-                                                0.020 * std::sin(2.0 * anomaly));
-  const double obliquity = radians_from_degrees(23.439 - 0.0000004 * days);
-  const double distance_m = kAstronomicalUnit_m * (1.00014 - 0.01671 * std::cos(anomaly) -
-                                                   0.00014 * std::cos(2.0 * anomaly));
+  const double centuries = (days + kTerrestrialMinusUniversal_s / 86400.0) / 36525.0;
+  const double mean_longitude_deg = 280.46646 + (36000.76983 + 0.0003032 * centuries) * centuries;
+  const double anomaly_deg = 357.52911 + (35999.05029 - 0.0001537 * centuries) * centuries;
+  const double anomaly = radians_from_degrees(std::fmod(anomaly_deg, 360.0));
+  const double centre_deg = (1.914602 - 0.004817 * centuries) * std::sin(anomaly) +
+                            (0.019993 - 0.000101 * centuries) * std::sin(2.0 * anomaly) +
+                            0.000289 * std::sin(3.0 * anomaly);
+  // Venus (twice), Jupiter, the Moon and a slow term of the planets; the arguments count from
+  // 1899-12-31T12:00.
+  const double since_1900 = centuries + 1.0;
+  const auto swing_deg = [&](double amplitude_deg, double phase_deg, double rate_deg) {
+    const double argument_deg = std::fmod(phase_deg + rate_deg * since_1900, 360.0);
+    return amplitude_deg * std::cos(radians_from_degrees(argument_deg));
+  };
+  const double perturbation_deg =
+      swing_deg(0.00134, 153.23, 22518.7541) + swing_deg(0.00154, 216.57, 45037.5082) +
+      swing_deg(0.00200, 312.69, 32964.3577) + swing_deg(0.00179, 350.74 - 90.0, 445267.1142) +
+      swing_deg(0.00178, 231.19 - 90.0, 20.20);
+  const double node = radians_from_degrees(125.04 - 1934.136 * centuries);
+  const double nutation_deg = -0.00478 * std::sin(node);
+  const double longitude = radians_from_degrees(std::fmod(
+      mean_longitude_deg + centre_deg + perturbation_deg - kAberration_deg + nutation_deg, 360.0));
+  const double obliquity =
+      radians_from_degrees(23.439291 - 0.0130042 * centuries + 0.00256 * std::cos(node));
+  const double eccentricity = 0.016708634 - 0.000042037 * centuries;
+  const double distance_m =
+      kAstronomicalUnit_m * 1.000001018 * (1.0 - eccentricity * eccentricity) /
+      (1.0 + eccentricity * std::cos(anomaly + radians_from_degrees(centre_deg)));
   const Eigen::Vector3d sun_equatorial(std::cos(longitude),
                                        std::cos(obliquity) * std::sin(longitude),
                                        std::sin(obliquity) * std::sin(longitude));
-  // Greenwich mean sidereal time; the whole turns are taken off first to keep the fraction's
-  // digits.
+  // Greenwich sidereal time, apparent as the longitude is; whole turns are taken off first to keep
+  // the fraction's digits.
   const double day_fraction = days - std::floor(days);
-  const double sidereal_deg = 280.46061837 + 0.98564736629 * days + 360.0 * day_fraction;
+  const double sidereal_deg = 280.46061837 + 0.98564736629 * days + 360.0 * day_fraction +
+                              nutation_deg * std::cos(obliquity);
   const double sidereal = radians_from_degrees(std::fmod(sidereal_deg, 360.0));
   const Eigen::Vector3d sun_ecef =
       distance_m * (Eigen::AngleAxisd(-sidereal, Eigen::Vector3d::UnitZ()) * sun_equatorial);

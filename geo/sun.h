@@ -13,8 +13,8 @@ double unix_seconds_from_utc(const std::string& utc);
 
 /// Unit vector towards the sun's centre in the world frame.
 /// place      where it is seen from: the parallax is up to 0.0024 deg
-/// accuracy   0.01 deg from 1950 to 2050 (Astronomical Almanac's low-precision formulae); without
-///            refraction
+/// accuracy   0.01 deg from 1950 to 2050 (Meeus's lower-accuracy method with the perturbations);
+///            without refraction
 /// threads    safe
 Eigen::Vector3d sun_direction_world(const WorldFrame& frame, const Geodetic& place,
                                     double unix_seconds);

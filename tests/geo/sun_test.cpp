@@ -82,12 +82,11 @@ TEST(Sun, MatchesAFullEphemerisFrom1950To2050) {
   double worst_deg = 0.0;
   for (const Row& row : rows) {
     const double error_deg = angle_deg(sun_enu(row.place, row.utc), direction_enu(row.at));
-    // 0.01 deg less what UT1 - UTC, left out on both sides here, can add on a real day.
-    EXPECT_LT(error_deg, 0.01) << row.utc;
+    // 0.01 deg less the 0.0038 that UT1 - UTC, left out on both sides here, can add on a real day.
+    EXPECT_LT(error_deg, 0.006) << row.utc;
     worst_deg = std::max(worst_deg, error_deg);
   }
   RecordProperty("worst_deg", std::to_string(worst_deg));
-  std::printf("worst %.5f deg\n", worst_deg);
 }
 
 TEST(Sun, IsTheSameDirectionInEveryWorld) {

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "core/error.h"
+#include "core/toml_reader.h"
+#include "geo/trajectory.h"
+
+namespace terracast::geo::test {
+
+/// A world whose ground is a function of the place; by default 1000 m above the ellipsoid.
+struct GroundWorld {
+  WorldFrame frame{{42.5, 1.5, 1000.0}};
+  GroundHeight ground = [](double, double) { return std::optional(1000.0); };
+
+  TrajectoryContext context() const { return {frame, ground, nullptr, ""}; }
+};
+
+inline TrajectoryOptions options_from(const std::string& toml) {
+  TrajectoryOptions options;
+  core::TomlDocument::parse(toml, "test.toml").read(options);
+  return options;
+}
+
+inline std::unique_ptr<Trajectory> trajectory_from(const std::string& toml,
+                                                   const GroundWorld& world) {
+  return options_from(toml).kind_options().build(world.context());
+}
+
+/// The message of the error of that kind that `work` throws.
+template <class Work>
+std::string message_of(core::ErrorKind kind, Work&& work) {
+  try {
+    work();
+  } catch (const core::Error& error) {
+    EXPECT_EQ(error.kind(), kind) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "no error";
+  return "";
+}
+
+inline double agl_m(const GroundWorld& world, const Eigen::Vector3d& point_world) {
+  const Geodetic place = world.frame.geodetic_from_world(point_world);
+  return place.height_m - *world.ground(place.lat_deg, place.lon_deg);
+}
+
+/// Roll of a body whose x axis is level or nearly so: the angle of its y axis below the horizon,
+/// positive when the left side is up.
+inline double roll_rad(const GroundWorld& world, const BodyState& state) {
+  const Eigen::Vector3d up = world.frame.up_world(state.world_from_body.translation);
+  const Eigen::Matrix3d axes = state.world_from_body.rotation.toRotationMatrix();
+  const Eigen::Vector3d level_left = up.cross(axes.col(0)).normalized();
+  return std::atan2(axes.col(1).dot(axes.col(0).cross(level_left)), axes.col(1).dot(level_left));
+}
+
+}  // namespace terracast::geo::test
