@@ -1,0 +1,83 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/image.h"
+
+/// Small datasets of the three formats, written by code of the tests alone from a scene in closed form.
+namespace terracast::test {
+
+/// A camera of the scene. Pixel centres at +0.5; camera x right, y down, z forward; body x forward, y left, z up.
+struct SceneCamera {
+  std::string name;
+  int width = 160;
+  int height = 128;
+  double focal_px = 120.0;
+  Eigen::Matrix3d body_from_camera = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d offset_body = Eigen::Vector3d::Zero();
+};
+
+/// What a scene's cameras record, in double where it can be.
+struct Recording {
+  std::vector<SceneCamera> cameras;
+  std::vector<Eigen::Matrix3d> world_from_body;
+  std::vector<Eigen::Vector3d> body_world;
+  /// By camera, then frame.
+  std::vector<std::vector<core::Image8>> color;
+  std::vector<std::vector<core::Image<double>>> depth;  ///< planar, m
+  std::function<double(double, double)> height_m;
+
+  int num_frames() const { return static_cast<int>(body_world.size()); }
+  Eigen::Matrix3d rotation(std::size_t camera, std::size_t frame) const {
+    return world_from_body[frame] * cameras[camera].body_from_camera;
+  }
+  Eigen::Vector3d centre(std::size_t camera, std::size_t frame) const {
+    return body_world[frame] + world_from_body[frame] * cameras[camera].offset_body;
+  }
+};
+
+enum class Ground { Smooth, Facets };
+
+/// A banked, climbing, speeding turn above hills.
+Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames, Ground ground = Ground::Smooth,
+                        double scale = 1.0);
+
+/// A mistake in what a dataset says; its images stay right unless told.
+struct Mistake {
+  double principal_x_px = 0.0;
+  double principal_y_px = 0.0;
+  double focal_relative = 0.0;
+  double depth_relative = 0.0;       ///< all depth (and disparity) by 1 + this
+  int pose_shift_frames = 0;         ///< poses (and georeference) of the frame so much later
+  int color_shift_frames = 0;        ///< colours of the frame so much earlier
+  double mount_yaw_deg = 0.0;        ///< of the last camera, about its y axis, in all that is said of it
+  int pose_frame = -1;               ///< frame whose pose alone is turned or moved, in the format's files and georeference.csv
+  Eigen::Vector3d pose_turn_deg = Eigen::Vector3d::Zero();
+  Eigen::Vector3d pose_move_m = Eigen::Vector3d::Zero();
+  bool poses_only_in_format = false;  ///< pose_frame's mistake is not in georeference.csv
+  double flow_sign = 1.0;
+  bool covisible_everywhere = false;
+  double color_offset_px = 0.0;      ///< whole pixels by which the last camera's colours stand to the right
+  double disparity_relative = 0.0;
+  double times_relative = 0.0;       ///< factor on time stamps
+};
+
+void write_tartanair(const Recording& recording, const std::filesystem::path& folder, const Mistake& mistake = {});
+void write_kitti(const Recording& recording, const std::filesystem::path& folder, const Mistake& mistake = {});
+void write_colmap(const Recording& recording, const std::filesystem::path& folder, const Mistake& mistake = {});
+
+/// Writes dataset.json's list of files anew, as they are now on disk.
+void list_files_again(const std::filesystem::path& folder);
+
+/// The rigs of the scenes: image_2 and image_3; lcam_front and rcam_front; rig/cam0 to cam2 that look apart.
+std::vector<SceneCamera> kitti_cameras();
+std::vector<SceneCamera> tartanair_cameras();
+std::vector<SceneCamera> colmap_cameras();
+
+}  // namespace terracast::test

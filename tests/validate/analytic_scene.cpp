@@ -1,0 +1,155 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "tests/validate/analytic_dataset.h"
+
+namespace terracast::test {
+
+namespace {
+
+constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
+
+/// Camera x right, y down, z forward from a body x forward, y left, z up, pitched down and yawed to the left.
+Eigen::Matrix3d looking(double yaw_deg, double down_deg) {
+  Eigen::Matrix3d flu_from_rdf;
+  flu_from_rdf << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return Eigen::AngleAxisd(yaw_deg * kRadPerDeg, Eigen::Vector3d::UnitZ()).toRotationMatrix() *
+         Eigen::AngleAxisd(down_deg * kRadPerDeg, Eigen::Vector3d::UnitY()).toRotationMatrix() * flu_from_rdf;
+}
+
+double hills(double x, double y, double s) {
+  return s * (14.0 * std::sin(x / (61.0 * s) + 0.3) * std::cos(y / (47.0 * s)) + 8.0 * std::sin((x + 1.7 * y) / (39.0 * s)) +
+              3.0 * std::cos((2.1 * x - y) / (23.0 * s)));
+}
+
+/// Heights on a grid, joined by triangles with the diagonal from (x + 1, y) to (x, y + 1).
+double facets(double x, double y, double s) {
+  const double cell = 4.0 * s;
+  const double i = std::floor(x / cell);
+  const double j = std::floor(y / cell);
+  const double u = x / cell - i;
+  const double v = y / cell - j;
+  const auto at = [&](double di, double dj) {
+    const double px = (i + di) * cell;
+    const double py = (j + dj) * cell;
+    // Noise at the corners: rough ground, as synthesised detail is.
+    const double noise = std::sin(12.9898 * (i + di) + 78.233 * (j + dj)) * 43758.5453;
+    return hills(px, py, s) + 0.25 * s * (noise - std::floor(noise) - 0.5);
+  };
+  if (u + v <= 1.0) return at(0, 0) + u * (at(1, 0) - at(0, 0)) + v * (at(0, 1) - at(0, 0));
+  return at(1, 1) + (1.0 - u) * (at(0, 1) - at(1, 1)) + (1.0 - v) * (at(1, 0) - at(1, 1));
+}
+
+/// Distance along a ray to the ground, near a guess; marched from the camera, then bisected.
+double hit_distance(const std::function<double(double, double)>& ground, const Eigen::Vector3d& origin,
+                    const Eigen::Vector3d& direction, double reach) {
+  const auto above = [&](double t) {
+    const Eigen::Vector3d p = origin + t * direction;
+    return p.z() - ground(p.x(), p.y());
+  };
+  // The hills slope by less than 0.9, rays fall: no step of a quarter of the height can pass the ground.
+  double near = 0.0;
+  double far = 0.0;
+  while (true) {
+    const double gap = above(far);
+    if (gap <= 0.0) break;
+    near = far;
+    far += std::max(0.35 * gap, 1e-4 * reach);
+    if (far > 100.0 * reach) return far;
+  }
+  for (int turn = 0; turn < 60 && far - near > 1e-12 * far; ++turn) {
+    const double middle = 0.5 * (near + far);
+    (above(middle) > 0.0 ? near : far) = middle;
+  }
+  return 0.5 * (near + far);
+}
+
+/// Smooth colours of waves of 4 to 30 pixels' length, none so short that a pixel could not hold it.
+Eigen::Vector3d ground_color(double x, double y, double s) {
+  double value = 0.0;
+  static constexpr std::array<std::array<double, 3>, 7> kWaves{
+      {{0.9, 0.35, 0.1}, {-0.4, 0.8, 1.3}, {0.55, -0.62, 2.1}, {0.21, 0.17, 0.7}, {-0.12, 0.26, 3.0}, {1.15, 0.9, 4.0}, {0.8, -1.2, 5.0}}};
+  for (const auto& wave : kWaves) value += std::sin((wave[0] * x + wave[1] * y) / s + wave[2] + std::sin((0.07 * x - 0.05 * y) / s));
+  const double broad = std::sin(x / (31.0 * s)) * std::cos(y / (27.0 * s));
+  return {118.0 + 15.0 * value + 20.0 * broad, 124.0 + 14.0 * value, 96.0 + 11.0 * value - 16.0 * broad};
+}
+
+}  // namespace
+
+std::vector<SceneCamera> kitti_cameras() {
+  const Eigen::Matrix3d mount = looking(0.0, 40.0);
+  const Eigen::Vector3d right = mount.col(0);
+  return {{"image_2", 160, 128, 130.0, mount, {0.3, 0.0, 0.0}},
+          {"image_3", 160, 128, 130.0, mount, Eigen::Vector3d(0.3, 0.0, 0.0) + 0.5 * right}};
+}
+
+std::vector<SceneCamera> tartanair_cameras() {
+  const Eigen::Matrix3d mount = looking(0.0, 55.0);
+  const Eigen::Vector3d right = mount.col(0);
+  return {{"lcam_front", 640, 640, 320.0, mount, {0.0, 0.0, 0.0}}, {"rcam_front", 640, 640, 320.0, mount, 0.25 * right}};
+}
+
+std::vector<SceneCamera> colmap_cameras() {
+  return {{"rig/cam0", 160, 128, 120.0, looking(0.0, 40.0), {0.3, 0.0, 0.0}},
+          {"rig/cam1", 160, 128, 120.0, looking(-30.0, 40.0), {0.26, -0.15, 0.0}},
+          {"rig/cam2", 160, 128, 120.0, looking(0.0, 40.0), {0.3, -0.5, 0.0}}};
+}
+
+Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames, Ground ground, double scale) {
+  Recording recording;
+  recording.cameras = cameras;
+  if (ground == Ground::Smooth)
+    recording.height_m = [scale](double x, double y) { return hills(x, y, scale); };
+  else
+    recording.height_m = [scale](double x, double y) { return facets(x, y, scale); };
+  double heading_deg = 20.0;
+  Eigen::Vector3d place(5.0 * scale, -8.0 * scale, 75.0 * scale);
+  for (int i = 0; i < num_frames; ++i) {
+    // Speed, climb and turn all change from frame to frame: else a shift of time could not be seen.
+    const double speed = 3.0 + 0.9 * std::sin(1.1 * i) + 0.2 * i;
+    heading_deg += 5.0 + 2.5 * std::sin(0.9 * i + 0.4);
+    const double bank_deg = -12.0 - 3.0 * std::cos(0.8 * i);
+    const double pitch_deg = -3.0 * std::sin(0.7 * i);
+    place += scale * Eigen::Vector3d(speed * std::cos(heading_deg * kRadPerDeg), speed * std::sin(heading_deg * kRadPerDeg),
+                                     0.6 + 0.5 * std::cos(0.6 * i));
+    recording.body_world.push_back(place);
+    recording.world_from_body.push_back(
+        (Eigen::AngleAxisd(heading_deg * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(pitch_deg * kRadPerDeg, Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(bank_deg * kRadPerDeg, Eigen::Vector3d::UnitX())).toRotationMatrix());
+  }
+  recording.color.resize(cameras.size());
+  recording.depth.resize(cameras.size());
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const SceneCamera& camera = cameras[c];
+    for (std::size_t f = 0; f < static_cast<std::size_t>(num_frames); ++f) {
+      core::Image8 color(camera.width, camera.height, 3);
+      core::Image<double> depth(camera.width, camera.height);
+      const Eigen::Matrix3d rotation = recording.rotation(c, f);
+      const Eigen::Vector3d centre = recording.centre(c, f);
+      // Texture as fine as the images: a unit of it is about four pixels of this camera at 100 m.
+      const double grain = scale * 4.0 * 100.0 / camera.focal_px / 3.0;
+      core::parallel_for(camera.height, [&](std::int64_t row) {
+        const int y = static_cast<int>(row);
+        for (int x = 0; x < camera.width; ++x) {
+          const Eigen::Vector3d ray((x + 0.5 - 0.5 * camera.width) / camera.focal_px,
+                                    (y + 0.5 - 0.5 * camera.height) / camera.focal_px, 1.0);
+          const Eigen::Vector3d direction = rotation * ray;
+          const double t = hit_distance(recording.height_m, centre, direction, 75.0 * scale);
+          depth(x, y) = t;  // the ray has z = 1: its parameter is the planar depth
+          const Eigen::Vector3d point = centre + t * direction;
+          const Eigen::Vector3d shade = ground_color(point.x(), point.y(), grain);
+          for (int k = 0; k < 3; ++k)
+            color(x, y, k) = static_cast<std::uint8_t>(std::lround(std::clamp(shade[k], 0.0, 255.0)));
+        }
+      });
+      recording.color[c].push_back(std::move(color));
+      recording.depth[c].push_back(std::move(depth));
+    }
+  }
+  return recording;
+}
+
+}  // namespace terracast::test

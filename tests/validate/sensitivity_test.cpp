@@ -1,0 +1,133 @@
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "core/log.h"
+#include "tests/support/test_data.h"
+#include "tests/validate/analytic_dataset.h"
+#include "validate/check.h"
+
+/// A right dataset passes; the smallest errors that the checks promise to find are found, each by the check that says so.
+namespace terracast::validate {
+namespace {
+
+using test::Mistake;
+using test::Recording;
+
+const Recording& kitti_flight() {
+  static const Recording recording = test::record_flight(test::kitti_cameras(), 6);
+  return recording;
+}
+const Recording& colmap_flight() {
+  static const Recording recording = test::record_flight(test::colmap_cameras(), 6);
+  return recording;
+}
+const Recording& tartanair_flight() {
+  static const Recording recording = test::record_flight(test::tartanair_cameras(), 4);
+  return recording;
+}
+
+using Results = std::map<std::string, CheckResult>;
+
+Results validate_folder(const std::filesystem::path& folder, const std::filesystem::path& report) {
+  const core::Log log("validate", core::LogLevel::Off);
+  ValidateOptions options;
+  options.samples_per_image = 4000;
+  Results results;
+  for (CheckResult& result : run_validate_stage(folder, options, report, {log})) results[result.name] = std::move(result);
+  return results;
+}
+
+std::string failures(const Results& results) {
+  std::string text;
+  for (const auto& [name, result] : results)
+    if (!result.ok) text += fmt::format("{} = {:.4g} {} (bound {:.4g}): {}\n", name, result.value, result.unit, result.bound, result.worst);
+  return text;
+}
+
+std::string values(const Results& results) {
+  std::string text;
+  for (const auto& [name, result] : results)
+    text += fmt::format("{} {} = {:.4g} {} (bound {:.4g}): {}\n", result.ok ? result.skipped ? "skip" : "ok  " : "BAD ", name,
+                        result.value, result.unit, result.bound, result.worst);
+  return text;
+}
+
+struct Case {
+  const char* name;
+  const char* format;
+  Mistake mistake;
+  const char* check;
+};
+
+Results results_of(const std::string& format, const Mistake& mistake) {
+  const test::ScratchFolder scratch;
+  if (format == "kitti") test::write_kitti(kitti_flight(), scratch / "data", mistake);
+  if (format == "colmap") test::write_colmap(colmap_flight(), scratch / "data", mistake);
+  if (format == "tartanair") test::write_tartanair(tartanair_flight(), scratch / "data", mistake);
+  return validate_folder(scratch / "data", scratch / "report");
+}
+
+class Right : public testing::TestWithParam<const char*> {};
+
+TEST_P(Right, DatasetPassesEveryCheck) {
+  const Results results = results_of(GetParam(), {});
+  EXPECT_EQ(failures(results), "") << values(results);
+  EXPECT_TRUE(results.contains("structure"));
+  EXPECT_TRUE(results.contains("reprojection_principal_point"));
+  EXPECT_FALSE(results.at("reprojection_principal_point").skipped) << values(results);
+  EXPECT_FALSE(results.at("reprojection_scale").skipped) << values(results);
+  EXPECT_FALSE(results.at("reprojection_time").skipped) << values(results);
+  EXPECT_FALSE(results.at("reprojection_rotation").skipped) << values(results);
+  if (std::getenv("TERRACAST_SHOW_VALUES") != nullptr) std::fputs(values(results).c_str(), stdout);
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, Right, testing::Values("kitti", "colmap", "tartanair"), [](const auto& info) { return info.param; });
+
+class Wrong : public testing::TestWithParam<Case> {};
+
+TEST_P(Wrong, IsFoundByTheNamedCheck) {
+  const Case& wrong = GetParam();
+  const Results results = results_of(wrong.format, wrong.mistake);
+  ASSERT_TRUE(results.contains(wrong.check)) << values(results);
+  EXPECT_FALSE(results.at(wrong.check).ok) << values(results);
+  EXPECT_TRUE(results.at("structure").ok) << "the files themselves are sound: " << results.at("structure").worst;
+}
+
+const Case kCases[] = {
+    {"KittiPrincipalX", "kitti", {.principal_x_px = 0.1}, "reprojection_principal_point"},
+    {"KittiPrincipalY", "kitti", {.principal_y_px = -0.1}, "reprojection_principal_point"},
+    {"KittiFocal", "kitti", {.focal_relative = 1e-3}, "reprojection_focal_length"},
+    {"KittiDepthScale", "kitti", {.depth_relative = 1e-3}, "reprojection_scale"},
+    {"KittiDepthScaleInStereo", "kitti", {.depth_relative = 1e-3}, "stereo_scale"},
+    {"KittiDisparityScale", "kitti", {.disparity_relative = 1e-3}, "stereo_scale"},
+    {"KittiOneFrameOfTime", "kitti", {.pose_shift_frames = 1}, "reprojection_time"},
+    {"KittiRotationOfOneFrame", "kitti", {.pose_frame = 3, .pose_turn_deg = {0.01, 0.0, 0.0}}, "reprojection_rotation"},
+    {"KittiRollOfOneFrame", "kitti", {.pose_frame = 2, .pose_turn_deg = {0.0, 0.0, 0.01}}, "reprojection_rotation"},
+    {"KittiPoseAgainstGeoreference", "kitti",
+     {.pose_frame = 3, .pose_turn_deg = {0.0, 0.01, 0.0}, .poses_only_in_format = true}, "georeference_rotation"},
+    {"KittiPlaceAgainstGeoreference", "kitti",
+     {.pose_frame = 3, .pose_move_m = {0.0, 0.002, 0.0}, .poses_only_in_format = true}, "georeference_position"},
+    {"KittiPositionOfOneFrame", "kitti", {.pose_frame = 3, .pose_move_m = {0.08, 0.0, 0.0}}, "reprojection_position"},
+    {"KittiColorsOfTheFrameBefore", "kitti", {.color_shift_frames = 1}, "photometric_time"},
+    {"KittiRightImageShifted", "kitti", {.color_offset_px = 1.0}, "stereo_shift"},
+    {"KittiTimes", "kitti", {.times_relative = 1e-2}, "georeference_time"},
+    {"ColmapPrincipalX", "colmap", {.principal_x_px = 0.1}, "reprojection_principal_point"},
+    {"ColmapPrincipalY", "colmap", {.principal_y_px = 0.1}, "reprojection_principal_point"},
+    {"ColmapFocal", "colmap", {.focal_relative = -1e-3}, "reprojection_focal_length"},
+    {"ColmapDepthScale", "colmap", {.depth_relative = -1e-3}, "reprojection_scale"},
+    {"ColmapMount", "colmap", {.mount_yaw_deg = 0.01}, "reprojection_rotation"},
+    {"ColmapOneFrameOfTime", "colmap", {.pose_shift_frames = 1}, "reprojection_time"},
+    {"ColmapImageShifted", "colmap", {.color_offset_px = 1.0}, "photometric_shift"},
+    {"TartanAirRotationOfOneFrame", "tartanair", {.pose_frame = 2, .pose_turn_deg = {0.0, 0.01, 0.0}}, "flow"},
+    {"TartanAirYawOfOneFrame", "tartanair", {.pose_frame = 2, .pose_turn_deg = {0.0, 0.01, 0.0}}, "reprojection_rotation"},
+    {"TartanAirFlowSign", "tartanair", {.flow_sign = -1.0}, "flow"},
+    {"TartanAirDepthScale", "tartanair", {.depth_relative = 1e-3}, "flow_scale"},
+    {"TartanAirOneFrameOfTime", "tartanair", {.pose_shift_frames = 1}, "flow_time"},
+    {"TartanAirMasks", "tartanair", {.covisible_everywhere = true}, "flow_masks"},
+};
+
+INSTANTIATE_TEST_SUITE_P(Mistakes, Wrong, testing::ValuesIn(kCases), [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace terracast::validate

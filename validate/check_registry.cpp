@@ -1,0 +1,74 @@
+#include "core/random.h"
+#include "validate/checks/checker.h"
+#include "validate/dataset.h"
+
+// One line a check, alphabetical; the file is checks/<name>.cpp and defines make_<name>_check().
+#define TERRACAST_CHECKS(X)                                                                                         \
+  X(calibration, "intrinsics and mounts of the format's files against dataset.json")                              \
+  X(colmap_model, "COLMAP's sparse model: reprojection, tracks, rigs, text against binary, depth, colours")        \
+  X(flow, "stored flow and its masks against depth, poses and intrinsics")                                        \
+  X(georeference, "poses and times against georeference.csv on WGS84")                                            \
+  X(photometric, "colours carried by depth and poses into other images against the colours there")               \
+  X(reprojection, "depth carried by poses into other images against the depth there")                             \
+  X(stereo, "disparity against depth, focal length and baseline, and left against right images")                  \
+  X(structure, "files of dataset.json: presence, size, hash; numbering, sizes, readability; nothing beside them") \
+  X(trajectory, "poses: true rotations, no jumps")
+
+namespace terracast::validate {
+
+#define TERRACAST_DECLARE(name, summary) std::unique_ptr<Checker> make_##name##_check(const ValidateOptions&);
+TERRACAST_CHECKS(TERRACAST_DECLARE)
+#undef TERRACAST_DECLARE
+
+std::span<const CheckInfo> checks() {
+#define TERRACAST_ROW(name, summary) {#name, summary, &make_##name##_check},
+  static constexpr CheckInfo kTable[] = {TERRACAST_CHECKS(TERRACAST_ROW)};
+#undef TERRACAST_ROW
+  return kTable;
+}
+
+std::span<const NameAndSummary> check_list() {
+#define TERRACAST_ROW(name, summary) {#name, summary},
+  static constexpr NameAndSummary kTable[] = {TERRACAST_CHECKS(TERRACAST_ROW)};
+#undef TERRACAST_ROW
+  return kTable;
+}
+
+std::vector<std::string> format_names() { return reader_names(); }
+
+CheckResult skipped_result(std::string name, std::string why) {
+  CheckResult result;
+  result.name = std::move(name);
+  result.ok = true;
+  result.skipped = true;
+  result.worst = std::move(why);
+  return result;
+}
+
+void note_worst(CheckResult& result, double value, const std::string& where) {
+  if (!std::isfinite(value)) value = 1e9;
+  if (value < result.value || (value == result.value && !result.worst.empty())) return;
+  result.value = value;
+  result.worst = where;
+}
+
+std::string place_of(const View& view) { return fmt::format("{}, frame {}", view.camera->name, view.frame); }
+std::string place_of(const View& view, int x, int y) {
+  return fmt::format("{}, frame {}, pixel ({}, {})", view.camera->name, view.frame, x, y);
+}
+
+std::vector<Eigen::Vector2i> draw_pixels(const Intrinsics& camera, std::int64_t count, const ValidateOptions& options,
+                                         const View& view, std::uint64_t salt) {
+  std::vector<Eigen::Vector2i> pixels;
+  if (count <= 0) return pixels;
+  pixels.reserve(static_cast<std::size_t>(count));
+  const std::uint64_t stream = core::stream_of(
+      core::stream_of(salt, static_cast<std::uint64_t>(view.camera_index)), static_cast<std::uint64_t>(view.frame));
+  const auto seed = static_cast<std::uint64_t>(options.seed);
+  for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(count); ++i)
+    pixels.emplace_back(static_cast<int>(camera.width_px * core::random_unit(seed, stream, 2 * i)),
+                        static_cast<int>(camera.height_px * core::random_unit(seed, stream, 2 * i + 1)));
+  return pixels;
+}
+
+}  // namespace terracast::validate

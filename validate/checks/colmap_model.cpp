@@ -1,0 +1,331 @@
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+
+#include "core/parallel.h"
+#include "validate/checks/checker.h"
+#include "validate/sampling.h"
+
+/// COLMAP's sparse model: that its parts agree with each other, and its points with images and depth maps.
+namespace terracast::validate {
+
+namespace {
+
+/// Counts contradictions and keeps the first.
+struct Contradictions {
+  std::int64_t count = 0;
+  std::string first;
+  template <class... Args>
+  void add(fmt::format_string<Args...> format, Args&&... args) {
+    if (++count == 1) first = fmt::format(format, std::forward<Args>(args)...);
+  }
+};
+
+CheckResult count_result(const char* name, const Contradictions& found, std::string summary, const char* reason,
+                         const char* detects) {
+  CheckResult result;
+  result.name = name;
+  result.value = static_cast<double>(found.count);
+  result.unit = "contradictions";
+  result.ok = found.count == 0;
+  result.worst = found.first;
+  result.summary = std::move(summary);
+  result.reason = reason;
+  result.detects = detects;
+  return result;
+}
+
+template <class Table>
+void compare_tables(const char* what, const Table& text, const Table& binary, Contradictions& found) {
+  for (const auto& [id, entry] : binary) {
+    const auto other = text.find(id);
+    if (other == text.end())
+      found.add("{} {} stands in the binary model only", what, id);
+    else if (!(other->second == entry))
+      found.add("{} {} differs between the text and the binary model", what, id);
+  }
+  for (const auto& [id, entry] : text)
+    if (!binary.contains(id)) found.add("{} {} stands in the text model only", what, id);
+}
+
+struct Reprojection {
+  double worst_px = 0.0;
+  std::string worst;
+  std::int64_t num_observations = 0;
+};
+
+void reproject(const ColmapModel& model, const char* kind, const Sequence& sequence, Reprojection& result) {
+  for (const auto& [id, image] : model.images) {
+    const std::size_t slash = image.name.rfind('/');
+    const int index = slash == std::string::npos ? -1 : sequence.camera_index(image.name.substr(0, slash));
+    if (index < 0) continue;
+    const auto entry = model.cameras.find(image.camera_id);
+    if (entry == model.cameras.end() || entry->second.parameters.size() != 4) continue;
+    const std::vector<double>& p = entry->second.parameters;
+    const Pose camera_from_world = image.camera_from_world.pose();
+    for (std::size_t k = 0; k < image.observations.size(); ++k) {
+      const ColmapObservation& seen = image.observations[k];
+      const auto point = model.points.find(seen.point_id);
+      if (point == model.points.end()) continue;
+      const Eigen::Vector3d at =
+          camera_from_world * Eigen::Vector3d(point->second.position[0], point->second.position[1], point->second.position[2]);
+      double error = 1e9;
+      if (at.z() > 0.0)
+        error = std::hypot(p[0] * at.x() / at.z() + p[2] - seen.x_px, p[1] * at.y() / at.z() + p[3] - seen.y_px);
+      ++result.num_observations;
+      if (error <= result.worst_px && !result.worst.empty()) continue;
+      result.worst_px = std::isfinite(error) ? error : 1e9;
+      result.worst = fmt::format("{} model, image {}, observation {} of point {}", kind, image.name, k, seen.point_id);
+    }
+  }
+}
+
+/// Tracks and observations name each other; every observation stands inside its image.
+void check_tracks(const ColmapModel& model, Contradictions& found) {
+  for (const auto& [id, point] : model.points) {
+    std::set<std::int64_t> images;
+    for (const auto& [image_id, index] : point.track) {
+      const auto image = model.images.find(image_id);
+      if (image == model.images.end()) {
+        found.add("point {}: its track names image {}, which is not there", id, image_id);
+      } else if (index < 0 || index >= static_cast<std::int64_t>(image->second.observations.size())) {
+        found.add("point {}: observation {} of image {} is not there", id, index, image_id);
+      } else if (image->second.observations[static_cast<std::size_t>(index)].point_id != id) {
+        found.add("point {}: observation {} of image {} belongs to point {}", id, index, image_id,
+                  image->second.observations[static_cast<std::size_t>(index)].point_id);
+      }
+      if (!images.insert(image_id).second) found.add("point {} is seen twice by image {}", id, image_id);
+    }
+  }
+  std::int64_t num_tracked = 0;
+  for (const auto& [id, point] : model.points) num_tracked += static_cast<std::int64_t>(point.track.size());
+  std::int64_t num_observed = 0;
+  for (const auto& [id, image] : model.images) {
+    const auto camera = model.cameras.find(image.camera_id);
+    if (camera == model.cameras.end()) found.add("image {} names camera {}, which is not there", image.name, image.camera_id);
+    for (const ColmapObservation& seen : image.observations) {
+      if (seen.point_id < 0) continue;
+      ++num_observed;
+      if (!model.points.contains(seen.point_id)) found.add("image {} sees point {}, which is not there", image.name, seen.point_id);
+      if (camera != model.cameras.end() &&
+          (seen.x_px < 0.0 || seen.y_px < 0.0 || seen.x_px > static_cast<double>(camera->second.width_px) ||
+           seen.y_px > static_cast<double>(camera->second.height_px)))
+        found.add("image {}: ({}, {}) is outside", image.name, seen.x_px, seen.y_px);
+    }
+  }
+  if (num_tracked != num_observed) found.add("{} entries of tracks for {} observations", num_tracked, num_observed);
+}
+
+/// The pose of each image by rig and frame, as COLMAP 3.12 and later take it, against the image's own.
+void check_rigs(const ColmapModel& model, CheckResult& result, Contradictions& found) {
+  constexpr double kReach_m = 1000.0;  // what a rotation moves at this distance
+  std::map<std::int64_t, std::int64_t> frame_of_image;
+  for (const auto& [frame_id, frame] : model.frames) {
+    const auto rig = model.rigs.find(frame.rig_id);
+    if (rig == model.rigs.end() || rig->second.sensors.empty()) {
+      found.add("frame {} names rig {}, which is not there or empty", frame_id, frame.rig_id);
+      continue;
+    }
+    for (const ColmapData& data : frame.data) {
+      const auto image = model.images.find(data.image_id);
+      if (image == model.images.end()) {
+        found.add("frame {} names image {}, which is not there", frame_id, data.image_id);
+        continue;
+      }
+      if (!frame_of_image.emplace(data.image_id, frame_id).second) found.add("image {} is in two frames", data.image_id);
+      if (image->second.camera_id != data.sensor_id)
+        found.add("frame {}: image {} is of camera {}, not {}", frame_id, data.image_id, image->second.camera_id, data.sensor_id);
+      const ColmapSensor* sensor = nullptr;
+      for (const ColmapSensor& candidate : rig->second.sensors)
+        if (candidate.id == data.sensor_id && candidate.type == data.type) sensor = &candidate;
+      const bool is_reference = sensor == rig->second.sensors.data();
+      if (sensor == nullptr || (!is_reference && !sensor->has_pose)) {
+        found.add("rig {} has no pose for sensor {}", frame.rig_id, data.sensor_id);
+        continue;
+      }
+      const Pose sensor_from_rig = is_reference ? Pose{} : sensor->sensor_from_rig.pose();
+      const Pose by_rig = sensor_from_rig * frame.rig_from_world.pose();
+      const Pose own = image->second.camera_from_world.pose();
+      const double centre_m = (by_rig.inverse().translation - own.inverse().translation).norm();
+      note_worst(result, centre_m + kReach_m * rotation_angle_rad(by_rig.rotation.transpose() * own.rotation),
+                 fmt::format("image {}, frame {}", image->second.name, frame_id));
+    }
+  }
+  for (const auto& [id, image] : model.images)
+    if (!frame_of_image.contains(id)) found.add("image {} is in no frame: COLMAP refuses such a model", image.name);
+}
+
+class ColmapModelChecker : public Checker {
+ public:
+  void frame(const FrameWindow& window, const std::vector<ViewPair>&) override {
+    if (!window.sequence().binary_model) return;
+    const ColmapModel& model = *window.sequence().binary_model;
+    if (by_name_.empty())
+      for (const auto& [id, image] : model.images) by_name_[image.name] = id;
+    for (int camera = 0; camera < static_cast<int>(window.sequence().cameras.size()); ++camera) {
+      const std::optional<View> view = window.view(camera, window.frame());
+      if (!view) continue;
+      const auto id = by_name_.find(view->camera->name + "/" + frame_digits(view->frame) + ".png");
+      if (id != by_name_.end()) look(*view, model, model.images.at(id->second));
+    }
+  }
+
+  std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
+    if (!sequence.binary_model || !sequence.text_model) return {skipped_result("colmap", "not a COLMAP dataset")};
+    const ColmapModel& binary = *sequence.binary_model;
+    const ColmapModel& text = *sequence.text_model;
+    std::vector<CheckResult> results;
+
+    Reprojection reprojection;
+    reproject(binary, "binary", sequence, reprojection);
+    reproject(text, "text", sequence, reprojection);
+    CheckResult observations;
+    observations.name = "colmap_reprojection";
+    observations.value = reprojection.worst_px;
+    observations.bound = 1e-6;
+    observations.unit = "px";
+    observations.ok = observations.value <= observations.bound && reprojection.num_observations > 0;
+    observations.worst = reprojection.worst;
+    observations.summary = fmt::format("Largest distance of {} observations (text and binary) from their point's projection.",
+                                       reprojection.num_observations);
+    observations.reason = "Points, poses and observations are written with 17 digits or as doubles; they are exact.";
+    observations.detects = "1e-5 px; half a pixel of a wrong centre rule; a pose the wrong way round";
+    results.push_back(std::move(observations));
+
+    Contradictions differences;
+    compare_tables("camera", text.cameras, binary.cameras, differences);
+    compare_tables("image", text.images, binary.images, differences);
+    compare_tables("point", text.points, binary.points, differences);
+    compare_tables("rig", text.rigs, binary.rigs, differences);
+    compare_tables("frame", text.frames, binary.frames, differences);
+    results.push_back(count_result("colmap_text_binary", differences, "Entries that differ between the two models, to the bit.",
+                                   "17 digits give back the same double.", "one bit of one number"));
+
+    Contradictions tracks;
+    check_tracks(binary, tracks);
+    results.push_back(count_result("colmap_tracks", tracks,
+                                   fmt::format("Tracks of {} points and observations of {} images name each other, once, inside "
+                                               "their images.", binary.points.size(), binary.images.size()),
+                                   "COLMAP and its readers follow these indices blindly.", "one index off by one"));
+
+    CheckResult rigs;
+    rigs.name = "colmap_rigs";
+    rigs.bound = 1e-6;
+    rigs.unit = "m at 1 km";
+    Contradictions frames;
+    check_rigs(binary, rigs, frames);
+    rigs.ok = rigs.value <= rigs.bound;
+    rigs.summary = fmt::format("Poses by rig and frame against poses of images ({} rigs, {} frames): centres, and what rotations "
+                               "move at 1 km.", binary.rigs.size(), binary.frames.size());
+    rigs.reason = "New versions of COLMAP take one, old ones the other; doubles leave 1e-9 m.";
+    rigs.detects = "1e-5 m or 1e-6 deg between the two";
+    results.push_back(std::move(rigs));
+    results.push_back(count_result("colmap_frames", frames, "Every image stands in exactly one frame, with its own camera.",
+                                   "COLMAP refuses to load other models.", "one image without frame"));
+
+    double num_tracked = 0.0;
+    for (const auto& [id, point] : binary.points) num_tracked += static_cast<double>(point.track.size());
+    CheckResult points;
+    points.name = "colmap_points";
+    points.value = static_cast<double>(binary.points.size());
+    points.bound = 2000.0;
+    points.unit = "points (at least)";
+    points.ok = points.value >= points.bound;
+    points.summary = "Points of the model.";
+    points.reason = "Fewer do not cover the images of a sequence.";
+    points.detects = "a model that lost its points";
+    results.push_back(points);
+    points.name = "colmap_track_length";
+    points.value = binary.points.empty() ? 0.0 : num_tracked / static_cast<double>(binary.points.size());
+    points.bound = 3.0;
+    points.unit = "images (at least)";
+    points.ok = points.value >= points.bound;
+    points.summary = "Mean number of images that see a point.";
+    points.reason = "Two views give no redundancy.";
+    results.push_back(std::move(points));
+
+    CheckResult depth;
+    depth.name = "colmap_depth";
+    depth.value = static_cast<double>(num_hidden_) / static_cast<double>(std::max<std::int64_t>(num_looked_, 1));
+    depth.bound = 1e-3;
+    depth.unit = "share";
+    depth.ok = depth.value <= depth.bound && num_looked_ > 0;
+    depth.worst = worst_hidden_;
+    depth.summary = fmt::format("Share of {} observations whose point stands over 1 % behind or before all 16 depths around its "
+                                "pixel.", num_looked_);
+    depth.reason = "Each observation was found visible by a ray; only ridges thinner than a pixel escape 16 pixels.";
+    depth.detects = "points seen through hills, points beside the surface";
+    results.push_back(std::move(depth));
+    CheckResult residual;
+    residual.name = "colmap_depth_residual";
+    residual.value = median(depth_residuals_);
+    residual.bound = 2e-3;
+    residual.unit = "of the depth";
+    residual.ok = residual.value <= residual.bound;
+    residual.summary = "Median |depth of the point / depth interpolated at its pixel - 1|.";
+    residual.reason = "As for `reprojection`: what rough ground does between pixel centres.";
+    residual.detects = "depth maps of other frames, range instead of depth";
+    results.push_back(std::move(residual));
+
+    std::vector<double> color_differences;
+    for (const auto& [id, difference] : least_color_difference_) color_differences.push_back(difference);
+    CheckResult color;
+    color.name = "colmap_color";
+    color.value = median(color_differences);
+    color.bound = 16.0;
+    color.unit = "levels";
+    color.ok = color.value <= color.bound;
+    color.summary = fmt::format("Median over {} points of the difference (mean of the channels) between a point's colour and the "
+                                "most similar of its images.", color_differences.size());
+    color.reason = "A point's colour is one image's, or their mean; fine texture changes it by some levels.";
+    color.detects = "swapped channels, colours of other points";
+    results.push_back(std::move(color));
+    return results;
+  }
+
+ private:
+  void look(const View& view, const ColmapModel& model, const ColmapImage& image) {
+    for (const ColmapObservation& seen : image.observations) {
+      const auto found = model.points.find(seen.point_id);
+      if (found == model.points.end()) continue;
+      const ColmapPoint& point = found->second;
+      const Eigen::Vector2d pixel(seen.x_px, seen.y_px);
+      const int x = static_cast<int>(std::floor(seen.x_px));
+      const int y = static_cast<int>(std::floor(seen.y_px));
+      if (!view.camera->intrinsics.contains(pixel)) continue;
+      if (!view.image->color.empty()) {
+        double difference = 0.0;
+        for (int c = 0; c < 3; ++c)
+          difference += std::abs(view.image->color(x, y, c) - point.color[static_cast<std::size_t>(c)]) / 3.0;
+        const auto [entry, is_new] = least_color_difference_.emplace(seen.point_id, difference);
+        if (!is_new) entry->second = std::min(entry->second, difference);
+      }
+      if (view.image->depth.empty()) continue;
+      const auto depth = sample_inverse_depth(view.image->depth, pixel);
+      if (!depth) continue;
+      const double expected_m = (view.local_from_camera.inverse() *
+                                 Eigen::Vector3d(point.position[0], point.position[1], point.position[2])).z();
+      ++num_looked_;
+      constexpr double kClear = 0.01;
+      const bool is_off = expected_m > depth->farthest_m * (1.0 + kClear) || expected_m < depth->nearest_m * (1.0 - kClear);
+      if (is_off && ++num_hidden_ == 1)
+        worst_hidden_ = fmt::format("{}: point {} at {:.3f} m, depths {:.3f} to {:.3f} m", place_of(view, x, y), seen.point_id,
+                                    expected_m, depth->nearest_m, depth->farthest_m);
+      depth_residuals_.push_back(std::abs(expected_m * depth->inverse_depth.value - 1.0));
+    }
+  }
+
+  std::map<std::string, std::int64_t> by_name_;
+  std::int64_t num_looked_ = 0;
+  std::int64_t num_hidden_ = 0;
+  std::string worst_hidden_;
+  std::vector<double> depth_residuals_;
+  std::map<std::int64_t, double> least_color_difference_;
+};
+
+}  // namespace
+
+std::unique_ptr<Checker> make_colmap_model_check(const ValidateOptions&) { return std::make_unique<ColmapModelChecker>(); }
+
+}  // namespace terracast::validate

@@ -1,0 +1,234 @@
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "core/parallel.h"
+#include "validate/checks/checker.h"
+#include "validate/evidence.h"
+#include "validate/pictures.h"
+#include "validate/sampling.h"
+
+/// Stored flow against flow from depth, poses and intrinsics, both ways; its masks against the image's border and the depth.
+namespace terracast::validate {
+
+namespace {
+
+/// One direction of one flow file.
+struct Direction {
+  ViewPair pair;
+  const core::ImageF* flow;
+  const core::Image8* in_view;
+  const core::Image8* covisible;
+};
+
+struct DirectionSummary {
+  std::int64_t num_pixels = 0;
+  double worst_px = 0.0;
+  std::string worst_place;
+  std::int64_t num_contradictions = 0;
+  std::string first_contradiction;
+  std::int64_t num_agreeing = 0;  ///< seen by both by their depths
+  std::int64_t num_unclaimed = 0;  ///< of those, not co-visible by the mask
+  Evidence::Part part;
+};
+
+class DirectionComparison {
+ public:
+  DirectionComparison(const Direction& direction, const ValidateOptions& options)
+      : d_(direction), options_(options), b_from_a_(d_.pair.b.local_from_camera.inverse() * d_.pair.a.local_from_camera) {}
+
+  DirectionSummary run() {
+    const Intrinsics& k = d_.pair.a.camera->intrinsics;
+    // Residuals of every n-th pixel are enough for the estimates; the largest error and the masks are taken of all.
+    const std::int64_t num_all = static_cast<std::int64_t>(k.width_px) * k.height_px;
+    stride_ = std::max<std::int64_t>(1, num_all / std::max<std::int64_t>(1, 4 * options_.samples_per_image));
+    for (int y = 0; y < k.height_px; ++y)
+      for (int x = 0; x < k.width_px; ++x) compare(x, y);
+    summary_.part = Evidence::sum(d_.pair, residuals_);
+    return std::move(summary_);
+  }
+
+ private:
+  void contradict(int x, int y, const char* what) {
+    if (++summary_.num_contradictions == 1)
+      summary_.first_contradiction = fmt::format("{}: {}", place_of(d_.pair.a, x, y), what);
+  }
+
+  void compare(int x, int y) {
+    const Intrinsics& k_a = d_.pair.a.camera->intrinsics;
+    const Intrinsics& k_b = d_.pair.b.camera->intrinsics;
+    const bool says_in_view = (*d_.in_view)(x, y) != 0;
+    const bool says_covisible = (*d_.covisible)(x, y) != 0;
+    const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
+    const Eigen::Vector2d stored(static_cast<double>((*d_.flow)(x, y, 0)), static_cast<double>((*d_.flow)(x, y, 1)));
+    if (!stored.allFinite()) {
+      contradict(x, y, "flow is not finite");
+      return;
+    }
+    const auto depth_m = static_cast<double>(d_.pair.a.image->depth(x, y));
+    const bool is_sky = !std::isfinite(depth_m);
+    const Eigen::Vector3d ray = k_a.ray_from_pixel(pixel);
+    const Eigen::Vector3d point_a = is_sky ? ray : Eigen::Vector3d(ray * depth_m);
+    const Eigen::Vector3d point_b = is_sky ? Eigen::Vector3d(b_from_a_.rotation * ray) : b_from_a_ * point_a;
+    if (says_covisible && (is_sky || !says_in_view))
+      contradict(x, y, is_sky ? "sky is called co-visible" : "co-visible but not in the field of view");
+    if (!(point_b.z() > 0.0)) {
+      if (says_in_view) contradict(x, y, "behind the other camera, but called in its field of view");
+      return;
+    }
+    const Eigen::Vector2d target = k_b.pixel_from_point(point_b);
+    // Nearer to the border than this float32 flow may fall on either side.
+    constexpr double kBorder_px = 0.005;
+    if (!is_sky && k_b.contains(target, kBorder_px) && !says_in_view)
+      contradict(x, y, "in the other's field of view, but masked out");
+    if (!k_b.contains(target, -kBorder_px) && says_in_view)
+      contradict(x, y, "outside the other's image, but called in its field of view");
+    if (point_b.z() < 0.05 * point_a.z()) return;  // so near the other camera that float32 depth tells no flow
+    if (!k_b.contains(target, -0.5 * k_b.width_px)) return;
+    ++summary_.num_pixels;
+    const Eigen::Vector2d difference = stored - (target - pixel);
+    const double size = difference.norm();
+    if (size > summary_.worst_px || summary_.worst_place.empty()) {
+      summary_.worst_px = size;
+      summary_.worst_place = place_of(d_.pair.a, x, y);
+    }
+    if (is_sky) return;
+    if (k_b.contains(target, 2.0)) check_visibility(x, y, point_b.z(), target, says_covisible);
+    const std::int64_t index = static_cast<std::int64_t>(y) * k_a.width_px + x;
+    if (index % stride_ != 0) return;
+    const Eigen::Matrix<double, 2, 3> jacobian = projection_jacobian(k_b, point_b);
+    for (int axis = 0; axis < 2; ++axis) {
+      Residual residual;
+      residual.value = difference[axis];
+      // A principal point moves the pixel's ray in a and the target in b, never the pixel itself.
+      set_slopes(residual, d_.pair, point_a, point_b, -jacobian.row(axis),
+                 axis == 0 ? Eigen::Vector2d(-1.0, 0.0) : Eigen::Vector2d(0.0, -1.0),
+                 -(target[axis] - (axis == 0 ? k_b.cx_px : k_b.cy_px)), 0.0);
+      residuals_.push_back(residual);
+    }
+  }
+
+  void check_visibility(int x, int y, double predicted_m, const Eigen::Vector2d& target, bool says_covisible) {
+    const core::ImageF& depth_b = d_.pair.b.image->depth;
+    if (depth_b.empty()) return;
+    const std::optional<InverseDepthSample> seen = sample_inverse_depth(depth_b, target);
+    if (!seen) return;
+    // The format's own readers allow 0.169 m and 1 % between the ranges of what they call the same point.
+    if (says_covisible && seen->farthest_m < predicted_m - (0.17 + 0.01 * predicted_m))
+      contradict(x, y, "called co-visible, but the other image shows something nearer there");
+    const double r = seen->inverse_depth.value * predicted_m - 1.0;
+    if (std::abs(r) < 1e-3 && seen->roughness < 1e-3) {
+      ++summary_.num_agreeing;
+      if (!says_covisible) ++summary_.num_unclaimed;
+    }
+  }
+
+  Direction d_;
+  const ValidateOptions& options_;
+  Pose b_from_a_;
+  std::int64_t stride_ = 1;
+  DirectionSummary summary_;
+  std::vector<Residual> residuals_;
+};
+
+class FlowChecker : public Checker {
+ public:
+  explicit FlowChecker(const ValidateOptions& options) : options_(options) {}
+
+  void frame(const FrameWindow& window, const std::vector<ViewPair>&) override {
+    std::vector<Direction> directions;
+    for (int camera = 0; camera < static_cast<int>(window.sequence().cameras.size()); ++camera) {
+      const std::optional<View> now = window.view(camera, window.frame());
+      const std::optional<View> before = window.view(camera, window.frame() - 1);
+      if (!now || !before || !before->image->flow || before->image->depth.empty() || now->image->depth.empty()) continue;
+      const FlowFields& flow = *before->image->flow;
+      directions.push_back({{*before, *now}, &flow.forward, &flow.in_view_forward, &flow.covisible_forward});
+      directions.push_back({{*now, *before}, &flow.backward, &flow.in_view_backward, &flow.covisible_backward});
+    }
+    std::vector<DirectionSummary> summaries(directions.size());
+    core::parallel_for(static_cast<std::int64_t>(directions.size()), [&](std::int64_t i) {
+      summaries[static_cast<std::size_t>(i)] = DirectionComparison(directions[static_cast<std::size_t>(i)], options_).run();
+    });
+    for (const DirectionSummary& summary : summaries) {
+      ++num_directions_;
+      num_pixels_ += summary.num_pixels;
+      if (summary.worst_px > worst_px_ || worst_place_.empty()) {
+        worst_px_ = summary.worst_px;
+        worst_place_ = summary.worst_place;
+      }
+      errors_.push_back(summary.worst_px);
+      num_contradictions_ += summary.num_contradictions;
+      if (first_contradiction_.empty()) first_contradiction_ = summary.first_contradiction;
+      num_agreeing_ += summary.num_agreeing;
+      num_unclaimed_ += summary.num_unclaimed;
+      evidence_.add(summary.part);
+    }
+  }
+
+  std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
+    if (num_directions_ == 0) return {skipped_result("flow", "the format holds no flow")};
+    CheckResult flow;
+    flow.name = "flow";
+    flow.value = worst_px_;
+    flow.bound = 5e-3;
+    flow.unit = "px";
+    flow.ok = flow.value <= flow.bound;
+    flow.worst = worst_place_;
+    flow.summary = fmt::format("Largest difference between stored flow and flow from depth, poses and intrinsics, over {} pixels "
+                               "of {} fields, forward and backward; sky by rotation alone.", num_pixels_, num_directions_);
+    flow.reason = "float32 depth (6e-8), float32 flow and poses of nine digits leave less than 1e-3 px.";
+    flow.detects = "0.01 deg of rotation (0.056 px), a wrong sign, axis or frame";
+    CheckResult::Plot plot{"largest error of each field", "field (forward and backward in turn)", "px", {}, errors_};
+    for (std::size_t i = 0; i < errors_.size(); ++i) plot.x.push_back(static_cast<double>(i));
+    flow.plots.push_back(std::move(plot));
+
+    CheckResult masks;
+    masks.name = "flow_masks";
+    masks.value = static_cast<double>(num_contradictions_) / static_cast<double>(std::max<std::int64_t>(num_pixels_, 1));
+    masks.bound = 1e-5;
+    masks.unit = "share";
+    masks.ok = masks.value <= masks.bound;
+    masks.worst = first_contradiction_;
+    masks.summary = fmt::format("{} contradictions: field-of-view masks are exact, co-visible pixels lie in the field of view, are "
+                                "not sky, and nothing over 1 % nearer stands in all 16 pixels around their target.", num_contradictions_);
+    masks.reason = "A mask that claims too much teaches false matches. One pixel in 100 000 is left for silhouettes thinner than a pixel.";
+    masks.detects = "masks of the other direction, swapped masks, sky called visible";
+
+    CheckResult unclaimed;
+    unclaimed.name = "flow_covisible";
+    unclaimed.value = static_cast<double>(num_unclaimed_) / static_cast<double>(std::max<std::int64_t>(num_agreeing_, 1));
+    unclaimed.bound = 0.02;
+    unclaimed.unit = "share";
+    unclaimed.ok = unclaimed.value <= unclaimed.bound;
+    unclaimed.summary = fmt::format("Share of {} pixels whose depth agrees in both images, yet are not called co-visible.", num_agreeing_);
+    unclaimed.reason = "Visibility is decided by rays, agreement by interpolated depth: they differ at grazing angles only.";
+    unclaimed.detects = "an empty co-visible mask";
+    std::vector<CheckResult> results{flow, masks, unclaimed};
+    const Evidence::Bounds bounds{.principal_px = 0.05, .focal_percent = 0.05, .scale_percent = 0.05,
+                                  .time_frames = 0.25, .rotation_deg = 0.005};
+    for (CheckResult& result : evidence_.results("flow", sequence, bounds, "the differences of flow",
+                                                 "0.1 px of principal point, 0.1 % of scale or focal length, 0.01 deg of rotation, "
+                                                 "one frame of time"))
+      results.push_back(std::move(result));
+    return results;
+  }
+
+ private:
+  ValidateOptions options_;
+  Evidence evidence_;
+  std::int64_t num_directions_ = 0;
+  std::int64_t num_pixels_ = 0;
+  double worst_px_ = 0.0;
+  std::string worst_place_;
+  std::vector<double> errors_;
+  std::int64_t num_contradictions_ = 0;
+  std::string first_contradiction_;
+  std::int64_t num_agreeing_ = 0;
+  std::int64_t num_unclaimed_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Checker> make_flow_check(const ValidateOptions& options) { return std::make_unique<FlowChecker>(options); }
+
+}  // namespace terracast::validate

@@ -1,0 +1,168 @@
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "core/parallel.h"
+#include "validate/checks/checker.h"
+#include "validate/pictures.h"
+#include "validate/sampling.h"
+
+/// A rectified pair: disparity x depth = focal length x baseline, and the right image carried by the disparity against the
+/// left one. Where the format stores no disparity the one of depth is used for the images.
+namespace terracast::validate {
+
+namespace {
+
+class StereoChecker : public Checker {
+ public:
+  explicit StereoChecker(const ValidateOptions& options) : options_(options) {}
+
+  void frame(const FrameWindow& window, const std::vector<ViewPair>&) override {
+    if (!window.sequence().stereo) return;
+    const StereoPair& stereo = *window.sequence().stereo;
+    const std::optional<View> left = window.view(stereo.left, window.frame());
+    const std::optional<View> right = window.view(stereo.right, window.frame());
+    if (!left || !right || left->image->depth.empty()) return;
+    ++num_frames_;
+    const Intrinsics& k = left->camera->intrinsics;
+    const double product = k.fx_px * stereo.baseline_m;
+    // Rectified images of one height differ by the disparity and by what their principal points differ.
+    const double offset_px = k.cx_px - right->camera->intrinsics.cx_px;
+    LoadedImage matched;
+    matched.grey = left->image->grey;
+    matched.disparity = left->image->disparity;
+    const bool is_stored = !matched.disparity.empty();
+    if (is_stored) compare_disparity(*left, product, offset_px);
+    if (!is_stored) {
+      matched.disparity = left->image->depth;
+      for (float& value : matched.disparity.data())
+        value = static_cast<float>(product / static_cast<double>(value) + offset_px);
+    }
+    View seen = *left;
+    seen.image = &matched;
+    const std::int64_t count = std::max<std::int64_t>(options_.samples_per_image / 4, 1);
+    const std::vector<Eigen::Vector2i> pixels = draw_pixels(k, count, options_, *left, 1ULL << 41);
+    std::vector<std::optional<PatchMatch>> matches(pixels.size());
+    core::parallel_for_blocks(static_cast<std::int64_t>(pixels.size()), 64, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t i = begin; i < end; ++i) {
+        const Eigen::Vector2i& at = pixels[static_cast<std::size_t>(i)];
+        matches[static_cast<std::size_t>(i)] = match_patch_by_disparity(seen, *right, at.x(), at.y());
+      }
+    });
+    for (const auto& match : matches)
+      if (match && match->has_converged) {
+        shift_x_.push_back(match->shift_px.x());
+        shift_y_.push_back(match->shift_px.y());
+      }
+  }
+
+  std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
+    if (!sequence.stereo || num_frames_ == 0) return {skipped_result("stereo", "the format holds no rectified pair with depth")};
+    std::vector<CheckResult> results;
+    if (num_pixels_ > 0) {
+      CheckResult disparity;
+      disparity.name = "stereo_disparity";
+      disparity.value = worst_px_;
+      disparity.bound = 0.5 / 256.0 + 1e-4;
+      disparity.unit = "px";
+      disparity.ok = disparity.value <= disparity.bound;
+      disparity.worst = worst_place_;
+      disparity.summary = fmt::format("Largest |disparity - f b / depth| over {} pixels of {} frames; f b = {:.6g} px m. A pixel "
+                                      "has a disparity exactly where it has a depth.", num_pixels_, num_frames_,
+                                      sequence.cameras[static_cast<std::size_t>(sequence.stereo->left)].intrinsics.fx_px *
+                                          sequence.stereo->baseline_m);
+      disparity.reason = "The format rounds to 1/256 px: half a step, and rounding of float32.";
+      disparity.detects = "one count of 1/256 px, a missing pixel, a wrong baseline where disparities are over 4 px";
+      results.push_back(std::move(disparity));
+
+      const double scale_percent = 100.0 * sum_product_ / std::max(sum_square_, 1e-300);
+      // Rounding errors are uniform over a step.
+      const double error_percent = 100.0 / 256.0 / std::sqrt(12.0 * std::max(sum_square_, 1e-300));
+      CheckResult scale;
+      scale.name = "stereo_scale";
+      scale.value = std::abs(scale_percent);
+      scale.bound = 0.05;
+      scale.unit = "%";
+      scale.skipped = 5.0 * error_percent > scale.bound;
+      scale.ok = scale.skipped || scale.value <= scale.bound;
+      scale.worst = scale.skipped ? "the disparities are too small against their step"
+                                  : fmt::format("{:.4f} ± {:.1g} %", scale_percent, error_percent);
+      scale.summary = "The factor between stored disparities and f b / depth that fits all pixels best (least squares), less 1.";
+      scale.reason = "Half the smallest error that must be found.";
+      scale.detects = "0.1 % of baseline, focal length or depth";
+      results.push_back(std::move(scale));
+    }
+    constexpr std::size_t kEnough = 100;
+    if (shift_x_.size() < kEnough) {
+      results.push_back(skipped_result("stereo_shift", "fewer than 100 patches have contrast"));
+      return results;
+    }
+    const double scatter = [&] {
+      std::vector<double> sizes;
+      for (const double value : shift_x_) sizes.push_back(std::abs(value));
+      return median(sizes);
+    }();
+    const auto result_of = [&](const char* name, std::vector<double>& shifts, const char* summary, const char* detects) {
+      CheckResult result;
+      result.name = name;
+      const double value = median(shifts);
+      result.value = std::abs(value);
+      result.bound = 0.1;
+      result.unit = "px";
+      result.ok = result.value <= result.bound;
+      result.worst = fmt::format("median {:+.4f} px of {} patches", value, shifts.size());
+      result.summary = fmt::format("{} Median of {} patches of 7 x 7 pixels; one patch scatters by {:.3f} px.", summary,
+                                   shifts.size(), scatter);
+      result.reason = "Medians of hundreds of patches are known to about 0.01 px.";
+      result.detects = detects;
+      return result;
+    };
+    results.push_back(result_of("stereo_shift", shift_x_, "Left patches against the right image at x - disparity, along x.",
+                                "0.2 px of disparity, swapped images, a baseline of wrong sign"));
+    results.push_back(result_of("stereo_vertical", shift_y_, "The same along y: rectified pairs have none.",
+                                "0.2 px between rows: a pair that is not rectified"));
+    return results;
+  }
+
+ private:
+  void compare_disparity(const View& left, double product, double offset_px) {
+    const core::ImageF& depth = left.image->depth;
+    const core::ImageF& disparity = left.image->disparity;
+    for (int y = 0; y < depth.height(); ++y)
+      for (int x = 0; x < depth.width(); ++x) {
+        const auto depth_m = static_cast<double>(depth(x, y));
+        const auto stored = static_cast<double>(disparity(x, y));
+        if (!std::isfinite(depth_m) && !std::isfinite(stored)) continue;
+        const double expected = product / depth_m + offset_px;
+        // A disparity under half a step cannot be told from "none".
+        if (std::isfinite(depth_m) && !std::isfinite(stored) && expected < 1.0 / 256.0) continue;
+        ++num_pixels_;
+        double size = std::abs(stored - expected);
+        if (!std::isfinite(size)) size = std::isfinite(depth_m) ? expected : stored;
+        if (size > worst_px_) {
+          worst_px_ = size;
+          worst_place_ = fmt::format("{}: {:.5f} px stored, {:.5f} px by the depth {:.6g} m", place_of(left, x, y), stored,
+                                     expected, depth_m);
+        }
+        if (!std::isfinite(depth_m) || !std::isfinite(stored)) continue;
+        const double base = expected - offset_px;
+        sum_product_ += base * (stored - expected);
+        sum_square_ += base * base;
+      }
+  }
+
+  ValidateOptions options_;
+  std::int64_t num_frames_ = 0;
+  std::int64_t num_pixels_ = 0;
+  double worst_px_ = 0.0;
+  std::string worst_place_;
+  double sum_product_ = 0.0;
+  double sum_square_ = 0.0;
+  std::vector<double> shift_x_, shift_y_;
+};
+
+}  // namespace
+
+std::unique_ptr<Checker> make_stereo_check(const ValidateOptions& options) { return std::make_unique<StereoChecker>(options); }
+
+}  // namespace terracast::validate

@@ -1,0 +1,200 @@
+#include "validate/evidence.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "validate/sampling.h"
+
+namespace terracast::validate {
+
+namespace {
+
+/// A cause as the report speaks of it.
+struct Judged {
+  const char* suffix;
+  const char* title;
+  const char* unit;
+  int first;
+  int last;
+  double factor;  ///< from the estimate's unit to the report's
+  double Evidence::Bounds::*bound;
+  bool is_of_cameras;
+  bool is_of_images;
+};
+constexpr Judged kJudged[] = {
+    {"principal_point", "principal point", "px", kPrincipalX, kPrincipalY, 1.0, &Evidence::Bounds::principal_px, true, false},
+    {"focal_length", "focal length", "%", kFocal, kFocal, 100.0, &Evidence::Bounds::focal_percent, true, false},
+    {"scale", "scale of depth against poses", "%", kScale, kScale, 100.0, &Evidence::Bounds::scale_percent, true, false},
+    {"time", "time of images against poses", "frames", kTime, kTime, 1.0, &Evidence::Bounds::time_frames, true, false},
+    {"rotation", "rotation", "deg", kRotationX, kRotationZ, 180.0 / kPi, &Evidence::Bounds::rotation_deg, true, true},
+    {"position", "position", "px", kPositionX, kPositionZ, 1.0, &Evidence::Bounds::position_px, false, true},
+};
+
+constexpr const char* kAxes[kNumCauses] = {"x", "y", "", "", "", "x", "y", "z", "x", "y", "z"};
+
+struct Worst {
+  double value = 0.0;
+  std::string where;
+  int num_seen = 0;
+  int num_unseen = 0;
+};
+
+/// Takes one estimate into account. Beyond what the residuals can tell, only the part beyond five standard errors counts.
+void judge(const Evidence::Sum& sum, double factor, double bound, const std::string& where, Worst& worst) {
+  constexpr double kSure = 5.0;
+  if (!(sum.slope_slope > 0.0)) {
+    ++worst.num_unseen;
+    return;
+  }
+  const double size = std::abs(factor * sum.slope_residual / sum.slope_slope);
+  const double error = factor * std::sqrt(sum.variance) / sum.slope_slope;
+  const bool is_seen = kSure * error < bound;
+  ++(is_seen ? worst.num_seen : worst.num_unseen);
+  const double value = is_seen ? size : std::max(0.0, size - kSure * error);
+  if (value <= worst.value && !worst.where.empty()) return;
+  if (!is_seen && value == 0.0) return;
+  worst.value = value;
+  worst.where = fmt::format("{}: {:.3g} ± {:.1g}", where, -factor * sum.slope_residual / sum.slope_slope, error);
+}
+
+}  // namespace
+
+void set_slopes(Residual& residual, const ViewPair& pair, const Eigen::Vector3d& point_a, const Eigen::Vector3d& point_b,
+                const Eigen::RowVector3d& by_point, const Eigen::Vector2d& by_principal, double by_focal, double by_scale) {
+  const Eigen::Vector3d in_b = by_point.transpose();
+  // The same derivative by the point in a: b_from_a turns a's axes into b's.
+  const Eigen::Vector3d in_a =
+      pair.a.local_from_camera.rotation.transpose() * (pair.b.local_from_camera.rotation * in_b);
+  const Intrinsics& k = pair.a.camera->intrinsics;
+  auto& a = residual.slopes[0];
+  const Eigen::Vector3d turn_a = point_a.cross(in_a);
+  a[kPrincipalX] = -point_a.z() / k.fx_px * in_a.x();
+  a[kPrincipalY] = -point_a.z() / k.fy_px * in_a.y();
+  a[kFocal] = -(point_a.x() * in_a.x() + point_a.y() * in_a.y());
+  a[kScale] = point_a.dot(in_a);
+  a[kTime] = pair.a.velocity_camera.dot(in_a) + pair.a.angular_velocity_camera.dot(turn_a);
+  auto& b = residual.slopes[1];
+  const Eigen::Vector3d turn_b = -point_b.cross(in_b);
+  b[kPrincipalX] = by_principal.x();
+  b[kPrincipalY] = by_principal.y();
+  b[kFocal] = by_focal;
+  b[kScale] = by_scale;
+  b[kTime] = -pair.b.velocity_camera.dot(in_b) + pair.b.angular_velocity_camera.dot(turn_b);
+  for (int axis = 0; axis < 3; ++axis) {
+    a[static_cast<std::size_t>(kRotationX + axis)] = turn_a[axis];
+    a[static_cast<std::size_t>(kPositionX + axis)] = in_a[axis];
+    b[static_cast<std::size_t>(kRotationX + axis)] = turn_b[axis];
+    b[static_cast<std::size_t>(kPositionX + axis)] = -in_b[axis];
+  }
+}
+
+Evidence::Sum& Evidence::Sum::operator+=(const Sum& other) {
+  slope_residual += other.slope_residual;
+  slope_slope += other.slope_slope;
+  variance += other.variance;
+  return *this;
+}
+
+Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& residuals) {
+  Part part;
+  part.cameras = {pair.a.camera_index, pair.b.camera_index};
+  part.frames = {pair.a.frame, pair.b.frame};
+  if (residuals.size() < 16) return part;  // too few to tell their scale
+  std::vector<double> sizes;
+  sizes.reserve(residuals.size());
+  for (const Residual& residual : residuals) sizes.push_back(std::abs(residual.value) / residual.sigma);
+  // About zero, not about their median: a mistake common to all must not look like outliers.
+  const double scale = std::max(1.4826 * median(sizes), 1e-12);
+  constexpr double kCut = 6.0;
+  for (const Residual& residual : residuals) {
+    const double sigma = residual.sigma * scale;
+    const double size = residual.value / (kCut * sigma);
+    if (std::abs(size) >= 1.0) continue;
+    const double tukey = (1.0 - size * size) * (1.0 - size * size);
+    const double weight = tukey / (sigma * sigma);
+    for (std::size_t cause = 0; cause < kNumCauses; ++cause) {
+      const double a = residual.slopes[0][cause];
+      const double b = residual.slopes[1][cause];
+      part.sides[0][cause].add(weight, a, residual.value);
+      part.sides[1][cause].add(weight, b, residual.value);
+      part.both[cause].add(weight, a + b, residual.value);
+    }
+    ++part.num_residuals;
+  }
+  return part;
+}
+
+void Evidence::add(const Part& part) {
+  if (part.num_residuals == 0) return;
+  num_residuals_ += part.num_residuals;
+  for (std::size_t cause = 0; cause < kNumCauses; ++cause) {
+    cameras_[-1][cause] += part.both[cause];
+    if (part.cameras[0] == part.cameras[1]) {
+      cameras_[part.cameras[0]][cause] += part.both[cause];
+    } else {
+      cameras_[part.cameras[0]][cause] += part.sides[0][cause];
+      cameras_[part.cameras[1]][cause] += part.sides[1][cause];
+    }
+    for (std::size_t side = 0; side < 2; ++side)
+      images_[{part.cameras[side], part.frames[side]}][cause] += part.sides[side][cause];
+  }
+  for (std::size_t side = 0; side < 2; ++side)
+    if (part.pixels_per_metre[side] > 0.0) pixels_per_metre_[part.cameras[side]] = part.pixels_per_metre[side];
+}
+
+std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequence& sequence, const Bounds& bounds,
+                                           const std::string& what, const std::string& detects) const {
+  const auto camera_name = [&](int index) {
+    return index < 0 ? std::string("all cameras alike") : sequence.cameras[static_cast<std::size_t>(index)].name;
+  };
+  std::vector<CheckResult> results;
+  for (const Judged& judged : kJudged) {
+    const double bound = bounds.*judged.bound;
+    if (bound <= 0.0) continue;
+    Worst worst;
+    std::map<int, CheckResult::Plot> plots;
+    for (int cause = judged.first; cause <= judged.last; ++cause) {
+      const auto index = static_cast<std::size_t>(cause);
+      const std::string axis = std::string(kAxes[cause]).empty() ? "" : std::string(" ") + kAxes[cause];
+      if (judged.is_of_cameras)
+        for (const auto& [camera, sums] : cameras_)
+          judge(sums[index], judged.factor, bound, camera_name(camera) + ", all frames," + axis, worst);
+      if (!judged.is_of_images) continue;
+      for (const auto& [image, sums] : images_) {
+        const auto pixels = pixels_per_metre_.find(image.first);
+        const double factor = cause >= kPositionX ? (pixels == pixels_per_metre_.end() ? 0.0 : pixels->second) : judged.factor;
+        if (factor <= 0.0) continue;
+        judge(sums[index], factor, bound, fmt::format("{}, frame {},{}", camera_name(image.first), image.second, axis), worst);
+        if (!(sums[index].slope_slope > 0.0)) continue;
+        CheckResult::Plot& plot = plots[cause];
+        plot.title = fmt::format("{}{} that each image asks for", judged.title, axis);
+        plot.x_label = "image (cameras in turn, frames within)";
+        plot.y_label = judged.unit;
+        plot.x.push_back(static_cast<double>(plot.x.size()));
+        plot.y.push_back(-factor * sums[index].slope_residual / sums[index].slope_slope);
+      }
+    }
+    CheckResult result;
+    result.name = prefix + "_" + judged.suffix;
+    result.value = worst.value;
+    result.bound = bound;
+    result.unit = judged.unit;
+    result.ok = worst.value <= bound;
+    result.worst = worst.where;
+    result.skipped = worst.num_seen == 0 && result.ok;
+    if (result.skipped) result.worst = "the motion and the ground of this dataset do not show it";
+    result.summary = fmt::format(
+        "The correction of the {} that explains {} best, each alone: {} of {} corrections could be told to a fifth of the "
+        "bound, from {} residuals.",
+        judged.title, what, worst.num_seen, worst.num_seen + worst.num_unseen, num_residuals_);
+    result.reason = "The bound is half the smallest error that must be found; the estimate in a right dataset is 0 within its "
+                    "standard error.";
+    result.detects = detects;
+    for (auto& [cause, plot] : plots) result.plots.push_back(std::move(plot));
+    results.push_back(std::move(result));
+  }
+  return results;
+}
+
+}  // namespace terracast::validate

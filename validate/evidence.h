@@ -1,0 +1,103 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "validate/check.h"
+#include "validate/frames.h"
+
+/// Which small mistake in a dataset's metadata explains what two views disagree about.
+///
+/// Each residual r between two views is linear in small corrections of the metadata, r + J x. For every possible cause alone
+/// least squares gives the correction that explains the residuals best, x = -sum(w J r) / sum(w J J), with its standard error
+/// sqrt(sum((w J r)^2)) / sum(w J J). In a right dataset all are 0; a wrong principal point, rotation, scale or time shows at its
+/// full size in its own estimate, far below the noise of one pixel.
+namespace terracast::validate {
+
+/// Corrections of a camera (in all frames) or of one image.
+enum Cause {
+  kPrincipalX,  ///< px
+  kPrincipalY,
+  kFocal,  ///< relative
+  kScale,  ///< relative, of the depth against the poses
+  kTime,   ///< frames: the images were taken so much after their poses
+  kRotationX,  ///< rad, about the camera's axes
+  kRotationY,
+  kRotationZ,
+  kPositionX,  ///< m, along the camera's axes
+  kPositionY,
+  kPositionZ,
+  kNumCauses
+};
+
+/// One residual with its derivatives; sides: 0 the camera of view a, 1 of view b.
+struct Residual {
+  double value = 0.0;
+  double sigma = 1.0;  ///< what it may deviate by, up to a factor common to the pair
+  std::array<std::array<double, kNumCauses>, 2> slopes{};
+};
+
+/// The slopes of a residual that depends on the point in `b` and on the intrinsics of `b`.
+/// by_point      d r / d point_b
+/// by_principal  d r / d (cx, cy) of b
+/// by_focal      d r / d (relative focal length) of b
+/// by_scale      d r / d (relative depth) of b
+void set_slopes(Residual& residual, const ViewPair& pair, const Eigen::Vector3d& point_a, const Eigen::Vector3d& point_b,
+                const Eigen::RowVector3d& by_point, const Eigen::Vector2d& by_principal, double by_focal, double by_scale);
+
+class Evidence {
+ public:
+  struct Sum {
+    double slope_residual = 0.0;
+    double slope_slope = 0.0;
+    double variance = 0.0;
+    void add(double weight, double slope, double value) {
+      const double product = weight * slope * value;
+      slope_residual += product;
+      slope_slope += weight * slope * slope;
+      variance += product * product;
+    }
+    Sum& operator+=(const Sum& other);
+  };
+  using Sums = std::array<Sum, kNumCauses>;
+
+  /// What the residuals of one pair say; made in parallel, added in order.
+  struct Part {
+    std::array<int, 2> cameras{};
+    std::array<int, 2> frames{};
+    std::array<Sums, 2> sides{};
+    Sums both{};  ///< of one correction common to both sides
+    std::array<double, 2> pixels_per_metre{};  ///< at the typical depth, for positions
+    std::size_t num_residuals = 0;
+  };
+  /// Weighs the residuals of one pair (Tukey's biweight at 6 times the scale of their median) and sums them.
+  static Part sum(const ViewPair& pair, const std::vector<Residual>& residuals);
+
+  void add(const Part& part);
+
+  /// The largest correction that a dataset may need before the check fails; 0: not judged.
+  struct Bounds {
+    double principal_px = 0.0;
+    double focal_percent = 0.0;
+    double scale_percent = 0.0;
+    double time_frames = 0.0;
+    double rotation_deg = 0.0;
+    double position_px = 0.0;  ///< the shift that it makes in the image at the typical depth
+  };
+  /// Results `<prefix>_principal_point`, `_focal_length`, `_scale`, `_time`, `_rotation`, `_position`. A correction that the
+  /// motion cannot show (five standard errors beyond its bound) is left out and counted; a result of which nothing can be
+  /// seen is skipped and says so.
+  std::vector<CheckResult> results(const std::string& prefix, const Sequence& sequence, const Bounds& bounds,
+                                   const std::string& what, const std::string& detects) const;
+
+ private:
+  std::map<int, Sums> cameras_;  ///< by camera; -1: all alike
+  std::map<std::pair<int, int>, Sums> images_;  ///< by camera and frame
+  std::map<int, double> pixels_per_metre_;
+  std::size_t num_residuals_ = 0;
+};
+
+}  // namespace terracast::validate

@@ -1,0 +1,175 @@
+#include "validate/frames.h"
+
+#include <algorithm>
+
+#include "core/parallel.h"
+
+namespace terracast::validate {
+
+namespace {
+
+core::ImageF smoothed_luma(const core::Image8& color) {
+  const int width = color.width();
+  const int height = color.height();
+  core::ImageF luma(width, height);
+  for (std::size_t i = 0; i < luma.data().size(); ++i) {
+    const std::uint8_t* p = &color.data()[3 * i];
+    luma.data()[i] = 0.299F * static_cast<float>(p[0]) + 0.587F * static_cast<float>(p[1]) +
+                     0.114F * static_cast<float>(p[2]);
+  }
+  core::ImageF across(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      across(x, y) = 0.25F * luma(std::max(x - 1, 0), y) + 0.5F * luma(x, y) +
+                     0.25F * luma(std::min(x + 1, width - 1), y);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      luma(x, y) = 0.25F * across(x, std::max(y - 1, 0)) + 0.5F * across(x, y) +
+                   0.25F * across(x, std::min(y + 1, height - 1));
+  return luma;
+}
+
+/// Motion over one frame at `frame`, in the axes of the camera: central differences, one-sided of second order at the ends.
+void set_motion(View& view) {
+  const auto& poses = view.camera->local_from_camera;
+  const auto pose_at = [&](int frame) -> const Pose* {
+    if (frame < 0 || frame >= static_cast<int>(poses.size())) return nullptr;
+    const auto& pose = poses[static_cast<std::size_t>(frame)];
+    return pose ? &*pose : nullptr;
+  };
+  const auto step = [](const Pose& from, const Pose& to, Eigen::Vector3d& shift, Eigen::Vector3d& turn) {
+    shift = to.translation - from.translation;
+    turn = rotation_vector(from.rotation.transpose() * to.rotation);
+  };
+  const Pose* before = pose_at(view.frame - 1);
+  const Pose* after = pose_at(view.frame + 1);
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();
+  if (before != nullptr && after != nullptr) {
+    step(*before, *after, shift, turn);
+    shift *= 0.5;
+    turn *= 0.5;
+  } else if (before != nullptr || after != nullptr) {
+    const int direction = after != nullptr ? 1 : -1;
+    const Pose& near = *(after != nullptr ? after : before);
+    step(view.local_from_camera, near, shift, turn);
+    if (const Pose* far = pose_at(view.frame + 2 * direction)) {
+      Eigen::Vector3d next_shift, next_turn;
+      step(near, *far, next_shift, next_turn);
+      shift = 1.5 * shift - 0.5 * next_shift;
+      turn = 1.5 * turn - 0.5 * next_turn;
+    }
+    shift *= direction;
+    turn *= direction;
+  }
+  view.velocity_camera = view.local_from_camera.rotation.transpose() * shift;
+  view.angular_velocity_camera = turn;
+}
+
+/// Whether any of a grid of rays of one camera, at infinity or at a depth of its own image, stands in the other's image.
+bool may_overlap(const View& a, const View& b) {
+  const Pose b_from_a = b.local_from_camera.inverse() * a.local_from_camera;
+  constexpr int kGrid = 8;
+  for (int row = 0; row <= kGrid; ++row)
+    for (int column = 0; column <= kGrid; ++column) {
+      const Intrinsics& k = a.camera->intrinsics;
+      const Eigen::Vector2d pixel(k.width_px * (column + 0.01) / (kGrid + 0.02),
+                                  k.height_px * (row + 0.01) / (kGrid + 0.02));
+      double depth_m = 1e6;
+      if (!a.image->depth.empty()) {
+        const float measured = a.image->depth(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
+        if (std::isfinite(measured)) depth_m = static_cast<double>(measured);
+      }
+      const Eigen::Vector3d point = b_from_a * (k.ray_from_pixel(pixel) * depth_m);
+      if (point.z() > 0.0 && b.camera->intrinsics.contains(b.camera->intrinsics.pixel_from_point(point)))
+        return true;
+    }
+  return false;
+}
+
+}  // namespace
+
+FrameWindow::FrameWindow(const Dataset& dataset, const Sequence& sequence, Findings& findings)
+    : dataset_(dataset), sequence_(sequence), findings_(findings) {}
+
+bool FrameWindow::advance() {
+  if (frame_ + 1 >= sequence_.num_frames) return false;
+  ++frame_;
+  const std::size_t num_cameras = sequence_.cameras.size();
+  std::vector<LoadedImage> images(num_cameras);
+  const Reader& reader = find_reader(dataset_.format);
+  enum Kind { kColor, kDepth, kDisparity, kFlow, kNumKinds };
+  core::parallel_for(static_cast<std::int64_t>(num_cameras) * kNumKinds, [&](std::int64_t task) {
+    const auto index = static_cast<std::size_t>(task / kNumKinds);
+    const Camera& camera = sequence_.cameras[index];
+    const FrameFiles& files = camera.files[static_cast<std::size_t>(frame_)];
+    LoadedImage& image = images[index];
+    if (!camera.intrinsics.is_sound()) return;
+    switch (static_cast<Kind>(task % kNumKinds)) {
+      case kColor:
+        if (!files.color.empty())
+          findings_.attempt(files.color, [&] {
+            image.color = reader.color(dataset_, camera, frame_);
+            image.grey = smoothed_luma(image.color);
+          });
+        if (!files.segmentation.empty())
+          findings_.attempt(files.segmentation, [&] {
+            read_png8(dataset_.root / files.segmentation, files.segmentation, 1, camera.intrinsics);
+          });
+        break;
+      case kDepth:
+        if (!files.depth.empty())
+          findings_.attempt(files.depth, [&] { image.depth = reader.depth(dataset_, camera, frame_); });
+        break;
+      case kDisparity:
+        if (!files.disparity.empty())
+          findings_.attempt(files.disparity, [&] { image.disparity = reader.disparity(dataset_, camera, frame_); });
+        break;
+      default:
+        if (!files.flow.empty())
+          findings_.attempt(files.flow, [&] { image.flow = reader.flow(dataset_, camera, frame_); });
+        break;
+    }
+  });
+  loaded_.push_back(std::move(images));
+  constexpr std::size_t kKept = 5;  // the largest offset, and the newest
+  static_assert(kOffsets[std::size(kOffsets) - 1] + 1 == kKept);
+  if (loaded_.size() > kKept) loaded_.pop_front();
+  return true;
+}
+
+std::optional<View> FrameWindow::view(int camera_index, int frame) const {
+  const int age = frame_ - frame;
+  if (age < 0 || age >= static_cast<int>(loaded_.size())) return std::nullopt;
+  View view;
+  view.camera_index = camera_index;
+  view.frame = frame;
+  view.camera = &sequence_.cameras[static_cast<std::size_t>(camera_index)];
+  view.image = &loaded_[loaded_.size() - 1 - static_cast<std::size_t>(age)][static_cast<std::size_t>(camera_index)];
+  const auto& pose = view.camera->local_from_camera[static_cast<std::size_t>(frame)];
+  if (!pose || !view.camera->intrinsics.is_sound()) return std::nullopt;
+  view.local_from_camera = *pose;
+  set_motion(view);
+  return view;
+}
+
+std::vector<ViewPair> FrameWindow::pairs() const {
+  std::vector<ViewPair> pairs;
+  const int num_cameras = static_cast<int>(sequence_.cameras.size());
+  const auto add = [&](const std::optional<View>& a, const std::optional<View>& b) {
+    if (a && b && !a->image->depth.empty() && may_overlap(*a, *b)) pairs.push_back({*a, *b});
+  };
+  for (int camera = 0; camera < num_cameras; ++camera) {
+    const std::optional<View> newest = view(camera, frame_);
+    for (const int offset : kOffsets) {
+      const std::optional<View> earlier = view(camera, frame_ - offset);
+      add(newest, earlier);
+      add(earlier, newest);
+    }
+    for (int other = 0; other < num_cameras; ++other)
+      if (other != camera) add(newest, view(other, frame_));
+  }
+  return pairs;
+}
+
+}  // namespace terracast::validate

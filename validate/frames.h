@@ -1,0 +1,67 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "core/image.h"
+#include "validate/dataset.h"
+
+namespace terracast::validate {
+
+/// What one camera recorded in one frame, decoded. An image that the format does not hold, or that could not be read, is
+/// empty.
+struct LoadedImage {
+  core::Image8 color;     ///< 3 channels
+  core::ImageF grey;      ///< luma 0 to 255, smoothed by the binomial [1 2 1] / 4 both ways
+  core::ImageF depth;     ///< planar, m; NaN: none
+  core::ImageF disparity;  ///< px; NaN: none
+  std::optional<FlowFields> flow;
+};
+
+/// An image with its camera and pose; what two-view checks compare.
+struct View {
+  int camera_index = 0;
+  int frame = 0;
+  const Camera* camera = nullptr;
+  const LoadedImage* image = nullptr;
+  Pose local_from_camera;
+  Eigen::Vector3d velocity_camera = Eigen::Vector3d::Zero();          ///< m a frame
+  Eigen::Vector3d angular_velocity_camera = Eigen::Vector3d::Zero();  ///< rad a frame
+};
+
+struct ViewPair {
+  View a;
+  View b;
+  bool is_same_time() const { return a.frame == b.frame; }
+};
+
+/// The frames of a sequence that are in memory: the newest and some before it.
+class FrameWindow {
+ public:
+  FrameWindow(const Dataset& dataset, const Sequence& sequence, Findings& findings);
+
+  /// Decodes the next frame, its images in parallel.
+  /// returns  false after the last
+  bool advance();
+
+  int frame() const { return frame_; }
+  const Dataset& dataset() const { return dataset_; }
+  const Sequence& sequence() const { return sequence_; }
+  /// Nothing when the frame is not in memory, or the camera has no pose there.
+  std::optional<View> view(int camera_index, int frame) const;
+  /// Pairs of the newest frame: with the frames before it, both ways, of each camera; and among its cameras where their
+  /// fields of view meet.
+  std::vector<ViewPair> pairs() const;
+
+  static constexpr int kOffsets[] = {1, 4};  ///< a neighbour for exactness, a farther one for its parallax
+
+ private:
+  const Dataset& dataset_;
+  const Sequence& sequence_;
+  Findings& findings_;
+  int frame_ = -1;
+  std::deque<std::vector<LoadedImage>> loaded_;  ///< the last is the newest frame's
+};
+
+}  // namespace terracast::validate

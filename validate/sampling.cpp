@@ -1,0 +1,216 @@
+#include "validate/sampling.h"
+
+#include <Eigen/LU>
+#include <array>
+
+namespace terracast::validate {
+
+namespace {
+
+/// Weights of the four neighbours at a fraction t between the middle two, and their derivatives.
+void cubic_weights(double t, double weights[4], double slopes[4]) {
+  const double t2 = t * t;
+  const double t3 = t2 * t;
+  weights[0] = 0.5 * (-t3 + 2.0 * t2 - t);
+  weights[1] = 0.5 * (3.0 * t3 - 5.0 * t2 + 2.0);
+  weights[2] = 0.5 * (-3.0 * t3 + 4.0 * t2 + t);
+  weights[3] = 0.5 * (t3 - t2);
+  slopes[0] = 0.5 * (-3.0 * t2 + 4.0 * t - 1.0);
+  slopes[1] = 0.5 * (9.0 * t2 - 10.0 * t);
+  slopes[2] = 0.5 * (-9.0 * t2 + 8.0 * t + 1.0);
+  slopes[3] = 0.5 * (3.0 * t2 - 2.0 * t);
+}
+
+struct Corner {
+  int x;
+  int y;
+  double fraction_x;
+  double fraction_y;
+};
+
+/// The second of the four columns and rows, and where the point stands after it.
+Corner corner_of(const Eigen::Vector2d& pixel) {
+  const double x = std::floor(pixel.x() - 0.5);
+  const double y = std::floor(pixel.y() - 0.5);
+  return {static_cast<int>(x), static_cast<int>(y), pixel.x() - 0.5 - x, pixel.y() - 0.5 - y};
+}
+
+template <class ValueAt>
+CubicSample interpolate(const Corner& corner, const ValueAt& value_at) {
+  double wx[4], sx[4], wy[4], sy[4];
+  cubic_weights(corner.fraction_x, wx, sx);
+  cubic_weights(corner.fraction_y, wy, sy);
+  CubicSample sample;
+  for (int j = 0; j < 4; ++j) {
+    double value = 0.0;
+    double slope = 0.0;
+    for (int i = 0; i < 4; ++i) {
+      const double v = value_at(i, j);
+      value += wx[i] * v;
+      slope += sx[i] * v;
+    }
+    sample.value += wy[j] * value;
+    sample.gradient.x() += wy[j] * slope;
+    sample.gradient.y() += sy[j] * value;
+  }
+  return sample;
+}
+
+constexpr int kPatchRadius = 3;
+constexpr int kPatchSide = 2 * kPatchRadius + 1;
+constexpr int kPatchPixels = kPatchSide * kPatchSide;
+constexpr double kLeastContrast = 1.5;  // grey levels: below it rounding to 8 bits rules
+
+struct Patch {
+  std::array<double, kPatchPixels> values{};
+  std::array<Eigen::Vector2d, kPatchPixels> predicted;
+};
+
+/// Gauss-Newton on the difference of the normalised patches.
+void align(const core::ImageF& image, const Patch& patch, PatchMatch& match) {
+  double mean_a = 0.0;
+  for (const double value : patch.values) mean_a += value / kPatchPixels;
+  double power_a = 0.0;
+  for (const double value : patch.values) power_a += (value - mean_a) * (value - mean_a);
+  if (power_a < kLeastContrast * kLeastContrast * kPatchPixels) return;
+  constexpr int kMostTurns = 8;
+  constexpr double kFarthest_px = 3.0;  // the patch is 7 pixels wide: farther off it is another place
+  Eigen::Vector2d shift = Eigen::Vector2d::Zero();
+  for (int turn = 0; turn < kMostTurns; ++turn) {
+    std::array<CubicSample, kPatchPixels> seen;
+    double mean_b = 0.0;
+    Eigen::Vector2d mean_gradient = Eigen::Vector2d::Zero();
+    for (std::size_t k = 0; k < kPatchPixels; ++k) {
+      const Eigen::Vector2d at = patch.predicted[k] + shift;
+      if (!has_cubic_support(image, at)) return;
+      seen[k] = sample_cubic(image, at);
+      mean_b += seen[k].value / kPatchPixels;
+      mean_gradient += seen[k].gradient / kPatchPixels;
+    }
+    double power_b = 0.0;
+    double product = 0.0;
+    for (std::size_t k = 0; k < kPatchPixels; ++k) {
+      power_b += (seen[k].value - mean_b) * (seen[k].value - mean_b);
+      product += (seen[k].value - mean_b) * (patch.values[k] - mean_a);
+    }
+    if (power_b < kLeastContrast * kLeastContrast * kPatchPixels) return;
+    if (turn == 0) match.correlation = product / std::sqrt(power_a * power_b);
+    const double gain = product / power_b;
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    for (std::size_t k = 0; k < kPatchPixels; ++k) {
+      const Eigen::Vector2d gradient = seen[k].gradient - mean_gradient;
+      const double difference = patch.values[k] - mean_a - gain * (seen[k].value - mean_b);
+      normal += gradient * gradient.transpose();
+      right += gradient * difference;
+    }
+    if (!(gain > 0.2) || normal.determinant() < 0.02 * normal.trace() * normal.trace()) return;
+    const Eigen::Vector2d step = normal.inverse() * right / gain;
+    shift += step;
+    if (!(shift.norm() < kFarthest_px)) return;
+    if (step.norm() < 2e-3) {
+      match.shift_px = shift;
+      match.has_converged = true;
+      return;
+    }
+  }
+}
+
+}  // namespace
+
+CubicSample sample_cubic(const core::ImageF& image, const Eigen::Vector2d& pixel) {
+  const Corner corner = corner_of(pixel);
+  const float* rows[4];
+  for (int j = 0; j < 4; ++j) rows[j] = &image(corner.x - 1, corner.y - 1 + j);
+  return interpolate(corner, [&](int i, int j) { return static_cast<double>(rows[j][i]); });
+}
+
+std::optional<InverseDepthSample> sample_inverse_depth(const core::ImageF& depth, const Eigen::Vector2d& pixel) {
+  if (!has_cubic_support(depth, pixel)) return std::nullopt;
+  const Corner corner = corner_of(pixel);
+  double inverse[4][4];
+  double least = 1e300;
+  double greatest = 0.0;
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 4; ++i) {
+      const double value = 1.0 / static_cast<double>(depth(corner.x - 1 + i, corner.y - 1 + j));
+      if (!(value > 0.0)) return std::nullopt;
+      inverse[j][i] = value;
+      least = std::min(least, value);
+      greatest = std::max(greatest, value);
+    }
+  double squares = 0.0;
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 2; ++i) {
+      const double along_x = inverse[j][i] - 2.0 * inverse[j][i + 1] + inverse[j][i + 2];
+      const double along_y = inverse[i][j] - 2.0 * inverse[i + 1][j] + inverse[i + 2][j];
+      squares += along_x * along_x + along_y * along_y;
+    }
+  InverseDepthSample sample;
+  sample.inverse_depth = interpolate(corner, [&](int i, int j) { return inverse[j][i]; });
+  sample.roughness = 0.25 * std::sqrt(squares / 16.0) / inverse[1][1];
+  sample.nearest_m = 1.0 / greatest;
+  sample.farthest_m = 1.0 / least;
+  return sample;
+}
+
+std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y) {
+  const core::ImageF& grey = a.image->grey;
+  const core::ImageF& depth = a.image->depth;
+  if (grey.empty() || depth.empty() || b.image->grey.empty() || x < kPatchRadius || y < kPatchRadius ||
+      x + kPatchRadius >= grey.width() || y + kPatchRadius >= grey.height())
+    return std::nullopt;
+  const Pose b_from_a = b.local_from_camera.inverse() * a.local_from_camera;
+  Patch patch;
+  PatchMatch match;
+  std::size_t k = 0;
+  for (int dy = -kPatchRadius; dy <= kPatchRadius; ++dy)
+    for (int dx = -kPatchRadius; dx <= kPatchRadius; ++dx, ++k) {
+      const auto depth_m = static_cast<double>(depth(x + dx, y + dy));
+      if (!std::isfinite(depth_m)) return std::nullopt;
+      const Eigen::Vector3d point_a =
+          a.camera->intrinsics.ray_from_pixel({x + dx + 0.5, y + dy + 0.5}) * depth_m;
+      const Eigen::Vector3d point_b = b_from_a * point_a;
+      if (!(point_b.z() > 1e-3 * depth_m)) return std::nullopt;
+      patch.values[k] = static_cast<double>(grey(x + dx, y + dy));
+      patch.predicted[k] = b.camera->intrinsics.pixel_from_point(point_b);
+      if (!has_cubic_support(b.image->grey, patch.predicted[k])) return std::nullopt;
+      if (dx == 0 && dy == 0) {
+        match.point_a = point_a;
+        match.point_b = point_b;
+        match.predicted = patch.predicted[k];
+      }
+    }
+  if (!b.image->depth.empty()) {  // a patch that something hides in `b` is no match
+    const auto seen = sample_inverse_depth(b.image->depth, match.predicted);
+    if (!seen || std::abs(seen->inverse_depth.value * match.point_b.z() - 1.0) > 0.02) return std::nullopt;
+  }
+  align(b.image->grey, patch, match);
+  if (match.correlation == 0.0) return std::nullopt;
+  return match;
+}
+
+std::optional<PatchMatch> match_patch_by_disparity(const View& left, const View& right, int x, int y) {
+  const core::ImageF& grey = left.image->grey;
+  const core::ImageF& disparity = left.image->disparity;
+  if (grey.empty() || disparity.empty() || right.image->grey.empty() || x < kPatchRadius || y < kPatchRadius ||
+      x + kPatchRadius >= grey.width() || y + kPatchRadius >= grey.height())
+    return std::nullopt;
+  Patch patch;
+  PatchMatch match;
+  std::size_t k = 0;
+  for (int dy = -kPatchRadius; dy <= kPatchRadius; ++dy)
+    for (int dx = -kPatchRadius; dx <= kPatchRadius; ++dx, ++k) {
+      const auto shift_px = static_cast<double>(disparity(x + dx, y + dy));
+      if (!std::isfinite(shift_px)) return std::nullopt;
+      patch.values[k] = static_cast<double>(grey(x + dx, y + dy));
+      patch.predicted[k] = {x + dx + 0.5 - shift_px, y + dy + 0.5};
+      if (!has_cubic_support(right.image->grey, patch.predicted[k])) return std::nullopt;
+      if (dx == 0 && dy == 0) match.predicted = patch.predicted[k];
+    }
+  align(right.image->grey, patch, match);
+  if (match.correlation == 0.0) return std::nullopt;
+  return match;
+}
+
+}  // namespace terracast::validate

@@ -1,0 +1,116 @@
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/progress.h"
+#include "validate/check.h"
+#include "validate/checks/checker.h"
+#include "validate/pictures.h"
+#include "validate/report.h"
+
+namespace terracast::validate {
+
+namespace {
+
+/// How bad a result is: failed before right before skipped, then by the share of its bound.
+double badness(const CheckResult& result) {
+  if (!result.ok) return 1e30;
+  if (result.skipped) return -1.0;
+  return result.bound > 0.0 ? result.value / result.bound : 0.0;
+}
+
+/// Results of several sequences under one name: the worst stands for all.
+void merge(std::vector<CheckResult>& all, std::vector<CheckResult> more, const std::string& sequence, bool is_only) {
+  for (CheckResult& result : more) {
+    if (!is_only && !result.worst.empty()) result.worst = sequence + ": " + result.worst;
+    const auto same = std::find_if(all.begin(), all.end(), [&](const CheckResult& r) { return r.name == result.name; });
+    if (same == all.end())
+      all.push_back(std::move(result));
+    else if (badness(result) > badness(*same))
+      *same = std::move(result);
+  }
+}
+
+void take_samples(const FrameWindow& window, std::vector<CheckResult::Picture>& samples) {
+  const int last = window.sequence().num_frames - 1;
+  const int frame = window.frame();
+  if (frame != 0 && frame != last / 2 && frame != last) return;
+  constexpr int kMostPixels = 360;
+  for (int camera = 0; camera < static_cast<int>(window.sequence().cameras.size()); ++camera) {
+    const std::optional<View> view = window.view(camera, frame);
+    if (!view) continue;
+    if (!view->image->color.empty()) samples.push_back({place_of(*view), shrunk(view->image->color, kMostPixels)});
+    if (!view->image->depth.empty())
+      samples.push_back({place_of(*view) + ": depth", depth_picture(shrunk_nearest(view->image->depth, kMostPixels))});
+  }
+}
+
+/// What the readers met on their way joins the check of the files.
+void add_findings(const Findings& findings, std::vector<CheckResult>& results) {
+  const auto structure = std::find_if(results.begin(), results.end(), [](const CheckResult& r) { return r.name == "structure"; });
+  if (structure == results.end() || findings.count() == 0) return;
+  structure->value += static_cast<double>(findings.count());
+  structure->ok = false;
+  const std::string lines = fmt::format("{}", fmt::join(findings.lines(), "\n"));
+  structure->worst = structure->worst.empty() ? lines : lines + "\n" + structure->worst;
+}
+
+}  // namespace
+
+std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder, const ValidateOptions& options,
+                                            const std::filesystem::path& report_folder, const core::Context& context) {
+  const core::ThreadLimit limit(context.num_threads);
+  Findings findings;
+  const Dataset dataset = read_dataset(folder, options.format, findings);
+  std::int64_t num_frames = 0;
+  for (const Sequence& sequence : dataset.sequences) num_frames += sequence.num_frames;
+  context.log.info("{}: {}, {} sequences, {} frames, {} files", folder.string(), dataset.format, dataset.sequences.size(),
+                   num_frames, dataset.files.size());
+
+  std::vector<CheckResult> results;
+  std::vector<CheckResult::Picture> samples;
+  core::Progress progress(context, "frames", num_frames);
+  // A dataset whose sequences cannot be read still has its files looked at.
+  std::vector<Sequence> nothing(1);
+  nothing[0].rate_hz = 1.0;
+  const std::vector<Sequence>& sequences = dataset.sequences.empty() ? nothing : dataset.sequences;
+  for (const Sequence& sequence : sequences) {
+    std::vector<std::unique_ptr<Checker>> checkers;
+    for (const CheckInfo& info : checks()) {
+      if (dataset.sequences.empty() && info.name != "structure") continue;
+      if (info.name == "structure" && &sequence != sequences.data()) continue;  // of the whole dataset
+      checkers.push_back(info.make(options));
+    }
+    FrameWindow window(dataset, sequence, findings);
+    while (window.advance()) {
+      const std::vector<ViewPair> pairs = window.pairs();
+      for (const auto& checker : checkers) checker->frame(window, pairs);
+      take_samples(window, samples);
+      progress.advance();
+    }
+    for (const auto& checker : checkers)
+      merge(results, checker->finish(dataset, sequence), sequence.name, sequences.size() == 1);
+  }
+  add_findings(findings, results);
+  for (const CheckResult& result : results) {
+    if (result.ok)
+      context.log.debug("{}: {:.4g} {} (bound {:.4g}){}", result.name, result.value, result.unit, result.bound,
+                        result.skipped ? " skipped: " + result.worst : "");
+    else
+      context.log.warn("{}: {:.4g} {} (bound {:.4g}) FAILED: {}", result.name, result.value, result.unit, result.bound, result.worst);
+  }
+  ReportHead head;
+  head.title = fmt::format("{}: {}", dataset.format, dataset.world_name);
+  for (const Sequence& sequence : dataset.sequences) {
+    std::string cameras;
+    for (const Camera& camera : sequence.cameras)
+      cameras += fmt::format("{}{} ({} × {})", cameras.empty() ? "" : ", ", camera.name, camera.intrinsics.width_px,
+                             camera.intrinsics.height_px);
+    head.lines.push_back(fmt::format("Sequence {}: {} frames at {} Hz from {:.5f}, {:.5f}; {}", sequence.name, sequence.num_frames,
+                                     sequence.rate_hz, sequence.origin.lat_deg, sequence.origin.lon_deg, cameras));
+  }
+  write_report(head, results, samples, report_folder);
+  return results;
+}
+
+}  // namespace terracast::validate
