@@ -31,6 +31,15 @@ ArcLength::ArcLength(std::shared_ptr<const Path> path) : path_(std::move(path)) 
   for (std::size_t i = 0; i + 1 < joints.size(); ++i)
     add(joints[i], joints[i + 1], length_between(*path_, joints[i], joints[i + 1]), 0);
   TERRACAST_CHECK(!pieces_.empty());
+  slowest_ = {0.0, path_->at(0.0).first.norm()};
+  const auto look_at = [&](double u) {
+    const double metres_per_u = path_->at(u).first.norm();
+    if (metres_per_u < slowest_.metres_per_u) slowest_ = {u, metres_per_u};
+  };
+  constexpr int kLooksAPiece = 8;
+  for (const Piece& piece : pieces_)
+    for (int i = 1; i <= kLooksAPiece; ++i)
+      look_at(piece.begin + (piece.end - piece.begin) * i / kLooksAPiece);
 }
 
 void ArcLength::add(double begin, double end, double length_m, int depth) {

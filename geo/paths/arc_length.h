@@ -18,6 +18,13 @@ class ArcLength {
   double length_at(double u) const;
   double parameter_at(double length_m) const;
 
+  /// Where a metre of path takes the most parameter: near a stop or a turning back.
+  struct Slowest {
+    double u;
+    double metres_per_u;
+  };
+  const Slowest& slowest() const { return slowest_; }
+
  private:
   struct Piece {
     double begin, end;  ///< parameters
@@ -27,6 +34,7 @@ class ArcLength {
 
   std::shared_ptr<const Path> path_;
   std::vector<Piece> pieces_;
+  Slowest slowest_;
 };
 
 }  // namespace terracast::geo

@@ -57,7 +57,9 @@ struct Sample {
 std::vector<Sample> sample_path(const Path& path, const ArcLength& arc_length,
                                 const TrajectoryContext& context, double speed_mps) {
   const double total_m = arc_length.total_m();
-  const auto count = static_cast<std::size_t>(std::ceil(total_m / kCheckSpacing_m));
+  constexpr double kFewestSamples = 64.0;
+  const auto count =
+      static_cast<std::size_t>(std::max(std::ceil(total_m / kCheckSpacing_m), kFewestSamples));
   std::vector<Sample> samples;
   samples.reserve(count + 1);
   for (std::size_t i = 0; i <= count; ++i) {
@@ -184,6 +186,15 @@ std::unique_ptr<Trajectory> fly(const FlightPlan& plan, const FlightOptions& opt
   if (!(arc_length.total_m() <= kLongestPath_m)) {
     core::fail(core::ErrorKind::Config, "the path is {:.0f} km long; at most {:.0f} km are flown",
                arc_length.total_m() / 1000.0, kLongestPath_m / 1000.0);
+  }
+  // There the velocity would have no direction.
+  constexpr double kLeastStretch = 0.01;
+  const ArcLength::Slowest& slowest = arc_length.slowest();
+  if (slowest.metres_per_u < kLeastStretch * arc_length.total_m() / path->end()) {
+    const Geodetic place = context.frame.geodetic_from_world(path->at(slowest.u).position_world);
+    core::fail(core::ErrorKind::Config,
+               "the path turns back on itself at {}; lead it round there, by a place to the side",
+               text_of(place));
   }
   const auto sample = [&] { return sample_path(*path, arc_length, context, options.speed_mps); };
   std::vector<Sample> samples = sample();

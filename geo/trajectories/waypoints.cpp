@@ -19,6 +19,16 @@ struct Waypoint : Place {
     visit.key("speed_mps", speed_mps, "Speed here, reached smoothly; 0: the trajectory's speed.",
               core::between(0.0, 1000.0));
   }
+
+  void validate() const {
+    Place::validate();
+    constexpr double kLeastSpeed_mps = 0.01;
+    if (speed_mps > 0.0 && speed_mps < kLeastSpeed_mps) {
+      core::fail(core::ErrorKind::Config,
+                 "speed_mps = {} of a waypoint is less than {}; 0 takes the trajectory's speed",
+                 speed_mps, kLeastSpeed_mps);
+    }
+  }
 };
 
 /// A spline in flattened coordinates, by the length of the chords.

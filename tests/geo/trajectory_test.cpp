@@ -588,6 +588,22 @@ waypoints = [
   EXPECT_NE(message.find("waypoint 1"), std::string::npos) << message;
 }
 
+TEST(TrajectoryOptionsTest, APathThatTurnsBackOnItselfIsRefused) {
+  const GroundWorld world;
+  const std::string message = message_of(core::ErrorKind::Config, [&] {
+    trajectory_from(R"(
+kind = "waypoints"
+waypoints = [
+  { east_m = 0.0, north_m = 0.0, height_m = 120.0 },
+  { east_m = 900.0, north_m = 0.0, height_m = 120.0 },
+  { east_m = 0.0, north_m = 0.0, height_m = 120.0 },
+]
+)",
+                    world);
+  });
+  EXPECT_NE(message.find("turns back on itself at lat 42.4"), std::string::npos) << message;
+}
+
 TEST(TrajectoryOptionsTest, CopiesAreDeepAndChangeNothing) {
   const TrajectoryOptions first = options_from(kFourPlaces);
   TrajectoryOptions copy = first;
