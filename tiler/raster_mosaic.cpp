@@ -1,0 +1,505 @@
+#include "tiler/raster_mosaic.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <span>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/parallel.h"
+#include "tiler/void_filling.h"
+
+namespace terracast::tiler {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+/// Samples kept beyond the square, for the interpolation's stencil and the lean of up against z.
+constexpr int kMargin = 4;
+constexpr std::int64_t kMostSamples = 200'000'000;
+/// A region without heights at the edge of the coverage is a void while it is smaller than this;
+/// larger, it is missing coverage.
+constexpr double kLargestEdgeVoid_km2 = 4.0;
+/// SRTM and its kin hold the sea as zeros; a larger region of exact zeros is taken for sea.
+constexpr double kSmallestSea_km2 = 1.0;
+/// Land sinks into the sea of outside = "sea" over this distance.
+constexpr double kShore_m = 2000.0;
+constexpr std::uint8_t kNoSource = 255;
+
+struct OpenRaster {
+  std::unique_ptr<RasterSource> source;
+  geo::VerticalDatum datum;
+  std::string licence;
+};
+
+class MosaicMaker {
+ public:
+  explicit MosaicMaker(const ElevationInputs& inputs)
+      : inputs_(inputs), half_size_m_(inputs.options.size_m / 2.0) {}
+
+  RasterMosaic make();
+
+ private:
+  void open_rasters();
+  Eigen::AlignedBox2d box_of_square(const RasterSource& raster) const;
+  void choose_grid();
+  struct SampleSize {
+    double spacing_m;  ///< in the direction where samples are densest
+    double area_m2;
+  };
+  SampleSize size_of_samples(const RasterSource& raster) const;  ///< at the world's origin
+  void add(std::size_t index);
+  void add_aligned(std::size_t index, const Eigen::Vector2i& offset);
+  void add_resampled(std::size_t index);
+  double in_first_datum_m(double height_m, geo::VerticalDatum datum,
+                          const geo::Geodetic& place) const;
+  std::vector<geo::Geodetic> places_of_row(int row) const;
+  bool is_in_square(const geo::Geodetic& place) const;
+  void sort_gaps();
+  void refuse_missing();
+  void fill_gaps();
+  void find_sea();
+  std::uint8_t source_row(const std::string& kind, const std::string& name);
+
+  const ElevationInputs& inputs_;
+  const double half_size_m_;
+  std::vector<OpenRaster> rasters_;
+  RasterMosaic mosaic_;
+  Grid<std::uint8_t> covered_by_;  ///< the first raster whose extent holds the sample
+  Grid<std::uint8_t> is_void_;
+  Grid<std::uint8_t> is_missing_;
+  SampleSize sample_{};  ///< of the mosaic
+};
+
+void MosaicMaker::open_rasters() {
+  const geo::Geodetic& origin = inputs_.frame.origin();
+  for (const ElevationOptions& entry : inputs_.options.elevation)
+    for (const core::Path& file : entry.files) {
+      rasters_.push_back({RasterSource::open(file, entry, origin), datum_of(entry), entry.licence});
+      if (!rasters_.back().source->warning().empty())
+        inputs_.context.log.warn("{}", rasters_.back().source->warning());
+    }
+  if (rasters_.size() > 200)
+    fail(ErrorKind::Config, "{} rasters are given, and 200 fit; join them with gdalbuildvrt",
+         rasters_.size());
+}
+
+Eigen::AlignedBox2d MosaicMaker::box_of_square(const RasterSource& raster) const {
+  // A lattice of places on the square, at the lowest and the highest heights that there are.
+  constexpr int kProbes = 32;
+  std::vector<geo::Geodetic> places;
+  for (int j = 0; j <= kProbes; ++j)
+    for (int i = 0; i <= kProbes; ++i)
+      for (const double height_m : {-500.0, 9000.0}) {
+        const double x = (2.0 * i / kProbes - 1.0) * half_size_m_;
+        const double y = (2.0 * j / kProbes - 1.0) * half_size_m_;
+        const double drop_m = (x * x + y * y) / (2.0 * geo::kWgs84SemiMajorAxis_m);
+        places.push_back(inputs_.frame.geodetic_from_world({x, y, height_m - drop_m}));
+      }
+  std::vector<Eigen::Vector2d> samples(places.size());
+  raster.samples_from_geodetic(places, samples);
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& sample : samples) box.extend(sample);
+  return box;
+}
+
+void MosaicMaker::choose_grid() {
+  const Eigen::AlignedBox2d box = box_of_square(*rasters_.front().source);
+  const Eigen::Vector2d low = box.min().array().floor() - kMargin;
+  const Eigen::Vector2d size = box.max().array().ceil() - low.array() + kMargin + 1.0;
+  if (!(size.x() * size.y() <= static_cast<double>(kMostSamples)) || size.maxCoeff() > 1e9 ||
+      low.cwiseAbs().maxCoeff() > 1e9)
+    fail(ErrorKind::Input,
+         "{}: the world's square of {} m takes {:.3g} of its samples, and {} fit into memory; put "
+         "a coarser raster first (its grid is the mosaic's), or make the square smaller",
+         rasters_.front().source->path(), inputs_.options.size_m, size.x() * size.y(),
+         kMostSamples);
+  mosaic_.first_sample = low.cast<int>();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  mosaic_.heights_m = Grid<double>(static_cast<int>(size.x()), static_cast<int>(size.y()), nan);
+  mosaic_.source = Grid<std::uint8_t>(mosaic_.heights_m.width, mosaic_.heights_m.height, kNoSource);
+  covered_by_ = mosaic_.source;
+}
+
+MosaicMaker::SampleSize MosaicMaker::size_of_samples(const RasterSource& raster) const {
+  std::array<geo::Geodetic, 3> places;
+  const double reach_m = std::min(100.0, half_size_m_);
+  for (std::size_t k = 0; k < 3; ++k)
+    places[k] =
+        inputs_.frame.geodetic_from_world({k == 1 ? reach_m : 0.0, k == 2 ? reach_m : 0.0, 0.0});
+  std::array<Eigen::Vector2d, 3> samples;
+  raster.samples_from_geodetic(places, samples);
+  Eigen::Matrix2d sample_from_m;
+  sample_from_m << (samples[1] - samples[0]) / reach_m, (samples[2] - samples[0]) / reach_m;
+  // The eigenvalues of J^T J are the squares of samples a metre in the densest and the widest
+  // direction.
+  const Eigen::Matrix2d square = sample_from_m.transpose() * sample_from_m;
+  const double half_trace = 0.5 * square.trace();
+  const double densest =
+      half_trace + std::sqrt(std::max(half_trace * half_trace - square.determinant(), 0.0));
+  return {.spacing_m = 1.0 / std::sqrt(densest),
+          .area_m2 = 1.0 / std::abs(sample_from_m.determinant())};
+}
+
+std::vector<geo::Geodetic> MosaicMaker::places_of_row(int row) const {
+  const int width = mosaic_.heights_m.width;
+  std::vector<Eigen::Vector2d> samples(static_cast<std::size_t>(width));
+  for (int i = 0; i < width; ++i)
+    samples[static_cast<std::size_t>(i)] =
+        (mosaic_.first_sample + Eigen::Vector2i(i, row)).cast<double>();
+  std::vector<geo::Geodetic> places(samples.size());
+  rasters_.front().source->geodetic_from_samples(samples, places);
+  return places;
+}
+
+double MosaicMaker::in_first_datum_m(double height_m, geo::VerticalDatum datum,
+                                     const geo::Geodetic& place) const {
+  if (datum == rasters_.front().datum) return height_m;
+  const double undulation_m = inputs_.geoid->undulation_m(place.lat_deg, place.lon_deg);
+  return datum == geo::VerticalDatum::Egm96 ? height_m + undulation_m : height_m - undulation_m;
+}
+
+void MosaicMaker::add(std::size_t index) {
+  const RasterSource& raster = *rasters_[index].source;
+  world::SourceInfo info;
+  info.name = std::filesystem::path(raster.path()).filename().string();
+  info.kind = "raster";
+  info.horizontal_crs = raster.crs_name();
+  info.vertical_datum = name_of(rasters_[index].datum);
+  info.pipeline = raster.pipeline();
+  info.spacing_m = size_of_samples(raster).spacing_m;
+  info.licence = rasters_[index].licence;
+  info.content_hash = raster.content_hash();
+  mosaic_.sources.push_back(std::move(info));
+  core::with_context(
+      [&] {
+        if (const auto offset = rasters_.front().source->offset_of(raster))
+          add_aligned(index, *offset);
+        else
+          add_resampled(index);
+      },
+      fmt::format("reading heights from {}", raster.path()));
+}
+
+void MosaicMaker::add_aligned(std::size_t index, const Eigen::Vector2i& offset) {
+  const RasterSource& raster = *rasters_[index].source;
+  // Column 0 of the mosaic is this column of the raster.
+  const Eigen::Vector2i first = mosaic_.first_sample - offset;
+  SampleWindow window;
+  window.first_column = std::clamp(first.x(), 0, raster.width());
+  window.first_row = std::clamp(first.y(), 0, raster.height());
+  window.width =
+      std::clamp(first.x() + mosaic_.heights_m.width, 0, raster.width()) - window.first_column;
+  window.height =
+      std::clamp(first.y() + mosaic_.heights_m.height, 0, raster.height()) - window.first_row;
+  if (window.is_empty()) return;
+  const Grid<double> heights_m = raster.read(window);
+  const bool changes_datum = rasters_[index].datum != rasters_.front().datum;
+  const auto row_of_source = static_cast<std::uint8_t>(index);
+  for (int j = 0; j < window.height; ++j) {
+    const int row = window.first_row - first.y() + j;
+    std::vector<geo::Geodetic> places;
+    if (changes_datum) places = places_of_row(row);
+    for (int i = 0; i < window.width; ++i) {
+      const int column = window.first_column - first.x() + i;
+      const double height_m = heights_m(i, j);
+      const std::size_t at = mosaic_.heights_m.index(column, row);
+      if (covered_by_.values[at] == kNoSource) covered_by_.values[at] = row_of_source;
+      if (std::isnan(height_m)) {
+        ++mosaic_.sources[index].num_voids;
+        continue;
+      }
+      if (mosaic_.source.values[at] != kNoSource) continue;
+      mosaic_.heights_m.values[at] =
+          changes_datum ? in_first_datum_m(height_m, rasters_[index].datum,
+                                           places[static_cast<std::size_t>(column)])
+                        : height_m;
+      mosaic_.source.values[at] = row_of_source;
+    }
+  }
+}
+
+/// Bicubic where all sixteen samples have heights; else bilinear of those of the four that have;
+/// nothing where the nearest sample has none.
+double resampled_m(const Grid<double>& heights_m, const Eigen::Vector2d& at) {
+  const int i0 = static_cast<int>(std::floor(at.x()));
+  const int j0 = static_cast<int>(std::floor(at.y()));
+  if (i0 >= 1 && j0 >= 1 && i0 + 2 < heights_m.width && j0 + 2 < heights_m.height) {
+    const double smooth_m = bicubic(heights_m, at);
+    if (!std::isnan(smooth_m)) return smooth_m;
+  }
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const int nearest_i = std::clamp(static_cast<int>(std::lround(at.x())), 0, heights_m.width - 1);
+  const int nearest_j = std::clamp(static_cast<int>(std::lround(at.y())), 0, heights_m.height - 1);
+  if (std::isnan(heights_m(nearest_i, nearest_j))) return nan;
+  double sum = 0.0;
+  double sum_of_weights = 0.0;
+  for (int dj = 0; dj < 2; ++dj)
+    for (int di = 0; di < 2; ++di) {
+      if (!heights_m.contains(i0 + di, j0 + dj)) continue;
+      const double height_m = heights_m(i0 + di, j0 + dj);
+      if (std::isnan(height_m)) continue;
+      const double weight =
+          (1.0 - std::abs(at.x() - (i0 + di))) * (1.0 - std::abs(at.y() - (j0 + dj)));
+      sum += weight * height_m;
+      sum_of_weights += weight;
+    }
+  return sum_of_weights > 0.0 ? sum / sum_of_weights : nan;
+}
+
+void MosaicMaker::add_resampled(std::size_t index) {
+  const RasterSource& raster = *rasters_[index].source;
+  const Eigen::AlignedBox2d box = box_of_square(raster);
+  const Eigen::Array2d last = Eigen::Array2d(raster.width(), raster.height()) - 1.0;
+  // The mosaic reaches some of its samples beyond the square; these may be more of the other's, or
+  // fewer.
+  const Eigen::Array2d margin = 8.0 + 0.05 * box.sizes().array();
+  const Eigen::Array2d low = (box.min().array().floor() - margin).max(0.0).min(last + 1.0);
+  const Eigen::Array2d high = (box.max().array().ceil() + margin).min(last).max(-1.0);
+  SampleWindow window;
+  window.first_column = static_cast<int>(low.x());
+  window.first_row = static_cast<int>(low.y());
+  window.width = static_cast<int>(high.x() - low.x()) + 1;
+  window.height = static_cast<int>(high.y() - low.y()) + 1;
+  if (window.is_empty()) return;
+  if (window.num_samples() > kMostSamples)
+    fail(ErrorKind::Input, "{}: the world's square takes {} of its samples, and {} fit into memory",
+         raster.path(), window.num_samples(), kMostSamples);
+  const Grid<double> heights_m = raster.read(window);
+  for (const double height_m : heights_m.values)
+    if (std::isnan(height_m)) ++mosaic_.sources[index].num_voids;
+
+  const auto row_of_source = static_cast<std::uint8_t>(index);
+  core::parallel_for(mosaic_.heights_m.height, [&](std::int64_t row_index) {
+    const int row = static_cast<int>(row_index);
+    const std::vector<geo::Geodetic> places = places_of_row(row);
+    std::vector<Eigen::Vector2d> samples(places.size());
+    raster.samples_from_geodetic(places, samples);
+    for (int i = 0; i < mosaic_.heights_m.width; ++i) {
+      const Eigen::Vector2d& sample = samples[static_cast<std::size_t>(i)];
+      if (sample.minCoeff() < -0.5 || sample.x() > raster.width() - 0.5 ||
+          sample.y() > raster.height() - 0.5)
+        continue;
+      const Eigen::Vector2d at = sample - low.matrix();
+      if (at.minCoeff() < -0.5 || at.x() > window.width - 0.5 || at.y() > window.height - 0.5)
+        continue;
+      const std::size_t k = mosaic_.heights_m.index(i, row);
+      if (covered_by_.values[k] == kNoSource) covered_by_.values[k] = row_of_source;
+      if (mosaic_.source.values[k] != kNoSource) continue;
+      const double height_m = resampled_m(heights_m, at);
+      if (std::isnan(height_m)) continue;
+      mosaic_.heights_m.values[k] =
+          in_first_datum_m(height_m, rasters_[index].datum, places[static_cast<std::size_t>(i)]);
+      mosaic_.source.values[k] = row_of_source;
+    }
+  });
+}
+
+bool MosaicMaker::is_in_square(const geo::Geodetic& place) const {
+  const Eigen::Vector3d at = inputs_.frame.world_from_geodetic(place);
+  return std::abs(at.x()) <= half_size_m_ && std::abs(at.y()) <= half_size_m_ && at.z() > -1e6;
+}
+
+/// Parts samples without a height into voids and missing coverage.
+void MosaicMaker::sort_gaps() {
+  is_void_ = Grid<std::uint8_t>(mosaic_.heights_m.width, mosaic_.heights_m.height, 0);
+  is_missing_ = is_void_;
+  bool has_height = false;
+  for (std::size_t k = 0; k < is_void_.values.size(); ++k) {
+    if (mosaic_.source.values[k] != kNoSource)
+      has_height = true;
+    else if (covered_by_.values[k] == kNoSource)
+      is_missing_.values[k] = 1;
+    else
+      is_void_.values[k] = 1;
+  }
+  if (!has_height)
+    fail(ErrorKind::Input,
+         "{}{}: no height within the world's square of {} m about latitude {}, longitude {}; move "
+         "the origin, or give rasters that cover it",
+         rasters_.front().source->path(), rasters_.size() > 1 ? " and the other rasters" : "",
+         inputs_.options.size_m, inputs_.options.origin_lat_deg, inputs_.options.origin_lon_deg);
+
+  // The collar of a raster that was turned is no void: nothing beyond it could tell how it goes on.
+  const Regions regions = find_regions(is_void_);
+  std::vector<std::uint8_t> is_at_edge;
+  for (const auto& region : regions.regions) is_at_edge.push_back(region.touches_border ? 1 : 0);
+  for (int j = 0; j < is_void_.height; ++j)
+    for (int i = 0; i < is_void_.width; ++i) {
+      if (regions.label(i, j) == 0) continue;
+      for (int dj = -1; dj <= 1; ++dj)
+        for (int di = -1; di <= 1; ++di)
+          if (is_missing_.contains(i + di, j + dj) && is_missing_(i + di, j + dj) != 0)
+            is_at_edge[static_cast<std::size_t>(regions.label(i, j) - 1)] = 1;
+    }
+  double largest_km2 = 0.0;
+  for (std::size_t k = 0; k < is_void_.values.size(); ++k) {
+    if (is_void_.values[k] == 0) continue;
+    const auto region = static_cast<std::size_t>(regions.label.values[k] - 1);
+    const double area_km2 =
+        static_cast<double>(regions.regions[region].num_samples) * sample_.area_m2 * 1e-6;
+    if (is_at_edge[region] != 0 && area_km2 > kLargestEdgeVoid_km2) {
+      is_void_.values[k] = 0;
+      is_missing_.values[k] = 1;
+      continue;
+    }
+    largest_km2 = std::max(largest_km2, area_km2);
+    ++mosaic_.sources[covered_by_.values[k]].num_voids_filled;
+  }
+  std::int64_t num_filled = 0;
+  for (const world::SourceInfo& source : mosaic_.sources) num_filled += source.num_voids_filled;
+  if (num_filled == 0) return;
+  inputs_.context.log.info(
+      "{} voids of {} samples are filled from their surroundings ({:.2f} %), the largest {:.3g} "
+      "km2",
+      regions.regions.size(), num_filled,
+      100.0 * static_cast<double>(num_filled) / static_cast<double>(is_void_.values.size()),
+      largest_km2);
+  if (largest_km2 > kLargestEdgeVoid_km2)
+    inputs_.context.log.warn(
+        "the largest void has {:.3g} km2: its ground is smooth and not measured; a second raster "
+        "could fill it",
+        largest_km2);
+}
+
+/// Refuses, or reports, what no raster covers within the square.
+void MosaicMaker::refuse_missing() {
+  Eigen::AlignedBox2d area_deg;
+  std::int64_t num_missing = 0;
+  for (int j = 0; j < is_missing_.height; ++j) {
+    std::vector<geo::Geodetic> places;
+    for (int i = 0; i < is_missing_.width; ++i) {
+      if (is_missing_(i, j) == 0) continue;
+      if (places.empty()) places = places_of_row(j);
+      const geo::Geodetic& place = places[static_cast<std::size_t>(i)];
+      if (!is_in_square(place)) continue;
+      ++num_missing;
+      area_deg.extend(Eigen::Vector2d(place.lat_deg, place.lon_deg));
+    }
+  }
+  if (num_missing == 0) return;
+  const double area_km2 = static_cast<double>(num_missing) * sample_.area_m2 * 1e-6;
+  const std::string where = fmt::format(
+      "{:.4g} km2 of the world's square, between latitude {:.4f} and {:.4f}, longitude {:.4f} and "
+      "{:.4f}",
+      area_km2, area_deg.min().x(), area_deg.max().x(), area_deg.min().y(), area_deg.max().y());
+  if (inputs_.options.outside == "error")
+    fail(ErrorKind::Input,
+         "no raster covers {}; add one that does, make the square smaller, or say what lies there: "
+         "outside = \"sea\" or \"extend\"",
+         where);
+  inputs_.context.log.warn("no raster covers {}: outside = \"{}\" fills it", where,
+                           inputs_.options.outside);
+}
+
+std::uint8_t MosaicMaker::source_row(const std::string& kind, const std::string& name) {
+  for (std::size_t i = 0; i < mosaic_.sources.size(); ++i)
+    if (mosaic_.sources[i].kind == kind) return static_cast<std::uint8_t>(i);
+  world::SourceInfo source;
+  source.name = name;
+  source.kind = kind;
+  source.vertical_datum = name_of(rasters_.front().datum);
+  source.spacing_m = sample_.spacing_m;
+  mosaic_.sources.push_back(std::move(source));
+  return static_cast<std::uint8_t>(mosaic_.sources.size() - 1);
+}
+
+void MosaicMaker::fill_gaps() {
+  Grid<std::uint8_t> is_unknown = is_void_;
+  bool has_void = false;
+  bool has_missing = false;
+  for (std::size_t k = 0; k < is_unknown.values.size(); ++k) {
+    has_void = has_void || is_void_.values[k] != 0;
+    has_missing = has_missing || is_missing_.values[k] != 0;
+    if (is_missing_.values[k] != 0) is_unknown.values[k] = 1;
+  }
+  if (!has_void && !has_missing) return;
+  for (std::size_t k = 0; k < is_unknown.values.size(); ++k)
+    if (is_unknown.values[k] != 0) mosaic_.heights_m.values[k] = 0.0;
+  fill_from_surroundings(mosaic_.heights_m, is_unknown);
+  if (has_void) {
+    const std::uint8_t row = source_row("void", "filled void");
+    for (std::size_t k = 0; k < is_void_.values.size(); ++k)
+      if (is_void_.values[k] != 0) mosaic_.source.values[k] = row;
+  }
+  if (!has_missing) return;
+  const bool is_sea_wanted = inputs_.options.outside == "sea";
+  const std::uint8_t extended = source_row("extend", "extended");
+  const std::uint8_t sea = is_sea_wanted ? source_row("sea", "sea") : extended;
+  const Grid<float> distance = distance_to_others(is_missing_);
+  for (int j = 0; j < is_missing_.height; ++j) {
+    std::vector<geo::Geodetic> places;
+    for (int i = 0; i < is_missing_.width; ++i) {
+      if (is_missing_(i, j) == 0) continue;
+      const std::size_t k = is_missing_.index(i, j);
+      mosaic_.source.values[k] = extended;
+      if (!is_sea_wanted) continue;
+      if (places.empty()) places = places_of_row(j);
+      const double sea_m =
+          in_first_datum_m(0.0, geo::VerticalDatum::Egm96, places[static_cast<std::size_t>(i)]);
+      const double t =
+          std::min(static_cast<double>(distance(i, j)) * sample_.spacing_m / kShore_m, 1.0);
+      double& height_m = mosaic_.heights_m.values[k];
+      height_m += t * t * (3.0 - 2.0 * t) * (sea_m - height_m);
+      if (t < 1.0) continue;
+      height_m = sea_m;
+      mosaic_.is_sea.values[k] = 1;
+      mosaic_.source.values[k] = sea;
+    }
+  }
+}
+
+/// Large regions of exact zeros above the geoid are sea.
+void MosaicMaker::find_sea() {
+  if (rasters_.front().datum == geo::VerticalDatum::Egm96) {
+    Grid<std::uint8_t> is_zero(mosaic_.heights_m.width, mosaic_.heights_m.height, 0);
+    for (std::size_t k = 0; k < is_zero.values.size(); ++k)
+      is_zero.values[k] =
+          mosaic_.heights_m.values[k] == 0.0 && mosaic_.source.values[k] < rasters_.size() ? 1 : 0;
+    const Regions regions = find_regions(is_zero);
+    for (std::size_t k = 0; k < is_zero.values.size(); ++k) {
+      if (is_zero.values[k] == 0) continue;
+      const auto region = static_cast<std::size_t>(regions.label.values[k] - 1);
+      if (static_cast<double>(regions.regions[region].num_samples) * sample_.area_m2 * 1e-6 >=
+          kSmallestSea_km2)
+        mosaic_.is_sea.values[k] = 1;
+    }
+  }
+  for (const std::uint8_t sea : mosaic_.is_sea.values)
+    mosaic_.has_sea = mosaic_.has_sea || sea != 0;
+}
+
+RasterMosaic MosaicMaker::make() {
+  open_rasters();
+  choose_grid();
+  sample_ = size_of_samples(*rasters_.front().source);
+  for (std::size_t index = 0; index < rasters_.size(); ++index) add(index);
+  mosaic_.is_sea = Grid<std::uint8_t>(mosaic_.heights_m.width, mosaic_.heights_m.height, 0);
+  sort_gaps();
+  refuse_missing();
+  fill_gaps();
+  find_sea();
+  mosaic_.input_hash =
+      core::content_hash(core::content_hash(std::as_bytes(std::span(mosaic_.heights_m.values))) +
+                         core::content_hash(std::as_bytes(std::span(mosaic_.source.values))) +
+                         core::content_hash(std::as_bytes(std::span(mosaic_.is_sea.values))) +
+                         fmt::format(" {} {} {}", rasters_.front().source->pipeline(),
+                                     name_of(rasters_.front().datum), sample_.spacing_m));
+  for (const world::SourceInfo& source : mosaic_.sources)
+    mosaic_.input_hash = core::content_hash(
+        fmt::format("{} {} {} {} {} {}", mosaic_.input_hash, source.name, source.content_hash,
+                    source.licence, source.num_voids, source.num_voids_filled));
+  mosaic_.first = std::move(rasters_.front().source);
+  return std::move(mosaic_);
+}
+
+}  // namespace
+
+RasterMosaic make_mosaic(const ElevationInputs& inputs) { return MosaicMaker(inputs).make(); }
+
+}  // namespace terracast::tiler

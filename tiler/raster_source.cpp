@@ -1,0 +1,499 @@
+#include "tiler/raster_source.h"
+
+#include <cpl_error.h>
+#include <cpl_vsi.h>
+#include <fmt/format.h>
+#include <gdal_priv.h>
+#include <ogr_spatialref.h>
+#include <proj.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <mutex>
+#include <vector>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "geo/units.h"
+
+namespace terracast::tiler {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+constexpr double kLowestHeight_m = -12000.0;  // the deepest trench, with a margin
+constexpr double kHighestHeight_m = 9000.0;
+constexpr double kMetresPerUsFoot = 1200.0 / 3937.0;
+
+/// Keeps GDAL quiet on this thread, and what it says for our messages.
+class GdalErrors {
+ public:
+  GdalErrors() { CPLPushErrorHandlerEx(&GdalErrors::collect, this); }
+  ~GdalErrors() { CPLPopErrorHandler(); }
+  GdalErrors(const GdalErrors&) = delete;
+  GdalErrors& operator=(const GdalErrors&) = delete;
+
+  std::string text() const { return text_.empty() ? "GDAL gives no reason" : "GDAL: " + text_; }
+
+ private:
+  static void CPL_STDCALL collect(CPLErr level, CPLErrorNum, const char* message) {
+    if (level < CE_Warning) return;
+    auto* self = static_cast<GdalErrors*>(CPLGetErrorHandlerUserData());
+    if (self->text_.size() < 400)
+      self->text_ += (self->text_.empty() ? "" : "; ") + std::string(message);
+  }
+  std::string text_;
+};
+
+void register_drivers() {
+  static std::once_flag once;
+  std::call_once(once, [] { GDALAllRegister(); });
+}
+
+struct DatasetCloser {
+  void operator()(GDALDataset* dataset) const { GDALClose(dataset); }
+};
+using DatasetPtr = std::unique_ptr<GDALDataset, DatasetCloser>;
+
+struct TransformationCloser {
+  void operator()(OGRCoordinateTransformation* t) const {
+    OGRCoordinateTransformation::DestroyCT(t);
+  }
+};
+using TransformationPtr = std::unique_ptr<OGRCoordinateTransformation, TransformationCloser>;
+
+/// The operation from WGS84 longitude, latitude to a CRS, as PROJ ranks them for a place.
+struct Operation {
+  std::string pipeline;  ///< empty: nothing to do
+  bool is_ballpark = false;
+};
+
+Operation best_operation(const std::string& crs_wkt, const geo::Geodetic& near, bool ballpark) {
+  struct ContextCloser {
+    void operator()(PJ_CONTEXT* c) const { proj_context_destroy(c); }
+  };
+  struct PjCloser {
+    void operator()(PJ* p) const { proj_destroy(p); }
+  };
+  using PjPtr = std::unique_ptr<PJ, PjCloser>;
+  const std::unique_ptr<PJ_CONTEXT, ContextCloser> context(proj_context_create());
+  proj_log_level(context.get(), PJ_LOG_NONE);
+  const PjPtr source(proj_create(context.get(), "EPSG:4326"));
+  const PjPtr target(proj_create(context.get(), crs_wkt.c_str()));
+  if (!source || !target) return {};
+  PJ_OPERATION_FACTORY_CONTEXT* factory =
+      proj_create_operation_factory_context(context.get(), nullptr);
+  const double lon_deg = std::remainder(near.lon_deg, 360.0);
+  proj_operation_factory_context_set_area_of_interest(
+      context.get(), factory, std::max(lon_deg - 0.1, -180.0), std::max(near.lat_deg - 0.1, -90.0),
+      std::min(lon_deg + 0.1, 180.0), std::min(near.lat_deg + 0.1, 90.0));
+  proj_operation_factory_context_set_spatial_criterion(context.get(), factory,
+                                                       PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION);
+  proj_operation_factory_context_set_grid_availability_use(
+      context.get(), factory, PROJ_GRID_AVAILABILITY_DISCARD_OPERATION_IF_MISSING_GRID);
+  proj_operation_factory_context_set_allow_ballpark_transformations(context.get(), factory,
+                                                                    ballpark ? 1 : 0);
+  PJ_OBJ_LIST* list = proj_create_operations(context.get(), source.get(), target.get(), factory);
+  Operation operation;
+  if (list != nullptr && proj_list_get_count(list) > 0) {
+    const PjPtr first(proj_list_get(context.get(), list, 0));
+    const PjPtr op(proj_normalize_for_visualization(context.get(), first.get()));
+    const char* text =
+        op ? proj_as_proj_string(context.get(), op.get(), PJ_PROJ_5, nullptr) : nullptr;
+    if (text != nullptr) operation.pipeline = text;
+    operation.is_ballpark =
+        proj_coordoperation_has_ballpark_transformation(context.get(), first.get()) != 0;
+  }
+  if (list != nullptr) proj_list_destroy(list);
+  proj_operation_factory_context_destroy(factory);
+  return operation;
+}
+
+/// A transformation for any number of threads: OGR's are for one at a time, so each call borrows a
+/// clone.
+class SharedTransformation {
+ public:
+  SharedTransformation(const std::string& pipeline, bool is_reverse) {
+    OGRCoordinateTransformationOptions options;
+    options.SetCoordinateOperation(pipeline.c_str(), is_reverse);
+    first_.reset(OGRCreateCoordinateTransformation(nullptr, nullptr, options));
+  }
+  bool is_good() const { return first_ != nullptr; }
+
+  bool transform(std::vector<double>& x, std::vector<double>& y) const {
+    TransformationPtr mine;
+    {
+      const std::lock_guard lock(mutex_);
+      if (idle_.empty()) {
+        mine.reset(first_->Clone());
+      } else {
+        mine = std::move(idle_.back());
+        idle_.pop_back();
+      }
+    }
+    if (!mine) return false;
+    std::vector<int> is_done(x.size(), 0);
+    const bool is_good = mine->Transform(static_cast<int>(x.size()), x.data(), y.data(), nullptr,
+                                         is_done.data()) != FALSE;
+    const std::lock_guard lock(mutex_);
+    idle_.push_back(std::move(mine));
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (is_done[i] == 0 || !std::isfinite(x[i]) || !std::isfinite(y[i])) return false;
+    return is_good;
+  }
+
+ private:
+  TransformationPtr first_;
+  mutable std::mutex mutex_;
+  mutable std::vector<TransformationPtr> idle_;
+};
+
+/// Metres in a unit of height as files name them; nothing for words that are not known.
+std::optional<double> metres_in(std::string unit) {
+  for (char& c : unit) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char* word : {"", "m", "metre", "metres", "meter", "meters"})
+    if (unit == word) return 1.0;
+  for (const char* word : {"ft", "foot", "feet", "international foot", "international feet"})
+    if (unit == word) return geo::metres_from_feet(1.0);
+  for (const char* word : {"us-ft", "us_ft", "ftus", "sft", "us survey foot", "us survey feet",
+                           "foot_us", "survey foot", "us foot"})
+    if (unit == word) return kMetresPerUsFoot;
+  return std::nullopt;
+}
+
+class GdalRaster : public RasterSource {
+ public:
+  GdalRaster(const core::Path& file, const ElevationOptions& options, const geo::Geodetic& near)
+      : path_(file.resolved.empty() ? file.written : file.resolved.string()),
+        written_(file.written),
+        near_lon_deg_(near.lon_deg) {
+    register_drivers();
+    const GdalErrors errors;
+    open_dataset(errors);
+    check_band();
+    read_georeference(near, errors);
+    metres_per_unit_ = unit_of(options);
+    read_nodata(options);
+  }
+
+  const std::string& path() const override { return written_; }
+  const std::string& crs_name() const override { return crs_name_; }
+  const std::string& pipeline() const override { return pipeline_; }
+  const std::string& warning() const override { return warning_; }
+  int width() const override { return dataset_->GetRasterXSize(); }
+  int height() const override { return dataset_->GetRasterYSize(); }
+
+  void samples_from_geodetic(std::span<const geo::Geodetic> places,
+                             std::span<Eigen::Vector2d> samples) const override;
+  void geodetic_from_samples(std::span<const Eigen::Vector2d> samples,
+                             std::span<geo::Geodetic> places) const override;
+  std::optional<Eigen::Vector2i> offset_of(const RasterSource& other) const override;
+  Grid<double> read(const SampleWindow& window) const override;
+  std::string content_hash() const override;
+
+ private:
+  void open_dataset(const GdalErrors& errors);
+  void check_band();
+  void read_georeference(const geo::Geodetic& near, const GdalErrors& errors);
+  double unit_of(const ElevationOptions& options) const;
+  void read_nodata(const ElevationOptions& options);
+  bool is_nodata(double raw) const;
+
+  GDALRasterBand* band() const { return dataset_->GetRasterBand(1); }
+
+  std::string path_;
+  std::string written_;
+  double near_lon_deg_;
+  DatasetPtr dataset_;
+  std::string crs_name_;
+  std::string crs_wkt_;
+  std::string pipeline_;
+  std::string warning_;
+  bool is_geographic_ = false;
+  std::string declared_vertical_unit_;
+  Eigen::Affine2d crs_from_sample_;
+  Eigen::Affine2d sample_from_crs_;
+  std::unique_ptr<SharedTransformation> crs_from_geodetic_;
+  std::unique_ptr<SharedTransformation> geodetic_from_crs_;
+  double metres_per_unit_ = 1.0;
+  double scale_ = 1.0;
+  double offset_ = 0.0;
+  std::optional<double> nodata_;
+  bool uses_mask_ = false;
+};
+
+void GdalRaster::open_dataset(const GdalErrors& errors) {
+  VSIStatBufL status;
+  if (VSIStatL(path_.c_str(), &status) != 0)
+    fail(ErrorKind::Io, "{}: there is no such raster; give the path of a file that GDAL opens",
+         written_);
+  dataset_.reset(GDALDataset::Open(path_.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR));
+  if (!dataset_)
+    fail(ErrorKind::Input, "{}: cannot be opened as a raster; is it damaged or truncated? ({})",
+         written_, errors.text());
+}
+
+void GdalRaster::check_band() {
+  if (width() <= 0 || height() <= 0)
+    fail(ErrorKind::Input, "{}: has no samples ({} x {})", written_, width(), height());
+  const int count = dataset_->GetRasterCount();
+  const bool has_alpha =
+      count == 2 && dataset_->GetRasterBand(2)->GetColorInterpretation() == GCI_AlphaBand;
+  if (count != 1 && !has_alpha)
+    fail(ErrorKind::Input,
+         "{}: has {} bands, and a raster of heights has one; take it out with gdal_translate -b N",
+         written_, count);
+  const GDALDataType type = band()->GetRasterDataType();
+  if (GDALDataTypeIsComplex(type) != FALSE)
+    fail(ErrorKind::Input, "{}: its samples are complex numbers ({}), not heights", written_,
+         GDALGetDataTypeName(type));
+  int has_value = FALSE;
+  const double scale = band()->GetScale(&has_value);
+  if (has_value != FALSE) scale_ = scale;
+  const double offset = band()->GetOffset(&has_value);
+  if (has_value != FALSE) offset_ = offset;
+  if (!std::isfinite(scale_) || scale_ == 0.0 || !std::isfinite(offset_))
+    fail(ErrorKind::Input, "{}: declares scale {} and offset {}, which give no heights", written_,
+         scale_, offset_);
+}
+
+void GdalRaster::read_georeference(const geo::Geodetic& near, const GdalErrors& errors) {
+  double gt[6] = {};
+  if (dataset_->GetGeoTransform(gt) != CE_None)
+    fail(ErrorKind::Input,
+         "{}: has no georeference{}; add one with gdal_translate -a_ullr, or gdalwarp", written_,
+         dataset_->GetGCPCount() > 0 ? " but ground control points" : "");
+  Eigen::Matrix2d linear;
+  linear << gt[1], gt[2], gt[4], gt[5];
+  const double determinant = linear.determinant();
+  if (!linear.allFinite() || !std::isfinite(gt[0]) || !std::isfinite(gt[3]) ||
+      !(std::abs(determinant) > 0.0))
+    fail(ErrorKind::Input, "{}: its geotransform ({}, {}, {}, {}, {}, {}) cannot be inverted",
+         written_, gt[0], gt[1], gt[2], gt[3], gt[4], gt[5]);
+
+  const OGRSpatialReference* declared = dataset_->GetSpatialRef();
+  if (declared == nullptr || declared->IsEmpty())
+    fail(ErrorKind::Input,
+         "{}: states no coordinate reference system; add it with gdal_edit.py -a_srs EPSG:…",
+         written_);
+  OGRSpatialReference crs(*declared);
+  if (crs.IsCompound() != FALSE) {
+    const char* name = nullptr;
+    crs.GetTargetLinearUnits("VERT_CS", &name);
+    if (name != nullptr) declared_vertical_unit_ = name;
+    // PROJ would apply a geoid of the vertical part, and ours would be the second.
+    crs.StripVertical();
+  }
+  crs.DemoteTo2D(nullptr);
+  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  if (crs.IsGeographic() == FALSE && crs.IsProjected() == FALSE)
+    fail(ErrorKind::Input,
+         "{}: its coordinate reference system ({}) is neither geographic nor projected; warp it to "
+         "one that is, with gdalwarp -t_srs",
+         written_, declared->GetName() == nullptr ? "unnamed" : declared->GetName());
+  is_geographic_ = crs.IsGeographic() != FALSE;
+  const char* authority = crs.GetAuthorityName(nullptr);
+  const char* code = crs.GetAuthorityCode(nullptr);
+  const char* name = crs.GetName();
+  crs_name_ = name == nullptr ? "unnamed" : name;
+  if (authority != nullptr && code != nullptr)
+    crs_name_ = fmt::format("{}:{} {}", authority, code, crs_name_);
+  char* wkt = nullptr;
+  const char* const wkt2[] = {"FORMAT=WKT2_2019", nullptr};
+  crs.exportToWkt(&wkt, wkt2);
+  crs_wkt_ = wkt == nullptr ? "" : wkt;
+  CPLFree(wkt);
+
+  Operation operation = best_operation(crs_wkt_, near, false);
+  if (operation.pipeline.empty()) operation = best_operation(crs_wkt_, near, true);
+  if (operation.pipeline.empty())
+    fail(ErrorKind::Input, "{}: PROJ knows no transformation from WGS84 to {}; warp it to WGS84",
+         written_, crs_name_);
+  if (operation.is_ballpark)
+    warning_ = fmt::format(
+        "{}: only a ballpark transformation leads from WGS84 to {} (its datum is taken for WGS84)",
+        written_, crs_name_);
+  if (operation.pipeline != "+proj=noop") {
+    pipeline_ = operation.pipeline;
+    crs_from_geodetic_ = std::make_unique<SharedTransformation>(pipeline_, false);
+    geodetic_from_crs_ = std::make_unique<SharedTransformation>(pipeline_, true);
+    if (!crs_from_geodetic_->is_good() || !geodetic_from_crs_->is_good())
+      fail(ErrorKind::Input, "{}: the transformation {} cannot be used ({})", written_, pipeline_,
+           errors.text());
+  }
+
+  // Sample (0, 0) is the centre of the first pixel.
+  crs_from_sample_.linear() = linear;
+  crs_from_sample_.translation() =
+      Eigen::Vector2d(gt[0], gt[3]) + linear * Eigen::Vector2d(0.5, 0.5);
+  if (is_geographic_) {
+    const Eigen::Vector2d middle =
+        crs_from_sample_ * Eigen::Vector2d(0.5 * width(), 0.5 * height());
+    crs_from_sample_.translation().x() -= 360.0 * std::round((middle.x() - near_lon_deg_) / 360.0);
+  }
+  sample_from_crs_ = crs_from_sample_.inverse();
+}
+
+double GdalRaster::unit_of(const ElevationOptions& options) const {
+  if (options.unit == "m") return 1.0;
+  if (options.unit == "ft") return geo::metres_from_feet(1.0);
+  if (options.unit == "us_ft") return kMetresPerUsFoot;
+  std::string word = band()->GetUnitType() == nullptr ? "" : band()->GetUnitType();
+  if (word.empty()) word = declared_vertical_unit_;
+  const auto metres = metres_in(word);
+  if (!metres)
+    fail(ErrorKind::Input,
+         "{}: declares heights in \"{}\", which is no known unit of length; state unit = \"m\", "
+         "\"ft\" or \"us_ft\"",
+         written_, word);
+  return *metres;
+}
+
+void GdalRaster::read_nodata(const ElevationOptions& options) {
+  if (options.nodata == "none") return;
+  if (options.nodata == "declared") {
+    int has_value = FALSE;
+    const double value = band()->GetNoDataValue(&has_value);
+    if (has_value != FALSE) nodata_ = value;
+    const int flags = band()->GetMaskFlags();
+    uses_mask_ = (flags & (GMF_ALL_VALID | GMF_NODATA)) == 0;
+    return;
+  }
+  nodata_ = std::stod(options.nodata);
+}
+
+bool GdalRaster::is_nodata(double raw) const {
+  if (!nodata_) return false;
+  if (std::isnan(*nodata_)) return std::isnan(raw);
+  // A value such as -3.4028234663852886e+38 is declared with more digits than a float holds.
+  return raw == *nodata_ || (band()->GetRasterDataType() == GDT_Float32 &&
+                             static_cast<float>(raw) == static_cast<float>(*nodata_));
+}
+
+void GdalRaster::samples_from_geodetic(std::span<const geo::Geodetic> places,
+                                       std::span<Eigen::Vector2d> samples) const {
+  std::vector<double> x(places.size());
+  std::vector<double> y(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    x[i] = places[i].lon_deg;
+    y[i] = places[i].lat_deg;
+  }
+  if (crs_from_geodetic_) {
+    const GdalErrors errors;
+    if (!crs_from_geodetic_->transform(x, y))
+      fail(ErrorKind::Input,
+           "{}: its projection ({}) does not hold the places about latitude {:.4f}, longitude "
+           "{:.4f} ({}); does the world's origin lie within the raster?",
+           written_, crs_name_, places[0].lat_deg, places[0].lon_deg, errors.text());
+  }
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (is_geographic_) x[i] -= 360.0 * std::round((x[i] - near_lon_deg_) / 360.0);
+    samples[i] = sample_from_crs_ * Eigen::Vector2d(x[i], y[i]);
+  }
+}
+
+void GdalRaster::geodetic_from_samples(std::span<const Eigen::Vector2d> samples,
+                                       std::span<geo::Geodetic> places) const {
+  std::vector<double> x(samples.size());
+  std::vector<double> y(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Eigen::Vector2d at = crs_from_sample_ * samples[i];
+    x[i] = at.x();
+    y[i] = at.y();
+  }
+  if (geodetic_from_crs_) {
+    const GdalErrors errors;
+    if (!geodetic_from_crs_->transform(x, y))
+      fail(ErrorKind::Input, "{}: its projection ({}) has no place for some of its samples ({})",
+           written_, crs_name_, errors.text());
+  }
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    places[i] = {.lat_deg = std::clamp(y[i], -90.0, 90.0), .lon_deg = x[i], .height_m = 0.0};
+}
+
+std::optional<Eigen::Vector2i> GdalRaster::offset_of(const RasterSource& other_source) const {
+  const auto* other = dynamic_cast<const GdalRaster*>(&other_source);
+  if (other == nullptr || other->pipeline_ != pipeline_ || other->is_geographic_ != is_geographic_)
+    return std::nullopt;
+  // Over the whole of the other raster, samples may stray by this part of the spacing: files print
+  // their steps with few digits, and 1e-3 of a sample is 3 cm of 30 m.
+  constexpr double kStray = 1e-3;
+  const Eigen::Affine2d sample_from_other = sample_from_crs_ * other->crs_from_sample_;
+  const Eigen::Vector2d first = sample_from_other * Eigen::Vector2d::Zero();
+  const Eigen::Vector2d whole = first.array().round();
+  if (whole.cwiseAbs().maxCoeff() > 1e9) return std::nullopt;
+  for (const Eigen::Vector2d& corner :
+       {Eigen::Vector2d(0, 0), Eigen::Vector2d(other->width(), 0),
+        Eigen::Vector2d(0, other->height()), Eigen::Vector2d(other->width(), other->height())})
+    if ((sample_from_other * corner - whole - corner).cwiseAbs().maxCoeff() > kStray)
+      return std::nullopt;
+  return whole.cast<int>();
+}
+
+Grid<double> GdalRaster::read(const SampleWindow& window) const {
+  TERRACAST_CHECK(window.first_column >= 0 && window.first_row >= 0 &&
+                      window.first_column + window.width <= width() &&
+                      window.first_row + window.height <= height(),
+                  "window outside {}", written_);
+  const GdalErrors errors;
+  Grid<double> heights_m(window.width, window.height);
+  if (window.is_empty()) return heights_m;
+  const auto refuse = [&] {
+    fail(ErrorKind::Input, "{}: its samples cannot be read; is it truncated? ({})", written_,
+         errors.text());
+  };
+  if (band()->RasterIO(GF_Read, window.first_column, window.first_row, window.width, window.height,
+                       heights_m.values.data(), window.width, window.height, GDT_Float64, 0, 0,
+                       nullptr) != CE_None)
+    refuse();
+  std::vector<std::uint8_t> mask;
+  if (uses_mask_) {
+    mask.resize(heights_m.values.size());
+    if (band()->GetMaskBand()->RasterIO(GF_Read, window.first_column, window.first_row,
+                                        window.width, window.height, mask.data(), window.width,
+                                        window.height, GDT_Byte, 0, 0, nullptr) != CE_None)
+      refuse();
+  }
+  for (int j = 0; j < window.height; ++j)
+    for (int i = 0; i < window.width; ++i) {
+      double& value = heights_m(i, j);
+      if ((uses_mask_ && mask[heights_m.index(i, j)] == 0) || is_nodata(value)) {
+        value = std::numeric_limits<double>::quiet_NaN();
+        continue;
+      }
+      const double height_m = (value * scale_ + offset_) * metres_per_unit_;
+      if (std::isnan(height_m))
+        fail(ErrorKind::Input,
+             "{}: the height of pixel ({}, {}) is NaN, and NaN is not its declared no-data value; "
+             "if it marks voids, state nodata = \"nan\"",
+             written_, window.first_column + i, window.first_row + j);
+      if (!(height_m >= kLowestHeight_m && height_m <= kHighestHeight_m))
+        fail(ErrorKind::Input,
+             "{}: the height of pixel ({}, {}) is {:.6g} m, outside {} to {} m; if it marks voids, "
+             "state nodata = \"{:.17g}\"; if it is in feet, unit = \"ft\"",
+             written_, window.first_column + i, window.first_row + j, height_m, kLowestHeight_m,
+             kHighestHeight_m, value);
+      value = height_m;
+    }
+  return heights_m;
+}
+
+std::string GdalRaster::content_hash() const {
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path_, ignored)) return core::content_hash_of_file(path_);
+  const auto& m = crs_from_sample_.matrix();
+  return core::content_hash(fmt::format("{} {} {} {} {} {} {} {} {}", crs_wkt_, width(), height(),
+                                        m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2)));
+}
+
+}  // namespace
+
+std::unique_ptr<RasterSource> RasterSource::open(const core::Path& file,
+                                                 const ElevationOptions& options,
+                                                 const geo::Geodetic& near) {
+  return std::make_unique<GdalRaster>(file, options, near);
+}
+
+}  // namespace terracast::tiler
