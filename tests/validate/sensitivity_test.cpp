@@ -82,7 +82,7 @@ TEST_P(Right, DatasetPassesEveryCheck) {
   if (std::getenv("TERRACAST_SHOW_VALUES") != nullptr) std::fputs(values(results).c_str(), stdout);
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, Right, testing::Values("kitti", "colmap", "tartanair"), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Formats, Right, testing::Values("kitti", "colmap", "tartanair"), [](const auto& one) { return one.param; });
 
 class Wrong : public testing::TestWithParam<Case> {};
 
@@ -127,7 +127,7 @@ const Case kCases[] = {
     {"TartanAirMasks", "tartanair", {.covisible_everywhere = true}, "flow_masks"},
 };
 
-INSTANTIATE_TEST_SUITE_P(Mistakes, Wrong, testing::ValuesIn(kCases), [](const auto& info) { return info.param.name; });
+INSTANTIATE_TEST_SUITE_P(Mistakes, Wrong, testing::ValuesIn(kCases), [](const auto& one) { return one.param.name; });
 
 }  // namespace
 }  // namespace terracast::validate
