@@ -172,9 +172,7 @@ void set_config_value(ConfigNode& root, const std::string& dotted_key, ConfigNod
 
   ConfigNode* at = &root;
   std::string path;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const std::string& part = parts[i];
-    const bool is_last = i + 1 == parts.size();
+  for (const std::string& part : parts) {
     if (at->text() != nullptr) {  // the file that holds the table takes the table's place
       ConfigNode loaded;
       table_behind(*at, root, path, load, loaded);
@@ -198,8 +196,8 @@ void set_config_value(ConfigNode& root, const std::string& dotted_key, ConfigNod
       fail_at(place, "{} is {} (from {}), which holds no \"{}\"",
               path.substr(0, path.size() - part.size() - 1), at->shown(), at->place.text(), part);
     }
-    if (is_last) *at = std::move(value);
   }
+  *at = std::move(value);
 }
 
 }  // namespace terracast::core
