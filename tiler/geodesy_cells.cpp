@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "geo/units.h"
 
 namespace terracast::tiler {
 namespace {
@@ -14,6 +15,9 @@ using Terms = GeodesyColumn::Terms;
 constexpr double kCoarsestNodeSpacing_m = 512.0;
 constexpr double kFinestNodeSpacing_m = 32.0;
 constexpr double kTolerance_m = 1e-7;
+
+/// Of places at a height; a thousandth of it shows in their map coordinates.
+constexpr double kPlaceTolerance_m = 1e-6;
 
 /// Where the cubic in height is exact, in half ranges about the middle: the nodes of Chebyshev.
 constexpr std::array<double, 4> kHeightNodes = {-0.92387953251128674, -0.38268343236508977,
@@ -29,11 +33,6 @@ Eigen::Matrix4d coefficients_from_values() {
   return values_from_coefficients.inverse();
 }
 
-struct ColumnTruth {
-  std::array<double, 4> z_world;
-  std::array<geo::Geodetic, 4> places;
-};
-
 /// Weights of a quadratic through t = 0, 1/2, 1.
 std::array<double, 3> quadratic_weights(double t) {
   return {(1.0 - 2.0 * t) * (1.0 - t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)};
@@ -47,24 +46,27 @@ Terms combined(const Terms& a, const Terms& b, const Terms& c, const std::array<
 
 }  // namespace
 
-double z_world_at_height(const geo::WorldFrame& frame, double x_world, double y_world,
-                         double height_m, geo::Geodetic* place) {
-  // The height grows along world z by the cosine of the angle to the local vertical; that of the
-  // sphere is near enough for an iteration that gains three digits or more a step.
+PlaceAtHeight place_at_height(const geo::WorldFrame& frame, double x_world, double y_world,
+                              double height_m, double tolerance_m) {
   const double radius_m = geo::kWgs84SemiMajorAxis_m + height_m;
   const double lean2 = (x_world * x_world + y_world * y_world) / (radius_m * radius_m);
   TERRACAST_CHECK(lean2 < 0.25, "({}, {}) is too far from the world's origin", x_world, y_world);
-  const double slope = std::sqrt(1.0 - lean2);
-  double z_world = height_m - radius_m * (1.0 - slope);
-  geo::Geodetic here;
+  const Eigen::Vector3d z_axis_ecef = frame.ecef_from_world().rotation * Eigen::Vector3d::UnitZ();
+  PlaceAtHeight found;
+  found.z_world = height_m - radius_m * (1.0 - std::sqrt(1.0 - lean2));  // of a sphere
   for (int i = 0; i < 30; ++i) {
-    here = frame.geodetic_from_world({x_world, y_world, z_world});
-    const double missing_m = height_m - here.height_m;
-    z_world += missing_m / slope;
-    if (std::abs(missing_m) < 1e-6) break;  // the step just made leaves a thousandth of it at most
+    found.place = frame.geodetic_from_world({x_world, y_world, found.z_world});
+    const double lat_rad = geo::radians_from_degrees(found.place.lat_deg);
+    const double lon_rad = geo::radians_from_degrees(found.place.lon_deg);
+    const Eigen::Vector3d up_ecef(std::cos(lat_rad) * std::cos(lon_rad),
+                                  std::cos(lat_rad) * std::sin(lon_rad), std::sin(lat_rad));
+    found.height_per_z = up_ecef.dot(z_axis_ecef);
+    const double missing_m = height_m - found.place.height_m;
+    // The height bends along z by sin(lean)^2 / R: a step of 1 m leaves less than 1e-9 m.
+    found.z_world += missing_m / found.height_per_z;
+    if (std::abs(missing_m) < tolerance_m) break;
   }
-  if (place != nullptr) *place = here;
-  return z_world;
+  return found;
 }
 
 GeodesyCells::GeodesyCells(const geo::WorldFrame& frame, const HeightField& field,
@@ -97,9 +99,12 @@ void GeodesyCells::fill(const geo::WorldFrame& frame, const HeightField& field,
     for (int i = 0; i < num_nodes_; ++i)
       for (std::size_t k = 0; k < 4; ++k) {
         const std::size_t at = static_cast<std::size_t>(i) * 4 + k;
-        z_world[at] = z_world_at_height(frame, (i - num_cells_) * node_spacing_m_,
-                                        (static_cast<int>(row) - num_cells_) * node_spacing_m_,
-                                        middle_m_ + half_range_m_ * kHeightNodes[k], &places[at]);
+        const PlaceAtHeight found =
+            place_at_height(frame, (i - num_cells_) * node_spacing_m_,
+                            (static_cast<int>(row) - num_cells_) * node_spacing_m_,
+                            middle_m_ + half_range_m_ * kHeightNodes[k], kPlaceTolerance_m);
+        z_world[at] = found.z_world;
+        places[at] = found.place;
       }
     field.map_from_geodetic(places, map);
     for (int i = 0; i < num_nodes_; ++i) {
@@ -133,12 +138,11 @@ double GeodesyCells::probe(const geo::WorldFrame& frame, const HeightField& fiel
         const double x = fx * (last - inset) + inset * 0.5;
         const double y = fy * (last - inset) - inset * 0.5;
         const double height_m = middle_m_ + fh * half_range_m_;
-        geo::Geodetic place;
-        const double z_world = z_world_at_height(frame, x, y, height_m, &place);
+        const PlaceAtHeight truth = place_at_height(frame, x, y, height_m, kPlaceTolerance_m);
         Eigen::Vector2d map;
-        field.map_from_geodetic({&place, 1}, {&map, 1});
+        field.map_from_geodetic({&truth.place, 1}, {&map, 1});
         const ColumnPoint point = column(x, y).at(height_m);
-        worst_m = std::max({worst_m, std::abs(point.z_world - z_world),
+        worst_m = std::max({worst_m, std::abs(point.z_world - truth.z_world),
                             (point.map - map).norm() * metres_per_map_unit});
       }
   return worst_m;

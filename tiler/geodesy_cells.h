@@ -97,9 +97,16 @@ class GeodesyCells {
   std::vector<GeodesyColumn::Terms> nodes_;
 };
 
-/// World z of the place above or below a world (x, y) at an ellipsoidal height, by Newton's
-/// iteration to 1e-9 m. place   receives its latitude and longitude
-double z_world_at_height(const geo::WorldFrame& frame, double x_world, double y_world,
-                         double height_m, geo::Geodetic* place = nullptr);
+/// The place above or below a world (x, y) at an ellipsoidal height.
+struct PlaceAtHeight {
+  double z_world = 0.0;
+  geo::Geodetic place;        ///< within tolerance_m of it
+  double height_per_z = 1.0;  ///< how the height grows along world z: the cosine of up's lean
+};
+
+/// Solves for z by Newton's iteration, z to 1e-9 m whatever the tolerance up to 1 m (the height is
+/// all but linear in z). tolerance_m   how near the returned place must be
+PlaceAtHeight place_at_height(const geo::WorldFrame& frame, double x_world, double y_world,
+                              double height_m, double tolerance_m);
 
 }  // namespace terracast::tiler

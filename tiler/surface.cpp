@@ -322,14 +322,12 @@ SurfaceSample TerrainSurface::beyond(double x_world, double y_world, int finest_
   }
   // Heights count from the geoid where one is used; its undulation is that of the apron's own
   // place.
-  geo::Geodetic place;
-  double z_world = z_world_at_height(frame_, x_world, y_world, height_m, &place);
-  if (geoid_ != nullptr) {
-    height_m += geoid_->undulation_m(place.lat_deg, place.lon_deg);
-    z_world = z_world_at_height(frame_, x_world, y_world, height_m);
-  }
+  PlaceAtHeight found = place_at_height(frame_, x_world, y_world, height_m, 1.0);
+  if (geoid_ != nullptr)
+    found.z_world +=
+        geoid_->undulation_m(found.place.lat_deg, found.place.lon_deg) / found.height_per_z;
   SurfaceSample sample;
-  sample.z_world = z_world;
+  sample.z_world = found.z_world;
   sample.cover = Cover::Outside;
   sample.source = is_sea ? sea_source_ : apron_source_;
   sample.moisture = is_sea ? 255 : static_cast<std::uint8_t>(std::lround(moisture));

@@ -1,0 +1,388 @@
+#include "tiler/preview.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <unordered_map>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "tiler/map_drawing.h"
+#include "world/tile.h"
+
+namespace terracast::tiler {
+namespace {
+
+using world::kTileCells;
+using world::Tile;
+using world::TileId;
+using world::TileStore;
+
+constexpr Colour kPaper = {246, 244, 238};
+constexpr Colour kInk = {40, 40, 40};
+constexpr Colour kSea = {118, 164, 206};
+constexpr Colour kWhite = {255, 255, 255};
+constexpr Colour kPathColours[] = {{214, 39, 40},  {31, 119, 180}, {148, 20, 160},
+                                   {255, 127, 14}, {23, 150, 150}, {120, 70, 20}};
+
+/// Part of the square that is shown beyond it, on each side.
+constexpr double kMargin = 0.03;
+
+/// Land tints from the lowest to the highest ground.
+struct Tint {
+  double share;
+  Colour colour;
+};
+constexpr Tint kTints[] = {{0.0, {122, 160, 104}}, {0.2, {170, 190, 124}}, {0.4, {224, 212, 150}},
+                           {0.6, {204, 166, 112}}, {0.8, {170, 132, 104}}, {0.93, {216, 208, 202}},
+                           {1.0, {250, 250, 250}}};
+
+Eigen::Vector3d tint_of(double share) {
+  const auto colour = [](const Tint& tint) {
+    return Eigen::Vector3d(tint.colour[0], tint.colour[1], tint.colour[2]);
+  };
+  for (std::size_t i = 1; i < std::size(kTints); ++i)
+    if (share <= kTints[i].share) {
+      const double t =
+          std::max(share - kTints[i - 1].share, 0.0) / (kTints[i].share - kTints[i - 1].share);
+      return colour(kTints[i - 1]) + t * (colour(kTints[i]) - colour(kTints[i - 1]));
+    }
+  return colour(kTints[std::size(kTints) - 1]);
+}
+
+/// Heights and covers of one level over the map.
+class LevelSampler {
+ public:
+  LevelSampler(const TileStore& store, double half_side_m, double metres_per_px)
+      : level_(std::clamp(static_cast<int>(std::floor(std::log2(metres_per_px))),
+                          store.manifest().base_level, store.manifest().coarsest_level)) {
+    std::vector<TileId> ids;
+    const TileId low = world::tile_at(level_, -half_side_m, -half_side_m);
+    const TileId high = world::tile_at(level_, half_side_m, half_side_m);
+    for (int y = low.y; y <= high.y; ++y)
+      for (int x = low.x; x <= high.x; ++x)
+        for (TileId id{level_, x, y}; id.level <= store.manifest().coarsest_level; id = id.parent())
+          if (store.find(id) != nullptr) {
+            ids.push_back(id);
+            break;
+          }
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    std::vector<Tile> tiles(ids.size());
+    core::parallel_for(static_cast<std::int64_t>(ids.size()), [&](std::int64_t i) {
+      tiles[static_cast<std::size_t>(i)] = store.load(ids[static_cast<std::size_t>(i)]);
+    });
+    for (std::size_t i = 0; i < ids.size(); ++i) tiles_.emplace(ids[i], std::move(tiles[i]));
+    coarsest_level_ = store.manifest().coarsest_level;
+  }
+
+  struct Value {
+    double z_world = 0.0;
+    world::Cover cover = world::Cover::Land;
+    bool is_known = false;
+  };
+
+  Value at(double x_world, double y_world) const {
+    for (int level = level_; level <= coarsest_level_; ++level) {
+      const auto found = tiles_.find(world::tile_at(level, x_world, y_world));
+      if (found == tiles_.end()) continue;
+      const Tile& tile = found->second;
+      const Eigen::Vector2d at =
+          (Eigen::Vector2d(x_world, y_world) - tile.id.corner_world()) / tile.id.spacing_m();
+      const int i = std::clamp(static_cast<int>(at.x()), 0, kTileCells - 1);
+      const int j = std::clamp(static_cast<int>(at.y()), 0, kTileCells - 1);
+      const double tx = at.x() - i;
+      const double ty = at.y() - j;
+      const double south = tile.z_world(i, j) + tx * (tile.z_world(i + 1, j) - tile.z_world(i, j));
+      const double north =
+          tile.z_world(i, j + 1) + tx * (tile.z_world(i + 1, j + 1) - tile.z_world(i, j + 1));
+      return {south + ty * (north - south),
+              tile.cover[Tile::sample(tx < 0.5 ? i : i + 1, ty < 0.5 ? j : j + 1)], true};
+    }
+    return {};
+  }
+
+ private:
+  int level_;
+  int coarsest_level_ = 0;
+  std::unordered_map<TileId, Tile> tiles_;
+};
+
+/// 1, 2 or 5 times a power of ten that is at most `length`.
+double round_length(double length) {
+  const double decade = std::pow(10.0, std::floor(std::log10(length)));
+  for (const double factor : {5.0, 2.0})
+    if (factor * decade <= length) return factor * decade;
+  return decade;
+}
+
+struct MapFrame {
+  double half_side_m = 0.0;
+  int side_px = 0;
+  double metres_per_px() const { return 2.0 * half_side_m / side_px; }
+  Eigen::Vector2d pixel(double x_world, double y_world) const {
+    return {(x_world + half_side_m) / metres_per_px(), (half_side_m - y_world) / metres_per_px()};
+  }
+};
+
+struct HeightRange {
+  double lowest_m = 0.0;
+  double highest_m = 0.0;
+};
+
+HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image8& image) {
+  const LevelSampler sampler(store, map.half_side_m, map.metres_per_px());
+  const int side = map.side_px;
+  const double step_m = map.metres_per_px();
+  std::vector<LevelSampler::Value> values(static_cast<std::size_t>(side + 1) *
+                                          static_cast<std::size_t>(side + 1));
+  const auto value = [&](int i, int j) -> LevelSampler::Value& {
+    return values[static_cast<std::size_t>(j) * static_cast<std::size_t>(side + 1) +
+                  static_cast<std::size_t>(i)];
+  };
+  core::parallel_for(side + 1, [&](std::int64_t row) {
+    const int j = static_cast<int>(row);
+    for (int i = 0; i <= side; ++i) {
+      const double x_world = i * step_m - map.half_side_m;
+      const double y_world = map.half_side_m - j * step_m;
+      LevelSampler::Value& here = value(i, j);
+      here = sampler.at(x_world, y_world);
+      // Tints follow the height above the curved Earth; a sphere is near enough for colours.
+      here.z_world += (x_world * x_world + y_world * y_world) / (2.0 * geo::kWgs84SemiMajorAxis_m);
+    }
+  });
+  HeightRange range{1e9, -1e9};
+  for (const LevelSampler::Value& v : values)
+    if (v.is_known && v.cover == world::Cover::Land) {
+      range.lowest_m = std::min(range.lowest_m, v.z_world);
+      range.highest_m = std::max(range.highest_m, v.z_world);
+    }
+  if (range.lowest_m > range.highest_m) range = {0.0, 1.0};
+  const double span_m = std::max(range.highest_m - range.lowest_m, 1.0);
+  // Gentle land is shown steeper, so that it can be read.
+  const double exaggeration = std::clamp(0.06 * 2.0 * map.half_side_m / span_m, 1.0, 8.0);
+  const Eigen::Vector3d light = Eigen::Vector3d(-1.0, 1.0, 1.2).normalized();
+  core::parallel_for(side, [&](std::int64_t row) {
+    const int j = static_cast<int>(row);
+    for (int i = 0; i < side; ++i) {
+      const LevelSampler::Value& here = value(i, j);
+      Eigen::Vector3d colour(kPaper[0], kPaper[1], kPaper[2]);
+      if (here.is_known && here.cover == world::Cover::Sea) {
+        colour = {kSea[0], kSea[1], kSea[2]};
+      } else if (here.is_known) {
+        const double east = (value(i + 1, j).z_world - here.z_world) / step_m * exaggeration;
+        const double north = (here.z_world - value(i, j + 1).z_world) / step_m * exaggeration;
+        const double shade =
+            std::max(Eigen::Vector3d(-east, -north, 1.0).normalized().dot(light), 0.0);
+        colour = tint_of((here.z_world - range.lowest_m) / span_m) * (0.35 + 0.88 * shade);
+        if (here.cover == world::Cover::Outside)
+          colour = 0.45 * colour + 0.55 * Eigen::Vector3d(kPaper[0], kPaper[1], kPaper[2]);
+      }
+      for (int channel = 0; channel < 3; ++channel)
+        image(i, j, channel) = static_cast<std::uint8_t>(std::clamp(colour[channel], 0.0, 255.0));
+    }
+  });
+  return range;
+}
+
+void draw_paths(const std::vector<PreviewPath>& paths, const MapFrame& map, Canvas& canvas,
+                double width_px) {
+  for (std::size_t k = 0; k < paths.size(); ++k) {
+    if (paths[k].positions_world.empty()) continue;
+    std::vector<Eigen::Vector2d> places;
+    for (const Eigen::Vector3d& at : paths[k].positions_world)
+      places.push_back(map.pixel(at.x(), at.y()));
+    const Colour& colour = kPathColours[k % std::size(kPathColours)];
+    canvas.polyline(places, width_px + 2.0, kWhite);
+    canvas.polyline(places, width_px, colour);
+    canvas.disc(places.front(), 2.2 * width_px, kWhite);
+    canvas.disc(places.front(), 1.6 * width_px, colour);
+  }
+}
+
+void draw_legend(const TileStore& store, const std::vector<PreviewPath>& paths, const MapFrame& map,
+                 const HeightRange& range, core::Image8& image) {
+  Canvas canvas(image);
+  const int strip_px = image.height() - map.side_px;
+  const int scale = std::max(strip_px / 48, 1);
+  const int line_px = 11 * scale;
+  const int left = 8 * scale;
+  const int top = map.side_px + 6 * scale;
+  canvas.text(left, top, store.manifest().name, scale, kInk);
+
+  const double bar_m = round_length(0.2 * 2.0 * map.half_side_m);
+  const int bar_px = static_cast<int>(std::lround(bar_m / map.metres_per_px()));
+  canvas.fill(left, top + line_px + 2 * scale, bar_px, 2 * scale, kInk);
+  canvas.fill(left, top + line_px, scale, 6 * scale, kInk);
+  canvas.fill(left + bar_px - scale, top + line_px, scale, 6 * scale, kInk);
+  canvas.text(
+      left, top + 2 * line_px,
+      bar_m >= 1000.0 ? fmt::format("{:g} km", bar_m / 1000.0) : fmt::format("{:g} m", bar_m),
+      scale, kInk);
+
+  const int ramp_left = left + std::max(bar_px + 20 * scale, map.side_px / 4);
+  const int ramp_px = map.side_px / 5;
+  for (int i = 0; i < ramp_px; ++i) {
+    const Eigen::Vector3d colour = tint_of(static_cast<double>(i) / ramp_px);
+    canvas.fill(ramp_left + i, top + line_px, 1, 6 * scale,
+                {static_cast<std::uint8_t>(colour.x()), static_cast<std::uint8_t>(colour.y()),
+                 static_cast<std::uint8_t>(colour.z())});
+  }
+  canvas.text(ramp_left, top, "height above ellipsoid", scale, kInk);
+  canvas.text(ramp_left, top + 2 * line_px, fmt::format("{:.0f}", range.lowest_m), scale, kInk);
+  const std::string highest = fmt::format("{:.0f} m", range.highest_m);
+  canvas.text(ramp_left + ramp_px - Canvas::text_width_px(highest, scale) + scale,
+              top + 2 * line_px, highest, scale, kInk);
+
+  const int names_left = ramp_left +
+                         std::max(ramp_px, Canvas::text_width_px("height above ellipsoid", scale)) +
+                         24 * scale;
+  int x = names_left;
+  int y = top;
+  for (std::size_t k = 0; k < paths.size(); ++k) {
+    const int width = Canvas::text_width_px(paths[k].name, scale) + 24 * scale;
+    if (x + width > image.width() && x > names_left) {
+      x = names_left;
+      y += line_px;
+    }
+    if (y + line_px > image.height()) break;
+    canvas.fill(x, y + 2 * scale, 10 * scale, 3 * scale, kPathColours[k % std::size(kPathColours)]);
+    canvas.text(x + 14 * scale, y, paths[k].name, scale, kInk);
+    x += width;
+  }
+}
+
+void draw_north_arrow(const MapFrame& map, Canvas& canvas) {
+  const double size = map.side_px / 22.0;
+  const Eigen::Vector2d tip(map.side_px - 1.1 * size, 0.5 * size);
+  const Eigen::Vector2d foot = tip + Eigen::Vector2d(0.0, 1.2 * size);
+  for (const auto& [colour, extra] : {std::pair{kWhite, 2.0}, {kInk, 0.0}}) {
+    const double width = size / 12.0 + extra;
+    canvas.line(tip, foot, width, colour);
+    canvas.line(tip, tip + Eigen::Vector2d(-0.3 * size, 0.45 * size), width, colour);
+    canvas.line(tip, tip + Eigen::Vector2d(0.3 * size, 0.45 * size), width, colour);
+  }
+  const int scale = std::max(map.side_px / 450, 1);
+  canvas.text(static_cast<int>(foot.x()) - 2 * scale, static_cast<int>(foot.y()) + 3 * scale, "N",
+              scale, kInk);
+}
+
+std::string bytes_text(double bytes) {
+  const char* const units[] = {"B", "kB", "MB", "GB", "TB"};
+  std::size_t unit = 0;
+  for (; bytes >= 1000.0 && unit + 1 < std::size(units); ++unit) bytes /= 1000.0;
+  return fmt::format("{:.3g} {}", bytes, units[unit]);
+}
+
+}  // namespace
+
+core::Image8 render_preview(const TileStore& store, const std::vector<PreviewPath>& paths,
+                            int size_px) {
+  if (size_px < 64 || size_px > 16384)
+    core::fail(core::ErrorKind::Config, "a map of {} pixels; 64 to 16384 can be drawn", size_px);
+  const int strip_px = std::max(size_px / 20, 40);
+  MapFrame map;
+  map.side_px = size_px - strip_px;
+  map.half_side_m = store.manifest().size_m * (0.5 + kMargin);
+  core::Image8 image(map.side_px, size_px, 3, kPaper[0]);
+  Canvas canvas(image);
+  canvas.fill(0, map.side_px, map.side_px, strip_px, kPaper);
+  const HeightRange range = draw_relief(store, map, image);
+  const double half_m = store.manifest().size_m / 2.0;
+  const Eigen::Vector2d low = map.pixel(-half_m, -half_m);
+  const Eigen::Vector2d high = map.pixel(half_m, half_m);
+  canvas.polyline({low, {high.x(), low.y()}, high, {low.x(), high.y()}, low}, 1.2, kInk);
+  draw_paths(paths, map, canvas, std::max(map.side_px / 450.0, 1.5));
+  draw_north_arrow(map, canvas);
+  draw_legend(store, paths, map, range, image);
+  return image;
+}
+
+std::string describe_world(const TileStore& store) {
+  const world::WorldManifest& manifest = store.manifest();
+  std::string text;
+  const auto line = [&](const char* name, const std::string& value) {
+    text += fmt::format("{:16}{}\n", name, value);
+  };
+  const auto spacing = [](int level) { return fmt::format("{:g} m", std::exp2(level)); };
+  line("world", manifest.name);
+  line("origin", fmt::format("latitude {:.7f}, longitude {:.7f} (WGS84)", manifest.origin.lat_deg,
+                             manifest.origin.lon_deg));
+  const geo::WorldFrame frame(manifest.origin);
+  const double half_m = manifest.size_m / 2.0;
+  double lowest_lat = 90.0;
+  double highest_lat = -90.0;
+  double lowest_lon = 1e9;
+  double highest_lon = -1e9;
+  for (const double x : {-half_m, 0.0, half_m})
+    for (const double y : {-half_m, 0.0, half_m}) {
+      const geo::Geodetic place = frame.geodetic_from_world({x, y, 0.0});
+      // Counted on from the origin, so that the date line does not tear the square.
+      const double lon =
+          manifest.origin.lon_deg + std::remainder(place.lon_deg - manifest.origin.lon_deg, 360.0);
+      lowest_lat = std::min(lowest_lat, place.lat_deg);
+      highest_lat = std::max(highest_lat, place.lat_deg);
+      lowest_lon = std::min(lowest_lon, lon);
+      highest_lon = std::max(highest_lon, lon);
+    }
+  line("square",
+       fmt::format("{:g} km a side; latitude {:.4f} to {:.4f}, longitude {:.4f} to {:.4f}",
+                   manifest.size_m / 1000.0, lowest_lat, highest_lat, lowest_lon, highest_lon));
+  line("apron", fmt::format("to {:.0f} km from the origin; outside = \"{}\"",
+                            manifest.apron_radius_m / 1000.0, manifest.outside));
+  line("measured", fmt::format("from level {} ({}) up; the square is covered by level {} ({})",
+                               manifest.measured_level, spacing(manifest.measured_level),
+                               manifest.base_level, spacing(manifest.base_level)));
+  line("seed", fmt::format("{}", manifest.seed));
+  line("inputs", manifest.input_hash);
+
+  struct LevelCount {
+    std::int64_t num_tiles = 0;
+    std::uint64_t num_bytes = 0;
+  };
+  std::map<int, LevelCount> levels;
+  LevelCount all;
+  double lowest_m = 1e9;
+  double highest_m = -1e9;
+  for (const world::TileInfo& tile : manifest.tiles) {
+    for (LevelCount* count : {&levels[tile.id.level], &all}) {
+      ++count->num_tiles;
+      count->num_bytes += tile.num_bytes;
+    }
+    if (tile.id.level != manifest.base_level) continue;
+    lowest_m = std::min(lowest_m, tile.lowest_z_world);
+    highest_m = std::max(highest_m, tile.highest_z_world);
+  }
+  if (highest_m >= lowest_m)
+    line("heights", fmt::format("{:.1f} to {:.1f} m, world z of tiles of the base level", lowest_m,
+                                highest_m));
+  text += fmt::format("\n{:>6} {:>10} {:>8} {:>10}\n", "level", "spacing", "tiles", "size");
+  for (auto level = levels.rbegin(); level != levels.rend(); ++level)
+    text += fmt::format("{:>6} {:>10} {:>8} {:>10}\n", level->first, spacing(level->first),
+                        level->second.num_tiles,
+                        bytes_text(static_cast<double>(level->second.num_bytes)));
+  text += fmt::format("{:>6} {:>10} {:>8} {:>10}\n", "all", "", all.num_tiles,
+                      bytes_text(static_cast<double>(all.num_bytes)));
+
+  text += "\nsources\n";
+  for (const world::SourceInfo& source : manifest.sources) {
+    text += fmt::format("  {} ({}), heights above {}", source.name, source.kind,
+                        source.vertical_datum.empty() ? "ellipsoid" : source.vertical_datum);
+    if (source.spacing_m > 0.0) text += fmt::format(", every {:.3g} m", source.spacing_m);
+    text += "\n";
+    if (!source.horizontal_crs.empty())
+      text += fmt::format("    CRS       {}\n", source.horizontal_crs);
+    if (!source.pipeline.empty()) text += fmt::format("    pipeline  {}\n", source.pipeline);
+    if (source.kind == "raster")
+      text += fmt::format("    voids     {}, of these {} filled from their surroundings\n",
+                          source.num_voids, source.num_voids_filled);
+    if (!source.licence.empty()) text += fmt::format("    licence   {}\n", source.licence);
+    if (!source.content_hash.empty())
+      text += fmt::format("    hash      {}\n", source.content_hash);
+  }
+  return text;
+}
+
+}  // namespace terracast::tiler
