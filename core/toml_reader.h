@@ -9,20 +9,17 @@
 
 namespace terracast::core {
 
-/// A config file with what it extends, the files its sections name, and the command line's `--set
-/// KEY=VALUE`.
+/// A config file with what it extends, the files its sections name, and the `--set KEY=VALUE` of the
+/// command line.
 ///
-/// - `extends = "base.toml"` in a file or any table: the base's keys, overridden by the table's own
-/// (tables merge, all
-///   else is replaced). A loop of `extends`, or of sections that name files, is an error that lists
-///   the files.
+/// - `extends = "base.toml"` in a file or in any table: the base's keys, overridden by the table's
+///   own (tables merge, all else is replaced). A loop of `extends`, or of sections that name files,
+///   is an error that lists the files.
 /// - A section or list item given as text is the path of a file that holds the table.
-/// - `${name}` in any text is replaced by the top-level key `name` (of type text or path) of the
-/// whole config.
+/// - `${name}` in any text is replaced by the whole config's top-level key `name` (text or a path).
 /// - A relative path starts at the file it is written in; one from --set at the working directory.
 /// - --set values are TOML values, or bare text where that does not parse; keys are dotted, items
-/// by index
-///   (`rigs.0.name=left`).
+///   by index (`rigs.0.name=left`).
 class TomlDocument {
  public:
   /// throws Io (file missing), Config (syntax, loops; with file:line:column)

@@ -164,7 +164,7 @@ TEST_F(BadInput, TrajectoryUnderGroundIsRefused) {
 }
 
 TEST_F(BadInput, TrajectoryOutsideTheWorldIsRefused) {
-  expect_refusal("center_east_m = 0.0", "center_east_m = 5000.0", kInput, AllOf(HasSubstr("P000"), HasSubstr("outside")));
+  expect_refusal("east_m = 0.0", "east_m = 5000.0", kInput, AllOf(HasSubstr("P000"), HasSubstr("outside")));
 }
 
 TEST_F(BadInput, MoreFramesThanTheMotionHoldsIsRefused) {

@@ -49,8 +49,8 @@ offset_mm = [0.0, -500.0, 0.0]
 [[trajectories]]
 name = "P000"
 kind = "orbit"
-center_east_m = 0.0
-center_north_m = 0.0
+east_m = 0.0
+north_m = 0.0
 radius_m = 300.0
 height_m = 250.0
 above = "ground"
