@@ -112,13 +112,34 @@ Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& 
     const double size = residual.value / (kCut * sigma);
     if (std::abs(size) >= 1.0) continue;
     const double tukey = (1.0 - size * size) * (1.0 - size * size);
-    const double weight = tukey / (sigma * sigma);
+    // The scale of the pair only cuts outliers. In the weight it would silence just those pairs that a mistake spoils.
+    const double weight = tukey / (residual.sigma * residual.sigma);
     for (std::size_t cause = 0; cause < kNumCauses; ++cause) {
       const double a = residual.slopes[0][cause];
       const double b = residual.slopes[1][cause];
       part.sides[0][cause].add(weight, a, residual.value);
       part.sides[1][cause].add(weight, b, residual.value);
       part.both[cause].add(weight, a + b, residual.value);
+    }
+    // A frame's rotation and position, common to its cameras, along the local frame's axes.
+    for (const int first : {static_cast<int>(kRotationX), static_cast<int>(kPositionX)}) {
+      std::array<Eigen::Vector3d, 2> local;
+      for (std::size_t side = 0; side < 2; ++side) {
+        const auto& slopes = residual.slopes[side];
+        const auto x = static_cast<std::size_t>(first);
+        const Eigen::Matrix3d& rotation =
+            (side == 0 ? pair.a : pair.b).local_from_camera.rotation;
+        local[side] = rotation * Eigen::Vector3d(slopes[x], slopes[x + 1], slopes[x + 2]);
+      }
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto cause = static_cast<std::size_t>(first + axis);
+        if (pair.is_same_time()) {
+          part.of_frames[0][cause].add(weight, local[0][axis] + local[1][axis], residual.value);
+        } else {
+          part.of_frames[0][cause].add(weight, local[0][axis], residual.value);
+          part.of_frames[1][cause].add(weight, local[1][axis], residual.value);
+        }
+      }
     }
     ++part.num_residuals;
   }
@@ -138,9 +159,11 @@ void Evidence::add(const Part& part) {
     }
     for (std::size_t side = 0; side < 2; ++side)
       images_[{part.cameras[side], part.frames[side]}][cause] += part.sides[side][cause];
+    images_[{-1, part.frames[0]}][cause] += part.of_frames[0][cause];
+    if (part.frames[0] != part.frames[1]) images_[{-1, part.frames[1]}][cause] += part.of_frames[1][cause];
   }
   for (std::size_t side = 0; side < 2; ++side)
-    if (part.pixels_per_metre[side] > 0.0) pixels_per_metre_[part.cameras[side]] = part.pixels_per_metre[side];
+    if (part.pixels_per_metre[side] > 0.0) pixels_per_metre_[part.cameras[side]] = pixels_per_metre_[-1] = part.pixels_per_metre[side];
 }
 
 std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequence& sequence, const Bounds& bounds,
@@ -169,7 +192,7 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
         if (!(sums[index].slope_slope > 0.0)) continue;
         CheckResult::Plot& plot = plots[cause];
         plot.title = fmt::format("{}{} that each image asks for", judged.title, axis);
-        plot.x_label = "image (cameras in turn, frames within)";
+        plot.x_label = "image (all cameras of a frame alike, then each camera's frames)";
         plot.y_label = judged.unit;
         plot.x.push_back(static_cast<double>(plot.x.size()));
         plot.y.push_back(-factor * sums[index].slope_residual / sums[index].slope_slope);

@@ -17,7 +17,7 @@
 /// full size in its own estimate, far below the noise of one pixel.
 namespace terracast::validate {
 
-/// Corrections of a camera (in all frames) or of one image.
+/// Corrections of a camera (in all frames), of one image, or of all images of one frame.
 enum Cause {
   kPrincipalX,  ///< px
   kPrincipalY,
@@ -36,7 +36,7 @@ enum Cause {
 /// One residual with its derivatives; sides: 0 the camera of view a, 1 of view b.
 struct Residual {
   double value = 0.0;
-  double sigma = 1.0;  ///< what it may deviate by, up to a factor common to the pair
+  double sigma = 1.0;  ///< what it may deviate by, up to a factor common to all pairs
   std::array<std::array<double, kNumCauses>, 2> slopes{};
 };
 
@@ -70,6 +70,7 @@ class Evidence {
     std::array<int, 2> frames{};
     std::array<Sums, 2> sides{};
     Sums both{};  ///< of one correction common to both sides
+    std::array<Sums, 2> of_frames{};  ///< rotation and position of all cameras of a frame alike, along the local frame's axes
     std::array<double, 2> pixels_per_metre{};  ///< at the typical depth, for positions
     std::size_t num_residuals = 0;
   };
@@ -95,7 +96,7 @@ class Evidence {
 
  private:
   std::map<int, Sums> cameras_;  ///< by camera; -1: all alike
-  std::map<std::pair<int, int>, Sums> images_;  ///< by camera and frame
+  std::map<std::pair<int, int>, Sums> images_;  ///< by camera (-1: all of the frame alike) and frame
   std::map<int, double> pixels_per_metre_;
   std::size_t num_residuals_ = 0;
 };

@@ -82,7 +82,7 @@ struct Said {
     if (static_cast<int>(f) == mistake.pose_frame && (is_format || !mistake.poses_only_in_format)) {
       const Vector3d turn = mistake.pose_turn_deg * kRadPerDeg;
       if (turn.norm() > 0.0) pose.rotation = pose.rotation * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
-      pose.centre += mistake.pose_move_m;
+      pose.centre += pose.rotation * mistake.pose_move_m;
     }
     return pose;
   }

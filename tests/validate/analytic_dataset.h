@@ -59,7 +59,7 @@ struct Mistake {
   double mount_yaw_deg = 0.0;        ///< of the last camera, about its y axis, in all that is said of it
   int pose_frame = -1;               ///< frame whose pose alone is turned or moved, in the format's files and georeference.csv
   Eigen::Vector3d pose_turn_deg = Eigen::Vector3d::Zero();
-  Eigen::Vector3d pose_move_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d pose_move_m = Eigen::Vector3d::Zero();  ///< along the camera's axes
   bool poses_only_in_format = false;  ///< pose_frame's mistake is not in georeference.csv
   double flow_sign = 1.0;
   bool covisible_everywhere = false;

@@ -54,7 +54,7 @@ std::string values(const Results& results) {
 }
 
 struct Case {
-  const char* name;
+  std::string name;
   const char* format;
   Mistake mistake;
   const char* check;
@@ -67,6 +67,8 @@ Results results_of(const std::string& format, const Mistake& mistake) {
   if (format == "tartanair") test::write_tartanair(tartanair_flight(), scratch / "data", mistake);
   return validate_folder(scratch / "data", scratch / "report");
 }
+
+void PrintTo(const Case& one, std::ostream* out) { *out << one.format << ": " << one.check; }
 
 class Right : public testing::TestWithParam<const char*> {};
 
@@ -108,8 +110,8 @@ const Case kCases[] = {
      {.pose_frame = 3, .pose_turn_deg = {0.0, 0.01, 0.0}, .poses_only_in_format = true}, "georeference_rotation"},
     {"KittiPlaceAgainstGeoreference", "kitti",
      {.pose_frame = 3, .pose_move_m = {0.0, 0.002, 0.0}, .poses_only_in_format = true}, "georeference_position"},
-    {"KittiPositionOfOneFrame", "kitti", {.pose_frame = 3, .pose_move_m = {0.08, 0.0, 0.0}}, "reprojection_position"},
-    {"KittiColorsOfTheFrameBefore", "kitti", {.color_shift_frames = 1}, "photometric_time"},
+    {"KittiPositionOfOneFrame", "kitti", {.pose_frame = 3, .pose_move_m = {0.12, 0.0, 0.0}}, "reprojection_position"},
+    {"KittiColorsOfTheFrameBefore", "kitti", {.color_shift_frames = 1}, "photometric_correlation"},
     {"KittiRightImageShifted", "kitti", {.color_offset_px = 1.0}, "stereo_shift"},
     {"KittiTimes", "kitti", {.times_relative = 1e-2}, "georeference_time"},
     {"ColmapPrincipalX", "colmap", {.principal_x_px = 0.1}, "reprojection_principal_point"},
@@ -124,6 +126,7 @@ const Case kCases[] = {
     {"TartanAirFlowSign", "tartanair", {.flow_sign = -1.0}, "flow"},
     {"TartanAirDepthScale", "tartanair", {.depth_relative = 1e-3}, "flow_scale"},
     {"TartanAirOneFrameOfTime", "tartanair", {.pose_shift_frames = 1}, "flow_time"},
+    {"TartanAirPosesOneFrameLate", "tartanair", {.pose_shift_frames = 1}, "reprojection_time"},
     {"TartanAirMasks", "tartanair", {.covisible_everywhere = true}, "flow_masks"},
 };
 

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <limits>
 
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
@@ -20,7 +22,53 @@ struct PairSummary {
   std::int64_t num_compared = 0;
   std::int64_t num_seen_through = 0;
   Evidence::Part part;
+  /// Which shift of the poses, in frames, brings the depths together best: -1, 0, 1; 0 also where there is nothing to tell.
+  int best_shift = 0;
 };
+
+/// Median |r| of some pixels with other poses than the images' own.
+double median_residual(const ViewPair& pair, const Pose& b_from_a, const std::vector<Eigen::Vector2i>& pixels) {
+  const Intrinsics& k_a = pair.a.camera->intrinsics;
+  std::vector<double> sizes;
+  for (const Eigen::Vector2i& at : pixels) {
+    const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
+    if (!std::isfinite(depth_m)) continue;
+    const Eigen::Vector3d point = b_from_a * (k_a.ray_from_pixel({at.x() + 0.5, at.y() + 0.5}) * depth_m);
+    if (!(point.z() > 1e-3 * depth_m)) continue;
+    const auto seen = sample_inverse_depth(pair.b.image->depth, pair.b.camera->intrinsics.pixel_from_point(point));
+    if (seen) sizes.push_back(std::abs(seen->inverse_depth.value * point.z() - 1.0));
+  }
+  constexpr std::size_t kEnough = 50;
+  return sizes.size() < kEnough ? std::numeric_limits<double>::infinity() : median(sizes);
+}
+
+/// A whole frame of time is too much for a linear estimate where the motion changes fast: the neighbours' poses are tried.
+int best_time_shift(const ViewPair& pair, const std::vector<Eigen::Vector2i>& all_pixels) {
+  if (pair.is_same_time()) return 0;
+  const std::vector<Eigen::Vector2i> pixels(all_pixels.begin(),
+                                            all_pixels.begin() + static_cast<std::ptrdiff_t>(all_pixels.size() / 4));
+  const auto pose_at = [](const View& view, int shift) -> const Pose* {
+    const auto& poses = view.camera->local_from_camera;
+    const int frame = view.frame + shift;
+    if (frame < 0 || frame >= static_cast<int>(poses.size())) return nullptr;
+    const auto& pose = poses[static_cast<std::size_t>(frame)];
+    return pose ? &*pose : nullptr;
+  };
+  int best = 0;
+  // A neighbour must be better by a clear factor: in steady flight all shifts agree alike.
+  double least = 0.5 * median_residual(pair, pair.b.local_from_camera.inverse() * pair.a.local_from_camera, pixels);
+  for (const int shift : {-1, 1}) {
+    const Pose* a = pose_at(pair.a, shift);
+    const Pose* b = pose_at(pair.b, shift);
+    if (a == nullptr || b == nullptr) continue;
+    const double size = median_residual(pair, b->inverse() * *a, pixels);
+    if (size < least) {
+      least = size;
+      best = shift;
+    }
+  }
+  return best;
+}
 
 PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
   PairSummary summary;
@@ -31,7 +79,9 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
   std::vector<Residual> residuals;
   std::vector<double> roughness;
   std::vector<float> depths;
-  for (const Eigen::Vector2i& at : draw_pixels(k_a, options.samples_per_image, options, pair.a, salt)) {
+  const std::vector<Eigen::Vector2i> pixels = draw_pixels(k_a, options.samples_per_image, options, pair.a, salt);
+  summary.best_shift = best_time_shift(pair, pixels);
+  for (const Eigen::Vector2i& at : pixels) {
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
     if (!std::isfinite(depth_m)) continue;
     const Eigen::Vector3d point_a = k_a.ray_from_pixel({at.x() + 0.5, at.y() + 0.5}) * depth_m;
@@ -65,7 +115,7 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
   std::vector<double> ordered = roughness;
   const double typical = median(ordered);
   for (std::size_t i = 0; i < residuals.size(); ++i)
-    residuals[i].sigma = std::sqrt(roughness[i] * roughness[i] + 0.01 * typical * typical + 1e-16);
+    residuals[i].sigma = std::sqrt(roughness[i] * roughness[i] + 0.01 * typical * typical + 1e-12);
   summary.part = Evidence::sum(pair, residuals);
   const double typical_m = median(depths);
   if (typical_m > 0.0)
@@ -132,16 +182,35 @@ class ReprojectionChecker : public Checker {
                            "0.1 px of principal point, 0.1 % of focal length or scale, 0.01 deg of rotation (a camera's in all "
                            "frames, or one image's), a shift of one image's position by 0.1 px, one frame of time"))
       results.push_back(std::move(result));
+    for (CheckResult& result : results)
+      if (result.name == "reprojection_time") add_whole_frames(result);
     return results;
   }
 
  private:
+  /// Most pairs with a neighbour's pose at hand agree by it far better than by their own: one frame of time.
+  void add_whole_frames(CheckResult& result) const {
+    result.summary += fmt::format(" Tried as well: the poses of the frames before and after; {} and {} of {} pairs agree twice as well by them.",
+                                  num_shifted_[0], num_shifted_[1], num_tried_);
+    const std::int64_t most = std::max(num_shifted_[0], num_shifted_[1]);
+    if (num_tried_ == 0 || 2 * most <= num_tried_) return;
+    result.value = 1.0;
+    result.ok = false;
+    result.skipped = false;
+    result.worst = fmt::format("{} of {} pairs agree with the poses of the frame {}", most, num_tried_,
+                               num_shifted_[0] > num_shifted_[1] ? "before" : "after");
+  }
+
   static constexpr std::size_t kMostPictures = 4;
 
   void add(const ViewPair& pair, PairSummary& summary) {
     evidence_.add(summary.part);
     num_compared_ += summary.num_compared;
     num_seen_through_ += summary.num_seen_through;
+    if (!pair.is_same_time()) {
+      ++num_tried_;
+      if (summary.best_shift != 0) ++num_shifted_[summary.best_shift < 0 ? 0 : 1];
+    }
     constexpr std::int64_t kEnough = 200;
     if (summary.num_compared < kEnough) return;
     ++num_pairs_;
@@ -185,6 +254,8 @@ class ReprojectionChecker : public Checker {
   std::int64_t num_compared_ = 0;
   std::int64_t num_seen_through_ = 0;
   std::int64_t num_pairs_ = 0;
+  std::int64_t num_tried_ = 0;
+  std::array<std::int64_t, 2> num_shifted_{};  ///< pairs that agree by the poses before, and after
   double worst_median_ = 0.0;
   std::string worst_pair_;
   double worst_through_ = 0.0;

@@ -1,0 +1,167 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <map>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/json.h"
+#include "core/log.h"
+#include "tests/support/test_data.h"
+#include "tests/validate/analytic_dataset.h"
+#include "validate/check.h"
+
+/// Damage of every kind is a failed check that names the file; never a crash, and never an error that ends the run.
+namespace terracast::validate {
+namespace {
+
+namespace fs = std::filesystem;
+
+const test::Recording& small_flight(const std::string& format) {
+  static const test::Recording kitti = test::record_flight(test::kitti_cameras(), 3);
+  static const test::Recording colmap = test::record_flight(test::colmap_cameras(), 3);
+  return format == "kitti" ? kitti : colmap;
+}
+
+std::vector<CheckResult> run(const fs::path& folder, const fs::path& report) {
+  const core::Log log("validate", core::LogLevel::Off);
+  ValidateOptions options;
+  options.samples_per_image = 100;
+  return run_validate_stage(folder, options, report, {log});
+}
+
+CheckResult structure_of(const std::vector<CheckResult>& results) {
+  for (const CheckResult& result : results)
+    if (result.name == "structure") return result;
+  return {};
+}
+
+void write(const std::string& format, const fs::path& folder) {
+  if (format == "kitti")
+    test::write_kitti(small_flight(format), folder);
+  else
+    test::write_colmap(small_flight(format), folder);
+}
+
+void truncate(const fs::path& file) { fs::resize_file(file, fs::file_size(file) / 2); }
+void flip_bit(const fs::path& file) {
+  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+  const auto at = static_cast<std::streamoff>(fs::file_size(file) / 2);
+  stream.seekg(at);
+  const int byte = stream.get();
+  stream.seekp(at);
+  stream.put(static_cast<char>(byte ^ 4));
+}
+void replace(const fs::path& file, const std::string& from, const std::string& to) {
+  std::string text = core::read_text_file(file);
+  const std::size_t at = text.find(from);
+  ASSERT_NE(at, std::string::npos);
+  core::write_file(file, text.replace(at, from.size(), to));
+}
+
+struct Damage {
+  std::string name;
+  std::string format;
+  std::function<void(const fs::path&)> hurt;
+  std::string named;  ///< what the finding must name
+  bool list_again = false;  ///< dataset.json then lists the damaged files as they are: only reading them can tell
+};
+
+void PrintTo(const Damage& one, std::ostream* out) { *out << one.named; }
+
+class Damaged : public testing::TestWithParam<Damage> {};
+
+TEST_P(Damaged, IsAFindingThatNamesTheFile) {
+  const test::ScratchFolder scratch;
+  write(GetParam().format, scratch / "data");
+  GetParam().hurt(scratch / "data");
+  if (GetParam().list_again) test::list_files_again(scratch / "data");
+  const std::vector<CheckResult> results = run(scratch / "data", scratch / "report");
+  const CheckResult structure = structure_of(results);
+  EXPECT_FALSE(structure.ok);
+  EXPECT_NE(structure.worst.find(GetParam().named), std::string::npos) << structure.worst;
+  EXPECT_FALSE(core::Json::read(scratch / "report/report.json").at("ok").boolean());
+}
+
+const std::string kKitti = "dataset/sequences/00/";
+const std::string kSparse = "flight/sparse/0/";
+
+const Damage kDamages[] = {
+    {"MissingImage", "kitti", [](const fs::path& d) { fs::remove(d / kKitti / "image_2/000001.png"); }, "image_2/000001.png"},
+    {"MissingImageUnlisted", "kitti", [](const fs::path& d) { fs::remove(d / kKitti / "image_2/000001.png"); }, "image_2/000001.png: missing", true},
+    {"FlippedBit", "kitti", [](const fs::path& d) { flip_bit(d / kKitti / "depth_2/000002.npy"); }, "depth_2/000002.npy"},
+    {"ExtraFile", "kitti", [](const fs::path& d) { core::write_file(d / kKitti / "notes.txt", std::string_view("x")); }, "notes.txt: not listed"},
+    {"ExtraImage", "kitti", [](const fs::path& d) { fs::copy_file(d / kKitti / "image_2/000001.png", d / kKitti / "image_2/000007.png"); }, "1 files that are not", true},
+    {"TruncatedPng", "kitti", [](const fs::path& d) { truncate(d / kKitti / "image_3/000002.png"); }, "image_3/000002.png", true},
+    {"TruncatedNpy", "kitti", [](const fs::path& d) { truncate(d / kKitti / "depth_2/000000.npy"); }, "bytes of values where", true},
+    {"HugeNpy", "kitti", [](const fs::path& d) { replace(d / kKitti / "depth_2/000000.npy", "(128, 160, ), }    ", "(9999999999999, 9), }"); }, "too large", true},
+    {"SwappedSides", "kitti", [](const fs::path& d) { replace(d / kKitti / "depth_2/000000.npy", "(128, 160", "(160, 128"); }, "128 x 160 pixels where 160 x 128", true},
+    {"MissingPoseRow", "kitti", [](const fs::path& d) { std::string t = core::read_text_file(d / "dataset/poses/00.txt"); t.erase(0, t.find('\n') + 1); core::write_file(d / "dataset/poses/00.txt", t); }, "2 rows for 3 frames", true},
+    {"GarbagePose", "kitti", [](const fs::path& d) { replace(d / "dataset/poses/00.txt", " 0 ", " nan "); }, "is not a finite number", true},
+    {"MissingCalibrationLine", "kitti", [](const fs::path& d) { replace(d / kKitti / "calib.txt", "Tr:", "Xy:"); }, "no line Tr:", true},
+    {"MissingTimes", "kitti", [](const fs::path& d) { fs::remove(d / kKitti / "times.txt"); }, "times.txt", true},
+    {"DisparityOf8Bits", "kitti", [](const fs::path& d) { fs::copy_file(d / kKitti / "image_2/000000.png", d / kKitti / "disp_2/000000.png", fs::copy_options::overwrite_existing); }, "16 bits", true},
+    {"HugeFrameCount", "kitti", [](const fs::path& d) { replace(d / "dataset.json", "\"num_frames\": 3", "\"num_frames\": 300000000000"); }, "num_frames"},
+    {"PathOutside", "kitti", [](const fs::path& d) { replace(d / "dataset.json", "\"path\": \"dataset", "\"path\": \"../../etc"); }, "leaves the dataset"},
+    {"NoSequences", "kitti", [](const fs::path& d) { replace(d / "dataset.json", "\"sequences\"", "\"sequencez\""); }, "dataset.json"},
+    {"GeoreferenceGarbage", "kitti", [](const fs::path& d) { replace(d / kKitti / "georeference.csv", "image_2,0,42.", "image_2,0,942."); }, "is no place", true},
+    {"TruncatedPoints", "colmap", [](const fs::path& d) { truncate(d / kSparse / "points3D.bin"); }, "points3D.bin", true},
+    {"TruncatedImages", "colmap", [](const fs::path& d) { truncate(d / kSparse / "images.bin"); }, "images.bin", true},
+    {"HugeCount", "colmap", [](const fs::path& d) { std::fstream f(d / kSparse / "points3D.bin", std::ios::in | std::ios::out | std::ios::binary); const std::uint64_t n = ~std::uint64_t{0} / 2; f.write(reinterpret_cast<const char*>(&n), 8); }, "more than the file can hold", true},
+    {"NoRigs", "colmap", [](const fs::path& d) { fs::remove(d / kSparse / "rigs.bin"); }, "rigs.bin", true},
+    {"NoLineOfPoints", "colmap", [](const fs::path& d) { core::write_file(d / "flight/sparse_txt/0/images.txt", std::string_view("1 1 0 0 0 0 0 0 1 rig/cam0/000000.png\n")); }, "no line of points", true},
+    {"EmptyFiles", "colmap", [](const fs::path& d) { for (const char* name : {"cameras.bin", "images.bin", "frames.bin"}) core::write_file(d / kSparse / name, std::string_view("")); }, "truncated", true},
+};
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Damaged, testing::ValuesIn(kDamages), [](const auto& one) { return one.param.name; });
+
+TEST(DamagedColmap, OneWrongIndexOrBitIsFound) {
+  const test::ScratchFolder scratch;
+  write("colmap", scratch / "data");
+  replace(scratch / "data/flight/sparse_txt/0/frames.txt", "1 1 ", "1 1 0.");
+  std::map<std::string, bool> ok;
+  for (const CheckResult& result : run(scratch / "data", scratch / "report")) ok[result.name] = result.ok;
+  EXPECT_FALSE(ok.at("colmap_text_binary"));
+  EXPECT_TRUE(ok.at("colmap_tracks"));
+}
+
+TEST(ValidateStage, RefusesWhatIsNoDataset) {
+  const test::ScratchFolder scratch;
+  EXPECT_THROW(run(scratch.path(), scratch / "report"), core::Error);
+  core::write_file(scratch / "dataset.json", std::string_view("{\"format\": \"kity\"}"));
+  EXPECT_THROW(run(scratch.path(), scratch / "report"), core::Error);
+}
+
+TEST(ValidateReport, JoinsFormatsUnderTheirNames) {
+  const test::ScratchFolder scratch;
+  for (const char* format : {"kitti", "colmap"}) {
+    write(format, scratch / "data" / format);
+    run(scratch / "data" / format, scratch / "report" / format);
+  }
+  const bool is_ok = join_reports(scratch / "report", {"kitti", "colmap"});
+  const core::Json joined = core::Json::read(scratch / "report/report.json");
+  EXPECT_EQ(joined.at("ok").boolean(), is_ok);
+  const std::string first = joined.at("checks").at(0).at("name").string();
+  EXPECT_TRUE(first.starts_with("kitti/")) << first;
+  const std::string html = core::read_text_file(scratch / "report/kitti/index.html");
+  EXPECT_NE(html.find("<svg"), std::string::npos);
+  EXPECT_NE(html.find("data:image/png;base64,"), std::string::npos);
+  EXPECT_EQ(html.find("<script"), std::string::npos);
+}
+
+TEST(ValidateStage, GivesTheSameReportForAnyThreads) {
+  const test::ScratchFolder scratch;
+  write("colmap", scratch / "data");
+  const core::Log log("validate", core::LogLevel::Off);
+  for (const int threads : {1, 2}) {
+    core::Context context{log};
+    context.num_threads = threads;
+    run_validate_stage(scratch / "data", {}, scratch / ("report" + std::to_string(threads)), context);
+  }
+  EXPECT_EQ(core::read_text_file(scratch / "report1/report.json"), core::read_text_file(scratch / "report2/report.json"));
+  EXPECT_EQ(core::read_text_file(scratch / "report1/index.html"), core::read_text_file(scratch / "report2/index.html"));
+}
+
+}  // namespace
+}  // namespace terracast::validate
