@@ -1,0 +1,72 @@
+#include "export/cameras.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+#include "core/error.h"
+#include "core/registry.h"
+
+namespace terracast::exporters {
+
+using core::ErrorKind;
+using core::fail;
+
+int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& rig,
+                const std::string& name) {
+  std::vector<std::string> rigs, names;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    if (std::find(rigs.begin(), rigs.end(), cameras[i].rig) == rigs.end())
+      rigs.push_back(cameras[i].rig);
+    if (cameras[i].rig != rig) continue;
+    if (cameras[i].name == name) return static_cast<int>(i);
+    names.push_back(cameras[i].name);
+  }
+  if (names.empty()) fail(ErrorKind::Config, "{}", core::unknown_name_message("rig", rig, rigs));
+  fail(ErrorKind::Config, "{}",
+       core::unknown_name_message(fmt::format("camera of the rig {}", rig), name, names));
+}
+
+void check_pinhole(const capture::CameraCalibration& camera, const char* format) {
+  if (camera.intrinsics.model == "pinhole") return;
+  fail(ErrorKind::Config, "{}: camera {}/{} is of the model {}; the format wants a pinhole", format,
+       camera.rig, camera.name, camera.intrinsics.model);
+}
+
+double rectified_baseline_m(const capture::CameraCalibration& left,
+                            const capture::CameraCalibration& right, const char* format) {
+  constexpr double kTolerance = 1e-9;  // of rad and m: rounding, not a misalignment
+  if (left.rig != right.rig)
+    fail(ErrorKind::Config, "{}: cameras {}/{} and {}/{} are of two rigs; a pair is of one", format,
+         left.rig, left.name, right.rig, right.name);
+  if (left.intrinsics != right.intrinsics)
+    fail(ErrorKind::Config,
+         "{}: cameras {} and {} of {} differ in size or intrinsics; a rectified pair has the same",
+         format, left.name, right.name, left.rig);
+  const geo::Rigid3d left_from_right = left.rig_from_camera.inverse() * right.rig_from_camera;
+  const double angle_rad = 2.0 * left_from_right.rotation.vec().norm();
+  if (!(angle_rad <= kTolerance))
+    fail(ErrorKind::Config,
+         "{}: cameras {} and {} of {} are turned by {:.3g} rad against each other; a rectified "
+         "pair is parallel",
+         format, left.name, right.name, left.rig, angle_rad);
+  const Eigen::Vector3d& offset = left_from_right.translation;
+  if (!(std::abs(offset.y()) <= kTolerance) || !(std::abs(offset.z()) <= kTolerance) ||
+      !(offset.x() > 0.0))
+    fail(ErrorKind::Config,
+         "{}: camera {} of {} stands at ({:.9g}, {:.9g}, {:.9g}) m in the frame of {} (x right, y "
+         "down, z forward); a rectified pair is apart along +x alone",
+         format, right.name, left.rig, offset.x(), offset.y(), offset.z(), left.name);
+  return offset.x();
+}
+
+std::string folder_word(const std::string& text) {
+  std::string word = text;
+  for (char& c : word)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_' && c != '-') c = '_';
+  return word;
+}
+
+}  // namespace terracast::exporters

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/frame.h"
+
+namespace terracast::exporters {
+
+/// Index of a camera that an export names.
+/// throws   Config: no such rig or camera; says which there are
+int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& rig,
+                const std::string& name);
+
+/// throws   Config: the camera is no pinhole; says which format wants one
+void check_pinhole(const capture::CameraCalibration& camera, const char* format);
+
+/// How far the right camera stands to the right of the left, in the left camera's frame, m, when
+/// the two are a rectified pair: axes parallel within 1e-9 rad, centres apart along x alone within
+/// 1e-9 m, equal intrinsics. throws   Config: they are not; says what differs
+double rectified_baseline_m(const capture::CameraCalibration& left,
+                            const capture::CameraCalibration& right, const char* format);
+
+/// A word for a folder: letters, digits, _ and -, all else replaced by _.
+std::string folder_word(const std::string& text);
+
+}  // namespace terracast::exporters

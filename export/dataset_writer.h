@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/frame_reader.h"
+#include "core/context.h"
+#include "core/json.h"
+#include "export/exporter.h"
+
+namespace terracast::exporters {
+
+/// Hash of all that determines a dataset: the program's version, the exporter's options, and each
+/// sequence's manifest (which holds the hash of everything captured).
+std::string source_hash(std::string_view format, const Exporter& exporter,
+                        const std::vector<capture::SequenceReader>& sequences);
+
+/// Writes the files of one dataset and remembers size and hash of each for dataset.json, which is
+/// written last: a dataset is finished when that exists. Until then `export.partial.json` says from
+/// which sources it is being made, so that a run that was killed is taken up, and one from other
+/// sources is cleared away first. Threads: write, keep and write_kept are safe.
+class DatasetWriter {
+ public:
+  /// throws Config: the folder holds files that no export wrote; Io
+  DatasetWriter(std::filesystem::path folder, std::string format, std::string hash,
+                const core::Context& context);
+
+  /// Whether a finished dataset of the same sources was found, with all its files: there is nothing
+  /// to do.
+  bool is_complete() const { return is_complete_; }
+
+  /// Takes over a file that an earlier run finished.
+  /// returns   whether there is one
+  bool keep(const std::string& path);
+  void write(const std::string& path, std::span<const std::byte> bytes);
+  void write(const std::string& path, std::string_view text);
+  /// keep(), or else write() of what `make` returns.
+  template <class Make>
+  void write_kept(const std::string& path, Make&& make) {
+    if (!keep(path)) write(path, make());
+  }
+  /// Takes files back: a modality turned out to be one that the format cannot hold.
+  void remove_folder(const std::string& path);
+
+  /// Writes dataset.json.
+  /// description   its members but "files": begins with what metadata() gives
+  void finish(core::Json description);
+
+ private:
+  void prepare(const core::Log& log);
+  void clear_finished(const core::Json& dataset);
+
+  std::filesystem::path folder_;
+  std::string format_;
+  std::string hash_;
+  bool is_complete_ = false;
+  bool is_resumed_ = false;
+  std::mutex mutex_;
+  struct Written {
+    std::uint64_t num_bytes;
+    std::string hash;
+  };
+  std::map<std::string, Written> files_;
+};
+
+/// What every dataset.json begins with.
+/// conventions   name and one sentence each
+core::Json metadata(std::string_view format, std::string_view format_version,
+                    const std::string& hash, const std::vector<capture::SequenceReader>& sequences,
+                    const std::vector<std::pair<std::string, std::string>>& conventions,
+                    const std::vector<std::string>& additions);
+
+}  // namespace terracast::exporters

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "capture/frame_reader.h"
+#include "core/json.h"
+#include "geo/geodesy.h"
+#include "geo/rigid3.h"
+
+namespace terracast::exporters {
+
+/// The frame of an export's poses: the ENU frame at a round place near the sequence's first body
+/// position, so that numbers stay small enough for readers that cast them to float32.
+struct LocalFrame {
+  geo::Geodetic origin;  ///< latitude and longitude in whole 1e-6 deg, height in whole m
+  geo::Rigid3d local_from_world;
+};
+/// accuracy   10 nm: both frames' origins pass through ecef
+LocalFrame local_frame(const capture::SequenceReader& sequence);
+
+/// A camera of the capture under the word that the format has for it.
+struct ExportedCamera {
+  std::string name;
+  int camera_index = 0;
+};
+
+geo::Rigid3d local_from_camera(const LocalFrame& local, const capture::SequenceReader& sequence,
+                               int frame_index, int camera_index);
+
+/// The same rotation with w >= 0 and of unit length.
+Eigen::Quaterniond canonical(const Eigen::Quaterniond& rotation);
+
+/// georeference.csv: one row for each frame and camera. The camera's centre on WGS84 and its
+/// rotation into the east-north-up of that very place.
+std::string georeference_csv(const capture::SequenceReader& sequence,
+                             const std::vector<ExportedCamera>& cameras);
+
+/// A sequence's entry in dataset.json.
+/// name, path, georeference   as the format lays them out, relative to the dataset
+core::Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame& local,
+                             const std::string& name, const std::string& path,
+                             const std::string& georeference,
+                             const std::vector<ExportedCamera>& cameras);
+
+}  // namespace terracast::exporters

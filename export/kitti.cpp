@@ -1,0 +1,357 @@
+// KITTI odometry.
+//
+// Camera   RDF: x right, y down, z forward. image_0 and image_1 are the left and right camera in
+// grey, image_2 and
+//          image_3 the same two in colour; all are rectified and stand where cameras 0 and 1 stand.
+// Pixels   centres at whole numbers (the convention of those who read the format): c is ours less
+// 0.5. Pose     camera 0 of frame i to camera 0 of frame 0, 3 x 4 row-major; frame 0 is the
+// identity. calib    P_k = K [I | t] with P_k[0,3] = -fx x_k, x_k along camera 0's x: right cameras
+// negative. Tr takes velodyne
+//          points (x forward, y left, z up) to camera 0; there is no laser scanner, and Tr is the
+//          change of axes alone.
+// depth_2  ours: planar depth of camera 2, float32, m; sky 0.
+// disp_2   ours: disparity of camera 2, 16 bit, times 256; 0 where there is none: sky, and where
+// half a count would
+//          err by more than max_relative_depth_error of the depth.
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/labels.h"
+#include "core/error.h"
+#include "core/image_io.h"
+#include "core/parallel.h"
+#include "core/progress.h"
+#include "export/cameras.h"
+#include "export/dataset_writer.h"
+#include "export/exporter.h"
+#include "export/georeference.h"
+#include "export/npy.h"
+
+namespace terracast::exporters {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+constexpr const char* kFormat = "kitti";
+constexpr double kCountsPerPixel = 256.0;
+
+std::string matrix_line(const Eigen::Matrix<double, 3, 4>& matrix) {
+  std::string line;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column)
+      // Adding 0 turns -0 into 0.
+      line += fmt::format("{}{:.12e}", line.empty() ? "" : " ", matrix(row, column) + 0.0);
+  return line;
+}
+
+Eigen::Matrix<double, 3, 4> matrix_of(const geo::Rigid3d& pose) {
+  Eigen::Matrix<double, 3, 4> matrix;
+  matrix << pose.rotation.toRotationMatrix(), pose.translation;
+  return matrix;
+}
+
+core::Image8 grey_of(const core::Image8& color) {
+  core::Image8 grey(color.width(), color.height());
+  for (std::size_t i = 0; i < grey.data().size(); ++i) {
+    const std::uint8_t* p = &color.data()[3 * i];
+    // ITU-R BT.601 luma, as OpenCV's.
+    grey.data()[i] = static_cast<std::uint8_t>((299 * p[0] + 587 * p[1] + 114 * p[2] + 500) / 1000);
+  }
+  return grey;
+}
+
+/// What became of the pixels of disparity images.
+struct DisparityCount {
+  std::int64_t num_ground = 0;
+  std::int64_t num_held = 0;
+  std::int64_t num_too_far = 0;   ///< half a count would err by more than the bound
+  std::int64_t num_too_near = 0;  ///< over 16 bits
+  double worst_error = 0.0;       ///< relative, in depth, of a held pixel
+  double farthest_m = 0.0;        ///< depth that was not held
+  int frame = -1, x = 0, y = 0;   ///< of the farthest
+
+  void add(const DisparityCount& other) {
+    num_ground += other.num_ground;
+    num_held += other.num_held;
+    num_too_far += other.num_too_far;
+    num_too_near += other.num_too_near;
+    worst_error = std::max(worst_error, other.worst_error);
+    if (other.farthest_m <= farthest_m) return;
+    farthest_m = other.farthest_m;
+    frame = other.frame;
+    x = other.x;
+    y = other.y;
+  }
+};
+
+class KittiExporter final : public Exporter {
+ public:
+  void describe(core::SchemaVisitor& visit) override {
+    visit.key("rig", rig_, "Rig to export: it holds a rectified pair.");
+    visit.key("left", left_, "Its left camera: image_0 (grey) and image_2.");
+    visit.key("right", right_, "Its right camera: image_1 (grey) and image_3.");
+    visit.key("sequence", sequence_,
+              "Number of the first sequence, two digits; the others follow.");
+    visit.key("disparity", disparity_,
+              "16-bit disparity: auto (left out with a warning where too few pixels can be held), "
+              "required (an error then), off.",
+              core::one_of({"auto", "off", "required"}));
+    visit.key("max_relative_depth_error", max_relative_depth_error_,
+              "A disparity is invalid where half of its 1/256 px errs by more of the depth. KITTI "
+              "itself counts a match as wrong from 5 %.",
+              core::between(1e-4, 0.5));
+    visit.key("min_disparity_share", min_disparity_share_,
+              "Share of the ground's pixels that disparity must hold.", core::between(0.0, 1.0));
+  }
+
+  std::unique_ptr<Exporter> clone() const override {
+    return std::make_unique<KittiExporter>(*this);
+  }
+
+  void check(const std::vector<capture::CameraCalibration>& cameras) const override {
+    const auto& left = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, left_))];
+    const auto& right = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, right_))];
+    check_pinhole(left, kFormat);
+    check_pinhole(right, kFormat);
+    rectified_baseline_m(left, right, kFormat);
+    if (sequence_.size() != 2 || sequence_.find_first_not_of("0123456789") != std::string::npos)
+      fail(ErrorKind::Config, "kitti: sequence = \"{}\": two digits are right, such as \"00\"",
+           sequence_);
+  }
+
+  void write(const std::vector<capture::SequenceReader>& sequences,
+             const std::filesystem::path& folder, const core::Context& context) const override {
+    const std::size_t first = static_cast<std::size_t>(std::stoi(sequence_));
+    if (first + sequences.size() > 100)
+      fail(ErrorKind::Config, "kitti: {} sequences from {} on need more than two digits",
+           sequences.size(), sequence_);
+    const std::string hash = source_hash(kFormat, *this, sequences);
+    DatasetWriter writer(folder, kFormat, hash, context);
+    if (writer.is_complete()) {
+      context.log.info("{}: finished already, its sources are unchanged", folder.string());
+      return;
+    }
+    core::Json list = core::Json::array();
+    std::vector<std::string> paths;
+    DisparityCount count;
+    for (std::size_t i = 0; i < sequences.size(); ++i) {
+      const std::string name = fmt::format("{:02}", first + i);
+      paths.push_back("dataset/sequences/" + name);
+      list.push(write_sequence(sequences[i], name, paths.back(), writer, context, count));
+    }
+    std::vector<std::string> additions = {
+        "dataset.json: this file",
+        "georeference.csv: every camera's place on WGS84 and its rotation there",
+        "depth_2/NNNNNN.npy: planar depth of camera 2, float32 (height, width), metres, sky 0"};
+    const bool has_disparity = keep_disparity(count, paths, writer, context);
+    if (has_disparity)
+      additions.emplace_back(
+          "disp_2/NNNNNN.png: disparity of camera 2 in 1/256 px, 16 bit, 0 where it is not held");
+    core::Json description = metadata(
+        kFormat, "KITTI odometry", hash, sequences,
+        {{"pixel_center",
+          "The centre of pixel i is at i: calib.txt's c is dataset.json's less 0.5."},
+         {"world_frame", "Camera 0 of the first frame; its place is in georeference.csv."},
+         {"pose", "Camera 0 (x right, y down, z forward) of frame i to camera 0 of frame 0."},
+         {"calib",
+          "P_k = K [I | t]; Tr is the change of axes from x forward, y left, z up to camera 0."},
+         {"depth", "depth_2: along the optical axis, metres, float32."},
+         {"disparity", "disp_2: focal length times baseline over depth, times 256, rounded."},
+         {"sky", "0 in depth_2 and disp_2."}},
+        additions);
+    description.set("disparity", describe_disparity(count, has_disparity));
+    description.set("sequences", std::move(list));
+    writer.finish(std::move(description));
+  }
+
+ private:
+  /// The least number of 1/256 px whose half step keeps the bound.
+  double min_counts() const { return std::ceil(0.5 / max_relative_depth_error_ - 1e-9); }
+
+  core::Json write_sequence(const capture::SequenceReader& sequence, const std::string& name,
+                            const std::string& path, DatasetWriter& writer,
+                            const core::Context& context, DisparityCount& total) const {
+    const auto& cameras = sequence.info().cameras;
+    const int left = find_camera(cameras, rig_, left_);
+    const int right = find_camera(cameras, rig_, right_);
+    const double baseline_m = rectified_baseline_m(
+        cameras[static_cast<std::size_t>(left)], cameras[static_cast<std::size_t>(right)], kFormat);
+    const std::vector<ExportedCamera> exported = {
+        {"image_0", left}, {"image_1", right}, {"image_2", left}, {"image_3", right}};
+    const LocalFrame local = local_frame(sequence);
+
+    std::string poses, times;
+    const geo::Rigid3d first_from_local = local_from_camera(local, sequence, 0, left).inverse();
+    const double start_s = sequence.frames().front().time_s;
+    for (const capture::FrameRecord& record : sequence.frames()) {
+      const geo::Rigid3d first_from_camera =
+          record.index == 0
+              ? geo::Rigid3d{}
+              : first_from_local * local_from_camera(local, sequence, record.index, left);
+      poses += matrix_line(matrix_of(first_from_camera)) + "\n";
+      times += fmt::format("{:.9e}\n", record.time_s - start_s);
+    }
+    writer.write(fmt::format("dataset/poses/{}.txt", name), poses);
+    writer.write(path + "/times.txt", times);
+    writer.write(path + "/calib.txt",
+                 calibration(cameras[static_cast<std::size_t>(left)], baseline_m));
+    const std::string georeference = path + "/georeference.csv";
+    writer.write(georeference, georeference_csv(sequence, exported));
+
+    const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
+    std::vector<DisparityCount> counts(static_cast<std::size_t>(num_frames));
+    core::Progress progress(context, "frames", num_frames);
+    core::parallel_for(num_frames, [&](std::int64_t i) {
+      const auto frame = static_cast<int>(i);
+      write_color(sequence, frame, left, path, "image_0", "image_2", writer);
+      write_color(sequence, frame, right, path, "image_1", "image_3", writer);
+      counts[static_cast<std::size_t>(i)] =
+          write_depth(sequence, frame, left, baseline_m, path, writer);
+      progress.advance();
+    });
+    for (const DisparityCount& count : counts) total.add(count);
+    return describe_sequence(sequence, local, name, path, georeference, exported);
+  }
+
+  static std::string calibration(const capture::CameraCalibration& camera, double baseline_m) {
+    const std::vector<double>& p = camera.intrinsics.parameters;
+    std::string text;
+    for (int k = 0; k < 4; ++k) {
+      Eigen::Matrix<double, 3, 4> projection;
+      projection << p[0], 0, p[2] - 0.5, k % 2 == 1 ? -p[0] * baseline_m : 0.0,  //
+          0, p[1], p[3] - 0.5, 0,                                                //
+          0, 0, 1, 0;
+      text += fmt::format("P{}: {}\n", k, matrix_line(projection));
+    }
+    Eigen::Matrix<double, 3, 4> camera_from_velodyne;
+    camera_from_velodyne << 0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0;
+    return text + fmt::format("Tr: {}\n", matrix_line(camera_from_velodyne));
+  }
+
+  static void write_color(const capture::SequenceReader& sequence, int frame, int camera,
+                          const std::string& path, const char* grey_folder,
+                          const char* color_folder, DatasetWriter& writer) {
+    const std::string grey_file = fmt::format("{}/{}/{:06}.png", path, grey_folder, frame);
+    const std::string color_file = fmt::format("{}/{}/{:06}.png", path, color_folder, frame);
+    const bool has_grey = writer.keep(grey_file);
+    const bool has_color = writer.keep(color_file);
+    if (has_grey && has_color) return;
+    const core::Image8 color =
+        sequence.read_camera(frame, camera, capture::SequenceReader::kColor).color;
+    if (!has_grey) writer.write(grey_file, core::encode_png(grey_of(color)));
+    if (!has_color) writer.write(color_file, core::encode_png(color));
+  }
+
+  DisparityCount write_depth(const capture::SequenceReader& sequence, int frame, int left,
+                             double baseline_m, const std::string& path,
+                             DatasetWriter& writer) const {
+    const std::string depth_file = fmt::format("{}/depth_2/{:06}.npy", path, frame);
+    const bool has_depth = writer.keep(depth_file);
+    if (has_depth && disparity_ == "off") return {};
+    const geo::CameraIntrinsics& intrinsics =
+        sequence.info().cameras[static_cast<std::size_t>(left)].intrinsics;
+    const auto model = geo::make_camera(intrinsics);
+    core::ImageF depth_m = capture::depth_image(
+        *model, sequence.read_camera(frame, left, capture::SequenceReader::kFacts).range_m);
+    for (float& value : depth_m.data())
+      if (std::isinf(value)) value = 0.0F;
+    if (!has_depth) writer.write(depth_file, npy_bytes(depth_m));
+    if (disparity_ == "off") return {};
+    DisparityCount count;
+    const core::Image16 counts =
+        disparity_counts(depth_m, intrinsics.parameters[0] * baseline_m, frame, count);
+    writer.write_kept(fmt::format("{}/disp_2/{:06}.png", path, frame),
+                      [&] { return core::encode_png(counts); });
+    return count;
+  }
+
+  core::Image16 disparity_counts(const core::ImageF& depth_m, double focal_baseline_pxm, int frame,
+                                 DisparityCount& count) const {
+    core::Image16 image(depth_m.width(), depth_m.height());
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) {
+        const auto depth = static_cast<double>(depth_m(x, y));
+        if (depth == 0.0) continue;
+        ++count.num_ground;
+        const double exact = kCountsPerPixel * focal_baseline_pxm / depth;
+        const double rounded = std::round(exact);
+        if (rounded > 65535.0) {
+          ++count.num_too_near;
+        } else if (rounded < min_counts()) {
+          ++count.num_too_far;
+          if (depth > count.farthest_m) {
+            count.farthest_m = depth;
+            count.frame = frame;
+            count.x = x;
+            count.y = y;
+          }
+        } else {
+          ++count.num_held;
+          count.worst_error = std::max(count.worst_error, std::abs(exact / rounded - 1.0));
+          image(x, y) = static_cast<std::uint16_t>(rounded);
+        }
+      }
+    }
+    return image;
+  }
+
+  /// Whether the disparity images stay; they go where they would be nearly empty.
+  bool keep_disparity(const DisparityCount& count, const std::vector<std::string>& paths,
+                      DatasetWriter& writer, const core::Context& context) const {
+    if (disparity_ == "off") return false;
+    const double share = count.num_ground == 0 ? 0.0
+                                               : static_cast<double>(count.num_held) /
+                                                     static_cast<double>(count.num_ground);
+    if (count.num_ground > 0 && share >= min_disparity_share_) {
+      context.log.info(
+          "disparity holds {:.1f} % of the ground's pixels (depth within {:.2g} %); {} are too far "
+          "and {} too near, and marked invalid",
+          100.0 * share, 100.0 * count.worst_error, count.num_too_far, count.num_too_near);
+      return true;
+    }
+    const std::string reason = fmt::format(
+        "16-bit disparity holds {:.1f} % of the ground's pixels within {} of their depth, and must "
+        "hold {} %; {} are too far, such as pixel ({}, {}) of frame {} at {:.0f} m, and {} too "
+        "near. A longer baseline or focal length is right, or another max_relative_depth_error or "
+        "min_disparity_share",
+        100.0 * share, max_relative_depth_error_, 100.0 * min_disparity_share_, count.num_too_far,
+        count.x, count.y, count.frame, count.farthest_m, count.num_too_near);
+    if (disparity_ == "required") fail(ErrorKind::Input, "kitti: {}", reason);
+    context.log.warn("disp_2 is left out: {}", reason);
+    for (const std::string& path : paths) writer.remove_folder(path + "/disp_2");
+    return false;
+  }
+
+  core::Json describe_disparity(const DisparityCount& count, bool has_disparity) const {
+    core::Json json = core::Json::object();
+    json.set("stored", has_disparity);
+    if (disparity_ == "off") return json;
+    return json.set("max_relative_depth_error", max_relative_depth_error_)
+        .set("min_count", static_cast<std::int64_t>(min_counts()))
+        .set("num_ground_pixels", count.num_ground)
+        .set("num_held", count.num_held)
+        .set("num_too_far", count.num_too_far)
+        .set("num_too_near", count.num_too_near)
+        .set("worst_relative_depth_error", count.worst_error);
+  }
+
+  std::string rig_ = "mcs4";
+  std::string left_ = "cam0";
+  std::string right_ = "cam3";
+  std::string sequence_ = "00";
+  std::string disparity_ = "auto";
+  double max_relative_depth_error_ = 0.05;
+  double min_disparity_share_ = 0.1;
+};
+
+}  // namespace
+
+ExporterInfo kitti_exporter() {
+  return {.name = kFormat,
+          .summary = "KITTI odometry: rectified pair, poses, calibration, depth, disparity.",
+          .make = []() -> std::unique_ptr<Exporter> { return std::make_unique<KittiExporter>(); }};
+}
+
+}  // namespace terracast::exporters

@@ -1,0 +1,61 @@
+#include "export/npy.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstring>
+#include <string>
+
+#include "core/error.h"
+
+namespace terracast::exporters {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "npy files are written as memory holds them");
+
+std::vector<std::byte> with_header(const char* type, std::span<const std::byte> values,
+                                   std::size_t value_bytes, const std::vector<int>& shape) {
+  std::size_t num_values = 1;
+  std::string sizes;
+  for (const int size : shape) {
+    num_values *= static_cast<std::size_t>(size);
+    sizes += fmt::format("{}{}", sizes.empty() ? "" : ", ", size);
+  }
+  if (shape.size() == 1) sizes += ",";
+  TERRACAST_CHECK(num_values * value_bytes == values.size(), "shape ({}) of {} bytes", sizes,
+                  values.size());
+  std::string header =
+      fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}", type, sizes);
+  // Magic, version and length are 10 bytes; the values start at a multiple of 64.
+  header.append(63 - (10 + header.size()) % 64, ' ');
+  header += '\n';
+  std::string start("\x93NUMPY\x01\x00", 8);
+  start += static_cast<char>(header.size() & 0xff);
+  start += static_cast<char>(header.size() >> 8);
+  start += header;
+  std::vector<std::byte> bytes(start.size() + values.size());
+  std::memcpy(bytes.data(), start.data(), start.size());
+  if (!values.empty()) std::memcpy(bytes.data() + start.size(), values.data(), values.size());
+  return bytes;
+}
+
+}  // namespace
+
+std::vector<std::byte> npy_bytes(std::span<const float> values, const std::vector<int>& shape) {
+  return with_header("<f4", std::as_bytes(values), sizeof(float), shape);
+}
+
+std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
+                                      const std::vector<int>& shape) {
+  std::vector<std::uint8_t> flags(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) flags[i] = values[i] != 0 ? 1 : 0;
+  return with_header("|b1", std::as_bytes(std::span<const std::uint8_t>(flags)), 1, shape);
+}
+
+std::vector<std::byte> npy_bytes(const core::ImageF& image) {
+  TERRACAST_CHECK(image.channels() == 1, "{} channels", image.channels());
+  return npy_bytes(image.data(), {image.height(), image.width()});
+}
+
+}  // namespace terracast::exporters

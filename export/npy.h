@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/image.h"
+
+namespace terracast::exporters {
+
+/// NumPy's array file, version 1.0: little-endian, C order.
+/// values   as many as the product of `shape`
+std::vector<std::byte> npy_bytes(std::span<const float> values, const std::vector<int>& shape);
+/// Stored as bool; a value other than 0 is true.
+std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
+                                      const std::vector<int>& shape);
+
+/// An image of one channel, shape (height, width).
+std::vector<std::byte> npy_bytes(const core::ImageF& image);
+
+}  // namespace terracast::exporters
