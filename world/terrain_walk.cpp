@@ -184,7 +184,7 @@ WalkResult walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkS
     const double s = fx + fy - 1.0;
     const double qs = qx + qy;
     const bool is_upper_in = s + t_in * qs > 0.0;
-    const bool is_upper_out = s + t_out * qs > 0.0;
+    const bool is_upper_out = qs == 0.0 ? is_upper_in : s + t_out * qs > 0.0;  // t_out may be inf
     const double t_diagonal =
         is_upper_in == is_upper_out ? t_out : std::clamp(-s / qs, t_in, t_out);
 
@@ -225,13 +225,13 @@ WalkResult walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkS
         return result;
       }
     }
+    AxisWalk& next = columns.t_out() <= rows.t_out() ? columns : rows;
+    if (next.t_out() >= span.t_exit) return result;
     if (clearance.is_clear(t_out)) {
       result.end = WalkResult::End::Clear;
       result.t = t_out;
       return result;
     }
-    AxisWalk& next = columns.t_out() <= rows.t_out() ? columns : rows;
-    if (next.t_out() >= span.t_exit) return result;
     next.step();
     if (next.is_over()) return result;
   }

@@ -17,6 +17,8 @@ constexpr double kGrazingRate = 1.0 / 64.0;
 /// the rate: twice the whole error that epsilon stands for.
 constexpr double kBackPerEpsilon = 2.0;
 constexpr double kFarPerEpsilon = 8.0;
+/// A ray that skims the ground for longer is walked to its end.
+constexpr int kMaxCasts = 32;
 constexpr double kFloatRounding = 1.0 + 0x1.0p-20;
 
 /// RTCRayHit, RTCRayHit4, 8 and 16 are this: arrays of `width` values, one after the other.
@@ -109,7 +111,10 @@ class TileCaster {
     Proposal proposal;
     if (!read(packet, lane, passage, proposal)) return;
     Packet single(1);
-    while (walk(passage, t_cast, walk_range(passage, t_cast, proposal))) {
+    for (int casts = 1;; ++casts) {
+      Range range = walk_range(passage, t_cast, proposal);
+      if (casts == kMaxCasts) range.until = kInfinity;
+      if (!walk(passage, t_cast, range)) return;
       ++num_recasts_;
       fill(single, 0, passage, t_cast);
       const int always = -1;
