@@ -86,6 +86,32 @@ TEST_P(Right, DatasetPassesEveryCheck) {
 
 INSTANTIATE_TEST_SUITE_P(Formats, Right, testing::Values("kitti", "colmap", "tartanair"), [](const auto& one) { return one.param; });
 
+/// Ground as a world has it: triangles of a few pixels with rough corners, which no smooth interpolation follows.
+TEST(RightFacets, RoughTrianglesPassEveryCheck) {
+  const test::ScratchFolder scratch;
+  test::write_colmap(test::record_flight(test::colmap_cameras(), 6, test::Ground::Facets), scratch / "data");
+  const Results results = validate_folder(scratch / "data", scratch / "report");
+  EXPECT_EQ(failures(results), "") << values(results);
+  if (std::getenv("TERRACAST_SHOW_VALUES") != nullptr) std::fputs(values(results).c_str(), stdout);
+}
+
+TEST(WrongFacets, SmallErrorsAreFoundOnRoughTrianglesToo) {
+  static const Recording recording = test::record_flight(test::colmap_cameras(), 6, test::Ground::Facets);
+  const std::vector<std::pair<Mistake, std::string>> cases = {
+      {{.principal_x_px = 0.1}, "reprojection_principal_point"},
+      {{.principal_y_px = 0.1}, "reprojection_principal_point"},
+      {{.depth_relative = 1e-3}, "reprojection_scale"},
+      {{.pose_frame = 3, .pose_turn_deg = {0.0, 0.01, 0.0}}, "reprojection_rotation"},
+      {{.mount_yaw_deg = 0.01}, "reprojection_rotation"},
+      {{.pose_shift_frames = 1}, "reprojection_time"}};
+  for (const auto& [mistake, check] : cases) {
+    const test::ScratchFolder scratch;
+    test::write_colmap(recording, scratch / "data", mistake);
+    const Results results = validate_folder(scratch / "data", scratch / "report");
+    EXPECT_FALSE(results.at(check).ok) << check << "\n" << values(results);
+  }
+}
+
 class Wrong : public testing::TestWithParam<Case> {};
 
 TEST_P(Wrong, IsFoundByTheNamedCheck) {
