@@ -48,6 +48,7 @@ struct ColorImage {
   const Sky& sky;
   const Exposure& exposure;
   const View& view;
+  const PixelSampler& sampler;
   std::uint64_t seed;
   std::uint64_t stream;
   int num_samples;
@@ -79,13 +80,14 @@ struct ColorImage {
             const auto index =
                 static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(view.model->width_px()) +
                 static_cast<std::uint64_t>(x);
-            const PixelSampler sampler(seed, stream, index, num_samples);
-            const Eigen::Vector2d place = Eigen::Vector2d(x, y) + sampler.place_in_pixel(sample);
+            const std::uint64_t bits = core::random_bits(seed, stream, index);
+            const Eigen::Vector2d place =
+                Eigen::Vector2d(x, y) + sampler.place_in_pixel(bits, sample);
             s.rays.push_back({.origin_world = view.center_world,
                               .direction_world = view.ray_world(place).normalized()});
             s.pixels.push_back(
                 static_cast<std::uint32_t>((y - unit.y0) * (unit.x1 - unit.x0) + (x - unit.x0)));
-            const Eigen::Vector2d disc = sampler.place_on_disc(sample);
+            const Eigen::Vector2d disc = sampler.place_on_disc(bits, sample);
             s.sun_rays.push_back({.origin_world = Eigen::Vector3d::Zero(),
                                   .direction_world = sky.daylight().sun_direction_world +
                                                      disc.x() * sun_right + disc.y() * sun_up});
@@ -216,6 +218,7 @@ FrameRenderer::FrameRenderer(const SequencePlan& plan, const world::TileStore& s
       sky_(daylight_of(plan, geo::WorldFrame(store.manifest().origin))),
       exposure_(sky_, plan.conditions.exposure),
       num_samples_(static_cast<int>(plan.conditions.color_samples)),
+      sampler_(num_samples_),
       seed_(static_cast<std::uint64_t>(plan.seed)) {}
 
 core::Image8 FrameRenderer::color(int frame, int camera) const {
@@ -231,6 +234,7 @@ core::Image8 FrameRenderer::color(int frame, int camera) const {
       .sky = sky_,
       .exposure = exposure_,
       .view = view,
+      .sampler = sampler_,
       .seed = seed_,
       .stream = core::stream_of(core::stream_of(core::mix_bits(0x636f6c6f72),  // "color"
                                                 static_cast<std::uint64_t>(frame)),

@@ -8,6 +8,7 @@
 #include "render/ground_truth.h"
 #include "render/material.h"
 #include "render/render_stage.h"
+#include "render/sampler.h"
 #include "render/shading.h"
 #include "render/sky.h"
 #include "render/views.h"
@@ -46,6 +47,7 @@ class FrameRenderer {
   Sky sky_;
   Exposure exposure_;
   int num_samples_;
+  PixelSampler sampler_;
   std::uint64_t seed_;
 };
 

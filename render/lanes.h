@@ -11,7 +11,7 @@ inline constexpr int kLanes = 16;
 /// One value for each sample of a packet. Loops over all kLanes of it are what the compiler turns
 /// into vector code.
 template <class T>
-struct alignas(64) Lanes {
+struct Lanes {
   T values[kLanes];
   T& operator[](int lane) { return values[lane]; }
   const T& operator[](int lane) const { return values[lane]; }

@@ -50,14 +50,14 @@ struct Covers {
   Lanes<float> snow;
   NoiseSum region;  ///< 4 km to 256 m
   NoiseSum patch;   ///< 128 to 32 m
-  NoiseSum clump;   ///< 16 to 4 m
+  NoiseSum clump;   ///< 16 to 1 m
 };
 
 void spread_covers(const GroundPacket& g, const NoisePlaces& places, const Climate& climate,
                    Covers& c) {
   c.region = sum_noise(places, 12, 8, climate.seed + kRegion);
   c.patch = sum_noise(places, 7, 5, climate.seed + kPatch);
-  c.clump = sum_noise(places, 4, 2, climate.seed + kClump);
+  c.clump = sum_noise(places, 4, 0, climate.seed + kClump);
   const float snow_line = static_cast<float>(climate.snow_line_m);
   const float tree_line = static_cast<float>(climate.tree_line_m);
   const float beach = climate.has_sea ? 4.0f : -1e6f;
@@ -72,7 +72,7 @@ void spread_covers(const GroundPacket& g, const NoisePlaces& places, const Clima
     const float moist = g.moisture[i];
     const float above_trees = height - tree_line - 60.0f * region;
 
-    c.grass[i] = step_up((moist - 0.22f) * 3.0f + 0.40f * region + 0.35f * patch + 0.30f * clump -
+    c.grass[i] = step_up((moist - 0.15f) * 3.0f + 0.40f * region + 0.35f * patch + 0.30f * clump -
                              2.0f * ramp((above_trees - 350.0f) / 500.0f),
                          0.55f + blur);
     c.field[i] = step_up(smaller((0.15f - steep) * 14.0f, 1.2f) + 0.45f * region -
@@ -131,7 +131,7 @@ Parcel parcel_at(const NoisePlaces& places, int lane, float warp_m, std::uint32_
       core::random_bits(row_bits, 2, static_cast<std::uint64_t>(static_cast<std::int64_t>(column)));
 
   static constexpr float kCrops[8][3] = {{0.260f, 0.200f, 0.085f}, {0.075f, 0.120f, 0.032f},
-                                         {0.150f, 0.098f, 0.060f}, {0.300f, 0.250f, 0.130f},
+                                         {0.140f, 0.100f, 0.066f}, {0.300f, 0.250f, 0.130f},
                                          {0.105f, 0.135f, 0.042f}, {0.055f, 0.090f, 0.026f},
                                          {0.190f, 0.165f, 0.070f}, {0.120f, 0.110f, 0.055f}};
   Parcel parcel;
@@ -324,10 +324,10 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
     Lanes<float> crowns;
     Lanes<float> all_scales;
     for (int i = 0; i < kLanes; ++i) {
-      crowns[i] = 0.55f * c.forest[i] * (1.0f - c.rock[i]) * (1.0f - c.scree[i]);
+      crowns[i] = 0.42f * c.forest[i] * (1.0f - c.rock[i]) * (1.0f - c.scree[i]);
       all_scales[i] = 1e9f;
     }
-    trees = sum_noise_with_slope(g.places, 3, 2, seed + kTrees, crowns, all_scales, slope);
+    trees = sum_noise_with_slope(g.places, 3, 0, seed + kTrees, crowns, all_scales, slope);
   }
   NoiseSum strata{};
   NoiseSum cracks{};

@@ -91,7 +91,11 @@ Color shade_sky(const Sky& sky, const Eigen::Vector3d& direction_world) {
 Exposure::Exposure(const Sky& sky, double bias) {
   // Night stays dark: below 2 klx the camera opens no further.
   const float light = std::max(luminance_of(sky.global_irradiance()), 2.0f);
-  scale_ = static_cast<float>(bias) * 0.24f * kPi / (0.18f * light);
+  // White is what a level white board shows: the colour of sun and sky together, at most 2 to 1
+  // against the light.
+  const Color tint =
+      (sky.global_irradiance() / luminance_of(sky.global_irradiance() + 1e-6f)).max(0.5f).min(2.0f);
+  scale_ = static_cast<float>(bias) * 0.24f * kPi / (0.18f * light) / tint;
 }
 
 float film_curve(float exposed) {
@@ -107,7 +111,7 @@ float srgb_from_linear(float linear) {
 
 void Exposure::develop(const Color& radiance, std::uint8_t* rgb) const {
   for (int k = 0; k < 3; ++k) {
-    const float value = srgb_from_linear(film_curve(radiance[k] * scale_));
+    const float value = srgb_from_linear(film_curve(radiance[k] * scale_[k]));
     rgb[k] = static_cast<std::uint8_t>(std::clamp(255.0f * value + 0.5f, 0.0f, 255.0f));
   }
 }

@@ -36,9 +36,9 @@ void shade_ground(const GroundPacket& places, const GroundLook& look, const View
 /// Radiance of the sky with the sun's disc in a unit direction.
 Color shade_sky(const Sky& sky, const Eigen::Vector3d& direction_world);
 
-/// From radiance to pixel values: a fixed exposure for the sequence's light, then a curve that is
-/// linear up to 0.5 and bends to 1 (a film's shoulder), then the transfer function of sRGB (IEC
-/// 61966-2-1).
+/// From radiance to pixel values: an exposure and a white balance fixed by the sequence's light,
+/// then a curve that is linear up to 0.5 and bends to 1 (a film's shoulder), then the transfer
+/// function of sRGB (IEC 61966-2-1).
 class Exposure {
  public:
   /// bias   factor on the exposure that puts a sunlit level grey of 18 % at 0.24 of white
@@ -46,7 +46,7 @@ class Exposure {
   void develop(const Color& radiance, std::uint8_t* rgb) const;
 
  private:
-  float scale_;
+  Color scale_;
 };
 
 /// The shoulder, and sRGB's transfer function of a linear value of [0, 1].

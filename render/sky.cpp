@@ -36,8 +36,8 @@ double mie_per_m(double visibility_m) {
 double turbidity_of(double visibility_m) {
   const double rayleigh_depth = kRayleighPer_m * kRayleighHeight_m;
   const double mie_depth = mie_per_m(visibility_m) * kMieHeight_m;
-  // The fit of the sky's formula holds from 1.9 to 10.
-  return std::clamp((rayleigh_depth + mie_depth) / rayleigh_depth, 1.9, 10.0);
+  // The formula was fitted from 2 to 10; near 2 its horizon is far too bright.
+  return std::clamp((rayleigh_depth + mie_depth) / rayleigh_depth, 2.4, 10.0);
 }
 
 Color linear_srgb_from_xyy(double x, double y, double luminance) {
@@ -184,7 +184,7 @@ Sky::Sky(const Daylight& daylight)
 
   for (int i = 0; i < kHorizonEntries; ++i) {
     const float cos_sun = 2.0f * static_cast<float>(i) / (kHorizonEntries - 1) - 1.0f;
-    horizon_[static_cast<std::size_t>(i)] = perez(0.03f, cos_sun);
+    horizon_[static_cast<std::size_t>(i)] = perez(0.0f, cos_sun);
   }
   const auto above_ground = [this](const Color& ground_radiance) {
     return Ambient([this, ground_radiance](const Eigen::Vector3f& direction) -> Color {
@@ -197,12 +197,15 @@ Sky::Sky(const Daylight& daylight)
 }
 
 Color Sky::perez(float cos_zenith, float cos_sun) const {
-  // The formula's horizon is a pole of 1 / cos.
-  const float cosine = std::max(cos_zenith, 0.02f);
+  // At the horizon the luminance has a pole, and the fitted chromaticity turns to magenta in clear
+  // air: the last degrees take the luminance of 2 and the colour of 8 degrees of elevation.
   const float angle = std::acos(std::clamp(cos_sun, -1.0f, 1.0f));
+  const float least_cosine[3] = {0.035f, 0.14f, 0.14f};
   float value[3];
   for (std::size_t k = 0; k < 3; ++k)
-    value[k] = zenith_over_norm_[k] * perez_function(coefficients_[k], cosine, angle, cos_sun);
+    value[k] =
+        zenith_over_norm_[k] *
+        perez_function(coefficients_[k], std::max(cos_zenith, least_cosine[k]), angle, cos_sun);
   return linear_srgb_from_xyy(value[1], value[2], value[0]) * twilight_;
 }
 
