@@ -22,8 +22,13 @@ using world::TileInfo;
 
 constexpr const char* kInputsFile = "inputs.json";
 
-/// Tiles of 262 km: few are needed, however far the horizon.
-constexpr int kLowestCoarsestLevel = 10;
+/// Tiles of 66 km: few are needed, however far the horizon, and the Earth's curve drops less than the
+/// 16 km that a tile's heights may span, out to kLargestApronRadius_m.
+constexpr int kLowestCoarsestLevel = 8;
+
+/// There the ground falls off by 0.11 m a metre along the axes, 0.16 along a tile's diagonal: 10 km
+/// in one tile, to which the relief adds.
+constexpr double kLargestApronRadius_m = 700000.0;
 
 /// Without viewpoints the apron serves one this far above the highest ground.
 constexpr double kAssumedAbove_m = 1000.0;
@@ -48,9 +53,7 @@ class Growth {
       : surface_(surface), plan_(plan), folder_(folder), context_(context) {
     half_size_m_ = surface.options().size_m / 2.0;
     base_level_ = surface.base_level();
-    const int level_of_size =
-        static_cast<int>(std::ceil(std::log2(2.0 * surface.options().size_m / world::kTileCells)));
-    coarsest_level_ = std::max({kLowestCoarsestLevel, base_level_ + 1, level_of_size});
+    coarsest_level_ = std::max(kLowestCoarsestLevel, base_level_ + 1);
   }
 
   world::TileStore run();
@@ -131,6 +134,12 @@ double Growth::apron_radius_m() const {
   const double above_apron_m = std::max(highest_m - std::min(surface_.lowest_m(), 0.0), 100.0);
   const double radius_m =
       geo::horizon_distance_m(above_apron_m) * kApronMargin + off_centre_m + kApronMargin_m;
+  if (radius_m > kLargestApronRadius_m)
+    fail(ErrorKind::Input,
+         "a camera {:.0f} m above the ellipsoid sees a horizon {:.0f} km away; worlds reach {:.0f} "
+         "km, "
+         "which serves cameras up to about 30 km",
+         highest_m, radius_m / 1000.0, kLargestApronRadius_m / 1000.0);
   return std::max(std::ceil(radius_m), previous_radius_m_);
 }
 

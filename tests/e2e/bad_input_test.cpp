@@ -158,8 +158,7 @@ TEST_F(BadInput, RigWithoutCameraIsRefused) {
 }
 
 TEST_F(BadInput, TrajectoryUnderGroundIsRefused) {
-  expect_refusal("above = \"ground\"", "above = \"ellipsoid\"\ncenter_note = 0", kUsageOrConfig, HasSubstr("center_note"));
-  expect_refusal("height_m = 250.0\nabove = \"ground\"", "height_m = -2000.0\nabove = \"ellipsoid\"", kInput,
+  expect_refusal("height_m = 250.0, above = \"ground\"", "height_m = -2000.0, above = \"ellipsoid\"", kInput,
                  AllOf(HasSubstr("P000"), HasSubstr("ground")));
 }
 

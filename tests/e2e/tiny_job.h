@@ -49,11 +49,8 @@ offset_mm = [0.0, -500.0, 0.0]
 [[trajectories]]
 name = "P000"
 kind = "orbit"
-east_m = 0.0
-north_m = 0.0
+centre = {east_m = 0.0, north_m = 0.0, height_m = 250.0, above = "ground"}
 radius_m = 300.0
-height_m = 250.0
-above = "ground"
 speed_mps = 30.0
 rate_hz = 1.0
 num_frames = 4
