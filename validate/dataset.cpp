@@ -100,9 +100,14 @@ bool is_safe_relative_path(const std::string& path) {
 }
 
 std::vector<std::string> numbered_files(const Dataset& dataset, const std::string& folder,
-                                        const std::string& suffix, int num_frames, Findings& findings) {
+                                        const std::string& suffix, int num_frames, Findings& findings,
+                                        bool is_optional) {
   const std::vector<std::string> found = list_folder(dataset.root / folder);
   std::vector<std::string> paths(static_cast<std::size_t>(num_frames));
+  if (is_optional && found.empty()) {
+    const auto listed = dataset.files.lower_bound(folder + "/");
+    if (listed == dataset.files.end() || !listed->first.starts_with(folder + "/")) return paths;
+  }
   std::size_t num_known = 0;
   for (int i = 0; i < num_frames; ++i) {
     const std::string file = frame_digits(i) + suffix;

@@ -126,10 +126,11 @@ std::vector<std::string> list_folder(const std::filesystem::path& folder);
 bool is_safe_relative_path(const std::string& path);
 
 /// A finding for each file of `folder` that should be there (`NNNNNN` + suffix for each frame) and is not.
+/// is_optional  a folder that neither exists nor stands in dataset.json is a modality that the dataset does not hold
 /// returns  paths relative to the root, empty where a file is missing
 std::vector<std::string> numbered_files(const Dataset& dataset, const std::string& folder,
                                         const std::string& suffix, int num_frames,
-                                        Findings& findings);
+                                        Findings& findings, bool is_optional = false);
 
 /// A PNG of 8 or 16 bits with the wanted size and channels.
 /// throws  Input: another size, number of channels or depth

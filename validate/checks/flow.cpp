@@ -166,7 +166,7 @@ class FlowChecker : public Checker {
   }
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
-    if (num_directions_ == 0) return {skipped_result("flow", "the format holds no flow")};
+    if (num_directions_ == 0) return {skipped_result("flow", "the dataset holds no float32 flow with depth")};
     CheckResult flow;
     flow.name = "flow";
     flow.value = worst_px_;

@@ -65,12 +65,16 @@ class StereoChecker : public Checker {
       disparity.value = worst_px_;
       disparity.bound = 0.5 / 256.0 + 1e-4;
       disparity.unit = "px";
+      if (greatest_left_out_px_ > least_stored_px_ + 1.0 / 256.0 && greatest_left_out_px_ > disparity.value) {
+        disparity.value = greatest_left_out_px_;
+        worst_place_ = left_out_place_ + ": no disparity, though smaller ones are stored";
+      }
       disparity.ok = disparity.value <= disparity.bound;
       disparity.worst = worst_place_;
-      disparity.summary = fmt::format("Largest |disparity - f b / depth| over {} pixels of {} frames; f b = {:.6g} px m. A pixel "
-                                      "has a disparity exactly where it has a depth.", num_pixels_, num_frames_,
+      disparity.summary = fmt::format("Largest |disparity - f b / depth| over {} pixels of {} frames; f b = {:.6g} px m. {} pixels "
+                                      "with depth are left out, all of them smaller than the least that is stored.", num_pixels_, num_frames_,
                                       sequence.cameras[static_cast<std::size_t>(sequence.stereo->left)].intrinsics.fx_px *
-                                          sequence.stereo->baseline_m);
+                                          sequence.stereo->baseline_m, num_left_out_);
       disparity.reason = "The format rounds to 1/256 px: half a step, and rounding of float32.";
       disparity.detects = "one count of 1/256 px, a missing pixel, a wrong baseline where disparities are over 4 px";
       results.push_back(std::move(disparity));
@@ -134,17 +138,27 @@ class StereoChecker : public Checker {
         const auto stored = static_cast<double>(disparity(x, y));
         if (!std::isfinite(depth_m) && !std::isfinite(stored)) continue;
         const double expected = product / depth_m + offset_px;
-        // A disparity under half a step cannot be told from "none".
-        if (std::isfinite(depth_m) && !std::isfinite(stored) && expected < 1.0 / 256.0) continue;
+        // An exporter may leave out what 1/256 px is too coarse for, or what 16 bits cannot hold: below one limit all, above
+        // it none.
+        constexpr double kMost_px = 65535.0 / 256.0;
+        if (!std::isfinite(stored)) {
+          ++num_left_out_;
+          if (expected < kMost_px && expected > greatest_left_out_px_) {
+            greatest_left_out_px_ = expected;
+            left_out_place_ = place_of(left, x, y);
+          }
+          continue;
+        }
+        least_stored_px_ = std::min(least_stored_px_, stored);
         ++num_pixels_;
         double size = std::abs(stored - expected);
-        if (!std::isfinite(size)) size = std::isfinite(depth_m) ? expected : stored;
+        if (!std::isfinite(size)) size = stored;  // a disparity where there is no depth
         if (size > worst_px_) {
           worst_px_ = size;
           worst_place_ = fmt::format("{}: {:.5f} px stored, {:.5f} px by the depth {:.6g} m", place_of(left, x, y), stored,
                                      expected, depth_m);
         }
-        if (!std::isfinite(depth_m) || !std::isfinite(stored)) continue;
+        if (!std::isfinite(depth_m)) continue;
         const double base = expected - offset_px;
         sum_product_ += base * (stored - expected);
         sum_square_ += base * base;
@@ -156,6 +170,10 @@ class StereoChecker : public Checker {
   std::int64_t num_pixels_ = 0;
   double worst_px_ = 0.0;
   std::string worst_place_;
+  std::int64_t num_left_out_ = 0;
+  double greatest_left_out_px_ = 0.0;
+  std::string left_out_place_;
+  double least_stored_px_ = std::numeric_limits<double>::infinity();
   double sum_product_ = 0.0;
   double sum_square_ = 0.0;
   std::vector<double> shift_x_, shift_y_;

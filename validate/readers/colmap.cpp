@@ -81,13 +81,13 @@ void ColmapReader::read(const Dataset& dataset, Sequence& sequence, Findings& fi
     pose = image.camera_from_world.pose().inverse();
   }
   for (Camera& camera : sequence.cameras) {
-    const auto fill = [&](const std::string& folder, const char* suffix, std::string FrameFiles::*member) {
+    const auto fill = [&](const std::string& folder, const char* suffix, std::string FrameFiles::*member, bool is_optional) {
       const std::vector<std::string> paths = numbered_files(
-          dataset, sequence.path + folder + camera.name, suffix, sequence.num_frames, findings);
+          dataset, sequence.path + folder + camera.name, suffix, sequence.num_frames, findings, is_optional);
       for (std::size_t i = 0; i < paths.size(); ++i) camera.files[i].*member = paths[i];
     };
-    fill("/images/", ".png", &FrameFiles::color);
-    fill("/depth/", ".npy", &FrameFiles::depth);
+    fill("/images/", ".png", &FrameFiles::color, false);
+    fill("/depth/", ".npy", &FrameFiles::depth, true);
     for (int frame = 0; frame < sequence.num_frames; ++frame)
       if (!camera.local_from_camera[static_cast<std::size_t>(frame)])
         findings.add(binary + "/images.bin", fmt::format("no image {}/{}.png", camera.name, frame_digits(frame)));

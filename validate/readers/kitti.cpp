@@ -150,15 +150,15 @@ void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& fin
     const int number = camera_number(camera.name);
     if (number < 0) continue;
     const std::string digit = std::to_string(number);
-    const auto fill = [&](const std::string& folder, const char* suffix, std::string FrameFiles::*member) {
+    const auto fill = [&](const std::string& folder, const char* suffix, std::string FrameFiles::*member, bool is_optional) {
       const std::vector<std::string> paths =
-          numbered_files(dataset, sequence.path + "/" + folder, suffix, sequence.num_frames, findings);
+          numbered_files(dataset, sequence.path + "/" + folder, suffix, sequence.num_frames, findings, is_optional);
       for (std::size_t i = 0; i < paths.size(); ++i) camera.files[i].*member = paths[i];
     };
-    fill("image_" + digit, ".png", &FrameFiles::color);
+    fill("image_" + digit, ".png", &FrameFiles::color, false);
     if (number == 2) {
-      fill("depth_2", ".npy", &FrameFiles::depth);
-      fill("disp_2", ".png", &FrameFiles::disparity);
+      fill("depth_2", ".npy", &FrameFiles::depth, true);
+      fill("disp_2", ".png", &FrameFiles::disparity, true);
     }
     if (!camera.files.empty() && !camera.files[0].color.empty())
       findings.attempt(camera.files[0].color,

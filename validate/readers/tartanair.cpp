@@ -112,8 +112,12 @@ void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings&
     if (camera.name != "lcam_front") continue;
     const std::string folder = sequence.path + "/flow_" + camera.name;
     const std::vector<std::string> found = list_folder(dataset.root / folder);
+    // The older form, 16-bit PNG, is only counted: its 1/64 px says less than the depth does.
+    const bool is_png = !found.empty() && found[0].ends_with("_flow.png");
     for (int i = 0; i + 1 < sequence.num_frames; ++i) {
-      const std::string file = frame_digits(i) + "_" + frame_digits(i + 1) + "_" + camera.name + "_flow.npz";
+      const std::string stem = frame_digits(i) + "_" + frame_digits(i + 1);
+      const std::string file = is_png ? stem + "_flow.png" : stem + "_" + camera.name + "_flow.npz";
+      if (is_png && std::binary_search(found.begin(), found.end(), file)) continue;
       if (std::binary_search(found.begin(), found.end(), file))
         camera.files[static_cast<std::size_t>(i)].flow = folder + "/" + file;
       else
