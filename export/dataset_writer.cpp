@@ -101,7 +101,8 @@ void DatasetWriter::prepare(const core::Log& log) {
       log.info("{}: taking up an unfinished export", folder_.string());
     } else {
       log.info("{}: clearing an unfinished export of other sources", folder_.string());
-      for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) remove_path(entry.path());
+      for (const fs::path& file : files_below(folder_)) remove_path(file);
+      remove_empty_folders(folder_);
     }
     return;
   }
