@@ -1,0 +1,229 @@
+#include "render/ground_truth.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "capture/channel.h"
+#include "capture/labels.h"
+#include "core/parallel.h"
+#include "tests/render/scene.h"
+#include "tests/support/test_data.h"
+
+namespace terracast::render {
+namespace {
+
+using test::Scene;
+
+bool is_sky(const TruthFrame& truth, std::size_t pixel) { return std::isinf(truth.range_m[pixel]); }
+
+// A level plane in closed form: range = height / sine of the depression, to 1e-12 of it.
+TEST(GroundTruth, APlaneIsWhereItsEquationPutsIt) {
+  const test::ScratchFolder folder;
+  test::TinyWorldOptions options;
+  options.coarsest_level = 3;
+  options.finest_level = 3;
+  const world::TileStore store = test::make_tiny_world(
+      folder / "world", [](double, double) { return 40.0; }, options);
+  SequencePlan plan = test::small_plan(1, 40, 32);
+  const Scene scene(store, plan);
+  const TruthFrame truth = scene.renderer.truth(0, 0);
+  const View& view = scene.renderer.views().at(0, 0);
+  int num_ground = 0;
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      const auto pixel = static_cast<std::size_t>(y * 40 + x);
+      const Eigen::Vector3d direction = view.ray_world({x + 0.5, y + 0.5}).normalized();
+      const double range_m = (40.0 - view.center_world.z()) / direction.z();
+      const Eigen::Vector3d point = view.center_world + range_m * direction;
+      const bool on_tiles =
+          range_m > 0.0 && std::abs(point.x()) < 2048.0 && std::abs(point.y()) < 2048.0;
+      ASSERT_EQ(is_sky(truth, pixel), !on_tiles) << x << " " << y;
+      if (!on_tiles) continue;
+      ++num_ground;
+      EXPECT_NEAR(truth.range_m[pixel], range_m, 1e-12 * range_m);
+      EXPECT_EQ(truth.facts.range_m.data()[pixel], static_cast<float>(truth.range_m[pixel]));
+      EXPECT_EQ(truth.facts.normal_world(x, y, 2), 1.0f);
+      EXPECT_LT((truth.point_world[pixel] - point).norm(), 1e-9);
+    }
+  }
+  EXPECT_GT(num_ground, 400);
+}
+
+struct PairCount {
+  std::int64_t num_covisible = 0;
+  std::int64_t num_tested = 0;
+};
+
+/// Every pixel of (frame, camera) that claims to be seen by (other_frame, other_camera) is looked at from there anew.
+void check_pair(const Scene& scene, const TruthFrame& truth, int frame, int camera, int other_frame,
+                int other_camera, std::uint32_t flag, PairCount& count) {
+  const View& from = scene.renderer.views().at(frame, camera);
+  const View& to = scene.renderer.views().at(other_frame, other_camera);
+  const int width = from.model->width_px();
+  for (std::size_t pixel = 0; pixel < truth.range_m.size(); ++pixel) {
+    if (is_sky(truth, pixel)) {
+      EXPECT_EQ(truth.facts.flags.data()[pixel] & flag, 0u) << "sky is never seen elsewhere";
+      continue;
+    }
+    const Eigen::Vector3d& point = truth.point_world[pixel];
+    const std::optional<Eigen::Vector2d> predicted = to.project(point);
+    if (!predicted || !to.model->contains(*predicted)) {
+      EXPECT_EQ(truth.facts.flags.data()[pixel] & flag, 0u) << "outside the image";
+      continue;
+    }
+    const double depth_m = (to.world_from_camera.transpose() * (point - to.center_world)).z();
+    // A new ray through the exact sub-pixel.
+    const world::WorldRay ray{.origin_world = to.center_world,
+                              .direction_world = to.ray_world(*predicted)};
+    world::SurfaceHit hit;
+    scene.query.intersect({&ray, 1}, {&hit, 1}, world::Coherence::Incoherent);
+    const bool meets = std::abs(hit.t - depth_m) <= 1e-9 * depth_m;
+    const bool claims = (truth.facts.flags.data()[pixel] & flag) != 0;
+    if (meets) ++count.num_covisible;
+    if (!claims) continue;
+    ++count.num_tested;
+    EXPECT_TRUE(meets) << "pixel " << pixel << ": " << hit.t << " m against " << depth_m;
+    // Flow from the stored pose and model, before anything is rounded to float.
+    const Eigen::Vector2d start(static_cast<double>(pixel % static_cast<std::size_t>(width)) + 0.5,
+                                static_cast<double>(pixel / static_cast<std::size_t>(width)) + 0.5);
+    const auto pose = [&](int f, int c) {
+      return scene.plan.states[static_cast<std::size_t>(f)].world_from_body *
+             scene.plan.cameras[static_cast<std::size_t>(c)].body_from_camera();
+    };
+    const capture::CameraView from_view{*from.model, pose(frame, camera)};
+    const capture::CameraView to_view{*to.model, pose(other_frame, other_camera)};
+    const auto flow = capture::flow(from_view, to_view, start, truth.range_m[pixel]);
+    ASSERT_TRUE(flow.has_value());
+    const Eigen::Vector3d met = ray.origin_world + hit.t * ray.direction_world;
+    const auto there = to.project(met);
+    ASSERT_TRUE(there.has_value());
+    EXPECT_LT((start + *flow - *there).norm(), 1e-4);
+  }
+}
+
+// What a visibility bit promises: a new ray of the other frame through the exact sub-pixel meets the predicted point.
+TEST(GroundTruth, VisiblePointsAreMetByNewRaysOfTheOtherFrame) {
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_hills(folder / "world");
+  const Scene scene(store, test::small_plan(6, 64, 48));
+  PairCount next;
+  PairCount stereo;
+  for (int frame = 0; frame < 6; ++frame) {
+    const TruthFrame truth = scene.renderer.truth(frame, 0);
+    if (frame < 5) {
+      check_pair(scene, truth, frame, 0, frame + 1, 0, capture::kVisibleNext, next);
+    }
+    if (frame > 0)
+      check_pair(scene, truth, frame, 0, frame - 1, 0, capture::kVisiblePrevious, next);
+    for (const int other : {1, 2})
+      check_pair(scene, truth, frame, 0, frame, other, capture::visible_in_camera(other), stereo);
+  }
+  // Ten pairs of frames; what the test leaves out are rays that graze within 1e-9.
+  EXPECT_GT(next.num_covisible, 15000);
+  EXPECT_GE(static_cast<double>(next.num_tested), 0.9 * static_cast<double>(next.num_covisible));
+  EXPECT_GT(stereo.num_covisible, 5000);
+  EXPECT_GE(static_cast<double>(stereo.num_tested),
+            0.9 * static_cast<double>(stereo.num_covisible));
+}
+
+TEST(GroundTruth, HiddenPointsAreNotVisible) {
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_hills(folder / "world");
+  const Scene scene(store, test::small_plan(1, 64, 48));
+  const TruthFrame truth = scene.renderer.truth(0, 0);
+  // Straight under each point lies no ground that the camera could see: the points moved 5 m down are hidden.
+  std::vector<Eigen::Vector3d> sunk;
+  std::vector<Eigen::Vector3d> seen;
+  for (std::size_t pixel = 0; pixel < truth.range_m.size(); ++pixel) {
+    if (is_sky(truth, pixel)) continue;
+    seen.push_back(truth.point_world[pixel]);
+    sunk.push_back(truth.point_world[pixel] - Eigen::Vector3d(0.0, 0.0, 5.0));
+  }
+  const View& view = scene.renderer.views().at(0, 0);
+  int num_seen = 0;
+  for (const std::uint8_t v : visible_in_view(scene.query, view, seen)) num_seen += v;
+  for (const std::uint8_t v : visible_in_view(scene.query, view, sunk)) EXPECT_EQ(v, 0);
+  EXPECT_GE(num_seen, static_cast<int>(0.999 * static_cast<double>(seen.size())));
+}
+
+TEST(GroundTruth, EdgesAreWhereAThousandthOfAPixelChangesGroundToSky) {
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_hills(folder / "world");
+  SequencePlan plan = test::small_plan(1, 200, 120);
+  plan.cameras = test::small_rig(200, 120, 0.0);
+  const Scene scene(store, plan);
+  const TruthFrame truth = scene.renderer.truth(0, 0);
+  const View& view = scene.renderer.views().at(0, 0);
+  int num_sky = 0;
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 200; ++x) {
+      const auto pixel = static_cast<std::size_t>(y * 200 + x);
+      num_sky += is_sky(truth, pixel) ? 1 : 0;
+      bool differs = false;
+      for (const auto& [dx, dy] : {std::pair{-1e-3, 0.0}, std::pair{1e-3, 0.0},
+                                   std::pair{0.0, -1e-3}, std::pair{0.0, 1e-3}}) {
+        const world::WorldRay ray{.origin_world = view.center_world,
+                                  .direction_world = view.ray_world({x + 0.5 + dx, y + 0.5 + dy})};
+        world::SurfaceHit hit;
+        scene.query.intersect({&ray, 1}, {&hit, 1}, world::Coherence::Incoherent);
+        differs = differs || hit.is_sky() != is_sky(truth, pixel);
+      }
+      EXPECT_EQ((truth.facts.flags(x, y) & capture::kEdge) != 0, differs) << x << " " << y;
+    }
+  }
+  EXPECT_GT(num_sky, 2000);
+  EXPECT_LT(num_sky, 22000);
+}
+
+TEST(GroundTruth, FactsDoNotDependOnThreadsOrTheLocalOrigin) {
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_hills(folder / "world");
+  const SequencePlan plan = test::small_plan(2, 70, 50);
+  const Scene scene(store, plan);
+  const TruthFrame first = scene.renderer.truth(0, 0);
+  const core::Image8 first_color = scene.renderer.color(0, 0);
+  world::RayQueryOptions moved;
+  moved.local_origin_world = {1000.3, -777.7, 123.1};
+  const Scene other(store, plan, moved);
+  const core::ThreadLimit one(1);
+  const TruthFrame second = other.renderer.truth(0, 0);
+  EXPECT_EQ(first.range_m, second.range_m);
+  EXPECT_EQ(first.facts.flags, second.facts.flags);
+  EXPECT_EQ(first.facts.semantic_id, second.facts.semantic_id);
+  EXPECT_EQ(first.facts.primitive_id, second.facts.primitive_id);
+  EXPECT_EQ(first.facts.normal_world, second.facts.normal_world);
+  EXPECT_EQ(first_color, other.renderer.color(0, 0));
+}
+
+TEST(GroundTruth, SemanticClassesArePropertiesOfThePoint) {
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_hills(folder / "world");
+  const Scene scene(store, test::small_plan(2, 64, 48));
+  // The same points, met from two frames, are of the same class.
+  const TruthFrame truth = scene.renderer.truth(0, 0);
+  const View& to = scene.renderer.views().at(1, 0);
+  GroundPacket packet;
+  int num_compared = 0;
+  for (std::size_t pixel = 0; pixel < truth.range_m.size(); ++pixel) {
+    if ((truth.facts.flags.data()[pixel] & capture::kVisibleNext) == 0) continue;
+    const world::WorldRay ray{.origin_world = to.center_world,
+                              .direction_world = truth.point_world[pixel] - to.center_world};
+    world::SurfaceHit hit;
+    scene.query.intersect({&ray, 1}, {&hit, 1}, world::Coherence::Incoherent);
+    if (primitive_id(hit) != truth.facts.primitive_id.data()[pixel]) continue;  // on a shared edge
+    for (int lane = 0; lane < kLanes; ++lane)
+      scene.renderer.ground().set(packet, lane, truth.point_world[pixel], hit.normal_world,
+                                  scene.query.surface(hit, truth.point_world[pixel]), 7.0);
+    Lanes<std::uint8_t> classes;
+    scene.renderer.ground().classify(packet, classes);
+    EXPECT_EQ(classes[3], truth.facts.semantic_id.data()[pixel]);
+    ++num_compared;
+  }
+  EXPECT_GT(num_compared, 1000);
+}
+
+}  // namespace
+}  // namespace terracast::render

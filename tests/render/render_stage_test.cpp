@@ -1,0 +1,138 @@
+#include "render/render_stage.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "capture/frame_reader.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "tests/render/scene.h"
+#include "tests/support/test_data.h"
+
+namespace terracast::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::map<std::string, std::vector<std::byte>> bytes_of(const fs::path& folder) {
+  std::map<std::string, std::vector<std::byte>> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      files[fs::relative(entry.path(), folder).string()] = core::read_file(entry.path());
+  return files;
+}
+
+class RenderStage : public testing::Test {
+ protected:
+  void render(const SequencePlan& plan, const fs::path& folder, const Shard& shard = {},
+              int num_threads = 2, const world::RayQueryOptions& tracing = {}) {
+    const core::Log log("test", core::LogLevel::Off);
+    const core::Context context{.log = log, .num_threads = num_threads, .events_file = {}};
+    run_render_stage(store_, plan, tracing, shard, folder, context);
+  }
+  core::Error error_of(const SequencePlan& plan, const Shard& shard = {}) {
+    try {
+      render(plan, scratch_ / "refused", shard);
+    } catch (const core::Error& error) {
+      return error;
+    }
+    return {core::ErrorKind::Internal, "no error"};
+  }
+
+  test::ScratchFolder scratch_;
+  world::TileStore store_ = test::make_hills(scratch_ / "world");
+};
+
+TEST_F(RenderStage, BytesDoNotDependOnThreadsShardsOriginOrInterruption) {
+  const SequencePlan plan = test::small_plan(4, 40, 30);
+  render(plan, scratch_ / "whole");
+  const auto whole = bytes_of(scratch_ / "whole");
+  EXPECT_EQ(whole.count("manifest.json"), 1u);
+
+  render(plan, scratch_ / "halves", {.index = 1, .count = 2}, 1);
+  EXPECT_EQ(bytes_of(scratch_ / "halves").count("manifest.json"), 0u);
+  world::RayQueryOptions moved;
+  moved.local_origin_world = {512.5, -33.3, 90.0};
+  moved.memory_bytes = 64e6;
+  render(plan, scratch_ / "halves", {.index = 0, .count = 2}, 2, moved);
+  EXPECT_EQ(whole, bytes_of(scratch_ / "halves"));
+
+  // As a kill leaves it: a frame without its record, another with half its images; finished frames stay untouched.
+  fs::remove(scratch_ / "halves" / "manifest.json");
+  fs::remove(scratch_ / "halves" / "frames" / "000002.json");
+  fs::remove(scratch_ / "halves" / "pair" / "left" / "000002.png");
+  const auto kept = fs::last_write_time(scratch_ / "halves" / "pair" / "left" / "000001.png");
+  render(plan, scratch_ / "halves");
+  EXPECT_EQ(whole, bytes_of(scratch_ / "halves"));
+  EXPECT_EQ(kept, fs::last_write_time(scratch_ / "halves" / "pair" / "left" / "000001.png"));
+}
+
+TEST_F(RenderStage, TheCaptureHoldsWhatThePlanSays) {
+  SequencePlan plan = test::small_plan(3, 40, 30);
+  render(plan, scratch_ / "capture");
+  const auto reader = capture::SequenceReader::open(scratch_ / "capture");
+  EXPECT_EQ(reader.info().cameras, plan.cameras);
+  EXPECT_EQ(reader.info().num_frames, 3);
+  EXPECT_EQ(reader.info().licences, std::vector<std::string>{"CC0"});
+  EXPECT_EQ(reader.tracks().size(), 200u);
+  std::int64_t num_observations = 0;
+  for (int frame = 0; frame < 3; ++frame) {
+    const auto& record = reader.frames()[static_cast<std::size_t>(frame)];
+    EXPECT_EQ(record.world_from_body, plan.states[static_cast<std::size_t>(frame)].world_from_body);
+    for (const auto& camera : record.cameras)
+      num_observations += static_cast<std::int64_t>(camera.visible_tracks.size());
+  }
+  EXPECT_GE(num_observations, 3 * 200);
+  const capture::CameraFrame frame = reader.read_camera(1, 2);
+  EXPECT_EQ(frame.color.width(), 40);
+  EXPECT_EQ(frame.range_m.height(), 30);
+}
+
+TEST_F(RenderStage, AnotherPlanInTheSameFolderIsRefused) {
+  SequencePlan plan = test::small_plan(1, 24, 16);
+  render(plan, scratch_ / "capture");
+  plan.seed = 2;
+  try {
+    render(plan, scratch_ / "capture");
+    FAIL() << "not refused";
+  } catch (const core::Error& error) {
+    EXPECT_EQ(error.kind(), core::ErrorKind::Config);
+    EXPECT_NE(std::string(error.what()).find("--out"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(RenderStage, CamerasUnderGroundOrOutsideTheWorldAreNamed) {
+  SequencePlan plan = test::small_plan(3, 24, 16);
+  plan.states[1].world_from_body.translation.z() = -300.0;
+  core::Error error = error_of(plan);
+  EXPECT_EQ(error.kind(), core::ErrorKind::Input);
+  EXPECT_NE(error.message().find("frame 1, camera pair/left"), std::string::npos) << error.what();
+  EXPECT_NE(error.message().find("under the ground"), std::string::npos) << error.what();
+
+  plan = test::small_plan(3, 24, 16);
+  plan.states[2].world_from_body.translation.x() = 2100.0;
+  error = error_of(plan);
+  EXPECT_EQ(error.kind(), core::ErrorKind::Input);
+  EXPECT_NE(error.message().find("frame 2"), std::string::npos) << error.what();
+  EXPECT_NE(error.message().find("52.0 m outside the world"), std::string::npos) << error.what();
+}
+
+TEST_F(RenderStage, PlansThatMakeNoSenseAreRefused) {
+  SequencePlan plan = test::small_plan(1, 24, 16);
+  EXPECT_EQ(error_of(plan, {.index = 3, .count = 3}).kind(), core::ErrorKind::Usage);
+  plan.states.clear();
+  EXPECT_EQ(error_of(plan).kind(), core::ErrorKind::Config);
+  plan = test::small_plan(1, 24, 16);
+  plan.cameras.clear();
+  EXPECT_EQ(error_of(plan).kind(), core::ErrorKind::Config);
+  plan = test::small_plan(1, 24, 16);
+  plan.utc_start = "yesterday";
+  EXPECT_EQ(error_of(plan).kind(), core::ErrorKind::Config);
+  plan = test::small_plan(1, 24, 16);
+  plan.conditions.sun_azimuth_deg = -0.5;
+  EXPECT_EQ(error_of(plan).kind(), core::ErrorKind::Config);
+}
+
+}  // namespace
+}  // namespace terracast::render
