@@ -3,20 +3,24 @@
 #include "validate/dataset.h"
 
 // One line a check, alphabetical; the file is checks/<name>.cpp and defines make_<name>_check().
-#define TERRACAST_CHECKS(X)                                                                                         \
-  X(calibration, "intrinsics and mounts of the format's files against dataset.json")                              \
-  X(colmap_model, "COLMAP's sparse model: reprojection, tracks, rigs, text against binary, depth, colours")        \
-  X(flow, "stored flow and its masks against depth, poses and intrinsics")                                        \
-  X(georeference, "poses and times against georeference.csv on WGS84")                                            \
-  X(photometric, "colours carried by depth and poses into other images against the colours there")               \
-  X(reprojection, "depth carried by poses into other images against the depth there")                             \
-  X(stereo, "disparity against depth, focal length and baseline, and left against right images")                  \
-  X(structure, "files of dataset.json: presence, size, hash; numbering, sizes, readability; nothing beside them") \
+#define TERRACAST_CHECKS(X)                                                                        \
+  X(calibration, "intrinsics and mounts of the format's files against dataset.json")               \
+  X(colmap_model,                                                                                  \
+    "COLMAP's sparse model: reprojection, tracks, rigs, text against binary, depth, colours")      \
+  X(flow, "stored flow and its masks against depth, poses and intrinsics")                         \
+  X(georeference, "poses and times against georeference.csv on WGS84")                             \
+  X(photometric, "colours carried by depth and poses into other images against the colours there") \
+  X(reprojection, "depth carried by poses into other images against the depth there")              \
+  X(stereo, "disparity against depth, focal length and baseline, and left against right images")   \
+  X(structure,                                                                                     \
+    "files of dataset.json: presence, size, hash; numbering, sizes, readability; nothing beside "  \
+    "them")                                                                                        \
   X(trajectory, "poses: true rotations, no jumps")
 
 namespace terracast::validate {
 
-#define TERRACAST_DECLARE(name, summary) std::unique_ptr<Checker> make_##name##_check(const ValidateOptions&);
+#define TERRACAST_DECLARE(name, summary) \
+  std::unique_ptr<Checker> make_##name##_check(const ValidateOptions&);
 TERRACAST_CHECKS(TERRACAST_DECLARE)
 #undef TERRACAST_DECLARE
 
@@ -52,22 +56,27 @@ void note_worst(CheckResult& result, double value, const std::string& where) {
   result.worst = where;
 }
 
-std::string place_of(const View& view) { return fmt::format("{}, frame {}", view.camera->name, view.frame); }
+std::string place_of(const View& view) {
+  return fmt::format("{}, frame {}", view.camera->name, view.frame);
+}
 std::string place_of(const View& view, int x, int y) {
   return fmt::format("{}, frame {}, pixel ({}, {})", view.camera->name, view.frame, x, y);
 }
 
-std::vector<Eigen::Vector2i> draw_pixels(const Intrinsics& camera, std::int64_t count, const ValidateOptions& options,
-                                         const View& view, std::uint64_t salt) {
+std::vector<Eigen::Vector2i> draw_pixels(const Intrinsics& camera, std::int64_t count,
+                                         const ValidateOptions& options, const View& view,
+                                         std::uint64_t salt) {
   std::vector<Eigen::Vector2i> pixels;
   if (count <= 0) return pixels;
   pixels.reserve(static_cast<std::size_t>(count));
-  const std::uint64_t stream = core::stream_of(
-      core::stream_of(salt, static_cast<std::uint64_t>(view.camera_index)), static_cast<std::uint64_t>(view.frame));
+  const std::uint64_t stream =
+      core::stream_of(core::stream_of(salt, static_cast<std::uint64_t>(view.camera_index)),
+                      static_cast<std::uint64_t>(view.frame));
   const auto seed = static_cast<std::uint64_t>(options.seed);
   for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(count); ++i)
-    pixels.emplace_back(static_cast<int>(camera.width_px * core::random_unit(seed, stream, 2 * i)),
-                        static_cast<int>(camera.height_px * core::random_unit(seed, stream, 2 * i + 1)));
+    pixels.emplace_back(
+        static_cast<int>(camera.width_px * core::random_unit(seed, stream, 2 * i)),
+        static_cast<int>(camera.height_px * core::random_unit(seed, stream, 2 * i + 1)));
   return pixels;
 }
 

@@ -21,16 +21,16 @@ using core::fail;
 
 void check_size(int width, int height, const Intrinsics& size, const std::string& name) {
   if (size.width_px > 0 && (width != size.width_px || height != size.height_px))
-    fail(ErrorKind::Input, "{}: {} x {} pixels where {} x {} should be", name, width, height, size.width_px,
-         size.height_px);
+    fail(ErrorKind::Input, "{}: {} x {} pixels where {} x {} should be", name, width, height,
+         size.width_px, size.height_px);
 }
 
 /// A PNG is at most as many pixels as this; the largest camera that a model may hold is smaller.
 constexpr std::size_t kMostPixels = std::size_t{1} << 27;
 
 template <class Pixel>
-core::Image<Pixel> read_png(const std::filesystem::path& file, const std::string& name, int channels,
-                            const Intrinsics& size) {
+core::Image<Pixel> read_png(const std::filesystem::path& file, const std::string& name,
+                            int channels, const Intrinsics& size) {
   auto decoded = core::decode_png(core::read_file(file, std::size_t{1} << 30), name, kMostPixels);
   auto* image = std::get_if<core::Image<Pixel>>(&decoded);
   if (image == nullptr)
@@ -62,7 +62,8 @@ core::Image8 Reader::color(const Dataset& dataset, const Camera& camera, int fra
   core::Image8 image = read_png8(dataset.root / path, path, 0, camera.intrinsics);
   if (image.channels() == 3) return image;
   if (image.channels() != 1)
-    fail(ErrorKind::Input, "{}: {} channels where 3 (colour) or 1 (grey) should be", path, image.channels());
+    fail(ErrorKind::Input, "{}: {} channels where 3 (colour) or 1 (grey) should be", path,
+         image.channels());
   core::Image8 color(image.width(), image.height(), 3);
   for (std::size_t i = 0; i < image.data().size(); ++i)
     for (std::size_t c = 0; c < 3; ++c) color.data()[3 * i + c] = image.data()[i];
@@ -100,8 +101,8 @@ bool is_safe_relative_path(const std::string& path) {
 }
 
 std::vector<std::string> numbered_files(const Dataset& dataset, const std::string& folder,
-                                        const std::string& suffix, int num_frames, Findings& findings,
-                                        bool is_optional) {
+                                        const std::string& suffix, int num_frames,
+                                        Findings& findings, bool is_optional) {
   const std::vector<std::string> found = list_folder(dataset.root / folder);
   std::vector<std::string> paths(static_cast<std::size_t>(num_frames));
   if (is_optional && found.empty()) {
@@ -119,9 +120,12 @@ std::vector<std::string> numbered_files(const Dataset& dataset, const std::strin
     }
   }
   if (found.size() != num_known)
-    findings.add(folder, fmt::format("{} files that are not \"NNNNNN{}\" of a frame; readers pair files by their place "
-                                     "in the list",
-                                     found.size() - num_known, suffix));
+    findings.add(
+        folder,
+        fmt::format(
+            "{} files that are not \"NNNNNN{}\" of a frame; readers pair files by their place "
+            "in the list",
+            found.size() - num_known, suffix));
   return paths;
 }
 
@@ -139,14 +143,16 @@ core::ImageF read_depth_npy(const std::filesystem::path& file, const std::string
                             const Intrinsics& size) {
   const NpyArray array = parse_npy(core::read_file(file, std::size_t{1} << 30), name);
   if (array.shape.size() != 2 || array.shape[0] > (1U << 15) || array.shape[1] > (1U << 15))
-    fail(ErrorKind::Input, "{}: an array of {} dimensions where (height, width) should be", name, array.shape.size());
+    fail(ErrorKind::Input, "{}: an array of {} dimensions where (height, width) should be", name,
+         array.shape.size());
   check_size(static_cast<int>(array.shape[1]), static_cast<int>(array.shape[0]), size, name);
   core::ImageF depth(static_cast<int>(array.shape[1]), static_cast<int>(array.shape[0]));
   const std::vector<float> values = array.floats(name);
   for (std::size_t i = 0; i < values.size(); ++i) {
     const float value = values[i];
     if (!(value >= 0.0F) || value == std::numeric_limits<float>::infinity())
-      fail(ErrorKind::Input, "{}: depth {} at pixel ({}, {}); a finite depth, or 0 for none, is right", name, value,
+      fail(ErrorKind::Input,
+           "{}: depth {} at pixel ({}, {}); a finite depth, or 0 for none, is right", name, value,
            i % array.shape[1], i / array.shape[1]);
     depth.data()[i] = value > 0.0F ? value : std::numeric_limits<float>::quiet_NaN();
   }

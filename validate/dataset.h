@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "core/image.h"
-#include "validate/readers/colmap_model.h"
 #include "validate/findings.h"
 #include "validate/geodesy.h"
 #include "validate/geometry.h"
+#include "validate/readers/colmap_model.h"
 
 /// One neutral model of an exported dataset, whatever its format: what a user of the format would get by reading it.
 namespace terracast::validate {
@@ -20,7 +20,7 @@ namespace terracast::validate {
 /// A row of georeference.csv.
 struct Georeference {
   double time_s = 0.0;
-  Geodetic place;                                           ///< of the camera's centre
+  Geodetic place;                                                 ///< of the camera's centre
   Eigen::Matrix3d enu_from_camera = Eigen::Matrix3d::Identity();  ///< ENU of that very place
 };
 

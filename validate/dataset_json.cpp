@@ -32,7 +32,8 @@ Eigen::Matrix3d rotation_wxyz(double w, double x, double y, double z, const std:
 
 Geodetic geodetic(double lat_deg, double lon_deg, double height_m, const std::string& where) {
   if (!(std::abs(lat_deg) <= 90.0) || !(std::abs(lon_deg) <= 360.0) || !(std::abs(height_m) < 1e6))
-    fail(ErrorKind::Input, "{}: latitude {}, longitude {}, height {} is no place", where, lat_deg, lon_deg, height_m);
+    fail(ErrorKind::Input, "{}: latitude {}, longitude {}, height {} is no place", where, lat_deg,
+         lon_deg, height_m);
   return {lat_deg, lon_deg, height_m};
 }
 
@@ -46,7 +47,8 @@ int whole_number(const Json& json, std::int64_t least, std::int64_t most, const 
 Camera read_camera(const Json& json, int num_frames) {
   Camera camera;
   camera.name = json.at("name").string();
-  if (!is_safe_relative_path(camera.name)) fail(ErrorKind::Input, "dataset.json: camera name \"{}\"", camera.name);
+  if (!is_safe_relative_path(camera.name))
+    fail(ErrorKind::Input, "dataset.json: camera name \"{}\"", camera.name);
   Intrinsics stated;
   stated.width_px = whole_number(json.at("width_px"), 1, 1 << 15, "width_px");
   stated.height_px = whole_number(json.at("height_px"), 1, 1 << 15, "height_px");
@@ -60,9 +62,9 @@ Camera read_camera(const Json& json, int num_frames) {
   const Json& mount = json.at("body_from_camera");
   const std::vector<double> q = mount.at("rotation_wxyz").numbers();
   if (q.size() != 4) fail(ErrorKind::Input, "dataset.json: rotation_wxyz has {} numbers", q.size());
-  camera.body_from_camera =
-      Pose{rotation_wxyz(q[0], q[1], q[2], q[3], "dataset.json: body_from_camera of " + camera.name),
-           vector3(mount.at("translation_m"))};
+  camera.body_from_camera = Pose{
+      rotation_wxyz(q[0], q[1], q[2], q[3], "dataset.json: body_from_camera of " + camera.name),
+      vector3(mount.at("translation_m"))};
   const auto count = static_cast<std::size_t>(num_frames);
   camera.local_from_camera.resize(count);
   camera.georeference.resize(count);
@@ -70,12 +72,16 @@ Camera read_camera(const Json& json, int num_frames) {
   return camera;
 }
 
-void read_georeference(const Dataset& dataset, const std::string& path, Sequence& sequence, Findings& findings) {
+void read_georeference(const Dataset& dataset, const std::string& path, Sequence& sequence,
+                       Findings& findings) {
   findings.attempt(path, [&] {
     const std::string text = core::read_text_file(dataset.root / path);
     const std::vector<TextLine> lines = split_lines(text);
-    if (lines.empty() || lines[0].text != "frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz")
-      fail(ErrorKind::Input, "{}:1: another header than frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz", path);
+    if (lines.empty() ||
+        lines[0].text != "frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz")
+      fail(ErrorKind::Input,
+           "{}:1: another header than frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz",
+           path);
     for (std::size_t i = 1; i < lines.size(); ++i) {
       const std::string where = path + ":" + std::to_string(lines[i].number);
       const std::vector<std::string_view> parts = split_at(lines[i].text, ',');
@@ -87,13 +93,17 @@ void read_georeference(const Dataset& dataset, const std::string& path, Sequence
              parts[1].substr(0, 60));
       double n[8];
       for (std::size_t k = 0; k < 8; ++k) n[k] = parse_number(parts[k + 2], where);
-      auto& row = sequence.cameras[static_cast<std::size_t>(camera_index)].georeference[static_cast<std::size_t>(frame)];
-      if (row) fail(ErrorKind::Input, "{}: frame {} of camera {} stands twice", where, frame, parts[1]);
-      row = Georeference{n[0], geodetic(n[1], n[2], n[3], where), rotation_wxyz(n[4], n[5], n[6], n[7], where)};
+      auto& row = sequence.cameras[static_cast<std::size_t>(camera_index)]
+                      .georeference[static_cast<std::size_t>(frame)];
+      if (row)
+        fail(ErrorKind::Input, "{}: frame {} of camera {} stands twice", where, frame, parts[1]);
+      row = Georeference{n[0], geodetic(n[1], n[2], n[3], where),
+                         rotation_wxyz(n[4], n[5], n[6], n[7], where)};
     }
     for (const Camera& camera : sequence.cameras)
       for (std::size_t i = 0; i < camera.georeference.size(); ++i)
-        if (!camera.georeference[i]) findings.add(path, fmt::format("no row for frame {} of {}", i, camera.name));
+        if (!camera.georeference[i])
+          findings.add(path, fmt::format("no row for frame {} of {}", i, camera.name));
   });
 }
 
@@ -107,7 +117,8 @@ void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
   while (sequence.path.ends_with('/')) sequence.path.pop_back();
   sequence.num_frames = whole_number(json.at("num_frames"), 1, kMostFrames, "num_frames");
   sequence.rate_hz = json.at("rate_hz").number();
-  if (!(sequence.rate_hz > 0.0)) fail(ErrorKind::Input, "dataset.json: rate_hz = {}", sequence.rate_hz);
+  if (!(sequence.rate_hz > 0.0))
+    fail(ErrorKind::Input, "dataset.json: rate_hz = {}", sequence.rate_hz);
   const Json& origin = json.at("origin");
   sequence.origin = geodetic(origin.at("lat_deg").number(), origin.at("lon_deg").number(),
                              origin.at("height_m").number(), "dataset.json: origin");
@@ -115,7 +126,8 @@ void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
   constexpr std::size_t kMostCameras = 256;
   if (cameras.size() < 1 || cameras.size() > kMostCameras ||
       static_cast<std::int64_t>(cameras.size()) * sequence.num_frames > 4 * kMostFrames)
-    fail(ErrorKind::Input, "dataset.json: {} cameras of {} frames", cameras.size(), sequence.num_frames);
+    fail(ErrorKind::Input, "dataset.json: {} cameras of {} frames", cameras.size(),
+         sequence.num_frames);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     Camera camera = read_camera(cameras.at(i), sequence.num_frames);
     if (sequence.camera_index(camera.name) >= 0)
@@ -135,17 +147,20 @@ void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
 
 }  // namespace
 
-Dataset read_dataset(const std::filesystem::path& root, const std::string& format, Findings& findings) {
+Dataset read_dataset(const std::filesystem::path& root, const std::string& format,
+                     Findings& findings) {
   const std::filesystem::path file = root / "dataset.json";
   if (!std::filesystem::exists(file))
-    fail(ErrorKind::Input, "{}: no dataset.json; the folder of one exported format is right", root.string());
+    fail(ErrorKind::Input, "{}: no dataset.json; the folder of one exported format is right",
+         root.string());
   Dataset dataset;
   dataset.root = root;
   const Json json = Json::read(file);
   dataset.format = json.at("format").string();
   find_reader(format.empty() ? dataset.format : format);
   if (!format.empty() && dataset.format != format)
-    fail(ErrorKind::Input, "{}: a dataset of the format {}, not {}", file.string(), dataset.format, format);
+    fail(ErrorKind::Input, "{}: a dataset of the format {}, not {}", file.string(), dataset.format,
+         format);
   findings.attempt("dataset.json", [&] {
     dataset.world_name = json.at("world").at("name").string();
     for (const auto& [path, record] : json.at("files").members()) {
@@ -156,7 +171,8 @@ Dataset read_dataset(const std::filesystem::path& root, const std::string& forma
     }
     const Json& sequences = json.at("sequences");
     if (sequences.size() == 0) fail(ErrorKind::Input, "dataset.json: no sequence");
-    for (std::size_t i = 0; i < sequences.size(); ++i) read_sequence(sequences.at(i), dataset, findings);
+    for (std::size_t i = 0; i < sequences.size(); ++i)
+      read_sequence(sequences.at(i), dataset, findings);
   });
   return dataset;
 }

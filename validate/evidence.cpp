@@ -23,12 +23,18 @@ struct Judged {
   bool is_of_images;
 };
 constexpr Judged kJudged[] = {
-    {"principal_point", "principal point", "px", kPrincipalX, kPrincipalY, 1.0, &Evidence::Bounds::principal_px, true, false},
-    {"focal_length", "focal length", "%", kFocal, kFocal, 100.0, &Evidence::Bounds::focal_percent, true, false},
-    {"scale", "scale of depth against poses", "%", kScale, kScale, 100.0, &Evidence::Bounds::scale_percent, true, false},
-    {"time", "time of images against poses", "frames", kTime, kTime, 1.0, &Evidence::Bounds::time_frames, true, false},
-    {"rotation", "rotation", "deg", kRotationX, kRotationZ, 180.0 / kPi, &Evidence::Bounds::rotation_deg, true, true},
-    {"position", "position", "px", kPositionX, kPositionZ, 1.0, &Evidence::Bounds::position_px, false, true},
+    {"principal_point", "principal point", "px", kPrincipalX, kPrincipalY, 1.0,
+     &Evidence::Bounds::principal_px, true, false},
+    {"focal_length", "focal length", "%", kFocal, kFocal, 100.0, &Evidence::Bounds::focal_percent,
+     true, false},
+    {"scale", "scale of depth against poses", "%", kScale, kScale, 100.0,
+     &Evidence::Bounds::scale_percent, true, false},
+    {"time", "time of images against poses", "frames", kTime, kTime, 1.0,
+     &Evidence::Bounds::time_frames, true, false},
+    {"rotation", "rotation", "deg", kRotationX, kRotationZ, 180.0 / kPi,
+     &Evidence::Bounds::rotation_deg, true, true},
+    {"position", "position", "px", kPositionX, kPositionZ, 1.0, &Evidence::Bounds::position_px,
+     false, true},
 };
 
 constexpr const char* kAxes[kNumCauses] = {"x", "y", "", "", "", "x", "y", "z", "x", "y", "z"};
@@ -41,7 +47,8 @@ struct Worst {
 };
 
 /// Takes one estimate into account. Beyond what the residuals can tell, only the part beyond five standard errors counts.
-void judge(const Evidence::Sum& sum, double factor, double bound, const std::string& where, Worst& worst) {
+void judge(const Evidence::Sum& sum, double factor, double bound, const std::string& where,
+           Worst& worst) {
   constexpr double kSure = 5.0;
   if (!(sum.slope_slope > 0.0)) {
     ++worst.num_unseen;
@@ -55,13 +62,15 @@ void judge(const Evidence::Sum& sum, double factor, double bound, const std::str
   if (value <= worst.value && !worst.where.empty()) return;
   if (!is_seen && value == 0.0) return;
   worst.value = value;
-  worst.where = fmt::format("{}: {:.3g} ± {:.1g}", where, -factor * sum.slope_residual / sum.slope_slope, error);
+  worst.where = fmt::format("{}: {:.3g} ± {:.1g}", where,
+                            -factor * sum.slope_residual / sum.slope_slope, error);
 }
 
 }  // namespace
 
-void set_slopes(Residual& residual, const ViewPair& pair, const Eigen::Vector3d& point_a, const Eigen::Vector3d& point_b,
-                const Eigen::RowVector3d& by_point, const Eigen::Vector2d& by_principal, double by_focal, double by_scale) {
+void set_slopes(Residual& residual, const ViewPair& pair, const Eigen::Vector3d& point_a,
+                const Eigen::Vector3d& point_b, const Eigen::RowVector3d& by_point,
+                const Eigen::Vector2d& by_principal, double by_focal, double by_scale) {
   const Eigen::Vector3d in_b = by_point.transpose();
   // The same derivative by the point in a: b_from_a turns a's axes into b's.
   const Eigen::Vector3d in_a =
@@ -103,7 +112,8 @@ Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& 
   if (residuals.size() < 16) return part;  // too few to tell their scale
   std::vector<double> sizes;
   sizes.reserve(residuals.size());
-  for (const Residual& residual : residuals) sizes.push_back(std::abs(residual.value) / residual.sigma);
+  for (const Residual& residual : residuals)
+    sizes.push_back(std::abs(residual.value) / residual.sigma);
   // About zero, not about their median: a mistake common to all must not look like outliers.
   const double scale = std::max(1.4826 * median(sizes), 1e-12);
   constexpr double kCut = 6.0;
@@ -127,8 +137,7 @@ Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& 
       for (std::size_t side = 0; side < 2; ++side) {
         const auto& slopes = residual.slopes[side];
         const auto x = static_cast<std::size_t>(first);
-        const Eigen::Matrix3d& rotation =
-            (side == 0 ? pair.a : pair.b).local_from_camera.rotation;
+        const Eigen::Matrix3d& rotation = (side == 0 ? pair.a : pair.b).local_from_camera.rotation;
         local[side] = rotation * Eigen::Vector3d(slopes[x], slopes[x + 1], slopes[x + 2]);
       }
       for (int axis = 0; axis < 3; ++axis) {
@@ -160,16 +169,20 @@ void Evidence::add(const Part& part) {
     for (std::size_t side = 0; side < 2; ++side)
       images_[{part.cameras[side], part.frames[side]}][cause] += part.sides[side][cause];
     images_[{-1, part.frames[0]}][cause] += part.of_frames[0][cause];
-    if (part.frames[0] != part.frames[1]) images_[{-1, part.frames[1]}][cause] += part.of_frames[1][cause];
+    if (part.frames[0] != part.frames[1])
+      images_[{-1, part.frames[1]}][cause] += part.of_frames[1][cause];
   }
   for (std::size_t side = 0; side < 2; ++side)
-    if (part.pixels_per_metre[side] > 0.0) pixels_per_metre_[part.cameras[side]] = pixels_per_metre_[-1] = part.pixels_per_metre[side];
+    if (part.pixels_per_metre[side] > 0.0)
+      pixels_per_metre_[part.cameras[side]] = pixels_per_metre_[-1] = part.pixels_per_metre[side];
 }
 
-std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequence& sequence, const Bounds& bounds,
-                                           const std::string& what, const std::string& detects) const {
+std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequence& sequence,
+                                           const Bounds& bounds, const std::string& what,
+                                           const std::string& detects) const {
   const auto camera_name = [&](int index) {
-    return index < 0 ? std::string("all cameras alike") : sequence.cameras[static_cast<std::size_t>(index)].name;
+    return index < 0 ? std::string("all cameras alike")
+                     : sequence.cameras[static_cast<std::size_t>(index)].name;
   };
   std::vector<CheckResult> results;
   for (const Judged& judged : kJudged) {
@@ -179,16 +192,21 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
     std::map<int, CheckResult::Plot> plots;
     for (int cause = judged.first; cause <= judged.last; ++cause) {
       const auto index = static_cast<std::size_t>(cause);
-      const std::string axis = std::string(kAxes[cause]).empty() ? "" : std::string(" ") + kAxes[cause];
+      const std::string axis =
+          std::string(kAxes[cause]).empty() ? "" : std::string(" ") + kAxes[cause];
       if (judged.is_of_cameras)
         for (const auto& [camera, sums] : cameras_)
-          judge(sums[index], judged.factor, bound, camera_name(camera) + ", all frames," + axis, worst);
+          judge(sums[index], judged.factor, bound, camera_name(camera) + ", all frames," + axis,
+                worst);
       if (!judged.is_of_images) continue;
       for (const auto& [image, sums] : images_) {
         const auto pixels = pixels_per_metre_.find(image.first);
-        const double factor = cause >= kPositionX ? (pixels == pixels_per_metre_.end() ? 0.0 : pixels->second) : judged.factor;
+        const double factor = cause >= kPositionX
+                                  ? (pixels == pixels_per_metre_.end() ? 0.0 : pixels->second)
+                                  : judged.factor;
         if (factor <= 0.0) continue;
-        judge(sums[index], factor, bound, fmt::format("{}, frame {},{}", camera_name(image.first), image.second, axis), worst);
+        judge(sums[index], factor, bound,
+              fmt::format("{}, frame {},{}", camera_name(image.first), image.second, axis), worst);
         if (!(sums[index].slope_slope > 0.0)) continue;
         CheckResult::Plot& plot = plots[cause];
         plot.title = fmt::format("{}{} that each image asks for", judged.title, axis);
@@ -208,11 +226,14 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
     result.skipped = worst.num_seen == 0 && result.ok;
     if (result.skipped) result.worst = "the motion and the ground of this dataset do not show it";
     result.summary = fmt::format(
-        "The correction of the {} that explains {} best, each alone: {} of {} corrections could be told to a fifth of the "
+        "The correction of the {} that explains {} best, each alone: {} of {} corrections could be "
+        "told to a fifth of the "
         "bound, from {} residuals.",
         judged.title, what, worst.num_seen, worst.num_seen + worst.num_unseen, num_residuals_);
-    result.reason = "The bound is half the smallest error that must be found; the estimate in a right dataset is 0 within its "
-                    "standard error.";
+    result.reason =
+        "The bound is half the smallest error that must be found; the estimate in a right dataset "
+        "is 0 within its "
+        "standard error.";
     result.detects = detects;
     for (auto& [cause, plot] : plots) result.plots.push_back(std::move(plot));
     results.push_back(std::move(result));

@@ -21,9 +21,9 @@ namespace terracast::validate {
 enum Cause {
   kPrincipalX,  ///< px
   kPrincipalY,
-  kFocal,  ///< relative
-  kScale,  ///< relative, of the depth against the poses
-  kTime,   ///< frames: the images were taken so much after their poses
+  kFocal,      ///< relative
+  kScale,      ///< relative, of the depth against the poses
+  kTime,       ///< frames: the images were taken so much after their poses
   kRotationX,  ///< rad, about the camera's axes
   kRotationY,
   kRotationZ,
@@ -45,8 +45,9 @@ struct Residual {
 /// by_principal  d r / d (cx, cy) of b
 /// by_focal      d r / d (relative focal length) of b
 /// by_scale      d r / d (relative depth) of b
-void set_slopes(Residual& residual, const ViewPair& pair, const Eigen::Vector3d& point_a, const Eigen::Vector3d& point_b,
-                const Eigen::RowVector3d& by_point, const Eigen::Vector2d& by_principal, double by_focal, double by_scale);
+void set_slopes(Residual& residual, const ViewPair& pair, const Eigen::Vector3d& point_a,
+                const Eigen::Vector3d& point_b, const Eigen::RowVector3d& by_point,
+                const Eigen::Vector2d& by_principal, double by_focal, double by_scale);
 
 class Evidence {
  public:
@@ -70,7 +71,8 @@ class Evidence {
     std::array<int, 2> frames{};
     std::array<Sums, 2> sides{};
     Sums both{};  ///< of one correction common to both sides
-    std::array<Sums, 2> of_frames{};  ///< rotation and position of all cameras of a frame alike, along the local frame's axes
+    std::array<Sums, 2>
+        of_frames{};  ///< rotation and position of all cameras of a frame alike, along the local frame's axes
     std::array<double, 2> pixels_per_metre{};  ///< at the typical depth, for positions
     std::size_t num_residuals = 0;
   };
@@ -91,12 +93,14 @@ class Evidence {
   /// Results `<prefix>_principal_point`, `_focal_length`, `_scale`, `_time`, `_rotation`, `_position`. A correction that the
   /// motion cannot show (five standard errors beyond its bound) is left out and counted; a result of which nothing can be
   /// seen is skipped and says so.
-  std::vector<CheckResult> results(const std::string& prefix, const Sequence& sequence, const Bounds& bounds,
-                                   const std::string& what, const std::string& detects) const;
+  std::vector<CheckResult> results(const std::string& prefix, const Sequence& sequence,
+                                   const Bounds& bounds, const std::string& what,
+                                   const std::string& detects) const;
 
  private:
   std::map<int, Sums> cameras_;  ///< by camera; -1: all alike
-  std::map<std::pair<int, int>, Sums> images_;  ///< by camera (-1: all of the frame alike) and frame
+  std::map<std::pair<int, int>, Sums>
+      images_;  ///< by camera (-1: all of the frame alike) and frame
   std::map<int, double> pixels_per_metre_;
   std::size_t num_residuals_ = 0;
 };

@@ -8,10 +8,12 @@
 namespace terracast::validate {
 
 void Findings::add(const std::string& file, const std::string& what) {
-  constexpr std::size_t kMostKept = 20000;  // a hostile dataset must not fill the memory with complaints
+  constexpr std::size_t kMostKept =
+      20000;  // a hostile dataset must not fill the memory with complaints
   const std::lock_guard lock(mutex_);
   ++count_;
-  if (lines_.size() < kMostKept) lines_.push_back(what.starts_with(file) ? what : file + ": " + what);
+  if (lines_.size() < kMostKept)
+    lines_.push_back(what.starts_with(file) ? what : file + ": " + what);
 }
 
 bool Findings::attempt(const std::string& file, const std::function<void()>& work) {

@@ -37,7 +37,8 @@ void set_motion(View& view) {
     const auto& pose = poses[static_cast<std::size_t>(frame)];
     return pose ? &*pose : nullptr;
   };
-  const auto step = [](const Pose& from, const Pose& to, Eigen::Vector3d& shift, Eigen::Vector3d& turn) {
+  const auto step = [](const Pose& from, const Pose& to, Eigen::Vector3d& shift,
+                       Eigen::Vector3d& turn) {
     shift = to.translation - from.translation;
     turn = rotation_vector(from.rotation.transpose() * to.rotation);
   };
@@ -77,11 +78,13 @@ bool may_overlap(const View& a, const View& b) {
                                   k.height_px * (row + 0.01) / (kGrid + 0.02));
       double depth_m = 1e6;
       if (!a.image->depth.empty()) {
-        const float measured = a.image->depth(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
+        const float measured =
+            a.image->depth(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
         if (std::isfinite(measured)) depth_m = static_cast<double>(measured);
       }
       const Eigen::Vector3d point = b_from_a * (k.ray_from_pixel(pixel) * depth_m);
-      if (point.z() > 0.0 && b.camera->intrinsics.contains(b.camera->intrinsics.pixel_from_point(point)))
+      if (point.z() > 0.0 &&
+          b.camera->intrinsics.contains(b.camera->intrinsics.pixel_from_point(point)))
         return true;
     }
   return false;
@@ -119,15 +122,18 @@ bool FrameWindow::advance() {
         break;
       case kDepth:
         if (!files.depth.empty())
-          findings_.attempt(files.depth, [&] { image.depth = reader.depth(dataset_, camera, frame_); });
+          findings_.attempt(files.depth,
+                            [&] { image.depth = reader.depth(dataset_, camera, frame_); });
         break;
       case kDisparity:
         if (!files.disparity.empty())
-          findings_.attempt(files.disparity, [&] { image.disparity = reader.disparity(dataset_, camera, frame_); });
+          findings_.attempt(files.disparity,
+                            [&] { image.disparity = reader.disparity(dataset_, camera, frame_); });
         break;
       default:
         if (!files.flow.empty())
-          findings_.attempt(files.flow, [&] { image.flow = reader.flow(dataset_, camera, frame_); });
+          findings_.attempt(files.flow,
+                            [&] { image.flow = reader.flow(dataset_, camera, frame_); });
         break;
     }
   });
@@ -145,7 +151,8 @@ std::optional<View> FrameWindow::view(int camera_index, int frame) const {
   view.camera_index = camera_index;
   view.frame = frame;
   view.camera = &sequence_.cameras[static_cast<std::size_t>(camera_index)];
-  view.image = &loaded_[loaded_.size() - 1 - static_cast<std::size_t>(age)][static_cast<std::size_t>(camera_index)];
+  view.image = &loaded_[loaded_.size() - 1 - static_cast<std::size_t>(age)]
+                       [static_cast<std::size_t>(camera_index)];
   const auto& pose = view.camera->local_from_camera[static_cast<std::size_t>(frame)];
   if (!pose || !view.camera->intrinsics.is_sound()) return std::nullopt;
   view.local_from_camera = *pose;

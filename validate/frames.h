@@ -12,9 +12,9 @@ namespace terracast::validate {
 /// What one camera recorded in one frame, decoded. An image that the format does not hold, or that could not be read, is
 /// empty.
 struct LoadedImage {
-  core::Image8 color;     ///< 3 channels
-  core::ImageF grey;      ///< luma 0 to 255, smoothed by the binomial [1 2 1] / 4 both ways
-  core::ImageF depth;     ///< planar, m; NaN: none
+  core::Image8 color;      ///< 3 channels
+  core::ImageF grey;       ///< luma 0 to 255, smoothed by the binomial [1 2 1] / 4 both ways
+  core::ImageF depth;      ///< planar, m; NaN: none
   core::ImageF disparity;  ///< px; NaN: none
   std::optional<FlowFields> flow;
 };
@@ -54,7 +54,8 @@ class FrameWindow {
   /// fields of view meet.
   std::vector<ViewPair> pairs() const;
 
-  static constexpr int kOffsets[] = {1, 4};  ///< a neighbour for exactness, a farther one for its parallax
+  static constexpr int kOffsets[] = {
+      1, 4};  ///< a neighbour for exactness, a farther one for its parallax
 
  private:
   const Dataset& dataset_;

@@ -81,8 +81,7 @@ NpyArray parse_npy(std::span<const std::byte> bytes, const std::string& name) {
     if (bytes.size() < start) fail(ErrorKind::Input, "{}: truncated npy header", name);
     header_size |= byte_at(10) << 16 | byte_at(11) << 24;
   }
-  if (header_size > bytes.size() - start)
-    fail(ErrorKind::Input, "{}: truncated npy header", name);
+  if (header_size > bytes.size() - start) fail(ErrorKind::Input, "{}: truncated npy header", name);
   const std::string_view header(reinterpret_cast<const char*>(bytes.data()) + start, header_size);
 
   NpyArray array;
@@ -91,8 +90,7 @@ NpyArray parse_npy(std::span<const std::byte> bytes, const std::string& name) {
   type = type.substr(1, type.size() - 2);
   const bool is_little = type[0] == '<' || type[0] == '|';
   array.kind = type[1];
-  array.item_size =
-      static_cast<std::size_t>(parse_integer(type.substr(2), name + ": item size"));
+  array.item_size = static_cast<std::size_t>(parse_integer(type.substr(2), name + ": item size"));
   if (!is_little || std::string_view("fiub").find(array.kind) == std::string_view::npos ||
       array.item_size < 1 || array.item_size > 8)
     fail(ErrorKind::Input, "{}: npy type \"{}\"; little-endian numbers are right", name, type);
@@ -142,8 +140,7 @@ std::map<std::string, NpyArray> parse_npz(std::span<const std::byte> bytes,
         (entry.valid & (ZIP_STAT_NAME | ZIP_STAT_SIZE)) != (ZIP_STAT_NAME | ZIP_STAT_SIZE))
       fail(ErrorKind::Input, "{}: entry {} of the npz is damaged", name, i);
     std::string array_name = entry.name;
-    if (entry.size > kMostBytes)
-      fail(ErrorKind::Input, "{}: array of {} bytes", name, entry.size);
+    if (entry.size > kMostBytes) fail(ErrorKind::Input, "{}: array of {} bytes", name, entry.size);
     const std::unique_ptr<zip_file_t, ZipCloser> file(
         zip_fopen_index(archive.get(), static_cast<zip_uint64_t>(i), 0));
     if (!file) fail(ErrorKind::Input, "{}: entry {} of the npz is damaged", name, array_name);

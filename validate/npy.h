@@ -11,7 +11,7 @@
 namespace terracast::validate {
 
 struct NpyArray {
-  char kind = 'f';           ///< f float, i integer, u unsigned, b bool
+  char kind = 'f';            ///< f float, i integer, u unsigned, b bool
   std::size_t item_size = 4;  ///< bytes a value
   std::vector<std::size_t> shape;
   std::vector<std::byte> bytes;  ///< little-endian, C order

@@ -42,7 +42,8 @@ core::Image8 diverging_picture(const core::ImageF& values, float full) {
     for (int x = 0; x < values.width(); ++x) {
       const float value = values(x, y);
       set(picture, x, y,
-          std::isfinite(value) ? blend(kStops, 0.5 + 0.5 * static_cast<double>(value / full)) : Color{190, 192, 196});
+          std::isfinite(value) ? blend(kStops, 0.5 + 0.5 * static_cast<double>(value / full))
+                               : Color{190, 192, 196});
     }
   return picture;
 }
@@ -59,7 +60,9 @@ core::Image8 depth_picture(const core::ImageF& depth) {
   if (!logarithms.empty()) {  // the outermost percent would leave too few colours for the rest
     std::sort(logarithms.begin(), logarithms.end());
     least = static_cast<double>(logarithms[logarithms.size() / 100]);
-    greatest = std::max(least + 1e-3, static_cast<double>(logarithms[logarithms.size() - 1 - logarithms.size() / 100]));
+    greatest =
+        std::max(least + 1e-3,
+                 static_cast<double>(logarithms[logarithms.size() - 1 - logarithms.size() / 100]));
   }
   for (int y = 0; y < depth.height(); ++y)
     for (int x = 0; x < depth.width(); ++x) {
@@ -91,7 +94,8 @@ core::ImageF shrunk_nearest(const core::ImageF& image, int most_px) {
   core::ImageF small(image.width() / step, image.height() / step, image.channels());
   for (int y = 0; y < small.height(); ++y)
     for (int x = 0; x < small.width(); ++x)
-      for (int c = 0; c < image.channels(); ++c) small(x, y, c) = image(step * x + step / 2, step * y + step / 2, c);
+      for (int c = 0; c < image.channels(); ++c)
+        small(x, y, c) = image(step * x + step / 2, step * y + step / 2, c);
   return small;
 }
 

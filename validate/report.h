@@ -11,7 +11,7 @@ namespace terracast::validate {
 
 /// What the head of a report says.
 struct ReportHead {
-  std::string title;              ///< "kitti: demo"
+  std::string title;               ///< "kitti: demo"
   std::vector<std::string> lines;  ///< what was validated
 };
 
@@ -20,7 +20,8 @@ core::Json report_json(const std::vector<CheckResult>& results);
 /// report.json and a self-contained index.html: no scripts, plots as SVG, pictures as PNG inside it.
 /// samples  frames of each camera
 void write_report(const ReportHead& head, const std::vector<CheckResult>& results,
-                  const std::vector<CheckResult::Picture>& samples, const std::filesystem::path& folder);
+                  const std::vector<CheckResult::Picture>& samples,
+                  const std::filesystem::path& folder);
 
 /// A line plot as SVG.
 std::string svg_of(const CheckResult::Plot& plot);

@@ -57,12 +57,23 @@ std::string escaped(std::string_view text) {
   result.reserve(text.size());
   for (const char c : text) {
     switch (c) {
-      case '&': result += "&amp;"; break;
-      case '<': result += "&lt;"; break;
-      case '>': result += "&gt;"; break;
-      case '"': result += "&quot;"; break;
-      case '\n': result += "<br>"; break;
-      default: result += c;
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      case '\n':
+        result += "<br>";
+        break;
+      default:
+        result += c;
     }
   }
   return result;
@@ -74,16 +85,19 @@ std::string first_line(std::string_view text) {
 }
 
 std::string page_head(std::string_view title) {
-  return fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-                     "content=\"width=device-width\"><title>{}</title><style>{}</style></head><body>\n",
-                     escaped(title), kStyle);
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width\"><title>{}</title><style>{}</style></head><body>\n",
+      escaped(title), kStyle);
 }
 
 std::string page_end() { return "</body></html>\n"; }
 
 std::string svg_of(const CheckResult::Plot& plot) {
-  constexpr double kWidth = 480.0, kHeight = 230.0, kLeft = 62.0, kRight = 14.0, kTop = 28.0, kBottom = 42.0;
-  double least_x = std::numeric_limits<double>::infinity(), most_x = -least_x, least_y = least_x, most_y = -least_x;
+  constexpr double kWidth = 480.0, kHeight = 230.0, kLeft = 62.0, kRight = 14.0, kTop = 28.0,
+                   kBottom = 42.0;
+  double least_x = std::numeric_limits<double>::infinity(), most_x = -least_x, least_y = least_x,
+         most_y = -least_x;
   const std::size_t count = std::min(plot.x.size(), plot.y.size());
   for (std::size_t i = 0; i < count; ++i) {
     if (!std::isfinite(plot.x[i]) || !std::isfinite(plot.y[i])) continue;
@@ -94,7 +108,8 @@ std::string svg_of(const CheckResult::Plot& plot) {
   }
   if (!(most_x >= least_x)) return "";
   const auto widen = [](double& least, double& most) {
-    const double margin = most > least ? 0.05 * (most - least) : std::max(1e-12, 0.5 * std::abs(most));
+    const double margin =
+        most > least ? 0.05 * (most - least) : std::max(1e-12, 0.5 * std::abs(most));
     least -= margin;
     most += margin;
   };
@@ -109,32 +124,45 @@ std::string svg_of(const CheckResult::Plot& plot) {
   if (plot.x_label.starts_with("east")) scale_x = scale_y = std::min(scale_x, scale_y);
   const auto px = [&](double x) { return kLeft + (x - least_x) * scale_x; };
   const auto py = [&](double y) { return kHeight - kBottom - (y - least_y) * scale_y; };
-  std::string svg = fmt::format("<svg viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" font-size=\"11\" font-family=\"system-ui,'DejaVu Sans',sans-serif\">"
-                                "<text x=\"{}\" y=\"16\" font-size=\"12.5\" font-weight=\"600\" fill=\"#1d2733\">{}</text>",
-                                kWidth, kHeight, kWidth, kHeight, kLeft, escaped(plot.title));
+  std::string svg = fmt::format(
+      "<svg viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" font-size=\"11\" "
+      "font-family=\"system-ui,'DejaVu Sans',sans-serif\">"
+      "<text x=\"{}\" y=\"16\" font-size=\"12.5\" font-weight=\"600\" fill=\"#1d2733\">{}</text>",
+      kWidth, kHeight, kWidth, kHeight, kLeft, escaped(plot.title));
   const double step_y = tick_step((kHeight - kTop - kBottom) / scale_y, 4);
   for (double y = std::ceil(least_y / step_y) * step_y; py(y) >= kTop; y += step_y)
-    svg += fmt::format("<line x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#e3e8ee\"/><text x=\"{}\" y=\"{:.1f}\" text-anchor=\"end\" "
-                       "fill=\"#5c6b7a\">{:.3g}</text>", kLeft, kWidth - kRight, py(y), py(y), kLeft - 6.0, py(y) + 3.5,
-                       std::abs(y) < 1e-9 * step_y ? 0.0 : y);
+    svg += fmt::format(
+        "<line x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#e3e8ee\"/><text x=\"{}\" "
+        "y=\"{:.1f}\" text-anchor=\"end\" "
+        "fill=\"#5c6b7a\">{:.3g}</text>",
+        kLeft, kWidth - kRight, py(y), py(y), kLeft - 6.0, py(y) + 3.5,
+        std::abs(y) < 1e-9 * step_y ? 0.0 : y);
   const double step_x = tick_step((kWidth - kLeft - kRight) / scale_x, 6);
   for (double x = std::ceil(least_x / step_x) * step_x; px(x) <= kWidth - kRight; x += step_x)
-    svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\" fill=\"#5c6b7a\">{:.4g}</text>", px(x), kHeight - kBottom + 15.0,
-                       std::abs(x) < 1e-9 * step_x ? 0.0 : x);
-  svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" fill=\"#5c6b7a\">{}</text><text x=\"14\" y=\"{}\" text-anchor=\"middle\" "
-                     "fill=\"#5c6b7a\" transform=\"rotate(-90 14 {})\">{}</text>",
-                     0.5 * (kLeft + kWidth - kRight), kHeight - 8.0, escaped(plot.x_label), 0.5 * (kTop + kHeight - kBottom),
-                     0.5 * (kTop + kHeight - kBottom), escaped(plot.y_label));
+    svg += fmt::format(
+        "<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\" fill=\"#5c6b7a\">{:.4g}</text>", px(x),
+        kHeight - kBottom + 15.0, std::abs(x) < 1e-9 * step_x ? 0.0 : x);
+  svg += fmt::format(
+      "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" fill=\"#5c6b7a\">{}</text><text x=\"14\" "
+      "y=\"{}\" text-anchor=\"middle\" "
+      "fill=\"#5c6b7a\" transform=\"rotate(-90 14 {})\">{}</text>",
+      0.5 * (kLeft + kWidth - kRight), kHeight - 8.0, escaped(plot.x_label),
+      0.5 * (kTop + kHeight - kBottom), 0.5 * (kTop + kHeight - kBottom), escaped(plot.y_label));
   std::string points;
   // More points than the plot has columns say nothing more.
   const std::size_t stride = std::max<std::size_t>(1, count / 2000);
   for (std::size_t i = 0; i < count; i += stride)
-    if (std::isfinite(plot.x[i]) && std::isfinite(plot.y[i])) points += fmt::format("{:.1f},{:.1f} ", px(plot.x[i]), py(plot.y[i]));
-  svg += fmt::format("<polyline fill=\"none\" stroke=\"#2b6cb0\" stroke-width=\"1.6\" stroke-linejoin=\"round\" points=\"{}\"/>", points);
+    if (std::isfinite(plot.x[i]) && std::isfinite(plot.y[i]))
+      points += fmt::format("{:.1f},{:.1f} ", px(plot.x[i]), py(plot.y[i]));
+  svg += fmt::format(
+      "<polyline fill=\"none\" stroke=\"#2b6cb0\" stroke-width=\"1.6\" stroke-linejoin=\"round\" "
+      "points=\"{}\"/>",
+      points);
   if (count <= 200)
     for (std::size_t i = 0; i < count; ++i)
       if (std::isfinite(plot.x[i]) && std::isfinite(plot.y[i]))
-        svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.3\" fill=\"#2b6cb0\"/>", px(plot.x[i]), py(plot.y[i]));
+        svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.3\" fill=\"#2b6cb0\"/>",
+                           px(plot.x[i]), py(plot.y[i]));
   return svg + "</svg>";
 }
 

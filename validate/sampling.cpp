@@ -74,7 +74,8 @@ void align(const core::ImageF& image, const Patch& patch, PatchMatch& match) {
   for (const double value : patch.values) power_a += (value - mean_a) * (value - mean_a);
   if (power_a < kLeastContrast * kLeastContrast * kPatchPixels) return;
   constexpr int kMostTurns = 8;
-  constexpr double kFarthest_px = 3.0;  // the patch is 7 pixels wide: farther off it is another place
+  constexpr double kFarthest_px =
+      3.0;  // the patch is 7 pixels wide: farther off it is another place
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
   for (int turn = 0; turn < kMostTurns; ++turn) {
     std::array<CubicSample, kPatchPixels> seen;
@@ -125,7 +126,8 @@ CubicSample sample_cubic(const core::ImageF& image, const Eigen::Vector2d& pixel
   return interpolate(corner, [&](int i, int j) { return static_cast<double>(rows[j][i]); });
 }
 
-std::optional<InverseDepthSample> sample_inverse_depth(const core::ImageF& depth, const Eigen::Vector2d& pixel) {
+std::optional<InverseDepthSample> sample_inverse_depth(const core::ImageF& depth,
+                                                       const Eigen::Vector2d& pixel) {
   if (!has_cubic_support(depth, pixel)) return std::nullopt;
   const Corner corner = corner_of(pixel);
   double inverse[4][4];
@@ -157,8 +159,8 @@ std::optional<InverseDepthSample> sample_inverse_depth(const core::ImageF& depth
 std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y) {
   const core::ImageF& grey = a.image->grey;
   const core::ImageF& depth = a.image->depth;
-  if (grey.empty() || depth.empty() || b.image->grey.empty() || x < kPatchRadius || y < kPatchRadius ||
-      x + kPatchRadius >= grey.width() || y + kPatchRadius >= grey.height())
+  if (grey.empty() || depth.empty() || b.image->grey.empty() || x < kPatchRadius ||
+      y < kPatchRadius || x + kPatchRadius >= grey.width() || y + kPatchRadius >= grey.height())
     return std::nullopt;
   const Pose b_from_a = b.local_from_camera.inverse() * a.local_from_camera;
   Patch patch;
@@ -183,18 +185,20 @@ std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y
     }
   if (!b.image->depth.empty()) {  // a patch that something hides in `b` is no match
     const auto seen = sample_inverse_depth(b.image->depth, match.predicted);
-    if (!seen || std::abs(seen->inverse_depth.value * match.point_b.z() - 1.0) > 0.02) return std::nullopt;
+    if (!seen || std::abs(seen->inverse_depth.value * match.point_b.z() - 1.0) > 0.02)
+      return std::nullopt;
   }
   align(b.image->grey, patch, match);
   if (match.correlation == 0.0) return std::nullopt;
   return match;
 }
 
-std::optional<PatchMatch> match_patch_by_disparity(const View& left, const View& right, int x, int y) {
+std::optional<PatchMatch> match_patch_by_disparity(const View& left, const View& right, int x,
+                                                   int y) {
   const core::ImageF& grey = left.image->grey;
   const core::ImageF& disparity = left.image->disparity;
-  if (grey.empty() || disparity.empty() || right.image->grey.empty() || x < kPatchRadius || y < kPatchRadius ||
-      x + kPatchRadius >= grey.width() || y + kPatchRadius >= grey.height())
+  if (grey.empty() || disparity.empty() || right.image->grey.empty() || x < kPatchRadius ||
+      y < kPatchRadius || x + kPatchRadius >= grey.width() || y + kPatchRadius >= grey.height())
     return std::nullopt;
   Patch patch;
   PatchMatch match;

@@ -27,15 +27,18 @@ CubicSample sample_cubic(const core::ImageF& image, const Eigen::Vector2d& pixel
 /// Inverse depth at an image point. On a plane it is linear in the image, so that slanted ground brings no bias.
 struct InverseDepthSample {
   CubicSample inverse_depth;  ///< 1/m
-  double roughness = 0.0;     ///< relative: a quarter of the rms second difference over the 4 x 4 pixels
-  double nearest_m = 0.0;     ///< least and greatest depth among the 4 x 4
+  double roughness =
+      0.0;  ///< relative: a quarter of the rms second difference over the 4 x 4 pixels
+  double nearest_m = 0.0;  ///< least and greatest depth among the 4 x 4
   double farthest_m = 0.0;
 };
 /// Nothing where one of the 4 x 4 pixels has no depth.
-std::optional<InverseDepthSample> sample_inverse_depth(const core::ImageF& depth, const Eigen::Vector2d& pixel);
+std::optional<InverseDepthSample> sample_inverse_depth(const core::ImageF& depth,
+                                                       const Eigen::Vector2d& pixel);
 
 /// The Jacobian of pixel_from_point.
-inline Eigen::Matrix<double, 2, 3> projection_jacobian(const Intrinsics& camera, const Eigen::Vector3d& point) {
+inline Eigen::Matrix<double, 2, 3> projection_jacobian(const Intrinsics& camera,
+                                                       const Eigen::Vector3d& point) {
   Eigen::Matrix<double, 2, 3> jacobian;
   const double inverse = 1.0 / point.z();
   jacobian << camera.fx_px * inverse, 0.0, -camera.fx_px * point.x() * inverse * inverse,  //
@@ -46,17 +49,18 @@ inline Eigen::Matrix<double, 2, 3> projection_jacobian(const Intrinsics& camera,
 /// Where the image content of `b` stands against where the geometry says: the sub-pixel shift (Lucas and Kanade, with
 /// gain and offset free) that brings `b`, sampled through depth and poses, onto a 7 x 7 patch of `a`.
 struct PatchMatch {
-  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  ///< seen minus predicted, in `b`
-  double correlation = 0.0;                            ///< zero-mean, normalised, before the shift
-  Eigen::Vector3d point_a = Eigen::Vector3d::Zero();   ///< of the patch's centre, in camera a
-  Eigen::Vector3d point_b = Eigen::Vector3d::Zero();   ///< the same in camera b
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();   ///< seen minus predicted, in `b`
+  double correlation = 0.0;                             ///< zero-mean, normalised, before the shift
+  Eigen::Vector3d point_a = Eigen::Vector3d::Zero();    ///< of the patch's centre, in camera a
+  Eigen::Vector3d point_b = Eigen::Vector3d::Zero();    ///< the same in camera b
   Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  ///< of the centre, in `b`
   bool has_converged = false;
 };
 /// returns  nothing where the patch has too little contrast, lacks depth or leaves the image
 std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y);
 /// The same with a disparity image instead of depth, for a rectified pair.
-std::optional<PatchMatch> match_patch_by_disparity(const View& left, const View& right, int x, int y);
+std::optional<PatchMatch> match_patch_by_disparity(const View& left, const View& right, int x,
+                                                   int y);
 
 /// Median of values (their order is changed); 0 of none.
 template <class Value>

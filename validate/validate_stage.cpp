@@ -20,10 +20,12 @@ double badness(const CheckResult& result) {
 }
 
 /// Results of several sequences under one name: the worst stands for all.
-void merge(std::vector<CheckResult>& all, std::vector<CheckResult> more, const std::string& sequence, bool is_only) {
+void merge(std::vector<CheckResult>& all, std::vector<CheckResult> more,
+           const std::string& sequence, bool is_only) {
   for (CheckResult& result : more) {
     if (!is_only && !result.worst.empty()) result.worst = sequence + ": " + result.worst;
-    const auto same = std::find_if(all.begin(), all.end(), [&](const CheckResult& r) { return r.name == result.name; });
+    const auto same = std::find_if(all.begin(), all.end(),
+                                   [&](const CheckResult& r) { return r.name == result.name; });
     if (same == all.end())
       all.push_back(std::move(result));
     else if (badness(result) > badness(*same))
@@ -39,15 +41,18 @@ void take_samples(const FrameWindow& window, std::vector<CheckResult::Picture>& 
   for (int camera = 0; camera < static_cast<int>(window.sequence().cameras.size()); ++camera) {
     const std::optional<View> view = window.view(camera, frame);
     if (!view) continue;
-    if (!view->image->color.empty()) samples.push_back({place_of(*view), shrunk(view->image->color, kMostPixels)});
+    if (!view->image->color.empty())
+      samples.push_back({place_of(*view), shrunk(view->image->color, kMostPixels)});
     if (!view->image->depth.empty())
-      samples.push_back({place_of(*view) + ": depth", depth_picture(shrunk_nearest(view->image->depth, kMostPixels))});
+      samples.push_back({place_of(*view) + ": depth",
+                         depth_picture(shrunk_nearest(view->image->depth, kMostPixels))});
   }
 }
 
 /// What the readers met on their way joins the check of the files.
 void add_findings(const Findings& findings, std::vector<CheckResult>& results) {
-  const auto structure = std::find_if(results.begin(), results.end(), [](const CheckResult& r) { return r.name == "structure"; });
+  const auto structure = std::find_if(results.begin(), results.end(),
+                                      [](const CheckResult& r) { return r.name == "structure"; });
   if (structure == results.end() || findings.count() == 0) return;
   structure->value += static_cast<double>(findings.count());
   structure->ok = false;
@@ -57,15 +62,17 @@ void add_findings(const Findings& findings, std::vector<CheckResult>& results) {
 
 }  // namespace
 
-std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder, const ValidateOptions& options,
-                                            const std::filesystem::path& report_folder, const core::Context& context) {
+std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
+                                            const ValidateOptions& options,
+                                            const std::filesystem::path& report_folder,
+                                            const core::Context& context) {
   const core::ThreadLimit limit(context.num_threads);
   Findings findings;
   const Dataset dataset = read_dataset(folder, options.format, findings);
   std::int64_t num_frames = 0;
   for (const Sequence& sequence : dataset.sequences) num_frames += sequence.num_frames;
-  context.log.info("{}: {}, {} sequences, {} frames, {} files", folder.string(), dataset.format, dataset.sequences.size(),
-                   num_frames, dataset.files.size());
+  context.log.info("{}: {}, {} sequences, {} frames, {} files", folder.string(), dataset.format,
+                   dataset.sequences.size(), num_frames, dataset.files.size());
 
   std::vector<CheckResult> results;
   std::vector<CheckResult::Picture> samples;
@@ -78,7 +85,8 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
     std::vector<std::unique_ptr<Checker>> checkers;
     for (const CheckInfo& info : checks()) {
       if (dataset.sequences.empty() && info.name != "structure") continue;
-      if (info.name == "structure" && &sequence != sequences.data()) continue;  // of the whole dataset
+      if (info.name == "structure" && &sequence != sequences.data())
+        continue;  // of the whole dataset
       checkers.push_back(info.make(options));
     }
     FrameWindow window(dataset, sequence, findings);
@@ -94,20 +102,22 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
   add_findings(findings, results);
   for (const CheckResult& result : results) {
     if (result.ok)
-      context.log.debug("{}: {:.4g} {} (bound {:.4g}){}", result.name, result.value, result.unit, result.bound,
-                        result.skipped ? " skipped: " + result.worst : "");
+      context.log.debug("{}: {:.4g} {} (bound {:.4g}){}", result.name, result.value, result.unit,
+                        result.bound, result.skipped ? " skipped: " + result.worst : "");
     else
-      context.log.warn("{}: {:.4g} {} (bound {:.4g}) FAILED: {}", result.name, result.value, result.unit, result.bound, result.worst);
+      context.log.warn("{}: {:.4g} {} (bound {:.4g}) FAILED: {}", result.name, result.value,
+                       result.unit, result.bound, result.worst);
   }
   ReportHead head;
   head.title = fmt::format("{}: {}", dataset.format, dataset.world_name);
   for (const Sequence& sequence : dataset.sequences) {
     std::string cameras;
     for (const Camera& camera : sequence.cameras)
-      cameras += fmt::format("{}{} ({} × {})", cameras.empty() ? "" : ", ", camera.name, camera.intrinsics.width_px,
-                             camera.intrinsics.height_px);
-    head.lines.push_back(fmt::format("Sequence {}: {} frames at {} Hz from {:.5f}, {:.5f}; {}", sequence.name, sequence.num_frames,
-                                     sequence.rate_hz, sequence.origin.lat_deg, sequence.origin.lon_deg, cameras));
+      cameras += fmt::format("{}{} ({} × {})", cameras.empty() ? "" : ", ", camera.name,
+                             camera.intrinsics.width_px, camera.intrinsics.height_px);
+    head.lines.push_back(fmt::format("Sequence {}: {} frames at {} Hz from {:.5f}, {:.5f}; {}",
+                                     sequence.name, sequence.num_frames, sequence.rate_hz,
+                                     sequence.origin.lat_deg, sequence.origin.lon_deg, cameras));
   }
   write_report(head, results, samples, report_folder);
   return results;

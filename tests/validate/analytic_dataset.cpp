@@ -36,8 +36,11 @@ Vector3d ecef(double lat_deg, double lon_deg, double h) {
   const double a = 6378137.0;
   const double b = a * (1.0 - 1.0 / 298.257223563);
   const double lat = lat_deg * kRadPerDeg, lon = lon_deg * kRadPerDeg;
-  const double n = a * a / std::sqrt(a * a * std::cos(lat) * std::cos(lat) + b * b * std::sin(lat) * std::sin(lat));
-  return {(n + h) * std::cos(lat) * std::cos(lon), (n + h) * std::cos(lat) * std::sin(lon), (b * b / (a * a) * n + h) * std::sin(lat)};
+  const double n =
+      a * a /
+      std::sqrt(a * a * std::cos(lat) * std::cos(lat) + b * b * std::sin(lat) * std::sin(lat));
+  return {(n + h) * std::cos(lat) * std::cos(lon), (n + h) * std::cos(lat) * std::sin(lon),
+          (b * b / (a * a) * n + h) * std::sin(lat)};
 }
 
 /// Columns east, north, up at a place.
@@ -57,7 +60,8 @@ struct Place {
 Place place_of_ecef(const Vector3d& target) {
   Place p{kLat_deg, kLon_deg, kHeight_m};
   for (int i = 0; i < 8; ++i) {
-    const Vector3d enu = ecef_from_enu(p.lat_deg, p.lon_deg).transpose() * (target - ecef(p.lat_deg, p.lon_deg, p.height_m));
+    const Vector3d enu = ecef_from_enu(p.lat_deg, p.lon_deg).transpose() *
+                         (target - ecef(p.lat_deg, p.lon_deg, p.height_m));
     p.lat_deg += enu.y() / 6.37e6 / kRadPerDeg;
     p.lon_deg += enu.x() / (6.37e6 * std::cos(p.lat_deg * kRadPerDeg)) / kRadPerDeg;
     p.height_m += enu.z();
@@ -77,11 +81,14 @@ struct Said {
 
   SaidPose pose(std::size_t c, std::size_t f, bool is_format = true) const {
     const auto last = static_cast<std::size_t>(recording.num_frames() - 1);
-    const std::size_t from = std::min(f + static_cast<std::size_t>(mistake.pose_shift_frames), last);
+    const std::size_t from =
+        std::min(f + static_cast<std::size_t>(mistake.pose_shift_frames), last);
     SaidPose pose{recording.world_from_body[from] * mount(c), recording.centre(c, from)};
     if (static_cast<int>(f) == mistake.pose_frame && (is_format || !mistake.poses_only_in_format)) {
       const Vector3d turn = mistake.pose_turn_deg * kRadPerDeg;
-      if (turn.norm() > 0.0) pose.rotation = pose.rotation * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+      if (turn.norm() > 0.0)
+        pose.rotation =
+            pose.rotation * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
       pose.centre += pose.rotation * mistake.pose_move_m;
     }
     return pose;
@@ -89,19 +96,27 @@ struct Said {
   Matrix3d mount(std::size_t c) const {
     Matrix3d m = recording.cameras[c].body_from_camera;
     if (c + 1 == recording.cameras.size() && mistake.mount_yaw_deg != 0.0)
-      m = m * Eigen::AngleAxisd(mistake.mount_yaw_deg * kRadPerDeg, Vector3d::UnitY()).toRotationMatrix();
+      m = m * Eigen::AngleAxisd(mistake.mount_yaw_deg * kRadPerDeg, Vector3d::UnitY())
+                  .toRotationMatrix();
     return m;
   }
-  double focal(std::size_t c) const { return recording.cameras[c].focal_px * (1.0 + mistake.focal_relative); }
-  double cx(std::size_t c) const { return 0.5 * recording.cameras[c].width + mistake.principal_x_px; }
-  double cy(std::size_t c) const { return 0.5 * recording.cameras[c].height + mistake.principal_y_px; }
+  double focal(std::size_t c) const {
+    return recording.cameras[c].focal_px * (1.0 + mistake.focal_relative);
+  }
+  double cx(std::size_t c) const {
+    return 0.5 * recording.cameras[c].width + mistake.principal_x_px;
+  }
+  double cy(std::size_t c) const {
+    return 0.5 * recording.cameras[c].height + mistake.principal_y_px;
+  }
   float depth(std::size_t c, std::size_t f, int x, int y) const {
     return static_cast<float>(recording.depth[c][f](x, y) * (1.0 + mistake.depth_relative));
   }
   core::Image8 color(std::size_t c, std::size_t f) const {
     const std::size_t from = f - std::min(f, static_cast<std::size_t>(mistake.color_shift_frames));
     const core::Image8& source = recording.color[c][from];
-    const int offset = c + 1 == recording.cameras.size() ? static_cast<int>(mistake.color_offset_px) : 0;
+    const int offset =
+        c + 1 == recording.cameras.size() ? static_cast<int>(mistake.color_offset_px) : 0;
     if (offset == 0) return source;
     core::Image8 moved = source;
     for (int y = 0; y < source.height(); ++y)
@@ -113,9 +128,11 @@ struct Said {
 
 std::string digits(std::size_t frame) { return fmt::format("{:06}", frame); }
 
-void write_npy_f4(const fs::path& file, const std::vector<std::size_t>& shape, const std::vector<float>& values);
+void write_npy_f4(const fs::path& file, const std::vector<std::size_t>& shape,
+                  const std::vector<float>& values);
 
-std::string npy_bytes(const std::string& type, const std::vector<std::size_t>& shape, const void* values, std::size_t num_bytes) {
+std::string npy_bytes(const std::string& type, const std::vector<std::size_t>& shape,
+                      const void* values, std::size_t num_bytes) {
   std::string header = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (";
   for (const std::size_t extent : shape) header += std::to_string(extent) + ", ";
   header += "), }";
@@ -131,7 +148,8 @@ std::string npy_bytes(const std::string& type, const std::vector<std::size_t>& s
   return bytes;
 }
 
-void write_npy_f4(const fs::path& file, const std::vector<std::size_t>& shape, const std::vector<float>& values) {
+void write_npy_f4(const fs::path& file, const std::vector<std::size_t>& shape,
+                  const std::vector<float>& values) {
   core::write_file(file, npy_bytes("<f4", shape, values.data(), values.size() * 4));
 }
 
@@ -140,11 +158,14 @@ void write_depth_npy(const Said& said, std::size_t c, std::size_t f, const fs::p
   std::vector<float> values;
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) values.push_back(said.depth(c, f, x, y));
-  write_npy_f4(file, {static_cast<std::size_t>(camera.height), static_cast<std::size_t>(camera.width)}, values);
+  write_npy_f4(file,
+               {static_cast<std::size_t>(camera.height), static_cast<std::size_t>(camera.width)},
+               values);
 }
 
-void write_metadata(const Said& said, const fs::path& folder, const std::string& format, const std::string& name,
-                    const std::string& path, const std::string& georeference) {
+void write_metadata(const Said& said, const fs::path& folder, const std::string& format,
+                    const std::string& name, const std::string& path,
+                    const std::string& georeference) {
   const Recording& recording = said.recording;
   const Matrix3d ecef_from_local = ecef_from_enu(kLat_deg, kLon_deg);
   std::string rows = "frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz\n";
@@ -153,31 +174,36 @@ void write_metadata(const Said& said, const fs::path& folder, const std::string&
       const SaidPose pose = said.pose(c, f, false);
       const Vector3d at = ecef(kLat_deg, kLon_deg, kHeight_m) + ecef_from_local * pose.centre;
       const Place place = place_of_ecef(at);
-      const Quaterniond q(ecef_from_enu(place.lat_deg, place.lon_deg).transpose() * ecef_from_local * pose.rotation);
-      rows += fmt::format("{},{},{},{:.13f},{:.13f},{:.6f},{:.17g},{:.17g},{:.17g},{:.17g}\n", f, recording.cameras[c].name,
-                          static_cast<double>(f) / kRate_hz * (1.0 + said.mistake.times_relative), place.lat_deg, place.lon_deg,
-                          place.height_m, q.w(), q.x(), q.y(), q.z());
+      const Quaterniond q(ecef_from_enu(place.lat_deg, place.lon_deg).transpose() *
+                          ecef_from_local * pose.rotation);
+      rows += fmt::format("{},{},{},{:.13f},{:.13f},{:.6f},{:.17g},{:.17g},{:.17g},{:.17g}\n", f,
+                          recording.cameras[c].name,
+                          static_cast<double>(f) / kRate_hz * (1.0 + said.mistake.times_relative),
+                          place.lat_deg, place.lon_deg, place.height_m, q.w(), q.x(), q.y(), q.z());
     }
   core::write_file(folder / georeference, rows);
   Json cameras = Json::array();
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
     const SceneCamera& camera = recording.cameras[c];
     const Quaterniond q(said.mount(c));
-    cameras.push(Json::object()
-                     .set("name", camera.name)
-                     .set("rig", "rig")
-                     .set("camera", "cam" + std::to_string(c))
-                     .set("width_px", camera.width)
-                     .set("height_px", camera.height)
-                     .set("fx_px", said.focal(c))
-                     .set("fy_px", said.focal(c))
-                     .set("cx_px", said.cx(c))
-                     .set("cy_px", said.cy(c))
-                     .set("body_from_camera",
-                          Json::object()
-                              .set("rotation_wxyz", Json::array_of(std::vector<double>{q.w(), q.x(), q.y(), q.z()}))
-                              .set("translation_m", Json::array_of(std::vector<double>{camera.offset_body.x(), camera.offset_body.y(),
-                                                                                       camera.offset_body.z()}))));
+    cameras.push(
+        Json::object()
+            .set("name", camera.name)
+            .set("rig", "rig")
+            .set("camera", "cam" + std::to_string(c))
+            .set("width_px", camera.width)
+            .set("height_px", camera.height)
+            .set("fx_px", said.focal(c))
+            .set("fy_px", said.focal(c))
+            .set("cx_px", said.cx(c))
+            .set("cy_px", said.cy(c))
+            .set("body_from_camera",
+                 Json::object()
+                     .set("rotation_wxyz",
+                          Json::array_of(std::vector<double>{q.w(), q.x(), q.y(), q.z()}))
+                     .set("translation_m", Json::array_of(std::vector<double>{
+                                               camera.offset_body.x(), camera.offset_body.y(),
+                                               camera.offset_body.z()}))));
   }
   Json sequence = Json::object();
   sequence.set("name", name)
@@ -185,7 +211,10 @@ void write_metadata(const Said& said, const fs::path& folder, const std::string&
       .set("num_frames", recording.num_frames())
       .set("rate_hz", kRate_hz)
       .set("utc_start", "2024-06-21T10:00:00Z")
-      .set("origin", Json::object().set("lat_deg", kLat_deg).set("lon_deg", kLon_deg).set("height_m", kHeight_m))
+      .set("origin", Json::object()
+                         .set("lat_deg", kLat_deg)
+                         .set("lon_deg", kLon_deg)
+                         .set("height_m", kHeight_m))
       .set("georeference", georeference)
       .set("cameras", cameras);
   Json json = Json::object();
@@ -209,16 +238,19 @@ FlowAt flow_at(const Recording& recording, std::size_t from, std::size_t to, int
   const SceneCamera& camera = recording.cameras[0];
   const double f = camera.focal_px;
   const Vector3d ray((x + 0.5 - 0.5 * camera.width) / f, (y + 0.5 - 0.5 * camera.height) / f, 1.0);
-  const Vector3d point = recording.rotation(0, from) * (ray * recording.depth[0][from](x, y)) + recording.centre(0, from);
+  const Vector3d point = recording.rotation(0, from) * (ray * recording.depth[0][from](x, y)) +
+                         recording.centre(0, from);
   const Vector3d there = recording.rotation(0, to).transpose() * (point - recording.centre(0, to));
-  const Vector2d at(f * there.x() / there.z() + 0.5 * camera.width, f * there.y() / there.z() + 0.5 * camera.height);
-  return {at - Vector2d(x + 0.5, y + 0.5),
-          there.z() > 0.0 && at.x() >= 0.0 && at.y() >= 0.0 && at.x() < camera.width && at.y() < camera.height};
+  const Vector2d at(f * there.x() / there.z() + 0.5 * camera.width,
+                    f * there.y() / there.z() + 0.5 * camera.height);
+  return {at - Vector2d(x + 0.5, y + 0.5), there.z() > 0.0 && at.x() >= 0.0 && at.y() >= 0.0 &&
+                                               at.x() < camera.width && at.y() < camera.height};
 }
 
 void write_flow(const Said& said, std::size_t f, const fs::path& file) {
   const SceneCamera& camera = said.recording.cameras[0];
-  const std::size_t count = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  const std::size_t count =
+      static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
   const auto height = static_cast<std::size_t>(camera.height);
   const auto width = static_cast<std::size_t>(camera.width);
   std::map<std::string, std::string> arrays;
@@ -227,23 +259,31 @@ void write_flow(const Said& said, std::size_t f, const fs::path& file) {
     std::vector<std::uint8_t> in_view(count), covisible(count);
     for (int y = 0; y < camera.height; ++y)
       for (int x = 0; x < camera.width; ++x) {
-        const FlowAt at = flow_at(said.recording, is_forward ? f : f + 1, is_forward ? f + 1 : f, x, y);
+        const FlowAt at =
+            flow_at(said.recording, is_forward ? f : f + 1, is_forward ? f + 1 : f, x, y);
         const std::size_t i = static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
         flow[i] = static_cast<float>(said.mistake.flow_sign * at.flow.x());
         flow[count + i] = static_cast<float>(said.mistake.flow_sign * at.flow.y());
         in_view[i] = at.in_view ? 1 : 0;
-        covisible[i] = at.in_view || said.mistake.covisible_everywhere ? 1 : 0;  // gentle hills seen from above hide nothing
+        covisible[i] = at.in_view || said.mistake.covisible_everywhere
+                           ? 1
+                           : 0;  // gentle hills seen from above hide nothing
       }
     const std::string way = is_forward ? "fwd" : "bwd";
-    arrays["flow_" + way + ".npy"] = npy_bytes("<f4", {1, 2, height, width}, flow.data(), flow.size() * 4);
-    arrays["fov_mask_" + way + ".npy"] = npy_bytes("|b1", {1, height, width}, in_view.data(), count);
-    arrays["covisible_mask_" + way + ".npy"] = npy_bytes("|b1", {1, height, width}, covisible.data(), count);
+    arrays["flow_" + way + ".npy"] =
+        npy_bytes("<f4", {1, 2, height, width}, flow.data(), flow.size() * 4);
+    arrays["fov_mask_" + way + ".npy"] =
+        npy_bytes("|b1", {1, height, width}, in_view.data(), count);
+    arrays["covisible_mask_" + way + ".npy"] =
+        npy_bytes("|b1", {1, height, width}, covisible.data(), count);
   }
   fs::create_directories(file.parent_path());
   int error = 0;
   zip_t* archive = zip_open(file.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &error);
   for (const auto& [name, bytes] : arrays) {
-    const zip_int64_t index = zip_file_add(archive, name.c_str(), zip_source_buffer(archive, bytes.data(), bytes.size(), 0), ZIP_FL_OVERWRITE);
+    const zip_int64_t index =
+        zip_file_add(archive, name.c_str(),
+                     zip_source_buffer(archive, bytes.data(), bytes.size(), 0), ZIP_FL_OVERWRITE);
     zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_STORE, 0);
   }
   zip_close(archive);
@@ -256,11 +296,14 @@ void list_files_again(const fs::path& folder) {
   std::map<std::string, std::string> found;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     const std::string path = entry.path().lexically_relative(folder).generic_string();
-    if (entry.is_regular_file() && path != "dataset.json") found[path] = core::content_hash_of_file(entry.path());
+    if (entry.is_regular_file() && path != "dataset.json")
+      found[path] = core::content_hash_of_file(entry.path());
   }
   Json files = Json::object();
   for (const auto& [path, hash] : found)
-    files.set(path, Json::object().set("bytes", static_cast<std::uint64_t>(fs::file_size(folder / path))).set("xxh3_128", hash));
+    files.set(path, Json::object()
+                        .set("bytes", static_cast<std::uint64_t>(fs::file_size(folder / path)))
+                        .set("xxh3_128", hash));
   json.set("files", files);
   json.write(folder / "dataset.json");
 }
@@ -268,7 +311,8 @@ void list_files_again(const fs::path& folder) {
 void write_tartanair(const Recording& recording, const fs::path& folder, const Mistake& mistake) {
   const Said said{recording, mistake};
   const std::string path = "Hills/Data_easy/P000";
-  core::write_file(folder / "Hills/seg_label_map.json", std::string_view("{\"name_map\": {\"ground\": 1}}"));
+  core::write_file(folder / "Hills/seg_label_map.json",
+                   std::string_view("{\"name_map\": {\"ground\": 1}}"));
   Matrix3d ned_from_enu;
   ned_from_enu << 0, 1, 0, 1, 0, 0, 0, 0, -1;
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
@@ -281,9 +325,11 @@ void write_tartanair(const Recording& recording, const fs::path& folder, const M
       frd << pose.rotation.col(2), pose.rotation.col(0), pose.rotation.col(1);
       const Quaterniond q(ned_from_enu * frd);
       const Vector3d t = ned_from_enu * pose.centre;
-      poses += fmt::format("{:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}\n", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+      poses += fmt::format("{:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}\n", t.x(),
+                           t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
       const std::string stem = digits(f) + "_" + camera.name;
-      core::write_file(folder / path / ("image_" + camera.name) / (stem + ".png"), core::encode_png(said.color(c, f)));
+      core::write_file(folder / path / ("image_" + camera.name) / (stem + ".png"),
+                       core::encode_png(said.color(c, f)));
       core::Image8 depth(camera.width, camera.height, 4);
       for (int y = 0; y < camera.height; ++y)
         for (int x = 0; x < camera.width; ++x) {
@@ -293,11 +339,14 @@ void write_tartanair(const Recording& recording, const fs::path& folder, const M
           const int order[4] = {2, 1, 0, 3};
           for (int k = 0; k < 4; ++k) depth(x, y, k) = bytes[order[k]];
         }
-      core::write_file(folder / path / ("depth_" + camera.name) / (stem + "_depth.png"), core::encode_png(depth));
+      core::write_file(folder / path / ("depth_" + camera.name) / (stem + "_depth.png"),
+                       core::encode_png(depth));
       core::write_file(folder / path / ("seg_" + camera.name) / (stem + "_seg.png"),
                        core::encode_png(core::Image8(camera.width, camera.height, 1, 1)));
       if (c == 0 && f + 1 < recording.body_world.size())
-        write_flow(said, f, folder / path / "flow_lcam_front" / (digits(f) + "_" + digits(f + 1) + "_lcam_front_flow.npz"));
+        write_flow(said, f,
+                   folder / path / "flow_lcam_front" /
+                       (digits(f) + "_" + digits(f + 1) + "_lcam_front_flow.npz"));
     }
     core::write_file(folder / path / ("pose_" + camera.name + ".txt"), poses);
   }
@@ -307,11 +356,14 @@ void write_tartanair(const Recording& recording, const fs::path& folder, const M
 void write_kitti(const Recording& recording, const fs::path& folder, const Mistake& mistake) {
   const Said said{recording, mistake};
   const std::string path = "dataset/sequences/00";
-  const double baseline_m = (recording.cameras[1].offset_body - recording.cameras[0].offset_body).norm();
+  const double baseline_m =
+      (recording.cameras[1].offset_body - recording.cameras[0].offset_body).norm();
   std::string calibration;
   for (int k = 0; k < 4; ++k)
-    calibration += fmt::format("P{}: {:.12g} 0 {:.12g} {:.12g} 0 {:.12g} {:.12g} 0 0 0 1 0\n", k, said.focal(0), said.cx(0) - 0.5,
-                               k % 2 == 1 ? -said.focal(0) * baseline_m : 0.0, said.focal(0), said.cy(0) - 0.5);
+    calibration +=
+        fmt::format("P{}: {:.12g} 0 {:.12g} {:.12g} 0 {:.12g} {:.12g} 0 0 0 1 0\n", k,
+                    said.focal(0), said.cx(0) - 0.5, k % 2 == 1 ? -said.focal(0) * baseline_m : 0.0,
+                    said.focal(0), said.cy(0) - 0.5);
   calibration += "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 0\n";
   core::write_file(folder / path / "calib.txt", calibration);
   std::string poses, times;
@@ -321,17 +373,21 @@ void write_kitti(const Recording& recording, const fs::path& folder, const Mista
     const Matrix3d r = first.rotation.transpose() * pose.rotation;
     const Vector3d t = first.rotation.transpose() * (pose.centre - first.centre);
     for (int row = 0; row < 3; ++row)
-      poses += fmt::format("{:.12g} {:.12g} {:.12g} {:.12g}{}", r(row, 0), r(row, 1), r(row, 2), t[row], row < 2 ? " " : "\n");
-    times += fmt::format("{:e}\n", static_cast<double>(f) / kRate_hz * (1.0 + mistake.times_relative));
+      poses += fmt::format("{:.12g} {:.12g} {:.12g} {:.12g}{}", r(row, 0), r(row, 1), r(row, 2),
+                           t[row], row < 2 ? " " : "\n");
+    times +=
+        fmt::format("{:e}\n", static_cast<double>(f) / kRate_hz * (1.0 + mistake.times_relative));
     for (std::size_t c = 0; c < 2; ++c)
-      core::write_file(folder / path / recording.cameras[c].name / (digits(f) + ".png"), core::encode_png(said.color(c, f)));
+      core::write_file(folder / path / recording.cameras[c].name / (digits(f) + ".png"),
+                       core::encode_png(said.color(c, f)));
     write_depth_npy(said, 0, f, folder / path / "depth_2" / (digits(f) + ".npy"));
     const SceneCamera& camera = recording.cameras[0];
     core::Image16 disparity(camera.width, camera.height);
     for (int y = 0; y < camera.height; ++y)
       for (int x = 0; x < camera.width; ++x)
-        disparity(x, y) = static_cast<std::uint16_t>(std::lround(camera.focal_px * baseline_m / recording.depth[0][f](x, y) * 256.0 *
-                                                                 (1.0 + mistake.disparity_relative)));
+        disparity(x, y) = static_cast<std::uint16_t>(
+            std::lround(camera.focal_px * baseline_m / recording.depth[0][f](x, y) * 256.0 *
+                        (1.0 + mistake.disparity_relative)));
     core::write_file(folder / path / "disp_2" / (digits(f) + ".png"), core::encode_png(disparity));
   }
   core::write_file(folder / "dataset/poses/00.txt", poses);
@@ -363,7 +419,9 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
   const std::string path = "flight";
   const std::size_t num_cameras = recording.cameras.size();
   const auto num_frames = static_cast<std::size_t>(recording.num_frames());
-  const auto image_id = [&](std::size_t c, std::size_t f) { return static_cast<std::uint32_t>(1 + f * num_cameras + c); };
+  const auto image_id = [&](std::size_t c, std::size_t f) {
+    return static_cast<std::uint32_t>(1 + f * num_cameras + c);
+  };
 
   // Points: the true ones, projected by what the dataset says, so that the model agrees with itself even when it is wrong.
   std::map<std::uint32_t, std::vector<Observation>> observations;
@@ -372,10 +430,13 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
   for (std::size_t f = 0; f < num_frames; f += 2)
     for (int y = 6; y < camera0.height - 6; y += 4)
       for (int x = 6; x < camera0.width - 6; x += 4) {
-        const Vector3d ray((x + 0.5 - 0.5 * camera0.width) / camera0.focal_px, (y + 0.5 - 0.5 * camera0.height) / camera0.focal_px, 1.0);
+        const Vector3d ray((x + 0.5 - 0.5 * camera0.width) / camera0.focal_px,
+                           (y + 0.5 - 0.5 * camera0.height) / camera0.focal_px, 1.0);
         Point point;
-        point.position = recording.rotation(0, f) * (ray * recording.depth[0][f](x, y)) + recording.centre(0, f);
-        for (int k = 0; k < 3; ++k) point.color[static_cast<std::size_t>(k)] = recording.color[0][f](x, y, k);
+        point.position =
+            recording.rotation(0, f) * (ray * recording.depth[0][f](x, y)) + recording.centre(0, f);
+        for (int k = 0; k < 3; ++k)
+          point.color[static_cast<std::size_t>(k)] = recording.color[0][f](x, y, k);
         const auto id = static_cast<std::int64_t>(points.size() + 1);
         for (std::size_t g = 0; g < num_frames; ++g)
           for (std::size_t c = 0; c < num_cameras; ++c) {
@@ -383,7 +444,9 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
             const Vector3d at = pose.rotation.transpose() * (point.position - pose.centre);
             const double u = said.focal(c) * at.x() / at.z() + said.cx(c);
             const double v = said.focal(c) * at.y() / at.z() + said.cy(c);
-            if (at.z() <= 0.0 || u < 1.0 || v < 1.0 || u >= recording.cameras[c].width - 1.0 || v >= recording.cameras[c].height - 1.0) continue;
+            if (at.z() <= 0.0 || u < 1.0 || v < 1.0 || u >= recording.cameras[c].width - 1.0 ||
+                v >= recording.cameras[c].height - 1.0)
+              continue;
             auto& list = observations[image_id(c, g)];
             point.track.emplace_back(image_id(c, g), static_cast<std::uint32_t>(list.size()));
             list.push_back({u, v, id});
@@ -391,10 +454,12 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
         points.push_back(std::move(point));
       }
 
-  std::string cameras_txt = "# cameras\n", images_txt = "# images\n", points_txt = "# points\n", rigs_txt, frames_txt;
+  std::string cameras_txt = "# cameras\n", images_txt = "# images\n", points_txt = "# points\n",
+              rigs_txt, frames_txt;
   std::string cameras_bin, images_bin, points_bin, rigs_bin, frames_bin;
   const auto pose_text = [](const Quaterniond& q, const Vector3d& t) {
-    return fmt::format("{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}", q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z());
+    return fmt::format("{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}", q.w(), q.x(),
+                       q.y(), q.z(), t.x(), t.y(), t.z());
   };
   const auto put_pose = [](std::string& bytes, const Quaterniond& q, const Vector3d& t) {
     for (const double value : {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()}) put(bytes, value);
@@ -408,19 +473,22 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
   for (std::size_t c = 0; c < num_cameras; ++c) {
     const SceneCamera& camera = recording.cameras[c];
     const auto id = static_cast<std::uint32_t>(c + 1);
-    cameras_txt += fmt::format("{} PINHOLE {} {} {:.17g} {:.17g} {:.17g} {:.17g}\n", id, camera.width, camera.height, said.focal(c),
-                               said.focal(c), said.cx(c), said.cy(c));
+    cameras_txt +=
+        fmt::format("{} PINHOLE {} {} {:.17g} {:.17g} {:.17g} {:.17g}\n", id, camera.width,
+                    camera.height, said.focal(c), said.focal(c), said.cx(c), said.cy(c));
     put(cameras_bin, id);
     put(cameras_bin, std::int32_t{1});
     put(cameras_bin, static_cast<std::uint64_t>(camera.width));
     put(cameras_bin, static_cast<std::uint64_t>(camera.height));
-    for (const double value : {said.focal(c), said.focal(c), said.cx(c), said.cy(c)}) put(cameras_bin, value);
+    for (const double value : {said.focal(c), said.focal(c), said.cx(c), said.cy(c)})
+      put(cameras_bin, value);
     rigs_txt += fmt::format(" CAMERA {}", id);
     put(rigs_bin, std::int32_t{0});
     put(rigs_bin, id);
     if (c == 0) continue;
     const Quaterniond q(said.mount(c).transpose() * said.mount(0));
-    const Vector3d t = said.mount(c).transpose() * (recording.cameras[0].offset_body - camera.offset_body);
+    const Vector3d t =
+        said.mount(c).transpose() * (recording.cameras[0].offset_body - camera.offset_body);
     rigs_txt += " 1 " + pose_text(q, t);
     put(rigs_bin, std::uint8_t{1});
     put_pose(rigs_bin, q, t);
@@ -461,17 +529,19 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
       }
       images_txt += "\n";
       core::write_file(folder / path / "images" / name, core::encode_png(said.color(c, f)));
-      write_depth_npy(said, c, f, folder / path / "depth" / recording.cameras[c].name / (digits(f) + ".npy"));
+      write_depth_npy(said, c, f,
+                      folder / path / "depth" / recording.cameras[c].name / (digits(f) + ".npy"));
     }
     frames_txt += "\n";
   }
   put(points_bin, static_cast<std::uint64_t>(points.size()));
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& p = points[i];
-    points_txt += fmt::format("{} {:.17g} {:.17g} {:.17g} {} {} {} 0", i + 1, p.position.x(), p.position.y(), p.position.z(), p.color[0],
-                              p.color[1], p.color[2]);
+    points_txt += fmt::format("{} {:.17g} {:.17g} {:.17g} {} {} {} 0", i + 1, p.position.x(),
+                              p.position.y(), p.position.z(), p.color[0], p.color[1], p.color[2]);
     put(points_bin, static_cast<std::uint64_t>(i + 1));
-    for (const double value : {p.position.x(), p.position.y(), p.position.z()}) put(points_bin, value);
+    for (const double value : {p.position.x(), p.position.y(), p.position.z()})
+      put(points_bin, value);
     for (const std::uint8_t value : p.color) put(points_bin, value);
     put(points_bin, 0.0);
     put(points_bin, static_cast<std::uint64_t>(p.track.size()));

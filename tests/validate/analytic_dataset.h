@@ -45,32 +45,37 @@ struct Recording {
 enum class Ground { Smooth, Facets };
 
 /// A banked, climbing, speeding turn above hills.
-Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames, Ground ground = Ground::Smooth,
-                        double scale = 1.0);
+Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames,
+                        Ground ground = Ground::Smooth, double scale = 1.0);
 
 /// A mistake in what a dataset says; its images stay right unless told.
 struct Mistake {
   double principal_x_px = 0.0;
   double principal_y_px = 0.0;
   double focal_relative = 0.0;
-  double depth_relative = 0.0;       ///< all depth (and disparity) by 1 + this
-  int pose_shift_frames = 0;         ///< poses (and georeference) of the frame so much later
-  int color_shift_frames = 0;        ///< colours of the frame so much earlier
-  double mount_yaw_deg = 0.0;        ///< of the last camera, about its y axis, in all that is said of it
-  int pose_frame = -1;               ///< frame whose pose alone is turned or moved, in the format's files and georeference.csv
+  double depth_relative = 0.0;  ///< all depth (and disparity) by 1 + this
+  int pose_shift_frames = 0;    ///< poses (and georeference) of the frame so much later
+  int color_shift_frames = 0;   ///< colours of the frame so much earlier
+  double mount_yaw_deg = 0.0;   ///< of the last camera, about its y axis, in all that is said of it
+  int pose_frame =
+      -1;  ///< frame whose pose alone is turned or moved, in the format's files and georeference.csv
   Eigen::Vector3d pose_turn_deg = Eigen::Vector3d::Zero();
   Eigen::Vector3d pose_move_m = Eigen::Vector3d::Zero();  ///< along the camera's axes
   bool poses_only_in_format = false;  ///< pose_frame's mistake is not in georeference.csv
   double flow_sign = 1.0;
   bool covisible_everywhere = false;
-  double color_offset_px = 0.0;      ///< whole pixels by which the last camera's colours stand to the right
+  double color_offset_px =
+      0.0;  ///< whole pixels by which the last camera's colours stand to the right
   double disparity_relative = 0.0;
-  double times_relative = 0.0;       ///< factor on time stamps
+  double times_relative = 0.0;  ///< factor on time stamps
 };
 
-void write_tartanair(const Recording& recording, const std::filesystem::path& folder, const Mistake& mistake = {});
-void write_kitti(const Recording& recording, const std::filesystem::path& folder, const Mistake& mistake = {});
-void write_colmap(const Recording& recording, const std::filesystem::path& folder, const Mistake& mistake = {});
+void write_tartanair(const Recording& recording, const std::filesystem::path& folder,
+                     const Mistake& mistake = {});
+void write_kitti(const Recording& recording, const std::filesystem::path& folder,
+                 const Mistake& mistake = {});
+void write_colmap(const Recording& recording, const std::filesystem::path& folder,
+                  const Mistake& mistake = {});
 
 /// Writes dataset.json's list of files anew, as they are now on disk.
 void list_files_again(const std::filesystem::path& folder);

@@ -16,12 +16,14 @@ Eigen::Matrix3d looking(double yaw_deg, double down_deg) {
   Eigen::Matrix3d flu_from_rdf;
   flu_from_rdf << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   return Eigen::AngleAxisd(yaw_deg * kRadPerDeg, Eigen::Vector3d::UnitZ()).toRotationMatrix() *
-         Eigen::AngleAxisd(down_deg * kRadPerDeg, Eigen::Vector3d::UnitY()).toRotationMatrix() * flu_from_rdf;
+         Eigen::AngleAxisd(down_deg * kRadPerDeg, Eigen::Vector3d::UnitY()).toRotationMatrix() *
+         flu_from_rdf;
 }
 
 double hills(double x, double y, double s) {
-  return s * (14.0 * std::sin(x / (61.0 * s) + 0.3) * std::cos(y / (47.0 * s)) + 8.0 * std::sin((x + 1.7 * y) / (39.0 * s)) +
-              3.0 * std::cos((2.1 * x - y) / (23.0 * s)));
+  return s *
+         (14.0 * std::sin(x / (61.0 * s) + 0.3) * std::cos(y / (47.0 * s)) +
+          8.0 * std::sin((x + 1.7 * y) / (39.0 * s)) + 3.0 * std::cos((2.1 * x - y) / (23.0 * s)));
 }
 
 /// Heights on a grid, joined by triangles with the diagonal from (x + 1, y) to (x, y + 1).
@@ -43,8 +45,8 @@ double facets(double x, double y, double s) {
 }
 
 /// Distance along a ray to the ground, near a guess; marched from the camera, then bisected.
-double hit_distance(const std::function<double(double, double)>& ground, const Eigen::Vector3d& origin,
-                    const Eigen::Vector3d& direction, double reach) {
+double hit_distance(const std::function<double(double, double)>& ground,
+                    const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double reach) {
   const auto above = [&](double t) {
     const Eigen::Vector3d p = origin + t * direction;
     return p.z() - ground(p.x(), p.y());
@@ -69,11 +71,19 @@ double hit_distance(const std::function<double(double, double)>& ground, const E
 /// Smooth colours of waves of 4 to 30 pixels' length, none so short that a pixel could not hold it.
 Eigen::Vector3d ground_color(double x, double y, double s) {
   double value = 0.0;
-  static constexpr std::array<std::array<double, 3>, 7> kWaves{
-      {{0.9, 0.35, 0.1}, {-0.4, 0.8, 1.3}, {0.55, -0.62, 2.1}, {0.21, 0.17, 0.7}, {-0.12, 0.26, 3.0}, {1.15, 0.9, 4.0}, {0.8, -1.2, 5.0}}};
-  for (const auto& wave : kWaves) value += std::sin((wave[0] * x + wave[1] * y) / s + wave[2] + std::sin((0.07 * x - 0.05 * y) / s));
+  static constexpr std::array<std::array<double, 3>, 7> kWaves{{{0.9, 0.35, 0.1},
+                                                                {-0.4, 0.8, 1.3},
+                                                                {0.55, -0.62, 2.1},
+                                                                {0.21, 0.17, 0.7},
+                                                                {-0.12, 0.26, 3.0},
+                                                                {1.15, 0.9, 4.0},
+                                                                {0.8, -1.2, 5.0}}};
+  for (const auto& wave : kWaves)
+    value +=
+        std::sin((wave[0] * x + wave[1] * y) / s + wave[2] + std::sin((0.07 * x - 0.05 * y) / s));
   const double broad = std::sin(x / (31.0 * s)) * std::cos(y / (27.0 * s));
-  return {118.0 + 15.0 * value + 20.0 * broad, 124.0 + 14.0 * value, 96.0 + 11.0 * value - 16.0 * broad};
+  return {118.0 + 15.0 * value + 20.0 * broad, 124.0 + 14.0 * value,
+          96.0 + 11.0 * value - 16.0 * broad};
 }
 
 }  // namespace
@@ -88,7 +98,8 @@ std::vector<SceneCamera> kitti_cameras() {
 std::vector<SceneCamera> tartanair_cameras() {
   const Eigen::Matrix3d mount = looking(0.0, 55.0);
   const Eigen::Vector3d right = mount.col(0);
-  return {{"lcam_front", 640, 640, 320.0, mount, {0.0, 0.0, 0.0}}, {"rcam_front", 640, 640, 320.0, mount, 0.25 * right}};
+  return {{"lcam_front", 640, 640, 320.0, mount, {0.0, 0.0, 0.0}},
+          {"rcam_front", 640, 640, 320.0, mount, 0.25 * right}};
 }
 
 std::vector<SceneCamera> colmap_cameras() {
@@ -97,7 +108,8 @@ std::vector<SceneCamera> colmap_cameras() {
           {"rig/cam2", 160, 128, 120.0, looking(0.0, 40.0), {0.3, -0.5, 0.0}}};
 }
 
-Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames, Ground ground, double scale) {
+Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames, Ground ground,
+                        double scale) {
   Recording recording;
   recording.cameras = cameras;
   if (ground == Ground::Smooth)
@@ -112,13 +124,15 @@ Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames,
     heading_deg += 5.0 + 2.5 * std::sin(0.9 * i + 0.4);
     const double bank_deg = -12.0 - 3.0 * std::cos(0.8 * i);
     const double pitch_deg = -3.0 * std::sin(0.7 * i);
-    place += scale * Eigen::Vector3d(speed * std::cos(heading_deg * kRadPerDeg), speed * std::sin(heading_deg * kRadPerDeg),
+    place += scale * Eigen::Vector3d(speed * std::cos(heading_deg * kRadPerDeg),
+                                     speed * std::sin(heading_deg * kRadPerDeg),
                                      0.6 + 0.5 * std::cos(0.6 * i));
     recording.body_world.push_back(place);
     recording.world_from_body.push_back(
         (Eigen::AngleAxisd(heading_deg * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
          Eigen::AngleAxisd(pitch_deg * kRadPerDeg, Eigen::Vector3d::UnitY()) *
-         Eigen::AngleAxisd(bank_deg * kRadPerDeg, Eigen::Vector3d::UnitX())).toRotationMatrix());
+         Eigen::AngleAxisd(bank_deg * kRadPerDeg, Eigen::Vector3d::UnitX()))
+            .toRotationMatrix());
   }
   recording.color.resize(cameras.size());
   recording.depth.resize(cameras.size());
@@ -142,7 +156,8 @@ Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames,
           const Eigen::Vector3d point = centre + t * direction;
           const Eigen::Vector3d shade = ground_color(point.x(), point.y(), grain);
           for (int k = 0; k < 3; ++k)
-            color(x, y, k) = static_cast<std::uint8_t>(std::lround(std::clamp(shade[k], 0.0, 255.0)));
+            color(x, y, k) =
+                static_cast<std::uint8_t>(std::lround(std::clamp(shade[k], 0.0, 255.0)));
         }
       });
       recording.color[c].push_back(std::move(color));

@@ -65,7 +65,8 @@ struct Damage {
   std::string format;
   std::function<void(const fs::path&)> hurt;
   std::string named;  ///< what the finding must name
-  bool list_again = false;  ///< dataset.json then lists the damaged files as they are: only reading them can tell
+  bool list_again =
+      false;  ///< dataset.json then lists the damaged files as they are: only reading them can tell
 };
 
 void PrintTo(const Damage& one, std::ostream* out) { *out << one.named; }
@@ -88,40 +89,115 @@ const std::string kKitti = "dataset/sequences/00/";
 const std::string kSparse = "flight/sparse/0/";
 
 const Damage kDamages[] = {
-    {"MissingImage", "kitti", [](const fs::path& d) { fs::remove(d / kKitti / "image_2/000001.png"); }, "image_2/000001.png"},
-    {"MissingImageUnlisted", "kitti", [](const fs::path& d) { fs::remove(d / kKitti / "image_2/000001.png"); }, "image_2/000001.png: missing", true},
-    {"FlippedBit", "kitti", [](const fs::path& d) { flip_bit(d / kKitti / "depth_2/000002.npy"); }, "depth_2/000002.npy"},
-    {"ExtraFile", "kitti", [](const fs::path& d) { core::write_file(d / kKitti / "notes.txt", std::string_view("x")); }, "notes.txt: not listed"},
-    {"ExtraImage", "kitti", [](const fs::path& d) { fs::copy_file(d / kKitti / "image_2/000001.png", d / kKitti / "image_2/000007.png"); }, "1 files that are not", true},
-    {"TruncatedPng", "kitti", [](const fs::path& d) { truncate(d / kKitti / "image_3/000002.png"); }, "image_3/000002.png", true},
-    {"TruncatedNpy", "kitti", [](const fs::path& d) { truncate(d / kKitti / "depth_2/000000.npy"); }, "bytes of values where", true},
-    {"HugeNpy", "kitti", [](const fs::path& d) { replace(d / kKitti / "depth_2/000000.npy", "(128, 160, ), }    ", "(9999999999999, 9), }"); }, "too large", true},
-    {"SwappedSides", "kitti", [](const fs::path& d) { replace(d / kKitti / "depth_2/000000.npy", "(128, 160", "(160, 128"); }, "128 x 160 pixels where 160 x 128", true},
-    {"MissingPoseRow", "kitti", [](const fs::path& d) { std::string t = core::read_text_file(d / "dataset/poses/00.txt"); t.erase(0, t.find('\n') + 1); core::write_file(d / "dataset/poses/00.txt", t); }, "2 rows for 3 frames", true},
-    {"GarbagePose", "kitti", [](const fs::path& d) { replace(d / "dataset/poses/00.txt", " 0 ", " nan "); }, "is not a finite number", true},
-    {"MissingCalibrationLine", "kitti", [](const fs::path& d) { replace(d / kKitti / "calib.txt", "Tr:", "Xy:"); }, "no line Tr:", true},
-    {"MissingTimes", "kitti", [](const fs::path& d) { fs::remove(d / kKitti / "times.txt"); }, "times.txt", true},
-    {"DisparityOf8Bits", "kitti", [](const fs::path& d) { fs::copy_file(d / kKitti / "image_2/000000.png", d / kKitti / "disp_2/000000.png", fs::copy_options::overwrite_existing); }, "16 bits", true},
-    {"HugeFrameCount", "kitti", [](const fs::path& d) { replace(d / "dataset.json", "\"num_frames\": 3", "\"num_frames\": 300000000000"); }, "num_frames"},
-    {"PathOutside", "kitti", [](const fs::path& d) { replace(d / "dataset.json", "\"path\": \"dataset", "\"path\": \"../../etc"); }, "leaves the dataset"},
-    {"NoSequences", "kitti", [](const fs::path& d) { replace(d / "dataset.json", "\"sequences\"", "\"sequencez\""); }, "dataset.json"},
-    {"GeoreferenceGarbage", "kitti", [](const fs::path& d) { replace(d / kKitti / "georeference.csv", "image_2,0,42.", "image_2,0,942."); }, "is no place", true},
-    {"TruncatedPoints", "colmap", [](const fs::path& d) { truncate(d / kSparse / "points3D.bin"); }, "points3D.bin", true},
-    {"TruncatedImages", "colmap", [](const fs::path& d) { truncate(d / kSparse / "images.bin"); }, "images.bin", true},
-    {"HugeCount", "colmap", [](const fs::path& d) { std::fstream f(d / kSparse / "points3D.bin", std::ios::in | std::ios::out | std::ios::binary); const std::uint64_t n = ~std::uint64_t{0} / 2; f.write(reinterpret_cast<const char*>(&n), 8); }, "more than the file can hold", true},
-    {"NoRigs", "colmap", [](const fs::path& d) { fs::remove(d / kSparse / "rigs.bin"); }, "rigs.bin", true},
-    {"NoLineOfPoints", "colmap", [](const fs::path& d) { core::write_file(d / "flight/sparse_txt/0/images.txt", std::string_view("1 1 0 0 0 0 0 0 1 rig/cam0/000000.png\n")); }, "no line of points", true},
-    {"EmptyFiles", "colmap", [](const fs::path& d) { for (const char* name : {"cameras.bin", "images.bin", "frames.bin"}) core::write_file(d / kSparse / name, std::string_view("")); }, "truncated", true},
+    {"MissingImage", "kitti",
+     [](const fs::path& d) { fs::remove(d / kKitti / "image_2/000001.png"); },
+     "image_2/000001.png"},
+    {"MissingImageUnlisted", "kitti",
+     [](const fs::path& d) { fs::remove(d / kKitti / "image_2/000001.png"); },
+     "image_2/000001.png: missing", true},
+    {"FlippedBit", "kitti", [](const fs::path& d) { flip_bit(d / kKitti / "depth_2/000002.npy"); },
+     "depth_2/000002.npy"},
+    {"ExtraFile", "kitti",
+     [](const fs::path& d) { core::write_file(d / kKitti / "notes.txt", std::string_view("x")); },
+     "notes.txt: not listed"},
+    {"ExtraImage", "kitti",
+     [](const fs::path& d) {
+       fs::copy_file(d / kKitti / "image_2/000001.png", d / kKitti / "image_2/000007.png");
+     },
+     "1 files that are not", true},
+    {"TruncatedPng", "kitti",
+     [](const fs::path& d) { truncate(d / kKitti / "image_3/000002.png"); }, "image_3/000002.png",
+     true},
+    {"TruncatedNpy", "kitti",
+     [](const fs::path& d) { truncate(d / kKitti / "depth_2/000000.npy"); },
+     "bytes of values where", true},
+    {"HugeNpy", "kitti",
+     [](const fs::path& d) {
+       replace(d / kKitti / "depth_2/000000.npy", "(128, 160, ), }    ", "(9999999999999, 9), }");
+     },
+     "too large", true},
+    {"SwappedSides", "kitti",
+     [](const fs::path& d) {
+       replace(d / kKitti / "depth_2/000000.npy", "(128, 160", "(160, 128");
+     },
+     "128 x 160 pixels where 160 x 128", true},
+    {"MissingPoseRow", "kitti",
+     [](const fs::path& d) {
+       std::string t = core::read_text_file(d / "dataset/poses/00.txt");
+       t.erase(0, t.find('\n') + 1);
+       core::write_file(d / "dataset/poses/00.txt", t);
+     },
+     "2 rows for 3 frames", true},
+    {"GarbagePose", "kitti",
+     [](const fs::path& d) { replace(d / "dataset/poses/00.txt", " 0 ", " nan "); },
+     "is not a finite number", true},
+    {"MissingCalibrationLine", "kitti",
+     [](const fs::path& d) { replace(d / kKitti / "calib.txt", "Tr:", "Xy:"); },
+     "no line Tr:", true},
+    {"MissingTimes", "kitti", [](const fs::path& d) { fs::remove(d / kKitti / "times.txt"); },
+     "times.txt", true},
+    {"DisparityOf8Bits", "kitti",
+     [](const fs::path& d) {
+       fs::copy_file(d / kKitti / "image_2/000000.png", d / kKitti / "disp_2/000000.png",
+                     fs::copy_options::overwrite_existing);
+     },
+     "16 bits", true},
+    {"HugeFrameCount", "kitti",
+     [](const fs::path& d) {
+       replace(d / "dataset.json", "\"num_frames\": 3", "\"num_frames\": 300000000000");
+     },
+     "num_frames"},
+    {"PathOutside", "kitti",
+     [](const fs::path& d) {
+       replace(d / "dataset.json", "\"path\": \"dataset", "\"path\": \"../../etc");
+     },
+     "leaves the dataset"},
+    {"NoSequences", "kitti",
+     [](const fs::path& d) { replace(d / "dataset.json", "\"sequences\"", "\"sequencez\""); },
+     "dataset.json"},
+    {"GeoreferenceGarbage", "kitti",
+     [](const fs::path& d) {
+       replace(d / kKitti / "georeference.csv", "image_2,0,42.", "image_2,0,942.");
+     },
+     "is no place", true},
+    {"TruncatedPoints", "colmap", [](const fs::path& d) { truncate(d / kSparse / "points3D.bin"); },
+     "points3D.bin", true},
+    {"TruncatedImages", "colmap", [](const fs::path& d) { truncate(d / kSparse / "images.bin"); },
+     "images.bin", true},
+    {"HugeCount", "colmap",
+     [](const fs::path& d) {
+       std::fstream f(d / kSparse / "points3D.bin",
+                      std::ios::in | std::ios::out | std::ios::binary);
+       const std::uint64_t n = ~std::uint64_t{0} / 2;
+       f.write(reinterpret_cast<const char*>(&n), 8);
+     },
+     "more than the file can hold", true},
+    {"NoRigs", "colmap", [](const fs::path& d) { fs::remove(d / kSparse / "rigs.bin"); },
+     "rigs.bin", true},
+    {"NoLineOfPoints", "colmap",
+     [](const fs::path& d) {
+       core::write_file(d / "flight/sparse_txt/0/images.txt",
+                        std::string_view("1 1 0 0 0 0 0 0 1 rig/cam0/000000.png\n"));
+     },
+     "no line of points", true},
+    {"EmptyFiles", "colmap",
+     [](const fs::path& d) {
+       for (const char* name : {"cameras.bin", "images.bin", "frames.bin"})
+         core::write_file(d / kSparse / name, std::string_view(""));
+     },
+     "truncated", true},
 };
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Damaged, testing::ValuesIn(kDamages), [](const auto& one) { return one.param.name; });
+INSTANTIATE_TEST_SUITE_P(Kinds, Damaged, testing::ValuesIn(kDamages),
+                         [](const auto& one) { return one.param.name; });
 
 TEST(DamagedColmap, OneWrongIndexOrBitIsFound) {
   const test::ScratchFolder scratch;
   write("colmap", scratch / "data");
   replace(scratch / "data/flight/sparse_txt/0/frames.txt", "1 1 ", "1 1 0.");
   std::map<std::string, bool> ok;
-  for (const CheckResult& result : run(scratch / "data", scratch / "report")) ok[result.name] = result.ok;
+  for (const CheckResult& result : run(scratch / "data", scratch / "report"))
+    ok[result.name] = result.ok;
   EXPECT_FALSE(ok.at("colmap_text_binary"));
   EXPECT_TRUE(ok.at("colmap_tracks"));
 }
@@ -157,10 +233,13 @@ TEST(ValidateStage, GivesTheSameReportForAnyThreads) {
   for (const int threads : {1, 2}) {
     core::Context context{log};
     context.num_threads = threads;
-    run_validate_stage(scratch / "data", {}, scratch / ("report" + std::to_string(threads)), context);
+    run_validate_stage(scratch / "data", {}, scratch / ("report" + std::to_string(threads)),
+                       context);
   }
-  EXPECT_EQ(core::read_text_file(scratch / "report1/report.json"), core::read_text_file(scratch / "report2/report.json"));
-  EXPECT_EQ(core::read_text_file(scratch / "report1/index.html"), core::read_text_file(scratch / "report2/index.html"));
+  EXPECT_EQ(core::read_text_file(scratch / "report1/report.json"),
+            core::read_text_file(scratch / "report2/report.json"));
+  EXPECT_EQ(core::read_text_file(scratch / "report1/index.html"),
+            core::read_text_file(scratch / "report2/index.html"));
 }
 
 }  // namespace

@@ -34,22 +34,26 @@ Results validate_folder(const std::filesystem::path& folder, const std::filesyst
   ValidateOptions options;
   options.samples_per_image = 4000;
   Results results;
-  for (CheckResult& result : run_validate_stage(folder, options, report, {log})) results[result.name] = std::move(result);
+  for (CheckResult& result : run_validate_stage(folder, options, report, {log}))
+    results[result.name] = std::move(result);
   return results;
 }
 
 std::string failures(const Results& results) {
   std::string text;
   for (const auto& [name, result] : results)
-    if (!result.ok) text += fmt::format("{} = {:.4g} {} (bound {:.4g}): {}\n", name, result.value, result.unit, result.bound, result.worst);
+    if (!result.ok)
+      text += fmt::format("{} = {:.4g} {} (bound {:.4g}): {}\n", name, result.value, result.unit,
+                          result.bound, result.worst);
   return text;
 }
 
 std::string values(const Results& results) {
   std::string text;
   for (const auto& [name, result] : results)
-    text += fmt::format("{} {} = {:.4g} {} (bound {:.4g}): {}\n", result.ok ? result.skipped ? "skip" : "ok  " : "BAD ", name,
-                        result.value, result.unit, result.bound, result.worst);
+    text += fmt::format("{} {} = {:.4g} {} (bound {:.4g}): {}\n",
+                        result.ok ? result.skipped ? "skip" : "ok  " : "BAD ", name, result.value,
+                        result.unit, result.bound, result.worst);
   return text;
 }
 
@@ -84,19 +88,22 @@ TEST_P(Right, DatasetPassesEveryCheck) {
   if (std::getenv("TERRACAST_SHOW_VALUES") != nullptr) std::fputs(values(results).c_str(), stdout);
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, Right, testing::Values("kitti", "colmap", "tartanair"), [](const auto& one) { return one.param; });
+INSTANTIATE_TEST_SUITE_P(Formats, Right, testing::Values("kitti", "colmap", "tartanair"),
+                         [](const auto& one) { return one.param; });
 
 /// Ground as a world has it: triangles of a few pixels with rough corners, which no smooth interpolation follows.
 TEST(RightFacets, RoughTrianglesPassEveryCheck) {
   const test::ScratchFolder scratch;
-  test::write_colmap(test::record_flight(test::colmap_cameras(), 6, test::Ground::Facets), scratch / "data");
+  test::write_colmap(test::record_flight(test::colmap_cameras(), 6, test::Ground::Facets),
+                     scratch / "data");
   const Results results = validate_folder(scratch / "data", scratch / "report");
   EXPECT_EQ(failures(results), "") << values(results);
   if (std::getenv("TERRACAST_SHOW_VALUES") != nullptr) std::fputs(values(results).c_str(), stdout);
 }
 
 TEST(WrongFacets, SmallErrorsAreFoundOnRoughTrianglesToo) {
-  static const Recording recording = test::record_flight(test::colmap_cameras(), 6, test::Ground::Facets);
+  static const Recording recording =
+      test::record_flight(test::colmap_cameras(), 6, test::Ground::Facets);
   const std::vector<std::pair<Mistake, std::string>> cases = {
       {{.principal_x_px = 0.1}, "reprojection_principal_point"},
       {{.principal_y_px = 0.1}, "reprojection_principal_point"},
@@ -119,7 +126,8 @@ TEST_P(Wrong, IsFoundByTheNamedCheck) {
   const Results results = results_of(wrong.format, wrong.mistake);
   ASSERT_TRUE(results.contains(wrong.check)) << values(results);
   EXPECT_FALSE(results.at(wrong.check).ok) << values(results);
-  EXPECT_TRUE(results.at("structure").ok) << "the files themselves are sound: " << results.at("structure").worst;
+  EXPECT_TRUE(results.at("structure").ok)
+      << "the files themselves are sound: " << results.at("structure").worst;
 }
 
 const Case kCases[] = {
@@ -130,13 +138,26 @@ const Case kCases[] = {
     {"KittiDepthScaleInStereo", "kitti", {.depth_relative = 1e-3}, "stereo_scale"},
     {"KittiDisparityScale", "kitti", {.disparity_relative = 1e-3}, "stereo_scale"},
     {"KittiOneFrameOfTime", "kitti", {.pose_shift_frames = 1}, "reprojection_time"},
-    {"KittiRotationOfOneFrame", "kitti", {.pose_frame = 3, .pose_turn_deg = {0.01, 0.0, 0.0}}, "reprojection_rotation"},
-    {"KittiRollOfOneFrame", "kitti", {.pose_frame = 2, .pose_turn_deg = {0.0, 0.0, 0.01}}, "reprojection_rotation"},
-    {"KittiPoseAgainstGeoreference", "kitti",
-     {.pose_frame = 3, .pose_turn_deg = {0.0, 0.01, 0.0}, .poses_only_in_format = true}, "georeference_rotation"},
-    {"KittiPlaceAgainstGeoreference", "kitti",
-     {.pose_frame = 3, .pose_move_m = {0.0, 0.002, 0.0}, .poses_only_in_format = true}, "georeference_position"},
-    {"KittiPositionOfOneFrame", "kitti", {.pose_frame = 3, .pose_move_m = {0.12, 0.0, 0.0}}, "reprojection_position"},
+    {"KittiRotationOfOneFrame",
+     "kitti",
+     {.pose_frame = 3, .pose_turn_deg = {0.01, 0.0, 0.0}},
+     "reprojection_rotation"},
+    {"KittiRollOfOneFrame",
+     "kitti",
+     {.pose_frame = 2, .pose_turn_deg = {0.0, 0.0, 0.01}},
+     "reprojection_rotation"},
+    {"KittiPoseAgainstGeoreference",
+     "kitti",
+     {.pose_frame = 3, .pose_turn_deg = {0.0, 0.01, 0.0}, .poses_only_in_format = true},
+     "georeference_rotation"},
+    {"KittiPlaceAgainstGeoreference",
+     "kitti",
+     {.pose_frame = 3, .pose_move_m = {0.0, 0.002, 0.0}, .poses_only_in_format = true},
+     "georeference_position"},
+    {"KittiPositionOfOneFrame",
+     "kitti",
+     {.pose_frame = 3, .pose_move_m = {0.12, 0.0, 0.0}},
+     "reprojection_position"},
     {"KittiColorsOfTheFrameBefore", "kitti", {.color_shift_frames = 1}, "photometric_correlation"},
     {"KittiRightImageShifted", "kitti", {.color_offset_px = 1.0}, "stereo_shift"},
     {"KittiTimes", "kitti", {.times_relative = 1e-2}, "georeference_time"},
@@ -147,8 +168,14 @@ const Case kCases[] = {
     {"ColmapMount", "colmap", {.mount_yaw_deg = 0.01}, "reprojection_rotation"},
     {"ColmapOneFrameOfTime", "colmap", {.pose_shift_frames = 1}, "reprojection_time"},
     {"ColmapImageShifted", "colmap", {.color_offset_px = 1.0}, "photometric_shift"},
-    {"TartanAirRotationOfOneFrame", "tartanair", {.pose_frame = 2, .pose_turn_deg = {0.0, 0.01, 0.0}}, "flow"},
-    {"TartanAirYawOfOneFrame", "tartanair", {.pose_frame = 2, .pose_turn_deg = {0.0, 0.01, 0.0}}, "reprojection_rotation"},
+    {"TartanAirRotationOfOneFrame",
+     "tartanair",
+     {.pose_frame = 2, .pose_turn_deg = {0.0, 0.01, 0.0}},
+     "flow"},
+    {"TartanAirYawOfOneFrame",
+     "tartanair",
+     {.pose_frame = 2, .pose_turn_deg = {0.0, 0.01, 0.0}},
+     "reprojection_rotation"},
     {"TartanAirFlowSign", "tartanair", {.flow_sign = -1.0}, "flow"},
     {"TartanAirDepthScale", "tartanair", {.depth_relative = 1e-3}, "flow_scale"},
     {"TartanAirOneFrameOfTime", "tartanair", {.pose_shift_frames = 1}, "flow_time"},
@@ -156,7 +183,8 @@ const Case kCases[] = {
     {"TartanAirMasks", "tartanair", {.covisible_everywhere = true}, "flow_masks"},
 };
 
-INSTANTIATE_TEST_SUITE_P(Mistakes, Wrong, testing::ValuesIn(kCases), [](const auto& one) { return one.param.name; });
+INSTANTIATE_TEST_SUITE_P(Mistakes, Wrong, testing::ValuesIn(kCases),
+                         [](const auto& one) { return one.param.name; });
 
 }  // namespace
 }  // namespace terracast::validate

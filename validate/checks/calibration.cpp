@@ -28,41 +28,53 @@ class CalibrationChecker : public Checker {
       if (!camera.stated) continue;
       const Intrinsics& a = camera.intrinsics;
       const Intrinsics& b = *camera.stated;
-      double difference = std::max({std::abs(a.fx_px - b.fx_px), std::abs(a.fy_px - b.fy_px), std::abs(a.cx_px - b.cx_px),
-                                    std::abs(a.cy_px - b.cy_px), std::abs(1.0 * a.width_px - b.width_px),
+      double difference = std::max({std::abs(a.fx_px - b.fx_px), std::abs(a.fy_px - b.fy_px),
+                                    std::abs(a.cx_px - b.cx_px), std::abs(a.cy_px - b.cy_px),
+                                    std::abs(1.0 * a.width_px - b.width_px),
                                     std::abs(1.0 * a.height_px - b.height_px)});
       note_worst(intrinsics, difference, camera.name);
       if (!camera.body_from_camera) continue;
       if (reference == nullptr) reference = &camera;
       // Mounts are rigid: in every frame the cameras stand to each other as dataset.json says.
       const Pose stated = reference->body_from_camera->inverse() * *camera.body_from_camera;
-      for (std::size_t i = 0; i < camera.local_from_camera.size() && i < reference->local_from_camera.size(); ++i) {
+      for (std::size_t i = 0;
+           i < camera.local_from_camera.size() && i < reference->local_from_camera.size(); ++i) {
         if (!camera.local_from_camera[i] || !reference->local_from_camera[i]) continue;
-        const Pose found = reference->local_from_camera[i]->inverse() * *camera.local_from_camera[i];
-        const std::string where = fmt::format("{} against {}, frame {}", camera.name, reference->name, i);
-        note_worst(rotation, degrees_from_radians(rotation_angle_rad(stated.rotation.transpose() * found.rotation)), where);
+        const Pose found =
+            reference->local_from_camera[i]->inverse() * *camera.local_from_camera[i];
+        const std::string where =
+            fmt::format("{} against {}, frame {}", camera.name, reference->name, i);
+        note_worst(
+            rotation,
+            degrees_from_radians(rotation_angle_rad(stated.rotation.transpose() * found.rotation)),
+            where);
         note_worst(position, (stated.translation - found.translation).norm(), where);
         ++num_compared;
       }
     }
-    intrinsics.summary = "Largest difference of size, focal lengths and principal point (pixel centres at +0.5) between the format's "
-                         "files and dataset.json.";
+    intrinsics.summary =
+        "Largest difference of size, focal lengths and principal point (pixel centres at +0.5) "
+        "between the format's "
+        "files and dataset.json.";
     intrinsics.reason = "The format's files hold at least nine digits.";
     intrinsics.detects = "1e-5 px; half a pixel of a wrong centre rule";
-    rotation.summary = fmt::format("Cameras against the first camera of dataset.json in {} pairs of poses.", num_compared);
+    rotation.summary = fmt::format(
+        "Cameras against the first camera of dataset.json in {} pairs of poses.", num_compared);
     rotation.reason = position.reason = "Poses of nine digits leave 1e-6 deg and 1e-5 m.";
     rotation.detects = "0.01 deg between the cameras of a rig";
-    position.summary = "The same for positions: the baseline of a stereo pair, the offsets of a rig.";
+    position.summary =
+        "The same for positions: the baseline of a stereo pair, the offsets of a rig.";
     position.detects = "2 mm of baseline";
     std::vector<CheckResult> results{intrinsics, rotation, position};
     for (CheckResult& result : results) result.ok = result.value <= result.bound;
     return results;
   }
-
 };
 
 }  // namespace
 
-std::unique_ptr<Checker> make_calibration_check(const ValidateOptions&) { return std::make_unique<CalibrationChecker>(); }
+std::unique_ptr<Checker> make_calibration_check(const ValidateOptions&) {
+  return std::make_unique<CalibrationChecker>();
+}
 
 }  // namespace terracast::validate

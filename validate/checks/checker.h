@@ -40,7 +40,8 @@ std::string place_of(const View& view);
 std::string place_of(const View& view, int x, int y);
 
 /// Pixels of an image drawn by seed: the same for the same seed, camera, frame and salt.
-std::vector<Eigen::Vector2i> draw_pixels(const Intrinsics& camera, std::int64_t count, const ValidateOptions& options,
-                                         const View& view, std::uint64_t salt);
+std::vector<Eigen::Vector2i> draw_pixels(const Intrinsics& camera, std::int64_t count,
+                                         const ValidateOptions& options, const View& view,
+                                         std::uint64_t salt);
 
 }  // namespace terracast::validate

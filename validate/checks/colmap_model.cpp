@@ -22,8 +22,8 @@ struct Contradictions {
   }
 };
 
-CheckResult count_result(const char* name, const Contradictions& found, std::string summary, const char* reason,
-                         const char* detects) {
+CheckResult count_result(const char* name, const Contradictions& found, std::string summary,
+                         const char* reason, const char* detects) {
   CheckResult result;
   result.name = name;
   result.value = static_cast<double>(found.count);
@@ -37,7 +37,8 @@ CheckResult count_result(const char* name, const Contradictions& found, std::str
 }
 
 template <class Table>
-void compare_tables(const char* what, const Table& text, const Table& binary, Contradictions& found) {
+void compare_tables(const char* what, const Table& text, const Table& binary,
+                    Contradictions& found) {
   for (const auto& [id, entry] : binary) {
     const auto other = text.find(id);
     if (other == text.end())
@@ -55,10 +56,12 @@ struct Reprojection {
   std::int64_t num_observations = 0;
 };
 
-void reproject(const ColmapModel& model, const char* kind, const Sequence& sequence, Reprojection& result) {
+void reproject(const ColmapModel& model, const char* kind, const Sequence& sequence,
+               Reprojection& result) {
   for (const auto& [id, image] : model.images) {
     const std::size_t slash = image.name.rfind('/');
-    const int index = slash == std::string::npos ? -1 : sequence.camera_index(image.name.substr(0, slash));
+    const int index =
+        slash == std::string::npos ? -1 : sequence.camera_index(image.name.substr(0, slash));
     if (index < 0) continue;
     const auto entry = model.cameras.find(image.camera_id);
     if (entry == model.cameras.end() || entry->second.parameters.size() != 4) continue;
@@ -69,14 +72,17 @@ void reproject(const ColmapModel& model, const char* kind, const Sequence& seque
       const auto point = model.points.find(seen.point_id);
       if (point == model.points.end()) continue;
       const Eigen::Vector3d at =
-          camera_from_world * Eigen::Vector3d(point->second.position[0], point->second.position[1], point->second.position[2]);
+          camera_from_world * Eigen::Vector3d(point->second.position[0], point->second.position[1],
+                                              point->second.position[2]);
       double error = 1e9;
       if (at.z() > 0.0)
-        error = std::hypot(p[0] * at.x() / at.z() + p[2] - seen.x_px, p[1] * at.y() / at.z() + p[3] - seen.y_px);
+        error = std::hypot(p[0] * at.x() / at.z() + p[2] - seen.x_px,
+                           p[1] * at.y() / at.z() + p[3] - seen.y_px);
       ++result.num_observations;
       if (error <= result.worst_px && !result.worst.empty()) continue;
       result.worst_px = std::isfinite(error) ? error : 1e9;
-      result.worst = fmt::format("{} model, image {}, observation {} of point {}", kind, image.name, k, seen.point_id);
+      result.worst = fmt::format("{} model, image {}, observation {} of point {}", kind, image.name,
+                                 k, seen.point_id);
     }
   }
 }
@@ -89,32 +95,39 @@ void check_tracks(const ColmapModel& model, Contradictions& found) {
       const auto image = model.images.find(image_id);
       if (image == model.images.end()) {
         found.add("point {}: its track names image {}, which is not there", id, image_id);
-      } else if (index < 0 || index >= static_cast<std::int64_t>(image->second.observations.size())) {
+      } else if (index < 0 ||
+                 index >= static_cast<std::int64_t>(image->second.observations.size())) {
         found.add("point {}: observation {} of image {} is not there", id, index, image_id);
       } else if (image->second.observations[static_cast<std::size_t>(index)].point_id != id) {
         found.add("point {}: observation {} of image {} belongs to point {}", id, index, image_id,
                   image->second.observations[static_cast<std::size_t>(index)].point_id);
       }
-      if (!images.insert(image_id).second) found.add("point {} is seen twice by image {}", id, image_id);
+      if (!images.insert(image_id).second)
+        found.add("point {} is seen twice by image {}", id, image_id);
     }
   }
   std::int64_t num_tracked = 0;
-  for (const auto& [id, point] : model.points) num_tracked += static_cast<std::int64_t>(point.track.size());
+  for (const auto& [id, point] : model.points)
+    num_tracked += static_cast<std::int64_t>(point.track.size());
   std::int64_t num_observed = 0;
   for (const auto& [id, image] : model.images) {
     const auto camera = model.cameras.find(image.camera_id);
-    if (camera == model.cameras.end()) found.add("image {} names camera {}, which is not there", image.name, image.camera_id);
+    if (camera == model.cameras.end())
+      found.add("image {} names camera {}, which is not there", image.name, image.camera_id);
     for (const ColmapObservation& seen : image.observations) {
       if (seen.point_id < 0) continue;
       ++num_observed;
-      if (!model.points.contains(seen.point_id)) found.add("image {} sees point {}, which is not there", image.name, seen.point_id);
+      if (!model.points.contains(seen.point_id))
+        found.add("image {} sees point {}, which is not there", image.name, seen.point_id);
       if (camera != model.cameras.end() &&
-          (seen.x_px < 0.0 || seen.y_px < 0.0 || seen.x_px > static_cast<double>(camera->second.width_px) ||
+          (seen.x_px < 0.0 || seen.y_px < 0.0 ||
+           seen.x_px > static_cast<double>(camera->second.width_px) ||
            seen.y_px > static_cast<double>(camera->second.height_px)))
         found.add("image {}: ({}, {}) is outside", image.name, seen.x_px, seen.y_px);
     }
   }
-  if (num_tracked != num_observed) found.add("{} entries of tracks for {} observations", num_tracked, num_observed);
+  if (num_tracked != num_observed)
+    found.add("{} entries of tracks for {} observations", num_tracked, num_observed);
 }
 
 /// The pose of each image by rig and frame, as COLMAP 3.12 and later take it, against the image's own.
@@ -133,9 +146,11 @@ void check_rigs(const ColmapModel& model, CheckResult& result, Contradictions& f
         found.add("frame {} names image {}, which is not there", frame_id, data.image_id);
         continue;
       }
-      if (!frame_of_image.emplace(data.image_id, frame_id).second) found.add("image {} is in two frames", data.image_id);
+      if (!frame_of_image.emplace(data.image_id, frame_id).second)
+        found.add("image {} is in two frames", data.image_id);
       if (image->second.camera_id != data.sensor_id)
-        found.add("frame {}: image {} is of camera {}, not {}", frame_id, data.image_id, image->second.camera_id, data.sensor_id);
+        found.add("frame {}: image {} is of camera {}, not {}", frame_id, data.image_id,
+                  image->second.camera_id, data.sensor_id);
       const ColmapSensor* sensor = nullptr;
       for (const ColmapSensor& candidate : rig->second.sensors)
         if (candidate.id == data.sensor_id && candidate.type == data.type) sensor = &candidate;
@@ -148,12 +163,15 @@ void check_rigs(const ColmapModel& model, CheckResult& result, Contradictions& f
       const Pose by_rig = sensor_from_rig * frame.rig_from_world.pose();
       const Pose own = image->second.camera_from_world.pose();
       const double centre_m = (by_rig.inverse().translation - own.inverse().translation).norm();
-      note_worst(result, centre_m + kReach_m * rotation_angle_rad(by_rig.rotation.transpose() * own.rotation),
-                 fmt::format("image {}, frame {}", image->second.name, frame_id));
+      note_worst(
+          result,
+          centre_m + kReach_m * rotation_angle_rad(by_rig.rotation.transpose() * own.rotation),
+          fmt::format("image {}, frame {}", image->second.name, frame_id));
     }
   }
   for (const auto& [id, image] : model.images)
-    if (!frame_of_image.contains(id)) found.add("image {} is in no frame: COLMAP refuses such a model", image.name);
+    if (!frame_of_image.contains(id))
+      found.add("image {} is in no frame: COLMAP refuses such a model", image.name);
 }
 
 class ColmapModelChecker : public Checker {
@@ -172,7 +190,8 @@ class ColmapModelChecker : public Checker {
   }
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
-    if (!sequence.binary_model || !sequence.text_model) return {skipped_result("colmap", "not a COLMAP dataset")};
+    if (!sequence.binary_model || !sequence.text_model)
+      return {skipped_result("colmap", "not a COLMAP dataset")};
     const ColmapModel& binary = *sequence.binary_model;
     const ColmapModel& text = *sequence.text_model;
     std::vector<CheckResult> results;
@@ -187,10 +206,13 @@ class ColmapModelChecker : public Checker {
     observations.unit = "px";
     observations.ok = observations.value <= observations.bound && reprojection.num_observations > 0;
     observations.worst = reprojection.worst;
-    observations.summary = fmt::format("Largest distance of {} observations (text and binary) from their point's projection.",
-                                       reprojection.num_observations);
-    observations.reason = "Points, poses and observations are written with 17 digits or as doubles; they are exact.";
-    observations.detects = "1e-5 px; half a pixel of a wrong centre rule; a pose the wrong way round";
+    observations.summary = fmt::format(
+        "Largest distance of {} observations (text and binary) from their point's projection.",
+        reprojection.num_observations);
+    observations.reason =
+        "Points, poses and observations are written with 17 digits or as doubles; they are exact.";
+    observations.detects =
+        "1e-5 px; half a pixel of a wrong centre rule; a pose the wrong way round";
     results.push_back(std::move(observations));
 
     Contradictions differences;
@@ -199,15 +221,20 @@ class ColmapModelChecker : public Checker {
     compare_tables("point", text.points, binary.points, differences);
     compare_tables("rig", text.rigs, binary.rigs, differences);
     compare_tables("frame", text.frames, binary.frames, differences);
-    results.push_back(count_result("colmap_text_binary", differences, "Entries that differ between the two models, to the bit.",
-                                   "17 digits give back the same double.", "one bit of one number"));
+    results.push_back(count_result("colmap_text_binary", differences,
+                                   "Entries that differ between the two models, to the bit.",
+                                   "17 digits give back the same double.",
+                                   "one bit of one number"));
 
     Contradictions tracks;
     check_tracks(binary, tracks);
-    results.push_back(count_result("colmap_tracks", tracks,
-                                   fmt::format("Tracks of {} points and observations of {} images name each other, once, inside "
-                                               "their images.", binary.points.size(), binary.images.size()),
-                                   "COLMAP and its readers follow these indices blindly.", "one index off by one"));
+    results.push_back(count_result(
+        "colmap_tracks", tracks,
+        fmt::format(
+            "Tracks of {} points and observations of {} images name each other, once, inside "
+            "their images.",
+            binary.points.size(), binary.images.size()),
+        "COLMAP and its readers follow these indices blindly.", "one index off by one"));
 
     CheckResult rigs;
     rigs.name = "colmap_rigs";
@@ -216,16 +243,21 @@ class ColmapModelChecker : public Checker {
     Contradictions frames;
     check_rigs(binary, rigs, frames);
     rigs.ok = rigs.value <= rigs.bound;
-    rigs.summary = fmt::format("Poses by rig and frame against poses of images ({} rigs, {} frames): centres, and what rotations "
-                               "move at 1 km.", binary.rigs.size(), binary.frames.size());
+    rigs.summary = fmt::format(
+        "Poses by rig and frame against poses of images ({} rigs, {} frames): centres, and what "
+        "rotations "
+        "move at 1 km.",
+        binary.rigs.size(), binary.frames.size());
     rigs.reason = "New versions of COLMAP take one, old ones the other; doubles leave 1e-9 m.";
     rigs.detects = "1e-5 m or 1e-6 deg between the two";
     results.push_back(std::move(rigs));
-    results.push_back(count_result("colmap_frames", frames, "Every image stands in exactly one frame, with its own camera.",
-                                   "COLMAP refuses to load other models.", "one image without frame"));
+    results.push_back(count_result(
+        "colmap_frames", frames, "Every image stands in exactly one frame, with its own camera.",
+        "COLMAP refuses to load other models.", "one image without frame"));
 
     double num_tracked = 0.0;
-    for (const auto& [id, point] : binary.points) num_tracked += static_cast<double>(point.track.size());
+    for (const auto& [id, point] : binary.points)
+      num_tracked += static_cast<double>(point.track.size());
     CheckResult points;
     points.name = "colmap_points";
     points.value = static_cast<double>(binary.points.size());
@@ -237,7 +269,8 @@ class ColmapModelChecker : public Checker {
     points.detects = "a model that lost its points";
     results.push_back(points);
     points.name = "colmap_track_length";
-    points.value = binary.points.empty() ? 0.0 : num_tracked / static_cast<double>(binary.points.size());
+    points.value =
+        binary.points.empty() ? 0.0 : num_tracked / static_cast<double>(binary.points.size());
     points.bound = 3.0;
     points.unit = "images (at least)";
     points.ok = points.value >= points.bound;
@@ -247,14 +280,20 @@ class ColmapModelChecker : public Checker {
 
     CheckResult depth;
     depth.name = "colmap_depth";
-    depth.value = static_cast<double>(num_hidden_) / static_cast<double>(std::max<std::int64_t>(num_looked_, 1));
+    depth.value = static_cast<double>(num_hidden_) /
+                  static_cast<double>(std::max<std::int64_t>(num_looked_, 1));
     depth.bound = 1e-3;
     depth.unit = "share";
     depth.ok = depth.value <= depth.bound && num_looked_ > 0;
     depth.worst = worst_hidden_;
-    depth.summary = fmt::format("Share of {} observations whose point stands over 1 % behind or before all 16 depths around its "
-                                "pixel.", num_looked_);
-    depth.reason = "Each observation was found visible by a ray; only ridges thinner than a pixel escape 16 pixels.";
+    depth.summary = fmt::format(
+        "Share of {} observations whose point stands over 1 % behind or before all 16 depths "
+        "around its "
+        "pixel.",
+        num_looked_);
+    depth.reason =
+        "Each observation was found visible by a ray; only ridges thinner than a pixel escape 16 "
+        "pixels.";
     depth.detects = "points seen through hills, points beside the surface";
     results.push_back(std::move(depth));
     CheckResult residual;
@@ -269,16 +308,21 @@ class ColmapModelChecker : public Checker {
     results.push_back(std::move(residual));
 
     std::vector<double> color_differences;
-    for (const auto& [id, difference] : least_color_difference_) color_differences.push_back(difference);
+    for (const auto& [id, difference] : least_color_difference_)
+      color_differences.push_back(difference);
     CheckResult color;
     color.name = "colmap_color";
     color.value = median(color_differences);
     color.bound = 16.0;
     color.unit = "levels";
     color.ok = color.value <= color.bound;
-    color.summary = fmt::format("Median over {} points of the difference (mean of the channels) between a point's colour and the "
-                                "most similar of its images.", color_differences.size());
-    color.reason = "A point's colour is one image's, or their mean; fine texture changes it by some levels.";
+    color.summary = fmt::format(
+        "Median over {} points of the difference (mean of the channels) between a point's colour "
+        "and the "
+        "most similar of its images.",
+        color_differences.size());
+    color.reason =
+        "A point's colour is one image's, or their mean; fine texture changes it by some levels.";
     color.detects = "swapped channels, colours of other points";
     results.push_back(std::move(color));
     return results;
@@ -297,21 +341,26 @@ class ColmapModelChecker : public Checker {
       if (!view.image->color.empty()) {
         double difference = 0.0;
         for (int c = 0; c < 3; ++c)
-          difference += std::abs(view.image->color(x, y, c) - point.color[static_cast<std::size_t>(c)]) / 3.0;
+          difference +=
+              std::abs(view.image->color(x, y, c) - point.color[static_cast<std::size_t>(c)]) / 3.0;
         const auto [entry, is_new] = least_color_difference_.emplace(seen.point_id, difference);
         if (!is_new) entry->second = std::min(entry->second, difference);
       }
       if (view.image->depth.empty()) continue;
       const auto depth = sample_inverse_depth(view.image->depth, pixel);
       if (!depth) continue;
-      const double expected_m = (view.local_from_camera.inverse() *
-                                 Eigen::Vector3d(point.position[0], point.position[1], point.position[2])).z();
+      const double expected_m =
+          (view.local_from_camera.inverse() *
+           Eigen::Vector3d(point.position[0], point.position[1], point.position[2]))
+              .z();
       ++num_looked_;
       constexpr double kClear = 0.01;
-      const bool is_off = expected_m > depth->farthest_m * (1.0 + kClear) || expected_m < depth->nearest_m * (1.0 - kClear);
+      const bool is_off = expected_m > depth->farthest_m * (1.0 + kClear) ||
+                          expected_m < depth->nearest_m * (1.0 - kClear);
       if (is_off && ++num_hidden_ == 1)
-        worst_hidden_ = fmt::format("{}: point {} at {:.3f} m, depths {:.3f} to {:.3f} m", place_of(view, x, y), seen.point_id,
-                                    expected_m, depth->nearest_m, depth->farthest_m);
+        worst_hidden_ =
+            fmt::format("{}: point {} at {:.3f} m, depths {:.3f} to {:.3f} m", place_of(view, x, y),
+                        seen.point_id, expected_m, depth->nearest_m, depth->farthest_m);
       depth_residuals_.push_back(std::abs(expected_m * depth->inverse_depth.value - 1.0));
     }
   }
@@ -326,6 +375,8 @@ class ColmapModelChecker : public Checker {
 
 }  // namespace
 
-std::unique_ptr<Checker> make_colmap_model_check(const ValidateOptions&) { return std::make_unique<ColmapModelChecker>(); }
+std::unique_ptr<Checker> make_colmap_model_check(const ValidateOptions&) {
+  return std::make_unique<ColmapModelChecker>();
+}
 
 }  // namespace terracast::validate

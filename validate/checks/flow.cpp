@@ -27,7 +27,7 @@ struct DirectionSummary {
   std::string worst_place;
   std::int64_t num_contradictions = 0;
   std::string first_contradiction;
-  std::int64_t num_agreeing = 0;  ///< seen by both by their depths
+  std::int64_t num_agreeing = 0;   ///< seen by both by their depths
   std::int64_t num_unclaimed = 0;  ///< of those, not co-visible by the mask
   Evidence::Part part;
 };
@@ -35,13 +35,16 @@ struct DirectionSummary {
 class DirectionComparison {
  public:
   DirectionComparison(const Direction& direction, const ValidateOptions& options)
-      : d_(direction), options_(options), b_from_a_(d_.pair.b.local_from_camera.inverse() * d_.pair.a.local_from_camera) {}
+      : d_(direction),
+        options_(options),
+        b_from_a_(d_.pair.b.local_from_camera.inverse() * d_.pair.a.local_from_camera) {}
 
   DirectionSummary run() {
     const Intrinsics& k = d_.pair.a.camera->intrinsics;
     // Residuals of every n-th pixel are enough for the estimates; the largest error and the masks are taken of all.
     const std::int64_t num_all = static_cast<std::int64_t>(k.width_px) * k.height_px;
-    stride_ = std::max<std::int64_t>(1, num_all / std::max<std::int64_t>(1, 4 * options_.samples_per_image));
+    stride_ = std::max<std::int64_t>(
+        1, num_all / std::max<std::int64_t>(1, 4 * options_.samples_per_image));
     for (int y = 0; y < k.height_px; ++y)
       for (int x = 0; x < k.width_px; ++x) compare(x, y);
     summary_.part = Evidence::sum(d_.pair, residuals_);
@@ -60,7 +63,8 @@ class DirectionComparison {
     const bool says_in_view = (*d_.in_view)(x, y) != 0;
     const bool says_covisible = (*d_.covisible)(x, y) != 0;
     const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
-    const Eigen::Vector2d stored(static_cast<double>((*d_.flow)(x, y, 0)), static_cast<double>((*d_.flow)(x, y, 1)));
+    const Eigen::Vector2d stored(static_cast<double>((*d_.flow)(x, y, 0)),
+                                 static_cast<double>((*d_.flow)(x, y, 1)));
     if (!stored.allFinite()) {
       contradict(x, y, "flow is not finite");
       return;
@@ -69,11 +73,14 @@ class DirectionComparison {
     const bool is_sky = !std::isfinite(depth_m);
     const Eigen::Vector3d ray = k_a.ray_from_pixel(pixel);
     const Eigen::Vector3d point_a = is_sky ? ray : Eigen::Vector3d(ray * depth_m);
-    const Eigen::Vector3d point_b = is_sky ? Eigen::Vector3d(b_from_a_.rotation * ray) : b_from_a_ * point_a;
+    const Eigen::Vector3d point_b =
+        is_sky ? Eigen::Vector3d(b_from_a_.rotation * ray) : b_from_a_ * point_a;
     if (says_covisible && (is_sky || !says_in_view))
-      contradict(x, y, is_sky ? "sky is called co-visible" : "co-visible but not in the field of view");
+      contradict(x, y,
+                 is_sky ? "sky is called co-visible" : "co-visible but not in the field of view");
     if (!(point_b.z() > 0.0)) {
-      if (says_in_view) contradict(x, y, "behind the other camera, but called in its field of view");
+      if (says_in_view)
+        contradict(x, y, "behind the other camera, but called in its field of view");
       return;
     }
     const Eigen::Vector2d target = k_b.pixel_from_point(point_b);
@@ -83,7 +90,8 @@ class DirectionComparison {
       contradict(x, y, "in the other's field of view, but masked out");
     if (!k_b.contains(target, -kBorder_px) && says_in_view)
       contradict(x, y, "outside the other's image, but called in its field of view");
-    if (point_b.z() < 0.05 * point_a.z()) return;  // so near the other camera that float32 depth tells no flow
+    if (point_b.z() < 0.05 * point_a.z())
+      return;  // so near the other camera that float32 depth tells no flow
     if (!k_b.contains(target, -0.5 * k_b.width_px)) return;
     ++summary_.num_pixels;
     const Eigen::Vector2d difference = stored - (target - pixel);
@@ -108,7 +116,8 @@ class DirectionComparison {
     }
   }
 
-  void check_visibility(int x, int y, double predicted_m, const Eigen::Vector2d& target, bool says_covisible) {
+  void check_visibility(int x, int y, double predicted_m, const Eigen::Vector2d& target,
+                        bool says_covisible) {
     const core::ImageF& depth_b = d_.pair.b.image->depth;
     if (depth_b.empty()) return;
     const std::optional<InverseDepthSample> seen = sample_inverse_depth(depth_b, target);
@@ -140,14 +149,19 @@ class FlowChecker : public Checker {
     for (int camera = 0; camera < static_cast<int>(window.sequence().cameras.size()); ++camera) {
       const std::optional<View> now = window.view(camera, window.frame());
       const std::optional<View> before = window.view(camera, window.frame() - 1);
-      if (!now || !before || !before->image->flow || before->image->depth.empty() || now->image->depth.empty()) continue;
+      if (!now || !before || !before->image->flow || before->image->depth.empty() ||
+          now->image->depth.empty())
+        continue;
       const FlowFields& flow = *before->image->flow;
-      directions.push_back({{*before, *now}, &flow.forward, &flow.in_view_forward, &flow.covisible_forward});
-      directions.push_back({{*now, *before}, &flow.backward, &flow.in_view_backward, &flow.covisible_backward});
+      directions.push_back(
+          {{*before, *now}, &flow.forward, &flow.in_view_forward, &flow.covisible_forward});
+      directions.push_back(
+          {{*now, *before}, &flow.backward, &flow.in_view_backward, &flow.covisible_backward});
     }
     std::vector<DirectionSummary> summaries(directions.size());
     core::parallel_for(static_cast<std::int64_t>(directions.size()), [&](std::int64_t i) {
-      summaries[static_cast<std::size_t>(i)] = DirectionComparison(directions[static_cast<std::size_t>(i)], options_).run();
+      summaries[static_cast<std::size_t>(i)] =
+          DirectionComparison(directions[static_cast<std::size_t>(i)], options_).run();
     });
     for (const DirectionSummary& summary : summaries) {
       ++num_directions_;
@@ -166,7 +180,8 @@ class FlowChecker : public Checker {
   }
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
-    if (num_directions_ == 0) return {skipped_result("flow", "the dataset holds no float32 flow with depth")};
+    if (num_directions_ == 0)
+      return {skipped_result("flow", "the dataset holds no float32 flow with depth")};
     CheckResult flow;
     flow.name = "flow";
     flow.value = worst_px_;
@@ -174,41 +189,61 @@ class FlowChecker : public Checker {
     flow.unit = "px";
     flow.ok = flow.value <= flow.bound;
     flow.worst = worst_place_;
-    flow.summary = fmt::format("Largest difference between stored flow and flow from depth, poses and intrinsics, over {} pixels "
-                               "of {} fields, forward and backward; sky by rotation alone.", num_pixels_, num_directions_);
-    flow.reason = "float32 depth (6e-8), float32 flow and poses of nine digits leave less than 1e-3 px.";
+    flow.summary = fmt::format(
+        "Largest difference between stored flow and flow from depth, poses and intrinsics, over {} "
+        "pixels "
+        "of {} fields, forward and backward; sky by rotation alone.",
+        num_pixels_, num_directions_);
+    flow.reason =
+        "float32 depth (6e-8), float32 flow and poses of nine digits leave less than 1e-3 px.";
     flow.detects = "0.01 deg of rotation (0.056 px), a wrong sign, axis or frame";
-    CheckResult::Plot plot{"largest error of each field", "field (forward and backward in turn)", "px", {}, errors_};
+    CheckResult::Plot plot{
+        "largest error of each field", "field (forward and backward in turn)", "px", {}, errors_};
     for (std::size_t i = 0; i < errors_.size(); ++i) plot.x.push_back(static_cast<double>(i));
     flow.plots.push_back(std::move(plot));
 
     CheckResult masks;
     masks.name = "flow_masks";
-    masks.value = static_cast<double>(num_contradictions_) / static_cast<double>(std::max<std::int64_t>(num_pixels_, 1));
+    masks.value = static_cast<double>(num_contradictions_) /
+                  static_cast<double>(std::max<std::int64_t>(num_pixels_, 1));
     masks.bound = 1e-5;
     masks.unit = "share";
     masks.ok = masks.value <= masks.bound;
     masks.worst = first_contradiction_;
-    masks.summary = fmt::format("{} contradictions: field-of-view masks are exact, co-visible pixels lie in the field of view, are "
-                                "not sky, and nothing over 1 % nearer stands in all 16 pixels around their target.", num_contradictions_);
-    masks.reason = "A mask that claims too much teaches false matches. One pixel in 100 000 is left for silhouettes thinner than a pixel.";
+    masks.summary = fmt::format(
+        "{} contradictions: field-of-view masks are exact, co-visible pixels lie in the field of "
+        "view, are "
+        "not sky, and nothing over 1 % nearer stands in all 16 pixels around their target.",
+        num_contradictions_);
+    masks.reason =
+        "A mask that claims too much teaches false matches. One pixel in 100 000 is left for "
+        "silhouettes thinner than a pixel.";
     masks.detects = "masks of the other direction, swapped masks, sky called visible";
 
     CheckResult unclaimed;
     unclaimed.name = "flow_covisible";
-    unclaimed.value = static_cast<double>(num_unclaimed_) / static_cast<double>(std::max<std::int64_t>(num_agreeing_, 1));
+    unclaimed.value = static_cast<double>(num_unclaimed_) /
+                      static_cast<double>(std::max<std::int64_t>(num_agreeing_, 1));
     unclaimed.bound = 0.02;
     unclaimed.unit = "share";
     unclaimed.ok = unclaimed.value <= unclaimed.bound;
-    unclaimed.summary = fmt::format("Share of {} pixels whose depth agrees in both images, yet are not called co-visible.", num_agreeing_);
-    unclaimed.reason = "Visibility is decided by rays, agreement by interpolated depth: they differ at grazing angles only.";
+    unclaimed.summary = fmt::format(
+        "Share of {} pixels whose depth agrees in both images, yet are not called co-visible.",
+        num_agreeing_);
+    unclaimed.reason =
+        "Visibility is decided by rays, agreement by interpolated depth: they differ at grazing "
+        "angles only.";
     unclaimed.detects = "an empty co-visible mask";
     std::vector<CheckResult> results{flow, masks, unclaimed};
-    const Evidence::Bounds bounds{.principal_px = 0.05, .focal_percent = 0.05, .scale_percent = 0.05,
-                                  .time_frames = 0.25, .rotation_deg = 0.005};
-    for (CheckResult& result : evidence_.results("flow", sequence, bounds, "the differences of flow",
-                                                 "0.1 px of principal point, 0.1 % of scale or focal length, 0.01 deg of rotation, "
-                                                 "one frame of time"))
+    const Evidence::Bounds bounds{.principal_px = 0.05,
+                                  .focal_percent = 0.05,
+                                  .scale_percent = 0.05,
+                                  .time_frames = 0.25,
+                                  .rotation_deg = 0.005};
+    for (CheckResult& result : evidence_.results(
+             "flow", sequence, bounds, "the differences of flow",
+             "0.1 px of principal point, 0.1 % of scale or focal length, 0.01 deg of rotation, "
+             "one frame of time"))
       results.push_back(std::move(result));
     return results;
   }
@@ -229,6 +264,8 @@ class FlowChecker : public Checker {
 
 }  // namespace
 
-std::unique_ptr<Checker> make_flow_check(const ValidateOptions& options) { return std::make_unique<FlowChecker>(options); }
+std::unique_ptr<Checker> make_flow_check(const ValidateOptions& options) {
+  return std::make_unique<FlowChecker>(options);
+}
 
 }  // namespace terracast::validate

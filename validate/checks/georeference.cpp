@@ -34,33 +34,51 @@ class GeoreferenceChecker : public Checker {
         const Georeference& row = *camera.georeference[i];
         const std::string where = fmt::format("{}, frame {}", camera.name, i);
         note_worst(time, std::abs(row.time_s - static_cast<double>(i) / sequence.rate_hz), where);
-        if (i < sequence.times_s.size()) note_worst(time, std::abs(row.time_s - sequence.times_s[i]), where + " (the format's own times)");
-        const Eigen::Matrix3d ecef_from_camera = enu_from_ecef(row.place).transpose() * row.enu_from_camera;
-        if (const Camera& first = sequence.cameras[0]; camera.body_from_camera && first.body_from_camera && first.georeference[i]) {
+        if (i < sequence.times_s.size())
+          note_worst(time, std::abs(row.time_s - sequence.times_s[i]),
+                     where + " (the format's own times)");
+        const Eigen::Matrix3d ecef_from_camera =
+            enu_from_ecef(row.place).transpose() * row.enu_from_camera;
+        if (const Camera& first = sequence.cameras[0];
+            camera.body_from_camera && first.body_from_camera && first.georeference[i]) {
           const Eigen::Matrix3d ecef_from_first =
-              enu_from_ecef(first.georeference[i]->place).transpose() * first.georeference[i]->enu_from_camera;
-          const Eigen::Matrix3d body = ecef_from_camera * camera.body_from_camera->rotation.transpose();
-          const Eigen::Matrix3d first_body = ecef_from_first * first.body_from_camera->rotation.transpose();
-          note_worst(mount, degrees_from_radians(rotation_angle_rad(body.transpose() * first_body)), where);
+              enu_from_ecef(first.georeference[i]->place).transpose() *
+              first.georeference[i]->enu_from_camera;
+          const Eigen::Matrix3d body =
+              ecef_from_camera * camera.body_from_camera->rotation.transpose();
+          const Eigen::Matrix3d first_body =
+              ecef_from_first * first.body_from_camera->rotation.transpose();
+          note_worst(mount, degrees_from_radians(rotation_angle_rad(body.transpose() * first_body)),
+                     where);
         }
         if (!camera.local_from_camera[i]) continue;
         ++num_rows;
         const Pose posed = ecef_from_local_frame * *camera.local_from_camera[i];
         note_worst(position, (posed.translation - ecef_from_geodetic(row.place)).norm(), where);
-        note_worst(rotation, degrees_from_radians(rotation_angle_rad(posed.rotation.transpose() * ecef_from_camera)), where);
+        note_worst(
+            rotation,
+            degrees_from_radians(rotation_angle_rad(posed.rotation.transpose() * ecef_from_camera)),
+            where);
       }
-    position.summary = fmt::format("Camera centres of {} poses, by the origin ({:.6f}, {:.6f}, {:.1f} m) and WGS84, against "
-                                   "georeference.csv.", num_rows, sequence.origin.lat_deg, sequence.origin.lon_deg,
-                                   sequence.origin.height_m);
+    position.summary = fmt::format(
+        "Camera centres of {} poses, by the origin ({:.6f}, {:.6f}, {:.1f} m) and WGS84, against "
+        "georeference.csv.",
+        num_rows, sequence.origin.lat_deg, sequence.origin.lon_deg, sequence.origin.height_m);
     position.reason = "13 decimals of a degree are 1e-8 m, and poses hold at least nine digits.";
     position.detects = "2 mm; a pose row of another frame; a datum, an axis or a sign";
-    rotation.summary = "Rotations of the same poses against those of the file (in the ENU of each place).";
-    rotation.reason = "Nine digits leave 1e-7 deg; the turn of the ENU between origin and camera is 1e-5 deg a metre.";
+    rotation.summary =
+        "Rotations of the same poses against those of the file (in the ENU of each place).";
+    rotation.reason =
+        "Nine digits leave 1e-7 deg; the turn of the ENU between origin and camera is 1e-5 deg a "
+        "metre.";
     rotation.detects = "0.01 deg";
-    time.summary = fmt::format("Time stamps against frame / {} Hz, and against the format's own.", sequence.rate_hz);
+    time.summary = fmt::format("Time stamps against frame / {} Hz, and against the format's own.",
+                               sequence.rate_hz);
     time.reason = "Times of seven digits are good to 1e-5 s.";
     time.detects = "one frame of time";
-    mount.summary = "The body's rotation, found from each camera and its mount of dataset.json, is the same for all cameras.";
+    mount.summary =
+        "The body's rotation, found from each camera and its mount of dataset.json, is the same "
+        "for all cameras.";
     mount.reason = rotation.reason;
     mount.detects = "0.01 deg of one mount";
     if (!sequence.cameras.empty()) {
@@ -85,11 +103,12 @@ class GeoreferenceChecker : public Checker {
       }
     return results;
   }
-
 };
 
 }  // namespace
 
-std::unique_ptr<Checker> make_georeference_check(const ValidateOptions&) { return std::make_unique<GeoreferenceChecker>(); }
+std::unique_ptr<Checker> make_georeference_check(const ValidateOptions&) {
+  return std::make_unique<GeoreferenceChecker>();
+}
 
 }  // namespace terracast::validate

@@ -22,9 +22,12 @@ PairMatches compare(const ViewPair& pair, const ValidateOptions& options) {
   PairMatches matches;
   // A patch has 49 pixels: a tenth of the samples cost as much as all of a check of single pixels.
   const std::int64_t count = std::max<std::int64_t>(options.samples_per_image / 10, 1);
-  const std::uint64_t salt = (static_cast<std::uint64_t>(pair.b.frame) * 1000 + static_cast<std::uint64_t>(pair.b.camera_index)) | 1ULL << 40;
+  const std::uint64_t salt = (static_cast<std::uint64_t>(pair.b.frame) * 1000 +
+                              static_cast<std::uint64_t>(pair.b.camera_index)) |
+                             1ULL << 40;
   std::vector<Residual> residuals;
-  for (const Eigen::Vector2i& at : draw_pixels(pair.a.camera->intrinsics, count, options, pair.a, salt)) {
+  for (const Eigen::Vector2i& at :
+       draw_pixels(pair.a.camera->intrinsics, count, options, pair.a, salt)) {
     const std::optional<PatchMatch> match = match_patch(pair.a, pair.b, at.x(), at.y());
     if (!match) continue;
     matches.correlation.push_back(match->correlation);
@@ -38,7 +41,8 @@ PairMatches compare(const ViewPair& pair, const ValidateOptions& options) {
       residual.value = match->shift_px[axis];
       const double from_centre = match->predicted[axis] - (axis == 0 ? k_b.cx_px : k_b.cy_px);
       set_slopes(residual, pair, match->point_a, match->point_b, -jacobian.row(axis),
-                 axis == 0 ? Eigen::Vector2d(-1.0, 0.0) : Eigen::Vector2d(0.0, -1.0), -from_centre, 0.0);
+                 axis == 0 ? Eigen::Vector2d(-1.0, 0.0) : Eigen::Vector2d(0.0, -1.0), -from_centre,
+                 0.0);
       residuals.push_back(residual);
     }
   }
@@ -60,8 +64,9 @@ class PhotometricChecker : public Checker {
       evidence_.add(matches[i].part);
       // Pairs of one kind are pooled: a shift of the images against the geometry is common to all of them.
       const std::string kind =
-          pair.is_same_time() ? fmt::format("{} in {}", pair.a.camera->name, pair.b.camera->name)
-                              : fmt::format("{}, {:+} frames", pair.a.camera->name, pair.b.frame - pair.a.frame);
+          pair.is_same_time()
+              ? fmt::format("{} in {}", pair.a.camera->name, pair.b.camera->name)
+              : fmt::format("{}, {:+} frames", pair.a.camera->name, pair.b.frame - pair.a.frame);
       PairMatches& pool = pools_[kind];
       const auto append = [](std::vector<double>& to, const std::vector<double>& from) {
         to.insert(to.end(), from.begin(), from.end());
@@ -106,27 +111,39 @@ class PhotometricChecker : public Checker {
       const double size = std::hypot(median(pool.shift_x), median(pool.shift_y));
       if (size >= shift.value) {
         shift.value = size;
-        shift.worst = fmt::format("{}: ({:.3f}, {:.3f}) px of {} patches", kind, median(pool.shift_x), median(pool.shift_y),
-                                  pool.shift_x.size());
+        shift.worst = fmt::format("{}: ({:.3f}, {:.3f}) px of {} patches", kind,
+                                  median(pool.shift_x), median(pool.shift_y), pool.shift_x.size());
       }
     }
     if (num_kinds == 0)
-      return {skipped_result("photometric_shift", "fewer than 100 patches with contrast are seen twice")};
+      return {skipped_result("photometric_shift",
+                             "fewer than 100 patches with contrast are seen twice")};
     shift.ok = shift.value <= shift.bound;
-    shift.summary = fmt::format("Median shift of {} patches of 7 x 7 pixels against where depth and poses put them, worst of "
-                                "{} kinds of pairs.", num_patches_, num_kinds);
-    shift.reason = "Single patches scatter by some 0.1 px (four samples a pixel, 8 bits); medians of hundreds by 0.01 px.";
-    shift.detects = "0.2 px between the images of two cameras; colours that come from another place than the depth";
+    shift.summary = fmt::format(
+        "Median shift of {} patches of 7 x 7 pixels against where depth and poses put them, worst "
+        "of "
+        "{} kinds of pairs.",
+        num_patches_, num_kinds);
+    shift.reason =
+        "Single patches scatter by some 0.1 px (four samples a pixel, 8 bits); medians of hundreds "
+        "by 0.01 px.";
+    shift.detects =
+        "0.2 px between the images of two cameras; colours that come from another place than the "
+        "depth";
     shift.plots.push_back(std::move(histogram));
     correlation.ok = correlation.value >= correlation.bound;
-    correlation.summary = fmt::format("Median zero-mean normalised correlation of the same {} patches.", num_patches_);
-    correlation.reason = "The same ground from a place nearby looks the same but for sampling noise and haze; other ground "
-                         "correlates by less than 0.3.";
+    correlation.summary = fmt::format(
+        "Median zero-mean normalised correlation of the same {} patches.", num_patches_);
+    correlation.reason =
+        "The same ground from a place nearby looks the same but for sampling noise and haze; other "
+        "ground "
+        "correlates by less than 0.3.";
     correlation.detects = "images of another camera, frame or orientation than the geometry";
     std::vector<CheckResult> results{shift, correlation};
     const Evidence::Bounds bounds{.principal_px = 0.1, .time_frames = 0.5, .rotation_deg = 0.01};
-    for (CheckResult& result : evidence_.results("photometric", sequence, bounds, "the shifts of patches between images",
-                                                 "0.2 px of principal point, 0.02 deg of rotation, one frame of time"))
+    for (CheckResult& result :
+         evidence_.results("photometric", sequence, bounds, "the shifts of patches between images",
+                           "0.2 px of principal point, 0.02 deg of rotation, one frame of time"))
       results.push_back(std::move(result));
     return results;
   }

@@ -27,15 +27,18 @@ struct PairSummary {
 };
 
 /// Median |r| of some pixels with other poses than the images' own.
-double median_residual(const ViewPair& pair, const Pose& b_from_a, const std::vector<Eigen::Vector2i>& pixels) {
+double median_residual(const ViewPair& pair, const Pose& b_from_a,
+                       const std::vector<Eigen::Vector2i>& pixels) {
   const Intrinsics& k_a = pair.a.camera->intrinsics;
   std::vector<double> sizes;
   for (const Eigen::Vector2i& at : pixels) {
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
     if (!std::isfinite(depth_m)) continue;
-    const Eigen::Vector3d point = b_from_a * (k_a.ray_from_pixel({at.x() + 0.5, at.y() + 0.5}) * depth_m);
+    const Eigen::Vector3d point =
+        b_from_a * (k_a.ray_from_pixel({at.x() + 0.5, at.y() + 0.5}) * depth_m);
     if (!(point.z() > 1e-3 * depth_m)) continue;
-    const auto seen = sample_inverse_depth(pair.b.image->depth, pair.b.camera->intrinsics.pixel_from_point(point));
+    const auto seen = sample_inverse_depth(pair.b.image->depth,
+                                           pair.b.camera->intrinsics.pixel_from_point(point));
     if (seen) sizes.push_back(std::abs(seen->inverse_depth.value * point.z() - 1.0));
   }
   constexpr std::size_t kEnough = 50;
@@ -45,8 +48,8 @@ double median_residual(const ViewPair& pair, const Pose& b_from_a, const std::ve
 /// A whole frame of time is too much for a linear estimate where the motion changes fast: the neighbours' poses are tried.
 int best_time_shift(const ViewPair& pair, const std::vector<Eigen::Vector2i>& all_pixels) {
   if (pair.is_same_time()) return 0;
-  const std::vector<Eigen::Vector2i> pixels(all_pixels.begin(),
-                                            all_pixels.begin() + static_cast<std::ptrdiff_t>(all_pixels.size() / 4));
+  const std::vector<Eigen::Vector2i> pixels(
+      all_pixels.begin(), all_pixels.begin() + static_cast<std::ptrdiff_t>(all_pixels.size() / 4));
   const auto pose_at = [](const View& view, int shift) -> const Pose* {
     const auto& poses = view.camera->local_from_camera;
     const int frame = view.frame + shift;
@@ -56,7 +59,9 @@ int best_time_shift(const ViewPair& pair, const std::vector<Eigen::Vector2i>& al
   };
   int best = 0;
   // A neighbour must be better by a clear factor: in steady flight all shifts agree alike.
-  double least = 0.5 * median_residual(pair, pair.b.local_from_camera.inverse() * pair.a.local_from_camera, pixels);
+  double least =
+      0.5 *
+      median_residual(pair, pair.b.local_from_camera.inverse() * pair.a.local_from_camera, pixels);
   for (const int shift : {-1, 1}) {
     const Pose* a = pose_at(pair.a, shift);
     const Pose* b = pose_at(pair.b, shift);
@@ -75,11 +80,13 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
   const Intrinsics& k_a = pair.a.camera->intrinsics;
   const Intrinsics& k_b = pair.b.camera->intrinsics;
   const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;
-  const std::uint64_t salt = static_cast<std::uint64_t>(pair.b.frame) * 1000 + static_cast<std::uint64_t>(pair.b.camera_index);
+  const std::uint64_t salt = static_cast<std::uint64_t>(pair.b.frame) * 1000 +
+                             static_cast<std::uint64_t>(pair.b.camera_index);
   std::vector<Residual> residuals;
   std::vector<double> roughness;
   std::vector<float> depths;
-  const std::vector<Eigen::Vector2i> pixels = draw_pixels(k_a, options.samples_per_image, options, pair.a, salt);
+  const std::vector<Eigen::Vector2i> pixels =
+      draw_pixels(k_a, options.samples_per_image, options, pair.a, salt);
   summary.best_shift = best_time_shift(pair, pixels);
   for (const Eigen::Vector2i& at : pixels) {
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
@@ -105,7 +112,8 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
     Eigen::RowVector3d by_point = by_pixel * projection_jacobian(k_b, point_b);
     by_point.z() += seen->inverse_depth.value;
     set_slopes(residual, pair, point_a, point_b, by_point, by_pixel.transpose(),
-               by_pixel.x() * (pixel.x() - k_b.cx_px) + by_pixel.y() * (pixel.y() - k_b.cy_px), -(1.0 + r));
+               by_pixel.x() * (pixel.x() - k_b.cx_px) + by_pixel.y() * (pixel.y() - k_b.cy_px),
+               -(1.0 + r));
     residuals.push_back(residual);
     roughness.push_back(seen->roughness);
     depths.push_back(static_cast<float>(depth_m));
@@ -133,18 +141,21 @@ class ReprojectionChecker : public Checker {
       if (!pair.b.image->depth.empty()) pairs.push_back(pair);
     std::vector<PairSummary> summaries(pairs.size());
     core::parallel_for(static_cast<std::int64_t>(pairs.size()), [&](std::int64_t i) {
-      summaries[static_cast<std::size_t>(i)] = compare(pairs[static_cast<std::size_t>(i)], options_);
+      summaries[static_cast<std::size_t>(i)] =
+          compare(pairs[static_cast<std::size_t>(i)], options_);
     });
     for (std::size_t i = 0; i < pairs.size(); ++i) add(pairs[i], summaries[i]);
     // One map of residuals for each kind of pair, in the middle of the sequence.
     if (window.frame() == (window.sequence().num_frames + 1) / 2)
       for (const ViewPair& pair : pairs)
-        if (pictures_.size() < kMostPictures && (pair.is_same_time() || pair.a.frame + 1 == pair.b.frame))
+        if (pictures_.size() < kMostPictures &&
+            (pair.is_same_time() || pair.a.frame + 1 == pair.b.frame))
           pictures_.push_back(residual_map(pair));
   }
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
-    if (num_compared_ == 0) return {skipped_result("reprojection", "no two images with depth see the same ground")};
+    if (num_compared_ == 0)
+      return {skipped_result("reprojection", "no two images with depth see the same ground")};
     std::vector<CheckResult> results;
     CheckResult agreement;
     agreement.name = "reprojection";
@@ -153,12 +164,17 @@ class ReprojectionChecker : public Checker {
     agreement.unit = "of the depth";
     agreement.ok = agreement.value <= agreement.bound;
     agreement.worst = worst_pair_;
-    agreement.summary = fmt::format("Median |z predicted / z measured - 1| of the worst of {} image pairs; {} points compared.",
-                                    num_pairs_, num_compared_);
-    agreement.reason = "Between pixel centres rough ground departs from the cubic through its neighbours by some 1e-4 of its "
-                       "distance (median), and not by 2e-3 in any scene seen so far.";
-    agreement.detects = "wrong axes, order or sign in poses and depth; a frame paired with another's pose";
-    agreement.plots.push_back({"median residual of each pair", "pair", "of the depth", pair_index_, pair_median_});
+    agreement.summary = fmt::format(
+        "Median |z predicted / z measured - 1| of the worst of {} image pairs; {} points compared.",
+        num_pairs_, num_compared_);
+    agreement.reason =
+        "Between pixel centres rough ground departs from the cubic through its neighbours by some "
+        "1e-4 of its "
+        "distance (median), and not by 2e-3 in any scene seen so far.";
+    agreement.detects =
+        "wrong axes, order or sign in poses and depth; a frame paired with another's pose";
+    agreement.plots.push_back(
+        {"median residual of each pair", "pair", "of the depth", pair_index_, pair_median_});
     agreement.pictures = pictures_;
     results.push_back(std::move(agreement));
 
@@ -169,18 +185,30 @@ class ReprojectionChecker : public Checker {
     through.unit = "share";
     through.ok = through.value <= through.bound;
     through.worst = fmt::format("{}: {:.2g}", worst_through_pair_, worst_through_);
-    through.summary = fmt::format("Share of {} points that the other image sees through: all 16 pixels around are over 1 % "
-                                  "farther than the point.", num_compared_);
-    through.reason = "Ground is opaque. Only ridges thinner than a pixel can slip between the centres of 16 pixels.";
-    through.detects = "surfaces that differ between frames (levels of detail, moving ground), gross errors of pose";
+    through.summary = fmt::format(
+        "Share of {} points that the other image sees through: all 16 pixels around are over 1 % "
+        "farther than the point.",
+        num_compared_);
+    through.reason =
+        "Ground is opaque. Only ridges thinner than a pixel can slip between the centres of 16 "
+        "pixels.";
+    through.detects =
+        "surfaces that differ between frames (levels of detail, moving ground), gross errors of "
+        "pose";
     results.push_back(std::move(through));
 
-    const Evidence::Bounds bounds{.principal_px = 0.05, .focal_percent = 0.05, .scale_percent = 0.05,
-                                  .time_frames = 0.25, .rotation_deg = 0.005, .position_px = 0.05};
-    for (CheckResult& result :
-         evidence_.results("reprojection", sequence, bounds, "the differences of depth between images",
-                           "0.1 px of principal point, 0.1 % of focal length or scale, 0.01 deg of rotation (a camera's in all "
-                           "frames, or one image's), a shift of one image's position by 0.1 px, one frame of time"))
+    const Evidence::Bounds bounds{.principal_px = 0.05,
+                                  .focal_percent = 0.05,
+                                  .scale_percent = 0.05,
+                                  .time_frames = 0.25,
+                                  .rotation_deg = 0.005,
+                                  .position_px = 0.05};
+    for (CheckResult& result : evidence_.results(
+             "reprojection", sequence, bounds, "the differences of depth between images",
+             "0.1 px of principal point, 0.1 % of focal length or scale, 0.01 deg of rotation (a "
+             "camera's in all "
+             "frames, or one image's), a shift of one image's position by 0.1 px, one frame of "
+             "time"))
       results.push_back(std::move(result));
     for (CheckResult& result : results)
       if (result.name == "reprojection_time") add_whole_frames(result);
@@ -190,15 +218,17 @@ class ReprojectionChecker : public Checker {
  private:
   /// Most pairs with a neighbour's pose at hand agree by it far better than by their own: one frame of time.
   void add_whole_frames(CheckResult& result) const {
-    result.summary += fmt::format(" Tried as well: the poses of the frames before and after; {} and {} of {} pairs agree twice as well by them.",
-                                  num_shifted_[0], num_shifted_[1], num_tried_);
+    result.summary += fmt::format(
+        " Tried as well: the poses of the frames before and after; {} and {} of {} pairs agree "
+        "twice as well by them.",
+        num_shifted_[0], num_shifted_[1], num_tried_);
     const std::int64_t most = std::max(num_shifted_[0], num_shifted_[1]);
     if (num_tried_ == 0 || 2 * most <= num_tried_) return;
     result.value = 1.0;
     result.ok = false;
     result.skipped = false;
-    result.worst = fmt::format("{} of {} pairs agree with the poses of the frame {}", most, num_tried_,
-                               num_shifted_[0] > num_shifted_[1] ? "before" : "after");
+    result.worst = fmt::format("{} of {} pairs agree with the poses of the frame {}", most,
+                               num_tried_, num_shifted_[0] > num_shifted_[1] ? "before" : "after");
   }
 
   static constexpr std::size_t kMostPictures = 4;
@@ -215,7 +245,8 @@ class ReprojectionChecker : public Checker {
     if (summary.num_compared < kEnough) return;
     ++num_pairs_;
     const std::string name = fmt::format("{} in {}", place_of(pair.a), place_of(pair.b));
-    const double share = static_cast<double>(summary.num_seen_through) / static_cast<double>(summary.num_compared);
+    const double share =
+        static_cast<double>(summary.num_seen_through) / static_cast<double>(summary.num_compared);
     if (share > worst_through_ || worst_through_pair_.empty()) {
       worst_through_ = share;
       worst_through_pair_ = name;
@@ -234,18 +265,22 @@ class ReprojectionChecker : public Checker {
   static CheckResult::Picture residual_map(const ViewPair& pair) {
     const Intrinsics& k_a = pair.a.camera->intrinsics;
     const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;
-    core::ImageF map((k_a.width_px + 1) / 2, (k_a.height_px + 1) / 2, 1, std::numeric_limits<float>::quiet_NaN());
+    core::ImageF map((k_a.width_px + 1) / 2, (k_a.height_px + 1) / 2, 1,
+                     std::numeric_limits<float>::quiet_NaN());
     for (int y = 0; y < map.height(); ++y)
       for (int x = 0; x < map.width(); ++x) {
         const auto depth_m = static_cast<double>(pair.a.image->depth(2 * x, 2 * y));
         if (!std::isfinite(depth_m)) continue;
-        const Eigen::Vector3d point = b_from_a * (k_a.ray_from_pixel({2 * x + 0.5, 2 * y + 0.5}) * depth_m);
+        const Eigen::Vector3d point =
+            b_from_a * (k_a.ray_from_pixel({2 * x + 0.5, 2 * y + 0.5}) * depth_m);
         if (!(point.z() > 1e-3 * depth_m)) continue;
-        const auto seen = sample_inverse_depth(pair.b.image->depth, pair.b.camera->intrinsics.pixel_from_point(point));
+        const auto seen = sample_inverse_depth(pair.b.image->depth,
+                                               pair.b.camera->intrinsics.pixel_from_point(point));
         if (seen) map(x, y) = static_cast<float>(seen->inverse_depth.value * point.z() - 1.0);
       }
     constexpr float kFull = 2e-3F;
-    return {fmt::format("{} in {}: blue to red is -0.2 % to +0.2 % of the depth", place_of(pair.a), place_of(pair.b)),
+    return {fmt::format("{} in {}: blue to red is -0.2 % to +0.2 % of the depth", place_of(pair.a),
+                        place_of(pair.b)),
             diverging_picture(map, kFull)};
   }
 

@@ -43,12 +43,14 @@ class StereoChecker : public Checker {
     const std::int64_t count = std::max<std::int64_t>(options_.samples_per_image / 4, 1);
     const std::vector<Eigen::Vector2i> pixels = draw_pixels(k, count, options_, *left, 1ULL << 41);
     std::vector<std::optional<PatchMatch>> matches(pixels.size());
-    core::parallel_for_blocks(static_cast<std::int64_t>(pixels.size()), 64, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t i = begin; i < end; ++i) {
-        const Eigen::Vector2i& at = pixels[static_cast<std::size_t>(i)];
-        matches[static_cast<std::size_t>(i)] = match_patch_by_disparity(seen, *right, at.x(), at.y());
-      }
-    });
+    core::parallel_for_blocks(static_cast<std::int64_t>(pixels.size()), 64,
+                              [&](std::int64_t begin, std::int64_t end) {
+                                for (std::int64_t i = begin; i < end; ++i) {
+                                  const Eigen::Vector2i& at = pixels[static_cast<std::size_t>(i)];
+                                  matches[static_cast<std::size_t>(i)] =
+                                      match_patch_by_disparity(seen, *right, at.x(), at.y());
+                                }
+                              });
     for (const auto& match : matches)
       if (match && match->has_converged) {
         shift_x_.push_back(match->shift_px.x());
@@ -57,7 +59,8 @@ class StereoChecker : public Checker {
   }
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
-    if (!sequence.stereo || num_frames_ == 0) return {skipped_result("stereo", "the format holds no rectified pair with depth")};
+    if (!sequence.stereo || num_frames_ == 0)
+      return {skipped_result("stereo", "the format holds no rectified pair with depth")};
     std::vector<CheckResult> results;
     if (num_pixels_ > 0) {
       CheckResult disparity;
@@ -65,18 +68,25 @@ class StereoChecker : public Checker {
       disparity.value = worst_px_;
       disparity.bound = 0.5 / 256.0 + 1e-4;
       disparity.unit = "px";
-      if (greatest_left_out_px_ > least_stored_px_ + 1.0 / 256.0 && greatest_left_out_px_ > disparity.value) {
+      if (greatest_left_out_px_ > least_stored_px_ + 1.0 / 256.0 &&
+          greatest_left_out_px_ > disparity.value) {
         disparity.value = greatest_left_out_px_;
         worst_place_ = left_out_place_ + ": no disparity, though smaller ones are stored";
       }
       disparity.ok = disparity.value <= disparity.bound;
       disparity.worst = worst_place_;
-      disparity.summary = fmt::format("Largest |disparity - f b / depth| over {} pixels of {} frames; f b = {:.6g} px m. {} pixels "
-                                      "with depth are left out, all of them smaller than the least that is stored.", num_pixels_, num_frames_,
-                                      sequence.cameras[static_cast<std::size_t>(sequence.stereo->left)].intrinsics.fx_px *
-                                          sequence.stereo->baseline_m, num_left_out_);
+      disparity.summary = fmt::format(
+          "Largest |disparity - f b / depth| over {} pixels of {} frames; f b = {:.6g} px m. {} "
+          "pixels "
+          "with depth are left out, all of them smaller than the least that is stored.",
+          num_pixels_, num_frames_,
+          sequence.cameras[static_cast<std::size_t>(sequence.stereo->left)].intrinsics.fx_px *
+              sequence.stereo->baseline_m,
+          num_left_out_);
       disparity.reason = "The format rounds to 1/256 px: half a step, and rounding of float32.";
-      disparity.detects = "one count of 1/256 px, a missing pixel, a wrong baseline where disparities are over 4 px";
+      disparity.detects =
+          "one count of 1/256 px, a missing pixel, a wrong baseline where disparities are over 4 "
+          "px";
       results.push_back(std::move(disparity));
 
       const double scale_percent = 100.0 * sum_product_ / std::max(sum_square_, 1e-300);
@@ -91,7 +101,9 @@ class StereoChecker : public Checker {
       scale.ok = scale.skipped || scale.value <= scale.bound;
       scale.worst = scale.skipped ? "the disparities are too small against their step"
                                   : fmt::format("{:.4f} ± {:.1g} %", scale_percent, error_percent);
-      scale.summary = "The factor between stored disparities and f b / depth that fits all pixels best (least squares), less 1.";
+      scale.summary =
+          "The factor between stored disparities and f b / depth that fits all pixels best (least "
+          "squares), less 1.";
       scale.reason = "Half the smallest error that must be found.";
       scale.detects = "0.1 % of baseline, focal length or depth";
       results.push_back(std::move(scale));
@@ -106,7 +118,8 @@ class StereoChecker : public Checker {
       for (const double value : shift_x_) sizes.push_back(std::abs(value));
       return median(sizes);
     }();
-    const auto result_of = [&](const char* name, std::vector<double>& shifts, const char* summary, const char* detects) {
+    const auto result_of = [&](const char* name, std::vector<double>& shifts, const char* summary,
+                               const char* detects) {
       CheckResult result;
       result.name = name;
       const double value = median(shifts);
@@ -115,15 +128,18 @@ class StereoChecker : public Checker {
       result.unit = "px";
       result.ok = result.value <= result.bound;
       result.worst = fmt::format("median {:+.4f} px of {} patches", value, shifts.size());
-      result.summary = fmt::format("{} Median of {} patches of 7 x 7 pixels; one patch scatters by {:.3f} px.", summary,
-                                   shifts.size(), scatter);
+      result.summary =
+          fmt::format("{} Median of {} patches of 7 x 7 pixels; one patch scatters by {:.3f} px.",
+                      summary, shifts.size(), scatter);
       result.reason = "Medians of hundreds of patches are known to about 0.01 px.";
       result.detects = detects;
       return result;
     };
-    results.push_back(result_of("stereo_shift", shift_x_, "Left patches against the right image at x - disparity, along x.",
+    results.push_back(result_of("stereo_shift", shift_x_,
+                                "Left patches against the right image at x - disparity, along x.",
                                 "0.2 px of disparity, swapped images, a baseline of wrong sign"));
-    results.push_back(result_of("stereo_vertical", shift_y_, "The same along y: rectified pairs have none.",
+    results.push_back(result_of("stereo_vertical", shift_y_,
+                                "The same along y: rectified pairs have none.",
                                 "0.2 px between rows: a pair that is not rectified"));
     return results;
   }
@@ -155,8 +171,8 @@ class StereoChecker : public Checker {
         if (!std::isfinite(size)) size = stored;  // a disparity where there is no depth
         if (size > worst_px_) {
           worst_px_ = size;
-          worst_place_ = fmt::format("{}: {:.5f} px stored, {:.5f} px by the depth {:.6g} m", place_of(left, x, y), stored,
-                                     expected, depth_m);
+          worst_place_ = fmt::format("{}: {:.5f} px stored, {:.5f} px by the depth {:.6g} m",
+                                     place_of(left, x, y), stored, expected, depth_m);
         }
         if (!std::isfinite(depth_m)) continue;
         const double base = expected - offset_px;
@@ -181,6 +197,8 @@ class StereoChecker : public Checker {
 
 }  // namespace
 
-std::unique_ptr<Checker> make_stereo_check(const ValidateOptions& options) { return std::make_unique<StereoChecker>(options); }
+std::unique_ptr<Checker> make_stereo_check(const ValidateOptions& options) {
+  return std::make_unique<StereoChecker>(options);
+}
 
 }  // namespace terracast::validate

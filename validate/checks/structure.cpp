@@ -16,7 +16,8 @@ class StructureChecker : public Checker {
  public:
   std::vector<CheckResult> finish(const Dataset& dataset, const Sequence&) override {
     Findings findings;
-    std::vector<std::pair<std::string, FileRecord>> listed(dataset.files.begin(), dataset.files.end());
+    std::vector<std::pair<std::string, FileRecord>> listed(dataset.files.begin(),
+                                                           dataset.files.end());
     std::atomic<std::uint64_t> num_bytes{0};
     core::parallel_for(static_cast<std::int64_t>(listed.size()), [&](std::int64_t i) {
       const auto& [path, record] = listed[static_cast<std::size_t>(i)];
@@ -27,7 +28,8 @@ class StructureChecker : public Checker {
         if (error) {
           findings.add(path, "missing");
         } else if (size != record.num_bytes) {
-          findings.add(path, fmt::format("{} bytes where dataset.json says {}", size, record.num_bytes));
+          findings.add(path,
+                       fmt::format("{} bytes where dataset.json says {}", size, record.num_bytes));
         } else if (core::content_hash_of_file(file) != record.hash) {
           findings.add(path, "its content is not what dataset.json says (hash)");
         }
@@ -36,10 +38,12 @@ class StructureChecker : public Checker {
     });
     std::error_code error;
     std::filesystem::recursive_directory_iterator entry(dataset.root, error);
-    for (const std::filesystem::recursive_directory_iterator end; !error && entry != end; entry.increment(error)) {
+    for (const std::filesystem::recursive_directory_iterator end; !error && entry != end;
+         entry.increment(error)) {
       if (entry->is_directory(error)) continue;
       const std::string path = entry->path().lexically_relative(dataset.root).generic_string();
-      if (path != "dataset.json" && !dataset.files.contains(path)) findings.add(path, "not listed in dataset.json");
+      if (path != "dataset.json" && !dataset.files.contains(path))
+        findings.add(path, "not listed in dataset.json");
     }
     CheckResult result;
     result.name = "structure";
@@ -48,17 +52,24 @@ class StructureChecker : public Checker {
     result.unit = "findings";
     result.ok = findings.count() == 0;
     result.worst = fmt::format("{}", fmt::join(findings.lines(), "\n"));
-    result.summary = fmt::format("{} files, {:.1f} MB: each is there with its size and hash, and none beside them; every "
-                                 "image, array, pose row and point was read.",
-                                 listed.size(), static_cast<double>(num_bytes) / 1e6);
-    result.reason = "A file that is missing, damaged or too many shifts what readers pair by number or place in a list.";
-    result.detects = "one flipped bit, one missing, extra or truncated file, one missing pose row, a wrong image size";
+    result.summary = fmt::format(
+        "{} files, {:.1f} MB: each is there with its size and hash, and none beside them; every "
+        "image, array, pose row and point was read.",
+        listed.size(), static_cast<double>(num_bytes) / 1e6);
+    result.reason =
+        "A file that is missing, damaged or too many shifts what readers pair by number or place "
+        "in a list.";
+    result.detects =
+        "one flipped bit, one missing, extra or truncated file, one missing pose row, a wrong "
+        "image size";
     return {result};
   }
 };
 
 }  // namespace
 
-std::unique_ptr<Checker> make_structure_check(const ValidateOptions&) { return std::make_unique<StructureChecker>(); }
+std::unique_ptr<Checker> make_structure_check(const ValidateOptions&) {
+  return std::make_unique<StructureChecker>();
+}
 
 }  // namespace terracast::validate

@@ -26,7 +26,9 @@ class TrajectoryChecker : public Checker {
     for (const Camera& camera : sequence.cameras) {
       std::vector<double> steps;
       const auto& poses = camera.local_from_camera;
-      const auto step_at = [&](std::size_t i) { return (poses[i + 1]->translation - poses[i]->translation).eval(); };
+      const auto step_at = [&](std::size_t i) {
+        return (poses[i + 1]->translation - poses[i]->translation).eval();
+      };
       for (std::size_t i = 0; i < poses.size(); ++i) {
         if (!poses[i]) continue;
         ++num_poses;
@@ -42,17 +44,23 @@ class TrajectoryChecker : public Checker {
         if (!poses[i - 1] || !poses[i] || !poses[i + 1]) continue;
         const std::string where = fmt::format("{}, frame {}", camera.name, i);
         note_worst(jumps, (step_at(i) - step_at(i - 1)).norm() / typical_m, where);
-        const Eigen::Vector3d before = rotation_vector(poses[i - 1]->rotation.transpose() * poses[i]->rotation);
-        const Eigen::Vector3d after = rotation_vector(poses[i]->rotation.transpose() * poses[i + 1]->rotation);
+        const Eigen::Vector3d before =
+            rotation_vector(poses[i - 1]->rotation.transpose() * poses[i]->rotation);
+        const Eigen::Vector3d after =
+            rotation_vector(poses[i]->rotation.transpose() * poses[i + 1]->rotation);
         note_worst(turns, degrees_from_radians((after - before).norm()), where);
       }
     }
-    orthonormal.summary = fmt::format("Largest entry of R R' - I over {} poses; 2 for a reflection.", num_poses);
+    orthonormal.summary =
+        fmt::format("Largest entry of R R' - I over {} poses; 2 for a reflection.", num_poses);
     orthonormal.reason = "Nine digits leave 1e-8.";
     orthonormal.detects = "a quaternion or matrix row off by 1e-5";
-    jumps.summary = "Largest change from one step between frames to the next, in typical (median) steps.";
-    jumps.reason = "Smooth flight changes its step by the turn of a frame in rad, under 1 for turns below 60 deg a frame; a row "
-                   "that stands twice makes 2.";
+    jumps.summary =
+        "Largest change from one step between frames to the next, in typical (median) steps.";
+    jumps.reason =
+        "Smooth flight changes its step by the turn of a frame in rad, under 1 for turns below 60 "
+        "deg a frame; a row "
+        "that stands twice makes 2.";
     jumps.detects = "a pose row repeated, dropped or swapped";
     turns.summary = "Largest change of the turn between frames.";
     turns.reason = "An aircraft does not change its turn by 30 deg from frame to frame.";
@@ -64,11 +72,12 @@ class TrajectoryChecker : public Checker {
     }
     return results;
   }
-
 };
 
 }  // namespace
 
-std::unique_ptr<Checker> make_trajectory_check(const ValidateOptions&) { return std::make_unique<TrajectoryChecker>(); }
+std::unique_ptr<Checker> make_trajectory_check(const ValidateOptions&) {
+  return std::make_unique<TrajectoryChecker>();
+}
 
 }  // namespace terracast::validate

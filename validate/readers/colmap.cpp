@@ -16,7 +16,8 @@ std::optional<Intrinsics> pinhole(const ColmapCamera& camera) {
   const auto width = static_cast<int>(camera.width_px);
   const auto height = static_cast<int>(camera.height_px);
   const std::vector<double>& p = camera.parameters;
-  if (camera.model == "PINHOLE" && p.size() == 4) return Intrinsics{width, height, p[0], p[1], p[2], p[3]};
+  if (camera.model == "PINHOLE" && p.size() == 4)
+    return Intrinsics{width, height, p[0], p[1], p[2], p[3]};
   if (camera.model == "SIMPLE_PINHOLE" && p.size() == 3)
     return Intrinsics{width, height, p[0], p[0], p[1], p[2]};
   return std::nullopt;
@@ -63,9 +64,8 @@ void ColmapReader::read(const Dataset& dataset, Sequence& sequence, Findings& fi
     Camera& camera = sequence.cameras[static_cast<std::size_t>(camera_index)];
     const auto [known_id, is_new] = camera_id_of_folder.emplace(folder, image.camera_id);
     if (!is_new && known_id->second != image.camera_id)
-      findings.add(binary + "/images.bin",
-                   fmt::format("images of {} name the cameras {} and {}", folder, known_id->second,
-                               image.camera_id));
+      findings.add(binary + "/images.bin", fmt::format("images of {} name the cameras {} and {}",
+                                                       folder, known_id->second, image.camera_id));
     if (is_new) {
       const auto found = model.cameras.find(image.camera_id);
       std::optional<Intrinsics> intrinsics;
@@ -73,24 +73,28 @@ void ColmapReader::read(const Dataset& dataset, Sequence& sequence, Findings& fi
       if (intrinsics)
         camera.intrinsics = *intrinsics;
       else
-        findings.add(binary + "/cameras.bin",
-                     fmt::format("camera {} of {} is missing or no pinhole", image.camera_id, folder));
+        findings.add(
+            binary + "/cameras.bin",
+            fmt::format("camera {} of {} is missing or no pinhole", image.camera_id, folder));
     }
     auto& pose = camera.local_from_camera[static_cast<std::size_t>(frame)];
     if (pose) findings.add(binary + "/images.bin", fmt::format("\"{}\" stands twice", image.name));
     pose = image.camera_from_world.pose().inverse();
   }
   for (Camera& camera : sequence.cameras) {
-    const auto fill = [&](const std::string& folder, const char* suffix, std::string FrameFiles::*member, bool is_optional) {
-      const std::vector<std::string> paths = numbered_files(
-          dataset, sequence.path + folder + camera.name, suffix, sequence.num_frames, findings, is_optional);
+    const auto fill = [&](const std::string& folder, const char* suffix,
+                          std::string FrameFiles::*member, bool is_optional) {
+      const std::vector<std::string> paths =
+          numbered_files(dataset, sequence.path + folder + camera.name, suffix, sequence.num_frames,
+                         findings, is_optional);
       for (std::size_t i = 0; i < paths.size(); ++i) camera.files[i].*member = paths[i];
     };
     fill("/images/", ".png", &FrameFiles::color, false);
     fill("/depth/", ".npy", &FrameFiles::depth, true);
     for (int frame = 0; frame < sequence.num_frames; ++frame)
       if (!camera.local_from_camera[static_cast<std::size_t>(frame)])
-        findings.add(binary + "/images.bin", fmt::format("no image {}/{}.png", camera.name, frame_digits(frame)));
+        findings.add(binary + "/images.bin",
+                     fmt::format("no image {}/{}.png", camera.name, frame_digits(frame)));
   }
 }
 

@@ -83,9 +83,10 @@ void read_cameras(Bytes& bytes, ColmapModel& model) {
     int num_parameters;
   };
   static constexpr Kind kKinds[] = {
-      {"SIMPLE_PINHOLE", 3},        {"PINHOLE", 4},        {"SIMPLE_RADIAL", 4}, {"RADIAL", 5},
-      {"OPENCV", 8},                {"OPENCV_FISHEYE", 8}, {"FULL_OPENCV", 12},  {"FOV", 5},
-      {"SIMPLE_RADIAL_FISHEYE", 4}, {"RADIAL_FISHEYE", 5}};
+      {"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4}, {"SIMPLE_RADIAL", 4},
+      {"RADIAL", 5},         {"OPENCV", 8},  {"OPENCV_FISHEYE", 8},
+      {"FULL_OPENCV", 12},   {"FOV", 5},     {"SIMPLE_RADIAL_FISHEYE", 4},
+      {"RADIAL_FISHEYE", 5}};
   const std::uint64_t num_cameras = bytes.count(bytes.take<std::uint64_t>(), 24);
   for (std::uint64_t i = 0; i < num_cameras; ++i) {
     const std::int64_t id = bytes.take<std::uint32_t>();
@@ -188,8 +189,7 @@ void read_frames(Bytes& bytes, ColmapModel& model) {
 Pose ColmapPose::pose() const {
   const Eigen::Quaterniond rotation(rotation_wxyz[0], rotation_wxyz[1], rotation_wxyz[2],
                                     rotation_wxyz[3]);
-  return {rotation.toRotationMatrix(),
-          {translation[0], translation[1], translation[2]}};
+  return {rotation.toRotationMatrix(), {translation[0], translation[1], translation[2]}};
 }
 
 ColmapModel read_colmap_binary(const std::filesystem::path& folder, const std::string& name,

@@ -92,7 +92,8 @@ void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& fin
     projections = read_calibration(dataset.root / calibration, calibration);
     for (Camera& camera : sequence.cameras) {
       const int number = camera_number(camera.name);
-      if (number < 0) fail(ErrorKind::Input, "camera \"{}\" is none of image_0 to image_3", camera.name);
+      if (number < 0)
+        fail(ErrorKind::Input, "camera \"{}\" is none of image_0 to image_3", camera.name);
       const Projection& p = projections[static_cast<std::size_t>(number)];
       camera.intrinsics.fx_px = p(0, 0);
       camera.intrinsics.fy_px = p(1, 1);
@@ -119,16 +120,19 @@ void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& fin
       first_from_camera0.push_back({matrix.leftCols<3>(), matrix.col(3)});
     }
     if (first_from_camera0.size() != static_cast<std::size_t>(sequence.num_frames))
-      findings.add(poses, fmt::format("{} rows for {} frames", first_from_camera0.size(), sequence.num_frames));
+      findings.add(poses, fmt::format("{} rows for {} frames", first_from_camera0.size(),
+                                      sequence.num_frames));
   });
 
   const std::string times = sequence.path + "/times.txt";
   findings.attempt(times, [&] {
     const std::string text = core::read_text_file(dataset.root / times);
     for (const TextLine& line : split_lines(text))
-      sequence.times_s.push_back(parse_number(line.text, times + ":" + std::to_string(line.number)));
+      sequence.times_s.push_back(
+          parse_number(line.text, times + ":" + std::to_string(line.number)));
     if (sequence.times_s.size() != static_cast<std::size_t>(sequence.num_frames))
-      findings.add(times, fmt::format("{} rows for {} frames", sequence.times_s.size(), sequence.num_frames));
+      findings.add(times, fmt::format("{} rows for {} frames", sequence.times_s.size(),
+                                      sequence.num_frames));
   });
 
   // The first frame's place comes from georeference.csv; all others follow from the poses.
@@ -144,15 +148,18 @@ void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& fin
           camera_from_camera0(projections[static_cast<std::size_t>(camera_number(camera.name))]);
     }
   if (!local_from_camera0)
-    findings.add(sequence.path, "no camera has a georeference of frame 0, so that the poses cannot be placed");
+    findings.add(sequence.path,
+                 "no camera has a georeference of frame 0, so that the poses cannot be placed");
 
   for (Camera& camera : sequence.cameras) {
     const int number = camera_number(camera.name);
     if (number < 0) continue;
     const std::string digit = std::to_string(number);
-    const auto fill = [&](const std::string& folder, const char* suffix, std::string FrameFiles::*member, bool is_optional) {
+    const auto fill = [&](const std::string& folder, const char* suffix,
+                          std::string FrameFiles::*member, bool is_optional) {
       const std::vector<std::string> paths =
-          numbered_files(dataset, sequence.path + "/" + folder, suffix, sequence.num_frames, findings, is_optional);
+          numbered_files(dataset, sequence.path + "/" + folder, suffix, sequence.num_frames,
+                         findings, is_optional);
       for (std::size_t i = 0; i < paths.size(); ++i) camera.files[i].*member = paths[i];
     };
     fill("image_" + digit, ".png", &FrameFiles::color, false);
@@ -166,8 +173,10 @@ void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& fin
     if (!has_calibration || !local_from_camera0) continue;
     const Pose camera0_from_camera =
         camera_from_camera0(projections[static_cast<std::size_t>(number)]).inverse();
-    for (std::size_t i = 0; i < camera.local_from_camera.size() && i < first_from_camera0.size(); ++i)
-      camera.local_from_camera[i] = *local_from_camera0 * first_from_camera0[i] * camera0_from_camera;
+    for (std::size_t i = 0; i < camera.local_from_camera.size() && i < first_from_camera0.size();
+         ++i)
+      camera.local_from_camera[i] =
+          *local_from_camera0 * first_from_camera0[i] * camera0_from_camera;
   }
   const int left = sequence.camera_index("image_2");
   const int right = sequence.camera_index("image_3");
@@ -188,8 +197,8 @@ core::ImageF KittiReader::disparity(const Dataset& dataset, const Camera& camera
   core::ImageF disparity(counts.width(), counts.height());
   for (std::size_t i = 0; i < counts.data().size(); ++i) {
     const std::uint16_t count = counts.data()[i];
-    disparity.data()[i] = count == 0 ? std::numeric_limits<float>::quiet_NaN()
-                                     : static_cast<float>(count) / 256.0F;
+    disparity.data()[i] =
+        count == 0 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(count) / 256.0F;
   }
   return disparity;
 }

@@ -87,7 +87,8 @@ void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings&
       const std::string text = core::read_text_file(dataset.root / poses);
       const std::vector<TextLine> lines = split_lines(text);
       if (lines.size() != camera.local_from_camera.size())
-        findings.add(poses, fmt::format("{} rows for {} frames", lines.size(), sequence.num_frames));
+        findings.add(poses,
+                     fmt::format("{} rows for {} frames", lines.size(), sequence.num_frames));
       for (std::size_t i = 0; i < lines.size() && i < camera.local_from_camera.size(); ++i) {
         const std::string where = poses + ":" + std::to_string(i + 1);
         if (split_at(lines[i].text, ' ').size() != 7)
@@ -100,7 +101,8 @@ void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings&
                  enu_from_ned() * Eigen::Vector3d(n[0], n[1], n[2])};
       }
     });
-    const auto fill = [&](const std::string& kind, const std::string& suffix, std::string FrameFiles::*member) {
+    const auto fill = [&](const std::string& kind, const std::string& suffix,
+                          std::string FrameFiles::*member) {
       const std::vector<std::string> paths =
           numbered_files(dataset, sequence.path + "/" + kind + "_" + camera.name, suffix,
                          sequence.num_frames, findings);
@@ -124,8 +126,10 @@ void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings&
         findings.add(folder + "/" + file, "missing");
     }
     if (found.size() + 1 > static_cast<std::size_t>(sequence.num_frames))
-      findings.add(folder, fmt::format("{} files for {} frames; the readers pair files by their place in the list",
-                                       found.size(), sequence.num_frames));
+      findings.add(
+          folder,
+          fmt::format("{} files for {} frames; the readers pair files by their place in the list",
+                      found.size(), sequence.num_frames));
   }
   const int left = sequence.camera_index("lcam_front");
   const int right = sequence.camera_index("rcam_front");
@@ -133,7 +137,8 @@ void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings&
     const auto& left_pose = sequence.cameras[static_cast<std::size_t>(left)].local_from_camera;
     const auto& right_pose = sequence.cameras[static_cast<std::size_t>(right)].local_from_camera;
     if (!left_pose.empty() && left_pose[0] && right_pose[0])
-      sequence.stereo = StereoPair{left, right, (left_pose[0]->inverse() * *right_pose[0]).translation.x()};
+      sequence.stereo =
+          StereoPair{left, right, (left_pose[0]->inverse() * *right_pose[0]).translation.x()};
   }
 }
 
@@ -144,12 +149,14 @@ core::ImageF TartanAirReader::depth(const Dataset& dataset, const Camera& camera
   for (std::size_t i = 0; i < depth.data().size(); ++i) {
     const std::uint8_t* p = &rgba.data()[4 * i];
     // OpenCV hands the readers B, G, R, A, which they take for the bytes of a little-endian float.
-    const std::uint32_t bits = static_cast<std::uint32_t>(p[2]) | static_cast<std::uint32_t>(p[1]) << 8 |
-                               static_cast<std::uint32_t>(p[0]) << 16 | static_cast<std::uint32_t>(p[3]) << 24;
+    const std::uint32_t bits =
+        static_cast<std::uint32_t>(p[2]) | static_cast<std::uint32_t>(p[1]) << 8 |
+        static_cast<std::uint32_t>(p[0]) << 16 | static_cast<std::uint32_t>(p[3]) << 24;
     const auto value = std::bit_cast<float>(bits);
     if (!(value > 0.0F) || value > kSkyDepth_m)
-      fail(ErrorKind::Input, "{}: depth {} at pixel ({}, {}); more than 0 and at most {} (sky) is right", path,
-           value, i % static_cast<std::size_t>(rgba.width()), i / static_cast<std::size_t>(rgba.width()),
+      fail(ErrorKind::Input,
+           "{}: depth {} at pixel ({}, {}); more than 0 and at most {} (sky) is right", path, value,
+           i % static_cast<std::size_t>(rgba.width()), i / static_cast<std::size_t>(rgba.width()),
            kSkyDepth_m);
     depth.data()[i] = value < kSkyDepth_m ? value : std::numeric_limits<float>::quiet_NaN();
   }
@@ -158,7 +165,8 @@ core::ImageF TartanAirReader::depth(const Dataset& dataset, const Camera& camera
 
 FlowFields TartanAirReader::flow(const Dataset& dataset, const Camera& camera, int frame) const {
   const std::string& path = camera.files[static_cast<std::size_t>(frame)].flow;
-  const std::map<std::string, NpyArray> arrays = parse_npz(core::read_file(dataset.root / path), path);
+  const std::map<std::string, NpyArray> arrays =
+      parse_npz(core::read_file(dataset.root / path), path);
   FlowFields fields;
   fields.forward = flow_image(arrays, "flow_fwd", path, camera.intrinsics);
   fields.backward = flow_image(arrays, "flow_bwd", path, camera.intrinsics);
