@@ -1,0 +1,317 @@
+// What every exporter keeps to, whichever there are.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "core/atomic_file.h"
+#include "core/json.h"
+#include "core/registry.h"
+#include "core/schema_writer.h"
+#include "tests/export/exported.h"
+#include "tests/export/readers.h"
+
+namespace terracast::test {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::Json;
+using Eigen::Vector3d;
+
+const TinyCaptureOptions kBoth{.num_frames = 2};
+
+/// The capture is drawn once for all tests of a process.
+struct ExporterLaws : testing::Test {
+  static inline std::unique_ptr<ScratchFolder> folder;
+  void SetUp() override {
+    if (folder) return;
+    folder = std::make_unique<ScratchFolder>();
+    write_tiny_capture(*folder / "capture", kBoth);
+  }
+  static void TearDownTestSuite() { folder.reset(); }
+
+  static std::vector<std::string> names() { return core::registry_names(exporters::exporters()); }
+  static std::string toml(const std::string& name) { return "format = \"" + name + "\"\n"; }
+  static fs::path capture() { return *folder / "capture"; }
+};
+
+TEST_F(ExporterLaws, TheTableIsInAlphabeticalOrderAndSaysWhatEachIs) {
+  const std::vector<std::string> sorted = names();
+  EXPECT_TRUE(std::is_sorted(sorted.begin(), sorted.end()));
+  for (const exporters::ExporterInfo& info : exporters::exporters())
+    EXPECT_FALSE(info.summary.empty());
+}
+
+TEST_F(ExporterLaws, OptionsReadBackAndCopiesAreTheirOwn) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    const exporters::ExportOptions options = export_options(toml(name));
+    const std::string text = core::toml_text(options);
+    EXPECT_THAT(text, testing::HasSubstr("format = \"" + name + "\""));
+    EXPECT_EQ(core::toml_text(export_options(text)), text);
+    exporters::ExportOptions copy = options;
+    copy = copy;
+    EXPECT_EQ(core::toml_text(copy), text);
+    EXPECT_NE(&copy.exporter(), &options.exporter());
+  }
+  expect_error(ErrorKind::Config, {"tartanare", "tartanair"},
+               [] { export_options(toml("tartanare")); });
+  expect_error(ErrorKind::Config, {"format"}, [] { export_options(""); });
+  expect_error(ErrorKind::Config, {"rigg"}, [] { export_options(toml("kitti") + "rigg = \"a\""); });
+}
+
+TEST_F(ExporterLaws, SameBytesWithOneOrTwoThreads) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    run_export(capture(), toml(name), *folder / "one", 1);
+    run_export(capture(), toml(name), *folder / "two", 2);
+    EXPECT_EQ(file_hashes(*folder / "one" / name), file_hashes(*folder / "two" / name));
+  }
+}
+
+TEST_F(ExporterLaws, TheFilesListedAreExactlyThoseOnDisk) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    run_export(capture(), toml(name), *folder / "out");
+    auto on_disk = file_hashes(*folder / "out" / name);
+    EXPECT_EQ(on_disk.erase("dataset.json"), 1U);
+    std::map<std::string, std::string> listed;
+    const Json dataset = Json::read(*folder / "out" / name / "dataset.json");
+    for (const auto& [path, record] : dataset.at("files").members()) {
+      listed[path] = record.at("xxh3_128").string();
+      EXPECT_EQ(static_cast<std::uintmax_t>(record.at("bytes").integer()),
+                fs::file_size(*folder / "out" / name / path));
+    }
+    EXPECT_EQ(listed, on_disk);
+    EXPECT_EQ(dataset.at("format").string(), name);
+    EXPECT_EQ(dataset.at("world").at("name").string(), "TinyWorld");
+    EXPECT_EQ(dataset.at("licences").strings(), tiny_sequence(kBoth).licences);
+    for (const char* sentence : {"pixel_center", "world_frame", "pose", "depth", "sky"})
+      EXPECT_FALSE(dataset.at("conventions").at(sentence).string().empty());
+  }
+}
+
+// Truth by WGS84's definition: every camera's place and attitude on the globe.
+TEST_F(ExporterLaws, GeoreferencesAreTheFlights) {
+  const TinyScene scene;
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    run_export(capture(), toml(name), *folder / "out");
+    const fs::path root = *folder / "out" / name;
+    const Json sequence = Json::read(root / "dataset.json").at("sequences").at(std::size_t{0});
+    EXPECT_EQ(sequence.at("num_frames").integer(), 2);
+    EXPECT_EQ(sequence.at("utc_start").string(), "2024-06-21T10:00:00Z");
+    EXPECT_TRUE(fs::is_directory(root / sequence.at("path").string()));
+    const capture::SequenceInfo info = tiny_sequence(kBoth);
+    std::map<std::string, const capture::CameraCalibration*> calibrations;
+    for (std::size_t i = 0; i < sequence.at("cameras").size(); ++i) {
+      const Json& camera = sequence.at("cameras").at(i);
+      const int index = info.camera_index(camera.at("rig").string(), camera.at("camera").string());
+      ASSERT_GE(index, 0);
+      const auto& truth = info.cameras[static_cast<std::size_t>(index)];
+      calibrations[camera.at("name").string()] = &truth;
+      EXPECT_EQ(camera.at("fx_px").number(), truth.intrinsics.parameters[0]);
+      EXPECT_EQ(camera.at("cy_px").number(), truth.intrinsics.parameters[3]);
+      const std::vector<double> t = camera.at("body_from_camera").at("translation_m").numbers();
+      EXPECT_LE((Vector3d(t[0], t[1], t[2]) - truth.body_from_camera().translation).norm(), 1e-15);
+    }
+    std::istringstream lines(slurp(root / sequence.at("georeference").string()));
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_EQ(line, "frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz");
+    std::size_t num_rows = 0;
+    while (std::getline(lines, line)) {
+      ++num_rows;
+      for (char& c : line)
+        if (c == ',') c = ' ';
+      std::istringstream words(line);
+      int frame;
+      std::string camera;
+      double time_s, lat_deg, lon_deg, height_m, w, x, y, z;
+      ASSERT_TRUE(words >> frame >> camera >> time_s >> lat_deg >> lon_deg >> height_m >> w >> x >>
+                  y >> z);
+      EXPECT_NEAR(time_s, 0.1 * frame, 1e-9);
+      const geo::Rigid3d truth = tiny_world_from_camera(kBoth, frame, *calibrations.at(camera));
+      const geo::Geodetic here{lat_deg, lon_deg, height_m};
+      // The camera's centre is the origin of its own east-north-up; the text has 1e-6 m of height.
+      const TangentChange enu_from_world = tangent_change(scene.origin, here);
+      EXPECT_LE(enu_from_world(truth.translation).norm(), 1e-6);
+      const Eigen::Matrix3d attitude = enu_from_world.rotation * truth.rotation.toRotationMatrix();
+      EXPECT_LE((Eigen::Quaterniond(w, x, y, z).toRotationMatrix() - attitude).norm(), 1e-12);
+    }
+    EXPECT_EQ(num_rows, 2 * calibrations.size());
+  }
+}
+
+TEST_F(ExporterLaws, AFinishedDatasetIsKept) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    run_export(capture(), toml(name), *folder / "out");
+    const fs::path root = *folder / "out" / name;
+    std::map<std::string, fs::file_time_type> times;
+    for (const auto& [path, hash] : file_hashes(root))
+      times[path] = fs::last_write_time(root / path);
+    run_export(capture(), toml(name), *folder / "out");
+    for (const auto& [path, time] : times)
+      EXPECT_EQ(fs::last_write_time(root / path), time) << path;
+  }
+}
+
+TEST_F(ExporterLaws, AKilledExportIsTakenUp) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    const fs::path root = *folder / "killed" / name;
+    run_export(capture(), toml(name), *folder / "killed");
+    const auto whole = file_hashes(root);
+    // As after a kill: no dataset.json, the mark of the work, half of the files, one half-written.
+    const std::string hash = Json::read(root / "dataset.json").at("source_hash").string();
+    Json::object().set("format", name).set("source_hash", hash).write(root / "export.partial.json");
+    fs::remove(root / "dataset.json");
+    std::size_t i = 0;
+    fs::path kept;
+    for (const auto& [path, unused] : whole) {
+      if (path == "dataset.json") continue;
+      if (++i % 2 == 0)
+        fs::remove(root / path);
+      else if (fs::path(path).extension() == ".png")
+        kept = root / path;
+    }
+    const auto time = fs::last_write_time(kept);
+    run_export(capture(), toml(name), *folder / "killed");
+    EXPECT_EQ(file_hashes(root), whole);
+    EXPECT_EQ(fs::last_write_time(kept), time);  // what was finished is not made again
+  }
+}
+
+TEST_F(ExporterLaws, DamagedFilesAreMadeAgain) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    const fs::path root = *folder / "damaged" / name;
+    run_export(capture(), toml(name), *folder / "damaged");
+    const auto whole = file_hashes(root);
+    std::size_t i = 0;
+    for (const auto& [path, unused] : whole) {
+      if (path == "dataset.json" || ++i % 5 != 0) continue;
+      if (i % 2 == 0)
+        fs::remove(root / path);
+      else
+        fs::resize_file(root / path, 3);
+    }
+    run_export(capture(), toml(name), *folder / "damaged");
+    EXPECT_EQ(file_hashes(root), whole);
+  }
+}
+
+TEST_F(ExporterLaws, OtherSourcesReplaceTheDataset) {
+  TinyCaptureOptions shorter = kBoth;
+  shorter.num_frames = 1;
+  shorter.input_hash = "another";
+  shorter.name = "other";
+  write_tiny_capture(*folder / "capture2", kBoth);
+  write_tiny_capture(*folder / "capture3", shorter);
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    run_export(*folder / "capture2", toml(name), *folder / "changed");
+    run_export(*folder / "capture3", toml(name), *folder / "changed");
+    run_export(*folder / "capture3", toml(name), *folder / "fresh");
+    EXPECT_EQ(file_hashes(*folder / "changed" / name), file_hashes(*folder / "fresh" / name));
+    // And what was left half done by other sources.
+    fs::remove(*folder / "changed" / name / "dataset.json");
+    Json::object()
+        .set("format", name)
+        .set("source_hash", "old")
+        .write(*folder / "changed" / name / "export.partial.json");
+    run_export(*folder / "capture3", toml(name), *folder / "changed");
+    EXPECT_EQ(file_hashes(*folder / "changed" / name), file_hashes(*folder / "fresh" / name));
+  }
+}
+
+TEST_F(ExporterLaws, ForeignFilesAreNeverTouched) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    const fs::path root = *folder / "foreign" / name;
+    core::write_file(root / "thesis.txt", "years of work");
+    expect_error(ErrorKind::Config, {"thesis.txt", "--out", name},
+                 [&] { run_export(capture(), toml(name), *folder / "foreign"); });
+    EXPECT_EQ(core::read_text_file(root / "thesis.txt"), "years of work");
+    EXPECT_EQ(file_hashes(root).size(), 1U);
+    // Beside a dataset of other sources.
+    run_export(capture(), toml(name), *folder / "beside");
+    core::write_file(*folder / "beside" / name / "thesis.txt", "years of work");
+    std::string dataset = core::read_text_file(*folder / "beside" / name / "dataset.json");
+    const std::string hash = Json::parse(dataset, "x").at("source_hash").string();
+    core::write_file(*folder / "beside" / name / "dataset.json",
+                     dataset.replace(dataset.find(hash), 4, "ffff"));
+    expect_error(ErrorKind::Config, {"thesis.txt"},
+                 [&] { run_export(capture(), toml(name), *folder / "beside"); });
+    EXPECT_EQ(core::read_text_file(*folder / "beside" / name / "thesis.txt"), "years of work");
+  }
+}
+
+TEST_F(ExporterLaws, AForgedListDeletesNothingOutside) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    core::write_file(*folder / "forged" / "precious.txt", "keep");
+    Json files = Json::object();
+    files.set("../precious.txt", Json::object().set("bytes", 4).set("xxh3_128", "0"));
+    Json::object()
+        .set("format", name)
+        .set("source_hash", "old")
+        .set("files", std::move(files))
+        .write(*folder / "forged" / name / "dataset.json");
+    expect_error(ErrorKind::Input, {"../precious.txt", "leaves"},
+                 [&] { run_export(capture(), toml(name), *folder / "forged"); });
+    EXPECT_TRUE(fs::exists(*folder / "forged" / "precious.txt"));
+  }
+}
+
+TEST_F(ExporterLaws, ARigThatCannotFitIsRefusedBeforeAnythingIsWritten) {
+  TinyCaptureOptions options = kBoth;
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    auto cameras = tiny_sequence(options).cameras;
+    EXPECT_NO_THROW(export_options(toml(name)).exporter().check(cameras));
+    for (auto& camera : cameras) camera.intrinsics.model = "equirectangular";
+    expect_error(ErrorKind::Config, {name, "equirectangular", "pinhole"},
+                 [&] { export_options(toml(name)).exporter().check(cameras); });
+    expect_error(ErrorKind::Config, {}, [&] { export_options(toml(name)).exporter().check({}); });
+  }
+}
+
+TEST_F(ExporterLaws, ADamagedCaptureEndsTheExport) {
+  write_tiny_capture(*folder / "capture4", kBoth);
+  for (const char* file : {"tartan2/lcam_front/000001.exr", "mcs4/cam0/000001.exr"}) {
+    std::vector<std::byte> bytes = core::read_file(*folder / "capture4" / "valley" / file);
+    bytes[bytes.size() / 2] ^= std::byte{1};
+    core::write_file(*folder / "capture4" / "valley" / file, bytes);
+  }
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    expect_error(ErrorKind::Input, {"000001.exr", "damaged", "exporting " + name},
+                 [&] { run_export(*folder / "capture4", toml(name), *folder / "out4"); });
+    EXPECT_FALSE(fs::exists(*folder / "out4" / name / "dataset.json"));
+  }
+}
+
+TEST_F(ExporterLaws, AFolderThatCannotBeWrittenIsAnIoError) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    core::write_file(*folder / "blocked" / name, "a file where the folder should be");
+    expect_error(ErrorKind::Io, {name},
+                 [&] { run_export(capture(), toml(name), *folder / "blocked"); });
+  }
+}
+
+TEST_F(ExporterLaws, OneFormatIsExportedOnce) {
+  const core::Log log("export", core::LogLevel::Off);
+  expect_error(ErrorKind::Config, {"two exports", "kitti"}, [&] {
+    exporters::run_export_stage(capture(),
+                                {export_options(toml("kitti")), export_options(toml("kitti"))},
+                                *folder / "twice", {.log = log});
+  });
+}
+
+}  // namespace
+}  // namespace terracast::test
