@@ -2,10 +2,13 @@
 
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 #include "core/error.h"
 #include "world/lod.h"
@@ -43,6 +46,37 @@ bool count_bytes(void*, ssize_t bytes, bool) {
   return true;
 }
 
+/// Embree takes a misspelt instruction set for its slowest one without a word, and "threads" would limit the whole
+/// process: only these are let through.
+void check_profile(const std::string& profile) {
+  static constexpr std::array<std::string_view, 8> kKnown = {"isa=sse2",
+                                                             "isa=sse4.2",
+                                                             "isa=avx",
+                                                             "isa=avx2",
+                                                             "isa=avx512",
+                                                             "frequency_level=simd128",
+                                                             "frequency_level=simd256",
+                                                             "frequency_level=simd512"};
+  if (profile == "widest") return;
+  std::size_t begin = 0;
+  for (;;) {
+    const std::size_t comma = std::min(profile.find(',', begin), profile.size());
+    const std::string part = profile.substr(begin, comma - begin);
+    if (std::find(kKnown.begin(), kKnown.end(), part) == kKnown.end())
+      fail(ErrorKind::Config,
+           "tracing.embree_profile = \"{}\": \"{}\" is none of widest, {}; parts are joined by "
+           "commas without blanks",
+           profile, part, fmt::join(kKnown, ", "));
+    if (comma == profile.size()) return;
+    begin = comma + 1;
+  }
+}
+
+RTCDevice new_device(const std::string& profile) {
+  check_profile(profile);
+  return rtcNewDevice(profile == "widest" ? nullptr : profile.c_str());
+}
+
 std::string profile_text(RTCDevice device, const std::string& asked, int packet_width) {
   return fmt::format("Embree {}.{}.{}, {}, packets of {}",
                      rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MAJOR),
@@ -63,8 +97,7 @@ int clamped_sample(int k) { return std::clamp(k - kRing, 0, kTileCells); }
 
 }  // namespace
 
-EmbreeDevice::EmbreeDevice(const std::string& profile)
-    : device_(rtcNewDevice(profile == "widest" ? nullptr : profile.c_str())) {
+EmbreeDevice::EmbreeDevice(const std::string& profile) : device_(new_device(profile)) {
   if (device_ == nullptr)
     fail(ErrorKind::Config,
          "tracing.embree_profile = \"{}\": this machine or Embree cannot do it (error {}); "
