@@ -1,0 +1,175 @@
+#include "render/material.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "core/random.h"
+#include "render/noise.h"
+#include "tests/support/test_data.h"
+#include "tests/support/tiny_world.h"
+
+namespace terracast::render {
+namespace {
+
+Eigen::Vector3d random_place(std::uint64_t index, double reach_m) {
+  return {core::random_between(-reach_m, reach_m, 1, 0, index),
+          core::random_between(-reach_m, reach_m, 1, 1, index),
+          core::random_between(0.0, 3000.0, 1, 2, index)};
+}
+
+TEST(Noise, OctavesHaveUnitRms) {
+  double value = 0.0;
+  double slope_square = 0.0;
+  int num_samples = 0;
+  Lanes<float> weight;
+  Lanes<float> below;
+  for (int i = 0; i < kLanes; ++i) {
+    weight[i] = 1.0f;
+    below[i] = 1e9f;
+  }
+  for (std::uint64_t packet = 0; packet < 4000; ++packet) {
+    NoisePlaces places;
+    for (int i = 0; i < kLanes; ++i)
+      places.set(i, random_place(packet * kLanes + static_cast<std::uint64_t>(i), 20e3), 0.0);
+    NoiseSlope slope{};
+    const NoiseSum sum = sum_noise_with_slope(places, 4, 2, 5, weight, below, slope);
+    for (int i = 0; i < kLanes; ++i) {
+      value += static_cast<double>(sum.value[i] * sum.value[i]);
+      for (int plane = 0; plane < kNumNoisePlanes; ++plane)
+        slope_square += static_cast<double>(slope.u[plane][i] * slope.u[plane][i]);
+      EXPECT_EQ(sum.left_out[i], 0.0f);
+      ++num_samples;
+    }
+  }
+  // 64,000 samples of octaves that are independent from cell to cell: 1 % is 4 sigma.
+  EXPECT_NEAR(std::sqrt(value / num_samples), 1.0, 0.01);
+  EXPECT_NEAR(std::sqrt(slope_square / num_samples / 3.0), 1.0, 0.01);
+}
+
+// Against central differences, at a place 25 km out where floats of the world would be 2 mm apart.
+TEST(Noise, SlopesAreTheDerivativeAndPlacesAreSharpFarOut) {
+  Lanes<float> weight;
+  Lanes<float> below;
+  NoisePlaces places;
+  NoisePlaces ahead;
+  NoisePlaces behind;
+  const NoisePlane& plane = noise_plane((-2 + 192) % kNumNoisePlanes);
+  const double step_m = 4 * kNoiseStep_m;
+  for (int i = 0; i < kLanes; ++i) {
+    weight[i] = 1.0f;
+    below[i] = 1e9f;
+    const Eigen::Vector3d p(25000.0 + 0.0371 * i, -24000.0 + 0.0213 * i, 512.0);
+    places.set(i, p, 0.0);
+    ahead.set(i, p + step_m * plane.u.cwiseProduct(Eigen::Vector3d(1, 1, 0)), 0.0);
+    behind.set(i, p - step_m * plane.u.cwiseProduct(Eigen::Vector3d(1, 1, 0)), 0.0);
+  }
+  NoiseSlope slope{};
+  NoiseSlope unused{};
+  const NoiseSum here = sum_noise_with_slope(places, -2, -2, 9, weight, below, slope);
+  const NoiseSum up = sum_noise_with_slope(ahead, -2, -2, 9, weight, below, unused);
+  const NoiseSum down = sum_noise_with_slope(behind, -2, -2, 9, weight, below, unused);
+  bool varies = false;
+  for (int i = 0; i < kLanes; ++i) {
+    // Values and slopes are scaled to unit rms by 0.1760 and 0.5098 a cell of 0.25 m; coordinates round to a step.
+    const double difference =
+        static_cast<double>(up.value[i] - down.value[i]) * 0.1760 / (2.0 * step_m) * 0.25;
+    EXPECT_NEAR(difference, static_cast<double>(slope.u[(-2 + 192) % kNumNoisePlanes][i]) * 0.5098,
+                0.35);
+    varies = varies || std::abs(here.value[i] - here.value[0]) > 0.05f;
+  }
+  EXPECT_TRUE(varies);
+}
+
+TEST(Noise, OctavesFadeSmoothlyWithTheFootprint) {
+  NoisePlaces places;
+  const Eigen::Vector3d p(1234.5, 678.9, 100.0);
+  float last = 0.0f;
+  for (int k = 0; k < 2000; ++k) {
+    const double footprint_m = 0.01 * std::exp(0.004 * k);
+    for (int i = 0; i < kLanes; ++i) places.set(i, p, footprint_m);
+    const float value = sum_noise(places, 6, -7, 3).value[0];
+    // One octave in 14 comes in over a factor of two: 173 steps; no step may bring more than a sixteenth of one.
+    if (k > 0) {
+      EXPECT_LT(std::abs(value - last), 0.06f) << footprint_m;
+    }
+    last = value;
+  }
+  for (int i = 0; i < kLanes; ++i) places.set(i, p, 64.0);
+  EXPECT_EQ(sum_noise(places, 6, -7, 3).value[0],
+            0.0f);  // all octaves are finer than the footprint
+  EXPECT_EQ(sum_noise(places, 6, -7, 3).left_out[0], 1.0f);
+}
+
+GroundPacket packet_at(const Ground& ground, std::uint64_t first, double footprint_m) {
+  GroundPacket packet;
+  for (int i = 0; i < kLanes; ++i) {
+    const auto index = first + static_cast<std::uint64_t>(i);
+    Eigen::Vector3d normal(core::random_between(-0.9, 0.9, 2, 0, index),
+                           core::random_between(-0.9, 0.9, 2, 1, index), 1.0);
+    normal.normalize();
+    const world::SurfaceSample surface{.cover = static_cast<world::Cover>(index % 8 == 0),
+                                       .moisture = core::random_unit(2, 2, index),
+                                       .source = 0,
+                                       .spacing_m = 4.0};
+    ground.set(packet, i, random_place(index, 20e3), normal, surface, footprint_m);
+  }
+  return packet;
+}
+
+TEST(Ground, ClassesDoNotDependOnTheFootprint) {
+  const Ground ground({.sea_level_m = 0.0, .has_sea = true});
+  std::set<int> seen;
+  for (std::uint64_t first = 0; first < 16000; first += kLanes) {
+    Lanes<std::uint8_t> near;
+    Lanes<std::uint8_t> far;
+    ground.classify(packet_at(ground, first, 0.01), near);
+    ground.classify(packet_at(ground, first, 300.0), far);
+    for (int i = 0; i < kLanes; ++i) {
+      EXPECT_EQ(near[i], far[i]);
+      seen.insert(near[i]);
+    }
+  }
+  // Sea, rock, scree, grass, soil, snow at least: the palette is used.
+  EXPECT_GE(seen.size(), 6u);
+}
+
+TEST(Ground, LooksArePhysicalAndNormalsUnit) {
+  const Ground ground({.sea_level_m = 0.0, .has_sea = true});
+  for (const double footprint_m : {0.02, 1.0, 40.0, 5000.0}) {
+    for (std::uint64_t first = 0; first < 1600; first += kLanes) {
+      GroundLook look;
+      ground.look(packet_at(ground, first, footprint_m), look);
+      for (int i = 0; i < kLanes; ++i) {
+        double square = 0.0;
+        for (std::size_t k = 0; k < 3; ++k) {
+          EXPECT_GT(look.albedo[k][i], 0.0f);
+          EXPECT_LE(look.albedo[k][i], 0.9f);
+          square += static_cast<double>(look.normal[k][i] * look.normal[k][i]);
+        }
+        EXPECT_NEAR(square, 1.0, 1e-5);
+        EXPECT_GE(look.openness[i], 0.0f);
+        EXPECT_LE(look.openness[i], 1.0f);
+      }
+    }
+  }
+}
+
+TEST(Climate, SeaLevelComesFromTheSea) {
+  const test::ScratchFolder folder;
+  test::TinyWorldOptions options;
+  options.coarsest_level = 3;
+  options.finest_level = 3;
+  options.cover = [](double x, double) { return x < 0.0 ? world::Cover::Sea : world::Cover::Land; };
+  const auto store = test::make_tiny_world(
+      folder / "sea", [](double x, double) { return x < 0.0 ? 48.0 : 60.0; }, options);
+  const Climate climate = climate_of(store, 1);
+  EXPECT_TRUE(climate.has_sea);
+  EXPECT_NEAR(climate.sea_level_m, 48.0, 0.5);  // the Earth falls away by 0.7 m at 3 km
+  // 46 degrees north: the Alps' snow line in summer, about 2900 m.
+  EXPECT_NEAR(climate.snow_line_m, 2930.0, 100.0);
+}
+
+}  // namespace
+}  // namespace terracast::render
