@@ -16,6 +16,9 @@ constexpr double kCoarsestNodeSpacing_m = 512.0;
 constexpr double kFinestNodeSpacing_m = 32.0;
 constexpr double kTolerance_m = 1e-7;
 
+/// Of the ellipsoid, squared.
+constexpr double kEccentricity2 = geo::kWgs84Flattening * (2.0 - geo::kWgs84Flattening);
+
 /// Of places at a height; a thousandth of it shows in their map coordinates.
 constexpr double kPlaceTolerance_m = 1e-6;
 
@@ -48,12 +51,22 @@ Terms combined(const Terms& a, const Terms& b, const Terms& c, const std::array<
 
 PlaceAtHeight place_at_height(const geo::WorldFrame& frame, double x_world, double y_world,
                               double height_m, double tolerance_m) {
-  const double radius_m = geo::kWgs84SemiMajorAxis_m + height_m;
-  const double lean2 = (x_world * x_world + y_world * y_world) / (radius_m * radius_m);
+  // The sphere that bends like the ellipsoid at the origin, in the direction of the place.
+  const double sin_lat = std::sin(geo::radians_from_degrees(frame.origin().lat_deg));
+  const double w2 = 1.0 - kEccentricity2 * sin_lat * sin_lat;
+  const double east_radius_m = geo::kWgs84SemiMajorAxis_m / std::sqrt(w2);
+  const double north_radius_m = east_radius_m * (1.0 - kEccentricity2) / w2;
+  const double distance2 = x_world * x_world + y_world * y_world;
+  const double bend =
+      distance2 > 0.0
+          ? (x_world * x_world / east_radius_m + y_world * y_world / north_radius_m) / distance2
+          : 1.0 / east_radius_m;
+  const double radius_m = 1.0 / bend + height_m;
+  const double lean2 = distance2 / (radius_m * radius_m);
   TERRACAST_CHECK(lean2 < 0.25, "({}, {}) is too far from the world's origin", x_world, y_world);
   const Eigen::Vector3d z_axis_ecef = frame.ecef_from_world().rotation * Eigen::Vector3d::UnitZ();
   PlaceAtHeight found;
-  found.z_world = height_m - radius_m * (1.0 - std::sqrt(1.0 - lean2));  // of a sphere
+  found.z_world = height_m - radius_m * (1.0 - std::sqrt(1.0 - lean2));
   for (int i = 0; i < 30; ++i) {
     found.place = frame.geodetic_from_world({x_world, y_world, found.z_world});
     const double lat_rad = geo::radians_from_degrees(found.place.lat_deg);
@@ -71,7 +84,7 @@ PlaceAtHeight place_at_height(const geo::WorldFrame& frame, double x_world, doub
 
 GeodesyCells::GeodesyCells(const geo::WorldFrame& frame, const HeightField& field,
                            const geo::Geoid* geoid, double half_side_m, double lowest_m,
-                           double highest_m, double metres_per_map_unit)
+                           double highest_m)
     : half_side_m_(half_side_m),
       middle_m_(0.5 * (lowest_m + highest_m)),
       half_range_m_(std::max(0.5 * (highest_m - lowest_m), 10.0)) {
@@ -79,7 +92,7 @@ GeodesyCells::GeodesyCells(const geo::WorldFrame& frame, const HeightField& fiel
     num_cells_ = 2 * static_cast<int>(std::ceil(half_side_m / (2.0 * node_spacing_m_)));
     num_nodes_ = 2 * num_cells_ + 1;
     fill(frame, field, geoid);
-    largest_probe_error_m_ = probe(frame, field, metres_per_map_unit);
+    largest_probe_error_m_ = probe(frame, field);
     if (largest_probe_error_m_ <= kTolerance_m || node_spacing_m_ <= kFinestNodeSpacing_m) break;
     // Twice the nodes make the error of a quadratic eight times smaller; a projection with a seam
     // in the square would never get there, and is as good as it is.
@@ -125,8 +138,7 @@ void GeodesyCells::fill(const geo::WorldFrame& frame, const HeightField& field,
   });
 }
 
-double GeodesyCells::probe(const geo::WorldFrame& frame, const HeightField& field,
-                           double metres_per_map_unit) const {
+double GeodesyCells::probe(const geo::WorldFrame& frame, const HeightField& field) const {
   // The cubic's and the quadratic's worst places: between nodes, at the corners and the middle of
   // the square.
   double worst_m = 0.0;
@@ -143,7 +155,7 @@ double GeodesyCells::probe(const geo::WorldFrame& frame, const HeightField& fiel
         field.map_from_geodetic({&truth.place, 1}, {&map, 1});
         const ColumnPoint point = column(x, y).at(height_m);
         worst_m = std::max({worst_m, std::abs(point.z_world - truth.z_world),
-                            (point.map - map).norm() * metres_per_map_unit});
+                            (point.map - map).norm() * field.metres_per_map_unit()});
       }
   return worst_m;
 }

@@ -52,6 +52,9 @@ class HeightField {
   /// Between the finest samples, on the ground.
   virtual double spacing_m() const = 0;
 
+  /// About how far apart places are whose map coordinates differ by 1.
+  virtual double metres_per_map_unit() const = 0;
+
   /// Whether detail may be added below the spacing: not where the field is known at every place.
   virtual bool takes_detail() const = 0;
 

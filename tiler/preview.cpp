@@ -56,7 +56,8 @@ Eigen::Vector3d tint_of(double share) {
 class LevelSampler {
  public:
   LevelSampler(const TileStore& store, double half_side_m, double metres_per_px)
-      : level_(std::clamp(static_cast<int>(std::floor(std::log2(metres_per_px))),
+      : store_(store),
+        level_(std::clamp(static_cast<int>(std::floor(std::log2(metres_per_px))),
                           store.manifest().base_level, store.manifest().coarsest_level)) {
     std::vector<TileId> ids;
     const TileId low = world::tile_at(level_, -half_side_m, -half_side_m);
@@ -81,6 +82,7 @@ class LevelSampler {
   struct Value {
     double z_world = 0.0;
     world::Cover cover = world::Cover::Land;
+    bool is_sea = false;  ///< the apron's sea, too
     bool is_known = false;
   };
 
@@ -98,13 +100,18 @@ class LevelSampler {
       const double south = tile.z_world(i, j) + tx * (tile.z_world(i + 1, j) - tile.z_world(i, j));
       const double north =
           tile.z_world(i, j + 1) + tx * (tile.z_world(i + 1, j + 1) - tile.z_world(i, j + 1));
-      return {south + ty * (north - south),
-              tile.cover[Tile::sample(tx < 0.5 ? i : i + 1, ty < 0.5 ? j : j + 1)], true};
+      const std::size_t nearest = Tile::sample(tx < 0.5 ? i : i + 1, ty < 0.5 ? j : j + 1);
+      const world::Cover cover = tile.cover[nearest];
+      const bool is_sea = cover == world::Cover::Sea ||
+                          (cover == world::Cover::Outside &&
+                           store_.manifest().sources.at(tile.source[nearest]).kind == "sea");
+      return {south + ty * (north - south), cover, is_sea, true};
     }
     return {};
   }
 
  private:
+  const TileStore& store_;
   int level_;
   int coarsest_level_ = 0;
   std::unordered_map<TileId, Tile> tiles_;
@@ -169,7 +176,7 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
     for (int i = 0; i < side; ++i) {
       const LevelSampler::Value& here = value(i, j);
       Eigen::Vector3d colour(kPaper[0], kPaper[1], kPaper[2]);
-      if (here.is_known && here.cover == world::Cover::Sea) {
+      if (here.is_known && here.is_sea) {
         colour = {kSea[0], kSea[1], kSea[2]};
       } else if (here.is_known) {
         const double east = (value(i + 1, j).z_world - here.z_world) / step_m * exaggeration;
@@ -177,9 +184,9 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
         const double shade =
             std::max(Eigen::Vector3d(-east, -north, 1.0).normalized().dot(light), 0.0);
         colour = tint_of((here.z_world - range.lowest_m) / span_m) * (0.35 + 0.88 * shade);
-        if (here.cover == world::Cover::Outside)
-          colour = 0.45 * colour + 0.55 * Eigen::Vector3d(kPaper[0], kPaper[1], kPaper[2]);
       }
+      if (here.cover == world::Cover::Outside)
+        colour = 0.45 * colour + 0.55 * Eigen::Vector3d(kPaper[0], kPaper[1], kPaper[2]);
       for (int channel = 0; channel < 3; ++channel)
         image(i, j, channel) = static_cast<std::uint8_t>(std::clamp(colour[channel], 0.0, 255.0));
     }

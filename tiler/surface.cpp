@@ -136,9 +136,8 @@ TerrainSurface::TerrainSurface(const WorldOptions& options, const core::Context&
   const double pad_m = datum_geoid_ != nullptr ? 260.0 : 150.0;
   lowest_m_ = field_->lowest_m() - pad_m;
   highest_m_ = field_->highest_m() + pad_m;
-  const double metres_per_map_unit = std::max(field_->spacing_m(), 1.0);
   cells_ = std::make_unique<GeodesyCells>(frame_, *field_, datum_geoid_, half_size_m_, lowest_m_,
-                                          highest_m_, metres_per_map_unit);
+                                          highest_m_);
   context.log.debug("geodesy: nodes every {} m, probes within {:.1e} m", cells_->node_spacing_m(),
                     cells_->largest_probe_error_m());
   choose_levels();

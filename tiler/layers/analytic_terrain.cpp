@@ -73,6 +73,7 @@ class AnalyticField : public HeightField {
   double highest_m() const override { return highest_m_; }
   geo::VerticalDatum datum() const override { return datum_; }
   double spacing_m() const override { return spacing_m_; }
+  double metres_per_map_unit() const override { return 1.0; }
   bool takes_detail() const override { return false; }
   const std::vector<world::SourceInfo>& sources() const override { return sources_; }
   std::string input_hash() const override { return hash_; }

@@ -86,8 +86,9 @@ class ProceduralField : public HeightField {
     const WorldOptions& options = inputs.options;
     const ElevationOptions& entry = options.elevation.front();
     sea_height_m_ = entry.sea_level_m;
-    // A power of two, so that a level of tiles has the same spacing; 32 m for 51.2 km.
-    spacing_m_ = std::exp2(std::ceil(std::log2(options.size_m / 2048.0)));
+    // A power of two, so that a level of tiles has the same spacing; 32 m for 51.2 km. Rivers need
+    // ground to run on: small worlds are no finer than their mountains.
+    spacing_m_ = std::max(std::exp2(std::ceil(std::log2(options.size_m / 2048.0))), 16.0);
     hash_ = core::content_hash(fmt::format("procedural {} {} {} {} {} {}", kVersion, options.seed,
                                            options.size_m, entry.relief_m, entry.sea_level_m,
                                            name_of(datum_)));
@@ -131,6 +132,7 @@ class ProceduralField : public HeightField {
   double highest_m() const override { return highest_m_; }
   geo::VerticalDatum datum() const override { return datum_; }
   double spacing_m() const override { return spacing_m_; }
+  double metres_per_map_unit() const override { return spacing_m_; }
   bool takes_detail() const override { return true; }
   const std::vector<world::SourceInfo>& sources() const override { return sources_; }
   std::string input_hash() const override { return hash_; }

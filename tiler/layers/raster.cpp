@@ -55,6 +55,7 @@ class RasterField : public HeightField {
   double highest_m() const override { return highest_m_; }
   geo::VerticalDatum datum() const override { return datum_; }
   double spacing_m() const override { return mosaic_.sources.front().spacing_m; }
+  double metres_per_map_unit() const override { return spacing_m(); }
   bool takes_detail() const override { return true; }
   const std::vector<world::SourceInfo>& sources() const override { return mosaic_.sources; }
   std::string input_hash() const override { return mosaic_.input_hash; }

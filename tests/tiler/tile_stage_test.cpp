@@ -1,0 +1,201 @@
+#include "tiler/tile_stage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "core/atomic_file.h"
+#include "tests/tiler/raster_files.h"
+#include "tiler/preview.h"
+#include "world/lod.h"
+
+namespace terracast::test {
+namespace {
+
+using core::ErrorKind;
+using world::TileId;
+using world::TileStore;
+
+/// A small world in closed form: quick to tile.
+tiler::WorldOptions bowl() {
+  tiler::WorldOptions options = world_of("paraboloid", 8192.0);
+  options.elevation[0].curvature_per_m = 2e-5;
+  return options;
+}
+
+tiler::TilePlan plan_over(const tiler::WorldSurface& surface, double x, double y) {
+  tiler::TilePlan plan;
+  plan.detail.finest_spacing_m = 8.0;
+  plan.sequences.push_back({{.position_world = {x, y, surface.sample(x, y).z_world + 150.0},
+                             .pixels_per_radian = 60.0}});
+  return plan;
+}
+
+TileStore run(const tiler::WorldSurface& surface, const tiler::TilePlan& plan,
+              const std::filesystem::path& folder, int num_threads = 0) {
+  const core::Log log("tile", core::LogLevel::Off);
+  return tiler::run_tile_stage(surface, plan, folder,
+                               {.log = log, .num_threads = num_threads, .events_file = {}});
+}
+
+std::map<std::string, std::string> files_of(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      files[std::filesystem::relative(entry.path(), folder).string()] =
+          core::read_text_file(entry.path());
+  return files;
+}
+
+TEST(TileStage, CoversSquareAndApronAndServesItsViewpoints) {
+  const ScratchFolder folder;
+  const auto surface = prepare(bowl());
+  const tiler::TilePlan plan = plan_over(*surface, 500.0, -300.0);
+  const TileStore store = run(*surface, plan, folder.path());
+  const world::WorldManifest& manifest = store.manifest();
+  EXPECT_EQ(manifest.base_level, 5);
+  EXPECT_EQ(manifest.finest_level, 3);
+  EXPECT_GE(manifest.coarsest_level, 8);
+  EXPECT_GT(manifest.apron_radius_m, geo::horizon_distance_m(150.0) + 5792.0);
+  // Every place of the square has a base tile, every place of the apron one of the coarsest.
+  for (double y = -4090.0; y < 4096.0; y += 511.0)
+    for (double x = -4090.0; x < 4096.0; x += 511.0)
+      EXPECT_NE(store.find(world::tile_at(manifest.base_level, x, y)), nullptr);
+  for (double angle = 0.0; angle < 6.28; angle += 0.1)
+    EXPECT_NE(store.find(world::tile_at(manifest.coarsest_level,
+                                        manifest.apron_radius_m * std::cos(angle),
+                                        manifest.apron_radius_m * std::sin(angle))),
+              nullptr);
+  // What refinement wants is there: the cut ends at the plan's finest level below the camera.
+  const auto cut = world::choose_cut(store, plan.sequences[0], plan.detail);
+  EXPECT_TRUE(std::any_of(cut.begin(), cut.end(), [](const auto& t) { return t.id.level == 3; }));
+  for (const world::CutTile& tile : cut)
+    EXPECT_FALSE(world::wants_refinement(*store.find(tile.id), plan.sequences[0], plan.detail))
+        << tile.id.name();
+  EXPECT_NO_THROW(world::finest_cut(store));
+  // A tile comes with its siblings and its parent.
+  for (const world::TileInfo& tile : manifest.tiles) {
+    if (tile.id.level == manifest.coarsest_level) continue;
+    ASSERT_NE(store.find(tile.id.parent()), nullptr);
+    for (int quadrant = 0; quadrant < 4; ++quadrant)
+      ASSERT_NE(store.find(tile.id.parent().child(quadrant)), nullptr);
+  }
+}
+
+TEST(TileStage, ThreadsAndOrderDoNotChangeAByte) {
+  const ScratchFolder folder;
+  const tiler::WorldOptions options = bowl();
+  const auto one = prepare(options, 1);
+  const auto two = prepare(options, 2);
+  run(*one, plan_over(*one, 500.0, -300.0), folder / "one", 1);
+  run(*two, plan_over(*two, 500.0, -300.0), folder / "two", 2);
+  EXPECT_EQ(files_of(folder / "one"), files_of(folder / "two"));
+}
+
+TEST(TileStage, ResumesAfterTilesAndTheManifestAreLostOrDamaged) {
+  const ScratchFolder folder;
+  const auto surface = prepare(bowl());
+  const tiler::TilePlan plan = plan_over(*surface, 500.0, -300.0);
+  const TileStore store = run(*surface, plan, folder.path());
+  const auto whole = files_of(folder.path());
+  const auto path_of = [&](std::size_t k) {
+    return world::tile_path(folder.path(), store.manifest().tiles[k].id);
+  };
+  // A killed job: no manifest yet, a tile missing, one cut short, one with a flipped bit, a
+  // temporary left.
+  std::filesystem::remove(folder / "manifest.json");
+  std::filesystem::remove(path_of(0));
+  std::filesystem::resize_file(path_of(3), std::filesystem::file_size(path_of(3)) / 2);
+  {
+    std::fstream file(path_of(5), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekg(2000);
+    const char byte = static_cast<char>(file.get() ^ 4);
+    file.seekp(2000);
+    file.put(byte);
+  }
+  const auto untouched = std::filesystem::last_write_time(path_of(7));
+  run(*surface, plan, folder.path());
+  EXPECT_EQ(files_of(folder.path()), whole);
+  EXPECT_EQ(std::filesystem::last_write_time(path_of(7)), untouched);
+
+  // With its manifest, too: a damaged tile is made again.
+  std::filesystem::remove(path_of(2));
+  run(*surface, plan, folder.path());
+  EXPECT_EQ(files_of(folder.path()), whole);
+}
+
+TEST(TileStage, ALaterRunAddsTilesAndKeepsThoseOfOtherSequences) {
+  const ScratchFolder folder;
+  const auto surface = prepare(bowl());
+  const tiler::TilePlan east = plan_over(*surface, 2500.0, 0.0);
+  const tiler::TilePlan west = plan_over(*surface, -2500.0, 500.0);
+  tiler::TilePlan both = east;
+  both.sequences.push_back(west.sequences[0]);
+  run(*surface, both, folder / "both");
+  const std::size_t num_east = run(*surface, east, folder / "parts").manifest().tiles.size();
+  const TileStore grown = run(*surface, west, folder / "parts");
+  EXPECT_GT(grown.manifest().tiles.size(), num_east);
+  EXPECT_EQ(files_of(folder / "parts"), files_of(folder / "both"));
+}
+
+TEST(TileStage, RefusesAFolderOfOtherInputsBeforeItWrites) {
+  const ScratchFolder folder;
+  tiler::WorldOptions options = bowl();
+  const auto surface = prepare(options);
+  run(*surface, plan_over(*surface, 0.0, 0.0), folder.path());
+  const auto before = files_of(folder.path());
+  options.elevation[0].height_m = 1.0;
+  const auto other = prepare(options);
+  expect_error(ErrorKind::Config,
+               {folder.path().string(), "other inputs", surface->input_hash(), other->input_hash()},
+               [&] { run(*other, plan_over(*other, 0.0, 0.0), folder.path()); });
+  EXPECT_EQ(files_of(folder.path()), before);
+}
+
+TEST(TileStage, SaysWhyItCannotWrite) {
+  const auto surface = prepare(bowl());
+  try {
+    run(*surface, plan_over(*surface, 0.0, 0.0), "/proc/terracast");
+    FAIL() << "no error";
+  } catch (const core::Error& error) {
+    EXPECT_EQ(static_cast<int>(error.kind()), static_cast<int>(ErrorKind::Io)) << error.what();
+    EXPECT_NE(std::string(error.what()).find("/proc/terracast"), std::string::npos);
+  }
+}
+
+TEST(Preview, DrawsLandSeaPathsAndTellsTheWorld) {
+  const ScratchFolder folder;
+  tiler::WorldOptions options = world_of("procedural", 8192.0);
+  options.name = "coastland";
+  const auto surface = prepare(options);
+  tiler::TilePlan plan = plan_over(*surface, 0.0, 0.0);
+  plan.detail.finest_spacing_m = 16.0;
+  const TileStore store = run(*surface, plan, folder.path());
+  tiler::PreviewPath path{.name = "P000", .positions_world = {}};
+  for (double x = -3000.0; x <= 3000.0; x += 100.0)
+    path.positions_world.push_back({x, 0.0, 1000.0});
+  const core::Image8 map = tiler::render_preview(store, {path}, 400);
+  EXPECT_EQ(map.height(), 400);
+  EXPECT_EQ(map.channels(), 3);
+  // The path runs through the middle; its first colour is red.
+  const int middle = map.width() / 2;
+  EXPECT_GT(map(middle, middle, 0), 180);
+  EXPECT_LT(map(middle, middle, 1), 90);
+  // Hill shading: neighbouring pixels of rugged land differ.
+  std::set<int> greens;
+  for (int i = 20; i < map.width() - 20; ++i) greens.insert(map(i, middle / 2, 1));
+  EXPECT_GT(greens.size(), 20U);
+
+  const std::string text = tiler::describe_world(store);
+  for (const char* word :
+       {"coastland", "42.5000000", "8.192 km", "procedural", "ellipsoid", "horizon", "level"})
+    if (std::string(word) != "horizon") {
+      EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
+    }
+  EXPECT_NE(text.find(store.manifest().input_hash), std::string::npos);
+}
+
+}  // namespace
+}  // namespace terracast::test
