@@ -193,10 +193,10 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
     for (int cause = judged.first; cause <= judged.last; ++cause) {
       const auto index = static_cast<std::size_t>(cause);
       const std::string axis =
-          std::string(kAxes[cause]).empty() ? "" : std::string(" ") + kAxes[cause];
+          std::string(kAxes[cause]).empty() ? "" : std::string(", ") + kAxes[cause];
       if (judged.is_of_cameras)
         for (const auto& [camera, sums] : cameras_)
-          judge(sums[index], judged.factor, bound, camera_name(camera) + ", all frames," + axis,
+          judge(sums[index], judged.factor, bound, camera_name(camera) + ", all frames" + axis,
                 worst);
       if (!judged.is_of_images) continue;
       for (const auto& [image, sums] : images_) {
@@ -206,7 +206,7 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
                                   : judged.factor;
         if (factor <= 0.0) continue;
         judge(sums[index], factor, bound,
-              fmt::format("{}, frame {},{}", camera_name(image.first), image.second, axis), worst);
+              fmt::format("{}, frame {}{}", camera_name(image.first), image.second, axis), worst);
         if (!(sums[index].slope_slope > 0.0)) continue;
         CheckResult::Plot& plot = plots[cause];
         plot.title = fmt::format("{}{} that each image asks for", judged.title, axis);

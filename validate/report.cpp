@@ -41,8 +41,11 @@ std::string figure(const CheckResult::Picture& picture) {
       escaped(picture.title), escaped(picture.title));
 }
 
-/// Numbers as people read them: 0.0421, 12 345, 3.2e-07.
-std::string shown(double value) { return fmt::format("{:.4g}", value); }
+/// Numbers as people read them: 0.0421, 12345, 3.2e-07.
+std::string shown(double value) {
+  if (value == std::floor(value) && std::abs(value) < 1e7) return fmt::format("{:.0f}", value);
+  return fmt::format("{:.4g}", value);
+}
 
 const char* state_of(bool is_ok, bool is_skipped) {
   return is_skipped ? "skip" : is_ok ? "ok" : "bad";
