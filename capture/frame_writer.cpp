@@ -81,8 +81,8 @@ std::vector<std::byte> encode_facts(const CameraFrame& frame) {
   core::ExrPart part;
   part.width = frame.range_m.width();
   part.height = frame.range_m.height();
-  // Of 50 ms for a 1280 x 720 frame the colour takes 23 and this 18; RLE needs 76 for two thirds of
-  // the size, ZIPS 300 for a third (tests/bench/encode_bench.cpp).
+  // Of the 50 ms that a 1280 x 720 frame may cost, the colour takes 18 and this 18; RLE takes 76 or more for two thirds
+  // of the size, ZIPS 330 for a third (tests/bench/encode_bench.cpp).
   part.compression = core::ExrPart::Compression::None;
   for (const ChannelInfo& channel : channels()) {
     core::ExrChannel& entry = part.channels.emplace_back();

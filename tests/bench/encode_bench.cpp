@@ -1,7 +1,7 @@
 // CPU time and size of what a camera writes for one 1280 x 720 frame: colour as PNG, all facts as
 // EXR.
 //
-//     build/release/tests/bench/encode_bench --benchmark_repetitions=5
+//     terracast_bench --benchmark_filter=^encode --benchmark_repetitions=5
 //
 // The frame is like land from 400 m, seen 30 degrees down: every pixel of the ground has its own
 // range and colour, normals and ids change from triangle to triangle (2 to 4 pixels), a tenth of
@@ -84,7 +84,7 @@ capture::CameraFrame make_frame() {
       const bool is_hidden = unit_noise(3, ix / 8, iy / 8) < 0.02;
       frame.flags(x, y) = (is_hidden ? 0 : capture::kVisibleNext | capture::kVisiblePrevious) |
                           (x > 60 ? capture::visible_in_camera(1) : 0) |
-                          (unit_noise(4, x, y) < 0.002 ? capture::kEdge : 0);
+                          (unit_noise(4, x, y) < 0.002 ? 1U : 0U);
       for (int k = 0; k < 3; ++k)
         frame.color(x, y, k) =
             static_cast<std::uint8_t>(90.0 + 15.0 * k + 20.0 * patch + 30.0 * unit_noise(5, x, y) +
@@ -110,18 +110,18 @@ void measure(benchmark::State& state, Encode encode) {
                                                       benchmark::Counter::kInvert);
 }
 
-void color(benchmark::State& state) {
+void encode_color(benchmark::State& state) {
   measure(state, [] { return capture::encode_color(frame()).size(); });
 }
-BENCHMARK(color)->Unit(benchmark::kMillisecond);
+BENCHMARK(encode_color)->Unit(benchmark::kMillisecond);
 
-void facts(benchmark::State& state) {
+void encode_facts(benchmark::State& state) {
   measure(state, [] { return capture::encode_facts(frame()).size(); });
 }
-BENCHMARK(facts)->Unit(benchmark::kMillisecond);
+BENCHMARK(encode_facts)->Unit(benchmark::kMillisecond);
 
 /// What a camera costs in all: both files and their hashes.
-void camera_frame(benchmark::State& state) {
+void encode_camera_frame(benchmark::State& state) {
   measure(state, [] {
     const std::vector<std::byte> png = capture::encode_color(frame());
     const std::vector<std::byte> exr = capture::encode_facts(frame());
@@ -130,11 +130,11 @@ void camera_frame(benchmark::State& state) {
     return png.size() + exr.size();
   });
 }
-BENCHMARK(camera_frame)->Unit(benchmark::kMillisecond);
+BENCHMARK(encode_camera_frame)->Unit(benchmark::kMillisecond);
 
 /// The facts again under each of the container's lossless schemes: the choice that encode_facts
 /// makes.
-void facts_by_compression(benchmark::State& state) {
+void encode_facts_by_compression(benchmark::State& state) {
   using core::ExrPart;
   const auto scheme = static_cast<ExrPart::Compression>(state.range(0));
   core::ExrImage decoded = core::decode_exr(capture::encode_facts(frame()), "facts").front();
@@ -158,8 +158,6 @@ void facts_by_compression(benchmark::State& state) {
   state.SetLabel(kNames[state.range(0)]);
   measure(state, [&] { return core::encode_exr({part}).size(); });
 }
-BENCHMARK(facts_by_compression)->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
+BENCHMARK(encode_facts_by_compression)->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-
-BENCHMARK_MAIN();
