@@ -335,7 +335,7 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
     Lanes<std::int32_t> u = g.strata_u;
     for (int i = 0; i < kLanes; ++i)
       u[i] += static_cast<std::int32_t>(6.0f * c.patch.value[i] * static_cast<float>(1 << 12));
-    strata = sum_noise_at(u, g.strata_v, g.places.footprint_m, 5, -1, seed + kStrata);
+    strata = sum_noise_at(u, g.strata_v, g.places.footprint_m, 5, 1, seed + kStrata);
     cracks = sum_noise(g.places, 2, 0, seed + kCracks);
   }
   NoiseSum warp{};
@@ -353,11 +353,11 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
     // Soil, then grass from straw to green by moisture.
     float color[3] = {0.165f, 0.118f, 0.072f};
     lay(color, ramp(0.4f + 0.25f * patch), 0.215f, 0.172f, 0.115f);
-    const float green = ramp(0.35f + 1.1f * (moist - 0.35f) + 0.22f * region + 0.20f * patch +
+    const float green = ramp(0.48f + 1.2f * (moist - 0.35f) + 0.22f * region + 0.20f * patch +
                              0.16f * clump + 0.12f * coarse.value[i]);
     float grass[3] = {0.185f, 0.155f, 0.065f};
     lay(grass, green, 0.070f, 0.098f, 0.028f);
-    lay(grass, 0.55f * high, 0.125f, 0.128f, 0.058f);
+    lay(grass, 0.50f * high, 0.115f, 0.126f, 0.052f);
     lay(color, c.grass[i], grass[0], grass[1], grass[2]);
 
     if (c.field[i] > 0.0f) {
@@ -389,10 +389,10 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
     // Rock: layers of two tints, cracks where the noise passes zero, lichen.
     float rock[3] = {0.195f, 0.185f, 0.172f};
     lay(rock, ramp(0.45f + 0.35f * region + 0.45f * strata.value[i]), 0.275f, 0.243f, 0.200f);
-    shade(rock, 1.0f + 0.22f * strata.value[i] + 0.12f * clump);
+    shade(rock, 1.0f + 0.16f * strata.value[i] + 0.12f * clump + 0.10f * patch);
     const float open = (1.0f - cracks.left_out[i]);
     const float nearness = 1.0f - smaller(std::abs(cracks.value[i]) * 6.0f, 1.0f);
-    shade(rock, 1.0f - 0.55f * open * nearness);
+    shade(rock, 1.0f - 0.45f * open * nearness);
     lay(rock, 0.35f * ramp(coarse.value[i] - 0.3f), 0.140f, 0.150f, 0.105f);
     lay(color, c.rock[i], rock[0], rock[1], rock[2]);
 
