@@ -1,0 +1,169 @@
+// Frames of `render`: ground truth against bare Embree loops over the same rays, and colour in nanoseconds a sample.
+//
+//     build/bench/terracast_bench --benchmark_filter=frame --benchmark_repetitions=5
+//
+// frame_truth traces all facts of a camera (range, normals, classes, edges, visibility in the next and previous frame and
+// in the rig's two other cameras); bare traces its primary and visibility rays and does nothing with the hits. `ratio`
+// is the bare loop's CPU time over ours, measured in turn in one run. The argument is the number of threads.
+
+#include <benchmark/benchmark.h>
+#include <unistd.h>
+
+#include <ctime>
+#include <filesystem>
+#include <memory>
+
+#include "core/parallel.h"
+#include "render/frame_renderer.h"
+#include "render/pixel_blocks.h"
+#include "tests/bench/bare_scene.h"
+#include "tests/render/scene.h"
+#include "tests/world/mountains.h"
+
+namespace {
+
+using namespace terracast;
+
+constexpr int kWidth = 720;
+constexpr int kHeight = 640;
+constexpr int kFrame = 1;
+
+double cpu_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+render::SequencePlan flight() {
+  render::SequencePlan plan = test::small_plan(3, kWidth, kHeight);
+  plan.cameras = test::small_rig(kWidth, kHeight, 25.0);
+  plan.conditions.color_samples = 4;
+  for (int i = 0; i < 3; ++i) {
+    geo::BodyState& state = plan.states[static_cast<std::size_t>(i)];
+    state.world_from_body.translation = {200.0 + 8.0 * i, 100.0,
+                                         test::mountain_height_m(200.0, 100.0) + 300.0 + i};
+  }
+  return plan;
+}
+
+/// 300 m above sharp mountains, 8 km x 8 km, cells of 1 m to 16 m.
+struct Flight {
+  static Flight& get() {
+    static Flight flight;
+    return flight;
+  }
+  ~Flight() { std::filesystem::remove_all(folder); }
+
+  std::filesystem::path folder = std::filesystem::temp_directory_path() /
+                                 ("terracast-frame-bench-" + std::to_string(::getpid()));
+  test::Scene scene{
+      test::make_tiny_world(folder, test::mountain_height_m, test::mountain_options(4)), flight()};
+  bench::BareScene bare{scene.store, scene.query.cut(),
+                        scene.renderer.views().at(kFrame, 0).center_world};
+  std::vector<std::vector<RTCRayHit16>>
+      packets;  ///< primary, then those of each view that is asked
+  double num_rays = 0.0;
+
+ private:
+  Flight() {
+    const render::ViewTable& views = scene.renderer.views();
+    const render::View& view = views.at(kFrame, 0);
+    const render::TruthFrame truth = scene.renderer.truth(kFrame, 0);
+    const render::PixelGrid grid{kWidth, kHeight, 32};
+    std::vector<world::WorldRay> rays;
+    for (int unit = 0; unit < grid.num_units(); ++unit)
+      render::for_each_pixel(grid.unit(unit), [&](int x, int y) {
+        rays.push_back({.origin_world = view.center_world,
+                        .direction_world = view.ray_world({x + 0.5, y + 0.5})});
+      });
+    add(rays);
+    for (const render::View* other : {&views.at(kFrame + 1, 0), &views.at(kFrame - 1, 0),
+                                      &views.at(kFrame, 1), &views.at(kFrame, 2)}) {
+      rays.clear();
+      for (int unit = 0; unit < grid.num_units(); ++unit) {
+        render::for_each_pixel(grid.unit(unit), [&](int x, int y) {
+          const auto pixel = static_cast<std::size_t>(y * kWidth + x);
+          const Eigen::Vector3d& point = truth.point_world[pixel];
+          if (std::isinf(truth.range_m[pixel]) || !other->has_in_image(point)) return;
+          rays.push_back({.origin_world = other->center_world,
+                          .direction_world = point - other->center_world,
+                          .t_max = 1.0 + 1e-6});
+        });
+      }
+      add(rays);
+    }
+  }
+  void add(const std::vector<world::WorldRay>& rays) {
+    packets.push_back(bare.packets(rays));
+    num_rays += static_cast<double>(rays.size());
+  }
+};
+
+void frame_truth(benchmark::State& state) {
+  Flight& flight = Flight::get();
+  const core::ThreadLimit limit(static_cast<int>(state.range(0)));
+  double bare_s = 0.0;
+  double ours_s = 0.0;
+  for ([[maybe_unused]] const auto _ : state) {
+    const double start = cpu_seconds();
+    for (const auto& packets : flight.packets) flight.bare.intersect(packets);
+    const double between = cpu_seconds();
+    benchmark::DoNotOptimize(flight.scene.renderer.truth(kFrame, 0));
+    bare_s += between - start;
+    ours_s += cpu_seconds() - between;
+  }
+  const double frames = static_cast<double>(state.iterations());
+  state.counters["ratio"] = bare_s / ours_s;
+  state.counters["rays"] = flight.num_rays;
+  state.counters["bare_cpu_ms"] = 1e3 * bare_s / frames;
+  state.counters["ours_cpu_ms"] = 1e3 * ours_s / frames;
+  state.counters["ours_ns_a_ray"] = 1e9 * ours_s / frames / flight.num_rays;
+}
+
+void frame_color(benchmark::State& state) {
+  Flight& flight = Flight::get();
+  const core::ThreadLimit limit(static_cast<int>(state.range(0)));
+  const double start = cpu_seconds();
+  for ([[maybe_unused]] const auto _ : state)
+    benchmark::DoNotOptimize(flight.scene.renderer.color(kFrame, 0));
+  const double samples = 4.0 * kWidth * kHeight * static_cast<double>(state.iterations());
+  state.counters["cpu_ns_a_sample"] = 1e9 * (cpu_seconds() - start) / samples;
+}
+
+/// Ground materials and light alone, without rays.
+void frame_shading(benchmark::State& state) {
+  Flight& flight = Flight::get();
+  const render::Ground& ground = flight.scene.renderer.ground();
+  const double footprint_m = 1e-2 * static_cast<double>(state.range(0));
+  render::GroundPacket packet;
+  render::GroundLook look;
+  render::ViewPacket view{};
+  render::Lanes3f radiance;
+  for (int i = 0; i < render::kLanes; ++i) {
+    view.direction[0][i] = 0.8f;
+    view.direction[2][i] = -0.6f;
+    view.distance_m[i] = 1000.0f;
+    view.sun_share[i] = 1.0f;
+  }
+  double x = 0.0;
+  for ([[maybe_unused]] const auto _ : state) {
+    x += 13.7;
+    for (int i = 0; i < render::kLanes; ++i)
+      ground.set(packet, i, {x + i * footprint_m, 77.0, 900.0},
+                 Eigen::Vector3d(0.4, 0.2, 1.0).normalized(),
+                 {.cover = world::Cover::Land, .moisture = 0.5, .source = 0, .spacing_m = 1.0},
+                 footprint_m);
+    ground.look(packet, look);
+    render::shade_ground(packet, look, view, flight.scene.renderer.sky(), radiance);
+    benchmark::DoNotOptimize(radiance);
+  }
+  state.counters["ns_a_sample"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * render::kLanes * 1e-9,
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
+BENCHMARK(frame_truth)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
+BENCHMARK(frame_color)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
+BENCHMARK(frame_shading)->ArgName("footprint_cm")->Arg(3)->Arg(30)->Arg(300);
+
+}  // namespace
