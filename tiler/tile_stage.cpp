@@ -94,8 +94,8 @@ void Growth::claim_folder() {
   const std::string expected = surface_.input_hash();
   if (!found.empty() && found != expected)
     fail(ErrorKind::Config,
-         "{}: holds a world of other inputs (hash {}; this config's is {}); give another output "
-         "folder, or remove this one",
+         "{}: holds a world of other inputs (hash {}; this config's is {}); give another "
+         "--out folder, or remove this one",
          folder_.string(), found, expected);
   core::make_folder(folder_);
   core::remove_temporaries(folder_);

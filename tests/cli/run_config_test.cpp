@@ -45,7 +45,8 @@ TEST(Configs, AResolvedJobReadsBackToItself) {
 
 TEST(Configs, TheCommandLineReachesIntoFilesThatAConfigNames) {
   const RunConfig config =
-      load_run_config(kSource / "configs/andorra.toml", {"world.seed=77", "data=/somewhere", "trajectories.0.name=P042"});
+      load_run_config(kSource / "configs/andorra.toml",
+                      {"world.seed=77", "data=/somewhere", "trajectories.0.name=P042"});
   EXPECT_EQ(config.world.seed, 77);
   EXPECT_EQ(config.trajectories.at(0).name, "P042");
   EXPECT_EQ(config.world.elevation.at(0).files.at(0).resolved.string().rfind("/somewhere/", 0), 0u);
@@ -69,7 +70,8 @@ TEST(Reference, PagesOfTheReadmeExist) {
   const std::string text = text_of(kSource / "README.md");
   const std::regex link(R"(\]\(([^)#:]+)\))");
   int num_links = 0;
-  for (auto match = std::sregex_iterator(text.begin(), text.end(), link); match != std::sregex_iterator(); ++match) {
+  for (auto match = std::sregex_iterator(text.begin(), text.end(), link);
+       match != std::sregex_iterator(); ++match) {
     ++num_links;
     EXPECT_TRUE(fs::exists(kSource / (*match)[1].str())) << (*match)[1].str();
   }

@@ -24,15 +24,18 @@ constexpr int kUsageOrConfig = 2;
 constexpr int kInput = 3;
 constexpr int kIo = 4;
 
-constexpr const char* kFractal = "kind = \"fractal\"\nvertical_datum = \"ellipsoid\"\nrelief_m = 300.0\n";
+constexpr const char* kFractal =
+    "kind = \"fractal\"\nvertical_datum = \"ellipsoid\"\nrelief_m = 300.0\n";
 
 /// A geographic ESRI ASCII grid of 0.1 degrees around the tiny world, gently sloped.
 std::string grid_text(int num_rows = 60, const std::string& value_at_middle = "") {
-  std::string text = "ncols 60\nnrows 60\nxllcorner 6.95\nyllcorner 45.95\ncellsize 0.0016666666667\nNODATA_value -9999\n";
+  std::string text =
+      "ncols 60\nnrows 60\nxllcorner 6.95\nyllcorner 45.95\ncellsize 0.0016666666667\nNODATA_value "
+      "-9999\n";
   for (int row = 0; row < num_rows; ++row) {
     for (int column = 0; column < 60; ++column) {
       const bool is_middle = row == 30 && column == 30 && !value_at_middle.empty();
-      text += is_middle ? value_at_middle : std::to_string(500 + row + 2 * column);
+      text += is_middle ? value_at_middle : std::to_string(500 + row + 2 * column) + ".5";
       text += column == 59 ? "\n" : " ";
     }
   }
@@ -40,7 +43,8 @@ std::string grid_text(int num_rows = 60, const std::string& value_at_middle = ""
 }
 
 constexpr const char* kWgs84Prj =
-    "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0],"
+    "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS "
+    "84\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0],"
     "UNIT[\"degree\",0.0174532925199433]]";
 
 class BadInput : public testing::Test {
@@ -49,7 +53,8 @@ class BadInput : public testing::Test {
   void expect_refusal(const std::string& what, const std::string& by, int status,
                       const testing::Matcher<const std::string&>& message) {
     const auto config = write_text(scratch_ / "job.toml", replaced(tiny_job_text(), what, by));
-    const auto run = run_program({"run", config.string(), "--out", (scratch_ / "out").string(), "-q"});
+    const auto run =
+        run_program({"run", config.string(), "--out", (scratch_ / "out").string(), "-q"});
     EXPECT_EQ(run.status, status) << run.output;
     EXPECT_THAT(run.output, AllOf(HasSubstr("error: "), message));
     EXPECT_FALSE(fs::exists(scratch_ / "out/export/colmap/dataset.json"));
@@ -57,7 +62,8 @@ class BadInput : public testing::Test {
   }
 
   /// The same with a raster as the source of heights.
-  void expect_raster_refusal(const std::string& grid, const std::string& prj, const std::string& keys, int status,
+  void expect_raster_refusal(const std::string& grid, const std::string& prj,
+                             const std::string& keys, int status,
                              const testing::Matcher<const std::string&>& message) {
     write_text(scratch_ / "dem.asc", grid);
     fs::remove(scratch_ / "dem.prj");
@@ -79,26 +85,31 @@ const std::string kDatum = "vertical_datum = \"ellipsoid\"\n";
 
 TEST_F(BadInput, TheTinyJobItselfIsRight) {
   const auto config = write_text(scratch_ / "job.toml", tiny_job_text());
-  const auto run = run_program({"run", config.string(), "--out", (scratch_ / "out").string(), "-q"});
+  const auto run =
+      run_program({"run", config.string(), "--out", (scratch_ / "out").string(), "-q"});
   EXPECT_EQ(run.status, 0) << run.output;
 }
 
 TEST_F(BadInput, TheTinyRasterItselfIsRight) {
   write_text(scratch_ / "dem.asc", grid_text());
   write_text(scratch_ / "dem.prj", kWgs84Prj);
-  const auto config = write_text(scratch_ / "job.toml",
-                                 replaced(tiny_job_text(), kFractal, "kind = \"raster\"\nfiles = [\"dem.asc\"]\n" + kDatum));
-  const auto run = run_program({"tile", config.string(), "--out", (scratch_ / "out").string(), "-q"});
+  const auto config = write_text(
+      scratch_ / "job.toml",
+      replaced(tiny_job_text(), kFractal, "kind = \"raster\"\nfiles = [\"dem.asc\"]\n" + kDatum));
+  const auto run =
+      run_program({"tile", config.string(), "--out", (scratch_ / "out").string(), "-q"});
   EXPECT_EQ(run.status, 0) << run.output;
 }
 
 TEST_F(BadInput, MissingRasterIsNamed) {
-  expect_refusal(kFractal, "kind = \"raster\"\nfiles = [\"nowhere.tif\"]\n" + kDatum, kIo, HasSubstr("nowhere.tif"));
+  expect_refusal(kFractal, "kind = \"raster\"\nfiles = [\"nowhere.tif\"]\n" + kDatum, kIo,
+                 HasSubstr("nowhere.tif"));
 }
 
 TEST_F(BadInput, UnreadableRasterIsNamed) {
   write_text(scratch_ / "dem.tif", "this is no raster");
-  expect_refusal(kFractal, "kind = \"raster\"\nfiles = [\"dem.tif\"]\n" + kDatum, kInput, HasSubstr("dem.tif"));
+  expect_refusal(kFractal, "kind = \"raster\"\nfiles = [\"dem.tif\"]\n" + kDatum, kInput,
+                 HasSubstr("dem.tif"));
 }
 
 TEST_F(BadInput, TruncatedRasterIsNamed) {
@@ -106,7 +117,8 @@ TEST_F(BadInput, TruncatedRasterIsNamed) {
 }
 
 TEST_F(BadInput, RasterWithoutCoordinateSystemIsRefused) {
-  expect_raster_refusal(grid_text(), "", kDatum, kInput, AllOf(HasSubstr("dem.asc"), HasSubstr("coordinate")));
+  expect_raster_refusal(grid_text(), "", kDatum, kInput,
+                        AllOf(HasSubstr("dem.asc"), HasSubstr("coordinate")));
 }
 
 TEST_F(BadInput, RasterWithoutVerticalDatumIsRefused) {
@@ -118,27 +130,32 @@ TEST_F(BadInput, HeightsThatAreNoNumbersAreRefused) {
 }
 
 TEST_F(BadInput, HeightsThatCannotBeMetresAreRefused) {
-  expect_raster_refusal(grid_text(60, "99999"), kWgs84Prj, kDatum, kInput, AllOf(HasSubstr("dem.asc"), HasSubstr("99999")));
+  expect_raster_refusal(grid_text(60, "99999"), kWgs84Prj, kDatum, kInput,
+                        AllOf(HasSubstr("dem.asc"), HasSubstr("99999")));
 }
 
 TEST_F(BadInput, MissingCoverageNamesTheArea) {
   write_text(scratch_ / "dem.asc", replaced(grid_text(), "xllcorner 6.95", "xllcorner 7.01"));
   write_text(scratch_ / "dem.prj", kWgs84Prj);
-  const auto text = replaced(tiny_job_text(), kFractal, "kind = \"raster\"\nfiles = [\"dem.asc\"]\n" + kDatum);
-  const auto config = write_text(scratch_ / "job.toml", replaced(text, "outside = \"extend\"", "outside = \"error\""));
-  const auto run = run_program({"tile", config.string(), "--out", (scratch_ / "out").string(), "-q"});
+  const auto text =
+      replaced(tiny_job_text(), kFractal, "kind = \"raster\"\nfiles = [\"dem.asc\"]\n" + kDatum);
+  const auto config = write_text(scratch_ / "job.toml",
+                                 replaced(text, "outside = \"extend\"", "outside = \"error\""));
+  const auto run =
+      run_program({"tile", config.string(), "--out", (scratch_ / "out").string(), "-q"});
   EXPECT_EQ(run.status, kInput) << run.output;
   EXPECT_THAT(run.output, AllOf(HasSubstr("km2"), HasSubstr("outside")));
 }
 
 TEST_F(BadInput, UnknownKeyIsPlacedAndTheNearestNamed) {
-  expect_refusal("num_frames = 4", "number_frames = 4", kUsageOrConfig,
-                 AllOf(HasSubstr("job.toml:45:"), HasSubstr("number_frames"), HasSubstr("num_frames")));
+  expect_refusal(
+      "num_frames = 4", "number_frames = 4", kUsageOrConfig,
+      AllOf(HasSubstr("job.toml:44:"), HasSubstr("number_frames"), HasSubstr("num_frames")));
 }
 
 TEST_F(BadInput, WrongTypeIsPlaced) {
   expect_refusal("rate_hz = 1.0", "rate_hz = \"fast\"", kUsageOrConfig,
-                 AllOf(HasSubstr("job.toml:44:"), HasSubstr("rate_hz")));
+                 AllOf(HasSubstr("job.toml:43:11"), HasSubstr("rate_hz")));
 }
 
 TEST_F(BadInput, WrongUnitIsRefused) {
@@ -147,45 +164,53 @@ TEST_F(BadInput, WrongUnitIsRefused) {
 }
 
 TEST_F(BadInput, ValueOutsideItsRangeIsRefused) {
-  expect_refusal("size_m = 4096.0", "size_m = 1e9", kUsageOrConfig, AllOf(HasSubstr("size_m"), HasSubstr("200000")));
+  expect_refusal("size_m = 4096.0", "size_m = 1e9", kUsageOrConfig,
+                 AllOf(HasSubstr("size_m"), HasSubstr("200000")));
 }
 
 TEST_F(BadInput, RigWithoutCameraIsRefused) {
   const std::string text = tiny_job_text();
   const auto first = text.find("[[rigs.cameras]]");
   const auto end = text.find("[[trajectories]]");
-  expect_refusal(text.substr(first, end - first), "", kUsageOrConfig, AllOf(HasSubstr("pair"), HasSubstr("camera")));
+  expect_refusal(text.substr(first, end - first), "", kUsageOrConfig,
+                 AllOf(HasSubstr("pair"), HasSubstr("camera")));
 }
 
 TEST_F(BadInput, TrajectoryUnderGroundIsRefused) {
-  expect_refusal("height_m = 250.0, above = \"ground\"", "height_m = -2000.0, above = \"ellipsoid\"", kInput,
+  expect_refusal("height_m = 250.0, above = \"ground\"",
+                 "height_m = -2000.0, above = \"ellipsoid\"", kInput,
                  AllOf(HasSubstr("P000"), HasSubstr("ground")));
 }
 
 TEST_F(BadInput, TrajectoryOutsideTheWorldIsRefused) {
-  expect_refusal("east_m = 0.0", "east_m = 5000.0", kInput, AllOf(HasSubstr("P000"), HasSubstr("outside")));
+  expect_refusal("east_m = 0.0", "east_m = 5000.0", kInput,
+                 AllOf(HasSubstr("P000"), HasSubstr("the world has no ground at")));
 }
 
 TEST_F(BadInput, MoreFramesThanTheMotionHoldsIsRefused) {
-  expect_refusal("num_frames = 4", "num_frames = 4000000", kUsageOrConfig, HasSubstr("num_frames"));
+  expect_refusal("num_frames = 4", "num_frames = 4000000", kUsageOrConfig,
+                 AllOf(HasSubstr("4000000 frames"), HasSubstr("holds 63")));
 }
 
 TEST_F(BadInput, ConfigsThatExtendEachOtherInALoopAreRefused) {
   write_text(scratch_ / "a.toml", "extends = \"b.toml\"\n");
   write_text(scratch_ / "b.toml", "extends = \"a.toml\"\n");
-  const auto run = run_program({"run", (scratch_ / "a.toml").string(), "--out", (scratch_ / "out").string()});
+  const auto run =
+      run_program({"run", (scratch_ / "a.toml").string(), "--out", (scratch_ / "out").string()});
   EXPECT_EQ(run.status, kUsageOrConfig);
   EXPECT_THAT(run.output, AllOf(HasSubstr("a.toml"), HasSubstr("b.toml"), HasSubstr("loop")));
 }
 
 TEST_F(BadInput, MissingConfigIsAnIoError) {
-  const auto run = run_program({"run", (scratch_ / "none.toml").string(), "--out", (scratch_ / "out").string()});
+  const auto run =
+      run_program({"run", (scratch_ / "none.toml").string(), "--out", (scratch_ / "out").string()});
   EXPECT_EQ(run.status, kIo);
   EXPECT_THAT(run.output, HasSubstr("none.toml"));
 }
 
 TEST_F(BadInput, ExporterThatCannotHoldTheRigRefusesBeforeRendering) {
-  expect_refusal("format = \"colmap\"", "format = \"tartanair\"\nrig = \"pair\"\nleft = \"left\"\nright = \"right\"",
+  expect_refusal("format = \"colmap\"",
+                 "format = \"tartanair\"\nrig = \"pair\"\nleft = \"left\"\nright = \"right\"",
                  kUsageOrConfig, AllOf(HasSubstr("tartanair"), HasSubstr("640")));
   EXPECT_FALSE(fs::exists(scratch_ / "out/capture"));
 }
@@ -196,10 +221,12 @@ TEST_F(BadInput, OutputFolderOfAnotherConfigIsLeftAlone) {
   ASSERT_EQ(run_program({"run", config.string(), "--out", out, "-q"}).status, 0);
   const auto before = folder_bytes(scratch_ / "out");
 
-  const auto other_world = run_program({"run", config.string(), "--out", out, "-q", "--set", "world.seed=5"});
+  const auto other_world =
+      run_program({"run", config.string(), "--out", out, "-q", "--set", "world.seed=5"});
   EXPECT_EQ(other_world.status, kUsageOrConfig) << other_world.output;
   EXPECT_THAT(other_world.output, HasSubstr("--out"));
-  const auto other_frames = run_program({"run", config.string(), "--out", out, "-q", "--set", "seed=5"});
+  const auto other_frames =
+      run_program({"run", config.string(), "--out", out, "-q", "--set", "seed=5"});
   EXPECT_EQ(other_frames.status, kUsageOrConfig) << other_frames.output;
   EXPECT_THAT(other_frames.output, HasSubstr("--out"));
 
@@ -245,8 +272,13 @@ TEST_F(BadInput, FullDiskIsAnIoErrorAndTheRunGoesOnLater) {
 
 TEST(CommandLine, WrongUseEndsWithStatusTwo) {
   for (const std::vector<std::string>& wrong :
-       {std::vector<std::string>{}, {"fly"}, {"run"}, {"render", "x.toml", "--out", "o", "--shard", "3/3"},
-        {"render", "x.toml", "--out", "o", "--shard", "-1/3"}, {"list", "camera"}, {"config", "explain", "no_such_key"}}) {
+       {std::vector<std::string>{},
+        {"fly"},
+        {"run"},
+        {"render", "x.toml", "--out", "o", "--shard", "3/3"},
+        {"render", "x.toml", "--out", "o", "--shard", "-1/3"},
+        {"list", "camera"},
+        {"config", "explain", "no_such_key"}}) {
     const auto run = run_program(wrong);
     EXPECT_EQ(run.status, kUsageOrConfig) << run.output;
     EXPECT_FALSE(run.output.empty());
@@ -261,7 +293,8 @@ TEST(CommandLine, ListsAndExplainsWhatItKnows) {
   }
   const auto explained = run_program({"config", "explain", "size_m"});
   EXPECT_EQ(explained.status, 0);
-  EXPECT_THAT(explained.output, AllOf(HasSubstr("world.size_m"), HasSubstr("256 to 200000"), HasSubstr("51200")));
+  EXPECT_THAT(explained.output,
+              AllOf(HasSubstr("world.size_m"), HasSubstr("256 to 200000"), HasSubstr("51200")));
   EXPECT_EQ(run_program({"--help"}).status, 0);
   EXPECT_EQ(run_program({"run", "--help"}).status, 0);
 }

@@ -31,8 +31,8 @@ void expect_report_holds(const fs::path& report, const std::vector<std::string>&
       if (name.rfind(format + "/", 0) != 0) continue;
       ++num_checks;
       EXPECT_TRUE(check.at("ok").boolean())
-          << name << ": " << check.at("value").number() << " against " << check.at("bound").number() << " "
-          << check.at("unit").string() << ", worst " << check.at("worst").string();
+          << name << ": " << check.at("value").number() << " against " << check.at("bound").number()
+          << " " << check.at("unit").string() << ", worst " << check.at("worst").string();
     }
     EXPECT_GE(num_checks, 4) << format;
     EXPECT_TRUE(fs::exists(report / format / "index.html"));
@@ -43,8 +43,9 @@ void expect_report_holds(const fs::path& report, const std::vector<std::string>&
 
 TEST(Demo, PassesEveryCheckInThreeFormatsAndFliesWhatItPromises) {
   const ScratchFolder scratch;
-  const auto run = run_program({"run", (kConfigs / "demo.toml").string(), "--out", (scratch / "out").string(), "-q"},
-                               {.timeout_s = 1200.0});
+  const auto run = run_program(
+      {"run", (kConfigs / "demo.toml").string(), "--out", (scratch / "out").string(), "-q"},
+      {.timeout_s = 1200.0});
   ASSERT_EQ(run.status, 0) << run.output;
   expect_report_holds(scratch / "out/report", {"tartanair", "kitti", "colmap"});
 
@@ -57,9 +58,12 @@ TEST(Demo, PassesEveryCheckInThreeFormatsAndFliesWhatItPromises) {
   for (std::size_t i = 0; i < sequence.frames().size(); ++i) {
     const geo::Rigid3d& world_from_body = sequence.frames()[i].world_from_body;
     const Eigen::Matrix3d enu_from_body =
-        frame.world_from_enu(world_from_body.translation).transpose() * world_from_body.rotation.toRotationMatrix();
-    const double heading_deg = geo::degrees_from_radians(std::atan2(enu_from_body(0, 0), enu_from_body(1, 0)));
-    const double bank_deg = geo::degrees_from_radians(std::atan2(enu_from_body(2, 1), enu_from_body(2, 2)));
+        frame.world_from_enu(world_from_body.translation).transpose() *
+        world_from_body.rotation.toRotationMatrix();
+    const double heading_deg =
+        geo::degrees_from_radians(std::atan2(enu_from_body(0, 0), enu_from_body(1, 0)));
+    const double bank_deg =
+        geo::degrees_from_radians(std::atan2(enu_from_body(2, 1), enu_from_body(2, 2)));
     largest_bank_deg = std::max(largest_bank_deg, std::abs(bank_deg));
     if (i > 0) turn_deg += std::remainder(heading_deg - last_heading_deg, 360.0);
     last_heading_deg = heading_deg;
@@ -75,9 +79,10 @@ TEST(Demo, PassesEveryCheckInThreeFormatsAndFliesWhatItPromises) {
 TEST(Andorra, TwelveFramesPassEveryCheckInThreeFormats) {
   TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
   const ScratchFolder scratch;
-  const auto run = run_program({"run", (kConfigs / "andorra_small.toml").string(), "--set",
-                                "data=" + shared_data().string(), "--out", (scratch / "out").string(), "-q"},
-                               {.timeout_s = 1200.0});
+  const auto run =
+      run_program({"run", (kConfigs / "andorra_small.toml").string(), "--set",
+                   "data=" + shared_data().string(), "--out", (scratch / "out").string(), "-q"},
+                  {.timeout_s = 1200.0});
   ASSERT_EQ(run.status, 0) << run.output;
   expect_report_holds(scratch / "out/report", {"tartanair", "kitti", "colmap"});
 }

@@ -22,7 +22,8 @@ TEST(Determinism, ThreadsShardsAndLocalBudgetDoNotChangeTheCapture) {
   const auto out = [&](const char* name) { return (scratch / name).string(); };
 
   for (const char* threads : {"1", "2"}) {
-    const auto run = run_program({"run", config, "--out", out(threads), "--threads", threads, "-q"});
+    const auto run =
+        run_program({"run", config, "--out", out(threads), "--threads", threads, "-q"});
     ASSERT_EQ(run.status, 0) << run.output;
   }
   EXPECT_EQ(first_difference(scratch / "1/world", scratch / "2/world"), "");
@@ -31,13 +32,14 @@ TEST(Determinism, ThreadsShardsAndLocalBudgetDoNotChangeTheCapture) {
 
   const auto world = (scratch / "1/world").string();
   for (const char* shard : {"1/2", "0/2"}) {
-    const auto run = run_program({"render", config, "--out", out("halves"), "--world", world, "--shard", shard, "-q"});
+    const auto run = run_program(
+        {"render", config, "--out", out("halves"), "--world", world, "--shard", shard, "-q"});
     ASSERT_EQ(run.status, 0) << run.output;
   }
   EXPECT_EQ(first_difference(scratch / "1/capture", scratch / "halves/capture"), "");
 
-  const auto small = run_program({"render", config, "--out", out("small"), "--world", world, "--set",
-                                  "tracing.memory_bytes=64e6", "-q"});
+  const auto small = run_program({"render", config, "--out", out("small"), "--world", world,
+                                  "--set", "tracing.memory_bytes=64e6", "-q"});
   ASSERT_EQ(small.status, 0) << small.output;
   EXPECT_EQ(first_difference(scratch / "1/capture", scratch / "small/capture"), "");
 }
@@ -57,7 +59,8 @@ TEST(Resume, KilledAtTwentyRandomMomentsItEndsInTheSameBytesAndRepeatsNoFrame) {
   const auto whole = (scratch / "whole").string();
   const auto start = std::chrono::steady_clock::now();
   const auto reference = run_program({"run", config, "--out", whole, "-q"});
-  const double duration_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double duration_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   ASSERT_EQ(reference.status, 0) << reference.output;
 
   constexpr std::uint64_t kSeed = 20;  // give another to reproduce a failure
@@ -67,16 +70,19 @@ TEST(Resume, KilledAtTwentyRandomMomentsItEndsInTheSameBytesAndRepeatsNoFrame) {
     std::map<std::string, fs::file_time_type> before;
     // One random kill per moment; the run is taken up again until it gets to its end.
     const double kill_after_s = core::random_between(0.0, duration_s, kSeed, 0, moment);
-    const auto killed = run_program({"run", config, "--out", out.string(), "-q"}, {.kill_after_s = kill_after_s});
+    const auto killed =
+        run_program({"run", config, "--out", out.string(), "-q"}, {.kill_after_s = kill_after_s});
     num_killed += killed.status == -SIGKILL;
     before = finished_frames(out / "capture");
     const auto resumed = run_program({"run", config, "--out", out.string(), "-q"});
     ASSERT_EQ(resumed.status, 0) << "killed after " << kill_after_s << " s\n" << resumed.output;
     const auto after = finished_frames(out / "capture");
     for (const auto& [frame, time] : before)
-      EXPECT_EQ(after.at(frame), time) << frame << " was rendered again after a kill at " << kill_after_s << " s";
+      EXPECT_EQ(after.at(frame), time)
+          << frame << " was rendered again after a kill at " << kill_after_s << " s";
     for (const char* part : {"world", "capture", "export"})
-      EXPECT_EQ(first_difference(scratch / "whole" / part, out / part), "") << "killed after " << kill_after_s << " s";
+      EXPECT_EQ(first_difference(scratch / "whole" / part, out / part), "")
+          << "killed after " << kill_after_s << " s";
     fs::remove_all(out);
   }
   EXPECT_GE(num_killed, 10) << "most kills came after the end: the test saw nothing";

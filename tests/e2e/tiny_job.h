@@ -59,7 +59,7 @@ num_frames = 4
 color_samples = 1
 
 [tracks]
-num_points = 200
+num_points = 3000
 
 [[exports]]
 format = "colmap"
@@ -67,7 +67,8 @@ format = "colmap"
 )" + extra;
 }
 
-inline std::filesystem::path write_text(const std::filesystem::path& file, const std::string& text) {
+inline std::filesystem::path write_text(const std::filesystem::path& file,
+                                        const std::string& text) {
   std::filesystem::create_directories(file.parent_path());
   std::ofstream(file, std::ios::binary) << text;
   return file;

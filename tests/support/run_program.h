@@ -29,10 +29,12 @@ struct ProgramLimits {
 };
 
 /// Runs the built program with arguments; its output goes through a file, so that nothing can block.
-inline ProgramResult run_program(const std::vector<std::string>& arguments, const ProgramLimits& limits = {}) {
+inline ProgramResult run_program(const std::vector<std::string>& arguments,
+                                 const ProgramLimits& limits = {}) {
   static int counter = 0;
-  const auto log = std::filesystem::temp_directory_path() /
-                   ("terracast-output-" + std::to_string(::getpid()) + "-" + std::to_string(counter++));
+  const auto log =
+      std::filesystem::temp_directory_path() /
+      ("terracast-output-" + std::to_string(::getpid()) + "-" + std::to_string(counter++));
   std::vector<char*> argv{const_cast<char*>(TERRACAST_PROGRAM)};
   for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -53,7 +55,8 @@ inline ProgramResult run_program(const std::vector<std::string>& arguments, cons
       result.status = WIFEXITED(state) ? WEXITSTATUS(state) : -WTERMSIG(state);
       break;
     }
-    const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double elapsed_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (!was_killed && limits.kill_after_s >= 0.0 && elapsed_s >= limits.kill_after_s) {
       ::kill(child, SIGKILL);
       was_killed = true;

@@ -21,7 +21,8 @@ class ScratchFolder {
     std::string name = std::string(info->test_suite_name()) + "." + info->name();
     for (char& c : name)
       if (c == '/') c = '_';
-    path_ = std::filesystem::temp_directory_path() / ("terracast-" + name + "-" + std::to_string(::getpid()));
+    path_ = std::filesystem::temp_directory_path() /
+            ("terracast-" + name + "-" + std::to_string(::getpid()));
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }
@@ -41,6 +42,7 @@ class ScratchFolder {
 }  // namespace terracast::test
 
 /// Skips the test, saying which file is missing, when the real data is not there.
-#define TERRACAST_NEEDS_SHARED_DATA(relative)                                                      \
-  if (!std::filesystem::exists(::terracast::test::shared_data() / (relative)))                     \
-  GTEST_SKIP() << "real data is missing: " << (::terracast::test::shared_data() / (relative)).string()
+#define TERRACAST_NEEDS_SHARED_DATA(relative)                                  \
+  if (!std::filesystem::exists(::terracast::test::shared_data() / (relative))) \
+  GTEST_SKIP() << "real data is missing: "                                     \
+               << (::terracast::test::shared_data() / (relative)).string()
