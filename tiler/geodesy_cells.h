@@ -46,15 +46,14 @@ class GeodesyColumn {
   double half_range_m_;
 };
 
-/// Geodesy, projection and geoid over the world's square, exact at the nodes of a grid that is
-/// fixed to the world's lattice and quadratic between them (cubic in height): a pure function of
-/// (x, y), whatever tile asks.
+/// Geodesy, projection and geoid over the world's square, exact at the nodes of a grid that is fixed
+/// to the world's lattice and quadratic between them (cubic in height): a pure function of (x, y),
+/// whatever tile asks.
 ///
-/// accuracy   z 1e-7 m, map coordinates 1e-7 m on the ground against GeographicLib and PROJ (the
-/// spacing of the nodes is halved
-///            until probes between them agree); undulation 1 mm of GeographicLib's, where that is
-///            smooth (its cubic jumps by up to 2 cm between cells of the geoid's grid; here it does
-///            not)
+/// accuracy   z and map coordinates 1e-7 m on the ground against GeographicLib and PROJ: the spacing
+///            of the nodes is halved until probes between them agree. Undulation 1 mm of
+///            GeographicLib's where that is smooth (its cubic jumps by up to 2 cm between cells of
+///            the geoid's grid; here it does not)
 /// cost       20 ns a column; made once, about 10 us a node
 /// threads    safe
 class GeodesyCells {

@@ -17,8 +17,9 @@ struct PreviewPath {
 };
 
 /// A map of the world's square, north up: hypsometric tints under a hillshade, sea, contour of the
-/// square, the paths with start marks, a scale bar, north arrow and legend. size_px   of the longer
-/// side
+/// square, the paths with start marks, a scale bar, north arrow and legend.
+/// size_px   of the longer side
+/// throws    Config: size_px out of 64 to 16384; Input, Io: tiles that cannot be loaded
 core::Image8 render_preview(const world::TileStore& store, const std::vector<PreviewPath>& paths,
                             int size_px = 1024);
 

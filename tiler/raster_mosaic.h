@@ -28,8 +28,7 @@ struct RasterMosaic {
 };
 
 /// throws   Io, Input: as RasterSource; parts of the square without cover while outside = "error"
-/// (names the area);
-///          no height at all in the square; more samples than fit
+///          (names the area); no height at all in the square; more samples than fit
 RasterMosaic make_mosaic(const ElevationInputs& inputs);
 
 }  // namespace terracast::tiler

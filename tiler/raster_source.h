@@ -33,7 +33,7 @@ class RasterSource {
  public:
   /// near     longitudes are counted so that they run on without a jump round this place
   /// throws   Io: no such file; Input: cannot be opened, no georeference, no CRS, not one band of
-  /// numbers, an unknown unit
+  ///          numbers, an unknown unit
   static std::unique_ptr<RasterSource> open(const core::Path& file, const ElevationOptions& options,
                                             const geo::Geodetic& near);
   virtual ~RasterSource() = default;
@@ -61,7 +61,7 @@ class RasterSource {
   /// Heights in metres above the stated datum; NaN where there is none.
   /// window   within the raster
   /// throws   Input: cannot be read (truncated), a NaN that is not declared, a height outside
-  /// -12000 to 9000 m (names the pixel)
+  ///          -12000 to 9000 m (names the pixel)
   virtual Grid<double> read(const SampleWindow& window) const = 0;
 
   /// Of the file; of the georeference when it is no plain file.

@@ -36,10 +36,9 @@ struct SurfaceSample {
 class WorldSurface {
  public:
   /// Reads and checks every source, fills voids.
-  /// throws Config, Input, Io: sources that cannot be read, georeferenced, lack a datum, hold
-  /// values that are no
-  ///        heights, or leave parts of the square without cover (naming the area) while outside =
-  ///        "error"
+  /// throws   Config, Input, Io: sources that cannot be read, georeferenced, lack a datum, hold values
+  ///          that are no heights, or leave parts of the square without cover (naming the area)
+  ///          while outside = "error"
   static std::shared_ptr<const WorldSurface> prepare(const WorldOptions& options,
                                                      const core::Context& context);
   virtual ~WorldSurface() = default;

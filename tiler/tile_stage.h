@@ -19,9 +19,9 @@ struct TilePlan {
 
 /// Tiles a world: coarse levels everywhere (the apron out to the horizon of the highest viewpoint
 /// included), finer ones where a viewpoint wants them, closed under balance. Parallel; resumable:
-/// tiles that are there and whole are kept, the manifest is written last, and a store whose
-/// manifest answers the same inputs is only opened. throws   Config: `folder` holds a world of
-/// other inputs (says which hash); Input, Io
+/// tiles that are there and whole are kept, the manifest is written last. A later run with other
+/// sequences adds tiles and keeps those that are there.
+/// throws   Config: `folder` holds a world of other inputs (says which hash); Input, Io
 world::TileStore run_tile_stage(const WorldSurface& surface, const TilePlan& plan,
                                 const std::filesystem::path& folder, const core::Context& context);
 

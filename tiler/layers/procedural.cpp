@@ -19,7 +19,7 @@ constexpr int kMarginCells = 8;  ///< of the coarsest grid, beyond the square
 constexpr int kNumRefinements = 2;
 
 /// Raised when the land that a seed gives changes.
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
 double smooth_step(double lowest, double highest, double value) {
   const double t = std::clamp((value - lowest) / (highest - lowest), 0.0, 1.0);
@@ -148,7 +148,7 @@ class ProceduralField : public HeightField {
     ErosionInputs land;
     land.heights_m = Grid<float>(2 * half_cells + 1, 2 * half_cells + 1);
     // Steps are counted so that the coarse grid comes near its steady state.
-    constexpr int kSteps[kNumRefinements + 1] = {120, 30, 12};
+    constexpr int kSteps[kNumRefinements + 1] = {120, 24, 8};
     for (int pass = 0; pass <= kNumRefinements; ++pass, spacing_m /= 2.0) {
       land.spacing_m = spacing_m;
       if (pass > 0) land.heights_m = refined(land.heights_m);
