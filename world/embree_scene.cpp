@@ -112,8 +112,11 @@ EmbreeDevice::EmbreeDevice(const std::string& profile) : device_(new_device(prof
 
 EmbreeDevice::~EmbreeDevice() { rtcReleaseDevice(device_); }
 
-TileScene::TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser_sides)
-    : center_world_(tile.id.center_world().x(), tile.id.center_world().y(), tile.center_z_m),
+TileScene::TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser_sides,
+                     const Eigen::Vector3d& frame_shift_m)
+    : center_world_(tile.id.center_world().x() + std::fmod(frame_shift_m.x(), tile.id.spacing_m()),
+                    tile.id.center_world().y() + std::fmod(frame_shift_m.y(), tile.id.spacing_m()),
+                    tile.center_z_m),
       cover_(std::move(tile.cover)),
       moisture_(std::move(tile.moisture)),
       source_(std::move(tile.source)) {
@@ -138,16 +141,18 @@ TileScene::TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser
   check_embree(device.handle(), "building a tile's scene");
   *grid = {
       .startVertexID = 0, .stride = kSceneSamples, .width = kSceneSamples, .height = kSceneSamples};
-  const auto place_tile = [&](int k) {
-    const double place = clamped_sample(k) * tile.id.spacing_m() - half_side_m;
+  const Eigen::Vector2d corner = tile.id.corner_world();
+  const auto place_tile = [&](int k, int axis) {
+    const double place =
+        corner[axis] + clamped_sample(k) * tile.id.spacing_m() - center_world_[axis];
     const double outward = k == 0 ? -ring_m : k == kSceneSamples - 1 ? ring_m : 0.0;
     return static_cast<float>(place + outward);
   };
   float* vertex = vertices;
   for (int j = 0; j < kSceneSamples; ++j) {
     for (int i = 0; i < kSceneSamples; ++i) {
-      *vertex++ = place_tile(i);
-      *vertex++ = place_tile(j);
+      *vertex++ = place_tile(i, 0);
+      *vertex++ = place_tile(j, 1);
       *vertex++ = static_cast<float>(
           half_steps[Tile::sample(clamped_sample(i), clamped_sample(j))] * half_step_m);
     }
@@ -173,7 +178,6 @@ TileScene::TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser
          static_cast<int>(error), tile.id.name());
   }
 
-  const Eigen::Vector2d corner = tile.id.corner_world();
   grid_ = {.z_tile = vertices + kFloatsPerSample * (kRing * kSceneSamples + kRing) + 2,
            .sample_stride = kFloatsPerSample,
            .row_stride = kFloatsPerSample * kSceneSamples,

@@ -46,13 +46,16 @@ class EmbreeDevice {
 /// surface.
 class TileScene {
  public:
-  TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser_sides);
+  /// frame_shift_m   moves the origin of the floats, modulo a cell, off the tile's centre
+  TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser_sides,
+            const Eigen::Vector3d& frame_shift_m);
   ~TileScene();
   TileScene(const TileScene&) = delete;
   TileScene& operator=(const TileScene&) = delete;
 
   RTCSceneTy* handle() const { return scene_; }
   const TerrainGrid& grid() const { return grid_; }
+  /// Origin of the floats: the tile's centre, for z always.
   const Eigen::Vector3d& center_world() const { return center_world_; }
 
   /// More than the vertical error of Embree's float arithmetic in this tile (embree_scene.cpp has

@@ -42,7 +42,8 @@ enum class Coherence { Coherent, Incoherent };
 struct RayQueryOptions {
   double memory_bytes = 8e9;                 ///< tiles and their scenes
   std::string embree_profile = "widest";     ///< "widest": the machine's; or as rtcNewDevice takes it
-  Eigen::Vector3d local_origin_world = Eigen::Vector3d::Zero();  ///< of the top scene's floats; results do not depend on it
+  /// Moves the origin of each tile's float frame off its centre, x and y modulo a cell; results do not depend on it.
+  Eigen::Vector3d local_origin_world = Eigen::Vector3d::Zero();
 
   template <class Visitor>
   void describe(Visitor& visit) {
@@ -71,8 +72,9 @@ struct RayQueryStats {
   std::uint64_t num_recasts = 0;         ///< proposals that the double walk refused and asked Embree again
 };
 
-/// Rays against a frozen cut of a world. Embree proposes, double decides: each tile is a float scene about its own
-/// centre, raised by more than its float error; the first crossing is found by a walk in double over the true triangles.
+/// Rays against a frozen cut of a world. Rays pass from tile to tile in double. In a tile Embree proposes, double decides:
+/// the tile is a float scene about its own centre, raised by more than its float error; the first crossing is found by a
+/// walk in double over the true triangles.
 /// Tiles are loaded when rays need them and stay within memory_bytes.
 ///
 /// accuracy      t within 1e-12 relative of exact arithmetic except at rays that graze (the crossing of the true surface with the
@@ -89,12 +91,13 @@ class RayQuery {
 
   const std::vector<CutTile>& cut() const;
 
-  /// First crossings. Origins must be above the surface or on it.
+  /// First crossings in [t_min, t_max]. A ray that starts on the surface (within kOnSurface_m) crosses it only where it
+  /// sinks below; one that starts under it crosses at t_min.
   /// hits    as many as rays
   void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits, Coherence coherence) const;
 
-  /// Whether something stands between t_min and t_max: for light, to within the raised surface's ε (under
-  /// 1e-6 of the tile's side); facts about visibility use intersect.
+  /// Whether there is a crossing in [t_min, t_max]: exactly what intersect says, without finding out more. For light and
+  /// for visibility.
   void occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const;
 
   /// Material facts at a hit.

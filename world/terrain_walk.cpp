@@ -12,6 +12,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// world.
 constexpr double kNegligible = 1e-100;
 
+/// More than positions in a cell err by.
+constexpr double kRoomCells = 1e-6;
+
 /// The columns (or rows) of cells that a ray passes, one after the other. Line k of the grid is
 /// crossed at (k-th line's coordinate - origin) / direction, from world coordinates alone: two
 /// tiles that share a line give it the same t.
@@ -77,6 +80,8 @@ class ClearanceTest {
     const double g_in = a + b * t_in;
     g_out_ = a + b * t_out;
     if (is_on_surface_ && is_first_) {
+      was_clear_at_entry_ = span_.t_clear <= span_.t_entry && g_in > span_.clear_m;
+      if (was_clear_at_entry_) return false;
       if (g_in < -kOnSurface_m) return found(t_in);
       is_on_surface_ = g_in <= kOnSurface_m;
     }
@@ -95,6 +100,7 @@ class ClearanceTest {
   double t() const { return t_; }
   /// The walk began under the surface although it was to begin above it.
   bool was_under() const { return was_under_; }
+  bool was_clear_at_entry() const { return was_clear_at_entry_; }
   bool is_clear(double t_out) const { return t_out >= span_.t_clear && g_out_ > span_.clear_m; }
 
  private:
@@ -110,12 +116,103 @@ class ClearanceTest {
   bool is_first_;
   bool is_on_surface_;
   bool was_under_ = false;
+  bool was_clear_at_entry_ = false;
   double g_out_ = 0.0;
   double t_ = 0.0;
 };
 
 int nearest_cell(double cells) {
   return static_cast<int>(std::clamp(cells, 0.0, kTileCells - 1.0));
+}
+
+/// The plane of a triangle along a ray: the clearance is a + b t, the cell's heights rise by rise_x and rise_y.
+struct Plane {
+  double a = 0.0;
+  double b = 0.0;
+  double rise_x = 0.0;
+  double rise_y = 0.0;
+};
+
+/// What of a ray and a tile every cell needs.
+struct CellFrame {
+  CellFrame(const TerrainGrid& terrain, const WalkRay& ray)
+      : grid(terrain),
+        z0(ray.origin_world.z() - terrain.center_z_m),
+        dz(ray.direction_world.z()),
+        qx(ray.direction_world.x() * terrain.inverse_spacing),
+        qy(ray.direction_world.y() * terrain.inverse_spacing) {}
+
+  /// fx, fy   the ray's origin in the cell, in cells
+  Plane plane(int i, int j, bool is_upper, double fx, double fy) const {
+    Plane plane;
+    const double z10 = grid.z(i + 1, j);
+    const double z01 = grid.z(i, j + 1);
+    if (is_upper) {
+      const double z11 = grid.z(i + 1, j + 1);
+      plane.rise_x = z11 - z01;
+      plane.rise_y = z11 - z10;
+      plane.a = z0 - z11 - plane.rise_x * (fx - 1.0) - plane.rise_y * (fy - 1.0);
+    } else {
+      const double z00 = grid.z(i, j);
+      plane.rise_x = z10 - z00;
+      plane.rise_y = z01 - z00;
+      plane.a = z0 - z00 - plane.rise_x * fx - plane.rise_y * fy;
+    }
+    plane.b = dz - plane.rise_x * qx - plane.rise_y * qy;
+    return plane;
+  }
+
+  WalkResult crossing(double t, int i, int j, bool is_upper, const Plane& plane) const {
+    return {.end = WalkResult::End::Crossed,
+            .t = t,
+            .cell_x = i,
+            .cell_y = j,
+            .is_upper = is_upper,
+            .slope_x = plane.rise_x * grid.inverse_spacing,
+            .slope_y = plane.rise_y * grid.inverse_spacing};
+  }
+
+  const TerrainGrid& grid;
+  double z0;
+  double dz;
+  double qx;
+  double qy;
+};
+
+/// Whether the ray falls through the triangle above which it is at t_from, with room to spare on all sides: then the
+/// walk would find the same.
+bool crosses_at_once(const CellFrame& frame, const WalkRay& ray, const WalkSpan& span,
+                     WalkResult& result) {
+  const TerrainGrid& grid = frame.grid;
+  const Eigen::Vector3d& o = ray.origin_world;
+  const double x_from =
+      (o.x() - grid.corner_x_world) * grid.inverse_spacing + span.t_from * frame.qx;
+  const double y_from =
+      (o.y() - grid.corner_y_world) * grid.inverse_spacing + span.t_from * frame.qy;
+  if (!(x_from >= 0.0 && y_from >= 0.0 && x_from < kTileCells && y_from < kTileCells)) return false;
+  const int i = static_cast<int>(x_from);
+  const int j = static_cast<int>(y_from);
+  const double u_from = x_from - i;
+  const double v_from = y_from - j;
+  const bool is_upper = u_from + v_from > 1.0;
+  const double fx = (o.x() - grid.x_world(i)) * grid.inverse_spacing;
+  const double fy = (o.y() - grid.y_world(j)) * grid.inverse_spacing;
+  const Plane plane = frame.plane(i, j, is_upper, fx, fy);
+  if (!(plane.b < 0.0) || !(plane.a + plane.b * span.t_from > 0.0)) return false;
+  const double t = -plane.a / plane.b;
+  if (!(t < span.t_exit)) return false;
+  const double u = fx + t * frame.qx;
+  const double v = fy + t * frame.qy;
+  const auto is_within = [is_upper](double along_x, double along_y) {
+    const double low = std::min(along_x, along_y);
+    const double high = std::max(along_x, along_y);
+    const double sum = along_x + along_y;
+    return is_upper ? high < 1.0 - kRoomCells && sum > 1.0 + kRoomCells
+                    : low > kRoomCells && sum < 1.0 - kRoomCells;
+  };
+  if (!is_within(u_from, v_from) || !is_within(u, v)) return false;
+  result = frame.crossing(t, i, j, is_upper, plane);
+  return true;
 }
 
 }  // namespace
@@ -157,73 +254,49 @@ WalkRay walk_ray(const Eigen::Vector3d& origin_world, const Eigen::Vector3d& dir
 }
 
 WalkResult walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkSpan& span) {
+  const CellFrame frame(grid, ray);
+  WalkResult result;
+  if (span.t_from > span.t_entry && crosses_at_once(frame, ray, span, result)) return result;
+
   const Eigen::Vector3d& o = ray.origin_world;
   const Eigen::Vector3d& d = ray.direction_world;
-  const double inverse_spacing = grid.inverse_spacing;
-  const double z0 = o.z() - grid.center_z_m;
-  const double qx = d.x() * inverse_spacing;
-  const double qy = d.y() * inverse_spacing;
-
   AxisWalk columns(grid.corner_x_world, grid.spacing_m, o.x(), d.x(), ray.inverse_x);
   AxisWalk rows(grid.corner_y_world, grid.spacing_m, o.y(), d.y(), ray.inverse_y);
   columns.start(grid.column_at(o.x() + span.t_from * d.x()), span.t_from);
   rows.start(grid.row_at(o.y() + span.t_from * d.y()), span.t_from);
   ClearanceTest clearance(span, span.t_from <= span.t_entry);
-
-  WalkResult result;
   for (;;) {
     const int i = columns.cell();
     const int j = rows.cell();
     const double t_in = std::max({columns.t_in(), rows.t_in(), span.t_entry});
-    if (t_in > span.t_stop) return result;
     const double t_out = std::max(std::min({columns.t_out(), rows.t_out(), span.t_exit}), t_in);
 
     // Position in the cell at t = 0, and where along the ray the diagonal fx + fy = 1 lies.
-    const double fx = (o.x() - columns.coordinate_world()) * inverse_spacing;
-    const double fy = (o.y() - rows.coordinate_world()) * inverse_spacing;
+    const double fx = (o.x() - columns.coordinate_world()) * grid.inverse_spacing;
+    const double fy = (o.y() - rows.coordinate_world()) * grid.inverse_spacing;
     const double s = fx + fy - 1.0;
-    const double qs = qx + qy;
+    const double qs = frame.qx + frame.qy;
     const bool is_upper_in = s + t_in * qs > 0.0;
     const bool is_upper_out = qs == 0.0 ? is_upper_in : s + t_out * qs > 0.0;  // t_out may be inf
     const double t_diagonal =
         is_upper_in == is_upper_out ? t_out : std::clamp(-s / qs, t_in, t_out);
 
-    const double z10 = grid.z(i + 1, j);
-    const double z01 = grid.z(i, j + 1);
     for (int part = 0; part < (is_upper_in == is_upper_out ? 1 : 2); ++part) {
       const bool is_upper = part == 0 ? is_upper_in : is_upper_out;
-      const double t_begin = part == 0 ? t_in : t_diagonal;
-      const double t_end = part == 0 ? t_diagonal : t_out;
-      double rise_x = 0.0;
-      double rise_y = 0.0;
-      double a = 0.0;
-      if (is_upper) {
-        const double z11 = grid.z(i + 1, j + 1);
-        rise_x = z11 - z01;
-        rise_y = z11 - z10;
-        a = z0 - z11 - rise_x * (fx - 1.0) - rise_y * (fy - 1.0);
-      } else {
-        const double z00 = grid.z(i, j);
-        rise_x = z10 - z00;
-        rise_y = z01 - z00;
-        a = z0 - z00 - rise_x * fx - rise_y * fy;
-      }
-      const double b = d.z() - rise_x * qx - rise_y * qy;
-      if (clearance.crosses(a, b, t_begin, t_end)) {
-        if (clearance.was_under()) {
-          WalkSpan whole = span;
-          whole.t_from = span.t_entry;
-          return walk_terrain(grid, ray, whole);
-        }
-        result.end = WalkResult::End::Crossed;
-        result.t = clearance.t();
-        result.cell_x = i;
-        result.cell_y = j;
-        result.is_upper = is_upper;
-        result.slope_x = rise_x * inverse_spacing;
-        result.slope_y = rise_y * inverse_spacing;
+      const Plane plane = frame.plane(i, j, is_upper, fx, fy);
+      if (!clearance.crosses(plane.a, plane.b, part == 0 ? t_in : t_diagonal,
+                             part == 0 ? t_diagonal : t_out)) {
+        if (!clearance.was_clear_at_entry()) continue;
+        result.end = WalkResult::End::Clear;
+        result.t = span.t_entry;
         return result;
       }
+      if (clearance.was_under()) {
+        WalkSpan whole = span;
+        whole.t_from = span.t_entry;
+        return walk_terrain(grid, ray, whole);
+      }
+      return frame.crossing(clearance.t(), i, j, is_upper, plane);
     }
     AxisWalk& next = columns.t_out() <= rows.t_out() ? columns : rows;
     if (next.t_out() >= span.t_exit) return result;

@@ -54,9 +54,9 @@ struct WalkSpan {
   double t_entry = 0.0;  ///< where the ray starts or enters the tile
   double t_exit = 0.0;   ///< where it ends or leaves the tile; at t_entry or later
   double t_from = 0.0;   ///< where the walk begins: known to be above the surface, or t_entry
-  double t_stop = 0.0;   ///< crossings after this one are of no interest
-  double t_clear = 0.0;  ///< from here on the walk may end early …
-  double clear_m = 0.0;  ///< … when it is this high above the surface
+  /// The walk may end here or later when it is clear_m above the surface.
+  double t_clear = 0.0;
+  double clear_m = 0.0;
 };
 
 struct WalkResult {
@@ -78,6 +78,9 @@ struct WalkResult {
 /// finds the same crossing to the last bit. At t_entry: more than kOnSurface_m under the surface is
 /// a crossing there; within kOnSurface_m of the surface the ray is on it, and crosses only where it
 /// sinks deeper than that.
+///
+/// The common case, a crossing of the very triangle above which the walk begins, is found without walking, by the same
+/// arithmetic.
 WalkResult walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkSpan& span);
 
 }  // namespace terracast::world
