@@ -4,24 +4,24 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "render/packet_code.h"
 
 namespace terracast::render {
 namespace {
 
 constexpr double kEarthRadius_m = 6371008.8;
 
-inline float smaller(float a, float b) { return a < b ? a : b; }
-inline float larger(float a, float b) { return a > b ? a : b; }
-inline float clamped(float x, float lowest, float highest) {
+TERRACAST_PACKET_INLINE float absolute(float a) { return a < 0.0f ? -a : a; }
+TERRACAST_PACKET_INLINE float clamped(float x, float lowest, float highest) {
   return smaller(larger(x, lowest), highest);
 }
 /// 0 below -width, 1 above width, smooth between.
-inline float step_up(float x, float width) {
+TERRACAST_PACKET_INLINE float step_up(float x, float width) {
   const float t = clamped(0.5f + 0.5f * x / width, 0.0f, 1.0f);
   return t * t * (3.0f - 2.0f * t);
 }
 /// 0 below 0, linear to 1 at 1.
-inline float ramp(float x) { return clamped(x, 0.0f, 1.0f); }
+TERRACAST_PACKET_INLINE float ramp(float x) { return clamped(x, 0.0f, 1.0f); }
 
 /// Streams of noise; each idea has its own.
 enum Stream : std::uint32_t {
@@ -53,14 +53,8 @@ struct Covers {
   NoiseSum clump;   ///< 16 to 1 m
 };
 
-void spread_covers(const GroundPacket& g, const NoisePlaces& places, const Climate& climate,
-                   Covers& c) {
-  c.region = sum_noise(places, 12, 8, climate.seed + kRegion);
-  c.patch = sum_noise(places, 7, 5, climate.seed + kPatch);
-  c.clump = sum_noise(places, 4, 0, climate.seed + kClump);
-  const float snow_line = static_cast<float>(climate.snow_line_m);
-  const float tree_line = static_cast<float>(climate.tree_line_m);
-  const float beach = climate.has_sea ? 4.0f : -1e6f;
+TERRACAST_PACKET_CODE void draw_covers(const GroundPacket& g, float snow_line, float tree_line,
+                                       float beach, Covers& c) {
   for (int i = 0; i < kLanes; ++i) {
     const float region = c.region.value[i];
     const float patch = c.patch.value[i];
@@ -97,6 +91,15 @@ void spread_covers(const GroundPacket& g, const NoisePlaces& places, const Clima
                     1.4f * g.northness[i] - 5.0f * larger(0.0f, steep - 0.60f),
                 0.14f + blur);
   }
+}
+
+void spread_covers(const GroundPacket& g, const NoisePlaces& places, const Climate& climate,
+                   Covers& c) {
+  c.region = sum_noise(places, 12, 8, climate.seed + kRegion);
+  c.patch = sum_noise(places, 7, 5, climate.seed + kPatch);
+  c.clump = sum_noise(places, 4, 0, climate.seed + kClump);
+  draw_covers(g, static_cast<float>(climate.snow_line_m), static_cast<float>(climate.tree_line_m),
+              climate.has_sea ? 4.0f : -1e6f, c);
 }
 
 /// A colour of cultivated land, and how far from a hedge.
@@ -142,14 +145,22 @@ Parcel parcel_at(const NoisePlaces& places, int lane, float warp_m, std::uint32_
   return parcel;
 }
 
+struct Rgb {
+  float r, g, b;
+};
 /// Lays a colour over what is there.
-inline void lay(float (&color)[3], float share, float r, float g, float b) {
-  color[0] += share * (r - color[0]);
-  color[1] += share * (g - color[1]);
-  color[2] += share * (b - color[2]);
+TERRACAST_PACKET_INLINE void lay(Rgb& color, float share, float r, float g, float b) {
+  color.r += share * (r - color.r);
+  color.g += share * (g - color.g);
+  color.b += share * (b - color.b);
 }
-inline void shade(float (&color)[3], float factor) {
-  for (float& value : color) value *= factor;
+TERRACAST_PACKET_INLINE void lay(Rgb& color, float share, const Rgb& over) {
+  lay(color, share, over.r, over.g, over.b);
+}
+TERRACAST_PACKET_INLINE void shade(Rgb& color, float factor) {
+  color.r *= factor;
+  color.g *= factor;
+  color.b *= factor;
 }
 
 bool any(const Lanes<float>& lanes, float above) {
@@ -157,25 +168,124 @@ bool any(const Lanes<float>& lanes, float above) {
 }
 
 /// Turns the relief's slope into normals: the gradient of the height above the triangle, along it.
-void bend_normals(const GroundPacket& g, const NoiseSlope& slope, GroundLook& look) {
-  float axes[kNumNoisePlanes][2][3];
-  for (int plane = 0; plane < kNumNoisePlanes; ++plane)
-    for (int k = 0; k < 3; ++k) {
-      axes[plane][0][k] = static_cast<float>(noise_plane(plane).u[k]);
-      axes[plane][1][k] = static_cast<float>(noise_plane(plane).v[k]);
+TERRACAST_PACKET_CODE void bend_normals(const GroundPacket& g, const NoiseSlope& slope,
+                                        const NoisePlane* planes, GroundLook& look) {
+  Lanes3f gradient;
+  for (Lanes<float>& component : gradient)
+    for (int i = 0; i < kLanes; ++i) component[i] = 0.0f;
+  for (int plane = 0; plane < kNumNoisePlanes; ++plane) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto along_u = static_cast<float>(planes[plane].u.data()[k]);
+      const auto along_v = static_cast<float>(planes[plane].v.data()[k]);
+      for (int i = 0; i < kLanes; ++i)
+        gradient[k][i] += slope.u[plane][i] * along_u + slope.v[plane][i] * along_v;
     }
+  }
   for (int i = 0; i < kLanes; ++i) {
-    float gradient[3] = {0.0f, 0.0f, 0.0f};
-    for (int plane = 0; plane < kNumNoisePlanes; ++plane)
-      for (int k = 0; k < 3; ++k)
-        gradient[k] +=
-            slope.u[plane][i] * axes[plane][0][k] + slope.v[plane][i] * axes[plane][1][k];
-    const float n[3] = {g.normal[0][i], g.normal[1][i], g.normal[2][i]};
-    const float along = gradient[0] * n[0] + gradient[1] * n[1] + gradient[2] * n[2];
-    float bent[3];
-    for (int k = 0; k < 3; ++k) bent[k] = n[k] - (gradient[k] - along * n[k]);
-    const float scale = 1.0f / std::sqrt(bent[0] * bent[0] + bent[1] * bent[1] + bent[2] * bent[2]);
-    for (std::size_t k = 0; k < 3; ++k) look.normal[k][i] = bent[k] * scale;
+    const float nx = g.normal[0][i];
+    const float ny = g.normal[1][i];
+    const float nz = g.normal[2][i];
+    const float across = gradient[0][i] * nx + gradient[1][i] * ny + gradient[2][i] * nz;
+    const float x = nx - (gradient[0][i] - across * nx);
+    const float y = ny - (gradient[1][i] - across * ny);
+    const float z = nz - (gradient[2][i] - across * nz);
+    const float scale = 1.0f / std::sqrt(x * x + y * y + z * z);
+    look.normal[0][i] = x * scale;
+    look.normal[1][i] = y * scale;
+    look.normal[2][i] = z * scale;
+  }
+}
+
+/// What the covers are painted with.
+struct Details {
+  const NoiseSum& coarse;
+  const NoiseSum& grain;
+  const NoiseSum& fine;
+  const NoiseSum& stones;
+  const NoiseSum& trees;
+  const NoiseSum& strata;
+  const NoiseSum& cracks;
+  Lanes<float> parcel_r;
+  Lanes<float> parcel_g;
+  Lanes<float> parcel_b;
+  Lanes<float> parcel_edge_m;
+};
+
+TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const Details& d,
+                                 const Lanes<float>& relief, float tree_line_m, GroundLook& look) {
+  for (int i = 0; i < kLanes; ++i) {
+    const float region = c.region.value[i];
+    const float patch = c.patch.value[i];
+    const float clump = c.clump.value[i];
+    const float moist = g.moisture[i];
+    const float high = ramp((g.height_m[i] - tree_line_m + 400.0f) / 800.0f);
+    const float footprint = g.places.footprint_m[i];
+
+    // Soil, then grass from straw to green by moisture.
+    Rgb color{0.165f, 0.118f, 0.072f};
+    lay(color, ramp(0.4f + 0.25f * patch), 0.215f, 0.172f, 0.115f);
+    const float green = ramp(0.48f + 1.2f * (moist - 0.35f) + 0.22f * region + 0.20f * patch +
+                             0.16f * clump + 0.12f * d.coarse.value[i]);
+    Rgb grass{0.185f, 0.155f, 0.065f};
+    lay(grass, green, 0.070f, 0.098f, 0.028f);
+    lay(grass, 0.50f * high, 0.115f, 0.126f, 0.052f);
+    lay(color, c.grass[i], grass);
+
+    const float furrows = 1.0f + 0.05f * d.coarse.value[i] + 0.06f * patch;
+    lay(color, c.field[i], d.parcel_r[i] * furrows, d.parcel_g[i] * furrows,
+        d.parcel_b[i] * furrows);
+    // Hedges and tracks, 2.5 m to each side of the edge, thinned to their share of the footprint.
+    const float reach = larger(2.5f, footprint);
+    const float hedge = (2.5f / reach) * step_up(reach - d.parcel_edge_m[i], 0.5f * reach) *
+                        ramp(0.8f + 0.5f * clump);
+    lay(color, c.field[i] * hedge, 0.040f, 0.055f, 0.022f);
+
+    // Crowns: bright tops, dark gaps.
+    const float crown = ramp(0.5f + 0.42f * d.trees.value[i]);
+    const float broadleaf = ramp(0.5f + 0.5f * region + 0.5f * patch - 1.2f * high);
+    Rgb forest{0.030f, 0.045f, 0.020f};
+    lay(forest, broadleaf, 0.058f, 0.078f, 0.026f);
+    shade(forest, (0.35f + 1.30f * crown) * (1.0f + 0.18f * d.coarse.value[i] + 0.10f * clump));
+    lay(color, c.forest[i], forest);
+
+    lay(color, c.sand[i], 0.40f, 0.335f, 0.235f);
+
+    Rgb scree{0.255f, 0.240f, 0.215f};
+    shade(scree, 1.0f + 0.16f * patch + 0.14f * clump);
+    lay(color, c.scree[i], scree);
+
+    // Rock: layers of two tints, cracks where the noise passes zero, lichen.
+    Rgb rock{0.195f, 0.185f, 0.172f};
+    lay(rock, ramp(0.45f + 0.35f * region + 0.45f * d.strata.value[i]), 0.275f, 0.243f, 0.200f);
+    shade(rock, 1.0f + 0.16f * d.strata.value[i] + 0.12f * clump + 0.10f * patch);
+    const float open = (1.0f - d.cracks.left_out[i]);
+    const float nearness = 1.0f - smaller(absolute(d.cracks.value[i]) * 6.0f, 1.0f);
+    shade(rock, 1.0f - 0.45f * open * nearness);
+    lay(rock, 0.35f * ramp(d.coarse.value[i] - 0.3f), 0.140f, 0.150f, 0.105f);
+    lay(color, c.rock[i], rock);
+
+    // Grain of every scale, stones that stand out, less on snow.
+    const float bare = larger(larger(c.rock[i], c.scree[i]), 1.0f - c.grass[i]);
+    const float grainy = 0.17f + 0.08f * bare;
+    const float mottle =
+        1.0f + grainy * (d.coarse.value[i] + d.grain.value[i] + d.fine.value[i]) + 0.07f * clump;
+    shade(color, clamped(mottle, 0.30f, 1.9f));
+    const float stony = bare * (1.0f - c.forest[i]) * (1.0f - d.stones.left_out[i]);
+    shade(color, 1.0f + 0.55f * stony * step_up(d.stones.value[i] - 1.15f, 0.30f) -
+                     0.35f * stony * step_up(-d.stones.value[i] - 1.25f, 0.30f));
+
+    const float drift = 1.0f + 0.035f * (d.coarse.value[i] + d.grain.value[i] + d.fine.value[i]) +
+                        0.03f * clump + 0.02f * patch;
+    lay(color, c.snow[i], 0.72f * drift, 0.74f * drift, 0.78f * drift);
+
+    look.albedo[0][i] = clamped(color.r, 0.004f, 0.88f);
+    look.albedo[1][i] = clamped(color.g, 0.004f, 0.88f);
+    look.albedo[2][i] = clamped(color.b, 0.004f, 0.88f);
+    const float hollow = 0.10f * (d.coarse.value[i] + d.grain.value[i]) * relief[i] * 5.0f +
+                         0.25f * c.forest[i] * (crown - 0.5f);
+    look.openness[i] = clamped(0.90f + hollow, 0.45f, 1.0f);
+    look.is_water[i] = 0.0f;
+    look.wave_variance[i] = 0.0f;
   }
 }
 
@@ -193,7 +303,7 @@ void look_at_sea(const GroundPacket& g, std::uint32_t seed, GroundLook& look) {
       sum_noise_with_slope(g.places, 6, -3, seed + kWaves, weight, all_scales, slope);
   const NoiseSum streaks = sum_noise(g.places, 11, 3, seed + kPatch);
   GroundLook sea;
-  bend_normals(g, slope, sea);
+  bend_normals(g, slope, noise_planes().data(), sea);
   for (int i = 0; i < kLanes; ++i) {
     if (g.cover[i] != static_cast<std::uint8_t>(world::Cover::Sea)) continue;
     for (std::size_t k = 0; k < 3; ++k) look.normal[k][i] = sea.normal[k][i];
@@ -341,83 +451,18 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
   NoiseSum warp{};
   if (any(c.field, 0.0f)) warp = sum_noise(g.places, 8, 5, seed + kFieldWarp);
 
+  // Parcels are picked apart one by one; what follows is the same arithmetic for all lanes.
+  Details details{coarse, grain, fine, stones, trees, strata, cracks, {}, {}, {}, {}};
   for (int i = 0; i < kLanes; ++i) {
-    const float region = c.region.value[i];
-    const float patch = c.patch.value[i];
-    const float clump = c.clump.value[i];
-    const float moist = g.moisture[i];
-    const float high =
-        ramp((g.height_m[i] - static_cast<float>(climate_.tree_line_m) + 400.0f) / 800.0f);
-    const float footprint = g.places.footprint_m[i];
-
-    // Soil, then grass from straw to green by moisture.
-    float color[3] = {0.165f, 0.118f, 0.072f};
-    lay(color, ramp(0.4f + 0.25f * patch), 0.215f, 0.172f, 0.115f);
-    const float green = ramp(0.48f + 1.2f * (moist - 0.35f) + 0.22f * region + 0.20f * patch +
-                             0.16f * clump + 0.12f * coarse.value[i]);
-    float grass[3] = {0.185f, 0.155f, 0.065f};
-    lay(grass, green, 0.070f, 0.098f, 0.028f);
-    lay(grass, 0.50f * high, 0.115f, 0.126f, 0.052f);
-    lay(color, c.grass[i], grass[0], grass[1], grass[2]);
-
-    if (c.field[i] > 0.0f) {
-      const Parcel parcel = parcel_at(g.places, i, 9.0f * warp.value[i], seed);
-      const float furrows = 1.0f + 0.05f * coarse.value[i] + 0.06f * patch;
-      lay(color, c.field[i], parcel.color[0] * furrows, parcel.color[1] * furrows,
-          parcel.color[2] * furrows);
-      // Hedges and tracks, 2.5 m to each side of the edge, thinned to their share of the footprint.
-      const float reach = larger(2.5f, footprint);
-      const float hedge =
-          (2.5f / reach) * step_up(reach - parcel.edge_m, 0.5f * reach) * ramp(0.8f + 0.5f * clump);
-      lay(color, c.field[i] * hedge, 0.040f, 0.055f, 0.022f);
-    }
-
-    // Crowns: bright tops, dark gaps.
-    const float crown = ramp(0.5f + 0.42f * trees.value[i]);
-    const float broadleaf = ramp(0.5f + 0.5f * region + 0.5f * patch - 1.2f * high);
-    float forest[3] = {0.030f, 0.045f, 0.020f};
-    lay(forest, broadleaf, 0.058f, 0.078f, 0.026f);
-    shade(forest, (0.35f + 1.30f * crown) * (1.0f + 0.18f * coarse.value[i] + 0.10f * clump));
-    lay(color, c.forest[i], forest[0], forest[1], forest[2]);
-
-    lay(color, c.sand[i], 0.40f, 0.335f, 0.235f);
-
-    float scree[3] = {0.255f, 0.240f, 0.215f};
-    shade(scree, 1.0f + 0.16f * patch + 0.14f * clump);
-    lay(color, c.scree[i], scree[0], scree[1], scree[2]);
-
-    // Rock: layers of two tints, cracks where the noise passes zero, lichen.
-    float rock[3] = {0.195f, 0.185f, 0.172f};
-    lay(rock, ramp(0.45f + 0.35f * region + 0.45f * strata.value[i]), 0.275f, 0.243f, 0.200f);
-    shade(rock, 1.0f + 0.16f * strata.value[i] + 0.12f * clump + 0.10f * patch);
-    const float open = (1.0f - cracks.left_out[i]);
-    const float nearness = 1.0f - smaller(std::abs(cracks.value[i]) * 6.0f, 1.0f);
-    shade(rock, 1.0f - 0.45f * open * nearness);
-    lay(rock, 0.35f * ramp(coarse.value[i] - 0.3f), 0.140f, 0.150f, 0.105f);
-    lay(color, c.rock[i], rock[0], rock[1], rock[2]);
-
-    // Grain of every scale, stones that stand out, less on snow.
-    const float bare = larger(larger(c.rock[i], c.scree[i]), 1.0f - c.grass[i]);
-    const float grainy = 0.17f + 0.08f * bare;
-    const float mottle =
-        1.0f + grainy * (coarse.value[i] + grain.value[i] + fine.value[i]) + 0.07f * clump;
-    shade(color, clamped(mottle, 0.30f, 1.9f));
-    const float stony = bare * (1.0f - c.forest[i]) * (1.0f - stones.left_out[i]);
-    shade(color, 1.0f + 0.55f * stony * step_up(stones.value[i] - 1.15f, 0.30f) -
-                     0.35f * stony * step_up(-stones.value[i] - 1.25f, 0.30f));
-
-    const float drift = 1.0f + 0.035f * (coarse.value[i] + grain.value[i] + fine.value[i]) +
-                        0.03f * clump + 0.02f * patch;
-    lay(color, c.snow[i], 0.72f * drift, 0.74f * drift, 0.78f * drift);
-
-    for (std::size_t k = 0; k < 3; ++k) look.albedo[k][i] = clamped(color[k], 0.004f, 0.88f);
-    const float hollow = 0.10f * (coarse.value[i] + grain.value[i]) * relief[i] * 5.0f +
-                         0.25f * c.forest[i] * (crown - 0.5f);
-    look.openness[i] = clamped(0.90f + hollow, 0.45f, 1.0f);
-    look.is_water[i] = 0.0f;
-    look.wave_variance[i] = 0.0f;
+    Parcel parcel{};
+    if (c.field[i] > 0.0f) parcel = parcel_at(g.places, i, 9.0f * warp.value[i], seed);
+    details.parcel_r[i] = parcel.color[0];
+    details.parcel_g[i] = parcel.color[1];
+    details.parcel_b[i] = parcel.color[2];
+    details.parcel_edge_m[i] = parcel.edge_m;
   }
-  bend_normals(g, slope, look);
+  paint(g, c, details, relief, static_cast<float>(climate_.tree_line_m), look);
+  bend_normals(g, slope, noise_planes().data(), look);
 
   bool has_sea = false;
   for (int i = 0; i < kLanes; ++i)

@@ -3,22 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-// Baseline x86-64 has no 32-bit vector multiply. The packet functions are compiled twice and the
-// processor's own is taken at run time; both do the same IEEE operations in the same order, so
-// their results are equal bit for bit.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define TERRACAST_PACKET_CODE __attribute__((target_clones("avx2", "default")))
-#else
-#define TERRACAST_PACKET_CODE
-#endif
-#define TERRACAST_PACKET_INLINE inline __attribute__((always_inline))
+#include "render/packet_code.h"
 
 namespace terracast::render {
 namespace {
 
 constexpr int kStepBits = 12;  // kNoiseStep_m = 2^-12
 // Root mean square of one octave of the noise below and of its slope, by quadrature over 4e6 places
-// (NoiseTest.OctavesHaveUnitRms): values are scaled to 1.
+// (Noise.OctavesHaveUnitRms): values are scaled to 1.
 constexpr float kUnitValue = 0x1p-31f / 0.1760f;
 constexpr float kUnitSlope = 0x1p-31f / 0.5098f;
 
@@ -90,10 +82,6 @@ TERRACAST_PACKET_INLINE void evaluate_octave(const Lanes<std::int32_t>& u,
     octave.dv[i] = gv_low + sv * (gv_high - gv_low) + sv1 * (high - low);
   }
 }
-
-// Unlike std::min and std::max these hold no references, so that loops of them become vector code.
-TERRACAST_PACKET_INLINE float smaller(float a, float b) { return a < b ? a : b; }
-TERRACAST_PACKET_INLINE float larger(float a, float b) { return a > b ? a : b; }
 
 /// 1 while the footprint is below half the spacing, 0 from the spacing on, smooth between.
 TERRACAST_PACKET_INLINE void weigh_octave(const Lanes<float>& footprint_m, float spacing_m,
@@ -198,7 +186,7 @@ TERRACAST_PACKET_CODE void sum_given(const Lanes<std::int32_t>& u, const Lanes<s
 
 }  // namespace
 
-const NoisePlane& noise_plane(int plane) {
+const std::array<NoisePlane, kNumNoisePlanes>& noise_planes() {
   // Turned by 0, 37 and 73 degrees; the shears point 60 degrees apart.
   static const std::array<NoisePlane, kNumNoisePlanes> planes = [] {
     std::array<NoisePlane, kNumNoisePlanes> made;
@@ -212,12 +200,13 @@ const NoisePlane& noise_plane(int plane) {
     }
     return made;
   }();
-  return planes[static_cast<std::size_t>(plane)];
+  return planes;
 }
 
 void NoisePlaces::set(int lane, const Eigen::Vector3d& point_world, double footprint) {
-  for (int plane = 0; plane < kNumNoisePlanes; ++plane) {
-    const NoisePlane& axes = noise_plane(plane);
+  const std::array<NoisePlane, kNumNoisePlanes>& planes = noise_planes();
+  for (std::size_t plane = 0; plane < kNumNoisePlanes; ++plane) {
+    const NoisePlane& axes = planes[plane];
     const auto fixed = [&](const Eigen::Vector3d& axis) {
       // 2^40 makes the number positive, so that cutting off its fraction rounds down; it leaves no
       // trace in 32 bits.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 
 #include "render/lanes.h"
@@ -25,7 +26,7 @@ struct NoisePlane {
   Eigen::Vector3d u;
   Eigen::Vector3d v;
 };
-const NoisePlane& noise_plane(int plane);
+const std::array<NoisePlane, kNumNoisePlanes>& noise_planes();
 
 /// Places of a packet in each plane, and what an image sample covers there.
 struct NoisePlaces {

@@ -55,7 +55,7 @@ TEST(Noise, SlopesAreTheDerivativeAndPlacesAreSharpFarOut) {
   NoisePlaces places;
   NoisePlaces ahead;
   NoisePlaces behind;
-  const NoisePlane& plane = noise_plane((-2 + 192) % kNumNoisePlanes);
+  const NoisePlane& plane = noise_planes()[(-2 + 192) % kNumNoisePlanes];
   const double step_m = 4 * kNoiseStep_m;
   for (int i = 0; i < kLanes; ++i) {
     weight[i] = 1.0f;
