@@ -210,8 +210,7 @@ void TileScene::find_border_tops() {
 TileScene::NamedCell TileScene::cell_of(float u, float v) {
   const int x = static_cast<int>(u * static_cast<float>(kSceneSamples - 1)) - kRing;
   const int y = static_cast<int>(v * static_cast<float>(kSceneSamples - 1)) - kRing;
-  const bool in_ring = x < 0 || y < 0 || x >= kTileCells || y >= kTileCells;
-  return {std::clamp(x, 0, kTileCells - 1), std::clamp(y, 0, kTileCells - 1), in_ring};
+  return {std::clamp(x, 0, kTileCells - 1), std::clamp(y, 0, kTileCells - 1)};
 }
 
 }  // namespace terracast::world

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -70,11 +71,15 @@ class TileScene {
   double border_top_z_world(int side, int cell) const {
     return border_tops_[static_cast<std::size_t>(side * kBlocks + cell / kBlockCells)];
   }
-  /// The cell of the tile that a hit's u, v name, clamped to the tile; whether it lies in the ring.
+  /// Whether a hit's u, v lie in the ring (or too near it to tell).
+  static bool is_in_ring(float u, float v) {
+    constexpr float kCell = 1.0F / (kTileCells + 2);
+    return std::min(u, v) < 1.001F * kCell || std::max(u, v) > 1.0F - 1.001F * kCell;
+  }
+  /// The cell of the tile that a hit's u, v name, or the nearest one to it.
   struct NamedCell {
     int x;
     int y;
-    bool in_ring;
   };
   static NamedCell cell_of(float u, float v);
 

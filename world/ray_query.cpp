@@ -52,7 +52,7 @@ struct RayQuery::Impl {
   }
 
   /// Puts a ray into the first tile where it may meet the ground; false when there is none.
-  bool start_ray(const WorldRay& given, std::uint32_t hint, RayState& ray) const {
+  bool start_ray(const WorldRay& given, std::uint32_t& hint, RayState& ray) const {
     ray.walk = walk_ray(given.origin_world, given.direction_world);
     const double length_m = ray.walk.length_m;
     TERRACAST_CHECK(length_m > 0.0 && std::isfinite(length_m) && given.origin_world.allFinite() &&
@@ -71,7 +71,7 @@ struct RayQuery::Impl {
 
   /// Carries all rays from tile to tile until each has crossed the surface or left; finish(i, ray) takes each.
   template <int kWidth, class Finish>
-  void trace(std::span<const WorldRay> rays, bool is_coherent, const Finish& finish) {
+  void trace(std::span<const WorldRay> rays, CastKind kind, const Finish& finish) {
     const FlushDenormals flush;
     SceneCache::Pin pin(cache);
     std::array<RayState, kBatch> states;
@@ -85,7 +85,6 @@ struct RayQuery::Impl {
       for (std::size_t i = 0; i < count; ++i) {
         RayState& ray = states[i];
         if (!start_ray(rays[begin + i], hint, ray)) continue;
-        if (ray.passage.side < 0) hint = ray.passage.tile;
         travelling[num_travelling++] = static_cast<std::uint8_t>(i);
         tile_of[i] = ray.passage.tile;
       }
@@ -107,7 +106,7 @@ struct RayQuery::Impl {
           }
         }
         recasts += static_cast<std::uint64_t>(
-            cast_through_tile<kWidth>(cache.get(pin, tile), lanes, is_coherent));
+            cast_through_tile<kWidth>(cache.get(pin, tile), lanes, kind));
         for (std::size_t lane = 0; lane < num_lanes; ++lane) {
           RayState& ray = *lanes[lane];
           if (ray.has_crossing || !map.next_passage(ray.walk, ray.t_max, ray.passage)) continue;
@@ -122,11 +121,11 @@ struct RayQuery::Impl {
   }
 
   template <class Finish>
-  void trace(std::span<const WorldRay> rays, bool is_coherent, const Finish& finish) {
+  void trace(std::span<const WorldRay> rays, CastKind kind, const Finish& finish) {
     if (device.packet_width() == 16)
-      trace<16>(rays, is_coherent, finish);
+      trace<16>(rays, kind, finish);
     else
-      trace<8>(rays, is_coherent, finish);
+      trace<8>(rays, kind, finish);
   }
 
   static SurfaceHit hit_of(const RayState& ray) {
@@ -161,14 +160,15 @@ const std::vector<CutTile>& RayQuery::cut() const { return impl_->cut; }
 void RayQuery::intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
                          Coherence coherence) const {
   TERRACAST_CHECK(hits.size() == rays.size(), "{} hits for {} rays", hits.size(), rays.size());
-  impl_->trace(rays, coherence == Coherence::Coherent,
-               [&](std::size_t i, const RayState& ray) { hits[i] = Impl::hit_of(ray); });
+  impl_->trace(
+      rays, coherence == Coherence::Coherent ? CastKind::FirstCoherent : CastKind::FirstIncoherent,
+      [&](std::size_t i, const RayState& ray) { hits[i] = Impl::hit_of(ray); });
 }
 
 void RayQuery::occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const {
   TERRACAST_CHECK(is_occluded.size() == rays.size(), "{} answers for {} rays", is_occluded.size(),
                   rays.size());
-  impl_->trace(rays, false, [&](std::size_t i, const RayState& ray) {
+  impl_->trace(rays, CastKind::Any, [&](std::size_t i, const RayState& ray) {
     is_occluded[i] = ray.has_crossing ? 1 : 0;
   });
 }

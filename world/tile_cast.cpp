@@ -41,6 +41,15 @@ void intersect_packet(const int* valid, RTCScene scene, RTCIntersectContext* con
   rtcIntersect8(valid, scene, context, &packet);
 }
 
+void occluded_packet(const int* valid, RTCScene scene, RTCIntersectContext* context,
+                     RTCRayHit16& packet) {
+  rtcOccluded16(valid, scene, context, &packet.ray);
+}
+void occluded_packet(const int* valid, RTCScene scene, RTCIntersectContext* context,
+                     RTCRayHit8& packet) {
+  rtcOccluded8(valid, scene, context, &packet.ray);
+}
+
 /// From where to walk, and from where on the walk may end when it is clear.
 struct Range {
   double from;
@@ -62,10 +71,10 @@ struct FloatRay {
 
 class TileCaster {
  public:
-  TileCaster(const TileScene& scene, bool is_coherent) : scene_(scene) {
+  TileCaster(const TileScene& scene, CastKind kind) : scene_(scene) {
     rtcInitIntersectContext(&context_);
-    context_.flags =
-        is_coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    context_.flags = kind == CastKind::FirstCoherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                                                     : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   }
 
   /// Finds where the cast begins; false when the ray is done with this tile.
@@ -100,6 +109,11 @@ class TileCaster {
   template <class Packet>
   void intersect(const int* valid, Packet& packet) {
     intersect_packet(valid, scene_.handle(), &context_, packet);
+  }
+
+  template <class Packet>
+  void occluded(const int* valid, Packet& packet) {
+    occluded_packet(valid, scene_.handle(), &context_, packet);
   }
 
   /// Goes on from a proposal to the ray's crossing, or out of the tile.
@@ -153,13 +167,12 @@ class TileCaster {
     const float along = ray.direction[0] * proposal.normal_x +
                         ray.direction[1] * proposal.normal_y + ray.direction[2] * proposal.normal_z;
     const double rate = static_cast<double>(std::abs(along / proposal.normal_z));
-    const TileScene::NamedCell cell = TileScene::cell_of(proposal.u, proposal.v);
     Range range{};
-    if (rate >= kGrazingRate && !cell.in_ring) {
+    if (rate >= kGrazingRate && !TileScene::is_in_ring(proposal.u, proposal.v)) {
       const double back = kBackPerEpsilon * scene_.epsilon_m() / rate * ray.inverse_length;
       range = {.from = t_proposed - back, .until = t_proposed + back};
     } else {
-      range = around(cell, ray.walk);
+      range = around(TileScene::cell_of(proposal.u, proposal.v), ray.walk);
       range = {.from = std::min(range.from, t_proposed),
                .until = std::max(range.until, t_proposed)};
     }
@@ -211,8 +224,8 @@ class TileCaster {
 
 template <int kWidth>
 int cast_through_tile(const TileScene& scene, const std::array<RayState*, kWidth>& rays,
-                      bool is_coherent) {
-  TileCaster caster(scene, is_coherent);
+                      CastKind kind) {
+  TileCaster caster(scene, kind);
   typename PacketOf<kWidth>::Type packet;
   alignas(64) std::array<int, kWidth> valid;
   bool any = false;
@@ -242,6 +255,19 @@ int cast_through_tile(const TileScene& scene, const std::array<RayState*, kWidth
     packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
   }
   if (!any) return 0;
+  if (kind == CastKind::Any) {
+    // Most rays to the sun or to a camera meet nothing; only for those that meet the raised surface is it asked where.
+    std::array<float, kWidth> way_m;
+    std::copy_n(packet.ray.tfar, kWidth, way_m.begin());
+    caster.occluded(valid.data(), packet);
+    any = false;
+    for (std::size_t lane = 0; lane < kWidth; ++lane) {
+      if (valid[lane] != 0 && packet.ray.tfar[lane] >= 0.0F) valid[lane] = 0;
+      any |= valid[lane] != 0;
+      packet.ray.tfar[lane] = way_m[lane];
+    }
+    if (!any) return 0;
+  }
   caster.intersect(valid.data(), packet);
   for (std::size_t lane = 0; lane < kWidth; ++lane) {
     if (valid[lane] == 0 || packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
@@ -255,7 +281,7 @@ int cast_through_tile(const TileScene& scene, const std::array<RayState*, kWidth
   return caster.num_recasts();
 }
 
-template int cast_through_tile<8>(const TileScene&, const std::array<RayState*, 8>&, bool);
-template int cast_through_tile<16>(const TileScene&, const std::array<RayState*, 16>&, bool);
+template int cast_through_tile<8>(const TileScene&, const std::array<RayState*, 8>&, CastKind);
+template int cast_through_tile<16>(const TileScene&, const std::array<RayState*, 16>&, CastKind);
 
 }  // namespace terracast::world

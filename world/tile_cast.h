@@ -21,6 +21,9 @@ struct RayState {
   WalkResult crossing;
 };
 
+/// What is asked of a cast. Crossings are the same for all; Any only wants to know whether there is one.
+enum class CastKind { FirstCoherent, FirstIncoherent, Any };
+
 /// Casts up to kWidth rays through the tile in which they are, packet-wise; sets has_crossing and crossing of those
 /// that meet the surface there.
 ///
@@ -28,10 +31,9 @@ struct RayState {
 /// meets the surface raised by epsilon; the walk starts just before that place and either finds the crossing or is
 /// clear again, and Embree is asked again from there.
 /// rays             kWidth pointers, null for lanes without a ray
-/// is_coherent      a hint to Embree
 /// returns          number of times that Embree was asked again
 template <int kWidth>
 int cast_through_tile(const TileScene& scene, const std::array<RayState*, kWidth>& rays,
-                      bool is_coherent);
+                      CastKind kind);
 
 }  // namespace terracast::world

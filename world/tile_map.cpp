@@ -204,7 +204,7 @@ bool TileMap::enter_root(const WalkRay& ray, double t, double t_max, TilePassage
   return passage.tile != kNone;
 }
 
-bool TileMap::first_passage(const WalkRay& ray, double t_min, double t_max, std::uint32_t hint,
+bool TileMap::first_passage(const WalkRay& ray, double t_min, double t_max, std::uint32_t& hint,
                             TilePassage& passage) const {
   const Eigen::Vector3d& o = ray.origin_world;
   const Eigen::Vector3d& d = ray.direction_world;
@@ -223,6 +223,7 @@ bool TileMap::first_passage(const WalkRay& ray, double t_min, double t_max, std:
     const std::optional<std::uint32_t> tile = tile_at_place(x, y);
     if (!tile) return enter_root(ray, t_start, t_max, passage) && go_to_ground(ray, t_max, passage);
     passage.tile = *tile;
+    hint = *tile;
   }
   passage.side = -1;
   passage.t_entry = t_start;
@@ -230,12 +231,7 @@ bool TileMap::first_passage(const WalkRay& ray, double t_min, double t_max, std:
 }
 
 bool TileMap::next_passage(const WalkRay& ray, double t_max, TilePassage& passage) const {
-  const Leaf& leaf = leaves_[passage.tile];
-  const Eigen::Vector3d& o = ray.origin_world;
-  const Eigen::Vector3d& d = ray.direction_world;
-  const double t_x = t_out(leaf.x0, leaf.x1, o.x(), d.x(), ray.inverse_x);
-  const double t_y = t_out(leaf.y0, leaf.y1, o.y(), d.y(), ray.inverse_y);
-  return step(ray, t_max, t_x, t_y, passage) && go_to_ground(ray, t_max, passage);
+  return step(ray, t_max, passage) && go_to_ground(ray, t_max, passage);
 }
 
 bool TileMap::go_to_ground(const WalkRay& ray, double t_max, TilePassage& passage) const {
@@ -243,9 +239,10 @@ bool TileMap::go_to_ground(const WalkRay& ray, double t_max, TilePassage& passag
   const Eigen::Vector3d& d = ray.direction_world;
   for (;;) {
     const Leaf& leaf = leaves_[passage.tile];
-    const double t_x = t_out(leaf.x0, leaf.x1, o.x(), d.x(), ray.inverse_x);
-    const double t_y = t_out(leaf.y0, leaf.y1, o.y(), d.y(), ray.inverse_y);
-    passage.t_exit = std::max(std::min({t_x, t_y, t_max}), passage.t_entry);
+    passage.t_exit_x = t_out(leaf.x0, leaf.x1, o.x(), d.x(), ray.inverse_x);
+    passage.t_exit_y = t_out(leaf.y0, leaf.y1, o.y(), d.y(), ray.inverse_y);
+    passage.t_exit =
+        std::max(std::min(std::min(passage.t_exit_x, passage.t_exit_y), t_max), passage.t_entry);
     bool meets = false;
     if (d.z() == 0.0) {
       passage.t_top = kInfinity;
@@ -255,12 +252,13 @@ bool TileMap::go_to_ground(const WalkRay& ray, double t_max, TilePassage& passag
       meets = d.z() < 0.0 ? passage.t_top <= passage.t_exit : passage.t_top >= passage.t_entry;
     }
     if (meets) return true;
-    if (!step(ray, t_max, t_x, t_y, passage)) return false;
+    if (!step(ray, t_max, passage)) return false;
   }
 }
 
-bool TileMap::step(const WalkRay& ray, double t_max, double t_x, double t_y,
-                   TilePassage& passage) const {
+bool TileMap::step(const WalkRay& ray, double t_max, TilePassage& passage) const {
+  const double t_x = passage.t_exit_x;
+  const double t_y = passage.t_exit_y;
   const Eigen::Vector3d& o = ray.origin_world;
   const Eigen::Vector3d& d = ray.direction_world;
   const double t = std::min(t_x, t_y);

@@ -20,6 +20,8 @@ struct TilePassage {
   /// Where it passes the height of the tile's highest point: a falling ray can meet the ground only later, a rising one
   /// only earlier; +inf for a level ray.
   double t_top = 0.0;
+  double t_exit_x = 0.0;  ///< through the western or eastern side; +inf: never
+  double t_exit_y = 0.0;
 };
 
 /// The tiles of a cut in the plane, and how rays pass from one to the next, in double.
@@ -32,9 +34,9 @@ class TileMap {
   TileMap(const TileStore& store, const std::vector<CutTile>& cut);
 
   /// The first tile on a ray in which it may meet the ground (it is not above the tile's highest point all the way).
-  /// hint      a tile to look at first
+  /// hint      a tile to look at first; becomes the one where the ray starts
   /// returns   false: none in [t_min, t_max]
-  bool first_passage(const WalkRay& ray, double t_min, double t_max, std::uint32_t hint,
+  bool first_passage(const WalkRay& ray, double t_min, double t_max, std::uint32_t& hint,
                      TilePassage& passage) const;
   /// The next such tile after `passage`.
   bool next_passage(const WalkRay& ray, double t_max, TilePassage& passage) const;
@@ -68,7 +70,7 @@ class TileMap {
   bool enter_root(const WalkRay& ray, double t, double t_max, TilePassage& passage) const;
   /// Completes a passage whose tile and entry are known; goes on from tile to tile until the ground may be met.
   bool go_to_ground(const WalkRay& ray, double t_max, TilePassage& passage) const;
-  bool step(const WalkRay& ray, double t_max, double t_x, double t_y, TilePassage& passage) const;
+  bool step(const WalkRay& ray, double t_max, TilePassage& passage) const;
 
   int root_level_ = 0;
   double root_side_m_ = 0.0;
