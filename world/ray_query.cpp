@@ -34,6 +34,16 @@ class FlushDenormals {
   unsigned saved_;
 };
 
+[[noreturn]] __attribute__((noinline)) void refuse(const WorldRay& ray) {
+  const Eigen::Vector3d& o = ray.origin_world;
+  const Eigen::Vector3d& d = ray.direction_world;
+  core::fail(
+      core::ErrorKind::Internal,
+      "a ray from ({}, {}, {}) along ({}, {}, {}), t from {}: a finite start and a direction "
+      "that is not zero would be right",
+      o.x(), o.y(), o.z(), d.x(), d.y(), d.z(), ray.t_min);
+}
+
 }  // namespace
 
 struct RayQuery::Impl {
@@ -55,11 +65,9 @@ struct RayQuery::Impl {
   bool start_ray(const WorldRay& given, std::uint32_t& hint, RayState& ray) const {
     ray.walk = walk_ray(given.origin_world, given.direction_world);
     const double length_m = ray.walk.length_m;
-    TERRACAST_CHECK(length_m > 0.0 && std::isfinite(length_m) && given.origin_world.allFinite() &&
-                        given.t_min > -kInfinity,
-                    "ray from ({}, {}, {}) along ({}, {}, {})", given.origin_world.x(),
-                    given.origin_world.y(), given.origin_world.z(), given.direction_world.x(),
-                    given.direction_world.y(), given.direction_world.z());
+    if (!(length_m > 0.0 && std::isfinite(length_m) && given.origin_world.allFinite() &&
+          given.t_min > -kInfinity))
+      refuse(given);
     ray.inverse_length = 1.0 / length_m;
     for (int axis = 0; axis < 3; ++axis)
       ray.direction[static_cast<std::size_t>(axis)] =
@@ -136,8 +144,8 @@ struct RayQuery::Impl {
     hit.cell_x = static_cast<std::uint16_t>(ray.crossing.cell_x);
     hit.cell_y = static_cast<std::uint16_t>(ray.crossing.cell_y);
     hit.upper = ray.crossing.is_upper ? 1 : 0;
-    hit.normal_world =
-        Eigen::Vector3d(-ray.crossing.slope_x, -ray.crossing.slope_y, 1.0).normalized();
+    const Eigen::Vector3d upward(-ray.crossing.slope_x, -ray.crossing.slope_y, 1.0);
+    hit.normal_world = upward * (1.0 / std::sqrt(upward.squaredNorm()));
     return hit;
   }
 

@@ -10,10 +10,10 @@ namespace terracast::world {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// A raised triangle that the ray closes in on by less than this (m of height a m of way) places its float hit too
+/// A raised triangle that the ray takes more than this way to close in on by a metre of height places its float hit too
 /// loosely along the ray; the walk then starts where the ray enters the cells around.
-constexpr double kGrazingRate = 1.0 / 64.0;
-/// How far before and after a proposal the crossing of the raised surface may be, in epsilon over the rate: twice the
+constexpr float kGrazing = 64.0F;
+/// How far before and after a proposal the crossing of the raised surface may be, in epsilon times that way: twice the
 /// whole error that epsilon stands for.
 constexpr double kBackPerEpsilon = 2.0;
 constexpr double kFarPerEpsilon = 8.0;
@@ -166,10 +166,11 @@ class TileCaster {
     const double t_proposed = ray.t_cast + static_cast<double>(proposal.way_m) * ray.inverse_length;
     const float along = ray.direction[0] * proposal.normal_x +
                         ray.direction[1] * proposal.normal_y + ray.direction[2] * proposal.normal_z;
-    const double rate = static_cast<double>(std::abs(along / proposal.normal_z));
+    const float inverse_rate = std::abs(proposal.normal_z / along);
     Range range{};
-    if (rate >= kGrazingRate && !TileScene::is_in_ring(proposal.u, proposal.v)) {
-      const double back = kBackPerEpsilon * scene_.epsilon_m() / rate * ray.inverse_length;
+    if (inverse_rate <= kGrazing && !TileScene::is_in_ring(proposal.u, proposal.v)) {
+      const double back = kBackPerEpsilon * scene_.epsilon_m() * static_cast<double>(inverse_rate) *
+                          ray.inverse_length;
       range = {.from = t_proposed - back, .until = t_proposed + back};
     } else {
       range = around(TileScene::cell_of(proposal.u, proposal.v), ray.walk);
