@@ -72,13 +72,13 @@ TERRACAST_PACKET_CODE void draw_covers(const GroundPacket& g, float snow_line, f
     c.field[i] = step_up(smaller((0.15f - steep) * 14.0f, 1.2f) + 0.45f * region -
                              3.0f * ramp((above_trees + 900.0f) / 200.0f),
                          0.10f) *
-                 step_up(height - beach - 6.0f, 2.0f);
+                 step_up(height - beach - 3.0f, 1.5f);
     c.forest[i] = step_up(
         (moist - 0.40f) * 2.0f + 0.60f * region + 0.55f * patch + 0.40f * clump +
             1.2f * ramp((steep - 0.12f) * 2.5f) - 0.25f - 4.0f * ramp(above_trees / 160.0f) -
             3.0f * ramp((steep - 0.66f) * 6.0f) - 3.0f * ramp((beach + 4.0f - height) / 4.0f),
         0.16f + blur);
-    c.sand[i] = step_up((beach - height + 1.0f * patch) / 1.5f, 0.6f + blur) *
+    c.sand[i] = step_up(beach - height + 0.7f * patch + 0.4f * clump, 0.5f + blur) *
                 step_up(0.30f - steep, 0.08f);
     c.scree[i] = step_up((steep - 0.50f) / 0.12f + 0.55f * patch + 0.30f * clump +
                              clamped(above_trees / 300.0f, -3.0f, 0.6f),
@@ -99,7 +99,7 @@ void spread_covers(const GroundPacket& g, const NoisePlaces& places, const Clima
   c.patch = sum_noise(places, 7, 5, climate.seed + kPatch);
   c.clump = sum_noise(places, 4, 0, climate.seed + kClump);
   draw_covers(g, static_cast<float>(climate.snow_line_m), static_cast<float>(climate.tree_line_m),
-              climate.has_sea ? 4.0f : -1e6f, c);
+              climate.has_sea ? 1.8f : -1e6f, c);
 }
 
 /// A colour of cultivated land, and how far from a hedge.
