@@ -183,8 +183,10 @@ class TruthTracer {
           for (std::int64_t i = begin; i < end; ++i) {
             const std::size_t pixel = candidates[static_cast<std::size_t>(i)];
             const auto width = static_cast<std::size_t>(grid_.width_px);
-            const Eigen::Vector2d center(static_cast<double>(pixel % width) + 0.5,
-                                         static_cast<double>(pixel / width) + 0.5);
+            const std::size_t x = pixel % width;
+            const std::size_t y = pixel / width;
+            const Eigen::Vector2d center(static_cast<double>(x) + 0.5,
+                                         static_cast<double>(y) + 0.5);
             for (const auto& shift : kShifts) {
               const Eigen::Vector2d place = center + Eigen::Vector2d(shift[0], shift[1]);
               scratch.rays.push_back(

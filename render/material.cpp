@@ -24,20 +24,18 @@ TERRACAST_PACKET_INLINE float step_up(float x, float width) {
 TERRACAST_PACKET_INLINE float ramp(float x) { return clamped(x, 0.0f, 1.0f); }
 
 /// Streams of noise; each idea has its own.
-enum Stream : std::uint32_t {
-  kRegion = 11,
-  kPatch = 23,
-  kClump = 37,
-  kTrees = 41,
-  kCoarseGrain = 53,
-  kGrain = 67,
-  kFineGrain = 79,
-  kStrata = 83,
-  kCracks = 97,
-  kStones = 101,
-  kWaves = 113,
-  kFieldWarp = 127,
-};
+constexpr std::uint32_t kRegion = 11;
+constexpr std::uint32_t kPatch = 23;
+constexpr std::uint32_t kClump = 37;
+constexpr std::uint32_t kTrees = 41;
+constexpr std::uint32_t kCoarseGrain = 53;
+constexpr std::uint32_t kGrain = 67;
+constexpr std::uint32_t kFineGrain = 79;
+constexpr std::uint32_t kStrata = 83;
+constexpr std::uint32_t kCracks = 97;
+constexpr std::uint32_t kStones = 101;
+constexpr std::uint32_t kWaves = 113;
+constexpr std::uint32_t kFieldWarp = 127;
 
 /// Shares of the ground's covers at a packet, each over all that is listed before it.
 struct Covers {

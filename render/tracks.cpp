@@ -21,7 +21,13 @@ const double kWantedParallax_rad = geo::radians_from_degrees(0.5);
 constexpr std::uint64_t kStream = 0x747261636b73;  // "tracks"
 
 /// How good a candidate is for triangulation.
-enum Grade { kUnseen, kSeenOnce, kSeenTwice, kSeenOften, kWellSeen, kNumGrades };
+using Grade = std::size_t;
+constexpr Grade kUnseen = 0;
+constexpr Grade kSeenOnce = 1;
+constexpr Grade kSeenTwice = 2;
+constexpr Grade kSeenOften = 3;
+constexpr Grade kWellSeen = 4;
+constexpr std::size_t kNumGrades = 5;
 
 struct Candidate {
   Eigen::Vector3d point_world = Eigen::Vector3d::Zero();
@@ -42,7 +48,7 @@ world::WorldRay candidate_ray(const ViewTable& views, std::uint64_t number, std:
 }
 
 Grade grade_of(const std::vector<Eigen::Vector3d>& directions) {
-  if (directions.size() < 3) return static_cast<Grade>(directions.size());
+  if (directions.size() < 3) return directions.size();
   double widest = 1.0;
   for (std::size_t i = 0; i < directions.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) widest = std::min(widest, directions[i].dot(directions[j]));
