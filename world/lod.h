@@ -19,14 +19,15 @@ struct Viewpoint {
 
 /// Config `[detail]`: how fine terrain is near the cameras.
 struct DetailOptions {
-  double cell_px = 2.0;          ///< a cell may span this many pixels before it is split
-  double finest_spacing_m = 1.0; ///< never finer than this; a power of two
+  double cell_px = 2.0;           ///< a cell may span this many pixels before it is split
+  double finest_spacing_m = 1.0;  ///< never finer than this; a power of two
 
   template <class Visitor>
   void describe(Visitor& visit) {
     visit.key("cell_px", cell_px, "A terrain cell is split when it spans more pixels than this.",
               core::between(0.25, 64.0));
-    visit.key("finest_spacing_m", finest_spacing_m, "Spacing of the finest terrain samples; a power of two.",
+    visit.key("finest_spacing_m", finest_spacing_m,
+              "Spacing of the finest terrain samples; a power of two.",
               core::between(0.125, 1024.0));
   }
   void validate() const;  ///< throws Config: spacing not a power of two
@@ -36,7 +37,8 @@ struct DetailOptions {
 /// Whether a tile is too coarse for at least one viewpoint: its spacing, seen at the least distance between the
 /// viewpoint and the tile's box, spans more than cell_px pixels. Depends on the tile's own bounds only, so that the tiler
 /// (which grows the tree from the top) and the renderer (which reads it) decide alike.
-bool wants_refinement(const TileInfo& tile, std::span<const Viewpoint> viewpoints, const DetailOptions& options);
+bool wants_refinement(const TileInfo& tile, std::span<const Viewpoint> viewpoints,
+                      const DetailOptions& options);
 
 /// A tile of a cut, and which of its sides meet a coarser neighbour.
 struct CutTile {

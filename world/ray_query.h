@@ -26,10 +26,10 @@ struct WorldRay {
 /// The first crossing of a ray with the true surface (the stitched triangles of the cut, in double).
 struct SurfaceHit {
   double t = std::numeric_limits<double>::infinity();  ///< +inf: sky
-  std::uint32_t tile_index = 0;   ///< into RayQuery::cut()
-  std::uint16_t cell_x = 0;       ///< cell of the tile, 0 … kTileCells - 1
+  std::uint32_t tile_index = 0;                        ///< into RayQuery::cut()
+  std::uint16_t cell_x = 0;                            ///< cell of the tile, 0 … kTileCells - 1
   std::uint16_t cell_y = 0;
-  std::uint8_t upper = 0;         ///< 0: the triangle at (x, y); 1: the one at (x+1, y+1)
+  std::uint8_t upper = 0;  ///< 0: the triangle at (x, y); 1: the one at (x+1, y+1)
   Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();  ///< unit, of the triangle, upward
 
   bool is_sky() const { return t == std::numeric_limits<double>::infinity(); }
@@ -40,14 +40,15 @@ enum class Coherence { Coherent, Incoherent };
 
 /// Config `[tracing]`.
 struct RayQueryOptions {
-  double memory_bytes = 8e9;                 ///< tiles and their scenes
-  std::string embree_profile = "widest";     ///< "widest": the machine's; or as rtcNewDevice takes it
+  double memory_bytes = 8e9;              ///< tiles and their scenes
+  std::string embree_profile = "widest";  ///< "widest": the machine's; or as rtcNewDevice takes it
   /// Moves the origin of each tile's float frame off its centre, x and y modulo a cell; results do not depend on it.
   Eigen::Vector3d local_origin_world = Eigen::Vector3d::Zero();
 
   template <class Visitor>
   void describe(Visitor& visit) {
-    visit.key("memory_bytes", memory_bytes, "Bound on the memory of loaded tiles and their ray-tracing scenes.",
+    visit.key("memory_bytes", memory_bytes,
+              "Bound on the memory of loaded tiles and their ray-tracing scenes.",
               core::between(64e6, 1e13));
     visit.key("embree_profile", embree_profile,
               "Embree's instruction set and widths, such as \"isa=avx2,frequency_level=simd256\"; "
@@ -58,18 +59,18 @@ struct RayQueryOptions {
 /// What a surface is made of at a hit, interpolated over its triangle.
 struct SurfaceSample {
   Cover cover = Cover::Land;
-  double moisture = 0.0;       ///< 0 … 1
-  std::uint8_t source = 0;     ///< of the triangle's nearest sample
-  double spacing_m = 0.0;      ///< of the tile
+  double moisture = 0.0;    ///< 0 … 1
+  std::uint8_t source = 0;  ///< of the triangle's nearest sample
+  double spacing_m = 0.0;   ///< of the tile
 };
 
 struct RayQueryStats {
-  std::uint64_t num_tiles_loaded = 0;    ///< reads from disk, prefetched ones included
-  std::uint64_t num_tiles_waited = 0;    ///< loads that a ray had to wait for
+  std::uint64_t num_tiles_loaded = 0;  ///< reads from disk, prefetched ones included
+  std::uint64_t num_tiles_waited = 0;  ///< loads that a ray had to wait for
   std::uint64_t num_tiles_evicted = 0;
   std::uint64_t bytes_resident = 0;
   std::uint64_t peak_bytes_resident = 0;
-  std::uint64_t num_recasts = 0;         ///< proposals that the double walk refused and asked Embree again
+  std::uint64_t num_recasts = 0;  ///< proposals that the double walk refused and asked Embree again
 };
 
 /// Rays against a frozen cut of a world. Rays pass from tile to tile in double. In a tile Embree proposes, double decides:
@@ -94,7 +95,8 @@ class RayQuery {
   /// First crossings in [t_min, t_max]. A ray that starts on the surface (within kOnSurface_m) crosses it only where it
   /// sinks below; one that starts under it crosses at t_min.
   /// hits    as many as rays
-  void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits, Coherence coherence) const;
+  void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
+                 Coherence coherence) const;
 
   /// Whether there is a crossing in [t_min, t_max]: exactly what intersect says, without finding out more. For light and
   /// for visibility.

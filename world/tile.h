@@ -34,7 +34,9 @@ struct Tile {
     return static_cast<std::size_t>(j) * kTileSamples + static_cast<std::size_t>(i);
   }
   /// World z of a sample, exact.
-  double z_world(int i, int j) const { return center_z_m + height_steps[sample(i, j)] * kHeightStep_m; }
+  double z_world(int i, int j) const {
+    return center_z_m + height_steps[sample(i, j)] * kHeightStep_m;
+  }
   double lowest_z_world() const;
   double highest_z_world() const;
 };

@@ -35,7 +35,9 @@ struct TileId {
 
   TileId parent() const { return {level + 1, x >> 1, y >> 1}; }
   /// quadrant   bit 0: east, bit 1: north
-  TileId child(int quadrant) const { return {level - 1, 2 * x + (quadrant & 1), 2 * y + (quadrant >> 1)}; }
+  TileId child(int quadrant) const {
+    return {level - 1, 2 * x + (quadrant & 1), 2 * y + (quadrant >> 1)};
+  }
   TileId neighbour(int dx, int dy) const { return {level, x + dx, y + dy}; }
   bool contains(const TileId& other) const;
 

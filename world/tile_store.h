@@ -15,16 +15,18 @@ namespace terracast::world {
 
 /// Where heights come from; Tile::source counts these.
 struct SourceInfo {
-  std::string name;             ///< file name without folder, or "procedural", "sea", "extended", "filled void"
-  std::string kind;             ///< raster, procedural, analytic, sea, extend, void
-  std::string horizontal_crs;   ///< as GDAL names it; empty for those that are not rasters
-  std::string vertical_datum;   ///< ellipsoid, egm96
-  std::string pipeline;         ///< the PROJ pipeline from its CRS to latitude and longitude; empty for identity
-  double spacing_m = 0.0;       ///< between its samples on the ground
-  std::string content_hash;     ///< of the file or of the parameters
-  std::string licence;          ///< as the config states it
-  std::int64_t num_voids = 0;          ///< samples of the source without a value
-  std::int64_t num_voids_filled = 0;   ///< of these, filled from their surroundings
+  std::string
+      name;  ///< file name without folder, or "procedural", "sea", "extended", "filled void"
+  std::string kind;            ///< raster, procedural, analytic, sea, extend, void
+  std::string horizontal_crs;  ///< as GDAL names it; empty for those that are not rasters
+  std::string vertical_datum;  ///< ellipsoid, egm96
+  std::string
+      pipeline;  ///< the PROJ pipeline from its CRS to latitude and longitude; empty for identity
+  double spacing_m = 0.0;             ///< between its samples on the ground
+  std::string content_hash;           ///< of the file or of the parameters
+  std::string licence;                ///< as the config states it
+  std::int64_t num_voids = 0;         ///< samples of the source without a value
+  std::int64_t num_voids_filled = 0;  ///< of these, filled from their surroundings
 };
 
 /// One tile of a store.
@@ -40,18 +42,18 @@ struct TileInfo {
 /// What a store is. manifest.json holds neither threads, hosts, times nor absolute paths.
 struct WorldManifest {
   std::string name;
-  std::string input_hash;        ///< of everything that determines the tiles
-  geo::Geodetic origin;          ///< of the world frame
-  double size_m = 0.0;           ///< side of the square of the world, centred on the origin
-  int finest_level = 0;          ///< anywhere
-  int base_level = 0;            ///< the coarsest level that covers the square fully by measured samples
-  int coarsest_level = 0;        ///< covers the apron too; every place of it is in a tile of this level
-  int measured_level = 0;        ///< levels from here up hold no synthetic detail
-  double apron_radius_m = 0.0;   ///< tiles reach at least this far from the origin
-  std::string outside;           ///< error, sea, extend: what the config asked for where coverage is missing
+  std::string input_hash;  ///< of everything that determines the tiles
+  geo::Geodetic origin;    ///< of the world frame
+  double size_m = 0.0;     ///< side of the square of the world, centred on the origin
+  int finest_level = 0;    ///< anywhere
+  int base_level = 0;      ///< the coarsest level that covers the square fully by measured samples
+  int coarsest_level = 0;  ///< covers the apron too; every place of it is in a tile of this level
+  int measured_level = 0;  ///< levels from here up hold no synthetic detail
+  double apron_radius_m = 0.0;  ///< tiles reach at least this far from the origin
+  std::string outside;  ///< error, sea, extend: what the config asked for where coverage is missing
   std::uint64_t seed = 0;
   std::vector<SourceInfo> sources;
-  std::vector<TileInfo> tiles;   ///< sorted by id
+  std::vector<TileInfo> tiles;  ///< sorted by id
 };
 
 /// A finished world folder:
