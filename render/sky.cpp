@@ -40,13 +40,14 @@ double turbidity_of(double visibility_m) {
   return std::clamp((rayleigh_depth + mie_depth) / rayleigh_depth, 2.4, 10.0);
 }
 
-Color linear_srgb_from_xyy(double x, double y, double luminance) {
-  const double X = luminance * x / y;
-  const double Z = luminance * (1.0 - x - y) / y;
-  const double r = 3.2404542 * X - 1.5371385 * luminance - 0.4985314 * Z;
-  const double g = -0.9692660 * X + 1.8760108 * luminance + 0.0415560 * Z;
-  const double b = 0.0556434 * X - 0.2040259 * luminance + 1.0572252 * Z;
-  return Color(static_cast<float>(r), static_cast<float>(g), static_cast<float>(b)).max(0.0f);
+Color linear_srgb_from_xyy(float x, float y, float luminance) {
+  // CIE XYZ, with Y the luminance, into the primaries of sRGB.
+  const float cie_x = luminance * x / y;
+  const float cie_z = luminance * (1.0f - x - y) / y;
+  return Color(3.2404542f * cie_x - 1.5371385f * luminance - 0.4985314f * cie_z,
+               -0.9692660f * cie_x + 1.8760108f * luminance + 0.0415560f * cie_z,
+               0.0556434f * cie_x - 0.2040259f * luminance + 1.0572252f * cie_z)
+      .max(0.0f);
 }
 
 float perez_function(const std::array<float, 5>& c, float cos_zenith, float angle, float cos_sun) {
