@@ -17,6 +17,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Rays that travel together. Those in the same tile are cast as packets, so that packets are full where rays diverge.
 constexpr std::size_t kBatch = 64;
+/// A ray that comes into its first tile so soon after its start may have started on the surface beside it.
+constexpr double kStartsAtSide_m = 0x1.0p-20;
 /// Tiles farther from a viewer than this many of their sides are not fetched beforehand.
 constexpr double kPrefetchSides = 4.0;
 
@@ -74,7 +76,10 @@ struct RayQuery::Impl {
           static_cast<float>(ray.walk.direction_world[axis] * ray.inverse_length);
     ray.t_max = given.t_max;
     ray.has_crossing = false;
-    return map.first_passage(ray.walk, given.t_min, given.t_max, hint, ray.passage);
+    if (!map.first_passage(ray.walk, given.t_min, given.t_max, hint, ray.passage)) return false;
+    ray.may_be_on_surface =
+        ray.passage.side < 0 || (ray.passage.t_entry - given.t_min) * length_m <= kStartsAtSide_m;
+    return true;
   }
 
   /// Carries all rays from tile to tile until each has crossed the surface or left; finish(i, ray) takes each.
@@ -118,6 +123,7 @@ struct RayQuery::Impl {
         for (std::size_t lane = 0; lane < num_lanes; ++lane) {
           RayState& ray = *lanes[lane];
           if (ray.has_crossing || !map.next_passage(ray.walk, ray.t_max, ray.passage)) continue;
+          ray.may_be_on_surface = ray.is_on_surface;
           tile_of[indices[lane]] = ray.passage.tile;
           travelling[num_waiting++] = indices[lane];
         }

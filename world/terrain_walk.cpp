@@ -72,32 +72,37 @@ class AxisWalk {
 /// The state of a walk between triangles.
 class ClearanceTest {
  public:
-  ClearanceTest(const WalkSpan& span, bool starts_at_entry)
-      : span_(span), is_first_(true), is_on_surface_(starts_at_entry) {}
+  explicit ClearanceTest(const WalkSpan& span)
+      : span_(span),
+        starts_at_entry_(span.t_from <= span.t_entry),
+        is_on_surface_(starts_at_entry_ && span.may_be_on_surface) {}
 
   /// Whether the clearance a + b t has its first zero in [t_in, t_out].
   bool crosses(double a, double b, double t_in, double t_out) {
     const double g_in = a + b * t_in;
     g_out_ = a + b * t_out;
-    if (is_on_surface_ && is_first_) {
-      was_clear_at_entry_ = span_.t_clear <= span_.t_entry && g_in > span_.clear_m;
-      if (was_clear_at_entry_) return false;
-      if (g_in < -kOnSurface_m) return found(t_in);
-      is_on_surface_ = g_in <= kOnSurface_m;
+    if (is_first_) {
+      is_first_ = false;
+      if (starts_at_entry_) {
+        was_clear_at_entry_ = span_.t_clear <= span_.t_entry && g_in > span_.clear_m;
+        if (was_clear_at_entry_) return false;
+        if (is_on_surface_ && g_in < -kOnSurface_m) return found(t_in);
+        is_on_surface_ = is_on_surface_ && g_in <= kOnSurface_m;
+      } else {
+        was_under_ = g_in <= 0.0;
+      }
     }
     if (is_on_surface_) {
-      is_first_ = false;
       if (g_out_ < -kOnSurface_m) return found(root(a, b, t_in, t_out));
       is_on_surface_ = g_out_ <= kOnSurface_m;
       return false;
     }
-    was_under_ = is_first_ && g_in <= 0.0;
-    is_first_ = false;
     if (g_in <= 0.0) return found(t_in);
     if (g_out_ <= 0.0) return found(root(a, b, t_in, t_out));
     return false;
   }
   double t() const { return t_; }
+  bool is_on_surface() const { return is_on_surface_; }
   /// The walk began under the surface although it was to begin above it.
   bool was_under() const { return was_under_; }
   bool was_clear_at_entry() const { return was_clear_at_entry_; }
@@ -113,8 +118,9 @@ class ClearanceTest {
   }
 
   const WalkSpan& span_;
-  bool is_first_;
+  bool starts_at_entry_;
   bool is_on_surface_;
+  bool is_first_ = true;
   bool was_under_ = false;
   bool was_clear_at_entry_ = false;
   double g_out_ = 0.0;
@@ -264,7 +270,7 @@ WalkResult walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkS
   AxisWalk rows(grid.corner_y_world, grid.spacing_m, o.y(), d.y(), ray.inverse_y);
   columns.start(grid.column_at(o.x() + span.t_from * d.x()), span.t_from);
   rows.start(grid.row_at(o.y() + span.t_from * d.y()), span.t_from);
-  ClearanceTest clearance(span, span.t_from <= span.t_entry);
+  ClearanceTest clearance(span);
   for (;;) {
     const int i = columns.cell();
     const int j = rows.cell();
@@ -299,7 +305,10 @@ WalkResult walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkS
       return frame.crossing(clearance.t(), i, j, is_upper, plane);
     }
     AxisWalk& next = columns.t_out() <= rows.t_out() ? columns : rows;
-    if (next.t_out() >= span.t_exit) return result;
+    if (next.t_out() >= span.t_exit) {
+      result.is_on_surface = clearance.is_on_surface();
+      return result;
+    }
     if (clearance.is_clear(t_out)) {
       result.end = WalkResult::End::Clear;
       result.t = t_out;

@@ -52,8 +52,10 @@ WalkRay walk_ray(const Eigen::Vector3d& origin_world, const Eigen::Vector3d& dir
 /// What part of a ray is walked.
 struct WalkSpan {
   double t_entry = 0.0;  ///< where the ray starts or enters the tile
-  double t_exit = 0.0;   ///< where it ends or leaves the tile; at t_entry or later
-  double t_from = 0.0;   ///< where the walk begins: known to be above the surface, or t_entry
+  /// Whether the ray may lie on the surface at t_entry: it starts there, or has kept to the surface since its start.
+  bool may_be_on_surface = false;
+  double t_exit = 0.0;  ///< where it ends or leaves the tile; at t_entry or later
+  double t_from = 0.0;  ///< where the walk begins: known to be above the surface, or t_entry
   /// The walk may end here or later when it is clear_m above the surface.
   double t_clear = 0.0;
   double clear_m = 0.0;
@@ -62,7 +64,8 @@ struct WalkSpan {
 struct WalkResult {
   enum class End { Crossed, Left, Clear };
   End end = End::Left;
-  double t = 0.0;  ///< of the crossing, or where the ray is clear
+  double t = 0.0;              ///< of the crossing, or where the ray is clear
+  bool is_on_surface = false;  ///< of a ray that left: it has kept to the surface all the way
   int cell_x = 0;
   int cell_y = 0;
   bool is_upper = false;
@@ -75,9 +78,10 @@ struct WalkResult {
 /// In each triangle the clearance g(t) = z of the ray - z of the plane is linear; the first
 /// triangle at whose end g <= 0 holds the crossing, at the root of g. Each triangle's verdict
 /// depends on the ray, the triangle and t_entry alone, never on t_from: wherever a walk begins, it
-/// finds the same crossing to the last bit. At t_entry: more than kOnSurface_m under the surface is
-/// a crossing there; within kOnSurface_m of the surface the ray is on it, and crosses only where it
-/// sinks deeper than that.
+/// finds the same crossing to the last bit.
+///
+/// A ray that is on or under the surface at t_entry crosses it there. But one that may lie on the surface crosses there only
+/// when it is more than kOnSurface_m below, and, as long as it keeps within kOnSurface_m, only where it sinks deeper.
 ///
 /// The common case, a crossing of the very triangle above which the walk begins, is found without walking, by the same
 /// arithmetic.

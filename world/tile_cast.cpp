@@ -81,6 +81,7 @@ class TileCaster {
   bool prepare(RayState& ray) const {
     const TilePassage& passage = ray.passage;
     ray.t_cast = passage.t_entry;
+    ray.is_on_surface = false;
     if (ray.walk.direction_world.z() < 0.0) {
       // A falling ray starts well above the tile's highest point, where it is clear whatever lies below.
       const double t_high = passage.t_top + 2.0 * scene_.clear_m() * ray.walk.inverse_z;
@@ -201,10 +202,12 @@ class TileCaster {
   bool walk(RayState& ray, const Range& range) const {
     const WalkResult result = walk_terrain(scene_.grid(), ray.walk,
                                            {.t_entry = ray.passage.t_entry,
+                                            .may_be_on_surface = ray.may_be_on_surface,
                                             .t_exit = ray.passage.t_exit,
                                             .t_from = range.from,
                                             .t_clear = range.until,
                                             .clear_m = scene_.clear_m()});
+    ray.is_on_surface = result.is_on_surface;
     if (result.end == WalkResult::End::Clear) {
       ray.t_cast = result.t;
       return true;

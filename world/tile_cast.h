@@ -17,6 +17,9 @@ struct RayState {
   double t_max = 0.0;
   TilePassage passage;  ///< through the tile where it is now
   double t_cast = 0.0;  ///< from where Embree looks
+  /// Whether it may have lain on the surface where it came into the tile, and whether it still does.
+  bool may_be_on_surface = false;
+  bool is_on_surface = false;
   bool has_crossing = false;
   WalkResult crossing;
 };

@@ -35,7 +35,7 @@ struct TileInfo {
   double lowest_z_world = 0.0;
   double highest_z_world = 0.0;
   std::uint64_t num_bytes = 0;
-  std::string content_hash;
+  std::string content_hash = {};
   geo::Box3d box_world() const;
 };
 

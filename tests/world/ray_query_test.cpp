@@ -163,6 +163,28 @@ TEST(RayStarts, ARayThatLeavesTheSurfaceDoesNotHitItsStart) {
   }
 }
 
+// A ray from a tile's border into the tile beside its own was stopped by its start when its own tile lay all below it.
+TEST(RayStarts, ARayThatLeavesFromABorderDoesNotHitItsStart) {
+  const test::ScratchFolder folder;
+  const TileStore store =
+      test::make_tiny_world(folder / "world", [](double, double) { return 8.1; });
+  const RayQuery query(store, finest_cut(store), {});
+  const double z = *query.surface_z_world(0.0, 0.0);
+  for (const double x : {0.0, 1e-9, -1e-9})
+    for (const double y : {0.0, 512.3})
+      for (const double dx : {-1.0, 0.0, 1.0})
+        for (const double dy : {-0.7, 0.0, 0.7})
+          for (const double dz : {0.0, 1e-12, 1e-6, 1.0}) {
+            if (dx == 0.0 && dy == 0.0 && dz == 0.0) continue;
+            for (const double off_m : {0.0, 1e-13, -1e-13}) {
+              const WorldRay ray{.origin_world = {x, y, z + off_m},
+                                 .direction_world = {dx, dy, dz}};
+              EXPECT_TRUE(cast(query, ray).is_sky()) << x << " " << y << " " << dx << " " << dy;
+              EXPECT_FALSE(is_blocked(query, ray));
+            }
+          }
+}
+
 TEST(RayStarts, EveryHitSeesTheCameraThatSawIt) {
   const test::ScratchFolder folder;
   const TileStore store =
