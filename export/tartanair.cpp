@@ -7,7 +7,7 @@
 // Pose     camera to world: tx ty tz qx qy qz qw.
 // Depth    planar, the bytes of a little-endian float32 in an RGBA PNG in the order in which OpenCV
 // hands them out
-//          (B, G, R, A): R is byte 2, G byte 1, B byte 0, A byte 3. Sky 1e5 m.
+//          (B, G, R, A): R is byte 2, G byte 1, B byte 0, A byte 3. Sky 1e5 m or as told.
 // Flow     px, from this frame to the next and back. In view: lands in the image. Co-visible: the
 // ray from the other
 //          frame's camera to the exact hit point is free; depths are never compared. Sky turns with
@@ -36,7 +36,6 @@ using core::ErrorKind;
 using core::fail;
 
 constexpr const char* kFormat = "tartanair";
-constexpr float kSkyDepth_m = 1e5F;
 constexpr double kBaseline_m = 0.25;
 
 Eigen::Matrix3d ned_from_enu() {
@@ -55,18 +54,18 @@ std::string pose_line(const geo::Rigid3d& enu_from_camera) {
 }
 
 /// Depth as a float32's bytes in the order that OpenCV undoes.
-core::Image8 depth_png(const core::ImageF& depth_m, const std::string& where) {
+core::Image8 depth_png(const core::ImageF& depth_m, float sky_depth_m, const std::string& where) {
   core::Image8 rgba(depth_m.width(), depth_m.height(), 4);
   for (int y = 0; y < depth_m.height(); ++y) {
     for (int x = 0; x < depth_m.width(); ++x) {
       float value_m = depth_m(x, y);
       if (std::isinf(value_m)) {
-        value_m = kSkyDepth_m;
-      } else if (!(value_m < kSkyDepth_m)) {
+        value_m = sky_depth_m;
+      } else if (!(value_m < sky_depth_m)) {
         fail(ErrorKind::Input,
-             "{}, pixel ({}, {}): a depth of {} m cannot be told from the sky's {} m; the format "
-             "holds less",
-             where, x, y, value_m, kSkyDepth_m);
+             "{}, pixel ({}, {}): a depth of {} m cannot be told from the sky's {} m; a greater "
+             "sky_depth_m in this export would do",
+             where, x, y, value_m, sky_depth_m);
       }
       const auto bits = std::bit_cast<std::uint32_t>(value_m);
       rgba(x, y, 0) = static_cast<std::uint8_t>(bits >> 16);
@@ -179,6 +178,10 @@ class TartanAirExporter final : public Exporter {
               "Form of the optical flow: npz (float32, both ways, masks) or png (1/64 px, forward, "
               "at most 512 px).",
               core::one_of({"npz", "png"}));
+    visit.key("sky_depth_m", sky_depth_m_,
+              "Depth of the sky. Ground as far as that is refused: from on high it can be seen "
+              "beyond 100 km.",
+              core::between(1.0, 1e9));
   }
 
   std::unique_ptr<Exporter> clone() const override {
@@ -238,7 +241,9 @@ class TartanAirExporter final : public Exporter {
           "Camera (x forward, y right, z down) to world: tx ty tz qx qy qz qw, a line a frame."},
          {"depth",
           "Along the optical axis, metres; float32 bytes in an RGBA PNG, in OpenCV's order."},
-         {"sky", "Depth 100000; flow of the direction at infinity, never co-visible; class sky."},
+         {"sky", fmt::format("Depth {}; flow of the direction at infinity, never co-visible; "
+                             "class sky.",
+                             static_cast<float>(sky_depth_m_))},
          {"flow",
           flow_ == "npz"
               ? "Pixels to the next frame and back, float32; masks by rays, not by depths."
@@ -248,6 +253,7 @@ class TartanAirExporter final : public Exporter {
          {"imu", "None in this version."}},
         {"dataset.json: this file",
          "georeference.csv: every camera's place on WGS84 and its rotation there"});
+    description.set("sky_depth_m", static_cast<double>(static_cast<float>(sky_depth_m_)));
     description.set("sequences", std::move(list));
     writer.finish(std::move(description));
   }
@@ -286,9 +292,8 @@ class TartanAirExporter final : public Exporter {
     return describe_sequence(sequence, local, name, path, georeference, exported);
   }
 
-  static void write_images(const capture::SequenceReader& sequence, int frame,
-                           const ExportedCamera& each, const std::string& path,
-                           DatasetWriter& writer) {
+  void write_images(const capture::SequenceReader& sequence, int frame, const ExportedCamera& each,
+                    const std::string& path, DatasetWriter& writer) const {
     const auto file = [&](const char* kind, const char* suffix) {
       return fmt::format("{}/{}_{}/{:06}_{}{}.png", path, kind, each.name, frame, each.name,
                          suffix);
@@ -306,6 +311,7 @@ class TartanAirExporter final : public Exporter {
           sequence.info().cameras[static_cast<std::size_t>(each.camera_index)].intrinsics);
       writer.write(depth, core::encode_png(depth_png(
                               capture::depth_image(*model, facts.range_m),
+                              static_cast<float>(sky_depth_m_),
                               fmt::format("tartanair: frame {} of {}", frame, each.name))));
     }
     if (!has_seg) writer.write(seg, core::encode_png(segmentation(facts.semantic_id)));
@@ -341,6 +347,7 @@ class TartanAirExporter final : public Exporter {
   std::string environment_;
   std::string difficulty_ = "easy";
   std::string flow_ = "npz";
+  double sky_depth_m_ = 1e5;
 };
 
 }  // namespace

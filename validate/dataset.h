@@ -84,6 +84,7 @@ struct Dataset {
   std::filesystem::path root;
   std::string format;
   std::string world_name;
+  float sky_depth_m = 1e5F;  ///< TartanAir: the depth of the sky
   std::map<std::string, FileRecord> files;
   std::vector<Sequence> sequences;
 };

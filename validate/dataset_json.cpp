@@ -163,6 +163,11 @@ Dataset read_dataset(const std::filesystem::path& root, const std::string& forma
          format);
   findings.attempt("dataset.json", [&] {
     dataset.world_name = json.at("world").at("name").string();
+    if (json.has("sky_depth_m")) {
+      dataset.sky_depth_m = static_cast<float>(json.at("sky_depth_m").number());
+      if (!(dataset.sky_depth_m > 0.0F) || !std::isfinite(dataset.sky_depth_m))
+        fail(ErrorKind::Input, "dataset.json: sky_depth_m = {}", dataset.sky_depth_m);
+    }
     for (const auto& [path, record] : json.at("files").members()) {
       const std::int64_t num_bytes = record.at("bytes").integer();
       if (!is_safe_relative_path(path) || num_bytes < 0)

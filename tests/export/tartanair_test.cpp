@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "core/error.h"
 #include "core/json.h"
 #include "tests/export/exported.h"
 #include "tests/export/readers.h"
@@ -133,6 +135,29 @@ TEST_F(TartanAir, DepthsBackProjectOntoTheScene) {
       EXPECT_GT(num_sky, 0);
     }
   }
+}
+
+TEST_F(TartanAir, SkyStandsBeyondTheGroundOrIsRefused) {
+  run_export(*folder / "capture", "format = \"tartanair\"\nsky_depth_m = 1e6", *folder / "far");
+  const fs::path path = "tartanair/TinyWorld/Data_easy/P000/depth_lcam_front";
+  const std::string name = "000000_lcam_front_depth.png";
+  const cv::Mat coded = cv::imread((*folder / "far" / path / name).string(), cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(coded.type(), CV_8UC4);
+  const cv::Mat usual = depth("lcam_front", 0);
+  float farthest_m = 0.0F;
+  for (int v = 0; v < 640; ++v) {
+    for (int u = 0; u < 640; ++u) {
+      float value_m = 0.0F;
+      std::memcpy(&value_m, coded.ptr(v, u), 4);
+      const float expected_m = usual.at<float>(v, u);
+      ASSERT_EQ(value_m, expected_m == 1e5F ? 1e6F : expected_m);
+      if (expected_m != 1e5F) farthest_m = std::max(farthest_m, expected_m);
+    }
+  }
+  EXPECT_EQ(Json::read(*folder / "far/tartanair/dataset.json").at("sky_depth_m").number(), 1e6);
+  const std::string near =
+      fmt::format("format = \"tartanair\"\nsky_depth_m = {}", static_cast<double>(farthest_m) / 2);
+  EXPECT_THROW(run_export(*folder / "capture", near, *folder / "near"), core::Error);
 }
 
 TEST_F(TartanAir, PosesAreTheFlights) {

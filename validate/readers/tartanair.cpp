@@ -17,9 +17,6 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 
-/// The sky's depth (and any other beyond it) is no depth.
-constexpr float kSkyDepth_m = 1e5F;
-
 /// The readers of this format have 320 written into their code.
 constexpr Intrinsics kFixedCamera{640, 640, 320.0, 320.0, 320.0, 320.0};
 
@@ -153,12 +150,12 @@ core::ImageF TartanAirReader::depth(const Dataset& dataset, const Camera& camera
         static_cast<std::uint32_t>(p[2]) | static_cast<std::uint32_t>(p[1]) << 8 |
         static_cast<std::uint32_t>(p[0]) << 16 | static_cast<std::uint32_t>(p[3]) << 24;
     const auto value = std::bit_cast<float>(bits);
-    if (!(value > 0.0F) || value > kSkyDepth_m)
+    if (!(value > 0.0F) || value > dataset.sky_depth_m)
       fail(ErrorKind::Input,
            "{}: depth {} at pixel ({}, {}); more than 0 and at most {} (sky) is right", path, value,
            i % static_cast<std::size_t>(rgba.width()), i / static_cast<std::size_t>(rgba.width()),
-           kSkyDepth_m);
-    depth.data()[i] = value < kSkyDepth_m ? value : std::numeric_limits<float>::quiet_NaN();
+           dataset.sky_depth_m);
+    depth.data()[i] = value < dataset.sky_depth_m ? value : std::numeric_limits<float>::quiet_NaN();
   }
   return depth;
 }
