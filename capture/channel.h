@@ -9,8 +9,9 @@ namespace terracast::capture {
 
 /// A channel of a camera's facts file (OpenEXR). One geometry-only ray through each pixel's centre feeds all of them.
 struct ChannelInfo {
-  std::string_view name;     ///< in the file; chosen so that image tools do not take it for something else
-  std::string_view type;     ///< float, half, uint
+  std::string_view
+      name;  ///< in the file; chosen so that image tools do not take it for something else
+  std::string_view type;  ///< float, half, uint
   std::string_view unit;
   std::string_view meaning;
   std::string_view invalid;  ///< how sky is written
@@ -26,8 +27,9 @@ inline constexpr std::uint32_t kNoPrimitive = 0xffffffffu;
 
 /// Bits of the channel `flags`. Visibility is that of the exact hit point, by a ray.
 enum FactFlag : std::uint32_t {
-  kEdge = 1u << 0,             ///< a ray shifted by 1e-3 px meets another object
-  kVisibleNext = 1u << 1,      ///< seen by the same camera in the next frame (in its image and not hidden)
+  kEdge = 1u << 0,  ///< a ray shifted by 1e-3 px meets another object
+  kVisibleNext =
+      1u << 1,  ///< seen by the same camera in the next frame (in its image and not hidden)
   kVisiblePrevious = 1u << 2,  ///< … in the previous frame
 };
 /// Seen by the sequence's camera number `camera_index` (of the same rig) at the same time.
@@ -37,7 +39,7 @@ inline constexpr int kMaxCameras = 24;
 /// Semantic classes of this version; the names stand in sequence.json.
 enum class SemanticClass : std::uint8_t {
   Sky = 0,
-  Outside = 1,   ///< the apron beyond the world
+  Outside = 1,  ///< the apron beyond the world
   Sea = 2,
   Rock = 3,
   Scree = 4,

@@ -26,13 +26,14 @@ struct CameraCalibration {
 
 /// What one camera recorded in one frame. All images have the camera's size.
 struct CameraFrame {
-  core::Image8 color;            ///< 3 channels, sRGB
-  core::ImageF range_m;          ///< along the ray; sky +inf
-  core::ImageF normal_world;     ///< 3 channels, unit; sky 0
-  core::ImageU32 semantic_id;    ///< SemanticClass
-  core::ImageU32 instance_id;    ///< 0: ground and sky
-  core::ImageU32 primitive_id;   ///< tile index << 17 | cell y << 9 | cell x << 1 | upper triangle; sky kNoPrimitive
-  core::ImageU32 flags;          ///< FactFlag and visible_in_camera
+  core::Image8 color;          ///< 3 channels, sRGB
+  core::ImageF range_m;        ///< along the ray; sky +inf
+  core::ImageF normal_world;   ///< 3 channels, unit; sky 0
+  core::ImageU32 semantic_id;  ///< SemanticClass
+  core::ImageU32 instance_id;  ///< 0: ground and sky
+  core::ImageU32
+      primitive_id;  ///< tile index << 17 | cell y << 9 | cell x << 1 | upper triangle; sky kNoPrimitive
+  core::ImageU32 flags;  ///< FactFlag and visible_in_camera
 };
 
 /// A file of a frame, relative to the sequence's folder.
@@ -47,10 +48,11 @@ struct FrameFile {
 struct CameraRecord {
   FrameFile color;
   FrameFile facts;
-  std::int64_t num_sky = 0;       ///< pixels
+  std::int64_t num_sky = 0;  ///< pixels
   std::int64_t num_outside = 0;
   std::int64_t num_edge = 0;
-  std::vector<std::int64_t> visible_tracks;  ///< ids of the track points that this camera sees, ascending
+  std::vector<std::int64_t>
+      visible_tracks;  ///< ids of the track points that this camera sees, ascending
   bool operator==(const CameraRecord&) const = default;
 };
 
@@ -75,15 +77,16 @@ struct TrackPoint {
 /// sequence.json: what all frames share; written before the first frame, the same by every shard.
 struct SequenceInfo {
   std::string name;
-  std::string input_hash;        ///< of all that determines the frames (world, rigs, motion, conditions, seeds, version)
+  std::string
+      input_hash;  ///< of all that determines the frames (world, rigs, motion, conditions, seeds, version)
   std::string world_name;
   std::string world_input_hash;
-  geo::Geodetic origin;          ///< of the world frame
+  geo::Geodetic origin;  ///< of the world frame
   std::string utc_start;
   double rate_hz = 0.0;
   int num_frames = 0;
   std::vector<CameraCalibration> cameras;
-  std::string config_toml;       ///< the resolved config, paths as written
+  std::string config_toml;            ///< the resolved config, paths as written
   std::vector<std::string> licences;  ///< of the sources
   bool operator==(const SequenceInfo&) const = default;
 

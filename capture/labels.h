@@ -20,7 +20,8 @@ struct CameraView {
 inline Eigen::Vector2d pixel_center(int x, int y) { return {x + 0.5, y + 0.5}; }
 
 /// Depth along the optical axis of a point at a range along the ray through `pixel`, m; +inf stays +inf.
-double depth_from_range(const geo::CameraModel& model, const Eigen::Vector2d& pixel, double range_m);
+double depth_from_range(const geo::CameraModel& model, const Eigen::Vector2d& pixel,
+                        double range_m);
 
 /// The point at a range along the ray through `pixel`.
 Eigen::Vector3d point_world(const CameraView& view, const Eigen::Vector2d& pixel, double range_m);
@@ -30,8 +31,8 @@ std::optional<Eigen::Vector2d> project(const CameraView& view, const Eigen::Vect
 
 /// Motion of the image point from view `from` to view `to`, px: of the hit point, or for sky (range +inf) of the
 /// direction at infinity. Nothing when it comes to lie behind the camera.
-std::optional<Eigen::Vector2d> flow(const CameraView& from, const CameraView& to, const Eigen::Vector2d& pixel,
-                                    double range_m);
+std::optional<Eigen::Vector2d> flow(const CameraView& from, const CameraView& to,
+                                    const Eigen::Vector2d& pixel, double range_m);
 
 /// Planar depth of a whole image, float32 rounded from double; sky +inf.
 core::ImageF depth_image(const geo::CameraModel& model, const core::ImageF& range_m);
@@ -40,6 +41,7 @@ core::ImageF depth_image(const geo::CameraModel& model, const core::ImageF& rang
 core::ImageF flow_image(const CameraView& from, const CameraView& to, const core::ImageF& range_m);
 
 /// Disparity of a rectified pair, px: focal length (px) times baseline (m) over depth; sky 0.
-core::ImageF disparity_image(const geo::CameraModel& left, double baseline_m, const core::ImageF& range_m);
+core::ImageF disparity_image(const geo::CameraModel& left, double baseline_m,
+                             const core::ImageF& range_m);
 
 }  // namespace terracast::capture

@@ -31,8 +31,8 @@ class Exporter {
   /// Writes the sequences into `folder` (the root of one dataset of the format). Parallel over frames; finished files whose
   /// sources did not change are kept; `dataset.json` is written last.
   /// throws    Config, Input: a modality that the format cannot hold truthfully (names frame, pixel, value); Io
-  virtual void write(const std::vector<capture::SequenceReader>& sequences, const std::filesystem::path& folder,
-                     const core::Context& context) const = 0;
+  virtual void write(const std::vector<capture::SequenceReader>& sequences,
+                     const std::filesystem::path& folder, const core::Context& context) const = 0;
 };
 
 struct ExporterInfo {
@@ -63,7 +63,8 @@ struct ExportOptions {
 
 /// Exports all sequences of a capture into `<out>/<format>` for each of the options.
 /// throws   as Exporter::write; the message names the format
-void run_export_stage(const std::filesystem::path& capture_folder, const std::vector<ExportOptions>& exports,
+void run_export_stage(const std::filesystem::path& capture_folder,
+                      const std::vector<ExportOptions>& exports,
                       const std::filesystem::path& out_folder, const core::Context& context);
 
 }  // namespace terracast::exporters

@@ -309,10 +309,10 @@ class TartanAirExporter final : public Exporter {
     if (!has_depth) {
       const auto model = geo::make_camera(
           sequence.info().cameras[static_cast<std::size_t>(each.camera_index)].intrinsics);
-      writer.write(depth, core::encode_png(depth_png(
-                              capture::depth_image(*model, facts.range_m),
-                              static_cast<float>(sky_depth_m_),
-                              fmt::format("tartanair: frame {} of {}", frame, each.name))));
+      writer.write(
+          depth, core::encode_png(depth_png(
+                     capture::depth_image(*model, facts.range_m), static_cast<float>(sky_depth_m_),
+                     fmt::format("tartanair: frame {} of {}", frame, each.name))));
     }
     if (!has_seg) writer.write(seg, core::encode_png(segmentation(facts.semantic_id)));
   }
