@@ -142,17 +142,22 @@ struct RayQuery::Impl {
       trace<8>(rays, kind, finish);
   }
 
-  static SurfaceHit hit_of(const RayState& ray) {
-    SurfaceHit hit;
-    if (!ray.has_crossing) return hit;
-    hit.t = ray.crossing.t;
+  static void set_hit(const RayState& ray, SurfaceHit& hit) {
+    if (!ray.has_crossing) {
+      hit = {};
+      return;
+    }
+    const WalkResult& crossing = ray.walked;
+    hit.t = crossing.t;
     hit.tile_index = ray.passage.tile;
-    hit.cell_x = static_cast<std::uint16_t>(ray.crossing.cell_x);
-    hit.cell_y = static_cast<std::uint16_t>(ray.crossing.cell_y);
-    hit.upper = ray.crossing.is_upper ? 1 : 0;
-    const Eigen::Vector3d upward(-ray.crossing.slope_x, -ray.crossing.slope_y, 1.0);
-    hit.normal_world = upward * (1.0 / std::sqrt(upward.squaredNorm()));
-    return hit;
+    hit.cell_x = static_cast<std::uint16_t>(crossing.cell_x);
+    hit.cell_y = static_cast<std::uint16_t>(crossing.cell_y);
+    hit.upper = crossing.is_upper ? 1 : 0;
+    const double shrink = 1.0 / std::sqrt(crossing.slope_x * crossing.slope_x +
+                                          crossing.slope_y * crossing.slope_y + 1.0);
+    hit.normal_world.x() = -crossing.slope_x * shrink;
+    hit.normal_world.y() = -crossing.slope_y * shrink;
+    hit.normal_world.z() = shrink;
   }
 
   const TileStore store;
@@ -176,7 +181,7 @@ void RayQuery::intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> h
   TERRACAST_CHECK(hits.size() == rays.size(), "{} hits for {} rays", hits.size(), rays.size());
   impl_->trace(
       rays, coherence == Coherence::Coherent ? CastKind::FirstCoherent : CastKind::FirstIncoherent,
-      [&](std::size_t i, const RayState& ray) { hits[i] = Impl::hit_of(ray); });
+      [&](std::size_t i, const RayState& ray) { Impl::set_hit(ray, hits[i]); });
 }
 
 void RayQuery::occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const {

@@ -8,10 +8,6 @@ namespace terracast::world {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Below this share of the direction's length a component moves the ray by less than 1e-90 m in any
-/// world.
-constexpr double kNegligible = 1e-100;
-
 /// More than positions in a cell err by.
 constexpr double kRoomCells = 1e-6;
 
@@ -150,32 +146,29 @@ struct CellFrame {
 
   /// fx, fy   the ray's origin in the cell, in cells
   Plane plane(int i, int j, bool is_upper, double fx, double fy) const {
+    // The corner at the right angle, and the ends of the triangle's sides that run from it along x and along y. Which
+    // triangle it is a processor cannot foresee: no branch hangs on it.
+    const int k = is_upper ? 1 : 0;
+    const double upward = is_upper ? 1.0 : -1.0;
+    const double z_corner = grid.z(i + k, j + k);
     Plane plane;
-    const double z10 = grid.z(i + 1, j);
-    const double z01 = grid.z(i, j + 1);
-    if (is_upper) {
-      const double z11 = grid.z(i + 1, j + 1);
-      plane.rise_x = z11 - z01;
-      plane.rise_y = z11 - z10;
-      plane.a = z0 - z11 - plane.rise_x * (fx - 1.0) - plane.rise_y * (fy - 1.0);
-    } else {
-      const double z00 = grid.z(i, j);
-      plane.rise_x = z10 - z00;
-      plane.rise_y = z01 - z00;
-      plane.a = z0 - z00 - plane.rise_x * fx - plane.rise_y * fy;
-    }
+    plane.rise_x = upward * (z_corner - grid.z(i + 1 - k, j + k));
+    plane.rise_y = upward * (z_corner - grid.z(i + k, j + 1 - k));
+    plane.a = z0 - z_corner - plane.rise_x * (fx - k) - plane.rise_y * (fy - k);
     plane.b = dz - plane.rise_x * qx - plane.rise_y * qy;
     return plane;
   }
 
-  WalkResult crossing(double t, int i, int j, bool is_upper, const Plane& plane) const {
-    return {.end = WalkResult::End::Crossed,
-            .t = t,
-            .cell_x = i,
-            .cell_y = j,
-            .is_upper = is_upper,
-            .slope_x = plane.rise_x * grid.inverse_spacing,
-            .slope_y = plane.rise_y * grid.inverse_spacing};
+  void set_crossing(double t, int i, int j, bool is_upper, const Plane& plane,
+                    WalkResult& result) const {
+    result.end = WalkResult::End::Crossed;
+    result.t = t;
+    result.is_on_surface = false;
+    result.cell_x = i;
+    result.cell_y = j;
+    result.is_upper = is_upper;
+    result.slope_x = plane.rise_x * grid.inverse_spacing;
+    result.slope_y = plane.rise_y * grid.inverse_spacing;
   }
 
   const TerrainGrid& grid;
@@ -190,34 +183,32 @@ struct CellFrame {
 bool crosses_at_once(const CellFrame& frame, const WalkRay& ray, const WalkSpan& span,
                      WalkResult& result) {
   const TerrainGrid& grid = frame.grid;
-  const Eigen::Vector3d& o = ray.origin_world;
+  const double x_origin = ray.origin_world.x();
+  const double y_origin = ray.origin_world.y();
   const double x_from =
-      (o.x() - grid.corner_x_world) * grid.inverse_spacing + span.t_from * frame.qx;
+      (x_origin - grid.corner_x_world) * grid.inverse_spacing + span.t_from * frame.qx;
   const double y_from =
-      (o.y() - grid.corner_y_world) * grid.inverse_spacing + span.t_from * frame.qy;
-  if (!(x_from >= 0.0 && y_from >= 0.0 && x_from < kTileCells && y_from < kTileCells)) return false;
+      (y_origin - grid.corner_y_world) * grid.inverse_spacing + span.t_from * frame.qy;
+  if (!(std::min(x_from, y_from) >= 0.0 && std::max(x_from, y_from) < kTileCells)) return false;
   const int i = static_cast<int>(x_from);
   const int j = static_cast<int>(y_from);
   const double u_from = x_from - i;
   const double v_from = y_from - j;
   const bool is_upper = u_from + v_from > 1.0;
-  const double fx = (o.x() - grid.x_world(i)) * grid.inverse_spacing;
-  const double fy = (o.y() - grid.y_world(j)) * grid.inverse_spacing;
+  const double fx = (x_origin - grid.x_world(i)) * grid.inverse_spacing;
+  const double fy = (y_origin - grid.y_world(j)) * grid.inverse_spacing;
   const Plane plane = frame.plane(i, j, is_upper, fx, fy);
-  if (!(plane.b < 0.0) || !(plane.a + plane.b * span.t_from > 0.0)) return false;
   const double t = -plane.a / plane.b;
-  if (!(t < span.t_exit)) return false;
-  const double u = fx + t * frame.qx;
-  const double v = fy + t * frame.qy;
-  const auto is_within = [is_upper](double along_x, double along_y) {
-    const double low = std::min(along_x, along_y);
-    const double high = std::max(along_x, along_y);
-    const double sum = along_x + along_y;
-    return is_upper ? high < 1.0 - kRoomCells && sum > 1.0 + kRoomCells
-                    : low > kRoomCells && sum < 1.0 - kRoomCells;
+  // Seen from the corner at the right angle both triangles are the same.
+  const auto is_within = [is_upper](double u, double v) {
+    const double along_x = is_upper ? 1.0 - u : u;
+    const double along_y = is_upper ? 1.0 - v : v;
+    return (std::min(along_x, along_y) > kRoomCells) & (along_x + along_y < 1.0 - kRoomCells);
   };
-  if (!is_within(u_from, v_from) || !is_within(u, v)) return false;
-  result = frame.crossing(t, i, j, is_upper, plane);
+  if (!((plane.b < 0.0) & (plane.a + plane.b * span.t_from > 0.0) & (t < span.t_exit) &
+        is_within(u_from, v_from) & is_within(fx + t * frame.qx, fy + t * frame.qy)))
+    return false;
+  frame.set_crossing(t, i, j, is_upper, plane, result);
   return true;
 }
 
@@ -246,24 +237,13 @@ double TerrainGrid::z_at(double x_world_m, double y_world_m) const {
   return z11 + (z11 - z01) * (fx - 1.0) + (z11 - z10) * (fy - 1.0);
 }
 
-WalkRay walk_ray(const Eigen::Vector3d& origin_world, const Eigen::Vector3d& direction_world) {
-  WalkRay ray{.origin_world = origin_world, .direction_world = direction_world};
-  ray.length_m = direction_world.norm();
-  const auto inverse = [&](double& component) {
-    if (std::abs(component) < kNegligible * ray.length_m) component = 0.0;
-    return component == 0.0 ? 0.0 : 1.0 / component;
-  };
-  ray.inverse_x = inverse(ray.direction_world.x());
-  ray.inverse_y = inverse(ray.direction_world.y());
-  ray.inverse_z = inverse(ray.direction_world.z());
-  return ray;
-}
-
-WalkResult walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkSpan& span) {
+void walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkSpan& span,
+                  WalkResult& result) {
   const CellFrame frame(grid, ray);
-  WalkResult result;
-  if (span.t_from > span.t_entry && crosses_at_once(frame, ray, span, result)) return result;
+  if (span.t_from > span.t_entry && crosses_at_once(frame, ray, span, result)) return;
 
+  result.end = WalkResult::End::Left;
+  result.is_on_surface = false;
   const Eigen::Vector3d& o = ray.origin_world;
   const Eigen::Vector3d& d = ray.direction_world;
   AxisWalk columns(grid.corner_x_world, grid.spacing_m, o.x(), d.x(), ray.inverse_x);
@@ -295,27 +275,29 @@ WalkResult walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkS
         if (!clearance.was_clear_at_entry()) continue;
         result.end = WalkResult::End::Clear;
         result.t = span.t_entry;
-        return result;
+        return;
       }
       if (clearance.was_under()) {
         WalkSpan whole = span;
         whole.t_from = span.t_entry;
-        return walk_terrain(grid, ray, whole);
+        walk_terrain(grid, ray, whole, result);
+        return;
       }
-      return frame.crossing(clearance.t(), i, j, is_upper, plane);
+      frame.set_crossing(clearance.t(), i, j, is_upper, plane, result);
+      return;
     }
     AxisWalk& next = columns.t_out() <= rows.t_out() ? columns : rows;
     if (next.t_out() >= span.t_exit) {
       result.is_on_surface = clearance.is_on_surface();
-      return result;
+      return;
     }
     if (clearance.is_clear(t_out)) {
       result.end = WalkResult::End::Clear;
       result.t = t_out;
-      return result;
+      return;
     }
     next.step();
-    if (next.is_over()) return result;
+    if (next.is_over()) return;
   }
 }
 

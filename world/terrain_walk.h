@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -47,7 +48,21 @@ struct WalkRay {
   double inverse_z = 0.0;
   double length_m = 1.0;  ///< of the direction
 };
-WalkRay walk_ray(const Eigen::Vector3d& origin_world, const Eigen::Vector3d& direction_world);
+inline WalkRay walk_ray(const Eigen::Vector3d& origin_world,
+                        const Eigen::Vector3d& direction_world) {
+  // Below this share of the direction's length a component moves the ray by less than 1e-90 m in any world.
+  constexpr double kNegligible = 1e-100;
+  WalkRay ray{.origin_world = origin_world, .direction_world = direction_world};
+  ray.length_m = direction_world.norm();
+  const auto inverse = [&](double& component) {
+    if (std::abs(component) < kNegligible * ray.length_m) component = 0.0;
+    return component == 0.0 ? 0.0 : 1.0 / component;
+  };
+  ray.inverse_x = inverse(ray.direction_world.x());
+  ray.inverse_y = inverse(ray.direction_world.y());
+  ray.inverse_z = inverse(ray.direction_world.z());
+  return ray;
+}
 
 /// What part of a ray is walked.
 struct WalkSpan {
@@ -85,6 +100,8 @@ struct WalkResult {
 ///
 /// The common case, a crossing of the very triangle above which the walk begins, is found without walking, by the same
 /// arithmetic.
-WalkResult walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkSpan& span);
+/// result   written in place: what is copied on the way out of the innermost loop costs as much as the walk
+void walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkSpan& span,
+                  WalkResult& result);
 
 }  // namespace terracast::world

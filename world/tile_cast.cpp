@@ -200,23 +200,20 @@ class TileCaster {
 
   /// Walks; records a crossing. True when the ray is clear again, at t_cast.
   bool walk(RayState& ray, const Range& range) const {
-    const WalkResult result = walk_terrain(scene_.grid(), ray.walk,
-                                           {.t_entry = ray.passage.t_entry,
-                                            .may_be_on_surface = ray.may_be_on_surface,
-                                            .t_exit = ray.passage.t_exit,
-                                            .t_from = range.from,
-                                            .t_clear = range.until,
-                                            .clear_m = scene_.clear_m()});
+    WalkResult& result = ray.walked;
+    walk_terrain(scene_.grid(), ray.walk,
+                 {.t_entry = ray.passage.t_entry,
+                  .may_be_on_surface = ray.may_be_on_surface,
+                  .t_exit = ray.passage.t_exit,
+                  .t_from = range.from,
+                  .t_clear = range.until,
+                  .clear_m = scene_.clear_m()},
+                 result);
     ray.is_on_surface = result.is_on_surface;
-    if (result.end == WalkResult::End::Clear) {
-      ray.t_cast = result.t;
-      return true;
-    }
-    if (result.end == WalkResult::End::Crossed) {
-      ray.has_crossing = true;
-      ray.crossing = result;
-    }
-    return false;
+    ray.has_crossing = result.end == WalkResult::End::Crossed;
+    if (result.end != WalkResult::End::Clear) return false;
+    ray.t_cast = result.t;
+    return true;
   }
 
   const TileScene& scene_;

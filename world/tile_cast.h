@@ -21,13 +21,13 @@ struct RayState {
   bool may_be_on_surface = false;
   bool is_on_surface = false;
   bool has_crossing = false;
-  WalkResult crossing;
+  WalkResult walked;  ///< the crossing, when there is one
 };
 
 /// What is asked of a cast. Crossings are the same for all; Any only wants to know whether there is one.
 enum class CastKind { FirstCoherent, FirstIncoherent, Any };
 
-/// Casts up to kWidth rays through the tile in which they are, packet-wise; sets has_crossing and crossing of those
+/// Casts up to kWidth rays through the tile in which they are, packet-wise; sets has_crossing and walked of those
 /// that meet the surface there.
 ///
 /// A ray that comes in near the surface is first walked until it is clear of it. Then Embree proposes where the ray
