@@ -18,6 +18,8 @@ endif()
 
 # Results must not depend on whether the compiler contracts a*b+c, nor on the rounding of denormals.
 add_compile_options(-ffp-contract=off)
+# Nobody reads errno after a square root; without it loops of them become vector code.
+add_compile_options(-fno-math-errno)
 # A dependency's header may carry a private fmt built without exceptions; the weak symbols would win.
 add_compile_definitions(FMT_EXCEPTIONS=1)
 

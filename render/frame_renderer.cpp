@@ -111,11 +111,12 @@ struct ColorImage {
       const Eigen::Vector3d point = s.rays[i].origin_world + hit.t * s.rays[i].direction_world;
       s.surfaces[i] = query.surface(hit, point);
       const Eigen::Vector3d direction = s.sun_rays[i].direction_world;
-      if (is_night || hit.normal_world.dot(direction) <= 0.0) continue;
+      const Eigen::Vector3d normal = hit.normal_world();
+      if (is_night || normal.dot(direction) <= 0.0) continue;
       const double lift_m =
           kShadowLift_m + kShadowLiftPerSide * world::kTileCells * s.surfaces[i].spacing_m;
       // Sun rays move up to close the ranks: their own place is taken, or behind.
-      s.sun_rays[s.sun_ray_of.size()] = {.origin_world = point + lift_m * hit.normal_world,
+      s.sun_rays[s.sun_ray_of.size()] = {.origin_world = point + lift_m * normal,
                                          .direction_world = direction};
       s.sun_ray_of.push_back(static_cast<std::uint32_t>(i));
     }
@@ -133,11 +134,11 @@ struct ColorImage {
       const std::size_t i = rays[std::min(static_cast<std::size_t>(lane), rays.size() - 1)];
       const world::WorldRay& ray = s.rays[i];
       const world::SurfaceHit& hit = s.hits[i];
-      const auto facing =
-          static_cast<float>(std::max(-ray.direction_world.dot(hit.normal_world), 0.01));
+      const Eigen::Vector3d normal = hit.normal_world();
+      const auto facing = static_cast<float>(std::max(-ray.direction_world.dot(normal), 0.01));
       const double footprint_m =
           hit.t * angle * static_cast<double>(std::pow(facing, -kSlantExponent));
-      ground.set(s.packet, lane, ray.origin_world + hit.t * ray.direction_world, hit.normal_world,
+      ground.set(s.packet, lane, ray.origin_world + hit.t * ray.direction_world, normal,
                  s.surfaces[i], footprint_m);
       for (std::size_t k = 0; k < 3; ++k)
         s.view.direction[k][lane] = static_cast<float>(ray.direction_world[static_cast<int>(k)]);

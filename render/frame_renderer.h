@@ -34,7 +34,13 @@ class FrameRenderer {
 
   /// Facts of a camera at a frame.
   TruthFrame truth(int frame, int camera) const {
-    return trace_truth(query_, ground_, views_, frame, camera);
+    TruthFrame truth;
+    trace_truth(query_, ground_, views_, frame, camera, truth);
+    return truth;
+  }
+  /// The same, into a frame that has been used before.
+  void truth(int frame, int camera, TruthFrame& truth) const {
+    trace_truth(query_, ground_, views_, frame, camera, truth);
   }
 
   /// Anti-aliased colour of a camera at a frame; no ground truth mixes in.

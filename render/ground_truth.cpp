@@ -57,10 +57,11 @@ bool is_at_point(const world::SurfaceHit& hit) {
 class TruthTracer {
  public:
   TruthTracer(const world::RayQuery& query, const Ground& ground, const ViewTable& views, int frame,
-              int camera)
+              int camera, TruthFrame& truth)
       : query_(query),
         ground_(ground),
         view_(views.at(frame, camera)),
+        truth_(truth),
         grid_{view_.model->width_px(), view_.model->height_px(), kUnitSide} {
     if (frame + 1 < views.num_frames())
       targets_.push_back({&views.at(frame + 1, camera), capture::kVisibleNext});
@@ -75,22 +76,21 @@ class TruthTracer {
     truth_.range_m.assign(num_pixels, std::numeric_limits<double>::infinity());
     truth_.point_world.assign(num_pixels, Eigen::Vector3d::Zero());
     capture::CameraFrame& facts = truth_.facts;
-    facts.range_m = core::ImageF(width, height, 1, capture::kSkyRange_m);
-    facts.normal_world = core::ImageF(width, height, 3, 0.0f);
-    facts.semantic_id =
-        core::ImageU32(width, height, 1, static_cast<std::uint32_t>(capture::SemanticClass::Sky));
-    facts.instance_id = core::ImageU32(width, height, 1, 0u);
-    facts.primitive_id = core::ImageU32(width, height, 1, capture::kNoPrimitive);
-    facts.flags = core::ImageU32(width, height, 1, 0u);
+    facts.range_m.assign(width, height, 1, capture::kSkyRange_m);
+    facts.normal_world.assign(width, height, 3, 0.0f);
+    facts.semantic_id.assign(width, height, 1,
+                             static_cast<std::uint32_t>(capture::SemanticClass::Sky));
+    facts.instance_id.assign(width, height, 1, 0u);
+    facts.primitive_id.assign(width, height, 1, capture::kNoPrimitive);
+    facts.flags.assign(width, height, 1, 0u);
   }
 
-  TruthFrame trace() {
+  void trace() {
     core::parallel_for_blocks(grid_.num_units(), 1, [&](std::int64_t begin, std::int64_t) {
       ScratchPool<UnitScratch>::Lease scratch(pool_);
       trace_unit(grid_.unit(begin), *scratch);
     });
     mark_edges();
-    return std::move(truth_);
   }
 
  private:
@@ -121,8 +121,9 @@ class TruthTracer {
       truth_.point_world[pixel] = ray.origin_world + hit.t * ray.direction_world;
       truth_.facts.range_m.data()[pixel] = static_cast<float>(range_m);
       truth_.facts.primitive_id.data()[pixel] = primitive_id(hit);
+      const Eigen::Vector3d normal = hit.normal_world();
       for (std::size_t k = 0; k < 3; ++k)
-        normals[3 * pixel + k] = static_cast<float>(hit.normal_world[static_cast<int>(k)]);
+        normals[3 * pixel + k] = static_cast<float>(normal[static_cast<int>(k)]);
       scratch.ground.push_back(i);
     }
     classify(scratch);
@@ -139,7 +140,7 @@ class TruthTracer {
         const std::size_t i = scratch.ground[begin + std::min(lane, count - 1)];
         const world::SurfaceHit& hit = scratch.hits[i];
         const Eigen::Vector3d& point = truth_.point_world[scratch.pixels[i]];
-        ground_.set(scratch.packet, static_cast<int>(lane), point, hit.normal_world,
+        ground_.set(scratch.packet, static_cast<int>(lane), point, hit.normal_world(),
                     query_.surface(hit, point), 0.0);
       }
       ground_.classify(scratch.packet, scratch.classes);
@@ -214,16 +215,16 @@ class TruthTracer {
   const Ground& ground_;
   const View& view_;
   const PixelGrid grid_;
+  TruthFrame& truth_;
   std::vector<Target> targets_;
-  TruthFrame truth_;
   ScratchPool<UnitScratch> pool_;
 };
 
 }  // namespace
 
-TruthFrame trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
-                       int frame, int camera) {
-  return TruthTracer(query, ground, views, frame, camera).trace();
+void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
+                 int frame, int camera, TruthFrame& truth) {
+  TruthTracer(query, ground, views, frame, camera, truth).trace();
 }
 
 std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,

@@ -31,10 +31,12 @@ struct TruthFrame {
 /// edge bit, and whether the exact hit point is seen from the same camera in the next and the
 /// previous frame and from the rig's other cameras at the same time. Visibility is by ray: the
 /// point projects into that image, and the first crossing of the ray from that centre to the point
-/// is the point. determinism   the facts depend on the views and the world alone throws        as
-/// RayQuery
-TruthFrame trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
-                       int frame, int camera);
+/// is the point.
+/// truth         overwritten, all but the colour; a frame that is used again costs no new memory
+/// determinism   the facts depend on the views and the world alone
+/// throws        as RayQuery
+void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
+                 int frame, int camera, TruthFrame& truth);
 
 /// Which of some points of the surface are seen in a view, by ray.
 std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,

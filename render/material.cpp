@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/packet_code.h"
 #include "core/random.h"
-#include "render/packet_code.h"
 
 namespace terracast::render {
 namespace {
+
+using core::larger;
+using core::smaller;
 
 constexpr double kEarthRadius_m = 6371008.8;
 

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/packet_code.h"
+#include "core/packet_code.h"
 
 namespace terracast::render {
 namespace {
+
+using core::larger;
+using core::smaller;
 
 constexpr int kStepBits = 12;  // kNoiseStep_m = 2^-12
 // Root mean square of one octave of the noise below and of its slope, by quadrature over 4e6 places

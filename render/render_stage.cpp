@@ -14,6 +14,7 @@
 #include "core/schema_writer.h"
 #include "geo/geodesy.h"
 #include "render/frame_renderer.h"
+#include "render/scratch_pool.h"
 #include "render/tracks.h"
 
 namespace terracast::render {
@@ -152,11 +153,14 @@ struct SequenceWork {
   const capture::SequenceWriter& writer;
   const std::vector<capture::TrackPoint>& tracks;
   std::vector<Eigen::Vector3d> track_points_world;
+  mutable ScratchPool<TruthFrame> truth_frames;
 
   capture::CameraRecord render_camera(int frame, int camera) const {
     return core::with_context(
         [&] {
-          TruthFrame truth = renderer.truth(frame, camera);
+          ScratchPool<TruthFrame>::Lease lease(truth_frames);
+          TruthFrame& truth = *lease;
+          renderer.truth(frame, camera, truth);
           truth.facts.color = renderer.color(frame, camera);
           capture::CameraRecord record = writer.write_camera(frame, camera, truth.facts);
           const std::vector<std::uint8_t> is_visible =
@@ -315,7 +319,8 @@ void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
                     .renderer = renderer,
                     .writer = writer,
                     .tracks = tracks,
-                    .track_points_world = {}};
+                    .track_points_world = {},
+                    .truth_frames = {}};
   for (const capture::TrackPoint& track : tracks)
     work.track_points_world.push_back(track.point_world);
   {

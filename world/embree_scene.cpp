@@ -46,8 +46,8 @@ bool count_bytes(void*, ssize_t bytes, bool) {
   return true;
 }
 
-/// Embree takes a misspelt instruction set for its slowest one without a word, and "threads" would limit the whole
-/// process: only these are let through.
+/// Embree takes a misspelt instruction set for its slowest one without a word, and "threads" would
+/// limit the whole process: only these are let through.
 void check_profile(const std::string& profile) {
   static constexpr std::array<std::string_view, 8> kKnown = {"isa=sse2",
                                                              "isa=sse4.2",
@@ -186,25 +186,25 @@ TileScene::TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser
            .center_z_m = tile.center_z_m,
            .spacing_m = tile.id.spacing_m(),
            .inverse_spacing = 1.0 / tile.id.spacing_m()};
-  find_border_tops();
+  find_entry_tops();
   num_bytes_ = static_cast<std::size_t>(bytes_allocated_here - bytes_before) + sizeof *this +
                cover_.size() + moisture_.size() + source_.size() +
-               border_tops_.size() * sizeof(double);
+               entry_tops_.size() * sizeof(double);
 }
 
 TileScene::~TileScene() { rtcReleaseScene(scene_); }
 
-void TileScene::find_border_tops() {
+void TileScene::find_entry_tops() {
   for (int side = 0; side < 4; ++side) {
-    for (int block = 0; block < kBlocks; ++block) {
+    const int across = side % 2 == 0 ? 0 : kTileCells;
+    for (int block = 0; block < kEntryBlocks; ++block) {
       double top = -INFINITY;
-      for (int k = block * kBlockCells; k <= (block + 1) * kBlockCells; ++k) {
-        const int across = side % 2 == 0 ? 0 : kTileCells;
+      for (int k = block * kEntryBlockCells; k <= (block + 1) * kEntryBlockCells; ++k)
         top = std::max(top, side < 2 ? grid_.z(across, k) : grid_.z(k, across));
-      }
-      border_tops_.push_back(center_world_.z() + top);
+      entry_tops_.push_back(center_world_.z() + top + 2.0 * clear_m());
     }
   }
+  entry_tops_.insert(entry_tops_.end(), kEntryBlocks, highest_z_world_ + clear_m());
 }
 
 TileScene::NamedCell TileScene::cell_of(float u, float v) {

@@ -66,15 +66,19 @@ class TileScene {
   double clear_m() const { return 2.0 * epsilon_m_; }
   double lowest_z_world() const { return lowest_z_world_; }
   double highest_z_world() const { return highest_z_world_; }
-  /// No border height between the cell's neighbours along a side is above this; side 0 west, 1
-  /// east, 2 south, 3 north.
-  double border_top_z_world(int side, int cell) const {
-    return border_tops_[static_cast<std::size_t>(side * kBlocks + cell / kBlockCells)];
-  }
-  /// Whether a hit's u, v lie in the ring (or too near it to tell).
+  /// A ray that comes into the tile above this, or starts in it above this, is above the surface
+  /// there for Embree too: for each side (west, east, south, north) and each block of cells along
+  /// it, from the border's heights there; in row kInside from the tile's highest point.
+  /// shape (5, kEntryBlocks)
+  const double* entry_tops_z_world() const { return entry_tops_.data(); }
+  static constexpr int kEntryBlockCells = 16;
+  static constexpr int kEntryBlocks = kTileCells / kEntryBlockCells;
+  static constexpr int kInside = 4;
+  /// A hit's u, v lie in the ring, or too near it to tell, when they are less than this from 0 or
+  /// 1.
+  static constexpr float kRingEnd = 1.001F / (kTileCells + 2);
   static bool is_in_ring(float u, float v) {
-    constexpr float kCell = 1.0F / (kTileCells + 2);
-    return std::min(u, v) < 1.001F * kCell || std::max(u, v) > 1.0F - 1.001F * kCell;
+    return std::min(u, v) <= kRingEnd || std::max(u, v) >= 1.0F - kRingEnd;
   }
   /// The cell of the tile that a hit's u, v name, or the nearest one to it.
   struct NamedCell {
@@ -91,10 +95,7 @@ class TileScene {
   std::size_t num_bytes() const { return num_bytes_; }
 
  private:
-  static constexpr int kBlockCells = 16;
-  static constexpr int kBlocks = kTileCells / kBlockCells;
-
-  void find_border_tops();
+  void find_entry_tops();
 
   RTCSceneTy* scene_ = nullptr;
   TerrainGrid grid_;
@@ -102,7 +103,7 @@ class TileScene {
   double epsilon_m_ = 0.0;
   double lowest_z_world_ = 0.0;
   double highest_z_world_ = 0.0;
-  std::vector<double> border_tops_;
+  std::vector<double> entry_tops_;
   std::vector<Cover> cover_;
   std::vector<std::uint8_t> moisture_;
   std::vector<std::uint8_t> source_;

@@ -34,9 +34,10 @@ struct DetailOptions {
   int finest_level() const;
 };
 
-/// Whether a tile is too coarse for at least one viewpoint: its spacing, seen at the least distance between the
-/// viewpoint and the tile's box, spans more than cell_px pixels. Depends on the tile's own bounds only, so that the tiler
-/// (which grows the tree from the top) and the renderer (which reads it) decide alike.
+/// Whether a tile is too coarse for at least one viewpoint: its spacing, seen at the least distance
+/// between the viewpoint and the tile's box, spans more than cell_px pixels. Depends on the tile's
+/// own bounds only, so that the tiler (which grows the tree from the top) and the renderer (which
+/// reads it) decide alike.
 bool wants_refinement(const TileInfo& tile, std::span<const Viewpoint> viewpoints,
                       const DetailOptions& options);
 
@@ -52,8 +53,9 @@ struct CutTile {
 /// returns   the leaves after splitting, sorted
 std::vector<TileId> balance(const std::vector<TileId>& leaves);
 
-/// The frozen cut: each tile's level is chosen once for a whole sequence, from the least distance of any camera to it, then
-/// balanced. Odd border samples on a coarser side stand for the exact mean of their two neighbours there.
+/// The frozen cut: each tile's level is chosen once for a whole sequence, from the least distance
+/// of any camera to it, then balanced. Odd border samples on a coarser side stand for the exact
+/// mean of their two neighbours there.
 /// viewpoints   all cameras at all frames (the whole sequence, whatever shard renders)
 /// returns      leaves that cover every tile of the coarsest level, sorted by id
 /// throws       Input: the store lacks a tile that the balanced cut needs
@@ -66,8 +68,8 @@ std::vector<CutTile> finest_cut(const TileStore& store);
 /// Neighbour masks for leaves that are balanced.
 std::vector<CutTile> with_coarser_sides(const std::vector<TileId>& leaves);
 
-/// Applies the stitching rule to a tile's heights: on each side of `coarser_sides`, the odd samples become the mean of their even
-/// neighbours along the side, in units of half a kHeightStep_m.
+/// Applies the stitching rule to a tile's heights: on each side of `coarser_sides`, the odd samples
+/// become the mean of their even neighbours along the side, in units of half a kHeightStep_m.
 /// returns    heights above the tile's center_z_m in half steps (exact integers), kTileSamples^2
 std::vector<std::int32_t> stitched_half_steps(const Tile& tile, std::uint8_t coarser_sides);
 

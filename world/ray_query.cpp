@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "world/ray_lanes.h"
 #include "world/scene_cache.h"
 #include "world/tile_cast.h"
 
@@ -15,9 +16,11 @@ namespace terracast::world {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Rays that travel together. Those in the same tile are cast as packets, so that packets are full where rays diverge.
-constexpr std::size_t kBatch = 64;
-/// A ray that comes into its first tile so soon after its start may have started on the surface beside it.
+/// Rays that travel together. Those in the same tile are cast as packets, so that packets are full
+/// where rays diverge.
+constexpr std::size_t kBatch = DirectionMeasures::kMost;
+/// A ray that comes into its first tile so soon after its start may have started on the surface
+/// beside it.
 constexpr double kStartsAtSide_m = 0x1.0p-20;
 /// Tiles farther from a viewer than this many of their sides are not fetched beforehand.
 constexpr double kPrefetchSides = 4.0;
@@ -64,30 +67,41 @@ struct RayQuery::Impl {
   }
 
   /// Puts a ray into the first tile where it may meet the ground; false when there is none.
-  bool start_ray(const WorldRay& given, std::uint32_t& hint, RayState& ray) const {
-    ray.walk = walk_ray(given.origin_world, given.direction_world);
-    const double length_m = ray.walk.length_m;
+  bool start_ray(const WorldRay& given, const DirectionMeasures& measures, std::size_t i,
+                 std::uint32_t& hint, RayState& ray) const {
+    const double length_m = measures.length_m[i];
     if (!(length_m > 0.0 && std::isfinite(length_m) && given.origin_world.allFinite() &&
           given.t_min > -kInfinity))
       refuse(given);
-    ray.inverse_length = 1.0 / length_m;
+    WalkRay& walk = ray.walk;
+    walk.origin_world = given.origin_world;
+    walk.direction_world.x() = measures.x[i];
+    walk.direction_world.y() = measures.y[i];
+    walk.direction_world.z() = measures.z[i];
+    walk.inverse_x = measures.inverse_x[i];
+    walk.inverse_y = measures.inverse_y[i];
+    walk.inverse_z = measures.inverse_z[i];
+    walk.length_m = length_m;
+    walk.inverse_length = measures.inverse_length[i];
     for (int axis = 0; axis < 3; ++axis)
       ray.direction[static_cast<std::size_t>(axis)] =
-          static_cast<float>(ray.walk.direction_world[axis] * ray.inverse_length);
+          static_cast<float>(walk.direction_world[axis] * walk.inverse_length);
     ray.t_max = given.t_max;
     ray.has_crossing = false;
-    if (!map.first_passage(ray.walk, given.t_min, given.t_max, hint, ray.passage)) return false;
+    if (!map.first_passage(walk, given.t_min, given.t_max, hint, ray.passage)) return false;
     ray.may_be_on_surface =
         ray.passage.side < 0 || (ray.passage.t_entry - given.t_min) * length_m <= kStartsAtSide_m;
     return true;
   }
 
-  /// Carries all rays from tile to tile until each has crossed the surface or left; finish(i, ray) takes each.
+  /// Carries all rays from tile to tile until each has crossed the surface or left; finish(i, ray)
+  /// takes each.
   template <int kWidth, class Finish>
   void trace(std::span<const WorldRay> rays, CastKind kind, const Finish& finish) {
     const FlushDenormals flush;
     SceneCache::Pin pin(cache);
     std::array<RayState, kBatch> states;
+    DirectionMeasures measures;
     std::uint32_t hint = 0;
     std::uint64_t recasts = 0;
     for (std::size_t begin = 0; begin < rays.size(); begin += kBatch) {
@@ -95,9 +109,16 @@ struct RayQuery::Impl {
       std::array<std::uint8_t, kBatch> travelling;
       std::array<std::uint32_t, kBatch> tile_of;
       std::size_t num_travelling = 0;
+      for (std::size_t i = 0; i < kBatch; ++i) {
+        const Eigen::Vector3d& direction = rays[begin + std::min(i, count - 1)].direction_world;
+        measures.x[i] = direction.x();
+        measures.y[i] = direction.y();
+        measures.z[i] = direction.z();
+      }
+      measures.measure();
       for (std::size_t i = 0; i < count; ++i) {
         RayState& ray = states[i];
-        if (!start_ray(rays[begin + i], hint, ray)) continue;
+        if (!start_ray(rays[begin + i], measures, i, hint, ray)) continue;
         travelling[num_travelling++] = static_cast<std::uint8_t>(i);
         tile_of[i] = ray.passage.tile;
       }
@@ -105,21 +126,25 @@ struct RayQuery::Impl {
       while (num_travelling > 0) {
         // Those in the tile of the first one, as many as a packet takes; the rest moves up.
         const std::uint32_t tile = tile_of[travelling[0]];
-        std::array<RayState*, kWidth> lanes = {};
+        std::array<RayState*, kWidth> lanes;
         std::array<std::uint8_t, kWidth> indices;
         std::size_t num_lanes = 0;
         std::size_t num_waiting = 0;
-        for (std::size_t k = 0; k < num_travelling; ++k) {
-          const std::uint8_t i = travelling[k];
-          if (num_lanes < kWidth && tile_of[i] == tile) {
+        std::size_t next = 0;
+        for (; next < num_travelling && num_lanes < kWidth; ++next) {
+          const std::uint8_t i = travelling[next];
+          if (tile_of[i] == tile) {
             lanes[num_lanes] = &states[i];
             indices[num_lanes++] = i;
           } else {
             travelling[num_waiting++] = i;
           }
         }
-        recasts += static_cast<std::uint64_t>(
-            cast_through_tile<kWidth>(cache.get(pin, tile), lanes, kind));
+        std::copy(travelling.begin() + next, travelling.begin() + num_travelling,
+                  travelling.begin() + num_waiting);
+        num_waiting += num_travelling - next;
+        recasts += static_cast<std::uint64_t>(cast_through_tile<kWidth>(
+            cache.get(pin, tile), std::span(lanes).first(num_lanes), kind));
         for (std::size_t lane = 0; lane < num_lanes; ++lane) {
           RayState& ray = *lanes[lane];
           if (ray.has_crossing || !map.next_passage(ray.walk, ray.t_max, ray.passage)) continue;
@@ -153,11 +178,8 @@ struct RayQuery::Impl {
     hit.cell_x = static_cast<std::uint16_t>(crossing.cell_x);
     hit.cell_y = static_cast<std::uint16_t>(crossing.cell_y);
     hit.upper = crossing.is_upper ? 1 : 0;
-    const double shrink = 1.0 / std::sqrt(crossing.slope_x * crossing.slope_x +
-                                          crossing.slope_y * crossing.slope_y + 1.0);
-    hit.normal_world.x() = -crossing.slope_x * shrink;
-    hit.normal_world.y() = -crossing.slope_y * shrink;
-    hit.normal_world.z() = shrink;
+    hit.slope_x = crossing.slope_x;
+    hit.slope_y = crossing.slope_y;
   }
 
   const TileStore store;

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "world/triangle_plane.h"
+
 namespace terracast::world {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// More than positions in a cell err by.
-constexpr double kRoomCells = 1e-6;
-
 /// The columns (or rows) of cells that a ray passes, one after the other. Line k of the grid is
 /// crossed at (k-th line's coordinate - origin) / direction, from world coordinates alone: two
 /// tiles that share a line give it the same t.
@@ -127,14 +126,6 @@ int nearest_cell(double cells) {
   return static_cast<int>(std::clamp(cells, 0.0, kTileCells - 1.0));
 }
 
-/// The plane of a triangle along a ray: the clearance is a + b t, the cell's heights rise by rise_x and rise_y.
-struct Plane {
-  double a = 0.0;
-  double b = 0.0;
-  double rise_x = 0.0;
-  double rise_y = 0.0;
-};
-
 /// What of a ray and a tile every cell needs.
 struct CellFrame {
   CellFrame(const TerrainGrid& terrain, const WalkRay& ray)
@@ -145,21 +136,13 @@ struct CellFrame {
         qy(ray.direction_world.y() * terrain.inverse_spacing) {}
 
   /// fx, fy   the ray's origin in the cell, in cells
-  Plane plane(int i, int j, bool is_upper, double fx, double fy) const {
-    // The corner at the right angle, and the ends of the triangle's sides that run from it along x and along y. Which
-    // triangle it is a processor cannot foresee: no branch hangs on it.
+  TrianglePlane plane(int i, int j, bool is_upper, double fx, double fy) const {
     const int k = is_upper ? 1 : 0;
-    const double upward = is_upper ? 1.0 : -1.0;
-    const double z_corner = grid.z(i + k, j + k);
-    Plane plane;
-    plane.rise_x = upward * (z_corner - grid.z(i + 1 - k, j + k));
-    plane.rise_y = upward * (z_corner - grid.z(i + k, j + 1 - k));
-    plane.a = z0 - z_corner - plane.rise_x * (fx - k) - plane.rise_y * (fy - k);
-    plane.b = dz - plane.rise_x * qx - plane.rise_y * qy;
-    return plane;
+    return triangle_plane(grid.z(i + k, j + k), grid.z(i + 1 - k, j + k), grid.z(i + k, j + 1 - k),
+                          is_upper ? 1.0 : -1.0, fx - k, fy - k, z0, dz, qx, qy);
   }
 
-  void set_crossing(double t, int i, int j, bool is_upper, const Plane& plane,
+  void set_crossing(double t, int i, int j, bool is_upper, const TrianglePlane& plane,
                     WalkResult& result) const {
     result.end = WalkResult::End::Crossed;
     result.t = t;
@@ -177,40 +160,6 @@ struct CellFrame {
   double qx;
   double qy;
 };
-
-/// Whether the ray falls through the triangle above which it is at t_from, with room to spare on all sides: then the
-/// walk would find the same.
-bool crosses_at_once(const CellFrame& frame, const WalkRay& ray, const WalkSpan& span,
-                     WalkResult& result) {
-  const TerrainGrid& grid = frame.grid;
-  const double x_origin = ray.origin_world.x();
-  const double y_origin = ray.origin_world.y();
-  const double x_from =
-      (x_origin - grid.corner_x_world) * grid.inverse_spacing + span.t_from * frame.qx;
-  const double y_from =
-      (y_origin - grid.corner_y_world) * grid.inverse_spacing + span.t_from * frame.qy;
-  if (!(std::min(x_from, y_from) >= 0.0 && std::max(x_from, y_from) < kTileCells)) return false;
-  const int i = static_cast<int>(x_from);
-  const int j = static_cast<int>(y_from);
-  const double u_from = x_from - i;
-  const double v_from = y_from - j;
-  const bool is_upper = u_from + v_from > 1.0;
-  const double fx = (x_origin - grid.x_world(i)) * grid.inverse_spacing;
-  const double fy = (y_origin - grid.y_world(j)) * grid.inverse_spacing;
-  const Plane plane = frame.plane(i, j, is_upper, fx, fy);
-  const double t = -plane.a / plane.b;
-  // Seen from the corner at the right angle both triangles are the same.
-  const auto is_within = [is_upper](double u, double v) {
-    const double along_x = is_upper ? 1.0 - u : u;
-    const double along_y = is_upper ? 1.0 - v : v;
-    return (std::min(along_x, along_y) > kRoomCells) & (along_x + along_y < 1.0 - kRoomCells);
-  };
-  if (!((plane.b < 0.0) & (plane.a + plane.b * span.t_from > 0.0) & (t < span.t_exit) &
-        is_within(u_from, v_from) & is_within(fx + t * frame.qx, fy + t * frame.qy)))
-    return false;
-  frame.set_crossing(t, i, j, is_upper, plane, result);
-  return true;
-}
 
 }  // namespace
 
@@ -240,8 +189,6 @@ double TerrainGrid::z_at(double x_world_m, double y_world_m) const {
 void walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkSpan& span,
                   WalkResult& result) {
   const CellFrame frame(grid, ray);
-  if (span.t_from > span.t_entry && crosses_at_once(frame, ray, span, result)) return;
-
   result.end = WalkResult::End::Left;
   result.is_on_surface = false;
   const Eigen::Vector3d& o = ray.origin_world;
@@ -269,7 +216,7 @@ void walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkSpan& s
 
     for (int part = 0; part < (is_upper_in == is_upper_out ? 1 : 2); ++part) {
       const bool is_upper = part == 0 ? is_upper_in : is_upper_out;
-      const Plane plane = frame.plane(i, j, is_upper, fx, fy);
+      const TrianglePlane plane = frame.plane(i, j, is_upper, fx, fy);
       if (!clearance.crosses(plane.a, plane.b, part == 0 ? t_in : t_diagonal,
                              part == 0 ? t_diagonal : t_out)) {
         if (!clearance.was_clear_at_entry()) continue;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -47,27 +46,14 @@ struct WalkRay {
   double inverse_y = 0.0;
   double inverse_z = 0.0;
   double length_m = 1.0;  ///< of the direction
+  double inverse_length = 1.0;
 };
-inline WalkRay walk_ray(const Eigen::Vector3d& origin_world,
-                        const Eigen::Vector3d& direction_world) {
-  // Below this share of the direction's length a component moves the ray by less than 1e-90 m in any world.
-  constexpr double kNegligible = 1e-100;
-  WalkRay ray{.origin_world = origin_world, .direction_world = direction_world};
-  ray.length_m = direction_world.norm();
-  const auto inverse = [&](double& component) {
-    if (std::abs(component) < kNegligible * ray.length_m) component = 0.0;
-    return component == 0.0 ? 0.0 : 1.0 / component;
-  };
-  ray.inverse_x = inverse(ray.direction_world.x());
-  ray.inverse_y = inverse(ray.direction_world.y());
-  ray.inverse_z = inverse(ray.direction_world.z());
-  return ray;
-}
 
 /// What part of a ray is walked.
 struct WalkSpan {
   double t_entry = 0.0;  ///< where the ray starts or enters the tile
-  /// Whether the ray may lie on the surface at t_entry: it starts there, or has kept to the surface since its start.
+  /// Whether the ray may lie on the surface at t_entry: it starts there, or has kept to the surface
+  /// since its start.
   bool may_be_on_surface = false;
   double t_exit = 0.0;  ///< where it ends or leaves the tile; at t_entry or later
   double t_from = 0.0;  ///< where the walk begins: known to be above the surface, or t_entry
@@ -95,12 +81,10 @@ struct WalkResult {
 /// depends on the ray, the triangle and t_entry alone, never on t_from: wherever a walk begins, it
 /// finds the same crossing to the last bit.
 ///
-/// A ray that is on or under the surface at t_entry crosses it there. But one that may lie on the surface crosses there only
-/// when it is more than kOnSurface_m below, and, as long as it keeps within kOnSurface_m, only where it sinks deeper.
-///
-/// The common case, a crossing of the very triangle above which the walk begins, is found without walking, by the same
-/// arithmetic.
-/// result   written in place: what is copied on the way out of the innermost loop costs as much as the walk
+/// A ray that is on or under the surface at t_entry crosses it there. But one that may lie on the
+/// surface crosses there only when it is more than kOnSurface_m below, and, as long as it keeps
+/// within kOnSurface_m, only where it sinks deeper.
+/// result   written in place: copies on the way out of the innermost loop would cost as much as a step
 void walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkSpan& span,
                   WalkResult& result);
 

@@ -8,16 +8,16 @@
 
 namespace terracast::world {
 
-/// What covers the ground at a sample; the semantic class of a hit comes from it (and, on Land, from the ground
-/// material that slope, height and moisture give).
+/// What covers the ground at a sample; the semantic class of a hit comes from it (and, on Land,
+/// from the ground material that slope, height and moisture give).
 enum class Cover : std::uint8_t {
   Land = 0,
   Sea = 1,      ///< the sea's surface, at the geoid's height
   Outside = 2,  ///< the apron beyond the world's square
 };
 
-/// What stands on one tile. Arrays have kTileSamples^2 entries, row by row from south to north, each row from west
-/// to east: entry (i, j) at j * kTileSamples + i.
+/// What stands on one tile. Arrays have kTileSamples^2 entries, row by row from south to north,
+/// each row from west to east: entry (i, j) at j * kTileSamples + i.
 struct Tile {
   TileId id;
   /// World z of the tile's centre: a whole number of metres, so that floats about it are exact.

@@ -6,18 +6,12 @@
 #include <cmath>
 #include <limits>
 
+#include "world/ray_lanes.h"
+
 namespace terracast::world {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// A raised triangle that the ray takes more than this way to close in on by a metre of height places its float hit too
-/// loosely along the ray; the walk then starts where the ray enters the cells around.
-constexpr float kGrazing = 64.0F;
-/// How far before and after a proposal the crossing of the raised surface may be, in epsilon times that way: twice the
-/// whole error that epsilon stands for.
-constexpr double kBackPerEpsilon = 2.0;
-constexpr double kFarPerEpsilon = 8.0;
-constexpr double kFloatRounding = 1.0 + 0x1.0p-20;
 /// A ray that skims the ground for longer is walked to its end.
 constexpr int kMaxCasts = 32;
 
@@ -77,34 +71,10 @@ class TileCaster {
                                                      : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   }
 
-  /// Finds where the cast begins; false when the ray is done with this tile.
-  bool prepare(RayState& ray) const {
-    const TilePassage& passage = ray.passage;
-    ray.t_cast = passage.t_entry;
-    ray.is_on_surface = false;
-    if (ray.walk.direction_world.z() < 0.0) {
-      // A falling ray starts well above the tile's highest point, where it is clear whatever lies below.
-      const double t_high = passage.t_top + 2.0 * scene_.clear_m() * ray.walk.inverse_z;
-      if (t_high > passage.t_entry) {
-        ray.t_cast = t_high;
-        return true;
-      }
-    }
-    if (comes_in_high(ray)) return true;
-    return walk(ray, {.from = passage.t_entry, .until = passage.t_entry});
-  }
-
-  FloatRay float_ray(const RayState& ray) const {
-    const Eigen::Vector3d start =
-        ray.walk.origin_world + ray.t_cast * ray.walk.direction_world - scene_.center_world();
-    double t_end = ray.passage.t_exit;
-    if (ray.walk.direction_world.z() >= 0.0) t_end = std::min(t_end, ray.passage.t_top);
-    const double way_m = (t_end - ray.t_cast) * ray.walk.length_m * kFloatRounding +
-                         kFarPerEpsilon * scene_.epsilon_m();
-    return {.x = static_cast<float>(start.x()),
-            .y = static_cast<float>(start.y()),
-            .z = static_cast<float>(start.z() - scene_.epsilon_m()),
-            .way_m = static_cast<float>(way_m)};
+  /// Walks a ray that comes in near the surface until it is clear of it; false when it is done with
+  /// this tile.
+  bool walk_in(RayState& ray) const {
+    return walk(ray, {.from = ray.passage.t_entry, .until = ray.passage.t_entry});
   }
 
   template <class Packet>
@@ -131,14 +101,17 @@ class TileCaster {
   int num_recasts() const { return num_recasts_; }
 
  private:
-  bool comes_in_high(const RayState& ray) const {
-    const TilePassage& passage = ray.passage;
-    const Eigen::Vector3d entry =
-        ray.walk.origin_world + passage.t_entry * ray.walk.direction_world;
-    if (passage.side < 0) return entry.z() > scene_.highest_z_world() + scene_.clear_m();
-    const TerrainGrid& grid = scene_.grid();
-    const int cell = passage.side < 2 ? grid.row_at(entry.y()) : grid.column_at(entry.x());
-    return entry.z() > scene_.border_top_z_world(passage.side, cell) + 2.0 * scene_.clear_m();
+  FloatRay float_ray(const RayState& ray) const {
+    const Eigen::Vector3d start =
+        ray.walk.origin_world + ray.t_cast * ray.walk.direction_world - scene_.center_world();
+    double t_end = ray.passage.t_exit;
+    if (ray.walk.direction_world.z() >= 0.0) t_end = std::min(t_end, ray.passage.t_top);
+    const double way_m = (t_end - ray.t_cast) * ray.walk.length_m * kFloatRounding +
+                         kFarPerEpsilon * scene_.epsilon_m();
+    return {.x = static_cast<float>(start.x()),
+            .y = static_cast<float>(start.y()),
+            .z = static_cast<float>(start.z() - scene_.epsilon_m()),
+            .way_m = static_cast<float>(way_m)};
   }
 
   bool cast_again(const RayState& ray, Proposal& proposal) {
@@ -164,14 +137,15 @@ class TileCaster {
   }
 
   Range walk_range(const RayState& ray, const Proposal& proposal) const {
-    const double t_proposed = ray.t_cast + static_cast<double>(proposal.way_m) * ray.inverse_length;
+    const double t_proposed =
+        ray.t_cast + static_cast<double>(proposal.way_m) * ray.walk.inverse_length;
     const float along = ray.direction[0] * proposal.normal_x +
                         ray.direction[1] * proposal.normal_y + ray.direction[2] * proposal.normal_z;
     const float inverse_rate = std::abs(proposal.normal_z / along);
     Range range{};
     if (inverse_rate <= kGrazing && !TileScene::is_in_ring(proposal.u, proposal.v)) {
       const double back = kBackPerEpsilon * scene_.epsilon_m() * static_cast<double>(inverse_rate) *
-                          ray.inverse_length;
+                          ray.walk.inverse_length;
       range = {.from = t_proposed - back, .until = t_proposed + back};
     } else {
       range = around(TileScene::cell_of(proposal.u, proposal.v), ray.walk);
@@ -221,43 +195,88 @@ class TileCaster {
   int num_recasts_ = 0;
 };
 
+constexpr int kChunk = RayLanes::kLanes;
+
+void set_lane(const RayState& ray, std::size_t lane, RayLanes& lanes) {
+  lanes.origin_x[lane] = ray.walk.origin_world.x();
+  lanes.origin_y[lane] = ray.walk.origin_world.y();
+  lanes.origin_z[lane] = ray.walk.origin_world.z();
+  lanes.direction_x[lane] = ray.walk.direction_world.x();
+  lanes.direction_y[lane] = ray.walk.direction_world.y();
+  lanes.direction_z[lane] = ray.walk.direction_world.z();
+  lanes.inverse_z[lane] = ray.walk.inverse_z;
+  lanes.length_m[lane] = ray.walk.length_m;
+  lanes.inverse_length[lane] = ray.walk.inverse_length;
+  lanes.t_entry[lane] = ray.passage.t_entry;
+  lanes.t_exit[lane] = ray.passage.t_exit;
+  lanes.t_top[lane] = ray.passage.t_top;
+  lanes.side[lane] = ray.passage.side;
+}
+
+void set_crossing(const RayLanes& lanes, std::size_t lane, RayState& ray) {
+  ray.has_crossing = true;
+  ray.walked.t = lanes.t[lane];
+  ray.walked.cell_x = lanes.cell_x[lane];
+  ray.walked.cell_y = lanes.cell_y[lane];
+  ray.walked.is_upper = lanes.is_upper[lane] != 0;
+  ray.walked.slope_x = lanes.slope_x[lane];
+  ray.walked.slope_y = lanes.slope_y[lane];
+}
+
+/// Rays of a packet from `first` on as lanes; the last ray fills the lanes that are left.
+void set_lanes(std::span<RayState* const> rays, std::size_t first, RayLanes& lanes) {
+  for (std::size_t lane = 0; lane < kChunk; ++lane)
+    set_lane(*rays[std::min(first + lane, rays.size() - 1)], lane, lanes);
+}
+
 }  // namespace
 
 template <int kWidth>
-int cast_through_tile(const TileScene& scene, const std::array<RayState*, kWidth>& rays,
-                      CastKind kind) {
+int cast_through_tile(const TileScene& scene, std::span<RayState* const> rays, CastKind kind) {
   TileCaster caster(scene, kind);
   typename PacketOf<kWidth>::Type packet;
   alignas(64) std::array<int, kWidth> valid;
+  std::array<RayLanes, kWidth / kChunk> chunks;
   bool any = false;
-  for (std::size_t lane = 0; lane < kWidth; ++lane) {
-    // Embree checks the numbers of all lanes, used or not.
-    FloatRay start = {.x = 0.0F, .y = 0.0F, .z = 0.0F, .way_m = 0.0F};
-    std::array<float, 3> direction = {0.0F, 0.0F, 1.0F};
-    valid[lane] = 0;
-    if (rays[lane] != nullptr && caster.prepare(*rays[lane])) {
-      start = caster.float_ray(*rays[lane]);
-      direction = rays[lane]->direction;
-      valid[lane] = -1;
+  for (std::size_t first = 0; first < kWidth; first += kChunk) {
+    RayLanes& lanes = chunks[first / kChunk];
+    set_lanes(rays, first, lanes);
+    lanes.find_casts(scene);
+    for (std::size_t lane = 0; lane < kChunk; ++lane) {
+      valid[first + lane] = 0;
+      if (first + lane >= rays.size()) continue;
+      RayState& ray = *rays[first + lane];
+      ray.is_on_surface = false;
+      ray.has_crossing = false;
+      if (lanes.is_clear[lane] == 0) {
+        if (!caster.walk_in(ray)) continue;
+        lanes.t_cast[lane] = ray.t_cast;
+      }
+      valid[first + lane] = -1;
       any = true;
     }
-    packet.ray.org_x[lane] = start.x;
-    packet.ray.org_y[lane] = start.y;
-    packet.ray.org_z[lane] = start.z;
+    lanes.set_casts(scene, {.x = packet.ray.org_x + first,
+                            .y = packet.ray.org_y + first,
+                            .z = packet.ray.org_z + first,
+                            .way_m = packet.ray.tfar + first});
+  }
+  if (!any) return 0;
+  // Embree checks the numbers of all lanes, used or not.
+  for (std::size_t lane = 0; lane < kWidth; ++lane) {
+    const std::array<float, 3>& direction = rays[std::min(lane, rays.size() - 1)]->direction;
     packet.ray.tnear[lane] = 0.0F;
     packet.ray.dir_x[lane] = direction[0];
     packet.ray.dir_y[lane] = direction[1];
     packet.ray.dir_z[lane] = direction[2];
     packet.ray.time[lane] = 0.0F;
-    packet.ray.tfar[lane] = start.way_m;
     packet.ray.mask[lane] = 0xffffffffU;
     packet.ray.id[lane] = static_cast<unsigned>(lane);
     packet.ray.flags[lane] = 0;
     packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
   }
-  if (!any) return 0;
   if (kind == CastKind::Any) {
-    // Most rays to the sun or to a camera meet nothing; only for those that meet the raised surface is it asked where.
+    // Most rays to the sun or to a camera meet nothing; only for those that meet the raised surface
+    // is it asked where.
     std::array<float, kWidth> way_m;
     std::copy_n(packet.ray.tfar, kWidth, way_m.begin());
     caster.occluded(valid.data(), packet);
@@ -270,19 +289,38 @@ int cast_through_tile(const TileScene& scene, const std::array<RayState*, kWidth
     if (!any) return 0;
   }
   caster.intersect(valid.data(), packet);
-  for (std::size_t lane = 0; lane < kWidth; ++lane) {
-    if (valid[lane] == 0 || packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
-    caster.resolve(*rays[lane], {.way_m = packet.ray.tfar[lane],
-                                 .u = packet.hit.u[lane],
-                                 .v = packet.hit.v[lane],
-                                 .normal_x = packet.hit.Ng_x[lane],
-                                 .normal_y = packet.hit.Ng_y[lane],
-                                 .normal_z = packet.hit.Ng_z[lane]});
+  for (std::size_t first = 0; first < kWidth; first += kChunk) {
+    RayLanes& lanes = chunks[first / kChunk];
+    lanes.cross_at_once(scene, {.way_m = packet.ray.tfar + first,
+                                .u = packet.hit.u + first,
+                                .v = packet.hit.v + first,
+                                .normal_x = packet.hit.Ng_x + first,
+                                .normal_y = packet.hit.Ng_y + first,
+                                .normal_z = packet.hit.Ng_z + first,
+                                .direction_x = packet.ray.dir_x + first,
+                                .direction_y = packet.ray.dir_y + first,
+                                .direction_z = packet.ray.dir_z + first});
+    for (std::size_t lane = 0; lane < kChunk; ++lane) {
+      const std::size_t at = first + lane;
+      if (valid[at] == 0 || packet.hit.geomID[at] == RTC_INVALID_GEOMETRY_ID) continue;
+      RayState& ray = *rays[at];
+      if (lanes.crosses[lane] != 0) {
+        set_crossing(lanes, lane, ray);
+        continue;
+      }
+      ray.t_cast = lanes.t_cast[lane];
+      caster.resolve(ray, {.way_m = packet.ray.tfar[at],
+                           .u = packet.hit.u[at],
+                           .v = packet.hit.v[at],
+                           .normal_x = packet.hit.Ng_x[at],
+                           .normal_y = packet.hit.Ng_y[at],
+                           .normal_z = packet.hit.Ng_z[at]});
+    }
   }
   return caster.num_recasts();
 }
 
-template int cast_through_tile<8>(const TileScene&, const std::array<RayState*, 8>&, CastKind);
-template int cast_through_tile<16>(const TileScene&, const std::array<RayState*, 16>&, CastKind);
+template int cast_through_tile<8>(const TileScene&, std::span<RayState* const>, CastKind);
+template int cast_through_tile<16>(const TileScene&, std::span<RayState* const>, CastKind);
 
 }  // namespace terracast::world

@@ -11,11 +11,13 @@ namespace terracast::world {
 
 inline constexpr int kTileFileVersion = 1;
 
-/// A tile as bytes: a header (magic "TCTILE", version, address, centre, bounds, sizes, XXH3 checksum of all the rest), then
-/// each layer predicted from its neighbours and deflated. Same tile, same bytes.
+/// A tile as bytes: a header (magic "TCTILE", version, address, centre, bounds, sizes, XXH3
+/// checksum of all the rest), then each layer predicted from its neighbours and deflated. Same
+/// tile, same bytes.
 std::vector<std::byte> encode_tile(const Tile& tile);
 
-/// throws Input: not a tile, another version, another address than `expected`, a wrong checksum, sizes that do not
+/// throws Input: not a tile, another version, another address than `expected`, a wrong checksum,
+/// sizes that do not
 ///        fit; names `file` and what to do (tile again)
 Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected, const std::string& file);
 

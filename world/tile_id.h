@@ -8,7 +8,8 @@
 
 namespace terracast::world {
 
-/// Cells along a tile's side, at every level; a tile has (kTileCells + 1)^2 height samples, its borders included.
+/// Cells along a tile's side, at every level; a tile has (kTileCells + 1)^2 height samples, its
+/// borders included.
 inline constexpr int kTileCells = 256;
 inline constexpr int kTileSamples = kTileCells + 1;
 
@@ -17,9 +18,9 @@ inline constexpr double kHeightStep_m = 0x1.0p-10;
 
 /// Address of a tile in the sparse quadtree over the world's x-y plane.
 ///
-/// Level L has samples every 2^L m; tile (L, x, y) covers [x, x+1] x [y, y+1] times its side of 256 * 2^L m. Sample
-/// (i, j) of it stands at world x = (256 x + i) 2^L, y = (256 y + j) 2^L, all exact in binary. Every second sample
-/// of a level is a sample of the next coarser one.
+/// Level L has samples every 2^L m; tile (L, x, y) covers [x, x+1] x [y, y+1] times its side of 256
+/// * 2^L m. Sample (i, j) of it stands at world x = (256 x + i) 2^L, y = (256 y + j) 2^L, all exact
+/// in binary. Every second sample of a level is a sample of the next coarser one.
 struct TileId {
   std::int32_t level = 0;
   std::int32_t x = 0;
@@ -45,7 +46,8 @@ struct TileId {
   std::string name() const;
 };
 
-/// The tile of a level that holds a place; places on a border belong to the tile east or north of it.
+/// The tile of a level that holds a place; places on a border belong to the tile east or north of
+/// it.
 TileId tile_at(int level, double x_world, double y_world);
 
 /// Sides of a tile, as bits.

@@ -17,8 +17,8 @@ struct TilePassage {
       -1;  ///< through which it comes in: 0 west, 1 east, 2 south, 3 north; -1: it starts inside
   double t_entry = 0.0;
   double t_exit = 0.0;
-  /// Where it passes the height of the tile's highest point: a falling ray can meet the ground only later, a rising one
-  /// only earlier; +inf for a level ray.
+  /// Where it passes the height of the tile's highest point: a falling ray can meet the ground only
+  /// later, a rising one only earlier; +inf for a level ray.
   double t_top = 0.0;
   double t_exit_x = 0.0;  ///< through the western or eastern side; +inf: never
   double t_exit_y = 0.0;
@@ -26,14 +26,16 @@ struct TilePassage {
 
 /// The tiles of a cut in the plane, and how rays pass from one to the next, in double.
 ///
-/// A side is crossed at (side - origin) / direction, from world coordinates alone, so that the exit from a tile is the
-/// entry into the next one to the last bit: no ray is lost between tiles and none is in two. Threads: safe.
+/// A side is crossed at (side - origin) / direction, from world coordinates alone, so that the exit
+/// from a tile is the entry into the next one to the last bit: no ray is lost between tiles and
+/// none is in two. Threads: safe.
 class TileMap {
  public:
   /// throws Input: the store lacks a tile, the cut is empty, names a tile twice or is not balanced
   TileMap(const TileStore& store, const std::vector<CutTile>& cut);
 
-  /// The first tile on a ray in which it may meet the ground (it is not above the tile's highest point all the way).
+  /// The first tile on a ray in which it may meet the ground (it is not above the tile's highest
+  /// point all the way).
   /// hint      a tile to look at first; becomes the one where the ray starts
   /// returns   false: none in [t_min, t_max]
   bool first_passage(const WalkRay& ray, double t_min, double t_max, std::uint32_t& hint,
@@ -49,7 +51,8 @@ class TileMap {
   struct Leaf {
     double x0, x1, y0, y1;
     double highest_z_world;
-    /// The tiles beyond the sides west, east, south, north: of the southern (western) half, of the other half.
+    /// The tiles beyond the sides west, east, south, north: of the southern (western) half, of the
+    /// other half.
     std::array<std::array<std::uint32_t, 2>, 4> beyond;
   };
   struct Node {
@@ -68,7 +71,8 @@ class TileMap {
   std::uint32_t leaf_on_ray(std::int32_t node, const WalkRay& ray, double t) const;
   /// The nearest root that the ray enters at t or later.
   bool enter_root(const WalkRay& ray, double t, double t_max, TilePassage& passage) const;
-  /// Completes a passage whose tile and entry are known; goes on from tile to tile until the ground may be met.
+  /// Completes a passage whose tile and entry are known; goes on from tile to tile until the ground
+  /// may be met.
   bool go_to_ground(const WalkRay& ray, double t_max, TilePassage& passage) const;
   bool step(const WalkRay& ray, double t_max, TilePassage& passage) const;
 

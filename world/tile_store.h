@@ -87,7 +87,8 @@ std::filesystem::path tile_path(const std::filesystem::path& store, const TileId
 /// Writes a tile atomically and says what the manifest shall hold of it.
 TileInfo write_tile(const std::filesystem::path& store, const Tile& tile);
 
-/// What a manifest would hold of a tile file that is there already and whole; nothing when it is missing or damaged.
+/// What a manifest would hold of a tile file that is there already and whole; nothing when it is
+/// missing or damaged.
 std::optional<TileInfo> inspect_tile(const std::filesystem::path& store, const TileId& id);
 
 /// Writes manifest.json (tiles sorted).

@@ -215,7 +215,7 @@ TEST(GroundTruth, SemanticClassesArePropertiesOfThePoint) {
     scene.query.intersect({&ray, 1}, {&hit, 1}, world::Coherence::Incoherent);
     if (primitive_id(hit) != truth.facts.primitive_id.data()[pixel]) continue;  // on a shared edge
     for (int lane = 0; lane < kLanes; ++lane)
-      scene.renderer.ground().set(packet, lane, truth.point_world[pixel], hit.normal_world,
+      scene.renderer.ground().set(packet, lane, truth.point_world[pixel], hit.normal_world(),
                                   scene.query.surface(hit, truth.point_world[pixel]), 7.0);
     Lanes<std::uint8_t> classes;
     scene.renderer.ground().classify(packet, classes);

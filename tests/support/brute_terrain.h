@@ -44,6 +44,18 @@ class BruteTerrain {
     return std::isinf(t) ? std::numeric_limits<double>::quiet_NaN() : 1e5 - t;
   }
 
+  /// Corners of a triangle of a tile of the cut: at its right angle, then beside it along x and
+  /// along y.
+  std::array<Eigen::Vector3d, 3> triangle(std::size_t tile_index, int i, int j,
+                                          bool is_upper) const {
+    const Grid& grid = tiles_.at(tile_index);
+    const auto corner = [&](int x, int y) {
+      return Eigen::Vector3d(grid.x0 + x * grid.spacing, grid.y0 + y * grid.spacing, grid.at(x, y));
+    };
+    if (is_upper) return {corner(i + 1, j + 1), corner(i, j + 1), corner(i + 1, j)};
+    return {corner(i, j), corner(i + 1, j), corner(i, j + 1)};
+  }
+
  private:
   using Real = long double;
   struct Grid {

@@ -21,7 +21,8 @@ inline std::map<std::string, std::string> folder_bytes(const std::filesystem::pa
   return files;
 }
 
-/// The first difference between two folders in words; empty when they hold the same files with the same bytes.
+/// The first difference between two folders in words; empty when they hold the same files with the
+/// same bytes.
 inline std::string first_difference(const std::filesystem::path& a,
                                     const std::filesystem::path& b) {
   const auto files_a = folder_bytes(a);

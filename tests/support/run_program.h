@@ -28,7 +28,8 @@ struct ProgramLimits {
   double kill_after_s = -1.0;  ///< SIGKILL at this time; negative: never
 };
 
-/// Runs the built program with arguments; its output goes through a file, so that nothing can block.
+/// Runs the built program with arguments; its output goes through a file, so that nothing can
+/// block.
 inline ProgramResult run_program(const std::vector<std::string>& arguments,
                                  const ProgramLimits& limits = {}) {
   static int counter = 0;

@@ -38,7 +38,7 @@ bool same_bits(const std::vector<SurfaceHit>& a, const std::vector<SurfaceHit>& 
       a.begin(), a.end(), b.begin(), b.end(), [](const SurfaceHit& p, const SurfaceHit& q) {
         return std::memcmp(&p.t, &q.t, sizeof p.t) == 0 && p.tile_index == q.tile_index &&
                p.cell_x == q.cell_x && p.cell_y == q.cell_y && p.upper == q.upper &&
-               p.normal_world == q.normal_world;
+               p.slope_x == q.slope_x && p.slope_y == q.slope_y;
       });
 }
 
@@ -92,7 +92,7 @@ TEST(RayClosedForms, Plane) {
     if (t > 0.0 && margin_m > 0.0) {
       ASSERT_FALSE(hits[i].is_sky()) << i;
       EXPECT_NEAR(hits[i].t, t, 1e-11 * t);  // heights 1e3 and coordinates 4e3 m in double
-      EXPECT_NEAR((hits[i].normal_world - normal).norm(), 0.0, 1e-14);
+      EXPECT_NEAR((hits[i].normal_world() - normal).norm(), 0.0, 1e-14);
       ++num_hits;
     } else {
       EXPECT_TRUE(hits[i].is_sky()) << i;
@@ -163,7 +163,8 @@ TEST(RayStarts, ARayThatLeavesTheSurfaceDoesNotHitItsStart) {
   }
 }
 
-// A ray from a tile's border into the tile beside its own was stopped by its start when its own tile lay all below it.
+// A ray from a tile's border into the tile beside its own was stopped by its start when its own
+// tile lay all below it.
 TEST(RayStarts, ARayThatLeavesFromABorderDoesNotHitItsStart) {
   const test::ScratchFolder folder;
   const TileStore store =

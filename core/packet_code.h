@@ -1,0 +1,27 @@
+#pragma once
+
+/// Functions over packets that are compiled twice, for baseline x86-64 (which has no 32-bit vector
+/// multiply) and for AVX2; the processor's own is taken at run time. Both do the same IEEE
+/// operations in the same order, so that their results are equal bit for bit. What they call must
+/// be TERRACAST_PACKET_INLINE to be compiled with them.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define TERRACAST_PACKET_CODE __attribute__((target_clones("avx2", "default")))
+#else
+#define TERRACAST_PACKET_CODE
+#endif
+#define TERRACAST_PACKET_INLINE inline __attribute__((always_inline))
+
+namespace terracast::core {
+
+// Unlike std::min and std::max these hold no references, so that loops of them become vector code.
+// Where either is no number it is b.
+template <class T>
+TERRACAST_PACKET_INLINE T smaller(T a, T b) {
+  return a < b ? a : b;
+}
+template <class T>
+TERRACAST_PACKET_INLINE T larger(T a, T b) {
+  return a > b ? a : b;
+}
+
+}  // namespace terracast::core
