@@ -12,8 +12,8 @@
 #include "world/ray_query.h"
 #include "world/tile_store.h"
 
-/// What benchmarks call bare Embree: all tiles' stitched GRIDs in one scene, floats about the camera, robust and compact; rays
-/// ready in float packets of 16, nothing done with the hits.
+/// What benchmarks call bare Embree: all tiles' stitched GRIDs in one scene, floats about the
+/// camera, robust and compact; rays ready in float packets of 16, nothing done with the hits.
 namespace terracast::bench {
 
 class BareScene {
@@ -57,19 +57,17 @@ class BareScene {
 
   /// First hits of coherent packets.
   void intersect(const std::vector<RTCRayHit16>& packets) const {
-    core::parallel_for_blocks(static_cast<std::int64_t>(packets.size()), 64,
-                              [&](std::int64_t begin, std::int64_t end) {
-                                alignas(64) int valid[kPacket];
-                                std::fill(std::begin(valid), std::end(valid), -1);
-                                RTCIntersectContext context;
-                                rtcInitIntersectContext(&context);
-                                context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-                                for (std::int64_t i = begin; i < end; ++i) {
-                                  RTCRayHit16 packet = packets[static_cast<std::size_t>(i)];
-                                  rtcIntersect16(valid, scene_, &context, &packet);
-                                  asm volatile("" : : "g"(&packet) : "memory");
-                                }
-                              });
+    trace(packets, RTC_INTERSECT_CONTEXT_FLAG_COHERENT,
+          [this](const int* valid, RTCIntersectContext* context, RTCRayHit16& packet) {
+            rtcIntersect16(valid, scene_, context, &packet);
+          });
+  }
+  /// Whether anything is hit, of packets that are not coherent.
+  void occluded(const std::vector<RTCRayHit16>& packets) const {
+    trace(packets, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT,
+          [this](const int* valid, RTCIntersectContext* context, RTCRayHit16& packet) {
+            rtcOccluded16(valid, scene_, context, &packet.ray);
+          });
   }
 
  private:
@@ -96,6 +94,25 @@ class BareScene {
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_, geometry);
     rtcReleaseGeometry(geometry);
+  }
+
+  template <class Trace>
+  static void trace(const std::vector<RTCRayHit16>& packets, RTCIntersectContextFlags flags,
+                    const Trace& one) {
+    constexpr std::int64_t kPacketsATime = 64;
+    core::parallel_for_blocks(static_cast<std::int64_t>(packets.size()), kPacketsATime,
+                              [&](std::int64_t begin, std::int64_t end) {
+                                alignas(64) int valid[kPacket];
+                                std::fill(std::begin(valid), std::end(valid), -1);
+                                RTCIntersectContext context;
+                                rtcInitIntersectContext(&context);
+                                context.flags = flags;
+                                for (std::int64_t i = begin; i < end; ++i) {
+                                  RTCRayHit16 packet = packets[static_cast<std::size_t>(i)];
+                                  one(valid, &context, packet);
+                                  asm volatile("" : : "g"(&packet) : "memory");
+                                }
+                              });
   }
 
   RTCDevice device_;

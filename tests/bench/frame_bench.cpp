@@ -1,22 +1,20 @@
-// Frames of `render`: ground truth against bare Embree loops over the same rays, and colour in nanoseconds a sample.
+// Frames of `render`: ground truth against bare Embree loops over the same rays, and colour in
+// nanoseconds a sample.
 //
 //     build/bench/terracast_bench --benchmark_filter=frame --benchmark_repetitions=5
 //
-// frame_truth traces all facts of a camera (range, normals, classes, edges, visibility in the next and previous frame and
-// in the rig's two other cameras); bare traces its primary and visibility rays and does nothing with the hits. `ratio`
-// is the bare loop's CPU time over ours, measured in turn in one run. The argument is the number of threads.
+// frame_truth traces all facts of a camera (range, normals, classes, edges, visibility in the next
+// and previous frame and in the rig's two other cameras); bare traces its primary and visibility
+// rays and does nothing with the hits. `ratio` is the bare loop's CPU time over ours, measured in
+// turn in one run. The argument is the number of threads.
 
 #include <benchmark/benchmark.h>
-#include <unistd.h>
-
-#include <ctime>
-#include <filesystem>
-#include <memory>
 
 #include "core/parallel.h"
 #include "render/frame_renderer.h"
 #include "render/pixel_blocks.h"
 #include "tests/bench/bare_scene.h"
+#include "tests/bench/bench_support.h"
 #include "tests/render/scene.h"
 #include "tests/world/mountains.h"
 
@@ -27,12 +25,6 @@ using namespace terracast;
 constexpr int kWidth = 720;
 constexpr int kHeight = 640;
 constexpr int kFrame = 1;
-
-double cpu_seconds() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 render::SequencePlan flight() {
   render::SequencePlan plan = test::small_plan(3, kWidth, kHeight);
@@ -52,12 +44,10 @@ struct Flight {
     static Flight flight;
     return flight;
   }
-  ~Flight() { std::filesystem::remove_all(folder); }
-
-  std::filesystem::path folder = std::filesystem::temp_directory_path() /
-                                 ("terracast-frame-bench-" + std::to_string(::getpid()));
+  bench::Folder folder{"frame-bench"};
   test::Scene scene{
-      test::make_tiny_world(folder, test::mountain_height_m, test::mountain_options(4)), flight()};
+      test::make_tiny_world(folder.path(), test::mountain_height_m, test::mountain_options(4)),
+      flight()};
   bench::BareScene bare{scene.store, scene.query.cut(),
                         scene.renderer.views().at(kFrame, 0).center_world};
   std::vector<std::vector<RTCRayHit16>>
@@ -106,13 +96,13 @@ void frame_truth(benchmark::State& state) {
   double ours_s = 0.0;
   render::TruthFrame truth;  // used again, as the render stage does
   for ([[maybe_unused]] const auto _ : state) {
-    const double start = cpu_seconds();
+    const double start = bench::cpu_seconds();
     for (const auto& packets : flight.packets) flight.bare.intersect(packets);
-    const double between = cpu_seconds();
+    const double between = bench::cpu_seconds();
     flight.scene.renderer.truth(kFrame, 0, truth);
     benchmark::DoNotOptimize(truth);
     bare_s += between - start;
-    ours_s += cpu_seconds() - between;
+    ours_s += bench::cpu_seconds() - between;
   }
   const double frames = static_cast<double>(state.iterations());
   state.counters["ratio"] = bare_s / ours_s;
@@ -125,11 +115,11 @@ void frame_truth(benchmark::State& state) {
 void frame_color(benchmark::State& state) {
   Flight& flight = Flight::get();
   const core::ThreadLimit limit(static_cast<int>(state.range(0)));
-  const double start = cpu_seconds();
+  const double start = bench::cpu_seconds();
   for ([[maybe_unused]] const auto _ : state)
     benchmark::DoNotOptimize(flight.scene.renderer.color(kFrame, 0));
   const double samples = 4.0 * kWidth * kHeight * static_cast<double>(state.iterations());
-  state.counters["cpu_ns_a_sample"] = 1e9 * (cpu_seconds() - start) / samples;
+  state.counters["cpu_ns_a_sample"] = 1e9 * (bench::cpu_seconds() - start) / samples;
 }
 
 /// Ground materials and light alone, without rays.
