@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -338,6 +339,7 @@ void MosaicMaker::sort_gaps() {
             is_at_edge[static_cast<std::size_t>(regions.label(i, j) - 1)] = 1;
     }
   double largest_km2 = 0.0;
+  std::vector<std::uint8_t> is_filled(regions.regions.size(), 0);
   for (std::size_t k = 0; k < is_void_.values.size(); ++k) {
     if (is_void_.values[k] == 0) continue;
     const auto region = static_cast<std::size_t>(regions.label.values[k] - 1);
@@ -349,6 +351,7 @@ void MosaicMaker::sort_gaps() {
       continue;
     }
     largest_km2 = std::max(largest_km2, area_km2);
+    is_filled[region] = 1;
     ++mosaic_.sources[covered_by_.values[k]].num_voids_filled;
   }
   std::int64_t num_filled = 0;
@@ -357,7 +360,7 @@ void MosaicMaker::sort_gaps() {
   inputs_.context.log.info(
       "{} voids of {} samples are filled from their surroundings ({:.2f} %), the largest {:.3g} "
       "km2",
-      regions.regions.size(), num_filled,
+      std::count(is_filled.begin(), is_filled.end(), 1), num_filled,
       100.0 * static_cast<double>(num_filled) / static_cast<double>(is_void_.values.size()),
       largest_km2);
   if (largest_km2 > kLargestEdgeVoid_km2)

@@ -7,6 +7,7 @@
 #include <ogr_spatialref.h>
 #include <proj.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -213,6 +214,7 @@ class GdalRaster : public RasterSource {
   std::string warning_;
   bool is_geographic_ = false;
   std::string declared_vertical_unit_;
+  std::array<double, 6> geotransform_ = {};
   Eigen::Affine2d crs_from_sample_;
   Eigen::Affine2d sample_from_crs_;
   std::unique_ptr<SharedTransformation> crs_from_geodetic_;
@@ -260,8 +262,8 @@ void GdalRaster::check_band() {
 }
 
 void GdalRaster::read_georeference(const geo::Geodetic& near, const GdalErrors& errors) {
-  double gt[6] = {};
-  if (dataset_->GetGeoTransform(gt) != CE_None)
+  std::array<double, 6>& gt = geotransform_;
+  if (dataset_->GetGeoTransform(gt.data()) != CE_None)
     fail(ErrorKind::Input,
          "{}: has no georeference{}; add one with gdal_translate -a_ullr, or gdalwarp", written_,
          dataset_->GetGCPCount() > 0 ? " but ground control points" : "");
@@ -361,7 +363,7 @@ void GdalRaster::read_nodata(const ElevationOptions& options) {
     uses_mask_ = (flags & (GMF_ALL_VALID | GMF_NODATA)) == 0;
     return;
   }
-  nodata_ = std::stod(options.nodata);
+  nodata_ = number_from_text(options.nodata);
 }
 
 bool GdalRaster::is_nodata(double raw) const {
@@ -481,11 +483,14 @@ Grid<double> GdalRaster::read(const SampleWindow& window) const {
 }
 
 std::string GdalRaster::content_hash() const {
+  // A georeference may stand in a file beside the raster's, and so may all that the band declares.
+  std::string content = fmt::format(
+      "{} {} {} {} {} {} {} {} {}", crs_wkt_, width(), height(), fmt::join(geotransform_, " "),
+      metres_per_unit_, scale_, offset_, uses_mask_, nodata_ ? fmt::to_string(*nodata_) : "none");
   std::error_code ignored;
-  if (std::filesystem::is_regular_file(path_, ignored)) return core::content_hash_of_file(path_);
-  const auto& m = crs_from_sample_.matrix();
-  return core::content_hash(fmt::format("{} {} {} {} {} {} {} {} {}", crs_wkt_, width(), height(),
-                                        m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2)));
+  if (std::filesystem::is_regular_file(path_, ignored))
+    content += core::content_hash_of_file(path_);
+  return core::content_hash(content);
 }
 
 }  // namespace

@@ -64,7 +64,8 @@ class RasterSource {
   ///          -12000 to 9000 m (names the pixel)
   virtual Grid<double> read(const SampleWindow& window) const = 0;
 
-  /// Of the file; of the georeference when it is no plain file.
+  /// Of the file's bytes (where it is a plain file) and of all that says what its samples mean:
+  /// CRS, geotransform, unit, scale, offset, no-data value.
   virtual std::string content_hash() const = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "tiler/world_options.h"
 
 #include <charconv>
+#include <cmath>
 #include <string>
 
 #include "core/error.h"
@@ -14,10 +15,26 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 
-bool is_number(const std::string& text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
+/// With 7 km of the Earth's curve in a tile at the apron's far end this stays below the 16 km that
+/// a tile's heights may span.
+constexpr double kMostRise_m = 8000.0;
+
+/// A shape in closed form may rise as its keys say over the whole square, and no further.
+void validate_rise(const ElevationOptions& entry, std::size_t index, double size_m) {
+  std::string shape;
+  double rise_m = 0.0;
+  if (entry.kind == "ramp") {
+    shape = fmt::format("slope = {}", entry.slope);
+    rise_m = std::abs(entry.slope) * size_m;
+  } else if (entry.kind == "paraboloid") {
+    shape = fmt::format("curvature_per_m = {}", entry.curvature_per_m);
+    rise_m = std::abs(entry.curvature_per_m) * size_m * size_m / 4.0;  // from middle to corner
+  }
+  if (rise_m > kMostRise_m)
+    fail(ErrorKind::Config,
+         "elevation.{}: {} rises {:.0f} m over size_m = {}, and a world holds {:.0f} m; make one "
+         "of the two smaller",
+         index, shape, rise_m, size_m, kMostRise_m);
 }
 
 void validate_entry(const ElevationOptions& entry, std::size_t index) {
@@ -41,13 +58,20 @@ void validate_entry(const ElevationOptions& entry, std::size_t index) {
          "\"egm96\" (SRTM and most older models) or \"ellipsoid\" (GNSS heights). It is never "
          "guessed: a wrong one shifts the world by 30 to 50 m",
          index, entry.files.front().written);
-  if (entry.nodata != "declared" && entry.nodata != "none" && !is_number(entry.nodata))
+  if (entry.nodata != "declared" && entry.nodata != "none" && !number_from_text(entry.nodata))
     fail(ErrorKind::Config,
          "elevation.{}: nodata = \"{}\" is none of declared, none, or a number such as \"-32768\"",
          index, entry.nodata);
 }
 
 }  // namespace
+
+std::optional<double> number_from_text(const std::string& text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
 
 void WorldOptions::validate() const {
   if (elevation.empty())
@@ -56,6 +80,7 @@ void WorldOptions::validate() const {
          "procedural, …)");
   for (std::size_t i = 0; i < elevation.size(); ++i) {
     validate_entry(elevation[i], i);
+    validate_rise(elevation[i], i, size_m);
     if (i > 0 && elevation.front().kind != "raster")
       fail(ErrorKind::Config,
            "elevation.{} would never be asked: elevation.0 (kind = \"{}\") has a height "

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,22 +9,25 @@
 
 namespace terracast::tiler {
 
+/// A decimal number that takes up the whole text (also "nan"); nothing for other text.
+std::optional<double> number_from_text(const std::string& text);
+
 /// A source of heights. Sources are used in the order of the config: where the first has no value
 /// the next is asked; all are brought together before interpolation.
 struct ElevationOptions {
-  std::string kind = "raster";  ///< a name of the layer registry: raster, procedural, plane, ramp,
-                                ///< paraboloid, fractal
+  /// A name of the layer registry: raster, procedural, plane, ramp, paraboloid, fractal.
+  std::string kind = "raster";
   std::vector<core::Path> files;  ///< raster: any that GDAL opens; the first has priority
   std::string vertical_datum;     ///< ellipsoid, egm96; must be stated for rasters
-  std::string unit =
-      "declared";  ///< declared (by the file; metres when it says nothing), m, ft, us_ft
-  std::string nodata = "declared";  ///< declared, none, or a number
+  /// declared (by the file; metres when it says nothing), m, ft, us_ft
+  std::string unit = "declared";
+  std::string nodata = "declared";  ///< declared, none, or what number_from_text() reads
   std::string licence;
-  double relief_m =
-      1800.0;  ///< procedural, fractal: between sea floor or valley and the highest ridge
-  double sea_level_m =
-      0.0;             ///< procedural: heights below are sea; above the geoid of the datum given
-  double slope = 0.0;  ///< ramp
+  /// procedural, fractal: between sea floor or valley and the highest ridge
+  double relief_m = 1800.0;
+  /// procedural: heights below are sea; above vertical_datum
+  double sea_level_m = 0.0;
+  double slope = 0.0;            ///< ramp
   double curvature_per_m = 0.0;  ///< paraboloid
   double height_m = 0.0;         ///< plane, ramp, paraboloid: at the origin, above vertical_datum
 
@@ -39,7 +43,8 @@ struct ElevationOptions {
         "Unit of the heights; `declared` takes what the file says, metres when it says nothing.",
         core::one_of({"declared", "m", "ft", "us_ft"}));
     visit.key("nodata", nodata,
-              "Value of samples without a height: declared (by the file), none, or a number.");
+              "Value of samples without a height: declared (by the file), none, or a number in "
+              "quotes, such as \"-9999\".");
     visit.key("licence", licence, "Terms under which the source may be used; kept with the data.");
     visit.key("relief_m", relief_m,
               "procedural, fractal: height between the lowest and the highest land.",
@@ -85,7 +90,9 @@ struct WorldOptions {
               core::between(0.0, 4.0));
     visit.list("elevation", elevation, "Sources of heights, in order of priority.");
   }
-  void validate() const;  ///< throws Config: no source, a raster without files or datum
+  /// throws   Config: no source, a raster without files or datum, a shape that rises too far over
+  ///          the square
+  void validate() const;
 };
 
 }  // namespace terracast::tiler

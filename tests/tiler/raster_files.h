@@ -23,6 +23,7 @@ namespace terracast::test {
 
 /// A raster to be written by GDAL.
 struct RasterSpec {
+  std::string driver = "GTiff";
   int width = 120;
   int height = 120;
   std::array<double, 6> geotransform = {};
@@ -41,8 +42,8 @@ struct RasterSpec {
 
 inline void write_raster(const std::filesystem::path& file, const RasterSpec& spec) {
   GDALAllRegister();
-  GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
-  const char* options[] = {spec.is_tiled ? "TILED=YES" : "TILED=NO", nullptr};
+  GDALDriver* driver = GetGDALDriverManager()->GetDriverByName(spec.driver.c_str());
+  const char* options[] = {spec.is_tiled ? "TILED=YES" : nullptr, nullptr};
   GDALDataset* dataset = driver->Create(file.c_str(), spec.width, spec.height, spec.num_bands,
                                         spec.type, const_cast<char**>(options));
   ASSERT_NE(dataset, nullptr);

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "core/atomic_file.h"
 #include "tests/tiler/raster_files.h"
 
 namespace terracast::test {
@@ -217,6 +218,34 @@ double hills_m(double u, double v) {
          90.0 * std::sin((u + v) / 61.0);
 }
 
+TEST(Raster, AGeoreferenceBesideTheFileIsPartOfItsHash) {
+  // A corrected header once left the old tiles in place: only the samples' bytes were hashed.
+  const ScratchFolder folder;
+  const auto file = folder / "dem.bin";
+  RasterSpec spec = utm_spec(4096.0, 30.0);
+  spec.driver = "ENVI";
+  spec.value = [](double, double) { return 500.0; };
+  write_raster(file, spec);
+  const std::string bytes = core::read_text_file(file);
+  const auto before = prepare(world_of_rasters({file}));
+  EXPECT_EQ(prepare(world_of_rasters({file}))->input_hash(), before->input_hash());
+  spec.geotransform[0] += 1.0;
+  write_raster(file, spec);
+  EXPECT_EQ(core::read_text_file(file), bytes);
+  const auto after = prepare(world_of_rasters({file}));
+  EXPECT_NE(after->sources()[0].content_hash, before->sources()[0].content_hash);
+  EXPECT_NE(after->input_hash(), before->input_hash());
+}
+
+TEST(Raster, ATinyNoDataValueIsANumber) {
+  // Such values fall out of the range of std::stod.
+  const ScratchFolder folder;
+  write_raster(folder / "ramp.tif", ramp_spec());
+  tiler::WorldOptions options = world_of_rasters({folder / "ramp.tif"});
+  options.elevation[0].nodata = "1e-320";
+  EXPECT_EQ(prepare(options)->sources()[0].num_voids, 0);
+}
+
 TEST(Mosaic, TwoHalvesOfARasterAreTheWholeRaster) {
   const ScratchFolder folder;
   RasterSpec whole = utm_spec(4096.0, 30.0);
@@ -362,6 +391,25 @@ TEST(Coverage, ACollarWithoutDataIsNoVoid) {
   write_raster(folder / "collar.tif", spec);
   expect_error(ErrorKind::Input, {"no raster covers", "km2"},
                [&] { prepare(world_of_rasters({folder / "collar.tif"})); });
+}
+
+TEST(Coverage, CollarsAreNotCountedAmongTheVoids) {
+  const ScratchFolder folder;
+  RasterSpec spec = ramp_spec();
+  spec.nodata = -9999.0;
+  const Eigen::Vector2d middle = utm31(kOriginLat_deg, kOriginLon_deg);
+  spec.value = [&](double u, double v) {
+    const Eigen::Vector2d at = Eigen::Vector2d(u, v) - middle;
+    const bool is_hole = at.norm() < 100.0;
+    return at.x() > 500.0 || is_hole ? -9999.0 : ramp_m({u, v});
+  };
+  write_raster(folder / "collar.tif", spec);
+  tiler::WorldOptions options = world_of_rasters({folder / "collar.tif"});
+  options.outside = "extend";
+  const core::Log log("tile", core::LogLevel::Info);
+  testing::internal::CaptureStderr();
+  WorldSurface::prepare(options, {.log = log, .num_threads = 0, .events_file = {}});
+  EXPECT_NE(testing::internal::GetCapturedStderr().find(" 1 voids of "), std::string::npos);
 }
 
 struct BadRaster {
