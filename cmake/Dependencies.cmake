@@ -21,6 +21,18 @@ pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(proj REQUIRED IMPORTED_TARGET proj)
 # GeographicLib ships only a Find module, off the default path; its pkg-config file needs no path.
 pkg_check_modules(geographiclib REQUIRED IMPORTED_TARGET geographiclib)
+if(TERRACAST_TESTS STREQUAL "AUTO")
+  # Those of the section [test] in scripts/packages.txt.
+  find_package(GTest CONFIG QUIET)
+  find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)
+  set(TERRACAST_TESTS ON)
+  if(NOT GTest_FOUND OR NOT EXISTS ${OPENCV_INCLUDE_DIR}/opencv2/features2d.hpp
+     OR NOT EXISTS ${OPENCV_INCLUDE_DIR}/opencv2/calib3d.hpp
+     OR NOT EXISTS ${OPENCV_INCLUDE_DIR}/opencv2/imgcodecs.hpp)
+    set(TERRACAST_TESTS OFF)
+    message(STATUS "The tests are left out: GoogleTest or OpenCV is missing (scripts/install test)")
+  endif()
+endif()
 if(TERRACAST_TESTS)
   find_package(GTest CONFIG REQUIRED)
   # Tests read files back and match features with OpenCV; its small -dev packages bring no CMake config.

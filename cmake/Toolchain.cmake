@@ -6,7 +6,7 @@ set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
 
-option(TERRACAST_TESTS "Build the tests." ON)
+set(TERRACAST_TESTS AUTO CACHE STRING "Build the tests: ON, OFF, or AUTO: where their libraries are installed.")
 option(TERRACAST_BENCHMARKS "Build the benchmarks." OFF)
 option(TERRACAST_WERROR "Warnings are errors." OFF)
 set(TERRACAST_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them.")
