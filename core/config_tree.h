@@ -85,7 +85,8 @@ struct ExpandedText {
 ExpandedText expand_text(const ConfigNode& text, const ConfigNode& root);
 
 /// The table that a section or item stands for: itself, or the file that its text names, read into
-/// `loaded`. name   of the section, for messages
+/// `loaded`.
+/// name   of the section, for messages
 const ConfigNode& table_behind(const ConfigNode& node, const ConfigNode& root,
                                const std::string& name, const ConfigLoader& load,
                                ConfigNode& loaded);

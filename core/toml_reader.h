@@ -9,8 +9,8 @@
 
 namespace terracast::core {
 
-/// A config file with what it extends, the files its sections name, and the `--set KEY=VALUE` of the
-/// command line.
+/// A config file with what it extends, the files its sections name, and the `--set KEY=VALUE` of
+/// the command line.
 ///
 /// - `extends = "base.toml"` in a file or in any table: the base's keys, overridden by the table's
 ///   own (tables merge, all else is replaced). A loop of `extends`, or of sections that name files,
@@ -32,8 +32,9 @@ class TomlDocument {
   TomlDocument& operator=(TomlDocument&&) noexcept;
 
   /// Fills `value` from the document.
-  /// throws Config for an unknown key (naming the nearest known one), a wrong type, a value outside
-  /// its constraint, a missing required key, a failed validate(): each with file:line:column.
+  /// throws   Config: an unknown key (naming the nearest known one), a wrong type, a value outside
+  ///          its constraint, a missing required key, a failed validate(): each with
+  ///          file:line:column
   template <class Struct>
   void read(Struct& value) const {
     auto visitor = reader();

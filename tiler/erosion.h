@@ -26,8 +26,9 @@ struct ErosionOptions {
 };
 
 /// Stream-power erosion by the implicit scheme of Braun and Willett (2013), hollows filled with
-/// sediment, then slides and creep, for each step. returns   heights after the last step cost about
-/// 0.6 us a cell and step; the same result on every machine
+/// sediment, then slides and creep, for each step. The same result on every machine.
+/// returns   heights after the last step
+/// cost      about 0.6 us a cell and step
 Grid<float> erode(const ErosionInputs& inputs, const ErosionOptions& options);
 
 /// Twice the samples: bilinear midpoints between them; (2 w - 1) x (2 h - 1).

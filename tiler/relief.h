@@ -12,8 +12,9 @@ struct Relief {
 };
 
 /// Slopes, and the topographic wetness index ln(a / tan slope) of Beven and Kirkby (1979) from
-/// routed flow, a being the area that drains through a metre of contour. heights_m   of the
-/// measured surface is_sea      as many as heights
+/// routed flow, a being the area that drains through a metre of contour.
+/// heights_m   of the measured surface
+/// is_sea      as many as heights
 Relief analyse_relief(const Grid<float>& heights_m, const std::vector<std::uint8_t>& is_sea,
                       double spacing_m);
 

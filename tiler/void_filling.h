@@ -20,8 +20,9 @@ Regions find_regions(const Grid<std::uint8_t>& is_member);
 
 /// Gives unknown samples heights from their surroundings: the membrane (Laplace's equation) that
 /// the known samples round a region hold, solved on coarser grids first. Heights stay within the
-/// range of the known samples beside the region: no spikes. is_unknown   at least one sample must
-/// be known cost         about 1 us an unknown sample
+/// range of the known samples beside the region: no spikes.
+/// is_unknown   at least one sample must be known
+/// cost         about 1 us an unknown sample
 void fill_from_surroundings(Grid<double>& heights_m, const Grid<std::uint8_t>& is_unknown);
 
 /// Euclidean distance, in samples, to the nearest sample that is no member; 0 for those.
