@@ -124,7 +124,7 @@ const char* type_name(const std::vector<std::int64_t>*) { return "list of intege
 const char* type_name(const std::vector<std::string>*) { return "list of texts"; }
 const char* type_name(const std::vector<Path>*) { return "list of paths"; }
 
-/// The unit in a name's suffix: `focal_length_mm` is in mm, `speed_m_per_s` in m/s.
+/// The unit in a name's suffix: `focal_length_mm` is in mm, `speed_m_per_s` and `speed_mps` in m/s.
 std::string unit_of(std::string_view name) {
   static constexpr std::string_view kUnits[] = {
       "bytes", "cm", "db", "deg", "hz",      "kg", "km",  "m", "m2", "m3", "min", "mm",
@@ -136,6 +136,7 @@ std::string unit_of(std::string_view name) {
     return std::find(std::begin(kUnits), std::end(kUnits), word) != std::end(kUnits);
   };
   const std::string_view unit = last_word(name);
+  if (unit == "mps") return "m/s";
   if (unit.size() == name.size() || !is_unit(unit)) return {};
   const std::string_view rest = name.substr(0, name.size() - unit.size() - 1);
   if (!rest.ends_with("_per")) return std::string(unit);

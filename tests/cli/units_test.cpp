@@ -1,0 +1,57 @@
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+
+#include "cli/run_config.h"
+#include "core/schema_writer.h"
+#include "export/exporter.h"
+#include "geo/trajectory.h"
+
+namespace terracast::cli {
+namespace {
+
+/// Numbers that are counts, ratios or names of something, by the last word of their key's path.
+const std::set<std::string> kPure = {"color_samples",
+                                     "detail_roughness",
+                                     "exposure",
+                                     "laps",
+                                     "max_relative_depth_error",
+                                     "min_disparity_share",
+                                     "num_frames",
+                                     "num_points",
+                                     "pixel_aspect",
+                                     "quaternion_wxyz",
+                                     "roundness",
+                                     "samples_per_image",
+                                     "seed",
+                                     "slope"};
+
+void expect_units(const std::vector<core::KeyInfo>& keys, int& num_with_unit) {
+  for (const core::KeyInfo& key : keys) {
+    const bool is_number = key.type.find("number") != std::string::npos ||
+                           key.type.find("integer") != std::string::npos;
+    if (!is_number) continue;
+    num_with_unit += key.unit.empty() ? 0 : 1;
+    const std::string name = key.name.substr(key.name.rfind('.') + 1);
+    EXPECT_EQ(key.unit.empty(), kPure.contains(name))
+        << key.name << (key.unit.empty() ? " has no unit" : " has unit " + key.unit);
+  }
+}
+
+TEST(Units, EveryNumberOfAConfigHasOneOrNeedsNone) {
+  // speed_mps once stood in the manual without its m/s.
+  int num_with_unit = 0;
+  expect_units(core::list_keys<RunConfig>(), num_with_unit);
+  const auto expect_units_of = [&](auto& options) {
+    std::vector<core::KeyInfo> keys;
+    options.describe(*core::make_key_lister(keys));
+    expect_units(keys, num_with_unit);
+  };
+  for (const auto& kind : geo::trajectory_kinds()) expect_units_of(*kind.make());
+  for (const auto& format : exporters::exporters()) expect_units_of(*format.make());
+  EXPECT_GT(num_with_unit, 50);
+}
+
+}  // namespace
+}  // namespace terracast::cli
