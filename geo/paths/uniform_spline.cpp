@@ -15,14 +15,23 @@ std::size_t neighbour(long index, std::size_t count, bool is_closed) {
   return static_cast<std::size_t>(std::clamp(index, 0L, n - 1));
 }
 
-/// Means over index - reach .. index + reach, by a running sum of `padded` values.
+/// Means over index - reach .. index + reach of what `padded` holds, whatever the reach at the cost
+/// of a few additions each.
 std::vector<double> box_mean(const std::vector<double>& padded, int reach) {
+  // In blocks as wide as the window, each window is the end of a block and the start of the next:
+  // no sum is longer than the window, so that rounding does not grow along the path.
   const std::size_t width = 2 * static_cast<std::size_t>(reach) + 1;
-  std::vector<double> means(padded.size() - width + 1);
+  const std::size_t count = padded.size();
+  std::vector<double> from_block_start = padded;
+  for (std::size_t i = 1; i < count; ++i)
+    if (i % width != 0) from_block_start[i] += from_block_start[i - 1];
+  std::vector<double> to_block_end = padded;
+  for (std::size_t i = count - 1; i-- > 0;)
+    if ((i + 1) % width != 0) to_block_end[i] += to_block_end[i + 1];
+  std::vector<double> means(count - width + 1);
   for (std::size_t i = 0; i < means.size(); ++i) {
-    double sum = 0.0;
-    for (std::size_t k = 0; k < width; ++k) sum += padded[i + k];
-    means[i] = sum / static_cast<double>(width);
+    const double next_block = i % width == 0 ? 0.0 : from_block_start[i + width - 1];
+    means[i] = (to_block_end[i] + next_block) / static_cast<double>(width);
   }
   return means;
 }
