@@ -58,4 +58,27 @@ inline double roll_rad(const GroundWorld& world, const BodyState& state) {
   return std::atan2(axes.col(1).dot(axes.col(0).cross(level_left)), axes.col(1).dot(level_left));
 }
 
+inline constexpr double kGravity_mps2 = 9.80665;
+
+inline std::string orbit_text(double radius_m, double speed_mps, const std::string& more = "") {
+  return fmt::format(R"(
+kind = "orbit"
+centre = {{ east_m = 12000.0, north_m = 9000.0, height_m = 300.0 }}
+radius_m = {}
+speed_mps = {}
+{})",
+                     radius_m, speed_mps, more);
+}
+
+inline const char* const kFourPlaces = R"(
+kind = "waypoints"
+speed_mps = 25.0
+waypoints = [
+  { lat_deg = 42.50, lon_deg = 1.50, height_m = 100.0 },
+  { lat_deg = 42.52, lon_deg = 1.52, height_m = 300.0 },
+  { lat_deg = 42.51, lon_deg = 1.56, height_m = 150.0 },
+  { lat_deg = 42.54, lon_deg = 1.58, height_m = 1400.0, above = "ellipsoid" },
+]
+)";
+
 }  // namespace terracast::geo::test
