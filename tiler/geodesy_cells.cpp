@@ -14,7 +14,9 @@ using Terms = GeodesyColumn::Terms;
 
 constexpr double kCoarsestNodeSpacing_m = 512.0;
 constexpr double kFinestNodeSpacing_m = 32.0;
-constexpr double kTolerance_m = 1e-7;
+constexpr double kMostNodes = 1e6;
+/// Probes that stay apart by more than this tell of a seam or a pole in the projection.
+constexpr double kLargestError_m = 1e-3;
 
 /// Of the ellipsoid, squared.
 constexpr double kEccentricity2 = geo::kWgs84Flattening * (2.0 - geo::kWgs84Flattening);
@@ -95,9 +97,15 @@ GeodesyCells::GeodesyCells(const geo::WorldFrame& frame, const HeightField& fiel
     largest_probe_error_m_ = probe(frame, field);
     if (largest_probe_error_m_ <= kTolerance_m || node_spacing_m_ <= kFinestNodeSpacing_m) break;
     // Twice the nodes make the error of a quadratic eight times smaller; a projection with a seam
-    // in the square would never get there, and is as good as it is.
-    if (static_cast<double>(num_nodes_) * num_nodes_ > 1e6) break;
+    // in the square would never get there.
+    if (static_cast<double>(num_nodes_) * num_nodes_ > kMostNodes) break;
   }
+  if (largest_probe_error_m_ > kLargestError_m)
+    core::fail(core::ErrorKind::Input,
+               "the projection of the heights jumps or bends within the world's square: places are "
+               "off by {:.2g} m between nodes {} m apart; warp the raster to a projection without "
+               "a seam or pole there, such as its UTM zone's, with gdalwarp -t_srs",
+               largest_probe_error_m_, node_spacing_m_);
 }
 
 void GeodesyCells::fill(const geo::WorldFrame& frame, const HeightField& field,

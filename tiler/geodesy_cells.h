@@ -46,19 +46,24 @@ class GeodesyColumn {
   double half_range_m_;
 };
 
-/// Geodesy, projection and geoid over the world's square, exact at the nodes of a grid that is fixed
-/// to the world's lattice and quadratic between them (cubic in height): a pure function of (x, y),
-/// whatever tile asks.
+/// Geodesy, projection and geoid over the world's square, exact at the nodes of a grid that is
+/// fixed to the world's lattice and quadratic between them (cubic in height): a pure function of
+/// (x, y), whatever tile asks.
 ///
-/// accuracy   z and map coordinates 1e-7 m on the ground against GeographicLib and PROJ: the spacing
-///            of the nodes is halved until probes between them agree. Undulation 1 mm of
-///            GeographicLib's where that is smooth (its cubic jumps by up to 2 cm between cells of
-///            the geoid's grid; here it does not)
+/// accuracy   z and map coordinates 1e-7 m on the ground against GeographicLib and PROJ: the
+///            spacing of the nodes is halved until probes between them agree, down to 32 m or a
+///            million nodes. A projection that bends more is as good as largest_probe_error_m()
+///            says, 1e-3 m at worst. Undulation 1 mm of GeographicLib's where that is smooth (its
+///            cubic jumps by up to 2 cm between cells of the geoid's grid; here it does not)
 /// cost       20 ns a column; made once, about 10 us a node
 /// threads    safe
 class GeodesyCells {
  public:
+  static constexpr double kTolerance_m = 1e-7;
+
   /// half_side_m    of the square that is covered, about the world's origin
+  /// throws         Input: probes stay apart by more than 1e-3 m; the projection has a seam or a
+  ///                pole within the square
   GeodesyCells(const geo::WorldFrame& frame, const HeightField& field, const geo::Geoid* geoid,
                double half_side_m, double lowest_m, double highest_m);
 
@@ -103,8 +108,9 @@ struct PlaceAtHeight {
   double height_per_z = 1.0;  ///< how the height grows along world z: the cosine of up's lean
 };
 
-/// Solves for z by Newton's iteration, z to 1e-9 m whatever the tolerance up to 1 m (the height is
-/// all but linear in z). tolerance_m   how near the returned place must be
+/// Solves for z by Newton's iteration.
+/// tolerance_m   how near the returned place must be; up to 1 m
+/// accuracy      z to 1e-9 m whatever the tolerance (the height is all but linear in z)
 PlaceAtHeight place_at_height(const geo::WorldFrame& frame, double x_world, double y_world,
                               double height_m, double tolerance_m);
 

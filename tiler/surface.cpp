@@ -31,6 +31,10 @@ constexpr int kFinestLevel = -3;
 /// The square is covered by at most this many tiles of the base level.
 constexpr double kMostBaseTiles = 1024.0;
 
+/// So that the apron's tiles, a level coarser, are small enough for the Earth's curve
+/// (kLowestCoarsestLevel of the tile stage).
+constexpr int kCoarsestBaseLevel = 7;
+
 /// Detail fades out where land comes down to the sea, over this height.
 constexpr double kShoreHeight_m = 3.0;
 
@@ -140,6 +144,9 @@ TerrainSurface::TerrainSurface(const WorldOptions& options, const core::Context&
                                           highest_m_);
   context.log.debug("geodesy: nodes every {} m, probes within {:.1e} m", cells_->node_spacing_m(),
                     cells_->largest_probe_error_m());
+  if (cells_->largest_probe_error_m() > GeodesyCells::kTolerance_m)
+    context.log.warn("{}: the heights' projection bends so much that places are good to {:.1e} m",
+                     options_.name, cells_->largest_probe_error_m());
   choose_levels();
   const double roughness = field_->takes_detail() ? options_.detail_roughness : 0.0;
   detail_ = std::make_unique<Detail>(static_cast<std::uint64_t>(options_.seed), measured_level_,
@@ -163,7 +170,9 @@ void TerrainSurface::choose_levels() {
   const int source_level = static_cast<int>(std::floor(std::log2(field_->spacing_m()) + 1e-3));
   measured_level_ = std::max(source_level, kFinestLevel);
   const double finest_base_m = options_.size_m / (world::kTileCells * std::sqrt(kMostBaseTiles));
-  base_level_ = std::max(measured_level_, static_cast<int>(std::ceil(std::log2(finest_base_m))));
+  base_level_ =
+      std::min(std::max(measured_level_, static_cast<int>(std::ceil(std::log2(finest_base_m)))),
+               kCoarsestBaseLevel);
   // A surface that is known at every place holds nothing synthetic at any level.
   if (!field_->takes_detail()) measured_level_ = kFinestLevel;
 }

@@ -22,8 +22,8 @@ using world::TileInfo;
 
 constexpr const char* kInputsFile = "inputs.json";
 
-/// Tiles of 66 km: few are needed, however far the horizon, and the Earth's curve drops less than the
-/// 16 km that a tile's heights may span, out to kLargestApronRadius_m.
+/// Tiles of 66 km: few are needed, however far the horizon, and the Earth's curve drops less than
+/// the 16 km that a tile's heights may span, out to kLargestApronRadius_m.
 constexpr int kLowestCoarsestLevel = 8;
 
 /// There the ground falls off by 0.11 m a metre along the axes, 0.16 along a tile's diagonal: 10 km
@@ -132,14 +132,14 @@ double Growth::apron_radius_m() const {
       has_viewpoint = true;
     }
   const double above_apron_m = std::max(highest_m - std::min(surface_.lowest_m(), 0.0), 100.0);
-  const double radius_m =
-      geo::horizon_distance_m(above_apron_m) * kApronMargin + off_centre_m + kApronMargin_m;
+  const double horizon_m = geo::horizon_distance_m(above_apron_m);
+  const double radius_m = horizon_m * kApronMargin + off_centre_m + kApronMargin_m;
   if (radius_m > kLargestApronRadius_m)
     fail(ErrorKind::Input,
-         "a camera {:.0f} m above the ellipsoid sees a horizon {:.0f} km away; worlds reach {:.0f} "
-         "km, "
-         "which serves cameras up to about 30 km",
-         highest_m, radius_m / 1000.0, kLargestApronRadius_m / 1000.0);
+         "a camera {:.0f} m above the ellipsoid sees a horizon {:.0f} km away, for which the "
+         "ground must reach {:.0f} km from the world's origin; worlds reach {:.0f} km, which "
+         "serves cameras up to about 30 km",
+         highest_m, horizon_m / 1000.0, radius_m / 1000.0, kLargestApronRadius_m / 1000.0);
   return std::max(std::ceil(radius_m), previous_radius_m_);
 }
 
