@@ -352,6 +352,8 @@ Climate climate_of(const world::TileStore& store, std::uint32_t seed) {
         if (tile.cover[world::Tile::sample(i, j)] != world::Cover::Sea) continue;
         const Eigen::Vector3d point(corner.x() + i * info.id.spacing_m(),
                                     corner.y() + j * info.id.spacing_m(), tile.z_world(i, j));
+        // Far beyond the square approximate_height_m() is metres off.
+        if (point.head<2>().cwiseAbs().maxCoeff() > half_m) continue;
         sum_m += approximate_height_m(point);
         ++num_samples;
       }

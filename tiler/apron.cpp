@@ -14,6 +14,9 @@ constexpr double kMirrorShare = 0.45;
 /// Over this distance land sinks into the sea that was asked for.
 constexpr double kShore_m = 15000.0;
 constexpr double kHillPeriod_m = 7000.0;
+/// Mirrored ground up to this far above the sea is shore: what lies beyond comes down to it.
+constexpr double kShoreHeight_m = 20.0;
+constexpr double kSeaDepth_m = 100.0;
 
 double smooth_step(double lowest, double highest, double value) {
   const double t = std::clamp((value - lowest) / (highest - lowest), 0.0, 1.0);
@@ -39,6 +42,8 @@ Apron::Apron(double half_size_m, bool sinks_to_sea, std::uint64_t seed,
       step_m_(2.0 * half_size_m / kSamplesPerSide),
       hills_(seed, 0xA9B0) {
   std::vector<double> heights_m;
+  double sum_of_sea_m = 0.0;
+  int num_sea = 0;
   for (int side = 0; side < 4; ++side)
     for (int k = 0; k < kSamplesPerSide; ++k) {
       const double t = -half_size_m + k * step_m_;
@@ -47,7 +52,12 @@ Apron::Apron(double half_size_m, bool sinks_to_sea, std::uint64_t seed,
       const BorderSample sample = border(places[side].x(), places[side].y());
       heights_m.push_back(sample.height_m);
       sea_share_.push_back(sample.is_sea ? 1.0 : 0.0);
+      if (!sample.is_sea) continue;
+      sum_of_sea_m += sample.height_m;
+      ++num_sea;
     }
+  has_sea_ = num_sea > 0;
+  if (has_sea_) sea_level_m_ = sum_of_sea_m / num_sea;
   heights_m_.push_back(heights_m);
   for (int j = 1; j < kNumSmoothed; ++j)
     heights_m_.push_back(smoothed(heights_m_.back(), std::size_t{1} << (j - 1)));
@@ -93,7 +103,8 @@ double Apron::at(const std::vector<double>& profile, double along) {
   return a + (along - whole) * (profile[(first + 1) % profile.size()] - a);
 }
 
-BorderSample Apron::beyond(double x_world, double y_world, double distance_m) const {
+BorderSample Apron::beyond(double x_world, double y_world, double distance_m,
+                           const std::optional<BorderSample>& mirrored) const {
   const double place = along(nearest_inside(x_world, y_world));
   const double level =
       std::clamp(std::log2(std::max(distance_m / (3.0 * step_m_), 1.0)), 0.0, kNumSmoothed - 1.001);
@@ -102,17 +113,27 @@ BorderSample Apron::beyond(double x_world, double y_world, double distance_m) co
   const double carried_m =
       low + (level - std::floor(level)) * (at(heights_m_[level_below + 1], place) - low);
   const double sea_share = at(sea_share_, place);
-  BorderSample sample;
   const double hills = fractal_noise(hills_, x_world / kHillPeriod_m, y_world / kHillPeriod_m, 5);
-  sample.height_m = carried_m + (1.0 - sea_share) * at(hill_heights_m_, place) * 1.6 * hills *
-                                    smooth_step(0.0, 6000.0, distance_m);
-  sample.is_sea = sea_share > 0.5;
-  if (sample.is_sea) sample.height_m *= 1.0 - smooth_step(0.5, 0.9, sea_share);
-  if (sinks_to_sea_) {
-    sample.height_m *= 1.0 - smooth_step(0.0, kShore_m, distance_m);
-    sample.is_sea = sample.is_sea || distance_m >= kShore_m;
+  const double land_m = carried_m + (1.0 - sea_share) * at(hill_heights_m_, place) * 1.6 * hills *
+                                        smooth_step(0.0, 6000.0, distance_m);
+  // Land passes into the sea's floor, so that the shore is a contour and no line of the border's.
+  double sinking = smooth_step(0.3, 0.8, sea_share);
+  if (sinks_to_sea_) sinking = std::max(sinking, smooth_step(0.0, kShore_m, distance_m));
+  double above_sea_m = (1.0 - sinking) * (land_m - sea_level_m_) - sinking * kSeaDepth_m;
+  bool is_sea = sinking > 0.0 && above_sea_m <= 0.0;
+  double surface_m = sea_level_m_;  // of the sea
+  if (mirrored) {
+    const double share = mirror_share(distance_m);
+    const double mirrored_m = mirrored->is_sea ? 0.0 : mirrored->height_m - sea_level_m_;
+    // Higher ground farther out would lift the border's bays into slopes.
+    if (has_sea_ && above_sea_m > 0.0)
+      above_sea_m *=
+          1.0 - smooth_step(0.3, 0.6, share) * (1.0 - smooth_step(0.0, kShoreHeight_m, mirrored_m));
+    above_sea_m = (1.0 - share) * above_sea_m + share * mirrored_m;
+    is_sea = (mirrored->is_sea || sinking > 0.0) && above_sea_m <= 0.0;
+    if (mirrored->is_sea) surface_m += share * (mirrored->height_m - sea_level_m_);
   }
-  return sample;
+  return {.height_m = is_sea ? surface_m : surface_m + above_sea_m, .is_sea = is_sea};
 }
 
 }  // namespace terracast::tiler

@@ -3,13 +3,14 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "tiler/gradient_noise.h"
 
 namespace terracast::tiler {
 
-/// What the border of the square is like at a place of it.
+/// The ground at a place of the square's border, or beyond it.
 struct BorderSample {
   double height_m = 0.0;  ///< above the geoid, or the ellipsoid where no geoid is used
   bool is_sea = false;
@@ -17,7 +18,8 @@ struct BorderSample {
 
 /// The ground beyond the square. Near the border it mirrors the square's own; farther out it passes
 /// into the border's heights carried outward, smoothed along the border the more the farther out,
-/// with hills like those of the border. With outside = "sea" it sinks below the sea.
+/// with hills like those of the border. Where the border is sea, so is what lies beyond; with
+/// outside = "sea" all sinks to the sea.
 ///
 /// threads   safe
 class Apron {
@@ -33,11 +35,13 @@ class Apron {
   /// it.
   Eigen::Vector2d mirrored_inside(double x_world, double y_world) const;
 
-  /// How much the mirrored surface counts: 1 at the border, 0 where only beyond() does.
+  /// How much the mirrored surface counts: 1 at the border, 0 where it does not.
   double mirror_share(double distance_m) const;
 
-  /// Height far from the border, above what BorderSample's are above.
-  BorderSample beyond(double x_world, double y_world, double distance_m) const;
+  /// The ground beyond the border, above what the border's is above.
+  /// mirrored   the square's at mirrored_inside(), where mirror_share() is above 0
+  BorderSample beyond(double x_world, double y_world, double distance_m,
+                      const std::optional<BorderSample>& mirrored) const;
 
  private:
   double along(const Eigen::Vector2d& inside) const;  ///< in profile samples
@@ -45,6 +49,8 @@ class Apron {
 
   double half_size_m_;
   bool sinks_to_sea_;
+  bool has_sea_ = false;      ///< at the border
+  double sea_level_m_ = 0.0;  ///< of the border's sea; 0, the geoid, where it has none
   double step_m_ = 0.0;
   GradientNoise hills_;
   std::vector<std::vector<double>> heights_m_;  ///< smoothed over 1, 2, 4 … samples

@@ -42,6 +42,9 @@ class HeightField {
 
   virtual FieldFacts facts(const Eigen::Vector2d& map) const = 0;
 
+  /// Whether facts() tells of a sea anywhere.
+  virtual bool has_sea() const = 0;
+
   /// Bounds of height_m.
   virtual double lowest_m() const = 0;
   virtual double highest_m() const = 0;

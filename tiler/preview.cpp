@@ -56,8 +56,7 @@ Eigen::Vector3d tint_of(double share) {
 class LevelSampler {
  public:
   LevelSampler(const TileStore& store, double half_side_m, double metres_per_px)
-      : store_(store),
-        level_(std::clamp(static_cast<int>(std::floor(std::log2(metres_per_px))),
+      : level_(std::clamp(static_cast<int>(std::floor(std::log2(metres_per_px))),
                           store.manifest().base_level, store.manifest().coarsest_level)) {
     std::vector<TileId> ids;
     const TileId low = world::tile_at(level_, -half_side_m, -half_side_m);
@@ -82,7 +81,6 @@ class LevelSampler {
   struct Value {
     double z_world = 0.0;
     world::Cover cover = world::Cover::Land;
-    bool is_sea = false;  ///< the apron's sea, too
     bool is_known = false;
   };
 
@@ -101,17 +99,12 @@ class LevelSampler {
       const double north =
           tile.z_world(i, j + 1) + tx * (tile.z_world(i + 1, j + 1) - tile.z_world(i, j + 1));
       const std::size_t nearest = Tile::sample(tx < 0.5 ? i : i + 1, ty < 0.5 ? j : j + 1);
-      const world::Cover cover = tile.cover[nearest];
-      const bool is_sea = cover == world::Cover::Sea ||
-                          (cover == world::Cover::Outside &&
-                           store_.manifest().sources.at(tile.source[nearest]).kind == "sea");
-      return {south + ty * (north - south), cover, is_sea, true};
+      return {south + ty * (north - south), tile.cover[nearest], true};
     }
     return {};
   }
 
  private:
-  const TileStore& store_;
   int level_;
   int coarsest_level_ = 0;
   std::unordered_map<TileId, Tile> tiles_;
@@ -131,6 +124,9 @@ struct MapFrame {
   double metres_per_px() const { return 2.0 * half_side_m / side_px; }
   Eigen::Vector2d pixel(double x_world, double y_world) const {
     return {(x_world + half_side_m) / metres_per_px(), (half_side_m - y_world) / metres_per_px()};
+  }
+  Eigen::Vector2d world(double x_px, double y_px) const {
+    return {x_px * metres_per_px() - half_side_m, half_side_m - y_px * metres_per_px()};
   }
 };
 
@@ -152,12 +148,11 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
   core::parallel_for(side + 1, [&](std::int64_t row) {
     const int j = static_cast<int>(row);
     for (int i = 0; i <= side; ++i) {
-      const double x_world = i * step_m - map.half_side_m;
-      const double y_world = map.half_side_m - j * step_m;
+      const Eigen::Vector2d at = map.world(i, j);
       LevelSampler::Value& here = value(i, j);
-      here = sampler.at(x_world, y_world);
+      here = sampler.at(at.x(), at.y());
       // Tints follow the height above the curved Earth; a sphere is near enough for colours.
-      here.z_world += (x_world * x_world + y_world * y_world) / (2.0 * geo::kWgs84SemiMajorAxis_m);
+      here.z_world += at.squaredNorm() / (2.0 * geo::kWgs84SemiMajorAxis_m);
     }
   });
   HeightRange range{1e9, -1e9};
@@ -176,7 +171,7 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
     for (int i = 0; i < side; ++i) {
       const LevelSampler::Value& here = value(i, j);
       Eigen::Vector3d colour(kPaper[0], kPaper[1], kPaper[2]);
-      if (here.is_known && here.is_sea) {
+      if (here.is_known && here.cover == world::Cover::Sea) {
         colour = {kSea[0], kSea[1], kSea[2]};
       } else if (here.is_known) {
         const double east = (value(i + 1, j).z_world - here.z_world) / step_m * exaggeration;
@@ -185,7 +180,8 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
             std::max(Eigen::Vector3d(-east, -north, 1.0).normalized().dot(light), 0.0);
         colour = tint_of((here.z_world - range.lowest_m) / span_m) * (0.35 + 0.88 * shade);
       }
-      if (here.cover == world::Cover::Outside)
+      const Eigen::Vector2d at = map.world(i, j);
+      if (at.cwiseAbs().maxCoeff() > 0.5 * store.manifest().size_m)
         colour = 0.45 * colour + 0.55 * Eigen::Vector3d(kPaper[0], kPaper[1], kPaper[2]);
       for (int channel = 0; channel < 3; ++channel)
         image(i, j, channel) = static_cast<std::uint8_t>(std::clamp(colour[channel], 0.0, 255.0));

@@ -23,7 +23,7 @@ using world::Cover;
 using world::kTileSamples;
 
 /// Raised when the same inputs give another surface.
-constexpr int kSurfaceVersion = 1;
+constexpr int kSurfaceVersion = 2;
 
 /// The finest level that tiles may have (DetailOptions::finest_spacing_m goes down to 2^-3 m).
 constexpr int kFinestLevel = -3;
@@ -239,7 +239,7 @@ void TerrainSurface::describe_sources() {
   };
   TERRACAST_CHECK(sources_.size() < 250, "{} sources", sources_.size());
   apron_source_ = row_of_kind("extend", "extended");
-  sea_source_ = row_of_kind("sea", "sea");
+  if (field_->has_sea() || options_.outside == "sea") sea_source_ = row_of_kind("sea", "sea");
 }
 
 double TerrainSurface::height_with_detail_m(const Eigen::Vector2d& map, double detail_m,
@@ -308,10 +308,8 @@ SurfaceSample TerrainSurface::inside(const GeodesyColumn& column, double x_world
 SurfaceSample TerrainSurface::beyond(double x_world, double y_world, int finest_octave) const {
   const Eigen::Vector2d nearest = apron_->nearest_inside(x_world, y_world);
   const double distance_m = (Eigen::Vector2d(x_world, y_world) - nearest).norm();
-  const BorderSample far = apron_->beyond(x_world, y_world, distance_m);
   const double mirror_share = apron_->mirror_share(distance_m);
-  double height_m = far.height_m;
-  bool is_sea = far.is_sea;
+  std::optional<BorderSample> mirrored_ground;
   double moisture = 110.0;
   if (mirror_share > 0.0) {
     const Eigen::Vector2d mirrored = apron_->mirrored_inside(x_world, y_world);
@@ -321,24 +319,21 @@ SurfaceSample TerrainSurface::beyond(double x_world, double y_world, int finest_
     if (fade > 0.0)
       detail_m = fade * detail_->height_m(x_world, y_world, bilinear(relief_.ruggedness, place),
                                           finest_octave);
-    const BorderSample near = border_sample(mirrored, detail_m);
-    height_m += mirror_share * (near.height_m - height_m);
-    if (mirror_share > 0.5) is_sea = near.is_sea;
-    // Where the sea is mirrored beside land, the land keeps sinking into it.
-    if (is_sea && !far.is_sea && height_m > 0.0) is_sea = height_m < 0.5;
+    mirrored_ground = border_sample(mirrored, detail_m);
     moisture += mirror_share * (bilinear(relief_.moisture, place) - moisture);
   }
+  const BorderSample ground = apron_->beyond(x_world, y_world, distance_m, mirrored_ground);
   // Heights count from the geoid where one is used; its undulation is that of the apron's own
   // place.
-  PlaceAtHeight found = place_at_height(frame_, x_world, y_world, height_m, 1.0);
+  PlaceAtHeight found = place_at_height(frame_, x_world, y_world, ground.height_m, 1.0);
   if (geoid_ != nullptr)
     found.z_world +=
         geoid_->undulation_m(found.place.lat_deg, found.place.lon_deg) / found.height_per_z;
   SurfaceSample sample;
   sample.z_world = found.z_world;
-  sample.cover = Cover::Outside;
-  sample.source = is_sea ? sea_source_ : apron_source_;
-  sample.moisture = is_sea ? 255 : static_cast<std::uint8_t>(std::lround(moisture));
+  sample.cover = ground.is_sea ? Cover::Sea : Cover::Outside;
+  sample.source = ground.is_sea ? sea_source_ : apron_source_;
+  sample.moisture = ground.is_sea ? 255 : static_cast<std::uint8_t>(std::lround(moisture));
   return sample;
 }
 

@@ -36,9 +36,9 @@ struct SurfaceSample {
 class WorldSurface {
  public:
   /// Reads and checks every source, fills voids.
-  /// throws   Config, Input, Io: sources that cannot be read, georeferenced, lack a datum, hold values
-  ///          that are no heights, or leave parts of the square without cover (naming the area)
-  ///          while outside = "error"
+  /// throws   Config, Input, Io: sources that cannot be read, georeferenced, lack a datum, hold
+  ///          values that are no heights, or leave parts of the square without cover (naming the
+  ///          area) while outside = "error"
   static std::shared_ptr<const WorldSurface> prepare(const WorldOptions& options,
                                                      const core::Context& context);
   virtual ~WorldSurface() = default;
@@ -48,7 +48,7 @@ class WorldSurface {
   virtual const std::vector<world::SourceInfo>& sources() const = 0;
   virtual int measured_level() const = 0;  ///< finest level without synthetic detail
   /// Coarsest level that holds all that the finest source knows; coarser where the square would
-  /// take too many tiles of it.
+  /// take too many tiles of it, finer where its tiles would be over 33 km wide.
   virtual int base_level() const = 0;
   virtual std::string input_hash() const = 0;  ///< of all that determines sample()
   virtual std::shared_ptr<const geo::Geoid> geoid() const = 0;

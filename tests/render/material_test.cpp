@@ -171,5 +171,20 @@ TEST(Climate, SeaLevelComesFromTheSea) {
   EXPECT_NEAR(climate.snow_line_m, 2930.0, 100.0);
 }
 
+TEST(Climate, SeaBeyondTheSquareDoesNotCount) {
+  // So far out the height of a place is known to metres only, and beaches are narrow.
+  const test::ScratchFolder folder;
+  test::TinyWorldOptions options;
+  options.coarsest_level = 3;
+  options.finest_level = 3;
+  options.cover = [](double x, double) { return x < 0.0 ? world::Cover::Sea : world::Cover::Land; };
+  const auto store = test::make_tiny_world(
+      folder / "sea", [](double x, double) { return x < -1000.0 ? 148.0 : 48.0; }, options);
+  world::WorldManifest manifest = store.manifest();
+  manifest.size_m = 2000.0;
+  world::write_manifest(folder / "sea", std::move(manifest));
+  EXPECT_NEAR(climate_of(world::TileStore::open(folder / "sea"), 1).sea_level_m, 48.0, 0.5);
+}
+
 }  // namespace
 }  // namespace terracast::render

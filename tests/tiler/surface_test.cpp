@@ -1,10 +1,13 @@
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "core/registry.h"
 #include "tests/tiler/raster_files.h"
 #include "tiler/detail.h"
+#include "tiler/geodesy_cells.h"
 #include "tiler/layer_registry.h"
 #include "tiler/tile_builder.h"
 
@@ -56,6 +59,62 @@ TEST(Analytic, HeightsAreThoseOfTheClosedForms) {
   }
 }
 
+TEST(Analytic, ShapesThatRiseBeyondWhatAWorldHoldsAreRefused) {
+  tiler::WorldOptions options = world_of("ramp", 51200.0);
+  options.elevation[0].slope = 1.0;
+  expect_error(core::ErrorKind::Config, {"elevation.0", "slope = 1", "size_m = 51200", "8000 m"},
+               [&] { options.validate(); });
+  options.elevation[0].slope = -0.15;
+  EXPECT_NO_THROW(options.validate());
+  options.size_m = 2048.0;
+  options.elevation[0].slope = 3.0;
+  EXPECT_NO_THROW(options.validate());
+  options = world_of("paraboloid", 51200.0);
+  options.elevation[0].curvature_per_m = -2e-5;
+  expect_error(core::ErrorKind::Config, {"curvature_per_m = -2e-05", "13107 m", "size_m"},
+               [&] { options.validate(); });
+}
+
+/// Map coordinates that jump by `jump_m` along a meridian.
+class SeamedField : public tiler::HeightField {
+ public:
+  SeamedField(const geo::WorldFrame& frame, double jump_m) : frame_(frame), jump_m_(jump_m) {}
+  void map_from_geodetic(std::span<const geo::Geodetic> places,
+                         std::span<Eigen::Vector2d> map) const override {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      map[i] = frame_.world_from_geodetic({places[i].lat_deg, places[i].lon_deg, 0.0}).head<2>();
+      if (map[i].x() > 0.0) map[i].x() += jump_m_;
+    }
+  }
+  double height_m(const Eigen::Vector2d&) const override { return 0.0; }
+  tiler::FieldFacts facts(const Eigen::Vector2d&) const override { return {}; }
+  bool has_sea() const override { return false; }
+  double lowest_m() const override { return 0.0; }
+  double highest_m() const override { return 0.0; }
+  geo::VerticalDatum datum() const override { return geo::VerticalDatum::Ellipsoid; }
+  double spacing_m() const override { return 1.0; }
+  double metres_per_map_unit() const override { return 1.0; }
+  bool takes_detail() const override { return false; }
+  const std::vector<world::SourceInfo>& sources() const override { return sources_; }
+  std::string input_hash() const override { return {}; }
+
+ private:
+  const geo::WorldFrame frame_;
+  const double jump_m_;
+  const std::vector<world::SourceInfo> sources_;
+};
+
+TEST(GeodesyCells, RefuseAProjectionThatJumpsWithinTheSquare) {
+  const geo::WorldFrame frame({.lat_deg = kOriginLat_deg, .lon_deg = kOriginLon_deg});
+  const auto cells_of = [&](double jump_m) {
+    const SeamedField field(frame, jump_m);
+    return tiler::GeodesyCells(frame, field, nullptr, 512.0, 0.0, 100.0);
+  };
+  EXPECT_LE(cells_of(0.0).largest_probe_error_m(), tiler::GeodesyCells::kTolerance_m);
+  expect_error(core::ErrorKind::Input, {"projection", "within the world's square", "gdalwarp"},
+               [&] { cells_of(100.0); });
+}
+
 TEST(Surface, HeightsOutsideTheSquareAreNotMeasured) {
   const auto surface = prepare(world_of("plane"));
   EXPECT_TRUE(surface->measured_height_m(kOriginLat_deg, kOriginLon_deg).has_value());
@@ -69,6 +128,17 @@ std::shared_ptr<const tiler::WorldSurface> procedural_surface() {
   static const auto surface = [] {
     tiler::WorldOptions options = world_of("procedural", 8192.0);
     options.seed = 1;
+    return prepare(options);
+  }();
+  return surface;
+}
+
+/// 51.2 km of procedural land whose sea lies 12 m above the geoid.
+std::shared_ptr<const tiler::WorldSurface> coast_surface() {
+  static const auto surface = [] {
+    tiler::WorldOptions options = world_of("procedural", 51200.0);
+    options.elevation[0].vertical_datum = "egm96";
+    options.elevation[0].sea_level_m = 12.0;
     return prepare(options);
   }();
   return surface;
@@ -217,8 +287,10 @@ TEST(Apron, MeetsTheSquareAndReachesTheHorizonWithoutCliffs) {
     const double inside = surface->sample(half, t).z_world;
     const double outside = surface->sample(half + 0x1.0p-10, t).z_world;
     EXPECT_NEAR(inside, outside, 0.02) << t;  // a millimetre of ground apart
-    EXPECT_EQ(surface->sample(half, t).cover == Cover::Outside, false);
-    EXPECT_EQ(surface->sample(half + 1.0, t).cover, Cover::Outside);
+    const Cover cover = surface->sample(half, t).cover;
+    EXPECT_NE(cover, Cover::Outside);
+    EXPECT_EQ(surface->sample(half + 0x1.0p-10, t).cover,
+              cover == Cover::Sea ? Cover::Sea : Cover::Outside);
   }
   for (double far = 30000.0; far < 260000.0; far += 17000.0)
     for (const double angle : {0.1, 1.3, 2.9, 4.4, 5.6}) {
@@ -226,6 +298,55 @@ TEST(Apron, MeetsTheSquareAndReachesTheHorizonWithoutCliffs) {
       EXPECT_GT(place.height_m, -500.0);
       EXPECT_LT(place.height_m, 3000.0);
     }
+}
+
+TEST(Apron, TheSeaGoesOnBeyondTheBorderAtItsOwnLevel) {
+  // A strip of sand once ended the sea at the world's border, since all beyond it was land.
+  const auto surface = coast_surface();
+  const auto geoid = geo::Geoid::egm96();
+  const double half = 25600.0;
+  std::map<Cover, int> num_far;
+  int num_sea = 0;
+  for (double t = -half + 1.0; t < half; t += 400.0)
+    for (const Eigen::Vector2d& out : {Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0),
+                                       Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)}) {
+      const Eigen::Vector2d along(out.y(), out.x());
+      const Eigen::Vector2d border = half * out + t * along;
+      const bool is_sea = surface->sample(border.x(), border.y()).cover == Cover::Sea;
+      num_sea += is_sea ? 1 : 0;
+      for (const double distance_m : {0.001, 30.0, 900.0, 3000.0, 9000.0, 20000.0, 120000.0}) {
+        const Eigen::Vector2d at = border + distance_m * out;
+        const SurfaceSample sample = surface->sample(at.x(), at.y());
+        ASSERT_NE(sample.cover, Cover::Land);
+        if (distance_m < 1.0) {
+          EXPECT_EQ(sample.cover == Cover::Sea, is_sea) << at.transpose();
+        }
+        if (distance_m > 1e5) ++num_far[sample.cover];
+        EXPECT_EQ(surface->sources()[sample.source].kind == "sea", sample.cover == Cover::Sea);
+        if (sample.cover != Cover::Sea) continue;
+        const geo::Geodetic place =
+            surface->frame().geodetic_from_world({at.x(), at.y(), sample.z_world});
+        // 2 cm: the geoid's cubic jumps between its cells.
+        EXPECT_NEAR(place.height_m - geoid->undulation_m(place.lat_deg, place.lon_deg), 12.0, 0.02)
+            << at.transpose();
+      }
+    }
+  EXPECT_GT(num_sea, 50);
+  // Neither swallows the other out there.
+  EXPECT_GT(num_far[Cover::Sea], 50);
+  EXPECT_GT(num_far[Cover::Outside], 50);
+}
+
+TEST(Apron, AWorldWithoutSeaListsNone) {
+  const auto has_sea = [](const tiler::WorldOptions& options) {
+    const auto surface = prepare(options);
+    return std::any_of(surface->sources().begin(), surface->sources().end(),
+                       [](const world::SourceInfo& source) { return source.kind == "sea"; });
+  };
+  tiler::WorldOptions options = world_of("plane");
+  EXPECT_FALSE(has_sea(options));
+  options.outside = "sea";
+  EXPECT_TRUE(has_sea(options));
 }
 
 TEST(Apron, SinksIntoTheSeaThatTheConfigAsksFor) {
@@ -237,15 +358,15 @@ TEST(Apron, SinksIntoTheSeaThatTheConfigAsksFor) {
   const geo::Geodetic far = place_of(*surface, 60000.0, -30000.0);
   // Its own place's undulation, exactly: nothing is interpolated out there.
   EXPECT_NEAR(far.height_m, geoid->undulation_m(far.lat_deg, far.lon_deg), 1e-4);
-  EXPECT_EQ(surface->sources()[surface->sample(60000.0, -30000.0).source].kind, "sea");
+  const SurfaceSample sea = surface->sample(60000.0, -30000.0);
+  EXPECT_EQ(sea.cover, Cover::Sea);
+  EXPECT_EQ(surface->sources()[sea.source].kind, "sea");
+  EXPECT_EQ(surface->sample(2049.0, 0.0).cover, Cover::Outside);  // land yet
   EXPECT_NEAR(place_of(*surface, 2047.0, 0.0).height_m, 400.0, 1e-6);
 }
 
 TEST(Procedural, HasMountainsPlainCoastAndSeaThatLiesAtItsLevel) {
-  tiler::WorldOptions options = world_of("procedural", 51200.0);
-  options.elevation[0].vertical_datum = "egm96";
-  options.elevation[0].sea_level_m = 12.0;
-  const auto surface = prepare(options);
+  const auto surface = coast_surface();
   const auto geoid = geo::Geoid::egm96();
   int num_sea = 0;
   int num_plain = 0;

@@ -69,6 +69,7 @@ class AnalyticField : public HeightField {
   }
 
   FieldFacts facts(const Eigen::Vector2d&) const override { return {}; }
+  bool has_sea() const override { return false; }
   double lowest_m() const override { return lowest_m_; }
   double highest_m() const override { return highest_m_; }
   geo::VerticalDatum datum() const override { return datum_; }

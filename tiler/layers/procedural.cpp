@@ -128,6 +128,7 @@ class ProceduralField : public HeightField {
     return {.source = 0, .sea_height_m = sea_height_m_};
   }
 
+  bool has_sea() const override { return true; }
   double lowest_m() const override { return lowest_m_; }
   double highest_m() const override { return highest_m_; }
   geo::VerticalDatum datum() const override { return datum_; }

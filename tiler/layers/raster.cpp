@@ -51,6 +51,7 @@ class RasterField : public HeightField {
     return facts;
   }
 
+  bool has_sea() const override { return mosaic_.has_sea; }
   double lowest_m() const override { return lowest_m_; }
   double highest_m() const override { return highest_m_; }
   geo::VerticalDatum datum() const override { return datum_; }
