@@ -39,7 +39,7 @@ inline constexpr int kMaxCameras = 24;
 /// Semantic classes of this version; the names stand in sequence.json.
 enum class SemanticClass : std::uint8_t {
   Sky = 0,
-  Outside = 1,  ///< the apron beyond the world
+  Outside = 1,  ///< land of the apron, beyond the world
   Sea = 2,
   Rock = 3,
   Scree = 4,

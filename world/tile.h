@@ -13,7 +13,7 @@ namespace terracast::world {
 enum class Cover : std::uint8_t {
   Land = 0,
   Sea = 1,      ///< the sea's surface, at the geoid's height
-  Outside = 2,  ///< the apron beyond the world's square
+  Outside = 2,  ///< land of the apron, beyond the world's square
 };
 
 /// What stands on one tile. Arrays have kTileSamples^2 entries, row by row from south to north,
