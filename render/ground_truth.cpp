@@ -61,8 +61,8 @@ class TruthTracer {
       : query_(query),
         ground_(ground),
         view_(views.at(frame, camera)),
-        truth_(truth),
-        grid_{view_.model->width_px(), view_.model->height_px(), kUnitSide} {
+        grid_{view_.model->width_px(), view_.model->height_px(), kUnitSide},
+        truth_(truth) {
     if (frame + 1 < views.num_frames())
       targets_.push_back({&views.at(frame + 1, camera), capture::kVisibleNext});
     if (frame > 0) targets_.push_back({&views.at(frame - 1, camera), capture::kVisiblePrevious});
