@@ -139,16 +139,29 @@ class TemporaryFile {
   bool renamed_ = false;
 };
 
-void make_parent(const fs::path& file) {
+/// Where a write to `file` goes: through links to what they name, and never in the place of a
+/// device or pipe. Makes the file's folder.
+fs::path target_of(const fs::path& file) {
   if (!file.has_filename()) fail(ErrorKind::Io, "\"{}\" does not name a file", file.string());
   if (file.has_parent_path()) make_folder(file.parent_path());
+  constexpr int kMaxLinks = 40;  // as Linux follows
+  fs::path target = file;
+  std::error_code error;
+  for (int i = 0; fs::is_symlink(fs::symlink_status(target, error)); ++i) {
+    if (i == kMaxLinks) fail(ErrorKind::Io, "{}: too many links", file.string());
+    target = target.parent_path() / fs::read_symlink(target, error);
+  }
+  const fs::file_status status = fs::status(target, error);
+  if (fs::is_other(status))
+    fail(ErrorKind::Io, "{}: a device or pipe, which no file can replace; give another name",
+         file.string());
+  return target;
 }
 
 }  // namespace
 
 void write_file(const fs::path& file, std::span<const std::byte> bytes) {
-  make_parent(file);
-  TemporaryFile temporary(file);
+  TemporaryFile temporary(target_of(file));
   FileDescriptor descriptor(
       ::open(temporary.path().c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
   if (descriptor.get() < 0)
@@ -174,8 +187,7 @@ void write_file(const fs::path& file, std::string_view text) {
 }
 
 void write_file_by(const fs::path& file, const std::function<void(const fs::path&)>& write) {
-  make_parent(file);
-  TemporaryFile temporary(file);
+  TemporaryFile temporary(target_of(file));
   write(temporary.path());
   {
     FileDescriptor descriptor(::open(temporary.path().c_str(), O_RDONLY | O_CLOEXEC));
@@ -191,7 +203,8 @@ namespace {
 
 template <class Buffer>
 Buffer read_whole(const fs::path& file, std::size_t max_bytes) {
-  const FileDescriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+  // Without O_NONBLOCK a pipe would be waited for, until somebody writes to it.
+  const FileDescriptor descriptor(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   if (descriptor.get() < 0)
     fail(ErrorKind::Io, "{}: cannot be read: {}", file.string(), reason(errno));
   struct stat status {};
@@ -199,13 +212,15 @@ Buffer read_whole(const fs::path& file, std::size_t max_bytes) {
     fail(ErrorKind::Io, "{}: cannot be read: {}", file.string(), reason(errno));
   if (S_ISDIR(status.st_mode))
     fail(ErrorKind::Io, "{}: is a folder, but must be a file", file.string());
+  if (!S_ISREG(status.st_mode))
+    fail(ErrorKind::Input, "{}: is a device or pipe, but must be a file", file.string());
   const auto refuse_size = [&] {
     fail(ErrorKind::Input, "{}: is larger than {} bytes", file.string(), max_bytes);
   };
   const auto stated = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
   if (stated > max_bytes) refuse_size();
 
-  // Devices and /proc state no size, and a file may grow: read until the end, whatever was stated.
+  // /proc states no size, and a file may grow: read until the end, whatever was stated.
   Buffer buffer;
   buffer.resize(stated + 1);
   std::size_t done = 0;

@@ -11,8 +11,9 @@
 namespace terracast::core {
 
 /// Writes a whole file under a unique name beside `file`, syncs it and renames it: a killed job or
-/// a full disk leaves no half file under the final name. Missing folders are made. throws Io:
-/// naming the file and the system's reason
+/// a full disk leaves no half file under the final name. Missing folders are made; a link is
+/// followed, and what it names is written.
+/// throws   Io: naming the file and the system's reason; `file` is a device or pipe
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& file, std::string_view text);
 
@@ -22,14 +23,14 @@ void write_file_by(const std::filesystem::path& file,
                    const std::function<void(const std::filesystem::path& temporary)>& write);
 
 /// A whole file.
-/// throws Io: missing or unreadable; Input: larger than max_bytes
+/// throws   Io: missing or unreadable; Input: larger than max_bytes, or a device or pipe
 std::vector<std::byte> read_file(const std::filesystem::path& file,
                                  std::size_t max_bytes = std::size_t{1} << 34);
 std::string read_text_file(const std::filesystem::path& file,
                            std::size_t max_bytes = std::size_t{1} << 30);
 
 /// Makes a folder and its parents.
-/// throws Io: naming it and the system's reason
+/// throws   Io: naming it and the system's reason
 void make_folder(const std::filesystem::path& folder);
 
 /// Removes what killed writers left behind in `folder` (their temporary names), itself and its
