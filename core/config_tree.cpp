@@ -70,6 +70,17 @@ class Expander {
   int num_replacements_ = 0;
 };
 
+bool is_number(const std::string& text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+}
+
+/// rigs[0].name as rigs.0.name.
+std::string with_dots(std::string key) {
+  std::replace(key.begin(), key.end(), '[', '.');
+  std::erase(key, ']');
+  return key;
+}
+
 }  // namespace
 
 std::string ConfigPlace::text() const {
@@ -162,6 +173,9 @@ void set_config_value(ConfigNode& root, const std::string& dotted_key, ConfigNod
       parts.emplace_back();
     else if (is_bare)
       parts.back() += c;
+    else if (c == '[' || c == ']')
+      fail_at(place, "\"{}\" is not a dotted key; an item of a list is named by its number, as {}",
+              dotted_key, with_dots(dotted_key));
     else
       fail_at(place, "\"{}\" is not a dotted key, such as camera.focal_length_mm or rigs.0.name",
               dotted_key);
@@ -181,6 +195,10 @@ void set_config_value(ConfigNode& root, const std::string& dotted_key, ConfigNod
     path += (path.empty() ? "" : ".") + part;
     if (auto* items = std::get_if<ConfigList>(&at->data)) {
       std::size_t index = 0;
+      if (!is_number(part))
+        fail_at(place,
+                "{}: a list of {} items holds no \"{}\"; name an item, counted from 0, as {}", path,
+                items->size(), part, path.substr(0, path.size() - part.size()) + "0." + part);
       const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), index);
       if (error != std::errc() || end != part.data() + part.size() || index >= items->size())
         fail_at(place, "{}: the list has {} items, which are counted from 0", path, items->size());

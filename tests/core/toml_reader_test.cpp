@@ -269,6 +269,13 @@ TEST(TomlReaderTest, BadSetsAreNamed) {
                                                   "level; nearest: \"seed\""));
   EXPECT_EQ(error_of("[[rigs]]\ncameras = [{}]", {"rigs.1.name=x"}),
             "--set rigs.1.name=x: rigs.1: the list has 1 items, which are counted from 0");
+  EXPECT_EQ(error_of("[[rigs]]\ncameras = [{}]", {"rigs.name=x"}),
+            "--set rigs.name=x: rigs.name: a list of 1 items holds no \"name\"; name an item, "
+            "counted from 0, as rigs.0.name");
+  EXPECT_EQ(
+      error_of("[[rigs]]\ncameras = [{}]", {"rigs[0].name=x"}),
+      "--set rigs[0].name=x: \"rigs[0].name\" is not a dotted key; an item of a list is named "
+      "by its number, as rigs.0.name");
   EXPECT_EQ(error_of("seed = 1", {"seed.a.b=x"}),
             "--set seed.a.b=x: seed is 1 (from demo.toml:1:8), which holds no \"a\"");
   EXPECT_THAT(error_of("", {"seed=1\nextends=\"x\""}), HasSubstr("is text, but must be a whole"));
