@@ -18,22 +18,24 @@ namespace fs = std::filesystem;
 using core::ErrorKind;
 using core::fail;
 
+constexpr const char* kRemedy = "run the render stage again, which makes damaged frames anew";
+
 /// A file's bytes, when they are what its entry says.
 std::vector<std::byte> read_checked(const fs::path& folder, const FrameFile& entry) {
   const fs::path file = folder / entry.path;
   std::error_code error;
   const std::uintmax_t size = fs::file_size(file, error);
   if (error)
-    fail(ErrorKind::Input, "{}: missing, though its record names it ({})", file.string(),
-         error.message());
+    fail(ErrorKind::Input, "{}: missing, though its record names it ({}); {}", file.string(),
+         error.message(), kRemedy);
   if (size != entry.num_bytes)
-    fail(ErrorKind::Input, "{}: damaged: {} bytes, but its record says {}", file.string(), size,
-         entry.num_bytes);
+    fail(ErrorKind::Input, "{}: damaged: {} bytes, but its record says {}; {}", file.string(), size,
+         entry.num_bytes, kRemedy);
   std::vector<std::byte> bytes = core::read_file(file);
   const std::string hash = core::content_hash(bytes);
   if (hash != entry.content_hash)
-    fail(ErrorKind::Input, "{}: damaged: its content hash is {}, but its record says {}",
-         file.string(), hash, entry.content_hash);
+    fail(ErrorKind::Input, "{}: damaged: its content hash is {}, but its record says {}; {}",
+         file.string(), hash, entry.content_hash, kRemedy);
   return bytes;
 }
 

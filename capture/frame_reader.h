@@ -8,10 +8,12 @@
 
 namespace terracast::capture {
 
-/// Reads a finished sequence. Every file is checked against its record. Threads: safe.
+/// Reads a finished sequence. Every file is checked against its record.
+/// threads   safe
 class SequenceReader {
  public:
-  /// throws Io, Input: no such folder, unfinished (says how many frames are missing), damaged, another version
+  /// throws   Io, Input: no such folder, unfinished (says how many frames are missing), damaged,
+  ///          another version
   static SequenceReader open(const std::filesystem::path& folder);
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -21,7 +23,7 @@ class SequenceReader {
 
   /// Which parts of a camera's frame to read.
   enum Parts : unsigned { kColor = 1, kFacts = 2, kAll = 3 };
-  /// throws Input: a file is missing, damaged or not what its record says
+  /// throws   Input: a file is missing, damaged or not what its record says
   CameraFrame read_camera(int frame_index, int camera_index, unsigned parts = kAll) const;
 
   geo::Rigid3d world_from_camera(int frame_index, int camera_index) const;
@@ -34,7 +36,7 @@ class SequenceReader {
 };
 
 /// The sequences of a capture folder, sorted by name.
-/// throws Io, Input: none there
+/// throws   Io, Input: none there
 std::vector<std::filesystem::path> list_sequences(const std::filesystem::path& capture_folder);
 
 }  // namespace terracast::capture

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/image_io.h"
+#include "core/parallel.h"
 
 namespace terracast::capture {
 namespace {
@@ -22,7 +23,8 @@ void write_shared(const fs::path& file, const std::string& text) {
   if (fs::exists(file)) {
     if (core::read_text_file(file) == text) return;
     fail(ErrorKind::Config,
-         "{}: differs from this run's, although the inputs have the same hash; give another --out",
+         "{}: differs from this run's, although the inputs have the same hash; is it damaged? "
+         "Remove it, or give another --out",
          file.string());
   }
   core::write_file(file, text);
@@ -32,6 +34,11 @@ bool has_size(const fs::path& file, std::uint64_t num_bytes) {
   std::error_code missing;
   const std::uintmax_t size = fs::file_size(file, missing);
   return !missing && size == num_bytes;
+}
+
+bool is_whole(const fs::path& folder, const FrameFile& entry) {
+  return has_size(folder / entry.path, entry.num_bytes) &&
+         core::content_hash_of_file(folder / entry.path) == entry.content_hash;
 }
 
 /// What a renderer must never hand over.
@@ -81,8 +88,8 @@ std::vector<std::byte> encode_facts(const CameraFrame& frame) {
   core::ExrPart part;
   part.width = frame.range_m.width();
   part.height = frame.range_m.height();
-  // Of the 50 ms that a 1280 x 720 frame may cost, the colour takes 18 and this 18; RLE takes 76 or more for two thirds
-  // of the size, ZIPS 330 for a third (tests/bench/encode_bench.cpp).
+  // Of the 50 ms that a 1280 x 720 frame may cost, the colour takes 18 and this 18; RLE takes 76 or
+  // more for two thirds of the size, ZIPS 330 for a third (tests/bench/encode_bench.cpp).
   part.compression = core::ExrPart::Compression::None;
   for (const ChannelInfo& channel : channels()) {
     core::ExrChannel& entry = part.channels.emplace_back();
@@ -117,7 +124,7 @@ SequenceWriter::SequenceWriter(const fs::path& folder, const SequenceInfo& info,
            "or remove it",
            folder_.string(), present.input_hash, info_.input_hash);
   }
-  core::make_folder(folder_ / "frames");
+  core::make_folder(folder_ / kRecordsFolder);
   for (const CameraCalibration& camera : info_.cameras)
     core::make_folder(folder_ / camera.rig / camera.name);
   write_shared(folder_ / kTracksFile, json_from_tracks(tracks).text() + "\n");
@@ -190,6 +197,46 @@ bool SequenceWriter::finish_sequence() const {
   }
   json_from_manifest(manifest, info_, records).write(folder_ / kManifestFile);
   return true;
+}
+
+std::optional<std::vector<int>> give_up_damaged_frames(const fs::path& folder,
+                                                       const SequenceInfo& info, int first,
+                                                       int step) {
+  const fs::path manifest_file = folder / kManifestFile;
+  if (!fs::exists(manifest_file)) return std::nullopt;
+  Manifest manifest;
+  try {
+    manifest = manifest_from_json(core::Json::read(manifest_file), info, manifest_file.string());
+  } catch (const core::Error& error) {
+    if (error.kind() == ErrorKind::Input) return std::nullopt;
+    throw;
+  }
+  if (!is_whole(folder, manifest.files[0]) || !is_whole(folder, manifest.files[1]))
+    return std::nullopt;
+
+  std::vector<std::uint8_t> is_damaged(static_cast<std::size_t>(info.num_frames));
+  core::parallel_for(info.num_frames, [&](std::int64_t i) {
+    const FrameFile& entry = manifest.files[static_cast<std::size_t>(i) + 2];
+    bool is_right = is_whole(folder, entry);
+    if (is_right && i >= first && (i - first) % step == 0) {
+      const std::string file = (folder / entry.path).string();
+      for (const CameraRecord& camera :
+           record_from_json(core::Json::read(file), info, file).cameras)
+        is_right = is_right && is_whole(folder, camera.color) && is_whole(folder, camera.facts);
+    }
+    is_damaged[static_cast<std::size_t>(i)] = is_right ? 0 : 1;
+  });
+  std::vector<int> damaged;
+  for (int i = 0; i < info.num_frames; ++i) {
+    if (is_damaged[static_cast<std::size_t>(i)] == 0) continue;
+    damaged.push_back(i);
+    std::error_code error;
+    fs::remove(folder / record_path(i), error);
+    if (error)
+      fail(ErrorKind::Io, "{}: cannot be removed: {}", (folder / record_path(i)).string(),
+           error.message());
+  }
+  return damaged;
 }
 
 }  // namespace terracast::capture

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "capture/frame.h"
@@ -12,13 +13,16 @@ namespace terracast::capture {
 ///
 ///     <sequence>/sequence.json  tracks.json  manifest.json
 ///     <sequence>/frames/NNNNNN.json
-///     <sequence>/<rig>/<camera>/NNNNNN.png   colour      NNNNNN.exr   facts (single part, channels of channel.h)
+///     <sequence>/<rig>/<camera>/NNNNNN.png   colour
+///     <sequence>/<rig>/<camera>/NNNNNN.exr   facts (single part, channels of channel.h)
 ///
-/// Everything is written atomically; nothing holds threads, hosts, times of day or absolute paths. Threads: write_camera
-/// and finish_frame are safe for different frames and cameras; several processes (shards) may write one sequence.
+/// Everything is written atomically; nothing holds threads, hosts, times of day or absolute paths.
+/// threads   write_camera and finish_frame are safe for different frames and cameras; several
+///           processes (shards) may write one sequence
 class SequenceWriter {
  public:
-  /// throws Config: the folder holds a sequence of other inputs (says both hashes and that another --out is wanted); Io
+  /// throws   Config: the folder holds a sequence of other inputs (says both hashes and that another
+  ///          --out is wanted); Io
   SequenceWriter(const std::filesystem::path& folder, const SequenceInfo& info,
                  const std::vector<TrackPoint>& tracks);
 
@@ -39,6 +43,16 @@ class SequenceWriter {
   std::filesystem::path folder_;
   SequenceInfo info_;
 };
+
+/// Checks a finished sequence against the hashes of its manifest and records. Frames that lost a
+/// file, or hold one that changed, lose their record: they count as not rendered yet.
+/// first, step   images are read of the frames first, first + step, …; records of all frames
+/// returns       the frames that lost their record; nothing when the sequence is not finished
+/// cost          reads those files once
+/// throws        Io
+std::optional<std::vector<int>> give_up_damaged_frames(const std::filesystem::path& folder,
+                                                       const SequenceInfo& info, int first,
+                                                       int step);
 
 /// Encoded facts of a frame, for benchmarks and tests: what write_camera puts on disk.
 std::vector<std::byte> encode_color(const CameraFrame& frame);

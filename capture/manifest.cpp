@@ -134,15 +134,6 @@ CameraCalibration camera_from_json(const Json& json, const Source& source) {
           .body_from_rig = source.rigid(json.at("body_from_rig"), "body_from_rig")};
 }
 
-bool is_safe_name(const std::string& name) {
-  if (name.empty() || name.size() > 64) return false;
-  for (const char c : name)
-    if (!(('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
-          c == '-'))
-      return false;
-  return true;
-}
-
 bool is_utc(const std::string& text) {
   static constexpr std::string_view kShape = "0000-00-00T00:00:00";
   if (text.size() <= kShape.size() || text.back() != 'Z') return false;
@@ -158,12 +149,23 @@ bool is_utc(const std::string& text) {
 
 }  // namespace
 
-std::string record_path(int frame_index) { return fmt::format("frames/{:06}.json", frame_index); }
+std::string record_path(int frame_index) {
+  return fmt::format("{}/{:06}.json", kRecordsFolder, frame_index);
+}
 std::string color_path(const CameraCalibration& camera, int frame_index) {
   return fmt::format("{}/{}/{:06}.png", camera.rig, camera.name, frame_index);
 }
 std::string facts_path(const CameraCalibration& camera, int frame_index) {
   return fmt::format("{}/{}/{:06}.exr", camera.rig, camera.name, frame_index);
+}
+
+bool is_safe_name(const std::string& name) {
+  if (name.empty() || name.size() > 64) return false;
+  for (const char c : name)
+    if (!(('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
+          c == '-'))
+      return false;
+  return true;
 }
 
 void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string& where) {
@@ -188,8 +190,8 @@ void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string&
     for (const std::string* name : {&camera.rig, &camera.name})
       if (!is_safe_name(*name))
         fail(kind, "{}: the name \"{}\" of a rig or camera must be {}", where, *name, kNameRule);
-    if (camera.rig == "frames")
-      fail(kind, "{}: a rig cannot be called \"frames\", the folder of the records", where);
+    if (camera.rig == kRecordsFolder)
+      fail(kind, "{}: a rig cannot be called \"{}\", the folder of the records", where, camera.rig);
     if (!names.emplace(camera.rig, camera.name).second)
       fail(kind, "{}: camera {}/{} stands twice", where, camera.rig, camera.name);
     try {

@@ -22,12 +22,20 @@ inline constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
 inline constexpr const char* kSequenceFile = "sequence.json";
 inline constexpr const char* kTracksFile = "tracks.json";
 inline constexpr const char* kManifestFile = "manifest.json";
+/// The folder of the records, which no rig can be called.
+inline constexpr const char* kRecordsFolder = "frames";
 std::string record_path(int frame_index);
 std::string color_path(const CameraCalibration& camera, int frame_index);
 std::string facts_path(const CameraCalibration& camera, int frame_index);
 
+/// Whether a sequence, rig or camera may bear a name, which becomes a folder's: 1 to 64 letters,
+/// digits, _ or -.
+bool is_safe_name(const std::string& name);
+
 /// Whether a sequence can be held: names that are safe as folders, cameras that can be made, counts
-/// in range. kind     of the error thrown where    begins its message
+/// in range.
+/// kind     of the error thrown
+/// where    begins its message
 void check_sequence(const SequenceInfo& info, core::ErrorKind kind, const std::string& where);
 
 /// Whether a record belongs to a sequence: index, cameras, file names, values.

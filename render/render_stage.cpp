@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <set>
 #include <utility>
 
-#include "capture/frame_reader.h"
 #include "capture/frame_writer.h"
 #include "core/hash.h"
 #include "core/parallel.h"
@@ -212,17 +212,6 @@ struct SequenceWork {
   }
 };
 
-/// Whether `folder` holds this sequence, whole.
-bool is_finished(const std::filesystem::path& folder, const capture::SequenceInfo& info) {
-  if (!std::filesystem::exists(folder / "manifest.json")) return false;
-  try {
-    return capture::SequenceReader::open(folder).info().input_hash == info.input_hash;
-  } catch (const core::Error& error) {
-    if (error.kind() == ErrorKind::Input) return false;  // damaged: what is missing is made again
-    throw;
-  }
-}
-
 }  // namespace
 
 void ConditionOptions::describe(core::SchemaVisitor& visit) {
@@ -290,10 +279,17 @@ void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
   check_plan(plan, shard);
   const core::ThreadLimit threads(context.num_threads);
   const capture::SequenceInfo info = describe_sequence(plan, store);
-  if (is_finished(folder, info)) {
+  const std::optional<std::vector<int>> damaged =
+      capture::give_up_damaged_frames(folder, info, shard.index, shard.count);
+  if (damaged && damaged->empty()) {
     context.log.info("sequence {}: all {} frames are there", plan.name, info.num_frames);
     return;
   }
+  if (damaged)
+    context.log.warn(
+        "sequence {}: {} frames lack files or are damaged, such as {}; they are not "
+        "kept",
+        plan.name, damaged->size(), damaged->front());
 
   const world::RayQuery query(store, cut_of(store, plan), tracing);
   const FrameRenderer renderer(plan, store, query);

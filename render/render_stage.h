@@ -64,11 +64,11 @@ std::vector<world::Viewpoint> viewpoints_of(const std::vector<geo::BodyState>& s
 /// input_hash).
 capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::TileStore& store);
 
-/// Renders this shard's unfinished frames of a sequence into `folder`; finished ones are never
-/// rendered again. Writes the sequence's manifest when all frames are there. throws   Input: a
-/// camera under the ground or outside the world (frame, place, how far); Config: `folder` holds
-/// another
-///          sequence; Io
+/// Renders this shard's unfinished frames of a sequence into `folder`. Finished ones are never
+/// rendered again, but those of a finished sequence that lost a file or are damaged. Writes the
+/// sequence's manifest when all frames are there.
+/// throws   Input: a camera under the ground or outside the world (frame, place, how far); Config:
+///          `folder` holds another sequence; Io
 void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
                       const world::RayQueryOptions& tracing, const Shard& shard,
                       const std::filesystem::path& folder, const core::Context& context);
