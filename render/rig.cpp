@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "capture/channel.h"
+#include "capture/manifest.h"
 #include "core/error.h"
 #include "geo/frames.h"
 #include "geo/units.h"
@@ -17,15 +18,8 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 
-bool is_folder_name(const std::string& name) {
-  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-';
-  });
-}
-
 void check_name(const char* what, const std::string& name) {
-  if (!is_folder_name(name)) {
+  if (!capture::is_safe_name(name)) {
     fail(ErrorKind::Config,
          "{} name \"{}\" names a folder; it takes 1 to 64 letters, digits, _ or -", what, name);
   }
@@ -241,6 +235,10 @@ void RigOptions::describe(core::SchemaVisitor& visit) {
 
 void RigOptions::validate() const {
   check_name("rig", name);
+  if (name == capture::kRecordsFolder) {
+    fail(ErrorKind::Config, "rig name \"{}\" is the folder of the capture's records; take another",
+         name);
+  }
   if (axes != "flu" && axes != "rdf") {
     fail(ErrorKind::Config, "rig {}: axes = \"{}\"; known are flu and rdf", name, axes);
   }

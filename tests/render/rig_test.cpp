@@ -189,6 +189,9 @@ TEST(Rig, ContradictionsAreRefusedByName) {
   EXPECT_NE(message_of({rig}).find("two cameras are called a"), std::string::npos);
   EXPECT_NE(message_of({good, good}).find("two rigs are called r"), std::string::npos);
   rig = good;
+  rig.name = "frames";
+  EXPECT_NE(message_of({rig}).find("rig name \"frames\""), std::string::npos);
+  rig = good;
   rig.cameras[0].focal_length_mm = 20.0;
   EXPECT_NE(message_of({rig}).find("one way"), std::string::npos);
   rig = good;
