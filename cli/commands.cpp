@@ -3,10 +3,13 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "cli/pipeline.h"
@@ -60,17 +63,26 @@ render::Shard shard_from_text(const std::string& text) {
   return shard;
 }
 
-/// Runs a job's command with its log, events file and thread limit.
-int with_job(const Arguments& args,
-             const std::function<int(const Job&, const core::Context&)>& work) {
+/// Runs a command on a config with its log, events file and thread limit.
+int with_config(const Arguments& args,
+                const std::function<int(const RunConfig&, const core::Context&)>& work) {
+  if (args.out.empty()) fail(ErrorKind::Usage, "--out is empty; name the folder of the results");
   const core::Log log("terracast", log_level(args));
   const core::ThreadLimit limit(args.num_threads);
   const RunConfig config = load_run_config(args.config, args.sets);
   core::make_folder(args.out);
   core::remove_temporaries(args.out);
-  const core::Context context{
-      .log = log, .num_threads = args.num_threads, .events_file = args.out / "events.jsonl"};
-  return work(prepare_job(config, context), context);
+  return work(
+      config,
+      {.log = log, .num_threads = args.num_threads, .events_file = args.out / "events.jsonl"});
+}
+
+/// The same for commands that need what the config names: its sources, cameras and motions.
+int with_job(const Arguments& args,
+             const std::function<int(const Job&, const core::Context&)>& work) {
+  return with_config(args, [&](const RunConfig& config, const core::Context& context) {
+    return work(prepare_job(config, context), context);
+  });
 }
 
 world::TileStore open_store(const Arguments& args) {
@@ -79,10 +91,13 @@ world::TileStore open_store(const Arguments& args) {
 
 int run_all(const Arguments& args) {
   return with_job(args, [&](const Job& job, const core::Context& context) {
-    const bool ok = run(job, args.out, context);
-    fmt::print("{}: {}\n", ok ? "every check holds" : "A CHECK FAILED",
-               (OutputFolders(args.out).reports / "index.html").string());
-    return ok ? 0 : 1;
+    const std::optional<bool> ok = run(job, args.out, context);
+    if (!ok)
+      fmt::print("captured, not exported: {}\n", OutputFolders(args.out).captures.string());
+    else
+      fmt::print("{}: {}\n", *ok ? "every check holds" : "A CHECK FAILED",
+                 (OutputFolders(args.out).reports / "index.html").string());
+    return ok.value_or(true) ? 0 : 1;
   });
 }
 
@@ -104,8 +119,8 @@ int run_render(const Arguments& args) {
 }
 
 int run_export(const Arguments& args) {
-  return with_job(args, [&](const Job& job, const core::Context& context) {
-    export_formats(job, OutputFolders(args.out), context);
+  return with_config(args, [&](const RunConfig& config, const core::Context& context) {
+    export_formats(config, OutputFolders(args.out), context);
     return 0;
   });
 }
@@ -141,7 +156,15 @@ int run_world_preview(const Arguments& args) {
   if (!args.config.empty()) {
     const core::Log log("world", log_level(args));
     const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
-    paths = paths_of(prepare_job(load_run_config(args.config, args.sets), context));
+    const Job job = prepare_job(load_run_config(args.config, args.sets), context);
+    if (job.surface->frame().origin() != store.manifest().origin)
+      fail(
+          ErrorKind::Config,
+          "{}: its world starts at {} N {} E, that of {} at {} N {} E; give the job that the world "
+          "was made for",
+          args.config.string(), job.config.world.origin_lat_deg, job.config.world.origin_lon_deg,
+          args.store.string(), store.manifest().origin.lat_deg, store.manifest().origin.lon_deg);
+    paths = paths_of(job);
   }
   core::write_file(args.file,
                    core::encode_png(tiler::render_preview(store, paths, args.size_px), 6));
@@ -164,7 +187,8 @@ void add_config(CLI::App& command, Arguments& args, bool is_required = true) {
   if (is_required) option->required();
   command
       .add_option("--set", args.sets,
-                  "Set a key of the config, as --set world.seed=7 (repeatable).")
+                  "Set a key of the config, as --set world.seed=7; of an item of a list by its "
+                  "number, as --set trajectories.0.num_frames=4 (repeatable).")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
 }
@@ -273,13 +297,20 @@ int parse_and_run(int argc, const char* const* argv) {
 
 int run_command_line(int argc, const char* const* argv) {
   try {
-    return parse_and_run(argc, argv);
+    const int status = parse_and_run(argc, argv);
+    if (std::fflush(stdout) != 0)
+      fail(ErrorKind::Io, "standard output: cannot be written: {}",
+           std::generic_category().message(errno));
+    return status;
   } catch (const core::Error& error) {
     fmt::print(stderr, "error: {}\n", error.what());
     return core::exit_status(error.kind());
   } catch (const std::bad_alloc&) {
     fmt::print(stderr,
                "error: out of memory; lower tracing.memory_bytes or the number of threads\n");
+    return core::exit_status(ErrorKind::Io);
+  } catch (const std::system_error& error) {  // of the file system, or of a print
+    fmt::print(stderr, "error: {}\n", error.what());
     return core::exit_status(ErrorKind::Io);
   } catch (const std::exception& error) {
     fmt::print(stderr, "error: {} (this is a bug of terracast)\n", error.what());

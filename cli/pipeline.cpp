@@ -6,14 +6,52 @@
 #include "geo/trajectory.h"
 #include "tiler/preview.h"
 #include "validate/check.h"
+#include "world/embree_scene.h"
 
 namespace terracast::cli {
 namespace {
 
 namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
 
 core::Context stage_context(const core::Context& context, const core::Log& log) {
   return {.log = log, .num_threads = context.num_threads, .events_file = context.events_file};
+}
+
+/// The config of one sequence, as its capture records it: another sequence, format or memory bound
+/// changes no byte of this one.
+std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory) {
+  RunConfig of_sequence = config;
+  of_sequence.trajectories = {trajectory};
+  of_sequence.exports.clear();
+  of_sequence.tracing = {};
+  of_sequence.validation = {};
+  of_sequence.data = {};
+  return core::toml_text(of_sequence);
+}
+
+/// When ${data} is no folder, that explains every file below it.
+void check_data_folder(const RunConfig& config) {
+  if (config.data.empty() || fs::is_directory(config.data.resolved)) return;
+  for (const auto& source : config.world.elevation)
+    for (const core::Path& file : source.files)
+      if (file.written.find("${data}") != std::string::npos)
+        fail(ErrorKind::Io,
+             "data = \"{}\": there is no folder {}, and {} is to be there; say where the source "
+             "data is with --set data=FOLDER",
+             config.data.written, config.data.resolved.string(), file.resolved.string());
+}
+
+/// Nothing that a later stage would refuse may cost the time of an earlier one.
+void check_frames(const Job& job) {
+  constexpr std::size_t kLeastFrames = 2;  // flow, and the checks that hold frames together
+  for (const render::SequencePlan& plan : job.sequences)
+    if (!job.config.exports.empty() && plan.states.size() < kLeastFrames)
+      fail(ErrorKind::Config,
+           "sequence {} has {} frame; an exported one needs {} or more: raise num_frames, or set "
+           "exports=[]",
+           plan.name, plan.states.size(), kLeastFrames);
 }
 
 render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions& options) {
@@ -36,14 +74,7 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
   plan.conditions = job.config.conditions;
   plan.tracks = job.config.tracks;
   plan.detail = job.config.detail;
-  RunConfig of_sequence =
-      job.config;  // another sequence, format or memory bound changes no byte of this one
-  of_sequence.trajectories = {options};
-  of_sequence.exports.clear();
-  of_sequence.tracing = {};
-  of_sequence.validation = {};
-  of_sequence.data = {};
-  plan.config_toml = core::toml_text(of_sequence);
+  plan.config_toml = toml_of_sequence(job.config, options);
   return plan;
 }
 
@@ -72,10 +103,17 @@ Job prepare_job(RunConfig config, const core::Context& context) {
   for (const auto& chosen : job.config.exports)
     core::with_context([&] { chosen.exporter().check(job.cameras); },
                        fmt::format("checking that format {} can hold the rigs", chosen.format));
+  world::EmbreeDevice(job.config.tracing.embree_profile);  // refuses what this machine has not
+  check_data_folder(job.config);
   const core::Log log = context.log.for_stage("sources");
-  job.surface = tiler::WorldSurface::prepare(job.config.world, stage_context(context, log));
+  job.surface = core::with_context(
+      [&] { return tiler::WorldSurface::prepare(job.config.world, stage_context(context, log)); },
+      job.config.data.empty() ? "opening the world's sources"
+                              : fmt::format("opening the world's sources (${{data}} is {})",
+                                            job.config.data.resolved.string()));
   for (const auto& options : job.config.trajectories)
     job.sequences.push_back(plan_sequence(job, options));
+  check_frames(job);
   return job;
 }
 
@@ -101,12 +139,18 @@ void render(const Job& job, const world::TileStore& store, const render::Shard& 
         fmt::format("rendering sequence {}", sequence.name));
 }
 
-void export_formats(const Job& job, const OutputFolders& out, const core::Context& context) {
+void export_formats(const RunConfig& config, const OutputFolders& out,
+                    const core::Context& context) {
+  if (config.exports.empty())
+    fail(ErrorKind::Config, "the config names no format; add an [[exports]]");
   const core::Log log = context.log.for_stage("export");
+  std::vector<exporters::WantedSequence> wanted;
+  for (const auto& trajectory : config.trajectories)
+    wanted.push_back({trajectory.name, toml_of_sequence(config, trajectory)});
   core::with_context(
       [&] {
-        exporters::run_export_stage(out.captures, job.config.exports, out.exports,
-                                    stage_context(context, log));
+        exporters::run_export_stage(exporters::open_sequences(out.captures, wanted, log),
+                                    config.exports, out.exports, stage_context(context, log));
       },
       "running stage export");
 }
@@ -130,13 +174,17 @@ bool validate_formats(const Job& job, const OutputFolders& out, const core::Cont
   return validate::join_reports(out.reports, formats);
 }
 
-bool run(const Job& job, const fs::path& out_folder, const core::Context& context) {
+std::optional<bool> run(const Job& job, const fs::path& out_folder, const core::Context& context) {
   const OutputFolders out(out_folder);
   const world::TileStore store = tile(job, out.world, context);
   core::write_file(out.reports / "map.png",
                    core::encode_png(tiler::render_preview(store, paths_of(job)), 6));
   render(job, store, {}, out.captures, context);
-  export_formats(job, out, context);
+  if (job.config.exports.empty()) {
+    context.log.warn("the config names no format: nothing is exported, and nothing checked");
+    return std::nullopt;
+  }
+  export_formats(job.config, out, context);
   return validate_formats(job, out, context);
 }
 

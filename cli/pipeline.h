@@ -40,12 +40,16 @@ world::TileStore tile(const Job& job, const std::filesystem::path& store,
                       const core::Context& context);
 void render(const Job& job, const world::TileStore& store, const render::Shard& shard,
             const std::filesystem::path& captures, const core::Context& context);
-void export_formats(const Job& job, const OutputFolders& out, const core::Context& context);
+/// Needs the config and the capture alone.
+/// throws   Config: no format, or a sequence that was captured with another config
+void export_formats(const RunConfig& config, const OutputFolders& out,
+                    const core::Context& context);
 /// returns   whether every check of every format holds
 bool validate_formats(const Job& job, const OutputFolders& out, const core::Context& context);
 
 /// All stages, in order.
-/// returns   whether every check holds
-bool run(const Job& job, const std::filesystem::path& out, const core::Context& context);
+/// returns   whether every check holds; nothing when the config names no format to export and check
+std::optional<bool> run(const Job& job, const std::filesystem::path& out,
+                        const core::Context& context);
 
 }  // namespace terracast::cli

@@ -2,12 +2,20 @@
 
 #include <set>
 
+#include "capture/manifest.h"
 #include "core/toml_reader.h"
 
 namespace terracast::cli {
 
 using core::ErrorKind;
 using core::fail;
+
+namespace {
+
+/// The bound of the check colmap_points.
+constexpr std::int64_t kLeastColmapPoints = 2000;
+
+}  // namespace
 
 void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.key("name", name, "Name of the job.");
@@ -30,10 +38,9 @@ void RunConfig::validate() const {
   if (trajectories.empty()) fail(ErrorKind::Config, "no trajectory; add a [[trajectories]]");
   std::set<std::string> names;
   for (const auto& trajectory : trajectories) {
-    if (trajectory.name.empty() || trajectory.name.find_first_of("/\\ ") != std::string::npos ||
-        trajectory.name.front() == '.')
+    if (!capture::is_safe_name(trajectory.name))
       fail(ErrorKind::Config,
-           "trajectory name \"{}\" becomes a folder: letters, digits, - and _ are allowed",
+           "trajectory name \"{}\" becomes a folder: it takes 1 to 64 letters, digits, _ or -",
            trajectory.name);
     if (!names.insert(trajectory.name).second)
       fail(ErrorKind::Config, "two trajectories are called \"{}\"; give each its own name",
@@ -44,6 +51,11 @@ void RunConfig::validate() const {
     if (!formats.insert(chosen.format).second)
       fail(ErrorKind::Config, "format \"{}\" is exported twice; one [[exports]] a format",
            chosen.format);
+  if (formats.contains("colmap") && tracks.num_points < kLeastColmapPoints)
+    fail(ErrorKind::Config,
+         "tracks.num_points = {}; a colmap export is checked to hold {} points: raise it, or leave "
+         "colmap out",
+         tracks.num_points, kLeastColmapPoints);
 }
 
 RunConfig load_run_config(const std::filesystem::path& file, const std::vector<std::string>& sets) {

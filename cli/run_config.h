@@ -44,7 +44,8 @@ struct RunConfig {
   ValidateConfig validation;
 
   void describe(core::SchemaVisitor& visit);
-  /// throws Config: no rig or trajectory, names that repeat
+  /// throws   Config: no rig or trajectory, names that repeat or cannot be folders, too few track
+  ///          points for colmap
   void validate() const;
 };
 

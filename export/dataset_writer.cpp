@@ -1,13 +1,15 @@
 #include "export/dataset_writer.h"
 
 #include <algorithm>
-#include <optional>
+#include <set>
+#include <utility>
 
 #include "capture/manifest.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/log.h"
+#include "core/parallel.h"
 #include "core/schema_writer.h"
 
 namespace terracast::exporters {
@@ -19,26 +21,19 @@ using core::fail;
 using core::Json;
 
 constexpr const char* kDatasetFile = "dataset.json";
-constexpr const char* kPartialFile = "export.partial.json";
+constexpr const char* kJournalFile = "export.partial.jsonl";
 
-/// A path of a dataset.json, which may have come from anywhere: nothing outside the folder is
-/// touched for it.
-bool is_inside(const std::string& path) {
-  const fs::path p(path);
-  return !path.empty() && !p.is_absolute() &&
-         std::none_of(p.begin(), p.end(), [](const fs::path& part) { return part == ".."; });
-}
-
-void remove_path(const fs::path& file) {
+void remove_file(const fs::path& file) {
   std::error_code error;
-  fs::remove_all(file, error);
+  fs::remove(file, error);
   if (error) fail(ErrorKind::Io, "{}: cannot be removed: {}", file.string(), error.message());
 }
 
+/// All below a folder that is no folder itself; links are not followed.
 std::vector<fs::path> files_below(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
-    if (!entry.is_directory()) files.push_back(entry.path());
+    if (!fs::is_directory(entry.symlink_status())) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -47,24 +42,16 @@ std::vector<fs::path> files_below(const fs::path& folder) {
 void remove_empty_folders(const fs::path& folder) {
   std::vector<fs::path> folders;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_directory()) folders.push_back(entry.path());
+    if (fs::is_directory(entry.symlink_status())) folders.push_back(entry.path());
   std::sort(folders.rbegin(), folders.rend());
   for (const fs::path& inner : folders)
-    if (fs::is_empty(inner)) remove_path(inner);
+    if (fs::is_empty(inner)) remove_file(inner);
 }
 
-/// A JSON file that an earlier run wrote; nothing when there is none or it is damaged.
-std::optional<Json> read_if_sound(const fs::path& file) {
-  if (!fs::exists(file)) return std::nullopt;
-  try {
-    Json json = Json::read(file);
-    json.at("format").string();
-    json.at("source_hash").string();
-    return json;
-  } catch (const core::Error& error) {
-    if (error.kind() != ErrorKind::Input) throw;
-    return std::nullopt;
-  }
+bool is_as_written(const fs::path& file, const DatasetFile& written) {
+  std::error_code missing;
+  return fs::file_size(file, missing) == written.num_bytes && !missing &&
+         core::content_hash_of_file(file) == written.content_hash;
 }
 
 }  // namespace
@@ -84,88 +71,81 @@ DatasetWriter::DatasetWriter(fs::path folder, std::string format, std::string ha
   core::make_folder(folder_);
   core::remove_temporaries(folder_);
   prepare(context.log);
-  if (is_complete_) return;
-  Json::object().set("format", format_).set("source_hash", hash_).write(folder_ / kPartialFile);
 }
 
 void DatasetWriter::prepare(const core::Log& log) {
-  const fs::path partial_file = folder_ / kPartialFile;
   const fs::path dataset_file = folder_ / kDatasetFile;
-  const auto is_ours = [&](const Json& json) {
-    return json.at("format").string() == format_ && json.at("source_hash").string() == hash_;
-  };
-  if (fs::exists(partial_file)) {
-    const std::optional<Json> partial = read_if_sound(partial_file);
-    is_resumed_ = partial && is_ours(*partial);
-    if (is_resumed_) {
+  const std::optional<DatasetRecord> begun = ExportJournal::read(folder_ / kJournalFile);
+  const std::optional<DatasetRecord> finished = read_finished_record(dataset_file);
+  const std::optional<DatasetRecord>& present = begun ? begun : finished;
+  if (present && present->format == format_ && present->source_hash == hash_) {
+    recorded_ = present->files;
+    if (begun) {
       log.info("{}: taking up an unfinished export", folder_.string());
     } else {
-      log.info("{}: clearing an unfinished export of other sources", folder_.string());
-      for (const fs::path& file : files_below(folder_)) remove_path(file);
-      remove_empty_folders(folder_);
+      const std::vector<std::string> damaged = damaged_files();
+      is_complete_ = damaged.empty();
+      if (is_complete_) return;
+      log.warn("{}: {} files are missing or damaged, such as {}; exporting them again",
+               folder_.string(), damaged.size(), damaged.front());
     }
-    return;
+  } else {
+    if (present) log.info("{}: its sources or options changed; exporting again", folder_.string());
+    clear(begun, finished);
   }
-  const std::optional<Json> dataset = read_if_sound(dataset_file);
-  if (!dataset) {
-    const std::vector<fs::path> present = files_below(folder_);
-    if (!present.empty())
-      fail(ErrorKind::Config,
-           "{} holds files that no export of terracast finished, such as {}: give another --out, "
-           "or remove them",
-           folder_.string(), present.front().string());
-    return;
-  }
-  if (!is_ours(*dataset)) {
-    log.info("{}: its sources or options changed; exporting again", folder_.string());
-    clear_finished(*dataset);
-    return;
-  }
-  std::vector<fs::path> damaged;
-  for (const auto& [path, record] : dataset->at("files").members()) {
-    std::error_code missing;
-    const std::uintmax_t size = fs::file_size(folder_ / path, missing);
-    if (missing || static_cast<std::int64_t>(size) != record.at("bytes").integer())
-      damaged.push_back(folder_ / path);
-  }
-  is_complete_ = damaged.empty();
-  if (is_complete_) return;
-  log.warn("{}: {} files are missing or damaged, such as {}; exporting them again",
-           folder_.string(), damaged.size(), damaged.front().string());
-  for (const fs::path& file : damaged) remove_path(file);
-  remove_path(dataset_file);
-  is_resumed_ = true;
+  journal_.emplace(folder_ / kJournalFile,
+                   DatasetRecord{.format = format_, .source_hash = hash_, .files = recorded_});
+  remove_file(dataset_file);  // last: with neither of the two nobody would know whose the files are
 }
 
-void DatasetWriter::clear_finished(const Json& dataset) {
-  for (const auto& [path, record] : dataset.at("files").members()) {
-    if (!is_inside(path))
-      fail(ErrorKind::Input, "{}: the path \"{}\" leaves the dataset",
-           (folder_ / kDatasetFile).string(), path);
-    remove_path(folder_ / path);
-  }
-  remove_empty_folders(folder_);
-  for (const fs::path& file : files_below(folder_))
-    if (file != folder_ / kDatasetFile)
+std::vector<std::string> DatasetWriter::damaged_files() const {
+  std::vector<std::pair<std::string, DatasetFile>> files(recorded_.begin(), recorded_.end());
+  std::vector<std::uint8_t> is_sound(files.size());
+  core::parallel_for(static_cast<std::int64_t>(files.size()), [&](std::int64_t i) {
+    const auto& [path, written] = files[static_cast<std::size_t>(i)];
+    is_sound[static_cast<std::size_t>(i)] = is_as_written(folder_ / path, written) ? 1 : 0;
+  });
+  std::vector<std::string> damaged;
+  for (std::size_t i = 0; i < files.size(); ++i)
+    if (is_sound[i] == 0) damaged.push_back(files[i].first);
+  return damaged;
+}
+
+void DatasetWriter::clear(const std::optional<DatasetRecord>& begun,
+                          const std::optional<DatasetRecord>& finished) {
+  std::set<fs::path> ours;
+  if (begun) ours.insert(folder_ / kJournalFile);
+  if (finished) ours.insert(folder_ / kDatasetFile);
+  for (const auto* record : {&begun, &finished})
+    if (*record)
+      for (const auto& [path, written] : (*record)->files) ours.insert(folder_ / path);
+  const std::vector<fs::path> files = files_below(folder_);
+  for (const fs::path& file : files)
+    if (!ours.contains(file))
       fail(ErrorKind::Config,
-           "{} was not written by the export there: give another --out, or move it", file.string());
-  remove_path(folder_ / kDatasetFile);
+           "{} holds files that no export of terracast is known to have written, such as {}: give "
+           "another --out, or move them",
+           folder_.string(), file.string());
+  for (const fs::path& file : files)
+    if (file != folder_ / kJournalFile && file != folder_ / kDatasetFile) remove_file(file);
+  remove_empty_folders(folder_);
 }
 
 bool DatasetWriter::keep(const std::string& path) {
-  if (!is_resumed_ || !fs::exists(folder_ / path)) return false;
-  const std::vector<std::byte> bytes = core::read_file(folder_ / path);
-  const std::string hash = core::content_hash(bytes);
+  const auto written = recorded_.find(path);
+  if (written == recorded_.end() || !is_as_written(folder_ / path, written->second)) return false;
   const std::lock_guard lock(mutex_);
-  files_[path] = {bytes.size(), hash};
+  files_[path] = written->second;
   return true;
 }
 
 void DatasetWriter::write(const std::string& path, std::span<const std::byte> bytes) {
+  const DatasetFile file{.num_bytes = bytes.size(), .content_hash = core::content_hash(bytes)};
+  journal_->add(path, file);
+  if (fs::is_symlink(folder_ / path)) remove_file(folder_ / path);  // what it names is not ours
   core::write_file(folder_ / path, bytes);
-  const std::string hash = core::content_hash(bytes);
   const std::lock_guard lock(mutex_);
-  files_[path] = {bytes.size(), hash};
+  files_[path] = file;
 }
 
 void DatasetWriter::write(const std::string& path, std::string_view text) {
@@ -174,17 +154,19 @@ void DatasetWriter::write(const std::string& path, std::string_view text) {
 
 void DatasetWriter::remove_folder(const std::string& path) {
   const std::lock_guard lock(mutex_);
-  std::erase_if(files_, [&](const auto& entry) { return entry.first.starts_with(path + "/"); });
-  remove_path(folder_ / path);
+  for (auto* files : {&recorded_, &files_})
+    std::erase_if(*files, [&](const auto& entry) {
+      if (!entry.first.starts_with(path + "/")) return false;
+      remove_file(folder_ / entry.first);
+      return true;
+    });
+  if (fs::exists(folder_ / path) && fs::is_empty(folder_ / path)) remove_file(folder_ / path);
 }
 
 void DatasetWriter::finish(Json description) {
-  Json files = Json::object();
-  for (const auto& [path, written] : files_)
-    files.set(path, Json::object().set("bytes", written.num_bytes).set("xxh3_128", written.hash));
-  description.set("files", std::move(files));
+  description.set("files", json_from_files(files_));
   description.write(folder_ / kDatasetFile);
-  remove_path(folder_ / kPartialFile);
+  remove_file(folder_ / kJournalFile);
 }
 
 Json metadata(std::string_view format, std::string_view format_version, const std::string& hash,

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include "capture/frame_reader.h"
 #include "core/context.h"
 #include "core/json.h"
+#include "export/dataset_record.h"
 #include "export/exporter.h"
 
 namespace terracast::exporters {
@@ -22,21 +24,25 @@ std::string source_hash(std::string_view format, const Exporter& exporter,
                         const std::vector<capture::SequenceReader>& sequences);
 
 /// Writes the files of one dataset and remembers size and hash of each for dataset.json, which is
-/// written last: a dataset is finished when that exists. Until then `export.partial.json` says from
-/// which sources it is being made, so that a run that was killed is taken up, and one from other
-/// sources is cleared away first. Threads: write, keep and write_kept are safe.
+/// written last: a dataset is finished when that exists. Until then `export.partial.jsonl` says
+/// from which sources it is being made and which files it wrote: a run that was killed is taken up,
+/// one from other sources is cleared away first. A file is kept only while its hash is the recorded
+/// one.
+/// threads   write, keep and write_kept are safe
 class DatasetWriter {
  public:
-  /// throws Config: the folder holds files that no export wrote; Io
+  /// cost     of a finished dataset every file is read once
+  /// throws   Config: the folder holds files that no export wrote; Input: a record names a file
+  ///          outside the folder; Io. Nothing is changed then
   DatasetWriter(std::filesystem::path folder, std::string format, std::string hash,
                 const core::Context& context);
 
-  /// Whether a finished dataset of the same sources was found, with all its files: there is nothing
-  /// to do.
+  /// Whether a finished dataset of the same sources was found, with all its files whole: there is
+  /// nothing to do.
   bool is_complete() const { return is_complete_; }
 
   /// Takes over a file that an earlier run finished.
-  /// returns   whether there is one
+  /// returns   whether there is one, to the byte as it was written
   bool keep(const std::string& path);
   void write(const std::string& path, std::span<const std::byte> bytes);
   void write(const std::string& path, std::string_view text);
@@ -54,19 +60,18 @@ class DatasetWriter {
 
  private:
   void prepare(const core::Log& log);
-  void clear_finished(const core::Json& dataset);
+  std::vector<std::string> damaged_files() const;
+  void clear(const std::optional<DatasetRecord>& begun,
+             const std::optional<DatasetRecord>& finished);
 
   std::filesystem::path folder_;
   std::string format_;
   std::string hash_;
   bool is_complete_ = false;
-  bool is_resumed_ = false;
+  std::map<std::string, DatasetFile> recorded_;  ///< by an earlier run of the same sources
+  std::optional<ExportJournal> journal_;
   std::mutex mutex_;
-  struct Written {
-    std::uint64_t num_bytes;
-    std::string hash;
-  };
-  std::map<std::string, Written> files_;
+  std::map<std::string, DatasetFile> files_;
 };
 
 /// What every dataset.json begins with.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <set>
 
 #include "core/error.h"
@@ -6,20 +7,68 @@
 #include "export/exporter.h"
 
 namespace terracast::exporters {
+namespace {
 
-void run_export_stage(const std::filesystem::path& capture_folder,
-                      const std::vector<ExportOptions>& exports,
-                      const std::filesystem::path& out_folder, const core::Context& context) {
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+/// The first line in which two texts differ, of each.
+std::pair<std::string, std::string> first_difference(std::string_view a, std::string_view b) {
+  const auto next_line = [](std::string_view& text) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string line(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    return line;
+  };
+  while (true) {
+    std::pair<std::string, std::string> lines{next_line(a), next_line(b)};
+    if (lines.first != lines.second || (a.empty() && b.empty())) return lines;
+  }
+}
+
+capture::SequenceReader open_sequence(const fs::path& folder, const std::string& config_toml) {
+  if (!fs::exists(folder))
+    fail(ErrorKind::Input, "{}: not captured; run the render stage first", folder.string());
+  capture::SequenceReader sequence = capture::SequenceReader::open(folder);
+  if (sequence.info().config_toml != config_toml) {
+    const auto [captured, wanted] = first_difference(sequence.info().config_toml, config_toml);
+    fail(ErrorKind::Config,
+         "{} was captured with another config ({}; this one says {}): give another --out, or "
+         "remove it and render again",
+         folder.string(), captured, wanted);
+  }
+  return sequence;
+}
+
+}  // namespace
+
+std::vector<capture::SequenceReader> open_sequences(const fs::path& capture_folder,
+                                                    std::vector<WantedSequence> wanted,
+                                                    const core::Log& log) {
+  std::sort(wanted.begin(), wanted.end(),
+            [](const WantedSequence& a, const WantedSequence& b) { return a.name < b.name; });
+  std::set<fs::path> others;
+  for (const fs::path& folder : capture::list_sequences(capture_folder)) others.insert(folder);
+  std::vector<capture::SequenceReader> sequences;
+  for (const WantedSequence& each : wanted) {
+    sequences.push_back(open_sequence(capture_folder / each.name, each.config_toml));
+    others.erase(capture_folder / each.name);
+  }
+  for (const fs::path& folder : others)
+    log.warn("{}: not exported, the config has no such sequence", folder.string());
+  return sequences;
+}
+
+void run_export_stage(const std::vector<capture::SequenceReader>& sequences,
+                      const std::vector<ExportOptions>& exports, const fs::path& out_folder,
+                      const core::Context& context) {
   const core::ThreadLimit limit(context.num_threads);
   std::set<std::string> formats;
   for (const ExportOptions& options : exports)
     if (!formats.insert(options.format).second)
-      core::fail(core::ErrorKind::Config,
-                 "two exports of the format {} would share the folder {}; keep one", options.format,
-                 (out_folder / options.format).string());
-  std::vector<capture::SequenceReader> sequences;
-  for (const std::filesystem::path& folder : capture::list_sequences(capture_folder))
-    sequences.push_back(capture::SequenceReader::open(folder));
+      fail(ErrorKind::Config, "two exports of the format {} would share the folder {}; keep one",
+           options.format, (out_folder / options.format).string());
   for (const ExportOptions& options : exports) {
     core::with_context(
         [&] {

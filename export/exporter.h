@@ -15,8 +15,8 @@
 
 namespace terracast::exporters {
 
-/// One published format. The derived class holds its options, describes their keys, checks that the cameras fit
-/// before anything is rendered, and writes.
+/// One published format. The derived class holds its options, describes their keys, checks that the
+/// cameras fit before anything is rendered, and writes.
 class Exporter {
  public:
   virtual ~Exporter() = default;
@@ -28,9 +28,10 @@ class Exporter {
   /// throws    Config: what the format cannot hold, and what would fit
   virtual void check(const std::vector<capture::CameraCalibration>& cameras) const = 0;
 
-  /// Writes the sequences into `folder` (the root of one dataset of the format). Parallel over frames; finished files whose
-  /// sources did not change are kept; `dataset.json` is written last.
-  /// throws    Config, Input: a modality that the format cannot hold truthfully (names frame, pixel, value); Io
+  /// Writes the sequences into `folder` (the root of one dataset of the format). Parallel over
+  /// frames; finished files whose sources did not change are kept; `dataset.json` is written last.
+  /// throws   Config, Input: a modality that the format cannot hold truthfully (names frame, pixel,
+  ///          value); Io
   virtual void write(const std::vector<capture::SequenceReader>& sequences,
                      const std::filesystem::path& folder, const core::Context& context) const = 0;
 };
@@ -44,7 +45,7 @@ struct ExporterInfo {
 /// The table of exporters: colmap, kitti, tartanair.
 std::span<const ExporterInfo> exporters();
 
-/// An `[[export]]` of a config: the format, and the format's own keys beside it.
+/// An `[[exports]]` of a config: the format, and the format's own keys beside it.
 struct ExportOptions {
   std::string format;
 
@@ -61,9 +62,23 @@ struct ExportOptions {
   std::unique_ptr<Exporter> exporter_;
 };
 
-/// Exports all sequences of a capture into `<out>/<format>` for each of the options.
+/// A sequence that a job wants exported, and the config that it must have been captured with.
+struct WantedSequence {
+  std::string name;
+  std::string config_toml;
+};
+
+/// Opens the wanted sequences of a capture, by name in alphabetical order; others that lie there
+/// are left out, and named in the log.
+/// throws   Config: a sequence was captured with another config; Input: not captured, unfinished or
+///          damaged; Io
+std::vector<capture::SequenceReader> open_sequences(const std::filesystem::path& capture_folder,
+                                                    std::vector<WantedSequence> wanted,
+                                                    const core::Log& log);
+
+/// Exports sequences into `<out>/<format>` for each of the options.
 /// throws   as Exporter::write; the message names the format
-void run_export_stage(const std::filesystem::path& capture_folder,
+void run_export_stage(const std::vector<capture::SequenceReader>& sequences,
                       const std::vector<ExportOptions>& exports,
                       const std::filesystem::path& out_folder, const core::Context& context);
 

@@ -19,17 +19,25 @@
 
 namespace terracast::test {
 
-/// An `[[export]]` as a config gives it.
+/// An `[[exports]]` as a config gives it.
 inline exporters::ExportOptions export_options(const std::string& toml) {
   exporters::ExportOptions options;
   core::TomlDocument::parse(toml, "test.toml").read(options);
   return options;
 }
 
+/// All sequences of a capture, whatever their config.
+inline std::vector<capture::SequenceReader> open_all(const std::filesystem::path& capture) {
+  std::vector<capture::SequenceReader> sequences;
+  for (const std::filesystem::path& folder : capture::list_sequences(capture))
+    sequences.push_back(capture::SequenceReader::open(folder));
+  return sequences;
+}
+
 inline void run_export(const std::filesystem::path& capture, const std::string& toml,
                        const std::filesystem::path& out, int num_threads = 0) {
   const core::Log log("export", core::LogLevel::Off);
-  exporters::run_export_stage(capture, {export_options(toml)}, out,
+  exporters::run_export_stage(open_all(capture), {export_options(toml)}, out,
                               {.log = log, .num_threads = num_threads});
 }
 

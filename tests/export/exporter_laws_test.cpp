@@ -159,16 +159,33 @@ TEST_F(ExporterLaws, AFinishedDatasetIsKept) {
   }
 }
 
+/// As a kill leaves an export: no dataset.json, and the journal of what was or was to be written.
+void unfinish(const fs::path& root) {
+  const Json dataset = Json::read(root / "dataset.json");
+  std::string journal = Json::object()
+                            .set("format", dataset.at("format").string())
+                            .set("source_hash", dataset.at("source_hash").string())
+                            .text(-1) +
+                        "\n";
+  for (const auto& [path, file] : dataset.at("files").members())
+    journal += Json(file).set("path", path).text(-1) + "\n";
+  core::write_file(root / "export.partial.jsonl", journal + "{\"bytes\": 12, \"xxh3_1");
+  fs::remove(root / "dataset.json");
+}
+
+void flip_byte(const fs::path& file) {
+  std::vector<std::byte> bytes = core::read_file(file);
+  bytes[bytes.size() / 2] ^= std::byte{1};
+  core::write_file(file, bytes);
+}
+
 TEST_F(ExporterLaws, AKilledExportIsTakenUp) {
   for (const std::string& name : names()) {
     SCOPED_TRACE(name);
     const fs::path root = *folder / "killed" / name;
     run_export(capture(), toml(name), *folder / "killed");
     const auto whole = file_hashes(root);
-    // As after a kill: no dataset.json, the mark of the work, half of the files, one half-written.
-    const std::string hash = Json::read(root / "dataset.json").at("source_hash").string();
-    Json::object().set("format", name).set("source_hash", hash).write(root / "export.partial.json");
-    fs::remove(root / "dataset.json");
+    unfinish(root);
     std::size_t i = 0;
     fs::path kept;
     for (const auto& [path, unused] : whole) {
@@ -185,6 +202,50 @@ TEST_F(ExporterLaws, AKilledExportIsTakenUp) {
   }
 }
 
+// Seen in 2026: whatever lay in the folder of a killed export was hashed and listed as right.
+TEST_F(ExporterLaws, AKilledExportKeepsOnlyWhatItsRecordSays) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    const fs::path root = *folder / "spoiled" / name;
+    run_export(capture(), toml(name), *folder / "spoiled");
+    const auto whole = file_hashes(root);
+    unfinish(root);
+    for (const auto& [path, unused] : whole)
+      if (path != "dataset.json") flip_byte(root / path);
+    run_export(capture(), toml(name), *folder / "spoiled");
+    EXPECT_EQ(file_hashes(root), whole);
+  }
+}
+
+// As between the moment at which the journal is there and that at which dataset.json is gone.
+TEST_F(ExporterLaws, AKillAtAnyMomentOfTheClearingIsTakenUp) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    const fs::path root = *folder / "between" / name;
+    run_export(capture(), toml(name), *folder / "between");
+    const auto whole = file_hashes(root);
+    const std::string dataset = core::read_text_file(root / "dataset.json");
+    const std::string hash = Json::parse(dataset, "x").at("source_hash").string();
+    for (const bool is_of_others : {false, true}) {
+      unfinish(root);
+      std::string old = dataset;
+      if (is_of_others) old.replace(old.find(hash), 4, "ffff");
+      core::write_file(root / "dataset.json", old);
+      run_export(capture(), toml(name), *folder / "between");
+      EXPECT_EQ(file_hashes(root), whole);
+      // And half way through the removal of what other sources made.
+      core::write_file(root / "dataset.json", old);
+      for (const auto& [path, unused] : whole)
+        if (path != "dataset.json") {
+          fs::remove(root / path);
+          break;
+        }
+      run_export(capture(), toml(name), *folder / "between");
+      EXPECT_EQ(file_hashes(root), whole);
+    }
+  }
+}
+
 TEST_F(ExporterLaws, DamagedFilesAreMadeAgain) {
   for (const std::string& name : names()) {
     SCOPED_TRACE(name);
@@ -193,12 +254,17 @@ TEST_F(ExporterLaws, DamagedFilesAreMadeAgain) {
     const auto whole = file_hashes(root);
     std::size_t i = 0;
     for (const auto& [path, unused] : whole) {
-      if (path == "dataset.json" || ++i % 5 != 0) continue;
-      if (i % 2 == 0)
+      if (path == "dataset.json" || ++i % 3 != 0) continue;
+      if (i % 9 == 0)
         fs::remove(root / path);
-      else
+      else if (i % 9 == 3)
         fs::resize_file(root / path, 3);
+      else
+        flip_byte(root / path);
     }
+    run_export(capture(), toml(name), *folder / "damaged");
+    EXPECT_EQ(file_hashes(root), whole);
+    flip_byte(root / whole.rbegin()->first);  // nothing but one bit
     run_export(capture(), toml(name), *folder / "damaged");
     EXPECT_EQ(file_hashes(root), whole);
   }
@@ -218,11 +284,9 @@ TEST_F(ExporterLaws, OtherSourcesReplaceTheDataset) {
     run_export(*folder / "capture3", toml(name), *folder / "fresh");
     EXPECT_EQ(file_hashes(*folder / "changed" / name), file_hashes(*folder / "fresh" / name));
     // And what was left half done by other sources.
-    fs::remove(*folder / "changed" / name / "dataset.json");
-    Json::object()
-        .set("format", name)
-        .set("source_hash", "old")
-        .write(*folder / "changed" / name / "export.partial.json");
+    unfinish(*folder / "changed" / name);
+    run_export(*folder / "capture2", toml(name), *folder / "changed");
+    unfinish(*folder / "changed" / name);
     run_export(*folder / "capture3", toml(name), *folder / "changed");
     EXPECT_EQ(file_hashes(*folder / "changed" / name), file_hashes(*folder / "fresh" / name));
   }
@@ -237,33 +301,79 @@ TEST_F(ExporterLaws, ForeignFilesAreNeverTouched) {
                  [&] { run_export(capture(), toml(name), *folder / "foreign"); });
     EXPECT_EQ(core::read_text_file(root / "thesis.txt"), "years of work");
     EXPECT_EQ(file_hashes(root).size(), 1U);
-    // Beside a dataset of other sources.
+    // Beside a dataset of other sources, finished, under way, or of unknown ones.
+    const fs::path beside = *folder / "beside" / name;
     run_export(capture(), toml(name), *folder / "beside");
-    core::write_file(*folder / "beside" / name / "thesis.txt", "years of work");
-    std::string dataset = core::read_text_file(*folder / "beside" / name / "dataset.json");
+    core::write_file(beside / "thesis.txt", "years of work");
+    std::string dataset = core::read_text_file(beside / "dataset.json");
     const std::string hash = Json::parse(dataset, "x").at("source_hash").string();
-    core::write_file(*folder / "beside" / name / "dataset.json",
-                     dataset.replace(dataset.find(hash), 4, "ffff"));
+    core::write_file(beside / "dataset.json", dataset.replace(dataset.find(hash), 4, "ffff"));
+    const auto before = file_hashes(beside);
     expect_error(ErrorKind::Config, {"thesis.txt"},
                  [&] { run_export(capture(), toml(name), *folder / "beside"); });
-    EXPECT_EQ(core::read_text_file(*folder / "beside" / name / "thesis.txt"), "years of work");
+    EXPECT_EQ(file_hashes(beside), before);
+    unfinish(beside);
+    expect_error(ErrorKind::Config, {"thesis.txt"},
+                 [&] { run_export(capture(), toml(name), *folder / "beside"); });
+    core::write_file(beside / "export.partial.jsonl", "damaged");
+    expect_error(ErrorKind::Config, {"no export of terracast is known"},
+                 [&] { run_export(capture(), toml(name), *folder / "beside"); });
+    EXPECT_EQ(file_hashes(beside).size(), before.size());
   }
 }
 
 TEST_F(ExporterLaws, AForgedListDeletesNothingOutside) {
   for (const std::string& name : names()) {
     SCOPED_TRACE(name);
-    core::write_file(*folder / "forged" / "precious.txt", "keep");
-    Json files = Json::object();
-    files.set("../precious.txt", Json::object().set("bytes", 4).set("xxh3_128", "0"));
-    Json::object()
-        .set("format", name)
-        .set("source_hash", "old")
-        .set("files", std::move(files))
-        .write(*folder / "forged" / name / "dataset.json");
-    expect_error(ErrorKind::Input, {"../precious.txt", "leaves"},
-                 [&] { run_export(capture(), toml(name), *folder / "forged"); });
-    EXPECT_TRUE(fs::exists(*folder / "forged" / "precious.txt"));
+    const fs::path root = *folder / "forged" / name;
+    run_export(capture(), toml(name), *folder / "forged");
+    const std::string right = Json::read(root / "dataset.json").at("source_hash").string();
+    fs::remove_all(root);
+    core::write_file(*folder / "forged" / "victim" / "precious.txt", "keep");
+    core::make_folder(root);
+    fs::create_directory_symlink("../victim", root / "link");
+    for (const std::string& hash : {right, std::string("old")}) {
+      for (const std::string& path : std::vector<std::string>{
+               "../victim/precious.txt", "../victim", "a/../../victim", "link/precious.txt",
+               (*folder / "forged" / "victim").string(), ".", "./.", "link/", ""}) {
+        SCOPED_TRACE(path);
+        Json files = Json::object();
+        files.set(path, Json::object().set("bytes", 4).set("xxh3_128", "0"));
+        Json::object()
+            .set("format", name)
+            .set("source_hash", hash)
+            .set("files", std::move(files))
+            .write(root / "dataset.json");
+        const auto expect_refusal = [&] {
+          expect_error(ErrorKind::Input, {"\"" + path + "\"", "leaves"},
+                       [&] { run_export(capture(), toml(name), *folder / "forged"); });
+        };
+        expect_refusal();
+        unfinish(root);
+        expect_refusal();
+        fs::remove(root / "export.partial.jsonl");
+        EXPECT_TRUE(fs::exists(*folder / "forged" / "victim" / "precious.txt"));
+      }
+    }
+  }
+}
+
+// A dataset's image may have been replaced by a link to a copy elsewhere: that copy is not ours.
+TEST_F(ExporterLaws, ALinkIsReplacedNotFollowed) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    const fs::path root = *folder / "linked" / name;
+    run_export(capture(), toml(name), *folder / "linked");
+    const auto whole = file_hashes(root);
+    core::write_file(*folder / "linked" / "elsewhere", "not ours");
+    for (const auto& [path, unused] : whole) {
+      if (path == "dataset.json") continue;
+      fs::remove(root / path);
+      fs::create_symlink(*folder / "linked" / "elsewhere", root / path);
+    }
+    run_export(capture(), toml(name), *folder / "linked");
+    EXPECT_EQ(file_hashes(root), whole);
+    EXPECT_EQ(core::read_text_file(*folder / "linked" / "elsewhere"), "not ours");
   }
 }
 
@@ -282,11 +392,8 @@ TEST_F(ExporterLaws, ARigThatCannotFitIsRefusedBeforeAnythingIsWritten) {
 
 TEST_F(ExporterLaws, ADamagedCaptureEndsTheExport) {
   write_tiny_capture(*folder / "capture4", kBoth);
-  for (const char* file : {"tartan2/lcam_front/000001.exr", "mcs4/cam0/000001.exr"}) {
-    std::vector<std::byte> bytes = core::read_file(*folder / "capture4" / "valley" / file);
-    bytes[bytes.size() / 2] ^= std::byte{1};
-    core::write_file(*folder / "capture4" / "valley" / file, bytes);
-  }
+  for (const char* file : {"tartan2/lcam_front/000001.exr", "mcs4/cam0/000001.exr"})
+    flip_byte(*folder / "capture4" / "valley" / file);
   for (const std::string& name : names()) {
     SCOPED_TRACE(name);
     expect_error(ErrorKind::Input, {"000001.exr", "damaged", "exporting " + name},
@@ -307,7 +414,7 @@ TEST_F(ExporterLaws, AFolderThatCannotBeWrittenIsAnIoError) {
 TEST_F(ExporterLaws, OneFormatIsExportedOnce) {
   const core::Log log("export", core::LogLevel::Off);
   expect_error(ErrorKind::Config, {"two exports", "kitti"}, [&] {
-    exporters::run_export_stage(capture(),
+    exporters::run_export_stage(open_all(capture()),
                                 {export_options(toml("kitti")), export_options(toml("kitti"))},
                                 *folder / "twice", {.log = log});
   });
