@@ -37,6 +37,10 @@ const std::map<std::string, std::function<std::string()>>& lists() {
   return table;
 }
 
+constexpr std::string_view kItemRule =
+    "for [] stands the number of the list's item, counted from 0: --set "
+    "trajectories.0.num_frames=4.";
+
 /// Keys that every job has.
 std::vector<KeyInfo> common_keys() { return core::list_keys<RunConfig>(); }
 
@@ -110,6 +114,7 @@ std::string explain_text(const std::string& part) {
     fail(ErrorKind::Usage, "no key contains \"{}\"{}; `terracast config explain` lists all", part,
          nearest.empty() ? "" : fmt::format(" (nearest: \"{}\")", nearest));
   }
+  if (text.find("[]") != std::string::npos) text += fmt::format("\n{}\n", kItemRule);
   return text;
 }
 
@@ -120,7 +125,9 @@ std::string reference_text() {
       "of a file that holds\n"
       "it, and any table may say `extends = \"file.toml\"`. Relative paths start at the file they "
       "stand in. Keys carry "
-      "their unit.\n";
+      "their unit.\n"
+      "On the command line `--set KEY=VALUE` sets a key; " +
+      std::string(kItemRule) + "\n";
   std::string section = "?";
   std::vector<KeyInfo> group;
   const auto flush = [&] {

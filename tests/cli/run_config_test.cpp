@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "cli/reference.h"
+#include "core/error.h"
 #include "core/schema_writer.h"
 #include "core/toml_reader.h"
 
@@ -64,6 +65,49 @@ TEST(Configs, AMountIsLaidOverARigFile) {
 TEST(Reference, DocumentedKeysAreThoseOfTheProgram) {
   EXPECT_EQ(text_of(kSource / "docs/config.md"), reference_text())
       << "docs/config.md is stale; write it again: terracast docs -o docs/config.md";
+}
+
+/// The exports of a config alone.
+struct ExportsOnly {
+  std::vector<exporters::ExportOptions> exports;
+  void describe(core::SchemaVisitor& visit) { visit.list("exports", exports, "Formats."); }
+};
+
+TEST(Reference, TheExampleOfTheExportPageReads) {
+  std::istringstream page(text_of(kSource / "docs/export.md"));
+  std::string toml, line;
+  while (std::getline(page, line))
+    if (line.starts_with("    [[exports]]") || (!toml.empty() && line.starts_with("    ")))
+      toml += line + "\n";
+    else if (!toml.empty())
+      break;
+  ExportsOnly config;
+  core::TomlDocument::parse(toml, "docs/export.md").read(config);
+  ASSERT_EQ(config.exports.size(), 1u) << toml;
+  EXPECT_EQ(config.exports[0].format, "kitti");
+}
+
+TEST(Reference, ExplainsHowAnItemOfAListIsSet) {
+  EXPECT_NE(explain_text("num_frames").find("--set trajectories.0.num_frames=4"),
+            std::string::npos);
+  EXPECT_EQ(explain_text("size_m").find("--set"), std::string::npos);
+}
+
+TEST(Configs, WhatALaterStageWouldRefuseIsRefusedOnReading) {
+  const auto refusal_of = [](const std::vector<std::string>& sets) -> std::string {
+    try {
+      load_run_config(kSource / "configs/demo.toml", sets);
+    } catch (const core::Error& error) {
+      EXPECT_EQ(error.kind(), core::ErrorKind::Config);
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal_of({}), "");
+  EXPECT_THAT(refusal_of({"tracks.num_points=1999"}), testing::HasSubstr("2000"));
+  EXPECT_EQ(refusal_of({"tracks.num_points=1999", "exports=[]"}), "");
+  EXPECT_THAT(refusal_of({"rigs.0.name=frames"}), testing::HasSubstr("rig name \"frames\""));
+  EXPECT_THAT(refusal_of({"trajectories.0.name=a:b"}), testing::HasSubstr("becomes a folder"));
 }
 
 TEST(Reference, PagesOfTheReadmeExist) {
