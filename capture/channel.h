@@ -7,7 +7,8 @@
 
 namespace terracast::capture {
 
-/// A channel of a camera's facts file (OpenEXR). One geometry-only ray through each pixel's centre feeds all of them.
+/// A channel of a camera's facts file (OpenEXR). One geometry-only ray through each pixel's centre
+/// feeds all of them.
 struct ChannelInfo {
   std::string_view
       name;  ///< in the file; chosen so that image tools do not take it for something else
@@ -17,7 +18,8 @@ struct ChannelInfo {
   std::string_view invalid;  ///< how sky is written
 };
 
-/// The table of channels: range_m, normal.x, normal.y, normal.z, semantic_id, instance_id, primitive_id, flags.
+/// The table of channels: range_m, normal.x, normal.y, normal.z, semantic_id, instance_id,
+/// primitive_id, flags.
 std::span<const ChannelInfo> channels();
 
 /// Range of a sky pixel.

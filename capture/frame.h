@@ -31,8 +31,8 @@ struct CameraFrame {
   core::ImageF normal_world;   ///< 3 channels, unit; sky 0
   core::ImageU32 semantic_id;  ///< SemanticClass
   core::ImageU32 instance_id;  ///< 0: ground and sky
-  core::ImageU32
-      primitive_id;  ///< tile index << 17 | cell y << 9 | cell x << 1 | upper triangle; sky kNoPrimitive
+  /// Tile index << 17 | cell y << 9 | cell x << 1 | upper triangle; sky kNoPrimitive.
+  core::ImageU32 primitive_id;
   core::ImageU32 flags;  ///< FactFlag and visible_in_camera
 };
 
@@ -77,8 +77,8 @@ struct TrackPoint {
 /// sequence.json: what all frames share; written before the first frame, the same by every shard.
 struct SequenceInfo {
   std::string name;
-  std::string
-      input_hash;  ///< of all that determines the frames (world, rigs, motion, conditions, seeds, version)
+  /// Of all that determines the frames: world, rigs, motion, conditions, seeds, version.
+  std::string input_hash;
   std::string world_name;
   std::string world_input_hash;
   geo::Geodetic origin;  ///< of the world frame

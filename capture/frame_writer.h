@@ -21,8 +21,8 @@ namespace terracast::capture {
 ///           processes (shards) may write one sequence
 class SequenceWriter {
  public:
-  /// throws   Config: the folder holds a sequence of other inputs (says both hashes and that another
-  ///          --out is wanted); Io
+  /// throws   Config: the folder holds a sequence of other inputs (says both hashes and that
+  ///          another --out is wanted); Io
   SequenceWriter(const std::filesystem::path& folder, const SequenceInfo& info,
                  const std::vector<TrackPoint>& tracks);
 

@@ -7,7 +7,8 @@
 #include "geo/camera_model.h"
 #include "geo/rigid3.h"
 
-/// Labels derived in double from facts (range, visibility), poses and camera models. Nothing here traces a ray.
+/// Labels derived in double from facts (range, visibility), poses and camera models. Nothing here
+/// traces a ray.
 namespace terracast::capture {
 
 /// A camera at a place.
@@ -19,7 +20,8 @@ struct CameraView {
 /// Centre of a pixel.
 inline Eigen::Vector2d pixel_center(int x, int y) { return {x + 0.5, y + 0.5}; }
 
-/// Depth along the optical axis of a point at a range along the ray through `pixel`, m; +inf stays +inf.
+/// Depth along the optical axis of a point at a range along the ray through `pixel`, m; +inf stays
+/// +inf.
 double depth_from_range(const geo::CameraModel& model, const Eigen::Vector2d& pixel,
                         double range_m);
 

@@ -18,7 +18,8 @@ void check_pinhole(const capture::CameraCalibration& camera, const char* format)
 
 /// How far the right camera stands to the right of the left, in the left camera's frame, m, when
 /// the two are a rectified pair: axes parallel within 1e-9 rad, centres apart along x alone within
-/// 1e-9 m, equal intrinsics. throws   Config: they are not; says what differs
+/// 1e-9 m, equal intrinsics.
+/// throws   Config: they are not; says what differs
 double rectified_baseline_m(const capture::CameraCalibration& left,
                             const capture::CameraCalibration& right, const char* format);
 

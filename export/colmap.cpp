@@ -3,12 +3,11 @@
 // World    east, north, up of WGS84 at the sequence's local origin; metres.
 // Camera   RDF: x right, y down, z forward; PINHOLE with pixel centres at +0.5, as ours.
 // Pose     world to camera, quaternion w x y z. Each of our rigs is a rig of COLMAP's, its first
-// camera the reference,
-//          and has a frame at each instant; images.txt says the same poses again for programs that
-//          know no rigs.
+//          camera the reference, and has a frame at each instant; images.txt says the same poses
+//          again for programs that know no rigs.
 // Points   the capture's track points with every observation that a ray found free; POINTS2D are
-// their exact
-//          projections, so that the error is 0. The colour is the median over the observations.
+//          their exact projections, so that the error is 0. The colour is the median over the
+//          observations.
 // depth    ours: planar depth, float32, m; sky 0.
 
 #include <algorithm>

@@ -1,18 +1,17 @@
 // KITTI odometry.
 //
 // Camera   RDF: x right, y down, z forward. image_0 and image_1 are the left and right camera in
-// grey, image_2 and
-//          image_3 the same two in colour; all are rectified and stand where cameras 0 and 1 stand.
+//          grey, image_2 and image_3 the same two in colour; all are rectified and stand where
+//          cameras 0 and 1 stand.
 // Pixels   centres at whole numbers (the convention of those who read the format): c is ours less
-// 0.5. Pose     camera 0 of frame i to camera 0 of frame 0, 3 x 4 row-major; frame 0 is the
-// identity. calib    P_k = K [I | t] with P_k[0,3] = -fx x_k, x_k along camera 0's x: right cameras
-// negative. Tr takes velodyne
-//          points (x forward, y left, z up) to camera 0; there is no laser scanner, and Tr is the
-//          change of axes alone.
+//          0.5.
+// Pose     camera 0 of frame i to camera 0 of frame 0, 3 x 4 row-major; frame 0 is the identity.
+// calib    P_k = K [I | t] with P_k[0,3] = -fx x_k, x_k along camera 0's x: right cameras negative.
+//          Tr takes velodyne points (x forward, y left, z up) to camera 0; there is no laser
+//          scanner, and Tr is the change of axes alone.
 // depth_2  ours: planar depth of camera 2, float32, m; sky 0.
 // disp_2   ours: disparity of camera 2, 16 bit, times 256; 0 where there is none: sky, and where
-// half a count would
-//          err by more than max_relative_depth_error of the depth.
+//          half a count would err by more than max_relative_depth_error of the depth.
 
 #include <algorithm>
 #include <cmath>

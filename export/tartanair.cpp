@@ -2,17 +2,16 @@
 //
 // World    NED: x north, y east, z down, about the sequence's local origin.
 // Camera   FRD: x forward, y right, z down; 640 x 640, f = 320, c = (320, 320) with pixel centres
-// at +0.5, the right
-//          camera 0.25 m to the right. Readers have these numbers written into their code.
+//          at +0.5, the right camera 0.25 m to the right. Readers have these numbers written into
+//          their code.
 // Pose     camera to world: tx ty tz qx qy qz qw.
 // Depth    planar, the bytes of a little-endian float32 in an RGBA PNG in the order in which OpenCV
-// hands them out
-//          (B, G, R, A): R is byte 2, G byte 1, B byte 0, A byte 3. Sky 1e5 m or as told.
+//          hands them out (B, G, R, A): R is byte 2, G byte 1, B byte 0, A byte 3. Sky 1e5 m or as
+//          told.
 // Flow     px, from this frame to the next and back. In view: lands in the image. Co-visible: the
-// ray from the other
-//          frame's camera to the exact hit point is free; depths are never compared. Sky turns with
-//          the camera and is never co-visible; what comes to lie behind the camera has flow 0 and
-//          both masks false.
+//          ray from the other frame's camera to the exact hit point is free; depths are never
+//          compared. Sky turns with the camera and is never co-visible; what comes to lie behind
+//          the camera has flow 0 and both masks false.
 
 #include <cmath>
 

@@ -7,7 +7,8 @@
 
 namespace terracast::test {
 
-/// A job that takes seconds: a fractal world of 4 km, one rig of two cameras of 160x120, four frames, COLMAP.
+/// A job that takes seconds: a fractal world of 4 km, one rig of two cameras of 160x120, four
+/// frames, COLMAP.
 /// extra   TOML appended at the end (tables only)
 inline std::string tiny_job_text(const std::string& extra = "") {
   return R"(name = "tiny"

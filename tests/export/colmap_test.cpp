@@ -1,4 +1,5 @@
-// What COLMAP and its scripts read: both forms of the model, parsed here by the format's description.
+// What COLMAP and its scripts read: both forms of the model, parsed here by the format's
+// description.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// What a user of KITTI reads: calib, poses and times as text, images by OpenCV, depth by an npy reader.
+// What a user of KITTI reads: calib, poses and times as text, images by OpenCV, depth by an npy
+// reader.
 
 #include <gtest/gtest.h>
 
@@ -136,7 +137,8 @@ TEST_F(Kitti, DepthsOfConsecutiveFramesAgree) {
         const Vector3d in_first = a.rotation * point + a.translation;
         EXPECT_LE(scene.distance_to_surface(world * in_first), 1.3e-7 * point.norm() + 1e-8);
         const Vector3d next = b.rotation.transpose() * (in_first - b.translation);
-        // On the plane 1 / z is linear in the pixel: interpolating it is exact where all four are ground.
+        // On the plane 1 / z is linear in the pixel: interpolating it is exact where all four are
+        // ground.
         const double x = p2(0, 0) * next.x() / next.z() + p2(0, 2),
                      y = p2(1, 1) * next.y() / next.z() + p2(1, 2);
         if (!(next.z() > 0.0) || !(x >= 0.0) || !(y >= 0.0) || !(x < 89.0) || !(y < 79.0)) continue;
