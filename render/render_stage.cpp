@@ -285,11 +285,10 @@ void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
     context.log.info("sequence {}: all {} frames are there", plan.name, info.num_frames);
     return;
   }
-  if (damaged)
-    context.log.warn(
-        "sequence {}: {} frames lack files or are damaged, such as {}; they are not "
-        "kept",
-        plan.name, damaged->size(), damaged->front());
+  if (damaged) {
+    context.log.warn("sequence {}: {} frames lack files or are damaged, the first is {}", plan.name,
+                     damaged->size(), damaged->front());
+  }
 
   const world::RayQuery query(store, cut_of(store, plan), tracing);
   const FrameRenderer renderer(plan, store, query);
