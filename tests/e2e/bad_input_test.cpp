@@ -1,13 +1,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/mount.h>
+#include <sys/stat.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
+#include "core/json.h"
 #include "tests/e2e/tiny_job.h"
 #include "tests/support/folder_compare.h"
 #include "tests/support/run_program.h"
@@ -26,6 +29,8 @@ constexpr int kIo = 4;
 
 constexpr const char* kFractal =
     "kind = \"fractal\"\nvertical_datum = \"ellipsoid\"\nrelief_m = 300.0\n";
+
+const std::string kDatum = "vertical_datum = \"ellipsoid\"\n";
 
 /// A geographic ESRI ASCII grid of 0.1 degrees around the tiny world, gently sloped.
 std::string grid_text(int num_rows = 60, const std::string& value_at_middle = "") {
@@ -49,7 +54,8 @@ constexpr const char* kWgs84Prj =
 
 class BadInput : public testing::Test {
  protected:
-  /// Runs the tiny job with one text of it replaced, and expects status and message. No finished result may appear.
+  /// Runs the tiny job with one text of it replaced, and expects status and message. No finished
+  /// result may appear.
   void expect_refusal(const std::string& what, const std::string& by, int status,
                       const testing::Matcher<const std::string&>& message) {
     const auto config = write_text(scratch_ / "job.toml", replaced(tiny_job_text(), what, by));
@@ -74,14 +80,33 @@ class BadInput : public testing::Test {
   /// A writer that was stopped by an error leaves nothing that could be taken for a result.
   static void expect_no_half_files(const fs::path& folder) {
     if (!fs::exists(folder)) return;
-    for (const auto& [name, bytes] : folder_bytes(folder))
-      EXPECT_TRUE(name.find("manifest.json") == std::string::npos || !bytes.empty()) << name;
+    for (const auto& [name, bytes] : folder_bytes(folder)) {
+      EXPECT_EQ(name.find(".terracast-tmp-"), std::string::npos) << name;
+      if (fs::path(name).extension() != ".json") continue;
+      EXPECT_NO_THROW(core::Json::parse(bytes, name)) << name;
+    }
+  }
+
+  /// The tiny job run to its end in scratch_ / "out".
+  void run_tiny_job() {
+    write_text(config_, tiny_job_text());
+    const auto run = run_program({"run", config_.string(), "--out", out_.string(), "-q"});
+    ASSERT_EQ(run.status, 0) << run.output;
   }
 
   const ScratchFolder scratch_;
+  const fs::path config_ = scratch_ / "job.toml";
+  const fs::path out_ = scratch_ / "out";
 };
 
-const std::string kDatum = "vertical_datum = \"ellipsoid\"\n";
+void flip_byte(const fs::path& path) {
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  const auto middle = static_cast<std::streamoff>(fs::file_size(path) / 2);
+  file.seekg(middle);
+  const char byte = static_cast<char>(file.get() ^ 0x10);
+  file.seekp(middle);
+  file.put(byte);
+}
 
 TEST_F(BadInput, TheTinyJobItselfIsRight) {
   const auto config = write_text(scratch_ / "job.toml", tiny_job_text());
@@ -240,19 +265,115 @@ TEST_F(BadInput, TileWithAFlippedBitIsFound) {
   const auto out = (scratch_ / "out").string();
   ASSERT_EQ(run_program({"tile", config.string(), "--out", out, "-q"}).status, 0);
   const auto is_tile = [](const fs::path& path) { return path.extension() == ".tile"; };
-  for (const auto& entry : fs::recursive_directory_iterator(scratch_ / "out/world")) {
-    if (!is_tile(entry.path())) continue;
-    std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
-    const auto middle = static_cast<std::streamoff>(entry.file_size() / 2);
-    file.seekg(middle);
-    const char byte = static_cast<char>(file.get() ^ 0x10);
-    file.seekp(middle);
-    file.put(byte);
-  }
+  for (const auto& entry : fs::recursive_directory_iterator(scratch_ / "out/world"))
+    if (is_tile(entry.path())) flip_byte(entry.path());
   const auto render = run_program({"render", config.string(), "--out", out, "-q"});
   EXPECT_EQ(render.status, kInput) << render.output;
   EXPECT_THAT(render.output, AllOf(HasSubstr(".tile"), HasSubstr("damaged")));
   EXPECT_FALSE(fs::exists(scratch_ / "out/capture/P000/manifest.json"));
+}
+
+// Seen in 2026: a finished result that was damaged stayed so, whatever was run again.
+TEST_F(BadInput, DamagedCapturesAndExportsAreMadeAgain) {
+  run_tiny_job();
+  const auto before = folder_bytes(out_);
+  const fs::path sequence = out_ / "capture/P000";
+  flip_byte(sequence / "pair/left/000002.exr");
+  flip_byte(sequence / "frames/000003.json");
+  fs::remove(sequence / "pair/right/000001.png");
+  fs::remove_all(out_ / "export");
+  const auto exported = run_program({"export", config_.string(), "--out", out_.string(), "-q"});
+  EXPECT_EQ(exported.status, kInput) << exported.output;
+  EXPECT_THAT(exported.output, HasSubstr("run the render stage again"));
+
+  run_tiny_job();
+  flip_byte(out_ / "export/colmap/P000/images/pair/left/000000.png");
+  run_tiny_job();
+  auto after = folder_bytes(out_);
+  after["events.jsonl"] = before.at("events.jsonl");
+  EXPECT_TRUE(before == after);
+}
+
+// Seen in 2026: whatever lay in the capture's folder was exported, under any config.
+TEST_F(BadInput, ExportsAreOfTheConfigsOwnSequences) {
+  run_tiny_job();
+  const auto other = run_program({"export", config_.string(), "--out", out_.string(), "-q", "--set",
+                                  "trajectories.0.radius_m=400"});
+  EXPECT_EQ(other.status, kUsageOrConfig) << other.output;
+  EXPECT_THAT(other.output, AllOf(HasSubstr("radius_m = 300"), HasSubstr("radius_m = 400"),
+                                  HasSubstr("another config")));
+  const auto missing = run_program({"export", config_.string(), "--out", out_.string(), "-q",
+                                    "--set", "trajectories.0.name=B000"});
+  EXPECT_EQ(missing.status, kInput) << missing.output;
+  EXPECT_THAT(missing.output, HasSubstr("run the render stage first"));
+  const auto renamed = run_program(
+      {"run", config_.string(), "--out", out_.string(), "-q", "--set", "trajectories.0.name=B000"});
+  EXPECT_EQ(renamed.status, 0) << renamed.output;
+  EXPECT_THAT(renamed.output, HasSubstr("P000: not exported"));
+  EXPECT_TRUE(fs::exists(out_ / "export/colmap/B000"));
+  EXPECT_FALSE(fs::exists(out_ / "export/colmap/P000"));
+
+  const auto nothing =
+      run_program({"run", config_.string(), "--out", out_.string(), "-q", "--set", "exports=[]"});
+  EXPECT_EQ(nothing.status, 0) << nothing.output;
+  EXPECT_THAT(nothing.output, HasSubstr("not exported"));
+
+  // A map shows the paths of the world's own job alone; an export needs no source of heights.
+  const auto map = (scratch_ / "map.png").string();
+  const auto elsewhere =
+      run_program({"world", "preview", (out_ / "world").string(), "-o", map, "--config",
+                   config_.string(), "--set", "world.origin_lat_deg=45.5"});
+  EXPECT_EQ(elsewhere.status, kUsageOrConfig) << elsewhere.output;
+  EXPECT_THAT(elsewhere.output, AllOf(HasSubstr("45.5 N"), HasSubstr("46 N")));
+  EXPECT_FALSE(fs::exists(map));
+}
+
+TEST_F(BadInput, AnExportNeedsNoSourceOfHeights) {
+  write_text(scratch_ / "dem.asc", grid_text());
+  write_text(scratch_ / "dem.prj", kWgs84Prj);
+  write_text(config_, replaced(tiny_job_text(), kFractal,
+                               "kind = \"raster\"\nfiles = [\"dem.asc\"]\n" + kDatum));
+  const auto run = run_program({"run", config_.string(), "--out", out_.string(), "-q"});
+  ASSERT_EQ(run.status, 0) << run.output;
+  fs::remove(scratch_ / "dem.asc");
+  fs::remove_all(out_ / "export");
+  const auto exported = run_program({"export", config_.string(), "--out", out_.string(), "-q"});
+  EXPECT_EQ(exported.status, 0) << exported.output;
+  EXPECT_TRUE(fs::exists(out_ / "export/colmap/dataset.json"));
+}
+
+TEST_F(BadInput, WhatALaterStageWouldRefuseIsRefusedBeforeTheFirst) {
+  expect_refusal("num_frames = 4", "num_frames = 1", kUsageOrConfig,
+                 AllOf(HasSubstr("P000"), HasSubstr("2 or more")));
+  expect_refusal("[tracks]", "[tracing]\nembree_profile = \"isa=foo\"\n\n[tracks]", kUsageOrConfig,
+                 HasSubstr("isa=foo"));
+  EXPECT_FALSE(fs::exists(out_ / "world"));
+}
+
+TEST_F(BadInput, AMissingDataFolderIsNamed) {
+  write_text(scratch_ / "dem.prj", kWgs84Prj);
+  write_text(config_, "data = \"nowhere\"\n" +
+                          replaced(tiny_job_text(), kFractal,
+                                   "kind = \"raster\"\nfiles = [\"${data}/dem.asc\"]\n" + kDatum));
+  const auto missing = run_program({"tile", config_.string(), "--out", out_.string(), "-q"});
+  EXPECT_EQ(missing.status, kIo) << missing.output;
+  EXPECT_THAT(missing.output, AllOf(HasSubstr((scratch_ / "nowhere/dem.asc").string()),
+                                    HasSubstr("--set data=FOLDER")));
+  fs::create_directory(scratch_ / "nowhere");
+  const auto no_file = run_program({"tile", config_.string(), "--out", out_.string(), "-q"});
+  EXPECT_EQ(no_file.status, kIo) << no_file.output;
+  EXPECT_THAT(no_file.output, HasSubstr("${data} is " + (scratch_ / "nowhere").string()));
+}
+
+TEST_F(BadInput, APipeIsNoConfigAndNoPicture) {
+  const auto pipe = scratch_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const auto read = run_program({"run", pipe.string(), "--out", out_.string()});
+  EXPECT_EQ(read.status, kInput) << read.output;
+  EXPECT_THAT(read.output, HasSubstr("pipe"));
+  const auto written = run_program({"docs", "-o", pipe.string()});
+  EXPECT_EQ(written.status, kIo) << written.output;
+  EXPECT_TRUE(fs::is_fifo(pipe));
 }
 
 TEST_F(BadInput, FullDiskIsAnIoErrorAndTheRunGoesOnLater) {
@@ -277,11 +398,19 @@ TEST(CommandLine, WrongUseEndsWithStatusTwo) {
         {"run"},
         {"render", "x.toml", "--out", "o", "--shard", "3/3"},
         {"render", "x.toml", "--out", "o", "--shard", "-1/3"},
+        {"run", "x.toml", "--out", ""},
         {"list", "camera"},
         {"config", "explain", "no_such_key"}}) {
     const auto run = run_program(wrong);
     EXPECT_EQ(run.status, kUsageOrConfig) << run.output;
     EXPECT_FALSE(run.output.empty());
+  }
+}
+
+TEST(CommandLine, AResultThatCannotBePrintedIsAnIoError) {
+  for (const char* what : {" list cameras", " --help", " config explain"}) {
+    const std::string command = TERRACAST_PROGRAM + std::string(what) + " >/dev/full 2>/dev/null";
+    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), kIo) << command;
   }
 }
 

@@ -42,17 +42,22 @@ void expect_report_holds(const fs::path& report, const std::vector<std::string>&
   EXPECT_TRUE(fs::exists(report / "map.png"));
 }
 
-/// Whole datasets take longer than every change can wait for.
-bool is_recorded_run() { return std::getenv("TERRACAST_FULL") != nullptr; }
-constexpr const char* kRecordedOnly =
-    "skipped: a recorded run of many minutes; scripts/check --full";
+/// Runs a shipped job on the real data and holds its three formats against every check.
+void expect_real_flight_holds(const char* config, double timeout_s) {
+  const ScratchFolder scratch;
+  const auto run =
+      run_program({"run", (kConfigs / config).string(), "--set", "data=" + shared_data().string(),
+                   "--out", (scratch / "out").string(), "-q"},
+                  {.timeout_s = timeout_s});
+  ASSERT_EQ(run.status, 0) << run.output;
+  expect_report_holds(scratch / "out/report", {"tartanair", "kitti", "colmap"});
+}
 
 TEST(Demo, PassesEveryCheckInThreeFormatsAndFliesWhatItPromises) {
-  if (!is_recorded_run()) GTEST_SKIP() << kRecordedOnly;
   const ScratchFolder scratch;
   const auto run = run_program(
       {"run", (kConfigs / "demo.toml").string(), "--out", (scratch / "out").string(), "-q"},
-      {.timeout_s = 1200.0});
+      {.timeout_s = 1100.0});
   ASSERT_EQ(run.status, 0) << run.output;
   expect_report_holds(scratch / "out/report", {"tartanair", "kitti", "colmap"});
 
@@ -84,15 +89,15 @@ TEST(Demo, PassesEveryCheckInThreeFormatsAndFliesWhatItPromises) {
 }
 
 TEST(Andorra, TwelveFramesPassEveryCheckInThreeFormats) {
-  if (!is_recorded_run()) GTEST_SKIP() << kRecordedOnly;
   TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
-  const ScratchFolder scratch;
-  const auto run =
-      run_program({"run", (kConfigs / "andorra_small.toml").string(), "--set",
-                   "data=" + shared_data().string(), "--out", (scratch / "out").string(), "-q"},
-                  {.timeout_s = 1200.0});
-  ASSERT_EQ(run.status, 0) << run.output;
-  expect_report_holds(scratch / "out/report", {"tartanair", "kitti", "colmap"});
+  expect_real_flight_holds("andorra_small.toml", 1100.0);
+}
+
+TEST(AndorraFull, AHundredFramesPassEveryCheckInThreeFormats) {
+  if (std::getenv("TERRACAST_FULL") == nullptr)
+    GTEST_SKIP() << "skipped: a recorded run of an hour; scripts/check --full";
+  TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
+  expect_real_flight_holds("andorra.toml", 7000.0);
 }
 
 }  // namespace
