@@ -6,6 +6,7 @@
 
 #include "capture/frame_reader.h"
 #include "capture/frame_writer.h"
+#include "capture/manifest.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"
@@ -395,6 +396,29 @@ TEST(SequenceFiles, AnUnusableSequenceIsRefusedBeforeWriting) {
   info.cameras.clear();
   expect_error(ErrorKind::Config, {"0 cameras"}, [&] { SequenceWriter(scratch / "s", info, {}); });
   EXPECT_FALSE(fs::exists(scratch / "s"));
+}
+
+// Seen in 2026: a finished sequence that was damaged counted as finished for ever.
+TEST(GiveUpDamagedFrames, TakesBackTheRecordsOfThoseThatAreAskedFor) {
+  const ScratchFolder scratch;
+  const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
+  const SequenceInfo info = test::tiny_sequence(kSmall);
+  EXPECT_EQ(give_up_damaged_frames(folder, info, 0, 1), std::vector<int>());
+
+  const fs::path image = folder / facts_path(info.cameras[0], 1);
+  std::vector<std::byte> bytes = core::read_file(image);
+  bytes[bytes.size() / 2] ^= std::byte{1};
+  core::write_file(image, bytes);
+  EXPECT_EQ(give_up_damaged_frames(folder, info, 0, 2), std::vector<int>());  // another shard's
+  EXPECT_EQ(give_up_damaged_frames(folder, info, 1, 2), std::vector<int>{1});
+  EXPECT_FALSE(fs::exists(folder / record_path(1)));
+  EXPECT_TRUE(fs::exists(folder / record_path(0)));
+
+  SequenceInfo other = info;
+  other.input_hash = "another";
+  EXPECT_EQ(give_up_damaged_frames(folder, other, 0, 1), std::nullopt);
+  fs::remove(folder / kManifestFile);
+  EXPECT_EQ(give_up_damaged_frames(folder, info, 0, 1), std::nullopt);  // not finished
 }
 
 }  // namespace
