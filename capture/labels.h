@@ -31,8 +31,8 @@ Eigen::Vector3d point_world(const CameraView& view, const Eigen::Vector2d& pixel
 /// Where a world point stands in a view's image; nothing when it is behind the camera.
 std::optional<Eigen::Vector2d> project(const CameraView& view, const Eigen::Vector3d& point_world);
 
-/// Motion of the image point from view `from` to view `to`, px: of the hit point, or for sky (range +inf) of the
-/// direction at infinity. Nothing when it comes to lie behind the camera.
+/// Motion of the image point from view `from` to view `to`, px: of the hit point, or for sky (range
+/// +inf) of the direction at infinity. Nothing when it comes to lie behind the camera.
 std::optional<Eigen::Vector2d> flow(const CameraView& from, const CameraView& to,
                                     const Eigen::Vector2d& pixel, double range_m);
 
