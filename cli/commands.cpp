@@ -92,11 +92,12 @@ world::TileStore open_store(const Arguments& args) {
 int run_all(const Arguments& args) {
   return with_job(args, [&](const Job& job, const core::Context& context) {
     const std::optional<bool> ok = run(job, args.out, context);
+    const OutputFolders folders(args.out);
     if (!ok)
-      fmt::print("captured, not exported: {}\n", OutputFolders(args.out).captures.string());
+      fmt::print("captured, not exported: {}\n", folders.captures.string());
     else
-      fmt::print("{}: {}\n", *ok ? "every check holds" : "A CHECK FAILED",
-                 (OutputFolders(args.out).reports / "index.html").string());
+      fmt::print("{}: {}\n", validate::verdict_line(folders.reports),
+                 (folders.reports / "index.html").string());
     return ok.value_or(true) ? 0 : 1;
   });
 }
@@ -141,7 +142,8 @@ int run_validate(const Arguments& args) {
                result.ok && !result.skipped ? "" : result.worst);
     all_ok = all_ok && (result.ok || result.skipped);
   }
-  fmt::print("{}\n", (args.report / "index.html").string());
+  fmt::print("{}: {}\n", validate::verdict_line(args.report),
+             (args.report / "index.html").string());
   return all_ok ? 0 : 1;
 }
 

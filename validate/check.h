@@ -13,18 +13,20 @@
 
 namespace terracast::validate {
 
-/// What one check found. `ok` is value <= bound (or >= where the check says so).
+/// What one check found. `ok` is value <= bound, or value >= bound where that is a lower one.
 struct CheckResult {
-  std::string name;  ///< "reprojection", "completeness", …
+  std::string name;  ///< "reprojection", "stereo_scale", …
   double value = 0.0;
   double bound = 0.0;
+  bool is_lower_bound = false;
   std::string unit;
   bool ok = false;
-  bool skipped = false;  ///< the format does not hold what the check needs; `worst` says what
-  std::string worst;     ///< where the worst value stands: frame, camera, pixel
-  std::string summary;   ///< a sentence for the report: what was compared, how many samples
-  std::string reason;    ///< why the bound is what it is
-  std::string detects;   ///< the smallest errors it finds, as tests prove
+  bool skipped = false;    ///< nothing was measured; `worst` says why
+  bool is_unseen = false;  ///< skipped although the format could show it: this dataset does not
+  std::string worst;       ///< where the worst value stands: frame, camera, pixel
+  std::string summary;     ///< a sentence for the report: what was compared, how many samples
+  std::string reason;      ///< why the bound is what it is
+  std::string detects;     ///< the smallest errors it finds, as tests prove
   struct Plot {
     std::string title, x_label, y_label;
     std::vector<double> x, y;
@@ -35,7 +37,13 @@ struct CheckResult {
     core::Image8 image;
   };
   std::vector<Picture> pictures;
+
+  bool is_within_bound() const { return is_lower_bound ? value >= bound : value <= bound; }
 };
+
+/// How much of what a bound allows is used: 1 at the bound, more beyond it, infinite beyond a bound
+/// of 0.
+double share_of_bound(double value, double bound, bool is_lower_bound);
 
 struct ValidateOptions {
   std::string format;  ///< empty: found out from the folder
@@ -43,19 +51,23 @@ struct ValidateOptions {
   std::int64_t samples_per_image = 2000;  ///< pixels drawn for the checks that sample
 };
 
-/// Validates one exported dataset: reads the folder alone, by code that shares nothing with the exporters. Writes
-/// report.json and index.html (with plots and sample frames) into `report_folder`.
+/// Validates one exported dataset: reads the folder alone, by code that shares nothing with the
+/// exporters. Writes report.json and index.html into `report_folder`.
 /// returns  all results; the dataset is right when every one is ok
-/// throws   Input: not a dataset of a known format; Io. Damage inside a dataset is a failed check, not an error.
+/// throws   Input: not a dataset of a known format (damage inside one is a failed check); Io
 std::vector<CheckResult> run_validate_stage(const std::filesystem::path& dataset,
                                             const ValidateOptions& options,
                                             const std::filesystem::path& report_folder,
                                             const core::Context& context);
 
-/// Joins the reports of several formats (folder of each, named by format) into report.json and index.html of `folder`; names
-/// become `<format>/<check>`.
+/// Joins the reports of several formats (folder of each, named by format) into report.json and
+/// index.html of `folder`; names become `<format>/<check>`. A map.png of that folder is shown.
 /// returns  whether all are ok
 bool join_reports(const std::filesystem::path& folder, const std::vector<std::string>& formats);
+
+/// The verdict of a report.json in one line: "every bound holds; not seen: photometric_shift".
+/// throws  Input, Io: no report there
+std::string verdict_line(const std::filesystem::path& report_folder);
 
 /// Names and summaries of all checks and formats, for `terracast list`.
 struct NameAndSummary {

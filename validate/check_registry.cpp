@@ -49,6 +49,12 @@ CheckResult skipped_result(std::string name, std::string why) {
   return result;
 }
 
+CheckResult unseen_result(std::string name, std::string why) {
+  CheckResult result = skipped_result(std::move(name), std::move(why));
+  result.is_unseen = true;
+  return result;
+}
+
 void note_worst(CheckResult& result, double value, const std::string& where) {
   if (!std::isfinite(value)) value = 1e9;
   if (value < result.value || (value == result.value && !result.worst.empty())) return;

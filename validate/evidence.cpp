@@ -223,7 +223,7 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
     result.unit = judged.unit;
     result.ok = worst.value <= bound;
     result.worst = worst.where;
-    result.skipped = worst.num_seen == 0 && result.ok;
+    result.skipped = result.is_unseen = worst.num_seen == 0 && result.ok;
     if (result.skipped) result.worst = "the motion and the ground of this dataset do not show it";
     result.summary = fmt::format(
         "The correction of the {} that explains {} best, each alone: {} of {} corrections could be "

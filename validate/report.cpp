@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "core/atomic_file.h"
@@ -50,27 +51,32 @@ std::string shown(double value) {
 const char* state_of(bool is_ok, bool is_skipped) {
   return is_skipped ? "skip" : is_ok ? "ok" : "bad";
 }
-const char* word_of(bool is_ok, bool is_skipped) {
-  return is_skipped ? "not seen" : is_ok ? "right" : "wrong";
-}
 
-/// How much of the bound is used, as a bar; empty for bounds from below and counts.
-std::string bar_of(double value, double bound, bool is_ok, bool is_skipped) {
-  if (is_skipped || bound <= 0.0 || (is_ok && value > bound)) return "";
-  return fmt::format("<span class=\"bar {}\"><span style=\"width:{:.0f}%\"></span></span>",
-                     state_of(is_ok, false), 100.0 * std::clamp(value / bound, 0.0, 1.0));
-}
-
-std::string row(const std::string& name, const std::string& link, double value, double bound,
-                const std::string& unit, bool is_ok, bool is_skipped, const std::string& worst) {
+/// A row of the table of checks, from a check of report.json.
+std::string row(const Json& check, const std::string& page) {
+  const bool is_ok = check.at("ok").boolean();
+  const bool is_skipped = check.at("skipped").boolean();
+  const double value = check.at("value").number();
+  const double bound = check.at("bound").number();
+  const char* state = state_of(is_ok, is_skipped);
+  const char* word = check.at("unseen").boolean() ? "not seen"
+                     : is_skipped                 ? "not there"
+                     : is_ok                      ? "right"
+                                                  : "wrong";
+  std::string bar;  // counts, whose bound is 0, have none
+  if (!is_skipped && bound > 0.0) {
+    const double share = share_of_bound(value, bound, check.at("lower_bound").boolean());
+    bar = fmt::format("<span class=\"bar {}\"><span style=\"width:{:.0f}%\"></span></span>", state,
+                      100.0 * std::min(share, 1.0));
+  }
+  const std::string& name = check.at("name").string();
   return fmt::format(
       "<tr class=\"{}\"><td><span class=\"dot {}\"></span>{}</td><td><a href=\"{}\">{}</a></td><td "
       "class=\"num\">{}</td>"
       "<td class=\"num\">{}</td><td>{}</td><td>{}</td><td class=\"worst\">{}</td></tr>\n",
-      state_of(is_ok, is_skipped), state_of(is_ok, is_skipped), word_of(is_ok, is_skipped),
-      escaped(link), escaped(name), is_skipped ? "–" : shown(value),
-      is_skipped ? "–" : shown(bound), escaped(unit), bar_of(value, bound, is_ok, is_skipped),
-      escaped(first_line(worst)));
+      state, state, word, escaped(page + "#" + name), escaped(name),
+      is_skipped ? "–" : shown(value), is_skipped ? "–" : shown(bound),
+      escaped(check.at("unit").string()), bar, escaped(first_line(check.at("worst").string())));
 }
 
 constexpr const char* kTableHead =
@@ -78,13 +84,33 @@ constexpr const char* kTableHead =
     "class=\"num\">bound</th><th>unit</th>"
     "<th>of the bound</th><th>worst place</th></tr></thead><tbody>\n";
 
-std::string verdict(bool is_ok, std::size_t num_right, std::size_t num_wrong,
-                    std::size_t num_skipped) {
+/// What a report.json says as a whole.
+std::string verdict(const Json& report) {
+  std::size_t num_right = 0, num_wrong = 0, num_absent = 0;
+  const Json& checks = report.at("checks");
+  const std::vector<std::string> unseen = report.at("unseen").strings();
+  for (std::size_t i = 0; i < checks.size(); ++i)
+    ++(!checks.at(i).at("ok").boolean()       ? num_wrong
+       : checks.at(i).at("skipped").boolean() ? num_absent
+                                              : num_right);
+  num_absent -= unseen.size();
+  const bool is_ok = report.at("ok").boolean();
   return fmt::format(
-      "<div class=\"verdict {}\"><b>{}</b><span>{} right · {} wrong · {} not seen or not in this "
-      "format</span></div>\n",
-      is_ok ? "ok" : "bad", is_ok ? "Every bound holds" : "The dataset is wrong", num_right,
-      num_wrong, num_skipped);
+      "<div class=\"verdict {}\"><b>{}</b><span>{} right · {} wrong · {} not in the format · {} "
+      "not "
+      "seen{}</span></div>\n",
+      state_of(is_ok, false), is_ok ? "Every bound holds" : "The dataset is wrong", num_right,
+      num_wrong, num_absent, unseen.size(),
+      escaped(fmt::format("{}{}", unseen.empty() ? "" : ": ", fmt::join(unseen, ", "))));
+}
+
+/// The map that `run` draws of world and paths, where a report's folder or the one above holds it.
+std::string map_of(const std::filesystem::path& folder, const char* relative_path) {
+  if (!std::filesystem::exists(folder / relative_path)) return "";
+  return fmt::format(
+      "<figure><a href=\"{0}\"><img src=\"{0}\" width=\"480\" alt=\"map\"></a><figcaption>The "
+      "world and its paths</figcaption></figure>\n",
+      relative_path);
 }
 
 std::string section(const CheckResult& result) {
@@ -110,33 +136,49 @@ std::string section(const CheckResult& result) {
   return html + "</div></section>\n";
 }
 
-struct Counts {
-  std::size_t num_right = 0, num_wrong = 0, num_skipped = 0;
-  void add(bool is_ok, bool is_skipped) {
-    ++(is_skipped ? num_skipped : is_ok ? num_right : num_wrong);
-  }
-};
-
 }  // namespace
+
+double share_of_bound(double value, double bound, bool is_lower_bound) {
+  const double part = is_lower_bound ? bound : value;
+  const double whole = is_lower_bound ? value : bound;
+  if (!(part > 0.0)) return 0.0;
+  return whole > 0.0 ? part / whole : std::numeric_limits<double>::infinity();
+}
 
 Json report_json(const std::vector<CheckResult>& results) {
   Json list = Json::array();
+  Json unseen = Json::array();
   bool is_ok = !results.empty();
   for (const CheckResult& result : results) {
     is_ok = is_ok && result.ok;
+    if (result.is_unseen) unseen.push(result.name);
     list.push(Json::object()
                   .set("name", result.name)
                   .set("value", std::isfinite(result.value) ? result.value : 1e300)
                   .set("bound", result.bound)
+                  .set("lower_bound", result.is_lower_bound)
                   .set("unit", result.unit)
                   .set("ok", result.ok)
                   .set("worst", result.worst)
                   .set("skipped", result.skipped)
+                  .set("unseen", result.is_unseen)
                   .set("summary", result.summary)
                   .set("reason", result.reason)
                   .set("detects", result.detects));
   }
-  return Json::object().set("ok", is_ok).set("checks", list);
+  return Json::object().set("ok", is_ok).set("unseen", unseen).set("checks", list);
+}
+
+std::string verdict_line(const std::filesystem::path& report_folder) {
+  const Json report = Json::read(report_folder / "report.json");
+  const Json& checks = report.at("checks");
+  std::vector<std::string> wrong;
+  for (std::size_t i = 0; i < checks.size(); ++i)
+    if (!checks.at(i).at("ok").boolean()) wrong.push_back(checks.at(i).at("name").string());
+  const std::vector<std::string> unseen = report.at("unseen").strings();
+  return fmt::format(
+      "{}{}{}{}", report.at("ok").boolean() ? "every bound holds" : "THE DATASET IS WRONG: ",
+      fmt::join(wrong, ", "), unseen.empty() ? "" : "; not seen: ", fmt::join(unseen, ", "));
 }
 
 void write_report(const ReportHead& head, const std::vector<CheckResult>& results,
@@ -144,19 +186,14 @@ void write_report(const ReportHead& head, const std::vector<CheckResult>& result
                   const std::filesystem::path& folder) {
   const Json json = report_json(results);
   json.write(folder / "report.json");
-  Counts counts;
-  for (const CheckResult& result : results) counts.add(result.ok, result.skipped);
   std::string html = page_head(head.title);
   html += fmt::format("<header><p class=\"kind\">terracast validation</p><h1>{}</h1>",
                       escaped(head.title));
   for (const std::string& line : head.lines)
     html += fmt::format("<p class=\"about\">{}</p>", escaped(line));
-  html += "</header>\n" +
-          verdict(json.at("ok").boolean(), counts.num_right, counts.num_wrong, counts.num_skipped);
+  html += "</header>\n" + verdict(json) + map_of(folder, "../map.png");
   html += "<h2>Checks</h2>\n" + std::string(kTableHead);
-  for (const CheckResult& result : results)
-    html += row(result.name, "#" + result.name, result.value, result.bound, result.unit, result.ok,
-                result.skipped, result.worst);
+  for (std::size_t i = 0; i < results.size(); ++i) html += row(json.at("checks").at(i), "");
   html += "</tbody></table>\n";
   if (!samples.empty()) {
     html +=
@@ -174,38 +211,33 @@ void write_report(const ReportHead& head, const std::vector<CheckResult>& result
 
 bool join_reports(const std::filesystem::path& folder, const std::vector<std::string>& formats) {
   Json list = Json::array();
+  Json unseen = Json::array();
   bool is_ok = !formats.empty();
   std::string tables;
-  Counts counts;
   for (const std::string& format : formats) {
     const Json report = Json::read(folder / format / "report.json");
     const bool is_format_ok = report.at("ok").boolean();
+    const std::string page = format + "/index.html";
     is_ok = is_ok && is_format_ok;
     tables +=
-        fmt::format("<h2><span class=\"dot {}\"></span><a href=\"{}/index.html\">{}</a></h2>\n{}",
-                    is_format_ok ? "ok" : "bad", escaped(format), escaped(format), kTableHead);
-    const Json& results = report.at("checks");
-    for (std::size_t i = 0; i < results.size(); ++i) {
-      const Json& result = results.at(i);
-      Json named = Json::object();
-      for (const auto& [member, value] : result.members())
-        named.set(member, member == "name" ? Json(format + "/" + value.string()) : value);
+        fmt::format("<h2><span class=\"dot {}\"></span><a href=\"{}\">{}</a></h2>\n{}",
+                    state_of(is_format_ok, false), escaped(page), escaped(format), kTableHead);
+    for (const std::string& name : report.at("unseen").strings()) unseen.push(format + "/" + name);
+    const Json& checks = report.at("checks");
+    for (std::size_t i = 0; i < checks.size(); ++i) {
+      Json named = checks.at(i);
+      named.set("name", format + "/" + checks.at(i).at("name").string());
       list.push(named);
-      const std::string& name = result.at("name").string();
-      const bool is_skipped = result.has("skipped") && result.at("skipped").boolean();
-      counts.add(result.at("ok").boolean(), is_skipped);
-      tables += row(name, format + "/index.html#" + name, result.at("value").number(),
-                    result.at("bound").number(), result.at("unit").string(),
-                    result.at("ok").boolean(), is_skipped, result.at("worst").string());
+      tables += row(checks.at(i), page);
     }
     tables += "</tbody></table>\n";
   }
-  Json::object().set("ok", is_ok).set("checks", list).write(folder / "report.json");
+  const Json joined = Json::object().set("ok", is_ok).set("unseen", unseen).set("checks", list);
+  joined.write(folder / "report.json");
   std::string html = page_head("terracast validation");
-  html += fmt::format("<header><p class=\"kind\">terracast validation</p><h1>{}</h1></header>\n{}",
-                      escaped(fmt::format("{}", fmt::join(formats, ", "))),
-                      verdict(is_ok, counts.num_right, counts.num_wrong, counts.num_skipped));
-  html += tables + page_end();
+  html += fmt::format("<header><p class=\"kind\">terracast validation</p><h1>{}</h1></header>\n",
+                      escaped(fmt::format("{}", fmt::join(formats, ", "))));
+  html += verdict(joined) + map_of(folder, "map.png") + tables + page_end();
   core::write_file(folder / "index.html", html);
   return is_ok;
 }

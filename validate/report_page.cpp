@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "validate/report.h"
 
@@ -41,14 +42,38 @@ dt { color:var(--soft) } dd { margin:0; overflow-wrap:anywhere }
 figure img { display:block; max-width:100%; height:auto; border-radius:6px } figcaption { font-size:12px; color:var(--soft); max-width:360px }
 )";
 
-/// A round step for about `count` ticks.
-double tick_step(double extent, int count) {
-  const double raw = extent / count;
+/// Round values from `least` to `most`, about `count` of them.
+std::vector<double> ticks(double least, double most, int count) {
+  const double raw = (most - least) / count;
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  for (const double factor : {1.0, 2.0, 5.0})
-    if (raw <= factor * power) return factor * power;
-  return 10.0 * power;
+  double step = 10.0 * power;
+  for (const double factor : {5.0, 2.0, 1.0})
+    if (raw <= factor * power) step = factor * power;
+  std::vector<double> values;
+  const double first = std::ceil(least / step);
+  // Counted, not summed: a sum of steps need not advance where the values dwarf the step.
+  for (int i = 0; i <= 2 * count && (first + i) * step <= most; ++i)
+    values.push_back((first + i) * step + 0.0);  // + 0: never "-0"
+  return values;
 }
+
+/// The least and the greatest of a plot's values on one axis.
+struct Range {
+  double least = std::numeric_limits<double>::infinity();
+  double most = -std::numeric_limits<double>::infinity();
+  void add(double value) {
+    least = std::min(least, value);
+    most = std::max(most, value);
+  }
+  /// A twentieth more at both ends; values that all but agree get room as one value does.
+  void widen() {
+    const double size = std::max(std::abs(least), std::abs(most));
+    const double extent = most - least;
+    const double margin = extent > 1e-9 * size ? 0.05 * extent : std::max(1e-12, 0.5 * size);
+    least -= margin;
+    most += margin;
+  }
+};
 
 }  // namespace
 
@@ -96,52 +121,46 @@ std::string page_end() { return "</body></html>\n"; }
 std::string svg_of(const CheckResult::Plot& plot) {
   constexpr double kWidth = 480.0, kHeight = 230.0, kLeft = 62.0, kRight = 14.0, kTop = 28.0,
                    kBottom = 42.0;
-  double least_x = std::numeric_limits<double>::infinity(), most_x = -least_x, least_y = least_x,
-         most_y = -least_x;
+  Range x_range, y_range;
   const std::size_t count = std::min(plot.x.size(), plot.y.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!std::isfinite(plot.x[i]) || !std::isfinite(plot.y[i])) continue;
-    least_x = std::min(least_x, plot.x[i]);
-    most_x = std::max(most_x, plot.x[i]);
-    least_y = std::min(least_y, plot.y[i]);
-    most_y = std::max(most_y, plot.y[i]);
-  }
-  if (!(most_x >= least_x)) return "";
-  const auto widen = [](double& least, double& most) {
-    const double margin =
-        most > least ? 0.05 * (most - least) : std::max(1e-12, 0.5 * std::abs(most));
-    least -= margin;
-    most += margin;
+  // Beyond this no extent is a number.
+  constexpr double kFarthest = 1e300;
+  const auto is_shown = [&](std::size_t i) {
+    return std::abs(plot.x[i]) < kFarthest && std::abs(plot.y[i]) < kFarthest;
   };
-  if (least_y >= 0.0 && least_y < 0.5 * most_y) least_y = 0.0;
-  widen(least_x, most_x);
-  const bool starts_at_zero = least_y == 0.0;
-  widen(least_y, most_y);
-  if (starts_at_zero) least_y = 0.0;
-  double scale_x = (kWidth - kLeft - kRight) / (most_x - least_x);
-  double scale_y = (kHeight - kTop - kBottom) / (most_y - least_y);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!is_shown(i)) continue;
+    x_range.add(plot.x[i]);
+    y_range.add(plot.y[i]);
+  }
+  if (!(x_range.most >= x_range.least)) return "";
+  const bool starts_at_zero = y_range.least >= 0.0 && y_range.least < 0.5 * y_range.most;
+  if (starts_at_zero) y_range.least = 0.0;
+  x_range.widen();
+  y_range.widen();
+  if (starts_at_zero) y_range.least = 0.0;
+  double scale_x = (kWidth - kLeft - kRight) / (x_range.most - x_range.least);
+  double scale_y = (kHeight - kTop - kBottom) / (y_range.most - y_range.least);
   // A map has one scale both ways.
   if (plot.x_label.starts_with("east")) scale_x = scale_y = std::min(scale_x, scale_y);
-  const auto px = [&](double x) { return kLeft + (x - least_x) * scale_x; };
-  const auto py = [&](double y) { return kHeight - kBottom - (y - least_y) * scale_y; };
+  const auto px = [&](double x) { return kLeft + (x - x_range.least) * scale_x; };
+  const auto py = [&](double y) { return kHeight - kBottom - (y - y_range.least) * scale_y; };
   std::string svg = fmt::format(
       "<svg viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" font-size=\"11\" "
       "font-family=\"system-ui,'DejaVu Sans',sans-serif\">"
       "<text x=\"{}\" y=\"16\" font-size=\"12.5\" font-weight=\"600\" fill=\"#1d2733\">{}</text>",
       kWidth, kHeight, kWidth, kHeight, kLeft, escaped(plot.title));
-  const double step_y = tick_step((kHeight - kTop - kBottom) / scale_y, 4);
-  for (double y = std::ceil(least_y / step_y) * step_y; py(y) >= kTop; y += step_y)
+  const double shown_y = y_range.least + (kHeight - kTop - kBottom) / scale_y;
+  for (const double y : ticks(y_range.least, shown_y, 4))
     svg += fmt::format(
         "<line x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#e3e8ee\"/><text x=\"{}\" "
-        "y=\"{:.1f}\" text-anchor=\"end\" "
-        "fill=\"#5c6b7a\">{:.3g}</text>",
-        kLeft, kWidth - kRight, py(y), py(y), kLeft - 6.0, py(y) + 3.5,
-        std::abs(y) < 1e-9 * step_y ? 0.0 : y);
-  const double step_x = tick_step((kWidth - kLeft - kRight) / scale_x, 6);
-  for (double x = std::ceil(least_x / step_x) * step_x; px(x) <= kWidth - kRight; x += step_x)
+        "y=\"{:.1f}\" text-anchor=\"end\" fill=\"#5c6b7a\">{:.3g}</text>",
+        kLeft, kWidth - kRight, py(y), py(y), kLeft - 6.0, py(y) + 3.5, y);
+  const double shown_x = x_range.least + (kWidth - kLeft - kRight) / scale_x;
+  for (const double x : ticks(x_range.least, shown_x, 6))
     svg += fmt::format(
         "<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\" fill=\"#5c6b7a\">{:.4g}</text>", px(x),
-        kHeight - kBottom + 15.0, std::abs(x) < 1e-9 * step_x ? 0.0 : x);
+        kHeight - kBottom + 15.0, x);
   svg += fmt::format(
       "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" fill=\"#5c6b7a\">{}</text><text x=\"14\" "
       "y=\"{}\" text-anchor=\"middle\" "
@@ -152,15 +171,14 @@ std::string svg_of(const CheckResult::Plot& plot) {
   // More points than the plot has columns say nothing more.
   const std::size_t stride = std::max<std::size_t>(1, count / 2000);
   for (std::size_t i = 0; i < count; i += stride)
-    if (std::isfinite(plot.x[i]) && std::isfinite(plot.y[i]))
-      points += fmt::format("{:.1f},{:.1f} ", px(plot.x[i]), py(plot.y[i]));
+    if (is_shown(i)) points += fmt::format("{:.1f},{:.1f} ", px(plot.x[i]), py(plot.y[i]));
   svg += fmt::format(
       "<polyline fill=\"none\" stroke=\"#2b6cb0\" stroke-width=\"1.6\" stroke-linejoin=\"round\" "
       "points=\"{}\"/>",
       points);
   if (count <= 200)
     for (std::size_t i = 0; i < count; ++i)
-      if (std::isfinite(plot.x[i]) && std::isfinite(plot.y[i]))
+      if (is_shown(i))
         svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.3\" fill=\"#2b6cb0\"/>",
                            px(plot.x[i]), py(plot.y[i]));
   return svg + "</svg>";

@@ -13,10 +13,9 @@ namespace terracast::validate {
 namespace {
 
 /// How bad a result is: failed before right before skipped, then by the share of its bound.
-double badness(const CheckResult& result) {
-  if (!result.ok) return 1e30;
-  if (result.skipped) return -1.0;
-  return result.bound > 0.0 ? result.value / result.bound : 0.0;
+std::pair<int, double> badness(const CheckResult& result) {
+  const int rank = !result.ok ? 3 : !result.skipped ? 2 : result.is_unseen ? 1 : 0;
+  return {rank, share_of_bound(result.value, result.bound, result.is_lower_bound)};
 }
 
 /// Results of several sequences under one name: the worst stands for all.
@@ -120,6 +119,7 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
                                      sequence.origin.lat_deg, sequence.origin.lon_deg, cameras));
   }
   write_report(head, results, samples, report_folder);
+  context.log.info("{}", verdict_line(report_folder));
   return results;
 }
 

@@ -64,8 +64,9 @@ struct Mistake {
   bool poses_only_in_format = false;  ///< pose_frame's mistake is not in georeference.csv
   double flow_sign = 1.0;
   bool covisible_everywhere = false;
-  double color_offset_px =
-      0.0;  ///< whole pixels by which the last camera's colours stand to the right
+  /// By which the last camera's colours stand to the right and below.
+  Eigen::Vector2d color_offset_px = Eigen::Vector2d::Zero();
+  double color_gain = 1.0;
   double disparity_relative = 0.0;
   double times_relative = 0.0;  ///< factor on time stamps
 };

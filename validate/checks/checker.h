@@ -31,6 +31,8 @@ std::span<const CheckInfo> checks();
 
 /// A check that the format has nothing for.
 CheckResult skipped_result(std::string name, std::string why);
+/// A check that the format has something for, of which this dataset shows nothing.
+CheckResult unseen_result(std::string name, std::string why);
 
 /// Keeps the larger value and where it stands; a value that is not finite counts as 1e9.
 void note_worst(CheckResult& result, double value, const std::string& where);

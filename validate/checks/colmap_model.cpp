@@ -262,8 +262,9 @@ class ColmapModelChecker : public Checker {
     points.name = "colmap_points";
     points.value = static_cast<double>(binary.points.size());
     points.bound = 2000.0;
+    points.is_lower_bound = true;
     points.unit = "points (at least)";
-    points.ok = points.value >= points.bound;
+    points.ok = points.is_within_bound();
     points.summary = "Points of the model.";
     points.reason = "Fewer do not cover the images of a sequence.";
     points.detects = "a model that lost its points";
@@ -273,7 +274,7 @@ class ColmapModelChecker : public Checker {
         binary.points.empty() ? 0.0 : num_tracked / static_cast<double>(binary.points.size());
     points.bound = 3.0;
     points.unit = "images (at least)";
-    points.ok = points.value >= points.bound;
+    points.ok = points.is_within_bound();
     points.summary = "Mean number of images that see a point.";
     points.reason = "Two views give no redundancy.";
     results.push_back(std::move(points));

@@ -86,6 +86,7 @@ class PhotometricChecker : public Checker {
     CheckResult correlation;
     correlation.name = "photometric_correlation";
     correlation.bound = 0.6;
+    correlation.is_lower_bound = true;
     correlation.unit = "(at least)";
     correlation.value = 1.0;
     CheckResult::Plot histogram{"shifts in x of all kinds of pairs", "px", "patches", {}, {}};
@@ -115,10 +116,12 @@ class PhotometricChecker : public Checker {
                                   median(pool.shift_x), median(pool.shift_y), pool.shift_x.size());
       }
     }
-    if (num_kinds == 0)
-      return {skipped_result("photometric_shift",
-                             "fewer than 100 patches with contrast are seen twice")};
-    shift.ok = shift.value <= shift.bound;
+    if (num_kinds == 0) {
+      const char* reason =
+          "fewer than 100 patches with contrast are seen twice: colours were not checked";
+      return {unseen_result(shift.name, reason), unseen_result(correlation.name, reason)};
+    }
+    shift.ok = shift.is_within_bound();
     shift.summary = fmt::format(
         "Median shift of {} patches of 7 x 7 pixels against where depth and poses put them, worst "
         "of "
@@ -131,7 +134,7 @@ class PhotometricChecker : public Checker {
         "0.2 px between the images of two cameras; colours that come from another place than the "
         "depth";
     shift.plots.push_back(std::move(histogram));
-    correlation.ok = correlation.value >= correlation.bound;
+    correlation.ok = correlation.is_within_bound();
     correlation.summary = fmt::format(
         "Median zero-mean normalised correlation of the same {} patches.", num_patches_);
     correlation.reason =

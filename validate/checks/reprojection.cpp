@@ -155,7 +155,7 @@ class ReprojectionChecker : public Checker {
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
     if (num_compared_ == 0)
-      return {skipped_result("reprojection", "no two images with depth see the same ground")};
+      return {unseen_result("reprojection", "no two images with depth see the same ground")};
     std::vector<CheckResult> results;
     CheckResult agreement;
     agreement.name = "reprojection";
@@ -226,7 +226,7 @@ class ReprojectionChecker : public Checker {
     if (num_tried_ == 0 || 2 * most <= num_tried_) return;
     result.value = 1.0;
     result.ok = false;
-    result.skipped = false;
+    result.skipped = result.is_unseen = false;
     result.worst = fmt::format("{} of {} pairs agree with the poses of the frame {}", most,
                                num_tried_, num_shifted_[0] > num_shifted_[1] ? "before" : "after");
   }

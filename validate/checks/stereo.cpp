@@ -32,8 +32,10 @@ class StereoChecker : public Checker {
     matched.grey = left->image->grey;
     matched.disparity = left->image->disparity;
     const bool is_stored = !matched.disparity.empty();
-    if (is_stored) compare_disparity(*left, product, offset_px);
-    if (!is_stored) {
+    if (is_stored) {
+      ++num_stored_;
+      compare_disparity(*left, product, offset_px);
+    } else {
       matched.disparity = left->image->depth;
       for (float& value : matched.disparity.data())
         value = static_cast<float>(product / static_cast<double>(value) + offset_px);
@@ -62,24 +64,28 @@ class StereoChecker : public Checker {
     if (!sequence.stereo || num_frames_ == 0)
       return {skipped_result("stereo", "the format holds no rectified pair with depth")};
     std::vector<CheckResult> results;
-    if (num_pixels_ > 0) {
+    if (num_stored_ > 0) {
       CheckResult disparity;
       disparity.name = "stereo_disparity";
       disparity.value = worst_px_;
       disparity.bound = 0.5 / 256.0 + 1e-4;
       disparity.unit = "px";
-      if (greatest_left_out_px_ > least_stored_px_ + 1.0 / 256.0 &&
+      // Where none is stored there is no limit below which they may be left out.
+      const double limit_px = num_pixels_ > 0 ? least_stored_px_ : 0.0;
+      if (greatest_left_out_px_ > limit_px + 1.0 / 256.0 &&
           greatest_left_out_px_ > disparity.value) {
         disparity.value = greatest_left_out_px_;
-        worst_place_ = left_out_place_ + ": no disparity, though smaller ones are stored";
+        worst_place_ =
+            fmt::format("{}: no disparity, though {} stored", left_out_place_,
+                        num_pixels_ > 0 ? "smaller ones are" : "depth is there and none at all is");
       }
-      disparity.ok = disparity.value <= disparity.bound;
+      disparity.ok = disparity.is_within_bound();
       disparity.worst = worst_place_;
       disparity.summary = fmt::format(
           "Largest |disparity - f b / depth| over {} pixels of {} frames; f b = {:.6g} px m. {} "
           "pixels "
           "with depth are left out, all of them smaller than the least that is stored.",
-          num_pixels_, num_frames_,
+          num_pixels_, num_stored_,
           sequence.cameras[static_cast<std::size_t>(sequence.stereo->left)].intrinsics.fx_px *
               sequence.stereo->baseline_m,
           num_left_out_);
@@ -97,8 +103,8 @@ class StereoChecker : public Checker {
       scale.value = std::abs(scale_percent);
       scale.bound = 0.05;
       scale.unit = "%";
-      scale.skipped = 5.0 * error_percent > scale.bound;
-      scale.ok = scale.skipped || scale.value <= scale.bound;
+      scale.skipped = scale.is_unseen = 5.0 * error_percent > scale.bound;
+      scale.ok = scale.skipped || scale.is_within_bound();
       scale.worst = scale.skipped ? "the disparities are too small against their step"
                                   : fmt::format("{:.4f} ± {:.1g} %", scale_percent, error_percent);
       scale.summary =
@@ -110,7 +116,9 @@ class StereoChecker : public Checker {
     }
     constexpr std::size_t kEnough = 100;
     if (shift_x_.size() < kEnough) {
-      results.push_back(skipped_result("stereo_shift", "fewer than 100 patches have contrast"));
+      for (const char* name : {"stereo_shift", "stereo_vertical"})
+        results.push_back(
+            unseen_result(name, "fewer than 100 patches have contrast: colours were not checked"));
       return results;
     }
     const double scatter = [&] {
@@ -126,7 +134,7 @@ class StereoChecker : public Checker {
       result.value = std::abs(value);
       result.bound = 0.1;
       result.unit = "px";
-      result.ok = result.value <= result.bound;
+      result.ok = result.is_within_bound();
       result.worst = fmt::format("median {:+.4f} px of {} patches", value, shifts.size());
       result.summary =
           fmt::format("{} Median of {} patches of 7 x 7 pixels; one patch scatters by {:.3f} px.",
@@ -183,6 +191,7 @@ class StereoChecker : public Checker {
 
   ValidateOptions options_;
   std::int64_t num_frames_ = 0;
+  std::int64_t num_stored_ = 0;  ///< of those, with a disparity image
   std::int64_t num_pixels_ = 0;
   double worst_px_ = 0.0;
   std::string worst_place_;

@@ -1,0 +1,128 @@
+#include "validate/report.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/atomic_file.h"
+#include "core/image_io.h"
+#include "core/log.h"
+#include "tests/support/test_data.h"
+#include "tests/validate/analytic_dataset.h"
+#include "validate/check.h"
+
+/// What a report says of its results: the verdict, what was not seen, several sequences, plots, map.
+namespace terracast::validate {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<CheckResult> run(const fs::path& folder, const fs::path& report) {
+  const core::Log log("validate", core::LogLevel::Off);
+  return run_validate_stage(folder, {}, report, {log});
+}
+
+const CheckResult& find(const std::vector<CheckResult>& results, const std::string& name) {
+  for (const CheckResult& result : results)
+    if (result.name == name) return result;
+  throw std::out_of_range(name);
+}
+
+TEST(ReportVerdict, NamesTheColoursThatANightDoesNotShow) {
+  const test::ScratchFolder scratch;
+  test::write_kitti(test::record_flight(test::kitti_cameras(), 3), scratch / "data",
+                    {.color_gain = 0.0});
+  const auto results = run(scratch / "data", scratch / "report/kitti");
+  for (const char* name :
+       {"photometric_shift", "photometric_correlation", "stereo_shift", "stereo_vertical"}) {
+    EXPECT_TRUE(find(results, name).is_unseen) << name;
+    EXPECT_NE(verdict_line(scratch / "report/kitti").find(name), std::string::npos);
+  }
+  // What the format has no place for is not missed.
+  EXPECT_FALSE(find(results, "colmap").is_unseen);
+  EXPECT_EQ(verdict_line(scratch / "report/kitti").find("colmap"), std::string::npos);
+
+  EXPECT_TRUE(join_reports(scratch / "report", {"kitti"}));
+  const std::string line = verdict_line(scratch / "report");
+  EXPECT_TRUE(line.starts_with("every bound holds; not seen: ")) << line;
+  EXPECT_NE(line.find("kitti/photometric_shift"), std::string::npos) << line;
+  const core::Json json = core::Json::read(scratch / "report/report.json");
+  EXPECT_GE(json.at("unseen").size(), 4U);
+  for (const char* page : {"report/index.html", "report/kitti/index.html"}) {
+    const std::string html = core::read_text_file(scratch / page);
+    const std::size_t verdict = html.find("not seen: ");
+    ASSERT_NE(verdict, std::string::npos) << page;
+    EXPECT_LT(html.find("photometric_shift", verdict), html.find("</div>", verdict)) << page;
+  }
+}
+
+/// Moves the one sequence of `second` into `first`, under the name "other".
+void join_datasets(const fs::path& first, const fs::path& second) {
+  fs::rename(second / "flight", first / "other");
+  core::Json json = core::Json::read(first / "dataset.json");
+  core::Json other = core::Json::read(second / "dataset.json").at("sequences").at(0);
+  other.set("name", "other").set("path", "other").set("georeference", "other/georeference.csv");
+  core::Json sequences = json.at("sequences");
+  json.set("sequences", sequences.push(other));
+  json.write(first / "dataset.json");
+  test::list_files_again(first);
+}
+
+TEST(ReportOfSequences, KeepsTheWorstOfBoundsFromBelowToo) {
+  double least = 1e9;
+  const test::ScratchFolder scratch;
+  for (const int num_frames : {4, 2}) {
+    const fs::path folder = scratch / std::to_string(num_frames);
+    test::write_colmap(test::record_flight(test::colmap_cameras(), num_frames), folder);
+    const auto results = run(folder, scratch / "report");
+    least = std::min(least, find(results, "colmap_track_length").value);
+  }
+  join_datasets(scratch / "4", scratch / "2");
+  const auto results = run(scratch / "4", scratch / "report");
+  EXPECT_TRUE(find(results, "structure").ok) << find(results, "structure").worst;
+  EXPECT_EQ(find(results, "colmap_track_length").value, least);
+}
+
+TEST(ReportBounds, ShareIsOfTheRightSide) {
+  EXPECT_EQ(share_of_bound(0.5, 2.0, false), 0.25);
+  EXPECT_EQ(share_of_bound(4.0, 2.0, true), 0.5);
+  EXPECT_EQ(share_of_bound(1.0, 2.0, true), 2.0);
+  EXPECT_EQ(share_of_bound(0.0, 0.0, false), 0.0);
+  EXPECT_EQ(share_of_bound(1.0, 0.0, false), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(share_of_bound(0.0, 2.0, true), std::numeric_limits<double>::infinity());
+}
+
+/// A pose of 4e18 m whose last row differed by one step of a double made ticks that never advanced.
+TEST(ReportPlots, EndForValuesThatDwarfTheirDifferences) {
+  for (const double size : {4e18, 4e299, 1e-300, -4e18}) {
+    const double next = std::nextafter(size, std::numeric_limits<double>::infinity());
+    for (const char* label : {"east, m", "frame"}) {
+      const std::string svg =
+          svg_of({"title", label, "north, m", {size, size, 1e-3 * next}, {size, size, next}});
+      EXPECT_LT(svg.size(), 20000U);
+      EXPECT_NE(svg.find("<polyline"), std::string::npos);
+      EXPECT_EQ(svg.find("nan"), std::string::npos) << svg;
+      EXPECT_EQ(svg.find("inf"), std::string::npos) << svg;
+    }
+  }
+  const double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(svg_of({"title", "frame", "m", {infinity, 0.0}, {0.0, NAN}}), "");
+}
+
+TEST(ReportMap, IsShownWhereItLiesBesideTheReport) {
+  const test::ScratchFolder scratch;
+  write_report({}, {}, {}, scratch / "report/kitti");
+  EXPECT_EQ(core::read_text_file(scratch / "report/kitti/index.html").find("map.png"),
+            std::string::npos);
+  core::write_file(scratch / "report/map.png", core::encode_png(core::Image8(4, 4, 3)));
+  write_report({}, {}, {}, scratch / "report/kitti");
+  EXPECT_NE(core::read_text_file(scratch / "report/kitti/index.html").find("\"../map.png\""),
+            std::string::npos);
+  join_reports(scratch / "report", {"kitti"});
+  EXPECT_NE(core::read_text_file(scratch / "report/index.html").find("\"map.png\""),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace terracast::validate
