@@ -1,5 +1,3 @@
-#include "tests/validate/analytic_dataset.h"
-
 #include <fmt/format.h>
 #include <zip.h>
 
@@ -8,12 +6,12 @@
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <set>
 
 #include "core/atomic_file.h"
 #include "core/hash.h"
 #include "core/image_io.h"
 #include "core/json.h"
+#include "tests/validate/analytic_writer.h"
 
 namespace terracast::test {
 
@@ -71,10 +69,10 @@ Place place_of_ecef(const Vector3d& target) {
   return p;
 }
 
-struct SaidPose {
-  Matrix3d rotation;
-  Vector3d centre;
-};
+/// A turn about a camera's y axis.
+Matrix3d yawed(double angle_deg) {
+  return Eigen::AngleAxisd(angle_deg * kRadPerDeg, Vector3d::UnitY()).toRotationMatrix();
+}
 
 /// An image between its pixels, by Lagrange's cubic both ways (of fourth order: waves of 8 pixels
 /// keep their place to 0.01 px); the border goes on.
@@ -96,67 +94,6 @@ double value_at(const core::Image8& image, double x, double y, int channel) {
   return value;
 }
 
-/// What the dataset says, after the mistake.
-struct Said {
-  const Recording& recording;
-  const Mistake& mistake;
-
-  SaidPose pose(std::size_t c, std::size_t f, bool is_format = true) const {
-    const auto last = static_cast<std::size_t>(recording.num_frames() - 1);
-    const std::size_t from =
-        std::min(f + static_cast<std::size_t>(mistake.pose_shift_frames), last);
-    SaidPose pose{recording.world_from_body[from] * mount(c), recording.centre(c, from)};
-    if (static_cast<int>(f) == mistake.pose_frame && (is_format || !mistake.poses_only_in_format)) {
-      const Vector3d turn = mistake.pose_turn_deg * kRadPerDeg;
-      if (turn.norm() > 0.0)
-        pose.rotation =
-            pose.rotation * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
-      pose.centre += pose.rotation * mistake.pose_move_m;
-    }
-    return pose;
-  }
-  Matrix3d mount(std::size_t c) const {
-    Matrix3d m = recording.cameras[c].body_from_camera;
-    if (c + 1 == recording.cameras.size() && mistake.mount_yaw_deg != 0.0)
-      m = m * Eigen::AngleAxisd(mistake.mount_yaw_deg * kRadPerDeg, Vector3d::UnitY())
-                  .toRotationMatrix();
-    return m;
-  }
-  double focal(std::size_t c) const {
-    return recording.cameras[c].focal_px * (1.0 + mistake.focal_relative);
-  }
-  double cx(std::size_t c) const {
-    return 0.5 * recording.cameras[c].width + mistake.principal_x_px;
-  }
-  double cy(std::size_t c) const {
-    return 0.5 * recording.cameras[c].height + mistake.principal_y_px;
-  }
-  float depth(std::size_t c, std::size_t f, int x, int y) const {
-    return static_cast<float>(recording.depth[c][f](x, y) * (1.0 + mistake.depth_relative));
-  }
-  core::Image8 color(std::size_t c, std::size_t f) const {
-    const std::size_t from = f - std::min(f, static_cast<std::size_t>(mistake.color_shift_frames));
-    const core::Image8& source = recording.color[c][from];
-    if (mistake.color_gain == 1.0 &&
-        (c + 1 < recording.cameras.size() || mistake.color_offset_px.isZero()))
-      return source;
-    core::Image8 moved = source;
-    for (int y = 0; y < source.height(); ++y)
-      for (int x = 0; x < source.width(); ++x)
-        for (int k = 0; k < 3; ++k)
-          moved(x, y, k) = static_cast<std::uint8_t>(std::lround(
-              std::clamp(mistake.color_gain * value_at(source, x - mistake.color_offset_px.x(),
-                                                       y - mistake.color_offset_px.y(), k),
-                         0.0, 255.0)));
-    return moved;
-  }
-};
-
-std::string digits(std::size_t frame) { return fmt::format("{:06}", frame); }
-
-void write_npy_f4(const fs::path& file, const std::vector<std::size_t>& shape,
-                  const std::vector<float>& values);
-
 std::string npy_bytes(const std::string& type, const std::vector<std::size_t>& shape,
                       const void* values, std::size_t num_bytes) {
   std::string header = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (";
@@ -177,6 +114,111 @@ std::string npy_bytes(const std::string& type, const std::vector<std::size_t>& s
 void write_npy_f4(const fs::path& file, const std::vector<std::size_t>& shape,
                   const std::vector<float>& values) {
   core::write_file(file, npy_bytes("<f4", shape, values.data(), values.size() * 4));
+}
+
+struct FlowAt {
+  Vector2d flow;
+  bool in_view;
+};
+
+/// Flow from the scene itself, as a camera of the said intrinsics has it.
+FlowAt flow_at(const Said& said, std::size_t from, std::size_t to, int x, int y) {
+  const Recording& recording = said.recording;
+  const SceneCamera& camera = recording.cameras[0];
+  const double f = said.focal(0);
+  const Vector3d ray((x + 0.5 - said.cx(0)) / f, (y + 0.5 - said.cy(0)) / f, 1.0);
+  const Vector3d point = recording.rotation(0, from) * (ray * recording.depth[0][from](x, y)) +
+                         recording.centre(0, from);
+  const Vector3d there = recording.rotation(0, to).transpose() * (point - recording.centre(0, to));
+  const Vector2d at(f * there.x() / there.z() + said.cx(0), f * there.y() / there.z() + said.cy(0));
+  return {at - Vector2d(x + 0.5, y + 0.5), there.z() > 0.0 && at.x() >= 0.0 && at.y() >= 0.0 &&
+                                               at.x() < camera.width && at.y() < camera.height};
+}
+
+void write_flow(const Said& said, std::size_t f, const fs::path& file) {
+  const SceneCamera& camera = said.recording.cameras[0];
+  const std::size_t count =
+      static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  const auto height = static_cast<std::size_t>(camera.height);
+  const auto width = static_cast<std::size_t>(camera.width);
+  std::map<std::string, std::string> arrays;
+  for (const bool is_forward : {true, false}) {
+    std::vector<float> flow(2 * count);
+    std::vector<std::uint8_t> in_view(count), covisible(count);
+    for (int y = 0; y < camera.height; ++y)
+      for (int x = 0; x < camera.width; ++x) {
+        const FlowAt at = flow_at(said, is_forward ? f : f + 1, is_forward ? f + 1 : f, x, y);
+        const std::size_t i = static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
+        flow[i] = static_cast<float>(said.mistake.flow_sign * at.flow.x());
+        flow[count + i] = static_cast<float>(said.mistake.flow_sign * at.flow.y());
+        in_view[i] = at.in_view ? 1 : 0;
+        // Gentle hills seen from above hide nothing.
+        covisible[i] = said.mistake.covisible.value_or(at.in_view) ? 1 : 0;
+      }
+    const std::string way = is_forward ? "fwd" : "bwd";
+    arrays["flow_" + way + ".npy"] =
+        npy_bytes("<f4", {1, 2, height, width}, flow.data(), flow.size() * 4);
+    arrays["fov_mask_" + way + ".npy"] =
+        npy_bytes("|b1", {1, height, width}, in_view.data(), count);
+    arrays["covisible_mask_" + way + ".npy"] =
+        npy_bytes("|b1", {1, height, width}, covisible.data(), count);
+  }
+  fs::create_directories(file.parent_path());
+  int error = 0;
+  zip_t* archive = zip_open(file.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &error);
+  for (const auto& [name, bytes] : arrays) {
+    const zip_int64_t index =
+        zip_file_add(archive, name.c_str(),
+                     zip_source_buffer(archive, bytes.data(), bytes.size(), 0), ZIP_FL_OVERWRITE);
+    zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_STORE, 0);
+  }
+  zip_close(archive);
+}
+
+}  // namespace
+
+std::string digits(std::size_t frame) { return fmt::format("{:06}", frame); }
+
+SaidPose Said::pose(std::size_t c, std::size_t f, bool is_format) const {
+  const auto last = static_cast<std::size_t>(recording.num_frames() - 1);
+  std::size_t from = std::min(f + static_cast<std::size_t>(mistake.pose_shift_frames), last);
+  if (!mistake.pose_order.empty()) from = mistake.pose_order[f];
+  SaidPose pose{recording.world_from_body[from] * mount(c), recording.centre(c, from)};
+  if (static_cast<int>(f) == mistake.pose_frame && (is_format || !mistake.poses_only_in_format)) {
+    const Vector3d turn = mistake.pose_turn_deg * kRadPerDeg;
+    if (turn.norm() > 0.0)
+      pose.rotation =
+          pose.rotation * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+    pose.centre += pose.rotation * mistake.pose_move_m;
+  }
+  return pose;
+}
+
+Matrix3d Said::mount(std::size_t c) const {
+  const bool is_last = c + 1 == recording.cameras.size();
+  return recording.cameras[c].body_from_camera * yawed(is_last ? mistake.mount_yaw_deg : 0.0);
+}
+
+float Said::depth(std::size_t c, std::size_t f, int x, int y) const {
+  const bool is_wrong = mistake.depth_frame < 0 || mistake.depth_frame == static_cast<int>(f);
+  return static_cast<float>(recording.depth[c][f](x, y) *
+                            (1.0 + (is_wrong ? mistake.depth_relative : 0.0)));
+}
+
+core::Image8 Said::color(std::size_t c, std::size_t f) const {
+  const std::size_t from = f - std::min(f, static_cast<std::size_t>(mistake.color_shift_frames));
+  const core::Image8& source = recording.color[c][from];
+  const Vector2d offset_px =
+      c + 1 == recording.cameras.size() ? mistake.color_offset_px : Vector2d(0.0, 0.0);
+  if (mistake.color_gain == 1.0 && offset_px.isZero()) return source;
+  core::Image8 moved = source;
+  for (int y = 0; y < source.height(); ++y)
+    for (int x = 0; x < source.width(); ++x)
+      for (int k = 0; k < 3; ++k)
+        moved(x, y, k) = static_cast<std::uint8_t>(std::lround(std::clamp(
+            mistake.color_gain * value_at(source, x - offset_px.x(), y - offset_px.y(), k), 0.0,
+            255.0)));
+  return moved;
 }
 
 void write_depth_npy(const Said& said, std::size_t c, std::size_t f, const fs::path& file) {
@@ -211,25 +253,28 @@ void write_metadata(const Said& said, const fs::path& folder, const std::string&
   Json cameras = Json::array();
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
     const SceneCamera& camera = recording.cameras[c];
-    const Quaterniond q(said.mount(c));
-    cameras.push(
-        Json::object()
-            .set("name", camera.name)
-            .set("rig", "rig")
-            .set("camera", "cam" + std::to_string(c))
-            .set("width_px", camera.width)
-            .set("height_px", camera.height)
-            .set("fx_px", said.focal(c))
-            .set("fy_px", said.focal(c))
-            .set("cx_px", said.cx(c))
-            .set("cy_px", said.cy(c))
-            .set("body_from_camera",
-                 Json::object()
-                     .set("rotation_wxyz",
-                          Json::array_of(std::vector<double>{q.w(), q.x(), q.y(), q.z()}))
-                     .set("translation_m", Json::array_of(std::vector<double>{
-                                               camera.offset_body.x(), camera.offset_body.y(),
-                                               camera.offset_body.z()}))));
+    const bool is_last = c + 1 == recording.cameras.size();
+    const Mistake& mistake = said.mistake;
+    const Quaterniond q(
+        Matrix3d(said.mount(c) * yawed(is_last ? mistake.stated_mount_yaw_deg : 0.0)));
+    const Vector3d offset =
+        camera.offset_body + (is_last ? mistake.stated_mount_move_m : 0.0) * Vector3d::UnitY();
+    cameras.push(Json::object()
+                     .set("name", camera.name)
+                     .set("rig", "rig")
+                     .set("camera", "cam" + std::to_string(c))
+                     .set("width_px", camera.width)
+                     .set("height_px", camera.height)
+                     .set("fx_px", said.focal(c))
+                     .set("fy_px", said.focal(c))
+                     .set("cx_px", said.cx(c) + mistake.stated_principal_px)
+                     .set("cy_px", said.cy(c))
+                     .set("body_from_camera",
+                          Json::object()
+                              .set("rotation_wxyz",
+                                   Json::array_of(std::vector<double>{q.w(), q.x(), q.y(), q.z()}))
+                              .set("translation_m", Json::array_of(std::vector<double>{
+                                                        offset.x(), offset.y(), offset.z()}))));
   }
   Json sequence = Json::object();
   sequence.set("name", name)
@@ -253,69 +298,6 @@ void write_metadata(const Said& said, const fs::path& folder, const std::string&
   json.write(folder / "dataset.json");
   list_files_again(folder);
 }
-
-struct FlowAt {
-  Vector2d flow;
-  bool in_view;
-};
-
-/// Flow from the scene itself.
-FlowAt flow_at(const Recording& recording, std::size_t from, std::size_t to, int x, int y) {
-  const SceneCamera& camera = recording.cameras[0];
-  const double f = camera.focal_px;
-  const Vector3d ray((x + 0.5 - 0.5 * camera.width) / f, (y + 0.5 - 0.5 * camera.height) / f, 1.0);
-  const Vector3d point = recording.rotation(0, from) * (ray * recording.depth[0][from](x, y)) +
-                         recording.centre(0, from);
-  const Vector3d there = recording.rotation(0, to).transpose() * (point - recording.centre(0, to));
-  const Vector2d at(f * there.x() / there.z() + 0.5 * camera.width,
-                    f * there.y() / there.z() + 0.5 * camera.height);
-  return {at - Vector2d(x + 0.5, y + 0.5), there.z() > 0.0 && at.x() >= 0.0 && at.y() >= 0.0 &&
-                                               at.x() < camera.width && at.y() < camera.height};
-}
-
-void write_flow(const Said& said, std::size_t f, const fs::path& file) {
-  const SceneCamera& camera = said.recording.cameras[0];
-  const std::size_t count =
-      static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-  const auto height = static_cast<std::size_t>(camera.height);
-  const auto width = static_cast<std::size_t>(camera.width);
-  std::map<std::string, std::string> arrays;
-  for (const bool is_forward : {true, false}) {
-    std::vector<float> flow(2 * count);
-    std::vector<std::uint8_t> in_view(count), covisible(count);
-    for (int y = 0; y < camera.height; ++y)
-      for (int x = 0; x < camera.width; ++x) {
-        const FlowAt at =
-            flow_at(said.recording, is_forward ? f : f + 1, is_forward ? f + 1 : f, x, y);
-        const std::size_t i = static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
-        flow[i] = static_cast<float>(said.mistake.flow_sign * at.flow.x());
-        flow[count + i] = static_cast<float>(said.mistake.flow_sign * at.flow.y());
-        in_view[i] = at.in_view ? 1 : 0;
-        covisible[i] = at.in_view || said.mistake.covisible_everywhere
-                           ? 1
-                           : 0;  // gentle hills seen from above hide nothing
-      }
-    const std::string way = is_forward ? "fwd" : "bwd";
-    arrays["flow_" + way + ".npy"] =
-        npy_bytes("<f4", {1, 2, height, width}, flow.data(), flow.size() * 4);
-    arrays["fov_mask_" + way + ".npy"] =
-        npy_bytes("|b1", {1, height, width}, in_view.data(), count);
-    arrays["covisible_mask_" + way + ".npy"] =
-        npy_bytes("|b1", {1, height, width}, covisible.data(), count);
-  }
-  fs::create_directories(file.parent_path());
-  int error = 0;
-  zip_t* archive = zip_open(file.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &error);
-  for (const auto& [name, bytes] : arrays) {
-    const zip_int64_t index =
-        zip_file_add(archive, name.c_str(),
-                     zip_source_buffer(archive, bytes.data(), bytes.size(), 0), ZIP_FL_OVERWRITE);
-    zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_STORE, 0);
-  }
-  zip_close(archive);
-}
-
-}  // namespace
 
 void list_files_again(const fs::path& folder) {
   Json json = Json::read(folder / "dataset.json");
@@ -396,7 +378,8 @@ void write_kitti(const Recording& recording, const fs::path& folder, const Mista
   const SaidPose first = said.pose(0, 0);
   for (std::size_t f = 0; f < recording.body_world.size(); ++f) {
     const SaidPose pose = said.pose(0, f);
-    const Matrix3d r = first.rotation.transpose() * pose.rotation;
+    Matrix3d r = first.rotation.transpose() * pose.rotation;
+    if (static_cast<int>(f) == mistake.pose_frame) r(0, 1) += mistake.pose_entry;
     const Vector3d t = first.rotation.transpose() * (pose.centre - first.centre);
     for (int row = 0; row < 3; ++row)
       poses += fmt::format("{:.12g} {:.12g} {:.12g} {:.12g}{}", r(row, 0), r(row, 1), r(row, 2),
@@ -414,183 +397,14 @@ void write_kitti(const Recording& recording, const fs::path& folder, const Mista
         disparity(x, y) = static_cast<std::uint16_t>(
             std::lround(camera.focal_px * baseline_m / recording.depth[0][f](x, y) * 256.0 *
                         (1.0 + mistake.disparity_relative)));
+    if (f == 1)
+      disparity(80, 64) = static_cast<std::uint16_t>(
+          mistake.is_one_disparity_missing ? 0 : disparity(80, 64) + mistake.one_disparity_counts);
     core::write_file(folder / path / "disp_2" / (digits(f) + ".png"), core::encode_png(disparity));
   }
   core::write_file(folder / "dataset/poses/00.txt", poses);
   core::write_file(folder / path / "times.txt", times);
   write_metadata(said, folder, "kitti", "00", path, path + "/georeference.csv");
-}
-
-namespace {
-
-template <class Value>
-void put(std::string& bytes, Value value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
-
-struct Observation {
-  double x, y;
-  std::int64_t point;
-};
-struct Point {
-  Vector3d position;
-  std::array<std::uint8_t, 3> color;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> track;
-};
-
-}  // namespace
-
-void write_colmap(const Recording& recording, const fs::path& folder, const Mistake& mistake) {
-  const Said said{recording, mistake};
-  const std::string path = "flight";
-  const std::size_t num_cameras = recording.cameras.size();
-  const auto num_frames = static_cast<std::size_t>(recording.num_frames());
-  const auto image_id = [&](std::size_t c, std::size_t f) {
-    return static_cast<std::uint32_t>(1 + f * num_cameras + c);
-  };
-
-  // Points: the true ones, projected by what the dataset says, so that the model agrees with itself even when it is wrong.
-  std::map<std::uint32_t, std::vector<Observation>> observations;
-  std::vector<Point> points;
-  const SceneCamera& camera0 = recording.cameras[0];
-  for (std::size_t f = 0; f < num_frames; f += 2)
-    for (int y = 6; y < camera0.height - 6; y += 4)
-      for (int x = 6; x < camera0.width - 6; x += 4) {
-        const Vector3d ray((x + 0.5 - 0.5 * camera0.width) / camera0.focal_px,
-                           (y + 0.5 - 0.5 * camera0.height) / camera0.focal_px, 1.0);
-        Point point;
-        point.position =
-            recording.rotation(0, f) * (ray * recording.depth[0][f](x, y)) + recording.centre(0, f);
-        for (int k = 0; k < 3; ++k)
-          point.color[static_cast<std::size_t>(k)] = recording.color[0][f](x, y, k);
-        const auto id = static_cast<std::int64_t>(points.size() + 1);
-        for (std::size_t g = 0; g < num_frames; ++g)
-          for (std::size_t c = 0; c < num_cameras; ++c) {
-            const SaidPose pose = said.pose(c, g);
-            const Vector3d at = pose.rotation.transpose() * (point.position - pose.centre);
-            const double u = said.focal(c) * at.x() / at.z() + said.cx(c);
-            const double v = said.focal(c) * at.y() / at.z() + said.cy(c);
-            if (at.z() <= 0.0 || u < 1.0 || v < 1.0 || u >= recording.cameras[c].width - 1.0 ||
-                v >= recording.cameras[c].height - 1.0)
-              continue;
-            auto& list = observations[image_id(c, g)];
-            point.track.emplace_back(image_id(c, g), static_cast<std::uint32_t>(list.size()));
-            list.push_back({u, v, id});
-          }
-        points.push_back(std::move(point));
-      }
-
-  std::string cameras_txt = "# cameras\n", images_txt = "# images\n", points_txt = "# points\n",
-              rigs_txt, frames_txt;
-  std::string cameras_bin, images_bin, points_bin, rigs_bin, frames_bin;
-  const auto pose_text = [](const Quaterniond& q, const Vector3d& t) {
-    return fmt::format("{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}", q.w(), q.x(),
-                       q.y(), q.z(), t.x(), t.y(), t.z());
-  };
-  const auto put_pose = [](std::string& bytes, const Quaterniond& q, const Vector3d& t) {
-    for (const double value : {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()}) put(bytes, value);
-  };
-  put(cameras_bin, static_cast<std::uint64_t>(num_cameras));
-  put(images_bin, static_cast<std::uint64_t>(num_cameras * num_frames));
-  put(rigs_bin, std::uint64_t{1});
-  put(rigs_bin, std::uint32_t{1});
-  put(rigs_bin, static_cast<std::uint32_t>(num_cameras));
-  rigs_txt += fmt::format("1 {}", num_cameras);
-  for (std::size_t c = 0; c < num_cameras; ++c) {
-    const SceneCamera& camera = recording.cameras[c];
-    const auto id = static_cast<std::uint32_t>(c + 1);
-    cameras_txt +=
-        fmt::format("{} PINHOLE {} {} {:.17g} {:.17g} {:.17g} {:.17g}\n", id, camera.width,
-                    camera.height, said.focal(c), said.focal(c), said.cx(c), said.cy(c));
-    put(cameras_bin, id);
-    put(cameras_bin, std::int32_t{1});
-    put(cameras_bin, static_cast<std::uint64_t>(camera.width));
-    put(cameras_bin, static_cast<std::uint64_t>(camera.height));
-    for (const double value : {said.focal(c), said.focal(c), said.cx(c), said.cy(c)})
-      put(cameras_bin, value);
-    rigs_txt += fmt::format(" CAMERA {}", id);
-    put(rigs_bin, std::int32_t{0});
-    put(rigs_bin, id);
-    if (c == 0) continue;
-    const Quaterniond q(said.mount(c).transpose() * said.mount(0));
-    const Vector3d t =
-        said.mount(c).transpose() * (recording.cameras[0].offset_body - camera.offset_body);
-    rigs_txt += " 1 " + pose_text(q, t);
-    put(rigs_bin, std::uint8_t{1});
-    put_pose(rigs_bin, q, t);
-  }
-  rigs_txt += "\n";
-  put(frames_bin, static_cast<std::uint64_t>(num_frames));
-  for (std::size_t f = 0; f < num_frames; ++f) {
-    const SaidPose reference = said.pose(0, f);
-    const Quaterniond frame_q(Matrix3d(reference.rotation.transpose()));
-    const Vector3d frame_t = -(reference.rotation.transpose() * reference.centre);
-    frames_txt += fmt::format("{} 1 {} {}", f + 1, pose_text(frame_q, frame_t), num_cameras);
-    put(frames_bin, static_cast<std::uint32_t>(f + 1));
-    put(frames_bin, std::uint32_t{1});
-    put_pose(frames_bin, frame_q, frame_t);
-    put(frames_bin, static_cast<std::uint32_t>(num_cameras));
-    for (std::size_t c = 0; c < num_cameras; ++c) {
-      frames_txt += fmt::format(" CAMERA {} {}", c + 1, image_id(c, f));
-      put(frames_bin, std::int32_t{0});
-      put(frames_bin, static_cast<std::uint32_t>(c + 1));
-      put(frames_bin, static_cast<std::uint64_t>(image_id(c, f)));
-      const SaidPose pose = said.pose(c, f);
-      const Quaterniond q(Matrix3d(pose.rotation.transpose()));
-      const Vector3d t = -(pose.rotation.transpose() * pose.centre);
-      const std::string name = recording.cameras[c].name + "/" + digits(f) + ".png";
-      images_txt += fmt::format("{} {} {} {}\n", image_id(c, f), pose_text(q, t), c + 1, name);
-      put(images_bin, image_id(c, f));
-      put_pose(images_bin, q, t);
-      put(images_bin, static_cast<std::uint32_t>(c + 1));
-      images_bin += name;
-      images_bin += '\0';
-      const auto& seen = observations[image_id(c, f)];
-      put(images_bin, static_cast<std::uint64_t>(seen.size()));
-      for (const Observation& o : seen) {
-        images_txt += fmt::format("{:.17g} {:.17g} {} ", o.x, o.y, o.point);
-        put(images_bin, o.x);
-        put(images_bin, o.y);
-        put(images_bin, static_cast<std::uint64_t>(o.point));
-      }
-      images_txt += "\n";
-      core::write_file(folder / path / "images" / name, core::encode_png(said.color(c, f)));
-      write_depth_npy(said, c, f,
-                      folder / path / "depth" / recording.cameras[c].name / (digits(f) + ".npy"));
-    }
-    frames_txt += "\n";
-  }
-  put(points_bin, static_cast<std::uint64_t>(points.size()));
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Point& p = points[i];
-    points_txt += fmt::format("{} {:.17g} {:.17g} {:.17g} {} {} {} 0", i + 1, p.position.x(),
-                              p.position.y(), p.position.z(), p.color[0], p.color[1], p.color[2]);
-    put(points_bin, static_cast<std::uint64_t>(i + 1));
-    for (const double value : {p.position.x(), p.position.y(), p.position.z()})
-      put(points_bin, value);
-    for (const std::uint8_t value : p.color) put(points_bin, value);
-    put(points_bin, 0.0);
-    put(points_bin, static_cast<std::uint64_t>(p.track.size()));
-    for (const auto& [image, index] : p.track) {
-      points_txt += fmt::format(" {} {}", image, index);
-      put(points_bin, image);
-      put(points_bin, index);
-    }
-    points_txt += "\n";
-  }
-  const fs::path text = folder / path / "sparse_txt/0";
-  const fs::path binary = folder / path / "sparse/0";
-  core::write_file(text / "cameras.txt", cameras_txt);
-  core::write_file(text / "images.txt", images_txt);
-  core::write_file(text / "points3D.txt", points_txt);
-  core::write_file(text / "rigs.txt", rigs_txt);
-  core::write_file(text / "frames.txt", frames_txt);
-  core::write_file(binary / "cameras.bin", cameras_bin);
-  core::write_file(binary / "images.bin", images_bin);
-  core::write_file(binary / "points3D.bin", points_bin);
-  core::write_file(binary / "rigs.bin", rigs_bin);
-  core::write_file(binary / "frames.bin", frames_bin);
-  write_metadata(said, folder, "colmap", "flight", path, path + "/georeference.csv");
 }
 
 }  // namespace terracast::test

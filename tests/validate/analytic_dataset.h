@@ -3,8 +3,10 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,27 +50,48 @@ enum class Ground { Smooth, Facets };
 Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames,
                         Ground ground = Ground::Smooth, double scale = 1.0);
 
+/// A mistake in COLMAP's model alone.
+struct ColmapMistake {
+  double observation_px = 0.0;                ///< of one observation
+  std::uint32_t track_index = 0;              ///< added to one index of one track
+  double rig_move_m = 0.0;                    ///< of every camera but the first in the rig
+  bool is_last_image_without_frame = false;   ///< its camera alone
+  std::size_t most_points = ~std::size_t{0};  ///< more are not written
+  std::size_t most_images = ~std::size_t{0};  ///< of a track
+  double point_depth_relative = 0.0;          ///< of points beyond the surface
+  int color_levels = 0;                       ///< by which points are brighter
+};
+
 /// A mistake in what a dataset says; its images stay right unless told.
 struct Mistake {
-  double principal_x_px = 0.0;
+  double principal_x_px = 0.0;  ///< TartanAir, whose intrinsics are fixed: of the stored flow
   double principal_y_px = 0.0;
-  double focal_relative = 0.0;
-  double depth_relative = 0.0;  ///< all depth (and disparity) by 1 + this
-  int pose_shift_frames = 0;    ///< poses (and georeference) of the frame so much later
-  int color_shift_frames = 0;   ///< colours of the frame so much earlier
-  double mount_yaw_deg = 0.0;   ///< of the last camera, about its y axis, in all that is said of it
-  int pose_frame =
-      -1;  ///< frame whose pose alone is turned or moved, in the format's files and georeference.csv
+  double focal_relative = 0.0;        ///< the same
+  double stated_principal_px = 0.0;   ///< in dataset.json alone
+  double stated_mount_yaw_deg = 0.0;  ///< of the last camera, in dataset.json alone
+  double stated_mount_move_m = 0.0;   ///< the same, to the left
+  double depth_relative = 0.0;        ///< depth by 1 + this
+  int depth_frame = -1;               ///< the frame whose depth is wrong; -1: all
+  int pose_shift_frames = 0;          ///< poses (and georeference) of the frame so much later
+  std::vector<std::size_t> pose_order = {};  ///< the frame of which each frame has the pose
+  int color_shift_frames = 0;                ///< colours of the frame so much earlier
+  double mount_yaw_deg = 0.0;  ///< of the last camera, about its y axis, in all that is said of it
+  /// Frame whose pose alone is wrong, in the format's files and georeference.csv.
+  int pose_frame = -1;
   Eigen::Vector3d pose_turn_deg = Eigen::Vector3d::Zero();
   Eigen::Vector3d pose_move_m = Eigen::Vector3d::Zero();  ///< along the camera's axes
+  double pose_entry = 0.0;            ///< KITTI: added to one entry of its matrix
   bool poses_only_in_format = false;  ///< pose_frame's mistake is not in georeference.csv
   double flow_sign = 1.0;
-  bool covisible_everywhere = false;
+  std::optional<bool> covisible = std::nullopt;  ///< of all pixels
   /// By which the last camera's colours stand to the right and below.
   Eigen::Vector2d color_offset_px = Eigen::Vector2d::Zero();
   double color_gain = 1.0;
   double disparity_relative = 0.0;
+  int one_disparity_counts = 0;  ///< 1/256 px added to one pixel
+  bool is_one_disparity_missing = false;
   double times_relative = 0.0;  ///< factor on time stamps
+  ColmapMistake colmap = {};
 };
 
 void write_tartanair(const Recording& recording, const std::filesystem::path& folder,

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <string>
+
+#include "tests/validate/analytic_dataset.h"
+
+/// What the writers of the three formats share.
+namespace terracast::test {
+
+struct SaidPose {
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d centre;
+};
+
+/// What a dataset says, after the mistake.
+struct Said {
+  const Recording& recording;
+  const Mistake& mistake;
+
+  /// is_format  in the format's own files; else in georeference.csv
+  SaidPose pose(std::size_t c, std::size_t f, bool is_format = true) const;
+  Eigen::Matrix3d mount(std::size_t c) const;
+  double focal(std::size_t c) const {
+    return recording.cameras[c].focal_px * (1.0 + mistake.focal_relative);
+  }
+  double cx(std::size_t c) const {
+    return 0.5 * recording.cameras[c].width + mistake.principal_x_px;
+  }
+  double cy(std::size_t c) const {
+    return 0.5 * recording.cameras[c].height + mistake.principal_y_px;
+  }
+  float depth(std::size_t c, std::size_t f, int x, int y) const;
+  core::Image8 color(std::size_t c, std::size_t f) const;
+};
+
+/// "000042".
+std::string digits(std::size_t frame);
+
+void write_depth_npy(const Said& said, std::size_t c, std::size_t f,
+                     const std::filesystem::path& file);
+
+/// dataset.json and georeference.csv.
+void write_metadata(const Said& said, const std::filesystem::path& folder,
+                    const std::string& format, const std::string& name, const std::string& path,
+                    const std::string& georeference);
+
+}  // namespace terracast::test
