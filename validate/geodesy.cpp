@@ -25,8 +25,9 @@ Eigen::Vector3d ecef_from_geodetic(const Geodetic& place) {
 
 Geodetic geodetic_from_ecef(const Eigen::Vector3d& point_ecef) {
   const double from_axis_m = std::hypot(point_ecef.x(), point_ecef.y());
-  // Bowring (1976): tan(lat) = (z + e'^2 b sin^3 beta) / (p - e^2 a cos^3 beta), with the parametric latitude beta taken from
-  // the last latitude. Each turn gains a factor of about 1e-5 near the surface, so that four leave rounding alone.
+  // Bowring (1976): tan(lat) = (z + e'^2 b sin^3 beta) / (p - e^2 a cos^3 beta), with the
+  // parametric latitude beta taken from the last latitude. Each turn gains a factor of about 1e-5
+  // near the surface, so that four leave rounding alone.
   constexpr double kAxisRatio = 1.0 - kFlattening;
   constexpr double kSecondEccentricitySquared = kEccentricitySquared / (1.0 - kEccentricitySquared);
   double parametric = std::atan2(point_ecef.z(), kAxisRatio * from_axis_m);

@@ -17,7 +17,7 @@ TEST(ValidateGeodesy, MatchesClosedFormsOnAxesAndAPublishedPoint) {
   EXPECT_NEAR(point.z(), 5124304.349, 1e-2);
 }
 
-TEST(ValidateGeodesy, InverseReturnsToTheSamePlaceWithinANanometre) {
+TEST(ValidateGeodesy, InverseReturnsToTheSamePlaceWithinFourNanometres) {
   double worst_m = 0.0;
   for (double lat = -90.0; lat <= 90.0; lat += 7.5)
     for (double lon = -180.0; lon < 180.0; lon += 22.5)
