@@ -25,13 +25,15 @@ void check_size(int width, int height, const Intrinsics& size, const std::string
          size.width_px, size.height_px);
 }
 
-/// A PNG is at most as many pixels as this; the largest camera that a model may hold is smaller.
-constexpr std::size_t kMostPixels = std::size_t{1} << 27;
+/// The largest camera that a rig may hold has 16384 x 16384 pixels.
+constexpr std::size_t kMostPixels = std::size_t{1} << 28;
+/// Its depth in float32 has 2^30 bytes behind a header.
+constexpr std::size_t kMostBytes = std::size_t{1} << 31;
 
 template <class Pixel>
 core::Image<Pixel> read_png(const std::filesystem::path& file, const std::string& name,
                             int channels, const Intrinsics& size) {
-  auto decoded = core::decode_png(core::read_file(file, std::size_t{1} << 30), name, kMostPixels);
+  auto decoded = core::decode_png(core::read_file(file, kMostBytes), name, kMostPixels);
   auto* image = std::get_if<core::Image<Pixel>>(&decoded);
   if (image == nullptr)
     fail(ErrorKind::Input, "{}: a PNG of {} bits a channel is right", name, 8 * sizeof(Pixel));
@@ -141,7 +143,7 @@ core::Image16 read_png16(const std::filesystem::path& file, const std::string& n
 
 core::ImageF read_depth_npy(const std::filesystem::path& file, const std::string& name,
                             const Intrinsics& size) {
-  const NpyArray array = parse_npy(core::read_file(file, std::size_t{1} << 30), name);
+  const NpyArray array = parse_npy(core::read_file(file, kMostBytes), name);
   if (array.shape.size() != 2 || array.shape[0] > (1U << 15) || array.shape[1] > (1U << 15))
     fail(ErrorKind::Input, "{}: an array of {} dimensions where (height, width) should be", name,
          array.shape.size());

@@ -14,7 +14,8 @@
 #include "validate/geometry.h"
 #include "validate/readers/colmap_model.h"
 
-/// One neutral model of an exported dataset, whatever its format: what a user of the format would get by reading it.
+/// One neutral model of an exported dataset, whatever its format: what a user of the format would
+/// get by reading it.
 namespace terracast::validate {
 
 /// A row of georeference.csv.
@@ -38,7 +39,8 @@ struct Camera {
   Intrinsics intrinsics;                 ///< from the format's own files
   std::optional<Intrinsics> stated;      ///< from dataset.json
   std::optional<Pose> body_from_camera;  ///< from dataset.json; body x forward, y left, z up
-  /// From the format's own files, in the sequence's local frame (ENU at its origin); one a frame, empty where it is missing.
+  /// From the format's own files, in the sequence's local frame (ENU at its origin); one a frame,
+  /// empty where it is missing.
   std::vector<std::optional<Pose>> local_from_camera;
   std::vector<std::optional<Georeference>> georeference;
   std::vector<FrameFiles> files;
@@ -60,6 +62,7 @@ struct Sequence {
   std::vector<double> times_s;  ///< of the format's own file; empty where it has none
   std::vector<Camera> cameras;
   std::optional<StereoPair> stereo;
+  std::map<int, std::string> classes;  ///< of the segmentation's values
   std::optional<ColmapModel> binary_model;
   std::optional<ColmapModel> text_model;
 
@@ -93,8 +96,8 @@ struct Dataset {
 class Reader {
  public:
   virtual ~Reader() = default;
-  /// Fills intrinsics, poses, file paths, stereo pair and models of a sequence whose members from dataset.json are set.
-  /// Whatever is wrong becomes a finding.
+  /// Fills intrinsics, poses, file paths, stereo pair and models of a sequence whose members from
+  /// dataset.json are set. Whatever is wrong becomes a finding.
   virtual void read(const Dataset& dataset, Sequence& sequence, Findings& findings) const = 0;
 
   /// Planar depth, m; NaN where there is none (sky).
@@ -126,8 +129,10 @@ std::vector<std::string> list_folder(const std::filesystem::path& folder);
 /// Whether a path stays inside the folder it is relative to.
 bool is_safe_relative_path(const std::string& path);
 
-/// A finding for each file of `folder` that should be there (`NNNNNN` + suffix for each frame) and is not.
-/// is_optional  a folder that neither exists nor stands in dataset.json is a modality that the dataset does not hold
+/// A finding for each file of `folder` that should be there (`NNNNNN` + suffix for each frame) and
+/// is not.
+/// is_optional  a folder that neither exists nor stands in dataset.json is a modality that the
+///              dataset does not hold
 /// returns  paths relative to the root, empty where a file is missing
 std::vector<std::string> numbered_files(const Dataset& dataset, const std::string& folder,
                                         const std::string& suffix, int num_frames,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/error.h"
 #include "core/parallel.h"
 
 namespace terracast::validate {
@@ -29,7 +30,8 @@ core::ImageF smoothed_luma(const core::Image8& color) {
   return luma;
 }
 
-/// Motion over one frame at `frame`, in the axes of the camera: central differences, one-sided of second order at the ends.
+/// Motion over one frame at `frame`, in the axes of the camera: central differences, one-sided of
+/// second order at the ends.
 void set_motion(View& view) {
   const auto& poses = view.camera->local_from_camera;
   const auto pose_at = [&](int frame) -> const Pose* {
@@ -67,7 +69,8 @@ void set_motion(View& view) {
   view.angular_velocity_camera = turn;
 }
 
-/// Whether any of a grid of rays of one camera, at infinity or at a depth of its own image, stands in the other's image.
+/// Whether any of a grid of rays of one camera, at infinity or at a depth of its own image, stands
+/// in the other's image.
 bool may_overlap(const View& a, const View& b) {
   const Pose b_from_a = b.local_from_camera.inverse() * a.local_from_camera;
   constexpr int kGrid = 8;
@@ -88,6 +91,28 @@ bool may_overlap(const View& a, const View& b) {
         return true;
     }
   return false;
+}
+
+/// Every class is a known one, and sky stands where there is no depth, only there.
+/// throws  Input: the first pixel that is not so
+void check_segmentation(const core::Image8& segmentation, const core::ImageF& depth,
+                        const std::map<int, std::string>& classes, const std::string& name) {
+  if (classes.empty()) return;  // a map that could not be read is a finding of its own
+  const bool has_sky = std::any_of(classes.begin(), classes.end(),
+                                   [](const auto& entry) { return entry.second == "sky"; });
+  for (int y = 0; y < segmentation.height(); ++y)
+    for (int x = 0; x < segmentation.width(); ++x) {
+      const auto entry = classes.find(segmentation(x, y));
+      if (entry == classes.end())
+        core::fail(core::ErrorKind::Input,
+                   "{}: class {} at pixel ({}, {}) is not in seg_label_map.json", name,
+                   segmentation(x, y), x, y);
+      if (!has_sky || depth.empty()) continue;
+      const bool has_depth = std::isfinite(depth(x, y));
+      if (has_depth == (entry->second == "sky"))
+        core::fail(core::ErrorKind::Input, "{}: class {} at pixel ({}, {}), where depth is {}",
+                   name, entry->second, x, y, has_depth ? "a surface's" : "the sky's");
+    }
 }
 
 }  // namespace
@@ -115,15 +140,17 @@ bool FrameWindow::advance() {
             image.color = reader.color(dataset_, camera, frame_);
             image.grey = smoothed_luma(image.color);
           });
-        if (!files.segmentation.empty())
-          findings_.attempt(files.segmentation, [&] {
-            read_png8(dataset_.root / files.segmentation, files.segmentation, 1, camera.intrinsics);
-          });
         break;
       case kDepth:
         if (!files.depth.empty())
           findings_.attempt(files.depth,
                             [&] { image.depth = reader.depth(dataset_, camera, frame_); });
+        if (!files.segmentation.empty())
+          findings_.attempt(files.segmentation, [&] {
+            check_segmentation(read_png8(dataset_.root / files.segmentation, files.segmentation, 1,
+                                         camera.intrinsics),
+                               image.depth, sequence_.classes, files.segmentation);
+          });
         break;
       case kDisparity:
         if (!files.disparity.empty())

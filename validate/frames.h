@@ -9,8 +9,8 @@
 
 namespace terracast::validate {
 
-/// What one camera recorded in one frame, decoded. An image that the format does not hold, or that could not be read, is
-/// empty.
+/// What one camera recorded in one frame, decoded. An image that the format does not hold, or that
+/// could not be read, is empty.
 struct LoadedImage {
   core::Image8 color;      ///< 3 channels
   core::ImageF grey;       ///< luma 0 to 255, smoothed by the binomial [1 2 1] / 4 both ways
@@ -50,12 +50,12 @@ class FrameWindow {
   const Sequence& sequence() const { return sequence_; }
   /// Nothing when the frame is not in memory, or the camera has no pose there.
   std::optional<View> view(int camera_index, int frame) const;
-  /// Pairs of the newest frame: with the frames before it, both ways, of each camera; and among its cameras where their
-  /// fields of view meet.
+  /// Pairs of the newest frame: with the frames before it, both ways, of each camera; and among its
+  /// cameras where their fields of view meet.
   std::vector<ViewPair> pairs() const;
 
-  static constexpr int kOffsets[] = {
-      1, 4};  ///< a neighbour for exactness, a farther one for its parallax
+  /// A neighbour for exactness, a farther one for its parallax.
+  static constexpr int kOffsets[] = {1, 4};
 
  private:
   const Dataset& dataset_;

@@ -19,7 +19,10 @@ using core::fail;
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;
+/// A depth image of 2^28 pixels has half as many.
+constexpr std::size_t kMostBytes = std::size_t{1} << 31;
+/// Of all arrays of an npz together; the flow of 640 x 640 pixels has 8 MB.
+constexpr std::size_t kMostBytesOfArchive = std::size_t{1} << 28;
 
 /// The text behind `'key':` in the dictionary of the header, up to the end of its value.
 std::string_view header_value(std::string_view header, std::string_view key,
@@ -42,6 +45,15 @@ struct ZipCloser {
   void operator()(zip_t* archive) const { zip_discard(archive); }
   void operator()(zip_file_t* file) const { zip_fclose(file); }
 };
+
+/// Name and size of an entry.
+zip_stat_t entry_of(zip_t* archive, zip_int64_t index, const std::string& name) {
+  zip_stat_t entry;
+  if (zip_stat_index(archive, static_cast<zip_uint64_t>(index), 0, &entry) != 0 ||
+      (entry.valid & (ZIP_STAT_NAME | ZIP_STAT_SIZE)) != (ZIP_STAT_NAME | ZIP_STAT_SIZE))
+    fail(ErrorKind::Input, "{}: entry {} of the npz is damaged", name, index);
+  return entry;
+}
 
 }  // namespace
 
@@ -134,13 +146,16 @@ std::map<std::string, NpyArray> parse_npz(std::span<const std::byte> bytes,
   constexpr zip_int64_t kMostEntries = 64;  // a flow file has six
   if (num_entries > kMostEntries)
     fail(ErrorKind::Input, "{}: an npz of {} arrays", name, num_entries);
+  std::size_t num_bytes = 0;
   for (zip_int64_t i = 0; i < num_entries; ++i) {
-    zip_stat_t entry;
-    if (zip_stat_index(archive.get(), static_cast<zip_uint64_t>(i), 0, &entry) != 0 ||
-        (entry.valid & (ZIP_STAT_NAME | ZIP_STAT_SIZE)) != (ZIP_STAT_NAME | ZIP_STAT_SIZE))
-      fail(ErrorKind::Input, "{}: entry {} of the npz is damaged", name, i);
+    const std::size_t size = entry_of(archive.get(), i, name).size;
+    if (size > kMostBytesOfArchive - num_bytes)
+      fail(ErrorKind::Input, "{}: its arrays have more than {} bytes", name, kMostBytesOfArchive);
+    num_bytes += size;
+  }
+  for (zip_int64_t i = 0; i < num_entries; ++i) {
+    const zip_stat_t entry = entry_of(archive.get(), i, name);
     std::string array_name = entry.name;
-    if (entry.size > kMostBytes) fail(ErrorKind::Input, "{}: array of {} bytes", name, entry.size);
     const std::unique_ptr<zip_file_t, ZipCloser> file(
         zip_fopen_index(archive.get(), static_cast<zip_uint64_t>(i), 0));
     if (!file) fail(ErrorKind::Input, "{}: entry {} of the npz is damaged", name, array_name);

@@ -24,11 +24,12 @@ struct NpyArray {
   std::vector<std::uint8_t> flags(const std::string& name) const;
 };
 
-/// throws  Input: not an npy, another byte order or Fortran order, more or fewer bytes than the shape says
+/// throws  Input: not an npy, another byte order or Fortran order, more or fewer bytes than the
+///         shape says
 NpyArray parse_npy(std::span<const std::byte> bytes, const std::string& name);
 
 /// All arrays of an npz by name without ".npy".
-/// throws  Input: not a zip, damaged (its CRCs are checked), an entry of more than 1 GiB
+/// throws  Input: not a zip, damaged (its CRCs are checked), over 256 MiB of arrays
 std::map<std::string, NpyArray> parse_npz(std::span<const std::byte> bytes,
                                           const std::string& name);
 

@@ -320,7 +320,7 @@ void write_tartanair(const Recording& recording, const fs::path& folder, const M
   const Said said{recording, mistake};
   const std::string path = "Hills/Data_easy/P000";
   core::write_file(folder / "Hills/seg_label_map.json",
-                   std::string_view("{\"name_map\": {\"ground\": 1}}"));
+                   std::string_view("{\"name_map\": {\"sky\": 0, \"ground\": 1}}"));
   Matrix3d ned_from_enu;
   ned_from_enu << 0, 1, 0, 1, 0, 0, 0, 0, -1;
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <zip.h>
 
 #include <fstream>
 #include <functional>
@@ -6,13 +7,16 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/image_io.h"
 #include "core/json.h"
 #include "core/log.h"
 #include "tests/support/test_data.h"
 #include "tests/validate/analytic_dataset.h"
 #include "validate/check.h"
+#include "validate/npy.h"
 
-/// Damage of every kind is a failed check that names the file; never a crash, and never an error that ends the run.
+/// Damage of every kind is a failed check that names the file; never a crash, and never an error
+/// that ends the run.
 namespace terracast::validate {
 namespace {
 
@@ -22,6 +26,20 @@ const test::Recording& small_flight(const std::string& format) {
   static const test::Recording kitti = test::record_flight(test::kitti_cameras(), 3);
   static const test::Recording colmap = test::record_flight(test::colmap_cameras(), 3);
   return format == "kitti" ? kitti : colmap;
+}
+
+/// Of TartanAir's size, of one colour and one depth: enough for damage.
+test::Recording blank_flight(double baseline_m) {
+  test::Recording recording;
+  recording.cameras = test::tartanair_cameras();
+  recording.cameras[1].offset_body *= baseline_m / 0.25;
+  for (int frame = 0; frame < 3; ++frame) {
+    recording.body_world.emplace_back(frame, 0.0, 100.0);
+    recording.world_from_body.push_back(Eigen::Matrix3d::Identity());
+  }
+  recording.color.assign(2, {3, core::Image8(640, 640, 3, 100)});
+  recording.depth.assign(2, {3, core::Image<double>(640, 640, 1, 80.0)});
+  return recording;
 }
 
 std::vector<CheckResult> run(const fs::path& folder, const fs::path& report) {
@@ -40,6 +58,8 @@ CheckResult structure_of(const std::vector<CheckResult>& results) {
 void write(const std::string& format, const fs::path& folder) {
   if (format == "kitti")
     test::write_kitti(small_flight(format), folder);
+  else if (format == "tartanair")
+    test::write_tartanair(blank_flight(0.25), folder);
   else
     test::write_colmap(small_flight(format), folder);
 }
@@ -58,6 +78,23 @@ void replace(const fs::path& file, const std::string& from, const std::string& t
   const std::size_t at = text.find(from);
   ASSERT_NE(at, std::string::npos);
   core::write_file(file, text.replace(at, from.size(), to));
+}
+
+/// Puts a mask where the flow should be.
+void swap_flow_for_mask(const fs::path& file) {
+  zip_t* archive = zip_open(file.c_str(), 0, nullptr);
+  const auto index_of = [&](const char* name) {
+    return static_cast<zip_uint64_t>(zip_name_locate(archive, name, 0));
+  };
+  zip_delete(archive, index_of("flow_fwd.npy"));
+  zip_file_rename(archive, index_of("fov_mask_fwd.npy"), "flow_fwd.npy", 0);
+  ASSERT_EQ(zip_close(archive), 0);
+}
+/// Writes an image of 640 x 640 pixels of `value`, with one pixel of another.
+void write_image(const fs::path& file, int channels, std::uint8_t value, std::uint8_t other) {
+  core::Image8 image(640, 640, channels, value);
+  for (int k = 0; k < channels; ++k) image(5, 7, k) = other;
+  core::write_file(file, core::encode_png(image));
 }
 
 struct Damage {
@@ -87,6 +124,8 @@ TEST_P(Damaged, IsAFindingThatNamesTheFile) {
 
 const std::string kKitti = "dataset/sequences/00/";
 const std::string kSparse = "flight/sparse/0/";
+const std::string kTartanAir = "Hills/Data_easy/P000/";
+const std::string kFlow = kTartanAir + "flow_lcam_front/000000_000001_lcam_front_flow.npz";
 
 const Damage kDamages[] = {
     {"MissingImage", "kitti",
@@ -186,10 +225,77 @@ const Damage kDamages[] = {
          core::write_file(d / kSparse / name, std::string_view(""));
      },
      "truncated", true},
+    {"TruncatedFlow", "tartanair", [](const fs::path& d) { truncate(d / kFlow); },
+     "not a sound npz", true},
+    {"FlowOfAnotherCrc", "tartanair", [](const fs::path& d) { flip_bit(d / kFlow); }, "is damaged",
+     true},
+    {"FlowOfAnotherShape", "tartanair", [](const fs::path& d) { swap_flow_for_mask(d / kFlow); },
+     "flow_fwd must have the shape", true},
+    {"FlowOfAnotherName", "tartanair",
+     [](const fs::path& d) {
+       fs::rename(d / kFlow, d / kTartanAir / "flow_lcam_front/000000_000002_lcam_front_flow.npz");
+     },
+     "000000_000001_lcam_front_flow.npz: missing", true},
+    {"PoseRowTooMany", "tartanair",
+     [](const fs::path& d) {
+       const fs::path file = d / kTartanAir / "pose_lcam_front.txt";
+       const std::string text = core::read_text_file(file);
+       core::write_file(file, text + text.substr(0, text.find('\n') + 1));
+     },
+     "4 rows for 3 frames", true},
+    {"DepthNotANumber", "tartanair",
+     [](const fs::path& d) {
+       write_image(d / kTartanAir / "depth_lcam_front/000001_lcam_front_depth.png", 4, 66, 255);
+     },
+     "nan at pixel (5, 7)", true},
+    {"UnknownClass", "tartanair",
+     [](const fs::path& d) {
+       write_image(d / kTartanAir / "seg_rcam_front/000001_rcam_front_seg.png", 1, 1, 255);
+     },
+     "class 255 at pixel (5, 7)", true},
+    {"SkyWithDepth", "tartanair",
+     [](const fs::path& d) {
+       write_image(d / kTartanAir / "seg_rcam_front/000001_rcam_front_seg.png", 1, 1, 0);
+     },
+     "class sky at pixel (5, 7), where depth is a surface's", true},
 };
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Damaged, testing::ValuesIn(kDamages),
                          [](const auto& one) { return one.param.name; });
+
+TEST(DamagedTartanAir, AnotherBaselineIsFoundThoughMountsAndPosesAgree) {
+  const test::ScratchFolder scratch;
+  for (const double baseline_m : {0.25, 0.26}) {
+    const fs::path folder = scratch / fmt::format("{}", baseline_m);
+    test::write_tartanair(blank_flight(baseline_m), folder);
+    const CheckResult structure = structure_of(run(folder, scratch / "report"));
+    EXPECT_EQ(structure.ok, baseline_m == 0.25) << structure.worst;
+    EXPECT_EQ(structure.worst.find("rcam_front stands (0.2600, ") != std::string::npos,
+              baseline_m != 0.25)
+        << structure.worst;
+  }
+}
+
+TEST(DamagedNpz, IsRefusedByTheSizeOfAllArraysBeforeTheyAreRead) {
+  const test::ScratchFolder scratch;
+  const fs::path file = scratch / "bomb.npz";
+  const std::vector<char> zeros(std::size_t{1} << 27);
+  zip_t* archive = zip_open(file.c_str(), ZIP_CREATE, nullptr);
+  for (const char* name : {"a.npy", "b.npy", "c.npy"}) {
+    const zip_int64_t index = zip_file_add(
+        archive, name, zip_source_buffer(archive, zeros.data(), zeros.size(), 0), ZIP_FL_OVERWRITE);
+    zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_DEFLATE, 1);
+  }
+  ASSERT_EQ(zip_close(archive), 0);
+  EXPECT_LT(fs::file_size(file), std::size_t{1} << 23);
+  try {
+    parse_npz(core::read_file(file), "bomb.npz");
+    FAIL() << "384 MiB were read";
+  } catch (const core::Error& error) {
+    EXPECT_NE(std::string(error.what()).find("its arrays have more than"), std::string::npos)
+        << error.what();
+  }
+}
 
 TEST(DamagedColmap, OneWrongIndexOrBitIsFound) {
   const test::ScratchFolder scratch;

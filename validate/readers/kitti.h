@@ -4,9 +4,9 @@
 
 namespace terracast::validate {
 
-/// KITTI odometry: sequences/NN with calib.txt, times.txt, image_0 to image_3, depth_2 and disp_2; poses/NN.txt of camera 0
-/// relative to its first frame, placed in the world by georeference.csv. Pixel centres at whole numbers: half a pixel is
-/// added on reading.
+/// KITTI odometry: sequences/NN with calib.txt, times.txt, image_0 to image_3, depth_2 and disp_2;
+/// poses/NN.txt of camera 0 relative to its first frame, placed in the world by georeference.csv.
+/// Pixel centres at whole numbers: half a pixel is added on reading.
 class KittiReader : public Reader {
  public:
   void read(const Dataset& dataset, Sequence& sequence, Findings& findings) const override;

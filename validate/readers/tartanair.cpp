@@ -26,6 +26,9 @@ Eigen::Matrix3d enu_from_ned() {
   return m;
 }
 
+/// The readers take the right camera to stand so far to the right of the left one.
+constexpr double kFixedBaseline_m = 0.25;
+
 /// Camera x right, y down, z forward, in x forward, y right, z down.
 Eigen::Matrix3d frd_from_rdf() {
   Eigen::Matrix3d m;
@@ -64,6 +67,28 @@ core::Image8 mask_image(const std::map<std::string, NpyArray>& arrays, const cha
   return image;
 }
 
+/// The rectified pair, which must stand as the format fixes it.
+void add_pair(Sequence& sequence, Findings& findings) {
+  const int left = sequence.camera_index("lcam_front");
+  const int right = sequence.camera_index("rcam_front");
+  if (left < 0 || right < 0) return;
+  sequence.stereo = StereoPair{left, right, kFixedBaseline_m};
+  const auto& left_poses = sequence.cameras[static_cast<std::size_t>(left)].local_from_camera;
+  const auto& right_poses = sequence.cameras[static_cast<std::size_t>(right)].local_from_camera;
+  for (std::size_t i = 0; i < left_poses.size() && i < right_poses.size(); ++i) {
+    if (!left_poses[i] || !right_poses[i]) continue;
+    const Eigen::Vector3d offset = (left_poses[i]->inverse() * *right_poses[i]).translation;
+    // Nine digits of a position 50 km from the origin.
+    constexpr double kTolerance_m = 1e-3;
+    if ((offset - Eigen::Vector3d(kFixedBaseline_m, 0.0, 0.0)).norm() <= kTolerance_m) continue;
+    findings.add(sequence.path,
+                 fmt::format("rcam_front stands ({:.4f}, {:.4f}, {:.4f}) m right, down and forward "
+                             "of lcam_front in frame {}; {} m to the right is the format's",
+                             offset.x(), offset.y(), offset.z(), i, kFixedBaseline_m));
+    return;
+  }
+}
+
 }  // namespace
 
 void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings& findings) const {
@@ -75,6 +100,8 @@ void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings&
       if (index.integer() < 0 || index.integer() > 255)
         fail(ErrorKind::Input, "{}: class {} has the index {}, outside 0 to 255", labels, name,
              index.integer());
+    for (const auto& [name, index] : map.at("name_map").members())
+      sequence.classes[static_cast<int>(index.integer())] = name;
   });
 
   for (Camera& camera : sequence.cameras) {
@@ -128,15 +155,7 @@ void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings&
           fmt::format("{} files for {} frames; the readers pair files by their place in the list",
                       found.size(), sequence.num_frames));
   }
-  const int left = sequence.camera_index("lcam_front");
-  const int right = sequence.camera_index("rcam_front");
-  if (left >= 0 && right >= 0) {
-    const auto& left_pose = sequence.cameras[static_cast<std::size_t>(left)].local_from_camera;
-    const auto& right_pose = sequence.cameras[static_cast<std::size_t>(right)].local_from_camera;
-    if (!left_pose.empty() && left_pose[0] && right_pose[0])
-      sequence.stereo =
-          StereoPair{left, right, (left_pose[0]->inverse() * *right_pose[0]).translation.x()};
-  }
+  add_pair(sequence, findings);
 }
 
 core::ImageF TartanAirReader::depth(const Dataset& dataset, const Camera& camera, int frame) const {
