@@ -1,6 +1,7 @@
 #include "validate/sampling.h"
 
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <array>
 
 namespace terracast::validate {
@@ -64,6 +65,21 @@ constexpr double kLeastContrast = 1.5;  // grey levels: below it rounding to 8 b
 struct Patch {
   std::array<double, kPatchPixels> values{};
   std::array<Eigen::Vector2d, kPatchPixels> predicted;
+
+  /// Whether the other image shows it about as large, along both axes of the stretch. Else one
+  /// image resolves what the other averages, and the two do not look alike.
+  bool keeps_its_size() const {
+    const auto across = [&](std::size_t from, std::size_t to) {
+      return ((predicted[to] - predicted[from]) / (kPatchSide - 1)).eval();
+    };
+    constexpr std::size_t kMiddle = kPatchRadius * kPatchSide;
+    Eigen::Matrix2d stretch;
+    stretch << across(kMiddle, kMiddle + kPatchSide - 1),
+        across(kPatchRadius, kPatchPixels - 1 - kPatchRadius);
+    constexpr double kMost = 1.5;
+    const Eigen::Vector2d sizes = stretch.jacobiSvd().singularValues();
+    return sizes[0] < kMost && sizes[1] > 1.0 / kMost;
+  }
 };
 
 /// Gauss-Newton on the difference of the normalised patches.
@@ -74,8 +90,7 @@ void align(const core::ImageF& image, const Patch& patch, PatchMatch& match) {
   for (const double value : patch.values) power_a += (value - mean_a) * (value - mean_a);
   if (power_a < kLeastContrast * kLeastContrast * kPatchPixels) return;
   constexpr int kMostTurns = 8;
-  constexpr double kFarthest_px =
-      3.0;  // the patch is 7 pixels wide: farther off it is another place
+  constexpr double kFarthest_px = 3.0;  // half the patch: farther off it is another place
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
   for (int turn = 0; turn < kMostTurns; ++turn) {
     std::array<CubicSample, kPatchPixels> seen;
@@ -188,6 +203,7 @@ std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y
     if (!seen || std::abs(seen->inverse_depth.value * match.point_b.z() - 1.0) > 0.02)
       return std::nullopt;
   }
+  if (!patch.keeps_its_size()) return std::nullopt;
   align(b.image->grey, patch, match);
   if (match.correlation == 0.0) return std::nullopt;
   return match;

@@ -11,7 +11,8 @@
 /// Values of images between pixel centres, and the comparison of two views of one surface.
 namespace terracast::validate {
 
-/// Value and gradient by the cubic of Catmull and Rom over 4 x 4 pixels: exact for planes, of third order on smooth fields.
+/// Value and gradient by the cubic of Catmull and Rom over 4 x 4 pixels: exact for planes, of third
+/// order on smooth fields.
 struct CubicSample {
   double value = 0.0;
   Eigen::Vector2d gradient = Eigen::Vector2d::Zero();  ///< a pixel
@@ -24,11 +25,12 @@ inline bool has_cubic_support(const core::ImageF& image, const Eigen::Vector2d& 
 }
 CubicSample sample_cubic(const core::ImageF& image, const Eigen::Vector2d& pixel);
 
-/// Inverse depth at an image point. On a plane it is linear in the image, so that slanted ground brings no bias.
+/// Inverse depth at an image point. On a plane it is linear in the image, so that slanted ground
+/// brings no bias.
 struct InverseDepthSample {
   CubicSample inverse_depth;  ///< 1/m
-  double roughness =
-      0.0;  ///< relative: a quarter of the rms second difference over the 4 x 4 pixels
+  /// Relative: a quarter of the rms second difference over the 4 x 4 pixels.
+  double roughness = 0.0;
   double nearest_m = 0.0;  ///< least and greatest depth among the 4 x 4
   double farthest_m = 0.0;
 };
@@ -46,8 +48,9 @@ inline Eigen::Matrix<double, 2, 3> projection_jacobian(const Intrinsics& camera,
   return jacobian;
 }
 
-/// Where the image content of `b` stands against where the geometry says: the sub-pixel shift (Lucas and Kanade, with
-/// gain and offset free) that brings `b`, sampled through depth and poses, onto a 7 x 7 patch of `a`.
+/// Where the image content of `b` stands against where the geometry says: the sub-pixel shift
+/// (Lucas and Kanade, with gain and offset free) that brings `b`, sampled through depth and poses,
+/// onto a 7 x 7 patch of `a`.
 struct PatchMatch {
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();   ///< seen minus predicted, in `b`
   double correlation = 0.0;                             ///< zero-mean, normalised, before the shift
@@ -56,7 +59,8 @@ struct PatchMatch {
   Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  ///< of the centre, in `b`
   bool has_converged = false;
 };
-/// returns  nothing where the patch has too little contrast, lacks depth or leaves the image
+/// returns  nothing where the patch lacks contrast or depth, leaves the image, is hidden, or where
+///          the other image shows it half as large again or more, or by as much smaller
 std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y);
 /// The same with a disparity image instead of depth, for a rectified pair.
 std::optional<PatchMatch> match_patch_by_disparity(const View& left, const View& right, int x,

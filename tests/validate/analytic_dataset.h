@@ -12,10 +12,12 @@
 
 #include "core/image.h"
 
-/// Small datasets of the three formats, written by code of the tests alone from a scene in closed form.
+/// Small datasets of the three formats, written by code of the tests alone from a scene in closed
+/// form.
 namespace terracast::test {
 
-/// A camera of the scene. Pixel centres at +0.5; camera x right, y down, z forward; body x forward, y left, z up.
+/// A camera of the scene. Pixel centres at +0.5; camera x right, y down, z forward; body x forward,
+/// y left, z up.
 struct SceneCamera {
   std::string name;
   int width = 160;
@@ -46,9 +48,9 @@ struct Recording {
 
 enum class Ground { Smooth, Facets };
 
-/// A banked, climbing, speeding turn above hills.
+/// A banked, climbing, speeding turn above hills, of which every `frame_step`-th frame is taken.
 Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames,
-                        Ground ground = Ground::Smooth, double scale = 1.0);
+                        Ground ground = Ground::Smooth, int frame_step = 1);
 
 /// A mistake in COLMAP's model alone.
 struct ColmapMistake {
@@ -104,7 +106,8 @@ void write_colmap(const Recording& recording, const std::filesystem::path& folde
 /// Writes dataset.json's list of files anew, as they are now on disk.
 void list_files_again(const std::filesystem::path& folder);
 
-/// The rigs of the scenes: image_2 and image_3; lcam_front and rcam_front; rig/cam0 to cam2 that look apart.
+/// The rigs of the scenes: image_2 and image_3; lcam_front and rcam_front; rig/cam0 to cam2 that
+/// look apart.
 std::vector<SceneCamera> kitti_cameras();
 std::vector<SceneCamera> tartanair_cameras();
 std::vector<SceneCamera> colmap_cameras();

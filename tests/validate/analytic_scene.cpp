@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 
-/// Camera x right, y down, z forward from a body x forward, y left, z up, pitched down and yawed to the left.
+/// Camera x right, y down, z forward from a body x forward, y left, z up, pitched down and yawed to
+/// the left.
 Eigen::Matrix3d looking(double yaw_deg, double down_deg) {
   Eigen::Matrix3d flu_from_rdf;
   flu_from_rdf << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -20,15 +21,14 @@ Eigen::Matrix3d looking(double yaw_deg, double down_deg) {
          flu_from_rdf;
 }
 
-double hills(double x, double y, double s) {
-  return s *
-         (14.0 * std::sin(x / (61.0 * s) + 0.3) * std::cos(y / (47.0 * s)) +
-          8.0 * std::sin((x + 1.7 * y) / (39.0 * s)) + 3.0 * std::cos((2.1 * x - y) / (23.0 * s)));
+double hills(double x, double y) {
+  return (14.0 * std::sin(x / 61.0 + 0.3) * std::cos(y / 47.0) +
+          8.0 * std::sin((x + 1.7 * y) / 39.0) + 3.0 * std::cos((2.1 * x - y) / 23.0));
 }
 
 /// Heights on a grid, joined by triangles with the diagonal from (x + 1, y) to (x, y + 1).
-double facets(double x, double y, double s) {
-  const double cell = 4.0 * s;
+double facets(double x, double y) {
+  const double cell = 4.0;
   const double i = std::floor(x / cell);
   const double j = std::floor(y / cell);
   const double u = x / cell - i;
@@ -38,7 +38,7 @@ double facets(double x, double y, double s) {
     const double py = (j + dj) * cell;
     // Noise at the corners: rough ground, as synthesised detail is.
     const double noise = std::sin(12.9898 * (i + di) + 78.233 * (j + dj)) * 43758.5453;
-    return hills(px, py, s) + 0.25 * s * (noise - std::floor(noise) - 0.5);
+    return hills(px, py) + 0.25 * (noise - std::floor(noise) - 0.5);
   };
   if (u + v <= 1.0) return at(0, 0) + u * (at(1, 0) - at(0, 0)) + v * (at(0, 1) - at(0, 0));
   return at(1, 1) + (1.0 - u) * (at(0, 1) - at(1, 1)) + (1.0 - v) * (at(1, 0) - at(1, 1));
@@ -51,7 +51,8 @@ double hit_distance(const std::function<double(double, double)>& ground,
     const Eigen::Vector3d p = origin + t * direction;
     return p.z() - ground(p.x(), p.y());
   };
-  // The hills slope by less than 0.9, rays fall: no step of a quarter of the height can pass the ground.
+  // The hills slope by less than 0.9, rays fall: no step of a quarter of the height can pass the
+  // ground.
   double near = 0.0;
   double far = 0.0;
   while (true) {
@@ -109,24 +110,25 @@ std::vector<SceneCamera> colmap_cameras() {
 }
 
 Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames, Ground ground,
-                        double scale) {
+                        int frame_step) {
   Recording recording;
   recording.cameras = cameras;
   if (ground == Ground::Smooth)
-    recording.height_m = [scale](double x, double y) { return hills(x, y, scale); };
+    recording.height_m = [](double x, double y) { return hills(x, y); };
   else
-    recording.height_m = [scale](double x, double y) { return facets(x, y, scale); };
+    recording.height_m = [](double x, double y) { return facets(x, y); };
   double heading_deg = 20.0;
-  Eigen::Vector3d place(5.0 * scale, -8.0 * scale, 75.0 * scale);
-  for (int i = 0; i < num_frames; ++i) {
+  Eigen::Vector3d place(5.0, -8.0, 75.0);
+  for (int i = 0; i < num_frames * frame_step; ++i) {
     // Speed, climb and turn all change from frame to frame: else a shift of time could not be seen.
     const double speed = 3.0 + 0.9 * std::sin(1.1 * i) + 0.2 * i;
     heading_deg += 5.0 + 2.5 * std::sin(0.9 * i + 0.4);
     const double bank_deg = -12.0 - 3.0 * std::cos(0.8 * i);
     const double pitch_deg = -3.0 * std::sin(0.7 * i);
-    place += scale * Eigen::Vector3d(speed * std::cos(heading_deg * kRadPerDeg),
-                                     speed * std::sin(heading_deg * kRadPerDeg),
-                                     0.6 + 0.5 * std::cos(0.6 * i));
+    place +=
+        Eigen::Vector3d(speed * std::cos(heading_deg * kRadPerDeg),
+                        speed * std::sin(heading_deg * kRadPerDeg), 0.6 + 0.5 * std::cos(0.6 * i));
+    if (i % frame_step != 0) continue;
     recording.body_world.push_back(place);
     recording.world_from_body.push_back(
         (Eigen::AngleAxisd(heading_deg * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
@@ -144,14 +146,14 @@ Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames,
       const Eigen::Matrix3d rotation = recording.rotation(c, f);
       const Eigen::Vector3d centre = recording.centre(c, f);
       // Texture as fine as the images: a unit of it is about four pixels of this camera at 100 m.
-      const double grain = scale * 4.0 * 100.0 / camera.focal_px / 3.0;
+      const double grain = 4.0 * 100.0 / camera.focal_px / 3.0;
       core::parallel_for(camera.height, [&](std::int64_t row) {
         const int y = static_cast<int>(row);
         for (int x = 0; x < camera.width; ++x) {
           const Eigen::Vector3d ray((x + 0.5 - 0.5 * camera.width) / camera.focal_px,
                                     (y + 0.5 - 0.5 * camera.height) / camera.focal_px, 1.0);
           const Eigen::Vector3d direction = rotation * ray;
-          const double t = hit_distance(recording.height_m, centre, direction, 75.0 * scale);
+          const double t = hit_distance(recording.height_m, centre, direction, 75.0);
           depth(x, y) = t;  // the ray has z = 1: its parameter is the planar depth
           const Eigen::Vector3d point = centre + t * direction;
           const Eigen::Vector3d shade = ground_color(point.x(), point.y(), grain);

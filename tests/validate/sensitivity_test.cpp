@@ -7,7 +7,8 @@
 #include "tests/validate/analytic_dataset.h"
 #include "validate/check.h"
 
-/// A right dataset passes; the smallest errors that the checks promise to find are found, each by the check that says so.
+/// A right dataset passes; the smallest errors that the checks promise to find are found, each by
+/// the check that says so.
 namespace terracast::validate {
 namespace {
 
@@ -93,7 +94,8 @@ TEST_P(Right, DatasetPassesEveryCheck) {
 INSTANTIATE_TEST_SUITE_P(Formats, Right, testing::Values("kitti", "colmap", "tartanair"),
                          [](const auto& one) { return one.param; });
 
-/// Ground as a world has it: triangles of a few pixels with rough corners, which no smooth interpolation follows.
+/// Ground as a world has it: triangles of a few pixels with rough corners, which no smooth
+/// interpolation follows.
 TEST(RightFacets, RoughTrianglesPassEveryCheck) {
   const test::ScratchFolder scratch;
   test::write_colmap(test::record_flight(test::colmap_cameras(), 6, test::Ground::Facets),
@@ -101,6 +103,16 @@ TEST(RightFacets, RoughTrianglesPassEveryCheck) {
   const Results results = validate_folder(scratch / "data", scratch / "report");
   EXPECT_EQ(failures(results), "") << values(results);
   if (std::getenv("TERRACAST_SHOW_VALUES") != nullptr) std::fputs(values(results).c_str(), stdout);
+}
+
+/// Frames of which only every eighth was taken, half a turn's ground apart: what few pixels show of
+/// the same ground from near and far is no mistake.
+TEST(RightFacets, FramesFarApartPassEveryCheck) {
+  const test::ScratchFolder scratch;
+  test::write_colmap(test::record_flight(test::colmap_cameras(), 6, test::Ground::Facets, 8),
+                     scratch / "data");
+  const Results results = validate_folder(scratch / "data", scratch / "report");
+  EXPECT_EQ(failures(results), "") << values(results);
 }
 
 TEST(WrongFacets, SmallErrorsAreFoundOnRoughTrianglesToo) {
@@ -148,10 +160,7 @@ const Case kCases[] = {
     {"KittiOneDisparity", "kitti", {.one_disparity_counts = 2}, {"stereo_disparity"}},
     {"KittiOneDisparityLess", "kitti", {.is_one_disparity_missing = true}, {"stereo_disparity"}},
     {"KittiNoDisparity", "kitti", {.disparity_relative = -1.0}, {"stereo_disparity"}},
-    {"KittiOneFrameOfTime",
-     "kitti",
-     {.pose_shift_frames = 1},
-     {"reprojection_time", "photometric_time"}},
+    {"KittiOneFrameOfTime", "kitti", {.pose_shift_frames = 1}, {"reprojection_time"}},
     {"KittiPoseTwice", "kitti", {.pose_order = {0, 1, 2, 2, 4, 5}}, {"trajectory_jumps"}},
     {"KittiPosesSwapped",
      "kitti",
@@ -225,7 +234,7 @@ const Case kCases[] = {
      "colmap",
      {.colmap = {.point_depth_relative = 0.003}},
      {"colmap_depth_residual"}},
-    {"ColmapColors", "colmap", {.colmap = {.color_levels = 20}}, {"colmap_color"}},
+    {"ColmapColors", "colmap", {.colmap = {.color_levels = 40}}, {"colmap_color"}},
     {"TartanAirRotationOfOneFrame",
      "tartanair",
      {.pose_frame = 2, .pose_turn_deg = {0.0, 0.01, 0.0}},

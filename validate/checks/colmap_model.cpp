@@ -7,7 +7,8 @@
 #include "validate/checks/checker.h"
 #include "validate/sampling.h"
 
-/// COLMAP's sparse model: that its parts agree with each other, and its points with images and depth maps.
+/// COLMAP's sparse model: that its parts agree with each other, and its points with images and
+/// depth maps.
 namespace terracast::validate {
 
 namespace {
@@ -130,7 +131,8 @@ void check_tracks(const ColmapModel& model, Contradictions& found) {
     found.add("{} entries of tracks for {} observations", num_tracked, num_observed);
 }
 
-/// The pose of each image by rig and frame, as COLMAP 3.12 and later take it, against the image's own.
+/// The pose of each image by rig and frame, as COLMAP 3.12 and later take it, against the image's
+/// own.
 void check_rigs(const ColmapModel& model, CheckResult& result, Contradictions& found) {
   constexpr double kReach_m = 1000.0;  // what a rotation moves at this distance
   std::map<std::int64_t, std::int64_t> frame_of_image;
@@ -249,7 +251,7 @@ class ColmapModelChecker : public Checker {
         "move at 1 km.",
         binary.rigs.size(), binary.frames.size());
     rigs.reason = "New versions of COLMAP take one, old ones the other; doubles leave 1e-9 m.";
-    rigs.detects = "1e-5 m or 1e-6 deg between the two";
+    rigs.detects = "1e-5 m between the two";
     results.push_back(std::move(rigs));
     results.push_back(count_result(
         "colmap_frames", frames, "Every image stands in exactly one frame, with its own camera.",
@@ -267,7 +269,7 @@ class ColmapModelChecker : public Checker {
     points.ok = points.is_within_bound();
     points.summary = "Points of the model.";
     points.reason = "Fewer do not cover the images of a sequence.";
-    points.detects = "a model that lost its points";
+    points.detects = "one point less than the bound";
     results.push_back(points);
     points.name = "colmap_track_length";
     points.value =
@@ -277,6 +279,7 @@ class ColmapModelChecker : public Checker {
     points.ok = points.is_within_bound();
     points.summary = "Mean number of images that see a point.";
     points.reason = "Two views give no redundancy.";
+    points.detects = "tracks of two images";
     results.push_back(std::move(points));
 
     CheckResult depth;
@@ -295,7 +298,7 @@ class ColmapModelChecker : public Checker {
     depth.reason =
         "Each observation was found visible by a ray; only ridges thinner than a pixel escape 16 "
         "pixels.";
-    depth.detects = "points seen through hills, points beside the surface";
+    depth.detects = "points seen through hills, points 3 % of the depth beside the surface";
     results.push_back(std::move(depth));
     CheckResult residual;
     residual.name = "colmap_depth_residual";
@@ -305,7 +308,7 @@ class ColmapModelChecker : public Checker {
     residual.ok = residual.value <= residual.bound;
     residual.summary = "Median |depth of the point / depth interpolated at its pixel - 1|.";
     residual.reason = "As for `reprojection`: what rough ground does between pixel centres.";
-    residual.detects = "depth maps of other frames, range instead of depth";
+    residual.detects = "points 0.3 % of the depth beside the surface";
     results.push_back(std::move(residual));
 
     std::vector<double> color_differences;
@@ -324,7 +327,7 @@ class ColmapModelChecker : public Checker {
         color_differences.size());
     color.reason =
         "A point's colour is one image's, or their mean; fine texture changes it by some levels.";
-    color.detects = "swapped channels, colours of other points";
+    color.detects = "colours 40 levels off";
     results.push_back(std::move(color));
     return results;
   }

@@ -7,8 +7,8 @@
 #include "validate/evidence.h"
 #include "validate/sampling.h"
 
-/// Colours of one image, carried by its depth and by poses into another, against the colours there: their correlation, and the
-/// sub-pixel shift that remains. This ties the images to the geometry.
+/// Colours of one image, carried by its depth and by poses into another, against the colours there:
+/// their correlation, and the sub-pixel shift that remains. This ties the images to the geometry.
 namespace terracast::validate {
 
 namespace {
@@ -62,7 +62,8 @@ class PhotometricChecker : public Checker {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const ViewPair& pair = pairs[i];
       evidence_.add(matches[i].part);
-      // Pairs of one kind are pooled: a shift of the images against the geometry is common to all of them.
+      // Pairs of one kind are pooled: a shift of the images against the geometry is common to all
+      // of them.
       const std::string kind =
           pair.is_same_time()
               ? fmt::format("{} in {}", pair.a.camera->name, pair.b.camera->name)
@@ -109,6 +110,7 @@ class PhotometricChecker : public Checker {
         correlation.value = typical;
         correlation.worst = kind;
       }
+      if (pool.shift_x.size() < kEnough) continue;
       const double size = std::hypot(median(pool.shift_x), median(pool.shift_y));
       if (size >= shift.value) {
         shift.value = size;
@@ -146,7 +148,8 @@ class PhotometricChecker : public Checker {
     const Evidence::Bounds bounds{.principal_px = 0.1, .time_frames = 0.5, .rotation_deg = 0.01};
     for (CheckResult& result :
          evidence_.results("photometric", sequence, bounds, "the shifts of patches between images",
-                           "0.2 px of principal point, 0.02 deg of rotation, one frame of time"))
+                           "0.2 px of principal point, 0.02 deg of rotation; time only where a "
+                           "frame of it moves patches by less than 3 px"))
       results.push_back(std::move(result));
     return results;
   }

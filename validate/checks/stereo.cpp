@@ -7,8 +7,9 @@
 #include "validate/pictures.h"
 #include "validate/sampling.h"
 
-/// A rectified pair: disparity x depth = focal length x baseline, and the right image carried by the disparity against the
-/// left one. Where the format stores no disparity the one of depth is used for the images.
+/// A rectified pair: disparity x depth = focal length x baseline, and the right image carried by
+/// the disparity against the left one. Where the format stores no disparity the one of depth is
+/// used for the images.
 namespace terracast::validate {
 
 namespace {
@@ -26,7 +27,8 @@ class StereoChecker : public Checker {
     ++num_frames_;
     const Intrinsics& k = left->camera->intrinsics;
     const double product = k.fx_px * stereo.baseline_m;
-    // Rectified images of one height differ by the disparity and by what their principal points differ.
+    // Rectified images of one height differ by the disparity and by what their principal points
+    // differ.
     const double offset_px = k.cx_px - right->camera->intrinsics.cx_px;
     LoadedImage matched;
     matched.grey = left->image->grey;
@@ -90,9 +92,7 @@ class StereoChecker : public Checker {
               sequence.stereo->baseline_m,
           num_left_out_);
       disparity.reason = "The format rounds to 1/256 px: half a step, and rounding of float32.";
-      disparity.detects =
-          "one count of 1/256 px, a missing pixel, a wrong baseline where disparities are over 4 "
-          "px";
+      disparity.detects = "two counts of 1/256 px in one pixel, a pixel or all of them missing";
       results.push_back(std::move(disparity));
 
       const double scale_percent = 100.0 * sum_product_ / std::max(sum_square_, 1e-300);
@@ -145,7 +145,7 @@ class StereoChecker : public Checker {
     };
     results.push_back(result_of("stereo_shift", shift_x_,
                                 "Left patches against the right image at x - disparity, along x.",
-                                "0.2 px of disparity, swapped images, a baseline of wrong sign"));
+                                "0.2 px between the images along x"));
     results.push_back(result_of("stereo_vertical", shift_y_,
                                 "The same along y: rectified pairs have none.",
                                 "0.2 px between rows: a pair that is not rectified"));
@@ -162,8 +162,8 @@ class StereoChecker : public Checker {
         const auto stored = static_cast<double>(disparity(x, y));
         if (!std::isfinite(depth_m) && !std::isfinite(stored)) continue;
         const double expected = product / depth_m + offset_px;
-        // An exporter may leave out what 1/256 px is too coarse for, or what 16 bits cannot hold: below one limit all, above
-        // it none.
+        // An exporter may leave out what 1/256 px is too coarse for, or what 16 bits cannot hold:
+        // below one limit all, above it none.
         constexpr double kMost_px = 65535.0 / 256.0;
         if (!std::isfinite(stored)) {
           ++num_left_out_;

@@ -1,0 +1,83 @@
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "validate/checks/checker.h"
+
+/// The check of poses as such, on paths of few frames.
+namespace terracast::validate {
+namespace {
+
+Eigen::Matrix3d yawed(double angle_deg) {
+  return Eigen::AngleAxisd(radians_from_degrees(angle_deg), Eigen::Vector3d::UnitZ())
+      .toRotationMatrix();
+}
+
+/// A flight of 30 m/s at 0.1 Hz: legs of 300 m and turns by 90 deg, each on a quarter of a circle
+/// from one frame to the next.
+std::vector<Pose> slow_frames() {
+  std::vector<Pose> poses;
+  Eigen::Vector3d place(0.0, 0.0, 500.0);
+  double heading_deg = 20.0;
+  for (const double turn_deg : {0.0, 0.0, 90.0, 0.0, 0.0, -90.0, 0.0, 0.0, 90.0, 90.0, 0.0}) {
+    poses.push_back({yawed(heading_deg), place});
+    const double half_rad = radians_from_degrees(0.5 * turn_deg);
+    const double chord_m = half_rad == 0.0 ? 300.0 : 300.0 * std::sin(half_rad) / half_rad;
+    place += yawed(heading_deg + 0.5 * turn_deg) * Eigen::Vector3d(chord_m, 0.0, 5.0);
+    heading_deg += turn_deg;
+  }
+  return poses;
+}
+
+std::map<std::string, CheckResult> check(const std::vector<Pose>& poses) {
+  Sequence sequence;
+  Camera camera;
+  camera.name = "cam0";
+  camera.local_from_camera.assign(poses.begin(), poses.end());
+  sequence.cameras.push_back(camera);
+  std::map<std::string, CheckResult> results;
+  for (const CheckInfo& info : checks())
+    if (info.name == "trajectory")
+      for (const CheckResult& result : info.make({})->finish({}, sequence))
+        results[result.name] = result;
+  return results;
+}
+
+TEST(ValidateTrajectory, FramesFarApartAreRight) {
+  for (const auto& [name, result] : check(slow_frames()))
+    EXPECT_TRUE(result.ok) << name << " = " << result.value << " at " << result.worst;
+}
+
+/// A camera that turns as it flies straight on keeps its step in the world, not in its own axes.
+TEST(ValidateTrajectory, ACameraThatLooksAboutIsRight) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < 8; ++i) poses.push_back({yawed(i % 2 == 0 ? 0.0 : 80.0), {30.0 * i, 0, 0}});
+  for (const auto& [name, result] : check(poses))
+    EXPECT_TRUE(result.ok) << name << " = " << result.value << " at " << result.worst;
+}
+
+TEST(ValidateTrajectory, ARowThatStandsTwiceOrTwoSwappedAreFound) {
+  const std::vector<Pose> right = slow_frames();
+  for (std::size_t i = 1; i + 2 < right.size(); ++i) {
+    std::vector<Pose> twice = right;
+    twice[i] = twice[i - 1];
+    EXPECT_FALSE(check(twice).at("trajectory_jumps").ok) << "row " << i;
+    std::vector<Pose> swapped = right;
+    std::swap(swapped[i], swapped[i + 1]);
+    EXPECT_FALSE(check(swapped).at("trajectory_jumps").ok) << "row " << i;
+  }
+}
+
+TEST(ValidateTrajectory, AnAxisFlippedInOneRowIsFound) {
+  const std::vector<Pose> right = slow_frames();
+  for (const std::size_t i : {1U, 4U, 7U})
+    for (const int axis : {0, 1, 2}) {
+      std::vector<Pose> flipped = right;
+      flipped[i].rotation = flipped[i].rotation *
+                            Eigen::AngleAxisd(kPi, Eigen::Vector3d::Unit(axis)).toRotationMatrix();
+      EXPECT_FALSE(check(flipped).at("trajectory_turns").ok) << "row " << i;
+    }
+}
+
+}  // namespace
+}  // namespace terracast::validate
