@@ -46,7 +46,8 @@ struct Worst {
   int num_unseen = 0;
 };
 
-/// Takes one estimate into account. Beyond what the residuals can tell, only the part beyond five standard errors counts.
+/// Takes one estimate into account. Beyond what the residuals can tell, only the part beyond five
+/// standard errors counts.
 void judge(const Evidence::Sum& sum, double factor, double bound, const std::string& where,
            Worst& worst) {
   constexpr double kSure = 5.0;
@@ -122,7 +123,8 @@ Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& 
     const double size = residual.value / (kCut * sigma);
     if (std::abs(size) >= 1.0) continue;
     const double tukey = (1.0 - size * size) * (1.0 - size * size);
-    // The scale of the pair only cuts outliers. In the weight it would silence just those pairs that a mistake spoils.
+    // The scale of the pair only cuts outliers. In the weight it would silence just those pairs
+    // that a mistake spoils.
     const double weight = tukey / (residual.sigma * residual.sigma);
     for (std::size_t cause = 0; cause < kNumCauses; ++cause) {
       const double a = residual.slopes[0][cause];

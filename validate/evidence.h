@@ -11,10 +11,11 @@
 
 /// Which small mistake in a dataset's metadata explains what two views disagree about.
 ///
-/// Each residual r between two views is linear in small corrections of the metadata, r + J x. For every possible cause alone
-/// least squares gives the correction that explains the residuals best, x = -sum(w J r) / sum(w J J), with its standard error
-/// sqrt(sum((w J r)^2)) / sum(w J J). In a right dataset all are 0; a wrong principal point, rotation, scale or time shows at its
-/// full size in its own estimate, far below the noise of one pixel.
+/// Each residual r between two views is linear in small corrections of the metadata, r + J x. For
+/// every possible cause alone least squares gives the correction that explains the residuals best,
+/// x = -sum(w J r) / sum(w J J), with its standard error sqrt(sum((w J r)^2)) / sum(w J J). In a
+/// right dataset all are 0; a wrong principal point, rotation, scale or time shows at its full size
+/// in its own estimate, far below the noise of one pixel.
 namespace terracast::validate {
 
 /// Corrections of a camera (in all frames), of one image, or of all images of one frame.
@@ -71,12 +72,13 @@ class Evidence {
     std::array<int, 2> frames{};
     std::array<Sums, 2> sides{};
     Sums both{};  ///< of one correction common to both sides
-    std::array<Sums, 2>
-        of_frames{};  ///< rotation and position of all cameras of a frame alike, along the local frame's axes
+    /// Rotation and position of all cameras of a frame alike, along the local frame's axes.
+    std::array<Sums, 2> of_frames{};
     std::array<double, 2> pixels_per_metre{};  ///< at the typical depth, for positions
     std::size_t num_residuals = 0;
   };
-  /// Weighs the residuals of one pair (Tukey's biweight at 6 times the scale of their median) and sums them.
+  /// Weighs the residuals of one pair (Tukey's biweight at 6 times the scale of their median) and
+  /// sums them.
   static Part sum(const ViewPair& pair, const std::vector<Residual>& residuals);
 
   void add(const Part& part);
@@ -90,17 +92,17 @@ class Evidence {
     double rotation_deg = 0.0;
     double position_px = 0.0;  ///< the shift that it makes in the image at the typical depth
   };
-  /// Results `<prefix>_principal_point`, `_focal_length`, `_scale`, `_time`, `_rotation`, `_position`. A correction that the
-  /// motion cannot show (five standard errors beyond its bound) is left out and counted; a result of which nothing can be
-  /// seen is skipped and says so.
+  /// Results `<prefix>_principal_point`, `_focal_length`, `_scale`, `_time`, `_rotation`,
+  /// `_position`. A correction that the motion cannot show (five standard errors beyond its bound)
+  /// is left out and counted; a result of which nothing can be seen is skipped and says so.
   std::vector<CheckResult> results(const std::string& prefix, const Sequence& sequence,
                                    const Bounds& bounds, const std::string& what,
                                    const std::string& detects) const;
 
  private:
   std::map<int, Sums> cameras_;  ///< by camera; -1: all alike
-  std::map<std::pair<int, int>, Sums>
-      images_;  ///< by camera (-1: all of the frame alike) and frame
+  /// By camera (-1: all of the frame alike) and frame.
+  std::map<std::pair<int, int>, Sums> images_;
   std::map<int, double> pixels_per_metre_;
   std::size_t num_residuals_ = 0;
 };

@@ -9,9 +9,10 @@
 
 namespace terracast::validate {
 
-/// Damage that was met while a dataset was read: which file, and what about it. Findings make the check `structure` fail;
-/// they never end the run.
-/// threads  add() is safe; the list is sorted when asked for, so that it does not depend on the order of the threads
+/// Damage that was met while a dataset was read: which file, and what about it. Findings make the
+/// check `structure` fail; they never end the run.
+/// threads  add() is safe; the list is sorted when asked for, so that it does not depend on the
+///          order of the threads
 class Findings {
  public:
   void add(const std::string& file, const std::string& what);

@@ -4,16 +4,16 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-/// The validator's own frames and projection. It shares no code with the rest of the program, so that an error of sign there
-/// cannot hide here.
+/// The validator's own frames and projection. It shares no code with the rest of the program, so
+/// that an error of sign there cannot hide here.
 namespace terracast::validate {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double degrees_from_radians(double angle_rad) { return angle_rad * (180.0 / kPi); }
 constexpr double radians_from_degrees(double angle_deg) { return angle_deg * (kPi / 180.0); }
 
-/// A pinhole camera without distortion. Camera frame: x right, y down, z forward; the centre of the top-left pixel is
-/// (0.5, 0.5).
+/// A pinhole camera without distortion. Camera frame: x right, y down, z forward; the centre of the
+/// top-left pixel is (0.5, 0.5).
 struct Intrinsics {
   int width_px = 0;
   int height_px = 0;
@@ -57,7 +57,8 @@ struct Pose {
   Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
 };
 
-/// Angle of a rotation, rad; exact also where it is tiny (arccos of the trace would lose it below 1e-8).
+/// Angle of a rotation, rad; exact also where it is tiny (arccos of the trace would lose it below
+/// 1e-8).
 inline double rotation_angle_rad(const Eigen::Matrix3d& rotation) {
   const Eigen::Vector3d twice_sine_axis(rotation(2, 1) - rotation(1, 2),
                                         rotation(0, 2) - rotation(2, 0),

@@ -17,7 +17,8 @@ struct ReportHead {
 
 core::Json report_json(const std::vector<CheckResult>& results);
 
-/// report.json and a self-contained index.html: no scripts, plots as SVG, pictures as PNG inside it.
+/// report.json and a self-contained index.html: no scripts, plots as SVG, pictures as PNG inside
+/// it.
 /// samples  frames of each camera
 void write_report(const ReportHead& head, const std::vector<CheckResult>& results,
                   const std::vector<CheckResult::Picture>& samples,

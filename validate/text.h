@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-/// Parsing of the text files of datasets. Strict: what is not a number, not finite or too much is an Input error that names
-/// file and line.
+/// Parsing of the text files of datasets. Strict: what is not a number, not finite or too much is
+/// an Input error that names file and line.
 namespace terracast::validate {
 
 /// A line of a file with its number from 1.
@@ -16,7 +16,8 @@ struct TextLine {
   std::string_view text;
 };
 
-/// Lines of a text, without their ends (\n or \r\n); the empty piece after the last end is not a line.
+/// Lines of a text, without their ends (\n or \r\n); the empty piece after the last end is not a
+/// line.
 std::vector<TextLine> split_lines(std::string_view text);
 
 /// The parts between blanks and tabs, none of them empty.

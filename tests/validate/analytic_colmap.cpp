@@ -45,7 +45,8 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
     return static_cast<std::uint32_t>(1 + f * num_cameras + c);
   };
 
-  // Points: the true ones, projected by what the dataset says, so that the model agrees with itself even when it is wrong.
+  // Points: the true ones, projected by what the dataset says, so that the model agrees with itself
+  // even when it is wrong.
   std::map<std::uint32_t, std::vector<Observation>> observations;
   std::vector<Point> points;
   const SceneCamera& camera0 = recording.cameras[0];

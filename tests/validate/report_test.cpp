@@ -12,7 +12,8 @@
 #include "tests/validate/analytic_dataset.h"
 #include "validate/check.h"
 
-/// What a report says of its results: the verdict, what was not seen, several sequences, plots, map.
+/// What a report says of its results: the verdict, what was not seen, several sequences, plots,
+/// map.
 namespace terracast::validate {
 namespace {
 

@@ -10,8 +10,8 @@
 
 namespace terracast::validate {
 
-/// One check over one sequence: sees every frame once, in order, then says what it found. A check that the format gives
-/// nothing to measure returns one skipped result.
+/// One check over one sequence: sees every frame once, in order, then says what it found. A check
+/// that the format gives nothing to measure returns one skipped result.
 class Checker {
  public:
   virtual ~Checker() = default;

@@ -8,7 +8,8 @@
 #include "validate/pictures.h"
 #include "validate/sampling.h"
 
-/// Stored flow against flow from depth, poses and intrinsics, both ways; its masks against the image's border and the depth.
+/// Stored flow against flow from depth, poses and intrinsics, both ways; its masks against the
+/// image's border and the depth.
 namespace terracast::validate {
 
 namespace {
@@ -41,7 +42,8 @@ class DirectionComparison {
 
   DirectionSummary run() {
     const Intrinsics& k = d_.pair.a.camera->intrinsics;
-    // Residuals of every n-th pixel are enough for the estimates; the largest error and the masks are taken of all.
+    // Residuals of every n-th pixel are enough for the estimates; the largest error and the masks
+    // are taken of all.
     const std::int64_t num_all = static_cast<std::int64_t>(k.width_px) * k.height_px;
     stride_ = std::max<std::int64_t>(
         1, num_all / std::max<std::int64_t>(1, 4 * options_.samples_per_image));
@@ -122,7 +124,8 @@ class DirectionComparison {
     if (depth_b.empty()) return;
     const std::optional<InverseDepthSample> seen = sample_inverse_depth(depth_b, target);
     if (!seen) return;
-    // The format's own readers allow 0.169 m and 1 % between the ranges of what they call the same point.
+    // The format's own readers allow 0.169 m and 1 % between the ranges of what they call the same
+    // point.
     if (says_covisible && seen->farthest_m < predicted_m - (0.17 + 0.01 * predicted_m))
       contradict(x, y, "called co-visible, but the other image shows something nearer there");
     const double r = seen->inverse_depth.value * predicted_m - 1.0;

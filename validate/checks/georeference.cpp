@@ -2,7 +2,8 @@
 
 #include "validate/checks/checker.h"
 
-/// Poses of the format's files, placed by the origin of their local frame on WGS84, against the rows of georeference.csv.
+/// Poses of the format's files, placed by the origin of their local frame on WGS84, against the
+/// rows of georeference.csv.
 namespace terracast::validate {
 
 namespace {

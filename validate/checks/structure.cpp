@@ -6,8 +6,8 @@
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
 
-/// Whether the folder holds exactly the files that dataset.json lists, byte for byte. Unreadable or missing content joins in
-/// the same result, as the findings of the readers.
+/// Whether the folder holds exactly the files that dataset.json lists, byte for byte. Unreadable or
+/// missing content joins in the same result, as the findings of the readers.
 namespace terracast::validate {
 
 namespace {
