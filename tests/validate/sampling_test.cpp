@@ -1,0 +1,46 @@
+#include "validate/sampling.h"
+
+#include <gtest/gtest.h>
+
+namespace terracast::validate {
+namespace {
+
+/// A camera at a height above a plane, looking straight down on waves.
+struct DownwardView {
+  Camera camera;
+  LoadedImage image;
+  View view;
+
+  explicit DownwardView(double height_m) {
+    camera.intrinsics = {64, 64, 64.0, 64.0, 32.0, 32.0};
+    image.depth = core::ImageF(64, 64, 1, static_cast<float>(height_m));
+    image.grey = core::ImageF(64, 64);
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x) {
+        const double east_m = height_m * (x + 0.5 - 32.0) / 64.0;
+        const double south_m = height_m * (y + 0.5 - 32.0) / 64.0;
+        image.grey(x, y) =
+            static_cast<float>(128.0 + 40.0 * std::sin(0.4 * east_m) * std::sin(0.3 * south_m));
+      }
+    view.camera = &camera;
+    view.image = &image;
+    view.local_from_camera.rotation = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
+    view.local_from_camera.translation = {0.0, 0.0, height_m};
+  }
+};
+
+TEST(PatchMatching, TakesOnlyWhatBothImagesShowAboutAsLarge) {
+  const DownwardView view(100.0);
+  for (const double height_m : {70.0, 90.0, 100.0, 120.0, 145.0}) {
+    const DownwardView other(height_m);
+    const auto match = match_patch(view.view, other.view, 32, 32);
+    ASSERT_TRUE(match && match->has_converged) << height_m;
+    // Waves of 10 pixels and more: cubics keep their place to a hundredth of a pixel.
+    EXPECT_LT(match->shift_px.norm(), 0.01) << height_m;
+  }
+  for (const double height_m : {40.0, 65.0, 155.0, 300.0})
+    EXPECT_FALSE(match_patch(view.view, DownwardView(height_m).view, 32, 32)) << height_m;
+}
+
+}  // namespace
+}  // namespace terracast::validate
