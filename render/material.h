@@ -21,7 +21,8 @@ struct Climate {
 };
 
 /// The climate of a world: snow line by latitude, sea level from the sea samples of its coarsest
-/// tiles. throws   Input, Io: as TileStore::load
+/// tiles within its square.
+/// throws   Input, Io: as TileStore::load
 Climate climate_of(const world::TileStore& store, std::uint32_t seed);
 
 /// Places of the ground that are shaded together.

@@ -11,8 +11,9 @@
 
 namespace terracast::render {
 
-/// Where in a pixel and on the sun's disc the samples of a pixel lie: a function of the seed and the pixel alone. For a
-/// power of two of samples the places in the pixel are a (0, 2) net: one in each row and column strip.
+/// Where in a pixel and on the sun's disc the samples of a pixel lie: a function of the seed and
+/// the pixel alone. For a power of two of samples the places in the pixel are a (0, 2) net: one in
+/// each row and column strip.
 class PixelSampler {
  public:
   explicit PixelSampler(int num_samples) : num_samples_(num_samples) {

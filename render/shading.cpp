@@ -89,8 +89,8 @@ Color shade_sky(const Sky& sky, const Eigen::Vector3d& direction_world) {
 }
 
 Exposure::Exposure(const Sky& sky, double bias) {
-  // Metered by level ground, but by what faces a low sun where that is brighter. Night stays dark: below 2 klx the camera opens no
-  // further.
+  // Metered by level ground, but by what faces a low sun where that is brighter. Night stays dark:
+  // below 2 klx the camera opens no further.
   const float facing =
       luminance_of(sky.sun_irradiance() + sky.ambient().irradiance(Eigen::Vector3f::UnitZ()));
   const float light = std::max({luminance_of(sky.global_irradiance()), 0.6f * facing, 2.0f});

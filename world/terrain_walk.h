@@ -84,7 +84,7 @@ struct WalkResult {
 /// A ray that is on or under the surface at t_entry crosses it there. But one that may lie on the
 /// surface crosses there only when it is more than kOnSurface_m below, and, as long as it keeps
 /// within kOnSurface_m, only where it sinks deeper.
-/// result   written in place: copies on the way out of the innermost loop would cost as much as a step
+/// result   written in place: copies on the way out would cost as much as a step of the walk
 void walk_terrain(const TerrainGrid& grid, const WalkRay& ray, const WalkSpan& span,
                   WalkResult& result);
 

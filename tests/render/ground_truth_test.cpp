@@ -57,7 +57,8 @@ struct PairCount {
   std::int64_t num_tested = 0;
 };
 
-/// Every pixel of (frame, camera) that claims to be seen by (other_frame, other_camera) is looked at from there anew.
+/// Every pixel of (frame, camera) that claims to be seen by (other_frame, other_camera) is looked
+/// at from there anew.
 void check_pair(const Scene& scene, const TruthFrame& truth, int frame, int camera, int other_frame,
                 int other_camera, std::uint32_t flag, PairCount& count) {
   const View& from = scene.renderer.views().at(frame, camera);
@@ -104,7 +105,8 @@ void check_pair(const Scene& scene, const TruthFrame& truth, int frame, int came
   }
 }
 
-// What a visibility bit promises: a new ray of the other frame through the exact sub-pixel meets the predicted point.
+// What a visibility bit promises: a new ray of the other frame through the exact sub-pixel meets
+// the predicted point.
 TEST(GroundTruth, VisiblePointsAreMetByNewRaysOfTheOtherFrame) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");
@@ -134,7 +136,8 @@ TEST(GroundTruth, HiddenPointsAreNotVisible) {
   const world::TileStore store = test::make_hills(folder / "world");
   const Scene scene(store, test::small_plan(1, 64, 48));
   const TruthFrame truth = scene.renderer.truth(0, 0);
-  // Straight under each point lies no ground that the camera could see: the points moved 5 m down are hidden.
+  // Straight under each point lies no ground that the camera could see: the points moved 5 m down
+  // are hidden.
   std::vector<Eigen::Vector3d> sunk;
   std::vector<Eigen::Vector3d> seen;
   for (std::size_t pixel = 0; pixel < truth.range_m.size(); ++pixel) {

@@ -72,7 +72,8 @@ TEST(Noise, SlopesAreTheDerivativeAndPlacesAreSharpFarOut) {
   const NoiseSum down = sum_noise_with_slope(behind, -2, -2, 9, weight, below, unused);
   bool varies = false;
   for (int i = 0; i < kLanes; ++i) {
-    // Values and slopes are scaled to unit rms by 0.1760 and 0.5098 a cell of 0.25 m; coordinates round to a step.
+    // Values and slopes are scaled to unit rms by 0.1760 and 0.5098 a cell of 0.25 m; coordinates
+    // round to a step.
     const double difference =
         static_cast<double>(up.value[i] - down.value[i]) * 0.1760 / (2.0 * step_m) * 0.25;
     EXPECT_NEAR(difference, static_cast<double>(slope.u[(-2 + 192) % kNumNoisePlanes][i]) * 0.5098,
@@ -90,7 +91,8 @@ TEST(Noise, OctavesFadeSmoothlyWithTheFootprint) {
     const double footprint_m = 0.01 * std::exp(0.004 * k);
     for (int i = 0; i < kLanes; ++i) places.set(i, p, footprint_m);
     const float value = sum_noise(places, 6, -7, 3).value[0];
-    // One octave in 14 comes in over a factor of two: 173 steps; no step may bring more than a sixteenth of one.
+    // One octave in 14 comes in over a factor of two: 173 steps; no step may bring more than a
+    // sixteenth of one.
     if (k > 0) {
       EXPECT_LT(std::abs(value - last), 0.06f) << footprint_m;
     }

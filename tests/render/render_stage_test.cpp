@@ -58,7 +58,8 @@ TEST_F(RenderStage, BytesDoNotDependOnThreadsShardsOriginOrInterruption) {
   render(plan, scratch_ / "halves", {.index = 0, .count = 2}, 2, moved);
   EXPECT_EQ(whole, bytes_of(scratch_ / "halves"));
 
-  // As a kill leaves it: a frame without its record, another with half its images; finished frames stay untouched.
+  // As a kill leaves it: a frame without its record, another with half its images; finished frames
+  // stay untouched.
   fs::remove(scratch_ / "halves" / "manifest.json");
   fs::remove(scratch_ / "halves" / "frames" / "000002.json");
   fs::remove(scratch_ / "halves" / "pair" / "left" / "000002.png");

@@ -43,7 +43,8 @@ inline render::CameraOptions camera_options(const std::string& name, int width_p
   return camera;
 }
 
-/// A pair with half a metre of baseline, turned down by `pitch_deg`, and a third camera that looks aside.
+/// A pair with half a metre of baseline, turned down by `pitch_deg`, and a third camera that looks
+/// aside.
 inline std::vector<capture::CameraCalibration> small_rig(int width_px, int height_px,
                                                          double pitch_deg) {
   render::RigOptions rig;

@@ -71,7 +71,8 @@ TEST(Shading, PacketsOfGroundFollowTheCosineToo) {
   }
 }
 
-// Fresnel's formula for n = 1.333 in closed form; Schlick's fit is good to 0.02 up to 70 degrees and 0.07 beyond.
+// Fresnel's formula for n = 1.333 in closed form; Schlick's fit is good to 0.02 up to 70 degrees
+// and 0.07 beyond.
 TEST(Shading, WaterReflectsAsFresnelSays) {
   for (double angle = 0.0; angle < 1.56; angle += 0.05) {
     const double c = std::cos(angle);
@@ -123,8 +124,8 @@ TEST(Sky, FarGroundBecomesTheHorizon) {
   }
 }
 
-// Measured clear days: 90 to 110 klx direct at 60 degrees, 10 to 30 klx diffuse; the sky is blue and brightest
-// beside the sun.
+// Measured clear days: 90 to 110 klx direct at 60 degrees, 10 to 30 klx diffuse; the sky is blue
+// and brightest beside the sun.
 TEST(Sky, ClearDaysHaveTheLightOfClearDays) {
   const Sky sky(daylight(60.0, 40e3));
   EXPECT_GT(luminance_of(sky.sun_irradiance()), 85.0f);

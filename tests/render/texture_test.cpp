@@ -54,8 +54,8 @@ cv::Mat grey_of(const core::Image8& image) {
 
 class Texture : public testing::TestWithParam<double> {};
 
-// What feature-based methods need of a frame with half its pixels on the ground: 1000 keypoints, and 150 matches to the
-// next frame that the epipolar geometry confirms.
+// What feature-based methods need of a frame with half its pixels on the ground: 1000 keypoints,
+// and 150 matches to the next frame that the epipolar geometry confirms.
 TEST_P(Texture, HasKeypointsThatMatchInTheNextFrame) {
   const double agl_m = GetParam();
   const test::ScratchFolder folder;
@@ -104,8 +104,8 @@ TEST_P(Texture, HasKeypointsThatMatchInTheNextFrame) {
   RecordProperty("keypoints", static_cast<int>(keypoints[0].size()));
   RecordProperty("verified", num_verified);
 
-  // Truth agrees with what is seen: the matches move as the flow of the hit points says. The median of SIFT's own
-  // localisation is a few tenths of a pixel.
+  // Truth agrees with what is seen: the matches move as the flow of the hit points says. The median
+  // of SIFT's own localisation is a few tenths of a pixel.
   const View& next = scene.renderer.views().at(1, 0);
   std::vector<double> errors_px;
   for (std::size_t i = 0; i < from.size(); ++i) {

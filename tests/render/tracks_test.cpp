@@ -20,7 +20,8 @@ TEST(Tracks, PointsAreSeenByThreeImagesAndMoreAndEveryShardFindsTheSame) {
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     EXPECT_EQ(tracks[i].id, static_cast<std::int64_t>(i));
     points.push_back(tracks[i].point_world);
-    // On the surface: the closed form is met at the samples, a cell's plane is off by its curvature.
+    // On the surface: the closed form is met at the samples, a cell's plane is off by its
+    // curvature.
     EXPECT_NEAR(points.back().z(),
                 *scene.query.surface_z_world(points.back().x(), points.back().y()), 1e-9);
   }
