@@ -169,10 +169,7 @@ class TruthTracer {
   /// pixel: terrain is one object, and a gap narrower than a pixel that no centre meets has no
   /// neighbour that tells of it.
   void mark_edges() {
-    std::vector<std::size_t> candidates;
-    for (int y = 0; y < grid_.height_px; ++y)
-      for (int x = 0; x < grid_.width_px; ++x)
-        if (is_beside_horizon(x, y)) candidates.push_back(pixel_index(x, y));
+    const std::vector<std::size_t> candidates = pixels_beside_horizon();
     static constexpr double kShifts[4][2] = {
         {-kEdgeShift_px, 0.0}, {kEdgeShift_px, 0.0}, {0.0, -kEdgeShift_px}, {0.0, kEdgeShift_px}};
     core::parallel_for_blocks(
@@ -203,12 +200,30 @@ class TruthTracer {
         });
   }
 
-  bool is_beside_horizon(int x, int y) const {
-    const bool own = is_sky(pixel_index(x, y));
-    for (int ny = std::max(y - 1, 0); ny <= std::min(y + 1, grid_.height_px - 1); ++ny)
-      for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, grid_.width_px - 1); ++nx)
-        if (is_sky(pixel_index(nx, ny)) != own) return true;
-    return false;
+  /// Pixels with a neighbour that is sky while they are ground, or the other way round.
+  std::vector<std::size_t> pixels_beside_horizon() const {
+    const auto width = static_cast<std::size_t>(grid_.width_px);
+    const auto height = static_cast<std::size_t>(grid_.height_px);
+    std::vector<std::uint8_t> sky(width * height);
+    for (std::size_t i = 0; i < sky.size(); ++i) sky[i] = is_sky(i) ? 1 : 0;
+    std::vector<std::size_t> pixels;
+    std::vector<std::uint8_t> num_sky(width);  // of the rows around, in each column
+    for (std::size_t y = 0; y < height; ++y) {
+      const std::size_t first = y > 0 ? y - 1 : y;
+      const std::size_t last = std::min(y + 1, height - 1);
+      std::fill(num_sky.begin(), num_sky.end(), std::uint8_t{0});
+      for (std::size_t row = first; row <= last; ++row)
+        for (std::size_t x = 0; x < width; ++x)
+          num_sky[x] = static_cast<std::uint8_t>(num_sky[x] + sky[row * width + x]);
+      const auto all = static_cast<std::uint8_t>(last - first + 1);
+      for (std::size_t x = 0; x < width; ++x) {
+        const std::uint8_t same = sky[y * width + x] != 0 ? all : 0;
+        if (num_sky[x] != same || num_sky[x > 0 ? x - 1 : x] != same ||
+            num_sky[std::min(x + 1, width - 1)] != same)
+          pixels.push_back(y * width + x);
+      }
+    }
+    return pixels;
   }
 
   const world::RayQuery& query_;

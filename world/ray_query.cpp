@@ -81,6 +81,10 @@ struct RayQuery::Impl {
     walk.inverse_x = measures.inverse_x[i];
     walk.inverse_y = measures.inverse_y[i];
     walk.inverse_z = measures.inverse_z[i];
+    walk.to_east = walk.inverse_x > 0.0 ? 1 : 0;
+    walk.to_north = walk.inverse_y > 0.0 ? 1 : 0;
+    walk.never_x = walk.inverse_x == 0.0 ? kInfinity : 0.0;
+    walk.never_y = walk.inverse_y == 0.0 ? kInfinity : 0.0;
     walk.length_m = length_m;
     walk.inverse_length = measures.inverse_length[i];
     for (int axis = 0; axis < 3; ++axis)
@@ -106,9 +110,10 @@ struct RayQuery::Impl {
     std::uint64_t recasts = 0;
     for (std::size_t begin = 0; begin < rays.size(); begin += kBatch) {
       const std::size_t count = std::min(kBatch, rays.size() - begin);
-      std::array<std::uint8_t, kBatch> travelling;
+      std::array<std::uint8_t, kBatch> travelling;  // a ring: from head to tail
       std::array<std::uint32_t, kBatch> tile_of;
-      std::size_t num_travelling = 0;
+      std::size_t head = 0;
+      std::size_t tail = 0;
       for (std::size_t i = 0; i < kBatch; ++i) {
         const Eigen::Vector3d& direction = rays[begin + std::min(i, count - 1)].direction_world;
         measures.x[i] = direction.x();
@@ -119,30 +124,29 @@ struct RayQuery::Impl {
       for (std::size_t i = 0; i < count; ++i) {
         RayState& ray = states[i];
         if (!start_ray(rays[begin + i], measures, i, hint, ray)) continue;
-        travelling[num_travelling++] = static_cast<std::uint8_t>(i);
+        travelling[tail++] = static_cast<std::uint8_t>(i);
         tile_of[i] = ray.passage.tile;
       }
       pin.renew();
-      while (num_travelling > 0) {
-        // Those in the tile of the first one, as many as a packet takes; the rest moves up.
-        const std::uint32_t tile = tile_of[travelling[0]];
+      while (head < tail) {
+        // Those in the tile of the first one, as many as a packet takes; who is passed over stays
+        // first in the queue.
+        const std::uint32_t tile = tile_of[travelling[head % kBatch]];
         std::array<RayState*, kWidth> lanes;
         std::array<std::uint8_t, kWidth> indices;
+        std::array<std::uint8_t, kBatch> passed_over;
         std::size_t num_lanes = 0;
-        std::size_t num_waiting = 0;
-        std::size_t next = 0;
-        for (; next < num_travelling && num_lanes < kWidth; ++next) {
-          const std::uint8_t i = travelling[next];
+        std::size_t num_passed_over = 0;
+        for (; head < tail && num_lanes < kWidth; ++head) {
+          const std::uint8_t i = travelling[head % kBatch];
           if (tile_of[i] == tile) {
             lanes[num_lanes] = &states[i];
             indices[num_lanes++] = i;
           } else {
-            travelling[num_waiting++] = i;
+            passed_over[num_passed_over++] = i;
           }
         }
-        std::copy(travelling.begin() + next, travelling.begin() + num_travelling,
-                  travelling.begin() + num_waiting);
-        num_waiting += num_travelling - next;
+        while (num_passed_over > 0) travelling[--head % kBatch] = passed_over[--num_passed_over];
         recasts += static_cast<std::uint64_t>(cast_through_tile<kWidth>(
             cache.get(pin, tile), std::span(lanes).first(num_lanes), kind));
         for (std::size_t lane = 0; lane < num_lanes; ++lane) {
@@ -150,9 +154,8 @@ struct RayQuery::Impl {
           if (ray.has_crossing || !map.next_passage(ray.walk, ray.t_max, ray.passage)) continue;
           ray.may_be_on_surface = ray.is_on_surface;
           tile_of[indices[lane]] = ray.passage.tile;
-          travelling[num_waiting++] = indices[lane];
+          travelling[tail++ % kBatch] = indices[lane];
         }
-        num_travelling = num_waiting;
       }
       for (std::size_t i = 0; i < count; ++i) finish(begin + i, states[i]);
     }

@@ -24,12 +24,6 @@ bool is_beyond(double line, double origin, double direction, double inverse, dou
   return direction > 0.0 ? t >= t_line : t < t_line;
 }
 
-/// The t at which a ray leaves [low, high].
-double t_out(double low, double high, double origin, double direction, double inverse) {
-  if (direction == 0.0) return kInfinity;
-  return ((direction > 0.0 ? high : low) - origin) * inverse;
-}
-
 std::int32_t leaf_code(std::uint32_t leaf) { return -2 - static_cast<std::int32_t>(leaf); }
 
 }  // namespace
@@ -47,10 +41,8 @@ TileMap::TileMap(const TileStore& store, const std::vector<CutTile>& cut) {
       fail(ErrorKind::Input, "{}: the cut names tile {} twice", store.folder().string(),
            tile.id.name());
     const geo::Box3d box = info->box_world();
-    leaves_.push_back({.x0 = box.min().x(),
-                       .x1 = box.max().x(),
-                       .y0 = box.min().y(),
-                       .y1 = box.max().y(),
+    leaves_.push_back({.x = {box.min().x(), box.max().x()},
+                       .y = {box.min().y(), box.max().y()},
                        .highest_z_world = box.max().z(),
                        .beyond = {}});
     highest_z_world_ = std::max(highest_z_world_, box.max().z());
@@ -122,11 +114,15 @@ void TileMap::find_neighbours(const std::vector<CutTile>& cut) {
     Leaf& leaf = leaves_[i];
     for (std::size_t side = 0; side < 4; ++side) {
       for (std::size_t half = 0; half < 2; ++half) {
-        const double side_m = leaf.x1 - leaf.x0;
+        const double side_m = leaf.x[1] - leaf.x[0];
         const double along = (half == 0 ? 0.25 : 0.75) * side_m;
         const double outside = side_m / 1024.0;
-        const double x = side == 0 ? leaf.x0 - outside : side == 1 ? leaf.x1 : leaf.x0 + along;
-        const double y = side == 2 ? leaf.y0 - outside : side == 3 ? leaf.y1 : leaf.y0 + along;
+        const double x = side == 0   ? leaf.x[0] - outside
+                         : side == 1 ? leaf.x[1]
+                                     : leaf.x[0] + along;
+        const double y = side == 2   ? leaf.y[0] - outside
+                         : side == 3 ? leaf.y[1]
+                                     : leaf.y[0] + along;
         const std::uint32_t beyond = leaf_at(x, y);
         if (beyond != kNone && std::abs(cut[beyond].id.level - cut[i].id.level) > 1)
           fail(ErrorKind::Input, "the cut is not balanced: tile {} lies beside {}",
@@ -217,7 +213,7 @@ bool TileMap::first_passage(const WalkRay& ray, double t_min, double t_max, std:
   const double x = o.x() + t_start * d.x();
   const double y = o.y() + t_start * d.y();
   const Leaf& hinted = leaves_[hint];
-  if (x > hinted.x0 && x < hinted.x1 && y > hinted.y0 && y < hinted.y1) {
+  if (x > hinted.x[0] && x < hinted.x[1] && y > hinted.y[0] && y < hinted.y[1]) {
     passage.tile = hint;
   } else {
     const std::optional<std::uint32_t> tile = tile_at_place(x, y);
@@ -239,8 +235,10 @@ bool TileMap::go_to_ground(const WalkRay& ray, double t_max, TilePassage& passag
   const Eigen::Vector3d& d = ray.direction_world;
   for (;;) {
     const Leaf& leaf = leaves_[passage.tile];
-    passage.t_exit_x = t_out(leaf.x0, leaf.x1, o.x(), d.x(), ray.inverse_x);
-    passage.t_exit_y = t_out(leaf.y0, leaf.y1, o.y(), d.y(), ray.inverse_y);
+    passage.t_exit_x =
+        (leaf.x[static_cast<std::size_t>(ray.to_east)] - o.x()) * ray.inverse_x + ray.never_x;
+    passage.t_exit_y =
+        (leaf.y[static_cast<std::size_t>(ray.to_north)] - o.y()) * ray.inverse_y + ray.never_y;
     passage.t_exit =
         std::max(std::min(std::min(passage.t_exit_x, passage.t_exit_y), t_max), passage.t_entry);
     bool meets = false;
@@ -270,10 +268,10 @@ bool TileMap::step(const WalkRay& ray, double t_max, TilePassage& passage) const
   bool upper_half = false;
   if (t_x <= t_y) {
     side = d.x() > 0.0 ? 1 : 0;
-    upper_half = is_beyond((leaf.y0 + leaf.y1) / 2.0, o.y(), d.y(), ray.inverse_y, t);
+    upper_half = is_beyond((leaf.y[0] + leaf.y[1]) / 2.0, o.y(), d.y(), ray.inverse_y, t);
   } else {
     side = d.y() > 0.0 ? 3 : 2;
-    upper_half = is_beyond((leaf.x0 + leaf.x1) / 2.0, o.x(), d.x(), ray.inverse_x, t);
+    upper_half = is_beyond((leaf.x[0] + leaf.x[1]) / 2.0, o.x(), d.x(), ray.inverse_x, t);
   }
   const std::uint32_t next = leaf.beyond[side][upper_half ? 1 : 0];
   if (next == kNone) return !is_rectangle_ && enter_root(ray, t, t_max, passage);
@@ -289,7 +287,8 @@ std::optional<std::uint32_t> TileMap::tile_at_place(double x_world, double y_wor
   for (const double x : {x_world, x_world - kBeside_m}) {
     for (const double y : {y_world, y_world - kBeside_m}) {
       const std::uint32_t leaf = leaf_at(x, y);
-      if (leaf != kNone && x_world <= leaves_[leaf].x1 && y_world <= leaves_[leaf].y1) return leaf;
+      if (leaf != kNone && x_world <= leaves_[leaf].x[1] && y_world <= leaves_[leaf].y[1])
+        return leaf;
     }
   }
   return std::nullopt;

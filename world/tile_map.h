@@ -49,7 +49,7 @@ class TileMap {
  private:
   static constexpr std::uint32_t kNone = 0xffffffffU;
   struct Leaf {
-    double x0, x1, y0, y1;
+    std::array<double, 2> x, y;  ///< western and eastern, southern and northern side
     double highest_z_world;
     /// The tiles beyond the sides west, east, south, north: of the southern (western) half, of the
     /// other half.
