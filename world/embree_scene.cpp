@@ -123,7 +123,6 @@ TileScene::TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser
   const std::vector<std::int32_t> half_steps = stitched_half_steps(tile, coarser_sides);
   const auto [lowest, highest] = std::minmax_element(half_steps.begin(), half_steps.end());
   const double half_step_m = kHeightStep_m / 2.0;
-  lowest_z_world_ = tile.center_z_m + *lowest * half_step_m;
   highest_z_world_ = tile.center_z_m + *highest * half_step_m;
   const double half_side_m = tile.id.side_m() / 2.0;
   const double extent_m =

@@ -64,7 +64,6 @@ class TileScene {
   double epsilon_m() const { return epsilon_m_; }
   /// A point this high above the surface is above it for Embree too.
   double clear_m() const { return 2.0 * epsilon_m_; }
-  double lowest_z_world() const { return lowest_z_world_; }
   double highest_z_world() const { return highest_z_world_; }
   /// A ray that comes into the tile above this, or starts in it above this, is above the surface
   /// there for Embree too: for each side (west, east, south, north) and each block of cells along
@@ -101,7 +100,6 @@ class TileScene {
   TerrainGrid grid_;
   Eigen::Vector3d center_world_;
   double epsilon_m_ = 0.0;
-  double lowest_z_world_ = 0.0;
   double highest_z_world_ = 0.0;
   std::vector<double> entry_tops_;
   std::vector<Cover> cover_;

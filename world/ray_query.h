@@ -90,8 +90,8 @@ struct RayQueryStats {
 ///
 /// accuracy      the crossing of the double ray with the true triangle, never with another one,
 ///               whatever the float error; its t as the plane's closed form in double has it: the
-///               clearance errs by 12 * 2^-53 of the largest coordinate, t by that over the rate at
-///               which the ray closes in on the plane
+///               clearance errs by 12 * 2^-53 of the largest coordinate, times 1 + the triangle's
+///               slopes; t by that over the rate at which the ray closes in on the plane
 /// determinism   results depend on the rays and the cut alone: not on threads, packets, budget,
 ///               local origin
 /// threads       all queries: safe, from parallel loops
