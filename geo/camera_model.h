@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -20,6 +21,14 @@ struct CameraIntrinsics {
   bool operator==(const CameraIntrinsics&) const = default;
 };
 
+/// Rays of a frame, field by field, for models that work on several together.
+struct RayBlock {
+  static constexpr int kRays = 8;
+  alignas(64) double x[kRays];
+  double y[kRays];
+  double z[kRays];
+};
+
 /// Maps directions of the camera frame to pixels and back. Threads: safe.
 class CameraModel {
  public:
@@ -37,6 +46,17 @@ class CameraModel {
   /// camera. It may lie outside the image.
   virtual std::optional<Eigen::Vector2d> pixel_from_ray(
       const Eigen::Vector3d& ray_camera) const = 0;
+
+  /// Which rays project into the image, a bit each: as pixel_from_ray and contains say.
+  virtual std::uint32_t find_in_image(const RayBlock& rays_camera) const {
+    std::uint32_t in_image = 0;
+    for (int i = 0; i < RayBlock::kRays; ++i) {
+      const std::optional<Eigen::Vector2d> pixel =
+          pixel_from_ray({rays_camera.x[i], rays_camera.y[i], rays_camera.z[i]});
+      if (pixel && contains(*pixel)) in_image |= std::uint32_t{1} << i;
+    }
+    return in_image;
+  }
 
   /// d pixel / d ray at a ray that projects.
   virtual Eigen::Matrix<double, 2, 3> pixel_jacobian(const Eigen::Vector3d& ray_camera) const = 0;

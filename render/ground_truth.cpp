@@ -25,6 +25,7 @@ struct UnitScratch {
   std::vector<world::SurfaceHit> hits;
   std::vector<std::size_t> pixels;  ///< of the rays
   std::vector<std::size_t> ground;  ///< pixels whose ray met the ground
+  std::vector<geo::RayBlock> points;
   GroundPacket packet;
   Lanes<std::uint8_t> classes;
 
@@ -128,6 +129,7 @@ class TruthTracer {
     }
     classify(scratch);
     for (std::size_t& i : scratch.ground) i = scratch.pixels[i];
+    set_points(scratch);
     for (const Target& target : targets_) see_from(target, scratch);
   }
 
@@ -150,15 +152,35 @@ class TruthTracer {
     }
   }
 
-  /// scratch.ground: pixels that met the ground.
+  /// scratch.ground: pixels that met the ground; the last point fills the block it is in.
+  void set_points(UnitScratch& scratch) const {
+    constexpr std::size_t kBlock = geo::RayBlock::kRays;
+    scratch.points.resize((scratch.ground.size() + kBlock - 1) / kBlock);
+    for (std::size_t i = 0; i < scratch.points.size() * kBlock; ++i) {
+      const std::size_t pixel = scratch.ground[std::min(i, scratch.ground.size() - 1)];
+      const Eigen::Vector3d& point = truth_.point_world[pixel];
+      geo::RayBlock& block = scratch.points[i / kBlock];
+      block.x[i % kBlock] = point.x();
+      block.y[i % kBlock] = point.y();
+      block.z[i % kBlock] = point.z();
+    }
+  }
+
+  /// scratch.ground: pixels that met the ground; scratch.points: their points.
   void see_from(const Target& target, UnitScratch& scratch) {
     scratch.rays.clear();
     scratch.pixels.clear();
-    for (const std::size_t pixel : scratch.ground) {
-      const Eigen::Vector3d& point = truth_.point_world[pixel];
-      if (!target.view->has_in_image(point)) continue;
-      scratch.rays.push_back(ray_to(*target.view, point));
-      scratch.pixels.push_back(pixel);
+    for (std::size_t block = 0; block < scratch.points.size(); ++block) {
+      const std::size_t first = block * geo::RayBlock::kRays;
+      const std::size_t count =
+          std::min<std::size_t>(geo::RayBlock::kRays, scratch.ground.size() - first);
+      const std::uint32_t in_image = target.view->find_in_image(scratch.points[block]);
+      for (std::size_t i = 0; i < count; ++i) {
+        if (((in_image >> i) & 1U) == 0) continue;
+        const std::size_t pixel = scratch.ground[first + i];
+        scratch.rays.push_back(ray_to(*target.view, truth_.point_world[pixel]));
+        scratch.pixels.push_back(pixel);
+      }
     }
     const std::span<const world::SurfaceHit> hits = scratch.cast(query_);
     for (std::size_t i = 0; i < hits.size(); ++i)

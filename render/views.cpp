@@ -1,6 +1,40 @@
 #include "render/views.h"
 
+#include "core/packet_code.h"
+
 namespace terracast::render {
+namespace {
+
+/// View::camera_from_world of several points.
+/// rows   of the rotation from world to camera
+TERRACAST_PACKET_CODE
+void to_camera_frame(const double* center, const double* rows, const geo::RayBlock& points,
+                     geo::RayBlock& __restrict rays) {
+  const double* const r = rows;
+  const double center_x = center[0];
+  const double center_y = center[1];
+  const double center_z = center[2];
+  const double xx = r[0], xy = r[1], xz = r[2];
+  const double yx = r[3], yy = r[4], yz = r[5];
+  const double zx = r[6], zy = r[7], zz = r[8];
+  for (int i = 0; i < geo::RayBlock::kRays; ++i) {
+    const double x = points.x[i] - center_x;
+    const double y = points.y[i] - center_y;
+    const double z = points.z[i] - center_z;
+    rays.x[i] = xx * x + xy * y + xz * z;
+    rays.y[i] = yx * x + yy * y + yz * z;
+    rays.z[i] = zx * x + zy * y + zz * z;
+  }
+}
+
+}  // namespace
+
+std::uint32_t View::find_in_image(const geo::RayBlock& points_world) const {
+  geo::RayBlock rays_camera;
+  // Eigen keeps matrices column by column: the transpose's rows.
+  to_camera_frame(center_world.data(), world_from_camera.data(), points_world, rays_camera);
+  return model->find_in_image(rays_camera);
+}
 
 ViewTable::ViewTable(const std::vector<geo::BodyState>& states,
                      const std::vector<capture::CameraCalibration>& cameras)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -21,15 +22,26 @@ struct View {
   Eigen::Vector3d ray_world(const Eigen::Vector2d& pixel) const {
     return world_from_camera * model->ray_from_pixel(pixel);
   }
+  /// The camera-frame point of a world point; spelled out, so that several points together come out
+  /// the same to the last bit.
+  Eigen::Vector3d camera_from_world(const Eigen::Vector3d& point_world) const {
+    const Eigen::Matrix3d& m = world_from_camera;
+    const Eigen::Vector3d d = point_world - center_world;
+    return {m(0, 0) * d.x() + m(1, 0) * d.y() + m(2, 0) * d.z(),
+            m(0, 1) * d.x() + m(1, 1) * d.y() + m(2, 1) * d.z(),
+            m(0, 2) * d.x() + m(1, 2) * d.y() + m(2, 2) * d.z()};
+  }
   /// Image point of a world point; nothing behind the camera. It may lie outside the image.
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point_world) const {
-    return model->pixel_from_ray(world_from_camera.transpose() * (point_world - center_world));
+    return model->pixel_from_ray(camera_from_world(point_world));
   }
   /// Whether a world point lies in front and in the image.
   bool has_in_image(const Eigen::Vector3d& point_world) const {
     const std::optional<Eigen::Vector2d> pixel = project(point_world);
     return pixel && model->contains(*pixel);
   }
+  /// The same of several points, a bit each.
+  std::uint32_t find_in_image(const geo::RayBlock& points_world) const;
 };
 
 /// All views of a sequence, by frame and camera. Threads: safe.

@@ -1,256 +1,118 @@
 #include "world/ray_lanes.h"
 
 #include <cmath>
+#include <limits>
 
 #include "core/packet_code.h"
-#include "world/triangle_plane.h"
 
 namespace terracast::world {
 namespace {
 
-using core::larger;
-using core::smaller;
-
 constexpr int kLanes = RayLanes::kLanes;
-/// More than positions in a cell err by.
-constexpr double kRoomCells = 1e-6;
-
-/// What of a tile the lanes need.
-struct TileFrame {
-  explicit TileFrame(const TileScene& scene)
-      : grid(scene.grid()),
-        entry_tops_z_world(scene.entry_tops_z_world()),
-        center_x(scene.center_world().x()),
-        center_y(scene.center_world().y()),
-        center_z(scene.center_world().z()),
-        epsilon_m(scene.epsilon_m()),
-        clear_m(scene.clear_m()) {}
-
-  const TerrainGrid& grid;
-  const double* entry_tops_z_world;
-  double center_x, center_y, center_z;
-  double epsilon_m;
-  double clear_m;
-};
-
-// Loops become vector code only where what they compare, choose and store is of one width: a truth
-// that comes from doubles is a double, 0 or 1, until a loop of its own makes it an integer.
-using Doubles = RayLanes::Field<double>;
-using Integers = RayLanes::Field<std::int32_t>;
-
-TERRACAST_PACKET_INLINE double truth(bool is_so) { return is_so ? 1.0 : 0.0; }
-
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Below this share of the direction's length a component moves the ray by less than 1e-90 m in any
 // world.
 constexpr double kNegligible = 1e-100;
 
-TERRACAST_PACKET_INLINE void invert(const DirectionMeasures::Field& length_m,
-                                    DirectionMeasures::Field& component,
-                                    DirectionMeasures::Field& inverse) {
-  DirectionMeasures::Field given, quotient;
-  for (int i = 0; i < DirectionMeasures::kMost; ++i) {
+using Doubles = RayLanes::Field<double>;
+
+TERRACAST_PACKET_INLINE void invert(const Doubles& length_m, Doubles& component, Doubles& inverse,
+                                    Doubles& never) {
+  Doubles given, quotient;
+  for (int i = 0; i < kLanes; ++i) {
     given[i] = component[i];
     quotient[i] = 1.0 / component[i];
   }
-  for (int i = 0; i < DirectionMeasures::kMost; ++i) {
+  for (int i = 0; i < kLanes; ++i) {
     const bool is_negligible =
         (given[i] < kNegligible * length_m[i]) & (-given[i] < kNegligible * length_m[i]);
     component[i] = is_negligible | (given[i] == 0.0) ? 0.0 : given[i];
     inverse[i] = is_negligible | (given[i] == 0.0) ? 0.0 : quotient[i];
+    never[i] = is_negligible | (given[i] == 0.0) ? kInfinity : 0.0;
   }
 }
 
+/// Returns the rays that can be traced.
 TERRACAST_PACKET_CODE
-void measure_directions(DirectionMeasures& m) {
-  for (int i = 0; i < DirectionMeasures::kMost; ++i) {
-    m.length_m[i] = std::sqrt(m.x[i] * m.x[i] + m.y[i] * m.y[i] + m.z[i] * m.z[i]);
-    m.inverse_length[i] = 1.0 / m.length_m[i];
+LaneMask load_rays(const WorldRay* rays, RayLanes& __restrict r) {
+  for (int i = 0; i < kLanes; ++i) {
+    r.origin_x[i] = rays[i].origin_world.x();
+    r.origin_y[i] = rays[i].origin_world.y();
+    r.origin_z[i] = rays[i].origin_world.z();
+    r.direction_x[i] = rays[i].direction_world.x();
+    r.direction_y[i] = rays[i].direction_world.y();
+    r.direction_z[i] = rays[i].direction_world.z();
+    r.t_min[i] = rays[i].t_min;
+    r.t_max[i] = rays[i].t_max;
   }
-  invert(m.length_m, m.x, m.inverse_x);
-  invert(m.length_m, m.y, m.inverse_y);
-  invert(m.length_m, m.z, m.inverse_z);
-}
-
-TERRACAST_PACKET_INLINE void set_cells(const Doubles& cells, Integers& cell) {
+  Doubles good;
+  for (int i = 0; i < kLanes; ++i) {
+    const double squared = r.direction_x[i] * r.direction_x[i] +
+                           r.direction_y[i] * r.direction_y[i] +
+                           r.direction_z[i] * r.direction_z[i];
+    r.length_m[i] = std::sqrt(squared);
+    r.inverse_length[i] = 1.0 / r.length_m[i];
+    const double sum = std::abs(r.origin_x[i]) + std::abs(r.origin_y[i]) + std::abs(r.origin_z[i]);
+    good[i] = (r.length_m[i] > 0.0) & (r.length_m[i] < kInfinity) & (sum < kInfinity) &
+                      (r.t_min[i] > -kInfinity)
+                  ? 1.0
+                  : 0.0;
+  }
+  RayLanes::Field<std::int32_t> is_good;
+  for (int i = 0; i < kLanes; ++i) is_good[i] = static_cast<std::int32_t>(good[i]);
+  invert(r.length_m, r.direction_x, r.inverse_x, r.never_x);
+  invert(r.length_m, r.direction_y, r.inverse_y, r.never_y);
+  invert(r.length_m, r.direction_z, r.inverse_z, r.never_z);
   for (int i = 0; i < kLanes; ++i)
-    cell[i] = static_cast<std::int32_t>(smaller(larger(cells[i], 0.0), kTileCells - 1.0));
-}
-
-TERRACAST_PACKET_CODE
-void find_clear_starts(const TileFrame& tile, RayLanes& rays) {
-  const double corner_x = tile.grid.corner_x_world;
-  const double corner_y = tile.grid.corner_y_world;
-  const double cells_per_m = tile.grid.inverse_spacing;
-  Doubles side, x_cells, y_cells, along;
-  for (int i = 0; i < kLanes; ++i) {
-    side[i] = rays.side[i];
-    x_cells[i] =
-        (rays.origin_x[i] + rays.t_entry[i] * rays.direction_x[i] - corner_x) * cells_per_m;
-    y_cells[i] =
-        (rays.origin_y[i] + rays.t_entry[i] * rays.direction_y[i] - corner_y) * cells_per_m;
-  }
-  for (int i = 0; i < kLanes; ++i) along[i] = side[i] < 2.0 ? y_cells[i] : x_cells[i];
-  Integers cell;
-  set_cells(along, cell);
-  Doubles top;
-  for (int i = 0; i < kLanes; ++i) {
-    const int row = rays.side[i] < 0 ? TileScene::kInside : rays.side[i];
-    top[i] = tile.entry_tops_z_world[row * TileScene::kEntryBlocks +
-                                     cell[i] / TileScene::kEntryBlockCells];
-  }
-  Doubles t_high, t_entry, falls, is_clear;
-  for (int i = 0; i < kLanes; ++i) {
-    t_high[i] = rays.t_top[i] + 2.0 * tile.clear_m * rays.inverse_z[i];
-    t_entry[i] = rays.t_entry[i];
-    const double z = rays.origin_z[i] + rays.t_entry[i] * rays.direction_z[i];
-    falls[i] = truth((rays.direction_z[i] < 0.0) & (t_high[i] > t_entry[i]));
-    is_clear[i] = larger(falls[i], truth(z > top[i]));
-  }
-  for (int i = 0; i < kLanes; ++i) rays.t_cast[i] = falls[i] > 0.0 ? t_high[i] : t_entry[i];
-  for (int i = 0; i < kLanes; ++i) rays.is_clear[i] = static_cast<std::int32_t>(is_clear[i]);
-}
-
-TERRACAST_PACKET_CODE
-void set_float_starts(const TileFrame& tile, const RayLanes& rays, const RayLanes::Casts& casts) {
-  Doubles t_exit, t_end;
-  for (int i = 0; i < kLanes; ++i) {
-    t_exit[i] = rays.t_exit[i];
-    t_end[i] = smaller(rays.t_exit[i], rays.t_top[i]);
-  }
-  for (int i = 0; i < kLanes; ++i) {
-    const double t = rays.t_cast[i];
-    const double end = rays.direction_z[i] < 0.0 ? t_exit[i] : t_end[i];
-    casts.x[i] = static_cast<float>(rays.origin_x[i] + t * rays.direction_x[i] - tile.center_x);
-    casts.y[i] = static_cast<float>(rays.origin_y[i] + t * rays.direction_y[i] - tile.center_y);
-    casts.z[i] = static_cast<float>(rays.origin_z[i] + t * rays.direction_z[i] - tile.center_z -
-                                    tile.epsilon_m);
-    casts.way_m[i] = static_cast<float>((end - t) * rays.length_m[i] * kFloatRounding +
-                                        kFarPerEpsilon * tile.epsilon_m);
-  }
-}
-
-/// A walk's beginning, and whether (0 or 1) it may be at once at its end.
-struct Beginnings {
-  Doubles t;
-  Doubles is_plain;
-};
-
-TERRACAST_PACKET_CODE
-void begin_walks(const TileFrame& tile, const RayLanes& rays, const RayLanes::Proposals& near,
-                 Beginnings& begin) {
-  RayLanes::Field<float> inverse_rate, is_plain;
-  for (int i = 0; i < kLanes; ++i) {
-    const float along = near.direction_x[i] * near.normal_x[i] +
-                        near.direction_y[i] * near.normal_y[i] +
-                        near.direction_z[i] * near.normal_z[i];
-    const float rate = near.normal_z[i] / along;
-    inverse_rate[i] = rate < 0.0F ? -rate : rate;
-    const float low = smaller(near.u[i], near.v[i]);
-    const float high = larger(near.u[i], near.v[i]);
-    is_plain[i] = (inverse_rate[i] <= kGrazing) & (low > TileScene::kRingEnd) &
-                          (high < 1.0F - TileScene::kRingEnd)
-                      ? 1.0F
-                      : 0.0F;
-  }
-  for (int i = 0; i < kLanes; ++i) {
-    const double back = kBackPerEpsilon * tile.epsilon_m * static_cast<double>(inverse_rate[i]) *
-                        rays.inverse_length[i];
-    const double t =
-        rays.t_cast[i] + static_cast<double>(near.way_m[i]) * rays.inverse_length[i] - back;
-    begin.t[i] = smaller(larger(t, rays.t_cast[i]), rays.t_exit[i]);
-    begin.is_plain[i] =
-        truth((static_cast<double>(is_plain[i]) > 0.0) & (begin.t[i] > rays.t_entry[i]));
-  }
-}
-
-TERRACAST_PACKET_CODE
-void cross_triangles(const TileFrame& tile, const Beginnings& begin, RayLanes& rays) {
-  const TerrainGrid& grid = tile.grid;
-  const double cells_per_m = grid.inverse_spacing;
-  const double spacing_m = grid.spacing_m;
-  const double corner_x = grid.corner_x_world;
-  const double corner_y = grid.corner_y_world;
-  Doubles x_cells, y_cells;  // where the walk begins
-  Doubles qx, qy;
-  for (int i = 0; i < kLanes; ++i) {
-    qx[i] = rays.direction_x[i] * cells_per_m;
-    qy[i] = rays.direction_y[i] * cells_per_m;
-    x_cells[i] = (rays.origin_x[i] - corner_x) * cells_per_m + begin.t[i] * qx[i];
-    y_cells[i] = (rays.origin_y[i] - corner_y) * cells_per_m + begin.t[i] * qy[i];
-  }
-  set_cells(x_cells, rays.cell_x);
-  set_cells(y_cells, rays.cell_y);
-
-  Doubles along_x, along_y;  // of the beginning, from the triangle's right angle into it
-  Doubles from_x, from_y;    // of the ray's origin, from there
-  Doubles is_upper;
-  for (int i = 0; i < kLanes; ++i) {
-    const double x = rays.cell_x[i];
-    const double y = rays.cell_y[i];
-    const double u = x_cells[i] - x;
-    const double v = y_cells[i] - y;
-    const double k = truth(u + v > 1.0);
-    along_x[i] = k + (1.0 - 2.0 * k) * u;
-    along_y[i] = k + (1.0 - 2.0 * k) * v;
-    from_x[i] = (rays.origin_x[i] - (corner_x + x * spacing_m)) * cells_per_m - k;
-    from_y[i] = (rays.origin_y[i] - (corner_y + y * spacing_m)) * cells_per_m - k;
-    is_upper[i] = k;
-  }
-
-  const auto column = static_cast<std::int32_t>(grid.sample_stride);
-  const auto row = static_cast<std::int32_t>(grid.row_stride);
-  Integers corner, beside_x, beside_y;
-  for (int i = 0; i < kLanes; ++i) {
-    const std::int32_t k = static_cast<std::int32_t>(is_upper[i]);
-    rays.is_upper[i] = k;
-    corner[i] = (rays.cell_y[i] + k) * row + (rays.cell_x[i] + k) * column;
-    beside_x[i] = corner[i] + (1 - 2 * k) * column;
-    beside_y[i] = corner[i] + (1 - 2 * k) * row;
-  }
-  RayLanes::Field<float> z_corner, z_x, z_y;
-  for (int i = 0; i < kLanes; ++i) {
-    z_corner[i] = grid.z_tile[corner[i]];
-    z_x[i] = grid.z_tile[beside_x[i]];
-    z_y[i] = grid.z_tile[beside_y[i]];
-  }
-
-  Doubles crosses;
-  for (int i = 0; i < kLanes; ++i) {
-    const double upward = 2.0 * is_upper[i] - 1.0;
-    const TrianglePlane plane =
-        triangle_plane(static_cast<double>(z_corner[i]), static_cast<double>(z_x[i]),
-                       static_cast<double>(z_y[i]), upward, from_x[i], from_y[i],
-                       rays.origin_z[i] - tile.center_z, rays.direction_z[i], qx[i], qy[i]);
-    const double t = -plane.a / plane.b;
-    const double hit_x = -upward * (from_x[i] + t * qx[i]);
-    const double hit_y = -upward * (from_y[i] + t * qy[i]);
-    const double room = smaller(smaller(along_x[i], along_y[i]), smaller(hit_x, hit_y));
-    const double reach = larger(along_x[i] + along_y[i], hit_x + hit_y);
-    rays.t[i] = t;
-    rays.slope_x[i] = plane.rise_x * cells_per_m;
-    rays.slope_y[i] = plane.rise_y * cells_per_m;
-    crosses[i] =
-        truth((begin.is_plain[i] > 0.0) & (plane.b < 0.0) & (plane.a + plane.b * begin.t[i] > 0.0) &
-              (t < rays.t_exit[i]) & (room > kRoomCells) & (reach < 1.0 - kRoomCells));
-  }
-  for (int i = 0; i < kLanes; ++i) rays.crosses[i] = static_cast<std::int32_t>(crosses[i]);
+    r.unit_x[i] = static_cast<float>(r.direction_x[i] * r.inverse_length[i]);
+  for (int i = 0; i < kLanes; ++i)
+    r.unit_y[i] = static_cast<float>(r.direction_y[i] * r.inverse_length[i]);
+  for (int i = 0; i < kLanes; ++i)
+    r.unit_z[i] = static_cast<float>(r.direction_z[i] * r.inverse_length[i]);
+  return lanes_where(is_good);
 }
 
 }  // namespace
 
-void DirectionMeasures::measure() { measure_directions(*this); }
-
-void RayLanes::find_casts(const TileScene& scene) { find_clear_starts(TileFrame(scene), *this); }
-
-void RayLanes::set_casts(const TileScene& scene, const Casts& casts) const {
-  set_float_starts(TileFrame(scene), *this, casts);
+LaneMask RayLanes::load(std::span<const WorldRay, kLanes> rays, std::uint32_t first_id) {
+  for (int i = 0; i < kLanes; ++i) id[i] = first_id + static_cast<std::uint32_t>(i);
+  return load_rays(rays.data(), *this);
 }
 
-void RayLanes::cross_at_once(const TileScene& scene, const Proposals& proposals) {
-  const TileFrame tile(scene);
-  Beginnings begin;
-  begin_walks(tile, *this, proposals, begin);
-  cross_triangles(tile, begin, *this);
+void RayLanes::copy_ray(int lane, const RayLanes& from, int i) {
+  origin_x[lane] = from.origin_x[i];
+  origin_y[lane] = from.origin_y[i];
+  origin_z[lane] = from.origin_z[i];
+  direction_x[lane] = from.direction_x[i];
+  direction_y[lane] = from.direction_y[i];
+  direction_z[lane] = from.direction_z[i];
+  inverse_x[lane] = from.inverse_x[i];
+  never_x[lane] = from.never_x[i];
+  inverse_y[lane] = from.inverse_y[i];
+  never_y[lane] = from.never_y[i];
+  inverse_z[lane] = from.inverse_z[i];
+  never_z[lane] = from.never_z[i];
+  length_m[lane] = from.length_m[i];
+  inverse_length[lane] = from.inverse_length[i];
+  t_min[lane] = from.t_min[i];
+  t_max[lane] = from.t_max[i];
+  unit_x[lane] = from.unit_x[i];
+  unit_y[lane] = from.unit_y[i];
+  unit_z[lane] = from.unit_z[i];
+  id[lane] = from.id[i];
+}
+
+void RayLanes::copy_passage(int lane, const RayLanes& from, int i) {
+  tile[lane] = from.tile[i];
+  side[lane] = from.side[i];
+  t_entry[lane] = from.t_entry[i];
+  t_exit[lane] = from.t_exit[i];
+  t_top[lane] = from.t_top[i];
+  const auto copy_bit = [&](LaneMask& to, LaneMask bits) {
+    to = (to & ~lane_bit(lane)) | ((bits >> i) & 1U) << lane;
+  };
+  copy_bit(is_first, from.is_first);
+  copy_bit(is_on_surface, from.is_on_surface);
 }
 
 }  // namespace terracast::world

@@ -1,80 +1,83 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
-#include "world/embree_scene.h"
+#include "core/packet_code.h"
+#include "world/terrain_walk.h"
+#include "world/world_ray.h"
 
 namespace terracast::world {
 
-/// A raised triangle that the ray takes more than this way to close in on by a metre of height
-/// places its float hit too loosely along the ray; the walk then starts where the ray enters the
-/// cells around.
-inline constexpr float kGrazing = 64.0F;
-/// How far before and after a proposal the crossing of the raised surface may be, in epsilon times
-/// that way: twice the whole error that epsilon stands for.
-inline constexpr double kBackPerEpsilon = 2.0;
-/// How far beyond the tile a cast goes, in epsilon, and how much longer its way is made.
-inline constexpr double kFarPerEpsilon = 8.0;
-inline constexpr double kFloatRounding = 1.0 + 0x1.0p-20;
+/// Lanes of a group of rays, a bit each.
+using LaneMask = std::uint32_t;
+inline constexpr LaneMask lane_bit(int lane) { return LaneMask{1} << lane; }
 
-/// What a ray's direction is divided by and multiplied with, for the rays of a batch together.
-struct DirectionMeasures {
-  static constexpr int kMost = 64;
-  using Field = double[kMost];
+/// A ray that comes into its first tile so soon after its start may have started on the surface
+/// beside it.
+inline constexpr double kStartsAtSide_m = 0x1.0p-20;
 
-  /// Components of the directions; one too small to be divided by is made 0.
-  alignas(64) Field x, y, z;
-  Field inverse_x, inverse_y, inverse_z;  ///< 0 where the component is 0
-  Field length_m, inverse_length;  ///< infinite, or no number, where the direction is no good
-
-  /// Of the components that are there.
-  void measure();
-};
-
-/// Rays in one tile, field by field, so that what every ray goes through is done for all lanes
-/// together: the way into the tile, and the common case of the way out of it.
+/// Eight rays on their way through the tiles, field by field, so that what every ray goes through
+/// is done for all of them together. Unused lanes hold any ray.
 struct RayLanes {
   static constexpr int kLanes = 8;
   template <class T>
   using Field = T[kLanes];
 
-  // Of the ray and its passage; unused lanes hold any ray.
+  // The ray: as asked, and what its direction is divided by and multiplied with.
   alignas(64) Field<double> origin_x, origin_y, origin_z;
-  Field<double> direction_x, direction_y, direction_z;
-  Field<double> inverse_z, length_m, inverse_length;
-  Field<double> t_entry, t_exit, t_top;
-  Field<std::int32_t> side;  ///< as TilePassage::side
+  Field<double> direction_x, direction_y, direction_z;  ///< one too small to be divided by is 0
+  Field<double> inverse_x, inverse_y, inverse_z;        ///< 0 where the component is 0
+  /// What added to the t of a line across an axis makes it infinite where the ray never crosses
+  /// one: 0, or +inf where the component is 0.
+  Field<double> never_x, never_y, never_z;
+  Field<double> length_m, inverse_length;  ///< of the direction
+  Field<double> t_min, t_max;
+  Field<float> unit_x, unit_y, unit_z;  ///< the direction for Embree
+  Field<std::uint32_t> id;              ///< of the ray among those asked
 
-  /// Where the cast begins, and whether it does: the ray is there well above the surface.
-  Field<double> t_cast;
-  Field<std::int32_t> is_clear;
+  // Its passage through the tile where it is now.
+  Field<std::uint32_t> tile;  ///< index into the cut
+  /// Through which side it came in: 0 west, 1 east, 2 south, 3 north; -1: it starts inside.
+  Field<std::int32_t> side;
+  Field<double> t_entry, t_exit;
+  /// Where it passes the height of the tile's highest point: a falling ray can meet the ground only
+  /// later, a rising one only earlier; +inf for a level ray.
+  Field<double> t_top;
+  LaneMask is_first;       ///< rays that have not been cast yet
+  LaneMask is_on_surface;  ///< rays that have kept to the surface, on which they started
 
-  /// What Embree proposes, by pointers into its packets.
-  struct Proposals {
-    const float *way_m, *u, *v, *normal_x, *normal_y, *normal_z;
-    const float *direction_x, *direction_y, *direction_z;  ///< unit
-  };
-  /// Whether the ray crosses the very triangle above which the walk from the proposal would begin;
-  /// then that crossing.
-  Field<std::int32_t> crosses;
-  Field<double> t;
-  Field<double> slope_x, slope_y;  ///< rise of the triangle, m/m
-  Field<std::int32_t> cell_x, cell_y, is_upper;
+  /// Sets the rays and what follows from their directions; makes negligible components 0.
+  /// first_id   of rays[0]
+  /// returns    those that can be traced: a finite start and a direction that is not zero
+  LaneMask load(std::span<const WorldRay, kLanes> rays, std::uint32_t first_id);
 
-  /// Sets t_cast and is_clear: a falling ray is cast from well above the tile's highest point, any
-  /// other from t_entry if it is above all borders around there.
-  void find_casts(const TileScene& scene);
-
-  /// Start and length of the casts, in the tile's frame, lowered by epsilon.
-  struct Casts {
-    float *x, *y, *z, *way_m;
-  };
-  void set_casts(const TileScene& scene, const Casts& casts) const;
-
-  /// Sets `crosses` and the crossings: the same that walk_terrain finds, by the same arithmetic,
-  /// where the ray falls through that triangle with room to spare on all sides and the proposal is
-  /// neither grazing nor in the ring. For other lanes it says nothing.
-  void cross_at_once(const TileScene& scene, const Proposals& proposals);
+  WalkRay walk_ray(int lane) const {
+    return {.origin_world = {origin_x[lane], origin_y[lane], origin_z[lane]},
+            .direction_world = {direction_x[lane], direction_y[lane], direction_z[lane]},
+            .inverse_x = inverse_x[lane],
+            .inverse_y = inverse_y[lane]};
+  }
+  /// Whether a ray may lie on the surface where it came into the tile.
+  bool may_be_on_surface(int lane) const {
+    if ((is_first & lane_bit(lane)) == 0) return (is_on_surface & lane_bit(lane)) != 0;
+    return side[lane] < 0 || (t_entry[lane] - t_min[lane]) * length_m[lane] <= kStartsAtSide_m;
+  }
+  void copy_ray(int lane, const RayLanes& from, int from_lane);
+  void copy_passage(int lane, const RayLanes& from, int from_lane);
 };
+
+/// Calls visit(lane) for each lane of a mask.
+template <class Visit>
+void for_each_lane(LaneMask lanes, const Visit& visit) {
+  for (; lanes != 0; lanes &= lanes - 1) visit(__builtin_ctz(lanes));
+}
+
+/// The lanes whose integer, 0 or 1, is 1.
+TERRACAST_PACKET_INLINE LaneMask lanes_where(const RayLanes::Field<std::int32_t>& truths) {
+  LaneMask lanes = 0;
+  for (int i = 0; i < RayLanes::kLanes; ++i) lanes |= static_cast<LaneMask>(truths[i]) << i;
+  return lanes;
+}
 
 }  // namespace terracast::world

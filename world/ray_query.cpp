@@ -8,20 +8,15 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "world/ray_lanes.h"
+#include "world/ray_batch.h"
 #include "world/scene_cache.h"
-#include "world/tile_cast.h"
+#include "world/tile_map.h"
 
 namespace terracast::world {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Rays that travel together. Those in the same tile are cast as packets, so that packets are full
-/// where rays diverge.
-constexpr std::size_t kBatch = DirectionMeasures::kMost;
-/// A ray that comes into its first tile so soon after its start may have started on the surface
-/// beside it.
-constexpr double kStartsAtSide_m = 0x1.0p-20;
+constexpr std::size_t kLanes = RayLanes::kLanes;
 /// Tiles farther from a viewer than this many of their sides are not fetched beforehand.
 constexpr double kPrefetchSides = 4.0;
 
@@ -66,123 +61,65 @@ struct RayQuery::Impl {
                                              frame_shift_m);
   }
 
-  /// Puts a ray into the first tile where it may meet the ground; false when there is none.
-  bool start_ray(const WorldRay& given, const DirectionMeasures& measures, std::size_t i,
-                 std::uint32_t& hint, RayState& ray) const {
-    const double length_m = measures.length_m[i];
-    if (!(length_m > 0.0 && std::isfinite(length_m) && given.origin_world.allFinite() &&
-          given.t_min > -kInfinity))
-      refuse(given);
-    WalkRay& walk = ray.walk;
-    walk.origin_world = given.origin_world;
-    walk.direction_world.x() = measures.x[i];
-    walk.direction_world.y() = measures.y[i];
-    walk.direction_world.z() = measures.z[i];
-    walk.inverse_x = measures.inverse_x[i];
-    walk.inverse_y = measures.inverse_y[i];
-    walk.inverse_z = measures.inverse_z[i];
-    walk.to_east = walk.inverse_x > 0.0 ? 1 : 0;
-    walk.to_north = walk.inverse_y > 0.0 ? 1 : 0;
-    walk.never_x = walk.inverse_x == 0.0 ? kInfinity : 0.0;
-    walk.never_y = walk.inverse_y == 0.0 ? kInfinity : 0.0;
-    walk.length_m = length_m;
-    walk.inverse_length = measures.inverse_length[i];
-    for (int axis = 0; axis < 3; ++axis)
-      ray.direction[static_cast<std::size_t>(axis)] =
-          static_cast<float>(walk.direction_world[axis] * walk.inverse_length);
-    ray.t_max = given.t_max;
-    ray.has_crossing = false;
-    if (!map.first_passage(walk, given.t_min, given.t_max, hint, ray.passage)) return false;
-    ray.may_be_on_surface =
-        ray.passage.side < 0 || (ray.passage.t_entry - given.t_min) * length_m <= kStartsAtSide_m;
-    return true;
+  /// Fills a group from the rays that begin with `first`; the last one fills the lanes that are
+  /// left when there are fewer.
+  static LaneMask load_rays(std::span<const WorldRay> rays, std::size_t first, RayLanes& group) {
+    const std::size_t count = std::min(kLanes, rays.size() - first);
+    std::array<WorldRay, kLanes> padded;
+    const WorldRay* given = &rays[first];
+    if (count < kLanes) {
+      for (std::size_t lane = 0; lane < kLanes; ++lane)
+        padded[lane] = given[std::min(lane, count - 1)];
+      given = padded.data();
+    }
+    const LaneMask good = group.load(std::span<const WorldRay, kLanes>(given, kLanes),
+                                     static_cast<std::uint32_t>(first));
+    const LaneMask asked = lane_bit(static_cast<int>(count)) - 1;
+    if ((asked & ~good) != 0) refuse(given[__builtin_ctz(asked & ~good)]);
+    return asked;
   }
 
-  /// Carries all rays from tile to tile until each has crossed the surface or left; finish(i, ray)
-  /// takes each.
-  template <int kWidth, class Finish>
-  void trace(std::span<const WorldRay> rays, CastKind kind, const Finish& finish) {
+  /// Carries all rays from tile to tile until each has crossed the surface or left;
+  /// found(ray, tile, crossings, lane) takes each crossing.
+  template <int kWidth, class Found>
+  void trace(std::span<const WorldRay> rays, CastKind kind, const Found& found) {
     const FlushDenormals flush;
     SceneCache::Pin pin(cache);
-    std::array<RayState, kBatch> states;
-    DirectionMeasures measures;
+    RayBatch batch;
     std::uint32_t hint = 0;
     std::uint64_t recasts = 0;
-    for (std::size_t begin = 0; begin < rays.size(); begin += kBatch) {
-      const std::size_t count = std::min(kBatch, rays.size() - begin);
-      std::array<std::uint8_t, kBatch> travelling;  // a ring: from head to tail
-      std::array<std::uint32_t, kBatch> tile_of;
-      std::size_t head = 0;
-      std::size_t tail = 0;
-      for (std::size_t i = 0; i < kBatch; ++i) {
-        const Eigen::Vector3d& direction = rays[begin + std::min(i, count - 1)].direction_world;
-        measures.x[i] = direction.x();
-        measures.y[i] = direction.y();
-        measures.z[i] = direction.z();
-      }
-      measures.measure();
-      for (std::size_t i = 0; i < count; ++i) {
-        RayState& ray = states[i];
-        if (!start_ray(rays[begin + i], measures, i, hint, ray)) continue;
-        travelling[tail++] = static_cast<std::uint8_t>(i);
-        tile_of[i] = ray.passage.tile;
+    for (std::size_t begin = 0; begin < rays.size(); begin += RayBatch::kRays) {
+      for (std::size_t g = 0; g < RayBatch::kGroups; ++g) {
+        const std::size_t first = begin + g * kLanes;
+        batch.travelling[g] = 0;
+        if (first >= rays.size()) continue;
+        const LaneMask asked = load_rays(rays, first, batch.groups[g]);
+        batch.travelling[g] = map.enter(batch.groups[g], asked, hint);
       }
       pin.renew();
-      while (head < tail) {
-        // Those in the tile of the first one, as many as a packet takes; who is passed over stays
-        // first in the queue.
-        const std::uint32_t tile = tile_of[travelling[head % kBatch]];
-        std::array<RayState*, kWidth> lanes;
-        std::array<std::uint8_t, kWidth> indices;
-        std::array<std::uint8_t, kBatch> passed_over;
-        std::size_t num_lanes = 0;
-        std::size_t num_passed_over = 0;
-        for (; head < tail && num_lanes < kWidth; ++head) {
-          const std::uint8_t i = travelling[head % kBatch];
-          if (tile_of[i] == tile) {
-            lanes[num_lanes] = &states[i];
-            indices[num_lanes++] = i;
-          } else {
-            passed_over[num_passed_over++] = i;
-          }
+      PacketRays<kWidth> packet(batch);
+      while (packet.take()) {
+        recasts += static_cast<std::uint64_t>(
+            cast_through_tile<kWidth>(cache.get(pin, packet.tile()), kind, packet.groups()));
+        for (CastGroup& group : packet.groups()) {
+          for_each_lane(group.found, [&](int lane) {
+            found(group.rays->id[lane], packet.tile(), group.crossings, lane);
+          });
+          const LaneMask left = group.asked & ~group.found;
+          group.asked = left != 0 ? map.go_on(*group.rays, left) : 0;
         }
-        while (num_passed_over > 0) travelling[--head % kBatch] = passed_over[--num_passed_over];
-        recasts += static_cast<std::uint64_t>(cast_through_tile<kWidth>(
-            cache.get(pin, tile), std::span(lanes).first(num_lanes), kind));
-        for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-          RayState& ray = *lanes[lane];
-          if (ray.has_crossing || !map.next_passage(ray.walk, ray.t_max, ray.passage)) continue;
-          ray.may_be_on_surface = ray.is_on_surface;
-          tile_of[indices[lane]] = ray.passage.tile;
-          travelling[tail++ % kBatch] = indices[lane];
-        }
+        packet.give_back();
       }
-      for (std::size_t i = 0; i < count; ++i) finish(begin + i, states[i]);
     }
     if (recasts > 0) num_recasts += recasts;
   }
 
-  template <class Finish>
-  void trace(std::span<const WorldRay> rays, CastKind kind, const Finish& finish) {
+  template <class Found>
+  void trace(std::span<const WorldRay> rays, CastKind kind, const Found& found) {
     if (device.packet_width() == 16)
-      trace<16>(rays, kind, finish);
+      trace<16>(rays, kind, found);
     else
-      trace<8>(rays, kind, finish);
-  }
-
-  static void set_hit(const RayState& ray, SurfaceHit& hit) {
-    if (!ray.has_crossing) {
-      hit = {};
-      return;
-    }
-    const WalkResult& crossing = ray.walked;
-    hit.t = crossing.t;
-    hit.tile_index = ray.passage.tile;
-    hit.cell_x = static_cast<std::uint16_t>(crossing.cell_x);
-    hit.cell_y = static_cast<std::uint16_t>(crossing.cell_y);
-    hit.upper = crossing.is_upper ? 1 : 0;
-    hit.slope_x = crossing.slope_x;
-    hit.slope_y = crossing.slope_y;
+      trace<8>(rays, kind, found);
   }
 
   const TileStore store;
@@ -204,17 +141,28 @@ const std::vector<CutTile>& RayQuery::cut() const { return impl_->cut; }
 void RayQuery::intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
                          Coherence coherence) const {
   TERRACAST_CHECK(hits.size() == rays.size(), "{} hits for {} rays", hits.size(), rays.size());
+  std::fill(hits.begin(), hits.end(), SurfaceHit{});
   impl_->trace(
       rays, coherence == Coherence::Coherent ? CastKind::FirstCoherent : CastKind::FirstIncoherent,
-      [&](std::size_t i, const RayState& ray) { Impl::set_hit(ray, hits[i]); });
+      [&](std::uint32_t ray, std::uint32_t tile, const CrossingLanes& crossings, int lane) {
+        SurfaceHit& hit = hits[ray];
+        hit.t = crossings.t[lane];
+        hit.tile_index = tile;
+        hit.cell_x = static_cast<std::uint16_t>(crossings.cell_x[lane]);
+        hit.cell_y = static_cast<std::uint16_t>(crossings.cell_y[lane]);
+        hit.upper = static_cast<std::uint8_t>(crossings.is_upper[lane]);
+        hit.slope_x = crossings.slope_x[lane];
+        hit.slope_y = crossings.slope_y[lane];
+      });
 }
 
 void RayQuery::occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const {
   TERRACAST_CHECK(is_occluded.size() == rays.size(), "{} answers for {} rays", is_occluded.size(),
                   rays.size());
-  impl_->trace(rays, CastKind::Any, [&](std::size_t i, const RayState& ray) {
-    is_occluded[i] = ray.has_crossing ? 1 : 0;
-  });
+  std::fill(is_occluded.begin(), is_occluded.end(), std::uint8_t{0});
+  impl_->trace(
+      rays, CastKind::Any,
+      [&](std::uint32_t ray, std::uint32_t, const CrossingLanes&, int) { is_occluded[ray] = 1; });
 }
 
 SurfaceSample RayQuery::surface(const SurfaceHit& hit, const Eigen::Vector3d& point_world) const {

@@ -13,17 +13,9 @@
 #include "core/schema.h"
 #include "world/lod.h"
 #include "world/tile_store.h"
+#include "world/world_ray.h"
 
 namespace terracast::world {
-
-/// A ray of the world frame, double. The direction need not have unit length; t counts in its
-/// lengths.
-struct WorldRay {
-  Eigen::Vector3d origin_world;
-  Eigen::Vector3d direction_world;
-  double t_min = 0.0;
-  double t_max = std::numeric_limits<double>::infinity();
-};
 
 /// The first crossing of a ray with the true surface (the stitched triangles of the cut, in
 /// double).

@@ -44,15 +44,6 @@ struct WalkRay {
   Eigen::Vector3d direction_world;
   double inverse_x = 0.0;  ///< of the direction's components; 0 where they are 0
   double inverse_y = 0.0;
-  double inverse_z = 0.0;
-  /// By which side it leaves what lies between two lines of x or of y: 0 the lower, 1 the upper one;
-  /// and what added to that side's t makes it infinite where the ray never does: 0 or +inf.
-  int to_east = 0;
-  int to_north = 0;
-  double never_x = 0.0;
-  double never_y = 0.0;
-  double length_m = 1.0;  ///< of the direction
-  double inverse_length = 1.0;
 };
 
 /// What part of a ray is walked.

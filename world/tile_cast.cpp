@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "world/ray_lanes.h"
+#include "world/terrain_walk.h"
 
 namespace terracast::world {
 namespace {
@@ -63,50 +63,43 @@ struct FloatRay {
   float way_m;
 };
 
-class TileCaster {
+/// One ray in one tile, for which Embree is asked again as often as the walk refuses its proposals.
+class RayCaster {
  public:
-  TileCaster(const TileScene& scene, CastKind kind) : scene_(scene) {
-    rtcInitIntersectContext(&context_);
-    context_.flags = kind == CastKind::FirstCoherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-                                                     : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  RayCaster(const TileScene& scene, const RayLanes& rays, int lane)
+      : scene_(scene), rays_(rays), lane_(lane), ray_(rays.walk_ray(lane)) {}
+
+  /// Walks from the entry until the ray is clear of the surface; false when it is done with this
+  /// tile.
+  bool walk_in() {
+    const double t_entry = rays_.t_entry[lane_];
+    return walk({.from = t_entry, .until = t_entry});
   }
 
-  /// Walks a ray that comes in near the surface until it is clear of it; false when it is done with
-  /// this tile.
-  bool walk_in(RayState& ray) const {
-    return walk(ray, {.from = ray.passage.t_entry, .until = ray.passage.t_entry});
-  }
-
-  template <class Packet>
-  void intersect(const int* valid, Packet& packet) {
-    intersect_packet(valid, scene_.handle(), &context_, packet);
-  }
-
-  template <class Packet>
-  void occluded(const int* valid, Packet& packet) {
-    occluded_packet(valid, scene_.handle(), &context_, packet);
-  }
-
-  /// Goes on from a proposal to the ray's crossing, or out of the tile.
-  void resolve(RayState& ray, Proposal proposal) {
+  /// Goes on from a proposal of the cast from t_cast to the ray's crossing, or out of the tile.
+  /// returns   number of times that Embree was asked again
+  int resolve(RTCIntersectContext& context, double t_cast, Proposal proposal) {
+    t_cast_ = t_cast;
     for (int casts = 1;; ++casts) {
-      Range range = walk_range(ray, proposal);
+      Range range = walk_range(proposal);
       if (casts == kMaxCasts) range.until = kInfinity;
-      if (!walk(ray, range)) return;
-      ++num_recasts_;
-      if (!cast_again(ray, proposal)) return;
+      if (!walk(range)) return casts - 1;
+      if (!cast_again(context, proposal)) return casts;
     }
   }
 
-  int num_recasts() const { return num_recasts_; }
+  double t_cast() const { return t_cast_; }
+  bool has_crossing() const { return walked_.end == WalkResult::End::Crossed; }
+  bool is_on_surface() const { return walked_.is_on_surface; }
+  const WalkResult& walked() const { return walked_; }
 
  private:
-  FloatRay float_ray(const RayState& ray) const {
+  FloatRay float_ray() const {
     const Eigen::Vector3d start =
-        ray.walk.origin_world + ray.t_cast * ray.walk.direction_world - scene_.center_world();
-    double t_end = ray.passage.t_exit;
-    if (ray.walk.direction_world.z() >= 0.0) t_end = std::min(t_end, ray.passage.t_top);
-    const double way_m = (t_end - ray.t_cast) * ray.walk.length_m * kFloatRounding +
+        ray_.origin_world + t_cast_ * ray_.direction_world - scene_.center_world();
+    double t_end = rays_.t_exit[lane_];
+    if (ray_.direction_world.z() >= 0.0) t_end = std::min(t_end, rays_.t_top[lane_]);
+    const double way_m = (t_end - t_cast_) * rays_.length_m[lane_] * kFloatRounding +
                          kFarPerEpsilon * scene_.epsilon_m();
     return {.x = static_cast<float>(start.x()),
             .y = static_cast<float>(start.y()),
@@ -114,19 +107,19 @@ class TileCaster {
             .way_m = static_cast<float>(way_m)};
   }
 
-  bool cast_again(const RayState& ray, Proposal& proposal) {
-    const FloatRay start = float_ray(ray);
+  bool cast_again(RTCIntersectContext& context, Proposal& proposal) const {
+    const FloatRay start = float_ray();
     RTCRayHit single{};
     single.ray.org_x = start.x;
     single.ray.org_y = start.y;
     single.ray.org_z = start.z;
-    single.ray.dir_x = ray.direction[0];
-    single.ray.dir_y = ray.direction[1];
-    single.ray.dir_z = ray.direction[2];
+    single.ray.dir_x = rays_.unit_x[lane_];
+    single.ray.dir_y = rays_.unit_y[lane_];
+    single.ray.dir_z = rays_.unit_z[lane_];
     single.ray.tfar = start.way_m;
     single.ray.mask = 0xffffffffU;
     single.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_.handle(), &context_, &single);
+    rtcIntersect1(scene_.handle(), &context, &single);
     proposal = {.way_m = single.ray.tfar,
                 .u = single.hit.u,
                 .v = single.hit.v,
@@ -136,28 +129,30 @@ class TileCaster {
     return single.hit.geomID != RTC_INVALID_GEOMETRY_ID;
   }
 
-  Range walk_range(const RayState& ray, const Proposal& proposal) const {
-    const double t_proposed =
-        ray.t_cast + static_cast<double>(proposal.way_m) * ray.walk.inverse_length;
-    const float along = ray.direction[0] * proposal.normal_x +
-                        ray.direction[1] * proposal.normal_y + ray.direction[2] * proposal.normal_z;
+  Range walk_range(const Proposal& proposal) const {
+    const double inverse_length = rays_.inverse_length[lane_];
+    const double t_proposed = t_cast_ + static_cast<double>(proposal.way_m) * inverse_length;
+    const float along = rays_.unit_x[lane_] * proposal.normal_x +
+                        rays_.unit_y[lane_] * proposal.normal_y +
+                        rays_.unit_z[lane_] * proposal.normal_z;
     const float inverse_rate = std::abs(proposal.normal_z / along);
     Range range{};
     if (inverse_rate <= kGrazing && !TileScene::is_in_ring(proposal.u, proposal.v)) {
-      const double back = kBackPerEpsilon * scene_.epsilon_m() * static_cast<double>(inverse_rate) *
-                          ray.walk.inverse_length;
+      const double back =
+          kBackPerEpsilon * scene_.epsilon_m() * static_cast<double>(inverse_rate) * inverse_length;
       range = {.from = t_proposed - back, .until = t_proposed + back};
     } else {
-      range = around(TileScene::cell_of(proposal.u, proposal.v), ray.walk);
+      range = around(TileScene::cell_of(proposal.u, proposal.v));
       range = {.from = std::min(range.from, t_proposed),
                .until = std::max(range.until, t_proposed)};
     }
-    return {.from = std::clamp(range.from, ray.t_cast, ray.passage.t_exit),
-            .until = std::clamp(range.until, ray.t_cast, ray.passage.t_exit)};
+    const double t_exit = rays_.t_exit[lane_];
+    return {.from = std::clamp(range.from, t_cast_, t_exit),
+            .until = std::clamp(range.until, t_cast_, t_exit)};
   }
 
-  /// Where a ray passes the three by three cells around a cell.
-  Range around(const TileScene::NamedCell& cell, const WalkRay& ray) const {
+  /// Where the ray passes the three by three cells around a cell.
+  Range around(const TileScene::NamedCell& cell) const {
     const TerrainGrid& grid = scene_.grid();
     Range range{.from = -kInfinity, .until = kInfinity};
     const auto clip = [&](double low, double high, double origin, double inverse) {
@@ -167,160 +162,195 @@ class TileCaster {
       range.from = std::max(range.from, std::min(a, b));
       range.until = std::min(range.until, std::max(a, b));
     };
-    clip(grid.x_world(cell.x - 1), grid.x_world(cell.x + 2), ray.origin_world.x(), ray.inverse_x);
-    clip(grid.y_world(cell.y - 1), grid.y_world(cell.y + 2), ray.origin_world.y(), ray.inverse_y);
+    clip(grid.x_world(cell.x - 1), grid.x_world(cell.x + 2), ray_.origin_world.x(), ray_.inverse_x);
+    clip(grid.y_world(cell.y - 1), grid.y_world(cell.y + 2), ray_.origin_world.y(), ray_.inverse_y);
     return range;
   }
 
-  /// Walks; records a crossing. True when the ray is clear again, at t_cast.
-  bool walk(RayState& ray, const Range& range) const {
-    WalkResult& result = ray.walked;
-    walk_terrain(scene_.grid(), ray.walk,
-                 {.t_entry = ray.passage.t_entry,
-                  .may_be_on_surface = ray.may_be_on_surface,
-                  .t_exit = ray.passage.t_exit,
+  /// True when the ray is clear again, at t_cast.
+  bool walk(const Range& range) {
+    walk_terrain(scene_.grid(), ray_,
+                 {.t_entry = rays_.t_entry[lane_],
+                  .may_be_on_surface = rays_.may_be_on_surface(lane_),
+                  .t_exit = rays_.t_exit[lane_],
                   .t_from = range.from,
                   .t_clear = range.until,
                   .clear_m = scene_.clear_m()},
-                 result);
-    ray.is_on_surface = result.is_on_surface;
-    ray.has_crossing = result.end == WalkResult::End::Crossed;
-    if (result.end != WalkResult::End::Clear) return false;
-    ray.t_cast = result.t;
+                 walked_);
+    if (walked_.end != WalkResult::End::Clear) return false;
+    t_cast_ = walked_.t;
     return true;
   }
 
   const TileScene& scene_;
-  RTCIntersectContext context_;
-  int num_recasts_ = 0;
+  const RayLanes& rays_;
+  const int lane_;
+  const WalkRay ray_;
+  double t_cast_ = 0.0;
+  WalkResult walked_;
 };
 
-constexpr int kChunk = RayLanes::kLanes;
+/// What walks of a group's rays came to.
+struct WalkedLanes {
+  CrossingLanes crossings;
+  LaneMask found = 0;
+  LaneMask on_surface = 0;
 
-void set_lane(const RayState& ray, std::size_t lane, RayLanes& lanes) {
-  lanes.origin_x[lane] = ray.walk.origin_world.x();
-  lanes.origin_y[lane] = ray.walk.origin_world.y();
-  lanes.origin_z[lane] = ray.walk.origin_world.z();
-  lanes.direction_x[lane] = ray.walk.direction_world.x();
-  lanes.direction_y[lane] = ray.walk.direction_world.y();
-  lanes.direction_z[lane] = ray.walk.direction_world.z();
-  lanes.inverse_z[lane] = ray.walk.inverse_z;
-  lanes.length_m[lane] = ray.walk.length_m;
-  lanes.inverse_length[lane] = ray.walk.inverse_length;
-  lanes.t_entry[lane] = ray.passage.t_entry;
-  lanes.t_exit[lane] = ray.passage.t_exit;
-  lanes.t_top[lane] = ray.passage.t_top;
-  lanes.side[lane] = ray.passage.side;
-}
+  void take(const RayCaster& caster, int lane) {
+    if (caster.has_crossing()) {
+      found |= lane_bit(lane);
+      crossings.set(lane, caster.walked());
+    } else if (caster.is_on_surface()) {
+      on_surface |= lane_bit(lane);
+    }
+  }
+};
 
-void set_crossing(const RayLanes& lanes, std::size_t lane, RayState& ray) {
-  ray.has_crossing = true;
-  ray.walked.t = lanes.t[lane];
-  ray.walked.cell_x = lanes.cell_x[lane];
-  ray.walked.cell_y = lanes.cell_y[lane];
-  ray.walked.is_upper = lanes.is_upper[lane] != 0;
-  ray.walked.slope_x = lanes.slope_x[lane];
-  ray.walked.slope_y = lanes.slope_y[lane];
-}
+/// Groups of rays in one tile, and Embree's packet of them.
+template <int kWidth>
+class PacketCaster {
+ public:
+  static constexpr std::size_t kGroups = kWidth / RayLanes::kLanes;
 
-/// Rays of a packet from `first` on as lanes; the last ray fills the lanes that are left.
-void set_lanes(std::span<RayState* const> rays, std::size_t first, RayLanes& lanes) {
-  for (std::size_t lane = 0; lane < kChunk; ++lane)
-    set_lane(*rays[std::min(first + lane, rays.size() - 1)], lane, lanes);
-}
+  PacketCaster(const TileScene& scene, CastKind kind, std::span<CastGroup, kGroups> groups)
+      : scene_(scene), groups_(groups) {
+    rtcInitIntersectContext(&context_);
+    context_.flags = kind == CastKind::FirstCoherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                                                     : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  }
+
+  /// Walks in what comes in near the surface; true when there are rays to cast.
+  bool begin() {
+    LaneMask any = 0;
+    for (std::size_t g = 0; g < kGroups; ++g) {
+      CastGroup& group = groups_[g];
+      group.found = 0;
+      LaneMask cast = group.asked & lanes_[g].find_starts(scene_, *group.rays);
+      for_each_lane(group.asked & ~cast, [&](int lane) {
+        RayCaster caster(scene_, *group.rays, lane);
+        if (caster.walk_in()) {
+          lanes_[g].t_cast[lane] = caster.t_cast();
+          cast |= lane_bit(lane);
+        } else {
+          walked_[g].take(caster, lane);
+        }
+      });
+      cast_[g] = cast;
+      any |= cast;
+    }
+    return any != 0;
+  }
+
+  void fill_packet() {
+    for (std::size_t g = 0; g < kGroups; ++g) {
+      const std::size_t first = g * RayLanes::kLanes;
+      lanes_[g].fill(scene_, *groups_[g].rays, cast_[g],
+                     {.valid = valid_.data() + first,
+                      .x = packet_.ray.org_x + first,
+                      .y = packet_.ray.org_y + first,
+                      .z = packet_.ray.org_z + first,
+                      .near_m = packet_.ray.tnear + first,
+                      .direction_x = packet_.ray.dir_x + first,
+                      .direction_y = packet_.ray.dir_y + first,
+                      .direction_z = packet_.ray.dir_z + first,
+                      .time = packet_.ray.time + first,
+                      .way_m = packet_.ray.tfar + first,
+                      .mask = packet_.ray.mask + first,
+                      .id = packet_.ray.id + first,
+                      .flags = packet_.ray.flags + first,
+                      .geometry = packet_.hit.geomID + first});
+    }
+  }
+
+  /// Leaves out of the cast the rays that meet nothing; true when there are others.
+  bool keep_occluded() {
+    std::array<float, kWidth> way_m;
+    std::copy_n(packet_.ray.tfar, kWidth, way_m.begin());
+    occluded_packet(valid_.data(), scene_.handle(), &context_, packet_);
+    bool any = false;
+    for (std::size_t lane = 0; lane < kWidth; ++lane) {
+      if (valid_[lane] != 0 && packet_.ray.tfar[lane] >= 0.0F) valid_[lane] = 0;
+      any |= valid_[lane] != 0;
+      packet_.ray.tfar[lane] = way_m[lane];
+    }
+    return any;
+  }
+
+  void cross() {
+    intersect_packet(valid_.data(), scene_.handle(), &context_, packet_);
+    for (std::size_t g = 0; g < kGroups; ++g) {
+      CastGroup& group = groups_[g];
+      const std::size_t first = g * RayLanes::kLanes;
+      const CastLanes::Outcome outcome =
+          lanes_[g].cross_at_once(scene_, *group.rays,
+                                  {.valid = valid_.data() + first,
+                                   .geometry = packet_.hit.geomID + first,
+                                   .way_m = packet_.ray.tfar + first,
+                                   .u = packet_.hit.u + first,
+                                   .v = packet_.hit.v + first,
+                                   .normal_x = packet_.hit.Ng_x + first,
+                                   .normal_y = packet_.hit.Ng_y + first,
+                                   .normal_z = packet_.hit.Ng_z + first},
+                                  group.crossings);
+      group.found = outcome.crosses;
+      for_each_lane(outcome.is_proposed & ~outcome.crosses, [&](int lane) {
+        const std::size_t at = first + static_cast<std::size_t>(lane);
+        RayCaster caster(scene_, *group.rays, lane);
+        num_recasts_ += caster.resolve(context_, lanes_[g].t_cast[lane],
+                                       {.way_m = packet_.ray.tfar[at],
+                                        .u = packet_.hit.u[at],
+                                        .v = packet_.hit.v[at],
+                                        .normal_x = packet_.hit.Ng_x[at],
+                                        .normal_y = packet_.hit.Ng_y[at],
+                                        .normal_z = packet_.hit.Ng_z[at]});
+        walked_[g].take(caster, lane);
+      });
+    }
+  }
+
+  void take_walked() {
+    for (std::size_t g = 0; g < kGroups; ++g) {
+      CastGroup& group = groups_[g];
+      const WalkedLanes& walked = walked_[g];
+      for_each_lane(walked.found,
+                    [&](int lane) { group.crossings.copy(lane, walked.crossings, lane); });
+      group.found |= walked.found;
+      group.rays->is_first &= ~group.asked;
+      group.rays->is_on_surface = (group.rays->is_on_surface & ~group.asked) | walked.on_surface;
+    }
+  }
+
+  int num_recasts() const { return num_recasts_; }
+
+ private:
+  const TileScene& scene_;
+  const std::span<CastGroup, kGroups> groups_;
+  RTCIntersectContext context_;
+  typename PacketOf<kWidth>::Type packet_;
+  alignas(64) std::array<int, kWidth> valid_;
+  std::array<CastLanes, kGroups> lanes_;
+  std::array<LaneMask, kGroups> cast_ = {};
+  std::array<WalkedLanes, kGroups> walked_;
+  int num_recasts_ = 0;
+};
 
 }  // namespace
 
 template <int kWidth>
-int cast_through_tile(const TileScene& scene, std::span<RayState* const> rays, CastKind kind) {
-  TileCaster caster(scene, kind);
-  typename PacketOf<kWidth>::Type packet;
-  alignas(64) std::array<int, kWidth> valid;
-  std::array<RayLanes, kWidth / kChunk> chunks;
-  bool any = false;
-  for (std::size_t first = 0; first < kWidth; first += kChunk) {
-    RayLanes& lanes = chunks[first / kChunk];
-    set_lanes(rays, first, lanes);
-    lanes.find_casts(scene);
-    for (std::size_t lane = 0; lane < kChunk; ++lane) {
-      valid[first + lane] = 0;
-      if (first + lane >= rays.size()) continue;
-      RayState& ray = *rays[first + lane];
-      ray.is_on_surface = false;
-      ray.has_crossing = false;
-      if (lanes.is_clear[lane] == 0) {
-        if (!caster.walk_in(ray)) continue;
-        lanes.t_cast[lane] = ray.t_cast;
-      }
-      valid[first + lane] = -1;
-      any = true;
-    }
-    lanes.set_casts(scene, {.x = packet.ray.org_x + first,
-                            .y = packet.ray.org_y + first,
-                            .z = packet.ray.org_z + first,
-                            .way_m = packet.ray.tfar + first});
-  }
-  if (!any) return 0;
-  // Embree checks the numbers of all lanes, used or not.
-  for (std::size_t lane = 0; lane < kWidth; ++lane) {
-    const std::array<float, 3>& direction = rays[std::min(lane, rays.size() - 1)]->direction;
-    packet.ray.tnear[lane] = 0.0F;
-    packet.ray.dir_x[lane] = direction[0];
-    packet.ray.dir_y[lane] = direction[1];
-    packet.ray.dir_z[lane] = direction[2];
-    packet.ray.time[lane] = 0.0F;
-    packet.ray.mask[lane] = 0xffffffffU;
-    packet.ray.id[lane] = static_cast<unsigned>(lane);
-    packet.ray.flags[lane] = 0;
-    packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
-  }
-  if (kind == CastKind::Any) {
+int cast_through_tile(const TileScene& scene, CastKind kind,
+                      std::span<CastGroup, kWidth / RayLanes::kLanes> groups) {
+  PacketCaster<kWidth> caster(scene, kind, groups);
+  if (caster.begin()) {
+    caster.fill_packet();
     // Most rays to the sun or to a camera meet nothing; only for those that meet the raised surface
     // is it asked where.
-    std::array<float, kWidth> way_m;
-    std::copy_n(packet.ray.tfar, kWidth, way_m.begin());
-    caster.occluded(valid.data(), packet);
-    any = false;
-    for (std::size_t lane = 0; lane < kWidth; ++lane) {
-      if (valid[lane] != 0 && packet.ray.tfar[lane] >= 0.0F) valid[lane] = 0;
-      any |= valid[lane] != 0;
-      packet.ray.tfar[lane] = way_m[lane];
-    }
-    if (!any) return 0;
+    if (kind != CastKind::Any || caster.keep_occluded()) caster.cross();
   }
-  caster.intersect(valid.data(), packet);
-  for (std::size_t first = 0; first < kWidth; first += kChunk) {
-    RayLanes& lanes = chunks[first / kChunk];
-    lanes.cross_at_once(scene, {.way_m = packet.ray.tfar + first,
-                                .u = packet.hit.u + first,
-                                .v = packet.hit.v + first,
-                                .normal_x = packet.hit.Ng_x + first,
-                                .normal_y = packet.hit.Ng_y + first,
-                                .normal_z = packet.hit.Ng_z + first,
-                                .direction_x = packet.ray.dir_x + first,
-                                .direction_y = packet.ray.dir_y + first,
-                                .direction_z = packet.ray.dir_z + first});
-    for (std::size_t lane = 0; lane < kChunk; ++lane) {
-      const std::size_t at = first + lane;
-      if (valid[at] == 0 || packet.hit.geomID[at] == RTC_INVALID_GEOMETRY_ID) continue;
-      RayState& ray = *rays[at];
-      if (lanes.crosses[lane] != 0) {
-        set_crossing(lanes, lane, ray);
-        continue;
-      }
-      ray.t_cast = lanes.t_cast[lane];
-      caster.resolve(ray, {.way_m = packet.ray.tfar[at],
-                           .u = packet.hit.u[at],
-                           .v = packet.hit.v[at],
-                           .normal_x = packet.hit.Ng_x[at],
-                           .normal_y = packet.hit.Ng_y[at],
-                           .normal_z = packet.hit.Ng_z[at]});
-    }
-  }
+  caster.take_walked();
   return caster.num_recasts();
 }
 
-template int cast_through_tile<8>(const TileScene&, std::span<RayState* const>, CastKind);
-template int cast_through_tile<16>(const TileScene&, std::span<RayState* const>, CastKind);
+template int cast_through_tile<8>(const TileScene&, CastKind, std::span<CastGroup, 1>);
+template int cast_through_tile<16>(const TileScene&, CastKind, std::span<CastGroup, 2>);
 
 }  // namespace terracast::world

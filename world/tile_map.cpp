@@ -6,12 +6,15 @@
 #include <unordered_set>
 
 #include "core/error.h"
+#include "core/packet_code.h"
 
 namespace terracast::world {
 namespace {
 
 using core::ErrorKind;
 using core::fail;
+using core::larger;
+using core::smaller;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Falling rays start this far above the highest point of all.
@@ -22,6 +25,186 @@ bool is_beyond(double line, double origin, double direction, double inverse, dou
   if (direction == 0.0) return origin >= line;
   const double t_line = (line - origin) * inverse;
   return direction > 0.0 ? t >= t_line : t < t_line;
+}
+
+using Doubles = RayLanes::Field<double>;
+using Integers = RayLanes::Field<std::int32_t>;
+constexpr int kLanes = RayLanes::kLanes;
+
+// Loops become vector code only where what they compare, choose and store is of one width: a truth
+// that comes from doubles is a double, 0 or 1, until a loop of its own makes it an integer.
+TERRACAST_PACKET_INLINE double truth(bool is_so) { return is_so ? 1.0 : 0.0; }
+
+TERRACAST_PACKET_INLINE void set_integers(const Doubles& from, Integers& to) {
+  for (int i = 0; i < kLanes; ++i) to[i] = static_cast<std::int32_t>(from[i]);
+}
+
+/// Where rays come down to the height of the ground, or start below it.
+struct Starts {
+  Doubles t, x, y;
+  LaneMask are_there;  ///< those that ever do
+  LaneMask are_in_hint;
+};
+
+struct Rectangle {
+  std::array<double, 2> x, y;
+};
+
+TERRACAST_PACKET_CODE
+void find_starts(const Rectangle& hint, double above_all_z, const RayLanes& rays,
+                 Starts& __restrict starts) {
+  Doubles is_there, is_in_hint;
+  const double x0 = hint.x[0];
+  const double x1 = hint.x[1];
+  const double y0 = hint.y[0];
+  const double y1 = hint.y[1];
+  for (int i = 0; i < kLanes; ++i) {
+    const double dz = rays.direction_z[i];
+    const double t_min = rays.t_min[i];
+    const double t_down = larger(t_min, (above_all_z - rays.origin_z[i]) * rays.inverse_z[i]);
+    const double t = dz < 0.0 ? t_down : t_min;
+    const double z = rays.origin_z[i] + t * dz;
+    const double x = rays.origin_x[i] + t * rays.direction_x[i];
+    const double y = rays.origin_y[i] + t * rays.direction_y[i];
+    starts.t[i] = t;
+    starts.x[i] = x;
+    starts.y[i] = y;
+    is_there[i] = truth(((dz < 0.0) | (z <= above_all_z)) & (t <= rays.t_max[i]));
+    is_in_hint[i] = truth((x > x0) & (x < x1) & (y > y0) & (y < y1));
+  }
+  Integers there, in_hint;
+  set_integers(is_there, there);
+  set_integers(is_in_hint, in_hint);
+  starts.are_there = lanes_where(there);
+  starts.are_in_hint = lanes_where(in_hint);
+}
+
+/// What became of rays in a tile.
+struct Passing {
+  LaneMask here;      ///< those that were in it
+  LaneMask meets;     ///< they may meet the ground there
+  LaneMask moves;     ///< they cannot, or have passed, and are now in the tile beyond
+  LaneMask goes_out;  ///< there is none beyond
+  Doubles t;          ///< where they leave the tile through a side
+};
+
+/// How rays pass through one tile, all of them as if they were in it.
+struct Sides {
+  Doubles t;        ///< where they leave it through a side
+  Doubles is_x;     ///< by the western or eastern side
+  Doubles t_exit;   ///< where they leave it or end
+  Doubles t_top;    ///< as RayLanes::t_top
+  Doubles meets;    ///< they may meet the ground there
+  Doubles goes_on;  ///< they leave it before they end
+};
+
+TERRACAST_PACKET_INLINE void find_sides(const TileMap::Leaf& leaf, double above_all_z,
+                                        const RayLanes& rays, Sides& sides) {
+  const double x0 = leaf.x[0];
+  const double x1 = leaf.x[1];
+  const double y0 = leaf.y[0];
+  const double y1 = leaf.y[1];
+  const double highest_z = leaf.highest_z_world;
+  for (int i = 0; i < kLanes; ++i) {
+    const double side_x = rays.inverse_x[i] > 0.0 ? x1 : x0;
+    const double side_y = rays.inverse_y[i] > 0.0 ? y1 : y0;
+    const double t_x = (side_x - rays.origin_x[i]) * rays.inverse_x[i] + rays.never_x[i];
+    const double t_y = (side_y - rays.origin_y[i]) * rays.inverse_y[i] + rays.never_y[i];
+    sides.t[i] = smaller(t_x, t_y);
+    sides.is_x[i] = truth(t_x <= t_y);
+    sides.t_exit[i] = larger(smaller(sides.t[i], rays.t_max[i]), rays.t_entry[i]);
+    sides.t_top[i] = (highest_z - rays.origin_z[i]) * rays.inverse_z[i] + rays.never_z[i];
+  }
+  for (int i = 0; i < kLanes; ++i) {
+    const double dz = rays.direction_z[i];
+    const double z_entry = rays.origin_z[i] + rays.t_entry[i] * dz;
+    const double falls_in_time = truth(sides.t_top[i] <= sides.t_exit[i]);
+    const double rises_late =
+        truth((sides.t_top[i] >= rays.t_entry[i]) & ((dz > 0.0) | (rays.origin_z[i] <= highest_z)));
+    sides.meets[i] = dz < 0.0 ? falls_in_time : rises_late;
+    sides.goes_on[i] =
+        truth((sides.t[i] < rays.t_max[i]) & ((dz < 0.0) | (z_entry <= above_all_z)));
+  }
+}
+
+/// Indices into Leaf::beyond. Beyond which half of the side, is decided as is_beyond does, by the
+/// line through its middle.
+TERRACAST_PACKET_INLINE void find_ways_out(const TileMap::Leaf& leaf, const Sides& sides,
+                                           const RayLanes& rays, Integers& ways) {
+  const double x_middle = (leaf.x[0] + leaf.x[1]) / 2.0;
+  const double y_middle = (leaf.y[0] + leaf.y[1]) / 2.0;
+  Doubles way;
+  for (int i = 0; i < kLanes; ++i) {
+    const bool is_x = sides.is_x[i] > 0.0;
+    const double middle = is_x ? y_middle : x_middle;
+    const double origin = is_x ? rays.origin_y[i] : rays.origin_x[i];
+    const double direction = is_x ? rays.direction_y[i] : rays.direction_x[i];
+    const double inverse = is_x ? rays.inverse_y[i] : rays.inverse_x[i];
+    const double forward = truth(sides.t[i] >= (middle - origin) * inverse);
+    const double backward = 1.0 - forward;
+    const double still = truth(origin >= middle);
+    const double moving = direction > 0.0 ? forward : backward;
+    const double half = direction == 0.0 ? still : moving;
+    const double east = 2.0 * truth(rays.direction_x[i] > 0.0);
+    const double north = 4.0 + 2.0 * truth(rays.direction_y[i] > 0.0);
+    way[i] = (is_x ? east : north) + half;
+  }
+  set_integers(way, ways);
+}
+
+/// Completes the passages of the rays in one tile and moves those that do not meet the ground there
+/// to the tiles beyond.
+/// passed   rays that have passed through it already
+TERRACAST_PACKET_CODE
+void pass_tile(const TileMap::Leaf& leaf, std::uint32_t tile, LaneMask asked, LaneMask passed,
+               double above_all_z, RayLanes& __restrict rays, Passing& __restrict passing) {
+  Integers is_here, is_fresh;
+  for (int i = 0; i < kLanes; ++i)
+    is_here[i] = static_cast<std::int32_t>((asked >> i) & 1U & (rays.tile[i] == tile ? 1U : 0U));
+  for (int i = 0; i < kLanes; ++i) is_fresh[i] = static_cast<std::int32_t>((~passed >> i) & 1U);
+  Sides sides;
+  find_sides(leaf, above_all_z, rays, sides);
+  Integers ways;
+  find_ways_out(leaf, sides, rays, ways);
+
+  Doubles here, meets, moves;
+  for (int i = 0; i < kLanes; ++i) here[i] = is_here[i];
+  for (int i = 0; i < kLanes; ++i) {
+    const double meets_first = sides.meets[i] * is_fresh[i];
+    meets[i] = here[i] * meets_first;
+    moves[i] = here[i] * sides.goes_on[i] * (1.0 - meets_first);
+  }
+  for (int i = 0; i < kLanes; ++i) {
+    sides.t_exit[i] = here[i] > 0.0 ? sides.t_exit[i] : rays.t_exit[i];
+    sides.t_top[i] = here[i] > 0.0 ? sides.t_top[i] : rays.t_top[i];
+  }
+  for (int i = 0; i < kLanes; ++i) {
+    const double t_entry = rays.t_entry[i];
+    const double next = larger(sides.t[i], t_entry);
+    rays.t_exit[i] = sides.t_exit[i];
+    rays.t_top[i] = sides.t_top[i];
+    rays.t_entry[i] = moves[i] > 0.0 ? next : t_entry;
+    passing.t[i] = sides.t[i];
+  }
+
+  Integers does_meet, does_move, steps, is_out;
+  set_integers(meets, does_meet);
+  set_integers(moves, does_move);
+  RayLanes::Field<std::uint32_t> beyond;
+  for (int i = 0; i < kLanes; ++i) beyond[i] = leaf.beyond[static_cast<std::size_t>(ways[i])];
+  for (int i = 0; i < kLanes; ++i) {
+    is_out[i] = does_move[i] & (beyond[i] == TileMap::kNone ? 1 : 0);
+    steps[i] = does_move[i] & ~is_out[i];
+    const std::uint32_t old_tile = rays.tile[i];
+    const std::int32_t old_side = rays.side[i];
+    const std::int32_t new_side = (ways[i] >> 1) ^ 1;
+    rays.tile[i] = steps[i] != 0 ? beyond[i] : old_tile;
+    rays.side[i] = steps[i] != 0 ? new_side : old_side;
+  }
+  passing.here = lanes_where(is_here);
+  passing.meets = lanes_where(does_meet);
+  passing.moves = lanes_where(steps);
+  passing.goes_out = lanes_where(is_out);
 }
 
 std::int32_t leaf_code(std::uint32_t leaf) { return -2 - static_cast<std::int32_t>(leaf); }
@@ -127,7 +310,7 @@ void TileMap::find_neighbours(const std::vector<CutTile>& cut) {
         if (beyond != kNone && std::abs(cut[beyond].id.level - cut[i].id.level) > 1)
           fail(ErrorKind::Input, "the cut is not balanced: tile {} lies beside {}",
                cut[i].id.name(), cut[beyond].id.name());
-        leaf.beyond[side][half] = beyond;
+        leaf.beyond[2 * side + half] = beyond;
       }
     }
   }
@@ -151,21 +334,19 @@ std::uint32_t TileMap::leaf_at(double x_world, double y_world) const {
   return code == -1 ? kNone : static_cast<std::uint32_t>(-2 - code);
 }
 
-std::uint32_t TileMap::leaf_on_ray(std::int32_t code, const WalkRay& ray, double t) const {
-  const Eigen::Vector3d& o = ray.origin_world;
-  const Eigen::Vector3d& d = ray.direction_world;
+std::uint32_t TileMap::leaf_on_ray(std::int32_t code, const RayLanes& rays, int i, double t) const {
   while (code >= 0) {
     const Node& node = nodes_[static_cast<std::size_t>(code)];
-    const bool is_east = is_beyond(node.x_middle, o.x(), d.x(), ray.inverse_x, t);
-    const bool is_north = is_beyond(node.y_middle, o.y(), d.y(), ray.inverse_y, t);
+    const bool is_east =
+        is_beyond(node.x_middle, rays.origin_x[i], rays.direction_x[i], rays.inverse_x[i], t);
+    const bool is_north =
+        is_beyond(node.y_middle, rays.origin_y[i], rays.direction_y[i], rays.inverse_y[i], t);
     code = node.children[static_cast<std::size_t>((is_east ? 1 : 0) + (is_north ? 2 : 0))];
   }
   return code == -1 ? kNone : static_cast<std::uint32_t>(-2 - code);
 }
 
-bool TileMap::enter_root(const WalkRay& ray, double t, double t_max, TilePassage& passage) const {
-  const Eigen::Vector3d& o = ray.origin_world;
-  const Eigen::Vector3d& d = ray.direction_world;
+bool TileMap::enter_root(RayLanes& rays, int i, double t) const {
   double nearest_t = kInfinity;
   const Root* nearest = nullptr;
   int nearest_side = -1;
@@ -185,100 +366,68 @@ bool TileMap::enter_root(const WalkRay& ray, double t, double t_max, TilePassage
       t_end = std::min(t_end, std::max(t_low, t_high));
       return true;
     };
-    if (!clip(root.x0, root.x1, o.x(), d.x(), ray.inverse_x, 0)) continue;
-    if (!clip(root.y0, root.y1, o.y(), d.y(), ray.inverse_y, 2)) continue;
+    if (!clip(root.x0, root.x1, rays.origin_x[i], rays.direction_x[i], rays.inverse_x[i], 0))
+      continue;
+    if (!clip(root.y0, root.y1, rays.origin_y[i], rays.direction_y[i], rays.inverse_y[i], 2))
+      continue;
     // One that is left at t has been passed already.
-    if (t_in < t || t_in > t_end || t_end <= t || t_in > t_max || t_in >= nearest_t) continue;
+    if (t_in < t || t_in > t_end || t_end <= t || t_in > rays.t_max[i] || t_in >= nearest_t)
+      continue;
     nearest_t = t_in;
     nearest = &root;
     nearest_side = side;
   }
   if (nearest == nullptr) return false;
-  passage.tile = leaf_on_ray(nearest->node, ray, nearest_t);
-  passage.side = nearest_side;
-  passage.t_entry = nearest_t;
-  return passage.tile != kNone;
-}
-
-bool TileMap::first_passage(const WalkRay& ray, double t_min, double t_max, std::uint32_t& hint,
-                            TilePassage& passage) const {
-  const Eigen::Vector3d& o = ray.origin_world;
-  const Eigen::Vector3d& d = ray.direction_world;
-  double t_start = t_min;
-  if (d.z() < 0.0)
-    t_start = std::max(t_start, (highest_z_world_ + kAboveAll_m - o.z()) * ray.inverse_z);
-  else if (o.z() + t_start * d.z() > highest_z_world_ + kAboveAll_m)
-    return false;
-  if (t_start > t_max) return false;
-  const double x = o.x() + t_start * d.x();
-  const double y = o.y() + t_start * d.y();
-  const Leaf& hinted = leaves_[hint];
-  if (x > hinted.x[0] && x < hinted.x[1] && y > hinted.y[0] && y < hinted.y[1]) {
-    passage.tile = hint;
-  } else {
-    const std::optional<std::uint32_t> tile = tile_at_place(x, y);
-    if (!tile) return enter_root(ray, t_start, t_max, passage) && go_to_ground(ray, t_max, passage);
-    passage.tile = *tile;
-    hint = *tile;
-  }
-  passage.side = -1;
-  passage.t_entry = t_start;
-  return go_to_ground(ray, t_max, passage);
-}
-
-bool TileMap::next_passage(const WalkRay& ray, double t_max, TilePassage& passage) const {
-  return step(ray, t_max, passage) && go_to_ground(ray, t_max, passage);
-}
-
-bool TileMap::go_to_ground(const WalkRay& ray, double t_max, TilePassage& passage) const {
-  const Eigen::Vector3d& o = ray.origin_world;
-  const Eigen::Vector3d& d = ray.direction_world;
-  for (;;) {
-    const Leaf& leaf = leaves_[passage.tile];
-    passage.t_exit_x =
-        (leaf.x[static_cast<std::size_t>(ray.to_east)] - o.x()) * ray.inverse_x + ray.never_x;
-    passage.t_exit_y =
-        (leaf.y[static_cast<std::size_t>(ray.to_north)] - o.y()) * ray.inverse_y + ray.never_y;
-    passage.t_exit =
-        std::max(std::min(std::min(passage.t_exit_x, passage.t_exit_y), t_max), passage.t_entry);
-    bool meets = false;
-    if (d.z() == 0.0) {
-      passage.t_top = kInfinity;
-      meets = o.z() <= leaf.highest_z_world;
-    } else {
-      passage.t_top = (leaf.highest_z_world - o.z()) * ray.inverse_z;
-      meets = d.z() < 0.0 ? passage.t_top <= passage.t_exit : passage.t_top >= passage.t_entry;
-    }
-    if (meets) return true;
-    if (!step(ray, t_max, passage)) return false;
-  }
-}
-
-bool TileMap::step(const WalkRay& ray, double t_max, TilePassage& passage) const {
-  const double t_x = passage.t_exit_x;
-  const double t_y = passage.t_exit_y;
-  const Eigen::Vector3d& o = ray.origin_world;
-  const Eigen::Vector3d& d = ray.direction_world;
-  const double t = std::min(t_x, t_y);
-  if (!(t < t_max)) return false;
-  if (d.z() >= 0.0 && o.z() + passage.t_entry * d.z() > highest_z_world_ + kAboveAll_m)
-    return false;
-  const Leaf& leaf = leaves_[passage.tile];
-  std::size_t side = 0;
-  bool upper_half = false;
-  if (t_x <= t_y) {
-    side = d.x() > 0.0 ? 1 : 0;
-    upper_half = is_beyond((leaf.y[0] + leaf.y[1]) / 2.0, o.y(), d.y(), ray.inverse_y, t);
-  } else {
-    side = d.y() > 0.0 ? 3 : 2;
-    upper_half = is_beyond((leaf.x[0] + leaf.x[1]) / 2.0, o.x(), d.x(), ray.inverse_x, t);
-  }
-  const std::uint32_t next = leaf.beyond[side][upper_half ? 1 : 0];
-  if (next == kNone) return !is_rectangle_ && enter_root(ray, t, t_max, passage);
-  passage.tile = next;
-  passage.side = static_cast<int>(side ^ 1U);
-  passage.t_entry = std::max(t, passage.t_entry);
+  const std::uint32_t leaf = leaf_on_ray(nearest->node, rays, i, nearest_t);
+  if (leaf == kNone) return false;
+  rays.tile[i] = leaf;
+  rays.side[i] = nearest_side;
+  rays.t_entry[i] = nearest_t;
   return true;
+}
+
+LaneMask TileMap::enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint) const {
+  Starts starts;
+  const Leaf& hinted = leaves_[hint];
+  find_starts({.x = {hinted.x[0], hinted.x[1]}, .y = {hinted.y[0], hinted.y[1]}},
+              highest_z_world_ + kAboveAll_m, rays, starts);
+  for (int i = 0; i < RayLanes::kLanes; ++i) {
+    rays.tile[i] = hint;
+    rays.side[i] = -1;
+    rays.t_entry[i] = starts.t[i];
+  }
+  rays.is_first = ~LaneMask{0};
+  rays.is_on_surface = 0;
+  asked &= starts.are_there;
+  for_each_lane(asked & ~starts.are_in_hint, [&](int i) {
+    const std::optional<std::uint32_t> tile = tile_at_place(starts.x[i], starts.y[i]);
+    if (tile)
+      rays.tile[i] = hint = *tile;
+    else if (!enter_root(rays, i, starts.t[i]))
+      asked &= ~lane_bit(i);
+  });
+  return go_to_ground(rays, asked, 0);
+}
+
+LaneMask TileMap::go_on(RayLanes& rays, LaneMask asked) const {
+  return go_to_ground(rays, asked, asked);
+}
+
+LaneMask TileMap::go_to_ground(RayLanes& rays, LaneMask asked, LaneMask passed) const {
+  LaneMask there = 0;
+  while (asked != 0) {
+    // Nearly always all of them are in the same tile.
+    const std::uint32_t tile = rays.tile[__builtin_ctz(asked)];
+    Passing passing;
+    pass_tile(leaves_[tile], tile, asked, passed, highest_z_world_ + kAboveAll_m, rays, passing);
+    there |= passing.meets;
+    asked = (asked & ~passing.here) | passing.moves;
+    passed &= ~passing.here;
+    for_each_lane(passing.goes_out, [&](int i) {
+      if (!is_rectangle_ && enter_root(rays, i, passing.t[i])) asked |= lane_bit(i);
+    });
+  }
+  return there;
 }
 
 std::optional<std::uint32_t> TileMap::tile_at_place(double x_world, double y_world) const {

@@ -6,23 +6,9 @@
 #include <vector>
 
 #include "world/lod.h"
-#include "world/terrain_walk.h"
+#include "world/ray_lanes.h"
 
 namespace terracast::world {
-
-/// A ray's way through one tile of a cut.
-struct TilePassage {
-  std::uint32_t tile = 0;  ///< index into the cut
-  int side =
-      -1;  ///< through which it comes in: 0 west, 1 east, 2 south, 3 north; -1: it starts inside
-  double t_entry = 0.0;
-  double t_exit = 0.0;
-  /// Where it passes the height of the tile's highest point: a falling ray can meet the ground only
-  /// later, a rising one only earlier; +inf for a level ray.
-  double t_top = 0.0;
-  double t_exit_x = 0.0;  ///< through the western or eastern side; +inf: never
-  double t_exit_y = 0.0;
-};
 
 /// The tiles of a cut in the plane, and how rays pass from one to the next, in double.
 ///
@@ -31,30 +17,31 @@ struct TilePassage {
 /// none is in two. Threads: safe.
 class TileMap {
  public:
+  static constexpr std::uint32_t kNone = 0xffffffffU;
+  /// A tile of the cut.
+  struct Leaf {
+    std::array<double, 2> x, y;  ///< western and eastern, southern and northern side
+    double highest_z_world;
+    /// The tiles beyond the sides west, east, south, north: beyond the southern (western) half of
+    /// the side, then the other half.
+    std::array<std::uint32_t, 8> beyond;
+  };
+
   /// throws Input: the store lacks a tile, the cut is empty, names a tile twice or is not balanced
   TileMap(const TileStore& store, const std::vector<CutTile>& cut);
 
-  /// The first tile on a ray in which it may meet the ground (it is not above the tile's highest
-  /// point all the way).
-  /// hint      a tile to look at first; becomes the one where the ray starts
-  /// returns   false: none in [t_min, t_max]
-  bool first_passage(const WalkRay& ray, double t_min, double t_max, std::uint32_t& hint,
-                     TilePassage& passage) const;
-  /// The next such tile after `passage`.
-  bool next_passage(const WalkRay& ray, double t_max, TilePassage& passage) const;
+  /// Puts rays into the first tile in which they may meet the ground (they are not above the tile's
+  /// highest point all the way).
+  /// hint      a tile to look at first; becomes the one where the last ray starts
+  /// returns   the rays of `asked` for which there is one in [t_min, t_max]
+  LaneMask enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint) const;
+  /// Puts rays that have passed through their tile into the next such one.
+  LaneMask go_on(RayLanes& rays, LaneMask asked) const;
 
   /// The tile that holds a place; on a border the one north-east of it if there is one.
   std::optional<std::uint32_t> tile_at_place(double x_world, double y_world) const;
 
  private:
-  static constexpr std::uint32_t kNone = 0xffffffffU;
-  struct Leaf {
-    std::array<double, 2> x, y;  ///< western and eastern, southern and northern side
-    double highest_z_world;
-    /// The tiles beyond the sides west, east, south, north: of the southern (western) half, of the
-    /// other half.
-    std::array<std::array<std::uint32_t, 2>, 4> beyond;
-  };
   struct Node {
     double x_middle, y_middle;
     std::array<std::int32_t, 4> children;  ///< node; -1 none; -2 - leaf
@@ -68,13 +55,13 @@ class TileMap {
   void find_neighbours(const std::vector<CutTile>& cut);
   std::int32_t root_at(double x_world, double y_world) const;
   std::uint32_t leaf_at(double x_world, double y_world) const;
-  std::uint32_t leaf_on_ray(std::int32_t node, const WalkRay& ray, double t) const;
-  /// The nearest root that the ray enters at t or later.
-  bool enter_root(const WalkRay& ray, double t, double t_max, TilePassage& passage) const;
-  /// Completes a passage whose tile and entry are known; goes on from tile to tile until the ground
-  /// may be met.
-  bool go_to_ground(const WalkRay& ray, double t_max, TilePassage& passage) const;
-  bool step(const WalkRay& ray, double t_max, TilePassage& passage) const;
+  std::uint32_t leaf_on_ray(std::int32_t node, const RayLanes& rays, int lane, double t) const;
+  /// Puts a ray into the nearest root that it enters at t or later.
+  bool enter_root(RayLanes& rays, int lane, double t) const;
+  /// Completes the passages of rays whose tile and entry are known, going on from tile to tile until
+  /// the ground may be met.
+  /// passed   those that have passed through the tile where they are
+  LaneMask go_to_ground(RayLanes& rays, LaneMask asked, LaneMask passed) const;
 
   int root_level_ = 0;
   double root_side_m_ = 0.0;

@@ -2,10 +2,31 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/packet_code.h"
 #include "geo/camera_model.h"
 
 namespace terracast::geo {
 namespace {
+
+struct Pinhole {
+  double fx, fy, cx, cy;
+  double width_px, height_px;
+};
+
+TERRACAST_PACKET_CODE
+void find_in_pinhole_image(const Pinhole& given, const RayBlock& rays,
+                           std::int32_t (&is_in)[RayBlock::kRays]) {
+  const Pinhole c = given;
+  double in[RayBlock::kRays];
+  for (int i = 0; i < RayBlock::kRays; ++i) {
+    const double u = c.fx * (rays.x[i] / rays.z[i]) + c.cx;
+    const double v = c.fy * (rays.y[i] / rays.z[i]) + c.cy;
+    in[i] = (rays.z[i] > 0.0) & (u >= 0.0) & (v >= 0.0) & (u < c.width_px) & (v < c.height_px)
+                ? 1.0
+                : 0.0;
+  }
+  for (int i = 0; i < RayBlock::kRays; ++i) is_in[i] = static_cast<std::int32_t>(in[i]);
+}
 
 /// u = fx x / z + cx, v = fy y / z + cy.
 class PinholeCamera final : public CameraModel {
@@ -27,6 +48,20 @@ class PinholeCamera final : public CameraModel {
     if (!(ray_camera.z() > 0.0)) return std::nullopt;
     return Eigen::Vector2d(fx_ * (ray_camera.x() / ray_camera.z()) + cx_,
                            fy_ * (ray_camera.y() / ray_camera.z()) + cy_);
+  }
+
+  std::uint32_t find_in_image(const RayBlock& rays_camera) const override {
+    std::int32_t is_in[RayBlock::kRays];
+    find_in_pinhole_image({.fx = fx_,
+                           .fy = fy_,
+                           .cx = cx_,
+                           .cy = cy_,
+                           .width_px = static_cast<double>(width_px()),
+                           .height_px = static_cast<double>(height_px())},
+                          rays_camera, is_in);
+    std::uint32_t in_image = 0;
+    for (int i = 0; i < RayBlock::kRays; ++i) in_image |= static_cast<std::uint32_t>(is_in[i]) << i;
+    return in_image;
   }
 
   Eigen::Matrix<double, 2, 3> pixel_jacobian(const Eigen::Vector3d& ray_camera) const override {

@@ -43,6 +43,37 @@ TEST_P(CameraLaws, PixelToRayToPixelReturns) {
   }
 }
 
+// Rays all around, and rays a few roundings on either side of the image's borders.
+TEST_P(CameraLaws, SeveralRaysAreInTheImageAsEachOneIs) {
+  int num_in = 0;
+  for (std::uint64_t i = 0; i < 5000; ++i) {
+    RayBlock block;
+    std::uint32_t expected = 0;
+    for (int k = 0; k < RayBlock::kRays; ++k) {
+      const std::uint64_t index = i * RayBlock::kRays + static_cast<std::uint64_t>(k);
+      Eigen::Vector3d ray;
+      if (k % 2 == 0) {
+        for (int axis = 0; axis < 3; ++axis)
+          ray[axis] = core::random_between(-1, 1, kSeed, 20 + axis, index);
+      } else {
+        Eigen::Vector2d pixel = random_pixel(*camera_, index);
+        pixel[k / 2 % 2] =
+            k < 4 ? 0.0 : (k / 2 % 2 == 0 ? camera_->width_px() : camera_->height_px());
+        ray = camera_->ray_from_pixel(pixel) * core::random_between(0.5, 2.0, kSeed, 23, index);
+      }
+      block.x[k] = ray.x();
+      block.y[k] = ray.y();
+      block.z[k] = ray.z();
+      const auto pixel = camera_->pixel_from_ray(ray);
+      if (pixel && camera_->contains(*pixel)) expected |= std::uint32_t{1} << k;
+    }
+    ASSERT_EQ(camera_->find_in_image(block), expected) << i;
+    num_in += __builtin_popcount(expected);
+  }
+  EXPECT_GT(num_in, 5000);
+  EXPECT_LT(num_in, 35000);
+}
+
 TEST_P(CameraLaws, JacobianIsTheCentralDifference) {
   for (std::uint64_t i = 0; i < 1000; ++i) {
     const double scale = core::random_between(0.5, 2.0, kSeed, 4, i);

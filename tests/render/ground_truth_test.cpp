@@ -9,6 +9,7 @@
 #include "capture/channel.h"
 #include "capture/labels.h"
 #include "core/parallel.h"
+#include "core/random.h"
 #include "tests/render/scene.h"
 #include "tests/support/test_data.h"
 
@@ -50,6 +51,33 @@ TEST(GroundTruth, APlaneIsWhereItsEquationPutsIt) {
     }
   }
   EXPECT_GT(num_ground, 400);
+}
+
+// Points all around, and points whose pixels are a few roundings on either side of the border.
+TEST(View, SeveralPointsAreInTheImageAsEachOneIs) {
+  const SequencePlan plan = test::small_plan(2, 40, 32);
+  const ViewTable views(plan.states, plan.cameras);
+  const View& view = views.at(1, 0);
+  int num_in = 0;
+  for (std::uint64_t i = 0; i < 5000; ++i) {
+    geo::RayBlock points;
+    std::uint32_t expected = 0;
+    for (int k = 0; k < geo::RayBlock::kRays; ++k) {
+      const std::uint64_t index = i * geo::RayBlock::kRays + static_cast<std::uint64_t>(k);
+      const Eigen::Vector2d pixel(k % 2 == 0 ? 0.0 : core::random_between(-20, 60, 5, 1, index),
+                                  k % 2 == 1 ? 32.0 : core::random_between(-20, 50, 5, 2, index));
+      const double depth_m = core::random_between(-100, 1000, 5, 3, index);
+      const Eigen::Vector3d point = view.center_world + depth_m * view.ray_world(pixel);
+      points.x[k] = point.x();
+      points.y[k] = point.y();
+      points.z[k] = point.z();
+      if (view.has_in_image(point)) expected |= std::uint32_t{1} << k;
+    }
+    ASSERT_EQ(view.find_in_image(points), expected) << i;
+    num_in += __builtin_popcount(expected);
+  }
+  EXPECT_GT(num_in, 2000);
+  EXPECT_LT(num_in, 35000);
 }
 
 struct PairCount {

@@ -1,0 +1,284 @@
+#include "world/cast_lanes.h"
+
+#include <embree3/rtcore.h>
+
+#include <cmath>
+
+#include "core/packet_code.h"
+#include "world/triangle_plane.h"
+
+namespace terracast::world {
+namespace {
+
+using core::larger;
+using core::smaller;
+
+constexpr int kLanes = RayLanes::kLanes;
+/// More than positions in a cell err by.
+constexpr double kRoomCells = 1e-6;
+
+/// What of a tile the lanes need.
+struct TileFrame {
+  explicit TileFrame(const TileScene& scene)
+      : grid(scene.grid()),
+        entry_tops_z_world(scene.entry_tops_z_world()),
+        center_x(scene.center_world().x()),
+        center_y(scene.center_world().y()),
+        center_z(scene.center_world().z()),
+        epsilon_m(scene.epsilon_m()),
+        clear_m(scene.clear_m()) {}
+
+  const TerrainGrid& grid;
+  const double* entry_tops_z_world;
+  double center_x, center_y, center_z;
+  double epsilon_m;
+  double clear_m;
+};
+
+// Loops become vector code only where what they compare, choose and store is of one width: a truth
+// that comes from doubles is a double, 0 or 1, until a loop of its own makes it an integer.
+using Doubles = RayLanes::Field<double>;
+using Integers = RayLanes::Field<std::int32_t>;
+
+TERRACAST_PACKET_INLINE double truth(bool is_so) { return is_so ? 1.0 : 0.0; }
+
+TERRACAST_PACKET_INLINE void set_cells(const Doubles& cells, Integers& cell) {
+  for (int i = 0; i < kLanes; ++i)
+    cell[i] = static_cast<std::int32_t>(smaller(larger(cells[i], 0.0), kTileCells - 1.0));
+}
+
+/// Returns the rays that are well above the surface where they are cast.
+TERRACAST_PACKET_CODE
+LaneMask find_clear_starts(const TileFrame& tile, const RayLanes& rays,
+                           CastLanes& __restrict casts) {
+  const double corner_x = tile.grid.corner_x_world;
+  const double corner_y = tile.grid.corner_y_world;
+  const double cells_per_m = tile.grid.inverse_spacing;
+  Doubles side, x_cells, y_cells, along;
+  for (int i = 0; i < kLanes; ++i) {
+    side[i] = rays.side[i];
+    x_cells[i] =
+        (rays.origin_x[i] + rays.t_entry[i] * rays.direction_x[i] - corner_x) * cells_per_m;
+    y_cells[i] =
+        (rays.origin_y[i] + rays.t_entry[i] * rays.direction_y[i] - corner_y) * cells_per_m;
+  }
+  for (int i = 0; i < kLanes; ++i) along[i] = side[i] < 2.0 ? y_cells[i] : x_cells[i];
+  Integers cell;
+  set_cells(along, cell);
+  Doubles top;
+  for (int i = 0; i < kLanes; ++i) {
+    const int row = rays.side[i] < 0 ? TileScene::kInside : rays.side[i];
+    top[i] = tile.entry_tops_z_world[row * TileScene::kEntryBlocks +
+                                     cell[i] / TileScene::kEntryBlockCells];
+  }
+  Doubles t_high, t_entry, falls, is_clear;
+  for (int i = 0; i < kLanes; ++i) {
+    t_high[i] = rays.t_top[i] + 2.0 * tile.clear_m * rays.inverse_z[i];
+    t_entry[i] = rays.t_entry[i];
+    const double z = rays.origin_z[i] + rays.t_entry[i] * rays.direction_z[i];
+    falls[i] = truth((rays.direction_z[i] < 0.0) & (t_high[i] > t_entry[i]));
+    is_clear[i] = larger(falls[i], truth(z > top[i]));
+  }
+  for (int i = 0; i < kLanes; ++i) casts.t_cast[i] = falls[i] > 0.0 ? t_high[i] : t_entry[i];
+  Integers clear;
+  for (int i = 0; i < kLanes; ++i) clear[i] = static_cast<std::int32_t>(is_clear[i]);
+  return lanes_where(clear);
+}
+
+TERRACAST_PACKET_CODE
+void fill_packet(const TileFrame& tile, const RayLanes& rays, const Doubles& t_cast, LaneMask cast,
+                 const CastLanes::Packet& packet) {
+  RayLanes::Field<float> x, y, z, way_m;
+  for (int i = 0; i < kLanes; ++i) {
+    const double t = t_cast[i];
+    const double t_exit = rays.t_exit[i];
+    const double t_end = smaller(t_exit, rays.t_top[i]);
+    const double end = rays.direction_z[i] < 0.0 ? t_exit : t_end;
+    x[i] = static_cast<float>(rays.origin_x[i] + t * rays.direction_x[i] - tile.center_x);
+    y[i] = static_cast<float>(rays.origin_y[i] + t * rays.direction_y[i] - tile.center_y);
+    z[i] = static_cast<float>(rays.origin_z[i] + t * rays.direction_z[i] - tile.center_z -
+                              tile.epsilon_m);
+    way_m[i] = static_cast<float>((end - t) * rays.length_m[i] * kFloatRounding +
+                                  kFarPerEpsilon * tile.epsilon_m);
+  }
+  for (int i = 0; i < kLanes; ++i) packet.x[i] = x[i];
+  for (int i = 0; i < kLanes; ++i) packet.y[i] = y[i];
+  for (int i = 0; i < kLanes; ++i) packet.z[i] = z[i];
+  for (int i = 0; i < kLanes; ++i) packet.way_m[i] = way_m[i];
+  for (int i = 0; i < kLanes; ++i) packet.direction_x[i] = rays.unit_x[i];
+  for (int i = 0; i < kLanes; ++i) packet.direction_y[i] = rays.unit_y[i];
+  for (int i = 0; i < kLanes; ++i) packet.direction_z[i] = rays.unit_z[i];
+  for (int i = 0; i < kLanes; ++i) packet.near_m[i] = 0.0F;
+  for (int i = 0; i < kLanes; ++i) packet.time[i] = 0.0F;
+  for (int i = 0; i < kLanes; ++i) packet.mask[i] = 0xffffffffU;
+  for (int i = 0; i < kLanes; ++i) packet.id[i] = 0U;
+  for (int i = 0; i < kLanes; ++i) packet.flags[i] = 0U;
+  for (int i = 0; i < kLanes; ++i) packet.geometry[i] = RTC_INVALID_GEOMETRY_ID;
+  for (int i = 0; i < kLanes; ++i) packet.valid[i] = -static_cast<std::int32_t>((cast >> i) & 1U);
+}
+
+/// A walk's beginning, and whether (0 or 1) it may be at once at its end.
+struct Beginnings {
+  Doubles t;
+  Doubles is_plain;
+};
+
+TERRACAST_PACKET_CODE
+void begin_walks(const TileFrame& tile, const RayLanes& rays, const Doubles& t_cast,
+                 const CastLanes::Proposals& near, Beginnings& __restrict begin) {
+  RayLanes::Field<float> inverse_rate, is_plain;
+  for (int i = 0; i < kLanes; ++i) {
+    const float along = rays.unit_x[i] * near.normal_x[i] + rays.unit_y[i] * near.normal_y[i] +
+                        rays.unit_z[i] * near.normal_z[i];
+    const float rate = near.normal_z[i] / along;
+    inverse_rate[i] = rate < 0.0F ? -rate : rate;
+    const float low = smaller(near.u[i], near.v[i]);
+    const float high = larger(near.u[i], near.v[i]);
+    is_plain[i] = (inverse_rate[i] <= kGrazing) & (low > TileScene::kRingEnd) &
+                          (high < 1.0F - TileScene::kRingEnd)
+                      ? 1.0F
+                      : 0.0F;
+  }
+  for (int i = 0; i < kLanes; ++i) {
+    const double back = kBackPerEpsilon * tile.epsilon_m * static_cast<double>(inverse_rate[i]) *
+                        rays.inverse_length[i];
+    const double t = t_cast[i] + static_cast<double>(near.way_m[i]) * rays.inverse_length[i] - back;
+    begin.t[i] = smaller(larger(t, t_cast[i]), rays.t_exit[i]);
+    begin.is_plain[i] =
+        truth((static_cast<double>(is_plain[i]) > 0.0) & (begin.t[i] > rays.t_entry[i]));
+  }
+}
+
+/// Returns the rays that cross the triangle in which they begin.
+TERRACAST_PACKET_CODE
+LaneMask cross_triangles(const TileFrame& tile, const RayLanes& rays, const Beginnings& begin,
+                         CrossingLanes& __restrict crossings) {
+  const TerrainGrid& grid = tile.grid;
+  const double cells_per_m = grid.inverse_spacing;
+  const double spacing_m = grid.spacing_m;
+  const double corner_x = grid.corner_x_world;
+  const double corner_y = grid.corner_y_world;
+  Doubles x_cells, y_cells;  // where the walk begins
+  Doubles qx, qy;
+  for (int i = 0; i < kLanes; ++i) {
+    qx[i] = rays.direction_x[i] * cells_per_m;
+    qy[i] = rays.direction_y[i] * cells_per_m;
+    x_cells[i] = (rays.origin_x[i] - corner_x) * cells_per_m + begin.t[i] * qx[i];
+    y_cells[i] = (rays.origin_y[i] - corner_y) * cells_per_m + begin.t[i] * qy[i];
+  }
+  Integers cell_x, cell_y;
+  set_cells(x_cells, cell_x);
+  set_cells(y_cells, cell_y);
+
+  Doubles along_x, along_y;  // of the beginning, from the triangle's right angle into it
+  Doubles from_x, from_y;    // of the ray's origin, from there
+  Doubles is_upper;
+  for (int i = 0; i < kLanes; ++i) {
+    const double x = cell_x[i];
+    const double y = cell_y[i];
+    const double u = x_cells[i] - x;
+    const double v = y_cells[i] - y;
+    const double k = truth(u + v > 1.0);
+    along_x[i] = k + (1.0 - 2.0 * k) * u;
+    along_y[i] = k + (1.0 - 2.0 * k) * v;
+    from_x[i] = (rays.origin_x[i] - (corner_x + x * spacing_m)) * cells_per_m - k;
+    from_y[i] = (rays.origin_y[i] - (corner_y + y * spacing_m)) * cells_per_m - k;
+    is_upper[i] = k;
+  }
+
+  const auto column = static_cast<std::int32_t>(grid.sample_stride);
+  const auto row = static_cast<std::int32_t>(grid.row_stride);
+  Integers upper, corner, beside_x, beside_y;
+  for (int i = 0; i < kLanes; ++i) {
+    const std::int32_t k = static_cast<std::int32_t>(is_upper[i]);
+    upper[i] = k;
+    corner[i] = (cell_y[i] + k) * row + (cell_x[i] + k) * column;
+    beside_x[i] = corner[i] + (1 - 2 * k) * column;
+    beside_y[i] = corner[i] + (1 - 2 * k) * row;
+  }
+  RayLanes::Field<float> z_corner, z_x, z_y;
+  for (int i = 0; i < kLanes; ++i) {
+    z_corner[i] = grid.z_tile[corner[i]];
+    z_x[i] = grid.z_tile[beside_x[i]];
+    z_y[i] = grid.z_tile[beside_y[i]];
+  }
+
+  Doubles crosses;
+  for (int i = 0; i < kLanes; ++i) {
+    const double upward = 2.0 * is_upper[i] - 1.0;
+    const TrianglePlane plane =
+        triangle_plane(static_cast<double>(z_corner[i]), static_cast<double>(z_x[i]),
+                       static_cast<double>(z_y[i]), upward, from_x[i], from_y[i],
+                       rays.origin_z[i] - tile.center_z, rays.direction_z[i], qx[i], qy[i]);
+    const double t = -plane.a / plane.b;
+    const double hit_x = -upward * (from_x[i] + t * qx[i]);
+    const double hit_y = -upward * (from_y[i] + t * qy[i]);
+    const double room = smaller(smaller(along_x[i], along_y[i]), smaller(hit_x, hit_y));
+    const double reach = larger(along_x[i] + along_y[i], hit_x + hit_y);
+    crossings.t[i] = t;
+    crossings.slope_x[i] = plane.rise_x * cells_per_m;
+    crossings.slope_y[i] = plane.rise_y * cells_per_m;
+    crosses[i] =
+        truth((begin.is_plain[i] > 0.0) & (plane.b < 0.0) & (plane.a + plane.b * begin.t[i] > 0.0) &
+              (t < rays.t_exit[i]) & (room > kRoomCells) & (reach < 1.0 - kRoomCells));
+  }
+  Integers is_crossing;
+  for (int i = 0; i < kLanes; ++i) {
+    is_crossing[i] = static_cast<std::int32_t>(crosses[i]);
+    crossings.cell_x[i] = cell_x[i];
+    crossings.cell_y[i] = cell_y[i];
+    crossings.is_upper[i] = upper[i];
+  }
+  return lanes_where(is_crossing);
+}
+
+TERRACAST_PACKET_CODE
+LaneMask proposed_lanes(const int* valid, const unsigned* geometry) {
+  Integers is_proposed;
+  for (int i = 0; i < kLanes; ++i)
+    is_proposed[i] = -valid[i] & (geometry[i] != RTC_INVALID_GEOMETRY_ID ? 1 : 0);
+  return lanes_where(is_proposed);
+}
+
+}  // namespace
+
+void CrossingLanes::set(int lane, const WalkResult& walked) {
+  t[lane] = walked.t;
+  slope_x[lane] = walked.slope_x;
+  slope_y[lane] = walked.slope_y;
+  cell_x[lane] = walked.cell_x;
+  cell_y[lane] = walked.cell_y;
+  is_upper[lane] = walked.is_upper ? 1 : 0;
+}
+
+void CrossingLanes::copy(int lane, const CrossingLanes& from, int from_lane) {
+  t[lane] = from.t[from_lane];
+  slope_x[lane] = from.slope_x[from_lane];
+  slope_y[lane] = from.slope_y[from_lane];
+  cell_x[lane] = from.cell_x[from_lane];
+  cell_y[lane] = from.cell_y[from_lane];
+  is_upper[lane] = from.is_upper[from_lane];
+}
+
+LaneMask CastLanes::find_starts(const TileScene& scene, const RayLanes& rays) {
+  return find_clear_starts(TileFrame(scene), rays, *this);
+}
+
+void CastLanes::fill(const TileScene& scene, const RayLanes& rays, LaneMask cast,
+                     const Packet& packet) const {
+  fill_packet(TileFrame(scene), rays, t_cast, cast, packet);
+}
+
+CastLanes::Outcome CastLanes::cross_at_once(const TileScene& scene, const RayLanes& rays,
+                                            const Proposals& proposals,
+                                            CrossingLanes& crossings) const {
+  const LaneMask proposed = proposed_lanes(proposals.valid, proposals.geometry);
+  if (proposed == 0) return {.is_proposed = 0, .crosses = 0};
+  const TileFrame tile(scene);
+  Beginnings begin;
+  begin_walks(tile, rays, t_cast, proposals, begin);
+  return {.is_proposed = proposed,
+          .crosses = proposed & cross_triangles(tile, rays, begin, crossings)};
+}
+
+}  // namespace terracast::world

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+
+#include "world/embree_scene.h"
+#include "world/ray_lanes.h"
+
+namespace terracast::world {
+
+/// A raised triangle that the ray takes more than this way to close in on by a metre of height
+/// places its float hit too loosely along the ray; the walk then starts where the ray enters the
+/// cells around.
+inline constexpr float kGrazing = 64.0F;
+/// How far before and after a proposal the crossing of the raised surface may be, in epsilon times
+/// that way: twice the whole error that epsilon stands for.
+inline constexpr double kBackPerEpsilon = 2.0;
+/// How far beyond the tile a cast goes, in epsilon, and how much longer its way is made.
+inline constexpr double kFarPerEpsilon = 8.0;
+inline constexpr double kFloatRounding = 1.0 + 0x1.0p-20;
+
+/// Where rays cross the true surface.
+struct CrossingLanes {
+  alignas(64) RayLanes::Field<double> t;
+  RayLanes::Field<double> slope_x, slope_y;  ///< rise of the triangle, m/m
+  RayLanes::Field<std::int32_t> cell_x, cell_y, is_upper;
+
+  void set(int lane, const WalkResult& walked);
+  void copy(int lane, const CrossingLanes& from, int from_lane);
+};
+
+/// A group of rays cast at a tile: what is done for all lanes together.
+struct CastLanes {
+  alignas(64) RayLanes::Field<double> t_cast;  ///< where the cast begins
+
+  /// Sets it: a falling ray is cast from well above the tile's highest point, any other from
+  /// t_entry.
+  /// returns   rays that are there well above the surface
+  LaneMask find_starts(const TileScene& scene, const RayLanes& rays);
+
+  /// The lanes of one of Embree's packets that these rays take.
+  struct Packet {
+    int* valid;
+    float *x, *y, *z, *near_m;
+    float *direction_x, *direction_y, *direction_z, *time, *way_m;
+    unsigned *mask, *id, *flags, *geometry;
+  };
+  /// Fills all of it, starts and lengths in the tile's frame, lowered by epsilon.
+  /// cast   the lanes to be cast; Embree checks the numbers of the others too
+  void fill(const TileScene& scene, const RayLanes& rays, LaneMask cast,
+            const Packet& packet) const;
+
+  /// What Embree proposes, by pointers into its packets.
+  struct Proposals {
+    const int* valid;          ///< 0: not asked
+    const unsigned* geometry;  ///< none: no proposal
+    const float *way_m, *u, *v, *normal_x, *normal_y, *normal_z;
+  };
+  struct Outcome {
+    LaneMask is_proposed;
+    LaneMask crosses;
+  };
+  /// Finds the rays that cross the very triangle above which the walk from the proposal would
+  /// begin, and where: the same that walk_terrain finds, by the same arithmetic, where the ray falls
+  /// through that triangle with room to spare on all sides and the proposal is neither grazing nor
+  /// in the ring. Of other rays it says nothing.
+  Outcome cross_at_once(const TileScene& scene, const RayLanes& rays, const Proposals& proposals,
+                        CrossingLanes& crossings) const;
+};
+
+}  // namespace terracast::world
