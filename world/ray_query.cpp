@@ -87,6 +87,8 @@ struct RayQuery::Impl {
     SceneCache::Pin pin(cache);
     RayBatch batch;
     std::uint32_t hint = 0;
+    std::uint64_t casts = 0;
+    std::uint64_t lanes = 0;
     std::uint64_t recasts = 0;
     for (std::size_t begin = 0; begin < rays.size(); begin += RayBatch::kRays) {
       for (std::size_t g = 0; g < RayBatch::kGroups; ++g) {
@@ -101,7 +103,9 @@ struct RayQuery::Impl {
       while (packet.take()) {
         recasts += static_cast<std::uint64_t>(
             cast_through_tile<kWidth>(cache.get(pin, packet.tile()), kind, packet.groups()));
+        lanes += kWidth;
         for (CastGroup& group : packet.groups()) {
+          casts += static_cast<std::uint64_t>(__builtin_popcount(group.asked));
           for_each_lane(group.found, [&](int lane) {
             found(group.rays->id[lane], packet.tile(), group.crossings, lane);
           });
@@ -111,7 +115,10 @@ struct RayQuery::Impl {
         packet.give_back();
       }
     }
-    if (recasts > 0) num_recasts += recasts;
+    num_rays += rays.size();
+    num_casts += casts;
+    num_lanes += lanes;
+    num_recasts += recasts;
   }
 
   template <class Found>
@@ -127,6 +134,9 @@ struct RayQuery::Impl {
   const TileMap map;
   const EmbreeDevice device;
   const Eigen::Vector3d frame_shift_m;
+  std::atomic<std::uint64_t> num_rays = 0;
+  std::atomic<std::uint64_t> num_casts = 0;
+  std::atomic<std::uint64_t> num_lanes = 0;
   std::atomic<std::uint64_t> num_recasts = 0;
   SceneCache cache;  // last: its thread loads tiles by the rest
 };
@@ -228,6 +238,9 @@ RayQueryStats RayQuery::stats() const {
           .num_tiles_evicted = cache.num_evicted,
           .bytes_resident = cache.bytes_resident,
           .peak_bytes_resident = cache.peak_bytes_resident,
+          .num_rays = impl_->num_rays.load(),
+          .num_casts = impl_->num_casts.load(),
+          .num_lanes = impl_->num_lanes.load(),
           .num_recasts = impl_->num_recasts.load()};
 }
 

@@ -72,6 +72,9 @@ struct RayQueryStats {
   std::uint64_t num_tiles_evicted = 0;
   std::uint64_t bytes_resident = 0;
   std::uint64_t peak_bytes_resident = 0;
+  std::uint64_t num_rays = 0;
+  std::uint64_t num_casts = 0;    ///< of a ray at a tile
+  std::uint64_t num_lanes = 0;    ///< of the packets in which they were cast
   std::uint64_t num_recasts = 0;  ///< proposals that the double walk refused and asked Embree again
 };
 

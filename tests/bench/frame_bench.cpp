@@ -6,7 +6,8 @@
 // frame_truth traces all facts of a camera (range, normals, classes, edges, visibility in the next
 // and previous frame and in the rig's two other cameras); bare traces its primary and visibility
 // rays and does nothing with the hits. `ratio` is the bare loop's CPU time over ours, measured in
-// turn in one run. The argument is the number of threads.
+// turn in one run; `tiles_a_ray` and `packet_fill` say in how many tiles a ray is cast and what share
+// of the packets' lanes carries one. The argument is the number of threads.
 
 #include <benchmark/benchmark.h>
 
@@ -109,6 +110,11 @@ void frame_truth(benchmark::State& state) {
   state.counters["rays"] = flight.num_rays;
   state.counters["bare_cpu_ms"] = 1e3 * bare_s / frames;
   state.counters["ours_cpu_ms"] = 1e3 * ours_s / frames;
+  const world::RayQueryStats stats = flight.scene.query.stats();
+  state.counters["tiles_a_ray"] =
+      static_cast<double>(stats.num_casts) / static_cast<double>(stats.num_rays);
+  state.counters["packet_fill"] =
+      static_cast<double>(stats.num_casts) / static_cast<double>(stats.num_lanes);
   state.counters["ours_ns_a_ray"] = 1e9 * ours_s / frames / flight.num_rays;
 }
 
