@@ -32,13 +32,17 @@ function(terracast_tests folder)
   if(NOT ARG_LABEL)
     set(ARG_LABEL unit)
   endif()
+  # The long ones first, so that both cores are busy to the end.
+  if(ARG_LABEL STREQUAL e2e)
+    set(cost COST 1000)
+  endif()
   set(target terracast_${folder}_tests)
   add_executable(${target} ${sources})
   list(TRANSFORM ARG_USES PREPEND terracast_ OUTPUT_VARIABLE used)
   target_link_libraries(${target} PRIVATE ${used} ${ARG_LINKS} terracast_test_support
     terracast_warnings GTest::gtest_main GTest::gmock)
   gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${folder}.
-    PROPERTIES LABELS ${ARG_LABEL})
+    PROPERTIES LABELS ${ARG_LABEL} ${cost})
 endfunction()
 if(TERRACAST_TESTS)
   include(GoogleTest)

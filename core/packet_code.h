@@ -3,8 +3,10 @@
 /// Functions over packets that are compiled twice, for baseline x86-64 (which has no 32-bit vector
 /// multiply) and for AVX2; the processor's own is taken at run time. Both do the same IEEE
 /// operations in the same order, so that their results are equal bit for bit. What they call must
-/// be TERRACAST_PACKET_INLINE to be compiled with them.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+/// be TERRACAST_PACKET_INLINE to be compiled with them. TERRACAST_BASELINE_PACKETS leaves AVX2 out,
+/// for the test that compares the two.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(TERRACAST_BASELINE_PACKETS)
 #define TERRACAST_PACKET_CODE __attribute__((target_clones("avx2", "default")))
 #else
 #define TERRACAST_PACKET_CODE
@@ -23,5 +25,9 @@ template <class T>
 TERRACAST_PACKET_INLINE T larger(T a, T b) {
   return a > b ? a : b;
 }
+
+// Loops become vector code only where what they compare, choose and store is of one width: a truth
+// that comes from doubles is a double, 0 or 1, until a loop of its own makes it an integer.
+TERRACAST_PACKET_INLINE double truth(bool is_so) { return is_so ? 1.0 : 0.0; }
 
 }  // namespace terracast::core

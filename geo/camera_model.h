@@ -21,12 +21,12 @@ struct CameraIntrinsics {
   bool operator==(const CameraIntrinsics&) const = default;
 };
 
-/// Rays of a frame, field by field, for models that work on several together.
-struct RayBlock {
-  static constexpr int kRays = 8;
-  alignas(64) double x[kRays];
-  double y[kRays];
-  double z[kRays];
+/// Rays or points of a frame, field by field, for what works on several together.
+struct VectorBlock {
+  static constexpr int kVectors = 8;
+  alignas(64) double x[kVectors];
+  double y[kVectors];
+  double z[kVectors];
 };
 
 /// Maps directions of the camera frame to pixels and back. Threads: safe.
@@ -48,9 +48,9 @@ class CameraModel {
       const Eigen::Vector3d& ray_camera) const = 0;
 
   /// Which rays project into the image, a bit each: as pixel_from_ray and contains say.
-  virtual std::uint32_t find_in_image(const RayBlock& rays_camera) const {
+  virtual std::uint32_t find_in_image(const VectorBlock& rays_camera) const {
     std::uint32_t in_image = 0;
-    for (int i = 0; i < RayBlock::kRays; ++i) {
+    for (int i = 0; i < VectorBlock::kVectors; ++i) {
       const std::optional<Eigen::Vector2d> pixel =
           pixel_from_ray({rays_camera.x[i], rays_camera.y[i], rays_camera.z[i]});
       if (pixel && contains(*pixel)) in_image |= std::uint32_t{1} << i;

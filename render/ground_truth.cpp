@@ -1,5 +1,6 @@
 #include "render/ground_truth.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -24,8 +25,9 @@ struct UnitScratch {
   std::vector<world::WorldRay> rays;
   std::vector<world::SurfaceHit> hits;
   std::vector<std::size_t> pixels;  ///< of the rays
-  std::vector<std::size_t> ground;  ///< pixels whose ray met the ground
-  std::vector<geo::RayBlock> points;
+  std::vector<std::size_t> ground;  ///< rays that met the ground
+  std::vector<std::size_t> ground_pixels;
+  std::vector<geo::VectorBlock> ground_points;  ///< the last point fills the last block
   GroundPacket packet;
   Lanes<std::uint8_t> classes;
 
@@ -34,6 +36,8 @@ struct UnitScratch {
     hits.reserve(kUnitRays);
     pixels.reserve(kUnitRays);
     ground.reserve(kUnitRays);
+    ground_pixels.reserve(kUnitRays);
+    ground_points.reserve(kUnitRays / geo::VectorBlock::kVectors);
   }
   std::span<const world::SurfaceHit> cast(const world::RayQuery& query) {
     hits.resize(rays.size());
@@ -128,8 +132,7 @@ class TruthTracer {
       scratch.ground.push_back(i);
     }
     classify(scratch);
-    for (std::size_t& i : scratch.ground) i = scratch.pixels[i];
-    set_points(scratch);
+    keep_ground(scratch);
     for (const Target& target : targets_) see_from(target, scratch);
   }
 
@@ -152,32 +155,33 @@ class TruthTracer {
     }
   }
 
-  /// scratch.ground: pixels that met the ground; the last point fills the block it is in.
-  void set_points(UnitScratch& scratch) const {
-    constexpr std::size_t kBlock = geo::RayBlock::kRays;
-    scratch.points.resize((scratch.ground.size() + kBlock - 1) / kBlock);
-    for (std::size_t i = 0; i < scratch.points.size() * kBlock; ++i) {
-      const std::size_t pixel = scratch.ground[std::min(i, scratch.ground.size() - 1)];
+  /// Sets ground_pixels and ground_points: rays and pixels are used again for the visibility rays.
+  void keep_ground(UnitScratch& scratch) const {
+    constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
+    scratch.ground_pixels.clear();
+    for (const std::size_t i : scratch.ground) scratch.ground_pixels.push_back(scratch.pixels[i]);
+    scratch.ground_points.resize((scratch.ground.size() + kBlock - 1) / kBlock);
+    for (std::size_t i = 0; i < scratch.ground_points.size() * kBlock; ++i) {
+      const std::size_t pixel = scratch.ground_pixels[std::min(i, scratch.ground.size() - 1)];
       const Eigen::Vector3d& point = truth_.point_world[pixel];
-      geo::RayBlock& block = scratch.points[i / kBlock];
+      geo::VectorBlock& block = scratch.ground_points[i / kBlock];
       block.x[i % kBlock] = point.x();
       block.y[i % kBlock] = point.y();
       block.z[i % kBlock] = point.z();
     }
   }
 
-  /// scratch.ground: pixels that met the ground; scratch.points: their points.
   void see_from(const Target& target, UnitScratch& scratch) {
     scratch.rays.clear();
     scratch.pixels.clear();
-    for (std::size_t block = 0; block < scratch.points.size(); ++block) {
-      const std::size_t first = block * geo::RayBlock::kRays;
+    for (std::size_t block = 0; block < scratch.ground_points.size(); ++block) {
+      const std::size_t first = block * geo::VectorBlock::kVectors;
       const std::size_t count =
-          std::min<std::size_t>(geo::RayBlock::kRays, scratch.ground.size() - first);
-      const std::uint32_t in_image = target.view->find_in_image(scratch.points[block]);
+          std::min<std::size_t>(geo::VectorBlock::kVectors, scratch.ground_pixels.size() - first);
+      const std::uint32_t in_image = target.view->find_in_image(scratch.ground_points[block]);
       for (std::size_t i = 0; i < count; ++i) {
         if (((in_image >> i) & 1U) == 0) continue;
-        const std::size_t pixel = scratch.ground[first + i];
+        const std::size_t pixel = scratch.ground_pixels[first + i];
         scratch.rays.push_back(ray_to(*target.view, truth_.point_world[pixel]));
         scratch.pixels.push_back(pixel);
       }

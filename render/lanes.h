@@ -5,7 +5,7 @@
 
 namespace terracast::render {
 
-/// How many samples are shaded together: a packet of rays.
+/// How many samples are shaded together.
 inline constexpr int kLanes = 16;
 
 /// One value for each sample of a packet. Loops over all kLanes of it are what the compiler turns

@@ -5,7 +5,7 @@
 
 namespace terracast::render {
 
-/// Side of the pixel blocks whose rays travel as one packet.
+/// Side of the pixel blocks in whose order an image is traced: rays of a block travel together.
 inline constexpr int kBlockSide = 4;
 
 /// A rectangle of pixels that is one unit of parallel work; units tile the image row by row.
@@ -33,8 +33,8 @@ struct PixelGrid {
   }
 };
 
-/// Calls visit(x, y) for a unit's pixels block by block: a packet of rays is the same pixels
-/// whatever the threads and shards.
+/// Calls visit(x, y) for a unit's pixels block by block: the same order whatever the threads and
+/// shards.
 template <class Visit>
 void for_each_pixel(const PixelUnit& unit, const Visit& visit) {
   for (int by = unit.y0; by < unit.y1; by += kBlockSide)

@@ -8,8 +8,8 @@ namespace {
 /// View::camera_from_world of several points.
 /// rows   of the rotation from world to camera
 TERRACAST_PACKET_CODE
-void to_camera_frame(const double* center, const double* rows, const geo::RayBlock& points,
-                     geo::RayBlock& __restrict rays) {
+void to_camera_frame(const double* center, const double* rows, const geo::VectorBlock& points,
+                     geo::VectorBlock& __restrict rays) {
   const double* const r = rows;
   const double center_x = center[0];
   const double center_y = center[1];
@@ -17,7 +17,7 @@ void to_camera_frame(const double* center, const double* rows, const geo::RayBlo
   const double xx = r[0], xy = r[1], xz = r[2];
   const double yx = r[3], yy = r[4], yz = r[5];
   const double zx = r[6], zy = r[7], zz = r[8];
-  for (int i = 0; i < geo::RayBlock::kRays; ++i) {
+  for (int i = 0; i < geo::VectorBlock::kVectors; ++i) {
     const double x = points.x[i] - center_x;
     const double y = points.y[i] - center_y;
     const double z = points.z[i] - center_z;
@@ -29,8 +29,8 @@ void to_camera_frame(const double* center, const double* rows, const geo::RayBlo
 
 }  // namespace
 
-std::uint32_t View::find_in_image(const geo::RayBlock& points_world) const {
-  geo::RayBlock rays_camera;
+std::uint32_t View::find_in_image(const geo::VectorBlock& points_world) const {
+  geo::VectorBlock rays_camera;
   // Eigen keeps matrices column by column: the transpose's rows.
   to_camera_frame(center_world.data(), world_from_camera.data(), points_world, rays_camera);
   return model->find_in_image(rays_camera);

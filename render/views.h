@@ -41,7 +41,7 @@ struct View {
     return pixel && model->contains(*pixel);
   }
   /// The same of several points, a bit each.
-  std::uint32_t find_in_image(const geo::RayBlock& points_world) const;
+  std::uint32_t find_in_image(const geo::VectorBlock& points_world) const;
 };
 
 /// All views of a sequence, by frame and camera. Threads: safe.

@@ -2,8 +2,6 @@
 
 #include <embree3/rtcore.h>
 
-#include <cmath>
-
 #include "core/packet_code.h"
 #include "world/triangle_plane.h"
 
@@ -12,35 +10,11 @@ namespace {
 
 using core::larger;
 using core::smaller;
+using core::truth;
 
 constexpr int kLanes = RayLanes::kLanes;
 /// More than positions in a cell err by.
 constexpr double kRoomCells = 1e-6;
-
-/// What of a tile the lanes need.
-struct TileFrame {
-  explicit TileFrame(const TileScene& scene)
-      : grid(scene.grid()),
-        entry_tops_z_world(scene.entry_tops_z_world()),
-        center_x(scene.center_world().x()),
-        center_y(scene.center_world().y()),
-        center_z(scene.center_world().z()),
-        epsilon_m(scene.epsilon_m()),
-        clear_m(scene.clear_m()) {}
-
-  const TerrainGrid& grid;
-  const double* entry_tops_z_world;
-  double center_x, center_y, center_z;
-  double epsilon_m;
-  double clear_m;
-};
-
-// Loops become vector code only where what they compare, choose and store is of one width: a truth
-// that comes from doubles is a double, 0 or 1, until a loop of its own makes it an integer.
-using Doubles = RayLanes::Field<double>;
-using Integers = RayLanes::Field<std::int32_t>;
-
-TERRACAST_PACKET_INLINE double truth(bool is_so) { return is_so ? 1.0 : 0.0; }
 
 TERRACAST_PACKET_INLINE void set_cells(const Doubles& cells, Integers& cell) {
   for (int i = 0; i < kLanes; ++i)
@@ -81,7 +55,7 @@ LaneMask find_clear_starts(const TileFrame& tile, const RayLanes& rays,
   }
   for (int i = 0; i < kLanes; ++i) casts.t_cast[i] = falls[i] > 0.0 ? t_high[i] : t_entry[i];
   Integers clear;
-  for (int i = 0; i < kLanes; ++i) clear[i] = static_cast<std::int32_t>(is_clear[i]);
+  set_integers(is_clear, clear);
   return lanes_where(clear);
 }
 
@@ -90,16 +64,11 @@ void fill_packet(const TileFrame& tile, const RayLanes& rays, const Doubles& t_c
                  const CastLanes::Packet& packet) {
   RayLanes::Field<float> x, y, z, way_m;
   for (int i = 0; i < kLanes; ++i) {
-    const double t = t_cast[i];
-    const double t_exit = rays.t_exit[i];
-    const double t_end = smaller(t_exit, rays.t_top[i]);
-    const double end = rays.direction_z[i] < 0.0 ? t_exit : t_end;
-    x[i] = static_cast<float>(rays.origin_x[i] + t * rays.direction_x[i] - tile.center_x);
-    y[i] = static_cast<float>(rays.origin_y[i] + t * rays.direction_y[i] - tile.center_y);
-    z[i] = static_cast<float>(rays.origin_z[i] + t * rays.direction_z[i] - tile.center_z -
-                              tile.epsilon_m);
-    way_m[i] = static_cast<float>((end - t) * rays.length_m[i] * kFloatRounding +
-                                  kFarPerEpsilon * tile.epsilon_m);
+    const FloatCast start = float_cast(tile, rays, i, t_cast[i]);
+    x[i] = start.x;
+    y[i] = start.y;
+    z[i] = start.z;
+    way_m[i] = start.way_m;
   }
   for (int i = 0; i < kLanes; ++i) packet.x[i] = x[i];
   for (int i = 0; i < kLanes; ++i) packet.y[i] = y[i];
@@ -149,72 +118,87 @@ void begin_walks(const TileFrame& tile, const RayLanes& rays, const Doubles& t_c
   }
 }
 
-/// Returns the rays that cross the triangle in which they begin.
-TERRACAST_PACKET_CODE
-LaneMask cross_triangles(const TileFrame& tile, const RayLanes& rays, const Beginnings& begin,
-                         CrossingLanes& __restrict crossings) {
-  const TerrainGrid& grid = tile.grid;
+/// The triangles above which walks begin.
+struct Triangles {
+  Integers cell_x, cell_y, is_upper;
+  Doubles upward;            ///< +1 for the upper triangle, -1 for the lower one
+  Doubles along_x, along_y;  ///< of the beginning, from the triangle's right angle into it
+  Doubles from_x, from_y;    ///< of the ray's origin, from the right angle
+  Doubles qx, qy;            ///< cells a t
+  RayLanes::Field<float> z_corner, z_x, z_y;  ///< heights at the right angle, along x, along y
+};
+
+TERRACAST_PACKET_INLINE void find_triangles(const TerrainGrid& grid, const RayLanes& rays,
+                                            const Beginnings& begin,
+                                            Triangles& __restrict triangles) {
   const double cells_per_m = grid.inverse_spacing;
   const double spacing_m = grid.spacing_m;
   const double corner_x = grid.corner_x_world;
   const double corner_y = grid.corner_y_world;
   Doubles x_cells, y_cells;  // where the walk begins
-  Doubles qx, qy;
   for (int i = 0; i < kLanes; ++i) {
-    qx[i] = rays.direction_x[i] * cells_per_m;
-    qy[i] = rays.direction_y[i] * cells_per_m;
-    x_cells[i] = (rays.origin_x[i] - corner_x) * cells_per_m + begin.t[i] * qx[i];
-    y_cells[i] = (rays.origin_y[i] - corner_y) * cells_per_m + begin.t[i] * qy[i];
+    const double qx = rays.direction_x[i] * cells_per_m;
+    const double qy = rays.direction_y[i] * cells_per_m;
+    x_cells[i] = (rays.origin_x[i] - corner_x) * cells_per_m + begin.t[i] * qx;
+    y_cells[i] = (rays.origin_y[i] - corner_y) * cells_per_m + begin.t[i] * qy;
+    triangles.qx[i] = qx;
+    triangles.qy[i] = qy;
   }
-  Integers cell_x, cell_y;
-  set_cells(x_cells, cell_x);
-  set_cells(y_cells, cell_y);
-
-  Doubles along_x, along_y;  // of the beginning, from the triangle's right angle into it
-  Doubles from_x, from_y;    // of the ray's origin, from there
+  set_cells(x_cells, triangles.cell_x);
+  set_cells(y_cells, triangles.cell_y);
   Doubles is_upper;
   for (int i = 0; i < kLanes; ++i) {
-    const double x = cell_x[i];
-    const double y = cell_y[i];
+    const double x = triangles.cell_x[i];
+    const double y = triangles.cell_y[i];
     const double u = x_cells[i] - x;
     const double v = y_cells[i] - y;
     const double k = truth(u + v > 1.0);
-    along_x[i] = k + (1.0 - 2.0 * k) * u;
-    along_y[i] = k + (1.0 - 2.0 * k) * v;
-    from_x[i] = (rays.origin_x[i] - (corner_x + x * spacing_m)) * cells_per_m - k;
-    from_y[i] = (rays.origin_y[i] - (corner_y + y * spacing_m)) * cells_per_m - k;
+    triangles.along_x[i] = k + (1.0 - 2.0 * k) * u;
+    triangles.along_y[i] = k + (1.0 - 2.0 * k) * v;
+    triangles.from_x[i] = (rays.origin_x[i] - (corner_x + x * spacing_m)) * cells_per_m - k;
+    triangles.from_y[i] = (rays.origin_y[i] - (corner_y + y * spacing_m)) * cells_per_m - k;
+    triangles.upward[i] = 2.0 * k - 1.0;
     is_upper[i] = k;
   }
+  set_integers(is_upper, triangles.is_upper);
 
   const auto column = static_cast<std::int32_t>(grid.sample_stride);
   const auto row = static_cast<std::int32_t>(grid.row_stride);
-  Integers upper, corner, beside_x, beside_y;
+  Integers corner, beside_x, beside_y;
   for (int i = 0; i < kLanes; ++i) {
-    const std::int32_t k = static_cast<std::int32_t>(is_upper[i]);
-    upper[i] = k;
-    corner[i] = (cell_y[i] + k) * row + (cell_x[i] + k) * column;
+    const std::int32_t k = triangles.is_upper[i];
+    corner[i] = (triangles.cell_y[i] + k) * row + (triangles.cell_x[i] + k) * column;
     beside_x[i] = corner[i] + (1 - 2 * k) * column;
     beside_y[i] = corner[i] + (1 - 2 * k) * row;
   }
-  RayLanes::Field<float> z_corner, z_x, z_y;
   for (int i = 0; i < kLanes; ++i) {
-    z_corner[i] = grid.z_tile[corner[i]];
-    z_x[i] = grid.z_tile[beside_x[i]];
-    z_y[i] = grid.z_tile[beside_y[i]];
+    triangles.z_corner[i] = grid.z_tile[corner[i]];
+    triangles.z_x[i] = grid.z_tile[beside_x[i]];
+    triangles.z_y[i] = grid.z_tile[beside_y[i]];
   }
+}
 
+/// Returns the rays that cross the triangle above which they begin.
+TERRACAST_PACKET_CODE
+LaneMask cross_triangles(const TileFrame& tile, const RayLanes& rays, const Beginnings& begin,
+                         CrossingLanes& __restrict crossings) {
+  const double cells_per_m = tile.grid.inverse_spacing;
+  Triangles triangles;
+  find_triangles(tile.grid, rays, begin, triangles);
   Doubles crosses;
   for (int i = 0; i < kLanes; ++i) {
-    const double upward = 2.0 * is_upper[i] - 1.0;
-    const TrianglePlane plane =
-        triangle_plane(static_cast<double>(z_corner[i]), static_cast<double>(z_x[i]),
-                       static_cast<double>(z_y[i]), upward, from_x[i], from_y[i],
-                       rays.origin_z[i] - tile.center_z, rays.direction_z[i], qx[i], qy[i]);
+    const double upward = triangles.upward[i];
+    const TrianglePlane plane = triangle_plane(
+        static_cast<double>(triangles.z_corner[i]), static_cast<double>(triangles.z_x[i]),
+        static_cast<double>(triangles.z_y[i]), upward, triangles.from_x[i], triangles.from_y[i],
+        rays.origin_z[i] - tile.center_z, rays.direction_z[i], triangles.qx[i], triangles.qy[i]);
     const double t = -plane.a / plane.b;
-    const double hit_x = -upward * (from_x[i] + t * qx[i]);
-    const double hit_y = -upward * (from_y[i] + t * qy[i]);
-    const double room = smaller(smaller(along_x[i], along_y[i]), smaller(hit_x, hit_y));
-    const double reach = larger(along_x[i] + along_y[i], hit_x + hit_y);
+    const double hit_x = -upward * (triangles.from_x[i] + t * triangles.qx[i]);
+    const double hit_y = -upward * (triangles.from_y[i] + t * triangles.qy[i]);
+    const double begin_x = triangles.along_x[i];
+    const double begin_y = triangles.along_y[i];
+    const double room = smaller(smaller(begin_x, begin_y), smaller(hit_x, hit_y));
+    const double reach = larger(begin_x + begin_y, hit_x + hit_y);
     crossings.t[i] = t;
     crossings.slope_x[i] = plane.rise_x * cells_per_m;
     crossings.slope_y[i] = plane.rise_y * cells_per_m;
@@ -223,11 +207,11 @@ LaneMask cross_triangles(const TileFrame& tile, const RayLanes& rays, const Begi
               (t < rays.t_exit[i]) & (room > kRoomCells) & (reach < 1.0 - kRoomCells));
   }
   Integers is_crossing;
+  set_integers(crosses, is_crossing);
   for (int i = 0; i < kLanes; ++i) {
-    is_crossing[i] = static_cast<std::int32_t>(crosses[i]);
-    crossings.cell_x[i] = cell_x[i];
-    crossings.cell_y[i] = cell_y[i];
-    crossings.is_upper[i] = upper[i];
+    crossings.cell_x[i] = triangles.cell_x[i];
+    crossings.cell_y[i] = triangles.cell_y[i];
+    crossings.is_upper[i] = triangles.is_upper[i];
   }
   return lanes_where(is_crossing);
 }
@@ -260,7 +244,7 @@ void CrossingLanes::copy(int lane, const CrossingLanes& from, int from_lane) {
   is_upper[lane] = from.is_upper[from_lane];
 }
 
-LaneMask CastLanes::find_starts(const TileScene& scene, const RayLanes& rays) {
+LaneMask CastLanes::find_clear(const TileScene& scene, const RayLanes& rays) {
   return find_clear_starts(TileFrame(scene), rays, *this);
 }
 

@@ -18,6 +18,45 @@ inline constexpr double kBackPerEpsilon = 2.0;
 inline constexpr double kFarPerEpsilon = 8.0;
 inline constexpr double kFloatRounding = 1.0 + 0x1.0p-20;
 
+/// What of a tile its casts need.
+struct TileFrame {
+  explicit TileFrame(const TileScene& scene)
+      : grid(scene.grid()),
+        entry_tops_z_world(scene.entry_tops_z_world()),
+        center_x(scene.center_world().x()),
+        center_y(scene.center_world().y()),
+        center_z(scene.center_world().z()),
+        epsilon_m(scene.epsilon_m()),
+        clear_m(scene.clear_m()) {}
+
+  const TerrainGrid& grid;
+  const double* entry_tops_z_world;
+  double center_x, center_y, center_z;
+  double epsilon_m;
+  double clear_m;
+};
+
+/// Start and length of a cast in the tile's frame, lowered by epsilon.
+struct FloatCast {
+  float x, y, z;
+  float way_m;
+};
+TERRACAST_PACKET_INLINE FloatCast float_cast(const TileFrame& tile, const RayLanes& rays, int lane,
+                                             double t_cast) {
+  const double t_exit = rays.t_exit[lane];
+  const double t_end = core::smaller(t_exit, rays.t_top[lane]);
+  const double end = rays.direction_z[lane] < 0.0 ? t_exit : t_end;
+  return {
+      .x =
+          static_cast<float>(rays.origin_x[lane] + t_cast * rays.direction_x[lane] - tile.center_x),
+      .y =
+          static_cast<float>(rays.origin_y[lane] + t_cast * rays.direction_y[lane] - tile.center_y),
+      .z = static_cast<float>(rays.origin_z[lane] + t_cast * rays.direction_z[lane] -
+                              tile.center_z - tile.epsilon_m),
+      .way_m = static_cast<float>((end - t_cast) * rays.length_m[lane] * kFloatRounding +
+                                  kFarPerEpsilon * tile.epsilon_m)};
+}
+
 /// Where rays cross the true surface.
 struct CrossingLanes {
   alignas(64) RayLanes::Field<double> t;
@@ -35,7 +74,7 @@ struct CastLanes {
   /// Sets it: a falling ray is cast from well above the tile's highest point, any other from
   /// t_entry.
   /// returns   rays that are there well above the surface
-  LaneMask find_starts(const TileScene& scene, const RayLanes& rays);
+  LaneMask find_clear(const TileScene& scene, const RayLanes& rays);
 
   /// The lanes of one of Embree's packets that these rays take.
   struct Packet {
@@ -45,7 +84,7 @@ struct CastLanes {
     unsigned *mask, *id, *flags, *geometry;
   };
   /// Fills all of it, starts and lengths in the tile's frame, lowered by epsilon.
-  /// cast   the lanes to be cast; Embree checks the numbers of the others too
+  /// cast   the lanes to be cast; the numbers of the others are as good
   void fill(const TileScene& scene, const RayLanes& rays, LaneMask cast,
             const Packet& packet) const;
 

@@ -33,10 +33,13 @@ constexpr std::size_t kFloatsPerSample = 3;
 //   vertices minus origin                   2
 //   edge and plane tests on products of these, 16 and less
 // so about 23 u M in the position where a ray meets a triangle; slopes turn horizontal into
-// vertical error, for terrain of slope 2 (63 degrees) another 46. 2^8 u M = 2^-16 M covers the sum
-// more than three times. A cell is 2^-7 M wide in a flat tile, so that epsilon is 2^-9 of a cell:
-// the walk passes it in one step.
-constexpr double kEpsilonPerExtent = 0x1.0p-16;
+// vertical error, the steepest triangle's slope s another 23 s. Epsilon is four times the sum, and
+// 2^8 u M = 2^-16 M in tiles less steep than 60 degrees. A cell is 2^-7 M wide in a flat tile, so
+// that epsilon is 2^-9 of a cell: the walk passes it in one step.
+constexpr double kHalfLastPlace = 0x1.0p-24;
+constexpr double kErrorsOfPosition = 23.0;
+constexpr double kSafety = 4.0;
+constexpr double kLeastEpsilonPerExtent = 0x1.0p-16;
 constexpr double kRingPerEpsilon = 4.0;
 
 thread_local std::ptrdiff_t bytes_allocated_here = 0;
@@ -93,6 +96,22 @@ void check_embree(RTCDevice device, const char* doing) {
                   doing);
 }
 
+/// The largest rise a metre of a tile's triangles along x or y, both together.
+double steepest_slope(const std::vector<std::int32_t>& half_steps, double spacing_m) {
+  std::int64_t steepest = 0;
+  for (int j = 0; j < kTileCells; ++j) {
+    for (int i = 0; i < kTileCells; ++i) {
+      const auto z = [&](int x, int y) {
+        return std::int64_t{half_steps[Tile::sample(i + x, j + y)]};
+      };
+      const std::int64_t lower = std::abs(z(1, 0) - z(0, 0)) + std::abs(z(0, 1) - z(0, 0));
+      const std::int64_t upper = std::abs(z(1, 1) - z(0, 1)) + std::abs(z(1, 1) - z(1, 0));
+      steepest = std::max({steepest, lower, upper});
+    }
+  }
+  return static_cast<double>(steepest) * (kHeightStep_m / 2.0) / spacing_m;
+}
+
 int clamped_sample(int k) { return std::clamp(k - kRing, 0, kTileCells); }
 
 }  // namespace
@@ -127,7 +146,9 @@ TileScene::TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser
   const double half_side_m = tile.id.side_m() / 2.0;
   const double extent_m =
       std::max({half_side_m, std::abs(*lowest * half_step_m), std::abs(*highest * half_step_m)});
-  epsilon_m_ = kEpsilonPerExtent * extent_m;
+  const double slope = steepest_slope(half_steps, tile.id.spacing_m());
+  epsilon_m_ = extent_m * std::max(kLeastEpsilonPerExtent,
+                                   kSafety * kErrorsOfPosition * (1.0 + slope) * kHalfLastPlace);
   const double ring_m = kRingPerEpsilon * epsilon_m_;
 
   const std::ptrdiff_t bytes_before = bytes_allocated_here;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -64,7 +63,6 @@ class TileScene {
   double epsilon_m() const { return epsilon_m_; }
   /// A point this high above the surface is above it for Embree too.
   double clear_m() const { return 2.0 * epsilon_m_; }
-  double highest_z_world() const { return highest_z_world_; }
   /// A ray that comes into the tile above this, or starts in it above this, is above the surface
   /// there for Embree too: for each side (west, east, south, north) and each block of cells along
   /// it, from the border's heights there; in row kInside from the tile's highest point.

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
-#include <set>
 #include <span>
 #include <vector>
 

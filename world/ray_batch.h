@@ -21,7 +21,8 @@ struct RayBatch {
 };
 
 /// Takes from a batch the rays for one packet after the other: a whole group where most of it is in
-/// one tile, else rays gathered from all groups.
+/// one tile, else rays gathered from all groups. The groups take turns, so that they come into a
+/// tile one after the other and those that have come apart meet there.
 template <int kWidth>
 class PacketRays {
  public:
@@ -31,12 +32,15 @@ class PacketRays {
 
   /// False when no ray travels any more.
   bool take() {
-    while (first_ < RayBatch::kGroups && batch_.travelling[first_] == 0) ++first_;
-    if (first_ == RayBatch::kGroups) return false;
-    tile_ = batch_.groups[first_].tile[__builtin_ctz(batch_.travelling[first_])];
-    const LaneMask lanes = lanes_in_tile(first_);
+    std::size_t turns = 0;
+    while (turns < RayBatch::kGroups && batch_.travelling[group_at(turns)] == 0) ++turns;
+    if (turns == RayBatch::kGroups) return false;
+    next_ = group_at(turns);
+    tile_ = batch_.groups[next_].tile[__builtin_ctz(batch_.travelling[next_])];
+    const LaneMask lanes = lanes_in_tile(next_);
     is_gathered_ = __builtin_popcount(lanes) < kEnough && gather();
     if (!is_gathered_) take_groups(lanes);
+    next_ = group_at(1);
     return true;
   }
 
@@ -46,70 +50,77 @@ class PacketRays {
   /// Puts the rays that are still asked for, in their next tiles, back into the batch.
   void give_back() {
     for (std::size_t g = 0; g < kGroups; ++g) {
+      const CastGroup& group = groups_[g];
       if (!is_gathered_) {
-        batch_.travelling[home_group_[g]] |= groups_[g].asked;
+        batch_.travelling[static_cast<std::size_t>(group.rays - batch_.groups.data())] |=
+            group.asked;
         continue;
       }
-      for_each_lane(groups_[g].asked, [&](int lane) {
+      for_each_lane(group.asked, [&](int lane) {
         const std::size_t home = home_[g * RayLanes::kLanes + static_cast<std::size_t>(lane)];
-        const std::size_t group = home / RayLanes::kLanes;
         const int home_lane = static_cast<int>(home % RayLanes::kLanes);
-        batch_.groups[group].copy_passage(home_lane, gathered_[g], lane);
-        batch_.travelling[group] |= lane_bit(home_lane);
+        batch_.groups[home / RayLanes::kLanes].copy_passage(home_lane, gathered_[g], lane);
+        batch_.travelling[home / RayLanes::kLanes] |= lane_bit(home_lane);
       });
     }
   }
 
  private:
-  /// Rays for which a group is cast as it is: gathering costs as much as the idle lanes.
+  /// Rays for which a group is cast as it is, although others may be in the tile: gathering copies
+  /// 190 bytes a ray.
   static constexpr int kEnough = 6;
 
+  /// The group whose turn comes after so many others.
+  std::size_t group_at(std::size_t turns) const { return (next_ + turns) % RayBatch::kGroups; }
+
   LaneMask lanes_in_tile(std::size_t g) const {
+    if (batch_.travelling[g] == 0) return 0;
     const RayLanes& rays = batch_.groups[g];
-    RayLanes::Field<std::int32_t> is_there;
+    Integers is_there;
     for (int i = 0; i < RayLanes::kLanes; ++i)
       is_there[i] = static_cast<std::int32_t>(rays.tile[i] == tile_);
     return lanes_where(is_there) & batch_.travelling[g];
   }
 
-  /// `first_` and what other groups have enough rays in the tile.
+  /// The group whose turn it is, and what other groups have enough rays in the tile.
   void take_groups(LaneMask lanes) {
-    std::size_t from = first_;
+    std::size_t turns = 0;
     for (std::size_t g = 0; g < kGroups; ++g) {
+      const std::size_t from = group_at(turns);
       groups_[g].rays = &batch_.groups[from];
       groups_[g].asked = lanes;
-      home_group_[g] = from;
       batch_.travelling[from] &= ~lanes;
       lanes = 0;
       if (g + 1 == kGroups) break;
-      for (std::size_t other = from + 1; other < RayBatch::kGroups; ++other) {
-        if (batch_.travelling[other] == 0) continue;
-        const LaneMask others = lanes_in_tile(other);
+      for (std::size_t later = turns + 1; later < RayBatch::kGroups; ++later) {
+        const LaneMask others = lanes_in_tile(group_at(later));
         if (__builtin_popcount(others) < kEnough) continue;
-        from = other;
+        turns = later;
         lanes = others;
         break;
       }
     }
   }
 
-  /// As many rays in the tile as the packet takes; false when only `first_` has any.
+  /// As many rays in the tile as the packet takes; false when only one group has any.
   bool gather() {
-    std::array<LaneMask, RayBatch::kGroups> lanes;
-    bool has_others = false;
-    for (std::size_t g = first_; g < RayBatch::kGroups; ++g) {
-      lanes[g] = batch_.travelling[g] == 0 ? 0 : lanes_in_tile(g);
-      has_others |= g != first_ && lanes[g] != 0;
+    std::array<LaneMask, RayBatch::kGroups> lanes;  // by turn
+    LaneMask others = 0;
+    for (std::size_t turn = 0; turn < RayBatch::kGroups; ++turn) {
+      lanes[turn] = lanes_in_tile(group_at(turn));
+      if (turn > 0) others |= lanes[turn];
     }
-    if (!has_others) return false;
+    if (others == 0) return false;
     std::size_t count = 0;
-    for (std::size_t g = first_; g < RayBatch::kGroups; ++g)
-      for (; lanes[g] != 0 && count < kWidth; lanes[g] &= lanes[g] - 1) {
-        const int lane = __builtin_ctz(lanes[g]);
+    for (std::size_t turn = 0; turn < RayBatch::kGroups; ++turn) {
+      const std::size_t g = group_at(turn);
+      for (; lanes[turn] != 0 && count < kWidth; lanes[turn] &= lanes[turn] - 1) {
+        const int lane = __builtin_ctz(lanes[turn]);
         batch_.travelling[g] &= ~lane_bit(lane);
         home_[count++] =
             static_cast<std::uint8_t>(g * RayLanes::kLanes + static_cast<std::size_t>(lane));
       }
+    }
     for (std::size_t i = 0; i < kWidth; ++i) {
       const std::size_t home = home_[std::min(i, count - 1)];
       const RayLanes& from = batch_.groups[home / RayLanes::kLanes];
@@ -130,11 +141,10 @@ class PacketRays {
   }
 
   RayBatch& batch_;
-  std::size_t first_ = 0;  ///< the first group that still travels
+  std::size_t next_ = 0;  ///< the group whose turn it is
   std::uint32_t tile_ = 0;
   std::array<CastGroup, kGroups> groups_;
   bool is_gathered_ = false;
-  std::array<std::size_t, kGroups> home_group_ = {};
   std::array<RayLanes, kGroups> gathered_;
   std::array<std::uint8_t, kWidth> home_ = {};  ///< of the gathered rays, in the batch
 };

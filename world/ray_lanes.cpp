@@ -14,8 +14,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // world.
 constexpr double kNegligible = 1e-100;
 
-using Doubles = RayLanes::Field<double>;
-
 TERRACAST_PACKET_INLINE void invert(const Doubles& length_m, Doubles& component, Doubles& inverse,
                                     Doubles& never) {
   Doubles given, quotient;
@@ -53,13 +51,11 @@ LaneMask load_rays(const WorldRay* rays, RayLanes& __restrict r) {
     r.length_m[i] = std::sqrt(squared);
     r.inverse_length[i] = 1.0 / r.length_m[i];
     const double sum = std::abs(r.origin_x[i]) + std::abs(r.origin_y[i]) + std::abs(r.origin_z[i]);
-    good[i] = (r.length_m[i] > 0.0) & (r.length_m[i] < kInfinity) & (sum < kInfinity) &
-                      (r.t_min[i] > -kInfinity)
-                  ? 1.0
-                  : 0.0;
+    good[i] = core::truth((r.length_m[i] > 0.0) & (r.length_m[i] < kInfinity) & (sum < kInfinity) &
+                          (r.t_min[i] > -kInfinity) & (r.t_max[i] == r.t_max[i]));
   }
-  RayLanes::Field<std::int32_t> is_good;
-  for (int i = 0; i < kLanes; ++i) is_good[i] = static_cast<std::int32_t>(good[i]);
+  Integers is_good;
+  set_integers(good, is_good);
   invert(r.length_m, r.direction_x, r.inverse_x, r.never_x);
   invert(r.length_m, r.direction_y, r.inverse_y, r.never_y);
   invert(r.length_m, r.direction_z, r.inverse_z, r.never_z);
@@ -79,40 +75,37 @@ LaneMask RayLanes::load(std::span<const WorldRay, kLanes> rays, std::uint32_t fi
   return load_rays(rays.data(), *this);
 }
 
-void RayLanes::copy_ray(int lane, const RayLanes& from, int i) {
-  origin_x[lane] = from.origin_x[i];
-  origin_y[lane] = from.origin_y[i];
-  origin_z[lane] = from.origin_z[i];
-  direction_x[lane] = from.direction_x[i];
-  direction_y[lane] = from.direction_y[i];
-  direction_z[lane] = from.direction_z[i];
-  inverse_x[lane] = from.inverse_x[i];
-  never_x[lane] = from.never_x[i];
-  inverse_y[lane] = from.inverse_y[i];
-  never_y[lane] = from.never_y[i];
-  inverse_z[lane] = from.inverse_z[i];
-  never_z[lane] = from.never_z[i];
-  length_m[lane] = from.length_m[i];
-  inverse_length[lane] = from.inverse_length[i];
-  t_min[lane] = from.t_min[i];
-  t_max[lane] = from.t_max[i];
-  unit_x[lane] = from.unit_x[i];
-  unit_y[lane] = from.unit_y[i];
-  unit_z[lane] = from.unit_z[i];
-  id[lane] = from.id[i];
+void RayLanes::copy_ray(int lane, const RayLanes& from, int from_lane) {
+  origin_x[lane] = from.origin_x[from_lane];
+  origin_y[lane] = from.origin_y[from_lane];
+  origin_z[lane] = from.origin_z[from_lane];
+  direction_x[lane] = from.direction_x[from_lane];
+  direction_y[lane] = from.direction_y[from_lane];
+  direction_z[lane] = from.direction_z[from_lane];
+  inverse_x[lane] = from.inverse_x[from_lane];
+  never_x[lane] = from.never_x[from_lane];
+  inverse_y[lane] = from.inverse_y[from_lane];
+  never_y[lane] = from.never_y[from_lane];
+  inverse_z[lane] = from.inverse_z[from_lane];
+  never_z[lane] = from.never_z[from_lane];
+  length_m[lane] = from.length_m[from_lane];
+  inverse_length[lane] = from.inverse_length[from_lane];
+  t_min[lane] = from.t_min[from_lane];
+  t_max[lane] = from.t_max[from_lane];
+  unit_x[lane] = from.unit_x[from_lane];
+  unit_y[lane] = from.unit_y[from_lane];
+  unit_z[lane] = from.unit_z[from_lane];
+  id[lane] = from.id[from_lane];
 }
 
-void RayLanes::copy_passage(int lane, const RayLanes& from, int i) {
-  tile[lane] = from.tile[i];
-  side[lane] = from.side[i];
-  t_entry[lane] = from.t_entry[i];
-  t_exit[lane] = from.t_exit[i];
-  t_top[lane] = from.t_top[i];
-  const auto copy_bit = [&](LaneMask& to, LaneMask bits) {
-    to = (to & ~lane_bit(lane)) | ((bits >> i) & 1U) << lane;
-  };
-  copy_bit(is_first, from.is_first);
-  copy_bit(is_on_surface, from.is_on_surface);
+void RayLanes::copy_passage(int lane, const RayLanes& from, int from_lane) {
+  tile[lane] = from.tile[from_lane];
+  side[lane] = from.side[from_lane];
+  t_entry[lane] = from.t_entry[from_lane];
+  t_exit[lane] = from.t_exit[from_lane];
+  t_top[lane] = from.t_top[from_lane];
+  may_be_on_surface =
+      (may_be_on_surface & ~lane_bit(lane)) | ((from.may_be_on_surface >> from_lane) & 1U) << lane;
 }
 
 }  // namespace terracast::world

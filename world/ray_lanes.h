@@ -13,12 +13,8 @@ namespace terracast::world {
 using LaneMask = std::uint32_t;
 inline constexpr LaneMask lane_bit(int lane) { return LaneMask{1} << lane; }
 
-/// A ray that comes into its first tile so soon after its start may have started on the surface
-/// beside it.
-inline constexpr double kStartsAtSide_m = 0x1.0p-20;
-
 /// Eight rays on their way through the tiles, field by field, so that what every ray goes through
-/// is done for all of them together. Unused lanes hold any ray.
+/// is done for all of them together. Unused lanes hold copies of other rays.
 struct RayLanes {
   static constexpr int kLanes = 8;
   template <class T>
@@ -44,12 +40,13 @@ struct RayLanes {
   /// Where it passes the height of the tile's highest point: a falling ray can meet the ground only
   /// later, a rising one only earlier; +inf for a level ray.
   Field<double> t_top;
-  LaneMask is_first;       ///< rays that have not been cast yet
-  LaneMask is_on_surface;  ///< rays that have kept to the surface, on which they started
+  /// Rays that may lie on the surface where they came into the tile: they start there, or have kept
+  /// to the surface since their start.
+  LaneMask may_be_on_surface = 0;
 
   /// Sets the rays and what follows from their directions; makes negligible components 0.
   /// first_id   of rays[0]
-  /// returns    those that can be traced: a finite start and a direction that is not zero
+  /// returns    those that can be traced: a finite start, a direction whose length is a number
   LaneMask load(std::span<const WorldRay, kLanes> rays, std::uint32_t first_id);
 
   WalkRay walk_ray(int lane) const {
@@ -58,14 +55,12 @@ struct RayLanes {
             .inverse_x = inverse_x[lane],
             .inverse_y = inverse_y[lane]};
   }
-  /// Whether a ray may lie on the surface where it came into the tile.
-  bool may_be_on_surface(int lane) const {
-    if ((is_first & lane_bit(lane)) == 0) return (is_on_surface & lane_bit(lane)) != 0;
-    return side[lane] < 0 || (t_entry[lane] - t_min[lane]) * length_m[lane] <= kStartsAtSide_m;
-  }
   void copy_ray(int lane, const RayLanes& from, int from_lane);
   void copy_passage(int lane, const RayLanes& from, int from_lane);
 };
+
+using Doubles = RayLanes::Field<double>;
+using Integers = RayLanes::Field<std::int32_t>;
 
 /// Calls visit(lane) for each lane of a mask.
 template <class Visit>
@@ -74,10 +69,14 @@ void for_each_lane(LaneMask lanes, const Visit& visit) {
 }
 
 /// The lanes whose integer, 0 or 1, is 1.
-TERRACAST_PACKET_INLINE LaneMask lanes_where(const RayLanes::Field<std::int32_t>& truths) {
+TERRACAST_PACKET_INLINE LaneMask lanes_where(const Integers& truths) {
   LaneMask lanes = 0;
   for (int i = 0; i < RayLanes::kLanes; ++i) lanes |= static_cast<LaneMask>(truths[i]) << i;
   return lanes;
+}
+
+TERRACAST_PACKET_INLINE void set_integers(const Doubles& from, Integers& to) {
+  for (int i = 0; i < RayLanes::kLanes; ++i) to[i] = static_cast<std::int32_t>(from[i]);
 }
 
 }  // namespace terracast::world

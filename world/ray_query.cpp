@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
+#include <limits>
 
 #include "core/error.h"
 #include "world/ray_batch.h"
@@ -39,9 +39,9 @@ class FlushDenormals {
   const Eigen::Vector3d& d = ray.direction_world;
   core::fail(
       core::ErrorKind::Internal,
-      "a ray from ({}, {}, {}) along ({}, {}, {}), t from {}: a finite start and a direction "
-      "that is not zero would be right",
-      o.x(), o.y(), o.z(), d.x(), d.y(), d.z(), ray.t_min);
+      "a ray from ({}, {}, {}) along ({}, {}, {}), t from {} to {}: a finite start, a direction of "
+      "a length between 1e-150 and 1e150 and numbers for t would be right",
+      o.x(), o.y(), o.z(), d.x(), d.y(), d.z(), ray.t_min, ray.t_max);
 }
 
 }  // namespace
@@ -52,6 +52,7 @@ struct RayQuery::Impl {
         cut(std::move(cut_tiles)),
         map(store, cut),
         device(options.embree_profile),
+        packet_width(options.packet_width != 0 ? options.packet_width : device.packet_width()),
         frame_shift_m(options.local_origin_world),
         cache(cut.size(), options.memory_bytes, [this](std::size_t i) { return load(i); }) {}
 
@@ -83,6 +84,7 @@ struct RayQuery::Impl {
   /// found(ray, tile, crossings, lane) takes each crossing.
   template <int kWidth, class Found>
   void trace(std::span<const WorldRay> rays, CastKind kind, const Found& found) {
+    TERRACAST_CHECK(rays.size() < 0xffffffffU, "{} rays in one call", rays.size());
     const FlushDenormals flush;
     SceneCache::Pin pin(cache);
     RayBatch batch;
@@ -123,7 +125,7 @@ struct RayQuery::Impl {
 
   template <class Found>
   void trace(std::span<const WorldRay> rays, CastKind kind, const Found& found) {
-    if (device.packet_width() == 16)
+    if (packet_width == 16)
       trace<16>(rays, kind, found);
     else
       trace<8>(rays, kind, found);
@@ -133,6 +135,7 @@ struct RayQuery::Impl {
   const std::vector<CutTile> cut;
   const TileMap map;
   const EmbreeDevice device;
+  const int packet_width;
   const Eigen::Vector3d frame_shift_m;
   std::atomic<std::uint64_t> num_rays = 0;
   std::atomic<std::uint64_t> num_casts = 0;

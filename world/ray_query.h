@@ -46,6 +46,9 @@ struct RayQueryOptions {
   /// Moves the origin of each tile's float frame off its centre, x and y modulo a cell; results do
   /// not depend on it.
   Eigen::Vector3d local_origin_world = Eigen::Vector3d::Zero();
+  /// Rays that are cast at once, 8 or 16; 0: what the machine takes best. Results do not depend on
+  /// it.
+  int packet_width = 0;
 
   template <class Visitor>
   void describe(Visitor& visit) {
@@ -90,7 +93,8 @@ struct RayQueryStats {
 /// determinism   results depend on the rays and the cut alone: not on threads, packets, budget,
 ///               local origin
 /// threads       all queries: safe, from parallel loops
-/// throws        Input or Io from tile loads
+/// throws        Input or Io from tile loads; Internal: a ray without a finite start, a direction
+///               with a length (1e-150 to 1e150) or a number for t_max, or with t_min -inf or none
 class RayQuery {
  public:
   RayQuery(const TileStore& store, std::vector<CutTile> cut, const RayQueryOptions& options);

@@ -20,7 +20,7 @@ namespace terracast::world {
 ///
 /// Readers pin the cache while they use scenes: what is evicted in the meantime lives until they
 /// are done. So memory may pass the budget by the tiles that the pins at work hold: those of one
-/// ray packet a thread. Threads: safe. Looking up a loaded tile takes no lock; different tiles load
+/// batch of rays a thread. Threads: safe. Looking up a loaded tile takes no lock; different tiles load
 /// in parallel, each once.
 class SceneCache {
  public:

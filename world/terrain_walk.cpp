@@ -1,7 +1,6 @@
 #include "world/terrain_walk.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "world/triangle_plane.h"

@@ -2,16 +2,16 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <cstdint>
 
 #include "world/tile_id.h"
 
 namespace terracast::world {
 
-/// A start this close to the surface lies on it. More than what a point `origin + t * direction`
-/// errs in double (1e-10 m at 300 km), so that a ray that leaves from its own hit is not stopped by
-/// it.
-inline constexpr double kOnSurface_m = 0x1.0p-28;
+/// A start this close to the surface lies on it. More than what the clearance of a point `origin +
+/// t * direction` errs by in double, 12 * 2^-53 of the largest coordinate times 1 + the triangle's
+/// slopes (at 300 km 4e-10 m times that), so that a ray that leaves from its own hit is not stopped
+/// by it.
+inline constexpr double kOnSurface_m = 0x1.0p-26;
 
 /// The true surface of a tile as the walk reads it: stitched heights, two triangles a cell, the
 /// diagonal from (x+1, y) to (x, y+1).

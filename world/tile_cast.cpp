@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -57,12 +58,6 @@ struct Proposal {
   float normal_x, normal_y, normal_z;
 };
 
-/// Start and length of a cast, in the tile's frame.
-struct FloatRay {
-  float x, y, z;
-  float way_m;
-};
-
 /// One ray in one tile, for which Embree is asked again as often as the walk refuses its proposals.
 class RayCaster {
  public:
@@ -94,21 +89,8 @@ class RayCaster {
   const WalkResult& walked() const { return walked_; }
 
  private:
-  FloatRay float_ray() const {
-    const Eigen::Vector3d start =
-        ray_.origin_world + t_cast_ * ray_.direction_world - scene_.center_world();
-    double t_end = rays_.t_exit[lane_];
-    if (ray_.direction_world.z() >= 0.0) t_end = std::min(t_end, rays_.t_top[lane_]);
-    const double way_m = (t_end - t_cast_) * rays_.length_m[lane_] * kFloatRounding +
-                         kFarPerEpsilon * scene_.epsilon_m();
-    return {.x = static_cast<float>(start.x()),
-            .y = static_cast<float>(start.y()),
-            .z = static_cast<float>(start.z() - scene_.epsilon_m()),
-            .way_m = static_cast<float>(way_m)};
-  }
-
   bool cast_again(RTCIntersectContext& context, Proposal& proposal) const {
-    const FloatRay start = float_ray();
+    const FloatCast start = float_cast(TileFrame(scene_), rays_, lane_, t_cast_);
     RTCRayHit single{};
     single.ray.org_x = start.x;
     single.ray.org_y = start.y;
@@ -171,7 +153,7 @@ class RayCaster {
   bool walk(const Range& range) {
     walk_terrain(scene_.grid(), ray_,
                  {.t_entry = rays_.t_entry[lane_],
-                  .may_be_on_surface = rays_.may_be_on_surface(lane_),
+                  .may_be_on_surface = (rays_.may_be_on_surface & lane_bit(lane_)) != 0,
                   .t_exit = rays_.t_exit[lane_],
                   .t_from = range.from,
                   .t_clear = range.until,
@@ -225,7 +207,7 @@ class PacketCaster {
     for (std::size_t g = 0; g < kGroups; ++g) {
       CastGroup& group = groups_[g];
       group.found = 0;
-      LaneMask cast = group.asked & lanes_[g].find_starts(scene_, *group.rays);
+      LaneMask cast = group.asked & lanes_[g].find_clear(scene_, *group.rays);
       for_each_lane(group.asked & ~cast, [&](int lane) {
         RayCaster caster(scene_, *group.rays, lane);
         if (caster.walk_in()) {
@@ -315,8 +297,8 @@ class PacketCaster {
       for_each_lane(walked.found,
                     [&](int lane) { group.crossings.copy(lane, walked.crossings, lane); });
       group.found |= walked.found;
-      group.rays->is_first &= ~group.asked;
-      group.rays->is_on_surface = (group.rays->is_on_surface & ~group.asked) | walked.on_surface;
+      LaneMask& may_be_on_surface = group.rays->may_be_on_surface;
+      may_be_on_surface = (may_be_on_surface & ~group.asked) | walked.on_surface;
     }
   }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <span>
 
 #include "world/cast_lanes.h"
@@ -22,7 +21,7 @@ struct CastGroup {
 };
 
 /// Casts groups of rays through the tile in which they are, as one packet of Embree's. Keeps
-/// is_first and is_on_surface of the rays.
+/// may_be_on_surface of the rays.
 ///
 /// A ray that comes in near the surface is first walked until it is clear of it. Then Embree
 /// proposes where the ray meets the surface raised by epsilon; the walk starts just before that

@@ -1,6 +1,7 @@
 #include "world/tile_map.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <unordered_set>
@@ -15,29 +16,27 @@ using core::ErrorKind;
 using core::fail;
 using core::larger;
 using core::smaller;
+using core::truth;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Falling rays start this far above the highest point of all.
 constexpr double kAboveAll_m = 1.0;
 
-/// On which side of a line a ray is at t, decided as crossings are: by the t of the line.
-bool is_beyond(double line, double origin, double direction, double inverse, double t) {
-  if (direction == 0.0) return origin >= line;
-  const double t_line = (line - origin) * inverse;
-  return direction > 0.0 ? t >= t_line : t < t_line;
+/// A ray that comes into its first tile so soon after its start may have started on the surface
+/// beside it.
+constexpr double kStartsAtSide_m = 0x1.0p-20;
+
+/// On which side of a line a ray is at t, 0 or 1, decided as crossings are: by the t of the line.
+TERRACAST_PACKET_INLINE double is_beyond(double line, double origin, double direction,
+                                         double inverse, double t) {
+  const double forward = truth(t >= (line - origin) * inverse);
+  const double backward = 1.0 - forward;
+  const double still = truth(origin >= line);
+  const double moving = direction > 0.0 ? forward : backward;
+  return direction == 0.0 ? still : moving;
 }
 
-using Doubles = RayLanes::Field<double>;
-using Integers = RayLanes::Field<std::int32_t>;
 constexpr int kLanes = RayLanes::kLanes;
-
-// Loops become vector code only where what they compare, choose and store is of one width: a truth
-// that comes from doubles is a double, 0 or 1, until a loop of its own makes it an integer.
-TERRACAST_PACKET_INLINE double truth(bool is_so) { return is_so ? 1.0 : 0.0; }
-
-TERRACAST_PACKET_INLINE void set_integers(const Doubles& from, Integers& to) {
-  for (int i = 0; i < kLanes; ++i) to[i] = static_cast<std::int32_t>(from[i]);
-}
 
 /// Where rays come down to the height of the ground, or start below it.
 struct Starts {
@@ -127,8 +126,7 @@ TERRACAST_PACKET_INLINE void find_sides(const TileMap::Leaf& leaf, double above_
   }
 }
 
-/// Indices into Leaf::beyond. Beyond which half of the side, is decided as is_beyond does, by the
-/// line through its middle.
+/// Indices into Leaf::beyond.
 TERRACAST_PACKET_INLINE void find_ways_out(const TileMap::Leaf& leaf, const Sides& sides,
                                            const RayLanes& rays, Integers& ways) {
   const double x_middle = (leaf.x[0] + leaf.x[1]) / 2.0;
@@ -140,11 +138,7 @@ TERRACAST_PACKET_INLINE void find_ways_out(const TileMap::Leaf& leaf, const Side
     const double origin = is_x ? rays.origin_y[i] : rays.origin_x[i];
     const double direction = is_x ? rays.direction_y[i] : rays.direction_x[i];
     const double inverse = is_x ? rays.inverse_y[i] : rays.inverse_x[i];
-    const double forward = truth(sides.t[i] >= (middle - origin) * inverse);
-    const double backward = 1.0 - forward;
-    const double still = truth(origin >= middle);
-    const double moving = direction > 0.0 ? forward : backward;
-    const double half = direction == 0.0 ? still : moving;
+    const double half = is_beyond(middle, origin, direction, inverse, sides.t[i]);
     const double east = 2.0 * truth(rays.direction_x[i] > 0.0);
     const double north = 4.0 + 2.0 * truth(rays.direction_y[i] > 0.0);
     way[i] = (is_x ? east : north) + half;
@@ -253,6 +247,10 @@ TileMap::TileMap(const TileStore& store, const std::vector<CutTile>& cut) {
   is_rectangle_ = num_cells == static_cast<std::int64_t>(root_ids.size());
   root_grid_.assign(static_cast<std::size_t>(num_cells), -1);
   for (std::uint32_t leaf = 0; leaf < cut.size(); ++leaf) add_leaf(leaf, cut[leaf].id);
+  for (const Node& node : nodes_)
+    if (std::find(node.children.begin(), node.children.end(), -1) != node.children.end())
+      fail(ErrorKind::Input, "the cut has a hole around ({}, {}) of the world frame", node.x_middle,
+           node.y_middle);
   find_neighbours(cut);
 }
 
@@ -337,16 +335,16 @@ std::uint32_t TileMap::leaf_at(double x_world, double y_world) const {
 std::uint32_t TileMap::leaf_on_ray(std::int32_t code, const RayLanes& rays, int i, double t) const {
   while (code >= 0) {
     const Node& node = nodes_[static_cast<std::size_t>(code)];
-    const bool is_east =
+    const double east =
         is_beyond(node.x_middle, rays.origin_x[i], rays.direction_x[i], rays.inverse_x[i], t);
-    const bool is_north =
+    const double north =
         is_beyond(node.y_middle, rays.origin_y[i], rays.direction_y[i], rays.inverse_y[i], t);
-    code = node.children[static_cast<std::size_t>((is_east ? 1 : 0) + (is_north ? 2 : 0))];
+    code = node.children[static_cast<std::size_t>(east + 2.0 * north)];
   }
   return code == -1 ? kNone : static_cast<std::uint32_t>(-2 - code);
 }
 
-bool TileMap::enter_root(RayLanes& rays, int i, double t) const {
+bool TileMap::enter_root(RayLanes& rays, int i, double t, bool is_start) const {
   double nearest_t = kInfinity;
   const Root* nearest = nullptr;
   int nearest_side = -1;
@@ -370,7 +368,9 @@ bool TileMap::enter_root(RayLanes& rays, int i, double t) const {
       continue;
     if (!clip(root.y0, root.y1, rays.origin_y[i], rays.direction_y[i], rays.inverse_y[i], 2))
       continue;
-    // One that is left at t has been passed already.
+    // A start within a rounding of a border is in the root or before it, by the t of its sides. Of a
+    // ray that goes on, one that is left at t has been passed already.
+    if (is_start) t_in = std::max(t_in, t);
     if (t_in < t || t_in > t_end || t_end <= t || t_in > rays.t_max[i] || t_in >= nearest_t)
       continue;
     nearest_t = t_in;
@@ -391,22 +391,26 @@ LaneMask TileMap::enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint) con
   const Leaf& hinted = leaves_[hint];
   find_starts({.x = {hinted.x[0], hinted.x[1]}, .y = {hinted.y[0], hinted.y[1]}},
               highest_z_world_ + kAboveAll_m, rays, starts);
-  for (int i = 0; i < RayLanes::kLanes; ++i) {
+  for (int i = 0; i < kLanes; ++i) {
     rays.tile[i] = hint;
     rays.side[i] = -1;
-    rays.t_entry[i] = starts.t[i];
+    rays.t_entry[i] = rays.t_exit[i] = rays.t_top[i] = starts.t[i];
   }
-  rays.is_first = ~LaneMask{0};
-  rays.is_on_surface = 0;
   asked &= starts.are_there;
   for_each_lane(asked & ~starts.are_in_hint, [&](int i) {
     const std::optional<std::uint32_t> tile = tile_at_place(starts.x[i], starts.y[i]);
     if (tile)
       rays.tile[i] = hint = *tile;
-    else if (!enter_root(rays, i, starts.t[i]))
+    else if (!enter_root(rays, i, starts.t[i], true))
       asked &= ~lane_bit(i);
   });
-  return go_to_ground(rays, asked, 0);
+  const LaneMask there = go_to_ground(rays, asked, 0);
+  rays.may_be_on_surface = 0;
+  for_each_lane(there, [&](int i) {
+    const double way_m = (rays.t_entry[i] - rays.t_min[i]) * rays.length_m[i];
+    if (rays.side[i] < 0 || way_m <= kStartsAtSide_m) rays.may_be_on_surface |= lane_bit(i);
+  });
+  return there;
 }
 
 LaneMask TileMap::go_on(RayLanes& rays, LaneMask asked) const {
@@ -424,7 +428,7 @@ LaneMask TileMap::go_to_ground(RayLanes& rays, LaneMask asked, LaneMask passed) 
     asked = (asked & ~passing.here) | passing.moves;
     passed &= ~passing.here;
     for_each_lane(passing.goes_out, [&](int i) {
-      if (!is_rectangle_ && enter_root(rays, i, passing.t[i])) asked |= lane_bit(i);
+      if (!is_rectangle_ && enter_root(rays, i, passing.t[i], false)) asked |= lane_bit(i);
     });
   }
   return there;

@@ -27,12 +27,13 @@ class TileMap {
     std::array<std::uint32_t, 8> beyond;
   };
 
-  /// throws Input: the store lacks a tile, the cut is empty, names a tile twice or is not balanced
+  /// throws Input: the store lacks a tile, the cut is empty, names a tile twice, has a hole within
+  /// one of its coarsest tiles or is not balanced
   TileMap(const TileStore& store, const std::vector<CutTile>& cut);
 
   /// Puts rays into the first tile in which they may meet the ground (they are not above the tile's
   /// highest point all the way).
-  /// hint      a tile to look at first; becomes the one where the last ray starts
+  /// hint      a tile to look at first; becomes that of the last ray that starts elsewhere
   /// returns   the rays of `asked` for which there is one in [t_min, t_max]
   LaneMask enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint) const;
   /// Puts rays that have passed through their tile into the next such one.
@@ -57,7 +58,8 @@ class TileMap {
   std::uint32_t leaf_at(double x_world, double y_world) const;
   std::uint32_t leaf_on_ray(std::int32_t node, const RayLanes& rays, int lane, double t) const;
   /// Puts a ray into the nearest root that it enters at t or later.
-  bool enter_root(RayLanes& rays, int lane, double t) const;
+  /// is_start   it has not been in any tile yet
+  bool enter_root(RayLanes& rays, int lane, double t, bool is_start) const;
   /// Completes the passages of rays whose tile and entry are known, going on from tile to tile until
   /// the ground may be met.
   /// passed   those that have passed through the tile where they are

@@ -1,7 +1,6 @@
 #include "world/tile_store.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "core/atomic_file.h"

@@ -14,18 +14,17 @@ struct Pinhole {
 };
 
 TERRACAST_PACKET_CODE
-void find_in_pinhole_image(const Pinhole& given, const RayBlock& rays,
-                           std::int32_t (&is_in)[RayBlock::kRays]) {
+void find_in_pinhole_image(const Pinhole& given, const VectorBlock& rays,
+                           std::int32_t (&is_in)[VectorBlock::kVectors]) {
   const Pinhole c = given;
-  double in[RayBlock::kRays];
-  for (int i = 0; i < RayBlock::kRays; ++i) {
+  double in[VectorBlock::kVectors];
+  for (int i = 0; i < VectorBlock::kVectors; ++i) {
     const double u = c.fx * (rays.x[i] / rays.z[i]) + c.cx;
     const double v = c.fy * (rays.y[i] / rays.z[i]) + c.cy;
-    in[i] = (rays.z[i] > 0.0) & (u >= 0.0) & (v >= 0.0) & (u < c.width_px) & (v < c.height_px)
-                ? 1.0
-                : 0.0;
+    in[i] = core::truth((rays.z[i] > 0.0) & (u >= 0.0) & (v >= 0.0) & (u < c.width_px) &
+                        (v < c.height_px));
   }
-  for (int i = 0; i < RayBlock::kRays; ++i) is_in[i] = static_cast<std::int32_t>(in[i]);
+  for (int i = 0; i < VectorBlock::kVectors; ++i) is_in[i] = static_cast<std::int32_t>(in[i]);
 }
 
 /// u = fx x / z + cx, v = fy y / z + cy.
@@ -50,8 +49,8 @@ class PinholeCamera final : public CameraModel {
                            fy_ * (ray_camera.y() / ray_camera.z()) + cy_);
   }
 
-  std::uint32_t find_in_image(const RayBlock& rays_camera) const override {
-    std::int32_t is_in[RayBlock::kRays];
+  std::uint32_t find_in_image(const VectorBlock& rays_camera) const override {
+    std::int32_t is_in[VectorBlock::kVectors];
     find_in_pinhole_image({.fx = fx_,
                            .fy = fy_,
                            .cx = cx_,
@@ -60,7 +59,8 @@ class PinholeCamera final : public CameraModel {
                            .height_px = static_cast<double>(height_px())},
                           rays_camera, is_in);
     std::uint32_t in_image = 0;
-    for (int i = 0; i < RayBlock::kRays; ++i) in_image |= static_cast<std::uint32_t>(is_in[i]) << i;
+    for (int i = 0; i < VectorBlock::kVectors; ++i)
+      in_image |= static_cast<std::uint32_t>(is_in[i]) << i;
     return in_image;
   }
 

@@ -47,10 +47,10 @@ TEST_P(CameraLaws, PixelToRayToPixelReturns) {
 TEST_P(CameraLaws, SeveralRaysAreInTheImageAsEachOneIs) {
   int num_in = 0;
   for (std::uint64_t i = 0; i < 5000; ++i) {
-    RayBlock block;
+    VectorBlock block;
     std::uint32_t expected = 0;
-    for (int k = 0; k < RayBlock::kRays; ++k) {
-      const std::uint64_t index = i * RayBlock::kRays + static_cast<std::uint64_t>(k);
+    for (int k = 0; k < VectorBlock::kVectors; ++k) {
+      const std::uint64_t index = i * VectorBlock::kVectors + static_cast<std::uint64_t>(k);
       Eigen::Vector3d ray;
       if (k % 2 == 0) {
         for (int axis = 0; axis < 3; ++axis)

@@ -60,10 +60,10 @@ TEST(View, SeveralPointsAreInTheImageAsEachOneIs) {
   const View& view = views.at(1, 0);
   int num_in = 0;
   for (std::uint64_t i = 0; i < 5000; ++i) {
-    geo::RayBlock points;
+    geo::VectorBlock points;
     std::uint32_t expected = 0;
-    for (int k = 0; k < geo::RayBlock::kRays; ++k) {
-      const std::uint64_t index = i * geo::RayBlock::kRays + static_cast<std::uint64_t>(k);
+    for (int k = 0; k < geo::VectorBlock::kVectors; ++k) {
+      const std::uint64_t index = i * geo::VectorBlock::kVectors + static_cast<std::uint64_t>(k);
       const Eigen::Vector2d pixel(k % 2 == 0 ? 0.0 : core::random_between(-20, 60, 5, 1, index),
                                   k % 2 == 1 ? 32.0 : core::random_between(-20, 50, 5, 2, index));
       const double depth_m = core::random_between(-100, 1000, 5, 3, index);

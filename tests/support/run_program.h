@@ -28,15 +28,15 @@ struct ProgramLimits {
   double kill_after_s = -1.0;  ///< SIGKILL at this time; negative: never
 };
 
-/// Runs the built program with arguments; its output goes through a file, so that nothing can
-/// block.
-inline ProgramResult run_program(const std::vector<std::string>& arguments,
+/// Runs a program with arguments; its output goes through a file, so that nothing can block.
+inline ProgramResult run_command(const std::string& program,
+                                 const std::vector<std::string>& arguments,
                                  const ProgramLimits& limits = {}) {
   static int counter = 0;
   const auto log =
       std::filesystem::temp_directory_path() /
       ("terracast-output-" + std::to_string(::getpid()) + "-" + std::to_string(counter++));
-  std::vector<char*> argv{const_cast<char*>(TERRACAST_PROGRAM)};
+  std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   const pid_t child = ::fork();
@@ -44,7 +44,7 @@ inline ProgramResult run_program(const std::vector<std::string>& arguments,
     const int file = ::open(log.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
     ::dup2(file, 1);
     ::dup2(file, 2);
-    ::execv(TERRACAST_PROGRAM, argv.data());
+    ::execv(program.c_str(), argv.data());
     ::_exit(127);
   }
   const auto start = std::chrono::steady_clock::now();
@@ -76,6 +76,12 @@ inline ProgramResult run_program(const std::vector<std::string>& arguments,
   result.output = text.str();
   std::filesystem::remove(log);
   return result;
+}
+
+/// Runs terracast.
+inline ProgramResult run_program(const std::vector<std::string>& arguments,
+                                 const ProgramLimits& limits = {}) {
+  return run_command(TERRACAST_PROGRAM, arguments, limits);
 }
 
 }  // namespace terracast::test

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <set>
@@ -18,8 +19,11 @@ using HeightFunction = std::function<double(double x_world, double y_world)>;
 struct TinyWorldOptions {
   int finest_level = 0;
   int coarsest_level = 2;
-  int num_roots =
-      2;  ///< along a side of the square of coarsest tiles, which is centred on the origin; even
+  int num_roots = 2;  ///< along a side of the square of coarsest tiles; even
+  /// Address of the coarsest tile north-east of the square's centre; (0, 0): it is centred on the
+  /// origin.
+  int center_x = 0;
+  int center_y = 0;
   /// Whether a tile above the finest level is split; the tree is balanced afterwards. Default:
   /// never.
   std::function<bool(const world::TileId&)> refine = [](const world::TileId&) { return false; };
@@ -74,7 +78,8 @@ inline world::TileStore make_tiny_world(const std::filesystem::path& folder,
   };
   const int half = options.num_roots / 2;
   for (int y = -half; y < half; ++y)
-    for (int x = -half; x < half; ++x) grow({options.coarsest_level, x, y});
+    for (int x = -half; x < half; ++x)
+      grow({options.coarsest_level, options.center_x + x, options.center_y + y});
 
   std::set<world::TileId> tiles;
   for (world::TileId id : world::balance(leaves))
@@ -84,7 +89,9 @@ inline world::TileStore make_tiny_world(const std::filesystem::path& folder,
   manifest.name = "tiny";
   manifest.input_hash = "tiny";
   manifest.origin = options.origin;
-  manifest.size_m = half * 2 * world::TileId{options.coarsest_level, 0, 0}.side_m();
+  // The world's square is centred on the origin in any case.
+  const int reach = half + std::max(std::abs(options.center_x), std::abs(options.center_y));
+  manifest.size_m = reach * 2 * world::TileId{options.coarsest_level, 0, 0}.side_m();
   manifest.finest_level = options.finest_level;
   manifest.base_level = options.coarsest_level;
   manifest.coarsest_level = options.coarsest_level;

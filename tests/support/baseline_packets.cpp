@@ -1,0 +1,20 @@
+// Prints the hashes of frame_hashes.h. Its packet code is built for baseline x86-64 alone
+// (TERRACAST_BASELINE_PACKETS), for tests/render/packet_code_test.cpp to compare.
+//
+//     terracast_baseline_packets FOLDER      which is made
+
+#include <cstdio>
+#include <exception>
+
+#include "tests/support/frame_hashes.h"
+
+int main(int argc, char** argv) {
+  if (argc != 2) return 2;
+  try {
+    std::fputs(terracast::test::frame_hashes(argv[1]).c_str(), stdout);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
