@@ -39,8 +39,7 @@ class PacketRays {
     tile_ = batch_.groups[next_].tile[__builtin_ctz(batch_.travelling[next_])];
     const LaneMask lanes = lanes_in_tile(next_);
     is_gathered_ = __builtin_popcount(lanes) < kEnough && gather();
-    if (!is_gathered_) take_groups(lanes);
-    next_ = group_at(1);
+    next_ = group_at(is_gathered_ ? 1 : take_groups(lanes) + 1);
     return true;
   }
 
@@ -83,7 +82,8 @@ class PacketRays {
   }
 
   /// The group whose turn it is, and what other groups have enough rays in the tile.
-  void take_groups(LaneMask lanes) {
+  /// returns   how many turns after it the last of them has its own
+  std::size_t take_groups(LaneMask lanes) {
     std::size_t turns = 0;
     for (std::size_t g = 0; g < kGroups; ++g) {
       const std::size_t from = group_at(turns);
@@ -100,6 +100,7 @@ class PacketRays {
         break;
       }
     }
+    return turns;
   }
 
   /// As many rays in the tile as the packet takes; false when only one group has any.

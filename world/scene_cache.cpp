@@ -60,7 +60,7 @@ const TileScene& SceneCache::load(std::size_t tile_index, bool for_ray) {
     std::unique_lock lock(mutex_);
     if (for_ray) ++stats_.num_waited;
     loaded_.wait(lock, [&] { return !slot.is_loading; });
-    if (slot.owned) return *slot.owned;
+    if (slot.owned || take_back(tile_index)) return *slot.owned;
     slot.is_loading = true;
   }
   std::unique_ptr<const TileScene> scene;
@@ -111,9 +111,24 @@ void SceneCache::evict_down_to_budget(std::size_t keep) {
     Slot& slot = slots_[i];
     bytes_kept -= slot.owned->num_bytes();
     slot.scene.store(nullptr);
-    retired_.push_back({.epoch = epoch_.fetch_add(1) + 1, .scene = std::move(slot.owned)});
+    retired_.push_back(
+        {.epoch = epoch_.fetch_add(1) + 1, .tile_index = i, .scene = std::move(slot.owned)});
     ++stats_.num_evicted;
   }
+}
+
+bool SceneCache::take_back(std::size_t tile_index) {
+  const auto found = std::find_if(retired_.begin(), retired_.end(), [&](const Retired& retired) {
+    return retired.tile_index == tile_index;
+  });
+  if (found == retired_.end()) return false;
+  Slot& slot = slots_[tile_index];
+  slot.owned = std::move(found->scene);
+  retired_.erase(found);
+  slot.scene.store(slot.owned.get());
+  slot.last_used.store(epoch_.fetch_add(1) + 1, std::memory_order_relaxed);
+  evict_down_to_budget(tile_index);
+  return true;
 }
 
 std::vector<SceneCache::Retired> SceneCache::take_unpinned() {

@@ -79,12 +79,15 @@ class SceneCache {
   };
   struct Retired {
     std::uint64_t epoch;
+    std::size_t tile_index;
     std::unique_ptr<const TileScene> scene;
   };
 
   const TileScene& load(std::size_t tile_index, bool for_ray);
   void evict_down_to_budget(std::size_t keep);
   std::vector<Retired> take_unpinned();
+  /// Puts the scene of a tile back that was evicted but is still alive; false when there is none.
+  bool take_back(std::size_t tile_index);
   void prefetch_loop(const std::stop_token& stop);
 
   const double budget_bytes_;

@@ -2,74 +2,29 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <immintrin.h>
 
-#include <atomic>
 #include <cmath>
-#include <cstring>
-#include <thread>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "core/error.h"
-#include "core/parallel.h"
 #include "core/random.h"
 #include "tests/support/brute_terrain.h"
 #include "tests/support/test_data.h"
 #include "tests/world/mountains.h"
+#include "tests/world/rays.h"
 
 namespace terracast::world {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-SurfaceHit cast(const RayQuery& query, const WorldRay& ray) {
-  SurfaceHit hit;
-  query.intersect({&ray, 1}, {&hit, 1}, Coherence::Incoherent);
-  return hit;
-}
-
-bool is_blocked(const RayQuery& query, const WorldRay& ray) {
-  std::uint8_t answer = 2;
-  query.occluded({&ray, 1}, {&answer, 1});
-  return answer == 1;
-}
-
-bool same_bits(const std::vector<SurfaceHit>& a, const std::vector<SurfaceHit>& b) {
-  return std::equal(
-      a.begin(), a.end(), b.begin(), b.end(), [](const SurfaceHit& p, const SurfaceHit& q) {
-        return std::memcmp(&p.t, &q.t, sizeof p.t) == 0 && p.tile_index == q.tile_index &&
-               p.cell_x == q.cell_x && p.cell_y == q.cell_y && p.upper == q.upper &&
-               p.slope_x == q.slope_x && p.slope_y == q.slope_y;
-      });
-}
-
-/// Rays of every kind over a world of a size: downward, level, along and across borders.
-std::vector<WorldRay> mixed_rays(const RayQuery& query, double half_size_m, std::size_t count) {
-  std::vector<WorldRay> rays(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    std::uint64_t draw = 0;
-    const auto between = [&](double low, double high) {
-      return core::random_between(low, high, 3, i, draw++);
-    };
-    const double x = between(-0.95, 0.95) * half_size_m;
-    const double y = between(-0.95, 0.95) * half_size_m;
-    rays[i].origin_world = {x, y, *query.surface_z_world(x, y) + std::exp(between(0.0, 7.0))};
-    rays[i].direction_world = {between(-1.0, 1.0), between(-1.0, 1.0), between(-0.6, 0.15)};
-    if (i % 5 == 0) {  // aimed exactly at a place on a grid of tile borders
-      const Eigen::Vector2d place(256.0 * std::round(between(-0.9, 0.9) * half_size_m / 256.0),
-                                  between(-0.9, 0.9) * half_size_m);
-      const double z = *query.surface_z_world(place.x(), place.y());
-      rays[i].direction_world = Eigen::Vector3d(place.x(), place.y(), z) - rays[i].origin_world;
-    }
-  }
-  return rays;
-}
-
-std::vector<SurfaceHit> cast_all(const RayQuery& query, const std::vector<WorldRay>& rays,
-                                 Coherence coherence = Coherence::Incoherent) {
-  std::vector<SurfaceHit> hits(rays.size());
-  query.intersect(rays, hits, coherence);
-  return hits;
-}
+using test::cast;
+using test::cast_all;
+using test::is_blocked;
+using test::kInfinity;
+using test::mixed_rays;
+using test::same_bits;
 
 TEST(RayClosedForms, Plane) {
   const test::ScratchFolder folder;
@@ -212,6 +167,71 @@ TEST(RayStarts, EveryHitSeesTheCameraThatSawIt) {
   }
 }
 
+/// Folds of slope 3: 2.4 to the east and 1.8 to the north.
+double fold_height_m(double x, double y) {
+  const auto fold = [](double at, double period_m) {
+    return std::abs(at - period_m * std::round(at / period_m));
+  };
+  return 2.4 * fold(x, 200.0) + 1.8 * fold(y, 150.0);
+}
+
+// x and y are 300 km, where a double is spaced 6e-11 m.
+TEST(RayStarts, EveryHitFarFromTheOriginSeesTheCameraThatSawIt) {
+  const test::ScratchFolder folder;
+  test::TinyWorldOptions options;
+  options.coarsest_level = 1;
+  options.center_x = 586;  // 512 m each
+  options.center_y = -586;
+  options.refine = [](const TileId& id) { return id == TileId{1, 586, -586}; };
+  const TileStore store = test::make_tiny_world(folder / "world", fold_height_m, options);
+  const RayQuery query(store, finest_cut(store), {});
+  const test::BruteTerrain brute(store, query.cut());
+  constexpr std::size_t kNumRays = 40'000;
+  std::vector<WorldRay> rays;
+  for (std::size_t i = 0; i < kNumRays; ++i) {
+    std::uint64_t draw = 0;
+    const auto between = [&](double low, double high) {
+      return core::random_between(low, high, 29, i, draw++);
+    };
+    const double x = 300'032.0 + between(-480.0, 480.0);
+    const double y = -300'032.0 + between(-480.0, 480.0);
+    const double z = *query.surface_z_world(x, y);
+    Eigen::Vector3d start(x, y, z + std::exp(between(0.0, 7.0)));
+    Eigen::Vector3d direction(between(-1.0, 1.0), between(-1.0, 1.0), between(-0.9, 0.15));
+    if (i % 8 == 0) {  // from 50 km above
+      start.z() += 50e3;
+      direction = {between(-0.003, 0.003), between(-0.003, 0.003), -1.0};
+    }
+    rays.push_back({.origin_world = start, .direction_world = direction.normalized()});
+  }
+  const std::vector<SurfaceHit> hits = cast_all(query, rays);
+  std::size_t num_steep = 0;
+  std::vector<WorldRay> back;
+  for (std::size_t i = 0; i < kNumRays; ++i) {
+    if (i % 15 == 0) {
+      const double t =
+          brute.first_crossing(rays[i].origin_world, rays[i].direction_world, 0.0, kInfinity);
+      EXPECT_TRUE(test::is_crossing_at(t, brute, rays[i], hits[i]))
+          << "t " << hits[i].t << " where the full traversal has " << t << "; "
+          << test::text(rays[i]);
+    }
+    if (hits[i].is_sky()) continue;
+    num_steep += std::hypot(hits[i].slope_x, hits[i].slope_y) > 2.9 ? 1 : 0;
+    const Eigen::Vector3d point = rays[i].origin_world + hits[i].t * rays[i].direction_world;
+    back.push_back(
+        {.origin_world = point, .direction_world = rays[i].origin_world - point, .t_max = 1.0});
+  }
+  ASSERT_GT(back.size(), kNumRays / 2);
+  EXPECT_GT(num_steep, kNumRays / 3);
+  std::vector<std::uint8_t> is_occluded(back.size());
+  query.occluded(back, is_occluded);
+  const std::vector<SurfaceHit> back_hits = cast_all(query, back);
+  for (std::size_t i = 0; i < back.size(); ++i) {
+    EXPECT_EQ(is_occluded[i], 0) << test::text(back[i]);
+    EXPECT_TRUE(back_hits[i].is_sky()) << test::text(back[i]) << ": t " << back_hits[i].t;
+  }
+}
+
 TEST(RayRanges, EndsAreKept) {
   const test::ScratchFolder folder;
   const TileStore store =
@@ -236,6 +256,59 @@ TEST(RayRanges, EndsAreKept) {
   EXPECT_THROW(cast(query, {.origin_world = {0, 0, 0}, .direction_world = {0, 0, 0}}), core::Error);
   EXPECT_THROW(cast(query, {.origin_world = {0, 0, std::nan("")}, .direction_world = {0, 0, 1}}),
                core::Error);
+}
+
+TEST(RayRanges, ARayThatCannotBeTracedIsNamed) {
+  const test::ScratchFolder folder;
+  const TileStore store =
+      test::make_tiny_world(folder / "world", [](double, double) { return 8.0; });
+  const RayQuery query(store, finest_cut(store), {});
+  struct Damage {
+    const char* what;
+    std::function<void(WorldRay&)> apply;
+  };
+  const double nan = std::nan("");
+  const std::vector<Damage> damages = {
+      {"t_max is NaN", [&](WorldRay& ray) { ray.t_max = nan; }},
+      {"t_min is NaN", [&](WorldRay& ray) { ray.t_min = nan; }},
+      {"t_min is -inf", [](WorldRay& ray) { ray.t_min = -kInfinity; }},
+      {"no direction", [](WorldRay& ray) { ray.direction_world.setZero(); }},
+      {"direction is NaN", [&](WorldRay& ray) { ray.direction_world.y() = nan; }},
+      {"direction is infinite", [](WorldRay& ray) { ray.direction_world.z() = -kInfinity; }},
+      {"origin is NaN", [&](WorldRay& ray) { ray.origin_world.x() = nan; }},
+      {"origin is infinite", [](WorldRay& ray) { ray.origin_world.z() = kInfinity; }}};
+  // In the middle of a group; the last ray, which fills the lanes left; in a later batch.
+  struct Place {
+    std::size_t bad, count;
+  };
+  for (const Place& place : {Place{5, 20}, Place{19, 20}, Place{69, 84}}) {
+    std::vector<WorldRay> rays(place.count);
+    for (std::size_t i = 0; i < place.count; ++i)
+      rays[i] = {.origin_world = {3.0, 100.25 + static_cast<double>(i), 300.0},
+                 .direction_world = {0.0, 0.0, -1.0}};
+    const std::string name = fmt::format(", {}, ", rays[place.bad].origin_world.y());
+    for (const Damage& damage : damages) {
+      std::vector<WorldRay> damaged = rays;
+      damage.apply(damaged[place.bad]);
+      const auto expect_refusal = [&](const std::function<void()>& query_rays) {
+        try {
+          query_rays();
+          ADD_FAILURE() << "ray " << place.bad << " of " << place.count << ", " << damage.what
+                        << ": no error";
+        } catch (const core::Error& error) {
+          EXPECT_EQ(error.kind(), core::ErrorKind::Internal);
+          EXPECT_THAT(error.what(), testing::HasSubstr(name)) << damage.what;
+        }
+      };
+      expect_refusal([&] { cast_all(query, damaged); });
+      expect_refusal([&] {
+        std::vector<std::uint8_t> is_occluded(place.count);
+        query.occluded(damaged, is_occluded);
+      });
+    }
+    // The query is as good as before.
+    for (const SurfaceHit& hit : cast_all(query, rays)) EXPECT_EQ(hit.t, 292.0);
+  }
 }
 
 TEST(TileSeams, RaysAlongBordersCornersAndTJunctionsAlwaysHit) {
@@ -302,151 +375,107 @@ TEST(TileSeams, RaysAimedAtBordersSeeWhatRaysBesideThemSee) {
   }
 }
 
-class RayPurity : public testing::Test {
- protected:
-  RayPurity()
-      : store_(test::make_tiny_world(folder_ / "world", test::mountain_height_m,
-                                     test::mountain_options(2))),
-        query_(store_, finest_cut(store_), {}),
-        rays_(mixed_rays(query_, 1024.0, 20'000)),
-        hits_(cast_all(query_, rays_)) {}
+constexpr int kTilesInRow = 6;
 
-  void expect_same(const RayQueryOptions& options) const {
-    const RayQuery other(store_, query_.cut(), options);
-    EXPECT_TRUE(same_bits(cast_all(other, rays_), hits_));
+/// Level ground with a hill in the middle of each tile of 256 m, so that a ray that passes low
+/// beside the hills has to be cast in every tile.
+double hills_height_m(double x, double y) {
+  const auto from_middle_m = [](double at) { return at - 256.0 * std::floor(at / 256.0) - 128.0; };
+  return std::max(0.0, 500.0 - 5.0 * std::hypot(from_middle_m(x), from_middle_m(y)));
+}
+
+/// A batch of 64 rays, low along the southern border of a row of tiles, and out of the world.
+/// is_eastward   of each ray; else it goes the other way
+template <class Predicate>
+std::vector<WorldRay> rays_along_row(const Predicate& is_eastward) {
+  std::vector<WorldRay> rays;
+  for (std::uint64_t i = 0; i < 64; ++i) {
+    const double ahead = is_eastward(i) ? 1.0 : -1.0;
+    const auto lane = static_cast<double>(i);
+    rays.push_back({.origin_world = {-760.0 * ahead, 4.0 + 0.25 * lane, 20.0 + 0.5 * lane},
+                    .direction_world = {ahead, core::random_between(-1e-3, 1e-3, 37, 0, i),
+                                        core::random_between(-3e-3, 3e-3, 37, 1, i)}});
+  }
+  return rays;
+}
+
+class RayMemory : public testing::Test {
+ protected:
+  RayMemory() : store_(test::make_tiny_world(folder_ / "world", hills_height_m, row_options())) {}
+
+  static test::TinyWorldOptions row_options() {
+    test::TinyWorldOptions options;
+    options.coarsest_level = 0;
+    options.num_roots = kTilesInRow;
+    return options;
+  }
+
+  /// Casts the rays where one tile fits and where two do, and checks what is loaded and held.
+  /// most_loaded   tiles, of which rays_along_row need kTilesInRow
+  void expect_within(const std::vector<WorldRay>& rays, std::uint64_t most_loaded) const {
+    const RayQuery all(store_, finest_cut(store_), {});
+    const std::vector<SurfaceHit> hits = cast_all(all, rays);
+    ASSERT_EQ(all.stats().num_tiles_loaded, std::uint64_t{kTilesInRow});
+    const auto bytes_of_row = static_cast<double>(all.stats().bytes_resident);
+    for (const int packet_width : {8, 16}) {
+      for (const double num_fitting : {1.0, 2.0}) {
+        const double memory_bytes = (num_fitting + 0.5) / kTilesInRow * bytes_of_row;
+        const RayQuery query(store_, all.cut(),
+                             {.memory_bytes = memory_bytes, .packet_width = packet_width});
+        EXPECT_TRUE(same_bits(cast_all(query, rays), hits));
+        const RayQueryStats stats = query.stats();
+        const std::string where =
+            fmt::format("packets of {}, {} tiles fit", packet_width, num_fitting);
+        EXPECT_LE(stats.num_tiles_loaded, most_loaded) << where;
+        EXPECT_GT(stats.num_tiles_evicted, 0U) << where;
+        // The budget may be passed by the tiles that a batch of rays holds: here those of the row.
+        EXPECT_LE(static_cast<double>(stats.peak_bytes_resident), memory_bytes + bytes_of_row)
+            << where;
+      }
+    }
   }
 
   test::ScratchFolder folder_;
   TileStore store_;
-  RayQuery query_;
-  std::vector<WorldRay> rays_;
-  std::vector<SurfaceHit> hits_;
 };
 
-TEST_F(RayPurity, ResultsDoNotDependOnPackets) {
-  std::vector<SurfaceHit> singly;
-  for (const WorldRay& ray : rays_) singly.push_back(cast(query_, ray));
-  EXPECT_TRUE(same_bits(singly, hits_));
-  EXPECT_TRUE(same_bits(cast_all(query_, rays_, Coherence::Coherent), hits_));
-  std::vector<WorldRay> reversed(rays_.rbegin(), rays_.rend());
-  std::vector<SurfaceHit> hits = cast_all(query_, reversed);
-  std::reverse(hits.begin(), hits.end());
-  EXPECT_TRUE(same_bits(hits, hits_));
+TEST_F(RayMemory, RaysThatTravelTogetherLoadATileOnce) {
+  // One more than the row has, for a tile that goes while some of the groups have yet to pass it.
+  expect_within(rays_along_row([](std::uint64_t) { return true; }), kTilesInRow + 1);
 }
 
-TEST_F(RayPurity, OccludedAnswersAsIntersect) {
-  std::vector<std::uint8_t> is_occluded(rays_.size());
-  query_.occluded(rays_, is_occluded);
-  for (std::size_t i = 0; i < rays_.size(); ++i)
-    EXPECT_EQ(is_occluded[i] == 1, !hits_[i].is_sky()) << i;
+TEST_F(RayMemory, RaysThatPassEachOtherHoldATileOnce) {
+  // Those that go one way and those that go the other may each load the row.
+  expect_within(rays_along_row([](std::uint64_t i) { return i < 32; }), 2 * kTilesInRow);
+  expect_within(rays_along_row([](std::uint64_t i) { return i / 8 % 2 == 0; }), 2 * kTilesInRow);
+  expect_within(rays_along_row([](std::uint64_t i) { return i % 2 == 0; }), 2 * kTilesInRow);
 }
 
-TEST_F(RayPurity, ResultsDoNotDependOnTheLocalOrigin) {
-  for (const Eigen::Vector3d& origin :
-       {Eigen::Vector3d(0.3, 0.7, 0.1), Eigen::Vector3d(20'000.0, -20'000.0, 500.0)})
-    expect_same({.local_origin_world = origin});
-}
+TEST_F(RayMemory, CountsRaysCastsAndLanes) {
+  const std::vector<WorldRay> rays = rays_along_row([](std::uint64_t i) { return i % 3 != 0; });
+  for (const int packet_width : {8, 16}) {
+    const RayQuery query(store_, finest_cut(store_), {.packet_width = packet_width});
+    const auto lanes = static_cast<std::uint64_t>(packet_width);
+    test::cast(query, rays[0]);
+    RayQueryStats stats = query.stats();
+    EXPECT_EQ(stats.num_rays, 1U);
+    EXPECT_EQ(stats.num_casts, std::uint64_t{kTilesInRow});
+    EXPECT_EQ(stats.num_lanes, kTilesInRow * lanes);
 
-TEST_F(RayPurity, ResultsDoNotDependOnEmbreesProfile) {
-  expect_same({.embree_profile = "isa=sse4.2,frequency_level=simd128"});
-  EXPECT_THROW(RayQuery(store_, query_.cut(), {.embree_profile = "isa=sse9"}), core::Error);
-}
-
-TEST_F(RayPurity, ResultsDoNotDependOnThreadsOrTheBudget) {
-  for (const int num_threads : {1, 2}) {
-    const core::ThreadLimit limit(num_threads);
-    for (const double memory_bytes : {1.0, 5e6, 8e9}) {
-      const RayQuery other(store_, query_.cut(), {.memory_bytes = memory_bytes});
-      // One tile at a time makes every packet load anew: fewer rays.
-      const std::int64_t count = memory_bytes < 8e9 ? 48 : static_cast<std::int64_t>(rays_.size());
-      std::vector<SurfaceHit> hits(static_cast<std::size_t>(count));
-      core::parallel_for_blocks(count, 24, [&](std::int64_t begin, std::int64_t end) {
-        const auto at = static_cast<std::size_t>(begin);
-        const auto size = static_cast<std::size_t>(end - begin);
-        other.intersect(std::span(rays_).subspan(at, size), std::span(hits).subspan(at, size),
-                        Coherence::Incoherent);
-      });
-      EXPECT_TRUE(same_bits(hits, {hits_.begin(), hits_.begin() + count}));
-      const RayQueryStats stats = other.stats();
-      if (memory_bytes == 1.0) {
-        EXPECT_GT(stats.num_tiles_evicted, 0U);
-        EXPECT_LE(stats.peak_bytes_resident, query_.stats().peak_bytes_resident * 2);
-      } else if (memory_bytes == 8e9) {
-        EXPECT_LE(stats.num_tiles_loaded, query_.cut().size());
-        EXPECT_EQ(stats.num_tiles_evicted, 0U);
-      }
+    std::uint64_t num_rays = 1;
+    for (const std::size_t count : {std::size_t{20}, std::size_t{64}}) {
+      const std::span<const WorldRay> part = std::span(rays).first(count);
+      cast_all(query, part);
+      std::vector<std::uint8_t> is_occluded(count);
+      query.occluded(part, is_occluded);
+      num_rays += 2 * count;
+      stats = query.stats();
+      EXPECT_EQ(stats.num_rays, num_rays);
+      EXPECT_EQ(stats.num_casts, kTilesInRow * num_rays);  // each ray in each tile of the row
+      EXPECT_LE(stats.num_casts, stats.num_lanes);
+      EXPECT_EQ(stats.num_lanes % lanes, 0U);
     }
   }
-}
-
-TEST_F(RayPurity, TheFlagsOfTheFloatingPointUnitAreLeftAlone) {
-  const unsigned before = _mm_getcsr();
-  cast_all(query_, rays_);
-  EXPECT_EQ(_mm_getcsr(), before);
-  _mm_setcsr(before | 0x8040U);
-  EXPECT_TRUE(same_bits(cast_all(query_, rays_), hits_));
-  EXPECT_EQ(_mm_getcsr() & 0x8040U, 0x8040U);
-  _mm_setcsr(before);
-}
-
-TEST_F(RayPurity, ManyThreadsLoadAndEvictAtOnce) {
-  // Half of the tiles fit.
-  const RayQuery other(store_, query_.cut(),
-                       {.memory_bytes = static_cast<double>(query_.stats().bytes_resident) / 2.0});
-  std::atomic<int> num_wrong = 0;
-  const auto check = [&](std::size_t packet) {
-    const std::size_t at = 16 * packet;
-    std::vector<SurfaceHit> hits(16);
-    other.intersect(std::span(rays_).subspan(at, 16), hits, Coherence::Incoherent);
-    const std::vector<SurfaceHit> expected(hits_.begin() + static_cast<std::ptrdiff_t>(at),
-                                           hits_.begin() + static_cast<std::ptrdiff_t>(at + 16));
-    if (!same_bits(hits, expected)) ++num_wrong;
-    const Viewpoint viewpoint{.position_world = rays_[at].origin_world, .pixels_per_radian = 700.0};
-    other.prefetch({&viewpoint, 1});
-  };
-  std::vector<std::jthread> threads;
-  for (std::size_t thread = 0; thread < 6; ++thread)
-    threads.emplace_back([&, thread] {
-      for (std::size_t round = 0; round < 2; ++round) check(2 * thread + round);
-    });
-  // The same from inside tasks, where a waiting thread could pick up other tasks.
-  core::parallel_for(12, [&](std::int64_t i) { check(static_cast<std::size_t>(i)); });
-  threads.clear();
-  EXPECT_EQ(num_wrong, 0);
-}
-
-TEST_F(RayPurity, DamagedTilesAreErrorsOfTheRayThatNeedsThem) {
-  std::filesystem::resize_file(tile_path(store_.folder(), {0, 0, 0}), 200);
-  const RayQuery other(store_, query_.cut(), {});
-  const WorldRay ray{.origin_world = {10.0, 10.0, 5000.0}, .direction_world = {0, 0, -1}};
-  for (int k = 0; k < 2; ++k) {
-    try {
-      cast(other, ray);
-      ADD_FAILURE() << "no error";
-    } catch (const core::Error& error) {
-      EXPECT_EQ(error.kind(), core::ErrorKind::Input);
-      EXPECT_THAT(error.what(), testing::HasSubstr("0_0.tile"));
-    }
-    EXPECT_THROW(is_blocked(other, ray), core::Error);
-  }
-  EXPECT_FALSE(
-      cast(other, {.origin_world = {-500.0, -500.0, 5000.0}, .direction_world = {0, 0, -1}})
-          .is_sky());
-}
-
-TEST_F(RayPurity, PrefetchedTilesAreNotWaitedFor) {
-  const RayQuery other(store_, query_.cut(), {});
-  const Viewpoint viewpoint{.position_world = {200.0, 100.0, 1500.0}, .pixels_per_radian = 700.0};
-  other.prefetch({&viewpoint, 1});
-  for (int k = 0; k < 2000 && other.stats().num_tiles_loaded < query_.cut().size(); ++k)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  ASSERT_EQ(other.stats().num_tiles_loaded, query_.cut().size());
-  EXPECT_TRUE(same_bits(cast_all(other, rays_), hits_));
-  EXPECT_EQ(other.stats().num_tiles_waited, 0U);
-  const RayQuery small(store_, query_.cut(), {.memory_bytes = 1.0});
-  small.prefetch({&viewpoint, 1});
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  EXPECT_EQ(small.stats().num_tiles_evicted, 0U);
 }
 
 TEST(RaySurface, TellsWhatTheTileHolds) {

@@ -1,0 +1,479 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <immintrin.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <numeric>
+#include <random>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/random.h"
+#include "tests/support/test_data.h"
+#include "tests/world/mountains.h"
+#include "tests/world/rays.h"
+#include "world/ray_query.h"
+
+// What a ray meets depends on the ray and the cut alone, to the last bit: no tolerance here.
+namespace terracast::world {
+namespace {
+
+using test::cast;
+using test::cast_all;
+using test::is_blocked;
+using test::kInfinity;
+using test::mixed_rays;
+using test::same_bits;
+
+class RayPurity : public testing::Test {
+ protected:
+  RayPurity()
+      : store_(test::make_tiny_world(folder_ / "world", test::mountain_height_m,
+                                     test::mountain_options(2))),
+        query_(store_, finest_cut(store_), {}),
+        rays_(mixed_rays(query_, 1024.0, 20'000)),
+        hits_(cast_all(query_, rays_)) {}
+
+  void expect_same(const RayQueryOptions& options) const {
+    const RayQuery other(store_, query_.cut(), options);
+    EXPECT_TRUE(same_bits(cast_all(other, rays_), hits_));
+  }
+
+  test::ScratchFolder folder_;
+  TileStore store_;
+  RayQuery query_;
+  std::vector<WorldRay> rays_;
+  std::vector<SurfaceHit> hits_;
+};
+
+TEST_F(RayPurity, ResultsDoNotDependOnPackets) {
+  std::vector<SurfaceHit> singly;
+  for (const WorldRay& ray : rays_) singly.push_back(cast(query_, ray));
+  EXPECT_TRUE(same_bits(singly, hits_));
+  EXPECT_TRUE(same_bits(cast_all(query_, rays_, Coherence::Coherent), hits_));
+  std::vector<WorldRay> reversed(rays_.rbegin(), rays_.rend());
+  std::vector<SurfaceHit> hits = cast_all(query_, reversed);
+  std::reverse(hits.begin(), hits.end());
+  EXPECT_TRUE(same_bits(hits, hits_));
+}
+
+TEST_F(RayPurity, OccludedAnswersAsIntersect) {
+  std::vector<std::uint8_t> is_occluded(rays_.size());
+  query_.occluded(rays_, is_occluded);
+  for (std::size_t i = 0; i < rays_.size(); ++i)
+    EXPECT_EQ(is_occluded[i] == 1, !hits_[i].is_sky()) << i;
+}
+
+TEST_F(RayPurity, ResultsDoNotDependOnTheLocalOrigin) {
+  for (const Eigen::Vector3d& origin :
+       {Eigen::Vector3d(0.3, 0.7, 0.1), Eigen::Vector3d(20'000.0, -20'000.0, 500.0)})
+    expect_same({.local_origin_world = origin});
+}
+
+TEST_F(RayPurity, ResultsDoNotDependOnEmbreesProfile) {
+  expect_same({.embree_profile = "isa=sse4.2,frequency_level=simd128"});
+  EXPECT_THROW(RayQuery(store_, query_.cut(), {.embree_profile = "isa=sse9"}), core::Error);
+}
+
+TEST_F(RayPurity, ResultsDoNotDependOnThreadsOrTheBudget) {
+  for (const int num_threads : {1, 2}) {
+    const core::ThreadLimit limit(num_threads);
+    for (const double memory_bytes : {1.0, 5e6, 8e9}) {
+      const RayQuery other(store_, query_.cut(), {.memory_bytes = memory_bytes});
+      // One tile at a time makes every packet load anew: fewer rays.
+      const std::int64_t count = memory_bytes < 8e9 ? 48 : static_cast<std::int64_t>(rays_.size());
+      std::vector<SurfaceHit> hits(static_cast<std::size_t>(count));
+      core::parallel_for_blocks(count, 24, [&](std::int64_t begin, std::int64_t end) {
+        const auto at = static_cast<std::size_t>(begin);
+        const auto size = static_cast<std::size_t>(end - begin);
+        other.intersect(std::span(rays_).subspan(at, size), std::span(hits).subspan(at, size),
+                        Coherence::Incoherent);
+      });
+      EXPECT_TRUE(same_bits(hits, std::span(hits_).first(static_cast<std::size_t>(count))));
+      const RayQueryStats stats = other.stats();
+      if (memory_bytes == 1.0) {
+        EXPECT_GT(stats.num_tiles_evicted, 0U);
+        EXPECT_LE(stats.peak_bytes_resident, query_.stats().peak_bytes_resident * 2);
+      } else if (memory_bytes == 8e9) {
+        EXPECT_LE(stats.num_tiles_loaded, query_.cut().size());
+        EXPECT_EQ(stats.num_tiles_evicted, 0U);
+      }
+    }
+  }
+}
+
+TEST_F(RayPurity, TheFlagsOfTheFloatingPointUnitAreLeftAlone) {
+  const unsigned before = _mm_getcsr();
+  cast_all(query_, rays_);
+  EXPECT_EQ(_mm_getcsr(), before);
+  _mm_setcsr(before | 0x8040U);
+  EXPECT_TRUE(same_bits(cast_all(query_, rays_), hits_));
+  EXPECT_EQ(_mm_getcsr() & 0x8040U, 0x8040U);
+  _mm_setcsr(before);
+}
+
+TEST_F(RayPurity, ManyThreadsLoadAndEvictAtOnce) {
+  // Half of the tiles fit.
+  const RayQuery other(store_, query_.cut(),
+                       {.memory_bytes = static_cast<double>(query_.stats().bytes_resident) / 2.0});
+  std::atomic<int> num_wrong = 0;
+  const auto check = [&](std::size_t packet) {
+    const std::size_t at = 16 * packet;
+    std::vector<SurfaceHit> hits(16);
+    other.intersect(std::span(rays_).subspan(at, 16), hits, Coherence::Incoherent);
+    if (!same_bits(hits, std::span(hits_).subspan(at, 16))) ++num_wrong;
+    const Viewpoint viewpoint{.position_world = rays_[at].origin_world, .pixels_per_radian = 700.0};
+    other.prefetch({&viewpoint, 1});
+  };
+  std::vector<std::jthread> threads;
+  for (std::size_t thread = 0; thread < 6; ++thread)
+    threads.emplace_back([&, thread] {
+      for (std::size_t round = 0; round < 2; ++round) check(2 * thread + round);
+    });
+  // The same from inside tasks, where a waiting thread could pick up other tasks.
+  core::parallel_for(12, [&](std::int64_t i) { check(static_cast<std::size_t>(i)); });
+  threads.clear();
+  EXPECT_EQ(num_wrong, 0);
+}
+
+TEST_F(RayPurity, DamagedTilesAreErrorsOfTheRayThatNeedsThem) {
+  std::filesystem::resize_file(tile_path(store_.folder(), {0, 0, 0}), 200);
+  const RayQuery other(store_, query_.cut(), {});
+  const WorldRay ray{.origin_world = {10.0, 10.0, 5000.0}, .direction_world = {0, 0, -1}};
+  for (int k = 0; k < 2; ++k) {
+    try {
+      cast(other, ray);
+      ADD_FAILURE() << "no error";
+    } catch (const core::Error& error) {
+      EXPECT_EQ(error.kind(), core::ErrorKind::Input);
+      EXPECT_THAT(error.what(), testing::HasSubstr("0_0.tile"));
+    }
+    EXPECT_THROW(is_blocked(other, ray), core::Error);
+  }
+  EXPECT_FALSE(
+      cast(other, {.origin_world = {-500.0, -500.0, 5000.0}, .direction_world = {0, 0, -1}})
+          .is_sky());
+}
+
+TEST_F(RayPurity, PrefetchedTilesAreNotWaitedFor) {
+  const RayQuery other(store_, query_.cut(), {});
+  const Viewpoint viewpoint{.position_world = {200.0, 100.0, 1500.0}, .pixels_per_radian = 700.0};
+  other.prefetch({&viewpoint, 1});
+  for (int k = 0; k < 2000 && other.stats().num_tiles_loaded < query_.cut().size(); ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  ASSERT_EQ(other.stats().num_tiles_loaded, query_.cut().size());
+  EXPECT_TRUE(same_bits(cast_all(other, rays_), hits_));
+  EXPECT_EQ(other.stats().num_tiles_waited, 0U);
+  const RayQuery small(store_, query_.cut(), {.memory_bytes = 1.0});
+  small.prefetch({&viewpoint, 1});
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(small.stats().num_tiles_evicted, 0U);
+}
+
+constexpr double kHalfSize_m = 1024.0;
+constexpr double kLevel_m = 1200.0;
+
+/// Mountains in the east. West of x = -512 m level ground and, north of y = 0, a ramp that rises by
+/// a quarter: exactly, heights being whole steps there.
+double patchwork_height_m(double x, double y) {
+  const double base_m = kLevel_m + 0.25 * std::max(y, 0.0);
+  const double share = std::clamp((x + 512.0) / 400.0, 0.0, 1.0);
+  const double smooth_share = share * share * (3.0 - 2.0 * share);
+  return base_m + smooth_share * (test::mountain_height_m(x, y) - kLevel_m);
+}
+
+/// Rays of every kind over the patchwork, in one list: easy ones in whole groups, and those for
+/// which a decision hangs on the last bit.
+class RaysOfAllKinds {
+ public:
+  explicit RaysOfAllKinds(const RayQuery& query) : query_(query) {
+    add_image({200.0, 100.0, ground_z(200.0, 100.0) + 250.0}, {0.6, 0.7, -0.3});
+    add_image({-800.0, -300.0, kLevel_m + 400.0}, {0.0, 0.0, -1.0});
+    // Straight down on a corner of four tiles: its middle row and column run along the borders.
+    add_image({0.0, 0.0, ground_z(0.0, 0.0) + 500.0}, {0.0, 0.0, -1.0});
+    add_hits();
+    add_planes();
+    add_verticals();
+    add_lines();
+    add_starts_outside();
+    add_starts_under_ground();
+    add_ranges();
+  }
+  const std::vector<WorldRay>& rays() const { return rays_; }
+
+ private:
+  double between(double low, double high) {
+    return core::random_between(low, high, 23, 0, num_draws_++);
+  }
+  double ground_z(double x, double y) const { return *query_.surface_z_world(x, y); }
+  void add(const Eigen::Vector3d& origin_world, const Eigen::Vector3d& direction_world,
+           double t_min = 0.0, double t_max = kInfinity) {
+    rays_.push_back({.origin_world = origin_world,
+                     .direction_world = direction_world,
+                     .t_min = t_min,
+                     .t_max = t_max});
+  }
+
+  /// 24 x 24 pixels, row by row: groups of eight neighbours.
+  void add_image(const Eigen::Vector3d& eye_world, const Eigen::Vector3d& forward) {
+    constexpr double kPixel_rad = 1.0 / 400.0;
+    const Eigen::Vector3d right = forward.unitOrthogonal();
+    const Eigen::Vector3d down = forward.cross(right);
+    for (int j = -12; j < 12; ++j)
+      for (int i = -12; i < 12; ++i) add(eye_world, forward + kPixel_rad * (i * right + j * down));
+  }
+
+  void add_hits() {
+    const std::vector<WorldRay> seen = mixed_rays(query_, kHalfSize_m, 250);
+    const std::vector<SurfaceHit> hits = cast_all(query_, seen);
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const Eigen::Vector3d& o = seen[i].origin_world;
+      const Eigen::Vector3d& d = seen[i].direction_world;
+      const SurfaceHit& hit = hits[i];
+      add(o, d);
+      if (hit.is_sky()) continue;
+      const Eigen::Vector3d point = o + hit.t * d;
+      add(point, o - point, 0.0, 1.0);  // back to the camera that saw it
+      add(point, o - point);
+      for (const double t : {hit.t, std::nextafter(hit.t, 0.0), std::nextafter(hit.t, kInfinity)}) {
+        add(o, d, 0.0, t);
+        add(o, d, t);
+      }
+      add_ends_at_borders(o, d, query_.cut()[hit.tile_index].id);
+      for (int k = 0; k < 3; ++k) {  // within the triangle's plane
+        const double angle = between(0.0, 2.0 * M_PI);
+        const double dx = std::cos(angle);
+        const double dy = std::sin(angle);
+        add(point, {dx, dy, hit.slope_x * dx + hit.slope_y * dy});
+      }
+    }
+  }
+
+  void add_ends_at_borders(const Eigen::Vector3d& o, const Eigen::Vector3d& d, const TileId& id) {
+    for (const int axis : {0, 1}) {
+      const double low = id.corner_world()[axis];
+      for (const double border : {low, low + id.side_m()}) {
+        const double t = (border - o[axis]) * (1.0 / d[axis]);
+        if (!(t > 0.0 && t < kInfinity)) continue;
+        add(o, d, 0.0, t);
+        add(o, d, t);
+      }
+    }
+  }
+
+  /// On level ground and on the ramp, within what counts as on the surface, and beside it.
+  void add_planes() {
+    const std::array<Eigen::Vector2d, 6> directions = {
+        {{1.0, 0.0}, {-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}, {1.0, -1.0}, {0.6, 0.7}}};
+    const std::array<Eigen::Vector2d, 5> places = {
+        {{-700.3, -300.7}, {-768.0, -512.0}, {-512.0, -100.5}, {-700.3, 300.25}, {-768.0, 512.0}}};
+    for (const Eigen::Vector2d& place : places) {
+      const double ramp = place.y() > 0.0 ? 0.25 : 0.0;
+      for (const double off_m : {0.0, 0x1.0p-27, -0x1.0p-27, 0x1.0p-25, -0x1.0p-25, 1e-6, -1e-6}) {
+        const Eigen::Vector3d start(place.x(), place.y(), kLevel_m + ramp * place.y() + off_m);
+        for (const Eigen::Vector2d& along : directions)
+          for (const double rise : {0.0, 1e-12, -1e-12})
+            add(start, {along.x(), along.y(), ramp * along.y() + rise});
+      }
+    }
+  }
+
+  void add_verticals() {
+    for (int k = 0; k < 40; ++k) {
+      const bool is_on_border = k % 2 == 0;
+      const double line_m = k % 4 == 0 ? 256.0 : 1.0;
+      double x = between(-1.0, 1.0) * kHalfSize_m;
+      const double y = between(-1.0, 1.0) * kHalfSize_m;
+      if (is_on_border) x = line_m * std::round(x / line_m);
+      const double z = ground_z(x, y);
+      for (const double from_z : {4000.0, z, -300.0})
+        for (const double up : {1.0, -1.0}) add({x, y, from_z}, {0.0, 0.0, up});
+    }
+    for (const double x : {-kHalfSize_m, kHalfSize_m})
+      for (const double y : {-kHalfSize_m, 0.0, kHalfSize_m}) add({x, y, 4000.0}, {0.0, 0.0, -1.0});
+  }
+
+  /// Parallel to an axis, along the borders of tiles, along lines between cells and along their
+  /// diagonals.
+  void add_lines() {
+    for (const double line : {-1024.0, -600.0, -512.0, -3.0, 0.0, 17.0, 256.0, 400.5, 1024.0}) {
+      for (const double fall : {0.0, 0.05, 0.6}) {
+        for (const double ahead : {1.0, -1.0}) {
+          const double start = between(-0.9, 0.9) * kHalfSize_m;
+          const double above_m = std::exp(between(-1.0, 6.0));
+          const double z_north = ground_z(line, start) + above_m;
+          const double z_east = ground_z(start, line) + above_m;
+          add({line, start, z_north}, {0.0, ahead, -fall});
+          add({start, line, z_east}, {ahead, 0.0, -fall});
+          add({line, -3000.0 * ahead, z_north}, {0.0, ahead, -0.1 * fall});
+          add({-3000.0 * ahead, line, z_east}, {ahead, 0.0, -0.1 * fall});
+          const double corner = std::round(start);
+          add({corner, 3.0, ground_z(corner, 3.0) + above_m}, {ahead, -ahead, -fall});
+          add({corner, 3.0, ground_z(corner, 3.0) + above_m}, {ahead, ahead, -fall});
+        }
+      }
+    }
+  }
+
+  void add_starts_outside() {
+    for (const int side_x : {-1, 0, 1}) {
+      for (const int side_y : {-1, 0, 1}) {
+        if (side_x == 0 && side_y == 0) continue;
+        for (const double beyond_m : {0.0, 0x1.0p-42, 1e-7, 3.0, 700.0, 1e5}) {
+          const double far = kHalfSize_m + beyond_m;
+          const double x = side_x == 0 ? between(-0.9, 0.9) * kHalfSize_m : side_x * far;
+          const double y = side_y == 0 ? between(-0.9, 0.9) * kHalfSize_m : side_y * far;
+          for (const double z : {-500.0, 900.0, kLevel_m, 1500.0, 5000.0}) {
+            const Eigen::Vector3d start(x, y, z);
+            const double to_x = between(-0.9, 0.9) * kHalfSize_m;
+            const double to_y = between(-0.9, 0.9) * kHalfSize_m;
+            add(start, Eigen::Vector3d(to_x, to_y, ground_z(to_x, to_y)) - start);
+            add(start, Eigen::Vector3d(to_x, to_y, z) - start);
+            add(start, start - Eigen::Vector3d(to_x, to_y, 1000.0));  // away
+            add(start, {0.0, -1.0, -0.01});
+          }
+        }
+      }
+    }
+  }
+
+  void add_starts_under_ground() {
+    for (int k = 0; k < 50; ++k) {
+      const double x = between(-0.95, 0.95) * kHalfSize_m;
+      const double y = between(-0.95, 0.95) * kHalfSize_m;
+      for (const double depth_m : {1e-6, 1.0, 300.0, 5000.0}) {
+        const Eigen::Vector3d direction(between(-1.0, 1.0), between(-1.0, 1.0), between(-1.0, 1.0));
+        const Eigen::Vector3d start(x, y, ground_z(x, y) - depth_m);
+        for (const double t_min : {0.0, 2.0, -1.0})
+          add(start - t_min * direction, direction, t_min);
+      }
+    }
+  }
+
+  /// Finite ranges, empty ones, and directions of any length, some with a negligible component.
+  void add_ranges() {
+    for (WorldRay ray : mixed_rays(query_, kHalfSize_m, 400)) {
+      ray.t_min = between(-500.0, 500.0);
+      ray.t_max = ray.t_min + between(-100.0, 2000.0);
+      if (num_draws_ % 7 == 0) ray.t_max = ray.t_min;
+      rays_.push_back(ray);
+      const double length = std::exp(between(-20.0, 20.0));
+      ray.direction_world *= length;
+      ray.t_min /= length;
+      ray.t_max = kInfinity;
+      rays_.push_back(ray);
+      ray.direction_world[static_cast<int>(num_draws_ % 2)] *= 1e-150;
+      rays_.push_back(ray);
+    }
+  }
+
+  const RayQuery& query_;
+  std::vector<WorldRay> rays_;
+  std::uint64_t num_draws_ = 0;
+};
+
+/// Casts a list as a whole, one ray at a time, and in parts of every size up to two batches of 64
+/// and two more, the first rays and some from its middle; as light too.
+void expect_same_in_all_parts(const RayQuery& query, std::span<const WorldRay> rays,
+                              std::span<const SurfaceHit> expected) {
+  const auto expect_same = [&](std::size_t first, std::size_t size, Coherence coherence) {
+    const testing::AssertionResult is_same = same_bits(
+        cast_all(query, rays.subspan(first, size), coherence), expected.subspan(first, size));
+    EXPECT_TRUE(is_same) << "of those from " << first << " on, "
+                         << (coherence == Coherence::Coherent ? "coherent" : "incoherent");
+    return static_cast<bool>(is_same);
+  };
+  const auto expect_same_light = [&](std::size_t first, std::size_t size) {
+    std::vector<std::uint8_t> is_occluded(size, 2);
+    query.occluded(rays.subspan(first, size), is_occluded);
+    for (std::size_t i = 0; i < size; ++i) {
+      const bool is_hit = !expected[first + i].is_sky();
+      EXPECT_EQ(is_occluded[i], is_hit ? 1 : 0) << "ray " << i << " of " << size << " from "
+                                                << first << " on, " << test::text(rays[first + i]);
+      if (is_occluded[i] != (is_hit ? 1 : 0)) return false;
+    }
+    return true;
+  };
+  // Once it differs it differs in hundreds of parts: the first is enough.
+  bool is_same = true;
+  for (const Coherence coherence : {Coherence::Coherent, Coherence::Incoherent}) {
+    is_same = is_same && expect_same(0, rays.size(), coherence);
+    for (std::size_t size = 1; is_same && size <= 130; ++size)
+      is_same = expect_same(0, size, coherence) &&
+                expect_same(size * 61 % (rays.size() - size), size, coherence);
+  }
+  for (std::size_t i = 0; is_same && i < rays.size(); ++i)
+    is_same = expect_same(i, 1, Coherence::Incoherent);
+  is_same = is_same && expect_same_light(0, rays.size());
+  for (std::size_t size = 1; is_same && size <= 130; ++size)
+    is_same = expect_same_light(size * 61 % (rays.size() - size), size);
+}
+
+class RayKinds : public testing::Test {
+ protected:
+  RayKinds()
+      : store_(test::make_tiny_world(folder_ / "world", patchwork_height_m,
+                                     test::mountain_options(2))),
+        query_(store_, finest_cut(store_), {}),
+        rays_(RaysOfAllKinds(query_).rays()) {
+    // The truth of these tests: each ray alone.
+    for (const WorldRay& ray : rays_) hits_.push_back(cast(query_, ray));
+  }
+
+  test::ScratchFolder folder_;
+  TileStore store_;
+  RayQuery query_;
+  std::vector<WorldRay> rays_;
+  std::vector<SurfaceHit> hits_;
+};
+
+TEST_F(RayKinds, ResultsDoNotDependOnPacketsTheirWidthOrTheOrderOfRays) {
+  const auto num_hits = std::count_if(hits_.begin(), hits_.end(),
+                                      [](const SurfaceHit& hit) { return !hit.is_sky(); });
+  // Both answers are common.
+  EXPECT_GT(num_hits, static_cast<std::ptrdiff_t>(rays_.size() / 4));
+  EXPECT_LT(num_hits, static_cast<std::ptrdiff_t>(rays_.size() - rays_.size() / 20));
+
+  constexpr unsigned kSeed = 17;
+  std::vector<std::size_t> order(rays_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::shuffle(order.begin(), order.end(), std::mt19937(kSeed));
+  std::vector<WorldRay> shuffled_rays;
+  std::vector<SurfaceHit> shuffled_hits;
+  for (const std::size_t i : order) {
+    shuffled_rays.push_back(rays_[i]);
+    shuffled_hits.push_back(hits_[i]);
+  }
+  for (const int packet_width : {0, 8, 16}) {
+    const RayQuery query(store_, query_.cut(), {.packet_width = packet_width});
+    SCOPED_TRACE(fmt::format("packets of {}", packet_width));
+    {
+      SCOPED_TRACE("kind by kind");
+      expect_same_in_all_parts(query, rays_, hits_);
+    }
+    SCOPED_TRACE(fmt::format("shuffled with seed {}", kSeed));
+    expect_same_in_all_parts(query, shuffled_rays, shuffled_hits);
+  }
+}
+
+TEST_F(RayKinds, ResultsDoNotDependOnTheLocalOriginOrEmbreesProfile) {
+  for (const RayQueryOptions& options :
+       {RayQueryOptions{.local_origin_world = {0.3, 0.7, 0.1}},
+        RayQueryOptions{.embree_profile = "isa=sse4.2,frequency_level=simd128"},
+        RayQueryOptions{.embree_profile = "isa=sse4.2,frequency_level=simd128",
+        .packet_width = 16}}) {
+    const RayQuery query(store_, query_.cut(), options);
+    EXPECT_TRUE(same_bits(cast_all(query, rays_), hits_)) << query.profile();
+  }
+}
+
+}  // namespace
+}  // namespace terracast::world
