@@ -18,6 +18,20 @@ namespace fs = std::filesystem;
 using core::ErrorKind;
 using core::fail;
 
+/// The first line in which two texts differ, of each.
+std::pair<std::string, std::string> first_difference(std::string_view a, std::string_view b) {
+  const auto next_line = [](std::string_view& text) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string line(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    return line;
+  };
+  while (true) {
+    std::pair<std::string, std::string> lines{next_line(a), next_line(b)};
+    if (lines.first != lines.second || (a.empty() && b.empty())) return lines;
+  }
+}
+
 constexpr const char* kRemedy = "run the render stage again, which makes damaged frames anew";
 
 /// A file's bytes, when they are what its entry says.
@@ -181,6 +195,28 @@ CameraFrame SequenceReader::read_camera(int frame_index, int camera_index, unsig
 geo::Rigid3d SequenceReader::world_from_camera(int frame_index, int camera_index) const {
   return frames_.at(static_cast<std::size_t>(frame_index)).world_from_body *
          info_.cameras.at(static_cast<std::size_t>(camera_index)).body_from_camera();
+}
+
+void check_same_config(const fs::path& folder, const std::string& captured_toml,
+                       const std::string& config_toml) {
+  if (captured_toml == config_toml) return;
+  const auto [captured, wanted] = first_difference(captured_toml, config_toml);
+  fail(ErrorKind::Config,
+       "{} was captured with another config ({}; this one says {}): give another --out, or "
+       "remove it and render again",
+       folder.string(), captured, wanted);
+}
+
+void check_captured_config(const fs::path& folder, const std::string& config_toml) {
+  const fs::path file = folder / kSequenceFile;
+  if (!fs::exists(file)) return;
+  std::string captured_toml;
+  try {
+    captured_toml = core::Json::read(file).at("config_toml").string();
+  } catch (const core::Error&) {
+    return;
+  }
+  check_same_config(folder, captured_toml, config_toml);
 }
 
 std::vector<fs::path> list_sequences(const fs::path& capture_folder) {

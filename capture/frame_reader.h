@@ -35,6 +35,13 @@ class SequenceReader {
   std::vector<FrameRecord> frames_;
 };
 
+/// Whether a captured sequence is that of a config.
+/// throws   Config: it is not; the first line that differs is named
+void check_same_config(const std::filesystem::path& folder, const std::string& captured_toml,
+                       const std::string& config_toml);
+/// The same of the sequence in a folder, if there is one; of a damaged one whoever reads it tells.
+void check_captured_config(const std::filesystem::path& folder, const std::string& config_toml);
+
 /// The sequences of a capture folder, sorted by name.
 /// throws   Io, Input: none there
 std::vector<std::filesystem::path> list_sequences(const std::filesystem::path& capture_folder);

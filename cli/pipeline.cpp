@@ -1,5 +1,6 @@
 #include "cli/pipeline.h"
 
+#include "capture/frame_reader.h"
 #include "core/atomic_file.h"
 #include "core/image_io.h"
 #include "core/schema_writer.h"
@@ -127,12 +128,25 @@ world::TileStore tile(const Job& job, const fs::path& store, const core::Context
       "running stage tile");
 }
 
+/// A world that was tiled for other flights, or for coarser images, has not all the detail that this
+/// config asks for.
+void check_detail(const world::TileStore& store, const render::SequencePlan& sequence) {
+  const auto tile = world::missing_detail(
+      store, render::viewpoints_of(sequence.states, sequence.cameras), sequence.detail);
+  if (tile)
+    fail(ErrorKind::Input,
+         "{}: the world is not tiled for sequence {}: cells of {} m in tile {} are too coarse for "
+         "its cameras; run `terracast tile` with this config first",
+         store.folder().string(), sequence.name, tile->spacing_m(), tile->name());
+}
+
 void render(const Job& job, const world::TileStore& store, const render::Shard& shard,
             const fs::path& captures, const core::Context& context) {
   const core::Log log = context.log.for_stage("render");
   for (const auto& sequence : job.sequences)
     core::with_context(
         [&] {
+          check_detail(store, sequence);
           render::run_render_stage(store, sequence, job.config.tracing, shard,
                                    captures / sequence.name, stage_context(context, log));
         },
@@ -176,6 +190,8 @@ bool validate_formats(const Job& job, const OutputFolders& out, const core::Cont
 
 std::optional<bool> run(const Job& job, const fs::path& out_folder, const core::Context& context) {
   const OutputFolders out(out_folder);
+  for (const auto& sequence : job.sequences)
+    capture::check_captured_config(out.captures / sequence.name, sequence.config_toml);
   const world::TileStore store = tile(job, out.world, context);
   core::write_file(out.reports / "map.png",
                    core::encode_png(tiler::render_preview(store, paths_of(job)), 6));

@@ -13,6 +13,7 @@ endif()
 find_program(RUN_CLANG_TIDY run-clang-tidy)
 if(RUN_CLANG_TIDY)
   add_custom_target(tidy COMMAND ${RUN_CLANG_TIDY} -quiet -p ${PROJECT_BINARY_DIR}
+    -extra-arg=-Wno-unknown-warning-option  # those are for g++
     "${PROJECT_SOURCE_DIR}/(core|geo|capture|world|tiler|render|export|validate|cli)/.*\\.cpp$" VERBATIM)
 endif()
 

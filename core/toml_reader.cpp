@@ -236,7 +236,7 @@ struct TomlDocument::Impl {
           std::make_shared<const ConfigSource>(ConfigSource{"--set " + text, {}, {}, file});
       const std::size_t equals = text.find('=');
       if (equals == std::string::npos || equals == 0)
-        fail(ErrorKind::Config, "--set {}: must be KEY=VALUE, such as camera.focal_length_mm=35",
+        fail(ErrorKind::Config, "--set {}: must be KEY=VALUE, such as rigs.0.cameras.0.focal_length_mm=35",
              text);
       parsed.push_back({text.substr(0, equals), parse_set_value(text.substr(equals + 1), source)});
     }

@@ -46,7 +46,7 @@ double rectified_baseline_m(const capture::CameraCalibration& left,
          "{}: cameras {} and {} of {} differ in size or intrinsics; a rectified pair has the same",
          format, left.name, right.name, left.rig);
   const geo::Rigid3d left_from_right = left.rig_from_camera.inverse() * right.rig_from_camera;
-  const double angle_rad = 2.0 * left_from_right.rotation.vec().norm();
+  const double angle_rad = left_from_right.rotation.angularDistance(Eigen::Quaterniond::Identity());
   if (!(angle_rad <= kTolerance))
     fail(ErrorKind::Config,
          "{}: cameras {} and {} of {} are turned by {:.3g} rad against each other; a rectified "

@@ -13,31 +13,11 @@ namespace fs = std::filesystem;
 using core::ErrorKind;
 using core::fail;
 
-/// The first line in which two texts differ, of each.
-std::pair<std::string, std::string> first_difference(std::string_view a, std::string_view b) {
-  const auto next_line = [](std::string_view& text) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string line(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-    return line;
-  };
-  while (true) {
-    std::pair<std::string, std::string> lines{next_line(a), next_line(b)};
-    if (lines.first != lines.second || (a.empty() && b.empty())) return lines;
-  }
-}
-
 capture::SequenceReader open_sequence(const fs::path& folder, const std::string& config_toml) {
   if (!fs::exists(folder))
     fail(ErrorKind::Input, "{}: not captured; run the render stage first", folder.string());
   capture::SequenceReader sequence = capture::SequenceReader::open(folder);
-  if (sequence.info().config_toml != config_toml) {
-    const auto [captured, wanted] = first_difference(sequence.info().config_toml, config_toml);
-    fail(ErrorKind::Config,
-         "{} was captured with another config ({}; this one says {}): give another --out, or "
-         "remove it and render again",
-         folder.string(), captured, wanted);
-  }
+  capture::check_same_config(folder, sequence.info().config_toml, config_toml);
   return sequence;
 }
 

@@ -62,6 +62,11 @@ class MosaicMaker {
   std::vector<geo::Geodetic> places_of_row(int row) const;
   bool is_in_square(const geo::Geodetic& place) const;
   void sort_gaps();
+  struct Missing {
+    double area_m2 = 0.0;
+    Eigen::AlignedBox2d box_deg;  ///< latitude, longitude
+  };
+  Missing find_missing() const;
   void refuse_missing();
   void fill_gaps();
   void find_sea();
@@ -370,10 +375,10 @@ void MosaicMaker::sort_gaps() {
         largest_km2);
 }
 
-/// Refuses, or reports, what no raster covers within the square.
-void MosaicMaker::refuse_missing() {
-  Eigen::AlignedBox2d area_deg;
-  std::int64_t num_missing = 0;
+/// What no raster covers within the square: by the samples in it, or, where the samples are so wide
+/// that none is in its uncovered part, by places of it and the samples nearest to them.
+MosaicMaker::Missing MosaicMaker::find_missing() const {
+  Missing missing;
   for (int j = 0; j < is_missing_.height; ++j) {
     std::vector<geo::Geodetic> places;
     for (int i = 0; i < is_missing_.width; ++i) {
@@ -381,12 +386,39 @@ void MosaicMaker::refuse_missing() {
       if (places.empty()) places = places_of_row(j);
       const geo::Geodetic& place = places[static_cast<std::size_t>(i)];
       if (!is_in_square(place)) continue;
-      ++num_missing;
-      area_deg.extend(Eigen::Vector2d(place.lat_deg, place.lon_deg));
+      missing.area_m2 += sample_.area_m2;
+      missing.box_deg.extend(Eigen::Vector2d(place.lat_deg, place.lon_deg));
     }
   }
-  if (num_missing == 0) return;
-  const double area_km2 = static_cast<double>(num_missing) * sample_.area_m2 * 1e-6;
+  if (missing.area_m2 > 0.0) return missing;
+
+  constexpr int kProbes = 32;
+  const double step_m = 2.0 * half_size_m_ / kProbes;
+  std::vector<geo::Geodetic> places;
+  for (int j = 0; j < kProbes; ++j)
+    for (int i = 0; i < kProbes; ++i)
+      places.push_back(inputs_.frame.geodetic_from_world(
+          {(i + 0.5) * step_m - half_size_m_, (j + 0.5) * step_m - half_size_m_, 0.0}));
+  std::vector<Eigen::Vector2d> samples(places.size());
+  rasters_.front().source->samples_from_geodetic(places, samples);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const Eigen::Vector2i at =
+        samples[k].array().round().matrix().cast<int>() - mosaic_.first_sample;
+    if ((at.array() < 0).any() || at.x() >= is_missing_.width || at.y() >= is_missing_.height ||
+        is_missing_(at.x(), at.y()) == 0)
+      continue;
+    missing.area_m2 += step_m * step_m;
+    missing.box_deg.extend(Eigen::Vector2d(places[k].lat_deg, places[k].lon_deg));
+  }
+  return missing;
+}
+
+/// Refuses, or reports, what no raster covers within the square.
+void MosaicMaker::refuse_missing() {
+  const Missing missing = find_missing();
+  if (missing.area_m2 == 0.0) return;
+  const Eigen::AlignedBox2d& area_deg = missing.box_deg;
+  const double area_km2 = missing.area_m2 * 1e-6;
   const std::string where = fmt::format(
       "{:.4g} km2 of the world's square, between latitude {:.4f} and {:.4f}, longitude {:.4f} and "
       "{:.4f}",

@@ -70,11 +70,19 @@ bool has_all_children(const TileStore& store, const TileId& id) {
   return true;
 }
 
+/// Leaves before balancing, and those of them that are wanted finer than the store has them.
+struct Leaves {
+  std::vector<TileId> all;
+  std::vector<TileId> too_coarse;
+};
+
 void collect_leaves(const TileStore& store, const TileInfo& tile,
                     std::span<const Viewpoint> viewpoints, const DetailOptions& options,
-                    std::vector<TileId>& leaves) {
-  if (!wants_refinement(tile, viewpoints, options) || !has_all_children(store, tile.id)) {
-    leaves.push_back(tile.id);
+                    Leaves& leaves) {
+  const bool is_wanted_finer = wants_refinement(tile, viewpoints, options);
+  if (!is_wanted_finer || !has_all_children(store, tile.id)) {
+    leaves.all.push_back(tile.id);
+    if (is_wanted_finer) leaves.too_coarse.push_back(tile.id);
     return;
   }
   std::vector<Viewpoint> near;  // those that could want a child refined
@@ -116,6 +124,14 @@ std::vector<const TileInfo*> roots_of(const TileStore& store) {
     fail(ErrorKind::Input, "{}: the world has no tile of its coarsest level {}; tile it again",
          store.folder().string(), store.manifest().coarsest_level);
   return roots;
+}
+
+Leaves leaves_for(const TileStore& store, std::span<const Viewpoint> viewpoints,
+                  const DetailOptions& options) {
+  Leaves leaves;
+  for (const TileInfo* root : roots_of(store))
+    collect_leaves(store, *root, viewpoints, options, leaves);
+  return leaves;
 }
 
 }  // namespace
@@ -183,10 +199,14 @@ std::vector<CutTile> with_coarser_sides(const std::vector<TileId>& leaves) {
 
 std::vector<CutTile> choose_cut(const TileStore& store, std::span<const Viewpoint> viewpoints,
                                 const DetailOptions& options) {
-  std::vector<TileId> leaves;
-  for (const TileInfo* root : roots_of(store))
-    collect_leaves(store, *root, viewpoints, options, leaves);
-  return balanced_cut(store, leaves);
+  return balanced_cut(store, leaves_for(store, viewpoints, options).all);
+}
+
+std::optional<TileId> missing_detail(const TileStore& store, std::span<const Viewpoint> viewpoints,
+                                     const DetailOptions& options) {
+  const std::vector<TileId> too_coarse = leaves_for(store, viewpoints, options).too_coarse;
+  if (too_coarse.empty()) return std::nullopt;
+  return too_coarse.front();
 }
 
 std::vector<CutTile> finest_cut(const TileStore& store) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -59,6 +60,11 @@ std::vector<TileId> balance(const std::vector<TileId>& leaves);
 /// throws       Input: the store lacks a tile that the balanced cut needs
 std::vector<CutTile> choose_cut(const TileStore& store, std::span<const Viewpoint> viewpoints,
                                 const DetailOptions& options);
+
+/// A tile that these viewpoints want finer than the store has it, which was tiled for others; nothing
+/// when it has all that the cut for them asks for.
+std::optional<TileId> missing_detail(const TileStore& store, std::span<const Viewpoint> viewpoints,
+                                     const DetailOptions& options);
 
 /// The finest cut that the store holds, balanced.
 std::vector<CutTile> finest_cut(const TileStore& store);

@@ -22,11 +22,11 @@ TERRACAST_PACKET_INLINE void invert(const Doubles& length_m, Doubles& component,
     quotient[i] = 1.0 / component[i];
   }
   for (int i = 0; i < kLanes; ++i) {
-    const bool is_negligible =
-        (given[i] < kNegligible * length_m[i]) & (-given[i] < kNegligible * length_m[i]);
-    component[i] = is_negligible | (given[i] == 0.0) ? 0.0 : given[i];
-    inverse[i] = is_negligible | (given[i] == 0.0) ? 0.0 : quotient[i];
-    never[i] = is_negligible | (given[i] == 0.0) ? kInfinity : 0.0;
+    const bool is_none = (given[i] == 0.0) | ((given[i] < kNegligible * length_m[i]) &
+                                              (-given[i] < kNegligible * length_m[i]));
+    component[i] = is_none ? 0.0 : given[i];
+    inverse[i] = is_none ? 0.0 : quotient[i];
+    never[i] = is_none ? kInfinity : 0.0;
   }
 }
 

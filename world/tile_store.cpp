@@ -211,6 +211,10 @@ TileStore TileStore::open(const std::filesystem::path& folder) {
     fail(ErrorKind::Io, "{}: no such world folder; give the folder that `terracast tile` made",
          folder.string());
   const std::filesystem::path file = folder / kManifestName;
+  if (!std::filesystem::exists(file, ignored) &&
+      std::filesystem::exists(folder / "world" / kManifestName, ignored))
+    fail(ErrorKind::Input, "{}: no world, but one lies in it; give {}", folder.string(),
+         (folder / "world").string());
   if (!std::filesystem::exists(file, ignored))
     fail(ErrorKind::Input,
          "{}: no {}: tiling has not finished here; run `terracast tile` again, it goes on where it "

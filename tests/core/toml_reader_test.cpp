@@ -259,7 +259,7 @@ TEST(TomlReaderTest, SetsTakeTomlOrBareText) {
 
 TEST(TomlReaderTest, BadSetsAreNamed) {
   EXPECT_EQ(error_of("", {"seed"}),
-            "--set seed: must be KEY=VALUE, such as camera.focal_length_mm=35");
+            "--set seed: must be KEY=VALUE, such as rigs.0.cameras.0.focal_length_mm=35");
   EXPECT_THAT(error_of("", {"=5"}), StartsWith("--set =5: must be KEY=VALUE"));
   EXPECT_THAT(error_of("", {"a..b=5"}), StartsWith("--set a..b=5: \"a..b\" is not a dotted key"));
   EXPECT_THAT(error_of("", {"a b=5"}), HasSubstr("is not a dotted key"));

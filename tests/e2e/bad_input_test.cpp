@@ -255,9 +255,27 @@ TEST_F(BadInput, OutputFolderOfAnotherConfigIsLeftAlone) {
   EXPECT_EQ(other_frames.status, kUsageOrConfig) << other_frames.output;
   EXPECT_THAT(other_frames.output, HasSubstr("--out"));
 
+  // Another flight draws another map, and may need other tiles.
+  const auto other_flight = run_program(
+      {"run", config.string(), "--out", out, "-q", "--set", "trajectories.0.start_s=0.5"});
+  EXPECT_EQ(other_flight.status, kUsageOrConfig) << other_flight.output;
+  EXPECT_THAT(other_flight.output, AllOf(HasSubstr("--out"), HasSubstr("start_s")));
+
   auto after = folder_bytes(scratch_ / "out");
   after["events.jsonl"] = before.at("events.jsonl");
   EXPECT_TRUE(before == after) << "a refused run changed the folder";
+}
+
+TEST_F(BadInput, WorldThatWasTiledForCoarserImagesIsRefused) {
+  const auto config = write_text(scratch_ / "job.toml", tiny_job_text());
+  const auto out = (scratch_ / "out").string();
+  ASSERT_EQ(run_program({"tile", config.string(), "--out", out, "-q", "--set", "detail.cell_px=64"})
+                .status,
+            0);
+  const auto render = run_program({"render", config.string(), "--out", out, "-q"});
+  EXPECT_EQ(render.status, kInput) << render.output;
+  EXPECT_THAT(render.output, AllOf(HasSubstr("not tiled for sequence"), HasSubstr("cells of")));
+  EXPECT_FALSE(fs::exists(scratch_ / "out/capture"));
 }
 
 TEST_F(BadInput, TileWithAFlippedBitIsFound) {

@@ -382,6 +382,20 @@ TEST(Coverage, MissingGroundIsAnErrorThatNamesTheArea) {
   EXPECT_LT(steepest, 0.7);
 }
 
+// Cells so wide that no sample's centre lies in the square.
+TEST(Coverage, MissingGroundIsFoundUnderWideCellsToo) {
+  const ScratchFolder folder;
+  RasterSpec spec = utm_spec(60000.0, 6000.0);
+  spec.value = [](double, double) { return 500.0; };
+  write_raster(folder / "wide.tif", spec);
+  prepare(without_detail(world_of_rasters({folder / "wide.tif"}, 2048.0)));
+  // Begins 4.5 km east of the middle: the nearest samples without a height lie 1.5 km off it.
+  spec.geotransform[0] = std::round(utm31(kOriginLat_deg, kOriginLon_deg).x()) + 4500.0;
+  write_raster(folder / "wide.tif", spec);
+  expect_error(ErrorKind::Input, {"no raster covers", "km2", "latitude 42.4", "outside"},
+               [&] { prepare(without_detail(world_of_rasters({folder / "wide.tif"}, 2048.0))); });
+}
+
 TEST(Coverage, ACollarWithoutDataIsNoVoid) {
   const ScratchFolder folder;
   RasterSpec spec = ramp_spec();

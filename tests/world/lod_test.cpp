@@ -146,6 +146,22 @@ TEST(Cut, RefinesNearTheCamerasAndCoversEverything) {
   EXPECT_EQ(choose_cut(store, {}, detail).size(), 4U);
 }
 
+TEST(MissingDetail, NamesATileThatIsWantedFinerThanItIsThere) {
+  const test::ScratchFolder folder;
+  const TileStore store = test::make_tiny_world(
+      folder / "world", [](double x, double) { return 0.1 * x; }, test::mountain_options(3));
+  const auto missing = [&](const DetailOptions& detail) {
+    // 50 m above cells of 1 m near the origin, 16 m at the rim.
+    const Viewpoint viewpoint{.position_world = {100.0, 100.0, 60.0}, .pixels_per_radian = 700.0};
+    return missing_detail(store, {&viewpoint, 1}, detail);
+  };
+  EXPECT_FALSE(missing({.cell_px = 700.0, .finest_spacing_m = 1.0}));
+  const auto tile = missing({.cell_px = 1.0, .finest_spacing_m = 0.5});
+  ASSERT_TRUE(tile);
+  EXPECT_NE(store.find(*tile), nullptr);
+  EXPECT_EQ(store.find(tile->child(0)), nullptr);
+}
+
 /// The border of a stitched tile as world z at every half sample of its own spacing, by the true
 /// (piecewise linear) edge.
 double border_z(const Tile& tile, const std::vector<std::int32_t>& half_steps, int side,
