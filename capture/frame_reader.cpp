@@ -22,7 +22,7 @@ using core::fail;
 std::pair<std::string, std::string> first_difference(std::string_view a, std::string_view b) {
   const auto next_line = [](std::string_view& text) {
     const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string line(text.substr(0, end));
+    std::string line(text.substr(0, end));
     text.remove_prefix(std::min(end + 1, text.size()));
     return line;
   };

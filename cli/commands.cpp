@@ -153,6 +153,9 @@ int run_world_info(const Arguments& args) {
 }
 
 int run_world_preview(const Arguments& args) {
+  if (args.file.extension() != ".png")
+    fail(ErrorKind::Usage, "--output {}: the map is a PNG; give it a name that ends in .png",
+         args.file.string());
   const auto store = world::TileStore::open(args.store);
   std::vector<tiler::PreviewPath> paths;
   if (!args.config.empty()) {

@@ -104,7 +104,8 @@ Job prepare_job(RunConfig config, const core::Context& context) {
   for (const auto& chosen : job.config.exports)
     core::with_context([&] { chosen.exporter().check(job.cameras); },
                        fmt::format("checking that format {} can hold the rigs", chosen.format));
-  world::EmbreeDevice(job.config.tracing.embree_profile);  // refuses what this machine has not
+  // Refuses what this machine has not.
+  const world::EmbreeDevice device(job.config.tracing.embree_profile);
   check_data_folder(job.config);
   const core::Log log = context.log.for_stage("sources");
   job.surface = core::with_context(

@@ -49,6 +49,12 @@ void run_export_stage(const std::vector<capture::SequenceReader>& sequences,
     if (!formats.insert(options.format).second)
       fail(ErrorKind::Config, "two exports of the format {} would share the folder {}; keep one",
            options.format, (out_folder / options.format).string());
+  std::error_code ignored;  // no folder yet: nothing in it
+  for (const fs::directory_entry& entry : fs::directory_iterator(out_folder, ignored))
+    if (formats.count(entry.path().filename().string()) == 0 &&
+        fs::exists(entry.path() / "dataset.json"))
+      context.log.warn("{}: the config does not export this format any more; it is left as it was",
+                       entry.path().string());
   for (const ExportOptions& options : exports) {
     core::with_context(
         [&] {

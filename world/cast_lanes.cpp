@@ -103,10 +103,8 @@ void begin_walks(const TileFrame& tile, const RayLanes& rays, const Doubles& t_c
     inverse_rate[i] = rate < 0.0F ? -rate : rate;
     const float low = smaller(near.u[i], near.v[i]);
     const float high = larger(near.u[i], near.v[i]);
-    is_plain[i] = (inverse_rate[i] <= kGrazing) & (low > TileScene::kRingEnd) &
-                          (high < 1.0F - TileScene::kRingEnd)
-                      ? 1.0F
-                      : 0.0F;
+    const bool is_in_cells = (low > TileScene::kRingEnd) & (high < 1.0F - TileScene::kRingEnd);
+    is_plain[i] = ((inverse_rate[i] <= kGrazing) & is_in_cells) ? 1.0F : 0.0F;
   }
   for (int i = 0; i < kLanes; ++i) {
     const double back = kBackPerEpsilon * tile.epsilon_m * static_cast<double>(inverse_rate[i]) *

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "core/error.h"
@@ -218,7 +219,7 @@ void TileScene::find_entry_tops() {
   for (int side = 0; side < 4; ++side) {
     const int across = side % 2 == 0 ? 0 : kTileCells;
     for (int block = 0; block < kEntryBlocks; ++block) {
-      double top = -INFINITY;
+      double top = -std::numeric_limits<double>::infinity();
       for (int k = block * kEntryBlockCells; k <= (block + 1) * kEntryBlockCells; ++k)
         top = std::max(top, side < 2 ? grid_.z(across, k) : grid_.z(k, across));
       entry_tops_.push_back(center_world_.z() + top + 2.0 * clear_m());

@@ -257,8 +257,9 @@ TileMap::TileMap(const TileStore& store, const std::vector<CutTile>& cut) {
 void TileMap::add_leaf(std::uint32_t leaf, const TileId& id) {
   TileId root = id;
   while (root.level < root_level_) root = root.parent();
-  std::int32_t* place = &root_grid_[static_cast<std::size_t>((root.y - root_y0_) * num_roots_x_ +
-                                                             (root.x - root_x0_))];
+  const std::int64_t row = root.y - root_y0_;
+  std::int32_t* place =
+      &root_grid_[static_cast<std::size_t>(row * num_roots_x_ + (root.x - root_x0_))];
   const bool is_new_root = *place == -1;
   std::int32_t at = -1;  // node that holds the child in question, -1: the root itself
   std::size_t child = 0;
@@ -278,7 +279,7 @@ void TileMap::add_leaf(std::uint32_t leaf, const TileId& id) {
     }
     TileId below = id;
     while (below.level < level - 1) below = below.parent();
-    child = static_cast<std::size_t>((below.x & 1) + 2 * (below.y & 1));
+    child = ((below.x & 1) != 0 ? 1U : 0U) + ((below.y & 1) != 0 ? 2U : 0U);
   }
   std::int32_t& code = at < 0 ? *place : nodes_[static_cast<std::size_t>(at)].children[child];
   TERRACAST_CHECK(code == -1, "tile {} holds other tiles of the cut", id.name());
@@ -326,8 +327,8 @@ std::uint32_t TileMap::leaf_at(double x_world, double y_world) const {
   std::int32_t code = root_at(x_world, y_world);
   while (code >= 0) {
     const Node& node = nodes_[static_cast<std::size_t>(code)];
-    code = node.children[static_cast<std::size_t>((x_world >= node.x_middle ? 1 : 0) +
-                                                  (y_world >= node.y_middle ? 2 : 0))];
+    code =
+        node.children[(x_world >= node.x_middle ? 1U : 0U) + (y_world >= node.y_middle ? 2U : 0U)];
   }
   return code == -1 ? kNone : static_cast<std::uint32_t>(-2 - code);
 }

@@ -336,7 +336,14 @@ TEST_F(BadInput, ExportsAreOfTheConfigsOwnSequences) {
   EXPECT_EQ(nothing.status, 0) << nothing.output;
   EXPECT_THAT(nothing.output, HasSubstr("not exported"));
 
-  // A map shows the paths of the world's own job alone; an export needs no source of heights.
+  const auto other_format = run_program(
+      {"run", config_.string(), "--out", out_.string(), "-q", "--set",
+       "exports=[{format = \"kitti\", rig = \"pair\", left = \"left\", right = \"right\"}]"});
+  EXPECT_EQ(other_format.status, 0) << other_format.output;
+  EXPECT_THAT(other_format.output, HasSubstr("colmap: the config does not export this format"));
+  EXPECT_TRUE(fs::exists(out_ / "export/colmap/dataset.json"));
+
+  // A map shows the paths of the world's own job alone, and is a PNG.
   const auto map = (scratch_ / "map.png").string();
   const auto elsewhere =
       run_program({"world", "preview", (out_ / "world").string(), "-o", map, "--config",
@@ -344,6 +351,10 @@ TEST_F(BadInput, ExportsAreOfTheConfigsOwnSequences) {
   EXPECT_EQ(elsewhere.status, kUsageOrConfig) << elsewhere.output;
   EXPECT_THAT(elsewhere.output, AllOf(HasSubstr("45.5 N"), HasSubstr("46 N")));
   EXPECT_FALSE(fs::exists(map));
+  const auto jpeg = run_program(
+      {"world", "preview", (out_ / "world").string(), "-o", (scratch_ / "map.jpg").string()});
+  EXPECT_EQ(jpeg.status, kUsageOrConfig) << jpeg.output;
+  EXPECT_THAT(jpeg.output, HasSubstr(".png"));
 }
 
 TEST_F(BadInput, AnExportNeedsNoSourceOfHeights) {
