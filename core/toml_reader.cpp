@@ -236,8 +236,8 @@ struct TomlDocument::Impl {
           std::make_shared<const ConfigSource>(ConfigSource{"--set " + text, {}, {}, file});
       const std::size_t equals = text.find('=');
       if (equals == std::string::npos || equals == 0)
-        fail(ErrorKind::Config, "--set {}: must be KEY=VALUE, such as rigs.0.cameras.0.focal_length_mm=35",
-             text);
+        fail(ErrorKind::Config,
+             "--set {}: must be KEY=VALUE, such as rigs.0.cameras.0.focal_length_mm=35", text);
       parsed.push_back({text.substr(0, equals), parse_set_value(text.substr(equals + 1), source)});
     }
     // Top-level keys first: ${name} in the path of a file that a later key reaches into needs them.
