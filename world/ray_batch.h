@@ -66,7 +66,7 @@ class PacketRays {
 
  private:
   /// Rays for which a group is cast as it is, although others may be in the tile: gathering copies
-  /// 190 bytes a ray.
+  /// all that is known of a ray.
   static constexpr int kEnough = 6;
 
   /// The group whose turn comes after so many others.

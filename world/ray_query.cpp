@@ -84,6 +84,7 @@ struct RayQuery::Impl {
   /// found(ray, tile, crossings, lane) takes each crossing.
   template <int kWidth, class Found>
   void trace(std::span<const WorldRay> rays, CastKind kind, const Found& found) {
+    TERRACAST_CHECK(packet_width == 8 || packet_width == 16, "packets of {} rays", packet_width);
     TERRACAST_CHECK(rays.size() < 0xffffffffU, "{} rays in one call", rays.size());
     const FlushDenormals flush;
     SceneCache::Pin pin(cache);
