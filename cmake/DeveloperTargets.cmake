@@ -1,4 +1,4 @@
-# format, tidy: the clang tools over our sources. headers: every header compiles alone.
+# format, tidy: the clang tools over our sources. headers: every header compiles alone. coverage: lines that ctest ran.
 file(GLOB_RECURSE our_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/*.cpp)
 file(GLOB_RECURSE our_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/*.h)
 list(FILTER our_sources EXCLUDE REGEX "/build/")
@@ -29,4 +29,13 @@ if(TERRACAST_TESTS)
   add_library(headers OBJECT EXCLUDE_FROM_ALL ${header_checks})
   target_include_directories(headers PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(headers PRIVATE terracast_warnings terracast_cli terracast_test_support GTest::gtest)
+endif()
+
+find_program(GCOVR gcovr)
+if(GCOVR)
+  add_custom_target(coverage
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${PROJECT_BINARY_DIR}/coverage
+    COMMAND ${GCOVR} --root ${PROJECT_SOURCE_DIR} --exclude ${PROJECT_SOURCE_DIR}/tests --exclude ${PROJECT_BINARY_DIR}
+            --html-details ${PROJECT_BINARY_DIR}/coverage/index.html --print-summary ${PROJECT_BINARY_DIR}
+    VERBATIM)
 endif()

@@ -1,12 +1,5 @@
 #include "core/parallel.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_pipeline.h>
-#include <tbb/partitioner.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -15,6 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/parallel_backend.h"
 
 namespace terracast::core {
 
@@ -50,35 +44,24 @@ class FirstFailure {
 
 ThreadLimit::ThreadLimit(int num_threads) : control_(nullptr) {
   TERRACAST_CHECK(num_threads >= 0, "{} threads", num_threads);
-  if (num_threads > 0)
-    control_ = new tbb::global_control(tbb::global_control::max_allowed_parallelism,
-                                       static_cast<std::size_t>(num_threads));
+  if (num_threads > 0) control_ = backend::new_limit(num_threads);
 }
 
-ThreadLimit::~ThreadLimit() { delete static_cast<tbb::global_control*>(control_); }
+ThreadLimit::~ThreadLimit() { backend::delete_limit(control_); }
 
 void parallel_for_blocks(std::int64_t count, std::int64_t grain,
                          const std::function<void(std::int64_t begin, std::int64_t end)>& body) {
   TERRACAST_CHECK(count >= 0 && grain > 0, "{} in blocks of {}", count, grain);
   if (count == 0) return;
-  const std::int64_t num_blocks = (count - 1) / grain + 1;
   FirstFailure failure;
-  const auto run_blocks = [&](const tbb::blocked_range<std::int64_t>& blocks) {
-    for (std::int64_t block = blocks.begin(); block < blocks.end(); ++block) {
-      if (failure.is_before(block)) return;
-      const std::int64_t begin = block * grain;
-      try {
-        body(begin, begin + std::min(grain, count - begin));
-      } catch (...) {
-        failure.note(block);
-      }
+  backend::for_each((count - 1) / grain + 1, [&](std::int64_t block) {
+    if (failure.is_before(block)) return;
+    const std::int64_t begin = block * grain;
+    try {
+      body(begin, begin + std::min(grain, count - begin));
+    } catch (...) {
+      failure.note(block);
     }
-  };
-  // Isolated: a thread that waits here for the last block takes no work of an outer loop meanwhile,
-  // which would run below a frame that holds locks or scratch memory.
-  tbb::this_task_arena::isolate([&] {
-    tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, num_blocks), run_blocks,
-                      tbb::simple_partitioner());
   });
   failure.rethrow();
 }
@@ -112,43 +95,26 @@ void parallel_in_order(std::int64_t count, int window,
   const auto place = [&](std::int64_t i) -> std::exception_ptr& {
     return failed[static_cast<std::size_t>(i % window)];
   };
-  std::atomic<bool> stop{false};
+  std::atomic<bool> is_wanted{true};
   std::exception_ptr first_failure;
-  std::int64_t next = 0;
-
-  const auto take = [&](tbb::flow_control& control) -> std::int64_t {
-    if (next == count || stop.load(std::memory_order_relaxed)) {
-      control.stop();
-      return count;
-    }
-    return next++;
-  };
-  const auto run_make = [&](std::int64_t i) -> std::int64_t {
-    if (stop.load(std::memory_order_relaxed)) return i;
-    try {
-      make(i);
-    } catch (...) {
-      place(i) = std::current_exception();
-    }
-    return i;
-  };
-  const auto run_consume = [&](std::int64_t i) {
-    if (stop.load(std::memory_order_relaxed)) return;
-    try {
-      if (place(i)) std::rethrow_exception(place(i));
-      consume(i);
-    } catch (...) {
-      first_failure = std::current_exception();
-      stop.store(true, std::memory_order_relaxed);
-    }
-  };
-  tbb::this_task_arena::isolate([&] {
-    tbb::parallel_pipeline(
-        static_cast<std::size_t>(window),
-        tbb::make_filter<void, std::int64_t>(tbb::filter_mode::serial_in_order, take) &
-            tbb::make_filter<std::int64_t, std::int64_t>(tbb::filter_mode::parallel, run_make) &
-            tbb::make_filter<std::int64_t, void>(tbb::filter_mode::serial_in_order, run_consume));
-  });
+  backend::in_order(
+      count, window, [&] { return is_wanted.load(std::memory_order_relaxed); },
+      [&](std::int64_t i) {
+        try {
+          make(i);
+        } catch (...) {
+          place(i) = std::current_exception();
+        }
+      },
+      [&](std::int64_t i) {
+        try {
+          if (place(i)) std::rethrow_exception(place(i));
+          consume(i);
+        } catch (...) {
+          first_failure = std::current_exception();
+          is_wanted.store(false, std::memory_order_relaxed);
+        }
+      });
   if (first_failure) std::rethrow_exception(first_failure);
 }
 
