@@ -20,10 +20,11 @@ function(terracast_library name)
   terracast_check_layering(${name} "${ARG_USES}")
 endfunction()
 
-# terracast_tests(FOLDER USES folder... LINKS target... LABEL label)
-#   tests/FOLDER/*_test.cpp as one GoogleTest program, terracast_FOLDER_tests.
+# terracast_tests(FOLDER USES folder... LINKS target... LABEL label [IN_ONE_PROCESS])
+#   tests/FOLDER/*_test.cpp as one GoogleTest program, terracast_FOLDER_tests. Each test is a CTest of its own, or all
+#   are one, IN_ONE_PROCESS: for tests that share what takes longer to make than to test.
 function(terracast_tests folder)
-  cmake_parse_arguments(ARG "" "LABEL" "USES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "IN_ONE_PROCESS" "LABEL" "USES;LINKS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${folder}/*.cpp
        ${PROJECT_SOURCE_DIR}/tests/${folder}/*.h)
   if(NOT sources)
@@ -33,7 +34,7 @@ function(terracast_tests folder)
     set(ARG_LABEL unit)
   endif()
   # The long ones first, so that both cores are busy to the end.
-  if(ARG_LABEL STREQUAL e2e)
+  if(ARG_LABEL STREQUAL e2e OR ARG_IN_ONE_PROCESS)
     set(cost COST 1000)
   endif()
   set(target terracast_${folder}_tests)
@@ -41,6 +42,11 @@ function(terracast_tests folder)
   list(TRANSFORM ARG_USES PREPEND terracast_ OUTPUT_VARIABLE used)
   target_link_libraries(${target} PRIVATE ${used} ${ARG_LINKS} terracast_test_support
     terracast_warnings GTest::gtest_main GTest::gmock)
+  if(ARG_IN_ONE_PROCESS)
+    add_test(NAME ${folder} COMMAND ${target} --gtest_brief=1)
+    set_tests_properties(${folder} PROPERTIES LABELS ${ARG_LABEL} ${cost})
+    return()
+  endif()
   gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${folder}.
     PROPERTIES LABELS ${ARG_LABEL} ${cost})
 endfunction()

@@ -96,12 +96,12 @@ struct ColorImage {
       }
     }
     s.hits.resize(s.rays.size());
-    query.intersect(s.rays, s.hits, world::Coherence::Coherent);
+    s.surfaces.resize(s.rays.size());
+    query.intersect(s.rays, s.hits, world::Coherence::Coherent, s.surfaces);
   }
 
   /// Rays from the ground to a place on the sun's disc each; what faces away is dark without.
   void cast_sun_rays(ColorScratch& s) const {
-    s.surfaces.resize(s.rays.size());
     s.sun_share.assign(s.rays.size(), 0.0f);
     s.sun_ray_of.clear();
     const bool is_night = luminance_of(sky.sun_irradiance()) <= 0.0f;
@@ -109,7 +109,6 @@ struct ColorImage {
       const world::SurfaceHit& hit = s.hits[i];
       if (hit.is_sky()) continue;
       const Eigen::Vector3d point = s.rays[i].origin_world + hit.t * s.rays[i].direction_world;
-      s.surfaces[i] = query.surface(hit, point);
       const Eigen::Vector3d direction = s.sun_rays[i].direction_world;
       const Eigen::Vector3d normal = hit.normal_world();
       if (is_night || normal.dot(direction) <= 0.0) continue;

@@ -24,8 +24,9 @@ struct Target {
 struct UnitScratch {
   std::vector<world::WorldRay> rays;
   std::vector<world::SurfaceHit> hits;
-  std::vector<std::size_t> pixels;  ///< of the rays
-  std::vector<std::size_t> ground;  ///< rays that met the ground
+  std::vector<world::SurfaceSample> surfaces;  ///< of the pixels' own rays
+  std::vector<std::size_t> pixels;             ///< of the rays
+  std::vector<std::size_t> ground;             ///< rays that met the ground
   std::vector<std::size_t> ground_pixels;
   std::vector<geo::VectorBlock> ground_points;  ///< the last point fills the last block
   GroundPacket packet;
@@ -34,10 +35,16 @@ struct UnitScratch {
   UnitScratch() {
     rays.reserve(kUnitRays);
     hits.reserve(kUnitRays);
+    surfaces.reserve(kUnitRays);
     pixels.reserve(kUnitRays);
     ground.reserve(kUnitRays);
     ground_pixels.reserve(kUnitRays);
     ground_points.reserve(kUnitRays / geo::VectorBlock::kVectors);
+  }
+  void cast_pixels(const world::RayQuery& query) {
+    hits.resize(rays.size());
+    surfaces.resize(rays.size());
+    query.intersect(rays, hits, world::Coherence::Coherent, surfaces);
   }
   std::span<const world::SurfaceHit> cast(const world::RayQuery& query) {
     hits.resize(rays.size());
@@ -113,7 +120,7 @@ class TruthTracer {
                               .direction_world = view_.ray_world({x + 0.5, y + 0.5})});
       scratch.pixels.push_back(pixel_index(x, y));
     });
-    scratch.cast(query_);
+    scratch.cast_pixels(query_);
     scratch.ground.clear();
     const std::span<float> normals = truth_.facts.normal_world.data();
     for (std::size_t i = 0; i < scratch.rays.size(); ++i) {
@@ -146,7 +153,7 @@ class TruthTracer {
         const world::SurfaceHit& hit = scratch.hits[i];
         const Eigen::Vector3d& point = truth_.point_world[scratch.pixels[i]];
         ground_.set(scratch.packet, static_cast<int>(lane), point, hit.normal_world(),
-                    query_.surface(hit, point), 0.0);
+                    scratch.surfaces[i], 0.0);
       }
       ground_.classify(scratch.packet, scratch.classes);
       for (std::size_t lane = 0; lane < count; ++lane)

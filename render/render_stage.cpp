@@ -30,6 +30,8 @@ constexpr double kLeastClearance_m = 0.25;
 /// Camera images in work at once: enough for every thread to have one while others are encoded, few
 /// enough to lose little.
 constexpr int kImagesInFlight = 3;
+/// Frames whose tiles are loaded before they are needed.
+constexpr std::size_t kFramesExpected = 4;
 
 void append_numbers(std::string& text, const double* values, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
@@ -184,6 +186,13 @@ struct SequenceWork {
             .cameras = {}};
   }
 
+  void expect_frames(const std::vector<int>& frames, std::size_t first) const {
+    std::vector<std::vector<world::Viewpoint>> turns;
+    for (std::size_t i = first; i < std::min(first + kFramesExpected, frames.size()); ++i)
+      turns.push_back(viewpoints_of_frames(renderer.views(), frames[i], frames[i] + 1));
+    query.expect(turns);
+  }
+
   void render_frames(const std::vector<int>& frames, core::Progress& progress) const {
     const int num_cameras = renderer.views().num_cameras();
     std::vector<capture::CameraRecord> in_flight(kImagesInFlight);
@@ -198,8 +207,7 @@ struct SequenceWork {
         static_cast<std::int64_t>(frames.size()) * num_cameras, kImagesInFlight,
         [&](std::int64_t i) {
           const int camera = static_cast<int>(i % num_cameras);
-          if (camera == 0)
-            query.prefetch(viewpoints_of_frames(renderer.views(), frame_of(i), frame_of(i) + 1));
+          if (camera == 0) expect_frames(frames, static_cast<std::size_t>(i / num_cameras));
           slot(i) = render_camera(frame_of(i), camera);
         },
         [&](std::int64_t i) {

@@ -46,6 +46,10 @@ class EmbreeDevice {
 /// surface.
 class TileScene {
  public:
+  /// What a tile takes while it is read, decoded and built, and no less than num_bytes() of any.
+  static constexpr std::size_t kMostBytesWhileLoading =
+      std::size_t{64} * kTileSamples * kTileSamples;
+
   /// frame_shift_m   moves the origin of the floats, modulo a cell, off the tile's centre
   TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser_sides,
             const Eigen::Vector3d& frame_shift_m);

@@ -6,8 +6,10 @@
 #include <array>
 #include <atomic>
 #include <limits>
+#include <tuple>
 
 #include "core/error.h"
+#include "world/parked_rays.h"
 #include "world/ray_batch.h"
 #include "world/scene_cache.h"
 #include "world/tile_map.h"
@@ -17,6 +19,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kLanes = RayLanes::kLanes;
+/// Rays that are parked at most: those of a longer call are traced in parts.
+constexpr std::size_t kRaysAtOnce = 4096;
 /// Tiles farther from a viewer than this many of their sides are not fetched beforehand.
 constexpr double kPrefetchSides = 4.0;
 
@@ -64,7 +68,9 @@ struct RayQuery::Impl {
 
   /// Fills a group from the rays that begin with `first`; the last one fills the lanes that are
   /// left when there are fewer.
-  static LaneMask load_rays(std::span<const WorldRay> rays, std::size_t first, RayLanes& group) {
+  /// first_id   of rays[0]
+  static LaneMask load_rays(std::span<const WorldRay> rays, std::size_t first, std::size_t first_id,
+                            RayLanes& group) {
     const std::size_t count = std::min(kLanes, rays.size() - first);
     std::array<WorldRay, kLanes> padded;
     const WorldRay* given = &rays[first];
@@ -74,58 +80,120 @@ struct RayQuery::Impl {
       given = padded.data();
     }
     const LaneMask good = group.load(std::span<const WorldRay, kLanes>(given, kLanes),
-                                     static_cast<std::uint32_t>(first));
+                                     static_cast<std::uint32_t>(first_id + first));
     const LaneMask asked = lane_bit(static_cast<int>(count)) - 1;
     if ((asked & ~good) != 0) refuse(given[__builtin_ctz(asked & ~good)]);
     return asked;
   }
 
-  /// Carries all rays from tile to tile until each has crossed the surface or left;
-  /// found(ray, tile, crossings, lane) takes each crossing.
+  /// Rays on their way, and those that wait for tiles.
+  /// found(ray, tile, scene, crossings, lane) takes each crossing.
   template <int kWidth, class Found>
-  void trace(std::span<const WorldRay> rays, CastKind kind, const Found& found) {
-    TERRACAST_CHECK(packet_width == 8 || packet_width == 16, "packets of {} rays", packet_width);
-    TERRACAST_CHECK(rays.size() < 0xffffffffU, "{} rays in one call", rays.size());
-    const FlushDenormals flush;
-    SceneCache::Pin pin(cache);
-    RayBatch batch;
-    std::uint32_t hint = 0;
-    std::uint64_t casts = 0;
-    std::uint64_t lanes = 0;
-    std::uint64_t recasts = 0;
-    for (std::size_t begin = 0; begin < rays.size(); begin += RayBatch::kRays) {
-      for (std::size_t g = 0; g < RayBatch::kGroups; ++g) {
-        const std::size_t first = begin + g * kLanes;
-        batch.travelling[g] = 0;
-        if (first >= rays.size()) continue;
-        const LaneMask asked = load_rays(rays, first, batch.groups[g]);
-        batch.travelling[g] = map.enter(batch.groups[g], asked, hint);
+  class Journey {
+   public:
+    Journey(Impl& impl, CastKind kind, const Found& found)
+        : impl_(impl), kind_(kind), found_(found), pin_(impl.cache) {}
+    ~Journey() {
+      impl_.num_casts += casts_;
+      impl_.num_lanes += lanes_;
+      impl_.num_recasts += recasts_;
+    }
+    Journey(const Journey&) = delete;
+    Journey& operator=(const Journey&) = delete;
+
+    /// Carries rays from tile to tile until each has crossed the surface or left.
+    /// first_id   of rays[0]
+    void trace(std::span<const WorldRay> rays, std::size_t first_id) {
+      for (std::size_t begin = 0; begin < rays.size(); begin += RayBatch::kRays) {
+        for (std::size_t g = 0; g < RayBatch::kGroups; ++g) {
+          const std::size_t first = begin + g * kLanes;
+          batch_.travelling[g] = 0;
+          if (first >= rays.size()) continue;
+          const LaneMask asked = load_rays(rays, first, first_id, batch_.groups[g]);
+          batch_.travelling[g] = impl_.map.enter(batch_.groups[g], asked, hint_);
+        }
+        carry_batch();
       }
-      pin.renew();
-      PacketRays<kWidth> packet(batch);
+      while (!parked_.is_empty()) {
+        tile_ = parked_.nearest_tile();
+        scene_ = &impl_.cache.load(pin_, tile_);
+        carry(parked_.take(tile_));
+      }
+    }
+
+   private:
+    void carry(const ParkedRays::Groups& groups) {
+      for (std::size_t begin = 0; begin < groups.rays.size(); begin += RayBatch::kGroups) {
+        for (std::size_t g = 0; g < RayBatch::kGroups; ++g) {
+          batch_.travelling[g] = 0;
+          if (begin + g >= groups.rays.size()) continue;
+          batch_.groups[g] = groups.rays[begin + g];
+          const bool is_last = begin + g + 1 == groups.rays.size();
+          batch_.travelling[g] = is_last ? groups.last_lanes : lane_bit(RayLanes::kLanes) - 1;
+        }
+        carry_batch();
+      }
+    }
+
+    /// Until each ray of the batch has crossed the surface, left or parked.
+    void carry_batch() {
+      PacketRays<kWidth> packet(batch_);
       while (packet.take()) {
-        recasts += static_cast<std::uint64_t>(
-            cast_through_tile<kWidth>(cache.get(pin, packet.tile()), kind, packet.groups()));
-        lanes += kWidth;
+        go_to_tile(packet.tile());
+        if (scene_ == nullptr) {
+          for (const CastGroup& group : packet.groups()) parked_.park(*group.rays, group.asked);
+          continue;
+        }
+        recasts_ +=
+            static_cast<std::uint64_t>(cast_through_tile<kWidth>(*scene_, kind_, packet.groups()));
+        lanes_ += kWidth;
         for (CastGroup& group : packet.groups()) {
-          casts += static_cast<std::uint64_t>(__builtin_popcount(group.asked));
+          casts_ += static_cast<std::uint64_t>(__builtin_popcount(group.asked));
           for_each_lane(group.found, [&](int lane) {
-            found(group.rays->id[lane], packet.tile(), group.crossings, lane);
+            found_(group.rays->id[lane], tile_, *scene_, group.crossings, lane);
           });
           const LaneMask left = group.asked & ~group.found;
-          group.asked = left != 0 ? map.go_on(*group.rays, left) : 0;
+          group.asked = left != 0 ? impl_.map.go_on(*group.rays, left) : 0;
         }
         packet.give_back();
       }
     }
+
+    /// Holds one scene at a time, so that what others evict is soon free.
+    void go_to_tile(std::uint32_t tile) {
+      if (scene_ != nullptr && tile == tile_) return;
+      pin_.renew();
+      tile_ = tile;
+      scene_ = impl_.cache.find(pin_, tile);
+    }
+
+    Impl& impl_;
+    const CastKind kind_;
+    const Found& found_;
+    SceneCache::Pin pin_;
+    RayBatch batch_;
+    ParkedRays parked_;
+    std::uint32_t hint_ = 0;  ///< tile in which rays start
+    std::uint32_t tile_ = 0;
+    const TileScene* scene_ = nullptr;
+    std::uint64_t casts_ = 0;
+    std::uint64_t lanes_ = 0;
+    std::uint64_t recasts_ = 0;
+  };
+
+  template <int kWidth, class Found>
+  void trace(std::span<const WorldRay> rays, CastKind kind, const Found& found) {
+    TERRACAST_CHECK(rays.size() < 0xffffffffU, "{} rays in one call", rays.size());
+    const FlushDenormals flush;
+    Journey<kWidth, Found> journey(*this, kind, found);
+    for (std::size_t first = 0; first < rays.size(); first += kRaysAtOnce)
+      journey.trace(rays.subspan(first, std::min(kRaysAtOnce, rays.size() - first)), first);
     num_rays += rays.size();
-    num_casts += casts;
-    num_lanes += lanes;
-    num_recasts += recasts;
   }
 
   template <class Found>
   void trace(std::span<const WorldRay> rays, CastKind kind, const Found& found) {
+    TERRACAST_CHECK(packet_width == 8 || packet_width == 16, "packets of {} rays", packet_width);
     if (packet_width == 16)
       trace<16>(rays, kind, found);
     else
@@ -152,39 +220,11 @@ RayQuery::~RayQuery() = default;
 
 const std::vector<CutTile>& RayQuery::cut() const { return impl_->cut; }
 
-void RayQuery::intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
-                         Coherence coherence) const {
-  TERRACAST_CHECK(hits.size() == rays.size(), "{} hits for {} rays", hits.size(), rays.size());
-  std::fill(hits.begin(), hits.end(), SurfaceHit{});
-  impl_->trace(
-      rays, coherence == Coherence::Coherent ? CastKind::FirstCoherent : CastKind::FirstIncoherent,
-      [&](std::uint32_t ray, std::uint32_t tile, const CrossingLanes& crossings, int lane) {
-        SurfaceHit& hit = hits[ray];
-        hit.t = crossings.t[lane];
-        hit.tile_index = tile;
-        hit.cell_x = static_cast<std::uint16_t>(crossings.cell_x[lane]);
-        hit.cell_y = static_cast<std::uint16_t>(crossings.cell_y[lane]);
-        hit.upper = static_cast<std::uint8_t>(crossings.is_upper[lane]);
-        hit.slope_x = crossings.slope_x[lane];
-        hit.slope_y = crossings.slope_y[lane];
-      });
-}
+namespace {
 
-void RayQuery::occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const {
-  TERRACAST_CHECK(is_occluded.size() == rays.size(), "{} answers for {} rays", is_occluded.size(),
-                  rays.size());
-  std::fill(is_occluded.begin(), is_occluded.end(), std::uint8_t{0});
-  impl_->trace(
-      rays, CastKind::Any,
-      [&](std::uint32_t ray, std::uint32_t, const CrossingLanes&, int) { is_occluded[ray] = 1; });
-}
-
-SurfaceSample RayQuery::surface(const SurfaceHit& hit, const Eigen::Vector3d& point_world) const {
-  TERRACAST_CHECK(!hit.is_sky() && hit.tile_index < impl_->cut.size() && hit.cell_x < kTileCells &&
-                      hit.cell_y < kTileCells,
-                  "not a hit of this query");
-  const SceneCache::Pin pin(impl_->cache);
-  const TileScene& scene = impl_->cache.get(pin, hit.tile_index);
+/// What is there on the triangle of a hit, interpolated from its corners.
+SurfaceSample surface_at(const TileScene& scene, const SurfaceHit& hit,
+                         const Eigen::Vector3d& point_world) {
   const TerrainGrid& grid = scene.grid();
   const int i = hit.cell_x;
   const int j = hit.cell_y;
@@ -211,28 +251,72 @@ SurfaceSample RayQuery::surface(const SurfaceHit& hit, const Eigen::Vector3d& po
           .spacing_m = grid.spacing_m};
 }
 
+}  // namespace
+
+void RayQuery::intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
+                         Coherence coherence, std::span<SurfaceSample> surfaces) const {
+  TERRACAST_CHECK(hits.size() == rays.size(), "{} hits for {} rays", hits.size(), rays.size());
+  TERRACAST_CHECK(surfaces.empty() || surfaces.size() == rays.size(), "{} surfaces for {} rays",
+                  surfaces.size(), rays.size());
+  std::fill(hits.begin(), hits.end(), SurfaceHit{});
+  impl_->trace(
+      rays, coherence == Coherence::Coherent ? CastKind::FirstCoherent : CastKind::FirstIncoherent,
+      [&](std::uint32_t ray, std::uint32_t tile, const TileScene& scene,
+          const CrossingLanes& crossings, int lane) {
+        SurfaceHit& hit = hits[ray];
+        hit.t = crossings.t[lane];
+        hit.tile_index = tile;
+        hit.cell_x = static_cast<std::uint16_t>(crossings.cell_x[lane]);
+        hit.cell_y = static_cast<std::uint16_t>(crossings.cell_y[lane]);
+        hit.upper = static_cast<std::uint8_t>(crossings.is_upper[lane]);
+        hit.slope_x = crossings.slope_x[lane];
+        hit.slope_y = crossings.slope_y[lane];
+        if (!surfaces.empty())
+          surfaces[ray] =
+              surface_at(scene, hit, rays[ray].origin_world + hit.t * rays[ray].direction_world);
+      });
+}
+
+void RayQuery::occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const {
+  TERRACAST_CHECK(is_occluded.size() == rays.size(), "{} answers for {} rays", is_occluded.size(),
+                  rays.size());
+  std::fill(is_occluded.begin(), is_occluded.end(), std::uint8_t{0});
+  impl_->trace(rays, CastKind::Any,
+               [&](std::uint32_t ray, std::uint32_t, const TileScene&, const CrossingLanes&, int) {
+                 is_occluded[ray] = 1;
+               });
+}
+
 std::optional<double> RayQuery::surface_z_world(double x_world, double y_world) const {
   const std::optional<std::uint32_t> tile_index = impl_->map.tile_at_place(x_world, y_world);
   if (!tile_index) return std::nullopt;
-  const SceneCache::Pin pin(impl_->cache);
-  const TileScene& scene = impl_->cache.get(pin, *tile_index);
+  SceneCache::Pin pin(impl_->cache);
+  const TileScene& scene = impl_->cache.load(pin, *tile_index);
   return scene.center_world().z() + scene.grid().z_at(x_world, y_world);
 }
 
-void RayQuery::prefetch(std::span<const Viewpoint> viewpoints) const {
-  std::vector<std::pair<double, std::uint32_t>> needs;
+void RayQuery::expect(std::span<const std::vector<Viewpoint>> turns) const {
+  std::vector<std::pair<double, SceneCache::Expected>> needs;
   for (std::uint32_t i = 0; i < impl_->cut.size(); ++i) {
     const geo::Box3d box = impl_->store.find(impl_->cut[i].id)->box_world();
-    double nearest_m = kInfinity;
-    for (const Viewpoint& viewpoint : viewpoints)
-      nearest_m = std::min(nearest_m, box.exteriorDistance(viewpoint.position_world));
-    if (nearest_m <= kPrefetchSides * impl_->cut[i].id.side_m()) needs.emplace_back(nearest_m, i);
+    const double reach_m = kPrefetchSides * impl_->cut[i].id.side_m();
+    for (std::uint32_t turn = 0; turn < turns.size(); ++turn) {
+      double nearest_m = kInfinity;
+      for (const Viewpoint& viewpoint : turns[turn])
+        nearest_m = std::min(nearest_m, box.exteriorDistance(viewpoint.position_world));
+      if (nearest_m > reach_m) continue;
+      needs.push_back({nearest_m, {.tile_index = i, .turn = turn}});
+      break;
+    }
   }
-  std::sort(needs.begin(), needs.end());
-  std::vector<std::uint32_t> order;
-  order.reserve(needs.size());
-  for (const auto& [distance_m, tile_index] : needs) order.push_back(tile_index);
-  impl_->cache.prefetch(std::move(order));
+  std::sort(needs.begin(), needs.end(), [](const auto& a, const auto& b) {
+    return std::tuple(a.second.turn, a.first, a.second.tile_index) <
+           std::tuple(b.second.turn, b.first, b.second.tile_index);
+  });
+  std::vector<SceneCache::Expected> tiles;
+  tiles.reserve(needs.size());
+  for (const auto& [nearest_m, tile] : needs) tiles.push_back(tile);
+  impl_->cache.expect(std::move(tiles));
 }
 
 RayQueryStats RayQuery::stats() const {

@@ -41,7 +41,7 @@ enum class Coherence { Coherent, Incoherent };
 
 /// Config `[tracing]`.
 struct RayQueryOptions {
-  double memory_bytes = 8e9;              ///< tiles and their scenes
+  double memory_bytes = 8e9;              ///< tiles and their scenes, loaded, loading and held
   std::string embree_profile = "widest";  ///< "widest": the machine's; or as rtcNewDevice takes it
   /// Moves the origin of each tile's float frame off its centre, x and y modulo a cell; results do
   /// not depend on it.
@@ -53,7 +53,8 @@ struct RayQueryOptions {
   template <class Visitor>
   void describe(Visitor& visit) {
     visit.key("memory_bytes", memory_bytes,
-              "Bound on the memory of loaded tiles and their ray-tracing scenes.",
+              "Bound on the memory of loaded tiles and their ray-tracing scenes; a frame may need "
+              "more of them than fit at once.",
               core::between(64e6, 1e13));
     visit.key("embree_profile", embree_profile,
               "Embree's instruction set and widths, such as \"isa=avx2,frequency_level=simd256\"; "
@@ -83,8 +84,9 @@ struct RayQueryStats {
 
 /// Rays against a frozen cut of a world. Rays pass from tile to tile in double. In a tile Embree
 /// proposes, double decides: the tile is a float scene about its own centre, raised by more than
-/// its float error; the first crossing is found by a walk in double over the true triangles. Tiles
-/// are loaded when rays need them and stay within memory_bytes.
+/// its float error; the first crossing is found by a walk in double over the true triangles. A
+/// ray whose tile is not loaded waits while others go on; tiles are then loaded nearest first, within
+/// memory_bytes.
 ///
 /// accuracy      the crossing of the double ray with the true triangle, never with another one,
 ///               whatever the float error; its t as the plane's closed form in double has it: the
@@ -106,22 +108,21 @@ class RayQuery {
 
   /// First crossings in [t_min, t_max]. A ray that starts on the surface (within kOnSurface_m)
   /// crosses it only where it sinks below; one that starts under it crosses at t_min.
-  /// hits    as many as rays
-  void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
-                 Coherence coherence) const;
+  /// hits       as many as rays
+  /// surfaces   as many, or none: what the surface is made of at each hit
+  void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits, Coherence coherence,
+                 std::span<SurfaceSample> surfaces = {}) const;
 
   /// Whether there is a crossing in [t_min, t_max]: exactly what intersect says, without finding
   /// out more. For light and for visibility.
   void occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const;
 
-  /// Material facts at a hit.
-  SurfaceSample surface(const SurfaceHit& hit, const Eigen::Vector3d& point_world) const;
-
   /// World z of the true surface above or below a place, nothing outside the tiles.
   std::optional<double> surface_z_world(double x_world, double y_world) const;
 
-  /// Loads, in the background, the tiles that a viewer at these positions is likely to need.
-  void prefetch(std::span<const Viewpoint> viewpoints) const;
+  /// Where viewers will be: now, after that, and so on. Tiles that they are likely to need are loaded
+  /// in the background, and what is needed latest is dropped first.
+  void expect(std::span<const std::vector<Viewpoint>> turns) const;
 
   RayQueryStats stats() const;
   /// The Embree version, instruction set and widths in use, for records that are not compared.

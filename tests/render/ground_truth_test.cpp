@@ -243,11 +243,12 @@ TEST(GroundTruth, SemanticClassesArePropertiesOfThePoint) {
     const world::WorldRay ray{.origin_world = to.center_world,
                               .direction_world = truth.point_world[pixel] - to.center_world};
     world::SurfaceHit hit;
-    scene.query.intersect({&ray, 1}, {&hit, 1}, world::Coherence::Incoherent);
+    world::SurfaceSample surface;
+    scene.query.intersect({&ray, 1}, {&hit, 1}, world::Coherence::Incoherent, {&surface, 1});
     if (primitive_id(hit) != truth.facts.primitive_id.data()[pixel]) continue;  // on a shared edge
     for (int lane = 0; lane < kLanes; ++lane)
       scene.renderer.ground().set(packet, lane, truth.point_world[pixel], hit.normal_world(),
-                                  scene.query.surface(hit, truth.point_world[pixel]), 7.0);
+                                  surface, 7.0);
     Lanes<std::uint8_t> classes;
     scene.renderer.ground().classify(packet, classes);
     EXPECT_EQ(classes[3], truth.facts.semantic_id.data()[pixel]);

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -20,6 +21,7 @@ namespace terracast::test {
 struct ProgramResult {
   int status = -1;     ///< exit status; -signal when it was killed; -1000 when it ran out of time
   std::string output;  ///< stdout and stderr together
+  double peak_rss_bytes = 0.0;
 };
 
 /// How a run is cut short.
@@ -52,7 +54,9 @@ inline ProgramResult run_command(const std::string& program,
   bool was_killed = false;
   for (;;) {
     int state = 0;
-    if (::waitpid(child, &state, WNOHANG) == child) {
+    rusage usage{};
+    if (::wait4(child, &state, WNOHANG, &usage) == child) {
+      result.peak_rss_bytes = 1024.0 * static_cast<double>(usage.ru_maxrss);
       result.status = WIFEXITED(state) ? WEXITSTATUS(state) : -WTERMSIG(state);
       break;
     }

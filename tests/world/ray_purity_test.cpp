@@ -20,6 +20,7 @@
 #include "tests/support/test_data.h"
 #include "tests/world/mountains.h"
 #include "tests/world/rays.h"
+#include "world/embree_scene.h"
 #include "world/ray_query.h"
 
 // What a ray meets depends on the ray and the cut alone, to the last bit: no tolerance here.
@@ -122,16 +123,17 @@ TEST_F(RayPurity, TheFlagsOfTheFloatingPointUnitAreLeftAlone) {
 
 TEST_F(RayPurity, ManyThreadsLoadAndEvictAtOnce) {
   // Half of the tiles fit.
-  const RayQuery other(store_, query_.cut(),
-                       {.memory_bytes = static_cast<double>(query_.stats().bytes_resident) / 2.0});
+  const double memory_bytes = static_cast<double>(query_.stats().bytes_resident) / 2.0;
+  const RayQuery other(store_, query_.cut(), {.memory_bytes = memory_bytes});
   std::atomic<int> num_wrong = 0;
   const auto check = [&](std::size_t packet) {
     const std::size_t at = 16 * packet;
     std::vector<SurfaceHit> hits(16);
     other.intersect(std::span(rays_).subspan(at, 16), hits, Coherence::Incoherent);
     if (!same_bits(hits, std::span(hits_).subspan(at, 16))) ++num_wrong;
-    const Viewpoint viewpoint{.position_world = rays_[at].origin_world, .pixels_per_radian = 700.0};
-    other.prefetch({&viewpoint, 1});
+    const std::vector<Viewpoint> viewpoints = {
+        {.position_world = rays_[at].origin_world, .pixels_per_radian = 700.0}};
+    other.expect({&viewpoints, 1});
   };
   std::vector<std::jthread> threads;
   for (std::size_t thread = 0; thread < 6; ++thread)
@@ -142,6 +144,24 @@ TEST_F(RayPurity, ManyThreadsLoadAndEvictAtOnce) {
   core::parallel_for(12, [&](std::int64_t i) { check(static_cast<std::size_t>(i)); });
   threads.clear();
   EXPECT_EQ(num_wrong, 0);
+  EXPECT_GT(other.stats().num_tiles_evicted, 0U);
+  EXPECT_LE(static_cast<double>(other.stats().peak_bytes_resident), memory_bytes);
+}
+
+TEST_F(RayPurity, ThreadsShareABudgetOfOneTile) {
+  const RayQuery other(store_, query_.cut(), {.memory_bytes = 1.0});
+  std::atomic<int> num_wrong = 0;
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t thread = 0; thread < 3; ++thread)
+      threads.emplace_back([&, thread] {
+        std::vector<SurfaceHit> hits(64);
+        other.intersect(std::span(rays_).subspan(64 * thread, 64), hits, Coherence::Incoherent);
+        if (!same_bits(hits, std::span(hits_).subspan(64 * thread, 64))) ++num_wrong;
+      });
+  }
+  EXPECT_EQ(num_wrong, 0);
+  EXPECT_LE(other.stats().peak_bytes_resident, TileScene::kMostBytesWhileLoading);
 }
 
 TEST_F(RayPurity, DamagedTilesAreErrorsOfTheRayThatNeedsThem) {
@@ -163,17 +183,18 @@ TEST_F(RayPurity, DamagedTilesAreErrorsOfTheRayThatNeedsThem) {
           .is_sky());
 }
 
-TEST_F(RayPurity, PrefetchedTilesAreNotWaitedFor) {
+TEST_F(RayPurity, ExpectedTilesAreNotWaitedFor) {
   const RayQuery other(store_, query_.cut(), {});
-  const Viewpoint viewpoint{.position_world = {200.0, 100.0, 1500.0}, .pixels_per_radian = 700.0};
-  other.prefetch({&viewpoint, 1});
+  const std::vector<Viewpoint> viewpoints = {
+      {.position_world = {200.0, 100.0, 1500.0}, .pixels_per_radian = 700.0}};
+  other.expect({&viewpoints, 1});
   for (int k = 0; k < 2000 && other.stats().num_tiles_loaded < query_.cut().size(); ++k)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   ASSERT_EQ(other.stats().num_tiles_loaded, query_.cut().size());
   EXPECT_TRUE(same_bits(cast_all(other, rays_), hits_));
   EXPECT_EQ(other.stats().num_tiles_waited, 0U);
   const RayQuery small(store_, query_.cut(), {.memory_bytes = 1.0});
-  small.prefetch({&viewpoint, 1});
+  small.expect({&viewpoints, 1});
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_EQ(small.stats().num_tiles_evicted, 0U);
 }
