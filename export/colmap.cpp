@@ -8,6 +8,7 @@
 // Points   the capture's track points with every observation that a ray found free; POINTS2D are
 //          their exact projections, so that the error is 0. The colour is the median over the
 //          observations.
+// database.db  cameras, images and their places on WGS84, for COLMAP's programs to start from.
 // depth    ours: planar depth, float32, m; sky 0.
 
 #include <algorithm>
@@ -59,7 +60,7 @@ class ModelBuilder {
  public:
   ModelBuilder(const capture::SequenceReader& sequence, const LocalFrame& local,
                const std::vector<ExportedCamera>& exported)
-      : sequence_(sequence), local_(local), exported_(exported) {
+      : sequence_(sequence), world_(sequence.info().origin), local_(local), exported_(exported) {
     add_cameras();
     add_points();
     add_images();
@@ -106,6 +107,7 @@ class ModelBuilder {
       const std::vector<double>& p = camera.intrinsics.parameters;
       const auto id = static_cast<std::uint32_t>(k + 1);
       model_.cameras.push_back({.id = id,
+                                .folder = exported_[k].name,
                                 .width_px = camera.intrinsics.width_px,
                                 .height_px = camera.intrinsics.height_px,
                                 .parameters = {p[0], p[1], p[2], p[3]}});
@@ -157,6 +159,8 @@ class ModelBuilder {
         image.name = fmt::format("{}/{:06}.png", camera.name, record.index);
         image.camera_from_world =
             local_from_camera(local_, sequence_, record.index, camera.camera_index).inverse();
+        image.place = world_.geodetic_from_world(
+            sequence_.world_from_camera(record.index, camera.camera_index).translation);
         const std::size_t rig = rig_index_.at(calibration(camera).rig);
         ColmapFrame& frame = model_.frames[first_frame + rig];
         if (model_.rigs[rig].reference_camera_id == image.camera_id)
@@ -192,6 +196,7 @@ class ModelBuilder {
   }
 
   const capture::SequenceReader& sequence_;
+  const geo::WorldFrame world_;
   const LocalFrame& local_;
   const std::vector<ExportedCamera>& exported_;
   ColmapModel model_;
@@ -246,6 +251,9 @@ class ColmapExporter final : public Exporter {
          {"world_frame", "East, north, up of WGS84 at the sequence's origin; metres."},
          {"pose", "World to camera (x right, y down, z forward), quaternion w x y z."},
          {"points", "Points of the surface; an observation stands where a ray found it free."},
+         {"priors",
+          "database.db and georegistration.txt: latitude, longitude (degrees) and ellipsoidal "
+          "height (metres) of the camera's centre, exact."},
          {"depth", "Along the optical axis, metres, float32."},
          {"sky", "Depth 0; no point."}},
         additions);
@@ -288,6 +296,9 @@ class ColmapExporter final : public Exporter {
       writer.write(fmt::format("{}/sparse/0/{}", path, file.name), file.bytes);
     for (const ColmapFile& file : colmap_text_files(model))
       writer.write(fmt::format("{}/sparse_txt/0/{}", path, file.name), file.bytes);
+    writer.write(path + "/database.db", colmap_database(model));
+    writer.write(path + "/rig_config.json", colmap_rig_config(model));
+    writer.write(path + "/georegistration.txt", colmap_georegistration(model));
     const std::string georeference = path + "/georeference.csv";
     writer.write(georeference, georeference_csv(sequence, exported));
 

@@ -8,14 +8,17 @@
 #include <utility>
 #include <vector>
 
+#include "geo/geodesy.h"
 #include "geo/rigid3.h"
 
-/// A COLMAP reconstruction and its two forms on disk, COLMAP 3.12's files with rigs and frames;
-/// older programs read the other three. Ids start at 1.
+/// A COLMAP reconstruction and its forms on disk: text and binary in COLMAP 3.12's files with rigs
+/// and frames, of which older programs read the other three, and the database that COLMAP's
+/// programs work on. Ids start at 1.
 namespace terracast::exporters {
 
 struct ColmapCamera {
   std::uint32_t id = 0;
+  std::string folder;  ///< of its images: "mcs4/cam0"
   int width_px = 0;
   int height_px = 0;
   std::array<double, 4> parameters{};  ///< of PINHOLE: fx fy cx cy, pixel centres at +0.5
@@ -45,6 +48,7 @@ struct ColmapImage {
   std::uint32_t camera_id = 0;
   std::string name;
   geo::Rigid3d camera_from_world;
+  geo::Geodetic place;  ///< of the camera's centre
   std::vector<ColmapObservation> observations;
 };
 
@@ -74,5 +78,17 @@ struct ColmapFile {
 std::vector<ColmapFile> colmap_text_files(const ColmapModel& model);
 /// The same with .bin, little-endian.
 std::vector<ColmapFile> colmap_binary_files(const ColmapModel& model);
+
+/// database.db: cameras and images under the model's ids, no features. COLMAP 3.8's schema, where
+/// the camera's place (latitude, longitude, ellipsoidal height) stands beside each image, and the
+/// table pose_priors of 3.10 to 3.13 with the same; later versions turn either into their own.
+std::vector<std::byte> colmap_database(const ColmapModel& model);
+
+/// rig_config.json: the rigs for `colmap rig_configurator` of 3.12 and later.
+std::string colmap_rig_config(const ColmapModel& model);
+
+/// georegistration.txt: name, latitude, longitude, ellipsoidal height of each image, for `colmap
+/// model_aligner --ref_images_path`. Its ENU starts at the first line's place.
+std::string colmap_georegistration(const ColmapModel& model);
 
 }  // namespace terracast::exporters
