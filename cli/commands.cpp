@@ -32,10 +32,11 @@ using core::fail;
 /// What the options of all commands are parsed into.
 struct Arguments {
   fs::path config, out, store, dataset, report, file;
-  std::vector<std::string> sets;
+  std::vector<std::string> sets, colmap;
   std::string shard = "0/1", format, name;
   int num_threads = 0;
   int size_px = 1024;
+  int colmap_seeds = 3;
   bool verbose = false, quiet = false;
 };
 
@@ -130,8 +131,10 @@ int run_validate(const Arguments& args) {
   const core::Log log("validate", log_level(args));
   const core::ThreadLimit limit(args.num_threads);
   const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
-  const auto results =
-      validate::run_validate_stage(args.dataset, {.format = args.format}, args.report, context);
+  const auto results = validate::run_validate_stage(
+      args.dataset,
+      {.format = args.format, .colmap = args.colmap, .colmap_seeds = args.colmap_seeds},
+      args.report, context);
   bool all_ok = true;
   for (const auto& result : results) {
     fmt::print("{:7} {:32} {:>12.6g} {:8} bound {:<12.6g} {}\n",
@@ -249,6 +252,18 @@ int parse_and_run(int argc, const char* const* argv) {
                                "Its format; found out from the folder when left out.");
   validate_command->add_option("--report", args.report, "Folder for report.json and index.html.")
       ->required();
+  validate_command
+      ->add_option("--colmap", args.colmap,
+                   "Ask the program COLMAP too: " + joined(validate::colmap_mode_names()) +
+                       ", or several with commas.")
+      ->type_name("MODE")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(validate::colmap_mode_names()));
+  validate_command
+      ->add_option("--colmap-seeds", args.colmap_seeds,
+                   "Free reconstructions, of which the worst counts.")
+      ->check(CLI::Range(1, 100));
   add_common(*validate_command, args);
   validate_command->callback([&] { status = run_validate(args); });
 

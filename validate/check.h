@@ -49,10 +49,13 @@ struct ValidateOptions {
   std::string format;  ///< empty: found out from the folder
   std::int64_t seed = 1;
   std::int64_t samples_per_image = 2000;  ///< pixels drawn for the checks that sample
+  std::vector<std::string> colmap = {};   ///< what the program COLMAP is asked for: colmap_modes()
+  std::int64_t colmap_seeds = 3;          ///< free reconstructions, of which the worst counts
 };
 
 /// Validates one exported dataset: reads the folder alone, by code that shares nothing with the
-/// exporters. Writes report.json and index.html into `report_folder`.
+/// exporters. Writes report.json and index.html into `report_folder`; what COLMAP is asked for
+/// works in its folder `colmap`, which is kept.
 /// returns  all results; the dataset is right when every one is ok
 /// throws   Input: not a dataset of a known format (damage inside one is a failed check); Io
 std::vector<CheckResult> run_validate_stage(const std::filesystem::path& dataset,
@@ -69,12 +72,15 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
 /// throws  Input, Io: no report there
 std::string verdict_line(const std::filesystem::path& report_folder);
 
+/// What `ValidateOptions::colmap` may hold.
+std::vector<std::string> colmap_mode_names();
+
 /// Names and summaries of all checks and formats, for `terracast list`.
 struct NameAndSummary {
   std::string_view name;
   std::string_view summary;
 };
-std::span<const NameAndSummary> check_list();
+std::vector<NameAndSummary> check_list();
 std::vector<std::string> format_names();
 
 }  // namespace terracast::validate

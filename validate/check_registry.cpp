@@ -1,5 +1,6 @@
 #include "core/random.h"
 #include "validate/checks/checker.h"
+#include "validate/colmap/job.h"
 #include "validate/dataset.h"
 
 // One line a check, alphabetical; the file is checks/<name>.cpp and defines make_<name>_check().
@@ -31,11 +32,11 @@ std::span<const CheckInfo> checks() {
   return kTable;
 }
 
-std::span<const NameAndSummary> check_list() {
-#define TERRACAST_ROW(name, summary) {#name, summary},
-  static constexpr NameAndSummary kTable[] = {TERRACAST_CHECKS(TERRACAST_ROW)};
-#undef TERRACAST_ROW
-  return kTable;
+std::vector<NameAndSummary> check_list() {
+  std::vector<NameAndSummary> list;
+  for (const CheckInfo& info : checks()) list.push_back({info.name, info.summary});
+  for (const ColmapMode& mode : colmap_modes()) list.push_back({mode.check, mode.summary});
+  return list;
 }
 
 std::vector<std::string> format_names() { return reader_names(); }

@@ -5,6 +5,7 @@
 #include "core/progress.h"
 #include "validate/check.h"
 #include "validate/checks/checker.h"
+#include "validate/colmap/job.h"
 #include "validate/pictures.h"
 #include "validate/report.h"
 
@@ -97,6 +98,11 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
     }
     for (const auto& checker : checkers)
       merge(results, checker->finish(dataset, sequence), sequence.name, sequences.size() == 1);
+    const auto number = static_cast<std::size_t>(&sequence - sequences.data());
+    merge(results,
+          run_colmap_modes(dataset, sequence, options,
+                           report_folder / "colmap" / fmt::format("{:02}", number), context),
+          sequence.name, sequences.size() == 1);
   }
   add_findings(findings, results);
   for (const CheckResult& result : results) {

@@ -193,7 +193,7 @@ Pose ColmapPose::pose() const {
 }
 
 ColmapModel read_colmap_binary(const std::filesystem::path& folder, const std::string& name,
-                               Findings& findings) {
+                               Findings& findings, ColmapFiles files) {
   ColmapModel model;
   const auto read = [&](const char* file, void (*parse)(Bytes&, ColmapModel&)) {
     const std::string file_name = name + "/" + file;
@@ -207,6 +207,7 @@ ColmapModel read_colmap_binary(const std::filesystem::path& folder, const std::s
   read("cameras.bin", read_cameras);
   read("images.bin", read_images);
   read("points3D.bin", read_points);
+  if (files == ColmapFiles::WithoutRigs) return model;
   read("rigs.bin", read_rigs);
   read("frames.bin", read_frames);
   return model;

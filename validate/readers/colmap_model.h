@@ -88,11 +88,14 @@ struct ColmapModel {
   std::map<std::int64_t, ColmapFrame> frames;
 };
 
-/// Reads the five files of a model; damage in one becomes a finding and leaves its part empty.
+/// What a model's folder holds: programs before 3.12 write no rigs and frames.
+enum class ColmapFiles { All, WithoutRigs };
+
+/// Reads the files of a model; damage in one becomes a finding and leaves its part empty.
 /// name  of the folder, for findings
 ColmapModel read_colmap_text(const std::filesystem::path& folder, const std::string& name,
                              Findings& findings);
 ColmapModel read_colmap_binary(const std::filesystem::path& folder, const std::string& name,
-                               Findings& findings);
+                               Findings& findings, ColmapFiles files = ColmapFiles::All);
 
 }  // namespace terracast::validate

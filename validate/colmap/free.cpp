@@ -1,0 +1,245 @@
+#include <fmt/format.h>
+
+#include <map>
+
+#include "validate/checks/checker.h"
+#include "validate/colmap/features.h"
+#include "validate/colmap/similarity.h"
+#include "validate/sampling.h"
+
+/// COLMAP's incremental reconstruction, which knows the images and the intrinsics and no pose, held
+/// against the exported poses after a similarity. The worst of several seeds counts.
+namespace terracast::validate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// An image that COLMAP placed.
+struct Placed {
+  const Shot* shot = nullptr;
+  const ColmapImage* image = nullptr;
+  Pose free_from_camera;
+};
+
+std::vector<Placed> placed_shots(const ColmapJob& job, const ColmapModel& model) {
+  std::vector<Placed> placed;
+  for (const Shot& shot : job.shots) {
+    const auto image = model.images.find(shot.image_id);
+    if (image == model.images.end() || image->second.name != shot.name) continue;
+    placed.push_back({&shot, &image->second, image->second.camera_from_world.pose().inverse()});
+  }
+  return placed;
+}
+
+/// What an image shows of the ground, by its depth map.
+struct Ground {
+  bool has_depth = false;
+  bool shows_ground = false;
+  /// COLMAP's depths against the depth map's: metres a unit of the reconstruction.
+  std::optional<double> scale;
+};
+
+Ground look_at(const ColmapJob& job, const ColmapModel& model, const Shot& shot) {
+  const core::ImageF depth = job.depth(shot);
+  Ground ground{.has_depth = !depth.empty(), .shows_ground = shows_ground(depth), .scale = {}};
+  const auto image = model.images.find(shot.image_id);
+  if (depth.empty() || image == model.images.end()) return ground;
+  const Pose camera_from_free = image->second.camera_from_world.pose();
+  std::vector<double> ratios;
+  for (const ColmapObservation& seen : image->second.observations) {
+    const auto point = model.points.find(seen.point_id);
+    if (point == model.points.end()) continue;
+    const auto& p = point->second.position;
+    const double free_depth = (camera_from_free * Eigen::Vector3d(p[0], p[1], p[2])).z();
+    const Eigen::Vector2d pixel(seen.x_px, seen.y_px);
+    if (free_depth <= 0.0 || !shot.camera->intrinsics.contains(pixel)) continue;
+    if (const auto sample = sample_inverse_depth(depth, pixel))
+      ratios.push_back(1.0 / (sample->inverse_depth.value * free_depth));
+  }
+  constexpr std::size_t kLeastPoints = 20;
+  if (ratios.size() >= kLeastPoints) ground.scale = median(ratios);
+  return ground;
+}
+
+/// Relative poses of neighbouring frames of a camera, COLMAP's against the dataset's.
+struct Steps {
+  std::vector<double> moved_m;
+  std::vector<double> turned_px;
+};
+
+Steps compare_steps(const std::vector<Placed>& placed, double scale) {
+  std::map<std::pair<int, int>, const Placed*> by_camera_and_frame;
+  for (const Placed& one : placed)
+    by_camera_and_frame[{one.shot->camera_index, one.shot->frame}] = &one;
+  Steps steps;
+  for (const auto& [place, now] : by_camera_and_frame) {
+    const auto next = by_camera_and_frame.find({place.first, place.second + 1});
+    if (next == by_camera_and_frame.end()) continue;
+    Pose found = now->free_from_camera.inverse() * next->second->free_from_camera;
+    found.translation *= scale;
+    const Pose wanted =
+        now->shot->local_from_camera.inverse() * next->second->shot->local_from_camera;
+    steps.moved_m.push_back((found.translation - wanted.translation).norm());
+    steps.turned_px.push_back(rotation_angle_rad(found.rotation.transpose() * wanted.rotation) *
+                              now->shot->camera->intrinsics.fx_px);
+  }
+  return steps;
+}
+
+/// What one seed's reconstruction comes to.
+struct Outcome {
+  double ate_m = 0.0;
+  double step_m = 0.0;
+  double turn_px = 0.0;
+  std::optional<double> drift;  ///< nothing where depth maps or frames are missing
+  double registered_share = 0.0;
+  std::string worst_position;
+  std::string missing;
+  std::size_t num_placed = 0;
+  std::size_t num_expected = 0;
+  std::size_t num_points = 0;
+  CheckResult::Plot positions;
+};
+
+/// Scale of the first third of the frames against the last.
+std::optional<double> drift_of(const std::map<int, std::vector<double>>& scales_by_frame,
+                               int num_frames) {
+  std::vector<double> first, last;
+  for (const auto& [frame, scales] : scales_by_frame) {
+    if (3 * frame < num_frames) first.insert(first.end(), scales.begin(), scales.end());
+    if (3 * (num_frames - 1 - frame) < num_frames)
+      last.insert(last.end(), scales.begin(), scales.end());
+  }
+  if (first.empty() || last.empty()) return std::nullopt;
+  return std::abs(median(first) / median(last) - 1.0);
+}
+
+Outcome judge(const ColmapJob& job, const ColmapModel& model) {
+  Outcome outcome;
+  const std::vector<Placed> placed = placed_shots(job, model);
+  if (placed.size() < 3) throw ColmapFailure("COLMAP placed fewer than three images");
+  std::vector<Eigen::Vector3d> found, wanted;
+  for (const Placed& one : placed) {
+    found.push_back(one.free_from_camera.translation);
+    wanted.push_back(one.shot->local_from_camera.translation);
+  }
+  const Similarity local_from_free = best_similarity(found, wanted);
+  std::vector<double> errors_m;
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    errors_m.push_back((local_from_free * found[i] - wanted[i]).norm());
+    if (errors_m.back() >= *std::max_element(errors_m.begin(), errors_m.end()))
+      outcome.worst_position = fmt::format("{}: {:.3f} m", placed[i].shot->name, errors_m.back());
+    outcome.positions.x.push_back(placed[i].shot->frame);
+    outcome.positions.y.push_back(errors_m.back());
+  }
+  outcome.ate_m = root_mean_square(errors_m);
+  const Steps steps = compare_steps(placed, local_from_free.scale);
+  outcome.step_m = root_mean_square(steps.moved_m);
+  outcome.turn_px = root_mean_square(steps.turned_px);
+
+  std::map<int, std::vector<double>> scales_by_frame;
+  std::size_t num_registered = 0;
+  for (const Shot& shot : job.shots) {
+    const Ground ground = look_at(job, model, shot);
+    if (ground.scale) scales_by_frame[shot.frame].push_back(*ground.scale);
+    if (ground.has_depth && !ground.shows_ground) continue;
+    ++outcome.num_expected;
+    if (model.images.contains(shot.image_id))
+      ++num_registered;
+    else if (outcome.missing.empty())
+      outcome.missing = shot.name;
+  }
+  outcome.drift = drift_of(scales_by_frame, job.sequence.num_frames);
+  outcome.registered_share = static_cast<double>(num_registered) /
+                             static_cast<double>(std::max<std::size_t>(outcome.num_expected, 1));
+  outcome.num_placed = placed.size();
+  outcome.num_points = model.points.size();
+  return outcome;
+}
+
+Outcome reconstruct(const ColmapJob& job, const MatchedDatabase& database, int seed) {
+  const std::string name = fmt::format("free_{}", seed);
+  const std::string number = std::to_string(seed);
+  const fs::path made = job.work.made(name, database.key + number, [&](const fs::path& folder) {
+    job.log.info("colmap: free reconstruction, seed {}", seed);
+    job.program.run("mapper",
+                    {"--database_path", database.file.string(), "--image_path",
+                     job.images().string(), "--output_path", folder.string(), "--random_seed",
+                     number, "--Mapper.num_threads", "1", "--Mapper.multiple_models", "0",
+                     // The intrinsics are known; only poses and points are free.
+                     "--Mapper.ba_refine_focal_length", "0", "--Mapper.ba_refine_principal_point",
+                     "0", "--Mapper.ba_refine_extra_params", "0",
+                     // 16 degrees, the default, are never seen from high flights.
+                     "--Mapper.init_min_tri_angle", "4"},
+                    name + ".log", 600.0 + 120.0 * static_cast<double>(job.shots.size()));
+  });
+  if (!fs::is_directory(made / "0"))
+    throw ColmapFailure(fmt::format(
+        "colmap mapper found no pair of images to begin with (seed {}); see {}.log", seed, name));
+  return judge(job, read_made_model(made / "0"));
+}
+
+}  // namespace
+
+std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
+  const MatchedDatabase database = matched_database(job);
+  const double pixel_m = job.ground_pixel_m();
+
+  CheckResult ate = colmap_result("colmap_free_ate", 0.0, 0.5, "ground pixels");
+  CheckResult step = colmap_result("colmap_free_rpe", 0.0, 0.5, "ground pixels");
+  CheckResult turn = colmap_result("colmap_free_rpe_rotation", 0.0, 0.5, "px");
+  CheckResult drift = colmap_result("colmap_free_scale_drift", 0.0, 1e-3, "relative");
+  CheckResult registered = colmap_result("colmap_free_registered", 1.0, 0.99, "share (at least)");
+  registered.is_lower_bound = true;
+  std::string lines;
+  bool has_drift = true;
+  for (int seed = 0; seed < job.num_seeds; ++seed) {
+    const Outcome outcome = reconstruct(job, database, seed);
+    const std::string where = fmt::format("seed {}", seed);
+    if (outcome.ate_m / pixel_m >= ate.value) ate.plots = {outcome.positions};
+    note_worst(ate, outcome.ate_m / pixel_m, where + ", " + outcome.worst_position);
+    note_worst(step, outcome.step_m / pixel_m, where);
+    note_worst(turn, outcome.turn_px, where);
+    has_drift = has_drift && outcome.drift;
+    if (outcome.drift) note_worst(drift, *outcome.drift, where);
+    if (seed == 0 || outcome.registered_share < registered.value) {
+      registered.value = outcome.registered_share;
+      registered.worst = outcome.missing.empty() ? where : where + ", " + outcome.missing;
+    }
+    lines += fmt::format(" Seed {}: {} of {} images, {} points, {:.4f} m.", seed,
+                         outcome.num_placed, job.shots.size(), outcome.num_points, outcome.ate_m);
+  }
+  for (CheckResult::Plot& plot : ate.plots) {
+    plot.title = "Distance of the aligned cameras from their poses, worst seed";
+    plot.x_label = "frame";
+    plot.y_label = "m";
+  }
+  ate.summary = fmt::format(
+      "Distance (rms) of COLMAP's camera centres from the poses after a similarity, worst of {} "
+      "seeds; a ground pixel is {:.3f} m.{}",
+      job.num_seeds, pixel_m, lines);
+  ate.reason =
+      "Images that show what the poses say place their cameras to a fraction of a pixel on the "
+      "ground.";
+  step.summary = "Relative positions (rms) of neighbouring frames of a camera.";
+  turn.summary =
+      "Relative rotations (rms) of neighbouring frames of a camera, as what they shift in the "
+      "image.";
+  step.reason = turn.reason = "As for the positions.";
+  drift.summary =
+      "COLMAP's depths against the depth maps: scale of the first third of the frames against the "
+      "last.";
+  drift.reason =
+      "A drift of scale is what a wrong focal length or a slow error of the poses makes.";
+  registered.summary = "Share of the images with 30 % ground that COLMAP placed.";
+  registered.reason = "Ground with texture is never lost.";
+  std::vector<CheckResult> results{ate, step, turn, drift, registered};
+  for (CheckResult& result : results) result.ok = result.is_within_bound();
+  if (!has_drift)
+    results[3] = unseen_result("colmap_free_scale_drift",
+                               "no depth maps, or too few points in the first or last third");
+  return results;
+}
+
+}  // namespace terracast::validate

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace terracast::validate {
+
+/// COLMAP is missing, or one of its commands did not do its work; what() is for the report.
+struct ColmapFailure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// COLMAP, as installed. Written for 3.8, Debian 12's.
+class ColmapProgram {
+ public:
+  /// logs  folder that gets a log for each command
+  /// throws  ColmapFailure: not installed, or it does not start; Io
+  explicit ColmapProgram(std::filesystem::path logs);
+
+  /// The first line of its help: "COLMAP 3.8 -- …".
+  const std::string& version() const { return version_; }
+
+  /// Runs `colmap COMMAND …` without a display.
+  /// log   name of the log, which is begun anew
+  /// throws  ColmapFailure: it was ended, ran out of time or failed; says so with the end of its
+  ///         log
+  void run(const std::string& command, const std::vector<std::string>& arguments,
+           const std::string& log, double timeout_s) const;
+
+ private:
+  std::filesystem::path program_;
+  std::filesystem::path logs_;
+  std::string version_;
+};
+
+}  // namespace terracast::validate
