@@ -22,7 +22,7 @@ using core::KeyInfo;
 template <class Table>
 std::string lines_of(const Table& table) {
   std::string text;
-  for (const auto& entry : table) text += fmt::format("{:14} {}\n", entry.name, entry.summary);
+  for (const auto& entry : table) text += fmt::format("{:18} {}\n", entry.name, entry.summary);
   return text;
 }
 

@@ -2,9 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
+#include <fstream>
+#include <thread>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -60,6 +64,35 @@ TEST(Program, EnvironmentIsAddedAndReplaced) {
   run_program(kShell, {"-c", "echo $TERRACAST_TEST_A $TERRACAST_TEST_B"}, scratch / "log",
               {.environment = {"TERRACAST_TEST_A=new", "TERRACAST_TEST_B=more"}});
   EXPECT_EQ(read_text_file(scratch / "log"), "new more\n");
+}
+
+TEST(Program, EndsWhenTheProcessThatStartedItIsKilled) {
+  const ScratchFolder scratch;
+  const std::filesystem::path number = scratch / "number";
+  const pid_t starter = ::fork();
+  if (starter == 0) {
+    run_program(kShell,
+                {"-c", "echo $$ > \"$0\".new; mv \"$0\".new \"$0\"; sleep 60", number.string()},
+                scratch / "log");
+    ::_exit(0);
+  }
+  const auto wait_until = [](const auto& is_so) {
+    for (int i = 0; i < 3000 && !is_so(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return is_so();
+  };
+  const bool is_started = wait_until([&] { return std::filesystem::exists(number); });
+  ::kill(starter, SIGKILL);
+  ::waitpid(starter, nullptr, 0);
+  ASSERT_TRUE(is_started);
+  const auto process =
+      std::filesystem::path("/proc") / std::to_string(std::stoi(read_text_file(number)));
+  EXPECT_TRUE(wait_until([&] {  // gone, or dead and not yet collected
+    std::ifstream stat(process / "stat");
+    std::string text;
+    std::getline(stat, text);
+    return text.empty() || text.find(") Z ") != std::string::npos;
+  }));
 }
 
 TEST(Program, IsFoundByName) {

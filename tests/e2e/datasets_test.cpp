@@ -10,6 +10,7 @@
 #include "geo/geodesy.h"
 #include "geo/units.h"
 #include "tests/e2e/tiny_job.h"
+#include "tests/support/colmap_program.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
 
@@ -43,14 +44,32 @@ void expect_report_holds(const fs::path& report, const std::vector<std::string>&
 }
 
 /// Runs a shipped job on the real data and holds its three formats against every check.
-void expect_real_flight_holds(const char* config, double timeout_s) {
-  const ScratchFolder scratch;
-  const auto run =
-      run_program({"run", (kConfigs / config).string(), "--set", "data=" + shared_data().string(),
-                   "--out", (scratch / "out").string(), "-q"},
-                  {.timeout_s = timeout_s});
+void expect_real_flight_holds(const char* config, const fs::path& out, double timeout_s) {
+  const auto run = run_program({"run", (kConfigs / config).string(), "--set",
+                                "data=" + shared_data().string(), "--out", out.string(), "-q"},
+                               {.timeout_s = timeout_s});
   ASSERT_EQ(run.status, 0) << run.output;
-  expect_report_holds(scratch / "out/report", {"tartanair", "kitti", "colmap"});
+  expect_report_holds(out / "report", {"tartanair", "kitti", "colmap"});
+}
+
+/// Exports one rig of a captured job to COLMAP and asks the program COLMAP.
+/// seeds  of free reconstructions
+void expect_colmap_holds(const char* config, const fs::path& out, const std::string& rig,
+                         const std::string& seeds, double timeout_s) {
+  const auto exported = run_program(
+      {"export", (kConfigs / config).string(), "--set", "data=" + shared_data().string(), "--set",
+       fmt::format("exports.2.rigs=[\"{}\"]", rig), "--out", out.string(), "-q"},
+      {.timeout_s = timeout_s});
+  ASSERT_EQ(exported.status, 0) << exported.output;
+  const auto validated = run_program(
+      {"validate", (out / "export/colmap").string(), "--colmap", "sparse,georegister,free",
+       "--colmap-seeds", seeds, "--report", (out / "report/colmap").string(), "-q"},
+      {.timeout_s = timeout_s});
+  EXPECT_EQ(validated.status, 0) << validated.output;
+  for (const char* check :
+       {"colmap_sparse_reprojection", "colmap_sparse_distance", "colmap_georegister_position",
+        "colmap_free_ate", "colmap_free_rpe", "colmap_free_scale_drift", "colmap_free_registered"})
+    EXPECT_NE(validated.output.find(fmt::format("ok      {}", check)), std::string::npos) << check;
 }
 
 TEST(Demo, PassesEveryCheckInThreeFormatsAndFliesWhatItPromises) {
@@ -88,16 +107,22 @@ TEST(Demo, PassesEveryCheckInThreeFormatsAndFliesWhatItPromises) {
   EXPECT_GE(height_m(23) - height_m(0), 200.0);
 }
 
-TEST(Andorra, TwelveFramesPassEveryCheckInThreeFormats) {
+TEST(Andorra, TwelveFramesPassEveryCheckInThreeFormatsAnd24ImagesInColmapItself) {
   TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
-  expect_real_flight_holds("andorra_small.toml", 1100.0);
+  const ScratchFolder scratch;
+  expect_real_flight_holds("andorra_small.toml", scratch / "out", 1100.0);
+  TERRACAST_NEEDS_COLMAP();
+  expect_colmap_holds("andorra_small.toml", scratch / "out", "tartan2", "1", 1100.0);
 }
 
-TEST(AndorraFull, AHundredFramesPassEveryCheckInThreeFormats) {
+TEST(AndorraFull, AHundredFramesPassEveryCheckInThreeFormatsAndInColmapItself) {
   if (std::getenv("TERRACAST_FULL") == nullptr)
     GTEST_SKIP() << "skipped: a recorded run of an hour; scripts/check --full";
   TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
-  expect_real_flight_holds("andorra.toml", 7000.0);
+  const ScratchFolder scratch;
+  expect_real_flight_holds("andorra.toml", scratch / "out", 7000.0);
+  TERRACAST_NEEDS_COLMAP();
+  expect_colmap_holds("andorra.toml", scratch / "out", "mcs4", "3", 40000.0);
 }
 
 }  // namespace

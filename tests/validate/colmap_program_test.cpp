@@ -187,6 +187,27 @@ TEST(ColmapProgram, OneThatEndsWellAndLeavesNothingIsAFailedCheck) {
     EXPECT_FALSE(results.at(fmt::format("colmap_{}_program", mode)).ok) << mode;
 }
 
+TEST(ColmapProgram, WhatWasDoneBeforeACommandFailedIsNotDoneAgain) {
+  const ScratchFolder scratch;
+  write_small(scratch / "data");
+  const fs::path calls = scratch / "calls";
+  const FakeColmap fake(scratch / "bin", std::string(kSaysHelp) + "echo $1 >> " + calls.string() +
+                                             "\n[ $1 = matches_importer ] && [ $(grep -c matches " +
+                                             calls.string() + ") = 1 ] && kill -KILL $$\nexit 0");
+  const Results first = ask_colmap(scratch / "data", scratch / "report", {"sparse"});
+  EXPECT_THAT(first.at("colmap_sparse_program").worst, HasSubstr("signal 9"));
+  EXPECT_EQ(core::read_text_file(calls), "feature_extractor\nmatches_importer\n");
+  ask_colmap(scratch / "data", scratch / "report", {"sparse"});
+  EXPECT_EQ(core::read_text_file(calls),
+            "feature_extractor\nmatches_importer\nmatches_importer\npoint_triangulator\n");
+  // Another image: all is done again.
+  core::write_file(scratch / "data/flight/images/rig/cam0/000001.png",
+                   core::read_file(scratch / "data/flight/images/rig/cam0/000002.png"));
+  fs::remove(calls);
+  ask_colmap(scratch / "data", scratch / "report", {"sparse"});
+  EXPECT_EQ(core::read_text_file(calls).substr(0, 18), "feature_extractor\n");
+}
+
 TEST(ColmapProgram, AnotherProgramOfThatNameIsAFailedCheck) {
   const ScratchFolder scratch;
   write_small(scratch / "data");

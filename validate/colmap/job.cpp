@@ -11,10 +11,13 @@
 #include "validate/sampling.h"
 
 // One line a mode, alphabetical; the file is colmap/<name>.cpp and defines run_colmap_<name>().
-#define TERRACAST_COLMAP_MODES(X)                                                            \
-  X(free, "COLMAP's own reconstruction, aligned: positions, drift, scale, images left out")  \
-  X(georegister, "model_aligner brings the model back to its places by georegistration.txt") \
-  X(sparse, "SIFT points triangulated at the known poses: reprojection, distance to the ground")
+#define TERRACAST_COLMAP_MODES(X)                                                                 \
+  X(free, "--colmap free: COLMAP's own reconstruction: positions, drift, scale, images left out") \
+  X(georegister,                                                                                  \
+    "--colmap georegister: model_aligner brings the model back to its places by "                 \
+    "georegistration.txt")                                                                        \
+  X(sparse, "--colmap sparse: SIFT points at the known poses: reprojection, distance to the "     \
+            "ground")
 
 namespace terracast::validate {
 
