@@ -55,7 +55,8 @@ void check_frames(const Job& job) {
            plan.name, plan.states.size(), kLeastFrames);
 }
 
-render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions& options) {
+render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions& options,
+                                   const core::Log& log) {
   const tiler::WorldSurface& surface = *job.surface;
   const geo::TrajectoryContext place{.frame = surface.frame(),
                                      .ground_height_m =
@@ -63,14 +64,16 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
                                            return surface.measured_height_m(lat_deg, lon_deg);
                                          },
                                      .geoid = surface.geoid(),
-                                     .base_folder = {}};
+                                     .log = &log};
   render::SequencePlan plan;
   plan.name = options.name;
-  plan.utc_start = options.utc_start;
   plan.rate_hz = options.rate_hz;
   plan.seed = job.config.seed;
-  plan.states = core::with_context([&] { return geo::sample_frames(options, place); },
-                                   fmt::format("laying out trajectory {}", options.name));
+  geo::SampledFrames frames =
+      core::with_context([&] { return geo::sample_frames(options, place); },
+                         fmt::format("laying out trajectory {}", options.name));
+  plan.utc_start = frames.utc_start;
+  plan.states = std::move(frames.states);
   plan.cameras = job.cameras;
   plan.conditions = job.config.conditions;
   plan.tracks = job.config.tracks;
@@ -114,7 +117,8 @@ Job prepare_job(RunConfig config, const core::Context& context) {
                               : fmt::format("opening the world's sources (${{data}} is {})",
                                             job.config.data.resolved.string()));
   for (const auto& options : job.config.trajectories)
-    job.sequences.push_back(plan_sequence(job, options));
+    job.sequences.push_back(
+        plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));
   check_frames(job);
   return job;
 }

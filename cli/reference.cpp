@@ -8,6 +8,7 @@
 #include "core/schema_writer.h"
 #include "export/exporter.h"
 #include "geo/camera_model.h"
+#include "geo/fixes/fix_format.h"
 #include "geo/trajectory.h"
 #include "tiler/layer_registry.h"
 #include "validate/check.h"
@@ -32,6 +33,7 @@ const std::map<std::string, std::function<std::string()>>& lists() {
       {"checks", [] { return lines_of(validate::check_list()); }},
       {"exporters", [] { return lines_of(exporters::exporters()); }},
       {"layers", [] { return lines_of(tiler::elevation_kinds()); }},
+      {"recordings", [] { return lines_of(geo::fix_formats()); }},
       {"trajectories", [] { return lines_of(geo::trajectory_kinds()); }},
   };
   return table;
@@ -53,12 +55,15 @@ std::vector<KeyInfo> keys_of(Options& options, const std::string& prefix) {
   return keys;
 }
 
-/// Keys that come with a kind of trajectory or a format, by the name of their heading.
+/// Keys that come with a kind of trajectory, a format of recordings or exports, by the name of their heading.
 std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
   std::vector<std::pair<std::string, std::vector<KeyInfo>>> result;
   for (const auto& kind : geo::trajectory_kinds())
     result.emplace_back(fmt::format("trajectories of kind {}", kind.name),
                         keys_of(*kind.make(), "trajectories[]."));
+  for (const auto& format : geo::fix_formats())
+    result.emplace_back(fmt::format("recorded trajectories of format {}", format.name),
+                        keys_of(*format.make(), "trajectories[]."));
   for (const auto& format : exporters::exporters())
     result.emplace_back(fmt::format("exports of format {}", format.name),
                         keys_of(*format.make(), "exports[]."));

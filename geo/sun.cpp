@@ -85,6 +85,32 @@ double unix_seconds_from_utc(const std::string& utc) {
   return static_cast<double>(seconds) + fraction_s;
 }
 
+std::string utc_from_unix_seconds(double unix_seconds) {
+  constexpr double kYear0000_s = -62167219200.0, kYear10000_s = 253402300800.0;
+  const double rounded_ms = std::round(unix_seconds * 1000.0);
+  if (!(rounded_ms >= kYear0000_s * 1000.0 && rounded_ms < kYear10000_s * 1000.0)) {
+    core::fail(core::ErrorKind::Input,
+               "{} s from 1970 is no time between the years 0000 and 9999; check the unit of the "
+               "recorded times",
+               unix_seconds);
+  }
+  const auto milliseconds = static_cast<std::int64_t>(rounded_ms);
+  constexpr std::int64_t kDay_ms = 86400000;
+  const std::int64_t of_day = ((milliseconds % kDay_ms) + kDay_ms) % kDay_ms;
+  const std::int64_t day = (milliseconds - of_day) / kDay_ms;
+  // The year is guessed from below and raised until its last day is reached.
+  std::int64_t year =
+      static_cast<std::int64_t>(std::floor(1970.0 + (static_cast<double>(day) - 2.0) / 365.2425));
+  while (days_from_date(year + 1, 1, 1) <= day) ++year;
+  int month = 1;
+  while (month < 12 && days_from_date(year, month + 1, 1) <= day) ++month;
+  const std::int64_t day_of_month = day - days_from_date(year, month, 1) + 1;
+  const std::string whole =
+      fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}", year, month, day_of_month,
+                  of_day / 3600000, of_day / 60000 % 60, of_day / 1000 % 60);
+  return of_day % 1000 == 0 ? whole + "Z" : fmt::format("{}.{:03}Z", whole, of_day % 1000);
+}
+
 // The Sun's apparent place by the lower-accuracy method of Meeus, Astronomical Algorithms (2nd
 // ed.), chapter 25 (Kepler's ellipse, aberration, the nodal term of nutation), with the
 // perturbations of his Astronomical Formulae for Calculators, chapter 18. At 30 000 times from 1950

@@ -11,6 +11,11 @@ namespace terracast::geo {
 /// throws Config: another form, or no such date
 double unix_seconds_from_utc(const std::string& utc);
 
+/// The same in text, to the millisecond: "YYYY-MM-DDTHH:MM:SS.mmmZ", without the fraction where it is
+/// nought.
+/// throws Input: a year that is not 0000 to 9999
+std::string utc_from_unix_seconds(double unix_seconds);
+
 /// Unit vector towards the sun's centre in the world frame.
 /// place      where it is seen from: the parallax is up to 0.0024 deg
 /// accuracy   0.01 deg from 1950 to 2050 (Meeus's lower-accuracy method with the perturbations);

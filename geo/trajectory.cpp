@@ -10,13 +10,26 @@
 
 // Every kind of trajectory, in alphabetical order: X(name) is geo/trajectories/name.cpp, which
 // defines `TrajectoryKindInfo name_trajectory()`.
-#define TERRACAST_TRAJECTORY_KINDS(X) X(forward) X(loop) X(orbit) X(waypoints)
+#define TERRACAST_TRAJECTORY_KINDS(X) X(forward) X(loop) X(orbit) X(recorded) X(waypoints)
 
 namespace terracast::geo {
 
 #define TERRACAST_DECLARE(name) TrajectoryKindInfo name##_trajectory();
 TERRACAST_TRAJECTORY_KINDS(TERRACAST_DECLARE)
 #undef TERRACAST_DECLARE
+
+namespace {
+
+const std::string kAutomatic = "auto";
+
+std::string utc_of_first_frame(const TrajectoryOptions& options, const Trajectory& motion) {
+  if (options.utc_start != kAutomatic) return options.utc_start;
+  if (const std::optional<double> start = motion.utc_start_unix_s())
+    return utc_from_unix_seconds(*start + options.start_s);
+  return "2025-06-21T10:00:00Z";
+}
+
+}  // namespace
 
 std::span<const TrajectoryKindInfo> trajectory_kinds() {
 #define TERRACAST_ENTRY(name) name##_trajectory(),
@@ -49,7 +62,9 @@ void TrajectoryOptions::describe(core::SchemaVisitor& visit) {
   visit.key("num_frames", num_frames, "Number of frames; 0: as many as the motion holds.",
             core::between(0.0, kMostFrames));
   visit.key("start_s", start_s, "Time of the first frame on the motion.", core::at_least(0.0));
-  visit.key("utc_start", utc_start, "UTC of the first frame; the sun stands accordingly.");
+  visit.key("utc_start", utc_start,
+            "UTC of the first frame; the sun stands accordingly. auto: a recording's own time of "
+            "day, or 2025-06-21T10:00:00Z.");
   // A manual without a config shows the keys of the commonest kind.
   const std::string shown_kind = kind.empty() ? "waypoints" : kind;
   if (!kind_options_ || described_kind_ != shown_kind) {
@@ -70,15 +85,16 @@ void TrajectoryOptions::validate() const {
                "name = \"{}\" is no name for a sequence's folder; use letters, digits, _ and -",
                name);
   }
-  unix_seconds_from_utc(utc_start);
+  if (utc_start != kAutomatic) unix_seconds_from_utc(utc_start);
   if (kind_options_) kind_options_->validate();
 }
 
-std::vector<BodyState> sample_frames(const TrajectoryOptions& options,
-                                     const TrajectoryContext& context) {
+SampledFrames sample_frames(const TrajectoryOptions& options, const TrajectoryContext& context) {
   return core::with_context(
       [&] {
-        const std::unique_ptr<Trajectory> motion = options.kind_options().build(context);
+        TrajectoryContext at_rate = context;
+        at_rate.rate_hz = options.rate_hz;
+        const std::unique_ptr<Trajectory> motion = options.kind_options().build(at_rate);
         // A frame at the very end counts although the sum of times rounds past it.
         constexpr double kTimeTolerance_s = 1e-9;
         const double available_s = motion->duration_s() + kTimeTolerance_s - options.start_s;
@@ -101,7 +117,7 @@ std::vector<BodyState> sample_frames(const TrajectoryOptions& options,
           states[i] = motion->at(std::min(options.start_s + time_s, motion->duration_s()));
           states[i].time_s = time_s;
         }
-        return states;
+        return SampledFrames{std::move(states), utc_of_first_frame(options, *motion)};
       },
       "flying trajectory " + options.name);
 }

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/log.h"
 #include "core/schema.h"
 #include "geo/geodesy.h"
 #include "geo/geoid.h"
@@ -32,6 +33,8 @@ class Trajectory {
   virtual double duration_s() const = 0;
   /// time_s   in [0, duration_s]
   virtual BodyState at(double time_s) const = 0;
+  /// UTC of time 0 in seconds since 1970, of motions that were recorded with their time of day.
+  virtual std::optional<double> utc_start_unix_s() const { return std::nullopt; }
 };
 
 /// Ellipsoidal height of the measured ground (never of synthetic detail) below or above a place;
@@ -43,7 +46,8 @@ struct TrajectoryContext {
   const WorldFrame& frame;
   GroundHeight ground_height_m;
   std::shared_ptr<const Geoid> geoid;  ///< may be null; then heights above the geoid are refused
-  std::string base_folder;             ///< of relative files
+  const core::Log* log = nullptr;      ///< where what was dropped from a recording is told; or null
+  double rate_hz = 10.0;               ///< frames a second that will be taken
 };
 
 /// Options of one kind of trajectory; the derived class describes its keys and builds the motion.
@@ -65,7 +69,7 @@ struct TrajectoryKindInfo {
   std::unique_ptr<TrajectoryKind> (*make)();
 };
 
-/// The table of kinds: forward, loop, orbit, waypoints.
+/// The table of kinds: explore, forward, loop, orbit, recorded, survey, waypoints.
 std::span<const TrajectoryKindInfo> trajectory_kinds();
 
 /// A `[trajectory]` of a config: its kind, when frames are taken, and beside them the kind's own
@@ -73,10 +77,10 @@ std::span<const TrajectoryKindInfo> trajectory_kinds();
 struct TrajectoryOptions {
   std::string name = "P000";
   std::string kind;
-  double rate_hz = 10.0;                           ///< frames a second
-  std::int64_t num_frames = 0;                     ///< 0: as many as the motion's duration holds
-  double start_s = 0.0;                            ///< time of frame 0 on the motion
-  std::string utc_start = "2025-06-21T10:00:00Z";  ///< UTC of frame 0; the sun stands accordingly
+  double rate_hz = 10.0;           ///< frames a second
+  std::int64_t num_frames = 0;     ///< 0: as many as the motion's duration holds
+  double start_s = 0.0;            ///< time of frame 0 on the motion
+  std::string utc_start = "auto";  ///< UTC of frame 0; the sun stands accordingly
 
   TrajectoryOptions() = default;
   TrajectoryOptions(const TrajectoryOptions& other);
@@ -95,10 +99,16 @@ struct TrajectoryOptions {
   std::unique_ptr<TrajectoryKind> kind_options_;
 };
 
+/// Frames of a sequence.
+struct SampledFrames {
+  std::vector<BodyState> states;
+  std::string utc_start;  ///< of the first; utc_start = "auto" is the recording's own, where it has
+                          ///< one, or else 2025-06-21T10:00:00Z
+};
+
 /// The states at which frames are taken: frame i at start_s + i / rate_hz of the motion, its own
-/// time i / rate_hz.
+/// time i / rate_hz. What is told in context.rate_hz is the options' rate.
 /// throws Config: more frames asked for than the motion has time for (says how many fit)
-std::vector<BodyState> sample_frames(const TrajectoryOptions& options,
-                                     const TrajectoryContext& context);
+SampledFrames sample_frames(const TrajectoryOptions& options, const TrajectoryContext& context);
 
 }  // namespace terracast::geo

@@ -29,24 +29,25 @@ std::vector<Value> solve_tridiagonal(const std::vector<double>& lower, std::vect
 // With h_i the step after point i and M_i the second derivatives, continuity of the first
 // derivative at point i is h_{i-1} M_{i-1} + 2 (h_{i-1} + h_i) M_i + h_i M_{i+1} = 6 (d_i -
 // d_{i-1}), d the slopes of the chords.
-CubicSpline::CubicSpline(std::vector<double> parameters, std::vector<Eigen::Vector3d> points,
-                         bool is_closed)
+template <int kDimensions>
+CubicSplineIn<kDimensions>::CubicSplineIn(std::vector<double> parameters, std::vector<Point> points,
+                                          bool is_closed)
     : parameters_(std::move(parameters)), points_(std::move(points)), is_closed_(is_closed) {
   const std::size_t n = points_.size();
   TERRACAST_CHECK(parameters_.size() == n && n >= (is_closed ? 4u : 2u), "{} points", n);
   std::vector<double> step(n - 1);
-  std::vector<Eigen::Vector3d> slope(n - 1);
+  std::vector<Point> slope(n - 1);
   for (std::size_t i = 0; i + 1 < n; ++i) {
     step[i] = parameters_[i + 1] - parameters_[i];
     TERRACAST_CHECK(step[i] > 0.0, "parameter {} does not grow", i + 1);
     slope[i] = (points_[i + 1] - points_[i]) / step[i];
   }
-  seconds_.assign(n, Eigen::Vector3d::Zero());
+  seconds_.assign(n, Point::Zero());
   if (!is_closed_) {
     if (n == 2) return;
     const std::size_t inner = n - 2;
     std::vector<double> lower(inner), diagonal(inner), upper(inner);
-    std::vector<Eigen::Vector3d> right(inner);
+    std::vector<Point> right(inner);
     for (std::size_t k = 0; k < inner; ++k) {
       lower[k] = step[k];
       diagonal[k] = 2.0 * (step[k] + step[k + 1]);
@@ -62,7 +63,7 @@ CubicSpline::CubicSpline(std::vector<double> parameters, std::vector<Eigen::Vect
   // gamma).
   const std::size_t m = n - 1;
   std::vector<double> lower(m), diagonal(m), upper(m);
-  std::vector<Eigen::Vector3d> right(m);
+  std::vector<Point> right(m);
   for (std::size_t k = 0; k < m; ++k) {
     const std::size_t before = (k + m - 1) % m;
     lower[k] = step[before];
@@ -80,24 +81,28 @@ CubicSpline::CubicSpline(std::vector<double> parameters, std::vector<Eigen::Vect
   const auto y = solve_tridiagonal(lower, diagonal, upper, right);
   const auto z = solve_tridiagonal(lower, diagonal, upper, w);
   const double last = corner / gamma;
-  const Eigen::Vector3d factor = (y[0] + last * y[m - 1]) / (1.0 + z[0] + last * z[m - 1]);
+  const Point factor = (y[0] + last * y[m - 1]) / (1.0 + z[0] + last * z[m - 1]);
   for (std::size_t k = 0; k < m; ++k) seconds_[k] = y[k] - factor * z[k];
   seconds_[m] = seconds_[0];
 }
 
-CubicSpline::Value CubicSpline::at(double u) const {
+template <int kDimensions>
+typename CubicSplineIn<kDimensions>::Value CubicSplineIn<kDimensions>::at(double u) const {
   const auto after = std::upper_bound(parameters_.begin() + 1, parameters_.end() - 1, u);
   const auto i = static_cast<std::size_t>(after - parameters_.begin()) - 1;
   const double h = parameters_[i + 1] - parameters_[i];
   const double b = (u - parameters_[i]) / h;
   const double a = 1.0 - b;
-  const Eigen::Vector3d& m0 = seconds_[i];
-  const Eigen::Vector3d& m1 = seconds_[i + 1];
+  const Point& m0 = seconds_[i];
+  const Point& m1 = seconds_[i + 1];
   return {a * points_[i] + b * points_[i + 1] +
               (h * h / 6.0) * ((a * a - 1.0) * a * m0 + (b * b - 1.0) * b * m1),
           (points_[i + 1] - points_[i]) / h +
               (h / 6.0) * ((1.0 - 3.0 * a * a) * m0 + (3.0 * b * b - 1.0) * m1),
           a * m0 + b * m1};
 }
+
+template class CubicSplineIn<3>;
+template class CubicSplineIn<4>;
 
 }  // namespace terracast::geo

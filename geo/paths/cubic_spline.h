@@ -8,17 +8,19 @@ namespace terracast::geo {
 /// The interpolating cubic spline through points at increasing parameters: twice continuously
 /// differentiable. Open: natural (second derivative 0 at the ends). Closed: the last point is the
 /// first again, with equal derivatives.
-class CubicSpline {
+template <int kDimensions>
+class CubicSplineIn {
  public:
+  using Point = Eigen::Matrix<double, kDimensions, 1>;
   struct Value {
-    Eigen::Vector3d value;
-    Eigen::Vector3d first;
-    Eigen::Vector3d second;
+    Point value;
+    Point first;
+    Point second;
   };
 
   /// parameters   increasing, as many as points, two or more; closed: four or more, last
   ///              point equal to the first
-  CubicSpline(std::vector<double> parameters, std::vector<Eigen::Vector3d> points, bool is_closed);
+  CubicSplineIn(std::vector<double> parameters, std::vector<Point> points, bool is_closed);
 
   /// Outside the parameters the end pieces go on.
   Value at(double u) const;
@@ -27,9 +29,14 @@ class CubicSpline {
 
  private:
   std::vector<double> parameters_;
-  std::vector<Eigen::Vector3d> points_;
-  std::vector<Eigen::Vector3d> seconds_;  ///< second derivatives at the points
+  std::vector<Point> points_;
+  std::vector<Point> seconds_;  ///< second derivatives at the points
   bool is_closed_;
 };
+
+using CubicSpline = CubicSplineIn<3>;
+
+extern template class CubicSplineIn<3>;
+extern template class CubicSplineIn<4>;
 
 }  // namespace terracast::geo

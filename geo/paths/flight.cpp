@@ -147,8 +147,7 @@ double time_at_length(const SpeedProfile& speeds, double length_m) {
 
 }  // namespace
 
-void FlightOptions::describe(core::SchemaVisitor& visit) {
-  visit.key("speed_mps", speed_mps, "Speed along the path.", core::between(0.01, 1000.0));
+void AttitudeOptions::describe(core::SchemaVisitor& visit) {
   visit.key("bank", bank, "Roll of the body: as in a coordinated turn, or none.",
             core::one_of({"coordinated", "none"}));
   visit.key("max_bank_deg", max_bank_deg, "Greatest roll of a coordinated turn.",
@@ -157,6 +156,19 @@ void FlightOptions::describe(core::SchemaVisitor& visit) {
             core::between(0.05, 60.0));
   visit.key("pitch", pitch, "The body's x axis: along the path, or its horizontal part.",
             core::one_of({"path", "level"}));
+}
+
+Attitude AttitudeOptions::attitude() const {
+  Attitude attitude;
+  attitude.nose = pitch == "level" ? Attitude::Nose::Level : Attitude::Nose::AlongPath;
+  if (bank == "coordinated")
+    attitude.bank = Attitude::Bank{radians_from_degrees(max_bank_deg), bank_smoothing_s};
+  return attitude;
+}
+
+void FlightOptions::describe(core::SchemaVisitor& visit) {
+  visit.key("speed_mps", speed_mps, "Speed along the path.", core::between(0.01, 1000.0));
+  AttitudeOptions::describe(visit);
   visit.key("min_agl_m", min_agl_m,
             "Least height above the measured ground; a lower path is refused.",
             core::between(0.0, 100000.0));
@@ -167,14 +179,6 @@ void FlightOptions::describe(core::SchemaVisitor& visit) {
             core::between(10.0, 20000.0));
   visit.key("max_climb_deg", max_climb_deg, "Steepest climb or descent; a steeper path is refused.",
             core::between(1.0, 80.0));
-}
-
-Attitude FlightOptions::attitude() const {
-  Attitude attitude;
-  attitude.nose = pitch == "level" ? Attitude::Nose::Level : Attitude::Nose::AlongPath;
-  if (bank == "coordinated")
-    attitude.bank = Attitude::Bank{radians_from_degrees(max_bank_deg), bank_smoothing_s};
-  return attitude;
 }
 
 std::unique_ptr<Trajectory> fly(const FlightPlan& plan, const FlightOptions& options,

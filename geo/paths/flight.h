@@ -11,21 +11,27 @@
 
 namespace terracast::geo {
 
-/// The keys that all kinds of flight share.
-struct FlightOptions {
-  double speed_mps = 15.0;
+/// How a body that travels a path holds itself.
+struct AttitudeOptions {
   std::string bank = "coordinated";
   double max_bank_deg = 30.0;
   double bank_smoothing_s = 1.0;
   std::string pitch = "path";
+
+  void describe(core::SchemaVisitor& visit);
+  /// The attitude these options ask for, nose forward.
+  Attitude attitude() const;
+};
+
+/// The keys that all kinds of flight share.
+struct FlightOptions : AttitudeOptions {
+  double speed_mps = 15.0;
   double min_agl_m = 5.0;
   bool terrain_following = false;
   double follow_length_m = 200.0;
   double max_climb_deg = 45.0;
 
   void describe(core::SchemaVisitor& visit);
-  /// The attitude these options ask for, nose forward.
-  Attitude attitude() const;
 };
 
 /// What a kind of trajectory hands over to be flown.

@@ -8,7 +8,7 @@ namespace terracast::geo {
 
 // A pair that the config did not give is not a number, which TOML readers refuse: once the other
 // pair is known it is left out of the description.
-void Place::describe(core::SchemaVisitor& visit) {
+void Place::describe_on_map(core::SchemaVisitor& visit) {
   const bool is_geodetic = !std::isnan(lat_deg) && !std::isnan(lon_deg);
   const bool is_enu = !std::isnan(east_m) && !std::isnan(north_m);
   if (is_geodetic || !is_enu) {
@@ -20,6 +20,10 @@ void Place::describe(core::SchemaVisitor& visit) {
     visit.key("east_m", east_m, "World x, with north_m; instead of lat_deg and lon_deg.");
     visit.key("north_m", north_m, "World y.");
   }
+}
+
+void Place::describe(core::SchemaVisitor& visit) {
+  describe_on_map(visit);
   visit.key("height_m", height_m, "Height above what `above` says.",
             core::between(-12000.0, 1000000.0));
   visit.key("above", above, "What height_m counts from: WGS84, mean sea level (EGM96), the ground.",

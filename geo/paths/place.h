@@ -21,6 +21,8 @@ struct Place {
   std::string above = "ground";
 
   void describe(core::SchemaVisitor& visit);
+  /// The keys of its place without those of its height.
+  void describe_on_map(core::SchemaVisitor& visit);
   /// throws Config: neither or both of the two pairs, or half of one
   void validate() const;
 };

@@ -444,7 +444,8 @@ TEST(CommandLine, AResultThatCannotBePrintedIsAnIoError) {
 }
 
 TEST(CommandLine, ListsAndExplainsWhatItKnows) {
-  for (const char* what : {"cameras", "checks", "exporters", "layers", "trajectories"}) {
+  for (const char* what :
+       {"cameras", "checks", "exporters", "layers", "recordings", "trajectories"}) {
     const auto run = run_program({"list", what});
     EXPECT_EQ(run.status, 0);
     EXPECT_FALSE(run.output.empty()) << what;

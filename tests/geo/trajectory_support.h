@@ -17,7 +17,7 @@ struct GroundWorld {
   WorldFrame frame{{42.5, 1.5, 1000.0}};
   GroundHeight ground = [](double, double) { return std::optional(1000.0); };
 
-  TrajectoryContext context() const { return {frame, ground, nullptr, ""}; }
+  TrajectoryContext context() const { return {frame, ground, nullptr}; }
 };
 
 inline TrajectoryOptions options_from(const std::string& toml) {

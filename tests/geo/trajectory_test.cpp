@@ -102,7 +102,7 @@ TEST(SampleFrames, AreTakenAtTheRateFromTheStartOn) {
   const GroundWorld world;
   const TrajectoryOptions options =
       options_from(std::string("rate_hz = 4.0\nnum_frames = 10\nstart_s = 3.0\n") + kFourPlaces);
-  const std::vector<BodyState> states = sample_frames(options, world.context());
+  const std::vector<BodyState> states = sample_frames(options, world.context()).states;
   ASSERT_EQ(states.size(), 10u);
   const auto motion = options.kind_options().build(world.context());
   for (std::size_t i = 0; i < states.size(); ++i) {
@@ -124,7 +124,7 @@ waypoints = [
 ]
 )";
   // 100 m at the height of 100 m above the origin's plane: 10 s, 101 frames with both ends.
-  EXPECT_EQ(sample_frames(options_from(line), world.context()).size(), 101u);
+  EXPECT_EQ(sample_frames(options_from(line), world.context()).states.size(), 101u);
   const std::string message = message_of(core::ErrorKind::Config, [&] {
     sample_frames(options_from("num_frames = 102\n" + line), world.context());
   });

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geo/geodesy.h"
+
+namespace terracast::geo {
+
+/// What a fix's place is given in.
+enum class FixFrame {
+  Geodetic,  ///< latitude in deg, longitude in deg, height in m above what the config says
+  Ecef,      ///< m
+  Local      ///< m, x y z (z up) about an origin that the config names
+};
+
+/// What a fix's attitude leads to from the body (x forward, y left, z up).
+enum class AttitudeFrame {
+  PlaceEnu,  ///< east, north, up of the fix's own place
+  Ecef,
+  Local  ///< the file's own x y z
+};
+
+/// One row of a recording.
+struct Fix {
+  double time_s = std::numeric_limits<double>::quiet_NaN();  ///< not a number: the row has none
+  Eigen::Vector3d place = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  std::optional<Eigen::Quaterniond> attitude;  ///< frame_from_body
+  std::optional<Eigen::Quaterniond> gimbal;    ///< the same with the camera's optical axis for x
+  std::optional<double> speed_mps;             ///< over ground, as the recorder measured it
+  bool starts_part = false;                    ///< nothing is known of the way from the fix before
+
+  bool has_place() const { return place.allFinite(); }
+};
+
+/// A recording as its file tells it, in the file's order.
+struct FixTable {
+  std::vector<Fix> fixes;
+  FixFrame frame = FixFrame::Geodetic;
+  AttitudeFrame attitude_frame = AttitudeFrame::PlaceEnu;
+  bool has_utc = false;          ///< times count from 1970-01-01T00:00:00Z, else from any zero
+  std::optional<Geodetic> home;  ///< the place (not the height) of take-off
+};
+
+/// More are refused.
+inline constexpr std::size_t kMostFixes = 2000000;
+
+/// The attitude of aviation: yaw clockwise from north, pitch up, roll to the right, applied in this
+/// order to a body x forward, y right, z down in north-east-down. Returns enu_from_body, the body x
+/// forward, y left, z up.
+Eigen::Quaterniond enu_from_body_by_ned_angles(double yaw_rad, double pitch_rad, double roll_rad);
+
+/// Rotation about z by yaw, then the new y by pitch, then the new x by roll.
+Eigen::Quaterniond rotation_by_angles(double yaw_rad, double pitch_rad, double roll_rad);
+
+/// Axes that files give a body: flu, frd (x forward, y right, z down), rdf (x right, y down, z
+/// forward). Returns axes_from_body.
+Eigen::Quaterniond axes_from_body(const std::string& axes);
+
+/// Takes north-east-down into east-north-up, and back.
+Eigen::Quaterniond enu_from_ned();
+
+}  // namespace terracast::geo

@@ -1,0 +1,203 @@
+#include "geo/fixes/placing.h"
+
+#include <cmath>
+
+#include "core/error.h"
+#include "geo/units.h"
+
+namespace terracast::geo {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+/// Heights of a recording as ellipsoidal ones.
+class Heights {
+ public:
+  Heights(const FixTable& table, const PlacingOptions& options, const std::string& above,
+          const TrajectoryContext& context)
+      : above_(above), context_(context), offset_m_(options.height_offset_m) {
+    if (above_ == "pressure") {
+      offset_m_ += options.pressure_offset_m;
+      above_ = "egm96";
+    }
+    if (above_ == "egm96" && !context.geoid)
+      fail(ErrorKind::Config, "heights above egm96 need a geoid, and this world has none");
+    if (above_ == "home") offset_m_ += home_height_m(table, options);
+  }
+
+  /// Nothing where a height counts from the ground and there is none.
+  std::optional<double> ellipsoidal_m(double lat_deg, double lon_deg, double height_m) const {
+    if (above_ == "egm96")
+      return height_m + offset_m_ + context_.geoid->undulation_m(lat_deg, lon_deg);
+    if (above_ != "ground") return height_m + offset_m_;
+    const auto ground_m = context_.ground_height_m(lat_deg, lon_deg);
+    if (!ground_m) return std::nullopt;
+    return height_m + offset_m_ + *ground_m;
+  }
+
+ private:
+  double home_height_m(const FixTable& table, const PlacingOptions& options) const {
+    std::optional<Geodetic> home = table.home;
+    for (std::size_t i = 0; !home && i < table.fixes.size(); ++i)
+      if (table.fixes[i].has_place())
+        home = Geodetic{table.fixes[i].place.x(), table.fixes[i].place.y(), 0.0};
+    if (!home) return 0.0;  // there is no fix to place
+    const Place place{.lat_deg = home->lat_deg,
+                      .lon_deg = home->lon_deg,
+                      .height_m = options.home_height_m,
+                      .above = options.home_above};
+    return context_.frame
+        .geodetic_from_world(resolve_place(place, context_, "the place of take-off"))
+        .height_m;
+  }
+
+  std::string above_;
+  const TrajectoryContext& context_;
+  double offset_m_;
+};
+
+void check_geodetic(const Eigen::Vector3d& place, std::size_t index) {
+  constexpr double kLowest_m = -12000.0, kHighest_m = 1000000.0;
+  if (std::abs(place.x()) > 90.0 || std::abs(place.y()) > 360.0)
+    fail(ErrorKind::Input,
+         "fix {} (counted from 0) lies at latitude {}, longitude {}; they are in degrees, from -90 "
+         "to "
+         "90 and from -360 to 360: check the order and the unit",
+         index, place.x(), place.y());
+  if (place.z() < kLowest_m || place.z() > kHighest_m)
+    fail(ErrorKind::Input,
+         "fix {} (counted from 0) is {} m high; heights are {} to {} m: check the unit", index,
+         place.z(), kLowest_m, kHighest_m);
+}
+
+/// The file's own x, y, z in the world.
+Rigid3d world_from_local(const PlacingOptions& options, const TrajectoryContext& context) {
+  const Eigen::Vector3d origin_world = resolve_place(options.origin, context, "origin");
+  // The file's x lies on a heading, so its y on the one 90 degrees before it.
+  const Eigen::Quaterniond enu_from_local(Eigen::AngleAxisd(
+      radians_from_degrees(90.0 - options.x_heading_deg), Eigen::Vector3d::UnitZ()));
+  return {Eigen::Quaterniond(context.frame.world_from_enu(origin_world)) * enu_from_local,
+          origin_world};
+}
+
+std::string attitude_source(const FixTable& table, const std::string& wanted) {
+  bool has_gimbal = false, has_body = false;
+  for (const Fix& fix : table.fixes) {
+    has_gimbal |= fix.gimbal.has_value();
+    has_body |= fix.attitude.has_value();
+  }
+  if (wanted == "auto") return has_gimbal ? "gimbal" : has_body ? "body" : "path";
+  if ((wanted == "gimbal" && !has_gimbal) || (wanted == "body" && !has_body))
+    fail(ErrorKind::Config,
+         "attitude = \"{}\", and the recording holds no {}; attitude = \"path\" follows the motion",
+         wanted, wanted == "gimbal" ? "angles of a gimbal" : "attitude of the body");
+  return wanted;
+}
+
+}  // namespace
+
+void PlacingOptions::describe(core::SchemaVisitor& visit, FixFrame frame,
+                              const std::string& own_above) {
+  if (frame == FixFrame::Local) {
+    visit.section("origin", origin, "Where the recording's x = y = z = 0 is.");
+    visit.key(
+        "x_heading_deg", x_heading_deg,
+        "Direction of the recording's x axis, clockwise from north; its z is up. 90: x is east, "
+        "y north.",
+        core::between(-360.0, 360.0));
+  }
+  if (frame == FixFrame::Geodetic) {
+    visit.key("above", above,
+              own_above.empty()
+                  ? "What the recorded heights are above; it has to be said: WGS84, mean sea level "
+                    "(EGM96), the ground, the place of take-off; or pressure altitude."
+                  : "What the recorded heights are above; empty: as the format says.",
+              core::one_of({"", "ellipsoid", "egm96", "ground", "home", "pressure"}));
+    // A manual without a config shows the keys of each choice.
+    const bool shows_all = above.empty() && own_above.empty();
+    if (above == "pressure" || shows_all) {
+      core::Constraint range = core::between(-5000.0, 5000.0);
+      range.required = !shows_all;
+      visit.key(
+          "pressure_offset_m", pressure_offset_m,
+          "With above = \"pressure\": height above EGM96 less pressure altitude (1013.25 hPa), "
+          "about 8.2 m for each hPa that the pressure at sea level is above 1013.25.",
+          range);
+    }
+    if (above == "home" || shows_all) {
+      visit.key("home_height_m", home_height_m, "Height of the place of take-off.",
+                core::between(-12000.0, 100000.0));
+      visit.key("home_above", home_above, "What home_height_m counts from.",
+                core::one_of({"ellipsoid", "egm96", "ground"}));
+    }
+  }
+  visit.key("height_offset_m", height_offset_m, "Raises the whole recording.",
+            core::between(-100000.0, 100000.0));
+  visit.key("attitude", attitude,
+            "The body's axes: the gimbal's (x along the camera's axis), the recorded body's, or "
+            "along the path; auto: the first of these that the recording holds.",
+            core::one_of({"auto", "gimbal", "body", "path"}));
+}
+
+void PlacingOptions::validate(FixFrame frame, const std::string& own_above) const {
+  if (frame == FixFrame::Geodetic && above.empty() && own_above.empty())
+    fail(ErrorKind::Config,
+         "above is not given: say what the recorded heights are above, which is one of ellipsoid, "
+         "egm96, ground, home, or pressure with a pressure_offset_m");
+}
+
+PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
+                        const std::string& heights_above, const TrajectoryContext& context) {
+  PlacedFixes placed;
+  placed.attitude_from = attitude_source(table, options.attitude);
+  const WorldFrame& frame = context.frame;
+  const Rigid3d world_from_ecef = frame.ecef_from_world().inverse();
+  const Heights heights(table, options, heights_above, context);
+  const Rigid3d local =
+      table.frame == FixFrame::Local ? world_from_local(options, context) : Rigid3d{};
+  bool starts_part = false;
+  for (std::size_t i = 0; i < table.fixes.size(); ++i) {
+    const Fix& fix = table.fixes[i];
+    starts_part |= fix.starts_part;
+    if (!fix.has_place()) {
+      ++placed.num_without_place;
+      continue;
+    }
+    PlacedFix result;
+    result.time_s = fix.time_s;
+    result.speed_mps = fix.speed_mps;
+    if (table.frame == FixFrame::Geodetic) {
+      check_geodetic(fix.place, i);
+      const auto height_m = heights.ellipsoidal_m(fix.place.x(), fix.place.y(), fix.place.z());
+      if (!height_m) {
+        ++placed.num_without_ground;
+        starts_part = true;
+        continue;
+      }
+      result.position_world = frame.world_from_geodetic({fix.place.x(), fix.place.y(), *height_m});
+    } else {
+      result.position_world = (table.frame == FixFrame::Ecef ? world_from_ecef : local) * fix.place;
+      result.position_world += options.height_offset_m * frame.up_world(result.position_world);
+    }
+    const auto& recorded = placed.attitude_from == "gimbal" ? fix.gimbal : fix.attitude;
+    // A gimbal's angles are always about the place's own axes.
+    const AttitudeFrame attitude_frame =
+        placed.attitude_from == "gimbal" ? AttitudeFrame::PlaceEnu : table.attitude_frame;
+    if (recorded && placed.attitude_from != "path") {
+      if (attitude_frame == AttitudeFrame::PlaceEnu)
+        result.world_from_body =
+            Eigen::Quaterniond(frame.world_from_enu(result.position_world)) * *recorded;
+      else
+        result.world_from_body =
+            (attitude_frame == AttitudeFrame::Ecef ? world_from_ecef.rotation : local.rotation) *
+            *recorded;
+    }
+    result.starts_part = starts_part;
+    starts_part = false;
+    placed.fixes.push_back(std::move(result));
+  }
+  return placed;
+}
+
+}  // namespace terracast::geo

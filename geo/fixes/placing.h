@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/schema.h"
+#include "geo/fixes/fix.h"
+#include "geo/paths/place.h"
+#include "geo/trajectory.h"
+
+namespace terracast::geo {
+
+/// Where a recording's coordinates stand in the world: keys that depend on what its places are.
+struct PlacingOptions {
+  std::string above;
+  double pressure_offset_m = std::numeric_limits<double>::quiet_NaN();
+  double home_height_m = 0.0;
+  std::string home_above = "ground";
+  Place origin;
+  double x_heading_deg = 90.0;
+  double height_offset_m = 0.0;
+  std::string attitude = "auto";
+
+  /// frame          of the recording
+  /// own_above      what its format says that heights are above; empty: nothing
+  void describe(core::SchemaVisitor& visit, FixFrame frame, const std::string& own_above);
+  /// throws   Config: heights that say not what they are above
+  void validate(FixFrame frame, const std::string& own_above) const;
+};
+
+/// A fix in the world.
+struct PlacedFix {
+  double time_s = 0.0;
+  Eigen::Vector3d position_world = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Quaterniond> world_from_body;
+  std::optional<double> speed_mps;
+  bool starts_part = false;
+};
+
+struct PlacedFixes {
+  std::vector<PlacedFix> fixes;
+  std::size_t num_without_place = 0;
+  std::size_t num_without_ground = 0;  ///< of heights above the ground, outside the world
+  std::string attitude_from;           ///< gimbal, body or path
+};
+
+/// Fixes of a table in the world; those without a place are counted and left out.
+/// throws   Config: no geoid or attitude where one is needed; Input: no latitude or longitude, heights
+///          beyond -12 km to 1000 km
+PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
+                        const std::string& heights_above, const TrajectoryContext& context);
+
+}  // namespace terracast::geo

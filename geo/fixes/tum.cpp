@@ -1,0 +1,87 @@
+#include <cmath>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "geo/fixes/fix_format.h"
+#include "geo/fixes/text.h"
+
+namespace terracast::geo {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+/// TUM's trajectories: a line "timestamp tx ty tz qx qy qz qw" for each pose, the rotation from the
+/// camera or body to the file's x, y, z; # begins a comment.
+class TumFixes final : public FixFormat {
+ public:
+  void describe(core::SchemaVisitor& visit) override {
+    visit.key("attitude_axes", attitude_axes_,
+              "The axes that the quaternions turn: right down forward (a camera), forward left up, "
+              "forward right down.",
+              core::one_of({"rdf", "flu", "frd"}));
+    visit.key("unix_times", unix_times_, "Times count from 1970 UTC, not from any zero.");
+  }
+  std::unique_ptr<FixFormat> clone() const override { return std::make_unique<TumFixes>(*this); }
+  FixFrame frame() const override { return FixFrame::Local; }
+
+  FixTable read(const std::filesystem::path& file, const std::string&) const override {
+    constexpr std::size_t kMostBytes = std::size_t{1} << 28;
+    const std::string text = core::read_text_file(file, kMostBytes);
+    FixTable table;
+    table.frame = FixFrame::Local;
+    table.attitude_frame = AttitudeFrame::Local;
+    table.has_utc = unix_times_;
+    std::size_t line_number = 0;
+    for (const std::string_view line : lines_of_text(text)) {
+      ++line_number;
+      const std::string_view content = trimmed(line.substr(0, line.find('#')));
+      if (content.empty()) continue;
+      if (table.fixes.size() >= kMostFixes)
+        fail(ErrorKind::Input, "{}: more than {} poses", file.string(), kMostFixes);
+      table.fixes.push_back(
+          fix_of(content, fmt::format("{}, line {}", file.string(), line_number)));
+    }
+    return table;
+  }
+
+ private:
+  Fix fix_of(std::string_view line, const std::string& where) const {
+    constexpr std::size_t kNumFields = 8;
+    const std::vector<std::string_view> words = words_of(line);
+    double values[kNumFields];
+    bool are_numbers = words.size() == kNumFields;
+    for (std::size_t i = 0; are_numbers && i < kNumFields; ++i) {
+      const auto value = number_of(words[i]);
+      are_numbers = value.has_value();
+      if (value) values[i] = *value;
+    }
+    if (!are_numbers)
+      fail(ErrorKind::Input,
+           "{}: \"{}\" is no pose; eight numbers, timestamp tx ty tz qx qy qz qw, are expected",
+           where, line.substr(0, 80));
+    const Eigen::Quaterniond rotation(values[7], values[4], values[5], values[6]);
+    constexpr double kNormTolerance = 0.01;
+    if (std::abs(rotation.norm() - 1.0) > kNormTolerance)
+      fail(ErrorKind::Input, "{}: the quaternion has length {:.4f}; rotations have 1", where,
+           rotation.norm());
+    Fix fix;
+    fix.time_s = values[0];
+    fix.place = {values[1], values[2], values[3]};
+    fix.attitude = rotation.normalized() * axes_from_body(attitude_axes_);
+    return fix;
+  }
+
+  std::string attitude_axes_ = "rdf";
+  bool unix_times_ = false;
+};
+
+}  // namespace
+
+FixFormatInfo tum_fixes() {
+  return {.name = "tum",
+          .summary = "TUM's poses, a line each, about an origin that the config names.",
+          .make = [] { return std::unique_ptr<FixFormat>(new TumFixes); }};
+}
+
+}  // namespace terracast::geo

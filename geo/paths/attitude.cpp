@@ -1,0 +1,190 @@
+#include "geo/paths/attitude.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "geo/units.h"
+
+namespace terracast::geo {
+namespace {
+
+/// The unit vector along a changing vector.
+Changing normalised(const Changing& v) {
+  const double length = v.value.norm();
+  const Eigen::Vector3d unit = v.value / length;
+  return {unit, (v.rate - unit * unit.dot(v.rate)) / length};
+}
+
+Changing crossed(const Changing& a, const Changing& b) {
+  return {a.value.cross(b.value), a.rate.cross(b.value) + a.value.cross(b.rate)};
+}
+
+/// The part of a changing vector at right angles to a changing unit vector.
+Changing without(const Changing& v, const Changing& unit) {
+  const double along = unit.value.dot(v.value);
+  const double along_rate = unit.rate.dot(v.value) + unit.value.dot(v.rate);
+  return {v.value - along * unit.value, v.rate - along_rate * unit.value - along * unit.rate};
+}
+
+/// The ellipsoid's normal at a moving point. It turns by the ellipsoid's two curvatures: in the
+/// meridian by north speed / (M + h), across it by east speed / (N + h).
+Changing up_of(const WorldFrame& frame, const Eigen::Vector3d& position,
+               const Eigen::Vector3d& velocity) {
+  const Geodetic place = frame.geodetic_from_world(position);
+  const Eigen::Matrix3d enu = frame.world_from_enu(position);
+  const double sin_lat = std::sin(radians_from_degrees(place.lat_deg));
+  const double e2 = kWgs84Flattening * (2.0 - kWgs84Flattening);
+  const double w2 = 1.0 - e2 * sin_lat * sin_lat;
+  const double prime_vertical_m = kWgs84SemiMajorAxis_m / std::sqrt(w2);
+  const double meridian_m = prime_vertical_m * (1.0 - e2) / w2;
+  return {enu.col(2),
+          enu.col(0) * (enu.col(0).dot(velocity) / (prime_vertical_m + place.height_m)) +
+              enu.col(1) * (enu.col(1).dot(velocity) / (meridian_m + place.height_m))};
+}
+
+struct Sampling {
+  std::size_t num_intervals;
+  double spacing_s;
+};
+
+/// Ten samples in each `smoothing_s`.
+Sampling sampling_of(double duration_s, double smoothing_s) {
+  constexpr double kSamplesPerSmoothing = 10.0;
+  constexpr double kMostSamples = 2e6;
+  const double wanted = std::ceil(duration_s * kSamplesPerSmoothing / smoothing_s);
+  const auto num_intervals = static_cast<std::size_t>(std::clamp(wanted, 8.0, kMostSamples));
+  return {num_intervals, duration_s / static_cast<double>(num_intervals)};
+}
+
+}  // namespace
+
+Steering::Steering(const WorldFrame& frame, const Attitude& attitude,
+                   const std::function<PointMotion(double)>& motion, double duration_s,
+                   bool is_closed)
+    : frame_(frame), attitude_(attitude) {
+  if (attitude_.slow_mps > 0.0) hold_heading(motion, duration_s);
+  if (attitude_.bank) make_roll(motion, duration_s, is_closed);
+}
+
+// Between the times that are faster than half of slow_mps the heading turns evenly from one to the
+// other, the short way; before the first and after the last it stays.
+void Steering::hold_heading(const std::function<PointMotion(double)>& motion, double duration_s) {
+  constexpr double kSmoothing_s = 0.5;
+  const Sampling sampling = sampling_of(duration_s, kSmoothing_s);
+  std::vector<double> heading_rad(sampling.num_intervals + 1, 0.0);
+  std::optional<std::size_t> last;
+  for (std::size_t i = 0; i < heading_rad.size(); ++i) {
+    const PointMotion now =
+        motion(std::min(static_cast<double>(i) * sampling.spacing_s, duration_s));
+    const Eigen::Vector3d velocity_enu =
+        frame_.world_from_enu(now.position).transpose() * now.velocity;
+    if (velocity_enu.head<2>().norm() < 0.5 * attitude_.slow_mps) continue;
+    double heading = std::atan2(velocity_enu.x(), velocity_enu.y());
+    if (!last) {
+      std::fill_n(heading_rad.begin(), i, heading);
+    } else {
+      const double before = heading_rad[*last];
+      heading = before + std::remainder(heading - before, 2.0 * std::numbers::pi);
+      for (std::size_t k = *last + 1; k < i; ++k) {
+        heading_rad[k] = before + (heading - before) * static_cast<double>(k - *last) /
+                                      static_cast<double>(i - *last);
+      }
+    }
+    heading_rad[i] = heading;
+    last = i;
+  }
+  if (last)
+    std::fill(heading_rad.begin() + static_cast<long>(*last), heading_rad.end(),
+              heading_rad[*last]);
+  held_heading_rad_.emplace(std::move(heading_rad), duration_s, false);
+}
+
+// A smooth step over the horizontal speed s leads from the held heading (s < slow / 2) to the
+// velocity (s > slow). Where both count the held heading is the velocity's own, so their sum is
+// never nought.
+Changing Steering::direction_of_travel(double time_s, const PointMotion& motion,
+                                       const Changing& up) const {
+  const Changing velocity{motion.velocity, motion.acceleration};
+  if (!held_heading_rad_) return velocity;
+  const Changing level = without(velocity, up);
+  const double speed = level.value.norm();
+  const double slow = attitude_.slow_mps;
+  if (speed >= slow) return velocity;
+  double share = 0.0, share_rate = 0.0;
+  if (speed > 0.5 * slow) {
+    const double x = 2.0 * speed / slow - 1.0;
+    const double speed_rate = level.value.dot(level.rate) / speed;
+    share = (10.0 + (6.0 * x - 15.0) * x) * x * x * x;
+    share_rate = 30.0 * x * x * (1.0 - x) * (1.0 - x) * 2.0 * speed_rate / slow;
+  }
+  const Eigen::Vector3d polar_axis =
+      frame_.ecef_from_world().rotation.conjugate() * Eigen::Vector3d::UnitZ();
+  const Changing east = normalised(crossed(Changing{polar_axis, Eigen::Vector3d::Zero()}, up));
+  const Changing north = crossed(up, east);
+  const UniformSpline::Value heading = held_heading_rad_->at(time_s);
+  const double sin = std::sin(heading.value), cos = std::cos(heading.value);
+  const Changing held{slow * (sin * east.value + cos * north.value),
+                      slow * (sin * east.rate + cos * north.rate +
+                              heading.first * (cos * east.value - sin * north.value))};
+  return {share * velocity.value + (1.0 - share) * held.value,
+          share * velocity.rate + (1.0 - share) * held.rate +
+              share_rate * (velocity.value - held.value)};
+}
+
+// Roll follows acceleration, whose own rate jumps where pieces of a path meet. Averaged over a time
+// and taken as a spline of the time it is twice continuously differentiable, as a real roll is; a
+// steady turn keeps its exact angle.
+void Steering::make_roll(const std::function<PointMotion(double)>& motion, double duration_s,
+                         bool is_closed) {
+  const Sampling sampling = sampling_of(duration_s, attitude_.bank->smoothing_s);
+  std::vector<double> roll_rad(sampling.num_intervals + (is_closed ? 0 : 1));
+  for (std::size_t i = 0; i < roll_rad.size(); ++i) {
+    const double time_s = std::min(static_cast<double>(i) * sampling.spacing_s, duration_s);
+    const PointMotion now = motion(time_s);
+    const Changing up = up_of(frame_, now.position, now.velocity);
+    const Eigen::Vector3d left =
+        up.value.cross(direction_of_travel(time_s, now, up).value).normalized();
+    // A turn to the left lowers the left wing: a negative turn about x forward.
+    const double coordinated = -std::atan(now.acceleration.dot(left) / kGravity_mps2);
+    roll_rad[i] = std::clamp(coordinated, -attitude_.bank->limit_rad, attitude_.bank->limit_rad);
+  }
+  const int reach =
+      static_cast<int>(std::lround(0.5 * attitude_.bank->smoothing_s / sampling.spacing_s));
+  roll_rad_.emplace(smoothed(roll_rad, reach, is_closed), duration_s, is_closed);
+}
+
+BodyState Steering::state_at(double time_s, const PointMotion& motion) const {
+  const Changing up = up_of(frame_, motion.position, motion.velocity);
+  Changing nose = direction_of_travel(time_s, motion, up);
+  if (attitude_.nose == Attitude::Nose::TowardsPoint)
+    nose = {attitude_.target_world - motion.position, -motion.velocity};
+  if (attitude_.nose != Attitude::Nose::AlongPath) nose = without(nose, up);
+  const Changing forward = normalised(nose);
+  const Changing left = normalised(crossed(up, forward));
+  const Changing body_up = crossed(forward, left);
+  Eigen::Matrix3d world_from_axes;  // before the body rolls
+  world_from_axes << forward.value, left.value, body_up.value;
+  // Each axis e turns as w x e, and the sum of e x (w x e) over three axes is 2 w.
+  const Eigen::Vector3d angular_velocity =
+      0.5 * (forward.value.cross(forward.rate) + left.value.cross(left.rate) +
+             body_up.value.cross(body_up.rate));
+  BodyState state;
+  state.time_s = time_s;
+  state.velocity_world_mps = motion.velocity;
+  state.world_from_body.translation = motion.position;
+  Eigen::Quaterniond rotation(world_from_axes);
+  state.angular_velocity_body_radps = world_from_axes.transpose() * angular_velocity;
+  if (roll_rad_) {
+    const UniformSpline::Value roll = roll_rad_->at(time_s);
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(roll.value, Eigen::Vector3d::UnitX()));
+    rotation = rotation * turn;
+    state.angular_velocity_body_radps = turn.conjugate() * state.angular_velocity_body_radps +
+                                        roll.first * Eigen::Vector3d::UnitX();
+  }
+  state.world_from_body.rotation = rotation.normalized();
+  return state;
+}
+
+}  // namespace terracast::geo

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+
+#include "geo/geodesy.h"
+#include "geo/paths/uniform_spline.h"
+#include "geo/trajectory.h"
+
+namespace terracast::geo {
+
+/// Standard gravity, which a coordinated turn is balanced against.
+inline constexpr double kGravity_mps2 = 9.80665;
+
+/// Where the body's axes point.
+struct Attitude {
+  enum class Nose {
+    AlongPath,    ///< x along the velocity
+    Level,        ///< x along the velocity's horizontal part
+    TowardsPoint  ///< x along the horizontal direction to `target_world`
+  };
+  Nose nose = Nose::AlongPath;
+  Eigen::Vector3d target_world = Eigen::Vector3d::Zero();
+  /// Roll so that lateral acceleration and gravity add up along the body's z: tan(roll) = a_lateral
+  /// / g, which on a level circle is v^2 / (r g). Limited, and averaged over a time. None: no roll.
+  struct Bank {
+    double limit_rad;
+    double smoothing_s;
+  };
+  std::optional<Bank> bank;
+  /// Motions that stop or hover: below this horizontal speed the nose turns from the velocity, which
+  /// has no direction at rest, to the level heading of the faster times before and after. 0: the
+  /// motion never stops.
+  double slow_mps = 0.0;
+};
+
+/// How a point moves in the world at one time.
+struct PointMotion {
+  Eigen::Vector3d position, velocity, acceleration;
+};
+
+/// A vector of the world and its derivative by time.
+struct Changing {
+  Eigen::Vector3d value, rate;
+};
+
+/// Turns a body along the way that it travels, its z axis as near to the local up (the ellipsoid's
+/// normal) as its attitude lets it. Threads: safe.
+class Steering {
+ public:
+  /// motion   the body's, over [0, duration_s]; used here only
+  Steering(const WorldFrame& frame, const Attitude& attitude,
+           const std::function<PointMotion(double time_s)>& motion, double duration_s,
+           bool is_closed);
+
+  /// Pose and velocities of the body.
+  BodyState state_at(double time_s, const PointMotion& motion) const;
+
+ private:
+  void hold_heading(const std::function<PointMotion(double)>& motion, double duration_s);
+  void make_roll(const std::function<PointMotion(double)>& motion, double duration_s,
+                 bool is_closed);
+  Changing direction_of_travel(double time_s, const PointMotion& motion, const Changing& up) const;
+
+  WorldFrame frame_;
+  Attitude attitude_;
+  std::optional<UniformSpline> held_heading_rad_;  ///< clockwise from north, over time
+  std::optional<UniformSpline> roll_rad_;          ///< over time; nothing: no roll
+};
+
+}  // namespace terracast::geo

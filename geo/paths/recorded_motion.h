@@ -1,0 +1,62 @@
+#pragma once
+
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "geo/paths/attitude.h"
+#include "geo/paths/cubic_spline.h"
+#include "geo/paths/flattened.h"
+#include "geo/trajectory.h"
+
+namespace terracast::geo {
+
+/// Rotations of the body over time: a spline of the four parts of the quaternion, normalised, twice
+/// continuously differentiable.
+class RotationSpline {
+ public:
+  /// times_s      increasing, two or more
+  /// quaternions  w x y z of world_from_body, neighbours in the same half
+  RotationSpline(std::vector<double> times_s, std::vector<Eigen::Vector4d> quaternions)
+      : spline_(std::move(times_s), std::move(quaternions), false) {}
+
+  struct Value {
+    Eigen::Quaterniond world_from_body;
+    Eigen::Vector3d angular_velocity_body_radps;
+  };
+  Value at(double time_s) const;
+
+ private:
+  CubicSplineIn<4> spline_;
+};
+
+/// A body that was where a spline over time says: a window of it, from `begin_s` to `end_s` of the
+/// spline's time. Its attitude is given, or follows from the motion.
+class RecordedMotion final : public Trajectory {
+ public:
+  struct Window {
+    double begin_s, end_s;
+  };
+  /// position   flattened coordinates over time
+  /// utc_unix_s UTC of the spline's time 0
+  RecordedMotion(const WorldFrame& frame, CubicSpline position, Window window,
+                 std::optional<double> utc_unix_s, std::variant<Attitude, RotationSpline> attitude);
+
+  double duration_s() const override { return window_.end_s - window_.begin_s; }
+  BodyState at(double time_s) const override;
+  std::optional<double> utc_start_unix_s() const override;
+
+ private:
+  PointMotion motion_at(double time_s) const;
+
+  Flattened flattened_;
+  CubicSpline position_;
+  Window window_;
+  std::optional<double> utc_unix_s_;
+  std::variant<Steering, RotationSpline> attitude_;
+};
+
+/// The motion of a spline of flattened coordinates over time.
+PointMotion point_motion_at(const CubicSpline& position, const Flattened& flattened, double time_s);
+
+}  // namespace terracast::geo

@@ -1,0 +1,230 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "geo/fixes/recording.h"
+#include "geo/paths/flight.h"
+#include "geo/paths/recorded_motion.h"
+#include "geo/trajectory.h"
+
+namespace terracast::geo {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+/// A part of the recording as it is held against the ground.
+struct Sample {
+  double time_s;  ///< on the part's spline
+  Geodetic place;
+  std::optional<double> agl_m;  ///< nothing: outside the world
+};
+
+/// A stretch of a part that could be flown, and what speaks against it.
+struct Stretch {
+  std::size_t part;
+  double begin_s, end_s;
+  std::optional<Sample> outside;  ///< the first place outside the world
+  std::optional<Sample> lowest;   ///< of those that are too low
+  double duration_s() const { return end_s - begin_s; }
+};
+
+std::vector<Sample> sample_part(const SmoothPart& part, const Flattened& flattened,
+                                const TrajectoryContext& context) {
+  constexpr double kSpacing_m = 5.0, kMostSpacing_s = 1.0;
+  constexpr std::size_t kMostSamples = 4000000;
+  std::vector<Sample> samples;
+  for (double time_s = part.begin_s;;) {
+    const PointMotion motion = point_motion_at(*part.position, flattened, time_s);
+    Sample sample{.time_s = time_s,
+                  .place = context.frame.geodetic_from_world(motion.position),
+                  .agl_m = std::nullopt};
+    const auto ground_m = context.ground_height_m(sample.place.lat_deg, sample.place.lon_deg);
+    if (ground_m && std::isfinite(*ground_m)) sample.agl_m = sample.place.height_m - *ground_m;
+    samples.push_back(sample);
+    if (time_s >= part.end_s) return samples;
+    if (samples.size() >= kMostSamples)
+      fail(ErrorKind::Input,
+           "a part of the recording is longer than {:.0f} km or takes longer than {} s; set "
+           "max_gap_s "
+           "lower, or cut the file",
+           kMostSamples * kSpacing_m / 1000.0, kMostSamples);
+    const double speed_mps = std::max(motion.velocity.norm(), kSpacing_m / kMostSpacing_s);
+    time_s = std::min(time_s + kSpacing_m / speed_mps, part.end_s);
+  }
+}
+
+class Recorded final : public TrajectoryKind {
+ public:
+  void describe(core::SchemaVisitor& visit) override {
+    recording_.describe(visit);
+    visit.key(
+        "part", part_,
+        "Which part is flown, counted from 0, where gaps or `clip` split the recording; -1: the "
+        "longest.",
+        core::between(-1.0, 1e6));
+    visit.key(
+        "outside", outside_,
+        "Where the recording leaves the world: clip takes the parts inside, error refuses it.",
+        core::one_of({"error", "clip"}));
+    visit.key("min_agl_m", min_agl_m_, "Least height above the measured ground.",
+              core::between(0.0, 100000.0));
+    visit.key("too_low", too_low_,
+              "Where it is lower than that (taxiing, landing): clip takes the parts above, error "
+              "refuses it.",
+              core::one_of({"error", "clip"}));
+    attitude_.describe(visit);
+    visit.key(
+        "slow_mps", slow_mps_,
+        "Below this horizontal speed a body whose attitude follows its path keeps the heading of "
+        "the faster times before and after, and its nose level.",
+        core::between(0.01, 100.0));
+  }
+
+  void validate() const override { recording_.validate(); }
+
+  std::unique_ptr<TrajectoryKind> clone() const override {
+    return std::make_unique<Recorded>(*this);
+  }
+
+  std::unique_ptr<Trajectory> build(const TrajectoryContext& context) const override {
+    validate();
+    TERRACAST_CHECK(context.ground_height_m, "trajectories are held against the ground");
+    const Recording recording = read_recording(recording_, context);
+    const Flattened flattened(context.frame.origin());
+    std::vector<Stretch> stretches;
+    for (std::size_t i = 0; i < recording.parts.size(); ++i)
+      add_stretches(i, sample_part(recording.parts[i], flattened, context), stretches);
+    if (stretches.empty())
+      fail(ErrorKind::Input,
+           "{}: no part of the recording is inside the world and {} m above ground",
+           recording_.file.resolved.string(), min_agl_m_);
+    const std::size_t chosen = choose(stretches);
+    if (context.log) tell(recording, stretches, chosen, *context.log);
+    const Stretch& stretch = stretches[chosen];
+    refuse_if_unfit(stretch);
+    const SmoothPart& part = recording.parts[stretch.part];
+    const std::optional<double> utc =
+        recording.has_utc ? std::optional(recording.zero_s) : std::nullopt;
+    const RecordedMotion::Window window{stretch.begin_s, stretch.end_s};
+    if (part.rotation)
+      return std::make_unique<RecordedMotion>(context.frame, *part.position, window, utc,
+                                              *part.rotation);
+    Attitude attitude = attitude_.attitude();
+    attitude.slow_mps = slow_mps_;
+    return std::make_unique<RecordedMotion>(context.frame, *part.position, window, utc, attitude);
+  }
+
+ private:
+  /// Cuts a part where clipping asks for it; elsewhere what is unfit is noted.
+  void add_stretches(std::size_t part, const std::vector<Sample>& samples,
+                     std::vector<Stretch>& stretches) const {
+    // A flight at just the least height is one.
+    constexpr double kAglTolerance_m = 0.01;
+    bool is_open = false;
+    for (const Sample& sample : samples) {
+      const bool is_outside = !sample.agl_m;
+      const bool is_low = !is_outside && *sample.agl_m < min_agl_m_ - kAglTolerance_m;
+      if ((is_outside && outside_ == "clip") || (is_low && too_low_ == "clip")) {
+        is_open = false;
+        continue;
+      }
+      if (!is_open) stretches.push_back({part, sample.time_s, sample.time_s, {}, {}});
+      is_open = true;
+      Stretch& stretch = stretches.back();
+      stretch.end_s = sample.time_s;
+      if (is_outside && !stretch.outside) stretch.outside = sample;
+      if (is_low && (!stretch.lowest || *sample.agl_m < *stretch.lowest->agl_m))
+        stretch.lowest = sample;
+    }
+    std::erase_if(stretches, [](const Stretch& stretch) { return stretch.duration_s() == 0.0; });
+  }
+
+  std::size_t choose(const std::vector<Stretch>& stretches) const {
+    if (part_ >= 0) {
+      if (static_cast<std::size_t>(part_) >= stretches.size())
+        fail(ErrorKind::Config, "part = {}; the recording has {}: {}", part_, stretches.size(),
+             list_of(stretches));
+      return static_cast<std::size_t>(part_);
+    }
+    return static_cast<std::size_t>(std::max_element(stretches.begin(), stretches.end(),
+                                                     [](const Stretch& a, const Stretch& b) {
+                                                       return a.duration_s() < b.duration_s();
+                                                     }) -
+                                    stretches.begin());
+  }
+
+  void refuse_if_unfit(const Stretch& stretch) const {
+    if (stretch.outside)
+      fail(ErrorKind::Input,
+           "the recording leaves the world's ground at t = {:.1f} s ({}); outside = \"clip\" takes "
+           "the "
+           "parts inside",
+           stretch.outside->time_s - stretch.begin_s, text_of(stretch.outside->place));
+    if (!stretch.lowest) return;
+    const double agl_m = *stretch.lowest->agl_m;
+    fail(ErrorKind::Input,
+         "the recording is {} at t = {:.1f} s ({}); raise it by height_offset_m, or leave such "
+         "parts "
+         "out by too_low = \"clip\"",
+         agl_m < 0.0 ? fmt::format("{:.1f} m below the ground", -agl_m)
+                     : fmt::format("{:.1f} m above the ground, less than min_agl_m = {:.1f} m,",
+                                   agl_m, min_agl_m_),
+         stretch.lowest->time_s - stretch.begin_s, text_of(stretch.lowest->place));
+  }
+
+  /// "0: 12.0 s to 310.5 s, 1: …", times from the first fix on.
+  static std::string list_of(const std::vector<Stretch>& stretches) {
+    constexpr std::size_t kMostListed = 20;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(stretches.size(), kMostListed); ++i)
+      text += fmt::format("{}{}: {:.1f} s to {:.1f} s", i == 0 ? "" : ", ", i, stretches[i].begin_s,
+                          stretches[i].end_s);
+    return stretches.size() > kMostListed ? text + ", ..." : text;
+  }
+
+  void tell(const Recording& recording, const std::vector<Stretch>& stretches, std::size_t chosen,
+            const core::Log& log) const {
+    const std::string summary =
+        fmt::format("{}: {}", recording_.file.written, summary_of(recording, recording_));
+    const CleaningCounts& counts = recording.dropped;
+    if (recording.num_without_place + recording.num_without_ground + counts.num_without_time +
+            counts.num_out_of_order + counts.num_impossible + counts.num_in_short_parts >
+        0)
+      log.warn("{}", summary);
+    else
+      log.info("{}", summary);
+    if (stretches.size() > 1)
+      log.warn("{} parts ({}), of which `part` chooses one; part {} is flown", stretches.size(),
+               list_of(stretches), chosen);
+    const SmoothPart& part = recording.parts[stretches[chosen].part];
+    log.info(
+        "residuals of {} fixes: {:.2f} m horizontally, {:.2f} m vertically{}; {} beyond 3 sigma; "
+        "attitude by the {}{}",
+        part.num_fixes, part.horizontal_rms_m, part.vertical_rms_m,
+        part.rotation ? fmt::format(", {:.2f} deg", part.attitude_rms_deg) : "", part.num_outliers,
+        recording.attitude_from,
+        part.median_speed_difference_mps
+            ? fmt::format("; recorded speeds differ by {:.2f} m/s (median)",
+                          *part.median_speed_difference_mps)
+            : "");
+  }
+
+  RecordingOptions recording_;
+  std::int64_t part_ = -1;
+  std::string outside_ = "error";
+  double min_agl_m_ = 5.0;
+  std::string too_low_ = "error";
+  AttitudeOptions attitude_;
+  double slow_mps_ = 1.0;
+};
+
+}  // namespace
+
+TrajectoryKindInfo recorded_trajectory() {
+  return {.name = "recorded",
+          .summary = "A flight that was recorded, from a file of fixes.",
+          .make = [] { return std::unique_ptr<TrajectoryKind>(new Recorded); }};
+}
+
+}  // namespace terracast::geo
