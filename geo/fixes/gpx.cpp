@@ -39,9 +39,8 @@ class GpxFixes final : public FixFormat {
         for (const pugi::xml_node& point : segment.children("trkpt")) {
           if (table.fixes.size() >= kMostFixes)
             fail(ErrorKind::Input, "{}: more than {} points", file.string(), kMostFixes);
-          Fix fix = fix_of(point, [&] {
-            return fmt::format("{}, line {}", file.string(), line_at(text, point.offset_debug()));
-          });
+          Fix fix = fix_of(point, fmt::format("{}, point {} (counted from 0)", file.string(),
+                                              table.fixes.size()));
           fix.starts_part = is_first;
           is_first = false;
           table.fixes.push_back(std::move(fix));
@@ -58,23 +57,20 @@ class GpxFixes final : public FixFormat {
                    std::count(text.begin(), text.begin() + static_cast<long>(end), '\n'));
   }
 
-  template <class Where>
-  static double number(std::string_view text, const char* what, const Where& where) {
+  static double number(std::string_view text, const char* what, const std::string& where) {
     if (const auto value = number_of(text)) return *value;
-    fail(ErrorKind::Input, "{}: {} = \"{}\" of a <trkpt> is no number", where(), what, text);
+    fail(ErrorKind::Input, "{}: {} = \"{}\" is no number", where, what, text);
   }
 
-  template <class Where>
-  static Fix fix_of(const pugi::xml_node& point, const Where& where) {
+  static Fix fix_of(const pugi::xml_node& point, const std::string& where) {
     Fix fix;
-    const pugi::xml_node elevation = point.child("ele");
-    if (elevation) {
+    if (const pugi::xml_node elevation = point.child("ele")) {
       fix.place = {number(point.attribute("lat").value(), "lat", where),
                    number(point.attribute("lon").value(), "lon", where),
                    number(elevation.text().get(), "ele", where)};
     }
     if (const pugi::xml_node time = point.child("time"))
-      fix.time_s = unix_seconds_from_text(time.text().get(), 0.0, where());
+      fix.time_s = unix_seconds_from_text(time.text().get(), 0.0, where);
     return fix;
   }
 };

@@ -83,6 +83,17 @@ void smooth_rotations(const FixPart& part, const RecordingOptions& options, doub
          "more, or attitude = \"path\"",
          smooth.begin_s, smooth.end_s, part.orientations.size(), kFewestRotations);
   const std::vector<double> times = times_of(part.orientations, zero_s);
+  for (std::size_t i = 0; i + 1 < times.size(); ++i) {
+    if (times[i + 1] - times[i] > options.cleaning.max_gap_s)
+      fail(ErrorKind::Input,
+           "there is no attitude between {:.1f} s and {:.1f} s of the recording, while its places "
+           "go "
+           "on; raise max_gap_s, or follow the path by attitude = \"path\"",
+           times[i], times[i + 1]);
+  }
+  // It is flown where both are known.
+  smooth.begin_s = std::max(smooth.begin_s, times.front());
+  smooth.end_s = std::min(smooth.end_s, times.back());
   Eigen::MatrixXd parts(static_cast<Eigen::Index>(times.size()), 4);
   for (Eigen::Index i = 0; i < parts.rows(); ++i) {
     const Eigen::Quaterniond& q = *part.orientations[static_cast<std::size_t>(i)].world_from_body;

@@ -6,6 +6,7 @@
 #include "cli/run_config.h"
 #include "core/schema_writer.h"
 #include "export/exporter.h"
+#include "geo/fixes/fix_format.h"
 #include "geo/trajectory.h"
 
 namespace terracast::cli {
@@ -19,12 +20,16 @@ const std::set<std::string> kPure = {"color_samples",
                                      "max_relative_depth_error",
                                      "min_disparity_share",
                                      "num_frames",
+                                     "num_legs",
                                      "num_points",
+                                     "overlap",
+                                     "part",
                                      "pixel_aspect",
                                      "quaternion_wxyz",
                                      "roundness",
                                      "samples_per_image",
                                      "seed",
+                                     "sidelap",
                                      "slope"};
 
 void expect_units(const std::vector<core::KeyInfo>& keys, int& num_with_unit) {
@@ -49,6 +54,7 @@ TEST(Units, EveryNumberOfAConfigHasOneOrNeedsNone) {
     expect_units(keys, num_with_unit);
   };
   for (const auto& kind : geo::trajectory_kinds()) expect_units_of(*kind.make());
+  for (const auto& format : geo::fix_formats()) expect_units_of(*format.make());
   for (const auto& format : exporters::exporters()) expect_units_of(*format.make());
   EXPECT_GT(num_with_unit, 50);
 }

@@ -212,6 +212,36 @@ TEST_F(BadInput, TrajectoryOutsideTheWorldIsRefused) {
                  AllOf(HasSubstr("P000"), HasSubstr("the world has no ground at")));
 }
 
+TEST_F(BadInput, RecordingsThatCannotBeFlownAreRefused) {
+  const std::string text = tiny_job_text();
+  const std::size_t begin = text.find("kind = \"orbit\""), end = text.find("rate_hz = 1.0");
+  const auto expect_recording_refused = [&](const std::string& recording, const std::string& keys,
+                                            int status,
+                                            const testing::Matcher<const std::string&>& message) {
+    write_text(scratch_ / "flight.csv", recording);
+    expect_refusal(text.substr(begin, end - begin),
+                   "kind = \"recorded\"\nfile = \"flight.csv\"\nformat = \"csv\"\n" + keys, status,
+                   message);
+  };
+  const std::string header = "time_s,latitude_deg,longitude_deg,height_m\n";
+  const std::string good = header + "0,46,7,2000\n1,46.0002,7,2000\n2,46.0004,7,2000\n";
+  const std::string ellipsoid = "above = \"ellipsoid\"\n";
+  expect_recording_refused(good, "", kUsageOrConfig, HasSubstr("above is not given"));
+  expect_recording_refused(good, "above = \"pressure\"\n", kUsageOrConfig,
+                           HasSubstr("pressure_offset_m"));
+  expect_recording_refused(header + "0,46,7,2000\n1,north,7,2000\n", ellipsoid, kInput,
+                           AllOf(HasSubstr("flight.csv, line 3"), HasSubstr("north")));
+  expect_recording_refused(header + "0,46,7,2000\n", ellipsoid, kInput,
+                           HasSubstr("no part of the recording has 3 fixes"));
+  expect_recording_refused(header + "0,46,7,-9000\n1,46.0002,7,-9000\n2,46.0004,7,-9000\n",
+                           ellipsoid, kInput, HasSubstr("below the ground at t = "));
+  expect_recording_refused(header + "0,47,7,2000\n1,47.0002,7,2000\n2,47.0004,7,2000\n", ellipsoid,
+                           kInput, HasSubstr("outside = \"clip\""));
+  expect_refusal(text.substr(begin, end - begin),
+                 "kind = \"recorded\"\nfile = \"none.gpx\"\nformat = \"gpx\"\n" + ellipsoid, kIo,
+                 HasSubstr("none.gpx"));
+}
+
 TEST_F(BadInput, MoreFramesThanTheMotionHoldsIsRefused) {
   expect_refusal("num_frames = 4", "num_frames = 4000000", kUsageOrConfig,
                  AllOf(HasSubstr("4000000 frames"), HasSubstr("holds 63")));

@@ -319,6 +319,34 @@ sigma_attitude_deg = 0.01
   }
 }
 
+TEST_F(RecordedFlight, IsFlownWhereItsAttitudeIsKnown) {
+  const std::filesystem::path file = scratch_ / "attitudes.csv";
+  const auto fly_with = [&](const std::function<bool(int)>& has_attitude) {
+    std::ofstream csv(file);
+    csv << "time_s,x,y,z,yaw,pitch,roll\n";
+    for (int t = 0; t <= 100; ++t)
+      csv << fmt::format("{},{},0,0,{}\n", t, 20 * t, has_attitude(t) ? "90,0,0" : ",,");
+    csv.close();
+    return test::trajectory_from(fmt::format(R"(
+kind = "recorded"
+file = "{}"
+format = "csv"
+frame = "local"
+place_columns = ["x", "y", "z"]
+origin = {{ lat_deg = 42.5, lon_deg = 1.5, height_m = 100.0 }}
+attitude_columns = ["yaw", "pitch", "roll"]
+)",
+                                             file.string()),
+                                 world_);
+  };
+  const auto motion = fly_with([](int t) { return t >= 10 && t <= 70 && t % 3 != 0; });
+  EXPECT_NEAR(motion->duration_s(), 60.0, 1e-9);
+  EXPECT_NEAR(local(motion->at(0.0)).x(), 200.0, 1e-6);
+  const std::string message =
+      message_of(core::ErrorKind::Input, [&] { fly_with([](int t) { return t < 20 || t > 80; }); });
+  EXPECT_NE(message.find("no attitude between 19.0 s and 81.0 s"), std::string::npos) << message;
+}
+
 TEST_F(RecordedFlight, HeightsSayWhatTheyAreAbove) {
   const std::filesystem::path file = scratch_ / "heights.csv";
   std::ofstream(file)

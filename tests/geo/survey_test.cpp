@@ -115,12 +115,13 @@ TEST(Survey, FollowsTheTerrainWithABoundedClimb) {
   GroundWorld world = hilly_world();
   const std::string text = std::string(kField) + "profile = \"terrain\"\nfollow_length_m = 60.0\n";
   const auto motion = fly_field(text, world);
-  // But at its ends, where there is less to average.
-  for (int i = 100; i <= 3900; ++i) {
+  for (int i = 0; i <= 4000; ++i) {
     const Eigen::Vector3d at =
         motion->at(motion->duration_s() * i / 4000).world_from_body.translation;
-    // Averaging hills of 1.5 km and 900 m over 60 m to both sides takes 0.7 m off lines, more off turns.
-    ASSERT_NEAR(test::agl_m(world, at), 150.0, 2.0) << i;
+    // Averaging hills of 1.5 km and 900 m over 60 m to both sides takes 0.7 m off. In turns, and at
+    // the ends, the mean place is some 17 m beside the path, on slopes of up to 0.36.
+    const bool is_on_a_line = at.x() > 100.0 && at.x() < 1100.0 && at.y() < 540.0;
+    ASSERT_NEAR(test::agl_m(world, at), 150.0, is_on_a_line ? 1.0 : 6.0) << i;
   }
   // A wall of 200 m across the lines.
   world.ground = [frame = world.frame](double lat_deg, double lon_deg) -> std::optional<double> {
