@@ -26,6 +26,9 @@ struct Tile {
   std::vector<Cover> cover;
   std::vector<std::uint8_t> moisture;  ///< 0 dry ridge … 255 wet valley floor
   std::vector<std::uint8_t> source;    ///< row of WorldManifest::sources that gave the height
+  /// Of the sea's floor below the sample, along up, in steps of kHeightStep_m; 0 on land, empty
+  /// where the tile has no sea. Written with a tile, but not read with it: decode_sea_depth().
+  std::vector<std::int32_t> sea_depth_steps;
 
   bool operator==(const Tile&) const = default;
 

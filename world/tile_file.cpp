@@ -18,9 +18,9 @@
 //   16  i32 level, x, y, number of samples along a side
 //   32  f64 world z of the centre, m
 //   40  i32 lowest, i32 highest height step
-//   48  4 x u32 deflated size: heights, cover, moisture, source
-//   64  the four layers
-// Heights: each is predicted from its west, south and south-west neighbours as W + S - SW (a
+//   48  5 x u32 deflated size: heights, cover, moisture, source, sea depth; then u32 0
+//   72  the layers; that of the sea's depth is absent, 0 bytes, where there is no sea
+// Heights, and depths: each is predicted from its west, south and south-west neighbours as W + S - SW (a
 // plane); the residuals, zigzag coded, are split into four byte planes, lowest first. The other
 // layers: difference to the western neighbour, modulo 256.
 
@@ -34,9 +34,10 @@ static_assert(std::endian::native == std::endian::little, "tile files are little
 
 constexpr std::array<char, 6> kMagic = {'T', 'C', 'T', 'I', 'L', 'E'};
 constexpr std::size_t kHashedFrom = 16;
-constexpr std::size_t kHeaderBytes = 64;
+constexpr std::size_t kHeaderBytes = 72;
 constexpr std::size_t kNumSamples = static_cast<std::size_t>(kTileSamples) * kTileSamples;
-constexpr std::size_t kNumLayers = 4;
+constexpr std::size_t kNumLayers = 5;
+constexpr std::size_t kSeaDepthLayer = 4;
 constexpr int kDeflateLevel = 6;
 /// Half steps of heights within this are exact in float: 2^23 steps are 2^24 half steps, 8192 m.
 constexpr std::int32_t kMaxSteps = 1 << 23;
@@ -53,6 +54,7 @@ struct Header {
   std::int32_t lowest_steps = 0;
   std::int32_t highest_steps = 0;
   std::array<std::uint32_t, kNumLayers> layer_bytes = {};
+  std::uint32_t zero = 0;
 };
 static_assert(sizeof(Header) == kHeaderBytes);
 
@@ -186,12 +188,22 @@ bool is_whole(double value_m) {
   return std::abs(value_m) < 1e7 && value_m == std::nearbyint(value_m);
 }
 
+/// None at all, or one of each sample, none above the sea.
+bool are_depths(const std::vector<std::int32_t>& steps) {
+  return steps.empty() || (steps.size() == kNumSamples &&
+                           std::all_of(steps.begin(), steps.end(), [](std::int32_t depth) {
+                             return depth >= 0 && depth <= 2 * kMaxSteps;
+                           }));
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_tile(const Tile& tile) {
   TERRACAST_CHECK(tile.height_steps.size() == kNumSamples && tile.cover.size() == kNumSamples &&
                       tile.moisture.size() == kNumSamples && tile.source.size() == kNumSamples,
                   "tile {} has layers of another size than {}", tile.id.name(), kNumSamples);
+  TERRACAST_CHECK(are_depths(tile.sea_depth_steps), "tile {}: depths of the sea that are none",
+                  tile.id.name());
   TERRACAST_CHECK(is_whole(tile.center_z_m), "tile {}: centre at {} m is not a whole number",
                   tile.id.name(), tile.center_z_m);
   const auto [lowest, highest] =
@@ -213,6 +225,9 @@ std::vector<std::byte> encode_tile(const Tile& tile) {
   header.layer_bytes[1] = append_deflated(bytes, differences(codes_of(tile.cover)));
   header.layer_bytes[2] = append_deflated(bytes, differences(tile.moisture));
   header.layer_bytes[3] = append_deflated(bytes, differences(tile.source));
+  if (!tile.sea_depth_steps.empty())
+    header.layer_bytes[kSeaDepthLayer] =
+        append_deflated(bytes, planes_from_heights(tile.sea_depth_steps));
   std::memcpy(bytes.data(), &header, sizeof header);
   header.checksum = core::content_hash64(std::span<const std::byte>(bytes).subspan(kHashedFrom));
   std::memcpy(bytes.data(), &header, sizeof header);
@@ -251,6 +266,18 @@ Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected,
   std::transform(cover.begin(), cover.end(), tile.cover.begin(),
                  [](std::uint8_t code) { return static_cast<Cover>(code); });
   return tile;
+}
+
+std::vector<std::int32_t> decode_sea_depth(std::span<const std::byte> bytes, const TileId& expected,
+                                           const std::string& file) {
+  const Header header = read_header(bytes, expected, file);
+  const std::uint32_t layer_bytes = header.layer_bytes[kSeaDepthLayer];
+  if (layer_bytes == 0) return {};
+  std::vector<std::int32_t> steps =
+      heights_from_planes(inflated(bytes.last(layer_bytes), 4 * kNumSamples, file));
+  if (!are_depths(steps))
+    fail(ErrorKind::Input, "{}: depths of the sea that are none; tile the world again", file);
+  return steps;
 }
 
 }  // namespace terracast::world

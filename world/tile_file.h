@@ -9,7 +9,7 @@
 
 namespace terracast::world {
 
-inline constexpr int kTileFileVersion = 1;
+inline constexpr int kTileFileVersion = 2;
 
 /// A tile as bytes: a header (magic "TCTILE", version, address, centre, bounds, sizes, XXH3
 /// checksum of all the rest), then each layer predicted from its neighbours and deflated. Same
@@ -20,5 +20,11 @@ std::vector<std::byte> encode_tile(const Tile& tile);
 /// sizes that do not
 ///        fit; names `file` and what to do (tile again)
 Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected, const std::string& file);
+
+/// The tile's Tile::sea_depth_steps; empty where it has none. Rays do not need them: the sea's
+/// surface is opaque.
+/// throws   Input: as decode_tile(); depths that are none
+std::vector<std::int32_t> decode_sea_depth(std::span<const std::byte> bytes, const TileId& expected,
+                                           const std::string& file);
 
 }  // namespace terracast::world

@@ -196,6 +196,12 @@ TileInfo info_of(const Tile& tile, std::span<const std::byte> bytes) {
           .content_hash = core::content_hash(bytes)};
 }
 
+[[noreturn]] void fail_not_listed(const std::filesystem::path& file, const TileInfo& info) {
+  fail(ErrorKind::Input,
+       "{}: a whole tile, but not the one that {} lists (hash {}); tile the world again",
+       file.string(), kManifestName, info.content_hash);
+}
+
 }  // namespace
 
 geo::Box3d TileInfo::box_world() const {
@@ -238,20 +244,32 @@ const TileInfo* TileStore::find(const TileId& id) const {
   return found == index_.end() ? nullptr : &manifest_.tiles[found->second];
 }
 
-Tile TileStore::load(const TileId& id) const {
+const TileInfo& TileStore::listed(const TileId& id) const {
   const TileInfo* info = find(id);
   if (info == nullptr)
     fail(ErrorKind::Input, "{}: the world has no tile {}", folder_.string(), id.name());
+  return *info;
+}
+
+Tile TileStore::load(const TileId& id) const {
+  const TileInfo& info = listed(id);
   const std::filesystem::path file = tile_path(folder_, id);
   const std::vector<std::byte> bytes = core::read_file(file, kMaxTileBytes);
   Tile tile = decode_tile(bytes, id, file.string());
-  if (bytes.size() != info->num_bytes || core::content_hash(bytes) != info->content_hash ||
-      tile.lowest_z_world() != info->lowest_z_world ||
-      tile.highest_z_world() != info->highest_z_world)
-    fail(ErrorKind::Input,
-         "{}: a whole tile, but not the one that {} lists (hash {}); tile the world again",
-         file.string(), kManifestName, info->content_hash);
+  if (bytes.size() != info.num_bytes || core::content_hash(bytes) != info.content_hash ||
+      tile.lowest_z_world() != info.lowest_z_world ||
+      tile.highest_z_world() != info.highest_z_world)
+    fail_not_listed(file, info);
   return tile;
+}
+
+std::vector<std::int32_t> TileStore::load_sea_depth(const TileId& id) const {
+  const TileInfo& info = listed(id);
+  const std::filesystem::path file = tile_path(folder_, id);
+  const std::vector<std::byte> bytes = core::read_file(file, kMaxTileBytes);
+  std::vector<std::int32_t> depth_steps = decode_sea_depth(bytes, id, file.string());
+  if (core::content_hash(bytes) != info.content_hash) fail_not_listed(file, info);
+  return depth_steps;
 }
 
 std::filesystem::path tile_path(const std::filesystem::path& store, const TileId& id) {

@@ -19,7 +19,7 @@ struct SourceInfo {
       name;  ///< file name without folder, or "procedural", "sea", "extended", "filled void"
   std::string kind;            ///< raster, procedural, analytic, sea, extend, void
   std::string horizontal_crs;  ///< as GDAL names it; empty for those that are not rasters
-  std::string vertical_datum;  ///< ellipsoid, egm96
+  std::string vertical_datum;  ///< ellipsoid, egm96, egm2008, or the file of a grid of offsets
   std::string
       pipeline;  ///< the PROJ pipeline from its CRS to latitude and longitude; empty for identity
   double spacing_m = 0.0;             ///< between its samples on the ground
@@ -50,7 +50,8 @@ struct WorldManifest {
   int coarsest_level = 0;  ///< covers the apron too; every place of it is in a tile of this level
   int measured_level = 0;  ///< levels from here up hold no synthetic detail
   double apron_radius_m = 0.0;  ///< tiles reach at least this far from the origin
-  std::string outside;  ///< error, sea, extend: what the config asked for where coverage is missing
+  std::string
+      outside;  ///< error, sea, extend, procedural: what the config asked for where coverage is missing
   std::uint64_t seed = 0;
   std::vector<SourceInfo> sources;
   std::vector<TileInfo> tiles;  ///< sorted by id
@@ -75,7 +76,13 @@ class TileStore {
   /// throws Input: damaged (a flipped bit is found) or not the manifest's; Io
   Tile load(const TileId& id) const;
 
+  /// The sea's depth in a tile (Tile::sea_depth_steps); empty where it has none.
+  /// throws as load()
+  std::vector<std::int32_t> load_sea_depth(const TileId& id) const;
+
  private:
+  const TileInfo& listed(const TileId& id) const;
+
   std::filesystem::path folder_;
   WorldManifest manifest_;
   std::unordered_map<TileId, std::size_t> index_;
