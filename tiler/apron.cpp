@@ -122,6 +122,7 @@ BorderSample Apron::beyond(double x_world, double y_world, double distance_m,
   double above_sea_m = (1.0 - sinking) * (land_m - sea_level_m_) - sinking * kSeaDepth_m;
   bool is_sea = sinking > 0.0 && above_sea_m <= 0.0;
   double surface_m = sea_level_m_;  // of the sea
+  double depth_m = std::max(-above_sea_m, 0.0);
   if (mirrored) {
     const double share = mirror_share(distance_m);
     const double mirrored_m = mirrored->is_sea ? 0.0 : mirrored->height_m - sea_level_m_;
@@ -130,10 +131,13 @@ BorderSample Apron::beyond(double x_world, double y_world, double distance_m,
       above_sea_m *=
           1.0 - smooth_step(0.3, 0.6, share) * (1.0 - smooth_step(0.0, kShoreHeight_m, mirrored_m));
     above_sea_m = (1.0 - share) * above_sea_m + share * mirrored_m;
+    depth_m += share * ((mirrored->is_sea ? mirrored->sea_depth_m : 0.0) - depth_m);
     is_sea = (mirrored->is_sea || sinking > 0.0) && above_sea_m <= 0.0;
     if (mirrored->is_sea) surface_m += share * (mirrored->height_m - sea_level_m_);
   }
-  return {.height_m = is_sea ? surface_m : surface_m + above_sea_m, .is_sea = is_sea};
+  return {.height_m = is_sea ? surface_m : surface_m + above_sea_m,
+          .is_sea = is_sea,
+          .sea_depth_m = is_sea ? depth_m : 0.0};
 }
 
 }  // namespace terracast::tiler

@@ -14,6 +14,7 @@ namespace terracast::tiler {
 struct BorderSample {
   double height_m = 0.0;  ///< above the geoid, or the ellipsoid where no geoid is used
   bool is_sea = false;
+  double sea_depth_m = 0.0;  ///< of the sea's floor
 };
 
 /// The ground beyond the square. Near the border it mirrors the square's own; farther out it passes

@@ -28,8 +28,8 @@ double Detail::amplitude_m(double ruggedness) const {
   return roughness_ * kSlopeShare * std::min(ruggedness, kSteepest) * std::exp2(measured_level_);
 }
 
-double Detail::height_m(double x_world, double y_world, double ruggedness,
-                        int finest_octave) const {
+double Detail::height_m(double x_world, double y_world, double ruggedness, int finest_octave,
+                        const std::function<double(int octave)>& share) const {
   if (roughness_ == 0.0 || ruggedness <= 0.0 || finest_octave > measured_level_) return 0.0;
   const int count =
       std::min(measured_level_ - finest_octave + 1, static_cast<int>(octaves_.size()));
@@ -40,8 +40,10 @@ double Detail::height_m(double x_world, double y_world, double ruggedness,
   double amplitude_m = roughness_ * kSlopeShare * std::min(ruggedness, kSteepest) * period_m;
   double sum_m = 0.0;
   for (int i = 0; i < count; ++i) {
-    sum_m +=
-        amplitude_m * octaves_[static_cast<std::size_t>(i)](x_world / period_m, y_world / period_m);
+    const double counting = share ? share(measured_level_ - i) : 1.0;
+    if (counting > 0.0)
+      sum_m += counting * amplitude_m *
+               octaves_[static_cast<std::size_t>(i)](x_world / period_m, y_world / period_m);
     period_m *= 0.5;
     amplitude_m *= 0.5 * gain;
   }

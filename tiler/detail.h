@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "tiler/gradient_noise.h"
@@ -19,8 +20,10 @@ class Detail {
 
   /// Height to add where the slope of the measured land is `ruggedness`.
   /// finest_octave   those below are left out: at places of level L, octaves up to L vanish
+  /// share           of an octave, by its number; null: all count fully
   double height_m(double x_world, double y_world, double ruggedness,
-                  int finest_octave = kFinestOctave) const;
+                  int finest_octave = kFinestOctave,
+                  const std::function<double(int octave)>& share = nullptr) const;
 
   /// The height's usual size there.
   double amplitude_m(double ruggedness) const;

@@ -19,6 +19,8 @@ struct FieldFacts {
   std::uint8_t source = 0;  ///< row of HeightField::sources
   /// Where a sea may be: the height of its surface, in the field's datum.
   std::optional<double> sea_height_m;
+  /// Of the sea's floor, below HeightField::height_m; only where that is not above the sea.
+  double floor_depth_m = 0.0;
 };
 
 /// The measured heights of a world as one function of map coordinates: the mosaic of its rasters,
@@ -50,10 +52,24 @@ class HeightField {
   virtual double highest_m() const = 0;
 
   /// What heights are above.
-  virtual geo::VerticalDatum datum() const = 0;
+  virtual const geo::VerticalDatum& datum() const = 0;
 
-  /// Between the finest samples, on the ground.
+  /// Between the finest samples, on the ground; insets do not count.
   virtual double spacing_m() const = 0;
+
+  /// Between the widest samples that heights come from anywhere.
+  virtual double widest_spacing_m() const { return spacing_m(); }
+
+  /// Whether parts of the ground are measured finer than others.
+  virtual bool has_insets() const { return false; }
+
+  /// Share of the ground at a place that takes detail of a period of 2^octave m: 1, but less where
+  /// finer sources hold what is there.
+  virtual double detail_share(const Eigen::Vector2d& map, int octave) const {
+    static_cast<void>(map);
+    static_cast<void>(octave);
+    return 1.0;
+  }
 
   /// About how far apart places are whose map coordinates differ by 1.
   virtual double metres_per_map_unit() const = 0;

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "tiler/raster_source.h"
+
 namespace terracast::tiler {
 namespace {
 
@@ -21,8 +23,11 @@ constexpr std::array kKinds = {
 std::span<const ElevationKindInfo> elevation_kinds() { return kKinds; }
 
 geo::VerticalDatum datum_of(const ElevationOptions& options) {
-  return options.vertical_datum.empty() ? geo::VerticalDatum::Ellipsoid
-                                        : geo::vertical_datum_from_name(options.vertical_datum);
+  if (options.vertical_datum.empty()) return {};
+  if (options.vertical_datum == "grid")
+    return {options.datum_grid.written,
+            geo::Geoid::from_grid(read_offset_grid(options.datum_grid))};
+  return geo::vertical_datum_from_name(options.vertical_datum);
 }
 
 }  // namespace terracast::tiler

@@ -15,7 +15,9 @@ namespace terracast::tiler {
 /// What a kind of elevation is made from.
 struct ElevationInputs {
   const WorldOptions& options;
+  const ElevationOptions& entry;  ///< of options.elevation: the first of the field's own
   const geo::WorldFrame& frame;
+  geo::VerticalDatum datum;                 ///< what the field's heights shall be above
   std::shared_ptr<const geo::Geoid> geoid;  ///< null unless a source or the sea needs it
   const core::Context& context;
 };
@@ -32,6 +34,7 @@ struct ElevationKindInfo {
 std::span<const ElevationKindInfo> elevation_kinds();
 
 /// The datum of an entry; kinds that are not measured stand on the ellipsoid when none is stated.
+/// throws   Io, Input: its grid cannot be found or read
 geo::VerticalDatum datum_of(const ElevationOptions& options);
 
 std::unique_ptr<HeightField> make_fractal(const ElevationInputs& inputs);

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/parallel.h"
+#include "tiler/collar.h"
 #include "tiler/void_filling.h"
 
 namespace terracast::tiler {
@@ -30,35 +31,45 @@ constexpr double kLargestEdgeVoid_km2 = 4.0;
 constexpr double kSmallestSea_km2 = 1.0;
 /// Land sinks into the sea of outside = "sea" over this distance.
 constexpr double kShore_m = 2000.0;
+/// The floor of a sea whose depth nobody measured: 1 in 50, down to the edge of a shelf.
+constexpr double kShelfSlope = 0.02;
+constexpr double kShelfDepth_m = 100.0;
 constexpr std::uint8_t kNoSource = 255;
 
 struct OpenRaster {
   std::unique_ptr<RasterSource> source;
   geo::VerticalDatum datum;
-  std::string licence;
+  const ElevationOptions* entry;
 };
 
 class MosaicMaker {
  public:
-  explicit MosaicMaker(const ElevationInputs& inputs)
-      : inputs_(inputs), half_size_m_(inputs.options.size_m / 2.0) {}
+  MosaicMaker(const ElevationInputs& inputs, const MosaicPart& part)
+      : inputs_(inputs), part_(part), half_size_m_(inputs.options.size_m / 2.0) {
+    mosaic_.datum = inputs.datum;
+  }
 
   RasterMosaic make();
 
  private:
   void open_rasters();
   Eigen::AlignedBox2d box_of_square(const RasterSource& raster) const;
+  Eigen::AlignedBox2d box_of_rasters() const;
   void choose_grid();
+  [[noreturn]] void fail_without_heights() const;
   struct SampleSize {
     double spacing_m;  ///< in the direction where samples are densest
     double area_m2;
+    Eigen::Vector2d sides_m;  ///< along a row and along a column
   };
   SampleSize size_of_samples(const RasterSource& raster) const;  ///< at the world's origin
   void add(std::size_t index);
   void add_aligned(std::size_t index, const Eigen::Vector2i& offset);
   void add_resampled(std::size_t index);
-  double in_first_datum_m(double height_m, geo::VerticalDatum datum,
-                          const geo::Geodetic& place) const;
+  Grid<double> read_heights(std::size_t index, const SampleWindow& window);
+  geo::VerticalDatum sea_datum() const;
+  double in_our_datum_m(double height_m, const geo::VerticalDatum& datum,
+                        const geo::Geodetic& place) const;
   std::vector<geo::Geodetic> places_of_row(int row) const;
   bool is_in_square(const geo::Geodetic& place) const;
   void sort_gaps();
@@ -69,10 +80,14 @@ class MosaicMaker {
   Missing find_missing() const;
   void refuse_missing();
   void fill_gaps();
+  Grid<std::uint8_t> large_regions(const Grid<std::uint8_t>& is_member) const;
+  void take_sea_from_gaps();
   void find_sea();
+  void lay_floor();
   std::uint8_t source_row(const std::string& kind, const std::string& name);
 
   const ElevationInputs& inputs_;
+  const MosaicPart& part_;
   const double half_size_m_;
   std::vector<OpenRaster> rasters_;
   RasterMosaic mosaic_;
@@ -84,12 +99,14 @@ class MosaicMaker {
 
 void MosaicMaker::open_rasters() {
   const geo::Geodetic& origin = inputs_.frame.origin();
-  for (const ElevationOptions& entry : inputs_.options.elevation)
+  for (const ElevationOptions& entry : part_.entries) {
+    const geo::VerticalDatum datum = datum_of(entry);
     for (const core::Path& file : entry.files) {
-      rasters_.push_back({RasterSource::open(file, entry, origin), datum_of(entry), entry.licence});
+      rasters_.push_back({RasterSource::open(file, entry, origin), datum, &entry});
       if (!rasters_.back().source->warning().empty())
         inputs_.context.log.warn("{}", rasters_.back().source->warning());
     }
+  }
   if (rasters_.size() > 200)
     fail(ErrorKind::Config, "{} rasters are given, and 200 fit; join them with gdalbuildvrt",
          rasters_.size());
@@ -114,8 +131,41 @@ Eigen::AlignedBox2d MosaicMaker::box_of_square(const RasterSource& raster) const
   return box;
 }
 
+/// Of all rasters, in samples of the first.
+Eigen::AlignedBox2d MosaicMaker::box_of_rasters() const {
+  constexpr int kProbes = 16;  // along a side: sides are bent in another projection
+  Eigen::AlignedBox2d box;
+  for (const OpenRaster& raster : rasters_) {
+    std::vector<Eigen::Vector2d> rim;
+    for (int k = 0; k <= kProbes; ++k) {
+      const double t = static_cast<double>(k) / kProbes;
+      const double u = t * raster.source->width() - 0.5;
+      const double v = t * raster.source->height() - 0.5;
+      rim.insert(rim.end(), {{u, -0.5},
+                             {u, raster.source->height() - 0.5},
+                             {-0.5, v},
+                             {raster.source->width() - 0.5, v}});
+    }
+    std::vector<geo::Geodetic> places(rim.size());
+    raster.source->geodetic_from_samples(rim, places);
+    rasters_.front().source->samples_from_geodetic(places, rim);
+    for (const Eigen::Vector2d& sample : rim) box.extend(sample);
+  }
+  return box;
+}
+
+void MosaicMaker::fail_without_heights() const {
+  fail(ErrorKind::Input,
+       "{}{}: no height within the world's square of {} m about latitude {}, longitude {}; move "
+       "the origin, or give rasters that cover it",
+       rasters_.front().source->path(), rasters_.size() > 1 ? " and the other rasters" : "",
+       inputs_.options.size_m, inputs_.options.origin_lat_deg, inputs_.options.origin_lon_deg);
+}
+
 void MosaicMaker::choose_grid() {
-  const Eigen::AlignedBox2d box = box_of_square(*rasters_.front().source);
+  Eigen::AlignedBox2d box = box_of_square(*rasters_.front().source);
+  if (part_.is_patch) box = box.intersection(box_of_rasters());
+  if (box.isEmpty()) fail_without_heights();
   const Eigen::Vector2d low = box.min().array().floor() - kMargin;
   const Eigen::Vector2d size = box.max().array().ceil() - low.array() + kMargin + 1.0;
   if (!(size.x() * size.y() <= static_cast<double>(kMostSamples)) || size.maxCoeff() > 1e9 ||
@@ -149,7 +199,8 @@ MosaicMaker::SampleSize MosaicMaker::size_of_samples(const RasterSource& raster)
   const double densest =
       half_trace + std::sqrt(std::max(half_trace * half_trace - square.determinant(), 0.0));
   return {.spacing_m = 1.0 / std::sqrt(densest),
-          .area_m2 = 1.0 / std::abs(sample_from_m.determinant())};
+          .area_m2 = 1.0 / std::abs(sample_from_m.determinant()),
+          .sides_m = sample_from_m.inverse().colwise().norm().transpose()};
 }
 
 std::vector<geo::Geodetic> MosaicMaker::places_of_row(int row) const {
@@ -163,11 +214,36 @@ std::vector<geo::Geodetic> MosaicMaker::places_of_row(int row) const {
   return places;
 }
 
-double MosaicMaker::in_first_datum_m(double height_m, geo::VerticalDatum datum,
-                                     const geo::Geodetic& place) const {
-  if (datum == rasters_.front().datum) return height_m;
-  const double undulation_m = inputs_.geoid->undulation_m(place.lat_deg, place.lon_deg);
-  return datum == geo::VerticalDatum::Egm96 ? height_m + undulation_m : height_m - undulation_m;
+double MosaicMaker::in_our_datum_m(double height_m, const geo::VerticalDatum& datum,
+                                   const geo::Geodetic& place) const {
+  if (datum == mosaic_.datum) return height_m;
+  const auto undulation_m = [&](const geo::VerticalDatum& of) {
+    return of.is_ellipsoid() ? 0.0 : of.geoid->undulation_m(place.lat_deg, place.lon_deg);
+  };
+  return height_m + undulation_m(datum) - undulation_m(mosaic_.datum);
+}
+
+/// What sea levels count from where no source says: EGM96.
+geo::VerticalDatum MosaicMaker::sea_datum() const {
+  return mosaic_.datum.is_ellipsoid() ? geo::VerticalDatum{"egm96", inputs_.geoid} : mosaic_.datum;
+}
+
+/// The window's heights, without an undeclared collar.
+Grid<double> MosaicMaker::read_heights(std::size_t index, const SampleWindow& window) {
+  const RasterSource& raster = *rasters_[index].source;
+  Grid<double> heights_m = raster.read(window);
+  if (rasters_[index].entry->nodata == "declared") {
+    if (const auto collar = remove_collar(heights_m, raster.corner_heights_m()))
+      inputs_.context.log.warn(
+          "{}: {} samples of exactly {:g} m round its data ({:.3g} km2) are taken for a collar "
+          "without heights; state nodata = \"VALUE\" as the file stores it, or \"none\" if they "
+          "are heights",
+          raster.path(), collar->num_samples, collar->height_m,
+          static_cast<double>(collar->num_samples) * size_of_samples(raster).area_m2 * 1e-6);
+  }
+  for (const double height_m : heights_m.values)
+    if (std::isnan(height_m)) ++mosaic_.sources[index].num_voids;
+  return heights_m;
 }
 
 void MosaicMaker::add(std::size_t index) {
@@ -176,10 +252,10 @@ void MosaicMaker::add(std::size_t index) {
   info.name = std::filesystem::path(raster.path()).filename().string();
   info.kind = "raster";
   info.horizontal_crs = raster.crs_name();
-  info.vertical_datum = name_of(rasters_[index].datum);
+  info.vertical_datum = rasters_[index].datum.name;
   info.pipeline = raster.pipeline();
   info.spacing_m = size_of_samples(raster).spacing_m;
-  info.licence = rasters_[index].licence;
+  info.licence = rasters_[index].entry->licence;
   info.content_hash = raster.content_hash();
   mosaic_.sources.push_back(std::move(info));
   core::with_context(
@@ -204,8 +280,8 @@ void MosaicMaker::add_aligned(std::size_t index, const Eigen::Vector2i& offset) 
   window.height =
       std::clamp(first.y() + mosaic_.heights_m.height, 0, raster.height()) - window.first_row;
   if (window.is_empty()) return;
-  const Grid<double> heights_m = raster.read(window);
-  const bool changes_datum = rasters_[index].datum != rasters_.front().datum;
+  const Grid<double> heights_m = read_heights(index, window);
+  const bool changes_datum = !(rasters_[index].datum == mosaic_.datum);
   const auto row_of_source = static_cast<std::uint8_t>(index);
   for (int j = 0; j < window.height; ++j) {
     const int row = window.first_row - first.y() + j;
@@ -216,15 +292,11 @@ void MosaicMaker::add_aligned(std::size_t index, const Eigen::Vector2i& offset) 
       const double height_m = heights_m(i, j);
       const std::size_t at = mosaic_.heights_m.index(column, row);
       if (covered_by_.values[at] == kNoSource) covered_by_.values[at] = row_of_source;
-      if (std::isnan(height_m)) {
-        ++mosaic_.sources[index].num_voids;
-        continue;
-      }
-      if (mosaic_.source.values[at] != kNoSource) continue;
-      mosaic_.heights_m.values[at] =
-          changes_datum ? in_first_datum_m(height_m, rasters_[index].datum,
-                                           places[static_cast<std::size_t>(column)])
-                        : height_m;
+      if (std::isnan(height_m) || mosaic_.source.values[at] != kNoSource) continue;
+      mosaic_.heights_m.values[at] = changes_datum
+                                         ? in_our_datum_m(height_m, rasters_[index].datum,
+                                                          places[static_cast<std::size_t>(column)])
+                                         : height_m;
       mosaic_.source.values[at] = row_of_source;
     }
   }
@@ -276,9 +348,7 @@ void MosaicMaker::add_resampled(std::size_t index) {
   if (window.num_samples() > kMostSamples)
     fail(ErrorKind::Input, "{}: the world's square takes {} of its samples, and {} fit into memory",
          raster.path(), window.num_samples(), kMostSamples);
-  const Grid<double> heights_m = raster.read(window);
-  for (const double height_m : heights_m.values)
-    if (std::isnan(height_m)) ++mosaic_.sources[index].num_voids;
+  const Grid<double> heights_m = read_heights(index, window);
 
   const auto row_of_source = static_cast<std::uint8_t>(index);
   core::parallel_for(mosaic_.heights_m.height, [&](std::int64_t row_index) {
@@ -300,7 +370,7 @@ void MosaicMaker::add_resampled(std::size_t index) {
       const double height_m = resampled_m(heights_m, at);
       if (std::isnan(height_m)) continue;
       mosaic_.heights_m.values[k] =
-          in_first_datum_m(height_m, rasters_[index].datum, places[static_cast<std::size_t>(i)]);
+          in_our_datum_m(height_m, rasters_[index].datum, places[static_cast<std::size_t>(i)]);
       mosaic_.source.values[k] = row_of_source;
     }
   });
@@ -324,12 +394,7 @@ void MosaicMaker::sort_gaps() {
     else
       is_void_.values[k] = 1;
   }
-  if (!has_height)
-    fail(ErrorKind::Input,
-         "{}{}: no height within the world's square of {} m about latitude {}, longitude {}; move "
-         "the origin, or give rasters that cover it",
-         rasters_.front().source->path(), rasters_.size() > 1 ? " and the other rasters" : "",
-         inputs_.options.size_m, inputs_.options.origin_lat_deg, inputs_.options.origin_lon_deg);
+  if (!has_height) fail_without_heights();
 
   // The collar of a raster that was turned is no void: nothing beyond it could tell how it goes on.
   const Regions regions = find_regions(is_void_);
@@ -415,6 +480,7 @@ MosaicMaker::Missing MosaicMaker::find_missing() const {
 
 /// Refuses, or reports, what no raster covers within the square.
 void MosaicMaker::refuse_missing() {
+  if (part_.is_patch) return;
   const Missing missing = find_missing();
   if (missing.area_m2 == 0.0) return;
   const Eigen::AlignedBox2d& area_deg = missing.box_deg;
@@ -438,7 +504,7 @@ std::uint8_t MosaicMaker::source_row(const std::string& kind, const std::string&
   world::SourceInfo source;
   source.name = name;
   source.kind = kind;
-  source.vertical_datum = name_of(rasters_.front().datum);
+  source.vertical_datum = mosaic_.datum.name;
   source.spacing_m = sample_.spacing_m;
   mosaic_.sources.push_back(std::move(source));
   return static_cast<std::uint8_t>(mosaic_.sources.size() - 1);
@@ -463,6 +529,12 @@ void MosaicMaker::fill_gaps() {
       if (is_void_.values[k] != 0) mosaic_.source.values[k] = row;
   }
   if (!has_missing) return;
+  if (part_.is_patch) {
+    mosaic_.is_missing = is_missing_;
+    for (std::size_t k = 0; k < is_missing_.values.size(); ++k)
+      if (is_missing_.values[k] != 0) mosaic_.source.values[k] = 0;
+    return;
+  }
   const bool is_sea_wanted = inputs_.options.outside == "sea";
   const std::uint8_t extended = source_row("extend", "extended");
   const std::uint8_t sea = is_sea_wanted ? source_row("sea", "sea") : extended;
@@ -475,8 +547,7 @@ void MosaicMaker::fill_gaps() {
       mosaic_.source.values[k] = extended;
       if (!is_sea_wanted) continue;
       if (places.empty()) places = places_of_row(j);
-      const double sea_m =
-          in_first_datum_m(0.0, geo::VerticalDatum::Egm96, places[static_cast<std::size_t>(i)]);
+      const double sea_m = in_our_datum_m(0.0, sea_datum(), places[static_cast<std::size_t>(i)]);
       const double t =
           std::min(static_cast<double>(distance(i, j)) * sample_.spacing_m / kShore_m, 1.0);
       double& height_m = mosaic_.heights_m.values[k];
@@ -489,24 +560,80 @@ void MosaicMaker::fill_gaps() {
   }
 }
 
-/// Large regions of exact zeros above the geoid are sea.
-void MosaicMaker::find_sea() {
-  if (rasters_.front().datum == geo::VerticalDatum::Egm96) {
-    Grid<std::uint8_t> is_zero(mosaic_.heights_m.width, mosaic_.heights_m.height, 0);
-    for (std::size_t k = 0; k < is_zero.values.size(); ++k)
-      is_zero.values[k] =
-          mosaic_.heights_m.values[k] == 0.0 && mosaic_.source.values[k] < rasters_.size() ? 1 : 0;
-    const Regions regions = find_regions(is_zero);
-    for (std::size_t k = 0; k < is_zero.values.size(); ++k) {
-      if (is_zero.values[k] == 0) continue;
-      const auto region = static_cast<std::size_t>(regions.label.values[k] - 1);
-      if (static_cast<double>(regions.regions[region].num_samples) * sample_.area_m2 * 1e-6 >=
-          kSmallestSea_km2)
-        mosaic_.is_sea.values[k] = 1;
+/// Members of regions of kSmallestSea_km2 and more.
+Grid<std::uint8_t> MosaicMaker::large_regions(const Grid<std::uint8_t>& is_member) const {
+  const Regions regions = find_regions(is_member);
+  Grid<std::uint8_t> is_large(is_member.width, is_member.height, 0);
+  for (std::size_t k = 0; k < is_member.values.size(); ++k) {
+    if (is_member.values[k] == 0) continue;
+    const auto region = static_cast<std::size_t>(regions.label.values[k] - 1);
+    const double area_m2 =
+        static_cast<double>(regions.regions[region].num_samples) * sample_.area_m2;
+    is_large.values[k] = area_m2 * 1e-6 >= kSmallestSea_km2 ? 1 : 0;
+  }
+  return is_large;
+}
+
+/// Large regions without a height, of rasters that hold the sea so, are sea: no void, no gap.
+void MosaicMaker::take_sea_from_gaps() {
+  Grid<std::uint8_t> is_gap(mosaic_.heights_m.width, mosaic_.heights_m.height, 0);
+  bool has_gap = false;
+  for (std::size_t k = 0; k < is_gap.values.size(); ++k) {
+    const std::uint8_t by = covered_by_.values[k];
+    if (mosaic_.source.values[k] != kNoSource || by == kNoSource ||
+        rasters_[by].entry->sea != "nodata")
+      continue;
+    is_gap.values[k] = 1;
+    has_gap = true;
+  }
+  if (!has_gap) return;
+  const Grid<std::uint8_t> is_sea = large_regions(is_gap);
+  const std::uint8_t row_of_sea = source_row("sea", "sea");
+  for (int j = 0; j < is_sea.height; ++j) {
+    std::vector<geo::Geodetic> places;
+    for (int i = 0; i < is_sea.width; ++i) {
+      if (is_sea(i, j) == 0) continue;
+      if (places.empty()) places = places_of_row(j);
+      mosaic_.heights_m(i, j) =
+          in_our_datum_m(0.0, sea_datum(), places[static_cast<std::size_t>(i)]);
+      mosaic_.source(i, j) = row_of_sea;
+      mosaic_.is_sea(i, j) = 1;
     }
+  }
+}
+
+/// Above a geoid, large regions of exact zeros are sea, or all that lies at 0 and below, as each
+/// source says.
+void MosaicMaker::find_sea() {
+  if (!mosaic_.datum.is_ellipsoid()) {
+    Grid<std::uint8_t> is_low(mosaic_.heights_m.width, mosaic_.heights_m.height, 0);
+    for (std::size_t k = 0; k < is_low.values.size(); ++k) {
+      if (mosaic_.source.values[k] >= rasters_.size()) continue;
+      const std::string& sea = rasters_[mosaic_.source.values[k]].entry->sea;
+      const double height_m = mosaic_.heights_m.values[k];
+      is_low.values[k] =
+          (sea == "auto" && height_m == 0.0) || (sea == "below" && height_m <= 0.0) ? 1 : 0;
+    }
+    const Grid<std::uint8_t> is_sea = large_regions(is_low);
+    for (std::size_t k = 0; k < is_sea.values.size(); ++k)
+      if (is_sea.values[k] != 0) mosaic_.is_sea.values[k] = 1;
   }
   for (const std::uint8_t sea : mosaic_.is_sea.values)
     mosaic_.has_sea = mosaic_.has_sea || sea != 0;
+  if (mosaic_.has_sea) lay_floor();
+}
+
+/// Where no source holds the sea's floor it is a shelf, the deeper the farther from the shore.
+void MosaicMaker::lay_floor() {
+  const Grid<float> distance = distance_to_others(mosaic_.is_sea);
+  mosaic_.floor_depth_m = Grid<float>(distance.width, distance.height, 0.0F);
+  for (std::size_t k = 0; k < distance.values.size(); ++k) {
+    const bool is_measured = !mosaic_.datum.is_ellipsoid() && mosaic_.heights_m.values[k] < 0.0;
+    if (mosaic_.is_sea.values[k] == 0 || is_measured) continue;
+    const double from_shore_m = static_cast<double>(distance.values[k]) * sample_.spacing_m;
+    mosaic_.floor_depth_m.values[k] =
+        static_cast<float>(std::min(from_shore_m * kShelfSlope, kShelfDepth_m));
+  }
 }
 
 RasterMosaic MosaicMaker::make() {
@@ -515,6 +642,7 @@ RasterMosaic MosaicMaker::make() {
   sample_ = size_of_samples(*rasters_.front().source);
   for (std::size_t index = 0; index < rasters_.size(); ++index) add(index);
   mosaic_.is_sea = Grid<std::uint8_t>(mosaic_.heights_m.width, mosaic_.heights_m.height, 0);
+  take_sea_from_gaps();
   sort_gaps();
   refuse_missing();
   fill_gaps();
@@ -524,17 +652,20 @@ RasterMosaic MosaicMaker::make() {
                          core::content_hash(std::as_bytes(std::span(mosaic_.source.values))) +
                          core::content_hash(std::as_bytes(std::span(mosaic_.is_sea.values))) +
                          fmt::format(" {} {} {}", rasters_.front().source->pipeline(),
-                                     name_of(rasters_.front().datum), sample_.spacing_m));
+                                     mosaic_.datum.name, sample_.spacing_m));
   for (const world::SourceInfo& source : mosaic_.sources)
     mosaic_.input_hash = core::content_hash(
         fmt::format("{} {} {} {} {} {}", mosaic_.input_hash, source.name, source.content_hash,
                     source.licence, source.num_voids, source.num_voids_filled));
+  mosaic_.sample_size_m = sample_.sides_m;
   mosaic_.first = std::move(rasters_.front().source);
   return std::move(mosaic_);
 }
 
 }  // namespace
 
-RasterMosaic make_mosaic(const ElevationInputs& inputs) { return MosaicMaker(inputs).make(); }
+RasterMosaic make_mosaic(const ElevationInputs& inputs, const MosaicPart& part) {
+  return MosaicMaker(inputs, part).make();
+}
 
 }  // namespace terracast::tiler

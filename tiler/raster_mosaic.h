@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "tiler/grid.h"
@@ -12,23 +14,35 @@
 
 namespace terracast::tiler {
 
-/// All rasters of a world on one grid, that of the first: samples of rasters on the same grid are
-/// taken as they are, those of others are resampled, before anything is interpolated. Covers the
-/// world's square and a margin; voids are filled, and every sample has a height.
+/// Rasters on one grid, that of the first: samples of rasters on the same grid are taken as they
+/// are, those of others are resampled, before anything is interpolated. Voids are filled, and every
+/// sample has a height.
 struct RasterMosaic {
   std::unique_ptr<RasterSource> first;  ///< whose CRS and grid the mosaic has
   Eigen::Vector2i first_sample;         ///< of the mosaic, among the first raster's
-  Grid<double> heights_m;               ///< above the first raster's datum
-  Grid<std::uint8_t> source;            ///< row of sources
+  geo::VerticalDatum datum;
+  Grid<double> heights_m;     ///< above the datum
+  Grid<std::uint8_t> source;  ///< row of sources
   Grid<std::uint8_t> is_sea;
+  Grid<float> floor_depth_m;  ///< of the sea's floor below heights_m; empty where there is none
   bool has_sea = false;
+  /// A patch: samples that no raster covers; empty otherwise.
+  Grid<std::uint8_t> is_missing;
+  Eigen::Vector2d sample_size_m;  ///< on the ground, along a row and along a column
   std::vector<world::SourceInfo>
       sources;  ///< the rasters in order, then filled void, sea, extended where there are such
   std::string input_hash;
 };
 
+/// What a mosaic is made of, and how far it reaches.
+struct MosaicPart {
+  std::span<const ElevationOptions> entries;
+  /// Covers what its rasters cover of the square, and no more; otherwise all of it and a margin.
+  bool is_patch = false;
+};
+
 /// throws   Io, Input: as RasterSource; parts of the square without cover while outside = "error"
 ///          (names the area); no height at all in the square; more samples than fit
-RasterMosaic make_mosaic(const ElevationInputs& inputs);
+RasterMosaic make_mosaic(const ElevationInputs& inputs, const MosaicPart& part);
 
 }  // namespace terracast::tiler

@@ -17,6 +17,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "geo/units.h"
+#include "tiler/terrain_tiles_source.h"
 
 namespace terracast::tiler {
 namespace {
@@ -164,15 +165,62 @@ std::optional<double> metres_in(std::string unit) {
   return std::nullopt;
 }
 
+/// The one file of an archive, as GDAL finds it.
+std::string only_member(const std::string& archive, const std::string& written) {
+  const std::string folder = "/vsizip/" + archive;
+  char** entries = VSIReadDir(folder.c_str());
+  std::vector<std::string> files;
+  for (int i = 0; entries != nullptr && entries[i] != nullptr; ++i) {
+    VSIStatBufL status;
+    const std::string member = folder + "/" + entries[i];
+    if (VSIStatL(member.c_str(), &status) == 0 && VSI_ISDIR(status.st_mode) == 0)
+      files.push_back(member);
+  }
+  CSLDestroy(entries);
+  if (files.size() != 1)
+    fail(ErrorKind::Input,
+         "{}: holds {} files beside its folders; name one as /vsizip/{}/MEMBER (is it damaged, if "
+         "there should be one?)",
+         written, files.size(), written);
+  return files.front();
+}
+
+/// Where GDAL finds a file: one inside an archive that holds no other. (GDAL's own driver opens
+/// .hgt.zip.)
+std::string path_of(const core::Path& file) {
+  const std::string path = file.resolved.empty() ? file.written : file.resolved.string();
+  VSIStatBufL status;
+  const bool is_archive = path.ends_with(".zip") && !path.ends_with(".hgt.zip") &&
+                          !path.starts_with("/vsi") && VSIStatL(path.c_str(), &status) == 0;
+  return is_archive ? only_member(path, file.written) : path;
+}
+
+/// written   as the config names it, for messages
+DatasetPtr open_dataset(const std::string& path, const std::string& written,
+                        const GdalErrors& errors) {
+  VSIStatBufL status;
+  if (VSIStatL(path.c_str(), &status) != 0)
+    fail(ErrorKind::Io, "{}: there is no such raster; give the path of a file that GDAL opens",
+         written);
+  const bool is_folder = VSI_ISDIR(status.st_mode) != 0 && !path.starts_with("/vsi");
+  const std::string what = is_folder ? vrt_of_terrain_tiles(path, written) : path;
+  DatasetPtr dataset(GDALDataset::Open(what.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR));
+  if (!dataset)
+    fail(ErrorKind::Input, "{}: cannot be opened as a raster; is it damaged or truncated? ({})",
+         written, errors.text());
+  return dataset;
+}
+
 class GdalRaster : public RasterSource {
  public:
   GdalRaster(const core::Path& file, const ElevationOptions& options, const geo::Geodetic& near)
-      : path_(file.resolved.empty() ? file.written : file.resolved.string()),
+      : path_(path_of(file)),
         written_(file.written),
-        near_lon_deg_(near.lon_deg) {
+        near_lon_deg_(near.lon_deg),
+        encoding_(options.encoding) {
     register_drivers();
     const GdalErrors errors;
-    open_dataset(errors);
+    dataset_ = open_dataset(path_, written_, errors);
     check_band();
     read_georeference(near, errors);
     metres_per_unit_ = unit_of(options);
@@ -192,11 +240,19 @@ class GdalRaster : public RasterSource {
                              std::span<geo::Geodetic> places) const override;
   std::optional<Eigen::Vector2i> offset_of(const RasterSource& other) const override;
   Grid<double> read(const SampleWindow& window) const override;
+  std::array<double, 4> corner_heights_m() const override;
   std::string content_hash() const override;
 
  private:
-  void open_dataset(const GdalErrors& errors);
+  bool is_colour() const { return encoding_ != "heights"; }
   void check_band();
+  void check_colour_bands();
+  void read_samples(int band, const SampleWindow& window, std::vector<double>& samples,
+                    const GdalErrors& errors) const;
+  std::vector<std::uint8_t> read_mask(const SampleWindow& window, const GdalErrors& errors) const;
+  void decode_colours(const SampleWindow& window, std::vector<double>& red,
+                      const GdalErrors& errors) const;
+  [[noreturn]] void fail_unread(const GdalErrors& errors) const;
   void read_georeference(const geo::Geodetic& near, const GdalErrors& errors);
   double unit_of(const ElevationOptions& options) const;
   void read_nodata(const ElevationOptions& options);
@@ -207,6 +263,7 @@ class GdalRaster : public RasterSource {
   std::string path_;
   std::string written_;
   double near_lon_deg_;
+  std::string encoding_;
   DatasetPtr dataset_;
   std::string crs_name_;
   std::string crs_wkt_;
@@ -223,29 +280,23 @@ class GdalRaster : public RasterSource {
   double scale_ = 1.0;
   double offset_ = 0.0;
   std::optional<double> nodata_;
+  int alpha_band_ = 0;  ///< 0: none
   bool uses_mask_ = false;
 };
-
-void GdalRaster::open_dataset(const GdalErrors& errors) {
-  VSIStatBufL status;
-  if (VSIStatL(path_.c_str(), &status) != 0)
-    fail(ErrorKind::Io, "{}: there is no such raster; give the path of a file that GDAL opens",
-         written_);
-  dataset_.reset(GDALDataset::Open(path_.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR));
-  if (!dataset_)
-    fail(ErrorKind::Input, "{}: cannot be opened as a raster; is it damaged or truncated? ({})",
-         written_, errors.text());
-}
 
 void GdalRaster::check_band() {
   if (width() <= 0 || height() <= 0)
     fail(ErrorKind::Input, "{}: has no samples ({} x {})", written_, width(), height());
+  if (is_colour()) return check_colour_bands();
   const int count = dataset_->GetRasterCount();
   const bool has_alpha =
       count == 2 && dataset_->GetRasterBand(2)->GetColorInterpretation() == GCI_AlphaBand;
+  if (has_alpha) alpha_band_ = 2;
   if (count != 1 && !has_alpha)
     fail(ErrorKind::Input,
-         "{}: has {} bands, and a raster of heights has one; take it out with gdal_translate -b N",
+         "{}: has {} bands, and a raster of heights has one; take it out with gdal_translate -b N, "
+         "or state the "
+         "encoding of terrain tiles",
          written_, count);
   const GDALDataType type = band()->GetRasterDataType();
   if (GDALDataTypeIsComplex(type) != FALSE)
@@ -259,6 +310,19 @@ void GdalRaster::check_band() {
   if (!std::isfinite(scale_) || scale_ == 0.0 || !std::isfinite(offset_))
     fail(ErrorKind::Input, "{}: declares scale {} and offset {}, which give no heights", written_,
          scale_, offset_);
+}
+
+void GdalRaster::check_colour_bands() {
+  const int count = dataset_->GetRasterCount();
+  if (count == 4) alpha_band_ = 4;
+  bool is_byte = count == 3 || count == 4;
+  for (int band = 1; is_byte && band <= 3; ++band)
+    is_byte = dataset_->GetRasterBand(band)->GetRasterDataType() == GDT_Byte;
+  if (!is_byte)
+    fail(ErrorKind::Input,
+         "{}: has {} bands (the first of {}), and encoding = \"{}\" reads red, green and blue of "
+         "one byte each",
+         written_, count, GDALGetDataTypeName(band()->GetRasterDataType()), encoding_);
 }
 
 void GdalRaster::read_georeference(const geo::Geodetic& near, const GdalErrors& errors) {
@@ -339,6 +403,7 @@ void GdalRaster::read_georeference(const geo::Geodetic& near, const GdalErrors& 
 }
 
 double GdalRaster::unit_of(const ElevationOptions& options) const {
+  if (is_colour()) return 1.0;
   if (options.unit == "m") return 1.0;
   if (options.unit == "ft") return geo::metres_from_feet(1.0);
   if (options.unit == "us_ft") return kMetresPerUsFoot;
@@ -355,12 +420,17 @@ double GdalRaster::unit_of(const ElevationOptions& options) const {
 
 void GdalRaster::read_nodata(const ElevationOptions& options) {
   if (options.nodata == "none") return;
+  if (is_colour()) {
+    uses_mask_ = alpha_band_ > 0;
+    return;
+  }
   if (options.nodata == "declared") {
     int has_value = FALSE;
     const double value = band()->GetNoDataValue(&has_value);
     if (has_value != FALSE) nodata_ = value;
     const int flags = band()->GetMaskFlags();
-    uses_mask_ = (flags & (GMF_ALL_VALID | GMF_NODATA)) == 0;
+    // GDAL takes alpha for a mask where samples are bytes, and not where they are floats.
+    uses_mask_ = alpha_band_ > 0 || (flags & (GMF_ALL_VALID | GMF_NODATA)) == 0;
     return;
   }
   nodata_ = number_from_text(options.nodata);
@@ -434,6 +504,65 @@ std::optional<Eigen::Vector2i> GdalRaster::offset_of(const RasterSource& other_s
   return whole.cast<int>();
 }
 
+void GdalRaster::fail_unread(const GdalErrors& errors) const {
+  fail(ErrorKind::Input, "{}: its samples cannot be read; is it truncated? ({})", written_,
+       errors.text());
+}
+
+void GdalRaster::read_samples(int band, const SampleWindow& window, std::vector<double>& samples,
+                              const GdalErrors& errors) const {
+  samples.resize(static_cast<std::size_t>(window.num_samples()));
+  if (dataset_->GetRasterBand(band)->RasterIO(
+          GF_Read, window.first_column, window.first_row, window.width, window.height,
+          samples.data(), window.width, window.height, GDT_Float64, 0, 0, nullptr) != CE_None)
+    fail_unread(errors);
+}
+
+/// Empty where the raster has no mask.
+std::vector<std::uint8_t> GdalRaster::read_mask(const SampleWindow& window,
+                                                const GdalErrors& errors) const {
+  std::vector<std::uint8_t> mask;
+  if (!uses_mask_) return mask;
+  mask.resize(static_cast<std::size_t>(window.num_samples()));
+  GDALRasterBand* mask_band =
+      alpha_band_ > 0 ? dataset_->GetRasterBand(alpha_band_) : band()->GetMaskBand();
+  if (mask_band->RasterIO(GF_Read, window.first_column, window.first_row, window.width,
+                                      window.height, mask.data(), window.width, window.height,
+                                      GDT_Byte, 0, 0, nullptr) != CE_None)
+    fail_unread(errors);
+  return mask;
+}
+
+/// Heights of colours, in place of the reds. Black, which stands for 10 and 32 km below the sea, is
+/// what tiles hold where there are no heights: NaN.
+void GdalRaster::decode_colours(const SampleWindow& window, std::vector<double>& red,
+                                const GdalErrors& errors) const {
+  std::vector<double> green;
+  std::vector<double> blue;
+  read_samples(2, window, green, errors);
+  read_samples(3, window, blue, errors);
+  for (std::size_t k = 0; k < red.size(); ++k) {
+    const double code = 65536.0 * red[k] + 256.0 * green[k] + blue[k];
+    if (code == 0.0)
+      red[k] = std::numeric_limits<double>::quiet_NaN();
+    else if (encoding_ == "mapbox")
+      red[k] = 0.1 * code - 10000.0;
+    else
+      red[k] = code / 256.0 - 32768.0;
+  }
+}
+
+std::array<double, 4> GdalRaster::corner_heights_m() const {
+  std::array<double, 4> corners = {};
+  for (std::size_t k = 0; k < 4; ++k)
+    corners[k] = read({.first_column = (k & 1) != 0 ? width() - 1 : 0,
+                       .first_row = (k & 2) != 0 ? height() - 1 : 0,
+                       .width = 1,
+                       .height = 1})
+                     .values.front();
+  return corners;
+}
+
 Grid<double> GdalRaster::read(const SampleWindow& window) const {
   TERRACAST_CHECK(window.first_column >= 0 && window.first_row >= 0 &&
                       window.first_column + window.width <= width() &&
@@ -442,26 +571,14 @@ Grid<double> GdalRaster::read(const SampleWindow& window) const {
   const GdalErrors errors;
   Grid<double> heights_m(window.width, window.height);
   if (window.is_empty()) return heights_m;
-  const auto refuse = [&] {
-    fail(ErrorKind::Input, "{}: its samples cannot be read; is it truncated? ({})", written_,
-         errors.text());
-  };
-  if (band()->RasterIO(GF_Read, window.first_column, window.first_row, window.width, window.height,
-                       heights_m.values.data(), window.width, window.height, GDT_Float64, 0, 0,
-                       nullptr) != CE_None)
-    refuse();
-  std::vector<std::uint8_t> mask;
-  if (uses_mask_) {
-    mask.resize(heights_m.values.size());
-    if (band()->GetMaskBand()->RasterIO(GF_Read, window.first_column, window.first_row,
-                                        window.width, window.height, mask.data(), window.width,
-                                        window.height, GDT_Byte, 0, 0, nullptr) != CE_None)
-      refuse();
-  }
+  read_samples(1, window, heights_m.values, errors);
+  if (is_colour()) decode_colours(window, heights_m.values, errors);
+  const std::vector<std::uint8_t> mask = read_mask(window, errors);
   for (int j = 0; j < window.height; ++j)
     for (int i = 0; i < window.width; ++i) {
       double& value = heights_m(i, j);
-      if ((uses_mask_ && mask[heights_m.index(i, j)] == 0) || is_nodata(value)) {
+      const bool is_empty_colour = is_colour() && std::isnan(value);
+      if ((uses_mask_ && mask[heights_m.index(i, j)] == 0) || is_nodata(value) || is_empty_colour) {
         value = std::numeric_limits<double>::quiet_NaN();
         continue;
       }
@@ -487,6 +604,7 @@ std::string GdalRaster::content_hash() const {
   std::string content = fmt::format(
       "{} {} {} {} {} {} {} {} {}", crs_wkt_, width(), height(), fmt::join(geotransform_, " "),
       metres_per_unit_, scale_, offset_, uses_mask_, nodata_ ? fmt::to_string(*nodata_) : "none");
+  if (is_colour()) content += encoding_;
   std::error_code ignored;
   if (std::filesystem::is_regular_file(path_, ignored))
     content += core::content_hash_of_file(path_);
@@ -499,6 +617,53 @@ std::unique_ptr<RasterSource> RasterSource::open(const core::Path& file,
                                                  const ElevationOptions& options,
                                                  const geo::Geodetic& near) {
   return std::make_unique<GdalRaster>(file, options, near);
+}
+
+geo::OffsetGrid read_offset_grid(const core::Path& file) {
+  register_drivers();
+  const GdalErrors errors;
+  const DatasetPtr dataset = open_dataset(path_of(file), file.written, errors);
+  std::array<double, 6> gt = {};
+  const OGRSpatialReference* crs = dataset->GetSpatialRef();
+  const bool is_geographic = crs == nullptr || crs->IsGeographic() != FALSE;
+  if (dataset->GetGeoTransform(gt.data()) != CE_None || gt[2] != 0.0 || gt[4] != 0.0 ||
+      !(gt[1] > 0.0) || !(gt[5] < 0.0) || !is_geographic || dataset->GetRasterCount() < 1)
+    fail(ErrorKind::Input,
+         "{}: is no grid of offsets in latitude and longitude, north up; warp it with gdalwarp "
+         "-t_srs EPSG:4326",
+         file.written);
+  constexpr std::int64_t kMostNodes = 50'000'000;
+  geo::OffsetGrid grid;
+  grid.name = file.written;
+  grid.num_columns = dataset->GetRasterXSize();
+  grid.num_rows = dataset->GetRasterYSize();
+  const std::int64_t num_nodes = std::int64_t{grid.num_columns} * grid.num_rows;
+  if (num_nodes > kMostNodes)
+    fail(ErrorKind::Input,
+         "{}: has {} nodes, and {} fit into memory; cut it out with "
+         "gdal_translate -projwin",
+         file.written, num_nodes, kMostNodes);
+  grid.lon_step_deg = gt[1];
+  grid.lat_step_deg = -gt[5];
+  grid.west_deg = gt[0] + 0.5 * gt[1];
+  grid.south_deg = gt[3] + (grid.num_rows - 0.5) * gt[5];
+  GDALRasterBand* band = dataset->GetRasterBand(1);
+  int has_nodata = FALSE;
+  const double nodata = band->GetNoDataValue(&has_nodata);
+  grid.offsets_m.resize(static_cast<std::size_t>(num_nodes));
+  const auto columns = static_cast<std::size_t>(grid.num_columns);
+  for (int row = 0; row < grid.num_rows; ++row) {
+    double* const southwards =
+        &grid.offsets_m[static_cast<std::size_t>(grid.num_rows - 1 - row) * columns];
+    if (band->RasterIO(GF_Read, 0, row, grid.num_columns, 1, southwards, grid.num_columns, 1,
+                       GDT_Float64, 0, 0, nullptr) != CE_None)
+      fail(ErrorKind::Input, "{}: its nodes cannot be read; is it truncated? ({})", file.written,
+           errors.text());
+    for (std::size_t i = 0; i < columns; ++i)
+      if (has_nodata != FALSE && southwards[i] == nodata)
+        southwards[i] = std::numeric_limits<double>::quiet_NaN();
+  }
+  return grid;
 }
 
 }  // namespace terracast::tiler

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -9,6 +10,7 @@
 
 #include "core/schema.h"
 #include "geo/geodesy.h"
+#include "geo/geoid.h"
 #include "tiler/grid.h"
 #include "tiler/world_options.h"
 
@@ -64,9 +66,16 @@ class RasterSource {
   ///          -12000 to 9000 m (names the pixel)
   virtual Grid<double> read(const SampleWindow& window) const = 0;
 
+  /// Of the four corners' samples; NaN where there is none.
+  virtual std::array<double, 4> corner_heights_m() const = 0;
+
   /// Of the file's bytes (where it is a plain file) and of all that says what its samples mean:
   /// CRS, geotransform, unit, scale, offset, no-data value.
   virtual std::string content_hash() const = 0;
 };
+
+/// Reads a grid of offsets: one band in latitude and longitude, north up.
+/// throws   Io: no such file; Input: cannot be opened, another system or georeference
+geo::OffsetGrid read_offset_grid(const core::Path& file);
 
 }  // namespace terracast::tiler

@@ -23,7 +23,7 @@ using world::Cover;
 using world::kTileSamples;
 
 /// Raised when the same inputs give another surface.
-constexpr int kSurfaceVersion = 2;
+constexpr int kSurfaceVersion = 3;
 
 /// The finest level that tiles may have (DetailOptions::finest_spacing_m goes down to 2^-3 m).
 constexpr int kFinestLevel = -3;
@@ -51,7 +51,9 @@ class TerrainSurface : public WorldSurface {
   int measured_level() const override { return measured_level_; }
   int base_level() const override { return base_level_; }
   std::string input_hash() const override { return input_hash_; }
-  std::shared_ptr<const geo::Geoid> geoid() const override { return geoid_; }
+  std::shared_ptr<const geo::Geoid> geoid() const override {
+    return geoid_ == nullptr ? nullptr : geo::Geoid::egm96();
+  }
   double lowest_m() const override { return lowest_m_; }
   double highest_m() const override { return highest_m_; }
 
@@ -69,6 +71,7 @@ class TerrainSurface : public WorldSurface {
     double height_m = 0.0;  ///< above the ellipsoid
     ColumnPoint point;
     bool is_sea = false;
+    double sea_depth_m = 0.0;
     std::uint8_t source = 0;
   };
 
@@ -82,6 +85,9 @@ class TerrainSurface : public WorldSurface {
   /// Solves h = surface(place of (x, y) at h) + undulation.
   Ground solve(const GeodesyColumn& column, double detail_m) const;
 
+  /// Synthetic detail at a place of the square: less where a finer source knows the ground.
+  double detail_m(const GeodesyColumn& column, const Eigen::Vector2d& place_world,
+                  double ruggedness, int finest_octave) const;
   SurfaceSample inside(const GeodesyColumn& column, double x_world, double y_world,
                        int finest_octave) const;
   SurfaceSample beyond(double x_world, double y_world, int finest_octave) const;
@@ -93,6 +99,7 @@ class TerrainSurface : public WorldSurface {
             (y_world + half_size_m_) / relief_.spacing_m};
   }
 
+  void refuse_uncovered(const geo::VerticalDatum& datum) const;
   void choose_levels();
   void analyse();
   void make_apron();
@@ -118,11 +125,24 @@ class TerrainSurface : public WorldSurface {
   std::string input_hash_;
 };
 
-bool needs_geoid(const WorldOptions& options) {
-  return options.outside == "sea" ||
-         std::any_of(options.elevation.begin(), options.elevation.end(), [](const auto& entry) {
-           return datum_of(entry) == geo::VerticalDatum::Egm96;
-         });
+/// What heights are above where the sea's surface is 0: the field's datum, or EGM96 where only the
+/// sea needs a geoid.
+std::shared_ptr<const geo::Geoid> geoid_of(const WorldOptions& options,
+                                           const geo::VerticalDatum& datum) {
+  if (!datum.is_ellipsoid()) return datum.geoid;
+  const bool needs_one =
+      options.outside == "sea" ||
+      std::any_of(options.elevation.begin(), options.elevation.end(), [](const auto& entry) {
+        return entry.sea == "nodata" ||
+               (!entry.vertical_datum.empty() && entry.vertical_datum != "ellipsoid");
+      });
+  return needs_one ? geo::Geoid::egm96() : nullptr;
+}
+
+/// The datum of the ground: that of the first source that is no inset.
+geo::VerticalDatum datum_of_ground(const WorldOptions& options) {
+  const auto is_ground = [](const ElevationOptions& entry) { return entry.blend_m == 0.0; };
+  return datum_of(*std::find_if(options.elevation.begin(), options.elevation.end(), is_ground));
 }
 
 TerrainSurface::TerrainSurface(const WorldOptions& options, const core::Context& context)
@@ -130,11 +150,13 @@ TerrainSurface::TerrainSurface(const WorldOptions& options, const core::Context&
       frame_({.lat_deg = options.origin_lat_deg, .lon_deg = options.origin_lon_deg}),
       half_size_m_(options.size_m / 2.0) {
   options_.validate();
-  if (needs_geoid(options_)) geoid_ = geo::Geoid::egm96();
-  const ElevationInputs inputs{options_, frame_, geoid_, context};
-  const std::string& kind = options_.elevation.front().kind;
-  field_ = core::find_registered(elevation_kinds(), "kind of elevation", kind).make(inputs);
-  if (field_->datum() == geo::VerticalDatum::Egm96) datum_geoid_ = geoid_.get();
+  const geo::VerticalDatum datum = datum_of_ground(options_);
+  geoid_ = geoid_of(options_, datum);
+  const ElevationOptions& entry = options_.elevation.front();
+  field_ = core::find_registered(elevation_kinds(), "kind of elevation", entry.kind)
+               .make({options_, entry, frame_, datum, geoid_, context});
+  datum_geoid_ = datum.geoid.get();
+  refuse_uncovered(datum);
 
   // Undulations lie within 110 m, detail within 150 m.
   const double pad_m = datum_geoid_ != nullptr ? 260.0 : 150.0;
@@ -165,14 +187,33 @@ TerrainSurface::TerrainSurface(const WorldOptions& options, const core::Context&
       options_.name, lowest_m_, highest_m_, field_->spacing_m());
 }
 
+/// A grid of offsets must reach over the square; the apron's are carried on from its border.
+void TerrainSurface::refuse_uncovered(const geo::VerticalDatum& datum) const {
+  if (datum.is_ellipsoid()) return;
+  constexpr int kProbes = 32;
+  for (int j = 0; j <= kProbes; ++j)
+    for (int i = 0; i <= kProbes; ++i) {
+      const geo::Geodetic place =
+          frame_.geodetic_from_world({(2.0 * i / kProbes - 1.0) * half_size_m_,
+                                      (2.0 * j / kProbes - 1.0) * half_size_m_, 0.0});
+      if (!datum.geoid->covers(place.lat_deg, place.lon_deg))
+        core::fail(core::ErrorKind::Input,
+                   "{}: knows no offset at latitude {:.4f}, longitude {:.4f}, in the world's "
+                   "square; give a grid that covers it",
+                   datum.name, place.lat_deg, place.lon_deg);
+    }
+}
+
 void TerrainSurface::choose_levels() {
   // A raster of 30 m in a projection whose scale is 0.9996 still has the level of 32 / 2.
-  const int source_level = static_cast<int>(std::floor(std::log2(field_->spacing_m()) + 1e-3));
-  measured_level_ = std::max(source_level, kFinestLevel);
+  const auto level_of = [](double spacing_m) {
+    return std::max(static_cast<int>(std::floor(std::log2(spacing_m) + 1e-3)), kFinestLevel);
+  };
+  measured_level_ = level_of(field_->widest_spacing_m());
   const double finest_base_m = options_.size_m / (world::kTileCells * std::sqrt(kMostBaseTiles));
-  base_level_ =
-      std::min(std::max(measured_level_, static_cast<int>(std::ceil(std::log2(finest_base_m)))),
-               kCoarsestBaseLevel);
+  base_level_ = std::min(std::max(level_of(field_->spacing_m()),
+                                  static_cast<int>(std::ceil(std::log2(finest_base_m)))),
+                         kCoarsestBaseLevel);
   // A surface that is known at every place holds nothing synthetic at any level.
   if (!field_->takes_detail()) measured_level_ = kFinestLevel;
 }
@@ -213,7 +254,7 @@ BorderSample TerrainSurface::border_sample(const Eigen::Vector2d& at, double det
     const geo::Geodetic place = frame_.geodetic_from_world({at.x(), at.y(), ground.point.z_world});
     undulation_m = geoid_->undulation_m(place.lat_deg, place.lon_deg);
   }
-  return {ground.height_m - undulation_m, ground.is_sea};
+  return {ground.height_m - undulation_m, ground.is_sea, ground.is_sea ? ground.sea_depth_m : 0.0};
 }
 
 void TerrainSurface::make_apron() {
@@ -232,8 +273,9 @@ void TerrainSurface::describe_sources() {
     world::SourceInfo source;
     source.name = name;
     source.kind = kind;
-    source.vertical_datum =
-        name_of(geoid_ != nullptr ? geo::VerticalDatum::Egm96 : geo::VerticalDatum::Ellipsoid);
+    source.vertical_datum = geoid_ == nullptr         ? "ellipsoid"
+                            : datum_geoid_ == nullptr ? "egm96"
+                                                      : field_->datum().name;
     sources_.push_back(std::move(source));
     return static_cast<std::uint8_t>(sources_.size() - 1);
   };
@@ -255,6 +297,7 @@ double TerrainSurface::height_with_detail_m(const Eigen::Vector2d& map, double d
   if (height_m > *facts.sea_height_m) return height_m;
   ground.is_sea = true;
   ground.source = sea_source_;
+  ground.sea_depth_m = *facts.sea_height_m - measured_m + facts.floor_depth_m;
   return *facts.sea_height_m;
 }
 
@@ -283,24 +326,35 @@ TerrainSurface::Ground TerrainSurface::solve(const GeodesyColumn& column, double
   return ground;
 }
 
+double TerrainSurface::detail_m(const GeodesyColumn& column, const Eigen::Vector2d& place_world,
+                                double ruggedness, int finest_octave) const {
+  if (!field_->has_insets())
+    return detail_->height_m(place_world.x(), place_world.y(), ruggedness, finest_octave);
+  // Of the column's middle: detail must not depend on the height that it makes.
+  const Eigen::Vector2d map = column.at(column.middle_m()).map;
+  return detail_->height_m(place_world.x(), place_world.y(), ruggedness, finest_octave,
+                           [&](int octave) { return field_->detail_share(map, octave); });
+}
+
 SurfaceSample TerrainSurface::inside(const GeodesyColumn& column, double x_world, double y_world,
                                      int finest_octave) const {
   const Eigen::Vector2d place = relief_place(x_world, y_world);
   const double ruggedness = bilinear(relief_.ruggedness, place);
-  const double detail_m = detail_->height_m(x_world, y_world, ruggedness, finest_octave);
-  const Ground ground = solve(column, detail_m);
+  const double added_m = detail_m(column, {x_world, y_world}, ruggedness, finest_octave);
+  const Ground ground = solve(column, added_m);
   SurfaceSample sample;
   sample.z_world = column.at(ground.height_m).z_world;
   sample.source = ground.source;
   if (ground.is_sea) {
     sample.cover = Cover::Sea;
     sample.moisture = 255;
+    sample.sea_depth_m = ground.sea_depth_m;
     return sample;
   }
   double moisture = bilinear(relief_.moisture, place);
   // Hollows of the detail hold water, humps shed it.
   const double amplitude_m = detail_->amplitude_m(ruggedness);
-  if (amplitude_m > 0.0) moisture -= 40.0 * std::clamp(detail_m / amplitude_m, -1.0, 1.0);
+  if (amplitude_m > 0.0) moisture -= 40.0 * std::clamp(added_m / amplitude_m, -1.0, 1.0);
   sample.moisture = static_cast<std::uint8_t>(std::lround(std::clamp(moisture, 0.0, 255.0)));
   return sample;
 }
@@ -315,11 +369,11 @@ SurfaceSample TerrainSurface::beyond(double x_world, double y_world, int finest_
     const Eigen::Vector2d mirrored = apron_->mirrored_inside(x_world, y_world);
     const Eigen::Vector2d place = relief_place(mirrored.x(), mirrored.y());
     const double fade = std::max(1.0 - distance_m / kDetailFade_m, 0.0);
-    double detail_m = 0.0;
+    double added_m = 0.0;
     if (fade > 0.0)
-      detail_m = fade * detail_->height_m(x_world, y_world, bilinear(relief_.ruggedness, place),
-                                          finest_octave);
-    mirrored_ground = border_sample(mirrored, detail_m);
+      added_m = fade * detail_m(cells_->column(mirrored.x(), mirrored.y()), {x_world, y_world},
+                                bilinear(relief_.ruggedness, place), finest_octave);
+    mirrored_ground = border_sample(mirrored, added_m);
     moisture += mirror_share * (bilinear(relief_.moisture, place) - moisture);
   }
   const BorderSample ground = apron_->beyond(x_world, y_world, distance_m, mirrored_ground);
@@ -333,6 +387,7 @@ SurfaceSample TerrainSurface::beyond(double x_world, double y_world, int finest_
   sample.z_world = found.z_world;
   sample.cover = ground.is_sea ? Cover::Sea : Cover::Outside;
   sample.source = ground.is_sea ? sea_source_ : apron_source_;
+  sample.sea_depth_m = ground.sea_depth_m;
   sample.moisture = ground.is_sea ? 255 : static_cast<std::uint8_t>(std::lround(moisture));
   return sample;
 }

@@ -22,6 +22,7 @@ struct SurfaceSample {
   world::Cover cover = world::Cover::Land;
   std::uint8_t moisture = 0;
   std::uint8_t source = 0;
+  double sea_depth_m = 0.0;  ///< of the floor below z_world, along up; 0 on land
 };
 
 /// All elevation sources of a world, opened, mosaicked, with voids filled: one function of place,
@@ -46,11 +47,14 @@ class WorldSurface {
   virtual const geo::WorldFrame& frame() const = 0;
   virtual const WorldOptions& options() const = 0;
   virtual const std::vector<world::SourceInfo>& sources() const = 0;
-  virtual int measured_level() const = 0;  ///< finest level without synthetic detail
+  /// Finest level without synthetic detail anywhere. Insets hold measured ground at finer levels
+  /// too: what a sample's source knows, its spacing says.
+  virtual int measured_level() const = 0;
   /// Coarsest level that holds all that the finest source knows; coarser where the square would
   /// take too many tiles of it, finer where its tiles would be over 33 km wide.
   virtual int base_level() const = 0;
   virtual std::string input_hash() const = 0;  ///< of all that determines sample()
+  /// EGM96, for places above it; null where the world uses no geoid at all.
   virtual std::shared_ptr<const geo::Geoid> geoid() const = 0;
 
   /// The surface with all its detail at a place: a pure function of the place. On a level's lattice

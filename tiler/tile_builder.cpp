@@ -44,6 +44,12 @@ world::Tile build_tile(const WorldSurface& surface, const world::TileId& id) {
     tile.moisture[i] = samples[i].moisture;
     tile.source[i] = samples[i].source;
   }
+  const auto is_sea = [](const SurfaceSample& sample) { return sample.cover == world::Cover::Sea; };
+  if (std::none_of(samples.begin(), samples.end(), is_sea)) return tile;
+  tile.sea_depth_steps.resize(kCount);
+  for (std::size_t i = 0; i < kCount; ++i)
+    tile.sea_depth_steps[i] = static_cast<std::int32_t>(
+        std::llround(std::max(samples[i].sea_depth_m, 0.0) / world::kHeightStep_m));
   return tile;
 }
 

@@ -137,14 +137,16 @@ void fill_from_surroundings(Grid<double>& heights_m, const Grid<std::uint8_t>& i
   relax(heights_m, unknown, kSweepsPerLevel / 2);
 }
 
-Grid<float> distance_to_others(const Grid<std::uint8_t>& is_member) {
+Grid<float> distance_to_others(const Grid<std::uint8_t>& is_member,
+                               const Eigen::Vector2d& sample_size) {
   // Felzenszwalb and Huttenlocher (2012): the lower envelope of parabolas, along columns, then
   // rows.
   constexpr double kFar = 1e12;  // more than any square of a distance
   Grid<double> squared(is_member.width, is_member.height, 0.0);
   for (std::size_t k = 0; k < squared.values.size(); ++k)
     squared.values[k] = is_member.values[k] != 0 ? kFar : 0.0;
-  const auto pass = [](std::vector<double>& f) {
+  const auto pass = [](std::vector<double>& f, double step) {
+    const double step2 = step * step;
     const int n = static_cast<int>(f.size());
     std::vector<int> v(f.size(), 0);
     std::vector<double> z(f.size() + 1);
@@ -153,8 +155,9 @@ Grid<float> distance_to_others(const Grid<std::uint8_t>& is_member) {
     z[1] = kFar;
     const auto at = [&](int q) { return f[static_cast<std::size_t>(q)]; };
     const auto meet = [&](int q, int p) {
-      return ((at(q) + static_cast<double>(q) * q) - (at(p) + static_cast<double>(p) * p)) /
-             (2.0 * (q - p));
+      return ((at(q) + step2 * static_cast<double>(q) * q) -
+              (at(p) + step2 * static_cast<double>(p) * p)) /
+             (2.0 * step2 * (q - p));
     };
     for (int q = 1; q < n; ++q) {
       double s = meet(q, v[static_cast<std::size_t>(k)]);
@@ -172,7 +175,7 @@ Grid<float> distance_to_others(const Grid<std::uint8_t>& is_member) {
     for (int q = 0; q < n; ++q) {
       while (z[static_cast<std::size_t>(k) + 1] < q) ++k;
       const double dq = q - v[static_cast<std::size_t>(k)];
-      d[static_cast<std::size_t>(q)] = dq * dq + at(v[static_cast<std::size_t>(k)]);
+      d[static_cast<std::size_t>(q)] = step2 * dq * dq + at(v[static_cast<std::size_t>(k)]);
     }
     f = d;
   };
@@ -180,14 +183,14 @@ Grid<float> distance_to_others(const Grid<std::uint8_t>& is_member) {
   for (int i = 0; i < squared.width; ++i) {
     line.resize(static_cast<std::size_t>(squared.height));
     for (int j = 0; j < squared.height; ++j) line[static_cast<std::size_t>(j)] = squared(i, j);
-    pass(line);
+    pass(line, sample_size.y());
     for (int j = 0; j < squared.height; ++j) squared(i, j) = line[static_cast<std::size_t>(j)];
   }
   Grid<float> distance(is_member.width, is_member.height);
   for (int j = 0; j < squared.height; ++j) {
     line.resize(static_cast<std::size_t>(squared.width));
     for (int i = 0; i < squared.width; ++i) line[static_cast<std::size_t>(i)] = squared(i, j);
-    pass(line);
+    pass(line, sample_size.x());
     for (int i = 0; i < squared.width; ++i)
       distance(i, j) = static_cast<float>(std::sqrt(line[static_cast<std::size_t>(i)]));
   }

@@ -25,7 +25,9 @@ Regions find_regions(const Grid<std::uint8_t>& is_member);
 /// cost         about 1 us an unknown sample
 void fill_from_surroundings(Grid<double>& heights_m, const Grid<std::uint8_t>& is_unknown);
 
-/// Euclidean distance, in samples, to the nearest sample that is no member; 0 for those.
-Grid<float> distance_to_others(const Grid<std::uint8_t>& is_member);
+/// Euclidean distance to the nearest sample that is no member; 0 for those.
+/// sample_size   of a step along a row and along a column
+Grid<float> distance_to_others(const Grid<std::uint8_t>& is_member,
+                               const Eigen::Vector2d& sample_size = {1.0, 1.0});
 
 }  // namespace terracast::tiler

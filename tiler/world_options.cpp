@@ -1,5 +1,6 @@
 #include "tiler/world_options.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <string>
@@ -39,8 +40,21 @@ void validate_rise(const ElevationOptions& entry, std::size_t index, double size
 
 void validate_entry(const ElevationOptions& entry, std::size_t index) {
   core::find_registered(elevation_kinds(), "kind of elevation", entry.kind);
-  if (!entry.vertical_datum.empty()) geo::vertical_datum_from_name(entry.vertical_datum);
+  const bool has_grid = entry.vertical_datum == "grid";
+  if (!entry.vertical_datum.empty() && !has_grid)
+    geo::check_vertical_datum_name(entry.vertical_datum);
+  if (has_grid && entry.datum_grid.empty())
+    fail(ErrorKind::Config,
+         "elevation.{}: vertical_datum = \"grid\" needs datum_grid, the raster of what is added to "
+         "the heights",
+         index);
+  if (!has_grid && !entry.datum_grid.empty())
+    fail(ErrorKind::Config, "elevation.{}: datum_grid needs vertical_datum = \"grid\"", index);
   if (entry.kind != "raster") {
+    if (entry.blend_m > 0.0)
+      fail(ErrorKind::Config,
+           "elevation.{}: blend_m makes an inset of rasters; kind = \"{}\" takes none", index,
+           entry.kind);
     if (!entry.files.empty())
       fail(ErrorKind::Config,
            "elevation.{}: kind = \"{}\" reads no files, and {} are given; rasters need kind = "
@@ -55,13 +69,46 @@ void validate_entry(const ElevationOptions& entry, std::size_t index) {
   if (entry.vertical_datum.empty())
     fail(ErrorKind::Config,
          "elevation.{}: no vertical_datum is stated for {}; say what its heights are above: "
-         "\"egm96\" (SRTM and most older models) or \"ellipsoid\" (GNSS heights). It is never "
-         "guessed: a wrong one shifts the world by 30 to 50 m",
+         "\"egm96\" (SRTM and most older models), \"egm2008\", \"ellipsoid\" (GNSS heights) or "
+         "\"grid\". It is never guessed: a wrong one shifts the world by 30 to 50 m",
          index, entry.files.front().written);
+  if (entry.sea == "below" && entry.vertical_datum == "ellipsoid")
+    fail(ErrorKind::Config,
+         "elevation.{}: sea = \"below\" takes heights at 0 and below for sea, and 0 above the "
+         "ellipsoid is no sea level; state egm96, egm2008 or grid",
+         index);
   if (entry.nodata != "declared" && entry.nodata != "none" && !number_from_text(entry.nodata))
     fail(ErrorKind::Config,
          "elevation.{}: nodata = \"{}\" is none of declared, none, or a number such as \"-32768\"",
          index, entry.nodata);
+}
+
+/// Insets before what they stand in, and something procedural only where rasters end.
+void validate_order(const WorldOptions& options) {
+  const std::vector<ElevationOptions>& elevation = options.elevation;
+  const auto rasters = static_cast<std::size_t>(
+      std::count_if(elevation.begin(), elevation.end(),
+                    [](const ElevationOptions& entry) { return entry.kind == "raster"; }));
+  if (rasters == 0) {
+    if (options.outside == "procedural")
+      fail(ErrorKind::Config,
+           "outside = \"procedural\" goes on where rasters end, and elevation.0 (kind = \"{}\") "
+           "has a height everywhere",
+           elevation.front().kind);
+    return;
+  }
+  for (std::size_t i = 1; i < rasters; ++i)
+    if (elevation[i].blend_m > 0.0 && elevation[i - 1].blend_m == 0.0)
+      fail(
+          ErrorKind::Config,
+          "elevation.{}: an inset (blend_m = {}) stands behind elevation.{}, which is none; insets "
+          "go first",
+          i, elevation[i].blend_m, i - 1);
+  if (elevation[rasters - 1].blend_m > 0.0)
+    fail(ErrorKind::Config,
+         "elevation.{}: an inset (blend_m = {}) needs rasters behind it, into which its border "
+         "passes; where it is all there is, leave blend_m out and set outside = \"procedural\"",
+         rasters - 1, elevation[rasters - 1].blend_m);
 }
 
 }  // namespace
@@ -86,12 +133,16 @@ void WorldOptions::validate() const {
            "elevation.{} would never be asked: elevation.0 (kind = \"{}\") has a height "
            "everywhere; rasters go first",
            i, elevation.front().kind);
-    if (i > 0 && elevation[i].kind != "raster")
+    if (i == 0 || elevation[i].kind == "raster") continue;
+    const bool goes_on = elevation[i].kind == "procedural" && i + 1 == elevation.size();
+    if (!goes_on || outside != "procedural")
       fail(ErrorKind::Config,
            "elevation.{}: kind = \"{}\" cannot stand behind rasters; where they do not reach, "
-           "outside = \"sea\" or \"extend\" says what lies there",
+           "outside = \"sea\", \"extend\" or \"procedural\" says what lies there, and a last "
+           "source of kind = \"procedural\" what \"procedural\" means",
            i, elevation[i].kind);
   }
+  validate_order(*this);
 }
 
 }  // namespace terracast::tiler

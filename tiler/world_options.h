@@ -18,15 +18,23 @@ struct ElevationOptions {
   /// A name of the layer registry: raster, procedural, plane, ramp, paraboloid, fractal.
   std::string kind = "raster";
   std::vector<core::Path> files;  ///< raster: any that GDAL opens; the first has priority
-  std::string vertical_datum;     ///< ellipsoid, egm96; must be stated for rasters
+  /// ellipsoid, egm96, egm2008 or grid; must be stated for rasters
+  std::string vertical_datum;
+  core::Path datum_grid;  ///< vertical_datum = "grid": what makes the heights ellipsoidal
+  /// heights, mapbox, terrarium: how samples stand for heights
+  std::string encoding = "heights";
   /// declared (by the file; metres when it says nothing), m, ft, us_ft
   std::string unit = "declared";
   std::string nodata = "declared";  ///< declared, none, or what number_from_text() reads
+  /// auto, none, below, nodata: which samples of a raster are sea
+  std::string sea = "auto";
+  double blend_m = 0.0;  ///< raster: an inset, which passes into what lies below over this distance
   std::string licence;
   /// procedural, fractal: between sea floor or valley and the highest ridge
   double relief_m = 1800.0;
   /// procedural: heights below are sea; above vertical_datum
   double sea_level_m = 0.0;
+  bool has_coast = true;         ///< procedural: a part of the square lies under the sea
   double slope = 0.0;            ///< ramp
   double curvature_per_m = 0.0;  ///< paraboloid
   double height_m = 0.0;         ///< plane, ramp, paraboloid: at the origin, above vertical_datum
@@ -35,9 +43,20 @@ struct ElevationOptions {
   void describe(Visitor& visit) {
     visit.key("kind", kind,
               "What gives the heights: raster, procedural, plane, ramp, paraboloid or fractal.");
-    visit.key("files", files, "Rasters in order of priority; any format that GDAL opens.");
+    visit.key("files", files,
+              "Rasters in order of priority: any format that GDAL opens (in an archive as "
+              "/vsizip/FILE.zip/MEMBER; a .zip of one file by its own name), or a folder of tiles "
+              "z/x/y.png.");
     visit.key("vertical_datum", vertical_datum,
-              "What the heights are above: ellipsoid or egm96. Never guessed.");
+              "What the heights are above: ellipsoid, egm96, egm2008, or grid (datum_grid). Never "
+              "guessed.");
+    visit.key("datum_grid", datum_grid,
+              "vertical_datum = \"grid\": a raster in latitude and longitude of the metres to be "
+              "added to heights to make them ellipsoidal, such as a .gtx.");
+    visit.key("encoding", encoding,
+              "How samples stand for heights: heights (one band), or the colours of mapbox or "
+              "terrarium terrain tiles.",
+              core::one_of({"heights", "mapbox", "terrarium"}));
     visit.key(
         "unit", unit,
         "Unit of the heights; `declared` takes what the file says, metres when it says nothing.",
@@ -45,12 +64,24 @@ struct ElevationOptions {
     visit.key("nodata", nodata,
               "Value of samples without a height: declared (by the file), none, or a number in "
               "quotes, such as \"-9999\".");
+    visit.key("sea", sea,
+              "Which samples of rasters are sea: auto (large areas of exactly 0 above a geoid), "
+              "below (all areas at or below 0: the floor is measured), nodata (those without a "
+              "height), none.",
+              core::one_of({"auto", "below", "nodata", "none"}));
+    visit.key(
+        "blend_m", blend_m,
+        "Above 0: these rasters are an inset on a grid of their own; over this distance inside "
+        "their border they pass into the sources behind them.",
+        core::between(0.0, 50000.0));
     visit.key("licence", licence, "Terms under which the source may be used; kept with the data.");
     visit.key("relief_m", relief_m,
               "procedural, fractal: height between the lowest and the highest land.",
               core::between(0.0, 9000.0));
     visit.key("sea_level_m", sea_level_m, "procedural: land below this height is sea.",
               core::between(-500.0, 9000.0));
+    visit.key("has_coast", has_coast,
+              "procedural: false leaves the coast out, all is land above sea_level_m.");
     visit.key("slope", slope, "ramp: rise per metre towards the east.", core::between(-10.0, 10.0));
     visit.key("curvature_per_m", curvature_per_m,
               "paraboloid: height = curvature * distance^2 / 2.", core::between(-0.1, 0.1));
@@ -66,8 +97,10 @@ struct WorldOptions {
   double origin_lon_deg = 0.0;
   double size_m = 51200.0;  ///< side of the square, centred on the origin
   std::int64_t seed = 1;
-  std::string outside = "error";  ///< error, sea, extend: where sources cover less than the square
-  double detail_roughness = 1.0;  ///< scales synthetic detail below the source's spacing; 0: none
+  /// error, sea, extend, procedural: where sources cover less than the square
+  std::string outside = "error";
+  double outside_blend_m = 4000.0;  ///< over which measured land passes into procedural land
+  double detail_roughness = 1.0;    ///< scales synthetic detail below the source's spacing; 0: none
   std::vector<ElevationOptions> elevation;
 
   template <class Visitor>
@@ -83,15 +116,21 @@ struct WorldOptions {
     visit.key(
         "outside", outside,
         "What lies where the sources do not reach inside the square, and beyond it: error (inside; "
-        "the apron extends), sea, or extend.",
-        core::one_of({"error", "sea", "extend"}));
+        "the apron extends), sea, extend, or procedural (inside; as a last source of that kind "
+        "says).",
+        core::one_of({"error", "sea", "extend", "procedural"}));
+    visit.key(
+        "outside_blend_m", outside_blend_m,
+        "outside = \"procedural\": over this distance from the measured land its heights pass "
+        "into the procedural ones.",
+        core::between(0.0, 50000.0));
     visit.key("detail_roughness", detail_roughness,
               "Scales the synthetic detail below the sources' spacing; 0: none.",
               core::between(0.0, 4.0));
     visit.list("elevation", elevation, "Sources of heights, in order of priority.");
   }
-  /// throws   Config: no source, a raster without files or datum, a shape that rises too far over
-  ///          the square
+  /// throws   Config: no source, a raster without files or datum, sources in an order that leaves
+  ///          one unasked, a shape that rises too far over the square
   void validate() const;
 };
 

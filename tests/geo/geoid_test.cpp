@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <sstream>
@@ -206,15 +208,145 @@ TEST(Geoid, ManyThreadsGetTheSameBits) {
   for (const auto& result : together) EXPECT_EQ(result, alone);
 }
 
-TEST(VerticalDatum, NamesGoBothWays) {
-  for (const VerticalDatum datum : {VerticalDatum::Ellipsoid, VerticalDatum::Egm96})
-    EXPECT_EQ(vertical_datum_from_name(name_of(datum)), datum);
+/// GEOTRANS's grid of EGM2008, made here: undulations of a closed form, big-endian.
+std::string geotrans_grid(const std::function<double(double lat_deg, double lon_deg)>& value_m) {
+  constexpr int kRim = 9;
+  std::string bytes;
+  const auto append = [&](std::uint64_t bits, int count) {
+    for (int shift = 8 * (count - 1); shift >= 0; shift -= 8)
+      bytes.push_back(static_cast<char>((bits >> shift) & 0xff));
+  };
+  append(kRim, 4);
+  append(4321, 4);
+  append(8640, 4);
+  append(std::bit_cast<std::uint64_t>(2.5 / 60.0), 8);
+  append(std::bit_cast<std::uint64_t>(2.5 / 60.0), 8);
+  for (int row = -kRim; row < 4321 + kRim; ++row)
+    for (int column = -kRim; column < 8641 + kRim; ++column)
+      append(std::bit_cast<std::uint32_t>(
+                 static_cast<float>(value_m(90.0 - row / 24.0, column / 24.0))),
+             4);
+  return bytes;
+}
+
+TEST(Egm2008, ImportsTheGridOfGeotrans) {
+  const test::ScratchFolder scratch;
+  // Within what GeographicLib's cubic takes exactly but for the rounding to 3 mm.
+  const auto form_m = [](double lat_deg, double lon_deg) {
+    return 20.0 * std::sin(lon_deg * M_PI / 180.0) * std::cos(lat_deg * M_PI / 180.0) -
+           0.3 * lat_deg;
+  };
+  const std::string good = geotrans_grid(form_m);
+  ASSERT_EQ(good.size(), 150285632u);  // the size of the file that GEOTRANS 3.7 ships
+  write_bytes(scratch / "grid", good);
+  const fs::path pgm = import_egm2008(scratch / "grid", scratch / "geoids");
+  EXPECT_EQ(pgm.filename(), "egm2008-2_5.pgm");
+  const auto geoid = Geoid::egm2008(pgm);
+  for (const auto& [lat_deg, lon_deg] :
+       {std::pair{42.51, 1.49}, {-33.3, 151.2}, {0.01, 359.99}, {71.0, -20.0}})
+    EXPECT_NEAR(geoid->undulation_m(lat_deg, lon_deg), form_m(lat_deg, lon_deg), 0.004);
+
+  const auto refused = [&](const char* word) {
+    try {
+      import_egm2008(scratch / "grid", scratch / "none");
+      ADD_FAILURE() << word;
+    } catch (const core::Error& error) {
+      EXPECT_EQ(error.kind(), core::ErrorKind::Input) << error.what();
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+  };
+  const auto put = [&](std::size_t at, const std::string& bytes) {
+    std::fstream file(scratch / "grid", std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(at)).write(bytes.data(), std::ssize(bytes));
+  };
+  put(28 + 4 * (20 * 8659 + 100), std::string(4, '\xff'));
+  refused("row 11, column 91");
+  put(3, "\x08");
+  refused("a rim of 8");
+  fs::resize_file(scratch / "grid", good.size() - 4);
+  refused("geotranz");
+  fs::resize_file(scratch / "grid", 0);
+  refused("geotranz");
+  EXPECT_FALSE(fs::exists(scratch / "none" / "egm2008-2_5.pgm"));
+}
+
+// Where `terracast geoid import` has been run on GEOTRANS's own file.
+TEST(Egm2008, MatchesNgaPublishedPoints) {
+  std::shared_ptr<const Geoid> geoid;
+  try {
+    geoid = Geoid::egm2008();
+  } catch (const core::Error& error) {
+    GTEST_SKIP() << error.what();
+  }
+  // Outputs that NGA published with its interpolation program of the 2.5-minute grid, tide free.
+  for (const Published& point :
+       {Published{37.0, 241.0, -26.151}, Published{37.0, -119.0, -26.151},
+        Published{36.0, 242.983333, -29.171}, Published{90.0, 0.0, 14.899},
+        Published{-90.0, 359.983333, -30.150}, Published{-90.0, 0.0, -30.150}})
+    EXPECT_NEAR(geoid->undulation_m(point.lat_deg, point.lon_deg), point.undulation_m, 0.03)
+        << point.lat_deg << " " << point.lon_deg;
+}
+
+OffsetGrid sloping_grid() {
+  OffsetGrid grid;
+  grid.name = "sloping.gtx";
+  grid.south_deg = 40.0;
+  grid.west_deg = 359.0;  // over Greenwich
+  grid.lat_step_deg = 0.5;
+  grid.lon_step_deg = 0.25;
+  grid.num_rows = 5;
+  grid.num_columns = 9;
+  for (int j = 0; j < grid.num_rows; ++j)
+    for (int i = 0; i < grid.num_columns; ++i) grid.offsets_m.push_back(10.0 * j + i);
+  return grid;
+}
+
+TEST(OffsetGrids, AreBilinearAndCarriedOnBeyondTheirBorder) {
+  const auto geoid = Geoid::from_grid(sloping_grid());
+  EXPECT_NEAR(geoid->undulation_m(40.25, -0.875), 5.5, 1e-12);
+  EXPECT_NEAR(geoid->undulation_m(40.25, 359.125), 5.5, 1e-12);
+  EXPECT_NEAR(geoid->undulation_m(41.0, 0.5), 26.0, 1e-12);
+  EXPECT_NEAR(geoid->undulation_m(60.0, 0.5), 46.0, 1e-12);
+  EXPECT_TRUE(geoid->covers(42.0, 1.0));
+  EXPECT_TRUE(geoid->covers(40.0, -1.0));
+  EXPECT_FALSE(geoid->covers(42.1, 0.5));
+  EXPECT_FALSE(geoid->covers(41.0, 1.1));
+  OffsetGrid holed = sloping_grid();
+  holed.offsets_m[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(Geoid::from_grid(holed)->covers(40.1, -0.9));
+  EXPECT_TRUE(Geoid::from_grid(holed)->covers(40.6, -0.9));
+}
+
+TEST(OffsetGrids, ThatAreNoneAreRefused) {
+  const auto refused = [](const std::function<void(OffsetGrid&)>& spoil) {
+    OffsetGrid grid = sloping_grid();
+    spoil(grid);
+    try {
+      Geoid::from_grid(grid);
+      ADD_FAILURE();
+    } catch (const core::Error& error) {
+      EXPECT_EQ(error.kind(), core::ErrorKind::Input);
+      EXPECT_NE(std::string(error.what()).find("sloping.gtx"), std::string::npos);
+    }
+  };
+  refused([](OffsetGrid& grid) { grid.num_columns = 1; });
+  refused([](OffsetGrid& grid) { grid.lat_step_deg = 0.0; });
+  refused([](OffsetGrid& grid) { grid.offsets_m.pop_back(); });
+  refused([](OffsetGrid& grid) { grid.offsets_m[3] = 4300.0; });
+}
+
+TEST(VerticalDatum, IsKnownByItsName) {
+  EXPECT_TRUE(vertical_datum_from_name("ellipsoid").is_ellipsoid());
+  EXPECT_EQ(vertical_datum_from_name("ellipsoid"), VerticalDatum{});
+  for (const char* name : {"ellipsoid", "egm96", "egm2008"})
+    EXPECT_NO_THROW(check_vertical_datum_name(name));
   try {
     vertical_datum_from_name("navd88");
     FAIL();
   } catch (const core::Error& error) {
     EXPECT_EQ(error.kind(), core::ErrorKind::Config);
     EXPECT_NE(error.message().find("egm96"), std::string::npos);
+    EXPECT_NE(error.message().find("egm2008"), std::string::npos);
   }
 }
 

@@ -91,7 +91,7 @@ class SeamedField : public tiler::HeightField {
   bool has_sea() const override { return false; }
   double lowest_m() const override { return 0.0; }
   double highest_m() const override { return 0.0; }
-  geo::VerticalDatum datum() const override { return geo::VerticalDatum::Ellipsoid; }
+  const geo::VerticalDatum& datum() const override { return datum_; }
   double spacing_m() const override { return 1.0; }
   double metres_per_map_unit() const override { return 1.0; }
   bool takes_detail() const override { return false; }
@@ -101,6 +101,7 @@ class SeamedField : public tiler::HeightField {
  private:
   const geo::WorldFrame frame_;
   const double jump_m_;
+  const geo::VerticalDatum datum_;
   const std::vector<world::SourceInfo> sources_;
 };
 

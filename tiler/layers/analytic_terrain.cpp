@@ -22,14 +22,14 @@ class AnalyticField : public HeightField {
   AnalyticField(const ElevationInputs& inputs, const Shape& shape)
       : frame_(inputs.frame),
         shape_(shape),
-        datum_(datum_of(inputs.options.elevation.front())),
+        datum_(inputs.datum),
         noise_(static_cast<std::uint64_t>(inputs.options.seed), 0xF7AC),
         // Nominal: the base level of a known surface need not be finer.
         spacing_m_(std::exp2(std::floor(std::log2(inputs.options.size_m / 256.0)))) {
-    const ElevationOptions& entry = inputs.options.elevation.front();
+    const ElevationOptions& entry = inputs.entry;
     hash_ = core::content_hash(fmt::format("analytic 1 {} {} {} {} {} {} {}", entry.kind,
                                            shape.height_m, shape.slope, shape.curvature_per_m,
-                                           shape.relief_m, inputs.options.seed, name_of(datum_)));
+                                           shape.relief_m, inputs.options.seed, datum_.name));
     const double reach_m = 0.8 * inputs.options.size_m + 1000.0;
     const double rise_m = std::abs(shape.slope) * reach_m;
     const double bulge_m = 0.5 * shape.curvature_per_m * reach_m * reach_m;
@@ -38,7 +38,7 @@ class AnalyticField : public HeightField {
     world::SourceInfo source;
     source.name = entry.kind;
     source.kind = "analytic";
-    source.vertical_datum = name_of(datum_);
+    source.vertical_datum = datum_.name;
     source.spacing_m = spacing_m_;
     source.content_hash = hash_;
     source.licence = entry.licence;
@@ -72,7 +72,7 @@ class AnalyticField : public HeightField {
   bool has_sea() const override { return false; }
   double lowest_m() const override { return lowest_m_; }
   double highest_m() const override { return highest_m_; }
-  geo::VerticalDatum datum() const override { return datum_; }
+  const geo::VerticalDatum& datum() const override { return datum_; }
   double spacing_m() const override { return spacing_m_; }
   double metres_per_map_unit() const override { return 1.0; }
   bool takes_detail() const override { return false; }
@@ -91,30 +91,26 @@ class AnalyticField : public HeightField {
   std::vector<world::SourceInfo> sources_;
 };
 
-const ElevationOptions& entry_of(const ElevationInputs& inputs) {
-  return inputs.options.elevation.front();
-}
-
 }  // namespace
 
 std::unique_ptr<HeightField> make_plane(const ElevationInputs& inputs) {
-  return std::make_unique<AnalyticField>(inputs, Shape{.height_m = entry_of(inputs).height_m});
+  return std::make_unique<AnalyticField>(inputs, Shape{.height_m = inputs.entry.height_m});
 }
 
 std::unique_ptr<HeightField> make_ramp(const ElevationInputs& inputs) {
   return std::make_unique<AnalyticField>(
-      inputs, Shape{.height_m = entry_of(inputs).height_m, .slope = entry_of(inputs).slope});
+      inputs, Shape{.height_m = inputs.entry.height_m, .slope = inputs.entry.slope});
 }
 
 std::unique_ptr<HeightField> make_paraboloid(const ElevationInputs& inputs) {
   return std::make_unique<AnalyticField>(
-      inputs, Shape{.height_m = entry_of(inputs).height_m,
-                    .curvature_per_m = entry_of(inputs).curvature_per_m});
+      inputs,
+      Shape{.height_m = inputs.entry.height_m, .curvature_per_m = inputs.entry.curvature_per_m});
 }
 
 std::unique_ptr<HeightField> make_fractal(const ElevationInputs& inputs) {
   return std::make_unique<AnalyticField>(
-      inputs, Shape{.height_m = entry_of(inputs).height_m, .relief_m = entry_of(inputs).relief_m});
+      inputs, Shape{.height_m = inputs.entry.height_m, .relief_m = inputs.entry.relief_m});
 }
 
 }  // namespace terracast::tiler

@@ -29,8 +29,9 @@ double smooth_step(double lowest, double highest, double value) {
 /// Where the land rises, in units of half the square's side.
 class LandPlan {
  public:
-  explicit LandPlan(std::uint64_t seed)
-      : coast_(seed, 1),
+  LandPlan(std::uint64_t seed, bool has_coast)
+      : has_coast_(has_coast),
+        coast_(seed, 1),
         warp_x_(seed, 2),
         warp_y_(seed, 3),
         massif_(seed, 4),
@@ -43,8 +44,11 @@ class LandPlan {
   /// Distance inland from the coast, negative at sea.
   double inland(const Eigen::Vector2d& p) const {
     const double wiggle = 0.42 * fractal_noise(coast_, 0.9 * p.x(), 0.9 * p.y(), 6, 0.52);
-    return p.dot(inland_) + 0.62 + wiggle;
+    const double from_coast = p.dot(inland_) + 0.62 + wiggle;
+    return has_coast_ ? from_coast : std::max(from_coast, 0.0) + 0.1;
   }
+
+  bool has_coast() const { return has_coast_; }
 
   /// Uplift against the highest.
   double uplift(const Eigen::Vector2d& p) const {
@@ -75,6 +79,7 @@ class LandPlan {
   }
 
  private:
+  bool has_coast_;
   GradientNoise coast_, warp_x_, warp_y_, massif_, rock_, rough_;
   Eigen::Vector2d inland_;
 };
@@ -82,17 +87,18 @@ class LandPlan {
 class ProceduralField : public HeightField {
  public:
   explicit ProceduralField(const ElevationInputs& inputs)
-      : frame_(inputs.frame), datum_(datum_of(inputs.options.elevation.front())) {
+      : frame_(inputs.frame), datum_(inputs.datum) {
     const WorldOptions& options = inputs.options;
-    const ElevationOptions& entry = options.elevation.front();
+    const ElevationOptions& entry = inputs.entry;
     sea_height_m_ = entry.sea_level_m;
     // A power of two, so that a level of tiles has the same spacing; 32 m for 51.2 km. Rivers need
     // ground to run on: small worlds are no finer than their mountains.
     spacing_m_ = std::max(std::exp2(std::ceil(std::log2(options.size_m / 2048.0))), 16.0);
     hash_ = core::content_hash(fmt::format("procedural {} {} {} {} {} {}", kVersion, options.seed,
                                            options.size_m, entry.relief_m, entry.sea_level_m,
-                                           name_of(datum_)));
-    raise_land(options, entry.relief_m);
+                                           datum_.name));
+    if (!entry.has_coast) hash_ = core::content_hash(hash_ + " no coast");
+    raise_land(options, entry);
     const auto [lowest, highest] =
         std::minmax_element(heights_m_.values.begin(), heights_m_.values.end());
     // The spline overshoots its samples by less than an eighth of their range.
@@ -103,7 +109,7 @@ class ProceduralField : public HeightField {
     world::SourceInfo source;
     source.name = "procedural";
     source.kind = "procedural";
-    source.vertical_datum = name_of(datum_);
+    source.vertical_datum = datum_.name;
     source.spacing_m = spacing_m_;
     source.content_hash = hash_;
     source.licence = entry.licence;
@@ -131,7 +137,7 @@ class ProceduralField : public HeightField {
   bool has_sea() const override { return true; }
   double lowest_m() const override { return lowest_m_; }
   double highest_m() const override { return highest_m_; }
-  geo::VerticalDatum datum() const override { return datum_; }
+  const geo::VerticalDatum& datum() const override { return datum_; }
   double spacing_m() const override { return spacing_m_; }
   double metres_per_map_unit() const override { return spacing_m_; }
   bool takes_detail() const override { return true; }
@@ -139,8 +145,9 @@ class ProceduralField : public HeightField {
   std::string input_hash() const override { return hash_; }
 
  private:
-  void raise_land(const WorldOptions& options, double relief_m) {
-    const LandPlan plan(static_cast<std::uint64_t>(options.seed));
+  void raise_land(const WorldOptions& options, const ElevationOptions& entry) {
+    const double relief_m = entry.relief_m;
+    const LandPlan plan(static_cast<std::uint64_t>(options.seed), entry.has_coast);
     const double half_size_m = options.size_m / 2.0;
     double spacing_m = 2.0 * spacing_m_ * (1 << kNumRefinements);
     const int half_cells = static_cast<int>(std::ceil(half_size_m / spacing_m)) + kMarginCells;
@@ -197,7 +204,9 @@ class ProceduralField : public HeightField {
         const Eigen::Vector2d p((i * land.spacing_m - half_side_m_) / half_size_m,
                                 (j * land.spacing_m - half_side_m_) / half_size_m);
         const std::size_t cell = land.heights_m.index(i, j);
-        const bool is_sea = plan.inland(p) < 0.0;
+        // Without a sea, rivers run out over the grid's rim, beyond the square.
+        const bool is_rim = i == 0 || j == 0 || i + 1 == side || j + 1 == side;
+        const bool is_sea = plan.inland(p) < 0.0 || (!plan.has_coast() && is_rim);
         land.is_sea[cell] = is_sea ? 1 : 0;
         land.uplift_m.values[cell] = static_cast<float>(0.012 * relief_m * plan.uplift(p));
         land.erodibility.values[cell] = static_cast<float>(plan.erodibility(p));

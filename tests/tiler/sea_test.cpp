@@ -1,0 +1,163 @@
+#include <cmath>
+
+#include "tests/tiler/raster_files.h"
+#include "tiler/tile_builder.h"
+#include "world/tile_file.h"
+#include "world/tile_store.h"
+
+// What is sea, and the floor below it.
+namespace terracast::test {
+namespace {
+
+using core::ErrorKind;
+using tiler::WorldSurface;
+using world::Cover;
+
+/// Land in the west of the line east = 0, 0.1 m higher for each metre inland; `sea_m` in the east,
+/// by the distance from the shore.
+tiler::WorldOptions coast(const ScratchFolder& folder, const std::string& sea,
+                          const std::function<double(double from_shore_m)>& sea_m) {
+  RasterSpec spec = utm_spec(8192.0, 30.0);
+  const Eigen::Vector2d middle = utm31(kOriginLat_deg, kOriginLon_deg);
+  spec.nodata = -32768.0;
+  spec.value = [&](double u, double) {
+    const double east = u - middle.x();
+    return east < 0.0 ? -0.1 * east : sea_m(east);
+  };
+  write_raster(folder / "coast.tif", spec);
+  tiler::WorldOptions options = world_of_rasters({folder / "coast.tif"}, 8192.0);
+  options.detail_roughness = 0.0;
+  options.elevation[0].vertical_datum = "egm96";
+  options.elevation[0].sea = sea;
+  return options;
+}
+
+/// Above the geoid; the geoid's cubic jumps by up to 2 cm between cells of its grid.
+double above_geoid_m(const WorldSurface& surface, double x, double y) {
+  const auto place = surface.frame().geodetic_from_world({x, y, surface.sample(x, y).z_world});
+  return place.height_m - geo::Geoid::egm96()->undulation_m(place.lat_deg, place.lon_deg);
+}
+
+TEST(Sea, OfZerosLiesOnTheGeoidOverAShelf) {
+  const ScratchFolder folder;
+  const auto surface = prepare(coast(folder, "auto", [](double) { return 0.0; }));
+  EXPECT_EQ(surface->sample(-1000.0, 0.0).cover, Cover::Land);
+  EXPECT_EQ(surface->sample(-1000.0, 0.0).sea_depth_m, 0.0);
+  double previous_m = 0.0;
+  for (const double x : {100.0, 1000.0, 2500.0, 4000.0}) {
+    const auto sample = surface->sample(x, 0.0);
+    EXPECT_EQ(sample.cover, Cover::Sea);
+    EXPECT_NEAR(above_geoid_m(*surface, x, 0.0), 0.0, 0.02);
+    // A shelf of 1 in 50 from the first sample of the sea: to a sample of 30 m.
+    EXPECT_NEAR(sample.sea_depth_m, 0.02 * x, 0.02 * 35.0);
+    EXPECT_GT(sample.sea_depth_m, previous_m);
+    previous_m = sample.sea_depth_m;
+  }
+  // The same land says that its zeros are none.
+  EXPECT_EQ(prepare(coast(folder, "none", [](double) { return 0.0; }))->sample(1000.0, 0.0).cover,
+            Cover::Land);
+}
+
+TEST(Sea, WhoseFloorIsMeasuredKeepsIt) {
+  const ScratchFolder folder;
+  const auto floor_m = [](double from_shore_m) { return -0.03 * from_shore_m; };
+  const auto surface = prepare(coast(folder, "below", floor_m));
+  for (const double x : {200.0, 1500.0, 3900.0}) {
+    const auto sample = surface->sample(x, -700.0);
+    EXPECT_EQ(sample.cover, Cover::Sea);
+    EXPECT_NEAR(above_geoid_m(*surface, x, -700.0), 0.0, 0.02);
+    const auto place = surface->frame().geodetic_from_world({x, -700.0, sample.z_world});
+    const double east =
+        utm31(place.lat_deg, place.lon_deg).x() - utm31(kOriginLat_deg, kOriginLon_deg).x();
+    EXPECT_NEAR(sample.sea_depth_m, 0.03 * east, 1e-4);
+  }
+  // Taken for land it is a slope below zero.
+  const auto dry = prepare(coast(folder, "auto", floor_m));
+  EXPECT_EQ(dry->sample(1500.0, 0.0).cover, Cover::Land);
+  EXPECT_NEAR(above_geoid_m(*dry, 1500.0, 0.0), -45.0, 0.1);
+}
+
+TEST(Sea, OfNoDataIsNoVoidAndNoGap) {
+  const ScratchFolder folder;
+  const auto nothing = [](double) { return -32768.0; };
+  expect_error(ErrorKind::Input, {"no raster covers"},
+               [&] { prepare(coast(folder, "auto", nothing)); });
+  const auto surface = prepare(coast(folder, "nodata", nothing));
+  const auto sample = surface->sample(2000.0, 0.0);
+  EXPECT_EQ(sample.cover, Cover::Sea);
+  EXPECT_EQ(surface->sources()[sample.source].kind, "sea");
+  EXPECT_NEAR(above_geoid_m(*surface, 2000.0, 0.0), 0.0, 0.02);
+  EXPECT_NEAR(sample.sea_depth_m, 40.0, 1.0);
+  EXPECT_EQ(surface->sources()[0].num_voids_filled, 0);
+  EXPECT_EQ(surface->sample(-500.0, 0.0).cover, Cover::Land);
+}
+
+TEST(Sea, BelowTheEllipsoidIsRefused) {
+  tiler::WorldOptions options = world_of_rasters({"coast.tif"});
+  options.elevation[0].sea = "below";
+  expect_error(ErrorKind::Config, {"sea = \"below\"", "ellipsoid"}, [&] { options.validate(); });
+}
+
+TEST(Sea, GoesOnBeyondTheSquareWithItsFloor) {
+  const ScratchFolder folder;
+  const auto surface = prepare(coast(folder, "auto", [](double) { return 0.0; }));
+  const double inside_m = surface->sample(4095.0, 0.0).sea_depth_m;
+  EXPECT_NEAR(surface->sample(4100.0, 0.0).sea_depth_m, inside_m, 0.5);
+  const auto far = surface->sample(30000.0, 0.0);
+  EXPECT_EQ(far.cover, Cover::Sea);
+  EXPECT_GT(far.sea_depth_m, 20.0);
+}
+
+TEST(Sea, KeepsItsFloorInTheTile) {
+  const ScratchFolder folder;
+  const auto surface =
+      prepare(coast(folder, "below", [](double from_shore_m) { return -0.03 * from_shore_m; }));
+  const world::TileId id{4, 0, 0};  // 4 km, all of it east of the shore
+  const world::Tile tile = build_tile(*surface, id);
+  ASSERT_EQ(tile.sea_depth_steps.size(), tile.cover.size());
+  world::write_tile(folder.path(), tile);
+  const auto bytes = world::encode_tile(tile);
+  EXPECT_EQ(world::decode_sea_depth(bytes, id, "a.tile"), tile.sea_depth_steps);
+  // A loaded tile does not hold it: rays end at the surface.
+  EXPECT_TRUE(world::decode_tile(bytes, id, "a.tile").sea_depth_steps.empty());
+  for (const int i : {16, 100, 200}) {
+    const double x = id.corner_world().x() + i * id.spacing_m();
+    const double y = id.corner_world().y() + 40 * id.spacing_m();
+    EXPECT_NEAR(tile.sea_depth_steps[world::Tile::sample(i, 40)] * world::kHeightStep_m,
+                surface->sample(x, y).sea_depth_m, 0.5 * world::kHeightStep_m);
+  }
+  // Land brings no layer at all.
+  const world::Tile land = build_tile(*surface, {2, -3, 0});
+  EXPECT_TRUE(land.sea_depth_steps.empty());
+  EXPECT_TRUE(world::decode_sea_depth(world::encode_tile(land), land.id, "b.tile").empty());
+}
+
+TEST(RealData, MonacoHasItsSeaAndItsMountains) {
+  TERRACAST_NEEDS_SHARED_DATA("monaco/N43E007.hgt");
+  tiler::WorldOptions options = world_of_rasters({shared_data() / "monaco/N43E007.hgt"}, 25600.0);
+  options.origin_lat_deg = 43.74;
+  options.origin_lon_deg = 7.42;
+  options.elevation[0].vertical_datum = "egm96";
+  const auto surface = prepare(options);
+  const auto at = [&](double lat_deg, double lon_deg) {
+    const Eigen::Vector3d place =
+        surface->frame().world_from_geodetic({.lat_deg = lat_deg, .lon_deg = lon_deg});
+    return place;
+  };
+  const auto cover = [&](double lat_deg, double lon_deg) {
+    const Eigen::Vector3d place = at(lat_deg, lon_deg);
+    return surface->sample(place.x(), place.y()).cover;
+  };
+  EXPECT_EQ(cover(43.70, 7.45), Cover::Sea);       // off the harbour
+  EXPECT_EQ(cover(43.69, 7.31), Cover::Sea);       // bay of Villefranche's mouth
+  EXPECT_EQ(cover(43.7384, 7.4246), Cover::Land);  // Monaco
+  EXPECT_EQ(cover(43.775, 7.425), Cover::Land);
+  // Mont Agel, 1148 m; SRTM cuts peaks.
+  const double agel_m = surface->measured_height_m(43.7745, 7.4228).value() -
+                        geo::Geoid::egm96()->undulation_m(43.7745, 7.4228);
+  EXPECT_GT(agel_m, 1000.0);
+  EXPECT_LT(agel_m, 1160.0);
+}
+
+}  // namespace
+}  // namespace terracast::test
