@@ -13,6 +13,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/hash.h"
 
 namespace terracast::geo {
 namespace {
@@ -236,6 +237,9 @@ std::vector<fs::path> cache_folders() {
   return folders;
 }
 
+/// Beside a grid that we wrote: the hash of its bytes.
+fs::path hash_file_of(fs::path pgm_file) { return pgm_file.replace_extension(".xxh3"); }
+
 [[noreturn]] void fail_without_cache() {
   core::fail(core::ErrorKind::Io,
              "no folder to keep the geoid's grid in; set XDG_CACHE_HOME to one");
@@ -351,6 +355,15 @@ std::shared_ptr<const Geoid> Geoid::egm96() {
 }
 
 std::shared_ptr<const Geoid> Geoid::egm2008(const fs::path& pgm_file) {
+  std::error_code ignored;
+  const fs::path hash_file = hash_file_of(pgm_file);
+  if (fs::exists(hash_file, ignored) &&
+      core::read_text_file(hash_file) != core::content_hash_of_file(pgm_file))
+    core::fail(
+        core::ErrorKind::Input,
+        "{}: damaged: its content is not what {} says; import it again with `terracast geoid "
+        "import`",
+        pgm_file.string(), hash_file.filename().string());
   try {
     return std::shared_ptr<const Geoid>(new Geoid(std::make_unique<GlobalGrid>(pgm_file)));
   } catch (const GeographicLib::GeographicErr& error) {
@@ -406,7 +419,13 @@ fs::path geoid_folder() {
 fs::path import_egm2008(const fs::path& file, const fs::path& folder) {
   const fs::path written = folder / (std::string(kEgm2008.name) + ".pgm");
   core::make_folder(folder);
-  core::write_file(written, std::string_view(pgm_text(kEgm2008, read_geotrans_grid(file))));
+  const std::string text = pgm_text(kEgm2008, read_geotrans_grid(file));
+  // Without its hash a grid is taken as it is: the old one goes first, the new one comes last.
+  std::error_code ignored;
+  fs::remove(hash_file_of(written), ignored);
+  core::write_file(written, std::string_view(text));
+  core::write_file(hash_file_of(written),
+                   std::string_view(core::content_hash(std::string_view(text))));
   return written;
 }
 

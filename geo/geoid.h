@@ -71,8 +71,8 @@ std::filesystem::path geoid_folder();
 
 /// Turns the EGM2008 grid of the program GEOTRANS (2.5 minutes; its Debian package is geotranz) into
 /// GeographicLib's own format.
-/// file      GEOTRANS's grid, or the Debian package that holds it
-/// folder    where egm2008-2_5.pgm is written
+/// file      GEOTRANS's Und_min2.5x2.5_egm2008_WGS84_TideFree_reformatted
+/// folder    where egm2008-2_5.pgm is written, and beside it its hash, which Geoid::egm2008 checks
 /// returns   the written file
 /// accuracy  undulations are rounded to 3 mm
 /// throws    Io; Input: not that grid, truncated, or values that are no undulations of EGM2008

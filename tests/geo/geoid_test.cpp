@@ -246,6 +246,17 @@ TEST(Egm2008, ImportsTheGridOfGeotrans) {
        {std::pair{42.51, 1.49}, {-33.3, 151.2}, {0.01, 359.99}, {71.0, -20.0}})
     EXPECT_NEAR(geoid->undulation_m(lat_deg, lon_deg), form_m(lat_deg, lon_deg), 0.004);
 
+  {
+    std::fstream file(pgm, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(40'000'000).put('\x7f');
+  }
+  try {
+    Geoid::egm2008(pgm);
+    ADD_FAILURE() << "a flipped byte is not found";
+  } catch (const core::Error& error) {
+    EXPECT_NE(std::string(error.what()).find("damaged"), std::string::npos) << error.what();
+  }
+
   const auto refused = [&](const char* word) {
     try {
       import_egm2008(scratch / "grid", scratch / "none");
