@@ -295,47 +295,46 @@ int parse_and_run(int argc, const char* const* argv) {
 
   auto* geoid = app.add_subcommand("geoid", "Geoids that heights can stand on.");
   geoid->require_subcommand(1);
-  auto* import = geoid->add_subcommand(
+  auto* geoid_import = geoid->add_subcommand(
       "import", "Bring in EGM2008, for vertical_datum = \"egm2008\"; EGM96 is always there.");
-  import
+  geoid_import
       ->add_option("FILE", args.file,
                    "Und_min2.5x2.5_egm2008_WGS84_TideFree_reformatted of the program GEOTRANS "
                    "(Debian package geotranz).")
       ->required();
-  import->add_option("--out", args.out, "Folder to write to; left out: where worlds look for it.");
-  import->callback([&] { status = run_geoid_import(args);
-});
+  geoid_import->add_option("--out", args.out,
+                           "Folder to write to; left out: where worlds look for it.");
+  geoid_import->callback([&] { status = run_geoid_import(args); });
 
-auto* list = app.add_subcommand("list", "What this build knows, one name a line.");
-list->add_option("WHAT", args.name, "One of " + joined(listable_names()) + ".")->required();
-list->callback([&] { fmt::print("{}", list_text(args.name)); });
+  auto* list = app.add_subcommand("list", "What this build knows, one name a line.");
+  list->add_option("WHAT", args.name, "One of " + joined(listable_names()) + ".")->required();
+  list->callback([&] { fmt::print("{}", list_text(args.name)); });
 
-auto* config = app.add_subcommand("config", "Explain or resolve configs.");
-config->require_subcommand(1);
-auto* explain = config->add_subcommand("explain", "Every key, or those whose name contains KEY.");
-explain->add_option("KEY", args.name, "A key or a part of one.");
-explain->callback([&] { fmt::print("{}", explain_text(args.name)); });
-auto* resolve = config->add_subcommand(
-    "resolve", "A config with everything it extends, includes and leaves to defaults.");
-add_config(*resolve, args);
-resolve->callback([&] {
-  fmt::print("{}", core::toml_text(load_run_config(args.config, args.sets)));
-});
+  auto* config = app.add_subcommand("config", "Explain or resolve configs.");
+  config->require_subcommand(1);
+  auto* explain = config->add_subcommand("explain", "Every key, or those whose name contains KEY.");
+  explain->add_option("KEY", args.name, "A key or a part of one.");
+  explain->callback([&] { fmt::print("{}", explain_text(args.name)); });
+  auto* resolve = config->add_subcommand(
+      "resolve", "A config with everything it extends, includes and leaves to defaults.");
+  add_config(*resolve, args);
+  resolve->callback(
+      [&] { fmt::print("{}", core::toml_text(load_run_config(args.config, args.sets))); });
 
-auto* docs = app.add_subcommand("docs", "Write the reference of config keys.");
-docs->add_option("-o,--output", args.file, "The Markdown file to write.")->required();
-docs->callback([&] { core::write_file(args.file, reference_text()); });
+  auto* docs = app.add_subcommand("docs", "Write the reference of config keys.");
+  docs->add_option("-o,--output", args.file, "The Markdown file to write.")->required();
+  docs->callback([&] { core::write_file(args.file, reference_text()); });
 
-try {
-  app.parse(argc, argv);
-} catch (const CLI::ParseError& error) {
-  const int printed = app.exit(error);
-  return printed == 0 ? 0 : core::exit_status(ErrorKind::Usage);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int printed = app.exit(error);
+    return printed == 0 ? 0 : core::exit_status(ErrorKind::Usage);
+  }
+  return status;
 }
-return status;
-}  // namespace
 
-}  // namespace terracast::cli
+}  // namespace
 
 int run_command_line(int argc, const char* const* argv) {
   try {
