@@ -12,8 +12,8 @@ namespace terracast::geo {
 /// times_s    increasing, as many as values has rows
 /// values     one row a time, one column a coordinate
 /// weights    positive
-/// accuracy   1e-9 of the values' spread for smoothing over a hundred knots; it falls with the fourth
-///            power of the knots smoothed over
+/// accuracy   1e-10 of the values' spread when smoothing over a hundred knots, 2e-8 over three
+///            hundred, against extended precision
 /// cost       100 ns a value
 /// source     Green and Silverman, Nonparametric Regression (1994), section 2.3: Reinsch's system for
 ///            the second derivatives, solved by its five bands
@@ -35,6 +35,7 @@ struct Smoothed {
 /// same side are they believed, and pull until the motion comes within 3 sigma: an outlier stands
 /// alone, a short manoeuvre amid a long even flight does not.
 /// sigma      standard deviation of one coordinate's noise; 0: the values are kept
+/// cost       10 us a value
 /// The same bits for the same input. Threads: safe.
 Smoothed smooth_robustly(std::span<const double> times_s, const Eigen::MatrixXd& values,
                          double sigma);

@@ -83,6 +83,30 @@ TEST(SmoothingSpline, BecomesTheRegressionLineAndTheValuesThemselves) {
   EXPECT_LT((smooth_values(times, values, weights, 1e-9) - values).cwiseAbs().maxCoeff(), 1e-6);
 }
 
+TEST(SmoothingSpline, KeepsItsDigitsOverAHundredKnots) {
+  // Reinsch's system at even steps, in extended precision and without bands.
+  using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  constexpr int kCount = 300;
+  std::vector<double> times;
+  for (int i = 0; i < kCount; ++i) times.push_back(i);
+  Eigen::MatrixXd values = noise(kCount, 1, 1.0, 9);
+  for (int i = 0; i < kCount; ++i) values(i, 0) += 100.0 * std::sin(i / 20.0);
+  Matrix q = Matrix::Zero(kCount, kCount - 2), r = Matrix::Zero(kCount - 2, kCount - 2);
+  for (int k = 0; k < kCount - 2; ++k) {
+    q(k, k) = q(k + 2, k) = 1.0L;
+    q(k + 1, k) = -2.0L;
+    r(k, k) = 2.0L / 3.0L;
+    if (k > 0) r(k, k - 1) = r(k - 1, k) = 1.0L / 6.0L;
+  }
+  constexpr long double kLambda = 1e8L;
+  const Matrix system = r + kLambda * q.transpose() * q;
+  const Matrix given = values.cast<long double>();
+  const Matrix expected = given - kLambda * q * system.ldlt().solve(q.transpose() * given);
+  const std::vector<double> weights(kCount, 1.0);
+  const Eigen::MatrixXd found = smooth_values(times, values, weights, static_cast<double>(kLambda));
+  EXPECT_LT((found - expected.cast<double>()).cwiseAbs().maxCoeff(), 1e-10 * 200.0);
+}
+
 /// A turning flight of 20 m/s, a fix a second, and its noise.
 struct NoisyFlight {
   std::vector<double> times;
