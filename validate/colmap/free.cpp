@@ -160,20 +160,23 @@ Outcome judge(const ColmapJob& job, const ColmapModel& model) {
 
 Outcome reconstruct(const ColmapJob& job, const MatchedDatabase& database, int seed) {
   const std::string name = fmt::format("free_{}", seed);
-  const std::string number = std::to_string(seed);
-  const fs::path made = job.work.made(name, database.key + number, [&](const fs::path& folder) {
-    job.log.info("colmap: free reconstruction, seed {}", seed);
-    job.program.run("mapper",
-                    {"--database_path", database.file.string(), "--image_path",
-                     job.images().string(), "--output_path", folder.string(), "--random_seed",
-                     number, "--Mapper.num_threads", "1", "--Mapper.multiple_models", "0",
-                     // The intrinsics are known; only poses and points are free.
-                     "--Mapper.ba_refine_focal_length", "0", "--Mapper.ba_refine_principal_point",
-                     "0", "--Mapper.ba_refine_extra_params", "0",
-                     // 16 degrees, the default, are never seen from high flights.
-                     "--Mapper.init_min_tri_angle", "4"},
-                    name + ".log", 600.0 + 120.0 * static_cast<double>(job.shots.size()));
-  });
+  const ColmapCommand mapper{
+      "mapper",
+      {"--random_seed", std::to_string(seed), "--Mapper.num_threads", "1",
+       "--Mapper.multiple_models", "0",
+       // The intrinsics are known; only poses and points are free.
+       "--Mapper.ba_refine_focal_length", "0", "--Mapper.ba_refine_principal_point", "0",
+       "--Mapper.ba_refine_extra_params", "0",
+       // 16 degrees, the default, are never seen from high flights.
+       "--Mapper.init_min_tri_angle", "4"}};
+  const fs::path made =
+      job.work.made(name, database.key + mapper.key(), [&](const fs::path& folder) {
+        job.log.info("colmap: free reconstruction, seed {}", seed);
+        job.program.run(mapper,
+                        {"--database_path", database.file.string(), "--image_path",
+                         job.images().string(), "--output_path", folder.string()},
+                        name + ".log", 600.0 + 120.0 * static_cast<double>(job.shots.size()));
+      });
   if (!fs::is_directory(made / "0"))
     throw ColmapFailure(fmt::format(
         "colmap mapper found no pair of images to begin with (seed {}); see {}.log", seed, name));

@@ -46,22 +46,24 @@ std::vector<CheckResult> run_colmap_georegister(const ColmapJob& job) {
   const fs::path exported = job.folder() / "sparse/0";
   const fs::path places = job.folder() / "georegistration.txt";
   if (!fs::is_regular_file(places)) throw ColmapFailure("georegistration.txt is missing");
+  const ColmapCommand aligner{"model_aligner",
+                              {"--ref_is_gps", "1", "--alignment_type", "enu", "--robust_alignment",
+                               "1", "--robust_alignment_max_error", "0.1"}};
   const std::string away = away_text();
-  const std::string key = job.program.version() + away +
+  const std::string key = job.program.version() + away + aligner.key() +
                           files_key({places, exported / "cameras.bin", exported / "images.bin",
                                      exported / "points3D.bin"});
   const fs::path made = job.work.made("georegister", key, [&](const fs::path& folder) {
     const fs::path moved = folder / "moved";
     core::write_file(moved / "transform.txt", away);
     const double timeout_s = 300.0 + static_cast<double>(job.shots.size());
-    job.program.run("model_transformer",
+    job.program.run({"model_transformer"},
                     {"--input_path", exported.string(), "--output_path", moved.string(),
                      "--transform_path", (moved / "transform.txt").string()},
                     "georegister_moved.log", timeout_s);
-    job.program.run("model_aligner",
+    job.program.run(aligner,
                     {"--input_path", moved.string(), "--output_path", folder.string(),
-                     "--ref_images_path", places.string(), "--ref_is_gps", "1", "--alignment_type",
-                     "enu", "--robust_alignment", "1", "--robust_alignment_max_error", "0.1"},
+                     "--ref_images_path", places.string()},
                     "georegister.log", timeout_s);
   });
   const ColmapModel model = read_made_model(made);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <thread>
 
 #include "core/error.h"
 #include "validate/checks/checker.h"
@@ -16,8 +15,9 @@
   X(georegister,                                                                                  \
     "--colmap georegister: model_aligner brings the model back to its places by "                 \
     "georegistration.txt")                                                                        \
-  X(sparse, "--colmap sparse: SIFT points at the known poses: reprojection, distance to the "     \
-            "ground")
+  X(sparse,                                                                                       \
+    "--colmap sparse: SIFT points at the known poses: reprojection, distance to the "             \
+    "ground")
 
 namespace terracast::validate {
 
@@ -157,9 +157,6 @@ std::vector<CheckResult> run_colmap_modes(const Dataset& dataset, const Sequence
                     .shots = shots_of(sequence),
                     .program = ColmapProgram(work / "logs"),
                     .work = WorkFolder(fs::absolute(work)),
-                    .num_threads = context.num_threads > 0
-                                       ? context.num_threads
-                                       : static_cast<int>(std::thread::hardware_concurrency()),
                     .num_seeds = static_cast<int>(options.colmap_seeds),
                     .log = context.log};
       version = job.program.version();

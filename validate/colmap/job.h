@@ -34,7 +34,6 @@ struct ColmapJob {
   std::vector<Shot> shots;  ///< by id
   ColmapProgram program;
   WorkFolder work;
-  int num_threads = 0;
   int num_seeds = 0;
   const core::Log& log;
 

@@ -12,6 +12,14 @@ struct ColmapFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A command with its options, all but the paths: what its result depends on beside its input.
+struct ColmapCommand {
+  std::string name;
+  std::vector<std::string> options = {};
+
+  std::string key() const;  ///< as typed
+};
+
 /// COLMAP, as installed. Written for 3.8, Debian 12's.
 class ColmapProgram {
  public:
@@ -22,11 +30,12 @@ class ColmapProgram {
   /// The first line of its help: "COLMAP 3.8 -- …".
   const std::string& version() const { return version_; }
 
-  /// Runs `colmap COMMAND …` without a display.
-  /// log   name of the log, which is begun anew
+  /// Runs a command without a display.
+  /// paths  more options, those that name files and folders
+  /// log    name of the log, which is begun anew
   /// throws  ColmapFailure: it was ended, ran out of time or failed; says so with the end of its
   ///         log
-  void run(const std::string& command, const std::vector<std::string>& arguments,
+  void run(const ColmapCommand& command, const std::vector<std::string>& paths,
            const std::string& log, double timeout_s) const;
 
  private:

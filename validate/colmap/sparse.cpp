@@ -87,17 +87,19 @@ double mean(const std::vector<double>& values) {
 std::vector<CheckResult> run_colmap_sparse(const ColmapJob& job) {
   const MatchedDatabase database = matched_database(job);
   const fs::path exported = job.folder() / "sparse/0";
+  const ColmapCommand triangulator{
+      "point_triangulator",
+      {"--clear_points", "1", "--Mapper.num_threads", "1", "--Mapper.ba_refine_focal_length", "0",
+       "--Mapper.ba_refine_principal_point", "0", "--Mapper.ba_refine_extra_params", "0"}};
   const std::string key =
-      database.key +
+      database.key + triangulator.key() +
       files_key({exported / "cameras.bin", exported / "images.bin", exported / "points3D.bin"});
   const fs::path made = job.work.made("sparse", key, [&](const fs::path& folder) {
     job.log.info("colmap: triangulating at the known poses");
     job.program.run(
-        "point_triangulator",
+        triangulator,
         {"--database_path", database.file.string(), "--image_path", job.images().string(),
-         "--input_path", exported.string(), "--output_path", folder.string(), "--clear_points", "1",
-         "--Mapper.num_threads", "1", "--Mapper.ba_refine_focal_length", "0",
-         "--Mapper.ba_refine_principal_point", "0", "--Mapper.ba_refine_extra_params", "0"},
+         "--input_path", exported.string(), "--output_path", folder.string()},
         "sparse.log", 600.0 + 30.0 * static_cast<double>(job.shots.size()));
   });
   const ColmapModel model = read_made_model(made);
