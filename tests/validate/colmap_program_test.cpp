@@ -28,7 +28,7 @@ using test::Mistake;
 using test::ScratchFolder;
 using testing::HasSubstr;
 
-/// Two cameras of 320 x 256 that look apart, eight frames, six metres from frame to frame.
+/// Two cameras of 320 x 256 that look apart, five frames, six metres from frame to frame.
 const test::Recording& flight() {
   static const test::Recording recording = [] {
     std::vector<test::SceneCamera> cameras = test::colmap_cameras();
@@ -38,7 +38,7 @@ const test::Recording& flight() {
       camera.height *= 2;
       camera.focal_px *= 2.0;
     }
-    return test::record_flight(cameras, 8, test::Ground::Smooth, 2);
+    return test::record_flight(cameras, 5, test::Ground::Smooth, 2);
   }();
   return recording;
 }
@@ -287,16 +287,40 @@ struct RawModel {
     const Eigen::Vector3d shift(5.0, -3.0, 2.0);
     for (std::size_t i = 0; i < places.size(); ++i)
       set_pose(i, rotation(i) * turn.conjugate(), scale * (turn * centre(i)) + shift);
+    change_points([&](std::size_t, const Eigen::Vector3d& point) {
+      return (scale * (turn * point) + shift).eval();
+    });
+  }
+  void move_points(const std::function<Eigen::Vector3d(std::size_t)>& by) {
+    change_points(
+        [&](std::size_t i, const Eigen::Vector3d& point) { return (point + by(i)).eval(); });
+  }
+  void change_points(
+      const std::function<Eigen::Vector3d(std::size_t, const Eigen::Vector3d&)>& changed) {
     std::size_t at = 8;
-    for (auto n = get<std::uint64_t>(points, 0); n > 0; --n) {
+    const auto count = get<std::uint64_t>(points, 0);
+    for (std::size_t i = 0; i < count; ++i) {
       Eigen::Vector3d point;
-      for (int k = 0; k < 3; ++k)
-        point[k] = get<double>(points, at + 8 + 8 * static_cast<std::size_t>(k));
-      point = scale * (turn * point) + shift;
-      for (int k = 0; k < 3; ++k) put(points, at + 8 + 8 * static_cast<std::size_t>(k), point[k]);
+      for (std::size_t k = 0; k < 3; ++k)
+        point[static_cast<int>(k)] = get<double>(points, at + 8 + 8 * k);
+      point = changed(i, point);
+      for (std::size_t k = 0; k < 3; ++k) put(points, at + 8 + 8 * k, point[static_cast<int>(k)]);
       at += 43;
       at += 8 + 8 * get<std::uint64_t>(points, at);
     }
+  }
+  /// Along x.
+  void shift_observations(double by_px) {
+    for (const RawImage& image : places)
+      for (std::size_t at = first_observation(image); at < image.end; at += 24)
+        put(images, at, get<double>(images, at) + by_px);
+  }
+  void forget_observations(std::size_t i) {
+    for (std::size_t at = first_observation(places[i]); at < places[i].end; at += 24)
+      put(images, at + 16, ~std::uint64_t{0});
+  }
+  static std::size_t first_observation(const RawImage& image) {
+    return image.begin + 64 + image.name.size() + 1 + 8;
   }
   void drop_last_image() {
     images.resize(places.back().begin);
@@ -310,25 +334,89 @@ struct RawModel {
   }
 };
 
-/// What `free` says of reconstructions that are known: a script stands in for COLMAP, and its
-/// mapper gives the exported model, moved away and with a change.
-struct FreeReconstruction : testing::Test {
+/// What COLMAP's work is judged to be when it is known: a script stands in for COLMAP and gives the
+/// exported model with a change.
+struct KnownWork : testing::Test {
   ScratchFolder scratch;
-  Results judge(const std::function<void(RawModel&)>& change, const Mistake& mistake = {}) {
+  Results judge(const char* mode, const std::function<void(RawModel&)>& change,
+                const Mistake& mistake = {}) {
     static const test::Recording recording = test::record_flight(test::colmap_cameras(), 3);
     test::write_colmap(recording, scratch / "data", mistake);
     core::write_file(scratch / "data/flight/database.db", "");
     RawModel model(scratch / "data/flight/sparse/0");
-    model.move_away();
     change(model);
     model.write(scratch / "model");
     const FakeColmap fake(
         scratch / "bin",
         std::string(kSaysHelp) +
             "while [ $# -gt 0 ]; do [ $1 = --output_path ] && out=$2; shift; done\n"
-            "[ -z $out ] || { mkdir $out/0; cp " +
-            (scratch / "model").string() + "/* $out/0; }\nexit 0");
-    return ask_colmap(scratch / "data", scratch / "report", {"free"});
+            "[ -z $out ] || { mkdir $out/0; for to in $out $out/0; do cp " +
+            (scratch / "model").string() + "/* $to; done; }\nexit 0");
+    return ask_colmap(scratch / "data", scratch / "report", {mode});
+  }
+};
+
+struct Triangulation : KnownWork {
+  Results judge(const std::function<void(RawModel&)>& change) {
+    return KnownWork::judge("sparse", change);
+  }
+};
+
+TEST_F(Triangulation, OneThatIsExactHasNoError) {
+  const Results results = judge([](RawModel&) {});
+  SCOPED_TRACE(text_of(results));
+  EXPECT_TRUE(results.at("colmap_sparse_program").ok);
+  EXPECT_LE(results.at("colmap_sparse_reprojection").value, 1e-9);
+  EXPECT_LE(results.at("colmap_sparse_distance").value, 1e-4);  // depth between pixel centres
+  EXPECT_LE(results.at("colmap_sparse_offset").value, 1e-4);
+  EXPECT_TRUE(results.at("colmap_sparse_points").ok);
+}
+
+TEST_F(Triangulation, KeypointsBesideTheirPointsAreAnErrorOfReprojection) {
+  const Results results = judge([](RawModel& model) { model.shift_observations(0.31); });
+  EXPECT_NEAR(results.at("colmap_sparse_reprojection").value, 0.31, 1e-9);
+  EXPECT_FALSE(results.at("colmap_sparse_reprojection").ok);
+}
+
+TEST_F(Triangulation, PointsOverTheGroundAreAnOffset) {
+  // A ground pixel of this flight is 0.8 to 1 m; the ground slopes, so that a metre up is less along
+  // its normal.
+  const Results results = judge([](RawModel& model) {
+    model.move_points([](std::size_t) { return Eigen::Vector3d(0.0, 0.0, 0.3); });
+  });
+  SCOPED_TRACE(text_of(results));
+  EXPECT_FALSE(results.at("colmap_sparse_offset").ok);
+  EXPECT_GE(results.at("colmap_sparse_offset").value, 0.2);
+  EXPECT_LE(results.at("colmap_sparse_offset").value, 0.4);
+  EXPECT_TRUE(results.at("colmap_sparse_distance").ok);
+}
+
+TEST_F(Triangulation, PointsOverAndUnderTheGroundAreADistanceAndNoOffset) {
+  const Results results = judge([](RawModel& model) {
+    model.move_points(
+        [](std::size_t i) { return Eigen::Vector3d(0.0, 0.0, i % 2 == 0 ? 2.0 : -2.0); });
+  });
+  SCOPED_TRACE(text_of(results));
+  EXPECT_FALSE(results.at("colmap_sparse_distance").ok);
+  EXPECT_NEAR(results.at("colmap_sparse_distance").value, 2.0, 0.8);
+}
+
+TEST_F(Triangulation, AnImageWithFewPointsIsNamed) {
+  const Results results = judge([](RawModel& model) { model.forget_observations(4); });
+  EXPECT_FALSE(results.at("colmap_sparse_points").ok);
+  EXPECT_EQ(results.at("colmap_sparse_points").value, 0.0);
+  EXPECT_EQ(results.at("colmap_sparse_points").worst, "rig/cam1/000001.png");
+}
+
+struct FreeReconstruction : KnownWork {
+  Results judge(const std::function<void(RawModel&)>& change, const Mistake& mistake = {}) {
+    return KnownWork::judge(
+        "free",
+        [&](RawModel& model) {
+          model.move_away();
+          change(model);
+        },
+        mistake);
   }
 };
 
