@@ -18,21 +18,16 @@ namespace {
 constexpr std::size_t kImagesAStep = 64;
 constexpr std::size_t kPairsAStep = 400;
 
-// One thread for both. VLFeat's buffers hand a few descriptors at borders what the thread's last
-// image left there, and a thread's random numbers depend on the pairs that it happened to get.
-
 ColmapCommand feature_command() {
   return {"feature_extractor",
-          {"--SiftExtraction.use_gpu", "0", "--SiftExtraction.num_threads", "1",
+          {"--SiftExtraction.use_gpu", "0",
            // Three times COLMAP's own: a third of the features remain, those that are found best,
            // and matching takes a fifth of the time.
            "--SiftExtraction.peak_threshold", "0.02"}};
 }
 
 ColmapCommand match_command() {
-  return {
-      "matches_importer",
-      {"--match_type", "pairs", "--SiftMatching.use_gpu", "0", "--SiftMatching.num_threads", "1"}};
+  return {"matches_importer", {"--match_type", "pairs", "--SiftMatching.use_gpu", "0"}};
 }
 
 /// What two images share.
@@ -154,19 +149,22 @@ MatchedDatabase matched_database(const ColmapJob& job) {
       {.key = job.program.version() + "\n" + files_key(sources),
        .grow = [&](const fs::path& folder) { fs::copy_file(exported, folder / "database.db"); }});
   const std::string images = job.images().string();
+  const std::string threads = std::to_string(job.num_threads);
   add_steps(steps, feature_command().key(), names, kImagesAStep,
-            [&job, images](const fs::path& folder, std::size_t num_images) {
+            [&job, images, threads](const fs::path& folder, std::size_t num_images) {
               job.program.run(feature_command(),
                               {"--database_path", (folder / "database.db").string(), "--image_path",
-                               images, "--image_list_path", (folder / "list.txt").string()},
+                               images, "--image_list_path", (folder / "list.txt").string(),
+                               "--SiftExtraction.num_threads", threads},
                               "features.log", 120.0 + 60.0 * static_cast<double>(num_images));
             });
   add_steps(steps, match_command().key(), pairs, kPairsAStep,
-            [&job](const fs::path& folder, std::size_t num_pairs) {
-              job.program.run(match_command(),
-                              {"--database_path", (folder / "database.db").string(),
-                               "--match_list_path", (folder / "list.txt").string()},
-                              "matches.log", 120.0 + 60.0 * static_cast<double>(num_pairs));
+            [&job, threads](const fs::path& folder, std::size_t num_pairs) {
+              job.program.run(
+                  match_command(),
+                  {"--database_path", (folder / "database.db").string(), "--match_list_path",
+                   (folder / "list.txt").string(), "--SiftMatching.num_threads", threads},
+                  "matches.log", 120.0 + 60.0 * static_cast<double>(num_pairs));
             });
   std::string key;
   for (const WorkFolder::Step& step : steps) key += step.key;

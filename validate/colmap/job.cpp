@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <thread>
 
 #include "core/error.h"
 #include "validate/checks/checker.h"
@@ -157,6 +158,9 @@ std::vector<CheckResult> run_colmap_modes(const Dataset& dataset, const Sequence
                     .shots = shots_of(sequence),
                     .program = ColmapProgram(work / "logs"),
                     .work = WorkFolder(fs::absolute(work)),
+                    .num_threads = context.num_threads > 0
+                                       ? context.num_threads
+                                       : static_cast<int>(std::thread::hardware_concurrency()),
                     .num_seeds = static_cast<int>(options.colmap_seeds),
                     .log = context.log};
       version = job.program.version();

@@ -34,6 +34,7 @@ struct ColmapJob {
   std::vector<Shot> shots;  ///< by id
   ColmapProgram program;
   WorkFolder work;
+  int num_threads = 0;
   int num_seeds = 0;
   const core::Log& log;
 
