@@ -335,8 +335,13 @@ std::string describe_world(const TileStore& store) {
                    manifest.size_m / 1000.0, lowest_lat, highest_lat, lowest_lon, highest_lon));
   line("apron", fmt::format("to {:.0f} km from the origin; outside = \"{}\"",
                             manifest.apron_radius_m / 1000.0, manifest.outside));
-  line("measured", fmt::format("from level {} ({}) up; the square is covered by level {} ({})",
+  double finest_m = std::exp2(manifest.measured_level);
+  for (const world::SourceInfo& source : manifest.sources)
+    if (source.kind == "raster") finest_m = std::min(finest_m, source.spacing_m);
+  const bool has_insets = finest_m < std::exp2(manifest.measured_level);
+  line("measured", fmt::format("from level {} ({}) up{}; the square is covered by level {} ({})",
                                manifest.measured_level, spacing(manifest.measured_level),
+                               has_insets ? fmt::format(", in parts every {:.3g} m", finest_m) : "",
                                manifest.base_level, spacing(manifest.base_level)));
   line("seed", fmt::format("{}", manifest.seed));
   line("inputs", manifest.input_hash);

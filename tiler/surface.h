@@ -63,7 +63,7 @@ class WorldSurface {
 
   /// sample() at all places of a tile, in the order of Tile's arrays.
   /// samples  kTileSamples^2
-  /// cost     0.3 us a sample inside the square, 2 us beyond it
+  /// cost     0.3 us a sample inside the square, 2 us beyond it and where fields lie over others
   virtual void sample_tile(const world::TileId& id, std::span<SurfaceSample> samples) const = 0;
 
   /// Bounds of the ellipsoidal height of the measured surface, to within the geoid's slope.
