@@ -9,7 +9,8 @@ namespace {
 
 class RasterField : public HeightField {
  public:
-  explicit RasterField(RasterMosaic mosaic) : mosaic_(std::move(mosaic)) {
+  explicit RasterField(RasterMosaic mosaic)
+      : mosaic_(std::move(mosaic)), has_shore_(mosaic_.has_sea && !mosaic_.datum.is_ellipsoid()) {
     const auto [lowest, highest] =
         std::minmax_element(mosaic_.heights_m.values.begin(), mosaic_.heights_m.values.end());
     // The spline overshoots its samples by less than an eighth of their range.
@@ -26,7 +27,8 @@ class RasterField : public HeightField {
   }
 
   double height_m(const Eigen::Vector2d& map) const override {
-    return bicubic(mosaic_.heights_m, map);
+    const double smooth_m = bicubic(mosaic_.heights_m, map);
+    return has_shore_ ? std::min(smooth_m, kShoreRise * land_m(map)) : smooth_m;
   }
 
   FieldFacts facts(const Eigen::Vector2d& map) const override {
@@ -60,7 +62,26 @@ class RasterField : public HeightField {
   std::string input_hash() const override { return mosaic_.input_hash; }
 
  private:
+  /// Splines swing above 0 between samples of the sea beside steep or sunken ones: bars of sand. No
+  /// place is so many times higher than the land between its four samples.
+  static constexpr double kShoreRise = 4.0;
+
+  /// Heights above 0, bilinear.
+  double land_m(const Eigen::Vector2d& map) const {
+    const int i = static_cast<int>(std::floor(map.x()));
+    const int j = static_cast<int>(std::floor(map.y()));
+    const double tx = map.x() - i;
+    const double ty = map.y() - j;
+    const auto land = [&](int di, int dj) {
+      return std::max(mosaic_.heights_m.clamped(i + di, j + dj), 0.0);
+    };
+    const double first = land(0, 0) + tx * (land(1, 0) - land(0, 0));
+    const double second = land(0, 1) + tx * (land(1, 1) - land(0, 1));
+    return first + ty * (second - first);
+  }
+
   const RasterMosaic mosaic_;
+  const bool has_shore_;  ///< the sea's surface is 0
   double lowest_m_ = 0.0;
   double highest_m_ = 0.0;
 };

@@ -31,6 +31,8 @@ constexpr double kLargestEdgeVoid_km2 = 4.0;
 constexpr double kSmallestSea_km2 = 1.0;
 /// Land sinks into the sea of outside = "sea" over this distance.
 constexpr double kShore_m = 2000.0;
+/// So many samples from the sea, heights of 0 and below are sea, too.
+constexpr int kSunkenShore = 3;
 /// The floor of a sea whose depth nobody measured: 1 in 50, down to the edge of a shelf.
 constexpr double kShelfSlope = 0.02;
 constexpr double kShelfDepth_m = 100.0;
@@ -83,6 +85,7 @@ class MosaicMaker {
   Grid<std::uint8_t> large_regions(const Grid<std::uint8_t>& is_member) const;
   void take_sea_from_gaps();
   void find_sea();
+  void take_sunken_shore();
   void lay_floor();
   std::uint8_t source_row(const std::string& kind, const std::string& name);
 
@@ -617,10 +620,37 @@ void MosaicMaker::find_sea() {
     const Grid<std::uint8_t> is_sea = large_regions(is_low);
     for (std::size_t k = 0; k < is_sea.values.size(); ++k)
       if (is_sea.values[k] != 0) mosaic_.is_sea.values[k] = 1;
+    take_sunken_shore();
   }
   for (const std::uint8_t sea : mosaic_.is_sea.values)
     mosaic_.has_sea = mosaic_.has_sea || sea != 0;
   if (mosaic_.has_sea) lay_floor();
+}
+
+/// A shore of negative heights beside a sea of zeros is noise of the measurement: sea.
+void MosaicMaker::take_sunken_shore() {
+  std::int64_t num_taken = 0;
+  for (int round = 0; round < kSunkenShore; ++round) {
+    const Grid<std::uint8_t> was_sea = mosaic_.is_sea;
+    for (int j = 0; j < was_sea.height; ++j)
+      for (int i = 0; i < was_sea.width; ++i) {
+        double& height_m = mosaic_.heights_m(i, j);
+        if (was_sea(i, j) != 0 || height_m > 0.0 || mosaic_.source(i, j) >= rasters_.size() ||
+            rasters_[mosaic_.source(i, j)].entry->sea != "auto")
+          continue;
+        bool is_beside = false;
+        for (int dj = -1; dj <= 1; ++dj)
+          for (int di = -1; di <= 1; ++di)
+            is_beside = is_beside || was_sea.clamped(i + di, j + dj) != 0;
+        if (!is_beside) continue;
+        height_m = 0.0;
+        mosaic_.is_sea(i, j) = 1;
+        ++num_taken;
+      }
+  }
+  if (num_taken > 0)
+    inputs_.context.log.info("{} samples at 0 and below beside the sea are taken for sea",
+                             num_taken);
 }
 
 /// Where no source holds the sea's floor it is a shelf, the deeper the farther from the shore.

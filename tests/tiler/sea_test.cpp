@@ -92,6 +92,33 @@ TEST(Sea, OfNoDataIsNoVoidAndNoGap) {
   EXPECT_EQ(surface->sample(-500.0, 0.0).cover, Cover::Land);
 }
 
+TEST(Sea, HasNoBarsOfSandBesideARoughShore) {
+  // Seen off Monaco: beside samples of -11 m and of cliffs the spline swung above 0, and squares of
+  // beach lay in the sea, a cell apart.
+  const ScratchFolder folder;
+  RasterSpec spec = utm_spec(8192.0, 30.0);
+  const Eigen::Vector2d middle = utm31(kOriginLat_deg, kOriginLon_deg);
+  spec.value = [&](double u, double v) {
+    const double east = u - middle.x();
+    if (east >= 30.0) return 0.0;
+    const int row = static_cast<int>(std::floor(v / 30.0));
+    if (east >= 0.0) return row % 3 == 0 ? -11.0 : row % 3 == 1 ? 120.0 : 0.0;
+    return 100.0 - 0.1 * east;
+  };
+  write_raster(folder / "rough.tif", spec);
+  tiler::WorldOptions options = world_of_rasters({folder / "rough.tif"}, 8192.0);
+  options.detail_roughness = 0.0;
+  options.elevation[0].vertical_datum = "egm96";
+  const auto surface = prepare(options);
+  // From the first column of zeros on; world axes lean by less than 3 m against the grid's here.
+  for (double y = -200.0; y < 200.0; y += 3.1)
+    for (double x = 66.0; x < 260.0; x += 3.7) {
+      const auto sample = surface->sample(x, y);
+      EXPECT_EQ(sample.cover, Cover::Sea) << x << " " << y;
+    }
+  EXPECT_EQ(surface->sample(-60.0, 0.0).cover, Cover::Land);
+}
+
 TEST(Sea, BelowTheEllipsoidIsRefused) {
   tiler::WorldOptions options = world_of_rasters({"coast.tif"});
   options.elevation[0].sea = "below";
