@@ -62,6 +62,7 @@ struct FrameRecord {
   double time_s = 0.0;  ///< since the sequence's first frame
   geo::Rigid3d world_from_body;
   Eigen::Vector3d velocity_world_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d acceleration_world_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_body_radps = Eigen::Vector3d::Zero();
   std::vector<CameraRecord> cameras;  ///< in the order of SequenceInfo::cameras
   bool operator==(const FrameRecord&) const = default;

@@ -210,8 +210,9 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind
   if (record.index < 0 || record.index >= info.num_frames)
     fail(kind, "{}: frame {} is outside 0 to {}", where, record.index, info.num_frames - 1);
   if (!std::isfinite(record.time_s) || !record.world_from_body.translation.allFinite() ||
-      !record.velocity_world_mps.allFinite() || !record.angular_velocity_body_radps.allFinite())
-    fail(kind, "{}: time, position or velocity is not finite", where);
+      !record.velocity_world_mps.allFinite() || !record.acceleration_world_mps2.allFinite() ||
+      !record.angular_velocity_body_radps.allFinite())
+    fail(kind, "{}: time, position, velocity or acceleration is not finite", where);
   if (!(std::abs(record.world_from_body.rotation.norm() - 1.0) <= kUnitTolerance))
     fail(kind, "{}: the rotation of world_from_body is not of unit length", where);
   if (record.cameras.size() != info.cameras.size())
@@ -344,6 +345,7 @@ Json json_from_record(const FrameRecord& record) {
       .set("time_s", record.time_s)
       .set("world_from_body", json_from_rigid(record.world_from_body))
       .set("velocity_world_mps", json_from_vector(record.velocity_world_mps))
+      .set("acceleration_world_mps2", json_from_vector(record.acceleration_world_mps2))
       .set("angular_velocity_body_radps", json_from_vector(record.angular_velocity_body_radps))
       .set("cameras", std::move(cameras));
 }
@@ -356,6 +358,8 @@ FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const s
   record.time_s = source.finite(json.at("time_s"), "time_s");
   record.world_from_body = source.rigid(json.at("world_from_body"), "world_from_body");
   record.velocity_world_mps = source.vector(json.at("velocity_world_mps"), "velocity_world_mps");
+  record.acceleration_world_mps2 =
+      source.vector(json.at("acceleration_world_mps2"), "acceleration_world_mps2");
   record.angular_velocity_body_radps =
       source.vector(json.at("angular_velocity_body_radps"), "angular_velocity_body_radps");
   const Json& cameras = json.at("cameras");

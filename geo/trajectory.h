@@ -23,6 +23,7 @@ struct BodyState {
   double time_s = 0.0;
   Rigid3d world_from_body;  ///< body: x forward, y left, z up
   Eigen::Vector3d velocity_world_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d acceleration_world_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_body_radps = Eigen::Vector3d::Zero();
 };
 

@@ -65,6 +65,7 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
     append_numbers(text, &state.time_s, 1);
     append_pose(text, state.world_from_body);
     append_numbers(text, state.velocity_world_mps.data(), 3);
+    append_numbers(text, state.acceleration_world_mps2.data(), 3);
     append_numbers(text, state.angular_velocity_body_radps.data(), 3);
   }
   for (const capture::CameraCalibration& camera : plan.cameras) {
@@ -182,6 +183,7 @@ struct SequenceWork {
             .time_s = state.time_s,
             .world_from_body = state.world_from_body,
             .velocity_world_mps = state.velocity_world_mps,
+            .acceleration_world_mps2 = state.acceleration_world_mps2,
             .angular_velocity_body_radps = state.angular_velocity_body_radps,
             .cameras = {}};
   }

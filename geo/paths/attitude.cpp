@@ -173,6 +173,7 @@ BodyState Steering::state_at(double time_s, const PointMotion& motion) const {
   BodyState state;
   state.time_s = time_s;
   state.velocity_world_mps = motion.velocity;
+  state.acceleration_world_mps2 = motion.acceleration;
   state.world_from_body.translation = motion.position;
   Eigen::Quaterniond rotation(world_from_axes);
   state.angular_velocity_body_radps = world_from_axes.transpose() * angular_velocity;

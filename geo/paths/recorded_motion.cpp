@@ -61,6 +61,7 @@ BodyState RecordedMotion::at(double time_s) const {
         std::get<RotationSpline>(attitude_).at(window_.begin_s + clamped_s);
     state.world_from_body = {rotation.world_from_body, motion.position};
     state.velocity_world_mps = motion.velocity;
+    state.acceleration_world_mps2 = motion.acceleration;
     state.angular_velocity_body_radps = rotation.angular_velocity_body_radps;
   }
   state.time_s = time_s;

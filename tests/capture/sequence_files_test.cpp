@@ -260,7 +260,7 @@ struct Forgery {
 // Hashes that fit do not make a value possible.
 TEST(SequenceFiles, ForgedValuesAreRefused) {
   const std::vector<Forgery> forgeries = {
-      {"sequence.json", "\"version\": 1", "\"version\": 2", {"version 2", "reads version 1"}},
+      {"sequence.json", "\"version\": 2", "\"version\": 1", {"version 1", "reads version 2"}},
       {"sequence.json", "terracast-capture", "other", {"not a file of"}},
       {"sequence.json", "\"rate_hz\"", "\"rate\"", {"no member \"rate_hz\""}},
       {"sequence.json", "\"rate_hz\": 10.0", "\"rate_hz\": -1", {"rate_hz = -1"}},
@@ -281,6 +281,10 @@ TEST(SequenceFiles, ForgedValuesAreRefused) {
       {"frames/000000.json", "\"index\": 0", "\"index\": 1", {"frames/000000.json"}},
       {"frames/000001.json", "\"time_s\": 0.1", "\"time_s\": -0.1", {"not after"}},
       {"frames/000000.json", "\"rotation_wxyz\": [0.", "\"rotation_wxyz\": [10.", {"length"}},
+      {"frames/000000.json",
+       "\"acceleration_world_mps2\": [",
+       "\"acceleration_world_mps2\": [1.0, ",
+       {"acceleration_world_mps2"}},
       {"frames/000000.json", "\"translation_m\": [2", "\"translation_m\": [1e999, 2", {"JSON"}},
       {"frames/000000.json", "\"num_sky\": ", "\"num_sky\": -7", {"counts"}},
       {"frames/000000.json", "\"visible_tracks\": [", "\"visible_tracks\": [9, 9, ", {"ascend"}},

@@ -129,6 +129,11 @@ TEST_P(TrajectoryLaws, VelocitiesAreTheDerivativesOfThePose) {
         (after.world_from_body.translation - before.world_from_body.translation) / (2 * kStep_s);
     // Third derivatives of some 10 m/s^3 times step^2 / 6, and 1e-10 m of rounding over the step.
     ASSERT_LT((state.velocity_world_mps - velocity).norm(), 1e-5) << time_s;
+    const Eigen::Vector3d acceleration =
+        (after.velocity_world_mps - before.velocity_world_mps) / (2 * kStep_s);
+    // Where pieces of a spline meet the third derivative jumps by some 10 m/s^3: a quarter of it
+    // times the step.
+    ASSERT_LT((state.acceleration_world_mps2 - acceleration).norm(), 5e-3) << time_s;
     // Half from each side, so that the body axes are those in the middle.
     const Eigen::Quaterniond& middle = state.world_from_body.rotation;
     const Eigen::Vector3d turning = (rotation_between(middle, after.world_from_body.rotation) -
@@ -190,6 +195,7 @@ TEST_P(TrajectoryLaws, BuildingAgainAndManyThreadsGiveTheSameBits) {
     for (const auto& result : results) {
       ASSERT_EQ(result[i].world_from_body, state.world_from_body);
       ASSERT_EQ(result[i].velocity_world_mps, state.velocity_world_mps);
+      ASSERT_EQ(result[i].acceleration_world_mps2, state.acceleration_world_mps2);
       ASSERT_EQ(result[i].angular_velocity_body_radps, state.angular_velocity_body_radps);
     }
   }

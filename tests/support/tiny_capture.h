@@ -91,9 +91,14 @@ struct TinyCaptureOptions {
   std::string name = "valley";
   std::string input_hash = "0123456789abcdef0123456789abcdef";
   int num_frames = 4;
-  bool has_tartan2 = true;  ///< the 640 x 640 pair
-  bool has_mcs4 = true;     ///< four small cameras, 0 and 3 a rectified pair
-  double step_m = 12.0;     ///< flown from frame to frame
+  bool has_tartan2 = true;              ///< the 640 x 640 pair
+  bool has_mcs4 = true;                 ///< four small cameras, 0 and 3 a rectified pair
+  bool has_tartan_v1 = false;           ///< the 640 x 480 pair
+  std::vector<std::string> faces = {};  ///< of tartan2 beside its pair: "lcam_left", "rcam_top", …
+  double step_m = 12.0;                 ///< flown from frame to frame
+  /// As the records say; the flight itself is straight and steady.
+  Eigen::Vector3d acceleration_world_mps2 = Eigen::Vector3d::Zero();
+  std::string utc_start = "2024-06-21T10:00:00Z";
 };
 
 inline capture::CameraCalibration tiny_camera(const std::string& rig, const std::string& name,
@@ -119,6 +124,17 @@ inline capture::CameraCalibration tiny_camera(const std::string& rig, const std:
                         Eigen::Vector3d(0.4, 0.0, -0.2)}};
 }
 
+/// TartanAir's faces: the turn of a camera that looks forward, as a rotation vector in x right, y
+/// down, z forward.
+inline Eigen::Vector3d tiny_face_turn(const std::string& face) {
+  if (face == "left") return {0.0, -M_PI_2, 0.0};
+  if (face == "right") return {0.0, M_PI_2, 0.0};
+  if (face == "back") return {0.0, M_PI, 0.0};
+  if (face == "top") return {M_PI_2, 0.0, 0.0};
+  if (face == "bottom") return {-M_PI_2, 0.0, 0.0};
+  return Eigen::Vector3d::Zero();
+}
+
 inline capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options = {}) {
   capture::SequenceInfo info;
   info.name = options.name;
@@ -126,7 +142,7 @@ inline capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options = {
   info.world_name = "TinyWorld";
   info.world_input_hash = "fedcba9876543210fedcba9876543210";
   info.origin = TinyScene().origin;
-  info.utc_start = "2024-06-21T10:00:00Z";
+  info.utc_start = options.utc_start;
   info.rate_hz = 10.0;
   info.num_frames = options.num_frames;
   info.config_toml = "name = \"tiny\"\n";
@@ -136,6 +152,15 @@ inline capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options = {
     info.cameras.push_back(tiny_camera("tartan2", "lcam_front", 640, 640, 320.0, none, none));
     info.cameras.push_back(
         tiny_camera("tartan2", "rcam_front", 640, 640, 320.0, none, {0.25, 0.0, 0.0}));
+  }
+  for (const std::string& face : options.faces)
+    info.cameras.push_back(tiny_camera("tartan2", face, 640, 640, 320.0,
+                                       tiny_face_turn(face.substr(5)),
+                                       {face.starts_with('r') ? 0.25 : 0.0, 0.0, 0.0}));
+  if (options.has_tartan_v1) {
+    info.cameras.push_back(tiny_camera("tartan_v1", "left", 640, 480, 320.0, none, none));
+    info.cameras.push_back(
+        tiny_camera("tartan_v1", "right", 640, 480, 320.0, none, {0.25, 0.0, 0.0}));
   }
   if (options.has_mcs4) {
     const auto add = [&](const char* name, double yaw_rad, const Eigen::Vector3d& offset_m) {
@@ -150,15 +175,19 @@ inline capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options = {
   return info;
 }
 
-/// A climbing left turn with bank.
+/// A climb on a straight line, turning to the left and banking on the way.
+inline constexpr double kTinyYawStep_rad = 0.05;
+inline constexpr double kTinyBankStep_rad = 0.03;
+inline double tiny_bank_rad(int frame) { return 0.05 + kTinyBankStep_rad * frame; }
+inline Eigen::Vector3d tiny_step(const TinyCaptureOptions& options) {
+  return {options.step_m, 0.3 * options.step_m, 0.1 * options.step_m};
+}
 inline geo::Rigid3d tiny_world_from_body(const TinyCaptureOptions& options, int frame) {
-  const double yaw_rad = 0.1 + 0.05 * frame;
-  const double bank_rad = 0.05 + 0.03 * frame;
+  const double yaw_rad = 0.1 + kTinyYawStep_rad * frame;
   const Eigen::Vector3d start(20000.0, 9000.0, 420.0);
-  const Eigen::Vector3d step(options.step_m, 0.3 * options.step_m, 0.1 * options.step_m);
   return {(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) *
-           Eigen::AngleAxisd(-bank_rad, Eigen::Vector3d::UnitX())),
-          start + step * frame};
+           Eigen::AngleAxisd(-tiny_bank_rad(frame), Eigen::Vector3d::UnitX())),
+          start + tiny_step(options) * frame};
 }
 
 inline geo::Rigid3d tiny_world_from_camera(const TinyCaptureOptions& options, int frame,
@@ -277,6 +306,13 @@ inline std::filesystem::path write_tiny_capture(const std::filesystem::path& cap
     record.index = frame;
     record.time_s = frame / info.rate_hz;
     record.world_from_body = tiny_world_from_body(options, frame);
+    record.velocity_world_mps = tiny_step(options) * info.rate_hz;
+    record.acceleration_world_mps2 = options.acceleration_world_mps2;
+    // The yaw turns about the world's up, which stands in the body as the bank leaves it.
+    const double bank_rad = tiny_bank_rad(frame);
+    record.angular_velocity_body_radps =
+        info.rate_hz * Eigen::Vector3d(-kTinyBankStep_rad, -kTinyYawStep_rad * std::sin(bank_rad),
+                                       kTinyYawStep_rad * std::cos(bank_rad));
     for (int k = 0; k < static_cast<int>(info.cameras.size()); ++k) {
       const auto& camera = info.cameras[static_cast<std::size_t>(k)];
       capture::CameraRecord part =
