@@ -42,7 +42,7 @@ struct ExporterInfo {
   std::unique_ptr<Exporter> (*make)();
 };
 
-/// The table of exporters: colmap, kitti, tartanair.
+/// The table of exporters, alphabetical.
 std::span<const ExporterInfo> exporters();
 
 /// An `[[exports]]` of a config: the format, and the format's own keys beside it.

@@ -5,7 +5,7 @@
 
 // Every exporter, in alphabetical order: X(name) is export/name.cpp, which defines `ExporterInfo
 // name_exporter()`.
-#define TERRACAST_EXPORTERS(X) X(colmap) X(kitti) X(tartanair)
+#define TERRACAST_EXPORTERS(X) X(colmap) X(kitti) X(kitti_raw) X(tartanair) X(tartanair_v1)
 
 namespace terracast::exporters {
 

@@ -16,7 +16,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/labels.h"
 #include "core/error.h"
 #include "core/image_io.h"
 #include "core/parallel.h"
@@ -25,6 +24,7 @@
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
 #include "export/georeference.h"
+#include "export/kitti_files.h"
 #include "export/npy.h"
 
 namespace terracast::exporters {
@@ -35,31 +35,6 @@ using core::fail;
 
 constexpr const char* kFormat = "kitti";
 constexpr double kCountsPerPixel = 256.0;
-
-std::string matrix_line(const Eigen::Matrix<double, 3, 4>& matrix) {
-  std::string line;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      // Adding 0 turns -0 into 0.
-      line += fmt::format("{}{:.12e}", line.empty() ? "" : " ", matrix(row, column) + 0.0);
-  return line;
-}
-
-Eigen::Matrix<double, 3, 4> matrix_of(const geo::Rigid3d& pose) {
-  Eigen::Matrix<double, 3, 4> matrix;
-  matrix << pose.rotation.toRotationMatrix(), pose.translation;
-  return matrix;
-}
-
-core::Image8 grey_of(const core::Image8& color) {
-  core::Image8 grey(color.width(), color.height());
-  for (std::size_t i = 0; i < grey.data().size(); ++i) {
-    const std::uint8_t* p = &color.data()[3 * i];
-    // ITU-R BT.601 luma, as OpenCV's.
-    grey.data()[i] = static_cast<std::uint8_t>((299 * p[0] + 587 * p[1] + 114 * p[2] + 500) / 1000);
-  }
-  return grey;
-}
 
 /// What became of the pixels of disparity images.
 struct DisparityCount {
@@ -181,18 +156,11 @@ class KittiExporter final : public Exporter {
         {"image_0", left}, {"image_1", right}, {"image_2", left}, {"image_3", right}};
     const LocalFrame local = local_frame(sequence);
 
-    std::string poses, times;
-    const geo::Rigid3d first_from_local = local_from_camera(local, sequence, 0, left).inverse();
+    writer.write(fmt::format("dataset/poses/{}.txt", name), relative_poses(sequence, local, left));
+    std::string times;
     const double start_s = sequence.frames().front().time_s;
-    for (const capture::FrameRecord& record : sequence.frames()) {
-      const geo::Rigid3d first_from_camera =
-          record.index == 0
-              ? geo::Rigid3d{}
-              : first_from_local * local_from_camera(local, sequence, record.index, left);
-      poses += matrix_line(matrix_of(first_from_camera)) + "\n";
+    for (const capture::FrameRecord& record : sequence.frames())
       times += fmt::format("{:.9e}\n", record.time_s - start_s);
-    }
-    writer.write(fmt::format("dataset/poses/{}.txt", name), poses);
     writer.write(path + "/times.txt", times);
     writer.write(path + "/calib.txt",
                  calibration(cameras[static_cast<std::size_t>(left)], baseline_m));
@@ -204,8 +172,11 @@ class KittiExporter final : public Exporter {
     core::Progress progress(context, "frames", num_frames);
     core::parallel_for(num_frames, [&](std::int64_t i) {
       const auto frame = static_cast<int>(i);
-      write_color(sequence, frame, left, path, "image_0", "image_2", writer);
-      write_color(sequence, frame, right, path, "image_1", "image_3", writer);
+      const auto image = [&](int number) {
+        return fmt::format("{}/image_{}/{:06}.png", path, number, frame);
+      };
+      write_grey_and_color(sequence, frame, left, image(0), image(2), writer);
+      write_grey_and_color(sequence, frame, right, image(1), image(3), writer);
       counts[static_cast<std::size_t>(i)] =
           write_depth(sequence, frame, left, baseline_m, path, writer);
       progress.advance();
@@ -215,32 +186,13 @@ class KittiExporter final : public Exporter {
   }
 
   static std::string calibration(const capture::CameraCalibration& camera, double baseline_m) {
-    const std::vector<double>& p = camera.intrinsics.parameters;
     std::string text;
-    for (int k = 0; k < 4; ++k) {
-      Eigen::Matrix<double, 3, 4> projection;
-      projection << p[0], 0, p[2] - 0.5, k % 2 == 1 ? -p[0] * baseline_m : 0.0,  //
-          0, p[1], p[3] - 0.5, 0,                                                //
-          0, 0, 1, 0;
-      text += fmt::format("P{}: {}\n", k, matrix_line(projection));
-    }
+    for (int k = 0; k < 4; ++k)
+      text += fmt::format("P{}: {}\n", k,
+                          number_line(kitti_projection(camera, k % 2 == 1 ? baseline_m : 0.0)));
     Eigen::Matrix<double, 3, 4> camera_from_velodyne;
     camera_from_velodyne << 0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0;
-    return text + fmt::format("Tr: {}\n", matrix_line(camera_from_velodyne));
-  }
-
-  static void write_color(const capture::SequenceReader& sequence, int frame, int camera,
-                          const std::string& path, const char* grey_folder,
-                          const char* color_folder, DatasetWriter& writer) {
-    const std::string grey_file = fmt::format("{}/{}/{:06}.png", path, grey_folder, frame);
-    const std::string color_file = fmt::format("{}/{}/{:06}.png", path, color_folder, frame);
-    const bool has_grey = writer.keep(grey_file);
-    const bool has_color = writer.keep(color_file);
-    if (has_grey && has_color) return;
-    const core::Image8 color =
-        sequence.read_camera(frame, camera, capture::SequenceReader::kColor).color;
-    if (!has_grey) writer.write(grey_file, core::encode_png(grey_of(color)));
-    if (!has_color) writer.write(color_file, core::encode_png(color));
+    return text + fmt::format("Tr: {}\n", number_line(camera_from_velodyne));
   }
 
   DisparityCount write_depth(const capture::SequenceReader& sequence, int frame, int left,
@@ -249,18 +201,14 @@ class KittiExporter final : public Exporter {
     const std::string depth_file = fmt::format("{}/depth_2/{:06}.npy", path, frame);
     const bool has_depth = writer.keep(depth_file);
     if (has_depth && disparity_ == "off") return {};
-    const geo::CameraIntrinsics& intrinsics =
-        sequence.info().cameras[static_cast<std::size_t>(left)].intrinsics;
-    const auto model = geo::make_camera(intrinsics);
-    core::ImageF depth_m = capture::depth_image(
-        *model, sequence.read_camera(frame, left, capture::SequenceReader::kFacts).range_m);
-    for (float& value : depth_m.data())
-      if (std::isinf(value)) value = 0.0F;
+    const core::ImageF depth_m = depth_with_empty_sky(sequence, frame, left);
     if (!has_depth) writer.write(depth_file, npy_bytes(depth_m));
     if (disparity_ == "off") return {};
     DisparityCount count;
+    const double focal_length_px =
+        sequence.info().cameras[static_cast<std::size_t>(left)].intrinsics.parameters[0];
     const core::Image16 counts =
-        disparity_counts(depth_m, intrinsics.parameters[0] * baseline_m, frame, count);
+        disparity_counts(depth_m, focal_length_px * baseline_m, frame, count);
     writer.write_kept(fmt::format("{}/disp_2/{:06}.png", path, frame),
                       [&] { return core::encode_png(counts); });
     return count;

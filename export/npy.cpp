@@ -40,6 +40,12 @@ std::vector<std::byte> with_header(const char* type, std::span<const std::byte> 
   return bytes;
 }
 
+template <class Pixel>
+std::vector<int> shape_of(const core::Image<Pixel>& image) {
+  if (image.channels() == 1) return {image.height(), image.width()};
+  return {image.height(), image.width(), image.channels()};
+}
+
 }  // namespace
 
 std::vector<std::byte> npy_bytes(std::span<const float> values, const std::vector<int>& shape) {
@@ -54,8 +60,11 @@ std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
 }
 
 std::vector<std::byte> npy_bytes(const core::ImageF& image) {
-  TERRACAST_CHECK(image.channels() == 1, "{} channels", image.channels());
-  return npy_bytes(image.data(), {image.height(), image.width()});
+  return npy_bytes(image.data(), shape_of(image));
+}
+
+std::vector<std::byte> npy_bytes(const core::Image8& image) {
+  return with_header("|u1", std::as_bytes(image.data()), 1, shape_of(image));
 }
 
 }  // namespace terracast::exporters

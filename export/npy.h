@@ -16,7 +16,8 @@ std::vector<std::byte> npy_bytes(std::span<const float> values, const std::vecto
 std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
                                       const std::vector<int>& shape);
 
-/// An image of one channel, shape (height, width).
+/// An image, shape (height, width) of one channel, (height, width, channels) of more.
 std::vector<std::byte> npy_bytes(const core::ImageF& image);
+std::vector<std::byte> npy_bytes(const core::Image8& image);
 
 }  // namespace terracast::exporters

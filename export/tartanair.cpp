@@ -3,7 +3,9 @@
 // World    NED: x north, y east, z down, about the sequence's local origin.
 // Camera   FRD: x forward, y right, z down; 640 x 640, f = 320, c = (320, 320) with pixel centres
 //          at +0.5, the right camera 0.25 m to the right. Readers have these numbers written into
-//          their code.
+//          their code. A side's faces (front, left, right, back, top, bottom) share one centre;
+//          top's image has backward at its upper edge, bottom's forward.
+// Name     P000, P001, …; of TartanGround's kinds of motion P0000, P1000 or P2000 and on.
 // Pose     camera to world: tx ty tz qx qy qz qw.
 // Depth    planar, the bytes of a little-endian float32 in an RGBA PNG in the order in which OpenCV
 //          hands them out (B, G, R, A): R is byte 2, G byte 1, B byte 0, A byte 3. Sky 1e5 m or as
@@ -14,8 +16,8 @@
 //          the camera has flow 0 and both masks false.
 
 #include <cmath>
+#include <numbers>
 
-#include "capture/channel.h"
 #include "capture/labels.h"
 #include "core/error.h"
 #include "core/image_io.h"
@@ -27,6 +29,8 @@
 #include "export/georeference.h"
 #include "export/npy.h"
 #include "export/npz.h"
+#include "export/tartanair_files.h"
+#include "geo/units.h"
 
 namespace terracast::exporters {
 namespace {
@@ -35,38 +39,50 @@ using core::ErrorKind;
 using core::fail;
 
 constexpr const char* kFormat = "tartanair";
-constexpr double kBaseline_m = 0.25;
 
-Eigen::Matrix3d ned_from_enu() {
-  return (Eigen::Matrix3d() << 0, 1, 0, 1, 0, 0, 0, 0, -1).finished();
-}
-Eigen::Matrix3d rdf_from_frd() {
-  return (Eigen::Matrix3d() << 0, 1, 0, 0, 0, 1, 1, 0, 0).finished();
+/// A direction that cameras of the format look in.
+struct Face {
+  std::string_view name;
+  double angle_rad;
+  Eigen::Vector3d
+      axis_frd;  ///< of the turn from the front camera's axes, x forward, y right, z down
+};
+
+/// Those beside the front: cameras of the rig that are called lcam_left, rcam_top, …
+const std::vector<Face>& side_faces() {
+  constexpr double kQuarter_rad = 0.5 * std::numbers::pi;
+  static const std::vector<Face> faces = {{"left", -kQuarter_rad, Eigen::Vector3d::UnitZ()},
+                                          {"right", kQuarter_rad, Eigen::Vector3d::UnitZ()},
+                                          {"back", 2.0 * kQuarter_rad, Eigen::Vector3d::UnitZ()},
+                                          {"top", kQuarter_rad, Eigen::Vector3d::UnitY()},
+                                          {"bottom", -kQuarter_rad, Eigen::Vector3d::UnitY()}};
+  return faces;
 }
 
-std::string pose_line(const geo::Rigid3d& enu_from_camera) {
-  const Eigen::Vector3d t = ned_from_enu() * enu_from_camera.translation;
-  const Eigen::Quaterniond q = canonical(Eigen::Quaterniond(Eigen::Matrix3d(
-      ned_from_enu() * enu_from_camera.rotation.toRotationMatrix() * rdf_from_frd())));
-  return fmt::format("{:.9f} {:.9f} {:.9f} {:.15f} {:.15f} {:.15f} {:.15f}\n", t.x(), t.y(), t.z(),
-                     q.x(), q.y(), q.z(), q.w());
+/// throws   Config: the camera does not stand where the front one of its side stands, or is turned
+///          otherwise than its name says
+void check_face(const capture::CameraCalibration& front, const capture::CameraCalibration& camera,
+                const Face& face) {
+  constexpr double kTolerance = 1e-9;  // of rad and m: rounding, not a misalignment
+  const geo::Rigid3d front_from_camera = front.rig_from_camera.inverse() * camera.rig_from_camera;
+  const Eigen::Vector3d axis_rdf = rdf_from_frd() * face.axis_frd;
+  const double off_rad = front_from_camera.rotation.angularDistance(
+      Eigen::Quaterniond(Eigen::AngleAxisd(face.angle_rad, axis_rdf)));
+  const double off_m = front_from_camera.translation.norm();
+  if (off_rad <= kTolerance && off_m <= kTolerance) return;
+  fail(ErrorKind::Config,
+       "tartanair: camera {} of {} stands {:.3g} m from {} and is turned {:.3g} deg from where the "
+       "format's {} looks; the six faces of a side share one centre (configs/rigs/tartan12.toml "
+       "has them)",
+       camera.name, camera.rig, off_m, front.name, geo::degrees_from_radians(off_rad), camera.name);
 }
 
 /// Depth as a float32's bytes in the order that OpenCV undoes.
-core::Image8 depth_png(const core::ImageF& depth_m, float sky_depth_m, const std::string& where) {
+core::Image8 depth_png(const core::ImageF& depth_m) {
   core::Image8 rgba(depth_m.width(), depth_m.height(), 4);
   for (int y = 0; y < depth_m.height(); ++y) {
     for (int x = 0; x < depth_m.width(); ++x) {
-      float value_m = depth_m(x, y);
-      if (std::isinf(value_m)) {
-        value_m = sky_depth_m;
-      } else if (!(value_m < sky_depth_m)) {
-        fail(ErrorKind::Input,
-             "{}, pixel ({}, {}): a depth of {} m cannot be told from the sky's {} m; a greater "
-             "sky_depth_m in this export would do",
-             where, x, y, value_m, sky_depth_m);
-      }
-      const auto bits = std::bit_cast<std::uint32_t>(value_m);
+      const auto bits = std::bit_cast<std::uint32_t>(depth_m(x, y));
       rgba(x, y, 0) = static_cast<std::uint8_t>(bits >> 16);
       rgba(x, y, 1) = static_cast<std::uint8_t>(bits >> 8);
       rgba(x, y, 2) = static_cast<std::uint8_t>(bits);
@@ -74,48 +90,6 @@ core::Image8 depth_png(const core::ImageF& depth_m, float sky_depth_m, const std
     }
   }
   return rgba;
-}
-
-core::Image8 segmentation(const core::ImageU32& semantic_id) {
-  core::Image8 classes(semantic_id.width(), semantic_id.height());
-  for (std::size_t i = 0; i < classes.data().size(); ++i)
-    classes.data()[i] = static_cast<std::uint8_t>(semantic_id.data()[i]);
-  return classes;
-}
-
-/// Flow in one direction with its two masks.
-struct MaskedFlow {
-  core::ImageF motion_px;  ///< 2 channels, finite
-  core::Image8 is_in_view;
-  core::Image8 is_covisible;
-};
-
-MaskedFlow masked_flow(const capture::CameraView& from, const capture::CameraView& to,
-                       const capture::CameraFrame& facts, std::uint32_t visible_flag) {
-  MaskedFlow flow;
-  flow.motion_px = capture::flow_image(from, to, facts.range_m);
-  const int width = facts.range_m.width(), height = facts.range_m.height();
-  flow.is_in_view = core::Image8(width, height);
-  flow.is_covisible = core::Image8(width, height);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      float& u = flow.motion_px(x, y, 0);
-      float& v = flow.motion_px(x, y, 1);
-      if (!std::isfinite(u) || !std::isfinite(v)) {
-        u = v = 0.0F;
-        continue;
-      }
-      const Eigen::Vector2d target =
-          capture::pixel_center(x, y) +
-          Eigen::Vector2d(static_cast<double>(u), static_cast<double>(v));
-      const bool is_seen =
-          (facts.flags(x, y) & visible_flag) != 0 && !std::isinf(facts.range_m(x, y));
-      flow.is_covisible(x, y) = is_seen ? 1 : 0;
-      // A point that is seen is in view, even where a float's rounding puts it on the border.
-      flow.is_in_view(x, y) = is_seen || to.model.contains(target) ? 1 : 0;
-    }
-  }
-  return flow;
 }
 
 std::vector<std::byte> planar_npy(const core::ImageF& motion_px) {
@@ -144,14 +118,12 @@ std::vector<std::byte> flow_npz(const MaskedFlow& forward, const MaskedFlow& bac
 /// The older form: steps of 1/64 px, the mask in red, v in green and u in blue, as OpenCV turns
 /// them round.
 core::Image16 flow_png(const MaskedFlow& forward) {
-  constexpr std::uint16_t kOccluded = 1, kOutOfView = 100, kOverRange = 200;
+  constexpr std::uint16_t kOverRange = 200;
   const core::ImageF& motion_px = forward.motion_px;
   core::Image16 image(motion_px.width(), motion_px.height(), 3);
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
-      std::uint16_t mask = forward.is_in_view(x, y) == 0     ? kOutOfView
-                           : forward.is_covisible(x, y) == 0 ? kOccluded
-                                                             : 0;
+      std::uint16_t mask = forward.mask(x, y);
       for (int k = 0; k < 2; ++k) {
         const double counts = std::round(static_cast<double>(motion_px(x, y, k)) * 64.0) + 32768.0;
         if (!(counts >= 0.0 && counts <= 65535.0)) mask = kOverRange;
@@ -166,13 +138,17 @@ core::Image16 flow_png(const MaskedFlow& forward) {
 class TartanAirExporter final : public Exporter {
  public:
   void describe(core::SchemaVisitor& visit) override {
-    visit.key("rig", rig_, "Rig to export: a pair of 640 x 640 px, f = 320 px, 0.25 m apart.");
+    visit.key("rig", rig_,
+              "Rig to export: a pair of 640 x 640 px, f = 320 px, 0.25 m apart. Its cameras called "
+              "lcam_left, rcam_top and so on are exported with it.");
     visit.key("left", left_, "Its left camera, lcam_front in the dataset.");
     visit.key("right", right_, "Its right camera, rcam_front in the dataset.");
     visit.key("environment", environment_,
               "Name of the dataset's environment folder; empty: the world's name.");
-    visit.key("difficulty", difficulty_, "Half of the dataset: Data_easy or Data_hard.",
-              core::one_of({"easy", "hard"}));
+    visit.key("difficulty", difficulty_,
+              "Part of the dataset: Data_easy or Data_hard; TartanGround's Data_omni (P0000, …), "
+              "Data_diff (P1000, …) or Data_anymal (P2000, …).",
+              core::one_of({"easy", "hard", "omni", "diff", "anymal"}));
     visit.key("flow", flow_,
               "Form of the optical flow: npz (float32, both ways, masks) or png (1/64 px, forward, "
               "at most 512 px).",
@@ -188,27 +164,15 @@ class TartanAirExporter final : public Exporter {
   }
 
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
-    const capture::CameraCalibration& left = camera(cameras, left_);
-    const capture::CameraCalibration& right = camera(cameras, right_);
-    for (const capture::CameraCalibration* each : {&left, &right}) {
-      check_pinhole(*each, kFormat);
-      const geo::CameraIntrinsics& k = each->intrinsics;
-      if (k.width_px != 640 || k.height_px != 640 ||
-          k.parameters != std::vector<double>{320.0, 320.0, 320.0, 320.0})
-        fail(ErrorKind::Config,
-             "tartanair: camera {}/{} is {} x {} px with fx {}, fy {}, cx {}, cy {} px; the format "
-             "holds 640 x 640 px with f = 320 px and c = (320, 320) px alone",
-             each->rig, each->name, k.width_px, k.height_px, k.parameters[0], k.parameters[1],
-             k.parameters[2], k.parameters[3]);
-    }
-    const double baseline_m = rectified_baseline_m(left, right, kFormat);
-    if (!(std::abs(baseline_m - kBaseline_m) <= 1e-9))
-      fail(ErrorKind::Config,
-           "tartanair: cameras {} and {} of {} are {} m apart; the format's baseline is {} m",
-           left_, right_, rig_, baseline_m, kBaseline_m);
-    if (!environment_.empty() && environment_ != folder_word(environment_))
-      fail(ErrorKind::Config, "tartanair: environment = \"{}\": letters, digits, _ and - are right",
-           environment_);
+    for (const ExportedCamera& each : exported_cameras(cameras))
+      check_tartanair_camera(cameras[static_cast<std::size_t>(each.camera_index)], 640, 640,
+                             kFormat);
+    check_tartanair_pair(camera(cameras, left_), camera(cameras, right_), kFormat);
+    for (const Face& face : side_faces())
+      for (const bool is_left : {true, false})
+        if (const auto* each = side_camera(cameras, face, is_left))
+          check_face(camera(cameras, is_left ? left_ : right_), *each, face);
+    check_environment(environment_, kFormat);
   }
 
   void write(const std::vector<capture::SequenceReader>& sequences,
@@ -219,21 +183,17 @@ class TartanAirExporter final : public Exporter {
       context.log.info("{}: finished already, its sources are unchanged", folder.string());
       return;
     }
-    const std::string environment =
-        environment_.empty() ? folder_word(sequences.front().info().world_name) : environment_;
+    const std::string environment = environment_of(environment_, sequences);
+    const Numbering numbering = numbering_of(sequences.size());
     core::Json list = core::Json::array();
     for (std::size_t i = 0; i < sequences.size(); ++i) {
-      const std::string name = fmt::format("P{:03}", i);
+      const std::string name = fmt::format("P{:0{}}", numbering.first + i, numbering.num_digits);
       const std::string path = fmt::format("{}/Data_{}/{}", environment, difficulty_, name);
       list.push(write_sequence(sequences[i], name, path, writer, context));
     }
-    core::Json labels = core::Json::object();
-    for (std::size_t i = 0; i < capture::semantic_class_names().size(); ++i)
-      labels.set(capture::semantic_class_names()[i], static_cast<int>(i));
-    writer.write(environment + "/seg_label_map.json",
-                 core::Json::object().set("name_map", std::move(labels)).text() + "\n");
+    writer.write(environment + "/seg_label_map.json", seg_label_map());
     core::Json description = metadata(
-        kFormat, "TartanAir V2", hash, sequences,
+        kFormat, numbering.format_version, hash, sequences,
         {{"pixel_center", "The centre of pixel i is at i + 0.5: c = (320, 320)."},
          {"world_frame", "North, east, down of WGS84 at the sequence's origin; metres."},
          {"pose",
@@ -263,20 +223,60 @@ class TartanAirExporter final : public Exporter {
     return cameras[static_cast<std::size_t>(find_camera(cameras, rig_, name))];
   }
 
+  /// A camera beside the front ones; null where the rig has none of the name.
+  const capture::CameraCalibration* side_camera(
+      const std::vector<capture::CameraCalibration>& cameras, const Face& face,
+      bool is_left) const {
+    const int index = side_camera_index(cameras, face, is_left);
+    return index < 0 ? nullptr : &cameras[static_cast<std::size_t>(index)];
+  }
+  int side_camera_index(const std::vector<capture::CameraCalibration>& cameras, const Face& face,
+                        bool is_left) const {
+    const std::string name = fmt::format("{}cam_{}", is_left ? 'l' : 'r', face.name);
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+      if (cameras[i].rig == rig_ && cameras[i].name == name) return static_cast<int>(i);
+    return -1;
+  }
+
+  /// The front pair, then whatever other faces the rig has.
+  std::vector<ExportedCamera> exported_cameras(
+      const std::vector<capture::CameraCalibration>& cameras) const {
+    std::vector<ExportedCamera> exported = {{"lcam_front", find_camera(cameras, rig_, left_)},
+                                            {"rcam_front", find_camera(cameras, rig_, right_)}};
+    for (const Face& face : side_faces())
+      for (const bool is_left : {true, false})
+        if (const int index = side_camera_index(cameras, face, is_left); index >= 0)
+          exported.push_back({cameras[static_cast<std::size_t>(index)].name, index});
+    return exported;
+  }
+
+  struct Numbering {
+    const char* format_version;
+    std::size_t first;
+    int num_digits;
+  };
+  /// TartanGround counts each kind of motion by its own thousand.
+  Numbering numbering_of(std::size_t num_sequences) const {
+    if (difficulty_ == "easy" || difficulty_ == "hard") return {"TartanAir V2", 0, 3};
+    constexpr std::size_t kMost = 1000;
+    if (num_sequences > kMost)
+      fail(ErrorKind::Config, "tartanair: {} sequences; TartanGround numbers at most {} of a kind",
+           num_sequences, kMost);
+    return {"TartanGround (TartanAir V2)",
+            difficulty_ == "omni"   ? 0
+            : difficulty_ == "diff" ? kMost
+                                    : 2 * kMost,
+            4};
+  }
+
   core::Json write_sequence(const capture::SequenceReader& sequence, const std::string& name,
                             const std::string& path, DatasetWriter& writer,
                             const core::Context& context) const {
-    const auto& cameras = sequence.info().cameras;
-    const std::vector<ExportedCamera> exported = {
-        {"lcam_front", find_camera(cameras, rig_, left_)},
-        {"rcam_front", find_camera(cameras, rig_, right_)}};
+    const std::vector<ExportedCamera> exported = exported_cameras(sequence.info().cameras);
     const LocalFrame local = local_frame(sequence);
-    for (const ExportedCamera& each : exported) {
-      std::string poses;
-      for (const capture::FrameRecord& record : sequence.frames())
-        poses += pose_line(local_from_camera(local, sequence, record.index, each.camera_index));
-      writer.write(fmt::format("{}/pose_{}.txt", path, each.name), poses);
-    }
+    for (const ExportedCamera& each : exported)
+      writer.write(fmt::format("{}/pose_{}.txt", path, each.name),
+                   ned_poses(sequence, local, each.camera_index));
     const std::string georeference = path + "/georeference.csv";
     writer.write(georeference, georeference_csv(sequence, exported));
 
@@ -308,10 +308,9 @@ class TartanAirExporter final : public Exporter {
     if (!has_depth) {
       const auto model = geo::make_camera(
           sequence.info().cameras[static_cast<std::size_t>(each.camera_index)].intrinsics);
-      writer.write(
-          depth, core::encode_png(depth_png(
-                     capture::depth_image(*model, facts.range_m), static_cast<float>(sky_depth_m_),
-                     fmt::format("tartanair: frame {} of {}", frame, each.name))));
+      writer.write(depth, core::encode_png(depth_png(depth_before_sky(
+                              capture::depth_image(*model, facts.range_m), sky_depth_m_,
+                              fmt::format("tartanair: frame {} of {}", frame, each.name)))));
     }
     if (!has_seg) writer.write(seg, core::encode_png(segmentation(facts.semantic_id)));
   }
@@ -321,23 +320,12 @@ class TartanAirExporter final : public Exporter {
     const std::string stem = fmt::format("{}/flow_lcam_front/{:06}_{:06}", path, frame, frame + 1);
     const std::string file = flow_ == "npz" ? stem + "_lcam_front_flow.npz" : stem + "_flow.png";
     if (writer.keep(file)) return;
-    const auto model = geo::make_camera(
-        sequence.info().cameras[static_cast<std::size_t>(left.camera_index)].intrinsics);
-    const capture::CameraView now{*model, sequence.world_from_camera(frame, left.camera_index)};
-    const capture::CameraView next{*model,
-                                   sequence.world_from_camera(frame + 1, left.camera_index)};
-    const MaskedFlow forward = masked_flow(
-        now, next, sequence.read_camera(frame, left.camera_index, capture::SequenceReader::kFacts),
-        capture::kVisibleNext);
+    const MaskedFlow forward = forward_flow(sequence, frame, left.camera_index);
     if (flow_ == "png") {
       writer.write(file, core::encode_png(flow_png(forward)));
       return;
     }
-    const MaskedFlow backward = masked_flow(
-        next, now,
-        sequence.read_camera(frame + 1, left.camera_index, capture::SequenceReader::kFacts),
-        capture::kVisiblePrevious);
-    writer.write(file, flow_npz(forward, backward));
+    writer.write(file, flow_npz(forward, backward_flow(sequence, frame, left.camera_index)));
   }
 
   std::string rig_ = "tartan2";

@@ -24,7 +24,7 @@ inline std::string slurp(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-/// An npy array of float32 or bool.
+/// An npy array of float32, bool or bytes.
 struct Array {
   std::string type;
   std::vector<int> shape;
@@ -61,15 +61,16 @@ inline Array parse_npy(const std::string& bytes) {
   }
   const std::string data = bytes.substr(10 + length);
   const std::size_t value_bytes = array.type == "<f4" ? 4 : 1;
-  demand(array.type == "<f4" || array.type == "|b1", "type");
+  demand(array.type == "<f4" || array.type == "|b1" || array.type == "|u1", "type");
   demand(data.size() == count * value_bytes, "size");
   array.values.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     if (value_bytes == 4) {
       std::memcpy(&array.values[i], data.data() + 4 * i, 4);
     } else {
-      demand(data[i] == 0 || data[i] == 1, "bool");
-      array.values[i] = static_cast<float>(data[i]);
+      const auto value = static_cast<unsigned char>(data[i]);
+      demand(array.type == "|u1" || value <= 1, "bool");
+      array.values[i] = static_cast<float>(value);
     }
   }
   return array;

@@ -347,5 +347,92 @@ TEST(TartanAirCheck, OnlyTheFormatsCamerasFit) {
   });
 }
 
+// TartanGround's names, and the faces beside the front: what a pixel shows stands where its name
+// says.
+TEST(TartanAirFaces, DepthsOfEveryFaceBackProjectOntoTheScene) {
+  ScratchFolder scratch;
+  const TinyCaptureOptions options{
+      .num_frames = 1, .has_mcs4 = false, .faces = {"lcam_left", "rcam_bottom", "lcam_top"}};
+  write_tiny_capture(scratch / "capture", options);
+  run_export(scratch / "capture", "format = \"tartanair\"\ndifficulty = \"diff\"", scratch / "out");
+  const fs::path trajectory = scratch / "out/tartanair/TinyWorld/Data_diff/P1000";
+  const Json sequence =
+      Json::read(scratch / "out/tartanair/dataset.json").at("sequences").at(std::size_t{0});
+  EXPECT_EQ(sequence.at("name").string(), "P1000");
+  ASSERT_EQ(sequence.at("cameras").size(), 5U);
+  const auto pose_of = [&](const std::string& camera) {
+    return read_rows(trajectory / ("pose_" + camera + ".txt")).at(0);
+  };
+  const TinyScene scene;
+  const Json& place = sequence.at("origin");
+  const geo::Geodetic origin{place.at("lat_deg").number(), place.at("lon_deg").number(),
+                             place.at("height_m").number()};
+  const TangentChange world_from_local = tangent_change(origin, scene.origin);
+  int num_ground = 0;
+  for (const std::string camera : {"lcam_front", "lcam_left", "rcam_bottom", "lcam_top"}) {
+    const std::vector<double> row = pose_of(camera), front = pose_of(camera.substr(0, 5) + "front");
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(row[k], front[k]) << camera;
+    const Matrix3d ned = Eigen::Quaterniond(row[6], row[3], row[4], row[5]).toRotationMatrix();
+    const Matrix3d ned_front =
+        Eigen::Quaterniond(front[6], front[3], front[4], front[5]).toRotationMatrix();
+    // Forward and down of the face in forward, right, down of the front.
+    const Matrix3d face = ned_front.transpose() * ned;
+    if (camera == "lcam_left") {
+      EXPECT_LE((face.col(0) - Vector3d(0, -1, 0)).norm(), 1e-12);
+      EXPECT_LE((face.col(2) - Vector3d(0, 0, 1)).norm(), 1e-12);
+    } else if (camera == "rcam_bottom") {
+      EXPECT_LE((face.col(0) - Vector3d(0, 0, 1)).norm(), 1e-12);
+      EXPECT_LE((face.col(2) - Vector3d(-1, 0, 0)).norm(), 1e-12);
+    } else if (camera == "lcam_top") {
+      EXPECT_LE((face.col(0) - Vector3d(0, 0, -1)).norm(), 1e-12);
+      EXPECT_LE((face.col(2) - Vector3d(1, 0, 0)).norm(), 1e-12);
+    }
+    const cv::Mat coded = cv::imread(
+        (trajectory / ("depth_" + camera) / ("000000_" + camera + "_depth.png")).string(),
+        cv::IMREAD_UNCHANGED);
+    ASSERT_EQ(coded.type(), CV_8UC4);
+    for (int v = 3; v < 640; v += 17) {
+      for (int u = 2; u < 640; u += 19) {
+        float d = 0.0F;
+        std::memcpy(&d, coded.ptr(v, u), 4);
+        if (d == 1e5F) continue;
+        ++num_ground;
+        const Vector3d frd(1.0, (u + 0.5 - 320.0) / 320.0, (v + 0.5 - 320.0) / 320.0);
+        const Vector3d at = ned * (static_cast<double>(d) * frd) + Vector3d(row[0], row[1], row[2]);
+        const Vector3d world = world_from_local({at.y(), at.x(), -at.z()});
+        EXPECT_LE(scene.distance_to_surface(world),
+                  1.3e-7 * static_cast<double>(d) * frd.norm() + 1e-7)
+            << camera << " " << u << " " << v;
+      }
+    }
+  }
+  EXPECT_GT(num_ground, 2000);
+}
+
+TEST(TartanAirFaces, OnlyWhereTheirNamesSay) {
+  const TinyCaptureOptions all{
+      .has_mcs4 = false,
+      .faces = {"lcam_left", "lcam_right", "lcam_back", "lcam_top", "lcam_bottom", "rcam_left",
+                "rcam_right", "rcam_back", "rcam_top", "rcam_bottom"}};
+  const auto cameras = tiny_sequence(all).cameras;
+  const auto options = export_options("format = \"tartanair\"");
+  EXPECT_NO_THROW(options.exporter().check(cameras));
+  for (std::size_t i = 2; i < cameras.size(); ++i) {
+    SCOPED_TRACE(cameras[i].name);
+    auto turned = cameras, moved = cameras, swapped = cameras, smaller = cameras;
+    turned[i].rig_from_camera.rotation =
+        turned[i].rig_from_camera.rotation *
+        Eigen::Quaterniond(Eigen::AngleAxisd(M_PI_2, Vector3d::UnitZ()));
+    moved[i].rig_from_camera.translation.x() += 1e-3;
+    swapped[i].rig_from_camera = cameras[0].rig_from_camera;
+    smaller[i].intrinsics.width_px = 320;
+    for (const auto& wrong : {turned, moved, swapped})
+      expect_error(ErrorKind::Config, {cameras[i].name, "tartan12"},
+                   [&] { options.exporter().check(wrong); });
+    expect_error(ErrorKind::Config, {cameras[i].name, "640 x 640"},
+                 [&] { options.exporter().check(smaller); });
+  }
+}
+
 }  // namespace
 }  // namespace terracast::test

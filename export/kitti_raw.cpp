@@ -1,0 +1,245 @@
+// KITTI raw, synchronised and rectified, with OXTS.
+//
+// Drive    <date>/<date>_drive_<number>_sync: the date of the sequence's start, numbers that go on
+//          from sequence to sequence. Files have ten digits, time stamps nine decimals and a new
+//          line after each.
+// Camera   RDF: x right, y down, z forward. image_00 and image_01 are the left and right camera in
+//          grey, image_02 and image_03 the same two in colour.
+// Pixels   centres at whole numbers, as in KITTI odometry: c is ours less 0.5.
+// calib    nothing is distorted and the pair is rectified as it stands: S_rect = S, R_rect = I, D =
+//          0. The velodyne's frame (x forward, y left, z up; there is no scanner) stands at camera
+//          0 and is the change of axes alone; the mount is in imu_to_velo.
+// oxts     the unit is the body's reference point; see oxts.h. True WGS84: a reader that unrolls
+//          latitudes by Mercator's map sees another track than was flown.
+// ours     depth_02: planar depth of image_02, float32, m; sky 0. poses.txt: image_00 to its first
+//          frame, 3 x 4 row-major.
+
+#include <map>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/progress.h"
+#include "export/cameras.h"
+#include "export/dataset_writer.h"
+#include "export/exporter.h"
+#include "export/georeference.h"
+#include "export/kitti_files.h"
+#include "export/npy.h"
+#include "export/oxts.h"
+#include "geo/frames.h"
+
+namespace terracast::exporters {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+constexpr const char* kFormat = "kitti_raw";
+
+/// The date of a sequence's start as folders bear it: "2011_09_26".
+std::string date_of(const capture::SequenceReader& sequence) {
+  std::string date = sequence.info().utc_start.substr(0, 10);
+  for (char& c : date)
+    if (c == '-') c = '_';
+  return date;
+}
+
+std::string cameras_file(const capture::CameraCalibration& camera, double baseline_m) {
+  const Eigen::Vector2d size_px(camera.intrinsics.width_px, camera.intrinsics.height_px);
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix<double, 1, 5> no_distortion = Eigen::Matrix<double, 1, 5>::Zero();
+  std::string text;
+  for (int k = 0; k < 4; ++k) {
+    const double offset_m = k % 2 == 1 ? baseline_m : 0.0;
+    const auto add = [&](const char* key, const Eigen::Ref<const Eigen::MatrixXd>& values) {
+      text += fmt::format("{}_{:02}: {}\n", key, k, number_line(values));
+    };
+    add("S", size_px);
+    add("K", kitti_camera_matrix(camera));
+    add("D", no_distortion);
+    add("R", identity);
+    add("T", Eigen::Vector3d(-offset_m, 0.0, 0.0));
+    add("S_rect", size_px);
+    add("R_rect", identity);
+    add("P_rect", kitti_projection(camera, offset_m));
+  }
+  return text;
+}
+
+std::string motion_file(const geo::Rigid3d& target_from_source) {
+  return fmt::format("R: {}\nT: {}\n", number_line(target_from_source.rotation.toRotationMatrix()),
+                     number_line(target_from_source.translation));
+}
+
+class KittiRawExporter final : public Exporter {
+ public:
+  void describe(core::SchemaVisitor& visit) override {
+    visit.key("rig", rig_, "Rig to export: it holds a rectified pair.");
+    visit.key("left", left_, "Its left camera: image_00 (grey) and image_02.");
+    visit.key("right", right_, "Its right camera: image_01 (grey) and image_03.");
+    visit.key("drive", drive_, "Number of the first drive, four digits; the others follow.");
+    visit.key("depth", depth_, "Write depth maps of image_02 beside it (ours, not KITTI's).");
+  }
+
+  std::unique_ptr<Exporter> clone() const override {
+    return std::make_unique<KittiRawExporter>(*this);
+  }
+
+  void check(const std::vector<capture::CameraCalibration>& cameras) const override {
+    const auto& left = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, left_))];
+    const auto& right = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, right_))];
+    check_pinhole(left, kFormat);
+    check_pinhole(right, kFormat);
+    rectified_baseline_m(left, right, kFormat);
+    if (drive_.size() != 4 || drive_.find_first_not_of("0123456789") != std::string::npos)
+      fail(ErrorKind::Config, "kitti_raw: drive = \"{}\": four digits are right, such as \"0001\"",
+           drive_);
+  }
+
+  void write(const std::vector<capture::SequenceReader>& sequences,
+             const std::filesystem::path& folder, const core::Context& context) const override {
+    const std::size_t first = static_cast<std::size_t>(std::stoi(drive_));
+    if (first + sequences.size() > 10000)
+      fail(ErrorKind::Config, "kitti_raw: {} drives from {} on need more than four digits",
+           sequences.size(), drive_);
+    const std::string hash = source_hash(kFormat, *this, sequences);
+    DatasetWriter writer(folder, kFormat, hash, context);
+    if (writer.is_complete()) {
+      context.log.info("{}: finished already, its sources are unchanged", folder.string());
+      return;
+    }
+    write_calibration(sequences, writer);
+    core::Json list = core::Json::array();
+    for (std::size_t i = 0; i < sequences.size(); ++i) {
+      const std::string date = date_of(sequences[i]);
+      const std::string name = fmt::format("{}_drive_{:04}_sync", date, first + i);
+      list.push(write_drive(sequences[i], name, date + "/" + name, writer, context));
+    }
+    core::Json description = metadata(kFormat, "KITTI raw, synchronised and rectified", hash,
+                                      sequences, conventions(), additions());
+    description.set("sequences", std::move(list));
+    writer.finish(std::move(description));
+  }
+
+ private:
+  static std::vector<std::pair<std::string, std::string>> conventions() {
+    return {
+        {"pixel_center", "The centre of pixel i is at i: K's c is dataset.json's less 0.5."},
+        {"world_frame",
+         "WGS84: latitude, longitude and ellipsoidal height of each packet; true, not on a map."},
+        {"pose",
+         "Rz(yaw) Ry(pitch) Rx(roll) takes the body (x forward, y left, z up) to the east, north, "
+         "up of the packet's own place; the unit stands at the body's reference point."},
+        {"calib",
+         "P_rect = K [I | t], R_rect the identity, no distortion; the velodyne's frame is camera "
+         "0's with x forward, y left, z up: there is no scanner."},
+        {"oxts",
+         "Accelerations are specific forces: of the body against the Earth, with 9.80665 m/s^2 "
+         "upwards; turn rates are against the Earth. No bias, no noise. pos_accuracy and "
+         "vel_accuracy are what the decimals cut off; navstat to orimode are -1, for there is no "
+         "receiver."},
+        {"time", "UTC with nine decimals; all cameras and the unit share their instants."},
+        {"depth",
+         "depth_02, where it is written: along the optical axis of image_02, metres, float32."},
+        {"sky", "0 in depth_02."}};
+  }
+
+  std::vector<std::string> additions() const {
+    std::vector<std::string> list = {
+        "dataset.json: this file",
+        "georeference.csv: every camera's place on WGS84 and its rotation there",
+        "poses.txt: image_00 of each frame to image_00 of the first, 3 x 4, as KITTI odometry has "
+        "them"};
+    if (depth_)
+      list.emplace_back(
+          "depth_02/data/NNNNNNNNNN.npy: planar depth of image_02, float32 (height, width), "
+          "metres, sky 0");
+    return list;
+  }
+
+  /// The calibration of each date; all drives of a date share it.
+  void write_calibration(const std::vector<capture::SequenceReader>& sequences,
+                         DatasetWriter& writer) const {
+    std::map<std::string, const capture::SequenceReader*> by_date;
+    for (const capture::SequenceReader& sequence : sequences) {
+      const auto& [date, first] = *by_date.emplace(date_of(sequence), &sequence).first;
+      if (first->info().cameras != sequence.info().cameras)
+        fail(ErrorKind::Config,
+             "kitti_raw: the sequences {} and {} of {} differ in their cameras; drives of one date "
+             "share a calibration",
+             first->info().name, sequence.info().name, date);
+    }
+    for (const auto& [date, sequence] : by_date) {
+      const auto& cameras = sequence->info().cameras;
+      const auto& left = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, left_))];
+      const auto& right = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, right_))];
+      const geo::Rigid3d camera_from_velodyne{
+          Eigen::Quaterniond(Eigen::Matrix3d(geo::rig_from_forward_camera().transpose())),
+          Eigen::Vector3d::Zero()};
+      const geo::Rigid3d velodyne_from_body =
+          camera_from_velodyne.inverse() * left.body_from_camera().inverse();
+      writer.write(date + "/calib_cam_to_cam.txt",
+                   cameras_file(left, rectified_baseline_m(left, right, kFormat)));
+      writer.write(date + "/calib_velo_to_cam.txt", motion_file(camera_from_velodyne));
+      writer.write(date + "/calib_imu_to_velo.txt", motion_file(velodyne_from_body));
+    }
+  }
+
+  core::Json write_drive(const capture::SequenceReader& sequence, const std::string& name,
+                         const std::string& path, DatasetWriter& writer,
+                         const core::Context& context) const {
+    const auto& cameras = sequence.info().cameras;
+    const int left = find_camera(cameras, rig_, left_);
+    const int right = find_camera(cameras, rig_, right_);
+    const std::vector<ExportedCamera> exported = {
+        {"image_00", left}, {"image_01", right}, {"image_02", left}, {"image_03", right}};
+    const LocalFrame local = local_frame(sequence);
+    const geo::WorldFrame world(sequence.info().origin);
+
+    std::string times;
+    for (const capture::FrameRecord& record : sequence.frames()) {
+      times += utc_with_nanoseconds(sequence.info().utc_start, record.time_s) + "\n";
+      writer.write(fmt::format("{}/oxts/data/{:010}.txt", path, record.index),
+                   oxts_packet(world, record));
+    }
+    for (const char* folder : {"image_00", "image_01", "image_02", "image_03", "oxts"})
+      writer.write(fmt::format("{}/{}/timestamps.txt", path, folder), times);
+    writer.write(path + "/oxts/dataformat.txt", oxts_format());
+    writer.write(path + "/poses.txt", relative_poses(sequence, local, left));
+    const std::string georeference = path + "/georeference.csv";
+    writer.write(georeference, georeference_csv(sequence, exported));
+
+    const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
+    core::Progress progress(context, "frames", num_frames);
+    core::parallel_for(num_frames, [&](std::int64_t i) {
+      const auto frame = static_cast<int>(i);
+      const auto image = [&](int number) {
+        return fmt::format("{}/image_{:02}/data/{:010}.png", path, number, frame);
+      };
+      write_grey_and_color(sequence, frame, left, image(0), image(2), writer);
+      write_grey_and_color(sequence, frame, right, image(1), image(3), writer);
+      if (depth_)
+        writer.write_kept(fmt::format("{}/depth_02/data/{:010}.npy", path, frame),
+                          [&] { return npy_bytes(depth_with_empty_sky(sequence, frame, left)); });
+      progress.advance();
+    });
+    return describe_sequence(sequence, local, name, path, georeference, exported);
+  }
+
+  std::string rig_ = "mcs4";
+  std::string left_ = "cam0";
+  std::string right_ = "cam3";
+  std::string drive_ = "0001";
+  bool depth_ = true;
+};
+
+}  // namespace
+
+ExporterInfo kitti_raw_exporter() {
+  return {
+      .name = kFormat,
+      .summary = "KITTI raw: rectified pair, calibration, OXTS packets on true WGS84.",
+      .make = []() -> std::unique_ptr<Exporter> { return std::make_unique<KittiRawExporter>(); }};
+}
+
+}  // namespace terracast::exporters

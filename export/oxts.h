@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+
+#include "capture/frame.h"
+#include "geo/geodesy.h"
+
+/// What KITTI raw records of a vehicle's motion: the packets of an OXTS inertial and satellite unit
+/// that stands at the body's reference point, its axes the body's.
+namespace terracast::exporters {
+
+/// A packet: 30 numbers parted by single blanks.
+///  1-3    latitude, longitude, deg; height above the ellipsoid, m
+///  4-6    roll, pitch, yaw, rad: Rz(yaw) Ry(pitch) Rx(roll) takes the body's axes to the east,
+///         north, up of that very place
+///  7-11   velocity, m/s: north, east; forward and left (level), up
+/// 12-17   specific force, m/s^2: the acceleration against the Earth, and standard gravity upwards;
+///         along the body's axes, then levelled (forward, left, up)
+/// 18-23   turn rate against the Earth, rad/s, in the same two frames
+/// 24-25   largest error of position, m, and velocity, m/s: what the decimals cut off
+/// 26-30   states of a satellite receiver: there is none, -1
+/// accuracy   positions 1e-6 m, angles 1e-9 rad, all else within its decimals (9 and 12)
+std::string oxts_packet(const geo::WorldFrame& world, const capture::FrameRecord& record);
+
+/// dataformat.txt: a line for each number of a packet.
+std::string oxts_format();
+
+/// "2011-09-26 13:02:25.964389445", nine decimals, of a sequence's start and the time since then;
+/// exact to the nanosecond.
+/// utc_start   YYYY-MM-DDTHH:MM:SS[.fff]Z
+std::string utc_with_nanoseconds(const std::string& utc_start, double time_s);
+
+}  // namespace terracast::exporters
