@@ -10,6 +10,7 @@
     "COLMAP's sparse model: reprojection, tracks, rigs, text against binary, depth, colours")      \
   X(flow, "stored flow and its masks against depth, poses and intrinsics")                         \
   X(georeference, "poses and times against georeference.csv on WGS84")                             \
+  X(oxts, "velocity, force and turn rate of inertial packets against their places and attitudes")  \
   X(photometric, "colours carried by depth and poses into other images against the colours there") \
   X(reprojection, "depth carried by poses into other images against the depth there")              \
   X(stereo, "disparity against depth, focal length and baseline, and left against right images")   \

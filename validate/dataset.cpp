@@ -10,7 +10,9 @@
 #include "validate/npy.h"
 #include "validate/readers/colmap.h"
 #include "validate/readers/kitti.h"
+#include "validate/readers/kitti_raw.h"
 #include "validate/readers/tartanair.h"
+#include "validate/readers/tartanair_v1.h"
 
 namespace terracast::validate {
 
@@ -72,19 +74,45 @@ core::Image8 Reader::color(const Dataset& dataset, const Camera& camera, int fra
   return color;
 }
 
-std::vector<std::string> reader_names() { return {"colmap", "kitti", "tartanair"}; }
-
-const Reader& find_reader(const std::string& format) {
-  static const ColmapReader colmap;
-  static const KittiReader kitti;
-  static const TartanAirReader tartanair;
-  if (format == "colmap") return colmap;
-  if (format == "kitti") return kitti;
-  if (format == "tartanair") return tartanair;
-  fail(ErrorKind::Config, "{}", core::unknown_name_message("format", format, reader_names()));
+core::Image8 Reader::segmentation(const Dataset& dataset, const Camera& camera, int frame) const {
+  const std::string& path = camera.files[static_cast<std::size_t>(frame)].segmentation;
+  return read_png8(dataset.root / path, path, 1, camera.intrinsics);
 }
 
-std::string frame_digits(int frame) { return fmt::format("{:06}", frame); }
+namespace {
+
+/// Every reader, by its format's name, in alphabetical order.
+const std::map<std::string, std::unique_ptr<const Reader>>& readers() {
+  static const auto table = [] {
+    std::map<std::string, std::unique_ptr<const Reader>> all;
+    all["colmap"] = std::make_unique<ColmapReader>();
+    all["kitti"] = std::make_unique<KittiReader>();
+    all["kitti_raw"] = std::make_unique<KittiRawReader>();
+    all["tartanair"] = std::make_unique<TartanAirReader>();
+    all["tartanair_v1"] = std::make_unique<TartanAirV1Reader>();
+    return all;
+  }();
+  return table;
+}
+
+}  // namespace
+
+std::vector<std::string> reader_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, reader] : readers()) names.push_back(name);
+  return names;
+}
+
+const Reader& find_reader(const std::string& format) {
+  const auto found = readers().find(format);
+  if (found == readers().end())
+    fail(ErrorKind::Config, "{}", core::unknown_name_message("format", format, reader_names()));
+  return *found->second;
+}
+
+std::string frame_digits(int frame, int num_digits) {
+  return fmt::format("{:0{}}", frame, num_digits);
+}
 
 std::vector<std::string> list_folder(const std::filesystem::path& folder) {
   std::vector<std::string> names;
@@ -104,7 +132,7 @@ bool is_safe_relative_path(const std::string& path) {
 
 std::vector<std::string> numbered_files(const Dataset& dataset, const std::string& folder,
                                         const std::string& suffix, int num_frames,
-                                        Findings& findings, bool is_optional) {
+                                        Findings& findings, bool is_optional, int num_digits) {
   const std::vector<std::string> found = list_folder(dataset.root / folder);
   std::vector<std::string> paths(static_cast<std::size_t>(num_frames));
   if (is_optional && found.empty()) {
@@ -113,7 +141,7 @@ std::vector<std::string> numbered_files(const Dataset& dataset, const std::strin
   }
   std::size_t num_known = 0;
   for (int i = 0; i < num_frames; ++i) {
-    const std::string file = frame_digits(i) + suffix;
+    const std::string file = frame_digits(i, num_digits) + suffix;
     if (std::binary_search(found.begin(), found.end(), file)) {
       paths[static_cast<std::size_t>(i)] = folder + "/" + file;
       ++num_known;
@@ -124,10 +152,10 @@ std::vector<std::string> numbered_files(const Dataset& dataset, const std::strin
   if (found.size() != num_known)
     findings.add(
         folder,
-        fmt::format(
-            "{} files that are not \"NNNNNN{}\" of a frame; readers pair files by their place "
-            "in the list",
-            found.size() - num_known, suffix));
+        fmt::format("{} files that are not \"{}{}\" of a frame; readers pair files by their place "
+                    "in the list",
+                    found.size() - num_known,
+                    std::string(static_cast<std::size_t>(num_digits), 'N'), suffix));
   return paths;
 }
 

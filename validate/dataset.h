@@ -13,6 +13,7 @@
 #include "validate/geodesy.h"
 #include "validate/geometry.h"
 #include "validate/readers/colmap_model.h"
+#include "validate/readers/oxts.h"
 
 /// One neutral model of an exported dataset, whatever its format: what a user of the format would
 /// get by reading it.
@@ -58,6 +59,7 @@ struct Sequence {
   std::string path;
   int num_frames = 0;
   double rate_hz = 0.0;
+  std::string utc_start;
   Geodetic origin;
   std::vector<double> times_s;  ///< of the format's own file; empty where it has none
   std::vector<Camera> cameras;
@@ -65,6 +67,9 @@ struct Sequence {
   std::map<int, std::string> classes;  ///< of the segmentation's values
   std::optional<ColmapModel> binary_model;
   std::optional<ColmapModel> text_model;
+  std::vector<std::optional<OxtsPacket>> oxts;  ///< KITTI raw: one a frame
+  Pose camera0_from_imu;                        ///< KITTI raw: by its calibration
+  std::vector<Pose> first_from_camera0;         ///< KITTI raw: of the poses beside the packets
 
   /// Index of a camera; -1 when there is none.
   int camera_index(const std::string& camera_name) const;
@@ -75,7 +80,7 @@ struct FileRecord {
   std::string hash;
 };
 
-/// Flow of one pair of frames, px; masks 0 or 1.
+/// Flow of one pair of frames, px; masks 0 or 1. Without backward flow, those images are empty.
 struct FlowFields {
   core::ImageF forward;   ///< 2 channels, in the image of the first frame
   core::ImageF backward;  ///< 2 channels, in the image of the second frame
@@ -87,7 +92,7 @@ struct Dataset {
   std::filesystem::path root;
   std::string format;
   std::string world_name;
-  float sky_depth_m = 1e5F;  ///< TartanAir: the depth of the sky
+  float sky_depth_m = 1e5F;  ///< TartanAir, both versions: the depth of the sky
   std::map<std::string, FileRecord> files;
   std::vector<Sequence> sequences;
 };
@@ -106,6 +111,8 @@ class Reader {
   /// Disparity, px; NaN where there is none.
   virtual core::ImageF disparity(const Dataset&, const Camera&, int frame) const;
   virtual FlowFields flow(const Dataset&, const Camera&, int frame) const;
+  /// Class indices.
+  virtual core::Image8 segmentation(const Dataset&, const Camera&, int frame) const;
   /// Colour of 3 channels (a grey image thrice).
   core::Image8 color(const Dataset& dataset, const Camera& camera, int frame) const;
 };
@@ -121,7 +128,7 @@ Dataset read_dataset(const std::filesystem::path& root, const std::string& forma
                      Findings& findings);
 
 /// "000042".
-std::string frame_digits(int frame);
+std::string frame_digits(int frame, int num_digits = 6);
 
 /// Names of the entries of a folder (files or folders), sorted; empty when it does not exist.
 std::vector<std::string> list_folder(const std::filesystem::path& folder);
@@ -136,7 +143,8 @@ bool is_safe_relative_path(const std::string& path);
 /// returns  paths relative to the root, empty where a file is missing
 std::vector<std::string> numbered_files(const Dataset& dataset, const std::string& folder,
                                         const std::string& suffix, int num_frames,
-                                        Findings& findings, bool is_optional = false);
+                                        Findings& findings, bool is_optional = false,
+                                        int num_digits = 6);
 
 /// A PNG of 8 or 16 bits with the wanted size and channels.
 /// throws  Input: another size, number of channels or depth

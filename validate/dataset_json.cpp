@@ -119,6 +119,7 @@ void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
   sequence.rate_hz = json.at("rate_hz").number();
   if (!(sequence.rate_hz > 0.0))
     fail(ErrorKind::Input, "dataset.json: rate_hz = {}", sequence.rate_hz);
+  sequence.utc_start = json.at("utc_start").string();
   const Json& origin = json.at("origin");
   sequence.origin = geodetic(origin.at("lat_deg").number(), origin.at("lon_deg").number(),
                              origin.at("height_m").number(), "dataset.json: origin");

@@ -147,9 +147,8 @@ bool FrameWindow::advance() {
                             [&] { image.depth = reader.depth(dataset_, camera, frame_); });
         if (!files.segmentation.empty())
           findings_.attempt(files.segmentation, [&] {
-            check_segmentation(read_png8(dataset_.root / files.segmentation, files.segmentation, 1,
-                                         camera.intrinsics),
-                               image.depth, sequence_.classes, files.segmentation);
+            check_segmentation(reader.segmentation(dataset_, camera, frame_), image.depth,
+                               sequence_.classes, files.segmentation);
           });
         break;
       case kDisparity:

@@ -1,6 +1,7 @@
 #include "validate/text.h"
 
 #include <charconv>
+#include <chrono>
 #include <cmath>
 
 #include "core/error.h"
@@ -75,6 +76,47 @@ std::int64_t parse_integer(std::string_view text, const std::string& where) {
   if (error != std::errc{} || end != text.data() + text.size())
     core::fail(core::ErrorKind::Input, "{}: \"{}\" is not a whole number", where, shown(text));
   return value;
+}
+
+std::int64_t parse_utc_ns(std::string_view text, const std::string& where) {
+  const std::string_view whole = text;
+  const auto refuse = [&] {
+    core::fail(core::ErrorKind::Input, "{}: \"{}\" is no time like 2025-06-21 10:00:00.250", where,
+               shown(whole));
+  };
+  if (text.ends_with('Z')) text.remove_suffix(1);
+  constexpr std::string_view kForm = "0000-00-00_00:00:00";
+  constexpr std::size_t kMostDecimals = 9;
+  if (text.size() < kForm.size() || text.size() > kForm.size() + 1 + kMostDecimals ||
+      text.size() == kForm.size() + 1)
+    refuse();
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char form = i < kForm.size() ? kForm[i] : i == kForm.size() ? '.' : '0';
+    const bool fits = form == '0'   ? text[i] >= '0' && text[i] <= '9'
+                      : form == '_' ? text[i] == ' ' || text[i] == 'T'
+                                    : text[i] == form;
+    if (!fits) refuse();
+  }
+  const auto number = [&](std::size_t at, std::size_t count) {
+    int value = 0;
+    for (std::size_t i = at; i < at + count; ++i) value = 10 * value + (text[i] - '0');
+    return value;
+  };
+  const std::chrono::year_month_day date{std::chrono::year(number(0, 4)),
+                                         std::chrono::month(static_cast<unsigned>(number(5, 2))),
+                                         std::chrono::day(static_cast<unsigned>(number(8, 2)))};
+  // A year that 64 bits of nanoseconds hold: 1678 to 2261.
+  if (!date.ok() || number(0, 4) < 1700 || number(0, 4) > 2200 || number(11, 2) > 23 ||
+      number(14, 2) > 59 || number(17, 2) > 59)
+    refuse();
+  const std::int64_t seconds =
+      std::int64_t{86400} * std::chrono::sys_days(date).time_since_epoch().count() +
+      3600 * number(11, 2) + 60 * number(14, 2) + number(17, 2);
+  std::int64_t nanoseconds = 0;
+  std::int64_t digit_ns = 100'000'000;
+  for (std::size_t i = kForm.size() + 1; i < text.size(); ++i, digit_ns /= 10)
+    nanoseconds += (text[i] - '0') * digit_ns;
+  return 1'000'000'000 * seconds + nanoseconds;
 }
 
 std::vector<double> parse_numbers(std::string_view text, std::size_t count,

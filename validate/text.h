@@ -30,6 +30,11 @@ std::string_view trimmed(std::string_view text);
 double parse_number(std::string_view text, const std::string& where);
 std::int64_t parse_integer(std::string_view text, const std::string& where);
 
+/// Nanoseconds since 1970-01-01 of "YYYY-MM-DD HH:MM:SS[.n…]", up to nine decimals; a T may stand
+/// for the blank, and a Z at the end.
+/// throws  Input: another form, or no such time
+std::int64_t parse_utc_ns(std::string_view text, const std::string& where);
+
 /// Numbers parted by blanks.
 /// count   how many there must be; 0: any
 std::vector<double> parse_numbers(std::string_view text, std::size_t count,

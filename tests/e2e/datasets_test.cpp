@@ -122,6 +122,20 @@ TEST(Demo, TurnsBanksAndClimbsAsItPromises) {
   EXPECT_GE(height_m(states.back()) - height_m(states.front()), 200.0);
 }
 
+TEST(SmallFormats, KittiRawAndTartanAirV1PassEveryCheck) {
+  const ScratchFolder scratch;
+  const fs::path config = write_text(
+      scratch / "job.toml",
+      replaced(tiny_job_text(), "format = \"colmap\"",
+               "format = \"kitti_raw\"\nrig = \"pair\"\nleft = \"left\"\nright = \"right\"\n\n"
+               "[[exports]]\nformat = \"tartanair_v1\"\n\n"
+               "[[rigs]]\nmount_pitch_deg = 40.0\nextends = \"" +
+                   (kConfigs / "rigs/tartan_v1.toml").string() + "\""));
+  const auto run = run_program({"run", config.string(), "--out", (scratch / "out").string(), "-q"});
+  ASSERT_EQ(run.status, 0) << run.output;
+  expect_report_holds(scratch / "out/report", {"kitti_raw", "tartanair_v1"});
+}
+
 TEST(Andorra, TwelveFramesPassEveryCheckInThreeFormatsAnd24ImagesInColmapItself) {
   TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
   const ScratchFolder scratch;

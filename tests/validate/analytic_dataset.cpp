@@ -24,7 +24,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 namespace fs = std::filesystem;
 
-constexpr double kRate_hz = 10.0;
 constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 
 // The place of the scene, and WGS84 by series of its own: Newton on the closed form of ECEF.
@@ -53,12 +52,8 @@ Matrix3d ecef_from_enu(double lat_deg, double lon_deg) {
   return m;
 }
 
-struct Place {
-  double lat_deg, lon_deg, height_m;
-};
-
-Place place_of_ecef(const Vector3d& target) {
-  Place p{kLat_deg, kLon_deg, kHeight_m};
+ScenePlace place_of_ecef(const Vector3d& target) {
+  ScenePlace p{kLat_deg, kLon_deg, kHeight_m};
   for (int i = 0; i < 8; ++i) {
     const Vector3d enu = ecef_from_enu(p.lat_deg, p.lon_deg).transpose() *
                          (target - ecef(p.lat_deg, p.lon_deg, p.height_m));
@@ -175,9 +170,37 @@ void write_flow(const Said& said, std::size_t f, const fs::path& file) {
   zip_close(archive);
 }
 
+/// Rows of a camera's poses: x forward, y right, z down in north, east, down.
+std::string ned_poses(const Said& said, std::size_t c) {
+  Matrix3d ned_from_enu;
+  ned_from_enu << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+  std::string poses;
+  for (std::size_t f = 0; f < said.recording.body_world.size(); ++f) {
+    const SaidPose pose = said.pose(c, f);
+    // Columns: where the camera's forward, right and down point.
+    Matrix3d frd;
+    frd << pose.rotation.col(2), pose.rotation.col(0), pose.rotation.col(1);
+    const Quaterniond q(ned_from_enu * frd);
+    const Vector3d t = ned_from_enu * pose.centre;
+    poses += fmt::format("{:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}\n", t.x(), t.y(),
+                         t.z(), q.x(), q.y(), q.z(), q.w());
+  }
+  return poses;
+}
+
 }  // namespace
 
 std::string digits(std::size_t frame) { return fmt::format("{:06}", frame); }
+
+ScenePlace place_of_scene(const Vector3d& point) {
+  return place_of_ecef(ecef(kLat_deg, kLon_deg, kHeight_m) +
+                       ecef_from_enu(kLat_deg, kLon_deg) * point);
+}
+
+Matrix3d enu_from_scene(const ScenePlace& place) {
+  return ecef_from_enu(place.lat_deg, place.lon_deg).transpose() *
+         ecef_from_enu(kLat_deg, kLon_deg);
+}
 
 SaidPose Said::pose(std::size_t c, std::size_t f, bool is_format) const {
   const auto last = static_cast<std::size_t>(recording.num_frames() - 1);
@@ -235,19 +258,17 @@ void write_metadata(const Said& said, const fs::path& folder, const std::string&
                     const std::string& name, const std::string& path,
                     const std::string& georeference) {
   const Recording& recording = said.recording;
-  const Matrix3d ecef_from_local = ecef_from_enu(kLat_deg, kLon_deg);
   std::string rows = "frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz\n";
   for (std::size_t f = 0; f < recording.body_world.size(); ++f)
     for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
       const SaidPose pose = said.pose(c, f, false);
-      const Vector3d at = ecef(kLat_deg, kLon_deg, kHeight_m) + ecef_from_local * pose.centre;
-      const Place place = place_of_ecef(at);
-      const Quaterniond q(ecef_from_enu(place.lat_deg, place.lon_deg).transpose() *
-                          ecef_from_local * pose.rotation);
-      rows += fmt::format("{},{},{},{:.13f},{:.13f},{:.6f},{:.17g},{:.17g},{:.17g},{:.17g}\n", f,
-                          recording.cameras[c].name,
-                          static_cast<double>(f) / kRate_hz * (1.0 + said.mistake.times_relative),
-                          place.lat_deg, place.lon_deg, place.height_m, q.w(), q.x(), q.y(), q.z());
+      const ScenePlace place = place_of_scene(pose.centre);
+      const Quaterniond q(enu_from_scene(place) * pose.rotation);
+      rows += fmt::format(
+          "{},{},{},{:.13f},{:.13f},{:.6f},{:.17g},{:.17g},{:.17g},{:.17g}\n", f,
+          recording.cameras[c].name,
+          static_cast<double>(f) / recording.rate_hz * (1.0 + said.mistake.times_relative),
+          place.lat_deg, place.lon_deg, place.height_m, q.w(), q.x(), q.y(), q.z());
     }
   core::write_file(folder / georeference, rows);
   Json cameras = Json::array();
@@ -280,7 +301,7 @@ void write_metadata(const Said& said, const fs::path& folder, const std::string&
   sequence.set("name", name)
       .set("path", path)
       .set("num_frames", recording.num_frames())
-      .set("rate_hz", kRate_hz)
+      .set("rate_hz", recording.rate_hz)
       .set("utc_start", "2024-06-21T10:00:00Z")
       .set("origin", Json::object()
                          .set("lat_deg", kLat_deg)
@@ -316,25 +337,55 @@ void list_files_again(const fs::path& folder) {
   json.write(folder / "dataset.json");
 }
 
+void write_tartanair_v1(const Recording& recording, const fs::path& folder,
+                        const Mistake& mistake) {
+  const Said said{recording, mistake};
+  const std::string path = "Hills/Easy/P000";
+  core::write_file(folder / "Hills/seg_label_map.json",
+                   std::string_view("{\"name_map\": {\"sky\": 0, \"ground\": 1}}"));
+  const SceneCamera& camera = recording.cameras[0];
+  const auto width = static_cast<std::size_t>(camera.width);
+  const auto height = static_cast<std::size_t>(camera.height);
+  const auto write_bytes = [&](const fs::path& file, const std::vector<std::uint8_t>& values) {
+    core::write_file(file, npy_bytes("|u1", {height, width}, values.data(), values.size()));
+  };
+  for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
+    const std::string name = recording.cameras[c].name;
+    for (std::size_t f = 0; f < recording.body_world.size(); ++f) {
+      const std::string stem = digits(f) + "_" + name;
+      core::write_file(folder / path / ("image_" + name) / (stem + ".png"),
+                       core::encode_png(said.color(c, f)));
+      write_depth_npy(said, c, f, folder / path / ("depth_" + name) / (stem + "_depth.npy"));
+      write_bytes(folder / path / ("seg_" + name) / (stem + "_seg.npy"),
+                  std::vector<std::uint8_t>(width * height, 1));
+      if (c > 0 || f + 1 == recording.body_world.size()) continue;
+      std::vector<float> flow;
+      std::vector<std::uint8_t> mask;
+      for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x) {
+          const FlowAt at = flow_at(said, f, f + 1, x, y);
+          flow.push_back(static_cast<float>(mistake.flow_sign * at.flow.x()));
+          flow.push_back(static_cast<float>(mistake.flow_sign * at.flow.y()));
+          const bool is_covisible = mistake.covisible.value_or(at.in_view);
+          mask.push_back(is_covisible ? 0 : at.in_view ? 10 : 110);
+        }
+      const std::string pair = digits(f) + "_" + digits(f + 1);
+      write_npy_f4(folder / path / "flow" / (pair + "_flow.npy"), {height, width, 2}, flow);
+      write_bytes(folder / path / "flow" / (pair + "_mask.npy"), mask);
+    }
+    core::write_file(folder / path / ("pose_" + name + ".txt"), ned_poses(said, c));
+  }
+  write_metadata(said, folder, "tartanair_v1", "P000", path, path + "/georeference.csv");
+}
+
 void write_tartanair(const Recording& recording, const fs::path& folder, const Mistake& mistake) {
   const Said said{recording, mistake};
   const std::string path = "Hills/Data_easy/P000";
   core::write_file(folder / "Hills/seg_label_map.json",
                    std::string_view("{\"name_map\": {\"sky\": 0, \"ground\": 1}}"));
-  Matrix3d ned_from_enu;
-  ned_from_enu << 0, 1, 0, 1, 0, 0, 0, 0, -1;
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
     const SceneCamera& camera = recording.cameras[c];
-    std::string poses;
     for (std::size_t f = 0; f < recording.body_world.size(); ++f) {
-      const SaidPose pose = said.pose(c, f);
-      // Columns: where the camera's forward, right and down point.
-      Matrix3d frd;
-      frd << pose.rotation.col(2), pose.rotation.col(0), pose.rotation.col(1);
-      const Quaterniond q(ned_from_enu * frd);
-      const Vector3d t = ned_from_enu * pose.centre;
-      poses += fmt::format("{:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}\n", t.x(),
-                           t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
       const std::string stem = digits(f) + "_" + camera.name;
       core::write_file(folder / path / ("image_" + camera.name) / (stem + ".png"),
                        core::encode_png(said.color(c, f)));
@@ -356,7 +407,7 @@ void write_tartanair(const Recording& recording, const fs::path& folder, const M
                    folder / path / "flow_lcam_front" /
                        (digits(f) + "_" + digits(f + 1) + "_lcam_front_flow.npz"));
     }
-    core::write_file(folder / path / ("pose_" + camera.name + ".txt"), poses);
+    core::write_file(folder / path / ("pose_" + camera.name + ".txt"), ned_poses(said, c));
   }
   write_metadata(said, folder, "tartanair", "P000", path, path + "/georeference.csv");
 }
@@ -384,8 +435,8 @@ void write_kitti(const Recording& recording, const fs::path& folder, const Mista
     for (int row = 0; row < 3; ++row)
       poses += fmt::format("{:.12g} {:.12g} {:.12g} {:.12g}{}", r(row, 0), r(row, 1), r(row, 2),
                            t[row], row < 2 ? " " : "\n");
-    times +=
-        fmt::format("{:e}\n", static_cast<double>(f) / kRate_hz * (1.0 + mistake.times_relative));
+    times += fmt::format(
+        "{:e}\n", static_cast<double>(f) / recording.rate_hz * (1.0 + mistake.times_relative));
     for (std::size_t c = 0; c < 2; ++c)
       core::write_file(folder / path / recording.cameras[c].name / (digits(f) + ".png"),
                        core::encode_png(said.color(c, f)));

@@ -12,7 +12,7 @@
 
 #include "core/image.h"
 
-/// Small datasets of the three formats, written by code of the tests alone from a scene in closed
+/// Small datasets of the formats, written by code of the tests alone from a scene in closed
 /// form.
 namespace terracast::test {
 
@@ -30,8 +30,11 @@ struct SceneCamera {
 /// What a scene's cameras record, in double where it can be.
 struct Recording {
   std::vector<SceneCamera> cameras;
+  double rate_hz = 10.0;
   std::vector<Eigen::Matrix3d> world_from_body;
   std::vector<Eigen::Vector3d> body_world;
+  /// Of flights that are known between their frames.
+  std::vector<Eigen::Vector3d> velocity_mps, acceleration_mps2, rate_body_radps;
   /// By camera, then frame.
   std::vector<std::vector<core::Image8>> color;
   std::vector<std::vector<core::Image<double>>> depth;  ///< planar, m
@@ -52,6 +55,9 @@ enum class Ground { Smooth, Facets };
 Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames,
                         Ground ground = Ground::Smooth, int frame_step = 1);
 
+/// A flight in closed form at 1 Hz, with all its derivatives.
+Recording record_smooth_flight(const std::vector<SceneCamera>& cameras, int num_frames);
+
 /// A mistake in COLMAP's model alone.
 struct ColmapMistake {
   double observation_px = 0.0;                ///< of one observation
@@ -62,6 +68,18 @@ struct ColmapMistake {
   std::size_t most_images = ~std::size_t{0};  ///< of a track
   double point_depth_relative = 0.0;          ///< of points beyond the surface
   int color_levels = 0;                       ///< by which points are brighter
+};
+
+/// A mistake in KITTI raw's packets alone.
+struct OxtsMistake {
+  double axes_east_m = 0.0;  ///< angles in the east, north, up of a place so far east
+  double altitude_m = 0.0;   ///< added to all
+  double velocity_relative = 0.0;
+  int velocity_shift_frames = 0;  ///< velocities of the frame so much later
+  double gravity = 1.0;           ///< share of it that forces hold
+  double force_mps2 = 0.0;        ///< added forward
+  double rate_degps = 0.0;        ///< added about up
+  double level_left_mps = 0.0;    ///< added to one level velocity of one packet
 };
 
 /// A mistake in what a dataset says; its images stay right unless told.
@@ -94,22 +112,30 @@ struct Mistake {
   bool is_one_disparity_missing = false;
   double times_relative = 0.0;  ///< factor on time stamps
   ColmapMistake colmap = {};
+  OxtsMistake oxts = {};
 };
 
 void write_tartanair(const Recording& recording, const std::filesystem::path& folder,
                      const Mistake& mistake = {});
+void write_tartanair_v1(const Recording& recording, const std::filesystem::path& folder,
+                        const Mistake& mistake = {});
 void write_kitti(const Recording& recording, const std::filesystem::path& folder,
                  const Mistake& mistake = {});
+/// Of a flight with derivatives.
+void write_kitti_raw(const Recording& recording, const std::filesystem::path& folder,
+                     const Mistake& mistake = {});
 void write_colmap(const Recording& recording, const std::filesystem::path& folder,
                   const Mistake& mistake = {});
 
 /// Writes dataset.json's list of files anew, as they are now on disk.
 void list_files_again(const std::filesystem::path& folder);
 
-/// The rigs of the scenes: image_2 and image_3; lcam_front and rcam_front; rig/cam0 to cam2 that
-/// look apart.
+/// The rigs of the scenes: image_2 and image_3; image_02 and image_03; lcam_front and rcam_front;
+/// left and right; rig/cam0 to cam2 that look apart.
 std::vector<SceneCamera> kitti_cameras();
+std::vector<SceneCamera> kitti_raw_cameras();
 std::vector<SceneCamera> tartanair_cameras();
+std::vector<SceneCamera> tartanair_v1_cameras();
 std::vector<SceneCamera> colmap_cameras();
 
 }  // namespace terracast::test

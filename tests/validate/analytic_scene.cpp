@@ -87,6 +87,60 @@ Eigen::Vector3d ground_color(double x, double y, double s) {
           96.0 + 11.0 * value - 16.0 * broad};
 }
 
+/// Colours and depths of all cameras, of the poses and the ground that the recording has.
+void take_images(Recording& recording) {
+  recording.color.resize(recording.cameras.size());
+  recording.depth.resize(recording.cameras.size());
+  for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
+    const SceneCamera& camera = recording.cameras[c];
+    for (std::size_t f = 0; f < static_cast<std::size_t>(recording.num_frames()); ++f) {
+      core::Image8 color(camera.width, camera.height, 3);
+      core::Image<double> depth(camera.width, camera.height);
+      const Eigen::Matrix3d rotation = recording.rotation(c, f);
+      const Eigen::Vector3d centre = recording.centre(c, f);
+      // Texture as fine as the images: a unit of it is about four pixels of this camera at 100 m.
+      const double grain = 4.0 * 100.0 / camera.focal_px / 3.0;
+      core::parallel_for(camera.height, [&](std::int64_t row) {
+        const int y = static_cast<int>(row);
+        for (int x = 0; x < camera.width; ++x) {
+          const Eigen::Vector3d ray((x + 0.5 - 0.5 * camera.width) / camera.focal_px,
+                                    (y + 0.5 - 0.5 * camera.height) / camera.focal_px, 1.0);
+          const Eigen::Vector3d direction = rotation * ray;
+          const double t = hit_distance(recording.height_m, centre, direction, 75.0);
+          depth(x, y) = t;  // the ray has z = 1: its parameter is the planar depth
+          const Eigen::Vector3d point = centre + t * direction;
+          const Eigen::Vector3d shade = ground_color(point.x(), point.y(), grain);
+          for (int k = 0; k < 3; ++k)
+            color(x, y, k) =
+                static_cast<std::uint8_t>(std::lround(std::clamp(shade[k], 0.0, 255.0)));
+        }
+      });
+      recording.color[c].push_back(std::move(color));
+      recording.depth[c].push_back(std::move(depth));
+    }
+  }
+}
+
+/// Where a body is and which way it looks at a time, s.
+struct BodyPose {
+  Eigen::Vector3d place;
+  Eigen::Matrix3d world_from_body;
+};
+BodyPose smooth_pose(double t) {
+  const Eigen::Vector3d way(38.0 * std::sin(0.09 * t) + 0.9 * std::sin(0.45 * t),
+                            38.0 * (1.0 - std::cos(0.09 * t)) + 0.7 * std::cos(0.4 * t),
+                            0.5 * t + 0.6 * std::sin(0.5 * t));
+  const Eigen::AngleAxisd north(20.0 * kRadPerDeg, Eigen::Vector3d::UnitZ());
+  const double heading_deg = 20.0 + 5.2 * t + std::sin(0.5 * t);
+  const double pitch_deg = -2.0 * std::sin(0.45 * t);
+  const double bank_deg = -12.0 - std::cos(0.5 * t);
+  return {Eigen::Vector3d(5.0, -8.0, 75.0) + north * way,
+          (Eigen::AngleAxisd(heading_deg * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
+           Eigen::AngleAxisd(pitch_deg * kRadPerDeg, Eigen::Vector3d::UnitY()) *
+           Eigen::AngleAxisd(bank_deg * kRadPerDeg, Eigen::Vector3d::UnitX()))
+              .toRotationMatrix()};
+}
+
 }  // namespace
 
 std::vector<SceneCamera> kitti_cameras() {
@@ -96,11 +150,26 @@ std::vector<SceneCamera> kitti_cameras() {
           {"image_3", 160, 128, 130.0, mount, Eigen::Vector3d(0.3, 0.0, 0.0) + 0.5 * right}};
 }
 
+std::vector<SceneCamera> kitti_raw_cameras() {
+  std::vector<SceneCamera> cameras = kitti_cameras();
+  cameras[0].name = "image_02";
+  cameras[1].name = "image_03";
+  return cameras;
+}
+
 std::vector<SceneCamera> tartanair_cameras() {
   const Eigen::Matrix3d mount = looking(0.0, 55.0);
   const Eigen::Vector3d right = mount.col(0);
   return {{"lcam_front", 640, 640, 320.0, mount, {0.0, 0.0, 0.0}},
           {"rcam_front", 640, 640, 320.0, mount, 0.25 * right}};
+}
+
+std::vector<SceneCamera> tartanair_v1_cameras() {
+  std::vector<SceneCamera> cameras = tartanair_cameras();
+  cameras[0].name = "left";
+  cameras[1].name = "right";
+  for (SceneCamera& camera : cameras) camera.height = 480;
+  return cameras;
 }
 
 std::vector<SceneCamera> colmap_cameras() {
@@ -136,36 +205,30 @@ Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames,
          Eigen::AngleAxisd(bank_deg * kRadPerDeg, Eigen::Vector3d::UnitX()))
             .toRotationMatrix());
   }
-  recording.color.resize(cameras.size());
-  recording.depth.resize(cameras.size());
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const SceneCamera& camera = cameras[c];
-    for (std::size_t f = 0; f < static_cast<std::size_t>(num_frames); ++f) {
-      core::Image8 color(camera.width, camera.height, 3);
-      core::Image<double> depth(camera.width, camera.height);
-      const Eigen::Matrix3d rotation = recording.rotation(c, f);
-      const Eigen::Vector3d centre = recording.centre(c, f);
-      // Texture as fine as the images: a unit of it is about four pixels of this camera at 100 m.
-      const double grain = 4.0 * 100.0 / camera.focal_px / 3.0;
-      core::parallel_for(camera.height, [&](std::int64_t row) {
-        const int y = static_cast<int>(row);
-        for (int x = 0; x < camera.width; ++x) {
-          const Eigen::Vector3d ray((x + 0.5 - 0.5 * camera.width) / camera.focal_px,
-                                    (y + 0.5 - 0.5 * camera.height) / camera.focal_px, 1.0);
-          const Eigen::Vector3d direction = rotation * ray;
-          const double t = hit_distance(recording.height_m, centre, direction, 75.0);
-          depth(x, y) = t;  // the ray has z = 1: its parameter is the planar depth
-          const Eigen::Vector3d point = centre + t * direction;
-          const Eigen::Vector3d shade = ground_color(point.x(), point.y(), grain);
-          for (int k = 0; k < 3; ++k)
-            color(x, y, k) =
-                static_cast<std::uint8_t>(std::lround(std::clamp(shade[k], 0.0, 255.0)));
-        }
-      });
-      recording.color[c].push_back(std::move(color));
-      recording.depth[c].push_back(std::move(depth));
-    }
+  take_images(recording);
+  return recording;
+}
+
+Recording record_smooth_flight(const std::vector<SceneCamera>& cameras, int num_frames) {
+  Recording recording;
+  recording.cameras = cameras;
+  recording.rate_hz = 1.0;
+  recording.height_m = [](double x, double y) { return hills(x, y); };
+  for (int i = 0; i < num_frames; ++i) {
+    // Central differences: step^2 / 6 of a third derivative under 0.2 m/s^3, and rounding, 1e-7.
+    constexpr double kStep_s = 1e-3;
+    const BodyPose before = smooth_pose(i - kStep_s), at = smooth_pose(i),
+                   after = smooth_pose(i + kStep_s);
+    recording.body_world.push_back(at.place);
+    recording.world_from_body.push_back(at.world_from_body);
+    recording.velocity_mps.emplace_back((after.place - before.place) / (2.0 * kStep_s));
+    recording.acceleration_mps2.emplace_back((after.place - 2.0 * at.place + before.place) /
+                                             (kStep_s * kStep_s));
+    const Eigen::AngleAxisd turn(
+        Eigen::Matrix3d(before.world_from_body.transpose() * after.world_from_body));
+    recording.rate_body_radps.emplace_back(turn.angle() * turn.axis() / (2.0 * kStep_s));
   }
+  take_images(recording);
   return recording;
 }
 

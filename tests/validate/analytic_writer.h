@@ -7,7 +7,7 @@
 
 #include "tests/validate/analytic_dataset.h"
 
-/// What the writers of the three formats share.
+/// What the writers of the formats share.
 namespace terracast::test {
 
 struct SaidPose {
@@ -38,6 +38,13 @@ struct Said {
 
 /// "000042".
 std::string digits(std::size_t frame);
+
+/// A place on WGS84; the scene's frame is the east, north, up of one.
+struct ScenePlace {
+  double lat_deg, lon_deg, height_m;
+};
+ScenePlace place_of_scene(const Eigen::Vector3d& point);
+Eigen::Matrix3d enu_from_scene(const ScenePlace& place);
 
 void write_depth_npy(const Said& said, std::size_t c, std::size_t f,
                      const std::filesystem::path& file);

@@ -25,20 +25,22 @@ namespace fs = std::filesystem;
 const test::Recording& small_flight(const std::string& format) {
   static const test::Recording kitti = test::record_flight(test::kitti_cameras(), 3);
   static const test::Recording colmap = test::record_flight(test::colmap_cameras(), 3);
-  return format == "kitti" ? kitti : colmap;
+  static const test::Recording raw = test::record_smooth_flight(test::kitti_raw_cameras(), 3);
+  return format == "kitti" ? kitti : format == "kitti_raw" ? raw : colmap;
 }
 
 /// Of TartanAir's size, of one colour and one depth: enough for damage.
-test::Recording blank_flight(double baseline_m) {
+test::Recording blank_flight(double baseline_m, bool is_v1 = false) {
   test::Recording recording;
-  recording.cameras = test::tartanair_cameras();
+  recording.cameras = is_v1 ? test::tartanair_v1_cameras() : test::tartanair_cameras();
   recording.cameras[1].offset_body *= baseline_m / 0.25;
   for (int frame = 0; frame < 3; ++frame) {
     recording.body_world.emplace_back(frame, 0.0, 100.0);
     recording.world_from_body.push_back(Eigen::Matrix3d::Identity());
   }
-  recording.color.assign(2, {3, core::Image8(640, 640, 3, 100)});
-  recording.depth.assign(2, {3, core::Image<double>(640, 640, 1, 80.0)});
+  const int height = recording.cameras[0].height;
+  recording.color.assign(2, {3, core::Image8(640, height, 3, 100)});
+  recording.depth.assign(2, {3, core::Image<double>(640, height, 1, 80.0)});
   return recording;
 }
 
@@ -58,8 +60,12 @@ CheckResult structure_of(const std::vector<CheckResult>& results) {
 void write(const std::string& format, const fs::path& folder) {
   if (format == "kitti")
     test::write_kitti(small_flight(format), folder);
+  else if (format == "kitti_raw")
+    test::write_kitti_raw(small_flight(format), folder);
   else if (format == "tartanair")
     test::write_tartanair(blank_flight(0.25), folder);
+  else if (format == "tartanair_v1")
+    test::write_tartanair_v1(blank_flight(0.25, true), folder);
   else
     test::write_colmap(small_flight(format), folder);
 }
@@ -97,6 +103,12 @@ void write_image(const fs::path& file, int channels, std::uint8_t value, std::ui
   core::write_file(file, core::encode_png(image));
 }
 
+void write_last_byte(const fs::path& file, char value) {
+  std::string bytes = core::read_text_file(file);
+  bytes.back() = value;
+  core::write_file(file, bytes);
+}
+
 struct Damage {
   std::string name;
   std::string format;
@@ -123,8 +135,11 @@ TEST_P(Damaged, IsAFindingThatNamesTheFile) {
 }
 
 const std::string kKitti = "dataset/sequences/00/";
+const std::string kDate = "2024_06_21/";
+const std::string kDrive = kDate + "2024_06_21_drive_0005_sync/";
 const std::string kSparse = "flight/sparse/0/";
 const std::string kTartanAir = "Hills/Data_easy/P000/";
+const std::string kTartanAirV1 = "Hills/Easy/P000/";
 const std::string kFlow = kTartanAir + "flow_lcam_front/000000_000001_lcam_front_flow.npz";
 
 const Damage kDamages[] = {
@@ -199,6 +214,46 @@ const Damage kDamages[] = {
        replace(d / kKitti / "georeference.csv", "image_2,0,42.", "image_2,0,942.");
      },
      "is no place", true},
+    {"MissingPacket", "kitti_raw",
+     [](const fs::path& d) { fs::remove(d / kDrive / "oxts/data/0000000001.txt"); },
+     "oxts/data/0000000001.txt: missing", true},
+    {"PacketOf29Numbers", "kitti_raw",
+     [](const fs::path& d) { replace(d / kDrive / "oxts/data/0000000001.txt", " 0.05 ", " "); },
+     "29 numbers where 30 should be", true},
+    {"PacketNowhere", "kitti_raw",
+     [](const fs::path& d) { replace(d / kDrive / "oxts/data/0000000002.txt", "42.", "942."); },
+     "is no place", true},
+    {"TimesOfEightDecimals", "kitti_raw",
+     [](const fs::path& d) { replace(d / kDrive / "oxts/timestamps.txt", "000\n", "00\n"); },
+     "a time stamp of 28 characters", true},
+    {"TimesWithoutTheLastLinesEnd", "kitti_raw",
+     [](const fs::path& d) {
+       std::string t = core::read_text_file(d / kDrive / "oxts/timestamps.txt");
+       t.pop_back();
+       core::write_file(d / kDrive / "oxts/timestamps.txt", t);
+     },
+     "no new line at its end", true},
+    {"TimeThatIsNone", "kitti_raw",
+     [](const fs::path& d) { replace(d / kDrive / "oxts/timestamps.txt", "06-21", "06-31"); },
+     "is no time like", true},
+    {"CamerasOtherTimes", "kitti_raw",
+     [](const fs::path& d) { replace(d / kDrive / "image_03/timestamps.txt", "000\n", "001\n"); },
+     "other times than oxts/timestamps.txt", true},
+    {"MissingKey", "kitti_raw",
+     [](const fs::path& d) {
+       replace(d / kDate / "calib_cam_to_cam.txt", "R_rect_00", "R_rekt_00");
+     },
+     "no line R_rect_00:", true},
+    {"RectifiedFromAnotherCamera", "kitti_raw",
+     [](const fs::path& d) {
+       replace(d / kDate / "calib_cam_to_cam.txt", "T_03: -0.5", "T_03: -0.6");
+     },
+     "T_03 and R_rect_03 are not those", true},
+    {"DriveOfAnotherDate", "kitti_raw",
+     [](const fs::path& d) {
+       replace(d / "dataset.json", "\"2024_06_21_drive", "\"2024_06_22_drive");
+     },
+     "readers look for YYYY_MM_DD/"},
     {"TruncatedPoints", "colmap", [](const fs::path& d) { truncate(d / kSparse / "points3D.bin"); },
      "points3D.bin", true},
     {"TruncatedImages", "colmap", [](const fs::path& d) { truncate(d / kSparse / "images.bin"); },
@@ -258,6 +313,32 @@ const Damage kDamages[] = {
        write_image(d / kTartanAir / "seg_rcam_front/000001_rcam_front_seg.png", 1, 1, 0);
      },
      "class sky at pixel (5, 7), where depth is a surface's", true},
+    {"MissingMask", "tartanair_v1",
+     [](const fs::path& d) { fs::remove(d / kTartanAirV1 / "flow/000001_000002_mask.npy"); },
+     "000001_000002_mask.npy: missing", true},
+    {"MaskOfAnotherValue", "tartanair_v1",
+     [](const fs::path& d) {
+       write_last_byte(d / kTartanAirV1 / "flow/000000_000001_mask.npy", '\x07');
+     },
+     "7 at pixel (639, 479); sums of 1, 10 and 100", true},
+    {"FlowTooMany", "tartanair_v1",
+     [](const fs::path& d) {
+       fs::copy_file(d / kTartanAirV1 / "flow/000000_000001_flow.npy",
+                     d / kTartanAirV1 / "flow/000002_000003_flow.npy");
+     },
+     "5 files for 3 frames", true},
+    {"DepthNegative", "tartanair_v1",
+     [](const fs::path& d) {
+       write_last_byte(d / kTartanAirV1 / "depth_right/000002_right_depth.npy", '\xc2');
+     },
+     "pixel (639, 479); more than 0", true},
+    {"ClassesAsFloats", "tartanair_v1",
+     [](const fs::path& d) {
+       fs::copy_file(d / kTartanAirV1 / "depth_left/000000_left_depth.npy",
+                     d / kTartanAirV1 / "seg_left/000000_left_seg.npy",
+                     fs::copy_options::overwrite_existing);
+     },
+     "unsigned bytes are right", true},
 };
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Damaged, testing::ValuesIn(kDamages),
@@ -273,6 +354,38 @@ TEST(DamagedTartanAir, AnotherBaselineIsFoundThoughMountsAndPosesAgree) {
     EXPECT_EQ(structure.worst.find("rcam_front stands (0.2600, ") != std::string::npos,
               baseline_m != 0.25)
         << structure.worst;
+  }
+}
+
+/// The blank flight with the right camera as another face of the left side.
+test::Recording flight_with_face(const std::string& name, double left_deg) {
+  test::Recording recording = blank_flight(0.0);
+  recording.cameras[1].name = name;
+  recording.cameras[1].body_from_camera =
+      recording.cameras[0].body_from_camera *
+      Eigen::AngleAxisd(-left_deg * 3.14159265358979323846 / 180.0, Eigen::Vector3d::UnitY());
+  return recording;
+}
+
+TEST(DamagedTartanAir, AFaceThatLooksElsewhereThanItsNameSaysIsFound) {
+  const test::ScratchFolder scratch;
+  const struct {
+    const char* name;
+    double left_deg;
+    const char* finding;
+  } cases[] = {{"lcam_left", 90.0, nullptr},
+               {"lcam_right", -90.0, nullptr},
+               {"lcam_back", 180.0, nullptr},
+               {"lcam_left", 90.01, "lcam_left stands 0.0000 m from lcam_front and looks 0.0100"},
+               {"lcam_right", 90.0, "lcam_right stands 0.0000 m from lcam_front and looks 180"},
+               {"lcam_up", 90.0, "the format has no camera lcam_up"}};
+  for (const auto& [name, left_deg, finding] : cases) {
+    const fs::path folder = scratch / fmt::format("{}{}", name, left_deg);
+    test::write_tartanair(flight_with_face(name, left_deg), folder);
+    const CheckResult structure = structure_of(run(folder, scratch / "report"));
+    EXPECT_EQ(structure.ok, finding == nullptr) << structure.worst;
+    if (finding == nullptr) continue;
+    EXPECT_NE(structure.worst.find(finding), std::string::npos) << structure.worst;
   }
 }
 

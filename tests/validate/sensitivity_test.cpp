@@ -19,12 +19,21 @@ const Recording& kitti_flight() {
   static const Recording recording = test::record_flight(test::kitti_cameras(), 6);
   return recording;
 }
+const Recording& kitti_raw_flight() {
+  static const Recording recording = test::record_smooth_flight(test::kitti_raw_cameras(), 8);
+  return recording;
+}
 const Recording& colmap_flight() {
   static const Recording recording = test::record_flight(test::colmap_cameras(), 6);
   return recording;
 }
 const Recording& tartanair_flight() {
   static const Recording recording = test::record_flight(test::tartanair_cameras(), 4);
+  return recording;
+}
+
+const Recording& tartanair_v1_flight() {
+  static const Recording recording = test::record_flight(test::tartanair_v1_cameras(), 4);
   return recording;
 }
 
@@ -68,8 +77,11 @@ struct Case {
 Results results_of(const std::string& format, const Mistake& mistake) {
   const test::ScratchFolder scratch;
   if (format == "kitti") test::write_kitti(kitti_flight(), scratch / "data", mistake);
+  if (format == "kitti_raw") test::write_kitti_raw(kitti_raw_flight(), scratch / "data", mistake);
   if (format == "colmap") test::write_colmap(colmap_flight(), scratch / "data", mistake);
   if (format == "tartanair") test::write_tartanair(tartanair_flight(), scratch / "data", mistake);
+  if (format == "tartanair_v1")
+    test::write_tartanair_v1(tartanair_v1_flight(), scratch / "data", mistake);
   return validate_folder(scratch / "data", scratch / "report");
 }
 
@@ -88,10 +100,17 @@ TEST_P(Right, DatasetPassesEveryCheck) {
   EXPECT_FALSE(results.at("reprojection_scale").skipped) << values(results);
   EXPECT_FALSE(results.at("reprojection_time").skipped) << values(results);
   EXPECT_FALSE(results.at("reprojection_rotation").skipped) << values(results);
+  if (GetParam() == std::string("kitti_raw")) {
+    for (const char* name : {"oxts_velocity", "oxts_acceleration", "oxts_turn_rate",
+                             "oxts_levelled", "oxts_pose_position", "oxts_pose_rotation"})
+      EXPECT_FALSE(results.at(name).skipped) << name << "\n" << values(results);
+  }
   if (std::getenv("TERRACAST_SHOW_VALUES") != nullptr) std::fputs(values(results).c_str(), stdout);
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, Right, testing::Values("kitti", "colmap", "tartanair"),
+INSTANTIATE_TEST_SUITE_P(Formats, Right,
+                         testing::Values("kitti", "kitti_raw", "colmap", "tartanair",
+                                         "tartanair_v1"),
                          [](const auto& one) { return one.param; });
 
 /// Ground as a world has it: triangles of a few pixels with rough corners, which no smooth
@@ -205,6 +224,36 @@ const Case kCases[] = {
     {"KittiRightImageShifted", "kitti", {.color_offset_px = {0.2, 0.0}}, {"stereo_shift"}},
     {"KittiRightImageLower", "kitti", {.color_offset_px = {0.0, 0.2}}, {"stereo_vertical"}},
     {"KittiTimes", "kitti", {.times_relative = 1e-2}, {"georeference_time"}},
+    {"KittiRawPrincipalX", "kitti_raw", {.principal_x_px = 0.1}, {"reprojection_principal_point"}},
+    {"KittiRawOneFrameOfTime", "kitti_raw", {.pose_shift_frames = 1}, {"reprojection_time"}},
+    {"KittiRawTimes", "kitti_raw", {.times_relative = 1e-2}, {"georeference_time"}},
+    {"KittiRawRightImageShifted", "kitti_raw", {.color_offset_px = {0.2, 0.0}}, {"stereo_shift"}},
+    {"KittiRawRotationOfOnePacket",
+     "kitti_raw",
+     {.pose_frame = 3, .pose_turn_deg = {0.01, 0.0, 0.0}, .poses_only_in_format = true},
+     {"georeference_rotation", "oxts_pose_rotation"}},
+    // 1 km of another place's axes are 0.012 deg; the axes of a world's origin are often 25 km off.
+    {"KittiRawAnglesInAxesOfAnotherPlace",
+     "kitti_raw",
+     {.oxts = {.axes_east_m = 1000.0}},
+     {"georeference_rotation", "oxts_pose_position"}},
+    {"KittiRawAnglesInAxesOfAFarPlace",
+     "kitti_raw",
+     {.oxts = {.axes_east_m = 25000.0}},
+     {"georeference_rotation", "oxts_pose_position", "reprojection_rotation"}},
+    {"KittiRawAltitude", "kitti_raw", {.oxts = {.altitude_m = 0.002}}, {"georeference_position"}},
+    {"KittiRawVelocity", "kitti_raw", {.oxts = {.velocity_relative = 1e-3}}, {"oxts_velocity"}},
+    {"KittiRawVelocityOfTheNextFrame",
+     "kitti_raw",
+     {.oxts = {.velocity_shift_frames = 1}},
+     {"oxts_velocity"}},
+    {"KittiRawForce", "kitti_raw", {.oxts = {.force_mps2 = 0.1}}, {"oxts_acceleration"}},
+    {"KittiRawNoGravity", "kitti_raw", {.oxts = {.gravity = 0.0}}, {"oxts_acceleration"}},
+    {"KittiRawTurnRate", "kitti_raw", {.oxts = {.rate_degps = 0.1}}, {"oxts_turn_rate"}},
+    {"KittiRawOneLevelVelocity",
+     "kitti_raw",
+     {.oxts = {.level_left_mps = 1e-5}},
+     {"oxts_levelled"}},
     {"ColmapPrincipalX", "colmap", {.principal_x_px = 0.1}, {"reprojection_principal_point"}},
     {"ColmapPrincipalY", "colmap", {.principal_y_px = 0.1}, {"reprojection_principal_point"}},
     {"ColmapFocal", "colmap", {.focal_relative = -1e-3}, {"reprojection_focal_length"}},
@@ -249,6 +298,13 @@ const Case kCases[] = {
      {"flow_time", "reprojection_time"}},
     {"TartanAirAllCovisible", "tartanair", {.covisible = true}, {"flow_masks"}},
     {"TartanAirNoneCovisible", "tartanair", {.covisible = false}, {"flow_covisible"}},
+    {"TartanAirV1RotationOfOneFrame",
+     "tartanair_v1",
+     {.pose_frame = 2, .pose_turn_deg = {0.0, 0.01, 0.0}},
+     {"flow", "flow_rotation", "reprojection_rotation"}},
+    {"TartanAirV1FlowSign", "tartanair_v1", {.flow_sign = -1.0}, {"flow"}},
+    {"TartanAirV1DepthScale", "tartanair_v1", {.depth_relative = 1e-3}, {"flow_scale"}},
+    {"TartanAirV1AllCovisible", "tartanair_v1", {.covisible = true}, {"flow_masks"}},
 };
 
 INSTANTIATE_TEST_SUITE_P(Mistakes, Wrong, testing::ValuesIn(kCases),

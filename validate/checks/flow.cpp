@@ -158,6 +158,7 @@ class FlowChecker : public Checker {
       const FlowFields& flow = *before->image->flow;
       directions.push_back(
           {{*before, *now}, &flow.forward, &flow.in_view_forward, &flow.covisible_forward});
+      if (flow.backward.empty()) continue;
       directions.push_back(
           {{*now, *before}, &flow.backward, &flow.in_view_backward, &flow.covisible_backward});
     }

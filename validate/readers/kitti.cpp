@@ -5,6 +5,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "validate/readers/kitti_files.h"
 #include "validate/text.h"
 
 namespace terracast::validate {
@@ -13,16 +14,6 @@ namespace {
 
 using core::ErrorKind;
 using core::fail;
-
-using Projection = Eigen::Matrix<double, 3, 4>;
-
-Projection projection_from_numbers(const std::vector<double>& numbers) {
-  Projection matrix;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      matrix(row, column) = numbers[static_cast<std::size_t>(4 * row + column)];
-  return matrix;
-}
 
 /// The matrices P0 to P3 (and Tr, which must be there: pykitti fails without it).
 std::array<Projection, 4> read_calibration(const std::filesystem::path& file,
@@ -51,41 +42,16 @@ std::array<Projection, 4> read_calibration(const std::filesystem::path& file,
   return projections;
 }
 
-/// Camera k from camera 0: P = K [I | t].
-Pose camera_from_camera0(const Projection& projection) {
-  const Eigen::Matrix3d k = projection.leftCols<3>();
-  return {Eigen::Matrix3d::Identity(), k.inverse() * projection.col(3)};
-}
-
 int camera_number(const std::string& name) {
   if (name.size() == 7 && name.starts_with("image_") && name[6] >= '0' && name[6] <= '3')
     return name[6] - '0';
   return -1;
 }
 
-/// Width and height as the image's own header says; every other image is held against it.
-void read_size(const Dataset& dataset, const std::string& path, Intrinsics& intrinsics) {
-  const core::Image8 image = read_png8(dataset.root / path, path, 0, Intrinsics{});
-  intrinsics.width_px = image.width();
-  intrinsics.height_px = image.height();
-}
-
 }  // namespace
 
 void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& findings) const {
-  for (int number = 0; number < 4; ++number) {
-    const std::string name = "image_" + std::to_string(number);
-    if (sequence.camera_index(name) >= 0 ||
-        !std::filesystem::exists(dataset.root / sequence.path / name))
-      continue;
-    Camera camera;  // a folder that dataset.json does not speak of is read all the same
-    camera.name = name;
-    camera.local_from_camera.resize(static_cast<std::size_t>(sequence.num_frames));
-    camera.georeference.resize(static_cast<std::size_t>(sequence.num_frames));
-    camera.files.resize(static_cast<std::size_t>(sequence.num_frames));
-    sequence.cameras.push_back(std::move(camera));
-  }
-
+  add_unlisted_cameras(dataset, {"image_0", "image_1", "image_2", "image_3"}, sequence);
   std::array<Projection, 4> projections;
   const std::string calibration = sequence.path + "/calib.txt";
   const bool has_calibration = findings.attempt(calibration, [&] {
@@ -94,35 +60,13 @@ void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& fin
       const int number = camera_number(camera.name);
       if (number < 0)
         fail(ErrorKind::Input, "camera \"{}\" is none of image_0 to image_3", camera.name);
-      const Projection& p = projections[static_cast<std::size_t>(number)];
-      camera.intrinsics.fx_px = p(0, 0);
-      camera.intrinsics.fy_px = p(1, 1);
-      camera.intrinsics.cx_px = p(0, 2) + 0.5;
-      camera.intrinsics.cy_px = p(1, 2) + 0.5;
-      if (p(0, 0) <= 0.0 || p(1, 1) <= 0.0 || p(2, 2) != 1.0 || p(0, 1) != 0.0 || p(1, 0) != 0.0 ||
-          p(2, 0) != 0.0 || p(2, 1) != 0.0)
-        fail(ErrorKind::Input, "P{} is not K [I | t]", number);
+      set_intrinsics(projections[static_cast<std::size_t>(number)], "P" + std::to_string(number),
+                     camera.intrinsics);
     }
   });
 
-  // Poses of camera 0 relative to its first frame.
-  const std::string poses = "dataset/poses/" + sequence.name + ".txt";
-  std::vector<Pose> first_from_camera0;
-  findings.attempt(poses, [&] {
-    const std::string text = core::read_text_file(dataset.root / poses);
-    for (const TextLine& line : split_lines(text)) {
-      const std::string where = poses + ":" + std::to_string(line.number);
-      // evo takes exactly 12 fields with single blanks and none at the end.
-      if (split_at(line.text, ' ').size() != 12)
-        fail(ErrorKind::Input, "{}: {} fields parted by single blanks, not 12", where,
-             split_at(line.text, ' ').size());
-      const Projection matrix = projection_from_numbers(parse_numbers(line.text, 12, where));
-      first_from_camera0.push_back({matrix.leftCols<3>(), matrix.col(3)});
-    }
-    if (first_from_camera0.size() != static_cast<std::size_t>(sequence.num_frames))
-      findings.add(poses, fmt::format("{} rows for {} frames", first_from_camera0.size(),
-                                      sequence.num_frames));
-  });
+  const std::vector<Pose> first_from_camera0 = read_relative_poses(
+      dataset, "dataset/poses/" + sequence.name + ".txt", sequence.num_frames, findings);
 
   const std::string times = sequence.path + "/times.txt";
   findings.attempt(times, [&] {

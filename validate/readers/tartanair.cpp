@@ -6,9 +6,8 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
-#include "core/json.h"
 #include "validate/npy.h"
-#include "validate/text.h"
+#include "validate/readers/tartanair_files.h"
 
 namespace terracast::validate {
 
@@ -19,22 +18,6 @@ using core::fail;
 
 /// The readers of this format have 320 written into their code.
 constexpr Intrinsics kFixedCamera{640, 640, 320.0, 320.0, 320.0, 320.0};
-
-Eigen::Matrix3d enu_from_ned() {
-  Eigen::Matrix3d m;
-  m << 0, 1, 0, 1, 0, 0, 0, 0, -1;
-  return m;
-}
-
-/// The readers take the right camera to stand so far to the right of the left one.
-constexpr double kFixedBaseline_m = 0.25;
-
-/// Camera x right, y down, z forward, in x forward, y right, z down.
-Eigen::Matrix3d frd_from_rdf() {
-  Eigen::Matrix3d m;
-  m << 0, 0, 1, 1, 0, 0, 0, 1, 0;
-  return m;
-}
 
 core::ImageF flow_image(const std::map<std::string, NpyArray>& arrays, const char* key,
                         const std::string& path, const Intrinsics& size) {
@@ -67,64 +50,63 @@ core::Image8 mask_image(const std::map<std::string, NpyArray>& arrays, const cha
   return image;
 }
 
-/// The rectified pair, which must stand as the format fixes it.
-void add_pair(Sequence& sequence, Findings& findings) {
-  const int left = sequence.camera_index("lcam_front");
-  const int right = sequence.camera_index("rcam_front");
-  if (left < 0 || right < 0) return;
-  sequence.stereo = StereoPair{left, right, kFixedBaseline_m};
-  const auto& left_poses = sequence.cameras[static_cast<std::size_t>(left)].local_from_camera;
-  const auto& right_poses = sequence.cameras[static_cast<std::size_t>(right)].local_from_camera;
-  for (std::size_t i = 0; i < left_poses.size() && i < right_poses.size(); ++i) {
-    if (!left_poses[i] || !right_poses[i]) continue;
-    const Eigen::Vector3d offset = (left_poses[i]->inverse() * *right_poses[i]).translation;
-    // Nine digits of a position 50 km from the origin.
-    constexpr double kTolerance_m = 1e-3;
-    if ((offset - Eigen::Vector3d(kFixedBaseline_m, 0.0, 0.0)).norm() <= kTolerance_m) continue;
-    findings.add(sequence.path,
-                 fmt::format("rcam_front stands ({:.4f}, {:.4f}, {:.4f}) m right, down and forward "
-                             "of lcam_front in frame {}; {} m to the right is the format's",
-                             offset.x(), offset.y(), offset.z(), i, kFixedBaseline_m));
-    return;
+/// Where the six cameras of a side look: columns are forward, right and down of the face in those of
+/// the front camera.
+const std::map<std::string, Eigen::Matrix3d>& faces() {
+  const auto columns = [](const Eigen::Vector3d& forward, const Eigen::Vector3d& right) {
+    Eigen::Matrix3d m;
+    m << forward, right, forward.cross(right);
+    return m;
+  };
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY(),
+                        z = Eigen::Vector3d::UnitZ();
+  static const std::map<std::string, Eigen::Matrix3d> table = {
+      {"front", columns(x, y)}, {"right", columns(y, -x)}, {"back", columns(-x, -y)},
+      {"left", columns(-y, x)}, {"top", columns(-z, y)},   {"bottom", columns(z, y)}};
+  return table;
+}
+
+/// Readers stitch the six images of a side into one: each camera looks where its name says, from one
+/// centre.
+void check_faces(const Sequence& sequence, Findings& findings) {
+  constexpr double kTolerance_m = 1e-3;
+  constexpr double kTolerance_deg = 1e-3;
+  for (const Camera& camera : sequence.cameras) {
+    const std::string side = camera.name.substr(0, camera.name.find('_') + 1);
+    const auto face =
+        side == "lcam_" || side == "rcam_" ? faces().find(camera.name.substr(5)) : faces().end();
+    if (face == faces().end()) {
+      findings.add(sequence.path, fmt::format("the format has no camera {}", camera.name));
+      continue;
+    }
+    const int front = sequence.camera_index(side + "front");
+    if (front < 0) continue;
+    const auto& front_poses = sequence.cameras[static_cast<std::size_t>(front)].local_from_camera;
+    for (std::size_t i = 0; i < front_poses.size() && i < camera.local_from_camera.size(); ++i) {
+      if (!front_poses[i] || !camera.local_from_camera[i]) continue;
+      const Pose found = front_poses[i]->inverse() * *camera.local_from_camera[i];
+      const Eigen::Matrix3d found_frd =
+          frd_from_rdf() * found.rotation * frd_from_rdf().transpose();
+      const double off_deg =
+          degrees_from_radians(rotation_angle_rad(face->second.transpose() * found_frd));
+      if (found.translation.norm() <= kTolerance_m && off_deg <= kTolerance_deg) continue;
+      findings.add(
+          sequence.path,
+          fmt::format("{} stands {:.4f} m from {}front and looks {:.4f} deg past where its "
+                      "name says in frame {}",
+                      camera.name, found.translation.norm(), side, off_deg, i));
+      break;
+    }
   }
 }
 
 }  // namespace
 
 void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings& findings) const {
-  const std::string environment = sequence.path.substr(0, sequence.path.find('/'));
-  const std::string labels = environment + "/seg_label_map.json";
-  findings.attempt(labels, [&] {
-    const core::Json map = core::Json::read(dataset.root / labels);
-    for (const auto& [name, index] : map.at("name_map").members())
-      if (index.integer() < 0 || index.integer() > 255)
-        fail(ErrorKind::Input, "{}: class {} has the index {}, outside 0 to 255", labels, name,
-             index.integer());
-    for (const auto& [name, index] : map.at("name_map").members())
-      sequence.classes[static_cast<int>(index.integer())] = name;
-  });
-
+  read_classes(dataset, sequence, findings);
   for (Camera& camera : sequence.cameras) {
     camera.intrinsics = kFixedCamera;
-    const std::string poses = sequence.path + "/pose_" + camera.name + ".txt";
-    findings.attempt(poses, [&] {
-      const std::string text = core::read_text_file(dataset.root / poses);
-      const std::vector<TextLine> lines = split_lines(text);
-      if (lines.size() != camera.local_from_camera.size())
-        findings.add(poses,
-                     fmt::format("{} rows for {} frames", lines.size(), sequence.num_frames));
-      for (std::size_t i = 0; i < lines.size() && i < camera.local_from_camera.size(); ++i) {
-        const std::string where = poses + ":" + std::to_string(i + 1);
-        if (split_at(lines[i].text, ' ').size() != 7)
-          fail(ErrorKind::Input, "{}: {} fields parted by single blanks, not 7", where,
-               split_at(lines[i].text, ' ').size());
-        const std::vector<double> n = parse_numbers(lines[i].text, 7, where);
-        const Eigen::Quaterniond ned_from_frd(n[6], n[3], n[4], n[5]);
-        camera.local_from_camera[i] =
-            Pose{enu_from_ned() * ned_from_frd.toRotationMatrix() * frd_from_rdf(),
-                 enu_from_ned() * Eigen::Vector3d(n[0], n[1], n[2])};
-      }
-    });
+    read_ned_poses(dataset, sequence, camera, findings);
     const auto fill = [&](const std::string& kind, const std::string& suffix,
                           std::string FrameFiles::*member) {
       const std::vector<std::string> paths =
@@ -155,7 +137,8 @@ void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings&
           fmt::format("{} files for {} frames; the readers pair files by their place in the list",
                       found.size(), sequence.num_frames));
   }
-  add_pair(sequence, findings);
+  add_fixed_pair("lcam_front", "rcam_front", sequence, findings);
+  check_faces(sequence, findings);
 }
 
 core::ImageF TartanAirReader::depth(const Dataset& dataset, const Camera& camera, int frame) const {
@@ -169,12 +152,7 @@ core::ImageF TartanAirReader::depth(const Dataset& dataset, const Camera& camera
         static_cast<std::uint32_t>(p[2]) | static_cast<std::uint32_t>(p[1]) << 8 |
         static_cast<std::uint32_t>(p[0]) << 16 | static_cast<std::uint32_t>(p[3]) << 24;
     const auto value = std::bit_cast<float>(bits);
-    if (!(value > 0.0F) || value > dataset.sky_depth_m)
-      fail(ErrorKind::Input,
-           "{}: depth {} at pixel ({}, {}); more than 0 and at most {} (sky) is right", path, value,
-           i % static_cast<std::size_t>(rgba.width()), i / static_cast<std::size_t>(rgba.width()),
-           dataset.sky_depth_m);
-    depth.data()[i] = value < dataset.sky_depth_m ? value : std::numeric_limits<float>::quiet_NaN();
+    depth.data()[i] = depth_or_sky(value, dataset, path, i, rgba.width());
   }
   return depth;
 }
