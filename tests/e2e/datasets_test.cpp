@@ -131,7 +131,9 @@ TEST(SmallFormats, KittiRawAndTartanAirV1PassEveryCheck) {
                "[[exports]]\nformat = \"tartanair_v1\"\n\n"
                "[[rigs]]\nmount_pitch_deg = 40.0\nextends = \"" +
                    (kConfigs / "rigs/tartan_v1.toml").string() + "\""));
-  const auto run = run_program({"run", config.string(), "--out", (scratch / "out").string(), "-q"});
+  const auto run =
+      run_program({"run", config.string(), "--set", "trajectories.0.num_frames=3", "--set",
+                   "detail.finest_spacing_m=8.0", "--out", (scratch / "out").string(), "-q"});
   ASSERT_EQ(run.status, 0) << run.output;
   expect_report_holds(scratch / "out/report", {"kitti_raw", "tartanair_v1"});
 }
