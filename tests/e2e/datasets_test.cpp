@@ -133,7 +133,7 @@ TEST(SmallFormats, KittiRawAndTartanAirV1PassEveryCheck) {
                    (kConfigs / "rigs/tartan_v1.toml").string() + "\""));
   const auto run =
       run_program({"run", config.string(), "--set", "trajectories.0.num_frames=3", "--set",
-                   "detail.finest_spacing_m=8.0", "--out", (scratch / "out").string(), "-q"});
+                   "detail.finest_spacing_m=16.0", "--out", (scratch / "out").string(), "-q"});
   ASSERT_EQ(run.status, 0) << run.output;
   expect_report_holds(scratch / "out/report", {"kitti_raw", "tartanair_v1"});
 }
