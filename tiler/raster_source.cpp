@@ -527,8 +527,8 @@ std::vector<std::uint8_t> GdalRaster::read_mask(const SampleWindow& window,
   GDALRasterBand* mask_band =
       alpha_band_ > 0 ? dataset_->GetRasterBand(alpha_band_) : band()->GetMaskBand();
   if (mask_band->RasterIO(GF_Read, window.first_column, window.first_row, window.width,
-                                      window.height, mask.data(), window.width, window.height,
-                                      GDT_Byte, 0, 0, nullptr) != CE_None)
+                          window.height, mask.data(), window.width, window.height, GDT_Byte, 0, 0,
+                          nullptr) != CE_None)
     fail_unread(errors);
   return mask;
 }
