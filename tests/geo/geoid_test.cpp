@@ -287,7 +287,7 @@ TEST(Egm2008, MatchesNgaPublishedPoints) {
   try {
     geoid = Geoid::egm2008();
   } catch (const core::Error& error) {
-    GTEST_SKIP() << error.what();
+    GTEST_SKIP() << "skipped: " << error.what();
   }
   // Outputs that NGA published with its interpolation program of the 2.5-minute grid, tide free.
   for (const Published& point :
