@@ -46,7 +46,8 @@ class EmbreeDevice {
 /// surface.
 class TileScene {
  public:
-  /// What a tile takes while it is read, decoded and built, and no less than num_bytes() of any.
+  /// Set aside for a tile while it is read, decoded and built; each loaded tile is checked to take
+  /// no more. What it takes meanwhile is held by MemoryBudget's bound on the process alone.
   static constexpr std::size_t kMostBytesWhileLoading =
       std::size_t{64} * kTileSamples * kTileSamples;
 
