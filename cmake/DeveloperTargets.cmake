@@ -12,7 +12,11 @@ endif()
 
 find_program(RUN_CLANG_TIDY run-clang-tidy)
 if(RUN_CLANG_TIDY)
-  add_custom_target(tidy COMMAND ${RUN_CLANG_TIDY} -quiet -p ${PROJECT_BINARY_DIR}
+  # It reads the compile commands of a folder of its own, without g++'s precompiled headers.
+  add_custom_target(tidy
+    COMMAND ${CMAKE_COMMAND} -G Ninja -S ${PROJECT_SOURCE_DIR} -B ${PROJECT_BINARY_DIR}/tidy
+            -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
+    COMMAND ${RUN_CLANG_TIDY} -quiet -p ${PROJECT_BINARY_DIR}/tidy
     -extra-arg=-Wno-unknown-warning-option  # those are for g++
     "${PROJECT_SOURCE_DIR}/(core|geo|capture|world|tiler|render|export|validate|cli)/.*\\.cpp$" VERBATIM)
 endif()

@@ -1,3 +1,9 @@
+# Parsed once: what nearly every source includes, and takes half of its compile to read. A source includes what it uses
+# all the same; the preset asan builds without this list.
+set(precompiled_headers <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <limits> <map> <memory>
+    <optional> <set> <span> <string> <string_view> <vector> <Eigen/Geometry> <fmt/format.h>)
+set(precompiled_test_headers ${precompiled_headers} <gmock/gmock.h> <gtest/gtest.h>)
+
 # terracast_library(NAME USES folder... LINKS target...)
 #   The folder's sources as the library terracast_NAME. USES is the folder's row of the layering: it links
 #   those libraries and becomes the CTest layering.NAME, which reads the includes. LINKS are third parties.
@@ -10,6 +16,11 @@ function(terracast_library name)
     add_library(terracast_${name} STATIC ${sources} ${headers})
     set(scope PUBLIC)
     target_link_libraries(terracast_${name} PRIVATE terracast_warnings)
+    if(name STREQUAL core)
+      target_precompile_headers(terracast_core PRIVATE ${precompiled_headers})
+    else()
+      target_precompile_headers(terracast_${name} REUSE_FROM terracast_core)
+    endif()
   else()
     add_library(terracast_${name} INTERFACE)
     set(scope INTERFACE)
@@ -42,6 +53,13 @@ function(terracast_tests folder)
   list(TRANSFORM ARG_USES PREPEND terracast_ OUTPUT_VARIABLE used)
   target_link_libraries(${target} PRIVATE ${used} ${ARG_LINKS} terracast_test_support
     terracast_warnings GTest::gtest_main GTest::gmock)
+  # g++ 12 warns of its own std::string (bugs 105329, 105651) where that is precompiled.
+  target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-stringop-overflow)
+  if(folder STREQUAL core)
+    target_precompile_headers(${target} PRIVATE ${precompiled_test_headers})
+  else()
+    target_precompile_headers(${target} REUSE_FROM terracast_core_tests)
+  endif()
   if(ARG_IN_ONE_PROCESS)
     add_test(NAME ${folder} COMMAND ${target} --gtest_brief=1)
     set_tests_properties(${folder} PROPERTIES LABELS ${ARG_LABEL} ${cost})

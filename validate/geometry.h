@@ -48,28 +48,16 @@ struct Pose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
-    return rotation * point + translation;
-  }
-  Pose operator*(const Pose& other) const {
-    return {rotation * other.rotation, rotation * other.translation + translation};
-  }
-  Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const;
+  Pose operator*(const Pose& other) const;
+  Pose inverse() const;
 };
 
 /// Angle of a rotation, rad; exact also where it is tiny (arccos of the trace would lose it below
 /// 1e-8).
-inline double rotation_angle_rad(const Eigen::Matrix3d& rotation) {
-  const Eigen::Vector3d twice_sine_axis(rotation(2, 1) - rotation(1, 2),
-                                        rotation(0, 2) - rotation(2, 0),
-                                        rotation(1, 0) - rotation(0, 1));
-  return std::atan2(0.5 * twice_sine_axis.norm(), 0.5 * (rotation.trace() - 1.0));
-}
+double rotation_angle_rad(const Eigen::Matrix3d& rotation);
 
 /// The rotation vector (axis times angle, rad) of a rotation by less than pi.
-inline Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
-  const Eigen::AngleAxisd turn{Eigen::Quaterniond(rotation)};
-  return turn.angle() * turn.axis();
-}
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation);
 
 }  // namespace terracast::validate
