@@ -1,5 +1,7 @@
 #include "cli/pipeline.h"
 
+#include <algorithm>
+
 #include "capture/frame_reader.h"
 #include "core/atomic_file.h"
 #include "core/image_io.h"
@@ -58,13 +60,17 @@ void check_frames(const Job& job) {
 render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions& options,
                                    const core::Log& log) {
   const tiler::WorldSurface& surface = *job.surface;
+  double reach_m = 0.0;  // from the body to its farthest camera
+  for (const capture::CameraCalibration& camera : job.cameras)
+    reach_m = std::max(reach_m, camera.body_from_camera().translation.norm());
   const geo::TrajectoryContext place{.frame = surface.frame(),
                                      .ground_height_m =
                                          [&](double lat_deg, double lon_deg) {
                                            return surface.measured_height_m(lat_deg, lon_deg);
                                          },
                                      .geoid = surface.geoid(),
-                                     .log = &log};
+                                     .log = &log,
+                                     .half_size_m = 0.5 * job.config.world.size_m - reach_m};
   render::SequencePlan plan;
   plan.name = options.name;
   plan.rate_hz = options.rate_hz;
@@ -79,6 +85,7 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
   plan.tracks = job.config.tracks;
   plan.detail = job.config.detail;
   plan.config_toml = toml_of_sequence(job.config, options);
+  render::check_inside(plan, surface.frame(), job.config.world.size_m);
   return plan;
 }
 

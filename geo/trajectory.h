@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -49,6 +51,13 @@ struct TrajectoryContext {
   std::shared_ptr<const Geoid> geoid;  ///< may be null; then heights above the geoid are refused
   const core::Log* log = nullptr;      ///< where what was dropped from a recording is told; or null
   double rate_hz = 10.0;               ///< frames a second that will be taken
+  /// Bodies stay so near the world's origin along its x and y: inside the world with all they carry.
+  double half_size_m = std::numeric_limits<double>::infinity();
+
+  bool is_inside(const Eigen::Vector3d& position_world) const {
+    return std::abs(position_world.x()) <= half_size_m &&
+           std::abs(position_world.y()) <= half_size_m;
+  }
 };
 
 /// Options of one kind of trajectory; the derived class describes its keys and builds the motion.

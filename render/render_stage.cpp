@@ -96,31 +96,23 @@ void check_plan(const SequencePlan& plan, const Shard& shard) {
   plan.conditions.validate();
 }
 
-/// throws Input: the first camera that stands outside the world's square or not clearly above the
-/// ground
-void check_cameras(const SequencePlan& plan, const world::TileStore& store,
-                   const world::RayQuery& query, const ViewTable& views) {
+std::string place_of(const SequencePlan& plan, int frame, int camera,
+                     const Eigen::Vector3d& center_world, const geo::WorldFrame& frame_of_world) {
+  const geo::Geodetic place = frame_of_world.geodetic_from_world(center_world);
+  const capture::CameraCalibration& calibration = plan.cameras[static_cast<std::size_t>(camera)];
+  return fmt::format("sequence {}, frame {}, camera {}/{} at {:.6f} N {:.6f} E {:.1f} m", plan.name,
+                     frame, calibration.rig, calibration.name, place.lat_deg, place.lon_deg,
+                     place.height_m);
+}
+
+/// throws Input: the first camera that stands not clearly above the ground
+void check_clearance(const SequencePlan& plan, const world::TileStore& store,
+                     const world::RayQuery& query, const ViewTable& views) {
   const geo::WorldFrame frame_of_world(store.manifest().origin);
-  const double half_m = 0.5 * store.manifest().size_m;
   for (int frame = 0; frame < views.num_frames(); ++frame) {
     for (int camera = 0; camera < views.num_cameras(); ++camera) {
       const Eigen::Vector3d& center = views.at(frame, camera).center_world;
-      const auto where = [&] {
-        const geo::Geodetic place = frame_of_world.geodetic_from_world(center);
-        const capture::CameraCalibration& calibration =
-            plan.cameras[static_cast<std::size_t>(camera)];
-        return fmt::format("sequence {}, frame {}, camera {}/{} at {:.6f} N {:.6f} E {:.1f} m",
-                           plan.name, frame, calibration.rig, calibration.name, place.lat_deg,
-                           place.lon_deg, place.height_m);
-      };
-      if (!center.allFinite())
-        fail(ErrorKind::Input, "sequence {}, frame {}: the pose is not finite", plan.name, frame);
-      const double outside_m = std::max(std::abs(center.x()), std::abs(center.y())) - half_m;
-      if (outside_m > 0.0) {
-        fail(ErrorKind::Input,
-             "{}: {:.1f} m outside the world, which reaches {:.1f} m from its origin to each side",
-             where(), outside_m, half_m);
-      }
+      const auto where = [&] { return place_of(plan, frame, camera, center, frame_of_world); };
       const std::optional<double> ground_z = query.surface_z_world(center.x(), center.y());
       if (!ground_z) fail(ErrorKind::Input, "{}: the world has no ground there", where());
       const double clearance_m = center.z() - *ground_z;
@@ -258,6 +250,25 @@ void TrackOptions::describe(core::SchemaVisitor& visit) {
             core::between(0, 1e6));
 }
 
+void check_inside(const SequencePlan& plan, const geo::WorldFrame& frame_of_world, double size_m) {
+  for (int frame = 0; frame < static_cast<int>(plan.states.size()); ++frame) {
+    const geo::Rigid3d& world_from_body =
+        plan.states[static_cast<std::size_t>(frame)].world_from_body;
+    for (int camera = 0; camera < static_cast<int>(plan.cameras.size()); ++camera) {
+      const Eigen::Vector3d center =
+          world_from_body *
+          plan.cameras[static_cast<std::size_t>(camera)].body_from_camera().translation;
+      if (!center.allFinite())
+        fail(ErrorKind::Input, "sequence {}, frame {}: the pose is not finite", plan.name, frame);
+      const double outside_m = std::max(std::abs(center.x()), std::abs(center.y())) - 0.5 * size_m;
+      if (outside_m > 0.0)
+        fail(ErrorKind::Input,
+             "{}: {:.1f} m outside the world, which reaches {:.1f} m from its origin to each side",
+             place_of(plan, frame, camera, center, frame_of_world), outside_m, 0.5 * size_m);
+    }
+  }
+}
+
 std::vector<world::Viewpoint> viewpoints_of(
     const std::vector<geo::BodyState>& states,
     const std::vector<capture::CameraCalibration>& cameras) {
@@ -287,6 +298,7 @@ void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
                       const world::RayQueryOptions& tracing, const Shard& shard,
                       const std::filesystem::path& folder, const core::Context& context) {
   check_plan(plan, shard);
+  check_inside(plan, geo::WorldFrame(store.manifest().origin), store.manifest().size_m);
   const core::ThreadLimit threads(context.num_threads);
   const capture::SequenceInfo info = describe_sequence(plan, store);
   const std::optional<std::vector<int>> damaged =
@@ -302,7 +314,7 @@ void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
 
   const world::RayQuery query(store, cut_of(store, plan), tracing);
   const FrameRenderer renderer(plan, store, query);
-  check_cameras(plan, store, query, renderer.views());
+  check_clearance(plan, store, query, renderer.views());
   const std::vector<capture::TrackPoint> tracks =
       choose_tracks(query, renderer.views(), plan.tracks.num_points,
                     static_cast<std::uint64_t>(plan.seed), context.log);

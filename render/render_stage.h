@@ -55,6 +55,10 @@ struct Shard {
   int count = 1;
 };
 
+/// Every camera at every frame stands inside the square of `size_m` round the world's origin.
+/// throws Input: one does not, named with its place
+void check_inside(const SequencePlan& plan, const geo::WorldFrame& frame_of_world, double size_m);
+
 /// The places from which a sequence's cameras see the world: what the tiler and the frozen cut are
 /// given.
 std::vector<world::Viewpoint> viewpoints_of(const std::vector<geo::BodyState>& states,

@@ -40,7 +40,8 @@ std::vector<Sample> sample_part(const SmoothPart& part, const Flattened& flatten
                   .place = context.frame.geodetic_from_world(motion.position),
                   .agl_m = std::nullopt};
     const auto ground_m = context.ground_height_m(sample.place.lat_deg, sample.place.lon_deg);
-    if (ground_m && std::isfinite(*ground_m)) sample.agl_m = sample.place.height_m - *ground_m;
+    if (ground_m && std::isfinite(*ground_m) && context.is_inside(motion.position))
+      sample.agl_m = sample.place.height_m - *ground_m;
     samples.push_back(sample);
     if (time_s >= part.end_s) return samples;
     if (samples.size() >= kMostSamples)

@@ -84,7 +84,7 @@ void expect_demo_holds(int num_frames, double timeout_s) {
   expect_report_holds(scratch / "out/report", {"tartanair", "kitti", "colmap"});
 }
 
-TEST(Demo, EightFramesPassEveryCheckInThreeFormats) { expect_demo_holds(8, 1100.0); }
+TEST(Demo, FourFramesPassEveryCheckInThreeFormats) { expect_demo_holds(4, 1100.0); }
 
 TEST(DemoFull, PassesEveryCheckInThreeFormats) {
   if (std::getenv("TERRACAST_FULL") == nullptr)

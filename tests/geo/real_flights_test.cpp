@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/toml_reader.h"
 #include "geo/fixes/csv_table.h"
 #include "geo/fixes/recording.h"
 #include "tests/geo/trajectory_support.h"

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "core/toml_reader.h"
 #include "geo/fixes/csv_table.h"
 #include "geo/fixes/recording.h"
 #include "geo/sun.h"
@@ -383,6 +384,28 @@ TEST_F(RecordedFlight, HeightsSayWhatTheyAreAbove) {
               1e-6);
   EXPECT_NEAR(start_m("above = \"pressure\"\npressure_offset_m = 1007.0", geoid),
               1087.0 + undulation_m, 1e-6);
+}
+
+// A place and the ground below it are not at the same x and y far from the origin; it is the body that
+// must stay inside.
+TEST_F(RecordedFlight, ClipsWhereTheBodyItselfLeavesTheWorld) {
+  const std::filesystem::path file = scratch_ / "leaves.csv";
+  std::ofstream csv(file);
+  csv << "time_s,latitude_deg,longitude_deg,height_m\n";
+  for (int i = 0; i < 100; ++i) csv << fmt::format("{},{:.6f},1.5,6000\n", i, 42.6 + 1e-3 * i);
+  csv.close();
+  const std::string text =
+      fmt::format("kind = \"recorded\"\nformat = \"csv\"\nabove = \"ellipsoid\"\nfile = \"{}\"\n",
+                  file.string());
+  TrajectoryContext context = world_.context();
+  context.half_size_m = 15000.0;
+  const auto motion = options_from(text + "outside = \"clip\"\n").kind_options().build(context);
+  const double last_m = motion->at(motion->duration_s()).world_from_body.translation.y();
+  EXPECT_LE(last_m, 15000.0);
+  EXPECT_GT(last_m, 15000.0 - 120.0);  // a fix each 111 m
+  const std::string message =
+      message_of(core::ErrorKind::Input, [&] { options_from(text).kind_options().build(context); });
+  EXPECT_NE(message.find("outside"), std::string::npos) << message;
 }
 
 TEST_F(RecordedFlight, ItsOwnTimeOfDaySetsTheSun) {

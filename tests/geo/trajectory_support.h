@@ -2,12 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <optional>
 #include <string>
 
 #include "core/error.h"
-#include "core/toml_reader.h"
 #include "geo/trajectory.h"
 
 namespace terracast::geo::test {
@@ -20,16 +18,9 @@ struct GroundWorld {
   TrajectoryContext context() const { return {frame, ground, nullptr}; }
 };
 
-inline TrajectoryOptions options_from(const std::string& toml) {
-  TrajectoryOptions options;
-  core::TomlDocument::parse(toml, "test.toml").read(options);
-  return options;
-}
+TrajectoryOptions options_from(const std::string& toml);
 
-inline std::unique_ptr<Trajectory> trajectory_from(const std::string& toml,
-                                                   const GroundWorld& world) {
-  return options_from(toml).kind_options().build(world.context());
-}
+std::unique_ptr<Trajectory> trajectory_from(const std::string& toml, const GroundWorld& world);
 
 /// The message of the error of that kind that `work` throws.
 template <class Work>
@@ -44,31 +35,15 @@ std::string message_of(core::ErrorKind kind, Work&& work) {
   return "";
 }
 
-inline double agl_m(const GroundWorld& world, const Eigen::Vector3d& point_world) {
-  const Geodetic place = world.frame.geodetic_from_world(point_world);
-  return place.height_m - *world.ground(place.lat_deg, place.lon_deg);
-}
+double agl_m(const GroundWorld& world, const Eigen::Vector3d& point_world);
 
 /// Roll of a body whose x axis is level or nearly so: the angle of its y axis below the horizon,
 /// positive when the left side is up.
-inline double roll_rad(const GroundWorld& world, const BodyState& state) {
-  const Eigen::Vector3d up = world.frame.up_world(state.world_from_body.translation);
-  const Eigen::Matrix3d axes = state.world_from_body.rotation.toRotationMatrix();
-  const Eigen::Vector3d level_left = up.cross(axes.col(0)).normalized();
-  return std::atan2(axes.col(1).dot(axes.col(0).cross(level_left)), axes.col(1).dot(level_left));
-}
+double roll_rad(const GroundWorld& world, const BodyState& state);
 
 inline constexpr double kGravity_mps2 = 9.80665;
 
-inline std::string orbit_text(double radius_m, double speed_mps, const std::string& more = "") {
-  return fmt::format(R"(
-kind = "orbit"
-centre = {{ east_m = 12000.0, north_m = 9000.0, height_m = 300.0 }}
-radius_m = {}
-speed_mps = {}
-{})",
-                     radius_m, speed_mps, more);
-}
+std::string orbit_text(double radius_m, double speed_mps, const std::string& more = "");
 
 inline const char* const kFourPlaces = R"(
 kind = "waypoints"

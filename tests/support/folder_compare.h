@@ -1,40 +1,16 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
-#include <set>
 #include <string>
 
 namespace terracast::test {
 
 /// Every file below a folder with its bytes, by relative path.
-inline std::map<std::string, std::string> folder_bytes(const std::filesystem::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file()) continue;
-    std::ifstream stream(entry.path(), std::ios::binary);
-    files[std::filesystem::relative(entry.path(), folder).string()] =
-        std::string(std::istreambuf_iterator<char>(stream), {});
-  }
-  return files;
-}
+std::map<std::string, std::string> folder_bytes(const std::filesystem::path& folder);
 
 /// The first difference between two folders in words; empty when they hold the same files with the
 /// same bytes.
-inline std::string first_difference(const std::filesystem::path& a,
-                                    const std::filesystem::path& b) {
-  const auto files_a = folder_bytes(a);
-  const auto files_b = folder_bytes(b);
-  for (const auto& [name, bytes] : files_a) {
-    const auto found = files_b.find(name);
-    if (found == files_b.end()) return name + " is only in " + a.string();
-    if (found->second != bytes) return name + " differs";
-  }
-  for (const auto& [name, bytes] : files_b)
-    if (!files_a.contains(name)) return name + " is only in " + b.string();
-  return files_a.empty() ? "both folders are empty" : "";
-}
+std::string first_difference(const std::filesystem::path& a, const std::filesystem::path& b);
 
 }  // namespace terracast::test

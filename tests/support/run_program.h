@@ -1,18 +1,8 @@
 #pragma once
 
-#include <fcntl.h>
 #include <signal.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <chrono>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace terracast::test {
@@ -31,61 +21,11 @@ struct ProgramLimits {
 };
 
 /// Runs a program with arguments; its output goes through a file, so that nothing can block.
-inline ProgramResult run_command(const std::string& program,
-                                 const std::vector<std::string>& arguments,
-                                 const ProgramLimits& limits = {}) {
-  static int counter = 0;
-  const auto log =
-      std::filesystem::temp_directory_path() /
-      ("terracast-output-" + std::to_string(::getpid()) + "-" + std::to_string(counter++));
-  std::vector<char*> argv{const_cast<char*>(program.c_str())};
-  for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-  argv.push_back(nullptr);
-  const pid_t child = ::fork();
-  if (child == 0) {
-    const int file = ::open(log.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
-    ::dup2(file, 1);
-    ::dup2(file, 2);
-    ::execv(program.c_str(), argv.data());
-    ::_exit(127);
-  }
-  const auto start = std::chrono::steady_clock::now();
-  ProgramResult result;
-  bool was_killed = false;
-  for (;;) {
-    int state = 0;
-    rusage usage{};
-    if (::wait4(child, &state, WNOHANG, &usage) == child) {
-      result.peak_rss_bytes = 1024.0 * static_cast<double>(usage.ru_maxrss);
-      result.status = WIFEXITED(state) ? WEXITSTATUS(state) : -WTERMSIG(state);
-      break;
-    }
-    const double elapsed_s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (!was_killed && limits.kill_after_s >= 0.0 && elapsed_s >= limits.kill_after_s) {
-      ::kill(child, SIGKILL);
-      was_killed = true;
-    }
-    if (elapsed_s > limits.timeout_s) {
-      ::kill(child, SIGKILL);
-      ::waitpid(child, &state, 0);
-      result.status = -1000;
-      break;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  std::ifstream stream(log);
-  std::stringstream text;
-  text << stream.rdbuf();
-  result.output = text.str();
-  std::filesystem::remove(log);
-  return result;
-}
+ProgramResult run_command(const std::string& program, const std::vector<std::string>& arguments,
+                          const ProgramLimits& limits = {});
 
 /// Runs terracast.
-inline ProgramResult run_program(const std::vector<std::string>& arguments,
-                                 const ProgramLimits& limits = {}) {
-  return run_command(TERRACAST_PROGRAM, arguments, limits);
-}
+ProgramResult run_program(const std::vector<std::string>& arguments,
+                          const ProgramLimits& limits = {});
 
 }  // namespace terracast::test

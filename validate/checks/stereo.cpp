@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/parallel.h"
@@ -95,21 +97,28 @@ class StereoChecker : public Checker {
       disparity.detects = "two counts of 1/256 px in one pixel, a pixel or all of them missing";
       results.push_back(std::move(disparity));
 
-      const double scale_percent = 100.0 * sum_product_ / std::max(sum_square_, 1e-300);
-      // Rounding errors are uniform over a step.
-      const double error_percent = 100.0 / 256.0 / std::sqrt(12.0 * std::max(sum_square_, 1e-300));
+      const auto percent_of = [&](double sum) {
+        return 100.0 * sum / std::max(sum_square_, 1e-300);
+      };
+      const double scale_percent = percent_of(sum_product_);
+      // What this estimate comes to where every depth errs by the smallest error that must be found.
+      const double least_seen_percent =
+          std::min(percent_of(sum_when_larger_), -percent_of(sum_when_smaller_));
       CheckResult scale;
       scale.name = "stereo_scale";
       scale.value = std::abs(scale_percent);
-      scale.bound = 0.05;
+      scale.bound = 50.0 * kLeastFactor;
       scale.unit = "%";
-      scale.skipped = scale.is_unseen = 5.0 * error_percent > scale.bound;
+      scale.skipped = scale.is_unseen = least_seen_percent < 1.2 * scale.bound;
       scale.ok = scale.skipped || scale.is_within_bound();
-      scale.worst = scale.skipped ? "the disparities are too small against their step"
-                                  : fmt::format("{:.4f} ± {:.1g} %", scale_percent, error_percent);
-      scale.summary =
-          "The factor between stored disparities and f b / depth that fits all pixels best (least "
-          "squares), less 1.";
+      scale.worst = scale.skipped ? fmt::format("too few steps: 0.1 % would look like {:.3f} %",
+                                                std::max(least_seen_percent, 0.0))
+                                  : fmt::format("{:+.4f} %", scale_percent);
+      scale.summary = fmt::format(
+          "The factor between stored disparities and f b / depth in steps of 1/256 px that fits "
+          "all "
+          "pixels best (least squares), less 1. 0.1 % would show as {:.3f} %.",
+          std::max(least_seen_percent, 0.0));
       scale.reason = "Half the smallest error that must be found.";
       scale.detects = "0.1 % of baseline, focal length or depth";
       results.push_back(std::move(scale));
@@ -184,7 +193,15 @@ class StereoChecker : public Checker {
         }
         if (!std::isfinite(depth_m)) continue;
         const double base = expected - offset_px;
-        sum_product_ += base * (stored - expected);
+        // Rounding leans where the disparities of a scene are spread unevenly over a step, so both
+        // sides are rounded.
+        const auto in_steps = [&](double px) {
+          return std::round(256.0 * (px + offset_px)) / 256.0;
+        };
+        const double rounded = in_steps(base);
+        sum_product_ += base * (stored - rounded);
+        sum_when_larger_ += base * (in_steps(base * (1.0 + kLeastFactor)) - rounded);
+        sum_when_smaller_ += base * (in_steps(base * (1.0 - kLeastFactor)) - rounded);
         sum_square_ += base * base;
       }
   }
@@ -199,7 +216,9 @@ class StereoChecker : public Checker {
   double greatest_left_out_px_ = 0.0;
   std::string left_out_place_;
   double least_stored_px_ = std::numeric_limits<double>::infinity();
+  static constexpr double kLeastFactor = 1e-3;  ///< the smallest that must be found
   double sum_product_ = 0.0;
+  double sum_when_larger_ = 0.0, sum_when_smaller_ = 0.0;
   double sum_square_ = 0.0;
   std::vector<double> shift_x_, shift_y_;
 };

@@ -1,0 +1,273 @@
+#include "tests/support/tiny_capture.h"
+
+#include "capture/frame_writer.h"
+#include "geo/frames.h"
+#include "geo/units.h"
+
+namespace terracast::test {
+
+Eigen::Vector3d TinyScene::wall_normal() const { return wall_right.cross(wall_up); }
+
+double TinyScene::wall_parameter(const Eigen::Vector3d& eye,
+                                 const Eigen::Vector3d& direction) const {
+  const double along = wall_normal().dot(direction);
+  const double t = wall_normal().dot(wall_center - eye) / along;
+  if (along == 0.0 || !(t > 0.0)) return std::numeric_limits<double>::infinity();
+  const Eigen::Vector3d offset = eye + t * direction - wall_center;
+  const bool is_inside = std::abs(offset.dot(wall_right)) <= wall_half_width_m &&
+                         std::abs(offset.dot(wall_up)) <= wall_half_height_m;
+  return is_inside ? t : std::numeric_limits<double>::infinity();
+}
+
+TinyHit TinyScene::cast(const Eigen::Vector3d& eye, const Eigen::Vector3d& direction) const {
+  const double length = direction.norm();
+  const double ground = ground_normal.dot(ground_point - eye) / ground_normal.dot(direction);
+  const double ground_m = ground > 0.0 && ground * length < horizon_m
+                              ? ground * length
+                              : std::numeric_limits<double>::infinity();
+  const double wall_m = wall_parameter(eye, direction) * length;
+  if (std::isinf(ground_m) && std::isinf(wall_m)) return {};
+  if (wall_m < ground_m)
+    return {wall_m, wall_normal().dot(direction) < 0.0 ? wall_normal() : -wall_normal(),
+            capture::SemanticClass::Rock, 7, 1u << 17};
+  const Eigen::Vector3d place = eye + direction * ground;
+  const auto cell = [](double x) { return static_cast<std::uint32_t>(std::floor(x / 8.0)) & 255; };
+  return {
+      ground_m, ground_normal,
+      place.x() < ground_point.x() ? capture::SemanticClass::Grass : capture::SemanticClass::Soil,
+      0, cell(place.y()) << 9 | cell(place.x()) << 1};
+}
+
+bool TinyScene::is_hidden(const Eigen::Vector3d& eye, const Eigen::Vector3d& point_world) const {
+  return wall_parameter(eye, point_world - eye) < 1.0 - 1e-9;
+}
+
+double TinyScene::distance_to_surface(const Eigen::Vector3d& point_world) const {
+  return std::min(std::abs(ground_normal.dot(point_world - ground_point)),
+                  std::abs(wall_normal().dot(point_world - wall_center)));
+}
+
+capture::CameraCalibration tiny_camera(const std::string& rig, const std::string& name,
+                                       int width_px, int height_px, double focal_length_px,
+                                       const Eigen::Vector3d& axis_angle_rdf,
+                                       const Eigen::Vector3d& offset_rdf_m) {
+  const double angle = axis_angle_rdf.norm();
+  const Eigen::Matrix3d turn =
+      angle > 0.0 ? Eigen::AngleAxisd(angle, axis_angle_rdf / angle).toRotationMatrix()
+                  : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  const double pitch_rad = geo::radians_from_degrees(30.0);
+  return {
+      .rig = rig,
+      .name = name,
+      .intrinsics = {.model = "pinhole",
+                     .width_px = width_px,
+                     .height_px = height_px,
+                     .parameters = {focal_length_px, focal_length_px, width_px / 2.0,
+                                    height_px / 2.0}},
+      .rig_from_camera = {Eigen::Quaterniond(Eigen::Matrix3d(geo::rig_from_rdf() * turn)),
+                          geo::rig_from_rdf() * offset_rdf_m},
+      .body_from_rig = {Eigen::Quaterniond(Eigen::AngleAxisd(pitch_rad, Eigen::Vector3d::UnitY())),
+                        Eigen::Vector3d(0.4, 0.0, -0.2)}};
+}
+
+Eigen::Vector3d tiny_face_turn(const std::string& face) {
+  if (face == "left") return {0.0, -M_PI_2, 0.0};
+  if (face == "right") return {0.0, M_PI_2, 0.0};
+  if (face == "back") return {0.0, M_PI, 0.0};
+  if (face == "top") return {M_PI_2, 0.0, 0.0};
+  if (face == "bottom") return {-M_PI_2, 0.0, 0.0};
+  return Eigen::Vector3d::Zero();
+}
+
+double tiny_bank_rad(int frame) { return 0.05 + kTinyBankStep_rad * frame; }
+
+Eigen::Vector3d tiny_step(const TinyCaptureOptions& options) {
+  return {options.step_m, 0.3 * options.step_m, 0.1 * options.step_m};
+}
+
+geo::Rigid3d tiny_world_from_body(const TinyCaptureOptions& options, int frame) {
+  const double yaw_rad = 0.1 + kTinyYawStep_rad * frame;
+  const Eigen::Vector3d start(20000.0, 9000.0, 420.0);
+  return {(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) *
+           Eigen::AngleAxisd(-tiny_bank_rad(frame), Eigen::Vector3d::UnitX())),
+          start + tiny_step(options) * frame};
+}
+
+geo::Rigid3d tiny_world_from_camera(const TinyCaptureOptions& options, int frame,
+                                    const capture::CameraCalibration& camera) {
+  return tiny_world_from_body(options, frame) * camera.body_from_camera();
+}
+
+Eigen::Vector3d tiny_ray(const capture::CameraCalibration& camera, double u, double v) {
+  const std::vector<double>& p = camera.intrinsics.parameters;
+  return {(u - p[2]) / p[0], (v - p[3]) / p[1], 1.0};
+}
+
+bool tiny_sees(const capture::CameraCalibration& camera, const Eigen::Vector3d& point_camera,
+               Eigen::Vector2d* pixel) {
+  const std::vector<double>& p = camera.intrinsics.parameters;
+  if (!(point_camera.z() > 0.0)) return false;
+  const Eigen::Vector2d at(p[0] * point_camera.x() / point_camera.z() + p[2],
+                           p[1] * point_camera.y() / point_camera.z() + p[3]);
+  if (pixel != nullptr) *pixel = at;
+  return at.x() >= 0.0 && at.y() >= 0.0 && at.x() < camera.intrinsics.width_px &&
+         at.y() < camera.intrinsics.height_px;
+}
+
+Eigen::Vector3d tiny_color(const Eigen::Vector3d& point_world) {
+  return {128.0 + 60.0 * std::sin(point_world.x() / 31.0),
+          128.0 + 60.0 * std::sin(point_world.y() / 23.0 + 1.0),
+          128.0 + 60.0 * std::sin((point_world.x() + point_world.y()) / 41.0 + 2.0)};
+}
+
+std::vector<capture::TrackPoint> tiny_tracks() {
+  const TinyScene scene;
+  std::vector<capture::TrackPoint> tracks;
+  for (int i = 0; i < 12; ++i) {
+    for (int k = 0; k < 12; ++k) {
+      const double x = 20060.0 + 37.0 * i, y = 8780.0 + 41.0 * k;
+      const Eigen::Vector3d& n = scene.ground_normal;
+      const Eigen::Vector3d& p = scene.ground_point;
+      const double z = p.z() - (n.x() * (x - p.x()) + n.y() * (y - p.y())) / n.z();
+      tracks.push_back(
+          {.id = 10 + 3 * static_cast<std::int64_t>(tracks.size()), .point_world = {x, y, z}});
+    }
+  }
+  // Seen by nobody: behind the flight.
+  tracks.push_back({.id = 100000, .point_world = {15000.0, 9000.0, 450.0}});
+  return tracks;
+}
+
+capture::CameraFrame tiny_frame(const TinyCaptureOptions& options,
+                                const capture::SequenceInfo& info, int frame, int camera_index) {
+  const TinyScene scene;
+  const capture::CameraCalibration& camera = info.cameras[static_cast<std::size_t>(camera_index)];
+  const int width = camera.intrinsics.width_px, height = camera.intrinsics.height_px;
+  const geo::Rigid3d world_from_camera = tiny_world_from_camera(options, frame, camera);
+  struct Other {
+    const capture::CameraCalibration* camera;
+    geo::Rigid3d camera_from_world;
+    Eigen::Vector3d eye;
+    std::uint32_t bit;
+  };
+  std::vector<Other> others;
+  const auto look_from = [&](int other_frame, int other_index, std::uint32_t bit) {
+    const auto& other = info.cameras[static_cast<std::size_t>(other_index)];
+    const geo::Rigid3d pose = tiny_world_from_camera(options, other_frame, other);
+    others.push_back({&other, pose.inverse(), pose.translation, bit});
+  };
+  if (frame + 1 < info.num_frames) look_from(frame + 1, camera_index, capture::kVisibleNext);
+  if (frame > 0) look_from(frame - 1, camera_index, capture::kVisiblePrevious);
+  for (const int k : info.cameras_of_rig(camera.rig))
+    if (k != camera_index) look_from(frame, k, capture::visible_in_camera(k));
+
+  capture::CameraFrame result;
+  result.color = core::Image8(width, height, 3, 200);
+  result.range_m = core::ImageF(width, height, 1, capture::kSkyRange_m);
+  result.normal_world = core::ImageF(width, height, 3, 0.0F);
+  result.semantic_id = core::ImageU32(width, height);
+  result.instance_id = core::ImageU32(width, height);
+  result.primitive_id = core::ImageU32(width, height, 1, capture::kNoPrimitive);
+  result.flags = core::ImageU32(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const Eigen::Vector3d direction =
+          world_from_camera.rotation * tiny_ray(camera, x + 0.5, y + 0.5).normalized();
+      const TinyHit hit = scene.cast(world_from_camera.translation, direction);
+      if (std::isinf(hit.range_m)) continue;
+      result.range_m(x, y) = static_cast<float>(hit.range_m);
+      result.semantic_id(x, y) = static_cast<std::uint32_t>(hit.semantic);
+      result.instance_id(x, y) = hit.instance_id;
+      result.primitive_id(x, y) = hit.primitive_id;
+      const Eigen::Vector3d place = world_from_camera.translation + hit.range_m * direction;
+      const Eigen::Vector3d color = tiny_color(place);
+      for (int k = 0; k < 3; ++k) {
+        result.normal_world(x, y, k) = static_cast<float>(hit.normal_world[k]);
+        result.color(x, y, k) = static_cast<std::uint8_t>(std::lround(color[k]));
+      }
+      for (const Other& other : others)
+        if (tiny_sees(*other.camera, other.camera_from_world * place) &&
+            !scene.is_hidden(other.eye, place))
+          result.flags(x, y) |= other.bit;
+    }
+  }
+  return result;
+}
+
+capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options) {
+  capture::SequenceInfo info;
+  info.name = options.name;
+  info.input_hash = options.input_hash;
+  info.world_name = "TinyWorld";
+  info.world_input_hash = "fedcba9876543210fedcba9876543210";
+  info.origin = TinyScene().origin;
+  info.utc_start = options.utc_start;
+  info.rate_hz = 10.0;
+  info.num_frames = options.num_frames;
+  info.config_toml = "name = \"tiny\"\n";
+  info.licences = {"Drawn for tests; public domain"};
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  if (options.has_tartan2) {
+    info.cameras.push_back(tiny_camera("tartan2", "lcam_front", 640, 640, 320.0, none, none));
+    info.cameras.push_back(
+        tiny_camera("tartan2", "rcam_front", 640, 640, 320.0, none, {0.25, 0.0, 0.0}));
+  }
+  for (const std::string& face : options.faces)
+    info.cameras.push_back(tiny_camera("tartan2", face, 640, 640, 320.0,
+                                       tiny_face_turn(face.substr(5)),
+                                       {face.starts_with('r') ? 0.25 : 0.0, 0.0, 0.0}));
+  if (options.has_tartan_v1) {
+    info.cameras.push_back(tiny_camera("tartan_v1", "left", 640, 480, 320.0, none, none));
+    info.cameras.push_back(
+        tiny_camera("tartan_v1", "right", 640, 480, 320.0, none, {0.25, 0.0, 0.0}));
+  }
+  if (options.has_mcs4) {
+    const auto add = [&](const char* name, double yaw_rad, const Eigen::Vector3d& offset_m) {
+      info.cameras.push_back(
+          tiny_camera("mcs4", name, 90, 80, 90.0, {0.0, yaw_rad, 0.0}, offset_m));
+    };
+    add("cam0", 0.0, {0.0, 0.0, 0.3});
+    add("cam1", 0.524, {0.15, 0.0, 0.259808});
+    add("cam2", 1.047, {0.259808, 0.0, 0.15});
+    add("cam3", 0.0, {0.5, 0.0, 0.3});
+  }
+  return info;
+}
+
+std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_folder,
+                                         const TinyCaptureOptions& options) {
+  const TinyScene scene;
+  const capture::SequenceInfo info = tiny_sequence(options);
+  const std::vector<capture::TrackPoint> tracks = tiny_tracks();
+  const std::filesystem::path folder = capture_folder / options.name;
+  const capture::SequenceWriter writer(folder, info, tracks);
+  for (int frame = 0; frame < info.num_frames; ++frame) {
+    capture::FrameRecord record;
+    record.index = frame;
+    record.time_s = frame / info.rate_hz;
+    record.world_from_body = tiny_world_from_body(options, frame);
+    record.velocity_world_mps = tiny_step(options) * info.rate_hz;
+    record.acceleration_world_mps2 = options.acceleration_world_mps2;
+    // The yaw turns about the world's up, which stands in the body as the bank leaves it.
+    const double bank_rad = tiny_bank_rad(frame);
+    record.angular_velocity_body_radps =
+        info.rate_hz * Eigen::Vector3d(-kTinyBankStep_rad, -kTinyYawStep_rad * std::sin(bank_rad),
+                                       kTinyYawStep_rad * std::cos(bank_rad));
+    for (int k = 0; k < static_cast<int>(info.cameras.size()); ++k) {
+      const auto& camera = info.cameras[static_cast<std::size_t>(k)];
+      capture::CameraRecord part =
+          writer.write_camera(frame, k, tiny_frame(options, info, frame, k));
+      const geo::Rigid3d pose = tiny_world_from_camera(options, frame, camera);
+      for (const capture::TrackPoint& track : tracks)
+        if (tiny_sees(camera, pose.inverse() * track.point_world) &&
+            !scene.is_hidden(pose.translation, track.point_world))
+          part.visible_tracks.push_back(track.id);
+      record.cameras.push_back(std::move(part));
+    }
+    writer.finish_frame(record);
+  }
+  writer.finish_sequence();
+  return folder;
+}
+
+}  // namespace terracast::test
