@@ -152,6 +152,23 @@ TEST(WrongFacets, SmallErrorsAreFoundOnRoughTrianglesToo) {
   }
 }
 
+/// From far up a pair's disparities are a score of steps, unevenly spread over each.
+TEST(CoarseDisparities, ShowTheirScaleAllTheSame) {
+  std::vector<test::SceneCamera> cameras = test::kitti_cameras();
+  cameras[1].offset_body =
+      cameras[0].offset_body + 0.1 * (cameras[1].offset_body - cameras[0].offset_body);
+  const Recording recording = test::record_flight(cameras, 3);
+  for (const double relative : {0.0, 1e-3, -1e-3}) {
+    const test::ScratchFolder scratch;
+    test::write_kitti(recording, scratch / "data", {.disparity_relative = relative});
+    const Results results = validate_folder(scratch / "data", scratch / "report");
+    const CheckResult& scale = results.at("stereo_scale");
+    EXPECT_FALSE(scale.skipped) << scale.worst;
+    EXPECT_EQ(scale.ok, relative == 0.0) << scale.worst;
+    EXPECT_NEAR(scale.value, 100.0 * std::abs(relative), 0.02);
+  }
+}
+
 class Wrong : public testing::TestWithParam<Case> {};
 
 TEST_P(Wrong, IsFoundByTheNamedCheck) {
