@@ -27,8 +27,6 @@ constexpr std::int64_t kMostSamples = 200'000'000;
 /// A region without heights at the edge of the coverage is a void while it is smaller than this;
 /// larger, it is missing coverage.
 constexpr double kLargestEdgeVoid_km2 = 4.0;
-/// SRTM and its kin hold the sea as zeros; a larger region of exact zeros is taken for sea.
-constexpr double kSmallestSea_km2 = 1.0;
 /// Land sinks into the sea of outside = "sea" over this distance.
 constexpr double kShore_m = 2000.0;
 /// So many samples from the sea, heights of 0 and below are sea, too.
@@ -563,7 +561,7 @@ void MosaicMaker::fill_gaps() {
   }
 }
 
-/// Members of regions of kSmallestSea_km2 and more.
+/// Members of regions as large as the sources want a sea to be.
 Grid<std::uint8_t> MosaicMaker::large_regions(const Grid<std::uint8_t>& is_member) const {
   const Regions regions = find_regions(is_member);
   Grid<std::uint8_t> is_large(is_member.width, is_member.height, 0);
@@ -572,7 +570,9 @@ Grid<std::uint8_t> MosaicMaker::large_regions(const Grid<std::uint8_t>& is_membe
     const auto region = static_cast<std::size_t>(regions.label.values[k] - 1);
     const double area_m2 =
         static_cast<double>(regions.regions[region].num_samples) * sample_.area_m2;
-    is_large.values[k] = area_m2 * 1e-6 >= kSmallestSea_km2 ? 1 : 0;
+    const std::uint8_t source = mosaic_.source.values[k];
+    const std::uint8_t raster = source < rasters_.size() ? source : covered_by_.values[k];
+    is_large.values[k] = area_m2 * 1e-6 >= rasters_[raster].entry->sea_min_km2 ? 1 : 0;
   }
   return is_large;
 }

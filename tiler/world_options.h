@@ -28,6 +28,7 @@ struct ElevationOptions {
   std::string nodata = "declared";  ///< declared, none, or what number_from_text() reads
   /// auto, none, below, nodata: which samples of a raster are sea
   std::string sea = "auto";
+  double sea_min_km2 = 1.0;  ///< raster: a smaller area is a lake, and land
   double blend_m = 0.0;  ///< raster: an inset, which passes into what lies below over this distance
   std::string licence;
   /// procedural, fractal: between sea floor or valley and the highest ridge
@@ -69,6 +70,9 @@ struct ElevationOptions {
               "below (all areas at or below 0: the floor is measured), nodata (those without a "
               "height), none.",
               core::one_of({"auto", "below", "nodata", "none"}));
+    visit.key("sea_min_km2", sea_min_km2,
+              "Least such area; smaller ones stay land. Lower it for a tidal river or a harbour.",
+              core::between(0.0, 1e6));
     visit.key(
         "blend_m", blend_m,
         "Above 0: these rasters are an inset on a grid of their own; over this distance inside "

@@ -58,6 +58,28 @@ TEST(Sea, OfZerosLiesOnTheGeoidOverAShelf) {
             Cover::Land);
 }
 
+TEST(Sea, IsAsLargeAsItsSourceSays) {
+  const ScratchFolder folder;
+  RasterSpec spec = utm_spec(8192.0, 30.0);
+  const Eigen::Vector2d middle = utm31(kOriginLat_deg, kOriginLon_deg);
+  // A harbour of 600 m x 600 m.
+  spec.value = [&](double u, double v) {
+    return std::max(std::abs(u - middle.x()), std::abs(v - middle.y())) < 300.0
+               ? 0.0
+               : 12.0 + 1e-3 * (u - middle.x());
+  };
+  write_raster(folder / "harbour.tif", spec);
+  tiler::WorldOptions options = world_of_rasters({folder / "harbour.tif"}, 8192.0);
+  options.detail_roughness = 0.0;
+  options.elevation[0].vertical_datum = "egm96";
+  for (const auto& [least_km2, cover] :
+       {std::pair{1.0, Cover::Land}, std::pair{0.4, Cover::Land}, std::pair{0.3, Cover::Sea}}) {
+    options.elevation[0].sea_min_km2 = least_km2;
+    EXPECT_EQ(prepare(options)->sample(0.0, 0.0).cover, cover) << least_km2;
+    EXPECT_EQ(prepare(options)->sample(1000.0, 0.0).cover, Cover::Land) << least_km2;
+  }
+}
+
 TEST(Sea, WhoseFloorIsMeasuredKeepsIt) {
   const ScratchFolder folder;
   const auto floor_m = [](double from_shore_m) { return -0.03 * from_shore_m; };
