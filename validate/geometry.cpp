@@ -12,9 +12,7 @@ Pose Pose::operator*(const Pose& other) const {
   return {rotation * other.rotation, rotation * other.translation + translation};
 }
 
-Pose Pose::inverse() const {
-  return {rotation.transpose(), -(rotation.transpose() * translation)};
-}
+Pose Pose::inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
 
 double rotation_angle_rad(const Eigen::Matrix3d& rotation) {
   const Eigen::Vector3d twice_sine_axis(rotation(2, 1) - rotation(1, 2),
