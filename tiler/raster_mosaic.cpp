@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/parallel.h"
+#include "geo/units.h"
 #include "tiler/collar.h"
 #include "tiler/void_filling.h"
 
@@ -108,9 +109,6 @@ void MosaicMaker::open_rasters() {
         inputs_.context.log.warn("{}", rasters_.back().source->warning());
     }
   }
-  if (rasters_.size() > 200)
-    fail(ErrorKind::Config, "{} rasters are given, and 200 fit; join them with gdalbuildvrt",
-         rasters_.size());
 }
 
 Eigen::AlignedBox2d MosaicMaker::box_of_square(const RasterSource& raster) const {
@@ -229,6 +227,23 @@ geo::VerticalDatum MosaicMaker::sea_datum() const {
   return mosaic_.datum.is_ellipsoid() ? geo::VerticalDatum{"egm96", inputs_.geoid} : mosaic_.datum;
 }
 
+/// Holes of -9999 that the file does not declare would be pits of 10 km.
+void refuse_undeclared_voids(const RasterSource& raster, const Grid<double>& heights_m) {
+  constexpr double kUsualMark = -9999.0;
+  std::int64_t num_marked = 0;
+  for (const double height_m : heights_m.values)
+    for (const double metres : {1.0, geo::metres_from_feet(1.0), 1200.0 / 3937.0})
+      if (height_m == kUsualMark * metres) {
+        ++num_marked;
+        break;
+      }
+  if (num_marked > 0)
+    fail(ErrorKind::Input,
+         "{}: {} samples are exactly -9999, which marks voids in many files, and this one does not "
+         "declare it; state nodata = \"-9999\", or \"none\" if they are heights",
+         raster.path(), num_marked);
+}
+
 /// The window's heights, without an undeclared collar.
 Grid<double> MosaicMaker::read_heights(std::size_t index, const SampleWindow& window) {
   const RasterSource& raster = *rasters_[index].source;
@@ -244,6 +259,7 @@ Grid<double> MosaicMaker::read_heights(std::size_t index, const SampleWindow& wi
   }
   for (const double height_m : heights_m.values)
     if (std::isnan(height_m)) ++mosaic_.sources[index].num_voids;
+  if (rasters_[index].entry->nodata == "declared") refuse_undeclared_voids(raster, heights_m);
   return heights_m;
 }
 
@@ -608,6 +624,19 @@ void MosaicMaker::take_sea_from_gaps() {
 /// Above a geoid, large regions of exact zeros are sea, or all that lies at 0 and below, as each
 /// source says.
 void MosaicMaker::find_sea() {
+  for (const OpenRaster& raster : rasters_) {
+    const std::string& sea = raster.entry->sea;
+    if (raster.datum == mosaic_.datum || raster.datum.is_ellipsoid() ||
+        (sea != "auto" && sea != "below"))
+      continue;
+    const std::string what = fmt::format(
+        "{}: sea = \"{}\" finds none, for these heights above {} are joined to others above {}",
+        raster.source->path(), sea, raster.datum.name, mosaic_.datum.name);
+    if (sea == "below")
+      fail(ErrorKind::Config, "{}; make it the first raster, or an inset of its own", what);
+    inputs_.context.log.warn(
+        "{}; make it the first raster where it has sea, or state sea = \"none\"", what);
+  }
   if (!mosaic_.datum.is_ellipsoid()) {
     Grid<std::uint8_t> is_low(mosaic_.heights_m.width, mosaic_.heights_m.height, 0);
     for (std::size_t k = 0; k < is_low.values.size(); ++k) {

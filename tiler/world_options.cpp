@@ -143,6 +143,12 @@ void WorldOptions::validate() const {
            i, elevation[i].kind);
   }
   validate_order(*this);
+  constexpr std::size_t kMostFiles = 200;  // tiles name the source of a sample in a byte
+  std::size_t num_files = 0;
+  for (const ElevationOptions& entry : elevation) num_files += entry.files.size();
+  if (num_files > kMostFiles)
+    fail(ErrorKind::Config, "{} rasters are given, and {} fit; join them with gdalbuildvrt",
+         num_files, kMostFiles);
 }
 
 }  // namespace terracast::tiler

@@ -108,7 +108,8 @@ class AdsbFixes final : public FixFormat {
     std::vector<bool> is_wanted(table.num_rows(), true);
     std::optional<std::size_t> names;
     for (const std::string_view column : {"icao24", "callsign"})
-      if (table.find_column(column) && (!names || holds(table, *table.find_column(column))))
+      if (table.find_column(column) &&
+          (!names || (!aircraft_.empty() && holds(table, *table.find_column(column)))))
         names = table.find_column(column);
     if (!names) {
       if (!aircraft_.empty())

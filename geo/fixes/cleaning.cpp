@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace terracast::geo {
 namespace {
@@ -71,10 +72,8 @@ class LongestChain {
   std::vector<std::size_t> find() {
     const std::size_t count = candidates_.size();
     std::vector<std::size_t> length(count, 1), before(count, kNone), longest_up_to(count, 1);
-    // Runs of wrong fixes are shorter.
-    constexpr std::size_t kFarthestBack = 2000;
     for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t j = i; j-- > 0 && i - j <= kFarthestBack;) {
+      for (std::size_t j = i; j-- > 0 && i - j <= kLongestWrongRun;) {
         if (longest_up_to[j] + 1 <= length[i]) break;
         if (length[j] + 1 > length[i] && is_reachable(candidates_[j], candidates_[i])) {
           length[i] = length[j] + 1;
@@ -122,15 +121,20 @@ void count_dropped(const std::vector<PlacedFix>& fixes, const std::vector<std::s
   }
 }
 
-/// Attitudes within a part's time, in order of time.
-std::vector<PlacedFix> orientations_in(const std::vector<PlacedFix>& fixes, std::size_t first,
-                                       std::size_t last) {
+/// Attitudes of a part, in order of time: also of fixes whose place was dropped, where their time lies
+/// between those of the kept ones before and after them.
+std::vector<PlacedFix> orientations_in(const std::vector<PlacedFix>& fixes,
+                                       std::span<const std::size_t> kept) {
   std::vector<PlacedFix> result;
-  for (std::size_t i = first; i <= last; ++i) {
-    const bool is_later = result.empty() || fixes[i].time_s > result.back().time_s + kLeastStep_s;
-    if (fixes[i].world_from_body && is_later && fixes[i].time_s >= fixes[first].time_s &&
-        fixes[i].time_s <= fixes[last].time_s)
-      result.push_back(fixes[i]);
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const std::size_t end = k + 1 < kept.size() ? kept[k + 1] : kept[k] + 1;
+    const double latest_s = fixes[k + 1 < kept.size() ? kept[k + 1] : kept[k]].time_s;
+    for (std::size_t i = kept[k]; i < end; ++i) {
+      const bool is_later = result.empty() || fixes[i].time_s > result.back().time_s + kLeastStep_s;
+      if (fixes[i].world_from_body && is_later && fixes[i].time_s >= fixes[kept[k]].time_s &&
+          fixes[i].time_s <= latest_s)
+        result.push_back(fixes[i]);
+    }
   }
   return result;
 }
@@ -160,7 +164,7 @@ std::vector<FixPart> clean_fixes(const std::vector<PlacedFix>& recorded,
     }
     FixPart part;
     for (std::size_t i = begin; i < end; ++i) part.positions.push_back(fixes[chain[i]]);
-    part.orientations = orientations_in(fixes, chain[begin], chain[end - 1]);
+    part.orientations = orientations_in(fixes, std::span(chain).subspan(begin, end - begin));
     parts.push_back(std::move(part));
   }
   return parts;

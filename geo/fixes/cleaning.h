@@ -32,8 +32,12 @@ struct FixPart {
 /// Fewer fixes are no part.
 inline constexpr std::size_t kFewestFixes = 3;
 
+/// More fixes in a row are never taken for wrong.
+inline constexpr std::size_t kLongestWrongRun = 2000;
+
 /// Drops repeated and impossible fixes, then cuts where the fixes are more than max_gap_s apart. The
-/// fewest fixes are dropped so that times grow and no leg is longer than max_speed_mps allows.
+/// fewest fixes are dropped so that times grow and no leg is longer than max_speed_mps allows. A run of
+/// more than kLongestWrongRun wrong fixes is not bridged: the longer side of it is kept.
 /// fixes   in the file's order
 std::vector<FixPart> clean_fixes(const std::vector<PlacedFix>& fixes,
                                  const CleaningOptions& options, CleaningCounts& counts);

@@ -74,7 +74,7 @@ void smooth_positions(const FixPart& part, const RecordingOptions& options, doub
 }
 
 // The four parts of a quaternion change by half the angle.
-void smooth_rotations(const FixPart& part, const RecordingOptions& options, double zero_s,
+void smooth_rotations(const FixPart& part, double sigma_deg, double max_gap_s, double zero_s,
                       SmoothPart& smooth) {
   constexpr std::size_t kFewestRotations = 2;
   if (part.orientations.size() < kFewestRotations)
@@ -84,7 +84,7 @@ void smooth_rotations(const FixPart& part, const RecordingOptions& options, doub
          smooth.begin_s, smooth.end_s, part.orientations.size(), kFewestRotations);
   const std::vector<double> times = times_of(part.orientations, zero_s);
   for (std::size_t i = 0; i + 1 < times.size(); ++i) {
-    if (times[i + 1] - times[i] > options.cleaning.max_gap_s)
+    if (times[i + 1] - times[i] > max_gap_s)
       fail(ErrorKind::Input,
            "there is no attitude between {:.1f} s and {:.1f} s of the recording, while its places "
            "go "
@@ -102,7 +102,7 @@ void smooth_rotations(const FixPart& part, const RecordingOptions& options, doub
     if (i > 0 && parts.row(i).dot(parts.row(i - 1)) < 0.0) parts.row(i) = -parts.row(i).eval();
   }
   const Smoothed smoothed_parts =
-      smooth_robustly(times, parts, 0.5 * radians_from_degrees(options.sigma_attitude_deg));
+      smooth_robustly(times, parts, 0.5 * radians_from_degrees(sigma_deg));
   std::vector<Eigen::Vector4d> quaternions(times.size());
   for (std::size_t i = 0; i < quaternions.size(); ++i)
     quaternions[i] = smoothed_parts.values.row(static_cast<Eigen::Index>(i)).transpose();
@@ -229,15 +229,25 @@ Recording read_recording(const RecordingOptions& options, const TrajectoryContex
          options.timing == "recorded" ? "; timing = \"speed\" flies tracks without times" : "");
   recording.zero_s = parts.front().positions.front().time_s;
   const Flattened flattened(context.frame.origin());
+  std::optional<core::Error> unfit;
   for (const FixPart& part : parts) {
     SmoothPart smooth;
     smooth_positions(part, options, recording.zero_s, flattened, smooth);
-    if (recording.attitude_from != "path")
-      smooth_rotations(part, options, recording.zero_s, smooth);
+    if (recording.attitude_from != "path") {
+      try {
+        smooth_rotations(part, options.sigma_attitude_deg, cleaning.max_gap_s, recording.zero_s,
+                         smooth);
+      } catch (const core::Error& error) {
+        if (!unfit) unfit = error;
+        if (context.log) context.log->warn("{}; that part is left out", error.message());
+        continue;
+      }
+    }
     smooth.median_speed_difference_mps =
         median_speed_difference_mps(part, recording.zero_s, flattened, context.frame, smooth);
     recording.parts.push_back(std::move(smooth));
   }
+  if (recording.parts.empty()) throw core::Error(*unfit);
   return recording;
 }
 

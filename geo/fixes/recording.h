@@ -66,10 +66,12 @@ struct Recording {
 };
 
 /// Reads, places, cleans and smooths a recording.
-/// throws   Io, Input: as the format's read; Input: no part has three fixes (says what was dropped)
+/// Parts without enough attitudes, where attitudes are wanted, are left out with a warning.
+/// throws   Io, Input: as the format's read; Input: no part has three fixes (says what was dropped), or
+///          none has attitudes throughout
 Recording read_recording(const RecordingOptions& options, const TrajectoryContext& context);
 
-/// "757 fixes; 6 repeated and 2 impossible (...) dropped", for messages and logs.
+/// "757 fixes; dropped: 6 repeated, 2 impossible (...)", for messages and logs.
 std::string summary_of(const Recording& recording, const RecordingOptions& options);
 
 }  // namespace terracast::geo

@@ -103,7 +103,7 @@ std::optional<double> first_of(std::initializer_list<std::optional<double>> cand
 }
 
 /// The subtitles that DJI's aircraft write beside a video. Three wordings: bracketed names
-/// ([latitude : 31.45]), GPS (a, b, …) with H for the height above take-off, and GPS (a, b, height).
+/// ([latitude : 31.45]), and GPS (a, b, …) with BAROMETER or with H for the height above take-off.
 class SrtFixes final : public FixFormat {
  public:
   void describe(core::SchemaVisitor& visit) override {
@@ -131,7 +131,8 @@ class SrtFixes final : public FixFormat {
       const auto date = date_in(content, where);
       fix.time_s = date.value_or(start_s);
       num_dated += date ? 1 : 0;
-      if (const auto home = pair_of(bracketed(content, "HOME"), where); home && !table.home)
+      if (const auto home = pair_of(bracketed(content, "HOME"), where);
+          home && !table.home && !home->isZero(0.0))
         table.home = Geodetic{home->x(), home->y(), 0.0};
       table.fixes.push_back(std::move(fix));
     }
@@ -202,6 +203,8 @@ class SrtFixes final : public FixFormat {
     const auto named_lon = first_of({named(text, "longitude"), named(text, "longtitude")});
     std::optional<Eigen::Vector2d> pair = pair_of(gps, where);
     if (named_lat && named_lon) pair = Eigen::Vector2d(*named_lat, *named_lon);
+    // Zeros stand where the receiver has no place yet.
+    if (pair && pair->isZero(0.0)) pair.reset();
     const auto height =
         above == "home"
             ? first_of({named(text, "rel_alt"), lettered(text, ", H "), named(text, "BAROMETER")})

@@ -27,8 +27,10 @@ std::optional<double> cut_zone(std::string_view& text) {
   if (digits.size() == 2) digits += "00";
   if (digits.size() != 4 || digits.find_first_not_of("0123456789") != std::string::npos)
     return std::nullopt;
-  const double ahead_s =
-      std::stoi(digits.substr(0, 2)) * 3600.0 + std::stoi(digits.substr(2)) * 60.0;
+  constexpr int kMostHours = 14, kMinutes = 60;
+  const int hours = std::stoi(digits.substr(0, 2)), minutes = std::stoi(digits.substr(2));
+  if (hours > kMostHours || minutes >= kMinutes) return std::nullopt;
+  const double ahead_s = hours * 3600.0 + minutes * 60.0;
   const bool is_behind = text[sign] == '-';
   text = text.substr(0, sign);
   return is_behind ? -ahead_s : ahead_s;
@@ -85,7 +87,10 @@ double unix_seconds_from_text(std::string_view text, double utc_offset_h,
     if (utc[kDateEnd] == ' ') utc[kDateEnd] = 'T';
     if (utc.size() > kTimeOfDayEnd && utc[kTimeOfDayEnd] == ',') utc[kTimeOfDayEnd] = '.';
     utc.erase(std::remove(utc.begin() + kTimeOfDayEnd, utc.end(), ','), utc.end());
-    utc.resize(std::min(utc.size(), kTimeOfDayEnd + 1 + kMostDigits));
+    // Digits beyond those that count go; what is no digit stays, and is refused.
+    const std::size_t counted = kTimeOfDayEnd + 1 + kMostDigits;
+    if (utc.find_first_not_of("0123456789", kTimeOfDayEnd + 1) == std::string::npos)
+      utc.resize(std::min(utc.size(), counted));
   }
   try {
     return unix_seconds_from_utc(utc + "Z") - ahead_s;

@@ -72,8 +72,11 @@ TEST(FixText, TimesAreReadInTheFormsThatRecordersWrite) {
               1e-6);
   EXPECT_NEAR(unix_seconds_from_text("2020-04-02 15:19:58.123456789", 0.0, "here"),
               kWhole + 0.123456789, 1e-6);
-  for (const char* wrong : {"", "2020-04-02", "yesterday", "2020-13-02T00:00:00Z",
-                            "2020-04-02T15:19", "2020-04-02T15:19:58+2", "2020-04-02T25:00:00Z"})
+  for (const char* wrong :
+       {"", "2020-04-02", "yesterday", "2020-13-02T00:00:00Z", "2020-04-02T15:19",
+        "2020-04-02T15:19:58+2", "2020-04-02T25:00:00Z", "2020-04-02T15:19:58.123456789+2:00",
+        "2020-04-02T15:19:58.123456789 CEST", "2020-04-02T15:19:58+99:00",
+        "2020-04-02T15:19:58+02:60"})
     EXPECT_NE(
         message_of(core::ErrorKind::Input, [&] { unix_seconds_from_text(wrong, 0.0, "here"); })
             .find("here"),
@@ -316,6 +319,21 @@ TEST_F(Fixes, SrtOfAMavicNamesItsNumbersAndHasADate) {
   EXPECT_NE(refused("srt", "", "WEBVTT\n\nhello\n").find("no subtitle"), std::string::npos);
 }
 
+TEST_F(Fixes, SrtWithoutAPlaceYetHoldsZeros) {
+  const char* text = R"(1
+00:00:00,000 --> 00:00:01,000
+[latitude: 0.000000] [longitude: 0.000000] [rel_alt: 0.000 abs_alt: 0.000]
+
+2
+00:00:01,000 --> 00:00:02,000
+[latitude: 42.5] [longitude: 1.5] [rel_alt: 5.000 abs_alt: 1005.000]
+)";
+  const FixTable table = read("srt", "", text, "home");
+  ASSERT_EQ(table.fixes.size(), 2u);
+  EXPECT_FALSE(table.fixes[0].has_place());
+  EXPECT_EQ(table.fixes[1].place, Eigen::Vector3d(42.5, 1.5, 5.0));
+}
+
 TEST_F(Fixes, SrtOfOlderAircraftHasABarometer) {
   const char* text = R"(1
 00:00:01,000 --> 00:00:02,000
@@ -357,6 +375,19 @@ TEST_F(Fixes, AdsbKnowsOpenSkysStateVectorsAndAsksForOneAircraft) {
     EXPECT_EQ(table.fixes[0].place, Eigen::Vector3d(44.0, 2.0, 3200.0));
     EXPECT_EQ(*table.fixes[0].speed_mps, 100.5);
   }
+  // Call signs are often empty, and change from flight to flight.
+  const std::string head = text.substr(0, text.find('\n') + 1);
+  EXPECT_NE(refused("adsb", "",
+                    head + "1,aa01,43.0,1.0,100.5,20,0,ONE,3000,3100\n"
+                           "2,bb02,44.0,2.0,100.5,20,0,,3000,3200\n")
+                .find("bb02"),
+            std::string::npos);
+  EXPECT_EQ(read("adsb", "",
+                 head + "1,aa01,43.0,1.0,100.5,20,0,ONE,3000,3100\n"
+                        "2,aa01,43.0,1.0,100.5,20,0,,3000,3100\n"
+                        "3,aa01,43.0,1.0,100.5,20,0,TWO,3000,3100\n")
+                .fixes.size(),
+            3u);
   EXPECT_NE(refused("adsb", "aircraft = \"cc03\"", text).find("aa01"), std::string::npos);
   EXPECT_NE(refused("adsb", "", "a,b\n1,2\n").find("format = \"csv\""), std::string::npos);
 }

@@ -12,6 +12,7 @@
 #include "geo/fixes/csv_table.h"
 #include "geo/fixes/recording.h"
 #include "geo/sun.h"
+#include "geo/units.h"
 #include "tests/geo/trajectory_support.h"
 #include "tests/support/test_data.h"
 
@@ -206,6 +207,31 @@ TEST_F(RecordedFlight, ImpossibleFixesAreDroppedAndCounted) {
       summary_of(recording, recording_from(config(rows, "max_speed_mps = 60.0\n")));
   EXPECT_NE(summary.find("5 impossible (faster than 60 m/s)"), std::string::npos) << summary;
   EXPECT_NE(summary.find("2 out of the order of time"), std::string::npos) << summary;
+}
+
+// A clock that jumps ahead within a part, once: the attitudes after it are as good as ever.
+TEST_F(RecordedFlight, AClockThatJumpsOnceTakesNoAttitudeAway) {
+  const std::filesystem::path file = scratch_ / "jump.csv";
+  std::ofstream csv(file);
+  csv << "time_s,latitude_deg,longitude_deg,height_m,yaw,pitch,roll\n";
+  const auto roll_deg = [](double t) { return 20.0 * std::sin(0.8 * t); };
+  for (int i = 0; i < 400; ++i) {
+    const double t = 0.1 * i;
+    csv << fmt::format("{:.1f},{:.7f},1.5,1500,0,0,{:.6f}\n", i == 30 ? 23.0 : t, 42.5 + 2e-6 * i,
+                       roll_deg(t));
+  }
+  csv.close();
+  const std::string text = fmt::format(
+      "kind = \"recorded\"\nformat = \"csv\"\nabove = \"ellipsoid\"\nsigma_attitude_deg = 0.0\n"
+      "attitude_columns = [\"yaw\", \"pitch\", \"roll\"]\nfile = \"{}\"\n",
+      file.string());
+  const auto motion = test::trajectory_from(text, world_);
+  const auto upright = test::trajectory_from(text + "attitude = \"path\"\n", world_);
+  for (double t = 4.0; t < 36.0; t += 0.5) {
+    const Eigen::AngleAxisd turn(upright->at(t).world_from_body.rotation.conjugate() *
+                                 motion->at(t).world_from_body.rotation);
+    EXPECT_NEAR(turn.angle(), std::abs(radians_from_degrees(roll_deg(t))), 1e-3) << t;
+  }
 }
 
 TEST_F(RecordedFlight, GapsSplitItAndThePartIsChosen) {

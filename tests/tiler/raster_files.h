@@ -126,6 +126,14 @@ inline std::shared_ptr<const tiler::WorldSurface> prepare(const tiler::WorldOpti
                                       {.log = log, .num_threads = num_threads, .events_file = {}});
 }
 
+/// The log of preparing a world.
+inline std::string log_of(const tiler::WorldOptions& options) {
+  const core::Log log("tile", core::LogLevel::Info);
+  testing::internal::CaptureStderr();
+  tiler::WorldSurface::prepare(options, {.log = log, .num_threads = 0, .events_file = {}});
+  return testing::internal::GetCapturedStderr();
+}
+
 /// Runs `work`, which must fail with this kind and a message that holds all the words.
 inline void expect_error(core::ErrorKind kind, const std::vector<std::string>& words,
                          const std::function<void()>& work) {

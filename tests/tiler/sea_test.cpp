@@ -80,6 +80,21 @@ TEST(Sea, IsAsLargeAsItsSourceSays) {
   }
 }
 
+TEST(Sea, ThatWouldNotBeFoundIsToldNotSkipped) {
+  const ScratchFolder folder;
+  tiler::WorldOptions options = coast(folder, "below", [](double) { return -5.0; });
+  options.elevation.insert(options.elevation.begin(), options.elevation[0]);
+  options.elevation[0].vertical_datum = "ellipsoid";
+  options.elevation[0].sea = "none";
+  expect_error(ErrorKind::Config, {"coast.tif", "sea = \"below\"", "ellipsoid"},
+               [&] { prepare(options); });
+  options.elevation[1].sea = "auto";
+  const std::string log = log_of(options);
+  EXPECT_NE(log.find("sea = \"auto\" finds none"), std::string::npos) << log;
+  options.elevation[1].sea = "none";
+  EXPECT_EQ(log_of(options).find("finds none"), std::string::npos);
+}
+
 TEST(Sea, WhoseFloorIsMeasuredKeepsIt) {
   const ScratchFolder folder;
   const auto floor_m = [](double from_shore_m) { return -0.03 * from_shore_m; };

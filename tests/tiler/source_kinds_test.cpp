@@ -20,14 +20,6 @@ tiler::WorldOptions smooth(tiler::WorldOptions options) {
   return options;
 }
 
-/// The log of preparing a world.
-std::string log_of(const tiler::WorldOptions& options) {
-  const core::Log log("tile", core::LogLevel::Info);
-  testing::internal::CaptureStderr();
-  WorldSurface::prepare(options, {.log = log, .num_threads = 0, .events_file = {}});
-  return testing::internal::GetCapturedStderr();
-}
-
 double height_at(const WorldSurface& surface, double lat_deg, double lon_deg) {
   return surface.measured_height_m(lat_deg, lon_deg).value();
 }
@@ -228,6 +220,22 @@ TEST(NoData, CollarsOfAConstantAreFoundAndReported) {
     const auto taken = prepare(options);
     EXPECT_EQ(taken->sources()[taken->sample(2950.0, 2950.0).source].kind, "raster");
   }
+}
+
+TEST(NoData, UndeclaredHolesAreRefusedNotPits) {
+  const ScratchFolder folder;
+  RasterSpec spec = utm_spec(4096.0, 20.0);
+  const Eigen::Vector2d middle = utm31(kOriginLat_deg, kOriginLon_deg);
+  spec.value = [&](double u, double v) {
+    const bool is_hole = std::hypot(u - middle.x(), v - middle.y()) < 100.0;
+    return is_hole ? -9999.0 : 400.0 + 0.01 * (u - middle.x());
+  };
+  write_raster(folder / "holes.tif", spec);
+  tiler::WorldOptions options = smooth(world_of_rasters({folder / "holes.tif"}, 2048.0));
+  expect_error(ErrorKind::Input, {"holes.tif", "exactly -9999", "nodata = \"-9999\""},
+               [&] { prepare(options); });
+  options.elevation[0].nodata = "-9999";
+  EXPECT_NEAR(height_at(*prepare(options), kOriginLat_deg, kOriginLon_deg), 400.0, 1.0);
 }
 
 TEST(NoData, ASeaOrALakeAtACornerIsNoCollar) {

@@ -92,5 +92,16 @@ TEST_F(Chain, IsGrownAnewWhenAnEarlierStepIsAnother) {
   EXPECT_EQ(calls, "abcxbc");
 }
 
+TEST_F(Chain, OfALongerOneNothingIsLeft) {
+  grow({"a", "b", "c", "d"});
+  const auto newest = grow({"x", "y"});
+  EXPECT_EQ(core::read_text_file(newest / "all"), "xy");
+  int num_folders = 0;
+  for ([[maybe_unused]] const auto& entry :
+       std::filesystem::directory_iterator(newest.parent_path()))
+    ++num_folders;
+  EXPECT_EQ(num_folders, 1);
+}
+
 }  // namespace
 }  // namespace terracast::validate

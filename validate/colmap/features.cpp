@@ -145,9 +145,13 @@ MatchedDatabase matched_database(const ColmapJob& job) {
   if (pairs.empty()) throw ColmapFailure("no two images of the model see the same ten points");
 
   std::vector<WorkFolder::Step> steps;
-  steps.push_back(
-      {.key = job.program.version() + "\n" + files_key(sources),
-       .grow = [&](const fs::path& folder) { fs::copy_file(exported, folder / "database.db"); }});
+  steps.push_back({.key = job.program.version() + "\n" + files_key(sources),
+                   .grow = [&](const fs::path& folder) {
+                     fs::copy_file(exported, folder / "database.db");
+                     // A dataset may be read-only; COLMAP writes into its copy.
+                     fs::permissions(folder / "database.db", fs::perms::owner_write,
+                                     fs::perm_options::add);
+                   }});
   const std::string images = job.images().string();
   const std::string threads = std::to_string(job.num_threads);
   add_steps(steps, feature_command().key(), names, kImagesAStep,

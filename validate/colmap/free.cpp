@@ -98,6 +98,7 @@ struct Outcome {
   std::string missing;
   std::size_t num_placed = 0;
   std::size_t num_expected = 0;
+  std::size_t num_steps = 0;
   std::size_t num_points = 0;
   CheckResult::Plot positions;
 };
@@ -135,6 +136,7 @@ Outcome judge(const ColmapJob& job, const ColmapModel& model) {
   }
   outcome.ate_m = root_mean_square(errors_m);
   const Steps steps = compare_steps(placed, local_from_free.scale);
+  outcome.num_steps = steps.moved_m.size();
   outcome.step_m = root_mean_square(steps.moved_m);
   outcome.turn_px = root_mean_square(steps.turned_px);
 
@@ -196,7 +198,7 @@ std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
   CheckResult registered = colmap_result("colmap_free_registered", 1.0, 0.99, "share (at least)");
   registered.is_lower_bound = true;
   std::string lines;
-  bool has_drift = true;
+  bool has_drift = true, has_steps = true, is_any_expected = true;
   for (int seed = 0; seed < job.num_seeds; ++seed) {
     const Outcome outcome = reconstruct(job, database, seed);
     const std::string where = fmt::format("seed {}", seed);
@@ -205,6 +207,8 @@ std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
     note_worst(step, outcome.step_m / pixel_m, where);
     note_worst(turn, outcome.turn_px, where);
     has_drift = has_drift && outcome.drift;
+    has_steps = has_steps && outcome.num_steps > 0;
+    is_any_expected = is_any_expected && outcome.num_expected > 0;
     if (outcome.drift) note_worst(drift, *outcome.drift, where);
     if (seed == 0 || outcome.registered_share < registered.value) {
       registered.value = outcome.registered_share;
@@ -244,6 +248,12 @@ std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
   registered.detects = "one image of nine left out";
   std::vector<CheckResult> results{ate, step, turn, drift, registered};
   for (CheckResult& result : results) result.ok = result.is_within_bound();
+  if (!has_steps)
+    for (const std::size_t i : {1U, 2U})
+      results[i] =
+          unseen_result(results[i].name, "COLMAP placed no two neighbouring frames of a camera");
+  if (!is_any_expected)
+    results[4] = unseen_result("colmap_free_registered", "no image shows 30 % ground");
   if (!has_drift)
     results[3] = unseen_result("colmap_free_scale_drift",
                                "no depth maps, or too few points in the first or last third");

@@ -22,6 +22,7 @@ struct Triangulated {
   std::string worst_image;
   std::size_t fewest_points = 0;  ///< in an image that shows ground
   std::string fewest_image;
+  bool has_depth = false;  ///< of any image
 };
 
 /// Distance of a point from the surface that a depth map shows where it projects, m; beyond it
@@ -47,6 +48,7 @@ void look_at(const ColmapJob& job, const ColmapModel& model, const Shot& shot,
   const Intrinsics& camera = shot.camera->intrinsics;
   const Pose camera_from_local = shot.local_from_camera.inverse();
   const core::ImageF depth = job.depth(shot);
+  found.has_depth |= !depth.empty();
   std::vector<double> errors_px;
   for (const ColmapObservation& seen : image.observations) {
     const auto point = model.points.find(seen.point_id);
@@ -140,11 +142,16 @@ std::vector<CheckResult> run_colmap_sparse(const ColmapJob& job) {
   coverage.summary = "Fewest triangulated points in an image with 30 % ground.";
   coverage.reason = "An image with fewer says nothing about its pose.";
   coverage.detects = "an image whose pose lets no rays meet";
-  if (distances_m.empty())
-    return {reprojection,
-            unseen_result("colmap_sparse_distance", "the dataset holds no depth maps"),
-            unseen_result("colmap_sparse_offset", "the dataset holds no depth maps"),
-            unseen_result("colmap_sparse_points", "the dataset holds no depth maps")};
+  if (found.fewest_image.empty())
+    coverage =
+        unseen_result("colmap_sparse_points", found.has_depth ? "no image shows 30 % ground"
+                                                              : "the dataset holds no depth maps");
+  if (distances_m.empty()) {
+    const char* why = found.has_depth ? "no point lies where a depth map shows ground"
+                                      : "the dataset holds no depth maps";
+    return {reprojection, unseen_result("colmap_sparse_distance", why),
+            unseen_result("colmap_sparse_offset", why), coverage};
+  }
 
   CheckResult distance =
       colmap_result("colmap_sparse_distance", median(distances_m) / pixel_m, 1.0, "ground pixels");

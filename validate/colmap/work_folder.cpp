@@ -79,7 +79,18 @@ fs::path WorkFolder::grown(const std::string& name, const std::vector<Step>& ste
     });
     if (i > 0) remove_folder(folder_of(i - 1));
   }
-  return folder_of(steps.size() - 1);
+  // Of a longer chain that was grown here once, or of one that was cut off at this very place.
+  const fs::path newest = folder_of(steps.size() - 1);
+  std::vector<fs::path> older;
+  for (const auto& entry : fs::directory_iterator(folder_)) {
+    const std::string other = entry.path().filename().string();
+    if (other.starts_with(name + "_") &&
+        other.find_first_not_of("0123456789", name.size() + 1) == std::string::npos &&
+        entry.path() != newest)
+      older.push_back(entry.path());
+  }
+  for (const fs::path& folder : older) remove_folder(folder);
+  return newest;
 }
 
 }  // namespace terracast::validate
