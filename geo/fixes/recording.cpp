@@ -39,6 +39,7 @@ void time_by_speed(PlacedFixes& placed, double speed_mps, CleaningCounts& counts
 
 std::vector<double> times_of(const std::vector<PlacedFix>& fixes, double zero_s) {
   std::vector<double> times;
+  times.reserve(fixes.size());
   for (const PlacedFix& fix : fixes) times.push_back(fix.time_s - zero_s);
   return times;
 }

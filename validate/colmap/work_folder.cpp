@@ -45,7 +45,7 @@ WorkFolder::WorkFolder(fs::path folder) : folder_(std::move(folder)) { core::mak
 
 fs::path WorkFolder::made(const std::string& name, std::string_view key,
                           const std::function<void(const fs::path&)>& make) const {
-  const fs::path finished = folder_ / name;
+  fs::path finished = folder_ / name;
   const std::string hash = core::content_hash(key);
   if (is_made_from(finished, hash)) return finished;
   const fs::path partial = folder_ / (name + ".partial");
@@ -62,6 +62,7 @@ fs::path WorkFolder::grown(const std::string& name, const std::vector<Step>& ste
     return folder_ / fmt::format("{}_{:03}", name, step);
   };
   std::vector<std::string> keys;
+  keys.reserve(steps.size());
   for (const Step& step : steps)
     keys.push_back(core::content_hash((keys.empty() ? "" : keys.back()) + step.key));
   std::size_t num_done = steps.size();
@@ -80,7 +81,7 @@ fs::path WorkFolder::grown(const std::string& name, const std::vector<Step>& ste
     if (i > 0) remove_folder(folder_of(i - 1));
   }
   // Of a longer chain that was grown here once, or of one that was cut off at this very place.
-  const fs::path newest = folder_of(steps.size() - 1);
+  fs::path newest = folder_of(steps.size() - 1);
   std::vector<fs::path> older;
   for (const auto& entry : fs::directory_iterator(folder_)) {
     const std::string other = entry.path().filename().string();
