@@ -109,6 +109,7 @@ class StereoChecker : public Checker {
       scale.value = std::abs(scale_percent);
       scale.bound = 50.0 * kLeastFactor;
       scale.unit = "%";
+      // With a fifth to spare: an error that only just reached the bound would pass as often as not.
       scale.skipped = scale.is_unseen = least_seen_percent < 1.2 * scale.bound;
       scale.ok = scale.skipped || scale.is_within_bound();
       scale.worst = scale.skipped ? fmt::format("too few steps: 0.1 % would look like {:.3f} %",
