@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "tiler/raster_source.h"
+#include "tiler/offset_grid.h"
 
 namespace terracast::tiler {
 namespace {

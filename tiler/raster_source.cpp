@@ -1,23 +1,20 @@
 #include "tiler/raster_source.h"
 
-#include <cpl_error.h>
-#include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
-#include <proj.h>
 
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <mutex>
 #include <vector>
 
 #include "core/error.h"
 #include "core/hash.h"
 #include "geo/units.h"
-#include "tiler/terrain_tiles_source.h"
+#include "tiler/crs_operation.h"
+#include "tiler/gdal_support.h"
 
 namespace terracast::tiler {
 namespace {
@@ -28,129 +25,6 @@ using core::fail;
 constexpr double kLowestHeight_m = -12000.0;  // the deepest trench, with a margin
 constexpr double kHighestHeight_m = 9000.0;
 constexpr double kMetresPerUsFoot = 1200.0 / 3937.0;
-
-/// Keeps GDAL quiet on this thread, and what it says for our messages.
-class GdalErrors {
- public:
-  GdalErrors() { CPLPushErrorHandlerEx(&GdalErrors::collect, this); }
-  ~GdalErrors() { CPLPopErrorHandler(); }
-  GdalErrors(const GdalErrors&) = delete;
-  GdalErrors& operator=(const GdalErrors&) = delete;
-
-  std::string text() const { return text_.empty() ? "GDAL gives no reason" : "GDAL: " + text_; }
-
- private:
-  static void CPL_STDCALL collect(CPLErr level, CPLErrorNum, const char* message) {
-    if (level < CE_Warning) return;
-    auto* self = static_cast<GdalErrors*>(CPLGetErrorHandlerUserData());
-    if (self->text_.size() < 400)
-      self->text_ += (self->text_.empty() ? "" : "; ") + std::string(message);
-  }
-  std::string text_;
-};
-
-void register_drivers() {
-  static std::once_flag once;
-  std::call_once(once, [] { GDALAllRegister(); });
-}
-
-struct DatasetCloser {
-  void operator()(GDALDataset* dataset) const { GDALClose(dataset); }
-};
-using DatasetPtr = std::unique_ptr<GDALDataset, DatasetCloser>;
-
-struct TransformationCloser {
-  void operator()(OGRCoordinateTransformation* t) const {
-    OGRCoordinateTransformation::DestroyCT(t);
-  }
-};
-using TransformationPtr = std::unique_ptr<OGRCoordinateTransformation, TransformationCloser>;
-
-/// The operation from WGS84 longitude, latitude to a CRS, as PROJ ranks them for a place.
-struct Operation {
-  std::string pipeline;  ///< empty: nothing to do
-  bool is_ballpark = false;
-};
-
-Operation best_operation(const std::string& crs_wkt, const geo::Geodetic& near, bool ballpark) {
-  struct ContextCloser {
-    void operator()(PJ_CONTEXT* c) const { proj_context_destroy(c); }
-  };
-  struct PjCloser {
-    void operator()(PJ* p) const { proj_destroy(p); }
-  };
-  using PjPtr = std::unique_ptr<PJ, PjCloser>;
-  const std::unique_ptr<PJ_CONTEXT, ContextCloser> context(proj_context_create());
-  proj_log_level(context.get(), PJ_LOG_NONE);
-  const PjPtr source(proj_create(context.get(), "EPSG:4326"));
-  const PjPtr target(proj_create(context.get(), crs_wkt.c_str()));
-  if (!source || !target) return {};
-  PJ_OPERATION_FACTORY_CONTEXT* factory =
-      proj_create_operation_factory_context(context.get(), nullptr);
-  const double lon_deg = std::remainder(near.lon_deg, 360.0);
-  proj_operation_factory_context_set_area_of_interest(
-      context.get(), factory, std::max(lon_deg - 0.1, -180.0), std::max(near.lat_deg - 0.1, -90.0),
-      std::min(lon_deg + 0.1, 180.0), std::min(near.lat_deg + 0.1, 90.0));
-  proj_operation_factory_context_set_spatial_criterion(context.get(), factory,
-                                                       PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION);
-  proj_operation_factory_context_set_grid_availability_use(
-      context.get(), factory, PROJ_GRID_AVAILABILITY_DISCARD_OPERATION_IF_MISSING_GRID);
-  proj_operation_factory_context_set_allow_ballpark_transformations(context.get(), factory,
-                                                                    ballpark ? 1 : 0);
-  PJ_OBJ_LIST* list = proj_create_operations(context.get(), source.get(), target.get(), factory);
-  Operation operation;
-  if (list != nullptr && proj_list_get_count(list) > 0) {
-    const PjPtr first(proj_list_get(context.get(), list, 0));
-    const PjPtr op(proj_normalize_for_visualization(context.get(), first.get()));
-    const char* text =
-        op ? proj_as_proj_string(context.get(), op.get(), PJ_PROJ_5, nullptr) : nullptr;
-    if (text != nullptr) operation.pipeline = text;
-    operation.is_ballpark =
-        proj_coordoperation_has_ballpark_transformation(context.get(), first.get()) != 0;
-  }
-  if (list != nullptr) proj_list_destroy(list);
-  proj_operation_factory_context_destroy(factory);
-  return operation;
-}
-
-/// A transformation for any number of threads: OGR's are for one at a time, so each call borrows a
-/// clone.
-class SharedTransformation {
- public:
-  SharedTransformation(const std::string& pipeline, bool is_reverse) {
-    OGRCoordinateTransformationOptions options;
-    options.SetCoordinateOperation(pipeline.c_str(), is_reverse);
-    first_.reset(OGRCreateCoordinateTransformation(nullptr, nullptr, options));
-  }
-  bool is_good() const { return first_ != nullptr; }
-
-  bool transform(std::vector<double>& x, std::vector<double>& y) const {
-    TransformationPtr mine;
-    {
-      const std::lock_guard lock(mutex_);
-      if (idle_.empty()) {
-        mine.reset(first_->Clone());
-      } else {
-        mine = std::move(idle_.back());
-        idle_.pop_back();
-      }
-    }
-    if (!mine) return false;
-    std::vector<int> is_done(x.size(), 0);
-    const bool is_good = mine->Transform(static_cast<int>(x.size()), x.data(), y.data(), nullptr,
-                                         is_done.data()) != FALSE;
-    const std::lock_guard lock(mutex_);
-    idle_.push_back(std::move(mine));
-    for (std::size_t i = 0; i < x.size(); ++i)
-      if (is_done[i] == 0 || !std::isfinite(x[i]) || !std::isfinite(y[i])) return false;
-    return is_good;
-  }
-
- private:
-  TransformationPtr first_;
-  mutable std::mutex mutex_;
-  mutable std::vector<TransformationPtr> idle_;
-};
 
 /// Metres in a unit of height as files name them; nothing for words that are not known.
 std::optional<double> metres_in(std::string unit) {
@@ -165,62 +39,15 @@ std::optional<double> metres_in(std::string unit) {
   return std::nullopt;
 }
 
-/// The one file of an archive, as GDAL finds it.
-std::string only_member(const std::string& archive, const std::string& written) {
-  const std::string folder = "/vsizip/" + archive;
-  char** entries = VSIReadDir(folder.c_str());
-  std::vector<std::string> files;
-  for (int i = 0; entries != nullptr && entries[i] != nullptr; ++i) {
-    VSIStatBufL status;
-    const std::string member = folder + "/" + entries[i];
-    if (VSIStatL(member.c_str(), &status) == 0 && VSI_ISDIR(status.st_mode) == 0)
-      files.push_back(member);
-  }
-  CSLDestroy(entries);
-  if (files.size() != 1)
-    fail(ErrorKind::Input,
-         "{}: holds {} files beside its folders; name one as /vsizip/{}/MEMBER (is it damaged, if "
-         "there should be one?)",
-         written, files.size(), written);
-  return files.front();
-}
-
-/// Where GDAL finds a file: one inside an archive that holds no other. (GDAL's own driver opens
-/// .hgt.zip.)
-std::string path_of(const core::Path& file) {
-  const std::string path = file.resolved.empty() ? file.written : file.resolved.string();
-  VSIStatBufL status;
-  const bool is_archive = path.ends_with(".zip") && !path.ends_with(".hgt.zip") &&
-                          !path.starts_with("/vsi") && VSIStatL(path.c_str(), &status) == 0;
-  return is_archive ? only_member(path, file.written) : path;
-}
-
-/// written   as the config names it, for messages
-DatasetPtr open_dataset(const std::string& path, const std::string& written,
-                        const GdalErrors& errors) {
-  VSIStatBufL status;
-  if (VSIStatL(path.c_str(), &status) != 0)
-    fail(ErrorKind::Io, "{}: there is no such raster; give the path of a file that GDAL opens",
-         written);
-  const bool is_folder = VSI_ISDIR(status.st_mode) != 0 && !path.starts_with("/vsi");
-  const std::string what = is_folder ? vrt_of_terrain_tiles(path, written) : path;
-  DatasetPtr dataset(GDALDataset::Open(what.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR));
-  if (!dataset)
-    fail(ErrorKind::Input, "{}: cannot be opened as a raster; is it damaged or truncated? ({})",
-         written, errors.text());
-  return dataset;
-}
-
 class GdalRaster : public RasterSource {
  public:
   GdalRaster(const core::Path& file, const ElevationOptions& options, const geo::Geodetic& near)
-      : path_(path_of(file)),
+      : path_(gdal_path(file)),
         written_(file.written),
         near_lon_deg_(near.lon_deg),
         encoding_(options.encoding) {
-    register_drivers();
     const GdalErrors errors;
-    dataset_ = open_dataset(path_, written_, errors);
+    dataset_ = open_gdal_raster(file, errors);
     check_band();
     read_georeference(near, errors);
     metres_per_unit_ = unit_of(options);
@@ -264,7 +91,7 @@ class GdalRaster : public RasterSource {
   std::string written_;
   double near_lon_deg_;
   std::string encoding_;
-  DatasetPtr dataset_;
+  GdalDatasetPtr dataset_;
   std::string crs_name_;
   std::string crs_wkt_;
   std::string pipeline_;
@@ -372,8 +199,7 @@ void GdalRaster::read_georeference(const geo::Geodetic& near, const GdalErrors& 
   crs_wkt_ = wkt == nullptr ? "" : wkt;
   CPLFree(wkt);
 
-  Operation operation = best_operation(crs_wkt_, near, false);
-  if (operation.pipeline.empty()) operation = best_operation(crs_wkt_, near, true);
+  const CrsOperation operation = best_operation(crs_wkt_, near);
   if (operation.pipeline.empty())
     fail(ErrorKind::Input, "{}: PROJ knows no transformation from WGS84 to {}; warp it to WGS84",
          written_, crs_name_);
@@ -617,53 +443,6 @@ std::unique_ptr<RasterSource> RasterSource::open(const core::Path& file,
                                                  const ElevationOptions& options,
                                                  const geo::Geodetic& near) {
   return std::make_unique<GdalRaster>(file, options, near);
-}
-
-geo::OffsetGrid read_offset_grid(const core::Path& file) {
-  register_drivers();
-  const GdalErrors errors;
-  const DatasetPtr dataset = open_dataset(path_of(file), file.written, errors);
-  std::array<double, 6> gt = {};
-  const OGRSpatialReference* crs = dataset->GetSpatialRef();
-  const bool is_geographic = crs == nullptr || crs->IsGeographic() != FALSE;
-  if (dataset->GetGeoTransform(gt.data()) != CE_None || gt[2] != 0.0 || gt[4] != 0.0 ||
-      !(gt[1] > 0.0) || !(gt[5] < 0.0) || !is_geographic || dataset->GetRasterCount() < 1)
-    fail(ErrorKind::Input,
-         "{}: is no grid of offsets in latitude and longitude, north up; warp it with gdalwarp "
-         "-t_srs EPSG:4326",
-         file.written);
-  constexpr std::int64_t kMostNodes = 50'000'000;
-  geo::OffsetGrid grid;
-  grid.name = file.written;
-  grid.num_columns = dataset->GetRasterXSize();
-  grid.num_rows = dataset->GetRasterYSize();
-  const std::int64_t num_nodes = std::int64_t{grid.num_columns} * grid.num_rows;
-  if (num_nodes > kMostNodes)
-    fail(ErrorKind::Input,
-         "{}: has {} nodes, and {} fit into memory; cut it out with "
-         "gdal_translate -projwin",
-         file.written, num_nodes, kMostNodes);
-  grid.lon_step_deg = gt[1];
-  grid.lat_step_deg = -gt[5];
-  grid.west_deg = gt[0] + 0.5 * gt[1];
-  grid.south_deg = gt[3] + (grid.num_rows - 0.5) * gt[5];
-  GDALRasterBand* band = dataset->GetRasterBand(1);
-  int has_nodata = FALSE;
-  const double nodata = band->GetNoDataValue(&has_nodata);
-  grid.offsets_m.resize(static_cast<std::size_t>(num_nodes));
-  const auto columns = static_cast<std::size_t>(grid.num_columns);
-  for (int row = 0; row < grid.num_rows; ++row) {
-    double* const southwards =
-        &grid.offsets_m[static_cast<std::size_t>(grid.num_rows - 1 - row) * columns];
-    if (band->RasterIO(GF_Read, 0, row, grid.num_columns, 1, southwards, grid.num_columns, 1,
-                       GDT_Float64, 0, 0, nullptr) != CE_None)
-      fail(ErrorKind::Input, "{}: its nodes cannot be read; is it truncated? ({})", file.written,
-           errors.text());
-    for (std::size_t i = 0; i < columns; ++i)
-      if (has_nodata != FALSE && southwards[i] == nodata)
-        southwards[i] = std::numeric_limits<double>::quiet_NaN();
-  }
-  return grid;
 }
 
 }  // namespace terracast::tiler

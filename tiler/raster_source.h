@@ -10,7 +10,6 @@
 
 #include "core/schema.h"
 #include "geo/geodesy.h"
-#include "geo/geoid.h"
 #include "tiler/grid.h"
 #include "tiler/world_options.h"
 
@@ -73,9 +72,5 @@ class RasterSource {
   /// CRS, geotransform, unit, scale, offset, no-data value.
   virtual std::string content_hash() const = 0;
 };
-
-/// Reads a grid of offsets: one band in latitude and longitude, north up.
-/// throws   Io: no such file; Input: cannot be opened, another system or georeference
-geo::OffsetGrid read_offset_grid(const core::Path& file);
 
 }  // namespace terracast::tiler

@@ -80,19 +80,80 @@ TEST(Sea, IsAsLargeAsItsSourceSays) {
   }
 }
 
-TEST(Sea, ThatWouldNotBeFoundIsToldNotSkipped) {
+/// Half of a coast's rows, north or south of the origin.
+std::filesystem::path write_half(const ScratchFolder& folder, bool is_north,
+                                 const std::function<double(double from_shore_m)>& sea_m) {
+  RasterSpec half = utm_spec(8192.0, 30.0);
+  const double west_m = utm31(kOriginLat_deg, kOriginLon_deg).x();
+  half.height /= 2;
+  if (!is_north) half.geotransform[3] -= 30.0 * half.height;
+  half.value = [&, west_m](double u, double) {
+    return u < west_m ? 0.1 * (west_m - u) : sea_m(u - west_m);
+  };
+  const auto file = folder / (is_north ? "north.tif" : "south.tif");
+  write_raster(file, half);
+  return file;
+}
+
+TEST(Sea, IsOneAndLevelWhateverDatumsItsRastersHave) {
+  // In the north above EGM96, in the south above a grid that lies 0.7 m below it, and the first
+  // raster, a hill inland, above the ellipsoid.
   const ScratchFolder folder;
-  tiler::WorldOptions options = coast(folder, "below", [](double) { return -5.0; });
-  options.elevation.insert(options.elevation.begin(), options.elevation[0]);
-  options.elevation[0].vertical_datum = "ellipsoid";
-  options.elevation[0].sea = "none";
-  expect_error(ErrorKind::Config, {"coast.tif", "sea = \"below\"", "ellipsoid"},
-               [&] { prepare(options); });
-  options.elevation[1].sea = "auto";
-  const std::string log = log_of(options);
-  EXPECT_NE(log.find("sea = \"auto\" finds none"), std::string::npos) << log;
-  options.elevation[1].sea = "none";
-  EXPECT_EQ(log_of(options).find("finds none"), std::string::npos);
+  const double egm96_m = geo::Geoid::egm96()->undulation_m(kOriginLat_deg, kOriginLon_deg);
+  RasterSpec offsets = utm_spec(8192.0, 30.0);
+  offsets.crs = "EPSG:4326";
+  offsets.width = offsets.height = 20;
+  offsets.geotransform = {kOriginLon_deg - 1.0, 0.1, 0.0, kOriginLat_deg + 1.0, 0.0, -0.1};
+  offsets.value = [&](double, double) { return egm96_m - 0.7; };
+  write_raster(folder / "offsets.tif", offsets);
+  RasterSpec hill = utm_spec(8192.0, 30.0);
+  hill.width = 30;
+  hill.value = [](double, double) { return 500.0; };
+  write_raster(folder / "hill.tif", hill);
+
+  for (const std::string sea : {"auto", "below"}) {
+    const auto sea_m = [&](double from_shore_m) {
+      return sea == "below" ? -0.03 * from_shore_m : 0.0;
+    };
+    tiler::WorldOptions options = world_of_rasters({folder / "hill.tif"}, 8192.0);
+    options.detail_roughness = 0.0;
+    for (const bool is_north : {true, false}) {
+      tiler::ElevationOptions half = options.elevation[0];
+      const auto file = write_half(folder, is_north, sea_m);
+      half.files = {{.written = file.string(), .resolved = file}};
+      half.vertical_datum = is_north ? "egm96" : "grid";
+      if (!is_north)
+        half.datum_grid = {.written = "offsets.tif", .resolved = folder / "offsets.tif"};
+      half.sea = sea;
+      options.elevation.push_back(half);
+    }
+    const auto surface = prepare(options);
+    for (const double y : {-2000.0, 2000.0}) {
+      const auto sample = surface->sample(1500.0, y);
+      EXPECT_EQ(sample.cover, Cover::Sea) << sea << y;
+      EXPECT_NEAR(above_geoid_m(*surface, 1500.0, y), 0.0, 0.02) << sea << y;
+      const auto place = surface->frame().geodetic_from_world({1500.0, y, sample.z_world});
+      const double from_shore_m =
+          utm31(place.lat_deg, place.lon_deg).x() - utm31(kOriginLat_deg, kOriginLon_deg).x();
+      // Shelves are measured in samples; floors to the grid's distance from EGM96 over 2 km.
+      EXPECT_NEAR(sample.sea_depth_m, (sea == "below" ? 0.03 : 0.02) * from_shore_m,
+                  sea == "below" ? 1e-3 : 0.02 * 35.0)
+          << sea << y;
+      // Land keeps its own datum.
+      const auto inland = surface->sample(-1500.0, y);
+      EXPECT_EQ(inland.cover, Cover::Land);
+      const auto on_land = surface->frame().geodetic_from_world({-1500.0, y, inland.z_world});
+      const double measured_m = 0.1 * (utm31(kOriginLat_deg, kOriginLon_deg).x() -
+                                       utm31(on_land.lat_deg, on_land.lon_deg).x());
+      const double undulation_m =
+          y > 0.0 ? geo::Geoid::egm96()->undulation_m(on_land.lat_deg, on_land.lon_deg)
+                  : egm96_m - 0.7;
+      EXPECT_NEAR(on_land.height_m, measured_m + undulation_m, 0.02) << sea << y;
+    }
+    const auto hill_place =
+        surface->frame().geodetic_from_world({-4000.0, 0.0, surface->sample(-4000.0, 0.0).z_world});
+    EXPECT_NEAR(hill_place.height_m, 500.0, 1e-6);
+  }
 }
 
 TEST(Sea, WhoseFloorIsMeasuredKeepsIt) {

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "tests/tiler/raster_files.h"
-#include "tiler/raster_source.h"
+#include "tiler/offset_grid.h"
 
 // Every kind of raster that heights come from: formats, encodings, kinds of no-data.
 namespace terracast::test {

@@ -1,0 +1,91 @@
+#include "tiler/crs_operation.h"
+
+#include <proj.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace terracast::tiler {
+namespace {
+
+CrsOperation find_operation(const std::string& crs_wkt, const geo::Geodetic& near, bool ballpark) {
+  struct ContextCloser {
+    void operator()(PJ_CONTEXT* c) const { proj_context_destroy(c); }
+  };
+  struct PjCloser {
+    void operator()(PJ* p) const { proj_destroy(p); }
+  };
+  using PjPtr = std::unique_ptr<PJ, PjCloser>;
+  const std::unique_ptr<PJ_CONTEXT, ContextCloser> context(proj_context_create());
+  proj_log_level(context.get(), PJ_LOG_NONE);
+  const PjPtr source(proj_create(context.get(), "EPSG:4326"));
+  const PjPtr target(proj_create(context.get(), crs_wkt.c_str()));
+  if (!source || !target) return {};
+  PJ_OPERATION_FACTORY_CONTEXT* factory =
+      proj_create_operation_factory_context(context.get(), nullptr);
+  const double lon_deg = std::remainder(near.lon_deg, 360.0);
+  proj_operation_factory_context_set_area_of_interest(
+      context.get(), factory, std::max(lon_deg - 0.1, -180.0), std::max(near.lat_deg - 0.1, -90.0),
+      std::min(lon_deg + 0.1, 180.0), std::min(near.lat_deg + 0.1, 90.0));
+  proj_operation_factory_context_set_spatial_criterion(context.get(), factory,
+                                                       PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION);
+  proj_operation_factory_context_set_grid_availability_use(
+      context.get(), factory, PROJ_GRID_AVAILABILITY_DISCARD_OPERATION_IF_MISSING_GRID);
+  proj_operation_factory_context_set_allow_ballpark_transformations(context.get(), factory,
+                                                                    ballpark ? 1 : 0);
+  PJ_OBJ_LIST* list = proj_create_operations(context.get(), source.get(), target.get(), factory);
+  CrsOperation operation;
+  if (list != nullptr && proj_list_get_count(list) > 0) {
+    const PjPtr first(proj_list_get(context.get(), list, 0));
+    const PjPtr op(proj_normalize_for_visualization(context.get(), first.get()));
+    const char* text =
+        op ? proj_as_proj_string(context.get(), op.get(), PJ_PROJ_5, nullptr) : nullptr;
+    if (text != nullptr) operation.pipeline = text;
+    operation.is_ballpark =
+        proj_coordoperation_has_ballpark_transformation(context.get(), first.get()) != 0;
+  }
+  if (list != nullptr) proj_list_destroy(list);
+  proj_operation_factory_context_destroy(factory);
+  return operation;
+}
+
+}  // namespace
+
+CrsOperation best_operation(const std::string& crs_wkt, const geo::Geodetic& near) {
+  const CrsOperation operation = find_operation(crs_wkt, near, false);
+  return operation.pipeline.empty() ? find_operation(crs_wkt, near, true) : operation;
+}
+
+void SharedTransformation::Closer::operator()(OGRCoordinateTransformation* t) const {
+  OGRCoordinateTransformation::DestroyCT(t);
+}
+
+SharedTransformation::SharedTransformation(const std::string& pipeline, bool is_reverse) {
+  OGRCoordinateTransformationOptions options;
+  options.SetCoordinateOperation(pipeline.c_str(), is_reverse);
+  first_.reset(OGRCreateCoordinateTransformation(nullptr, nullptr, options));
+}
+
+bool SharedTransformation::transform(std::vector<double>& x, std::vector<double>& y) const {
+  Ptr mine;
+  {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) {
+      mine.reset(first_->Clone());
+    } else {
+      mine = std::move(idle_.back());
+      idle_.pop_back();
+    }
+  }
+  if (!mine) return false;
+  std::vector<int> is_done(x.size(), 0);
+  const bool is_good = mine->Transform(static_cast<int>(x.size()), x.data(), y.data(), nullptr,
+                                       is_done.data()) != FALSE;
+  const std::lock_guard lock(mutex_);
+  idle_.push_back(std::move(mine));
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (is_done[i] == 0 || !std::isfinite(x[i]) || !std::isfinite(y[i])) return false;
+  return is_good;
+}
+
+}  // namespace terracast::tiler

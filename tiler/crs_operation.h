@@ -1,0 +1,44 @@
+#pragma once
+
+#include <ogr_spatialref.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "geo/geodesy.h"
+
+namespace terracast::tiler {
+
+/// How PROJ leads from WGS84 longitude and latitude to a CRS.
+struct CrsOperation {
+  std::string pipeline;  ///< "+proj=noop": nothing to do; empty: there is none
+  bool is_ballpark = false;
+};
+
+/// The operation that PROJ ranks first near a place, of those whose grids are there; a ballpark one
+/// when there is no other.
+CrsOperation best_operation(const std::string& crs_wkt, const geo::Geodetic& near);
+
+/// A transformation for any number of threads: OGR's are for one at a time, so each call borrows a
+/// clone.
+class SharedTransformation {
+ public:
+  SharedTransformation(const std::string& pipeline, bool is_reverse);
+  bool is_good() const { return first_ != nullptr; }
+
+  /// In place. False when a place cannot be transformed.
+  bool transform(std::vector<double>& x, std::vector<double>& y) const;
+
+ private:
+  struct Closer {
+    void operator()(OGRCoordinateTransformation* t) const;
+  };
+  using Ptr = std::unique_ptr<OGRCoordinateTransformation, Closer>;
+  Ptr first_;
+  mutable std::mutex mutex_;
+  mutable std::vector<Ptr> idle_;
+};
+
+}  // namespace terracast::tiler

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <gdal_priv.h>
+
+#include <memory>
+#include <string>
+
+#include "core/schema.h"
+
+namespace terracast::tiler {
+
+/// Keeps GDAL quiet on this thread, and what it says for our messages.
+class GdalErrors {
+ public:
+  GdalErrors();
+  ~GdalErrors();
+  GdalErrors(const GdalErrors&) = delete;
+  GdalErrors& operator=(const GdalErrors&) = delete;
+
+  std::string text() const;
+
+ private:
+  static void CPL_STDCALL collect(CPLErr level, CPLErrorNum, const char* message);
+  std::string text_;
+};
+
+struct GdalDatasetCloser {
+  void operator()(GDALDataset* dataset) const { GDALClose(dataset); }
+};
+using GdalDatasetPtr = std::unique_ptr<GDALDataset, GdalDatasetCloser>;
+
+/// Where GDAL finds a file: a member of an archive when it is the only one. (GDAL's own driver
+/// opens .hgt.zip.)
+/// throws   Input: an archive of none or several
+std::string gdal_path(const core::Path& file);
+
+/// Opens what gdal_path() gives, or a folder of terrain tiles.
+/// throws   Io: no such file; Input: no raster
+GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors);
+
+}  // namespace terracast::tiler
