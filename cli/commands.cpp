@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -123,7 +124,14 @@ int run_render(const Arguments& args) {
 
 int run_export(const Arguments& args) {
   return with_config(args, [&](const RunConfig& config, const core::Context& context) {
-    export_formats(config, OutputFolders(args.out), context);
+    // Only the ground tells what sequences a recording is split into.
+    const auto is_split = [](const geo::TrajectoryOptions& trajectory) {
+      return trajectory.kind_options().is_split();
+    };
+    const bool has_split =
+        std::any_of(config.trajectories.begin(), config.trajectories.end(), is_split);
+    export_formats(has_split ? prepare_job(config, context).config : config,
+                   OutputFolders(args.out), context);
     return 0;
   });
 }

@@ -57,26 +57,41 @@ void check_frames(const Job& job) {
            plan.name, plan.states.size(), kLeastFrames);
 }
 
-render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions& options,
-                                   const core::Log& log) {
+geo::TrajectoryContext trajectory_context(const Job& job, const core::Log& log) {
   const tiler::WorldSurface& surface = *job.surface;
   double reach_m = 0.0;  // from the body to its farthest camera
   for (const capture::CameraCalibration& camera : job.cameras)
     reach_m = std::max(reach_m, camera.body_from_camera().translation.norm());
-  const geo::TrajectoryContext place{.frame = surface.frame(),
-                                     .ground_height_m =
-                                         [&](double lat_deg, double lon_deg) {
-                                           return surface.measured_height_m(lat_deg, lon_deg);
-                                         },
-                                     .geoid = surface.geoid(),
-                                     .log = &log,
-                                     .half_size_m = 0.5 * job.config.world.size_m - reach_m};
+  return {.frame = surface.frame(),
+          .ground_height_m =
+              [&surface](double lat_deg, double lon_deg) {
+                return surface.measured_height_m(lat_deg, lon_deg);
+              },
+          .geoid = surface.geoid(),
+          .log = &log,
+          .half_size_m = 0.5 * job.config.world.size_m - reach_m};
+}
+
+/// Entries that become several sequences are replaced by those.
+void split_trajectories(Job& job, const core::Context& context) {
+  std::vector<geo::TrajectoryOptions> all;
+  for (const auto& options : job.config.trajectories) {
+    const core::Log log = context.log.for_stage("trajectory " + options.name);
+    for (auto& sequence : geo::split_sequences(options, trajectory_context(job, log)))
+      all.push_back(std::move(sequence));
+  }
+  job.config.trajectories = std::move(all);
+  job.config.validate();
+}
+
+render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions& options,
+                                   const core::Log& log) {
   render::SequencePlan plan;
   plan.name = options.name;
   plan.rate_hz = options.rate_hz;
   plan.seed = job.config.seed;
   geo::SampledFrames frames =
-      core::with_context([&] { return geo::sample_frames(options, place); },
+      core::with_context([&] { return geo::sample_frames(options, trajectory_context(job, log)); },
                          fmt::format("laying out trajectory {}", options.name));
   plan.utc_start = frames.utc_start;
   plan.states = std::move(frames.states);
@@ -85,7 +100,7 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
   plan.tracks = job.config.tracks;
   plan.detail = job.config.detail;
   plan.config_toml = toml_of_sequence(job.config, options);
-  render::check_inside(plan, surface.frame(), job.config.world.size_m);
+  render::check_inside(plan, job.surface->frame(), job.config.world.size_m);
   return plan;
 }
 
@@ -123,6 +138,7 @@ Job prepare_job(RunConfig config, const core::Context& context) {
       job.config.data.empty() ? "opening the world's sources"
                               : fmt::format("opening the world's sources (${{data}} is {})",
                                             job.config.data.resolved.string()));
+  split_trajectories(job, context);
   for (const auto& options : job.config.trajectories)
     job.sequences.push_back(
         plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));

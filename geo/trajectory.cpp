@@ -90,6 +90,35 @@ void TrajectoryOptions::validate() const {
   if (kind_options_) kind_options_->validate();
 }
 
+std::vector<std::unique_ptr<TrajectoryKind>> TrajectoryKind::split(const TrajectoryContext&,
+                                                                   double) const {
+  return {};
+}
+
+std::vector<TrajectoryOptions> split_sequences(const TrajectoryOptions& options,
+                                               const TrajectoryContext& context) {
+  if (!options.kind_options().is_split()) return {options};
+  return core::with_context(
+      [&] {
+        TrajectoryContext at_rate = context;
+        at_rate.rate_hz = options.rate_hz;
+        const double num_steps = std::max<double>(static_cast<double>(options.num_frames), 2.0) - 1;
+        const double least_s = options.start_s + num_steps / options.rate_hz;
+        std::vector<TrajectoryOptions> sequences;
+        for (auto& part : options.kind_options().split(at_rate, least_s)) {
+          sequences.push_back(options);
+          sequences.back().name = fmt::format("{}_{}", options.name, sequences.size() - 1);
+          sequences.back().set_kind_options(std::move(part));
+        }
+        if (sequences.empty())
+          core::fail(core::ErrorKind::Input,
+                     "no part of it lasts {:.3f} s, the time of its frames at {} Hz from {} s on",
+                     least_s, options.rate_hz, options.start_s);
+        return sequences;
+      },
+      "splitting trajectory " + options.name);
+}
+
 SampledFrames sample_frames(const TrajectoryOptions& options, const TrajectoryContext& context) {
   return core::with_context(
       [&] {

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/log.h"
@@ -68,6 +69,12 @@ class TrajectoryKind {
   /// throws Config: options that contradict each other
   virtual void validate() const {}
   virtual std::unique_ptr<TrajectoryKind> clone() const = 0;
+  /// Whether split() is to be asked: the entry becomes several sequences.
+  virtual bool is_split() const { return false; }
+  /// The kinds of those sequences in order; motions shorter than that are left out, and told.
+  /// throws as build()
+  virtual std::vector<std::unique_ptr<TrajectoryKind>> split(const TrajectoryContext& context,
+                                                             double least_duration_s) const;
   /// throws Config: options that contradict each other
   ///        Input: places without ground, motion under ground
   virtual std::unique_ptr<Trajectory> build(const TrajectoryContext& context) const = 0;
@@ -103,11 +110,19 @@ struct TrajectoryOptions {
 
   /// The kind's own options, which there are once describe() was called.
   const TrajectoryKind& kind_options() const { return *kind_options_; }
+  void set_kind_options(std::unique_ptr<TrajectoryKind> options) {
+    kind_options_ = std::move(options);
+  }
 
  private:
   std::string described_kind_;  ///< the kind that kind_options_ is of
   std::unique_ptr<TrajectoryKind> kind_options_;
 };
+
+/// The sequences that an entry becomes: itself, or parts of it, called name_0, name_1, ….
+/// throws Input: no part is long enough for num_frames, or for two where that is 0
+std::vector<TrajectoryOptions> split_sequences(const TrajectoryOptions& options,
+                                               const TrajectoryContext& context);
 
 /// Frames of a sequence.
 struct SampledFrames {

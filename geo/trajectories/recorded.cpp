@@ -64,6 +64,9 @@ class Recorded final : public TrajectoryKind {
         "Which part is flown, counted from 0, where gaps or `clip` split the recording; -1: the "
         "longest.",
         core::between(-1.0, 1e6));
+    visit.key("split", split_,
+              "Whether each part becomes a sequence of its own, NAME_0, NAME_1, …; `part` is left "
+              "out then.");
     visit.key(
         "outside", outside_,
         "Where the recording leaves the world: clip takes the parts inside, error refuses it.",
@@ -82,7 +85,13 @@ class Recorded final : public TrajectoryKind {
         core::between(0.01, 100.0));
   }
 
-  void validate() const override { recording_.validate(); }
+  void validate() const override {
+    recording_.validate();
+    if (split_ && part_ >= 0)
+      fail(ErrorKind::Config,
+           "part = {} takes one part, and split = true takes them all; leave one of them out",
+           part_);
+  }
 
   std::unique_ptr<TrajectoryKind> clone() const override {
     return std::make_unique<Recorded>(*this);
@@ -90,16 +99,8 @@ class Recorded final : public TrajectoryKind {
 
   std::unique_ptr<Trajectory> build(const TrajectoryContext& context) const override {
     validate();
-    TERRACAST_CHECK(context.ground_height_m, "trajectories are held against the ground");
     const Recording recording = read_recording(recording_, context);
-    const Flattened flattened(context.frame.origin());
-    std::vector<Stretch> stretches;
-    for (std::size_t i = 0; i < recording.parts.size(); ++i)
-      add_stretches(i, sample_part(recording.parts[i], flattened, context), stretches);
-    if (stretches.empty())
-      fail(ErrorKind::Input,
-           "{}: no part of the recording is inside the world and {} m above ground",
-           recording_.file.resolved.string(), min_agl_m_);
+    const std::vector<Stretch> stretches = stretches_of(recording, context);
     const std::size_t chosen = choose(stretches);
     if (context.log) tell(recording, stretches, chosen, *context.log);
     const Stretch& stretch = stretches[chosen];
@@ -116,7 +117,45 @@ class Recorded final : public TrajectoryKind {
     return std::make_unique<RecordedMotion>(context.frame, *part.position, window, utc, attitude);
   }
 
+  bool is_split() const override { return split_; }
+
+  std::vector<std::unique_ptr<TrajectoryKind>> split(const TrajectoryContext& context,
+                                                     double least_duration_s) const override {
+    validate();
+    const std::vector<Stretch> stretches =
+        stretches_of(read_recording(recording_, context), context);
+    std::vector<std::unique_ptr<TrajectoryKind>> kinds;
+    for (std::size_t i = 0; i < stretches.size(); ++i) {
+      if (stretches[i].duration_s() < least_duration_s) continue;
+      auto kind = std::make_unique<Recorded>(*this);
+      kind->split_ = false;
+      kind->part_ = static_cast<std::int64_t>(i);
+      kinds.push_back(std::move(kind));
+    }
+    if (context.log)
+      context.log->info(
+          "{} of {} parts ({}) last the {:.1f} s that the frames take and become "
+          "sequences",
+          kinds.size(), stretches.size(), list_of(stretches), least_duration_s);
+    return kinds;
+  }
+
  private:
+  /// What could be flown of a recording; at least one.
+  std::vector<Stretch> stretches_of(const Recording& recording,
+                                    const TrajectoryContext& context) const {
+    TERRACAST_CHECK(context.ground_height_m, "trajectories are held against the ground");
+    const Flattened flattened(context.frame.origin());
+    std::vector<Stretch> stretches;
+    for (std::size_t i = 0; i < recording.parts.size(); ++i)
+      add_stretches(i, sample_part(recording.parts[i], flattened, context), stretches);
+    if (stretches.empty())
+      fail(ErrorKind::Input,
+           "{}: no part of the recording is inside the world and {} m above ground",
+           recording_.file.resolved.string(), min_agl_m_);
+    return stretches;
+  }
+
   /// Cuts a part where clipping asks for it; elsewhere what is unfit is noted.
   void add_stretches(std::size_t part, const std::vector<Sample>& samples,
                      std::vector<Stretch>& stretches) const {
@@ -213,6 +252,7 @@ class Recorded final : public TrajectoryKind {
 
   RecordingOptions recording_;
   std::int64_t part_ = -1;
+  bool split_ = false;
   std::string outside_ = "error";
   double min_agl_m_ = 5.0;
   std::string too_low_ = "error";

@@ -138,6 +138,38 @@ TEST(SmallFormats, KittiRawAndTartanAirV1PassEveryCheck) {
   expect_report_holds(scratch / "out/report", {"kitti_raw", "tartanair_v1"});
 }
 
+TEST(SplitRecording, GivesASequenceForEachPart) {
+  // Two legs of 12 s, a minute apart, over a plane.
+  const ScratchFolder scratch;
+  std::string fixes = "time_s,latitude_deg,longitude_deg,height_m\n";
+  for (int i = 0; i <= 72; ++i)
+    if (i <= 12 || i >= 60)
+      fixes +=
+          fmt::format("{},{:.7f},{:.7f},900\n", i, 46.0 + 1e-4 * (i % 60), i < 30 ? 7.0 : 7.002);
+  write_text(scratch / "flight.csv", fixes);
+  const std::string orbit = tiny_job_text().substr(tiny_job_text().find("kind = \"orbit\""));
+  std::string text = replaced(tiny_job_text(), orbit.substr(0, orbit.find("rate_hz")),
+                              "kind = \"recorded\"\nfile = \"flight.csv\"\nformat = \"csv\"\n"
+                              "above = \"ellipsoid\"\nsplit = true\n");
+  text = replaced(text, "rate_hz = 1.0", "rate_hz = 0.25");
+  const fs::path config = write_text(scratch / "job.toml", text);
+  const std::string out = (scratch / "out").string();
+  const auto run = run_program(
+      {"run", config.string(), "--set", "detail.finest_spacing_m=16.0", "--out", out, "-q"});
+  ASSERT_EQ(run.status, 0) << run.output;
+  expect_report_holds(scratch / "out/report", {"colmap"});
+  // The stage alone finds the same sequences.
+  fs::remove_all(scratch / "out/export");
+  const auto exported = run_program(
+      {"export", config.string(), "--set", "detail.finest_spacing_m=16.0", "--out", out, "-q"});
+  EXPECT_EQ(exported.status, 0) << exported.output;
+  for (const char* name : {"P000_0", "P000_1"}) {
+    EXPECT_TRUE(fs::exists(scratch / "out/capture" / name)) << name;
+    EXPECT_TRUE(fs::exists(scratch / "out/export/colmap" / name)) << name;
+  }
+  EXPECT_FALSE(fs::exists(scratch / "out/capture/P000"));
+}
+
 TEST(Andorra, TwelveFramesPassEveryCheckInThreeFormatsAnd24ImagesInColmapItself) {
   TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
   const ScratchFolder scratch;

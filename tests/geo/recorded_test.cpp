@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "core/schema_writer.h"
 #include "core/toml_reader.h"
 #include "geo/fixes/csv_table.h"
 #include "geo/fixes/recording.h"
@@ -250,6 +251,46 @@ TEST_F(RecordedFlight, GapsSplitItAndThePartIsChosen) {
   EXPECT_NE(message.find("0: 0.0 s to 40.0 s, 1: 120.0 s to 200.0 s"), std::string::npos)
       << message;
   EXPECT_EQ(read(rows, "max_gap_s = 50.0\n").parts.size(), 1u);
+}
+
+TEST_F(RecordedFlight, PartsBecomeSequencesOfTheirOwn) {
+  // Parts of 40 s, 10 s and 80 s.
+  std::vector<Row> rows;
+  for (const Row& row : weaving_rows(200.0, 1.0))
+    if (row.time_s <= 40.0 || (row.time_s >= 75.0 && row.time_s <= 85.0) || row.time_s >= 120.0)
+      rows.push_back(row);
+  const std::string entry =
+      "name = \"F\"\nkind = \"recorded\"\nrate_hz = 2.0\n" + config(rows, "split = true\n");
+  const auto sequences = split_sequences(options_from(entry), world_.context());
+  ASSERT_EQ(sequences.size(), 3u);
+  const std::vector<double> starts_s = {0.0, 75.0, 120.0};
+  const std::vector<std::size_t> num_frames = {81, 21, 161};
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(sequences[i].name, fmt::format("F_{}", i));
+    const auto states = sample_frames(sequences[i], world_.context()).states;
+    EXPECT_EQ(states.size(), num_frames[i]);
+    EXPECT_LT((local(states[0]) - weaving(starts_s[i])).norm(), 1e-6);
+    // As an entry for that part would be written.
+    const std::string text = core::toml_text(sequences[i]);
+    EXPECT_NE(text.find(fmt::format("part = {}", i)), std::string::npos) << text;
+    EXPECT_NE(text.find("split = false"), std::string::npos) << text;
+  }
+  // The short one holds no 50 frames, and none holds 500.
+  const auto names = [&](int frames) {
+    std::string all;
+    for (const auto& sequence : split_sequences(
+             options_from(fmt::format("num_frames = {}\n", frames) + entry), world_.context()))
+      all += sequence.name + " " + std::to_string(sequence.num_frames) + " ";
+    return all;
+  };
+  EXPECT_EQ(names(50), "F_0 50 F_1 50 ");
+  EXPECT_NE(message_of(core::ErrorKind::Input, [&] { names(500); }).find("no part"),
+            std::string::npos);
+  EXPECT_EQ(split_sequences(options_from(test::orbit_text(100.0, 10.0)), world_.context()).size(),
+            1u);
+  EXPECT_NE(message_of(core::ErrorKind::Config, [&] { fly(rows, "split = true\npart = 1\n"); })
+                .find("leave one of them out"),
+            std::string::npos);
 }
 
 TEST_F(RecordedFlight, PartsOutsideTheWorldOrTooLowAreClippedOrRefused) {
