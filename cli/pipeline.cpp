@@ -6,6 +6,7 @@
 #include "core/atomic_file.h"
 #include "core/image_io.h"
 #include "core/schema_writer.h"
+#include "core/stage_cost.h"
 #include "geo/trajectory.h"
 #include "tiler/preview.h"
 #include "validate/check.h"
@@ -133,6 +134,7 @@ Job prepare_job(RunConfig config, const core::Context& context) {
   const world::EmbreeDevice device(job.config.tracing.embree_profile);
   check_data_folder(job.config);
   const core::Log log = context.log.for_stage("sources");
+  const core::StageCost cost(stage_context(context, log), "preparing the world and its flights");
   job.surface = core::with_context(
       [&] { return tiler::WorldSurface::prepare(job.config.world, stage_context(context, log)); },
       job.config.data.empty() ? "opening the world's sources"
@@ -148,6 +150,7 @@ Job prepare_job(RunConfig config, const core::Context& context) {
 
 world::TileStore tile(const Job& job, const fs::path& store, const core::Context& context) {
   const core::Log log = context.log.for_stage("tile");
+  const core::StageCost cost(stage_context(context, log), "tile");
   tiler::TilePlan plan{.detail = job.config.detail, .sequences = {}};
   for (const auto& sequence : job.sequences)
     plan.sequences.push_back(render::viewpoints_of(sequence.states, sequence.cameras));
@@ -171,6 +174,7 @@ void check_detail(const world::TileStore& store, const render::SequencePlan& seq
 void render(const Job& job, const world::TileStore& store, const render::Shard& shard,
             const fs::path& captures, const core::Context& context) {
   const core::Log log = context.log.for_stage("render");
+  const core::StageCost cost(stage_context(context, log), "render");
   for (const auto& sequence : job.sequences)
     core::with_context(
         [&] {
@@ -186,6 +190,7 @@ void export_formats(const RunConfig& config, const OutputFolders& out,
   if (config.exports.empty())
     fail(ErrorKind::Config, "the config names no format; add an [[exports]]");
   const core::Log log = context.log.for_stage("export");
+  const core::StageCost cost(stage_context(context, log), "export");
   std::vector<exporters::WantedSequence> wanted;
   for (const auto& trajectory : config.trajectories)
     wanted.push_back({trajectory.name, toml_of_sequence(config, trajectory)});
@@ -199,6 +204,7 @@ void export_formats(const RunConfig& config, const OutputFolders& out,
 
 bool validate_formats(const Job& job, const OutputFolders& out, const core::Context& context) {
   const core::Log log = context.log.for_stage("validate");
+  const core::StageCost cost(stage_context(context, log), "validate");
   std::vector<std::string> formats;
   for (const auto& chosen : job.config.exports) {
     const validate::ValidateOptions options{

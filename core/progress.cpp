@@ -1,23 +1,20 @@
 #include "core/progress.h"
 
-#include <fcntl.h>
-#include <fmt/chrono.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <exception>
 #include <mutex>
 #include <optional>
-#include <system_error>
 
-#include "core/atomic_file.h"
 #include "core/error.h"
-#include "core/json.h"
+#include "core/event_log.h"
 #include "core/rate_window.h"
+#include "core/stage_cost.h"
 
 namespace terracast::core {
 
@@ -29,14 +26,6 @@ constexpr double kSamplePeriod_s = 0.25;
 
 double monotonic_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-/// "2 h 05 min", "3 min 20 s", "12 s".
-std::string duration_text(double duration_s) {
-  const auto seconds = static_cast<std::int64_t>(std::llround(std::min(duration_s, 1e12)));
-  if (seconds >= 3600) return fmt::format("{} h {:02} min", seconds / 3600, seconds / 60 % 60);
-  if (seconds >= 60) return fmt::format("{} min {:02} s", seconds / 60, seconds % 60);
-  return fmt::format("{} s", seconds);
 }
 
 /// Two or three digits that mean something: "123/s", "4.5/s", "20/min".
@@ -75,7 +64,7 @@ struct Progress::Impl {
   std::string what;
   std::int64_t total;
   bool on_terminal;
-  int events = -1;
+  EventLog events;
 
   std::mutex mutex;
   double start_s = monotonic_s();
@@ -84,26 +73,15 @@ struct Progress::Impl {
   std::int64_t worked = 0;
   std::int64_t skipped = 0;
   RateWindow window{start_s};
-  bool events_failed = false;
 
   Impl(const Context& context, std::string unit, std::int64_t count)
       : log(context.log),
         what(std::move(unit)),
         total(count),
-        on_terminal(::isatty(STDERR_FILENO) == 1 && context.log.level() <= LogLevel::Info) {
+        on_terminal(::isatty(STDERR_FILENO) == 1 && context.log.level() <= LogLevel::Info),
+        events(context) {
     TERRACAST_CHECK(count >= 0, "{} {}", count, what);
-    if (context.events_file.empty()) return;
-    make_folder(context.events_file.parent_path());
-    events = ::open(context.events_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-    if (events < 0)
-      fail(ErrorKind::Io, "{}: cannot be written: {}", context.events_file.string(),
-           std::error_code(errno, std::generic_category()).message());
   }
-  ~Impl() {
-    if (events >= 0) ::close(events);
-  }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
 
   std::int64_t done() const { return worked + skipped; }
   std::int64_t left() const { return std::max<std::int64_t>(total - done(), 0); }
@@ -152,25 +130,13 @@ struct Progress::Impl {
     write_event(rate, left_s);
   }
 
-  /// One write() for a line: with O_APPEND the lines of several processes do not mix.
   void write_event(std::optional<double> rate, std::optional<double> left_s) {
-    if (events < 0 || events_failed) return;
-    const auto now = std::chrono::system_clock::now();
-    const std::string line =
-        Json::object()
-            .set("time", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
-                                     fmt::gmtime(std::chrono::system_clock::to_time_t(now))))
-            .set("what", what)
-            .set("done", done())
-            .set("total", total)
-            .set("rate", rate ? Json(*rate) : Json())
-            .set("left_s", left_s ? Json(*left_s) : Json())
-            .text(-1) +
-        "\n";
-    if (::write(events, line.data(), line.size()) == static_cast<ssize_t>(line.size())) return;
-    events_failed = true;
-    log.warn("the progress events cannot be written: {}",
-             std::error_code(errno, std::generic_category()).message());
+    events.write(Json::object()
+                     .set("what", what)
+                     .set("done", done())
+                     .set("total", total)
+                     .set("rate", rate ? Json(*rate) : Json())
+                     .set("left_s", left_s ? Json(*left_s) : Json()));
   }
 };
 

@@ -24,19 +24,20 @@ namespace {
 
 using namespace terracast;
 
-constexpr int kNumFrames = 16;
+constexpr int kNumFrames = 24;
 constexpr double kStep_m = 100.0;
-constexpr double kStart_x = -750.0;
+constexpr double kStart_x = -0.5 * kStep_m * (kNumFrames - 1);
 
 Eigen::Vector3d place_of(int frame) {
   const double x = kStart_x + kStep_m * frame;
   return {x, 0.0, 1800.0};
 }
 
-/// Level, 65 m/s at a frame every one and a half seconds, some 500 m above sharp mountains.
+/// Level, a frame every 100 m, some 500 m above sharp mountains, one camera that looks down steeply:
+/// each frame sees a part of what the flight does.
 render::SequencePlan flight() {
   render::SequencePlan plan = test::small_plan(kNumFrames, 720, 640);
-  plan.cameras = test::small_rig(720, 640, 25.0);
+  plan.cameras = test::small_rig(720, 640, 60.0);
   plan.cameras.resize(1);
   plan.detail = {.cell_px = 1.0, .finest_spacing_m = 1.0};
   for (int i = 0; i < kNumFrames; ++i)

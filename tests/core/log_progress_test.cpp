@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
+#include <ctime>
 #include <sstream>
 #include <thread>
 
@@ -14,6 +16,7 @@
 #include "core/log.h"
 #include "core/progress.h"
 #include "core/rate_window.h"
+#include "core/stage_cost.h"
 #include "tests/support/test_data.h"
 
 namespace terracast::core {
@@ -149,6 +152,37 @@ TEST(ProgressTest, EventsThatCannotBeWrittenAreToldOnce) {
     progress.advance();
   });
   EXPECT_THAT(text, HasSubstr("warning: the progress events cannot be written: No space left"));
+}
+
+TEST(StageCostTest, SaysWallCpuAndPeakMemory) {
+  const test::ScratchFolder folder;
+  constexpr std::size_t kBytes = 96 << 20;
+  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t cpu_start = std::clock();
+  const std::string text = stderr_of([&] {
+    const Log log("tile");
+    const StageCost cost({.log = log, .events_file = folder / "e"}, "tiling");
+    const std::clock_t work_start = std::clock();
+    std::thread([&] {
+      const std::vector<char> much(kBytes, 1);
+      while (std::clock() - work_start < CLOCKS_PER_SEC / 5) EXPECT_EQ(much[kBytes / 2], 1);
+    }).join();
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  });
+  const double cpu_s = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
+  const double wall_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  EXPECT_THAT(text, HasSubstr("tile: tiling took "));
+  const Json event = Json::parse(read_text_file(folder / "e"), "e");
+  EXPECT_EQ(event.at("what").string(), "stage");
+  EXPECT_EQ(event.at("stage").string(), "tiling");
+  // More than what was done for sure, less than what clocks round all of it say.
+  EXPECT_GE(event.at("wall_s").number(), 0.3);
+  EXPECT_LE(event.at("wall_s").number(), wall_s);
+  constexpr double kTick_s = 0.01;
+  EXPECT_GE(event.at("cpu_s").number(), 0.2 - kTick_s);
+  EXPECT_LE(event.at("cpu_s").number(), cpu_s + kTick_s);
+  EXPECT_GE(event.at("peak_bytes").number(), static_cast<double>(kBytes));
 }
 
 TEST(ProgressTest, TerminalsGetALineThatIsOverwritten) {
