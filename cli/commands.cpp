@@ -175,12 +175,12 @@ int run_world_preview(const Arguments& args) {
     const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
     const Job job = prepare_job(load_run_config(args.config, args.sets), context);
     if (job.surface->frame().origin() != store.manifest().origin)
-      fail(
-          ErrorKind::Config,
-          "{}: its world starts at {} N {} E, that of {} at {} N {} E; give the job that the world "
-          "was made for",
-          args.config.string(), job.config.world.origin_lat_deg, job.config.world.origin_lon_deg,
-          args.store.string(), store.manifest().origin.lat_deg, store.manifest().origin.lon_deg);
+      fail(ErrorKind::Config,
+           "{}: its world starts at latitude {}, longitude {}, that of {} at {}, {}; give the job "
+           "that the world "
+           "was made for",
+           args.config.string(), job.config.world.origin_lat_deg, job.config.world.origin_lon_deg,
+           args.store.string(), store.manifest().origin.lat_deg, store.manifest().origin.lon_deg);
     paths = paths_of(job);
   }
   core::write_file(args.file,

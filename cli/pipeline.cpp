@@ -68,7 +68,7 @@ geo::TrajectoryContext trajectory_context(const Job& job, const core::Log& log) 
               [&surface](double lat_deg, double lon_deg) {
                 return surface.measured_height_m(lat_deg, lon_deg);
               },
-          .geoid = surface.geoid(),
+          .geoid = geo::Geoid::egm96(),
           .log = &log,
           .half_size_m = 0.5 * job.config.world.size_m - reach_m};
 }

@@ -53,8 +53,6 @@ function(terracast_tests folder)
   list(TRANSFORM ARG_USES PREPEND terracast_ OUTPUT_VARIABLE used)
   target_link_libraries(${target} PRIVATE ${used} ${ARG_LINKS} terracast_test_support
     terracast_warnings GTest::gtest_main GTest::gmock)
-  # g++ 12 warns of its own std::string (bug 105329) where that is precompiled.
-  target_compile_options(${target} PRIVATE -Wno-array-bounds)
   if(folder STREQUAL core)
     target_precompile_headers(${target} PRIVATE ${precompiled_test_headers})
   else()

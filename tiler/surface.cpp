@@ -51,9 +51,6 @@ class TerrainSurface : public WorldSurface {
   int measured_level() const override { return measured_level_; }
   int base_level() const override { return base_level_; }
   std::string input_hash() const override { return input_hash_; }
-  std::shared_ptr<const geo::Geoid> geoid() const override {
-    return geoid_ == nullptr ? nullptr : geo::Geoid::egm96();
-  }
   double lowest_m() const override { return lowest_m_; }
   double highest_m() const override { return highest_m_; }
 

@@ -54,8 +54,6 @@ class WorldSurface {
   /// take too many tiles of it, finer where its tiles would be over 33 km wide.
   virtual int base_level() const = 0;
   virtual std::string input_hash() const = 0;  ///< of all that determines sample()
-  /// EGM96, for places above it; null where the world uses no geoid at all.
-  virtual std::shared_ptr<const geo::Geoid> geoid() const = 0;
 
   /// The surface with all its detail at a place: a pure function of the place. On a level's lattice
   /// the octaves of finer detail vanish exactly, so that all levels agree there bit for bit.

@@ -44,8 +44,7 @@ class Heights {
         home = Geodetic{table.fixes[i].place.x(), table.fixes[i].place.y(), 0.0};
     if (!home) return 0.0;  // there is no fix to place
     if (!table.home && context_.log)
-      context_.log->info("take-off is taken to be at the first fix, {:.6f} N {:.6f} E",
-                         home->lat_deg, home->lon_deg);
+      context_.log->info("take-off is taken to be at the first fix, {}", text_of(*home));
     const Place place{.lat_deg = home->lat_deg,
                       .lon_deg = home->lon_deg,
                       .height_m = options.home_height_m,

@@ -131,6 +131,20 @@ std::optional<double> median_speed_difference_mps(const FixPart& part, double ze
   return *middle;
 }
 
+/// What may help where hardly a fix is left.
+std::string way_out(const Recording& recording, const RecordingOptions& options) {
+  const CleaningCounts& counts = recording.dropped;
+  if (recording.num_without_place > 0) return "; a fix needs latitude, longitude and height";
+  if (counts.num_without_time > 0 && options.timing == "recorded")
+    return "; timing = \"speed\" flies tracks without times";
+  if (counts.num_in_short_parts > 0)
+    return fmt::format(
+        "; fixes more than max_gap_s = {:g} s apart are in different parts: is the "
+        "unit of the times right?",
+        options.cleaning.max_gap_s);
+  return "";
+}
+
 }  // namespace
 
 RecordingOptions::RecordingOptions(const RecordingOptions& other)
@@ -227,7 +241,7 @@ Recording read_recording(const RecordingOptions& options, const TrajectoryContex
   if (parts.empty())
     fail(ErrorKind::Input, "{}: no part of the recording has {} fixes: {}{}",
          options.file.resolved.string(), kFewestFixes, summary_of(recording, options),
-         options.timing == "recorded" ? "; timing = \"speed\" flies tracks without times" : "");
+         way_out(recording, options));
   recording.zero_s = parts.front().positions.front().time_s;
   const Flattened flattened(context.frame.origin());
   std::optional<core::Error> unfit;

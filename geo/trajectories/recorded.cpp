@@ -234,10 +234,16 @@ class Recorded final : public TrajectoryKind {
       log.warn("{}", summary);
     else
       log.info("{}", summary);
-    if (stretches.size() > 1)
-      log.warn("{} parts ({}), of which `part` chooses one; part {} is flown", stretches.size(),
-               list_of(stretches), chosen);
-    const SmoothPart& part = recording.parts[stretches[chosen].part];
+    if (stretches.size() > 1 && part_ < 0)
+      log.warn(
+          "{} parts ({}), of which `part` chooses one, and split = true takes all; part {} is "
+          "flown",
+          stretches.size(), list_of(stretches), chosen);
+    const Stretch& stretch = stretches[chosen];
+    const SmoothPart& part = recording.parts[stretch.part];
+    if (stretch.begin_s > part.begin_s || stretch.end_s < part.end_s)
+      log.info("flown from {:.1f} s to {:.1f} s of {:.1f} s to {:.1f} s; the rest is clipped",
+               stretch.begin_s, stretch.end_s, part.begin_s, part.end_s);
     log.info(
         "residuals of {} fixes: {:.2f} m horizontally, {:.2f} m vertically{}; {} beyond 3 sigma; "
         "attitude by the {}{}",

@@ -150,7 +150,7 @@ TEST(SplitRecording, GivesASequenceForEachPart) {
   const std::string orbit = tiny_job_text().substr(tiny_job_text().find("kind = \"orbit\""));
   std::string text = replaced(tiny_job_text(), orbit.substr(0, orbit.find("rate_hz")),
                               "kind = \"recorded\"\nfile = \"flight.csv\"\nformat = \"csv\"\n"
-                              "above = \"ellipsoid\"\nsplit = true\n");
+                              "above = \"egm96\"\nsplit = true\n");
   text = replaced(text, "rate_hz = 1.0", "rate_hz = 0.25");
   const fs::path config = write_text(scratch / "job.toml", text);
   const std::string out = (scratch / "out").string();
