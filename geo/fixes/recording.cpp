@@ -135,7 +135,8 @@ std::optional<double> median_speed_difference_mps(const FixPart& part, double ze
 std::string way_out(const Recording& recording, const RecordingOptions& options) {
   const CleaningCounts& counts = recording.dropped;
   if (recording.num_without_place > 0) return "; a fix needs latitude, longitude and height";
-  if (counts.num_without_time > 0 && options.timing == "recorded")
+  const bool has_bad_times = counts.num_without_time > 0 || counts.num_out_of_order > 0;
+  if (has_bad_times && options.timing == "recorded")
     return "; timing = \"speed\" flies tracks without times";
   if (counts.num_in_short_parts > 0)
     return fmt::format(

@@ -379,7 +379,7 @@ TEST_F(BadInput, ExportsAreOfTheConfigsOwnSequences) {
       run_program({"world", "preview", (out_ / "world").string(), "-o", map, "--config",
                    config_.string(), "--set", "world.origin_lat_deg=45.5"});
   EXPECT_EQ(elsewhere.status, kUsageOrConfig) << elsewhere.output;
-  EXPECT_THAT(elsewhere.output, AllOf(HasSubstr("45.5 N"), HasSubstr("46 N")));
+  EXPECT_THAT(elsewhere.output, AllOf(HasSubstr("latitude 45.5, "), HasSubstr(" at 46, ")));
   EXPECT_FALSE(fs::exists(map));
   const auto jpeg = run_program(
       {"world", "preview", (out_ / "world").string(), "-o", (scratch_ / "map.jpg").string()});

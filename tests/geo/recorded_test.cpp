@@ -328,6 +328,11 @@ TEST_F(RecordedFlight, CanBeFlownAtASpeedOfItsOwn) {
   for (Row& row : rows) row.time_s = 7.0;  // no times worth the name
   const std::string message = message_of(core::ErrorKind::Input, [&] { fly(rows, ""); });
   EXPECT_NE(message.find("timing = \"speed\""), std::string::npos) << message;
+  // Times in the wrong unit.
+  const std::string apart = message_of(core::ErrorKind::Input,
+                                       [&] { fly(weaving_rows(100.0, 1.0), "max_gap_s = 0.5\n"); });
+  EXPECT_NE(apart.find("max_gap_s = 0.5"), std::string::npos) << apart;
+  EXPECT_NE(apart.find("unit of the times"), std::string::npos) << apart;
   const auto motion = fly(rows, "timing = \"speed\"\nspeed_mps = 25.0\n");
   double chords_m = 0.0;
   for (std::size_t i = 1; i < rows.size(); ++i)
