@@ -177,8 +177,7 @@ int run_world_preview(const Arguments& args) {
     if (job.surface->frame().origin() != store.manifest().origin)
       fail(ErrorKind::Config,
            "{}: its world starts at latitude {}, longitude {}, that of {} at {}, {}; give the job "
-           "that the world "
-           "was made for",
+           "that the world was made for",
            args.config.string(), job.config.world.origin_lat_deg, job.config.world.origin_lon_deg,
            args.store.string(), store.manifest().origin.lat_deg, store.manifest().origin.lon_deg);
     paths = paths_of(job);

@@ -35,6 +35,16 @@ class Image {
     data_.assign(num_pixels() * static_cast<std::size_t>(channels), fill);
   }
 
+  /// As assign, for who writes every value: what was there stays, of the same or of other pixels.
+  void reshape(int width, int height, int channels) {
+    TERRACAST_CHECK(width >= 0 && height >= 0 && channels >= 1, "{}x{}x{}", width, height,
+                    channels);
+    width_ = width;
+    height_ = height;
+    channels_ = channels;
+    data_.resize(num_pixels() * static_cast<std::size_t>(channels));
+  }
+
   int width() const { return width_; }
   int height() const { return height_; }
   int channels() const { return channels_; }

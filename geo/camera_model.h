@@ -29,6 +29,13 @@ struct VectorBlock {
   double z[kVectors];
 };
 
+/// Image points, field by field.
+struct PixelBlock {
+  static constexpr int kPixels = VectorBlock::kVectors;
+  alignas(64) double x[kPixels];
+  double y[kPixels];
+};
+
 /// Maps directions of the camera frame to pixels and back. Threads: safe.
 class CameraModel {
  public:
@@ -41,6 +48,16 @@ class CameraModel {
   /// Direction in the camera frame of an image point; z = 1 for models whose view is less than a
   /// half-space (so that a ray's parameter is depth), unit length otherwise.
   virtual Eigen::Vector3d ray_from_pixel(const Eigen::Vector2d& pixel) const = 0;
+
+  /// The same of several image points.
+  virtual void find_rays(const PixelBlock& pixels, VectorBlock& rays_camera) const {
+    for (int i = 0; i < PixelBlock::kPixels; ++i) {
+      const Eigen::Vector3d ray = ray_from_pixel({pixels.x[i], pixels.y[i]});
+      rays_camera.x[i] = ray.x();
+      rays_camera.y[i] = ray.y();
+      rays_camera.z[i] = ray.z();
+    }
+  }
 
   /// Image point of a camera-frame point or direction (any length); nothing when it is behind the
   /// camera. It may lie outside the image.

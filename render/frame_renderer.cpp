@@ -36,6 +36,7 @@ struct ColorScratch {
   std::vector<std::uint8_t> is_occluded;
   std::vector<float> sun_share;  ///< of the rays
   std::vector<Color> radiance;   ///< of the unit's pixels
+  GroundPlaces places;
   GroundPacket packet;
   GroundLook look;
   ViewPacket view;
@@ -137,13 +138,14 @@ struct ColorImage {
       const auto facing = static_cast<float>(std::max(-ray.direction_world.dot(normal), 0.01));
       const double footprint_m =
           hit.t * angle * static_cast<double>(std::pow(facing, -kSlantExponent));
-      ground.set(s.packet, lane, ray.origin_world + hit.t * ray.direction_world, normal,
-                 s.surfaces[i], footprint_m);
+      s.places.set(lane, ray.origin_world + hit.t * ray.direction_world, normal, s.surfaces[i],
+                   footprint_m);
       for (std::size_t k = 0; k < 3; ++k)
         s.view.direction[k][lane] = static_cast<float>(ray.direction_world[static_cast<int>(k)]);
       s.view.distance_m[lane] = static_cast<float>(hit.t);
       s.view.sun_share[lane] = s.sun_share[i];
     }
+    ground.set(s.places, s.packet);
     ground.look(s.packet, s.look);
     shade_ground(s.packet, s.look, s.view, sky, s.shaded);
     for (std::size_t lane = 0; lane < rays.size(); ++lane) {

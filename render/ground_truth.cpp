@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "capture/channel.h"
+#include "core/packet_code.h"
 #include "core/parallel.h"
 #include "render/pixel_blocks.h"
 #include "render/scratch_pool.h"
@@ -21,49 +22,127 @@ struct Target {
   std::uint32_t flag;
 };
 
+/// Hits of a packet, field by field.
+struct HitPacket {
+  Lanes3d direction_world;
+  Lanes<double> t;
+  Lanes<double> slope_x;
+  Lanes<double> slope_y;
+};
+
+/// Points, normals (as SurfaceHit::normal_world) and ranges of hits of rays from one origin.
+TERRACAST_PACKET_CODE void place_hits(const double* origin_world, const HitPacket& hits,
+                                      Lanes<double>& __restrict range_m,
+                                      GroundPlaces& __restrict places) {
+  const double origin_x = origin_world[0];
+  const double origin_y = origin_world[1];
+  const double origin_z = origin_world[2];
+  for (int i = 0; i < kLanes; ++i) {
+    const double x = hits.direction_world[0][i];
+    const double y = hits.direction_world[1][i];
+    const double z = hits.direction_world[2][i];
+    const double t = hits.t[i];
+    range_m[i] = t * std::sqrt(x * x + y * y + z * z);
+    places.point_world[0][i] = origin_x + t * x;
+    places.point_world[1][i] = origin_y + t * y;
+    places.point_world[2][i] = origin_z + t * z;
+  }
+  for (int i = 0; i < kLanes; ++i) {
+    const double x = hits.slope_x[i];
+    const double y = hits.slope_y[i];
+    const double shrink = 1.0 / std::sqrt(x * x + y * y + 1.0);
+    places.normal_world[0][i] = -x * shrink;
+    places.normal_world[1][i] = -y * shrink;
+    places.normal_world[2][i] = shrink;
+  }
+}
+
+/// Directions of rays, field by field.
+class Directions {
+ public:
+  /// most   how many will be added at most
+  void clear(std::size_t most) {
+    if (x_.size() <= most) {
+      x_.resize(most + 1);
+      y_.resize(most + 1);
+      z_.resize(most + 1);
+    }
+    count_ = 0;
+  }
+  std::size_t size() const { return count_; }
+  Eigen::Vector3d operator[](std::size_t i) const { return {x_[i], y_[i], z_[i]}; }
+
+  void add(const Eigen::Vector3d& direction) { add_if(true, direction); }
+  void add_if(bool is_wanted, const Eigen::Vector3d& direction) {
+    x_[count_] = direction.x();
+    y_[count_] = direction.y();
+    z_[count_] = direction.z();
+    count_ += is_wanted ? 1 : 0;
+  }
+  void add(const geo::VectorBlock& block, std::size_t count) {
+    std::copy_n(block.x, count, &x_[count_]);
+    std::copy_n(block.y, count, &y_[count_]);
+    std::copy_n(block.z, count, &z_[count_]);
+    count_ += count;
+  }
+
+  /// Rays without an end.
+  world::RayFan from(const Eigen::Vector3d& origin_world) const {
+    return {.origin_world = origin_world,
+            .x = {x_.data(), count_},
+            .y = {y_.data(), count_},
+            .z = {z_.data(), count_}};
+  }
+  /// Rays to points whose differences from the origin these are; they end a little beyond, so that
+  /// the crossing at a point is within.
+  world::RayFan just_beyond(const Eigen::Vector3d& origin_world) const {
+    world::RayFan rays = from(origin_world);
+    rays.t_max = 1.0 + 1e-6;
+    return rays;
+  }
+
+ private:
+  std::vector<double> x_, y_, z_;  ///< one more than may be added
+  std::size_t count_ = 0;
+};
+
 struct UnitScratch {
-  std::vector<world::WorldRay> rays;
-  std::vector<world::SurfaceHit> hits;
+  Directions directions;                       ///< of the rays
+  std::vector<world::SurfaceHit> hits;         ///< of the pixels' own rays
+  std::vector<double> t;                       ///< of other rays
   std::vector<world::SurfaceSample> surfaces;  ///< of the pixels' own rays
   std::vector<std::size_t> pixels;             ///< of the rays
   std::vector<std::size_t> ground;             ///< rays that met the ground
   std::vector<std::size_t> ground_pixels;
+  std::vector<std::uint32_t> ground_flags;
+  std::vector<std::size_t> asked;  ///< of the ground, those to whose points there are rays
   std::vector<geo::VectorBlock> ground_points;  ///< the last point fills the last block
+  HitPacket packet_hits;
+  Lanes<double> range_m;
+  GroundPlaces places;
   GroundPacket packet;
   Lanes<std::uint8_t> classes;
 
   UnitScratch() {
-    rays.reserve(kUnitRays);
     hits.reserve(kUnitRays);
+    t.reserve(kUnitRays);
     surfaces.reserve(kUnitRays);
     pixels.reserve(kUnitRays);
     ground.reserve(kUnitRays);
     ground_pixels.reserve(kUnitRays);
+    ground_flags.reserve(kUnitRays);
+    asked.resize(kUnitRays + 1);
     ground_points.reserve(kUnitRays / geo::VectorBlock::kVectors);
   }
-  void cast_pixels(const world::RayQuery& query) {
-    hits.resize(rays.size());
-    surfaces.resize(rays.size());
-    query.intersect(rays, hits, world::Coherence::Coherent, surfaces);
-  }
-  std::span<const world::SurfaceHit> cast(const world::RayQuery& query) {
-    hits.resize(rays.size());
-    query.intersect(rays, hits, world::Coherence::Coherent);
-    return hits;
+  std::span<const double> cast(const world::RayQuery& query, const world::RayFan& rays) {
+    t.resize(rays.size());
+    query.intersect(rays, t, world::Coherence::Coherent);
+    return t;
   }
 };
 
-world::WorldRay ray_to(const View& view, const Eigen::Vector3d& point_world) {
-  // A little beyond the point, so that the crossing at it is within.
-  return {.origin_world = view.center_world,
-          .direction_world = point_world - view.center_world,
-          .t_min = 0.0,
-          .t_max = 1.0 + 1e-6};
-}
-
-bool is_at_point(const world::SurfaceHit& hit) {
-  return std::abs(hit.t - 1.0) <= kSamePointRelative;
-}
+/// t   of the first crossing of a ray to the point
+bool is_at_point(double t) { return std::abs(t - 1.0) <= kSamePointRelative; }
 
 /// One camera's image at one frame.
 class TruthTracer {
@@ -85,178 +164,225 @@ class TruthTracer {
     const int height = grid_.height_px;
     const std::size_t num_pixels =
         static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    truth_.range_m.assign(num_pixels, std::numeric_limits<double>::infinity());
-    truth_.point_world.assign(num_pixels, Eigen::Vector3d::Zero());
+    truth_.range_m.resize(num_pixels);
+    truth_.point_world.resize(num_pixels);
     capture::CameraFrame& facts = truth_.facts;
-    facts.range_m.assign(width, height, 1, capture::kSkyRange_m);
-    facts.normal_world.assign(width, height, 3, 0.0f);
-    facts.semantic_id.assign(width, height, 1,
-                             static_cast<std::uint32_t>(capture::SemanticClass::Sky));
-    facts.instance_id.assign(width, height, 1, 0u);
-    facts.primitive_id.assign(width, height, 1, capture::kNoPrimitive);
-    facts.flags.assign(width, height, 1, 0u);
+    facts.range_m.reshape(width, height, 1);
+    facts.normal_world.reshape(width, height, 3);
+    facts.semantic_id.reshape(width, height, 1);
+    facts.instance_id.reshape(width, height, 1);
+    facts.primitive_id.reshape(width, height, 1);
+    facts.flags.reshape(width, height, 1);
+    content_.resize(static_cast<std::size_t>(grid_.num_units()));
   }
 
   void trace() {
-    core::parallel_for_blocks(grid_.num_units(), 1, [&](std::int64_t begin, std::int64_t) {
-      ScratchPool<UnitScratch>::Lease scratch(pool_);
-      trace_unit(grid_.unit(begin), *scratch);
+    for_each_unit([this](int unit, UnitScratch& scratch) { trace_unit(unit, scratch); });
+    for_each_unit([this](int unit, UnitScratch& scratch) {
+      if (may_see_horizon(unit)) mark_edges(unit, scratch);
     });
-    mark_edges();
   }
 
  private:
+  static constexpr std::uint8_t kAllSky = 1;
+  static constexpr std::uint8_t kAllGround = 2;
+  static constexpr std::uint8_t kBoth = kAllSky | kAllGround;
+
   std::size_t pixel_index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_.width_px) +
            static_cast<std::size_t>(x);
   }
   bool is_sky(std::size_t pixel) const { return std::isinf(truth_.range_m[pixel]); }
 
-  void trace_unit(const PixelUnit& unit, UnitScratch& scratch) {
-    scratch.rays.clear();
-    scratch.pixels.clear();
-    for_each_pixel(unit, [&](int x, int y) {
-      scratch.rays.push_back({.origin_world = view_.center_world,
-                              .direction_world = view_.ray_world({x + 0.5, y + 0.5})});
-      scratch.pixels.push_back(pixel_index(x, y));
+  template <class Work>
+  void for_each_unit(const Work& work) {
+    core::parallel_for_blocks(grid_.num_units(), 1, [&](std::int64_t unit, std::int64_t) {
+      ScratchPool<UnitScratch>::Lease scratch(pool_);
+      work(static_cast<int>(unit), *scratch);
     });
-    scratch.cast_pixels(query_);
+  }
+
+  void trace_unit(int unit, UnitScratch& scratch) {
+    set_pixel_rays(grid_.unit(unit), scratch);
+    const std::size_t num_rays = scratch.directions.size();
+    scratch.hits.resize(num_rays);
+    scratch.surfaces.resize(num_rays);
+    query_.intersect(scratch.directions.from(view_.center_world), scratch.hits,
+                     world::Coherence::Coherent, scratch.surfaces);
     scratch.ground.clear();
-    const std::span<float> normals = truth_.facts.normal_world.data();
-    for (std::size_t i = 0; i < scratch.rays.size(); ++i) {
-      const world::SurfaceHit& hit = scratch.hits[i];
-      if (hit.is_sky()) continue;
-      const world::WorldRay& ray = scratch.rays[i];
-      const std::size_t pixel = scratch.pixels[i];
-      const double range_m = hit.t * ray.direction_world.norm();
-      truth_.range_m[pixel] = range_m;
-      truth_.point_world[pixel] = ray.origin_world + hit.t * ray.direction_world;
-      truth_.facts.range_m.data()[pixel] = static_cast<float>(range_m);
-      truth_.facts.primitive_id.data()[pixel] = primitive_id(hit);
-      const Eigen::Vector3d normal = hit.normal_world();
-      for (std::size_t k = 0; k < 3; ++k)
-        normals[3 * pixel + k] = static_cast<float>(normal[static_cast<int>(k)]);
-      scratch.ground.push_back(i);
+    for (std::size_t i = 0; i < num_rays; ++i) {
+      if (scratch.hits[i].is_sky())
+        set_sky(scratch.pixels[i]);
+      else
+        scratch.ground.push_back(i);
     }
-    classify(scratch);
-    keep_ground(scratch);
+    const bool has_sky = scratch.ground.size() < num_rays;
+    content_[static_cast<std::size_t>(unit)] = scratch.ground.empty() ? kAllSky
+                                               : has_sky              ? kBoth
+                                                                      : kAllGround;
+    set_ground(scratch);
+    scratch.ground_flags.assign(scratch.ground.size(), 0);
     for (const Target& target : targets_) see_from(target, scratch);
+    for (std::size_t i = 0; i < scratch.ground_pixels.size(); ++i)
+      truth_.facts.flags.data()[scratch.ground_pixels[i]] = scratch.ground_flags[i];
   }
 
-  /// scratch.ground: rays that met the ground.
-  void classify(UnitScratch& scratch) {
-    const std::span<std::uint32_t> semantic = truth_.facts.semantic_id.data();
-    for (std::size_t begin = 0; begin < scratch.ground.size(); begin += kLanes) {
-      const std::size_t count = std::min<std::size_t>(kLanes, scratch.ground.size() - begin);
-      for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        const std::size_t i = scratch.ground[begin + std::min(lane, count - 1)];
-        const world::SurfaceHit& hit = scratch.hits[i];
-        const Eigen::Vector3d& point = truth_.point_world[scratch.pixels[i]];
-        ground_.set(scratch.packet, static_cast<int>(lane), point, hit.normal_world(),
-                    scratch.surfaces[i], 0.0);
-      }
-      ground_.classify(scratch.packet, scratch.classes);
-      for (std::size_t lane = 0; lane < count; ++lane)
-        semantic[scratch.pixels[scratch.ground[begin + lane]]] =
-            scratch.classes[static_cast<int>(lane)];
-    }
+  void set_pixel_rays(const PixelUnit& unit, UnitScratch& scratch) const {
+    constexpr std::size_t kBlock = geo::PixelBlock::kPixels;
+    scratch.directions.clear(kUnitRays);
+    scratch.pixels.clear();
+    geo::PixelBlock pixels{};
+    const auto add_rays = [&](std::size_t count) {
+      geo::VectorBlock directions;
+      view_.find_rays(pixels, directions);
+      scratch.directions.add(directions, count);
+    };
+    for_each_pixel(unit, [&](int x, int y) {
+      const std::size_t at = scratch.pixels.size() % kBlock;
+      pixels.x[at] = x + 0.5;
+      pixels.y[at] = y + 0.5;
+      scratch.pixels.push_back(pixel_index(x, y));
+      if (at + 1 == kBlock) add_rays(kBlock);
+    });
+    add_rays(scratch.pixels.size() % kBlock);
   }
 
-  /// Sets ground_pixels and ground_points: rays and pixels are used again for the visibility rays.
-  void keep_ground(UnitScratch& scratch) const {
+  void set_sky(std::size_t pixel) {
+    truth_.range_m[pixel] = std::numeric_limits<double>::infinity();
+    truth_.point_world[pixel] = Eigen::Vector3d::Zero();
+    capture::CameraFrame& facts = truth_.facts;
+    facts.range_m.data()[pixel] = capture::kSkyRange_m;
+    for (std::size_t k = 0; k < 3; ++k) facts.normal_world.data()[3 * pixel + k] = 0.0f;
+    facts.semantic_id.data()[pixel] = static_cast<std::uint32_t>(capture::SemanticClass::Sky);
+    facts.instance_id.data()[pixel] = 0;
+    facts.primitive_id.data()[pixel] = capture::kNoPrimitive;
+    facts.flags.data()[pixel] = 0;
+  }
+
+  /// Sets all facts but the flags of scratch.ground, packet by packet, and keeps pixels and points:
+  /// the rays are used again for visibility.
+  void set_ground(UnitScratch& scratch) {
     constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
+    const std::size_t num_ground = scratch.ground.size();
     scratch.ground_pixels.clear();
-    for (const std::size_t i : scratch.ground) scratch.ground_pixels.push_back(scratch.pixels[i]);
-    scratch.ground_points.resize((scratch.ground.size() + kBlock - 1) / kBlock);
-    for (std::size_t i = 0; i < scratch.ground_points.size() * kBlock; ++i) {
-      const std::size_t pixel = scratch.ground_pixels[std::min(i, scratch.ground.size() - 1)];
-      const Eigen::Vector3d& point = truth_.point_world[pixel];
-      geo::VectorBlock& block = scratch.ground_points[i / kBlock];
-      block.x[i % kBlock] = point.x();
-      block.y[i % kBlock] = point.y();
-      block.z[i % kBlock] = point.z();
+    scratch.ground_points.clear();
+    for (std::size_t begin = 0; begin < num_ground; begin += kLanes) {
+      const std::size_t count = std::min<std::size_t>(kLanes, num_ground - begin);
+      const std::span<const std::size_t> rays(&scratch.ground[begin], count);
+      gather_hits(rays, scratch);
+      place_hits(view_.center_world.data(), scratch.packet_hits, scratch.range_m, scratch.places);
+      ground_.set(scratch.places, scratch.packet);
+      ground_.classify(scratch.packet, scratch.classes);
+      for (std::size_t lane = 0; lane < count; ++lane) {
+        const std::size_t pixel = scratch.pixels[rays[lane]];
+        set_facts(pixel, scratch.hits[rays[lane]], static_cast<int>(lane), scratch);
+        scratch.ground_pixels.push_back(pixel);
+      }
+      for (std::size_t first = 0; first < count; first += kBlock) {
+        geo::VectorBlock& block = scratch.ground_points.emplace_back();
+        std::copy_n(scratch.places.point_world[0].values + first, kBlock, block.x);
+        std::copy_n(scratch.places.point_world[1].values + first, kBlock, block.y);
+        std::copy_n(scratch.places.point_world[2].values + first, kBlock, block.z);
+      }
     }
+  }
+
+  /// The last ray fills the lanes that are left.
+  static void gather_hits(std::span<const std::size_t> rays, UnitScratch& scratch) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const std::size_t i = rays[std::min(k, rays.size() - 1)];
+      const int lane = static_cast<int>(k);
+      const world::SurfaceHit& hit = scratch.hits[i];
+      const Eigen::Vector3d direction = scratch.directions[i];
+      scratch.packet_hits.direction_world[0][lane] = direction.x();
+      scratch.packet_hits.direction_world[1][lane] = direction.y();
+      scratch.packet_hits.direction_world[2][lane] = direction.z();
+      scratch.packet_hits.t[lane] = hit.t;
+      scratch.packet_hits.slope_x[lane] = hit.slope_x;
+      scratch.packet_hits.slope_y[lane] = hit.slope_y;
+      scratch.places.footprint_m[lane] = 0.0;
+      scratch.places.set_surface(lane, scratch.surfaces[i]);
+    }
+  }
+
+  void set_facts(std::size_t pixel, const world::SurfaceHit& hit, int lane,
+                 const UnitScratch& scratch) {
+    const Lanes3d& point = scratch.places.point_world;
+    const Lanes3d& normal = scratch.places.normal_world;
+    truth_.range_m[pixel] = scratch.range_m[lane];
+    truth_.point_world[pixel] = {point[0][lane], point[1][lane], point[2][lane]};
+    capture::CameraFrame& facts = truth_.facts;
+    facts.range_m.data()[pixel] = static_cast<float>(scratch.range_m[lane]);
+    for (std::size_t k = 0; k < 3; ++k)
+      facts.normal_world.data()[3 * pixel + k] = static_cast<float>(normal[k][lane]);
+    facts.semantic_id.data()[pixel] = scratch.classes[lane];
+    facts.instance_id.data()[pixel] = 0;
+    facts.primitive_id.data()[pixel] = primitive_id(hit);
   }
 
   void see_from(const Target& target, UnitScratch& scratch) {
-    scratch.rays.clear();
-    scratch.pixels.clear();
-    for (std::size_t block = 0; block < scratch.ground_points.size(); ++block) {
-      const std::size_t first = block * geo::VectorBlock::kVectors;
-      const std::size_t count =
-          std::min<std::size_t>(geo::VectorBlock::kVectors, scratch.ground_pixels.size() - first);
-      const std::uint32_t in_image = target.view->find_in_image(scratch.ground_points[block]);
+    constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
+    const Eigen::Vector3d& center = target.view->center_world;
+    scratch.directions.clear(kUnitRays);
+    for (std::size_t b = 0; b < scratch.ground_points.size(); ++b) {
+      const geo::VectorBlock& block = scratch.ground_points[b];
+      const std::size_t first = b * kBlock;
+      const std::size_t count = std::min(kBlock, scratch.ground_pixels.size() - first);
+      const std::uint32_t in_image = target.view->find_in_image(block);
       for (std::size_t i = 0; i < count; ++i) {
-        if (((in_image >> i) & 1U) == 0) continue;
-        const std::size_t pixel = scratch.ground_pixels[first + i];
-        scratch.rays.push_back(ray_to(*target.view, truth_.point_world[pixel]));
-        scratch.pixels.push_back(pixel);
+        scratch.asked[scratch.directions.size()] = first + i;
+        scratch.directions.add_if(
+            ((in_image >> i) & 1U) != 0,
+            {block.x[i] - center.x(), block.y[i] - center.y(), block.z[i] - center.z()});
       }
     }
-    const std::span<const world::SurfaceHit> hits = scratch.cast(query_);
-    for (std::size_t i = 0; i < hits.size(); ++i)
-      if (is_at_point(hits[i])) truth_.facts.flags.data()[scratch.pixels[i]] |= target.flag;
+    const std::span<const double> t = scratch.cast(query_, scratch.directions.just_beyond(center));
+    for (std::size_t i = 0; i < t.size(); ++i)
+      if (is_at_point(t[i])) scratch.ground_flags[scratch.asked[i]] |= target.flag;
+  }
+
+  /// Whether a unit and those around it hold both sky and ground.
+  bool may_see_horizon(int unit) const {
+    const int columns = grid_.columns();
+    const int rows = grid_.num_units() / columns;
+    const int column = unit % columns;
+    const int row = unit / columns;
+    unsigned content = 0;
+    for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows - 1); ++r)
+      for (int c = std::max(column - 1, 0); c <= std::min(column + 1, columns - 1); ++c)
+        content |= content_[static_cast<std::size_t>(r * columns + c)];
+    return content == kBoth;
+  }
+
+  /// Whether a neighbour is sky while the pixel is ground, or the other way round.
+  bool is_beside_horizon(int x, int y) const {
+    const bool here = is_sky(pixel_index(x, y));
+    for (int j = std::max(y - 1, 0); j <= std::min(y + 1, grid_.height_px - 1); ++j)
+      for (int i = std::max(x - 1, 0); i <= std::min(x + 1, grid_.width_px - 1); ++i)
+        if (is_sky(pixel_index(i, j)) != here) return true;
+    return false;
   }
 
   /// Only a pixel beside the horizon can change between ground and sky within a thousandth of a
   /// pixel: terrain is one object, and a gap narrower than a pixel that no centre meets has no
   /// neighbour that tells of it.
-  void mark_edges() {
-    const std::vector<std::size_t> candidates = pixels_beside_horizon();
+  void mark_edges(int unit, UnitScratch& scratch) {
     static constexpr double kShifts[4][2] = {
         {-kEdgeShift_px, 0.0}, {kEdgeShift_px, 0.0}, {0.0, -kEdgeShift_px}, {0.0, kEdgeShift_px}};
-    core::parallel_for_blocks(
-        static_cast<std::int64_t>(candidates.size()), kUnitRays / 4,
-        [&](std::int64_t begin, std::int64_t end) {
-          ScratchPool<UnitScratch>::Lease lease(pool_);
-          UnitScratch& scratch = *lease;
-          scratch.rays.clear();
-          for (std::int64_t i = begin; i < end; ++i) {
-            const std::size_t pixel = candidates[static_cast<std::size_t>(i)];
-            const auto width = static_cast<std::size_t>(grid_.width_px);
-            const std::size_t x = pixel % width;
-            const std::size_t y = pixel / width;
-            const Eigen::Vector2d center(static_cast<double>(x) + 0.5,
-                                         static_cast<double>(y) + 0.5);
-            for (const auto& shift : kShifts) {
-              const Eigen::Vector2d place = center + Eigen::Vector2d(shift[0], shift[1]);
-              scratch.rays.push_back(
-                  {.origin_world = view_.center_world, .direction_world = view_.ray_world(place)});
-            }
-          }
-          const std::span<const world::SurfaceHit> hits = scratch.cast(query_);
-          for (std::size_t i = 0; i < hits.size(); ++i) {
-            const std::size_t pixel = candidates[static_cast<std::size_t>(begin) + i / 4];
-            if (hits[i].is_sky() != is_sky(pixel))
-              truth_.facts.flags.data()[pixel] |= capture::kEdge;
-          }
-        });
-  }
-
-  /// Pixels with a neighbour that is sky while they are ground, or the other way round.
-  std::vector<std::size_t> pixels_beside_horizon() const {
-    const auto width = static_cast<std::size_t>(grid_.width_px);
-    const auto height = static_cast<std::size_t>(grid_.height_px);
-    std::vector<std::uint8_t> sky(width * height);
-    for (std::size_t i = 0; i < sky.size(); ++i) sky[i] = is_sky(i) ? 1 : 0;
-    std::vector<std::size_t> pixels;
-    std::vector<std::uint8_t> num_sky(width);  // of the rows around, in each column
-    for (std::size_t y = 0; y < height; ++y) {
-      const std::size_t first = y > 0 ? y - 1 : y;
-      const std::size_t last = std::min(y + 1, height - 1);
-      std::fill(num_sky.begin(), num_sky.end(), std::uint8_t{0});
-      for (std::size_t row = first; row <= last; ++row)
-        for (std::size_t x = 0; x < width; ++x)
-          num_sky[x] = static_cast<std::uint8_t>(num_sky[x] + sky[row * width + x]);
-      const auto all = static_cast<std::uint8_t>(last - first + 1);
-      for (std::size_t x = 0; x < width; ++x) {
-        const std::uint8_t same = sky[y * width + x] != 0 ? all : 0;
-        if (num_sky[x] != same || num_sky[x > 0 ? x - 1 : x] != same ||
-            num_sky[std::min(x + 1, width - 1)] != same)
-          pixels.push_back(y * width + x);
+    scratch.directions.clear(4 * kUnitRays);
+    scratch.pixels.clear();
+    for_each_pixel(grid_.unit(unit), [&](int x, int y) {
+      if (!is_beside_horizon(x, y)) return;
+      for (const auto& shift : kShifts) {
+        scratch.directions.add(view_.ray_world({x + 0.5 + shift[0], y + 0.5 + shift[1]}));
+        scratch.pixels.push_back(pixel_index(x, y));
       }
-    }
-    return pixels;
+    });
+    const std::span<const double> t =
+        scratch.cast(query_, scratch.directions.from(view_.center_world));
+    for (std::size_t i = 0; i < t.size(); ++i)
+      if (std::isinf(t[i]) != is_sky(scratch.pixels[i]))
+        truth_.facts.flags.data()[scratch.pixels[i]] |= capture::kEdge;
   }
 
   const world::RayQuery& query_;
@@ -265,6 +391,7 @@ class TruthTracer {
   const PixelGrid grid_;
   TruthFrame& truth_;
   std::vector<Target> targets_;
+  std::vector<std::uint8_t> content_;  ///< of each unit
   ScratchPool<UnitScratch> pool_;
 };
 
@@ -278,21 +405,22 @@ void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewT
 std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,
                                           std::span<const Eigen::Vector3d> points_world) {
   std::vector<std::uint8_t> is_visible(points_world.size(), 0);
-  core::parallel_for_blocks(static_cast<std::int64_t>(points_world.size()), kUnitRays,
-                            [&](std::int64_t begin, std::int64_t end) {
-                              std::vector<world::WorldRay> rays;
-                              std::vector<std::size_t> points;
-                              for (auto i = static_cast<std::size_t>(begin);
-                                   i < static_cast<std::size_t>(end); ++i) {
-                                if (!view.has_in_image(points_world[i])) continue;
-                                rays.push_back(ray_to(view, points_world[i]));
-                                points.push_back(i);
-                              }
-                              std::vector<world::SurfaceHit> hits(rays.size());
-                              query.intersect(rays, hits, world::Coherence::Incoherent);
-                              for (std::size_t i = 0; i < hits.size(); ++i)
-                                is_visible[points[i]] = is_at_point(hits[i]) ? 1 : 0;
-                            });
+  core::parallel_for_blocks(
+      static_cast<std::int64_t>(points_world.size()), kUnitRays,
+      [&](std::int64_t begin, std::int64_t end) {
+        Directions directions;
+        directions.clear(static_cast<std::size_t>(end - begin));
+        std::vector<std::size_t> points;
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+          if (!view.has_in_image(points_world[i])) continue;
+          directions.add(points_world[i] - view.center_world);
+          points.push_back(i);
+        }
+        std::vector<double> t(directions.size());
+        query.intersect(directions.just_beyond(view.center_world), t, world::Coherence::Incoherent);
+        for (std::size_t i = 0; i < t.size(); ++i)
+          is_visible[points[i]] = is_at_point(t[i]) ? 1 : 0;
+      });
   return is_visible;
 }
 

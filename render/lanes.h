@@ -19,5 +19,6 @@ struct Lanes {
 
 /// A vector or colour for each sample.
 using Lanes3f = std::array<Lanes<float>, 3>;
+using Lanes3d = std::array<Lanes<double>, 3>;
 
 }  // namespace terracast::render

@@ -94,13 +94,65 @@ TERRACAST_PACKET_CODE void draw_covers(const GroundPacket& g, float snow_line, f
   }
 }
 
-void spread_covers(const GroundPacket& g, const NoisePlaces& places, const Climate& climate,
-                   Covers& c) {
-  c.region = sum_noise(places, 12, 8, climate.seed + kRegion);
-  c.patch = sum_noise(places, 7, 5, climate.seed + kPatch);
-  c.clump = sum_noise(places, 4, 0, climate.seed + kClump);
+void draw_covers(const GroundPacket& g, const Climate& climate, Covers& c) {
   draw_covers(g, static_cast<float>(climate.snow_line_m), static_cast<float>(climate.tree_line_m),
               climate.has_sea ? 1.8f : -1e6f, c);
+}
+
+/// Covers as a sample of some width sees them.
+void spread_covers(const GroundPacket& g, const Climate& climate, Covers& c) {
+  c.region = sum_noise(g.places, 12, 8, climate.seed + kRegion);
+  c.patch = sum_noise(g.places, 7, 5, climate.seed + kPatch);
+  c.clump = sum_noise(g.places, 4, 0, climate.seed + kClump);
+  draw_covers(g, climate, c);
+}
+
+/// Covers at points.
+void spread_covers_at_points(const GroundPacket& g, const Climate& climate, Covers& c) {
+  constexpr Lanes<float> kNone{};
+  c.region = {sum_all_noise(g.places, 12, 8, climate.seed + kRegion), kNone};
+  c.patch = {sum_all_noise(g.places, 7, 5, climate.seed + kPatch), kNone};
+  c.clump = {sum_all_noise(g.places, 4, 0, climate.seed + kClump), kNone};
+  draw_covers(g, climate, c);
+}
+
+/// All of a packet but its noise places and covers.
+TERRACAST_PACKET_CODE void set_ground(const GroundPlaces& places, double sea_level_m,
+                                      GroundPacket& __restrict packet) {
+  const Lanes<double>& x = places.point_world[0];
+  const Lanes<double>& y = places.point_world[1];
+  const Lanes<double>& z = places.point_world[2];
+  const Lanes<double>& nx = places.normal_world[0];
+  const Lanes<double>& ny = places.normal_world[1];
+  const Lanes<double>& nz = places.normal_world[2];
+  // Layers of rock dip by a few degrees and run on for 8 times their thickness' scale.
+  Lanes<double> across_m, along_m;
+  for (int i = 0; i < kLanes; ++i) {
+    across_m[i] = z[i] + 0.11 * x[i] - 0.07 * y[i];
+    along_m[i] = 0.125 * (0.6 * x[i] + 0.8 * y[i]);
+  }
+  count_steps(across_m, packet.strata_u);
+  count_steps(along_m, packet.strata_v);
+  Lanes<double> steepness, height_m;
+  for (int i = 0; i < kLanes; ++i) {
+    const double up_x = x[i] * (1.0 / kEarthRadius_m);
+    const double up_y = y[i] * (1.0 / kEarthRadius_m);
+    const double up_squared = up_x * up_x + up_y * up_y + 1.0;
+    const double along_up = nx[i] * up_x + ny[i] * up_y + nz[i];
+    const double cosine_squared = larger(along_up, 0.0) * larger(along_up, 0.0) / up_squared;
+    steepness[i] = std::sqrt(larger(1.0 - cosine_squared, 0.0));
+    height_m[i] = z[i] + (x[i] * x[i] + y[i] * y[i]) * (0.5 / kEarthRadius_m) - sea_level_m;
+  }
+  for (int i = 0; i < kLanes; ++i) {
+    packet.normal[0][i] = static_cast<float>(nx[i]);
+    packet.normal[1][i] = static_cast<float>(ny[i]);
+    packet.normal[2][i] = static_cast<float>(nz[i]);
+    packet.steepness[i] = static_cast<float>(steepness[i]);
+    packet.northness[i] = static_cast<float>(ny[i]);
+    packet.height_m[i] = static_cast<float>(height_m[i]);
+    packet.moisture[i] = static_cast<float>(places.moisture[i]);
+    packet.spacing_m[i] = static_cast<float>(places.spacing_m[i]);
+  }
 }
 
 /// A colour of cultivated land, and how far from a hedge.
@@ -364,38 +416,16 @@ Climate climate_of(const world::TileStore& store, std::uint32_t seed) {
   return climate;
 }
 
-void Ground::set(GroundPacket& packet, int lane, const Eigen::Vector3d& p,
-                 const Eigen::Vector3d& normal, const world::SurfaceSample& surface,
-                 double footprint_m) const {
-  packet.places.set(lane, p, footprint_m);
-  // Layers of rock dip by a few degrees and run on for 8 times their thickness' scale.
-  const double across = p.z() + 0.11 * p.x() - 0.07 * p.y();
-  const double along = 0.125 * (0.6 * p.x() + 0.8 * p.y());
-  const auto fixed = [](double metres) {
-    return static_cast<std::int32_t>(static_cast<std::uint32_t>(
-        static_cast<std::uint64_t>(metres * (1.0 / kNoiseStep_m) + 0x1p40)));
-  };
-  packet.strata_u[lane] = fixed(across);
-  packet.strata_v[lane] = fixed(along);
-  for (std::size_t k = 0; k < 3; ++k)
-    packet.normal[k][lane] = static_cast<float>(normal[static_cast<int>(k)]);
-  const Eigen::Vector3d up =
-      Eigen::Vector3d(p.x() / kEarthRadius_m, p.y() / kEarthRadius_m, 1.0).normalized();
-  const double cosine = std::clamp(normal.dot(up), 0.0, 1.0);
-  packet.steepness[lane] = static_cast<float>(std::sqrt(1.0 - cosine * cosine));
-  packet.northness[lane] = static_cast<float>(normal.y());
-  packet.height_m[lane] = static_cast<float>(approximate_height_m(p) - climate_.sea_level_m);
-  packet.moisture[lane] = static_cast<float>(surface.moisture);
-  packet.spacing_m[lane] = static_cast<float>(surface.spacing_m);
-  packet.cover[lane] = static_cast<std::uint8_t>(surface.cover);
+void Ground::set(const GroundPlaces& places, GroundPacket& packet) const {
+  packet.places.set(places.point_world, places.footprint_m);
+  set_ground(places, climate_.sea_level_m, packet);
+  packet.cover = places.cover;
 }
 
 void Ground::classify(const GroundPacket& packet, Lanes<std::uint8_t>& classes) const {
   using capture::SemanticClass;
-  NoisePlaces places = packet.places;
-  for (int i = 0; i < kLanes; ++i) places.footprint_m[i] = 0.0f;
   Covers c;
-  spread_covers(packet, places, climate_, c);
+  spread_covers_at_points(packet, climate_, c);
   for (int i = 0; i < kLanes; ++i) {
     SemanticClass found = SemanticClass::Soil;
     if (c.grass[i] > 0.5f || c.field[i] > 0.5f || c.forest[i] > 0.5f) found = SemanticClass::Grass;
@@ -413,7 +443,7 @@ void Ground::classify(const GroundPacket& packet, Lanes<std::uint8_t>& classes) 
 void Ground::look(const GroundPacket& g, GroundLook& look) const {
   const std::uint32_t seed = climate_.seed;
   Covers c;
-  spread_covers(g, g.places, climate_, c);
+  spread_covers(g, climate_, c);
 
   Lanes<float> relief;        // slope of each octave of small relief
   Lanes<float> relief_below;  // relief coarser than this stands in the terrain

@@ -25,7 +25,32 @@ struct Climate {
 /// throws   Input, Io: as TileStore::load
 Climate climate_of(const world::TileStore& store, std::uint32_t seed);
 
-/// Places of the ground that are shaded together.
+/// Where samples meet the ground.
+struct GroundPlaces {
+  Lanes3d point_world;
+  Lanes3d normal_world;       ///< of the true triangle
+  Lanes<double> footprint_m;  ///< width of an image sample on the ground
+  Lanes<double> moisture;     ///< 0 … 1
+  Lanes<double> spacing_m;    ///< of the terrain samples
+  Lanes<std::uint8_t> cover;  ///< world::Cover
+
+  void set(int lane, const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+           const world::SurfaceSample& surface, double footprint) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      point_world[k][lane] = point[static_cast<int>(k)];
+      normal_world[k][lane] = normal[static_cast<int>(k)];
+    }
+    footprint_m[lane] = footprint;
+    set_surface(lane, surface);
+  }
+  void set_surface(int lane, const world::SurfaceSample& surface) {
+    moisture[lane] = surface.moisture;
+    spacing_m[lane] = surface.spacing_m;
+    cover[lane] = static_cast<std::uint8_t>(surface.cover);
+  }
+};
+
+/// What the ground is made from at places that are shaded together.
 struct GroundPacket {
   NoisePlaces places;
   Lanes<std::int32_t> strata_u;  ///< noise coordinates of rock layers: across them and along
@@ -56,11 +81,8 @@ class Ground {
   explicit Ground(const Climate& climate) : climate_(climate) {}
   const Climate& climate() const { return climate_; }
 
-  /// Fills a lane. Lanes without a hit take any other's values.
-  /// footprint_m   width of an image sample on the ground
-  void set(GroundPacket& packet, int lane, const Eigen::Vector3d& point_world,
-           const Eigen::Vector3d& normal_world, const world::SurfaceSample& surface,
-           double footprint_m) const;
+  /// Lanes without a hit take any other's values.
+  void set(const GroundPlaces& places, GroundPacket& packet) const;
 
   /// Semantic classes; footprints play no part.
   void classify(const GroundPacket& packet, Lanes<std::uint8_t>& classes) const;

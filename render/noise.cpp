@@ -124,6 +124,17 @@ TERRACAST_PACKET_INLINE void add_octave(const Octave& octave, const Lanes<float>
   }
 }
 
+TERRACAST_PACKET_CODE void find_coordinates(const Lanes3d& points, const double* axis,
+                                            Lanes<std::int32_t>& coordinates) {
+  const double x = axis[0];
+  const double y = axis[1];
+  const double z = axis[2];
+  Lanes<double> along_m;
+  for (int i = 0; i < kLanes; ++i)
+    along_m[i] = x * points[0][i] + y * points[1][i] + z * points[2][i];
+  count_steps(along_m, coordinates);
+}
+
 constexpr int plane_of(int level) { return (level + 3 * 64) % kNumNoisePlanes; }
 
 TERRACAST_PACKET_CODE void sum_planes(const NoisePlaces& places, int coarsest_level,
@@ -141,6 +152,19 @@ TERRACAST_PACKET_CODE void sum_planes(const NoisePlaces& places, int coarsest_le
     add_octave(octave, weight, sum);
   }
   finish(coarsest_level - finest_level + 1, sum);
+}
+
+TERRACAST_PACKET_CODE void sum_all_planes(const NoisePlaces& places, int coarsest_level,
+                                          int finest_level, std::uint32_t seed, Lanes<float>& sum) {
+  for (int i = 0; i < kLanes; ++i) sum[i] = 0.0f;
+  Octave octave;
+  for (int level = coarsest_level; level >= finest_level; --level) {
+    const int plane = plane_of(level);
+    evaluate_octave<false>(places.u[plane], places.v[plane], level, seed, octave);
+    for (int i = 0; i < kLanes; ++i) sum[i] += octave.value[i];
+  }
+  const float scale = kUnitValue / std::sqrt(static_cast<float>(coarsest_level - finest_level + 1));
+  for (int i = 0; i < kLanes; ++i) sum[i] *= scale;
 }
 
 TERRACAST_PACKET_CODE void sum_planes_with_slope(const NoisePlaces& places, int coarsest_level,
@@ -206,27 +230,26 @@ const std::array<NoisePlane, kNumNoisePlanes>& noise_planes() {
   return planes;
 }
 
-void NoisePlaces::set(int lane, const Eigen::Vector3d& point_world, double footprint) {
+void NoisePlaces::set(const Lanes3d& points_world, const Lanes<double>& footprints_m) {
   const std::array<NoisePlane, kNumNoisePlanes>& planes = noise_planes();
   for (std::size_t plane = 0; plane < kNumNoisePlanes; ++plane) {
-    const NoisePlane& axes = planes[plane];
-    const auto fixed = [&](const Eigen::Vector3d& axis) {
-      // 2^40 makes the number positive, so that cutting off its fraction rounds down; it leaves no
-      // trace in 32 bits.
-      const double steps = axis.dot(point_world) * (1.0 / kNoiseStep_m) + 0x1p40;
-      return static_cast<std::int32_t>(
-          static_cast<std::uint32_t>(static_cast<std::uint64_t>(steps)));
-    };
-    u[plane][lane] = fixed(axes.u);
-    v[plane][lane] = fixed(axes.v);
+    find_coordinates(points_world, planes[plane].u.data(), u[plane]);
+    find_coordinates(points_world, planes[plane].v.data(), v[plane]);
   }
-  footprint_m[lane] = static_cast<float>(footprint);
+  for (int i = 0; i < kLanes; ++i) footprint_m[i] = static_cast<float>(footprints_m[i]);
 }
 
 NoiseSum sum_noise(const NoisePlaces& places, int coarsest_level, int finest_level,
                    std::uint32_t seed) {
   NoiseSum sum;
   sum_planes(places, coarsest_level, finest_level, seed, sum);
+  return sum;
+}
+
+Lanes<float> sum_all_noise(const NoisePlaces& places, int coarsest_level, int finest_level,
+                           std::uint32_t seed) {
+  Lanes<float> sum;
+  sum_all_planes(places, coarsest_level, finest_level, seed, sum);
   return sum;
 }
 

@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <bit>
 #include <cstdint>
 
+#include "core/packet_code.h"
 #include "render/lanes.h"
 
 /// Band-limited noise, anchored in the world. An octave is gradient noise on a square lattice whose
@@ -15,6 +17,25 @@ namespace terracast::render {
 /// Levels that exist: lattices of 4096 m to 1/128 m.
 inline constexpr int kCoarsestNoiseLevel = 12;
 inline constexpr int kFinestNoiseLevel = -7;
+
+/// The step of coordinates.
+inline constexpr double kNoiseStep_m = 0x1.0p-12;
+
+/// Coordinates in steps, rounded down, modulo 2^32. Metres below 2^28.
+TERRACAST_PACKET_INLINE void count_steps(const Lanes<double>& metres, Lanes<std::int32_t>& steps) {
+  // Positive, below 2^52: adding 2^52 rounds to whole numbers, which then are the last bits.
+  constexpr double kPositive = 0x1p40;
+  constexpr double kWhole = 0x1p52;
+  Lanes<std::uint64_t> bits;
+  for (int i = 0; i < kLanes; ++i) {
+    const double exact = metres[i] * (1.0 / kNoiseStep_m) + kPositive;
+    const double nearest = exact + kWhole;
+    const double below = nearest - 1.0;
+    bits[i] = std::bit_cast<std::uint64_t>(nearest - kWhole > exact ? below : nearest);
+  }
+  for (int i = 0; i < kLanes; ++i)
+    steps[i] = static_cast<std::int32_t>(static_cast<std::uint32_t>(bits[i]));
+}
 
 /// The planes that noise is laid out on. Each is sheared along the vertical its own way, so that a
 /// wall of any direction has a plane whose texture is not stretched on it; octaves take them in
@@ -36,7 +57,7 @@ struct NoisePlaces {
       footprint_m;  ///< width of a sample on the ground; octaves finer than it are left out
 
   /// Coordinates repeat after 2^20 m.
-  void set(int lane, const Eigen::Vector3d& point_world, double footprint);
+  void set(const Lanes3d& points_world, const Lanes<double>& footprints_m);
 };
 
 /// Sum of octaves.
@@ -57,7 +78,11 @@ struct NoiseSlope {
 NoiseSum sum_noise(const NoisePlaces& places, int coarsest_level, int finest_level,
                    std::uint32_t seed);
 
-/// The same, and its slope added to `slope`: octave by octave scaled by `slope_weight`[lane], for
+/// The same of all octaves, whatever the footprint; nothing is left out.
+Lanes<float> sum_all_noise(const NoisePlaces& places, int coarsest_level, int finest_level,
+                           std::uint32_t seed);
+
+/// As sum_noise, and its slope added to `slope`: octave by octave scaled by `slope_weight`[lane], for
 /// octaves finer than `slope_below_m`[lane] only (what is coarser stands in the terrain itself).
 NoiseSum sum_noise_with_slope(const NoisePlaces& places, int coarsest_level, int finest_level,
                               std::uint32_t seed, const Lanes<float>& slope_weight,
@@ -68,8 +93,5 @@ NoiseSum sum_noise_with_slope(const NoisePlaces& places, int coarsest_level, int
 NoiseSum sum_noise_at(const Lanes<std::int32_t>& u, const Lanes<std::int32_t>& v,
                       const Lanes<float>& footprint_m, int coarsest_level, int finest_level,
                       std::uint32_t seed);
-
-/// The step of coordinates.
-inline constexpr double kNoiseStep_m = 0x1.0p-12;
 
 }  // namespace terracast::render

@@ -27,7 +27,32 @@ void to_camera_frame(const double* center, const double* rows, const geo::Vector
   }
 }
 
+/// What View::ray_world does to rays of the camera's frame.
+/// columns   of the rotation from camera to world
+TERRACAST_PACKET_CODE
+void to_world_frame(const double* columns, const geo::VectorBlock& rays_camera,
+                    geo::VectorBlock& __restrict rays_world) {
+  const double* const c = columns;
+  const double xx = c[0], yx = c[1], zx = c[2];
+  const double xy = c[3], yy = c[4], zy = c[5];
+  const double xz = c[6], yz = c[7], zz = c[8];
+  for (int i = 0; i < geo::VectorBlock::kVectors; ++i) {
+    const double x = rays_camera.x[i];
+    const double y = rays_camera.y[i];
+    const double z = rays_camera.z[i];
+    rays_world.x[i] = xx * x + xy * y + xz * z;
+    rays_world.y[i] = yx * x + yy * y + yz * z;
+    rays_world.z[i] = zx * x + zy * y + zz * z;
+  }
+}
+
 }  // namespace
+
+void View::find_rays(const geo::PixelBlock& pixels, geo::VectorBlock& rays_world) const {
+  geo::VectorBlock rays_camera;
+  model->find_rays(pixels, rays_camera);
+  to_world_frame(world_from_camera.data(), rays_camera, rays_world);
+}
 
 std::uint32_t View::find_in_image(const geo::VectorBlock& points_world) const {
   geo::VectorBlock rays_camera;

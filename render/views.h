@@ -18,12 +18,18 @@ struct View {
   Eigen::Vector3d center_world = Eigen::Vector3d::Zero();
   Eigen::Matrix3d world_from_camera = Eigen::Matrix3d::Identity();
 
-  /// Ray through an image point, of the model's own length.
+  /// Ray through an image point, of the model's own length; spelled out, so that several rays
+  /// together come out the same to the last bit.
   Eigen::Vector3d ray_world(const Eigen::Vector2d& pixel) const {
-    return world_from_camera * model->ray_from_pixel(pixel);
+    const Eigen::Matrix3d& m = world_from_camera;
+    const Eigen::Vector3d r = model->ray_from_pixel(pixel);
+    return {m(0, 0) * r.x() + m(0, 1) * r.y() + m(0, 2) * r.z(),
+            m(1, 0) * r.x() + m(1, 1) * r.y() + m(1, 2) * r.z(),
+            m(2, 0) * r.x() + m(2, 1) * r.y() + m(2, 2) * r.z()};
   }
-  /// The camera-frame point of a world point; spelled out, so that several points together come out
-  /// the same to the last bit.
+  /// The same of several image points.
+  void find_rays(const geo::PixelBlock& pixels, geo::VectorBlock& rays_world) const;
+  /// The camera-frame point of a world point; spelled out likewise.
   Eigen::Vector3d camera_from_world(const Eigen::Vector3d& point_world) const {
     const Eigen::Matrix3d& m = world_from_camera;
     const Eigen::Vector3d d = point_world - center_world;

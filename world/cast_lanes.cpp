@@ -21,10 +21,25 @@ TERRACAST_PACKET_INLINE void set_cells(const Doubles& cells, Integers& cell) {
     cell[i] = static_cast<std::int32_t>(smaller(larger(cells[i], 0.0), kTileCells - 1.0));
 }
 
-/// Returns the rays that are well above the surface where they are cast.
+/// Begins casts well above the tile's highest point, or where rays come in.
+/// returns   the falling rays that come in above that point
 TERRACAST_PACKET_CODE
-LaneMask find_clear_starts(const TileFrame& tile, const RayLanes& rays,
-                           CastLanes& __restrict casts) {
+LaneMask begin_casts(const TileFrame& tile, const RayLanes& rays, Doubles& __restrict t_cast) {
+  Doubles falls;
+  for (int i = 0; i < kLanes; ++i) {
+    const double t_high = rays.t_top[i] + 2.0 * tile.clear_m * rays.inverse_z[i];
+    const double t_entry = rays.t_entry[i];
+    falls[i] = truth((rays.direction_z[i] < 0.0) & (t_high > t_entry));
+    t_cast[i] = falls[i] > 0.0 ? t_high : t_entry;
+  }
+  Integers fall;
+  set_integers(falls, fall);
+  return lanes_where(fall);
+}
+
+/// Returns the rays that are well above the surface where they come in.
+TERRACAST_PACKET_CODE
+LaneMask find_clear_entries(const TileFrame& tile, const RayLanes& rays) {
   const double corner_x = tile.grid.corner_x_world;
   const double corner_y = tile.grid.corner_y_world;
   const double cells_per_m = tile.grid.inverse_spacing;
@@ -45,15 +60,9 @@ LaneMask find_clear_starts(const TileFrame& tile, const RayLanes& rays,
     top[i] = tile.entry_tops_z_world[row * TileScene::kEntryBlocks +
                                      cell[i] / TileScene::kEntryBlockCells];
   }
-  Doubles t_high, t_entry, falls, is_clear;
-  for (int i = 0; i < kLanes; ++i) {
-    t_high[i] = rays.t_top[i] + 2.0 * tile.clear_m * rays.inverse_z[i];
-    t_entry[i] = rays.t_entry[i];
-    const double z = rays.origin_z[i] + rays.t_entry[i] * rays.direction_z[i];
-    falls[i] = truth((rays.direction_z[i] < 0.0) & (t_high[i] > t_entry[i]));
-    is_clear[i] = larger(falls[i], truth(z > top[i]));
-  }
-  for (int i = 0; i < kLanes; ++i) casts.t_cast[i] = falls[i] > 0.0 ? t_high[i] : t_entry[i];
+  Doubles is_clear;
+  for (int i = 0; i < kLanes; ++i)
+    is_clear[i] = truth(rays.origin_z[i] + rays.t_entry[i] * rays.direction_z[i] > top[i]);
   Integers clear;
   set_integers(is_clear, clear);
   return lanes_where(clear);
@@ -242,8 +251,10 @@ void CrossingLanes::copy(int lane, const CrossingLanes& from, int from_lane) {
   is_upper[lane] = from.is_upper[from_lane];
 }
 
-LaneMask CastLanes::find_clear(const TileScene& scene, const RayLanes& rays) {
-  return find_clear_starts(TileFrame(scene), rays, *this);
+LaneMask CastLanes::find_clear(const TileScene& scene, const RayLanes& rays, LaneMask asked) {
+  const TileFrame tile(scene);
+  const LaneMask falling = begin_casts(tile, rays, t_cast);
+  return (asked & ~falling) == 0 ? falling : falling | find_clear_entries(tile, rays);
 }
 
 void CastLanes::fill(const TileScene& scene, const RayLanes& rays, LaneMask cast,

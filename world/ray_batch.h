@@ -38,7 +38,7 @@ class PacketRays {
     next_ = group_at(turns);
     tile_ = batch_.groups[next_].tile[__builtin_ctz(batch_.travelling[next_])];
     const LaneMask lanes = lanes_in_tile(next_);
-    is_gathered_ = __builtin_popcount(lanes) < kEnough && gather();
+    is_gathered_ = count_lanes(lanes) < kEnough && gather();
     next_ = group_at(is_gathered_ ? 1 : take_groups(lanes) + 1);
     return true;
   }
@@ -94,7 +94,7 @@ class PacketRays {
       if (g + 1 == kGroups) break;
       for (std::size_t later = turns + 1; later < RayBatch::kGroups; ++later) {
         const LaneMask others = lanes_in_tile(group_at(later));
-        if (__builtin_popcount(others) < kEnough) continue;
+        if (count_lanes(others) < kEnough) continue;
         turns = later;
         lanes = others;
         break;

@@ -1,7 +1,9 @@
 #include "world/ray_lanes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/packet_code.h"
 
@@ -30,19 +32,9 @@ TERRACAST_PACKET_INLINE void invert(const Doubles& length_m, Doubles& component,
   }
 }
 
-/// Returns the rays that can be traced.
+/// What follows from the rays. Returns those that can be traced.
 TERRACAST_PACKET_CODE
-LaneMask load_rays(const WorldRay* rays, RayLanes& __restrict r) {
-  for (int i = 0; i < kLanes; ++i) {
-    r.origin_x[i] = rays[i].origin_world.x();
-    r.origin_y[i] = rays[i].origin_world.y();
-    r.origin_z[i] = rays[i].origin_world.z();
-    r.direction_x[i] = rays[i].direction_world.x();
-    r.direction_y[i] = rays[i].direction_world.y();
-    r.direction_z[i] = rays[i].direction_world.z();
-    r.t_min[i] = rays[i].t_min;
-    r.t_max[i] = rays[i].t_max;
-  }
+LaneMask prepare(RayLanes& __restrict r) {
   Doubles good;
   for (int i = 0; i < kLanes; ++i) {
     const double squared = r.direction_x[i] * r.direction_x[i] +
@@ -70,9 +62,33 @@ LaneMask load_rays(const WorldRay* rays, RayLanes& __restrict r) {
 
 }  // namespace
 
-LaneMask RayLanes::load(std::span<const WorldRay, kLanes> rays, std::uint32_t first_id) {
-  for (int i = 0; i < kLanes; ++i) id[i] = first_id + static_cast<std::uint32_t>(i);
-  return load_rays(rays.data(), *this);
+LaneMask RayLanes::load(std::span<const WorldRay> rays, std::uint32_t first_id) {
+  for (int i = 0; i < kLanes; ++i) {
+    const WorldRay& ray = rays[static_cast<std::size_t>(i)];
+    origin_x[i] = ray.origin_world.x();
+    origin_y[i] = ray.origin_world.y();
+    origin_z[i] = ray.origin_world.z();
+    direction_x[i] = ray.direction_world.x();
+    direction_y[i] = ray.direction_world.y();
+    direction_z[i] = ray.direction_world.z();
+    t_min[i] = ray.t_min;
+    t_max[i] = ray.t_max;
+    id[i] = first_id + static_cast<std::uint32_t>(i);
+  }
+  return prepare(*this);
+}
+
+LaneMask RayLanes::load(const RayFan& rays, std::uint32_t first_id) {
+  std::fill_n(origin_x, kLanes, rays.origin_world.x());
+  std::fill_n(origin_y, kLanes, rays.origin_world.y());
+  std::fill_n(origin_z, kLanes, rays.origin_world.z());
+  std::copy_n(rays.x.data(), kLanes, direction_x);
+  std::copy_n(rays.y.data(), kLanes, direction_y);
+  std::copy_n(rays.z.data(), kLanes, direction_z);
+  std::fill_n(t_min, kLanes, rays.t_min);
+  std::fill_n(t_max, kLanes, rays.t_max);
+  std::iota(id, id + kLanes, first_id);
+  return prepare(*this);
 }
 
 void RayLanes::copy_ray(int lane, const RayLanes& from, int from_lane) {

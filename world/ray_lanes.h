@@ -13,6 +13,12 @@ namespace terracast::world {
 using LaneMask = std::uint32_t;
 inline constexpr LaneMask lane_bit(int lane) { return LaneMask{1} << lane; }
 
+inline constexpr int count_lanes(LaneMask lanes) {
+  // Baseline x86-64 has no instruction for it: the bits of eight, spread to digits of four bits,
+  // whose sum the product has in its first digit.
+  return static_cast<int>((((lanes * 0x08040201U) >> 3 & 0x11111111U) * 0x11111111U) >> 28);
+}
+
 /// Eight rays on their way through the tiles, field by field, so that what every ray goes through
 /// is done for all of them together. Unused lanes hold copies of other rays.
 struct RayLanes {
@@ -44,10 +50,11 @@ struct RayLanes {
   /// to the surface since their start.
   LaneMask may_be_on_surface = 0;
 
-  /// Sets the rays and what follows from their directions; makes negligible components 0.
+  /// Sets the kLanes rays and what follows from their directions; makes negligible components 0.
   /// first_id   of rays[0]
   /// returns    those that can be traced: a finite start, a direction whose length is a number
-  LaneMask load(std::span<const WorldRay, kLanes> rays, std::uint32_t first_id);
+  LaneMask load(std::span<const WorldRay> rays, std::uint32_t first_id);
+  LaneMask load(const RayFan& rays, std::uint32_t first_id);
 
   WalkRay walk_ray(int lane) const {
     return {.origin_world = {origin_x[lane], origin_y[lane], origin_z[lane]},

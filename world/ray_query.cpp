@@ -69,20 +69,23 @@ struct RayQuery::Impl {
   /// Fills a group from the rays that begin with `first`; the last one fills the lanes that are
   /// left when there are fewer.
   /// first_id   of rays[0]
-  static LaneMask load_rays(std::span<const WorldRay> rays, std::size_t first, std::size_t first_id,
+  template <class Rays>
+  static LaneMask load_rays(const Rays& rays, std::size_t first, std::size_t first_id,
                             RayLanes& group) {
     const std::size_t count = std::min(kLanes, rays.size() - first);
-    std::array<WorldRay, kLanes> padded;
-    const WorldRay* given = &rays[first];
-    if (count < kLanes) {
+    const auto id = static_cast<std::uint32_t>(first_id + first);
+    LaneMask good = 0;
+    if (count == kLanes) {
+      good = group.load(rays.subspan(first, kLanes), id);
+    } else {
+      std::array<WorldRay, kLanes> padded;
       for (std::size_t lane = 0; lane < kLanes; ++lane)
-        padded[lane] = given[std::min(lane, count - 1)];
-      given = padded.data();
+        padded[lane] = rays[first + std::min(lane, count - 1)];
+      good = group.load(padded, id);
     }
-    const LaneMask good = group.load(std::span<const WorldRay, kLanes>(given, kLanes),
-                                     static_cast<std::uint32_t>(first_id + first));
     const LaneMask asked = lane_bit(static_cast<int>(count)) - 1;
-    if ((asked & ~good) != 0) refuse(given[__builtin_ctz(asked & ~good)]);
+    if ((asked & ~good) != 0)
+      refuse(rays[first + static_cast<std::size_t>(__builtin_ctz(asked & ~good))]);
     return asked;
   }
 
@@ -103,7 +106,8 @@ struct RayQuery::Impl {
 
     /// Carries rays from tile to tile until each has crossed the surface or left.
     /// first_id   of rays[0]
-    void trace(std::span<const WorldRay> rays, std::size_t first_id) {
+    template <class Rays>
+    void trace(const Rays& rays, std::size_t first_id) {
       for (std::size_t begin = 0; begin < rays.size(); begin += RayBatch::kRays) {
         for (std::size_t g = 0; g < RayBatch::kGroups; ++g) {
           const std::size_t first = begin + g * kLanes;
@@ -148,7 +152,7 @@ struct RayQuery::Impl {
             static_cast<std::uint64_t>(cast_through_tile<kWidth>(*scene_, kind_, packet.groups()));
         lanes_ += kWidth;
         for (CastGroup& group : packet.groups()) {
-          casts_ += static_cast<std::uint64_t>(__builtin_popcount(group.asked));
+          casts_ += static_cast<std::uint64_t>(count_lanes(group.asked));
           for_each_lane(group.found, [&](int lane) {
             found_(group.rays->id[lane], tile_, *scene_, group.crossings, lane);
           });
@@ -181,8 +185,8 @@ struct RayQuery::Impl {
     std::uint64_t recasts_ = 0;
   };
 
-  template <int kWidth, class Found>
-  void trace(std::span<const WorldRay> rays, CastKind kind, const Found& found) {
+  template <int kWidth, class Rays, class Found>
+  void trace_packets(const Rays& rays, CastKind kind, const Found& found) {
     TERRACAST_CHECK(rays.size() < 0xffffffffU, "{} rays in one call", rays.size());
     const FlushDenormals flush;
     Journey<kWidth, Found> journey(*this, kind, found);
@@ -191,13 +195,14 @@ struct RayQuery::Impl {
     num_rays += rays.size();
   }
 
-  template <class Found>
-  void trace(std::span<const WorldRay> rays, CastKind kind, const Found& found) {
+  /// rays   WorldRays or a RayFan
+  template <class Rays, class Found>
+  void trace(const Rays& rays, CastKind kind, const Found& found) {
     TERRACAST_CHECK(packet_width == 8 || packet_width == 16, "packets of {} rays", packet_width);
     if (packet_width == 16)
-      trace<16>(rays, kind, found);
+      trace_packets<16>(rays, kind, found);
     else
-      trace<8>(rays, kind, found);
+      trace_packets<8>(rays, kind, found);
   }
 
   const TileStore store;
@@ -221,6 +226,10 @@ RayQuery::~RayQuery() = default;
 const std::vector<CutTile>& RayQuery::cut() const { return impl_->cut; }
 
 namespace {
+
+CastKind first_crossings(Coherence coherence) {
+  return coherence == Coherence::Coherent ? CastKind::FirstCoherent : CastKind::FirstIncoherent;
+}
 
 /// What is there on the triangle of a hit, interpolated from its corners.
 SurfaceSample surface_at(const TileScene& scene, const SurfaceHit& hit,
@@ -251,30 +260,58 @@ SurfaceSample surface_at(const TileScene& scene, const SurfaceHit& hit,
           .spacing_m = grid.spacing_m};
 }
 
-}  // namespace
+void check_fan(const RayFan& rays) {
+  TERRACAST_CHECK(rays.y.size() == rays.size() && rays.z.size() == rays.size(),
+                  "a fan with {}, {} and {} components of directions", rays.size(), rays.y.size(),
+                  rays.z.size());
+}
 
-void RayQuery::intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
-                         Coherence coherence, std::span<SurfaceSample> surfaces) const {
+/// rays   WorldRays or a RayFan
+template <class Rays, class Tracer>
+void find_hits(Tracer& tracer, const Rays& rays, std::span<SurfaceHit> hits, Coherence coherence,
+               std::span<SurfaceSample> surfaces) {
   TERRACAST_CHECK(hits.size() == rays.size(), "{} hits for {} rays", hits.size(), rays.size());
   TERRACAST_CHECK(surfaces.empty() || surfaces.size() == rays.size(), "{} surfaces for {} rays",
                   surfaces.size(), rays.size());
   std::fill(hits.begin(), hits.end(), SurfaceHit{});
-  impl_->trace(
-      rays, coherence == Coherence::Coherent ? CastKind::FirstCoherent : CastKind::FirstIncoherent,
-      [&](std::uint32_t ray, std::uint32_t tile, const TileScene& scene,
-          const CrossingLanes& crossings, int lane) {
-        SurfaceHit& hit = hits[ray];
-        hit.t = crossings.t[lane];
-        hit.tile_index = tile;
-        hit.cell_x = static_cast<std::uint16_t>(crossings.cell_x[lane]);
-        hit.cell_y = static_cast<std::uint16_t>(crossings.cell_y[lane]);
-        hit.upper = static_cast<std::uint8_t>(crossings.is_upper[lane]);
-        hit.slope_x = crossings.slope_x[lane];
-        hit.slope_y = crossings.slope_y[lane];
-        if (!surfaces.empty())
-          surfaces[ray] =
-              surface_at(scene, hit, rays[ray].origin_world + hit.t * rays[ray].direction_world);
-      });
+  tracer.trace(rays, first_crossings(coherence),
+               [&](std::uint32_t i, std::uint32_t tile, const TileScene& scene,
+                   const CrossingLanes& crossings, int lane) {
+                 SurfaceHit& hit = hits[i];
+                 hit.t = crossings.t[lane];
+                 hit.tile_index = tile;
+                 hit.cell_x = static_cast<std::uint16_t>(crossings.cell_x[lane]);
+                 hit.cell_y = static_cast<std::uint16_t>(crossings.cell_y[lane]);
+                 hit.upper = static_cast<std::uint8_t>(crossings.is_upper[lane]);
+                 hit.slope_x = crossings.slope_x[lane];
+                 hit.slope_y = crossings.slope_y[lane];
+                 if (surfaces.empty()) return;
+                 const WorldRay& ray = rays[i];
+                 surfaces[i] =
+                     surface_at(scene, hit, ray.origin_world + hit.t * ray.direction_world);
+               });
+}
+
+}  // namespace
+
+void RayQuery::intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
+                         Coherence coherence, std::span<SurfaceSample> surfaces) const {
+  find_hits(*impl_, rays, hits, coherence, surfaces);
+}
+
+void RayQuery::intersect(const RayFan& rays, std::span<SurfaceHit> hits, Coherence coherence,
+                         std::span<SurfaceSample> surfaces) const {
+  check_fan(rays);
+  find_hits(*impl_, rays, hits, coherence, surfaces);
+}
+
+void RayQuery::intersect(const RayFan& rays, std::span<double> t, Coherence coherence) const {
+  check_fan(rays);
+  TERRACAST_CHECK(t.size() == rays.size(), "{} answers for {} rays", t.size(), rays.size());
+  std::fill(t.begin(), t.end(), kInfinity);
+  impl_->trace(rays, first_crossings(coherence),
+               [&](std::uint32_t ray, std::uint32_t, const TileScene&,
+                   const CrossingLanes& crossings, int lane) { t[ray] = crossings.t[lane]; });
 }
 
 void RayQuery::occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const {

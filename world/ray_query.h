@@ -113,6 +113,12 @@ class RayQuery {
   void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits, Coherence coherence,
                  std::span<SurfaceSample> surfaces = {}) const;
 
+  void intersect(const RayFan& rays, std::span<SurfaceHit> hits, Coherence coherence,
+                 std::span<SurfaceSample> surfaces = {}) const;
+  /// The same crossings, of which only t is told.
+  /// t   as many as rays; +inf: sky
+  void intersect(const RayFan& rays, std::span<double> t, Coherence coherence) const;
+
   /// Whether there is a crossing in [t_min, t_max]: exactly what intersect says, without finding
   /// out more. For light and for visibility.
   void occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const;

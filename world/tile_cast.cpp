@@ -207,7 +207,7 @@ class PacketCaster {
     for (std::size_t g = 0; g < kGroups; ++g) {
       CastGroup& group = groups_[g];
       group.found = 0;
-      LaneMask cast = group.asked & lanes_[g].find_clear(scene_, *group.rays);
+      LaneMask cast = group.asked & lanes_[g].find_clear(scene_, *group.rays, group.asked);
       for_each_lane(group.asked & ~cast, [&](int lane) {
         RayCaster caster(scene_, *group.rays, lane);
         if (caster.walk_in()) {

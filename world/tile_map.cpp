@@ -78,15 +78,6 @@ void find_starts(const Rectangle& hint, double above_all_z, const RayLanes& rays
   starts.are_in_hint = lanes_where(in_hint);
 }
 
-/// What became of rays in a tile.
-struct Passing {
-  LaneMask here;      ///< those that were in it
-  LaneMask meets;     ///< they may meet the ground there
-  LaneMask moves;     ///< they cannot, or have passed, and are now in the tile beyond
-  LaneMask goes_out;  ///< there is none beyond
-  Doubles t;          ///< where they leave the tile through a side
-};
-
 /// How rays pass through one tile, all of them as if they were in it.
 struct Sides {
   Doubles t;        ///< where they leave it through a side
@@ -146,20 +137,23 @@ TERRACAST_PACKET_INLINE void find_ways_out(const TileMap::Leaf& leaf, const Side
   set_integers(way, ways);
 }
 
-/// Completes the passages of the rays in one tile and moves those that do not meet the ground there
-/// to the tiles beyond.
+/// What becomes of rays in a tile.
+struct Passing {
+  LaneMask here;   ///< those that are in it
+  LaneMask meets;  ///< they may meet the ground there
+  LaneMask moves;  ///< they cannot, or have passed, and go on
+};
+
+/// Completes the passages of the rays in one tile.
 /// passed   rays that have passed through it already
 TERRACAST_PACKET_CODE
-void pass_tile(const TileMap::Leaf& leaf, std::uint32_t tile, LaneMask asked, LaneMask passed,
-               double above_all_z, RayLanes& __restrict rays, Passing& __restrict passing) {
+Passing pass_tile(const TileMap::Leaf& leaf, std::uint32_t tile, LaneMask asked, LaneMask passed,
+                  double above_all_z, RayLanes& __restrict rays, Sides& __restrict sides) {
   Integers is_here, is_fresh;
   for (int i = 0; i < kLanes; ++i)
     is_here[i] = static_cast<std::int32_t>((asked >> i) & 1U & (rays.tile[i] == tile ? 1U : 0U));
   for (int i = 0; i < kLanes; ++i) is_fresh[i] = static_cast<std::int32_t>((~passed >> i) & 1U);
-  Sides sides;
   find_sides(leaf, above_all_z, rays, sides);
-  Integers ways;
-  find_ways_out(leaf, sides, rays, ways);
 
   Doubles here, meets, moves;
   for (int i = 0; i < kLanes; ++i) here[i] = is_here[i];
@@ -169,36 +163,45 @@ void pass_tile(const TileMap::Leaf& leaf, std::uint32_t tile, LaneMask asked, La
     moves[i] = here[i] * sides.goes_on[i] * (1.0 - meets_first);
   }
   for (int i = 0; i < kLanes; ++i) {
-    sides.t_exit[i] = here[i] > 0.0 ? sides.t_exit[i] : rays.t_exit[i];
-    sides.t_top[i] = here[i] > 0.0 ? sides.t_top[i] : rays.t_top[i];
+    rays.t_exit[i] = here[i] > 0.0 ? sides.t_exit[i] : rays.t_exit[i];
+    rays.t_top[i] = here[i] > 0.0 ? sides.t_top[i] : rays.t_top[i];
   }
-  for (int i = 0; i < kLanes; ++i) {
-    const double t_entry = rays.t_entry[i];
-    const double next = larger(sides.t[i], t_entry);
-    rays.t_exit[i] = sides.t_exit[i];
-    rays.t_top[i] = sides.t_top[i];
-    rays.t_entry[i] = moves[i] > 0.0 ? next : t_entry;
-    passing.t[i] = sides.t[i];
-  }
-
-  Integers does_meet, does_move, steps, is_out;
+  Integers does_meet, does_move;
   set_integers(meets, does_meet);
   set_integers(moves, does_move);
+  return {.here = lanes_where(is_here),
+          .meets = lanes_where(does_meet),
+          .moves = lanes_where(does_move)};
+}
+
+/// Moves rays from a tile into those beyond.
+/// returns   those of them for which there is none
+TERRACAST_PACKET_CODE
+LaneMask move_on(const TileMap::Leaf& leaf, const Sides& sides, LaneMask moving,
+                 RayLanes& __restrict rays) {
+  Integers ways;
+  find_ways_out(leaf, sides, rays, ways);
   RayLanes::Field<std::uint32_t> beyond;
   for (int i = 0; i < kLanes; ++i) beyond[i] = leaf.beyond[static_cast<std::size_t>(ways[i])];
+  Integers moves, is_out;
+  for (int i = 0; i < kLanes; ++i) moves[i] = static_cast<std::int32_t>((moving >> i) & 1U);
+  for (int i = 0; i < kLanes; ++i) is_out[i] = moves[i] & (beyond[i] == TileMap::kNone ? 1 : 0);
   for (int i = 0; i < kLanes; ++i) {
-    is_out[i] = does_move[i] & (beyond[i] == TileMap::kNone ? 1 : 0);
-    steps[i] = does_move[i] & ~is_out[i];
+    const std::int32_t steps = moves[i] & ~is_out[i];
     const std::uint32_t old_tile = rays.tile[i];
     const std::int32_t old_side = rays.side[i];
     const std::int32_t new_side = (ways[i] >> 1) ^ 1;
-    rays.tile[i] = steps[i] != 0 ? beyond[i] : old_tile;
-    rays.side[i] = steps[i] != 0 ? new_side : old_side;
+    rays.tile[i] = steps != 0 ? beyond[i] : old_tile;
+    rays.side[i] = steps != 0 ? new_side : old_side;
   }
-  passing.here = lanes_where(is_here);
-  passing.meets = lanes_where(does_meet);
-  passing.moves = lanes_where(steps);
-  passing.goes_out = lanes_where(is_out);
+  Doubles does_move;
+  for (int i = 0; i < kLanes; ++i) does_move[i] = moves[i];
+  for (int i = 0; i < kLanes; ++i) {
+    const double t_entry = rays.t_entry[i];
+    const double next = larger(sides.t[i], t_entry);
+    rays.t_entry[i] = does_move[i] > 0.0 ? next : t_entry;
+  }
+  return lanes_where(is_out);
 }
 
 std::int32_t leaf_code(std::uint32_t leaf) { return -2 - static_cast<std::int32_t>(leaf); }
@@ -423,13 +426,17 @@ LaneMask TileMap::go_to_ground(RayLanes& rays, LaneMask asked, LaneMask passed) 
   while (asked != 0) {
     // Nearly always all of them are in the same tile.
     const std::uint32_t tile = rays.tile[__builtin_ctz(asked)];
-    Passing passing;
-    pass_tile(leaves_[tile], tile, asked, passed, highest_z_world_ + kAboveAll_m, rays, passing);
+    Sides sides;
+    const Passing passing =
+        pass_tile(leaves_[tile], tile, asked, passed, highest_z_world_ + kAboveAll_m, rays, sides);
     there |= passing.meets;
-    asked = (asked & ~passing.here) | passing.moves;
+    asked &= ~passing.here;
     passed &= ~passing.here;
-    for_each_lane(passing.goes_out, [&](int i) {
-      if (!is_rectangle_ && enter_root(rays, i, passing.t[i], false)) asked |= lane_bit(i);
+    if (passing.moves == 0) continue;
+    const LaneMask goes_out = move_on(leaves_[tile], sides, passing.moves, rays);
+    asked |= passing.moves & ~goes_out;
+    for_each_lane(goes_out, [&](int i) {
+      if (!is_rectangle_ && enter_root(rays, i, sides.t[i], false)) asked |= lane_bit(i);
     });
   }
   return there;

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <limits>
+#include <span>
 
 namespace terracast::world {
 
@@ -12,6 +14,30 @@ struct WorldRay {
   Eigen::Vector3d direction_world;
   double t_min = 0.0;
   double t_max = std::numeric_limits<double>::infinity();
+};
+
+/// Rays from one point, field by field. The three spans are of one size.
+struct RayFan {
+  Eigen::Vector3d origin_world;
+  std::span<const double> x, y, z;  ///< directions in the world frame, of any length
+  double t_min = 0.0;
+  double t_max = std::numeric_limits<double>::infinity();
+
+  std::size_t size() const { return x.size(); }
+  WorldRay operator[](std::size_t i) const {
+    return {.origin_world = origin_world,
+            .direction_world = {x[i], y[i], z[i]},
+            .t_min = t_min,
+            .t_max = t_max};
+  }
+  RayFan subspan(std::size_t first, std::size_t count) const {
+    return {.origin_world = origin_world,
+            .x = x.subspan(first, count),
+            .y = y.subspan(first, count),
+            .z = z.subspan(first, count),
+            .t_min = t_min,
+            .t_max = t_max};
+  }
 };
 
 }  // namespace terracast::world

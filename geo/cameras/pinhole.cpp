@@ -27,6 +27,17 @@ void find_in_pinhole_image(const Pinhole& given, const VectorBlock& rays,
   for (int i = 0; i < VectorBlock::kVectors; ++i) is_in[i] = static_cast<std::int32_t>(in[i]);
 }
 
+TERRACAST_PACKET_CODE
+void find_pinhole_rays(const Pinhole& given, const PixelBlock& pixels,
+                       VectorBlock& __restrict rays) {
+  const Pinhole c = given;
+  for (int i = 0; i < PixelBlock::kPixels; ++i) {
+    rays.x[i] = (pixels.x[i] - c.cx) / c.fx;
+    rays.y[i] = (pixels.y[i] - c.cy) / c.fy;
+    rays.z[i] = 1.0;
+  }
+}
+
 /// u = fx x / z + cx, v = fy y / z + cy.
 class PinholeCamera final : public CameraModel {
  public:
@@ -43,6 +54,10 @@ class PinholeCamera final : public CameraModel {
     return {(pixel.x() - cx_) / fx_, (pixel.y() - cy_) / fy_, 1.0};
   }
 
+  void find_rays(const PixelBlock& pixels, VectorBlock& rays_camera) const override {
+    find_pinhole_rays(packet(), pixels, rays_camera);
+  }
+
   std::optional<Eigen::Vector2d> pixel_from_ray(const Eigen::Vector3d& ray_camera) const override {
     if (!(ray_camera.z() > 0.0)) return std::nullopt;
     return Eigen::Vector2d(fx_ * (ray_camera.x() / ray_camera.z()) + cx_,
@@ -51,13 +66,7 @@ class PinholeCamera final : public CameraModel {
 
   std::uint32_t find_in_image(const VectorBlock& rays_camera) const override {
     std::int32_t is_in[VectorBlock::kVectors];
-    find_in_pinhole_image({.fx = fx_,
-                           .fy = fy_,
-                           .cx = cx_,
-                           .cy = cy_,
-                           .width_px = static_cast<double>(width_px()),
-                           .height_px = static_cast<double>(height_px())},
-                          rays_camera, is_in);
+    find_in_pinhole_image(packet(), rays_camera, is_in);
     std::uint32_t in_image = 0;
     for (int i = 0; i < VectorBlock::kVectors; ++i)
       in_image |= static_cast<std::uint32_t>(is_in[i]) << i;
@@ -75,6 +84,15 @@ class PinholeCamera final : public CameraModel {
   double finest_pixels_per_radian() const override { return finest_pixels_per_radian_; }
 
  private:
+  Pinhole packet() const {
+    return {.fx = fx_,
+            .fy = fy_,
+            .cx = cx_,
+            .cy = cy_,
+            .width_px = static_cast<double>(width_px()),
+            .height_px = static_cast<double>(height_px())};
+  }
+
   // At a unit ray the Jacobian's null space is the ray, so its largest singular value is pixels a
   // radian in the direction that spreads most. It grows with |x / z| and with |y / z|: a corner has
   // the largest of both.

@@ -134,6 +134,7 @@ void frame_shading(benchmark::State& state) {
   Flight& flight = Flight::get();
   const render::Ground& ground = flight.scene.renderer.ground();
   const double footprint_m = 1e-2 * static_cast<double>(state.range(0));
+  render::GroundPlaces places;
   render::GroundPacket packet;
   render::GroundLook look;
   render::ViewPacket view{};
@@ -148,10 +149,10 @@ void frame_shading(benchmark::State& state) {
   for ([[maybe_unused]] const auto _ : state) {
     x += 13.7;
     for (int i = 0; i < render::kLanes; ++i)
-      ground.set(packet, i, {x + i * footprint_m, 77.0, 900.0},
-                 Eigen::Vector3d(0.4, 0.2, 1.0).normalized(),
+      places.set(i, {x + i * footprint_m, 77.0, 900.0}, Eigen::Vector3d(0.4, 0.2, 1.0).normalized(),
                  {.cover = world::Cover::Land, .moisture = 0.5, .source = 0, .spacing_m = 1.0},
                  footprint_m);
+    ground.set(places, packet);
     ground.look(packet, look);
     render::shade_ground(packet, look, view, flight.scene.renderer.sky(), radiance);
     benchmark::DoNotOptimize(radiance);

@@ -43,6 +43,23 @@ TEST_P(CameraLaws, PixelToRayToPixelReturns) {
   }
 }
 
+TEST_P(CameraLaws, SeveralPixelsHaveTheRaysThatEachOneHas) {
+  for (std::uint64_t i = 0; i < 1000; ++i) {
+    PixelBlock pixels;
+    for (int k = 0; k < PixelBlock::kPixels; ++k) {
+      const Eigen::Vector2d pixel =
+          random_pixel(*camera_, i * PixelBlock::kPixels + static_cast<std::uint64_t>(k));
+      pixels.x[k] = pixel.x();
+      pixels.y[k] = pixel.y();
+    }
+    VectorBlock rays;
+    camera_->find_rays(pixels, rays);
+    for (int k = 0; k < PixelBlock::kPixels; ++k)
+      ASSERT_EQ(Eigen::Vector3d(rays.x[k], rays.y[k], rays.z[k]),
+                camera_->ray_from_pixel({pixels.x[k], pixels.y[k]}));
+  }
+}
+
 // Rays all around, and rays a few roundings on either side of the image's borders.
 TEST_P(CameraLaws, SeveralRaysAreInTheImageAsEachOneIs) {
   int num_in = 0;

@@ -53,6 +53,25 @@ TEST(GroundTruth, APlaneIsWhereItsEquationPutsIt) {
   EXPECT_GT(num_ground, 400);
 }
 
+TEST(View, SeveralPixelsHaveTheRaysThatEachOneHas) {
+  const SequencePlan plan = test::small_plan(2, 40, 32);
+  const ViewTable views(plan.states, plan.cameras);
+  const View& view = views.at(1, 2);
+  for (std::uint64_t i = 0; i < 1000; ++i) {
+    geo::PixelBlock pixels;
+    for (int k = 0; k < geo::PixelBlock::kPixels; ++k) {
+      const std::uint64_t index = i * geo::PixelBlock::kPixels + static_cast<std::uint64_t>(k);
+      pixels.x[k] = core::random_between(0, 40, 6, 0, index);
+      pixels.y[k] = core::random_between(0, 32, 6, 1, index);
+    }
+    geo::VectorBlock rays;
+    view.find_rays(pixels, rays);
+    for (int k = 0; k < geo::PixelBlock::kPixels; ++k)
+      ASSERT_EQ(Eigen::Vector3d(rays.x[k], rays.y[k], rays.z[k]),
+                view.ray_world({pixels.x[k], pixels.y[k]}));
+  }
+}
+
 // Points all around, and points whose pixels are a few roundings on either side of the border.
 TEST(View, SeveralPointsAreInTheImageAsEachOneIs) {
   const SequencePlan plan = test::small_plan(2, 40, 32);
@@ -229,6 +248,27 @@ TEST(GroundTruth, FactsDoNotDependOnThreadsOrTheLocalOrigin) {
   EXPECT_EQ(first_color, other.renderer.color(0, 0));
 }
 
+TEST(GroundTruth, AFrameThatIsUsedAgainKeepsNothing) {
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_hills(folder / "world");
+  SequencePlan level = test::small_plan(2, 90, 70);
+  level.cameras = test::small_rig(90, 70, 0.0);  // half of it sky
+  const Scene looks_level(store, level);
+  const Scene looks_down(store, test::small_plan(2, 64, 48));
+  const TruthFrame expected = looks_level.renderer.truth(0, 0);
+  TruthFrame truth = looks_down.renderer.truth(1, 1);
+  looks_level.renderer.truth(1, 2, truth);
+  looks_level.renderer.truth(0, 0, truth);
+  EXPECT_EQ(truth.range_m, expected.range_m);
+  EXPECT_EQ(truth.point_world, expected.point_world);
+  EXPECT_EQ(truth.facts.range_m, expected.facts.range_m);
+  EXPECT_EQ(truth.facts.normal_world, expected.facts.normal_world);
+  EXPECT_EQ(truth.facts.semantic_id, expected.facts.semantic_id);
+  EXPECT_EQ(truth.facts.instance_id, expected.facts.instance_id);
+  EXPECT_EQ(truth.facts.primitive_id, expected.facts.primitive_id);
+  EXPECT_EQ(truth.facts.flags, expected.facts.flags);
+}
+
 TEST(GroundTruth, SemanticClassesArePropertiesOfThePoint) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");
@@ -246,9 +286,10 @@ TEST(GroundTruth, SemanticClassesArePropertiesOfThePoint) {
     world::SurfaceSample surface;
     scene.query.intersect({&ray, 1}, {&hit, 1}, world::Coherence::Incoherent, {&surface, 1});
     if (primitive_id(hit) != truth.facts.primitive_id.data()[pixel]) continue;  // on a shared edge
+    GroundPlaces places;
     for (int lane = 0; lane < kLanes; ++lane)
-      scene.renderer.ground().set(packet, lane, truth.point_world[pixel], hit.normal_world(),
-                                  surface, 7.0);
+      places.set(lane, truth.point_world[pixel], hit.normal_world(), surface, 7.0);
+    scene.renderer.ground().set(places, packet);
     Lanes<std::uint8_t> classes;
     scene.renderer.ground().classify(packet, classes);
     EXPECT_EQ(classes[3], truth.facts.semantic_id.data()[pixel]);

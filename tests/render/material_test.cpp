@@ -19,6 +19,21 @@ Eigen::Vector3d random_place(std::uint64_t index, double reach_m) {
           core::random_between(0.0, 3000.0, 1, 2, index)};
 }
 
+/// place(lane) says where each lane is.
+template <class Place>
+NoisePlaces noise_places(double footprint_m, const Place& place) {
+  Lanes3d points;
+  Lanes<double> footprints_m;
+  for (int i = 0; i < kLanes; ++i) {
+    const Eigen::Vector3d point = place(i);
+    for (std::size_t k = 0; k < 3; ++k) points[k][i] = point[static_cast<int>(k)];
+    footprints_m[i] = footprint_m;
+  }
+  NoisePlaces places;
+  places.set(points, footprints_m);
+  return places;
+}
+
 TEST(Noise, OctavesHaveUnitRms) {
   double value = 0.0;
   double slope_square = 0.0;
@@ -30,9 +45,9 @@ TEST(Noise, OctavesHaveUnitRms) {
     below[i] = 1e9f;
   }
   for (std::uint64_t packet = 0; packet < 4000; ++packet) {
-    NoisePlaces places;
-    for (int i = 0; i < kLanes; ++i)
-      places.set(i, random_place(packet * kLanes + static_cast<std::uint64_t>(i), 20e3), 0.0);
+    const NoisePlaces places = noise_places(0.0, [&](int i) {
+      return random_place(packet * kLanes + static_cast<std::uint64_t>(i), 20e3);
+    });
     NoiseSlope slope{};
     const NoiseSum sum = sum_noise_with_slope(places, 4, 2, 5, weight, below, slope);
     for (int i = 0; i < kLanes; ++i) {
@@ -48,23 +63,43 @@ TEST(Noise, OctavesHaveUnitRms) {
   EXPECT_NEAR(std::sqrt(slope_square / num_samples / 3.0), 1.0, 0.01);
 }
 
+TEST(Noise, StepsAreRoundedDown) {
+  Lanes<double> metres;
+  Lanes<std::int32_t> steps;
+  for (std::uint64_t packet = 0; packet < 20000; ++packet) {
+    for (int i = 0; i < kLanes; ++i) {
+      const std::uint64_t index = packet * kLanes + static_cast<std::uint64_t>(i);
+      metres[i] = core::random_between(-3e5, 3e5, 4, 0, index);
+      if (index % 3 == 0) metres[i] = std::round(metres[i] / kNoiseStep_m) * kNoiseStep_m;
+    }
+    count_steps(metres, steps);
+    for (int i = 0; i < kLanes; ++i) {
+      const auto whole = static_cast<std::int64_t>(std::floor(metres[i] / kNoiseStep_m));
+      ASSERT_EQ(steps[i], static_cast<std::int32_t>(static_cast<std::uint32_t>(whole)))
+          << metres[i];
+    }
+  }
+}
+
 // Against central differences, at a place 25 km out where floats of the world would be 2 mm apart.
 TEST(Noise, SlopesAreTheDerivativeAndPlacesAreSharpFarOut) {
   Lanes<float> weight;
   Lanes<float> below;
-  NoisePlaces places;
-  NoisePlaces ahead;
-  NoisePlaces behind;
   const NoisePlane& plane = noise_planes()[(-2 + 192) % kNumNoisePlanes];
   const double step_m = 4 * kNoiseStep_m;
   for (int i = 0; i < kLanes; ++i) {
     weight[i] = 1.0f;
     below[i] = 1e9f;
-    const Eigen::Vector3d p(25000.0 + 0.0371 * i, -24000.0 + 0.0213 * i, 512.0);
-    places.set(i, p, 0.0);
-    ahead.set(i, p + step_m * plane.u.cwiseProduct(Eigen::Vector3d(1, 1, 0)), 0.0);
-    behind.set(i, p - step_m * plane.u.cwiseProduct(Eigen::Vector3d(1, 1, 0)), 0.0);
   }
+  const auto beside = [&](double steps) {
+    return noise_places(0.0, [&](int i) -> Eigen::Vector3d {
+      return Eigen::Vector3d(25000.0 + 0.0371 * i, -24000.0 + 0.0213 * i, 512.0) +
+             steps * step_m * plane.u.cwiseProduct(Eigen::Vector3d(1, 1, 0));
+    });
+  };
+  const NoisePlaces places = beside(0.0);
+  const NoisePlaces ahead = beside(1.0);
+  const NoisePlaces behind = beside(-1.0);
   NoiseSlope slope{};
   NoiseSlope unused{};
   const NoiseSum here = sum_noise_with_slope(places, -2, -2, 9, weight, below, slope);
@@ -84,13 +119,11 @@ TEST(Noise, SlopesAreTheDerivativeAndPlacesAreSharpFarOut) {
 }
 
 TEST(Noise, OctavesFadeSmoothlyWithTheFootprint) {
-  NoisePlaces places;
-  const Eigen::Vector3d p(1234.5, 678.9, 100.0);
+  const auto here = [](int) { return Eigen::Vector3d(1234.5, 678.9, 100.0); };
   float last = 0.0f;
   for (int k = 0; k < 2000; ++k) {
     const double footprint_m = 0.01 * std::exp(0.004 * k);
-    for (int i = 0; i < kLanes; ++i) places.set(i, p, footprint_m);
-    const float value = sum_noise(places, 6, -7, 3).value[0];
+    const float value = sum_noise(noise_places(footprint_m, here), 6, -7, 3).value[0];
     // One octave in 14 comes in over a factor of two: 173 steps; no step may bring more than a
     // sixteenth of one.
     if (k > 0) {
@@ -98,14 +131,14 @@ TEST(Noise, OctavesFadeSmoothlyWithTheFootprint) {
     }
     last = value;
   }
-  for (int i = 0; i < kLanes; ++i) places.set(i, p, 64.0);
+  const NoisePlaces places = noise_places(64.0, here);
   EXPECT_EQ(sum_noise(places, 6, -7, 3).value[0],
             0.0f);  // all octaves are finer than the footprint
   EXPECT_EQ(sum_noise(places, 6, -7, 3).left_out[0], 1.0f);
 }
 
 GroundPacket packet_at(const Ground& ground, std::uint64_t first, double footprint_m) {
-  GroundPacket packet;
+  GroundPlaces places;
   for (int i = 0; i < kLanes; ++i) {
     const auto index = first + static_cast<std::uint64_t>(i);
     Eigen::Vector3d normal(core::random_between(-0.9, 0.9, 2, 0, index),
@@ -115,8 +148,10 @@ GroundPacket packet_at(const Ground& ground, std::uint64_t first, double footpri
                                        .moisture = core::random_unit(2, 2, index),
                                        .source = 0,
                                        .spacing_m = 4.0};
-    ground.set(packet, i, random_place(index, 20e3), normal, surface, footprint_m);
+    places.set(i, random_place(index, 20e3), normal, surface, footprint_m);
   }
+  GroundPacket packet;
+  ground.set(places, packet);
   return packet;
 }
 

@@ -21,6 +21,7 @@
 #include "tests/world/mountains.h"
 #include "tests/world/rays.h"
 #include "world/embree_scene.h"
+#include "world/ray_lanes.h"
 #include "world/ray_query.h"
 
 // What a ray meets depends on the ray and the cut alone, to the last bit: no tolerance here.
@@ -71,6 +72,76 @@ TEST_F(RayPurity, OccludedAnswersAsIntersect) {
   query_.occluded(rays_, is_occluded);
   for (std::size_t i = 0; i < rays_.size(); ++i)
     EXPECT_EQ(is_occluded[i] == 1, !hits_[i].is_sky()) << i;
+}
+
+TEST_F(RayPurity, FansAnswerAsTheirRaysDo) {
+  for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{13}, rays_.size()}) {
+    for (const double t_max : {700.0, kInfinity}) {
+      std::vector<double> x, y, z;
+      std::vector<WorldRay> rays(rays_.begin(), rays_.begin() + static_cast<std::ptrdiff_t>(count));
+      for (WorldRay& ray : rays) {
+        ray.origin_world = {100.25, -33.5, test::mountain_height_m(100.25, -33.5) + 200.0};
+        ray.t_min = 0.125;
+        ray.t_max = t_max;
+        x.push_back(ray.direction_world.x());
+        y.push_back(ray.direction_world.y());
+        z.push_back(ray.direction_world.z());
+      }
+      const RayFan fan{
+          .origin_world = {100.25, -33.5, test::mountain_height_m(100.25, -33.5) + 200.0},
+          .x = x,
+          .y = y,
+          .z = z,
+          .t_min = 0.125,
+          .t_max = t_max};
+      const std::vector<SurfaceHit> expected = cast_all(query_, rays);
+      std::vector<SurfaceHit> hits(count);
+      std::vector<SurfaceSample> surfaces(count);
+      query_.intersect(fan, hits, Coherence::Incoherent, surfaces);
+      EXPECT_TRUE(same_bits(hits, expected));
+      std::vector<double> t(count, -1.0);
+      query_.intersect(fan, t, Coherence::Coherent);
+      std::vector<SurfaceSample> surfaces_of_rays(count);
+      query_.intersect(rays, hits, Coherence::Incoherent, surfaces_of_rays);
+      std::size_t num_hits = 0;
+      for (std::size_t i = 0; i < count; ++i) {
+        ASSERT_EQ(t[i], expected[i].t) << i;
+        if (expected[i].is_sky()) continue;
+        ++num_hits;
+        ASSERT_EQ(surfaces[i].moisture, surfaces_of_rays[i].moisture) << i;
+        ASSERT_EQ(surfaces[i].spacing_m, surfaces_of_rays[i].spacing_m) << i;
+      }
+      if (count == rays_.size()) {
+        EXPECT_GT(num_hits, count / 10);
+        EXPECT_LT(num_hits, count);
+      }
+    }
+  }
+}
+
+TEST_F(RayPurity, FansThatAreNotWholeAreRefused) {
+  const std::vector<double> two = {1.0, 2.0};
+  const std::vector<double> one = {1.0};
+  std::vector<double> t(2);
+  for (const RayFan& fan : {RayFan{.origin_world = {0, 0, 0}, .x = two, .y = one, .z = two},
+                            RayFan{.origin_world = {0, 0, 0}, .x = two, .y = two, .z = one}})
+    EXPECT_THROW(query_.intersect(fan, t, Coherence::Coherent), core::Error);
+  const std::vector<double> none = {0.0, 0.0};
+  EXPECT_THROW(query_.intersect({.origin_world = {0, 0, 0}, .x = none, .y = none, .z = none}, t,
+                                Coherence::Coherent),
+               core::Error);
+  t.resize(1);
+  EXPECT_THROW(query_.intersect({.origin_world = {0, 0, 0}, .x = two, .y = two, .z = two}, t,
+                                Coherence::Coherent),
+               core::Error);
+}
+
+TEST(RayLanes, AreCounted) {
+  for (LaneMask lanes = 0; lanes < lane_bit(RayLanes::kLanes); ++lanes) {
+    int count = 0;
+    for_each_lane(lanes, [&](int) { ++count; });
+    EXPECT_EQ(count_lanes(lanes), count);
+  }
 }
 
 TEST_F(RayPurity, ResultsDoNotDependOnTheLocalOrigin) {

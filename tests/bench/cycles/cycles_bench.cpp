@@ -6,6 +6,7 @@
 // sample_ratio   wall time of a further sample a pixel: (17 samples - 1) / 16, Cycles' over ours
 // frame_ratio    wall time of a warm frame with one sample a pixel and ground truth, written to disk:
 //                Cycles' depth, normal, flow and object index; ours all facts, which are more
+// depth_difference   median of |their depth - ours| / ours at one frame: both see the same view
 // Both sides use two threads, uncompressed EXR and fast PNG; the scene is built before (cycles_first_s
 // is Cycles' first frame, which builds its own). Cycles has one sun, no bounces, a diffuse ground
 // with one noise texture; ours is the ground that every capture has.
@@ -13,6 +14,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <vector>
@@ -36,6 +38,9 @@ constexpr double kFocalLength_px = kWidth;  // as test::small_rig has it
 constexpr int kNumFrames = 6;
 constexpr int kManySamples = 17;
 constexpr int kNumThreads = 2;
+/// Depths differ by this share at most, in the median: two pixels beside each other on ground that is
+/// seen at 20 degrees differ by 1 / (1280 tan 20) = 2e-3.
+constexpr double kSameView = 2e-3;
 
 render::SequencePlan flight(int num_samples) {
   render::SequencePlan plan = test::small_plan(kNumFrames, kWidth, kHeight);
@@ -125,6 +130,22 @@ double warm_s(const Work& work) {
   return median(times);
 }
 
+/// Median difference of Cycles' depths from ours, as a share of them: that both see the same. Its
+/// one sample lies anywhere in the pixel.
+double depth_difference(const test::Scene& scene, const std::filesystem::path& exr, int frame) {
+  const std::vector<core::ExrImage> parts = core::decode_exr(core::read_file(exr), exr.string());
+  const core::ImageF& theirs = parts.at(0).float_channels.at("ViewLayer.Depth.Z");
+  const render::View& view = scene.renderer.views().at(frame, 0);
+  const render::TruthFrame truth = scene.renderer.truth(frame, 0);
+  std::vector<double> differences;
+  for (std::size_t i = 0; i < truth.range_m.size(); ++i) {
+    if (std::isinf(truth.range_m[i])) continue;
+    const double depth_m = view.camera_from_world(truth.point_world[i]).z();
+    differences.push_back(std::abs(static_cast<double>(theirs.data()[i]) - depth_m) / depth_m);
+  }
+  return median(std::move(differences));
+}
+
 void cycles(benchmark::State& state) {
   if (std::system("blender --version >/dev/null 2>&1") != 0) {
     state.SkipWithError("there is no blender: apt-get install blender");
@@ -162,6 +183,11 @@ void cycles(benchmark::State& state) {
       state.SkipWithError("blender failed");
       return;
     }
+    const double difference = depth_difference(one, folder.path() / "1-1-5.exr", kNumFrames - 1);
+    if (difference > kSameView) {
+      state.SkipWithError("Cycles does not see what ours sees");
+      return;
+    }
     const core::Json times = core::Json::read(folder.path() / "times.json");
     const auto warm = [&](const char* series) {
       return median(times.at(series).at("warm_s").numbers());
@@ -176,6 +202,7 @@ void cycles(benchmark::State& state) {
     state.counters["cycles_first_s"] = times.at("facts").at("first_s").number();
     state.counters["cycles_peak_MB"] = 1e-6 * times.at("peak_bytes").number();
     state.counters["ours_tiles_MB"] = 1e-6 * static_cast<double>(one.query.stats().bytes_resident);
+    state.counters["depth_difference"] = difference;
     state.counters["Mtri"] = 1e-6 * static_cast<double>(num_triangles);
   }
 }

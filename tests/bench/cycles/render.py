@@ -101,6 +101,7 @@ def frame_times(num_samples, has_passes):
         scene.render.image_settings.exr_codec = "NONE"
         scene.render.image_settings.color_depth = "32"
     else:
+        scene.render.image_settings.color_depth = "8"
         scene.render.image_settings.compression = 10
     times = []
     for frame in range(len(description["world_from_camera"])):
