@@ -193,9 +193,8 @@ void ConfigReader::read_into(std::string& out, const ConfigNode& node, const std
   const std::vector<std::string>& choices = constraint.choices;
   if (!choices.empty() && std::find(choices.begin(), choices.end(), text) == choices.end()) {
     const std::string nearest = nearest_name(text, choices);
-    std::vector<std::string> named = choices;  // one that is empty says what is so without the key
-    std::erase(named, "");
-    fail_at(node.place, "{} = {} is not one of {}{}", name, node.shown(), fmt::join(named, ", "),
+    fail_at(node.place, "{} = {} is not one of {}{}", name, node.shown(),
+            fmt::join(constraint.named_choices(), ", "),
             nearest.empty() ? "" : fmt::format(" (nearest: \"{}\")", nearest));
   }
   out = std::move(text);

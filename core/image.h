@@ -35,7 +35,7 @@ class Image {
     data_.assign(num_pixels() * static_cast<std::size_t>(channels), fill);
   }
 
-  /// As assign, for who writes every value: what was there stays, of the same or of other pixels.
+  /// As assign, without a fill: values are unspecified until they are written.
   void reshape(int width, int height, int channels) {
     TERRACAST_CHECK(width >= 0 && height >= 0 && channels >= 1, "{}x{}x{}", width, height,
                     channels);

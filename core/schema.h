@@ -42,10 +42,17 @@ struct Path {
 struct Constraint {
   double lowest = -std::numeric_limits<double>::infinity();
   double highest = std::numeric_limits<double>::infinity();
-  std::vector<std::string> choices = {};
+  std::vector<std::string> choices = {};  ///< "" among them: as if the key were left out
   std::size_t min_size = 0;
   std::size_t max_size = std::numeric_limits<std::size_t>::max();
   bool required = false;
+
+  /// The choices to be written in a config.
+  std::vector<std::string> named_choices() const {
+    std::vector<std::string> named = choices;
+    std::erase(named, "");
+    return named;
+  }
 };
 
 inline Constraint between(double lowest, double highest) {

@@ -163,8 +163,7 @@ std::string range_of(const Constraint& constraint) {
     parts.push_back(fmt::format("at least {}", lowest));
   else if (std::isfinite(highest))
     parts.push_back(fmt::format("at most {}", highest));
-  std::vector<std::string> named = constraint.choices;
-  std::erase(named, "");  // says what is so without the key
+  const std::vector<std::string> named = constraint.named_choices();
   if (!named.empty()) parts.push_back(fmt::format("one of {}", fmt::join(named, ", ")));
   if (constraint.required) parts.emplace_back("required");
   return fmt::format("{}", fmt::join(parts, "; "));

@@ -49,7 +49,7 @@ class CameraModel {
   /// half-space (so that a ray's parameter is depth), unit length otherwise.
   virtual Eigen::Vector3d ray_from_pixel(const Eigen::Vector2d& pixel) const = 0;
 
-  /// The same of several image points.
+  /// The same of several image points, to the last bit.
   virtual void find_rays(const PixelBlock& pixels, VectorBlock& rays_camera) const {
     for (int i = 0; i < PixelBlock::kPixels; ++i) {
       const Eigen::Vector3d ray = ray_from_pixel({pixels.x[i], pixels.y[i]});

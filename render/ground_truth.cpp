@@ -184,9 +184,9 @@ class TruthTracer {
   }
 
  private:
-  static constexpr std::uint8_t kAllSky = 1;
-  static constexpr std::uint8_t kAllGround = 2;
-  static constexpr std::uint8_t kBoth = kAllSky | kAllGround;
+  static constexpr std::uint8_t kHasSky = 1;
+  static constexpr std::uint8_t kHasGround = 2;
+  static constexpr std::uint8_t kHasBoth = kHasSky | kHasGround;
 
   std::size_t pixel_index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_.width_px) +
@@ -217,9 +217,8 @@ class TruthTracer {
         scratch.ground.push_back(i);
     }
     const bool has_sky = scratch.ground.size() < num_rays;
-    content_[static_cast<std::size_t>(unit)] = scratch.ground.empty() ? kAllSky
-                                               : has_sky              ? kBoth
-                                                                      : kAllGround;
+    content_[static_cast<std::size_t>(unit)] = static_cast<std::uint8_t>(
+        (has_sky ? kHasSky : 0) | (scratch.ground.empty() ? 0 : kHasGround));
     set_ground(scratch);
     scratch.ground_flags.assign(scratch.ground.size(), 0);
     for (const Target& target : targets_) see_from(target, scratch);
@@ -260,7 +259,7 @@ class TruthTracer {
   }
 
   /// Sets all facts but the flags of scratch.ground, packet by packet, and keeps pixels and points:
-  /// the rays are used again for visibility.
+  /// the rays' buffers are used again for visibility.
   void set_ground(UnitScratch& scratch) {
     constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
     const std::size_t num_ground = scratch.ground.size();
@@ -351,7 +350,7 @@ class TruthTracer {
     for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows - 1); ++r)
       for (int c = std::max(column - 1, 0); c <= std::min(column + 1, columns - 1); ++c)
         content |= content_[static_cast<std::size_t>(r * columns + c)];
-    return content == kBoth;
+    return content == kHasBoth;
   }
 
   /// Whether a neighbour is sky while the pixel is ground, or the other way round.
@@ -391,7 +390,7 @@ class TruthTracer {
   const PixelGrid grid_;
   TruthFrame& truth_;
   std::vector<Target> targets_;
-  std::vector<std::uint8_t> content_;  ///< of each unit
+  std::vector<std::uint8_t> content_;  ///< of each unit: kHasSky, kHasGround
   ScratchPool<UnitScratch> pool_;
 };
 

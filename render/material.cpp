@@ -14,6 +14,10 @@ using core::smaller;
 
 constexpr double kEarthRadius_m = 6371008.8;
 
+TERRACAST_PACKET_INLINE double height_over_sphere_m(double x, double y, double z) {
+  return z + (x * x + y * y) * (0.5 / kEarthRadius_m);
+}
+
 TERRACAST_PACKET_INLINE float absolute(float a) { return a < 0.0f ? -a : a; }
 TERRACAST_PACKET_INLINE float clamped(float x, float lowest, float highest) {
   return smaller(larger(x, lowest), highest);
@@ -94,26 +98,14 @@ TERRACAST_PACKET_CODE void draw_covers(const GroundPacket& g, float snow_line, f
   }
 }
 
-void draw_covers(const GroundPacket& g, const Climate& climate, Covers& c) {
+/// sum   sum_noise for what samples see, sum_all_noise for what is at their points
+template <class Sum>
+void spread_covers(const GroundPacket& g, const Climate& climate, const Sum& sum, Covers& c) {
+  c.region = sum(g.places, 12, 8, climate.seed + kRegion);
+  c.patch = sum(g.places, 7, 5, climate.seed + kPatch);
+  c.clump = sum(g.places, 4, 0, climate.seed + kClump);
   draw_covers(g, static_cast<float>(climate.snow_line_m), static_cast<float>(climate.tree_line_m),
               climate.has_sea ? 1.8f : -1e6f, c);
-}
-
-/// Covers as a sample of some width sees them.
-void spread_covers(const GroundPacket& g, const Climate& climate, Covers& c) {
-  c.region = sum_noise(g.places, 12, 8, climate.seed + kRegion);
-  c.patch = sum_noise(g.places, 7, 5, climate.seed + kPatch);
-  c.clump = sum_noise(g.places, 4, 0, climate.seed + kClump);
-  draw_covers(g, climate, c);
-}
-
-/// Covers at points.
-void spread_covers_at_points(const GroundPacket& g, const Climate& climate, Covers& c) {
-  constexpr Lanes<float> kNone{};
-  c.region = {sum_all_noise(g.places, 12, 8, climate.seed + kRegion), kNone};
-  c.patch = {sum_all_noise(g.places, 7, 5, climate.seed + kPatch), kNone};
-  c.clump = {sum_all_noise(g.places, 4, 0, climate.seed + kClump), kNone};
-  draw_covers(g, climate, c);
 }
 
 /// All of a packet but its noise places and covers.
@@ -141,7 +133,7 @@ TERRACAST_PACKET_CODE void set_ground(const GroundPlaces& places, double sea_lev
     const double along_up = nx[i] * up_x + ny[i] * up_y + nz[i];
     const double cosine_squared = larger(along_up, 0.0) * larger(along_up, 0.0) / up_squared;
     steepness[i] = std::sqrt(larger(1.0 - cosine_squared, 0.0));
-    height_m[i] = z[i] + (x[i] * x[i] + y[i] * y[i]) * (0.5 / kEarthRadius_m) - sea_level_m;
+    height_m[i] = height_over_sphere_m(x[i], y[i], z[i]) - sea_level_m;
   }
   for (int i = 0; i < kLanes; ++i) {
     packet.normal[0][i] = static_cast<float>(nx[i]);
@@ -376,7 +368,7 @@ void look_at_sea(const GroundPacket& g, std::uint32_t seed, GroundLook& look) {
 }  // namespace
 
 double approximate_height_m(const Eigen::Vector3d& p) {
-  return p.z() + (p.x() * p.x() + p.y() * p.y()) / (2.0 * kEarthRadius_m);
+  return height_over_sphere_m(p.x(), p.y(), p.z());
 }
 
 Climate climate_of(const world::TileStore& store, std::uint32_t seed) {
@@ -425,7 +417,12 @@ void Ground::set(const GroundPlaces& places, GroundPacket& packet) const {
 void Ground::classify(const GroundPacket& packet, Lanes<std::uint8_t>& classes) const {
   using capture::SemanticClass;
   Covers c;
-  spread_covers_at_points(packet, climate_, c);
+  spread_covers(
+      packet, climate_,
+      [](const auto&... what) {
+        return NoiseSum{sum_all_noise(what...), Lanes<float>{}};
+      },
+      c);
   for (int i = 0; i < kLanes; ++i) {
     SemanticClass found = SemanticClass::Soil;
     if (c.grass[i] > 0.5f || c.field[i] > 0.5f || c.forest[i] > 0.5f) found = SemanticClass::Grass;
@@ -443,7 +440,7 @@ void Ground::classify(const GroundPacket& packet, Lanes<std::uint8_t>& classes) 
 void Ground::look(const GroundPacket& g, GroundLook& look) const {
   const std::uint32_t seed = climate_.seed;
   Covers c;
-  spread_covers(g, climate_, c);
+  spread_covers(g, climate_, sum_noise, c);
 
   Lanes<float> relief;        // slope of each octave of small relief
   Lanes<float> relief_below;  // relief coarser than this stands in the terrain

@@ -81,7 +81,8 @@ class Ground {
   explicit Ground(const Climate& climate) : climate_(climate) {}
   const Climate& climate() const { return climate_; }
 
-  /// Lanes without a hit take any other's values.
+  /// What is known of the ground at some places before it is drawn. All lanes are to be set; those
+  /// without a hit take any other's values.
   void set(const GroundPlaces& places, GroundPacket& packet) const;
 
   /// Semantic classes; footprints play no part.

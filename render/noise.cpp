@@ -100,8 +100,12 @@ float least_of(const Lanes<float>& lanes) {
   return *std::min_element(lanes.values, lanes.values + kLanes);
 }
 
+TERRACAST_PACKET_INLINE float scale_of(int num_octaves) {
+  return kUnitValue / std::sqrt(static_cast<float>(num_octaves));
+}
+
 TERRACAST_PACKET_INLINE void finish(int num_octaves, NoiseSum& sum) {
-  const float scale = kUnitValue / std::sqrt(static_cast<float>(num_octaves));
+  const float scale = scale_of(num_octaves);
   const float share = 1.0f / static_cast<float>(num_octaves);
   for (int i = 0; i < kLanes; ++i) {
     sum.value[i] *= scale;
@@ -163,7 +167,7 @@ TERRACAST_PACKET_CODE void sum_all_planes(const NoisePlaces& places, int coarses
     evaluate_octave<false>(places.u[plane], places.v[plane], level, seed, octave);
     for (int i = 0; i < kLanes; ++i) sum[i] += octave.value[i];
   }
-  const float scale = kUnitValue / std::sqrt(static_cast<float>(coarsest_level - finest_level + 1));
+  const float scale = scale_of(coarsest_level - finest_level + 1);
   for (int i = 0; i < kLanes; ++i) sum[i] *= scale;
 }
 

@@ -21,14 +21,13 @@ inline constexpr int kFinestNoiseLevel = -7;
 /// The step of coordinates.
 inline constexpr double kNoiseStep_m = 0x1.0p-12;
 
-/// Coordinates in steps, rounded down, modulo 2^32. Metres below 2^28.
+/// Coordinates in steps, rounded down exactly, modulo 2^32. Of magnitudes below 2^38 m.
 TERRACAST_PACKET_INLINE void count_steps(const Lanes<double>& metres, Lanes<std::int32_t>& steps) {
-  // Positive, below 2^52: adding 2^52 rounds to whole numbers, which then are the last bits.
-  constexpr double kPositive = 0x1p40;
-  constexpr double kWhole = 0x1p52;
+  // Adding this rounds to a whole number, which then is the sum's last bits, also below zero.
+  constexpr double kWhole = 0x1.8p52;
   Lanes<std::uint64_t> bits;
   for (int i = 0; i < kLanes; ++i) {
-    const double exact = metres[i] * (1.0 / kNoiseStep_m) + kPositive;
+    const double exact = metres[i] * (1.0 / kNoiseStep_m);
     const double nearest = exact + kWhole;
     const double below = nearest - 1.0;
     bits[i] = std::bit_cast<std::uint64_t>(nearest - kWhole > exact ? below : nearest);
@@ -78,7 +77,7 @@ struct NoiseSlope {
 NoiseSum sum_noise(const NoisePlaces& places, int coarsest_level, int finest_level,
                    std::uint32_t seed);
 
-/// The same of all octaves, whatever the footprint; nothing is left out.
+/// The sum at points: as sum_noise at a footprint of 0, to the last bit.
 Lanes<float> sum_all_noise(const NoisePlaces& places, int coarsest_level, int finest_level,
                            std::uint32_t seed);
 

@@ -155,7 +155,7 @@ void refuse_missing(const MosaicDraft& draft, const Grid<std::uint8_t>& is_missi
   if (draft.inputs.options.outside == "error")
     fail(ErrorKind::Input,
          "no raster covers {}; add one that does, make the square smaller, or say what lies there: "
-         "outside = \"sea\" or \"extend\"",
+         "outside = \"sea\", \"extend\" or \"procedural\"",
          where);
   draft.inputs.context.log.warn("no raster covers {}: outside = \"{}\" fills it", where,
                                 draft.inputs.options.outside);

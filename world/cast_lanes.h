@@ -73,8 +73,7 @@ struct CastLanes {
 
   /// Sets it: a falling ray is cast from well above the tile's highest point, any other from
   /// t_entry.
-  /// returns   rays that are there well above the surface; of the others only those of `asked` are
-  ///           looked at
+  /// returns   rays that are there well above the surface: all such of `asked`, others or not
   LaneMask find_clear(const TileScene& scene, const RayLanes& rays, LaneMask asked);
 
   /// The lanes of one of Embree's packets that these rays take.

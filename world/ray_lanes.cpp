@@ -62,7 +62,7 @@ LaneMask prepare(RayLanes& __restrict r) {
 
 }  // namespace
 
-LaneMask RayLanes::load(std::span<const WorldRay> rays, std::uint32_t first_id) {
+LaneMask RayLanes::load(std::span<const WorldRay, kLanes> rays, std::uint32_t first_id) {
   for (int i = 0; i < kLanes; ++i) {
     const WorldRay& ray = rays[static_cast<std::size_t>(i)];
     origin_x[i] = ray.origin_world.x();

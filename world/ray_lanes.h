@@ -13,6 +13,7 @@ namespace terracast::world {
 using LaneMask = std::uint32_t;
 inline constexpr LaneMask lane_bit(int lane) { return LaneMask{1} << lane; }
 
+/// How many of eight lanes.
 inline constexpr int count_lanes(LaneMask lanes) {
   // Baseline x86-64 has no instruction for it: the bits of eight, spread to digits of four bits,
   // whose sum the product has in its first digit.
@@ -53,7 +54,7 @@ struct RayLanes {
   /// Sets the kLanes rays and what follows from their directions; makes negligible components 0.
   /// first_id   of rays[0]
   /// returns    those that can be traced: a finite start, a direction whose length is a number
-  LaneMask load(std::span<const WorldRay> rays, std::uint32_t first_id);
+  LaneMask load(std::span<const WorldRay, kLanes> rays, std::uint32_t first_id);
   LaneMask load(const RayFan& rays, std::uint32_t first_id);
 
   WalkRay walk_ray(int lane) const {
@@ -65,6 +66,8 @@ struct RayLanes {
   void copy_ray(int lane, const RayLanes& from, int from_lane);
   void copy_passage(int lane, const RayLanes& from, int from_lane);
 };
+
+static_assert(RayLanes::kLanes == 8);  // as count_lanes has it
 
 using Doubles = RayLanes::Field<double>;
 using Integers = RayLanes::Field<std::int32_t>;

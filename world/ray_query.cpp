@@ -66,6 +66,14 @@ struct RayQuery::Impl {
                                              frame_shift_m);
   }
 
+  static std::span<const WorldRay, kLanes> eight_from(std::span<const WorldRay> rays,
+                                                      std::size_t first) {
+    return rays.subspan(first).first<kLanes>();
+  }
+  static RayFan eight_from(const RayFan& rays, std::size_t first) {
+    return rays.subspan(first, kLanes);
+  }
+
   /// Fills a group from the rays that begin with `first`; the last one fills the lanes that are
   /// left when there are fewer.
   /// first_id   of rays[0]
@@ -76,7 +84,7 @@ struct RayQuery::Impl {
     const auto id = static_cast<std::uint32_t>(first_id + first);
     LaneMask good = 0;
     if (count == kLanes) {
-      good = group.load(rays.subspan(first, kLanes), id);
+      good = group.load(eight_from(rays, first), id);
     } else {
       std::array<WorldRay, kLanes> padded;
       for (std::size_t lane = 0; lane < kLanes; ++lane)

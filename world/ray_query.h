@@ -96,7 +96,8 @@ struct RayQueryStats {
 ///               local origin
 /// threads       all queries: safe, from parallel loops
 /// throws        Input or Io from tile loads; Internal: a ray without a finite start, a direction
-///               with a length (1e-150 to 1e150) or a number for t_max, or with t_min -inf or none
+///               with a length (1e-150 to 1e150) or a number for t_max, or with t_min -inf or none;
+///               spans of other sizes than said
 class RayQuery {
  public:
   RayQuery(const TileStore& store, std::vector<CutTile> cut, const RayQueryOptions& options);
@@ -113,6 +114,7 @@ class RayQuery {
   void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits, Coherence coherence,
                  std::span<SurfaceSample> surfaces = {}) const;
 
+  /// The same of rays from one point.
   void intersect(const RayFan& rays, std::span<SurfaceHit> hits, Coherence coherence,
                  std::span<SurfaceSample> surfaces = {}) const;
   /// The same crossings, of which only t is told.

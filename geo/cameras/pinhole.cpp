@@ -55,7 +55,7 @@ class PinholeCamera final : public CameraModel {
   }
 
   void find_rays(const PixelBlock& pixels, VectorBlock& rays_camera) const override {
-    find_pinhole_rays(packet(), pixels, rays_camera);
+    find_pinhole_rays(parameters(), pixels, rays_camera);
   }
 
   std::optional<Eigen::Vector2d> pixel_from_ray(const Eigen::Vector3d& ray_camera) const override {
@@ -66,7 +66,7 @@ class PinholeCamera final : public CameraModel {
 
   std::uint32_t find_in_image(const VectorBlock& rays_camera) const override {
     std::int32_t is_in[VectorBlock::kVectors];
-    find_in_pinhole_image(packet(), rays_camera, is_in);
+    find_in_pinhole_image(parameters(), rays_camera, is_in);
     std::uint32_t in_image = 0;
     for (int i = 0; i < VectorBlock::kVectors; ++i)
       in_image |= static_cast<std::uint32_t>(is_in[i]) << i;
@@ -84,7 +84,7 @@ class PinholeCamera final : public CameraModel {
   double finest_pixels_per_radian() const override { return finest_pixels_per_radian_; }
 
  private:
-  Pinhole packet() const {
+  Pinhole parameters() const {
     return {.fx = fx_,
             .fy = fy_,
             .cx = cx_,

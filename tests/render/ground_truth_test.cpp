@@ -228,6 +228,43 @@ TEST(GroundTruth, EdgesAreWhereAThousandthOfAPixelChangesGroundToSky) {
   EXPECT_LT(num_sky, 22000);
 }
 
+// A level plane that ends at x = 2048 m, seen eastward by a level camera: the skyline is a row of the
+// image, here within 3e-4 px of the centres of a row that lies at a border of the units of 32 pixels.
+TEST(GroundTruth, ASkylineAtTheCentresOfARowMakesEdgesOfAllOfIt) {
+  constexpr int kWidth = 96;
+  constexpr int kHeight = 70;
+  const test::ScratchFolder folder;
+  test::TinyWorldOptions options;
+  options.coarsest_level = 3;
+  options.finest_level = 3;
+  const world::TileStore store = test::make_tiny_world(
+      folder / "world", [](double, double) { return 40.0; }, options);
+  for (const int row : {31, 32}) {
+    for (const double shift_px : {-3e-4, 3e-4}) {
+      SequencePlan plan = test::small_plan(1, kWidth, kHeight);
+      plan.cameras = test::small_rig(kWidth, kHeight, 0.0);
+      std::vector<double>& parameters = plan.cameras[0].intrinsics.parameters;
+      parameters[3] = 20.0;
+      const double above_m = (row + 0.5 + shift_px - parameters[3]) * 2048.0 / parameters[1];
+      Eigen::Matrix3d world_from_camera;  // right: south, down, forward: east
+      world_from_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+      plan.states[0].world_from_body =
+          geo::Rigid3d{Eigen::Quaterniond(world_from_camera), {0.0, 0.0, 40.0 + above_m}} *
+          plan.cameras[0].body_from_camera().inverse();
+      const Scene scene(store, plan);
+      const TruthFrame truth = scene.renderer.truth(0, 0);
+      for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+          const bool is_above = y < row || (y == row && shift_px > 0.0);
+          ASSERT_EQ(is_sky(truth, static_cast<std::size_t>(y * kWidth + x)), is_above)
+              << x << " " << y;
+          ASSERT_EQ((truth.facts.flags(x, y) & capture::kEdge) != 0, y == row) << x << " " << y;
+        }
+      }
+    }
+  }
+}
+
 TEST(GroundTruth, FactsDoNotDependOnThreadsOrTheLocalOrigin) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");

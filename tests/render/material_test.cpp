@@ -81,6 +81,19 @@ TEST(Noise, StepsAreRoundedDown) {
   }
 }
 
+TEST(Noise, AllOctavesAreThoseOfAFootprintOfZero) {
+  for (std::uint64_t packet = 0; packet < 500; ++packet) {
+    const NoisePlaces places = noise_places(0.0, [&](int i) {
+      return random_place(packet * kLanes + static_cast<std::uint64_t>(i), 20e3);
+    });
+    for (const auto& [coarsest, finest] : {std::pair(12, 8), std::pair(7, 5), std::pair(4, -7)}) {
+      const NoiseSum sum = sum_noise(places, coarsest, finest, 7);
+      const Lanes<float> all = sum_all_noise(places, coarsest, finest, 7);
+      for (int i = 0; i < kLanes; ++i) ASSERT_EQ(all[i], sum.value[i]);
+    }
+  }
+}
+
 // Against central differences, at a place 25 km out where floats of the world would be 2 mm apart.
 TEST(Noise, SlopesAreTheDerivativeAndPlacesAreSharpFarOut) {
   Lanes<float> weight;

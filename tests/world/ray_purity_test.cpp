@@ -108,6 +108,8 @@ TEST_F(RayPurity, FansAnswerAsTheirRaysDo) {
         ASSERT_EQ(t[i], expected[i].t) << i;
         if (expected[i].is_sky()) continue;
         ++num_hits;
+        ASSERT_EQ(surfaces[i].cover, surfaces_of_rays[i].cover) << i;
+        ASSERT_EQ(surfaces[i].source, surfaces_of_rays[i].source) << i;
         ASSERT_EQ(surfaces[i].moisture, surfaces_of_rays[i].moisture) << i;
         ASSERT_EQ(surfaces[i].spacing_m, surfaces_of_rays[i].spacing_m) << i;
       }
@@ -119,21 +121,21 @@ TEST_F(RayPurity, FansAnswerAsTheirRaysDo) {
   }
 }
 
-TEST_F(RayPurity, FansThatAreNotWholeAreRefused) {
-  const std::vector<double> two = {1.0, 2.0};
+TEST_F(RayPurity, FansThatCannotBeTracedAreRefused) {
   const std::vector<double> one = {1.0};
-  std::vector<double> t(2);
-  for (const RayFan& fan : {RayFan{.origin_world = {0, 0, 0}, .x = two, .y = one, .z = two},
-                            RayFan{.origin_world = {0, 0, 0}, .x = two, .y = two, .z = one}})
-    EXPECT_THROW(query_.intersect(fan, t, Coherence::Coherent), core::Error);
+  const std::vector<double> two = {1.0, 2.0};
   const std::vector<double> none = {0.0, 0.0};
-  EXPECT_THROW(query_.intersect({.origin_world = {0, 0, 0}, .x = none, .y = none, .z = none}, t,
-                                Coherence::Coherent),
-               core::Error);
-  t.resize(1);
-  EXPECT_THROW(query_.intersect({.origin_world = {0, 0, 0}, .x = two, .y = two, .z = two}, t,
-                                Coherence::Coherent),
-               core::Error);
+  const auto expect_refused = [&](const RayFan& fan, std::size_t num_answers) {
+    std::vector<double> t(num_answers);
+    std::vector<SurfaceHit> hits(num_answers);
+    EXPECT_THROW(query_.intersect(fan, t, Coherence::Coherent), core::Error);
+    EXPECT_THROW(query_.intersect(fan, hits, Coherence::Coherent), core::Error);
+  };
+  const Eigen::Vector3d origin(0, 0, 3000);
+  expect_refused({.origin_world = origin, .x = two, .y = one, .z = two}, 2);
+  expect_refused({.origin_world = origin, .x = two, .y = two, .z = one}, 2);
+  expect_refused({.origin_world = origin, .x = none, .y = none, .z = none}, 2);
+  expect_refused({.origin_world = origin, .x = two, .y = two, .z = two}, 1);
 }
 
 TEST(RayLanes, AreCounted) {
