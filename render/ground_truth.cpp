@@ -347,9 +347,12 @@ class TruthTracer {
     const int column = unit % columns;
     const int row = unit / columns;
     unsigned content = 0;
-    for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows - 1); ++r)
-      for (int c = std::max(column - 1, 0); c <= std::min(column + 1, columns - 1); ++c)
-        content |= content_[static_cast<std::size_t>(r * columns + c)];
+    for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows - 1); ++r) {
+      for (int c = std::max(column - 1, 0); c <= std::min(column + 1, columns - 1); ++c) {
+        const int there = r * columns + c;
+        content |= content_[static_cast<std::size_t>(there)];
+      }
+    }
     return content == kHasBoth;
   }
 
