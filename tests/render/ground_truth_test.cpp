@@ -20,14 +20,16 @@ using test::Scene;
 
 bool is_sky(const TruthFrame& truth, std::size_t pixel) { return std::isinf(truth.range_m[pixel]); }
 
+/// z = 40 m, as far as 2048 m to each side.
+world::TileStore make_plane(const std::filesystem::path& folder) {
+  return test::make_tiny_world(folder, [](double, double) { return 40.0; },
+                               {.finest_level = 3, .coarsest_level = 3});
+}
+
 // A level plane in closed form: range = height / sine of the depression, to 1e-12 of it.
 TEST(GroundTruth, APlaneIsWhereItsEquationPutsIt) {
   const test::ScratchFolder folder;
-  test::TinyWorldOptions options;
-  options.coarsest_level = 3;
-  options.finest_level = 3;
-  const world::TileStore store = test::make_tiny_world(
-      folder / "world", [](double, double) { return 40.0; }, options);
+  const world::TileStore store = make_plane(folder / "world");
   SequencePlan plan = test::small_plan(1, 40, 32);
   const Scene scene(store, plan);
   const TruthFrame truth = scene.renderer.truth(0, 0);
@@ -234,11 +236,7 @@ TEST(GroundTruth, ASkylineAtTheCentresOfARowMakesEdgesOfAllOfIt) {
   constexpr int kWidth = 96;
   constexpr int kHeight = 70;
   const test::ScratchFolder folder;
-  test::TinyWorldOptions options;
-  options.coarsest_level = 3;
-  options.finest_level = 3;
-  const world::TileStore store = test::make_tiny_world(
-      folder / "world", [](double, double) { return 40.0; }, options);
+  const world::TileStore store = make_plane(folder / "world");
   for (const int row : {31, 32}) {
     for (const double shift_px : {-3e-4, 3e-4}) {
       SequencePlan plan = test::small_plan(1, kWidth, kHeight);
@@ -306,7 +304,7 @@ TEST(GroundTruth, AFrameThatIsUsedAgainKeepsNothing) {
   EXPECT_EQ(truth.facts.flags, expected.facts.flags);
 }
 
-TEST(GroundTruth, SemanticClassesArePropertiesOfThePoint) {
+TEST(GroundTruth, NormalsAndClassesArePropertiesOfThePoint) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");
   const Scene scene(store, test::small_plan(2, 64, 48));
@@ -323,6 +321,10 @@ TEST(GroundTruth, SemanticClassesArePropertiesOfThePoint) {
     world::SurfaceSample surface;
     scene.query.intersect({&ray, 1}, {&hit, 1}, world::Coherence::Incoherent, {&surface, 1});
     if (primitive_id(hit) != truth.facts.primitive_id.data()[pixel]) continue;  // on a shared edge
+    const Eigen::Vector3f normal = hit.normal_world().cast<float>();
+    for (int k = 0; k < 3; ++k)
+      EXPECT_EQ(truth.facts.normal_world.data()[3 * pixel + static_cast<std::size_t>(k)],
+                normal[k]);
     GroundPlaces places;
     for (int lane = 0; lane < kLanes; ++lane)
       places.set(lane, truth.point_world[pixel], hit.normal_world(), surface, 7.0);
