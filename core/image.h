@@ -25,17 +25,7 @@ class Image {
                     channels);
   }
 
-  /// As if made anew, in the memory that is there.
-  void assign(int width, int height, int channels, T fill) {
-    TERRACAST_CHECK(width >= 0 && height >= 0 && channels >= 1, "{}x{}x{}", width, height,
-                    channels);
-    width_ = width;
-    height_ = height;
-    channels_ = channels;
-    data_.assign(num_pixels() * static_cast<std::size_t>(channels), fill);
-  }
-
-  /// As assign, without a fill: values are unspecified until they are written.
+  /// As if made anew, in the memory that is there; values are unspecified until they are written.
   void reshape(int width, int height, int channels) {
     TERRACAST_CHECK(width >= 0 && height >= 0 && channels >= 1, "{}x{}x{}", width, height,
                     channels);
