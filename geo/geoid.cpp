@@ -433,7 +433,7 @@ void check_vertical_datum_name(const std::string& name) {
   if (name == "ellipsoid" || name == "egm96" || name == "egm2008") return;
   core::fail(core::ErrorKind::Config,
              "unknown vertical datum \"{}\"; known: ellipsoid (heights above WGS84), egm96 and "
-             "egm2008 (above mean sea level)",
+             "egm2008 (above mean sea level); grid (of rasters: a grid of offsets of their own)",
              name);
 }
 

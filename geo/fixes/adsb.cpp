@@ -52,6 +52,7 @@ class AdsbFixes final : public FixFormat {
     for (std::size_t row = 0; row < table.num_rows(); ++row) {
       if (!is_wanted[row]) continue;
       Fix fix;
+      fix.line = table.line(row);
       const std::string_view time_text = trimmed(table.cell(row, time));
       if (const auto seconds = number_of(time_text))
         fix.time_s = *seconds;

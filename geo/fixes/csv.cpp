@@ -129,6 +129,7 @@ class CsvFixes final : public FixFormat {
 
   Fix fix_of(const CsvTable& table, std::size_t row, const Columns& columns) const {
     Fix fix;
+    fix.line = table.line(row);
     if (time_unit_ == "text") {
       if (!trimmed(table.cell(row, columns.time)).empty())
         fix.time_s =

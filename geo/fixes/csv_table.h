@@ -26,6 +26,8 @@ class CsvTable {
   /// Nothing where the cell is empty or says nan.
   /// throws   Input: neither a number nor empty, with the line
   std::optional<double> number(std::size_t row, std::size_t column) const;
+  /// Line of the file where a row begins, counted from 1.
+  std::size_t line(std::size_t row) const { return rows_[row].line; }
   /// "flight.csv, line 12"
   std::string where(std::size_t row) const;
 

@@ -34,6 +34,8 @@ struct Fix {
   std::optional<Eigen::Quaterniond> gimbal;    ///< the same with the camera's optical axis for x
   std::optional<double> speed_mps;             ///< over ground, as the recorder measured it
   bool starts_part = false;                    ///< nothing is known of the way from the fix before
+  std::size_t line =
+      0;  ///< where it stands in its file, counted from 1; 0: the format has no lines
 
   bool has_place() const { return place.allFinite(); }
 };

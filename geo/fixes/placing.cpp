@@ -59,17 +59,18 @@ class Heights {
   double offset_m_;
 };
 
-void check_geodetic(const Eigen::Vector3d& place, std::size_t index) {
+void check_geodetic(const Fix& fix, std::size_t index) {
   constexpr double kLowest_m = -12000.0, kHighest_m = 1000000.0;
+  const Eigen::Vector3d& place = fix.place;
+  const std::string name = fix.line > 0 ? fmt::format("the fix of line {}", fix.line)
+                                        : fmt::format("fix {} (counted from 0)", index);
   if (std::abs(place.x()) > 90.0 || std::abs(place.y()) > 360.0)
     fail(ErrorKind::Input,
-         "fix {} (counted from 0) lies at latitude {}, longitude {}; they are in degrees, from -90 "
-         "to "
-         "90 and from -360 to 360: check the order and the unit",
-         index, place.x(), place.y());
+         "{} lies at latitude {}, longitude {}; they are in degrees, from -90 to 90 and from -360 "
+         "to 360: check their order and the unit",
+         name, place.x(), place.y());
   if (place.z() < kLowest_m || place.z() > kHighest_m)
-    fail(ErrorKind::Input,
-         "fix {} (counted from 0) is {} m high; heights are {} to {} m: check the unit", index,
+    fail(ErrorKind::Input, "{} is {} m high; heights are {} to {} m: check the unit", name,
          place.z(), kLowest_m, kHighest_m);
 }
 
@@ -170,7 +171,7 @@ PlacedFixes place_fixes(const FixTable& table, const PlacingOptions& options,
     result.time_s = fix.time_s;
     result.speed_mps = fix.speed_mps;
     if (table.frame == FixFrame::Geodetic) {
-      check_geodetic(fix.place, i);
+      check_geodetic(fix, i);
       const auto height_m = heights.ellipsoidal_m(fix.place.x(), fix.place.y(), fix.place.z());
       if (!height_m) {
         ++placed.num_without_ground;

@@ -128,6 +128,7 @@ class SrtFixes final : public FixFormat {
       double start_s = 0.0;
       const std::string content = content_of(cue, where, start_s);
       Fix fix = fix_of(content, above, where);
+      fix.line = cue.line;
       const auto date = date_in(content, where);
       fix.time_s = date.value_or(start_s);
       num_dated += date ? 1 : 0;

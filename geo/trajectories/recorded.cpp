@@ -55,6 +55,17 @@ std::vector<Sample> sample_part(const SmoothPart& part, const Flattened& flatten
   }
 }
 
+/// What to say of a place outside the world that would be inside with its numbers exchanged.
+std::string exchange_hint(const Geodetic& place, const TrajectoryContext& context) {
+  if (std::abs(place.lon_deg) > 90.0) return "";
+  const Eigen::Vector3d exchanged_world =
+      context.frame.world_from_geodetic({place.lon_deg, place.lat_deg, place.height_m});
+  if (!context.is_inside(exchanged_world) ||
+      exchanged_world.norm() > context.frame.world_from_geodetic(place).norm())
+    return "";
+  return "; with latitude and longitude exchanged it would be inside: check their order";
+}
+
 class Recorded final : public TrajectoryKind {
  public:
   void describe(core::SchemaVisitor& visit) override {
@@ -104,7 +115,7 @@ class Recorded final : public TrajectoryKind {
     const std::size_t chosen = choose(stretches);
     if (context.log) tell(recording, stretches, chosen, *context.log);
     const Stretch& stretch = stretches[chosen];
-    refuse_if_unfit(stretch);
+    refuse_if_unfit(stretch, context);
     const SmoothPart& part = recording.parts[stretch.part];
     const std::optional<double> utc =
         recording.has_utc ? std::optional(recording.zero_s) : std::nullopt;
@@ -149,10 +160,14 @@ class Recorded final : public TrajectoryKind {
     std::vector<Stretch> stretches;
     for (std::size_t i = 0; i < recording.parts.size(); ++i)
       add_stretches(i, sample_part(recording.parts[i], flattened, context), stretches);
-    if (stretches.empty())
+    if (stretches.empty()) {
+      const Geodetic first = sample_part(recording.parts[0], flattened, context)[0].place;
       fail(ErrorKind::Input,
-           "{}: no part of the recording is inside the world and {} m above ground",
-           recording_.file.resolved.string(), min_agl_m_);
+           "{}: no part of the recording is inside the world and {} m above ground; it begins at "
+           "{}{}",
+           recording_.file.resolved.string(), min_agl_m_, text_of(first),
+           exchange_hint(first, context));
+    }
     return stretches;
   }
 
@@ -194,13 +209,13 @@ class Recorded final : public TrajectoryKind {
                                     stretches.begin());
   }
 
-  void refuse_if_unfit(const Stretch& stretch) const {
-    if (stretch.outside)
-      fail(ErrorKind::Input,
-           "the recording leaves the world's ground at t = {:.1f} s ({}); outside = \"clip\" takes "
-           "the "
-           "parts inside",
-           stretch.outside->time_s - stretch.begin_s, text_of(stretch.outside->place));
+  void refuse_if_unfit(const Stretch& stretch, const TrajectoryContext& context) const {
+    if (stretch.outside) {
+      const std::string hint = exchange_hint(stretch.outside->place, context);
+      fail(ErrorKind::Input, "the recording leaves the world's ground at t = {:.1f} s ({}){}",
+           stretch.outside->time_s - stretch.begin_s, text_of(stretch.outside->place),
+           hint.empty() ? "; outside = \"clip\" takes the parts inside" : hint);
+    }
     if (!stretch.lowest) return;
     const double agl_m = *stretch.lowest->agl_m;
     fail(ErrorKind::Input,

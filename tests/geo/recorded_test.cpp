@@ -323,6 +323,38 @@ TEST_F(RecordedFlight, PartsOutsideTheWorldOrTooLowAreClippedOrRefused) {
         50.0 - 0.01);
 }
 
+TEST_F(RecordedFlight, ExchangedLatitudeAndLongitudeAreTold) {
+  // The world reaches 0.5 degrees from latitude 42.5, longitude 1.5.
+  world_.ground = [](double lat_deg, double lon_deg) -> std::optional<double> {
+    if (std::abs(lat_deg - 42.5) > 0.5 || std::abs(lon_deg - 1.5) > 0.5) return std::nullopt;
+    return 1000.0;
+  };
+  const std::filesystem::path file = scratch_ / "geodetic.csv";
+  const auto told = [&](double lat_deg, double lon_deg, const std::string& more) {
+    std::ofstream csv(file);
+    csv << "time_s,latitude_deg,longitude_deg,height_m\n";
+    for (int i = 0; i < 100; ++i)
+      csv << fmt::format("{},{:.7f},{:.7f},2000\n", i, lat_deg + 1e-4 * i, lon_deg);
+    csv.close();
+    return message_of(core::ErrorKind::Input, [&] {
+      test::trajectory_from(fmt::format("kind = \"recorded\"\nfile = \"{}\"\nformat = \"csv\"\n"
+                                        "above = \"ellipsoid\"\n{}",
+                                        file.string(), more),
+                            world_);
+    });
+  };
+  for (const char* more : {"", "outside = \"clip\"\n"}) {
+    const std::string exchanged = told(1.5, 42.5, more);
+    EXPECT_NE(exchanged.find("with latitude and longitude exchanged"), std::string::npos)
+        << exchanged;
+    const std::string far_off = told(52.5, 1.5, more);
+    EXPECT_EQ(far_off.find("exchanged"), std::string::npos) << far_off;
+  }
+  const std::string beyond_the_pole = told(142.5, 42.5, "");
+  EXPECT_NE(beyond_the_pole.find("the fix of line 2 lies at latitude 142.5"), std::string::npos)
+      << beyond_the_pole;
+}
+
 TEST_F(RecordedFlight, CanBeFlownAtASpeedOfItsOwn) {
   std::vector<Row> rows = weaving_rows(100.0, 1.0);
   for (Row& row : rows) row.time_s = 7.0;  // no times worth the name
