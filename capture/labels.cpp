@@ -9,14 +9,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// The two centres are subtracted first: both lie up to 50 km from the world's origin, and what
-/// they have in common would cost the digits of their difference.
-geo::Rigid3d to_from(const geo::Rigid3d& world_from_to, const geo::Rigid3d& world_from_from) {
-  const Eigen::Quaterniond to_from_world = world_from_to.rotation.conjugate();
-  return {(to_from_world * world_from_from.rotation).normalized(),
-          to_from_world * (world_from_from.translation - world_from_to.translation)};
-}
-
 std::optional<Vector2d> moved(const CameraView& from, const geo::CameraModel& to,
                               const geo::Rigid3d& to_from_from, const Vector2d& pixel,
                               double range_m) {
@@ -30,6 +22,16 @@ std::optional<Vector2d> moved(const CameraView& from, const geo::CameraModel& to
 }
 
 }  // namespace
+
+// The two centres are subtracted first: both lie up to 50 km from the world's origin, and what they have in
+// common would cost the digits of their difference.
+geo::Rigid3d to_from(const CameraView& to, const CameraView& from) {
+  const geo::Rigid3d& world_from_to = to.world_from_camera;
+  const geo::Rigid3d& world_from_from = from.world_from_camera;
+  const Eigen::Quaterniond to_from_world = world_from_to.rotation.conjugate();
+  return {(to_from_world * world_from_from.rotation).normalized(),
+          to_from_world * (world_from_from.translation - world_from_to.translation)};
+}
 
 double depth_from_range(const geo::CameraModel& model, const Vector2d& pixel, double range_m) {
   const Vector3d ray = model.ray_from_pixel(pixel);
@@ -48,8 +50,7 @@ std::optional<Vector2d> project(const CameraView& view, const Vector3d& point_wo
 
 std::optional<Vector2d> flow(const CameraView& from, const CameraView& to, const Vector2d& pixel,
                              double range_m) {
-  return moved(from, to.model, to_from(to.world_from_camera, from.world_from_camera), pixel,
-               range_m);
+  return moved(from, to.model, to_from(to, from), pixel, range_m);
 }
 
 core::ImageF depth_image(const geo::CameraModel& model, const core::ImageF& range_m) {
@@ -62,7 +63,7 @@ core::ImageF depth_image(const geo::CameraModel& model, const core::ImageF& rang
 }
 
 core::ImageF flow_image(const CameraView& from, const CameraView& to, const core::ImageF& range_m) {
-  const geo::Rigid3d to_from_from = to_from(to.world_from_camera, from.world_from_camera);
+  const geo::Rigid3d to_from_from = to_from(to, from);
   core::ImageF image(range_m.width(), range_m.height(), 2, std::numeric_limits<float>::quiet_NaN());
   for (int y = 0; y < range_m.height(); ++y) {
     for (int x = 0; x < range_m.width(); ++x) {

@@ -28,6 +28,9 @@ double depth_from_range(const geo::CameraModel& model, const Eigen::Vector2d& pi
 /// The point at a range along the ray through `pixel`.
 Eigen::Vector3d point_world(const CameraView& view, const Eigen::Vector2d& pixel, double range_m);
 
+/// The pose of one view in another's camera frame.
+geo::Rigid3d to_from(const CameraView& to, const CameraView& from);
+
 /// Where a world point stands in a view's image; nothing when it is behind the camera.
 std::optional<Eigen::Vector2d> project(const CameraView& view, const Eigen::Vector3d& point_world);
 

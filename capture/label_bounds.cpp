@@ -1,0 +1,158 @@
+#include "capture/label_bounds.h"
+
+#include <cmath>
+#include <limits>
+
+namespace terracast::capture {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// Half a step of double at 1.
+constexpr double kU = 0x1.0p-53;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// What follows counts roundings, as multiples of u; products of errors (u² and less) are covered by whole
+// numbers and inequalities that are never all met at once.
+
+/// By how much the square of a quaternion's length differs from 1, in u.
+double length_error(const Quaterniond& q) {
+  using Real = long double;
+  Real square = 0;
+  for (int i = 0; i < 4; ++i) square += Real(q.coeffs()[i]) * Real(q.coeffs()[i]);
+  constexpr double kOfItself = 0.01;  // long double has 11 bits more
+  return static_cast<double>(std::abs(square - 1)) / kU + kOfItself;
+}
+
+/// Errors of the entries of Quaterniond::toRotationMatrix, in u. Beside the diagonal a sum of two products, 2xy and
+/// 2wz; on it 1 less a sum of two squares. A quaternion whose square is 1 + e gives R + e (R - 1).
+Matrix3d rotation_error(const Quaterniond& q, const Matrix3d& rotation) {
+  const double lengths = length_error(q);
+  const auto beside = [&](int i, int j, double a, double b) {
+    return 2.0 * std::abs(a) + 2.0 * std::abs(b) + (1.0 + lengths) * std::abs(rotation(i, j));
+  };
+  const auto diagonal = [&](int i) {
+    return (2.0 + lengths) * (1.0 - rotation(i, i)) + std::abs(rotation(i, i));
+  };
+  const double xy = q.x() * q.y(), xz = q.x() * q.z(), yz = q.y() * q.z();
+  const double wx = q.w() * q.x(), wy = q.w() * q.y(), wz = q.w() * q.z();
+  Matrix3d error;
+  error << diagonal(0), beside(0, 1, xy, wz), beside(0, 2, xz, wy),  //
+      beside(1, 0, xy, wz), diagonal(1), beside(1, 2, yz, wx),       //
+      beside(2, 0, xz, wy), beside(2, 1, yz, wx), diagonal(2);
+  return error;
+}
+
+/// The first two coordinates of a pixel's ray: a difference and a quotient. The third is 1.
+constexpr double kRay = 2.0;
+/// A row of a matrix times a vector: product and two sums.
+constexpr double kRow = 3.0;
+/// Length of a vector (squares, sums, root) and its product with t, or the quotient by it.
+constexpr double kLength = 4.0;
+/// t: the quotient; and where a walk was clamped, the lines of the grid (3) and the clearance there (2).
+constexpr double kQuotient = 6.0;
+/// A point of a kept range: length, quotient, product, ray.
+constexpr double kPoint = kLength + 2.0 + kRay;
+
+}  // namespace
+
+double float_rounding(double value) {
+  if (!std::isfinite(value) || value == 0.0) return 0.0;
+  constexpr int kFractionBits = 24;
+  constexpr int kLeastExponent = -125;  // of normal floats, as frexp counts
+  int exponent = 0;
+  std::frexp(value, &exponent);
+  return std::ldexp(0.5, std::max(exponent, kLeastExponent) - kFractionBits);
+}
+
+DepthBounds::DepthBounds(const CameraView& view)
+    : model_(view.model),
+      rotation_(view.world_from_camera.rotation.toRotationMatrix()),
+      rotation_error_(rotation_error(view.world_from_camera.rotation, rotation_)) {}
+
+// The ray's clearance above the plane is a + b t with, about the triangle's vertex v and the tile's centre c,
+//   a = (o_z - c_z) - (v_z - c_z) - s_x (o_x - v_x) - s_y (o_y - v_y),   b = d_z - s_x d_x - s_y d_y
+// and t = -a / b. With errors e_a and e_b, t errs by (e_a + |t| e_b) / |b| and its own rounding. The weights
+// below are how often a term, and what it is part of, is rounded (world/triangle_plane.h, terrain_walk.cpp).
+double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
+                                  const Vector3d& normal_world, const TileScale& tile) const {
+  const Vector3d ray = model_.ray_from_pixel(pixel);
+  const double length = ray.norm();
+  const Vector3d direction = rotation_ * ray;
+  const Matrix3d magnitudes = rotation_.cwiseAbs();
+  const Vector3d ray_x_y(std::abs(ray.x()), std::abs(ray.y()), 0.0);
+  const Vector3d direction_error = rotation_error_ * ray.cwiseAbs() +
+                                   kRow * (magnitudes * ray.cwiseAbs()) +
+                                   kRay * (magnitudes * ray_x_y);
+
+  const double slope_x = std::abs(normal_world.x() / normal_world.z());
+  const double slope_y = std::abs(normal_world.y() / normal_world.z());
+  // The slopes come through floats: so much of the closing rate is not known.
+  constexpr double kSlopeRounding = 0x1.0p-22;
+  const double steep = 1.0 + slope_x + slope_y;
+  const double rate = std::abs(normal_world.dot(direction) / normal_world.z()) -
+                      kSlopeRounding * steep * steep * length;
+  if (!(rate > 0.0)) return kInfinity;
+
+  const double t = range_m / length;
+  const Vector3d way = t * direction.cwiseAbs();
+  const double clearance_error = 4.0 * (way.z() + tile.reach_m) + 3.0 * tile.reach_m +
+                                 5.0 * slope_x * (way.x() + tile.spacing_m) +
+                                 4.0 * slope_y * (way.y() + tile.spacing_m);
+  const double rate_error = 2.0 * way.z() + 3.0 * slope_x * way.x() + 2.0 * slope_y * way.y();
+  const double aim_error =
+      t * (direction_error.z() + slope_x * direction_error.x() + slope_y * direction_error.y());
+  const double t_error = kU * (clearance_error + rate_error + aim_error) / rate;
+  const double stretch_error = t * direction.cwiseAbs().dot(direction_error) / length;
+  return length * t_error + kU * ((kQuotient + kLength) * range_m + stretch_error);
+}
+
+LabelError DepthBounds::depth_error_m(const Vector2d& pixel, double range_m,
+                                      double range_error_m) const {
+  const Vector3d ray = model_.ray_from_pixel(pixel);
+  const double along = ray.z() / ray.norm();
+  return {.arithmetic = along * (range_error_m + kU * range_m * kPoint),
+          .rounding = along * float_rounding(range_m)};
+}
+
+FlowBounds::FlowBounds(const CameraView& from, const CameraView& to)
+    : from_(from),
+      to_(to),
+      to_from_from_(to_from(to, from)),
+      length_error_(std::max(length_error(to_from_from_.rotation),
+                             length_error(to.world_from_camera.rotation))) {}
+
+std::optional<LabelError> FlowBounds::flow_error_px(const Vector2d& pixel, double range_m,
+                                                    double range_error_m) const {
+  const bool is_sky = std::isinf(range_m);
+  const Vector3d ray = from_.model.ray_from_pixel(pixel).normalized();
+  const Vector3d along = to_from_from_.rotation * ray;
+  const Vector3d point_to = is_sky ? along : Vector3d(along * range_m + to_from_from_.translation);
+  const std::optional<Vector2d> target = to_.model.pixel_from_ray(point_to);
+  if (!target) return std::nullopt;
+
+  // A component of the product of two quaternions errs by 4 u, so all four by 8 u, and the rotation by twice
+  // that; the product with a vector takes 8 more, and the lengths count twice.
+  const double turn_error = 24.0 + 2.0 * length_error_;
+  const double reach = is_sky ? 1.0 : range_m + to_from_from_.translation.norm() + point_to.norm();
+  const double point_error = kU * reach * (turn_error + kPoint);
+  const double moved = is_sky ? 0.0 : range_error_m;
+  const double rounded = is_sky ? 0.0 : float_rounding(range_m);
+  // The projection is a quotient by depth: over a shift e at depth z its slope grows by (1 - e / z)^-2.
+  const double share = (point_error + moved + rounded) / point_to.z();
+  if (!(share < 0.5)) return LabelError{.arithmetic = kInfinity, .rounding = kInfinity};
+  const double growth = 1.0 / ((1.0 - share) * (1.0 - share));
+  const Eigen::Matrix<double, 2, 3> jacobian = growth * to_.model.pixel_jacobian(point_to);
+  const double by_range = (jacobian * along).norm();
+  const double by_point = jacobian.norm();
+  // The projection's quotient, product and sum, and the difference from the pixel.
+  const double size = std::hypot(to_.model.width_px(), to_.model.height_px());
+  const double projection = kU * (3.0 * (*target).norm() + 2.0 * size + (*target - pixel).norm());
+  return LabelError{.arithmetic = by_range * moved + by_point * point_error + projection,
+                    .rounding = by_range * rounded};
+}
+
+}  // namespace terracast::capture

@@ -1,0 +1,76 @@
+#pragma once
+
+#include "capture/labels.h"
+
+/// Bounds on the error of labels, by running error analysis (Higham, Accuracy and Stability of
+/// Numerical Algorithms, 2002, section 3.3): each operation in double adds half a step of its
+/// result, u = 2^-53, to what its operands err by. The truth is what exact arithmetic makes of the
+/// same doubles: intrinsics, camera poses (a quaternion stands for the rotation v -> q v q^-1, whatever
+/// its length), heights of the tiles.
+///
+/// accuracy   never below the error, and the largest of a frame less than 100 times the frame's largest
+///            error: LabelBounds tests, against 113-bit arithmetic
+/// threads    safe
+namespace terracast::capture {
+
+/// What a label may err by.
+struct LabelError {
+  double arithmetic = 0.0;  ///< in doubles, from pixel to label
+  double rounding = 0.0;    ///< because the capture keeps ranges as float32; the exported format's
+                            ///< own rounding comes on top
+};
+
+/// Of the tile that a ray meets.
+struct TileScale {
+  double spacing_m = 0.0;  ///< between samples
+  double reach_m = 0.0;    ///< largest height of the surface above or below the tile's centre
+};
+
+/// Errors of one view's ranges and depths.
+class DepthBounds {
+ public:
+  explicit DepthBounds(const CameraView& view);
+
+  /// By how much a traced range may differ from the exact crossing of the pixel's ray and the
+  /// triangle's plane, m, before it is rounded to float32; +inf where the ray is so nearly in the plane
+  /// that floats do not tell.
+  /// range_m        as traced or as kept, not sky
+  /// normal_world   of the triangle, unit, upward; float32 will do
+  double range_error_m(const Eigen::Vector2d& pixel, double range_m,
+                       const Eigen::Vector3d& normal_world, const TileScale& tile) const;
+
+  /// Of depth_from_range of a kept range, m.
+  /// range_m         as kept, not sky
+  /// range_error_m   of the traced range
+  LabelError depth_error_m(const Eigen::Vector2d& pixel, double range_m,
+                           double range_error_m) const;
+
+ private:
+  const geo::CameraModel& model_;
+  Eigen::Matrix3d rotation_;
+  Eigen::Matrix3d rotation_error_;  ///< of each entry, in u
+};
+
+/// Errors of flow() from one view to another.
+class FlowBounds {
+ public:
+  FlowBounds(const CameraView& from, const CameraView& to);
+
+  /// Of the vector, px.
+  /// range_m         as kept; +inf: sky
+  /// range_error_m   of the traced range
+  /// returns         nothing where there is no flow
+  std::optional<LabelError> flow_error_px(const Eigen::Vector2d& pixel, double range_m,
+                                          double range_error_m) const;
+
+ private:
+  CameraView from_;
+  CameraView to_;
+  geo::Rigid3d to_from_from_;
+  double length_error_ = 0.0;  ///< by how much its quaternion's square differs from 1, in u
+};
+
+/// The most that rounding a value to float32 changes it.
+double float_rounding(double value);
+
+}  // namespace terracast::capture
