@@ -48,8 +48,6 @@ Matrix3d rotation_error(const Quaterniond& q, const Matrix3d& rotation) {
 
 /// The first two coordinates of a pixel's ray: a difference and a quotient. The third is 1.
 constexpr double kRay = 2.0;
-/// A row of a matrix times a vector: product and two sums.
-constexpr double kRow = 3.0;
 /// Length of a vector (squares, sums, root) and its product with t, or the quotient by it.
 constexpr double kLength = 4.0;
 /// t: the quotient; and where a walk was clamped, the lines of the grid (3) and the clearance there (2).
@@ -70,42 +68,50 @@ double float_rounding(double value) {
 
 DepthBounds::DepthBounds(const CameraView& view)
     : model_(view.model),
+      origin_z_world_(view.world_from_camera.translation.z()),
       rotation_(view.world_from_camera.rotation.toRotationMatrix()),
       rotation_error_(rotation_error(view.world_from_camera.rotation, rotation_)) {}
 
 // The ray's clearance above the plane is a + b t with, about the triangle's vertex v and the tile's centre c,
 //   a = (o_z - c_z) - (v_z - c_z) - s_x (o_x - v_x) - s_y (o_y - v_y),   b = d_z - s_x d_x - s_y d_y
-// and t = -a / b. With errors e_a and e_b, t errs by (e_a + |t| e_b) / |b| and its own rounding. The weights
-// below are how often a term, and what it is part of, is rounded (world/triangle_plane.h, terrain_walk.cpp).
+// and t = -a / b (world/triangle_plane.h). With errors e_a and e_b, t errs by (e_a + |t| e_b) / |b| and its own
+// rounding. Each product and each sum, in this order, is rounded once; a difference o - v twice, in metres and in
+// cells. v is within a cell of the hit, where the clearance is 0: so a = -b t, and partial sums are what is still
+// to be subtracted.
 double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
                                   const Vector3d& normal_world, const TileScale& tile) const {
   const Vector3d ray = model_.ray_from_pixel(pixel);
   const double length = ray.norm();
-  const Vector3d direction = rotation_ * ray;
-  const Matrix3d magnitudes = rotation_.cwiseAbs();
-  const Vector3d ray_x_y(std::abs(ray.x()), std::abs(ray.y()), 0.0);
+  const double t = range_m / length;
+
+  // Products of a row with the ray (the third is one with 1, exact), their first sum and their second.
+  const Vector3d by_x = rotation_.col(0) * ray.x(), by_y = rotation_.col(1) * ray.y();
+  const Vector3d direction = by_x + by_y + rotation_.col(2) * ray.z();
   const Vector3d direction_error = rotation_error_ * ray.cwiseAbs() +
-                                   kRow * (magnitudes * ray.cwiseAbs()) +
-                                   kRay * (magnitudes * ray_x_y);
+                                   (1.0 + kRay) * (by_x.cwiseAbs() + by_y.cwiseAbs()) +
+                                   (by_x + by_y).cwiseAbs() + direction.cwiseAbs();
 
   const double slope_x = std::abs(normal_world.x() / normal_world.z());
   const double slope_y = std::abs(normal_world.y() / normal_world.z());
   // The slopes come through floats: so much of the closing rate is not known.
   constexpr double kSlopeRounding = 0x1.0p-22;
   const double steep = 1.0 + slope_x + slope_y;
-  const double rate = std::abs(normal_world.dot(direction) / normal_world.z()) -
-                      kSlopeRounding * steep * steep * length;
-  if (!(rate > 0.0)) return kInfinity;
+  const double rate = std::abs(normal_world.dot(direction) / normal_world.z());
+  const double least_rate = rate - kSlopeRounding * steep * steep * length;
+  if (!(least_rate > 0.0)) return kInfinity;
 
-  const double t = range_m / length;
   const Vector3d way = t * direction.cwiseAbs();
-  const double clearance_error = 4.0 * (way.z() + tile.reach_m) + 3.0 * tile.reach_m +
-                                 5.0 * slope_x * (way.x() + tile.spacing_m) +
-                                 4.0 * slope_y * (way.y() + tile.spacing_m);
-  const double rate_error = 2.0 * way.z() + 3.0 * slope_x * way.x() + 2.0 * slope_y * way.y();
+  const double clearance = t * rate;
+  const double fall_x = slope_x * (way.x() + tile.spacing_m);
+  const double fall_y = slope_y * (way.y() + tile.spacing_m);
+  const double cell = (slope_x + slope_y) * tile.spacing_m;
+  const double clearance_error = std::abs(origin_z_world_ - tile.center_z_world) +
+                                 (way.z() + cell) + (clearance + fall_y) + clearance +
+                                 3.0 * (fall_x + fall_y);
+  const double rate_error = fall_x + fall_y + (clearance + fall_y) + clearance;
   const double aim_error =
       t * (direction_error.z() + slope_x * direction_error.x() + slope_y * direction_error.y());
-  const double t_error = kU * (clearance_error + rate_error + aim_error) / rate;
+  const double t_error = kU * (clearance_error + rate_error + aim_error) / least_rate;
   const double stretch_error = t * direction.cwiseAbs().dot(direction_error) / length;
   return length * t_error + kU * ((kQuotient + kLength) * range_m + stretch_error);
 }

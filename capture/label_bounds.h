@@ -20,10 +20,10 @@ struct LabelError {
                             ///< own rounding comes on top
 };
 
-/// Of the tile that a ray meets.
+/// The tile that a ray meets.
 struct TileScale {
-  double spacing_m = 0.0;  ///< between samples
-  double reach_m = 0.0;    ///< largest height of the surface above or below the tile's centre
+  double spacing_m = 0.0;       ///< between samples
+  double center_z_world = 0.0;  ///< what its heights count from
 };
 
 /// Errors of one view's ranges and depths.
@@ -47,6 +47,7 @@ class DepthBounds {
 
  private:
   const geo::CameraModel& model_;
+  double origin_z_world_;
   Eigen::Matrix3d rotation_;
   Eigen::Matrix3d rotation_error_;  ///< of each entry, in u
 };

@@ -129,12 +129,9 @@ std::vector<geo::BodyState> scattered_pairs(int num_pairs, double half_size_m) {
 std::vector<capture::TileScale> scales_of(const world::TileStore& store,
                                           const std::vector<world::CutTile>& cut) {
   std::vector<capture::TileScale> scales;
-  for (const world::CutTile& leaf : cut) {
-    const world::Tile tile = store.load(leaf.id);
-    scales.push_back({.spacing_m = leaf.id.spacing_m(),
-                      .reach_m = std::max(tile.highest_z_world() - tile.center_z_m,
-                                          tile.center_z_m - tile.lowest_z_world())});
-  }
+  for (const world::CutTile& leaf : cut)
+    scales.push_back(
+        {.spacing_m = leaf.id.spacing_m(), .center_z_world = store.load(leaf.id).center_z_m});
   return scales;
 }
 
