@@ -26,6 +26,8 @@ std::span<const ChannelInfo> channels();
 inline constexpr float kSkyRange_m = std::numeric_limits<float>::infinity();
 /// Primitive and instance of a sky pixel.
 inline constexpr std::uint32_t kNoPrimitive = 0xffffffffu;
+/// The tile's index stands above this bit of a primitive id.
+inline constexpr int kPrimitiveTileShift = 17;
 
 /// Bits of the channel `flags`. Visibility is that of the exact hit point, by a ray.
 enum FactFlag : std::uint32_t {

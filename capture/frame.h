@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/label_bounds.h"
 #include "core/image.h"
 #include "geo/camera_model.h"
 #include "geo/geodesy.h"
@@ -51,6 +52,7 @@ struct CameraRecord {
   std::int64_t num_sky = 0;  ///< pixels
   std::int64_t num_outside = 0;
   std::int64_t num_edge = 0;
+  LabelBounds bounds;  ///< what depth and flow that follow from the facts err by
   std::vector<std::int64_t>
       visible_tracks;  ///< ids of the track points that this camera sees, ascending
   bool operator==(const CameraRecord&) const = default;

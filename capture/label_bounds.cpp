@@ -1,7 +1,14 @@
 #include "capture/label_bounds.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
+
+#include "capture/channel.h"
+#include "capture/frame.h"
+#include "core/error.h"
+#include "core/parallel.h"
 
 namespace terracast::capture {
 namespace {
@@ -105,9 +112,10 @@ double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
   const double fall_x = slope_x * (way.x() + tile.spacing_m);
   const double fall_y = slope_y * (way.y() + tile.spacing_m);
   const double cell = (slope_x + slope_y) * tile.spacing_m;
-  const double clearance_error = std::abs(origin_z_world_ - tile.center_z_world) +
-                                 (way.z() + cell) + (clearance + fall_y) + clearance +
-                                 3.0 * (fall_x + fall_y);
+  const double from_center = std::max(std::abs(origin_z_world_ - tile.lowest_z_world),
+                                      std::abs(origin_z_world_ - tile.highest_z_world));
+  const double clearance_error =
+      from_center + (way.z() + cell) + (clearance + fall_y) + clearance + 3.0 * (fall_x + fall_y);
   const double rate_error = fall_x + fall_y + (clearance + fall_y) + clearance;
   const double aim_error =
       t * (direction_error.z() + slope_x * direction_error.x() + slope_y * direction_error.y());
@@ -121,7 +129,7 @@ LabelError DepthBounds::depth_error_m(const Vector2d& pixel, double range_m,
   const Vector3d ray = model_.ray_from_pixel(pixel);
   const double along = ray.z() / ray.norm();
   return {.arithmetic = along * (range_error_m + kU * range_m * kPoint),
-          .rounding = along * float_rounding(range_m)};
+          .rounding = along * float_rounding(range_m) + float_rounding(along * range_m)};
 }
 
 FlowBounds::FlowBounds(const CameraView& from, const CameraView& to)
@@ -138,7 +146,7 @@ std::optional<LabelError> FlowBounds::flow_error_px(const Vector2d& pixel, doubl
   const Vector3d along = to_from_from_.rotation * ray;
   const Vector3d point_to = is_sky ? along : Vector3d(along * range_m + to_from_from_.translation);
   const std::optional<Vector2d> target = to_.model.pixel_from_ray(point_to);
-  if (!target) return std::nullopt;
+  if (!target || !to_.model.contains(*target)) return std::nullopt;
 
   // A component of the product of two quaternions errs by 4 u, so all four by 8 u, and the rotation by twice
   // that; the product with a vector takes 8 more, and the lengths count twice.
@@ -157,8 +165,80 @@ std::optional<LabelError> FlowBounds::flow_error_px(const Vector2d& pixel, doubl
   // The projection's quotient, product and sum, and the difference from the pixel.
   const double size = std::hypot(to_.model.width_px(), to_.model.height_px());
   const double projection = kU * (3.0 * (*target).norm() + 2.0 * size + (*target - pixel).norm());
+  const Vector2d motion = *target - pixel;
+  const double kept = std::hypot(float_rounding(motion.x()), float_rounding(motion.y()));
   return LabelError{.arithmetic = by_range * moved + by_point * point_error + projection,
-                    .rounding = by_range * rounded};
+                    .rounding = by_range * rounded + kept};
+}
+
+namespace {
+
+void raise(std::optional<LabelError>& largest, const LabelError& error) {
+  if (!largest) largest = LabelError{};
+  largest->arithmetic = std::max(largest->arithmetic, error.arithmetic);
+  largest->rounding = std::max(largest->rounding, error.rounding);
+}
+
+bool is_unbounded(const std::optional<LabelError>& error) {
+  return error && std::isinf(error->arithmetic);
+}
+
+}  // namespace
+
+LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraView>& next,
+                             const std::optional<CameraView>& previous, const CameraFrame& facts,
+                             std::span<const TileScale> tiles) {
+  const DepthBounds depth(view);
+  std::optional<FlowBounds> to_next, to_previous;
+  if (next) to_next.emplace(view, *next);
+  if (previous) to_previous.emplace(view, *previous);
+
+  const auto add_pixel = [&](int x, int y, LabelBounds& bounds) {
+    if ((facts.flags(x, y) & kEdge) != 0) {
+      ++bounds.num_left_out;
+      return;
+    }
+    const Vector2d pixel = pixel_center(x, y);
+    const auto range_m = static_cast<double>(facts.range_m(x, y));
+    double range_error_m = 0.0;
+    if (!std::isinf(range_m)) {
+      const std::size_t tile = facts.primitive_id(x, y) >> kPrimitiveTileShift;
+      TERRACAST_CHECK(tile < tiles.size(), "tile {} of {}", tile, tiles.size());
+      const Vector3d normal(facts.normal_world(x, y, 0), facts.normal_world(x, y, 1),
+                            facts.normal_world(x, y, 2));
+      range_error_m = depth.range_error_m(pixel, range_m, normal, tiles[tile]);
+      if (std::isinf(range_error_m)) {
+        ++bounds.num_left_out;
+        return;
+      }
+    }
+    std::optional<LabelError> there, back;
+    if (to_next) there = to_next->flow_error_px(pixel, range_m, range_error_m);
+    if (to_previous) back = to_previous->flow_error_px(pixel, range_m, range_error_m);
+    if (is_unbounded(there) || is_unbounded(back)) {
+      ++bounds.num_left_out;
+      return;
+    }
+    if (!std::isinf(range_m))
+      raise(bounds.depth_m, depth.depth_error_m(pixel, range_m, range_error_m));
+    if (there) raise(bounds.flow_next_px, *there);
+    if (back) raise(bounds.flow_previous_px, *back);
+  };
+
+  const int width = facts.range_m.width(), height = facts.range_m.height();
+  std::vector<LabelBounds> rows(static_cast<std::size_t>(height));
+  core::parallel_for_blocks(height, 8, [&](std::int64_t begin, std::int64_t end) {
+    for (auto y = static_cast<int>(begin); y < end; ++y)
+      for (int x = 0; x < width; ++x) add_pixel(x, y, rows[static_cast<std::size_t>(y)]);
+  });
+  LabelBounds bounds;
+  for (const LabelBounds& row : rows) {
+    if (row.depth_m) raise(bounds.depth_m, *row.depth_m);
+    if (row.flow_next_px) raise(bounds.flow_next_px, *row.flow_next_px);
+    if (row.flow_previous_px) raise(bounds.flow_previous_px, *row.flow_previous_px);
+    bounds.num_left_out += row.num_left_out;
+  }
+  return bounds;
 }
 
 }  // namespace terracast::capture

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
+
 #include "capture/labels.h"
 
 /// Bounds on the error of labels, by running error analysis (Higham, Accuracy and Stability of
@@ -13,17 +16,21 @@
 /// threads    safe
 namespace terracast::capture {
 
+struct CameraFrame;
+
 /// What a label may err by.
 struct LabelError {
   double arithmetic = 0.0;  ///< in doubles, from pixel to label
-  double rounding = 0.0;    ///< because the capture keeps ranges as float32; the exported format's
-                            ///< own rounding comes on top
+  /// The capture keeps ranges as float32, and labels are kept as float32 again.
+  double rounding = 0.0;
+  bool operator==(const LabelError&) const = default;
 };
 
 /// The tile that a ray meets.
 struct TileScale {
-  double spacing_m = 0.0;       ///< between samples
-  double center_z_world = 0.0;  ///< what its heights count from
+  double spacing_m = 0.0;  ///< between samples
+  double lowest_z_world = 0.0;
+  double highest_z_world = 0.0;
 };
 
 /// Errors of one view's ranges and depths.
@@ -60,7 +67,7 @@ class FlowBounds {
   /// Of the vector, px.
   /// range_m         as kept; +inf: sky
   /// range_error_m   of the traced range
-  /// returns         nothing where there is no flow
+  /// returns         nothing where the point does not come to lie in the image
   std::optional<LabelError> flow_error_px(const Eigen::Vector2d& pixel, double range_m,
                                           double range_error_m) const;
 
@@ -70,6 +77,25 @@ class FlowBounds {
   geo::Rigid3d to_from_from_;
   double length_error_ = 0.0;  ///< by how much its quaternion's square differs from 1, in u
 };
+
+/// What the labels of an image err by: the largest over its pixels.
+struct LabelBounds {
+  std::optional<LabelError> depth_m;  ///< nothing where no ground is seen
+  std::optional<LabelError>
+      flow_next_px;  ///< to the next frame, of points that come to lie in its image
+  std::optional<LabelError> flow_previous_px;  ///< the same to the previous frame
+  /// Pixels that are left out: those with the edge bit, and those whose ray grazes its triangle so that no
+  /// bound can be told.
+  std::int64_t num_left_out = 0;
+  bool operator==(const LabelBounds&) const = default;
+};
+
+/// Bounds of all labels that follow from a camera's facts. Parallel inside.
+/// view, next, previous   the camera at this frame and at those beside it, where there are such
+/// tiles                  by the tile index of primitive ids
+LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraView>& next,
+                             const std::optional<CameraView>& previous, const CameraFrame& facts,
+                             std::span<const TileScale> tiles);
 
 /// The most that rounding a value to float32 changes it.
 double float_rounding(double value);

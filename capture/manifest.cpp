@@ -134,6 +134,36 @@ CameraCalibration camera_from_json(const Json& json, const Source& source) {
           .body_from_rig = source.rigid(json.at("body_from_rig"), "body_from_rig")};
 }
 
+constexpr const char* kDepthBound = "depth_m";
+constexpr const char* kFlowNextBound = "flow_next_px";
+constexpr const char* kFlowPreviousBound = "flow_previous_px";
+
+Json json_from_bounds(const LabelBounds& bounds) {
+  Json json = Json::object();
+  const auto set = [&](const char* name, const std::optional<LabelError>& error) {
+    if (error)
+      json.set(
+          name,
+          Json::object().set("arithmetic", error->arithmetic).set("rounding", error->rounding));
+  };
+  set(kDepthBound, bounds.depth_m);
+  set(kFlowNextBound, bounds.flow_next_px);
+  set(kFlowPreviousBound, bounds.flow_previous_px);
+  return std::move(json.set("num_left_out", bounds.num_left_out));
+}
+
+LabelBounds bounds_from_json(const Json& json, const Source& source) {
+  const auto error = [&](const char* name) -> std::optional<LabelError> {
+    if (!json.has(name)) return std::nullopt;
+    return LabelError{.arithmetic = source.finite(json.at(name).at("arithmetic"), name),
+                      .rounding = source.finite(json.at(name).at("rounding"), name)};
+  };
+  return {.depth_m = error(kDepthBound),
+          .flow_next_px = error(kFlowNextBound),
+          .flow_previous_px = error(kFlowPreviousBound),
+          .num_left_out = json.at("num_left_out").integer()};
+}
+
 bool is_utc(const std::string& text) {
   static constexpr std::string_view kShape = "0000-00-00T00:00:00";
   if (text.size() <= kShape.size() || text.back() != 'Z') return false;
@@ -228,10 +258,15 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind
            color_path(camera, record.index), facts_path(camera, record.index));
     const std::int64_t num_pixels =
         std::int64_t{camera.intrinsics.width_px} * camera.intrinsics.height_px;
-    for (const std::int64_t count : {part.num_sky, part.num_outside, part.num_edge})
+    for (const std::int64_t count :
+         {part.num_sky, part.num_outside, part.num_edge, part.bounds.num_left_out})
       if (count < 0 || count > num_pixels)
         fail(kind, "{}: camera {}/{} counts {} of {} pixels", where, camera.rig, camera.name, count,
              num_pixels);
+    for (const auto& bound :
+         {part.bounds.depth_m, part.bounds.flow_next_px, part.bounds.flow_previous_px})
+      if (bound && !(bound->arithmetic >= 0.0 && bound->rounding >= 0.0))
+        fail(kind, "{}: bounds of camera {}/{} must be 0 or more", where, camera.rig, camera.name);
     for (std::size_t k = 1; k < part.visible_tracks.size(); ++k)
       if (part.visible_tracks[k - 1] >= part.visible_tracks[k])
         fail(kind, "{}: visible_tracks of camera {}/{} must ascend: {} comes before {}", where,
@@ -338,6 +373,7 @@ Json json_from_record(const FrameRecord& record) {
                      .set("num_sky", camera.num_sky)
                      .set("num_outside", camera.num_outside)
                      .set("num_edge", camera.num_edge)
+                     .set("bounds", json_from_bounds(camera.bounds))
                      .set("visible_tracks", std::move(visible)));
   }
   return header()
@@ -375,6 +411,7 @@ FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const s
     part.num_sky = camera.at("num_sky").integer();
     part.num_outside = camera.at("num_outside").integer();
     part.num_edge = camera.at("num_edge").integer();
+    part.bounds = bounds_from_json(camera.at("bounds"), source);
     const Json& visible = camera.at("visible_tracks");
     if (!visible.is_array()) fail(ErrorKind::Input, "{}: visible_tracks must be a list", file);
     part.visible_tracks.reserve(visible.size());

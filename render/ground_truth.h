@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "capture/channel.h"
 #include "capture/frame.h"
 #include "render/material.h"
 #include "render/views.h"
@@ -44,8 +45,9 @@ std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const Vi
 
 /// The id of a triangle in a capture. tile_index below 2^15 - 1.
 inline std::uint32_t primitive_id(const world::SurfaceHit& hit) {
-  return hit.tile_index << 17 | static_cast<std::uint32_t>(hit.cell_y) << 9 |
-         static_cast<std::uint32_t>(hit.cell_x) << 1 | static_cast<std::uint32_t>(hit.upper);
+  return hit.tile_index << capture::kPrimitiveTileShift |
+         static_cast<std::uint32_t>(hit.cell_y) << 9 | static_cast<std::uint32_t>(hit.cell_x) << 1 |
+         static_cast<std::uint32_t>(hit.upper);
 }
 /// Tiles that primitive ids can tell apart; one less than 2^15, for kNoPrimitive.
 inline constexpr std::size_t kMaxCutTiles = (std::size_t{1} << 15) - 1;

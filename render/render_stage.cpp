@@ -24,7 +24,7 @@ using core::ErrorKind;
 using core::fail;
 
 /// Part of every input hash: one more when the same inputs give other bytes.
-constexpr int kRenderVersion = 1;
+constexpr int kRenderVersion = 2;
 /// Cameras nearer to the ground than this stand in it for all that images can show.
 constexpr double kLeastClearance_m = 0.25;
 /// Camera images in work at once: enough for every thread to have one while others are encoded, few
@@ -140,6 +140,19 @@ std::vector<world::Viewpoint> viewpoints_of_frames(const ViewTable& views, int f
   return viewpoints;
 }
 
+std::vector<capture::TileScale> scales_of(const world::TileStore& store,
+                                          const std::vector<world::CutTile>& cut) {
+  std::vector<capture::TileScale> scales;
+  scales.reserve(cut.size());
+  for (const world::CutTile& tile : cut) {
+    const world::TileInfo& info = *store.find(tile.id);
+    scales.push_back({.spacing_m = tile.id.spacing_m(),
+                      .lowest_z_world = info.lowest_z_world,
+                      .highest_z_world = info.highest_z_world});
+  }
+  return scales;
+}
+
 /// One sequence being rendered.
 struct SequenceWork {
   const SequencePlan& plan;
@@ -148,6 +161,7 @@ struct SequenceWork {
   const capture::SequenceWriter& writer;
   const std::vector<capture::TrackPoint>& tracks;
   std::vector<Eigen::Vector3d> track_points_world;
+  std::vector<capture::TileScale> tiles;  ///< of the cut
   mutable ScratchPool<TruthFrame> truth_frames;
 
   capture::CameraRecord render_camera(int frame, int camera) const {
@@ -158,6 +172,7 @@ struct SequenceWork {
           renderer.truth(frame, camera, truth);
           truth.facts.color = renderer.color(frame, camera);
           capture::CameraRecord record = writer.write_camera(frame, camera, truth.facts);
+          record.bounds = bounds(frame, camera, truth.facts);
           const std::vector<std::uint8_t> is_visible =
               visible_in_view(query, renderer.views().at(frame, camera), track_points_world);
           for (std::size_t i = 0; i < is_visible.size(); ++i)
@@ -167,6 +182,18 @@ struct SequenceWork {
         fmt::format("rendering frame {}, camera {}/{}", frame,
                     plan.cameras[static_cast<std::size_t>(camera)].rig,
                     plan.cameras[static_cast<std::size_t>(camera)].name));
+  }
+
+  capture::LabelBounds bounds(int frame, int camera, const capture::CameraFrame& facts) const {
+    const auto view_at = [&](int at) -> std::optional<capture::CameraView> {
+      if (at < 0 || at >= renderer.views().num_frames()) return std::nullopt;
+      return capture::CameraView{
+          *renderer.views().at(at, camera).model,
+          plan.states[static_cast<std::size_t>(at)].world_from_body *
+              plan.cameras[static_cast<std::size_t>(camera)].body_from_camera()};
+    };
+    return capture::bounds_of_labels(*view_at(frame), view_at(frame + 1), view_at(frame - 1), facts,
+                                     tiles);
   }
 
   capture::FrameRecord start_record(int frame) const {
@@ -337,6 +364,7 @@ void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
                     .writer = writer,
                     .tracks = tracks,
                     .track_points_world = {},
+                    .tiles = scales_of(store, query.cut()),
                     .truth_frames = {}};
   for (const capture::TrackPoint& track : tracks)
     work.track_points_world.push_back(track.point_world);

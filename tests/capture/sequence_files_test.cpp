@@ -260,7 +260,7 @@ struct Forgery {
 // Hashes that fit do not make a value possible.
 TEST(SequenceFiles, ForgedValuesAreRefused) {
   const std::vector<Forgery> forgeries = {
-      {"sequence.json", "\"version\": 2", "\"version\": 1", {"version 1", "reads version 2"}},
+      {"sequence.json", "\"version\": 3", "\"version\": 1", {"version 1", "reads version 3"}},
       {"sequence.json", "terracast-capture", "other", {"not a file of"}},
       {"sequence.json", "\"rate_hz\"", "\"rate\"", {"no member \"rate_hz\""}},
       {"sequence.json", "\"rate_hz\": 10.0", "\"rate_hz\": -1", {"rate_hz = -1"}},
@@ -287,6 +287,11 @@ TEST(SequenceFiles, ForgedValuesAreRefused) {
        {"acceleration_world_mps2"}},
       {"frames/000000.json", "\"translation_m\": [2", "\"translation_m\": [1e999, 2", {"JSON"}},
       {"frames/000000.json", "\"num_sky\": ", "\"num_sky\": -7", {"counts"}},
+      {"frames/000000.json", "\"num_left_out\": ", "\"num_left_out\": -7", {"counts"}},
+      {"frames/000000.json",
+       "\"num_left_out\"",
+       "\"depth_m\": {\"arithmetic\": -1.0, \"rounding\": 0.0}, \"num_left_out\"",
+       {"bounds of camera", "0 or more"}},
       {"frames/000000.json", "\"visible_tracks\": [", "\"visible_tracks\": [9, 9, ", {"ascend"}},
       {"frames/000000.json", "\"visible_tracks\": [", "\"visible_tracks\": [1, ", {"track 1 "}},
       {"frames/000000.json", "\"bytes\": ", "\"bytes\": -", {"bytes"}},
