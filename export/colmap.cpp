@@ -21,6 +21,7 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "core/registry.h"
+#include "export/additions.h"
 #include "export/cameras.h"
 #include "export/colmap_model.h"
 #include "export/dataset_writer.h"
@@ -239,9 +240,7 @@ class ColmapExporter final : public Exporter {
     core::Json list = core::Json::array();
     for (const capture::SequenceReader& sequence : sequences)
       list.push(write_sequence(sequence, writer, context));
-    std::vector<std::string> additions = {
-        "dataset.json: this file",
-        "georeference.csv: every camera's place on WGS84 and its rotation there"};
+    std::vector<std::string> additions;
     if (has_depth_)
       additions.emplace_back(
           "depth/RIG/CAMERA/NNNNNN.npy: planar depth, float32 (height, width), metres, sky 0");
@@ -299,8 +298,7 @@ class ColmapExporter final : public Exporter {
     writer.write(path + "/database.db", colmap_database(model));
     writer.write(path + "/rig_config.json", colmap_rig_config(model));
     writer.write(path + "/georegistration.txt", colmap_georegistration(model));
-    const std::string georeference = path + "/georeference.csv";
-    writer.write(georeference, georeference_csv(sequence, exported));
+    write_additions(writer, path, sequence, exported);
 
     std::size_t num_observations = 0;
     for (const ColmapPoint& point : model.points) num_observations += point.track.size();
@@ -310,7 +308,7 @@ class ColmapExporter final : public Exporter {
                          static_cast<double>(std::max<std::size_t>(model.points.size(), 1)));
     if (model.points.empty())
       context.log.warn("{}: no track point is seen twice; the model has no points", path);
-    return describe_sequence(sequence, local, path, path, georeference, exported);
+    return describe_sequence(sequence, local, path, path, exported);
   }
 
   void write_image(const capture::SequenceReader& sequence, std::size_t image,

@@ -180,6 +180,11 @@ Json metadata(std::string_view format, std::string_view format_version, const st
         licences.push_back(licence);
   Json sentences = Json::object();
   for (const auto& [name, sentence] : conventions) sentences.set(name, sentence);
+  std::vector<std::string> all_additions = {
+      "dataset.json: this file",
+      "georeference.csv: every camera's place on WGS84 and its rotation there",
+      "bounds.csv: what depth and flow of every image may err by"};
+  all_additions.insert(all_additions.end(), additions.begin(), additions.end());
   const capture::SequenceInfo& info = sequences.front().info();
   return Json::object()
       .set("format", format)
@@ -190,7 +195,7 @@ Json metadata(std::string_view format, std::string_view format_version, const st
            Json::object().set("name", info.world_name).set("input_hash", info.world_input_hash))
       .set("licences", Json::array_of(licences))
       .set("conventions", std::move(sentences))
-      .set("additions", Json::array_of(additions));
+      .set("additions", Json::array_of(all_additions));
 }
 
 }  // namespace terracast::exporters

@@ -76,6 +76,7 @@ class DatasetWriter {
 
 /// What every dataset.json begins with.
 /// conventions   name and one sentence each
+/// additions     the format's own beside those of every dataset (additions.h)
 core::Json metadata(std::string_view format, std::string_view format_version,
                     const std::string& hash, const std::vector<capture::SequenceReader>& sequences,
                     const std::vector<std::pair<std::string, std::string>>& conventions,

@@ -54,7 +54,6 @@ std::string georeference_csv(const capture::SequenceReader& sequence,
 
 Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame& local,
                        const std::string& name, const std::string& path,
-                       const std::string& georeference,
                        const std::vector<ExportedCamera>& cameras) {
   Json list = Json::array();
   for (const ExportedCamera& exported : cameras) {
@@ -90,7 +89,8 @@ Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame
                          .set("lat_deg", local.origin.lat_deg)
                          .set("lon_deg", local.origin.lon_deg)
                          .set("height_m", local.origin.height_m))
-      .set("georeference", georeference)
+      .set("georeference", path + "/" + kGeoreferenceFile)
+      .set("bounds", path + "/" + kBoundsFile)
       .set("cameras", std::move(list));
 }
 

@@ -32,16 +32,19 @@ geo::Rigid3d local_from_camera(const LocalFrame& local, const capture::SequenceR
 /// The same rotation with w >= 0 and of unit length.
 Eigen::Quaterniond canonical(const Eigen::Quaterniond& rotation);
 
+/// Files of ours in a sequence's folder.
+inline constexpr const char* kGeoreferenceFile = "georeference.csv";
+inline constexpr const char* kBoundsFile = "bounds.csv";
+
 /// georeference.csv: one row for each frame and camera. The camera's centre on WGS84 and its
 /// rotation into the east-north-up of that very place.
 std::string georeference_csv(const capture::SequenceReader& sequence,
                              const std::vector<ExportedCamera>& cameras);
 
 /// A sequence's entry in dataset.json.
-/// name, path, georeference   as the format lays them out, relative to the dataset
+/// name, path   as the format lays them out; the path relative to the dataset
 core::Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame& local,
                              const std::string& name, const std::string& path,
-                             const std::string& georeference,
                              const std::vector<ExportedCamera>& cameras);
 
 }  // namespace terracast::exporters

@@ -20,6 +20,7 @@
 #include "core/image_io.h"
 #include "core/parallel.h"
 #include "core/progress.h"
+#include "export/additions.h"
 #include "export/cameras.h"
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
@@ -116,8 +117,6 @@ class KittiExporter final : public Exporter {
       list.push(write_sequence(sequences[i], name, paths.back(), writer, context, count));
     }
     std::vector<std::string> additions = {
-        "dataset.json: this file",
-        "georeference.csv: every camera's place on WGS84 and its rotation there",
         "depth_2/NNNNNN.npy: planar depth of camera 2, float32 (height, width), metres, sky 0"};
     const bool has_disparity = keep_disparity(count, paths, writer, context);
     if (has_disparity)
@@ -164,8 +163,7 @@ class KittiExporter final : public Exporter {
     writer.write(path + "/times.txt", times);
     writer.write(path + "/calib.txt",
                  calibration(cameras[static_cast<std::size_t>(left)], baseline_m));
-    const std::string georeference = path + "/georeference.csv";
-    writer.write(georeference, georeference_csv(sequence, exported));
+    write_additions(writer, path, sequence, exported);
 
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
     std::vector<DisparityCount> counts(static_cast<std::size_t>(num_frames));
@@ -182,7 +180,7 @@ class KittiExporter final : public Exporter {
       progress.advance();
     });
     for (const DisparityCount& count : counts) total.add(count);
-    return describe_sequence(sequence, local, name, path, georeference, exported);
+    return describe_sequence(sequence, local, name, path, exported);
   }
 
   static std::string calibration(const capture::CameraCalibration& camera, double baseline_m) {

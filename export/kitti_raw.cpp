@@ -19,6 +19,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/progress.h"
+#include "export/additions.h"
 #include "export/cameras.h"
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
@@ -146,8 +147,6 @@ class KittiRawExporter final : public Exporter {
 
   std::vector<std::string> additions() const {
     std::vector<std::string> list = {
-        "dataset.json: this file",
-        "georeference.csv: every camera's place on WGS84 and its rotation there",
         "poses.txt: image_00 of each frame to image_00 of the first, 3 x 4, as KITTI odometry has "
         "them"};
     if (depth_)
@@ -206,8 +205,7 @@ class KittiRawExporter final : public Exporter {
       writer.write(fmt::format("{}/{}/timestamps.txt", path, folder), times);
     writer.write(path + "/oxts/dataformat.txt", oxts_format());
     writer.write(path + "/poses.txt", relative_poses(sequence, local, left));
-    const std::string georeference = path + "/georeference.csv";
-    writer.write(georeference, georeference_csv(sequence, exported));
+    write_additions(writer, path, sequence, exported);
 
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
     core::Progress progress(context, "frames", num_frames);
@@ -223,7 +221,7 @@ class KittiRawExporter final : public Exporter {
                           [&] { return npy_bytes(depth_with_empty_sky(sequence, frame, left)); });
       progress.advance();
     });
-    return describe_sequence(sequence, local, name, path, georeference, exported);
+    return describe_sequence(sequence, local, name, path, exported);
   }
 
   std::string rig_ = "mcs4";

@@ -23,6 +23,7 @@
 #include "core/image_io.h"
 #include "core/parallel.h"
 #include "core/progress.h"
+#include "export/additions.h"
 #include "export/cameras.h"
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
@@ -210,8 +211,7 @@ class TartanAirExporter final : public Exporter {
                 "100 out of view, 200 over range."},
          {"segmentation", "Class index; names in seg_label_map.json."},
          {"imu", "None in this version."}},
-        {"dataset.json: this file",
-         "georeference.csv: every camera's place on WGS84 and its rotation there"});
+        {});
     description.set("sky_depth_m", static_cast<double>(static_cast<float>(sky_depth_m_)));
     description.set("sequences", std::move(list));
     writer.finish(std::move(description));
@@ -277,8 +277,7 @@ class TartanAirExporter final : public Exporter {
     for (const ExportedCamera& each : exported)
       writer.write(fmt::format("{}/pose_{}.txt", path, each.name),
                    ned_poses(sequence, local, each.camera_index));
-    const std::string georeference = path + "/georeference.csv";
-    writer.write(georeference, georeference_csv(sequence, exported));
+    write_additions(writer, path, sequence, exported);
 
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
     core::Progress progress(context, "frames", num_frames);
@@ -288,7 +287,7 @@ class TartanAirExporter final : public Exporter {
       if (frame + 1 < num_frames) write_flow(sequence, frame, exported[0], path, writer);
       progress.advance();
     });
-    return describe_sequence(sequence, local, name, path, georeference, exported);
+    return describe_sequence(sequence, local, name, path, exported);
   }
 
   void write_images(const capture::SequenceReader& sequence, int frame, const ExportedCamera& each,

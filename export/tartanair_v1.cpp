@@ -16,6 +16,7 @@
 #include "core/image_io.h"
 #include "core/parallel.h"
 #include "core/progress.h"
+#include "export/additions.h"
 #include "export/cameras.h"
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
@@ -95,9 +96,7 @@ class TartanAirV1Exporter final : public Exporter {
           "Left camera, pixels to the next frame, float32 (height, width, 2); mask 0 seen there by "
           "a ray, 1 occluded (of either kind) or sky, 100 out of view."},
          {"segmentation", "Class index, uint8 (height, width); names in seg_label_map.json."}},
-        {"dataset.json: this file",
-         "georeference.csv: every camera's place on WGS84 and its rotation there",
-         "seg_label_map.json: names of the classes, as TartanAir V2 has them"});
+        {"seg_label_map.json: names of the classes, as TartanAir V2 has them"});
     description.set("sky_depth_m", static_cast<double>(static_cast<float>(sky_depth_m_)));
     description.set("sequences", std::move(list));
     writer.finish(std::move(description));
@@ -114,8 +113,7 @@ class TartanAirV1Exporter final : public Exporter {
     for (const ExportedCamera& each : exported)
       writer.write(fmt::format("{}/pose_{}.txt", path, each.name),
                    ned_poses(sequence, local, each.camera_index));
-    const std::string georeference = path + "/georeference.csv";
-    writer.write(georeference, georeference_csv(sequence, exported));
+    write_additions(writer, path, sequence, exported);
 
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
     core::Progress progress(context, "frames", num_frames);
@@ -126,7 +124,7 @@ class TartanAirV1Exporter final : public Exporter {
         write_flow(sequence, frame, exported[0].camera_index, path, writer);
       progress.advance();
     });
-    return describe_sequence(sequence, local, name, path, georeference, exported);
+    return describe_sequence(sequence, local, name, path, exported);
   }
 
   void write_images(const capture::SequenceReader& sequence, int frame, const ExportedCamera& each,

@@ -5,6 +5,7 @@
 
 // One line a check, alphabetical; the file is checks/<name>.cpp and defines make_<name>_check().
 #define TERRACAST_CHECKS(X)                                                                        \
+  X(bounds, "what bounds.csv says that depth and flow may err by, against the depths")             \
   X(calibration, "intrinsics and mounts of the format's files against dataset.json")               \
   X(colmap_model,                                                                                  \
     "COLMAP's sparse model: reprojection, tracks, rigs, text against binary, depth, colours")      \

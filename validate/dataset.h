@@ -26,6 +26,16 @@ struct Georeference {
   Eigen::Matrix3d enu_from_camera = Eigen::Matrix3d::Identity();  ///< ENU of that very place
 };
 
+/// A row of bounds.csv: what the depth and flow of an image are said to err by; NaN where it has none.
+struct StatedBounds {
+  double depth_error_mm = 0.0;     ///< of the arithmetic
+  double depth_rounding_mm = 0.0;  ///< of keeping it
+  double flow_error_px = 0.0;
+  double flow_rounding_px = 0.0;
+  std::int64_t num_left_out = 0;  ///< pixels at edges
+  std::int64_t num_pixels = 0;
+};
+
 /// Paths of one frame's files, relative to the dataset's root; empty where the format has none.
 struct FrameFiles {
   std::string color;
@@ -44,6 +54,7 @@ struct Camera {
   /// empty where it is missing.
   std::vector<std::optional<Pose>> local_from_camera;
   std::vector<std::optional<Georeference>> georeference;
+  std::vector<std::optional<StatedBounds>> bounds;
   std::vector<FrameFiles> files;
 };
 
@@ -121,7 +132,7 @@ class Reader {
 const Reader& find_reader(const std::string& format);
 std::vector<std::string> reader_names();
 
-/// Reads dataset.json, georeference.csv and the format's files.
+/// Reads dataset.json, georeference.csv, bounds.csv and the format's files.
 /// format  empty: what dataset.json says
 /// throws  Input: no dataset.json, or one that names no format that is known
 Dataset read_dataset(const std::filesystem::path& root, const std::string& format,

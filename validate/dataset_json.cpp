@@ -1,7 +1,6 @@
-#include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
+#include <limits>
+#include <span>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -68,43 +67,88 @@ Camera read_camera(const Json& json, int num_frames) {
   const auto count = static_cast<std::size_t>(num_frames);
   camera.local_from_camera.resize(count);
   camera.georeference.resize(count);
+  camera.bounds.resize(count);
   camera.files.resize(count);
   return camera;
 }
 
-void read_georeference(const Dataset& dataset, const std::string& path, Sequence& sequence,
-                       Findings& findings) {
+/// A table with a row for each frame and camera.
+/// header   its first line: frame,camera and the names of the numbers
+/// row      is given the camera, the frame, the cells after the first two, and where they stand
+/// has_row  whether the camera has that frame's row already
+template <class Row, class HasRow>
+void read_table(const Dataset& dataset, const std::string& path, const std::string& header,
+                Sequence& sequence, Findings& findings, const HasRow& has_row, const Row& row) {
   findings.attempt(path, [&] {
     const std::string text = core::read_text_file(dataset.root / path);
     const std::vector<TextLine> lines = split_lines(text);
-    if (lines.empty() ||
-        lines[0].text != "frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz")
-      fail(ErrorKind::Input,
-           "{}:1: another header than frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz",
-           path);
+    if (lines.empty() || lines[0].text != header)
+      fail(ErrorKind::Input, "{}:1: another header than {}", path, header);
+    const std::size_t num_columns = split_at(header, ',').size();
     for (std::size_t i = 1; i < lines.size(); ++i) {
       const std::string where = path + ":" + std::to_string(lines[i].number);
       const std::vector<std::string_view> parts = split_at(lines[i].text, ',');
-      if (parts.size() != 10) fail(ErrorKind::Input, "{}: {} columns, not 10", where, parts.size());
+      if (parts.size() != num_columns)
+        fail(ErrorKind::Input, "{}: {} columns, not {}", where, parts.size(), num_columns);
       const std::int64_t frame = parse_integer(parts[0], where);
       const int camera_index = sequence.camera_index(std::string(parts[1]));
       if (frame < 0 || frame >= sequence.num_frames || camera_index < 0)
         fail(ErrorKind::Input, "{}: frame {} of camera \"{}\" is not in the dataset", where, frame,
              parts[1].substr(0, 60));
-      double n[8];
-      for (std::size_t k = 0; k < 8; ++k) n[k] = parse_number(parts[k + 2], where);
-      auto& row = sequence.cameras[static_cast<std::size_t>(camera_index)]
-                      .georeference[static_cast<std::size_t>(frame)];
-      if (row)
+      Camera& camera = sequence.cameras[static_cast<std::size_t>(camera_index)];
+      if (has_row(camera, static_cast<std::size_t>(frame)))
         fail(ErrorKind::Input, "{}: frame {} of camera {} stands twice", where, frame, parts[1]);
-      row = Georeference{n[0], geodetic(n[1], n[2], n[3], where),
-                         rotation_wxyz(n[4], n[5], n[6], n[7], where)};
+      row(camera, static_cast<std::size_t>(frame), std::span(parts).subspan(2), where);
     }
     for (const Camera& camera : sequence.cameras)
-      for (std::size_t i = 0; i < camera.georeference.size(); ++i)
-        if (!camera.georeference[i])
+      for (std::size_t i = 0; i < static_cast<std::size_t>(sequence.num_frames); ++i)
+        if (!has_row(camera, i))
           findings.add(path, fmt::format("no row for frame {} of {}", i, camera.name));
   });
+}
+
+using Cells = std::span<const std::string_view>;
+
+void read_georeference(const Dataset& dataset, const std::string& path, Sequence& sequence,
+                       Findings& findings) {
+  read_table(
+      dataset, path, "frame,camera,time_s,lat_deg,lon_deg,height_m,qw,qx,qy,qz", sequence, findings,
+      [](const Camera& camera, std::size_t frame) {
+        return camera.georeference[frame].has_value();
+      },
+      [](Camera& camera, std::size_t frame, Cells cells, const std::string& where) {
+        double n[8];
+        for (std::size_t k = 0; k < 8; ++k) n[k] = parse_number(cells[k], where);
+        camera.georeference[frame] = Georeference{n[0], geodetic(n[1], n[2], n[3], where),
+                                                  rotation_wxyz(n[4], n[5], n[6], n[7], where)};
+      });
+}
+
+void read_bounds(const Dataset& dataset, const std::string& path, Sequence& sequence,
+                 Findings& findings) {
+  read_table(
+      dataset, path,
+      "frame,camera,depth_error_mm,depth_rounding_mm,flow_error_px,flow_rounding_px,left_out,"
+      "pixels",
+      sequence, findings,
+      [](const Camera& camera, std::size_t frame) { return camera.bounds[frame].has_value(); },
+      [](Camera& camera, std::size_t frame, Cells cells, const std::string& where) {
+        double n[4];
+        for (std::size_t k = 0; k < 4; ++k) {
+          n[k] = cells[k].empty() ? std::numeric_limits<double>::quiet_NaN()
+                                  : parse_number(cells[k], where);
+          if (n[k] < 0.0) fail(ErrorKind::Input, "{}: a bound of {}", where, n[k]);
+        }
+        const StatedBounds bounds{
+            n[0], n[1], n[2], n[3], parse_integer(cells[4], where), parse_integer(cells[5], where)};
+        const std::int64_t num_pixels =
+            std::int64_t{camera.stated->width_px} * camera.stated->height_px;
+        if (bounds.num_pixels != num_pixels || bounds.num_left_out < 0 ||
+            bounds.num_left_out > num_pixels)
+          fail(ErrorKind::Input, "{}: {} of {} pixels left out, of an image of {}", where,
+               bounds.num_left_out, bounds.num_pixels, num_pixels);
+        camera.bounds[frame] = bounds;
+      });
 }
 
 void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
@@ -135,10 +179,14 @@ void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
       fail(ErrorKind::Input, "dataset.json: camera {} stands twice", camera.name);
     sequence.cameras.push_back(std::move(camera));
   }
-  const std::string georeference = json.at("georeference").string();
-  if (!is_safe_relative_path(georeference))
-    fail(ErrorKind::Input, "dataset.json: the path \"{}\" leaves the dataset", georeference);
-  read_georeference(dataset, georeference, sequence, findings);
+  const auto addition = [&](const char* name) {
+    const std::string path = json.at(name).string();
+    if (!is_safe_relative_path(path))
+      fail(ErrorKind::Input, "dataset.json: the path \"{}\" leaves the dataset", path);
+    return path;
+  };
+  read_georeference(dataset, addition("georeference"), sequence, findings);
+  if (json.has("bounds")) read_bounds(dataset, addition("bounds"), sequence, findings);
   find_reader(dataset.format).read(dataset, sequence, findings);
   for (const Camera& camera : sequence.cameras)
     if (!camera.intrinsics.is_sound())

@@ -117,6 +117,7 @@ TEST(SequenceFiles, WhatIsWrittenIsRead) {
       for (const float range_m : truth.range_m.data()) num_sky += std::isinf(range_m) ? 1 : 0;
       EXPECT_EQ(record.cameras[k].num_sky, num_sky);
       EXPECT_EQ(record.cameras[k].num_edge, 0);
+      EXPECT_EQ(record.cameras[k].bounds, test::tiny_bounds(record.index, static_cast<int>(k)));
     }
   }
   const CameraFrame color_only = reader.read_camera(0, 0, SequenceReader::kColor);
@@ -139,6 +140,7 @@ TEST(SequenceFiles, RepeatsGiveTheSameBytesWhateverTheOrder) {
       const auto tracks = record.cameras[k].visible_tracks;
       record.cameras[k] = writer.write_camera(frame, k, test::tiny_frame(kSmall, info, frame, k));
       record.cameras[k].visible_tracks = tracks;
+      record.cameras[k].bounds = test::tiny_bounds(frame, k);
     }
     writer.finish_frame(record);
     EXPECT_TRUE(writer.has_frame(frame));
@@ -288,10 +290,7 @@ TEST(SequenceFiles, ForgedValuesAreRefused) {
       {"frames/000000.json", "\"translation_m\": [2", "\"translation_m\": [1e999, 2", {"JSON"}},
       {"frames/000000.json", "\"num_sky\": ", "\"num_sky\": -7", {"counts"}},
       {"frames/000000.json", "\"num_left_out\": ", "\"num_left_out\": -7", {"counts"}},
-      {"frames/000000.json",
-       "\"num_left_out\"",
-       "\"depth_m\": {\"arithmetic\": -1.0, \"rounding\": 0.0}, \"num_left_out\"",
-       {"bounds of camera", "0 or more"}},
+      {"frames/000000.json", "\"arithmetic\": ", "\"arithmetic\": -", {"bounds of", "0 or more"}},
       {"frames/000000.json", "\"visible_tracks\": [", "\"visible_tracks\": [9, 9, ", {"ascend"}},
       {"frames/000000.json", "\"visible_tracks\": [", "\"visible_tracks\": [1, ", {"track 1 "}},
       {"frames/000000.json", "\"bytes\": ", "\"bytes\": -", {"bytes"}},

@@ -145,6 +145,65 @@ TEST_F(ExporterLaws, GeoreferencesAreTheFlights) {
   }
 }
 
+/// Empty: NaN.
+std::vector<double> numbers_of(const std::string& line) {
+  std::vector<double> numbers;
+  std::istringstream cells(line);
+  for (std::string cell; std::getline(cells, cell, ',');)
+    numbers.push_back(cell.empty() ? std::nan("") : std::strtod(cell.c_str(), nullptr));
+  return numbers;
+}
+
+// Three digits, rounded up: no more than a per cent above, never below.
+TEST_F(ExporterLaws, BoundsAreThoseOfTheCapture) {
+  const capture::SequenceInfo info = tiny_sequence(kAll);
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    run_export(capture(), toml(name), *folder / "out");
+    const fs::path root = *folder / "out" / name;
+    const Json sequence = Json::read(root / "dataset.json").at("sequences").at(std::size_t{0});
+    std::map<std::string, int> indices;
+    for (std::size_t i = 0; i < sequence.at("cameras").size(); ++i) {
+      const Json& camera = sequence.at("cameras").at(i);
+      indices[camera.at("name").string()] =
+          info.camera_index(camera.at("rig").string(), camera.at("camera").string());
+    }
+    std::istringstream lines(slurp(root / sequence.at("bounds").string()));
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_EQ(line,
+              "frame,camera,depth_error_mm,depth_rounding_mm,flow_error_px,flow_rounding_px,"
+              "left_out,pixels");
+    std::size_t num_rows = 0;
+    while (std::getline(lines, line)) {
+      ++num_rows;
+      const std::size_t comma = line.find(','), next = line.find(',', comma + 1);
+      const int frame = std::atoi(line.c_str());
+      const int camera = indices.at(line.substr(comma + 1, next - comma - 1));
+      const std::vector<double> cells = numbers_of(line.substr(next + 1));
+      ASSERT_EQ(cells.size(), 6u) << line;
+      const capture::LabelBounds truth = tiny_bounds(frame, camera);
+      const auto expect_cell = [&](std::size_t i, double value) {
+        EXPECT_GE(cells[i], value) << line;
+        EXPECT_LE(cells[i], 1.01 * value) << line;
+      };
+      EXPECT_EQ(std::isnan(cells[0]), !truth.depth_m) << line;
+      if (truth.depth_m) {
+        expect_cell(0, 1e3 * truth.depth_m->arithmetic);
+        expect_cell(1, 1e3 * truth.depth_m->rounding);
+      }
+      // The larger of the two directions, figure by figure.
+      expect_cell(2, truth.flow_next_px->arithmetic);
+      expect_cell(3, truth.flow_previous_px ? truth.flow_previous_px->rounding
+                                            : truth.flow_next_px->rounding);
+      EXPECT_EQ(cells[4], static_cast<double>(truth.num_left_out));
+      const auto& image = info.cameras[static_cast<std::size_t>(camera)].intrinsics;
+      EXPECT_EQ(cells[5], static_cast<double>(image.width_px) * image.height_px);
+    }
+    EXPECT_EQ(num_rows, 2 * indices.size());
+  }
+}
+
 TEST_F(ExporterLaws, AFinishedDatasetIsKept) {
   for (const std::string& name : names()) {
     SCOPED_TRACE(name);

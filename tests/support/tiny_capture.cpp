@@ -120,6 +120,22 @@ Eigen::Vector3d tiny_color(const Eigen::Vector3d& point_world) {
           128.0 + 60.0 * std::sin((point_world.x() + point_world.y()) / 41.0 + 2.0)};
 }
 
+capture::LabelBounds tiny_bounds(int frame, int camera_index) {
+  const double scale = 1.0 + 0.137 * frame + 0.011 * camera_index;
+  capture::LabelBounds bounds;
+  // The second camera sees no ground.
+  if (camera_index != 1)
+    bounds.depth_m =
+        capture::LabelError{.arithmetic = 1.234567e-12 * scale, .rounding = 3.456789e-5 * scale};
+  bounds.flow_next_px =
+      capture::LabelError{.arithmetic = 2.2e-12 * scale, .rounding = 1.1e-6 * scale};
+  if (frame > 0)
+    bounds.flow_previous_px =
+        capture::LabelError{.arithmetic = 1.1e-12 * scale, .rounding = 2.2e-6 * scale};
+  bounds.num_left_out = frame + camera_index;
+  return bounds;
+}
+
 std::vector<capture::TrackPoint> tiny_tracks() {
   const TinyScene scene;
   std::vector<capture::TrackPoint> tracks;
@@ -262,6 +278,7 @@ std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_fo
         if (tiny_sees(camera, pose.inverse() * track.point_world) &&
             !scene.is_hidden(pose.translation, track.point_world))
           part.visible_tracks.push_back(track.id);
+      part.bounds = tiny_bounds(frame, k);
       record.cameras.push_back(std::move(part));
     }
     writer.finish_frame(record);

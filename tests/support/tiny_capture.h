@@ -95,6 +95,10 @@ bool tiny_sees(const capture::CameraCalibration& camera, const Eigen::Vector3d& 
 /// Smooth and of the place alone, so that a point has one colour in all images.
 Eigen::Vector3d tiny_color(const Eigen::Vector3d& point_world);
 
+/// What the record of a frame's camera says of bounds: made up, another of each; flow to the previous frame
+/// from the second frame on.
+capture::LabelBounds tiny_bounds(int frame, int camera_index);
+
 std::vector<capture::TrackPoint> tiny_tracks();
 
 capture::CameraFrame tiny_frame(const TinyCaptureOptions& options,

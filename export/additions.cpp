@@ -1,0 +1,58 @@
+#include "export/additions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace terracast::exporters {
+namespace {
+
+using capture::LabelError;
+
+/// The larger of two, figure by figure.
+std::optional<LabelError> larger(const std::optional<LabelError>& a,
+                                 const std::optional<LabelError>& b) {
+  if (!a || !b) return a ? a : b;
+  return LabelError{.arithmetic = std::max(a->arithmetic, b->arithmetic),
+                    .rounding = std::max(a->rounding, b->rounding)};
+}
+
+/// "3.1e-09,0.00024", or two empty cells. Three digits err by half a per cent: no figure is below its bound.
+std::string cells(const std::optional<LabelError>& error, double per_unit) {
+  if (!error) return ",";
+  constexpr double kUp = 1.005;
+  return fmt::format("{:.3g},{:.3g}", error->arithmetic * per_unit * kUp,
+                     error->rounding * per_unit * kUp);
+}
+
+}  // namespace
+
+std::string bounds_csv(const capture::SequenceReader& sequence,
+                       const std::vector<ExportedCamera>& cameras) {
+  constexpr double kMillimetres = 1e3;
+  std::string text =
+      "frame,camera,depth_error_mm,depth_rounding_mm,flow_error_px,flow_rounding_px,left_out,"
+      "pixels\n";
+  for (const capture::FrameRecord& record : sequence.frames()) {
+    for (const ExportedCamera& camera : cameras) {
+      const auto index = static_cast<std::size_t>(camera.camera_index);
+      const capture::LabelBounds& bounds = record.cameras[index].bounds;
+      const geo::CameraIntrinsics& image = sequence.info().cameras[index].intrinsics;
+      text += fmt::format("{},{},{},{},{},{}\n", record.index, camera.name,
+                          cells(bounds.depth_m, kMillimetres),
+                          cells(larger(bounds.flow_next_px, bounds.flow_previous_px), 1.0),
+                          bounds.num_left_out, std::int64_t{image.width_px} * image.height_px);
+    }
+  }
+  return text;
+}
+
+void write_additions(DatasetWriter& writer, const std::string& folder,
+                     const capture::SequenceReader& sequence,
+                     const std::vector<ExportedCamera>& cameras) {
+  writer.write(folder + "/" + kGeoreferenceFile, georeference_csv(sequence, cameras));
+  writer.write(folder + "/" + kBoundsFile, bounds_csv(sequence, cameras));
+}
+
+}  // namespace terracast::exporters

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "capture/frame_reader.h"
+#include "export/dataset_writer.h"
+#include "export/georeference.h"
+
+/// Files that no format has of its own, and every dataset of ours: in the folder of each sequence.
+namespace terracast::exporters {
+
+/// bounds.csv: one row for each frame and camera, what depth and flow may err by. `…_error` is of the
+/// arithmetic from pixel to label, `…_rounding` of keeping ranges and labels as float32; the largest over the
+/// image's pixels, less `left_out` of `pixels` at edges. Flow is that to the frames before and after; where
+/// there is no ground or no flow, cells are empty.
+std::string bounds_csv(const capture::SequenceReader& sequence,
+                       const std::vector<ExportedCamera>& cameras);
+
+/// Writes georeference.csv and bounds.csv.
+/// folder    of the sequence, relative to the dataset
+/// throws    Io
+void write_additions(DatasetWriter& writer, const std::string& folder,
+                     const capture::SequenceReader& sequence,
+                     const std::vector<ExportedCamera>& cameras);
+
+}  // namespace terracast::exporters
