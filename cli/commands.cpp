@@ -13,6 +13,7 @@
 #include <system_error>
 #include <vector>
 
+#include "cli/evaluate_command.h"
 #include "cli/pipeline.h"
 #include "cli/reference.h"
 #include "cli/run_config.h"
@@ -159,6 +160,16 @@ int run_validate(const Arguments& args) {
   return all_ok ? 0 : 1;
 }
 
+int run_evaluate(const Arguments& args, const EvaluateArguments& own, const CLI::App& command) {
+  const core::Log log("evaluate", log_level(args));
+  const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
+  const auto evaluation =
+      validate::run_evaluate(checked_options(command, own), own.report, context);
+  fmt::print("{}", validate::table_text(evaluation));
+  if (!own.report.empty()) fmt::print("report: {}\n", (own.report / "index.html").string());
+  return 0;
+}
+
 int run_world_info(const Arguments& args) {
   fmt::print("{}", tiler::describe_world(world::TileStore::open(args.store)));
   return 0;
@@ -281,6 +292,11 @@ int parse_and_run(int argc, const char* const* argv) {
       ->check(CLI::Range(1, 100));
   add_common(*validate_command, args);
   validate_command->callback([&] { status = run_validate(args); });
+
+  EvaluateArguments evaluate;
+  auto* evaluate_command = add_evaluate_command(app, evaluate);
+  add_common(*evaluate_command, args);
+  evaluate_command->callback([&] { status = run_evaluate(args, evaluate, *evaluate_command); });
 
   auto* world_command = app.add_subcommand("world", "Look into a world.");
   world_command->require_subcommand(1);

@@ -12,6 +12,7 @@
 #include "geo/trajectory.h"
 #include "tiler/layer_registry.h"
 #include "validate/check.h"
+#include "validate/evaluate/evaluate.h"
 
 namespace terracast::cli {
 namespace {
@@ -34,6 +35,7 @@ const std::map<std::string, std::function<std::string()>>& lists() {
       {"exporters", [] { return lines_of(exporters::exporters()); }},
       {"layers", [] { return lines_of(tiler::elevation_kinds()); }},
       {"recordings", [] { return lines_of(geo::fix_formats()); }},
+      {"tasks", [] { return lines_of(validate::task_list()); }},
       {"trajectories", [] { return lines_of(geo::trajectory_kinds()); }},
   };
   return table;

@@ -34,14 +34,6 @@ std::string base64(std::span<const std::byte> bytes) {
   return text;
 }
 
-std::string figure(const CheckResult::Picture& picture) {
-  return fmt::format(
-      "<figure><img src=\"data:image/png;base64,{}\" width=\"{}\" height=\"{}\" "
-      "alt=\"{}\"><figcaption>{}</figcaption></figure>\n",
-      base64(core::encode_png(picture.image, 6)), picture.image.width(), picture.image.height(),
-      escaped(picture.title), escaped(picture.title));
-}
-
 /// Numbers as people read them: 0.0421, 12345, 3.2e-07.
 std::string shown(double value) {
   if (value == std::floor(value) && std::abs(value) < 1e7) return fmt::format("{:.0f}", value);
@@ -137,6 +129,14 @@ std::string section(const CheckResult& result) {
 }
 
 }  // namespace
+
+std::string figure(const CheckResult::Picture& picture) {
+  return fmt::format(
+      "<figure><img src=\"data:image/png;base64,{}\" width=\"{}\" height=\"{}\" "
+      "alt=\"{}\"><figcaption>{}</figcaption></figure>\n",
+      base64(core::encode_png(picture.image, 6)), picture.image.width(), picture.image.height(),
+      escaped(picture.title), escaped(picture.title));
+}
 
 double share_of_bound(double value, double bound, bool is_lower_bound) {
   const double part = is_lower_bound ? bound : value;

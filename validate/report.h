@@ -24,6 +24,9 @@ void write_report(const ReportHead& head, const std::vector<CheckResult>& result
                   const std::vector<CheckResult::Picture>& samples,
                   const std::filesystem::path& folder);
 
+/// A picture as PNG inside the page, with its title below.
+std::string figure(const CheckResult::Picture& picture);
+
 /// A line plot as SVG.
 std::string svg_of(const CheckResult::Plot& plot);
 

@@ -213,4 +213,13 @@ ColmapModel read_colmap_binary(const std::filesystem::path& folder, const std::s
   return model;
 }
 
+std::map<std::int64_t, ColmapImage> read_colmap_images_binary(const std::filesystem::path& file) {
+  const std::vector<std::byte> content = core::read_file(file);
+  Bytes bytes(content, file.string());
+  ColmapModel model;
+  read_images(bytes, model);
+  bytes.end();
+  return std::move(model.images);
+}
+
 }  // namespace terracast::validate

@@ -98,4 +98,9 @@ ColmapModel read_colmap_text(const std::filesystem::path& folder, const std::str
 ColmapModel read_colmap_binary(const std::filesystem::path& folder, const std::string& name,
                                Findings& findings, ColmapFiles files = ColmapFiles::All);
 
+/// The images of one file alone, images.txt or images.bin.
+/// throws  Input: damaged; Io
+std::map<std::int64_t, ColmapImage> read_colmap_images_text(const std::filesystem::path& file);
+std::map<std::int64_t, ColmapImage> read_colmap_images_binary(const std::filesystem::path& file);
+
 }  // namespace terracast::validate

@@ -182,4 +182,10 @@ ColmapModel read_colmap_text(const std::filesystem::path& folder, const std::str
   return model;
 }
 
+std::map<std::int64_t, ColmapImage> read_colmap_images_text(const std::filesystem::path& file) {
+  ColmapModel model;
+  read_images(core::read_text_file(file), file.string(), model);
+  return std::move(model.images);
+}
+
 }  // namespace terracast::validate

@@ -1,0 +1,221 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "core/error.h"
+#include "core/image_io.h"
+#include "core/json.h"
+#include "tests/support/colmap_program.h"
+#include "tests/support/run_program.h"
+#include "tests/support/test_data.h"
+#include "tests/validate/evaluate/wall_flight.h"
+#include "validate/evaluate/task.h"
+
+/// The stage as a whole: reports, options, the command, baselines.
+namespace terracast::validate {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using test::evaluate;
+using test::figure;
+using test::ScratchFolder;
+using testing::HasSubstr;
+
+const Vector3d kStep(1.0, -0.5, 2.0);
+
+/// Three frames before a wall, and flow that is off by 4 px in the first frame, 1 px in the second.
+void write_flow_case(const ScratchFolder& scratch) {
+  test::write_kitti(test::wall_flight(3, 65.0, kStep), scratch / "truth");
+  for (int frame = 0; frame < 2; ++frame)
+    test::write_flo(scratch / fmt::format("result/{:06}.flo", frame),
+                    test::flow_of_pixels([&](int x, int y) {
+                      return Vector2d(test::wall_flow(x, y, 65.0, kStep) +
+                                      Vector2d(0.0, frame == 0 ? 4.0 : 1.0));
+                    }));
+}
+
+EvaluateOptions flow_options(const ScratchFolder& scratch) {
+  return {.task = "flow", .truth = scratch / "truth", .result = scratch / "result"};
+}
+
+TEST(EvaluateReport, HoldsTheFiguresAndTheWorstFrame) {
+  const ScratchFolder scratch;
+  write_flow_case(scratch);
+  const Evaluation evaluation = evaluate(flow_options(scratch), scratch / "report");
+  const core::Json report = core::Json::read(scratch / "report/report.json");
+  EXPECT_EQ(report.at("task").string(), "flow");
+  const core::Json& all = report.at("rows").at(1);
+  EXPECT_EQ(all.at("sequence").string(), "all");
+  EXPECT_NEAR(all.at("values").at("EPE2D").number(), 2.5, 1e-6);
+  EXPECT_EQ(all.at("values").at("F1-all").number(), 50.0);
+  EXPECT_EQ(all.at("answered_frames").integer(), 2);
+  const core::Json& frames = report.at("subjects").at(0).at("frames");
+  ASSERT_EQ(frames.size(), 2U);
+  EXPECT_NEAR(frames.at(0).at("values").at("EPE2D").number(), 4.0, 1e-6);
+  EXPECT_NEAR(frames.at(1).at("values").at("EPE2D").number(), 1.0, 1e-6);
+  const std::string html = core::read_text_file(scratch / "report/index.html");
+  EXPECT_THAT(html, HasSubstr("00, image_2, frame 0: true flow"));  // the worst of the two
+  EXPECT_THAT(html, HasSubstr("EPE2D over the frames"));
+  EXPECT_THAT(html, testing::Not(HasSubstr("<script")));
+  std::size_t num_pictures = 0;
+  for (std::size_t at = html.find("data:image/png;base64,"); at != std::string::npos;
+       at = html.find("data:image/png;base64,", at + 1))
+    ++num_pictures;
+  EXPECT_EQ(num_pictures, 4U);  // image, truth, result, error
+}
+
+TEST(EvaluateReport, DoesNotDependOnTheNumberOfThreads) {
+  const ScratchFolder scratch;
+  write_flow_case(scratch);
+  for (const int threads : {1, 2})
+    evaluate(flow_options(scratch), scratch / fmt::format("report{}", threads), threads);
+  for (const char* file : {"report.json", "index.html"})
+    EXPECT_EQ(core::read_text_file(scratch / "report1" / file),
+              core::read_text_file(scratch / "report2" / file));
+}
+
+TEST(EvaluateOptionsOfTasks, WhatDoesNotBelongTogetherIsAUsageError) {
+  const ScratchFolder scratch;
+  const auto kind_of = [](const EvaluateOptions& options) {
+    try {
+      evaluate(options);
+    } catch (const core::Error& error) {
+      return error.kind();
+    }
+    return core::ErrorKind::Internal;
+  };
+  const fs::path some = scratch / "some";
+  for (const EvaluateOptions& options :
+       {EvaluateOptions{.task = "flow", .truth = some},
+        EvaluateOptions{.task = "flow", .truth = some, .result = some, .has_baseline = true},
+        EvaluateOptions{.task = "depth", .truth = some},
+        EvaluateOptions{.task = "depth", .truth = some, .result = some, .disparity = some},
+        EvaluateOptions{.task = "scene-flow", .truth = some, .flow = some},
+        EvaluateOptions{.task = "scene-flow", .truth = some, .disparity = some},
+        EvaluateOptions{
+            .task = "scene-flow", .truth = some, .result = some, .disparity_next = some},
+        EvaluateOptions{.task = "flow", .truth = some, .has_baseline = true, .baseline = "colmap"}})
+    EXPECT_EQ(kind_of(options), core::ErrorKind::Usage) << options.task;
+  EXPECT_EQ(kind_of({.task = "flows", .truth = some, .result = some}), core::ErrorKind::Config);
+  EXPECT_EQ(kind_of({.task = "flow", .truth = some, .result = some}), core::ErrorKind::Input);
+}
+
+TEST(EvaluateTasks, EachHasANameASummaryAndABaseline) {
+  ASSERT_EQ(tasks().size(), 4U);
+  for (const TaskInfo& info : tasks()) {
+    EXPECT_FALSE(info.summary.empty());
+    EXPECT_FALSE(baseline_name(std::string(info.name)).empty());
+    EvaluateOptions options;
+    options.task = info.name;
+    EXPECT_FALSE(info.make(options)->measures().empty());
+  }
+}
+
+/// As a user types it.
+TEST(EvaluateCommand, PrintsTheTableAndEndsAsItShould) {
+  const ScratchFolder scratch;
+  write_flow_case(scratch);
+  const std::string truth = (scratch / "truth").string(), result = (scratch / "result").string();
+  const auto ran = test::run_program({"evaluate", "--task", "flow", "--truth", truth, "--result",
+                                      result, "--report", (scratch / "report").string(), "-q"});
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("depth < 250 m, flow < 250 px"));
+  EXPECT_THAT(ran.output, testing::ContainsRegex("all +2/2 +100.00 % +2.5000 +50.0000"));
+  EXPECT_TRUE(fs::exists(scratch / "report/report.json"));
+  EXPECT_TRUE(fs::exists(scratch / "report/index.html"));
+
+  // No file is left where none was asked for.
+  const auto listed = test::run_program({"list", "tasks"});
+  EXPECT_EQ(listed.status, 0);
+  EXPECT_THAT(listed.output, HasSubstr("scene-flow"));
+
+  const auto near = test::run_program({"evaluate", "--task", "flow", "--truth", truth, "--result",
+                                       result, "--max-depth-m", "60", "-q"});
+  EXPECT_EQ(near.status, 3);
+  EXPECT_THAT(near.output, HasSubstr("the nearest of the first is 65 m away"));
+  const auto align = test::run_program(
+      {"evaluate", "--task", "flow", "--truth", truth, "--result", result, "--align", "sim3"});
+  EXPECT_EQ(align.status, 2);
+  EXPECT_THAT(align.output, HasSubstr("--align belongs to --task trajectory"));
+  const auto unknown = test::run_program({"evaluate", "--task", "flow", "--truth", truth,
+                                          "--result", result, "--camera", "image_8", "-q"});
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_THAT(unknown.output, HasSubstr("image_2"));
+  fs::resize_file(scratch / "result/000001.flo", 100);
+  const auto damaged =
+      test::run_program({"evaluate", "--task", "flow", "--truth", truth, "--result", result, "-q"});
+  EXPECT_EQ(damaged.status, 3);
+  EXPECT_THAT(damaged.output, HasSubstr("000001.flo"));
+  EXPECT_THAT(damaged.output, HasSubstr("while scoring 00, image_2, frame 1"));
+}
+
+fs::path baseline_program() {
+  return fs::path(TERRACAST_PROGRAM).parent_path() / "terracast_baseline";
+}
+
+/// Hills that pass by 1 to 3 px from frame to frame, and by 0.9 px between the cameras: what the
+/// methods are good at.
+class EvaluateBaseline : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(baseline_program()))
+      GTEST_SKIP() << "skipped: terracast_baseline is not built (scripts/install baseline)";
+    static const test::Recording flight = test::record_flight(test::kitti_cameras(), 3);
+    test::write_kitti(flight, scratch_ / "truth");
+  }
+  EvaluateOptions options(const std::string& task) const {
+    return {.task = task, .truth = scratch_ / "truth", .has_baseline = true, .max_depth_m = 0.0};
+  }
+  ScratchFolder scratch_;
+};
+
+TEST_F(EvaluateBaseline, FlowDepthAndSceneFlowComeOutNearTheTruth) {
+  const Evaluation flow = evaluate(options("flow"), scratch_ / "flow");
+  EXPECT_EQ(flow.rows.back().num_answered_frames, 2);
+  EXPECT_LT(figure(flow, "EPE2D"), 2.0);
+  EXPECT_THAT(test::notes_of(flow), HasSubstr("DIS"));
+  EXPECT_TRUE(fs::exists(scratch_ / "flow/baseline/flow/00/image_2/000000.flo"));
+  const Evaluation depth = evaluate(options("depth"), scratch_ / "depth");
+  EXPECT_EQ(depth.rows.back().num_answered_frames, 3);
+  EXPECT_LT(figure(depth, "AbsRel"), 0.5);
+  const Evaluation scene_flow = evaluate(options("scene-flow"), scratch_ / "scene-flow");
+  EXPECT_EQ(scene_flow.rows.back().num_answered_frames, 2);
+  EXPECT_EQ(figure(scene_flow, "EPE2D"), figure(flow, "EPE2D"));
+  EXPECT_GT(scene_flow.rows.back().num_answered, 0);
+}
+
+TEST_F(EvaluateBaseline, IsTheSameForAnyNumberOfThreadsAndEmptiesNoFolderOfOthers) {
+  for (const int threads : {1, 2})
+    evaluate(options("flow"), scratch_ / fmt::format("report{}", threads), threads);
+  for (const char* file : {"000000.flo", "000001.flo"})
+    EXPECT_EQ(core::read_text_file(scratch_ / "report1/baseline/flow/00/image_2" / file),
+              core::read_text_file(scratch_ / "report2/baseline/flow/00/image_2" / file));
+  // A folder of somebody's own is never emptied.
+  core::write_file(scratch_ / "own/baseline/thesis.txt", std::string_view("x"));
+  EXPECT_THROW(evaluate(options("flow"), scratch_ / "own"), core::Error);
+  EXPECT_TRUE(fs::exists(scratch_ / "own/baseline/thesis.txt"));
+}
+
+TEST(EvaluateColmapBaseline, PlacesTheCamerasOfAFlightOverHills) {
+  TERRACAST_NEEDS_COLMAP();
+  const ScratchFolder scratch;
+  std::vector<test::SceneCamera> cameras = test::colmap_cameras();
+  cameras.resize(1);
+  cameras[0].width *= 2;
+  cameras[0].height *= 2;
+  cameras[0].focal_px *= 2.0;
+  const test::Recording flight = test::record_flight(cameras, 5, test::Ground::Smooth, 2);
+  test::write_colmap(flight, scratch / "truth");
+  const Evaluation evaluation = evaluate(
+      {.task = "trajectory", .truth = scratch / "truth", .has_baseline = true}, scratch / "report");
+  EXPECT_EQ(evaluation.rows.back().num_answered_frames, 5);
+  // Steps of 6 m, 75 m above ground of which a pixel shows 0.4 m.
+  EXPECT_LT(figure(evaluation, "ATE"), 0.2);
+  EXPECT_LT(figure(evaluation, "RPE"), 0.2);
+}
+
+}  // namespace
+}  // namespace terracast::validate

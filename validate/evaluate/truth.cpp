@@ -1,0 +1,165 @@
+#include "validate/evaluate/truth.h"
+
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+
+namespace terracast::validate {
+
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+/// RAFT-3D's limit.
+constexpr double kMostDepth_m = 250.0;
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+
+const FrameFiles& files_of(const Subject& subject, int frame) {
+  return subject.camera().files[static_cast<std::size_t>(frame)];
+}
+
+/// Carries points of a frame's camera into the next frame's.
+std::optional<Pose> next_from_now(const Subject& subject, int frame) {
+  const auto& poses = subject.camera().local_from_camera;
+  const auto now = static_cast<std::size_t>(frame);
+  if (now + 1 >= poses.size() || !poses[now] || !poses[now + 1]) return std::nullopt;
+  return poses[now + 1]->inverse() * *poses[now];
+}
+
+Eigen::Vector2d centre_of(int x, int y) { return {x + 0.5, y + 0.5}; }
+
+/// Leaves out what a mask says, by the format's own masks.
+void apply_stored_masks(const FlowFields& fields, FlowMask mask, core::ImageF& flow) {
+  if (mask == FlowMask::All) return;
+  const core::Image8& kept =
+      mask == FlowMask::InView ? fields.in_view_forward : fields.covisible_forward;
+  for (std::size_t i = 0; i < flow.num_pixels(); ++i)
+    if (kept.data()[i] == 0) flow.data()[2 * i] = flow.data()[2 * i + 1] = kNone;
+}
+
+}  // namespace
+
+bool is_judged(const FlowTruth& truth, int x, int y, const EvaluateOptions& options) {
+  const double length_px = vector_at(truth.flow, x, y).norm();
+  return std::isfinite(length_px) &&
+         is_within_limit(static_cast<double>(truth.depth(x, y)),
+                         options.max_depth_m.value_or(kMostDepth_m)) &&
+         is_within_limit(length_px, options.max_flow_px);
+}
+
+std::vector<std::string> flow_terms(const EvaluateOptions& options) {
+  return {limit_text("depth", options.max_depth_m.value_or(kMostDepth_m), "m"),
+          limit_text("flow", options.max_flow_px, "px"),
+          options.mask == FlowMask::All      ? "hidden and leaving points count too"
+          : options.mask == FlowMask::InView ? "points within the next image"
+                                             : "points that the next frame sees"};
+}
+
+double focal_times_baseline(const Subject& subject) {
+  const std::optional<StereoPair>& pair = subject.sequence.stereo;
+  if (!pair || pair->left != subject.camera_index || !(pair->baseline_m > 0.0))
+    fail(ErrorKind::Input,
+         "{}: {} is not the left camera of a rectified pair, of which disparity would be",
+         subject.dataset.root.string(), subject.camera().name);
+  return sound_intrinsics(subject).fx_px * pair->baseline_m;
+}
+
+const Intrinsics& sound_intrinsics(const Subject& subject) {
+  const Intrinsics& k = subject.camera().intrinsics;
+  if (!k.is_sound())
+    fail(ErrorKind::Input,
+         "{}: the truth has no sound intrinsics of {}; `terracast validate` says why",
+         subject.dataset.root.string(), subject.camera().name);
+  return k;
+}
+
+bool has_depth_truth(const Subject& subject, int frame) {
+  return !files_of(subject, frame).depth.empty();
+}
+
+bool has_flow_truth(const Subject& subject, int frame) {
+  return frame + 1 < subject.sequence.num_frames && has_depth_truth(subject, frame) &&
+         (!files_of(subject, frame).flow.empty() || next_from_now(subject, frame));
+}
+
+bool has_scene_flow_truth(const Subject& subject, int frame) {
+  return has_flow_truth(subject, frame) && next_from_now(subject, frame);
+}
+
+core::ImageF depth_truth(const Subject& subject, int frame) {
+  return subject.reader().depth(subject.dataset, subject.camera(), frame);
+}
+
+FlowTruth flow_truth(const Subject& subject, int frame, FlowMask mask) {
+  const Intrinsics& k = sound_intrinsics(subject);
+  FlowTruth truth;
+  truth.depth = depth_truth(subject, frame);
+  const bool is_stored = !files_of(subject, frame).flow.empty();
+  if (is_stored) {
+    FlowFields fields = subject.reader().flow(subject.dataset, subject.camera(), frame);
+    truth.flow = std::move(fields.forward);
+    apply_stored_masks(fields, mask, truth.flow);
+    for (std::size_t i = 0; i < truth.flow.num_pixels(); ++i)
+      if (!std::isfinite(truth.depth.data()[i]))
+        truth.flow.data()[2 * i] = truth.flow.data()[2 * i + 1] = kNone;
+    return truth;
+  }
+  if (mask == FlowMask::Covisible)
+    fail(ErrorKind::Input,
+         "{}: {} stores no mask of what the next frame sees of {}; --mask all or in-view is right",
+         subject.dataset.root.string(), subject.dataset.format, subject.camera().name);
+  truth.flow = core::ImageF(k.width_px, k.height_px, 2, kNone);
+  const Pose carried = next_from_now(subject, frame).value();
+  for (int y = 0; y < k.height_px; ++y)
+    for (int x = 0; x < k.width_px; ++x) {
+      const auto depth_m = static_cast<double>(truth.depth(x, y));
+      if (!std::isfinite(depth_m)) continue;
+      const Eigen::Vector2d pixel = centre_of(x, y);
+      const Eigen::Vector3d point = carried * (depth_m * k.ray_from_pixel(pixel));
+      if (!(point.z() > 0.0)) continue;
+      const Eigen::Vector2d there = k.pixel_from_point(point);
+      if (mask == FlowMask::InView && !k.contains(there)) continue;
+      for (int c = 0; c < 2; ++c) truth.flow(x, y, c) = static_cast<float>(there[c] - pixel[c]);
+    }
+  return truth;
+}
+
+SceneFlowTruth scene_flow_truth(const Subject& subject, int frame, FlowMask mask) {
+  const Intrinsics& k = sound_intrinsics(subject);
+  SceneFlowTruth truth;
+  truth.image = flow_truth(subject, frame, mask);
+  const bool is_stored = !files_of(subject, frame).flow.empty();
+  const Pose carried = next_from_now(subject, frame).value();
+  constexpr double kNoPoint = std::numeric_limits<double>::quiet_NaN();
+  truth.points = core::Image<double>(k.width_px, k.height_px, 3, kNoPoint);
+  truth.points_next = truth.points;
+  for (int y = 0; y < k.height_px; ++y)
+    for (int x = 0; x < k.width_px; ++x) {
+      core::ImageF& flow = truth.image.flow;
+      if (!std::isfinite(flow(x, y))) continue;
+      const Eigen::Vector3d point =
+          static_cast<double>(truth.image.depth(x, y)) * k.ray_from_pixel(centre_of(x, y));
+      const Eigen::Vector3d point_next = carried * point;
+      // What a right dataset stores agrees to 0.005 px (the check `flow`): more is motion.
+      constexpr double kStill_px = 0.1;
+      if (is_stored) {
+        const Eigen::Vector2d stored = centre_of(x, y) + vector_at(flow, x, y);
+        if (!(point_next.z() > 0.0) ||
+            (k.pixel_from_point(point_next) - stored).norm() > kStill_px) {
+          ++truth.num_moving;
+          flow(x, y, 0) = flow(x, y, 1) = kNone;
+          continue;
+        }
+      }
+      for (int c = 0; c < 3; ++c) {
+        truth.points(x, y, c) = point[c];
+        truth.points_next(x, y, c) = point_next[c];
+      }
+    }
+  return truth;
+}
+
+}  // namespace terracast::validate
