@@ -52,9 +52,9 @@ class SceneCacheTest : public testing::Test {
     const std::lock_guard lock(mutex_);
     return loaded_;
   }
-  /// Once so many loads have begun, and some time for one too many.
-  std::vector<std::size_t> loaded_after(std::size_t count) {
-    for (int k = 0; k < 2000 && loaded().size() < count; ++k)
+  /// Once so many loads have ended, however slow the machine is, and some time for one too many.
+  std::vector<std::size_t> loaded_after(std::size_t count, const SceneCache& cache) {
+    for (int k = 0; k < 12000 && cache.stats().num_loaded < count; ++k)
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     return loaded();
@@ -89,7 +89,7 @@ TEST_F(SceneCacheTest, WithoutExpectationsTheTileUsedLongestAgoGoes) {
 TEST_F(SceneCacheTest, LoadsWhatIsExpectedInThatOrderUntilItIsFull) {
   const auto cache = cache_of(3);
   cache->expect({{4, 0}, {2, 1}, {5, 2}, {1, 3}});
-  EXPECT_THAT(loaded_after(3), ElementsAre(4, 2, 5));
+  EXPECT_THAT(loaded_after(3, *cache), ElementsAre(4, 2, 5));
   use(*cache, {2, 4, 5});
   EXPECT_EQ(cache->stats().num_waited, 0U);
   EXPECT_EQ(cache->stats().num_evicted, 0U);
@@ -98,7 +98,7 @@ TEST_F(SceneCacheTest, LoadsWhatIsExpectedInThatOrderUntilItIsFull) {
 TEST_F(SceneCacheTest, WhatIsNeededLatestGoes) {
   const auto cache = cache_of(3);
   cache->expect({{4, 0}, {2, 2}, {5, 1}});
-  loaded_after(3);
+  loaded_after(3, *cache);
   use(*cache, {7});
   EXPECT_THAT(found(*cache), ElementsAre(4, 5, 7));
 }
@@ -108,7 +108,7 @@ TEST_F(SceneCacheTest, WhatIsExpectedReplacesWhatIsNot) {
   use(*cache, {0, 1, 2});
   cache->expect({});  // from here on what was used before counts as used in the last frame
   cache->expect({{3, 1}, {4, 2}});
-  EXPECT_THAT(loaded_after(5), ElementsAre(0, 1, 2, 3, 4));
+  EXPECT_THAT(loaded_after(5, *cache), ElementsAre(0, 1, 2, 3, 4));
   EXPECT_THAT(found(*cache), ElementsAre(2, 3, 4));
 }
 
@@ -117,7 +117,7 @@ TEST_F(SceneCacheTest, WhatWasUsedInTheLastFrameStays) {
   cache->expect({});
   use(*cache, {0, 1, 2});
   cache->expect({{3, 1}, {4, 2}});
-  EXPECT_THAT(loaded_after(3), ElementsAre(0, 1, 2));
+  EXPECT_THAT(loaded_after(3, *cache), ElementsAre(0, 1, 2));
 }
 
 TEST_F(SceneCacheTest, APinnedSceneLivesAndItsRoomIsWaitedFor) {
