@@ -301,6 +301,7 @@ class ColmapExporter final : public Exporter {
     writer.write(path + "/georegistration.txt", colmap_georegistration(model));
     const std::string georeference = path + "/georeference.csv";
     writer.write(georeference, georeference_csv(sequence, exported));
+    writer.write(fmt::format("{}/{}", path, kGeometryFile), geometry_text(sequence));
 
     std::size_t num_observations = 0;
     for (const ColmapPoint& point : model.points) num_observations += point.track.size();

@@ -180,6 +180,9 @@ Json metadata(std::string_view format, std::string_view format_version, const st
         licences.push_back(licence);
   Json sentences = Json::object();
   for (const auto& [name, sentence] : conventions) sentences.set(name, sentence);
+  std::vector<std::string> all_additions = additions;
+  all_additions.emplace_back(
+      "geometry.json: the tiles of the world that a sequence shows, with their hashes");
   const capture::SequenceInfo& info = sequences.front().info();
   return Json::object()
       .set("format", format)
@@ -190,7 +193,7 @@ Json metadata(std::string_view format, std::string_view format_version, const st
            Json::object().set("name", info.world_name).set("input_hash", info.world_input_hash))
       .set("licences", Json::array_of(licences))
       .set("conventions", std::move(sentences))
-      .set("additions", Json::array_of(additions));
+      .set("additions", Json::array_of(all_additions));
 }
 
 }  // namespace terracast::exporters

@@ -37,6 +37,11 @@ Eigen::Quaterniond canonical(const Eigen::Quaterniond& rotation);
 std::string georeference_csv(const capture::SequenceReader& sequence,
                              const std::vector<ExportedCamera>& cameras);
 
+/// Of a sequence, in its folder: what ground it shows.
+inline constexpr const char* kGeometryFile = "geometry.json";
+/// geometry.json: the capture's geometry with format and version.
+std::string geometry_text(const capture::SequenceReader& sequence);
+
 /// A sequence's entry in dataset.json.
 /// name, path, georeference   as the format lays them out, relative to the dataset
 core::Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame& local,

@@ -166,6 +166,7 @@ class KittiExporter final : public Exporter {
                  calibration(cameras[static_cast<std::size_t>(left)], baseline_m));
     const std::string georeference = path + "/georeference.csv";
     writer.write(georeference, georeference_csv(sequence, exported));
+    writer.write(fmt::format("{}/{}", path, kGeometryFile), geometry_text(sequence));
 
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
     std::vector<DisparityCount> counts(static_cast<std::size_t>(num_frames));

@@ -208,6 +208,7 @@ class KittiRawExporter final : public Exporter {
     writer.write(path + "/poses.txt", relative_poses(sequence, local, left));
     const std::string georeference = path + "/georeference.csv";
     writer.write(georeference, georeference_csv(sequence, exported));
+    writer.write(fmt::format("{}/{}", path, kGeometryFile), geometry_text(sequence));
 
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
     core::Progress progress(context, "frames", num_frames);

@@ -279,6 +279,7 @@ class TartanAirExporter final : public Exporter {
                    ned_poses(sequence, local, each.camera_index));
     const std::string georeference = path + "/georeference.csv";
     writer.write(georeference, georeference_csv(sequence, exported));
+    writer.write(fmt::format("{}/{}", path, kGeometryFile), geometry_text(sequence));
 
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
     core::Progress progress(context, "frames", num_frames);

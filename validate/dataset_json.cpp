@@ -135,6 +135,12 @@ void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
       fail(ErrorKind::Input, "dataset.json: camera {} stands twice", camera.name);
     sequence.cameras.push_back(std::move(camera));
   }
+  if (json.has("geometry")) {
+    sequence.geometry = json.at("geometry").string();
+    if (!is_safe_relative_path(sequence.geometry))
+      fail(ErrorKind::Input, "dataset.json: the path \"{}\" leaves the dataset",
+           sequence.geometry);
+  }
   const std::string georeference = json.at("georeference").string();
   if (!is_safe_relative_path(georeference))
     fail(ErrorKind::Input, "dataset.json: the path \"{}\" leaves the dataset", georeference);
@@ -164,6 +170,7 @@ Dataset read_dataset(const std::filesystem::path& root, const std::string& forma
          format);
   findings.attempt("dataset.json", [&] {
     dataset.world_name = json.at("world").at("name").string();
+    dataset.world_input_hash = json.at("world").at("input_hash").string();
     if (json.has("sky_depth_m")) {
       dataset.sky_depth_m = static_cast<float>(json.at("sky_depth_m").number());
       if (!(dataset.sky_depth_m > 0.0F) || !std::isfinite(dataset.sky_depth_m))
