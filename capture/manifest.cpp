@@ -159,14 +159,13 @@ ShownTile tile_from_text(const std::string& text, const std::string& file) {
 }
 
 ShownGeometry geometry_from_json(const Json& json, const Source& source) {
-  ShownGeometry geometry{.cell_px = source.finite(json.at("cell_px"), "cell_px"),
-                         .finest_spacing_m =
-                             source.finite(json.at("finest_spacing_m"), "finest_spacing_m"),
-                         .tiles = {}};
+  ShownGeometry geometry{
+      .cell_px = source.finite(json.at("cell_px"), "cell_px"),
+      .finest_spacing_m = source.finite(json.at("finest_spacing_m"), "finest_spacing_m"),
+      .tiles = {}};
   const std::vector<std::string> tiles = json.at("tiles").strings();
   geometry.tiles.reserve(tiles.size());
-  for (const std::string& tile : tiles)
-    geometry.tiles.push_back(tile_from_text(tile, source.file));
+  for (const std::string& tile : tiles) geometry.tiles.push_back(tile_from_text(tile, source.file));
   return geometry;
 }
 

@@ -51,8 +51,8 @@ struct ValidateOptions {
   std::int64_t samples_per_image = 2000;  ///< pixels drawn for the checks that sample
   std::vector<std::string> colmap = {};   ///< what the program COLMAP is asked for: colmap_modes()
   std::int64_t colmap_seeds = 3;          ///< free reconstructions, of which the worst counts
-  std::filesystem::path world = {};       ///< the oracle's: of which the dataset is; empty: no oracle
-  std::int64_t oracle_samples = 200;      ///< pixels of an image that the oracle draws at random
+  std::filesystem::path world = {};   ///< the oracle's: of which the dataset is; empty: no oracle
+  std::int64_t oracle_samples = 200;  ///< pixels of an image that the oracle draws at random
 };
 
 /// Validates one exported dataset: reads the folder alone (and the world's tiles, where the oracle is

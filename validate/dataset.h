@@ -94,7 +94,7 @@ struct Dataset {
   std::string format;
   std::string world_name;
   std::string world_input_hash;  ///< of everything that determines the world
-  float sky_depth_m = 1e5F;  ///< TartanAir, both versions: the depth of the sky
+  float sky_depth_m = 1e5F;      ///< TartanAir, both versions: the depth of the sky
   std::map<std::string, FileRecord> files;
   std::vector<Sequence> sequences;
 };

@@ -138,8 +138,7 @@ void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
   if (json.has("geometry")) {
     sequence.geometry = json.at("geometry").string();
     if (!is_safe_relative_path(sequence.geometry))
-      fail(ErrorKind::Input, "dataset.json: the path \"{}\" leaves the dataset",
-           sequence.geometry);
+      fail(ErrorKind::Input, "dataset.json: the path \"{}\" leaves the dataset", sequence.geometry);
   }
   const std::string georeference = json.at("georeference").string();
   if (!is_safe_relative_path(georeference))

@@ -36,7 +36,8 @@ double distance_to_segment(const Eigen::Vector2d& point, const Eigen::Vector2d& 
                            const Eigen::Vector2d& to) {
   const Eigen::Vector2d along = to - from;
   const double square = along.squaredNorm();
-  const double share = square > 0.0 ? std::clamp((point - from).dot(along) / square, 0.0, 1.0) : 0.0;
+  const double share =
+      square > 0.0 ? std::clamp((point - from).dot(along) / square, 0.0, 1.0) : 0.0;
   return (point - from - share * along).norm();
 }
 
@@ -91,12 +92,11 @@ class Chooser {
   template <class Work>
   static void for_all(std::size_t count, const Work& work) {
     constexpr std::int64_t kGrain = 8;
-    core::parallel_for_blocks(static_cast<std::int64_t>(count), kGrain,
-                              [&](std::int64_t begin, std::int64_t end) {
-                                for (auto i = static_cast<std::size_t>(begin);
-                                     i < static_cast<std::size_t>(end); ++i)
-                                  work(i);
-                              });
+    core::parallel_for_blocks(
+        static_cast<std::int64_t>(count), kGrain, [&](std::int64_t begin, std::int64_t end) {
+          for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+            work(i);
+        });
   }
 
   void cast(std::size_t first) {
@@ -118,8 +118,8 @@ class Chooser {
   void add_grazing(std::size_t count) {
     std::vector<std::pair<double, std::size_t>> by_sine;
     for (const std::size_t i : ground_pixels())
-      by_sine.emplace_back(
-          view_.sine_of_graze(chosen_.pixels[i].center(), *chosen_.pixels[i].hit), i);
+      by_sine.emplace_back(view_.sine_of_graze(chosen_.pixels[i].center(), *chosen_.pixels[i].hit),
+                           i);
     std::sort(by_sine.begin(), by_sine.end());
     for (std::size_t k = 0; k < std::min(count, by_sine.size()); ++k) {
       const OraclePixel at = chosen_.pixels[by_sine[k].second];
@@ -168,8 +168,8 @@ class Chooser {
           const auto here = place(i, j);
           if (!here) continue;
           look(*here, *here, *here, corner);
-          for (const auto& other : {place(i + 1, j), place(i, j + 1),
-                                    i > 0 ? place(i - 1, j + 1) : std::nullopt})
+          for (const auto& other :
+               {place(i + 1, j), place(i, j + 1), i > 0 ? place(i - 1, j + 1) : std::nullopt})
             if (other) look(0.5 * (*here + *other), *here, *other, edge);
         }
       nearest[k] = {corner, edge};
@@ -189,7 +189,8 @@ class Chooser {
   void add_borders(std::size_t count) {
     const std::vector<std::size_t> ground = ground_pixels();
     if (ground.empty()) return;
-    constexpr int kTries = 12;
+    constexpr int kTries = 48;
+    constexpr int kAlong = 64;  // cells from the hit, so that the sample is in the image
     for (std::size_t k = 0; k < count; ++k)
       for (int attempt = 0; attempt < kTries; ++attempt) {
         const ExactHit& hit =
@@ -197,7 +198,9 @@ class Chooser {
                  .hit;
         const std::array<int, 4> levels = terrain_.neighbour_levels(hit.tile);
         const int side = draw(4);
-        const int along = draw(TileSurface::kSamples);
+        const int near = side < 2 ? hit.cell_y : hit.cell_x;
+        const int along =
+            std::clamp(near + draw(2 * kAlong) - kAlong, 0, static_cast<int>(TileSurface::kCells));
         constexpr int kLevelTries = 2 * kTries / 3;
         if (attempt < kLevelTries && levels[static_cast<std::size_t>(side)] == 0) continue;
         const int i = side == 0 ? 0 : side == 1 ? TileSurface::kCells : along;
@@ -283,8 +286,7 @@ class Chooser {
     const double t = pixel.hit->t;
     const double change = std::abs(beside->t - t);
     const double along_this = std::abs(parameter_on_plane(place, *pixel.hit) - t);
-    const double along_that =
-        std::abs(beside->t - parameter_on_plane(pixel.center(), *beside));
+    const double along_that = std::abs(beside->t - parameter_on_plane(pixel.center(), *beside));
     // Rounding of the planes' parameters in double.
     const double least = 1e-12 * t;
     return change > 2.0 * std::max(along_this, along_that) + least;

@@ -14,9 +14,9 @@ Pose world_from_local(const oracle::WorldFolder& world, const Sequence& sequence
   const Geodetic world_origin{origin.lat_deg, origin.lon_deg, origin.height_m};
   const Eigen::Matrix3d world_from_ecef = enu_from_ecef(world_origin);
   // The difference first: turning 6 400 km would cost three digits.
-  return {world_from_ecef * enu_from_ecef(sequence.origin).transpose(),
-          world_from_ecef *
-              (ecef_from_geodetic(sequence.origin) - ecef_from_geodetic(world_origin))};
+  return {
+      world_from_ecef * enu_from_ecef(sequence.origin).transpose(),
+      world_from_ecef * (ecef_from_geodetic(sequence.origin) - ecef_from_geodetic(world_origin))};
 }
 
 PoseRounding pose_rounding(const std::string& format, double distance_m) {
@@ -38,9 +38,20 @@ PoseRounding pose_rounding(const std::string& format, double distance_m) {
   return rounding;
 }
 
+bool OracleView::is_usable() const {
+  constexpr double kEarth_m = 1e8;
+  constexpr double kLongestRay = 1e3;
+  const Eigen::Matrix3d& r = world_from_camera.rotation;
+  if (!(eye_world().norm() < kEarth_m) || !((r * r.transpose()).eval().isIdentity(1e-3)))
+    return false;
+  for (const double u : {0.0, static_cast<double>(intrinsics().width_px)})
+    for (const double v : {0.0, static_cast<double>(intrinsics().height_px)})
+      if (!(intrinsics().ray_from_pixel({u, v}).norm() < kLongestRay)) return false;
+  return true;
+}
+
 oracle::ExactRay OracleView::ray(const Eigen::Vector2d& pixel) const {
-  const Eigen::Vector3d direction =
-      world_from_camera.rotation * intrinsics().ray_from_pixel(pixel);
+  const Eigen::Vector3d direction = world_from_camera.rotation * intrinsics().ray_from_pixel(pixel);
   return {eye_world(), eye_world() + kThrough_m * direction};
 }
 
@@ -52,8 +63,7 @@ std::optional<Eigen::Vector2d> OracleView::project(const Eigen::Vector3d& point_
 }
 
 double OracleView::sine_of_graze(const Eigen::Vector2d& pixel, const oracle::ExactHit& hit) const {
-  const Eigen::Vector3d direction =
-      world_from_camera.rotation * intrinsics().ray_from_pixel(pixel);
+  const Eigen::Vector3d direction = world_from_camera.rotation * intrinsics().ray_from_pixel(pixel);
   return std::abs(hit.normal_world.dot(direction)) / direction.norm();
 }
 
@@ -82,7 +92,8 @@ double finest_pixels_per_radian(const Intrinsics& camera) {
           projection_jacobian(camera, camera.ray_from_pixel({u, v}).normalized());
       const Eigen::Matrix2d square = jacobian * jacobian.transpose();
       finest = std::max(
-          finest, std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(square).eigenvalues()[1]));
+          finest,
+          std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(square).eigenvalues()[1]));
     }
   return finest;
 }

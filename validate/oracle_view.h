@@ -34,6 +34,10 @@ struct OracleView {
   const Intrinsics& intrinsics() const { return view.camera->intrinsics; }
   const Eigen::Vector3d& eye_world() const { return world_from_camera.translation; }
 
+  /// Whether it can be computed with: a camera on Earth, a rotation to a thousandth, rays of sane
+  /// length.
+  bool is_usable() const;
+
   /// In lengths of the ray of depth 1, to its second point: so far that rounding that point turns the
   /// ray by 1e-16 rad.
   static constexpr double kThrough_m = 0x1.0p20;

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <span>
@@ -48,8 +47,7 @@ const char* name_of(Ground ground) {
 /// What covers a hit: the ground of the corner that counts most; nothing where two count alike.
 std::optional<Ground> ground_of(const ExactHit& hit) {
   if (hit.grounds[0] == hit.grounds[1] && hit.grounds[0] == hit.grounds[2]) return hit.grounds[0];
-  const std::array<double, 3> weights =
-      hit.weights_at(hit.point_world.x(), hit.point_world.y());
+  const std::array<double, 3> weights = hit.weights_at(hit.point_world.x(), hit.point_world.y());
   for (std::size_t k = 0; k < 3; ++k) {
     bool is_most = true;
     for (std::size_t other = 0; other < 3; ++other)
@@ -146,23 +144,21 @@ class OracleChecker : public Checker {
     if (options_.world.empty()) return;
     if (!is_begun_) begin(window.dataset(), window.sequence());
     if (!terrain_) return;
-    const auto start = std::chrono::steady_clock::now();
     const auto num_cameras = static_cast<int>(window.sequence().cameras.size());
     std::vector<std::optional<Sampled>> sampled(static_cast<std::size_t>(num_cameras));
     for (int camera = 0; camera < num_cameras; ++camera) {
       const std::optional<View> view = window.view(camera, window.frame());
       if (!view) continue;
       const OracleView placed = place(window.dataset(), *view);
+      if (!placed.is_usable()) continue;  // `trajectory` and `calibration` tell of it
       look_at_tracks(window.sequence(), placed);
       if (view->image->depth.empty()) continue;
-      Sampled& sample = sampled[static_cast<std::size_t>(camera)].emplace(
-          Sampled{placed, choose_pixels(*terrain_, placed, options_.oracle_samples,
-                                        options_.seed)});
+      Sampled& sample = sampled[static_cast<std::size_t>(camera)].emplace(Sampled{
+          placed, choose_pixels(*terrain_, placed, options_.oracle_samples, options_.seed)});
       compare(window, sample);
     }
     look_at_flow(window, sampled);
     last_ = std::move(sampled);
-    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence&) override {
@@ -171,8 +167,7 @@ class OracleChecker : public Checker {
     if (!is_begun_) return {unseen_result("oracle", "no frame could be read")};
     std::vector<CheckResult> results = {geometry_result()};
     if (!terrain_) {
-      for (const char* name :
-           {"oracle_depth", "oracle_class", "oracle_occlusion", "oracle_edges"})
+      for (const char* name : {"oracle_depth", "oracle_class", "oracle_occlusion", "oracle_edges"})
         results.push_back(skipped_result(name, "no ground to hold it against: oracle_geometry"));
       return results;
     }
@@ -192,13 +187,15 @@ class OracleChecker : public Checker {
     world_.emplace(options_.world);
     if (world_->input_hash() != dataset.world_input_hash)
       fail(ErrorKind::Input,
-           "{}: the world {} of inputs {}; the dataset shows {} of inputs {}: give the world that it "
+           "{}: the world {} of inputs {}; the dataset shows {} of inputs {}: give the world that "
+           "it "
            "was rendered from",
            options_.world.string(), world_->name(), world_->input_hash(), dataset.world_name,
            dataset.world_input_hash);
     if (sequence.geometry.empty())
       fail(ErrorKind::Input,
-           "{}: dataset.json does not say which tiles sequence {} shows, as those of older versions: "
+           "{}: dataset.json does not say which tiles sequence {} shows, as those of older "
+           "versions: "
            "render and export it again to hold it against a world",
            dataset.root.string(), sequence.name);
     world_from_local_ = world_from_local(*world_, sequence);
@@ -230,7 +227,7 @@ class OracleChecker : public Checker {
 
   OracleView place(const Dataset& dataset, const View& view) const {
     double distance_m = 0.0;
-    if (const auto& first = view.camera->local_from_camera[0])
+    if (const auto& first = view.camera->local_from_camera.front())
       distance_m = (view.local_from_camera.translation - first->translation).norm();
     return {view, world_from_local_ * view.local_from_camera,
             pose_rounding(dataset.format, distance_m)};
@@ -242,8 +239,7 @@ class OracleChecker : public Checker {
     const View& view = sample.view.view;
     const LoadedImage& image = *view.image;
     kinds_.add(sample.chosen.kinds);
-    const std::string& path =
-        view.camera->files[static_cast<std::size_t>(view.frame)].segmentation;
+    const std::string& path = view.camera->files[static_cast<std::size_t>(view.frame)].segmentation;
     core::Image8 classes;
     if (!path.empty() && !window.sequence().classes.empty()) {
       // What cannot be read is a finding of the frames' reader.
@@ -254,11 +250,10 @@ class OracleChecker : public Checker {
       });
       has_classes_ = has_classes_ || !classes.empty();
     }
-    const double focal_baseline = focal_baseline_of(window.sequence(), view);
+    const Parallax stereo = parallax_of(window.sequence(), view);
     for (const OraclePixel& pixel : sample.chosen.pixels) {
       if (pixel.is_on_silhouette) {
-        ++(pixel.reason == PixelReason::Random ? num_random_silhouettes_
-                                               : num_other_silhouettes_);
+        ++(pixel.reason == PixelReason::Random ? num_random_silhouettes_ : num_other_silhouettes_);
         if (pixel.reason == PixelReason::Random && first_silhouette_.empty())
           first_silhouette_ = place_of(view, pixel.x, pixel.y);
         continue;
@@ -283,8 +278,9 @@ class OracleChecker : public Checker {
       const auto stored_px = static_cast<double>(image.disparity(pixel.x, pixel.y));
       if (!std::isfinite(stored_px)) continue;
       ++num_disparities_;
-      const double exact_px = focal_baseline / exact_m;
-      const double allowed_px = 0.5 * kDisparityStep_px + exact_px * allowed_m / exact_m;
+      const double parallax_px = stereo.focal_baseline / exact_m;
+      const double exact_px = parallax_px + stereo.offset_px;
+      const double allowed_px = 0.5 * kDisparityStep_px + parallax_px * allowed_m / exact_m;
       note(std::abs(stored_px - exact_px) / allowed_px, [&] {
         return fmt::format("{}: disparity {:.6f} px, exact {:.6f} px, {:.2g} px allowed",
                            place_of(view, pixel.x, pixel.y), stored_px, exact_px, allowed_px);
@@ -299,9 +295,17 @@ class OracleChecker : public Checker {
     worst_depth_ = describe();
   }
 
-  static double focal_baseline_of(const Sequence& sequence, const View& view) {
-    if (!sequence.stereo || sequence.stereo->left != view.camera_index) return 0.0;
-    return view.camera->intrinsics.fx_px * sequence.stereo->baseline_m;
+  /// Disparity is focal length times baseline by depth, and what principal points differ by.
+  struct Parallax {
+    double focal_baseline = 0.0;
+    double offset_px = 0.0;
+  };
+  static Parallax parallax_of(const Sequence& sequence, const View& view) {
+    if (!sequence.stereo || sequence.stereo->left != view.camera_index) return {};
+    const Intrinsics& left = view.camera->intrinsics;
+    const auto right = static_cast<std::size_t>(sequence.stereo->right);
+    return {left.fx_px * sequence.stereo->baseline_m,
+            left.cx_px - sequence.cameras[right].intrinsics.cx_px};
   }
 
   void compare_class(const Sequence& sequence, const View& view, const OraclePixel& pixel,
@@ -363,21 +367,18 @@ class OracleChecker : public Checker {
   static void judge_all(std::size_t count, Verdicts& sum, const Judge& one) {
     std::vector<Verdicts> parts(count);
     constexpr std::int64_t kGrain = 8;
-    core::parallel_for_blocks(static_cast<std::int64_t>(count), kGrain,
-                              [&](std::int64_t begin, std::int64_t end) {
-                                for (auto i = static_cast<std::size_t>(begin);
-                                     i < static_cast<std::size_t>(end); ++i)
-                                  one(i, parts[i]);
-                              });
+    core::parallel_for_blocks(
+        static_cast<std::int64_t>(count), kGrain, [&](std::int64_t begin, std::int64_t end) {
+          for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+            one(i, parts[i]);
+        });
     for (const Verdicts& part : parts) sum.add(part);
   }
 
   /// The masks of flow between the last frame and this one.
-  void look_at_flow(const FrameWindow& window,
-                    const std::vector<std::optional<Sampled>>& sampled) {
+  void look_at_flow(const FrameWindow& window, const std::vector<std::optional<Sampled>>& sampled) {
     for (std::size_t camera = 0; camera < std::min(sampled.size(), last_.size()); ++camera) {
-      const std::optional<View> before =
-          window.view(static_cast<int>(camera), window.frame() - 1);
+      const std::optional<View> before = window.view(static_cast<int>(camera), window.frame() - 1);
       if (!sampled[camera] || !last_[camera] || !before || !before->image->flow) continue;
       has_visibility_ = true;
       const FlowFields& flow = *before->image->flow;
@@ -411,8 +412,8 @@ class OracleChecker : public Checker {
       for (const auto& [id, image] : model.images) image_of_name_[image.name] = id;
       for (const auto& [id, point] : model.points) point_ids_.push_back(id);
     }
-    const auto id = image_of_name_.find(by.view.camera->name + "/" + frame_digits(by.view.frame) +
-                                        ".png");
+    const auto id =
+        image_of_name_.find(by.view.camera->name + "/" + frame_digits(by.view.frame) + ".png");
     if (id == image_of_name_.end()) return;
     has_visibility_ = true;
     std::vector<std::int64_t> seen;
@@ -455,8 +456,7 @@ class OracleChecker : public Checker {
       const std::string where = fmt::format("point {}", claims[i].point);
       judge(by, point, claims[i].is_seen, where, verdicts);
       if (!claims[i].is_seen || verdicts.num_wrong > 0 || verdicts.num_ties > 0) return;
-      const double distance_m =
-          Sight(*terrain_, by.eye_world(), point).distance_from_ground_m();
+      const double distance_m = Sight(*terrain_, by.eye_world(), point).distance_from_ground_m();
       if (distance_m > kTie_m)
         verdicts.wrong(fmt::format("{}: {:.3g} m from the ground that {} sees there", where,
                                    distance_m, place_of(by.view)));
@@ -474,8 +474,10 @@ class OracleChecker : public Checker {
     result.worst = faults_.first;
     result.summary = fmt::format(
         "{} tiles that the dataset says it shows, against the world {} and the written rules: each "
-        "is the world's by its hash, they cover it without gap or overlap, neighbours differ by one "
-        "level at most, and each is as fine as these cameras ask for ({} px a cell, not below {} m).",
+        "is the world's by its hash, they cover it without gap or overlap, neighbours differ by "
+        "one "
+        "level at most, and each is as fine as these cameras ask for ({} px a cell, not below {} "
+        "m).",
         geometry_.tiles.size(), world_->name(), geometry_.cell_px, geometry_.finest_spacing_m);
     result.reason = "Levels are chosen by a rule without tolerance, tiles have hashes.";
     result.detects = "a tile left out, named twice, of another level or of other content";
@@ -491,16 +493,17 @@ class OracleChecker : public Checker {
     if (num_depths_ == 0) return unseen_result(result.name, "no pixel with depth was sampled");
     result.ok = result.is_within_bound();
     result.worst = worst_depth_;
-    const ExactTerrain::Stats stats = terrain_->stats();
     result.summary = fmt::format(
         "Largest difference of {} depths and {} disparities from the exact ones, by what rounding "
-        "leaves at that pixel. Of the pixels {} were drawn at random; of all, {} rays graze (under 3 "
-        "degrees), {} pass within 0.01 px of an edge or corner of their triangle, {} meet a cell at "
+        "leaves at that pixel. Of the pixels {} were drawn at random; of all, {} rays graze (under "
+        "3 "
+        "degrees), {} pass within 0.01 px of an edge or corner of their triangle, {} meet a cell "
+        "at "
         "a tile's border, {} of those where levels change, {} lie beside a silhouette. {} exact "
-        "rays, {} trees over {} tiles.",
-        num_depths_, num_disparities_, kinds_.num_random, kinds_.num_grazing,
-        kinds_.num_near_edge, kinds_.num_border, kinds_.num_level_change,
-        kinds_.num_beside_silhouette, stats.num_rays, stats.num_trees, stats.num_tiles_read);
+        "rays.",
+        num_depths_, num_disparities_, kinds_.num_random, kinds_.num_grazing, kinds_.num_near_edge,
+        kinds_.num_border, kinds_.num_level_change, kinds_.num_beside_silhouette,
+        terrain_->stats().num_rays);
     result.reason =
         "float32 twice (range, then depth), half a step of 1/256 px of disparity, and the decimals "
         "of the format's poses, carried to the plane of the triangle that is hit.";
@@ -520,7 +523,8 @@ class OracleChecker : public Checker {
     result.ok = class_.num_wrong == 0;
     result.worst = class_.first;
     result.summary = fmt::format(
-        "Of {} pixels, {} of them sky, those that depth{} say to be sky, sea, outside or land where "
+        "Of {} pixels, {} of them sky, those that depth{} say to be sky, sea, outside or land "
+        "where "
         "the ray finds another. {} lie where two of them meet.",
         class_.num_judged, kinds_.num_sky, has_classes_ ? " and segmentation" : "",
         class_.num_ties);
@@ -533,13 +537,12 @@ class OracleChecker : public Checker {
 
   CheckResult occlusion_result() const {
     if (!has_visibility_)
-      return skipped_result("oracle_occlusion", "the format claims nothing of visibility");
+      return skipped_result("oracle_occlusion", "the dataset claims nothing of visibility that is read");
     if (visibility_.num_judged == 0)
       return unseen_result("oracle_occlusion", "no claim of visibility was sampled");
     CheckResult result;
     result.name = "oracle_occlusion";
-    const double most_ties =
-        std::max(1.0, kMostTies * static_cast<double>(visibility_.num_judged));
+    const double most_ties = std::max(1.0, kMostTies * static_cast<double>(visibility_.num_judged));
     result.value = static_cast<double>(visibility_.num_wrong) +
                    std::max(0.0, static_cast<double>(visibility_.num_ties) - most_ties);
     result.unit = "points";
@@ -547,13 +550,14 @@ class OracleChecker : public Checker {
     result.worst = visibility_.first;
     result.summary = fmt::format(
         "Points of {} that are claimed to be seen from another image and are not, or are and are "
-        "not claimed, by an exact ray. {} more would change with a camera or point moved by 1e-6 m, "
+        "not claimed, by an exact ray. {} more would change with a camera or point moved by 1e-6 "
+        "m, "
         "and count as ties.",
         visibility_.num_judged, visibility_.num_ties);
     result.reason =
         "A point is seen or hidden by exact rays. Decimals of poses move a camera by half a "
         "micrometre at most; ties beyond one in 10 000 count.";
-    result.detects = "one inverted mask; a point 2 µm off the ground";
+    result.detects = "one inverted mask; a point 3 µm off the ground";
     return result;
   }
 
@@ -572,9 +576,9 @@ class OracleChecker : public Checker {
         "Share of {} random pixels where a ray shifted by 0.001 px meets another surface: they are "
         "left out of the comparison, with {} of those taken beside silhouettes and the like.",
         kinds_.num_random, num_other_silhouettes_);
-    result.reason = fmt::format(
+    result.reason =
         "0.1 %, and four standard errors of as many pixels: silhouettes a few pixels apart would "
-        "cross fewer.");
+        "cross fewer.";
     result.detects = "an oracle that leaves out what it should compare";
     return result;
   }
@@ -600,7 +604,6 @@ class OracleChecker : public Checker {
   std::vector<std::int64_t> point_ids_;
   std::int64_t num_random_silhouettes_ = 0, num_other_silhouettes_ = 0;
   std::string first_silhouette_;
-  double seconds_ = 0.0;
 };
 
 }  // namespace

@@ -185,8 +185,7 @@ struct LoadedTile {
   Facet facet(std::uint32_t leaf, int i, int j, bool is_upper) const {
     Facet facet{.leaf = leaf, .i = i, .j = j, .is_upper = is_upper, .corners = {}};
     const auto at = corners_of(i, j, is_upper);
-    for (std::size_t k = 0; k < 3; ++k)
-      facet.corners[k] = surface.vertex_world(at[k][0], at[k][1]);
+    for (std::size_t k = 0; k < 3; ++k) facet.corners[k] = surface.vertex_world(at[k][0], at[k][1]);
     return facet;
   }
 
@@ -207,9 +206,8 @@ struct LoadedTile {
       block->tree.build();
       blocks[index] = std::move(block);
       // A node of the tree holds a box and two pointers.
-      num_bytes += sizeof(Block) +
-                   kTriangles * (sizeof(Kernel::Triangle_3) + sizeof(Primitive) +
-                                 sizeof(CGAL::Bbox_3) + 2 * sizeof(void*));
+      num_bytes += sizeof(Block) + kTriangles * (sizeof(Kernel::Triangle_3) + sizeof(Primitive) +
+                                                 sizeof(CGAL::Bbox_3) + 2 * sizeof(void*));
       is_new = true;
     });
     return is_new;
@@ -263,10 +261,10 @@ struct ExactTerrain::Impl {
                    key.name());
       if (!leaf_of.emplace(key, leaves_.size()).second) continue;
       const double side_m = std::ldexp(256.0, key.level);
-      leaves_.push_back({.key = key,
-                         .box = {{key.x * side_m, key.y * side_m, info->lowest_z_world},
-                                 {(key.x + 1) * side_m, (key.y + 1) * side_m,
-                                  info->highest_z_world}}});
+      leaves_.push_back(
+          {.key = key,
+           .box = {{key.x * side_m, key.y * side_m, info->lowest_z_world},
+                   {(key.x + 1) * side_m, (key.y + 1) * side_m, info->highest_z_world}}});
     }
     for (Leaf& leaf : leaves_)
       for (int side = 0; side < kNumSides; ++side) {
@@ -285,8 +283,7 @@ struct ExactTerrain::Impl {
   void make_tree(int coarsest_level) {
     std::map<TileKey, std::uint32_t> node_of;
     const auto node_at = [&](const TileKey& key) {
-      const auto [found, is_new] =
-          node_of.emplace(key, static_cast<std::uint32_t>(nodes_.size()));
+      const auto [found, is_new] = node_of.emplace(key, static_cast<std::uint32_t>(nodes_.size()));
       if (is_new) nodes_.emplace_back();
       return std::pair(found->second, is_new);
     };
@@ -316,8 +313,7 @@ struct ExactTerrain::Impl {
 
   std::shared_ptr<LoadedTile> load(std::uint32_t leaf_index) const {
     const Leaf& leaf = leaves_[leaf_index];
-    const world::Tile tile =
-        world_.store().load({leaf.key.level, leaf.key.x, leaf.key.y});
+    const world::Tile tile = world_.store().load({leaf.key.level, leaf.key.x, leaf.key.y});
     auto loaded = std::make_shared<LoadedTile>();
     TileSurface& surface = loaded->surface;
     surface.key = leaf.key;
@@ -349,8 +345,8 @@ struct ExactTerrain::Impl {
         const std::size_t at = TileSurface::sample(i, j);
         const bool is_beside_coarser_row = (j == 0 && neighbour_levels[kSouth] > 0) ||
                                            (j == kLast && neighbour_levels[kNorth] > 0);
-        const bool is_beside_coarser_column = (i == 0 && neighbour_levels[kWest] > 0) ||
-                                              (i == kLast && neighbour_levels[kEast] > 0);
+        const bool is_beside_coarser_column =
+            (i == 0 && neighbour_levels[kWest] > 0) || (i == kLast && neighbour_levels[kEast] > 0);
         if (is_beside_coarser_row && i % 2 == 1)
           half_steps[at] =
               steps[TileSurface::sample(i - 1, j)] + steps[TileSurface::sample(i + 1, j)];
@@ -462,8 +458,8 @@ struct ExactTerrain::Impl {
           for (int bx = 0; bx < kBlocks; ++bx) {
             const double entry = boxes.entry(in.block_box(bx, by), t_max);
             if (entry < kInfinity)
-              ahead.push({entry, Ahead::kBlock, leaf,
-                          static_cast<std::uint16_t>(by * kBlocks + bx)});
+              ahead.push(
+                  {entry, Ahead::kBlock, leaf, static_cast<std::uint16_t>(by * kBlocks + bx)});
           }
         continue;
       }
@@ -476,9 +472,8 @@ struct ExactTerrain::Impl {
       block.tree.all_intersected_primitives(exact_ray, std::back_inserter(met));
       for (const Primitive::Id& triangle : met) {
         const auto k = static_cast<int>(triangle - block.triangles.cbegin());
-        const Crossing crossing(
-            ray, in.facet(next.index, bx * kBlockCells + k / 2 % kBlockCells,
-                          by * kBlockCells + k / 2 / kBlockCells, k % 2 == 1));
+        const Crossing crossing(ray, in.facet(next.index, bx * kBlockCells + k / 2 % kBlockCells,
+                                              by * kBlockCells + k / 2 / kBlockCells, k % 2 == 1));
         if (crossing.is_within_plane()) continue;
         if (!best || crossing.is_before(*best)) best = crossing;
       }

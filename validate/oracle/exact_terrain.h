@@ -26,7 +26,7 @@ enum class Ground : std::uint8_t { Land = 0, Sea = 1, Outside = 2 };
 
 /// The first point that a ray shares with the ground.
 struct ExactHit {
-  double t = 0.0;  ///< origin + t (through - origin), within 1 ulp of the exact value
+  double t = 0.0;                ///< origin + t (through - origin), within 1 ulp of the exact value
   Eigen::Vector3d point_world;   ///< each coordinate within 1 ulp of the exact point's
   Eigen::Vector3d normal_world;  ///< of the triangle, unit, upward
   TileKey tile;
@@ -48,7 +48,7 @@ struct TileSurface {
 
   TileKey key;
   double spacing_m = 0.0;
-  double west_world = 0.0;   ///< of sample (0, 0)
+  double west_world = 0.0;  ///< of sample (0, 0)
   double south_world = 0.0;
   double center_z_m = 0.0;
   std::vector<std::int32_t> half_steps;  ///< row by row from the south, each from the west
@@ -92,8 +92,8 @@ class ExactTerrain {
 
   /// The first crossing with t in [0, t_max]; nothing where there is none.
   /// throws   Input, Io: a tile is damaged or not the one that the world lists
-  std::optional<ExactHit> first_hit(
-      const ExactRay& ray, double t_max = std::numeric_limits<double>::infinity()) const;
+  std::optional<ExactHit> first_hit(const ExactRay& ray,
+                                    double t_max = std::numeric_limits<double>::infinity()) const;
 
   /// The heights of a tile.
   std::shared_ptr<const TileSurface> surface(const TileKey& tile) const;

@@ -110,8 +110,8 @@ class RuleBook {
       const TileKey root{info.id.level, info.id.x, info.id.y};
       if (root.level != coarsest_level_) continue;
       if (const auto gap = leaves_.find_gap(root))
-        add("no tile covers {}, from ({}, {}) m on", gap->name(),
-            id_of(*gap).corner_world().x(), id_of(*gap).corner_world().y());
+        add("no tile covers {}, from ({}, {}) m on", gap->name(), id_of(*gap).corner_world().x(),
+            id_of(*gap).corner_world().y());
     }
   }
 
@@ -132,8 +132,8 @@ class RuleBook {
       if (info == nullptr || spacing_m <= geometry_.finest_spacing_m) continue;
       const Eigen::Vector3d lowest(256.0 * spacing_m * key.x, 256.0 * spacing_m * key.y,
                                    info->lowest_z_world);
-      const Eigen::Vector3d highest(lowest.x() + 256.0 * spacing_m,
-                                    lowest.y() + 256.0 * spacing_m, info->highest_z_world);
+      const Eigen::Vector3d highest(lowest.x() + 256.0 * spacing_m, lowest.y() + 256.0 * spacing_m,
+                                    info->highest_z_world);
       for (const Eye& eye : eyes) {
         const Eigen::Vector3d outside =
             (lowest - eye.position_world).cwiseMax(eye.position_world - highest).cwiseMax(0.0);

@@ -20,8 +20,8 @@ struct Eye {
 
 struct RuleFaults {
   std::int64_t count = 0;
-  std::string first;             ///< what is wrong, and where, of the first one
-  bool can_be_measured = true;   ///< every tile is in the world with the hash that is recorded
+  std::string first;            ///< what is wrong, and where, of the first one
+  bool can_be_measured = true;  ///< every tile is in the world with the hash that is recorded
 };
 
 /// Counts what is wrong:

@@ -57,8 +57,7 @@ double positive(const Json& json, const char* member, const std::string& name) {
 
 ShownGeometry read_shown_geometry(const std::filesystem::path& file, const std::string& name) {
   const std::vector<std::byte> bytes = core::read_file(file, kMostBytes);
-  const Json json =
-      Json::parse({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name);
+  const Json json = Json::parse({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name);
   if (!json.is_object() || !json.has("format") ||
       json.at("format").string() != "terracast-geometry")
     fail(ErrorKind::Input, "{}: not a terracast-geometry", name);
