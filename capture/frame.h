@@ -77,6 +77,27 @@ struct TrackPoint {
   bool operator==(const TrackPoint&) const = default;
 };
 
+/// Tiles that a sequence can show: primitive ids count so far, and kNoPrimitive is none.
+inline constexpr std::size_t kMaxShownTiles = (std::size_t{1} << 15) - 1;
+
+/// A tile of the world, and what it held.
+struct ShownTile {
+  int level = 0;
+  int x = 0;
+  int y = 0;
+  std::string content_hash;
+  bool operator==(const ShownTile&) const = default;
+};
+
+/// The ground that a sequence shows: which tiles of the world stood, chosen once for all frames and
+/// cameras, and the rule that asked for them (world/lod.h).
+struct ShownGeometry {
+  double cell_px = 0.0;
+  double finest_spacing_m = 0.0;
+  std::vector<ShownTile> tiles;  ///< by level, x, y
+  bool operator==(const ShownGeometry&) const = default;
+};
+
 /// sequence.json: what all frames share; written before the first frame, the same by every shard.
 struct SequenceInfo {
   std::string name;
@@ -88,6 +109,7 @@ struct SequenceInfo {
   std::string utc_start;
   double rate_hz = 0.0;
   int num_frames = 0;
+  ShownGeometry geometry;
   std::vector<CameraCalibration> cameras;
   std::string config_toml;            ///< the resolved config, paths as written
   std::vector<std::string> licences;  ///< of the sources

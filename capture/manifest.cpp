@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdio>
 #include <set>
+#include <tuple>
 
 #include "capture/channel.h"
 
@@ -164,6 +166,57 @@ LabelBounds bounds_from_json(const Json& json, const Source& source) {
           .num_left_out = json.at("num_left_out").integer()};
 }
 
+std::string name_of(const ShownTile& tile) {
+  return fmt::format("{}/{}/{}", tile.level, tile.x, tile.y);
+}
+
+bool is_content_hash(const std::string& text) {
+  return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+/// throws Input: not "level/x/y hash"
+ShownTile tile_from_text(const std::string& text, const std::string& file) {
+  ShownTile tile;
+  int length = 0;
+  if (text.size() > 80 ||
+      std::sscanf(text.c_str(), "%9d/%9d/%9d %n", &tile.level, &tile.x, &tile.y, &length) != 3)
+    fail(ErrorKind::Input, "{}: \"{}\" is not a tile's level/x/y and hash", file,
+         text.substr(0, 80));
+  tile.content_hash = text.substr(static_cast<std::size_t>(length));
+  if (name_of(tile) + " " + tile.content_hash != text)
+    fail(ErrorKind::Input, "{}: \"{}\" is not a tile's level/x/y and hash", file, text);
+  return tile;
+}
+
+ShownGeometry geometry_from_json(const Json& json, const Source& source) {
+  ShownGeometry geometry{
+      .cell_px = source.finite(json.at("cell_px"), "cell_px"),
+      .finest_spacing_m = source.finite(json.at("finest_spacing_m"), "finest_spacing_m"),
+      .tiles = {}};
+  const std::vector<std::string> tiles = json.at("tiles").strings();
+  geometry.tiles.reserve(tiles.size());
+  for (const std::string& tile : tiles) geometry.tiles.push_back(tile_from_text(tile, source.file));
+  return geometry;
+}
+
+/// What every sequence's geometry is: tiles in order, with hashes.
+void check_geometry(const ShownGeometry& geometry, ErrorKind kind, const std::string& where) {
+  if (!(geometry.cell_px > 0.0) || !(geometry.finest_spacing_m > 0.0))
+    fail(kind, "{}: cell_px = {} and finest_spacing_m = {} must be positive", where,
+         geometry.cell_px, geometry.finest_spacing_m);
+  if (geometry.tiles.empty() || geometry.tiles.size() > kMaxShownTiles)
+    fail(kind, "{}: shows {} tiles; a sequence shows 1 to {}", where, geometry.tiles.size(),
+         kMaxShownTiles);
+  for (const ShownTile& tile : geometry.tiles)
+    if (!is_content_hash(tile.content_hash))
+      fail(kind, "{}: \"{}\", of tile {}, is no content hash of 32 hexadecimal digits", where,
+           tile.content_hash, name_of(tile));
+  const auto place = [](const ShownTile& tile) { return std::tuple(tile.level, tile.x, tile.y); };
+  for (std::size_t i = 1; i < geometry.tiles.size(); ++i)
+    if (!(place(geometry.tiles[i - 1]) < place(geometry.tiles[i])))
+      fail(kind, "{}: tile {} stands twice or out of order", where, name_of(geometry.tiles[i]));
+}
+
 bool is_utc(const std::string& text) {
   static constexpr std::string_view kShape = "0000-00-00T00:00:00";
   if (text.size() <= kShape.size() || text.back() != 'Z') return false;
@@ -213,6 +266,7 @@ void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string&
       !std::isfinite(info.origin.height_m))
     fail(kind, "{}: the origin ({} deg, {} deg, {} m) is not a place", where, info.origin.lat_deg,
          info.origin.lon_deg, info.origin.height_m);
+  check_geometry(info.geometry, kind, where);
   if (info.cameras.empty() || info.cameras.size() > kMaxCameras)
     fail(kind, "{}: {} cameras; a sequence has 1 to {}", where, info.cameras.size(), kMaxCameras);
   std::set<std::pair<std::string, std::string>> names;
@@ -274,6 +328,17 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind
   }
 }
 
+Json json_from_geometry(const ShownGeometry& geometry) {
+  std::vector<std::string> tiles;
+  tiles.reserve(geometry.tiles.size());
+  for (const ShownTile& tile : geometry.tiles)
+    tiles.push_back(name_of(tile) + " " + tile.content_hash);
+  return Json::object()
+      .set("cell_px", geometry.cell_px)
+      .set("finest_spacing_m", geometry.finest_spacing_m)
+      .set("tiles", Json::array_of(tiles));
+}
+
 Json json_from_sequence(const SequenceInfo& info) {
   Json classes = Json::object();
   for (std::size_t i = 0; i < semantic_class_names().size(); ++i)
@@ -301,6 +366,7 @@ Json json_from_sequence(const SequenceInfo& info) {
       .set("utc_start", info.utc_start)
       .set("rate_hz", info.rate_hz)
       .set("num_frames", info.num_frames)
+      .set("geometry", json_from_geometry(info.geometry))
       .set("cameras", std::move(cameras))
       .set("channels", std::move(channel_list))
       .set("semantic_classes", std::move(classes))
@@ -324,6 +390,7 @@ SequenceInfo sequence_from_json(const Json& json, const std::string& file) {
   info.utc_start = json.at("utc_start").string();
   info.rate_hz = source.finite(json.at("rate_hz"), "rate_hz");
   info.num_frames = static_cast<int>(source.count(json.at("num_frames"), kMaxFrames, "num_frames"));
+  info.geometry = geometry_from_json(json.at("geometry"), source);
   const Json& cameras = json.at("cameras");
   if (!cameras.is_array() || cameras.size() > kMaxCameras)
     fail(ErrorKind::Input, "{}: cameras must be a list of 1 to {}", file, kMaxCameras);

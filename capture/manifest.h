@@ -43,6 +43,8 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, core::Err
                   const std::string& where);
 
 core::Json json_from_sequence(const SequenceInfo& info);
+/// {"cell_px", "finest_spacing_m", "tiles": ["level/x/y hash", …]}, for captures and for exports.
+core::Json json_from_geometry(const ShownGeometry& geometry);
 core::Json json_from_tracks(const std::vector<TrackPoint>& tracks);
 core::Json json_from_record(const FrameRecord& record);
 

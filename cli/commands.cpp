@@ -40,6 +40,7 @@ struct Arguments {
   int num_threads = 0;
   int size_px = 1024;
   int colmap_seeds = 3;
+  int oracle_samples = 200;
   bool verbose = false, quiet = false;
 };
 
@@ -141,10 +142,13 @@ int run_validate(const Arguments& args) {
   const core::Log log("validate", log_level(args));
   const core::ThreadLimit limit(args.num_threads);
   const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
-  const auto results = validate::run_validate_stage(
-      args.dataset,
-      {.format = args.format, .colmap = args.colmap, .colmap_seeds = args.colmap_seeds},
-      args.report, context);
+  const auto results = validate::run_validate_stage(args.dataset,
+                                                    {.format = args.format,
+                                                     .colmap = args.colmap,
+                                                     .colmap_seeds = args.colmap_seeds,
+                                                     .world = args.store,
+                                                     .oracle_samples = args.oracle_samples},
+                                                    args.report, context);
   bool all_ok = true;
   for (const auto& result : results) {
     fmt::print("{:7} {:32} {:>12.6g} {:8} bound {:<12.6g} {}\n",
@@ -290,6 +294,12 @@ int parse_and_run(int argc, const char* const* argv) {
       ->add_option("--colmap-seeds", args.colmap_seeds,
                    "Free reconstructions, of which the worst counts.")
       ->check(CLI::Range(1, 100));
+  validate_command->add_option("--world", args.store,
+                               "Folder of its world: the oracle holds pixels against exact rays.");
+  validate_command
+      ->add_option("--oracle-samples", args.oracle_samples,
+                   "Pixels that the oracle draws at random from each image.")
+      ->check(CLI::Range(1, 1000000));
   add_common(*validate_command, args);
   validate_command->callback([&] { status = run_validate(args); });
 

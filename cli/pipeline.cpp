@@ -210,7 +210,9 @@ bool validate_formats(const Job& job, const OutputFolders& out, const core::Cont
     const validate::ValidateOptions options{
         .format = chosen.format,
         .seed = job.config.validation.seed,
-        .samples_per_image = job.config.validation.samples_per_image};
+        .samples_per_image = job.config.validation.samples_per_image,
+        .world = out.world,
+        .oracle_samples = job.config.validation.oracle_samples};
     core::with_context(
         [&] {
           validate::run_validate_stage(out.exports / chosen.format, options,

@@ -19,12 +19,17 @@ namespace terracast::cli {
 struct ValidateConfig {
   std::int64_t seed = 1;
   std::int64_t samples_per_image = 2000;
+  std::int64_t oracle_samples = 200;
 
   template <class Visitor>
   void describe(Visitor& visit) {
     visit.key("seed", seed, "Seed of the pixels that sampling checks draw.");
     visit.key("samples_per_image", samples_per_image,
               "Pixels that a sampling check draws from each image.", core::between(100, 1000000));
+    visit.key("oracle_samples", oracle_samples,
+              "Pixels that the oracle draws at random from each image, and as many where mistakes "
+              "hide.",
+              core::between(1, 1000000));
   }
 };
 

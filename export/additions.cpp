@@ -53,6 +53,7 @@ void write_additions(DatasetWriter& writer, const std::string& folder,
                      const std::vector<ExportedCamera>& cameras) {
   writer.write(folder + "/" + kGeoreferenceFile, georeference_csv(sequence, cameras));
   writer.write(folder + "/" + kBoundsFile, bounds_csv(sequence, cameras));
+  writer.write(folder + "/" + kGeometryFile, geometry_text(sequence));
 }
 
 }  // namespace terracast::exporters

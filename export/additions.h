@@ -17,7 +17,7 @@ namespace terracast::exporters {
 std::string bounds_csv(const capture::SequenceReader& sequence,
                        const std::vector<ExportedCamera>& cameras);
 
-/// Writes georeference.csv and bounds.csv.
+/// Writes georeference.csv, bounds.csv and geometry.json.
 /// folder    of the sequence, relative to the dataset
 /// throws    Io
 void write_additions(DatasetWriter& writer, const std::string& folder,

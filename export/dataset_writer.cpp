@@ -183,7 +183,8 @@ Json metadata(std::string_view format, std::string_view format_version, const st
   std::vector<std::string> all_additions = {
       "dataset.json: this file",
       "georeference.csv: every camera's place on WGS84 and its rotation there",
-      "bounds.csv: what depth and flow of every image may err by"};
+      "bounds.csv: what depth and flow of every image may err by",
+      "geometry.json: the tiles of the world that a sequence shows, with their hashes"};
   all_additions.insert(all_additions.end(), additions.begin(), additions.end());
   const capture::SequenceInfo& info = sequences.front().info();
   return Json::object()

@@ -4,9 +4,17 @@
 
 #include <cmath>
 
+#include "capture/manifest.h"
+
 namespace terracast::exporters {
 
 using core::Json;
+
+namespace {
+
+constexpr int kGeometryVersion = 1;
+
+}  // namespace
 
 LocalFrame local_frame(const capture::SequenceReader& sequence) {
   const geo::WorldFrame world(sequence.info().origin);
@@ -52,6 +60,14 @@ std::string georeference_csv(const capture::SequenceReader& sequence,
   return text;
 }
 
+std::string geometry_text(const capture::SequenceReader& sequence) {
+  Json json = Json::object();
+  json.set("format", "terracast-geometry").set("version", kGeometryVersion);
+  const Json geometry = capture::json_from_geometry(sequence.info().geometry);
+  for (const auto& [name, value] : geometry.members()) json.set(name, value);
+  return json.text() + "\n";
+}
+
 Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame& local,
                        const std::string& name, const std::string& path,
                        const std::vector<ExportedCamera>& cameras) {
@@ -91,6 +107,7 @@ Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame
                          .set("height_m", local.origin.height_m))
       .set("georeference", path + "/" + kGeoreferenceFile)
       .set("bounds", path + "/" + kBoundsFile)
+      .set("geometry", path + "/" + kGeometryFile)
       .set("cameras", std::move(list));
 }
 

@@ -35,11 +35,15 @@ Eigen::Quaterniond canonical(const Eigen::Quaterniond& rotation);
 /// Files of ours in a sequence's folder.
 inline constexpr const char* kGeoreferenceFile = "georeference.csv";
 inline constexpr const char* kBoundsFile = "bounds.csv";
+inline constexpr const char* kGeometryFile = "geometry.json";
 
 /// georeference.csv: one row for each frame and camera. The camera's centre on WGS84 and its
 /// rotation into the east-north-up of that very place.
 std::string georeference_csv(const capture::SequenceReader& sequence,
                              const std::vector<ExportedCamera>& cameras);
+
+/// geometry.json: the capture's geometry, what ground the sequence shows, with format and version.
+std::string geometry_text(const capture::SequenceReader& sequence);
 
 /// A sequence's entry in dataset.json.
 /// name, path   as the format lays them out; the path relative to the dataset

@@ -50,6 +50,6 @@ inline std::uint32_t primitive_id(const world::SurfaceHit& hit) {
          static_cast<std::uint32_t>(hit.upper);
 }
 /// Tiles that primitive ids can tell apart; one less than 2^15, for kNoPrimitive.
-inline constexpr std::size_t kMaxCutTiles = (std::size_t{1} << 15) - 1;
+inline constexpr std::size_t kMaxCutTiles = capture::kMaxShownTiles;
 
 }  // namespace terracast::render

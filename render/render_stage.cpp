@@ -56,7 +56,8 @@ std::vector<world::CutTile> cut_of(const world::TileStore& store, const Sequence
   return cut;
 }
 
-std::string input_hash_of(const SequencePlan& plan, const world::TileStore& store) {
+std::string input_hash_of(const SequencePlan& plan, const world::TileStore& store,
+                          const std::vector<world::CutTile>& cut) {
   std::string text =
       fmt::format("render {}\nworld {}\n", kRenderVersion, store.manifest().input_hash);
   text += fmt::format("sequence {} {} {:.17g} {}\n", plan.name, plan.utc_start, plan.rate_hz,
@@ -78,12 +79,25 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
   }
   text += core::toml_text(plan.conditions);
   text += core::toml_text(plan.tracks);
-  for (const world::CutTile& tile : cut_of(store, plan)) {
+  for (const world::CutTile& tile : cut) {
     text += fmt::format("tile {} {} {}\n", tile.id.name(), tile.coarser_sides,
                         store.find(tile.id)->content_hash);
   }
   text += plan.config_toml;
   return core::content_hash(text);
+}
+
+capture::ShownGeometry geometry_of(const SequencePlan& plan, const world::TileStore& store,
+                                   const std::vector<world::CutTile>& cut) {
+  capture::ShownGeometry geometry{.cell_px = plan.detail.cell_px,
+                                  .finest_spacing_m = plan.detail.finest_spacing_m,
+                                  .tiles = {}};
+  for (const world::CutTile& tile : cut)
+    geometry.tiles.push_back({.level = tile.id.level,
+                              .x = tile.id.x,
+                              .y = tile.id.y,
+                              .content_hash = store.find(tile.id)->content_hash});
+  return geometry;
 }
 
 void check_plan(const SequencePlan& plan, const Shard& shard) {
@@ -305,17 +319,19 @@ std::vector<world::Viewpoint> viewpoints_of(
 
 capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::TileStore& store) {
   const world::WorldManifest& manifest = store.manifest();
+  const std::vector<world::CutTile> cut = cut_of(store, plan);
   std::set<std::string> licences;
   for (const world::SourceInfo& source : manifest.sources)
     if (!source.licence.empty()) licences.insert(source.licence);
   return {.name = plan.name,
-          .input_hash = input_hash_of(plan, store),
+          .input_hash = input_hash_of(plan, store, cut),
           .world_name = manifest.name,
           .world_input_hash = manifest.input_hash,
           .origin = manifest.origin,
           .utc_start = plan.utc_start,
           .rate_hz = plan.rate_hz,
           .num_frames = static_cast<int>(plan.states.size()),
+          .geometry = geometry_of(plan, store, cut),
           .cameras = plan.cameras,
           .config_toml = plan.config_toml,
           .licences = {licences.begin(), licences.end()}};

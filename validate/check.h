@@ -51,13 +51,16 @@ struct ValidateOptions {
   std::int64_t samples_per_image = 2000;  ///< pixels drawn for the checks that sample
   std::vector<std::string> colmap = {};   ///< what the program COLMAP is asked for: colmap_modes()
   std::int64_t colmap_seeds = 3;          ///< free reconstructions, of which the worst counts
+  std::filesystem::path world = {};   ///< the oracle's: of which the dataset is; empty: no oracle
+  std::int64_t oracle_samples = 200;  ///< pixels of an image that the oracle draws at random
 };
 
-/// Validates one exported dataset: reads the folder alone, by code that shares nothing with the
-/// exporters. Writes report.json and index.html into `report_folder`; what COLMAP is asked for
+/// Validates one exported dataset: reads the folder alone (and the world's tiles, where the oracle is
+/// asked), by code that shares nothing with the exporters. Writes report.json and index.html into `report_folder`; what COLMAP is asked for
 /// works in its folder `colmap`, which is kept.
 /// returns  all results; the dataset is right when every one is ok
-/// throws   Input: not a dataset of a known format (damage inside one is a failed check); Io
+/// throws   Input: not a dataset of a known format (damage inside one is a failed check), or the world
+///          is another one than the dataset's; Io
 std::vector<CheckResult> run_validate_stage(const std::filesystem::path& dataset,
                                             const ValidateOptions& options,
                                             const std::filesystem::path& report_folder,

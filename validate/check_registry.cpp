@@ -11,6 +11,8 @@
     "COLMAP's sparse model: reprojection, tracks, rigs, text against binary, depth, colours")      \
   X(flow, "stored flow and its masks against depth, poses and intrinsics")                         \
   X(georeference, "poses and times against georeference.csv on WGS84")                             \
+  X(oracle,                                                                                        \
+    "depth, classes and visibility against exact rays through the world's tiles (--world)")        \
   X(oxts, "velocity, force and turn rate of inertial packets against their places and attitudes")  \
   X(photometric, "colours carried by depth and poses into other images against the colours there") \
   X(reprojection, "depth carried by poses into other images against the depth there")              \

@@ -72,6 +72,7 @@ struct Sequence {
   double rate_hz = 0.0;
   std::string utc_start;
   Geodetic origin;
+  std::string geometry;         ///< path of its geometry.json; empty: an older version's dataset
   std::vector<double> times_s;  ///< of the format's own file; empty where it has none
   std::vector<Camera> cameras;
   std::optional<StereoPair> stereo;
@@ -103,7 +104,8 @@ struct Dataset {
   std::filesystem::path root;
   std::string format;
   std::string world_name;
-  float sky_depth_m = 1e5F;  ///< TartanAir, both versions: the depth of the sky
+  std::string world_input_hash;  ///< of everything that determines the world
+  float sky_depth_m = 1e5F;      ///< TartanAir, both versions: the depth of the sky
   std::map<std::string, FileRecord> files;
   std::vector<Sequence> sequences;
 };

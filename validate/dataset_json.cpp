@@ -187,6 +187,7 @@ void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
   };
   read_georeference(dataset, addition("georeference"), sequence, findings);
   if (json.has("bounds")) read_bounds(dataset, addition("bounds"), sequence, findings);
+  if (json.has("geometry")) sequence.geometry = addition("geometry");
   find_reader(dataset.format).read(dataset, sequence, findings);
   for (const Camera& camera : sequence.cameras)
     if (!camera.intrinsics.is_sound())
@@ -212,6 +213,7 @@ Dataset read_dataset(const std::filesystem::path& root, const std::string& forma
          format);
   findings.attempt("dataset.json", [&] {
     dataset.world_name = json.at("world").at("name").string();
+    dataset.world_input_hash = json.at("world").at("input_hash").string();
     if (json.has("sky_depth_m")) {
       dataset.sky_depth_m = static_cast<float>(json.at("sky_depth_m").number());
       if (!(dataset.sky_depth_m > 0.0F) || !std::isfinite(dataset.sky_depth_m))

@@ -262,7 +262,7 @@ struct Forgery {
 // Hashes that fit do not make a value possible.
 TEST(SequenceFiles, ForgedValuesAreRefused) {
   const std::vector<Forgery> forgeries = {
-      {"sequence.json", "\"version\": 3", "\"version\": 1", {"version 1", "reads version 3"}},
+      {"sequence.json", "\"version\": 3", "\"version\": 2", {"version 2", "reads version 3"}},
       {"sequence.json", "terracast-capture", "other", {"not a file of"}},
       {"sequence.json", "\"rate_hz\"", "\"rate\"", {"no member \"rate_hz\""}},
       {"sequence.json", "\"rate_hz\": 10.0", "\"rate_hz\": -1", {"rate_hz = -1"}},
@@ -276,6 +276,12 @@ TEST(SequenceFiles, ForgedValuesAreRefused) {
       {"sequence.json", "\"name\": \"cam0\"", "\"name\": \"cam1\"", {"stands twice"}},
       {"sequence.json", "\"lat_deg\": 42.5", "\"lat_deg\": 142.5", {"not a place"}},
       {"sequence.json", "2024-06-21T10", "2024-06-21 10", {"utc_start"}},
+      {"sequence.json", "\"geometry\"", "\"geometri\"", {"no member \"geometry\""}},
+      {"sequence.json", "\"cell_px\": 2.0", "\"cell_px\": 0.0", {"cell_px"}},
+      {"sequence.json", "\"7/-1/0 ", "\"7/-1/0/", {"level/x/y"}},
+      {"sequence.json", "\"7/-1/0 ", "\"7/ -1/0 ", {"level/x/y"}},
+      {"sequence.json", "\"7/-1/0 00", "\"7/-1/0 0g", {"7/-1/0", "hash"}},
+      {"sequence.json", "\"7/-1/0 ", "\"7/0/0 ", {"7/0/0", "twice"}},
       {"frames/000000.json",
        "mcs4/cam0/000000.png",
        "../../../etc/passwd",

@@ -220,6 +220,10 @@ capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options) {
   info.utc_start = options.utc_start;
   info.rate_hz = 10.0;
   info.num_frames = options.num_frames;
+  info.geometry = {.cell_px = 2.0,
+                   .finest_spacing_m = 1.0,
+                   .tiles = {{7, -1, 0, "00112233445566778899aabbccddeeff"},
+                             {7, 0, 0, "ffeeddccbbaa99887766554433221100"}}};
   info.config_toml = "name = \"tiny\"\n";
   info.licences = {"Drawn for tests; public domain"};
   const Eigen::Vector3d none = Eigen::Vector3d::Zero();

@@ -1,0 +1,615 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <span>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/random.h"
+#include "validate/checks/checker.h"
+#include "validate/oracle/shown_geometry.h"
+#include "validate/oracle_pixels.h"
+
+/// The dataset against its world: exact rays through sampled pixels, from the format's own poses and
+/// intrinsics, meet the exact triangles of the tiles that the dataset says it shows. What they find is
+/// compared with depth, disparity, classes and claims of visibility.
+namespace terracast::validate {
+
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+using oracle::ExactHit;
+using oracle::ExactRay;
+using oracle::ExactTerrain;
+using oracle::Ground;
+
+/// Where a verdict on visibility may go either way: twice the half micrometre by which the decimals of
+/// a height can move a camera.
+constexpr double kTie_m = 1e-6;
+/// Share of the judged points that may be such ties.
+constexpr double kMostTies = 1e-4;
+/// A projection nearer to the border of an image is in it or not by rounding.
+constexpr double kBorder_px = 1e-4;
+/// Points are rounded to double; COLMAP's were turned into another frame, which is good to 10 nm twice.
+constexpr double kPointRounding_m = 5e-8;
+/// A corner of a triangle covers a place when it counts for more than the others by so much.
+constexpr double kWeightTie = 1e-6;
+constexpr double kDisparityStep_px = 1.0 / 256.0;
+constexpr double kMostSilhouettes = 1e-3;
+
+const char* name_of(Ground ground) {
+  return ground == Ground::Sea ? "sea" : ground == Ground::Outside ? "outside" : "land";
+}
+
+/// What covers a hit: the ground of the corner that counts most; nothing where two count alike.
+std::optional<Ground> ground_of(const ExactHit& hit) {
+  if (hit.grounds[0] == hit.grounds[1] && hit.grounds[0] == hit.grounds[2]) return hit.grounds[0];
+  const std::array<double, 3> weights = hit.weights_at(hit.point_world.x(), hit.point_world.y());
+  for (std::size_t k = 0; k < 3; ++k) {
+    bool is_most = true;
+    for (std::size_t other = 0; other < 3; ++other)
+      if (hit.grounds[other] != hit.grounds[k] && weights[other] > weights[k] - kWeightTie)
+        is_most = false;
+    if (is_most) return hit.grounds[k];
+  }
+  return std::nullopt;
+}
+
+/// What the cover of the ground lets a class be called.
+bool is_class_of(const std::string& name, Ground ground) {
+  if (name == "sky") return false;
+  if (name == "sea" || name == "outside") return name == name_of(ground);
+  return ground == Ground::Land;
+}
+
+/// Whether a point of the ground is seen from a place.
+class Sight {
+ public:
+  Sight(const ExactTerrain& terrain, const Eigen::Vector3d& eye, const Eigen::Vector3d& point)
+      : terrain_(terrain), eye_(eye), point_(point) {}
+
+  bool is_seen() const { return is_seen(eye_, point_); }
+
+  /// Whether eye or point, moved by less than a tie, see each other or not, otherwise than as they
+  /// stand.
+  bool is_tie() const {
+    const bool is_seen_here = is_seen();
+    const Eigen::Vector3d along = (point_ - eye_).normalized();
+    const Eigen::Vector3d across = along.unitOrthogonal();
+    const Eigen::Vector3d third = along.cross(across);
+    for (const Eigen::Vector3d& move : {across, third, Eigen::Vector3d(Eigen::Vector3d::UnitZ())})
+      for (const double size_m : {-kTie_m, kTie_m})
+        if (is_seen(eye_ + size_m * move, point_) != is_seen_here ||
+            is_seen(eye_, point_ + size_m * move) != is_seen_here)
+          return true;
+    return false;
+  }
+
+  /// How far the ground that the eye sees in the point's direction is from the point, along the
+  /// normal there; +inf: no ground.
+  double distance_from_ground_m() const {
+    const std::optional<ExactHit> hit = terrain_.first_hit({eye_, point_});
+    if (!hit) return std::numeric_limits<double>::infinity();
+    return std::abs((hit->t - 1.0) * hit->normal_world.dot(point_ - eye_));
+  }
+
+ private:
+  /// The ground's first point on the way is the point itself: as far along the normal of the triangle
+  /// there as the point's rounding goes.
+  bool is_seen(const Eigen::Vector3d& eye, const Eigen::Vector3d& point) const {
+    const std::optional<ExactHit> hit = terrain_.first_hit({eye, point}, 1.0);
+    if (!hit) return true;
+    return std::abs((1.0 - hit->t) * hit->normal_world.dot(point - eye)) <= kPointRounding_m &&
+           (1.0 - hit->t) * (point - eye).norm() <= kMostAlong_m;
+  }
+  /// Grazing rays would turn a point's rounding into kilometres.
+  static constexpr double kMostAlong_m = 1e-4;
+
+  const ExactTerrain& terrain_;
+  Eigen::Vector3d eye_, point_;
+};
+
+/// Verdicts on one thing, of several places.
+struct Verdicts {
+  std::int64_t num_judged = 0;
+  std::int64_t num_wrong = 0;
+  std::int64_t num_ties = 0;
+  std::string first;
+
+  void add(const Verdicts& other) {
+    num_judged += other.num_judged;
+    num_wrong += other.num_wrong;
+    num_ties += other.num_ties;
+    if (first.empty()) first = other.first;
+  }
+  void wrong(const std::string& where) {
+    if (++num_wrong == 1) first = where;
+  }
+};
+
+/// Pixels of a camera's newest frames, with what they hit.
+struct Sampled {
+  OracleView view;
+  OraclePixels chosen;
+};
+
+class OracleChecker : public Checker {
+ public:
+  explicit OracleChecker(const ValidateOptions& options) : options_(options) {}
+
+  void frame(const FrameWindow& window, const std::vector<ViewPair>&) override {
+    if (options_.world.empty()) return;
+    if (!is_begun_) begin(window.dataset(), window.sequence());
+    if (!terrain_) return;
+    const auto num_cameras = static_cast<int>(window.sequence().cameras.size());
+    std::vector<std::optional<Sampled>> sampled(static_cast<std::size_t>(num_cameras));
+    for (int camera = 0; camera < num_cameras; ++camera) {
+      const std::optional<View> view = window.view(camera, window.frame());
+      if (!view) continue;
+      const OracleView placed = place(window.dataset(), *view);
+      if (!placed.is_usable()) continue;  // `trajectory` and `calibration` tell of it
+      look_at_tracks(window.sequence(), placed);
+      if (view->image->depth.empty()) continue;
+      Sampled& sample = sampled[static_cast<std::size_t>(camera)].emplace(Sampled{
+          placed, choose_pixels(*terrain_, placed, options_.oracle_samples, options_.seed)});
+      compare(window, sample);
+    }
+    look_at_flow(window, sampled);
+    last_ = std::move(sampled);
+  }
+
+  std::vector<CheckResult> finish(const Dataset&, const Sequence&) override {
+    if (options_.world.empty())
+      return {skipped_result("oracle", "no world to hold it against: give --world STORE")};
+    if (!is_begun_) return {unseen_result("oracle", "no frame could be read")};
+    std::vector<CheckResult> results = {geometry_result()};
+    if (!terrain_) {
+      for (const char* name : {"oracle_depth", "oracle_class", "oracle_occlusion", "oracle_edges"})
+        results.push_back(skipped_result(name, "no ground to hold it against: oracle_geometry"));
+      return results;
+    }
+    results.push_back(depth_result());
+    results.push_back(class_result());
+    results.push_back(occlusion_result());
+    results.push_back(edges_result());
+    results.push_back(skipped_result("oracle_normal", "the format holds no normals"));
+    return results;
+  }
+
+ private:
+  // ---- the ground
+
+  void begin(const Dataset& dataset, const Sequence& sequence) {
+    is_begun_ = true;
+    world_.emplace(options_.world);
+    if (world_->input_hash() != dataset.world_input_hash)
+      fail(ErrorKind::Input,
+           "{}: the world {} of inputs {}; the dataset shows {} of inputs {}: give the world that "
+           "it "
+           "was rendered from",
+           options_.world.string(), world_->name(), world_->input_hash(), dataset.world_name,
+           dataset.world_input_hash);
+    if (sequence.geometry.empty())
+      fail(ErrorKind::Input,
+           "{}: dataset.json does not say which tiles sequence {} shows, as those of older "
+           "versions: "
+           "render and export it again to hold it against a world",
+           dataset.root.string(), sequence.name);
+    world_from_local_ = world_from_local(*world_, sequence);
+    try {
+      geometry_ = oracle::read_shown_geometry(dataset.root / sequence.geometry, sequence.geometry);
+    } catch (const core::Error& error) {
+      faults_ = {.count = 1, .first = error.message(), .can_be_measured = false};
+      return;
+    }
+    faults_ = oracle::find_rule_faults(geometry_, *world_, eyes(sequence));
+    if (!faults_.can_be_measured) return;
+    std::vector<oracle::TileKey> tiles;
+    for (const oracle::ShownTile& tile : geometry_.tiles) tiles.push_back(tile.key);
+    terrain_ = std::make_unique<ExactTerrain>(*world_, tiles);
+  }
+
+  std::vector<oracle::Eye> eyes(const Sequence& sequence) const {
+    std::vector<oracle::Eye> all;
+    for (const Camera& camera : sequence.cameras) {
+      if (!camera.intrinsics.is_sound()) continue;
+      const double finest = finest_pixels_per_radian(camera.intrinsics);
+      for (std::size_t i = 0; i < camera.local_from_camera.size(); ++i)
+        if (camera.local_from_camera[i])
+          all.push_back({world_from_local_ * camera.local_from_camera[i]->translation, finest,
+                         fmt::format("{}, frame {},", camera.name, i)});
+    }
+    return all;
+  }
+
+  OracleView place(const Dataset& dataset, const View& view) const {
+    double distance_m = 0.0;
+    if (const auto& first = view.camera->local_from_camera.front())
+      distance_m = (view.local_from_camera.translation - first->translation).norm();
+    return {view, world_from_local_ * view.local_from_camera,
+            pose_rounding(dataset.format, distance_m)};
+  }
+
+  // ---- pixels
+
+  void compare(const FrameWindow& window, const Sampled& sample) {
+    const View& view = sample.view.view;
+    const LoadedImage& image = *view.image;
+    kinds_.add(sample.chosen.kinds);
+    const std::string& path = view.camera->files[static_cast<std::size_t>(view.frame)].segmentation;
+    core::Image8 classes;
+    if (!path.empty() && !window.sequence().classes.empty()) {
+      // What cannot be read is a finding of the frames' reader.
+      Findings ignored;
+      ignored.attempt(path, [&] {
+        classes = find_reader(window.dataset().format)
+                      .segmentation(window.dataset(), *view.camera, view.frame);
+      });
+      has_classes_ = has_classes_ || !classes.empty();
+    }
+    const Parallax stereo = parallax_of(window.sequence(), view);
+    for (const OraclePixel& pixel : sample.chosen.pixels) {
+      if (pixel.is_on_silhouette) {
+        ++(pixel.reason == PixelReason::Random ? num_random_silhouettes_ : num_other_silhouettes_);
+        if (pixel.reason == PixelReason::Random && first_silhouette_.empty())
+          first_silhouette_ = place_of(view, pixel.x, pixel.y);
+        continue;
+      }
+      compare_class(window.sequence(), view, pixel, image.depth, classes);
+      if (!pixel.hit) {
+        if (!image.disparity.empty() && std::isfinite(image.disparity(pixel.x, pixel.y)))
+          class_.wrong(place_of(view, pixel.x, pixel.y) + ": a disparity, where sky is");
+        continue;
+      }
+      const double exact_m = OracleView::depth_m(*pixel.hit);
+      const double allowed_m = sample.view.depth_error_m(pixel.center(), *pixel.hit);
+      const auto stored_m = static_cast<double>(image.depth(pixel.x, pixel.y));
+      if (std::isfinite(stored_m)) {
+        ++num_depths_;
+        note(std::abs(stored_m - exact_m) / allowed_m, [&] {
+          return fmt::format("{}: depth {:.9g} m, exact {:.9g} m, {:.2g} m allowed",
+                             place_of(view, pixel.x, pixel.y), stored_m, exact_m, allowed_m);
+        });
+      }
+      if (image.disparity.empty()) continue;
+      const auto stored_px = static_cast<double>(image.disparity(pixel.x, pixel.y));
+      if (!std::isfinite(stored_px)) continue;
+      ++num_disparities_;
+      const double parallax_px = stereo.focal_baseline / exact_m;
+      const double exact_px = parallax_px + stereo.offset_px;
+      const double allowed_px = 0.5 * kDisparityStep_px + parallax_px * allowed_m / exact_m;
+      note(std::abs(stored_px - exact_px) / allowed_px, [&] {
+        return fmt::format("{}: disparity {:.6f} px, exact {:.6f} px, {:.2g} px allowed",
+                           place_of(view, pixel.x, pixel.y), stored_px, exact_px, allowed_px);
+      });
+    }
+  }
+
+  template <class Describe>
+  void note(double share, const Describe& describe) {
+    if (!(share > worst_share_) && !worst_depth_.empty()) return;
+    worst_share_ = share;
+    worst_depth_ = describe();
+  }
+
+  /// Disparity is focal length times baseline by depth, and what principal points differ by.
+  struct Parallax {
+    double focal_baseline = 0.0;
+    double offset_px = 0.0;
+  };
+  static Parallax parallax_of(const Sequence& sequence, const View& view) {
+    if (!sequence.stereo || sequence.stereo->left != view.camera_index) return {};
+    const Intrinsics& left = view.camera->intrinsics;
+    const auto right = static_cast<std::size_t>(sequence.stereo->right);
+    return {left.fx_px * sequence.stereo->baseline_m,
+            left.cx_px - sequence.cameras[right].intrinsics.cx_px};
+  }
+
+  void compare_class(const Sequence& sequence, const View& view, const OraclePixel& pixel,
+                     const core::ImageF& depth, const core::Image8& classes) {
+    ++class_.num_judged;
+    const bool says_ground = std::isfinite(depth(pixel.x, pixel.y));
+    if (says_ground != pixel.hit.has_value()) {
+      class_.wrong(fmt::format("{}: the depth is {}, where {} is", place_of(view, pixel.x, pixel.y),
+                               says_ground ? "a surface's" : "the sky's",
+                               pixel.hit ? "ground" : "sky"));
+      return;
+    }
+    if (classes.empty()) return;
+    const auto found = sequence.classes.find(classes(pixel.x, pixel.y));
+    if (found == sequence.classes.end()) return;  // `structure` tells of it
+    const std::string& name = found->second;
+    if (!pixel.hit) {
+      if (name != "sky")
+        class_.wrong(fmt::format("{}: {}, where sky is", place_of(view, pixel.x, pixel.y), name));
+      return;
+    }
+    const std::optional<Ground> ground = ground_of(*pixel.hit);
+    if (!ground) {
+      ++class_.num_ties;
+    } else if (!is_class_of(name, *ground)) {
+      class_.wrong(fmt::format("{}: {}, where {} is", place_of(view, pixel.x, pixel.y), name,
+                               name_of(*ground)));
+    }
+  }
+
+  // ---- visibility
+
+  /// Judges a claim that a point is seen in an image.
+  /// where   of the point, for messages
+  void judge(const OracleView& by, const Eigen::Vector3d& point_world, bool says_seen,
+             const std::string& where, Verdicts& verdicts) const {
+    const std::optional<Eigen::Vector2d> pixel = by.project(point_world);
+    const Intrinsics& camera = by.intrinsics();
+    if (pixel && camera.contains(*pixel, -kBorder_px) && !camera.contains(*pixel, kBorder_px))
+      return;
+    const bool is_in_image = pixel && camera.contains(*pixel);
+    ++verdicts.num_judged;
+    const Sight sight(*terrain_, by.eye_world(), point_world);
+    const bool is_seen = is_in_image && sight.is_seen();
+    if (is_seen == says_seen) return;
+    if (is_in_image && sight.is_tie()) {
+      ++verdicts.num_ties;
+      return;
+    }
+    verdicts.wrong(fmt::format("{}: {} {}, where {}", where,
+                               says_seen ? "claimed to be seen by" : "not claimed to be seen by",
+                               place_of(by.view),
+                               !is_in_image ? "it is outside the image"
+                               : is_seen    ? "nothing is between"
+                                            : "ground is between"));
+  }
+
+  template <class Judge>
+  static void judge_all(std::size_t count, Verdicts& sum, const Judge& one) {
+    std::vector<Verdicts> parts(count);
+    constexpr std::int64_t kGrain = 8;
+    core::parallel_for_blocks(
+        static_cast<std::int64_t>(count), kGrain, [&](std::int64_t begin, std::int64_t end) {
+          for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+            one(i, parts[i]);
+        });
+    for (const Verdicts& part : parts) sum.add(part);
+  }
+
+  /// The masks of flow between the last frame and this one.
+  void look_at_flow(const FrameWindow& window, const std::vector<std::optional<Sampled>>& sampled) {
+    for (std::size_t camera = 0; camera < std::min(sampled.size(), last_.size()); ++camera) {
+      const std::optional<View> before = window.view(static_cast<int>(camera), window.frame() - 1);
+      if (!sampled[camera] || !last_[camera] || !before || !before->image->flow) continue;
+      has_visibility_ = true;
+      const FlowFields& flow = *before->image->flow;
+      look_at_mask(*last_[camera], sampled[camera]->view, flow.covisible_forward);
+      if (!flow.covisible_backward.empty())
+        look_at_mask(*sampled[camera], last_[camera]->view, flow.covisible_backward);
+    }
+  }
+
+  void look_at_mask(const Sampled& from, const OracleView& by, const core::Image8& mask) {
+    const std::vector<OraclePixel>& pixels = from.chosen.pixels;
+    judge_all(pixels.size(), visibility_, [&](std::size_t i, Verdicts& verdicts) {
+      const OraclePixel& pixel = pixels[i];
+      if (pixel.is_on_silhouette) return;
+      const bool says_seen = mask(pixel.x, pixel.y) != 0;
+      const std::string where = place_of(from.view.view, pixel.x, pixel.y);
+      if (pixel.hit) {
+        judge(by, pixel.hit->point_world, says_seen, where, verdicts);
+        return;
+      }
+      ++verdicts.num_judged;
+      if (says_seen) verdicts.wrong(where + ": sky is claimed to be seen");
+    });
+  }
+
+  /// COLMAP's observations in an image: those that are there, and points that have none.
+  void look_at_tracks(const Sequence& sequence, const OracleView& by) {
+    if (!sequence.binary_model || sequence.binary_model->points.empty()) return;
+    const ColmapModel& model = *sequence.binary_model;
+    if (image_of_name_.empty()) {
+      for (const auto& [id, image] : model.images) image_of_name_[image.name] = id;
+      for (const auto& [id, point] : model.points) point_ids_.push_back(id);
+    }
+    const auto id =
+        image_of_name_.find(by.view.camera->name + "/" + frame_digits(by.view.frame) + ".png");
+    if (id == image_of_name_.end()) return;
+    has_visibility_ = true;
+    std::vector<std::int64_t> seen;
+    for (const ColmapObservation& observation : model.images.at(id->second).observations)
+      if (model.points.contains(observation.point_id)) seen.push_back(observation.point_id);
+    std::sort(seen.begin(), seen.end());
+    const std::uint64_t stream = core::stream_of(
+        core::stream_of(1ULL << 45, static_cast<std::uint64_t>(by.view.camera_index)),
+        static_cast<std::uint64_t>(by.view.frame));
+    std::uint64_t num_drawn = 0;
+    const auto draw = [&](const std::vector<std::int64_t>& from) {
+      return from[core::random_bits(static_cast<std::uint64_t>(options_.seed), stream,
+                                    num_drawn++) %
+                  from.size()];
+    };
+    const auto place_of_point = [&](std::int64_t point) {
+      const std::array<double, 3>& p = model.points.at(point).position;
+      return Eigen::Vector3d(world_from_local_ * Eigen::Vector3d(p[0], p[1], p[2]));
+    };
+    struct Claim {
+      std::int64_t point;
+      bool is_seen;
+    };
+    std::vector<Claim> claims;
+    const auto half = static_cast<std::size_t>((options_.oracle_samples + 1) / 2);
+    for (std::size_t i = 0; i < half && !seen.empty(); ++i) claims.push_back({draw(seen), true});
+    // Points that the image has in its field of view, but does not claim.
+    constexpr std::size_t kTries = 8;
+    std::size_t num_unseen = 0;
+    for (std::size_t i = 0; i < kTries * half && num_unseen < half; ++i) {
+      const std::int64_t point = draw(point_ids_);
+      if (std::binary_search(seen.begin(), seen.end(), point)) continue;
+      const auto pixel = by.project(place_of_point(point));
+      if (!pixel || !by.intrinsics().contains(*pixel)) continue;
+      claims.push_back({point, false});
+      ++num_unseen;
+    }
+    judge_all(claims.size(), visibility_, [&](std::size_t i, Verdicts& verdicts) {
+      const Eigen::Vector3d point = place_of_point(claims[i].point);
+      const std::string where = fmt::format("point {}", claims[i].point);
+      judge(by, point, claims[i].is_seen, where, verdicts);
+      if (!claims[i].is_seen || verdicts.num_wrong > 0 || verdicts.num_ties > 0) return;
+      const double distance_m = Sight(*terrain_, by.eye_world(), point).distance_from_ground_m();
+      if (distance_m > kTie_m)
+        verdicts.wrong(fmt::format("{}: {:.3g} m from the ground that {} sees there", where,
+                                   distance_m, place_of(by.view)));
+    });
+  }
+
+  // ---- results
+
+  CheckResult geometry_result() const {
+    CheckResult result;
+    result.name = "oracle_geometry";
+    result.value = static_cast<double>(faults_.count);
+    result.unit = "faults";
+    result.ok = faults_.count == 0;
+    result.worst = faults_.first;
+    result.summary = fmt::format(
+        "{} tiles that the dataset says it shows, against the world {} and the written rules: each "
+        "is the world's by its hash, they cover it without gap or overlap, neighbours differ by "
+        "one "
+        "level at most, and each is as fine as these cameras ask for ({} px a cell, not below {} "
+        "m).",
+        geometry_.tiles.size(), world_->name(), geometry_.cell_px, geometry_.finest_spacing_m);
+    result.reason = "Levels are chosen by a rule without tolerance, tiles have hashes.";
+    result.detects = "a tile left out, named twice, of another level or of other content";
+    return result;
+  }
+
+  CheckResult depth_result() const {
+    CheckResult result;
+    result.name = "oracle_depth";
+    result.value = worst_share_;
+    result.bound = 1.0;
+    result.unit = "of the rounding";
+    if (num_depths_ == 0) return unseen_result(result.name, "no pixel with depth was sampled");
+    result.ok = result.is_within_bound();
+    result.worst = worst_depth_;
+    result.summary = fmt::format(
+        "Largest difference of {} depths and {} disparities from the exact ones, by what rounding "
+        "leaves at that pixel. Of the pixels {} were drawn at random; of all, {} rays graze (under "
+        "3 "
+        "degrees), {} pass within 0.01 px of an edge or corner of their triangle, {} meet a cell "
+        "at "
+        "a tile's border, {} of those where levels change, {} lie beside a silhouette. {} exact "
+        "rays.",
+        num_depths_, num_disparities_, kinds_.num_random, kinds_.num_grazing, kinds_.num_near_edge,
+        kinds_.num_border, kinds_.num_level_change, kinds_.num_beside_silhouette,
+        terrain_->stats().num_rays);
+    result.reason =
+        "float32 twice (range, then depth), half a step of 1/256 px of disparity, and the decimals "
+        "of the format's poses, carried to the plane of the triangle that is hit.";
+    result.detects =
+        "twice the rounding in one pixel; a tile of another level, a border without stitches, the "
+        "other diagonal of a cell";
+    return result;
+  }
+
+  CheckResult class_result() const {
+    CheckResult result;
+    result.name = "oracle_class";
+    result.value = static_cast<double>(class_.num_wrong);
+    result.unit = "pixels";
+    if (class_.num_judged == 0)
+      return unseen_result(result.name, "no pixel with depth was sampled");
+    result.ok = class_.num_wrong == 0;
+    result.worst = class_.first;
+    result.summary = fmt::format(
+        "Of {} pixels, {} of them sky, those that depth{} say to be sky, sea, outside or land "
+        "where "
+        "the ray finds another. {} lie where two of them meet.",
+        class_.num_judged, kinds_.num_sky, has_classes_ ? " and segmentation" : "",
+        class_.num_ties);
+    result.reason =
+        "Sky is where an exact ray meets nothing; the ground's cover is that of the nearest corner "
+        "of its triangle.";
+    result.detects = "one class swapped";
+    return result;
+  }
+
+  CheckResult occlusion_result() const {
+    if (!has_visibility_)
+      return skipped_result("oracle_occlusion", "the dataset claims nothing of visibility that is read");
+    if (visibility_.num_judged == 0)
+      return unseen_result("oracle_occlusion", "no claim of visibility was sampled");
+    CheckResult result;
+    result.name = "oracle_occlusion";
+    const double most_ties = std::max(1.0, kMostTies * static_cast<double>(visibility_.num_judged));
+    result.value = static_cast<double>(visibility_.num_wrong) +
+                   std::max(0.0, static_cast<double>(visibility_.num_ties) - most_ties);
+    result.unit = "points";
+    result.ok = result.value == 0.0;
+    result.worst = visibility_.first;
+    result.summary = fmt::format(
+        "Points of {} that are claimed to be seen from another image and are not, or are and are "
+        "not claimed, by an exact ray. {} more would change with a camera or point moved by 1e-6 "
+        "m, "
+        "and count as ties.",
+        visibility_.num_judged, visibility_.num_ties);
+    result.reason =
+        "A point is seen or hidden by exact rays. Decimals of poses move a camera by half a "
+        "micrometre at most; ties beyond one in 10 000 count.";
+    result.detects = "one inverted mask; a point 3 µm off the ground";
+    return result;
+  }
+
+  CheckResult edges_result() const {
+    if (kinds_.num_random == 0)
+      return unseen_result("oracle_edges", "no pixel with depth was sampled");
+    CheckResult result;
+    result.name = "oracle_edges";
+    const auto count = static_cast<double>(kinds_.num_random);
+    result.value = static_cast<double>(num_random_silhouettes_) / count;
+    result.bound = kMostSilhouettes + 4.0 * std::sqrt(kMostSilhouettes / count);
+    result.unit = "share";
+    result.ok = result.is_within_bound();
+    result.worst = first_silhouette_;
+    result.summary = fmt::format(
+        "Share of {} random pixels where a ray shifted by 0.001 px meets another surface: they are "
+        "left out of the comparison, with {} of those taken beside silhouettes and the like.",
+        kinds_.num_random, num_other_silhouettes_);
+    result.reason =
+        "0.1 %, and four standard errors of as many pixels: silhouettes a few pixels apart would "
+        "cross fewer.";
+    result.detects = "an oracle that leaves out what it should compare";
+    return result;
+  }
+
+  ValidateOptions options_;
+  bool is_begun_ = false;
+  std::optional<oracle::WorldFolder> world_;
+  oracle::ShownGeometry geometry_;
+  oracle::RuleFaults faults_;
+  std::unique_ptr<ExactTerrain> terrain_;
+  Pose world_from_local_;
+  std::vector<std::optional<Sampled>> last_;  ///< of the last frame
+
+  PixelKinds kinds_;
+  std::int64_t num_depths_ = 0, num_disparities_ = 0;
+  double worst_share_ = 0.0;
+  std::string worst_depth_;
+  Verdicts class_;
+  bool has_classes_ = false;
+  Verdicts visibility_;
+  bool has_visibility_ = false;
+  std::map<std::string, std::int64_t> image_of_name_;
+  std::vector<std::int64_t> point_ids_;
+  std::int64_t num_random_silhouettes_ = 0, num_other_silhouettes_ = 0;
+  std::string first_silhouette_;
+};
+
+}  // namespace
+
+std::unique_ptr<Checker> make_oracle_check(const ValidateOptions& options) {
+  return std::make_unique<OracleChecker>(options);
+}
+
+}  // namespace terracast::validate

@@ -1,0 +1,552 @@
+#include "validate/oracle/exact_terrain.h"
+
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/AABB_triangle_primitive.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <gmpxx.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <list>
+#include <map>
+#include <mutex>
+#include <queue>
+#include <unordered_map>
+
+#include "core/error.h"
+#include "validate/oracle/plain_floats.h"
+#include "world/tile_store.h"
+
+namespace terracast::oracle {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Triangles = std::vector<Kernel::Triangle_3>;
+using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kHalfUlp = 0x1.0p-53;
+constexpr int kBlockCells = 16;  ///< along a side of the cells that share a tree
+constexpr int kBlocks = TileSurface::kCells / kBlockCells;
+/// By which boxes are larger: a thousand times what the rounding of a parameter moves a point by at
+/// 1000 km.
+constexpr double kMargin_m = 1e-6;
+
+enum Side { kWest, kEast, kSouth, kNorth, kNumSides };
+constexpr int kSteps[kNumSides][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+
+Kernel::Point_3 cgal(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+
+struct Box {
+  Eigen::Vector3d lowest, highest;
+};
+
+/// A ray as doubles for boxes: where it enters them, never too late.
+class BoxRay {
+ public:
+  explicit BoxRay(const ExactRay& ray)
+      : origin_(ray.origin_world), direction_(ray.through_world - ray.origin_world) {}
+
+  /// The parameter at which the ray enters a box; +inf where it misses it, or enters beyond t_max.
+  double entry(const Box& box, double t_max) const {
+    double first = 0.0;
+    double last = t_max;
+    for (int k = 0; k < 3; ++k) {
+      const double low = box.lowest[k] - kMargin_m - origin_[k];
+      const double high = box.highest[k] + kMargin_m - origin_[k];
+      if (direction_[k] == 0.0) {
+        if (low > 0.0 || high < 0.0) return kInfinity;
+        continue;
+      }
+      const double a = low / direction_[k];
+      const double b = high / direction_[k];
+      first = std::max(first, std::min(a, b));
+      last = std::min(last, std::max(a, b));
+    }
+    return first <= last ? first : kInfinity;
+  }
+
+ private:
+  Eigen::Vector3d origin_, direction_;
+};
+
+/// A triangle of a tile: its cell, and which half of it.
+struct Facet {
+  std::uint32_t leaf = 0;
+  int i = 0;
+  int j = 0;
+  bool is_upper = false;
+  std::array<Eigen::Vector3d, 3> corners;
+
+  auto order() const { return std::tuple(leaf, j, i, is_upper); }
+};
+
+std::array<std::array<int, 2>, 3> corners_of(int i, int j, bool is_upper) {
+  if (is_upper) return {{{i + 1, j + 1}, {i, j + 1}, {i + 1, j}}};
+  return {{{i, j}, {i + 1, j}, {i, j + 1}}};
+}
+
+/// The upward normal of a facet, its z the spacing: exact, since heights lie on one lattice.
+Eigen::Vector3d exact_normal(const Facet& facet) {
+  const auto& [a, b, c] = facet.corners;
+  const double spacing = std::abs(b.x() - a.x());
+  const double to_b = b.z() - a.z();
+  const double to_c = c.z() - a.z();
+  return facet.is_upper ? Eigen::Vector3d(to_b, to_c, spacing)
+                        : Eigen::Vector3d(-to_b, -to_c, spacing);
+}
+
+mpq_class exact_dot(const Eigen::Vector3d& n, const Eigen::Vector3d& to,
+                    const Eigen::Vector3d& from) {
+  mpq_class sum = 0;
+  for (int k = 0; k < 3; ++k) sum += mpq_class(n[k]) * (mpq_class(to[k]) - mpq_class(from[k]));
+  return sum;
+}
+
+/// The parameter at which a ray crosses the plane of a facet that it meets, between bounds in double
+/// and, once asked for, exact.
+class Crossing {
+ public:
+  Crossing(const ExactRay& ray, const Facet& facet)
+      : ray_(&ray), facet_(facet), normal_(exact_normal(facet)) {
+    const Eigen::Vector3d to_plane = facet.corners[0] - ray.origin_world;
+    const Eigen::Vector3d along = ray.through_world - ray.origin_world;
+    const double above = normal_.dot(to_plane);
+    const double speed = normal_.dot(along);
+    // Each product has two roundings (of the difference and its own), the two sums one more each.
+    constexpr double kRoundings = 4.0 * 2.0 * kHalfUlp;
+    const double above_error = kRoundings * normal_.cwiseAbs().dot(to_plane.cwiseAbs());
+    const double speed_error = kRoundings * normal_.cwiseAbs().dot(along.cwiseAbs());
+    const double least_speed = std::abs(speed) - speed_error;
+    if (least_speed > 0.0) {
+      const double t = above / speed;
+      const double error =
+          (above_error + std::abs(t) * speed_error) / least_speed + 2.0 * kHalfUlp * std::abs(t);
+      // Half as much again covers the roundings of the error itself.
+      low_ = t - 1.5 * error;
+      high_ = t + 1.5 * error;
+    }
+  }
+
+  /// Whether the ray lies in the facet's plane.
+  bool is_within_plane() const {
+    return !std::isfinite(low_) && exact_dot(normal_, ray_->through_world, ray_->origin_world) == 0;
+  }
+
+  const Facet& facet() const { return facet_; }
+  const Eigen::Vector3d& normal() const { return normal_; }
+  double high() const { return high_; }
+
+  mpq_class exact() const {
+    return exact_dot(normal_, facet_.corners[0], ray_->origin_world) /
+           exact_dot(normal_, ray_->through_world, ray_->origin_world);
+  }
+
+  bool is_before(const Crossing& other) const {
+    if (high_ < other.low_) return true;
+    if (other.high_ < low_) return false;
+    const int order = cmp(exact(), other.exact());
+    return order != 0 ? order < 0 : facet_.order() < other.facet_.order();
+  }
+
+ private:
+  const ExactRay* ray_;
+  Facet facet_;
+  Eigen::Vector3d normal_;
+  double low_ = -kInfinity;
+  double high_ = kInfinity;
+};
+
+/// The triangles of some cells in a tree.
+struct Block {
+  Triangles triangles;
+  Tree tree;
+};
+
+/// A tile that is loaded.
+struct LoadedTile {
+  TileSurface surface;
+  std::array<std::array<double, 2>, static_cast<std::size_t>(kBlocks) * kBlocks> block_z;
+  std::array<std::once_flag, static_cast<std::size_t>(kBlocks) * kBlocks> is_made;
+  std::array<std::unique_ptr<Block>, static_cast<std::size_t>(kBlocks) * kBlocks> blocks;
+  std::atomic<std::size_t> num_bytes = 0;
+
+  Box block_box(int bx, int by) const {
+    const double side_m = kBlockCells * surface.spacing_m;
+    const auto& z = block_z[static_cast<std::size_t>(by * kBlocks + bx)];
+    const double x = surface.west_world + bx * side_m;
+    const double y = surface.south_world + by * side_m;
+    return {{x, y, z[0]}, {x + side_m, y + side_m, z[1]}};
+  }
+
+  Facet facet(std::uint32_t leaf, int i, int j, bool is_upper) const {
+    Facet facet{.leaf = leaf, .i = i, .j = j, .is_upper = is_upper, .corners = {}};
+    const auto at = corners_of(i, j, is_upper);
+    for (std::size_t k = 0; k < 3; ++k) facet.corners[k] = surface.vertex_world(at[k][0], at[k][1]);
+    return facet;
+  }
+
+  /// returns   whether it was made now
+  bool make_block(int bx, int by) {
+    bool is_new = false;
+    const auto index = static_cast<std::size_t>(by * kBlocks + bx);
+    std::call_once(is_made[index], [&] {
+      auto block = std::make_unique<Block>();
+      constexpr std::size_t kTriangles = std::size_t{2} * kBlockCells * kBlockCells;
+      block->triangles.reserve(kTriangles);
+      for (int k = 0; k < static_cast<int>(kTriangles); ++k) {
+        const Facet f = facet(0, bx * kBlockCells + k / 2 % kBlockCells,
+                              by * kBlockCells + k / 2 / kBlockCells, k % 2 == 1);
+        block->triangles.emplace_back(cgal(f.corners[0]), cgal(f.corners[1]), cgal(f.corners[2]));
+      }
+      block->tree.insert(block->triangles.cbegin(), block->triangles.cend());
+      block->tree.build();
+      blocks[index] = std::move(block);
+      // A node of the tree holds a box and two pointers.
+      num_bytes += sizeof(Block) + kTriangles * (sizeof(Kernel::Triangle_3) + sizeof(Primitive) +
+                                                 sizeof(CGAL::Bbox_3) + 2 * sizeof(void*));
+      is_new = true;
+    });
+    return is_new;
+  }
+};
+
+struct Leaf {
+  TileKey key;
+  Box box;
+  std::array<int, kNumSides> neighbour_levels{};
+};
+
+/// A tile of the tree above the leaves.
+struct Node {
+  Box box{Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
+  std::vector<std::uint32_t> children;  ///< nodes
+  std::int64_t leaf = -1;
+};
+
+/// What a ray may still meet.
+struct Ahead {
+  double entry;
+  enum Kind : std::uint8_t { kNode, kBlock } kind;
+  std::uint32_t index;  ///< of the node, or of the block's leaf
+  std::uint16_t block;
+  bool operator>(const Ahead& other) const {
+    return std::tuple(entry, kind, index, block) >
+           std::tuple(other.entry, other.kind, other.index, other.block);
+  }
+};
+
+}  // namespace
+
+std::array<double, 3> ExactHit::weights_at(double x_world, double y_world) const {
+  const double along_x =
+      (x_world - corners_world[0].x()) / (corners_world[1].x() - corners_world[0].x());
+  const double along_y =
+      (y_world - corners_world[0].y()) / (corners_world[2].y() - corners_world[0].y());
+  return {1.0 - along_x - along_y, along_x, along_y};
+}
+
+struct ExactTerrain::Impl {
+  Impl(const WorldFolder& world, std::span<const TileKey> tiles, std::size_t memory_bytes)
+      : world_(world), memory_bytes_(memory_bytes) {
+    const world::TileStore& store = world.store();
+    std::map<TileKey, std::uint32_t> leaf_of;
+    for (const TileKey& key : tiles) {
+      const world::TileInfo* info = store.find({key.level, key.x, key.y});
+      if (info == nullptr)
+        core::fail(core::ErrorKind::Input, "{}: the world has no tile {}", world.folder().string(),
+                   key.name());
+      if (!leaf_of.emplace(key, leaves_.size()).second) continue;
+      const double side_m = std::ldexp(256.0, key.level);
+      leaves_.push_back(
+          {.key = key,
+           .box = {{key.x * side_m, key.y * side_m, info->lowest_z_world},
+                   {(key.x + 1) * side_m, (key.y + 1) * side_m, info->highest_z_world}}});
+    }
+    for (Leaf& leaf : leaves_)
+      for (int side = 0; side < kNumSides; ++side) {
+        const TileKey beside{leaf.key.level, leaf.key.x + kSteps[side][0],
+                             leaf.key.y + kSteps[side][1]};
+        if (leaf_of.contains(beside.parent()))
+          leaf.neighbour_levels[static_cast<std::size_t>(side)] = 1;
+        for (int quadrant = 0; quadrant < 4; ++quadrant)
+          if (leaf_of.contains(beside.child(quadrant)))
+            leaf.neighbour_levels[static_cast<std::size_t>(side)] = -1;
+      }
+    make_tree(store.manifest().coarsest_level);
+    for (const auto& [key, leaf] : leaf_of) index_.emplace(key, leaf);
+  }
+
+  void make_tree(int coarsest_level) {
+    std::map<TileKey, std::uint32_t> node_of;
+    const auto node_at = [&](const TileKey& key) {
+      const auto [found, is_new] = node_of.emplace(key, static_cast<std::uint32_t>(nodes_.size()));
+      if (is_new) nodes_.emplace_back();
+      return std::pair(found->second, is_new);
+    };
+    for (std::uint32_t i = 0; i < leaves_.size(); ++i) {
+      TileKey key = leaves_[i].key;
+      auto [node, is_new] = node_at(key);
+      nodes_[node].leaf = i;
+      grow(nodes_[node].box, leaves_[i].box);
+      while (key.level < coarsest_level) {
+        key = key.parent();
+        const auto [above, above_is_new] = node_at(key);
+        if (is_new) nodes_[above].children.push_back(node);
+        grow(nodes_[above].box, leaves_[i].box);
+        node = above;
+        is_new = above_is_new;
+      }
+      if (is_new) roots_.push_back(node);
+    }
+  }
+
+  static void grow(Box& box, const Box& by) {
+    box.lowest = box.lowest.cwiseMin(by.lowest);
+    box.highest = box.highest.cwiseMax(by.highest);
+  }
+
+  // ---- tiles
+
+  std::shared_ptr<LoadedTile> load(std::uint32_t leaf_index) const {
+    const Leaf& leaf = leaves_[leaf_index];
+    const world::Tile tile = world_.store().load({leaf.key.level, leaf.key.x, leaf.key.y});
+    auto loaded = std::make_shared<LoadedTile>();
+    TileSurface& surface = loaded->surface;
+    surface.key = leaf.key;
+    surface.spacing_m = std::ldexp(1.0, leaf.key.level);
+    surface.west_world = leaf.box.lowest.x();
+    surface.south_world = leaf.box.lowest.y();
+    surface.center_z_m = tile.center_z_m;
+    stitch(tile.height_steps, leaf.neighbour_levels, surface.half_steps);
+    surface.grounds.reserve(tile.cover.size());
+    for (const world::Cover cover : tile.cover)
+      surface.grounds.push_back(cover == world::Cover::Sea       ? Ground::Sea
+                                : cover == world::Cover::Outside ? Ground::Outside
+                                                                 : Ground::Land);
+    find_block_heights(*loaded);
+    loaded->num_bytes = sizeof(LoadedTile) + surface.half_steps.size() * sizeof(std::int32_t) +
+                        surface.grounds.size() * sizeof(Ground);
+    ++num_tiles_read_;
+    return loaded;
+  }
+
+  /// Heights in half steps, where means are whole numbers.
+  static void stitch(const std::vector<std::int32_t>& steps,
+                     const std::array<int, kNumSides>& neighbour_levels,
+                     std::vector<std::int32_t>& half_steps) {
+    constexpr int kLast = TileSurface::kCells;
+    half_steps.resize(steps.size());
+    for (int j = 0; j <= kLast; ++j)
+      for (int i = 0; i <= kLast; ++i) {
+        const std::size_t at = TileSurface::sample(i, j);
+        const bool is_beside_coarser_row = (j == 0 && neighbour_levels[kSouth] > 0) ||
+                                           (j == kLast && neighbour_levels[kNorth] > 0);
+        const bool is_beside_coarser_column =
+            (i == 0 && neighbour_levels[kWest] > 0) || (i == kLast && neighbour_levels[kEast] > 0);
+        if (is_beside_coarser_row && i % 2 == 1)
+          half_steps[at] =
+              steps[TileSurface::sample(i - 1, j)] + steps[TileSurface::sample(i + 1, j)];
+        else if (is_beside_coarser_column && j % 2 == 1)
+          half_steps[at] =
+              steps[TileSurface::sample(i, j - 1)] + steps[TileSurface::sample(i, j + 1)];
+        else
+          half_steps[at] = 2 * steps[at];
+      }
+  }
+
+  static void find_block_heights(LoadedTile& tile) {
+    for (int by = 0; by < kBlocks; ++by)
+      for (int bx = 0; bx < kBlocks; ++bx) {
+        double lowest = kInfinity;
+        double highest = -kInfinity;
+        for (int j = by * kBlockCells; j <= (by + 1) * kBlockCells; ++j)
+          for (int i = bx * kBlockCells; i <= (bx + 1) * kBlockCells; ++i) {
+            const double z = tile.surface.vertex_world(i, j).z();
+            lowest = std::min(lowest, z);
+            highest = std::max(highest, z);
+          }
+        tile.block_z[static_cast<std::size_t>(by * kBlocks + bx)] = {lowest, highest};
+      }
+  }
+
+  /// A tile in memory, read when it is not; those used longest ago make room.
+  std::shared_ptr<LoadedTile> tile(std::uint32_t leaf) const {
+    if (auto found = find(leaf)) return found;
+    const std::lock_guard reading(reading_[leaf % reading_.size()]);
+    if (auto found = find(leaf)) return found;  // another thread was first
+    std::shared_ptr<LoadedTile> loaded = load(leaf);
+    const std::lock_guard lock(mutex_);
+    used_.push_front({leaf, loaded});
+    where_[leaf] = used_.begin();
+    keep_to_memory();
+    return loaded;
+  }
+
+  /// Lets go of the tiles used longest ago; the one used last stays. The mutex is held.
+  void keep_to_memory() const {
+    std::size_t sum = 0;
+    for (auto entry = used_.begin(); entry != used_.end();) {
+      const std::size_t num_bytes = entry->second->num_bytes;
+      if (sum + num_bytes <= memory_bytes_ || entry == used_.begin()) {
+        sum += num_bytes;
+        ++entry;
+        continue;
+      }
+      where_.erase(entry->first);
+      entry = used_.erase(entry);
+    }
+    peak_bytes_ = std::max(peak_bytes_, sum);
+  }
+
+  void make_block(LoadedTile& tile, int bx, int by) const {
+    if (!tile.make_block(bx, by)) return;
+    ++num_trees_;
+    const std::lock_guard lock(mutex_);
+    keep_to_memory();
+  }
+
+  std::shared_ptr<LoadedTile> find(std::uint32_t leaf) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = where_.find(leaf);
+    if (found == where_.end()) return nullptr;
+    used_.splice(used_.begin(), used_, found->second);
+    return found->second->second;
+  }
+
+  // ---- rays
+
+  std::optional<ExactHit> first_hit(const ExactRay& ray, double t_max) const {
+    const PlainFloats plain;
+    TERRACAST_CHECK(ray.origin_world.allFinite() && ray.through_world.allFinite() &&
+                        ray.origin_world != ray.through_world,
+                    "a ray from ({}, {}, {}) through ({}, {}, {})", ray.origin_world.x(),
+                    ray.origin_world.y(), ray.origin_world.z(), ray.through_world.x(),
+                    ray.through_world.y(), ray.through_world.z());
+    ++num_rays_;
+    const BoxRay boxes(ray);
+    const Kernel::Ray_3 exact_ray(cgal(ray.origin_world), cgal(ray.through_world));
+    std::priority_queue<Ahead, std::vector<Ahead>, std::greater<>> ahead;
+    const auto look_at_node = [&](std::uint32_t node) {
+      const double entry = boxes.entry(nodes_[node].box, t_max);
+      if (entry < kInfinity) ahead.push({entry, Ahead::kNode, node, 0});
+    };
+    for (const std::uint32_t root : roots_) look_at_node(root);
+    std::optional<Crossing> best;
+    std::shared_ptr<LoadedTile> held;  // the tile of the last block, most often the next one's too
+    std::int64_t held_leaf = -1;
+    const auto hold = [&](std::uint32_t leaf) -> LoadedTile& {
+      if (held_leaf != leaf) held = tile(leaf);
+      held_leaf = leaf;
+      return *held;
+    };
+    std::vector<Primitive::Id> met;
+    while (!ahead.empty()) {
+      const Ahead next = ahead.top();
+      ahead.pop();
+      if (best && next.entry > best->high()) break;
+      if (next.kind == Ahead::kNode) {
+        const Node& node = nodes_[next.index];
+        for (const std::uint32_t child : node.children) look_at_node(child);
+        if (node.leaf < 0) continue;
+        const auto leaf = static_cast<std::uint32_t>(node.leaf);
+        LoadedTile& in = hold(leaf);
+        for (int by = 0; by < kBlocks; ++by)
+          for (int bx = 0; bx < kBlocks; ++bx) {
+            const double entry = boxes.entry(in.block_box(bx, by), t_max);
+            if (entry < kInfinity)
+              ahead.push(
+                  {entry, Ahead::kBlock, leaf, static_cast<std::uint16_t>(by * kBlocks + bx)});
+          }
+        continue;
+      }
+      LoadedTile& in = hold(next.index);
+      const int bx = next.block % kBlocks;
+      const int by = next.block / kBlocks;
+      make_block(in, bx, by);
+      const Block& block = *in.blocks[next.block];
+      met.clear();
+      block.tree.all_intersected_primitives(exact_ray, std::back_inserter(met));
+      for (const Primitive::Id& triangle : met) {
+        const auto k = static_cast<int>(triangle - block.triangles.cbegin());
+        const Crossing crossing(ray, in.facet(next.index, bx * kBlockCells + k / 2 % kBlockCells,
+                                              by * kBlockCells + k / 2 / kBlockCells, k % 2 == 1));
+        if (crossing.is_within_plane()) continue;
+        if (!best || crossing.is_before(*best)) best = crossing;
+      }
+    }
+    if (!best) return std::nullopt;
+    return hit_of(ray, *best, t_max, hold(best->facet().leaf).surface);
+  }
+
+  std::optional<ExactHit> hit_of(const ExactRay& ray, const Crossing& crossing, double t_max,
+                                 const TileSurface& surface) const {
+    const mpq_class t = crossing.exact();
+    if (t_max < kInfinity && t > mpq_class(t_max)) return std::nullopt;
+    const Facet& facet = crossing.facet();
+    ExactHit hit;
+    hit.t = t.get_d();
+    for (int k = 0; k < 3; ++k) {
+      const mpq_class origin(ray.origin_world[k]);
+      hit.point_world[k] =
+          mpq_class(origin + t * (mpq_class(ray.through_world[k]) - origin)).get_d();
+    }
+    hit.normal_world = crossing.normal().normalized();
+    hit.tile = leaves_[facet.leaf].key;
+    hit.cell_x = facet.i;
+    hit.cell_y = facet.j;
+    hit.is_upper = facet.is_upper;
+    hit.corners_world = facet.corners;
+    const auto at = corners_of(facet.i, facet.j, facet.is_upper);
+    for (std::size_t k = 0; k < 3; ++k)
+      hit.grounds[k] = surface.grounds[TileSurface::sample(at[k][0], at[k][1])];
+    return hit;
+  }
+
+  WorldFolder world_;
+  std::size_t memory_bytes_;
+  std::vector<Leaf> leaves_;
+  std::map<TileKey, std::uint32_t> index_;
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> roots_;
+
+  using Used = std::list<std::pair<std::uint32_t, std::shared_ptr<LoadedTile>>>;
+  mutable std::mutex mutex_;
+  mutable std::array<std::mutex, 64> reading_;
+  mutable Used used_;
+  mutable std::unordered_map<std::uint32_t, Used::iterator> where_;
+  mutable std::size_t peak_bytes_ = 0;
+  mutable std::atomic<std::uint64_t> num_rays_ = 0, num_tiles_read_ = 0, num_trees_ = 0;
+};
+
+ExactTerrain::ExactTerrain(const WorldFolder& world, std::span<const TileKey> tiles,
+                           std::size_t memory_bytes)
+    : impl_(std::make_unique<Impl>(world, tiles, memory_bytes)) {}
+
+ExactTerrain::~ExactTerrain() = default;
+
+std::optional<ExactHit> ExactTerrain::first_hit(const ExactRay& ray, double t_max) const {
+  return impl_->first_hit(ray, t_max);
+}
+
+std::shared_ptr<const TileSurface> ExactTerrain::surface(const TileKey& tile) const {
+  const std::shared_ptr<LoadedTile> loaded = impl_->tile(impl_->index_.at(tile));
+  return {loaded, &loaded->surface};
+}
+
+std::array<int, 4> ExactTerrain::neighbour_levels(const TileKey& tile) const {
+  return impl_->leaves_[impl_->index_.at(tile)].neighbour_levels;
+}
+
+ExactTerrain::Stats ExactTerrain::stats() const {
+  const std::lock_guard lock(impl_->mutex_);
+  return {.num_rays = impl_->num_rays_,
+          .num_tiles_read = impl_->num_tiles_read_,
+          .num_trees = impl_->num_trees_,
+          .peak_bytes = impl_->peak_bytes_};
+}
+
+}  // namespace terracast::oracle

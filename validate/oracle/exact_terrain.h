@@ -1,0 +1,118 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "validate/oracle/tile_key.h"
+#include "validate/oracle/world_folder.h"
+
+namespace terracast::oracle {
+
+/// A ray from a point through another one, both as they stand in binary: the ray is exactly that.
+struct ExactRay {
+  Eigen::Vector3d origin_world;
+  Eigen::Vector3d through_world;
+};
+
+/// What covers the ground at a sample of a tile.
+enum class Ground : std::uint8_t { Land = 0, Sea = 1, Outside = 2 };
+
+/// The first point that a ray shares with the ground.
+struct ExactHit {
+  double t = 0.0;                ///< origin + t (through - origin), within 1 ulp of the exact value
+  Eigen::Vector3d point_world;   ///< each coordinate within 1 ulp of the exact point's
+  Eigen::Vector3d normal_world;  ///< of the triangle, unit, upward
+  TileKey tile;
+  int cell_x = 0;
+  int cell_y = 0;
+  bool is_upper = false;  ///< the triangle at the cell's north-eastern corner
+  /// At the right angle, then beside it along x, then along y; exact.
+  std::array<Eigen::Vector3d, 3> corners_world;
+  std::array<Ground, 3> grounds;  ///< of the corners
+
+  /// Of a place over the triangle: how much each corner counts, barycentric; they sum up to 1.
+  std::array<double, 3> weights_at(double x_world, double y_world) const;
+};
+
+/// A tile's heights, borders stitched. Exact: whole half steps of 2^-11 m about a whole metre.
+struct TileSurface {
+  static constexpr int kCells = 256;
+  static constexpr int kSamples = kCells + 1;
+
+  TileKey key;
+  double spacing_m = 0.0;
+  double west_world = 0.0;  ///< of sample (0, 0)
+  double south_world = 0.0;
+  double center_z_m = 0.0;
+  std::vector<std::int32_t> half_steps;  ///< row by row from the south, each from the west
+  std::vector<Ground> grounds;
+
+  static std::size_t sample(int i, int j) {
+    return static_cast<std::size_t>(j) * kSamples + static_cast<std::size_t>(i);
+  }
+  Eigen::Vector3d vertex_world(int i, int j) const {
+    return {west_world + i * spacing_m, south_world + j * spacing_m,
+            center_z_m + half_steps[sample(i, j)] * 0x1.0p-11};
+  }
+};
+
+/// The ground of a world as exact triangles, without Embree, without any float, and without the code
+/// that renders: tiles are read and stitched by docs/world.md alone. On a side with a coarser
+/// neighbour each odd sample is the mean of its two neighbours; a cell is cut from (x+1, y) to (x,
+/// y+1).
+///
+/// Boxes of tiles, and of 16 x 16 cells in them, are passed in double with a margin; the triangles of
+/// each such block that a ray may meet lie in a CGAL AABB tree, made when first needed, and are met or
+/// not by exact predicates. Of those met the first is found by rational arithmetic where double
+/// cannot tell.
+///
+/// accuracy   a ray meets exactly those closed triangles that it meets; one that lies within the
+///            plane of a triangle meets its neighbours instead
+/// memory     tiles with their trees up to `memory_bytes`, and one more for each thread
+/// threads    safe; the result depends on the ray and the tiles alone. Works in the default floating
+///            mode whatever the thread's is, and leaves that as it was
+class ExactTerrain {
+ public:
+  /// tiles    sorted or not; where a side has no neighbour the ground ends
+  /// throws   Input: the world has no such tile
+  ExactTerrain(const WorldFolder& world, std::span<const TileKey> tiles,
+               std::size_t memory_bytes = kDefaultMemory_bytes);
+  ~ExactTerrain();
+  ExactTerrain(const ExactTerrain&) = delete;
+  ExactTerrain& operator=(const ExactTerrain&) = delete;
+
+  static constexpr std::size_t kDefaultMemory_bytes = std::size_t{512} << 20;
+
+  /// The first crossing with t in [0, t_max]; nothing where there is none.
+  /// throws   Input, Io: a tile is damaged or not the one that the world lists
+  std::optional<ExactHit> first_hit(const ExactRay& ray,
+                                    double t_max = std::numeric_limits<double>::infinity()) const;
+
+  /// The heights of a tile.
+  std::shared_ptr<const TileSurface> surface(const TileKey& tile) const;
+
+  /// Levels of the tiles beyond the sides west, east, south and north, less the tile's own: 1
+  /// coarser, 0 equal or none, -1 finer.
+  std::array<int, 4> neighbour_levels(const TileKey& tile) const;
+
+  struct Stats {
+    std::uint64_t num_rays = 0;
+    std::uint64_t num_tiles_read = 0;
+    std::uint64_t num_trees = 0;
+    std::size_t peak_bytes = 0;
+  };
+  Stats stats() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace terracast::oracle

@@ -1,0 +1,101 @@
+#include "validate/oracle_view.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "validate/sampling.h"
+
+namespace terracast::validate {
+
+Pose world_from_local(const oracle::WorldFolder& world, const Sequence& sequence) {
+  const oracle::WorldFolder::Origin origin = world.origin();
+  const Geodetic world_origin{origin.lat_deg, origin.lon_deg, origin.height_m};
+  const Eigen::Matrix3d world_from_ecef = enu_from_ecef(world_origin);
+  // The difference first: turning 6 400 km would cost three digits.
+  return {
+      world_from_ecef * enu_from_ecef(sequence.origin).transpose(),
+      world_from_ecef * (ecef_from_geodetic(sequence.origin) - ecef_from_geodetic(world_origin))};
+}
+
+PoseRounding pose_rounding(const std::string& format, double distance_m) {
+  // The exporter's change of frames is good to 10 nm, ours to 4 nm, and so are sums of 100 km; the
+  // renderer's crossing errs by 12 roundings of as much. A product of rotations errs by some 1e-16.
+  PoseRounding rounding{.position_m = 2e-8, .angle_rad = 1e-14};
+  if (format == "tartanair" || format == "tartanair_v1") {
+    rounding.position_m += std::sqrt(3.0) * 0.5e-9;  // nine decimals of a metre
+    rounding.angle_rad += 4.0 * 0.5e-15;             // fifteen of a quaternion, doubled
+  }
+  if (format == "kitti" || format == "kitti_raw") {
+    rounding.position_m += 0.5e-6;         // six decimals of a height
+    rounding.position_m += 2.0 * 0.56e-8;  // thirteen of a degree of latitude and longitude
+    // Thirteen digits: of a place against the first frame's; of the nine numbers of two rotations;
+    // of focal length and principal point.
+    rounding.position_m += std::sqrt(3.0) * 0.5e-12 * distance_m;
+    rounding.angle_rad += 2.0 * 3.0 * 0.5e-12 + 2.0 * 0.5e-12;
+  }
+  return rounding;
+}
+
+bool OracleView::is_usable() const {
+  constexpr double kEarth_m = 1e8;
+  constexpr double kLongestRay = 1e3;
+  const Eigen::Matrix3d& r = world_from_camera.rotation;
+  if (!(eye_world().norm() < kEarth_m) || !((r * r.transpose()).eval().isIdentity(1e-3)))
+    return false;
+  for (const double u : {0.0, static_cast<double>(intrinsics().width_px)})
+    for (const double v : {0.0, static_cast<double>(intrinsics().height_px)})
+      if (!(intrinsics().ray_from_pixel({u, v}).norm() < kLongestRay)) return false;
+  return true;
+}
+
+oracle::ExactRay OracleView::ray(const Eigen::Vector2d& pixel) const {
+  const Eigen::Vector3d direction = world_from_camera.rotation * intrinsics().ray_from_pixel(pixel);
+  return {eye_world(), eye_world() + kThrough_m * direction};
+}
+
+std::optional<Eigen::Vector2d> OracleView::project(const Eigen::Vector3d& point_world) const {
+  const Eigen::Vector3d point_camera =
+      world_from_camera.rotation.transpose() * (point_world - eye_world());
+  if (!(point_camera.z() > 0.0)) return std::nullopt;
+  return intrinsics().pixel_from_point(point_camera);
+}
+
+double OracleView::sine_of_graze(const Eigen::Vector2d& pixel, const oracle::ExactHit& hit) const {
+  const Eigen::Vector3d direction = world_from_camera.rotation * intrinsics().ray_from_pixel(pixel);
+  return std::abs(hit.normal_world.dot(direction)) / direction.norm();
+}
+
+double OracleView::depth_error_m(const Eigen::Vector2d& pixel, const oracle::ExactHit& hit) const {
+  const double depth = depth_m(hit);
+  const double length = intrinsics().ray_from_pixel(pixel).norm();
+  const double range = depth * length;
+  const double by_floats = half_float_step(range) / length + half_float_step(depth);
+  const double by_pose =
+      (rounding.position_m + range * rounding.angle_rad) / (length * sine_of_graze(pixel, hit));
+  return by_floats + by_pose;
+}
+
+double half_float_step(double value) {
+  const auto nearest = static_cast<float>(std::abs(value));
+  const float next = std::nextafter(nearest, std::numeric_limits<float>::infinity());
+  return 0.5 * (static_cast<double>(next) - static_cast<double>(nearest));
+}
+
+double finest_pixels_per_radian(const Intrinsics& camera) {
+  double finest = 0.0;
+  for (const double u : {0.0, static_cast<double>(camera.width_px)})
+    for (const double v : {0.0, static_cast<double>(camera.height_px)}) {
+      // Of the unit ray; along the ray itself the image does not move.
+      const Eigen::Matrix<double, 2, 3> jacobian =
+          projection_jacobian(camera, camera.ray_from_pixel({u, v}).normalized());
+      const Eigen::Matrix2d square = jacobian * jacobian.transpose();
+      finest = std::max(
+          finest,
+          std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(square).eigenvalues()[1]));
+    }
+  return finest;
+}
+
+}  // namespace terracast::validate
