@@ -220,7 +220,9 @@ TEST(ExactTerrain, FindsWhatEveryTriangleInRationalNumbersFinds) {
     const auto hit = terrain.first_hit(ray);
     const auto truth = every.first_crossing(ray);
     ASSERT_EQ(hit.has_value(), truth.has_value()) << i;
-    if (hit) EXPECT_EQ(hit->t, truth->get_d()) << i;
+    if (hit) {
+      EXPECT_EQ(hit->t, truth->get_d()) << i;
+    }
     outcomes[static_cast<std::size_t>(i)] = hit ? 1 : 0;
   });
   EXPECT_GT(std::count(outcomes.begin(), outcomes.end(), 1), 40);

@@ -537,7 +537,8 @@ class OracleChecker : public Checker {
 
   CheckResult occlusion_result() const {
     if (!has_visibility_)
-      return skipped_result("oracle_occlusion", "the dataset claims nothing of visibility that is read");
+      return skipped_result("oracle_occlusion",
+                            "the dataset claims nothing of visibility that is read");
     if (visibility_.num_judged == 0)
       return unseen_result("oracle_occlusion", "no claim of visibility was sampled");
     CheckResult result;
