@@ -232,6 +232,9 @@ void BaselineResult::apply(EvaluateOptions& options) const {
 
 BaselineResult run_baseline(const EvaluateOptions& options, const std::vector<Subject>& subjects,
                             const fs::path& report_folder, const core::Context& context) {
+  // What cannot be scored is not begun.
+  if (options.task == "depth" || options.task == "scene-flow")
+    for (const Subject& subject : subjects) focal_times_baseline(subject);
   const bool is_temporary = report_folder.empty();
   BaselineResult result(is_temporary ? temporary_folder() : report_folder / "baseline",
                         is_temporary);

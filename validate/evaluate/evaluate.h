@@ -92,7 +92,7 @@ struct SubjectScore {
   std::string camera = {};
   std::vector<FrameScore> frames = {};        ///< that the truth can judge, in order
   std::vector<std::string> notes = {};        ///< what a reader of the figures must know
-  std::vector<CheckResult::Plot> plots = {};  ///< more than the measures over the frames
+  std::vector<CheckResult::Plot> plots = {};  ///< paths from above: true, then found
   std::vector<std::pair<std::string, double>> found = {};  ///< "scale", 1.02: what was aligned
 };
 

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/atomic_file.h"
 #include "validate/report.h"
@@ -115,6 +117,47 @@ std::string table_html(const Evaluation& evaluation) {
   return html + "</tbody></table>\n";
 }
 
+/// Paths on one map, to one scale both ways; the first is the truth.
+std::string map_svg(const std::vector<CheckResult::Plot>& paths) {
+  constexpr double kSide = 420.0, kMargin = 46.0;
+  static constexpr const char* kColors[] = {"#1d2733", "#c62f2f"};
+  Eigen::AlignedBox2d box;
+  for (const CheckResult::Plot& path : paths)
+    for (std::size_t i = 0; i < path.x.size(); ++i)
+      box.extend(Eigen::Vector2d(path.x[i], path.y[i]));
+  if (box.isEmpty()) return "";
+  const double extent_m = std::max(box.sizes().maxCoeff(), 1e-6);
+  const double scale = (kSide - 2.0 * kMargin) / extent_m;
+  // A round length of about a third of the map, for its scale.
+  const double power = std::pow(10.0, std::floor(std::log10(extent_m / 3.0)));
+  const double share = extent_m / 3.0 / power;
+  const double bar_m = power * (share >= 5.0 ? 5.0 : share >= 2.0 ? 2.0 : 1.0);
+  std::string svg = fmt::format(
+      "<svg viewBox=\"0 0 {0} {0}\" width=\"{0}\" height=\"{0}\" font-size=\"11\" "
+      "font-family=\"system-ui,'DejaVu Sans',sans-serif\"><text x=\"{1}\" y=\"16\" "
+      "font-size=\"12.5\" font-weight=\"600\" fill=\"#1d2733\">Seen from above, north up</text>",
+      kSide, kMargin);
+  svg += fmt::format(
+      "<line x1=\"{0}\" x2=\"{1:.1f}\" y1=\"{2}\" y2=\"{2}\" stroke=\"#5c6b7a\" "
+      "stroke-width=\"3\"/><text x=\"{0}\" y=\"{3}\" fill=\"#5c6b7a\">{4:.3g} m</text>",
+      kMargin, kMargin + bar_m * scale, kSide - 26.0, kSide - 10.0, bar_m);
+  for (std::size_t k = 0; k < paths.size(); ++k) {
+    const char* const color = kColors[std::min(k, std::size(kColors) - 1)];
+    svg +=
+        fmt::format("<text x=\"{}\" y=\"{}\" fill=\"{}\">{}</text>", kSide - 170.0,
+                    kSide - 26.0 + 16.0 * static_cast<double>(k), color, escaped(paths[k].title));
+    std::string points;
+    for (std::size_t i = 0; i < paths[k].x.size(); ++i)
+      points += fmt::format("{:.2f},{:.2f} ", kMargin + (paths[k].x[i] - box.min().x()) * scale,
+                            kSide - kMargin - (paths[k].y[i] - box.min().y()) * scale);
+    svg += fmt::format(
+        "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" "
+        "points=\"{}\"/>",
+        color, k == 0 ? 3.0 : 1.4, points);
+  }
+  return svg + "</svg>";
+}
+
 std::string plots_html(const Evaluation& evaluation, const SubjectScore& subject) {
   std::string html = "<div class=\"figures\">\n";
   for (std::size_t i = 0; i < evaluation.measures.size(); ++i) {
@@ -130,8 +173,7 @@ std::string plots_html(const Evaluation& evaluation, const SubjectScore& subject
       }
     if (plot.x.size() > 1) html += "<figure>" + svg_of(plot) + "</figure>\n";
   }
-  for (const CheckResult::Plot& plot : subject.plots)
-    if (plot.x.size() > 1) html += "<figure>" + svg_of(plot) + "</figure>\n";
+  if (!subject.plots.empty()) html += "<figure>" + map_svg(subject.plots) + "</figure>\n";
   return html + "</div>\n";
 }
 

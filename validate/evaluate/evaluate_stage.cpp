@@ -161,6 +161,9 @@ Worst worst_frame(const Evaluation& evaluation) {
   if (all.num_answered_frames == 0)
     fail(ErrorKind::Input, "the result holds none of the {} frames that have a truth",
          all.num_frames);
+  std::vector<std::string> limits;
+  for (const std::string& term : evaluation.terms)
+    if (term.find(" < ") != std::string::npos) limits.push_back(term);
   float nearest_m = std::numeric_limits<float>::infinity();
   for (std::size_t s = 0; s < subjects.size() && std::isinf(nearest_m); ++s)
     for (const FrameScore& frame : evaluation.subjects[s].frames) {
@@ -173,7 +176,7 @@ Worst worst_frame(const Evaluation& evaluation) {
   fail(ErrorKind::Input,
        "nothing to score: no pixel of the {} answered frames is within the limits ({}); the "
        "nearest of the first is {:.5g} m away (--max-depth-m 0 and --max-flow-px 0 lift them)",
-       all.num_answered_frames, fmt::join(evaluation.terms, ", "), static_cast<double>(nearest_m));
+       all.num_answered_frames, fmt::join(limits, ", "), static_cast<double>(nearest_m));
 }
 
 }  // namespace
@@ -242,7 +245,7 @@ SubjectScore score_frames(const Subject& subject, std::size_t num_measures, int 
     else
       ++num_without;
   }
-  progress.skip(num_without);
+  progress.advance(num_without);  // there is nothing to do for them
   const int num_lacking = num_expected - (num_frames - num_without);
   if (num_lacking > 0)
     score.notes.push_back(fmt::format("{}, {}: the dataset has no truth of {} of {} frames",

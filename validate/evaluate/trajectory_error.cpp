@@ -31,21 +31,18 @@ Similarity align_trajectory(std::span<const std::optional<Pose>> truth,
   };
   const Eigen::Matrix3Xd points = columns(says);
   const Eigen::Matrix3Xd targets = columns(is);
-  if (alignment == Alignment::Sim3) {
-    const double spread_m = (points.colwise() - points.rowwise().mean()).norm();
-    // What subtracting the mean leaves of rounding.
-    if (!(spread_m > 1e-12 * points.norm()))
-      fail(ErrorKind::Input,
-           "the positions are all one: no scale follows from them; --align se3 or none is right");
-  }
+  // What subtracting the mean leaves of rounding is no extent.
+  const auto is_one_place = [](const Eigen::Matrix3Xd& places) {
+    return !((places.colwise() - places.rowwise().mean()).norm() > 1e-12 * places.norm());
+  };
+  if (alignment == Alignment::Sim3 && (is_one_place(points) || is_one_place(targets)))
+    fail(ErrorKind::Input,
+         "the {} positions are all one: no scale follows from them; --align se3 or none is right",
+         is_one_place(points) ? "result's" : "true");
   const Eigen::Matrix4d all = Eigen::umeyama(points, targets, alignment == Alignment::Sim3);
   Similarity similarity;
   if (alignment == Alignment::Sim3)
     similarity.scale = std::cbrt(all.topLeftCorner<3, 3>().determinant());
-  if (!(similarity.scale > 0.0))
-    fail(ErrorKind::Input,
-         "the true positions are all one: no scale follows from them; --align se3 or none is "
-         "right");
   similarity.rotation = all.topLeftCorner<3, 3>() / similarity.scale;
   similarity.translation = all.topRightCorner<3, 1>();
   return similarity;

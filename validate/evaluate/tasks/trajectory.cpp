@@ -60,13 +60,13 @@ class TrajectoryTask : public Task {
                                         subject.camera().name, truth_from_found.scale));
       score.found.emplace_back("scale", truth_from_found.scale);
     }
-    CheckResult::Plot true_map{.title = "The true positions",
+    CheckResult::Plot true_map{.title = "the true positions",
                                .x_label = "east, m",
                                .y_label = "north, m",
                                .x = {},
                                .y = {}};
     CheckResult::Plot found_map = true_map;
-    found_map.title = "The result's, laid on them";
+    found_map.title = "the result's, laid on them";
     for (std::size_t i = 0; i < truth.size(); ++i) {
       progress.advance();
       if (!truth[i]) continue;
