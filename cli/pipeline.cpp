@@ -202,15 +202,35 @@ void export_formats(const RunConfig& config, const OutputFolders& out,
       "running stage export");
 }
 
+validate::GroundMapMaker ground_map_of(const world::TileStore& store) {
+  return [store](const validate::MapArea& area, int size_px) -> std::optional<core::Image8> {
+    const geo::Geodetic& origin = store.manifest().origin;
+    if (area.lat_deg != origin.lat_deg || area.lon_deg != origin.lon_deg ||
+        area.height_m != origin.height_m)
+      return std::nullopt;
+    try {
+      return tiler::render_relief(
+          store,
+          Eigen::AlignedBox2d(Eigen::Vector2d(area.west_m, area.south_m),
+                              Eigen::Vector2d(area.east_m, area.north_m)),
+          size_px);
+    } catch (const core::Error&) {
+      return std::nullopt;  // the report shows the ground by the dataset's depth
+    }
+  };
+}
+
 bool validate_formats(const Job& job, const OutputFolders& out, const core::Context& context) {
   const core::Log log = context.log.for_stage("validate");
   const core::StageCost cost(stage_context(context, log), "validate");
   std::vector<std::string> formats;
+  const auto ground_map = ground_map_of(world::TileStore::open(out.world));
   for (const auto& chosen : job.config.exports) {
     const validate::ValidateOptions options{
         .format = chosen.format,
         .seed = job.config.validation.seed,
-        .samples_per_image = job.config.validation.samples_per_image};
+        .samples_per_image = job.config.validation.samples_per_image,
+        .ground_map = ground_map};
     core::with_context(
         [&] {
           validate::run_validate_stage(out.exports / chosen.format, options,
@@ -219,7 +239,7 @@ bool validate_formats(const Job& job, const OutputFolders& out, const core::Cont
         fmt::format("validating {}", chosen.format));
     formats.push_back(chosen.format);
   }
-  return validate::join_reports(out.reports, formats);
+  return validate::join_reports(out.reports, formats, context.events_file);
 }
 
 std::optional<bool> run(const Job& job, const fs::path& out_folder, const core::Context& context) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -22,6 +23,14 @@ struct PreviewPath {
 /// throws    Config: size_px out of 64 to 16384; Input, Io: tiles that cannot be loaded
 core::Image8 render_preview(const world::TileStore& store, const std::vector<PreviewPath>& paths,
                             int size_px = 1024);
+
+/// Nothing but the relief of a rectangle of the world frame's x-y plane, north up: hypsometric tints
+/// under a hillshade, sea.
+/// size_px   of the longer side
+/// throws    Config: size_px out of 64 to 16384, or an empty area; Input, Io: tiles that cannot be
+///           loaded
+core::Image8 render_relief(const world::TileStore& store, const Eigen::AlignedBox2d& area_world,
+                           int size_px);
 
 /// Extents, levels with their tiles and sizes, datums, sources, voids: what `terracast world info`
 /// prints.
