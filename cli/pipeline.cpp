@@ -204,16 +204,28 @@ void export_formats(const RunConfig& config, const OutputFolders& out,
 
 validate::GroundMapMaker ground_map_of(const world::TileStore& store) {
   return [store](const validate::MapArea& area, int size_px) -> std::optional<core::Image8> {
-    const geo::Geodetic& origin = store.manifest().origin;
-    if (area.lat_deg != origin.lat_deg || area.lon_deg != origin.lon_deg ||
-        area.height_m != origin.height_m)
-      return std::nullopt;
+    const geo::WorldFrame local({area.lat_deg, area.lon_deg, area.height_m});
+    const geo::WorldFrame world(store.manifest().origin);
+    const auto world_from_local = [&](double x_local, double y_local) -> Eigen::Vector2d {
+      return world.world_from_geodetic(local.geodetic_from_world({x_local, y_local, 0.0})).head<2>();
+    };
+    // Over a flight's surroundings one tangent plane maps to the other as a rotation, to metres.
+    const Eigen::Vector2d corner = world_from_local(area.west_m, area.north_m);
+    const double width_m = area.east_m - area.west_m;
+    const double height_m = area.north_m - area.south_m;
+    const double metres_per_px = std::max(width_m, height_m) / size_px;
+    const int width_px = std::max(1, static_cast<int>(std::lround(width_m / metres_per_px)));
+    const int height_px = std::max(1, static_cast<int>(std::lround(height_m / metres_per_px)));
+    Eigen::Affine2d world_from_pixel = Eigen::Affine2d::Identity();
+    world_from_pixel.translation() = corner;
+    world_from_pixel.linear().col(0) =
+        (world_from_local(area.east_m, area.north_m) - corner) / width_px;
+    world_from_pixel.linear().col(1) =
+        (world_from_local(area.west_m, area.south_m) - corner) / height_px;
+    const Eigen::Vector2d middle = world_from_pixel * Eigen::Vector2d(0.5 * width_px, 0.5 * height_px);
+    if (!(middle.cwiseAbs().maxCoeff() < 0.5 * store.manifest().size_m)) return std::nullopt;
     try {
-      return tiler::render_relief(
-          store,
-          Eigen::AlignedBox2d(Eigen::Vector2d(area.west_m, area.south_m),
-                              Eigen::Vector2d(area.east_m, area.north_m)),
-          size_px);
+      return tiler::render_relief(store, world_from_pixel, width_px, height_px);
     } catch (const core::Error&) {
       return std::nullopt;  // the report shows the ground by the dataset's depth
     }

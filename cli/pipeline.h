@@ -45,8 +45,8 @@ void render(const Job& job, const world::TileStore& store, const render::Shard& 
 /// throws   Config: no format, or a sequence that was captured with another config
 void export_formats(const RunConfig& config, const OutputFolders& out,
                     const core::Context& context);
-/// The maps below a report's tracks, from a world's tiles; of areas that stand at another origin,
-/// and of tiles that cannot be read, there is none.
+/// The maps below a report's tracks, from a world's tiles. Of an area whose middle is not in the
+/// world's square there is none, nor where tiles cannot be read.
 validate::GroundMapMaker ground_map_of(const world::TileStore& store);
 
 /// returns   whether every check of every format holds

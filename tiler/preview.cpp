@@ -119,17 +119,21 @@ double round_length(double length) {
 }
 
 struct MapFrame {
-  Eigen::AlignedBox2d area_world;
   int width_px = 0;
   int height_px = 0;
-  double metres_per_px() const { return area_world.sizes().x() / width_px; }
+  Eigen::Affine2d world_from_pixel = Eigen::Affine2d::Identity();
+  double metres_per_px() const { return world_from_pixel.linear().col(0).norm(); }
   Eigen::Vector2d pixel(double x_world, double y_world) const {
-    return {(x_world - area_world.min().x()) / metres_per_px(),
-            (area_world.max().y() - y_world) / metres_per_px()};
+    return world_from_pixel.inverse() * Eigen::Vector2d(x_world, y_world);
   }
   Eigen::Vector2d world(double x_px, double y_px) const {
-    return {area_world.min().x() + x_px * metres_per_px(),
-            area_world.max().y() - y_px * metres_per_px()};
+    return world_from_pixel * Eigen::Vector2d(x_px, y_px);
+  }
+  Eigen::AlignedBox2d area_world() const {
+    Eigen::AlignedBox2d area;
+    for (const double x : {0.0, 1.0 * width_px})
+      for (const double y : {0.0, 1.0 * height_px}) area.extend(world(x, y));
+    return area;
   }
 };
 
@@ -139,7 +143,7 @@ struct HeightRange {
 };
 
 HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image8& image) {
-  const LevelSampler sampler(store, map.area_world, map.metres_per_px());
+  const LevelSampler sampler(store, map.area_world(), map.metres_per_px());
   const int width = map.width_px;
   const int height = map.height_px;
   const double step_m = map.metres_per_px();
@@ -168,8 +172,8 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
   if (range.lowest_m > range.highest_m) range = {0.0, 1.0};
   const double span_m = std::max(range.highest_m - range.lowest_m, 1.0);
   // Gentle land is shown steeper, so that it can be read.
-  const double exaggeration =
-      std::clamp(0.06 * map.area_world.sizes().maxCoeff() / span_m, 1.0, 8.0);
+  const double exaggeration = std::clamp(
+      0.06 * std::max(map.width_px, map.height_px) * map.metres_per_px() / span_m, 1.0, 8.0);
   const Eigen::Vector3d light = Eigen::Vector3d(-1.0, 1.0, 1.2).normalized();
   core::parallel_for(height, [&](std::int64_t row) {
     const int j = static_cast<int>(row);
@@ -221,7 +225,7 @@ void draw_legend(const TileStore& store, const std::vector<PreviewPath>& paths, 
   const int top = side_px + 6 * scale;
   canvas.text(left, top, store.manifest().name, scale, kInk);
 
-  const double bar_m = round_length(0.2 * map.area_world.sizes().x());
+  const double bar_m = round_length(0.2 * map.width_px * map.metres_per_px());
   const int bar_px = static_cast<int>(std::lround(bar_m / map.metres_per_px()));
   canvas.fill(left, top + line_px + 2 * scale, bar_px, 2 * scale, kInk);
   canvas.fill(left, top + line_px, scale, 6 * scale, kInk);
@@ -301,7 +305,9 @@ core::Image8 render_preview(const TileStore& store, const std::vector<PreviewPat
   MapFrame map;
   map.width_px = map.height_px = size_px - strip_px;
   const double half_side_m = store.manifest().size_m * (0.5 + kMargin);
-  map.area_world = {Eigen::Vector2d::Constant(-half_side_m), Eigen::Vector2d::Constant(half_side_m)};
+  const double metres_per_px = 2.0 * half_side_m / map.width_px;
+  map.world_from_pixel = Eigen::Translation2d(-half_side_m, half_side_m) *
+                         Eigen::Scaling(metres_per_px, -metres_per_px);
   core::Image8 image(map.width_px, size_px, 3, kPaper[0]);
   Canvas canvas(image);
   canvas.fill(0, map.height_px, map.width_px, strip_px, kPaper);
@@ -316,18 +322,16 @@ core::Image8 render_preview(const TileStore& store, const std::vector<PreviewPat
   return image;
 }
 
-core::Image8 render_relief(const TileStore& store, const Eigen::AlignedBox2d& area_world,
-                           int size_px) {
-  check_size(size_px);
-  if (!(area_world.sizes().minCoeff() > 0.0))
-    core::fail(core::ErrorKind::Config, "a map of an area of {} m x {} m", area_world.sizes().x(),
-               area_world.sizes().y());
-  const double metres_per_px = area_world.sizes().maxCoeff() / size_px;
-  MapFrame map{.area_world = area_world, .width_px = 0, .height_px = 0};
-  map.width_px = std::max(1, static_cast<int>(std::lround(area_world.sizes().x() / metres_per_px)));
-  map.height_px =
-      std::max(1, static_cast<int>(std::lround(area_world.sizes().y() / metres_per_px)));
-  core::Image8 image(map.width_px, map.height_px, 3);
+core::Image8 render_relief(const TileStore& store, const Eigen::Affine2d& world_from_pixel,
+                           int width_px, int height_px) {
+  constexpr int kMostPixels = 16384;
+  if (std::min(width_px, height_px) < 1 || std::max(width_px, height_px) > kMostPixels)
+    core::fail(core::ErrorKind::Config, "a map of {} x {} pixels; 1 to {} can be drawn", width_px,
+               height_px, kMostPixels);
+  const MapFrame map{width_px, height_px, world_from_pixel};
+  if (!(map.metres_per_px() > 0.0) || !std::isfinite(map.metres_per_px()))
+    core::fail(core::ErrorKind::Config, "a map with pixels of {} m", map.metres_per_px());
+  core::Image8 image(width_px, height_px, 3);
   draw_relief(store, map, image);
   return image;
 }

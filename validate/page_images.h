@@ -65,7 +65,7 @@ struct PageImage {
 };
 
 /// Beyond so many median depths of an image the ground is neither in footprints nor in the cloud.
-constexpr double kFarDepths = 8.0;
+constexpr double kFarDepths = 4.0;
 
 /// Reads an image's files and makes what the page shows. What cannot be read is left out: the check
 /// `structure` has named it.

@@ -140,7 +140,7 @@ export function kinds(list: {name: string; count: number; color: string}[], titl
   return h('figure', {class: 'chart'}, h('figcaption', {}, h('b', {}, title), h('span', {class: 'soft'}, note)),
            h('table', {class: 'kinds'}, ...sorted.map(kind => h('tr', {},
              h('th', {scope: 'row'}, h('span', {class: 'swatch', style: `background:${kind.color}`}), kind.name),
-             h('td', {class: 'wide-bar'}, h('span', {style: `width:${100 * kind.count / sorted[0].count}%`})),
+             h('td', {class: 'wide-bar'}, h('span', {style: `width:${100 * kind.count / sorted[0].count}%;background:${kind.color}`})),
              h('td', {class: 'num'}, share(kind.count, whole))))));
 }
 

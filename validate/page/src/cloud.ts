@@ -2,7 +2,7 @@
 import {BufferAttribute, BufferGeometry, Color, LineBasicMaterial, LineLoop, LineSegments, PerspectiveCamera, Points, PointsMaterial, Scene, Vector3, WebGLRenderer} from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {css, kindColor} from './colors';
-import {darkness, h, shown} from './dom';
+import {darkness, everyText, h, shown} from './dom';
 import {centreOf, isUsable, rayOf, toLocal, type Vector} from './geometry';
 import {cloudOf} from './load';
 import type {Selection} from './selection';
@@ -81,12 +81,12 @@ export function buildCloud(selection: Selection): HTMLElement {
     const tracks = sequence.cameras.flatMap(camera => camera.track_poses.map(centreOf));
     if (cloud) origin = cloud.origin as Vector;
     else if (tracks.length) origin = tracks[tracks.length >> 1];
-    // What the first view shows: the cameras and the nearer half of the ground.
-    const around = [...tracks.map(placed), ...selection.images.filter(image => image.sequence === number).flatMap(image => image.footprint.slice().sort((a, b) => a[2] - b[2]).slice(0, 16).map(placed))];
+    // What the first view shows: the cameras, and where the middles of their images meet the ground.
+    const around = [...tracks.map(placed), ...selection.images.filter(image => image.sequence === number && image.pose && image.median_depth_m > 0).map(image => placed(toLocal(image.pose!, [0, 0, image.median_depth_m])))];
     target = around.reduce((sum, p) => sum.add(p), new Vector3()).divideScalar(Math.max(around.length, 1));
     const distances = around.map(p => p.distanceTo(target)).sort((a, b) => a - b);
-    radius_m = Math.max(distances[Math.floor(0.85 * distances.length)] ?? 0, 1);
-    size_m = 0.05 * radius_m;
+    radius_m = Math.max(1.15 * (distances[distances.length - 1] ?? 0), 1);
+    size_m = 0.06 * radius_m;
     if (cloud) {
       const positions = new Float32Array(3 * cloud.count), colors = new Uint8Array(3 * cloud.count);
       for (let i = 0; i < cloud.count; i++)
@@ -108,8 +108,8 @@ export function buildCloud(selection: Selection): HTMLElement {
       scene.add(segments(camera.track_poses.filter((_, k) => k % stride === 0).flatMap(pose => pyramid(camera, pose, size_m)), new Color(css(kindColor(c)).replaceAll(' ', ',')), 0.75));
     });
     note.textContent = `${cloud ? `${shown(cloud.count, 6)} of ${shown(sequence.cloud!.num_pixels, 9)} pixels with depth, in their colours, ` : 'No depth; '}and the pyramid of each camera in ${
-        sequence.track_stride > 1 ? `every ${sequence.track_stride}th frame` : 'every frame'}. Drag to turn, with the right button to move; hold Ctrl and turn the wheel to zoom. Click at a camera to open its image.`;
-    look(-0.55, -0.75, 0.5);
+        sequence.track_stride > 1 ? `${everyText(sequence.track_stride)} frame` : 'every frame'}. Drag to turn, with the right button to move; hold Ctrl and turn the wheel to zoom. Click at a camera to open its image.`;
+    look(-0.5, -0.75, 0.62);
     markSelected();
     box.dataset.points = String(cloud?.count ?? 0);
   }
@@ -198,6 +198,6 @@ export function buildCloud(selection: Selection): HTMLElement {
   selection.follow(follow);
 
   const button = (text: string, click: () => void) => h('button', {type: 'button', click}, text);
-  section.append(h('div', {class: 'framed'}, box, h('div', {class: 'bar'}, button('from the side', () => look(-0.55, -0.75, 0.5)), button('from above', () => look(0, -0.02, 1)), button('as the camera', asCamera))));
+  section.append(h('div', {class: 'framed'}, box, h('div', {class: 'bar'}, button('from the side', () => look(-0.5, -0.75, 0.62)), button('from above', () => look(0, -0.02, 1)), button('as the camera', asCamera))));
   return section;
 }

@@ -30,11 +30,14 @@ export function svg<Tag extends keyof SVGElementTagNameMap>(
 export function shown(value: number, digits = 4): string {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? 'none' : value > 0 ? '∞' : '−∞';
   const size = Math.abs(value);
-  if (size !== 0 && (size < 1e-3 || size >= 1e7)) return value.toExponential(Math.max(0, digits - 2)).replace('-', '−').replace('e−', 'e−').replace('e+', 'e');
+  if (size !== 0 && (size < 1e-3 || size >= 1e7)) return value.toExponential(Math.max(0, digits - 2)).replaceAll('-', '−').replace('e+', 'e');
   const decimals = size === 0 ? 0 : Math.max(0, digits - 1 - Math.floor(Math.log10(size)));
   const text = value.toFixed(Math.min(decimals, 10));
   return (text.includes('.') ? text.replace(/\.?0+$/, '') : text).replace('-', '−');
 }
+
+/** "every 3rd": what is left of a row of things. */
+export const everyText = (n: number) => `every ${n}${n % 100 > 10 && n % 100 < 14 ? 'th' : ['th', 'st', 'nd', 'rd'][n % 10] ?? 'th'}`;
 
 export function lengthText(metres: number): string {
   return Math.abs(metres) >= 1000 ? `${shown(metres / 1000, 3)} km` : `${shown(metres, 3)} m`;

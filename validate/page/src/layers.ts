@@ -33,7 +33,7 @@ function quantiles(values: ArrayLike<number>, shares: number[]): number[] {
 function colorbar(color: (t: number) => Rgb, label: string, marks: {at: number; text: string}[]): Node {
   const stops = [...Array(33).keys()].map(k => css(color(k / 32))).join(',');
   return h('div', {class: 'colorbar'}, h('div', {class: 'strip', style: `background:linear-gradient(90deg,${stops})`}),
-           h('div', {class: 'marks'}, ...marks.map(mark => h('span', {style: `left:${100 * mark.at}%`}, mark.text))),
+           h('div', {class: 'marks'}, ...marks.map(mark => h('span', {style: `left:${100 * mark.at}%;transform:translateX(${-100 * mark.at}%)`}, mark.text))),
            h('div', {class: 'soft'}, label));
 }
 
@@ -120,7 +120,7 @@ const classes: Layer = {
 
 /** Bit 0: in the next frame's field of view, bit 1: seen there. */
 const kMaskColors: Rgb[] = [[213, 94, 0], [230, 159, 0], [140, 140, 140], [0, 114, 178]];
-export const kMaskWords = ['outside the next image', 'hidden in the next image', 'seen, but not in view: a contradiction', 'seen in the next image'];
+export const kMaskWords = ['outside the next image', 'hidden in the next image, or sky', 'seen, but not in view: a contradiction', 'seen in the next image'];
 const masks: Layer = {
   title: 'Occlusion', needs: 'masks',
   paint: (image, _camera, _sequence, layers) => ({

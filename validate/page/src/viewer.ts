@@ -1,6 +1,6 @@
 // An image, layer by layer, with the values under the pointer.
 import {kindColor, css} from './colors';
-import {h, lengthText, shown, svg} from './dom';
+import {everyText, h, lengthText, shown, svg} from './dom';
 import {isUsable, normalAt, pixelOf, pointAt, toLocal} from './geometry';
 import {className, cross, kLayers, kMaskWords, kNoResidual} from './layers';
 import {layersOf, type Layers} from './load';
@@ -144,11 +144,10 @@ export function buildViewer(selection: Selection): HTMLElement {
       if (layers.disparity) rows.push(['disparity', Number.isFinite(layers.disparity[at]) ? `${shown(layers.disparity[at], 8)} px` : 'none']);
       if (layers.residual) {
         const r = layers.residual[at];
-        rows.push(['residual', r === kNoResidual ? 'none' : `${Math.abs(r) === 32767 ? 'beyond ' : ''}${shown(r * 1e-4, 4)} %`]);
+        rows.push(['residual', r === kNoResidual ? 'none' : `${Math.abs(r) === 32767 ? 'beyond ' : ''}${shown(r, 6)} millionths`]);
       }
     }
     readout.replaceChildren(...rows.map(([name, value]) => h('tr', {}, h('th', {scope: 'row'}, name), h('td', {}, value))));
-    if (!cursor) readout.append(h('tr', {}, h('td', {class: 'soft'}, 'Point at a pixel for its values; click to hold it.')));
   }
 
   function moveCursor(to: [number, number] | null) {
@@ -185,9 +184,8 @@ export function buildViewer(selection: Selection): HTMLElement {
       offset = [drag.offset[0] + by[0], drag.offset[1] + by[1]];
       clampOffset();
       drawMarks();
-    } else if (!isHeld) moveCursor(gridAt(event));
+    } else if (!isHeld) moveCursor(gridAt(event) ?? cursor);
   });
-  canvas.addEventListener('pointerleave', () => { if (!isHeld) moveCursor(null); });
   canvas.addEventListener('click', event => {
     if (drag?.moved) return;
     const at = gridAt(event as PointerEvent);
@@ -203,7 +201,7 @@ export function buildViewer(selection: Selection): HTMLElement {
     } else if (event.key === 'PageDown' || event.key === 'PageUp') step(Number(slider.value) + (event.key === 'PageDown' ? 1 : -1));
     else if (event.key === '+' || event.key === '=') setZoom(2 * zoom);
     else if (event.key === '-') setZoom(zoom / 2);
-    else if (event.key === 'Escape') { isHeld = false; moveCursor(null); }
+    else if (event.key === 'Escape') { isHeld = false; drawMarks(); }
     else return;
     event.preventDefault();
   });
@@ -230,7 +228,7 @@ export function buildViewer(selection: Selection): HTMLElement {
     const shownCameras = [...new Set(selection.images.filter(other => other.sequence === image.sequence).map(other => other.camera))];
     choices(cameras, shownCameras.map(c => ({key: String(c), title: sequence.cameras[c].name, swatch: css(kindColor(c))})), String(image.camera),
             key => selection.show(selection.nearest(image.sequence, Number(key), image.frame)));
-    about.replaceChildren(`${camera.width_px} × ${camera.height_px} px`, image.step > 1 ? `, every ${image.step}th pixel of it here` : '',
+    about.replaceChildren(`${camera.width_px} × ${camera.height_px} px`, image.step > 1 ? `, ${everyText(image.step)} pixel of it here` : '',
                           image.median_depth_m > 0 ? `; median depth ${lengthText(image.median_depth_m)}` : '',
                           list.length < sequence.num_frames ? `; ${list.length} of this camera's ${sequence.num_frames} frames are on this page` : '');
     showWorsts();
@@ -241,7 +239,7 @@ export function buildViewer(selection: Selection): HTMLElement {
     colors = loaded;
     isHeld = Boolean(selected.pixel);
     cursor = selected.pixel ? [Math.min(Math.floor(selected.pixel[0] / image.step), image.width - 1), Math.min(Math.floor(selected.pixel[1] / image.step), image.height - 1)] :
-        cursor && cursor[0] < image.width && cursor[1] < image.height ? cursor : null;
+        cursor && cursor[0] < image.width && cursor[1] < image.height ? cursor : [image.width >> 1, 2 * image.height / 3 | 0];
     inner.style.aspectRatio = `${image.width} / ${image.height}`;
     stage.style.setProperty('--aspect', String(image.width / image.height));
     showLayerChoices();
@@ -259,6 +257,6 @@ export function buildViewer(selection: Selection): HTMLElement {
       h('div', {class: 'look'}, h('div', {class: 'left'}, stage,
         h('div', {class: 'bar frames'}, button('‹', 'frame before', () => step(Number(slider.value) - 1)), slider, button('›', 'next frame', () => step(Number(slider.value) + 1)), frameText,
           h('span', {class: 'zoom'}, button('−', 'smaller', () => setZoom(zoom / 2)), button('+', 'larger', () => setZoom(2 * zoom))))),
-        h('div', {class: 'side'}, about, worsts, readout, legend))));
+        h('div', {class: 'side'}, about, worsts, readout, h('p', {class: 'soft hint'}, 'Point at a pixel for its values; click to hold it, click again to let go.'), legend))));
   return root;
 }
