@@ -119,15 +119,19 @@ std::string header(std::string_view title, const std::vector<std::string>& lines
 std::string section(const Json& check) {
   const std::string name = escaped(check.at("name").string());
   const bool is_skipped = check.at("skipped").boolean();
+  // Some units say of themselves that the bound is a lower one.
+  std::string unit = check.at("unit").string();
+  if (const std::size_t said = unit.find("(at least)"); said != std::string::npos)
+    unit.erase(said);
   std::string html = fmt::format(
       "<details class=\"check {0}\" id=\"check-{1}\"{2}><summary><span class=\"dot {0}\"></span>"
       "<b>{1}</b><span class=\"figure\">{3}</span></summary>\n<div class=\"body\">\n",
       state_of(check), name, check.at("ok").boolean() ? "" : " open",
       is_skipped ? std::string(word_of(check))
-                 : escaped(fmt::format("{} {} {} {}", shown(check.at("value").number()),
-                                       check.at("lower_bound").boolean() ? "of at least" : "of at most",
-                                       shown(check.at("bound").number()),
-                                       check.at("unit").string())));
+                 : escaped(fmt::format(
+                       "{} of {} {} {}", shown(check.at("value").number()),
+                       check.at("lower_bound").boolean() ? "at least" : "at most",
+                       shown(check.at("bound").number()), unit)));
   if (!check.at("summary").string().empty())
     html += fmt::format("<p>{}</p>\n", escaped(check.at("summary").string()));
   html += "<dl>";

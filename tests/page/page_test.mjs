@@ -136,7 +136,6 @@ test('A footprint on the map opens its image', async () => {
   await close();
 });
 
-/** How many of a picture's bytes differ from the first pixel's. */
 const isBlank = bytes => bytes.length < 3000;  // a PNG of one colour is tiny
 test('Cameras and points are drawn in three dimensions, and turn', async () => {
   const {page, close} = await open('report/tartanair');

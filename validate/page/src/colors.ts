@@ -2,7 +2,7 @@
 
 export type Rgb = [number, number, number];
 
-/** Viridis (van der Walt and Smith), by a polynomial of degree 6 fitted to it: within 3 levels. */
+/** Viridis (van der Walt and Smith), by a polynomial of degree 6 fitted to it: within 5 levels. */
 const kViridis = [
   [0.2777273272234177, 0.005407344544966578, 0.3340998053353061],
   [0.1050930431085774, 1.404613529898575, 1.384590162594685],
