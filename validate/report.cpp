@@ -99,12 +99,18 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
                   const std::filesystem::path& events_file) {
   Json list = Json::array();
   Json unseen = Json::array();
+  Json causes = Json::array();
   bool is_ok = !formats.empty();
   std::vector<JoinedFormat> parts;
   for (const std::string& format : formats) {
     const Json report = Json::read(folder / format / "report.json");
     is_ok = is_ok && report.at("ok").boolean();
     for (const std::string& name : report.at("unseen").strings()) unseen.push(format + "/" + name);
+    if (report.has("causes"))
+      for (std::size_t i = 0; i < report.at("causes").size(); ++i) {
+        Json cause = report.at("causes").at(i);
+        causes.push(cause.set("words", format + ": " + cause.at("words").string()));
+      }
     const Json& checks = report.at("checks");
     for (std::size_t i = 0; i < checks.size(); ++i) {
       Json named = checks.at(i);
@@ -113,7 +119,8 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
     }
     parts.push_back({format, report, picture_of(folder, format)});
   }
-  const Json joined = Json::object().set("ok", is_ok).set("unseen", unseen).set("checks", list);
+  Json joined = Json::object().set("ok", is_ok).set("unseen", unseen).set("checks", list);
+  if (causes.size() > 0) joined.set("causes", causes);
   joined.write(folder / "report.json");
   core::write_file(folder / "page/page.css", page_style());
   core::write_file(folder / "index.html",

@@ -97,6 +97,16 @@ std::string verdict(const Json& report) {
       escaped(fmt::format("{}{}", unseen.empty() ? "" : ": ", fmt::join(unseen, ", "))));
 }
 
+/// The causes that a report names (its member "causes": a list of objects with "words"), where it
+/// has any.
+std::string causes(const Json& report) {
+  if (!report.has("causes") || report.at("causes").size() == 0) return "";
+  std::string html = "<ul class=\"causes\">\n";
+  for (std::size_t i = 0; i < report.at("causes").size(); ++i)
+    html += fmt::format("<li>{}</li>\n", escaped(report.at("causes").at(i).at("words").string()));
+  return html + "</ul>\n";
+}
+
 std::string head(std::string_view title) {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
@@ -183,7 +193,7 @@ std::string dataset_page(const std::string& title, const std::vector<std::string
   const Json& checks = report.at("checks");
   std::string html = head(title) + header(title, lines) +
                      "<nav class=\"jump\" aria-label=\"Parts of the page\" hidden></nav>\n<main>\n" +
-                     verdict(report);
+                     verdict(report) + causes(report);
   html += "<section id=\"checks\"><h2>Checks</h2>\n" + table(checks, "") + "</section>\n";
   html +=
       "<div id=\"parts\"></div>\n<noscript><p class=\"note\">Map, images, cloud and plots need "
@@ -202,7 +212,7 @@ std::string start_page(const std::vector<JoinedFormat>& formats, const Json& joi
   std::string html = head("terracast validation") +
                      header(fmt::format("{}", fmt::join(names, ", ")),
                             {"Each format was read back from its files alone and judged by itself."}) +
-                     "<main>\n" + verdict(joined);
+                     "<main>\n" + verdict(joined) + causes(joined);
   html += "<section id=\"formats\"><h2>Formats</h2>\n<div class=\"cards\">\n";
   for (const JoinedFormat& format : formats) {
     const Counts counts = counts_of(format.report);

@@ -166,9 +166,11 @@ test('Named causes and certified bounds are told where a report has them', async
   const copy = join(folder, 'more');
   cpSync(join(folder, 'report/kitti'), copy, {recursive: true});
   const file = join(copy, 'page/data.js');
-  writeFileSync(file, readFileSync(file, 'utf8').replace('"report":{', '"report":{"causes":[{"cause":"a_shifted_clock","share":0.75}],"bounds":{"depth_m":0.001},'));
+  writeFileSync(file, readFileSync(file, 'utf8').replace('"report":{', '"report":{"causes":[{"words":"the clock is 0.1 s late","camera":"image_2","frame":2,"checks":["reprojection_time"]},{"share":0.75}],"bounds":{"depth_m":0.001},'));
   const {page, close} = await open('more');
-  assert.match(await page.textContent('#part-causes'), /a_shifted_clock.*0\.75/);
+  assert.match(await page.textContent('#part-causes'), /the clock is 0\.1 s late.*reprojection_time.*0\.75/);
+  await page.click('#part-causes button.place');
+  await page.waitForFunction(() => document.querySelector('.frame-text').textContent.startsWith('frame 2'));
   assert.match(await page.textContent('#part-bounds'), /depth m.*0\.001/);
   await close();
 });

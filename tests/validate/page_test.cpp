@@ -197,6 +197,18 @@ TEST(PageText, IsEscapedWhereverADatasetSpeaks) {
   EXPECT_EQ(html.find("</p><script>"), std::string::npos);
 }
 
+TEST(PageText, NamesTheCausesThatAReportHasAndTheJoinedPageToo) {
+  const test::ScratchFolder scratch;
+  core::Json report = report_json({CheckResult{.name = "flow"}});
+  EXPECT_EQ(dataset_page("", {}, report).find("class=\"causes\""), std::string::npos);
+  report.set("causes", core::Json::array().push(core::Json::object().set("words", "late < clock")));
+  EXPECT_NE(dataset_page("", {}, report).find("<li>late &lt; clock</li>"), std::string::npos);
+  report.write(scratch / "kitti/report.json");
+  EXPECT_FALSE(join_reports(scratch.path(), {"kitti"}));
+  EXPECT_NE(core::read_text_file(scratch / "index.html").find("<li>kitti: late &lt; clock</li>"),
+            std::string::npos);
+}
+
 TEST(PageStages, TakeTheNewestOfEachAndPassOverWhatIsNone) {
   const test::ScratchFolder scratch;
   core::write_file(scratch / "events.jsonl",

@@ -69,11 +69,30 @@ function told(value: unknown): Node {
   return document.createTextNode(value === null || value === undefined ? '' : String(value));
 }
 
-const kTitles: Record<string, string> = {causes: 'Named causes', bounds: 'Certified bounds'};
+/** A cause of failed checks, as a report names it; any of it may be missing. */
+interface Cause {words?: string; sequence?: string; camera?: string; frame?: number; checks?: string[]; [member: string]: unknown}
+
+function causesPart(selection: Selection, causes: Cause[]): HTMLElement {
+  const sequences = selection.data.sequences ?? [];
+  return h('section', {id: 'part-causes'}, h('h2', {}, 'Causes'), h('p', {class: 'note'}, 'What explains the failed checks.'),
+    h('ol', {class: 'cause-list'}, ...causes.map(cause => {
+      if (typeof cause.words !== 'string') return h('li', {}, told(cause));
+      const index = selection.images.findIndex(image => image.frame === cause.frame && sequences[image.sequence].cameras[image.camera].name === cause.camera &&
+          (!cause.sequence || sequences[image.sequence].name === cause.sequence));
+      return h('li', {}, cause.words, index >= 0 && h('button', {type: 'button', class: 'place', click: () => {
+        selection.show(index);
+        document.getElementById('frames')!.scrollIntoView();
+      }}, ` ${cause.camera}, frame ${cause.frame}`),
+        Array.isArray(cause.checks) && cause.checks.length > 0 && h('div', {class: 'soft'}, 'seen by ', ...cause.checks.flatMap((name, i) => [i ? ', ' : '', h('a', {href: `#check-${name}`}, String(name))])));
+    })));
+}
+
+const kTitles: Record<string, string> = {bounds: 'Certified bounds'};
 
 /** What a report says beside its checks, each member as a part of its own. */
 export function otherParts(selection: Selection): HTMLElement[] {
   return Object.entries(selection.data.report)
-      .filter(([name]) => !['ok', 'unseen', 'checks'].includes(name))
-      .map(([name, value]) => h('section', {id: `part-${name}`}, h('h2', {}, kTitles[name] ?? words(name)), told(value)));
+      .filter(([name, value]) => !['ok', 'unseen', 'checks'].includes(name) && !(Array.isArray(value) && value.length === 0))
+      .map(([name, value]) => name === 'causes' && Array.isArray(value) ? causesPart(selection, value as Cause[]) :
+          h('section', {id: `part-${name}`}, h('h2', {}, kTitles[name] ?? words(name)), told(value)));
 }

@@ -31,7 +31,16 @@ function start(data: Data) {
     selection.showCheck(check);
     document.getElementById('frames')!.scrollIntoView({behavior: matchMedia('(prefers-reduced-motion: reduce)').matches ? 'auto' : 'smooth'});
   };
-  const built: (Node | null)[] = [...otherParts(selection)];
+  const built: (Node | null)[] = [];
+  for (const part of otherParts(selection)) {
+    if (part.id !== 'part-causes') {
+      built.push(part);
+      continue;
+    }
+    // In place of the words that the page has without scripts.
+    document.querySelector('ul.causes')?.remove();
+    document.getElementById('checks')!.before(part);
+  }
   if (hasImages) {
     built.push(buildViewer(selection));
     const pair = h('div', {class: 'pair'});
