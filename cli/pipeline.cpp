@@ -207,7 +207,8 @@ validate::GroundMapMaker ground_map_of(const world::TileStore& store) {
     const geo::WorldFrame local({area.lat_deg, area.lon_deg, area.height_m});
     const geo::WorldFrame world(store.manifest().origin);
     const auto world_from_local = [&](double x_local, double y_local) -> Eigen::Vector2d {
-      return world.world_from_geodetic(local.geodetic_from_world({x_local, y_local, 0.0})).head<2>();
+      return world.world_from_geodetic(local.geodetic_from_world({x_local, y_local, 0.0}))
+          .head<2>();
     };
     // Over a flight's surroundings one tangent plane maps to the other as a rotation, to metres.
     const Eigen::Vector2d corner = world_from_local(area.west_m, area.north_m);
@@ -222,7 +223,8 @@ validate::GroundMapMaker ground_map_of(const world::TileStore& store) {
         (world_from_local(area.east_m, area.north_m) - corner) / width_px;
     world_from_pixel.linear().col(1) =
         (world_from_local(area.west_m, area.south_m) - corner) / height_px;
-    const Eigen::Vector2d middle = world_from_pixel * Eigen::Vector2d(0.5 * width_px, 0.5 * height_px);
+    const Eigen::Vector2d middle =
+        world_from_pixel * Eigen::Vector2d(0.5 * width_px, 0.5 * height_px);
     if (!(middle.cwiseAbs().maxCoeff() < 0.5 * store.manifest().size_m)) return std::nullopt;
     try {
       return tiler::render_relief(store, world_from_pixel, width_px, height_px);

@@ -290,7 +290,6 @@ std::string bytes_text(double bytes) {
   return fmt::format("{:.3g} {}", bytes, units[unit]);
 }
 
-
 void check_size(int size_px) {
   if (size_px < 64 || size_px > 16384)
     core::fail(core::ErrorKind::Config, "a map of {} pixels; 64 to 16384 can be drawn", size_px);

@@ -17,7 +17,6 @@ struct MapArea {
 
 /// Draws the ground of an area from above: 3 channels, north up, the longer side of `size_px`.
 /// Nothing where the area is of another world.
-using GroundMapMaker =
-    std::function<std::optional<core::Image8>(const MapArea& area, int size_px)>;
+using GroundMapMaker = std::function<std::optional<core::Image8>(const MapArea& area, int size_px)>;
 
 }  // namespace terracast::validate

@@ -77,7 +77,8 @@ class PageFolder {
       for (const std::string& name : list_folder(folder_ / sub)) {
         const fs::path path = fs::path(name);
         const std::string stem = path.stem().string();
-        const bool is_ours = !stem.empty() && stem.find_first_not_of("0123456789") == std::string::npos &&
+        const bool is_ours = !stem.empty() &&
+                             stem.find_first_not_of("0123456789") == std::string::npos &&
                              (path.extension() == ".png" || path.extension() == ".js");
         if (!is_ours || written_.contains(std::string(sub) + "/" + name)) continue;
         std::error_code ignored;
@@ -157,8 +158,8 @@ Json camera_json(const Camera& camera, std::int64_t stride) {
 Json image_json(const PageImage& image, std::size_t index) {
   Json footprint = Json::array();
   for (const Eigen::Vector3d& point : image.footprint)
-    footprint.push(Json::array_of({decimals(point.x(), 10.0), decimals(point.y(), 10.0),
-                                   decimals(point.z(), 10.0)}));
+    footprint.push(Json::array_of(
+        {decimals(point.x(), 10.0), decimals(point.y(), 10.0), decimals(point.z(), 10.0)}));
   Json json = Json::object()
                   .set("file", fmt::format("images/{:04}", index))
                   .set("sequence", image.place.sequence)
@@ -226,7 +227,9 @@ void add_ground(Json& json, const Sequence& sequence, std::size_t number,
                  .set("east_m", area->east_m)
                  .set("south_m", area->south_m)
                  .set("north_m", area->north_m)
-                 .set("source", !picture ? "none" : is_world ? "world" : "depth");
+                 .set("source", !picture   ? "none"
+                                : is_world ? "world"
+                                           : "depth");
   if (picture) {
     const std::string file = fmt::format("ground/{:02}.png", number);
     page.write_png(file, *picture);
@@ -236,9 +239,8 @@ void add_ground(Json& json, const Sequence& sequence, std::size_t number,
   const Json cloud = cloud_of(images, sequence, most_points);
   if (cloud.at("count").integer() == 0) return;
   const std::string file = fmt::format("ground/{:02}.js", number);
-  page.write(file,
-             script_call("terracastCloud", Json(cloud).set("sequence",
-                                                           static_cast<std::uint64_t>(number))));
+  page.write(file, script_call("terracastCloud",
+                               Json(cloud).set("sequence", static_cast<std::uint64_t>(number))));
   json.set("cloud", Json::object()
                         .set("file", file)
                         .set("count", cloud.at("count"))
@@ -263,7 +265,8 @@ Json statistics_json(const Dataset& dataset, const std::vector<PageImage>& image
     }
     if (!image.overlap) continue;
     auto& [frames, shares] =
-        overlaps.try_emplace({image.place.sequence, image.place.camera}, Json::array(), Json::array())
+        overlaps
+            .try_emplace({image.place.sequence, image.place.camera}, Json::array(), Json::array())
             .first->second;
     frames.push(image.place.frame);
     shares.push(decimals(*image.overlap, 1e5));
@@ -299,12 +302,11 @@ Json sizes_json(const Dataset& dataset) {
   for (const Sequence& sequence : dataset.sequences)
     for (const Camera& camera : sequence.cameras)
       for (const FrameFiles& files : camera.files) {
-        const std::pair<const std::string*, const char*> all[] = {
-            {&files.color, "colour"},
-            {&files.depth, "depth"},
-            {&files.segmentation, "classes"},
-            {&files.flow, "flow"},
-            {&files.disparity, "disparity"}};
+        const std::pair<const std::string*, const char*> all[] = {{&files.color, "colour"},
+                                                                  {&files.depth, "depth"},
+                                                                  {&files.segmentation, "classes"},
+                                                                  {&files.flow, "flow"},
+                                                                  {&files.disparity, "disparity"}};
         for (const auto& [file, kind] : all)
           if (!file->empty()) kinds.emplace(*file, kind);
       }
@@ -317,10 +319,8 @@ Json sizes_json(const Dataset& dataset) {
   }
   Json list = Json::array();
   for (const auto& [kind, size] : sizes)
-    list.push(Json::object()
-                  .set("kind", kind)
-                  .set("files", size.num_files)
-                  .set("bytes", size.num_bytes));
+    list.push(
+        Json::object().set("kind", kind).set("files", size.num_files).set("bytes", size.num_bytes));
   return list;
 }
 
@@ -330,7 +330,8 @@ void add_dataset(Json& data, const std::vector<CheckResult>& results, const Page
   const Dataset& dataset = *source.dataset;
   std::vector<Place> places;
   for (const CheckResult& result : results)
-    if (const std::optional<Place> place = place_in(result.worst, dataset)) places.push_back(*place);
+    if (const std::optional<Place> place = place_in(result.worst, dataset))
+      places.push_back(*place);
   const std::vector<Place> chosen =
       dataset.sequences.empty() ? std::vector<Place>{} : choose_page_images(dataset, places);
   std::vector<PageImage> images(chosen.size());

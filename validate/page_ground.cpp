@@ -20,8 +20,7 @@ template <class Take>
 void for_each_point(const PageImage& image, const Intrinsics& camera, std::size_t stride,
                     std::size_t& phase, const Take& take) {
   if (image.depth.empty() || !image.local_from_camera) return;
-  const bool has_color =
-      image.color.width() == image.width && image.color.height() == image.height;
+  const bool has_color = image.color.width() == image.width && image.color.height() == image.height;
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
       const auto depth_m = static_cast<double>(image.depth(x, y));
@@ -33,8 +32,7 @@ void for_each_point(const PageImage& image, const Intrinsics& camera, std::size_
       point.local = *image.local_from_camera * (camera.ray_from_pixel(pixel) * depth_m);
       if (!point.local.allFinite()) continue;
       if (has_color)
-        for (int c = 0; c < 3; ++c)
-          point.color[static_cast<std::size_t>(c)] = image.color(x, y, c);
+        for (int c = 0; c < 3; ++c) point.color[static_cast<std::size_t>(c)] = image.color(x, y, c);
       take(point);
     }
 }
@@ -129,10 +127,11 @@ std::optional<GroundPicture> relief_of(const std::vector<const PageImage*>& imag
                  static_cast<std::size_t>(x)];
   };
   for (const GroundPoint& point : points) {
-    Cell& cell = at(std::clamp(static_cast<int>((point.local.x() - area.west_m) / width_m * width),
-                               0, width - 1),
-                    std::clamp(static_cast<int>((area.north_m - point.local.y()) / height_m * height),
-                               0, height - 1));
+    Cell& cell =
+        at(std::clamp(static_cast<int>((point.local.x() - area.west_m) / width_m * width), 0,
+                      width - 1),
+           std::clamp(static_cast<int>((area.north_m - point.local.y()) / height_m * height), 0,
+                      height - 1));
     Cell one{point.local.z(), {}, 1.0};
     for (std::size_t c = 0; c < 3; ++c) one.color[c] = point.color[c];
     cell += one;
@@ -200,14 +199,14 @@ core::Json cloud_of(const std::vector<const PageImage*>& images, const Sequence&
   std::array<std::vector<std::uint8_t>, 3> colors;
   phase = 0;
   for (const PageImage* image : images)
-    for_each_point(*image, intrinsics_of(sequence, *image), stride, phase,
-                   [&](const GroundPoint& point) {
-                     for (std::size_t k = 0; k < 3; ++k) {
-                       positions[k].push_back(static_cast<float>(
-                           point.local[static_cast<int>(k)] - origin[static_cast<int>(k)]));
-                       colors[k].push_back(point.color[k]);
-                     }
-                   });
+    for_each_point(
+        *image, intrinsics_of(sequence, *image), stride, phase, [&](const GroundPoint& point) {
+          for (std::size_t k = 0; k < 3; ++k) {
+            positions[k].push_back(
+                static_cast<float>(point.local[static_cast<int>(k)] - origin[static_cast<int>(k)]));
+            colors[k].push_back(point.color[k]);
+          }
+        });
   std::vector<float> all_positions;
   std::vector<std::uint8_t> all_colors;
   for (std::size_t k = 0; k < 3; ++k) {

@@ -19,7 +19,8 @@ struct GroundPicture {
 };
 
 /// The area that a sequence's cameras and footprints cover, with a margin; nothing without poses.
-std::optional<MapArea> area_of(const Sequence& sequence, const std::vector<const PageImage*>& images);
+std::optional<MapArea> area_of(const Sequence& sequence,
+                               const std::vector<const PageImage*>& images);
 
 /// Depth carried to the ground and shaded: the mean height of a cell's pixels lit from the
 /// north-west, tinted by their mean colour. Cells are as fine as there are pixels for.

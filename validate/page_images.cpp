@@ -36,8 +36,7 @@ std::vector<Value> sampled(const core::Image<Value>& image, const PageImage& pag
   for (int c = 0; c < image.channels(); ++c)
     for (int y = 0; y < page.height; ++y)
       for (int x = 0; x < page.width; ++x)
-        values.push_back(
-            image(page.step * x + page.step / 2, page.step * y + page.step / 2, c));
+        values.push_back(image(page.step * x + page.step / 2, page.step * y + page.step / 2, c));
   return values;
 }
 
@@ -102,8 +101,8 @@ void count_slopes(const Files& files, const Intrinsics& camera, PageImage& page)
 }
 
 void trace_footprint(const Files& files, const Intrinsics& camera, PageImage& page) {
-  constexpr int kSide = 8;     // samples a side
-  constexpr int kSteps = 32;   // from the border to the centre, past the sky
+  constexpr int kSide = 8;    // samples a side
+  constexpr int kSteps = 32;  // from the border to the centre, past the sky
   const Eigen::Vector2d centre(0.5 * camera.width_px, 0.5 * camera.height_px);
   const Eigen::Vector2d corners[] = {{0.0, 0.0},
                                      {1.0 * camera.width_px, 0.0},
@@ -187,8 +186,8 @@ std::vector<Place> choose_page_images(const Dataset& dataset, const std::vector<
   int most_cameras = 1;
   for (const Sequence& sequence : dataset.sequences) {
     num_frames += sequence.num_frames;
-    most_cameras = std::max(
-        most_cameras, std::min(static_cast<int>(sequence.cameras.size()), kPageCameras));
+    most_cameras =
+        std::max(most_cameras, std::min(static_cast<int>(sequence.cameras.size()), kPageCameras));
   }
   const std::int64_t num_shown =
       std::min<std::int64_t>(num_frames, std::max(2, kPageImages / most_cameras));
@@ -197,8 +196,8 @@ std::vector<Place> choose_page_images(const Dataset& dataset, const std::vector<
     int sequence = 0;
     while (at >= dataset.sequences[static_cast<std::size_t>(sequence)].num_frames)
       at -= dataset.sequences[static_cast<std::size_t>(sequence++)].num_frames;
-    const auto num_cameras = static_cast<int>(
-        dataset.sequences[static_cast<std::size_t>(sequence)].cameras.size());
+    const auto num_cameras =
+        static_cast<int>(dataset.sequences[static_cast<std::size_t>(sequence)].cameras.size());
     for (int camera = 0; camera < std::min(num_cameras, kPageCameras); ++camera)
       chosen.push_back({sequence, camera, static_cast<int>(at), {}});
   }

@@ -48,11 +48,11 @@ struct PageImage {
   int height = 0;
   int step = 1;
   std::optional<Pose> local_from_camera;
-  core::Image8 color;          ///< means of step x step pixels
-  core::ImageF depth;          ///< m; NaN: none
-  std::string script;          ///< the values of all layers, for the page
+  core::Image8 color;  ///< means of step x step pixels
+  core::ImageF depth;  ///< m; NaN: none
+  std::string script;  ///< the values of all layers, for the page
   std::vector<std::string> layers;
-  int residual_frame = -1;     ///< the frame that the residuals of depth are against
+  int residual_frame = -1;  ///< the frame that the residuals of depth are against
   double median_depth_m = 0.0;
   /// Where the image's border lies on the ground, local frame; far parts are drawn in to
   /// kFarDepths times the median depth. Empty without depth or pose.

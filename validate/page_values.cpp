@@ -47,9 +47,7 @@ std::string base64(std::span<const std::byte> bytes) {
   return text;
 }
 
-core::Json packed(std::span<const float> values) {
-  return packed_as<std::uint32_t>(values, "f32");
-}
+core::Json packed(std::span<const float> values) { return packed_as<std::uint32_t>(values, "f32"); }
 core::Json packed(std::span<const std::int16_t> values) {
   return packed_as<std::uint16_t>(values, "i16");
 }

@@ -1,9 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string_view>
-
-#include <Eigen/Core>
 
 #include "validate/dataset.h"
 

@@ -55,18 +55,18 @@ Json report_json(const std::vector<CheckResult>& results, const Dataset* dataset
     is_ok = is_ok && result.ok;
     if (result.is_unseen) unseen.push(result.name);
     Json check = Json::object()
-                  .set("name", result.name)
-                  .set("value", std::isfinite(result.value) ? result.value : 1e300)
-                  .set("bound", result.bound)
-                  .set("lower_bound", result.is_lower_bound)
-                  .set("unit", result.unit)
-                  .set("ok", result.ok)
-                  .set("worst", result.worst)
-                  .set("skipped", result.skipped)
-                  .set("unseen", result.is_unseen)
-                  .set("summary", result.summary)
-                  .set("reason", result.reason)
-                  .set("detects", result.detects);
+                     .set("name", result.name)
+                     .set("value", std::isfinite(result.value) ? result.value : 1e300)
+                     .set("bound", result.bound)
+                     .set("lower_bound", result.is_lower_bound)
+                     .set("unit", result.unit)
+                     .set("ok", result.ok)
+                     .set("worst", result.worst)
+                     .set("skipped", result.skipped)
+                     .set("unseen", result.is_unseen)
+                     .set("summary", result.summary)
+                     .set("reason", result.reason)
+                     .set("detects", result.detects);
     if (dataset != nullptr)
       if (const std::optional<Place> place = place_in(result.worst, *dataset))
         check.set("place", place_json(*place, *dataset));
@@ -123,9 +123,8 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
   if (causes.size() > 0) joined.set("causes", causes);
   joined.write(folder / "report.json");
   core::write_file(folder / "page/page.css", page_style());
-  core::write_file(folder / "index.html",
-                   start_page(parts, joined, stage_costs(events_file),
-                              std::filesystem::exists(folder / "map.png")));
+  core::write_file(folder / "index.html", start_page(parts, joined, stage_costs(events_file),
+                                                     std::filesystem::exists(folder / "map.png")));
   return is_ok;
 }
 

@@ -117,9 +117,9 @@ std::string head(std::string_view title) {
 }
 
 std::string header(std::string_view title, const std::vector<std::string>& lines) {
-  std::string html = fmt::format(
-      "<header class=\"top\"><p class=\"kind\">terracast validation</p><h1>{}</h1>\n",
-      escaped(title));
+  std::string html =
+      fmt::format("<header class=\"top\"><p class=\"kind\">terracast validation</p><h1>{}</h1>\n",
+                  escaped(title));
   for (const std::string& line : lines)
     html += fmt::format("<p class=\"about\">{}</p>\n", escaped(line));
   return html + "</header>\n";
@@ -131,17 +131,15 @@ std::string section(const Json& check) {
   const bool is_skipped = check.at("skipped").boolean();
   // Some units say of themselves that the bound is a lower one.
   std::string unit = check.at("unit").string();
-  if (const std::size_t said = unit.find("(at least)"); said != std::string::npos)
-    unit.erase(said);
+  if (const std::size_t said = unit.find("(at least)"); said != std::string::npos) unit.erase(said);
   std::string html = fmt::format(
       "<details class=\"check {0}\" id=\"check-{1}\"{2}><summary><span class=\"dot {0}\"></span>"
       "<b>{1}</b><span class=\"figure\">{3}</span></summary>\n<div class=\"body\">\n",
       state_of(check), name, check.at("ok").boolean() ? "" : " open",
       is_skipped ? std::string(word_of(check))
-                 : escaped(fmt::format(
-                       "{} of {} {} {}", shown(check.at("value").number()),
-                       check.at("lower_bound").boolean() ? "at least" : "at most",
-                       shown(check.at("bound").number()), unit)));
+                 : escaped(fmt::format("{} of {} {} {}", shown(check.at("value").number()),
+                                       check.at("lower_bound").boolean() ? "at least" : "at most",
+                                       shown(check.at("bound").number()), unit)));
   if (!check.at("summary").string().empty())
     html += fmt::format("<p>{}</p>\n", escaped(check.at("summary").string()));
   html += "<dl>";
@@ -191,9 +189,10 @@ std::string first_line(std::string_view text) {
 std::string dataset_page(const std::string& title, const std::vector<std::string>& lines,
                          const Json& report) {
   const Json& checks = report.at("checks");
-  std::string html = head(title) + header(title, lines) +
-                     "<nav class=\"jump\" aria-label=\"Parts of the page\" hidden></nav>\n<main>\n" +
-                     verdict(report) + causes(report);
+  std::string html =
+      head(title) + header(title, lines) +
+      "<nav class=\"jump\" aria-label=\"Parts of the page\" hidden></nav>\n<main>\n" +
+      verdict(report) + causes(report);
   html += "<section id=\"checks\"><h2>Checks</h2>\n" + table(checks, "") + "</section>\n";
   html +=
       "<div id=\"parts\"></div>\n<noscript><p class=\"note\">Map, images, cloud and plots need "
@@ -201,7 +200,8 @@ std::string dataset_page(const std::string& title, const std::vector<std::string
   html += "<section id=\"each\"><h2>Each check</h2>\n";
   for (std::size_t i = 0; i < checks.size(); ++i) html += section(checks.at(i));
   return html +
-         "</section>\n</main>\n<footer id=\"foot\"></footer>\n<script src=\"page/page.js\"></script>\n"
+         "</section>\n</main>\n<footer id=\"foot\"></footer>\n<script "
+         "src=\"page/page.js\"></script>\n"
          "<script src=\"page/data.js\"></script>\n</body></html>\n";
 }
 
@@ -209,10 +209,11 @@ std::string start_page(const std::vector<JoinedFormat>& formats, const Json& joi
                        const Json& stages, bool has_map) {
   std::vector<std::string> names;
   for (const JoinedFormat& format : formats) names.push_back(format.name);
-  std::string html = head("terracast validation") +
-                     header(fmt::format("{}", fmt::join(names, ", ")),
-                            {"Each format was read back from its files alone and judged by itself."}) +
-                     "<main>\n" + verdict(joined) + causes(joined);
+  std::string html =
+      head("terracast validation") +
+      header(fmt::format("{}", fmt::join(names, ", ")),
+             {"Each format was read back from its files alone and judged by itself."}) +
+      "<main>\n" + verdict(joined) + causes(joined);
   html += "<section id=\"formats\"><h2>Formats</h2>\n<div class=\"cards\">\n";
   for (const JoinedFormat& format : formats) {
     const Counts counts = counts_of(format.report);
@@ -244,7 +245,8 @@ std::string start_page(const std::vector<JoinedFormat>& formats, const Json& joi
         "MiB</th></tr></thead><tbody>\n";
     for (std::size_t i = 0; i < stages.size(); ++i)
       html += fmt::format(
-          "<tr><td>{}</td><td class=\"num\">{}</td><td class=\"num\">{}</td><td class=\"num\">{:.0f}"
+          "<tr><td>{}</td><td class=\"num\">{}</td><td class=\"num\">{}</td><td "
+          "class=\"num\">{:.0f}"
           "</td></tr>\n",
           escaped(stages.at(i).at("stage").string()),
           core::duration_text(stages.at(i).at("wall_s").number()),

@@ -24,8 +24,8 @@ std::string dataset_page(const std::string& title, const std::vector<std::string
 /// One format of a joined report.
 struct JoinedFormat {
   std::string name;
-  core::Json report;     ///< its report.json
-  std::string picture;   ///< path of one of its images from the joined page; empty: none
+  core::Json report;    ///< its report.json
+  std::string picture;  ///< path of one of its images from the joined page; empty: none
 };
 /// The page that leads to each format's.
 /// joined   the joined report.json

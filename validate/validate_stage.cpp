@@ -105,11 +105,10 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
                                      sequence.name, sequence.num_frames, sequence.rate_hz,
                                      sequence.origin.lat_deg, sequence.origin.lon_deg, cameras));
   }
-  write_report(head, results,
-               {.dataset = &dataset,
-                .ground_map = options.ground_map,
-                .events_file = context.events_file},
-               report_folder);
+  write_report(
+      head, results,
+      {.dataset = &dataset, .ground_map = options.ground_map, .events_file = context.events_file},
+      report_folder);
   context.log.info("{}", verdict_line(report_folder));
   return results;
 }

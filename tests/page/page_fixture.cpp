@@ -37,8 +37,8 @@ Eigen::Vector2d flow_of(const Recording& recording, std::size_t frame, int x, in
   const Eigen::Vector3d point =
       recording.rotation(0, frame) * (ray * recording.depth[0][frame](x, y)) +
       recording.centre(0, frame);
-  const Eigen::Vector3d there = recording.rotation(0, frame + 1).transpose() *
-                                (point - recording.centre(0, frame + 1));
+  const Eigen::Vector3d there =
+      recording.rotation(0, frame + 1).transpose() * (point - recording.centre(0, frame + 1));
   return camera.focal_px * Eigen::Vector2d(there.x() / there.z(), there.y() / there.z()) + centre -
          pixel;
 }
@@ -69,7 +69,8 @@ void write(const fs::path& out) {
   Json::object()
       .set("hostile_name", kHostileName)
       .set("kitti", truth_of(pair, 1, 80, 64))
-      .set("tartanair", Json::array().push(truth_of(wide, 0, 321, 401)).push(truth_of(wide, 1, 101, 555)))
+      .set("tartanair",
+           Json::array().push(truth_of(wide, 0, 321, 401)).push(truth_of(wide, 1, 101, 555)))
       .write(out / "truth.json");
 }
 

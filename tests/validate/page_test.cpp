@@ -86,7 +86,8 @@ TEST(PageImages, AreBoundedAndHoldTheWorstOfEachCheck) {
   std::vector<std::string> names(6);
   for (std::size_t i = 0; i < names.size(); ++i) names[i] = std::to_string(i);
   const Dataset many = two_cameras(100, names);
-  const std::vector<Place> worst = {{0, 5, 57, Eigen::Vector2i(1, 2)}, {0, 5, 57, {}}, {0, 1, 0, {}}};
+  const std::vector<Place> worst = {
+      {0, 5, 57, Eigen::Vector2i(1, 2)}, {0, 5, 57, {}}, {0, 1, 0, {}}};
   const std::vector<Place> chosen = choose_page_images(many, worst);
   EXPECT_EQ(chosen.size(), 61U) << "ten frames of six cameras, and one more image";
   const auto holds = [&](int camera, int frame) {
@@ -133,7 +134,8 @@ std::vector<Value> unpacked(const core::Json& packed) {
   for (std::size_t i = 0; i < count; ++i) {
     Bits difference = 0;
     for (std::size_t k = 0; k < sizeof(Bits); ++k)
-      difference = static_cast<Bits>(difference | static_cast<Bits>(planes[k * count + i]) << 8 * k);
+      difference =
+          static_cast<Bits>(difference | static_cast<Bits>(planes[k * count + i]) << 8 * k);
     bits = static_cast<Bits>(bits + difference);
     std::memcpy(&values[i], &bits, sizeof(Bits));
   }
@@ -183,9 +185,9 @@ TEST(PageValues, NothingInAScriptEndsIt) {
 TEST(PageText, IsEscapedWhereverADatasetSpeaks) {
   CheckResult result;
   result.name = "a\"><img src=x>";
-  result.worst = result.unit = result.summary = result.reason = result.detects = "<script>x</script>";
-  const std::string html =
-      dataset_page("<title>&", {"</p><script>"}, report_json({result}));
+  result.worst = result.unit = result.summary = result.reason = result.detects =
+      "<script>x</script>";
+  const std::string html = dataset_page("<title>&", {"</p><script>"}, report_json({result}));
   const std::string start = start_page({{"<b>", report_json({result}), ""}}, report_json({result}),
                                        core::Json::array(), false);
   for (const std::string& page : {html, start}) {
@@ -211,16 +213,17 @@ TEST(PageText, NamesTheCausesThatAReportHasAndTheJoinedPageToo) {
 
 TEST(PageStages, TakeTheNewestOfEachAndPassOverWhatIsNone) {
   const test::ScratchFolder scratch;
-  core::write_file(scratch / "events.jsonl",
-                   std::string_view("cut off\"stage\"}\n"
-                                    "{\"what\":\"stage\",\"stage\":\"tile\",\"wall_s\":5,\"cpu_s\":9,"
-                                    "\"peak_bytes\":1e6}\n"
-                                    "{\"what\":\"progress\",\"stage\":\"tile\"}\n"
-                                    "{\"what\":\"stage\",\"stage\":7}\n"
-                                    "{\"what\":\"stage\",\"stage\":\"render\",\"wall_s\":1,\"cpu_s\":2,"
-                                    "\"peak_bytes\":3}\n"
-                                    "{\"what\":\"stage\",\"stage\":\"tile\",\"wall_s\":0.5,\"cpu_s\":1,"
-                                    "\"peak_bytes\":2e6}\n"));
+  core::write_file(
+      scratch / "events.jsonl",
+      std::string_view("cut off\"stage\"}\n"
+                       "{\"what\":\"stage\",\"stage\":\"tile\",\"wall_s\":5,\"cpu_s\":9,"
+                       "\"peak_bytes\":1e6}\n"
+                       "{\"what\":\"progress\",\"stage\":\"tile\"}\n"
+                       "{\"what\":\"stage\",\"stage\":7}\n"
+                       "{\"what\":\"stage\",\"stage\":\"render\",\"wall_s\":1,\"cpu_s\":2,"
+                       "\"peak_bytes\":3}\n"
+                       "{\"what\":\"stage\",\"stage\":\"tile\",\"wall_s\":0.5,\"cpu_s\":1,"
+                       "\"peak_bytes\":2e6}\n"));
   const core::Json costs = stage_costs(scratch / "events.jsonl");
   ASSERT_EQ(costs.size(), 2U);
   EXPECT_EQ(costs.at(0).at("stage").string(), "tile");
@@ -316,8 +319,7 @@ TEST(PageImage, OfAWideImageHoldsEveryNthPixel) {
   EXPECT_EQ(page.height, 13);
   for (int y = 0; y < page.height; ++y)
     for (int x = 0; x < page.width; x += 5)
-      ASSERT_EQ(page.depth(x, y),
-                static_cast<float>(recording.depth[0][0](3 * x + 1, 3 * y + 1)));
+      ASSERT_EQ(page.depth(x, y), static_cast<float>(recording.depth[0][0](3 * x + 1, 3 * y + 1)));
 }
 
 TEST(PageGround, ReliefAndCloudLieOnTheScenesGround) {
