@@ -31,6 +31,7 @@ after(async () => {
 /** Opens a page of the report; every complaint of it, and every request beyond files, fails the test. */
 async function open(report, options = {}) {
   const context = await browser.newContext({viewport: {width: 1400, height: 900}, offline: true, ...options});
+  context.setDefaultTimeout(120e3);  // a busy machine draws slowly
   const page = await context.newPage();
   const wrong = [];
   page.on('pageerror', error => wrong.push(error.message));

@@ -201,7 +201,9 @@ TEST(PageText, IsEscapedWhereverADatasetSpeaks) {
 
 TEST(PageText, NamesTheCausesThatAReportHasAndTheJoinedPageToo) {
   const test::ScratchFolder scratch;
-  core::Json report = report_json({CheckResult{.name = "flow"}});
+  CheckResult flow;
+  flow.name = "flow";
+  core::Json report = report_json({flow});
   EXPECT_EQ(dataset_page("", {}, report).find("class=\"causes\""), std::string::npos);
   report.set("causes", core::Json::array().push(core::Json::object().set("words", "late < clock")));
   EXPECT_NE(dataset_page("", {}, report).find("<li>late &lt; clock</li>"), std::string::npos);
@@ -251,7 +253,7 @@ TEST(PagePlots, KeepTheirPeaksWhenThinned) {
 TEST(PageHistogram, PutsValuesIntoQuartersOfOctaves) {
   OctaveHistogram histogram;
   EXPECT_TRUE(histogram.json().is_null());
-  for (const double value : {1.0, 1.1, 1.25, 8.0, 0.0, -1.0, NAN, 1e300}) histogram.add(value);
+  for (const double value : {1.0, 1.1, 1.25, 8.0, 0.0, -1.0, std::nan(""), 1e300}) histogram.add(value);
   const core::Json json = histogram.json();
   // 1 to 2^(1/4) = 1.189 holds two, the next bin one, and that of 8 is the 13th.
   ASSERT_EQ(json.at("counts").size(), 13U);
