@@ -142,13 +142,13 @@ int run_validate(const Arguments& args) {
   const core::Log log("validate", log_level(args));
   const core::ThreadLimit limit(args.num_threads);
   const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
-  const auto results = validate::run_validate_stage(args.dataset,
-                                                    {.format = args.format,
-                                                     .colmap = args.colmap,
-                                                     .colmap_seeds = args.colmap_seeds,
-                                                     .world = args.store,
-                                                     .oracle_samples = args.oracle_samples},
-                                                    args.report, context);
+  validate::ValidateOptions options{.format = args.format,
+                                    .colmap = args.colmap,
+                                    .colmap_seeds = args.colmap_seeds,
+                                    .world = args.store,
+                                    .oracle_samples = args.oracle_samples};
+  if (!args.store.empty()) options.ground_map = ground_map_of(world::TileStore::open(args.store));
+  const auto results = validate::run_validate_stage(args.dataset, options, args.report, context);
   bool all_ok = true;
   for (const auto& result : results) {
     fmt::print("{:7} {:32} {:>12.6g} {:8} bound {:<12.6g} {}\n",

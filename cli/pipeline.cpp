@@ -202,17 +202,51 @@ void export_formats(const RunConfig& config, const OutputFolders& out,
       "running stage export");
 }
 
+validate::GroundMapMaker ground_map_of(const world::TileStore& store) {
+  return [store](const validate::MapArea& area, int size_px) -> std::optional<core::Image8> {
+    const geo::WorldFrame local({area.lat_deg, area.lon_deg, area.height_m});
+    const geo::WorldFrame world(store.manifest().origin);
+    const auto world_from_local = [&](double x_local, double y_local) -> Eigen::Vector2d {
+      return world.world_from_geodetic(local.geodetic_from_world({x_local, y_local, 0.0}))
+          .head<2>();
+    };
+    // Over a flight's surroundings one tangent plane maps to the other as a rotation, to metres.
+    const Eigen::Vector2d corner = world_from_local(area.west_m, area.north_m);
+    const double width_m = area.east_m - area.west_m;
+    const double height_m = area.north_m - area.south_m;
+    const double metres_per_px = std::max(width_m, height_m) / size_px;
+    const int width_px = std::max(1, static_cast<int>(std::lround(width_m / metres_per_px)));
+    const int height_px = std::max(1, static_cast<int>(std::lround(height_m / metres_per_px)));
+    Eigen::Affine2d world_from_pixel = Eigen::Affine2d::Identity();
+    world_from_pixel.translation() = corner;
+    world_from_pixel.linear().col(0) =
+        (world_from_local(area.east_m, area.north_m) - corner) / width_px;
+    world_from_pixel.linear().col(1) =
+        (world_from_local(area.west_m, area.south_m) - corner) / height_px;
+    const Eigen::Vector2d middle =
+        world_from_pixel * Eigen::Vector2d(0.5 * width_px, 0.5 * height_px);
+    if (!(middle.cwiseAbs().maxCoeff() < 0.5 * store.manifest().size_m)) return std::nullopt;
+    try {
+      return tiler::render_relief(store, world_from_pixel, width_px, height_px);
+    } catch (const core::Error&) {
+      return std::nullopt;  // the report shows the ground by the dataset's depth
+    }
+  };
+}
+
 bool validate_formats(const Job& job, const OutputFolders& out, const core::Context& context) {
   const core::Log log = context.log.for_stage("validate");
   const core::StageCost cost(stage_context(context, log), "validate");
   std::vector<std::string> formats;
+  const auto ground_map = ground_map_of(world::TileStore::open(out.world));
   for (const auto& chosen : job.config.exports) {
     const validate::ValidateOptions options{
         .format = chosen.format,
         .seed = job.config.validation.seed,
         .samples_per_image = job.config.validation.samples_per_image,
         .world = out.world,
-        .oracle_samples = job.config.validation.oracle_samples};
+        .oracle_samples = job.config.validation.oracle_samples,
+        .ground_map = ground_map};
     core::with_context(
         [&] {
           validate::run_validate_stage(out.exports / chosen.format, options,
@@ -221,7 +255,7 @@ bool validate_formats(const Job& job, const OutputFolders& out, const core::Cont
         fmt::format("validating {}", chosen.format));
     formats.push_back(chosen.format);
   }
-  return validate::join_reports(out.reports, formats);
+  return validate::join_reports(out.reports, formats, context.events_file);
 }
 
 std::optional<bool> run(const Job& job, const fs::path& out_folder, const core::Context& context) {

@@ -12,6 +12,7 @@
 #include "tiler/preview.h"
 #include "tiler/surface.h"
 #include "tiler/tile_stage.h"
+#include "validate/ground_map.h"
 
 namespace terracast::cli {
 
@@ -44,6 +45,10 @@ void render(const Job& job, const world::TileStore& store, const render::Shard& 
 /// throws   Config: no format, or a sequence that was captured with another config
 void export_formats(const RunConfig& config, const OutputFolders& out,
                     const core::Context& context);
+/// The maps below a report's tracks, from a world's tiles. Of an area whose middle is not in the
+/// world's square there is none, nor where tiles cannot be read.
+validate::GroundMapMaker ground_map_of(const world::TileStore& store);
+
 /// returns   whether every check of every format holds
 bool validate_formats(const Job& job, const OutputFolders& out, const core::Context& context);
 

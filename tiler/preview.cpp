@@ -55,12 +55,12 @@ Eigen::Vector3d tint_of(double share) {
 /// Heights and covers of one level over the map.
 class LevelSampler {
  public:
-  LevelSampler(const TileStore& store, double half_side_m, double metres_per_px)
+  LevelSampler(const TileStore& store, const Eigen::AlignedBox2d& area_world, double metres_per_px)
       : level_(std::clamp(static_cast<int>(std::floor(std::log2(metres_per_px))),
                           store.manifest().base_level, store.manifest().coarsest_level)) {
     std::vector<TileId> ids;
-    const TileId low = world::tile_at(level_, -half_side_m, -half_side_m);
-    const TileId high = world::tile_at(level_, half_side_m, half_side_m);
+    const TileId low = world::tile_at(level_, area_world.min().x(), area_world.min().y());
+    const TileId high = world::tile_at(level_, area_world.max().x(), area_world.max().y());
     for (int y = low.y; y <= high.y; ++y)
       for (int x = low.x; x <= high.x; ++x)
         for (TileId id{level_, x, y}; id.level <= store.manifest().coarsest_level; id = id.parent())
@@ -119,14 +119,21 @@ double round_length(double length) {
 }
 
 struct MapFrame {
-  double half_side_m = 0.0;
-  int side_px = 0;
-  double metres_per_px() const { return 2.0 * half_side_m / side_px; }
+  int width_px = 0;
+  int height_px = 0;
+  Eigen::Affine2d world_from_pixel = Eigen::Affine2d::Identity();
+  double metres_per_px() const { return world_from_pixel.linear().col(0).norm(); }
   Eigen::Vector2d pixel(double x_world, double y_world) const {
-    return {(x_world + half_side_m) / metres_per_px(), (half_side_m - y_world) / metres_per_px()};
+    return world_from_pixel.inverse() * Eigen::Vector2d(x_world, y_world);
   }
   Eigen::Vector2d world(double x_px, double y_px) const {
-    return {x_px * metres_per_px() - half_side_m, half_side_m - y_px * metres_per_px()};
+    return world_from_pixel * Eigen::Vector2d(x_px, y_px);
+  }
+  Eigen::AlignedBox2d area_world() const {
+    Eigen::AlignedBox2d area;
+    for (const double x : {0.0, 1.0 * width_px})
+      for (const double y : {0.0, 1.0 * height_px}) area.extend(world(x, y));
+    return area;
   }
 };
 
@@ -136,18 +143,19 @@ struct HeightRange {
 };
 
 HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image8& image) {
-  const LevelSampler sampler(store, map.half_side_m, map.metres_per_px());
-  const int side = map.side_px;
+  const LevelSampler sampler(store, map.area_world(), map.metres_per_px());
+  const int width = map.width_px;
+  const int height = map.height_px;
   const double step_m = map.metres_per_px();
-  std::vector<LevelSampler::Value> values(static_cast<std::size_t>(side + 1) *
-                                          static_cast<std::size_t>(side + 1));
+  std::vector<LevelSampler::Value> values(static_cast<std::size_t>(width + 1) *
+                                          static_cast<std::size_t>(height + 1));
   const auto value = [&](int i, int j) -> LevelSampler::Value& {
-    return values[static_cast<std::size_t>(j) * static_cast<std::size_t>(side + 1) +
+    return values[static_cast<std::size_t>(j) * static_cast<std::size_t>(width + 1) +
                   static_cast<std::size_t>(i)];
   };
-  core::parallel_for(side + 1, [&](std::int64_t row) {
+  core::parallel_for(height + 1, [&](std::int64_t row) {
     const int j = static_cast<int>(row);
-    for (int i = 0; i <= side; ++i) {
+    for (int i = 0; i <= width; ++i) {
       const Eigen::Vector2d at = map.world(i, j);
       LevelSampler::Value& here = value(i, j);
       here = sampler.at(at.x(), at.y());
@@ -164,11 +172,12 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
   if (range.lowest_m > range.highest_m) range = {0.0, 1.0};
   const double span_m = std::max(range.highest_m - range.lowest_m, 1.0);
   // Gentle land is shown steeper, so that it can be read.
-  const double exaggeration = std::clamp(0.06 * 2.0 * map.half_side_m / span_m, 1.0, 8.0);
+  const double exaggeration = std::clamp(
+      0.06 * std::max(map.width_px, map.height_px) * map.metres_per_px() / span_m, 1.0, 8.0);
   const Eigen::Vector3d light = Eigen::Vector3d(-1.0, 1.0, 1.2).normalized();
-  core::parallel_for(side, [&](std::int64_t row) {
+  core::parallel_for(height, [&](std::int64_t row) {
     const int j = static_cast<int>(row);
-    for (int i = 0; i < side; ++i) {
+    for (int i = 0; i < width; ++i) {
       const LevelSampler::Value& here = value(i, j);
       Eigen::Vector3d colour(kPaper[0], kPaper[1], kPaper[2]);
       if (here.is_known && here.cover == world::Cover::Sea) {
@@ -208,14 +217,15 @@ void draw_paths(const std::vector<PreviewPath>& paths, const MapFrame& map, Canv
 void draw_legend(const TileStore& store, const std::vector<PreviewPath>& paths, const MapFrame& map,
                  const HeightRange& range, core::Image8& image) {
   Canvas canvas(image);
-  const int strip_px = image.height() - map.side_px;
+  const int side_px = map.width_px;
+  const int strip_px = image.height() - side_px;
   const int scale = std::max(strip_px / 48, 1);
   const int line_px = 11 * scale;
   const int left = 8 * scale;
-  const int top = map.side_px + 6 * scale;
+  const int top = side_px + 6 * scale;
   canvas.text(left, top, store.manifest().name, scale, kInk);
 
-  const double bar_m = round_length(0.2 * 2.0 * map.half_side_m);
+  const double bar_m = round_length(0.2 * map.width_px * map.metres_per_px());
   const int bar_px = static_cast<int>(std::lround(bar_m / map.metres_per_px()));
   canvas.fill(left, top + line_px + 2 * scale, bar_px, 2 * scale, kInk);
   canvas.fill(left, top + line_px, scale, 6 * scale, kInk);
@@ -225,8 +235,8 @@ void draw_legend(const TileStore& store, const std::vector<PreviewPath>& paths, 
       bar_m >= 1000.0 ? fmt::format("{:g} km", bar_m / 1000.0) : fmt::format("{:g} m", bar_m),
       scale, kInk);
 
-  const int ramp_left = left + std::max(bar_px + 20 * scale, map.side_px / 4);
-  const int ramp_px = map.side_px / 5;
+  const int ramp_left = left + std::max(bar_px + 20 * scale, side_px / 4);
+  const int ramp_px = side_px / 5;
   for (int i = 0; i < ramp_px; ++i) {
     const Eigen::Vector3d colour = tint_of(static_cast<double>(i) / ramp_px);
     canvas.fill(ramp_left + i, top + line_px, 1, 6 * scale,
@@ -258,8 +268,9 @@ void draw_legend(const TileStore& store, const std::vector<PreviewPath>& paths, 
 }
 
 void draw_north_arrow(const MapFrame& map, Canvas& canvas) {
-  const double size = map.side_px / 22.0;
-  const Eigen::Vector2d tip(map.side_px - 1.1 * size, 0.5 * size);
+  const int side_px = map.width_px;
+  const double size = side_px / 22.0;
+  const Eigen::Vector2d tip(side_px - 1.1 * size, 0.5 * size);
   const Eigen::Vector2d foot = tip + Eigen::Vector2d(0.0, 1.2 * size);
   for (const auto& [colour, extra] : {std::pair{kWhite, 2.0}, {kInk, 0.0}}) {
     const double width = size / 12.0 + extra;
@@ -267,7 +278,7 @@ void draw_north_arrow(const MapFrame& map, Canvas& canvas) {
     canvas.line(tip, tip + Eigen::Vector2d(-0.3 * size, 0.45 * size), width, colour);
     canvas.line(tip, tip + Eigen::Vector2d(0.3 * size, 0.45 * size), width, colour);
   }
-  const int scale = std::max(map.side_px / 450, 1);
+  const int scale = std::max(side_px / 450, 1);
   canvas.text(static_cast<int>(foot.x()) - 2 * scale, static_cast<int>(foot.y()) + 3 * scale, "N",
               scale, kInk);
 }
@@ -279,27 +290,48 @@ std::string bytes_text(double bytes) {
   return fmt::format("{:.3g} {}", bytes, units[unit]);
 }
 
+void check_size(int size_px) {
+  if (size_px < 64 || size_px > 16384)
+    core::fail(core::ErrorKind::Config, "a map of {} pixels; 64 to 16384 can be drawn", size_px);
+}
+
 }  // namespace
 
 core::Image8 render_preview(const TileStore& store, const std::vector<PreviewPath>& paths,
                             int size_px) {
-  if (size_px < 64 || size_px > 16384)
-    core::fail(core::ErrorKind::Config, "a map of {} pixels; 64 to 16384 can be drawn", size_px);
+  check_size(size_px);
   const int strip_px = std::max(size_px / 20, 40);
   MapFrame map;
-  map.side_px = size_px - strip_px;
-  map.half_side_m = store.manifest().size_m * (0.5 + kMargin);
-  core::Image8 image(map.side_px, size_px, 3, kPaper[0]);
+  map.width_px = map.height_px = size_px - strip_px;
+  const double half_side_m = store.manifest().size_m * (0.5 + kMargin);
+  const double metres_per_px = 2.0 * half_side_m / map.width_px;
+  map.world_from_pixel = Eigen::Translation2d(-half_side_m, half_side_m) *
+                         Eigen::Scaling(metres_per_px, -metres_per_px);
+  core::Image8 image(map.width_px, size_px, 3, kPaper[0]);
   Canvas canvas(image);
-  canvas.fill(0, map.side_px, map.side_px, strip_px, kPaper);
+  canvas.fill(0, map.height_px, map.width_px, strip_px, kPaper);
   const HeightRange range = draw_relief(store, map, image);
   const double half_m = store.manifest().size_m / 2.0;
   const Eigen::Vector2d low = map.pixel(-half_m, -half_m);
   const Eigen::Vector2d high = map.pixel(half_m, half_m);
   canvas.polyline({low, {high.x(), low.y()}, high, {low.x(), high.y()}, low}, 1.2, kInk);
-  draw_paths(paths, map, canvas, std::max(map.side_px / 450.0, 1.5));
+  draw_paths(paths, map, canvas, std::max(map.width_px / 450.0, 1.5));
   draw_north_arrow(map, canvas);
   draw_legend(store, paths, map, range, image);
+  return image;
+}
+
+core::Image8 render_relief(const TileStore& store, const Eigen::Affine2d& world_from_pixel,
+                           int width_px, int height_px) {
+  constexpr int kMostPixels = 16384;
+  if (std::min(width_px, height_px) < 1 || std::max(width_px, height_px) > kMostPixels)
+    core::fail(core::ErrorKind::Config, "a map of {} x {} pixels; 1 to {} can be drawn", width_px,
+               height_px, kMostPixels);
+  const MapFrame map{width_px, height_px, world_from_pixel};
+  if (!(map.metres_per_px() > 0.0) || !std::isfinite(map.metres_per_px()))
+    core::fail(core::ErrorKind::Config, "a map with pixels of {} m", map.metres_per_px());
+  core::Image8 image(width_px, height_px, 3);
+  draw_relief(store, map, image);
   return image;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -22,6 +23,14 @@ struct PreviewPath {
 /// throws    Config: size_px out of 64 to 16384; Input, Io: tiles that cannot be loaded
 core::Image8 render_preview(const world::TileStore& store, const std::vector<PreviewPath>& paths,
                             int size_px = 1024);
+
+/// Nothing but the relief of a part of the world frame's x-y plane: hypsometric tints under a
+/// hillshade, sea.
+/// world_from_pixel   x right, y down, from the corner of the top-left pixel; pixels are square
+/// throws    Config: a side out of 1 to 16384 px, or a pixel without extent; Input, Io: tiles that
+///           cannot be loaded
+core::Image8 render_relief(const world::TileStore& store, const Eigen::Affine2d& world_from_pixel,
+                           int width_px, int height_px);
 
 /// Extents, levels with their tiles and sizes, datums, sources, voids: what `terracast world info`
 /// prints.

@@ -10,6 +10,7 @@
 
 #include "core/context.h"
 #include "core/image.h"
+#include "validate/ground_map.h"
 
 namespace terracast::validate {
 
@@ -53,11 +54,13 @@ struct ValidateOptions {
   std::int64_t colmap_seeds = 3;          ///< free reconstructions, of which the worst counts
   std::filesystem::path world = {};   ///< the oracle's: of which the dataset is; empty: no oracle
   std::int64_t oracle_samples = 200;  ///< pixels of an image that the oracle draws at random
+  GroundMapMaker ground_map = {};     ///< draws the map below the page's tracks
 };
 
 /// Validates one exported dataset: reads the folder alone (and the world's tiles, where the oracle is
-/// asked), by code that shares nothing with the exporters. Writes report.json and index.html into `report_folder`; what COLMAP is asked for
-/// works in its folder `colmap`, which is kept.
+/// asked), by code that shares nothing with the exporters. Writes report.json and index.html into
+/// `report_folder`; what COLMAP is asked for works in its folder `colmap`, which is kept. The page stands in
+/// the report's folder `page`.
 /// returns  all results; the dataset is right when every one is ok
 /// throws   Input: not a dataset of a known format (damage inside one is a failed check), or the world
 ///          is another one than the dataset's; Io
@@ -68,8 +71,10 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& dataset
 
 /// Joins the reports of several formats (folder of each, named by format) into report.json and
 /// index.html of `folder`; names become `<format>/<check>`. A map.png of that folder is shown.
-/// returns  whether all are ok
-bool join_reports(const std::filesystem::path& folder, const std::vector<std::string>& formats);
+/// events_file  of the run, for what its stages cost; may be missing
+/// returns      whether all are ok
+bool join_reports(const std::filesystem::path& folder, const std::vector<std::string>& formats,
+                  const std::filesystem::path& events_file = {});
 
 /// The verdict of a report.json in one line: "every bound holds; not seen: photometric_shift".
 /// throws  Input, Io: no report there

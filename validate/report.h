@@ -6,6 +6,7 @@
 
 #include "core/json.h"
 #include "validate/check.h"
+#include "validate/page_data.h"
 
 namespace terracast::validate {
 
@@ -15,19 +16,11 @@ struct ReportHead {
   std::vector<std::string> lines;  ///< what was validated
 };
 
-core::Json report_json(const std::vector<CheckResult>& results);
+/// dataset   that the results are of: each check that names an image has its `place`
+core::Json report_json(const std::vector<CheckResult>& results, const Dataset* dataset = nullptr);
 
-/// report.json and a self-contained index.html: no scripts, plots as SVG, pictures as PNG inside
-/// it.
-/// samples  frames of each camera
+/// report.json, index.html and the folder `page`, which index.html needs.
 void write_report(const ReportHead& head, const std::vector<CheckResult>& results,
-                  const std::vector<CheckResult::Picture>& samples,
-                  const std::filesystem::path& folder);
-
-/// A picture as PNG inside the page, with its title below.
-std::string figure(const CheckResult::Picture& picture);
-
-/// A line plot as SVG.
-std::string svg_of(const CheckResult::Plot& plot);
+                  const PageSource& source, const std::filesystem::path& folder);
 
 }  // namespace terracast::validate

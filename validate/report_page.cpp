@@ -1,79 +1,156 @@
 #include "validate/report_page.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <vector>
 
-#include "validate/report.h"
+#include "core/stage_cost.h"
+#include "validate/check.h"
 
 namespace terracast::validate {
 
 namespace {
 
-constexpr const char* kStyle = R"(
-:root { --ink:#1d2733; --soft:#5c6b7a; --line:#e3e8ee; --paper:#fff; --ground:#f5f7fa; --ok:#1a8a4f; --bad:#c62f2f; --skip:#8b98a7; --blue:#2b6cb0; }
-* { box-sizing:border-box }
-body { margin:0 auto; padding:32px 28px 64px; max-width:1180px; background:var(--ground); color:var(--ink);
-  font:15px/1.5 system-ui,-apple-system,"Segoe UI","DejaVu Sans",sans-serif }
-header { margin-bottom:18px } h1 { margin:0 0 6px; font-size:28px } h2 { margin:36px 0 10px; font-size:20px }
-.kind { margin:0; color:var(--soft); letter-spacing:.08em; text-transform:uppercase; font-size:12px }
-.about { margin:2px 0; color:var(--soft) }
-a { color:inherit; text-decoration:none; border-bottom:1px solid #b9c6d3 } a:hover { color:var(--blue) }
-.verdict { display:flex; gap:18px; align-items:baseline; padding:16px 20px; border-radius:10px; color:#fff }
-.verdict b { font-size:20px } .verdict.ok { background:var(--ok) } .verdict.bad { background:var(--bad) }
-table { width:100%; border-collapse:collapse; background:var(--paper); border-radius:10px; overflow:hidden; box-shadow:0 1px 3px #1d273314 }
-th { text-align:left; font-size:12px; color:var(--soft); font-weight:600; background:#eef2f6 }
-th,td { padding:7px 12px; border-bottom:1px solid var(--line); vertical-align:top }
-td:first-child { white-space:nowrap } .num { text-align:right; font-variant-numeric:tabular-nums; white-space:nowrap }
-.worst { color:var(--soft); font-size:13px; max-width:360px; overflow-wrap:anywhere }
-tr.bad td { background:#fdf0ef } tr.skip td { color:var(--skip) } tr:last-child td { border-bottom:0 }
-.dot { display:inline-block; width:10px; height:10px; border-radius:50%; margin-right:8px; background:var(--skip) }
-.dot.ok { background:var(--ok) } .dot.bad { background:var(--bad) }
-.bar { display:inline-block; width:90px; height:7px; border-radius:4px; background:#e4e9ef; vertical-align:middle; overflow:hidden }
-.bar span { display:block; height:100%; background:var(--ok) } .bar.bad span { background:var(--bad) }
-.check { background:var(--paper); border-radius:10px; padding:14px 20px; margin:12px 0; box-shadow:0 1px 3px #1d273314 }
-h3 { margin:0 0 4px; font-size:16px } h3 small { float:right; font-weight:400; color:var(--soft) }
-p { margin:4px 0 8px } dl { display:grid; grid-template-columns:70px 1fr; margin:6px 0; font-size:13.5px; gap:2px 10px }
-dt { color:var(--soft) } dd { margin:0; overflow-wrap:anywhere }
-.figures { display:flex; flex-wrap:wrap; gap:14px } figure { margin:8px 0 0 }
-figure img { display:block; max-width:100%; height:auto; border-radius:6px } figcaption { font-size:12px; color:var(--soft); max-width:360px }
-)";
+using core::Json;
 
-/// Round values from `least` to `most`, about `count` of them.
-std::vector<double> ticks(double least, double most, int count) {
-  const double raw = (most - least) / count;
-  const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  double step = 10.0 * power;
-  for (const double factor : {5.0, 2.0, 1.0})
-    if (raw <= factor * power) step = factor * power;
-  std::vector<double> values;
-  const double first = std::ceil(least / step);
-  // Counted, not summed: a sum of steps need not advance where the values dwarf the step.
-  for (int i = 0; i <= 2 * count && (first + i) * step <= most; ++i)
-    values.push_back((first + i) * step + 0.0);  // + 0: never "-0"
-  return values;
+/// Numbers as people read them: 0.0421, 12345, 3.2e-07.
+std::string shown(double value) {
+  if (value == std::floor(value) && std::abs(value) < 1e7) return fmt::format("{:.0f}", value);
+  return fmt::format("{:.4g}", value);
 }
 
-/// The least and the greatest of a plot's values on one axis.
-struct Range {
-  double least = std::numeric_limits<double>::infinity();
-  double most = -std::numeric_limits<double>::infinity();
-  void add(double value) {
-    least = std::min(least, value);
-    most = std::max(most, value);
+const char* state_of(bool is_ok, bool is_skipped) {
+  return is_skipped ? "skip" : is_ok ? "ok" : "bad";
+}
+const char* state_of(const Json& check) {
+  return state_of(check.at("ok").boolean(), check.at("skipped").boolean());
+}
+const char* word_of(const Json& check) {
+  return check.at("unseen").boolean()    ? "not seen"
+         : check.at("skipped").boolean() ? "not there"
+         : check.at("ok").boolean()      ? "right"
+                                         : "wrong";
+}
+
+/// A row of the table of checks, from a check of report.json.
+std::string row(const Json& check, const std::string& page) {
+  const bool is_skipped = check.at("skipped").boolean();
+  const double value = check.at("value").number();
+  const double bound = check.at("bound").number();
+  const char* state = state_of(check);
+  std::string bar;  // counts, whose bound is 0, have none
+  if (!is_skipped && bound > 0.0) {
+    const double share = share_of_bound(value, bound, check.at("lower_bound").boolean());
+    bar = fmt::format("<span class=\"bar {}\"><span style=\"width:{:.0f}%\"></span></span>", state,
+                      100.0 * std::min(share, 1.0));
   }
-  /// A twentieth more at both ends; values that all but agree get room as one value does.
-  void widen() {
-    const double size = std::max(std::abs(least), std::abs(most));
-    const double extent = most - least;
-    const double margin = extent > 1e-9 * size ? 0.05 * extent : std::max(1e-12, 0.5 * size);
-    least -= margin;
-    most += margin;
-  }
+  const std::string& name = check.at("name").string();
+  return fmt::format(
+      "<tr class=\"{0}\" data-check=\"{1}\"><td><span class=\"dot {0}\"></span>{2}</td>"
+      "<td><a href=\"{3}\">{1}</a></td><td class=\"num\">{4}</td><td class=\"num\">{5}</td>"
+      "<td>{6}</td><td class=\"bars\">{7}</td><td class=\"worst\">{8}</td></tr>\n",
+      state, escaped(name), word_of(check), escaped(page + "#check-" + name),
+      is_skipped ? "–" : shown(value), is_skipped ? "–" : shown(bound),
+      escaped(check.at("unit").string()), bar, escaped(first_line(check.at("worst").string())));
+}
+
+std::string table(const Json& checks, const std::string& page) {
+  std::string html =
+      "<div class=\"wide\"><table class=\"checks\"><thead><tr><th scope=\"col\">state</th>"
+      "<th scope=\"col\">check</th><th scope=\"col\" class=\"num\">value</th>"
+      "<th scope=\"col\" class=\"num\">bound</th><th scope=\"col\">unit</th>"
+      "<th scope=\"col\" class=\"bars\">of the bound</th><th scope=\"col\">worst place</th></tr>"
+      "</thead><tbody>\n";
+  // What is wrong stands first.
+  for (const bool is_wrong : {true, false})
+    for (std::size_t i = 0; i < checks.size(); ++i)
+      if (checks.at(i).at("ok").boolean() != is_wrong) html += row(checks.at(i), page);
+  return html + "</tbody></table></div>\n";
+}
+
+struct Counts {
+  std::size_t num_right = 0, num_wrong = 0, num_absent = 0, num_unseen = 0;
 };
+Counts counts_of(const Json& report) {
+  Counts counts;
+  const Json& checks = report.at("checks");
+  for (std::size_t i = 0; i < checks.size(); ++i)
+    ++(checks.at(i).at("unseen").boolean()    ? counts.num_unseen
+       : !checks.at(i).at("ok").boolean()     ? counts.num_wrong
+       : checks.at(i).at("skipped").boolean() ? counts.num_absent
+                                              : counts.num_right);
+  return counts;
+}
+
+/// What a report.json says as a whole.
+std::string verdict(const Json& report) {
+  const std::vector<std::string> unseen = report.at("unseen").strings();
+  const Counts counts = counts_of(report);
+  const bool is_ok = report.at("ok").boolean();
+  return fmt::format(
+      "<div class=\"verdict {}\" role=\"status\"><b>{}</b><span>{} right · {} wrong · {} not in "
+      "the format · {} not seen{}</span></div>\n",
+      state_of(is_ok, false), is_ok ? "Every bound holds" : "The dataset is wrong",
+      counts.num_right, counts.num_wrong, counts.num_absent, counts.num_unseen,
+      escaped(fmt::format("{}{}", unseen.empty() ? "" : ": ", fmt::join(unseen, ", "))));
+}
+
+/// The causes that a report names (its member "causes": a list of objects with "words"), where it
+/// has any.
+std::string causes(const Json& report) {
+  if (!report.has("causes") || report.at("causes").size() == 0) return "";
+  std::string html = "<ul class=\"causes\">\n";
+  for (std::size_t i = 0; i < report.at("causes").size(); ++i)
+    html += fmt::format("<li>{}</li>\n", escaped(report.at("causes").at(i).at("words").string()));
+  return html + "</ul>\n";
+}
+
+std::string head(std::string_view title) {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta name=\"color-scheme\" content=\"light dark\">\n<title>{}</title>\n"
+      "<link rel=\"stylesheet\" href=\"page/page.css\">\n</head>\n<body>\n",
+      escaped(title));
+}
+
+std::string header(std::string_view title, const std::vector<std::string>& lines) {
+  std::string html =
+      fmt::format("<header class=\"top\"><p class=\"kind\">terracast validation</p><h1>{}</h1>\n",
+                  escaped(title));
+  for (const std::string& line : lines)
+    html += fmt::format("<p class=\"about\">{}</p>\n", escaped(line));
+  return html + "</header>\n";
+}
+
+/// The words of a check; the page's script puts its plots and pictures behind them.
+std::string section(const Json& check) {
+  const std::string name = escaped(check.at("name").string());
+  const bool is_skipped = check.at("skipped").boolean();
+  // Some units say of themselves that the bound is a lower one.
+  std::string unit = check.at("unit").string();
+  if (const std::size_t said = unit.find("(at least)"); said != std::string::npos) unit.erase(said);
+  std::string html = fmt::format(
+      "<details class=\"check {0}\" id=\"check-{1}\"{2}><summary><span class=\"dot {0}\"></span>"
+      "<b>{1}</b><span class=\"figure\">{3}</span></summary>\n<div class=\"body\">\n",
+      state_of(check), name, check.at("ok").boolean() ? "" : " open",
+      is_skipped ? std::string(word_of(check))
+                 : escaped(fmt::format("{} of {} {} {}", shown(check.at("value").number()),
+                                       check.at("lower_bound").boolean() ? "at least" : "at most",
+                                       shown(check.at("bound").number()), unit)));
+  if (!check.at("summary").string().empty())
+    html += fmt::format("<p>{}</p>\n", escaped(check.at("summary").string()));
+  html += "<dl>";
+  const auto item = [&](const char* term, const std::string& text) {
+    if (!text.empty()) html += fmt::format("<dt>{}</dt><dd>{}</dd>", term, escaped(text));
+  };
+  item("why this bound", check.at("reason").string());
+  item("finds", check.at("detects").string());
+  item(is_skipped ? "why not" : "worst", check.at("worst").string());
+  return html + "</dl>\n<div class=\"figures\"></div>\n</div></details>\n";
+}
 
 }  // namespace
 
@@ -109,79 +186,79 @@ std::string first_line(std::string_view text) {
   return std::string(text.substr(0, end)) + (end == std::string_view::npos ? "" : " …");
 }
 
-std::string page_head(std::string_view title) {
-  return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width\"><title>{}</title><style>{}</style></head><body>\n",
-      escaped(title), kStyle);
+std::string dataset_page(const std::string& title, const std::vector<std::string>& lines,
+                         const Json& report) {
+  const Json& checks = report.at("checks");
+  std::string html =
+      head(title) + header(title, lines) +
+      "<nav class=\"jump\" aria-label=\"Parts of the page\" hidden></nav>\n<main>\n" +
+      verdict(report) + causes(report);
+  html += "<section id=\"checks\"><h2>Checks</h2>\n" + table(checks, "") + "</section>\n";
+  html +=
+      "<div id=\"parts\"></div>\n<noscript><p class=\"note\">Map, images, cloud and plots need "
+      "scripts, which this page carries with it.</p></noscript>\n";
+  html += "<section id=\"each\"><h2>Each check</h2>\n";
+  for (std::size_t i = 0; i < checks.size(); ++i) html += section(checks.at(i));
+  return html +
+         "</section>\n</main>\n<footer id=\"foot\"></footer>\n<script "
+         "src=\"page/page.js\"></script>\n"
+         "<script src=\"page/data.js\"></script>\n</body></html>\n";
 }
 
-std::string page_end() { return "</body></html>\n"; }
-
-std::string svg_of(const CheckResult::Plot& plot) {
-  constexpr double kWidth = 480.0, kHeight = 230.0, kLeft = 62.0, kRight = 14.0, kTop = 28.0,
-                   kBottom = 42.0;
-  Range x_range, y_range;
-  const std::size_t count = std::min(plot.x.size(), plot.y.size());
-  // Beyond this no extent is a number.
-  constexpr double kFarthest = 1e300;
-  const auto is_shown = [&](std::size_t i) {
-    return std::abs(plot.x[i]) < kFarthest && std::abs(plot.y[i]) < kFarthest;
-  };
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!is_shown(i)) continue;
-    x_range.add(plot.x[i]);
-    y_range.add(plot.y[i]);
+std::string start_page(const std::vector<JoinedFormat>& formats, const Json& joined,
+                       const Json& stages, bool has_map) {
+  std::vector<std::string> names;
+  for (const JoinedFormat& format : formats) names.push_back(format.name);
+  std::string html =
+      head("terracast validation") +
+      header(fmt::format("{}", fmt::join(names, ", ")),
+             {"Each format was read back from its files alone and judged by itself."}) +
+      "<main>\n" + verdict(joined) + causes(joined);
+  html += "<section id=\"formats\"><h2>Formats</h2>\n<div class=\"cards\">\n";
+  for (const JoinedFormat& format : formats) {
+    const Counts counts = counts_of(format.report);
+    const bool is_ok = format.report.at("ok").boolean();
+    const std::string page = escaped(format.name + "/index.html");
+    html += fmt::format(
+        "<a class=\"card {0}\" href=\"{1}\">{2}<span class=\"words\"><b><span class=\"dot {0}\">"
+        "</span>{3}</b><span>{4}</span><span class=\"soft\">{5} right · {6} wrong · {7} not in the "
+        "format · {8} not seen</span></span></a>\n",
+        state_of(is_ok, false), page,
+        format.picture.empty()
+            ? std::string()
+            : fmt::format("<img src=\"{}\" alt=\"one of its images\" loading=\"lazy\">",
+                          escaped(format.picture)),
+        escaped(format.name), is_ok ? "every bound holds" : "the dataset is wrong",
+        counts.num_right, counts.num_wrong, counts.num_absent, counts.num_unseen);
   }
-  if (!(x_range.most >= x_range.least)) return "";
-  const bool starts_at_zero = y_range.least >= 0.0 && y_range.least < 0.5 * y_range.most;
-  if (starts_at_zero) y_range.least = 0.0;
-  x_range.widen();
-  y_range.widen();
-  if (starts_at_zero) y_range.least = 0.0;
-  double scale_x = (kWidth - kLeft - kRight) / (x_range.most - x_range.least);
-  double scale_y = (kHeight - kTop - kBottom) / (y_range.most - y_range.least);
-  // A map has one scale both ways.
-  if (plot.x_label.starts_with("east")) scale_x = scale_y = std::min(scale_x, scale_y);
-  const auto px = [&](double x) { return kLeft + (x - x_range.least) * scale_x; };
-  const auto py = [&](double y) { return kHeight - kBottom - (y - y_range.least) * scale_y; };
-  std::string svg = fmt::format(
-      "<svg viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" font-size=\"11\" "
-      "font-family=\"system-ui,'DejaVu Sans',sans-serif\">"
-      "<text x=\"{}\" y=\"16\" font-size=\"12.5\" font-weight=\"600\" fill=\"#1d2733\">{}</text>",
-      kWidth, kHeight, kWidth, kHeight, kLeft, escaped(plot.title));
-  const double shown_y = y_range.least + (kHeight - kTop - kBottom) / scale_y;
-  for (const double y : ticks(y_range.least, shown_y, 4))
-    svg += fmt::format(
-        "<line x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#e3e8ee\"/><text x=\"{}\" "
-        "y=\"{:.1f}\" text-anchor=\"end\" fill=\"#5c6b7a\">{:.3g}</text>",
-        kLeft, kWidth - kRight, py(y), py(y), kLeft - 6.0, py(y) + 3.5, y);
-  const double shown_x = x_range.least + (kWidth - kLeft - kRight) / scale_x;
-  for (const double x : ticks(x_range.least, shown_x, 6))
-    svg += fmt::format(
-        "<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\" fill=\"#5c6b7a\">{:.4g}</text>", px(x),
-        kHeight - kBottom + 15.0, x);
-  svg += fmt::format(
-      "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" fill=\"#5c6b7a\">{}</text><text x=\"14\" "
-      "y=\"{}\" text-anchor=\"middle\" "
-      "fill=\"#5c6b7a\" transform=\"rotate(-90 14 {})\">{}</text>",
-      0.5 * (kLeft + kWidth - kRight), kHeight - 8.0, escaped(plot.x_label),
-      0.5 * (kTop + kHeight - kBottom), 0.5 * (kTop + kHeight - kBottom), escaped(plot.y_label));
-  std::string points;
-  // More points than the plot has columns say nothing more.
-  const std::size_t stride = std::max<std::size_t>(1, count / 2000);
-  for (std::size_t i = 0; i < count; i += stride)
-    if (is_shown(i)) points += fmt::format("{:.1f},{:.1f} ", px(plot.x[i]), py(plot.y[i]));
-  svg += fmt::format(
-      "<polyline fill=\"none\" stroke=\"#2b6cb0\" stroke-width=\"1.6\" stroke-linejoin=\"round\" "
-      "points=\"{}\"/>",
-      points);
-  if (count <= 200)
-    for (std::size_t i = 0; i < count; ++i)
-      if (is_shown(i))
-        svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.3\" fill=\"#2b6cb0\"/>",
-                           px(plot.x[i]), py(plot.y[i]));
-  return svg + "</svg>";
+  html += "</div></section>\n";
+  if (has_map)
+    html +=
+        "<section id=\"map\"><h2>The world and its paths</h2>\n<a href=\"map.png\"><img "
+        "class=\"map\" src=\"map.png\" alt=\"map of the world and the paths of its sequences\">"
+        "</a></section>\n";
+  if (stages.size() > 0) {
+    html +=
+        "<section id=\"costs\"><h2>What the run cost</h2>\n<div class=\"wide\"><table><thead><tr>"
+        "<th scope=\"col\">stage</th><th scope=\"col\" class=\"num\">time</th><th scope=\"col\" "
+        "class=\"num\">of CPU</th><th scope=\"col\" class=\"num\">memory of the process so far, "
+        "MiB</th></tr></thead><tbody>\n";
+    for (std::size_t i = 0; i < stages.size(); ++i)
+      html += fmt::format(
+          "<tr><td>{}</td><td class=\"num\">{}</td><td class=\"num\">{}</td><td "
+          "class=\"num\">{:.0f}"
+          "</td></tr>\n",
+          escaped(stages.at(i).at("stage").string()),
+          core::duration_text(stages.at(i).at("wall_s").number()),
+          core::duration_text(stages.at(i).at("cpu_s").number()),
+          stages.at(i).at("peak_bytes").number() / 1048576.0);
+    html += "</tbody></table></div></section>\n";
+  }
+  for (const JoinedFormat& format : formats)
+    html += fmt::format("<section><h2><a href=\"{0}/index.html\">{0}</a></h2>\n{1}</section>\n",
+                        escaped(format.name),
+                        table(format.report.at("checks"), format.name + "/index.html"));
+  return html + "</main>\n</body></html>\n";
 }
 
 }  // namespace terracast::validate

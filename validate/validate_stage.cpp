@@ -6,7 +6,6 @@
 #include "validate/check.h"
 #include "validate/checks/checker.h"
 #include "validate/colmap/job.h"
-#include "validate/pictures.h"
 #include "validate/report.h"
 
 namespace terracast::validate {
@@ -30,22 +29,6 @@ void merge(std::vector<CheckResult>& all, std::vector<CheckResult> more,
       all.push_back(std::move(result));
     else if (badness(result) > badness(*same))
       *same = std::move(result);
-  }
-}
-
-void take_samples(const FrameWindow& window, std::vector<CheckResult::Picture>& samples) {
-  const int last = window.sequence().num_frames - 1;
-  const int frame = window.frame();
-  if (frame != 0 && frame != last / 2 && frame != last) return;
-  constexpr int kMostPixels = 360;
-  for (int camera = 0; camera < static_cast<int>(window.sequence().cameras.size()); ++camera) {
-    const std::optional<View> view = window.view(camera, frame);
-    if (!view) continue;
-    if (!view->image->color.empty())
-      samples.push_back({place_of(*view), shrunk(view->image->color, kMostPixels)});
-    if (!view->image->depth.empty())
-      samples.push_back({place_of(*view) + ": depth",
-                         depth_picture(shrunk_nearest(view->image->depth, kMostPixels))});
   }
 }
 
@@ -75,7 +58,6 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
                    dataset.sequences.size(), num_frames, dataset.files.size());
 
   std::vector<CheckResult> results;
-  std::vector<CheckResult::Picture> samples;
   core::Progress progress(context, "frames", num_frames);
   // A dataset whose sequences cannot be read still has its files looked at.
   std::vector<Sequence> nothing(1);
@@ -93,7 +75,6 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
     while (window.advance()) {
       const std::vector<ViewPair> pairs = window.pairs();
       for (const auto& checker : checkers) checker->frame(window, pairs);
-      take_samples(window, samples);
       progress.advance();
     }
     for (const auto& checker : checkers)
@@ -124,7 +105,10 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
                                      sequence.name, sequence.num_frames, sequence.rate_hz,
                                      sequence.origin.lat_deg, sequence.origin.lon_deg, cameras));
   }
-  write_report(head, results, samples, report_folder);
+  write_report(
+      head, results,
+      {.dataset = &dataset, .ground_map = options.ground_map, .events_file = context.events_file},
+      report_folder);
   context.log.info("{}", verdict_line(report_folder));
   return results;
 }

@@ -8,7 +8,7 @@
 #include <iterator>
 
 #include "core/atomic_file.h"
-#include "validate/report.h"
+#include "validate/evaluate/evaluate_page.h"
 #include "validate/report_page.h"
 
 namespace terracast::validate {
