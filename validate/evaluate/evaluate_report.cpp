@@ -160,6 +160,7 @@ std::string map_svg(const std::vector<CheckResult::Plot>& paths) {
 
 std::string plots_html(const Evaluation& evaluation, const SubjectScore& subject) {
   std::string html = "<div class=\"figures\">\n";
+  std::vector<double> shown_before;
   for (std::size_t i = 0; i < evaluation.measures.size(); ++i) {
     CheckResult::Plot plot{.title = evaluation.measures[i].name + " over the frames",
                            .x_label = "frame",
@@ -171,7 +172,10 @@ std::string plots_html(const Evaluation& evaluation, const SubjectScore& subject
         plot.x.push_back(frame.frame);
         plot.y.push_back(*value);
       }
-    if (plot.x.size() > 1) html += "<figure>" + svg_of(plot) + "</figure>\n";
+    // Of one pose a root of the mean square is the mean: one curve is enough.
+    if (plot.x.size() < 2 || plot.y == shown_before) continue;
+    shown_before = plot.y;
+    html += "<figure>" + svg_of(plot) + "</figure>\n";
   }
   if (!subject.plots.empty()) html += "<figure>" + map_svg(subject.plots) + "</figure>\n";
   return html + "</div>\n";
