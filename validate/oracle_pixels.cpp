@@ -185,31 +185,66 @@ class Chooser {
     }
   }
 
-  // Samples on the borders of tiles that are hit, most of them where levels change.
+  /// Whether a hit lies in a cell at the border of its tile, and whether levels change there.
+  struct BorderKind {
+    bool is_border = false;
+    bool is_level_change = false;
+  };
+  BorderKind border_of(const ExactHit& hit) const {
+    constexpr int kLast = TileSurface::kCells - 1;
+    const std::array<bool, 4> is_at = {hit.cell_x == 0, hit.cell_x == kLast, hit.cell_y == 0,
+                                       hit.cell_y == kLast};
+    const std::array<int, 4> levels = terrain_.neighbour_levels(hit.tile);
+    BorderKind kind;
+    for (std::size_t side = 0; side < 4; ++side) {
+      kind.is_border = kind.is_border || is_at[side];
+      kind.is_level_change = kind.is_level_change || (is_at[side] && levels[side] != 0);
+    }
+    return kind;
+  }
+
+  // Samples on the borders of tiles that are hit, where levels change if that can be seen.
   void add_borders(std::size_t count) {
     const std::vector<std::size_t> ground = ground_pixels();
     if (ground.empty()) return;
-    constexpr int kTries = 48;
-    constexpr int kAlong = 64;  // cells from the hit, so that the sample is in the image
-    for (std::size_t k = 0; k < count; ++k)
-      for (int attempt = 0; attempt < kTries; ++attempt) {
-        const ExactHit& hit =
-            *chosen_.pixels[ground[static_cast<std::size_t>(draw(static_cast<int>(ground.size())))]]
-                 .hit;
-        const std::array<int, 4> levels = terrain_.neighbour_levels(hit.tile);
-        const int side = draw(4);
+    std::vector<std::array<int, 2>> found(count, {-1, -1});
+    const std::uint64_t first_draw = num_drawn_;
+    for_all(count, [&](std::size_t k) {
+      const std::uint64_t stream = core::stream_of(stream_, first_draw + k);
+      std::uint64_t num_drawn = 0;
+      const auto draw_of = [&](std::size_t size) {
+        return static_cast<int>(core::random_bits(seed_, stream, num_drawn++) % size);
+      };
+      constexpr int kTries = 64;
+      constexpr int kMostRays = 8;
+      constexpr std::size_t kAlong = 64;  // cells from the hit, so that the sample is in the image
+      int num_rays = 0;
+      for (int attempt = 0; attempt < kTries && num_rays < kMostRays; ++attempt) {
+        const std::size_t at = ground[static_cast<std::size_t>(draw_of(ground.size()))];
+        const ExactHit& hit = *chosen_.pixels[at].hit;
+        const int side = draw_of(4);
+        const bool is_level_wanted = attempt < 3 * kTries / 4;
+        if (is_level_wanted &&
+            terrain_.neighbour_levels(hit.tile)[static_cast<std::size_t>(side)] == 0)
+          continue;
         const int near = side < 2 ? hit.cell_y : hit.cell_x;
-        const int along =
-            std::clamp(near + draw(2 * kAlong) - kAlong, 0, static_cast<int>(TileSurface::kCells));
-        constexpr int kLevelTries = 2 * kTries / 3;
-        if (attempt < kLevelTries && levels[static_cast<std::size_t>(side)] == 0) continue;
+        const int along = std::clamp(near + draw_of(2 * kAlong) - static_cast<int>(kAlong), 0,
+                                     static_cast<int>(TileSurface::kCells));
         const int i = side == 0 ? 0 : side == 1 ? TileSurface::kCells : along;
         const int j = side == 2 ? 0 : side == 3 ? TileSurface::kCells : along;
         const auto place = view_.project(terrain_.surface(hit.tile)->vertex_world(i, j));
         if (!place || !view_.intrinsics().contains(*place)) continue;
-        add(static_cast<int>(place->x()), static_cast<int>(place->y()), PixelReason::Border);
-        break;
+        const std::array<int, 2> pixel = {static_cast<int>(place->x()),
+                                          static_cast<int>(place->y())};
+        ++num_rays;  // it may be hidden
+        const auto seen = hit_at({pixel[0] + 0.5, pixel[1] + 0.5});
+        const BorderKind kind = seen ? border_of(*seen) : BorderKind{};
+        if (kind.is_border && (found[k][0] < 0 || kind.is_level_change)) found[k] = pixel;
+        if (kind.is_level_change) return;
       }
+    });
+    for (const auto& pixel : found)
+      if (pixel[0] >= 0) add(pixel[0], pixel[1], PixelReason::Border);
   }
 
   // Between two pixels whose depths differ most for their distance there is a silhouette: halving
@@ -308,16 +343,7 @@ class Chooser {
         nearest_px = std::min(nearest_px, distance_to_segment(pixel.center(), *from, *to));
     }
     if (nearest_px < kNearEdge_px) ++kinds.num_near_edge;
-    constexpr int kLast = TileSurface::kCells - 1;
-    const std::array<bool, 4> is_at = {hit.cell_x == 0, hit.cell_x == kLast, hit.cell_y == 0,
-                                       hit.cell_y == kLast};
-    const std::array<int, 4> levels = terrain_.neighbour_levels(hit.tile);
-    bool is_border = false;
-    bool is_level_change = false;
-    for (std::size_t side = 0; side < 4; ++side) {
-      is_border = is_border || is_at[side];
-      is_level_change = is_level_change || (is_at[side] && levels[side] != 0);
-    }
+    const auto [is_border, is_level_change] = border_of(hit);
     kinds.num_border += is_border ? 1 : 0;
     kinds.num_level_change += is_level_change ? 1 : 0;
   }

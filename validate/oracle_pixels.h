@@ -45,7 +45,7 @@ struct OraclePixels {
 
 /// Draws `count` pixels at random, and up to as many again for the other reasons in equal parts. The
 /// same for the same seed, camera and frame.
-/// cost   about nine rays for each of `count`
+/// cost   about a dozen rays for each of `count`
 OraclePixels choose_pixels(const oracle::ExactTerrain& terrain, const OracleView& view,
                            std::int64_t count, std::int64_t seed);
 

@@ -387,6 +387,7 @@ std::vector<Corruption> corruptions() {
            std::memcpy(&length, &bytes[at + 43], 8);
            at += 51 + 8 * length;
          }
+         core::write_file(file, bytes);
        },
        "oracle_occlusion", "from the ground"},
       {"a hole", "kitti",
@@ -422,7 +423,7 @@ TEST(DatasetOracle, FindsEachCorruption) {
     corruption.corrupt(folder);
     const Results results = ask_oracle(folder);
     ASSERT_TRUE(results.contains(corruption.result));
-    EXPECT_FALSE(results.at(corruption.result).ok);
+    EXPECT_FALSE(results.at(corruption.result).ok) << results.at(corruption.result).summary;
     EXPECT_THAT(results.at(corruption.result).worst, HasSubstr(corruption.words));
   }
 }
