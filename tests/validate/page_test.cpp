@@ -253,7 +253,8 @@ TEST(PagePlots, KeepTheirPeaksWhenThinned) {
 TEST(PageHistogram, PutsValuesIntoQuartersOfOctaves) {
   OctaveHistogram histogram;
   EXPECT_TRUE(histogram.json().is_null());
-  for (const double value : {1.0, 1.1, 1.25, 8.0, 0.0, -1.0, std::nan(""), 1e300}) histogram.add(value);
+  for (const double value : {1.0, 1.1, 1.25, 8.0, 0.0, -1.0, std::nan(""), 1e300})
+    histogram.add(value);
   const core::Json json = histogram.json();
   // 1 to 2^(1/4) = 1.189 holds two, the next bin one, and that of 8 is the 13th.
   ASSERT_EQ(json.at("counts").size(), 13U);
