@@ -41,7 +41,7 @@ Dataset two_cameras(int num_frames, const std::vector<std::string>& names = {"le
     camera.local_from_camera.resize(static_cast<std::size_t>(num_frames));
     sequence.cameras.push_back(camera);
   }
-  sequence.cameras[0].files[1].color = "images/a/000001.png";
+  if (num_frames > 1) sequence.cameras[0].files[1].color = "images/a/000001.png";
   dataset.sequences.push_back(sequence);
   return dataset;
 }
@@ -188,13 +188,13 @@ TEST(PageText, IsEscapedWhereverADatasetSpeaks) {
   result.worst = result.unit = result.summary = result.reason = result.detects =
       "<script>x</script>";
   const std::string html = dataset_page("<title>&", {"</p><script>"}, report_json({result}));
-  const std::string start = start_page({{"<b>", report_json({result}), ""}}, report_json({result}),
+  const std::string start = start_page({{"<i>", report_json({result}), ""}}, report_json({result}),
                                        core::Json::array(), false);
   for (const std::string& page : {html, start}) {
     EXPECT_EQ(page.find("<script>x"), std::string::npos);
     EXPECT_EQ(page.find("<img src=x"), std::string::npos);
     EXPECT_EQ(page.find("<title>&<"), std::string::npos);
-    EXPECT_EQ(page.find("<b><"), page.npos);
+    EXPECT_EQ(page.find("<i>"), std::string::npos);
   }
   EXPECT_EQ(html.find("</p><script>"), std::string::npos);
 }
@@ -253,7 +253,8 @@ TEST(PagePlots, KeepTheirPeaksWhenThinned) {
 TEST(PageHistogram, PutsValuesIntoQuartersOfOctaves) {
   OctaveHistogram histogram;
   EXPECT_TRUE(histogram.json().is_null());
-  for (const double value : {1.0, 1.1, 1.25, 8.0, 0.0, -1.0, std::nan(""), 1e300}) histogram.add(value);
+  for (const double value : {1.0, 1.1, 1.25, 8.0, 0.0, -1.0, std::nan(""), 1e300})
+    histogram.add(value);
   const core::Json json = histogram.json();
   // 1 to 2^(1/4) = 1.189 holds two, the next bin one, and that of 8 is the 13th.
   ASSERT_EQ(json.at("counts").size(), 13U);

@@ -115,7 +115,7 @@ export function buildCloud(selection: Selection): HTMLElement {
   }
 
   function look(x: number, y: number, z: number) {
-    const away = new Vector3(x, y, z).normalize().multiplyScalar(2.6 * radius_m);
+    const away = new Vector3(x, y, z).normalize().multiplyScalar(2.1 * radius_m);
     eye.position.copy(target).add(away);
     eye.near = radius_m / 500;
     eye.far = radius_m * 400;

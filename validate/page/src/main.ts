@@ -57,10 +57,11 @@ function start(data: Data) {
   nav.removeAttribute('hidden');
   document.getElementById('foot')!.append(...foot(data));
   if (!hasImages) return;
-  // The first look: what is wrong, else the middle of the first camera.
+  // The first look: what is wrong, else the first image of the camera of which most is known.
   const wrong = data.report.checks.find(check => !check.ok && selection.placeOf(check) >= 0);
+  const most = Math.max(...selection.images.map(image => image.layers.length));
   if (wrong) selection.showCheck(wrong);
-  else selection.show(selection.ofCamera(selection.images[0].sequence, selection.images[0].camera)[0]);
+  else selection.show(selection.images.findIndex(image => image.layers.length === most));
 }
 
 window.terracastData = start;
