@@ -116,7 +116,8 @@ class Crossing {
     const Eigen::Vector3d along = ray.through_world - ray.origin_world;
     const double above = normal_.dot(to_plane);
     const double speed = normal_.dot(along);
-    // Each product has two roundings (of the difference and its own), the two sums one more each.
+    // Each product has two roundings (of the difference and its own), the two sums one more each;
+    // twice that covers what is of second order.
     constexpr double kRoundings = 4.0 * 2.0 * kHalfUlp;
     const double above_error = kRoundings * normal_.cwiseAbs().dot(to_plane.cwiseAbs());
     const double speed_error = kRoundings * normal_.cwiseAbs().dot(along.cwiseAbs());
