@@ -65,6 +65,10 @@ Found image_in(std::string_view worst, const Sequence& sequence) {
 /// The file of an image that is named first. COLMAP names images from its folder `images` on.
 Found file_in(std::string_view worst, const Sequence& sequence) {
   Found first;
+  // Most words name no file, and a dataset may have a million of them.
+  worst = worst.substr(0, worst.find('\n'));
+  if (worst.find(".png") == std::string_view::npos && worst.find(".np") == std::string_view::npos)
+    return first;
   constexpr std::string_view kImages = "images/";
   for (std::size_t camera = 0; camera < sequence.cameras.size(); ++camera)
     for (std::size_t frame = 0; frame < sequence.cameras[camera].files.size(); ++frame) {

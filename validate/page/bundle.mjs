@@ -1,6 +1,6 @@
 // Bundles the report's page and writes it as C++, which the program carries.
 //   node bundle.mjs PACKAGES OUT.cpp      PACKAGES: the node_modules that `npm ci` filled
-import {existsSync, readFileSync, readdirSync, writeFileSync} from 'node:fs';
+import {existsSync, readdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import {dirname, join, resolve} from 'node:path';
 import {fileURLToPath} from 'node:url';
@@ -21,10 +21,15 @@ function licencesOf(inputs) {
   return [...names].sort().map(name => {
     const folder = join(packages, name);
     const about = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
-    const file = readdirSync(folder).find(entry => /^(licen[cs]e|copying)(\.(md|txt))?$/i.test(entry));
+    const file =
+        readdirSync(folder).find(entry => /^(licen[cs]e|copying)(\.(md|txt))?$/i.test(entry));
     if (!file) throw new Error(`${name}: the package has no licence file`);
-    return {name, version: about.version, licence: about.license,
-            text: readFileSync(join(folder, file), 'utf8').trim()};
+    return {
+      name,
+      version: about.version,
+      licence: about.license,
+      text: readFileSync(join(folder, file), 'utf8').trim()
+    };
   });
 }
 
@@ -47,8 +52,13 @@ const first = await build({...options, define: {LICENCES: '[]'}});
 const licences = licencesOf(Object.keys(first.metafile.inputs));
 const script = await build({...options, define: {LICENCES: JSON.stringify(licences)}});
 const style = await build({
-  absWorkingDir: here, entryPoints: ['src/page.css'], bundle: true, minify: true,
-  charset: 'utf8', write: false, logLevel: 'warning',
+  absWorkingDir: here,
+  entryPoints: ['src/page.css'],
+  bundle: true,
+  minify: true,
+  charset: 'utf8',
+  write: false,
+  logLevel: 'warning',
 });
 
 /** Text as a C++ array of string literals, each short enough for every compiler. */
@@ -60,10 +70,14 @@ function literals(text) {
     let line = '';
     for (const byte of bytes.subarray(begin, begin + piece)) {
       const char = String.fromCharCode(byte);
-      if (char === '\\' || char === '"') line += `\\${char}`;
-      else if (char === '?') line += '\\?';  // no trigraphs
-      else if (byte >= 32 && byte < 127) line += char;
-      else line += `\\${byte.toString(8).padStart(3, '0')}`;
+      if (char === '\\' || char === '"')
+        line += `\\${char}`;
+      else if (char === '?')
+        line += '\\?';  // no trigraphs
+      else if (byte >= 32 && byte < 127)
+        line += char;
+      else
+        line += `\\${byte.toString(8).padStart(3, '0')}`;
     }
     lines.push(`    "${line}",`);
   }
@@ -106,5 +120,6 @@ std::string_view page_style() {
 }  // namespace terracast::validate
 `;
 if (!existsSync(outFile) || readFileSync(outFile, 'utf8') !== cpp) writeFileSync(outFile, cpp);
-console.log(`page: ${(script.outputFiles[0].contents.length / 1024).toFixed(0)} KiB of script with ` +
-            licences.map(l => `${l.name} ${l.version} (${l.licence})`).join(', '));
+console.log(
+    `page: ${(script.outputFiles[0].contents.length / 1024).toFixed(0)} KiB of script with ` +
+    licences.map(l => `${l.name} ${l.version} (${l.licence})`).join(', '));

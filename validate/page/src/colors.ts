@@ -27,8 +27,10 @@ const kDiverging: Rgb[] =
 export function diverging(t: number): Rgb {
   const at = Math.min(1, Math.max(0, 0.5 + 0.5 * t)) * (kDiverging.length - 1);
   const k = Math.min(Math.floor(at), kDiverging.length - 2);
-  return [0, 1, 2].map(
-      c => Math.round(kDiverging[k][c] + (at - k) * (kDiverging[k + 1][c] - kDiverging[k][c]))) as Rgb;
+  return [
+    0, 1, 2
+  ].map(c => Math.round(kDiverging[k][c] + (at - k) * (kDiverging[k + 1][c] - kDiverging[k][c]))) as
+      Rgb;
 }
 
 /**
@@ -61,8 +63,10 @@ export function flowColor(u: number, v: number): Rgb {
 }
 
 /** Kinds that have no order: Okabe and Ito's colours, then lighter and darker ones of the same. */
-const kKinds: Rgb[] = [[0, 114, 178], [230, 159, 0], [0, 158, 115], [204, 121, 167],
-                       [86, 180, 233], [213, 94, 0], [240, 228, 66], [140, 140, 140]];
+const kKinds: Rgb[] = [
+  [0, 114, 178], [230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [213, 94, 0],
+  [240, 228, 66], [140, 140, 140]
+];
 export function kindColor(index: number): Rgb {
   const base = kKinds[index % kKinds.length];
   const round = Math.floor(index / kKinds.length) % 3;

@@ -1,15 +1,19 @@
 // Elements, made in one expression. Text is always text: nothing that a dataset says becomes HTML.
 
-type Child = Node | string | null | undefined | false;
-type Attributes = Record<string, string | number | boolean | ((event: any) => void) | undefined>;
+type Child = Node|string|null|undefined|false;
+type Attributes = Record<string, string|number|boolean|((event: any) => void)|undefined>;
 
 function fill(element: Element, attributes: Attributes, children: Child[]) {
   for (const [name, value] of Object.entries(attributes)) {
-    if (typeof value === 'function') element.addEventListener(name, value);
-    else if (value === true) element.setAttribute(name, '');
-    else if (value !== false && value !== undefined) element.setAttribute(name, String(value));
+    if (typeof value === 'function')
+      element.addEventListener(name, value);
+    else if (value === true)
+      element.setAttribute(name, '');
+    else if (value !== false && value !== undefined)
+      element.setAttribute(name, String(value));
   }
-  for (const child of children) if (child) element.append(child);
+  for (const child of children)
+    if (child) element.append(child);
 }
 
 export function h<Tag extends keyof HTMLElementTagNameMap>(
@@ -30,14 +34,16 @@ export function svg<Tag extends keyof SVGElementTagNameMap>(
 export function shown(value: number, digits = 4): string {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? 'none' : value > 0 ? '∞' : '−∞';
   const size = Math.abs(value);
-  if (size !== 0 && (size < 1e-3 || size >= 1e7)) return value.toExponential(Math.max(0, digits - 2)).replaceAll('-', '−').replace('e+', 'e');
+  if (size !== 0 && (size < 1e-3 || size >= 1e7))
+    return value.toExponential(Math.max(0, digits - 2)).replaceAll('-', '−').replace('e+', 'e');
   const decimals = size === 0 ? 0 : Math.max(0, digits - 1 - Math.floor(Math.log10(size)));
   const text = value.toFixed(Math.min(decimals, 10));
   return (text.includes('.') ? text.replace(/\.?0+$/, '') : text).replace('-', '−');
 }
 
 /** "every 3rd": what is left of a row of things. */
-export const everyText = (n: number) => `every ${n}${n % 100 > 10 && n % 100 < 14 ? 'th' : ['th', 'st', 'nd', 'rd'][n % 10] ?? 'th'}`;
+export const everyText = (n: number) =>
+    `every ${n}${n % 100 > 10 && n % 100 < 14 ? 'th' : ['th', 'st', 'nd', 'rd'][n % 10] ?? 'th'}`;
 
 export function lengthText(metres: number): string {
   return Math.abs(metres) >= 1000 ? `${shown(metres / 1000, 3)} km` : `${shown(metres, 3)} m`;
@@ -52,7 +58,8 @@ export function bytesText(bytes: number): string {
 
 export function durationText(seconds: number): string {
   const s = Math.round(seconds);
-  if (s >= 3600) return `${Math.floor(s / 3600)} h ${String(Math.floor(s / 60) % 60).padStart(2, '0')} min`;
+  if (s >= 3600)
+    return `${Math.floor(s / 3600)} h ${String(Math.floor(s / 60) % 60).padStart(2, '0')} min`;
   if (s >= 60) return `${Math.floor(s / 60)} min ${String(s % 60).padStart(2, '0')} s`;
   return `${shown(seconds, 2)} s`;
 }

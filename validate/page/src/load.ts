@@ -3,12 +3,26 @@
 import type {Image, Packed} from './types';
 import {unpacked, type Values} from './values';
 
-export interface Layers {[name: string]: Values}
-export interface Cloud {origin: number[]; count: number; positions: Float32Array; colors: Uint8Array}
+export interface Layers {
+  [name: string]: Values
+}
+export interface Cloud {
+  origin: number[];
+  count: number;
+  positions: Float32Array;
+  colors: Uint8Array
+}
 
-interface ImageScript {index: number; layers: Record<string, Packed>}
+interface ImageScript {
+  index: number;
+  layers: Record<string, Packed>
+}
 interface CloudScript {
-  sequence: number; origin: number[]; count: number; positions: Packed; colors: Packed;
+  sequence: number;
+  origin: number[];
+  count: number;
+  positions: Packed;
+  colors: Packed;
 }
 declare global {
   interface Window {
@@ -63,7 +77,8 @@ export async function cloudOf(sequence: number, file: string): Promise<Cloud> {
   arrivedClouds.delete(sequence);
   if (!script) throw new Error(`page/${file} holds another cloud`);
   return {
-    origin: script.origin, count: script.count,
+    origin: script.origin,
+    count: script.count,
     positions: await unpacked(script.positions) as Float32Array,
     colors: await unpacked(script.colors) as Uint8Array,
   };

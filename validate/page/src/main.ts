@@ -1,10 +1,11 @@
 // The page: what index.html says in words gets its map, images, cloud and plots.
-import {buildCloud} from './cloud';
 import {enrichChecks, otherParts} from './checks';
+import {buildCloud} from './cloud';
 import {h, shown} from './dom';
 import {buildMap} from './map';
 import {Selection} from './selection';
 import {buildCosts, buildHistograms} from './statistics';
+
 import type {Check, Data} from './types';
 import {buildViewer} from './viewer';
 
@@ -17,9 +18,18 @@ declare global {
 
 function foot(data: Data): Node[] {
   return [
-    h('p', {}, `This page is ${shown(data.page_megabytes, 3)} MB on disk and needs no network: index.html, report.json and the folder page.`),
-    h('details', {class: 'licences'}, h('summary', {}, `It carries ${LICENCES.map(licence => `${licence.name} ${licence.version} (${licence.licence})`).join(', ')}.`),
-      ...LICENCES.map(licence => h('pre', {}, `${licence.name} ${licence.version}\n\n${licence.text}`))),
+    h('p', {},
+      `This page is ${
+          shown(
+              data.page_megabytes,
+              3)} MB on disk and needs no network: index.html, report.json and the folder page.`),
+    h('details', {class: 'licences'},
+      h('summary', {},
+        `It carries ${
+            LICENCES.map(licence => `${licence.name} ${licence.version} (${licence.licence})`)
+                .join(', ')}.`),
+      ...LICENCES.map(
+          licence => h('pre', {}, `${licence.name} ${licence.version}\n\n${licence.text}`))),
   ];
 }
 
@@ -29,9 +39,10 @@ function start(data: Data) {
   const hasImages = selection.images.length > 0;
   const open = (check: Check) => {
     selection.showCheck(check);
-    document.getElementById('frames')!.scrollIntoView({behavior: matchMedia('(prefers-reduced-motion: reduce)').matches ? 'auto' : 'smooth'});
+    document.getElementById('frames')!.scrollIntoView(
+        {behavior: matchMedia('(prefers-reduced-motion: reduce)').matches ? 'auto' : 'smooth'});
   };
-  const built: (Node | null)[] = [];
+  const built: (Node|null)[] = [];
   for (const part of otherParts(selection)) {
     if (part.id !== 'part-causes') {
       built.push(part);
@@ -60,8 +71,10 @@ function start(data: Data) {
   // The first look: what is wrong, else the first image of the camera of which most is known.
   const wrong = data.report.checks.find(check => !check.ok && selection.placeOf(check) >= 0);
   const most = Math.max(...selection.images.map(image => image.layers.length));
-  if (wrong) selection.showCheck(wrong);
-  else selection.show(selection.images.findIndex(image => image.layers.length === most));
+  if (wrong)
+    selection.showCheck(wrong);
+  else
+    selection.show(selection.images.findIndex(image => image.layers.length === most));
 }
 
 window.terracastData = start;

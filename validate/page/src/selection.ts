@@ -2,9 +2,9 @@
 import type {Check, Data, Image} from './types';
 
 export interface Selected {
-  index: number;                     ///< of data.images
-  pixel: [number, number] | null;    ///< of the whole image
-  check: Check | null;               ///< whose worst place it is
+  index: number;                 ///< of data.images
+  pixel: [number, number]|null;  ///< of the whole image
+  check: Check|null;             ///< whose worst place it is
 }
 type Listener = (selected: Selected) => void;
 
@@ -17,11 +17,15 @@ export class Selection {
     this.images = data.images ?? [];
   }
 
-  get image(): Image { return this.images[this.current.index]; }
+  get image(): Image {
+    return this.images[this.current.index];
+  }
 
-  follow(listener: Listener) { this.listeners.push(listener); }
+  follow(listener: Listener) {
+    this.listeners.push(listener);
+  }
 
-  show(index: number, pixel: [number, number] | null = null, check: Check | null = null) {
+  show(index: number, pixel: [number, number]|null = null, check: Check|null = null) {
     if (!this.images[index]) return;
     this.current = {index, pixel, check};
     for (const listener of this.listeners) listener(this.current);
@@ -40,7 +44,9 @@ export class Selection {
   nearest(sequence: number, camera: number, frame: number): number {
     let best = -1;
     for (const i of this.ofCamera(sequence, camera))
-      if (best < 0 || Math.abs(this.images[i].frame - frame) < Math.abs(this.images[best].frame - frame)) best = i;
+      if (best < 0 ||
+          Math.abs(this.images[i].frame - frame) < Math.abs(this.images[best].frame - frame))
+        best = i;
     return best;
   }
 
@@ -56,5 +62,7 @@ export class Selection {
     });
   }
 
-  showCheck(check: Check) { this.show(this.placeOf(check), check.place?.pixel ?? null, check); }
+  showCheck(check: Check) {
+    this.show(this.placeOf(check), check.place?.pixel ?? null, check);
+  }
 }

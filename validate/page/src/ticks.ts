@@ -9,7 +9,8 @@ export function ticks(least: number, most: number, count: number): number[] {
   const values: number[] = [];
   const first = Math.ceil(least / step);
   // Counted, not summed: a sum of steps need not advance where the values dwarf the step.
-  for (let i = 0; i <= 2 * count && (first + i) * step <= most; i++) values.push((first + i) * step + 0);
+  for (let i = 0; i <= 2 * count && (first + i) * step <= most; i++)
+    values.push((first + i) * step + 0);
   return values;
 }
 
@@ -19,6 +20,7 @@ export function logTicks(least: number, most: number): number[] {
   const decades = Math.log10(most / least);
   for (let power = Math.floor(Math.log10(least)); power <= Math.ceil(Math.log10(most)); power++)
     for (const factor of decades > 4 ? [1] : decades > 1.5 ? [1, 3] : [1, 2, 5])
-      if (factor * 10 ** power >= least && factor * 10 ** power <= most) values.push(factor * 10 ** power);
+      if (factor * 10 ** power >= least && factor * 10 ** power <= most)
+        values.push(factor * 10 ** power);
   return values;
 }

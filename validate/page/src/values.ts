@@ -1,7 +1,7 @@
 // Arrays of numbers out of the text that scripts carry; the other end is validate/page_values.cpp.
 import type {Packed} from './types';
 
-export type Values = Float32Array | Int16Array | Uint8Array;
+export type Values = Float32Array|Int16Array|Uint8Array;
 
 async function inflated(bytes: Uint8Array<ArrayBuffer>): Promise<Uint8Array> {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate'));
