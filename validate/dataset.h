@@ -44,6 +44,7 @@ struct Camera {
   /// empty where it is missing.
   std::vector<std::optional<Pose>> local_from_camera;
   std::vector<std::optional<Georeference>> georeference;
+  Pose camera0_from_camera;  ///< KITTI: by its calibration
   std::vector<FrameFiles> files;
 };
 
@@ -65,6 +66,7 @@ struct Sequence {
   std::vector<Camera> cameras;
   std::optional<StereoPair> stereo;
   std::map<int, std::string> classes;  ///< of the segmentation's values
+  Pose local_from_first;               ///< KITTI: camera 0 of the first frame, by georeference.csv
   std::optional<ColmapModel> binary_model;
   std::optional<ColmapModel> text_model;
   std::vector<std::optional<OxtsPacket>> oxts;  ///< KITTI raw: one a frame

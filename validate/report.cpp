@@ -10,6 +10,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/image_io.h"
+#include "validate/diagnosis.h"
 #include "validate/report_page.h"
 
 namespace terracast::validate {
@@ -181,17 +182,27 @@ std::string verdict_line(const std::filesystem::path& report_folder) {
       fmt::join(wrong, ", "), unseen.empty() ? "" : "; not seen: ", fmt::join(unseen, ", "));
 }
 
+std::vector<std::string> cause_lines(const std::filesystem::path& report_folder) {
+  const Json report = Json::read(report_folder / "report.json");
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < report.at("causes").size(); ++i)
+    lines.push_back(report.at("causes").at(i).at("words").string());
+  return lines;
+}
+
 void write_report(const ReportHead& head, const std::vector<CheckResult>& results,
                   const std::vector<CheckResult::Picture>& samples,
                   const std::filesystem::path& folder) {
-  const Json json = report_json(results);
+  Json json = report_json(results);
+  json.set("causes", causes_json(head.causes));
   json.write(folder / "report.json");
   std::string html = page_head(head.title);
   html += fmt::format("<header><p class=\"kind\">terracast validation</p><h1>{}</h1>",
                       escaped(head.title));
   for (const std::string& line : head.lines)
     html += fmt::format("<p class=\"about\">{}</p>", escaped(line));
-  html += "</header>\n" + verdict(json) + map_of(folder, "../map.png");
+  html +=
+      "</header>\n" + verdict(json) + causes_html(json.at("causes")) + map_of(folder, "../map.png");
   html += "<h2>Checks</h2>\n" + std::string(kTableHead);
   for (std::size_t i = 0; i < results.size(); ++i) html += row(json.at("checks").at(i), "");
   html += "</tbody></table>\n";
@@ -212,6 +223,7 @@ void write_report(const ReportHead& head, const std::vector<CheckResult>& result
 bool join_reports(const std::filesystem::path& folder, const std::vector<std::string>& formats) {
   Json list = Json::array();
   Json unseen = Json::array();
+  Json causes = Json::array();
   bool is_ok = !formats.empty();
   std::string tables;
   for (const std::string& format : formats) {
@@ -223,6 +235,11 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
         fmt::format("<h2><span class=\"dot {}\"></span><a href=\"{}\">{}</a></h2>\n{}",
                     state_of(is_format_ok, false), escaped(page), escaped(format), kTableHead);
     for (const std::string& name : report.at("unseen").strings()) unseen.push(format + "/" + name);
+    for (std::size_t i = 0; i < report.at("causes").size(); ++i) {
+      Json cause = report.at("causes").at(i);
+      cause.set("words", format + ": " + cause.at("words").string());
+      causes.push(cause);
+    }
     const Json& checks = report.at("checks");
     for (std::size_t i = 0; i < checks.size(); ++i) {
       Json named = checks.at(i);
@@ -232,12 +249,16 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
     }
     tables += "</tbody></table>\n";
   }
-  const Json joined = Json::object().set("ok", is_ok).set("unseen", unseen).set("checks", list);
+  const Json joined = Json::object()
+                          .set("ok", is_ok)
+                          .set("unseen", unseen)
+                          .set("checks", list)
+                          .set("causes", causes);
   joined.write(folder / "report.json");
   std::string html = page_head("terracast validation");
   html += fmt::format("<header><p class=\"kind\">terracast validation</p><h1>{}</h1></header>\n",
                       escaped(fmt::format("{}", fmt::join(formats, ", "))));
-  html += verdict(joined) + map_of(folder, "map.png") + tables + page_end();
+  html += verdict(joined) + causes_html(causes) + map_of(folder, "map.png") + tables + page_end();
   core::write_file(folder / "index.html", html);
   return is_ok;
 }

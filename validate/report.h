@@ -13,6 +13,7 @@ namespace terracast::validate {
 struct ReportHead {
   std::string title;               ///< "kitti: demo"
   std::vector<std::string> lines;  ///< what was validated
+  std::vector<Cause> causes = {};  ///< what is wrong, in words
 };
 
 core::Json report_json(const std::vector<CheckResult>& results);
