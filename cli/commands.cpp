@@ -98,11 +98,14 @@ int run_all(const Arguments& args) {
   return with_job(args, [&](const Job& job, const core::Context& context) {
     const std::optional<bool> ok = run(job, args.out, context);
     const OutputFolders folders(args.out);
-    if (!ok)
+    if (!ok) {
       fmt::print("captured, not exported: {}\n", folders.captures.string());
-    else
+    } else {
+      for (const std::string& cause : validate::cause_lines(folders.reports))
+        fmt::print("cause   {}\n", cause);
       fmt::print("{}: {}\n", validate::verdict_line(folders.reports),
                  (folders.reports / "index.html").string());
+    }
     return ok.value_or(true) ? 0 : 1;
   });
 }
@@ -159,6 +162,8 @@ int run_validate(const Arguments& args) {
                result.ok && !result.skipped ? "" : result.worst);
     all_ok = all_ok && (result.ok || result.skipped);
   }
+  for (const std::string& cause : validate::cause_lines(args.report))
+    fmt::print("cause   {}\n", cause);
   fmt::print("{}: {}\n", validate::verdict_line(args.report),
              (args.report / "index.html").string());
   return all_ok ? 0 : 1;

@@ -55,6 +55,21 @@ struct ValidateOptions {
   std::filesystem::path world = {};   ///< the oracle's: of which the dataset is; empty: no oracle
   std::int64_t oracle_samples = 200;  ///< pixels of an image that the oracle draws at random
   GroundMapMaker ground_map = {};     ///< draws the map below the page's tracks
+  /// A diagnosis tries a supposed cause on some frames: checks of every pixel take every 8th both
+  /// ways, and make no pictures.
+  bool is_trial = false;
+};
+
+/// A mistake that explains failed checks: with it undone, in memory, the dataset agrees.
+struct Cause {
+  std::string name;   ///< "principal_point", "pose_inverted", …: docs/validate.md lists them
+  std::string words;  ///< one sentence for people, with the size and where it stands
+  std::string sequence;
+  std::string camera;               ///< empty: all, or none in particular
+  int frame = -1;                   ///< -1: all, or none in particular
+  double size = 0.0;                ///< of the mistake; 0 where it has none
+  std::string unit;                 ///< of the size
+  std::vector<std::string> checks;  ///< those that show it
 };
 
 /// Validates one exported dataset: reads the folder alone (and the world's tiles, where the oracle is
@@ -79,6 +94,10 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
 /// The verdict of a report.json in one line: "every bound holds; not seen: photometric_shift".
 /// throws  Input, Io: no report there
 std::string verdict_line(const std::filesystem::path& report_folder);
+
+/// The words of the causes that a report.json names, one a line; none where all bounds hold.
+/// throws  Input, Io: no report there
+std::vector<std::string> cause_lines(const std::filesystem::path& report_folder);
 
 /// What `ValidateOptions::colmap` may hold.
 std::vector<std::string> colmap_mode_names();

@@ -9,6 +9,8 @@
   X(calibration, "intrinsics and mounts of the format's files against dataset.json")               \
   X(colmap_model,                                                                                  \
     "COLMAP's sparse model: reprojection, tracks, rigs, text against binary, depth, colours")      \
+  X(colors, "colours of single images: missing levels, marks of JPEG")                             \
+  X(depth, "depths of single images: how many different ones, and whether they end at one")        \
   X(flow, "stored flow and its masks against depth, poses and intrinsics")                         \
   X(georeference, "poses and times against georeference.csv on WGS84")                             \
   X(oracle,                                                                                        \
@@ -16,6 +18,7 @@
   X(oxts, "velocity, force and turn rate of inertial packets against their places and attitudes")  \
   X(photometric, "colours carried by depth and poses into other images against the colours there") \
   X(reprojection, "depth carried by poses into other images against the depth there")              \
+  X(segmentation, "classes carried by depth and poses into other images against those there")      \
   X(stereo, "disparity against depth, focal length and baseline, and left against right images")   \
   X(structure,                                                                                     \
     "files of dataset.json: presence, size, hash; numbering, sizes, readability; nothing beside "  \

@@ -55,6 +55,7 @@ struct Camera {
   std::vector<std::optional<Pose>> local_from_camera;
   std::vector<std::optional<Georeference>> georeference;
   std::vector<std::optional<StatedBounds>> bounds;
+  Pose camera0_from_camera;  ///< KITTI: by its calibration
   std::vector<FrameFiles> files;
 };
 
@@ -77,6 +78,7 @@ struct Sequence {
   std::vector<Camera> cameras;
   std::optional<StereoPair> stereo;
   std::map<int, std::string> classes;  ///< of the segmentation's values
+  Pose local_from_first;               ///< KITTI: camera 0 of the first frame, by georeference.csv
   std::optional<ColmapModel> binary_model;
   std::optional<ColmapModel> text_model;
   std::vector<std::optional<OxtsPacket>> oxts;  ///< KITTI raw: one a frame

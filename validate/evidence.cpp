@@ -37,7 +37,7 @@ constexpr Judged kJudged[] = {
      false, true},
 };
 
-constexpr const char* kAxes[kNumCauses] = {"x", "y", "", "", "", "x", "y", "z", "x", "y", "z"};
+constexpr const char* kAxes[kNumCorrections] = {"x", "y", "", "", "", "x", "y", "z", "x", "y", "z"};
 
 struct Worst {
   double value = 0.0;
@@ -126,7 +126,7 @@ Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& 
     // The scale of the pair only cuts outliers. In the weight it would silence just those pairs
     // that a mistake spoils.
     const double weight = tukey / (residual.sigma * residual.sigma);
-    for (std::size_t cause = 0; cause < kNumCauses; ++cause) {
+    for (std::size_t cause = 0; cause < kNumCorrections; ++cause) {
       const double a = residual.slopes[0][cause];
       const double b = residual.slopes[1][cause];
       part.sides[0][cause].add(weight, a, residual.value);
@@ -160,7 +160,7 @@ Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& 
 void Evidence::add(const Part& part) {
   if (part.num_residuals == 0) return;
   num_residuals_ += part.num_residuals;
-  for (std::size_t cause = 0; cause < kNumCauses; ++cause) {
+  for (std::size_t cause = 0; cause < kNumCorrections; ++cause) {
     cameras_[-1][cause] += part.both[cause];
     if (part.cameras[0] == part.cameras[1]) {
       cameras_[part.cameras[0]][cause] += part.both[cause];

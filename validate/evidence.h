@@ -19,7 +19,7 @@
 namespace terracast::validate {
 
 /// Corrections of a camera (in all frames), of one image, or of all images of one frame.
-enum Cause {
+enum Correction {
   kPrincipalX,  ///< px
   kPrincipalY,
   kFocal,      ///< relative
@@ -31,14 +31,14 @@ enum Cause {
   kPositionX,  ///< m, along the camera's axes
   kPositionY,
   kPositionZ,
-  kNumCauses
+  kNumCorrections
 };
 
 /// One residual with its derivatives; sides: 0 the camera of view a, 1 of view b.
 struct Residual {
   double value = 0.0;
   double sigma = 1.0;  ///< what it may deviate by, up to a factor common to all pairs
-  std::array<std::array<double, kNumCauses>, 2> slopes{};
+  std::array<std::array<double, kNumCorrections>, 2> slopes{};
 };
 
 /// The slopes of a residual that depends on the point in `b` and on the intrinsics of `b`.
@@ -64,7 +64,7 @@ class Evidence {
     }
     Sum& operator+=(const Sum& other);
   };
-  using Sums = std::array<Sum, kNumCauses>;
+  using Sums = std::array<Sum, kNumCorrections>;
 
   /// What the residuals of one pair say; made in parallel, added in order.
   struct Part {

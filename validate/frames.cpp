@@ -117,53 +117,67 @@ void check_segmentation(const core::Image8& segmentation, const core::ImageF& de
 
 }  // namespace
 
-FrameWindow::FrameWindow(const Dataset& dataset, const Sequence& sequence, Findings& findings)
-    : dataset_(dataset), sequence_(sequence), findings_(findings) {}
-
-bool FrameWindow::advance() {
-  if (frame_ + 1 >= sequence_.num_frames) return false;
-  ++frame_;
-  const std::size_t num_cameras = sequence_.cameras.size();
+FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int frame,
+                       Findings& findings) {
+  const std::size_t num_cameras = sequence.cameras.size();
   std::vector<LoadedImage> images(num_cameras);
-  const Reader& reader = find_reader(dataset_.format);
+  const Reader& reader = find_reader(dataset.format);
   enum Kind { kColor, kDepth, kDisparity, kFlow, kNumKinds };
   core::parallel_for(static_cast<std::int64_t>(num_cameras) * kNumKinds, [&](std::int64_t task) {
     const auto index = static_cast<std::size_t>(task / kNumKinds);
-    const Camera& camera = sequence_.cameras[index];
-    const FrameFiles& files = camera.files[static_cast<std::size_t>(frame_)];
+    const Camera& camera = sequence.cameras[index];
+    const FrameFiles& files = camera.files[static_cast<std::size_t>(frame)];
     LoadedImage& image = images[index];
     if (!camera.intrinsics.is_sound()) return;
     switch (static_cast<Kind>(task % kNumKinds)) {
       case kColor:
         if (!files.color.empty())
-          findings_.attempt(files.color, [&] {
-            image.color = reader.color(dataset_, camera, frame_);
+          findings.attempt(files.color, [&] {
+            image.color = reader.color(dataset, camera, frame);
             image.grey = smoothed_luma(image.color);
           });
         break;
       case kDepth:
         if (!files.depth.empty())
-          findings_.attempt(files.depth,
-                            [&] { image.depth = reader.depth(dataset_, camera, frame_); });
+          findings.attempt(files.depth,
+                           [&] { image.depth = reader.depth(dataset, camera, frame); });
         if (!files.segmentation.empty())
-          findings_.attempt(files.segmentation, [&] {
-            check_segmentation(reader.segmentation(dataset_, camera, frame_), image.depth,
-                               sequence_.classes, files.segmentation);
+          findings.attempt(files.segmentation, [&] {
+            image.segmentation = reader.segmentation(dataset, camera, frame);
+            check_segmentation(image.segmentation, image.depth, sequence.classes,
+                               files.segmentation);
           });
         break;
       case kDisparity:
         if (!files.disparity.empty())
-          findings_.attempt(files.disparity,
-                            [&] { image.disparity = reader.disparity(dataset_, camera, frame_); });
+          findings.attempt(files.disparity,
+                           [&] { image.disparity = reader.disparity(dataset, camera, frame); });
         break;
       default:
         if (!files.flow.empty())
-          findings_.attempt(files.flow,
-                            [&] { image.flow = reader.flow(dataset_, camera, frame_); });
+          findings.attempt(files.flow, [&] { image.flow = reader.flow(dataset, camera, frame); });
         break;
     }
   });
-  loaded_.push_back(std::move(images));
+  FrameImages shared;
+  shared.reserve(num_cameras);
+  for (LoadedImage& image : images)
+    shared.push_back(std::make_shared<const LoadedImage>(std::move(image)));
+  return shared;
+}
+
+FrameWindow::FrameWindow(const Dataset& dataset, const Sequence& sequence, Findings& findings)
+    : dataset_(dataset), sequence_(sequence), findings_(findings) {}
+
+FrameWindow::FrameWindow(const Dataset& dataset, const Sequence& sequence, Findings& findings,
+                         std::span<const FrameImages> images)
+    : dataset_(dataset), sequence_(sequence), findings_(findings), given_(images) {}
+
+bool FrameWindow::advance() {
+  if (frame_ + 1 >= sequence_.num_frames) return false;
+  ++frame_;
+  loaded_.push_back(given_ ? (*given_)[static_cast<std::size_t>(frame_)]
+                           : load_frame(dataset_, sequence_, frame_, findings_));
   constexpr std::size_t kKept = 5;  // the largest offset, and the newest
   static_assert(kOffsets[std::size(kOffsets) - 1] + 1 == kKept);
   if (loaded_.size() > kKept) loaded_.pop_front();
@@ -177,8 +191,9 @@ std::optional<View> FrameWindow::view(int camera_index, int frame) const {
   view.camera_index = camera_index;
   view.frame = frame;
   view.camera = &sequence_.cameras[static_cast<std::size_t>(camera_index)];
-  view.image = &loaded_[loaded_.size() - 1 - static_cast<std::size_t>(age)]
-                       [static_cast<std::size_t>(camera_index)];
+  view.image = loaded_[loaded_.size() - 1 - static_cast<std::size_t>(age)]
+                      [static_cast<std::size_t>(camera_index)]
+                          .get();
   const auto& pose = view.camera->local_from_camera[static_cast<std::size_t>(frame)];
   if (!pose || !view.camera->intrinsics.is_sound()) return std::nullopt;
   view.local_from_camera = *pose;

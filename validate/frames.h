@@ -1,7 +1,9 @@
 #pragma once
 
 #include <deque>
+#include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/image.h"
@@ -17,7 +19,14 @@ struct LoadedImage {
   core::ImageF depth;      ///< planar, m; NaN: none
   core::ImageF disparity;  ///< px; NaN: none
   std::optional<FlowFields> flow;
+  core::Image8 segmentation;  ///< class indices
 };
+/// The images of a frame, by camera.
+using FrameImages = std::vector<std::shared_ptr<const LoadedImage>>;
+
+/// Decodes all images of one frame, in parallel; damage becomes findings.
+FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int frame,
+                       Findings& findings);
 
 /// An image with its camera and pose; what two-view checks compare.
 struct View {
@@ -40,8 +49,11 @@ struct ViewPair {
 class FrameWindow {
  public:
   FrameWindow(const Dataset& dataset, const Sequence& sequence, Findings& findings);
+  /// Takes decoded images, one a frame, instead of the dataset's files.
+  FrameWindow(const Dataset& dataset, const Sequence& sequence, Findings& findings,
+              std::span<const FrameImages> images);
 
-  /// Decodes the next frame, its images in parallel.
+  /// Takes the next frame.
   /// returns  false after the last
   bool advance();
 
@@ -62,7 +74,8 @@ class FrameWindow {
   const Sequence& sequence_;
   Findings& findings_;
   int frame_ = -1;
-  std::deque<std::vector<LoadedImage>> loaded_;  ///< the last is the newest frame's
+  std::optional<std::span<const FrameImages>> given_;
+  std::deque<FrameImages> loaded_;  ///< the last is the newest frame's
 };
 
 }  // namespace terracast::validate

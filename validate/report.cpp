@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "validate/diagnosis.h"
 #include "validate/page_bundle.h"
 #include "validate/place.h"
 #include "validate/report_page.h"
@@ -87,9 +88,18 @@ std::string verdict_line(const std::filesystem::path& report_folder) {
       fmt::join(wrong, ", "), unseen.empty() ? "" : "; not seen: ", fmt::join(unseen, ", "));
 }
 
+std::vector<std::string> cause_lines(const std::filesystem::path& report_folder) {
+  const Json report = Json::read(report_folder / "report.json");
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < report.at("causes").size(); ++i)
+    lines.push_back(report.at("causes").at(i).at("words").string());
+  return lines;
+}
+
 void write_report(const ReportHead& head, const std::vector<CheckResult>& results,
                   const PageSource& source, const std::filesystem::path& folder) {
-  const Json report = report_json(results, source.dataset);
+  Json report = report_json(results, source.dataset);
+  report.set("causes", causes_json(head.causes));
   report.write(folder / "report.json");
   write_page_data(head.title, results, report, source, folder);
   core::write_file(folder / "index.html", dataset_page(head.title, head.lines, report));
@@ -106,11 +116,11 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
     const Json report = Json::read(folder / format / "report.json");
     is_ok = is_ok && report.at("ok").boolean();
     for (const std::string& name : report.at("unseen").strings()) unseen.push(format + "/" + name);
-    if (report.has("causes"))
-      for (std::size_t i = 0; i < report.at("causes").size(); ++i) {
-        Json cause = report.at("causes").at(i);
-        causes.push(cause.set("words", format + ": " + cause.at("words").string()));
-      }
+    for (std::size_t i = 0; i < report.at("causes").size(); ++i) {
+      Json cause = report.at("causes").at(i);
+      cause.set("words", format + ": " + cause.at("words").string());
+      causes.push(cause);
+    }
     const Json& checks = report.at("checks");
     for (std::size_t i = 0; i < checks.size(); ++i) {
       Json named = checks.at(i);
@@ -119,8 +129,11 @@ bool join_reports(const std::filesystem::path& folder, const std::vector<std::st
     }
     parts.push_back({format, report, picture_of(folder, format)});
   }
-  Json joined = Json::object().set("ok", is_ok).set("unseen", unseen).set("checks", list);
-  if (causes.size() > 0) joined.set("causes", causes);
+  const Json joined = Json::object()
+                          .set("ok", is_ok)
+                          .set("unseen", unseen)
+                          .set("checks", list)
+                          .set("causes", causes);
   joined.write(folder / "report.json");
   core::write_file(folder / "page/page.css", page_style());
   core::write_file(folder / "index.html", start_page(parts, joined, stage_costs(events_file),

@@ -14,6 +14,7 @@ namespace terracast::validate {
 struct ReportHead {
   std::string title;               ///< "kitti: demo"
   std::vector<std::string> lines;  ///< what was validated
+  std::vector<Cause> causes = {};  ///< what is wrong, in words
 };
 
 /// dataset   that the results are of: each check that names an image has its `place`

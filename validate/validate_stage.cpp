@@ -6,7 +6,9 @@
 #include "validate/check.h"
 #include "validate/checks/checker.h"
 #include "validate/colmap/job.h"
+#include "validate/diagnosis.h"
 #include "validate/report.h"
+#include "validate/text.h"
 
 namespace terracast::validate {
 
@@ -41,6 +43,15 @@ void add_findings(const Findings& findings, std::vector<CheckResult>& results) {
   structure->ok = false;
   const std::string lines = fmt::format("{}", fmt::join(findings.lines(), "\n"));
   structure->worst = structure->worst.empty() ? lines : lines + "\n" + structure->worst;
+}
+
+/// What the check of the files found, a line each.
+std::vector<std::string> structure_lines(const std::vector<CheckResult>& results) {
+  std::vector<std::string> lines;
+  for (const CheckResult& result : results)
+    if (result.name == "structure" && !result.ok)
+      for (const TextLine& line : split_lines(result.worst)) lines.emplace_back(line.text);
+  return lines;
 }
 
 }  // namespace
@@ -105,11 +116,16 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
                                      sequence.name, sequence.num_frames, sequence.rate_hz,
                                      sequence.origin.lat_deg, sequence.origin.lon_deg, cameras));
   }
+  for (const Sequence& sequence : dataset.sequences)
+    for (Cause& cause : diagnose(dataset, sequence, results))
+      head.causes.push_back(std::move(cause));
+  add_damage(structure_lines(results), head.causes);
   write_report(
       head, results,
       {.dataset = &dataset, .ground_map = options.ground_map, .events_file = context.events_file},
       report_folder);
   context.log.info("{}", verdict_line(report_folder));
+  for (const Cause& cause : head.causes) context.log.warn("cause: {}", cause.words);
   return results;
 }
 

@@ -55,15 +55,17 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
       for (int x = 6; x < camera0.width - 6; x += 4) {
         const Vector3d ray((x + 0.5 - 0.5 * camera0.width) / camera0.focal_px,
                            (y + 0.5 - 0.5 * camera0.height) / camera0.focal_px, 1.0);
-        if (points.size() == wrong.most_points) continue;
+        if (points.size() == wrong.most_points || !std::isfinite(recording.depth[0][f](x, y)))
+          continue;
         Point point;
         point.position =
             recording.rotation(0, f) *
                 (ray * (recording.depth[0][f](x, y) * (1.0 + wrong.point_depth_relative))) +
             recording.centre(0, f);
         for (int k = 0; k < 3; ++k)
-          point.color[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(
-              std::clamp(recording.color[0][f](x, y, k) + wrong.color_levels, 0, 255));
+          point.color[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(std::clamp(
+              recording.color[0][f](x, y, wrong.is_color_swapped ? 2 - k : k) + wrong.color_levels,
+              0, 255));
         const auto id = static_cast<std::int64_t>(points.size() + 1);
         for (std::size_t g = 0; g < num_frames; ++g)
           for (std::size_t c = 0; c < num_cameras; ++c) {
@@ -75,9 +77,11 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
                 v >= recording.cameras[c].height - 1.0)
               continue;
             if (point.track.size() == wrong.most_images) continue;
-            auto& list = observations[image_id(c, g)];
-            point.track.emplace_back(image_id(c, g), static_cast<std::uint32_t>(list.size()));
-            list.push_back({u, v, id});
+            const std::uint32_t id_of_image = image_id(
+                c, wrong.are_observations_of_next_frame ? (g + num_frames - 1) % num_frames : g);
+            auto& list = observations[id_of_image];
+            point.track.emplace_back(id_of_image, static_cast<std::uint32_t>(list.size()));
+            list.push_back({u + wrong.observations_px, v + wrong.observations_px, id});
           }
         points.push_back(std::move(point));
       }
@@ -94,6 +98,13 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
   const auto put_pose = [](std::string& bytes, const Quaterniond& q, const Vector3d& t) {
     for (const double value : {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()}) put(bytes, value);
   };
+  const auto written = [&](std::size_t c, std::size_t f) {
+    const SaidPose pose = wrong.written_pose ? wrong.written_pose(c, f) : said.pose(c, f);
+    std::pair<Quaterniond, Vector3d> raw{Matrix3d(pose.rotation.transpose()),
+                                         -(pose.rotation.transpose() * pose.centre)};
+    if (wrong.raw_pose) wrong.raw_pose(raw.first, raw.second);
+    return raw;
+  };
   put(cameras_bin, static_cast<std::uint64_t>(num_cameras));
   put(images_bin, static_cast<std::uint64_t>(num_cameras * num_frames));
   put(rigs_bin, std::uint64_t{1});
@@ -103,15 +114,16 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
   for (std::size_t c = 0; c < num_cameras; ++c) {
     const SceneCamera& camera = recording.cameras[c];
     const auto id = static_cast<std::uint32_t>(c + 1);
-    cameras_txt +=
-        fmt::format("{} PINHOLE {} {} {:.17g} {:.17g} {:.17g} {:.17g}\n", id, camera.width,
-                    camera.height, said.focal(c), said.focal(c), said.cx(c), said.cy(c));
+    int width = camera.width, height = camera.height;
+    std::array<double, 4> parameters = {said.focal(c), said.focal(c), said.cx(c), said.cy(c)};
+    if (wrong.written_camera) wrong.written_camera(width, height, parameters);
+    cameras_txt += fmt::format("{} PINHOLE {} {} {:.17g} {:.17g} {:.17g} {:.17g}\n", id, width,
+                               height, parameters[0], parameters[1], parameters[2], parameters[3]);
     put(cameras_bin, id);
     put(cameras_bin, std::int32_t{1});
-    put(cameras_bin, static_cast<std::uint64_t>(camera.width));
-    put(cameras_bin, static_cast<std::uint64_t>(camera.height));
-    for (const double value : {said.focal(c), said.focal(c), said.cx(c), said.cy(c)})
-      put(cameras_bin, value);
+    put(cameras_bin, static_cast<std::uint64_t>(width));
+    put(cameras_bin, static_cast<std::uint64_t>(height));
+    for (const double value : parameters) put(cameras_bin, value);
     rigs_txt += fmt::format(" CAMERA {}", id);
     put(rigs_bin, std::int32_t{0});
     put(rigs_bin, id);
@@ -127,9 +139,7 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
   rigs_txt += "\n";
   put(frames_bin, static_cast<std::uint64_t>(num_frames));
   for (std::size_t f = 0; f < num_frames; ++f) {
-    const SaidPose reference = said.pose(0, f);
-    const Quaterniond frame_q(Matrix3d(reference.rotation.transpose()));
-    const Vector3d frame_t = -(reference.rotation.transpose() * reference.centre);
+    const auto [frame_q, frame_t] = written(0, f);
     const std::size_t num_members =
         num_cameras - (wrong.is_last_image_without_frame && f + 1 == num_frames ? 1 : 0);
     frames_txt += fmt::format("{} 1 {} {}", f + 1, pose_text(frame_q, frame_t), num_members);
@@ -144,9 +154,7 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
         put(frames_bin, static_cast<std::uint32_t>(c + 1));
         put(frames_bin, static_cast<std::uint64_t>(image_id(c, f)));
       }
-      const SaidPose pose = said.pose(c, f);
-      const Quaterniond q(Matrix3d(pose.rotation.transpose()));
-      const Vector3d t = -(pose.rotation.transpose() * pose.centre);
+      const auto [q, t] = written(c, f);
       const std::string name = recording.cameras[c].name + "/" + digits(f) + ".png";
       images_txt += fmt::format("{} {} {} {}\n", image_id(c, f), pose_text(q, t), c + 1, name);
       put(images_bin, image_id(c, f));

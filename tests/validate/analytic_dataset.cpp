@@ -89,23 +89,6 @@ double value_at(const core::Image8& image, double x, double y, int channel) {
   return value;
 }
 
-std::string npy_bytes(const std::string& type, const std::vector<std::size_t>& shape,
-                      const void* values, std::size_t num_bytes) {
-  std::string header = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (";
-  for (const std::size_t extent : shape) header += std::to_string(extent) + ", ";
-  header += "), }";
-  while ((header.size() + 11) % 64 != 0) header += ' ';
-  header += '\n';
-  std::string bytes = "\x93NUMPY";
-  bytes += '\x01';
-  bytes += '\0';
-  bytes += static_cast<char>(header.size() & 255);
-  bytes += static_cast<char>(header.size() >> 8);
-  bytes += header;
-  bytes.append(static_cast<const char*>(values), num_bytes);
-  return bytes;
-}
-
 void write_npy_f4(const fs::path& file, const std::vector<std::size_t>& shape,
                   const std::vector<float>& values) {
   core::write_file(file, npy_bytes("<f4", shape, values.data(), values.size() * 4));
@@ -114,6 +97,7 @@ void write_npy_f4(const fs::path& file, const std::vector<std::size_t>& shape,
 struct FlowAt {
   Vector2d flow;
   bool in_view;
+  bool is_covisible;
 };
 
 /// Flow from the scene itself, as a camera of the said intrinsics has it.
@@ -122,12 +106,17 @@ FlowAt flow_at(const Said& said, std::size_t from, std::size_t to, int x, int y)
   const SceneCamera& camera = recording.cameras[0];
   const double f = said.focal(0);
   const Vector3d ray((x + 0.5 - said.cx(0)) / f, (y + 0.5 - said.cy(0)) / f, 1.0);
-  const Vector3d point = recording.rotation(0, from) * (ray * recording.depth[0][from](x, y)) +
-                         recording.centre(0, from);
-  const Vector3d there = recording.rotation(0, to).transpose() * (point - recording.centre(0, to));
+  const double depth_m = recording.depth[0][from](x, y);
+  const bool is_sky = !std::isfinite(depth_m);
+  const Vector3d offset = recording.rotation(0, from) * (ray * (is_sky ? 1.0 : depth_m));
+  const Vector3d moved = recording.centre(0, from) - recording.centre(0, to);
+  const Vector3d there =
+      recording.rotation(0, to).transpose() * (is_sky ? offset : Vector3d(offset + moved));
   const Vector2d at(f * there.x() / there.z() + said.cx(0), f * there.y() / there.z() + said.cy(0));
-  return {at - Vector2d(x + 0.5, y + 0.5), there.z() > 0.0 && at.x() >= 0.0 && at.y() >= 0.0 &&
-                                               at.x() < camera.width && at.y() < camera.height};
+  const bool in_view = there.z() > 0.0 && at.x() >= 0.0 && at.y() >= 0.0 && at.x() < camera.width &&
+                       at.y() < camera.height;
+  // Gentle hills seen from above hide nothing.
+  return {at - Vector2d(x + 0.5, y + 0.5), in_view, in_view && !is_sky};
 }
 
 void write_flow(const Said& said, std::size_t f, const fs::path& file) {
@@ -147,8 +136,7 @@ void write_flow(const Said& said, std::size_t f, const fs::path& file) {
         flow[i] = static_cast<float>(said.mistake.flow_sign * at.flow.x());
         flow[count + i] = static_cast<float>(said.mistake.flow_sign * at.flow.y());
         in_view[i] = at.in_view ? 1 : 0;
-        // Gentle hills seen from above hide nothing.
-        covisible[i] = said.mistake.covisible.value_or(at.in_view) ? 1 : 0;
+        covisible[i] = said.mistake.covisible.value_or(at.is_covisible) ? 1 : 0;
       }
     const std::string way = is_forward ? "fwd" : "bwd";
     arrays["flow_" + way + ".npy"] =
@@ -158,16 +146,7 @@ void write_flow(const Said& said, std::size_t f, const fs::path& file) {
     arrays["covisible_mask_" + way + ".npy"] =
         npy_bytes("|b1", {1, height, width}, covisible.data(), count);
   }
-  fs::create_directories(file.parent_path());
-  int error = 0;
-  zip_t* archive = zip_open(file.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &error);
-  for (const auto& [name, bytes] : arrays) {
-    const zip_int64_t index =
-        zip_file_add(archive, name.c_str(),
-                     zip_source_buffer(archive, bytes.data(), bytes.size(), 0), ZIP_FL_OVERWRITE);
-    zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_STORE, 0);
-  }
-  zip_close(archive);
+  write_npz(file, arrays);
 }
 
 /// Rows of a camera's poses: x forward, y right, z down in north, east, down.
@@ -189,6 +168,36 @@ std::string ned_poses(const Said& said, std::size_t c) {
 }
 
 }  // namespace
+
+std::string npy_bytes(const std::string& type, const std::vector<std::size_t>& shape,
+                      const void* values, std::size_t num_bytes) {
+  std::string header = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (";
+  for (const std::size_t extent : shape) header += std::to_string(extent) + ", ";
+  header += "), }";
+  while ((header.size() + 11) % 64 != 0) header += ' ';
+  header += '\n';
+  std::string bytes = "\x93NUMPY";
+  bytes += '\x01';
+  bytes += '\0';
+  bytes += static_cast<char>(header.size() & 255);
+  bytes += static_cast<char>(header.size() >> 8);
+  bytes += header;
+  bytes.append(static_cast<const char*>(values), num_bytes);
+  return bytes;
+}
+
+void write_npz(const fs::path& file, const std::map<std::string, std::string>& arrays) {
+  fs::create_directories(file.parent_path());
+  int error = 0;
+  zip_t* archive = zip_open(file.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &error);
+  for (const auto& [name, bytes] : arrays) {
+    const zip_int64_t index =
+        zip_file_add(archive, name.c_str(),
+                     zip_source_buffer(archive, bytes.data(), bytes.size(), 0), ZIP_FL_OVERWRITE);
+    zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_STORE, 0);
+  }
+  zip_close(archive);
+}
 
 std::string digits(std::size_t frame) { return fmt::format("{:06}", frame); }
 
@@ -223,6 +232,7 @@ Matrix3d Said::mount(std::size_t c) const {
 }
 
 float Said::depth(std::size_t c, std::size_t f, int x, int y) const {
+  if (!std::isfinite(recording.depth[c][f](x, y))) return sky_depth_m;
   const bool is_wrong = mistake.depth_frame < 0 || mistake.depth_frame == static_cast<int>(f);
   return static_cast<float>(recording.depth[c][f](x, y) *
                             (1.0 + (is_wrong ? mistake.depth_relative : 0.0)));
@@ -242,6 +252,12 @@ core::Image8 Said::color(std::size_t c, std::size_t f) const {
             mistake.color_gain * value_at(source, x - offset_px.x(), y - offset_px.y(), k), 0.0,
             255.0)));
   return moved;
+}
+
+core::Image8 Said::classes(std::size_t c, std::size_t f) const {
+  const SceneCamera& camera = recording.cameras[c];
+  return recording.classes.empty() ? core::Image8(camera.width, camera.height, 1, 1)
+                                   : recording.classes[c][f];
 }
 
 void write_depth_npy(const Said& said, std::size_t c, std::size_t f, const fs::path& file) {
@@ -339,10 +355,11 @@ void list_files_again(const fs::path& folder) {
 
 void write_tartanair_v1(const Recording& recording, const fs::path& folder,
                         const Mistake& mistake) {
-  const Said said{recording, mistake};
+  Said said{recording, mistake};
+  said.sky_depth_m = 1e5F;
   const std::string path = "Hills/Easy/P000";
   core::write_file(folder / "Hills/seg_label_map.json",
-                   std::string_view("{\"name_map\": {\"sky\": 0, \"ground\": 1}}"));
+                   std::string_view("{\"name_map\": {\"sky\": 0, \"ground\": 1, \"water\": 2}}"));
   const SceneCamera& camera = recording.cameras[0];
   const auto width = static_cast<std::size_t>(camera.width);
   const auto height = static_cast<std::size_t>(camera.height);
@@ -356,8 +373,9 @@ void write_tartanair_v1(const Recording& recording, const fs::path& folder,
       core::write_file(folder / path / ("image_" + name) / (stem + ".png"),
                        core::encode_png(said.color(c, f)));
       write_depth_npy(said, c, f, folder / path / ("depth_" + name) / (stem + "_depth.npy"));
+      const core::Image8 classes = said.classes(c, f);
       write_bytes(folder / path / ("seg_" + name) / (stem + "_seg.npy"),
-                  std::vector<std::uint8_t>(width * height, 1));
+                  std::vector<std::uint8_t>(classes.data().begin(), classes.data().end()));
       if (c > 0 || f + 1 == recording.body_world.size()) continue;
       std::vector<float> flow;
       std::vector<std::uint8_t> mask;
@@ -366,7 +384,7 @@ void write_tartanair_v1(const Recording& recording, const fs::path& folder,
           const FlowAt at = flow_at(said, f, f + 1, x, y);
           flow.push_back(static_cast<float>(mistake.flow_sign * at.flow.x()));
           flow.push_back(static_cast<float>(mistake.flow_sign * at.flow.y()));
-          const bool is_covisible = mistake.covisible.value_or(at.in_view);
+          const bool is_covisible = mistake.covisible.value_or(at.is_covisible);
           mask.push_back(is_covisible ? 0 : at.in_view ? 10 : 110);
         }
       const std::string pair = digits(f) + "_" + digits(f + 1);
@@ -379,10 +397,11 @@ void write_tartanair_v1(const Recording& recording, const fs::path& folder,
 }
 
 void write_tartanair(const Recording& recording, const fs::path& folder, const Mistake& mistake) {
-  const Said said{recording, mistake};
+  Said said{recording, mistake};
+  said.sky_depth_m = 1e5F;
   const std::string path = "Hills/Data_easy/P000";
   core::write_file(folder / "Hills/seg_label_map.json",
-                   std::string_view("{\"name_map\": {\"sky\": 0, \"ground\": 1}}"));
+                   std::string_view("{\"name_map\": {\"sky\": 0, \"ground\": 1, \"water\": 2}}"));
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
     const SceneCamera& camera = recording.cameras[c];
     for (std::size_t f = 0; f < recording.body_world.size(); ++f) {
@@ -401,7 +420,7 @@ void write_tartanair(const Recording& recording, const fs::path& folder, const M
       core::write_file(folder / path / ("depth_" + camera.name) / (stem + "_depth.png"),
                        core::encode_png(depth));
       core::write_file(folder / path / ("seg_" + camera.name) / (stem + "_seg.png"),
-                       core::encode_png(core::Image8(camera.width, camera.height, 1, 1)));
+                       core::encode_png(said.classes(c, f)));
       if (c == 0 && f + 1 < recording.body_world.size())
         write_flow(said, f,
                    folder / path / "flow_lcam_front" /

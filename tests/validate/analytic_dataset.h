@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,8 +38,12 @@ struct Recording {
   std::vector<Eigen::Vector3d> velocity_mps, acceleration_mps2, rate_body_radps;
   /// By camera, then frame.
   std::vector<std::vector<core::Image8>> color;
-  std::vector<std::vector<core::Image<double>>> depth;  ///< planar, m
+  std::vector<std::vector<core::Image<double>>> depth;  ///< planar, m; +inf: sky
+  std::vector<std::vector<core::Image8>> classes;       ///< 0 sky, 1 ground, 2 water; empty: all 1
   std::function<double(double, double)> height_m;
+  /// The ground ends so far from the scene's origin, and beyond it is sky.
+  double island_m = std::numeric_limits<double>::infinity();
+  double shore_m = 0.0;  ///< of an island, where all ground below it is water
 
   int num_frames() const { return static_cast<int>(body_world.size()); }
   Eigen::Matrix3d rotation(std::size_t camera, std::size_t frame) const {
@@ -58,6 +63,21 @@ Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames,
 /// A flight in closed form at 1 Hz, with all its derivatives.
 Recording record_smooth_flight(const std::vector<SceneCamera>& cameras, int num_frames);
 
+/// A banked, climbing turn, or a level straight flight at constant speed, at 1 Hz in closed form with
+/// all derivatives, above an island of low hills and water under the sky.
+enum class Path { Curved, Straight };
+Recording record_island_flight(const std::vector<SceneCamera>& cameras, int num_frames, Path path);
+/// The same path without images.
+Recording island_path(const std::vector<SceneCamera>& cameras, int num_frames, Path path);
+/// The same flight seen by cameras that are lower by rows above and below alike.
+Recording cropped(const Recording& recording, const std::vector<SceneCamera>& cameras);
+
+/// Rotation of a camera into the world, and its centre.
+struct SaidPose {
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d centre;
+};
+
 /// A mistake in COLMAP's model alone.
 struct ColmapMistake {
   double observation_px = 0.0;                ///< of one observation
@@ -68,6 +88,16 @@ struct ColmapMistake {
   std::size_t most_images = ~std::size_t{0};  ///< of a track
   double point_depth_relative = 0.0;          ///< of points beyond the surface
   int color_levels = 0;                       ///< by which points are brighter
+  bool is_color_swapped = false;              ///< points' colours are blue, green, red
+  double observations_px = 0.0;               ///< added to all, both ways
+  /// Those of each frame stand in the image of the frame before, those of the first in the last.
+  bool are_observations_of_next_frame = false;
+  /// The pose that is written of a camera and frame; observations stay right.
+  std::function<SaidPose(std::size_t c, std::size_t f)> written_pose = {};
+  /// What is written of it: camera from world, as COLMAP has it.
+  std::function<void(Eigen::Quaterniond&, Eigen::Vector3d&)> raw_pose = {};
+  /// Size and parameters (fx, fy, cx, cy) of a camera.
+  std::function<void(int& width, int& height, std::array<double, 4>&)> written_camera = {};
 };
 
 /// A mistake in KITTI raw's packets alone.

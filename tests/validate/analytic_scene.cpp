@@ -44,7 +44,13 @@ double facets(double x, double y) {
   return at(1, 1) + (1.0 - u) * (at(0, 1) - at(1, 1)) + (1.0 - v) * (at(1, 0) - at(1, 1));
 }
 
-/// Distance along a ray to the ground, near a guess; marched from the camera, then bisected.
+/// Low hills with two lakes' worth of hollows, whose slopes hide nothing from above.
+double gentle_hills(double x, double y) {
+  return 8.0 * std::sin(x / 61.0 + 0.3) * std::cos(y / 47.0) + 4.0 * std::sin((x + 1.7 * y) / 39.0);
+}
+
+/// Distance along a ray to the ground, near a guess; marched from the camera, then by false
+/// position, with the weight of an end that stays halved.
 double hit_distance(const std::function<double(double, double)>& ground,
                     const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double reach) {
   const auto above = [&](double t) {
@@ -62,9 +68,20 @@ double hit_distance(const std::function<double(double, double)>& ground,
     far += std::max(0.35 * gap, 1e-4 * reach);
     if (far > 100.0 * reach) return far;
   }
-  for (int turn = 0; turn < 60 && far - near > 1e-12 * far; ++turn) {
-    const double middle = 0.5 * (near + far);
-    (above(middle) > 0.0 ? near : far) = middle;
+  double gap_near = above(near), gap_far = above(far);
+  for (int turn = 0; turn < 60 && far - near > 1e-13 * far && gap_near > 0.0; ++turn) {
+    const double middle = (near * gap_far - far * gap_near) / (gap_far - gap_near);
+    const double gap = above(middle);
+    if (gap > 0.0) {
+      near = middle;
+      gap_near = gap;
+      gap_far *= 0.5;
+    } else {
+      far = middle;
+      gap_far = gap;
+      gap_near *= 0.5;
+    }
+    if (std::abs(gap) < 1e-13 * reach) return middle;
   }
   return 0.5 * (near + far);
 }
@@ -87,15 +104,27 @@ Eigen::Vector3d ground_color(double x, double y, double s) {
           96.0 + 11.0 * value - 16.0 * broad};
 }
 
+/// Moves flight and ground so that the flight starts near the scene's origin, as exports do.
+void start_at_origin(Recording& recording) {
+  const Eigen::Vector3d moved = Eigen::Vector3d(0.2, -0.1, 0.3) - recording.body_world.front();
+  for (Eigen::Vector3d& place : recording.body_world) place += moved;
+  recording.height_m = [ground = recording.height_m, moved](double x, double y) {
+    return ground(x - moved.x(), y - moved.y()) + moved.z();
+  };
+}
+
 /// Colours and depths of all cameras, of the poses and the ground that the recording has.
 void take_images(Recording& recording) {
   recording.color.resize(recording.cameras.size());
   recording.depth.resize(recording.cameras.size());
+  const bool has_classes = std::isfinite(recording.island_m);
+  if (has_classes) recording.classes.resize(recording.cameras.size());
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
     const SceneCamera& camera = recording.cameras[c];
     for (std::size_t f = 0; f < static_cast<std::size_t>(recording.num_frames()); ++f) {
       core::Image8 color(camera.width, camera.height, 3);
       core::Image<double> depth(camera.width, camera.height);
+      core::Image8 classes(has_classes ? camera.width : 0, has_classes ? camera.height : 0);
       const Eigen::Matrix3d rotation = recording.rotation(c, f);
       const Eigen::Vector3d centre = recording.centre(c, f);
       // Texture as fine as the images: a unit of it is about four pixels of this camera at 100 m.
@@ -106,9 +135,21 @@ void take_images(Recording& recording) {
           const Eigen::Vector3d ray((x + 0.5 - 0.5 * camera.width) / camera.focal_px,
                                     (y + 0.5 - 0.5 * camera.height) / camera.focal_px, 1.0);
           const Eigen::Vector3d direction = rotation * ray;
-          const double t = hit_distance(recording.height_m, centre, direction, 75.0);
-          depth(x, y) = t;  // the ray has z = 1: its parameter is the planar depth
+          // A ray that is level or rises meets no island.
+          const bool is_sky_ray = std::isfinite(recording.island_m) && direction.z() > -0.05;
+          const double t =
+              is_sky_ray ? 0.0 : hit_distance(recording.height_m, centre, direction, 75.0);
           const Eigen::Vector3d point = centre + t * direction;
+          if (is_sky_ray || point.head<2>().norm() > recording.island_m) {
+            depth(x, y) = std::numeric_limits<double>::infinity();
+            if (has_classes) classes(x, y) = 0;
+            for (int k = 0; k < 3; ++k)
+              color(x, y, k) = static_cast<std::uint8_t>(
+                  std::lround(90.0 + 50.0 * k + 30.0 * direction.normalized().z()));
+            continue;
+          }
+          depth(x, y) = t;  // the ray has z = 1: its parameter is the planar depth
+          if (has_classes) classes(x, y) = point.z() < recording.shore_m ? 2 : 1;
           const Eigen::Vector3d shade = ground_color(point.x(), point.y(), grain);
           for (int k = 0; k < 3; ++k)
             color(x, y, k) =
@@ -117,6 +158,7 @@ void take_images(Recording& recording) {
       });
       recording.color[c].push_back(std::move(color));
       recording.depth[c].push_back(std::move(depth));
+      if (has_classes) recording.classes[c].push_back(std::move(classes));
     }
   }
 }
@@ -126,6 +168,12 @@ struct BodyPose {
   Eigen::Vector3d place;
   Eigen::Matrix3d world_from_body;
 };
+BodyPose straight_pose(double t) {
+  const double heading = 20.0 * kRadPerDeg;
+  return {
+      Eigen::Vector3d(5.0 + 4.0 * t * std::cos(heading), -8.0 + 4.0 * t * std::sin(heading), 75.0),
+      Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()).toRotationMatrix()};
+}
 BodyPose smooth_pose(double t) {
   const Eigen::Vector3d way(38.0 * std::sin(0.09 * t) + 0.9 * std::sin(0.45 * t),
                             38.0 * (1.0 - std::cos(0.09 * t)) + 0.7 * std::cos(0.4 * t),
@@ -205,20 +253,20 @@ Recording record_flight(const std::vector<SceneCamera>& cameras, int num_frames,
          Eigen::AngleAxisd(bank_deg * kRadPerDeg, Eigen::Vector3d::UnitX()))
             .toRotationMatrix());
   }
+  start_at_origin(recording);
   take_images(recording);
   return recording;
 }
 
-Recording record_smooth_flight(const std::vector<SceneCamera>& cameras, int num_frames) {
-  Recording recording;
-  recording.cameras = cameras;
+namespace {
+
+/// Frames at 1 Hz of a path in closed form, and its derivatives.
+void fly(Recording& recording, int num_frames, BodyPose (*pose)(double)) {
   recording.rate_hz = 1.0;
-  recording.height_m = [](double x, double y) { return hills(x, y); };
   for (int i = 0; i < num_frames; ++i) {
     // Central differences: step^2 / 6 of a third derivative under 0.2 m/s^3, and rounding, 1e-7.
     constexpr double kStep_s = 1e-3;
-    const BodyPose before = smooth_pose(i - kStep_s), at = smooth_pose(i),
-                   after = smooth_pose(i + kStep_s);
+    const BodyPose before = pose(i - kStep_s), at = pose(i), after = pose(i + kStep_s);
     recording.body_world.push_back(at.place);
     recording.world_from_body.push_back(at.world_from_body);
     recording.velocity_mps.emplace_back((after.place - before.place) / (2.0 * kStep_s));
@@ -228,8 +276,54 @@ Recording record_smooth_flight(const std::vector<SceneCamera>& cameras, int num_
         Eigen::Matrix3d(before.world_from_body.transpose() * after.world_from_body));
     recording.rate_body_radps.emplace_back(turn.angle() * turn.axis() / (2.0 * kStep_s));
   }
+}
+
+}  // namespace
+
+Recording record_smooth_flight(const std::vector<SceneCamera>& cameras, int num_frames) {
+  Recording recording;
+  recording.cameras = cameras;
+  recording.height_m = [](double x, double y) { return hills(x, y); };
+  fly(recording, num_frames, smooth_pose);
+  start_at_origin(recording);
   take_images(recording);
   return recording;
+}
+
+Recording island_path(const std::vector<SceneCamera>& cameras, int num_frames, Path path) {
+  Recording recording;
+  recording.cameras = cameras;
+  recording.height_m = [](double x, double y) { return gentle_hills(x, y); };
+  recording.island_m = 180.0;
+  fly(recording, num_frames, path == Path::Curved ? smooth_pose : straight_pose);
+  start_at_origin(recording);
+  recording.shore_m = recording.body_world.front().z() - 78.0;
+  return recording;
+}
+
+Recording record_island_flight(const std::vector<SceneCamera>& cameras, int num_frames, Path path) {
+  Recording recording = island_path(cameras, num_frames, path);
+  take_images(recording);
+  return recording;
+}
+
+Recording cropped(const Recording& recording, const std::vector<SceneCamera>& cameras) {
+  Recording result = recording;
+  result.cameras = cameras;
+  const auto crop = [](auto& image, int height) {
+    auto part = std::decay_t<decltype(image)>(image.width(), height, image.channels());
+    const int first = (image.height() - height) / 2;
+    for (int y = 0; y < height; ++y)
+      std::copy(image.row(first + y).begin(), image.row(first + y).end(), part.row(y).begin());
+    image = std::move(part);
+  };
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    for (std::size_t f = 0; f < result.color[c].size(); ++f) {
+      crop(result.color[c][f], cameras[c].height);
+      crop(result.depth[c][f], cameras[c].height);
+      if (!result.classes.empty()) crop(result.classes[c][f], cameras[c].height);
+    }
+  return result;
 }
 
 }  // namespace terracast::test

@@ -3,22 +3,20 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <filesystem>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "tests/validate/analytic_dataset.h"
 
 /// What the writers of the formats share.
 namespace terracast::test {
 
-struct SaidPose {
-  Eigen::Matrix3d rotation;
-  Eigen::Vector3d centre;
-};
-
 /// What a dataset says, after the mistake.
 struct Said {
   const Recording& recording;
   const Mistake& mistake;
+  float sky_depth_m = 0.0F;  ///< what the format writes for the sky
 
   /// is_format  in the format's own files; else in georeference.csv
   SaidPose pose(std::size_t c, std::size_t f, bool is_format = true) const;
@@ -33,8 +31,16 @@ struct Said {
     return 0.5 * recording.cameras[c].height + mistake.principal_y_px;
   }
   float depth(std::size_t c, std::size_t f, int x, int y) const;
+  core::Image8 classes(std::size_t c, std::size_t f) const;
   core::Image8 color(std::size_t c, std::size_t f) const;
 };
+
+/// The bytes of an npy.
+/// type  "<f4", "|u1", "|b1"
+std::string npy_bytes(const std::string& type, const std::vector<std::size_t>& shape,
+                      const void* values, std::size_t num_bytes);
+/// Writes arrays ("flow_fwd.npy" and its bytes) into an npz, stored.
+void write_npz(const std::filesystem::path& file, const std::map<std::string, std::string>& arrays);
 
 /// "000042".
 std::string digits(std::size_t frame);

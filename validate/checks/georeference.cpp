@@ -27,6 +27,10 @@ class GeoreferenceChecker : public Checker {
     mount.name = "georeference_rigidity";
     mount.bound = 1e-3;
     mount.unit = "deg";
+    CheckResult origin;
+    origin.name = "georeference_origin";
+    origin.bound = 1.0;
+    origin.unit = "m";
     const Pose ecef_from_local_frame = ecef_from_local(sequence.origin);
     std::size_t num_rows = 0;
     for (const Camera& camera : sequence.cameras)
@@ -51,6 +55,16 @@ class GeoreferenceChecker : public Checker {
               ecef_from_first * first.body_from_camera->rotation.transpose();
           note_worst(mount, degrees_from_radians(rotation_angle_rad(body.transpose() * first_body)),
                      where);
+        }
+        if (i == 0 && camera.body_from_camera) {
+          const Eigen::Vector3d body_local =
+              ecef_from_local_frame.inverse() *
+              (ecef_from_geodetic(row.place) - ecef_from_camera *
+                                                   camera.body_from_camera->rotation.transpose() *
+                                                   camera.body_from_camera->translation);
+          note_worst(origin, body_local.norm(),
+                     fmt::format("{}: ({:.3f}, {:.3f}, {:.3f}) m east, north and up of the origin",
+                                 where, body_local.x(), body_local.y(), body_local.z()));
         }
         if (!camera.local_from_camera[i]) continue;
         ++num_rows;
@@ -82,6 +96,13 @@ class GeoreferenceChecker : public Checker {
         "for all cameras.";
     mount.reason = rotation.reason;
     mount.detects = "0.01 deg of one mount";
+    origin.summary =
+        "The body's first place, by georeference.csv and the mounts of dataset.json, against the "
+        "origin of the local frame.";
+    origin.reason =
+        "The origin is that place, rounded to 1e-6 degrees and whole metres: 0.52 m at most.";
+    origin.detects =
+        "heights above the geoid in one of the two; an arc-second; latitude for longitude";
     if (!sequence.cameras.empty()) {
       CheckResult::Plot map{"trajectory, seen from above", "east, m", "north, m", {}, {}};
       CheckResult::Plot height{"height above the origin", "frame", "m", {}, {}};
@@ -95,7 +116,7 @@ class GeoreferenceChecker : public Checker {
       }
       position.plots = {map, height};
     }
-    std::vector<CheckResult> results{position, rotation, time, mount};
+    std::vector<CheckResult> results{position, rotation, time, mount, origin};
     for (CheckResult& result : results) result.ok = result.value <= result.bound;
     if (num_rows == 0)
       for (CheckResult& result : results) {

@@ -15,8 +15,38 @@ namespace {
 
 struct PairMatches {
   std::vector<double> shift_x, shift_y, correlation;
+  /// Sums of what the colours of patches differ by: as they stand, and with red and blue swapped in
+  /// one of the two.
+  double color_difference = 0.0, swapped_difference = 0.0;
   Evidence::Part part;
 };
+
+/// Mean colour of 3 x 3 pixels.
+Eigen::Vector3d color_around(const core::Image8& color, int x, int y) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx)
+      for (int k = 0; k < 3; ++k) sum[k] += color(x + dx, y + dy, k);
+  return sum / 9.0;
+}
+
+/// Compares two colours of one place; an image that is grey is held against the other's luma.
+void compare_colors(const Eigen::Vector3d& a, const Eigen::Vector3d& b, PairMatches& matches) {
+  const auto is_grey = [](const Eigen::Vector3d& c) { return c[0] == c[1] && c[1] == c[2]; };
+  const auto luma = [](const Eigen::Vector3d& c) {
+    return 0.299 * c[0] + 0.587 * c[1] + 0.114 * c[2];
+  };
+  if (is_grey(a) && is_grey(b)) return;
+  const auto difference = [&](const Eigen::Vector3d& of_a) {
+    if (is_grey(b)) return std::abs(luma(of_a) - b[0]);
+    if (is_grey(a)) return std::abs(luma(b) - a[0]);
+    return (of_a - b).cwiseAbs().sum() / 3.0;
+  };
+  const auto swapped = [](const Eigen::Vector3d& c) { return Eigen::Vector3d(c[2], c[1], c[0]); };
+  matches.color_difference += difference(a);
+  matches.swapped_difference +=
+      is_grey(a) ? std::abs(luma(swapped(b)) - a[0]) : difference(swapped(a));
+}
 
 PairMatches compare(const ViewPair& pair, const ValidateOptions& options) {
   PairMatches matches;
@@ -31,6 +61,10 @@ PairMatches compare(const ViewPair& pair, const ValidateOptions& options) {
     const std::optional<PatchMatch> match = match_patch(pair.a, pair.b, at.x(), at.y());
     if (!match) continue;
     matches.correlation.push_back(match->correlation);
+    compare_colors(color_around(pair.a.image->color, at.x(), at.y()),
+                   color_around(pair.b.image->color, static_cast<int>(match->predicted.x()),
+                                static_cast<int>(match->predicted.y())),
+                   matches);
     if (!match->has_converged) continue;
     matches.shift_x.push_back(match->shift_px.x());
     matches.shift_y.push_back(match->shift_px.y());
@@ -56,8 +90,11 @@ class PhotometricChecker : public Checker {
 
   void frame(const FrameWindow&, const std::vector<ViewPair>& pairs) override {
     std::vector<PairMatches> matches(pairs.size());
+    ValidateOptions options = options_;
+    // Of few pairs more patches, so that a trial's few frames have enough of each kind.
+    if (options.is_trial) options.samples_per_image = pairs.size() <= 8 ? 1600 : 400;
     core::parallel_for(static_cast<std::int64_t>(pairs.size()), [&](std::int64_t i) {
-      matches[static_cast<std::size_t>(i)] = compare(pairs[static_cast<std::size_t>(i)], options_);
+      matches[static_cast<std::size_t>(i)] = compare(pairs[static_cast<std::size_t>(i)], options);
     });
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const ViewPair& pair = pairs[i];
@@ -75,6 +112,9 @@ class PhotometricChecker : public Checker {
       append(pool.shift_x, matches[i].shift_x);
       append(pool.shift_y, matches[i].shift_y);
       append(pool.correlation, matches[i].correlation);
+      pool.color_difference += matches[i].color_difference;
+      pool.swapped_difference += matches[i].swapped_difference;
+      note_pair(kind, fmt::format("{} in {}", place_of(pair.a), place_of(pair.b)), matches[i]);
       num_patches_ += matches[i].correlation.size();
     }
   }
@@ -121,7 +161,10 @@ class PhotometricChecker : public Checker {
     if (num_kinds == 0) {
       const char* reason =
           "fewer than 100 patches with contrast are seen twice: colours were not checked";
-      return {unseen_result(shift.name, reason), unseen_result(correlation.name, reason)};
+      return {unseen_result(shift.name, reason), unseen_result(correlation.name, reason),
+              unseen_result("photometric_frames", reason),
+              unseen_result("photometric_frame_shift", reason),
+              unseen_result("photometric_channels", reason)};
     }
     shift.ok = shift.is_within_bound();
     shift.summary = fmt::format(
@@ -145,6 +188,8 @@ class PhotometricChecker : public Checker {
         "correlates by less than 0.3.";
     correlation.detects = "images of another camera, frame or orientation than the geometry";
     std::vector<CheckResult> results{shift, correlation};
+    add_single_pairs(results);
+    add_channels(results);
     const Evidence::Bounds bounds{.principal_px = 0.1, .time_frames = 0.5, .rotation_deg = 0.01};
     for (CheckResult& result :
          evidence_.results("photometric", sequence, bounds, "the shifts of patches between images",
@@ -155,8 +200,92 @@ class PhotometricChecker : public Checker {
   }
 
  private:
+  /// What a single pair of images says, beside the others of its kind.
+  struct PairMedians {
+    std::string kind, name;
+    double correlation = 0.0;
+    double shift_px = 0.0;
+    bool has_shift = false;
+  };
+
+  void note_pair(const std::string& kind, const std::string& name, const PairMatches& matches) {
+    constexpr std::size_t kEnough = 20;
+    if (matches.correlation.size() < kEnough) return;
+    const auto median_of = [](std::vector<double> values) { return median(values); };
+    PairMedians medians{kind, name, median_of(matches.correlation), 0.0,
+                        matches.shift_x.size() >= kEnough};
+    if (medians.has_shift)
+      medians.shift_px = std::hypot(median_of(matches.shift_x), median_of(matches.shift_y));
+    pairs_.push_back(std::move(medians));
+  }
+
+  /// One image that is not what the others are is lost in the medians of all.
+  void add_single_pairs(std::vector<CheckResult>& results) {
+    CheckResult least;
+    least.name = "photometric_frames";
+    least.value = 1.0;
+    least.bound = 0.6;
+    least.is_lower_bound = true;
+    least.unit = "of its kind's";
+    CheckResult farthest;
+    farthest.name = "photometric_frame_shift";
+    farthest.bound = 0.3;
+    farthest.unit = "px";
+    for (const PairMedians& pair : pairs_) {
+      std::vector<double> pooled = pools_.at(pair.kind).correlation;
+      const double typical = median(pooled);
+      // Of images that hardly correlate as such (noise at night) nothing follows for one of them.
+      constexpr double kClear = 0.5;
+      if (typical > kClear && pair.correlation / typical < least.value) {
+        least.value = pair.correlation / typical;
+        least.worst = pair.name;
+      }
+      if (pair.has_shift && pair.correlation > kClear && pair.shift_px >= farthest.value) {
+        farthest.value = pair.shift_px;
+        farthest.worst = pair.name;
+      }
+    }
+    least.ok = least.is_within_bound();
+    least.summary =
+        "Least median correlation of a single pair of images, by the median of all pairs of its "
+        "kind.";
+    least.reason =
+        "Neighbouring frames see the ground alike; another image correlates by less than 0.3.";
+    least.detects = "one image of another frame or sequence";
+    farthest.ok = farthest.is_within_bound();
+    farthest.summary = "Largest median shift of the patches of a single pair of images.";
+    farthest.reason = "Medians of 20 patches are known to about 0.05 px.";
+    farthest.detects = "one image that stands twice where a frame moves by 0.5 px";
+    results.push_back(std::move(least));
+    results.push_back(std::move(farthest));
+  }
+
+  void add_channels(std::vector<CheckResult>& results) {
+    CheckResult channels;
+    channels.name = "photometric_channels";
+    channels.bound = 1.5;
+    channels.unit = "times";
+    for (const auto& [kind, pool] : pools_)
+      if (pool.swapped_difference > 0.0 && pool.correlation.size() >= 20)
+        note_worst(channels, pool.color_difference / pool.swapped_difference, kind);
+    if (channels.worst.empty()) {
+      results.push_back(unseen_result(channels.name, "no two images share colours"));
+      return;
+    }
+    channels.ok = channels.is_within_bound();
+    channels.summary =
+        "Differences of colour between the patches of two images, by what they are with red and "
+        "blue swapped in one of them; worst kind of pairs.";
+    channels.reason =
+        "On grey ground both are alike; in colour the right order fits better, and a wrong one "
+        "worse by the same factor.";
+    channels.detects = "blue, green, red in one camera; grey that is not the luma of its colours";
+    results.push_back(std::move(channels));
+  }
+
   ValidateOptions options_;
   Evidence evidence_;
+  std::vector<PairMedians> pairs_;
   std::map<std::string, PairMatches> pools_;
   std::size_t num_patches_ = 0;
 };

@@ -156,7 +156,7 @@ class ReprojectionChecker : public Checker {
     });
     for (std::size_t i = 0; i < pairs.size(); ++i) add(pairs[i], summaries[i]);
     // One map of residuals for each kind of pair, in the middle of the sequence.
-    if (window.frame() == (window.sequence().num_frames + 1) / 2)
+    if (!options_.is_trial && window.frame() == (window.sequence().num_frames + 1) / 2)
       for (const ViewPair& pair : pairs)
         if (pictures_.size() < kMostPictures &&
             (pair.is_same_time() || pair.a.frame + 1 == pair.b.frame))

@@ -117,6 +117,8 @@ void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& fin
     if (!has_calibration || !local_from_camera0) continue;
     const Pose camera0_from_camera =
         camera_from_camera0(projections[static_cast<std::size_t>(number)]).inverse();
+    camera.camera0_from_camera = camera0_from_camera;
+    sequence.local_from_first = *local_from_camera0;
     for (std::size_t i = 0; i < camera.local_from_camera.size() && i < first_from_camera0.size();
          ++i)
       camera.local_from_camera[i] =

@@ -20,6 +20,8 @@ OxtsPacket parse_oxts(std::string_view text, const std::string& where) {
   const auto vector = [&](std::size_t at) { return Eigen::Vector3d(n[at], n[at + 1], n[at + 2]); };
   OxtsPacket packet;
   packet.place = {n[0], n[1], n[2]};
+  packet.roll_rad = n[3];
+  packet.pitch_rad = n[4];
   packet.yaw_rad = n[5];
   packet.level_from_imu = (Eigen::AngleAxisd(n[4], Eigen::Vector3d::UnitY()) *
                            Eigen::AngleAxisd(n[3], Eigen::Vector3d::UnitX()))

@@ -13,6 +13,7 @@ namespace terracast::validate {
 /// and pitch: forward and left in the horizontal plane, and up.
 struct OxtsPacket {
   Geodetic place;
+  double roll_rad = 0.0, pitch_rad = 0.0;  ///< as written; level_from_imu is made of them
   double yaw_rad = 0.0;
   Eigen::Matrix3d level_from_imu = Eigen::Matrix3d::Identity();
   Eigen::Vector3d velocity_enu_mps;    ///< in the east, north, up of the place

@@ -1,0 +1,346 @@
+#include "validate/causes/trial.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "validate/checks/checker.h"
+#include "validate/sampling.h"
+
+namespace terracast::validate {
+
+namespace {
+
+constexpr std::int64_t kSamples = 500;
+constexpr int kMostFrames = 6;
+
+ValidateOptions trial_options() {
+  ValidateOptions options;
+  options.samples_per_image = kSamples;
+  options.is_trial = true;
+  return options;
+}
+
+/// Reprojection of COLMAP's observations by the trial's poses and intrinsics: 0.99 quantile of the
+/// errors, against the bound of `colmap_reprojection`.
+void measure_observations(const Trial& trial, Shares& shares) {
+  if (!trial.model) return;
+  std::vector<double> errors;
+  for (const auto& [id, image] : trial.model->images) {
+    const std::size_t slash = image.name.rfind('/');
+    if (slash == std::string::npos || image.name.size() < slash + 7) continue;
+    const int camera_index = trial.sequence.camera_index(image.name.substr(0, slash));
+    const int frame = std::atoi(image.name.c_str() + slash + 1) - trial.first_frame;
+    if (camera_index < 0 || frame < 0 || frame >= trial.num_frames()) continue;
+    const Camera& camera = trial.camera(camera_index);
+    const auto& pose = camera.local_from_camera[static_cast<std::size_t>(frame)];
+    if (!pose) continue;
+    const Pose camera_from_local = pose->inverse();
+    const std::size_t step = std::max<std::size_t>(1, image.observations.size() / 200);
+    for (std::size_t i = 0; i < image.observations.size(); i += step) {
+      const ColmapObservation& seen = image.observations[i];
+      const auto point = trial.model->points.find(seen.point_id);
+      if (point == trial.model->points.end()) continue;
+      const auto& p = point->second.position;
+      const Eigen::Vector3d at = camera_from_local * Eigen::Vector3d(p[0], p[1], p[2]);
+      const double error =
+          (camera.intrinsics.pixel_from_point(at) - Eigen::Vector2d(seen.x_px, seen.y_px)).norm();
+      errors.push_back(at.z() > 0.0 && std::isfinite(error) ? error : 1e9);
+    }
+  }
+  constexpr double kBound_px = 1e-6;
+  if (!errors.empty()) shares["colmap_reprojection"] = quantile(errors, 0.99) / kBound_px;
+}
+
+/// Colours of COLMAP's points against the most similar of their images, as `colmap_color` has it.
+void measure_point_colors(const Trial& trial, Shares& shares) {
+  if (!trial.model) return;
+  std::map<std::int64_t, double> least;
+  for (const auto& [id, image] : trial.model->images) {
+    const std::size_t slash = image.name.rfind('/');
+    if (slash == std::string::npos || image.name.size() < slash + 7) continue;
+    const int camera = trial.sequence.camera_index(image.name.substr(0, slash));
+    const int frame = std::atoi(image.name.c_str() + slash + 1) - trial.first_frame;
+    if (camera < 0 || frame < 0 || frame >= trial.num_frames()) continue;
+    const core::Image8& color = trial.image(camera, frame).color;
+    if (color.empty()) continue;
+    for (const ColmapObservation& seen : image.observations) {
+      const auto point = trial.model->points.find(seen.point_id);
+      const auto x = static_cast<int>(std::floor(seen.x_px));
+      const auto y = static_cast<int>(std::floor(seen.y_px));
+      if (point == trial.model->points.end() || x < 0 || y < 0 || x >= color.width() ||
+          y >= color.height())
+        continue;
+      double difference = 0.0;
+      for (int k = 0; k < 3; ++k)
+        difference +=
+            std::abs(color(x, y, k) - point->second.color[static_cast<std::size_t>(k)]) / 3.0;
+      const auto [entry, is_new] = least.emplace(seen.point_id, difference);
+      if (!is_new) entry->second = std::min(entry->second, difference);
+    }
+  }
+  std::vector<double> differences;
+  for (const auto& [id, difference] : least) differences.push_back(difference);
+  constexpr double kBound_levels = 16.0;
+  if (!differences.empty()) shares["colmap_color"] = median(differences) / kBound_levels;
+}
+
+/// The frame that most failed results name.
+int frame_to_look_at(const Sequence& sequence, const std::vector<CheckResult>& failed) {
+  std::map<int, int> votes;
+  for (const CheckResult& result : failed)
+    for (const auto& [camera, frame] : places_in(result.worst, sequence)) ++votes[frame];
+  int best = 0, most = 0;
+  for (const auto& [frame, count] : votes)
+    if (count > most) {
+      best = frame;
+      most = count;
+    }
+  return best;
+}
+
+/// What a user of the format is shown although its rules are broken.
+FrameImages load_all_the_same(const Dataset& dataset, const Sequence& sequence, int frame) {
+  Findings ignored;
+  FrameImages images = load_frame(dataset, sequence, frame, ignored);
+  if (ignored.count() == 0) return images;
+  Dataset lenient;
+  lenient.root = dataset.root;
+  lenient.format = dataset.format;
+  lenient.sky_depth_m = std::numeric_limits<float>::max();
+  FrameImages again = load_frame(lenient, sequence, frame, ignored);
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    if (!images[c]->depth.empty() || again[c]->depth.empty()) continue;
+    auto repaired = std::make_shared<LoadedImage>(*again[c]);
+    for (float& value : repaired->depth.data())
+      if (value == dataset.sky_depth_m) value = std::numeric_limits<float>::quiet_NaN();
+    images[c] = repaired;
+  }
+  return images;
+}
+
+/// Pairs that tell most for their cost: neighbours in time, and cameras of one frame.
+std::vector<ViewPair> near_pairs(const FrameWindow& window) {
+  std::vector<ViewPair> pairs = window.pairs();
+  std::erase_if(pairs,
+                [](const ViewPair& pair) { return std::abs(pair.a.frame - pair.b.frame) > 1; });
+  return pairs;
+}
+
+template <class PairCost>
+double mean_of_pairs(const Trial& trial, const PairCost& cost) {
+  Findings ignored;
+  FrameWindow window(*trial.dataset, trial.sequence, ignored, trial.images);
+  double sum = 0.0;
+  std::size_t count = 0;
+  while (window.advance())
+    for (const ViewPair& pair : near_pairs(window)) {
+      sum += cost(pair);
+      ++count;
+    }
+  return count == 0 ? 1.0 : sum / static_cast<double>(count);
+}
+
+}  // namespace
+
+LoadedImage& Trial::edit(int camera, int frame) {
+  auto& slot = images[static_cast<std::size_t>(frame)][static_cast<std::size_t>(camera)];
+  auto copy = std::make_shared<LoadedImage>(*slot);
+  LoadedImage& reference = *copy;
+  slot = std::move(copy);
+  return reference;
+}
+
+std::string Trial::camera_names(const std::vector<int>& cameras) const {
+  if (cameras.size() > 1 && static_cast<int>(cameras.size()) == num_cameras()) return "all cameras";
+  std::string names;
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    names += (i == 0 ? "" : i + 1 == cameras.size() ? " and " : ", ") + camera(cameras[i]).name;
+  return names;
+}
+
+std::string_view check_of(std::string_view result) {
+  if (result == "colmap_reprojection") return "colmap_observations";
+  if (result == "colmap_color") return "colmap_point_colors";
+  // What is held against the origin is wrong for other reasons than what is held against poses.
+  if (result == "georeference_origin") return "georeference_origin";
+  std::string_view best;
+  for (const CheckInfo& info : checks())
+    if (result.starts_with(info.name) && info.name.size() > best.size()) best = info.name;
+  return best;
+}
+
+Shares measure(const Trial& trial, const std::vector<std::string_view>& names) {
+  Shares shares;
+  const auto is_wanted = [&](std::string_view name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const ValidateOptions options = trial_options();
+  std::vector<std::unique_ptr<Checker>> checkers;
+  bool needs_frames = false;
+  for (const CheckInfo& info : checks()) {
+    const bool is_of_origin = info.name == "georeference" && is_wanted("georeference_origin");
+    if ((!is_wanted(info.name) && !is_of_origin) || info.name == "structure") continue;
+    checkers.push_back(info.make(options));
+    needs_frames = needs_frames || (info.name != "georeference" && info.name != "calibration" &&
+                                    info.name != "trajectory" && info.name != "oxts");
+  }
+  if (needs_frames) {
+    Findings ignored;
+    FrameWindow window(*trial.dataset, trial.sequence, ignored, trial.images);
+    while (window.advance()) {
+      const std::vector<ViewPair> pairs = window.pairs();
+      for (const auto& checker : checkers) checker->frame(window, pairs);
+    }
+  }
+  for (const auto& checker : checkers)
+    for (const CheckResult& result : checker->finish(*trial.dataset, trial.sequence)) {
+      if (result.skipped) continue;
+      const double share = share_of_bound(result.value, result.bound, result.is_lower_bound);
+      shares[result.name] = result.ok ? std::min(share, 1.0) : std::max(share, 1.0 + 1e-9);
+    }
+  // Files were read, or not: of what a hypothesis reads otherwise the other checks judge.
+  if (is_wanted("structure")) shares["structure"] = 0.0;
+  if (is_wanted("colmap_observations")) measure_observations(trial, shares);
+  if (is_wanted("colmap_point_colors")) measure_point_colors(trial, shares);
+  return shares;
+}
+
+std::vector<std::pair<int, int>> places_in(const std::string& text, const Sequence& sequence) {
+  std::vector<std::pair<int, int>> places;
+  static constexpr std::string_view kMark = ", frame ";
+  for (std::size_t at = text.find(kMark); at != std::string::npos; at = text.find(kMark, at + 1)) {
+    const int frame = std::atoi(text.c_str() + at + kMark.size());
+    if (frame < 0 || frame >= sequence.num_frames) continue;
+    for (std::size_t c = 0; c < sequence.cameras.size(); ++c) {
+      const std::string& name = sequence.cameras[c].name;
+      if (at >= name.size() && text.compare(at - name.size(), name.size(), name) == 0)
+        places.emplace_back(static_cast<int>(c), frame);
+    }
+  }
+  return places;
+}
+
+Trial make_trial(const Dataset& dataset, const Sequence& sequence,
+                 const std::vector<CheckResult>& failed) {
+  Trial trial;
+  trial.dataset = &dataset;
+  // Of large images fewer frames, so that they stay a few hundred megabytes.
+  constexpr double kMostPixels = 64e6;
+  double pixels = 1.0;
+  for (const Camera& camera : sequence.cameras)
+    pixels += 1.0 * camera.intrinsics.width_px * camera.intrinsics.height_px;
+  const int affordable = static_cast<int>(std::clamp(kMostPixels / pixels, 3.0, 1.0 * kMostFrames));
+  const int count = std::min(affordable, sequence.num_frames);
+  trial.first_frame =
+      std::clamp(frame_to_look_at(sequence, failed) - count / 2, 0, sequence.num_frames - count);
+  const auto first = static_cast<std::ptrdiff_t>(trial.first_frame);
+  const auto cut = [&](const auto& list) {
+    using List = std::decay_t<decltype(list)>;
+    if (static_cast<int>(list.size()) < trial.first_frame + count)
+      return static_cast<int>(list.size()) <= trial.first_frame
+                 ? List{}
+                 : List(list.begin() + first, list.end());
+    return List(list.begin() + first, list.begin() + first + count);
+  };
+  Sequence& part = trial.sequence;
+  part.name = sequence.name;
+  part.path = sequence.path;
+  part.num_frames = count;
+  part.rate_hz = sequence.rate_hz;
+  part.utc_start = sequence.utc_start;
+  part.origin = sequence.origin;
+  part.times_s = cut(sequence.times_s);
+  part.stereo = sequence.stereo;
+  part.classes = sequence.classes;
+  part.oxts = cut(sequence.oxts);
+  part.camera0_from_imu = sequence.camera0_from_imu;
+  part.first_from_camera0 = cut(sequence.first_from_camera0);
+  if (!part.first_from_camera0.empty()) {
+    const Pose camera0_from_first = part.first_from_camera0[0].inverse();
+    if (trial.first_frame > 0)
+      for (Pose& pose : part.first_from_camera0) pose = camera0_from_first * pose;
+  }
+  const double start_s = trial.first_frame / sequence.rate_hz;
+  for (double& time_s : part.times_s) time_s -= start_s;
+  for (const Camera& camera : sequence.cameras) {
+    Camera copy;
+    copy.name = camera.name;
+    copy.intrinsics = camera.intrinsics;
+    copy.stated = camera.stated;
+    copy.body_from_camera = camera.body_from_camera;
+    copy.camera0_from_camera = camera.camera0_from_camera;
+    copy.local_from_camera = cut(camera.local_from_camera);
+    copy.georeference = cut(camera.georeference);
+    copy.files = cut(camera.files);
+    for (auto& row : copy.georeference)
+      if (row) row->time_s -= start_s;
+    if (copy.stated) {
+      // Images are loaded by the size that dataset.json states, should the format's be another.
+      copy.intrinsics.width_px = copy.stated->width_px;
+      copy.intrinsics.height_px = copy.stated->height_px;
+    }
+    part.cameras.push_back(std::move(copy));
+  }
+  trial.local_from_first = sequence.local_from_first;
+  if (sequence.binary_model)
+    trial.model =
+        std::shared_ptr<const ColmapModel>(std::shared_ptr<void>(), &*sequence.binary_model);
+  for (int frame = 0; frame < count; ++frame)
+    trial.images.push_back(load_all_the_same(dataset, part, frame));
+  return trial;
+}
+
+double depth_disagreement(const Trial& trial) {
+  ValidateOptions options = trial_options();
+  constexpr std::int64_t kPixels = 120;
+  constexpr std::size_t kEnough = 25;
+  return mean_of_pairs(trial, [&](const ViewPair& pair) {
+    if (pair.b.image->depth.empty()) return 0.0;
+    const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;
+    std::vector<double> sizes;
+    for (const Eigen::Vector2i& at :
+         draw_pixels(pair.a.camera->intrinsics, kPixels, options, pair.a, 7)) {
+      const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
+      if (!std::isfinite(depth_m)) continue;
+      const Eigen::Vector3d point =
+          b_from_a *
+          (pair.a.camera->intrinsics.ray_from_pixel({at.x() + 0.5, at.y() + 0.5}) * depth_m);
+      if (!(point.z() > 0.0)) continue;
+      const auto seen = sample_inverse_depth(pair.b.image->depth,
+                                             pair.b.camera->intrinsics.pixel_from_point(point));
+      if (seen)
+        sizes.push_back(std::min(1.0, std::abs(seen->inverse_depth.value * point.z() - 1.0)));
+    }
+    return sizes.size() < kEnough ? 1.0 : median(sizes);
+  });
+}
+
+double color_disagreement(const Trial& trial) {
+  ValidateOptions options = trial_options();
+  constexpr std::int64_t kPatches = 16;
+  constexpr std::size_t kEnough = 5;
+  return mean_of_pairs(trial, [&](const ViewPair& pair) {
+    if (pair.a.image->color.empty() || pair.b.image->color.empty()) return 0.0;
+    std::vector<double> correlations;
+    for (const Eigen::Vector2i& at :
+         draw_pixels(pair.a.camera->intrinsics, kPatches, options, pair.a, 8))
+      if (const auto match = match_patch(pair.a, pair.b, at.x(), at.y()))
+        correlations.push_back(match->correlation);
+    return correlations.size() < kEnough ? 1.0 : 1.0 - median(correlations);
+  });
+}
+
+bool Symptoms::fails(std::string_view check) const {
+  return std::any_of(shares.begin(), shares.end(), [&](const auto& entry) {
+    return entry.second > 1.0 && check_of(entry.first) == check;
+  });
+}
+
+bool Symptoms::fails_result(std::string_view name) const {
+  return std::any_of(failed.begin(), failed.end(),
+                     [&](const CheckResult& result) { return result.name == name; });
+}
+
+}  // namespace terracast::validate

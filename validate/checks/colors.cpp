@@ -1,0 +1,165 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <map>
+
+#include "core/parallel.h"
+#include "validate/checks/checker.h"
+#include "validate/sampling.h"
+
+/// What was done to the colours of single images: levels that are missing, marks of 8 x 8 blocks.
+namespace terracast::validate {
+
+namespace {
+
+/// What one image shows.
+struct ImageMarks {
+  double unused_levels = -1.0;  ///< share between its darkest and its brightest; -1: too plain
+  double block_marks = -1.0;    ///< coefficients off JPEG's grid by those on it; -1: too plain
+};
+
+double unused_levels(const core::Image8& color) {
+  constexpr std::size_t kEnoughPixels = 5000;
+  constexpr int kEnoughLevels = 24;
+  if (color.num_pixels() < kEnoughPixels) return -1.0;
+  double worst = -1.0;
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    std::array<std::size_t, 256> counts{};
+    for (std::size_t i = channel; i < color.data().size(); i += 3) ++counts[color.data()[i]];
+    // Two in a hundred pixels at each end are few in many levels.
+    const std::size_t margin = color.num_pixels() / 50;
+    int first = 0, last = 255;
+    for (std::size_t sum = counts[0]; sum < margin;)
+      sum += counts[static_cast<std::size_t>(++first)];
+    for (std::size_t sum = counts[255]; sum < margin;)
+      sum += counts[static_cast<std::size_t>(--last)];
+    if (last - first < kEnoughLevels) continue;
+    const auto unused = std::count(counts.begin() + first, counts.begin() + last + 1, 0U);
+    worst = std::max(worst, static_cast<double>(unused) / (last - first + 1));
+  }
+  return worst;
+}
+
+/// Share of the 63 cosine coefficients of blocks of 8 x 8 pixels that are not 0 to half a level a
+/// pixel; blocks stand on a grid that starts at `offset` both ways.
+double nonzero_share(const core::Image8& color, int offset) {
+  static const auto basis = [] {
+    std::array<std::array<double, 8>, 8> table{};
+    for (std::size_t k = 0; k < 8; ++k)
+      for (std::size_t n = 0; n < 8; ++n)
+        table[k][n] =
+            (k == 0 ? std::sqrt(0.125) : 0.5) *
+            std::cos((2.0 * static_cast<double>(n) + 1.0) * static_cast<double>(k) * kPi / 16.0);
+    return table;
+  }();
+  const int across = (color.width() - offset) / 8, down = (color.height() - offset) / 8;
+  // A few thousand blocks tell the share to a hundredth.
+  const int step = std::max(1, across * down / 2000);
+  std::size_t num_nonzero = 0, num_blocks = 0;
+  for (int block = 0; block < across * down; block += step, ++num_blocks) {
+    const int left = offset + 8 * (block % across), top = offset + 8 * (block / across);
+    std::array<std::array<double, 8>, 8> rows{};
+    for (std::size_t y = 0; y < 8; ++y)
+      for (std::size_t x = 0; x < 8; ++x) {
+        const int px = left + static_cast<int>(x), py = top + static_cast<int>(y);
+        const double luma =
+            0.299 * color(px, py, 0) + 0.587 * color(px, py, 1) + 0.114 * color(px, py, 2);
+        for (std::size_t k = 0; k < 8; ++k) rows[y][k] += luma * basis[k][x];
+      }
+    for (std::size_t k = 0; k < 8; ++k)
+      for (std::size_t l = 0; l < 8; ++l) {
+        double value = 0.0;
+        for (std::size_t y = 0; y < 8; ++y) value += rows[y][l] * basis[k][y];
+        // Rounding to 8 bits leaves 0.2 in luma.
+        if (k + l > 0 && std::abs(value) > 0.8) ++num_nonzero;
+      }
+  }
+  return static_cast<double>(num_nonzero) /
+         (63.0 * static_cast<double>(std::max<std::size_t>(num_blocks, 1)));
+}
+
+double block_marks(const core::Image8& color) {
+  if (color.width() < 64 || color.height() < 64) return -1.0;
+  const double on_grid = nonzero_share(color, 0), beside = nonzero_share(color, 4);
+  // A plain image has hardly any on either grid.
+  constexpr double kPlain = 0.02;
+  return beside < kPlain ? -1.0 : beside / std::max(on_grid, 1e-3);
+}
+
+class ColorsChecker : public Checker {
+ public:
+  explicit ColorsChecker(const ValidateOptions&) {}
+
+  void frame(const FrameWindow& window, const std::vector<ViewPair>&) override {
+    const auto num_cameras = window.sequence().cameras.size();
+    std::vector<ImageMarks> marks(num_cameras);
+    std::vector<std::string> places(num_cameras);
+    core::parallel_for(static_cast<std::int64_t>(num_cameras), [&](std::int64_t camera) {
+      const std::optional<View> view = window.view(static_cast<int>(camera), window.frame());
+      if (!view || view->image->color.empty()) return;
+      const auto index = static_cast<std::size_t>(camera);
+      marks[index] = {unused_levels(view->image->color), block_marks(view->image->color)};
+      places[index] = place_of(*view);
+    });
+    for (std::size_t i = 0; i < num_cameras; ++i) {
+      levels_.add(i, marks[i].unused_levels, places[i]);
+      blocks_.add(i, marks[i].block_marks, places[i]);
+    }
+  }
+
+  std::vector<CheckResult> finish(const Dataset&, const Sequence&) override {
+    CheckResult levels;
+    levels.name = "colors_levels";
+    levels.bound = 0.5;
+    levels.unit = "share";
+    levels.summary =
+        "Levels that stand nowhere in an image, between its 2 % darkest and its 2 % brightest "
+        "pixels; median of a camera's images.";
+    levels.reason =
+        "Thousands of pixels over dozens of levels leave none out; a brightening by two leaves out "
+        "every second.";
+    levels.detects = "colours of 6 bits or fewer, of a palette";
+    CheckResult blocks;
+    blocks.name = "colors_blocks";
+    blocks.bound = 1.25;
+    blocks.unit = "times";
+    blocks.summary =
+        "Cosine coefficients of 8 x 8 blocks that are not 0, on a grid beside JPEG's by those on "
+        "it; "
+        "median of a camera's images.";
+    blocks.reason =
+        "Pixels of a scene know nothing of the grid: both are alike to a few in a hundred.";
+    blocks.detects = "JPEG between rendering and export";
+    return {levels_.result(std::move(levels)), blocks_.result(std::move(blocks))};
+  }
+
+ private:
+  struct Marks {
+    std::map<std::size_t, std::vector<double>> values;  ///< by camera
+    double worst = -1.0;
+    std::string place;
+    void add(std::size_t camera, double value, const std::string& where) {
+      if (value < 0.0) return;
+      values[camera].push_back(value);
+      if (value <= worst) return;
+      worst = value;
+      place = where;
+    }
+    CheckResult result(CheckResult result) {
+      if (values.empty()) return unseen_result(result.name, "no image has contrast enough");
+      for (auto& [camera, list] : values) result.value = std::max(result.value, median(list));
+      result.ok = result.is_within_bound();
+      result.worst = fmt::format("{}: {:.3g}", place, worst);
+      return result;
+    }
+  };
+  Marks levels_, blocks_;
+};
+
+}  // namespace
+
+std::unique_ptr<Checker> make_colors_check(const ValidateOptions& options) {
+  return std::make_unique<ColorsChecker>(options);
+}
+
+}  // namespace terracast::validate

@@ -1,0 +1,119 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/parallel.h"
+#include "validate/checks/checker.h"
+#include "validate/sampling.h"
+
+/// Depths of single images as numbers: how many different ones there are, and whether they end at
+/// one value.
+namespace terracast::validate {
+
+namespace {
+
+/// What one depth image shows.
+struct DepthMarks {
+  double pixels_per_value = 0.0;
+  double share_at_most = 0.0;  ///< pixels that hold exactly the greatest depth
+};
+
+std::optional<DepthMarks> marks_of(const core::ImageF& depth) {
+  std::vector<float> values;
+  for (const float value : depth.data())
+    if (std::isfinite(value)) values.push_back(value);
+  constexpr std::size_t kEnough = 2000;
+  if (values.size() < kEnough) return std::nullopt;
+  std::sort(values.begin(), values.end());
+  const float most = values.back();
+  const auto count = static_cast<double>(values.size());
+  const auto num_most =
+      std::distance(std::lower_bound(values.begin(), values.end(), most), values.end());
+  const auto num_different =
+      std::distance(values.begin(), std::unique(values.begin(), values.end()));
+  // One depth everywhere is level ground seen straight from above.
+  if (num_different == 1) return std::nullopt;
+  return DepthMarks{count / static_cast<double>(num_different),
+                    static_cast<double>(num_most) / count};
+}
+
+class DepthChecker : public Checker {
+ public:
+  explicit DepthChecker(const ValidateOptions& options) : options_(options) {}
+
+  void frame(const FrameWindow& window, const std::vector<ViewPair>&) override {
+    // Numbers of a kind are so in all frames alike: sorting some of them is enough.
+    const int step = std::max(1, window.sequence().num_frames / 20);
+    if (window.frame() % step != 0) return;
+    const auto num_cameras = window.sequence().cameras.size();
+    std::vector<std::optional<DepthMarks>> marks(num_cameras);
+    core::parallel_for(static_cast<std::int64_t>(num_cameras), [&](std::int64_t camera) {
+      const std::optional<View> view = window.view(static_cast<int>(camera), window.frame());
+      // On level ground all that a camera sees straight below is equally deep.
+      constexpr double kStraight = 1.0 - 1e-5;  // 0.26 deg
+      if (!view || view->image->depth.empty() ||
+          std::abs(view->local_from_camera.rotation(2, 2)) > kStraight)
+        return;
+      marks[static_cast<std::size_t>(camera)] = marks_of(view->image->depth);
+    });
+    for (std::size_t camera = 0; camera < num_cameras; ++camera) {
+      if (!marks[camera]) continue;
+      pixels_per_value_.push_back(marks[camera]->pixels_per_value);
+      share_at_most_.push_back(marks[camera]->share_at_most);
+      if (marks[camera]->share_at_most < worst_share_ && !worst_place_.empty()) continue;
+      worst_share_ = marks[camera]->share_at_most;
+      worst_place_ = fmt::format("{}, frame {}: {:.2g}", window.sequence().cameras[camera].name,
+                                 window.frame(), worst_share_);
+    }
+  }
+
+  std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
+    if (pixels_per_value_.empty()) {
+      const bool has_depth =
+          std::any_of(sequence.cameras.begin(), sequence.cameras.end(), [](const Camera& camera) {
+            return std::any_of(camera.files.begin(), camera.files.end(),
+                               [](const FrameFiles& files) { return !files.depth.empty(); });
+          });
+      const auto none = has_depth ? unseen_result : skipped_result;
+      const char* why = has_depth ? "no image has 2000 depths off level ground seen from above"
+                                  : "the dataset holds no depth";
+      return {none("depth_levels", why), none("depth_limit", why)};
+    }
+    CheckResult levels;
+    levels.name = "depth_levels";
+    levels.value = median(pixels_per_value_);
+    levels.bound = 20.0;
+    levels.unit = "pixels";
+    levels.ok = levels.is_within_bound();
+    levels.summary =
+        "Pixels that share a depth, to the bit: pixels by different values, median of the images.";
+    levels.reason = "float32 tells depths of 100 m apart to 8 µm: nearly every pixel has its own.";
+    levels.detects = "depth of 8 bits, or in steps of that size";
+    CheckResult limit;
+    limit.name = "depth_limit";
+    limit.value = median(share_at_most_);
+    limit.bound = 2e-3;
+    limit.unit = "share";
+    limit.ok = limit.is_within_bound();
+    limit.worst = worst_place_;
+    limit.summary =
+        "Pixels that hold exactly the greatest depth of their image, median of the images.";
+    limit.reason = "The farthest ground is one pixel.";
+    limit.detects = "depth that is clipped; sky that is written as a depth";
+    return {std::move(levels), std::move(limit)};
+  }
+
+ private:
+  ValidateOptions options_;
+  std::vector<double> pixels_per_value_, share_at_most_;
+  double worst_share_ = 0.0;
+  std::string worst_place_;
+};
+
+}  // namespace
+
+std::unique_ptr<Checker> make_depth_check(const ValidateOptions& options) {
+  return std::make_unique<DepthChecker>(options);
+}
+
+}  // namespace terracast::validate

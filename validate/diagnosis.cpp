@@ -1,0 +1,274 @@
+#include "validate/diagnosis.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "validate/causes/trial.h"
+#include "validate/checks/checker.h"
+#include "validate/report_page.h"
+
+// One line a kind of causes; the file is causes/<name>.cpp and defines make_<name>_causes(). Of
+// causes that repair equally much at the same rank, the one that stands first is named.
+#define TERRACAST_CAUSES(X)                                                     \
+  X(cameras, "intrinsics and mounts; images or poses of two cameras swapped")   \
+  X(poses, "frames, order, units and rows of poses")                            \
+  X(depth, "ranges, units, limits, steps and bytes of depth; sky that is none") \
+  X(flow, "signs, order, directions and masks of flow; disparity")              \
+  X(colors, "channels, order of frames, single images")                         \
+  X(times, "units and shifts of time stamps")                                   \
+  X(georeference, "datums, units, order and axes of places on WGS84")           \
+  X(oxts, "units and axes of inertial packets")                                 \
+  X(colmap, "observations, tracks and colours of COLMAP's points")              \
+  X(depth_offset, "a constant offset of depth")                                 \
+  X(corrections,                                                                \
+    "small errors by least squares: principal point, focal length, scale, "     \
+    "rotation, position, time")
+
+namespace terracast::validate {
+
+#define TERRACAST_DECLARE(name, summary) \
+  void make_##name##_causes(const Symptoms&, std::vector<Hypothesis>&);
+TERRACAST_CAUSES(TERRACAST_DECLARE)
+#undef TERRACAST_DECLARE
+
+namespace {
+
+/// A row of the table.
+struct Kind {
+  std::string_view name;
+  std::string_view summary;
+  CauseMaker make;
+};
+
+constexpr Kind kKinds[] = {
+#define TERRACAST_ROW(name, summary) {#name, summary, &make_##name##_causes},
+    TERRACAST_CAUSES(TERRACAST_ROW)
+#undef TERRACAST_ROW
+};
+
+/// A hypothesis that holds.
+struct Accepted {
+  Trial trial;
+  Cause cause;
+  Shares shares;  ///< after it was undone
+  std::size_t num_repaired = 0;
+  int rank = 0;
+  double left = 0.0;  ///< sum of the logarithms of shares
+  std::vector<std::string_view> marks;
+};
+
+/// Whether all that failed of a check is within its bounds, and what was right still is.
+bool is_repaired(std::string_view check, const Shares& before, const Shares& after) {
+  bool has_failed = false;
+  for (const auto& [name, share] : before) {
+    if (check_of(name) != check) continue;
+    const auto now = after.find(name);
+    if (share <= 1.0) {
+      if (now != after.end() && now->second > 1.0) return false;
+      continue;
+    }
+    has_failed = true;
+    if (now == after.end() || now->second > 1.0) return false;
+  }
+  for (const auto& [name, share] : after)
+    if (check_of(name) == check && share > 1.0 && !before.contains(name)) return false;
+  return has_failed;
+}
+
+/// Nothing that was right, or not seen, fails; nothing that failed is over half as bad again.
+bool is_no_worse(const Shares& before, const Shares& after) {
+  for (const auto& [name, share] : after) {
+    if (share <= 1.0) continue;
+    const auto was = before.find(name);
+    if (was == before.end() || was->second <= 1.0 || share > 1.5 * was->second) return false;
+  }
+  return true;
+}
+
+/// What is measured without the checks that are explained already.
+Shares measure_open(const Trial& trial, const std::vector<std::string_view>& checks,
+                    const std::set<std::string_view>& explained) {
+  std::vector<std::string_view> open;
+  for (const std::string_view check : checks)
+    if (!explained.contains(check)) open.push_back(check);
+  return measure(trial, open);
+}
+
+std::optional<Accepted> test(const Hypothesis& hypothesis, const Trial& trial, const Shares& before,
+                             const std::vector<std::string_view>& all,
+                             const std::set<std::string_view>& explained) {
+  const auto fails = [&](std::string_view check) {
+    return std::any_of(before.begin(), before.end(), [&](const auto& entry) {
+      return entry.second > 1.0 && check_of(entry.first) == check;
+    });
+  };
+  const auto key = std::find_if(hypothesis.checks.begin(), hypothesis.checks.end(), fails);
+  if (key == hypothesis.checks.end()) return std::nullopt;
+  Accepted accepted{trial, {}, {}, 0, hypothesis.rank, 0.0, {}};
+  if (!hypothesis.undo(accepted.trial, accepted.cause)) return std::nullopt;
+  if (!hypothesis.marks.empty()) {
+    accepted.marks = hypothesis.marks;
+    accepted.shares = before;
+    for (auto& [name, share] : accepted.shares)
+      if (share > 1.0 && std::find(hypothesis.marks.begin(), hypothesis.marks.end(),
+                                   check_of(name)) != hypothesis.marks.end()) {
+        ++accepted.num_repaired;
+        accepted.cause.checks.push_back(name);
+        share = 1.0;
+      }
+    return accepted;
+  }
+  if (!is_repaired(*key, before, measure(accepted.trial, {*key}))) return std::nullopt;
+  std::set<std::string_view> others(hypothesis.checks.begin(), hypothesis.checks.end());
+  others.insert(all.begin(), all.end());
+  // The rest at once: results of the key's check again among them.
+  accepted.shares = measure_open(accepted.trial, {others.begin(), others.end()}, explained);
+  if (!is_no_worse(before, accepted.shares)) return std::nullopt;
+  for (const auto& [name, share] : before) {
+    const auto now = accepted.shares.find(name);
+    if (share > 1.0 && now != accepted.shares.end() && now->second <= 1.0) {
+      ++accepted.num_repaired;
+      accepted.cause.checks.push_back(name);
+    }
+    if (now != accepted.shares.end()) accepted.left += std::log(std::max(now->second, 1e-6));
+  }
+  return accepted;
+}
+
+/// The order in which causes are believed.
+bool is_better(const Accepted& a, const Accepted& b) {
+  if (a.num_repaired != b.num_repaired) return a.num_repaired > b.num_repaired;
+  if (a.rank != b.rank) return a.rank < b.rank;
+  return a.left < b.left - 1e-9;
+}
+
+}  // namespace
+
+std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
+                            const std::vector<CheckResult>& results) {
+  std::vector<CheckResult> failed;
+  std::vector<std::string_view> checks_to_run;
+  for (const CheckResult& result : results) {
+    if (result.ok) continue;
+    CheckResult known;
+    known.name = result.name;
+    known.worst = result.worst;
+    known.unit = result.unit;
+    failed.push_back(std::move(known));
+    const std::string_view check = check_of(result.name);
+    if (!check.empty() && check != "structure" && check != "colmap_model" &&
+        std::find(checks_to_run.begin(), checks_to_run.end(), check) == checks_to_run.end())
+      checks_to_run.push_back(check);
+  }
+  if (failed.empty() || sequence.cameras.empty() || sequence.num_frames < 1) return {};
+  Trial trial = make_trial(dataset, sequence, failed);
+  // Depth that broke a rule was left out of what the checks saw: here it is seen.
+  if (std::any_of(failed.begin(), failed.end(),
+                  [](const CheckResult& result) { return result.name == "structure"; }))
+    for (const std::string_view check : {"reprojection", "depth"})
+      if (std::find(checks_to_run.begin(), checks_to_run.end(), check) == checks_to_run.end())
+        checks_to_run.push_back(check);
+  Shares shares = measure(trial, checks_to_run);
+  for (const CheckResult& result : failed)
+    if (result.name == "structure") shares["structure"] = 2.0;
+  std::set<std::string_view> explained;
+  std::vector<Cause> causes;
+  constexpr int kMostRounds = 3;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const Symptoms symptoms{trial, shares, failed};
+    std::optional<Accepted> best;
+    for (const Kind& kind : kKinds) {
+      // What is searched for by many evaluations comes when nothing simpler explains all.
+      const bool is_search = kind.name == "depth_offset" || kind.name == "corrections";
+      if (is_search && best &&
+          std::none_of(best->shares.begin(), best->shares.end(),
+                       [](const auto& entry) { return entry.second > 1.0; }))
+        break;
+      std::vector<Hypothesis> hypotheses;
+      kind.make(symptoms, hypotheses);
+      for (const Hypothesis& hypothesis : hypotheses) {
+        std::optional<Accepted> accepted =
+            test(hypothesis, trial, shares, checks_to_run, explained);
+        if (accepted && (!best || is_better(*accepted, *best))) best = std::move(accepted);
+      }
+    }
+    if (!best) break;
+    best->cause.sequence = sequence.name;
+    // Failed results that the few frames of the trial did not show, of checks that it repaired.
+    std::set<std::string> shown(best->cause.checks.begin(), best->cause.checks.end());
+    std::set<std::string_view> repaired;
+    for (const std::string& name : shown) repaired.insert(check_of(name));
+    for (const CheckResult& result : failed) {
+      const auto now = best->shares.find(result.name);
+      if (repaired.contains(check_of(result.name)) &&
+          (now == best->shares.end() || now->second <= 1.0))
+        shown.insert(result.name);
+    }
+    best->cause.checks.assign(shown.begin(), shown.end());
+    causes.push_back(std::move(best->cause));
+    trial = std::move(best->trial);
+    for (auto& [name, share] : best->shares) shares[name] = share;
+    explained.insert(best->marks.begin(), best->marks.end());
+    if (shown.contains("structure")) explained.insert("structure");
+    std::erase_if(shares,
+                  [&](const auto& entry) { return explained.contains(check_of(entry.first)); });
+    if (std::none_of(shares.begin(), shares.end(),
+                     [](const auto& entry) { return entry.second > 1.0; }))
+      break;
+  }
+  return causes;
+}
+
+void add_damage(const std::vector<std::string>& findings, std::vector<Cause>& causes) {
+  // A cause that explains why files could not be read says more than each of them does.
+  for (const Cause& cause : causes)
+    if (std::find(cause.checks.begin(), cause.checks.end(), "structure") != cause.checks.end())
+      return;
+  constexpr std::size_t kMost = 5;
+  for (std::size_t i = 0; i < findings.size() && i < kMost; ++i) {
+    const std::string line = first_line(findings[i]);
+    // TartanAir's pair and faces are held against each other's poses: what is wrong with these is
+    // said already.
+    if (!causes.empty() && line.find(" m right, down and forward of ") != std::string::npos)
+      continue;
+    if (!causes.empty() && line.find(" deg past where its name says") != std::string::npos)
+      continue;
+    Cause cause;
+    const auto says = [&](const char* what) { return line.find(what) != std::string::npos; };
+    const bool is_missing = line.ends_with(": missing");
+    const bool is_extra = says("not listed in dataset.json") || says("files that are not");
+    const bool is_changed = says("where dataset.json says") || says("(hash)");
+    cause.name = is_missing   ? "file_missing"
+                 : is_extra   ? "file_extra"
+                 : is_changed ? "file_changed"
+                              : "file_damaged";
+    cause.words = fmt::format("{}: {}",
+                              is_missing   ? "a file is missing"
+                              : is_extra   ? "a file too many"
+                              : is_changed ? "a file is not the one that was exported"
+                                           : "a file does not hold what it should",
+                              line);
+    cause.checks = {"structure"};
+    causes.push_back(std::move(cause));
+  }
+}
+
+core::Json causes_json(const std::vector<Cause>& causes) {
+  core::Json list = core::Json::array();
+  for (const Cause& cause : causes)
+    list.push(core::Json::object()
+                  .set("name", cause.name)
+                  .set("words", cause.words)
+                  .set("sequence", cause.sequence)
+                  .set("camera", cause.camera)
+                  .set("frame", cause.frame)
+                  .set("size", std::isfinite(cause.size) ? cause.size : 0.0)
+                  .set("unit", cause.unit)
+                  .set("checks", core::Json::array_of(cause.checks)));
+  return list;
+}
+
+}  // namespace terracast::validate
