@@ -99,9 +99,10 @@ void write_flo(const fs::path& file, const cv::Mat& flow) {
   std::memcpy(bytes.data(), &tag, 4);
   std::memcpy(bytes.data() + 4, &width, 4);
   std::memcpy(bytes.data() + 8, &height, 4);
+  const std::size_t row_bytes = 8 * static_cast<std::size_t>(flow.cols);
   for (int y = 0; y < flow.rows; ++y)
-    std::memcpy(bytes.data() + 12 + 8 * static_cast<std::size_t>(y) * flow.step1() / 2, flow.ptr(y),
-                8 * static_cast<std::size_t>(flow.cols));
+    std::memcpy(bytes.data() + 12 + row_bytes * static_cast<std::size_t>(y), flow.ptr(y),
+                row_bytes);
   core::write_file(file, bytes);
 }
 

@@ -52,9 +52,9 @@ class TrajectoryTask : public Task {
         truth, found, truth_from_found, static_cast<std::size_t>(options_.rpe_delta_frames));
     SubjectScore score{.sequence = subject.sequence.name, .camera = subject.camera().name};
     score.notes = result.notes;
-    score.notes.push_back(fmt::format("{}, {}: {} rows as poses of that camera, {}",
-                                      subject.sequence.name, subject.camera().name, result.form,
-                                      file.string()));
+    score.notes.push_back(fmt::format("{}, {}: poses of that camera from {}, as {} writes them",
+                                      subject.sequence.name, subject.camera().name,
+                                      file.filename().string(), result.form));
     if (alignment_ == Alignment::Sim3) {
       score.notes.push_back(fmt::format("{}, {}: scaled by {:.9g}", subject.sequence.name,
                                         subject.camera().name, truth_from_found.scale));
