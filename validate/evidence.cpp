@@ -56,7 +56,11 @@ void judge(const Evidence::Sum& sum, double factor, double bound, const std::str
     return;
   }
   const double size = std::abs(factor * sum.slope_residual / sum.slope_slope);
-  const double error = factor * std::sqrt(sum.variance) / sum.slope_slope;
+  // Slopes that all but cancel (of time, in steady straight flight) blow up what float32 leaves in
+  // the residuals: by Cauchy and Schwarz it moves the estimate by this much at most.
+  constexpr double kRounding = 1e-6;
+  const double error = factor * (std::sqrt(sum.variance) / sum.slope_slope +
+                                 kRounding * std::sqrt(sum.weight / sum.slope_slope));
   const bool is_seen = kSure * error < bound;
   ++(is_seen ? worst.num_seen : worst.num_unseen);
   const double value = is_seen ? size : std::max(0.0, size - kSure * error);
@@ -103,6 +107,7 @@ Evidence::Sum& Evidence::Sum::operator+=(const Sum& other) {
   slope_residual += other.slope_residual;
   slope_slope += other.slope_slope;
   variance += other.variance;
+  weight += other.weight;
   return *this;
 }
 

@@ -56,10 +56,12 @@ class Evidence {
     double slope_residual = 0.0;
     double slope_slope = 0.0;
     double variance = 0.0;
-    void add(double weight, double slope, double value) {
-      const double product = weight * slope * value;
+    double weight = 0.0;
+    void add(double weight_of_one, double slope, double value) {
+      const double product = weight_of_one * slope * value;
       slope_residual += product;
-      slope_slope += weight * slope * slope;
+      slope_slope += weight_of_one * slope * slope;
+      weight += weight_of_one;
       variance += product * product;
     }
     Sum& operator+=(const Sum& other);

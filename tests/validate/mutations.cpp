@@ -629,8 +629,11 @@ std::vector<Mutation> make_mutations() {
           if (d.format != "colmap") r = r * up_and_back;
         });
       },
-      [](const RightDataset&) {
-        return Expected{{"axes"}, std::nullopt, 0.0};
+      [](const RightDataset& d) {
+        // Straight ahead nothing turns and nothing moves to the side: that y and z are flipped is
+        // that the way is.
+        const bool is_inversion = d.path == Path::Straight && d.format.starts_with("kitti");
+        return Expected{{is_inversion ? "poses are inverted" : "axes"}, std::nullopt, 0.0};
       });
   add(
       "NedForEnu", kAll,

@@ -337,6 +337,14 @@ void make_colors_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypot
   if (symptoms.fails("colors")) add_losses(symptoms, hypotheses);
   if (!symptoms.fails("photometric") && !symptoms.fails("stereo")) return;
   add_channels(symptoms, hypotheses);
+  // An image in a wrong place does not look like what is there.
+  const auto fails = [&](const char* name) {
+    const auto share = symptoms.shares.find(name);
+    return share != symptoms.shares.end() && share->second > 1.0;
+  };
+  if (!fails("photometric_correlation") && !fails("photometric_frames") &&
+      !fails("photometric_frame_shift") && !fails("photometric_shift") && !fails("stereo_shift"))
+    return;
   add_shifts(symptoms, hypotheses);
   add_drops(symptoms, hypotheses);
   add_single(symptoms, hypotheses);

@@ -285,6 +285,19 @@ void describe(const Trial& trial, const Fit& fit, Source source, Cause& cause) {
   }
 }
 
+/// Beyond these sizes least squares knows nothing: a gross error is another cause's.
+bool is_small(const Fit& fit) {
+  const double size = fit.x.norm();
+  switch (fit.family.first) {
+    case kPrincipalX:
+      return size < 50.0;  // px
+    case kPositionX:
+      return true;  // m, of any scene
+    default:
+      return size < 0.2;  // relative, or rad
+  }
+}
+
 void add_families(const Symptoms& symptoms, Source source, std::vector<Hypothesis>& hypotheses) {
   const Trial& trial = symptoms.trial;
   std::vector<Family> families;
@@ -330,6 +343,7 @@ void add_families(const Symptoms& symptoms, Source source, std::vector<Hypothesi
     // Another family leaves as little only where the motion does not tell the two apart.
     constexpr double kAsGood = 2.0;
     if (i > 0 && fits[i].cost > kAsGood * fits[0].cost) break;
+    if (!is_small(fits[i])) continue;
     Hypothesis h;
     h.checks = source == Source::Depth
                    ? std::vector<std::string_view>{"reprojection", "flow", "photometric"}
