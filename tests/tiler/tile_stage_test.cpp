@@ -6,8 +6,8 @@
 #include <map>
 #include <set>
 
-#include "core/error.h"
 #include "core/atomic_file.h"
+#include "core/error.h"
 #include "tests/tiler/raster_files.h"
 #include "tiler/preview.h"
 #include "tiler/tile_builder.h"
