@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/atomic_file.h"
+#include "core/error.h"
 #include "tests/tiler/raster_files.h"
 #include "tiler/preview.h"
 #include "tiler/tile_builder.h"
@@ -206,6 +207,30 @@ TEST(Preview, DrawsLandSeaPathsAndTellsTheWorld) {
   std::set<int> greens;
   for (int i = 20; i < map.width() - 20; ++i) greens.insert(map(i, middle / 2, 1));
   EXPECT_GT(greens.size(), 20U);
+
+  // The relief alone is the map's, away from what is drawn over it.
+  const double side_m = 8192.0 * 1.06;  // the map's margin is 3 % on each side
+  const int side_px = map.width();
+  Eigen::Affine2d world_from_pixel = Eigen::Affine2d::Identity();
+  world_from_pixel.translation() = Eigen::Vector2d(-0.5 * side_m, 0.5 * side_m);
+  world_from_pixel.linear() << side_m / side_px, 0.0, 0.0, -side_m / side_px;
+  const core::Image8 relief = tiler::render_relief(store, world_from_pixel, side_px, side_px);
+  int num_equal = 0;
+  int num_compared = 0;
+  // Above the path and below the north arrow.
+  for (int y = side_px / 5; y < side_px / 2 - 20; ++y)
+    for (int x = 20; x < side_px - 20; ++x) {
+      ++num_compared;
+      num_equal += map(x, y, 0) == relief(x, y, 0) && map(x, y, 1) == relief(x, y, 1);
+    }
+  // Heights between samples may round to the next level of a colour.
+  EXPECT_GT(num_equal, num_compared * 99 / 100);
+  Eigen::Affine2d turned = world_from_pixel;
+  turned.linear() << 0.0, side_m / side_px, -side_m / side_px, 0.0;
+  const core::Image8 quarter = tiler::render_relief(store, turned, 64, 100);
+  EXPECT_EQ(quarter.width(), 64);
+  EXPECT_EQ(quarter.height(), 100);
+  EXPECT_THROW(tiler::render_relief(store, world_from_pixel, 0, 10), core::Error);
 
   const std::string text = tiler::describe_world(store);
   for (const char* word :
