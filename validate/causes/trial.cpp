@@ -274,6 +274,7 @@ Trial make_trial(const Dataset& dataset, const Sequence& sequence,
     copy.local_from_camera = cut(camera.local_from_camera);
     copy.georeference = cut(camera.georeference);
     copy.files = cut(camera.files);
+    copy.bounds = cut(camera.bounds);
     for (auto& row : copy.georeference)
       if (row) row->time_s -= start_s;
     if (copy.stated) {

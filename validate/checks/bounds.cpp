@@ -35,11 +35,12 @@ class BoundsChecker : public Checker {
     const Sequence& sequence = window.sequence();
     for (int i = 0; i < static_cast<int>(sequence.cameras.size()); ++i) {
       const Camera& camera = sequence.cameras[static_cast<std::size_t>(i)];
-      const auto& stated = camera.bounds[static_cast<std::size_t>(window.frame())];
-      if (!stated) continue;
-      add_image(*stated, fmt::format("{}, frame {}", camera.name, window.frame()));
+      const auto frame = static_cast<std::size_t>(window.frame());
+      if (frame >= camera.bounds.size() || !camera.bounds[frame]) continue;
+      const StatedBounds& stated = *camera.bounds[frame];
+      add_image(stated, fmt::format("{}, frame {}", camera.name, window.frame()));
       const std::optional<View> view = window.view(i, window.frame());
-      if (view && !view->image->depth.empty()) compare_depth(*stated, *view);
+      if (view && !view->image->depth.empty()) compare_depth(stated, *view);
     }
   }
 

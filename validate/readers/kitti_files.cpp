@@ -50,6 +50,7 @@ void add_unlisted_cameras(const Dataset& dataset, const std::vector<std::string>
     camera.local_from_camera.resize(static_cast<std::size_t>(sequence.num_frames));
     camera.georeference.resize(static_cast<std::size_t>(sequence.num_frames));
     camera.files.resize(static_cast<std::size_t>(sequence.num_frames));
+    camera.bounds.resize(static_cast<std::size_t>(sequence.num_frames));
     sequence.cameras.push_back(std::move(camera));
   }
 }
