@@ -60,22 +60,17 @@ struct Accepted {
   std::vector<std::string_view> marks;
 };
 
-/// Whether all that failed of a check is within its bounds, and what was right still is.
+/// Whether all that failed of a check is within its bounds, and what was right still is. A result that
+/// is no more to be seen (of time, in steady straight flight) counts neither way, if others are.
 bool is_repaired(std::string_view check, const Shares& before, const Shares& after) {
-  bool has_failed = false;
-  for (const auto& [name, share] : before) {
+  std::size_t num_repaired = 0;
+  for (const auto& [name, share] : after) {
     if (check_of(name) != check) continue;
-    const auto now = after.find(name);
-    if (share <= 1.0) {
-      if (now != after.end() && now->second > 1.0) return false;
-      continue;
-    }
-    has_failed = true;
-    if (now == after.end() || now->second > 1.0) return false;
+    if (share > 1.0) return false;
+    const auto was = before.find(name);
+    if (was != before.end() && was->second > 1.0) ++num_repaired;
   }
-  for (const auto& [name, share] : after)
-    if (check_of(name) == check && share > 1.0 && !before.contains(name)) return false;
-  return has_failed;
+  return num_repaired > 0;
 }
 
 /// Nothing that was right, or not seen, fails; nothing that failed is over half as bad again.

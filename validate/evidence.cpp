@@ -48,19 +48,17 @@ struct Worst {
 
 /// Takes one estimate into account. Beyond what the residuals can tell, only the part beyond five
 /// standard errors counts.
-void judge(const Evidence::Sum& sum, double factor, double bound, const std::string& where,
-           Worst& worst) {
+/// common  what the residuals may be off by all alike
+void judge(const Evidence::Sum& sum, double factor, double bound, double common,
+           const std::string& where, Worst& worst) {
   constexpr double kSure = 5.0;
   if (!(sum.slope_slope > 0.0)) {
     ++worst.num_unseen;
     return;
   }
   const double size = std::abs(factor * sum.slope_residual / sum.slope_slope);
-  // Slopes that all but cancel (of time, in steady straight flight) blow up what float32 leaves in
-  // the residuals: by Cauchy and Schwarz it moves the estimate by this much at most.
-  constexpr double kRounding = 1e-6;
   const double error = factor * (std::sqrt(sum.variance) / sum.slope_slope +
-                                 kRounding * std::sqrt(sum.weight / sum.slope_slope));
+                                 common * std::sqrt(sum.weight / sum.slope_slope));
   const bool is_seen = kSure * error < bound;
   ++(is_seen ? worst.num_seen : worst.num_unseen);
   const double value = is_seen ? size : std::max(0.0, size - kSure * error);
@@ -195,6 +193,7 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
   for (const Judged& judged : kJudged) {
     const double bound = bounds.*judged.bound;
     if (bound <= 0.0) continue;
+    const double common = judged.first == kTime ? bounds.time_residual : 0.0;
     Worst worst;
     std::map<int, CheckResult::Plot> plots;
     for (int cause = judged.first; cause <= judged.last; ++cause) {
@@ -203,8 +202,8 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
           std::string(kAxes[cause]).empty() ? "" : std::string(", ") + kAxes[cause];
       if (judged.is_of_cameras)
         for (const auto& [camera, sums] : cameras_)
-          judge(sums[index], judged.factor, bound, camera_name(camera) + ", all frames" + axis,
-                worst);
+          judge(sums[index], judged.factor, bound, common,
+                camera_name(camera) + ", all frames" + axis, worst);
       if (!judged.is_of_images) continue;
       for (const auto& [image, sums] : images_) {
         const auto pixels = pixels_per_metre_.find(image.first);
@@ -212,7 +211,7 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
                                   ? (pixels == pixels_per_metre_.end() ? 0.0 : pixels->second)
                                   : judged.factor;
         if (factor <= 0.0) continue;
-        judge(sums[index], factor, bound,
+        judge(sums[index], factor, bound, common,
               fmt::format("{}, frame {}{}", camera_name(image.first), image.second, axis), worst);
         if (!(sums[index].slope_slope > 0.0)) continue;
         CheckResult::Plot& plot = plots[cause];

@@ -91,6 +91,10 @@ class Evidence {
     double focal_percent = 0.0;
     double scale_percent = 0.0;
     double time_frames = 0.0;
+    /// What residuals may be off by all alike: slopes that all but cancel (of time, in steady straight
+    /// flight) would blow it up. By Cauchy and Schwarz it moves an estimate by this much times
+    /// sqrt(sum w / sum w J²) at most.
+    double time_residual = 1e-6;
     double rotation_deg = 0.0;
     double position_px = 0.0;  ///< the shift that it makes in the image at the typical depth
   };

@@ -301,6 +301,7 @@ void add_rows(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   h.undo = [](Trial& trial, Cause& cause) {
     std::vector<int> wrong;
     std::string what;
+    const Rows originals = trial.camera(0).local_from_camera;
     for (int c = 0; c < trial.num_cameras(); ++c) {
       const Rows truth = true_rows(trial, c);
       const Writing writing = writing_of(trial, c);
@@ -326,6 +327,16 @@ void add_rows(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
                              degrees_from_radians(rotation_angle_rad(
                                  found[i]->rotation.transpose() * right.rotation)));
         poses[i] = right;
+      }
+    }
+    // Cameras that georeference.csv does not speak of (KITTI's grey ones) go with the first.
+    const Rows first = true_rows(trial, 0);
+    for (const int frame : wrong) {
+      const auto f = static_cast<std::size_t>(frame);
+      for (int c = 1; c < trial.num_cameras(); ++c) {
+        auto& pose = trial.camera(c).local_from_camera[f];
+        if (!pose || trial.camera(c).georeference[f] || !first[f] || !originals[f]) continue;
+        pose = writing_of(trial, 0).read(*first[f]) * originals[f]->inverse() * *pose;
       }
     }
     // More than a third of all rows is no single mistake.

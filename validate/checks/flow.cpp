@@ -245,6 +245,7 @@ class FlowChecker : public Checker {
                                   .focal_percent = 0.05,
                                   .scale_percent = 0.05,
                                   .time_frames = 0.25,
+                                  .time_residual = 1e-3,
                                   .rotation_deg = 0.005};
     for (CheckResult& result : evidence_.results(
              "flow", sequence, bounds, "the differences of flow",

@@ -190,7 +190,8 @@ class PhotometricChecker : public Checker {
     std::vector<CheckResult> results{shift, correlation};
     add_single_pairs(results);
     add_channels(results);
-    const Evidence::Bounds bounds{.principal_px = 0.1, .time_frames = 0.5, .rotation_deg = 0.01};
+    const Evidence::Bounds bounds{
+        .principal_px = 0.1, .time_frames = 0.5, .time_residual = 0.01, .rotation_deg = 0.01};
     for (CheckResult& result :
          evidence_.results("photometric", sequence, bounds, "the shifts of patches between images",
                            "0.2 px of principal point, 0.02 deg of rotation; time only where a "

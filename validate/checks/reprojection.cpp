@@ -214,6 +214,7 @@ class ReprojectionChecker : public Checker {
                                   .focal_percent = 0.05,
                                   .scale_percent = 0.05,
                                   .time_frames = 0.25,
+                                  .time_residual = 1e-4,
                                   .rotation_deg = 0.005,
                                   .position_px = 0.05};
     for (CheckResult& result : evidence_.results(
