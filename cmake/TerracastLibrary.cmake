@@ -46,11 +46,12 @@ function(terracast_library name)
   terracast_check_layering(${name} ${ARG_IN} "${ARG_USES}")
 endfunction()
 
-# terracast_tests(FOLDER USES folder... LINKS target... LABEL label [IN_ONE_PROCESS])
+# terracast_tests(FOLDER USES folder... LINKS target... LABEL label [IN_ONE_PROCESS [APART prefix]])
 #   tests/FOLDER/*_test.cpp as one GoogleTest program, terracast_FOLDER_tests. Each test is a CTest of its own, or all
 #   are one, IN_ONE_PROCESS: for tests that share what takes longer to make than to test.
+#   Those of a prefix stay APART: the caller adds them.
 function(terracast_tests folder)
-  cmake_parse_arguments(ARG "IN_ONE_PROCESS" "LABEL" "USES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "IN_ONE_PROCESS" "LABEL;APART" "USES;LINKS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${folder}/*.cpp
        ${PROJECT_SOURCE_DIR}/tests/${folder}/*.h)
   if(NOT sources)
@@ -74,7 +75,11 @@ function(terracast_tests folder)
     target_precompile_headers(${target} REUSE_FROM terracast_core_tests)
   endif()
   if(ARG_IN_ONE_PROCESS)
-    add_test(NAME ${folder} COMMAND ${target} --gtest_brief=1)
+    set(filter "*")
+    if(ARG_APART)
+      set(filter "-${ARG_APART}/*")
+    endif()
+    add_test(NAME ${folder} COMMAND ${target} --gtest_brief=1 --gtest_filter=${filter})
     set_tests_properties(${folder} PROPERTIES LABELS ${ARG_LABEL} ${cost})
     return()
   endif()
