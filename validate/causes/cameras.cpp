@@ -77,8 +77,12 @@ void add_intrinsics(std::vector<Hypothesis>& hypotheses) {
       // Cameras that dataset.json does not speak of share the calibration.
       if (is_format_wrong)
         for (int c = 0; c < trial.num_cameras(); ++c)
-          if (!trial.camera(c).stated)
-            trial.camera(c).intrinsics = trial.camera(cameras[0]).intrinsics;
+          if (Intrinsics& own = trial.camera(c).intrinsics; !trial.camera(c).stated) {
+            const int width_px = own.width_px, height_px = own.height_px;
+            own = trial.camera(cameras[0]).intrinsics;
+            own.width_px = width_px;
+            own.height_px = height_px;
+          }
       cause.name = first->name;
       cause.size = first->size;
       cause.unit = first->unit;

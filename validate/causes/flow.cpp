@@ -21,7 +21,8 @@ std::optional<Vector2d> target_of(const Trial& trial, int camera, int from, int 
   const Camera& c = trial.camera(camera);
   const auto& pose_from = c.local_from_camera[static_cast<std::size_t>(from)];
   const auto& pose_to = c.local_from_camera[static_cast<std::size_t>(to)];
-  if (!pose_from || !pose_to) return std::nullopt;
+  // An earlier cause may have left a frame without pose or depth.
+  if (!pose_from || !pose_to || trial.image(camera, from).depth.empty()) return std::nullopt;
   const Pose to_from_from = pose_to->inverse() * *pose_from;
   const Eigen::Vector3d ray = c.intrinsics.ray_from_pixel({x + 0.5, y + 0.5});
   const auto depth_m = static_cast<double>(trial.image(camera, from).depth(x, y));
