@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include "core/image_io.h"
+#include "validate/page_values.h"
 #include "validate/report_page.h"
 
 namespace terracast::validate {
@@ -76,22 +76,6 @@ struct Range {
     most += margin;
   }
 };
-
-std::string base64(std::span<const std::byte> bytes) {
-  static constexpr std::string_view kLetters =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8 | (k < count ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += k <= count ? kLetters[group >> (18 - 6 * k) & 63U] : '=';
-  }
-  return text;
-}
 
 }  // namespace
 
