@@ -44,14 +44,24 @@ void expect_report_holds(const fs::path& report, const std::vector<std::string>&
   EXPECT_TRUE(fs::exists(report / "map.png"));
 }
 
-/// Runs a shipped job on the real data and holds its three formats against every check.
-void expect_real_flight_holds(const char* config, const fs::path& out, double timeout_s) {
-  const auto run = run_program({"run", (kConfigs / config).string(), "--set",
-                                "data=" + shared_data().string(), "--out", out.string(), "-q"},
-                               {.timeout_s = timeout_s});
+const std::vector<std::string> kThreeFormats = {"tartanair", "kitti", "colmap"};
+const std::vector<std::string> kAllFormats = {"tartanair", "tartanair_v1", "kitti", "kitti_raw",
+                                              "colmap"};
+
+/// Runs a shipped job and holds its formats against every check.
+/// settings  of `--set`
+void expect_job_holds(const std::string& config, const std::vector<std::string>& settings,
+                      const fs::path& out, const std::vector<std::string>& formats,
+                      double timeout_s) {
+  std::vector<std::string> words = {"run", (kConfigs / config).string()};
+  for (const std::string& setting : settings) words.insert(words.end(), {"--set", setting});
+  words.insert(words.end(), {"--out", out.string(), "-q"});
+  const auto run = run_program(words, {.timeout_s = timeout_s});
   ASSERT_EQ(run.status, 0) << run.output;
-  expect_report_holds(out / "report", {"tartanair", "kitti", "colmap"});
+  expect_report_holds(out / "report", formats);
 }
+
+std::string data_setting() { return "data=" + shared_data().string(); }
 
 /// Exports one rig of a captured job to COLMAP and asks the program COLMAP.
 /// seeds  of free reconstructions
@@ -73,24 +83,58 @@ void expect_colmap_holds(const char* config, const fs::path& out, const std::str
     EXPECT_NE(validated.output.find(fmt::format("ok      {}", check)), std::string::npos) << check;
 }
 
-/// Makes the demo's first frames and holds them against every check.
-void expect_demo_holds(int num_frames, double timeout_s) {
+TEST(Demo, FourFramesPassEveryCheckInAllFormats) {
   const ScratchFolder scratch;
-  const auto run = run_program({"run", (kConfigs / "demo.toml").string(), "--set",
-                                fmt::format("trajectories.0.num_frames={}", num_frames), "--out",
-                                (scratch / "out").string(), "-q"},
-                               {.timeout_s = timeout_s});
-  ASSERT_EQ(run.status, 0) << run.output;
-  expect_report_holds(scratch / "out/report", {"tartanair", "kitti", "colmap"});
+  expect_job_holds("all_formats.toml", {"trajectories.0.num_frames=4"}, scratch / "out",
+                   kAllFormats, 1100.0);
 }
 
-TEST(Demo, FourFramesPassEveryCheckInThreeFormats) { expect_demo_holds(4, 1100.0); }
-
-TEST(DemoFull, PassesEveryCheckInThreeFormats) {
-  if (std::getenv("TERRACAST_FULL") == nullptr)
-    GTEST_SKIP() << "skipped: a recorded run of minutes; scripts/check --full, or scripts/demo";
-  expect_demo_holds(24, 7000.0);
+TEST(Demo, PassesEveryCheckADegreeOfLatitudeFurtherNorth) {
+  const ScratchFolder scratch;
+  expect_job_holds(
+      "all_formats.toml",
+      {"world.origin_lat_deg=44.0", "trajectories.0.num_frames=2", "detail.finest_spacing_m=8.0"},
+      scratch / "out", kAllFormats, 1100.0);
 }
+
+/// Whole flights take minutes to hours.
+#define TERRACAST_NEEDS_FULL()                  \
+  if (std::getenv("TERRACAST_FULL") == nullptr) \
+  GTEST_SKIP() << "skipped: a recorded run; scripts/check --full"
+
+TEST(DemoFull, PassesEveryCheckInAllFormats) {
+  TERRACAST_NEEDS_FULL();
+  const ScratchFolder scratch;
+  expect_job_holds("all_formats.toml", {}, scratch / "out", kAllFormats, 7000.0);
+}
+
+TEST(DemoFull, PassesEveryCheckADegreeOfLatitudeFurtherNorth) {
+  TERRACAST_NEEDS_FULL();
+  const ScratchFolder scratch;
+  expect_job_holds("all_formats.toml", {"world.origin_lat_deg=44.0"}, scratch / "out", kAllFormats,
+                   7000.0);
+}
+
+class PlaceFull : public testing::TestWithParam<std::string> {};
+
+TEST_P(PlaceFull, PassesEveryCheckInAllFormats) {
+  TERRACAST_NEEDS_FULL();
+  TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
+  const ScratchFolder scratch;
+  expect_job_holds("places/" + GetParam() + ".toml", {data_setting()}, scratch / "out", kAllFormats,
+                   7000.0);
+}
+
+/// The jobs of configs/places, by name.
+std::vector<std::string> places() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(kConfigs / "places"))
+    names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+INSTANTIATE_TEST_SUITE_P(Configs, PlaceFull, testing::ValuesIn(places()),
+                         [](const auto& one) { return one.param; });
 
 TEST(Demo, TurnsBanksAndClimbsAsItPromises) {
   const core::Log log("test", core::LogLevel::Off);
@@ -173,17 +217,16 @@ TEST(SplitRecording, GivesASequenceForEachPart) {
 TEST(Andorra, TwelveFramesPassEveryCheckInThreeFormatsAnd24ImagesInColmapItself) {
   TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
   const ScratchFolder scratch;
-  expect_real_flight_holds("andorra_small.toml", scratch / "out", 1100.0);
+  expect_job_holds("andorra_small.toml", {data_setting()}, scratch / "out", kThreeFormats, 1100.0);
   TERRACAST_NEEDS_COLMAP();
   expect_colmap_holds("andorra_small.toml", scratch / "out", "tartan2", "1", 1100.0);
 }
 
 TEST(AndorraFull, AHundredFramesPassEveryCheckInThreeFormatsAndInColmapItself) {
-  if (std::getenv("TERRACAST_FULL") == nullptr)
-    GTEST_SKIP() << "skipped: a recorded run of an hour; scripts/check --full";
+  TERRACAST_NEEDS_FULL();
   TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
   const ScratchFolder scratch;
-  expect_real_flight_holds("andorra.toml", scratch / "out", 7000.0);
+  expect_job_holds("andorra.toml", {data_setting()}, scratch / "out", kThreeFormats, 7000.0);
   TERRACAST_NEEDS_COLMAP();
   expect_colmap_holds("andorra.toml", scratch / "out", "mcs4", "3", 40000.0);
 }
