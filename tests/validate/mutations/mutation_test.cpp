@@ -7,7 +7,7 @@
 #include "core/json.h"
 #include "core/log.h"
 #include "tests/support/test_data.h"
-#include "tests/validate/mutations.h"
+#include "tests/validate/mutations/mutations.h"
 #include "validate/check.h"
 #include "validate/dataset.h"
 

@@ -1,0 +1,107 @@
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "tests/validate/mutations/edits.h"
+
+namespace terracast::test {
+
+void add_depth_mutations(std::vector<Mutation>& list) {
+  const Catalogue add(list);
+  add(
+      "DepthIsRange", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_depths(d, folder, [](double m, const Vector3d& ray) { return m * ray.norm(); });
+      },
+      says({"depth is range along the ray"}));
+  add(
+      "DepthInMillimetres", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_depths(d, folder, [](double m, const Vector3d&) { return 1000.0 * m; });
+      },
+      says({"depth is in millimetres"}, 1000.0, 1e-9));
+  add(
+      "DepthInCentimetres", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_depths(d, folder, [](double m, const Vector3d&) { return 100.0 * m; });
+      },
+      says({"depth is in centimetres"}, 100.0, 1e-9));
+  add(
+      "DepthClipped", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_depths(d, folder, [](double m, const Vector3d&) {
+          return std::isfinite(m) ? std::min(m, 120.0) : m;
+        });
+      },
+      says({"depth is clipped at 120 m"}, 120.0, 1e-6));
+  add(
+      "DepthOf8Bits", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_depths(d, folder, [](double m, const Vector3d&) {
+          return std::round(m / 256.0 * 255.0) / 255.0 * 256.0;
+        });
+      },
+      says({"depth is quantised to 8 bits"}, 256.0 / 255.0, 1e-3));
+  add(
+      "DepthOffset", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_depths(d, folder, [](double m, const Vector3d&) { return m + 0.8; });
+      },
+      says({"depth is 0.", "m too large everywhere"}, 0.8, 0.02));
+  add(
+      "DepthScaled", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_depths(d, folder, [](double m, const Vector3d&) { return 1.005 * m; });
+      },
+      says({"depth is +0."}, 0.5, 0.01));
+  add(
+      "SkyIsDepth", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_depths(d, folder,
+                    [](double m, const Vector3d&) { return std::isfinite(m) ? m : 1000.0; });
+      },
+      says({"sky is written as a depth of 1000 m"}, 1000.0, 1e-6));
+  add(
+      "ByteOrder", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        for (std::size_t c = 0; c < d.recording.cameras.size(); ++c)
+          for (std::size_t f = 0; f < d.recording.body_world.size(); ++f) {
+            if (depth_file(d, c, f).empty()) continue;
+            const SceneCamera& camera = d.recording.cameras[c];
+            std::vector<float> values;
+            for (int y = 0; y < camera.height; ++y)
+              for (int x = 0; x < camera.width; ++x) {
+                const double m = d.recording.depth[c][f](x, y);
+                const float value = std::isfinite(m) ? static_cast<float>(m) : sky_of(d);
+                const auto bits = std::bit_cast<std::uint32_t>(value);
+                // Of TartanAir's PNG the first and third byte change places.
+                values.push_back(std::bit_cast<float>(
+                    d.format == "tartanair"
+                        ? (bits & 0xff00ff00U) | (bits & 0xffU) << 16 | (bits >> 16 & 0xffU)
+                        : __builtin_bswap32(bits)));
+              }
+            write_depth(d, folder, c, f, values);
+          }
+      },
+      [](const RightDataset& d) {
+        return Expected{
+            {"byte order", d.format == "tartanair" ? "R G B A" : "big-endian"}, std::nullopt, 0.0};
+      });
+  add(
+      "DepthShifted", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        for (std::size_t c = 0; c < d.recording.cameras.size(); ++c)
+          for (std::size_t f = 1; f < d.recording.body_world.size(); ++f)
+            if (!depth_file(d, c, f).empty())
+              copy_over(d.folder / depth_file(d, c, f - 1), folder / depth_file(d, c, f));
+      },
+      says({"depths are shifted by 1 frame", "frame before"}, -1.0, 0.0));
+  add(
+      "DepthTwice", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        copy_over(d.folder / depth_file(d, 0, 1), folder / depth_file(d, 0, 2));
+      },
+      says({"depth of", "frame 2 is duplicated", "that of frame 1"}));
+}
+
+}  // namespace terracast::test
