@@ -179,6 +179,18 @@ Worst worst_frame(const Evaluation& evaluation) {
        all.num_answered_frames, fmt::join(limits, ", "), static_cast<double>(nearest_m));
 }
 
+/// Of a camera whose images have no truth at all, as KITTI's right one has no depth, no result is asked for.
+SubjectScore score_of(const Task& task, const Subject& subject, core::Progress& progress) {
+  const int num_frames = subject.sequence.num_frames;
+  for (int frame = 0; frame < num_frames; ++frame)
+    if (task.has_truth(subject, frame)) return task.score(subject, progress);
+  progress.advance(num_frames);
+  SubjectScore score{.sequence = subject.sequence.name, .camera = subject.camera().name};
+  score.notes.push_back(fmt::format("{}, {}: the dataset has no truth of any frame: left out",
+                                    score.sequence, score.camera));
+  return score;
+}
+
 }  // namespace
 
 std::vector<Subject> chosen_subjects(const Dataset& dataset, const EvaluateOptions& options) {
@@ -230,15 +242,15 @@ std::string limit_text(const char* what, double limit, const char* unit) {
                      : fmt::format("{} without limit", what);
 }
 
-SubjectScore score_frames(const Subject& subject, std::size_t num_measures, int num_expected,
-                          core::Progress& progress, const std::function<bool(int)>& has_truth,
-                          const std::function<bool(int)>& has_result,
+SubjectScore score_frames(const Task& task, const Subject& subject, int num_expected,
+                          core::Progress& progress, const std::function<bool(int)>& has_result,
                           const std::function<FrameScore(int)>& judge) {
   SubjectScore score{.sequence = subject.sequence.name, .camera = subject.camera().name};
   const int num_frames = subject.sequence.num_frames;
+  const std::size_t num_measures = task.measures().size();
   int num_without = 0;
   for (int frame = 0; frame < num_frames; ++frame) {
-    if (has_truth(frame))
+    if (task.has_truth(subject, frame))
       score.frames.push_back({.frame = frame,
                               .is_answered = has_result(frame),
                               .sums = std::vector<Sum>(num_measures)});
@@ -309,7 +321,7 @@ Evaluation run_evaluate(const EvaluateOptions& wanted, const fs::path& report_fo
   {
     core::Progress progress(context, "frames", num_frames);
     for (const Subject& subject : subjects) {
-      SubjectScore score = task->score(subject, progress);
+      SubjectScore score = score_of(*task, subject, progress);
       for (const std::string& note : score.notes) evaluation.notes.push_back(note);
       note_missing(score, evaluation.notes);
       evaluation.subjects.push_back(std::move(score));

@@ -45,7 +45,10 @@ class Task {
   virtual std::vector<Measure> measures() const = 0;
   /// Limits and masks, in words.
   virtual std::vector<std::string> terms() const = 0;
-  /// throws  Input: a truth that cannot judge this, a damaged result
+  /// Whether the dataset can judge a frame of a camera.
+  virtual bool has_truth(const Subject& subject, int frame) const = 0;
+  /// Called where one frame at least has a truth.
+  /// throws  Input: a truth that cannot judge this, no or a damaged result
   virtual SubjectScore score(const Subject& subject, core::Progress& progress) const = 0;
   /// Truth, result and error of a frame.
   virtual std::vector<CheckResult::Picture> pictures(const Subject&, int) const { return {}; }
@@ -60,14 +63,12 @@ struct TaskInfo {
 /// The table of tasks, alphabetical.
 std::span<const TaskInfo> tasks();
 
-/// Scores the frames that have a truth, in parallel.
+/// Scores the frames that have a truth for the task, in parallel.
 /// num_expected  frames that a whole dataset has a truth for; fewer are told in the notes
-/// has_truth  whether the dataset can judge a frame
 /// has_result whether the result holds a frame
 /// judge      the score of a frame that the result holds
-SubjectScore score_frames(const Subject& subject, std::size_t num_measures, int num_expected,
-                          core::Progress& progress, const std::function<bool(int)>& has_truth,
-                          const std::function<bool(int)>& has_result,
+SubjectScore score_frames(const Task& task, const Subject& subject, int num_expected,
+                          core::Progress& progress, const std::function<bool(int)>& has_result,
                           const std::function<FrameScore(int)>& judge);
 
 /// "depth < 250 m", or that there is no limit.

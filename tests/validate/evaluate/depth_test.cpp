@@ -281,6 +281,23 @@ TEST_F(EvaluateDepth, SeveralCamerasLieInFoldersOfTheirNames) {
   EXPECT_THROW(evaluate(own), core::Error);
 }
 
+// KITTI's right camera has no depth: nobody need have results of it.
+TEST_F(EvaluateDepth, ACameraWithoutTruthIsLeftOutAndTold) {
+  for (int frame = 0; frame < 2; ++frame)
+    test::write_plane_npy(scratch_ / fmt::format("all/00/image_2/{:06}.npy", frame),
+                          plane(kTruth_m));
+  EvaluateOptions own = options();
+  own.result = scratch_ / "all";
+  own.cameras = {"all"};
+  const Evaluation evaluation = evaluate(own);
+  EXPECT_EQ(figure(evaluation, "AbsRel"), 0.0);
+  EXPECT_EQ(evaluation.rows.back().num_frames, 2);
+  EXPECT_THAT(test::notes_of(evaluation),
+              HasSubstr("00, image_3: the dataset has no truth of any frame: left out"));
+  own.cameras = {"image_3"};
+  EXPECT_THROW(evaluate(own), core::Error);
+}
+
 TEST_F(EvaluateDepth, TruthThatIsDamagedGivesNoFigure) {
   set_result(0, plane(kTruth_m));
   fs::resize_file(truth() / "dataset/sequences/00/depth_2/000000.npy", 1000);

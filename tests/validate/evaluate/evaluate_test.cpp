@@ -248,6 +248,31 @@ TEST_F(EvaluateBaseline, FlowDepthAndSceneFlowComeOutNearTheTruth) {
   EXPECT_LT(figure(scene_flow, "EPE3D"), 5.0);
 }
 
+// Stripes of random grey, 300 px apart in the two images.
+TEST_F(EvaluateBaseline, DisparityBeyond256PixelsIsFound) {
+  TERRACAST_NEEDS_BASELINE();
+  constexpr int kWidth = 2560, kHeight = 48, kDisparity_px = 300;
+  test::Recording pair = test::wall_flight(1, 1.0, Vector3d::Zero());
+  for (std::size_t c = 0; c < 2; ++c) {
+    pair.cameras[c].width = kWidth;
+    pair.cameras[c].height = kHeight;
+    pair.cameras[c].focal_px = 2000.0;
+    const double baseline_m = (pair.centre(1, 0) - pair.centre(0, 0)).norm();
+    pair.depth[c][0] = core::Image<double>(kWidth, kHeight, 1, 2000.0 * baseline_m / kDisparity_px);
+    pair.color[c][0] = core::Image8(kWidth, kHeight, 3);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x)
+        for (int k = 0; k < 3; ++k)
+          pair.color[c][0](x, y, k) = static_cast<std::uint8_t>(
+              128.0 + 100.0 * noise(x + (c == 1 ? kDisparity_px : 0), y, 6.0, 5));
+  }
+  test::write_kitti(pair, scratch_ / "wide");
+  EvaluateOptions stereo{.task = "depth", .truth = scratch_ / "wide", .has_baseline = true};
+  const Evaluation depth = evaluate(stereo, scratch_ / "wide_report");
+  EXPECT_GT(depth.rows.back().num_answered, depth.rows.back().num_truth / 2);
+  EXPECT_LT(figure(depth, "AbsRel"), 0.01);
+}
+
 TEST_F(EvaluateBaseline, IsTheSameForAnyNumberOfThreadsAndEmptiesNoFolderOfOthers) {
   TERRACAST_NEEDS_BASELINE();
   for (const int threads : {1, 2})

@@ -16,7 +16,6 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
-#include "core/image_io.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "validate/evaluate/task.h"
@@ -34,8 +33,7 @@ constexpr const char* kHelp =
     "NAME]…\n"
     "                          [--threads N]\n"
     "Writes RESULT/flow/SEQUENCE/CAMERA/NNNNNN.flo (from each frame to the next), or\n"
-    "RESULT/disparity/SEQUENCE/CAMERA/NNNNNN.png (16 bit, counts of 1/256 px, 0 where there is "
-    "none).\n"
+    "RESULT/disparity/SEQUENCE/CAMERA/NNNNNN.pfm (px, 0 where there is none).\n"
     "  terracast_baseline flow out/demo/export/kitti --out result\n"
     "  terracast evaluate --task flow --truth out/demo/export/kitti --result result/flow\n";
 
@@ -106,6 +104,20 @@ void write_flo(const fs::path& file, const cv::Mat& flow) {
   core::write_file(file, bytes);
 }
 
+/// Debevec's floats: rows from the bottom up, little-endian where the scale is negative.
+void write_pfm(const fs::path& file, const cv::Mat& values) {
+  std::vector<std::byte> bytes;
+  const auto append = [&](const void* data, std::size_t size) {
+    const auto* const first = static_cast<const std::byte*>(data);
+    bytes.insert(bytes.end(), first, first + size);
+  };
+  const std::string header = fmt::format("Pf\n{} {}\n-1.0\n", values.cols, values.rows);
+  append(header.data(), header.size());
+  for (int y = values.rows - 1; y >= 0; --y)
+    append(values.ptr(y), sizeof(float) * static_cast<std::size_t>(values.cols));
+  core::write_file(file, bytes);
+}
+
 void make_flow(const Subject& subject, int frame, const fs::path& folder) {
   const int camera = subject.camera_index;
   if (!has_color(subject, camera, frame) || !has_color(subject, camera, frame + 1)) return;
@@ -127,13 +139,9 @@ void make_disparity(const Subject& subject, int frame, const fs::path& folder) {
                              100, 2, cv::StereoSGBM::MODE_SGBM);
   cv::Mat sixteenths;
   matcher->compute(left, grey_of(subject, pair.right, frame), sixteenths);
-  core::Image16 counts(sixteenths.cols, sixteenths.rows);
-  for (int y = 0; y < sixteenths.rows; ++y)
-    for (int x = 0; x < sixteenths.cols; ++x) {
-      const int disparity = sixteenths.at<std::int16_t>(y, x);
-      counts(x, y) = static_cast<std::uint16_t>(disparity > 0 ? 16 * disparity : 0);
-    }
-  core::write_file(folder / (frame_digits(frame) + ".png"), core::encode_png(counts));
+  cv::Mat disparity_px;
+  sixteenths.convertTo(disparity_px, CV_32F, 1.0 / 16.0);
+  write_pfm(folder / (frame_digits(frame) + ".pfm"), cv::max(disparity_px, 0.0F));
 }
 
 void run(const Arguments& arguments) {

@@ -66,13 +66,16 @@ class DepthTask : public Task {
     return terms;
   }
 
+  bool has_truth(const Subject& subject, int frame) const override {
+    return has_depth_truth(subject, frame);
+  }
+
   SubjectScore score(const Subject& subject, core::Progress& progress) const override {
     const NumberedFiles files = results_of(subject);
     const auto num_frames = static_cast<std::size_t>(subject.sequence.num_frames);
     std::vector<double> scales(num_frames, 0.0);
     SubjectScore score = score_frames(
-        subject, kNumMeasures, subject.sequence.num_frames, progress,
-        [&](int frame) { return has_depth_truth(subject, frame); },
+        *this, subject, subject.sequence.num_frames, progress,
         [&](int frame) { return files.has(frame); },
         [&](int frame) {
           return judge(subject, files, frame, scales[static_cast<std::size_t>(frame)], nullptr);

@@ -30,11 +30,14 @@ class FlowTask : public Task {
 
   std::vector<std::string> terms() const override { return flow_terms(options_); }
 
+  bool has_truth(const Subject& subject, int frame) const override {
+    return has_flow_truth(subject, frame);
+  }
+
   SubjectScore score(const Subject& subject, core::Progress& progress) const override {
     const NumberedFiles files = results_of(subject);
     SubjectScore score = score_frames(
-        subject, measures().size(), subject.sequence.num_frames - 1, progress,
-        [&](int frame) { return has_flow_truth(subject, frame); },
+        *this, subject, subject.sequence.num_frames - 1, progress,
         [&](int frame) { return files.has(frame); },
         [&](int frame) { return judge(subject, files, frame, nullptr); });
     score.notes.insert(score.notes.begin(), files.notes.begin(), files.notes.end());

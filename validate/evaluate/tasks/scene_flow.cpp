@@ -78,12 +78,15 @@ class SceneFlowTask : public Task {
     return terms;
   }
 
+  bool has_truth(const Subject& subject, int frame) const override {
+    return has_scene_flow_truth(subject, frame);
+  }
+
   SubjectScore score(const Subject& subject, core::Progress& progress) const override {
     const Files files = results_of(subject);
     std::atomic<std::int64_t> num_moving = 0;
     SubjectScore score = score_frames(
-        subject, kNumMeasures, subject.sequence.num_frames - 1, progress,
-        [&](int frame) { return has_scene_flow_truth(subject, frame); },
+        *this, subject, subject.sequence.num_frames - 1, progress,
         [&](int frame) { return files.has(frame); },
         [&](int frame) {
           const SceneFlowTruth truth = scene_flow_truth(subject, frame, options_.mask);

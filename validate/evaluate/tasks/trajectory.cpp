@@ -9,9 +9,9 @@
 #include "validate/evaluate/task.h"
 #include "validate/evaluate/trajectory_error.h"
 
-/// Camera poses, by Sturm et al. (IROS 2012) as evo computes it: the root mean square of distances
-/// of positions after an alignment (ATE), and of steps from frame to frame (RPE), translations
-/// alone. Frames without a pose are left out of both, counted and told.
+/// Camera poses, by Sturm et al. (IROS 2012): the root mean square of distances of positions after an
+/// alignment (ATE), and of steps from each frame to one some frames later (RPE), translations alone, all
+/// such pairs. Frames without a pose are left out of both, counted and told.
 namespace terracast::validate {
 
 namespace {
@@ -37,6 +37,10 @@ class TrajectoryTask : public Task {
             fmt::format("steps of {} frame{}", options_.rpe_delta_frames,
                         options_.rpe_delta_frames == 1 ? "" : "s"),
             "translations alone"};
+  }
+
+  bool has_truth(const Subject& subject, int frame) const override {
+    return subject.camera().local_from_camera[static_cast<std::size_t>(frame)].has_value();
   }
 
   SubjectScore score(const Subject& subject, core::Progress& progress) const override {

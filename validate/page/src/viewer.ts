@@ -18,6 +18,7 @@ const picture = (file: string): Promise<HTMLImageElement|null> => new Promise(re
 export function buildViewer(selection: Selection): HTMLElement {
   const data = selection.data, sequences = data.sequences!;
   let layerName = 'color', blend = 1, zoom = 1;
+  let onStage = selection.image;  // the image that layers and colours are of
   let layers: Layers = {}, colors: HTMLImageElement|null = null;
   let cursor: [number, number]|null = null;  // in the grid
   let isHeld = false;                        // stays although the pointer moves
@@ -108,7 +109,7 @@ export function buildViewer(selection: Selection): HTMLElement {
   }
 
   function available(): string[] {
-    const image = selection.image;
+    const image = onStage;
     return Object.keys(kLayers).filter(
         name => kLayers[name].needs === '' ? image.has_color :
                                              image.layers.includes(kLayers[name].needs));
@@ -120,11 +121,11 @@ export function buildViewer(selection: Selection): HTMLElement {
     choices(
         layerChoices, available().map(key => ({key, title: kLayers[key].title})), shownLayer(),
         setLayer);
-    blendLabel.hidden = shownLayer() === 'color' || !selection.image.has_color;
+    blendLabel.hidden = shownLayer() === 'color' || !onStage.has_color;
   }
 
   function draw() {
-    const image = selection.image, sequence = sequences[image.sequence],
+    const image = onStage, sequence = sequences[image.sequence],
           camera = sequence.cameras[image.camera];
     const layer = kLayers[shownLayer()];
     canvas.width = image.width;
@@ -154,7 +155,7 @@ export function buildViewer(selection: Selection): HTMLElement {
   }
 
   function drawMarks() {
-    const image = selection.image, pixel = selection.current.pixel;
+    const image = onStage, pixel = image === selection.image ? selection.current.pixel : null;
     marks.setAttribute('viewBox', `0 0 ${image.width} ${image.height}`);
     const size =
         Math.max(image.width, 1) / Math.max(stage.clientWidth, 1) / zoom;  // a screen pixel
@@ -175,7 +176,7 @@ export function buildViewer(selection: Selection): HTMLElement {
   }
 
   function showReadout() {
-    const image = selection.image, sequence = sequences[image.sequence],
+    const image = onStage, sequence = sequences[image.sequence],
           camera = sequence.cameras[image.camera];
     const rows: [string, string][] = [];
     if (cursor) {
@@ -229,7 +230,7 @@ export function buildViewer(selection: Selection): HTMLElement {
     drawMarks();
   }
   function gridAt(event: PointerEvent): [number, number]|null {
-    const box = canvas.getBoundingClientRect(), image = selection.image;
+    const box = canvas.getBoundingClientRect(), image = onStage;
     const i = Math.floor((event.clientX - box.left) / box.width * image.width),
           j = Math.floor((event.clientY - box.top) / box.height * image.height);
     return i >= 0 && j >= 0 && i < image.width && j < image.height ? [i, j] : null;
@@ -237,7 +238,7 @@ export function buildViewer(selection: Selection): HTMLElement {
 
   function setZoom(to: number, about: [number, number]|null = cursor) {
     zoom = Math.min(Math.max(to, 1), 16);
-    const image = selection.image;
+    const image = onStage;
     if (about)
       offset = [0.5 - (about[0] + 0.5) / image.width, 0.5 - (about[1] + 0.5) / image.height];
     clampOffset();
@@ -275,7 +276,7 @@ export function buildViewer(selection: Selection): HTMLElement {
     moveCursor(at);
   });
   canvas.addEventListener('keydown', event => {
-    const image = selection.image,
+    const image = onStage,
           by = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [
                   0, 1
                 ]}[event.key];
@@ -301,7 +302,7 @@ export function buildViewer(selection: Selection): HTMLElement {
     event.preventDefault();
   });
   new ResizeObserver(() => {
-    if (selection.image) drawMarks();
+    if (onStage) drawMarks();
   }).observe(stage);
 
   /** The checks whose worst value stands in this image. */
@@ -362,6 +363,7 @@ export function buildViewer(selection: Selection): HTMLElement {
       image.has_color ? picture(image.file) : null
     ]);
     if (mine !== turn) return;
+    onStage = image;
     layers = values;
     colors = loaded;
     isHeld = Boolean(selected.pixel);
