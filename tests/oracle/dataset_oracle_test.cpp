@@ -176,6 +176,40 @@ TEST(DatasetOracle, TakesPixelsOfEveryKind) {
   EXPECT_GE(kinds.num_beside_silhouette, 20);
 }
 
+// The edge of a cliff, straight across an image of one row: half a thousandth of a pixel from the
+// centres of its pixels, and two.
+TEST(OraclePixels, AreOnASilhouetteWithinAThousandthOfAPixel) {
+  const ScratchFolder scratch;
+  test::make_tiny_world(scratch.path(), [](double x, double) { return x <= 0.0 ? 64.0 : 0.0; });
+  const oracle::WorldFolder world(scratch.path());
+  std::vector<oracle::TileKey> tiles;
+  for (const int x : {-1, 0})
+    for (const int y : {-1, 0}) tiles.push_back({2, x, y});
+  const oracle::ExactTerrain terrain(world, tiles);
+  constexpr double kFocal_px = 100.0;
+  View view;
+  OracleView placed{.view = view, .world_from_camera = {}, .rounding = {}};
+  // 100 m before the edge and 30 m above it, looking east.
+  placed.world_from_camera.rotation << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  placed.world_from_camera.translation = {-100.0, 0.0, 94.0};
+  for (const double off_px : {-5e-4, 5e-4, -2e-3, 2e-3}) {
+    Camera camera;
+    camera.intrinsics = {.width_px = 64,
+                         .height_px = 1,
+                         .fx_px = kFocal_px,
+                         .fy_px = kFocal_px,
+                         .cx_px = 32.0,
+                         .cy_px = 0.5 + off_px - 0.3 * kFocal_px};
+    placed.view.camera = &camera;
+    const OraclePixels chosen = choose_pixels(terrain, placed, 100, 1);
+    EXPECT_EQ(chosen.kinds.num_random, 100);
+    for (const OraclePixel& pixel : chosen.pixels) {
+      EXPECT_TRUE(pixel.hit);
+      EXPECT_EQ(pixel.is_on_silhouette, std::abs(off_px) < 1e-3) << off_px << ", " << pixel.x;
+    }
+  }
+}
+
 TEST(DatasetOracle, SaysTheSameForAnyThreads) {
   const auto say = [&](int num_threads) {
     const core::ThreadLimit limit(num_threads);

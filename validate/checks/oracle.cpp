@@ -11,6 +11,7 @@
 #include "validate/checks/checker.h"
 #include "validate/oracle/shown_geometry.h"
 #include "validate/oracle_pixels.h"
+#include "validate/oracle_sight.h"
 
 /// The dataset against its world: exact rays through sampled pixels, from the format's own poses and
 /// intrinsics, meet the exact triangles of the tiles that the dataset says it shows. What they find is
@@ -26,15 +27,10 @@ using oracle::ExactRay;
 using oracle::ExactTerrain;
 using oracle::Ground;
 
-/// Where a verdict on visibility may go either way: twice the half micrometre by which the decimals of
-/// a height can move a camera.
-constexpr double kTie_m = 1e-6;
 /// Share of the judged points that may be such ties.
 constexpr double kMostTies = 1e-4;
 /// A projection nearer to the border of an image is in it or not by rounding.
 constexpr double kBorder_px = 1e-4;
-/// Points are rounded to double; COLMAP's were turned into another frame, which is good to 10 nm twice.
-constexpr double kPointRounding_m = 5e-8;
 /// A corner of a triangle covers a place when it counts for more than the others by so much.
 constexpr double kWeightTie = 1e-6;
 constexpr double kDisparityStep_px = 1.0 / 256.0;
@@ -64,53 +60,6 @@ bool is_class_of(const std::string& name, Ground ground) {
   if (name == "sea" || name == "outside") return name == name_of(ground);
   return ground == Ground::Land;
 }
-
-/// Whether a point of the ground is seen from a place.
-class Sight {
- public:
-  Sight(const ExactTerrain& terrain, const Eigen::Vector3d& eye, const Eigen::Vector3d& point)
-      : terrain_(terrain), eye_(eye), point_(point) {}
-
-  bool is_seen() const { return is_seen(eye_, point_); }
-
-  /// Whether eye or point, moved by less than a tie, see each other or not, otherwise than as they
-  /// stand.
-  bool is_tie() const {
-    const bool is_seen_here = is_seen();
-    const Eigen::Vector3d along = (point_ - eye_).normalized();
-    const Eigen::Vector3d across = along.unitOrthogonal();
-    const Eigen::Vector3d third = along.cross(across);
-    for (const Eigen::Vector3d& move : {across, third, Eigen::Vector3d(Eigen::Vector3d::UnitZ())})
-      for (const double size_m : {-kTie_m, kTie_m})
-        if (is_seen(eye_ + size_m * move, point_) != is_seen_here ||
-            is_seen(eye_, point_ + size_m * move) != is_seen_here)
-          return true;
-    return false;
-  }
-
-  /// How far the ground that the eye sees in the point's direction is from the point, along the
-  /// normal there; +inf: no ground.
-  double distance_from_ground_m() const {
-    const std::optional<ExactHit> hit = terrain_.first_hit({eye_, point_});
-    if (!hit) return std::numeric_limits<double>::infinity();
-    return std::abs((hit->t - 1.0) * hit->normal_world.dot(point_ - eye_));
-  }
-
- private:
-  /// The ground's first point on the way is the point itself: as far along the normal of the triangle
-  /// there as the point's rounding goes.
-  bool is_seen(const Eigen::Vector3d& eye, const Eigen::Vector3d& point) const {
-    const std::optional<ExactHit> hit = terrain_.first_hit({eye, point}, 1.0);
-    if (!hit) return true;
-    return std::abs((1.0 - hit->t) * hit->normal_world.dot(point - eye)) <= kPointRounding_m &&
-           (1.0 - hit->t) * (point - eye).norm() <= kMostAlong_m;
-  }
-  /// Grazing rays would turn a point's rounding into kilometres.
-  static constexpr double kMostAlong_m = 1e-4;
-
-  const ExactTerrain& terrain_;
-  Eigen::Vector3d eye_, point_;
-};
 
 /// Verdicts on one thing, of several places.
 struct Verdicts {
@@ -166,16 +115,17 @@ class OracleChecker : public Checker {
       return {skipped_result("oracle", "no world to hold it against: give --world STORE")};
     if (!is_begun_) return {unseen_result("oracle", "no frame could be read")};
     std::vector<CheckResult> results = {geometry_result()};
-    if (!terrain_) {
+    if (terrain_) {
+      results.push_back(depth_result());
+      results.push_back(class_result());
+      results.push_back(occlusion_result());
+      results.push_back(edges_result());
+    } else {
       for (const char* name : {"oracle_depth", "oracle_class", "oracle_occlusion", "oracle_edges"})
         results.push_back(skipped_result(name, "no ground to hold it against: oracle_geometry"));
-      return results;
     }
-    results.push_back(depth_result());
-    results.push_back(class_result());
-    results.push_back(occlusion_result());
-    results.push_back(edges_result());
     results.push_back(skipped_result("oracle_normal", "the format holds no normals"));
+    results.push_back(skipped_result("oracle_instance", "the format holds no instances"));
     return results;
   }
 
@@ -188,15 +138,13 @@ class OracleChecker : public Checker {
     if (world_->input_hash() != dataset.world_input_hash)
       fail(ErrorKind::Input,
            "{}: the world {} of inputs {}; the dataset shows {} of inputs {}: give the world that "
-           "it "
-           "was rendered from",
+           "it was rendered from",
            options_.world.string(), world_->name(), world_->input_hash(), dataset.world_name,
            dataset.world_input_hash);
     if (sequence.geometry.empty())
       fail(ErrorKind::Input,
            "{}: dataset.json does not say which tiles sequence {} shows, as those of older "
-           "versions: "
-           "render and export it again to hold it against a world",
+           "versions: render and export it again to hold it against a world",
            dataset.root.string(), sequence.name);
     world_from_local_ = world_from_local(*world_, sequence);
     try {
@@ -239,17 +187,7 @@ class OracleChecker : public Checker {
     const View& view = sample.view.view;
     const LoadedImage& image = *view.image;
     kinds_.add(sample.chosen.kinds);
-    const std::string& path = view.camera->files[static_cast<std::size_t>(view.frame)].segmentation;
-    core::Image8 classes;
-    if (!path.empty() && !window.sequence().classes.empty()) {
-      // What cannot be read is a finding of the frames' reader.
-      Findings ignored;
-      ignored.attempt(path, [&] {
-        classes = find_reader(window.dataset().format)
-                      .segmentation(window.dataset(), *view.camera, view.frame);
-      });
-      has_classes_ = has_classes_ || !classes.empty();
-    }
+    has_classes_ = has_classes_ || has_classes(window.sequence(), image);
     const Parallax stereo = parallax_of(window.sequence(), view);
     for (const OraclePixel& pixel : sample.chosen.pixels) {
       if (pixel.is_on_silhouette) {
@@ -258,7 +196,7 @@ class OracleChecker : public Checker {
           first_silhouette_ = place_of(view, pixel.x, pixel.y);
         continue;
       }
-      compare_class(window.sequence(), view, pixel, image.depth, classes);
+      compare_class(window.sequence(), view, pixel);
       if (!pixel.hit) {
         if (!image.disparity.empty() && std::isfinite(image.disparity(pixel.x, pixel.y)))
           class_.wrong(place_of(view, pixel.x, pixel.y) + ": a disparity, where sky is");
@@ -308,18 +246,22 @@ class OracleChecker : public Checker {
             left.cx_px - sequence.cameras[right].intrinsics.cx_px};
   }
 
-  void compare_class(const Sequence& sequence, const View& view, const OraclePixel& pixel,
-                     const core::ImageF& depth, const core::Image8& classes) {
+  static bool has_classes(const Sequence& sequence, const LoadedImage& image) {
+    return !image.segmentation.empty() && !sequence.classes.empty();
+  }
+
+  void compare_class(const Sequence& sequence, const View& view, const OraclePixel& pixel) {
     ++class_.num_judged;
-    const bool says_ground = std::isfinite(depth(pixel.x, pixel.y));
+    const LoadedImage& image = *view.image;
+    const bool says_ground = std::isfinite(image.depth(pixel.x, pixel.y));
     if (says_ground != pixel.hit.has_value()) {
       class_.wrong(fmt::format("{}: the depth is {}, where {} is", place_of(view, pixel.x, pixel.y),
                                says_ground ? "a surface's" : "the sky's",
                                pixel.hit ? "ground" : "sky"));
       return;
     }
-    if (classes.empty()) return;
-    const auto found = sequence.classes.find(classes(pixel.x, pixel.y));
+    if (!has_classes(sequence, image)) return;
+    const auto found = sequence.classes.find(image.segmentation(pixel.x, pixel.y));
     if (found == sequence.classes.end()) return;  // `structure` tells of it
     const std::string& name = found->second;
     if (!pixel.hit) {
@@ -457,7 +399,7 @@ class OracleChecker : public Checker {
       judge(by, point, claims[i].is_seen, where, verdicts);
       if (!claims[i].is_seen || verdicts.num_wrong > 0 || verdicts.num_ties > 0) return;
       const double distance_m = Sight(*terrain_, by.eye_world(), point).distance_from_ground_m();
-      if (distance_m > kTie_m)
+      if (distance_m > Sight::kTie_m)
         verdicts.wrong(fmt::format("{}: {:.3g} m from the ground that {} sees there", where,
                                    distance_m, place_of(by.view)));
     });
@@ -473,11 +415,10 @@ class OracleChecker : public Checker {
     result.ok = faults_.count == 0;
     result.worst = faults_.first;
     result.summary = fmt::format(
-        "{} tiles that the dataset says it shows, against the world {} and the written rules: each "
-        "is the world's by its hash, they cover it without gap or overlap, neighbours differ by "
-        "one "
-        "level at most, and each is as fine as these cameras ask for ({} px a cell, not below {} "
-        "m).",
+        "{} tiles that the dataset says it shows, against the world {} and the written rules: "
+        "each is the world's by its hash, they cover it without gap or overlap, neighbours differ "
+        "by one level at most, and each is as fine as these cameras ask for ({} px a cell, not "
+        "below {} m).",
         geometry_.tiles.size(), world_->name(), geometry_.cell_px, geometry_.finest_spacing_m);
     result.reason = "Levels are chosen by a rule without tolerance, tiles have hashes.";
     result.detects = "a tile left out, named twice, of another level or of other content";
@@ -495,18 +436,16 @@ class OracleChecker : public Checker {
     result.worst = worst_depth_;
     result.summary = fmt::format(
         "Largest difference of {} depths and {} disparities from the exact ones, by what rounding "
-        "leaves at that pixel. Of the pixels {} were drawn at random; of all, {} rays graze (under "
-        "3 "
-        "degrees), {} pass within 0.01 px of an edge or corner of their triangle, {} meet a cell "
-        "at "
-        "a tile's border, {} of those where levels change, {} lie beside a silhouette. {} exact "
-        "rays.",
+        "leaves at that pixel. Of the pixels {} were drawn at random; of all, {} rays graze "
+        "(under 3 degrees), {} pass within 0.01 px of an edge or corner of their triangle, {} "
+        "meet a cell at a tile's border, {} of those where levels change, {} lie beside a "
+        "silhouette. {} exact rays.",
         num_depths_, num_disparities_, kinds_.num_random, kinds_.num_grazing, kinds_.num_near_edge,
         kinds_.num_border, kinds_.num_level_change, kinds_.num_beside_silhouette,
         terrain_->stats().num_rays);
     result.reason =
-        "float32 twice (range, then depth), half a step of 1/256 px of disparity, and the decimals "
-        "of the format's poses, carried to the plane of the triangle that is hit.";
+        "float32 twice (range, then depth), half a step of 1/256 px of disparity, and the "
+        "decimals of the format's poses, carried to the plane of the triangle that is hit.";
     result.detects =
         "twice the rounding in one pixel; a tile of another level, a border without stitches, the "
         "other diagonal of a cell";
@@ -524,13 +463,12 @@ class OracleChecker : public Checker {
     result.worst = class_.first;
     result.summary = fmt::format(
         "Of {} pixels, {} of them sky, those that depth{} say to be sky, sea, outside or land "
-        "where "
-        "the ray finds another. {} lie where two of them meet.",
+        "where the ray finds another. {} lie where two of them meet.",
         class_.num_judged, kinds_.num_sky, has_classes_ ? " and segmentation" : "",
         class_.num_ties);
     result.reason =
-        "Sky is where an exact ray meets nothing; the ground's cover is that of the nearest corner "
-        "of its triangle.";
+        "Sky is where an exact ray meets nothing; the ground's cover is that of the nearest "
+        "corner of its triangle.";
     result.detects = "one class swapped";
     return result;
   }
@@ -552,8 +490,7 @@ class OracleChecker : public Checker {
     result.summary = fmt::format(
         "Points of {} that are claimed to be seen from another image and are not, or are and are "
         "not claimed, by an exact ray. {} more would change with a camera or point moved by 1e-6 "
-        "m, "
-        "and count as ties.",
+        "m, and count as ties.",
         visibility_.num_judged, visibility_.num_ties);
     result.reason =
         "A point is seen or hidden by exact rays. Decimals of poses move a camera by half a "
@@ -574,13 +511,13 @@ class OracleChecker : public Checker {
     result.ok = result.is_within_bound();
     result.worst = first_silhouette_;
     result.summary = fmt::format(
-        "Share of {} random pixels where a ray shifted by 0.001 px meets another surface: they are "
-        "left out of the comparison, with {} of those taken beside silhouettes and the like.",
+        "Share of {} random pixels where a ray shifted by 0.001 px meets another surface: they "
+        "are left out of the comparison, with {} of those taken beside silhouettes and the like.",
         kinds_.num_random, num_other_silhouettes_);
     result.reason =
         "0.1 %, and four standard errors of as many pixels: silhouettes a few pixels apart would "
         "cross fewer.";
-    result.detects = "an oracle that leaves out what it should compare";
+    result.detects = "silhouettes so dense that the comparison leaves out what it should compare";
     return result;
   }
 
