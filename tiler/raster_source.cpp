@@ -121,9 +121,8 @@ void GdalRaster::check_band() {
   if (has_alpha) alpha_band_ = 2;
   if (count != 1 && !has_alpha)
     fail(ErrorKind::Input,
-         "{}: has {} bands, and a raster of heights has one; take it out with gdal_translate -b N, "
-         "or state the "
-         "encoding of terrain tiles",
+         "{}: has {} bands, and a raster of heights has one; take it out with gdal_translate -b "
+         "N, or state the encoding of terrain tiles",
          written_, count);
   const GDALDataType type = band()->GetRasterDataType();
   if (GDALDataTypeIsComplex(type) != FALSE)

@@ -121,8 +121,7 @@ EmbreeDevice::EmbreeDevice(const std::string& profile) : device_(new_device(prof
   if (device_ == nullptr)
     fail(ErrorKind::Config,
          "tracing.embree_profile = \"{}\": this machine or Embree cannot do it (error {}); "
-         "\"widest\" "
-         "always works",
+         "\"widest\" always works",
          profile, static_cast<int>(rtcGetDeviceError(nullptr)));
   rtcSetDeviceMemoryMonitorFunction(device_, count_bytes, nullptr);
   packet_width_ =

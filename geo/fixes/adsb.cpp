@@ -97,8 +97,7 @@ class AdsbFixes final : public FixFormat {
     if (above != "ellipsoid" && above != "pressure")
       fail(ErrorKind::Config,
            "{}: above = \"{}\"; aircraft broadcast a geometric altitude (above = \"ellipsoid\") "
-           "and a "
-           "pressure altitude (above = \"pressure\", with a pressure_offset_m)",
+           "and a pressure altitude (above = \"pressure\", with a pressure_offset_m)",
            file.string(), above);
     return table.column(above == "ellipsoid" ? layout.geometric_altitude
                                              : layout.pressure_altitude);

@@ -63,8 +63,7 @@ class CsvFixes final : public FixFormat {
         attitude_columns_.size() != 4)
       fail(ErrorKind::Config,
            "attitude_columns names {} columns; a quaternion takes 4 (w, x, y, z), angles take 3 "
-           "(yaw, "
-           "pitch, roll)",
+           "(yaw, pitch, roll)",
            attitude_columns_.size());
     if (!gimbal_columns_.empty() && gimbal_columns_.size() != 3)
       fail(ErrorKind::Config, "gimbal_columns names {} columns; it takes 3: yaw, pitch, roll",

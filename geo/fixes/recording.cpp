@@ -88,8 +88,7 @@ void smooth_rotations(const FixPart& part, double sigma_deg, double max_gap_s, d
     if (times[i + 1] - times[i] > max_gap_s)
       fail(ErrorKind::Input,
            "there is no attitude between {:.1f} s and {:.1f} s of the recording, while its places "
-           "go "
-           "on; raise max_gap_s, or follow the path by attitude = \"path\"",
+           "go on; raise max_gap_s, or follow the path by attitude = \"path\"",
            times[i], times[i + 1]);
   }
   // It is flown where both are known.

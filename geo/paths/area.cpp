@@ -127,8 +127,7 @@ double ground_w_m(const Eigen::Vector2d& place, double near_w_m, const Trajector
   if (!ground_m || !std::isfinite(*ground_m))
     fail(ErrorKind::Input,
          "the area, or the turns beside it, leaves the world's ground at {}; make it smaller, or "
-         "the "
-         "world larger",
+         "the world larger",
          text_of(at));
   at.height_m = *ground_m;
   return flattened.flattened_from_world(context.frame.world_from_geodetic(at)).z();

@@ -47,8 +47,7 @@ std::vector<Sample> sample_part(const SmoothPart& part, const Flattened& flatten
     if (samples.size() >= kMostSamples)
       fail(ErrorKind::Input,
            "a part of the recording is longer than {:.0f} km or takes longer than {} s; set "
-           "max_gap_s "
-           "lower, or cut the file",
+           "max_gap_s lower, or cut the file",
            kMostSamples * kSpacing_m / 1000.0, kMostSamples);
     const double speed_mps = std::max(motion.velocity.norm(), kSpacing_m / kMostSpacing_s);
     time_s = std::min(time_s + kSpacing_m / speed_mps, part.end_s);
@@ -220,8 +219,7 @@ class Recorded final : public TrajectoryKind {
     const double agl_m = *stretch.lowest->agl_m;
     fail(ErrorKind::Input,
          "the recording is {} at t = {:.1f} s ({}); raise it by height_offset_m, or leave such "
-         "parts "
-         "out by too_low = \"clip\"",
+         "parts out by too_low = \"clip\"",
          agl_m < 0.0 ? fmt::format("{:.1f} m below the ground", -agl_m)
                      : fmt::format("{:.1f} m above the ground, less than min_agl_m = {:.1f} m,",
                                    agl_m, min_agl_m_),

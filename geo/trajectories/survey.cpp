@@ -111,8 +111,7 @@ class Survey final : public TrajectoryKind {
     if (flight.speed_mps < kLeast_mps || flight.speed_mps > kMost_mps)
       fail(ErrorKind::Config,
            "a picture of {:.1f} m of ground and overlap = {} at {} Hz make a speed of {:.3f} m/s; "
-           "it is "
-           "to be {} to {}: change rate_hz",
+           "it is to be {} to {}: change rate_hz",
            footprint.along_m, overlap_, rate_hz, flight.speed_mps, kLeast_mps, kMost_mps);
     flight.min_agl_m = min_agl_m_;
     // The profile keeps clear of the ground at its controls; between them a little may be missing.
@@ -146,8 +145,7 @@ class Survey final : public TrajectoryKind {
     if (wanted > kMostLines)
       fail(ErrorKind::Config,
            "the area is {:.0f} m wide and lines are {:.2f} m apart: {:.0f} lines; at most {:.0f} "
-           "are "
-           "flown. Fly higher, or over a smaller area",
+           "are flown. Fly higher, or over a smaller area",
            highest - lowest, widest_m, wanted, kMostLines);
     const double spacing_m = (highest - lowest) / wanted;
     for (std::size_t i = 0; i < static_cast<std::size_t>(wanted); ++i) {
@@ -195,8 +193,7 @@ class Survey final : public TrajectoryKind {
     if (steps > kMostSteps)
       fail(ErrorKind::Config,
            "the lines are {:.0f} km long; that is more than {:.0f} steps of {:.1f} m. Fly higher, "
-           "or "
-           "over a smaller area",
+           "or over a smaller area",
            track.length_m() / 1000.0, kMostSteps, step_m);
     return std::max<std::size_t>(static_cast<std::size_t>(steps), 4);
   }

@@ -157,8 +157,7 @@ std::vector<CheckResult> run_colmap_sparse(const ColmapJob& job) {
       colmap_result("colmap_sparse_distance", median(distances_m) / pixel_m, 1.0, "ground pixels");
   distance.summary = fmt::format(
       "Median distance of {} triangulated points from the surface of the depth maps; a ground "
-      "pixel "
-      "is {:.3f} m.",
+      "pixel is {:.3f} m.",
       distances_m.size(), pixel_m);
   CheckResult offset = colmap_result("colmap_sparse_offset", std::abs(median(off_m)) / pixel_m, 0.1,
                                      "ground pixels");
