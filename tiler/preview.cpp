@@ -52,12 +52,12 @@ Eigen::Vector3d tint_of(double share) {
   return colour(kTints[std::size(kTints) - 1]);
 }
 
-/// Heights and covers of one level over the map.
+/// Heights and covers over the map: of the level that fits its pixels, or the finest that is there.
 class LevelSampler {
  public:
   LevelSampler(const TileStore& store, const Eigen::AlignedBox2d& area_world, double metres_per_px)
       : level_(std::clamp(static_cast<int>(std::floor(std::log2(metres_per_px))),
-                          store.manifest().base_level, store.manifest().coarsest_level)) {
+                          store.manifest().finest_level, store.manifest().coarsest_level)) {
     std::vector<TileId> ids;
     const TileId low = world::tile_at(level_, area_world.min().x(), area_world.min().y());
     const TileId high = world::tile_at(level_, area_world.max().x(), area_world.max().y());
@@ -80,6 +80,7 @@ class LevelSampler {
 
   struct Value {
     double z_world = 0.0;
+    double spacing_m = 0.0;  ///< of the samples
     world::Cover cover = world::Cover::Land;
     bool is_known = false;
   };
@@ -99,7 +100,7 @@ class LevelSampler {
       const double north =
           tile.z_world(i, j + 1) + tx * (tile.z_world(i + 1, j + 1) - tile.z_world(i, j + 1));
       const std::size_t nearest = Tile::sample(tx < 0.5 ? i : i + 1, ty < 0.5 ? j : j + 1);
-      return {south + ty * (north - south), tile.cover[nearest], true};
+      return {south + ty * (north - south), tile.id.spacing_m(), tile.cover[nearest], true};
     }
     return {};
   }
@@ -109,6 +110,21 @@ class LevelSampler {
   int coarsest_level_ = 0;
   std::unordered_map<TileId, Tile> tiles_;
 };
+
+/// Rise per metre to the east and north. Where samples are coarser than pixels it is taken over their
+/// spacing, between which heights are bilinear: cells would show as facets.
+Eigen::Vector2d slope_at(const LevelSampler& sampler, const Eigen::Vector2d& at_world,
+                         double metres_per_px) {
+  const double reach_m =
+      0.5 * std::max(sampler.at(at_world.x(), at_world.y()).spacing_m, metres_per_px);
+  const auto rise = [&](const Eigen::Vector2d& along) {
+    const Eigen::Vector2d ahead = at_world + reach_m * along, behind = at_world - reach_m * along;
+    const LevelSampler::Value high = sampler.at(ahead.x(), ahead.y());
+    const LevelSampler::Value low = sampler.at(behind.x(), behind.y());
+    return high.is_known && low.is_known ? (high.z_world - low.z_world) / (2.0 * reach_m) : 0.0;
+  };
+  return {rise(Eigen::Vector2d::UnitX()), rise(Eigen::Vector2d::UnitY())};
+}
 
 /// 1, 2 or 5 times a power of ten that is at most `length`.
 double round_length(double length) {
@@ -147,16 +163,16 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
   const int width = map.width_px;
   const int height = map.height_px;
   const double step_m = map.metres_per_px();
-  std::vector<LevelSampler::Value> values(static_cast<std::size_t>(width + 1) *
-                                          static_cast<std::size_t>(height + 1));
+  std::vector<LevelSampler::Value> values(static_cast<std::size_t>(width) *
+                                          static_cast<std::size_t>(height));
   const auto value = [&](int i, int j) -> LevelSampler::Value& {
-    return values[static_cast<std::size_t>(j) * static_cast<std::size_t>(width + 1) +
+    return values[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) +
                   static_cast<std::size_t>(i)];
   };
-  core::parallel_for(height + 1, [&](std::int64_t row) {
+  core::parallel_for(height, [&](std::int64_t row) {
     const int j = static_cast<int>(row);
-    for (int i = 0; i <= width; ++i) {
-      const Eigen::Vector2d at = map.world(i, j);
+    for (int i = 0; i < width; ++i) {
+      const Eigen::Vector2d at = map.world(i + 0.5, j + 0.5);
       LevelSampler::Value& here = value(i, j);
       here = sampler.at(at.x(), at.y());
       // Tints follow the height above the curved Earth; a sphere is near enough for colours.
@@ -183,13 +199,13 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
       if (here.is_known && here.cover == world::Cover::Sea) {
         colour = {kSea[0], kSea[1], kSea[2]};
       } else if (here.is_known) {
-        const double east = (value(i + 1, j).z_world - here.z_world) / step_m * exaggeration;
-        const double north = (here.z_world - value(i, j + 1).z_world) / step_m * exaggeration;
+        const Eigen::Vector2d slope =
+            exaggeration * slope_at(sampler, map.world(i + 0.5, j + 0.5), step_m);
         const double shade =
-            std::max(Eigen::Vector3d(-east, -north, 1.0).normalized().dot(light), 0.0);
+            std::max(Eigen::Vector3d(-slope.x(), -slope.y(), 1.0).normalized().dot(light), 0.0);
         colour = tint_of((here.z_world - range.lowest_m) / span_m) * (0.35 + 0.88 * shade);
       }
-      const Eigen::Vector2d at = map.world(i, j);
+      const Eigen::Vector2d at = map.world(i + 0.5, j + 0.5);
       if (at.cwiseAbs().maxCoeff() > 0.5 * store.manifest().size_m)
         colour = 0.45 * colour + 0.55 * Eigen::Vector3d(kPaper[0], kPaper[1], kPaper[2]);
       for (int channel = 0; channel < 3; ++channel)
