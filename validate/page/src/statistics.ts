@@ -25,10 +25,11 @@ export function buildHistograms(data: Data): HTMLElement|null {
   const overlap = statistics.overlap.filter(list => list.frames.length > 1);
   if (overlap.length)
     charts.push(lines(
-        overlap.map(list => ({
+        overlap.map((list, i) => ({
                       name: `${sequences.length > 1 ? `${sequences[list.sequence].name}: ` : ''}${
                           sequences[list.sequence].cameras[list.camera].name}`,
-                      color: css(kindColor(list.camera)),
+                      // A camera's own colour, but where it flew several sequences.
+                      color: css(kindColor(sequences.length > 1 ? i : list.camera)),
                       x: list.frames,
                       y: list.shares.map(share => 100 * share)
                     })),
