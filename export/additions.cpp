@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace terracast::exporters {
@@ -16,6 +17,12 @@ std::optional<LabelError> larger(const std::optional<LabelError>& a,
   if (!a || !b) return a ? a : b;
   return LabelError{.arithmetic = std::max(a->arithmetic, b->arithmetic),
                     .rounding = std::max(a->rounding, b->rounding)};
+}
+
+/// Of flow that is kept in whole steps both ways; the step's half is added to what is there before.
+std::optional<LabelError> in_steps(std::optional<LabelError> error, double step_px) {
+  if (error) error->rounding += 0.5 * std::hypot(step_px, step_px);
+  return error;
 }
 
 /// "3.1e-09,0.00024", or two empty cells. Three digits err by half a per cent: no figure is below its bound.
@@ -39,10 +46,11 @@ std::string bounds_csv(const capture::SequenceReader& sequence,
       const auto index = static_cast<std::size_t>(camera.camera_index);
       const capture::LabelBounds& bounds = record.cameras[index].bounds;
       const geo::CameraIntrinsics& image = sequence.info().cameras[index].intrinsics;
-      text += fmt::format("{},{},{},{},{},{}\n", record.index, camera.name,
-                          cells(bounds.depth_m, kMillimetres),
-                          cells(larger(bounds.flow_next_px, bounds.flow_previous_px), 1.0),
-                          bounds.num_left_out, std::int64_t{image.width_px} * image.height_px);
+      text += fmt::format(
+          "{},{},{},{},{},{}\n", record.index, camera.name, cells(bounds.depth_m, kMillimetres),
+          cells(in_steps(larger(bounds.flow_next_px, bounds.flow_previous_px), camera.flow_step_px),
+                1.0),
+          bounds.num_left_out, std::int64_t{image.width_px} * image.height_px);
     }
   }
   return text;

@@ -11,9 +11,10 @@
 namespace terracast::exporters {
 
 /// bounds.csv: one row for each frame and camera, what depth and flow may err by. `…_error` is of the
-/// arithmetic from pixel to label, `…_rounding` of keeping ranges and labels as float32; the largest over the
-/// image's pixels, less `left_out` of `pixels` at edges. Flow is that to the frames before and after; where
-/// there is no ground or no flow, cells are empty.
+/// arithmetic from pixel to label, `…_rounding` of keeping ranges and labels as float32, and flow in the
+/// format's steps (not of flow beyond its range); the largest over the image's pixels, less `left_out` of
+/// `pixels` at edges. Flow is that to the frames before and after; where there is no ground or no flow,
+/// cells are empty.
 std::string bounds_csv(const capture::SequenceReader& sequence,
                        const std::vector<ExportedCamera>& cameras);
 

@@ -24,6 +24,7 @@ LocalFrame local_frame(const capture::SequenceReader& sequence);
 struct ExportedCamera {
   std::string name;
   int camera_index = 0;
+  double flow_step_px = 0.0;  ///< what the format rounds its flow to, after float32; 0: nothing
 };
 
 geo::Rigid3d local_from_camera(const LocalFrame& local, const capture::SequenceReader& sequence,

@@ -116,8 +116,10 @@ std::vector<std::byte> flow_npz(const MaskedFlow& forward, const MaskedFlow& bac
                     {"covisible_mask_bwd", mask(backward.is_covisible), true}});
 }
 
-/// The older form: steps of 1/64 px, the mask in red, v in green and u in blue, as OpenCV turns
-/// them round.
+/// Of the older form.
+constexpr double kFlowStep_px = 1.0 / 64.0;
+
+/// The older form: the mask in red, v in green and u in blue, as OpenCV turns them round.
 core::Image16 flow_png(const MaskedFlow& forward) {
   constexpr std::uint16_t kOverRange = 200;
   const core::ImageF& motion_px = forward.motion_px;
@@ -126,7 +128,8 @@ core::Image16 flow_png(const MaskedFlow& forward) {
     for (int x = 0; x < image.width(); ++x) {
       std::uint16_t mask = forward.mask(x, y);
       for (int k = 0; k < 2; ++k) {
-        const double counts = std::round(static_cast<double>(motion_px(x, y, k)) * 64.0) + 32768.0;
+        const double counts =
+            std::round(static_cast<double>(motion_px(x, y, k)) / kFlowStep_px) + 32768.0;
         if (!(counts >= 0.0 && counts <= 65535.0)) mask = kOverRange;
         image(x, y, 2 - k) = static_cast<std::uint16_t>(std::clamp(counts, 0.0, 65535.0));
       }
@@ -241,8 +244,9 @@ class TartanAirExporter final : public Exporter {
   /// The front pair, then whatever other faces the rig has.
   std::vector<ExportedCamera> exported_cameras(
       const std::vector<capture::CameraCalibration>& cameras) const {
-    std::vector<ExportedCamera> exported = {{"lcam_front", find_camera(cameras, rig_, left_)},
-                                            {"rcam_front", find_camera(cameras, rig_, right_)}};
+    std::vector<ExportedCamera> exported = {
+        {"lcam_front", find_camera(cameras, rig_, left_), flow_ == "png" ? kFlowStep_px : 0.0},
+        {"rcam_front", find_camera(cameras, rig_, right_)}};
     for (const Face& face : side_faces())
       for (const bool is_left : {true, false})
         if (const int index = side_camera_index(cameras, face, is_left); index >= 0)

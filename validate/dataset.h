@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -57,6 +59,13 @@ struct Camera {
   std::vector<std::optional<StatedBounds>> bounds;
   Pose camera0_from_camera;  ///< KITTI: by its calibration
   std::vector<FrameFiles> files;
+  /// Stored flow is rounded to whole steps; 0: float32, without end.
+  double flow_step_px = 0.0;
+  /// The longest component that such flow holds, of either sign.
+  double flow_reach_px = std::numeric_limits<double>::infinity();
+
+  /// The most that the steps leave between a flow and what is stored of it.
+  double flow_rounding_px() const { return 0.5 * std::hypot(flow_step_px, flow_step_px); }
 };
 
 /// A rectified pair among the cameras of a sequence.
@@ -94,7 +103,8 @@ struct FileRecord {
   std::string hash;
 };
 
-/// Flow of one pair of frames, px; masks 0 or 1. Without backward flow, those images are empty.
+/// Flow of one pair of frames, px; masks 0 or 1. Without backward flow, those images are empty. Flow that
+/// the format marks as beyond its reach is NaN, with both masks 0.
 struct FlowFields {
   core::ImageF forward;   ///< 2 channels, in the image of the first frame
   core::ImageF backward;  ///< 2 channels, in the image of the second frame

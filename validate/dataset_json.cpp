@@ -151,7 +151,28 @@ void read_bounds(const Dataset& dataset, const std::string& path, Sequence& sequ
       });
 }
 
-void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
+/// Refuses cameras and frames that the dataset cannot hold: all formats have an image of its own for every
+/// frame of every camera.
+/// num_cameras   in the sequence
+/// num_images    of the sequences before; the sequence's are added
+void check_image_count(const Dataset& dataset, const Sequence& sequence, std::size_t num_cameras,
+                       std::size_t& num_images) {
+  constexpr std::size_t kMostImages = 4'000'000;
+  num_images += num_cameras * static_cast<std::size_t>(sequence.num_frames);
+  if (num_images > dataset.files.size())
+    fail(ErrorKind::Input,
+         "dataset.json: sequences: num_frames = {} of {} cameras in \"{}\" makes {} images so far, "
+         "but \"files\" lists {} files",
+         sequence.num_frames, num_cameras, sequence.name, num_images, dataset.files.size());
+  if (num_images > kMostImages)
+    fail(ErrorKind::Input,
+         "dataset.json: sequences: num_frames = {} of {} cameras in \"{}\" makes {} images so far; "
+         "{} are the most",
+         sequence.num_frames, num_cameras, sequence.name, num_images, kMostImages);
+}
+
+void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
+                   Findings& findings) {
   constexpr int kMostFrames = 1'000'000;
   Sequence sequence;
   sequence.name = json.at("name").string();
@@ -169,10 +190,10 @@ void read_sequence(const Json& json, Dataset& dataset, Findings& findings) {
                              origin.at("height_m").number(), "dataset.json: origin");
   const Json& cameras = json.at("cameras");
   constexpr std::size_t kMostCameras = 256;
-  if (cameras.size() < 1 || cameras.size() > kMostCameras ||
-      static_cast<std::int64_t>(cameras.size()) * sequence.num_frames > 4 * kMostFrames)
-    fail(ErrorKind::Input, "dataset.json: {} cameras of {} frames", cameras.size(),
-         sequence.num_frames);
+  if (cameras.size() < 1 || cameras.size() > kMostCameras)
+    fail(ErrorKind::Input, "dataset.json: {} cameras in \"{}\"; 1 to {} are right", cameras.size(),
+         sequence.name, kMostCameras);
+  check_image_count(dataset, sequence, cameras.size(), num_images);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     Camera camera = read_camera(cameras.at(i), sequence.num_frames);
     if (sequence.camera_index(camera.name) >= 0)
@@ -227,8 +248,9 @@ Dataset read_dataset(const std::filesystem::path& root, const std::string& forma
     }
     const Json& sequences = json.at("sequences");
     if (sequences.size() == 0) fail(ErrorKind::Input, "dataset.json: no sequence");
+    std::size_t num_images = 0;
     for (std::size_t i = 0; i < sequences.size(); ++i)
-      read_sequence(sequences.at(i), dataset, findings);
+      read_sequence(sequences.at(i), dataset, num_images, findings);
   });
   return dataset;
 }

@@ -48,8 +48,9 @@ struct Worst {
 
 /// Takes one estimate into account. Beyond what the residuals can tell, only the part beyond five
 /// standard errors counts.
-/// common  what the residuals may be off by all alike
-void judge(const Evidence::Sum& sum, double factor, double bound, double common,
+/// common    what the residuals may be off by all alike
+/// rounding  the most that each is off by
+void judge(const Evidence::Sum& sum, double factor, double bound, double common, double rounding,
            const std::string& where, Worst& worst) {
   constexpr double kSure = 5.0;
   if (!(sum.slope_slope > 0.0)) {
@@ -59,9 +60,10 @@ void judge(const Evidence::Sum& sum, double factor, double bound, double common,
   const double size = std::abs(factor * sum.slope_residual / sum.slope_slope);
   const double error = factor * (std::sqrt(sum.variance) / sum.slope_slope +
                                  common * std::sqrt(sum.weight / sum.slope_slope));
-  const bool is_seen = kSure * error < bound;
+  const double unsure = kSure * error + factor * rounding * std::sqrt(sum.weight / sum.slope_slope);
+  const bool is_seen = unsure < bound;
   ++(is_seen ? worst.num_seen : worst.num_unseen);
-  const double value = is_seen ? size : std::max(0.0, size - kSure * error);
+  const double value = is_seen ? size : std::max(0.0, size - unsure);
   if (value <= worst.value && !worst.where.empty()) return;
   if (!is_seen && value == 0.0) return;
   worst.value = value;
@@ -202,7 +204,7 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
           std::string(kAxes[cause]).empty() ? "" : std::string(", ") + kAxes[cause];
       if (judged.is_of_cameras)
         for (const auto& [camera, sums] : cameras_)
-          judge(sums[index], judged.factor, bound, common,
+          judge(sums[index], judged.factor, bound, common, bounds.rounding,
                 camera_name(camera) + ", all frames" + axis, worst);
       if (!judged.is_of_images) continue;
       for (const auto& [image, sums] : images_) {
@@ -211,7 +213,7 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
                                   ? (pixels == pixels_per_metre_.end() ? 0.0 : pixels->second)
                                   : judged.factor;
         if (factor <= 0.0) continue;
-        judge(sums[index], factor, bound, common,
+        judge(sums[index], factor, bound, common, bounds.rounding,
               fmt::format("{}, frame {}{}", camera_name(image.first), image.second, axis), worst);
         if (!(sums[index].slope_slope > 0.0)) continue;
         CheckResult::Plot& plot = plots[cause];

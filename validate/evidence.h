@@ -95,6 +95,9 @@ class Evidence {
     /// flight) would blow it up. By Cauchy and Schwarz it moves an estimate by this much times
     /// sqrt(sum w / sum w J²) at most.
     double time_residual = 1e-6;
+    /// The most that rounding leaves in a residual. It may be alike in all, and moves any estimate by this
+    /// much times sqrt(sum w / sum w J²) at most: so much is neither seen nor judged.
+    double rounding = 0.0;
     double rotation_deg = 0.0;
     double position_px = 0.0;  ///< the shift that it makes in the image at the typical depth
   };

@@ -66,12 +66,14 @@ std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y
 std::optional<PatchMatch> match_patch_by_disparity(const View& left, const View& right, int x,
                                                    int y);
 
-/// Median of values (their order is changed); 0 of none.
+/// Median of values (their order is changed); 0 of none. NaN is larger than any number.
 template <class Value>
 double median(std::vector<Value>& values) {
   if (values.empty()) return 0.0;
+  const auto numbers_end = std::partition(values.begin(), values.end(),
+                                          [](const Value& value) { return !std::isnan(value); });
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
+  if (middle < numbers_end) std::nth_element(values.begin(), middle, numbers_end);
   return static_cast<double>(*middle);
 }
 template <class Value>

@@ -5,8 +5,10 @@
 
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
 #include "core/error.h"
 #include "core/json.h"
@@ -288,6 +290,53 @@ TEST_F(TartanAir, PngFlowIsTheOlderForm) {
   EXPECT_GT(num_masks[0], 0);
   EXPECT_GT(num_masks[1], 0);
   EXPECT_GT(num_masks[100], 0);
+}
+
+// Half a step both ways is what a pixel of the older form may be off by, beside float32.
+TEST_F(TartanAir, BoundsOfPngFlowHoldItsSteps) {
+  const fs::path data = "tartanair/TinyWorld/Data_easy/P000";
+  run_export(*folder / "capture", "format = \"tartanair\"\nflow = \"png\"", *folder / "png");
+  const auto flow_rounding = [&](const fs::path& root) {
+    std::map<std::string, double> cells;  // by frame and camera
+    std::istringstream lines(slurp(root / data / "bounds.csv"));
+    std::string line;
+    std::getline(lines, line);
+    while (std::getline(lines, line)) {
+      std::istringstream row(line);
+      std::vector<std::string> parts;
+      for (std::string part; std::getline(row, part, ',');) parts.push_back(part);
+      cells[parts.at(0) + "," + parts.at(1)] = std::strtod(parts.at(5).c_str(), nullptr);
+    }
+    return cells;
+  };
+  const auto floats = flow_rounding(*folder / "out"), steps = flow_rounding(*folder / "png");
+  ASSERT_EQ(floats.size(), 6U);
+  ASSERT_EQ(steps.size(), 6U);
+  for (const auto& [row, rounding_px] : floats) {
+    SCOPED_TRACE(row);
+    const bool is_stored = row.ends_with("lcam_front");
+    const double half_step_px = is_stored ? std::sqrt(2.0) / 128.0 : 0.0;
+    EXPECT_GE(steps.at(row), rounding_px / 1.01 + half_step_px);
+    EXPECT_LE(steps.at(row), 1.01 * (rounding_px + half_step_px));
+  }
+
+  const auto arrays = read_npz(trajectory() / "flow_lcam_front/000000_000001_lcam_front_flow.npz");
+  const std::vector<float>& floats_px = arrays.at("flow_fwd").values;
+  const std::vector<double> truth(floats_px.begin(), floats_px.end());
+  const fs::path file = *folder / "png" / data / "flow_lcam_front/000000_000001_flow.png";
+  const cv::Mat png = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+  double largest_px = 0.0;
+  for (int v = 0; v < 640; ++v)
+    for (int u = 0; u < 640; ++u) {
+      const auto& counts = png.at<cv::Vec3w>(v, u);
+      const auto i = static_cast<std::size_t>(v * 640 + u);
+      if (counts[2] >= 100) continue;
+      largest_px =
+          std::max(largest_px, std::hypot((counts[0] - 32768.0) / 64.0 - truth[i],
+                                          (counts[1] - 32768.0) / 64.0 - truth[640 * 640 + i]));
+    }
+  EXPECT_LE(largest_px, steps.at("0,lcam_front"));
+  EXPECT_GT(largest_px, 0.5 * steps.at("0,lcam_front"));
 }
 
 // 512 px is as far as the older form goes: a jump from frame to frame must not wrap around.

@@ -149,6 +149,26 @@ void write_flow(const Said& said, std::size_t f, const fs::path& file) {
   write_npz(file, arrays);
 }
 
+/// The older form of a frame's forward flow: 64 u + 32768 in blue, v in green, the mask in red.
+void write_flow_png(const Said& said, std::size_t f, const fs::path& file) {
+  const SceneCamera& camera = said.recording.cameras[0];
+  core::Image16 image(camera.width, camera.height, 3);
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const FlowAt at = flow_at(said, f, f + 1, x, y);
+      const bool is_covisible = said.mistake.covisible.value_or(at.is_covisible);
+      int mask = is_covisible ? 0 : at.in_view ? 1 : 100;
+      for (const int axis : {0, 1}) {
+        const double flow_px = said.mistake.flow_sign * at.flow[axis];
+        const long count = std::lround(32768.0 + 64.0 * flow_px);
+        if (count < 0 || count > 65535) mask = 200;
+        image(x, y, 2 - axis) = static_cast<std::uint16_t>(std::clamp(count, 0L, 65535L));
+      }
+      image(x, y, 0) = static_cast<std::uint16_t>(mask);
+    }
+  core::write_file(file, core::encode_png(image));
+}
+
 /// Rows of a camera's poses: x forward, y right, z down in north, east, down.
 std::string ned_poses(const Said& said, std::size_t c) {
   Matrix3d ned_from_enu;
@@ -396,7 +416,8 @@ void write_tartanair_v1(const Recording& recording, const fs::path& folder,
   write_metadata(said, folder, "tartanair_v1", "P000", path, path + "/georeference.csv");
 }
 
-void write_tartanair(const Recording& recording, const fs::path& folder, const Mistake& mistake) {
+void write_tartanair(const Recording& recording, const fs::path& folder, const Mistake& mistake,
+                     FlowForm form) {
   Said said{recording, mistake};
   said.sky_depth_m = 1e5F;
   const std::string path = "Hills/Data_easy/P000";
@@ -421,10 +442,13 @@ void write_tartanair(const Recording& recording, const fs::path& folder, const M
                        core::encode_png(depth));
       core::write_file(folder / path / ("seg_" + camera.name) / (stem + "_seg.png"),
                        core::encode_png(said.classes(c, f)));
-      if (c == 0 && f + 1 < recording.body_world.size())
-        write_flow(said, f,
-                   folder / path / "flow_lcam_front" /
-                       (digits(f) + "_" + digits(f + 1) + "_lcam_front_flow.npz"));
+      if (c > 0 || f + 1 == recording.body_world.size()) continue;
+      const fs::path flow = folder / path / "flow_lcam_front";
+      const std::string pair = digits(f) + "_" + digits(f + 1);
+      if (form == FlowForm::Png)
+        write_flow_png(said, f, flow / (pair + "_flow.png"));
+      else
+        write_flow(said, f, flow / (pair + "_lcam_front_flow.npz"));
     }
     core::write_file(folder / path / ("pose_" + camera.name + ".txt"), ned_poses(said, c));
   }

@@ -145,8 +145,10 @@ struct Mistake {
   OxtsMistake oxts = {};
 };
 
+/// TartanAir's forms of flow.
+enum class FlowForm { Npz, Png };
 void write_tartanair(const Recording& recording, const std::filesystem::path& folder,
-                     const Mistake& mistake = {});
+                     const Mistake& mistake = {}, FlowForm form = FlowForm::Npz);
 void write_tartanair_v1(const Recording& recording, const std::filesystem::path& folder,
                         const Mistake& mistake = {});
 void write_kitti(const Recording& recording, const std::filesystem::path& folder,

@@ -202,6 +202,19 @@ const Damage kDamages[] = {
        replace(d / "dataset.json", "\"num_frames\": 3", "\"num_frames\": 300000000000");
      },
      "num_frames"},
+    {"MoreFramesThanFiles", "kitti",
+     [](const fs::path& d) {
+       replace(d / "dataset.json", "\"num_frames\": 3", "\"num_frames\": 1000000");
+     },
+     "dataset.json: sequences: num_frames = 1000000 of 2 cameras in \"00\" makes 2000000 images"},
+    {"MoreSequencesThanFiles", "kitti",
+     [](const fs::path& d) {
+       core::Json json = core::Json::read(d / "dataset.json");
+       core::Json sequences = json.at("sequences");
+       for (int i = 0; i < 2; ++i) sequences.push(json.at("sequences").at(std::size_t{0}));
+       json.set("sequences", sequences).write(d / "dataset.json");
+     },
+     "makes 18 images so far, but \"files\" lists 16 files"},
     {"PathOutside", "kitti",
      [](const fs::path& d) {
        replace(d / "dataset.json", "\"path\": \"dataset", "\"path\": \"../../etc");

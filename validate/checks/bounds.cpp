@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <functional>
+#include <vector>
 
 #include "validate/checks/checker.h"
 
@@ -11,8 +12,56 @@ namespace terracast::validate {
 
 namespace {
 
-/// Half a step of float32, relative.
-constexpr double kHalfStep = 0x1.0p-24;
+/// Half a step of double, at most, and of float32, at least; relative.
+constexpr double kDoubleRounding = 0x1.0p-53;
+constexpr double kFloatRounding = 0x1.0p-25;
+/// What the error analysis (capture/label_bounds.h) counts of every depth at least: 10 roundings from the
+/// plane to the range, 8 from pixel and range to the depth. Slanted ground adds to them.
+constexpr double kDepthRoundings = 18.0;
+/// Of every flow: the projection's product and sum, at the size of the image.
+constexpr double kFlowRoundings = 2.0;
+
+/// The most of the values that is sure to be bounded, where any so many of them may be left out; 0 where
+/// all may be.
+double largest_but(std::vector<double>& values, std::int64_t num_left_out) {
+  if (static_cast<std::int64_t>(values.size()) <= num_left_out) return 0.0;
+  const auto at = values.begin() + num_left_out;
+  std::nth_element(values.begin(), at, values.end(), std::greater<>());
+  return *at;
+}
+
+/// Lengths of the flow of all pixels, or of each `step`-th both ways, that come to lie in the other image, px;
+/// less what depths and poses of the files leave unsure.
+std::vector<double> flow_lengths_px(const View& from, const View& to, int step) {
+  constexpr double kUnsure_px = 0.01;
+  std::vector<double> lengths;
+  const Intrinsics& k_from = from.camera->intrinsics;
+  const Intrinsics& k_to = to.camera->intrinsics;
+  const Pose to_from_from = to.local_from_camera.inverse() * from.local_from_camera;
+  for (int y = step / 2; y < k_from.height_px; y += step)
+    for (int x = step / 2; x < k_from.width_px; x += step) {
+      const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
+      const Eigen::Vector3d ray = k_from.ray_from_pixel(pixel);
+      const auto depth_m = static_cast<double>(from.image->depth(x, y));
+      const bool is_sky = !std::isfinite(depth_m);
+      const Eigen::Vector3d point = is_sky ? Eigen::Vector3d(to_from_from.rotation * ray)
+                                           : to_from_from * Eigen::Vector3d(ray * depth_m);
+      // So near the other camera float32 depth tells no flow.
+      if (!(point.z() > 0.05 * (is_sky ? 1.0 : depth_m))) continue;
+      const Eigen::Vector2d target = k_to.pixel_from_point(point);
+      if (k_to.contains(target, kUnsure_px))
+        lengths.push_back(std::max(0.0, (target - pixel).norm() - kUnsure_px));
+    }
+  return lengths;
+}
+
+const StatedBounds* stated_of(const View& view) {
+  const auto frame = static_cast<std::size_t>(view.frame);
+  const auto& bounds = view.camera->bounds;
+  return frame < bounds.size() && bounds[frame] ? &*bounds[frame] : nullptr;
+}
+
+bool is_empty(double error, double rounding) { return std::isnan(error) && std::isnan(rounding); }
 
 class BoundsChecker : public Checker {
  public:
@@ -20,6 +69,9 @@ class BoundsChecker : public Checker {
     depth_.name = "bounds_depth";
     depth_.bound = 1e-6;
     depth_.unit = "of depth";
+    arithmetic_.name = "bounds_arithmetic";
+    arithmetic_.bound = 1.0;
+    arithmetic_.unit = "of stated";
     rounding_.name = "bounds_rounding";
     rounding_.bound = 1.0;
     rounding_.unit = "of stated";
@@ -36,18 +88,22 @@ class BoundsChecker : public Checker {
     for (int i = 0; i < static_cast<int>(sequence.cameras.size()); ++i) {
       const Camera& camera = sequence.cameras[static_cast<std::size_t>(i)];
       const auto frame = static_cast<std::size_t>(window.frame());
-      if (frame >= camera.bounds.size() || !camera.bounds[frame]) continue;
-      const StatedBounds& stated = *camera.bounds[frame];
-      add_image(stated, fmt::format("{}, frame {}", camera.name, window.frame()));
-      const std::optional<View> view = window.view(i, window.frame());
-      if (view && !view->image->depth.empty()) compare_depth(stated, *view);
+      if (frame < camera.bounds.size() && camera.bounds[frame])
+        add_image(camera, *camera.bounds[frame],
+                  fmt::format("{}, frame {}", camera.name, window.frame()));
+      const std::optional<View> now = window.view(i, window.frame());
+      const std::optional<View> before = window.view(i, window.frame() - 1);
+      if (now) compare_depth(*now);
+      if (!now || !before) continue;
+      compare_flow(*now, *before);
+      compare_flow(*before, *now);
     }
   }
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence&) override {
     if (num_images_ == 0) {
       std::vector<CheckResult> skipped;
-      for (const CheckResult* result : {&depth_, &rounding_, &flow_, &left_out_})
+      for (const CheckResult* result : {&depth_, &arithmetic_, &rounding_, &flow_, &left_out_})
         skipped.push_back(skipped_result(result->name, "the dataset states no bounds"));
       return skipped;
     }
@@ -55,21 +111,33 @@ class BoundsChecker : public Checker {
         "Running error analysis bounds what arithmetic makes wrong in the depths of {} images: "
         "{:.2g} mm; "
         "keeping them as float32 adds {:.2g} mm. The worst image's sum, over its largest depth.",
-        num_images_, depth_error_mm_, depth_rounding_mm_);
+        num_depths_, depth_error_mm_, depth_rounding_mm_);
     depth_.reason =
         "Twice half a step of float32 is 1.2e-7; rays that graze the ground may err by as much "
         "again.";
-    rounding_.summary =
-        "Half a step of float32 at the largest depth of each image, over the rounding that is "
-        "stated.";
-    rounding_.reason = "Less cannot be stated of what is kept as float32.";
-    rounding_.detects = "bounds of another dataset, of other units";
+    depth_.detects = "a figure ten times too large, images whose depths have none";
+    arithmetic_.summary = fmt::format(
+        "The least that arithmetic in doubles may leave, over the error that is stated: {:.0f} "
+        "roundings of the largest depth of {} images, {:.0f} of the image's size in {} flows.",
+        kDepthRoundings, num_depths_, kFlowRoundings, num_flows_);
+    arithmetic_.reason = "Every depth and every flow comes by so many roundings at least.";
+    arithmetic_.detects = "an error of 0, of another unit";
+    rounding_.summary = fmt::format(
+        "Half a step of float32 at the largest depth of {} images and at the longest of {} flows, "
+        "and half a step of flow that is kept in steps, over the rounding that is stated.",
+        num_depths_, num_flows_);
+    rounding_.reason = "Less cannot be stated of what is kept so.";
+    rounding_.detects =
+        "bounds of another dataset, of other units; flow in steps that is called float32";
     flow_.summary = fmt::format(
         "Bounds on the flow from and to the frames beside, where a point is in both images: {:.2g} "
         "px by "
-        "arithmetic, {:.2g} px by keeping ranges and flow as float32.",
+        "arithmetic, {:.2g} px by keeping ranges and flow; their sum, less half a step both ways "
+        "of "
+        "flow that is kept in steps.",
         flow_error_px_, flow_rounding_px_);
     flow_.reason = "A fifth of what the check of flow allows.";
+    flow_.detects = "images whose flow has no bound";
     left_out_.summary =
         fmt::format("Of {} pixels {} are at an edge, and bounds say nothing of them.", num_pixels_,
                     num_left_out_);
@@ -77,51 +145,89 @@ class BoundsChecker : public Checker {
                       static_cast<double>(std::max<std::int64_t>(num_pixels_, 1));
     left_out_.reason =
         "Edges are lines, and count when they pass within 1e-3 px of a pixel's centre.";
-    std::vector<CheckResult> results{depth_, rounding_, flow_, left_out_};
-    if (!has_depth_)
-      for (const std::size_t i : {0, 1})
-        results[i] = unseen_result(results[i].name, "no ground is seen, or there are no depths");
-    if (!has_flow_) results[2] = unseen_result(flow_.name, "no point is seen in two frames");
-    for (CheckResult& result : results)
-      if (!result.skipped) result.ok = result.is_within_bound();
-    return results;
+    for (CheckResult* result : {&depth_, &arithmetic_, &rounding_, &flow_, &left_out_})
+      result->ok = result->is_within_bound();
+    if (num_depths_ == 0)
+      depth_ = unseen_result(depth_.name, "no ground is seen, or there are no depths");
+    if (num_depths_ + num_flows_ == 0)
+      for (CheckResult* result : {&arithmetic_, &rounding_})
+        *result = unseen_result(result->name, "no ground is seen, or there are no depths");
+    if (num_stated_flows_ + num_flows_ == 0)
+      flow_ = unseen_result(flow_.name, "no point is seen in two frames");
+    return {depth_, arithmetic_, rounding_, flow_, left_out_};
   }
 
  private:
-  void add_image(const StatedBounds& stated, const std::string& where) {
+  void add_image(const Camera& camera, const StatedBounds& stated, const std::string& where) {
     ++num_images_;
     num_pixels_ += stated.num_pixels;
     num_left_out_ += stated.num_left_out;
-    if (!std::isnan(stated.depth_error_mm)) {
-      depth_error_mm_ = std::max(depth_error_mm_, stated.depth_error_mm);
-      depth_rounding_mm_ = std::max(depth_rounding_mm_, stated.depth_rounding_mm);
-    }
-    if (std::isnan(stated.flow_error_px)) return;
-    has_flow_ = true;
-    flow_error_px_ = std::max(flow_error_px_, stated.flow_error_px);
-    flow_rounding_px_ = std::max(flow_rounding_px_, stated.flow_rounding_px);
-    note_worst(flow_, stated.flow_error_px + stated.flow_rounding_px, where);
+    depth_error_mm_ = std::fmax(depth_error_mm_, stated.depth_error_mm);
+    depth_rounding_mm_ = std::fmax(depth_rounding_mm_, stated.depth_rounding_mm);
+    if (is_empty(stated.flow_error_px, stated.flow_rounding_px)) return;
+    ++num_stated_flows_;
+    flow_error_px_ = std::fmax(flow_error_px_, stated.flow_error_px);
+    flow_rounding_px_ = std::fmax(flow_rounding_px_, stated.flow_rounding_px);
+    const double beyond_steps_px = stated.flow_rounding_px - camera.flow_rounding_px();
+    note_worst(flow_, stated.flow_error_px + (beyond_steps_px < 0.0 ? 0.0 : beyond_steps_px),
+               where);
   }
 
-  void compare_depth(const StatedBounds& stated, const View& view) {
-    double largest_m = 0.0;
+  /// A stated figure may not be below the least that is possible. Of one that is missing the checks of depth
+  /// and flow tell.
+  static void note_least(CheckResult& result, double least, double stated,
+                         const std::string& where) {
+    if (least > 0.0 && !std::isnan(stated)) note_worst(result, least / stated, where);
+  }
+
+  void compare_depth(const View& view) {
+    const StatedBounds* stated = stated_of(view);
+    if (stated == nullptr) return;
+    std::vector<double> depths_mm;
     for (const float depth_m : view.image->depth.data())
-      if (!std::isnan(depth_m)) largest_m = std::max(largest_m, static_cast<double>(depth_m));
-    if (largest_m == 0.0) return;
-    has_depth_ = true;
-    const double largest_mm = 1e3 * largest_m;
+      if (!std::isnan(depth_m)) depths_mm.push_back(1e3 * static_cast<double>(depth_m));
+    if (depths_mm.empty()) return;
+    const double largest_mm = *std::max_element(depths_mm.begin(), depths_mm.end());
+    const double bounded_mm = largest_but(depths_mm, stated->num_left_out);
+    // All ground that is seen may be among the pixels left out.
+    if (bounded_mm == 0.0 && is_empty(stated->depth_error_mm, stated->depth_rounding_mm)) return;
+    ++num_depths_;
     // NaN, where an image with depths has no bound, counts as the worst.
-    note_worst(depth_, (stated.depth_error_mm + stated.depth_rounding_mm) / largest_mm,
+    note_worst(depth_, (stated->depth_error_mm + stated->depth_rounding_mm) / largest_mm,
                place_of(view));
-    // A step is between 1 and 2 times 2^-23 of the value.
-    note_worst(rounding_, 0.5 * kHalfStep * largest_mm / stated.depth_rounding_mm, place_of(view));
+    note_least(arithmetic_, kDepthRoundings * kDoubleRounding * bounded_mm, stated->depth_error_mm,
+               place_of(view));
+    note_least(rounding_, kFloatRounding * bounded_mm, stated->depth_rounding_mm, place_of(view));
   }
 
-  CheckResult depth_, rounding_, flow_, left_out_;
+  void compare_flow(const View& from, const View& to) {
+    const StatedBounds* stated = stated_of(from);
+    if (stated == nullptr || from.image->depth.empty()) return;
+    const bool is_missing = std::isnan(stated->flow_error_px + stated->flow_rounding_px);
+    std::vector<double> lengths_px = flow_lengths_px(from, to, is_missing ? 1 : kFlowStep);
+    if (static_cast<std::int64_t>(lengths_px.size()) <= stated->num_left_out) return;
+    ++num_flows_;
+    if (is_missing)
+      note_worst(flow_, stated->flow_error_px + stated->flow_rounding_px, place_of(from));
+    const Camera& camera = *from.camera;
+    note_least(arithmetic_,
+               kFlowRoundings * kDoubleRounding *
+                   std::hypot(to.camera->intrinsics.width_px, to.camera->intrinsics.height_px),
+               stated->flow_error_px, place_of(from));
+    const bool is_in_steps = !camera.files[static_cast<std::size_t>(from.frame)].flow.empty();
+    note_least(rounding_,
+               kFloatRounding * largest_but(lengths_px, stated->num_left_out) +
+                   (is_in_steps ? camera.flow_rounding_px() : 0.0),
+               stated->flow_rounding_px, place_of(from));
+  }
+
+  /// Where flow has bounds, a share of the pixels tells its length.
+  static constexpr int kFlowStep = 4;
+  CheckResult depth_, arithmetic_, rounding_, flow_, left_out_;
   std::int64_t num_images_ = 0, num_pixels_ = 0, num_left_out_ = 0;
+  std::int64_t num_depths_ = 0, num_flows_ = 0, num_stated_flows_ = 0;
   double depth_error_mm_ = 0.0, depth_rounding_mm_ = 0.0;
   double flow_error_px_ = 0.0, flow_rounding_px_ = 0.0;
-  bool has_depth_ = false, has_flow_ = false;
 };
 
 }  // namespace

@@ -22,7 +22,7 @@ class CalibrationChecker : public Checker {
     position.name = "calibration_position";
     position.bound = 1e-3;
     position.unit = "m";
-    std::size_t num_compared = 0;
+    std::size_t num_cameras = 0, num_mounts = 0, num_pairs = 0;
     const Camera* reference = nullptr;
     for (const Camera& camera : sequence.cameras) {
       if (!camera.stated) continue;
@@ -33,8 +33,13 @@ class CalibrationChecker : public Checker {
                                     std::abs(1.0 * a.width_px - b.width_px),
                                     std::abs(1.0 * a.height_px - b.height_px)});
       note_worst(intrinsics, difference, camera.name);
+      ++num_cameras;
       if (!camera.body_from_camera) continue;
-      if (reference == nullptr) reference = &camera;
+      ++num_mounts;
+      if (reference == nullptr) {
+        reference = &camera;
+        continue;
+      }
       // Mounts are rigid: in every frame the cameras stand to each other as dataset.json says.
       const Pose stated = reference->body_from_camera->inverse() * *camera.body_from_camera;
       for (std::size_t i = 0;
@@ -49,17 +54,18 @@ class CalibrationChecker : public Checker {
             degrees_from_radians(rotation_angle_rad(stated.rotation.transpose() * found.rotation)),
             where);
         note_worst(position, (stated.translation - found.translation).norm(), where);
-        ++num_compared;
+        ++num_pairs;
       }
     }
-    intrinsics.summary =
+    intrinsics.summary = fmt::format(
         "Largest difference of size, focal lengths and principal point (pixel centres at +0.5) "
         "between the format's "
-        "files and dataset.json.";
+        "files and dataset.json, of {} cameras.",
+        num_cameras);
     intrinsics.reason = "The format's files hold at least nine digits.";
     intrinsics.detects = "1e-5 px; half a pixel of a wrong centre rule";
     rotation.summary = fmt::format(
-        "Cameras against the first camera of dataset.json in {} pairs of poses.", num_compared);
+        "Cameras against the first camera of dataset.json in {} pairs of poses.", num_pairs);
     rotation.reason = position.reason = "Poses of nine digits leave 1e-6 deg and 1e-5 m.";
     rotation.detects = "0.01 deg between the cameras of a rig";
     position.summary =
@@ -67,6 +73,14 @@ class CalibrationChecker : public Checker {
     position.detects = "2 mm of baseline";
     std::vector<CheckResult> results{intrinsics, rotation, position};
     for (CheckResult& result : results) result.ok = result.value <= result.bound;
+    if (num_cameras == 0)
+      results[0] = unseen_result(results[0].name, "dataset.json says nothing of the cameras");
+    for (const std::size_t i : {1, 2}) {
+      if (num_mounts < 2)
+        results[i] = skipped_result(results[i].name, "no camera stands beside another");
+      else if (num_pairs == 0)
+        results[i] = unseen_result(results[i].name, "no two cameras have poses of one frame");
+    }
     return results;
   }
 };

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -290,6 +291,11 @@ class ColmapModelChecker : public Checker {
     depth.unit = "share";
     depth.ok = depth.value <= depth.bound && num_looked_ > 0;
     depth.worst = worst_hidden_;
+    const bool has_depth_maps =
+        std::any_of(sequence.cameras.begin(), sequence.cameras.end(), [](const Camera& camera) {
+          return std::any_of(camera.files.begin(), camera.files.end(),
+                             [](const FrameFiles& files) { return !files.depth.empty(); });
+        });
     depth.summary = fmt::format(
         "Share of {} observations whose point stands over 1 % behind or before all 16 depths "
         "around its "
@@ -299,6 +305,7 @@ class ColmapModelChecker : public Checker {
         "Each observation was found visible by a ray; only ridges thinner than a pixel escape 16 "
         "pixels.";
     depth.detects = "points seen through hills, points 3 % of the depth beside the surface";
+    if (!has_depth_maps) depth = skipped_result(depth.name, "the dataset holds no depth maps");
     results.push_back(std::move(depth));
     CheckResult residual;
     residual.name = "colmap_depth_residual";
@@ -306,9 +313,15 @@ class ColmapModelChecker : public Checker {
     residual.bound = 2e-3;
     residual.unit = "of the depth";
     residual.ok = residual.value <= residual.bound;
-    residual.summary = "Median |depth of the point / depth interpolated at its pixel - 1|.";
+    residual.summary = fmt::format(
+        "Median |depth of the point / depth interpolated at its pixel - 1| of {} observations.",
+        depth_residuals_.size());
     residual.reason = "As for `reprojection`: what rough ground does between pixel centres.";
     residual.detects = "points 0.3 % of the depth beside the surface";
+    if (!has_depth_maps)
+      residual = skipped_result(residual.name, "the dataset holds no depth maps");
+    else if (depth_residuals_.empty())
+      residual = unseen_result(residual.name, "no observation stands in a depth map");
     results.push_back(std::move(residual));
 
     std::vector<double> color_differences;
@@ -328,6 +341,8 @@ class ColmapModelChecker : public Checker {
     color.reason =
         "A point's colour is one image's, or their mean; fine texture changes it by some levels.";
     color.detects = "colours 40 levels off";
+    if (color_differences.empty())
+      color = unseen_result(color.name, "no point is observed in an image");
     results.push_back(std::move(color));
     return results;
   }

@@ -23,9 +23,10 @@ struct Direction {
 };
 
 struct DirectionSummary {
-  std::int64_t num_pixels = 0;
+  std::int64_t num_pixels = 0;  ///< whose flow was compared
   double worst_px = 0.0;
   std::string worst_place;
+  std::int64_t num_masked = 0;  ///< whose masks were
   std::int64_t num_contradictions = 0;
   std::string first_contradiction;
   std::int64_t num_agreeing = 0;   ///< seen by both by their depths
@@ -69,7 +70,8 @@ class DirectionComparison {
     const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
     const Eigen::Vector2d stored(static_cast<double>((*d_.flow)(x, y, 0)),
                                  static_cast<double>((*d_.flow)(x, y, 1)));
-    if (!stored.allFinite()) {
+    const double reach_px = d_.pair.a.camera->flow_reach_px;
+    if (!stored.allFinite() && std::isinf(reach_px)) {
       contradict(x, y, "flow is not finite");
       return;
     }
@@ -79,15 +81,22 @@ class DirectionComparison {
     const Eigen::Vector3d point_a = is_sky ? ray : Eigen::Vector3d(ray * depth_m);
     const Eigen::Vector3d point_b =
         is_sky ? Eigen::Vector3d(b_from_a_.rotation * ray) : b_from_a_ * point_a;
+    if (stored.allFinite()) ++summary_.num_masked;
     if (says_covisible && (is_sky || !says_in_view))
       contradict(x, y,
                  is_sky ? "sky is called co-visible" : "co-visible but not in the field of view");
     if (!(point_b.z() > 0.0)) {
-      if (says_in_view)
-        contradict(x, y, "behind the other camera, but called in its field of view");
+      if (says_in_view || !stored.allFinite())
+        contradict(x, y, "behind the other camera, but called in its field of view or too long");
       return;
     }
     const Eigen::Vector2d target = k_b.pixel_from_point(point_b);
+    if (!stored.allFinite()) {
+      const double longest_px = (target - pixel).cwiseAbs().maxCoeff();
+      if (!(longest_px > reach_px - d_.pair.a.camera->flow_step_px))
+        contradict(x, y, "flow is called longer than the format can hold, but is not");
+      return;
+    }
     // Nearer to the border than this float32 flow may fall on either side.
     constexpr double kBorder_px = 0.005;
     if (!is_sky && k_b.contains(target, kBorder_px) && !says_in_view)
@@ -172,6 +181,7 @@ class FlowChecker : public Checker {
     for (const DirectionSummary& summary : summaries) {
       ++num_directions_;
       num_pixels_ += summary.num_pixels;
+      num_masked_ += summary.num_masked;
       if (summary.worst_px > worst_px_ || worst_place_.empty()) {
         worst_px_ = summary.worst_px;
         worst_place_ = summary.worst_place;
@@ -187,11 +197,16 @@ class FlowChecker : public Checker {
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence& sequence) override {
     if (num_directions_ == 0)
-      return {skipped_result("flow", "the dataset holds no float32 flow with depth")};
+      return {skipped_result("flow", "the dataset holds no flow with depth at both its ends")};
+    double rounding_px = 0.0, step_px = 0.0;
+    for (const Camera& camera : sequence.cameras) {
+      rounding_px = std::max(rounding_px, camera.flow_rounding_px());
+      step_px = std::max(step_px, camera.flow_step_px);
+    }
     CheckResult flow;
     flow.name = "flow";
     flow.value = worst_px_;
-    flow.bound = 5e-3;
+    flow.bound = 5e-3 + rounding_px;
     flow.unit = "px";
     flow.ok = flow.value <= flow.bound;
     flow.worst = worst_place_;
@@ -202,6 +217,9 @@ class FlowChecker : public Checker {
         num_pixels_, num_directions_);
     flow.reason =
         "float32 depth (6e-8), float32 flow and poses of nine digits leave less than 1e-3 px.";
+    if (step_px > 0.0)
+      flow.reason += fmt::format(" Half a step of {:.4g} px both ways, {:.4g} px, is added.",
+                                 step_px, rounding_px);
     flow.detects = "0.01 deg of rotation (0.056 px), a wrong sign, axis or frame";
     CheckResult::Plot plot{
         "largest error of each field", "field (forward and backward in turn)", "px", {}, errors_};
@@ -211,16 +229,16 @@ class FlowChecker : public Checker {
     CheckResult masks;
     masks.name = "flow_masks";
     masks.value = static_cast<double>(num_contradictions_) /
-                  static_cast<double>(std::max<std::int64_t>(num_pixels_, 1));
+                  static_cast<double>(std::max<std::int64_t>(num_masked_, 1));
     masks.bound = 1e-5;
     masks.unit = "share";
     masks.ok = masks.value <= masks.bound;
     masks.worst = first_contradiction_;
     masks.summary = fmt::format(
-        "{} contradictions: field-of-view masks are exact, co-visible pixels lie in the field of "
-        "view, are "
+        "{} contradictions in the masks of {} pixels: field-of-view masks are exact, co-visible "
+        "pixels lie in the field of view, are "
         "not sky, and nothing over 1 % nearer stands in all 16 pixels around their target.",
-        num_contradictions_);
+        num_contradictions_, num_masked_);
     masks.reason =
         "A mask that claims too much teaches false matches. One pixel in 100 000 is left for "
         "silhouettes thinner than a pixel.";
@@ -241,11 +259,19 @@ class FlowChecker : public Checker {
         "angles only.";
     unclaimed.detects = "an empty co-visible mask";
     std::vector<CheckResult> results{flow, masks, unclaimed};
+    if (num_pixels_ == 0)
+      results[0] =
+          unseen_result(flow.name, "no point of a pair of frames comes near the other image");
+    if (num_masked_ + num_contradictions_ == 0)
+      results[1] = unseen_result(masks.name, "no pixel of a pair of frames has a mask");
+    if (num_agreeing_ == 0)
+      results[2] = unseen_result(unclaimed.name, "no depth agrees in both images of a pair");
     const Evidence::Bounds bounds{.principal_px = 0.05,
                                   .focal_percent = 0.05,
                                   .scale_percent = 0.05,
                                   .time_frames = 0.25,
                                   .time_residual = 1e-3,
+                                  .rounding = 0.5 * step_px,
                                   .rotation_deg = 0.005};
     for (CheckResult& result : evidence_.results(
              "flow", sequence, bounds, "the differences of flow",
@@ -260,6 +286,7 @@ class FlowChecker : public Checker {
   Evidence evidence_;
   std::int64_t num_directions_ = 0;
   std::int64_t num_pixels_ = 0;
+  std::int64_t num_masked_ = 0;
   double worst_px_ = 0.0;
   std::string worst_place_;
   std::vector<double> errors_;

@@ -42,7 +42,7 @@ class TrajectoryChecker : public Checker {
     turns.name = "trajectory_turns";
     turns.bound = 90.0;
     turns.unit = "deg";
-    std::size_t num_poses = 0;
+    std::size_t num_poses = 0, num_steps = 0, num_middles = 0;
     for (const Camera& camera : sequence.cameras) {
       std::vector<double> steps;
       const auto& poses = camera.local_from_camera;
@@ -63,6 +63,7 @@ class TrajectoryChecker : public Checker {
         const std::string where = fmt::format("{}, frame {}", camera.name, i);
         note_worst(jumps, step_change_m(*poses[i - 1], *poses[i], *poses[i + 1]) / typical_m,
                    where);
+        ++num_steps;
         const Eigen::Matrix3d& before = poses[i - 1]->rotation;
         const Eigen::Matrix3d& after = poses[i + 1]->rotation;
         // Neighbours that look apart have no middle to speak of.
@@ -72,22 +73,25 @@ class TrajectoryChecker : public Checker {
                    degrees_from_radians(
                        rotation_angle_rad(halfway(before, after).transpose() * poses[i]->rotation)),
                    where);
+        ++num_middles;
       }
     }
     orthonormal.summary =
         fmt::format("Largest entry of R R' - I over {} poses; 2 for a reflection.", num_poses);
     orthonormal.reason = "Nine digits leave 1e-8.";
     orthonormal.detects = "a quaternion or matrix row off by 1e-5";
-    jumps.summary =
-        "Largest change from one step between frames to the next, in typical (median) steps; in "
-        "the local frame or in the camera's axes, whichever is less.";
+    jumps.summary = fmt::format(
+        "Largest of {} changes from one step between frames to the next, in typical (median) "
+        "steps; in the local frame or in the camera's axes, whichever is less.",
+        num_steps);
     jumps.reason =
         "Flight keeps its step in its own axes, even where it turns by 90 deg a frame; a row that "
         "stands twice makes 2.";
     jumps.detects = "a pose row that stands twice, two rows swapped";
-    turns.summary =
-        "Largest rotation of a row against the middle of its neighbours, where these are less "
-        "than 90 deg apart.";
+    turns.summary = fmt::format(
+        "Largest rotation of {} rows against the middle of their neighbours, where these are less "
+        "than 90 deg apart.",
+        num_middles);
     turns.reason =
         "A flipped axis turns a row by 180 deg. A right one is 45 deg off the middle where the "
         "turn changes by 90 deg from frame to frame.";
@@ -97,6 +101,13 @@ class TrajectoryChecker : public Checker {
       result.ok = num_poses > 0 && result.value <= result.bound;
       if (num_poses == 0) result.worst = "no poses";
     }
+    if (num_poses > 0 && num_steps == 0)
+      results[1] = unseen_result(jumps.name, "no camera has poses of three frames in a row");
+    if (num_poses > 0 && num_middles == 0)
+      results[2] =
+          unseen_result(turns.name,
+                        "no camera has poses of three frames in a row, the outer ones less "
+                        "than 90 deg apart");
     return results;
   }
 };

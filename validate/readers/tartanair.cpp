@@ -50,6 +50,43 @@ core::Image8 mask_image(const std::map<std::string, NpyArray>& arrays, const cha
   return image;
 }
 
+/// The older form's steps and the count of flow 0.
+constexpr double kFlowStep_px = 1.0 / 64.0;
+constexpr int kFlowZero = 32768;
+
+/// Flow of the older form: in the file the mask is red, v green and u blue. The mask is 0 where the point
+/// is seen, 1 or 10 where it is hidden by another thing or by itself, 100 out of view, 200 beyond the
+/// counts, of which the nearest stands.
+FlowFields png_flow(const std::filesystem::path& file, const std::string& path,
+                    const Intrinsics& size) {
+  const core::Image16 counts = read_png16(file, path, 3, size);
+  FlowFields fields;
+  fields.forward = core::ImageF(size.width_px, size.height_px, 2);
+  fields.in_view_forward = core::Image8(size.width_px, size.height_px);
+  fields.covisible_forward = core::Image8(size.width_px, size.height_px);
+  for (int y = 0; y < size.height_px; ++y)
+    for (int x = 0; x < size.width_px; ++x) {
+      const int mask = counts(x, y, 0);
+      bool is_at_end = false;
+      for (int k = 0; k < 2; ++k) {
+        const int count = counts(x, y, 2 - k);
+        is_at_end = is_at_end || count == 0 || count == 65535;
+        fields.forward(x, y, k) = mask == 200
+                                      ? std::numeric_limits<float>::quiet_NaN()
+                                      : static_cast<float>(kFlowStep_px * (count - kFlowZero));
+      }
+      if (mask == 200 && !is_at_end)
+        fail(ErrorKind::Input, "{}: mask 200 at pixel ({}, {}), where neither count is 0 or 65535",
+             path, x, y);
+      if (mask != 0 && mask != 1 && mask != 10 && mask != 100 && mask != 200)
+        fail(ErrorKind::Input, "{}: mask {} at pixel ({}, {}); 0, 1, 10, 100 or 200 is right", path,
+             mask, x, y);
+      fields.in_view_forward(x, y) = mask < 100 ? 1 : 0;
+      fields.covisible_forward(x, y) = mask == 0 ? 1 : 0;
+    }
+  return fields;
+}
+
 /// Where the six cameras of a side look: columns are forward, right and down of the face in those of
 /// the front camera.
 const std::map<std::string, Eigen::Matrix3d>& faces() {
@@ -120,12 +157,14 @@ void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings&
     if (camera.name != "lcam_front") continue;
     const std::string folder = sequence.path + "/flow_" + camera.name;
     const std::vector<std::string> found = list_folder(dataset.root / folder);
-    // The older form, 16-bit PNG, is only counted: its 1/64 px says less than the depth does.
     const bool is_png = !found.empty() && found[0].ends_with("_flow.png");
+    if (is_png) {
+      camera.flow_step_px = kFlowStep_px;
+      camera.flow_reach_px = kFlowStep_px * (kFlowZero - 1);
+    }
     for (int i = 0; i + 1 < sequence.num_frames; ++i) {
       const std::string stem = frame_digits(i) + "_" + frame_digits(i + 1);
       const std::string file = is_png ? stem + "_flow.png" : stem + "_" + camera.name + "_flow.npz";
-      if (is_png && std::binary_search(found.begin(), found.end(), file)) continue;
       if (std::binary_search(found.begin(), found.end(), file))
         camera.files[static_cast<std::size_t>(i)].flow = folder + "/" + file;
       else
@@ -159,6 +198,7 @@ core::ImageF TartanAirReader::depth(const Dataset& dataset, const Camera& camera
 
 FlowFields TartanAirReader::flow(const Dataset& dataset, const Camera& camera, int frame) const {
   const std::string& path = camera.files[static_cast<std::size_t>(frame)].flow;
+  if (path.ends_with(".png")) return png_flow(dataset.root / path, path, camera.intrinsics);
   const std::map<std::string, NpyArray> arrays =
       parse_npz(core::read_file(dataset.root / path), path);
   FlowFields fields;
