@@ -149,7 +149,8 @@ int run_validate(const Arguments& args) {
                                     .colmap = args.colmap,
                                     .colmap_seeds = args.colmap_seeds,
                                     .world = args.store,
-                                    .oracle_samples = args.oracle_samples};
+                                    .oracle_samples = args.oracle_samples,
+                                    .undulation_m = egm96_undulation_m};
   if (!args.store.empty()) options.ground_map = ground_map_of(world::TileStore::open(args.store));
   const auto results = validate::run_validate_stage(args.dataset, options, args.report, context);
   bool all_ok = true;

@@ -7,6 +7,7 @@
 #include "core/image_io.h"
 #include "core/schema_writer.h"
 #include "core/stage_cost.h"
+#include "geo/geoid.h"
 #include "geo/trajectory.h"
 #include "tiler/preview.h"
 #include "validate/check.h"
@@ -234,6 +235,14 @@ validate::GroundMapMaker ground_map_of(const world::TileStore& store) {
   };
 }
 
+std::optional<double> egm96_undulation_m(double lat_deg, double lon_deg) {
+  try {
+    return geo::Geoid::egm96()->undulation_m(lat_deg, lon_deg);
+  } catch (const core::Error&) {
+    return std::nullopt;  // PROJ's data may lack the grid
+  }
+}
+
 bool validate_formats(const Job& job, const OutputFolders& out, const core::Context& context) {
   const core::Log log = context.log.for_stage("validate");
   const core::StageCost cost(stage_context(context, log), "validate");
@@ -246,7 +255,8 @@ bool validate_formats(const Job& job, const OutputFolders& out, const core::Cont
         .samples_per_image = job.config.validation.samples_per_image,
         .world = out.world,
         .oracle_samples = job.config.validation.oracle_samples,
-        .ground_map = ground_map};
+        .ground_map = ground_map,
+        .undulation_m = egm96_undulation_m};
     core::with_context(
         [&] {
           validate::run_validate_stage(out.exports / chosen.format, options,

@@ -48,6 +48,8 @@ void export_formats(const RunConfig& config, const OutputFolders& out,
 /// The maps below a report's tracks, from a world's tiles. Of an area whose middle is not in the
 /// world's square there is none, nor where tiles cannot be read.
 validate::GroundMapMaker ground_map_of(const world::TileStore& store);
+/// validate::Undulation of geo's EGM96.
+std::optional<double> egm96_undulation_m(double lat_deg, double lon_deg);
 
 /// returns   whether every check of every format holds
 bool validate_formats(const Job& job, const OutputFolders& out, const core::Context& context);

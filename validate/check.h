@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -46,6 +48,10 @@ struct CheckResult {
 /// of 0.
 double share_of_bound(double value, double bound, bool is_lower_bound);
 
+/// EGM96's height above the ellipsoid at a latitude and longitude in degrees; nothing where no grid of
+/// it is at hand.
+using Undulation = std::function<std::optional<double>(double lat_deg, double lon_deg)>;
+
 struct ValidateOptions {
   std::string format;  ///< empty: found out from the folder
   std::int64_t seed = 1;
@@ -55,6 +61,7 @@ struct ValidateOptions {
   std::filesystem::path world = {};   ///< the oracle's: of which the dataset is; empty: no oracle
   std::int64_t oracle_samples = 200;  ///< pixels of an image that the oracle draws at random
   GroundMapMaker ground_map = {};     ///< draws the map below the page's tracks
+  Undulation undulation_m = {};       ///< what a diagnosis calls the geoid
   /// A diagnosis tries a supposed cause on some frames: checks of every pixel take every 8th both
   /// ways, and make no pictures.
   bool is_trial = false;
@@ -70,6 +77,8 @@ struct Cause {
   double size = 0.0;                ///< of the mistake; 0 where it has none
   std::string unit;                 ///< of the size
   std::vector<std::string> checks;  ///< those that show it
+  /// Words of findings of `structure` that follow from it, as "a depth that is none"; not reported.
+  std::vector<std::string> explains;
 };
 
 /// Validates one exported dataset: reads the folder alone (and the world's tiles, where the oracle is

@@ -130,6 +130,9 @@ class Reader {
   /// dataset.json are set. Whatever is wrong becomes a finding.
   virtual void read(const Dataset& dataset, Sequence& sequence, Findings& findings) const = 0;
 
+  /// Cameras that stand or look otherwise against each other than the format fixes, by their poses.
+  virtual void check_mounts(const Sequence&, Findings&) const {}
+
   /// Planar depth, m; NaN where there is none (sky).
   /// throws  Input, Io
   virtual core::ImageF depth(const Dataset& dataset, const Camera& camera, int frame) const = 0;

@@ -5,6 +5,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/json.h"
+#include "core/printable.h"
 #include "validate/dataset.h"
 #include "validate/text.h"
 
@@ -94,7 +95,7 @@ void read_table(const Dataset& dataset, const std::string& path, const std::stri
       const int camera_index = sequence.camera_index(std::string(parts[1]));
       if (frame < 0 || frame >= sequence.num_frames || camera_index < 0)
         fail(ErrorKind::Input, "{}: frame {} of camera \"{}\" is not in the dataset", where, frame,
-             parts[1].substr(0, 60));
+             core::first_letters(parts[1], 60));
       Camera& camera = sequence.cameras[static_cast<std::size_t>(camera_index)];
       if (has_row(camera, static_cast<std::size_t>(frame)))
         fail(ErrorKind::Input, "{}: frame {} of camera {} stands twice", where, frame, parts[1]);

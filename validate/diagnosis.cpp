@@ -49,6 +49,8 @@ constexpr Kind kKinds[] = {
 #undef TERRACAST_ROW
 };
 
+constexpr std::string_view kStructure = "structure";
+
 /// A hypothesis that holds.
 struct Accepted {
   Trial trial;
@@ -58,7 +60,52 @@ struct Accepted {
   int rank = 0;
   double left = 0.0;  ///< sum of the logarithms of shares
   std::vector<std::string_view> marks;
+  std::vector<std::string> damage;  ///< what it does not explain
 };
+
+bool has_any(const std::string& line, const std::vector<std::string>& words) {
+  return std::any_of(words.begin(), words.end(),
+                     [&](const std::string& part) { return line.find(part) != std::string::npos; });
+}
+
+/// Words of Reader::check_mounts().
+const std::vector<std::string> kUnfitMount = {" m right, down and forward of ",
+                                              " deg past where its name says"};
+
+/// Whether files as they should be may read so, by a mistake in what they hold.
+bool may_follow(const std::string& line) {
+  return has_any(line, kUnfitMount) || has_any(line, kUnfitDepth) || has_any(line, kUnfitSize) ||
+         has_any(line, kUnfitClass);
+}
+
+bool has_right_mounts(const Trial& trial) {
+  Findings findings;
+  find_reader(trial.dataset->format).check_mounts(trial.sequence, findings);
+  return findings.count() == 0;
+}
+
+/// Damage that does not follow from a cause. That of mounts follows from what rights them.
+std::vector<std::string> damage_without(const Cause& cause, const Trial& before, const Trial& after,
+                                        const std::vector<std::string>& damage) {
+  std::vector<std::string> left = damage;
+  const bool is_of_mounts =
+      std::any_of(damage.begin(), damage.end(),
+                  [](const std::string& line) { return has_any(line, kUnfitMount); }) &&
+      !has_right_mounts(before) && has_right_mounts(after);
+  std::erase_if(left, [&](const std::string& line) {
+    return has_any(line, cause.explains) || (is_of_mounts && has_any(line, kUnfitMount));
+  });
+  return left;
+}
+
+/// A sequence's own findings, and those of no sequence.
+bool is_of_sequence(const std::string& line, const Dataset& dataset, const Sequence& sequence) {
+  return std::none_of(
+      dataset.sequences.begin(), dataset.sequences.end(), [&](const Sequence& other) {
+        return &other != &sequence &&
+               (line.starts_with(other.path + "/") || line.starts_with(other.path + ":"));
+      });
+}
 
 /// Whether all that failed of a check is within its bounds, and what was right still is. A result that
 /// is no more to be seen (of time, in steady straight flight) counts neither way, if others are.
@@ -94,7 +141,8 @@ Shares measure_open(const Trial& trial, const std::vector<std::string_view>& che
 
 std::optional<Accepted> test(const Hypothesis& hypothesis, const Trial& trial, const Shares& before,
                              const std::vector<std::string_view>& all,
-                             const std::set<std::string_view>& explained) {
+                             const std::set<std::string_view>& explained,
+                             const std::vector<std::string>& damage) {
   const auto fails = [&](std::string_view check) {
     return std::any_of(before.begin(), before.end(), [&](const auto& entry) {
       return entry.second > 1.0 && check_of(entry.first) == check;
@@ -102,21 +150,30 @@ std::optional<Accepted> test(const Hypothesis& hypothesis, const Trial& trial, c
   };
   const auto key = std::find_if(hypothesis.checks.begin(), hypothesis.checks.end(), fails);
   if (key == hypothesis.checks.end()) return std::nullopt;
-  Accepted accepted{trial, {}, {}, 0, hypothesis.rank, 0.0, {}};
+  Accepted accepted{trial, {}, {}, 0, hypothesis.rank, 0.0, {}, {}};
   if (!hypothesis.undo(accepted.trial, accepted.cause)) return std::nullopt;
+  accepted.damage = damage_without(accepted.cause, trial, accepted.trial, damage);
+  const bool explains_damage = accepted.damage.size() < damage.size();
+  if (*key == kStructure && !explains_damage) return std::nullopt;
+  if (explains_damage) {
+    ++accepted.num_repaired;
+    accepted.cause.checks.emplace_back(kStructure);
+  }
   if (!hypothesis.marks.empty()) {
     accepted.marks = hypothesis.marks;
     accepted.shares = before;
     for (auto& [name, share] : accepted.shares)
-      if (share > 1.0 && std::find(hypothesis.marks.begin(), hypothesis.marks.end(),
-                                   check_of(name)) != hypothesis.marks.end()) {
+      if (share > 1.0 && name != kStructure &&
+          std::find(hypothesis.marks.begin(), hypothesis.marks.end(), check_of(name)) !=
+              hypothesis.marks.end()) {
         ++accepted.num_repaired;
         accepted.cause.checks.push_back(name);
         share = 1.0;
       }
     return accepted;
   }
-  if (!is_repaired(*key, before, measure(accepted.trial, {*key}))) return std::nullopt;
+  if (*key != kStructure && !is_repaired(*key, before, measure(accepted.trial, {*key})))
+    return std::nullopt;
   std::set<std::string_view> others(hypothesis.checks.begin(), hypothesis.checks.end());
   others.insert(all.begin(), all.end());
   // The rest at once: results of the key's check again among them.
@@ -143,32 +200,42 @@ bool is_better(const Accepted& a, const Accepted& b) {
 }  // namespace
 
 std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
-                            const std::vector<CheckResult>& results) {
-  std::vector<CheckResult> failed;
+                            const std::vector<CheckResult>& failed_results,
+                            std::vector<std::string>& damage, const ValidateOptions& options) {
+  std::vector<CheckResult> failed = failed_results;
+  std::erase_if(failed, [](const CheckResult& result) { return result.name == kStructure; });
+  std::vector<std::string> own_damage;
+  for (const std::string& line : damage)
+    if (is_of_sequence(line, dataset, sequence)) own_damage.push_back(line);
+  if (!own_damage.empty()) {
+    failed.emplace_back();
+    failed.back().name = kStructure;
+    failed.back().worst = own_damage.front();
+  }
   std::vector<std::string_view> checks_to_run;
-  for (const CheckResult& result : results) {
-    if (result.ok) continue;
-    CheckResult known;
-    known.name = result.name;
-    known.worst = result.worst;
-    known.unit = result.unit;
-    failed.push_back(std::move(known));
+  for (const CheckResult& result : failed) {
     const std::string_view check = check_of(result.name);
-    if (!check.empty() && check != "structure" && check != "colmap_model" &&
+    if (!check.empty() && check != kStructure && check != "colmap_model" &&
         std::find(checks_to_run.begin(), checks_to_run.end(), check) == checks_to_run.end())
       checks_to_run.push_back(check);
   }
   if (failed.empty() || sequence.cameras.empty() || sequence.num_frames < 1) return {};
   Trial trial = make_trial(dataset, sequence, failed);
+  trial.undulation_m = options.undulation_m;
   // Depth that broke a rule was left out of what the checks saw: here it is seen.
-  if (std::any_of(failed.begin(), failed.end(),
-                  [](const CheckResult& result) { return result.name == "structure"; }))
+  if (!own_damage.empty())
     for (const std::string_view check : {"reprojection", "depth"})
       if (std::find(checks_to_run.begin(), checks_to_run.end(), check) == checks_to_run.end())
         checks_to_run.push_back(check);
   Shares shares = measure(trial, checks_to_run);
-  for (const CheckResult& result : failed)
-    if (result.name == "structure") shares["structure"] = 2.0;
+  // What files are damaged by is no cause's to explain, and not looked for.
+  const auto note_damage = [&] {
+    if (std::any_of(own_damage.begin(), own_damage.end(), may_follow))
+      shares[std::string(kStructure)] = 2.0;
+    else
+      shares.erase(std::string(kStructure));
+  };
+  note_damage();
   std::set<std::string_view> explained;
   std::vector<Cause> causes;
   constexpr int kMostRounds = 3;
@@ -186,7 +253,7 @@ std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
       kind.make(symptoms, hypotheses);
       for (const Hypothesis& hypothesis : hypotheses) {
         std::optional<Accepted> accepted =
-            test(hypothesis, trial, shares, checks_to_run, explained);
+            test(hypothesis, trial, shares, checks_to_run, explained, own_damage);
         if (accepted && (!best || is_better(*accepted, *best))) best = std::move(accepted);
       }
     }
@@ -207,48 +274,50 @@ std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
     trial = std::move(best->trial);
     for (auto& [name, share] : best->shares) shares[name] = share;
     explained.insert(best->marks.begin(), best->marks.end());
-    if (shown.contains("structure")) explained.insert("structure");
+    own_damage = std::move(best->damage);
+    note_damage();
     std::erase_if(shares,
                   [&](const auto& entry) { return explained.contains(check_of(entry.first)); });
     if (std::none_of(shares.begin(), shares.end(),
                      [](const auto& entry) { return entry.second > 1.0; }))
       break;
   }
+  std::erase_if(damage, [&](const std::string& line) {
+    return is_of_sequence(line, dataset, sequence) &&
+           std::find(own_damage.begin(), own_damage.end(), line) == own_damage.end();
+  });
   return causes;
 }
 
-void add_damage(const std::vector<std::string>& findings, std::vector<Cause>& causes) {
-  // A cause that explains why files could not be read says more than each of them does.
-  for (const Cause& cause : causes)
-    if (std::find(cause.checks.begin(), cause.checks.end(), "structure") != cause.checks.end())
-      return;
-  constexpr std::size_t kMost = 5;
-  for (std::size_t i = 0; i < findings.size() && i < kMost; ++i) {
-    const std::string line = first_line(findings[i]);
-    // TartanAir's pair and faces are held against each other's poses: what is wrong with these is
-    // said already.
-    if (!causes.empty() && line.find(" m right, down and forward of ") != std::string::npos)
-      continue;
-    if (!causes.empty() && line.find(" deg past where its name says") != std::string::npos)
-      continue;
-    Cause cause;
-    const auto says = [&](const char* what) { return line.find(what) != std::string::npos; };
-    const bool is_missing = line.ends_with(": missing");
-    const bool is_extra = says("not listed in dataset.json") || says("files that are not");
-    const bool is_changed = says("where dataset.json says") || says("(hash)");
-    cause.name = is_missing   ? "file_missing"
-                 : is_extra   ? "file_extra"
-                 : is_changed ? "file_changed"
-                              : "file_damaged";
-    cause.words = fmt::format("{}: {}",
-                              is_missing   ? "a file is missing"
-                              : is_extra   ? "a file too many"
-                              : is_changed ? "a file is not the one that was exported"
-                                           : "a file does not hold what it should",
-                              line);
-    cause.checks = {"structure"};
-    causes.push_back(std::move(cause));
+void add_damage(const std::vector<std::string>& damage, std::vector<Cause>& causes) {
+  struct Kind {
+    const char* name;
+    const char* words;
+    std::vector<std::string> signs;
+  };
+  static const std::vector<Kind> kinds = {
+      {"file_missing", "a file is missing", {}},
+      {"file_extra", "a file too many", {"not listed in dataset.json", "files that are not"}},
+      {"file_changed",
+       "a file is not the one that was exported",
+       {"where dataset.json says", "(hash)"}},
+      {"file_damaged", "a file does not hold what it should", {""}}};
+  constexpr std::size_t kMostOfAKind = 5;
+  std::vector<std::vector<std::string>> lines(kinds.size());
+  for (const std::string& line : damage) {
+    std::size_t kind = line.ends_with(": missing") ? 0 : 1;
+    while (kind > 0 && !has_any(line, kinds[kind].signs)) ++kind;
+    lines[kind].push_back(line);
   }
+  for (std::size_t kind = 0; kind < kinds.size(); ++kind)
+    for (std::size_t i = 0; i < lines[kind].size() && i < kMostOfAKind; ++i) {
+      Cause cause;
+      cause.name = kinds[kind].name;
+      cause.words = fmt::format("{}: {}", kinds[kind].words, lines[kind][i]);
+      if (i + 1 == kMostOfAKind && lines[kind].size() > kMostOfAKind) cause.words += " (and more)";
+      cause.checks = {std::string(kStructure)};
+      causes.push_back(std::move(cause));
+    }
 }
 
 core::Json causes_json(const std::vector<Cause>& causes) {

@@ -15,14 +15,17 @@
 namespace terracast::validate {
 
 /// Causes of what failed in one sequence; the one that repairs most first.
-/// results  of all checks, of all sequences
+/// failed   results of that sequence
+/// damage   findings of `structure` in all sequences; those that follow from a cause are taken out
 /// cost     nothing where nothing failed; else a few times what the checks cost on six frames
 /// threads  deterministic for any number
 std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
-                            const std::vector<CheckResult>& results);
+                            const std::vector<CheckResult>& failed,
+                            std::vector<std::string>& damage, const ValidateOptions& options);
 
-/// Damaged files as causes, as far as `causes` do not explain them.
-void add_damage(const std::vector<std::string>& findings, std::vector<Cause>& causes);
+/// Findings that no cause explains, as causes: of missing, extra, changed and unreadable files the
+/// first few each.
+void add_damage(const std::vector<std::string>& damage, std::vector<Cause>& causes);
 
 core::Json causes_json(const std::vector<Cause>& causes);
 

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace terracast::validate {
 
@@ -13,7 +14,7 @@ void Findings::add(const std::string& file, const std::string& what) {
   const std::lock_guard lock(mutex_);
   ++count_;
   if (lines_.size() < kMostKept)
-    lines_.push_back(what.starts_with(file) ? what : file + ": " + what);
+    lines_.push_back(core::printable(what.starts_with(file) ? what : file + ": " + what));
 }
 
 bool Findings::attempt(const std::string& file, const std::function<void()>& work) {

@@ -22,7 +22,7 @@ class Findings {
   bool attempt(const std::string& file, const std::function<void()>& work);
 
   std::int64_t count() const;
-  /// The first of them, sorted by file: at most `most`, as "file: what".
+  /// The first of them, sorted by file: at most `most`, as "file: what", each core::printable().
   std::vector<std::string> lines(std::size_t most = 40) const;
 
  private:

@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <limits>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/printable.h"
 #include "core/progress.h"
 #include "validate/check.h"
 #include "validate/checks/checker.h"
@@ -20,11 +22,41 @@ std::pair<int, double> badness(const CheckResult& result) {
   return {rank, share_of_bound(result.value, result.bound, result.is_lower_bound)};
 }
 
+/// Adds results of one sequence, their words printable. Those of `structure` are: they are findings.
+void add_results(std::vector<CheckResult> more, std::vector<CheckResult>& own) {
+  for (CheckResult& result : more) {
+    if (result.name != "structure")
+      for (std::string* words : {&result.worst, &result.summary}) {
+        std::string lines;
+        for (const TextLine& line : split_lines(*words))
+          lines += (lines.empty() ? "" : "\n") + core::printable(line.text);
+        *words = std::move(lines);
+      }
+    own.push_back(std::move(result));
+  }
+}
+
+/// What a diagnosis needs of results: those that failed, without plots and pictures.
+std::vector<CheckResult> failed_of(const std::vector<CheckResult>& results) {
+  std::vector<CheckResult> failed;
+  for (const CheckResult& result : results) {
+    if (result.ok) continue;
+    CheckResult known;
+    known.name = result.name;
+    known.worst = result.worst;
+    known.unit = result.unit;
+    failed.push_back(std::move(known));
+  }
+  return failed;
+}
+
 /// Results of several sequences under one name: the worst stands for all.
 void merge(std::vector<CheckResult>& all, std::vector<CheckResult> more,
            const std::string& sequence, bool is_only) {
   for (CheckResult& result : more) {
-    if (!is_only && !result.worst.empty()) result.worst = sequence + ": " + result.worst;
+    // Files are looked at once, for all sequences, and lines name them.
+    if (!is_only && !result.worst.empty() && result.name != "structure")
+      result.worst = sequence + ": " + result.worst;
     const auto same = std::find_if(all.begin(), all.end(),
                                    [&](const CheckResult& r) { return r.name == result.name; });
     if (same == all.end())
@@ -45,13 +77,31 @@ void add_findings(const Findings& findings, std::vector<CheckResult>& results) {
   structure->worst = structure->worst.empty() ? lines : lines + "\n" + structure->worst;
 }
 
-/// What the check of the files found, a line each.
-std::vector<std::string> structure_lines(const std::vector<CheckResult>& results) {
-  std::vector<std::string> lines;
+/// All that the readers met, and what the check of the files found, a line each.
+std::vector<std::string> damage_of(const Findings& findings,
+                                   const std::vector<CheckResult>& results) {
+  std::vector<std::string> lines = findings.lines(std::numeric_limits<std::size_t>::max());
   for (const CheckResult& result : results)
     if (result.name == "structure" && !result.ok)
-      for (const TextLine& line : split_lines(result.worst)) lines.emplace_back(line.text);
+      for (const TextLine& line : split_lines(result.worst))
+        if (std::find(lines.begin(), lines.end(), line.text) == lines.end())
+          lines.emplace_back(line.text);
   return lines;
+}
+
+/// Causes in all sequences; those of several name theirs.
+std::vector<Cause> diagnose_all(const Dataset& dataset,
+                                const std::vector<std::vector<CheckResult>>& failed,
+                                std::vector<std::string> damage, const ValidateOptions& options) {
+  std::vector<Cause> causes;
+  for (std::size_t i = 0; i < dataset.sequences.size(); ++i)
+    for (Cause& cause : diagnose(dataset, dataset.sequences[i], failed[i], damage, options)) {
+      if (dataset.sequences.size() > 1) cause.words = cause.sequence + ": " + cause.words;
+      cause.words = core::printable(cause.words);
+      causes.push_back(std::move(cause));
+    }
+  add_damage(damage, causes);
+  return causes;
 }
 
 }  // namespace
@@ -69,6 +119,7 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
                    dataset.sequences.size(), num_frames, dataset.files.size());
 
   std::vector<CheckResult> results;
+  std::vector<std::vector<CheckResult>> failed;  // of each sequence
   core::Progress progress(context, "frames", num_frames);
   // A dataset whose sequences cannot be read still has its files looked at.
   std::vector<Sequence> nothing(1);
@@ -88,13 +139,14 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
       for (const auto& checker : checkers) checker->frame(window, pairs);
       progress.advance();
     }
-    for (const auto& checker : checkers)
-      merge(results, checker->finish(dataset, sequence), sequence.name, sequences.size() == 1);
+    std::vector<CheckResult> own;
+    for (const auto& checker : checkers) add_results(checker->finish(dataset, sequence), own);
     const auto number = static_cast<std::size_t>(&sequence - sequences.data());
-    merge(results,
-          run_colmap_modes(dataset, sequence, options,
-                           report_folder / "colmap" / fmt::format("{:02}", number), context),
-          sequence.name, sequences.size() == 1);
+    add_results(run_colmap_modes(dataset, sequence, options,
+                                 report_folder / "colmap" / fmt::format("{:02}", number), context),
+                own);
+    failed.push_back(failed_of(own));
+    merge(results, std::move(own), core::printable(sequence.name), sequences.size() == 1);
   }
   add_findings(findings, results);
   for (const CheckResult& result : results) {
@@ -106,20 +158,18 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
                        result.unit, result.bound, result.worst);
   }
   ReportHead head;
-  head.title = fmt::format("{}: {}", dataset.format, dataset.world_name);
+  head.title = core::printable(fmt::format("{}: {}", dataset.format, dataset.world_name));
   for (const Sequence& sequence : dataset.sequences) {
     std::string cameras;
     for (const Camera& camera : sequence.cameras)
       cameras += fmt::format("{}{} ({} × {})", cameras.empty() ? "" : ", ", camera.name,
                              camera.intrinsics.width_px, camera.intrinsics.height_px);
-    head.lines.push_back(fmt::format("Sequence {}: {} frames at {} Hz from {:.5f}, {:.5f}; {}",
-                                     sequence.name, sequence.num_frames, sequence.rate_hz,
-                                     sequence.origin.lat_deg, sequence.origin.lon_deg, cameras));
+    head.lines.push_back(
+        core::printable(fmt::format("Sequence {}: {} frames at {} Hz from {:.5f}, {:.5f}; {}",
+                                    sequence.name, sequence.num_frames, sequence.rate_hz,
+                                    sequence.origin.lat_deg, sequence.origin.lon_deg, cameras)));
   }
-  for (const Sequence& sequence : dataset.sequences)
-    for (Cause& cause : diagnose(dataset, sequence, results))
-      head.causes.push_back(std::move(cause));
-  add_damage(structure_lines(results), head.causes);
+  head.causes = diagnose_all(dataset, failed, damage_of(findings, results), options);
   write_report(
       head, results,
       {.dataset = &dataset, .ground_map = options.ground_map, .events_file = context.events_file},

@@ -131,6 +131,7 @@ TEST_P(Damaged, IsAFindingThatNamesTheFile) {
   const std::vector<CheckResult> results = run(scratch / "data", scratch / "report");
   const CheckResult structure = structure_of(results);
   EXPECT_FALSE(structure.ok);
+  for (const CheckResult& result : results) EXPECT_EQ(result.worst.find('\xff'), std::string::npos);
   EXPECT_NE(structure.worst.find(GetParam().named), std::string::npos) << structure.worst;
   EXPECT_FALSE(core::Json::read(scratch / "report/report.json").at("ok").boolean());
 }
@@ -155,6 +156,25 @@ const Damage kDamages[] = {
     {"ExtraFile", "kitti",
      [](const fs::path& d) { core::write_file(d / kKitti / "notes.txt", std::string_view("x")); },
      "notes.txt: not listed"},
+    {"ExtraFileOfNoUtf8", "kitti",
+     [](const fs::path& d) { core::write_file(d / kKitti / "bad\xff.png", std::string_view("x")); },
+     "bad\\xff.png: not listed"},
+    {"ExtraFileOfTwoLines", "kitti",
+     [](const fs::path& d) {
+       core::write_file(d / kKitti / "two\nlines.png", std::string_view("x"));
+     },
+     "two\\x0alines.png: not listed"},
+    {"GeoreferenceCameraOfNoUtf8", "kitti",
+     [](const fs::path& d) {
+       replace(d / kKitti / "georeference.csv", ",image_2,", ",image_\xff,");
+     },
+     "camera \"image_\\xff\" is not in the dataset", true},
+    {"GeoreferenceCameraCutWithinALetter", "kitti",
+     [](const fs::path& d) {
+       replace(d / kKitti / "georeference.csv", ",image_2,",
+               "," + std::string(59, 'a') + "\xc3\xa9,");
+     },
+     std::string(59, 'a') + "\" is not in the dataset", true},
     {"ExtraImage", "kitti",
      [](const fs::path& d) {
        fs::copy_file(d / kKitti / "image_2/000001.png", d / kKitti / "image_2/000007.png");
@@ -280,6 +300,18 @@ const Damage kDamages[] = {
        f.write(reinterpret_cast<const char*>(&n), 8);
      },
      "more than the file can hold", true},
+    {"NameOfNoUtf8", "colmap",
+     [](const fs::path& d) {
+       replace(d / kSparse / "images.bin", "rig/cam0/000000.png", "rig/cam\xff/000000.png");
+       truncate(d / kSparse / "frames.bin");
+     },
+     "image \"rig/cam\\xff/000000.png\" belongs to no camera", true},
+    {"LongNameCutWithinALetter", "colmap",
+     [](const fs::path& d) {
+       replace(d / kSparse / "images.bin", "rig/cam0/000000.png",
+               std::string(99, 'a') + "\xc3\xa9.png");
+     },
+     std::string(99, 'a') + "\" belongs to no camera", true},
     {"NoRigs", "colmap", [](const fs::path& d) { fs::remove(d / kSparse / "rigs.bin"); },
      "rigs.bin", true},
     {"NoLineOfPoints", "colmap",

@@ -90,7 +90,7 @@ void add_intrinsics(std::vector<Hypothesis>& hypotheses) {
       cause.words = fmt::format("{}: {}{}", trial.camera_names(cameras), first->words,
                                 is_format_wrong ? "" : " in dataset.json");
       // Images of the right size could not be read by the wrong one.
-      if (first->name == "calibration_of_other_size") cause.checks.push_back("structure");
+      if (first->name == "calibration_of_other_size") cause.explains = kUnfitSize;
       return true;
     };
     hypotheses.push_back(std::move(h));
@@ -202,8 +202,6 @@ void add_mounts(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
               "forward",
               where, off.x(), off.y(), off.z());
         }
-        // TartanAir's reader holds the pair against 0.25 m.
-        if (is_format_wrong) cause.checks.push_back("structure");
         return true;
       };
       hypotheses.push_back(std::move(h));
@@ -249,7 +247,6 @@ void add_swaps(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
           cause.name = "cameras_swapped";
           cause.words = fmt::format("{} of '{}' and '{}' are swapped", swap.what, t.camera(a).name,
                                     t.camera(b).name);
-          if (swap.pose) cause.checks.push_back("structure");
           return true;
         };
         // What no image shows better is no hypothesis worth its checks.

@@ -304,6 +304,7 @@ void add_classes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) 
       const int found = index;
       h.undo = [=](Trial&, Cause& cause) {
         cause.name = "classes_permuted";
+        cause.explains = kUnfitClass;
         cause.words = fmt::format(
             "classes of the segmentation are permuted: the sky is called '{}'", name_of(found));
         return true;
@@ -320,6 +321,8 @@ void add_classes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) 
       h.undo = [c, f](Trial& t, Cause& cause) {
         t.edit(c, f).segmentation = {};
         cause.name = "classes_of_frame";
+        cause.explains = {t.camera(c).files[static_cast<std::size_t>(f)].segmentation +
+                          kUnfitClass[0]};
         cause.camera = t.camera(c).name;
         cause.frame = t.first_frame + f;
         cause.words = fmt::format("classes of {}, frame {} are permuted or another image's",

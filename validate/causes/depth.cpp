@@ -64,7 +64,7 @@ void add(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses, const ch
     cause.words = words;
     cause.size = size;
     cause.unit = unit;
-    if (std::string(name) == "depth_unit") cause.checks.push_back("structure");
+    cause.explains = kUnfitDepth;
     return true;
   };
   hypotheses.push_back(std::move(h));
@@ -158,7 +158,7 @@ void add_limits(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
                                limit_m, 100.0 * share)
                  : fmt::format("depth is clipped at {:.6g} m ({:.0f} % of the depths)", limit_m,
                                100.0 * share);
-      if (is_sky) cause.checks.push_back("structure");
+      if (is_sky) cause.explains = kUnfitDepth;
       return true;
     };
     hypotheses.push_back(std::move(h));
@@ -251,7 +251,7 @@ void add_bytes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
     cause.words = trial.camera(0).files[0].depth.ends_with(".png")
                       ? "depth has the byte order of R G B A where B G R A is meant"
                       : "depth has big-endian byte order where little-endian is meant";
-    cause.checks.push_back("structure");
+    cause.explains = kUnfitDepth;
     return true;
   };
   hypotheses.push_back(std::move(h));
@@ -281,6 +281,7 @@ void add_places(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
             image.depth = old[static_cast<std::size_t>(from)][static_cast<std::size_t>(c)]->depth;
         }
       cause.name = "depth_shifted";
+      cause.explains = kUnfitDepth;
       cause.size = shift;
       cause.unit = "frames";
       cause.words = fmt::format("depths are shifted by 1 frame: each is that of the frame {}",
@@ -317,6 +318,8 @@ void add_single(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
             twin = other;
         LoadedImage& image = t.edit(c, f);
         image.depth = {};
+        const FrameFiles& files = t.camera(c).files[static_cast<std::size_t>(f)];
+        cause.explains = {files.depth + kUnfitDepth[0], files.segmentation + kUnfitClass[0]};
         cause.name = twin >= 0 ? "frame_duplicated" : "frame_foreign";
         cause.camera = t.camera(c).name;
         cause.frame = t.first_frame + f;

@@ -144,6 +144,25 @@ std::optional<Offset> offset_of(const Trial& trial, bool is_of_origin) {
   return Offset{median(lat), median(lon), median(height)};
 }
 
+/// What the offset of all heights may be: heights above the geoid are off by less its undulation.
+enum class HeightFault { Geoid, GeoidTwice, Datum, Other };
+HeightFault height_fault(const Trial& trial, double off_m) {
+  // EGM96, EGM2008 and the data of countries lie within 2 m of each other nearly everywhere. A few
+  // metres are too often something else.
+  constexpr double kTolerance_m = 2.0;
+  constexpr double kLeast_m = 5.0;
+  if (std::abs(off_m) > kLeast_m && trial.undulation_m) {
+    const Geodetic& place = trial.sequence.origin;
+    const std::optional<double> undulation_m = trial.undulation_m(place.lat_deg, place.lon_deg);
+    if (undulation_m && std::abs(off_m + *undulation_m) < kTolerance_m) return HeightFault::Geoid;
+    if (undulation_m && std::abs(off_m - *undulation_m) < kTolerance_m)
+      return HeightFault::GeoidTwice;
+  }
+  // Vertical data lie decimetres (one geoid and another) to a hundred metres (a geoid and the
+  // ellipsoid) apart.
+  return std::abs(off_m) > 0.1 && std::abs(off_m) < 110.0 ? HeightFault::Datum : HeightFault::Other;
+}
+
 /// Constant offsets, found against the poses, or where these agree (KITTI's are placed by the rows)
 /// against the origin, which is the first place rounded.
 void add_offsets(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
@@ -166,16 +185,20 @@ void add_offsets(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) 
     const double sign = where == Where::Rows ? 1.0 : -1.0;
     if (height_m != 0.0 && lat_deg == 0.0 && lon_deg == 0.0) {
       const double off_m = sign * height_m;
-      // Undulations of the geoid range from -107 to 86 m.
-      const bool may_be_geoid = std::abs(off_m) > 5.0 && off_m > -90.0 && off_m < 110.0;
-      add(hypotheses, may_be_geoid ? "geoid" : "height_offset", where, 1, off_m, "m",
-          may_be_geoid
+      const HeightFault fault = height_fault(trial, off_m);
+      const char* side = off_m < 0.0 ? "low" : "high";
+      const std::string words =
+          fault == HeightFault::Geoid
               ? fmt::format(
                     "heights are above the geoid where the ellipsoid is meant: {}{:.1f} m too {}",
-                    about, std::abs(off_m), off_m < 0.0 ? "low" : "high")
-              : fmt::format("heights are {}{:.4g} m too {}", about, std::abs(off_m),
-                            off_m < 0.0 ? "low" : "high"),
-          [off_m](const Geodetic& p) {
+                    about, std::abs(off_m), side)
+              : fmt::format("heights are {}{:.4g} m too {}{}", about, std::abs(off_m), side,
+                            fault == HeightFault::GeoidTwice
+                                ? ": the geoid's height added twice, or left out elsewhere?"
+                            : fault == HeightFault::Datum ? ": above another datum?"
+                                                          : "");
+      add(hypotheses, fault == HeightFault::Geoid ? "geoid" : "height_offset", where, 1, off_m, "m",
+          words, [off_m](const Geodetic& p) {
             return Geodetic{p.lat_deg, p.lon_deg, p.height_m - off_m};
           });
     } else if (lat_deg != 0.0 || lon_deg != 0.0) {

@@ -200,8 +200,6 @@ Shares measure(const Trial& trial, const std::vector<std::string_view>& names) {
       const double share = share_of_bound(result.value, result.bound, result.is_lower_bound);
       shares[result.name] = result.ok ? std::min(share, 1.0) : std::max(share, 1.0 + 1e-9);
     }
-  // Files were read, or not: of what a hypothesis reads otherwise the other checks judge.
-  if (is_wanted("structure")) shares["structure"] = 0.0;
   if (is_wanted("colmap_observations")) measure_observations(trial, shares);
   if (is_wanted("colmap_point_colors")) measure_point_colors(trial, shares);
   return shares;

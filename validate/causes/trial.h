@@ -24,6 +24,7 @@ struct Trial {
   std::vector<FrameImages> images;
   std::shared_ptr<const ColmapModel> model;  ///< COLMAP: the binary one, of the whole sequence
   Pose local_from_first;                     ///< KITTI: what poses of the file are placed by
+  Undulation undulation_m;                   ///< ValidateOptions'
 
   int num_frames() const { return sequence.num_frames; }
   int num_cameras() const { return static_cast<int>(sequence.cameras.size()); }
@@ -65,6 +66,12 @@ std::vector<std::pair<int, int>> places_in(const std::string& text, const Sequen
 double depth_disagreement(const Trial& trial);
 /// The same of 1 - correlation of patches.
 double color_disagreement(const Trial& trial);
+
+/// Words of findings that follow from depths that are written otherwise: a depth that is none, a sky
+/// that has one.
+inline const std::vector<std::string> kUnfitDepth = {": depth ", "where depth is "};
+inline const std::vector<std::string> kUnfitSize = {" pixels where "};
+inline const std::vector<std::string> kUnfitClass = {": class "};
 
 /// A supposed cause.
 struct Hypothesis {

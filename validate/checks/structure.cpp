@@ -15,23 +15,24 @@ namespace {
 class StructureChecker : public Checker {
  public:
   std::vector<CheckResult> finish(const Dataset& dataset, const Sequence&) override {
-    Findings findings;
+    // Each kind has its own, so that many of one hide none of another.
+    Findings missing, changed, extra;
     std::vector<std::pair<std::string, FileRecord>> listed(dataset.files.begin(),
                                                            dataset.files.end());
     std::atomic<std::uint64_t> num_bytes{0};
     core::parallel_for(static_cast<std::int64_t>(listed.size()), [&](std::int64_t i) {
       const auto& [path, record] = listed[static_cast<std::size_t>(i)];
-      findings.attempt(path, [&] {
+      changed.attempt(path, [&] {
         const std::filesystem::path file = dataset.root / path;
         std::error_code error;
         const std::uintmax_t size = std::filesystem::file_size(file, error);
         if (error) {
-          findings.add(path, "missing");
+          missing.add(path, "missing");
         } else if (size != record.num_bytes) {
-          findings.add(path,
-                       fmt::format("{} bytes where dataset.json says {}", size, record.num_bytes));
+          changed.add(path,
+                      fmt::format("{} bytes where dataset.json says {}", size, record.num_bytes));
         } else if (core::content_hash_of_file(file) != record.hash) {
-          findings.add(path, "its content is not what dataset.json says (hash)");
+          changed.add(path, "its content is not what dataset.json says (hash)");
         }
         num_bytes += error ? 0 : size;
       });
@@ -43,15 +44,19 @@ class StructureChecker : public Checker {
       if (entry->is_directory(error)) continue;
       const std::string path = entry->path().lexically_relative(dataset.root).generic_string();
       if (path != "dataset.json" && !dataset.files.contains(path))
-        findings.add(path, "not listed in dataset.json");
+        extra.add(path, "not listed in dataset.json");
     }
     CheckResult result;
     result.name = "structure";
-    result.value = static_cast<double>(findings.count());
+    const std::int64_t count = missing.count() + changed.count() + extra.count();
+    result.value = static_cast<double>(count);
     result.bound = 0.0;
     result.unit = "findings";
-    result.ok = findings.count() == 0;
-    result.worst = fmt::format("{}", fmt::join(findings.lines(), "\n"));
+    result.ok = count == 0;
+    std::vector<std::string> lines;
+    for (const Findings* findings : {&missing, &changed, &extra})
+      for (std::string& line : findings->lines()) lines.push_back(std::move(line));
+    result.worst = fmt::format("{}", fmt::join(lines, "\n"));
     result.summary = fmt::format(
         "{} files, {:.1f} MB: each is there with its size and hash, and none beside them; every "
         "image, array, pose row and point was read.",

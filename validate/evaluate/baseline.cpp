@@ -12,6 +12,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/program.h"
 #include "core/registry.h"
 #include "validate/colmap/program.h"
@@ -57,7 +58,8 @@ std::string end_of(const fs::path& log) {
   if (lines.size() > kMostLines)
     lines.erase(lines.begin(), lines.end() - static_cast<std::ptrdiff_t>(kMostLines));
   std::string result;
-  for (const TextLine& line : lines) result += "\n  " + std::string(line.text.substr(0, 300));
+  for (const TextLine& line : lines)
+    result += "\n  " + core::printable(core::first_letters(line.text, 300));
   return result;
 }
 

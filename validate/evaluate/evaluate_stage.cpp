@@ -6,6 +6,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/printable.h"
 #include "core/registry.h"
 #include "validate/evaluate/baseline.h"
 #include "validate/evaluate/error_pictures.h"
@@ -327,6 +328,8 @@ Evaluation run_evaluate(const EvaluateOptions& wanted, const fs::path& report_fo
       evaluation.subjects.push_back(std::move(score));
     }
   }
+  // Notes name files of the result.
+  for (std::string& note : evaluation.notes) note = core::printable(note);
   add_rows(evaluation, options.average);
   if (evaluation.rows.back().num_answered_frames == 0 || evaluation.rows.back().num_truth == 0)
     fail_empty(evaluation, subjects);

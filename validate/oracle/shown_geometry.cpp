@@ -8,6 +8,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/json.h"
+#include "core/printable.h"
 
 namespace terracast::oracle {
 namespace {
@@ -33,7 +34,7 @@ ShownTile tile_of(const std::string& text, const std::string& name) {
     if (error != std::errc() || stop == rest.data() + rest.size() || *stop != end ||
         number < least || number > most)
       fail(ErrorKind::Input, "{}: \"{}\" is not \"level/x/y hash\" of a tile", name,
-           text.substr(0, 80));
+           core::first_letters(text, 80));
     rest.remove_prefix(static_cast<std::size_t>(stop - rest.data()) + 1);
   };
   take(tile.key.level, '/', kFinestLevel, kCoarsestLevel);

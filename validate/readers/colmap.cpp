@@ -3,6 +3,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace terracast::validate {
 
@@ -58,7 +59,7 @@ void ColmapReader::read(const Dataset& dataset, Sequence& sequence, Findings& fi
     if (frame < 0 || frame >= sequence.num_frames || camera_index < 0) {
       findings.add(binary + "/images.bin",
                    fmt::format("image \"{}\" belongs to no camera and frame of dataset.json",
-                               image.name.substr(0, 100)));
+                               core::first_letters(image.name, 100)));
       continue;
     }
     Camera& camera = sequence.cameras[static_cast<std::size_t>(camera_index)];

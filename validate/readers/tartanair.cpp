@@ -176,7 +176,12 @@ void TartanAirReader::read(const Dataset& dataset, Sequence& sequence, Findings&
           fmt::format("{} files for {} frames; the readers pair files by their place in the list",
                       found.size(), sequence.num_frames));
   }
-  add_fixed_pair("lcam_front", "rcam_front", sequence, findings);
+  add_fixed_pair("lcam_front", "rcam_front", sequence);
+  check_mounts(sequence, findings);
+}
+
+void TartanAirReader::check_mounts(const Sequence& sequence, Findings& findings) const {
+  check_fixed_pair(sequence, findings);
   check_faces(sequence, findings);
 }
 

@@ -9,6 +9,7 @@ namespace terracast::validate {
 class TartanAirReader : public Reader {
  public:
   void read(const Dataset& dataset, Sequence& sequence, Findings& findings) const override;
+  void check_mounts(const Sequence& sequence, Findings& findings) const override;
   core::ImageF depth(const Dataset& dataset, const Camera& camera, int frame) const override;
   FlowFields flow(const Dataset& dataset, const Camera& camera, int frame) const override;
 };

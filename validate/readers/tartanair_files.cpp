@@ -67,14 +67,20 @@ void read_ned_poses(const Dataset& dataset, const Sequence& sequence, Camera& ca
   });
 }
 
-void add_fixed_pair(const std::string& left_name, const std::string& right_name, Sequence& sequence,
-                    Findings& findings) {
+void add_fixed_pair(const std::string& left_name, const std::string& right_name,
+                    Sequence& sequence) {
   const int left = sequence.camera_index(left_name);
   const int right = sequence.camera_index(right_name);
   if (left < 0 || right < 0) return;
   sequence.stereo = StereoPair{left, right, kFixedBaseline_m};
-  const auto& left_poses = sequence.cameras[static_cast<std::size_t>(left)].local_from_camera;
-  const auto& right_poses = sequence.cameras[static_cast<std::size_t>(right)].local_from_camera;
+}
+
+void check_fixed_pair(const Sequence& sequence, Findings& findings) {
+  if (!sequence.stereo) return;
+  const Camera& left = sequence.cameras[static_cast<std::size_t>(sequence.stereo->left)];
+  const Camera& right = sequence.cameras[static_cast<std::size_t>(sequence.stereo->right)];
+  const auto& left_poses = left.local_from_camera;
+  const auto& right_poses = right.local_from_camera;
   for (std::size_t i = 0; i < left_poses.size() && i < right_poses.size(); ++i) {
     if (!left_poses[i] || !right_poses[i]) continue;
     const Eigen::Vector3d offset = (left_poses[i]->inverse() * *right_poses[i]).translation;
@@ -85,7 +91,7 @@ void add_fixed_pair(const std::string& left_name, const std::string& right_name,
         sequence.path,
         fmt::format("{} stands ({:.4f}, {:.4f}, {:.4f}) m right, down and forward of {} in "
                     "frame {}; {} m to the right is the format's",
-                    right_name, offset.x(), offset.y(), offset.z(), left_name, i,
+                    right.name, offset.x(), offset.y(), offset.z(), left.name, i,
                     kFixedBaseline_m));
     return;
   }

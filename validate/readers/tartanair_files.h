@@ -17,9 +17,10 @@ void read_classes(const Dataset& dataset, Sequence& sequence, Findings& findings
 void read_ned_poses(const Dataset& dataset, const Sequence& sequence, Camera& camera,
                     Findings& findings);
 
-/// The rectified pair, which must stand as the format fixes it: 0.25 m apart.
-void add_fixed_pair(const std::string& left, const std::string& right, Sequence& sequence,
-                    Findings& findings);
+/// The rectified pair, where both are there.
+void add_fixed_pair(const std::string& left, const std::string& right, Sequence& sequence);
+/// It must stand as the format fixes it: 0.25 m apart.
+void check_fixed_pair(const Sequence& sequence, Findings& findings);
 
 /// Depth of a surface, or NaN for the sky's.
 /// path, index, width   for the message

@@ -84,7 +84,12 @@ void TartanAirV1Reader::read(const Dataset& dataset, Sequence& sequence, Finding
     fill("seg", "_seg.npy", &FrameFiles::segmentation);
     if (camera.name == "left") find_flow(dataset, sequence, camera, findings);
   }
-  add_fixed_pair("left", "right", sequence, findings);
+  add_fixed_pair("left", "right", sequence);
+  check_mounts(sequence, findings);
+}
+
+void TartanAirV1Reader::check_mounts(const Sequence& sequence, Findings& findings) const {
+  check_fixed_pair(sequence, findings);
 }
 
 core::ImageF TartanAirV1Reader::depth(const Dataset& dataset, const Camera& camera,

@@ -219,6 +219,14 @@ TEST_F(EvaluateFlow, AMissingFrameIsCountedAndNamed) {
   EXPECT_THAT(table_text(evaluation), HasSubstr("1/2"));
 }
 
+TEST_F(EvaluateFlow, AFileNameThatIsNoUtf8IsToldInTheReport) {
+  write_result(result(), {0.0, 0.0});
+  fs::copy(result() / "000000.flo", result() / "bad\xff.flo");
+  EXPECT_THAT(test::notes_of(evaluate(options(), scratch_ / "report")),
+              HasSubstr("no number in \"bad\\xff.flo\""));
+  EXPECT_THAT(core::read_text_file(scratch_ / "report/report.json"), HasSubstr("bad\\\\xff.flo"));
+}
+
 TEST_F(EvaluateFlow, FilesOfOtherNumbersAreToldAndTwoOfOneFrameRefused) {
   write_result(result(), {0.0, 0.0});
   fs::copy(result() / "000000.flo", result() / "000007.flo");

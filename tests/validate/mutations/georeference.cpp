@@ -12,16 +12,30 @@ void add_georeference_mutations(std::vector<Mutation>& list) {
       "GeoidLeftOut", kAll,
       [](const RightDataset& d, const fs::path& folder) {
         if (d.format == "kitti_raw")
-          edit_packets(d, folder, [](std::vector<double>& n) { n[2] -= 48.2; });
+          edit_packets(d, folder, [](std::vector<double>& n) { n[2] -= kUndulation_m; });
         else
-          edit_georeference(d, folder, [](std::array<double, 8>& row) { row[3] -= 48.2; });
+          edit_georeference(d, folder, [](std::array<double, 8>& row) { row[3] -= kUndulation_m; });
       },
       [](const RightDataset& d) {
         // KITTI's rows are held against the origin, which is rounded to a metre.
         return Expected{
-            {"heights are above the geoid", d.format == "kitti" ? "m too low" : "48.2 m too low"},
-            -48.2,
+            {"heights are above the geoid", d.format == "kitti" ? "m too low" : "52.8 m too low"},
+            -kUndulation_m,
             d.format == "kitti" ? 0.6 : 0.01};
+      });
+  add(
+      "HeightsTooHigh", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        if (d.format == "kitti_raw")
+          edit_packets(d, folder, [](std::vector<double>& n) { n[2] += 48.2; });
+        else
+          edit_georeference(d, folder, [](std::array<double, 8>& row) { row[3] += 48.2; });
+      },
+      [](const RightDataset& d) {
+        return Expected{{"m too high: above another datum?",
+                         d.format == "kitti" ? "heights are about 4" : "heights are 48.2 m"},
+                        48.2,
+                        d.format == "kitti" ? 0.6 : 0.01};
       });
   add(
       "ArcSecond", kAll,

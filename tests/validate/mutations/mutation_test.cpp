@@ -61,6 +61,7 @@ Report validate_folder(const fs::path& folder) {
   const core::Log log("validate", core::LogLevel::Off);
   ValidateOptions options;
   options.samples_per_image = 1000;
+  options.undulation_m = [](double, double) { return test::kUndulation_m; };
   const fs::path report = right_datasets().scratch() / "report";
   Report result;
   result.is_ok = true;

@@ -22,6 +22,9 @@ struct RightDataset {
   Recording longer;  ///< the path with three frames more, without images
 };
 
+/// EGM96 at the flights' place, 42.5 N 1.5 E: a node of its 15-minute grid.
+constexpr double kUndulation_m = 52.828;
+
 /// Records and writes one.
 RightDataset write_right_dataset(const std::string& format, Path path,
                                  const std::filesystem::path& folder);
