@@ -67,6 +67,10 @@ void add_intrinsics(std::vector<Hypothesis>& hypotheses) {
       for (int c = 0; c < trial.num_cameras(); ++c) {
         Camera& camera = trial.camera(c);
         if (!camera.stated || camera.intrinsics == *camera.stated) continue;
+        // Images have the size that is found; one that only dataset.json states is wrong there.
+        if (is_format_wrong && (camera.stated->width_px != camera.intrinsics.width_px ||
+                                camera.stated->height_px != camera.intrinsics.height_px))
+          return false;
         Intrinsics& wrong = is_format_wrong ? camera.intrinsics : *camera.stated;
         const Intrinsics right = is_format_wrong ? *camera.stated : camera.intrinsics;
         if (!first) first = difference_of(wrong, right);
@@ -128,8 +132,14 @@ void set_baseline(Trial& trial) {
 void add_mounts(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   if (!symptoms.fails("calibration") && !symptoms.fails_result("georeference_rigidity")) return;
   const int num_cameras = symptoms.trial.num_cameras();
+  const auto& all = symptoms.trial.sequence.cameras;
+  const bool are_two = std::count_if(all.begin(), all.end(), [](const Camera& camera) {
+                         return camera.body_from_camera.has_value();
+                       }) == 2;
   for (int camera = 0; camera < num_cameras; ++camera)
     for (const bool is_format_wrong : {true, false}) {
+      // Two mounts are held against each other: either may be wrong.
+      if (!is_format_wrong && are_two && camera == 0) continue;
       Hypothesis h;
       h.checks = kJudges;
       h.rank = is_format_wrong ? 1 : 2;
@@ -170,8 +180,10 @@ void add_mounts(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
               *trial.camera(reference).body_from_camera * in_format;
         set_baseline(trial);
         cause.camera = trial.camera(camera).name;
-        const std::string where =
-            fmt::format("{}{}", cause.camera, is_format_wrong ? "" : " in dataset.json");
+        const std::string where = fmt::format(
+            "{}{}{}", cause.camera,
+            !is_format_wrong && are_two ? " against " + trial.camera(reference).name : "",
+            is_format_wrong ? "" : " in dataset.json");
         if (turned_deg > 1e-4) {
           cause.name = "mount_rotation";
           cause.size = turned_deg;

@@ -84,8 +84,8 @@ void add_channels(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses)
   if (colored.size() > 1) hypotheses.push_back({{"photometric"}, 1, swap_channels(colored)});
 }
 
-void add_shifts(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
-  const Trial& trial = symptoms.trial;
+/// Cameras that may share a mistake: all, those with colours, each alone.
+std::vector<std::vector<int>> groups_of(const Trial& trial) {
   std::vector<int> all(static_cast<std::size_t>(trial.num_cameras()));
   for (int c = 0; c < trial.num_cameras(); ++c) all[static_cast<std::size_t>(c)] = c;
   std::vector<std::vector<int>> groups = {all};
@@ -94,9 +94,15 @@ void add_shifts(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
     groups.push_back(colored);
   if (all.size() > 1)
     for (const int c : all) groups.push_back({c});
+  return groups;
+}
+
+void add_shifts(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  const Trial& trial = symptoms.trial;
+  const std::vector<std::vector<int>> groups = groups_of(trial);
   for (const std::vector<int>& group : groups)
     for (const int shift : {1, -1})
-      add(symptoms, hypotheses, 2 + (group.size() == all.size() ? 0 : 1),
+      add(symptoms, hypotheses, 2 + (group.size() == groups[0].size() ? 0 : 1),
           [=](Trial& t, Cause& cause) {
             const auto old = t.images;
             for (const int c : group)
@@ -213,28 +219,33 @@ void add_single(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
 }
 
 void add_mirrors(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
-  for (const bool is_left_right : {true, false})
-    add(symptoms, hypotheses, 4, [=](Trial& t, Cause& cause) {
-      const auto mirror = [&](auto& image) {
-        const auto old = image;
-        for (int y = 0; y < image.height(); ++y)
-          for (int x = 0; x < image.width(); ++x)
-            for (int k = 0; k < image.channels(); ++k)
-              image(x, y, k) = is_left_right ? old(image.width() - 1 - x, y, k)
-                                             : old(x, image.height() - 1 - y, k);
-      };
-      for (int c = 0; c < t.num_cameras(); ++c)
-        for (int f = 0; f < t.num_frames(); ++f) {
-          LoadedImage& image = t.edit(c, f);
-          if (image.color.empty()) continue;
-          mirror(image.color);
-          mirror(image.grey);
-        }
-      cause.name = "color_flipped";
-      cause.words =
-          is_left_right ? "images are mirrored left to right" : "images stand upside down";
-      return true;
-    });
+  const std::vector<std::vector<int>> groups = groups_of(symptoms.trial);
+  for (const std::vector<int>& group : groups)
+    for (const bool is_left_right : {true, false})
+      add(symptoms, hypotheses, 4 + (group.size() == groups[0].size() ? 0 : 1),
+          [=](Trial& t, Cause& cause) {
+            const auto mirror = [&](auto& image) {
+              const auto old = image;
+              for (int y = 0; y < image.height(); ++y)
+                for (int x = 0; x < image.width(); ++x)
+                  for (int k = 0; k < image.channels(); ++k)
+                    image(x, y, k) = is_left_right ? old(image.width() - 1 - x, y, k)
+                                                   : old(x, image.height() - 1 - y, k);
+            };
+            for (const int c : group)
+              for (int f = 0; f < t.num_frames(); ++f) {
+                LoadedImage& image = t.edit(c, f);
+                if (image.color.empty()) continue;
+                mirror(image.color);
+                mirror(image.grey);
+              }
+            cause.name = "color_flipped";
+            cause.camera = group.size() == 1 ? t.camera(group[0]).name : "";
+            cause.words =
+                fmt::format("images of {} {}", t.camera_names(group),
+                            is_left_right ? "are mirrored left to right" : "stand upside down");
+            return true;
+          });
 }
 
 void add_losses(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {

@@ -18,8 +18,9 @@ namespace {
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
-const std::vector<std::string_view> kJudges = {"reprojection", "depth",        "flow",     "stereo",
-                                               "photometric",  "segmentation", "structure"};
+const std::vector<std::string_view> kJudges = {
+    "reprojection", "depth",        "flow",      "stereo",
+    "photometric",  "segmentation", "structure", "colmap_point_depths"};
 
 /// A change of all depths of a camera, in place.
 using Change = std::function<void(const Camera&, core::ImageF&)>;
@@ -49,12 +50,18 @@ Change scaled(double factor, float sky_m) {
   };
 }
 
+/// Right depths disagree by less than 2e-3, those that share no places by 1.
+bool do_depths_agree(const Trial& trial) { return depth_disagreement(trial) < 0.05; }
+
 void add(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses, const char* name,
          std::string words, int rank, const Change& change, double size = 0.0,
          const char* unit = "") {
-  Trial tried = symptoms.trial;
-  change_depths(tried, change);
-  if (depth_disagreement(tried) > 0.5 * depth_disagreement(symptoms.trial)) return;
+  // Depths that agree with each other are judged by the rest.
+  if (symptoms.fails("reprojection") || !do_depths_agree(symptoms.trial)) {
+    Trial tried = symptoms.trial;
+    change_depths(tried, change);
+    if (depth_disagreement(tried) > 0.5 * depth_disagreement(symptoms.trial)) return;
+  }
   Hypothesis h;
   h.checks = kJudges;
   h.rank = rank;
@@ -257,7 +264,7 @@ void add_bytes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   hypotheses.push_back(std::move(h));
 }
 
-void add_places(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+void add_mirrors(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   for (const bool is_left_right : {true, false})
     add(symptoms, hypotheses, "depth_flipped",
         is_left_right ? "depth is mirrored left to right" : "depth stands upside down", 2,
@@ -268,6 +275,10 @@ void add_places(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
               depth(x, y) =
                   is_left_right ? old(depth.width() - 1 - x, y) : old(x, depth.height() - 1 - y);
         });
+}
+
+void add_places(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  add_mirrors(symptoms, hypotheses);
   for (const int shift : {1, -1}) {
     const auto undo = [shift](Trial& trial, Cause& cause) {
       const auto old = trial.images;
@@ -340,12 +351,19 @@ void add_single(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
 void make_depth_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   if (!symptoms.fails("reprojection") && !symptoms.fails("depth") &&
       !symptoms.fails_result("structure") && !symptoms.fails("photometric") &&
-      !symptoms.fails("stereo"))
+      !symptoms.fails("stereo") && !symptoms.fails("flow") &&
+      !symptoms.fails("colmap_point_depths"))
     return;
   if (symptoms.fails_result("structure")) add_bytes(symptoms, hypotheses);
   if (cameras_with_depth(symptoms.trial).empty()) return;
   if (symptoms.fails("depth")) add_limits(symptoms, hypotheses);
-  if (!symptoms.fails("reprojection")) return;
+  // Depths that are wrong by far share no places, so that reprojection shows nothing. What is
+  // mirrored agrees with itself where the camera moves in the mirror's plane.
+  if (!symptoms.fails("reprojection") && do_depths_agree(symptoms.trial)) {
+    if (symptoms.fails("photometric") || symptoms.fails("stereo"))
+      add_mirrors(symptoms, hypotheses);
+    return;
+  }
   if (!symptoms.fails_result("structure")) add_bytes(symptoms, hypotheses);
   add_units(symptoms, hypotheses);
   add_places(symptoms, hypotheses);

@@ -251,25 +251,30 @@ void add_disparity(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses
     }
   }
   if (factors.size() < 50) return;
+  // By what the file rounds to: half a step of what is stored, before it is divided.
+  const auto fits = [&](double factor) {
+    const double tolerance_px = 0.52 / 256.0 / std::abs(factor) + 1e-3;
+    std::size_t num_near = 0, num_compared = 0;
+    for (int f = 0; f < trial.num_frames(); ++f) {
+      const LoadedImage& image = trial.image(left, f);
+      for (std::size_t i = 0; i < image.disparity.data().size(); i += 7) {
+        const double right = product / static_cast<double>(image.depth.data()[i]);
+        const double undone = static_cast<double>(image.disparity.data()[i]) / factor;
+        if (!std::isfinite(right) || !std::isfinite(undone)) continue;
+        ++num_compared;
+        if (std::abs(undone - right) < tolerance_px + 2e-4 * right) ++num_near;
+      }
+    }
+    return num_compared >= 50 && 10 * num_near >= 9 * num_compared;
+  };
   double factor = median(factors);
   // Common mistakes are whole powers; the rounding of the file hides that they are.
   for (const double known : {1.0 / 256.0, 256.0, 0.5, 2.0, 1.0 / 16.0, 16.0})
-    if (std::abs(factor / known - 1.0) < 0.05) factor = known;
-  if (std::abs(factor - 1.0) < 2e-4) return;
-  // By what the file rounds to: half a step of what is stored, before it is divided.
-  const double tolerance_px = 0.52 / 256.0 / std::abs(factor) + 1e-3;
-  std::size_t num_near = 0, num_compared = 0;
-  for (int f = 0; f < trial.num_frames(); ++f) {
-    const LoadedImage& image = trial.image(left, f);
-    for (std::size_t i = 0; i < image.disparity.data().size(); i += 7) {
-      const double right = product / static_cast<double>(image.depth.data()[i]);
-      const double undone = static_cast<double>(image.disparity.data()[i]) / factor;
-      if (!std::isfinite(right) || !std::isfinite(undone)) continue;
-      ++num_compared;
-      if (std::abs(undone - right) < tolerance_px + 2e-4 * right) ++num_near;
+    if (factor > 0.5 * known && factor < 2.0 * known && fits(known)) {
+      factor = known;
+      break;
     }
-  }
-  if (num_compared < 50 || 10 * num_near < 9 * num_compared) return;
+  if (std::abs(factor - 1.0) < 2e-4 || !fits(factor)) return;
   Hypothesis h;
   h.checks = {"stereo"};
   h.rank = 2;

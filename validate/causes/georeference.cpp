@@ -18,11 +18,12 @@ const std::vector<std::string_view> kJudges = {"georeference", "georeference_ori
                                                "reprojection"};
 
 /// Who says the places that are off.
-enum class Where { Rows, Origin, Packets };
+enum class Where { Rows, Origin, Packets, RowsOrOrigin };
 const char* words_of(Where where) {
-  return where == Where::Rows     ? "georeference.csv"
-         : where == Where::Origin ? "origin in dataset.json"
-                                  : "OXTS packets";
+  return where == Where::Rows      ? "georeference.csv"
+         : where == Where::Origin  ? "origin in dataset.json"
+         : where == Where::Packets ? "OXTS packets"
+                                   : "georeference.csv against the origin in dataset.json";
 }
 
 /// Places poses again: KITTI's by the first row that there is, KITTI raw's by their packets and the
@@ -81,7 +82,7 @@ class Placing {
 using Change = std::function<Geodetic(const Geodetic&)>;
 void change_places(Trial& trial, Where where, const Change& change) {
   const Placing placing(trial);
-  if (where == Where::Rows)
+  if (where == Where::Rows || where == Where::RowsOrOrigin)
     for (Camera& camera : trial.sequence.cameras)
       for (auto& row : camera.georeference)
         if (row) row->place = change(row->place);
@@ -96,7 +97,7 @@ void add(std::vector<Hypothesis>& hypotheses, const char* name, Where where, int
          const char* unit, const std::string& words, const Change& change) {
   Hypothesis h;
   h.checks = kJudges;
-  h.rank = rank + static_cast<int>(where);
+  h.rank = rank + (where == Where::RowsOrOrigin ? 0 : static_cast<int>(where));
   h.undo = [=](Trial& trial, Cause& cause) {
     if (where == Where::Packets && trial.sequence.oxts.empty()) return false;
     change_places(trial, where, change);
@@ -179,10 +180,19 @@ void add_offsets(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) 
   const double lat_deg = std::abs(north_m) > least_m ? offset->lat_deg : 0.0;
   const double lon_deg = std::abs(east_m) > least_m ? offset->lon_deg : 0.0;
   const char* about = is_of_origin ? "about " : "";
-  for (const Where where : {Where::Rows, Where::Origin, Where::Packets}) {
+  // Packets are a third witness. Without them rows and origin are told apart only by the turn of
+  // the axes on the way, which `georeference_rotation` sees from 111 m on; KITTI's rows carry the
+  // poses along.
+  constexpr double kTold_m = 111.0;
+  const bool is_either = trial.sequence.oxts.empty() && (trial.dataset->format == "kitti" ||
+                                                         std::hypot(north_m, east_m) < kTold_m);
+  const std::vector<Where> places = is_either
+                                        ? std::vector{Where::RowsOrOrigin}
+                                        : std::vector{Where::Rows, Where::Origin, Where::Packets};
+  for (const Where where : places) {
     // Rows that are off one way are an origin or packets that are off the other way. Packets that
     // agree with neither are off by the same as the poses.
-    const double sign = where == Where::Rows ? 1.0 : -1.0;
+    const double sign = where == Where::Rows || where == Where::RowsOrOrigin ? 1.0 : -1.0;
     if (height_m != 0.0 && lat_deg == 0.0 && lon_deg == 0.0) {
       const double off_m = sign * height_m;
       const HeightFault fault = height_fault(trial, off_m);
@@ -192,11 +202,14 @@ void add_offsets(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) 
               ? fmt::format(
                     "heights are above the geoid where the ellipsoid is meant: {}{:.1f} m too {}",
                     about, std::abs(off_m), side)
-              : fmt::format("heights are {}{:.4g} m too {}{}", about, std::abs(off_m), side,
-                            fault == HeightFault::GeoidTwice
-                                ? ": the geoid's height added twice, or left out elsewhere?"
-                            : fault == HeightFault::Datum ? ": above another datum?"
-                                                          : "");
+              : fmt::format(
+                    "heights are {}{:.4g} m too {}{}", about, std::abs(off_m), side,
+                    fault == HeightFault::GeoidTwice
+                        ? where == Where::RowsOrOrigin
+                              ? ": the geoid's height added twice, or left out of the origin?"
+                              : ": the geoid's height added twice, or left out elsewhere?"
+                    : fault == HeightFault::Datum ? ": above another datum?"
+                                                  : "");
       add(hypotheses, fault == HeightFault::Geoid ? "geoid" : "height_offset", where, 1, off_m, "m",
           words, [off_m](const Geodetic& p) {
             return Geodetic{p.lat_deg, p.lon_deg, p.height_m - off_m};

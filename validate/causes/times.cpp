@@ -15,7 +15,11 @@ namespace {
 enum class Where { Format, Georeference, Both };
 const char* words_of(Where where, const Trial& trial) {
   if (where == Where::Georeference) return "georeference.csv: times";
-  return trial.dataset->format == "kitti" ? "times.txt: times" : "times";
+  const bool is_kitti = trial.dataset->format == "kitti";
+  if (where == Where::Both)
+    return is_kitti ? "times.txt and georeference.csv: times"
+                    : "timestamps.txt and georeference.csv: times";
+  return is_kitti ? "times.txt: times" : "timestamps.txt: times";
 }
 
 void change_times(Trial& trial, Where where, const std::function<double(double)>& change) {

@@ -12,12 +12,11 @@ namespace terracast::validate {
 
 namespace {
 
-constexpr std::int64_t kSamples = 500;
 constexpr int kMostFrames = 6;
 
-ValidateOptions trial_options() {
+ValidateOptions trial_options(const Trial& trial) {
   ValidateOptions options;
-  options.samples_per_image = kSamples;
+  options.samples_per_image = trial.samples_per_image;
   options.is_trial = true;
   return options;
 }
@@ -51,6 +50,43 @@ void measure_observations(const Trial& trial, Shares& shares) {
   }
   constexpr double kBound_px = 1e-6;
   if (!errors.empty()) shares["colmap_reprojection"] = quantile(errors, 0.99) / kBound_px;
+}
+
+/// Depths of COLMAP's points against the depth maps, as `colmap_depth` and `colmap_depth_residual`
+/// have them.
+void measure_point_depths(const Trial& trial, Shares& shares) {
+  if (!trial.model) return;
+  constexpr double kClear = 0.01;
+  std::vector<double> residuals;
+  std::size_t num_hidden = 0;
+  for (const auto& [id, image] : trial.model->images) {
+    const std::size_t slash = image.name.rfind('/');
+    if (slash == std::string::npos || image.name.size() < slash + 7) continue;
+    const int camera = trial.sequence.camera_index(image.name.substr(0, slash));
+    const int frame = std::atoi(image.name.c_str() + slash + 1) - trial.first_frame;
+    if (camera < 0 || frame < 0 || frame >= trial.num_frames()) continue;
+    const core::ImageF& depth = trial.image(camera, frame).depth;
+    const auto& pose = trial.camera(camera).local_from_camera[static_cast<std::size_t>(frame)];
+    if (depth.empty() || !pose) continue;
+    const Pose camera_from_local = pose->inverse();
+    for (const ColmapObservation& seen : image.observations) {
+      const auto point = trial.model->points.find(seen.point_id);
+      if (point == trial.model->points.end()) continue;
+      const auto found = sample_inverse_depth(depth, {seen.x_px, seen.y_px});
+      if (!found) continue;
+      const auto& p = point->second.position;
+      const double expected_m = (camera_from_local * Eigen::Vector3d(p[0], p[1], p[2])).z();
+      if (expected_m > found->farthest_m * (1.0 + kClear) ||
+          expected_m < found->nearest_m * (1.0 - kClear))
+        ++num_hidden;
+      residuals.push_back(std::abs(expected_m * found->inverse_depth.value - 1.0));
+    }
+  }
+  if (residuals.empty()) return;
+  constexpr double kHiddenBound = 1e-3, kResidualBound = 2e-3;
+  shares["colmap_depth"] =
+      static_cast<double>(num_hidden) / static_cast<double>(residuals.size()) / kHiddenBound;
+  shares["colmap_depth_residual"] = median(residuals) / kResidualBound;
 }
 
 /// Colours of COLMAP's points against the most similar of their images, as `colmap_color` has it.
@@ -136,7 +172,9 @@ double mean_of_pairs(const Trial& trial, const PairCost& cost) {
   std::size_t count = 0;
   while (window.advance())
     for (const ViewPair& pair : near_pairs(window)) {
-      sum += cost(pair);
+      const std::optional<double> value = cost(pair);
+      if (!value) continue;
+      sum += *value;
       ++count;
     }
   return count == 0 ? 1.0 : sum / static_cast<double>(count);
@@ -163,6 +201,7 @@ std::string Trial::camera_names(const std::vector<int>& cameras) const {
 std::string_view check_of(std::string_view result) {
   if (result == "colmap_reprojection") return "colmap_observations";
   if (result == "colmap_color") return "colmap_point_colors";
+  if (result.starts_with("colmap_depth")) return "colmap_point_depths";
   // What is held against the origin is wrong for other reasons than what is held against poses.
   if (result == "georeference_origin") return "georeference_origin";
   std::string_view best;
@@ -176,7 +215,7 @@ Shares measure(const Trial& trial, const std::vector<std::string_view>& names) {
   const auto is_wanted = [&](std::string_view name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };
-  const ValidateOptions options = trial_options();
+  const ValidateOptions options = trial_options(trial);
   std::vector<std::unique_ptr<Checker>> checkers;
   bool needs_frames = false;
   for (const CheckInfo& info : checks()) {
@@ -201,6 +240,7 @@ Shares measure(const Trial& trial, const std::vector<std::string_view>& names) {
       shares[result.name] = result.ok ? std::min(share, 1.0) : std::max(share, 1.0 + 1e-9);
     }
   if (is_wanted("colmap_observations")) measure_observations(trial, shares);
+  if (is_wanted("colmap_point_depths")) measure_point_depths(trial, shares);
   if (is_wanted("colmap_point_colors")) measure_point_colors(trial, shares);
   return shares;
 }
@@ -275,11 +315,14 @@ Trial make_trial(const Dataset& dataset, const Sequence& sequence,
     copy.bounds = cut(camera.bounds);
     for (auto& row : copy.georeference)
       if (row) row->time_s -= start_s;
-    if (copy.stated) {
-      // Images are loaded by the size that dataset.json states, should the format's be another.
-      copy.intrinsics.width_px = copy.stated->width_px;
-      copy.intrinsics.height_px = copy.stated->height_px;
-    }
+    // Of the format's size and dataset.json's the one that images have.
+    Findings ignored;
+    if (copy.stated && !copy.files.empty() && !copy.files[0].color.empty())
+      ignored.attempt("", [&] {
+        const core::Image8 image = read_png8(dataset.root / copy.files[0].color, "", 0, {});
+        copy.intrinsics.width_px = image.width();
+        copy.intrinsics.height_px = image.height();
+      });
     part.cameras.push_back(std::move(copy));
   }
   trial.local_from_first = sequence.local_from_first;
@@ -292,11 +335,11 @@ Trial make_trial(const Dataset& dataset, const Sequence& sequence,
 }
 
 double depth_disagreement(const Trial& trial) {
-  ValidateOptions options = trial_options();
+  ValidateOptions options = trial_options(trial);
   constexpr std::int64_t kPixels = 120;
   constexpr std::size_t kEnough = 25;
-  return mean_of_pairs(trial, [&](const ViewPair& pair) {
-    if (pair.b.image->depth.empty()) return 0.0;
+  return mean_of_pairs(trial, [&](const ViewPair& pair) -> std::optional<double> {
+    if (pair.b.image->depth.empty()) return std::nullopt;
     const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;
     std::vector<double> sizes;
     for (const Eigen::Vector2i& at :
@@ -317,11 +360,11 @@ double depth_disagreement(const Trial& trial) {
 }
 
 double color_disagreement(const Trial& trial) {
-  ValidateOptions options = trial_options();
+  ValidateOptions options = trial_options(trial);
   constexpr std::int64_t kPatches = 16;
   constexpr std::size_t kEnough = 5;
-  return mean_of_pairs(trial, [&](const ViewPair& pair) {
-    if (pair.a.image->color.empty() || pair.b.image->color.empty()) return 0.0;
+  return mean_of_pairs(trial, [&](const ViewPair& pair) -> std::optional<double> {
+    if (pair.a.image->color.empty() || pair.b.image->color.empty()) return std::nullopt;
     std::vector<double> correlations;
     for (const Eigen::Vector2i& at :
          draw_pixels(pair.a.camera->intrinsics, kPatches, options, pair.a, 8))

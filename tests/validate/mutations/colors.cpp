@@ -28,15 +28,74 @@ void add_color_mutations(std::vector<Mutation>& list) {
       },
       says({"colours", "shifted by 1 frame", "frame before"}, -1.0, 0.0));
   add(
-      "FrameDropped", {"kitti", "kitti_raw", "colmap"},
+      "ColorsShiftedBack", kAll,
       [](const RightDataset& d, const fs::path& folder) {
         const std::size_t last = d.recording.body_world.size() - 1;
         edit_colors(d, folder, 0, [&](std::size_t c, std::size_t f) {
-          return d.recording.color[c][c > 0 || f < 2 ? f : std::min(f + 1, last)];
+          return d.recording.color[c][std::min(f + 1, last)];
+        });
+      },
+      says({"colours", "shifted by 1 frame", "frame after"}, 1.0, 0.0));
+  add(
+      "ColorsOfOneCameraShifted", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_colors(d, folder, 1, [&](std::size_t c, std::size_t f) {
+          return d.recording.color[c][c > 1 || f == 0 ? f : f - 1];
         });
       },
       [](const RightDataset& d) {
-        return Expected{{fmt::format("frame 2 of {} is dropped", d.recording.cameras[0].name)},
+        return Expected{{fmt::format("colours of {} are shifted by 1 frame: each is that of the "
+                                     "frame before",
+                                     d.recording.cameras[1].name)},
+                        -1.0,
+                        0.0};
+      });
+  add(
+      "ChannelOrderOfOneCamera", kCalibrated,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_colors(d, folder, 1, [&](std::size_t c, std::size_t f) {
+          return c > 1 ? d.recording.color[c][f] : with_channels_swapped(d.recording.color[c][f]);
+        });
+      },
+      [](const RightDataset& d) {
+        // Of two cameras the images do not tell which is wrong.
+        return Expected{{d.format == "colmap"
+                             ? fmt::format("colours of {} stand in the order blue, green, red",
+                                           d.recording.cameras[1].name)
+                             : "stand in different orders: one of them is blue, green, red (BGR)"},
+                        std::nullopt,
+                        0.0};
+      });
+  for (const bool is_left_right : {true, false})
+    add(
+        is_left_right ? "ImagesMirrored" : "ImagesUpsideDown", kAll,
+        [=](const RightDataset& d, const fs::path& folder) {
+          edit_colors(d, folder, 0, [&](std::size_t c, std::size_t f) {
+            const core::Image8& right = d.recording.color[c][f];
+            core::Image8 image = right;
+            for (int y = 0; y < image.height(); ++y)
+              for (int x = 0; x < image.width(); ++x)
+                for (int k = 0; k < 3; ++k)
+                  image(x, y, k) = is_left_right ? right(image.width() - 1 - x, y, k)
+                                                 : right(x, image.height() - 1 - y, k);
+            return image;
+          });
+        },
+        says({"images of ", is_left_right ? " are mirrored left to right" : " stand upside down"}));
+  add(
+      "FrameDropped", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        // TartanAir's three frames lose the second, the others the third.
+        const std::size_t last = d.recording.body_world.size() - 1;
+        const std::size_t dropped = is_tartan(d) ? 1 : 2;
+        edit_colors(d, folder, 0, [&](std::size_t c, std::size_t f) {
+          if (c > 0 || f < dropped) return d.recording.color[c][f];
+          return f == last ? d.next_color : d.recording.color[c][f + 1];
+        });
+      },
+      [](const RightDataset& d) {
+        return Expected{{fmt::format("frame {} of {} is dropped", is_tartan(d) ? 1 : 2,
+                                     d.recording.cameras[0].name)},
                         std::nullopt,
                         0.0};
       });

@@ -14,18 +14,39 @@ void add_depth_mutations(std::vector<Mutation>& list) {
         edit_depths(d, folder, [](double m, const Vector3d& ray) { return m * ray.norm(); });
       },
       says({"depth is range along the ray"}));
+  struct Unit {
+    const char* name;
+    const char* words;
+    double factor;
+  };
+  for (const Unit& unit : {Unit{"DepthInMillimetres", "depth is in millimetres", 1000.0},
+                           Unit{"DepthInCentimetres", "depth is in centimetres", 100.0},
+                           Unit{"DepthInKilometres", "depth is in kilometres", 1e-3},
+                           Unit{"DepthInFeet", "depth is in feet", 1.0 / 0.3048}})
+    add(
+        unit.name, unit.factor < 1.0 ? kWithMoreThanDepth : kAll,
+        [unit](const RightDataset& d, const fs::path& folder) {
+          edit_depths(d, folder, [&](double m, const Vector3d&) { return unit.factor * m; });
+        },
+        says({unit.words}, unit.factor, 1e-9));
   add(
-      "DepthInMillimetres", kAll,
+      "DepthInverse", kWithMoreThanDepth,
       [](const RightDataset& d, const fs::path& folder) {
-        edit_depths(d, folder, [](double m, const Vector3d&) { return 1000.0 * m; });
+        edit_depths(d, folder,
+                    [](double m, const Vector3d&) { return std::isfinite(m) ? 1.0 / m : m; });
       },
-      says({"depth is in millimetres"}, 1000.0, 1e-9));
-  add(
-      "DepthInCentimetres", kAll,
-      [](const RightDataset& d, const fs::path& folder) {
-        edit_depths(d, folder, [](double m, const Vector3d&) { return 100.0 * m; });
-      },
-      says({"depth is in centimetres"}, 100.0, 1e-9));
+      says({"depth is inverse depth (1/m)"}));
+  for (const bool is_left_right : {true, false})
+    add(
+        is_left_right ? "DepthMirrored" : "DepthUpsideDown", kAll,
+        [=](const RightDataset& d, const fs::path& folder) {
+          write_depths(d, folder, [&](std::size_t c, std::size_t f, int x, int y) {
+            const auto& depth = d.recording.depth[c][f];
+            return is_left_right ? depth(depth.width() - 1 - x, y)
+                                 : depth(x, depth.height() - 1 - y);
+          });
+        },
+        says({is_left_right ? "depth is mirrored left to right" : "depth stands upside down"}));
   add(
       "DepthClipped", kAll,
       [](const RightDataset& d, const fs::path& folder) {
@@ -42,6 +63,12 @@ void add_depth_mutations(std::vector<Mutation>& list) {
         });
       },
       says({"depth is quantised to 8 bits"}, 256.0 / 255.0, 1e-3));
+  add(
+      "DepthInSteps", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_depths(d, folder, [](double m, const Vector3d&) { return std::round(4.0 * m) / 4.0; });
+      },
+      says({"depth is quantised: ", "in steps of 0.25 m"}, 0.25, 1e-6));
   add(
       "DepthOffset", kAll,
       [](const RightDataset& d, const fs::path& folder) {
@@ -96,6 +123,26 @@ void add_depth_mutations(std::vector<Mutation>& list) {
               copy_over(d.folder / depth_file(d, c, f - 1), folder / depth_file(d, c, f));
       },
       says({"depths are shifted by 1 frame", "frame before"}, -1.0, 0.0));
+  add(
+      "DepthShiftedBack", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        for (std::size_t c = 0; c < d.recording.cameras.size(); ++c)
+          for (std::size_t f = 0; f + 1 < d.recording.body_world.size(); ++f)
+            if (!depth_file(d, c, f).empty())
+              copy_over(d.folder / depth_file(d, c, f + 1), folder / depth_file(d, c, f));
+      },
+      says({"depths are shifted by 1 frame", "frame after"}, 1.0, 0.0));
+  add(
+      "DepthOfOtherSequence", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        // As with colours: upside down and mirrored it looks like none of these.
+        write_depths(d, folder, [&](std::size_t c, std::size_t f, int x, int y) {
+          const auto& depth = d.recording.depth[c][f];
+          return c == 0 && f == 1 ? depth(depth.width() - 1 - x, depth.height() - 1 - y)
+                                  : depth(x, y);
+        });
+      },
+      says({"depth of", "frame 1 does not belong there"}));
   add(
       "DepthTwice", kAll,
       [](const RightDataset& d, const fs::path& folder) {

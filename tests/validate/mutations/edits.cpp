@@ -97,6 +97,23 @@ void edit_depths(const RightDataset& d, const fs::path& folder,
     }
 }
 
+void write_depths(
+    const RightDataset& d, const fs::path& folder,
+    const std::function<double(std::size_t c, std::size_t f, int x, int y)>& depth_m) {
+  for (std::size_t c = 0; c < d.recording.cameras.size(); ++c)
+    for (std::size_t f = 0; f < d.recording.body_world.size(); ++f) {
+      if (depth_file(d, c, f).empty()) continue;
+      const SceneCamera& camera = d.recording.cameras[c];
+      std::vector<float> values;
+      for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x) {
+          const double value = depth_m(c, f, x, y);
+          values.push_back(std::isfinite(value) ? static_cast<float>(value) : sky_of(d));
+        }
+      write_depth(d, folder, c, f, values);
+    }
+}
+
 double single(double value) {
   const volatile float rounded = static_cast<float>(value);
   return static_cast<double>(rounded);
@@ -167,6 +184,19 @@ void edit_georeference(const RightDataset& d, const fs::path& folder,
   write_lines(file, lines);
 }
 
+void write_georeference(const RightDataset& d, const fs::path& folder,
+                        const std::function<SaidPose(std::size_t c, std::size_t f)>& pose) {
+  std::size_t row_index = 0;
+  edit_georeference(d, folder, [&](std::array<double, 8>& row) {
+    const std::size_t num_cameras = d.recording.cameras.size();
+    const SaidPose said = pose(row_index % num_cameras, row_index / num_cameras);
+    ++row_index;
+    const ScenePlace place = place_of_scene(said.centre);
+    const Quaterniond q(Matrix3d(enu_from_scene(place) * said.rotation));
+    row = {row[0], place.lat_deg, place.lon_deg, place.height_m, q.w(), q.x(), q.y(), q.z()};
+  });
+}
+
 void edit_packets(const RightDataset& d, const fs::path& folder,
                   const std::function<void(std::vector<double>&)>& change) {
   for (std::size_t f = 0; f < d.recording.body_world.size(); ++f) {
@@ -179,6 +209,28 @@ void edit_packets(const RightDataset& d, const fs::path& folder,
   }
 }
 
+// ---------------------------------------------------------------- dataset.json
+void edit_stated(const fs::path& folder, const std::function<void(core::Json& sequence)>& change) {
+  core::Json json = core::Json::read(folder / "dataset.json");
+  core::Json sequence = json.at("sequences").at(0);
+  change(sequence);
+  json.set("sequences", core::Json::array().push(sequence));
+  json.write(folder / "dataset.json");
+}
+
+void edit_stated_cameras(const fs::path& folder,
+                         const std::function<void(std::size_t c, core::Json& camera)>& change) {
+  edit_stated(folder, [&](core::Json& sequence) {
+    core::Json cameras = core::Json::array();
+    for (std::size_t c = 0; c < sequence.at("cameras").size(); ++c) {
+      core::Json camera = sequence.at("cameras").at(c);
+      change(c, camera);
+      cameras.push(camera);
+    }
+    sequence.set("cameras", cameras);
+  });
+}
+
 // ---------------------------------------------------------------- calibration
 void edit_calibration(const RightDataset& d, const fs::path& folder, const Calibration& wrong) {
   // A size factor takes the principal point with it.
@@ -189,6 +241,11 @@ void edit_calibration(const RightDataset& d, const fs::path& folder, const Calib
     n[2] = (n[2] + half) * wrong.size_factor - half + wrong.centre_px.x();
     n[6] = (n[6] + half) * wrong.size_factor - half + wrong.centre_px.y();
     n[3] *= wrong.focal_factor * wrong.baseline_factor * wrong.size_factor;
+    if (n[3] != 0.0) {
+      n[3] -= n[0] * wrong.moved_m.x() + n[2] * wrong.moved_m.z();
+      n[7] -= n[5] * wrong.moved_m.y() + n[6] * wrong.moved_m.z();
+      n[11] -= wrong.moved_m.z();
+    }
     return n;
   };
   if (d.format == "kitti") {
@@ -212,6 +269,8 @@ void edit_calibration(const RightDataset& d, const fs::path& folder, const Calib
       } else if (line.starts_with("T_")) {
         std::vector<double> t = numbers_of(line.substr(colon + 1));
         t[0] *= wrong.baseline_factor;
+        if (t[0] != 0.0)
+          for (int k = 0; k < 3; ++k) t[static_cast<std::size_t>(k)] -= wrong.moved_m[k];
         line = key + joined(t);
       }
     }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/image.h"
+#include "core/json.h"
 #include "tests/validate/analytic_writer.h"
 #include "tests/validate/mutations/mutations.h"
 
@@ -23,6 +24,12 @@ using Eigen::Vector3d;
 inline const std::vector<std::string> kAll = {"tartanair", "tartanair_v1", "kitti", "kitti_raw",
                                               "colmap"};
 inline const std::vector<std::string> kFlow = {"tartanair", "tartanair_v1"};
+/// Each camera has poses of its own, and depth.
+inline const std::vector<std::string> kPosed = {"tartanair", "tartanair_v1", "colmap"};
+inline const std::vector<std::string> kKitti = {"kitti", "kitti_raw"};
+/// Something of the format speaks of distances beside the depth.
+inline const std::vector<std::string> kWithMoreThanDepth = {"tartanair", "tartanair_v1", "kitti",
+                                                            "colmap"};
 inline const std::vector<std::string> kCalibrated = {"kitti", "kitti_raw", "colmap"};
 
 inline bool is_tartan(const RightDataset& d) { return d.format.starts_with("tartanair"); }
@@ -46,6 +53,9 @@ void write_depth(const RightDataset& d, const fs::path& folder, std::size_t c, s
 /// Writes all depths anew: a function of the true depth (infinite for sky) and the pixel's ray.
 void edit_depths(const RightDataset& d, const fs::path& folder,
                  const std::function<double(double depth_m, const Vector3d& ray)>& change);
+/// The same of the pixels' places in the true images.
+void write_depths(const RightDataset& d, const fs::path& folder,
+                  const std::function<double(std::size_t c, std::size_t f, int x, int y)>& depth_m);
 /// A number that went through a 32-bit float. Volatile: g++ 12 at -O2 drops two such conversions
 /// that stand side by side.
 double single(double value);
@@ -66,12 +76,25 @@ void edit_georeference(const RightDataset& d, const fs::path& folder,
 void edit_packets(const RightDataset& d, const fs::path& folder,
                   const std::function<void(std::vector<double>&)>& change);
 
+/// The places and rotations of georeference.csv anew, from each camera and frame.
+void write_georeference(const RightDataset& d, const fs::path& folder,
+                        const std::function<SaidPose(std::size_t c, std::size_t f)>& pose);
+
+// ---------------------------------------------------------------- dataset.json
+
+/// What it says of the sequence, and of its cameras.
+void edit_stated(const fs::path& folder, const std::function<void(core::Json& sequence)>& change);
+void edit_stated_cameras(const fs::path& folder,
+                         const std::function<void(std::size_t c, core::Json& camera)>& change);
+
 // ---------------------------------------------------------------- calibration
 
 struct Calibration {
   double focal_factor = 1.0;
   Vector2d centre_px = Vector2d::Zero();  ///< added
   double baseline_factor = 1.0;
+  Vector3d moved_m =
+      Vector3d::Zero();  ///< the right cameras of KITTI's pairs: right, down, forward
   double size_factor = 1.0;
 };
 /// Calibration files of all cameras; of the last one in COLMAP and TartanAir where it is a baseline.
@@ -126,8 +149,9 @@ class Catalogue {
   explicit Catalogue(std::vector<Mutation>& list) : list_(list) {}
   void operator()(const char* name, std::vector<std::string> formats,
                   std::function<void(const RightDataset&, const fs::path& folder)> change,
-                  std::function<Expected(const RightDataset&)> expected) const {
-    list_.push_back({name, std::move(formats), std::move(change), std::move(expected)});
+                  std::function<Expected(const RightDataset&)> expected,
+                  bool is_listed = true) const {
+    list_.push_back({name, std::move(formats), std::move(change), std::move(expected), is_listed});
   }
 
  private:

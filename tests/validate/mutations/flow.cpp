@@ -41,6 +41,48 @@ void add_flow_mutations(std::vector<Mutation>& list) {
             [&](std::size_t f) { return flow_between(d, f + 1, f); });
       },
       says({"flow is of the wrong frame", "frame + 2"}));
+  for (const int axis : {0, 1})
+    add(
+        axis == 0 ? "FlowSignOfU" : "FlowSignOfV", kFlow,
+        [axis](const RightDataset& d, const fs::path& folder) {
+          edit_flows(d, folder, [&](Flow& flow) {
+            for (Vector2d& v : flow.flow) v[axis] = -v[axis];
+          });
+        },
+        says({axis == 0 ? "flow has the opposite sign in u" : "flow has the opposite sign in v"}));
+  // Where there is no frame before the first, a frame stands for it.
+  add(
+      "FlowToTheFrameBefore", kFlow,
+      [](const RightDataset& d, const fs::path& folder) {
+        write_flows(
+            d, folder, [&](std::size_t f) { return flow_between(d, f, f == 0 ? 0 : f - 1); },
+            [&](std::size_t f) { return flow_between(d, f + 1, f); });
+      },
+      says({"flow is of the wrong frame", "frame - 1"}));
+  add(
+      "FlowOfTheNextPair", kFlow,
+      [](const RightDataset& d, const fs::path& folder) {
+        write_flows(
+            d, folder, [&](std::size_t f) { return flow_between(d, f + 1, f + 2); },
+            [&](std::size_t f) {
+              const std::size_t last = d.recording.body_world.size() - 1;
+              return f + 2 > last ? flow_between(d, last, f) : flow_between(d, f + 2, f + 1);
+            });
+      },
+      says({"flow is of the wrong frame", "that of the next pair"}));
+  add(
+      "FlowOfThePairBefore", kFlow,
+      [](const RightDataset& d, const fs::path& folder) {
+        write_flows(
+            d, folder,
+            [&](std::size_t f) {
+              return f == 0 ? flow_between(d, 0, 0) : flow_between(d, f - 1, f);
+            },
+            [&](std::size_t f) {
+              return f == 0 ? flow_between(d, 0, 0) : flow_between(d, f, f - 1);
+            });
+      },
+      says({"flow is of the wrong frame", "that of the pair of frames before"}));
   add(
       "FlowScaled", kFlow,
       [](const RightDataset& d, const fs::path& folder) {
@@ -60,6 +102,36 @@ void add_flow_mutations(std::vector<Mutation>& list) {
         });
       },
       says({"masks of flow are inverted"}));
+  add(
+      "CovisibleMasksInverted", kFlow,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_flows(d, folder, [](Flow& flow) { flow.covisible.flip(); });
+      },
+      says({"co-visible masks of flow are inverted"}));
+  add(
+      "ViewMasksInverted", {"tartanair"},
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_flows(d, folder, [](Flow& flow) { flow.in_view.flip(); });
+      },
+      says({"field-of-view masks of flow are inverted"}));
+  add(
+      "MasksSwapped", {"tartanair"},
+      [](const RightDataset& d, const fs::path& folder) {
+        const auto with_masks_of = [](Flow flow, const Flow& other) {
+          flow.in_view = other.in_view;
+          flow.covisible = other.covisible;
+          return flow;
+        };
+        write_flows(
+            d, folder,
+            [&](std::size_t f) {
+              return with_masks_of(flow_between(d, f, f + 1), flow_between(d, f + 1, f));
+            },
+            [&](std::size_t f) {
+              return with_masks_of(flow_between(d, f + 1, f), flow_between(d, f, f + 1));
+            });
+      },
+      says({"masks of forward and backward flow are swapped"}));
   const auto scale_disparity = [](double factor) {
     return [factor](const RightDataset& d, const fs::path& folder) {
       const SceneCamera& camera = d.recording.cameras[0];
@@ -78,6 +150,9 @@ void add_flow_mutations(std::vector<Mutation>& list) {
   };
   add("DisparityDoubled", {"kitti"}, scale_disparity(2.0),
       says({"disparity is scaled by 2"}, 2.0, 1e-9));
+  add("DisparityInWholePixels", {"kitti"}, scale_disparity(1.0 / 256.0),
+      says({"disparity is scaled by", "whole pixels are stored where 1/256 px are meant"},
+           1.0 / 256.0, 1e-9));
   add("DisparityScaled", {"kitti"}, scale_disparity(1.03),
       says({"disparity is scaled by 1.0"}, 1.03, 2e-3));
 }

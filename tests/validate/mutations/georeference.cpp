@@ -1,6 +1,7 @@
 #include <array>
 #include <numbers>
 
+#include "core/json.h"
 #include "tests/validate/analytic_writer.h"
 #include "tests/validate/mutations/edits.h"
 
@@ -54,7 +55,164 @@ void add_georeference_mutations(std::vector<Mutation>& list) {
         edit_georeference(d, folder, [](std::array<double, 8>& row) { std::swap(row[1], row[2]); });
       },
       says({"latitude and longitude are swapped"}));
+  add(
+      "HeightOffset", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_georeference(d, folder, [](std::array<double, 8>& row) { row[3] += 2.5; });
+      },
+      [](const RightDataset& d) {
+        return Expected{{"heights are ", d.format == "kitti" ? "m too high" : "2.5 m too high"},
+                        2.5,
+                        d.format == "kitti" ? 0.6 : 0.01};
+      });
+  add(
+      "PlacesInRadians", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_georeference(d, folder, [](std::array<double, 8>& row) {
+          row[1] *= std::numbers::pi / 180.0;
+          row[2] *= std::numbers::pi / 180.0;
+        });
+      },
+      says({"georeference.csv: latitude and longitude are in radians"}));
+  const auto edit_rotations = [](const std::function<Matrix3d(const Matrix3d&)>& change) {
+    return [change](const RightDataset& d, const fs::path& folder) {
+      edit_georeference(d, folder, [&](std::array<double, 8>& row) {
+        const Quaterniond q(
+            Matrix3d(change(Quaterniond(row[4], row[5], row[6], row[7]).toRotationMatrix())));
+        row = {row[0], row[1], row[2], row[3], q.w(), q.x(), q.y(), q.z()};
+      });
+    };
+  };
+  add("RotationsOfPlacesInverted", kAll,
+      edit_rotations([](const Matrix3d& r) -> Matrix3d { return r.transpose(); }),
+      says({"georeference.csv: rotations are inverted"}));
+  add("RotationsOfPlacesIntoNed", kAll, edit_rotations([](const Matrix3d& r) -> Matrix3d {
+        Matrix3d swap;
+        swap << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+        return swap * r;
+      }),
+      says({"georeference.csv: rotations lead into north, east, down"}));
+  for (const bool is_later : {true, false})
+    add(
+        is_later ? "PlacesShifted" : "PlacesShiftedBack", kAll,
+        [=](const RightDataset& d, const fs::path& folder) {
+          write_georeference(d, folder, [&](std::size_t c, std::size_t f) {
+            return true_pose(d, c, is_later ? f + 1 : f == 0 ? 0 : f - 1);
+          });
+        },
+        [=](const RightDataset& d) {
+          // On a straight flight a frame later is a constant offset.
+          const bool is_offset = d.path == Path::Straight && is_later;
+          return Expected{{"georeference.csv", is_offset  ? "places are off by "
+                                               : is_later ? "shifted by 1 frame: each is that of "
+                                                            "the frame after"
+                                                          : "shifted by 1 frame: each is that of "
+                                                            "the frame before"},
+                          is_offset  ? 4.0
+                          : is_later ? 1.0
+                                     : -1.0,
+                          is_offset ? 0.6 : 0.0};
+        });
 
+  // The origin alone.
+  const auto edit_origin =
+      [](const std::function<void(double& lat_deg, double& lon_deg, double& height_m)>& change) {
+        return [change](const RightDataset&, const fs::path& folder) {
+          edit_stated(folder, [&](core::Json& sequence) {
+            const core::Json& origin = sequence.at("origin");
+            double lat_deg = origin.at("lat_deg").number(), lon_deg = origin.at("lon_deg").number(),
+                   height_m = origin.at("height_m").number();
+            change(lat_deg, lon_deg, height_m);
+            sequence.set("origin", core::Json::object()
+                                       .set("lat_deg", lat_deg)
+                                       .set("lon_deg", lon_deg)
+                                       .set("height_m", height_m));
+          });
+        };
+      };
+  add("OriginLatitudeForLongitude", kAll,
+      edit_origin([](double& lat_deg, double& lon_deg, double&) { std::swap(lat_deg, lon_deg); }),
+      says({"origin in dataset.json: latitude and longitude are swapped"}));
+  add("OriginInRadians", kAll, edit_origin([](double& lat_deg, double& lon_deg, double&) {
+        lat_deg *= std::numbers::pi / 180.0;
+        lon_deg *= std::numbers::pi / 180.0;
+      }),
+      says({"origin in dataset.json: latitude and longitude are in radians"}));
+  // What is off by little may as well be the rows; packets know.
+  add("OriginGeoidLeftOut", kAll,
+      edit_origin([](double&, double&, double& height_m) { height_m -= kUndulation_m; }),
+      [](const RightDataset& d) {
+        const bool is_known = d.format == "kitti_raw";
+        return is_known ? Expected{{"origin in dataset.json: heights are above the geoid"},
+                                   -kUndulation_m,
+                                   0.6}
+                        : Expected{{"georeference.csv against the origin in dataset.json: heights",
+                                    "m too high: the geoid's height added twice, or left out of "
+                                    "the origin?"},
+                                   kUndulation_m,
+                                   0.6};
+      });
+  add("OriginArcSecond", kAll,
+      edit_origin([](double&, double& lon_deg, double&) { lon_deg += 1.0 / 3600.0; }),
+      [](const RightDataset& d) {
+        return Expected{{d.format == "kitti_raw" ? "origin in dataset.json: places are off by about"
+                                                 : "georeference.csv against the origin in "
+                                                   "dataset.json: places are off by",
+                         "arc-seconds of longitude"},
+                        22.8,
+                        0.6};
+      });
+
+  add(
+      "PacketsLatitudeForLongitude", {"kitti_raw"},
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_packets(d, folder, [](std::vector<double>& n) { std::swap(n[0], n[1]); });
+      },
+      says({"OXTS packets: latitude and longitude are swapped"}));
+  add(
+      "PacketsInRadians", {"kitti_raw"},
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_packets(d, folder, [](std::vector<double>& n) {
+          n[0] *= std::numbers::pi / 180.0;
+          n[1] *= std::numbers::pi / 180.0;
+        });
+      },
+      says({"OXTS packets: latitude and longitude are in radians"}));
+  add(
+      "PacketsArcSecond", {"kitti_raw"},
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_packets(d, folder, [](std::vector<double>& n) { n[0] += 1.0 / 3600.0; });
+      },
+      says({"OXTS packets: places are off by 1.00 arc-seconds of latitude"}, 30.86, 0.05));
+  add(
+      "YawFromNorth", {"kitti_raw"},
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_packets(d, folder,
+                     [](std::vector<double>& n) { n[5] = 0.5 * std::numbers::pi - n[5]; });
+      },
+      says({"yaw counts from north, clockwise"}));
+  add(
+      "RollForPitch", {"kitti_raw"},
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_packets(d, folder, [](std::vector<double>& n) { std::swap(n[3], n[4]); });
+      },
+      says({"roll and pitch are swapped"}));
+  add(
+      "VelocitiesInKmh", {"kitti_raw"},
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_packets(d, folder, [](std::vector<double>& n) {
+          for (std::size_t i = 6; i < 11; ++i) n[i] *= 3.6;
+        });
+      },
+      says({"velocities are in km/h"}));
+  add(
+      "ForcesInG", {"kitti_raw"},
+      [](const RightDataset& d, const fs::path& folder) {
+        edit_packets(d, folder, [](std::vector<double>& n) {
+          for (std::size_t i = 11; i < 17; ++i) n[i] /= 9.80665;
+        });
+      },
+      says({"forces are in g where m/s^2 is meant"}));
   add(
       "AnglesInDegrees", {"kitti_raw"},
       [](const RightDataset& d, const fs::path& folder) {

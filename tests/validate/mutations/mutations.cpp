@@ -35,6 +35,18 @@ void add_grey(const RightDataset& d) {
   list_files_again(d.folder);
 }
 
+void remove_last_frame(Recording& recording) {
+  for (auto* list : {&recording.body_world, &recording.velocity_mps, &recording.acceleration_mps2,
+                     &recording.rate_body_radps})
+    list->pop_back();
+  recording.world_from_body.pop_back();
+  for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
+    recording.color[c].pop_back();
+    recording.depth[c].pop_back();
+    recording.classes[c].pop_back();
+  }
+}
+
 }  // namespace
 
 RightDataset write_right_dataset(const std::string& format, Path path, const fs::path& folder) {
@@ -46,7 +58,7 @@ RightDataset write_right_dataset(const std::string& format, Path path, const fs:
   constexpr int kFrames = 6, kTartanFrames = 3, kMore = 3;
   if (format.starts_with("tartanair")) {
     if (!tartan.contains(path))
-      tartan[path] = record_island_flight(tartanair_cameras(), kTartanFrames, path);
+      tartan[path] = record_island_flight(tartanair_cameras(), kTartanFrames + 1, path);
     d.recording =
         format == "tartanair" ? tartan[path] : cropped(tartan[path], tartanair_v1_cameras());
     d.longer = island_path(d.recording.cameras, kTartanFrames + kMore, path);
@@ -54,9 +66,11 @@ RightDataset write_right_dataset(const std::string& format, Path path, const fs:
     const auto cameras = format == "kitti"       ? kitti_cameras()
                          : format == "kitti_raw" ? kitti_raw_cameras()
                                                  : colmap_cameras();
-    d.recording = record_island_flight(cameras, kFrames, path);
+    d.recording = record_island_flight(cameras, kFrames + 1, path);
     d.longer = island_path(cameras, kFrames + kMore, path);
   }
+  d.next_color = d.recording.color[0].back();
+  remove_last_frame(d.recording);
   if (format == "tartanair") write_tartanair(d.recording, folder);
   if (format == "tartanair_v1") write_tartanair_v1(d.recording, folder);
   if (format == "kitti") write_kitti(d.recording, folder);
@@ -92,6 +106,22 @@ const std::vector<Unseeable>& unseeable_mutations() {
        true},
       {"RotationsTransposed", "kitti_raw",
        "poses.txt holds rotations between frames alone: as above", true},
+      {"AllPosesShifted", "tartanair",
+       "in steady motion a shift of all images against all poses changes nothing between images",
+       true},
+      {"AllPosesShifted", "tartanair_v1", "as above", true},
+      {"AllPosesShifted", "kitti", "as above", true},
+      {"AllPosesShifted", "kitti_raw", "as above", true},
+      {"AllPosesShifted", "colmap", "as above", true},
+      {"RollForPitch", "kitti_raw", "a level flight has neither", true},
+      {"PlacesShiftedBack", "kitti",
+       "the first row, which is right, places the poses: in steady motion poses a frame late look "
+       "the same",
+       true},
+      {"DepthInKilometres", "kitti_raw",
+       "no two images share a place by such a depth, and nothing else of the format speaks of "
+       "distances: what depth shows is unseen"},
+      {"DepthInverse", "kitti_raw", "as DepthInKilometres"},
       {"HalfPixel", "", "the intrinsics are the format's own: no file holds any"},
       {"HalfPixelOfFlow", "", "the format holds no flow"},
       {"FocalLength", "", "the intrinsics are the format's own: no file holds any"},
@@ -106,8 +136,29 @@ const std::vector<Unseeable>& unseeable_mutations() {
       {"MasksInverted", "", "the format holds no flow"},
       {"DisparityDoubled", "", "the format holds no disparity"},
       {"DisparityScaled", "", "the format holds no disparity"},
-      {"FrameDropped", "",
-       "of three frames the second is dropped as it is duplicated: the last stands twice"},
+      {"MountTurned", "", "the calibration knows no rotations of its cameras"},
+      {"DepthsSwapped", "", "the format holds depth of one camera"},
+      {"ImagesSwapped", "", "the format holds depth of one camera: its colours swapped are named"},
+      {"ChannelOrderOfOneCamera", "", "it is ChannelOrder: of two cameras one is wrong there"},
+      {"TimesOfOtherFileShifted", "", "the format holds times once"},
+      {"AllTimesShifted", "", "the format holds times once: it is TimesShifted"},
+      {"TranslationsOfFloat32", "", "the format holds no translations that are products"},
+      {"PacketsLatitudeForLongitude", "", "the format holds no packets"},
+      {"PacketsInRadians", "", "the format holds no packets"},
+      {"PacketsArcSecond", "", "the format holds no packets"},
+      {"YawFromNorth", "", "the format holds no packets"},
+      {"RollForPitch", "", "the format holds no packets"},
+      {"VelocitiesInKmh", "", "the format holds no velocities"},
+      {"ForcesInG", "", "the format holds no forces"},
+      {"FlowSignOfU", "", "the format holds no flow"},
+      {"FlowSignOfV", "", "the format holds no flow"},
+      {"FlowToTheFrameBefore", "", "the format holds no flow"},
+      {"FlowOfTheNextPair", "", "the format holds no flow"},
+      {"FlowOfThePairBefore", "", "the format holds no flow"},
+      {"CovisibleMasksInverted", "", "the format holds no flow"},
+      {"ViewMasksInverted", "", "the format holds no masks of the field of view"},
+      {"MasksSwapped", "", "the format holds no backward flow"},
+      {"DisparityInWholePixels", "", "the format holds no disparity"},
       {"AnglesInDegrees", "", "the format holds no angles"},
       {"AnglesOfTheWorldsOrigin", "", "the format holds no packets"},
       {"VelocitiesSwapped", "", "the format holds no velocities"},
@@ -127,7 +178,7 @@ void corrupt(const RightDataset& right, const Mutation& mutation, const fs::path
   fs::copy(right.folder, folder, fs::copy_options::recursive | fs::copy_options::create_hard_links);
   copy_over(right.folder / "dataset.json", folder / "dataset.json");
   mutation.corrupt(right, folder);
-  list_files_again(folder);
+  if (mutation.is_listed) list_files_again(folder);
 }
 
 }  // namespace terracast::test

@@ -19,7 +19,8 @@ struct RightDataset {
   Path path = Path::Curved;
   std::filesystem::path folder;
   Recording recording;
-  Recording longer;  ///< the path with three frames more, without images
+  Recording longer;         ///< the path with three frames more, without images
+  core::Image8 next_color;  ///< of the first camera, in the frame after the last
 };
 
 /// EGM96 at the flights' place, 42.5 N 1.5 E: a node of its 15-minute grid.
@@ -42,6 +43,7 @@ struct Mutation {
   /// Corrupts a copy of the right dataset.
   std::function<void(const RightDataset&, const std::filesystem::path& folder)> corrupt;
   std::function<Expected(const RightDataset&)> expected;
+  bool is_listed = true;  ///< in dataset.json's list of files
 };
 
 const std::vector<Mutation>& mutations();

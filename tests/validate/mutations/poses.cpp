@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <numbers>
 
@@ -111,18 +112,117 @@ void add_pose_mutations(std::vector<Mutation>& list) {
       },
       says({"east, north, up", "north, east, down"}));
   add(
-      "PosesInMillimetres", kAll,
+      "PositionAxesSwapped", kAll,
       [](const RightDataset& d, const fs::path& folder) {
-        edit_raw_poses(d, folder, [](Matrix3d&, Vector3d& t) { t *= 1000.0; });
+        edit_raw_poses(d, folder,
+                       [](Matrix3d&, Vector3d& t) { t = Vector3d(t.y(), t.x(), t.z()); });
       },
-      says({"poses", "in millimetres where metres are meant"}));
+      says({"poses", "positions in other axes: (y, x, z) is meant"}));
   add(
-      "PosesShifted", kAll,
+      "OtherCameraAxes", kAll,
       [](const RightDataset& d, const fs::path& folder) {
-        write_poses(d, folder,
-                    [&](std::size_t c, std::size_t f) { return true_pose(d, c, f + 1); });
+        // Right, down, forward in TartanAir's rows, forward, left, up in the others.
+        Matrix3d frd_from_rdf, flu_from_rdf;
+        frd_from_rdf << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+        flu_from_rdf << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+        edit_raw_poses(d, folder, [&](Matrix3d& r, Vector3d& t) {
+          if (is_tartan(d)) {
+            r = r * frd_from_rdf;
+            return;
+          }
+          r = flu_from_rdf * r;
+          t = flu_from_rdf * t;
+          if (d.format != "colmap") r = r * flu_from_rdf.transpose();
+        });
       },
+      [](const RightDataset& d) {
+        // Where nothing turns only positions show axes.
+        const bool is_relative = d.path == Path::Straight && d.format.starts_with("kitti");
+        return Expected{
+            {"poses", is_relative    ? "positions in other axes: "
+                      : is_tartan(d) ? "right, down, forward where forward, right, down is meant"
+                                     : "forward, left, up where right, down, forward is meant"},
+            std::nullopt,
+            0.0};
+      });
+  struct Unit {
+    const char* name;
+    const char* words;
+    double factor;
+  };
+  for (const Unit& unit : {Unit{"PosesInMillimetres", "in millimetres where metres are meant", 1e3},
+                           Unit{"PosesInCentimetres", "in centimetres where metres are meant", 1e2},
+                           Unit{"PosesInKilometres", "in kilometres where metres are meant", 1e-3},
+                           Unit{"PosesInFeet", "in feet where metres are meant", 1.0 / 0.3048}})
+    add(
+        unit.name, kAll,
+        [unit](const RightDataset& d, const fs::path& folder) {
+          edit_raw_poses(d, folder, [&](Matrix3d&, Vector3d& t) { t *= unit.factor; });
+        },
+        says({"poses", unit.words}, unit.factor, 1e-9));
+  const auto shift_poses = [](std::size_t more, std::size_t less) {
+    return [=](const RightDataset& d, const fs::path& folder) {
+      write_poses(d, folder, [&](std::size_t c, std::size_t f) {
+        return true_pose(d, c, f + more - std::min(f + more, less));
+      });
+    };
+  };
+  add("PosesShifted", kAll, shift_poses(1, 0),
       says({"poses", "shifted by 1 frame", "frame after"}, 1.0, 0.0));
+  add("PosesShiftedByTwo", kAll, shift_poses(2, 0),
+      says({"poses", "shifted by 2 frames", "frame after"}, 2.0, 0.0));
+  add("PosesShiftedBack", kAll, shift_poses(0, 1),
+      says({"poses", "shifted by 1 frame", "frame before"}, -1.0, 0.0));
+  add(
+      "AllPosesShifted", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        // All that says where cameras are, from the same origin.
+        RightDataset later = d;
+        const Vector3d step = d.longer.body_world[1] - d.longer.body_world[0];
+        const auto start_later = [](auto& values) { values.erase(values.begin()); };
+        Recording& path = later.longer;
+        start_later(path.body_world);
+        start_later(path.world_from_body);
+        start_later(path.velocity_mps);
+        start_later(path.acceleration_mps2);
+        start_later(path.rate_body_radps);
+        for (Vector3d& place : path.body_world) place -= step;
+        if (is_tartan(d)) {
+          const auto pose = [&](std::size_t c, std::size_t f) { return true_pose(later, c, f); };
+          write_poses(later, folder, pose);
+          write_georeference(later, folder, pose);
+          return;
+        }
+        const auto count = static_cast<std::ptrdiff_t>(d.recording.body_world.size());
+        const auto take = [&](auto& values, const auto& from) {
+          values.assign(from.begin(), from.begin() + count);
+        };
+        take(later.recording.body_world, path.body_world);
+        take(later.recording.world_from_body, path.world_from_body);
+        take(later.recording.velocity_mps, path.velocity_mps);
+        take(later.recording.acceleration_mps2, path.acceleration_mps2);
+        take(later.recording.rate_body_radps, path.rate_body_radps);
+        if (d.format == "kitti") write_kitti(later.recording, folder);
+        if (d.format == "kitti_raw") write_kitti_raw(later.recording, folder);
+        if (d.format == "colmap") write_colmap(later.recording, folder);
+      },
+      [](const RightDataset& d) {
+        return Expected{
+            {d.format == "kitti_raw" ? "OXTS packets" : "poses",
+             "georeference.csv are shifted by 1 frame: each is that of the frame after"},
+            1.0,
+            0.0};
+      });
+  add(
+      "PoseRowOff", kAll,
+      [](const RightDataset& d, const fs::path& folder) {
+        write_poses(d, folder, [&](std::size_t c, std::size_t f) {
+          SaidPose pose = true_pose(d, c, f);
+          if (f == 2) pose.centre += 0.25 * pose.rotation.col(0);
+          return pose;
+        });
+      },
+      says({"the pose of frame 2 is wrong: it is off by 0.25 m and 0 deg"}));
   add(
       "PoseRowTwice", kAll,
       [](const RightDataset& d, const fs::path& folder) {
@@ -156,16 +256,26 @@ void add_pose_mutations(std::vector<Mutation>& list) {
           return SaidPose{enu * p.rotation,
                           {single(centre.x()), single(centre.y()), single(centre.z())}};
         });
-        core::Json json = core::Json::read(folder / "dataset.json");
-        core::Json sequence = json.at("sequences").at(0);
-        sequence.set("origin", core::Json::object()
-                                   .set("lat_deg", place.lat_deg)
-                                   .set("lon_deg", place.lon_deg)
-                                   .set("height_m", place.height_m));
-        json.set("sequences", core::Json::array().push(sequence));
-        json.write(folder / "dataset.json");
+        edit_stated(folder, [&](core::Json& sequence) {
+          sequence.set("origin", core::Json::object()
+                                     .set("lat_deg", place.lat_deg)
+                                     .set("lon_deg", place.lon_deg)
+                                     .set("height_m", place.height_m));
+        });
       },
       says({"32-bit floats"}));
+  add(
+      "TranslationsOfFloat32", {"colmap"},
+      [](const RightDataset& d, const fs::path& folder) {
+        Recording far = d.recording;
+        for (Vector3d& place : far.body_world) place.x() += 40000.0;
+        Mistake mistake;
+        mistake.colmap.raw_pose = [](Quaterniond&, Vector3d& t) {
+          t = Vector3d(single(t.x()), single(t.y()), single(t.z()));
+        };
+        write_colmap(far, folder, mistake);
+      },
+      says({"poses of images.bin are rounded to 32-bit floats 40.0 km from their origin"}));
   add(
       "PosesSwapped", {"tartanair", "tartanair_v1", "colmap"},
       [](const RightDataset& d, const fs::path& folder) {
