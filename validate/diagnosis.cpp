@@ -228,12 +228,6 @@ std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
       if (std::find(checks_to_run.begin(), checks_to_run.end(), check) == checks_to_run.end())
         checks_to_run.push_back(check);
   Shares shares = measure(trial, checks_to_run);
-  // What few pixels do not show more may: of images that do not fit hardly a patch is found again.
-  if (std::none_of(shares.begin(), shares.end(),
-                   [](const auto& entry) { return entry.second > 1.0; })) {
-    trial.samples_per_image = ValidateOptions{}.samples_per_image;
-    shares = measure(trial, checks_to_run);
-  }
   // What files are damaged by is no cause's to explain, and not looked for.
   const auto note_damage = [&] {
     if (std::any_of(own_damage.begin(), own_damage.end(), may_follow))

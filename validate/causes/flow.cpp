@@ -45,6 +45,8 @@ double difference(const Trial& trial, int camera, const core::ImageF& field, int
   std::vector<double> sizes;
   for (int y = kStep / 2; y < field.height(); y += kStep)
     for (int x = kStep / 2; x < field.width(); x += kStep) {
+      // The sky stands still in straight flight, between any frames.
+      if (!std::isfinite(trial.image(camera, from).depth(x, y))) continue;
       const auto target = target_of(trial, camera, from, to, x, y);
       if (!target) continue;
       const Vector2d stored =

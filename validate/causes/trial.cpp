@@ -12,11 +12,12 @@ namespace terracast::validate {
 
 namespace {
 
+constexpr std::int64_t kSamples = 500;
 constexpr int kMostFrames = 6;
 
-ValidateOptions trial_options(const Trial& trial) {
+ValidateOptions trial_options() {
   ValidateOptions options;
-  options.samples_per_image = trial.samples_per_image;
+  options.samples_per_image = kSamples;
   options.is_trial = true;
   return options;
 }
@@ -215,7 +216,7 @@ Shares measure(const Trial& trial, const std::vector<std::string_view>& names) {
   const auto is_wanted = [&](std::string_view name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };
-  const ValidateOptions options = trial_options(trial);
+  const ValidateOptions options = trial_options();
   std::vector<std::unique_ptr<Checker>> checkers;
   bool needs_frames = false;
   for (const CheckInfo& info : checks()) {
@@ -335,7 +336,7 @@ Trial make_trial(const Dataset& dataset, const Sequence& sequence,
 }
 
 double depth_disagreement(const Trial& trial) {
-  ValidateOptions options = trial_options(trial);
+  ValidateOptions options = trial_options();
   constexpr std::int64_t kPixels = 120;
   constexpr std::size_t kEnough = 25;
   return mean_of_pairs(trial, [&](const ViewPair& pair) -> std::optional<double> {
@@ -360,7 +361,7 @@ double depth_disagreement(const Trial& trial) {
 }
 
 double color_disagreement(const Trial& trial) {
-  ValidateOptions options = trial_options(trial);
+  ValidateOptions options = trial_options();
   constexpr std::int64_t kPatches = 16;
   constexpr std::size_t kEnough = 5;
   return mean_of_pairs(trial, [&](const ViewPair& pair) -> std::optional<double> {

@@ -25,7 +25,6 @@ struct Trial {
   std::shared_ptr<const ColmapModel> model;  ///< COLMAP: the binary one, of the whole sequence
   Pose local_from_first;                     ///< KITTI: what poses of the file are placed by
   Undulation undulation_m;                   ///< ValidateOptions'
-  std::int64_t samples_per_image = 500;      ///< that checks draw
 
   int num_frames() const { return sequence.num_frames; }
   int num_cameras() const { return static_cast<int>(sequence.cameras.size()); }
@@ -48,7 +47,7 @@ using Shares = std::map<std::string, double>;
 
 /// Runs some checks (names of the registry; also "colmap_observations", "colmap_point_depths" and
 /// "colmap_point_colors") on a trial.
-/// cost  the sum of the checks on that many pixels of each pair
+/// cost  the sum of the checks on `kSamples` pixels of each pair
 Shares measure(const Trial& trial, const std::vector<std::string_view>& checks);
 
 /// The registry's check that a result belongs to; empty for COLMAP's model and the like.

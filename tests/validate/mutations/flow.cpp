@@ -103,7 +103,7 @@ void add_flow_mutations(std::vector<Mutation>& list) {
       },
       says({"masks of flow are inverted"}));
   add(
-      "CovisibleMasksInverted", kFlow,
+      "CovisibleMasksInverted", {"tartanair"},
       [](const RightDataset& d, const fs::path& folder) {
         edit_flows(d, folder, [](Flow& flow) { flow.covisible.flip(); });
       },

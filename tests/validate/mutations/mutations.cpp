@@ -155,7 +155,7 @@ const std::vector<Unseeable>& unseeable_mutations() {
       {"FlowToTheFrameBefore", "", "the format holds no flow"},
       {"FlowOfTheNextPair", "", "the format holds no flow"},
       {"FlowOfThePairBefore", "", "the format holds no flow"},
-      {"CovisibleMasksInverted", "", "the format holds no flow"},
+      {"CovisibleMasksInverted", "", "the format does not hold the two masks apart"},
       {"ViewMasksInverted", "", "the format holds no masks of the field of view"},
       {"MasksSwapped", "", "the format holds no backward flow"},
       {"DisparityInWholePixels", "", "the format holds no disparity"},
