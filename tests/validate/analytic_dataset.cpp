@@ -112,6 +112,7 @@ FlowAt flow_at(const Said& said, std::size_t from, std::size_t to, int x, int y)
   const Vector3d moved = recording.centre(0, from) - recording.centre(0, to);
   const Vector3d there =
       recording.rotation(0, to).transpose() * (is_sky ? offset : Vector3d(offset + moved));
+  if (!(there.z() > 0.0)) return {Vector2d::Zero(), false, false};
   const Vector2d at(f * there.x() / there.z() + said.cx(0), f * there.y() / there.z() + said.cy(0));
   const bool in_view = there.z() > 0.0 && at.x() >= 0.0 && at.y() >= 0.0 && at.x() < camera.width &&
                        at.y() < camera.height;

@@ -60,26 +60,25 @@ void change_flow(const fs::path& folder, const std::function<void(Pixel&)>& chan
 class PngFlow : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    scratch_ = std::make_unique<test::ScratchFolder>();
-    test::write_tartanair(test::record_flight(test::tartanair_cameras(), 3), right(), {},
-                          test::FlowForm::Png);
+    flight_ = std::make_unique<test::Recording>(test::record_flight(test::tartanair_cameras(), 3));
   }
-  static void TearDownTestSuite() { scratch_.reset(); }
-  static fs::path right() { return *scratch_ / "right"; }
+  static void TearDownTestSuite() { flight_.reset(); }
 
-  static Results changed(const std::function<void(Pixel&)>& change) {
+  static Results written(const test::Mistake& mistake,
+                         const std::function<void(Pixel&)>& change = {}) {
     const test::ScratchFolder scratch;
-    fs::copy(right(), scratch / "data", fs::copy_options::recursive);
-    change_flow(scratch / "data", change);
+    test::write_tartanair(*flight_, scratch / "data", mistake, test::FlowForm::Png);
+    if (change) change_flow(scratch / "data", change);
     return validate(scratch / "data", scratch / "report");
   }
+  static Results changed(const std::function<void(Pixel&)>& change) { return written({}, change); }
 
-  static std::unique_ptr<test::ScratchFolder> scratch_;
+  static std::unique_ptr<test::Recording> flight_;
 };
-std::unique_ptr<test::ScratchFolder> PngFlow::scratch_;
+std::unique_ptr<test::Recording> PngFlow::flight_;
 
 TEST_F(PngFlow, ThatIsRightPassesWithinItsSteps) {
-  const Results results = validate(right(), *scratch_ / "report");
+  const Results results = written({});
   EXPECT_EQ(failures(results), "");
   for (const char* name : {"flow", "flow_masks", "flow_covisible"})
     EXPECT_FALSE(results.at(name).skipped) << name;
@@ -124,10 +123,7 @@ TEST_F(PngFlow, ARotationOffIsFoundByTheEstimates) {
   test::Mistake mistake;
   mistake.pose_frame = 1;
   mistake.pose_turn_deg = Eigen::Vector3d(0.0, 0.02, 0.0);
-  const test::ScratchFolder scratch;
-  test::write_tartanair(test::record_flight(test::tartanair_cameras(), 3), scratch / "data",
-                        mistake, test::FlowForm::Png);
-  const Results results = validate(scratch / "data", scratch / "report");
+  const Results results = written(mistake);
   EXPECT_FALSE(results.at("flow_rotation").ok);
 }
 
