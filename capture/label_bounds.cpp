@@ -59,6 +59,8 @@ constexpr double kRay = 2.0;
 constexpr double kLength = 4.0;
 /// t: the quotient; and where a walk was clamped, the lines of the grid (3) and the clearance there (2).
 constexpr double kQuotient = 6.0;
+/// How far a tile's centre may be from the middle between its lowest and highest sample.
+constexpr double kCenterReach_m = 1.0;
 /// A point of a kept range: length, quotient, product, ray.
 constexpr double kPoint = kLength + 2.0 + kRay;
 
@@ -112,8 +114,9 @@ double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
   const double fall_x = slope_x * (way.x() + tile.spacing_m);
   const double fall_y = slope_y * (way.y() + tile.spacing_m);
   const double cell = (slope_x + slope_y) * tile.spacing_m;
-  const double from_center = std::max(std::abs(origin_z_world_ - tile.lowest_z_world),
-                                      std::abs(origin_z_world_ - tile.highest_z_world));
+  const double from_center =
+      std::abs(origin_z_world_ - 0.5 * (tile.lowest_z_world + tile.highest_z_world)) +
+      kCenterReach_m;
   const double clearance_error =
       from_center + (way.z() + cell) + (clearance + fall_y) + clearance + 3.0 * (fall_x + fall_y);
   const double rate_error = fall_x + fall_y + (clearance + fall_y) + clearance;

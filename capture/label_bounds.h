@@ -26,7 +26,7 @@ struct LabelError {
   bool operator==(const LabelError&) const = default;
 };
 
-/// The tile that a ray meets.
+/// The tile that a ray meets. Its centre is within a metre of the middle between lowest and highest.
 struct TileScale {
   double spacing_m = 0.0;  ///< between samples
   double lowest_z_world = 0.0;

@@ -24,7 +24,7 @@ using core::ErrorKind;
 using core::fail;
 
 /// Part of every input hash: one more when the same inputs give other bytes.
-constexpr int kRenderVersion = 2;
+constexpr int kRenderVersion = 3;
 /// Cameras nearer to the ground than this stand in it for all that images can show.
 constexpr double kLeastClearance_m = 0.25;
 /// Camera images in work at once: enough for every thread to have one while others are encoded, few
@@ -154,6 +154,7 @@ std::vector<world::Viewpoint> viewpoints_of_frames(const ViewTable& views, int f
   return viewpoints;
 }
 
+static_assert(world::kCenterReach_m <= 1.0, "as capture::TileScale says");
 std::vector<capture::TileScale> scales_of(const world::TileStore& store,
                                           const std::vector<world::CutTile>& cut) {
   std::vector<capture::TileScale> scales;

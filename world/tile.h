@@ -15,11 +15,15 @@ enum class Cover : std::uint8_t {
   Outside = 2,  ///< land of the apron, beyond the world's square
 };
 
+/// How far a tile's centre may be from the middle between its lowest and highest sample.
+constexpr double kCenterReach_m = 1.0;
+
 /// What stands on one tile. Arrays have kTileSamples^2 entries, row by row from south to north,
 /// each row from west to east: entry (i, j) at j * kTileSamples + i.
 struct Tile {
   TileId id;
-  /// World z of the tile's centre: a whole number of metres, so that floats about it are exact.
+  /// World z of the tile's centre: a whole number of metres, so that floats about it are exact, within
+  /// kCenterReach_m of the middle between lowest and highest.
   double center_z_m = 0.0;
   /// Height above center_z_m in steps of kHeightStep_m.
   std::vector<std::int32_t> height_steps;

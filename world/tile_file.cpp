@@ -188,6 +188,11 @@ bool is_whole(double value_m) {
   return std::abs(value_m) < 1e7 && value_m == std::nearbyint(value_m);
 }
 
+bool is_near_middle(std::int32_t lowest_steps, std::int32_t highest_steps) {
+  return std::abs(std::int64_t{lowest_steps} + highest_steps) * kHeightStep_m <=
+         2.0 * kCenterReach_m;
+}
+
 /// None at all, or one of each sample, none above the sea.
 bool are_depths(const std::vector<std::int32_t>& steps) {
   return steps.empty() || (steps.size() == kNumSamples &&
@@ -208,6 +213,9 @@ std::vector<std::byte> encode_tile(const Tile& tile) {
                   tile.id.name(), tile.center_z_m);
   const auto [lowest, highest] =
       std::minmax_element(tile.height_steps.begin(), tile.height_steps.end());
+  TERRACAST_CHECK(is_near_middle(*lowest, *highest),
+                  "tile {}: centre {} m from the middle of its heights", tile.id.name(),
+                  0.5 * (1.0 * *lowest + *highest) * kHeightStep_m);
   TERRACAST_CHECK(*lowest >= -kMaxSteps && *highest <= kMaxSteps,
                   "tile {}: heights from {} to {} m about its centre; floats are exact to {} m",
                   tile.id.name(), *lowest * kHeightStep_m, *highest * kHeightStep_m,
@@ -255,7 +263,8 @@ Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected,
   const auto [lowest, highest] =
       std::minmax_element(tile.height_steps.begin(), tile.height_steps.end());
   if (!is_whole(tile.center_z_m) || *lowest != header.lowest_steps ||
-      *highest != header.highest_steps || *lowest < -kMaxSteps || *highest > kMaxSteps)
+      *highest != header.highest_steps || *lowest < -kMaxSteps || *highest > kMaxSteps ||
+      !is_near_middle(*lowest, *highest))
     fail(ErrorKind::Input,
          "{}: heights do not agree with the header's bounds; tile the world again", file);
   if (std::any_of(cover.begin(), cover.end(), [](std::uint8_t code) {

@@ -352,9 +352,10 @@ void make_colors_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypot
   if (!symptoms.fails("photometric") && !symptoms.fails("stereo")) return;
   add_channels(symptoms, hypotheses);
   // An image in a wrong place does not look like what is there.
+  // The few patches of a trial may not show it.
   const auto fails = [&](const char* name) {
     const auto share = symptoms.shares.find(name);
-    return share != symptoms.shares.end() && share->second > 1.0;
+    return symptoms.fails_result(name) || (share != symptoms.shares.end() && share->second > 1.0);
   };
   if (!fails("photometric_correlation") && !fails("photometric_frames") &&
       !fails("photometric_frame_shift") && !fails("photometric_shift") && !fails("stereo_shift"))
