@@ -324,17 +324,19 @@ class OracleChecker : public Checker {
       if (!sampled[camera] || !last_[camera] || !before || !before->image->flow) continue;
       has_visibility_ = true;
       const FlowFields& flow = *before->image->flow;
-      look_at_mask(*last_[camera], sampled[camera]->view, flow.covisible_forward);
+      look_at_mask(*last_[camera], sampled[camera]->view, flow.covisible_forward, flow.forward);
       if (!flow.covisible_backward.empty())
-        look_at_mask(*sampled[camera], last_[camera]->view, flow.covisible_backward);
+        look_at_mask(*sampled[camera], last_[camera]->view, flow.covisible_backward, flow.backward);
     }
   }
 
-  void look_at_mask(const Sampled& from, const OracleView& by, const core::Image8& mask) {
+  /// Of flow that is longer than its format holds (NaN) the mask says nothing.
+  void look_at_mask(const Sampled& from, const OracleView& by, const core::Image8& mask,
+                    const core::ImageF& flow) {
     const std::vector<OraclePixel>& pixels = from.chosen.pixels;
     judge_all(pixels.size(), visibility_, [&](std::size_t i, Verdicts& verdicts) {
       const OraclePixel& pixel = pixels[i];
-      if (pixel.is_on_silhouette) return;
+      if (pixel.is_on_silhouette || std::isnan(flow(pixel.x, pixel.y, 0))) return;
       const bool says_seen = mask(pixel.x, pixel.y) != 0;
       const std::string where = place_of(from.view.view, pixel.x, pixel.y);
       if (pixel.hit) {
