@@ -34,6 +34,41 @@ double length_error(const Quaterniond& q) {
   return static_cast<double>(std::abs(square - 1)) / kU + kOfItself;
 }
 
+/// Most that rounding to double changes a value of at most this size; its steps are those of the power of two
+/// below. What the size itself errs by is far below the part that is added.
+double rounding_of(double largest) {
+  constexpr double kOfItself = 1.0 + 0x1.0p-30;
+  constexpr int kFractionBits = 53;
+  if (largest == 0.0) return 0.0;
+  int exponent = 0;
+  std::frexp(largest * kOfItself, &exponent);
+  return std::ldexp(0.5, exponent - kFractionBits);
+}
+Vector3d rounding_of(const Vector3d& value) {
+  const Vector3d largest = value.cwiseAbs();
+  return {rounding_of(largest.x()), rounding_of(largest.y()), rounding_of(largest.z())};
+}
+
+/// Error of q v, in u of v's length, by q's own length and roundings: with sine s of half the angle and its
+/// cosine w, 2 (s v) has 2.5 s of them, the product with w one more; the second product of vectors has those of
+/// both; two sums.
+double turn_error(const Quaterniond& q) {
+  const double sine = q.vec().norm(), cosine = std::abs(q.w());
+  return 2.0 * sine * cosine * 3.5 + 2.0 * sine * sine * 5.0 + 2.0 + 2.0 * length_error(q);
+}
+
+/// Error of the direction of (a b).normalized(), in u of a unit vector that it turns: a component is a sum of four
+/// products, each of which takes part in four roundings at most, and is divided once; a quaternion's error counts
+/// twice.
+double product_error(const Quaterniond& a, const Quaterniond& b) {
+  const Eigen::Vector4d p = a.coeffs().cwiseAbs(), q = b.coeffs().cwiseAbs();
+  const Eigen::Vector4d sums(p[3] * q[0] + p[0] * q[3] + p[1] * q[2] + p[2] * q[1],
+                             p[3] * q[1] + p[1] * q[3] + p[2] * q[0] + p[0] * q[2],
+                             p[3] * q[2] + p[2] * q[3] + p[0] * q[1] + p[1] * q[0],
+                             p[3] * q[3] + p[0] * q[0] + p[1] * q[1] + p[2] * q[2]);
+  return 2.0 * (4.0 * sums.norm() + 1.0);
+}
+
 /// Errors of the entries of Quaterniond::toRotationMatrix, in u. Beside the diagonal a sum of two products, 2xy and
 /// 2wz; on it 1 less a sum of two squares. A quaternion whose square is 1 + e gives R + e (R - 1).
 Matrix3d rotation_error(const Quaterniond& q, const Matrix3d& rotation) {
@@ -55,14 +90,16 @@ Matrix3d rotation_error(const Quaterniond& q, const Matrix3d& rotation) {
 
 /// The first two coordinates of a pixel's ray: a difference and a quotient. The third is 1.
 constexpr double kRay = 2.0;
-/// Length of a vector (squares, sums, root) and its product with t, or the quotient by it.
-constexpr double kLength = 4.0;
-/// t: the quotient; and where a walk was clamped, the lines of the grid (3) and the clearance there (2).
-constexpr double kQuotient = 6.0;
+/// Length of a vector (squares and two sums, of which the root halves the error; the root) and its product with
+/// t, or the quotient by it.
+constexpr double kLength = 3.5;
+/// Where a walk was clamped to its cell, t is that of the cell's side: the lines of the grid (3) and the clearance
+/// there (2). The right t is in the right cell: it is no farther than either error.
+constexpr double kClamped = 5.0;
 /// How far a tile's centre may be from the middle between its lowest and highest sample.
 constexpr double kCenterReach_m = 1.0;
-/// A point of a kept range: length, quotient, product, ray.
-constexpr double kPoint = kLength + 2.0 + kRay;
+/// A point of a kept range: length and quotient, product, ray.
+constexpr double kPoint = kLength + 1.0 + kRay;
 
 }  // namespace
 
@@ -96,9 +133,9 @@ double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
   // Products of a row with the ray (the third is one with 1, exact), their first sum and their second.
   const Vector3d by_x = rotation_.col(0) * ray.x(), by_y = rotation_.col(1) * ray.y();
   const Vector3d direction = by_x + by_y + rotation_.col(2) * ray.z();
-  const Vector3d direction_error = rotation_error_ * ray.cwiseAbs() +
-                                   (1.0 + kRay) * (by_x.cwiseAbs() + by_y.cwiseAbs()) +
-                                   (by_x + by_y).cwiseAbs() + direction.cwiseAbs();
+  const Vector3d direction_error =
+      kU * (rotation_error_ * ray.cwiseAbs() + kRay * (by_x.cwiseAbs() + by_y.cwiseAbs())) +
+      rounding_of(by_x) + rounding_of(by_y) + rounding_of(by_x + by_y) + rounding_of(direction);
 
   const double slope_x = std::abs(normal_world.x() / normal_world.z());
   const double slope_y = std::abs(normal_world.y() / normal_world.z());
@@ -111,20 +148,26 @@ double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
 
   const Vector3d way = t * direction.cwiseAbs();
   const double clearance = t * rate;
-  const double fall_x = slope_x * (way.x() + tile.spacing_m);
-  const double fall_y = slope_y * (way.y() + tile.spacing_m);
+  const double gap_x = way.x() + tile.spacing_m, gap_y = way.y() + tile.spacing_m;
   const double cell = (slope_x + slope_y) * tile.spacing_m;
   const double from_center =
       std::abs(origin_z_world_ - 0.5 * (tile.lowest_z_world + tile.highest_z_world)) +
       kCenterReach_m;
   const double clearance_error =
-      from_center + (way.z() + cell) + (clearance + fall_y) + clearance + 3.0 * (fall_x + fall_y);
-  const double rate_error = fall_x + fall_y + (clearance + fall_y) + clearance;
+      rounding_of(from_center) + rounding_of(way.z() + cell) +
+      rounding_of(clearance + slope_y * gap_y) + rounding_of(clearance) +
+      rounding_of(slope_x * gap_x) + rounding_of(slope_y * gap_y) +
+      2.0 * (slope_x * rounding_of(gap_x) + slope_y * rounding_of(gap_y));
+  const double fall_x = slope_x * std::abs(direction.x());
+  const double fall_y = slope_y * std::abs(direction.y());
+  const double rate_error =
+      rounding_of(fall_x) + rounding_of(fall_y) + rounding_of(rate + fall_y) + rounding_of(rate);
   const double aim_error =
-      t * (direction_error.z() + slope_x * direction_error.x() + slope_y * direction_error.y());
-  const double t_error = kU * (clearance_error + rate_error + aim_error) / least_rate;
+      direction_error.z() + slope_x * direction_error.x() + slope_y * direction_error.y();
+  const double crossing_error = (clearance_error + t * (rate_error + aim_error)) / least_rate;
+  const double t_error = std::max(crossing_error + rounding_of(t), kClamped * kU * t);
   const double stretch_error = t * direction.cwiseAbs().dot(direction_error) / length;
-  return length * t_error + kU * ((kQuotient + kLength) * range_m + stretch_error);
+  return length * t_error + kU * kLength * range_m + stretch_error;
 }
 
 LabelError DepthBounds::depth_error_m(const Vector2d& pixel, double range_m,
@@ -139,8 +182,11 @@ FlowBounds::FlowBounds(const CameraView& from, const CameraView& to)
     : from_(from),
       to_(to),
       to_from_from_(to_from(to, from)),
-      length_error_(std::max(length_error(to_from_from_.rotation),
-                             length_error(to.world_from_camera.rotation))) {}
+      turn_error_(product_error(to.world_from_camera.rotation, from.world_from_camera.rotation) +
+                  turn_error(to_from_from_.rotation)),
+      // A difference, which is turned.
+      translation_error_((1.0 + turn_error(to.world_from_camera.rotation)) *
+                         to_from_from_.translation.norm()) {}
 
 std::optional<LabelError> FlowBounds::flow_error_px(const Vector2d& pixel, double range_m,
                                                     double range_error_m) const {
@@ -151,11 +197,9 @@ std::optional<LabelError> FlowBounds::flow_error_px(const Vector2d& pixel, doubl
   const std::optional<Vector2d> target = to_.model.pixel_from_ray(point_to);
   if (!target || !to_.model.contains(*target)) return std::nullopt;
 
-  // A component of the product of two quaternions errs by 4 u, so all four by 8 u, and the rotation by twice
-  // that; the product with a vector takes 8 more, and the lengths count twice.
-  const double turn_error = 24.0 + 2.0 * length_error_;
-  const double reach = is_sky ? 1.0 : range_m + to_from_from_.translation.norm() + point_to.norm();
-  const double point_error = kU * reach * (turn_error + kPoint);
+  const double point_error =
+      is_sky ? kU * (turn_error_ + kPoint)
+             : kU * (range_m * (turn_error_ + kPoint) + translation_error_ + point_to.norm());
   const double moved = is_sky ? 0.0 : range_error_m;
   const double rounded = is_sky ? 0.0 : float_rounding(range_m);
   // The projection is a quotient by depth: over a shift e at depth z its slope grows by (1 - e / z)^-2.

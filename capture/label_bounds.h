@@ -75,7 +75,8 @@ class FlowBounds {
   CameraView from_;
   CameraView to_;
   geo::Rigid3d to_from_from_;
-  double length_error_ = 0.0;  ///< by how much its quaternion's square differs from 1, in u
+  double turn_error_ = 0.0;         ///< of a unit vector that is turned, in u
+  double translation_error_ = 0.0;  ///< in u m
 };
 
 /// What the labels of an image err by: the largest over its pixels.
