@@ -108,14 +108,16 @@ std::string list_text(const std::string& what) {
 std::string explain_text(const std::string& part) {
   std::string text;
   std::vector<std::string> known;
-  const auto add = [&](const std::vector<KeyInfo>& keys, const std::string& when) {
+  const auto add = [&](const std::vector<KeyInfo>& keys, const std::string& when, bool is_all) {
     for (const auto& key : keys) {
       known.push_back(key.name);
-      if (key.name.find(part) != std::string::npos) text += explain(key, when);
+      if (is_all || key.name.find(part) != std::string::npos) text += explain(key, when);
     }
   };
-  add(common_keys(), "");
-  for (const auto& [heading, keys] : keys_by_kind()) add(keys, "in " + heading);
+  add(common_keys(), "", false);
+  // "survey", as "exports of format kitti" ends in a kind: all that it takes.
+  for (const auto& [heading, keys] : keys_by_kind())
+    add(keys, "in " + heading, heading.ends_with(" " + part));
   if (text.empty()) {
     const std::string nearest = core::nearest_name(part, known);
     fail(ErrorKind::Usage, "no key contains \"{}\"{}; `terracast config explain` lists all", part,

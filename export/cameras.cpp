@@ -43,8 +43,10 @@ double rectified_baseline_m(const capture::CameraCalibration& left,
          left.rig, left.name, right.rig, right.name);
   if (left.intrinsics != right.intrinsics)
     fail(ErrorKind::Config,
-         "{}: cameras {} and {} of {} differ in size or intrinsics; a rectified pair has the same",
-         format, left.name, right.name, left.rig);
+         "{}: cameras {} ({} x {} px) and {} ({} x {} px) of {} differ in size or intrinsics; a "
+         "rectified pair has the same",
+         format, left.name, left.intrinsics.width_px, left.intrinsics.height_px, right.name,
+         right.intrinsics.width_px, right.intrinsics.height_px, left.rig);
   const geo::Rigid3d left_from_right = left.rig_from_camera.inverse() * right.rig_from_camera;
   const double angle_rad = left_from_right.rotation.angularDistance(Eigen::Quaterniond::Identity());
   if (!(angle_rad <= kTolerance))

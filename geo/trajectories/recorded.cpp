@@ -161,11 +161,14 @@ class Recorded final : public TrajectoryKind {
       add_stretches(i, sample_part(recording.parts[i], flattened, context), stretches);
     if (stretches.empty()) {
       const Geodetic first = sample_part(recording.parts[0], flattened, context)[0].place;
+      std::string hint;  // the flight may begin outside
+      for (const auto& part : recording.parts)
+        for (const Sample& sample : sample_part(part, flattened, context))
+          if (hint.empty()) hint = exchange_hint(sample.place, context);
       fail(ErrorKind::Input,
            "{}: no part of the recording is inside the world and {} m above ground; it begins at "
            "{}{}",
-           recording_.file.resolved.string(), min_agl_m_, text_of(first),
-           exchange_hint(first, context));
+           recording_.file.resolved.string(), min_agl_m_, text_of(first), hint);
     }
     return stretches;
   }
