@@ -91,6 +91,8 @@ TEST(Reference, ExplainsHowAnItemOfAListIsSet) {
   EXPECT_NE(explain_text("num_frames").find("--set trajectories.0.num_frames=4"),
             std::string::npos);
   EXPECT_EQ(explain_text("size_m").find("--set"), std::string::npos);
+  // A kind's name explains all that it takes.
+  EXPECT_NE(explain_text("survey").find("sidelap"), std::string::npos);
 }
 
 TEST(Configs, WhatALaterStageWouldRefuseIsRefusedOnReading) {
