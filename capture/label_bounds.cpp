@@ -44,6 +44,13 @@ double rounding_of(double largest) {
   std::frexp(largest * kOfItself, &exponent);
   return std::ldexp(0.5, exponent - kFractionBits);
 }
+/// The same of the difference of a number and one whose bits are no finer: while it is below the number's next
+/// power of two, it is exact.
+double rounding_of_difference(double from, double largest) {
+  int exponent = 0;
+  std::frexp(from, &exponent);
+  return largest * (1.0 + 0x1.0p-30) <= std::ldexp(1.0, exponent) ? 0.0 : rounding_of(largest);
+}
 Vector3d rounding_of(const Vector3d& value) {
   const Vector3d largest = value.cwiseAbs();
   return {rounding_of(largest.x()), rounding_of(largest.y()), rounding_of(largest.z())};
@@ -69,22 +76,25 @@ double product_error(const Quaterniond& a, const Quaterniond& b) {
   return 2.0 * (4.0 * sums.norm() + 1.0);
 }
 
-/// Errors of the entries of Quaterniond::toRotationMatrix, in u. Beside the diagonal a sum of two products, 2xy and
-/// 2wz; on it 1 less a sum of two squares. A quaternion whose square is 1 + e gives R + e (R - 1).
+/// Errors of the entries of Quaterniond::toRotationMatrix. Beside the diagonal a sum of two products, 2xy and 2wz;
+/// on it 1 less a sum of two squares. A quaternion whose square is 1 + e gives R + e (R - 1).
 Matrix3d rotation_error(const Quaterniond& q, const Matrix3d& rotation) {
-  const double lengths = length_error(q);
-  const auto beside = [&](int i, int j, double a, double b) {
-    return 2.0 * std::abs(a) + 2.0 * std::abs(b) + (1.0 + lengths) * std::abs(rotation(i, j));
+  const double lengths = kU * length_error(q);
+  const auto product = [](double a, double b) { return rounding_of(2.0 * std::abs(a * b)); };
+  const auto beside = [&](int i, int j, double products) {
+    return products + rounding_of(std::abs(rotation(i, j))) + lengths * std::abs(rotation(i, j));
   };
-  const auto diagonal = [&](int i) {
-    return (2.0 + lengths) * (1.0 - rotation(i, i)) + std::abs(rotation(i, i));
+  const auto diagonal = [&](int i, double products) {
+    const double left = 1.0 - rotation(i, i);
+    return products + rounding_of(left) + lengths * left + rounding_of(std::abs(rotation(i, i)));
   };
-  const double xy = q.x() * q.y(), xz = q.x() * q.z(), yz = q.y() * q.z();
-  const double wx = q.w() * q.x(), wy = q.w() * q.y(), wz = q.w() * q.z();
+  const double xx = product(q.x(), q.x()), yy = product(q.y(), q.y()), zz = product(q.z(), q.z());
+  const double xy = product(q.x(), q.y()), xz = product(q.x(), q.z()), yz = product(q.y(), q.z());
+  const double wx = product(q.w(), q.x()), wy = product(q.w(), q.y()), wz = product(q.w(), q.z());
   Matrix3d error;
-  error << diagonal(0), beside(0, 1, xy, wz), beside(0, 2, xz, wy),  //
-      beside(1, 0, xy, wz), diagonal(1), beside(1, 2, yz, wx),       //
-      beside(2, 0, xz, wy), beside(2, 1, yz, wx), diagonal(2);
+  error << diagonal(0, yy + zz), beside(0, 1, xy + wz), beside(0, 2, xz + wy),  //
+      beside(1, 0, xy + wz), diagonal(1, xx + zz), beside(1, 2, yz + wx),       //
+      beside(2, 0, xz + wy), beside(2, 1, yz + wx), diagonal(2, xx + yy);
   return error;
 }
 
@@ -114,7 +124,7 @@ double float_rounding(double value) {
 
 DepthBounds::DepthBounds(const CameraView& view)
     : model_(view.model),
-      origin_z_world_(view.world_from_camera.translation.z()),
+      origin_world_(view.world_from_camera.translation),
       rotation_(view.world_from_camera.rotation.toRotationMatrix()),
       rotation_error_(rotation_error(view.world_from_camera.rotation, rotation_)) {}
 
@@ -134,16 +144,18 @@ double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
   const Vector3d by_x = rotation_.col(0) * ray.x(), by_y = rotation_.col(1) * ray.y();
   const Vector3d direction = by_x + by_y + rotation_.col(2) * ray.z();
   const Vector3d direction_error =
-      kU * (rotation_error_ * ray.cwiseAbs() + kRay * (by_x.cwiseAbs() + by_y.cwiseAbs())) +
-      rounding_of(by_x) + rounding_of(by_y) + rounding_of(by_x + by_y) + rounding_of(direction);
+      rotation_error_ * ray.cwiseAbs() + kU * (by_x.cwiseAbs() + by_y.cwiseAbs()) +
+      rounding_of(std::abs(ray.x())) * rotation_.col(0).cwiseAbs() +
+      rounding_of(std::abs(ray.y())) * rotation_.col(1).cwiseAbs() + rounding_of(by_x) +
+      rounding_of(by_y) + rounding_of(by_x + by_y) + rounding_of(direction);
 
   const double slope_x = std::abs(normal_world.x() / normal_world.z());
   const double slope_y = std::abs(normal_world.y() / normal_world.z());
-  // The slopes come through floats: so much of the closing rate is not known.
-  constexpr double kSlopeRounding = 0x1.0p-22;
-  const double steep = 1.0 + slope_x + slope_y;
+  // The slopes come as quotients of two floats each: so much of the closing rate is not known.
+  constexpr double kSlopeRounding = 2.25 * 0x1.0p-24;
   const double rate = std::abs(normal_world.dot(direction) / normal_world.z());
-  const double least_rate = rate - kSlopeRounding * steep * steep * length;
+  const double least_rate = rate - kSlopeRounding * (slope_x * std::abs(direction.x()) +
+                                                     slope_y * std::abs(direction.y()));
   if (!(least_rate > 0.0)) return kInfinity;
 
   const Vector3d way = t * direction.cwiseAbs();
@@ -151,13 +163,18 @@ double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
   const double gap_x = way.x() + tile.spacing_m, gap_y = way.y() + tile.spacing_m;
   const double cell = (slope_x + slope_y) * tile.spacing_m;
   const double from_center =
-      std::abs(origin_z_world_ - 0.5 * (tile.lowest_z_world + tile.highest_z_world)) +
+      std::abs(origin_world_.z() - 0.5 * (tile.lowest_z_world + tile.highest_z_world)) +
       kCenterReach_m;
+  // Vertices and centres stand on a lattice that is coarser than the steps of any place of a camera.
+  const double center_error = rounding_of_difference(origin_world_.z(), from_center);
   const double clearance_error =
-      rounding_of(from_center) + rounding_of(way.z() + cell) +
+      center_error +
+      (center_error > 0.0 ? rounding_of(way.z() + cell)
+                          : rounding_of_difference(origin_world_.z(), way.z() + cell)) +
       rounding_of(clearance + slope_y * gap_y) + rounding_of(clearance) +
       rounding_of(slope_x * gap_x) + rounding_of(slope_y * gap_y) +
-      2.0 * (slope_x * rounding_of(gap_x) + slope_y * rounding_of(gap_y));
+      2.0 * (slope_x * rounding_of_difference(origin_world_.x(), gap_x) +
+             slope_y * rounding_of_difference(origin_world_.y(), gap_y));
   const double fall_x = slope_x * std::abs(direction.x());
   const double fall_y = slope_y * std::abs(direction.y());
   const double rate_error =

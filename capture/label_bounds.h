@@ -54,9 +54,9 @@ class DepthBounds {
 
  private:
   const geo::CameraModel& model_;
-  double origin_z_world_;
+  Eigen::Vector3d origin_world_;
   Eigen::Matrix3d rotation_;
-  Eigen::Matrix3d rotation_error_;  ///< of each entry, in u
+  Eigen::Matrix3d rotation_error_;  ///< of each entry
 };
 
 /// Errors of flow() from one view to another.
