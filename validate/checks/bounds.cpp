@@ -15,9 +15,9 @@ namespace {
 /// Half a step of double, at most, and of float32, at least; relative.
 constexpr double kDoubleRounding = 0x1.0p-53;
 constexpr double kFloatRounding = 0x1.0p-25;
-/// What the error analysis (capture/label_bounds.h) counts of every depth at least: 10 roundings from the
-/// plane to the range, 8 from pixel and range to the depth. Slanted ground adds to them.
-constexpr double kDepthRoundings = 18.0;
+/// What the error analysis (capture/label_bounds.h) counts of every depth at least: 8.5 roundings from the
+/// plane to the range, 6.5 from pixel and range to the depth. Slanted ground adds to them.
+constexpr double kDepthRoundings = 15.0;
 /// Of every flow: the projection's product and sum, at the size of the image.
 constexpr double kFlowRoundings = 2.0;
 
