@@ -9,6 +9,7 @@
 #include "core/log.h"
 #include "tests/support/test_data.h"
 #include "tests/validate/analytic_dataset.h"
+#include "tests/validate/joined_datasets.h"
 #include "validate/check.h"
 
 /// What a report says of its results: the verdict, what was not seen, several sequences, plots,
@@ -57,18 +58,6 @@ TEST(ReportVerdict, NamesTheColoursThatANightDoesNotShow) {
   }
 }
 
-/// Moves the one sequence of `second` into `first`, under the name "other".
-void join_datasets(const fs::path& first, const fs::path& second) {
-  fs::rename(second / "flight", first / "other");
-  core::Json json = core::Json::read(first / "dataset.json");
-  core::Json other = core::Json::read(second / "dataset.json").at("sequences").at(0);
-  other.set("name", "other").set("path", "other").set("georeference", "other/georeference.csv");
-  core::Json sequences = json.at("sequences");
-  json.set("sequences", sequences.push(other));
-  json.write(first / "dataset.json");
-  test::list_files_again(first);
-}
-
 TEST(ReportOfSequences, KeepsTheWorstOfBoundsFromBelowToo) {
   double least = 1e9;
   const test::ScratchFolder scratch;
@@ -78,7 +67,7 @@ TEST(ReportOfSequences, KeepsTheWorstOfBoundsFromBelowToo) {
     const auto results = run(folder, scratch / "report");
     least = std::min(least, find(results, "colmap_track_length").value);
   }
-  join_datasets(scratch / "4", scratch / "2");
+  test::join_datasets(scratch / "4", scratch / "2");
   const auto results = run(scratch / "4", scratch / "report");
   EXPECT_TRUE(find(results, "structure").ok) << find(results, "structure").worst;
   EXPECT_EQ(find(results, "colmap_track_length").value, least);

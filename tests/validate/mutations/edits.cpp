@@ -79,24 +79,6 @@ void write_depth(const RightDataset& d, const fs::path& folder, std::size_t c, s
                                    values.data(), values.size() * 4));
 }
 
-void edit_depths(const RightDataset& d, const fs::path& folder,
-                 const std::function<double(double depth_m, const Vector3d& ray)>& change) {
-  for (std::size_t c = 0; c < d.recording.cameras.size(); ++c)
-    for (std::size_t f = 0; f < d.recording.body_world.size(); ++f) {
-      if (depth_file(d, c, f).empty()) continue;
-      const SceneCamera& camera = d.recording.cameras[c];
-      std::vector<float> values;
-      for (int y = 0; y < camera.height; ++y)
-        for (int x = 0; x < camera.width; ++x) {
-          const Vector3d ray((x + 0.5 - 0.5 * camera.width) / camera.focal_px,
-                             (y + 0.5 - 0.5 * camera.height) / camera.focal_px, 1.0);
-          const double value = change(d.recording.depth[c][f](x, y), ray);
-          values.push_back(std::isfinite(value) ? static_cast<float>(value) : sky_of(d));
-        }
-      write_depth(d, folder, c, f, values);
-    }
-}
-
 void write_depths(
     const RightDataset& d, const fs::path& folder,
     const std::function<double(std::size_t c, std::size_t f, int x, int y)>& depth_m) {
@@ -112,6 +94,16 @@ void write_depths(
         }
       write_depth(d, folder, c, f, values);
     }
+}
+
+void edit_depths(const RightDataset& d, const fs::path& folder,
+                 const std::function<double(double depth_m, const Vector3d& ray)>& change) {
+  write_depths(d, folder, [&](std::size_t c, std::size_t f, int x, int y) {
+    const SceneCamera& camera = d.recording.cameras[c];
+    const Vector3d ray((x + 0.5 - 0.5 * camera.width) / camera.focal_px,
+                       (y + 0.5 - 0.5 * camera.height) / camera.focal_px, 1.0);
+    return change(d.recording.depth[c][f](x, y), ray);
+  });
 }
 
 double single(double value) {

@@ -9,6 +9,7 @@
 #include "core/log.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
+#include "tests/validate/joined_datasets.h"
 #include "tests/validate/mutations/edits.h"
 #include "validate/check.h"
 
@@ -115,18 +116,6 @@ TEST(TwoFaults, OfManyDamagedFilesEachKindIsNamed) {
   EXPECT_GE(find(causes, {"a file too many: a04.txt", "(and more)"}), 0) << causes.text();
 }
 
-/// Moves the one sequence of `second` into `first`, under the name "other".
-void join_datasets(const fs::path& first, const fs::path& second) {
-  fs::rename(second / "flight", first / "other");
-  core::Json json = core::Json::read(first / "dataset.json");
-  core::Json other = core::Json::read(second / "dataset.json").at("sequences").at(0);
-  other.set("name", "other").set("path", "other").set("georeference", "other/georeference.csv");
-  core::Json sequences = json.at("sequences");
-  json.set("sequences", sequences.push(other));
-  json.write(first / "dataset.json");
-  test::list_files_again(first);
-}
-
 TEST(SeveralSequences, EachHasItsOwnCauses) {
   const test::ScratchFolder scratch;
   const test::RightDataset right =
@@ -147,7 +136,7 @@ TEST(SeveralSequences, EachHasItsOwnCauses) {
       },
       {}};
   test::corrupt(right, foreign, scratch / "second");
-  join_datasets(scratch / "data", scratch / "second");
+  test::join_datasets(scratch / "data", scratch / "second");
   fs::remove(scratch / "data/other/depth/rig/cam2/000000.npy");
   const core::Json causes = causes_of(scratch / "data", scratch / "report");
   const int first = find(causes, {"flight: image of rig/cam0, frame 2 is duplicated"});
