@@ -22,17 +22,26 @@ ValidateOptions trial_options() {
   return options;
 }
 
+/// Camera and frame of the trial that an image of COLMAP's model is, by its name; nothing: none.
+std::optional<std::pair<int, int>> place_in(const Trial& trial, const ColmapImage& image) {
+  constexpr std::size_t kDigits = 6;
+  const std::size_t slash = image.name.rfind('/');
+  if (slash == std::string::npos || image.name.size() < slash + 1 + kDigits) return std::nullopt;
+  const int camera = trial.sequence.camera_index(image.name.substr(0, slash));
+  const int frame = std::atoi(image.name.c_str() + slash + 1) - trial.first_frame;
+  if (camera < 0 || frame < 0 || frame >= trial.num_frames()) return std::nullopt;
+  return std::pair(camera, frame);
+}
+
 /// Reprojection of COLMAP's observations by the trial's poses and intrinsics: 0.99 quantile of the
 /// errors, against the bound of `colmap_reprojection`.
 void measure_observations(const Trial& trial, Shares& shares) {
   if (!trial.model) return;
   std::vector<double> errors;
   for (const auto& [id, image] : trial.model->images) {
-    const std::size_t slash = image.name.rfind('/');
-    if (slash == std::string::npos || image.name.size() < slash + 7) continue;
-    const int camera_index = trial.sequence.camera_index(image.name.substr(0, slash));
-    const int frame = std::atoi(image.name.c_str() + slash + 1) - trial.first_frame;
-    if (camera_index < 0 || frame < 0 || frame >= trial.num_frames()) continue;
+    const auto place = place_in(trial, image);
+    if (!place) continue;
+    const auto [camera_index, frame] = *place;
     const Camera& camera = trial.camera(camera_index);
     const auto& pose = camera.local_from_camera[static_cast<std::size_t>(frame)];
     if (!pose) continue;
@@ -61,11 +70,9 @@ void measure_point_depths(const Trial& trial, Shares& shares) {
   std::vector<double> residuals;
   std::size_t num_hidden = 0;
   for (const auto& [id, image] : trial.model->images) {
-    const std::size_t slash = image.name.rfind('/');
-    if (slash == std::string::npos || image.name.size() < slash + 7) continue;
-    const int camera = trial.sequence.camera_index(image.name.substr(0, slash));
-    const int frame = std::atoi(image.name.c_str() + slash + 1) - trial.first_frame;
-    if (camera < 0 || frame < 0 || frame >= trial.num_frames()) continue;
+    const auto place = place_in(trial, image);
+    if (!place) continue;
+    const auto [camera, frame] = *place;
     const core::ImageF& depth = trial.image(camera, frame).depth;
     const auto& pose = trial.camera(camera).local_from_camera[static_cast<std::size_t>(frame)];
     if (depth.empty() || !pose) continue;
@@ -95,11 +102,9 @@ void measure_point_colors(const Trial& trial, Shares& shares) {
   if (!trial.model) return;
   std::map<std::int64_t, double> least;
   for (const auto& [id, image] : trial.model->images) {
-    const std::size_t slash = image.name.rfind('/');
-    if (slash == std::string::npos || image.name.size() < slash + 7) continue;
-    const int camera = trial.sequence.camera_index(image.name.substr(0, slash));
-    const int frame = std::atoi(image.name.c_str() + slash + 1) - trial.first_frame;
-    if (camera < 0 || frame < 0 || frame >= trial.num_frames()) continue;
+    const auto place = place_in(trial, image);
+    if (!place) continue;
+    const auto [camera, frame] = *place;
     const core::Image8& color = trial.image(camera, frame).color;
     if (color.empty()) continue;
     for (const ColmapObservation& seen : image.observations) {
