@@ -11,6 +11,7 @@
     "COLMAP's sparse model: reprojection, tracks, rigs, text against binary, depth, colours")      \
   X(colors, "colours of single images: missing levels, marks of JPEG")                             \
   X(depth, "depths of single images: how many different ones, and whether they end at one")        \
+  X(depth_unit, "whether frames that share no place by their depth do so by another unit of it")   \
   X(flow, "stored flow and its masks against depth, poses and intrinsics")                         \
   X(georeference, "poses and times against georeference.csv on WGS84")                             \
   X(oracle,                                                                                        \

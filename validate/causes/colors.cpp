@@ -222,7 +222,7 @@ void add_mirrors(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) 
   const std::vector<std::vector<int>> groups = groups_of(symptoms.trial);
   for (const std::vector<int>& group : groups)
     for (const bool is_left_right : {true, false})
-      add(symptoms, hypotheses, 4 + (group.size() == groups[0].size() ? 0 : 1),
+      add(symptoms, hypotheses, 2 + (group.size() == groups[0].size() ? 0 : 1),
           [=](Trial& t, Cause& cause) {
             const auto mirror = [&](auto& image) {
               const auto old = image;

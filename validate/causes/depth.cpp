@@ -19,8 +19,8 @@ namespace {
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
 const std::vector<std::string_view> kJudges = {
-    "reprojection", "depth",        "flow",      "stereo",
-    "photometric",  "segmentation", "structure", "colmap_point_depths"};
+    "reprojection", "depth",        "depth_unit", "flow",               "stereo",
+    "photometric",  "segmentation", "structure",  "colmap_point_depths"};
 
 /// A change of all depths of a camera, in place.
 using Change = std::function<void(const Camera&, core::ImageF&)>;
@@ -350,7 +350,7 @@ void add_single(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
 
 void make_depth_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   if (!symptoms.fails("reprojection") && !symptoms.fails("depth") &&
-      !symptoms.fails_result("structure") && !symptoms.fails("photometric") &&
+      !symptoms.fails("depth_unit") && !symptoms.fails_result("structure") && !symptoms.fails("photometric") &&
       !symptoms.fails("stereo") && !symptoms.fails("flow") &&
       !symptoms.fails("colmap_point_depths"))
     return;

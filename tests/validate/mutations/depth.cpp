@@ -24,13 +24,13 @@ void add_depth_mutations(std::vector<Mutation>& list) {
                            Unit{"DepthInKilometres", "depth is in kilometres", 1e-3},
                            Unit{"DepthInFeet", "depth is in feet", 1.0 / 0.3048}})
     add(
-        unit.name, unit.factor < 1.0 ? kWithMoreThanDepth : kAll,
+        unit.name, kAll,
         [unit](const RightDataset& d, const fs::path& folder) {
           edit_depths(d, folder, [&](double m, const Vector3d&) { return unit.factor * m; });
         },
         says({unit.words}, unit.factor, 1e-9));
   add(
-      "DepthInverse", kWithMoreThanDepth,
+      "DepthInverse", kAll,
       [](const RightDataset& d, const fs::path& folder) {
         edit_depths(d, folder,
                     [](double m, const Vector3d&) { return std::isfinite(m) ? 1.0 / m : m; });

@@ -27,9 +27,6 @@ inline const std::vector<std::string> kFlow = {"tartanair", "tartanair_v1"};
 /// Each camera has poses of its own, and depth.
 inline const std::vector<std::string> kPosed = {"tartanair", "tartanair_v1", "colmap"};
 inline const std::vector<std::string> kKitti = {"kitti", "kitti_raw"};
-/// Something of the format speaks of distances beside the depth.
-inline const std::vector<std::string> kWithMoreThanDepth = {"tartanair", "tartanair_v1", "kitti",
-                                                            "colmap"};
 inline const std::vector<std::string> kCalibrated = {"kitti", "kitti_raw", "colmap"};
 
 inline bool is_tartan(const RightDataset& d) { return d.format.starts_with("tartanair"); }

@@ -99,24 +99,6 @@ const std::vector<Mutation>& mutations() {
 
 const std::vector<Unseeable>& unseeable_mutations() {
   static const std::vector<Unseeable> list = {
-      {"PlacesShiftedBack", "tartanair",
-       "at constant speed on a straight line rows that are a frame late are poses that are a frame "
-       "early, and so it is named",
-       true},
-      {"ImagesMirrored", "tartanair",
-       "found, but named as cameras that are swapped: either turns the disparity's sign, and few "
-       "patches of three frames tell more",
-       true},
-      {"PlacesShiftedBack", "tartanair_v1",
-       "at constant speed on a straight line rows that are a frame late are poses that are a frame "
-       "early, and so it is named",
-       true},
-      {"ImagesMirrored", "tartanair_v1",
-       "found, but named as cameras that are swapped: either turns the disparity's sign, and few "
-       "patches of three frames tell more",
-       true},
-      {"ImagesUpsideDown", "tartanair",
-       "found, but named as a shift by a frame: few patches of three frames tell more", true},
       {"RatesInDegrees", "kitti_raw", "turn rates of a straight flight are 0 in any unit", true},
       {"RotationsTransposed", "kitti",
        "between frames of a straight flight nothing turns: the rotations are 1, and so are their "
@@ -136,10 +118,6 @@ const std::vector<Unseeable>& unseeable_mutations() {
        "the first row, which is right, places the poses: in steady motion poses a frame late look "
        "the same",
        true},
-      {"DepthInKilometres", "kitti_raw",
-       "no two images share a place by such a depth, and nothing else of the format speaks of "
-       "distances: what depth shows is unseen"},
-      {"DepthInverse", "kitti_raw", "as DepthInKilometres"},
       {"HalfPixel", "", "the intrinsics are the format's own: no file holds any"},
       {"HalfPixelOfFlow", "", "the format holds no flow"},
       {"FocalLength", "", "the intrinsics are the format's own: no file holds any"},
