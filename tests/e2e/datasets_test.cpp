@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
 #include "cli/pipeline.h"
@@ -12,6 +11,7 @@
 #include "geo/units.h"
 #include "tests/e2e/tiny_job.h"
 #include "tests/support/colmap_program.h"
+#include "tests/support/record.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
 
@@ -97,15 +97,11 @@ TEST(Demo, PassesEveryCheckADegreeOfLatitudeFurtherNorth) {
       scratch / "out", kAllFormats, 1100.0);
 }
 
-/// Whole flights take minutes to hours.
-#define TERRACAST_NEEDS_FULL()                  \
-  if (std::getenv("TERRACAST_FULL") == nullptr) \
-  GTEST_SKIP() << "skipped: a recorded run; scripts/check --full"
-
 TEST(DemoFull, PassesEveryCheckInAllFormats) {
   TERRACAST_NEEDS_FULL();
   const ScratchFolder scratch;
   expect_job_holds("all_formats.toml", {}, scratch / "out", kAllFormats, 7000.0);
+  record_job("all_formats", scratch / "out");
 }
 
 TEST(DemoFull, PassesEveryCheckADegreeOfLatitudeFurtherNorth) {
@@ -113,6 +109,7 @@ TEST(DemoFull, PassesEveryCheckADegreeOfLatitudeFurtherNorth) {
   const ScratchFolder scratch;
   expect_job_holds("all_formats.toml", {"world.origin_lat_deg=44.0"}, scratch / "out", kAllFormats,
                    7000.0);
+  record_job("all_formats_44_north", scratch / "out");
 }
 
 class PlaceFull : public testing::TestWithParam<std::string> {};
@@ -123,6 +120,7 @@ TEST_P(PlaceFull, PassesEveryCheckInAllFormats) {
   const ScratchFolder scratch;
   expect_job_holds("places/" + GetParam() + ".toml", {data_setting()}, scratch / "out", kAllFormats,
                    7000.0);
+  record_job("places_" + GetParam(), scratch / "out");
 }
 
 /// The jobs of configs/places, by name.
@@ -227,8 +225,10 @@ TEST(AndorraFull, AHundredFramesPassEveryCheckInThreeFormatsAndInColmapItself) {
   TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
   const ScratchFolder scratch;
   expect_job_holds("andorra.toml", {data_setting()}, scratch / "out", kThreeFormats, 7000.0);
+  record_job("andorra", scratch / "out");
   TERRACAST_NEEDS_COLMAP();
   expect_colmap_holds("andorra.toml", scratch / "out", "mcs4", "3", 40000.0);
+  record_results("colmap", "andorra", scratch / "out/report/colmap", "colmap_");
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "core/random.h"
 #include "tests/render/scene.h"
 #include "tests/support/brute_terrain.h"
+#include "tests/support/record.h"
 #include "tests/support/test_data.h"
 
 namespace terracast::render {
@@ -257,13 +258,15 @@ TEST(LabelBounds, AreNeverBelowTheErrorAndWithinAHundredTimesOfIt) {
       all[k].bound = std::max(all[k].bound, largest[k].bound);
     }
   }
-  fmt::print(
+  std::string figures = fmt::format(
       "{} rays, {} of sky; left out {} at edges, {} in their triangle's plane; largest error and "
       "bound:",
       num_pixels, num_sky.load(), num_edges.load(), num_grazing.load());
   for (std::size_t k = 0; k < all.size(); ++k)
-    fmt::print(" {} {:.2g}, {:.2g};", kNames[k], all[k].error, all[k].bound);
-  fmt::print(" bound / error of a frame at most {:.1f}\n", largest_ratio);
+    figures += fmt::format(" {} {:.2g}, {:.2g};", kNames[k], all[k].error, all[k].bound);
+  figures += fmt::format(" bound / error of a frame at most {:.1f}", largest_ratio);
+  fmt::print("{}\n", figures);
+  test::record("rays", "certified_bounds", "- Certified bounds: " + figures + ".");
   EXPECT_EQ(num_left_out, num_edges + num_grazing);
   EXPECT_LE(static_cast<double>(num_left_out), 1e-3 * static_cast<double>(num_pixels));
   EXPECT_GT(num_sky, num_pixels / 100);

@@ -11,6 +11,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "tests/support/brute_terrain.h"
+#include "tests/support/record.h"
 #include "tests/support/test_data.h"
 #include "tests/world/mountains.h"
 #include "tests/world/rays.h"
@@ -167,11 +168,13 @@ TEST(RayExactness, EqualsAFullTraversalWithoutEmbree) {
                                        t, test::text(near[0]));
     }
   });
-  fmt::print(
+  const std::string figures = fmt::format(
       "{} rays, {} hit: {} at silhouettes, {} at tile borders, {} compared, {} differ; {} casts "
-      "again\n",
+      "again",
       num_rays(), num_hits.load(), num_at_silhouettes.load(), num_at_borders.load(),
       num_compared.load(), num_different.load(), query.stats().num_recasts);
+  fmt::print("{}\n", figures);
+  test::record("rays", "exact_rays", "- Exact rays: " + figures + ".");
   EXPECT_EQ(num_different, 0) << first_difference;
   EXPECT_GT(num_at_silhouettes, num_rays() / 100'000);
   EXPECT_GT(num_at_borders, num_rays() / 50);

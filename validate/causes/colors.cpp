@@ -360,7 +360,9 @@ void make_colors_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypot
   if (!fails("photometric_correlation") && !fails("photometric_frames") &&
       !fails("photometric_frame_shift") && !fails("photometric_shift") && !fails("stereo_shift"))
     return;
-  add_shifts(symptoms, hypotheses);
+  // What is wrong in all images alike is not wrong in a single pair alone.
+  if (fails("photometric_correlation") || fails("photometric_shift") || fails("stereo_shift"))
+    add_shifts(symptoms, hypotheses);
   add_drops(symptoms, hypotheses);
   add_single(symptoms, hypotheses);
   add_mirrors(symptoms, hypotheses);

@@ -18,9 +18,9 @@ namespace {
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
-const std::vector<std::string_view> kJudges = {
-    "reprojection", "depth",        "depth_unit", "flow",               "stereo",
-    "photometric",  "segmentation", "structure",  "colmap_point_depths"};
+const std::vector<std::string_view> kJudges = {"reprojection", "depth",     "depth_unit",
+                                               "flow",         "stereo",    "photometric",
+                                               "segmentation", "structure", "colmap_point_depths"};
 
 /// A change of all depths of a camera, in place.
 using Change = std::function<void(const Camera&, core::ImageF&)>;
@@ -317,7 +317,8 @@ void add_single(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
       tried.edit(c, f).depth = {};
       if (depth_disagreement(tried) > 0.5 * depth_disagreement(trial)) continue;
       Hypothesis h;
-      h.checks = {"reprojection", "flow", "stereo", "photometric"};
+      h.checks = {"reprojection", "depth_unit",  "flow",
+                  "stereo",       "photometric", "colmap_point_depths"};
       h.rank = 8;
       h.undo = [c, f](Trial& t, Cause& cause) {
         int twin = -1;
@@ -350,8 +351,8 @@ void add_single(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
 
 void make_depth_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   if (!symptoms.fails("reprojection") && !symptoms.fails("depth") &&
-      !symptoms.fails("depth_unit") && !symptoms.fails_result("structure") && !symptoms.fails("photometric") &&
-      !symptoms.fails("stereo") && !symptoms.fails("flow") &&
+      !symptoms.fails("depth_unit") && !symptoms.fails_result("structure") &&
+      !symptoms.fails("photometric") && !symptoms.fails("stereo") && !symptoms.fails("flow") &&
       !symptoms.fails("colmap_point_depths"))
     return;
   if (symptoms.fails_result("structure")) add_bytes(symptoms, hypotheses);

@@ -92,7 +92,7 @@ class PhotometricChecker : public Checker {
     std::vector<PairMatches> matches(pairs.size());
     ValidateOptions options = options_;
     // Of few pairs more patches, so that a trial's few frames have enough of each kind.
-    if (options.is_trial) options.samples_per_image = pairs.size() <= 8 ? 1600 : 400;
+    if (options.is_trial) options.samples_per_image = pairs.size() <= 8 ? 1600 : 600;
     core::parallel_for(static_cast<std::int64_t>(pairs.size()), [&](std::int64_t i) {
       matches[static_cast<std::size_t>(i)] = compare(pairs[static_cast<std::size_t>(i)], options);
     });
@@ -211,7 +211,7 @@ class PhotometricChecker : public Checker {
   };
 
   void note_pair(const std::string& kind, const std::string& name, const PairMatches& matches) {
-    constexpr std::size_t kEnough = 20;
+    const std::size_t kEnough = options_.is_trial ? 10 : 20;
     if (matches.correlation.size() < kEnough) return;
     const auto median_of = [](std::vector<double> values) { return median(values); };
     PairMedians medians{kind, name, median_of(matches.correlation), 0.0,

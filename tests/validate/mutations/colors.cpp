@@ -111,24 +111,37 @@ void add_color_mutations(std::vector<Mutation>& list) {
             std::nullopt,
             0.0};
       });
-  add(
-      "FrameOfOtherSequence", kAll,
-      [](const RightDataset& d, const fs::path& folder) {
-        // Another place looks like none of these: this one upside down does as well.
-        core::Image8 other = d.recording.color[0][2];
-        for (int y = 0; y < other.height(); ++y)
-          for (int x = 0; x < other.width(); ++x)
-            for (int k = 0; k < 3; ++k)
-              other(x, y, k) =
-                  d.recording.color[0][2](other.width() - 1 - x, other.height() - 1 - y, k);
-        core::write_file(folder / color_file(d, 0, 2), core::encode_png(other));
-      },
-      [](const RightDataset& d) {
-        return Expected{{fmt::format("image of {}, frame 2 does not belong there",
-                                     d.recording.cameras[0].name)},
-                        std::nullopt,
-                        0.0};
-      });
+  // Whether neighbours stand on both sides of it or on one.
+  struct Place {
+    const char* name;
+    int frame;  ///< -1: the last
+  };
+  for (const Place& place :
+       {Place{"FrameOfOtherSequence", 1}, Place{"FirstFrameOfOtherSequence", 0},
+        Place{"LastFrameOfOtherSequence", -1}}) {
+    const auto frame_of = [=](const RightDataset& d) {
+      return place.frame < 0 ? d.recording.body_world.size() - 1
+                             : static_cast<std::size_t>(place.frame);
+    };
+    add(
+        place.name, kAll,
+        [=](const RightDataset& d, const fs::path& folder) {
+          // Another place looks like none of these: this one after half a turn does as well.
+          const core::Image8& own = d.recording.color[0][frame_of(d)];
+          core::Image8 other = own;
+          for (int y = 0; y < other.height(); ++y)
+            for (int x = 0; x < other.width(); ++x)
+              for (int k = 0; k < 3; ++k)
+                other(x, y, k) = own(other.width() - 1 - x, other.height() - 1 - y, k);
+          core::write_file(folder / color_file(d, 0, frame_of(d)), core::encode_png(other));
+        },
+        [=](const RightDataset& d) {
+          return Expected{{fmt::format("image of {}, frame {} does not belong there",
+                                       d.recording.cameras[0].name, frame_of(d))},
+                          std::nullopt,
+                          0.0};
+        });
+  }
   add(
       "Jpeg", kAll,
       [](const RightDataset& d, const fs::path& folder) {

@@ -132,17 +132,31 @@ void add_depth_mutations(std::vector<Mutation>& list) {
               copy_over(d.folder / depth_file(d, c, f + 1), folder / depth_file(d, c, f));
       },
       says({"depths are shifted by 1 frame", "frame after"}, 1.0, 0.0));
-  add(
-      "DepthOfOtherSequence", kAll,
-      [](const RightDataset& d, const fs::path& folder) {
-        // As with colours: upside down and mirrored it looks like none of these.
-        write_depths(d, folder, [&](std::size_t c, std::size_t f, int x, int y) {
-          const auto& depth = d.recording.depth[c][f];
-          return c == 0 && f == 1 ? depth(depth.width() - 1 - x, depth.height() - 1 - y)
-                                  : depth(x, y);
-        });
-      },
-      says({"depth of", "frame 1 does not belong there"}));
+  for (const bool is_first : {false, true})
+    add(
+        is_first ? "FirstDepthOfOtherSequence" : "DepthOfOtherSequence", kAll,
+        [=](const RightDataset& d, const fs::path& folder) {
+          // As with colours: after half a turn it looks like none of these.
+          write_depths(d, folder, [&](std::size_t c, std::size_t f, int x, int y) {
+            const auto& depth = d.recording.depth[c][f];
+            return c == 0 && f == (is_first ? 0 : 1)
+                       ? depth(depth.width() - 1 - x, depth.height() - 1 - y)
+                       : depth(x, y);
+          });
+        },
+        says({"depth of",
+              is_first ? "frame 0 does not belong there" : "frame 1 does not belong there"}));
+  for (const bool is_first : {false, true})
+    add(
+        is_first ? "FirstDepthInKilometres" : "DepthInCentimetresInOneFrame", kAll,
+        [=](const RightDataset& d, const fs::path& folder) {
+          write_depths(d, folder, [&](std::size_t c, std::size_t f, int x, int y) {
+            return d.recording.depth[c][f](x, y) * (c > 0 || f != (is_first ? 0 : 1) ? 1.0
+                                                    : is_first                       ? 1e-3
+                                                                                     : 100.0);
+          });
+        },
+        says({"depth of", is_first ? "frame 0" : "frame 1"}));
   add(
       "DepthTwice", kAll,
       [](const RightDataset& d, const fs::path& folder) {

@@ -6,6 +6,7 @@
 #include "core/atomic_file.h"
 #include "core/json.h"
 #include "core/log.h"
+#include "tests/support/record.h"
 #include "tests/support/test_data.h"
 #include "tests/validate/mutations/mutations.h"
 #include "validate/check.h"
@@ -116,7 +117,7 @@ bool is_unseeable(const std::string& mutation, const std::string& format, test::
 
 /// TartanAir's images are large: of its cases every third, but all in recorded runs.
 std::vector<Case> cases() {
-  const bool is_full = std::getenv("TERRACAST_FULL") != nullptr;
+  const bool is_full = test::is_recorded_run();
   constexpr int kEvery = 3;
   int num_of_tartan = 0;
   std::vector<Case> list;
@@ -139,9 +140,24 @@ void PrintTo(const Case& one, std::ostream* out) {
   *out << one.mutation->name << " in " << name_of(one.format, one.path);
 }
 
-class Corrupted : public testing::TestWithParam<Case> {};
+class Corrupted : public testing::TestWithParam<Case> {
+ protected:
+  static void TearDownTestSuite() {
+    const testing::TestSuite& suite = *testing::UnitTest::GetInstance()->current_test_suite();
+    const std::string formats = fmt::format("{}", fmt::join(formats_seen(), ", "));
+    test::record(
+        "corruptions", formats,
+        fmt::format("| {} | {} of {} | {:.0f} s |", formats, suite.successful_test_count(),
+                    suite.test_to_run_count(), 1e-3 * static_cast<double>(suite.elapsed_time())));
+  }
+  static std::set<std::string>& formats_seen() {
+    static std::set<std::string> formats;
+    return formats;
+  }
+};
 
 TEST_P(Corrupted, IsFoundAndNamed) {
+  formats_seen().insert(GetParam().format);
   const test::RightDataset& right = right_datasets().get(GetParam().format, GetParam().path);
   const test::ScratchFolder scratch;
   test::corrupt(right, *GetParam().mutation, scratch / "data");
