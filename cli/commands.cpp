@@ -14,14 +14,13 @@
 #include <vector>
 
 #include "cli/evaluate_command.h"
-#include "cli/pipeline.h"
 #include "cli/reference.h"
-#include "cli/run_config.h"
 #include "core/atomic_file.h"
 #include "core/image_io.h"
 #include "core/parallel.h"
 #include "core/schema_writer.h"
 #include "geo/geoid.h"
+#include "job/stages.h"
 #include "tiler/preview.h"
 #include "validate/check.h"
 
@@ -31,6 +30,9 @@ namespace {
 namespace fs = std::filesystem;
 using core::ErrorKind;
 using core::fail;
+using job::Job;
+using job::OutputFolders;
+using job::RunConfig;
 
 /// What the options of all commands are parsed into.
 struct Arguments {
@@ -74,7 +76,7 @@ int with_config(const Arguments& args,
   if (args.out.empty()) fail(ErrorKind::Usage, "--out is empty; name the folder of the results");
   const core::Log log("terracast", log_level(args));
   const core::ThreadLimit limit(args.num_threads);
-  const RunConfig config = load_run_config(args.config, args.sets);
+  const RunConfig config = job::load_run_config(args.config, args.sets);
   core::make_folder(args.out);
   core::remove_temporaries(args.out);
   return work(
@@ -86,7 +88,7 @@ int with_config(const Arguments& args,
 int with_job(const Arguments& args,
              const std::function<int(const Job&, const core::Context&)>& work) {
   return with_config(args, [&](const RunConfig& config, const core::Context& context) {
-    return work(prepare_job(config, context), context);
+    return work(job::prepare_job(config, context), context);
   });
 }
 
@@ -122,7 +124,7 @@ int run_tile(const Arguments& args) {
 int run_render(const Arguments& args) {
   const render::Shard shard = shard_from_text(args.shard);
   return with_job(args, [&](const Job& job, const core::Context& context) {
-    render(job, open_store(args), shard, OutputFolders(args.out).captures, context);
+    job::render(job, open_store(args), shard, OutputFolders(args.out).captures, context);
     return 0;
   });
 }
@@ -135,7 +137,7 @@ int run_export(const Arguments& args) {
     };
     const bool has_split =
         std::any_of(config.trajectories.begin(), config.trajectories.end(), is_split);
-    export_formats(has_split ? prepare_job(config, context).config : config,
+    export_formats(has_split ? job::prepare_job(config, context).config : config,
                    OutputFolders(args.out), context);
     return 0;
   });
@@ -150,8 +152,9 @@ int run_validate(const Arguments& args) {
                                     .colmap_seeds = args.colmap_seeds,
                                     .world = args.store,
                                     .oracle_samples = args.oracle_samples,
-                                    .undulation_m = egm96_undulation_m};
-  if (!args.store.empty()) options.ground_map = ground_map_of(world::TileStore::open(args.store));
+                                    .undulation_m = job::egm96_undulation_m};
+  if (!args.store.empty())
+    options.ground_map = job::ground_map_of(world::TileStore::open(args.store));
   const auto results = validate::run_validate_stage(args.dataset, options, args.report, context);
   bool all_ok = true;
   for (const auto& result : results) {
@@ -194,7 +197,7 @@ int run_world_preview(const Arguments& args) {
   if (!args.config.empty()) {
     const core::Log log("world", log_level(args));
     const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
-    const Job job = prepare_job(load_run_config(args.config, args.sets), context);
+    const Job job = job::prepare_job(job::load_run_config(args.config, args.sets), context);
     if (job.surface->frame().origin() != store.manifest().origin)
       fail(ErrorKind::Config,
            "{}: its world starts at latitude {}, longitude {}, that of {} at {}, {}; give the job "
@@ -358,7 +361,7 @@ int parse_and_run(int argc, const char* const* argv) {
       "resolve", "A config with everything it extends, includes and leaves to defaults.");
   add_config(*resolve, args);
   resolve->callback(
-      [&] { fmt::print("{}", core::toml_text(load_run_config(args.config, args.sets))); });
+      [&] { fmt::print("{}", core::toml_text(job::load_run_config(args.config, args.sets))); });
 
   auto* docs = app.add_subcommand("docs", "Write the reference of config keys.");
   docs->add_option("-o,--output", args.file, "The Markdown file to write.")->required();

@@ -3,13 +3,13 @@
 #include <functional>
 #include <map>
 
-#include "cli/run_config.h"
 #include "core/registry.h"
 #include "core/schema_writer.h"
 #include "export/exporter.h"
 #include "geo/camera_model.h"
 #include "geo/fixes/fix_format.h"
 #include "geo/trajectory.h"
+#include "job/run_config.h"
 #include "tiler/layer_registry.h"
 #include "validate/check.h"
 #include "validate/evaluate/evaluate.h"
@@ -46,7 +46,7 @@ constexpr std::string_view kItemRule =
     "trajectories.0.num_frames=4.";
 
 /// Keys that every job has.
-std::vector<KeyInfo> common_keys() { return core::list_keys<RunConfig>(); }
+std::vector<KeyInfo> common_keys() { return core::list_keys<job::RunConfig>(); }
 
 template <class Options>
 std::vector<KeyInfo> keys_of(Options& options, const std::string& prefix) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "cli/pipeline.h"
+#include "job/job.h"
 #include "core/json.h"
 #include "core/log.h"
 #include "geo/geodesy.h"
@@ -136,8 +136,8 @@ INSTANTIATE_TEST_SUITE_P(Configs, PlaceFull, testing::ValuesIn(places()),
 
 TEST(Demo, TurnsBanksAndClimbsAsItPromises) {
   const core::Log log("test", core::LogLevel::Off);
-  const cli::Job job =
-      cli::prepare_job(cli::load_run_config(kConfigs / "demo.toml", {}), {.log = log});
+  const job::Job job =
+      job::prepare_job(job::load_run_config(kConfigs / "demo.toml", {}), {.log = log});
   ASSERT_EQ(job.sequences.size(), 1u);
   const std::vector<geo::BodyState>& states = job.sequences[0].states;
   ASSERT_EQ(states.size(), 24u);

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <map>
 
-#include "cli/pipeline.h"
+#include "job/stages.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/image_io.h"
@@ -84,12 +84,12 @@ class MadeJob {
   MadeJob() : folder_(fs::temp_directory_path() / fmt::format("terracast-oracle-{}", ::getpid())) {
     const core::Log log("test", core::LogLevel::Off);
     const core::Context context{.log = log};
-    const cli::OutputFolders out(folder_ / "out");
-    const cli::Job job = cli::prepare_job(
-        cli::load_run_config(test::write_text(folder_ / "job.toml", job_text()), {}), context);
-    const world::TileStore store = cli::tile(job, out.world, context);
-    cli::render(job, store, {}, out.captures, context);
-    cli::export_formats(job.config, out, context);
+    const job::OutputFolders out(folder_ / "out");
+    const job::Job job = job::prepare_job(
+        job::load_run_config(test::write_text(folder_ / "job.toml", job_text()), {}), context);
+    const world::TileStore store = job::tile(job, out.world, context);
+    job::render(job, store, {}, out.captures, context);
+    job::export_formats(job.config, out, context);
   }
   ~MadeJob() {
     std::error_code ignored;

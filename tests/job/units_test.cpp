@@ -3,13 +3,13 @@
 #include <set>
 #include <string>
 
-#include "cli/run_config.h"
 #include "core/schema_writer.h"
 #include "export/exporter.h"
 #include "geo/fixes/fix_format.h"
 #include "geo/trajectory.h"
+#include "job/run_config.h"
 
-namespace terracast::cli {
+namespace terracast::job {
 namespace {
 
 /// Numbers that are counts, ratios or names of something, by the last word of their key's path.
@@ -61,4 +61,4 @@ TEST(Units, EveryNumberOfAConfigHasOneOrNeedsNone) {
 }
 
 }  // namespace
-}  // namespace terracast::cli
+}  // namespace terracast::job

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <fstream>
 
-#include "cli/pipeline.h"
+#include "job/job.h"
 #include "tests/support/test_data.h"
 
-namespace terracast::cli {
+namespace terracast::job {
 namespace {
 
 // The aircraft crosses the whole world at 22 000 ft, 3.8 to 5.7 km above the elevation model: so says
@@ -46,4 +46,4 @@ TEST(RealFlight, CrossesAndorraFromBorderToBorder) {
 }
 
 }  // namespace
-}  // namespace terracast::cli
+}  // namespace terracast::job

@@ -1,11 +1,11 @@
-#include "cli/run_config.h"
+#include "job/run_config.h"
 
 #include <set>
 
 #include "capture/manifest.h"
 #include "core/toml_reader.h"
 
-namespace terracast::cli {
+namespace terracast::job {
 
 using core::ErrorKind;
 using core::fail;
@@ -63,4 +63,4 @@ RunConfig load_run_config(const std::filesystem::path& file, const std::vector<s
                             fmt::format("reading the config {}", file.string()));
 }
 
-}  // namespace terracast::cli
+}  // namespace terracast::job

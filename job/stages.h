@@ -1,35 +1,15 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
-#include "cli/run_config.h"
 #include "core/context.h"
+#include "job/job.h"
 #include "render/render_stage.h"
-#include "tiler/preview.h"
-#include "tiler/surface.h"
-#include "tiler/tile_stage.h"
 #include "validate/ground_map.h"
+#include "world/tile_store.h"
 
-namespace terracast::cli {
-
-/// What the stages of a job are built from: the sources opened, the cameras and motions computed.
-struct Job {
-  RunConfig config;
-  std::vector<capture::CameraCalibration> cameras;
-  std::shared_ptr<const tiler::WorldSurface> surface;
-  std::vector<render::SequencePlan> sequences;
-};
-
-/// Opens what a config names and checks that everything fits together, exporters' demands on the
-/// rigs included, before any stage starts.
-Job prepare_job(RunConfig config, const core::Context& context);
-
-/// The bodies' paths, for maps.
-std::vector<tiler::PreviewPath> paths_of(const Job& job);
+namespace terracast::job {
 
 /// Where a job's stages put their results below --out.
 struct OutputFolders {
@@ -59,4 +39,4 @@ bool validate_formats(const Job& job, const OutputFolders& out, const core::Cont
 std::optional<bool> run(const Job& job, const std::filesystem::path& out,
                         const core::Context& context);
 
-}  // namespace terracast::cli
+}  // namespace terracast::job

@@ -13,7 +13,7 @@
 #include "world/lod.h"
 #include "world/ray_query.h"
 
-namespace terracast::cli {
+namespace terracast::job {
 
 /// Config `[validate]`.
 struct ValidateConfig {
@@ -57,4 +57,4 @@ struct RunConfig {
 /// Reads a job; `sets` are the command line's KEY=VALUE.
 RunConfig load_run_config(const std::filesystem::path& file, const std::vector<std::string>& sets);
 
-}  // namespace terracast::cli
+}  // namespace terracast::job

@@ -1,0 +1,135 @@
+#include "job/job.h"
+
+#include <algorithm>
+
+#include "core/schema_writer.h"
+#include "core/stage_cost.h"
+#include "geo/geoid.h"
+#include "geo/trajectory.h"
+#include "world/embree_scene.h"
+
+namespace terracast::job {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+/// When ${data} is no folder, that explains every file below it.
+void check_data_folder(const RunConfig& config) {
+  if (config.data.empty() || fs::is_directory(config.data.resolved)) return;
+  for (const auto& source : config.world.elevation)
+    for (const core::Path& file : source.files)
+      if (file.written.find("${data}") != std::string::npos)
+        fail(ErrorKind::Io,
+             "data = \"{}\": there is no folder {}, and {} is to be there; say where the source "
+             "data is with --set data=FOLDER",
+             config.data.written, config.data.resolved.string(), file.resolved.string());
+}
+
+/// Nothing that a later stage would refuse may cost the time of an earlier one.
+void check_frames(const Job& job) {
+  constexpr std::size_t kLeastFrames = 2;  // flow, and the checks that hold frames together
+  for (const render::SequencePlan& plan : job.sequences)
+    if (!job.config.exports.empty() && plan.states.size() < kLeastFrames)
+      fail(ErrorKind::Config,
+           "sequence {} has {} frame; an exported one needs {} or more: raise num_frames, or set "
+           "exports=[]",
+           plan.name, plan.states.size(), kLeastFrames);
+}
+
+geo::TrajectoryContext trajectory_context(const Job& job, const core::Log& log) {
+  const tiler::WorldSurface& surface = *job.surface;
+  double reach_m = 0.0;  // from the body to its farthest camera
+  for (const capture::CameraCalibration& camera : job.cameras)
+    reach_m = std::max(reach_m, camera.body_from_camera().translation.norm());
+  return {.frame = surface.frame(),
+          .ground_height_m =
+              [&surface](double lat_deg, double lon_deg) {
+                return surface.measured_height_m(lat_deg, lon_deg);
+              },
+          .geoid = geo::Geoid::egm96(),
+          .log = &log,
+          .half_size_m = 0.5 * job.config.world.size_m - reach_m};
+}
+
+/// Entries that become several sequences are replaced by those.
+void split_trajectories(Job& job, const core::Context& context) {
+  std::vector<geo::TrajectoryOptions> all;
+  for (const auto& options : job.config.trajectories) {
+    const core::Log log = context.log.for_stage("trajectory " + options.name);
+    for (auto& sequence : geo::split_sequences(options, trajectory_context(job, log)))
+      all.push_back(std::move(sequence));
+  }
+  job.config.trajectories = std::move(all);
+  job.config.validate();
+}
+
+render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions& options,
+                                   const core::Log& log) {
+  render::SequencePlan plan;
+  plan.name = options.name;
+  plan.rate_hz = options.rate_hz;
+  plan.seed = job.config.seed;
+  geo::SampledFrames frames =
+      core::with_context([&] { return geo::sample_frames(options, trajectory_context(job, log)); },
+                         fmt::format("laying out trajectory {}", options.name));
+  plan.utc_start = frames.utc_start;
+  plan.states = std::move(frames.states);
+  plan.cameras = job.cameras;
+  plan.conditions = job.config.conditions;
+  plan.tracks = job.config.tracks;
+  plan.detail = job.config.detail;
+  plan.config_toml = toml_of_sequence(job.config, options);
+  render::check_inside(plan, job.surface->frame(), job.config.world.size_m);
+  return plan;
+}
+
+}  // namespace
+
+std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory) {
+  RunConfig of_sequence = config;
+  of_sequence.trajectories = {trajectory};
+  of_sequence.exports.clear();
+  of_sequence.tracing = {};
+  of_sequence.validation = {};
+  of_sequence.data = {};
+  return core::toml_text(of_sequence);
+}
+
+std::vector<tiler::PreviewPath> paths_of(const Job& job) {
+  std::vector<tiler::PreviewPath> paths;
+  for (const auto& sequence : job.sequences) {
+    tiler::PreviewPath path{.name = sequence.name, .positions_world = {}};
+    for (const auto& state : sequence.states)
+      path.positions_world.push_back(state.world_from_body.translation);
+    paths.push_back(std::move(path));
+  }
+  return paths;
+}
+
+Job prepare_job(RunConfig config, const core::Context& context) {
+  Job job{.config = std::move(config), .cameras = {}, .surface = nullptr, .sequences = {}};
+  job.cameras = render::build_cameras(job.config.rigs);
+  for (const auto& chosen : job.config.exports)
+    core::with_context([&] { chosen.exporter().check(job.cameras); },
+                       fmt::format("checking that format {} can hold the rigs", chosen.format));
+  // Refuses what this machine has not.
+  const world::EmbreeDevice device(job.config.tracing.embree_profile);
+  check_data_folder(job.config);
+  const core::Log log = context.log.for_stage("sources");
+  const core::StageCost cost(context.with_log(log), "preparing the world and its flights");
+  job.surface = core::with_context(
+      [&] { return tiler::WorldSurface::prepare(job.config.world, context.with_log(log)); },
+      job.config.data.empty() ? "opening the world's sources"
+                              : fmt::format("opening the world's sources (${{data}} is {})",
+                                            job.config.data.resolved.string()));
+  split_trajectories(job, context);
+  for (const auto& options : job.config.trajectories)
+    job.sequences.push_back(
+        plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));
+  check_frames(job);
+  return job;
+}
+
+}  // namespace terracast::job

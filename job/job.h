@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/context.h"
+#include "job/run_config.h"
+#include "render/render_stage.h"
+#include "tiler/preview.h"
+#include "tiler/surface.h"
+
+namespace terracast::job {
+
+/// What the stages of a job are built from: the sources opened, the cameras and motions computed.
+struct Job {
+  RunConfig config;
+  std::vector<capture::CameraCalibration> cameras;
+  std::shared_ptr<const tiler::WorldSurface> surface;
+  std::vector<render::SequencePlan> sequences;
+};
+
+/// Opens what a config names and checks that everything fits together, exporters' demands on the
+/// rigs included, before any stage starts.
+Job prepare_job(RunConfig config, const core::Context& context);
+
+/// The config of one sequence, as its capture records it: another sequence, format or memory bound
+/// changes no byte of this one.
+std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory);
+
+/// The bodies' paths, for maps.
+std::vector<tiler::PreviewPath> paths_of(const Job& job);
+
+}  // namespace terracast::job

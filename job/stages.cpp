@@ -1,0 +1,159 @@
+#include "job/stages.h"
+
+#include "capture/frame_reader.h"
+#include "core/atomic_file.h"
+#include "core/image_io.h"
+#include "core/stage_cost.h"
+#include "geo/geoid.h"
+#include "tiler/preview.h"
+#include "tiler/tile_stage.h"
+#include "validate/check.h"
+
+namespace terracast::job {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+OutputFolders::OutputFolders(const fs::path& out)
+    : world(out / "world"),
+      captures(out / "capture"),
+      exports(out / "export"),
+      reports(out / "report") {}
+
+world::TileStore tile(const Job& job, const fs::path& store, const core::Context& context) {
+  const core::Log log = context.log.for_stage("tile");
+  const core::StageCost cost(context.with_log(log), "tile");
+  tiler::TilePlan plan{.detail = job.config.detail, .sequences = {}};
+  for (const auto& sequence : job.sequences)
+    plan.sequences.push_back(render::viewpoints_of(sequence.states, sequence.cameras));
+  return core::with_context(
+      [&] { return run_tile_stage(*job.surface, plan, store, context.with_log(log)); },
+      "running stage tile");
+}
+
+/// A world that was tiled for other flights, or for coarser images, has not all the detail that this
+/// config asks for.
+void check_detail(const world::TileStore& store, const render::SequencePlan& sequence) {
+  const auto tile = world::missing_detail(
+      store, render::viewpoints_of(sequence.states, sequence.cameras), sequence.detail);
+  if (tile)
+    fail(ErrorKind::Input,
+         "{}: the world is not tiled for sequence {}: cells of {} m in tile {} are too coarse for "
+         "its cameras; run `terracast tile` with this config first",
+         store.folder().string(), sequence.name, tile->spacing_m(), tile->name());
+}
+
+void render(const Job& job, const world::TileStore& store, const render::Shard& shard,
+            const fs::path& captures, const core::Context& context) {
+  const core::Log log = context.log.for_stage("render");
+  const core::StageCost cost(context.with_log(log), "render");
+  for (const auto& sequence : job.sequences)
+    core::with_context(
+        [&] {
+          check_detail(store, sequence);
+          render::run_render_stage(store, sequence, job.config.tracing, shard,
+                                   captures / sequence.name, context.with_log(log));
+        },
+        fmt::format("rendering sequence {}", sequence.name));
+}
+
+void export_formats(const RunConfig& config, const OutputFolders& out,
+                    const core::Context& context) {
+  if (config.exports.empty())
+    fail(ErrorKind::Config, "the config names no format; add an [[exports]]");
+  const core::Log log = context.log.for_stage("export");
+  const core::StageCost cost(context.with_log(log), "export");
+  std::vector<exporters::WantedSequence> wanted;
+  for (const auto& trajectory : config.trajectories)
+    wanted.push_back({trajectory.name, toml_of_sequence(config, trajectory)});
+  core::with_context(
+      [&] {
+        exporters::run_export_stage(exporters::open_sequences(out.captures, wanted, log),
+                                    config.exports, out.exports, context.with_log(log));
+      },
+      "running stage export");
+}
+
+validate::GroundMapMaker ground_map_of(const world::TileStore& store) {
+  return [store](const validate::MapArea& area, int size_px) -> std::optional<core::Image8> {
+    const geo::WorldFrame local({area.lat_deg, area.lon_deg, area.height_m});
+    const geo::WorldFrame world(store.manifest().origin);
+    const auto world_from_local = [&](double x_local, double y_local) -> Eigen::Vector2d {
+      return world.world_from_geodetic(local.geodetic_from_world({x_local, y_local, 0.0}))
+          .head<2>();
+    };
+    // Over a flight's surroundings one tangent plane maps to the other as a rotation, to metres.
+    const Eigen::Vector2d corner = world_from_local(area.west_m, area.north_m);
+    const double width_m = area.east_m - area.west_m;
+    const double height_m = area.north_m - area.south_m;
+    const double metres_per_px = std::max(width_m, height_m) / size_px;
+    const int width_px = std::max(1, static_cast<int>(std::lround(width_m / metres_per_px)));
+    const int height_px = std::max(1, static_cast<int>(std::lround(height_m / metres_per_px)));
+    Eigen::Affine2d world_from_pixel = Eigen::Affine2d::Identity();
+    world_from_pixel.translation() = corner;
+    world_from_pixel.linear().col(0) =
+        (world_from_local(area.east_m, area.north_m) - corner) / width_px;
+    world_from_pixel.linear().col(1) =
+        (world_from_local(area.west_m, area.south_m) - corner) / height_px;
+    const Eigen::Vector2d middle =
+        world_from_pixel * Eigen::Vector2d(0.5 * width_px, 0.5 * height_px);
+    if (!(middle.cwiseAbs().maxCoeff() < 0.5 * store.manifest().size_m)) return std::nullopt;
+    try {
+      return tiler::render_relief(store, world_from_pixel, width_px, height_px);
+    } catch (const core::Error&) {
+      return std::nullopt;  // the report shows the ground by the dataset's depth
+    }
+  };
+}
+
+std::optional<double> egm96_undulation_m(double lat_deg, double lon_deg) {
+  try {
+    return geo::Geoid::egm96()->undulation_m(lat_deg, lon_deg);
+  } catch (const core::Error&) {
+    return std::nullopt;  // PROJ's data may lack the grid
+  }
+}
+
+bool validate_formats(const Job& job, const OutputFolders& out, const core::Context& context) {
+  const core::Log log = context.log.for_stage("validate");
+  const core::StageCost cost(context.with_log(log), "validate");
+  std::vector<std::string> formats;
+  const auto ground_map = ground_map_of(world::TileStore::open(out.world));
+  for (const auto& chosen : job.config.exports) {
+    const validate::ValidateOptions options{
+        .format = chosen.format,
+        .seed = job.config.validation.seed,
+        .samples_per_image = job.config.validation.samples_per_image,
+        .world = out.world,
+        .oracle_samples = job.config.validation.oracle_samples,
+        .ground_map = ground_map,
+        .undulation_m = egm96_undulation_m};
+    core::with_context(
+        [&] {
+          validate::run_validate_stage(out.exports / chosen.format, options,
+                                       out.reports / chosen.format, context.with_log(log));
+        },
+        fmt::format("validating {}", chosen.format));
+    formats.push_back(chosen.format);
+  }
+  return validate::join_reports(out.reports, formats, context.events_file);
+}
+
+std::optional<bool> run(const Job& job, const fs::path& out_folder, const core::Context& context) {
+  const OutputFolders out(out_folder);
+  for (const auto& sequence : job.sequences)
+    capture::check_captured_config(out.captures / sequence.name, sequence.config_toml);
+  const world::TileStore store = tile(job, out.world, context);
+  core::write_file(out.reports / "map.png",
+                   core::encode_png(tiler::render_preview(store, paths_of(job)), 6));
+  render(job, store, {}, out.captures, context);
+  if (job.config.exports.empty()) {
+    context.log.warn("the config names no format: nothing is exported, and nothing checked");
+    return std::nullopt;
+  }
+  export_formats(job.config, out, context);
+  return validate_formats(job, out, context);
+}
+
+}  // namespace terracast::job
