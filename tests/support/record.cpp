@@ -34,8 +34,21 @@ void record_job(const std::string& name, const fs::path& out) {
   if (!folder) return;
   const fs::path kept = *folder / "reports" / name;
   fs::remove_all(kept);
-  fs::create_directories(kept.parent_path());
-  fs::copy(out / "report", kept, fs::copy_options::recursive);
+  fs::create_directories(kept);
+  // All but what COLMAP worked in.
+  const fs::path left_out = out / "report/colmap/colmap";
+  for (auto entry = fs::recursive_directory_iterator(out / "report");
+       entry != fs::recursive_directory_iterator(); ++entry) {
+    if (entry->path() == left_out) {
+      entry.disable_recursion_pending();
+      continue;
+    }
+    const fs::path target = kept / fs::relative(entry->path(), out / "report");
+    if (entry->is_directory())
+      fs::create_directories(target);
+    else
+      fs::copy_file(entry->path(), target);
+  }
 
   struct Stage {
     double wall_s = 0.0, cpu_s = 0.0;
@@ -67,9 +80,10 @@ void record_job(const std::string& name, const fs::path& out) {
     ++num_measured;
     if (!check.at("ok").boolean()) ++num_failed;
     const double value = check.at("value").number(), bound = check.at("bound").number();
-    if (bound <= 0.0 || check.at("lower_bound").boolean()) continue;
-    if (value / bound >= largest_share) {
-      largest_share = value / bound;
+    if (bound <= 0.0 || value <= 0.0) continue;
+    const double share = check.at("lower_bound").boolean() ? bound / value : value / bound;
+    if (share >= largest_share) {
+      largest_share = share;
       nearest = check.at("name").string();
     }
   }
@@ -80,14 +94,19 @@ void record_job(const std::string& name, const fs::path& out) {
 }
 
 void record_results(const std::string& kind, const std::string& name, const fs::path& report,
-                    const std::string& prefix) {
+                    const std::vector<std::string>& prefixes) {
   std::string rows;
   const core::Json checks = core::Json::read(report / "report.json").at("checks");
   for (std::size_t i = 0; i < checks.size(); ++i) {
     const core::Json& check = checks.at(i);
-    if (!check.at("name").string().starts_with(prefix) || check.at("skipped").boolean()) continue;
-    rows += fmt::format("{}| {}: {} | {:.4g} | {:.4g} {} |", rows.empty() ? "" : "\n", name,
-                        check.at("name").string(), check.at("value").number(),
+    const std::string& result = check.at("name").string();
+    const bool is_wanted =
+        std::any_of(prefixes.begin(), prefixes.end(),
+                    [&](const std::string& prefix) { return result.starts_with(prefix); });
+    if (!is_wanted || check.at("skipped").boolean()) continue;
+    rows += fmt::format("{}| {}: {} | {:.4g} | {} {:.4g} {} |", rows.empty() ? "" : "\n", name,
+                        result, check.at("value").number(),
+                        check.at("lower_bound").boolean() ? "at least" : "at most",
                         check.at("bound").number(), check.at("unit").string());
   }
   record(kind, name, rows);

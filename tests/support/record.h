@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 /// What recorded runs leave behind: `scripts/check --full` names a folder in TERRACAST_RECORD, and joins
 /// the figures that it finds there.
@@ -22,9 +23,9 @@ void record(const std::string& kind, const std::string& name, const std::string&
 /// out  of `terracast run`
 void record_job(const std::string& name, const std::filesystem::path& out);
 
-/// Keeps the results of a report whose names begin so, as rows of a table.
+/// Keeps the results of a report whose names begin in one of these ways, as rows of a table.
 void record_results(const std::string& kind, const std::string& name,
-                    const std::filesystem::path& report, const std::string& prefix);
+                    const std::filesystem::path& report, const std::vector<std::string>& prefixes);
 
 }  // namespace terracast::test
 

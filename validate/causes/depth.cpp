@@ -8,6 +8,7 @@
 #include "core/atomic_file.h"
 #include "core/image_io.h"
 #include "validate/causes/trial.h"
+#include "validate/checks/checker.h"
 #include "validate/npy.h"
 #include "validate/sampling.h"
 
@@ -105,6 +106,32 @@ void add_units(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
       2, [](const Camera&, core::ImageF& depth) {
         for (float& value : depth.data()) value = 1.0F / value;
       });
+}
+
+/// A factor that is no unit's, as `depth_unit` measured it: too coarsely for other checks to hold with
+/// it undone.
+void add_any_factor(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
+  for (const CheckResult& result : symptoms.failed) {
+    const std::size_t at = result.worst.find(kDepthFactor);
+    if (result.name != "depth_unit" || at == std::string::npos) continue;
+    const double factor = std::atof(result.worst.c_str() + at + kDepthFactor.size());
+    if (!(factor > 0.0)) continue;
+    Hypothesis h;
+    h.checks = {"depth_unit"};
+    h.rank = 9;
+    h.marks = {"depth_unit"};
+    h.undo = [=](Trial&, Cause& cause) {
+      cause.name = "depth_unit";
+      cause.size = 1.0 / factor;
+      cause.unit = "times";
+      cause.words = fmt::format(
+          "depth has another unit than poses: colours agree where it is about {:.3g} times as "
+          "large",
+          factor);
+      return true;
+    };
+    hypotheses.push_back(std::move(h));
+  }
 }
 
 /// Depth that ends at one value, or has few of them.
@@ -367,6 +394,7 @@ void make_depth_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypoth
   }
   if (!symptoms.fails_result("structure")) add_bytes(symptoms, hypotheses);
   add_units(symptoms, hypotheses);
+  add_any_factor(symptoms, hypotheses);
   add_places(symptoms, hypotheses);
   add_single(symptoms, hypotheses);
 }

@@ -272,31 +272,14 @@ void add_axes(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   }
 }
 
-/// Whether poses from the origin begin there, as georeference.csv does: then they are not those of
-/// another frame, unless the body hardly moves.
-bool begins_at_origin(const Symptoms& symptoms) {
-  const Trial& trial = symptoms.trial;
-  constexpr double kBound_m = 1.0;  // georeference_origin's
-  if (trial.first_frame > 0 || trial.num_frames() < 2 || trial.dataset->format.starts_with("kitti"))
-    return false;
-  for (const Camera& camera : trial.sequence.cameras) {
-    const auto& poses = camera.local_from_camera;
-    if (!camera.body_from_camera || poses.size() < 2 || !poses[0] || !poses[1]) continue;
-    const auto body_m = [&](const Pose& pose) {
-      return (pose * camera.body_from_camera->inverse()).translation.norm();
-    };
-    return body_m(*poses[0]) <= kBound_m && body_m(*poses[1]) > 2.0 * kBound_m;
-  }
-  return false;
-}
-
 /// Rows of the frame so much later or earlier; at the ends there are none.
 void add_shifts(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   // With georeference.csv moved along the images alone can tell.
   for (const bool is_alone : {true, false})
     for (const int shift : {1, -1, 2, -2}) {
-      if (is_alone != symptoms.fails("georeference") || (is_alone && begins_at_origin(symptoms)))
-        continue;
+      if (is_alone != symptoms.fails("georeference")) continue;
+      // Poses of another frame would begin elsewhere.
+      if (is_alone && symptoms.trial.begins_at_origin) continue;
       // Images judge by two frames at least.
       if (!is_alone && symptoms.trial.num_frames() < std::abs(shift) + 2) continue;
       Hypothesis h;

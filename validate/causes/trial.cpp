@@ -142,6 +142,20 @@ int frame_to_look_at(const Sequence& sequence, const std::vector<CheckResult>& f
   return best;
 }
 
+/// Trial::begins_at_origin. KITTI's poses are placed by georeference.csv, and say nothing of the origin.
+bool does_begin_at_origin(const Dataset& dataset, const Sequence& sequence) {
+  if (dataset.format.starts_with("kitti")) return false;
+  for (const Camera& camera : sequence.cameras) {
+    const auto& poses = camera.local_from_camera;
+    if (!camera.body_from_camera || poses.size() < 2 || !poses[0] || !poses[1]) continue;
+    const auto distance_m = [&](const Pose& pose) {
+      return (pose * camera.body_from_camera->inverse()).translation.norm();
+    };
+    return distance_m(*poses[0]) <= kOriginBound_m && distance_m(*poses[1]) > 2.0 * kOriginBound_m;
+  }
+  return false;
+}
+
 /// What a user of the format is shown although its rules are broken.
 FrameImages load_all_the_same(const Dataset& dataset, const Sequence& sequence, int frame) {
   Findings ignored;
@@ -332,6 +346,7 @@ Trial make_trial(const Dataset& dataset, const Sequence& sequence,
     part.cameras.push_back(std::move(copy));
   }
   trial.local_from_first = sequence.local_from_first;
+  trial.begins_at_origin = does_begin_at_origin(dataset, sequence);
   if (sequence.binary_model)
     trial.model =
         std::shared_ptr<const ColmapModel>(std::shared_ptr<void>(), &*sequence.binary_model);

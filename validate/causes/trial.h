@@ -25,6 +25,9 @@ struct Trial {
   std::shared_ptr<const ColmapModel> model;  ///< COLMAP: the binary one, of the whole sequence
   Pose local_from_first;                     ///< KITTI: what poses of the file are placed by
   Undulation undulation_m;                   ///< ValidateOptions'
+  /// Whether the format's own poses have the body's first place at the origin, as
+  /// `georeference_origin` wants it of georeference.csv, and its second elsewhere.
+  bool begins_at_origin = false;
 
   int num_frames() const { return sequence.num_frames; }
   int num_cameras() const { return static_cast<int>(sequence.cameras.size()); }
@@ -47,7 +50,8 @@ using Shares = std::map<std::string, double>;
 
 /// Runs some checks (names of the registry; also "colmap_observations", "colmap_point_depths" and
 /// "colmap_point_colors") on a trial.
-/// cost  the sum of the checks on `kSamples` pixels of each pair
+/// cost  the sum of the checks on `kSamples` pixels of each pair; of `photometric` up to 160 patches, of
+///       `depth_unit` two sweeps of a camera whose frames are apart
 Shares measure(const Trial& trial, const std::vector<std::string_view>& checks);
 
 /// The registry's check that a result belongs to; empty for COLMAP's model and the like.

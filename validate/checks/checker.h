@@ -26,6 +26,10 @@ struct CheckInfo {
   std::unique_ptr<Checker> (*make)(const ValidateOptions&);
 };
 
+/// How far a sequence's first body may be from its origin, which is that place rounded to 1e-6 deg and
+/// whole metres.
+constexpr double kOriginBound_m = 1.0;
+
 /// The table of checks, alphabetical.
 std::span<const CheckInfo> checks();
 
@@ -36,6 +40,9 @@ CheckResult unseen_result(std::string name, std::string why);
 
 /// Keeps the larger value and where it stands; a value that is not finite counts as 1e9.
 void note_worst(CheckResult& result, double value, const std::string& where);
+
+/// Words of `depth_unit` before the factor that it found.
+constexpr std::string_view kDepthFactor = ": with depth ";
 
 /// "image_2, frame 7, pixel (12, 300)".
 std::string place_of(const View& view);

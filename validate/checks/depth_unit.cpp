@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
@@ -10,22 +12,23 @@
 /// Neighbouring frames that share no place by their depth, although their colours do. Where depth is
 /// wrong by so much that every point leaves the other image, no residual is left to show it. So the
 /// distance between the two cameras is swept (as planes are swept in stereo): where the colours agree
-/// at another one, depth has another unit than the poses.
+/// at another one, and nowhere else, depth has another unit than the poses.
 namespace terracast::validate {
 
 namespace {
 
-/// A distance at which the colours of two images agree, by the one that poses state.
-struct Match {
-  double correlation = 0.0;  ///< median of the patches
-  double factor = 1.0;       ///< 1000: depth is a thousandth of what it should be
-  bool is_inverse = false;   ///< by 1 / depth
-};
+/// So many patches say whether two images agree.
+constexpr std::size_t kEnough = 64;
 
-bool has_pixel(const Intrinsics& camera, const Eigen::Vector2d& pixel) {
-  return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < camera.width_px &&
-         pixel.y() < camera.height_px;
-}
+/// The distance at which the colours of two images agree best, by the one that poses state.
+struct Match {
+  /// Where they do (0 where not): by how much their median correlation is higher there than at any distance that puts them more
+  /// than a few pixels elsewhere. What looks alike wherever it is laid (a gradient, the glitter of the
+  /// sun) has no such peak.
+  double prominence = 0.0;
+  double factor = 1.0;      ///< 1000: depth is a thousandth of what it should be
+  bool is_inverse = false;  ///< by 1 / depth
+};
 
 /// Where a place of `a` falls in `b` when the cameras stand `distance` times as far apart.
 std::optional<Eigen::Vector2d> pixel_in_b(const View& a, const View& b, const Pose& b_from_a,
@@ -41,8 +44,8 @@ std::optional<Eigen::Vector2d> pixel_in_b(const View& a, const View& b, const Po
 
 /// Places of `a` with depth.
 std::vector<Eigen::Vector2i> draw_places(const ViewPair& pair, const ValidateOptions& options) {
-  constexpr std::int64_t kDrawn = 400;
-  constexpr std::size_t kMost = 96;
+  constexpr std::int64_t kDrawn = 800;
+  constexpr std::size_t kMost = 192;
   std::vector<Eigen::Vector2i> places;
   for (const Eigen::Vector2i& at :
        draw_pixels(pair.a.camera->intrinsics, kDrawn, options, pair.a,
@@ -58,10 +61,10 @@ bool is_apart(const ViewPair& pair, const ValidateOptions& options) {
   const std::vector<Eigen::Vector2i> places = draw_places(pair, options);
   const auto num_in_view = std::count_if(places.begin(), places.end(), [&](const auto& at) {
     const auto pixel = pixel_in_b(pair.a, pair.b, b_from_a, at, 1.0);
-    return pixel && has_pixel(pair.b.camera->intrinsics, *pixel);
+    return pixel && pair.b.camera->intrinsics.contains(*pixel);
   });
   constexpr double kShared = 0.02;
-  return !places.empty() &&
+  return places.size() >= kEnough &&
          static_cast<double>(num_in_view) < kShared * static_cast<double>(places.size());
 }
 
@@ -86,35 +89,42 @@ class Sweep {
   Sweep(const Sweep&) = delete;
   Sweep& operator=(const Sweep&) = delete;
 
-  /// Distances, each so near the last that places in view move by less than a pixel.
+  /// Distances, each so near the last that half of the places move by less than a pixel.
   std::vector<double> distances() const {
     constexpr double kLeast = 1e-4, kMost = 1e4, kStep_px = 0.7;
-    constexpr double kFinest = 1e-3, kCoarsest = 0.03, kProbe = 1e-4;
+    constexpr double kFinest = 1e-5, kCoarsest = 0.03, kProbe = 1e-4;
     std::vector<double> list;
     for (double distance = kLeast; distance < kMost;) {
       list.push_back(distance);
-      double fastest_px = 0.0;
-      for (const Eigen::Vector2i& at : places_) {
-        const auto here = pixel_in_b(a_, b_, b_from_a_, at, distance);
-        const auto next = pixel_in_b(a_, b_, b_from_a_, at, (1.0 + kProbe) * distance);
-        if (here && next && has_pixel(b_.camera->intrinsics, *here))
-          fastest_px = std::max(fastest_px, (*next - *here).norm() / kProbe);
-      }
-      distance *= 1.0 + std::clamp(kStep_px / std::max(fastest_px, 1e-9), kFinest, kCoarsest);
+      const double speed_px = motion_px(distance, (1.0 + kProbe) * distance) / kProbe;
+      distance *= 1.0 + std::clamp(kStep_px / std::max(speed_px, 1e-9), kFinest, kCoarsest);
     }
     return list;
   }
 
-  /// Median correlation of the patches at a distance; 0 where few are seen.
-  double correlation(double distance) const {
+  /// Median correlation of the patches at a distance; nothing where few are seen.
+  std::optional<double> correlation(double distance) const {
     View b = b_;
     b.local_from_camera = Pose{b_from_a_.rotation, distance * b_from_a_.translation}.inverse();
     std::vector<double> correlations;
     for (const Eigen::Vector2i& at : places_)
       if (const auto match = match_patch(a_, b, at.x(), at.y()))
         correlations.push_back(match->correlation);
-    constexpr std::size_t kEnough = 40;
-    return correlations.size() < kEnough ? 0.0 : median(correlations);
+    if (correlations.size() < kEnough) return std::nullopt;
+    return median(correlations);
+  }
+
+  /// How far places in view move between two distances, median; 0 where there are none.
+  double motion_px(double from, double to) const {
+    std::vector<double> lengths;
+    for (const Eigen::Vector2i& at : places_) {
+      const auto first = pixel_in_b(a_, b_, b_from_a_, at, from);
+      const auto second = pixel_in_b(a_, b_, b_from_a_, at, to);
+      if (first && b_.camera->intrinsics.contains(*first))
+        lengths.push_back(second ? (*second - *first).norm()
+                                 : std::numeric_limits<double>::infinity());
+    }
+    return median(lengths);
   }
 
  private:
@@ -124,24 +134,38 @@ class Sweep {
   std::vector<Eigen::Vector2i> places_;
 };
 
-/// The distance at which two images agree best, but for those near the stated one: images that share
-/// a rim do so there.
-Match best_match(const ViewPair& pair, const ValidateOptions& options) {
-  Match best;
+/// The best match of all distances but those near the stated one, at which images that share a rim
+/// agree, and those so small that nothing moves; nothing where too few patches are seen at any.
+std::optional<Match> best_match(const ViewPair& pair, const ValidateOptions& options) {
+  std::optional<Match> best;
   for (const bool is_inverse : {false, true}) {
     const Sweep sweep(pair, options, is_inverse);
-    constexpr double kNear = 1.5;
-    std::vector<double> distances = sweep.distances();
-    if (!is_inverse)
-      std::erase_if(distances, [](double d) { return d < kNear && d > 1.0 / kNear; });
-    std::vector<double> correlations(distances.size());
+    const std::vector<double> distances = sweep.distances();
+    std::vector<std::optional<double>> correlations(distances.size());
     core::parallel_for(static_cast<std::int64_t>(distances.size()), [&](std::int64_t i) {
       correlations[static_cast<std::size_t>(i)] =
           sweep.correlation(distances[static_cast<std::size_t>(i)]);
     });
+    const auto highest = std::max_element(correlations.begin(), correlations.end());
+    if (highest == correlations.end() || !*highest) continue;
+    const double distance = distances[static_cast<std::size_t>(highest - correlations.begin())];
+    // As far as patches reach and alignment would bring them.
+    constexpr double kElsewhere_px = 6.0;
+    std::optional<double> elsewhere;
     for (std::size_t i = 0; i < distances.size(); ++i)
-      if (correlations[i] > best.correlation)
-        best = {correlations[i], 1.0 / distances[i], is_inverse};
+      if (correlations[i] && (!elsewhere || *correlations[i] > *elsewhere) &&
+          sweep.motion_px(distance, distances[i]) > kElsewhere_px)
+        elsewhere = correlations[i];
+    if (!elsewhere) continue;
+    if (!best) best.emplace();
+    constexpr double kNear = 1.5;
+    const bool is_stated = !is_inverse && distance < kNear && distance > 1.0 / kNear;
+    constexpr double kStill_px = 1.5;
+    const bool is_still = sweep.motion_px(distance, distances.front()) < kStill_px;
+    constexpr double kAgree = 0.8;
+    const double prominence = **highest - *elsewhere;
+    if (!is_stated && !is_still && **highest > kAgree && prominence > best->prominence)
+      *best = {prominence, 1.0 / distance, is_inverse};
   }
   return best;
 }
@@ -150,61 +174,79 @@ class DepthUnitChecker : public Checker {
  public:
   explicit DepthUnitChecker(const ValidateOptions& options) : options_(options) {
     agreement_.name = "depth_unit";
-    agreement_.bound = 0.8;
+    agreement_.bound = 0.3;
     agreement_.unit = "of correlation";
   }
 
   void frame(const FrameWindow& window, const std::vector<ViewPair>&) override {
     // Not the window's pairs: those share what their depth says that they share.
-    for (std::size_t camera = 0; camera < window.sequence().cameras.size(); ++camera) {
+    cameras_.resize(window.sequence().cameras.size());
+    for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
       const auto newest = window.view(static_cast<int>(camera), window.frame());
       const auto earlier = window.view(static_cast<int>(camera), window.frame() - 1);
       if (!newest || !earlier) continue;
-      compare({*newest, *earlier});
-      compare({*earlier, *newest});
+      compare({*newest, *earlier}, cameras_[camera]);
+      compare({*earlier, *newest}, cameras_[camera]);
     }
   }
 
   std::vector<CheckResult> finish(const Dataset&, const Sequence&) override {
     if (num_pairs_ == 0)
       return {skipped_result(agreement_.name, "no camera has depth and colours in two frames")};
+    if (num_apart_ == num_pairs_ && num_matched_ == 0)
+      return {unseen_result(agreement_.name,
+                            "no two neighbouring frames share a place by their depth, nor 64 "
+                            "patches with contrast by any other")};
     agreement_.ok = agreement_.is_within_bound();
     agreement_.summary = fmt::format(
-        "{} of {} pairs of neighbouring frames share no place by their depth. Median correlation "
-        "of "
-        "patches of {} of them, with depth 1e-4 to 1e4 times as large, as it is or as its inverse.",
-        num_apart_, num_pairs_, num_swept_);
+        "{} of {} pairs of neighbouring frames share no place by their depth. How much better the "
+        "colours of {} of them agree with depth, or its inverse, 1e-4 to 1e4 times as large: "
+        "median "
+        "correlation of patches at the best factor, less that of any other that puts them "
+        "elsewhere.",
+        num_apart_, num_pairs_, num_matched_);
     agreement_.reason =
-        "Of other ground the best of a thousand distances brings 40 patches to 0.3; of the same "
-        "ground the right one brings them to over 0.9.";
+        "A factor that brings correlation to 0.8 or less counts as 0: other ground is brought to "
+        "0.4. "
+        "The right one brings it to 0.99 and stands out by over 0.5, what looks alike wherever it "
+        "is "
+        "laid (glitter) by 0.02.";
     agreement_.detects =
-        "depth in another unit than poses, by so much that no pair of images shares a place";
+        "depth in a unit so much smaller than that of poses that no pair of images shares a place";
     return {agreement_};
   }
 
  private:
-  void compare(const ViewPair& pair) {
+  struct OfCamera {
+    std::uint64_t num_apart = 0;
+    int num_matched = 0;
+  };
+
+  void compare(const ViewPair& pair, OfCamera& camera) {
     if (pair.a.image->depth.empty() || pair.a.image->grey.empty() || pair.b.image->grey.empty())
       return;
     ++num_pairs_;
     if (!is_apart(pair, options_)) return;
     ++num_apart_;
-    // A sweep costs as much as a thousand pairs, and a unit is the same in all frames.
-    const int most = options_.is_trial ? 2 : 4;
-    if (num_swept_ == most) return;
-    ++num_swept_;
-    const Match match = best_match(pair, options_);
+    // A sweep costs as much as a thousand pairs. A unit is the same in all frames, but some show
+    // nothing: of those that are apart the 1st, 2nd, 4th, 8th, …, until two could be matched.
+    constexpr int kMostMatched = 2;
+    if (!std::has_single_bit(++camera.num_apart) || camera.num_matched == kMostMatched) return;
+    const std::optional<Match> match = best_match(pair, options_);
+    if (!match) return;
+    ++camera.num_matched;
+    ++num_matched_;
     std::string where = fmt::format("{} in {}", place_of(pair.a), place_of(pair.b));
-    if (match.correlation > 0.0)
-      where += fmt::format(": with {} {:.3g} times as large",
-                           match.is_inverse ? "1 / depth" : "depth", match.factor);
-    note_worst(agreement_, match.correlation, where);
+    if (match->prominence > 0.0)
+      where += fmt::format("{}{:.3g} times as large",
+                           match->is_inverse ? ": with 1 / depth " : kDepthFactor, match->factor);
+    note_worst(agreement_, match->prominence, where);
   }
 
   ValidateOptions options_;
   CheckResult agreement_;
-  std::size_t num_pairs_ = 0, num_apart_ = 0;
-  int num_swept_ = 0;
+  std::vector<OfCamera> cameras_;
+  std::size_t num_pairs_ = 0, num_apart_ = 0, num_matched_ = 0;
 };
 
 }  // namespace

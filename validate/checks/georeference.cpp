@@ -29,7 +29,7 @@ class GeoreferenceChecker : public Checker {
     mount.unit = "deg";
     CheckResult origin;
     origin.name = "georeference_origin";
-    origin.bound = 1.0;
+    origin.bound = kOriginBound_m;
     origin.unit = "m";
     const Pose ecef_from_local_frame = ecef_from_local(sequence.origin);
     std::size_t num_rows = 0;

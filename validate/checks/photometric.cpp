@@ -138,9 +138,9 @@ class PhotometricChecker : public Checker {
     }
     std::size_t num_kinds = 0;
     // A trial's few frames must not hide a kind of pairs behind the others.
-    const std::size_t kEnough = options_.is_trial ? 50 : 100;
+    const std::size_t enough = options_.is_trial ? 50 : 100;
     for (auto& [kind, pool] : pools_) {
-      if (pool.correlation.size() < kEnough) continue;
+      if (pool.correlation.size() < enough) continue;
       ++num_kinds;
       for (const double value : pool.shift_x) {
         const auto bin = static_cast<std::ptrdiff_t>(std::lround(value / 0.025)) + kBins / 2;
@@ -151,7 +151,7 @@ class PhotometricChecker : public Checker {
         correlation.value = typical;
         correlation.worst = kind;
       }
-      if (pool.shift_x.size() < kEnough) continue;
+      if (pool.shift_x.size() < enough) continue;
       const double size = std::hypot(median(pool.shift_x), median(pool.shift_y));
       if (size >= shift.value) {
         shift.value = size;
@@ -211,11 +211,11 @@ class PhotometricChecker : public Checker {
   };
 
   void note_pair(const std::string& kind, const std::string& name, const PairMatches& matches) {
-    const std::size_t kEnough = options_.is_trial ? 10 : 20;
-    if (matches.correlation.size() < kEnough) return;
+    const std::size_t enough = options_.is_trial ? 10 : 20;
+    if (matches.correlation.size() < enough) return;
     const auto median_of = [](std::vector<double> values) { return median(values); };
     PairMedians medians{kind, name, median_of(matches.correlation), 0.0,
-                        matches.shift_x.size() >= kEnough};
+                        matches.shift_x.size() >= enough};
     if (medians.has_shift)
       medians.shift_px = std::hypot(median_of(matches.shift_x), median_of(matches.shift_y));
     pairs_.push_back(std::move(medians));
