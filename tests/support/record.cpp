@@ -29,26 +29,32 @@ void record(const std::string& kind, const std::string& name, const std::string&
   core::write_file(*folder / kind / (name + ".md"), text + "\n");
 }
 
-void record_job(const std::string& name, const fs::path& out) {
+void record_report(const std::string& name, const fs::path& report) {
   const std::optional<fs::path> folder = record_folder();
   if (!folder) return;
   const fs::path kept = *folder / "reports" / name;
   fs::remove_all(kept);
   fs::create_directories(kept);
-  // All but what COLMAP worked in.
-  const fs::path left_out = out / "report/colmap/colmap";
-  for (auto entry = fs::recursive_directory_iterator(out / "report");
+  for (auto entry = fs::recursive_directory_iterator(report);
        entry != fs::recursive_directory_iterator(); ++entry) {
-    if (entry->path() == left_out) {
+    // The folder that COLMAP worked in is large, and no report.
+    if (entry->is_directory() && entry->path().filename() == "colmap" &&
+        !fs::exists(entry->path() / "index.html")) {
       entry.disable_recursion_pending();
       continue;
     }
-    const fs::path target = kept / fs::relative(entry->path(), out / "report");
+    const fs::path target = kept / fs::relative(entry->path(), report);
     if (entry->is_directory())
       fs::create_directories(target);
     else
       fs::copy_file(entry->path(), target);
   }
+}
+
+void record_job(const std::string& name, const fs::path& out) {
+  const std::optional<fs::path> folder = record_folder();
+  if (!folder) return;
+  record_report(name, out / "report");
 
   struct Stage {
     double wall_s = 0.0, cpu_s = 0.0;
@@ -69,7 +75,7 @@ void record_job(const std::string& name, const fs::path& out) {
     row += fmt::format("| {:.0f} s, {:.0f} s ", stages[stage].wall_s, stages[stage].cpu_s);
   row += fmt::format("| {:.2f} GB ", 1e-9 * peak_bytes);
 
-  const core::Json report = core::Json::read(kept / "report.json");
+  const core::Json report = core::Json::read(out / "report/report.json");
   std::size_t num_measured = 0, num_unseen = 0, num_failed = 0;
   double largest_share = 0.0;
   std::string nearest;

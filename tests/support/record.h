@@ -18,6 +18,9 @@ bool is_recorded_run();
 /// Keeps lines of Markdown as `<kind>/<name>.md` of the record; does nothing without one.
 void record(const std::string& kind, const std::string& name, const std::string& text);
 
+/// Keeps a report's folder as `reports/<name>`, without COLMAP's databases.
+void record_report(const std::string& name, const std::filesystem::path& report);
+
 /// Keeps a whole job's report, and what it cost and how near its results came to their bounds, as a row
 /// of a table.
 /// out  of `terracast run`

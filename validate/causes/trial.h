@@ -50,8 +50,8 @@ using Shares = std::map<std::string, double>;
 
 /// Runs some checks (names of the registry; also "colmap_observations", "colmap_point_depths" and
 /// "colmap_point_colors") on a trial.
-/// cost  the sum of the checks on `kSamples` pixels of each pair; of `photometric` up to 160 patches, of
-///       `depth_unit` two sweeps of a camera whose frames are apart
+/// cost  the sum of the checks on `kSamples` pixels of each pair; of `photometric` up to 160 patches;
+///       `depth_unit` also sweeps a few pairs of a camera whose frames are apart
 Shares measure(const Trial& trial, const std::vector<std::string_view>& checks);
 
 /// The registry's check that a result belongs to; empty for COLMAP's model and the like.
