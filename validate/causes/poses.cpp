@@ -280,7 +280,8 @@ void add_shifts(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
       if (is_alone != symptoms.fails("georeference")) continue;
       // Poses of another frame would begin elsewhere.
       if (is_alone && symptoms.trial.begins_at_origin) continue;
-      // Images judge by two frames at least.
+      // Images judge by two frames at least, and by what they share.
+      if (!is_alone && symptoms.fails("depth_unit")) continue;
       if (!is_alone && symptoms.trial.num_frames() < std::abs(shift) + 2) continue;
       Hypothesis h;
       h.checks = kJudges;
