@@ -361,13 +361,10 @@ void make_colors_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypot
       !fails("photometric_frame_shift") && !fails("photometric_shift") && !fails("stereo_shift"))
     return;
   // What is wrong in all images alike is not seen in single pairs alone.
-  const auto is_of_all = [](const std::string& name) {
-    return name != "photometric_frames" && name != "photometric_frame_shift";
-  };
   const bool has_of_all =
-      std::any_of(symptoms.failed.begin(), symptoms.failed.end(), [&](const CheckResult& result) {
+      std::any_of(symptoms.failed.begin(), symptoms.failed.end(), [](const CheckResult& result) {
         return (result.name.starts_with("photometric") || result.name.starts_with("stereo")) &&
-               is_of_all(result.name);
+               result.name != "photometric_frames" && result.name != "photometric_frame_shift";
       });
   if (has_of_all || fails("photometric_correlation") || fails("photometric_shift"))
     add_shifts(symptoms, hypotheses);

@@ -26,9 +26,9 @@ constexpr double kPeak = 0.3;
 
 /// The distance at which the colours of two images agree best, by the one that poses state.
 struct Match {
-  /// Where they do (0 where not): by how much their median correlation is higher there than at any distance that puts them more
-  /// than a few pixels elsewhere. What looks alike wherever it is laid (a gradient, the glitter of the
-  /// sun) has no such peak.
+  /// Where they do (0 where not): by how much their median correlation is higher there than at any
+  /// distance that puts them more than a few pixels elsewhere. What looks alike wherever it is laid
+  /// (a gradient, the glitter of the sun) has no such peak.
   double prominence = 0.0;
   double factor = 1.0;      ///< 1000: depth is a thousandth of what it should be
   bool is_inverse = false;  ///< by 1 / depth
@@ -201,9 +201,11 @@ class DepthUnitChecker : public Checker {
     // either.
     const bool has_told = num_matched_ > 0 && (!options_.is_trial || agreement_.value > 0.0);
     if (2 * num_apart_ > num_pairs_ && !has_told)
-      return {unseen_result(agreement_.name,
-                            "most neighbouring frames share no place by their depth, nor 64 "
-                            "patches that would tell another unit")};
+      return {unseen_result(
+          agreement_.name,
+          fmt::format("most neighbouring frames share no place by their depth, nor {} "
+                      "patches that would tell another unit",
+                      kEnough))};
     agreement_.ok = agreement_.is_within_bound();
     agreement_.summary = fmt::format(
         "{} of {} pairs of neighbouring frames share no place by their depth. How much better the "
@@ -214,8 +216,7 @@ class DepthUnitChecker : public Checker {
     agreement_.reason =
         "A factor that brings correlation to 0.8 or less counts as 0; other ground is brought to "
         "0.4. In the tests the right one brings it to 0.99 and stands out by over 0.5; what looks "
-        "alike "
-        "wherever it is laid (glitter: 0.02) says nothing.";
+        "alike wherever it is laid (glitter: 0.02) says nothing.";
     agreement_.detects =
         "depth in a unit so much smaller than that of poses that no pair of images shares a place";
     return {agreement_};
@@ -237,8 +238,8 @@ class DepthUnitChecker : public Checker {
       if (is_apart(pair, options_)) apart.push_back(&pair);
     }
     num_apart_ += apart.size();
-    // A sweep costs as much as a thousand pairs. A unit is the same in all frames, but some tell
-    // nothing: of those that are apart the 1st, 2nd, 4th, 8th, …, until enough have told.
+    // A sweep tries hundreds of distances. A unit is the same in all frames, but some tell nothing:
+    // of those that are apart the 1st, 2nd, 4th, 8th, …, until enough have told.
     if (apart.empty() || !std::has_single_bit(++camera.num_apart)) return;
     const int most = options_.is_trial ? 2 : 4;
     for (const ViewPair* pair : apart)
