@@ -386,7 +386,10 @@ int run_command_line(int argc, const char* const* argv) {
            std::generic_category().message(errno));
     return status;
   } catch (const core::Error& error) {
-    fmt::print(stderr, "error: {}\n", error.what());
+    if (error.kind() == ErrorKind::Interrupted)
+      fmt::print(stderr, "{}\n", error.message());
+    else
+      fmt::print(stderr, "error: {}\n", error.what());
     return core::exit_status(error.kind());
   } catch (const std::bad_alloc&) {
     fmt::print(stderr,

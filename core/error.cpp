@@ -13,6 +13,8 @@ int exit_status(ErrorKind kind) {
       return 3;
     case ErrorKind::Io:
       return 4;
+    case ErrorKind::Interrupted:
+      return 75;
     case ErrorKind::Internal:
       break;
   }

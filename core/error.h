@@ -10,10 +10,12 @@
 namespace terracast::core {
 
 /// What went wrong, as the caller's next step: mend the command, the config, the data, try again,
-/// or report a bug.
-enum class ErrorKind { Usage, Config, Input, Io, Internal };
+/// report a bug, or go on with work that was stopped on request (core/stop.h). Who catches errors to
+/// carry on without what failed must let Interrupted pass.
+enum class ErrorKind { Usage, Config, Input, Io, Internal, Interrupted };
 
-/// Exit status of the program for a kind: Usage and Config 2, Input 3, Io 4, Internal 70.
+/// Exit status of the program for a kind: Usage and Config 2, Input 3, Io 4, Internal 70, Interrupted
+/// 75 (EX_TEMPFAIL of sysexits.h).
 int exit_status(ErrorKind kind);
 
 /// A failure that ends a unit of work (a tile, a frame, a run).

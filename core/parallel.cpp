@@ -9,13 +9,25 @@
 
 #include "core/error.h"
 #include "core/parallel_backend.h"
+#include "core/stop.h"
 
 namespace terracast::core {
 
 namespace {
 
+bool is_interruption(const std::exception_ptr& exception) {
+  try {
+    std::rethrow_exception(exception);
+  } catch (const Error& error) {
+    return error.kind() == ErrorKind::Interrupted;
+  } catch (...) {
+    return false;
+  }
+}
+
 /// Keeps the exception of the lowest index. Work below it still runs and may lower it further, so
-/// that which exception leaves does not depend on the threads.
+/// that which exception leaves does not depend on the threads. Any failure goes before
+/// interruptions.
 class FirstFailure {
  public:
   bool is_before(std::int64_t index) const {
@@ -24,21 +36,41 @@ class FirstFailure {
 
   /// Call in a catch block.
   void note(std::int64_t index) {
+    const std::exception_ptr exception = std::current_exception();
     const std::lock_guard lock(mutex_);
-    if (index >= lowest_.load(std::memory_order_relaxed)) return;
-    lowest_.store(index, std::memory_order_relaxed);
-    exception_ = std::current_exception();
+    Kept& kept = is_interruption(exception) ? interruption_ : failure_;
+    if (index >= kept.index) return;
+    kept = {index, exception};
+    lowest_.store(std::min(interruption_.index, failure_.index), std::memory_order_relaxed);
   }
 
   void rethrow() const {
-    if (exception_) std::rethrow_exception(exception_);
+    for (const Kept* kept : {&failure_, &interruption_})
+      if (kept->exception) std::rethrow_exception(kept->exception);
   }
 
  private:
-  std::atomic<std::int64_t> lowest_{std::numeric_limits<std::int64_t>::max()};
+  static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max();
+  struct Kept {
+    std::int64_t index = kNone;
+    std::exception_ptr exception;
+  };
+
+  std::atomic<std::int64_t> lowest_{kNone};
   std::mutex mutex_;
-  std::exception_ptr exception_;
+  Kept failure_;
+  Kept interruption_;
 };
+
+/// body   does not throw
+void for_each_block(std::int64_t count, std::int64_t grain,
+                    const std::function<void(std::int64_t begin, std::int64_t end)>& body) {
+  if (count == 0) return;
+  backend::for_each((count - 1) / grain + 1, [&](std::int64_t block) {
+    const std::int64_t begin = block * grain;
+    body(begin, begin + std::min(grain, count - begin));
+  });
+}
 
 }  // namespace
 
@@ -52,15 +84,14 @@ ThreadLimit::~ThreadLimit() { backend::delete_limit(control_); }
 void parallel_for_blocks(std::int64_t count, std::int64_t grain,
                          const std::function<void(std::int64_t begin, std::int64_t end)>& body) {
   TERRACAST_CHECK(count >= 0 && grain > 0, "{} in blocks of {}", count, grain);
-  if (count == 0) return;
   FirstFailure failure;
-  backend::for_each((count - 1) / grain + 1, [&](std::int64_t block) {
-    if (failure.is_before(block)) return;
-    const std::int64_t begin = block * grain;
+  for_each_block(count, grain, [&](std::int64_t begin, std::int64_t end) {
+    if (failure.is_before(begin)) return;
     try {
-      body(begin, begin + std::min(grain, count - begin));
+      throw_if_stop_asked();
+      body(begin, end);
     } catch (...) {
-      failure.note(block);
+      failure.note(begin);
     }
   });
   failure.rethrow();
@@ -71,10 +102,11 @@ void parallel_for(std::int64_t count, const std::function<void(std::int64_t)>& b
   // A thousand pieces balance well on any machine, and their cost (0.1 us each) is not seen.
   const std::int64_t grain = std::max<std::int64_t>(1, count / 1024);
   FirstFailure failure;
-  parallel_for_blocks(count, grain, [&](std::int64_t begin, std::int64_t end) {
+  for_each_block(count, grain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
       if (failure.is_before(i)) return;
       try {
+        throw_if_stop_asked();
         body(i);
       } catch (...) {
         failure.note(i);
@@ -96,14 +128,16 @@ void parallel_in_order(std::int64_t count, int window,
     return failed[static_cast<std::size_t>(i % window)];
   };
   std::atomic<bool> is_wanted{true};
-  std::exception_ptr first_failure;
+  FirstFailure failure;
   backend::in_order(
       count, window, [&] { return is_wanted.load(std::memory_order_relaxed); },
       [&](std::int64_t i) {
         try {
+          throw_if_stop_asked();
           make(i);
         } catch (...) {
           place(i) = std::current_exception();
+          failure.note(i);
         }
       },
       [&](std::int64_t i) {
@@ -111,11 +145,11 @@ void parallel_in_order(std::int64_t count, int window,
           if (place(i)) std::rethrow_exception(place(i));
           consume(i);
         } catch (...) {
-          first_failure = std::current_exception();
+          failure.note(i);
           is_wanted.store(false, std::memory_order_relaxed);
         }
       });
-  if (first_failure) std::rethrow_exception(first_failure);
+  failure.rethrow();
 }
 
 }  // namespace terracast::core

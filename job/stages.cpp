@@ -101,7 +101,8 @@ validate::GroundMapMaker ground_map_of(const world::TileStore& store) {
     if (!(middle.cwiseAbs().maxCoeff() < 0.5 * store.manifest().size_m)) return std::nullopt;
     try {
       return tiler::render_relief(store, world_from_pixel, width_px, height_px);
-    } catch (const core::Error&) {
+    } catch (const core::Error& error) {
+      if (error.kind() == ErrorKind::Interrupted) throw;
       return std::nullopt;  // the report shows the ground by the dataset's depth
     }
   };

@@ -22,6 +22,7 @@ bool Findings::attempt(const std::string& file, const std::function<void()>& wor
     work();
     return true;
   } catch (const core::Error& error) {
+    if (error.kind() == core::ErrorKind::Interrupted) throw;
     add(file, error.message());
   } catch (const std::exception& error) {
     add(file, error.what());

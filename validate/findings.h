@@ -17,7 +17,7 @@ class Findings {
  public:
   void add(const std::string& file, const std::string& what);
 
-  /// Runs `work`; whatever it throws becomes a finding about `file`.
+  /// Runs `work`; whatever it throws becomes a finding about `file`, but for Interrupted.
   /// returns  whether it ended without one
   bool attempt(const std::string& file, const std::function<void()>& work);
 

@@ -12,6 +12,7 @@ TEST(ErrorTest, ExitStatusesAreThoseOfTheManual) {
   EXPECT_EQ(exit_status(ErrorKind::Input), 3);
   EXPECT_EQ(exit_status(ErrorKind::Io), 4);
   EXPECT_EQ(exit_status(ErrorKind::Internal), 70);
+  EXPECT_EQ(exit_status(ErrorKind::Interrupted), 75);
 }
 
 TEST(ErrorTest, ContextIsAddedFromTheInsideOut) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/stop.h"
 
 namespace terracast::core {
 namespace {
@@ -136,6 +137,111 @@ TEST(ParallelTest, InOrderMayHoldLoops) {
       40, 4, [&](std::int64_t) { parallel_for(100, [&](std::int64_t i) { sum += i; }); },
       [](std::int64_t) {});
   EXPECT_EQ(sum, 40 * 4950);
+}
+
+/// What a test asked for does not reach the next one.
+struct StopForTest {
+  ~StopForTest() { forget_stop(); }
+};
+
+/// The kind of error that work throws, and its message.
+template <class Work>
+std::pair<ErrorKind, std::string> error_of(Work&& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return {error.kind(), error.message()};
+  }
+  return {ErrorKind::Internal, "nothing was thrown"};
+}
+
+const std::pair<ErrorKind, std::string> kStopped{
+    ErrorKind::Interrupted, "stopped on request; run the same command again to go on"};
+
+TEST(ParallelTest, OnceAStopIsAskedForNoIndexIsStartedAndRunningBodiesEnd) {
+  std::atomic<int> started = 0;
+  std::atomic<int> ended = 0;
+  const auto body = [&](std::int64_t) {
+    if (++started == 20) ask_to_stop();
+    std::this_thread::sleep_for(1ms);
+    ++ended;
+  };
+  using Loop = std::function<void()>;
+  for (const Loop& loop :
+       {Loop([&] { parallel_for(1000, body); }),
+        Loop([&] { parallel_for_blocks(1000, 1, [&](std::int64_t i, std::int64_t) { body(i); }); }),
+        Loop([&] { parallel_in_order(1000, 4, body, [](std::int64_t) {}); })}) {
+    const StopForTest stop;
+    started = ended = 0;
+    EXPECT_EQ(error_of(loop), kStopped);
+    EXPECT_EQ(started, ended);
+    EXPECT_GE(started, 20);
+    // Those that looked just before: one a thread.
+    EXPECT_LE(started, 20 + static_cast<int>(std::thread::hardware_concurrency()) + 2);
+    const int before = started;
+    EXPECT_EQ(error_of(loop), kStopped);
+    EXPECT_EQ(started, before);
+  }
+}
+
+TEST(ParallelTest, AStopAfterTheLastIndexWasStartedChangesNothing) {
+  const StopForTest stop;
+  parallel_for(1, [](std::int64_t) { ask_to_stop(); });
+  forget_stop();
+  parallel_for_blocks(1, 1, [](std::int64_t, std::int64_t) { ask_to_stop(); });
+  forget_stop();
+  int consumed = 0;
+  parallel_in_order(
+      1, 1, [](std::int64_t) { ask_to_stop(); }, [&](std::int64_t) { ++consumed; });
+  EXPECT_EQ(consumed, 1);
+  EXPECT_NO_THROW(parallel_for(0, [](std::int64_t) {}));
+}
+
+TEST(ParallelTest, AStopHidesNoOtherException) {
+  const auto fail_after_stop = [](std::int64_t i) {
+    if (i != 5) return;
+    ask_to_stop();
+    std::this_thread::sleep_for(5ms);  // others find that no index is started any more
+    fail(ErrorKind::Io, "the disk is full");
+  };
+  const std::pair<ErrorKind, std::string> full{ErrorKind::Io, "the disk is full"};
+  for (int round = 0; round < 20; ++round) {
+    const StopForTest stop;
+    EXPECT_EQ(error_of([&] { parallel_for(1000, fail_after_stop); }), full);
+    forget_stop();
+    EXPECT_EQ(error_of([&] {
+                parallel_for_blocks(1000, 1,
+                                    [&](std::int64_t i, std::int64_t) { fail_after_stop(i); });
+              }),
+              full);
+    forget_stop();
+    EXPECT_EQ(error_of([&] { parallel_in_order(1000, 4, fail_after_stop, [](std::int64_t) {}); }),
+              full);
+    forget_stop();
+    EXPECT_EQ(error_of([&] {
+                parallel_in_order(
+                    1000, 4, [](std::int64_t) {}, fail_after_stop);
+              }),
+              full);
+  }
+}
+
+TEST(ParallelTest, InOrderConsumesAllBeforeTheFirstIndexThatAStopLeftOut) {
+  const StopForTest stop;
+  std::array<std::atomic<bool>, 1000> is_made{};
+  std::int64_t consumed = 0;
+  EXPECT_EQ(error_of([&] {
+              parallel_in_order(
+                  1000, 8,
+                  [&](std::int64_t i) {
+                    if (i == 100) ask_to_stop();
+                    is_made[static_cast<std::size_t>(i)] = true;
+                  },
+                  [&](std::int64_t i) { EXPECT_EQ(i, consumed++); });
+            }),
+            kStopped);
+  const auto first_left_out = std::find(is_made.begin(), is_made.end(), false);
+  EXPECT_EQ(consumed, first_left_out - is_made.begin());
 }
 
 /// The most calls of a loop that ran at one time.

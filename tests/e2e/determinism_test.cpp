@@ -92,5 +92,44 @@ TEST(Resume, KilledAtTwentyRandomMomentsItEndsInTheSameBytesAndRepeatsNoFrame) {
   EXPECT_GE(num_killed, 10) << "most kills came after the end: the test saw nothing";
 }
 
+int num_temporaries(const fs::path& folder) {
+  int count = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    count += entry.path().filename().string().starts_with(".terracast-tmp-") ? 1 : 0;
+  return count;
+}
+
+TEST(Stopping, AskedByASignalARunEndsSoonAndWholeAndGoesOnToTheSameBytes) {
+  const ScratchFolder scratch;
+  const std::string text =
+      replaced(replaced(tiny_job_text(), "finest_spacing_m = 4.0", "finest_spacing_m = 16.0"),
+               "num_frames = 4", "num_frames = 20");
+  const auto config = write_text(scratch / "job.toml", text).string();
+  const auto out = scratch / "stopped";
+  std::size_t num_finished = 0;  // when the signal was sent
+  const auto is_in_the_middle = [&] {
+    num_finished = finished_frames(out / "capture").size();
+    return num_finished >= 5;
+  };
+  const auto stopped = run_program({"run", config, "--out", out.string(), "-q"},
+                                   {.terminate_when = is_in_the_middle});
+  EXPECT_EQ(stopped.status, 75) << stopped.output;
+  EXPECT_EQ(stopped.output, "stopped on request; run the same command again to go on\n");
+  const auto before = finished_frames(out / "capture");
+  // Two frames may be in work when the signal comes, and some end before it is sent.
+  EXPECT_LE(before.size(), num_finished + 6);
+  EXPECT_EQ(num_temporaries(out), 0);
+
+  const auto resumed = run_program({"run", config, "--out", out.string(), "-q"});
+  ASSERT_EQ(resumed.status, 0) << resumed.output;
+  const auto after = finished_frames(out / "capture");
+  for (const auto& [frame, time] : before)
+    EXPECT_EQ(after.at(frame), time) << frame << " was rendered again";
+  const auto whole = run_program({"run", config, "--out", (scratch / "whole").string(), "-q"});
+  ASSERT_EQ(whole.status, 0) << whole.output;
+  for (const char* part : {"world", "capture", "export"})
+    EXPECT_EQ(first_difference(scratch / "whole" / part, out / part), "");
+}
+
 }  // namespace
 }  // namespace terracast::test

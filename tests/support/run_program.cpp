@@ -34,6 +34,7 @@ ProgramResult run_command(const std::string& program, const std::vector<std::str
   const auto start = std::chrono::steady_clock::now();
   ProgramResult result;
   bool was_killed = false;
+  bool was_terminated = false;
   for (;;) {
     int state = 0;
     rusage usage{};
@@ -47,6 +48,10 @@ ProgramResult run_command(const std::string& program, const std::vector<std::str
     if (!was_killed && limits.kill_after_s >= 0.0 && elapsed_s >= limits.kill_after_s) {
       ::kill(child, SIGKILL);
       was_killed = true;
+    }
+    if (!was_terminated && limits.terminate_when && limits.terminate_when()) {
+      ::kill(child, SIGTERM);
+      was_terminated = true;
     }
     if (elapsed_s > limits.timeout_s) {
       ::kill(child, SIGKILL);

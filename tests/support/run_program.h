@@ -2,6 +2,7 @@
 
 #include <signal.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ struct ProgramResult {
 struct ProgramLimits {
   double timeout_s = 300.0;
   double kill_after_s = -1.0;  ///< SIGKILL at this time; negative: never
+  /// SIGTERM as soon as this holds; asked every few ms.
+  std::function<bool()> terminate_when = {};
 };
 
 /// Runs a program with arguments; its output goes through a file, so that nothing can block.

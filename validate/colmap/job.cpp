@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "core/stop.h"
 #include "validate/checks/checker.h"
 #include "validate/sampling.h"
 
@@ -174,6 +175,7 @@ std::vector<CheckResult> run_colmap_modes(const Dataset& dataset, const Sequence
                        work.string());
       for (CheckResult& result : mode.run(job)) results.push_back(std::move(result));
     } catch (const ColmapFailure& thrown) {
+      core::throw_if_stop_asked();  // the same signal may have ended COLMAP
       failure = thrown.what();
     } catch (const core::Error& thrown) {
       if (thrown.kind() != core::ErrorKind::Input) throw;

@@ -1,0 +1,24 @@
+#pragma once
+
+namespace terracast::core {
+
+/// From now on SIGTERM and SIGINT ask the work of this process to stop, instead of ending it. A second
+/// SIGINT ends the process at once, as it does by default. A signal that is ignored stays so.
+void catch_stop_signals();
+
+/// Whether a stop was asked for: by a signal, or by ask_to_stop. Costs a load from memory. Threads:
+/// safe.
+bool stop_asked();
+
+/// What work does before each of its steps that can be done again (core/parallel.h does so before each
+/// index).
+/// throws   Interrupted: a stop was asked for
+void throw_if_stop_asked();
+
+/// Asks as a signal does.
+void ask_to_stop();
+
+/// Takes the asking back, for tests: a process that was asked to stop ends.
+void forget_stop();
+
+}  // namespace terracast::core

@@ -1,0 +1,69 @@
+#include "core/stop.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include "core/error.h"
+
+namespace terracast::core {
+namespace {
+
+// Handlers are the whole process's: each test of them has a process of its own, which tells what it
+// saw by its exit status.
+
+TEST(StopDeathTest, SigtermAndTheFirstSigintAskAndEndNothing) {
+  for (const int number : {SIGTERM, SIGINT}) {
+    EXPECT_EXIT(
+        {
+          catch_stop_signals();
+          const bool was_asked = stop_asked();
+          ::raise(number);
+          ::_exit(!was_asked && stop_asked() ? 0 : 1);
+        },
+        testing::ExitedWithCode(0), "");
+  }
+}
+
+TEST(StopDeathTest, ASecondSigintEndsTheProcessAndASecondSigtermDoesNot) {
+  EXPECT_EXIT(
+      {
+        catch_stop_signals();
+        ::raise(SIGTERM);
+        ::raise(SIGTERM);
+        ::raise(SIGINT);
+        ::raise(SIGINT);
+        ::_exit(0);
+      },
+      testing::KilledBySignal(SIGINT), "");
+}
+
+TEST(StopDeathTest, AnIgnoredSignalStaysIgnored) {
+  EXPECT_EXIT(
+      {
+        ::signal(SIGINT, SIG_IGN);
+        catch_stop_signals();
+        ::raise(SIGINT);
+        ::raise(SIGINT);
+        ::_exit(stop_asked() ? 1 : 0);
+      },
+      testing::ExitedWithCode(0), "");
+}
+
+TEST(StopTest, AskingThrowsUntilItIsTakenBack) {
+  EXPECT_FALSE(stop_asked());
+  EXPECT_NO_THROW(throw_if_stop_asked());
+  ask_to_stop();
+  EXPECT_TRUE(stop_asked());
+  try {
+    throw_if_stop_asked();
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::Interrupted);
+  }
+  forget_stop();
+  EXPECT_NO_THROW(throw_if_stop_asked());
+}
+
+}  // namespace
+}  // namespace terracast::core
