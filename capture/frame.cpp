@@ -4,6 +4,13 @@
 
 namespace terracast::capture {
 
+std::vector<int> FrameSelection::frames_of(int num_frames) const {
+  std::vector<int> frames;
+  for (std::int64_t frame = first; frame < std::min(end, num_frames); frame += step)
+    frames.push_back(static_cast<int>(frame));
+  return frames;
+}
+
 int SequenceInfo::camera_index(const std::string& rig, const std::string& camera) const {
   for (std::size_t i = 0; i < cameras.size(); ++i)
     if (cameras[i].rig == rig && cameras[i].name == camera) return static_cast<int>(i);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -68,6 +69,18 @@ struct FrameRecord {
   Eigen::Vector3d angular_velocity_body_radps = Eigen::Vector3d::Zero();
   std::vector<CameraRecord> cameras;  ///< in the order of SequenceInfo::cameras
   bool operator==(const FrameRecord&) const = default;
+};
+
+/// Some frames of a sequence: first, first + step, … below end. A shard i/n is every n-th from i on; a
+/// range is first to end.
+struct FrameSelection {
+  int first = 0;
+  int end = std::numeric_limits<int>::max();
+  int step = 1;
+  bool operator==(const FrameSelection&) const = default;
+
+  /// Those of a sequence of so many, ascending.
+  std::vector<int> frames_of(int num_frames) const;
 };
 
 /// A point of the surface that is followed through the whole sequence.

@@ -199,9 +199,10 @@ bool SequenceWriter::finish_sequence() const {
   return true;
 }
 
-std::optional<std::vector<int>> give_up_damaged_frames(const fs::path& folder,
-                                                       const SequenceInfo& info, int first,
-                                                       int step) {
+// Nothing is removed: another process may have rendered a damaged frame again meanwhile.
+std::optional<std::vector<int>> find_damaged_frames(const fs::path& folder,
+                                                    const SequenceInfo& info,
+                                                    const FrameSelection& selection) {
   const fs::path manifest_file = folder / kManifestFile;
   if (!fs::exists(manifest_file)) return std::nullopt;
   Manifest manifest;
@@ -214,28 +215,23 @@ std::optional<std::vector<int>> give_up_damaged_frames(const fs::path& folder,
   if (!is_whole(folder, manifest.files[0]) || !is_whole(folder, manifest.files[1]))
     return std::nullopt;
 
-  std::vector<std::uint8_t> is_damaged(static_cast<std::size_t>(info.num_frames));
-  core::parallel_for(info.num_frames, [&](std::int64_t i) {
-    const FrameFile& entry = manifest.files[static_cast<std::size_t>(i) + 2];
+  const std::vector<int> frames = selection.frames_of(info.num_frames);
+  std::vector<std::uint8_t> is_damaged(frames.size());
+  core::parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    const FrameFile& entry = manifest.files[static_cast<std::size_t>(frames[at]) + 2];
     bool is_right = is_whole(folder, entry);
-    if (is_right && i >= first && (i - first) % step == 0) {
+    if (is_right) {
       const std::string file = (folder / entry.path).string();
       for (const CameraRecord& camera :
            record_from_json(core::Json::read(file), info, file).cameras)
         is_right = is_right && is_whole(folder, camera.color) && is_whole(folder, camera.facts);
     }
-    is_damaged[static_cast<std::size_t>(i)] = is_right ? 0 : 1;
+    is_damaged[at] = is_right ? 0 : 1;
   });
   std::vector<int> damaged;
-  for (int i = 0; i < info.num_frames; ++i) {
-    if (is_damaged[static_cast<std::size_t>(i)] == 0) continue;
-    damaged.push_back(i);
-    std::error_code error;
-    fs::remove(folder / record_path(i), error);
-    if (error)
-      fail(ErrorKind::Io, "{}: cannot be removed: {}", (folder / record_path(i)).string(),
-           error.message());
-  }
+  for (std::size_t at = 0; at < frames.size(); ++at)
+    if (is_damaged[at] != 0) damaged.push_back(frames[at]);
   return damaged;
 }
 

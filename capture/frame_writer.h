@@ -18,7 +18,8 @@ namespace terracast::capture {
 ///
 /// Everything is written atomically; nothing holds threads, hosts, times of day or absolute paths.
 /// threads   write_camera and finish_frame are safe for different frames and cameras; several
-///           processes (shards) may write one sequence
+///           processes may write one sequence, also the same frames of it: all write the same bytes,
+///           each file is put in place whole, and none is ever removed
 class SequenceWriter {
  public:
   /// throws   Config: the folder holds a sequence of other inputs (says both hashes and that
@@ -35,7 +36,9 @@ class SequenceWriter {
 
   void finish_frame(const FrameRecord& record) const;
 
-  /// Writes manifest.json (every record with its hash) when all frames are there.
+  /// Writes manifest.json (every record with its hash) when all frames are there. Of several processes
+  /// that write a sequence, each of which calls this after its last frame, at least the last to call
+  /// finds them all.
   /// returns   whether they were
   bool finish_sequence() const;
 
@@ -44,15 +47,14 @@ class SequenceWriter {
   SequenceInfo info_;
 };
 
-/// Checks a finished sequence against the hashes of its manifest and records. Frames that lost a
-/// file, or hold one that changed, lose their record: they count as not rendered yet.
-/// first, step   images are read of the frames first, first + step, …; records of all frames
-/// returns       the frames that lost their record; nothing when the sequence is not finished
-/// cost          reads those files once
-/// throws        Io
-std::optional<std::vector<int>> give_up_damaged_frames(const std::filesystem::path& folder,
-                                                       const SequenceInfo& info, int first,
-                                                       int step);
+/// Checks frames of a finished sequence against the hashes of its manifest and records.
+/// returns   those of the selection that lost a file, or hold one that changed, ascending; nothing when
+///           the sequence is not finished
+/// cost      reads the selection's files once
+/// throws    Io
+std::optional<std::vector<int>> find_damaged_frames(const std::filesystem::path& folder,
+                                                    const SequenceInfo& info,
+                                                    const FrameSelection& selection);
 
 /// Encoded facts of a frame, for benchmarks and tests: what write_camera puts on disk.
 std::vector<std::byte> encode_color(const CameraFrame& frame);

@@ -51,7 +51,8 @@ core::LogLevel log_level(const Arguments& args) {
   return args.verbose ? core::LogLevel::Debug : core::LogLevel::Info;
 }
 
-render::Shard shard_from_text(const std::string& text) {
+/// The frames of a shard INDEX/COUNT.
+capture::FrameSelection shard_from_text(const std::string& text) {
   const auto refuse = [&] {
     fail(ErrorKind::Usage,
          "--shard {}: shards are written INDEX/COUNT and counted from 0, as 0/4 to 3/4", text);
@@ -64,10 +65,10 @@ render::Shard shard_from_text(const std::string& text) {
       refuse();
     return std::stoi(digits);
   };
-  const render::Shard shard{.index = number(text.substr(0, slash)),
-                            .count = number(text.substr(slash + 1))};
-  if (shard.index >= shard.count) refuse();
-  return shard;
+  const int index = number(text.substr(0, slash));
+  const int count = number(text.substr(slash + 1));
+  if (index >= count) refuse();
+  return {.first = index, .step = count};
 }
 
 /// Runs a command on a config with its log, events file and thread limit.
@@ -122,7 +123,7 @@ int run_tile(const Arguments& args) {
 }
 
 int run_render(const Arguments& args) {
-  const render::Shard shard = shard_from_text(args.shard);
+  const capture::FrameSelection shard = shard_from_text(args.shard);
   return with_job(args, [&](const Job& job, const core::Context& context) {
     job::render(job, open_store(args), shard, OutputFolders(args.out).captures, context);
     return 0;

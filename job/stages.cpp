@@ -44,7 +44,7 @@ void check_detail(const world::TileStore& store, const render::SequencePlan& seq
          store.folder().string(), sequence.name, tile->spacing_m(), tile->name());
 }
 
-void render(const Job& job, const world::TileStore& store, const render::Shard& shard,
+void render(const Job& job, const world::TileStore& store, const capture::FrameSelection& selection,
             const fs::path& captures, const core::Context& context) {
   const core::Log log = context.log.for_stage("render");
   const core::StageCost cost(context.with_log(log), "render");
@@ -52,7 +52,7 @@ void render(const Job& job, const world::TileStore& store, const render::Shard& 
     core::with_context(
         [&] {
           check_detail(store, sequence);
-          render::run_render_stage(store, sequence, job.config.tracing, shard,
+          render::run_render_stage(store, sequence, job.config.tracing, selection,
                                    captures / sequence.name, context.with_log(log));
         },
         fmt::format("rendering sequence {}", sequence.name));

@@ -19,7 +19,8 @@ struct OutputFolders {
 
 world::TileStore tile(const Job& job, const std::filesystem::path& store,
                       const core::Context& context);
-void render(const Job& job, const world::TileStore& store, const render::Shard& shard,
+/// selection   of the frames of each sequence
+void render(const Job& job, const world::TileStore& store, const capture::FrameSelection& selection,
             const std::filesystem::path& captures, const core::Context& context);
 /// Needs the config and the capture alone.
 /// throws   Config: no format, or a sequence that was captured with another config

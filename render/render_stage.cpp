@@ -100,12 +100,15 @@ capture::ShownGeometry geometry_of(const SequencePlan& plan, const world::TileSt
   return geometry;
 }
 
-void check_plan(const SequencePlan& plan, const Shard& shard) {
+void check_plan(const SequencePlan& plan, const capture::FrameSelection& selection) {
   if (plan.states.empty()) fail(ErrorKind::Config, "sequence {} has no frames", plan.name);
   if (plan.cameras.empty()) fail(ErrorKind::Config, "sequence {} has no cameras", plan.name);
-  if (shard.count < 1 || shard.index < 0 || shard.index >= shard.count) {
-    fail(ErrorKind::Usage, "shard {}/{}: shards count from 0 to one less than their number",
-         shard.index, shard.count);
+  if (selection.first < 0 || selection.end < selection.first || selection.step < 1) {
+    fail(ErrorKind::Usage,
+         "frames {} to {} by {}: frames count from 0, a selection ends where it begins or later, "
+         "and "
+         "its step is 1 or more",
+         selection.first, selection.end, selection.step);
   }
   plan.conditions.validate();
 }
@@ -339,16 +342,18 @@ capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::T
 }
 
 void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
-                      const world::RayQueryOptions& tracing, const Shard& shard,
-                      const std::filesystem::path& folder, const core::Context& context) {
-  check_plan(plan, shard);
+                      const world::RayQueryOptions& tracing,
+                      const capture::FrameSelection& selection, const std::filesystem::path& folder,
+                      const core::Context& context) {
+  check_plan(plan, selection);
   check_inside(plan, geo::WorldFrame(store.manifest().origin), store.manifest().size_m);
   const core::ThreadLimit threads(context.num_threads);
   const capture::SequenceInfo info = describe_sequence(plan, store);
+  const std::vector<int> selected = selection.frames_of(info.num_frames);
   const std::optional<std::vector<int>> damaged =
-      capture::give_up_damaged_frames(folder, info, shard.index, shard.count);
+      capture::find_damaged_frames(folder, info, selection);
   if (damaged && damaged->empty()) {
-    context.log.info("sequence {}: all {} frames are there", plan.name, info.num_frames);
+    context.log.info("sequence {}: all {} frames are there", plan.name, selected.size());
     return;
   }
   if (damaged) {
@@ -364,14 +369,13 @@ void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
                     static_cast<std::uint64_t>(plan.seed), context.log);
   const capture::SequenceWriter writer(folder, info, tracks);
 
+  const auto is_finished = [&](int frame) {
+    return damaged ? !std::binary_search(damaged->begin(), damaged->end(), frame)
+                   : writer.has_frame(frame);
+  };
   std::vector<int> frames;
-  int num_skipped = 0;
-  for (int frame = shard.index; frame < info.num_frames; frame += shard.count) {
-    if (writer.has_frame(frame))
-      ++num_skipped;
-    else
-      frames.push_back(frame);
-  }
+  std::remove_copy_if(selected.begin(), selected.end(), std::back_inserter(frames), is_finished);
+  const std::size_t num_skipped = selected.size() - frames.size();
   context.log.info("sequence {}: {} frames of {} cameras to render, {} are there; {} tiles, {}",
                    plan.name, frames.size(), plan.cameras.size(), num_skipped, query.cut().size(),
                    query.profile());
@@ -386,9 +390,8 @@ void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
   for (const capture::TrackPoint& track : tracks)
     work.track_points_world.push_back(track.point_world);
   {
-    core::Progress progress(context, "frames",
-                            static_cast<std::int64_t>(frames.size()) + num_skipped);
-    progress.skip(num_skipped);
+    core::Progress progress(context, "frames", static_cast<std::int64_t>(selected.size()));
+    progress.skip(static_cast<std::int64_t>(num_skipped));
     work.render_frames(frames, progress);
   }
   const world::RayQueryStats stats = query.stats();
@@ -396,7 +399,7 @@ void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
                    plan.name, stats.num_tiles_loaded, stats.num_tiles_waited,
                    static_cast<double>(stats.peak_bytes_resident) * 1e-9, stats.num_recasts);
   if (!writer.finish_sequence())
-    context.log.info("sequence {}: frames of other shards are missing yet", plan.name);
+    context.log.info("sequence {}: frames of other runs are missing yet", plan.name);
 }
 
 }  // namespace terracast::render

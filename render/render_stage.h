@@ -49,12 +49,6 @@ struct SequencePlan {
   std::string config_toml;
 };
 
-/// Which frames this run renders: those with index % count == shard.
-struct Shard {
-  int index = 0;
-  int count = 1;
-};
-
 /// Every camera at every frame stands inside the square of `size_m` round the world's origin.
 /// throws Input: one does not, named with its place
 void check_inside(const SequencePlan& plan, const geo::WorldFrame& frame_of_world, double size_m);
@@ -68,13 +62,17 @@ std::vector<world::Viewpoint> viewpoints_of(const std::vector<geo::BodyState>& s
 /// input_hash).
 capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::TileStore& store);
 
-/// Renders this shard's unfinished frames of a sequence into `folder`. Finished ones are never
+/// Renders the unfinished ones of some frames of a sequence into `folder`. Finished ones are never
 /// rendered again, but those of a finished sequence that lost a file or are damaged. Writes the
 /// sequence's manifest when all frames are there.
+///
+/// Several processes may render a sequence into one folder, each its own frames or the same ones: the
+/// last to end has written the manifest.
 /// throws   Input: a camera under the ground or outside the world (frame, place, how far); Config:
-///          `folder` holds another sequence; Io
+///          `folder` holds another sequence; Usage: a selection that is none; Io
 void run_render_stage(const world::TileStore& store, const SequencePlan& plan,
-                      const world::RayQueryOptions& tracing, const Shard& shard,
-                      const std::filesystem::path& folder, const core::Context& context);
+                      const world::RayQueryOptions& tracing,
+                      const capture::FrameSelection& selection, const std::filesystem::path& folder,
+                      const core::Context& context);
 
 }  // namespace terracast::render

@@ -413,26 +413,46 @@ TEST(SequenceFiles, AnUnusableSequenceIsRefusedBeforeWriting) {
 }
 
 // Seen in 2026: a finished sequence that was damaged counted as finished for ever.
-TEST(GiveUpDamagedFrames, TakesBackTheRecordsOfThoseThatAreAskedFor) {
+TEST(FrameSelection, HoldsEveryStepFromTheFirstBelowTheEnd) {
+  for (const int num_frames : {1, 7, 10}) {
+    for (const FrameSelection& selection :
+         {FrameSelection{}, FrameSelection{.first = 2, .step = 3}, FrameSelection{.end = 7},
+          FrameSelection{.first = 3, .end = 9, .step = 2}, FrameSelection{.first = 4, .end = 4},
+          FrameSelection{.first = 12}, FrameSelection{.step = std::numeric_limits<int>::max()}}) {
+      std::vector<int> expected;
+      for (int frame = 0; frame < num_frames; ++frame)
+        if (frame >= selection.first && frame < selection.end &&
+            (frame - selection.first) % selection.step == 0)
+          expected.push_back(frame);
+      EXPECT_EQ(selection.frames_of(num_frames), expected);
+    }
+  }
+}
+
+TEST(FindDamagedFrames, NamesThoseOfTheSelectionAndRemovesNothing) {
   const ScratchFolder scratch;
   const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
   const SequenceInfo info = test::tiny_sequence(kSmall);
-  EXPECT_EQ(give_up_damaged_frames(folder, info, 0, 1), std::vector<int>());
+  EXPECT_EQ(find_damaged_frames(folder, info, {}), std::vector<int>());
 
   const fs::path image = folder / facts_path(info.cameras[0], 1);
   std::vector<std::byte> bytes = core::read_file(image);
   bytes[bytes.size() / 2] ^= std::byte{1};
   core::write_file(image, bytes);
-  EXPECT_EQ(give_up_damaged_frames(folder, info, 0, 2), std::vector<int>());  // another shard's
-  EXPECT_EQ(give_up_damaged_frames(folder, info, 1, 2), std::vector<int>{1});
-  EXPECT_FALSE(fs::exists(folder / record_path(1)));
-  EXPECT_TRUE(fs::exists(folder / record_path(0)));
+  EXPECT_EQ(find_damaged_frames(folder, info, {.first = 0, .step = 2}), std::vector<int>());
+  EXPECT_EQ(find_damaged_frames(folder, info, {.first = 0, .end = 1}), std::vector<int>());
+  EXPECT_EQ(find_damaged_frames(folder, info, {.first = 1, .end = 2}), std::vector<int>{1});
+  EXPECT_EQ(find_damaged_frames(folder, info, {.first = 1, .step = 2}), std::vector<int>{1});
+  // Another process may have rendered it again meanwhile: it is not for this one to remove.
+  EXPECT_TRUE(fs::exists(folder / record_path(1)));
+  fs::remove(folder / record_path(0));
+  EXPECT_EQ(find_damaged_frames(folder, info, {}), (std::vector<int>{0, 1}));
 
   SequenceInfo other = info;
   other.input_hash = "another";
-  EXPECT_EQ(give_up_damaged_frames(folder, other, 0, 1), std::nullopt);
+  EXPECT_EQ(find_damaged_frames(folder, other, {}), std::nullopt);
   fs::remove(folder / kManifestFile);
-  EXPECT_EQ(give_up_damaged_frames(folder, info, 0, 1), std::nullopt);  // not finished
+  EXPECT_EQ(find_damaged_frames(folder, info, {}), std::nullopt);  // not finished
 }
 
 }  // namespace

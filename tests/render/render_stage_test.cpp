@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <thread>
 
 #include "capture/frame_reader.h"
 #include "core/atomic_file.h"
@@ -25,15 +26,16 @@ std::map<std::string, std::vector<std::byte>> bytes_of(const fs::path& folder) {
 
 class RenderStage : public testing::Test {
  protected:
-  void render(const SequencePlan& plan, const fs::path& folder, const Shard& shard = {},
-              int num_threads = 2, const world::RayQueryOptions& tracing = {}) {
+  void render(const SequencePlan& plan, const fs::path& folder,
+              const capture::FrameSelection& selection = {}, int num_threads = 2,
+              const world::RayQueryOptions& tracing = {}) {
     const core::Log log("test", core::LogLevel::Off);
     const core::Context context{.log = log, .num_threads = num_threads, .events_file = {}};
-    run_render_stage(store_, plan, tracing, shard, folder, context);
+    run_render_stage(store_, plan, tracing, selection, folder, context);
   }
-  core::Error error_of(const SequencePlan& plan, const Shard& shard = {}) {
+  core::Error error_of(const SequencePlan& plan, const capture::FrameSelection& selection = {}) {
     try {
-      render(plan, scratch_ / "refused", shard);
+      render(plan, scratch_ / "refused", selection);
     } catch (const core::Error& error) {
       return error;
     }
@@ -50,12 +52,12 @@ TEST_F(RenderStage, BytesDoNotDependOnThreadsShardsOriginOrInterruption) {
   const auto whole = bytes_of(scratch_ / "whole");
   EXPECT_EQ(whole.count("manifest.json"), 1u);
 
-  render(plan, scratch_ / "halves", {.index = 1, .count = 2}, 1);
+  render(plan, scratch_ / "halves", {.first = 1, .step = 2}, 1);
   EXPECT_EQ(bytes_of(scratch_ / "halves").count("manifest.json"), 0u);
   world::RayQueryOptions moved;
   moved.local_origin_world = {512.5, -33.3, 90.0};
   moved.memory_bytes = 64e6;
-  render(plan, scratch_ / "halves", {.index = 0, .count = 2}, 2, moved);
+  render(plan, scratch_ / "halves", {.first = 0, .step = 2}, 2, moved);
   EXPECT_EQ(whole, bytes_of(scratch_ / "halves"));
 
   // As a kill leaves it: a frame without its record, another with half its images; finished frames
@@ -67,6 +69,45 @@ TEST_F(RenderStage, BytesDoNotDependOnThreadsShardsOriginOrInterruption) {
   render(plan, scratch_ / "halves");
   EXPECT_EQ(whole, bytes_of(scratch_ / "halves"));
   EXPECT_EQ(kept, fs::last_write_time(scratch_ / "halves" / "pair" / "left" / "000001.png"));
+}
+
+TEST_F(RenderStage, RangesMakeAWholeSequence) {
+  const SequencePlan plan = test::small_plan(3, 24, 16);
+  render(plan, scratch_ / "whole");
+  render(plan, scratch_ / "ranges", {.first = 1, .end = 3});
+  EXPECT_EQ(bytes_of(scratch_ / "ranges").count("frames/000000.json"), 0u);
+  EXPECT_EQ(bytes_of(scratch_ / "ranges").count("manifest.json"), 0u);
+  render(plan, scratch_ / "ranges", {.first = 0, .end = 0});  // none
+  EXPECT_EQ(bytes_of(scratch_ / "ranges").count("frames/000000.json"), 0u);
+  render(plan, scratch_ / "ranges", {.first = 0, .end = 1});
+  EXPECT_EQ(bytes_of(scratch_ / "whole"), bytes_of(scratch_ / "ranges"));
+}
+
+TEST_F(RenderStage, RunsAtTheSameTimeOfTheSameOrOtherFramesEndInAWholeSequence) {
+  const SequencePlan plan = test::small_plan(5, 24, 16);
+  render(plan, scratch_ / "whole");
+  const auto whole = bytes_of(scratch_ / "whole");
+  const fs::path folder = scratch_ / "together";
+  const std::vector<capture::FrameSelection> selections = {{.first = 0, .end = 3},
+                                                           {.first = 0, .end = 3},
+                                                           {.first = 2, .end = 5},
+                                                           {.first = 1, .step = 2}};
+  for (int round = 0; round < 2; ++round) {
+    fs::remove_all(folder);
+    // At first there is nothing; then the sequence is finished, but has damaged frames.
+    for (const bool is_finished : {false, true}) {
+      if (is_finished) {
+        fs::remove(folder / "frames" / "000001.json");
+        core::write_file(folder / "pair" / "left" / "000002.png", std::string_view("damaged"));
+        core::write_file(folder / "frames" / "000004.json", std::string_view("damaged"));
+      }
+      std::vector<std::jthread> runs;
+      for (const capture::FrameSelection& selection : selections)
+        runs.emplace_back([&, selection] { render(plan, folder, selection); });
+      runs.clear();
+      EXPECT_EQ(whole, bytes_of(folder)) << "round " << round;
+    }
+  }
 }
 
 TEST_F(RenderStage, TheCaptureHoldsWhatThePlanSays) {
@@ -121,7 +162,9 @@ TEST_F(RenderStage, CamerasUnderGroundOrOutsideTheWorldAreNamed) {
 
 TEST_F(RenderStage, PlansThatMakeNoSenseAreRefused) {
   SequencePlan plan = test::small_plan(1, 24, 16);
-  EXPECT_EQ(error_of(plan, {.index = 3, .count = 3}).kind(), core::ErrorKind::Usage);
+  EXPECT_EQ(error_of(plan, {.first = -1}).kind(), core::ErrorKind::Usage);
+  EXPECT_EQ(error_of(plan, {.first = 3, .end = 2}).kind(), core::ErrorKind::Usage);
+  EXPECT_EQ(error_of(plan, {.step = 0}).kind(), core::ErrorKind::Usage);
   plan.states.clear();
   EXPECT_EQ(error_of(plan).kind(), core::ErrorKind::Config);
   plan = test::small_plan(1, 24, 16);
