@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
+#include <stdio.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -123,17 +124,50 @@ class TemporaryFile {
   const fs::path& path() const { return temporary_; }
 
   void rename() {
-    if (::rename(temporary_.c_str(), file_.c_str()) != 0)
-      fail(ErrorKind::Io, "{}: cannot be put in place: {}", file_.string(), reason(errno));
+    if (::rename(temporary_.c_str(), file_.c_str()) != 0) fail_to_put_in_place();
     renamed_ = true;
+    sync_folder();
+  }
+
+  /// Puts the file in place unless there is one; says whether it did.
+  bool rename_if_new() {
+    if (::link(temporary_.c_str(), file_.c_str()) == 0 || has_second_name()) {
+      sync_folder();
+      return true;
+    }
+    if (errno == EEXIST) return false;
+    // A file system without links, such as FAT.
+    if (::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, file_.c_str(), RENAME_NOREPLACE) != 0) {
+      if (errno == EEXIST) return false;
+      fail_to_put_in_place();
+    }
+    renamed_ = true;
+    sync_folder();
+    return true;
+  }
+
+ private:
+  /// Over NFS a link may be made and its answer lost; the repeated request then fails.
+  bool has_second_name() const {
+    const int error = errno;
+    struct stat status {};
+    const bool has = ::stat(temporary_.c_str(), &status) == 0 && status.st_nlink == 2;
+    errno = error;
+    return has;
+  }
+
+  [[noreturn]] void fail_to_put_in_place() const {
+    fail(ErrorKind::Io, "{}: cannot be put in place: {}", file_.string(), reason(errno));
+  }
+
+  void sync_folder() const {
     const fs::path folder = file_.has_parent_path() ? file_.parent_path() : fs::path(".");
     const FileDescriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    // Some file systems cannot sync a folder; they say EINVAL, and the rename stands.
+    // Some file systems cannot sync a folder; they say EINVAL, and the new name stands.
     if (descriptor.get() < 0 || (::fsync(descriptor.get()) != 0 && errno != EINVAL))
       fail(ErrorKind::Io, "{}: its folder cannot be synced: {}", file_.string(), reason(errno));
   }
 
- private:
   fs::path file_;
   fs::path temporary_;
   bool renamed_ = false;
@@ -158,10 +192,9 @@ fs::path target_of(const fs::path& file) {
   return target;
 }
 
-}  // namespace
-
-void write_file(const fs::path& file, std::span<const std::byte> bytes) {
-  TemporaryFile temporary(target_of(file));
+/// Writes and syncs a temporary file that stands for `file`.
+void write_temporary(const TemporaryFile& temporary, const fs::path& file,
+                     std::span<const std::byte> bytes) {
   FileDescriptor descriptor(
       ::open(temporary.path().c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
   if (descriptor.get() < 0)
@@ -179,11 +212,24 @@ void write_file(const fs::path& file, std::span<const std::byte> bytes) {
     fail(ErrorKind::Io, "{}: cannot be synced: {}", file.string(), reason(errno));
   if (const int error = descriptor.close(); error != 0)
     fail(ErrorKind::Io, "{}: cannot be closed: {}", file.string(), reason(error));
+}
+
+}  // namespace
+
+void write_file(const fs::path& file, std::span<const std::byte> bytes) {
+  TemporaryFile temporary(target_of(file));
+  write_temporary(temporary, file, bytes);
   temporary.rename();
 }
 
 void write_file(const fs::path& file, std::string_view text) {
   write_file(file, std::as_bytes(std::span(text)));
+}
+
+bool write_new_file(const fs::path& file, std::string_view text) {
+  TemporaryFile temporary(target_of(file));
+  write_temporary(temporary, file, std::as_bytes(std::span(text)));
+  return temporary.rename_if_new();
 }
 
 void write_file_by(const fs::path& file, const std::function<void(const fs::path&)>& write) {

@@ -17,7 +17,12 @@ namespace terracast::core {
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& file, std::string_view text);
 
-/// The same for libraries that insist on writing to a path: `write` gets the temporary path (same
+/// The same for a file that nobody wrote yet. Of several that write it at once, on whatever
+/// machines, one puts its text there and gets true; the others get false, and that text is there.
+/// throws   Io: as write_file(); the file system can do neither links nor renames that keep a file
+bool write_new_file(const std::filesystem::path& file, std::string_view text);
+
+/// The same as write_file() for libraries that insist on writing to a path: `write` gets the temporary path (same
 /// extension).
 void write_file_by(const std::filesystem::path& file,
                    const std::function<void(const std::filesystem::path& temporary)>& write);

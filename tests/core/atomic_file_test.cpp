@@ -215,6 +215,43 @@ TEST(AtomicFileTest, ReadersOfAFileThatManyWriteSeeWholeOnes) {
   EXPECT_THAT(names_in(folder.path()), testing::ElementsAre("shared"));
 }
 
+TEST(AtomicFileTest, OneOfManyWritersOfANewFileIsTheFirst) {
+  const test::ScratchFolder folder;
+  for (int round = 0; round < 20; ++round) {
+    const fs::path file = folder / std::to_string(round);
+    const fs::path start = folder / ("start" + std::to_string(round));
+    std::vector<pid_t> writers;
+    for (int writer = 0; writer < 6; ++writer) {
+      const pid_t child = ::fork();
+      if (child == 0) {
+        try {
+          while (!fs::exists(start)) std::this_thread::yield();
+          ::_exit(write_new_file(file, std::string(5000, static_cast<char>('a' + writer))) ? 1 : 0);
+        } catch (...) {
+          ::_exit(2);
+        }
+      }
+      writers.push_back(child);
+    }
+    write_file(start, "");
+    std::string first;
+    for (std::size_t i = 0; i < writers.size(); ++i) {
+      int status = 0;
+      ::waitpid(writers[i], &status, 0);
+      ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) < 2) << status;
+      if (WEXITSTATUS(status) == 1) first += static_cast<char>('a' + i);
+    }
+    ASSERT_EQ(first.size(), 1U) << "writers that were told to be the first: " << first;
+    EXPECT_EQ(read_text_file(file), std::string(5000, first[0]));
+    fs::remove(start);
+  }
+  EXPECT_EQ(names_in(folder.path()).size(), 20U);  // no temporaries are left
+  EXPECT_FALSE(write_new_file(folder / "0", "later"));
+  EXPECT_EQ(read_text_file(folder / "0").size(), 5000U);
+  EXPECT_TRUE(write_new_file(folder / "new/folder/file", ""));
+  EXPECT_EQ(read_text_file(folder / "new/folder/file"), "");
+}
+
 TEST(AtomicFileTest, TemporariesOfTheKilledGoAndOthersStay) {
   const test::ScratchFolder folder;
   // A child that is killed in the middle of writing leaves its temporary file.
@@ -252,6 +289,42 @@ TEST(AtomicFileTest, TemporariesOfTheKilledGoAndOthersStay) {
     std::ofstream(folder / name) << "x";
   EXPECT_NO_THROW(remove_temporaries(folder.path()));
   EXPECT_NO_THROW(remove_temporaries(folder / "gone"));
+}
+
+TEST(AtomicFileTest, ManyMayWriteAndClearOneFolderAtOnce) {
+  const test::ScratchFolder folder;
+  std::vector<pid_t> children;
+  for (int writer = 0; writer < 4; ++writer) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      try {
+        for (int i = 0; i < 60; ++i) {
+          if (i % 10 == 7) {  // what a writer left that was killed, and all want to remove
+            const fs::path left =
+                folder / fmt::format("sub/.terracast-tmp-01234567-1-5-{}.png", 60 * writer + i);
+            std::ofstream(left) << "half";
+            std::error_code gone;
+            fs::last_write_time(left, fs::file_time_type::clock::now() - std::chrono::hours(2),
+                                gone);
+          }
+          write_file(folder / "sub" / std::to_string(i % 30), std::string(20000, 'x'));
+          remove_temporaries(folder.path());
+        }
+      } catch (...) {
+        ::_exit(1);
+      }
+      ::_exit(0);
+    }
+    children.push_back(child);
+  }
+  for (const pid_t child : children) {
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+  }
+  for (int i = 0; i < 30; ++i) EXPECT_EQ(fs::file_size(folder / "sub" / std::to_string(i)), 20000U);
+  remove_temporaries(folder.path());
+  EXPECT_EQ(names_in(folder.path()).size(), 31U);
 }
 
 TEST(AtomicFileTest, LongNamesAreWritten) {
