@@ -13,6 +13,7 @@
 #include <string_view>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include "core/error.h"
 
@@ -22,6 +23,9 @@ namespace terracast::core {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// How long a wait sleeps before it looks again: little beside the start of a process.
+constexpr std::chrono::milliseconds kBetweenLooks{5};
 
 /// Pointers to texts, ended by a null, as exec wants them.
 class Pointers {
@@ -56,34 +60,12 @@ std::vector<std::string> environment_with(const std::vector<std::string>& change
                          int output, pid_t parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(127);  // it ended before the line above
+  sigset_t none;
+  ::sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
   if (::dup2(input, 0) < 0 || ::dup2(output, 1) < 0 || ::dup2(output, 2) < 0) ::_exit(127);
   ::execve(program, arguments, environment);
   ::_exit(127);
-}
-
-/// Waits for a child, and ends it when its time is up.
-ProgramEnd wait_for(pid_t child, double timeout_s) {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
-  bool is_late = false;
-  for (;;) {
-    int state = 0;
-    const pid_t ended = ::waitpid(child, &state, is_late ? 0 : WNOHANG);
-    if (ended < 0 && errno != EINTR)
-      fail(ErrorKind::Io, "waiting for a program: {}", std::generic_category().message(errno));
-    if (ended == child) {
-      if (is_late) return {.kind = ProgramEnd::Kind::TimedOut, .status = 0};
-      if (WIFSIGNALED(state)) return {.kind = ProgramEnd::Kind::Killed, .status = WTERMSIG(state)};
-      return {.kind = ProgramEnd::Kind::Exited, .status = WEXITSTATUS(state)};
-    }
-    if (is_late) continue;
-    if (std::chrono::duration<double>(Clock::now() - start).count() > timeout_s) {
-      ::kill(child, SIGKILL);
-      is_late = true;
-    } else {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-  }
 }
 
 class Descriptor {
@@ -131,23 +113,83 @@ std::string ProgramEnd::text() const {
   return "was stopped after its time was up";
 }
 
-ProgramEnd run_program(const fs::path& program, const std::vector<std::string>& arguments,
-                       const fs::path& log_file, const ProgramLimits& limits) {
+RunningProgram::RunningProgram(const fs::path& program, const std::vector<std::string>& arguments,
+                               const ProgramOptions& options) {
   const Descriptor input("/dev/null", O_RDONLY);
-  const Descriptor output(log_file, O_WRONLY | O_CREAT | O_APPEND);
+  std::optional<Descriptor> log;
+  if (options.log_file) log.emplace(*options.log_file, O_WRONLY | O_CREAT | O_APPEND);
+  const int output = log ? log->number() : STDERR_FILENO;
   std::vector<std::string> words{program.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   Pointers argument_pointers(std::move(words));
-  Pointers environment(environment_with(limits.environment));
+  Pointers environment(environment_with(options.environment));
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
   if (child == 0)
-    become(program.c_str(), argument_pointers.get(), environment.get(), input.number(),
-           output.number(), parent);
+    become(program.c_str(), argument_pointers.get(), environment.get(), input.number(), output,
+           parent);
   if (child < 0)
     fail(ErrorKind::Io, "{}: no process can be started: {}", program.string(),
          std::generic_category().message(errno));
-  return wait_for(child, limits.timeout_s);
+  process_ = child;
+}
+
+RunningProgram::~RunningProgram() { kill(); }
+
+RunningProgram::RunningProgram(RunningProgram&& other) noexcept
+    : process_(std::exchange(other.process_, 0)), end_(other.end_) {}
+
+RunningProgram& RunningProgram::operator=(RunningProgram&& other) noexcept {
+  if (this == &other) return *this;
+  kill();
+  process_ = std::exchange(other.process_, 0);
+  end_ = other.end_;
+  return *this;
+}
+
+void RunningProgram::kill() noexcept {
+  if (process_ == 0 || end_) return;
+  ::kill(process_, SIGKILL);
+  while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+  }
+}
+
+std::optional<ProgramEnd> RunningProgram::end() {
+  TERRACAST_CHECK(process_ != 0, "a program that was moved away is asked for its end");
+  if (end_) return end_;
+  int state = 0;
+  const pid_t ended = ::waitpid(process_, &state, WNOHANG);
+  if (ended < 0 && errno != EINTR)
+    fail(ErrorKind::Io, "waiting for a program: {}", std::generic_category().message(errno));
+  if (ended != process_) return std::nullopt;
+  if (WIFSIGNALED(state))
+    end_ = {.kind = ProgramEnd::Kind::Killed, .status = WTERMSIG(state)};
+  else
+    end_ = {.kind = ProgramEnd::Kind::Exited, .status = WEXITSTATUS(state)};
+  return end_;
+}
+
+std::optional<ProgramEnd> RunningProgram::wait(double timeout_s) {
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  while (!end() && std::chrono::duration<double>(Clock::now() - start).count() < timeout_s)
+    std::this_thread::sleep_for(kBetweenLooks);
+  return end();
+}
+
+void RunningProgram::send(int signal) {
+  // One that has ended keeps its number until end() has seen it: no other process is hit.
+  if (!end() && ::kill(process_, signal) != 0)
+    fail(ErrorKind::Io, "a program cannot be sent signal {}: {}", signal,
+         std::generic_category().message(errno));
+}
+
+ProgramEnd run_program(const fs::path& program, const std::vector<std::string>& arguments,
+                       const fs::path& log_file, const ProgramLimits& limits) {
+  RunningProgram running(program, arguments,
+                         {.log_file = log_file, .environment = limits.environment});
+  if (const auto end = running.wait(limits.timeout_s)) return *end;
+  return {.kind = ProgramEnd::Kind::TimedOut, .status = 0};
 }
 
 }  // namespace terracast::core
