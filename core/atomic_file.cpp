@@ -15,6 +15,7 @@
 #include <cstring>
 #include <optional>
 #include <system_error>
+#include <utility>
 
 #include "core/error.h"
 #include "core/hash.h"
@@ -41,8 +42,8 @@ class FileDescriptor {
   ~FileDescriptor() {
     if (value_ >= 0) ::close(value_);
   }
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
+  FileDescriptor(FileDescriptor&& other) noexcept : value_(std::exchange(other.value_, -1)) {}
+  FileDescriptor& operator=(FileDescriptor&&) = delete;
   int get() const { return value_; }
   /// Returns 0 or the error number. Network file systems report a full disk only here.
   int close() {
@@ -247,10 +248,15 @@ void write_file_by(const fs::path& file, const std::function<void(const fs::path
 
 namespace {
 
-template <class Buffer>
-Buffer read_whole(const fs::path& file, std::size_t max_bytes) {
+struct OpenFile {
+  FileDescriptor descriptor;
+  std::size_t stated_bytes = 0;  ///< by the folder; a file of /proc states none
+};
+
+/// throws   Io: missing, unreadable, a folder; Input: a device or pipe
+OpenFile open_to_read(const fs::path& file) {
   // Without O_NONBLOCK a pipe would be waited for, until somebody writes to it.
-  const FileDescriptor descriptor(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  FileDescriptor descriptor(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   if (descriptor.get() < 0)
     fail(ErrorKind::Io, "{}: cannot be read: {}", file.string(), reason(errno));
   struct stat status {};
@@ -260,10 +266,26 @@ Buffer read_whole(const fs::path& file, std::size_t max_bytes) {
     fail(ErrorKind::Io, "{}: is a folder, but must be a file", file.string());
   if (!S_ISREG(status.st_mode))
     fail(ErrorKind::Input, "{}: is a device or pipe, but must be a file", file.string());
+  return {std::move(descriptor), static_cast<std::size_t>(std::max<off_t>(status.st_size, 0))};
+}
+
+/// The next bytes of a file, at least one of them; 0 at its end.
+std::size_t read_some(const FileDescriptor& descriptor, std::span<std::byte> buffer,
+                      const fs::path& file) {
+  while (true) {
+    const ssize_t count = ::read(descriptor.get(), buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(ErrorKind::Io, "{}: cannot be read: {}", file.string(), reason(errno));
+    return static_cast<std::size_t>(count);
+  }
+}
+
+template <class Buffer>
+Buffer read_whole(const fs::path& file, std::size_t max_bytes) {
+  const auto [descriptor, stated] = open_to_read(file);
   const auto refuse_size = [&] {
     fail(ErrorKind::Input, "{}: is larger than {} bytes", file.string(), max_bytes);
   };
-  const auto stated = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
   if (stated > max_bytes) refuse_size();
 
   // /proc states no size, and a file may grow: read until the end, whatever was stated.
@@ -271,11 +293,10 @@ Buffer read_whole(const fs::path& file, std::size_t max_bytes) {
   buffer.resize(stated + 1);
   std::size_t done = 0;
   while (true) {
-    const ssize_t count = ::read(descriptor.get(), buffer.data() + done, buffer.size() - done);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail(ErrorKind::Io, "{}: cannot be read: {}", file.string(), reason(errno));
+    const std::size_t count =
+        read_some(descriptor, std::as_writable_bytes(std::span(buffer)).subspan(done), file);
     if (count == 0) break;
-    done += static_cast<std::size_t>(count);
+    done += count;
     if (done > max_bytes) refuse_size();
     if (done == buffer.size()) buffer.resize(std::min(2 * done + 4096, max_bytes + 1));
   }
@@ -291,6 +312,14 @@ std::vector<std::byte> read_file(const fs::path& file, std::size_t max_bytes) {
 
 std::string read_text_file(const fs::path& file, std::size_t max_bytes) {
   return read_whole<std::string>(file, max_bytes);
+}
+
+void read_file_blocks(const fs::path& file,
+                      const std::function<void(std::span<const std::byte>)>& consume) {
+  const OpenFile open = open_to_read(file);
+  std::vector<std::byte> buffer(std::size_t{1} << 20);
+  while (const std::size_t count = read_some(open.descriptor, buffer, file))
+    consume(std::span(buffer).first(count));
 }
 
 void make_folder(const fs::path& folder) {

@@ -34,6 +34,11 @@ std::vector<std::byte> read_file(const std::filesystem::path& file,
 std::string read_text_file(const std::filesystem::path& file,
                            std::size_t max_bytes = std::size_t{1} << 30);
 
+/// A file of any size, block by block, in order.
+/// throws   Io: missing or unreadable; Input: a device or pipe; what `consume` throws
+void read_file_blocks(const std::filesystem::path& file,
+                      const std::function<void(std::span<const std::byte>)>& consume);
+
 /// Makes a folder and its parents.
 /// throws   Io: naming it and the system's reason
 void make_folder(const std::filesystem::path& folder);

@@ -1,15 +1,11 @@
 #include "core/hash.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 #include <xxhash.h>
 
-#include <cerrno>
 #include <memory>
-#include <system_error>
-#include <vector>
 
+#include "core/atomic_file.h"
 #include "core/error.h"
 
 namespace terracast::core {
@@ -31,27 +27,12 @@ std::string content_hash(std::string_view text) {
 }
 
 std::string content_hash_of_file(const std::filesystem::path& file) {
-  const auto refuse = [&file](int error) {
-    fail(ErrorKind::Io, "{}: cannot be read: {}", file.string(),
-         std::error_code(error, std::generic_category()).message());
-  };
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) refuse(errno);
-  struct Closer {
-    int descriptor;
-    ~Closer() { ::close(descriptor); }
-  } const closer{descriptor};
   const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(),
                                                                        &XXH3_freeState);
   TERRACAST_CHECK(state != nullptr && XXH3_128bits_reset(state.get()) == XXH_OK);
-  std::vector<std::byte> buffer(std::size_t{1} << 20);
-  while (true) {
-    const ssize_t count = ::read(descriptor, buffer.data(), buffer.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) refuse(errno);
-    if (count == 0) break;
-    XXH3_128bits_update(state.get(), buffer.data(), static_cast<std::size_t>(count));
-  }
+  read_file_blocks(file, [&](std::span<const std::byte> block) {
+    XXH3_128bits_update(state.get(), block.data(), block.size());
+  });
   return hexadecimal(XXH3_128bits_digest(state.get()));
 }
 
