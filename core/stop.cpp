@@ -2,6 +2,7 @@
 
 #include <signal.h>
 
+#include <algorithm>
 #include <atomic>
 
 #include "core/error.h"
@@ -9,11 +10,14 @@
 namespace terracast::core {
 namespace {
 
-/// The one thing of the process that a signal handler may write to.
-std::atomic<bool> is_asked = false;
-static_assert(std::atomic<bool>::is_always_lock_free);
+constexpr int kNobody = 0;
+constexpr int kProgram = -1;
 
-extern "C" void ask_by_signal(int) { is_asked.store(true, std::memory_order_relaxed); }
+/// Who asked: a signal by its number. The one thing of the process that a signal handler may write to.
+std::atomic<int> asked_by = kNobody;
+static_assert(std::atomic<int>::is_always_lock_free);
+
+extern "C" void ask_by_signal(int number) { asked_by.store(number, std::memory_order_relaxed); }
 
 void catch_signal(int number, int flags) {
   struct sigaction before {};
@@ -33,15 +37,19 @@ void catch_stop_signals() {
   catch_signal(SIGINT, SA_RESETHAND);
 }
 
-bool stop_asked() { return is_asked.load(std::memory_order_relaxed); }
+void catch_stop_signal(int number) { catch_signal(number, 0); }
+
+int stop_signal() { return std::max(kNobody, asked_by.load(std::memory_order_relaxed)); }
+
+bool stop_asked() { return asked_by.load(std::memory_order_relaxed) != kNobody; }
 
 void throw_if_stop_asked() {
   if (stop_asked())
     fail(ErrorKind::Interrupted, "stopped on request; run the same command again to go on");
 }
 
-void ask_to_stop() { is_asked.store(true, std::memory_order_relaxed); }
+void ask_to_stop() { asked_by.store(kProgram, std::memory_order_relaxed); }
 
-void forget_stop() { is_asked.store(false, std::memory_order_relaxed); }
+void forget_stop() { asked_by.store(kNobody, std::memory_order_relaxed); }
 
 }  // namespace terracast::core

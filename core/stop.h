@@ -6,6 +6,12 @@ namespace terracast::core {
 /// SIGINT ends the process at once, as it does by default. A signal that is ignored stays so.
 void catch_stop_signals();
 
+/// The same for another signal that a process is asked to take so.
+void catch_stop_signal(int number);
+
+/// The signal that asked last; 0: none has, or the program itself asked.
+int stop_signal();
+
 /// Whether a stop was asked for: by a signal, or by ask_to_stop. Costs a load from memory. Threads:
 /// safe.
 bool stop_asked();

@@ -50,11 +50,33 @@ TEST(StopDeathTest, AnIgnoredSignalStaysIgnored) {
       testing::ExitedWithCode(0), "");
 }
 
+TEST(StopDeathTest, AnotherSignalAsksWhereItIsCaughtAndTheLastOneIsTold) {
+  EXPECT_EXIT(
+      {
+        catch_stop_signals();
+        catch_stop_signal(SIGUSR1);
+        const bool is_told_of_none = stop_signal() == 0;
+        ::raise(SIGUSR1);
+        const bool is_asked = stop_asked() && stop_signal() == SIGUSR1;
+        ::raise(SIGTERM);
+        ::_exit(is_told_of_none && is_asked && stop_signal() == SIGTERM ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(
+      {
+        catch_stop_signals();
+        ::raise(SIGUSR1);
+        ::_exit(0);
+      },
+      testing::KilledBySignal(SIGUSR1), "");
+}
+
 TEST(StopTest, AskingThrowsUntilItIsTakenBack) {
   EXPECT_FALSE(stop_asked());
   EXPECT_NO_THROW(throw_if_stop_asked());
   ask_to_stop();
   EXPECT_TRUE(stop_asked());
+  EXPECT_EQ(stop_signal(), 0) << "no signal asked";
   try {
     throw_if_stop_asked();
     ADD_FAILURE();
