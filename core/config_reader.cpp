@@ -206,6 +206,11 @@ void ConfigReader::read_into(Path& out, const ConfigNode& node, const std::strin
   out = {*node.text(), expand_text(node, root_).path()};
 }
 
+void ConfigReader::read_into(AnyValue& out, const ConfigNode& node, const std::string&,
+                             const Constraint&) const {
+  out.node = std::make_shared<const ConfigNode>(node);
+}
+
 template <class T>
 void ConfigReader::read_into(std::vector<T>& out, const ConfigNode& node, const std::string& name,
                              const Constraint& constraint) const {

@@ -59,6 +59,8 @@ class ConfigReader : public SchemaVisitor {
                  const Constraint& constraint) const;
   void read_into(Path& out, const ConfigNode& node, const std::string& name,
                  const Constraint& constraint) const;
+  void read_into(AnyValue& out, const ConfigNode& node, const std::string& name,
+                 const Constraint& constraint) const;
   template <class T>
   void read_into(std::vector<T>& out, const ConfigNode& node, const std::string& name,
                  const Constraint& constraint) const;

@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "core/registry.h"
+#include "core/toml_value.h"
 
 namespace terracast::core {
 
@@ -216,6 +217,28 @@ void set_config_value(ConfigNode& root, const std::string& dotted_key, ConfigNod
     }
   }
   *at = std::move(value);
+}
+
+std::string AnyValue::toml() const { return node ? toml_text(*node) : std::string("\"\""); }
+
+std::string toml_text(const ConfigNode& node) {
+  if (const ConfigTable* table = node.table()) {
+    std::string text = "{";
+    for (std::size_t i = 0; i < table->size(); ++i)
+      text += fmt::format("{}{} = {}", i > 0 ? ", " : "", toml_value((*table)[i].key),
+                          toml_text((*table)[i].value));
+    return text + "}";
+  }
+  if (const auto* items = std::get_if<ConfigList>(&node.data)) {
+    std::string text = "[";
+    for (std::size_t i = 0; i < items->size(); ++i)
+      text += (i > 0 ? ", " : "") + toml_text((*items)[i]);
+    return text + "]";
+  }
+  if (const auto* text = node.text()) return toml_value(*text);
+  if (const auto* number = std::get_if<double>(&node.data)) return toml_value(*number);
+  if (const auto* integer = std::get_if<std::int64_t>(&node.data)) return toml_value(*integer);
+  return toml_value(std::get<bool>(node.data));
 }
 
 }  // namespace terracast::core

@@ -57,6 +57,9 @@ struct ConfigEntry {
   ConfigPlace key_place;
 };
 
+/// A node on one line, as TOML: tables and lists inline.
+std::string toml_text(const ConfigNode& node);
+
 /// Throws a Config error that starts with the place.
 template <class... Args>
 [[noreturn]] void fail_at(const ConfigPlace& place, fmt::format_string<Args...> format,

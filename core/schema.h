@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -35,6 +36,15 @@ struct Path {
   std::filesystem::path resolved;
   bool empty() const { return written.empty(); }
   bool operator==(const Path&) const = default;
+};
+
+struct ConfigNode;
+
+/// A value of any type, which knows where it was written; what a text in it stands for is known only
+/// where it is put.
+struct AnyValue {
+  std::shared_ptr<const ConfigNode> node;
+  std::string toml() const;  ///< on one line
 };
 
 /// What values a key may take. Numbers: a closed range. Text: one of a list. Lists of numbers: the
@@ -72,7 +82,8 @@ inline Constraint required(Constraint base = {}) {
 /// A non-owning reference to the variable behind a key.
 using ValueRef =
     std::variant<bool*, std::int64_t*, double*, std::string*, Path*, std::vector<double>*,
-                 std::vector<std::int64_t>*, std::vector<std::string>*, std::vector<Path>*>;
+                 std::vector<std::int64_t>*, std::vector<std::string>*, std::vector<Path>*,
+                 std::vector<AnyValue>*>;
 
 /// Base of everything that walks a description. `key`, `section` and `list` are what describe()
 /// calls.

@@ -3,51 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/toml_value.h"
+
 namespace terracast::core {
 
 namespace {
-
-std::string toml_value(bool value) { return value ? "true" : "false"; }
-
-std::string toml_value(std::int64_t value) { return fmt::to_string(value); }
-
-std::string toml_value(double value) {
-  if (std::isnan(value)) return "nan";
-  if (std::isinf(value)) return value > 0.0 ? "inf" : "-inf";
-  std::string text = fmt::format("{}", value);  // the shortest that reads back to the same bits
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
-}
-
-std::string toml_value(const std::string& value) {
-  std::string text = "\"";
-  for (const char c : value) {
-    const auto code = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      text += '\\';
-      text += c;
-    } else if (c == '\n') {
-      text += "\\n";
-    } else if (c == '\t') {
-      text += "\\t";
-    } else if (code < 0x20 || code == 0x7f) {
-      text += fmt::format("\\u{:04X}", code);
-    } else {
-      text += c;
-    }
-  }
-  return text + '"';
-}
-
-std::string toml_value(const Path& value) { return toml_value(value.written); }
-
-template <class T>
-std::string toml_value(const std::vector<T>& values) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < values.size(); ++i)
-    text += (i > 0 ? ", " : "") + toml_value(values[i]);
-  return text + "]";
-}
 
 /// Writes keys before sub-tables, as TOML wants it, whatever the order of the description.
 class TomlWriter : public SchemaVisitor {
@@ -123,6 +83,7 @@ const char* type_name(const std::vector<double>*) { return "list of numbers"; }
 const char* type_name(const std::vector<std::int64_t>*) { return "list of integers"; }
 const char* type_name(const std::vector<std::string>*) { return "list of texts"; }
 const char* type_name(const std::vector<Path>*) { return "list of paths"; }
+const char* type_name(const std::vector<AnyValue>*) { return "list of values"; }
 
 /// The unit in a name's suffix: `focal_length_mm` is in mm, `speed_m_per_s` and `speed_mps` in m/s.
 std::string unit_of(std::string_view name) {

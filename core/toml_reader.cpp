@@ -135,15 +135,14 @@ class Converter {
   bool has_lines_;
 };
 
-ConfigNode load_file(const fs::path& file, std::shared_ptr<const ConfigSource> included_by);
-
 /// Lays every table of a tree over the file that its key `extends` names.
-void resolve_extends(ConfigNode& node, const std::shared_ptr<const ConfigSource>& source) {
+void resolve_extends(ConfigNode& node, const std::shared_ptr<const ConfigSource>& source,
+                     const ConfigLoader& load) {
   if (auto* items = std::get_if<ConfigList>(&node.data))
-    for (ConfigNode& item : *items) resolve_extends(item, source);
+    for (ConfigNode& item : *items) resolve_extends(item, source, load);
   ConfigTable* entries = node.table();
   if (entries == nullptr) return;
-  for (ConfigEntry& entry : *entries) resolve_extends(entry.value, source);
+  for (ConfigEntry& entry : *entries) resolve_extends(entry.value, source, load);
   const ConfigNode* base_name = node.find("extends");
   if (base_name == nullptr) return;
   if (base_name->text() == nullptr || base_name->text()->empty())
@@ -155,7 +154,7 @@ void resolve_extends(ConfigNode& node, const std::shared_ptr<const ConfigSource>
         "extends = {}: a file is extended before its names are known; write the path without ${{}}",
         base_name->shown());
   ConfigNode base =
-      with_context([&] { return load_file(source->folder / *base_name->text(), source); },
+      with_context([&] { return load(source->folder / *base_name->text(), source); },
                    fmt::format("reading what {} extends", base_name->place.text()));
   entries->erase(std::find_if(entries->begin(), entries->end(),
                               [](const ConfigEntry& entry) { return entry.key == "extends"; }));
@@ -164,7 +163,8 @@ void resolve_extends(ConfigNode& node, const std::shared_ptr<const ConfigSource>
 }
 
 /// The tree of a TOML text, with what it extends.
-ConfigNode parse_text(std::string_view text, const std::shared_ptr<const ConfigSource>& source) {
+ConfigNode parse_text(std::string_view text, const std::shared_ptr<const ConfigSource>& source,
+                      const ConfigLoader& load) {
   if (text.size() > kMaxFileBytes)
     fail(ErrorKind::Config, "{}: {} bytes are more than the {} of a config", source->name,
          text.size(), kMaxFileBytes);
@@ -177,7 +177,7 @@ ConfigNode parse_text(std::string_view text, const std::shared_ptr<const ConfigS
     fail(ErrorKind::Config, "{}:{}:{}: {}", source->name, error.source().begin.line,
          error.source().begin.column, error.description());
   }
-  resolve_extends(tree, source);
+  resolve_extends(tree, source, load);
   return tree;
 }
 
@@ -189,18 +189,45 @@ std::shared_ptr<const ConfigSource> file_source(const fs::path& file,
                                                            std::move(included_by)});
 }
 
-ConfigNode load_file(const fs::path& file, std::shared_ptr<const ConfigSource> included_by) {
-  const std::shared_ptr<const ConfigSource> source = file_source(file, std::move(included_by));
-  std::string chain = source->name;
-  for (const ConfigSource* at = source->included_by.get(); at != nullptr;
-       at = at->included_by.get()) {
-    if (at->identity.empty()) continue;
-    chain.insert(0, at->name + " -> ");
-    if (at->identity == source->identity)
-      fail(ErrorKind::Config, "config files include each other in a loop: {}", chain);
+/// The files of a config, each read once.
+class ConfigFiles {
+ public:
+  explicit ConfigFiles(std::map<std::string, std::string> texts = {}) : texts_(std::move(texts)) {}
+
+  ConfigNode load(const fs::path& file, const std::shared_ptr<const ConfigSource>& included_by) {
+    const std::string path = fs::absolute(file).lexically_normal().string();
+    const auto place = std::pair(path, included_by.get());
+    const auto known = trees_.find(place);
+    if (known != trees_.end()) return known->second;
+    const std::shared_ptr<const ConfigSource> source = file_source(file, included_by);
+    refuse_loop(*source);
+    auto text = texts_.find(path);
+    if (text == texts_.end()) text = texts_.emplace(path, read_text_file(file, kMaxFileBytes)).first;
+    // Its source keeps who includes it, so that the address stays that of the same one.
+    return trees_.emplace(place, parse_text(text->second, source, loader())).first->second;
   }
-  return parse_text(read_text_file(file, kMaxFileBytes), source);
-}
+  ConfigLoader loader() {
+    return [this](const fs::path& file, const std::shared_ptr<const ConfigSource>& included_by) {
+      return load(file, included_by);
+    };
+  }
+  const std::map<std::string, std::string>& texts() const { return texts_; }
+
+ private:
+  static void refuse_loop(const ConfigSource& source) {
+    std::string chain = source.name;
+    for (const ConfigSource* at = source.included_by.get(); at != nullptr;
+         at = at->included_by.get()) {
+      if (at->identity.empty()) continue;
+      chain.insert(0, at->name + " -> ");
+      if (at->identity == source.identity)
+        fail(ErrorKind::Config, "config files include each other in a loop: {}", chain);
+    }
+  }
+
+  std::map<std::string, std::string> texts_;
+  std::map<std::pair<std::string, const ConfigSource*>, ConfigNode> trees_;
+};
 
 /// The value of a --set: TOML where it is a whole TOML value, else the bare text.
 ConfigNode parse_set_value(const std::string& text,
@@ -222,18 +249,21 @@ ConfigNode parse_set_value(const std::string& text,
 }  // namespace
 
 struct TomlDocument::Impl {
+  std::shared_ptr<ConfigFiles> files;
+  ConfigInputs inputs;  ///< without the texts
   ConfigNode root;
 
-  Impl(ConfigNode tree, const std::vector<std::string>& sets) : root(std::move(tree)) {
+  /// sets_folder   where relative paths of the sets start; empty: the working directory
+  void apply_sets(const fs::path& sets_folder) {
     const std::shared_ptr<const ConfigSource> file = root.place.source;
     struct Set {
       std::string key;
       ConfigNode value;
     };
     std::vector<Set> parsed;
-    for (const std::string& text : sets) {
-      const auto source =
-          std::make_shared<const ConfigSource>(ConfigSource{"--set " + text, {}, {}, file});
+    for (const std::string& text : inputs.sets) {
+      const auto source = std::make_shared<const ConfigSource>(
+          ConfigSource{"--set " + text, sets_folder, {}, file});
       const std::size_t equals = text.find('=');
       if (equals == std::string::npos || equals == 0)
         fail(ErrorKind::Config,
@@ -243,7 +273,8 @@ struct TomlDocument::Impl {
     // Top-level keys first: ${name} in the path of a file that a later key reaches into needs them.
     std::stable_partition(parsed.begin(), parsed.end(),
                           [](const Set& set) { return set.key.find('.') == std::string::npos; });
-    for (Set& set : parsed) set_config_value(root, set.key, std::move(set.value), load_file);
+    for (Set& set : parsed)
+      set_config_value(root, set.key, std::move(set.value), files->loader());
   }
 };
 
@@ -253,17 +284,86 @@ TomlDocument::TomlDocument(TomlDocument&&) noexcept = default;
 TomlDocument& TomlDocument::operator=(TomlDocument&&) noexcept = default;
 
 TomlDocument TomlDocument::load(const fs::path& file, const std::vector<std::string>& sets) {
-  return TomlDocument(std::make_unique<Impl>(load_file(file, nullptr), sets));
+  auto files = std::make_shared<ConfigFiles>();
+  ConfigNode root = files->load(file, nullptr);
+  auto impl = std::make_unique<Impl>(Impl{std::move(files),
+                                          {.file = fs::absolute(file).lexically_normal(),
+                                           .sets = sets,
+                                           .sets_folder = fs::current_path(),
+                                           .texts = {}},
+                                          std::move(root)});
+  impl->apply_sets({});
+  return TomlDocument(std::move(impl));
+}
+
+TomlDocument TomlDocument::load(const ConfigInputs& inputs) {
+  auto files = std::make_shared<ConfigFiles>(inputs.texts);
+  ConfigNode root = files->load(inputs.file, nullptr);
+  auto impl = std::make_unique<Impl>(Impl{std::move(files), inputs, std::move(root)});
+  impl->inputs.texts.clear();
+  impl->apply_sets(inputs.sets_folder);
+  return TomlDocument(std::move(impl));
 }
 
 TomlDocument TomlDocument::parse(std::string_view text, const std::string& file_name,
                                  const std::vector<std::string>& sets) {
-  return TomlDocument(
-      std::make_unique<Impl>(parse_text(text, file_source(file_name, nullptr)), sets));
+  auto files = std::make_shared<ConfigFiles>();
+  ConfigNode root = parse_text(text, file_source(file_name, nullptr), files->loader());
+  auto impl = std::make_unique<Impl>(
+      Impl{std::move(files),
+           {.file = file_name, .sets = sets, .sets_folder = fs::current_path(), .texts = {}},
+           std::move(root)});
+  impl->apply_sets({});
+  return TomlDocument(std::move(impl));
+}
+
+TomlDocument TomlDocument::with(const std::vector<Change>& changes,
+                                std::string_view without) const {
+  auto changed = std::make_unique<Impl>(*impl_);
+  // Top-level keys first, as with --set.
+  for (const bool is_top : {true, false})
+    for (const Change& change : changes)
+      if ((change.key.find('.') == std::string::npos) == is_top)
+        set_config_value(changed->root, change.key, *change.value.node, impl_->files->loader());
+  std::erase_if(*changed->root.table(),
+                [&](const ConfigEntry& entry) { return entry.key == without; });
+  return TomlDocument(std::move(changed));
+}
+
+bool TomlDocument::has(std::string_view key) const { return impl_->root.find(key) != nullptr; }
+
+ConfigInputs TomlDocument::inputs() const {
+  ConfigInputs inputs = impl_->inputs;
+  inputs.texts = impl_->files->texts();
+  return inputs;
+}
+
+Json ConfigInputs::json() const {
+  Json files = Json::object();
+  for (const auto& [path, text] : texts) files.set(path, text);
+  return Json::object()
+      .set("file", file.string())
+      .set("sets", Json::array_of(sets))
+      .set("sets_folder", sets_folder.string())
+      .set("texts", std::move(files));
+}
+
+ConfigInputs ConfigInputs::from_json(const Json& json, const std::string& name) {
+  return with_context(
+      [&] {
+        ConfigInputs inputs{.file = json.at("file").string(),
+                            .sets = json.at("sets").strings(),
+                            .sets_folder = json.at("sets_folder").string(),
+                            .texts = {}};
+        for (const auto& [path, text] : json.at("texts").members())
+          inputs.texts.emplace(path, text.string());
+        return inputs;
+      },
+      fmt::format("reading {}", name));
 }
 
 std::unique_ptr<SchemaVisitor> TomlDocument::reader() const {
-  return std::make_unique<ConfigReader>(impl_->root, load_file);
+  return std::make_unique<ConfigReader>(impl_->root, impl_->files->loader());
 }
 
 void TomlDocument::finish(SchemaVisitor& reader) const {

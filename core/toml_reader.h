@@ -1,13 +1,28 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/json.h"
 #include "core/schema.h"
 
 namespace terracast::core {
+
+/// What a config was read from: it reads again to the same values, whoever changes its files
+/// meanwhile and from whatever working directory.
+struct ConfigInputs {
+  std::filesystem::path file;  ///< absolute
+  std::vector<std::string> sets;
+  std::filesystem::path sets_folder;         ///< absolute; where relative paths of the sets start
+  std::map<std::string, std::string> texts;  ///< of every file that was read, by absolute path
+
+  Json json() const;
+  /// throws Input: a member is missing; `name` is the file's, for messages
+  static ConfigInputs from_json(const Json& json, const std::string& name);
+};
 
 /// A config file with what it extends, the files its sections name, and the `--set KEY=VALUE` of
 /// the command line.
@@ -27,6 +42,23 @@ class TomlDocument {
                            const std::vector<std::string>& sets = {});
   static TomlDocument parse(std::string_view text, const std::string& file_name,
                             const std::vector<std::string>& sets = {});
+  /// Files that the inputs do not hold are read from where they lie.
+  static TomlDocument load(const ConfigInputs& inputs);
+
+  /// A value for a dotted key.
+  struct Change {
+    std::string key;
+    AnyValue value;
+  };
+  /// The same document with other values, and without one top-level key where one is named.
+  /// throws Config: as --set
+  TomlDocument with(const std::vector<Change>& changes, std::string_view without = {}) const;
+
+  /// Whether there is a top-level key.
+  bool has(std::string_view key) const;
+  /// With the files that were read so far: those that sections name are read with the sections.
+  ConfigInputs inputs() const;
+
   ~TomlDocument();
   TomlDocument(TomlDocument&&) noexcept;
   TomlDocument& operator=(TomlDocument&&) noexcept;
@@ -48,6 +80,13 @@ class TomlDocument {
         throw;
       }
     }
+  }
+
+  /// Fills `value` from one section; its defaults stay where there is none.
+  /// throws   as read()
+  template <class Struct>
+  void read_section(std::string_view name, Struct& value) const {
+    reader()->section(name, value, {});
   }
 
  private:
