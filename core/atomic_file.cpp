@@ -2,9 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
 #include <stdio.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,13 +10,11 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
-#include <cstring>
-#include <optional>
 #include <system_error>
 #include <utility>
 
 #include "core/error.h"
-#include "core/hash.h"
+#include "core/process_id.h"
 
 namespace terracast::core {
 
@@ -26,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Temporary names are kPrefix + machine-process-start-random + the final name's extension.
+/// Temporary names are kPrefix + this_process() + random_name() + the final name's extension.
 constexpr std::string_view kPrefix = ".terracast-tmp-";
 /// A writer on another machine cannot be asked whether it lives; after this long it is taken for
 /// dead.
@@ -56,56 +52,21 @@ class FileDescriptor {
   int value_;
 };
 
-/// The whole of a small file of /proc; empty where there is none.
-std::string read_proc(const std::string& file) {
-  const FileDescriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
-  char buffer[1024];
-  const ssize_t count = descriptor.get() < 0 ? -1 : ::read(descriptor.get(), buffer, sizeof buffer);
-  return count > 0 ? std::string(buffer, static_cast<std::size_t>(count)) : std::string();
-}
-
-/// Names this boot of this machine and the space in which its process numbers count.
-std::string machine_name() {
-  char name_space[64] = {};
-  const ssize_t length = ::readlink("/proc/self/ns/pid", name_space, sizeof name_space - 1);
-  std::string text = read_proc("/proc/sys/kernel/random/boot_id");
-  if (length > 0) text.append(name_space, static_cast<std::size_t>(length));
-  return content_hash(text).substr(0, 8);
-}
-
-/// When a process started, in clock ticks since boot, as its kernel record says; empty when there
-/// is no such process. With it a number that was given out again is not mistaken for the first
-/// process.
-std::string process_start(long process) {
-  const std::string record = read_proc(fmt::format("/proc/{}/stat", process));
-  std::size_t at = record.rfind(')');  // the name in brackets may hold anything
-  if (at == std::string::npos) return {};
-  for (int field = 2; field < 22 && at != std::string::npos; ++field) at = record.find(' ', at + 1);
-  if (at == std::string::npos) return {};
-  return record.substr(at + 1, record.find(' ', at + 1) - at - 1);
-}
-
 fs::path temporary_beside(const fs::path& file) {
-  std::uint64_t random = 0;
-  if (::getrandom(&random, sizeof random, 0) != sizeof random)
-    fail(ErrorKind::Io, "{}: no random name for a temporary file: {}", file.string(),
-         reason(errno));
-  const long process = ::getpid();
-  return file.parent_path() / fmt::format("{}{}-{}-{}-{:016x}{}", kPrefix, machine_name(), process,
-                                          process_start(process), random,
+  return file.parent_path() / fmt::format("{}{}-{}{}", kPrefix, this_process(), random_name(),
                                           file.extension().string());
 }
 
 /// Whether the process that wrote under this temporary name may still be at it.
 bool writer_may_live(const fs::path& temporary) {
-  const std::string name = temporary.filename().string();
-  const std::string machine = name.substr(kPrefix.size(), 8);
-  if (machine == machine_name()) {
-    const std::size_t process_at = kPrefix.size() + machine.size() + 1;
-    const std::size_t start_at = std::min(name.find('-', process_at), name.size() - 1) + 1;
-    const long process = std::strtol(name.c_str() + std::min(process_at, name.size()), nullptr, 10);
-    const std::string start = name.substr(start_at, name.find('-', start_at) - start_at);
-    return process > 0 && !start.empty() && process_start(process) == start;
+  const std::string name = temporary.stem().string().substr(kPrefix.size());
+  switch (process_state(name.substr(0, std::min(name.rfind('-'), name.size())))) {
+    case ProcessState::Lives:
+      return true;
+    case ProcessState::Ended:
+      return false;
+    case ProcessState::Elsewhere:
+      break;
   }
   std::error_code failed;
   const auto written = fs::last_write_time(temporary, failed);
