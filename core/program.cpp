@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/stop.h"
 
 extern char** environ;
 
@@ -188,7 +189,11 @@ ProgramEnd run_program(const fs::path& program, const std::vector<std::string>& 
                        const fs::path& log_file, const ProgramLimits& limits) {
   RunningProgram running(program, arguments,
                          {.log_file = log_file, .environment = limits.environment});
-  if (const auto end = running.wait(limits.timeout_s)) return *end;
+  constexpr double kLook_s = 0.1;
+  for (double left_s = limits.timeout_s; left_s > 0.0; left_s -= kLook_s) {
+    if (const auto end = running.wait(std::min(left_s, kLook_s))) return *end;
+    throw_if_stop_asked();
+  }
   return {.kind = ProgramEnd::Kind::TimedOut, .status = 0};
 }
 

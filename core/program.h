@@ -71,7 +71,8 @@ struct ProgramLimits {
 /// Runs a program to its end, or kills it when its time is up. Its output goes to the end of
 /// `log_file`.
 /// threads  as RunningProgram
-/// throws   Io: the log cannot be opened; the system starts no process
+/// throws   Io: the log cannot be opened; the system starts no process; Interrupted: a stop was asked
+///          for, and the program is killed
 ProgramEnd run_program(const std::filesystem::path& program,
                        const std::vector<std::string>& arguments,
                        const std::filesystem::path& log_file, const ProgramLimits& limits = {});

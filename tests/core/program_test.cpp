@@ -16,6 +16,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/stop.h"
 #include "tests/support/test_data.h"
 
 namespace terracast::core {
@@ -219,6 +220,24 @@ TEST(RunningProgram, WithoutALogWritesToThisProcesssErrorOutput) {
   EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
   EXPECT_EQ(err, "out\nerr\n");
   EXPECT_TRUE(end && end->is_success());
+}
+
+TEST(Program, IsKilledWhenThisProcessIsAskedToStop) {
+  const ScratchFolder scratch;
+  const std::filesystem::path number = scratch / "number";
+  std::thread asker([&] {
+    process_of(number);
+    ask_to_stop();
+  });
+  try {
+    run_program(kShell, {"-c", kTellNumber, number.string()}, scratch / "log");
+    ADD_FAILURE() << "it ran to its end";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::Interrupted);
+  }
+  asker.join();
+  forget_stop();
+  EXPECT_FALSE(std::filesystem::exists(process_of(number)));
 }
 
 TEST(Program, IsFoundByName) {
