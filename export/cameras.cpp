@@ -64,6 +64,16 @@ double rectified_baseline_m(const capture::CameraCalibration& left,
   return offset.x();
 }
 
+FrameSize size_of_images(const std::vector<const capture::CameraCalibration*>& cameras,
+                         double bytes_per_px) {
+  FrameSize size;
+  for (const capture::CameraCalibration* camera : cameras)
+    size.num_pixels += static_cast<double>(camera->intrinsics.width_px) *
+                       static_cast<double>(camera->intrinsics.height_px);
+  size.num_bytes = size.num_pixels * bytes_per_px;
+  return size;
+}
+
 std::string folder_word(const std::string& text) {
   std::string word = text;
   for (char& c : word)

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "capture/frame.h"
+#include "export/exporter.h"
 
 namespace terracast::exporters {
 
@@ -22,6 +23,10 @@ void check_pinhole(const capture::CameraCalibration& camera, const char* format)
 /// throws   Config: they are not; says what differs
 double rectified_baseline_m(const capture::CameraCalibration& left,
                             const capture::CameraCalibration& right, const char* format);
+
+/// Of images whose files take so many bytes a pixel together.
+FrameSize size_of_images(const std::vector<const capture::CameraCalibration*>& cameras,
+                         double bytes_per_px);
 
 /// A word for a folder: letters, digits, _ and -, all else replaced by _.
 std::string folder_word(const std::string& text);

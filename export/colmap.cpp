@@ -36,6 +36,9 @@ using core::ErrorKind;
 using core::fail;
 
 constexpr const char* kFormat = "colmap";
+/// For forecasts: colours and the model, and depth.
+constexpr double kBytesPerPixel = 1.7;
+constexpr double kDepthBytesPerPixel = 4.0;
 constexpr std::size_t kMinImages = 3;        // what COLMAP's own tools align and triangulate
 constexpr std::size_t kMinObservations = 2;  // of a point: one does not make a point
 /// How far outside its image a point that the capture calls visible may project: rounding, not a
@@ -220,6 +223,13 @@ class ColmapExporter final : public Exporter {
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
     for (const ExportedCamera& camera : exported_cameras(cameras))
       check_pinhole(cameras[static_cast<std::size_t>(camera.camera_index)], kFormat);
+  }
+
+  FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
+    std::vector<const capture::CameraCalibration*> exported;
+    for (const ExportedCamera& camera : exported_cameras(cameras))
+      exported.push_back(&cameras[static_cast<std::size_t>(camera.camera_index)]);
+    return size_of_images(exported, kBytesPerPixel + (has_depth_ ? kDepthBytesPerPixel : 0.0));
   }
 
   void write(const std::vector<capture::SequenceReader>& sequences,

@@ -15,6 +15,12 @@
 
 namespace terracast::exporters {
 
+/// What a frame of an export is expected to take, for forecasts.
+struct FrameSize {
+  double num_pixels = 0.0;  ///< of the images that are exported
+  double num_bytes = 0.0;   ///< on disk, to a third
+};
+
 /// One published format. The derived class holds its options, describes their keys, checks that the
 /// cameras fit before anything is rendered, and writes.
 class Exporter {
@@ -27,6 +33,9 @@ class Exporter {
   /// cameras   of all rigs of the sequence
   /// throws    Config: what the format cannot hold, and what would fit
   virtual void check(const std::vector<capture::CameraCalibration>& cameras) const = 0;
+
+  /// Of cameras that check() lets pass.
+  virtual FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const = 0;
 
   /// Writes the sequences into `folder` (the root of one dataset of the format). Parallel over
   /// frames; finished files whose sources did not change are kept; `dataset.json` is written last.

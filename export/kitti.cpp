@@ -35,6 +35,8 @@ using core::ErrorKind;
 using core::fail;
 
 constexpr const char* kFormat = "kitti";
+/// For forecasts.
+constexpr double kBytesPerPixel = 4.3;
 constexpr double kCountsPerPixel = 256.0;
 
 /// What became of the pixels of disparity images.
@@ -94,6 +96,12 @@ class KittiExporter final : public Exporter {
     if (sequence_.size() != 2 || sequence_.find_first_not_of("0123456789") != std::string::npos)
       fail(ErrorKind::Config, "kitti: sequence = \"{}\": two digits are right, such as \"00\"",
            sequence_);
+  }
+
+  FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
+    const auto& left = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, left_))];
+    const auto& right = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, right_))];
+    return size_of_images({&left, &right}, kBytesPerPixel);
   }
 
   void write(const std::vector<capture::SequenceReader>& sequences,

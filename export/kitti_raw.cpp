@@ -36,6 +36,8 @@ using core::ErrorKind;
 using core::fail;
 
 constexpr const char* kFormat = "kitti_raw";
+/// For forecasts.
+constexpr double kBytesPerPixel = 4.3;
 
 /// The date of a sequence's start as folders bear it: "2011_09_26".
 std::string date_of(const capture::SequenceReader& sequence) {
@@ -95,6 +97,12 @@ class KittiRawExporter final : public Exporter {
     if (drive_.size() != 4 || drive_.find_first_not_of("0123456789") != std::string::npos)
       fail(ErrorKind::Config, "kitti_raw: drive = \"{}\": four digits are right, such as \"0001\"",
            drive_);
+  }
+
+  FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
+    const auto& left = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, left_))];
+    const auto& right = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, right_))];
+    return size_of_images({&left, &right}, kBytesPerPixel);
   }
 
   void write(const std::vector<capture::SequenceReader>& sequences,

@@ -40,6 +40,8 @@ using core::ErrorKind;
 using core::fail;
 
 constexpr const char* kFormat = "tartanair";
+/// For forecasts.
+constexpr double kBytesPerPixel = 11.0;
 
 /// A direction that cameras of the format look in.
 struct Face {
@@ -177,6 +179,13 @@ class TartanAirExporter final : public Exporter {
         if (const auto* each = side_camera(cameras, face, is_left))
           check_face(camera(cameras, is_left ? left_ : right_), *each, face);
     check_environment(environment_, kFormat);
+  }
+
+  FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
+    std::vector<const capture::CameraCalibration*> exported;
+    for (const ExportedCamera& camera : exported_cameras(cameras))
+      exported.push_back(&cameras[static_cast<std::size_t>(camera.camera_index)]);
+    return size_of_images(exported, kBytesPerPixel);
   }
 
   void write(const std::vector<capture::SequenceReader>& sequences,

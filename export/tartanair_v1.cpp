@@ -28,6 +28,8 @@ namespace terracast::exporters {
 namespace {
 
 constexpr const char* kFormat = "tartanair_v1";
+/// For forecasts.
+constexpr double kBytesPerPixel = 7.5;
 
 core::Image8 flow_mask(const MaskedFlow& flow) {
   core::Image8 mask(flow.motion_px.width(), flow.motion_px.height());
@@ -63,6 +65,12 @@ class TartanAirV1Exporter final : public Exporter {
       check_tartanair_camera(*each, 640, 480, kFormat);
     check_tartanair_pair(left, right, kFormat);
     check_environment(environment_, kFormat);
+  }
+
+  FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
+    const auto& left = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, left_))];
+    const auto& right = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, right_))];
+    return size_of_images({&left, &right}, kBytesPerPixel);
   }
 
   void write(const std::vector<capture::SequenceReader>& sequences,
