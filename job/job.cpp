@@ -90,11 +90,16 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
 std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory) {
   RunConfig of_sequence = config;
   of_sequence.trajectories = {trajectory};
-  of_sequence.exports.clear();
-  of_sequence.tracing = {};
-  of_sequence.validation = {};
-  of_sequence.data = {};
-  return core::toml_text(of_sequence);
+  return toml_of_captures(of_sequence);
+}
+
+std::string toml_of_captures(const RunConfig& config) {
+  RunConfig of_captures = config;
+  of_captures.exports.clear();
+  of_captures.tracing = {};
+  of_captures.validation = {};
+  of_captures.data = {};
+  return core::toml_text(of_captures);
 }
 
 std::vector<tiler::PreviewPath> paths_of(const Job& job) {
@@ -108,8 +113,12 @@ std::vector<tiler::PreviewPath> paths_of(const Job& job) {
   return paths;
 }
 
-Job prepare_job(RunConfig config, const core::Context& context) {
-  Job job{.config = std::move(config), .cameras = {}, .surface = nullptr, .sequences = {}};
+Job prepare_job(RunConfig config, const core::Context& context,
+                std::shared_ptr<const tiler::WorldSurface> surface) {
+  Job job{.config = std::move(config),
+          .cameras = {},
+          .surface = std::move(surface),
+          .sequences = {}};
   job.cameras = render::build_cameras(job.config.rigs);
   for (const auto& chosen : job.config.exports)
     core::with_context([&] { chosen.exporter().check(job.cameras); },
@@ -119,11 +128,12 @@ Job prepare_job(RunConfig config, const core::Context& context) {
   check_data_folder(job.config);
   const core::Log log = context.log.for_stage("sources");
   const core::StageCost cost(context.with_log(log), "preparing the world and its flights");
-  job.surface = core::with_context(
-      [&] { return tiler::WorldSurface::prepare(job.config.world, context.with_log(log)); },
-      job.config.data.empty() ? "opening the world's sources"
-                              : fmt::format("opening the world's sources (${{data}} is {})",
-                                            job.config.data.resolved.string()));
+  if (job.surface == nullptr)
+    job.surface = core::with_context(
+        [&] { return tiler::WorldSurface::prepare(job.config.world, context.with_log(log)); },
+        job.config.data.empty() ? "opening the world's sources"
+                                : fmt::format("opening the world's sources (${{data}} is {})",
+                                              job.config.data.resolved.string()));
   split_trajectories(job, context);
   for (const auto& options : job.config.trajectories)
     job.sequences.push_back(

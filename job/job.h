@@ -21,11 +21,16 @@ struct Job {
 
 /// Opens what a config names and checks that everything fits together, exporters' demands on the
 /// rigs included, before any stage starts.
-Job prepare_job(RunConfig config, const core::Context& context);
+/// surface   of the same world, where it was opened before
+Job prepare_job(RunConfig config, const core::Context& context,
+                std::shared_ptr<const tiler::WorldSurface> surface = nullptr);
 
 /// The config of one sequence, as its capture records it: another sequence, format or memory bound
 /// changes no byte of this one.
 std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory);
+
+/// The config of all that is captured: another format, check or memory bound changes no byte of it.
+std::string toml_of_captures(const RunConfig& config);
 
 /// The bodies' paths, for maps.
 std::vector<tiler::PreviewPath> paths_of(const Job& job);

@@ -59,8 +59,18 @@ void RunConfig::validate() const {
 }
 
 RunConfig load_run_config(const std::filesystem::path& file, const std::vector<std::string>& sets) {
-  return core::with_context([&] { return core::read_toml<RunConfig>(file, sets); },
-                            fmt::format("reading the config {}", file.string()));
+  return core::with_context(
+      [&] {
+        const core::TomlDocument document = core::TomlDocument::load(file, sets);
+        if (document.has("sweep"))
+          fail(ErrorKind::Config,
+               "{}: it has a [sweep], which makes many runs of it; `terracast batch plan` takes it",
+               file.string());
+        RunConfig config;
+        document.read(config);
+        return config;
+      },
+      fmt::format("reading the config {}", file.string()));
 }
 
 }  // namespace terracast::job

@@ -44,18 +44,23 @@ void check_detail(const world::TileStore& store, const render::SequencePlan& seq
          store.folder().string(), sequence.name, tile->spacing_m(), tile->name());
 }
 
+void render_sequence(const Job& job, const render::SequencePlan& sequence,
+                     const world::TileStore& store, const capture::FrameSelection& selection,
+                     const fs::path& folder, const core::Context& context) {
+  core::with_context(
+      [&] {
+        check_detail(store, sequence);
+        render::run_render_stage(store, sequence, job.config.tracing, selection, folder, context);
+      },
+      fmt::format("rendering sequence {}", sequence.name));
+}
+
 void render(const Job& job, const world::TileStore& store, const capture::FrameSelection& selection,
             const fs::path& captures, const core::Context& context) {
   const core::Log log = context.log.for_stage("render");
   const core::StageCost cost(context.with_log(log), "render");
   for (const auto& sequence : job.sequences)
-    core::with_context(
-        [&] {
-          check_detail(store, sequence);
-          render::run_render_stage(store, sequence, job.config.tracing, selection,
-                                   captures / sequence.name, context.with_log(log));
-        },
-        fmt::format("rendering sequence {}", sequence.name));
+    render_sequence(job, sequence, store, selection, captures / sequence.name, context.with_log(log));
 }
 
 void export_formats(const RunConfig& config, const OutputFolders& out,
@@ -116,20 +121,24 @@ std::optional<double> egm96_undulation_m(double lat_deg, double lon_deg) {
   }
 }
 
+validate::ValidateOptions validate_options(const RunConfig& config, const std::string& format,
+                                           const world::TileStore& store) {
+  return {.format = format,
+          .seed = config.validation.seed,
+          .samples_per_image = config.validation.samples_per_image,
+          .world = store.folder(),
+          .oracle_samples = config.validation.oracle_samples,
+          .ground_map = ground_map_of(store),
+          .undulation_m = egm96_undulation_m};
+}
+
 bool validate_formats(const Job& job, const OutputFolders& out, const core::Context& context) {
   const core::Log log = context.log.for_stage("validate");
   const core::StageCost cost(context.with_log(log), "validate");
   std::vector<std::string> formats;
-  const auto ground_map = ground_map_of(world::TileStore::open(out.world));
+  const world::TileStore store = world::TileStore::open(out.world);
   for (const auto& chosen : job.config.exports) {
-    const validate::ValidateOptions options{
-        .format = chosen.format,
-        .seed = job.config.validation.seed,
-        .samples_per_image = job.config.validation.samples_per_image,
-        .world = out.world,
-        .oracle_samples = job.config.validation.oracle_samples,
-        .ground_map = ground_map,
-        .undulation_m = egm96_undulation_m};
+    const validate::ValidateOptions options = validate_options(job.config, chosen.format, store);
     core::with_context(
         [&] {
           validate::run_validate_stage(out.exports / chosen.format, options,

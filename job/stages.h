@@ -6,6 +6,7 @@
 #include "core/context.h"
 #include "job/job.h"
 #include "render/render_stage.h"
+#include "validate/check.h"
 #include "validate/ground_map.h"
 #include "world/tile_store.h"
 
@@ -22,6 +23,10 @@ world::TileStore tile(const Job& job, const std::filesystem::path& store,
 /// selection   of the frames of each sequence
 void render(const Job& job, const world::TileStore& store, const capture::FrameSelection& selection,
             const std::filesystem::path& captures, const core::Context& context);
+/// One of the job's sequences.
+void render_sequence(const Job& job, const render::SequencePlan& sequence,
+                     const world::TileStore& store, const capture::FrameSelection& selection,
+                     const std::filesystem::path& folder, const core::Context& context);
 /// Needs the config and the capture alone.
 /// throws   Config: no format, or a sequence that was captured with another config
 void export_formats(const RunConfig& config, const OutputFolders& out,
@@ -32,6 +37,9 @@ validate::GroundMapMaker ground_map_of(const world::TileStore& store);
 /// validate::Undulation of geo's EGM96.
 std::optional<double> egm96_undulation_m(double lat_deg, double lon_deg);
 
+/// Checks what was exported in one format.
+validate::ValidateOptions validate_options(const RunConfig& config, const std::string& format,
+                                           const world::TileStore& store);
 /// returns   whether every check of every format holds
 bool validate_formats(const Job& job, const OutputFolders& out, const core::Context& context);
 
