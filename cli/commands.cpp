@@ -13,6 +13,7 @@
 #include <system_error>
 #include <vector>
 
+#include "cli/batch_command.h"
 #include "cli/evaluate_command.h"
 #include "cli/reference.h"
 #include "core/atomic_file.h"
@@ -317,6 +318,8 @@ int parse_and_run(int argc, const char* const* argv) {
   auto* evaluate_command = add_evaluate_command(app, evaluate);
   add_common(*evaluate_command, args);
   evaluate_command->callback([&] { status = run_evaluate(args, evaluate, *evaluate_command); });
+
+  add_batch_command(app, status);
 
   auto* world_command = app.add_subcommand("world", "Look into a world.");
   world_command->require_subcommand(1);

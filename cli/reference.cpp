@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 
+#include "batch/description.h"
 #include "core/registry.h"
 #include "core/schema_writer.h"
 #include "export/exporter.h"
@@ -45,8 +46,12 @@ constexpr std::string_view kItemRule =
     "for [] stands the number of the list's item, counted from 0: --set "
     "trajectories.0.num_frames=4.";
 
-/// Keys that every job has.
-std::vector<KeyInfo> common_keys() { return core::list_keys<job::RunConfig>(); }
+/// Keys that every job has, and those that make many runs of it.
+std::vector<KeyInfo> common_keys() {
+  std::vector<KeyInfo> keys = core::list_keys<job::RunConfig>();
+  for (KeyInfo& key : core::list_keys<batch::SweepSection>()) keys.push_back(std::move(key));
+  return keys;
+}
 
 template <class Options>
 std::vector<KeyInfo> keys_of(Options& options, const std::string& prefix) {

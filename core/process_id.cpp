@@ -65,7 +65,7 @@ ProcessState process_state(std::string_view process) {
   const long id = std::strtol(number.c_str(), nullptr, 10);
   const std::string_view start = process.substr(start_at + 1);
   return id > 0 && !start.empty() && process_start(id) == start ? ProcessState::Lives
-                                                                 : ProcessState::Ended;
+                                                                : ProcessState::Ended;
 }
 
 std::string random_name() {

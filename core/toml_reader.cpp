@@ -153,9 +153,8 @@ void resolve_extends(ConfigNode& node, const std::shared_ptr<const ConfigSource>
         base_name->place,
         "extends = {}: a file is extended before its names are known; write the path without ${{}}",
         base_name->shown());
-  ConfigNode base =
-      with_context([&] { return load(source->folder / *base_name->text(), source); },
-                   fmt::format("reading what {} extends", base_name->place.text()));
+  ConfigNode base = with_context([&] { return load(source->folder / *base_name->text(), source); },
+                                 fmt::format("reading what {} extends", base_name->place.text()));
   entries->erase(std::find_if(entries->begin(), entries->end(),
                               [](const ConfigEntry& entry) { return entry.key == "extends"; }));
   merge_config(base, std::move(node));
@@ -202,7 +201,8 @@ class ConfigFiles {
     const std::shared_ptr<const ConfigSource> source = file_source(file, included_by);
     refuse_loop(*source);
     auto text = texts_.find(path);
-    if (text == texts_.end()) text = texts_.emplace(path, read_text_file(file, kMaxFileBytes)).first;
+    if (text == texts_.end())
+      text = texts_.emplace(path, read_text_file(file, kMaxFileBytes)).first;
     // Its source keeps who includes it, so that the address stays that of the same one.
     return trees_.emplace(place, parse_text(text->second, source, loader())).first->second;
   }
@@ -273,8 +273,7 @@ struct TomlDocument::Impl {
     // Top-level keys first: ${name} in the path of a file that a later key reaches into needs them.
     std::stable_partition(parsed.begin(), parsed.end(),
                           [](const Set& set) { return set.key.find('.') == std::string::npos; });
-    for (Set& set : parsed)
-      set_config_value(root, set.key, std::move(set.value), files->loader());
+    for (Set& set : parsed) set_config_value(root, set.key, std::move(set.value), files->loader());
   }
 };
 

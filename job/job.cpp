@@ -115,10 +115,8 @@ std::vector<tiler::PreviewPath> paths_of(const Job& job) {
 
 Job prepare_job(RunConfig config, const core::Context& context,
                 std::shared_ptr<const tiler::WorldSurface> surface) {
-  Job job{.config = std::move(config),
-          .cameras = {},
-          .surface = std::move(surface),
-          .sequences = {}};
+  Job job{
+      .config = std::move(config), .cameras = {}, .surface = std::move(surface), .sequences = {}};
   job.cameras = render::build_cameras(job.config.rigs);
   for (const auto& chosen : job.config.exports)
     core::with_context([&] { chosen.exporter().check(job.cameras); },

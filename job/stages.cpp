@@ -60,7 +60,8 @@ void render(const Job& job, const world::TileStore& store, const capture::FrameS
   const core::Log log = context.log.for_stage("render");
   const core::StageCost cost(context.with_log(log), "render");
   for (const auto& sequence : job.sequences)
-    render_sequence(job, sequence, store, selection, captures / sequence.name, context.with_log(log));
+    render_sequence(job, sequence, store, selection, captures / sequence.name,
+                    context.with_log(log));
 }
 
 void export_formats(const RunConfig& config, const OutputFolders& out,

@@ -1,0 +1,366 @@
+#include "batch/claims.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <system_error>
+#include <thread>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/process_id.h"
+
+namespace terracast::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+/// Records of so many shards share a folder.
+constexpr int kShardsPerFolder = 1000;
+/// A claim is renewed so many times in a lease: some may fail before it is lost.
+constexpr double kRenewalsPerLease = 6.0;
+
+std::string host_name() {
+  char name[256] = {};
+  return ::gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
+}
+
+std::string_view how_name(TryEnd::How how) {
+  switch (how) {
+    case TryEnd::How::Failed:
+      return "failed";
+    case TryEnd::How::Released:
+      return "released";
+    case TryEnd::How::Lost:
+      break;
+  }
+  return "lost";
+}
+
+core::Json json_from_end(const TryEnd& end) {
+  return core::Json::object()
+      .set("how", how_name(end.how))
+      .set("error", end.error)
+      .set("worker", end.worker);
+}
+
+TryEnd end_from_json(const core::Json& json) {
+  TryEnd end{.error = json.at("error").string(), .worker = json.at("worker").string()};
+  for (const auto how : {TryEnd::How::Failed, TryEnd::How::Released, TryEnd::How::Lost})
+    if (json.at("how").string() == how_name(how)) end.how = how;
+  return end;
+}
+
+/// Sets a file's time of change to the file system's now.
+bool touch(const fs::path& file) {
+  const timespec now[2] = {{.tv_sec = 0, .tv_nsec = UTIME_NOW},
+                           {.tv_sec = 0, .tv_nsec = UTIME_NOW}};
+  return ::utimensat(AT_FDCWD, file.c_str(), now, 0) == 0;
+}
+
+std::optional<double> changed_s(const fs::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return std::nullopt;
+  return static_cast<double>(status.st_mtim.tv_sec) +
+         1e-9 * static_cast<double>(status.st_mtim.tv_nsec);
+}
+
+/// The number, 0 or more, that all of a text is.
+std::optional<int> number_in(std::string_view text) {
+  int value = 0;
+  if (text.starts_with('-')) return std::nullopt;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+struct Claims::Impl {
+  fs::path folder;
+  ClaimOptions options;
+  std::string worker = core::this_process();
+  fs::path clock;  ///< a file of our own, whose time of change is the file system's now
+
+  std::mutex mutex;
+  std::condition_variable wake;
+  bool is_ending = false;
+  std::set<fs::path> held;  ///< claims to be renewed
+  std::thread renewer;
+
+  Impl(fs::path state_folder, const ClaimOptions& claim_options)
+      : folder(std::move(state_folder)), options(claim_options) {
+    clock = folder / "clocks" / fmt::format("{}-{}", worker, core::random_name());
+    renewer = std::thread([this] { renew(); });
+  }
+  ~Impl() {
+    {
+      const std::lock_guard lock(mutex);
+      is_ending = true;
+    }
+    wake.notify_all();
+    renewer.join();
+    std::error_code ignored;
+    fs::remove(clock, ignored);
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void renew() {
+    const std::chrono::duration<double> period(options.lease_s / kRenewalsPerLease);
+    std::unique_lock lock(mutex);
+    while (!wake.wait_for(lock, period, [this] { return is_ending; }))
+      // One that is gone was taken back with its shard's commit; whoever holds it goes on to the
+      // same bytes.
+      for (const fs::path& claim : held) touch(claim);
+  }
+
+  fs::path done_file(const ShardId& shard) const {
+    return folder / "done" / stage_name(shard.stage) /
+           fmt::format("{:03}", shard.index / kShardsPerFolder) /
+           fmt::format("{:06}.json", shard.index);
+  }
+  fs::path try_file(const ShardId& shard, int number) const {
+    return folder / "claims" / stage_name(shard.stage) /
+           fmt::format("{:06}.{}", shard.index, number);
+  }
+  static fs::path end_file(const fs::path& try_file) { return try_file.string() + ".end"; }
+
+  double now_s() {
+    const std::lock_guard lock(mutex);
+    if (!touch(clock)) core::write_file(clock, "");
+    const std::optional<double> now = changed_s(clock);
+    if (!now) fail(ErrorKind::Io, "{}: was removed", clock.string());
+    return *now;
+  }
+
+  /// Whether nobody works on a try any more that has not been ended.
+  bool is_lost(const fs::path& file) {
+    const std::optional<double> renewed_s = changed_s(file);
+    if (!renewed_s) return false;  // taken back just now
+    try {
+      const std::string process = core::Json::read(file).at("process").string();
+      if (core::process_state(process) == core::ProcessState::Ended) return true;
+    } catch (const core::Error&) {
+      // Taken back, or damaged: its age tells.
+    }
+    return now_s() - *renewed_s > options.lease_s;
+  }
+
+  static void end_try(const fs::path& file, const TryEnd& end) {
+    core::write_new_file(end_file(file), json_from_end(end).text() + "\n");
+  }
+
+  void forget_tries(const ShardId& shard) const {
+    std::error_code ignored;
+    int last = 1;
+    while (fs::exists(try_file(shard, last), ignored)) ++last;
+    // The last goes first: who counts meanwhile does not find a gap.
+    for (int number = last - 1; number >= 1; --number) {
+      fs::remove(try_file(shard, number), ignored);
+      fs::remove(end_file(try_file(shard, number)), ignored);
+    }
+  }
+
+  struct Tries {
+    int count = 0;
+    int num_counted = 0;  ///< failed or lost
+    bool is_held = false;
+  };
+  /// Ends the last try where it is lost.
+  Tries tries(const ShardId& shard) {
+    Tries all;
+    std::error_code ignored;
+    for (fs::path file; fs::exists(file = try_file(shard, all.count + 1), ignored);) {
+      ++all.count;
+      const std::optional<TryEnd> end = end_of(file);
+      if (!end && !is_lost(file)) {
+        all.is_held = true;
+        continue;
+      }
+      if (!end) end_try(file, {.how = TryEnd::How::Lost, .error = {}, .worker = worker_of(file)});
+      if (!end || end->how != TryEnd::How::Released) ++all.num_counted;
+    }
+    return all;
+  }
+
+  static std::optional<TryEnd> end_of(const fs::path& file) {
+    std::error_code ignored;
+    if (!fs::exists(end_file(file), ignored)) return std::nullopt;
+    try {
+      return end_from_json(core::Json::read(end_file(file)));
+    } catch (const core::Error&) {
+      return TryEnd{.how = TryEnd::How::Lost, .error = "its record cannot be read", .worker = {}};
+    }
+  }
+  static std::string worker_of(const fs::path& file) {
+    try {
+      return core::Json::read(file).at("host").string();
+    } catch (const core::Error&) {
+      return "unknown";
+    }
+  }
+};
+
+struct Claim::Impl {
+  Claims::Impl* claims;
+  ShardId shard;
+  fs::path file;
+  bool is_ended = false;
+
+  void hold() {
+    const std::lock_guard lock(claims->mutex);
+    claims->held.insert(file);
+  }
+  void let_go() {
+    is_ended = true;
+    const std::lock_guard lock(claims->mutex);
+    claims->held.erase(file);
+  }
+  void end(TryEnd::How how, const std::string& error) {
+    if (is_ended) return;
+    let_go();
+    Claims::Impl::end_try(
+        file, {.how = how, .error = error, .worker = host_name() + " " + claims->worker});
+  }
+};
+
+Claim::Claim(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Claim::Claim(Claim&&) noexcept = default;
+Claim& Claim::operator=(Claim&&) noexcept = default;
+Claim::~Claim() {
+  if (!impl_) return;
+  try {
+    release();
+  } catch (const core::Error&) {
+    // Its process ends or its lease runs out: then it is another's all the same.
+  }
+}
+
+ShardId Claim::shard() const { return impl_->shard; }
+
+void Claim::commit(const core::Json& record) {
+  core::write_new_file(impl_->claims->done_file(impl_->shard), record.text() + "\n");
+  impl_->let_go();
+  impl_->claims->forget_tries(impl_->shard);
+}
+
+void Claim::fail(const std::string& error) { impl_->end(TryEnd::How::Failed, error); }
+void Claim::release() { impl_->end(TryEnd::How::Released, ""); }
+
+Claims::Claims(fs::path folder, const ClaimOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(folder), options)) {}
+Claims::~Claims() = default;
+
+bool Claims::is_done(const ShardId& shard) const {
+  std::error_code ignored;
+  return fs::exists(impl_->done_file(shard), ignored);
+}
+
+Claims::Standing Claims::standing(const ShardId& shard) const {
+  if (is_done(shard)) return Standing::Done;
+  const Impl::Tries tries = impl_->tries(shard);
+  if (tries.is_held) return Standing::Held;
+  return tries.num_counted >= impl_->options.max_tries ? Standing::Poisoned : Standing::Free;
+}
+
+std::variant<Claim, Claims::Standing> Claims::claim(const ShardId& shard, bool is_retry) {
+  if (is_done(shard)) return Standing::Done;
+  const Impl::Tries tries = impl_->tries(shard);
+  if (tries.is_held) return Standing::Held;
+  if (!is_retry && tries.num_counted >= impl_->options.max_tries) return Standing::Poisoned;
+  auto claim = std::make_unique<Claim::Impl>(Claim::Impl{
+      .claims = impl_.get(), .shard = shard, .file = impl_->try_file(shard, tries.count + 1)});
+  const std::string text =
+      core::Json::object().set("host", host_name()).set("process", impl_->worker).text() + "\n";
+  if (!core::write_new_file(claim->file, text)) return Standing::Held;
+  claim->hold();
+  // Its last holder may have committed it between the first look and the claim.
+  if (is_done(shard)) {
+    claim->let_go();
+    impl_->forget_tries(shard);
+    return Standing::Done;
+  }
+  return Claim(std::move(claim));
+}
+
+std::vector<int> Claims::done(Stage stage) const {
+  std::vector<int> indices;
+  std::error_code missing;
+  const fs::path folder = impl_->folder / "done" / stage_name(stage);
+  for (const fs::directory_entry& part : fs::directory_iterator(folder, missing)) {
+    std::error_code gone;
+    for (const fs::directory_entry& entry : fs::directory_iterator(part.path(), gone))
+      if (entry.path().extension() == ".json")
+        if (const auto index = number_in(entry.path().stem().string())) indices.push_back(*index);
+  }
+  std::sort(indices.begin(), indices.end());
+  return indices;
+}
+
+core::Json Claims::record(const ShardId& shard) const {
+  return core::Json::read(impl_->done_file(shard));
+}
+
+void Claims::set_done(const ShardId& shard, const core::Json& record) {
+  core::write_new_file(impl_->done_file(shard), record.text() + "\n");
+}
+
+void Claims::reopen(const ShardId& shard) {
+  std::error_code error;
+  fs::remove(impl_->done_file(shard), error);
+  if (error)
+    fail(ErrorKind::Io, "{}: cannot be removed: {}", impl_->done_file(shard).string(),
+         error.message());
+}
+
+std::vector<Claims::Tried> Claims::tried() const {
+  std::vector<Tried> all;
+  for (const Stage stage : kStages) {
+    std::map<int, std::map<int, fs::path>> tries;
+    std::error_code missing;
+    for (const fs::directory_entry& entry :
+         fs::directory_iterator(impl_->folder / "claims" / stage_name(stage), missing)) {
+      const std::string name = entry.path().filename().string();
+      const auto dot = std::min(name.find('.'), name.size());
+      const auto index = number_in(std::string_view(name).substr(0, dot));
+      const auto number = number_in(std::string_view(name).substr(std::min(dot + 1, name.size())));
+      if (index && number) tries[*index][*number] = entry.path();
+    }
+    for (const auto& [index, files] : tries) {
+      Tried tried{.shard = {stage, index}, .ends = {}, .holder = {}};
+      if (is_done(tried.shard)) continue;
+      for (const auto& [number, file] : files) {
+        if (const auto end = Impl::end_of(file)) {
+          tried.ends.push_back(*end);
+        } else if (impl_->is_lost(file)) {
+          tried.ends.push_back(
+              {.how = TryEnd::How::Lost, .error = {}, .worker = Impl::worker_of(file)});
+        } else {
+          tried.holder = Impl::worker_of(file);
+        }
+      }
+      const auto num_counted =
+          std::count_if(tried.ends.begin(), tried.ends.end(),
+                        [](const TryEnd& end) { return end.how != TryEnd::How::Released; });
+      tried.is_poisoned = tried.holder.empty() && num_counted >= impl_->options.max_tries;
+      all.push_back(std::move(tried));
+    }
+  }
+  return all;
+}
+
+}  // namespace terracast::batch

@@ -1,0 +1,64 @@
+#include "batch/job_folder.h"
+
+#include <cerrno>
+#include <chrono>
+#include <system_error>
+
+#include "core/atomic_file.h"
+#include "core/process_id.h"
+
+namespace terracast::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+/// An attempt of another machine may be at work for as long as its shard takes.
+constexpr std::chrono::hours kForeignLifetime{24};
+/// A twin may put its own in place between our two renames; it does so once.
+constexpr int kMaxRenames = 8;
+
+}  // namespace
+
+fs::path JobFolder::state() const { return root / "state" / fmt::format("{:04}", revision); }
+
+Attempt::Attempt(const JobFolder& job)
+    : folder_(job.attempts() / fmt::format("{}-{}", core::this_process(), core::random_name())) {
+  core::make_folder(folder_);
+}
+
+Attempt::~Attempt() {
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+void Attempt::place(const fs::path& made, const fs::path& final_place) {
+  core::make_folder(final_place.parent_path());
+  std::error_code error;
+  for (int i = 0; i < kMaxRenames; ++i) {
+    fs::rename(made, final_place, error);
+    if (!error) return;
+    // A folder that is not empty is in the way.
+    std::error_code gone;
+    fs::rename(final_place, folder_ / fmt::format("replaced-{}", i), gone);
+  }
+  fail(ErrorKind::Io, "{}: cannot be put in place: {}", final_place.string(), error.message());
+}
+
+void remove_ended_attempts(const JobFolder& job) {
+  std::error_code missing;
+  for (const fs::directory_entry& entry : fs::directory_iterator(job.attempts(), missing)) {
+    const std::string name = entry.path().filename().string();
+    const core::ProcessState state = core::process_state(name.substr(0, name.rfind('-')));
+    if (state == core::ProcessState::Lives) continue;
+    std::error_code ignored;
+    const auto changed = fs::last_write_time(entry.path(), ignored);
+    if (state == core::ProcessState::Elsewhere &&
+        fs::file_time_type::clock::now() - changed < kForeignLifetime)
+      continue;
+    fs::remove_all(entry.path(), ignored);
+  }
+}
+
+}  // namespace terracast::batch

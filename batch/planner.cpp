@@ -1,0 +1,310 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "batch/plan.h"
+#include "core/hash.h"
+#include "core/progress.h"
+#include "core/schema_writer.h"
+#include "job/job.h"
+#include "render/rig.h"
+
+namespace terracast::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+constexpr double kShardsWanted = 32.0;
+constexpr double kLeastShard_s = 60.0;
+constexpr double kLongestShard_s = 900.0;
+/// A shard that is so full takes no piece of another sequence, whose start costs more.
+constexpr double kFull = 0.85;
+
+/// Lays out the runs of a description one by one; what several share is looked into once.
+class RunPlanner {
+ public:
+  RunPlanner(const Description& description, const PlanOptions& options, const Plan* previous,
+             const core::Context& context)
+      : description_(description), options_(options), context_(context) {
+    if (previous == nullptr) return;
+    for (const PlannedRun& run : previous->runs) {
+      names_.emplace(run.identity, run.name);
+      taken_.insert(run.name);
+      world_names_.emplace(run.name, previous->worlds[static_cast<std::size_t>(run.world)]);
+    }
+  }
+
+  void add(std::int64_t index) {
+    const RunChanges changes = description_.changes(index);
+    const auto [known, is_new] = identities_.emplace(changes.identity, index);
+    if (!is_new)
+      fail(ErrorKind::Config, "runs {} and {} of the sweep are the same: {}", known->second, index,
+           changes.text());
+    const job::RunConfig config = description_.run_config(index);
+    const std::vector<capture::CameraCalibration> cameras = render::build_cameras(config.rigs);
+    PlannedRun run{.name = name_of(changes.identity, index),
+                   .index = index,
+                   .identity = changes.identity,
+                   .changes = changes.text(),
+                   .key = {},
+                   .edits = {},
+                   .checks = hash_of(config.validation),
+                   .world = world_of(config.world),
+                   .sequences = sequences_of(config),
+                   .formats = {}};
+    for (const auto& chosen : config.exports) {
+      core::with_context(
+          [&] { chosen.exporter().check(cameras); },
+          fmt::format("checking that format {} can hold the rigs of {}", chosen.format, run.name));
+      run.formats.push_back({chosen.format, hash_of(chosen)});
+    }
+    const std::string& world = worlds_[static_cast<std::size_t>(run.world)];
+    run.edits = edits_of(run.name, world);
+    run.key = core::content_hash(world + run.edits + job::toml_of_captures(config));
+    costs.emplace_back(config, cameras);
+    world_costs.try_emplace(run.world, world_cost(config.world));
+    for (const PlannedSequence& sequence : run.sequences)
+      memory_bytes = std::max(memory_bytes, costs.back().memory_bytes(2, sequence.num_frames));
+    runs.push_back(std::move(run));
+  }
+
+  const std::vector<std::string>& worlds() const { return worlds_; }
+
+  std::vector<PlannedRun> runs;
+  std::vector<RunCost> costs;  ///< of the runs
+  std::map<int, Cost> world_costs;
+  double memory_bytes = 0.0;
+
+ private:
+  template <class Options>
+  static std::string hash_of(const Options& options) {
+    return core::content_hash(core::toml_text(options)).substr(0, 12);
+  }
+
+  /// What the previous plan called a run of the same rows and values, or else a name of its own.
+  std::string name_of(const std::string& identity, std::int64_t index) {
+    const auto known = names_.find(identity);
+    if (known != names_.end()) return known->second;
+    std::string name = fmt::format("run{:04}", index);
+    for (std::int64_t next = description_.num_runs(); !taken_.insert(name).second; ++next)
+      name = fmt::format("run{:04}", next);
+    return name;
+  }
+
+  /// Edits are of a world's tiles, and go with it.
+  std::string edits_of(const std::string& run, const std::string& world) const {
+    const auto known = world_names_.find(run);
+    const auto edits = options_.edits.find(run);
+    return known != world_names_.end() && known->second == world && edits != options_.edits.end()
+               ? edits->second
+               : std::string();
+  }
+
+  int world_of(const tiler::WorldOptions& options) {
+    std::string text = core::toml_text(options);
+    for (const auto& source : options.elevation) {
+      for (const core::Path& file : source.files) text += hash_of_file(file.resolved);
+      if (!source.datum_grid.empty()) text += hash_of_file(source.datum_grid.resolved);
+    }
+    const std::string key = core::content_hash(text).substr(0, 12);
+    const auto [known, is_new] =
+        world_indices_.emplace(key, static_cast<int>(world_indices_.size()));
+    if (is_new) worlds_.push_back(key);
+    return known->second;
+  }
+
+  /// Of a source that is a plain file; folders and members of archives go by their name.
+  const std::string& hash_of_file(const fs::path& file) {
+    const auto known = file_hashes_.find(file);
+    if (known != file_hashes_.end()) return known->second;
+    std::error_code ignored;
+    return file_hashes_
+        .emplace(file, fs::is_regular_file(file, ignored) ? core::content_hash_of_file(file)
+                                                          : "\n" + file.string())
+        .first->second;
+  }
+
+  /// Entries that state their frames need no ground to count them.
+  std::vector<PlannedSequence> sequences_of(const job::RunConfig& config) {
+    std::vector<PlannedSequence> sequences;
+    for (const geo::TrajectoryOptions& trajectory : config.trajectories) {
+      if (trajectory.num_frames == 0 || trajectory.kind_options().is_split())
+        return laid_out(config);
+      sequences.push_back({trajectory.name, trajectory.num_frames});
+    }
+    return sequences;
+  }
+
+  const std::vector<PlannedSequence>& laid_out(const job::RunConfig& config) {
+    const std::string text = job::toml_of_captures(config);
+    const auto known = laid_out_.find(text);
+    if (known != laid_out_.end()) return known->second;
+    const job::Job job = job::prepare_job(config, context_);
+    std::vector<PlannedSequence> sequences;
+    for (const render::SequencePlan& plan : job.sequences)
+      sequences.push_back({plan.name, static_cast<std::int64_t>(plan.states.size())});
+    return laid_out_.emplace(text, std::move(sequences)).first->second;
+  }
+
+  const Description& description_;
+  const PlanOptions& options_;
+  const core::Context& context_;
+  std::map<std::string, std::string> names_;  ///< by identity
+  std::set<std::string> taken_;
+  std::map<std::string, std::string> world_names_;  ///< of the previous plan's runs, by name
+  std::map<std::string, std::int64_t> identities_;
+  std::vector<std::string> worlds_;
+  std::map<std::string, int> world_indices_;
+  std::map<fs::path, std::string> file_hashes_;
+  std::map<std::string, std::vector<PlannedSequence>> laid_out_;
+};
+
+/// Makes the shards of a stage, in order.
+class Dealer {
+ public:
+  Dealer(Stage stage, double shard_s) : stage_(stage), shard_s_(shard_s) {}
+
+  double left_s() const { return shards.empty() ? 0.0 : shard_s_ - shards.back().cost.cpu_s; }
+  bool is_full() const { return shards.empty() || left_s() < (1.0 - kFull) * shard_s_; }
+  void open() {
+    shards.push_back({.id = {stage_, static_cast<int>(shards.size())}, .pieces = {}, .cost = {}});
+  }
+  void add(const Piece& piece, const Cost& cost) {
+    shards.back().pieces.push_back(piece);
+    shards.back().cost += cost;
+  }
+  std::vector<Shard> shards;
+
+ private:
+  Stage stage_;
+  double shard_s_;
+};
+
+/// A shard a run: one that cannot be tiled keeps no other from being so.
+std::vector<Shard> deal_tiles(const RunPlanner& planner, const std::vector<int>& order) {
+  Dealer dealer(Stage::Tile, 0.0);
+  int world = -1;
+  for (const int run : order) {
+    const PlannedRun& planned = planner.runs[static_cast<std::size_t>(run)];
+    Cost cost;
+    for (const PlannedSequence& sequence : planned.sequences)
+      cost += planner.costs[static_cast<std::size_t>(run)].tiles(sequence.num_frames);
+    if (planned.world != world) cost += planner.world_costs.at(planned.world);
+    world = planned.world;
+    dealer.open();
+    dealer.add({.run = run}, cost);
+  }
+  return std::move(dealer.shards);
+}
+
+std::vector<Shard> deal_frames(const RunPlanner& planner, const std::vector<int>& order,
+                               double shard_s) {
+  Dealer dealer(Stage::Render, shard_s);
+  for (const int run : order) {
+    const PlannedRun& planned = planner.runs[static_cast<std::size_t>(run)];
+    const RunCost& cost = planner.costs[static_cast<std::size_t>(run)];
+    const Cost start = cost.sequence_start();
+    const Cost frame = cost.frame();
+    dealer.open();  // a shard is of one run: one that cannot be flown keeps no other from being so
+    for (std::size_t s = 0; s < planned.sequences.size(); ++s) {
+      const auto num_frames = static_cast<int>(planned.sequences[s].num_frames);
+      for (int first = 0; first < num_frames;) {
+        if (dealer.is_full()) dealer.open();
+        double room_s = dealer.left_s() - start.cpu_s;
+        if (room_s < frame.cpu_s && !dealer.shards.back().pieces.empty()) {
+          dealer.open();
+          room_s = dealer.left_s() - start.cpu_s;
+        }
+        const double fits = std::clamp(room_s / frame.cpu_s, 1.0, 1e9);
+        const int end = std::min(num_frames, first + static_cast<int>(fits));
+        dealer.add(
+            {.run = run, .sequence = static_cast<int>(s), .first_frame = first, .end_frame = end},
+            start + static_cast<double>(end - first) * frame);
+        first = end;
+      }
+    }
+  }
+  return std::move(dealer.shards);
+}
+
+/// A shard for each run and format.
+/// cost_of   RunCost::export_frame or validate_frame
+std::vector<Shard> deal_formats(const RunPlanner& planner, const std::vector<int>& order,
+                                Stage stage, Cost (RunCost::*cost_of)(std::size_t) const) {
+  Dealer dealer(stage, 0.0);
+  for (const int run : order) {
+    const PlannedRun& planned = planner.runs[static_cast<std::size_t>(run)];
+    for (std::size_t f = 0; f < planned.formats.size(); ++f) {
+      dealer.open();
+      dealer.add({.run = run, .format = static_cast<int>(f)},
+                 static_cast<double>(planned.num_frames()) *
+                     (planner.costs[static_cast<std::size_t>(run)].*cost_of)(f));
+    }
+  }
+  return std::move(dealer.shards);
+}
+
+double shard_time_s(const RunPlanner& planner, const PlanOptions& options) {
+  if (options.shard_s > 0.0) return options.shard_s;
+  double whole_s = 0.0;
+  for (std::size_t run = 0; run < planner.runs.size(); ++run)
+    whole_s +=
+        static_cast<double>(planner.runs[run].num_frames()) * planner.costs[run].frame().cpu_s;
+  return std::clamp(whole_s / kShardsWanted, kLeastShard_s, kLongestShard_s);
+}
+
+/// Every file is read once more, and its checksum taken.
+Cost merge_cost(const Plan& plan) {
+  constexpr double kChecksum_bytes_per_s = 1e9;
+  constexpr double kCard_s = 5.0;
+  return {.cpu_s = kCard_s + plan.cost_of(Stage::Export).bytes / kChecksum_bytes_per_s,
+          .bytes = 5e6};
+}
+
+}  // namespace
+
+Plan make_plan(const Description& description, const PlanOptions& options, const Plan* previous,
+               const core::Context& context) {
+  RunPlanner planner(description, options, previous, context);
+  {
+    core::Progress progress(context, "runs", description.num_runs());
+    for (std::int64_t index = 0; index < description.num_runs(); ++index) {
+      planner.add(index);
+      progress.advance();
+    }
+  }
+  // Shards that follow each other share a world and, as far as the sweep's order goes, tiles.
+  std::vector<int> order(planner.runs.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return planner.runs[static_cast<std::size_t>(a)].world <
+           planner.runs[static_cast<std::size_t>(b)].world;
+  });
+  // As before: shards that are cut alike stay done.
+  const double shard_s = previous != nullptr && options.shard_s == 0.0
+                             ? previous->shard_s
+                             : shard_time_s(planner, options);
+  Plan plan{.revision = previous != nullptr ? previous->revision + 1 : 1,
+            .name = description.run_config(0).name,
+            .claims = options.claims,
+            .shard_s = shard_s,
+            .inputs = description.inputs(),
+            .worlds = planner.worlds(),
+            .runs = {},
+            .shards = {},
+            .memory_bytes = planner.memory_bytes};
+  plan.shards = {deal_tiles(planner, order),
+                 deal_frames(planner, order, shard_s),
+                 deal_formats(planner, order, Stage::Export, &RunCost::export_frame),
+                 deal_formats(planner, order, Stage::Validate, &RunCost::validate_frame),
+                 {}};
+  if (!plan.of(Stage::Export).empty())
+    plan.shards.back().push_back({.id = {Stage::Merge, 0}, .pieces = {}, .cost = merge_cost(plan)});
+  plan.runs = std::move(planner.runs);
+  return plan;
+}
+
+}  // namespace terracast::batch

@@ -1,0 +1,139 @@
+#include "batch/update.h"
+
+#include <set>
+
+#include "batch/claims.h"
+#include "core/atomic_file.h"
+#include "core/hash.h"
+#include "world/tile_file.h"
+#include "world/tile_store.h"
+
+namespace terracast::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+/// All that a shard's result depends on, as a line; nothing for the merge, which depends on all.
+std::string signature_of(const Plan& plan, const Shard& shard) {
+  if (shard.pieces.empty()) return {};
+  const PlannedRun& run = plan.runs[static_cast<std::size_t>(shard.pieces.front().run)];
+  std::string text = fmt::format("{} {} {}", stage_name(shard.id.stage), run.name, run.key);
+  for (const Piece& piece : shard.pieces) {
+    switch (shard.id.stage) {
+      case Stage::Render:
+        text += fmt::format(" {} {} {}", piece.sequence, piece.first_frame, piece.end_frame);
+        break;
+      case Stage::Validate:
+        text += " " + run.checks;
+        [[fallthrough]];
+      case Stage::Export: {
+        const PlannedFormat& format = run.formats[static_cast<std::size_t>(piece.format)];
+        text += fmt::format(" {} {}", format.name, format.key);
+        break;
+      }
+      case Stage::Tile:
+      case Stage::Merge:
+        break;
+    }
+  }
+  return text;
+}
+
+void copy_checksums(const JobFolder& from, const JobFolder& to, const Plan& plan,
+                    const Shard& shard) {
+  for (const Piece& piece : shard.pieces) {
+    const PlannedRun& run = plan.runs[static_cast<std::size_t>(piece.run)];
+    const std::string& format = run.formats[static_cast<std::size_t>(piece.format)].name;
+    core::write_file(to.checksums(run, format), core::read_text_file(from.checksums(run, format)));
+  }
+}
+
+/// A list of the changed tiles of a run's world and what they hold now; empty: none is.
+std::string changed_tiles(const fs::path& store_folder) {
+  const world::TileStore store = world::TileStore::open(store_folder);
+  const auto written = fs::last_write_time(store_folder / "manifest.json");
+  std::string changed;
+  for (const world::TileInfo& tile : store.manifest().tiles) {
+    const fs::path file = world::tile_path(store_folder, tile.id);
+    std::error_code missing;
+    const auto time = fs::last_write_time(file, missing);
+    if (missing || (time <= written && fs::file_size(file, missing) == tile.num_bytes)) continue;
+    const auto now = world::inspect_tile(store_folder, tile.id);
+    if (!now)
+      fail(ErrorKind::Input,
+           "{}: this tile was changed, and is damaged; remove it to have it made again, or bring a "
+           "whole one",
+           file.string());
+    if (now->content_hash != tile.content_hash)
+      changed += fmt::format("{} {}\n", tile.id.name(), now->content_hash);
+  }
+  return changed;
+}
+
+}  // namespace
+
+std::map<std::string, std::string> find_edits(const Plan& plan, const JobFolder& folder) {
+  std::map<std::string, std::string> edits;
+  for (const PlannedRun& run : plan.runs) {
+    if (!run.edits.empty()) edits[run.name] = run.edits;
+    const fs::path store = folder.world(plan.worlds[static_cast<std::size_t>(run.world)], run);
+    std::error_code missing;
+    if (!fs::exists(store / "manifest.json", missing)) continue;
+    if (const std::string changed = changed_tiles(store); !changed.empty())
+      edits[run.name] = core::content_hash(run.edits + "\n" + changed);
+  }
+  return edits;
+}
+
+Update carry_over(const Plan& previous, const Plan& plan, const fs::path& job) {
+  const JobFolder before{job, previous.revision};
+  const JobFolder after{job, plan.revision};
+  std::error_code ignored;
+  fs::remove_all(after.state(), ignored);  // of an update that was cut off
+  Claims claims_before(before.state(), previous.claims);
+  Claims claims_after(after.state(), plan.claims);
+  Update update;
+  for (const Stage stage : kStages) {
+    std::map<std::string, ShardId> done;
+    for (const int index : claims_before.done(stage))
+      if (static_cast<std::size_t>(index) < previous.of(stage).size()) {
+        const Shard& shard = previous.of(stage)[static_cast<std::size_t>(index)];
+        done.emplace(signature_of(previous, shard), shard.id);
+      }
+    for (const Shard& shard : plan.of(stage)) {
+      const std::string signature = signature_of(plan, shard);
+      const auto known = done.find(signature);
+      if (signature.empty() || known == done.end()) {
+        ++update.num_open;
+        continue;
+      }
+      if (stage == Stage::Export) copy_checksums(before, after, plan, shard);
+      claims_after.set_done(shard.id, claims_before.record(known->second));
+      ++update.num_kept;
+    }
+  }
+  return update;
+}
+
+void remove_dropped(const Plan& previous, const Plan& plan, const fs::path& job) {
+  std::set<fs::path> planned;
+  for (const PlannedRun& run : plan.runs)
+    for (const PlannedFormat& format : run.formats)
+      planned.insert(JobFolder::exported(run, format.name));
+  const JobFolder folder{job, plan.revision};
+  for (const PlannedRun& run : previous.runs)
+    for (const PlannedFormat& format : run.formats) {
+      if (planned.contains(JobFolder::exported(run, format.name))) continue;
+      for (const fs::path& dropped : {folder.dataset() / JobFolder::exported(run, format.name),
+                                      folder.report(run, format.name)}) {
+        std::error_code error;
+        fs::remove_all(dropped, error);
+        if (error)
+          fail(ErrorKind::Io, "{}: cannot be removed: {}", dropped.string(), error.message());
+      }
+    }
+}
+
+}  // namespace terracast::batch

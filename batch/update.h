@@ -1,0 +1,31 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "batch/job_folder.h"
+#include "batch/plan.h"
+
+namespace terracast::batch {
+
+/// PlannedRun::edits of a plan's runs, by name: tiles whose files were changed after the manifest of
+/// the run's world was written. They must be whole by their own checksum.
+/// cost     a look at the size and time of each tile
+/// throws   Input: a tile is damaged
+std::map<std::string, std::string> find_edits(const Plan& plan, const JobFolder& folder);
+
+/// What an update of a plan leaves to do.
+struct Update {
+  std::int64_t num_kept = 0;  ///< shards that stay done
+  std::int64_t num_open = 0;
+};
+
+/// Carries over what a new revision has in common with the one before: records of shards of which
+/// nothing changed. To be called before the new plan is written. What is rendered again of the
+/// others is decided frame by frame, when they are rendered.
+Update carry_over(const Plan& previous, const Plan& plan, const std::filesystem::path& job);
+
+/// Removes exports and reports of runs and formats that a plan has no more.
+void remove_dropped(const Plan& previous, const Plan& plan, const std::filesystem::path& job);
+
+}  // namespace terracast::batch

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "batch/checksums.h"
+#include "batch/claims.h"
+#include "batch/job_folder.h"
+#include "batch/plan.h"
+#include "core/context.h"
+
+namespace terracast::batch {
+
+struct VerifyOptions {
+  std::int64_t num_samples = 4;  ///< frames that are rendered once more
+  std::int64_t seed = 1;         ///< of their choice
+  bool is_repaired = false;      ///< shards whose results are damaged are opened again
+  ClaimOptions claims;
+};
+
+/// What a verification found.
+struct Verification {
+  std::vector<DamagedFile> damaged;
+  std::int64_t num_files = 0;
+  std::vector<std::string> sampled;    ///< "run0003/P000, frame 17", in the order of rendering
+  std::vector<std::string> differing;  ///< of these, those that came out with other bytes
+  std::vector<ShardId> reopened;
+
+  bool is_right() const { return damaged.empty() && differing.empty(); }
+};
+
+/// Reads every exported file against its checksum, and renders a sample of the frames once more: they
+/// have the same bytes.
+/// throws   Input: nothing is exported yet; Io
+Verification verify(const Plan& plan, const JobFolder& folder, const VerifyOptions& options,
+                    const core::Context& context);
+
+}  // namespace terracast::batch

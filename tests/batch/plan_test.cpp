@@ -1,0 +1,285 @@
+#include "batch/plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "batch/board.h"
+#include "batch/update.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/random.h"
+#include "tests/support/test_data.h"
+
+namespace terracast::batch {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A plan of the demo with other sweeps, whose flights state their frames.
+Plan plan_of(const std::string& sweep, const PlanOptions& options = {},
+             const Plan* previous = nullptr, const std::vector<std::string>& sets = {}) {
+  const fs::path file = fs::path(TERRACAST_SOURCE_DIR) / "configs/swept.toml";
+  const core::ConfigInputs inputs{.file = file,
+                                  .sets = sets,
+                                  .sets_folder = fs::temp_directory_path(),
+                                  .texts = {{file.string(), "extends = \"demo.toml\"\n" + sweep}}};
+  const core::Log log("test", core::LogLevel::Off);
+  return make_plan(Description::load(inputs), options, previous, {.log = log});
+}
+
+const std::string kSweep = R"(
+[[sweep.product]]
+key = "world.seed"
+values = [1, 2, 3]
+[[sweep.product]]
+key = "trajectories.0.num_frames"
+values = [1, 5, 24, 240]
+)";
+
+TEST(Plan, ShardsCoverEveryFrameAndFormatOnce) {
+  for (const double shard_s : {0.0, 0.1, 30.0, 400.0, 1e6}) {
+    PlanOptions options;
+    options.shard_s = shard_s;
+    const Plan plan = plan_of(kSweep, options);
+    ASSERT_EQ(plan.runs.size(), 12U);
+    EXPECT_EQ(plan.worlds.size(), 3U);
+    std::map<std::pair<int, int>, std::vector<int>> frames;  // how often each is rendered
+    for (int run = 0; run < 12; ++run)
+      frames[{run, 0}].resize(
+          static_cast<std::size_t>(plan.runs[static_cast<std::size_t>(run)].num_frames()));
+    for (const Shard& shard : plan.of(Stage::Render))
+      for (const Piece& piece : shard.pieces) {
+        EXPECT_EQ(piece.run, shard.pieces.front().run) << "a shard is of one run";
+        for (int frame = piece.first_frame; frame < piece.end_frame; ++frame)
+          ++frames.at({piece.run, piece.sequence}).at(static_cast<std::size_t>(frame));
+      }
+    for (const auto& [sequence, counts] : frames)
+      EXPECT_THAT(counts, testing::Each(1)) << "run " << sequence.first << ", " << shard_s << " s";
+    for (const Stage stage : {Stage::Export, Stage::Validate}) {
+      std::multiset<std::pair<int, int>> formats;
+      for (const Shard& shard : plan.of(stage))
+        for (const Piece& piece : shard.pieces) formats.insert({piece.run, piece.format});
+      EXPECT_EQ(formats.size(), 36U);
+      EXPECT_EQ((std::set<std::pair<int, int>>(formats.begin(), formats.end()).size()), 36U);
+    }
+    std::set<int> tiled;
+    for (const Shard& shard : plan.of(Stage::Tile)) tiled.insert(shard.pieces.at(0).run);
+    EXPECT_EQ(tiled.size(), 12U);
+    EXPECT_EQ(plan.of(Stage::Merge).size(), 1U);
+  }
+}
+
+TEST(Plan, ShardsOfALongFlightCostAboutTheSame) {
+  PlanOptions options;
+  options.shard_s = 300.0;
+  const Plan plan = plan_of(
+      "[[sweep.product]]\nkey = \"trajectories.0.num_frames\"\nvalues = [24000]\n", options);
+  const auto& shards = plan.of(Stage::Render);
+  ASSERT_GT(shards.size(), 100U);
+  for (std::size_t i = 0; i + 1 < shards.size(); ++i) {  // what is left over is the last one's
+    EXPECT_LE(shards[i].cost.cpu_s, 300.0) << i;
+    EXPECT_GE(shards[i].cost.cpu_s, 285.0) << "a frame costs less than 5 % of a shard";
+    EXPECT_EQ(shards[i].pieces.back().end_frame, shards[i + 1].pieces.front().first_frame);
+  }
+}
+
+TEST(Plan, RunsOfOneWorldStandTogether) {
+  const Plan plan = plan_of(
+      "[[sweep.product]]\nkey = \"conditions.exposure\"\nvalues = [1.0, 2.0]\n"
+      "[[sweep.product]]\nkey = \"world.seed\"\nvalues = [1, 2, 3]\n");
+  for (const Stage stage : {Stage::Tile, Stage::Render}) {
+    std::vector<int> worlds;
+    for (const Shard& shard : plan.of(stage)) {
+      const int world = plan.runs[static_cast<std::size_t>(shard.pieces.at(0).run)].world;
+      if (worlds.empty() || worlds.back() != world) worlds.push_back(world);
+    }
+    EXPECT_THAT(worlds, testing::UnorderedElementsAre(0, 1, 2)) << "each is left once";
+  }
+}
+
+TEST(Plan, ItReadsBackAsItWasWritten) {
+  const test::ScratchFolder folder;
+  const Plan plan = plan_of(kSweep);
+  write_plan(plan, folder.path());
+  const Plan again = read_plan(folder.path());
+  EXPECT_EQ(again.runs, plan.runs);
+  EXPECT_EQ(again.worlds, plan.worlds);
+  EXPECT_EQ(again.inputs.json().text(), plan.inputs.json().text());
+  for (const Stage stage : kStages) {
+    ASSERT_EQ(again.of(stage).size(), plan.of(stage).size());
+    for (std::size_t i = 0; i < plan.of(stage).size(); ++i) {
+      EXPECT_EQ(again.of(stage)[i].id, plan.of(stage)[i].id);
+      EXPECT_EQ(again.of(stage)[i].pieces, plan.of(stage)[i].pieces);
+      EXPECT_EQ(again.of(stage)[i].cost.cpu_s, plan.of(stage)[i].cost.cpu_s);
+    }
+  }
+  EXPECT_THROW(write_plan(plan, folder.path()), core::Error) << "a revision is written once";
+  EXPECT_FALSE(has_newer_plan(folder.path(), 1));
+}
+
+TEST(Plan, ADamagedPlanIsRefusedByTheNameOfItsFile) {
+  const test::ScratchFolder folder;
+  write_plan(plan_of(kSweep), folder.path());
+  for (const char* name : {"plan.json", "config.json", "runs.jsonl", "shards.jsonl"}) {
+    const fs::path file = folder / "plan/0001" / name;
+    const std::string whole = core::read_text_file(file);
+    std::vector<std::string> damaged = {"", "{", "{}\n", whole.substr(0, whole.size() / 2)};
+    if (std::string(name).ends_with(".jsonl")) {
+      damaged.push_back(whole.substr(0, whole.rfind('\n', whole.size() - 2) + 1));  // a line less
+      damaged.push_back(whole + whole.substr(0, whole.find('\n') + 1));             // one twice
+    }
+    for (const std::string& text : damaged) {
+      core::write_file(file, text);
+      try {
+        read_plan(folder.path());
+        ADD_FAILURE() << name << " of " << text.size() << " bytes was read";
+      } catch (const core::Error& error) {
+        EXPECT_EQ(error.kind(), core::ErrorKind::Input) << error.what();
+        EXPECT_THAT(error.what(), testing::HasSubstr(file.string()));
+      }
+    }
+    core::write_file(file, whole);
+  }
+  EXPECT_NO_THROW(read_plan(folder.path()));
+}
+
+TEST(Plan, AShardIsReadyWhenAllThatItsBytesNeedIsDone) {
+  PlanOptions options;
+  options.shard_s = 40.0;
+  const Plan plan = plan_of(
+      "[[sweep.product]]\nkey = \"trajectories.0.num_frames\"\nvalues = [5, 24, 60]\n", options);
+  const auto runs_of = [](const Shard& shard) {
+    std::set<int> runs;
+    for (const Piece& piece : shard.pieces) runs.insert(piece.run);
+    return runs;
+  };
+  // By the runs alone: what comes before in each, and everything before the merge.
+  const auto is_ready = [&](const Shard& shard, const std::set<std::string>& done) {
+    for (const Stage earlier : kStages) {
+      if (earlier >= shard.id.stage) break;
+      for (const Shard& other : plan.of(earlier)) {
+        bool is_needed = shard.id.stage == Stage::Merge;
+        for (const int run : runs_of(shard)) is_needed = is_needed || runs_of(other).contains(run);
+        if (shard.id.stage == Stage::Validate && earlier == Stage::Export)
+          is_needed = other.pieces.at(0) == shard.pieces.at(0);
+        if (is_needed && !done.contains(other.id.text())) return false;
+      }
+    }
+    return true;
+  };
+  for (std::uint64_t round = 0; round < 40; ++round) {
+    const test::ScratchFolder folder;
+    const Claims claims(folder.path(), {});
+    Board board(plan, claims);
+    std::set<std::string> done;
+    std::uint64_t draw = 0;
+    for (const Stage stage : kStages)  // only what is ready is ever done
+      for (const Shard& shard : plan.of(stage)) {
+        EXPECT_EQ(board.is_ready(shard.id), is_ready(shard, done)) << shard.id.text();
+        EXPECT_EQ(board.missing(shard.id).empty(), is_ready(shard, done)) << shard.id.text();
+        if (!is_ready(shard, done) || core::random_unit(1, round, draw++) > 0.95) continue;
+        board.set_done(shard.id);
+        done.insert(shard.id.text());
+      }
+  }
+}
+
+TEST(Update, WhatDidNotChangeStaysDoneUnderItsName) {
+  const test::ScratchFolder folder;
+  PlanOptions options;
+  options.shard_s = 1000.0;
+  const Plan before = plan_of(kSweep, options);
+  write_plan(before, folder.path());
+  {
+    Claims claims(JobFolder{folder.path(), 1}.state(), {});
+    for (const Stage stage : kStages)
+      for (const Shard& shard : before.of(stage))
+        claims.set_done(shard.id, core::Json::object().set("shard", shard.id.text()));
+  }
+  for (const PlannedRun& run : before.runs)
+    for (const PlannedFormat& format : run.formats)
+      core::write_file(JobFolder{folder.path(), 1}.checksums(run, format.name), run.name);
+
+  // One value goes, one comes, first in the list; the exposure of all stays.
+  const std::string swept = R"(
+[[sweep.product]]
+key = "world.seed"
+values = [4, 1, 3]
+[[sweep.product]]
+key = "trajectories.0.num_frames"
+values = [1, 5, 24, 240]
+)";
+  const Plan after = plan_of(swept, {}, &before);
+  EXPECT_EQ(after.revision, 2);
+  std::map<std::string, std::string> changes_before;
+  std::set<std::string> new_names;
+  for (const PlannedRun& run : before.runs) changes_before[run.name] = run.changes;
+  for (const PlannedRun& run : after.runs) {
+    if (run.changes.starts_with("world.seed = 4,")) {
+      EXPECT_FALSE(changes_before.contains(run.name)) << run.name;
+    } else {
+      EXPECT_EQ(changes_before[run.name], run.changes);
+    }
+    new_names.insert(run.name);
+  }
+  EXPECT_EQ(new_names.size(), 12U);
+
+  const Update update = carry_over(before, after, folder.path());
+  std::int64_t num_new = 1;  // the merge
+  const Claims claims(JobFolder{folder.path(), 2}.state(), {});
+  for (const Stage stage : kStages)
+    for (const Shard& shard : after.of(stage)) {
+      if (shard.pieces.empty()) continue;
+      const PlannedRun& run = after.runs[static_cast<std::size_t>(shard.pieces.at(0).run)];
+      const bool is_new = run.changes.starts_with("world.seed = 4,");
+      EXPECT_EQ(claims.is_done(shard.id), !is_new) << shard.id.text() << " of " << run.changes;
+      num_new += is_new ? 1 : 0;
+      if (stage != Stage::Export || is_new) continue;
+      const auto format = static_cast<std::size_t>(shard.pieces.at(0).format);
+      EXPECT_EQ(core::read_text_file(
+                    JobFolder{folder.path(), 2}.checksums(run, run.formats[format].name)),
+                run.name);
+    }
+  EXPECT_EQ(update.num_open, num_new);
+  EXPECT_FALSE(claims.is_done({Stage::Merge, 0}));
+}
+
+TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {
+  const std::string sweep = "[[sweep.product]]\nkey = \"world.seed\"\nvalues = [1]\n";
+  PlanOptions options;
+  options.shard_s = 1000.0;
+  const Plan before = plan_of(sweep, options);
+  const auto open_stages = [&](const std::string& set) {
+    const test::ScratchFolder folder;
+    write_plan(before, folder.path());
+    {
+      Claims claims(JobFolder{folder.path(), 1}.state(), {});
+      for (const Stage stage : kStages)
+        for (const Shard& shard : before.of(stage)) claims.set_done(shard.id, core::Json::object());
+    }
+    for (const PlannedRun& run : before.runs)
+      for (const PlannedFormat& format : run.formats)
+        core::write_file(JobFolder{folder.path(), 1}.checksums(run, format.name), "");
+    const Plan after = plan_of(sweep, {}, &before, {set});
+    carry_over(before, after, folder.path());
+    const Claims claims(JobFolder{folder.path(), 2}.state(), {});
+    std::vector<std::string> open;
+    for (const Stage stage : kStages)
+      if (claims.done(stage).size() < after.of(stage).size()) open.emplace_back(stage_name(stage));
+    return open;
+  };
+  using testing::ElementsAre;
+  EXPECT_THAT(open_stages("tracing.memory_bytes=1e9"), ElementsAre("merge"));
+  EXPECT_THAT(open_stages("validate.seed=5"), ElementsAre("validate", "merge"));
+  EXPECT_THAT(open_stages("exports.2.depth=false"), ElementsAre("export", "validate", "merge"));
+  EXPECT_THAT(open_stages("conditions.visibility_km=30"),
+              ElementsAre("tile", "render", "export", "validate", "merge"));
+}
+
+}  // namespace
+}  // namespace terracast::batch
