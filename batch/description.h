@@ -4,14 +4,15 @@
 #include <string>
 #include <vector>
 
+#include "batch/dataset/dataset_options.h"
 #include "batch/sweep.h"
 #include "core/toml_reader.h"
 #include "job/run_config.h"
 
 namespace terracast::batch {
 
-/// A dataset description: the config of a run, and the sweep that makes many of it. A config without
-/// `[sweep]` describes one run.
+/// A dataset description: the config of a run, the sweep that makes many of it, and `[dataset]`, what
+/// the whole is called and how it is divided. A config without `[sweep]` describes one run.
 class Description {
  public:
   /// throws Config, Io: as job::load_run_config
@@ -21,6 +22,7 @@ class Description {
 
   std::int64_t num_runs() const { return sweep_.num_runs(); }
   RunChanges changes(std::int64_t index) const { return sweep_.run(index); }
+  const DatasetOptions& dataset() const { return dataset_; }
   /// The config of a run; its places of errors name the sweep's entry.
   job::RunConfig run_config(std::int64_t index) const;
   /// All that was read so far: the files of runs whose config was asked for.
@@ -31,11 +33,13 @@ class Description {
 
   core::TomlDocument document_;
   Sweep sweep_;
+  DatasetOptions dataset_;
 };
 
-/// Keys of `[sweep]`, for manuals.
-struct SweepSection {
+/// Keys that a description has beside a run's, for manuals.
+struct DescriptionSections {
   SweepOptions sweep;
+  DatasetOptions dataset;
   void describe(core::SchemaVisitor& visit);
 };
 

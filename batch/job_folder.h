@@ -40,6 +40,10 @@ struct JobFolder {
   }
   /// Claims and records.
   std::filesystem::path state() const;
+  /// What the merge is told of a sequence.
+  std::filesystem::path summary(const PlannedRun& run, const std::string& sequence) const {
+    return root / "summary" / run.name / run.key.substr(0, 12) / (sequence + ".json");
+  }
   std::filesystem::path attempts() const { return root / "attempts"; }
   std::filesystem::path logs() const { return root / "logs"; }
 };

@@ -59,7 +59,11 @@ class RunPlanner {
       core::with_context(
           [&] { chosen.exporter().check(cameras); },
           fmt::format("checking that format {} can hold the rigs of {}", chosen.format, run.name));
-      run.formats.push_back({chosen.format, hash_of(chosen)});
+      // What is told of its ground is found out with the exports.
+      run.formats.push_back(
+          {chosen.format, core::content_hash(fmt::format("{}\nwithin_m {}", core::toml_text(chosen),
+                                                         description_.dataset().within_m))
+                              .substr(0, 12)});
     }
     const std::string& world = worlds_[static_cast<std::size_t>(run.world)];
     run.edits = edits_of(run.name, world);

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "batch/checksums.h"
+#include "batch/dataset/sequence_summary.h"
 #include "batch/merge.h"
 #include "core/atomic_file.h"
 #include "job/stages.h"
@@ -186,6 +187,25 @@ struct ShardWork::Impl {
     }
   }
 
+  /// Once a run, when its first format is exported, which sees to it that all frames are whole.
+  void summarise(int run) {
+    const job::Job& job = job_of(run);
+    const world::WorldManifest& manifest = store_of(run).manifest();
+    const GroundOptions options{.ground = ground_identity(manifest),
+                                .within_m = description.dataset().reach_m()};
+    const auto height_above_ground = [&](const geo::Geodetic& place) {
+      const auto ground_m = job.surface->measured_height_m(place.lat_deg, place.lon_deg);
+      return ground_m ? place.height_m - *ground_m : std::numeric_limits<double>::quiet_NaN();
+    };
+    for (const PlannedSequence& sequence : run_of(run).sequences) {
+      const auto reader =
+          capture::SequenceReader::open(folder.captures(run_of(run)) / sequence.name);
+      json_from_summary(
+          summary_of(run_of(run).name, reader, manifest, options, height_above_ground))
+          .write(folder.summary(run_of(run), sequence.name), -1);
+    }
+  }
+
   ShardResult export_runs(const Shard& shard) {
     ShardResult result;
     for (const Piece& piece : shard.pieces) {
@@ -193,6 +213,7 @@ struct ShardWork::Impl {
       const std::string& format = run.formats[static_cast<std::size_t>(piece.format)].name;
       Attempt attempt(folder);
       export_captures(piece, attempt.folder());
+      if (piece.format == 0) summarise(piece.run);
       const fs::path made = attempt.folder() / format;
       const auto checksums = checksums_of(made, JobFolder::exported(run, format));
       result.bytes += bytes_in(made);

@@ -49,7 +49,7 @@ constexpr std::string_view kItemRule =
 /// Keys that every job has, and those that make many runs of it.
 std::vector<KeyInfo> common_keys() {
   std::vector<KeyInfo> keys = core::list_keys<job::RunConfig>();
-  for (KeyInfo& key : core::list_keys<batch::SweepSection>()) keys.push_back(std::move(key));
+  for (KeyInfo& key : core::list_keys<batch::DescriptionSections>()) keys.push_back(std::move(key));
   return keys;
 }
 

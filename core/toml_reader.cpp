@@ -317,15 +317,16 @@ TomlDocument TomlDocument::parse(std::string_view text, const std::string& file_
 }
 
 TomlDocument TomlDocument::with(const std::vector<Change>& changes,
-                                std::string_view without) const {
+                                std::initializer_list<std::string_view> without) const {
   auto changed = std::make_unique<Impl>(*impl_);
   // Top-level keys first, as with --set.
   for (const bool is_top : {true, false})
     for (const Change& change : changes)
       if ((change.key.find('.') == std::string::npos) == is_top)
         set_config_value(changed->root, change.key, *change.value.node, impl_->files->loader());
-  std::erase_if(*changed->root.table(),
-                [&](const ConfigEntry& entry) { return entry.key == without; });
+  std::erase_if(*changed->root.table(), [&](const ConfigEntry& entry) {
+    return std::find(without.begin(), without.end(), entry.key) != without.end();
+  });
   return TomlDocument(std::move(changed));
 }
 

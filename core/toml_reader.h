@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <initializer_list>
 #include <map>
 #include <memory>
 #include <string>
@@ -50,9 +51,10 @@ class TomlDocument {
     std::string key;
     AnyValue value;
   };
-  /// The same document with other values, and without one top-level key where one is named.
+  /// The same document with other values, and without some top-level keys.
   /// throws Config: as --set
-  TomlDocument with(const std::vector<Change>& changes, std::string_view without = {}) const;
+  TomlDocument with(const std::vector<Change>& changes,
+                    std::initializer_list<std::string_view> without = {}) const;
 
   /// Whether there is a top-level key.
   bool has(std::string_view key) const;

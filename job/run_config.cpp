@@ -62,10 +62,12 @@ RunConfig load_run_config(const std::filesystem::path& file, const std::vector<s
   return core::with_context(
       [&] {
         const core::TomlDocument document = core::TomlDocument::load(file, sets);
-        if (document.has("sweep"))
-          fail(ErrorKind::Config,
-               "{}: it has a [sweep], which makes many runs of it; `terracast batch plan` takes it",
-               file.string());
+        for (const char* section : {"sweep", "dataset"})
+          if (document.has(section))
+            fail(ErrorKind::Config,
+                 "{}: it has a [{}], so it describes a dataset of many runs; `terracast batch plan` "
+                 "takes it",
+                 file.string(), section);
         RunConfig config;
         document.read(config);
         return config;

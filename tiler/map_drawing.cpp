@@ -1,5 +1,7 @@
 #include "tiler/map_drawing.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -38,7 +40,8 @@ constexpr Glyph kGlyphs[] = {
     {',', {0, 0, 0, 0, 12, 4, 8}},       {':', {0, 12, 12, 0, 12, 12, 0}},
     {'/', {1, 1, 2, 4, 8, 16, 16}},      {'_', {0, 0, 0, 0, 0, 0, 31}},
     {'+', {0, 4, 4, 31, 4, 4, 0}},       {'(', {2, 4, 8, 8, 8, 4, 2}},
-    {')', {8, 4, 2, 2, 2, 4, 8}},        {' ', {0, 0, 0, 0, 0, 0, 0}},
+    {')', {8, 4, 2, 2, 2, 4, 8}},        {'%', {24, 25, 2, 4, 8, 19, 3}},
+    {' ', {0, 0, 0, 0, 0, 0, 0}},
 };
 
 const Glyph& glyph_of(char letter) {
@@ -107,6 +110,27 @@ void Canvas::text(int x, int y, std::string_view words, int scale, const Colour&
 
 int Canvas::text_width_px(std::string_view words, int scale) {
   return static_cast<int>(words.size()) * (kGlyphWidth + 1) * scale;
+}
+
+double round_length(double length) {
+  const double decade = std::pow(10.0, std::floor(std::log10(length)));
+  for (const double factor : {5.0, 2.0})
+    if (factor * decade <= length) return factor * decade;
+  return decade;
+}
+
+int draw_scale_bar(Canvas& canvas, int x, int y, int scale, double metres_per_px, double longest_px,
+                   const Colour& colour) {
+  const double bar_m = round_length(longest_px * metres_per_px);
+  const int bar_px = static_cast<int>(std::lround(bar_m / metres_per_px));
+  canvas.fill(x, y + 2 * scale, bar_px, 2 * scale, colour);
+  canvas.fill(x, y, scale, 6 * scale, colour);
+  canvas.fill(x + bar_px - scale, y, scale, 6 * scale, colour);
+  canvas.text(
+      x, y + 11 * scale,
+      bar_m >= 1000.0 ? fmt::format("{:g} km", bar_m / 1000.0) : fmt::format("{:g} m", bar_m),
+      scale, colour);
+  return bar_px;
 }
 
 }  // namespace terracast::tiler

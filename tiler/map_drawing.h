@@ -34,4 +34,14 @@ class Canvas {
   core::Image8& image_;
 };
 
+/// 1, 2 or 5 times a power of ten that is at most `length`.
+double round_length(double length);
+
+/// A bar of a round length, with its length in words below.
+/// x, y         of the top left corner; 18 rows of `scale` pixels are taken
+/// longest_px   the bar is at most this long
+/// returns      its length, px
+int draw_scale_bar(Canvas& canvas, int x, int y, int scale, double metres_per_px, double longest_px,
+                   const Colour& colour);
+
 }  // namespace terracast::tiler

@@ -7,6 +7,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "core/bytes_text.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "tiler/map_drawing.h"
@@ -126,14 +127,6 @@ Eigen::Vector2d slope_at(const LevelSampler& sampler, const Eigen::Vector2d& at_
   return {rise(Eigen::Vector2d::UnitX()), rise(Eigen::Vector2d::UnitY())};
 }
 
-/// 1, 2 or 5 times a power of ten that is at most `length`.
-double round_length(double length) {
-  const double decade = std::pow(10.0, std::floor(std::log10(length)));
-  for (const double factor : {5.0, 2.0})
-    if (factor * decade <= length) return factor * decade;
-  return decade;
-}
-
 struct MapFrame {
   int width_px = 0;
   int height_px = 0;
@@ -241,15 +234,8 @@ void draw_legend(const TileStore& store, const std::vector<PreviewPath>& paths, 
   const int top = side_px + 6 * scale;
   canvas.text(left, top, store.manifest().name, scale, kInk);
 
-  const double bar_m = round_length(0.2 * map.width_px * map.metres_per_px());
-  const int bar_px = static_cast<int>(std::lround(bar_m / map.metres_per_px()));
-  canvas.fill(left, top + line_px + 2 * scale, bar_px, 2 * scale, kInk);
-  canvas.fill(left, top + line_px, scale, 6 * scale, kInk);
-  canvas.fill(left + bar_px - scale, top + line_px, scale, 6 * scale, kInk);
-  canvas.text(
-      left, top + 2 * line_px,
-      bar_m >= 1000.0 ? fmt::format("{:g} km", bar_m / 1000.0) : fmt::format("{:g} m", bar_m),
-      scale, kInk);
+  const int bar_px = draw_scale_bar(canvas, left, top + line_px, scale, map.metres_per_px(),
+                                    0.2 * map.width_px, kInk);
 
   const int ramp_left = left + std::max(bar_px + 20 * scale, side_px / 4);
   const int ramp_px = side_px / 5;
@@ -297,13 +283,6 @@ void draw_north_arrow(const MapFrame& map, Canvas& canvas) {
   const int scale = std::max(side_px / 450, 1);
   canvas.text(static_cast<int>(foot.x()) - 2 * scale, static_cast<int>(foot.y()) + 3 * scale, "N",
               scale, kInk);
-}
-
-std::string bytes_text(double bytes) {
-  const char* const units[] = {"B", "kB", "MB", "GB", "TB"};
-  std::size_t unit = 0;
-  for (; bytes >= 1000.0 && unit + 1 < std::size(units); ++unit) bytes /= 1000.0;
-  return fmt::format("{:.3g} {}", bytes, units[unit]);
 }
 
 void check_size(int size_px) {
@@ -418,9 +397,9 @@ std::string describe_world(const TileStore& store) {
   for (auto level = levels.rbegin(); level != levels.rend(); ++level)
     text += fmt::format("{:>6} {:>10} {:>8} {:>10}\n", level->first, spacing(level->first),
                         level->second.num_tiles,
-                        bytes_text(static_cast<double>(level->second.num_bytes)));
+                        core::bytes_text(static_cast<double>(level->second.num_bytes)));
   text += fmt::format("{:>6} {:>10} {:>8} {:>10}\n", "all", "", all.num_tiles,
-                      bytes_text(static_cast<double>(all.num_bytes)));
+                      core::bytes_text(static_cast<double>(all.num_bytes)));
 
   text += "\nsources\n";
   for (const world::SourceInfo& source : manifest.sources) {

@@ -1,0 +1,76 @@
+#include "batch/dataset/reading.h"
+
+#include <algorithm>
+#include <array>
+
+namespace terracast::batch {
+
+namespace {
+
+const std::vector<FormatReading>& readings() {
+  static const std::vector<FormatReading> table = {
+      {"colmap",
+       "COLMAP",
+       "Each `<sequence>` has its model in `sparse/0` (as text in `sparse_txt/0`) and its images "
+       "in "
+       "`images`, for COLMAP's own programs, `pycolmap.Reconstruction(\"…/sparse/0\")` and "
+       "whatever "
+       "takes COLMAP's models; `numpy.load` reads `depth/**/*.npy` (planar, m, sky 0).",
+       {"structure-from-motion", "novel-view-synthesis"}},
+      {"kitti",
+       "KITTI odometry",
+       "`pykitti.odometry(\"…/dataset\", \"00\")` opens a sequence; `numpy.load` reads "
+       "`depth_2/*.npy` "
+       "(planar, m, sky 0), and `disp_2/*.png` are disparities times 256.",
+       {"stereo", "visual-odometry"}},
+      {"kitti_raw",
+       "KITTI raw",
+       "`pykitti.raw(\"…\", \"<date>\", \"<drive>\")` opens a drive with its OXTS packets on true "
+       "WGS84; "
+       "`numpy.load` reads `depth_02/data/*.npy` (planar, m, sky 0).",
+       {"stereo", "visual-inertial-odometry"}},
+      {"tartanair",
+       "TartanAir V2",
+       "The package `tartanair` takes the folder as its root; "
+       "`cv2.imread(file, cv2.IMREAD_UNCHANGED).view(\"<f4\")` decodes a depth image (planar, m), "
+       "and "
+       "`dataset.json` says what depth the sky has.",
+       {"stereo", "optical-flow", "semantic-segmentation", "visual-odometry"}},
+      {"tartanair_v1",
+       "TartanAir V1",
+       "`numpy.load` reads depth (planar, m), classes, flow and its mask; poses are lines of "
+       "`tx ty tz qx qy qz qw` in north, east, down.",
+       {"stereo", "optical-flow", "semantic-segmentation", "visual-odometry"}},
+  };
+  return table;
+}
+
+}  // namespace
+
+FormatReading reading_of(std::string_view format) {
+  for (const FormatReading& reading : readings())
+    if (reading.format == format) return reading;
+  return {format, format, "`dataset.json` describes it.", {}};
+}
+
+std::string_view mime_type(std::string_view extension) {
+  struct Type {
+    std::string_view extension, mime;
+  };
+  static constexpr std::array kTypes = {
+      Type{"csv", "text/csv"},
+      Type{"db", "application/vnd.sqlite3"},
+      Type{"html", "text/html"},
+      Type{"json", "application/json"},
+      Type{"jsonl", "application/jsonlines"},
+      Type{"md", "text/markdown"},
+      Type{"npz", "application/zip"},
+      Type{"png", "image/png"},
+      Type{"txt", "text/plain"},
+  };
+  const auto* found = std::find_if(kTypes.begin(), kTypes.end(),
+                                   [&](const Type& type) { return type.extension == extension; });
+  return found == kTypes.end() ? "application/octet-stream" : found->mime;
+}
+
+}  // namespace terracast::batch
