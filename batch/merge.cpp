@@ -65,7 +65,7 @@ ShardResult merge(const Plan& plan, const JobFolder& folder, const core::Context
     parts.files.push_back(
         {checksum.path, fs::file_size(folder.dataset() / checksum.path), checksum.sha256});
   double bytes = 0.0;
-  for (const FileFacts& file : describe_dataset(std::move(parts), folder.dataset())) {
+  for (const FileFacts& file : describe_dataset(std::move(parts), folder.dataset(), context.log)) {
     checksums.push_back({file.path, file.sha256});
     bytes += static_cast<double>(file.num_bytes);
   }

@@ -103,7 +103,8 @@ Json statistics_json(const DatasetFacts& facts, const std::vector<const Histogra
 
 }  // namespace
 
-std::vector<FileFacts> describe_dataset(DatasetParts parts, const fs::path& folder) {
+std::vector<FileFacts> describe_dataset(DatasetParts parts, const fs::path& folder,
+                                        const core::Log& log) {
   std::vector<SequenceSummary>& sequences = parts.sequences;
   std::vector<SplitSequence> to_split;
   for (const SequenceSummary& sequence : sequences)
@@ -165,6 +166,11 @@ std::vector<FileFacts> describe_dataset(DatasetParts parts, const fs::path& fold
   files.write("README.md", dataset_card(facts));
   facts.files.push_back(files.files.back());  // Croissant's, and its own are not in it
   files.write("croissant.json", croissant(facts).text() + "\n");
+  log.info("{}", facts.split_words);
+  const std::vector<std::string> gaps = croissant_gaps(facts);
+  if (!gaps.empty())
+    log.warn("croissant.json: Croissant requires {} too, which [dataset] does not state",
+             fmt::join(gaps, ", "));
   return files.files;
 }
 

@@ -6,6 +6,7 @@
 #include "batch/dataset/dataset_options.h"
 #include "batch/dataset/sequence_summary.h"
 #include "batch/dataset/worst_checks.h"
+#include "core/log.h"
 
 namespace terracast::batch {
 
@@ -20,7 +21,9 @@ struct DatasetParts {
 
 /// Divides the sequences and writes index.jsonl, statistics.json, splits/, plots/, README.md and
 /// croissant.json into the dataset's folder.
+/// log       where it is told how the sequences were divided, and what Croissant misses
 /// returns   the files that it wrote
-std::vector<FileFacts> describe_dataset(DatasetParts parts, const std::filesystem::path& folder);
+std::vector<FileFacts> describe_dataset(DatasetParts parts, const std::filesystem::path& folder,
+                                        const core::Log& log);
 
 }  // namespace terracast::batch
