@@ -115,7 +115,7 @@ TEST(Claims, WhatADeadProcessHeldIsFreeAtOnce) {
 
 TEST(Claims, AStoppedProcessLosesItsClaimAfterTheLeaseAndItsLateRecordChangesNothing) {
   const test::ScratchFolder folder;
-  constexpr ClaimOptions kOptions{.lease_s = 0.6};
+  constexpr ClaimOptions kOptions{.lease_s = 1.2};
   const pid_t child = in_process([&] {
     Claims claims(folder.path(), kOptions);
     auto claimed = claims.claim(kShard);
@@ -127,10 +127,10 @@ TEST(Claims, AStoppedProcessLosesItsClaimAfterTheLeaseAndItsLateRecordChangesNot
   wait_for(folder / "claimed");
   Claims claims(folder.path(), kOptions);
   EXPECT_EQ(standing_after_claim(claims), Claims::Standing::Held);
-  sleep_s(1.5);  // it lives: two and a half leases long its claim is renewed
+  sleep_s(3.0);  // it lives: two and a half leases long its claim is renewed
   EXPECT_EQ(standing_after_claim(claims), Claims::Standing::Held);
   ::kill(child, SIGSTOP);
-  sleep_s(1.5);
+  sleep_s(2.0);
   auto claimed = claims.claim(kShard);
   ASSERT_TRUE(std::holds_alternative<Claim>(claimed));
   ::kill(child, SIGCONT);
