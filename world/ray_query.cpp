@@ -102,8 +102,8 @@ struct RayQuery::Impl {
   template <int kWidth, class Found>
   class Journey {
    public:
-    Journey(Impl& impl, CastKind kind, const Found& found)
-        : impl_(impl), kind_(kind), found_(found), pin_(impl.cache) {}
+    Journey(Impl& impl, CastKind kind, const Found& found, RayTrail* trail)
+        : impl_(impl), kind_(kind), found_(found), trail_(trail), pin_(impl.cache) {}
     ~Journey() {
       impl_.num_casts += casts_;
       impl_.num_lanes += lanes_;
@@ -122,7 +122,7 @@ struct RayQuery::Impl {
           batch_.travelling[g] = 0;
           if (first >= rays.size()) continue;
           const LaneMask asked = load_rays(rays, first, first_id, batch_.groups[g]);
-          batch_.travelling[g] = impl_.map.enter(batch_.groups[g], asked, hint_);
+          batch_.travelling[g] = impl_.map.enter(batch_.groups[g], asked, hint_, trail_);
         }
         carry_batch();
       }
@@ -152,6 +152,7 @@ struct RayQuery::Impl {
       PacketRays<kWidth> packet(batch_);
       while (packet.take()) {
         go_to_tile(packet.tile());
+        if (trail_ != nullptr) trail_->touch(tile_);
         if (scene_ == nullptr) {
           for (const CastGroup& group : packet.groups()) parked_.park(*group.rays, group.asked);
           continue;
@@ -165,7 +166,7 @@ struct RayQuery::Impl {
             found_(group.rays->id[lane], tile_, *scene_, group.crossings, lane);
           });
           const LaneMask left = group.asked & ~group.found;
-          group.asked = left != 0 ? impl_.map.go_on(*group.rays, left) : 0;
+          group.asked = left != 0 ? impl_.map.go_on(*group.rays, left, trail_) : 0;
         }
         packet.give_back();
       }
@@ -182,6 +183,7 @@ struct RayQuery::Impl {
     Impl& impl_;
     const CastKind kind_;
     const Found& found_;
+    RayTrail* const trail_;
     SceneCache::Pin pin_;
     RayBatch batch_;
     ParkedRays parked_;
@@ -194,10 +196,10 @@ struct RayQuery::Impl {
   };
 
   template <int kWidth, class Rays, class Found>
-  void trace_packets(const Rays& rays, CastKind kind, const Found& found) {
+  void trace_packets(const Rays& rays, CastKind kind, const Found& found, RayTrail* trail) {
     TERRACAST_CHECK(rays.size() < 0xffffffffU, "{} rays in one call", rays.size());
     const FlushDenormals flush;
-    Journey<kWidth, Found> journey(*this, kind, found);
+    Journey<kWidth, Found> journey(*this, kind, found, trail);
     for (std::size_t first = 0; first < rays.size(); first += kRaysAtOnce)
       journey.trace(rays.subspan(first, std::min(kRaysAtOnce, rays.size() - first)), first);
     num_rays += rays.size();
@@ -205,12 +207,14 @@ struct RayQuery::Impl {
 
   /// rays   WorldRays or a RayFan
   template <class Rays, class Found>
-  void trace(const Rays& rays, CastKind kind, const Found& found) {
+  void trace(const Rays& rays, CastKind kind, const Found& found, RayTrail* trail) {
+    TERRACAST_CHECK(trail == nullptr || trail->num_tiles() == cut.size(),
+                    "a trail of {} tiles of {}", trail->num_tiles(), cut.size());
     TERRACAST_CHECK(packet_width == 8 || packet_width == 16, "packets of {} rays", packet_width);
     if (packet_width == 16)
-      trace_packets<16>(rays, kind, found);
+      trace_packets<16>(rays, kind, found, trail);
     else
-      trace_packets<8>(rays, kind, found);
+      trace_packets<8>(rays, kind, found, trail);
   }
 
   const TileStore store;
@@ -277,59 +281,67 @@ void check_fan(const RayFan& rays) {
 /// rays   WorldRays or a RayFan
 template <class Rays, class Tracer>
 void find_hits(Tracer& tracer, const Rays& rays, std::span<SurfaceHit> hits, Coherence coherence,
-               std::span<SurfaceSample> surfaces) {
+               std::span<SurfaceSample> surfaces, RayTrail* trail) {
   TERRACAST_CHECK(hits.size() == rays.size(), "{} hits for {} rays", hits.size(), rays.size());
   TERRACAST_CHECK(surfaces.empty() || surfaces.size() == rays.size(), "{} surfaces for {} rays",
                   surfaces.size(), rays.size());
   std::fill(hits.begin(), hits.end(), SurfaceHit{});
-  tracer.trace(rays, first_crossings(coherence),
-               [&](std::uint32_t i, std::uint32_t tile, const TileScene& scene,
-                   const CrossingLanes& crossings, int lane) {
-                 SurfaceHit& hit = hits[i];
-                 hit.t = crossings.t[lane];
-                 hit.tile_index = tile;
-                 hit.cell_x = static_cast<std::uint16_t>(crossings.cell_x[lane]);
-                 hit.cell_y = static_cast<std::uint16_t>(crossings.cell_y[lane]);
-                 hit.upper = static_cast<std::uint8_t>(crossings.is_upper[lane]);
-                 hit.slope_x = crossings.slope_x[lane];
-                 hit.slope_y = crossings.slope_y[lane];
-                 if (surfaces.empty()) return;
-                 const WorldRay& ray = rays[i];
-                 surfaces[i] =
-                     surface_at(scene, hit, ray.origin_world + hit.t * ray.direction_world);
-               });
+  tracer.trace(
+      rays, first_crossings(coherence),
+      [&](std::uint32_t i, std::uint32_t tile, const TileScene& scene,
+          const CrossingLanes& crossings, int lane) {
+        SurfaceHit& hit = hits[i];
+        hit.t = crossings.t[lane];
+        hit.tile_index = tile;
+        hit.cell_x = static_cast<std::uint16_t>(crossings.cell_x[lane]);
+        hit.cell_y = static_cast<std::uint16_t>(crossings.cell_y[lane]);
+        hit.upper = static_cast<std::uint8_t>(crossings.is_upper[lane]);
+        hit.slope_x = crossings.slope_x[lane];
+        hit.slope_y = crossings.slope_y[lane];
+        if (surfaces.empty()) return;
+        const WorldRay& ray = rays[i];
+        surfaces[i] = surface_at(scene, hit, ray.origin_world + hit.t * ray.direction_world);
+      },
+      trail);
 }
 
 }  // namespace
 
 void RayQuery::intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
-                         Coherence coherence, std::span<SurfaceSample> surfaces) const {
-  find_hits(*impl_, rays, hits, coherence, surfaces);
+                         Coherence coherence, std::span<SurfaceSample> surfaces,
+                         RayTrail* trail) const {
+  find_hits(*impl_, rays, hits, coherence, surfaces, trail);
 }
 
 void RayQuery::intersect(const RayFan& rays, std::span<SurfaceHit> hits, Coherence coherence,
-                         std::span<SurfaceSample> surfaces) const {
+                         std::span<SurfaceSample> surfaces, RayTrail* trail) const {
   check_fan(rays);
-  find_hits(*impl_, rays, hits, coherence, surfaces);
+  find_hits(*impl_, rays, hits, coherence, surfaces, trail);
 }
 
-void RayQuery::intersect(const RayFan& rays, std::span<double> t, Coherence coherence) const {
+void RayQuery::intersect(const RayFan& rays, std::span<double> t, Coherence coherence,
+                         RayTrail* trail) const {
   check_fan(rays);
   TERRACAST_CHECK(t.size() == rays.size(), "{} answers for {} rays", t.size(), rays.size());
   std::fill(t.begin(), t.end(), kInfinity);
-  impl_->trace(rays, first_crossings(coherence),
-               [&](std::uint32_t ray, std::uint32_t, const TileScene&,
-                   const CrossingLanes& crossings, int lane) { t[ray] = crossings.t[lane]; });
+  impl_->trace(
+      rays, first_crossings(coherence),
+      [&](std::uint32_t ray, std::uint32_t, const TileScene&, const CrossingLanes& crossings,
+          int lane) { t[ray] = crossings.t[lane]; },
+      trail);
 }
 
-void RayQuery::occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const {
+void RayQuery::occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded,
+                        RayTrail* trail) const {
   TERRACAST_CHECK(is_occluded.size() == rays.size(), "{} answers for {} rays", is_occluded.size(),
                   rays.size());
   std::fill(is_occluded.begin(), is_occluded.end(), std::uint8_t{0});
-  impl_->trace(rays, CastKind::Any,
-               [&](std::uint32_t ray, std::uint32_t, const TileScene&, const CrossingLanes&, int) {
-                 is_occluded[ray] = 1;
-               });
+  impl_->trace(
+      rays, CastKind::Any,
+      [&](std::uint32_t ray, std::uint32_t, const TileScene&, const CrossingLanes&, int) {
+        is_occluded[ray] = 1;
+      },
+      trail);
 }
 
 std::optional<double> RayQuery::surface_z_world(double x_world, double y_world) const {

@@ -12,6 +12,7 @@
 
 #include "core/schema.h"
 #include "world/lod.h"
+#include "world/ray_trail.h"
 #include "world/tile_store.h"
 #include "world/world_ray.h"
 
@@ -92,8 +93,8 @@ struct RayQueryStats {
 ///               whatever the float error; its t as the plane's closed form in double has it: the
 ///               clearance errs by 12 * 2^-53 of the largest coordinate, times 1 + the triangle's
 ///               slopes; t by that over the rate at which the ray closes in on the plane
-/// determinism   results depend on the rays and the cut alone: not on threads, packets, budget,
-///               local origin
+/// determinism   results, trails among them, depend on the rays and the cut alone: not on threads,
+///               packets, budget, local origin
 /// threads       all queries: safe, from parallel loops
 /// throws        Input or Io from tile loads; Internal: a ray without a finite start, a direction
 ///               with a length (1e-150 to 1e150) or a number for t_max, or with t_min -inf or none;
@@ -111,19 +112,22 @@ class RayQuery {
   /// crosses it only where it sinks below; one that starts under it crosses at t_min.
   /// hits       as many as rays
   /// surfaces   as many, or none: what the surface is made of at each hit
+  /// trail      the tiles to which the rays come are added to it; null: nobody wants to know
   void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits, Coherence coherence,
-                 std::span<SurfaceSample> surfaces = {}) const;
+                 std::span<SurfaceSample> surfaces = {}, RayTrail* trail = nullptr) const;
 
   /// The same of rays from one point.
   void intersect(const RayFan& rays, std::span<SurfaceHit> hits, Coherence coherence,
-                 std::span<SurfaceSample> surfaces = {}) const;
+                 std::span<SurfaceSample> surfaces = {}, RayTrail* trail = nullptr) const;
   /// The same crossings, of which only t is told.
   /// t   as many as rays; +inf: sky
-  void intersect(const RayFan& rays, std::span<double> t, Coherence coherence) const;
+  void intersect(const RayFan& rays, std::span<double> t, Coherence coherence,
+                 RayTrail* trail = nullptr) const;
 
   /// Whether there is a crossing in [t_min, t_max]: exactly what intersect says, without finding
-  /// out more. For light and for visibility.
-  void occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded) const;
+  /// out more. For light and for visibility. Rays come to the same tiles.
+  void occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> is_occluded,
+                RayTrail* trail = nullptr) const;
 
   /// World z of the true surface above or below a place, nothing outside the tiles.
   std::optional<double> surface_z_world(double x_world, double y_world) const;

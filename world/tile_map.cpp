@@ -204,6 +204,23 @@ LaneMask move_on(const TileMap::Leaf& leaf, const Sides& sides, LaneMask moving,
   return lanes_where(is_out);
 }
 
+/// How low rays are in their passages through a tile at the lowest.
+TERRACAST_PACKET_CODE
+double find_lowest_z(const RayLanes& rays, const Sides& sides, LaneMask asked) {
+  Integers is_asked;
+  for (int i = 0; i < kLanes; ++i) is_asked[i] = static_cast<std::int32_t>((asked >> i) & 1U);
+  Doubles counts, z;
+  for (int i = 0; i < kLanes; ++i) counts[i] = is_asked[i];
+  for (int i = 0; i < kLanes; ++i) {
+    const double z_entry = rays.origin_z[i] + rays.t_entry[i] * rays.direction_z[i];
+    const double z_exit = rays.origin_z[i] + sides.t_exit[i] * rays.direction_z[i];
+    z[i] = counts[i] > 0.0 ? smaller(z_exit, z_entry) : kInfinity;
+  }
+  double lowest = kInfinity;
+  for (int i = 0; i < kLanes; ++i) lowest = smaller(z[i], lowest);
+  return lowest;
+}
+
 std::int32_t leaf_code(std::uint32_t leaf) { return -2 - static_cast<std::int32_t>(leaf); }
 
 }  // namespace
@@ -390,7 +407,8 @@ bool TileMap::enter_root(RayLanes& rays, int i, double t, bool is_start) const {
   return true;
 }
 
-LaneMask TileMap::enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint) const {
+LaneMask TileMap::enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint,
+                        RayTrail* trail) const {
   Starts starts;
   const Leaf& hinted = leaves_[hint];
   find_starts({.x = {hinted.x[0], hinted.x[1]}, .y = {hinted.y[0], hinted.y[1]}},
@@ -408,7 +426,7 @@ LaneMask TileMap::enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint) con
     else if (!enter_root(rays, i, starts.t[i], true))
       asked &= ~lane_bit(i);
   });
-  const LaneMask there = go_to_ground(rays, asked, 0);
+  const LaneMask there = go_to_ground(rays, asked, 0, trail);
   rays.may_be_on_surface = 0;
   for_each_lane(there, [&](int i) {
     const double way_m = (rays.t_entry[i] - rays.t_min[i]) * rays.length_m[i];
@@ -417,11 +435,12 @@ LaneMask TileMap::enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint) con
   return there;
 }
 
-LaneMask TileMap::go_on(RayLanes& rays, LaneMask asked) const {
-  return go_to_ground(rays, asked, asked);
+LaneMask TileMap::go_on(RayLanes& rays, LaneMask asked, RayTrail* trail) const {
+  return go_to_ground(rays, asked, asked, trail);
 }
 
-LaneMask TileMap::go_to_ground(RayLanes& rays, LaneMask asked, LaneMask passed) const {
+LaneMask TileMap::go_to_ground(RayLanes& rays, LaneMask asked, LaneMask passed,
+                               RayTrail* trail) const {
   LaneMask there = 0;
   while (asked != 0) {
     // Nearly always all of them are in the same tile.
@@ -429,6 +448,8 @@ LaneMask TileMap::go_to_ground(RayLanes& rays, LaneMask asked, LaneMask passed) 
     Sides sides;
     const Passing passing =
         pass_tile(leaves_[tile], tile, asked, passed, highest_z_world_ + kAboveAll_m, rays, sides);
+    const LaneMask above = passing.here & ~passing.meets & ~passed;
+    if (trail != nullptr && above != 0) trail->pass(tile, find_lowest_z(rays, sides, above));
     there |= passing.meets;
     asked &= ~passing.here;
     passed &= ~passing.here;

@@ -7,6 +7,7 @@
 
 #include "world/lod.h"
 #include "world/ray_lanes.h"
+#include "world/ray_trail.h"
 
 namespace terracast::world {
 
@@ -34,10 +35,11 @@ class TileMap {
   /// Puts rays into the first tile in which they may meet the ground (they are not above the tile's
   /// highest point all the way).
   /// hint      a tile to look at first; becomes that of the last ray that starts elsewhere
+  /// trail     takes the tiles over which rays pass on the way; null: none wants to know
   /// returns   the rays of `asked` for which there is one in [t_min, t_max]
-  LaneMask enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint) const;
+  LaneMask enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint, RayTrail* trail) const;
   /// Puts rays that have passed through their tile into the next such one.
-  LaneMask go_on(RayLanes& rays, LaneMask asked) const;
+  LaneMask go_on(RayLanes& rays, LaneMask asked, RayTrail* trail) const;
 
   /// The tile that holds a place; on a border the one north-east of it if there is one.
   std::optional<std::uint32_t> tile_at_place(double x_world, double y_world) const;
@@ -63,7 +65,7 @@ class TileMap {
   /// Completes the passages of rays whose tile and entry are known, going on from tile to tile until
   /// the ground may be met.
   /// passed   those that have passed through the tile where they are
-  LaneMask go_to_ground(RayLanes& rays, LaneMask asked, LaneMask passed) const;
+  LaneMask go_to_ground(RayLanes& rays, LaneMask asked, LaneMask passed, RayTrail* trail) const;
 
   int root_level_ = 0;
   double root_side_m_ = 0.0;
