@@ -59,6 +59,15 @@ struct CameraRecord {
   bool operator==(const CameraRecord&) const = default;
 };
 
+/// A tile over which rays of a frame pass, all of them above its highest point.
+struct PassedTile {
+  int tile = 0;  ///< index into ShownGeometry::tiles
+  /// All pass higher than this, by less than two steps at the lowest; a whole number of kPassedStep_m.
+  double above_z_world_m = 0.0;
+  bool operator==(const PassedTile&) const = default;
+};
+inline constexpr double kPassedStep_m = 0.0625;
+
 /// frames/NNNNNN.json, written last: the frame is done when it exists.
 struct FrameRecord {
   int index = 0;
@@ -68,6 +77,13 @@ struct FrameRecord {
   Eigen::Vector3d acceleration_world_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_body_radps = Eigen::Vector3d::Zero();
   std::vector<CameraRecord> cameras;  ///< in the order of SequenceInfo::cameras
+  /// Hash of all that determines the cameras' files, given that these tiles are all that their rays
+  /// come to (render/input_hash.h).
+  std::string key;
+  /// Tiles at which rays of the images were cast, as indices into ShownGeometry::tiles, ascending.
+  std::vector<int> touched_tiles;
+  /// Other tiles over which they pass (render/seen_tiles.h says up to what height), ascending.
+  std::vector<PassedTile> passed_tiles;
   bool operator==(const FrameRecord&) const = default;
 };
 
@@ -99,6 +115,7 @@ struct ShownTile {
   int x = 0;
   int y = 0;
   std::string content_hash;
+  double highest_z_world_m = 0.0;
   bool operator==(const ShownTile&) const = default;
 };
 

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "capture/channel.h"
+#include "capture/file_check.h"
 #include "capture/manifest.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -120,6 +121,18 @@ void decode_facts(const std::vector<std::byte>& bytes, const std::string& file,
   check_facts(frame, file);
 }
 
+/// False where `read` finds its input unfit.
+template <class Read>
+bool is_sound_input(Read&& read) {
+  try {
+    read();
+    return true;
+  } catch (const core::Error& error) {
+    if (error.kind() == ErrorKind::Input) return false;
+    throw;
+  }
+}
+
 }  // namespace
 
 SequenceReader SequenceReader::open(const fs::path& folder) {
@@ -195,6 +208,33 @@ CameraFrame SequenceReader::read_camera(int frame_index, int camera_index, unsig
 geo::Rigid3d SequenceReader::world_from_camera(int frame_index, int camera_index) const {
   return frames_.at(static_cast<std::size_t>(frame_index)).world_from_body *
          info_.cameras.at(static_cast<std::size_t>(camera_index)).body_from_camera();
+}
+
+std::optional<WholeFrames> WholeFrames::open(const fs::path& folder) {
+  const fs::path file = folder / kSequenceFile;
+  if (!fs::exists(file)) return std::nullopt;
+  WholeFrames frames;
+  frames.folder_ = folder;
+  const bool is_sound = is_sound_input(
+      [&] { frames.info_ = sequence_from_json(core::Json::read(file), file.string()); });
+  if (!is_sound) return std::nullopt;
+  return frames;
+}
+
+std::optional<FrameRecord> WholeFrames::record(int frame) const {
+  const fs::path file = folder_ / record_path(frame);
+  if (!fs::exists(file)) return std::nullopt;
+  FrameRecord record;
+  const bool is_sound = is_sound_input(
+      [&] { record = record_from_json(core::Json::read(file), info_, file.string()); });
+  if (!is_sound || record.index != frame) return std::nullopt;
+  return record;
+}
+
+bool WholeFrames::has_files(const FrameRecord& record) const {
+  return std::all_of(record.cameras.begin(), record.cameras.end(), [&](const CameraRecord& camera) {
+    return is_whole(folder_, camera.color) && is_whole(folder_, camera.facts);
+  });
 }
 
 void check_same_config(const fs::path& folder, const std::string& captured_toml,

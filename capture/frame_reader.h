@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,28 @@ class SequenceReader {
   SequenceInfo info_;
   std::vector<TrackPoint> tracks_;
   std::vector<FrameRecord> frames_;
+};
+
+/// What is whole of a sequence, be it finished, unfinished or damaged. Threads: safe.
+class WholeFrames {
+ public:
+  /// returns   nothing where there is no sequence, or one that is damaged or of another version
+  /// throws    Io
+  static std::optional<WholeFrames> open(const std::filesystem::path& folder);
+
+  const std::filesystem::path& folder() const { return folder_; }
+  const SequenceInfo& info() const { return info_; }
+
+  /// A frame's record; nothing when it is missing or damaged.
+  /// throws   Io
+  std::optional<FrameRecord> record(int frame) const;
+  /// Whether all files of a record are whole, by their hashes.
+  /// cost     reads them once
+  bool has_files(const FrameRecord& record) const;
+
+ private:
+  std::filesystem::path folder_;
+  SequenceInfo info_;
 };
 
 /// Whether a captured sequence is that of a config.

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "capture/channel.h"
+#include "capture/file_check.h"
 #include "capture/manifest.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -28,17 +29,6 @@ void write_shared(const fs::path& file, const std::string& text) {
          file.string());
   }
   core::write_file(file, text);
-}
-
-bool has_size(const fs::path& file, std::uint64_t num_bytes) {
-  std::error_code missing;
-  const std::uintmax_t size = fs::file_size(file, missing);
-  return !missing && size == num_bytes;
-}
-
-bool is_whole(const fs::path& folder, const FrameFile& entry) {
-  return has_size(folder / entry.path, entry.num_bytes) &&
-         core::content_hash_of_file(folder / entry.path) == entry.content_hash;
 }
 
 /// What a renderer must never hand over.
@@ -139,7 +129,7 @@ bool SequenceWriter::has_frame(int index) const {
     if (record.index != index) return false;
     for (const CameraRecord& camera : record.cameras)
       for (const FrameFile* part : {&camera.color, &camera.facts})
-        if (!has_size(folder_ / part->path, part->num_bytes)) return false;
+        if (!has_size(folder_, *part)) return false;
     return true;
   } catch (const core::Error& error) {
     // A damaged record is an unfinished frame: it is rendered again.
@@ -169,6 +159,11 @@ CameraRecord SequenceWriter::write_camera(int frame_index, int camera_index,
     record.num_edge += (flags[i] & kEdge) != 0 ? 1 : 0;
   }
   return record;
+}
+
+void SequenceWriter::link_camera(const fs::path& earlier_folder, const CameraRecord& camera) const {
+  for (const FrameFile* file : {&camera.color, &camera.facts})
+    core::link_file(earlier_folder / file->path, folder_ / file->path);
 }
 
 void SequenceWriter::finish_frame(const FrameRecord& record) const {

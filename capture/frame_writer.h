@@ -27,12 +27,18 @@ class SequenceWriter {
   SequenceWriter(const std::filesystem::path& folder, const SequenceInfo& info,
                  const std::vector<TrackPoint>& tracks);
 
+  const std::filesystem::path& folder() const { return folder_; }
+
   /// Whether a frame is finished: its record exists and its files have the recorded sizes.
   bool has_frame(int index) const;
 
   /// Encodes and writes a camera's files.
-  /// returns   the record's files and counts; visible_tracks is the caller's
+  /// returns   the record's files and counts; bounds and visible_tracks are the caller's
   CameraRecord write_camera(int frame_index, int camera_index, const CameraFrame& frame) const;
+
+  /// Takes a camera's files from another sequence's folder, of which they must be whole: as further
+  /// links to them, or as copies.
+  void link_camera(const std::filesystem::path& earlier_folder, const CameraRecord& camera) const;
 
   void finish_frame(const FrameRecord& record) const;
 

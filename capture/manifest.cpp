@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <set>
@@ -19,6 +20,8 @@ using core::Json;
 constexpr const char* kFormat = "terracast-capture";
 /// How far a stored quaternion may be from unit length: rounding, not a slip.
 constexpr double kUnitTolerance = 1e-9;
+/// Of kPassedStep_m, to what is higher than any place.
+constexpr double kMaxPassedSteps = 0x1.0p40;
 
 Json json_from_rigid(const geo::Rigid3d& pose) {
   const Eigen::Quaterniond& q = pose.rotation;
@@ -194,8 +197,13 @@ ShownGeometry geometry_from_json(const Json& json, const Source& source) {
       .finest_spacing_m = source.finite(json.at("finest_spacing_m"), "finest_spacing_m"),
       .tiles = {}};
   const std::vector<std::string> tiles = json.at("tiles").strings();
+  const std::vector<double> highest_z_m =
+      source.numbers(json.at("highest_z_m"), tiles.size(), "highest_z_m");
   geometry.tiles.reserve(tiles.size());
-  for (const std::string& tile : tiles) geometry.tiles.push_back(tile_from_text(tile, source.file));
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    geometry.tiles.push_back(tile_from_text(tiles[i], source.file));
+    geometry.tiles.back().highest_z_world_m = highest_z_m[i];
+  }
   return geometry;
 }
 
@@ -208,6 +216,9 @@ void check_geometry(const ShownGeometry& geometry, ErrorKind kind, const std::st
     fail(kind, "{}: shows {} tiles; a sequence shows 1 to {}", where, geometry.tiles.size(),
          kMaxShownTiles);
   for (const ShownTile& tile : geometry.tiles)
+    if (!std::isfinite(tile.highest_z_world_m))
+      fail(kind, "{}: the highest point of tile {} is not finite", where, name_of(tile));
+  for (const ShownTile& tile : geometry.tiles)
     if (!is_content_hash(tile.content_hash))
       fail(kind, "{}: \"{}\", of tile {}, is no content hash of 32 hexadecimal digits", where,
            tile.content_hash, name_of(tile));
@@ -215,6 +226,32 @@ void check_geometry(const ShownGeometry& geometry, ErrorKind kind, const std::st
   for (std::size_t i = 1; i < geometry.tiles.size(); ++i)
     if (!(place(geometry.tiles[i - 1]) < place(geometry.tiles[i])))
       fail(kind, "{}: tile {} stands twice or out of order", where, name_of(geometry.tiles[i]));
+}
+
+/// What the tiles of a record are: some of the sequence's, in order, each once.
+void check_tiles(const FrameRecord& record, std::size_t num_tiles, ErrorKind kind,
+                 const std::string& where) {
+  const auto check_next = [&](int tile, int before, const char* what) {
+    if (tile <= before || static_cast<std::size_t>(tile) >= num_tiles)
+      fail(kind, "{}: tile {} among the {} is none of the sequence's {} tiles, or out of order",
+           where, tile, what, num_tiles);
+  };
+  int before = -1;
+  for (const int tile : record.touched_tiles) {
+    check_next(tile, before, "touched");
+    before = tile;
+  }
+  before = -1;
+  for (const PassedTile& passed : record.passed_tiles) {
+    check_next(passed.tile, before, "passed");
+    before = passed.tile;
+    if (std::binary_search(record.touched_tiles.begin(), record.touched_tiles.end(), passed.tile))
+      fail(kind, "{}: tile {} is both touched and passed", where, passed.tile);
+    const double steps = passed.above_z_world_m / kPassedStep_m;
+    if (!(std::abs(steps) <= kMaxPassedSteps) || steps != std::floor(steps))
+      fail(kind, "{}: tile {} is passed above {} m, which must be a whole number of {} m", where,
+           passed.tile, passed.above_z_world_m, kPassedStep_m);
+  }
 }
 
 bool is_utc(const std::string& text) {
@@ -326,6 +363,9 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind
         fail(kind, "{}: visible_tracks of camera {}/{} must ascend: {} comes before {}", where,
              camera.rig, camera.name, part.visible_tracks[k - 1], part.visible_tracks[k]);
   }
+  if (!is_content_hash(record.key))
+    fail(kind, "{}: the key \"{}\" is no content hash of 32 hexadecimal digits", where, record.key);
+  check_tiles(record, info.geometry.tiles.size(), kind, where);
 }
 
 Json json_from_geometry(const ShownGeometry& geometry) {
@@ -340,6 +380,10 @@ Json json_from_geometry(const ShownGeometry& geometry) {
 }
 
 Json json_from_sequence(const SequenceInfo& info) {
+  std::vector<double> highest_z_m;
+  for (const ShownTile& tile : info.geometry.tiles) highest_z_m.push_back(tile.highest_z_world_m);
+  Json geometry = json_from_geometry(info.geometry);
+  geometry.set("highest_z_m", Json::array_of(highest_z_m));
   Json classes = Json::object();
   for (std::size_t i = 0; i < semantic_class_names().size(); ++i)
     classes.set(semantic_class_names()[i], static_cast<int>(i));
@@ -366,7 +410,7 @@ Json json_from_sequence(const SequenceInfo& info) {
       .set("utc_start", info.utc_start)
       .set("rate_hz", info.rate_hz)
       .set("num_frames", info.num_frames)
-      .set("geometry", json_from_geometry(info.geometry))
+      .set("geometry", std::move(geometry))
       .set("cameras", std::move(cameras))
       .set("channels", std::move(channel_list))
       .set("semantic_classes", std::move(classes))
@@ -443,19 +487,37 @@ Json json_from_record(const FrameRecord& record) {
                      .set("bounds", json_from_bounds(camera.bounds))
                      .set("visible_tracks", std::move(visible)));
   }
-  return header()
-      .set("index", record.index)
+  Json touched = Json::array();
+  for (const int tile : record.touched_tiles) touched.push(tile);
+  Json passed = Json::array();
+  std::vector<double> passed_above_m;
+  for (const PassedTile& tile : record.passed_tiles) {
+    passed.push(tile.tile);
+    passed_above_m.push_back(tile.above_z_world_m);
+  }
+  Json json = header();
+  json.set("index", record.index)
       .set("time_s", record.time_s)
       .set("world_from_body", json_from_rigid(record.world_from_body))
       .set("velocity_world_mps", json_from_vector(record.velocity_world_mps))
       .set("acceleration_world_mps2", json_from_vector(record.acceleration_world_mps2))
       .set("angular_velocity_body_radps", json_from_vector(record.angular_velocity_body_radps))
-      .set("cameras", std::move(cameras));
+      .set("cameras", std::move(cameras))
+      .set("key", record.key)
+      .set("touched_tiles", std::move(touched))
+      .set("passed_tiles", std::move(passed))
+      .set("passed_above_m", Json::array_of(passed_above_m));
+  json.set(core::kContentHashMember, core::hash_of_members(json));
+  return json;
 }
 
 FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const std::string& file) {
   const Source source{file};
   source.format(json);
+  if (const std::string hash = core::hash_of_members(json);
+      json.at(core::kContentHashMember).string() != hash)
+    fail(ErrorKind::Input, "{}: damaged: its content hash is {}, but it says {}", file, hash,
+         json.at(core::kContentHashMember).string());
   FrameRecord record;
   record.index = static_cast<int>(source.count(json.at("index"), kMaxFrames, "index"));
   record.time_s = source.finite(json.at("time_s"), "time_s");
@@ -486,6 +548,21 @@ FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const s
       part.visible_tracks.push_back(visible.at(k).integer());
     record.cameras.push_back(std::move(part));
   }
+  record.key = json.at("key").string();
+  const auto tile_of = [&](const Json& tile) {
+    return static_cast<int>(source.count(tile, kMaxShownTiles, "a tile"));
+  };
+  const Json& touched = json.at("touched_tiles");
+  if (!touched.is_array()) fail(ErrorKind::Input, "{}: touched_tiles must be a list", file);
+  for (std::size_t i = 0; i < touched.size(); ++i)
+    record.touched_tiles.push_back(tile_of(touched.at(i)));
+  const Json& passed = json.at("passed_tiles");
+  if (!passed.is_array()) fail(ErrorKind::Input, "{}: passed_tiles must be a list", file);
+  const std::vector<double> passed_above_m =
+      source.numbers(json.at("passed_above_m"), passed.size(), "passed_above_m");
+  for (std::size_t i = 0; i < passed.size(); ++i)
+    record.passed_tiles.push_back(
+        {.tile = tile_of(passed.at(i)), .above_z_world_m = passed_above_m[i]});
   check_record(record, info, ErrorKind::Input, file);
   return record;
 }

@@ -12,7 +12,7 @@
 namespace terracast::capture {
 
 /// Version of the format on disk; a reader takes its own only.
-inline constexpr int kCaptureVersion = 3;
+inline constexpr int kCaptureVersion = 4;
 /// Frames are numbered by six digits.
 inline constexpr int kMaxFrames = 1000000;
 /// Of one camera's image.
@@ -43,7 +43,8 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, core::Err
                   const std::string& where);
 
 core::Json json_from_sequence(const SequenceInfo& info);
-/// {"cell_px", "finest_spacing_m", "tiles": ["level/x/y hash", …]}, for captures and for exports.
+/// {"cell_px", "finest_spacing_m", "tiles": ["level/x/y hash", …]}, for exports; a capture's has the
+/// tiles' heights beside it.
 core::Json json_from_geometry(const ShownGeometry& geometry);
 core::Json json_from_tracks(const std::vector<TrackPoint>& tracks);
 core::Json json_from_record(const FrameRecord& record);

@@ -44,13 +44,16 @@ void check_detail(const world::TileStore& store, const render::SequencePlan& seq
          store.folder().string(), sequence.name, tile->spacing_m(), tile->name());
 }
 
-void render_sequence(const Job& job, const render::SequencePlan& sequence,
-                     const world::TileStore& store, const capture::FrameSelection& selection,
-                     const fs::path& folder, const core::Context& context) {
-  core::with_context(
+render::RenderedFrames render_sequence(const Job& job, const render::SequencePlan& sequence,
+                                       const world::TileStore& store,
+                                       const capture::FrameSelection& selection,
+                                       const fs::path& folder, const core::Context& context,
+                                       const std::vector<fs::path>& earlier_folders) {
+  return core::with_context(
       [&] {
         check_detail(store, sequence);
-        render::run_render_stage(store, sequence, job.config.tracing, selection, folder, context);
+        return render::run_render_stage(store, sequence, job.config.tracing, selection, folder,
+                                        context, earlier_folders);
       },
       fmt::format("rendering sequence {}", sequence.name));
 }

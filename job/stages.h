@@ -24,9 +24,14 @@ world::TileStore tile(const Job& job, const std::filesystem::path& store,
 void render(const Job& job, const world::TileStore& store, const capture::FrameSelection& selection,
             const std::filesystem::path& captures, const core::Context& context);
 /// One of the job's sequences.
-void render_sequence(const Job& job, const render::SequencePlan& sequence,
-                     const world::TileStore& store, const capture::FrameSelection& selection,
-                     const std::filesystem::path& folder, const core::Context& context);
+/// earlier_folders   of it under other inputs: frames are taken over from there whose images are what
+///                   would be rendered
+render::RenderedFrames render_sequence(const Job& job, const render::SequencePlan& sequence,
+                                       const world::TileStore& store,
+                                       const capture::FrameSelection& selection,
+                                       const std::filesystem::path& folder,
+                                       const core::Context& context,
+                                       const std::vector<std::filesystem::path>& earlier_folders = {});
 /// Needs the config and the capture alone.
 /// throws   Config: no format, or a sequence that was captured with another config
 void export_formats(const RunConfig& config, const OutputFolders& out,

@@ -53,6 +53,7 @@ struct ColorImage {
   std::uint64_t seed;
   std::uint64_t stream;
   int num_samples;
+  world::RayTrail* trail;
   Eigen::Vector3d sun_right;  ///< spans the sun's disc with sun_up, of its radius
   Eigen::Vector3d sun_up;
 
@@ -98,21 +99,20 @@ struct ColorImage {
     }
     s.hits.resize(s.rays.size());
     s.surfaces.resize(s.rays.size());
-    query.intersect(s.rays, s.hits, world::Coherence::Coherent, s.surfaces);
+    query.intersect(s.rays, s.hits, world::Coherence::Coherent, s.surfaces, trail);
   }
 
   /// Rays from the ground to a place on the sun's disc each; what faces away is dark without.
   void cast_sun_rays(ColorScratch& s) const {
     s.sun_share.assign(s.rays.size(), 0.0f);
     s.sun_ray_of.clear();
-    const bool is_night = luminance_of(sky.sun_irradiance()) <= 0.0f;
     for (std::size_t i = 0; i < s.rays.size(); ++i) {
       const world::SurfaceHit& hit = s.hits[i];
       if (hit.is_sky()) continue;
       const Eigen::Vector3d point = s.rays[i].origin_world + hit.t * s.rays[i].direction_world;
       const Eigen::Vector3d direction = s.sun_rays[i].direction_world;
       const Eigen::Vector3d normal = hit.normal_world();
-      if (is_night || normal.dot(direction) <= 0.0) continue;
+      if (sky.is_night() || normal.dot(direction) <= 0.0) continue;
       const double lift_m =
           kShadowLift_m + kShadowLiftPerSide * world::kTileCells * s.surfaces[i].spacing_m;
       // Sun rays move up to close the ranks: their own place is taken, or behind.
@@ -122,7 +122,7 @@ struct ColorImage {
     }
     s.sun_rays.resize(s.sun_ray_of.size());
     s.is_occluded.resize(s.sun_rays.size());
-    query.occluded(s.sun_rays, s.is_occluded);
+    query.occluded(s.sun_rays, s.is_occluded, trail);
     for (std::size_t i = 0; i < s.sun_ray_of.size(); ++i)
       if (s.is_occluded[i] == 0) s.sun_share[s.sun_ray_of[i]] = 1.0f;
   }
@@ -223,7 +223,7 @@ FrameRenderer::FrameRenderer(const SequencePlan& plan, const world::TileStore& s
       sampler_(num_samples_),
       seed_(static_cast<std::uint64_t>(plan.seed)) {}
 
-core::Image8 FrameRenderer::color(int frame, int camera) const {
+core::Image8 FrameRenderer::color(int frame, int camera, world::RayTrail* trail) const {
   const View& view = views_.at(frame, camera);
   const Eigen::Vector3d sun = sky_.daylight().sun_direction_world;
   const Eigen::Vector3d beside =
@@ -242,6 +242,7 @@ core::Image8 FrameRenderer::color(int frame, int camera) const {
                                                 static_cast<std::uint64_t>(frame)),
                                 static_cast<std::uint64_t>(camera)),
       .num_samples = num_samples_,
+      .trail = trail,
       .sun_right = right * radius,
       .sun_up = sun.cross(right) * radius};
   core::Image8 pixels(view.model->width_px(), view.model->height_px(), 3);

@@ -39,12 +39,13 @@ class FrameRenderer {
     return truth;
   }
   /// The same, into a frame that has been used before.
-  void truth(int frame, int camera, TruthFrame& truth) const {
-    trace_truth(query_, ground_, views_, frame, camera, truth);
+  /// trail   takes the tiles to which the rays come; null: nobody wants to know
+  void truth(int frame, int camera, TruthFrame& truth, world::RayTrail* trail = nullptr) const {
+    trace_truth(query_, ground_, views_, frame, camera, truth, trail);
   }
 
   /// Anti-aliased colour of a camera at a frame; no ground truth mixes in.
-  core::Image8 color(int frame, int camera) const;
+  core::Image8 color(int frame, int camera, world::RayTrail* trail = nullptr) const;
 
  private:
   ViewTable views_;

@@ -134,9 +134,10 @@ struct UnitScratch {
     asked.resize(kUnitRays + 1);
     ground_points.reserve(kUnitRays / geo::VectorBlock::kVectors);
   }
-  std::span<const double> cast(const world::RayQuery& query, const world::RayFan& rays) {
+  std::span<const double> cast(const world::RayQuery& query, const world::RayFan& rays,
+                               world::RayTrail* trail) {
     t.resize(rays.size());
-    query.intersect(rays, t, world::Coherence::Coherent);
+    query.intersect(rays, t, world::Coherence::Coherent, trail);
     return t;
   }
 };
@@ -148,12 +149,13 @@ bool is_at_point(double t) { return std::abs(t - 1.0) <= kSamePointRelative; }
 class TruthTracer {
  public:
   TruthTracer(const world::RayQuery& query, const Ground& ground, const ViewTable& views, int frame,
-              int camera, TruthFrame& truth)
+              int camera, TruthFrame& truth, world::RayTrail* trail)
       : query_(query),
         ground_(ground),
         view_(views.at(frame, camera)),
         grid_{view_.model->width_px(), view_.model->height_px(), kUnitSide},
-        truth_(truth) {
+        truth_(truth),
+        trail_(trail) {
     if (frame + 1 < views.num_frames())
       targets_.push_back({&views.at(frame + 1, camera), capture::kVisibleNext});
     if (frame > 0) targets_.push_back({&views.at(frame - 1, camera), capture::kVisiblePrevious});
@@ -208,7 +210,7 @@ class TruthTracer {
     scratch.hits.resize(num_rays);
     scratch.surfaces.resize(num_rays);
     query_.intersect(scratch.directions.from(view_.center_world), scratch.hits,
-                     world::Coherence::Coherent, scratch.surfaces);
+                     world::Coherence::Coherent, scratch.surfaces, trail_);
     scratch.ground.clear();
     for (std::size_t i = 0; i < num_rays; ++i) {
       if (scratch.hits[i].is_sky())
@@ -335,7 +337,8 @@ class TruthTracer {
             {block.x[i] - center.x(), block.y[i] - center.y(), block.z[i] - center.z()});
       }
     }
-    const std::span<const double> t = scratch.cast(query_, scratch.directions.just_beyond(center));
+    const std::span<const double> t =
+        scratch.cast(query_, scratch.directions.just_beyond(center), trail_);
     for (std::size_t i = 0; i < t.size(); ++i)
       if (is_at_point(t[i])) scratch.ground_flags[scratch.asked[i]] |= target.flag;
   }
@@ -381,7 +384,7 @@ class TruthTracer {
       }
     });
     const std::span<const double> t =
-        scratch.cast(query_, scratch.directions.from(view_.center_world));
+        scratch.cast(query_, scratch.directions.from(view_.center_world), trail_);
     for (std::size_t i = 0; i < t.size(); ++i)
       if (std::isinf(t[i]) != is_sky(scratch.pixels[i]))
         truth_.facts.flags.data()[scratch.pixels[i]] |= capture::kEdge;
@@ -392,6 +395,7 @@ class TruthTracer {
   const View& view_;
   const PixelGrid grid_;
   TruthFrame& truth_;
+  world::RayTrail* const trail_;
   std::vector<Target> targets_;
   std::vector<std::uint8_t> content_;  ///< of each unit: kHasSky, kHasGround
   ScratchPool<UnitScratch> pool_;
@@ -400,8 +404,8 @@ class TruthTracer {
 }  // namespace
 
 void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
-                 int frame, int camera, TruthFrame& truth) {
-  TruthTracer(query, ground, views, frame, camera, truth).trace();
+                 int frame, int camera, TruthFrame& truth, world::RayTrail* trail) {
+  TruthTracer(query, ground, views, frame, camera, truth, trail).trace();
 }
 
 std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,

@@ -34,10 +34,11 @@ struct TruthFrame {
 /// point projects into that image, and the first crossing of the ray from that centre to the point
 /// is the point.
 /// truth         overwritten, all but the colour; a frame that is used again costs no new memory
+/// trail         takes the tiles to which the rays come; null: nobody wants to know
 /// determinism   the facts depend on the views and the world alone
 /// throws        as RayQuery
 void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
-                 int frame, int camera, TruthFrame& truth);
+                 int frame, int camera, TruthFrame& truth, world::RayTrail* trail = nullptr);
 
 /// Which of some points of the surface are seen in a view, by ray.
 std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,

@@ -67,6 +67,9 @@ class Sky {
   /// Irradiance of planes by sky and sunlit ground without terrain in the way.
   const Ambient& ambient() const { return ambient_; }
 
+  /// Whether no sunlight reaches the ground.
+  bool is_night() const { return luminance_of(sun_irradiance_) <= 0.0f; }
+
   /// Of a level plane: sun and sky.
   const Color& global_irradiance() const { return global_irradiance_; }
 

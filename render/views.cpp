@@ -1,5 +1,7 @@
 #include "render/views.h"
 
+#include <algorithm>
+
 #include "core/packet_code.h"
 
 namespace terracast::render {
@@ -80,6 +82,18 @@ ViewTable::ViewTable(const std::vector<geo::BodyState>& states,
                         .world_from_camera = world_from_camera.rotation.toRotationMatrix()});
     }
   }
+}
+
+std::vector<world::Viewpoint> viewpoints_of_frames(const ViewTable& views, int first, int last) {
+  std::vector<world::Viewpoint> viewpoints;
+  for (int frame = first; frame <= std::min(last, views.num_frames() - 1); ++frame) {
+    for (int camera = 0; camera < views.num_cameras(); ++camera) {
+      const View& view = views.at(frame, camera);
+      viewpoints.push_back({.position_world = view.center_world,
+                            .pixels_per_radian = view.model->finest_pixels_per_radian()});
+    }
+  }
+  return viewpoints;
 }
 
 }  // namespace terracast::render

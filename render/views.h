@@ -9,6 +9,7 @@
 #include "capture/frame.h"
 #include "geo/camera_model.h"
 #include "geo/trajectory.h"
+#include "world/lod.h"
 
 namespace terracast::render {
 
@@ -74,5 +75,8 @@ class ViewTable {
   std::vector<View> views_;
   std::vector<std::vector<int>> companions_;
 };
+
+/// The places from which the cameras see the world at frames first to last, as far as there are such.
+std::vector<world::Viewpoint> viewpoints_of_frames(const ViewTable& views, int first, int last);
 
 }  // namespace terracast::render

@@ -53,8 +53,22 @@ void replace_in(const fs::path& file, const std::string& from, const std::string
   core::write_file(file, text.replace(at, from.size(), to));
 }
 
+/// Gives a changed record its new hash within, if it is JSON still.
+void bless_within(const fs::path& record_file) {
+  std::string text = core::read_text_file(record_file);
+  try {
+    const Json json = Json::parse(text, "record");
+    const std::string old_hash = json.at("content_hash").string();
+    text.replace(text.rfind(old_hash), old_hash.size(), core::hash_of_members(json));
+  } catch (const core::Error&) {
+    return;
+  }
+  core::write_file(record_file, text);
+}
+
 /// Gives a changed JSON file its new hash in the manifest, as a forger would.
 void bless(const fs::path& folder, const std::string& path) {
+  if (path.starts_with("frames/")) bless_within(folder / path);
   const Json manifest = Json::read(folder / "manifest.json");
   std::string text = core::read_text_file(folder / "manifest.json");
   for (std::size_t i = 0; i < manifest.at("files").size(); ++i) {
@@ -262,7 +276,7 @@ struct Forgery {
 // Hashes that fit do not make a value possible.
 TEST(SequenceFiles, ForgedValuesAreRefused) {
   const std::vector<Forgery> forgeries = {
-      {"sequence.json", "\"version\": 3", "\"version\": 2", {"version 2", "reads version 3"}},
+      {"sequence.json", "\"version\": 4", "\"version\": 3", {"version 3", "reads version 4"}},
       {"sequence.json", "terracast-capture", "other", {"not a file of"}},
       {"sequence.json", "\"rate_hz\"", "\"rate\"", {"no member \"rate_hz\""}},
       {"sequence.json", "\"rate_hz\": 10.0", "\"rate_hz\": -1", {"rate_hz = -1"}},
@@ -282,6 +296,8 @@ TEST(SequenceFiles, ForgedValuesAreRefused) {
       {"sequence.json", "\"7/-1/0 ", "\"7/ -1/0 ", {"level/x/y"}},
       {"sequence.json", "\"7/-1/0 00", "\"7/-1/0 0g", {"7/-1/0", "hash"}},
       {"sequence.json", "\"7/-1/0 ", "\"7/0/0 ", {"7/0/0", "twice"}},
+      {"sequence.json", "\"highest_z_m\": [411.5, ", "\"highest_z_m\": [", {"highest_z_m"}},
+      {"sequence.json", "411.5", "\"high\"", {"highest_z_m"}},
       {"frames/000000.json",
        "mcs4/cam0/000000.png",
        "../../../etc/passwd",
@@ -300,6 +316,23 @@ TEST(SequenceFiles, ForgedValuesAreRefused) {
       {"frames/000000.json", "\"visible_tracks\": [", "\"visible_tracks\": [9, 9, ", {"ascend"}},
       {"frames/000000.json", "\"visible_tracks\": [", "\"visible_tracks\": [1, ", {"track 1 "}},
       {"frames/000000.json", "\"bytes\": ", "\"bytes\": -", {"bytes"}},
+      {"frames/000000.json", "\"key\": \"0", "\"key\": \"x", {"key", "hexadecimal"}},
+      {"frames/000000.json", "\"key\": \"0", "\"key\": \"", {"key", "hexadecimal"}},
+      {"frames/000000.json", "\"touched_tiles\": [", "\"touched_tiles\": [-1, ", {"-1"}},
+      {"frames/000000.json", "\"touched_tiles\": [", "\"touched_tiles\": [0, ", {"out of order"}},
+      {"frames/000000.json", "\"touched_tiles\": [0", "\"touched_tiles\": [2", {"tile 2"}},
+      {"frames/000000.json", "\"touched_tiles\": [0", "\"touched_tiles\": [99999999999", {"tile"}},
+      {"frames/000000.json", "\"touched_tiles\": [0", "\"touched_tiles\": [0, 1", {"both"}},
+      {"frames/000000.json", "\"passed_tiles\": [1", "\"passed_tiles\": [2", {"tile 2"}},
+      {"frames/000000.json", "\"passed_tiles\": [1", "\"passed_tiles\": [1, 1", {"passed_above_m"}},
+      {"frames/000000.json",
+       "\"passed_above_m\": [380.0",
+       "\"passed_above_m\": [380.01",
+       {"380.01"}},
+      {"frames/000000.json",
+       "\"passed_above_m\": [380.0",
+       "\"passed_above_m\": [1e300",
+       {"1e+300"}},
       {"tracks.json", "\"id\": 10,", "\"id\": 999,", {"ascend"}},
       {"tracks.json", "\"point_world_m\": [", "\"point_world_m\": [1.0, ", {"4 numbers"}},
       {"manifest.json", "frames/000001.json", "frames/000000.json", {"must be"}},
@@ -412,7 +445,6 @@ TEST(SequenceFiles, AnUnusableSequenceIsRefusedBeforeWriting) {
   EXPECT_FALSE(fs::exists(scratch / "s"));
 }
 
-// Seen in 2026: a finished sequence that was damaged counted as finished for ever.
 TEST(FrameSelection, HoldsEveryStepFromTheFirstBelowTheEnd) {
   for (const int num_frames : {1, 7, 10}) {
     for (const FrameSelection& selection :
@@ -429,6 +461,7 @@ TEST(FrameSelection, HoldsEveryStepFromTheFirstBelowTheEnd) {
   }
 }
 
+// Seen in 2026: a finished sequence that was damaged counted as finished for ever.
 TEST(FindDamagedFrames, NamesThoseOfTheSelectionAndRemovesNothing) {
   const ScratchFolder scratch;
   const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
@@ -453,6 +486,44 @@ TEST(FindDamagedFrames, NamesThoseOfTheSelectionAndRemovesNothing) {
   EXPECT_EQ(find_damaged_frames(folder, other, {}), std::nullopt);
   fs::remove(folder / kManifestFile);
   EXPECT_EQ(find_damaged_frames(folder, info, {}), std::nullopt);  // not finished
+}
+
+TEST(WholeFrames, AreFoundInUnfinishedAndDamagedSequences) {
+  const ScratchFolder scratch;
+  const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
+  const SequenceReader reader = SequenceReader::open(folder);
+  fs::remove(folder / kManifestFile);
+  const std::optional<WholeFrames> frames = WholeFrames::open(folder);
+  ASSERT_TRUE(frames);
+  EXPECT_EQ(frames->info(), reader.info());
+  ASSERT_EQ(frames->record(1), reader.frames()[1]);
+  EXPECT_TRUE(frames->has_files(reader.frames()[1]));
+  EXPECT_EQ(frames->record(2), std::nullopt);  // there is none
+
+  const fs::path image = folder / facts_path(reader.info().cameras[0], 1);
+  std::vector<std::byte> bytes = core::read_file(image);
+  bytes[bytes.size() / 2] ^= std::byte{1};
+  core::write_file(image, bytes);
+  EXPECT_FALSE(frames->has_files(reader.frames()[1]));
+  fs::remove(image);
+  EXPECT_FALSE(frames->has_files(reader.frames()[1]));
+
+  // A record of another frame, and records with any one byte changed that still are JSON.
+  fs::copy_file(folder / record_path(1), folder / record_path(0),
+                fs::copy_options::overwrite_existing);
+  EXPECT_EQ(frames->record(0), std::nullopt);
+  const std::string good = core::read_text_file(folder / record_path(1));
+  for (std::size_t at = good.find("\"num_sky\""); at < good.size(); at += 97) {
+    std::string bad = good;
+    bad[at] = bad[at] == '1' ? '2' : '1';
+    core::write_file(folder / record_path(1), bad);
+    EXPECT_EQ(frames->record(1), std::nullopt) << "byte " << at;
+  }
+
+  replace_in(folder / kSequenceFile, fmt::format("\"version\": {}", kCaptureVersion),
+             "\"version\": 3");
+  EXPECT_FALSE(WholeFrames::open(folder));
+  EXPECT_FALSE(WholeFrames::open(scratch / "missing"));
 }
 
 }  // namespace

@@ -4,27 +4,36 @@
 #include <initializer_list>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/hash.h"
 #include "tests/render/scene.h"
 
 namespace terracast::test {
 
-/// Hashes of the facts and the colour of some cameras at frame 1, a line each.
+/// Hashes of the facts and the colour of some cameras at frame 1, and of the tiles to which their rays
+/// come, a line each.
 inline std::string frame_hashes(const Scene& scene, std::initializer_list<int> cameras) {
   std::string lines;
   const auto add = [&](const char* name, const auto& values) {
     lines += fmt::format("{} {}\n", name, core::content_hash(std::as_bytes(std::span(values))));
   };
   for (const int camera : cameras) {
-    const render::TruthFrame truth = scene.renderer.truth(1, camera);
+    world::RayTrail trail(scene.query.cut().size());
+    render::TruthFrame truth;
+    scene.renderer.truth(1, camera, truth, &trail);
     add("range", truth.range_m);
     add("points", truth.point_world);
     add("normals", truth.facts.normal_world.data());
     add("classes", truth.facts.semantic_id.data());
     add("triangles", truth.facts.primitive_id.data());
     add("flags", truth.facts.flags.data());
-    add("color", scene.renderer.color(1, camera).data());
+    const core::Image8 color = scene.renderer.color(1, camera, &trail);
+    add("color", color.data());
+    std::vector<double> passed_z_world;
+    for (std::size_t tile = 0; tile < trail.num_tiles(); ++tile)
+      passed_z_world.push_back(trail.is_touched(tile) ? 0.0 : trail.passed_z_world(tile));
+    add("tiles", passed_z_world);
   }
   return lines;
 }

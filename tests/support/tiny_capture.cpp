@@ -1,5 +1,7 @@
 #include "tests/support/tiny_capture.h"
 
+#include <fmt/format.h>
+
 #include "capture/frame_writer.h"
 #include "geo/frames.h"
 #include "geo/units.h"
@@ -222,8 +224,8 @@ capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options) {
   info.num_frames = options.num_frames;
   info.geometry = {.cell_px = 2.0,
                    .finest_spacing_m = 1.0,
-                   .tiles = {{7, -1, 0, "00112233445566778899aabbccddeeff"},
-                             {7, 0, 0, "ffeeddccbbaa99887766554433221100"}}};
+                   .tiles = {{7, -1, 0, "00112233445566778899aabbccddeeff", 411.5},
+                             {7, 0, 0, "ffeeddccbbaa99887766554433221100", 370.25}}};
   info.config_toml = "name = \"tiny\"\n";
   info.licences = {"Drawn for tests; public domain"};
   const Eigen::Vector3d none = Eigen::Vector3d::Zero();
@@ -285,6 +287,9 @@ std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_fo
       part.bounds = tiny_bounds(frame, k);
       record.cameras.push_back(std::move(part));
     }
+    record.key = fmt::format("{:032x}", frame + 1);
+    record.touched_tiles = {0};
+    record.passed_tiles = {{.tile = 1, .above_z_world_m = 380.0 + capture::kPassedStep_m * frame}};
     writer.finish_frame(record);
   }
   writer.finish_sequence();

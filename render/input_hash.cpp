@@ -1,0 +1,107 @@
+#include "render/input_hash.h"
+
+#include <iterator>
+
+#include "capture/manifest.h"
+#include "core/hash.h"
+#include "core/schema_writer.h"
+
+namespace terracast::render {
+namespace {
+
+/// One more when the same inputs give other bytes.
+constexpr int kRenderVersion = 4;
+
+void append_numbers(std::string& text, const double* values, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i)
+    fmt::format_to(std::back_inserter(text), " {:.17g}", values[i]);
+  text += '\n';
+}
+
+void append_pose(std::string& text, const geo::Rigid3d& pose) {
+  append_numbers(text, pose.rotation.coeffs().data(), 4);
+  append_numbers(text, pose.translation.data(), 3);
+}
+
+void append_cameras(std::string& text, const std::vector<capture::CameraCalibration>& cameras) {
+  for (const capture::CameraCalibration& camera : cameras) {
+    const geo::CameraIntrinsics& intrinsics = camera.intrinsics;
+    text += fmt::format("camera {} {} {} {} {}\n", camera.rig, camera.name, intrinsics.model,
+                        intrinsics.width_px, intrinsics.height_px);
+    append_numbers(text, intrinsics.parameters.data(), intrinsics.parameters.size());
+    append_pose(text, camera.rig_from_camera);
+    append_pose(text, camera.body_from_rig);
+  }
+}
+
+void append_tile(std::string& text, const world::CutTile& tile, const world::TileStore& store) {
+  text += fmt::format("tile {} {} {}\n", tile.id.name(), tile.coarser_sides,
+                      store.find(tile.id)->content_hash);
+}
+
+void append_climate(std::string& text, const Climate& climate) {
+  text += fmt::format("climate {} {}\n", climate.seed, climate.has_sea);
+  for (const double value : {climate.sea_level_m, climate.snow_line_m, climate.tree_line_m})
+    append_numbers(text, &value, 1);
+}
+
+void append_daylight(std::string& text, const Daylight& daylight) {
+  text += "daylight\n";
+  append_numbers(text, daylight.sun_direction_world.data(), 3);
+  append_numbers(text, daylight.up_world.data(), 3);
+  append_numbers(text, &daylight.visibility_m, 1);
+}
+
+}  // namespace
+
+std::string input_hash_of(const SequencePlan& plan, const world::TileStore& store,
+                          const std::vector<world::CutTile>& cut) {
+  std::string text =
+      fmt::format("render {}\nworld {}\n", kRenderVersion, store.manifest().input_hash);
+  text += fmt::format("sequence {} {} {:.17g} {}\n", plan.name, plan.utc_start, plan.rate_hz,
+                      plan.seed);
+  for (const geo::BodyState& state : plan.states) {
+    append_numbers(text, &state.time_s, 1);
+    append_pose(text, state.world_from_body);
+    append_numbers(text, state.velocity_world_mps.data(), 3);
+    append_numbers(text, state.acceleration_world_mps2.data(), 3);
+    append_numbers(text, state.angular_velocity_body_radps.data(), 3);
+  }
+  append_cameras(text, plan.cameras);
+  text += core::toml_text(plan.conditions);
+  text += core::toml_text(plan.tracks);
+  for (const world::CutTile& tile : cut) append_tile(text, tile, store);
+  text += plan.config_toml;
+  return core::content_hash(text);
+}
+
+FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
+                     const std::vector<world::CutTile>& cut, const FrameRenderer& renderer)
+    : plan_(plan), store_(store), cut_(cut) {
+  std::string text =
+      fmt::format("render {} capture {}\n", kRenderVersion, capture::kCaptureVersion);
+  append_cameras(text, plan.cameras);
+  append_climate(text, renderer.ground().climate());
+  append_daylight(text, renderer.sky().daylight());
+  text += fmt::format("colour {} {} {:.17g}\n", plan.seed, plan.conditions.color_samples,
+                      plan.conditions.exposure);
+  common_ = core::content_hash(text);
+}
+
+std::string FrameKeys::key(int frame, std::span<const int> touched_tiles) const {
+  std::string text = fmt::format("{}\nframe {}\n", common_, frame);
+  // The points of a frame are looked for from the frames beside it.
+  for (const int at : {frame, frame - 1, frame + 1}) {
+    if (at < 0 || at >= static_cast<int>(plan_.states.size()))
+      text += "none\n";
+    else
+      append_pose(text, plan_.states[static_cast<std::size_t>(at)].world_from_body);
+  }
+  for (const int tile : touched_tiles) {
+    text += fmt::format("{} ", tile);
+    append_tile(text, cut_[static_cast<std::size_t>(tile)], store_);
+  }
+  return core::content_hash(text);
+}
+
+}  // namespace terracast::render
