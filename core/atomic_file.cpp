@@ -207,6 +207,24 @@ void write_file_by(const fs::path& file, const std::function<void(const fs::path
   temporary.rename();
 }
 
+void link_file(const fs::path& from, const fs::path& file) {
+  TemporaryFile temporary(target_of(file));
+  if (::linkat(AT_FDCWD, from.c_str(), AT_FDCWD, temporary.path().c_str(), AT_SYMLINK_FOLLOW) ==
+      0) {
+    temporary.rename();
+    // Of two links to one file a rename leaves both.
+    ::unlink(temporary.path().c_str());
+    return;
+  }
+  write_file_by(file, [&](const fs::path& copy) {
+    std::error_code error;
+    fs::copy_file(from, copy, error);
+    if (error)
+      fail(ErrorKind::Io, "{}: cannot be copied to {}: {}", from.string(), file.string(),
+           error.message());
+  });
+}
+
 namespace {
 
 struct OpenFile {

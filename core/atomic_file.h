@@ -27,6 +27,12 @@ bool write_new_file(const std::filesystem::path& file, std::string_view text);
 void write_file_by(const std::filesystem::path& file,
                    const std::function<void(const std::filesystem::path& temporary)>& write);
 
+/// Puts the content of a file under another name too, in place whole as write_file does: by a second
+/// link to it where the file system can, else by a copy. Neither name may be written to in place
+/// after that.
+/// throws   Io: naming the file and the system's reason
+void link_file(const std::filesystem::path& from, const std::filesystem::path& file);
+
 /// A whole file.
 /// throws   Io: missing or unreadable; Input: larger than max_bytes, or a device or pipe
 std::vector<std::byte> read_file(const std::filesystem::path& file,

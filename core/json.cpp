@@ -12,6 +12,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/hash.h"
 
 namespace terracast::core {
 
@@ -387,6 +388,13 @@ std::vector<std::string> Json::strings() const {
   values.reserve(items->size());
   for (const Json& item : *items) values.push_back(item.string());
   return values;
+}
+
+std::string hash_of_members(const Json& object) {
+  Json hashed = Json::object();
+  for (const auto& [name, value] : object.members())
+    if (name != kContentHashMember) hashed.set(name, value);
+  return content_hash(hashed.text(-1));
 }
 
 }  // namespace terracast::core

@@ -71,4 +71,10 @@ class Json {
   std::unique_ptr<Value> value_;
 };
 
+/// The member in which an object keeps hash_of_members.
+inline constexpr const char* kContentHashMember = "content_hash";
+/// Hash of all members of an object but that one, in one line of text: blanks and line ends do not
+/// count.
+std::string hash_of_members(const Json& object);
+
 }  // namespace terracast::core

@@ -140,24 +140,16 @@ std::uint64_t seed_of(const std::string& text) {
   return seed;
 }
 
-/// Hash over every member but the hash itself, in one line of text: blanks and line ends do not
-/// count.
-std::string hash_of_members(const Json& json) {
-  Json hashed = Json::object();
-  for (const auto& [name, value] : json.members())
-    if (name != "content_hash") hashed.set(name, value);
-  return core::content_hash(hashed.text(-1));
-}
-
 WorldManifest manifest_of(const Json& json) {
   if (!json.is_object() || !json.has("format") || json.at("format").string() != "terracast world")
     fail(ErrorKind::Input, "not a terracast world");
   if (const std::int64_t version = json.at("version").integer(); version != kManifestVersion)
     fail(ErrorKind::Input, "world format version {}, this build reads {}", version,
          kManifestVersion);
-  if (const std::string hash = hash_of_members(json); json.at("content_hash").string() != hash)
+  if (const std::string hash = core::hash_of_members(json);
+      json.at(core::kContentHashMember).string() != hash)
     fail(ErrorKind::Input, "damaged or edited: content_hash {} where its content has {}",
-         json.at("content_hash").string(), hash);
+         json.at(core::kContentHashMember).string(), hash);
   WorldManifest manifest;
   manifest.name = json.at("name").string();
   manifest.input_hash = json.at("input_hash").string();
@@ -299,7 +291,7 @@ void write_manifest(const std::filesystem::path& store, WorldManifest manifest) 
   std::sort(manifest.tiles.begin(), manifest.tiles.end(),
             [](const TileInfo& a, const TileInfo& b) { return a.id < b.id; });
   Json json = json_of(manifest);
-  json.set("content_hash", hash_of_members(json));
+  json.set(core::kContentHashMember, core::hash_of_members(json));
   json.write(store / kManifestName, 1);
 }
 

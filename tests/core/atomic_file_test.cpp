@@ -327,6 +327,50 @@ TEST(AtomicFileTest, ManyMayWriteAndClearOneFolderAtOnce) {
   EXPECT_EQ(names_in(folder.path()).size(), 31U);
 }
 
+TEST(AtomicFileTest, ALinkedFileIsTheSameFileAndReplacesWhatStoodThere) {
+  const test::ScratchFolder folder;
+  write_file(folder / "a.png", "new");
+  write_file(folder / "there/b.png", "old");
+  // The second time both names are links to one file already.
+  for (int i = 0; i < 2; ++i) {
+    link_file(folder / "a.png", folder / "there/b.png");
+    EXPECT_EQ(read_text_file(folder / "there/b.png"), "new");
+    EXPECT_TRUE(fs::equivalent(folder / "a.png", folder / "there/b.png"));
+    EXPECT_THAT(names_in(folder / "there"), testing::ElementsAre("b.png"));
+  }
+  // What is written later goes to one of them alone.
+  write_file(folder / "a.png", "newer");
+  EXPECT_EQ(read_text_file(folder / "there/b.png"), "new");
+  link_file(folder / "a.png", folder / "made/c.png");
+  EXPECT_EQ(read_text_file(folder / "made/c.png"), "newer");
+
+  try {
+    link_file(folder / "missing.png", folder / "d.png");
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::Io);
+    EXPECT_THAT(error.what(), testing::HasSubstr("missing.png"));
+  }
+  EXPECT_FALSE(fs::exists(folder / "d.png"));
+}
+
+TEST(AtomicFileTest, WhereNoLinkCanBeAFileIsCopied) {
+  const test::ScratchFolder folder;
+  const fs::path elsewhere =
+      fs::path("/dev/shm") / ("terracast-link-test-" + std::to_string(::getpid()));
+  struct stat here {};
+  struct stat there {};
+  if (::stat(folder.path().c_str(), &here) != 0 || ::stat("/dev/shm", &there) != 0 ||
+      here.st_dev == there.st_dev)
+    GTEST_SKIP() << "there is only one file system to write to";
+  write_file(elsewhere / "a.png", "content");
+  link_file(elsewhere / "a.png", folder / "b.png");
+  EXPECT_EQ(read_text_file(folder / "b.png"), "content");
+  EXPECT_FALSE(fs::equivalent(elsewhere / "a.png", folder / "b.png"));
+  EXPECT_THAT(names_in(folder.path()), testing::ElementsAre("b.png"));
+  fs::remove_all(elsewhere);
+}
+
 TEST(AtomicFileTest, LongNamesAreWritten) {
   const test::ScratchFolder folder;
   const std::string name = std::string(251, 'n') + ".png";
