@@ -14,14 +14,14 @@ namespace terracast::world {
 /// above that. So a ray's crossing depends on the tiles at which it was cast, and on no other as long
 /// as none reaches up to where the ray passes over it.
 ///
-/// Passages higher than a metre above the highest point of the whole cut may be left out: rays need not
-/// be followed there.
+/// Rays are followed up to kFollowed_m above the highest point of the whole cut: passages that are all
+/// higher than that may be left out.
 ///
-/// determinism   what stands in it depends on the rays and the cut alone, but for passages higher than
-///               that
+/// determinism   what stands in it depends on the rays and the cut alone
 /// threads       calls of RayQuery may add to one at the same time; reading waits for their end
 class RayTrail {
  public:
+  static constexpr double kFollowed_m = 65.0;
   static constexpr double kNever = std::numeric_limits<double>::infinity();
 
   /// num_tiles   of the cut

@@ -19,8 +19,10 @@ using core::smaller;
 using core::truth;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Falling rays start this far above the highest point of all.
+/// Falling rays start this far above the highest point of all, rising ones leave there, where nobody
+/// wants to know over which tiles they pass.
 constexpr double kAboveAll_m = 1.0;
+static_assert(RayTrail::kFollowed_m > kAboveAll_m);
 
 /// A ray that comes into its first tile so soon after its start may have started on the surface
 /// beside it.
@@ -407,12 +409,16 @@ bool TileMap::enter_root(RayLanes& rays, int i, double t, bool is_start) const {
   return true;
 }
 
+double TileMap::above_all_z(const RayTrail* trail) const {
+  return highest_z_world_ + (trail != nullptr ? RayTrail::kFollowed_m : kAboveAll_m);
+}
+
 LaneMask TileMap::enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint,
                         RayTrail* trail) const {
   Starts starts;
   const Leaf& hinted = leaves_[hint];
   find_starts({.x = {hinted.x[0], hinted.x[1]}, .y = {hinted.y[0], hinted.y[1]}},
-              highest_z_world_ + kAboveAll_m, rays, starts);
+              above_all_z(trail), rays, starts);
   for (int i = 0; i < kLanes; ++i) {
     rays.tile[i] = hint;
     rays.side[i] = -1;
@@ -447,7 +453,7 @@ LaneMask TileMap::go_to_ground(RayLanes& rays, LaneMask asked, LaneMask passed,
     const std::uint32_t tile = rays.tile[__builtin_ctz(asked)];
     Sides sides;
     const Passing passing =
-        pass_tile(leaves_[tile], tile, asked, passed, highest_z_world_ + kAboveAll_m, rays, sides);
+        pass_tile(leaves_[tile], tile, asked, passed, above_all_z(trail), rays, sides);
     const LaneMask above = passing.here & ~passing.meets & ~passed;
     if (trail != nullptr && above != 0) trail->pass(tile, find_lowest_z(rays, sides, above));
     there |= passing.meets;

@@ -62,6 +62,8 @@ class TileMap {
   /// Puts a ray into the nearest root that it enters at t or later.
   /// is_start   it has not been in any tile yet
   bool enter_root(RayLanes& rays, int lane, double t, bool is_start) const;
+  /// The height above which rays are not followed.
+  double above_all_z(const RayTrail* trail) const;
   /// Completes the passages of rays whose tile and entry are known, going on from tile to tile until
   /// the ground may be met.
   /// passed   those that have passed through the tile where they are

@@ -120,7 +120,7 @@ TEST_F(RayTrails, HoldTheTilesWhoseColumnsRaysEnterAndHowLowOthersArePassed) {
       if (std::abs(lowest_z - top_z) < kTolerance_m) continue;
       EXPECT_EQ(trail.is_touched(i), lowest_z < top_z) << test::text(ray) << " at " << id.name();
       num_touched += lowest_z < top_z ? 1 : 0;
-      if (lowest_z < top_z || lowest_z > highest_z + 1.0) continue;
+      if (lowest_z < top_z || lowest_z > highest_z + RayTrail::kFollowed_m) continue;
       EXPECT_NEAR(trail.passed_z_world(i), lowest_z, kTolerance_m)
           << test::text(ray) << " at " << id.name();
       ++num_passed;
@@ -193,6 +193,18 @@ TEST_F(RayTrails, AreTheSameOfAllQueries) {
   query_.intersect(fan, t, Coherence::Coherent, &of_t);
   expect_same(of_hits, expected_of_fan);
   expect_same(of_t, expected_of_fan);
+}
+
+TEST_F(RayTrails, ChangeNoBitOfWhatRaysMeet) {
+  RayTrail trail(query_.cut().size());
+  std::vector<SurfaceHit> hits(rays_.size());
+  query_.intersect(rays_, hits, Coherence::Incoherent, {}, &trail);
+  EXPECT_TRUE(test::same_bits(hits, test::cast_all(query_, rays_)));
+  std::vector<std::uint8_t> with(rays_.size());
+  std::vector<std::uint8_t> without(rays_.size());
+  query_.occluded(rays_, with, &trail);
+  query_.occluded(rays_, without);
+  EXPECT_EQ(with, without);
 }
 
 TEST_F(RayTrails, OfAnotherCutAreRefused) {
