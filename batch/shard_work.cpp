@@ -143,6 +143,17 @@ struct ShardWork::Impl {
       fail(ErrorKind::Io, "{}: cannot be made a link: {}", link.string(), error.message());
   }
 
+  /// Of a sequence, under its inputs in the plan's other revisions.
+  std::vector<fs::path> earlier_captures(int run, const std::string& sequence) const {
+    std::vector<fs::path> folders;
+    std::error_code missing;
+    for (const auto& entry :
+         fs::directory_iterator(folder.captures_of_all(run_of(run)), missing))
+      if (entry.path() != folder.captures(run_of(run))) folders.push_back(entry.path() / sequence);
+    std::sort(folders.begin(), folders.end());
+    return folders;
+  }
+
   ShardResult render(const Shard& shard) {
     ShardResult result;
     for (const Piece& piece : shard.pieces) {
@@ -150,8 +161,10 @@ struct ShardWork::Impl {
       const render::SequencePlan& sequence =
           job.sequences[static_cast<std::size_t>(piece.sequence)];
       const fs::path captured = folder.captures(run_of(piece.run)) / sequence.name;
-      job::render_sequence(job, sequence, store_of(piece.run),
-                           {.first = piece.first_frame, .end = piece.end_frame}, captured, context);
+      const render::RenderedFrames made = job::render_sequence(
+          job, sequence, store_of(piece.run), {.first = piece.first_frame, .end = piece.end_frame},
+          captured, context, earlier_captures(piece.run, sequence.name));
+      result.num_rendered += static_cast<std::int64_t>(made.rendered.size());
       result.num_frames += piece.end_frame - piece.first_frame;
       result.bytes += bytes_of_frames(captured, piece.first_frame, piece.end_frame);
     }

@@ -234,6 +234,7 @@ class Worker {
       claim.commit(core::Json::object()
                        .set("shard", id.text())
                        .set("frames", result.num_frames)
+                       .set("rendered", result.num_rendered)
                        .set("bytes", result.bytes)
                        .set("checks_failed", result.num_checks_failed)
                        .set("wall_s", seconds_since(start))
