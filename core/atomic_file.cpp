@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -55,22 +56,6 @@ class FileDescriptor {
 fs::path temporary_beside(const fs::path& file) {
   return file.parent_path() / fmt::format("{}{}-{}{}", kPrefix, this_process(), random_name(),
                                           file.extension().string());
-}
-
-/// Whether the process that wrote under this temporary name may still be at it.
-bool writer_may_live(const fs::path& temporary) {
-  const std::string name = temporary.stem().string().substr(kPrefix.size());
-  switch (process_state(name.substr(0, std::min(name.rfind('-'), name.size())))) {
-    case ProcessState::Lives:
-      return true;
-    case ProcessState::Ended:
-      return false;
-    case ProcessState::Elsewhere:
-      break;
-  }
-  std::error_code failed;
-  const auto written = fs::last_write_time(temporary, failed);
-  return !failed && fs::file_time_type::clock::now() - written < kForeignLifetime;
 }
 
 /// Removes the temporary file unless it was renamed.
@@ -310,6 +295,38 @@ void make_folder(const fs::path& folder) {
     fail(ErrorKind::Io, "{}: cannot be made a folder: {}", folder.string(), error.message());
   if (!fs::is_directory(folder, error)) fail(ErrorKind::Io, "{}: is not a folder", folder.string());
 }
+
+namespace {
+
+/// The time that a folder's file system gives to what is written now. Clocks of machines differ.
+std::optional<fs::file_time_type> time_now(const fs::path& folder) {
+  try {
+    const TemporaryFile file(folder / "now");
+    write_temporary(file, folder / "now", {});
+    return fs::last_write_time(file.path());
+  } catch (const std::exception&) {
+    return std::nullopt;  // nor could anything be removed there
+  }
+}
+
+/// Whether the process that wrote under this temporary name may still be at it.
+bool writer_may_live(const fs::path& temporary) {
+  const std::string name = temporary.stem().string().substr(kPrefix.size());
+  switch (process_state(name.substr(0, std::min(name.rfind('-'), name.size())))) {
+    case ProcessState::Lives:
+      return true;
+    case ProcessState::Ended:
+      return false;
+    case ProcessState::Elsewhere:
+      break;
+  }
+  std::error_code gone;
+  const auto written = fs::last_write_time(temporary, gone);
+  const auto now = time_now(temporary.parent_path());
+  return !gone && (!now || *now - written < kForeignLifetime);
+}
+
+}  // namespace
 
 void remove_temporaries(const fs::path& folder) {
   std::error_code error;
