@@ -507,17 +507,14 @@ Json json_from_record(const FrameRecord& record) {
       .set("touched_tiles", std::move(touched))
       .set("passed_tiles", std::move(passed))
       .set("passed_above_m", Json::array_of(passed_above_m));
-  json.set(core::kContentHashMember, core::hash_of_members(json));
+  core::add_content_hash(json);
   return json;
 }
 
 FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const std::string& file) {
   const Source source{file};
   source.format(json);
-  if (const std::string hash = core::hash_of_members(json);
-      json.at(core::kContentHashMember).string() != hash)
-    fail(ErrorKind::Input, "{}: damaged: its content hash is {}, but it says {}", file, hash,
-         json.at(core::kContentHashMember).string());
+  core::with_context([&] { core::check_content_hash(json); }, "reading " + file);
   FrameRecord record;
   record.index = static_cast<int>(source.count(json.at("index"), kMaxFrames, "index"));
   record.time_s = source.finite(json.at("time_s"), "time_s");

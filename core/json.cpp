@@ -390,11 +390,26 @@ std::vector<std::string> Json::strings() const {
   return values;
 }
 
+namespace {
+
+constexpr const char* kHashMember = "content_hash";
+
 std::string hash_of_members(const Json& object) {
   Json hashed = Json::object();
   for (const auto& [name, value] : object.members())
-    if (name != kContentHashMember) hashed.set(name, value);
+    if (name != kHashMember) hashed.set(name, value);
   return content_hash(hashed.text(-1));
+}
+
+}  // namespace
+
+void add_content_hash(Json& object) { object.set(kHashMember, hash_of_members(object)); }
+
+void check_content_hash(const Json& object) {
+  const std::string& stated = object.at(kHashMember).string();
+  if (const std::string hash = hash_of_members(object); stated != hash)
+    fail(ErrorKind::Input, "damaged or edited: {} {} where its content has {}", kHashMember, stated,
+         hash);
 }
 
 }  // namespace terracast::core

@@ -71,10 +71,12 @@ class Json {
   std::unique_ptr<Value> value_;
 };
 
-/// The member in which an object keeps hash_of_members.
-inline constexpr const char* kContentHashMember = "content_hash";
-/// Hash of all members of an object but that one, in one line of text: blanks and line ends do not
-/// count.
-std::string hash_of_members(const Json& object);
+/// Adds the member `content_hash` to an object: over all its other members, whatever the blanks and
+/// line ends between them.
+void add_content_hash(Json& object);
+
+/// throws   Input: the object's members are not those that its `content_hash` was made of; it has
+///          none
+void check_content_hash(const Json& object);
 
 }  // namespace terracast::core

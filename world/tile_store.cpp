@@ -146,10 +146,7 @@ WorldManifest manifest_of(const Json& json) {
   if (const std::int64_t version = json.at("version").integer(); version != kManifestVersion)
     fail(ErrorKind::Input, "world format version {}, this build reads {}", version,
          kManifestVersion);
-  if (const std::string hash = core::hash_of_members(json);
-      json.at(core::kContentHashMember).string() != hash)
-    fail(ErrorKind::Input, "damaged or edited: content_hash {} where its content has {}",
-         json.at(core::kContentHashMember).string(), hash);
+  core::check_content_hash(json);
   WorldManifest manifest;
   manifest.name = json.at("name").string();
   manifest.input_hash = json.at("input_hash").string();
@@ -291,7 +288,7 @@ void write_manifest(const std::filesystem::path& store, WorldManifest manifest) 
   std::sort(manifest.tiles.begin(), manifest.tiles.end(),
             [](const TileInfo& a, const TileInfo& b) { return a.id < b.id; });
   Json json = json_of(manifest);
-  json.set(core::kContentHashMember, core::hash_of_members(json));
+  core::add_content_hash(json);
   json.write(store / kManifestName, 1);
 }
 

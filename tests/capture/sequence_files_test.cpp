@@ -57,9 +57,10 @@ void replace_in(const fs::path& file, const std::string& from, const std::string
 void bless_within(const fs::path& record_file) {
   std::string text = core::read_text_file(record_file);
   try {
-    const Json json = Json::parse(text, "record");
+    Json json = Json::parse(text, "record");
     const std::string old_hash = json.at("content_hash").string();
-    text.replace(text.rfind(old_hash), old_hash.size(), core::hash_of_members(json));
+    core::add_content_hash(json);
+    text.replace(text.rfind(old_hash), old_hash.size(), json.at("content_hash").string());
   } catch (const core::Error&) {
     return;
   }

@@ -164,6 +164,29 @@ TEST(JsonTest, FilesReadBack) {
               HasSubstr("gone.json"));
 }
 
+TEST(JsonTest, AContentHashFindsEveryEditAndNoRewriting) {
+  Json record = Json::object().set("a", 0.5).set("b", Json::array_of(std::vector<double>{1, 2}));
+  add_content_hash(record);
+  const std::string text = record.text(-1);
+  EXPECT_NO_THROW(check_content_hash(Json::parse(text, "a.json")));
+  EXPECT_NO_THROW(check_content_hash(Json::parse(record.text(3) + "\r\n", "a.json")));
+  // Any digit, and any member's name.
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    std::string edited = text;
+    if (text[i] >= '0' && text[i] <= '9')
+      edited[i] = text[i] == '9' ? '8' : static_cast<char>(text[i] + 1);
+    else if (text[i] == 'b' && text[i + 1] == '"')
+      edited[i] = 'c';
+    else
+      continue;
+    EXPECT_THAT(error_of([&] { check_content_hash(Json::parse(edited, "a.json")); }),
+                HasSubstr("damaged or edited"))
+        << edited;
+  }
+  EXPECT_THAT(error_of([&] { check_content_hash(Json::parse("{\"a\":1}", "a.json")); }),
+              HasSubstr("content_hash"));
+}
+
 TEST(JsonTest, CopiesAreIndependent) {
   Json a = Json::object().set("x", 1);
   Json b = a;
