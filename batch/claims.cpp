@@ -32,6 +32,8 @@ using core::fail;
 constexpr int kShardsPerFolder = 1000;
 /// A claim is renewed so many times in a lease: some may fail before it is lost.
 constexpr double kRenewalsPerLease = 6.0;
+/// A process of another machine that has not been heard of for so long has ended.
+constexpr double kForeignLifetime_s = 86400.0;
 
 std::string host_name() {
   char name[256] = {};
@@ -99,6 +101,12 @@ struct Claims::Impl {
   std::condition_variable wake;
   bool is_ending = false;
   std::set<fs::path> held;  ///< claims to be renewed
+  struct Sight {
+    double changed_s = 0.0;
+    std::chrono::steady_clock::time_point since;
+  };
+  std::map<fs::path, Sight>
+      sights;  ///< others' claims as they were when they were last seen to change
   std::thread renewer;
 
   Impl(fs::path state_folder, const ClaimOptions& claim_options)
@@ -133,6 +141,10 @@ struct Claims::Impl {
            fmt::format("{:03}", shard.index / kShardsPerFolder) /
            fmt::format("{:06}.json", shard.index);
   }
+  void put_record(const ShardId& shard, core::Json record) const {
+    core::add_content_hash(record);
+    core::write_new_file(done_file(shard), record.text() + "\n");
+  }
   fs::path try_file(const ShardId& shard, int number) const {
     return folder / "claims" / stage_name(shard.stage) /
            fmt::format("{:06}.{}", shard.index, number);
@@ -141,38 +153,71 @@ struct Claims::Impl {
 
   double now_s() {
     const std::lock_guard lock(mutex);
-    if (!touch(clock)) core::write_file(clock, "");
-    const std::optional<double> now = changed_s(clock);
-    if (!now) fail(ErrorKind::Io, "{}: was removed", clock.string());
-    return *now;
+    std::optional<double> now;
+    try {
+      if (!touch(clock)) core::write_file(clock, "");
+      now = changed_s(clock);
+    } catch (const core::Error&) {
+      // Who may only read looks at a job all the same.
+    }
+    const std::chrono::duration<double> machine =
+        std::chrono::system_clock::now().time_since_epoch();
+    return now.value_or(machine.count());
+  }
+
+  /// Whether a claim has not changed for a lease since we first saw it so. By that a holder is missed
+  /// whose clock was ahead when it renewed its claim, on a file system that takes times from machines.
+  bool stands_still(const fs::path& file, double changed_s) {
+    const auto now = std::chrono::steady_clock::now();
+    const std::lock_guard lock(mutex);
+    const auto [seen, is_new] = sights.try_emplace(file, Sight{changed_s, now});
+    if (seen->second.changed_s != changed_s) seen->second = {changed_s, now};
+    return std::chrono::duration<double>(now - seen->second.since).count() > options.lease_s;
+  }
+
+  /// The process that a try names; empty for one that is damaged or was taken back.
+  static std::string process_of(const fs::path& file) {
+    try {
+      return core::Json::read(file).at("process").string();
+    } catch (const core::Error&) {
+      return "";
+    }
   }
 
   /// Whether nobody works on a try any more that has not been ended.
   bool is_lost(const fs::path& file) {
     const std::optional<double> renewed_s = changed_s(file);
     if (!renewed_s) return false;  // taken back just now
-    try {
-      const std::string process = core::Json::read(file).at("process").string();
-      if (core::process_state(process) == core::ProcessState::Ended) return true;
-    } catch (const core::Error&) {
-      // Taken back, or damaged: its age tells.
-    }
-    return now_s() - *renewed_s > options.lease_s;
+    if (core::process_state(process_of(file)) == core::ProcessState::Ended) return true;
+    return now_s() - *renewed_s > options.lease_s || stands_still(file, *renewed_s);
+  }
+
+  /// Whether a process will never be heard of again.
+  /// file   that it wrote or touched last
+  bool has_ended(const std::string& process, const fs::path& file) {
+    if (process.empty()) return is_lost(file);  // who can tell whose it was
+    const core::ProcessState state = core::process_state(process);
+    if (state != core::ProcessState::Elsewhere) return state == core::ProcessState::Ended;
+    const std::optional<double> heard_s = changed_s(file);
+    return heard_s && now_s() - *heard_s > kForeignLifetime_s;
   }
 
   static void end_try(const fs::path& file, const TryEnd& end) {
     core::write_new_file(end_file(file), json_from_end(end).text() + "\n");
   }
 
-  void forget_tries(const ShardId& shard) const {
+  static void remove_try(const fs::path& file) {
     std::error_code ignored;
-    int last = 1;
-    while (fs::exists(try_file(shard, last), ignored)) ++last;
-    // The last goes first: who counts meanwhile does not find a gap.
-    for (int number = last - 1; number >= 1; --number) {
-      fs::remove(try_file(shard, number), ignored);
-      fs::remove(end_file(try_file(shard, number)), ignored);
-    }
+    fs::remove(file, ignored);
+    fs::remove(end_file(file), ignored);
+  }
+
+  /// Of a shard that is done, this process's earlier tries. Others' stay until somebody has cleared up
+  /// behind them.
+  void forget_own_tries(const ShardId& shard) const {
+    std::error_code ignored;
+    for (int number = 1; fs::exists(try_file(shard, number), ignored); ++number)
+      if (process_of(try_file(shard, number)) == worker) remove_try(try_file(shard, number));
   }
 
   struct Tries {
@@ -233,6 +278,8 @@ struct Claim::Impl {
   void end(TryEnd::How how, const std::string& error) {
     if (is_ended) return;
     let_go();
+    std::error_code ignored;
+    if (!fs::exists(file, ignored)) return;  // an end without its try would end another's
     Claims::Impl::end_try(
         file, {.how = how, .error = error, .worker = host_name() + " " + claims->worker});
   }
@@ -253,9 +300,10 @@ Claim::~Claim() {
 ShardId Claim::shard() const { return impl_->shard; }
 
 void Claim::commit(const core::Json& record) {
-  core::write_new_file(impl_->claims->done_file(impl_->shard), record.text() + "\n");
+  impl_->claims->put_record(impl_->shard, record);
   impl_->let_go();
-  impl_->claims->forget_tries(impl_->shard);
+  Claims::Impl::remove_try(impl_->file);
+  impl_->claims->forget_own_tries(impl_->shard);
 }
 
 void Claim::fail(const std::string& error) { impl_->end(TryEnd::How::Failed, error); }
@@ -291,7 +339,7 @@ std::variant<Claim, Claims::Standing> Claims::claim(const ShardId& shard, bool i
   // Its last holder may have committed it between the first look and the claim.
   if (is_done(shard)) {
     claim->let_go();
-    impl_->forget_tries(shard);
+    Impl::remove_try(claim->file);
     return Standing::Done;
   }
   return Claim(std::move(claim));
@@ -311,12 +359,22 @@ std::vector<int> Claims::done(Stage stage) const {
   return indices;
 }
 
+fs::path Claims::record_file(const ShardId& shard) const { return impl_->done_file(shard); }
+
 core::Json Claims::record(const ShardId& shard) const {
-  return core::Json::read(impl_->done_file(shard));
+  const fs::path file = impl_->done_file(shard);
+  return core::with_context(
+      [&] {
+        core::Json record = core::Json::read(file);
+        core::check_content_hash(record);
+        return record;
+      },
+      fmt::format("reading {}; `terracast batch verify --repair` has the shard done again",
+                  file.string()));
 }
 
 void Claims::set_done(const ShardId& shard, const core::Json& record) {
-  core::write_new_file(impl_->done_file(shard), record.text() + "\n");
+  impl_->put_record(shard, record);
 }
 
 void Claims::reopen(const ShardId& shard) {
@@ -325,6 +383,69 @@ void Claims::reopen(const ShardId& shard) {
   if (error)
     fail(ErrorKind::Io, "{}: cannot be removed: {}", impl_->done_file(shard).string(),
          error.message());
+  impl_->tries(shard);  // ends those that are lost
+  for (int number = 1; fs::exists(impl_->try_file(shard, number), error); ++number) {
+    const fs::path file = impl_->try_file(shard, number);
+    std::optional<TryEnd> end = Impl::end_of(file);
+    if (!end || end->how == TryEnd::How::Released) continue;
+    end->how = TryEnd::How::Released;
+    core::write_file(Impl::end_file(file), json_from_end(*end).text() + "\n");
+  }
+}
+
+namespace {
+
+/// A file of the folder of claims: "000012.1" or, of its end, "000012.1.end".
+struct TryFile {
+  int index = 0;
+  int number = 0;
+  bool is_end = false;
+};
+std::optional<TryFile> try_from_name(std::string_view name) {
+  constexpr std::string_view kEnd = ".end";
+  const bool is_end = name.ends_with(kEnd);
+  if (is_end) name.remove_suffix(kEnd.size());
+  const auto dot = std::min(name.find('.'), name.size());
+  const auto index = number_in(name.substr(0, dot));
+  const auto number = number_in(name.substr(std::min(dot + 1, name.size())));
+  if (!index || !number) return std::nullopt;
+  return TryFile{*index, *number, is_end};
+}
+
+}  // namespace
+
+void Claims::clear_up(const std::function<void(const ShardId&)>& clear) {
+  core::remove_temporaries(impl_->folder / "claims");
+  core::remove_temporaries(impl_->folder / "clocks");
+  std::error_code ignored;
+  for (const Stage stage : kStages)
+    for (const fs::directory_entry& entry :
+         fs::directory_iterator(impl_->folder / "claims" / stage_name(stage), ignored)) {
+      const auto found = try_from_name(entry.path().filename().string());
+      if (!found) continue;
+      const ShardId shard{stage, found->index};
+      const fs::path file = impl_->try_file(shard, found->number);
+      if (found->is_end && fs::exists(file, ignored)) continue;
+      if (found->is_end) Impl::remove_try(file);  // or it would end the next try of that number
+      if (found->is_end || !impl_->has_ended(Impl::process_of(file), file)) continue;
+      clear(shard);
+      core::remove_temporaries(impl_->done_file(shard).parent_path());
+      if (is_done(shard)) Impl::remove_try(file);
+    }
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(impl_->folder / "clocks", ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (impl_->has_ended(name.substr(0, std::min(name.rfind('-'), name.size())), entry.path()))
+      fs::remove(entry.path(), ignored);
+  }
+}
+
+std::string Claims::Tried::last_error() const {
+  for (auto end = ends.rbegin(); end != ends.rend(); ++end) {
+    if (end->how == TryEnd::How::Lost) return "its process ended without a word";
+    if (end->how == TryEnd::How::Failed) return end->error.substr(0, end->error.find('\n'));
+  }
+  return "";
 }
 
 std::vector<Claims::Tried> Claims::tried() const {
@@ -334,11 +455,8 @@ std::vector<Claims::Tried> Claims::tried() const {
     std::error_code missing;
     for (const fs::directory_entry& entry :
          fs::directory_iterator(impl_->folder / "claims" / stage_name(stage), missing)) {
-      const std::string name = entry.path().filename().string();
-      const auto dot = std::min(name.find('.'), name.size());
-      const auto index = number_in(std::string_view(name).substr(0, dot));
-      const auto number = number_in(std::string_view(name).substr(std::min(dot + 1, name.size())));
-      if (index && number) tries[*index][*number] = entry.path();
+      const auto found = try_from_name(entry.path().filename().string());
+      if (found && !found->is_end) tries[found->index][found->number] = entry.path();
     }
     for (const auto& [index, files] : tries) {
       Tried tried{.shard = {stage, index}, .ends = {}, .holder = {}};

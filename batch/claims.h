@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <variant>
@@ -38,7 +39,8 @@ class Claim {
   ~Claim();  ///< as release()
 
   ShardId shard() const;
-  /// Puts the shard's record in place, unless a twin has done so, and takes the claims back.
+  /// Puts the shard's record in place, unless a twin has done so, and takes this process's claims of
+  /// it back.
   /// throws Io
   void commit(const core::Json& record);
   /// Leaves the error for the others to see.
@@ -61,8 +63,9 @@ class Claim {
 ///
 /// A claim is made by link(), which fails where the name exists: of several workers one gets it. The
 /// next try takes the next number, so that no name is ever used again and a claim cannot be taken
-/// from somebody who has just taken it. Ages are differences of times that the file system gave:
-/// clocks of machines play no part.
+/// from somebody who has just taken it. Ages are differences of times that the file system gave: clocks
+/// of machines play no part. A claim that does not change for a lease while somebody watches is lost
+/// too, whatever its time of change says.
 /// threads   safe
 class Claims {
  public:
@@ -79,11 +82,18 @@ class Claims {
   bool is_done(const ShardId& shard) const;
   /// Indices of the shards of a stage that are done, ascending: one listing of folders.
   std::vector<int> done(Stage stage) const;
+  /// throws Input: the record is not as it was written (names it)
   core::Json record(const ShardId& shard) const;
   /// Records a shard as done that another revision of the plan has done.
   void set_done(const ShardId& shard, const core::Json& record);
-  /// Takes a done shard back: its results were found wanting.
+  std::filesystem::path record_file(const ShardId& shard) const;
+  /// Takes a shard's record back, where there is one: its results were found wanting. No earlier try
+  /// counts any more.
+  /// throws Io
   void reopen(const ShardId& shard);
+  /// Removes what processes that have ended left in the folder, those of other machines after a day,
+  /// and calls clear(shard) before it forgets that one tried a shard.
+  void clear_up(const std::function<void(const ShardId&)>& clear);
 
   /// A shard that somebody has tried and that is not done.
   struct Tried {
@@ -91,6 +101,7 @@ class Claims {
     std::vector<TryEnd> ends;
     std::string holder;  ///< who works on it now; empty: nobody
     bool is_poisoned = false;
+    std::string last_error() const;  ///< its first line; empty: none failed
   };
   std::vector<Tried> tried() const;
 

@@ -11,15 +11,6 @@ namespace {
 constexpr std::size_t kSlowestShown = 3;
 constexpr std::size_t kFailuresShown = 10;
 
-/// The last error of a shard's tries, its first line.
-std::string last_error(const Claims::Tried& tried) {
-  for (auto end = tried.ends.rbegin(); end != tried.ends.rend(); ++end) {
-    if (end->how == TryEnd::How::Lost) return "its process ended without a word";
-    if (end->how == TryEnd::How::Failed) return end->error.substr(0, end->error.find('\n'));
-  }
-  return "";
-}
-
 std::int64_t num_failures(const Claims::Tried& tried) {
   return std::count_if(tried.ends.begin(), tried.ends.end(),
                        [](const TryEnd& end) { return end.how != TryEnd::How::Released; });
@@ -157,7 +148,7 @@ std::string status_text(const Status& status, const std::string& job) {
     if (++num_shown > kFailuresShown) continue;
     text += fmt::format("{} {} {} times: {}\n    {}\n", tried.shard.text(),
                         tried.is_poisoned ? "was given up after it failed" : "failed", failures,
-                        last_error(tried), command_of(tried, job));
+                        tried.last_error(), command_of(tried, job));
   }
   if (num_shown > kFailuresShown)
     text += fmt::format("and {} more; --json lists all\n", num_shown - kFailuresShown);
@@ -189,7 +180,7 @@ core::Json status_json(const Status& status, const std::string& job) {
                       .set("shard", tried.shard.text())
                       .set("tries", num_failures(tried))
                       .set("given_up", tried.is_poisoned)
-                      .set("error", last_error(tried))
+                      .set("error", tried.last_error())
                       .set("command", command_of(tried, job)));
   }
   core::Json slowest = core::Json::array();
