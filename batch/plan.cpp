@@ -5,6 +5,7 @@
 
 #include "capture/manifest.h"
 #include "core/atomic_file.h"
+#include "core/hash.h"
 #include "core/process_id.h"
 #include "core/stage_cost.h"
 
@@ -153,6 +154,30 @@ void read_lines(const fs::path& file, const Take& take) {
   }
 }
 
+/// Folders of plans that were never put in place: kUnfinished + this_process() + "-" + random_name().
+constexpr std::string_view kUnfinished = ".new-";
+
+void remove_unfinished(const fs::path& folder) {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(kUnfinished)) continue;
+    const std::string process =
+        name.substr(kUnfinished.size(), name.rfind('-') - kUnfinished.size());
+    if (core::process_state(process) == core::ProcessState::Ended)
+      fs::remove_all(entry.path(), ignored);
+  }
+}
+
+/// Shards that were planned for other files than these would be done wrong, and nobody would see it.
+void check_whole(const fs::path& file, const std::string& content_hash) {
+  if (core::content_hash_of_file(file) != content_hash)
+    fail(ErrorKind::Input,
+         "{}: damaged: it is not what was planned; bring it back, or plan the job in another "
+         "folder: the same config gives the same plan",
+         file.string());
+}
+
 std::string size_text(double bytes) {
   if (bytes >= 1e12) return fmt::format("{:.2f} TB", bytes * 1e-12);
   if (bytes >= 1e9) return fmt::format("{:.1f} GB", bytes * 1e-9);
@@ -194,7 +219,9 @@ Cost Plan::total() const {
 void write_plan(const Plan& plan, const fs::path& job_folder) {
   const fs::path folder = plans_folder(job_folder);
   core::make_folder(folder);
-  const fs::path unfinished = folder / (".new-" + core::random_name());
+  remove_unfinished(folder);
+  const fs::path unfinished =
+      folder / fmt::format("{}{}-{}", kUnfinished, core::this_process(), core::random_name());
   Json stages = Json::object();
   for (const Stage stage : kStages) {
     const Cost cost = plan.cost_of(stage);
@@ -204,8 +231,19 @@ void write_plan(const Plan& plan, const fs::path& job_folder) {
                    .set("cpu_s", cost.cpu_s)
                    .set("bytes", cost.bytes));
   }
-  Json::object()
-      .set("version", kPlanVersion)
+  plan.inputs.json().write(unfinished / kConfigFile);
+  std::string text;
+  for (const PlannedRun& run : plan.runs) text += json_from_run(run).text(-1) + "\n";
+  core::write_file(unfinished / kRunsFile, text);
+  text.clear();
+  for (const std::vector<Shard>& shards : plan.shards)
+    for (const Shard& shard : shards) text += json_from_shard(shard).text(-1) + "\n";
+  core::write_file(unfinished / kShardsFile, text);
+  Json hashes = Json::object();
+  for (const char* file : {kConfigFile, kRunsFile, kShardsFile})
+    hashes.set(file, core::content_hash_of_file(unfinished / file));
+  Json json = Json::object();
+  json.set("version", kPlanVersion)
       .set("revision", plan.revision)
       .set("name", plan.name)
       .set("runs", static_cast<std::int64_t>(plan.runs.size()))
@@ -217,15 +255,9 @@ void write_plan(const Plan& plan, const fs::path& job_folder) {
       .set("max_tries", plan.claims.max_tries)
       .set("stages", std::move(stages))
       .set("worlds", Json::array_of(plan.worlds))
-      .write(unfinished / kPlanFile);
-  plan.inputs.json().write(unfinished / kConfigFile);
-  std::string text;
-  for (const PlannedRun& run : plan.runs) text += json_from_run(run).text(-1) + "\n";
-  core::write_file(unfinished / kRunsFile, text);
-  text.clear();
-  for (const std::vector<Shard>& shards : plan.shards)
-    for (const Shard& shard : shards) text += json_from_shard(shard).text(-1) + "\n";
-  core::write_file(unfinished / kShardsFile, text);
+      .set("files", std::move(hashes));
+  core::add_content_hash(json);
+  json.write(unfinished / kPlanFile);
   std::error_code error;
   fs::rename(unfinished, folder / fmt::format("{:04}", plan.revision), error);
   if (error) {
@@ -251,6 +283,14 @@ Plan read_plan(const fs::path& job_folder) {
   const fs::path folder = plans_folder(job_folder) / fmt::format("{:04}", revision);
   const fs::path plan_file = folder / kPlanFile;
   const Json json = Json::read(plan_file);
+  if (json.at("version").integer() != kPlanVersion)
+    fail(ErrorKind::Input, "{}: of version {}; this program takes {}", plan_file.string(),
+         json.at("version").integer(), kPlanVersion);
+  core::with_context([&] { core::check_content_hash(json); },
+                     fmt::format("reading {}; bring it back, or plan the job in another folder",
+                                 plan_file.string()));
+  for (const char* file : {kConfigFile, kRunsFile, kShardsFile})
+    check_whole(folder / file, json.at("files").at(file).string());
   Plan plan{.revision = revision,
             .name = json.at("name").string(),
             .claims = {.lease_s = json.at("lease_s").number(),
@@ -262,9 +302,6 @@ Plan read_plan(const fs::path& job_folder) {
             .runs = {},
             .shards = std::vector<std::vector<Shard>>(kStages.size()),
             .memory_bytes = json.at("memory_bytes").number()};
-  if (json.at("version").integer() != kPlanVersion)
-    fail(ErrorKind::Input, "{}: of version {}; this program takes {}", plan_file.string(),
-         json.at("version").integer(), kPlanVersion);
   read_lines(folder / kRunsFile, [&](const Json& line) {
     plan.runs.push_back(run_from_json(line, plan.worlds.size()));
   });
