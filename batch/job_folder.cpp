@@ -1,5 +1,8 @@
 #include "batch/job_folder.h"
 
+#include <fcntl.h>
+#include <stdio.h>
+
 #include <cerrno>
 #include <chrono>
 #include <system_error>
@@ -40,13 +43,41 @@ void Attempt::place(const fs::path& made, const fs::path& final_place) {
     fs::rename(made, final_place, error);
     if (!error) return;
     // A folder that is not empty is in the way.
+    if (::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, final_place.c_str(), RENAME_EXCHANGE) == 0)
+      return;
     std::error_code gone;
-    fs::rename(final_place, folder_ / fmt::format("replaced-{}", i), gone);
+    fs::rename(final_place, new_name(), gone);
   }
   fail(ErrorKind::Io, "{}: cannot be put in place: {}", final_place.string(), error.message());
 }
 
+void Attempt::place_text(std::string_view text, const fs::path& final_place) {
+  const fs::path file = new_name();
+  core::write_file(file, text);
+  place(file, final_place);
+}
+
+void Attempt::take_away(const fs::path& place) {
+  std::error_code error;
+  fs::rename(place, new_name(), error);
+  if (error && error != std::errc::no_such_file_or_directory)
+    fail(ErrorKind::Io, "{}: cannot be taken away: {}", place.string(), error.message());
+}
+
+fs::path Attempt::new_name() { return folder_ / fmt::format("other-{}", num_names_++); }
+
+bool tells_of(const core::Error& error, const fs::path& folder) {
+  const bool is_of_files = error.kind() == ErrorKind::Input || error.kind() == ErrorKind::Io;
+  return is_of_files &&
+         std::string_view(error.what()).find(folder.string()) != std::string_view::npos;
+}
+
 void remove_ended_attempts(const JobFolder& job) {
+  // Clocks of machines differ; a folder that is made now has the file system's time.
+  const auto now = [&job] {
+    const Attempt made_now(job);
+    return fs::last_write_time(made_now.folder());
+  };
   std::error_code missing;
   for (const fs::directory_entry& entry : fs::directory_iterator(job.attempts(), missing)) {
     const std::string name = entry.path().filename().string();
@@ -54,9 +85,7 @@ void remove_ended_attempts(const JobFolder& job) {
     if (state == core::ProcessState::Lives) continue;
     std::error_code ignored;
     const auto changed = fs::last_write_time(entry.path(), ignored);
-    if (state == core::ProcessState::Elsewhere &&
-        fs::file_time_type::clock::now() - changed < kForeignLifetime)
-      continue;
+    if (state == core::ProcessState::Elsewhere && now() - changed < kForeignLifetime) continue;
     fs::remove_all(entry.path(), ignored);
   }
 }

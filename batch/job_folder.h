@@ -2,8 +2,10 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "batch/plan.h"
+#include "core/error.h"
 
 namespace terracast::batch {
 
@@ -38,6 +40,9 @@ struct JobFolder {
   std::filesystem::path report(const PlannedRun& run, const std::string& format) const {
     return root / "report" / run.name / format;
   }
+  std::filesystem::path report_checksums(const PlannedRun& run, const std::string& format) const {
+    return state() / "checksums" / "report" / run.name / (format + ".sha256");
+  }
   /// Claims and records.
   std::filesystem::path state() const;
   /// What the merge is told of a sequence.
@@ -58,17 +63,29 @@ class Attempt {
   Attempt& operator=(const Attempt&) = delete;
 
   const std::filesystem::path& folder() const { return folder_; }
-  /// Renames what this attempt made to its final place. What a twin has put there, or what was found
-  /// wanting, makes room and vanishes.
+  /// Renames what this attempt made, a file or a folder, to its final place. What a twin has put there,
+  /// or what was found wanting, vanishes; on a file system that can exchange two names there is no
+  /// moment without either.
   /// throws Io
   void place(const std::filesystem::path& made, const std::filesystem::path& final_place);
+  /// The same of a small text.
+  void place_text(std::string_view text, const std::filesystem::path& final_place);
+  /// Takes something out of its place, to vanish with this attempt; nothing where there is nothing.
+  /// throws Io
+  void take_away(const std::filesystem::path& place);
 
  private:
+  std::filesystem::path new_name();
+
   std::filesystem::path folder_;
+  int num_names_ = 0;
 };
 
+/// Whether an error of data or disk tells of something below a folder, in its message or context.
+bool tells_of(const core::Error& error, const std::filesystem::path& folder);
+
 /// Removes the attempts of processes that have ended, and of other machines' when they are older
-/// than a day.
+/// than a day by the file system's time.
 void remove_ended_attempts(const JobFolder& job);
 
 }  // namespace terracast::batch

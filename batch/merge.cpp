@@ -14,18 +14,24 @@ using core::ErrorKind;
 using core::fail;
 
 /// Of every exported file, all read.
-/// throws Input: one is not as it was exported
+/// throws Input: one is not as it was exported; a report or summary is not as it was made
 std::vector<core::FileChecksum> checked_files(const Plan& plan, const JobFolder& folder,
                                               const core::Context& context) {
-  std::vector<core::FileChecksum> checksums;
-  const std::vector<DamagedFile> damaged = find_damaged(plan, folder, context, checksums);
-  if (!damaged.empty())
-    fail(ErrorKind::Input,
-         "{}: {} {}, and {} files in all are not as they were exported; `terracast batch verify {} "
-         "--repair` has them made again",
-         folder.dataset().string(), damaged.front().path, damaged.front().what, damaged.size(),
-         folder.root.string());
-  return checksums;
+  std::vector<core::FileChecksum> exported;
+  std::vector<DamagedFile> damaged;
+  for (const Stage stage : {Stage::Validate, Stage::Export}) {
+    std::vector<CheckedFolder> folders;
+    for (const Shard& shard : plan.of(stage))
+      for (const Piece& piece : shard.pieces)
+        folders.push_back(checked_folder(plan, folder, shard.id, piece));
+    for (DamagedFile& file : find_damaged(folders, context, exported))
+      damaged.push_back(std::move(file));
+  }
+  for (const Shard& shard : plan.of(Stage::Export))
+    for (DamagedFile& file : find_damaged_summaries(plan, folder, shard))
+      damaged.push_back(std::move(file));
+  if (!damaged.empty()) fail(ErrorKind::Input, "{}", damage_message(damaged, folder));
+  return exported;
 }
 
 std::vector<SequenceSummary> summaries(const Plan& plan, const JobFolder& folder) {
@@ -51,6 +57,25 @@ std::vector<ValidationReport> reports(const Plan& plan, const JobFolder& folder)
 
 }  // namespace
 
+std::vector<DamagedFile> find_damaged_summaries(const Plan& plan, const JobFolder& folder,
+                                                const Shard& shard) {
+  std::vector<DamagedFile> damaged;
+  for (const Piece& piece : shard.pieces) {
+    if (piece.format != 0) continue;
+    const PlannedRun& run = plan.runs[static_cast<std::size_t>(piece.run)];
+    for (const PlannedSequence& sequence : run.sequences) {
+      const fs::path file = folder.summary(run, sequence.name);
+      try {
+        summary_from_json(core::Json::read(file), file.string());
+      } catch (const core::Error& error) {
+        if (error.kind() != ErrorKind::Input && error.kind() != ErrorKind::Io) throw;
+        damaged.push_back({shard.id, file.string(), "is missing, or not as it was written"});
+      }
+    }
+  }
+  return damaged;
+}
+
 ShardResult merge(const Plan& plan, const JobFolder& folder, const core::Context& context) {
   std::vector<core::FileChecksum> checksums = checked_files(plan, folder, context);
   const Description description = Description::load(plan.inputs);
@@ -64,13 +89,17 @@ ShardResult merge(const Plan& plan, const JobFolder& folder, const core::Context
   for (const core::FileChecksum& checksum : checksums)
     parts.files.push_back(
         {checksum.path, fs::file_size(folder.dataset() / checksum.path), checksum.sha256});
+  Attempt attempt(folder);
+  const fs::path described = attempt.folder() / "described";
   double bytes = 0.0;
-  for (const FileFacts& file : describe_dataset(std::move(parts), folder.dataset(), context.log)) {
+  for (const FileFacts& file : describe_dataset(std::move(parts), described, context.log)) {
     checksums.push_back({file.path, file.sha256});
     bytes += static_cast<double>(file.num_bytes);
   }
+  for (const auto& entry : fs::directory_iterator(described))
+    attempt.place(entry.path(), folder.dataset() / entry.path().filename());
   const std::string lines = core::checksum_lines(std::move(checksums));
-  core::write_file(folder.dataset() / "SHA256SUMS", lines);
+  attempt.place_text(lines, folder.dataset() / kChecksumsFile);
   return {.num_frames = plan.num_frames(), .bytes = bytes + static_cast<double>(lines.size())};
 }
 

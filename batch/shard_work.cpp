@@ -6,6 +6,7 @@
 #include "batch/checksums.h"
 #include "batch/dataset/sequence_summary.h"
 #include "batch/merge.h"
+#include "batch/update.h"
 #include "core/atomic_file.h"
 #include "job/stages.h"
 
@@ -15,6 +16,9 @@ namespace {
 namespace fs = std::filesystem;
 using core::ErrorKind;
 using core::fail;
+
+/// A capture whose manifest and frames are damaged needs a manifest before its frames can be judged.
+constexpr int kMostMended = 2;
 
 double bytes_in(const fs::path& folder) {
   double bytes = 0.0;
@@ -106,12 +110,46 @@ struct ShardWork::Impl {
     return *opened_store;
   }
 
+  /// Does work that reads the world of a run. Where it fails over a damaged file of the world, the
+  /// world is mended, and the work done again.
+  template <class Work>
+  auto with_world(int run, const Work& work) {
+    const fs::path world = folder.tiles(world_of(run)).parent_path();
+    try {
+      return work();
+    } catch (const core::Error& error) {
+      if (!tells_of(error, world) || has_edited_tiles(store_folder(run))) throw;
+      context.log.warn("{}; looking for damaged tiles", error.what());
+    }
+    core::with_context([&] { mend_world(run); },
+                       fmt::format("mending the world {}", world.string()));
+    return work();
+  }
+
+  /// Has a run's store made again. Whole tiles stay, unless nobody knows any more what they are of.
+  void mend_world(int run) {
+    Attempt attempt(folder);
+    const fs::path inputs = folder.tiles(world_of(run)) / "inputs.json";
+    try {
+      core::check_content_hash(core::Json::read(inputs));
+    } catch (const core::Error& error) {
+      if (error.kind() == ErrorKind::Input) attempt.take_away(inputs.parent_path());
+      if (error.kind() == ErrorKind::Interrupted) throw;
+    }
+    attempt.take_away(store_folder(run));
+    store_run.reset();
+    make_tiles(run);
+  }
+
   ShardResult tile(const Shard& shard) {
     const int run = shard.pieces.front().run;
+    return {.bytes = bytes_added(with_world(run, [&] { return make_tiles(run); }))};
+  }
+
+  world::TileStore make_tiles(int run) {
     const job::Job& job = job_of(run);
     claim_tiles(run, job.surface->input_hash());
-    const world::TileStore store = job::tile(job, store_folder(run), context);
-    return {.bytes = bytes_added(store)};
+    return job::tile(job, store_folder(run), context);
   }
 
   /// Of the tiles that were made since the work on a run's world began.
@@ -128,7 +166,10 @@ struct ShardWork::Impl {
   void claim_tiles(int run, const std::string& input_hash) const {
     const fs::path shared = folder.tiles(world_of(run));
     const fs::path inputs = shared / "inputs.json";
-    const std::string text = core::Json::object().set("input_hash", input_hash).text() + "\n";
+    core::Json json = core::Json::object();
+    json.set("input_hash", input_hash);
+    core::add_content_hash(json);
+    const std::string text = json.text() + "\n";
     if (!core::write_new_file(inputs, text) && core::read_text_file(inputs) != text)
       fail(
           ErrorKind::Input,
@@ -147,8 +188,7 @@ struct ShardWork::Impl {
   std::vector<fs::path> earlier_captures(int run, const std::string& sequence) const {
     std::vector<fs::path> folders;
     std::error_code missing;
-    for (const auto& entry :
-         fs::directory_iterator(folder.captures_of_all(run_of(run)), missing))
+    for (const auto& entry : fs::directory_iterator(folder.captures_of_all(run_of(run)), missing))
       if (entry.path() != folder.captures(run_of(run))) folders.push_back(entry.path() / sequence);
     std::sort(folders.begin(), folders.end());
     return folders;
@@ -157,18 +197,27 @@ struct ShardWork::Impl {
   ShardResult render(const Shard& shard) {
     ShardResult result;
     for (const Piece& piece : shard.pieces) {
-      const job::Job& job = job_of(piece.run);
-      const render::SequencePlan& sequence =
-          job.sequences[static_cast<std::size_t>(piece.sequence)];
-      const fs::path captured = folder.captures(run_of(piece.run)) / sequence.name;
-      const render::RenderedFrames made = job::render_sequence(
-          job, sequence, store_of(piece.run), {.first = piece.first_frame, .end = piece.end_frame},
-          captured, context, earlier_captures(piece.run, sequence.name));
-      result.num_rendered += static_cast<std::int64_t>(made.rendered.size());
+      const auto index = static_cast<std::size_t>(piece.sequence);
+      result.num_rendered +=
+          render_frames(piece.run, index, {.first = piece.first_frame, .end = piece.end_frame});
+      const fs::path captured =
+          folder.captures(run_of(piece.run)) / run_of(piece.run).sequences[index].name;
       result.num_frames += piece.end_frame - piece.first_frame;
       result.bytes += bytes_of_frames(captured, piece.first_frame, piece.end_frame);
     }
     return result;
+  }
+
+  /// returns   how many frames could not be taken over
+  std::int64_t render_frames(int run, std::size_t index, const capture::FrameSelection& selection) {
+    return with_world(run, [&] {
+      const job::Job& job = job_of(run);
+      const render::SequencePlan& sequence = job.sequences[index];
+      const render::RenderedFrames made = job::render_sequence(
+          job, sequence, store_of(run), selection, folder.captures(run_of(run)) / sequence.name,
+          context, earlier_captures(run, sequence.name));
+      return static_cast<std::int64_t>(made.rendered.size());
+    });
   }
 
   /// The config with the one export, and with the sequences that its entries were split into.
@@ -187,16 +236,16 @@ struct ShardWork::Impl {
     folders.captures = folder.captures(run_of(piece.run));
     folders.exports = out;
     const job::RunConfig config = export_config(piece);
-    try {
-      job::export_formats(config, folders, context);
-    } catch (const core::Error& error) {
-      if (error.kind() != ErrorKind::Input) throw;
-      context.log.warn("{}: {}; looking for damaged frames", run_of(piece.run).name, error.what());
-      const job::Job& job = job_of(piece.run);
-      for (const render::SequencePlan& sequence : job.sequences)
-        job::render_sequence(job, sequence, store_of(piece.run), {},
-                             folders.captures / sequence.name, context);
-      job::export_formats(config, folders, context);
+    for (int num_mended = 0;; ++num_mended) {
+      try {
+        return job::export_formats(config, folders, context);
+      } catch (const core::Error& error) {
+        if (error.kind() != ErrorKind::Input || num_mended == kMostMended) throw;
+        context.log.warn("{}: {}; looking for damaged frames", run_of(piece.run).name,
+                         error.what());
+      }
+      for (std::size_t i = 0; i < run_of(piece.run).sequences.size(); ++i)
+        render_frames(piece.run, i, {});
     }
   }
 
@@ -219,41 +268,73 @@ struct ShardWork::Impl {
     }
   }
 
-  ShardResult export_runs(const Shard& shard) {
+  ShardResult export_runs(const Shard& shard, const std::function<bool()>& is_done) {
     ShardResult result;
     for (const Piece& piece : shard.pieces) {
       const PlannedRun& run = run_of(piece.run);
       const std::string& format = run.formats[static_cast<std::size_t>(piece.format)].name;
       Attempt attempt(folder);
       export_captures(piece, attempt.folder());
-      if (piece.format == 0) summarise(piece.run);
+      if (piece.format == 0) with_world(piece.run, [&] { summarise(piece.run); });
       const fs::path made = attempt.folder() / format;
-      const auto checksums = checksums_of(made, JobFolder::exported(run, format));
       result.bytes += bytes_in(made);
       result.num_frames += run.num_frames();
-      attempt.place(made, folder.dataset() / JobFolder::exported(run, format));
-      core::write_file(folder.checksums(run, format), core::checksum_lines(checksums));
+      place(attempt, made, checked_folder(plan, folder, shard.id, piece), is_done);
     }
     return result;
   }
 
-  ShardResult validate_runs(const Shard& shard) {
+  ShardResult validate_runs(const Shard& shard, const std::function<bool()>& is_done) {
     ShardResult result;
     for (const Piece& piece : shard.pieces) {
       const PlannedRun& run = run_of(piece.run);
-      const std::string& format = run.formats[static_cast<std::size_t>(piece.format)].name;
       Attempt attempt(folder);
       const fs::path made = attempt.folder() / "report";
-      const auto checks = validate::run_validate_stage(
-          folder.dataset() / JobFolder::exported(run, format),
-          job::validate_options(config_of(piece.run), format, store_of(piece.run)), made, context);
-      for (const validate::CheckResult& check : checks)
-        result.num_checks_failed += check.ok || check.skipped ? 0 : 1;
+      result.num_checks_failed += validate(piece, made);
       result.bytes += bytes_in(made);
       result.num_frames += run.num_frames();
-      attempt.place(made, folder.report(run, format));
+      place(attempt, made, checked_folder(plan, folder, shard.id, piece), is_done);
     }
     return result;
+  }
+
+  /// Puts a folder in its place, and the checksums of its files in theirs.
+  void place(Attempt& attempt, const fs::path& made, const CheckedFolder& checked,
+             const std::function<bool()>& is_done) {
+    const std::string checksums = core::checksum_lines(checksums_of(made, checked.folder));
+    if (is_done()) return;
+    attempt.place(made, checked.root / checked.folder);
+    attempt.place_text(checksums, checked.checksums);
+  }
+
+  /// returns   how many checks fail
+  /// throws    Input: what was exported has changed since; a dataset is not called wrong for that
+  int validate(const Piece& piece, const fs::path& report) {
+    const PlannedRun& run = run_of(piece.run);
+    const std::string& format = run.formats[static_cast<std::size_t>(piece.format)].name;
+    int num_failed = 0;
+    try {
+      const auto checks = with_world(piece.run, [&] {
+        return validate::run_validate_stage(
+            folder.dataset() / JobFolder::exported(run, format),
+            job::validate_options(config_of(piece.run), format, store_of(piece.run)), report,
+            context);
+      });
+      for (const validate::CheckResult& check : checks)
+        num_failed += check.ok || check.skipped ? 0 : 1;
+    } catch (const core::Error& error) {
+      if (error.kind() == ErrorKind::Input || error.kind() == ErrorKind::Io) refuse_damaged(piece);
+      throw;
+    }
+    if (num_failed > 0) refuse_damaged(piece);
+    return num_failed;
+  }
+
+  void refuse_damaged(const Piece& piece) const {
+    std::vector<core::FileChecksum> checksums;
+    const std::vector<DamagedFile> damaged =
+        find_damaged({checked_folder(plan, folder, {Stage::Export, 0}, piece)}, context, checksums);
+    if (!damaged.empty()) fail(ErrorKind::Input, "{}", damage_message(damaged, folder));
   }
 };
 
@@ -261,7 +342,7 @@ ShardWork::ShardWork(const Plan& plan, JobFolder folder, const core::Context& co
     : impl_(std::make_unique<Impl>(plan, std::move(folder), context)) {}
 ShardWork::~ShardWork() = default;
 
-ShardResult ShardWork::run(const Shard& shard) {
+ShardResult ShardWork::run(const Shard& shard, const std::function<bool()>& is_done) {
   return core::with_context(
       [&]() -> ShardResult {
         switch (shard.id.stage) {
@@ -270,15 +351,40 @@ ShardResult ShardWork::run(const Shard& shard) {
           case Stage::Render:
             return impl_->render(shard);
           case Stage::Export:
-            return impl_->export_runs(shard);
+            return impl_->export_runs(shard, is_done);
           case Stage::Validate:
-            return impl_->validate_runs(shard);
+            return impl_->validate_runs(shard, is_done);
           case Stage::Merge:
             break;
         }
         return merge(impl_->plan, impl_->folder, impl_->context);
       },
       fmt::format("working on shard {}", shard.id.text()));
+}
+
+void ShardWork::clear_up(const Shard& shard) const {
+  // What exports, reports and the merge put in place comes from attempts.
+  for (const Piece& piece : shard.pieces) {
+    const PlannedRun& run = impl_->run_of(piece.run);
+    switch (shard.id.stage) {
+      case Stage::Tile:
+        core::remove_temporaries(impl_->store_folder(piece.run));
+        core::remove_temporaries(impl_->folder.tiles(impl_->world_of(piece.run)));
+        break;
+      case Stage::Render:
+        core::remove_temporaries(impl_->folder.captures(run) /
+                                 run.sequences[static_cast<std::size_t>(piece.sequence)].name);
+        break;
+      case Stage::Export:  // which makes damaged frames again
+        core::remove_temporaries(impl_->folder.captures(run));
+        for (const PlannedSequence& sequence : run.sequences)
+          core::remove_temporaries(impl_->folder.summary(run, sequence.name).parent_path());
+        break;
+      case Stage::Validate:
+      case Stage::Merge:
+        break;
+    }
+  }
 }
 
 }  // namespace terracast::batch

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "batch/job_folder.h"
@@ -18,15 +19,19 @@ struct ShardResult {
 
 /// Does shards of a plan. What follows on a run or world that was worked on before finds it opened.
 /// Two may do the same shard at once, in whatever processes: what they make is put in place whole,
-/// and has the same bytes.
+/// and has the same bytes. Tiles and frames of earlier stages that are found damaged are made again.
 /// threads   one at a time; it uses the context's threads
 class ShardWork {
  public:
   ShardWork(const Plan& plan, JobFolder folder, const core::Context& context);
   ~ShardWork();
 
-  /// throws   Interrupted: a stop was asked for; Config, Input, Io: as the stages
-  ShardResult run(const Shard& shard);
+  /// is_done   whether a twin has done the shard meanwhile: then nothing is put in place
+  /// throws    Interrupted: a stop was asked for; Config, Input, Io: as the stages
+  ShardResult run(const Shard& shard, const std::function<bool()>& is_done);
+
+  /// Removes what processes that have ended left unfinished in the folders that a shard writes to.
+  void clear_up(const Shard& shard) const;
 
  private:
   struct Impl;

@@ -1,5 +1,6 @@
 #include "batch/update.h"
 
+#include <algorithm>
 #include <set>
 
 #include "batch/claims.h"
@@ -46,7 +47,13 @@ void copy_checksums(const JobFolder& from, const JobFolder& to, const Plan& plan
   for (const Piece& piece : shard.pieces) {
     const PlannedRun& run = plan.runs[static_cast<std::size_t>(piece.run)];
     const std::string& format = run.formats[static_cast<std::size_t>(piece.format)].name;
-    core::write_file(to.checksums(run, format), core::read_text_file(from.checksums(run, format)));
+    const auto copy = [](const fs::path& source, const fs::path& target) {
+      core::write_file(target, core::read_text_file(source));
+    };
+    if (shard.id.stage == Stage::Export)
+      copy(from.checksums(run, format), to.checksums(run, format));
+    if (shard.id.stage == Stage::Validate)
+      copy(from.report_checksums(run, format), to.report_checksums(run, format));
   }
 }
 
@@ -73,6 +80,21 @@ std::string changed_tiles(const fs::path& store_folder) {
 }
 
 }  // namespace
+
+bool has_edited_tiles(const fs::path& store_folder) {
+  try {
+    const auto store = world::TileStore::open(store_folder);
+    const auto is_edited = [&](const world::TileInfo& tile) {
+      const auto now = world::inspect_tile(store_folder, tile.id);
+      return now && now->content_hash != tile.content_hash;
+    };
+    const auto& tiles = store.manifest().tiles;
+    return std::any_of(tiles.begin(), tiles.end(), is_edited);
+  } catch (const core::Error& error) {
+    if (error.kind() == ErrorKind::Input || error.kind() == ErrorKind::Io) return false;
+    throw;
+  }
+}
 
 std::map<std::string, std::string> find_edits(const Plan& plan, const JobFolder& folder) {
   std::map<std::string, std::string> edits;
@@ -109,7 +131,8 @@ Update carry_over(const Plan& previous, const Plan& plan, const fs::path& job) {
         ++update.num_open;
         continue;
       }
-      if (stage == Stage::Export) copy_checksums(before, after, plan, shard);
+      if (stage == Stage::Export || stage == Stage::Validate)
+        copy_checksums(before, after, plan, shard);
       claims_after.set_done(shard.id, claims_before.record(known->second));
       ++update.num_kept;
     }

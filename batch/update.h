@@ -8,6 +8,11 @@
 
 namespace terracast::batch {
 
+/// Whether a tile of a run's world is whole, but not the one that was made: somebody has edited it, and
+/// the plan does not know. False where no manifest tells.
+/// cost   reads all tiles
+bool has_edited_tiles(const std::filesystem::path& store_folder);
+
 /// PlannedRun::edits of a plan's runs, by name: tiles whose files were changed after the manifest of
 /// the run's world was written. They must be whole by their own checksum.
 /// cost     a look at the size and time of each tile

@@ -1,9 +1,13 @@
 #include "batch/verify.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "batch/board.h"
+#include "batch/merge.h"
+#include "batch/update.h"
+#include "capture/frame_writer.h"
 #include "capture/manifest.h"
 #include "core/atomic_file.h"
 #include "core/random.h"
@@ -62,46 +66,130 @@ bool is_same_frame(const fs::path& a, const fs::path& b, int frame,
   });
 }
 
+/// The shard that rendered a frame.
+ShardId shard_of(const Plan& plan, const SampledFrame& sample) {
+  for (const Shard& shard : plan.of(Stage::Render))
+    for (const Piece& piece : shard.pieces)
+      if (piece.run == sample.run && piece.sequence == sample.sequence &&
+          piece.first_frame <= sample.frame && sample.frame < piece.end_frame)
+        return shard.id;
+  fail(ErrorKind::Internal, "frame {} is in no shard", sample.frame);
+}
+
 void render_sample(const Plan& plan, const JobFolder& folder, const VerifyOptions& options,
-                   const core::Context& context, Verification& found) {
+                   const Claims& claims, const core::Context& context, Verification& found) {
   const Description description = Description::load(plan.inputs);
   for (const SampledFrame& sample : draw_frames(plan, options)) {
+    const ShardId shard = shard_of(plan, sample);
+    if (!claims.is_done(shard)) continue;
     const PlannedRun& run = plan.runs[static_cast<std::size_t>(sample.run)];
     const auto& sequence = run.sequences[static_cast<std::size_t>(sample.sequence)];
-    const std::string name = fmt::format("{}/{}, frame {}", run.name, sequence.name, sample.frame);
-    core::with_context(
-        [&] {
-          const job::Job job = job::prepare_job(description.run_config(run.index), context);
-          const Attempt attempt(folder);
-          job::render_sequence(job, job.sequences.at(static_cast<std::size_t>(sample.sequence)),
-                               world::TileStore::open(folder.world(
-                                   plan.worlds[static_cast<std::size_t>(run.world)], run)),
-                               {.first = sample.frame, .end = sample.frame + 1}, attempt.folder(),
-                               context);
-          found.sampled.push_back(name);
-          if (!is_same_frame(folder.captures(run) / sequence.name, attempt.folder(), sample.frame,
-                             job.cameras))
-            found.differing.push_back(name);
-        },
-        fmt::format("rendering {} once more", name));
+    const std::string name =
+        fmt::format("{}/{}, frame {}", run.name, sequence.name, sample.frame);
+    const fs::path world = folder.world(plan.worlds[static_cast<std::size_t>(run.world)], run);
+    const fs::path captured = folder.captures(run) / sequence.name;
+    std::error_code ignored;
+    if (!fs::exists(captured, ignored))
+      continue;  // removed to save room; exports stand by themselves
+    const capture::FrameSelection frame{.first = sample.frame, .end = sample.frame + 1};
+    const Attempt attempt(folder);
+    const auto render = [&] {
+      const job::Job job = job::prepare_job(description.run_config(run.index), context);
+      const auto& flight = job.sequences.at(static_cast<std::size_t>(sample.sequence));
+      const auto store = world::TileStore::open(world);
+      job::render_sequence(job, flight, store, frame, attempt.folder(), context);
+      found.sampled.push_back(name);
+      if (is_same_frame(captured, attempt.folder(), sample.frame, job.cameras)) return;
+      const auto damaged =
+          capture::find_damaged_frames(captured, render::describe_sequence(flight, store), frame);
+      if (damaged && damaged->empty())
+        found.differing.push_back(name);
+      else
+        found.damaged.push_back({shard, captured.string(),
+                                 fmt::format("frame {} or the manifest is damaged", sample.frame)});
+    };
+    try {
+      core::with_context(render, fmt::format("rendering {} once more", name));
+    } catch (const core::Error& error) {
+      if (!tells_of(error, world) || has_edited_tiles(world)) throw;
+      // Their shard keeps whole tiles, and makes damaged ones again.
+      for (const Shard& tiles : plan.of(Stage::Tile))
+        if (tiles.pieces.front().run == sample.run)
+          found.damaged.push_back({tiles.id, world.string(), error.message()});
+    }
   }
+}
+
+/// What the shards of a stage that are done have put in place.
+std::vector<CheckedFolder> done_folders(const Plan& plan, const JobFolder& folder,
+                                        const Board& board, Stage stage) {
+  std::vector<CheckedFolder> folders;
+  for (const Shard& shard : plan.of(stage))
+    for (const Piece& piece : shard.pieces)
+      if (board.is_done(shard.id)) folders.push_back(checked_folder(plan, folder, shard.id, piece));
+  return folders;
+}
+
+/// SHA256SUMS of a merged dataset: it lists every exported file as it was exported, and what else it
+/// lists is so too.
+void check_sums(const JobFolder& folder, const std::vector<core::FileChecksum>& exported,
+                const ShardId& merge, Verification& found) {
+  const fs::path file = folder.dataset() / kChecksumsFile;
+  const auto blame = [&](const fs::path& damaged, const std::string& what) {
+    found.damaged.push_back({merge, damaged.string(), what});
+  };
+  std::map<std::string, std::string> listed;
+  try {
+    for (core::FileChecksum& checksum : read_checksums(file))
+      listed.emplace(std::move(checksum.path), std::move(checksum.sha256));
+  } catch (const core::Error& error) {
+    if (error.kind() == ErrorKind::Interrupted) throw;
+    return blame(file, "is missing, or no list of checksums");
+  }
+  for (const core::FileChecksum& checksum : exported) {
+    const auto entry = listed.find(checksum.path);
+    if (entry == listed.end() || entry->second != checksum.sha256)
+      return blame(file, fmt::format("does not list {} as it was exported", checksum.path));
+    listed.erase(entry);
+  }
+  for (const auto& [path, sha256] : listed)
+    if (const std::string what = damage_of(folder.dataset() / path, sha256); !what.empty())
+      blame(folder.dataset() / path, what);
+}
+
+/// Records that cannot be read.
+void check_records(const Plan& plan, const Claims& claims, const Board& board,
+                   Verification& found) {
+  for (const Stage stage : kStages)
+    for (const Shard& shard : plan.of(stage)) {
+      if (!board.is_done(shard.id)) continue;
+      try {
+        claims.record(shard.id);
+      } catch (const core::Error& error) {
+        if (error.kind() != ErrorKind::Input) throw;
+        found.damaged.push_back(
+            {shard.id, claims.record_file(shard.id).string(), "is not as it was written"});
+      }
+    }
 }
 
 /// What is damaged, and all that was made from it, is done no more.
 void reopen(const Plan& plan, Claims& claims, Verification& found) {
-  std::set<int> exports;
-  for (const DamagedFile& file : found.damaged) exports.insert(file.shard.index);
+  std::vector<ShardId> opened;
   const auto open = [&](const ShardId& shard) {
-    if (!claims.is_done(shard)) return;
+    if (std::find(opened.begin(), opened.end(), shard) != opened.end()) return;
+    opened.push_back(shard);
+    if (claims.is_done(shard)) found.reopened.push_back(shard);
     claims.reopen(shard);
-    found.reopened.push_back(shard);
   };
+  for (const DamagedFile& file : found.damaged) open(file.shard);
   Board board(plan, claims);
-  for (const int index : exports) open({Stage::Export, index});
   board.refresh();
   for (const Shard& shard : plan.of(Stage::Validate))
     if (!board.is_ready(shard.id)) open(shard.id);
-  if (!found.reopened.empty()) open({Stage::Merge, 0});
+  const bool is_exported_again = !board.is_complete(Stage::Export);
+  for (const Shard& shard : plan.of(Stage::Merge))
+    if (is_exported_again) open(shard.id);
 }
 
 }  // namespace
@@ -111,14 +199,27 @@ Verification verify(const Plan& plan, const JobFolder& folder, const VerifyOptio
   Claims claims(folder.state(), options.claims);
   Board board(plan, claims);
   board.refresh();
-  if (!board.is_complete(Stage::Export) || plan.of(Stage::Export).empty())
-    fail(ErrorKind::Input, "{}: {} of {} shards are exported; run the batch first",
-         folder.root.string(), board.num_done(Stage::Export), plan.of(Stage::Export).size());
+  if (board.num_done(Stage::Export) == 0 && !options.is_repaired)
+    fail(ErrorKind::Input, "{}: none of {} shards is exported yet; run the batch first",
+         folder.root.string(), plan.of(Stage::Export).size());
   Verification found;
   std::vector<core::FileChecksum> checksums;
-  found.damaged = find_damaged(plan, folder, context, checksums);
-  found.num_files = static_cast<std::int64_t>(checksums.size());
-  render_sample(plan, folder, options, context, found);
+  const auto check = [&](Stage stage) {
+    for (DamagedFile& file :
+         find_damaged(done_folders(plan, folder, board, stage), context, checksums))
+      found.damaged.push_back(std::move(file));
+    found.num_files += static_cast<std::int64_t>(checksums.size());
+  };
+  check(Stage::Validate);
+  check(Stage::Export);
+  for (const Shard& shard : plan.of(Stage::Export))
+    if (board.is_done(shard.id))
+      for (DamagedFile& file : find_damaged_summaries(plan, folder, shard))
+        found.damaged.push_back(std::move(file));
+  for (const Shard& shard : plan.of(Stage::Merge))
+    if (board.is_done(shard.id)) check_sums(folder, checksums, shard.id, found);
+  check_records(plan, claims, board, found);
+  render_sample(plan, folder, options, claims, context, found);
   if (options.is_repaired) reopen(plan, claims, found);
   return found;
 }

@@ -30,9 +30,11 @@ struct Verification {
   bool is_right() const { return damaged.empty() && differing.empty(); }
 };
 
-/// Reads every exported file against its checksum, and renders a sample of the frames once more: they
-/// have the same bytes.
-/// throws   Input: nothing is exported yet; Io
+/// Looks at what a job has done so far: reads every exported file, report and record against its
+/// checksum, SHA256SUMS too, and renders a sample of the frames once more: they have the same bytes.
+/// With is_repaired the shards whose results are damaged, and those that are made from these, are
+/// done no more, and no earlier failure of theirs counts: the next workers make them again.
+/// throws   Input: nothing is exported yet, and no repair was asked for; Io
 Verification verify(const Plan& plan, const JobFolder& folder, const VerifyOptions& options,
                     const core::Context& context);
 

@@ -59,7 +59,7 @@ class Worker {
         work_(plan, folder, context) {}
 
   WorkerOutcome run() {
-    remove_ended_attempts(folder_);
+    clear_up();
     board_.refresh();
     if (options_.only) {
       do_only(*options_.only);
@@ -75,7 +75,7 @@ class Worker {
              "{}: there is a newer plan; run the same command again to go on with it",
              folder_.root.string());
       const Turn turn = take_turn();
-      if (turn == Turn::Worked) {
+      if (turn == Turn::Worked && !last_error_) {
         wait = kFirstWait;
       } else if (turn == Turn::Finished || outcome_.is_over_quota) {
         break;
@@ -87,6 +87,10 @@ class Worker {
     outcome_.num_left = 0;
     for (const ShardId& shard : mine()) outcome_.num_left += board_.is_done(shard) ? 0 : 1;
     outcome_.poisoned.assign(poisoned_.begin(), poisoned_.end());
+    for (const Claims::Tried& tried : claims_.tried())
+      if (poisoned_.contains(tried.shard))
+        context_.log.warn("shard {} was given up: {}", tried.shard.text(), tried.last_error());
+    clear_up();
     return outcome_;
   }
 
@@ -96,6 +100,15 @@ class Worker {
     Waiting,   ///< for what others hold
     Finished,  ///< nothing is left, or nothing that could still be done
   };
+
+  /// Removes what processes that have ended left behind.
+  void clear_up() {
+    remove_ended_attempts(folder_);
+    claims_.clear_up([this](const ShardId& shard) {
+      if (shard.index < static_cast<int>(plan_.of(shard.stage).size()))
+        work_.clear_up(shard_of(shard));
+    });
+  }
 
   /// The shards that this worker takes, in the order in which it looks for work.
   std::vector<ShardId> mine() const {
@@ -230,7 +243,7 @@ class Worker {
     const double cpu_before_s = cpu_s();
     last_error_.reset();
     try {
-      const ShardResult result = work_.run(shard_of(id));
+      const ShardResult result = work_.run(shard_of(id), [&] { return claims_.is_done(id); });
       claim.commit(core::Json::object()
                        .set("shard", id.text())
                        .set("frames", result.num_frames)

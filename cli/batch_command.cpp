@@ -270,13 +270,13 @@ int run_verify(const BatchArguments& args) {
                                                   {.log = log, .num_threads = args.num_threads});
   constexpr std::size_t kShown = 20;
   for (std::size_t i = 0; i < std::min(found.damaged.size(), kShown); ++i)
-    fmt::print("{} {} (shard {})\n", found.damaged[i].path, found.damaged[i].what,
+    fmt::print("{} {} (shard {})\n", found.damaged[i].file, found.damaged[i].what,
                found.damaged[i].shard.text());
   if (found.damaged.size() > kShown) fmt::print("and {} more\n", found.damaged.size() - kShown);
   for (const std::string& frame : found.differing)
     fmt::print("{}: rendered once more, it has other bytes\n", frame);
   fmt::print(
-      "{} files read, {} not as they were exported; {} frames rendered once more, {} differ\n",
+      "{} files read, {} not as they were made; {} frames rendered once more, {} differ\n",
       found.num_files, found.damaged.size(), found.sampled.size(), found.differing.size());
   if (!found.reopened.empty())
     fmt::print("{} shards are open again: terracast batch run {}\n", found.reopened.size(),

@@ -95,8 +95,8 @@ Json json_from_summary(const SequenceSummary& summary) {
   }
   Json track = Json::array();
   for (const geo::Geodetic& place : summary.track) track.push(json_from_place(place));
-  return Json::object()
-      .set("facts", std::move(facts))
+  Json json = Json::object();
+  json.set("facts", std::move(facts))
       .set("place", Json::object()
                         .set("world", summary.place.world)
                         .set("ground", summary.place.ground)
@@ -108,11 +108,14 @@ Json json_from_summary(const SequenceSummary& summary) {
       .set("speeds_mps", Json::array_of(summary.speeds_mps))
       .set("heights_m", Json::array_of(summary.heights_m))
       .set("ground", json_from_ground(summary.ground));
+  core::add_content_hash(json);
+  return json;
 }
 
 SequenceSummary summary_from_json(const Json& json, const std::string& file) {
   return core::with_context(
       [&] {
+        core::check_content_hash(json);
         SequenceSummary summary;
         visit_facts(summary.facts,
                     [&](const char* name, auto& value) { take(json.at("facts").at(name), value); });

@@ -29,7 +29,7 @@ SequenceSummary summary_of(const std::string& run, const capture::SequenceReader
                            const std::function<double(const geo::Geodetic&)>& height_above_ground);
 
 core::Json json_from_summary(const SequenceSummary& summary);
-/// throws   Input: a member is missing or of another type; `file` names it
+/// throws   Input: it is not as it was made; `file` names it
 SequenceSummary summary_from_json(const core::Json& json, const std::string& file);
 
 }  // namespace terracast::batch
