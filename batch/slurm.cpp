@@ -143,9 +143,8 @@ std::string slurm_script(const Plan& plan, const std::filesystem::path& job_fold
   check(plan, job, options);
   std::string text = fmt::format(
       "#!/bin/sh\n"
-      "# Puts a batch of terracast on a Slurm cluster: arrays of tasks for each stage, which wait "
-      "for\n"
-      "# those of the stage before to end, well or not.\n"
+      "# Puts a batch of terracast on a Slurm cluster: arrays of tasks for each stage, which wait\n"
+      "# for those of the stage before to end, well or not.\n"
       "set -eu\n"
       "job={}\n"
       "mkdir -p \"$job/logs\"\n"
