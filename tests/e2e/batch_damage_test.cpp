@@ -32,27 +32,25 @@ struct Case {
   Fate fate;
 };
 constexpr Case kCases[] = {
-    {"plan", 2, Fate::Restored},
+    {"plan", 1, Fate::Restored},
     {"world inputs", 1, Fate::Mended},
     {"tile", 1, Fate::Mended},
-    {"tile", 2, Fate::Mended},
-    {"tile part", 1, Fate::Mended},
-    {"world manifest", 2, Fate::Mended},
-    {"world manifest", 4, Fate::Mended},
-    {"sequence", 3, Fate::Mended},
-    {"tracks", 3, Fate::Mended},
-    {"frame record", 3, Fate::Mended},
-    {"colour image", 3, Fate::Mended},
-    {"facts", 3, Fate::Mended},
-    {"capture manifest", 3, Fate::Mended},
-    {"exported file", 4, Fate::Refused},
-    {"exported file", 6, Fate::Noticed},
-    {"run checksums", 5, Fate::Refused},
-    {"run checksums", 6, Fate::Noticed},
-    {"report", 6, Fate::Noticed},
-    {"report checksums", 6, Fate::Noticed},
-    {"SHA256SUMS", 6, Fate::Noticed},
-    {"done record", 6, Fate::Noticed},
+    {"world manifest", 1, Fate::Mended},
+    {"world manifest", 3, Fate::Mended},
+    {"sequence", 2, Fate::Mended},
+    {"tracks", 2, Fate::Mended},
+    {"frame record", 2, Fate::Mended},
+    {"colour image", 2, Fate::Mended},
+    {"facts", 2, Fate::Mended},
+    {"capture manifest", 2, Fate::Mended},
+    {"exported file", 3, Fate::Refused},
+    {"exported file", 5, Fate::Noticed},
+    {"run checksums", 4, Fate::Refused},
+    {"run checksums", 5, Fate::Noticed},
+    {"report", 5, Fate::Noticed},
+    {"report checksums", 5, Fate::Noticed},
+    {"SHA256SUMS", 5, Fate::Noticed},
+    {"done record", 5, Fate::Noticed},
 };
 
 ProgramResult run_batch(const fs::path& job) {
@@ -76,7 +74,7 @@ Fate fate_of(const Case& each, Damage damage) {
 
 void try_damage(const Case& each, Damage damage, std::uint64_t random,
                 const BatchSnapshots& snapshots, const fs::path& job) {
-  fs::copy(snapshots.after(each.num_stages), job, fs::copy_options::recursive);
+  copy_job(snapshots.after(each.num_stages), job);
   const auto& kinds = kinds_of_job_files();
   const auto kind = std::find_if(kinds.begin(), kinds.end(),
                                  [&](const JobFiles& files) { return files.name == each.kind; });

@@ -16,8 +16,10 @@ namespace terracast::test {
 
 namespace fs = std::filesystem;
 
-std::string tiny_batch_text() {
-  return R"(name = "tiny"
+namespace {
+
+/// Two runs of five frames over one world, in COLMAP's format: about five seconds of work.
+constexpr const char* kBatchText = R"(name = "tiny"
 
 [world]
 name = "tiny"
@@ -69,10 +71,15 @@ format = "colmap"
 key = "trajectories.0.radius_m"
 values = [200.0, 300.0]
 )";
+
+}  // namespace
+
+void copy_job(const fs::path& job, const fs::path& copy) {
+  fs::copy(job, copy, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
 }
 
 BatchSnapshots::BatchSnapshots(fs::path folder) {
-  const fs::path config = write_text(folder / "batch.toml", tiny_batch_text());
+  const fs::path config = write_text(folder / "batch.toml", kBatchText);
   const auto planned = folder / "after-0";
   const auto plan = run_program({"batch", "plan", config.string(), "--out", planned.string(),
                                  "--shard-minutes", "0.001", "-q"});
@@ -80,7 +87,7 @@ BatchSnapshots::BatchSnapshots(fs::path folder) {
   jobs_.push_back(planned);
   for (std::size_t stage = 0; stage < kBatchStages.size(); ++stage) {
     const fs::path job = folder / ("after-" + std::to_string(stage + 1));
-    fs::copy(jobs_.back(), job, fs::copy_options::recursive);
+    copy_job(jobs_.back(), job);
     const auto start = std::chrono::steady_clock::now();
     const auto run =
         run_program({"batch", "run", job.string(), "--stage", kBatchStages[stage], "-q"});
@@ -96,7 +103,6 @@ const std::vector<JobFiles>& kinds_of_job_files() {
       {"plan", "plan", "", ""},
       {"world inputs", "world", "inputs", ".json"},
       {"tile", "world", "tiles/", ".tile"},
-      {"tile part", "world", "parts/", ".json"},
       {"world manifest", "world", "manifest", ".json"},
       {"sequence", "capture", "sequence", ".json"},
       {"tracks", "capture", "tracks", ".json"},
@@ -105,9 +111,9 @@ const std::vector<JobFiles>& kinds_of_job_files() {
       {"facts", "capture", "", ".exr"},
       {"capture manifest", "capture", "manifest", ".json"},
       {"exported file", "dataset", "/", ""},
-      {"run checksums", "checksums/colmap", "", ".sha256"},
+      {"run checksums", "state/0001/checksums/colmap", "", ".sha256"},
       {"report", "report", "", ""},
-      {"report checksums", "checksums/report", "", ".sha256"},
+      {"report checksums", "state/0001/checksums/report", "", ".sha256"},
       {"SHA256SUMS", "dataset", "SHA256SUMS", ""},
       {"done record", "state", "done/", ".json"},
       {"claim", "state", "claims/", ""},

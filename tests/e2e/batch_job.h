@@ -9,14 +9,11 @@
 /// A batch job as its user sees it: commands, folders, files.
 namespace terracast::test {
 
-/// Two runs of five frames over one world, in COLMAP's format: about five seconds of work in 16 shards.
-std::string tiny_batch_text();
-
 /// The shards of a stage come into being after all of the earlier stages'.
-inline const std::vector<std::string> kBatchStages = {"tile",   "world",    "render",
-                                                      "export", "validate", "merge"};
+inline const std::vector<std::string> kBatchStages = {"tile", "render", "export", "validate",
+                                                      "merge"};
 
-/// The tiny batch as it stands before each of its stages and after the last, each in a folder of its
+/// A tiny batch as it stands before each of its stages and after the last, each in a folder of its
 /// own, for copying.
 class BatchSnapshots {
  public:
@@ -33,6 +30,9 @@ class BatchSnapshots {
   std::vector<std::filesystem::path> jobs_;
   std::vector<double> durations_s_;
 };
+
+/// With the links in it.
+void copy_job(const std::filesystem::path& job, const std::filesystem::path& copy);
 
 /// What the files of a job are, by the part of their path that tells.
 struct JobFiles {
