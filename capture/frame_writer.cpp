@@ -21,11 +21,12 @@ using core::fail;
 
 /// Writes what every shard of a sequence writes the same.
 void write_shared(const fs::path& file, const std::string& text) {
-  if (fs::exists(file)) {
+  if (fs::exists(file) && !is_damaged(file)) {
     if (core::read_text_file(file) == text) return;
     fail(ErrorKind::Config,
-         "{}: differs from this run's, although the inputs have the same hash; is it damaged? "
-         "Remove it, or give another --out",
+         "{}: differs from this run's, although the inputs have the same hash; remove its folder, "
+         "or "
+         "give another --out",
          file.string());
   }
   core::write_file(file, text);
@@ -105,7 +106,8 @@ SequenceWriter::SequenceWriter(const fs::path& folder, const SequenceInfo& info,
     : folder_(folder), info_(info) {
   check_sequence(info_, ErrorKind::Config, folder.string());
   const fs::path sequence_file = folder_ / kSequenceFile;
-  if (fs::exists(sequence_file)) {
+  // Of frames whose sequence.json is damaged each record says of what inputs it is.
+  if (fs::exists(sequence_file) && !is_damaged(sequence_file)) {
     const SequenceInfo present =
         sequence_from_json(core::Json::read(sequence_file), sequence_file.string());
     if (present.input_hash != info_.input_hash)
@@ -169,7 +171,7 @@ void SequenceWriter::link_camera(const fs::path& earlier_folder, const CameraRec
 void SequenceWriter::finish_frame(const FrameRecord& record) const {
   const std::string path = record_path(record.index);
   check_record(record, info_, ErrorKind::Internal, path);
-  core::write_file(folder_ / path, json_from_record(record).text() + "\n");
+  core::write_file(folder_ / path, json_from_record(record, info_.input_hash).text() + "\n");
 }
 
 bool SequenceWriter::finish_sequence() const {
@@ -184,11 +186,15 @@ bool SequenceWriter::finish_sequence() const {
         {.path = path, .num_bytes = text.size(), .content_hash = core::content_hash(text)});
     return text;
   };
-  add(kSequenceFile);
-  add(kTracksFile);
+  const auto read = [&](const std::string& path) {
+    return core::Json::parse(add(path), (folder_ / path).string());
+  };
+  // What was damaged since it was written gets no hash here that would make it right.
+  sequence_from_json(read(kSequenceFile), (folder_ / kSequenceFile).string());
+  tracks_from_json(read(kTracksFile), (folder_ / kTracksFile).string());
   for (int i = 0; i < info_.num_frames; ++i) {
-    const std::string file = (folder_ / record_path(i)).string();
-    records.push_back(record_from_json(core::Json::parse(add(record_path(i)), file), info_, file));
+    records.push_back(
+        record_from_json(read(record_path(i)), info_, (folder_ / record_path(i)).string()));
   }
   json_from_manifest(manifest, info_, records).write(folder_ / kManifestFile);
   return true;

@@ -82,6 +82,20 @@ struct Source {
       fail(ErrorKind::Input, "{}: capture format version {}; this program reads version {}", file,
            version, kCaptureVersion);
   }
+
+  void inputs(const Json& json, const SequenceInfo& info) const {
+    if (const std::string& found = json.at("input_hash").string(); found != info.input_hash)
+      fail(ErrorKind::Input, "{}: input_hash {} is not the sequence's {}", file, found,
+           info.input_hash);
+  }
+
+  void whole(const Json& json) const {
+    try {
+      core::check_content_hash(json);
+    } catch (const core::Error& error) {
+      fail(ErrorKind::Input, "{}: {}", file, error.message());
+    }
+  }
 };
 
 Json header() {
@@ -397,8 +411,8 @@ Json json_from_sequence(const SequenceInfo& info) {
                           .set("sky", channel.invalid));
   Json cameras = Json::array();
   for (const CameraCalibration& camera : info.cameras) cameras.push(json_from_camera(camera));
-  return header()
-      .set("name", info.name)
+  Json json = header();
+  json.set("name", info.name)
       .set("input_hash", info.input_hash)
       .set("world", Json::object()
                         .set("name", info.world_name)
@@ -416,6 +430,8 @@ Json json_from_sequence(const SequenceInfo& info) {
       .set("semantic_classes", std::move(classes))
       .set("licences", Json::array_of(info.licences))
       .set("config_toml", info.config_toml);
+  core::add_content_hash(json);
+  return json;
 }
 
 SequenceInfo sequence_from_json(const Json& json, const std::string& file) {
@@ -443,6 +459,7 @@ SequenceInfo sequence_from_json(const Json& json, const std::string& file) {
   info.licences = json.at("licences").strings();
   info.config_toml = json.at("config_toml").string();
   check_sequence(info, ErrorKind::Input, file);
+  source.whole(json);
   return info;
 }
 
@@ -452,7 +469,10 @@ Json json_from_tracks(const std::vector<TrackPoint>& tracks) {
     list.push(Json::object()
                   .set("id", track.id)
                   .set("point_world_m", json_from_vector(track.point_world)));
-  return header().set("tracks", std::move(list));
+  Json json = header();
+  json.set("tracks", std::move(list));
+  core::add_content_hash(json);
+  return json;
 }
 
 std::vector<TrackPoint> tracks_from_json(const Json& json, const std::string& file) {
@@ -470,10 +490,11 @@ std::vector<TrackPoint> tracks_from_json(const Json& json, const std::string& fi
       fail(ErrorKind::Input, "{}: track ids must ascend: {} comes before {}", file,
            tracks[i - 1].id, tracks[i].id);
   }
+  source.whole(json);
   return tracks;
 }
 
-Json json_from_record(const FrameRecord& record) {
+Json json_from_record(const FrameRecord& record, const std::string& input_hash) {
   Json cameras = Json::array();
   for (const CameraRecord& camera : record.cameras) {
     Json visible = Json::array();
@@ -497,6 +518,7 @@ Json json_from_record(const FrameRecord& record) {
   }
   Json json = header();
   json.set("index", record.index)
+      .set("input_hash", input_hash)
       .set("time_s", record.time_s)
       .set("world_from_body", json_from_rigid(record.world_from_body))
       .set("velocity_world_mps", json_from_vector(record.velocity_world_mps))
@@ -514,7 +536,6 @@ Json json_from_record(const FrameRecord& record) {
 FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const std::string& file) {
   const Source source{file};
   source.format(json);
-  core::with_context([&] { core::check_content_hash(json); }, "reading " + file);
   FrameRecord record;
   record.index = static_cast<int>(source.count(json.at("index"), kMaxFrames, "index"));
   record.time_s = source.finite(json.at("time_s"), "time_s");
@@ -561,7 +582,22 @@ FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const s
     record.passed_tiles.push_back(
         {.tile = tile_of(passed.at(i)), .above_z_world_m = passed_above_m[i]});
   check_record(record, info, ErrorKind::Input, file);
+  source.inputs(json, info);
+  source.whole(json);
   return record;
+}
+
+bool is_damaged(const std::filesystem::path& file) {
+  try {
+    const Json json = Json::read(file);
+    const bool is_of_other_version =
+        json.has("version") && json.at("version").integer() != kCaptureVersion;
+    if (!is_of_other_version) core::check_content_hash(json);
+    return false;
+  } catch (const core::Error& error) {
+    if (error.kind() == ErrorKind::Input) return true;
+    throw;
+  }
 }
 
 Json json_from_manifest(const Manifest& manifest, const SequenceInfo& info,
@@ -587,11 +623,13 @@ Json json_from_manifest(const Manifest& manifest, const SequenceInfo& info,
   }
   Json files = Json::array();
   for (const FrameFile& file : manifest.files) files.push(json_from_file(file));
-  return header()
-      .set("input_hash", manifest.input_hash)
+  Json json = header();
+  json.set("input_hash", manifest.input_hash)
       .set("num_frames", info.num_frames)
       .set("cameras", std::move(cameras))
       .set("files", std::move(files));
+  core::add_content_hash(json);
+  return json;
 }
 
 Manifest manifest_from_json(const Json& json, const SequenceInfo& info, const std::string& file) {
@@ -599,9 +637,7 @@ Manifest manifest_from_json(const Json& json, const SequenceInfo& info, const st
   source.format(json);
   Manifest manifest;
   manifest.input_hash = json.at("input_hash").string();
-  if (manifest.input_hash != info.input_hash)
-    fail(ErrorKind::Input, "{}: input_hash {} is not the sequence's {}", file, manifest.input_hash,
-         info.input_hash);
+  source.inputs(json, info);
   const Json& files = json.at("files");
   const std::size_t num_files = 2 + static_cast<std::size_t>(info.num_frames);
   if (!files.is_array() || files.size() != num_files)
@@ -612,6 +648,7 @@ Manifest manifest_from_json(const Json& json, const SequenceInfo& info, const st
                                       : record_path(static_cast<int>(i) - 2);
     manifest.files.push_back(file_from_json(files.at(i), path, file));
   }
+  source.whole(json);
   return manifest;
 }
 

@@ -8,7 +8,8 @@
 #include "core/error.h"
 #include "core/json.h"
 
-/// The capture's JSON files and the names of all its files. Reading checks every value.
+/// The capture's JSON files and the names of all its files. Reading checks every value, and that each
+/// file is what was written, by the content_hash that it carries.
 namespace terracast::capture {
 
 /// Version of the format on disk; a reader takes its own only.
@@ -47,13 +48,19 @@ core::Json json_from_sequence(const SequenceInfo& info);
 /// tiles' heights beside it.
 core::Json json_from_geometry(const ShownGeometry& geometry);
 core::Json json_from_tracks(const std::vector<TrackPoint>& tracks);
-core::Json json_from_record(const FrameRecord& record);
+/// input_hash   of its sequence: a record is trusted by itself, whatever became of sequence.json
+core::Json json_from_record(const FrameRecord& record, const std::string& input_hash);
 
-/// throws Input: a member is missing or has an impossible value; `file` names it
+/// throws Input: a member is missing or has an impossible value, the file is not as it was written, a
+///        record is of a sequence of other inputs; `file` names it
 SequenceInfo sequence_from_json(const core::Json& json, const std::string& file);
 std::vector<TrackPoint> tracks_from_json(const core::Json& json, const std::string& file);
 FrameRecord record_from_json(const core::Json& json, const SequenceInfo& info,
                              const std::string& file);
+
+/// Whether a JSON file of this version is not as it was written.
+/// throws Io
+bool is_damaged(const std::filesystem::path& file);
 
 /// manifest.json: the hash of every JSON file and the sums over all frames.
 struct Manifest {

@@ -71,6 +71,7 @@ capture::SequenceReader PlaneCapture::write(const std::filesystem::path& folder)
     record.world_from_body = world_from_camera[static_cast<std::size_t>(frame)] *
                              info.cameras[0].body_from_camera().inverse();
     record.cameras = {writer.write_camera(frame, 0, image)};
+    record.key = std::string(32, '0');  // nothing is taken over from it
     writer.finish_frame(record);
   }
   writer.finish_sequence();

@@ -53,23 +53,19 @@ void replace_in(const fs::path& file, const std::string& from, const std::string
   core::write_file(file, text.replace(at, from.size(), to));
 }
 
-/// Gives a changed record its new hash within, if it is JSON still.
-void bless_within(const fs::path& record_file) {
-  std::string text = core::read_text_file(record_file);
+/// Gives a changed JSON file its new hash, as a forger would; one that is no JSON any more has none.
+void bless_itself(const fs::path& file) {
   try {
-    Json json = Json::parse(text, "record");
-    const std::string old_hash = json.at("content_hash").string();
+    Json json = Json::read(file);
     core::add_content_hash(json);
-    text.replace(text.rfind(old_hash), old_hash.size(), json.at("content_hash").string());
+    json.write(file);
   } catch (const core::Error&) {
-    return;
   }
-  core::write_file(record_file, text);
 }
 
-/// Gives a changed JSON file its new hash in the manifest, as a forger would.
+/// The same in the manifest too.
 void bless(const fs::path& folder, const std::string& path) {
-  if (path.starts_with("frames/")) bless_within(folder / path);
+  bless_itself(folder / path);
   const Json manifest = Json::read(folder / "manifest.json");
   std::string text = core::read_text_file(folder / "manifest.json");
   for (std::size_t i = 0; i < manifest.at("files").size(); ++i) {
@@ -83,6 +79,7 @@ void bless(const fs::path& folder, const std::string& path) {
     text.replace(at, text.find_first_not_of("0123456789", at) - at, std::to_string(content.size()));
   }
   core::write_file(folder / "manifest.json", text);
+  bless_itself(folder / "manifest.json");
 }
 
 /// Gives a changed image its new hash in its record, and the record its own.
@@ -207,6 +204,79 @@ TEST(SequenceFiles, ADamagedRecordIsAnUnfinishedFrame) {
   const SequenceWriter writer(folder, test::tiny_sequence(kSmall), test::tiny_tracks());
   fs::resize_file(folder / "frames/000001.json", 200);
   EXPECT_FALSE(writer.has_frame(1));
+}
+
+/// Behind the writer's back, and without its care for the disk.
+void overwrite(const fs::path& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary) << text;
+}
+void flip_bit(const fs::path& file, std::size_t at, int bit) {
+  std::string text = core::read_text_file(file);
+  text.at(at) = static_cast<char>(text[at] ^ (1 << bit));
+  overwrite(file, text);
+}
+
+// Seen in 2026: a flipped digit of a pose in a record was given a hash by the manifest that was
+// written after it, and was exported.
+TEST(SequenceFiles, ARecordInWhichAnyBitWasFlippedIsNoFrame) {
+  const ScratchFolder scratch;
+  const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
+  const SequenceWriter writer(folder, test::tiny_sequence(kSmall), test::tiny_tracks());
+  const fs::path record = folder / record_path(1);
+  const std::string good = core::read_text_file(record);
+  const std::string members = Json::read(record).text(-1);
+  int num_tried = 0;
+  for (std::size_t at = 0; at < good.size(); at += 23) {
+    const int bit = static_cast<int>(at % 8);
+    flip_bit(record, at, bit);
+    ++num_tried;
+    const bool is_frame = writer.has_frame(1);  // where an e of an exponent is an E now
+    EXPECT_TRUE(!is_frame || Json::read(record).text(-1) == members) << "bit " << bit << ", " << at;
+    overwrite(record, good);
+  }
+  EXPECT_GT(num_tried, 50);
+  EXPECT_TRUE(writer.has_frame(1));
+}
+
+TEST(SequenceFiles, WhatAllShardsShareIsWrittenAnewWhereItIsDamagedAndTheFramesStay) {
+  const ScratchFolder scratch;
+  const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
+  const auto before = hashes(folder);
+  for (const char* name : {kSequenceFile, kTracksFile}) {
+    const std::size_t version_at = core::read_text_file(folder / name).find("\"version\"");
+    for (std::size_t at = 0; at < fs::file_size(folder / name); at += 397) {
+      if (at >= version_at && at < version_at + 14) continue;  // another version's is not ours
+      flip_bit(folder / name, at, static_cast<int>(at % 8));
+      const SequenceWriter writer(folder, test::tiny_sequence(kSmall), test::tiny_tracks());
+      EXPECT_TRUE(writer.has_frame(0) && writer.has_frame(1));
+      EXPECT_EQ(hashes(folder), before) << name << ", byte " << at;
+    }
+    for (const std::size_t size : {0, 100}) {
+      fs::resize_file(folder / name, size);
+      SequenceWriter(folder, test::tiny_sequence(kSmall), test::tiny_tracks());
+      EXPECT_EQ(hashes(folder), before) << name << " of " << size << " bytes";
+    }
+  }
+}
+
+TEST(SequenceFiles, FramesOfOtherInputsAreNoneOfASequenceWhoseDescriptionIsDamaged) {
+  const ScratchFolder scratch;
+  const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
+  fs::resize_file(folder / kSequenceFile, 100);
+  test::TinyCaptureOptions other = kSmall;
+  other.input_hash = "ffff";
+  const SequenceWriter writer(folder, test::tiny_sequence(other), test::tiny_tracks());
+  EXPECT_FALSE(writer.has_frame(0));
+}
+
+TEST(SequenceFiles, ASequenceIsNotFinishedWithWhatWasDamagedMeanwhile) {
+  const ScratchFolder scratch;
+  const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
+  for (const char* name : {kSequenceFile, kTracksFile}) {
+    const SequenceWriter writer(folder, test::tiny_sequence(kSmall), test::tiny_tracks());
+    flip_bit(folder / name, fs::file_size(folder / name) / 2, 0);
+    expect_error(ErrorKind::Input, {name}, [&] { writer.finish_sequence(); });
+  }
 }
 
 TEST(SequenceFiles, LeftoversOfKilledWritersDoNotMatter) {
@@ -337,6 +407,7 @@ TEST(SequenceFiles, ForgedValuesAreRefused) {
       {"tracks.json", "\"id\": 10,", "\"id\": 999,", {"ascend"}},
       {"tracks.json", "\"point_world_m\": [", "\"point_world_m\": [1.0, ", {"4 numbers"}},
       {"manifest.json", "frames/000001.json", "frames/000000.json", {"must be"}},
+      {"frames/000001.json", "\"input_hash\": \"0", "\"input_hash\": \"1", {"input_hash"}},
       {"manifest.json", "\"input_hash\": \"0", "\"input_hash\": \"1", {"input_hash"}},
   };
   const ScratchFolder scratch;
@@ -345,7 +416,10 @@ TEST(SequenceFiles, ForgedValuesAreRefused) {
   for (const Forgery& forgery : forgeries) {
     SCOPED_TRACE(std::string(forgery.file) + ": " + forgery.to);
     replace_in(folder / forgery.file, forgery.from, forgery.to);
-    if (std::string(forgery.file) != "manifest.json") bless(folder, forgery.file);
+    if (std::string(forgery.file) == "manifest.json")
+      bless_itself(folder / forgery.file);
+    else
+      bless(folder, forgery.file);
     std::vector<std::string> words = forgery.words;
     words.emplace_back(forgery.file);
     expect_error(ErrorKind::Input, words, [&] { SequenceReader::open(folder); });

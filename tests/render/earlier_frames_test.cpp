@@ -501,7 +501,7 @@ TEST_F(TakenOver, WhatIsDamagedIsRendered) {
   const capture::SequenceInfo info = capture::WholeFrames::open(first)->info();
   capture::FrameRecord record = capture::record_from_json(core::Json::read(file), info, file);
   record.touched_tiles.clear();
-  capture::json_from_record(record).write(file);
+  capture::json_from_record(record, info.input_hash).write(file);
   plan_.config_toml += "# edited\n";
   EXPECT_THAT(render_again(store, plan_, {first}), ElementsAre(0, 1, 2, 3, 4));
 
