@@ -189,6 +189,13 @@ TEST(Plan, AShardIsReadyWhenAllThatItsBytesNeedIsDone) {
   }
 }
 
+void write_checksums(const JobFolder& job, const PlannedRun& run) {
+  for (const PlannedFormat& format : run.formats) {
+    core::write_file(job.checksums(run, format.name), "exported " + run.name);
+    core::write_file(job.report_checksums(run, format.name), "told of " + run.name);
+  }
+}
+
 TEST(Update, WhatDidNotChangeStaysDoneUnderItsName) {
   const test::ScratchFolder folder;
   PlanOptions options;
@@ -201,9 +208,7 @@ TEST(Update, WhatDidNotChangeStaysDoneUnderItsName) {
       for (const Shard& shard : before.of(stage))
         claims.set_done(shard.id, core::Json::object().set("shard", shard.id.text()));
   }
-  for (const PlannedRun& run : before.runs)
-    for (const PlannedFormat& format : run.formats)
-      core::write_file(JobFolder{folder.path(), 1}.checksums(run, format.name), run.name);
+  for (const PlannedRun& run : before.runs) write_checksums({folder.path(), 1}, run);
 
   // One value goes, one comes, first in the list; the exposure of all stays.
   const std::string swept = R"(
@@ -239,11 +244,14 @@ values = [1, 5, 24, 240]
       const bool is_new = run.changes.starts_with("world.seed = 4,");
       EXPECT_EQ(claims.is_done(shard.id), !is_new) << shard.id.text() << " of " << run.changes;
       num_new += is_new ? 1 : 0;
-      if (stage != Stage::Export || is_new) continue;
-      const auto format = static_cast<std::size_t>(shard.pieces.at(0).format);
-      EXPECT_EQ(core::read_text_file(
-                    JobFolder{folder.path(), 2}.checksums(run, run.formats[format].name)),
-                run.name);
+      if (is_new) continue;
+      const JobFolder job{folder.path(), 2};
+      const auto format = run.formats[static_cast<std::size_t>(shard.pieces.at(0).format)].name;
+      if (stage == Stage::Export) {
+        EXPECT_EQ(core::read_text_file(job.checksums(run, format)), "exported " + run.name);
+      } else if (stage == Stage::Validate) {
+        EXPECT_EQ(core::read_text_file(job.report_checksums(run, format)), "told of " + run.name);
+      }
     }
   EXPECT_EQ(update.num_open, num_new);
   EXPECT_FALSE(claims.is_done({Stage::Merge, 0}));
@@ -262,9 +270,7 @@ TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {
       for (const Stage stage : kStages)
         for (const Shard& shard : before.of(stage)) claims.set_done(shard.id, core::Json::object());
     }
-    for (const PlannedRun& run : before.runs)
-      for (const PlannedFormat& format : run.formats)
-        core::write_file(JobFolder{folder.path(), 1}.checksums(run, format.name), "");
+    for (const PlannedRun& run : before.runs) write_checksums({folder.path(), 1}, run);
     const Plan after = plan_of(sweep, {}, &before, {set});
     carry_over(before, after, folder.path());
     const Claims claims(JobFolder{folder.path(), 2}.state(), {});
