@@ -84,8 +84,7 @@ void render_sample(const Plan& plan, const JobFolder& folder, const VerifyOption
     if (!claims.is_done(shard)) continue;
     const PlannedRun& run = plan.runs[static_cast<std::size_t>(sample.run)];
     const auto& sequence = run.sequences[static_cast<std::size_t>(sample.sequence)];
-    const std::string name =
-        fmt::format("{}/{}, frame {}", run.name, sequence.name, sample.frame);
+    const std::string name = fmt::format("{}/{}, frame {}", run.name, sequence.name, sample.frame);
     const fs::path world = folder.world(plan.worlds[static_cast<std::size_t>(run.world)], run);
     const fs::path captured = folder.captures(run) / sequence.name;
     std::error_code ignored;
@@ -173,7 +172,8 @@ void check_records(const Plan& plan, const Claims& claims, const Board& board,
     }
 }
 
-/// What is damaged, and all that was made from it, is done no more.
+/// What is damaged, and all that was made from it, is done no more. What was given up may have been so
+/// for the damage.
 void reopen(const Plan& plan, Claims& claims, Verification& found) {
   std::vector<ShardId> opened;
   const auto open = [&](const ShardId& shard) {
@@ -185,11 +185,13 @@ void reopen(const Plan& plan, Claims& claims, Verification& found) {
   for (const DamagedFile& file : found.damaged) open(file.shard);
   Board board(plan, claims);
   board.refresh();
-  for (const Shard& shard : plan.of(Stage::Validate))
-    if (!board.is_ready(shard.id)) open(shard.id);
-  const bool is_exported_again = !board.is_complete(Stage::Export);
-  for (const Shard& shard : plan.of(Stage::Merge))
-    if (is_exported_again) open(shard.id);
+  for (const Stage stage : {Stage::Validate, Stage::Merge}) {
+    for (const Shard& shard : plan.of(stage))
+      if (!board.is_ready(shard.id)) open(shard.id);
+    board.refresh();
+  }
+  for (const Claims::Tried& tried : claims.tried())
+    if (tried.is_poisoned) open(tried.shard);
 }
 
 }  // namespace

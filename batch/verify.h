@@ -33,7 +33,8 @@ struct Verification {
 /// Looks at what a job has done so far: reads every exported file, report and record against its
 /// checksum, SHA256SUMS too, and renders a sample of the frames once more: they have the same bytes.
 /// With is_repaired the shards whose results are damaged, and those that are made from these, are
-/// done no more, and no earlier failure of theirs counts: the next workers make them again.
+/// done no more, and no earlier failure of theirs or of what was given up counts: the next workers
+/// make them again.
 /// throws   Input: nothing is exported yet, and no repair was asked for; Io
 Verification verify(const Plan& plan, const JobFolder& folder, const VerifyOptions& options,
                     const core::Context& context);
