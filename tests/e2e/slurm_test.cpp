@@ -32,6 +32,13 @@ using Task = SlurmCluster::Task;
 /// Four flights over a world, 32 frames in all, each of a fifth of a second of a core.
 std::string job_text() {
   std::string text = replaced(tiny_job_text(R"(
+# All that Croissant wants: nothing is warned of.
+[dataset]
+url = "https://example.org/four-flights"
+creators = ["Somebody"]
+date_published = "2026-11-23"
+licence = "CC-BY-4.0"
+
 [[sweep.product]]
 key = "trajectories.0.radius_m"
 values = [200.0, 250.0, 300.0, 350.0]
