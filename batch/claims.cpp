@@ -165,37 +165,56 @@ struct Claims::Impl {
     return now.value_or(machine.count());
   }
 
+  /// Who made a try, as its file says; nothing where it is damaged or was taken back.
+  struct Holder {
+    std::string host, process;
+    double lease_s = 0.0;  ///< its own: others may have been started with another
+  };
+  static std::optional<Holder> holder_of(const fs::path& file) {
+    try {
+      const core::Json json = core::Json::read(file);
+      core::check_content_hash(json);
+      return Holder{.host = json.at("host").string(),
+                    .process = json.at("process").string(),
+                    .lease_s = json.at("lease_s").number()};
+    } catch (const core::Error&) {
+      return std::nullopt;
+    }
+  }
+  core::Json own_claim() const {
+    core::Json json = core::Json::object();
+    json.set("host", host_name()).set("process", worker).set("lease_s", options.lease_s);
+    core::add_content_hash(json);
+    return json;
+  }
+  static std::string worker_of(const fs::path& file) {
+    const std::optional<Holder> holder = holder_of(file);
+    return holder ? holder->host : "unknown";
+  }
+
   /// Whether a claim has not changed for a lease since we first saw it so. By that a holder is missed
   /// whose clock was ahead when it renewed its claim, on a file system that takes times from machines.
-  bool stands_still(const fs::path& file, double changed_s) {
+  bool stands_still(const fs::path& file, double changed_s, double lease_s) {
     const auto now = std::chrono::steady_clock::now();
     const std::lock_guard lock(mutex);
     const auto [seen, is_new] = sights.try_emplace(file, Sight{changed_s, now});
     if (seen->second.changed_s != changed_s) seen->second = {changed_s, now};
-    return std::chrono::duration<double>(now - seen->second.since).count() > options.lease_s;
-  }
-
-  /// The process that a try names; empty for one that is damaged or was taken back.
-  static std::string process_of(const fs::path& file) {
-    try {
-      return core::Json::read(file).at("process").string();
-    } catch (const core::Error&) {
-      return "";
-    }
+    return std::chrono::duration<double>(now - seen->second.since).count() > lease_s;
   }
 
   /// Whether nobody works on a try any more that has not been ended.
   bool is_lost(const fs::path& file) {
     const std::optional<double> renewed_s = changed_s(file);
     if (!renewed_s) return false;  // taken back just now
-    if (core::process_state(process_of(file)) == core::ProcessState::Ended) return true;
-    return now_s() - *renewed_s > options.lease_s || stands_still(file, *renewed_s);
+    const std::optional<Holder> holder = holder_of(file);
+    if (holder && core::process_state(holder->process) == core::ProcessState::Ended) return true;
+    const double lease_s = holder ? holder->lease_s : options.lease_s;
+    return now_s() - *renewed_s > lease_s || stands_still(file, *renewed_s, lease_s);
   }
 
   /// Whether a process will never be heard of again.
   /// file   that it wrote or touched last
   bool has_ended(const std::string& process, const fs::path& file) {
-    if (process.empty()) return is_lost(file);  // who can tell whose it was
     const core::ProcessState state = core::process_state(process);
     if (state != core::ProcessState::Elsewhere) return state == core::ProcessState::Ended;
     const std::optional<double> heard_s = changed_s(file);
@@ -217,7 +236,9 @@ struct Claims::Impl {
   void forget_own_tries(const ShardId& shard) const {
     std::error_code ignored;
     for (int number = 1; fs::exists(try_file(shard, number), ignored); ++number)
-      if (process_of(try_file(shard, number)) == worker) remove_try(try_file(shard, number));
+      if (const auto holder = holder_of(try_file(shard, number));
+          holder && holder->process == worker)
+        remove_try(try_file(shard, number));
   }
 
   struct Tries {
@@ -249,13 +270,6 @@ struct Claims::Impl {
       return end_from_json(core::Json::read(end_file(file)));
     } catch (const core::Error&) {
       return TryEnd{.how = TryEnd::How::Lost, .error = "its record cannot be read", .worker = {}};
-    }
-  }
-  static std::string worker_of(const fs::path& file) {
-    try {
-      return core::Json::read(file).at("host").string();
-    } catch (const core::Error&) {
-      return "unknown";
     }
   }
 };
@@ -332,9 +346,7 @@ std::variant<Claim, Claims::Standing> Claims::claim(const ShardId& shard, bool i
   if (!is_retry && tries.num_counted >= impl_->options.max_tries) return Standing::Poisoned;
   auto claim = std::make_unique<Claim::Impl>(Claim::Impl{
       .claims = impl_.get(), .shard = shard, .file = impl_->try_file(shard, tries.count + 1)});
-  const std::string text =
-      core::Json::object().set("host", host_name()).set("process", impl_->worker).text() + "\n";
-  if (!core::write_new_file(claim->file, text)) return Standing::Held;
+  if (!core::write_new_file(claim->file, impl_->own_claim().text() + "\n")) return Standing::Held;
   claim->hold();
   // Its last holder may have committed it between the first look and the claim.
   if (is_done(shard)) {
@@ -427,7 +439,10 @@ void Claims::clear_up(const std::function<void(const ShardId&)>& clear) {
       const fs::path file = impl_->try_file(shard, found->number);
       if (found->is_end && fs::exists(file, ignored)) continue;
       if (found->is_end) Impl::remove_try(file);  // or it would end the next try of that number
-      if (found->is_end || !impl_->has_ended(Impl::process_of(file), file)) continue;
+      if (found->is_end) continue;
+      const std::optional<Impl::Holder> holder = Impl::holder_of(file);
+      // Of a damaged one nobody can tell whose it was.
+      if (holder ? !impl_->has_ended(holder->process, file) : !impl_->is_lost(file)) continue;
       clear(shard);
       core::remove_temporaries(impl_->done_file(shard).parent_path());
       if (is_done(shard)) Impl::remove_try(file);

@@ -26,8 +26,9 @@ struct TryEnd {
 };
 
 struct ClaimOptions {
-  double lease_s = 300.0;  ///< a claim that was not renewed for so long is another's to take
-  int max_tries = 5;       ///< as many tries that count make a shard poisoned
+  double lease_s =
+      300.0;          ///< a claim of ours that was not renewed for so long is another's to take
+  int max_tries = 5;  ///< as many tries that count make a shard poisoned
 };
 
 /// A right to work on a shard, renewed in the background while it lives. It avoids work that is done

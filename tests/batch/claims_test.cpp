@@ -144,6 +144,28 @@ TEST(Claims, AStoppedProcessLosesItsClaimAfterTheLeaseAndItsLateRecordChangesNot
   EXPECT_THAT(claims.done(Stage::Render), testing::ElementsAre(kShard.index));
 }
 
+TEST(Claims, TheLeaseThatCountsIsTheHoldersOwn) {
+  const test::ScratchFolder folder;
+  for (const bool is_long : {true, false}) {
+    const ShardId shard{Stage::Render, is_long ? 1 : 2};
+    const fs::path claimed = folder / (is_long ? "claimed-long" : "claimed-short");
+    const pid_t child = in_process([&] {
+      Claims claims(folder.path(), {.lease_s = is_long ? 3600.0 : 0.6});
+      const auto claim = claims.claim(shard);
+      core::write_file(claimed, "");
+      for (;;) ::pause();
+      return 0;
+    });
+    wait_for(claimed);
+    ::kill(child, SIGSTOP);
+    Claims others(folder.path(), {.lease_s = is_long ? 0.6 : 3600.0});
+    sleep_s(1.5);  // more than the short one
+    EXPECT_EQ(others.standing(shard), is_long ? Claims::Standing::Held : Claims::Standing::Free);
+    ::kill(child, SIGKILL);
+    status_of_process(child);
+  }
+}
+
 TEST(Claims, FailuresAndLossesPoisonAShardAndReleasesDoNot) {
   const test::ScratchFolder folder;
   Claims claims(folder.path(), {.max_tries = 2});
