@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <random>
 #include <set>
 #include <unordered_map>
 
@@ -166,13 +168,24 @@ bool Growth::must_split(const TileInfo& tile) const {
   });
 }
 
+/// So many indices, in an order that differs from process to process.
+std::vector<std::size_t> own_order(std::size_t count) {
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::shuffle(order.begin(), order.end(), std::minstd_rand(std::random_device()()));
+  return order;
+}
+
 void Growth::build(const std::vector<TileId>& ids) {
   std::vector<TileInfo> infos(ids.size());
   std::vector<std::uint8_t> was_built(ids.size(), 0);
   core::Progress progress(context_, fmt::format("tiles of level {}", ids.front().level),
                           static_cast<std::int64_t>(ids.size()));
+  // Processes that tile one world at the same time find most of each other's tiles made. What a tile is
+  // does not depend on when it is built.
+  const std::vector<std::size_t> order = own_order(ids.size());
   core::parallel_for(static_cast<std::int64_t>(ids.size()), [&](std::int64_t k) {
-    const auto i = static_cast<std::size_t>(k);
+    const std::size_t i = order[static_cast<std::size_t>(k)];
     core::with_context(
         [&] {
           if (auto whole = world::inspect_tile(folder_, ids[i])) {
