@@ -29,11 +29,11 @@ namespace fs = std::filesystem;
 using Eigen::Vector3d;
 using testing::IsEmpty;
 
-/// Of the camera, which looks straight down.
+/// Of the cameras, which look straight down, half a metre from each other.
 constexpr int kWidth_px = 96;
 constexpr int kHeight_px = 64;
 constexpr double kFocal_px = 160.0;
-constexpr int kNumFrames = 10;
+constexpr int kNumFrames = 16;
 
 /// Two flights to the east, 600 m from each other, over heights from a file; the sun is all but
 /// overhead.
@@ -63,18 +63,26 @@ name = "one"
 mount_pitch_deg = 90.0
 
 [[rigs.cameras]]
-name = "camera"
-width_px = {}
-height_px = {}
-fx_px = {}
-fy_px = {}
+name = "left"
+width_px = {0}
+height_px = {1}
+fx_px = {2}
+fy_px = {2}
+
+[[rigs.cameras]]
+name = "right"
+width_px = {0}
+height_px = {1}
+fx_px = {2}
+fy_px = {2}
+offset_mm = [0.0, -500.0, 0.0]
 
 [[trajectories]]
 name = "P000"
 kind = "waypoints"
 rate_hz = 1.0
-num_frames = {}
-speed_mps = 160.0
+num_frames = {3}
+speed_mps = 80.0
 waypoints = [
   {{east_m = -900.0, north_m = -300.0, height_m = 900.0, above = "ellipsoid"}},
   {{east_m = 900.0, north_m = -300.0, height_m = 900.0, above = "ellipsoid"}},
@@ -92,13 +100,16 @@ num_points = 2000
 oracle_samples = 50
 
 [[exports]]
-format = "colmap"
+format = "kitti"
+rig = "one"
+left = "left"
+right = "right"
 
 [[sweep.list]]
 keys = ["trajectories.0.waypoints.0.north_m", "trajectories.0.waypoints.1.north_m"]
 rows = [[-300.0, -300.0], [300.0, 300.0]]
 )",
-                     kWidth_px, kHeight_px, kFocal_px, kFocal_px, kNumFrames);
+                     kWidth_px, kHeight_px, kFocal_px, kNumFrames);
 }
 
 /// Heights of a degree, 90 m apart, as SRTM has them: gentle hills about 500 m.
@@ -148,7 +159,7 @@ std::set<std::string> rendered(const std::map<std::string, fs::path>& before, co
     for (int frame = 0; frame < kNumFrames; ++frame) {
       int num_same = 0;
       for (const char* ending : {"png", "exr"}) {
-        const auto image = fmt::format("one/camera/{:06}.{}", frame, ending);
+        const auto image = fmt::format("one/left/{:06}.{}", frame, ending);
         num_same += fs::equivalent(sequence / image, before.at(run) / image) ? 1 : 0;
       }
       EXPECT_NE(num_same, 1) << "half a frame is taken over";
@@ -165,7 +176,7 @@ std::set<std::string> all_frames() {
   return frames;
 }
 
-/// The points that a frame's pixels show, by the range along their rays.
+/// The points that a frame's left image shows, by the range along its pixels' rays.
 std::vector<Vector3d> points_of(const capture::SequenceReader& reader, int frame) {
   const auto facts = reader.read_camera(frame, 0, capture::SequenceReader::kFacts);
   const geo::Rigid3d world_from_camera = reader.world_from_camera(frame, 0);
@@ -182,7 +193,8 @@ std::vector<Vector3d> points_of(const capture::SequenceReader& reader, int frame
 }
 
 /// Frames that show some of the squares of tiles. Those whose rays come near to a border only, within
-/// the spread of a pixel and of a ray to the sun, would be neither here nor there: there must be none.
+/// the right camera's place, the spread of a pixel and a ray to the sun, would be neither here nor
+/// there: there must be none.
 std::set<std::string> showing(const std::map<std::string, fs::path>& sequences,
                               const std::vector<world::TileId>& tiles) {
   constexpr double kNear_m = 6.0;
