@@ -4,6 +4,7 @@
 
 #include "batch/checksums.h"
 #include "batch/dataset/describe_dataset.h"
+#include "batch/update.h"
 #include "core/atomic_file.h"
 
 namespace terracast::batch {
@@ -96,6 +97,8 @@ ShardResult merge(const Plan& plan, const JobFolder& folder, const core::Context
     checksums.push_back({file.path, file.sha256});
     bytes += static_cast<double>(file.num_bytes);
   }
+  throw_if_outdated(folder.root, plan.revision);
+  remove_unplanned(plan, folder);
   for (const auto& entry : fs::directory_iterator(described))
     attempt.place(entry.path(), folder.dataset() / entry.path().filename());
   const std::string lines = core::checksum_lines(std::move(checksums));

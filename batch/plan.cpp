@@ -85,6 +85,8 @@ PlannedRun run_from_json(const Json& json, std::size_t num_worlds) {
   for (std::size_t i = 0; i < json.at("sequences").size(); ++i) {
     const Json& sequence = json.at("sequences").at(i);
     run.sequences.push_back({sequence.at(0).string(), number_from(sequence.at(1), kManyFrames)});
+    if (!capture::is_safe_name(run.sequences.back().name))
+      fail(ErrorKind::Input, "\"{}\" cannot be a folder", run.sequences.back().name);
   }
   for (std::size_t i = 0; i < json.at("formats").size(); ++i) {
     const Json& format = json.at("formats").at(i);
@@ -135,6 +137,8 @@ Shard shard_from_json(const Json& json, const std::vector<PlannedRun>& runs) {
               .cost = {.cpu_s = json.at("cpu_s").number(), .bytes = json.at("bytes").number()}};
   for (std::size_t i = 0; i < json.at("pieces").size(); ++i)
     shard.pieces.push_back(piece_from_json(json.at("pieces").at(i), shard.id.stage, runs));
+  if (shard.pieces.empty() && shard.id.stage != Stage::Merge)
+    fail(ErrorKind::Input, "shard {} has nothing to do", shard.id.text());
   return shard;
 }
 
@@ -273,6 +277,13 @@ bool has_newer_plan(const fs::path& job_folder, int revision) {
   return fs::exists(plans_folder(job_folder) / fmt::format("{:04}", revision + 1), ignored);
 }
 
+void throw_if_outdated(const fs::path& job_folder, int revision) {
+  if (has_newer_plan(job_folder, revision))
+    fail(ErrorKind::Interrupted,
+         "{}: there is a newer plan; run the same command again to go on with it",
+         job_folder.string());
+}
+
 bool has_plan(const fs::path& job_folder) { return last_revision(job_folder) > 0; }
 
 Plan read_plan(const fs::path& job_folder) {
@@ -302,6 +313,9 @@ Plan read_plan(const fs::path& job_folder) {
             .runs = {},
             .shards = std::vector<std::vector<Shard>>(kStages.size()),
             .memory_bytes = json.at("memory_bytes").number()};
+  for (const std::string& world : plan.worlds)
+    if (!capture::is_safe_name(world))
+      fail(ErrorKind::Input, "{}: the world \"{}\" cannot be a folder", plan_file.string(), world);
   read_lines(folder / kRunsFile, [&](const Json& line) {
     plan.runs.push_back(run_from_json(line, plan.worlds.size()));
   });

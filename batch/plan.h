@@ -102,6 +102,8 @@ void write_plan(const Plan& plan, const std::filesystem::path& job_folder);
 Plan read_plan(const std::filesystem::path& job_folder);
 /// Whether there is a later revision than this.
 bool has_newer_plan(const std::filesystem::path& job_folder, int revision);
+/// throws   Interrupted: there is a newer plan, with which the same command goes on
+void throw_if_outdated(const std::filesystem::path& job_folder, int revision);
 bool has_plan(const std::filesystem::path& job_folder);
 
 /// The story of a plan, for the command line.

@@ -262,9 +262,10 @@ struct ShardWork::Impl {
     for (const PlannedSequence& sequence : run_of(run).sequences) {
       const auto reader =
           capture::SequenceReader::open(folder.captures(run_of(run)) / sequence.name);
-      json_from_summary(
-          summary_of(run_of(run).name, reader, manifest, options, height_above_ground))
-          .write(folder.summary(run_of(run), sequence.name), -1);
+      const core::Json summary = json_from_summary(
+          summary_of(run_of(run).name, reader, manifest, options, height_above_ground));
+      throw_if_outdated(folder.root, plan.revision);
+      summary.write(folder.summary(run_of(run), sequence.name), -1);
     }
   }
 
@@ -303,6 +304,7 @@ struct ShardWork::Impl {
              const std::function<bool()>& is_done) {
     const std::string checksums = core::checksum_lines(checksums_of(made, checked.folder));
     if (is_done()) return;
+    throw_if_outdated(folder.root, plan.revision);  // or it would go into the newer one's place
     attempt.place(made, checked.root / checked.folder);
     attempt.place_text(checksums, checked.checksums);
   }

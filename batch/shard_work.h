@@ -13,7 +13,7 @@ namespace terracast::batch {
 struct ShardResult {
   std::int64_t num_frames = 0;
   std::int64_t num_rendered = 0;  ///< of these; the others were there, or were taken over
-  double bytes = 0.0;  ///< on disk
+  double bytes = 0.0;             ///< on disk
   int num_checks_failed = 0;
 };
 

@@ -6,6 +6,8 @@
 #include "batch/claims.h"
 #include "core/atomic_file.h"
 #include "core/hash.h"
+#include "core/process_id.h"
+#include "export/exporter.h"
 #include "world/tile_file.h"
 #include "world/tile_store.h"
 
@@ -132,7 +134,10 @@ Update carry_over(const Plan& previous, const Plan& plan, const fs::path& job) {
         continue;
       }
       if (stage == Stage::Export || stage == Stage::Validate)
-        copy_checksums(before, after, plan, shard);
+        core::with_context([&] { copy_checksums(before, after, plan, shard); },
+                           fmt::format("keeping shard {}; `terracast batch verify {} --repair` has "
+                                       "what is damaged made again",
+                                       known->second.text(), job.string()));
       claims_after.set_done(shard.id, claims_before.record(known->second));
       ++update.num_kept;
     }
@@ -140,23 +145,70 @@ Update carry_over(const Plan& previous, const Plan& plan, const fs::path& job) {
   return update;
 }
 
-void remove_dropped(const Plan& previous, const Plan& plan, const fs::path& job) {
+UpdateRight::UpdateRight(const fs::path& job) : file_(job / "plan" / ".update") {
+  constexpr int kMostTries = 3;  // one that has ended makes room; others may come meanwhile
+  for (int i = 0; i < kMostTries; ++i) {
+    if (core::write_new_file(file_, core::this_process())) return;
+    std::string holder;
+    try {
+      holder = core::read_text_file(file_);
+    } catch (const core::Error&) {
+      continue;  // given back just now
+    }
+    if (core::process_state(holder) != core::ProcessState::Ended) break;
+    std::error_code ignored;
+    fs::remove(file_, ignored);
+  }
+  fail(
+      ErrorKind::Usage,
+      "{}: another process is updating this job; wait for its end, or remove this file when it was "
+      "on a machine that has died",
+      file_.string());
+}
+
+UpdateRight::~UpdateRight() {
+  std::error_code ignored;
+  fs::remove(file_, ignored);
+}
+
+namespace {
+
+/// Whether a folder may be a run's, "run0012", and not somebody's own.
+bool is_of_run(const fs::path& folder) {
+  const std::string name = folder.filename().string();
+  return name.starts_with("run") && name.size() > 3 &&
+         name.find_first_not_of("0123456789", 3) == std::string::npos;
+}
+
+void remove_whole(const fs::path& folder) {
+  std::error_code error;
+  fs::remove_all(folder, error);
+  if (error) fail(ErrorKind::Io, "{}: cannot be removed: {}", folder.string(), error.message());
+}
+
+std::vector<fs::path> entries_of(const fs::path& folder) {
+  std::vector<fs::path> entries;
+  std::error_code missing;
+  for (const auto& entry : fs::directory_iterator(folder, missing)) entries.push_back(entry.path());
+  return entries;
+}
+
+}  // namespace
+
+void remove_unplanned(const Plan& plan, const JobFolder& folder) {
   std::set<fs::path> planned;
   for (const PlannedRun& run : plan.runs)
     for (const PlannedFormat& format : run.formats)
       planned.insert(JobFolder::exported(run, format.name));
-  const JobFolder folder{job, plan.revision};
-  for (const PlannedRun& run : previous.runs)
-    for (const PlannedFormat& format : run.formats) {
-      if (planned.contains(JobFolder::exported(run, format.name))) continue;
-      for (const fs::path& dropped : {folder.dataset() / JobFolder::exported(run, format.name),
-                                      folder.report(run, format.name)}) {
-        std::error_code error;
-        fs::remove_all(dropped, error);
-        if (error)
-          fail(ErrorKind::Io, "{}: cannot be removed: {}", dropped.string(), error.message());
-      }
-    }
+  const auto is_planned = [&](const fs::path& format, const fs::path& run) {
+    return planned.contains(format.filename() / run.filename());
+  };
+  for (const exporters::ExporterInfo& format : exporters::exporters())
+    for (const fs::path& run : entries_of(folder.dataset() / format.name))
+      if (is_of_run(run) && !is_planned(format.name, run)) remove_whole(run);
+  for (const fs::path& run : entries_of(folder.root / "report"))
+    for (const fs::path& format : entries_of(run))
+      if (is_of_run(run) && !is_planned(format, run)) remove_whole(format);
 }
 
 }  // namespace terracast::batch

@@ -30,7 +30,21 @@ struct Update {
 /// others is decided frame by frame, when they are rendered.
 Update carry_over(const Plan& previous, const Plan& plan, const std::filesystem::path& job);
 
-/// Removes exports and reports of runs and formats that a plan has no more.
-void remove_dropped(const Plan& previous, const Plan& plan, const std::filesystem::path& job);
+/// The right to bring a job a newer plan: one process at a time has it, and gives it back at its end.
+class UpdateRight {
+ public:
+  /// throws   Usage: another process has it (names the file that says so); Io
+  explicit UpdateRight(const std::filesystem::path& job);
+  ~UpdateRight();
+  UpdateRight(const UpdateRight&) = delete;
+  UpdateRight& operator=(const UpdateRight&) = delete;
+
+ private:
+  std::filesystem::path file_;
+};
+
+/// Removes exports and reports of runs and formats that a plan does not have.
+/// throws   Io
+void remove_unplanned(const Plan& plan, const JobFolder& folder);
 
 }  // namespace terracast::batch

@@ -82,13 +82,15 @@ int run_plan(const BatchArguments& args) {
   const core::Log log = log_of(args);
   const core::Context context{.log = log, .num_threads = args.num_threads};
   std::optional<batch::Plan> previous;
-  if (batch::has_plan(args.job) && !args.is_dry) {
+  std::optional<batch::UpdateRight> right;
+  if (batch::has_plan(args.job) && (!args.is_dry || args.is_update)) {
     if (!args.is_update)
       fail(ErrorKind::Usage,
            "{}: there is a plan already; --update takes up what has changed, or give another --out",
            args.job.string());
+    if (!args.is_dry) right.emplace(args.job);
     previous = batch::read_plan(args.job);
-  } else if (args.is_update && !args.is_dry) {
+  } else if (args.is_update) {
     fail(ErrorKind::Usage, "{}: there is no plan to update", args.job.string());
   }
   const auto description = batch::Description::load(args.config, args.sets);
@@ -99,13 +101,13 @@ int run_plan(const BatchArguments& args) {
   const batch::Plan plan =
       batch::make_plan(description, options, previous ? &*previous : nullptr, context);
   fmt::print("{}", batch::describe_plan(plan));
-  if (previous) {
+  if (previous && !args.is_dry) {
     const batch::Update update = batch::carry_over(*previous, plan, args.job);
     fmt::print("revision {}: {} shards stay done, {} are to be looked at again\n", plan.revision,
                update.num_kept, update.num_open);
   }
   if (!args.is_dry) batch::write_plan(plan, args.job);
-  if (previous) batch::remove_dropped(*previous, plan, args.job);
+  if (previous && !args.is_dry) batch::remove_unplanned(plan, {args.job, plan.revision});
   if (!args.is_dry)
     fmt::print("next: terracast batch run {0}, or terracast batch submit {0} --slurm\n",
                args.job.string());
@@ -275,9 +277,8 @@ int run_verify(const BatchArguments& args) {
   if (found.damaged.size() > kShown) fmt::print("and {} more\n", found.damaged.size() - kShown);
   for (const std::string& frame : found.differing)
     fmt::print("{}: rendered once more, it has other bytes\n", frame);
-  fmt::print(
-      "{} files read, {} not as they were made; {} frames rendered once more, {} differ\n",
-      found.num_files, found.damaged.size(), found.sampled.size(), found.differing.size());
+  fmt::print("{} files read, {} not as they were made; {} frames rendered once more, {} differ\n",
+             found.num_files, found.damaged.size(), found.sampled.size(), found.differing.size());
   if (!found.reopened.empty())
     fmt::print("{} shards are open again: terracast batch run {}\n", found.reopened.size(),
                args.job.string());

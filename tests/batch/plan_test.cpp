@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -285,6 +287,58 @@ TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {
   EXPECT_THAT(open_stages("exports.2.depth=false"), ElementsAre("export", "validate", "merge"));
   EXPECT_THAT(open_stages("conditions.visibility_km=30"),
               ElementsAre("tile", "render", "export", "validate", "merge"));
+}
+
+TEST(Update, OneProcessAtATimeMayBringANewerPlan) {
+  const test::ScratchFolder folder;
+  fs::create_directories(folder / "plan");
+  {
+    const UpdateRight right(folder.path());
+    try {
+      const UpdateRight another(folder.path());
+      ADD_FAILURE() << "two at once";
+    } catch (const core::Error& error) {
+      EXPECT_EQ(error.kind(), core::ErrorKind::Usage);
+      EXPECT_THAT(error.what(), testing::HasSubstr((folder / "plan/.update").string()));
+    }
+  }
+  const UpdateRight again(folder.path());
+}
+
+TEST(Update, TheRightOfAProcessThatDiedIsFree) {
+  const test::ScratchFolder folder;
+  fs::create_directories(folder / "plan");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const UpdateRight right(folder.path());
+    ::_exit(0);  // without a destructor, as when it is killed
+  }
+  ::waitpid(child, nullptr, 0);
+  ASSERT_TRUE(fs::exists(folder / "plan/.update"));
+  const UpdateRight right(folder.path());
+}
+
+TEST(Update, ExportsAndReportsThatNoPlanHasAreRemovedAndNothingElse) {
+  const test::ScratchFolder folder;
+  const Plan plan = plan_of("[[sweep.product]]\nkey = \"world.seed\"\nvalues = [1]\n");
+  const JobFolder job{folder.path(), 1};
+  ASSERT_EQ(plan.runs.size(), 1U);
+  const PlannedRun& run = plan.runs[0];
+  const std::string& format = run.formats[0].name;
+  PlannedRun gone = run;
+  gone.name = "run0777";
+  for (const PlannedRun& each : {run, gone}) {
+    core::write_file(job.dataset() / JobFolder::exported(each, format) / "file", "");
+    core::write_file(job.report(each, format) / "report.json", "");
+  }
+  const fs::path own = job.dataset() / format / "notes/of/mine.txt";
+  core::write_file(own, "");
+  remove_unplanned(plan, job);
+  EXPECT_TRUE(fs::exists(job.dataset() / JobFolder::exported(run, format) / "file"));
+  EXPECT_TRUE(fs::exists(job.report(run, format) / "report.json"));
+  EXPECT_FALSE(fs::exists(job.dataset() / JobFolder::exported(gone, format)));
+  EXPECT_FALSE(fs::exists(job.report(gone, format)));
+  EXPECT_TRUE(fs::exists(own));
 }
 
 }  // namespace

@@ -45,6 +45,8 @@ constexpr Case kCases[] = {
     {"capture manifest", 2, Fate::Mended},
     {"exported file", 3, Fate::Refused},
     {"exported file", 5, Fate::Noticed},
+    {"summary", 4, Fate::Refused},
+    {"summary", 5, Fate::Noticed},
     {"run checksums", 4, Fate::Refused},
     {"run checksums", 5, Fate::Noticed},
     {"report", 5, Fate::Noticed},

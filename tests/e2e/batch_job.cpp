@@ -110,6 +110,7 @@ const std::vector<JobFiles>& kinds_of_job_files() {
       {"colour image", "capture", "", ".png"},
       {"facts", "capture", "", ".exr"},
       {"capture manifest", "capture", "manifest", ".json"},
+      {"summary", "summary", "", ".json"},
       {"exported file", "dataset", "/", ""},
       {"run checksums", "state/0001/checksums/colmap", "", ".sha256"},
       {"report", "report", "", ""},

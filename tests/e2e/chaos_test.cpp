@@ -479,7 +479,7 @@ class Round {
     ++tally_.ends[fmt::format("status {}", status)];
     if (status == 0 || status == -SIGKILL) return;
     ++tally_.failures[general(error_line(output))];
-    const bool is_known = status == 1 || status == 2 || status == kInput || status == kIo;
+    const bool is_known = status == 1 || status == kInput || status == kIo;
     if (!is_known) return fail(fmt::format("a worker ended with status {}: {}", status, output));
     const auto has = [&](const std::string& text) {
       return output.find(text) != std::string::npos;
