@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -34,7 +35,8 @@ struct PlannedRun {
   std::string changes;     ///< what it sets, for readers
   std::string key;     ///< hash of all in its config that its captures depend on, of the files that
                        ///< its world names, and of `edits`
-  std::string edits;   ///< hash of tiles that were changed in place; empty: none was
+  std::string edits;   ///< tiles that were changed in place and the hashes of their files, a line
+                       ///< each: "3/-1/0 HASH"; empty: none was
   std::string checks;  ///< hash of how its exports are checked
   int world = 0;       ///< into Plan::worlds
   std::vector<PlannedSequence> sequences;
@@ -61,10 +63,16 @@ struct Shard {
   Cost cost;
 };
 
+/// Tiles that users changed in place, as PlannedRun::edits.
+struct TileEdits {
+  std::map<std::string, std::string> of_runs;    ///< of the previous plan, by their names
+  std::map<std::string, std::string> of_worlds;  ///< of all their runs, by their keys
+  std::set<std::filesystem::path> removed;       ///< tiles that were edited before, and are no more
+};
+
 struct PlanOptions {
   ClaimOptions claims;
-  /// Of runs of the previous plan, by their names: PlannedRun::edits.
-  std::map<std::string, std::string> edits;
+  TileEdits edits;
   double shard_s = 0.0;  ///< CPU time of a shard; 0: a thirty-second of the whole, 1 to 15 minutes
 };
 

@@ -33,7 +33,7 @@ class RunPlanner {
     for (const PlannedRun& run : previous->runs) {
       names_.emplace(run.identity, run.name);
       taken_.insert(run.name);
-      world_names_.emplace(run.name, previous->worlds[static_cast<std::size_t>(run.world)]);
+      previous_runs_.emplace(run.name, &run);
     }
   }
 
@@ -66,8 +66,16 @@ class RunPlanner {
                               .substr(0, 12)});
     }
     const std::string& world = worlds_[static_cast<std::size_t>(run.world)];
-    run.edits = edits_of(run.name, world);
-    run.key = core::content_hash(world + run.edits + job::toml_of_captures(config));
+    const auto key_with = [&, captures = job::toml_of_captures(config)](const std::string& edits) {
+      return core::content_hash(world + edits + captures);
+    };
+    // A run that is as it was has the tiles that it had; another may have any.
+    const auto before = previous_runs_.find(run.name);
+    const bool is_as_before =
+        before != previous_runs_.end() && before->second->key == key_with(before->second->edits);
+    run.edits = is_as_before ? look_up(options_.edits.of_runs, run.name)
+                             : look_up(options_.edits.of_worlds, world);
+    run.key = key_with(run.edits);
     costs.emplace_back(config, cameras);
     world_costs.try_emplace(run.world, world_cost(config.world));
     for (const PlannedSequence& sequence : run.sequences)
@@ -98,13 +106,10 @@ class RunPlanner {
     return name;
   }
 
-  /// Edits are of a world's tiles, and go with it.
-  std::string edits_of(const std::string& run, const std::string& world) const {
-    const auto known = world_names_.find(run);
-    const auto edits = options_.edits.find(run);
-    return known != world_names_.end() && known->second == world && edits != options_.edits.end()
-               ? edits->second
-               : std::string();
+  static std::string look_up(const std::map<std::string, std::string>& texts,
+                             const std::string& name) {
+    const auto found = texts.find(name);
+    return found != texts.end() ? found->second : std::string();
   }
 
   int world_of(const tiler::WorldOptions& options) {
@@ -158,7 +163,7 @@ class RunPlanner {
   const core::Context& context_;
   std::map<std::string, std::string> names_;  ///< by identity
   std::set<std::string> taken_;
-  std::map<std::string, std::string> world_names_;  ///< of the previous plan's runs, by name
+  std::map<std::string, const PlannedRun*> previous_runs_;  ///< by name
   std::map<std::string, std::int64_t> identities_;
   std::vector<std::string> worlds_;
   std::map<std::string, int> world_indices_;
@@ -272,6 +277,9 @@ Cost merge_cost(const Plan& plan) {
 
 Plan make_plan(const Description& description, const PlanOptions& options, const Plan* previous,
                const core::Context& context) {
+  for (const fs::path& tile : options.edits.removed)
+    context.log.warn("{}: this tile was edited, and is removed: it is made of its sources again",
+                     tile.string());
   RunPlanner planner(description, options, previous, context);
   {
     core::Progress progress(context, "runs", description.num_runs());

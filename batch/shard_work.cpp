@@ -1,5 +1,6 @@
 #include "batch/shard_work.h"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 
@@ -118,7 +119,7 @@ struct ShardWork::Impl {
     try {
       return work();
     } catch (const core::Error& error) {
-      if (!tells_of(error, world) || has_edited_tiles(store_folder(run))) throw;
+      if (!tells_of(error, world) || has_unplanned_edits(run_of(run), store_folder(run))) throw;
       context.log.warn("{}; looking for damaged tiles", error.what());
     }
     core::with_context([&] { mend_world(run); },
@@ -126,14 +127,25 @@ struct ShardWork::Impl {
     return work();
   }
 
-  /// Has a run's store made again. Whole tiles stay, unless nobody knows any more what they are of.
+  /// Whether a run of the same world has edits, planned or not.
+  bool is_world_edited(int run) const {
+    return std::any_of(plan.runs.begin(), plan.runs.end(), [&](const PlannedRun& other) {
+      if (other.world != run_of(run).world) return false;
+      return !other.edits.empty() || has_unplanned_edits(other, folder.world(world_of(run), other));
+    });
+  }
+
+  /// Has a run's store made again. Whole tiles stay, unless nobody knows any more what they are of;
+  /// those that were edited stay even so, as nobody could make them again.
   void mend_world(int run) {
+    check_edits(run_of(run), store_folder(run));
     Attempt attempt(folder);
     const fs::path inputs = folder.tiles(world_of(run)) / "inputs.json";
     try {
       core::check_content_hash(core::Json::read(inputs));
     } catch (const core::Error& error) {
-      if (error.kind() == ErrorKind::Input) attempt.take_away(inputs.parent_path());
+      if (error.kind() == ErrorKind::Input)
+        attempt.take_away(is_world_edited(run) ? inputs : inputs.parent_path());
       if (error.kind() == ErrorKind::Interrupted) throw;
     }
     attempt.take_away(store_folder(run));
@@ -149,6 +161,7 @@ struct ShardWork::Impl {
   world::TileStore make_tiles(int run) {
     const job::Job& job = job_of(run);
     claim_tiles(run, job.surface->input_hash());
+    check_edits(run_of(run), store_folder(run));
     return job::tile(job, store_folder(run), context);
   }
 

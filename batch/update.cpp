@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <set>
+#include <sstream>
 
 #include "batch/claims.h"
 #include "core/atomic_file.h"
-#include "core/hash.h"
 #include "core/process_id.h"
 #include "export/exporter.h"
 #include "world/tile_file.h"
@@ -59,36 +59,64 @@ void copy_checksums(const JobFolder& from, const JobFolder& to, const Plan& plan
   }
 }
 
-/// A list of the changed tiles of a run's world and what they hold now; empty: none is.
-std::string changed_tiles(const fs::path& store_folder) {
+/// Edited tiles, and the hash of what they hold. As text a line each: "3/-1/0 HASH".
+using Edits = std::map<world::TileId, std::string>;
+
+Edits edits_from_text(const std::string& text) {
+  Edits edits;
+  std::istringstream words(text);
+  world::TileId id;
+  std::string content_hash;
+  for (char slash = 0; words >> id.level >> slash >> id.x >> slash >> id.y >> content_hash;)
+    edits[id] = content_hash;
+  return edits;
+}
+
+std::string text_of(const Edits& edits) {
+  std::string text;
+  for (const auto& [id, content_hash] : edits)
+    text += fmt::format("{} {}\n", id.name(), content_hash);
+  return text;
+}
+
+/// What a tile that is there was changed to.
+std::string edited_hash(const fs::path& store_folder, const world::TileId& id) {
+  const auto now = world::inspect_tile(store_folder, id);
+  if (!now)
+    fail(ErrorKind::Input,
+         "{}: this tile was changed, and is damaged; remove it to have it made again, or bring a "
+         "whole one",
+         world::tile_path(store_folder, id).string());
+  return now->content_hash;
+}
+
+/// The tiles of a run's world that differ from its manifest.
+Edits changed_tiles(const fs::path& store_folder) {
   const world::TileStore store = world::TileStore::open(store_folder);
   const auto written = fs::last_write_time(store_folder / "manifest.json");
-  std::string changed;
+  Edits changed;
   for (const world::TileInfo& tile : store.manifest().tiles) {
     const fs::path file = world::tile_path(store_folder, tile.id);
     std::error_code missing;
     const auto time = fs::last_write_time(file, missing);
     if (missing || (time <= written && fs::file_size(file, missing) == tile.num_bytes)) continue;
-    const auto now = world::inspect_tile(store_folder, tile.id);
-    if (!now)
-      fail(ErrorKind::Input,
-           "{}: this tile was changed, and is damaged; remove it to have it made again, or bring a "
-           "whole one",
-           file.string());
-    if (now->content_hash != tile.content_hash)
-      changed += fmt::format("{} {}\n", tile.id.name(), now->content_hash);
+    const std::string now = edited_hash(store_folder, tile.id);
+    if (now != tile.content_hash) changed[tile.id] = now;
   }
   return changed;
 }
 
 }  // namespace
 
-bool has_edited_tiles(const fs::path& store_folder) {
+bool has_unplanned_edits(const PlannedRun& run, const fs::path& store_folder) {
+  const Edits planned = edits_from_text(run.edits);
   try {
     const auto store = world::TileStore::open(store_folder);
     const auto is_edited = [&](const world::TileInfo& tile) {
       const auto now = world::inspect_tile(store_folder, tile.id);
-      return now && now->content_hash != tile.content_hash;
+      if (!now || now->content_hash == tile.content_hash) return false;
+      const auto edit = planned.find(tile.id);
+      return edit == planned.end() || edit->second != now->content_hash;
     };
     const auto& tiles = store.manifest().tiles;
     return std::any_of(tiles.begin(), tiles.end(), is_edited);
@@ -98,17 +126,53 @@ bool has_edited_tiles(const fs::path& store_folder) {
   }
 }
 
-std::map<std::string, std::string> find_edits(const Plan& plan, const JobFolder& folder) {
-  std::map<std::string, std::string> edits;
-  for (const PlannedRun& run : plan.runs) {
-    if (!run.edits.empty()) edits[run.name] = run.edits;
-    const fs::path store = folder.world(plan.worlds[static_cast<std::size_t>(run.world)], run);
-    std::error_code missing;
-    if (!fs::exists(store / "manifest.json", missing)) continue;
-    if (const std::string changed = changed_tiles(store); !changed.empty())
-      edits[run.name] = core::content_hash(run.edits + "\n" + changed);
+std::vector<fs::path> lost_edits(const PlannedRun& run, const fs::path& store_folder) {
+  std::vector<fs::path> lost;
+  for (const auto& [id, content_hash] : edits_from_text(run.edits)) {
+    const auto now = world::inspect_tile(store_folder.parent_path(), id);
+    if (!now || now->content_hash != content_hash)
+      lost.push_back(world::tile_path(store_folder.parent_path(), id));
   }
-  return edits;
+  return lost;
+}
+
+void check_edits(const PlannedRun& run, const fs::path& store_folder) {
+  for (const fs::path& tile : lost_edits(run, store_folder))
+    fail(ErrorKind::Input,
+         "{}: this tile was edited, and is damaged, missing or another than planned; bring the "
+         "edited file back, or take up what is there with `terracast batch plan --update`, for "
+         "which a tile that is removed is made of its sources again",
+         tile.string());
+}
+
+TileEdits find_edits(const Plan& plan, const JobFolder& folder) {
+  TileEdits found;
+  std::map<std::string, Edits> of_worlds;
+  for (const PlannedRun& run : plan.runs) {
+    const std::string& world = plan.worlds[static_cast<std::size_t>(run.world)];
+    const fs::path store = folder.world(world, run);
+    Edits edits;
+    std::error_code missing;
+    for (const auto& [id, planned_hash] : edits_from_text(run.edits)) {
+      const fs::path file = world::tile_path(store.parent_path(), id);
+      if (fs::exists(file, missing))
+        edits[id] = edited_hash(store.parent_path(), id);
+      else
+        found.removed.insert(file);
+    }
+    if (fs::exists(store / "manifest.json", missing)) edits.merge(changed_tiles(store));
+    found.of_runs[run.name] = text_of(edits);
+    of_worlds[world].merge(edits);
+  }
+  for (const auto& [world, edits] : of_worlds) found.of_worlds[world] = text_of(edits);
+  // A run whose world is not tiled yet will have whatever is there.
+  for (const PlannedRun& run : plan.runs) {
+    const std::string& world = plan.worlds[static_cast<std::size_t>(run.world)];
+    std::error_code missing;
+    if (!fs::exists(folder.world(world, run) / "manifest.json", missing))
+      found.of_runs[run.name] = found.of_worlds[world];
+  }
+  return found;
 }
 
 Update carry_over(const Plan& previous, const Plan& plan, const fs::path& job) {

@@ -1,23 +1,31 @@
 #pragma once
 
-#include <map>
-#include <string>
+#include <filesystem>
+#include <vector>
 
 #include "batch/job_folder.h"
 #include "batch/plan.h"
 
 namespace terracast::batch {
 
-/// Whether a tile of a run's world is whole, but not the one that was made: somebody has edited it, and
-/// the plan does not know. False where no manifest tells.
+/// Whether a tile of a run's world is whole, but neither the one that was made nor one that the plan
+/// knows: somebody has edited it since. False where no manifest tells.
 /// cost   reads all tiles
-bool has_edited_tiles(const std::filesystem::path& store_folder);
+bool has_unplanned_edits(const PlannedRun& run, const std::filesystem::path& store_folder);
 
-/// PlannedRun::edits of a plan's runs, by name: tiles whose files were changed after the manifest of
-/// the run's world was written. They must be whole by their own checksum.
+/// Files of a run's planned edits that are damaged, missing, or others than planned. Nothing but the
+/// user can make them again.
+std::vector<std::filesystem::path> lost_edits(const PlannedRun& run,
+                                              const std::filesystem::path& store_folder);
+/// throws   Input: an edit is lost
+void check_edits(const PlannedRun& run, const std::filesystem::path& store_folder);
+
+/// The edits of a plan's runs as they stand now: those that it knows, and tiles whose files were
+/// changed after the manifest of a run's world was written. They must be whole by their own checksum.
+/// An edited tile whose file was removed is no edit any more.
 /// cost     a look at the size and time of each tile
 /// throws   Input: a tile is damaged
-std::map<std::string, std::string> find_edits(const Plan& plan, const JobFolder& folder);
+TileEdits find_edits(const Plan& plan, const JobFolder& folder);
 
 /// What an update of a plan leaves to do.
 struct Update {

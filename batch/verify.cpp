@@ -110,7 +110,7 @@ void render_sample(const Plan& plan, const JobFolder& folder, const VerifyOption
     try {
       core::with_context(render, fmt::format("rendering {} once more", name));
     } catch (const core::Error& error) {
-      if (!tells_of(error, world) || has_edited_tiles(world)) throw;
+      if (!tells_of(error, world) || has_unplanned_edits(run, world)) throw;
       // Their shard keeps whole tiles, and makes damaged ones again.
       for (const Shard& tiles : plan.of(Stage::Tile))
         if (tiles.pieces.front().run == sample.run)
@@ -172,6 +172,21 @@ void check_records(const Plan& plan, const Claims& claims, const Board& board,
     }
 }
 
+/// Edits that a run is to have, which no shard can make again.
+void check_edited_tiles(const Plan& plan, const JobFolder& folder, const Board& board,
+                        Verification& found) {
+  for (const Shard& shard : plan.of(Stage::Tile)) {
+    const PlannedRun& run = plan.runs[static_cast<std::size_t>(shard.pieces.front().run)];
+    const fs::path store = folder.world(plan.worlds[static_cast<std::size_t>(run.world)], run);
+    std::error_code ignored;
+    if (!board.is_done(shard.id) || !fs::exists(store, ignored)) continue;  // removed to save room
+    for (const fs::path& tile : lost_edits(run, store))
+      found.damaged.push_back({shard.id, tile.string(),
+                               "was edited, and is damaged, missing or another than planned; bring "
+                               "the edited file back"});
+  }
+}
+
 /// What is damaged, and all that was made from it, is done no more. What was given up may have been so
 /// for the damage.
 void reopen(const Plan& plan, Claims& claims, Verification& found) {
@@ -221,6 +236,7 @@ Verification verify(const Plan& plan, const JobFolder& folder, const VerifyOptio
   for (const Shard& shard : plan.of(Stage::Merge))
     if (board.is_done(shard.id)) check_sums(folder, checksums, shard.id, found);
   check_records(plan, claims, board, found);
+  check_edited_tiles(plan, folder, board, found);
   render_sample(plan, folder, options, claims, context, found);
   if (options.is_repaired) reopen(plan, claims, found);
   return found;

@@ -14,6 +14,7 @@
 #include "capture/frame_reader.h"
 #include "core/atomic_file.h"
 #include "core/json.h"
+#include "tests/e2e/hills_job.h"
 #include "tests/e2e/tiny_job.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
@@ -28,109 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
 using testing::IsEmpty;
-
-/// Of the cameras, which look straight down, half a metre from each other.
-constexpr int kWidth_px = 192;
-constexpr int kHeight_px = 192;
-constexpr double kFocal_px = 480.0;
-constexpr int kNumFrames = 16;
-
-/// Two flights to the east, 600 m from each other, over heights from a file; the sun is all but
-/// overhead.
-std::string job_text() {
-  return fmt::format(R"(name = "flights"
-
-[world]
-name = "hills"
-origin_lat_deg = 46.5
-origin_lon_deg = 7.5
-size_m = 3072.0
-outside = "extend"
-
-[[world.elevation]]
-kind = "raster"
-files = ["N46E007.hgt"]
-vertical_datum = "ellipsoid"
-unit = "m"
-nodata = "declared"
-licence = "CC0-1.0"
-
-[detail]
-finest_spacing_m = 1.0
-
-[[rigs]]
-name = "one"
-mount_pitch_deg = 90.0
-
-[[rigs.cameras]]
-name = "left"
-width_px = {0}
-height_px = {1}
-fx_px = {2}
-fy_px = {2}
-
-[[rigs.cameras]]
-name = "right"
-width_px = {0}
-height_px = {1}
-fx_px = {2}
-fy_px = {2}
-offset_mm = [0.0, -500.0, 0.0]
-
-[[trajectories]]
-name = "P000"
-kind = "waypoints"
-rate_hz = 1.0
-num_frames = {3}
-speed_mps = 90.0
-waypoints = [
-  {{east_m = -900.0, north_m = -300.0, height_m = 900.0, above = "ellipsoid"}},
-  {{east_m = 900.0, north_m = -300.0, height_m = 900.0, above = "ellipsoid"}},
-]
-
-[conditions]
-color_samples = 1
-sun_azimuth_deg = 180.0
-sun_elevation_deg = 89.0
-
-[tracks]
-num_points = 2000
-
-[validate]
-oracle_samples = 50
-
-[[exports]]
-format = "kitti"
-rig = "one"
-left = "left"
-right = "right"
-
-[[sweep.list]]
-keys = ["trajectories.0.waypoints.0.north_m", "trajectories.0.waypoints.1.north_m"]
-rows = [[-300.0, -300.0], [300.0, 300.0]]
-)",
-                     kWidth_px, kHeight_px, kFocal_px, kNumFrames);
-}
-
-/// Heights of a degree, 90 m apart, as SRTM has them: gentle hills about 500 m.
-/// raised_m   of the sample that is nearest to a place
-void write_heights(const fs::path& folder, double raised_m = 0.0, double lat_deg = 46.5,
-                   double lon_deg = 7.5) {
-  constexpr int kSamples = 1201;
-  const int raised_row = static_cast<int>(std::lround((47.0 - lat_deg) * (kSamples - 1)));
-  const int raised_column = static_cast<int>(std::lround((lon_deg - 7.0) * (kSamples - 1)));
-  std::string bytes;
-  for (int row = 0; row < kSamples; ++row) {
-    for (int column = 0; column < kSamples; ++column) {
-      double height_m = 500.0 + 20.0 * std::sin(0.7 * row) * std::cos(0.9 * column);
-      if (row == raised_row && column == raised_column) height_m += raised_m;
-      const auto stored = static_cast<std::uint16_t>(std::lround(height_m));
-      bytes += static_cast<char>(stored >> 8);
-      bytes += static_cast<char>(stored & 0xFF);
-    }
-  }
-  core::write_file(folder / "N46E007.hgt", bytes);
-}
 
 void run_well(const std::vector<std::string>& arguments) {
   const auto run = run_program(arguments);
@@ -208,38 +106,12 @@ std::set<std::string> showing(const std::map<std::string, fs::path>& sequences,
   return frames;
 }
 
-/// The store of a run's world.
-fs::path world_of(const fs::path& job, const std::string& run) {
-  for (const auto& key : fs::directory_iterator(job / "world"))
-    if (fs::exists(key.path() / run / "manifest.json")) return key.path() / run;
-  ADD_FAILURE() << "no world";
-  return {};
-}
-
-/// Raises the ground within a tile, as an editor of worlds would.
-void edit_tile(const fs::path& store_folder, const world::TileId& id) {
-  const auto store = world::TileStore::open(store_folder);
-  world::Tile tile = store.load(id);
-  for (int j = 0; j < world::kTileSamples; ++j)
-    for (int i = 0; i < world::kTileSamples; ++i) {
-      const int from_border = std::min({i, j, world::kTileCells - i, world::kTileCells - j});
-      tile.height_steps[world::Tile::sample(i, j)] +=
-          static_cast<int>(std::min(from_border, 8) / world::kHeightStep_m);
-    }
-  const double middle = 0.5 * (tile.lowest_z_world() + tile.highest_z_world());
-  const double moved_m = std::round(middle) - tile.center_z_m;
-  tile.center_z_m += moved_m;
-  for (std::int32_t& steps : tile.height_steps)
-    steps -= static_cast<int>(moved_m / world::kHeightStep_m);
-  world::write_tile(store_folder, tile);
-}
-
 /// A job of two flights, and what is done to it.
 class BatchUpdate : public testing::Test {
  protected:
   void SetUp() override {
-    write_heights(scratch_.path());
-    config_ = write_text(scratch_ / "flights.toml", job_text()).string();
+    write_hills(scratch_.path());
+    config_ = write_text(scratch_ / "flights.toml", hills_job_text()).string();
   }
 
   fs::path planned(const char* name, const std::vector<std::string>& more = {}) {
@@ -310,7 +182,7 @@ TEST_F(BatchUpdate, AfterAnEditOfALayerExactlyTheFramesThatSawOtherTilesAreRende
   run(job);
   const auto before = sequences_of(job);
   const fs::path world_before = world_of(job, "run0000");
-  write_heights(scratch_.path(), 4.0, 46.4973, 7.5117);
+  write_hills(scratch_.path(), 4.0, 46.4973, 7.5117);
   update(job);
   run(job);
   fs::path world_now;
