@@ -33,8 +33,8 @@ struct PlannedRun {
   std::int64_t index = 0;  ///< in the sweep
   std::string identity;    ///< RunChanges::identity
   std::string changes;     ///< what it sets, for readers
-  std::string key;     ///< hash of all in its config that its captures depend on, of the files that
-                       ///< its world names, and of `edits`
+  std::string key;     ///< run_key(): hash of all in its config that its captures depend on, of the
+                       ///< files that its world and flights name, and of `edits`
   std::string edits;   ///< tiles that were changed in place and the hashes of their files, a line
                        ///< each: "3/-1/0 HASH"; empty: none was
   std::string checks;  ///< hash of how its exports are checked

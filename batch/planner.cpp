@@ -4,6 +4,7 @@
 #include <set>
 
 #include "batch/plan.h"
+#include "batch/run_files.h"
 #include "core/hash.h"
 #include "core/progress.h"
 #include "core/schema_writer.h"
@@ -66,8 +67,9 @@ class RunPlanner {
                               .substr(0, 12)});
     }
     const std::string& world = worlds_[static_cast<std::size_t>(run.world)];
-    const auto key_with = [&, captures = job::toml_of_captures(config)](const std::string& edits) {
-      return core::content_hash(world + edits + captures);
+    const auto key_with = [&](const std::string& edits) {
+      return run_key(world, edits, config,
+                     [this](const fs::path& file) { return hash_of_file(file); });
     };
     // A run that is as it was has the tiles that it had; another may have any.
     const auto before = previous_runs_.find(run.name);
@@ -125,15 +127,10 @@ class RunPlanner {
     return known->second;
   }
 
-  /// Of a source that is a plain file; folders and members of archives go by their name.
   const std::string& hash_of_file(const fs::path& file) {
     const auto known = file_hashes_.find(file);
     if (known != file_hashes_.end()) return known->second;
-    std::error_code ignored;
-    return file_hashes_
-        .emplace(file, fs::is_regular_file(file, ignored) ? core::content_hash_of_file(file)
-                                                          : "\n" + file.string())
-        .first->second;
+    return file_hashes_.emplace(file, hash_of_path(file)).first->second;
   }
 
   /// Entries that state their frames need no ground to count them.

@@ -7,6 +7,7 @@
 #include "batch/checksums.h"
 #include "batch/dataset/sequence_summary.h"
 #include "batch/merge.h"
+#include "batch/run_files.h"
 #include "batch/update.h"
 #include "core/atomic_file.h"
 #include "job/stages.h"
@@ -88,6 +89,7 @@ struct ShardWork::Impl {
 
   /// What the data held when the plan was made decides how work was cut.
   void check_sequences(int run) const {
+    check_flight_files(run_of(run), world_of(run), config_of(run));
     const std::vector<PlannedSequence>& planned = run_of(run).sequences;
     bool is_same = planned.size() == opened_job->sequences.size();
     for (std::size_t i = 0; is_same && i < planned.size(); ++i)

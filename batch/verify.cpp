@@ -6,6 +6,7 @@
 
 #include "batch/board.h"
 #include "batch/merge.h"
+#include "batch/run_files.h"
 #include "batch/update.h"
 #include "capture/frame_writer.h"
 #include "capture/manifest.h"
@@ -93,7 +94,9 @@ void render_sample(const Plan& plan, const JobFolder& folder, const VerifyOption
     const capture::FrameSelection frame{.first = sample.frame, .end = sample.frame + 1};
     const Attempt attempt(folder);
     const auto render = [&] {
-      const job::Job job = job::prepare_job(description.run_config(run.index), context);
+      const job::RunConfig config = description.run_config(run.index);
+      const job::Job job = job::prepare_job(config, context);
+      check_flight_files(run, plan.worlds[static_cast<std::size_t>(run.world)], config);
       const auto& flight = job.sequences.at(static_cast<std::size_t>(sample.sequence));
       const auto store = world::TileStore::open(world);
       job::render_sequence(job, flight, store, frame, attempt.folder(), context);
