@@ -98,7 +98,8 @@ struct Plan {
 };
 
 /// previous  of the same job, whose runs keep their names; null for a new one
-/// cost      0.2 ms a run that states its num_frames; of others the flight is laid out
+/// cost      0.2 ms a run that states its num_frames; of others the flight is laid out;
+///           of worlds whose sources are no plain files the square is read, once each
 /// throws    as reading each run's config; Config: two runs are the same
 Plan make_plan(const Description& description, const PlanOptions& options, const Plan* previous,
                const core::Context& context);

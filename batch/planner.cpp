@@ -10,6 +10,7 @@
 #include "core/schema_writer.h"
 #include "job/job.h"
 #include "render/rig.h"
+#include "tiler/surface.h"
 
 namespace terracast::batch {
 namespace {
@@ -23,6 +24,12 @@ constexpr double kLeastShard_s = 60.0;
 constexpr double kLongestShard_s = 900.0;
 /// A shard that is so full takes no piece of another sequence, whose start costs more.
 constexpr double kFull = 0.85;
+
+/// Whether all that a source holds stands in the one file; a VRT names others.
+bool is_plain_file(const fs::path& file) {
+  std::error_code ignored;
+  return fs::is_regular_file(file, ignored) && file.extension() != ".vrt";
+}
 
 /// Lays out the runs of a description one by one; what several share is looked into once.
 class RunPlanner {
@@ -116,15 +123,38 @@ class RunPlanner {
 
   int world_of(const tiler::WorldOptions& options) {
     std::string text = core::toml_text(options);
+    std::string others;
+    const auto add = [&](const core::Path& file) {
+      if (is_plain_file(file.resolved))
+        text += hash_of_file(file.resolved);
+      else
+        others += "\n" + file.resolved.string();
+    };
     for (const auto& source : options.elevation) {
-      for (const core::Path& file : source.files) text += hash_of_file(file.resolved);
-      if (!source.datum_grid.empty()) text += hash_of_file(source.datum_grid.resolved);
+      for (const core::Path& file : source.files) add(file);
+      if (!source.datum_grid.empty()) add(source.datum_grid);
     }
+    if (!others.empty()) text += surface_hash(text + others, options);
     const std::string key = core::content_hash(text).substr(0, 12);
     const auto [known, is_new] =
         world_indices_.emplace(key, static_cast<int>(world_indices_.size()));
     if (is_new) worlds_.push_back(key);
     return known->second;
+  }
+
+  /// Of a world, some of whose sources are folders, members of archives or lists of other files: what
+  /// they hold is found by reading the world's square.
+  /// sources   tells worlds apart; it stands for sources that cannot be read, as their shards will say
+  const std::string& surface_hash(const std::string& sources, const tiler::WorldOptions& options) {
+    const auto known = surface_hashes_.find(sources);
+    if (known != surface_hashes_.end()) return known->second;
+    std::string hash = sources;
+    try {
+      hash = tiler::WorldSurface::prepare(options, context_)->input_hash();
+    } catch (const core::Error& error) {
+      if (error.kind() == ErrorKind::Interrupted || error.kind() == ErrorKind::Internal) throw;
+    }
+    return surface_hashes_.emplace(sources, std::move(hash)).first->second;
   }
 
   const std::string& hash_of_file(const fs::path& file) {
@@ -165,6 +195,7 @@ class RunPlanner {
   std::vector<std::string> worlds_;
   std::map<std::string, int> world_indices_;
   std::map<fs::path, std::string> file_hashes_;
+  std::map<std::string, std::string> surface_hashes_;  ///< by surface_hash()'s sources
   std::map<std::string, std::vector<PlannedSequence>> laid_out_;
 };
 
