@@ -85,6 +85,7 @@ class Pool {
         fmt::to_string(options_.num_threads > 0 ? options_.num_threads
                                                 : std::max(1, cores / options_.num_workers)));
     return words;
+    if (own.has_needs) words.emplace_back("--needs");
   }
 
   void start(Worker& worker) {

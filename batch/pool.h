@@ -12,7 +12,7 @@ struct PoolOptions {
   std::filesystem::path program;  ///< terracast
   int num_workers = 2;
   int num_threads = 0;  ///< of each; 0: the machine's cores divided among them
-  WorkerOptions worker;
+  WorkerOptions worker;  ///< `only` is for one process, and none of a pool's
 };
 
 /// Runs workers until nothing is left to do, and tells how far they are. What each says goes to

@@ -340,10 +340,10 @@ void add_run(CLI::App& batch, BatchArguments& args, int& status) {
   auto* run = batch.add_subcommand(
       "run", "Work on a job until it is done; any number may, on any machines, at any time.");
   add_job(*run, args);
-  run->add_option("--jobs", args.num_jobs,
-                  "Processes on this machine, which share its cores unless --threads says "
-                  "otherwise.")
-      ->check(CLI::Range(1, 4096));
+  auto* jobs = run->add_option("--jobs", args.num_jobs,
+                               "Processes on this machine, which share its cores unless --threads "
+                               "says otherwise.")
+                   ->check(CLI::Range(1, 4096));
   run->add_option("--shard", args.shard,
                   "Only part INDEX of COUNT of each stage; counted from 0. Left out in a task of a "
                   "Slurm, SGE, PBS or Kubernetes array: the task's.")
@@ -359,7 +359,8 @@ void add_run(CLI::App& batch, BatchArguments& args, int& status) {
   run->add_flag("--needs", args.has_needs,
                 "Also what those shards need of others and nobody has done.");
   run->add_option("--only", args.only, "Only this shard, as render/12, failed or not.")
-      ->type_name("STAGE/INDEX");
+      ->type_name("STAGE/INDEX")
+      ->excludes(jobs);
   run->add_option("--worker", args.worker,
                   "Begin with part INDEX of COUNT, then go on with others.")
       ->type_name("INDEX/COUNT")

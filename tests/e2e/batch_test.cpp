@@ -176,6 +176,25 @@ std::set<int> workers_of(const fs::path& job) {
   return workers;
 }
 
+TEST(Batch, APoolDoesWhatItsPartNeedsOfOthers) {
+  const ScratchFolder scratch;
+  const fs::path job = planned(scratch, "job");
+  const auto both =
+      run_program({"batch", "run", job.string(), "--jobs", "2", "--only", "tile/0", "-q"});
+  EXPECT_EQ(both.status, 2) << both.output;
+  EXPECT_THAT(both.output, HasSubstr("--jobs excludes --only"));
+  EXPECT_EQ(status_of(job).at("stages").at("tile").at("done").integer(), 0);
+
+  // Nobody does the other parts.
+  const auto part =
+      run_program({"batch", "run", job.string(), "--jobs", "2", "--shard", "1/2", "-q"});
+  EXPECT_EQ(part.status, 0) << part.output;
+  const auto merge = run_program(
+      {"batch", "run", job.string(), "--jobs", "2", "--stage", "merge", "--needs", "-q"});
+  EXPECT_EQ(merge.status, 0) << merge.output;
+  EXPECT_TRUE(status_of(job).at("complete").boolean());
+}
+
 TEST(Batch, AWorkerOfAPoolThatIsKilledIsReplaced) {
   const ScratchFolder scratch;
   const fs::path job = planned(scratch, "job");
