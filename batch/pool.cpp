@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <thread>
 
 #include "batch/board.h"
@@ -28,6 +30,14 @@ constexpr std::chrono::seconds kReport{30};
 constexpr std::chrono::seconds kPatience{600};
 /// Workers that crash are replaced so often, all together.
 constexpr int kMaxReplacements = 100;
+
+/// What a worker failed of, by its exit status.
+ErrorKind kind_of_exit_status(int status) {
+  for (const ErrorKind kind :
+       {ErrorKind::Usage, ErrorKind::Input, ErrorKind::Io, ErrorKind::Interrupted})
+    if (core::exit_status(kind) == status) return kind;
+  return ErrorKind::Internal;
+}
 
 class Pool {
  public:
@@ -75,6 +85,7 @@ class Pool {
     for (const Stage stage : own.stages) stages.emplace_back(stage_name(stage));
     add("--stage", fmt::format("{}", fmt::join(stages, ",")));
     if (own.is_part_only) add("--shard", fmt::format("{}/{}", own.part_index, own.part_count));
+    if (own.has_needs) words.emplace_back("--needs");
     if (own.is_retry) words.emplace_back("--retry");
     if (own.quota_bytes != std::numeric_limits<double>::infinity())
       add("--quota", fmt::format("{:.0f}", own.quota_bytes));
@@ -85,7 +96,6 @@ class Pool {
         fmt::to_string(options_.num_threads > 0 ? options_.num_threads
                                                 : std::max(1, cores / options_.num_workers)));
     return words;
-    if (own.has_needs) words.emplace_back("--needs");
   }
 
   void start(Worker& worker) {
@@ -138,16 +148,32 @@ class Pool {
                              : "");
   }
 
-  WorkerOutcome outcome() const {
+  /// Fails as the first worker that did; one that only wants to be run again goes before the others.
+  void fail_as_workers() const {
+    const int interrupted = core::exit_status(ErrorKind::Interrupted);
+    const Worker* failed = nullptr;
     for (const Worker& worker : workers_)
-      if (worker.status > 1) {
-        const std::string log = core::read_text_file(log_of(worker));
-        const std::size_t last = log.rfind("error: ");
-        fail(
-            worker.status == core::exit_status(ErrorKind::Io) ? ErrorKind::Io : ErrorKind::Internal,
-            "worker {} ended with status {}: {}", worker.number, worker.status,
-            last == std::string::npos ? log_of(worker).string() : log.substr(last + 7));
-      }
+      if (worker.status > 1 &&
+          (failed == nullptr || (worker.status == interrupted && failed->status != interrupted)))
+        failed = &worker;
+    if (failed == nullptr) return;
+    fail(kind_of_exit_status(failed->status), "worker {} ended with status {}: {}", failed->number,
+         failed->status, last_words_of(*failed));
+  }
+
+  /// Its error, or the line that says why it stopped; where there is neither, where its log is.
+  std::string last_words_of(const Worker& worker) const {
+    constexpr std::string_view kError = "error: ";
+    std::string log = core::read_text_file(log_of(worker));
+    while (log.ends_with('\n')) log.pop_back();
+    const bool is_interrupted = worker.status == core::exit_status(ErrorKind::Interrupted);
+    const std::size_t mark = log.rfind(is_interrupted ? "\n" : kError);
+    if (is_interrupted) return log.substr(mark == std::string::npos ? 0 : mark + 1);
+    return mark == std::string::npos ? log_of(worker).string() : log.substr(mark + kError.size());
+  }
+
+  WorkerOutcome outcome() const {
+    fail_as_workers();
     const Status status = status_of(plan_, folder_, options_.worker.claims);
     WorkerOutcome outcome;
     const bool is_left = std::any_of(workers_.begin(), workers_.end(),

@@ -12,6 +12,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/json.h"
+#include "tests/e2e/started_program.h"
 #include "tests/e2e/tiny_batch.h"
 #include "tests/support/folder_compare.h"
 #include "tests/support/run_program.h"
@@ -216,6 +217,38 @@ TEST(Batch, AWorkerOfAPoolThatIsKilledIsReplaced) {
   EXPECT_TRUE(status_of(job).at("complete").boolean());
   EXPECT_EQ(check_sums(job), 0);
   EXPECT_TRUE(fs::is_empty(job / "attempts"));
+}
+
+TEST(Batch, WorkersThatMeetANewerPlanEndAndTheNextGoOnWithIt) {
+  const ScratchFolder scratch;
+  const fs::path job = planned(scratch, "job");
+  const auto plan = [&](const fs::path& folder, const std::string& how) {
+    const auto planned =
+        run_program({"batch", "plan", (scratch / "batch.toml").string(), "--out", folder.string(),
+                     "--set", "conditions.color_samples=2", how, "-q"});
+    EXPECT_EQ(planned.status, 0) << planned.output;
+  };
+  StartedProgram pool(TERRACAST_PROGRAM,
+                      {"batch", "run", job.string(), "--jobs", "2", "--threads", "1", "-q"}, {},
+                      scratch / "pool.log");
+  // Whoever has a first shard rests until the plan is there.
+  std::set<int> workers;
+  while (!pool.has_ended() && (workers = workers_of(job)).empty())
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  for (const int worker : workers) ::kill(worker, SIGSTOP);
+  plan(job, "--update");
+  for (const int worker : workers) ::kill(worker, SIGCONT);
+  while (!pool.has_ended()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(pool.status(), 75) << pool.output();
+  EXPECT_THAT(pool.output(), HasSubstr("there is a newer plan; run the same command again"));
+  EXPECT_FALSE(fs::exists(job / "dataset/SHA256SUMS"));
+
+  const auto run = run_program({"batch", "run", job.string(), "-q"});
+  ASSERT_EQ(run.status, 0) << run.output;
+  const fs::path fresh = scratch / "fresh";
+  plan(fresh, "--shard-minutes=0.002");
+  ASSERT_EQ(run_program({"batch", "run", fresh.string(), "-q"}).status, 0);
+  EXPECT_EQ(checksums_of(job), checksums_of(fresh));
 }
 
 TEST(Batch, AShardThatCannotBeDoneIsGivenUpAndTheRestGoesOn) {
