@@ -185,7 +185,8 @@ void requeue(const core::Log& log) {
     log.warn("--requeue: this is no task of Slurm's; run the same command again to go on");
     return;
   }
-  core::forget_stop();  // the program that is run next is to end by itself
+  // The program that is run next is to end by itself, unless this task was cancelled meanwhile.
+  if (!core::forget_stop_signal(kWarningSignal)) return;
   const core::ProgramEnd end = core::run_program(*program, {"requeue", *job}, "/dev/stderr");
   if (!end.is_success()) log.warn("scontrol requeue {} {}", *job, end.text());
 }

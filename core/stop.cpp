@@ -17,7 +17,13 @@ constexpr int kProgram = -1;
 std::atomic<int> asked_by = kNobody;
 static_assert(std::atomic<int>::is_always_lock_free);
 
-extern "C" void ask_by_signal(int number) { asked_by.store(number, std::memory_order_relaxed); }
+/// Who is to end stays so, whatever else asks.
+extern "C" void ask_by_signal(int number) {
+  int before = asked_by.load(std::memory_order_relaxed);
+  while (before != SIGTERM && before != SIGINT &&
+         !asked_by.compare_exchange_weak(before, number, std::memory_order_relaxed)) {
+  }
+}
 
 void catch_signal(int number, int flags) {
   struct sigaction before {};
@@ -49,6 +55,10 @@ void throw_if_stop_asked() {
 }
 
 void ask_to_stop() { asked_by.store(kProgram, std::memory_order_relaxed); }
+
+bool forget_stop_signal(int number) {
+  return asked_by.compare_exchange_strong(number, kNobody, std::memory_order_relaxed);
+}
 
 void forget_stop() { asked_by.store(kNobody, std::memory_order_relaxed); }
 

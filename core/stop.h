@@ -9,7 +9,8 @@ void catch_stop_signals();
 /// The same for another signal that a process is asked to take so.
 void catch_stop_signal(int number);
 
-/// The signal that asked last; 0: none has, or the program itself asked.
+/// The signal that asked: SIGTERM or SIGINT, the first of them, or else the last; 0: none has, or the
+/// program itself asked.
 int stop_signal();
 
 /// Whether a stop was asked for: by a signal, or by ask_to_stop. Costs a load from memory. Threads:
@@ -24,7 +25,11 @@ void throw_if_stop_asked();
 /// Asks as a signal does.
 void ask_to_stop();
 
-/// Takes the asking back, for tests: a process that was asked to stop ends.
+/// Takes back what a signal asked, for a last step of a process that ends.
+/// returns   whether it was this one that asked, so that nobody asks any more
+bool forget_stop_signal(int number);
+
+/// Takes the asking back, whoever asked: for tests.
 void forget_stop();
 
 }  // namespace terracast::core

@@ -71,6 +71,27 @@ TEST(StopDeathTest, AnotherSignalAsksWhereItIsCaughtAndTheLastOneIsTold) {
       testing::KilledBySignal(SIGUSR1), "");
 }
 
+TEST(StopDeathTest, WhoIsToEndStaysSoWhateverAsksLater) {
+  for (const int number : {SIGTERM, SIGINT}) {
+    EXPECT_EXIT(
+        {
+          catch_stop_signals();
+          catch_stop_signal(SIGUSR1);
+          ::raise(number);
+          ::raise(SIGUSR1);
+          ::_exit(stop_signal() == number && !forget_stop_signal(SIGUSR1) && stop_asked() ? 0 : 1);
+        },
+        testing::ExitedWithCode(0), "");
+  }
+  EXPECT_EXIT(
+      {
+        catch_stop_signal(SIGUSR1);
+        ::raise(SIGUSR1);
+        ::_exit(forget_stop_signal(SIGUSR1) && !stop_asked() ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
+}
+
 TEST(StopTest, AskingThrowsUntilItIsTakenBack) {
   EXPECT_FALSE(stop_asked());
   EXPECT_NO_THROW(throw_if_stop_asked());
