@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 using core::ErrorKind;
 using core::fail;
 
-/// An attempt of another machine may be at work for as long as its shard takes.
+/// An attempt of another machine may be at work for as long as something is written in it.
 constexpr std::chrono::hours kForeignLifetime{24};
 /// A twin may put its own in place between our two renames; it does so once.
 constexpr int kMaxRenames = 8;
@@ -72,6 +72,23 @@ bool tells_of(const core::Error& error, const fs::path& folder) {
          std::string_view(error.what()).find(folder.string()) != std::string_view::npos;
 }
 
+namespace {
+
+/// When something was last made in a folder or below it: of one that is written to, a moment ago.
+fs::file_time_type last_change(const fs::path& folder) {
+  std::error_code gone;
+  fs::file_time_type last = fs::last_write_time(folder, gone);
+  for (fs::recursive_directory_iterator entry(folder, gone); !gone && entry != end(entry);
+       entry.increment(gone)) {
+    std::error_code gone_too;
+    const auto changed = entry->last_write_time(gone_too);
+    if (!gone_too) last = std::max(last, changed);
+  }
+  return last;
+}
+
+}  // namespace
+
 void remove_ended_attempts(const JobFolder& job) {
   // Clocks of machines differ; a folder that is made now has the file system's time.
   const auto now = [&job] {
@@ -84,8 +101,9 @@ void remove_ended_attempts(const JobFolder& job) {
     const core::ProcessState state = core::process_state(name.substr(0, name.rfind('-')));
     if (state == core::ProcessState::Lives) continue;
     std::error_code ignored;
-    const auto changed = fs::last_write_time(entry.path(), ignored);
-    if (state == core::ProcessState::Elsewhere && now() - changed < kForeignLifetime) continue;
+    if (state == core::ProcessState::Elsewhere &&
+        now() - last_change(entry.path()) < kForeignLifetime)
+      continue;
     fs::remove_all(entry.path(), ignored);
   }
 }

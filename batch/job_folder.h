@@ -85,7 +85,7 @@ class Attempt {
 bool tells_of(const core::Error& error, const std::filesystem::path& folder);
 
 /// Removes the attempts of processes that have ended, and of other machines' when they are older
-/// than a day by the file system's time.
+/// than a day by the file system's time and nothing was written in them since.
 void remove_ended_attempts(const JobFolder& job);
 
 }  // namespace terracast::batch

@@ -101,11 +101,15 @@ TEST(Attempt, ThoseOfEndedProcessesAreRemovedAndOtherMachinesAreGivenADay) {
   const fs::path young = job.attempts() / "01234567-1-5-0123456789abcdef";
   const fs::path old = job.attempts() / "01234567-2-5-0123456789abcdef";
   for (const fs::path& foreign : {young, old}) fs::create_directories(foreign);
-  fs::last_write_time(old, fs::last_write_time(young) - std::chrono::hours(25));
+  // A shard that takes long: its folder is old, but something is made in it.
+  const fs::path busy = job.attempts() / "01234567-3-5-0123456789abcdef";
+  core::write_file(busy / "colmap/images/0001.png", "x");
+  for (const fs::path& foreign : {old, busy})
+    fs::last_write_time(foreign, fs::last_write_time(young) - std::chrono::hours(25));
   remove_ended_attempts(job);
   std::vector<fs::path> left;
   for (const auto& entry : fs::directory_iterator(job.attempts())) left.push_back(entry.path());
-  EXPECT_THAT(left, testing::UnorderedElementsAre(living.folder(), young));
+  EXPECT_THAT(left, testing::UnorderedElementsAre(living.folder(), young, busy));
 }
 
 }  // namespace
