@@ -87,6 +87,7 @@ class Worker {
     outcome_.num_left = 0;
     for (const ShardId& shard : mine()) outcome_.num_left += board_.is_done(shard) ? 0 : 1;
     outcome_.poisoned.assign(poisoned_.begin(), poisoned_.end());
+    if (!options_.is_part_only) outcome_.num_checks_failed = count_failed_checks();
     for (const Claims::Tried& tried : claims_.tried())
       if (poisoned_.contains(tried.shard))
         context_.log.warn("shard {} was given up: {}", tried.shard.text(), tried.last_error());
@@ -100,6 +101,23 @@ class Worker {
     Waiting,   ///< for what others hold
     Finished,  ///< nothing is left, or nothing that could still be done
   };
+
+  /// In all reports that there are, whoever made them. A task of an array tells of its own alone: so
+  /// many would read all records.
+  int count_failed_checks() const {
+    int count = 0;
+    for (const Shard& shard : plan_.of(Stage::Validate)) {
+      if (!board_.is_done(shard.id)) continue;
+      try {
+        count += static_cast<int>(claims_.record(shard.id).at("checks_failed").integer());
+      } catch (const core::Error& error) {
+        if (error.kind() != ErrorKind::Input && error.kind() != ErrorKind::Io) throw;
+        context_.log.warn("{}; `terracast batch verify {} --repair` has its shard done again",
+                          error.what(), folder_.root.string());
+      }
+    }
+    return count;
+  }
 
   /// Removes what processes that have ended left behind.
   void clear_up() {
@@ -231,6 +249,10 @@ class Worker {
            missing.front().text(), missing.size());
     auto claimed = claims_.claim(id, true);
     auto* claim = std::get_if<Claim>(&claimed);
+    if (claim == nullptr && std::get<Claims::Standing>(claimed) == Claims::Standing::Done) {
+      context_.log.info("shard {} is done meanwhile", id.text());
+      return;
+    }
     if (claim == nullptr)
       fail(ErrorKind::Usage, "shard {} is being worked on by another process", id.text());
     work_on(std::move(*claim));

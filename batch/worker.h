@@ -31,7 +31,7 @@ struct WorkerOutcome {
   int num_done = 0;               ///< by this worker
   std::vector<ShardId> poisoned;  ///< failed too often
   std::int64_t num_left = 0;      ///< shards of its stages and part that are not done
-  int num_checks_failed = 0;      ///< of the datasets that it validated
+  int num_checks_failed = 0;  ///< of all datasets, whoever validated them; with a part: of its own
   bool is_over_quota = false;
 };
 

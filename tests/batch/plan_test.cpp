@@ -12,6 +12,7 @@
 
 #include "batch/board.h"
 #include "batch/update.h"
+#include "batch/worker.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/random.h"
@@ -287,6 +288,28 @@ TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {
   EXPECT_THAT(open_stages("exports.2.depth=false"), ElementsAre("export", "validate", "merge"));
   EXPECT_THAT(open_stages("conditions.visibility_km=30"),
               ElementsAre("tile", "render", "export", "validate", "merge"));
+}
+
+TEST(Worker, ThatFindsAllDoneTellsOfTheChecksThatFailedBefore) {
+  const test::ScratchFolder folder;
+  const Plan plan = plan_of("[[sweep.product]]\nkey = \"world.seed\"\nvalues = [1, 2]\n");
+  write_plan(plan, folder.path());
+  const JobFolder job{folder.path(), 1};
+  {
+    Claims claims(job.state(), {});
+    for (const Stage stage : kStages)
+      for (const Shard& shard : plan.of(stage)) {
+        const int num_failed = stage == Stage::Validate ? 1 + shard.id.index : 0;
+        claims.set_done(shard.id, core::Json::object().set("checks_failed", num_failed));
+      }
+  }
+  const auto num_reports = static_cast<int>(plan.of(Stage::Validate).size());
+  ASSERT_GE(num_reports, 2);
+  const core::Log log("test", core::LogLevel::Off);
+  const auto outcome = run_worker(plan, job, {}, {.log = log, .num_threads = 1});
+  EXPECT_EQ(outcome.num_done, 0);
+  EXPECT_EQ(outcome.num_left, 0);
+  EXPECT_EQ(outcome.num_checks_failed, num_reports * (num_reports + 1) / 2);
 }
 
 TEST(Update, OneProcessAtATimeMayBringANewerPlan) {

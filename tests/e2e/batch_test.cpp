@@ -169,7 +169,8 @@ std::set<int> workers_of(const fs::path& job) {
       continue;
     try {
       const std::string process = core::Json::read(entry.path()).at("process").string();
-      workers.insert(std::stoi(process.substr(process.find('-') + 1)));
+      const int number = std::stoi(process.substr(process.find('-') + 1));
+      if (::kill(number, 0) == 0) workers.insert(number);  // claims of the dead stay for a while
     } catch (const core::Error&) {
       // Taken back while it was read.
     }
