@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::size_t kSlowestShown = 3;
 constexpr std::size_t kFailuresShown = 10;
+/// What takes so much more than its like is worth a look.
+constexpr double kSlow = 1.5;
 
 std::int64_t num_failures(const Claims::Tried& tried) {
   return std::count_if(tried.ends.begin(), tried.ends.end(),
@@ -135,6 +137,12 @@ std::string status_text(const Status& status, const std::string& job) {
   } else if (status.left_s >= 0.0) {
     text += fmt::format("{:.2f} frames/s, about {} left\n", status.frames_per_s,
                         core::duration_text(status.left_s));
+  } else if (std::any_of(status.stages.begin(), status.stages.end(),
+                         [](const auto& stage) { return stage.num_held > 0; })) {
+    text += "at work; the time that is left shows when a shard is done\n";
+  } else if (std::any_of(status.tried.begin(), status.tried.end(),
+                         [](const Claims::Tried& tried) { return tried.is_poisoned; })) {
+    text += fmt::format("nobody is at work; `terracast batch run {} --retry` goes on\n", job);
   } else {
     text += fmt::format("nobody is at work; `terracast batch run {}` goes on\n", job);
   }
@@ -153,7 +161,7 @@ std::string status_text(const Status& status, const std::string& job) {
   if (num_shown > kFailuresShown)
     text += fmt::format("and {} more; --json lists all\n", num_shown - kFailuresShown);
   for (const Status::Slow& slow : status.slowest)
-    if (slow.wall_s >= 1.0)
+    if (slow.wall_s >= 1.0 && slow.factor >= kSlow)
       text += fmt::format("slow: {} took {}, {:.1f} times the CPU time of its like\n",
                           slow.shard.text(), core::duration_text(slow.wall_s), slow.factor);
   return text;
