@@ -41,6 +41,7 @@ std::vector<SequenceSummary> summaries(const Plan& plan, const JobFolder& folder
     for (const PlannedSequence& sequence : run.sequences) {
       const fs::path file = folder.summary(run, sequence.name);
       all.push_back(summary_from_json(core::Json::read(file), file.string()));
+      all.back().facts.swept = run.changes;
       for (const PlannedFormat& format : run.formats)
         all.back().facts.formats.push_back(format.name);
     }

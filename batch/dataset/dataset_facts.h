@@ -67,6 +67,7 @@ struct CameraFacts {
 struct SequenceFacts {
   std::string run;
   std::string sequence;
+  std::string swept;  ///< the keys that the sweep gave its run: "world.seed = 4, …"
   Split split = Split::Train;
   int group = 0;  ///< of SplitAssignment::groups
   std::string world;
@@ -92,7 +93,7 @@ struct SequenceFacts {
   std::int64_t num_images() const { return std::int64_t{num_frames} * num_cameras; }
 };
 
-/// What the capture of a sequence tells: all but split, group, formats and ground.
+/// What the capture of a sequence tells: all but split, group, formats, ground and what was swept.
 SequenceFacts sequence_facts(const std::string& run, const capture::SequenceReader& sequence);
 
 /// The cameras of a sequence.

@@ -25,6 +25,8 @@ constexpr std::array kFields = {
                [](const SequenceFacts& s) { return Json(printable(s.run)); }},
     IndexField{"sequence", "sc:Text", false, "Its name in the run.",
                [](const SequenceFacts& s) { return Json(printable(s.sequence)); }},
+    IndexField{"swept", "sc:Text", false, "The keys of the config that the sweep gave its run.",
+               [](const SequenceFacts& s) { return Json(printable(s.swept)); }},
     IndexField{"split", "sc:Text", false, "train, val or test.",
                [](const SequenceFacts& s) { return Json(split_name(s.split)); }},
     IndexField{"group", "sc:Integer", false,

@@ -32,6 +32,7 @@ TEST(Index, HasALineForEachSequenceById) {
   ASSERT_EQ(lines.size(), 3U);
   EXPECT_EQ(lines[0].at("id").string(), "run0/north");
   EXPECT_EQ(lines[1].at("id").string(), "run0/south");
+  EXPECT_THAT(lines[1].at("swept").string(), testing::StartsWith("world.name = \""));
   EXPECT_EQ(lines[2].at("id").string(), "run1/coast");
   EXPECT_EQ(lines[1].at("split").string(), "test");
   EXPECT_THAT(lines[1].at("formats").strings(), ElementsAre("colmap", "kitti"));

@@ -31,6 +31,7 @@ DatasetFacts sample_facts() {
     one.formats = {"kitti", "colmap"};
     one.num_frames = 400;
     one.num_cameras = 3;
+    one.swept = std::string("world.name = \"") + world + "\"";
     one.utc_start = "2025-06-21T10:00:00Z";
     one.duration_s = 39.9;
     one.track_length_m = 1500.5;
