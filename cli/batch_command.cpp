@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -301,6 +302,14 @@ void add_threads(CLI::App& command, BatchArguments& args) {
   command.add_flag("-q,--quiet", args.quiet, "Say only what changes the data or fails.");
 }
 
+/// "500GB", "1.5 TB", "64MiB" or a number of bytes, as a number of bytes.
+CLI::AsNumberWithUnit bytes_with_unit() {
+  const std::map<std::string, double> units = {{"b", 1.0},      {"kb", 1e3},     {"mb", 1e6},
+                                               {"gb", 1e9},     {"tb", 1e12},    {"kib", 0x1p10},
+                                               {"mib", 0x1p20}, {"gib", 0x1p30}, {"tib", 0x1p40}};
+  return CLI::AsNumberWithUnit(units, CLI::AsNumberWithUnit::CASE_INSENSITIVE, "SIZE");
+}
+
 void add_lease(CLI::App& command, BatchArguments& args) {
   command
       .add_option("--lease-s", args.lease_s,
@@ -369,7 +378,7 @@ void add_run(CLI::App& batch, BatchArguments& args, int& status) {
   run->add_flag("--retry", args.is_retry, "Try again what was given up.");
   run->add_option("--quota", args.quota_bytes,
                   "Stop before the job takes more disk than this, as 500GB.")
-      ->transform(CLI::AsSizeValue(true));
+      ->transform(bytes_with_unit());
   run->add_flag("--requeue", args.is_requeued,
                 "When SIGUSR1 warns that its time is nearly up, put this Slurm task back into the "
                 "queue.");
@@ -387,7 +396,7 @@ void add_submit(CLI::App& batch, BatchArguments& args, int& status) {
   submit->add_option("--partition", slurm.partition, "Slurm's partition.");
   submit->add_option("--cpus", slurm.num_cpus, "Cores of a task: 1.")->check(CLI::Range(1, 1024));
   submit->add_option("--memory", slurm.memory_bytes, "Of a task; left out: by the plan.")
-      ->transform(CLI::AsSizeValue(true));
+      ->transform(bytes_with_unit());
   submit
       ->add_option("--task-minutes", slurm.task_min,
                    "What a task shall take: shards are bundled to it: 30.")

@@ -290,7 +290,7 @@ TEST(Batch, AShardThatCannotBeDoneIsGivenUpAndTheRestGoesOn) {
 TEST(Batch, AQuotaStopsItCleanly) {
   const ScratchFolder scratch;
   const fs::path job = planned(scratch, "job");
-  const auto stopped = run_program({"batch", "run", job.string(), "--quota", "10MB", "-q"});
+  const auto stopped = run_program({"batch", "run", job.string(), "--quota", "0.01GB", "-q"});
   EXPECT_EQ(stopped.status, 4) << stopped.output;
   EXPECT_THAT(stopped.output, HasSubstr("quota"));
   EXPECT_LE(status_of(job).at("bytes").number(), 10e6);
