@@ -63,8 +63,9 @@ class Claim {
 ///     claims/render/000012.1.end         how it ended
 ///
 /// A claim is made by link(), which fails where the name exists: of several workers one gets it. The
-/// next try takes the next number, so that no name is ever used again and a claim cannot be taken
-/// from somebody who has just taken it. Ages are differences of times that the file system gave: clocks
+/// next try takes the next number: while a shard is open no name is used again, and a claim cannot be
+/// taken from somebody who has just taken it. After a shard was done and opened again numbers begin
+/// anew; who slept through that may do it twice, to the same bytes. Ages are differences of times that the file system gave: clocks
 /// of machines play no part. A claim that does not change for a lease while somebody watches is lost
 /// too, whatever its time of change says.
 /// threads   safe

@@ -70,10 +70,7 @@ class Worker {
     auto wait = kFirstWait;
     while (true) {
       core::throw_if_stop_asked();
-      if (has_newer_plan(folder_.root, plan_.revision))
-        fail(ErrorKind::Interrupted,
-             "{}: there is a newer plan; run the same command again to go on with it",
-             folder_.root.string());
+      throw_if_outdated(folder_.root, plan_.revision);
       const Turn turn = take_turn();
       if (turn == Turn::Worked && !last_error_) {
         wait = kFirstWait;

@@ -47,11 +47,6 @@ num_frames = 3
 )");
 }
 
-ProgramResult plan(const fs::path& config, const fs::path& job, bool is_update = false) {
-  std::vector<std::string> arguments = {"batch", "plan", config.string(), "--out", job.string()};
-  if (is_update) arguments.emplace_back("--update");
-  return run_program(arguments);
-}
 ProgramResult run(const fs::path& job) {
   return run_program({"batch", "run", job.string(), "--retry", "--max-tries", "1", "-q", "--stage",
                       "tile", "--stage", "render", "--stage", "export"});
@@ -64,7 +59,7 @@ TEST(BatchRecording, AChangedFileIsRefusedByNameAndAnUpdateFliesItAnew) {
   const fs::path flight = scratch / "flight.csv";
   const fs::path job = scratch / "job";
   write_flight(flight, -300.0);
-  ASSERT_EQ(plan(config, job).status, 0);
+  ASSERT_EQ(plan_hills(config, job).status, 0);
 
   write_flight(flight, 300.0);  // as many frames
   const auto refused = run(job);
@@ -76,18 +71,18 @@ TEST(BatchRecording, AChangedFileIsRefusedByNameAndAnUpdateFliesItAnew) {
   write_flight(flight, -300.0);
   const auto ran = run(job);
   ASSERT_EQ(ran.status, 0) << ran.output;
-  const auto unchanged = plan(config, job, true);
+  const auto unchanged = plan_hills(config, job, true);
   EXPECT_THAT(unchanged.output, HasSubstr("3 shards stay done"));
 
   write_flight(flight, 300.0);
-  const auto updated = plan(config, job, true);
+  const auto updated = plan_hills(config, job, true);
   EXPECT_EQ(updated.status, 0) << updated.output;
   EXPECT_THAT(updated.output, HasSubstr("0 shards stay done"));
   const auto reran = run(job);
   ASSERT_EQ(reran.status, 0) << reran.output;
 
   const fs::path fresh = scratch / "fresh";
-  ASSERT_EQ(plan(config, fresh).status, 0);
+  ASSERT_EQ(plan_hills(config, fresh).status, 0);
   ASSERT_EQ(run(fresh).status, 0);
   EXPECT_EQ(first_difference(job / "dataset", fresh / "dataset"), "");
 }

@@ -33,11 +33,6 @@ constexpr const char* kVrt =
 </VRTDataset>
 )";
 
-ProgramResult plan(const fs::path& config, const fs::path& job, bool is_update = false) {
-  std::vector<std::string> arguments = {"batch", "plan", config.string(), "--out", job.string()};
-  if (is_update) arguments.emplace_back("--update");
-  return run_program(arguments);
-}
 ProgramResult run(const fs::path& job) {
   return run_program({"batch", "run", job.string(), "-q", "--stage", "tile", "--stage", "render",
                       "--stage", "export"});
@@ -57,21 +52,21 @@ TEST_P(BatchSource, AChangeOfWhatASourceIsMadeOfIsTakenUpByAnUpdate) {
   text.resize(text.find("[[sweep.list]]"));
   const fs::path config = write_text(scratch / "hills.toml", text);
   const fs::path job = scratch / "job";
-  const auto planned = plan(config, job);
+  const auto planned = plan_hills(config, job);
   ASSERT_EQ(planned.status, 0) << planned.output;
   const auto ran = run(job);
   ASSERT_EQ(ran.status, 0) << ran.output;
-  EXPECT_THAT(plan(config, job, true).output, HasSubstr("3 shards stay done"));
+  EXPECT_THAT(plan_hills(config, job, true).output, HasSubstr("3 shards stay done"));
 
   write_hills(scratch.path(), 30.0, 46.4973, 7.4893);
-  const auto updated = plan(config, job, true);
+  const auto updated = plan_hills(config, job, true);
   EXPECT_EQ(updated.status, 0) << updated.output;
   EXPECT_THAT(updated.output, HasSubstr("0 shards stay done"));
   const auto reran = run(job);
   ASSERT_EQ(reran.status, 0) << reran.output;
 
   const fs::path fresh = scratch / "fresh";
-  ASSERT_EQ(plan(config, fresh).status, 0);
+  ASSERT_EQ(plan_hills(config, fresh).status, 0);
   ASSERT_EQ(run(fresh).status, 0);
   EXPECT_EQ(first_difference(job / "dataset", fresh / "dataset"), "");
 }

@@ -107,6 +107,12 @@ void write_hills(const fs::path& folder, double raised_m, double lat_deg, double
   core::write_file(folder / "N46E007.hgt", bytes);
 }
 
+ProgramResult plan_hills(const fs::path& config, const fs::path& job, bool is_update) {
+  std::vector<std::string> arguments = {"batch", "plan", config.string(), "--out", job.string()};
+  if (is_update) arguments.emplace_back("--update");
+  return run_program(arguments);
+}
+
 fs::path world_of(const fs::path& job, const std::string& run) {
   for (const auto& key : fs::directory_iterator(job / "world"))
     if (fs::exists(key.path() / run / "manifest.json")) return key.path() / run;

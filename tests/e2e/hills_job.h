@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/support/run_program.h"
 #include "world/tile_id.h"
 
 /// A job of two flights over gentle hills, and the edits that a user makes of its world.
@@ -22,6 +23,10 @@ std::string hills_job_text();
 /// raised_m   of the sample that is nearest to a place
 void write_hills(const std::filesystem::path& folder, double raised_m = 0.0, double lat_deg = 46.5,
                  double lon_deg = 7.5);
+
+/// What `batch plan` says, or with `--update`.
+ProgramResult plan_hills(const std::filesystem::path& config, const std::filesystem::path& job,
+                         bool is_update = false);
 
 /// The store of a run's world.
 std::filesystem::path world_of(const std::filesystem::path& job, const std::string& run);
