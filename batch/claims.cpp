@@ -19,6 +19,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/process_id.h"
 
 namespace terracast::batch {
@@ -87,6 +88,35 @@ std::optional<int> number_in(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
+}
+
+/// A file of the folder of claims: "000012.1" or, of its end, "000012.1.end".
+struct TryFile {
+  int index = 0;
+  int number = 0;
+  bool is_end = false;
+};
+std::optional<TryFile> try_from_name(std::string_view name) {
+  constexpr std::string_view kEnd = ".end";
+  const bool is_end = name.ends_with(kEnd);
+  if (is_end) name.remove_suffix(kEnd.size());
+  const auto dot = std::min(name.find('.'), name.size());
+  const auto index = number_in(name.substr(0, dot));
+  const auto number = number_in(name.substr(std::min(dot + 1, name.size())));
+  if (!index || !number) return std::nullopt;
+  return TryFile{*index, *number, is_end};
+}
+
+/// An error as a record can hold it: it may name files of any bytes, and quote other programs.
+std::string text_of_error(std::string_view error) {
+  std::string text;
+  while (true) {
+    const std::size_t end = std::min(error.find('\n'), error.size());
+    text += core::printable(error.substr(0, end));
+    if (end == error.size()) return text;
+    text += '\n';
+    error.remove_prefix(end + 1);
+  }
 }
 
 }  // namespace
@@ -225,6 +255,22 @@ struct Claims::Impl {
     core::write_new_file(end_file(file), json_from_end(end).text() + "\n");
   }
 
+  static TryEnd lost_end(const fs::path& file) {
+    return {.how = TryEnd::How::Lost, .error = {}, .worker = worker_of(file)};
+  }
+
+  /// A shard's tries, also those behind a number that is missing.
+  std::vector<fs::path> try_files(const ShardId& shard) const {
+    std::vector<fs::path> files;
+    std::error_code missing;
+    for (const fs::directory_entry& entry :
+         fs::directory_iterator(folder / "claims" / stage_name(shard.stage), missing)) {
+      const auto found = try_from_name(entry.path().filename().string());
+      if (found && !found->is_end && found->index == shard.index) files.push_back(entry.path());
+    }
+    return files;
+  }
+
   static void remove_try(const fs::path& file) {
     std::error_code ignored;
     fs::remove(file, ignored);
@@ -257,7 +303,7 @@ struct Claims::Impl {
         all.is_held = true;
         continue;
       }
-      if (!end) end_try(file, {.how = TryEnd::How::Lost, .error = {}, .worker = worker_of(file)});
+      if (!end) end_try(file, lost_end(file));
       if (!end || end->how != TryEnd::How::Released) ++all.num_counted;
     }
     return all;
@@ -295,7 +341,8 @@ struct Claim::Impl {
     std::error_code ignored;
     if (!fs::exists(file, ignored)) return;  // an end without its try would end another's
     Claims::Impl::end_try(
-        file, {.how = how, .error = error, .worker = host_name() + " " + claims->worker});
+        file,
+        {.how = how, .error = text_of_error(error), .worker = host_name() + " " + claims->worker});
   }
 };
 
@@ -395,36 +442,14 @@ void Claims::reopen(const ShardId& shard) {
   if (error)
     fail(ErrorKind::Io, "{}: cannot be removed: {}", impl_->done_file(shard).string(),
          error.message());
-  impl_->tries(shard);  // ends those that are lost
-  for (int number = 1; fs::exists(impl_->try_file(shard, number), error); ++number) {
-    const fs::path file = impl_->try_file(shard, number);
+  for (const fs::path& file : impl_->try_files(shard)) {
     std::optional<TryEnd> end = Impl::end_of(file);
+    if (!end && impl_->is_lost(file)) end.emplace(Impl::lost_end(file));
     if (!end || end->how == TryEnd::How::Released) continue;
     end->how = TryEnd::How::Released;
     core::write_file(Impl::end_file(file), json_from_end(*end).text() + "\n");
   }
 }
-
-namespace {
-
-/// A file of the folder of claims: "000012.1" or, of its end, "000012.1.end".
-struct TryFile {
-  int index = 0;
-  int number = 0;
-  bool is_end = false;
-};
-std::optional<TryFile> try_from_name(std::string_view name) {
-  constexpr std::string_view kEnd = ".end";
-  const bool is_end = name.ends_with(kEnd);
-  if (is_end) name.remove_suffix(kEnd.size());
-  const auto dot = std::min(name.find('.'), name.size());
-  const auto index = number_in(name.substr(0, dot));
-  const auto number = number_in(name.substr(std::min(dot + 1, name.size())));
-  if (!index || !number) return std::nullopt;
-  return TryFile{*index, *number, is_end};
-}
-
-}  // namespace
 
 void Claims::clear_up(const std::function<void(const ShardId&)>& clear) {
   core::remove_temporaries(impl_->folder / "claims");
@@ -480,8 +505,7 @@ std::vector<Claims::Tried> Claims::tried() const {
         if (const auto end = Impl::end_of(file)) {
           tried.ends.push_back(*end);
         } else if (impl_->is_lost(file)) {
-          tried.ends.push_back(
-              {.how = TryEnd::How::Lost, .error = {}, .worker = Impl::worker_of(file)});
+          tried.ends.push_back(Impl::lost_end(file));
         } else {
           tried.holder = Impl::worker_of(file);
         }

@@ -22,6 +22,7 @@ class Description {
 
   std::int64_t num_runs() const { return sweep_.num_runs(); }
   RunChanges changes(std::int64_t index) const { return sweep_.run(index); }
+  const SweepOptions& sweep() const { return sweep_.options(); }
   const DatasetOptions& dataset() const { return dataset_; }
   /// The config of a run; its places of errors name the sweep's entry.
   job::RunConfig run_config(std::int64_t index) const;

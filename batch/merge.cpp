@@ -78,6 +78,19 @@ std::vector<DamagedFile> find_damaged_summaries(const Plan& plan, const JobFolde
   return damaged;
 }
 
+namespace {
+
+MakingFacts making_facts(const Plan& plan, const Description& description) {
+  MakingFacts making{
+      .program_version = TERRACAST_VERSION, .configs = {plan.name}, .seeds = {}, .sweep_seed = {}};
+  for (const PlannedRun& run : plan.runs)
+    making.seeds.push_back(description.run_config(run.index).seed);
+  if (!description.sweep().draws.empty()) making.sweep_seed = description.sweep().seed;
+  return making;
+}
+
+}  // namespace
+
 ShardResult merge(const Plan& plan, const JobFolder& folder, const core::Context& context) {
   std::vector<core::FileChecksum> checksums = checked_files(plan, folder, context);
   const Description description = Description::load(plan.inputs);
@@ -85,9 +98,7 @@ ShardResult merge(const Plan& plan, const JobFolder& folder, const core::Context
                      .sequences = summaries(plan, folder),
                      .reports = reports(plan, folder),
                      .files = {},
-                     .making = {.program_version = TERRACAST_VERSION,
-                                .configs = {plan.name},
-                                .seeds = {description.run_config(0).seed}}};
+                     .making = making_facts(plan, description)};
   for (const core::FileChecksum& checksum : checksums)
     parts.files.push_back(
         {checksum.path, fs::file_size(folder.dataset() / checksum.path), checksum.sha256});

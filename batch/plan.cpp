@@ -182,6 +182,19 @@ void check_whole(const fs::path& file, const std::string& content_hash) {
          file.string());
 }
 
+std::string runs_text(const Plan& plan) {
+  std::string text;
+  for (const PlannedRun& run : plan.runs) text += json_from_run(run).text(-1) + "\n";
+  return text;
+}
+
+std::string shards_text(const Plan& plan) {
+  std::string text;
+  for (const std::vector<Shard>& shards : plan.shards)
+    for (const Shard& shard : shards) text += json_from_shard(shard).text(-1) + "\n";
+  return text;
+}
+
 std::string size_text(double bytes) {
   if (bytes >= 1e12) return fmt::format("{:.2f} TB", bytes * 1e-12);
   if (bytes >= 1e9) return fmt::format("{:.1f} GB", bytes * 1e-9);
@@ -236,13 +249,8 @@ void write_plan(const Plan& plan, const fs::path& job_folder) {
                    .set("bytes", cost.bytes));
   }
   plan.inputs.json().write(unfinished / kConfigFile);
-  std::string text;
-  for (const PlannedRun& run : plan.runs) text += json_from_run(run).text(-1) + "\n";
-  core::write_file(unfinished / kRunsFile, text);
-  text.clear();
-  for (const std::vector<Shard>& shards : plan.shards)
-    for (const Shard& shard : shards) text += json_from_shard(shard).text(-1) + "\n";
-  core::write_file(unfinished / kShardsFile, text);
+  core::write_file(unfinished / kRunsFile, runs_text(plan));
+  core::write_file(unfinished / kShardsFile, shards_text(plan));
   Json hashes = Json::object();
   for (const char* file : {kConfigFile, kRunsFile, kShardsFile})
     hashes.set(file, core::content_hash_of_file(unfinished / file));
@@ -270,6 +278,13 @@ void write_plan(const Plan& plan, const fs::path& job_folder) {
     fail(ErrorKind::Io, "{}: the plan cannot be put in place: {}",
          (folder / fmt::format("{:04}", plan.revision)).string(), error.message());
   }
+}
+
+bool is_same_but_for_revision(const Plan& a, const Plan& b) {
+  return a.name == b.name && a.claims.lease_s == b.claims.lease_s &&
+         a.claims.max_tries == b.claims.max_tries && a.shard_s == b.shard_s &&
+         a.worlds == b.worlds && a.inputs.json().text() == b.inputs.json().text() &&
+         runs_text(a) == runs_text(b) && shards_text(a) == shards_text(b);
 }
 
 bool has_newer_plan(const fs::path& job_folder, int revision) {

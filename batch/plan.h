@@ -109,6 +109,8 @@ Plan make_plan(const Description& description, const PlanOptions& options, const
 void write_plan(const Plan& plan, const std::filesystem::path& job_folder);
 /// throws Io: the folder holds no plan; Input: a file is damaged (says which)
 Plan read_plan(const std::filesystem::path& job_folder);
+/// Whether two plans of a job have the same shards of the same runs, and the same keys.
+bool is_same_but_for_revision(const Plan& a, const Plan& b);
 /// Whether there is a later revision than this.
 bool has_newer_plan(const std::filesystem::path& job_folder, int revision);
 /// throws   Interrupted: there is a newer plan, with which the same command goes on

@@ -36,7 +36,10 @@ class RunPlanner {
  public:
   RunPlanner(const Description& description, const PlanOptions& options, const Plan* previous,
              const core::Context& context)
-      : description_(description), options_(options), context_(context) {
+      : description_(description),
+        options_(options),
+        context_(context),
+        to_leave_out_(description.sweep().leave_out.begin(), description.sweep().leave_out.end()) {
     if (previous == nullptr) return;
     for (const PlannedRun& run : previous->runs) {
       names_.emplace(run.identity, run.name);
@@ -51,9 +54,11 @@ class RunPlanner {
     if (!is_new)
       fail(ErrorKind::Config, "runs {} and {} of the sweep are the same: {}", known->second, index,
            changes.text());
+    const std::string name = name_of(changes.identity, index);
+    if (to_leave_out_.erase(name) > 0) return;
     const job::RunConfig config = description_.run_config(index);
     const std::vector<capture::CameraCalibration> cameras = render::build_cameras(config.rigs);
-    PlannedRun run{.name = name_of(changes.identity, index),
+    PlannedRun run{.name = name,
                    .index = index,
                    .identity = changes.identity,
                    .changes = changes.text(),
@@ -90,6 +95,17 @@ class RunPlanner {
     for (const PlannedSequence& sequence : run.sequences)
       memory_bytes = std::max(memory_bytes, costs.back().memory_bytes(2, sequence.num_frames));
     runs.push_back(std::move(run));
+  }
+
+  /// throws Config: nothing is left to make; names to leave out that no run has
+  void check_left_out() const {
+    if (!to_leave_out_.empty())
+      fail(ErrorKind::Config,
+           "sweep.leave_out names {}, and no run is called so; `terracast batch status` names "
+           "those that failed",
+           *to_leave_out_.begin());
+    if (runs.empty())
+      fail(ErrorKind::Config, "sweep.leave_out names every run; nothing is left to make");
   }
 
   const std::vector<std::string>& worlds() const { return worlds_; }
@@ -188,6 +204,7 @@ class RunPlanner {
   const Description& description_;
   const PlanOptions& options_;
   const core::Context& context_;
+  std::set<std::string> to_leave_out_;        ///< names that no run has had yet
   std::map<std::string, std::string> names_;  ///< by identity
   std::set<std::string> taken_;
   std::map<std::string, const PlannedRun*> previous_runs_;  ///< by name
@@ -316,6 +333,7 @@ Plan make_plan(const Description& description, const PlanOptions& options, const
       progress.advance();
     }
   }
+  planner.check_left_out();
   // Shards that follow each other share a world and, as far as the sweep's order goes, tiles.
   std::vector<int> order(planner.runs.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);

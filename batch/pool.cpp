@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -25,7 +26,8 @@ using core::fail;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kLook{100};
-constexpr std::chrono::seconds kReport{30};
+constexpr std::chrono::seconds kListen{2};
+constexpr std::chrono::seconds kReport{10};
 /// A worker that was asked to end has so long for the frame at hand.
 constexpr std::chrono::seconds kPatience{600};
 /// Workers that crash are replaced so often, all together.
@@ -39,25 +41,62 @@ ErrorKind kind_of_exit_status(int status) {
   return ErrorKind::Internal;
 }
 
+/// The warnings that a worker writes to its log.
+class Warnings {
+ public:
+  /// log   written to from here on
+  explicit Warnings(fs::path log) : log_(std::move(log)) {
+    std::error_code missing;
+    const std::uintmax_t size = fs::file_size(log_, missing);
+    place_ = missing ? 0 : static_cast<std::streamoff>(size);
+  }
+
+  /// Those that were written since this was last asked.
+  std::vector<std::string> next() {
+    constexpr std::string_view kMark = "warning: ";
+    std::vector<std::string> warnings;
+    std::ifstream stream(log_);
+    stream.seekg(place_);
+    for (std::string line; std::getline(stream, line) && !stream.eof();) {
+      place_ = stream.tellg();
+      const std::size_t mark = line.find(kMark);
+      if (mark != std::string::npos) warnings.push_back(line.substr(mark + kMark.size()));
+    }
+    return warnings;
+  }
+
+ private:
+  fs::path log_;
+  std::streamoff place_ = 0;
+};
+
 class Pool {
  public:
   Pool(const Plan& plan, const JobFolder& folder, const PoolOptions& options,
        const core::Context& context)
       : plan_(plan), folder_(folder), options_(options), context_(context) {
     core::make_folder(folder_.logs());
-    for (int k = 0; k < options.num_workers; ++k) workers_.push_back({.number = k, .running = {}});
+    for (int k = 0; k < options.num_workers; ++k)
+      workers_.push_back({.number = k, .running = {}, .warnings = Warnings(log_of(k))});
   }
 
   WorkerOutcome run() {
     for (Worker& worker : workers_) start(worker);
+    context_.log.info("{} workers; what each says goes to {}", workers_.size(),
+                      folder_.logs().string());
+    auto next_words = Clock::now() + kListen;
     auto next_report = Clock::now() + kReport;
     while (is_anybody_at_work()) {
       std::this_thread::sleep_for(kLook);
       if (core::stop_asked()) end_all();
+      if (Clock::now() < next_words) continue;
+      next_words += kListen;
+      pass_on_warnings();
       if (Clock::now() < next_report) continue;
       next_report += kReport;
       report();
     }
+    pass_on_warnings();
     return outcome();
   }
 
@@ -65,11 +104,19 @@ class Pool {
   struct Worker {
     int number = 0;
     std::optional<core::RunningProgram> running;
+    Warnings warnings;
     int status = 0;  ///< of its end
   };
 
-  fs::path log_of(const Worker& worker) const {
-    return folder_.logs() / fmt::format("worker-{}.log", worker.number);
+  fs::path log_of(int worker) const {
+    return folder_.logs() / fmt::format("worker-{}.log", worker);
+  }
+  fs::path log_of(const Worker& worker) const { return log_of(worker.number); }
+
+  void pass_on_warnings() {
+    for (Worker& worker : workers_)
+      for (const std::string& warning : worker.warnings.next())
+        context_.log.warn("worker {}: {}", worker.number, warning);
   }
 
   /// The same worker options, as a command; it begins with a part of its own.
@@ -184,6 +231,9 @@ class Pool {
         outcome.num_left += stage.num_shards - stage.num_done;
     for (const Claims::Tried& tried : status.tried)
       if (tried.is_poisoned) outcome.poisoned.push_back(tried.shard);
+    for (const auto& stage : status.stages)
+      if (stage.stage == Stage::Merge)
+        outcome.is_merged = stage.num_shards > 0 && stage.num_done == stage.num_shards;
     outcome.num_checks_failed = static_cast<int>(status.num_checks_failed);
     return outcome;
   }

@@ -16,7 +16,7 @@ struct PoolOptions {
 };
 
 /// Runs workers until nothing is left to do, and tells how far they are. What each says goes to
-/// logs/worker-K.log of the job.
+/// logs/worker-K.log of the job; its warnings are passed on.
 /// throws   as its workers did, Interrupted before all else; Io: a worker cannot be started
 WorkerOutcome run_pool(const Plan& plan, const JobFolder& folder, const PoolOptions& options,
                        const core::Context& context);

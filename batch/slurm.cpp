@@ -80,8 +80,8 @@ double longest_task_min(const Plan& plan, Stage stage, const SlurmOptions& optio
 
 int time_limit_min(const Plan& plan, Stage stage, const SlurmOptions& options) {
   if (options.time_limit_min > 0.0) return static_cast<int>(std::ceil(options.time_limit_min));
-  const double task_min = std::max(options.task_min, longest_task_min(plan, stage, options));
-  return static_cast<int>(std::ceil(std::max(kLeastTimeLimit_min, kTimeLimitPerTask * task_min)));
+  return static_cast<int>(std::ceil(
+      std::max(kLeastTimeLimit_min, kTimeLimitPerTask * longest_task_min(plan, stage, options))));
 }
 
 int warning_s(int limit_min) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/stage_cost.h"
 
@@ -26,6 +27,37 @@ std::string size_text(double bytes) {
   if (bytes >= 1e12) return fmt::format("{:.2f} TB", bytes * 1e-12);
   if (bytes >= 1e9) return fmt::format("{:.1f} GB", bytes * 1e-9);
   return fmt::format("{:.1f} MB", bytes * 1e-6);
+}
+
+/// Shards with tries, and the runs they are of.
+std::vector<Status::Tried> tried_of(const Plan& plan, const Claims& claims) {
+  std::vector<Status::Tried> all;
+  for (Claims::Tried& tried : claims.tried()) {
+    const std::vector<Shard>& shards = plan.of(tried.shard.stage);
+    if (static_cast<std::size_t>(tried.shard.index) >= shards.size()) continue;
+    const std::vector<Piece>& pieces = shards[static_cast<std::size_t>(tried.shard.index)].pieces;
+    std::string run =
+        pieces.empty() ? "" : plan.runs[static_cast<std::size_t>(pieces.front().run)].name;
+    all.push_back({std::move(tried), std::move(run)});
+  }
+  return all;
+}
+
+/// How to have the rest merged, when runs cannot be made; empty where none was given up.
+std::string way_without(const Status& status, const std::string& job) {
+  std::set<std::string> runs;
+  for (const Status::Tried& tried : status.tried)
+    if (tried.is_poisoned && !tried.run.empty()) runs.insert(tried.run);
+  if (runs.empty()) return {};
+  if (runs.size() > kFailuresShown)
+    return fmt::format(
+        "{} runs keep the rest from being merged; to plan without them, name them in "
+        "sweep.leave_out\n",
+        runs.size());
+  return fmt::format(
+      "without what was given up: terracast batch plan CONFIG --out {} --update --set "
+      "'sweep.leave_out=[\"{}\"]'\n",
+      job, fmt::join(runs, "\",\""));
 }
 
 std::int64_t frames_of(const Plan& plan, const Shard& shard) {
@@ -81,7 +113,7 @@ Status status_of(const Plan& plan, const JobFolder& folder, const ClaimOptions& 
   const Claims claims(folder.state(), options);
   Status status{.name = plan.name,
                 .stages = {},
-                .tried = claims.tried(),
+                .tried = tried_of(plan, claims),
                 .slowest = {},
                 .num_checks_failed = 0};
   for (const Stage stage : kStages) {
@@ -150,16 +182,18 @@ std::string status_text(const Status& status, const std::string& job) {
     text +=
         fmt::format("{} checks failed; see the reports below report/\n", status.num_checks_failed);
   std::size_t num_shown = 0;
-  for (const Claims::Tried& tried : status.tried) {
+  for (const Status::Tried& tried : status.tried) {
     const std::int64_t failures = num_failures(tried);
     if (failures == 0) continue;
     if (++num_shown > kFailuresShown) continue;
-    text += fmt::format("{} {} {} times: {}\n    {}\n", tried.shard.text(),
+    text += fmt::format("{}{} {} {} times: {}\n    {}\n", tried.shard.text(),
+                        tried.run.empty() ? "" : fmt::format(" ({})", tried.run),
                         tried.is_poisoned ? "was given up after it failed" : "failed", failures,
                         tried.last_error(), command_of(tried, job));
   }
   if (num_shown > kFailuresShown)
     text += fmt::format("and {} more; --json lists all\n", num_shown - kFailuresShown);
+  text += way_without(status, job);
   for (const Status::Slow& slow : status.slowest)
     if (slow.wall_s >= 1.0 && slow.factor >= kSlow)
       text += fmt::format("slow: {} took {}, {:.1f} times the CPU time of its like\n",
@@ -182,10 +216,11 @@ core::Json status_json(const Status& status, const std::string& job) {
                                             .set("cpu_planned_s", stage.cpu_planned_s)
                                             .set("bytes", stage.bytes));
   core::Json failures = core::Json::array();
-  for (const Claims::Tried& tried : status.tried) {
+  for (const Status::Tried& tried : status.tried) {
     if (num_failures(tried) == 0) continue;
     failures.push(core::Json::object()
                       .set("shard", tried.shard.text())
+                      .set("run", tried.run)
                       .set("tries", num_failures(tried))
                       .set("given_up", tried.is_poisoned)
                       .set("error", tried.last_error())

@@ -33,10 +33,14 @@ struct Status {
     double factor = 0.0;  ///< its CPU time over what was expected, over its stage's own ratio
   };
 
+  struct Tried : Claims::Tried {
+    std::string run;  ///< its name; empty for the merge
+  };
+
   std::string name;
   std::vector<StageStatus> stages;
-  std::vector<Claims::Tried> tried;  ///< shards with tries that are not done
-  std::vector<Slow> slowest;         ///< of those that are done, the worst first
+  std::vector<Tried> tried;   ///< shards with tries that are not done
+  std::vector<Slow> slowest;  ///< of those that are done, the worst first
   std::int64_t num_checks_failed = 0;
   double frames_per_s =
       0.0;               ///< rendered by those that work now, at the rate of those that are done

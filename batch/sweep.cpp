@@ -114,6 +114,9 @@ void SweepOptions::describe(core::SchemaVisitor& visit) {
   visit.key("repeat", repeat,
             "Runs of each combination; what is drawn differs from one to another.",
             core::between(1, static_cast<double>(kMaxRuns)));
+  visit.key("leave_out", leave_out,
+            "Runs that are not made, by the names that `terracast batch status` gives them: those "
+            "that cannot be made and keep the rest from being merged.");
   visit.list("list", lists, "Keys that vary together.");
   visit.list("product", products, "Keys of which every combination of values is made.");
   visit.list("draw", draws, "Keys whose value is drawn for each run.");

@@ -44,6 +44,7 @@ struct SweepOptions {
   std::vector<SweepList> lists;
   std::vector<SweepProduct> products;
   std::vector<SweepDraw> draws;
+  std::vector<std::string> leave_out;  ///< names of runs that are not to be made
   void describe(core::SchemaVisitor& visit);
   void validate() const;
 };
@@ -69,6 +70,7 @@ class Sweep {
 
   std::int64_t num_runs() const { return num_runs_; }
   RunChanges run(std::int64_t index) const;
+  const SweepOptions& options() const { return options_; }
 
  private:
   SweepOptions options_;

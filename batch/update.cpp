@@ -175,13 +175,13 @@ TileEdits find_edits(const Plan& plan, const JobFolder& folder) {
   return found;
 }
 
-Update carry_over(const Plan& previous, const Plan& plan, const fs::path& job) {
-  const JobFolder before{job, previous.revision};
-  const JobFolder after{job, plan.revision};
-  std::error_code ignored;
-  fs::remove_all(after.state(), ignored);  // of an update that was cut off
-  Claims claims_before(before.state(), previous.claims);
-  Claims claims_after(after.state(), plan.claims);
+namespace {
+
+/// Calls keep(shard, earlier) for each shard of a plan that is done in the previous one, as that is
+/// called there, and counts.
+template <class Keep>
+Update for_each_kept(const Plan& previous, const Plan& plan, const Claims& claims_before,
+                     const Keep& keep) {
   Update update;
   for (const Stage stage : kStages) {
     std::map<std::string, ShardId> done;
@@ -197,16 +197,36 @@ Update carry_over(const Plan& previous, const Plan& plan, const fs::path& job) {
         ++update.num_open;
         continue;
       }
-      if (stage == Stage::Export || stage == Stage::Validate)
-        core::with_context([&] { copy_checksums(before, after, plan, shard); },
-                           fmt::format("keeping shard {}; `terracast batch verify {} --repair` has "
-                                       "what is damaged made again",
-                                       known->second.text(), job.string()));
-      claims_after.set_done(shard.id, claims_before.record(known->second));
+      keep(shard, known->second);
       ++update.num_kept;
     }
   }
   return update;
+}
+
+}  // namespace
+
+Update compare(const Plan& previous, const Plan& plan, const fs::path& job) {
+  const Claims claims(JobFolder{job, previous.revision}.state(), previous.claims);
+  return for_each_kept(previous, plan, claims, [](const Shard&, const ShardId&) {});
+}
+
+Update carry_over(const Plan& previous, const Plan& plan, const fs::path& job) {
+  const JobFolder before{job, previous.revision};
+  const JobFolder after{job, plan.revision};
+  std::error_code ignored;
+  fs::remove_all(after.state(), ignored);  // of an update that was cut off
+  Claims claims_before(before.state(), previous.claims);
+  Claims claims_after(after.state(), plan.claims);
+  return for_each_kept(
+      previous, plan, claims_before, [&](const Shard& shard, const ShardId& earlier) {
+        if (shard.id.stage == Stage::Export || shard.id.stage == Stage::Validate)
+          core::with_context([&] { copy_checksums(before, after, plan, shard); },
+                             fmt::format("keeping shard {}; `terracast batch verify {} --repair` "
+                                         "has what is damaged made again",
+                                         earlier.text(), job.string()));
+        claims_after.set_done(shard.id, claims_before.record(earlier));
+      });
 }
 
 UpdateRight::UpdateRight(const fs::path& job) : file_(job / "plan" / ".update") {

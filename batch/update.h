@@ -33,6 +33,9 @@ struct Update {
   std::int64_t num_open = 0;
 };
 
+/// What an update would leave to do; nothing is written.
+Update compare(const Plan& previous, const Plan& plan, const std::filesystem::path& job);
+
 /// Carries over what a new revision has in common with the one before: records of shards of which
 /// nothing changed. To be called before the new plan is written. What is rendered again of the
 /// others is decided frame by frame, when they are rendered.

@@ -83,6 +83,7 @@ class Worker {
     }
     outcome_.num_left = 0;
     for (const ShardId& shard : mine()) outcome_.num_left += board_.is_done(shard) ? 0 : 1;
+    outcome_.is_merged = !plan_.of(Stage::Merge).empty() && board_.is_complete(Stage::Merge);
     outcome_.poisoned.assign(poisoned_.begin(), poisoned_.end());
     if (!options_.is_part_only) outcome_.num_checks_failed = count_failed_checks();
     for (const Claims::Tried& tried : claims_.tried())
@@ -169,9 +170,15 @@ class Worker {
     std::erase_if(queue_, [&](const ShardId& shard) { return board_.is_done(shard); });
     for (const ShardId& shard : queue_) {
       if (poisoned_.contains(shard) || !board_.is_ready(shard)) continue;
-      if (!has_room(shard)) return Turn::Finished;
+      check_disk(shard);
       auto claimed = claims_.claim(shard, options_.is_retry && !retried_.contains(shard));
       if (auto* claim = std::get_if<Claim>(&claimed)) {
+        // With the claim, so that of several workers each counts the others'.
+        if (options_.quota_bytes < std::numeric_limits<double>::infinity() &&
+            expected_bytes() > options_.quota_bytes) {
+          outcome_.is_over_quota = true;
+          return Turn::Finished;  // which releases the claim
+        }
         retried_.insert(shard);
         work_on(std::move(*claim));
         return Turn::Worked;
@@ -212,8 +219,8 @@ class Worker {
     return has_hope;
   }
 
-  /// Whether the disk and the quota have room for what a shard will write.
-  bool has_room(const ShardId& id) {
+  /// throws   Io: the disk has no room for what a shard will write
+  void check_disk(const ShardId& id) const {
     const Shard& shard = shard_of(id);
     const double left = free_bytes(folder_.root);
     if (left < shard.cost.bytes + kSpareDisk_bytes)
@@ -222,10 +229,26 @@ class Worker {
           "{}: {:.1f} GB are left on its disk; shard {} is expected to write {:.1f} GB: make room, "
           "and run the same command again",
           folder_.root.string(), left * 1e-9, id.text(), shard.cost.bytes * 1e-9);
-    if (options_.quota_bytes == std::numeric_limits<double>::infinity()) return true;
-    if (bytes_done(plan_, claims_) + shard.cost.bytes <= options_.quota_bytes) return true;
-    outcome_.is_over_quota = true;
-    return false;
+  }
+
+  /// What the job takes when all that is being worked on is done, as far as the forecast knows.
+  double expected_bytes() {
+    double bytes = 0.0;
+    for (const Stage stage : kStages)
+      for (const int index : claims_.done(stage))
+        if (index < static_cast<int>(plan_.of(stage).size())) bytes += bytes_of({stage, index});
+    for (const Claims::Tried& tried : claims_.tried())
+      if (!tried.holder.empty() &&
+          tried.shard.index < static_cast<int>(plan_.of(tried.shard.stage).size()))
+        bytes += shard_of(tried.shard).cost.bytes;
+    return bytes;
+  }
+
+  /// As the record of a shard that is done says, which is read once.
+  double bytes_of(const ShardId& id) {
+    const auto known = bytes_.find(id);
+    if (known != bytes_.end()) return known->second;
+    return bytes_.emplace(id, claims_.record(id).at("bytes").number()).first->second;
   }
 
   const Shard& shard_of(const ShardId& id) const {
@@ -307,23 +330,15 @@ class Worker {
   std::vector<ShardId> queue_;     ///< what is left of its shards, in the order of looking
   std::set<ShardId, ById> needs_;  ///< of others, which its own shards need
   std::set<ShardId, ById> poisoned_;
-  std::set<ShardId, ById> held_;        ///< by others, when it was last looked
-  std::map<ShardId, bool, ById> hope_;  ///< can_be_done
+  std::set<ShardId, ById> held_;           ///< by others, when it was last looked
+  std::map<ShardId, bool, ById> hope_;     ///< can_be_done
+  std::map<ShardId, double, ById> bytes_;  ///< bytes_of
   std::set<ShardId, ById> retried_;
   std::optional<core::Error> last_error_;
   WorkerOutcome outcome_;
 };
 
 }  // namespace
-
-double bytes_done(const Plan& plan, const Claims& claims) {
-  double bytes = 0.0;
-  for (const Stage stage : kStages)
-    for (const int index : claims.done(stage))
-      if (index < static_cast<int>(plan.of(stage).size()))
-        bytes += claims.record({stage, index}).at("bytes").number();
-  return bytes;
-}
 
 WorkerOutcome run_worker(const Plan& plan, const JobFolder& folder, const WorkerOptions& options,
                          const core::Context& context) {

@@ -33,6 +33,7 @@ struct WorkerOutcome {
   std::int64_t num_left = 0;      ///< shards of its stages and part that are not done
   int num_checks_failed = 0;  ///< of all datasets, whoever validated them; with a part: of its own
   bool is_over_quota = false;
+  bool is_merged = false;  ///< the dataset is there as the plan has it
 };
 
 /// Works on shards of a job until all that it was given are done or can never be: claims one, does
@@ -42,8 +43,5 @@ struct WorkerOutcome {
 /// throws   Interrupted: a stop was asked for; Io: the folder cannot be written, its disk is full
 WorkerOutcome run_worker(const Plan& plan, const JobFolder& folder, const WorkerOptions& options,
                          const core::Context& context);
-
-/// Disk that a job's done shards take.
-double bytes_done(const Plan& plan, const Claims& claims);
 
 }  // namespace terracast::batch

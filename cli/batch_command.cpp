@@ -102,16 +102,21 @@ int run_plan(const BatchArguments& args) {
   const batch::Plan plan =
       batch::make_plan(description, options, previous ? &*previous : nullptr, context);
   fmt::print("{}", batch::describe_plan(plan));
-  if (previous && !args.is_dry) {
-    const batch::Update update = batch::carry_over(*previous, plan, args.job);
+  if (previous && batch::is_same_but_for_revision(*previous, plan)) {
+    fmt::print("nothing has changed; revision {} stays\n", previous->revision);
+    return 0;
+  }
+  if (previous) {
+    const batch::Update update = args.is_dry ? batch::compare(*previous, plan, args.job)
+                                             : batch::carry_over(*previous, plan, args.job);
     fmt::print("revision {}: {} shards stay done, {} are to be looked at again\n", plan.revision,
                update.num_kept, update.num_open);
   }
-  if (!args.is_dry) batch::write_plan(plan, args.job);
-  if (previous && !args.is_dry) batch::remove_unplanned(plan, {args.job, plan.revision});
-  if (!args.is_dry)
-    fmt::print("next: terracast batch run {0}, or terracast batch submit {0} --slurm\n",
-               args.job.string());
+  if (args.is_dry) return 0;
+  batch::write_plan(plan, args.job);
+  if (previous) batch::remove_unplanned(plan, {args.job, plan.revision});
+  fmt::print("next: terracast batch run {0}, or terracast batch submit {0} --slurm\n",
+             args.job.string());
   return 0;
 }
 
@@ -159,6 +164,10 @@ int tell_outcome(const batch::WorkerOutcome& outcome, const BatchArguments& args
   if (outcome.num_checks_failed > 0)
     fmt::print("{} checks failed; the reports are below {}\n", outcome.num_checks_failed,
                (args.job / "report").string());
+  if (outcome.is_merged && !args.quiet)
+    fmt::print(
+        "the dataset is in {}; its card is README.md, and `sha256sum -c SHA256SUMS` checks it\n",
+        (args.job / "dataset").string());
   return outcome.num_left > 0 || outcome.num_checks_failed > 0 ? 1 : 0;
 }
 
@@ -402,9 +411,10 @@ void add_submit(CLI::App& batch, BatchArguments& args, int& status) {
                    "What a task shall take: shards are bundled to it: 30.")
       ->check(CLI::Range(0.01, 1e5));
   submit
-      ->add_option("--time-minutes", slurm.time_limit_min,
-                   "Time limit of a task; left out: three times what its stage's longest shall "
-                   "take.")
+      ->add_option(
+          "--time-minutes", slurm.time_limit_min,
+          "Time limit of a task; left out: three times what its stage's longest task shall "
+          "take, 30 at least.")
       ->check(CLI::Range(2.0, 1e6));
   submit
       ->add_option("--max-array-size", slurm.max_array_size,

@@ -348,6 +348,8 @@ class Card {
     if (!names.empty())
       text += fmt::format(", config{} {}", names.size() == 1 ? "" : "s", fmt::join(names, ", "));
     if (!making.seeds.empty()) text += fmt::format(", seeds {}", seed_text(making.seeds));
+    if (making.sweep_seed)
+      text += fmt::format(", draws of the sweep by seed {}", *making.sweep_seed);
     return text +
            ". The same configs, seeds and sources give the same bytes, this card included, on any "
            "number of machines.\n";

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -129,7 +130,8 @@ struct PlotFacts {
 struct MakingFacts {
   std::string program_version;
   std::vector<std::string> configs;  ///< their names
-  std::vector<std::int64_t> seeds;
+  std::vector<std::int64_t> seeds;         ///< of the runs
+  std::optional<std::int64_t> sweep_seed;  ///< of what was drawn for the runs
 };
 
 struct DatasetFacts {

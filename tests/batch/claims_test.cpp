@@ -191,6 +191,34 @@ TEST(Claims, FailuresAndLossesPoisonAShardAndReleasesDoNot) {
   EXPECT_EQ(claims.standing(kShard), Claims::Standing::Free) << "its failures are forgotten";
 }
 
+TEST(Claims, AReopenedShardIsForgivenItsFailuresBehindAMissingTryToo) {
+  const test::ScratchFolder folder;
+  Claims claims(folder.path(), {.max_tries = 2});
+  const auto fail_once = [&] {
+    auto claimed = claims.claim(kShard, true);
+    ASSERT_TRUE(std::holds_alternative<Claim>(claimed));
+    std::get<Claim>(claimed).fail("an error");
+  };
+  for (int i = 0; i < 3; ++i) fail_once();
+  fs::remove(folder / "claims/render/001234.2");  // as by a worker that did the shard after all
+  fs::remove(folder / "claims/render/001234.2.end");
+  claims.reopen(kShard);
+  fail_once();
+  EXPECT_EQ(claims.standing(kShard), Claims::Standing::Free) << "one failure counts, of two";
+}
+
+TEST(Claims, AnErrorOfAnyBytesIsKept) {
+  const test::ScratchFolder folder;
+  Claims claims(folder.path(), {});
+  auto claimed = claims.claim(kShard);
+  ASSERT_TRUE(std::holds_alternative<Claim>(claimed));
+  std::get<Claim>(claimed).fail("M\xfcnchen.tif: cannot be read\nin M\xc3\xbcnchen");
+  ASSERT_EQ(claims.tried().size(), 1U);
+  EXPECT_EQ(claims.tried()[0].ends.at(0).how, TryEnd::How::Failed);
+  EXPECT_EQ(claims.tried()[0].ends.at(0).error,
+            "M\\xfcnchen.tif: cannot be read\nin M\xc3\xbcnchen");
+}
+
 TEST(Claims, AClaimThatGoesOutOfSightIsReleased) {
   const test::ScratchFolder folder;
   Claims claims(folder.path(), {});

@@ -68,7 +68,10 @@ TEST(DatasetCard, SaysWhatIsThere) {
   EXPECT_THAT(card, HasSubstr("![All sequences by split](plots/map.png)"));
   EXPECT_THAT(card, HasSubstr("![Depth of all pixels](plots/depth.png)"));
   EXPECT_THAT(card, HasSubstr("sha256sum -c --quiet SHA256SUMS"));
-  EXPECT_THAT(card, HasSubstr("terracast 0.1.0, config valleys, seeds 1 to 2, 4, 9."));
+  EXPECT_THAT(
+      card,
+      HasSubstr(
+          "terracast 0.1.0, config valleys, seeds 1 to 2, 4, 9, draws of the sweep by seed 7."));
   EXPECT_THAT(card,
               HasSubstr("    @misc{valleys,\n      title = {Flights through valleys}\n    }\n"));
 }

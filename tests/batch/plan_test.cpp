@@ -237,7 +237,11 @@ values = [1, 5, 24, 240]
   }
   EXPECT_EQ(new_names.size(), 12U);
 
+  const Update expected = compare(before, after, folder.path());
+  EXPECT_FALSE(fs::exists(JobFolder{folder.path(), 2}.state())) << "nothing is written";
   const Update update = carry_over(before, after, folder.path());
+  EXPECT_EQ(expected.num_kept, update.num_kept);
+  EXPECT_EQ(expected.num_open, update.num_open);
   std::int64_t num_new = 1;  // the merge
   const Claims claims(JobFolder{folder.path(), 2}.state(), {});
   for (const Stage stage : kStages)
@@ -258,6 +262,70 @@ values = [1, 5, 24, 240]
     }
   EXPECT_EQ(update.num_open, num_new);
   EXPECT_FALSE(claims.is_done({Stage::Merge, 0}));
+}
+
+TEST(Update, WithoutAChangeThePlanIsTheSameAsItStandsInItsFolder) {
+  const test::ScratchFolder folder;
+  PlanOptions options;
+  options.shard_s = 1000.0;
+  write_plan(plan_of(kSweep, options), folder.path());
+  const Plan before = read_plan(folder.path());
+  const auto updated = [&](const PlanOptions& with, const std::string& sweep,
+                           const std::vector<std::string>& sets = {}) {
+    return plan_of(sweep, with, &before, sets);
+  };
+  EXPECT_TRUE(is_same_but_for_revision(before, updated({}, kSweep)));
+  PlanOptions others;
+  others.claims.max_tries = 7;
+  EXPECT_FALSE(is_same_but_for_revision(before, updated(others, kSweep)));
+  others = {};
+  others.shard_s = 500.0;
+  EXPECT_FALSE(is_same_but_for_revision(before, updated(others, kSweep)));
+  others = {};
+  others.edits.of_worlds[before.worlds[1]] = "0/0/0 0123456789abcdef\n";
+  others.edits.of_runs[before.runs[4].name] = "0/0/0 0123456789abcdef\n";
+  EXPECT_FALSE(is_same_but_for_revision(before, updated(others, kSweep)));
+  EXPECT_FALSE(
+      is_same_but_for_revision(before, updated({}, kSweep, {"conditions.visibility_km=30"})));
+  // A comment changes no run, but what the job says it was made of.
+  EXPECT_FALSE(is_same_but_for_revision(before, updated({}, kSweep + "# for the record\n")));
+}
+
+TEST(Update, RunsAreLeftOutByTheirNamesAndTheRestStaysAsItWas) {
+  const test::ScratchFolder folder;
+  PlanOptions options;
+  options.shard_s = 1000.0;
+  const Plan before = plan_of(kSweep, options);
+  write_plan(before, folder.path());
+  {
+    Claims claims(JobFolder{folder.path(), 1}.state(), {});
+    for (const Stage stage : kStages)
+      for (const Shard& shard : before.of(stage)) claims.set_done(shard.id, core::Json::object());
+  }
+  const std::vector<std::string> without = {R"(sweep.leave_out=["run0002","run0011"])"};
+  const Plan after = plan_of(kSweep, {}, &before, without);
+  std::vector<std::string> names;
+  for (const PlannedRun& run : after.runs) names.push_back(run.name);
+  EXPECT_THAT(names, testing::ElementsAre("run0000", "run0001", "run0003", "run0004", "run0005",
+                                          "run0006", "run0007", "run0008", "run0009", "run0010"));
+  EXPECT_EQ(compare(before, after, folder.path()).num_open, 1) << "the merge alone";
+  const Plan fresh = plan_of(kSweep, options, nullptr, without);
+  ASSERT_EQ(fresh.runs.size(), 10U);
+  EXPECT_EQ(fresh.runs[2].name, "run0003");
+  EXPECT_EQ(fresh.runs[2].key, before.runs[3].key);
+
+  const auto error_of = [&](const std::string& names_left_out) -> std::string {
+    try {
+      plan_of("[[sweep.product]]\nkey = \"world.seed\"\nvalues = [1, 2]\n", {}, nullptr,
+              {"sweep.leave_out=" + names_left_out});
+      return "";
+    } catch (const core::Error& error) {
+      return error.what();
+    }
+  };
+  EXPECT_THAT(error_of(R"(["run0001", "run0007"])"),
+              testing::HasSubstr("names run0007, and no run is called so"));
+  EXPECT_THAT(error_of(R"(["run0000", "run0001"])"), testing::HasSubstr("nothing is left to make"));
 }
 
 TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {

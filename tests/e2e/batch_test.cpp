@@ -285,6 +285,20 @@ TEST(Batch, AShardThatCannotBeDoneIsGivenUpAndTheRestGoesOn) {
       run_program({"batch", "run", job.string(), "--only", failure.at("shard").string(), "-q"});
   EXPECT_EQ(repeated.status, 3) << repeated.output;
   EXPECT_THAT(repeated.output, HasSubstr("ground"));
+
+  // And the way that it names has the rest merged.
+  const std::string without = R"(sweep.leave_out=["run0000","run0002"])";
+  EXPECT_THAT(run_program({"batch", "status", job.string()}).output, HasSubstr(without));
+  const auto updated = run_program(
+      {"batch", "plan", config.string(), "--out", job.string(), "--update", "--set", without});
+  ASSERT_EQ(updated.status, 0) << updated.output;
+  EXPECT_THAT(updated.output, HasSubstr(", 1 are to be looked at again")) << "the merge";
+  const auto rest = run_program({"batch", "run", job.string()});
+  EXPECT_EQ(rest.status, 0) << rest.output;
+  EXPECT_THAT(rest.output, HasSubstr("the dataset is in " + (job / "dataset").string()));
+  EXPECT_EQ(check_sums(job), 0);
+  EXPECT_TRUE(fs::exists(job / "dataset/kitti/run0003"));
+  EXPECT_FALSE(fs::exists(job / "dataset/kitti/run0002"));
 }
 
 TEST(Batch, AQuotaStopsItCleanly) {
@@ -294,6 +308,13 @@ TEST(Batch, AQuotaStopsItCleanly) {
   EXPECT_EQ(stopped.status, 4) << stopped.output;
   EXPECT_THAT(stopped.output, HasSubstr("quota"));
   EXPECT_LE(status_of(job).at("bytes").number(), 10e6);
+  // Two that claim at the same time count each other's.
+  const fs::path twice = planned(scratch, "twice");
+  const auto both = run_program(
+      {"batch", "run", twice.string(), "--quota", "0.01GB", "--jobs", "2", "--threads", "1", "-q"});
+  EXPECT_EQ(both.status, 4) << both.output;
+  EXPECT_THAT(both.output, HasSubstr("quota"));
+  EXPECT_LE(status_of(twice).at("bytes").number(), 10e6);
   const auto run = run_program({"batch", "run", job.string(), "-q"});
   EXPECT_EQ(run.status, 0) << run.output;
   EXPECT_EQ(check_sums(job), 0);
