@@ -40,6 +40,24 @@ void Board::refresh() {
         if (index >= 0 && at(index) < done_[at(stage)].size()) done_[at(stage)][at(index)] = 1;
 }
 
+bool Board::find_reopened() {
+  bool is_any = false;
+  for (const Stage stage : kStages) {
+    std::vector<std::uint8_t>& done = done_[at(stage)];
+    std::vector<std::uint8_t> is_listed(done.size());
+    for (const int index : claims_.done(stage))
+      if (index >= 0 && at(index) < done.size()) is_listed[at(index)] = 1;
+    for (std::size_t i = 0; i < done.size(); ++i) {
+      // A listing may be old, of a file that was made just now.
+      if (done[i] == 0 || is_listed[i] != 0 || claims_.is_done({stage, static_cast<int>(i)}))
+        continue;
+      done[i] = 0;
+      is_any = true;
+    }
+  }
+  return is_any;
+}
+
 void Board::set_done(const ShardId& shard) { done_[at(shard.stage)][at(shard.index)] = 1; }
 
 bool Board::is_done(const ShardId& shard) const {

@@ -15,6 +15,9 @@ class Board {
 
   /// Looks what others have done.
   void refresh();
+  /// Whether shards that were done are open again, as `verify --repair` leaves them.
+  /// cost   a listing of all that is done
+  bool find_reopened();
   void set_done(const ShardId& shard);
   bool is_done(const ShardId& shard) const;
   int num_done(Stage stage) const;

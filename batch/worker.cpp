@@ -65,8 +65,7 @@ class Worker {
       do_only(*options_.only);
       return outcome_;
     }
-    queue_ = mine();
-    if (options_.has_needs) add_needs();
+    fill_queue();
     auto wait = kFirstWait;
     while (true) {
       core::throw_if_stop_asked();
@@ -141,6 +140,18 @@ class Worker {
     return shards;
   }
 
+  void fill_queue() {
+    queue_ = mine();
+    if (options_.has_needs) add_needs();
+  }
+
+  /// Whether what was done is to be done again.
+  bool take_up_reopened() {
+    if (!board_.find_reopened()) return false;
+    fill_queue();
+    return true;
+  }
+
   /// Puts what its shards need of others and nobody has done before them.
   void add_needs() {
     std::vector<ShardId> open;
@@ -171,6 +182,7 @@ class Worker {
     for (const ShardId& shard : queue_) {
       if (poisoned_.contains(shard) || !board_.is_ready(shard)) continue;
       check_disk(shard);
+      if (shard.stage == Stage::Merge && take_up_reopened()) return Turn::Worked;
       auto claimed = claims_.claim(shard, options_.is_retry && !retried_.contains(shard));
       if (auto* claim = std::get_if<Claim>(&claimed)) {
         // With the claim, so that of several workers each counts the others'.
@@ -193,7 +205,8 @@ class Worker {
     find_hope();
     const bool has_hope = std::any_of(queue_.begin(), queue_.end(),
                                       [&](const ShardId& shard) { return can_be_done(shard); });
-    return has_hope ? Turn::Waiting : Turn::Finished;
+    if (has_hope) return Turn::Waiting;
+    return take_up_reopened() ? Turn::Worked : Turn::Finished;
   }
 
   /// Looks who holds what and what was given up.

@@ -46,7 +46,7 @@ function(terracast_library name)
   terracast_check_layering(${name} ${ARG_IN} "${ARG_USES}")
 endfunction()
 
-# terracast_tests(FOLDER USES folder... LINKS target... LABEL label [IN_ONE_PROCESS [APART prefix]])
+# terracast_tests(FOLDER USES folder... LINKS target... LABEL label [IN_ONE_PROCESS] [APART prefix])
 #   tests/FOLDER/*_test.cpp as one GoogleTest program, terracast_FOLDER_tests. Each test is a CTest of its own, or all
 #   are one, IN_ONE_PROCESS: for tests that share what takes longer to make than to test.
 #   Those of a prefix stay APART: the caller adds them.
@@ -74,16 +74,16 @@ function(terracast_tests folder)
   else()
     target_precompile_headers(${target} REUSE_FROM terracast_core_tests)
   endif()
+  set(filter "*")
+  if(ARG_APART)
+    set(filter "-${ARG_APART}*")
+  endif()
   if(ARG_IN_ONE_PROCESS)
-    set(filter "*")
-    if(ARG_APART)
-      set(filter "-${ARG_APART}/*")
-    endif()
     add_test(NAME ${folder} COMMAND ${target} --gtest_brief=1 --gtest_filter=${filter})
     set_tests_properties(${folder} PROPERTIES LABELS ${ARG_LABEL} ${cost})
     return()
   endif()
-  gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${folder}.
+  gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${folder}. TEST_FILTER "${filter}"
     PROPERTIES LABELS ${ARG_LABEL} ${cost})
 endfunction()
 if(TERRACAST_TESTS)

@@ -358,6 +358,25 @@ TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {
               ElementsAre("tile", "render", "export", "validate", "merge"));
 }
 
+TEST(Board, SeesThatAShardIsOpenAgain) {
+  const test::ScratchFolder folder;
+  const Plan plan = plan_of("[[sweep.product]]\nkey = \"world.seed\"\nvalues = [1, 2]\n");
+  Claims claims(folder.path(), {});
+  for (const Stage stage : kStages)
+    for (const Shard& shard : plan.of(stage)) claims.set_done(shard.id, core::Json::object());
+  Board board(plan, claims);
+  board.refresh();
+  const ShardId merge{Stage::Merge, 0};
+  ASSERT_TRUE(board.is_ready(merge));
+  EXPECT_FALSE(board.find_reopened());
+  claims.reopen({Stage::Export, 1});
+  claims.reopen(merge);
+  EXPECT_TRUE(board.find_reopened());
+  EXPECT_FALSE(board.is_ready(merge));
+  EXPECT_THAT(board.missing(merge), testing::SizeIs(1));
+  EXPECT_FALSE(board.find_reopened()) << "it is known by now";
+}
+
 TEST(Worker, ThatFindsAllDoneTellsOfTheChecksThatFailedBefore) {
   const test::ScratchFolder folder;
   const Plan plan = plan_of("[[sweep.product]]\nkey = \"world.seed\"\nvalues = [1, 2]\n");

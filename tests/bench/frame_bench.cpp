@@ -8,6 +8,10 @@
 // rays and does nothing with the hits. `ratio` is the bare loop's CPU time over ours, measured in
 // turn in one run; `tiles_a_ray` and `packet_fill` say in how many tiles a ray is cast and what share
 // of the packets' lanes carries one. The argument is the number of threads.
+//
+// frame_trail renders facts and colour without and with a trail of the tiles that rays come to, in
+// turn: with_truth, with_color and with_both are CPU times with it over those without. Its argument is
+// the ground: 0 mountains, 1 a plain, over which rays are followed farther than they need to be.
 
 #include <benchmark/benchmark.h>
 
@@ -27,14 +31,14 @@ constexpr int kWidth = 720;
 constexpr int kHeight = 640;
 constexpr int kFrame = 1;
 
-render::SequencePlan flight() {
+render::SequencePlan flight(const test::HeightFunction& height_m = test::mountain_height_m) {
   render::SequencePlan plan = test::small_plan(3, kWidth, kHeight);
   plan.cameras = test::small_rig(kWidth, kHeight, 25.0);
   plan.conditions.color_samples = 4;
   for (int i = 0; i < 3; ++i) {
     geo::BodyState& state = plan.states[static_cast<std::size_t>(i)];
     state.world_from_body.translation = {200.0 + 8.0 * i, 100.0,
-                                         test::mountain_height_m(200.0, 100.0) + 300.0 + i};
+                                         height_m(200.0, 100.0) + 300.0 + i};
   }
   return plan;
 }
@@ -129,6 +133,48 @@ void frame_color(benchmark::State& state) {
   state.counters["cpu_ns_a_sample"] = 1e9 * (bench::cpu_seconds() - start) / samples;
 }
 
+double plain_height_m(double x, double y) {
+  return 1200.0 + 2.0 * std::sin(0.05 * x) * std::cos(0.04 * y);
+}
+
+/// The flight over either ground.
+test::Scene& scene_over(std::int64_t ground) {
+  if (ground == 0) return Flight::get().scene;
+  static bench::Folder folder("frame-bench-plain");
+  static test::Scene scene(
+      test::make_tiny_world(folder.path(), plain_height_m, test::mountain_options(4)),
+      flight(plain_height_m));
+  return scene;
+}
+
+void frame_trail(benchmark::State& state) {
+  const test::Scene& scene = scene_over(state.range(0));
+  const core::ThreadLimit limit(1);
+  world::RayTrail trail(scene.query.cut().size());
+  render::TruthFrame truth;
+  double truth_s[2] = {};  // without, with
+  double color_s[2] = {};
+  int num_turns = 0;
+  for ([[maybe_unused]] const auto _ : state) {
+    for (int i = 0; i < 2; ++i) {
+      const int is_told = (i + num_turns) % 2;
+      world::RayTrail* const told = is_told != 0 ? &trail : nullptr;
+      trail.clear();
+      const double start = bench::cpu_seconds();
+      scene.renderer.truth(kFrame, 0, truth, told);
+      const double between = bench::cpu_seconds();
+      benchmark::DoNotOptimize(scene.renderer.color(kFrame, 0, told));
+      truth_s[is_told] += between - start;
+      color_s[is_told] += bench::cpu_seconds() - between;
+    }
+    ++num_turns;
+  }
+  state.counters["with_truth"] = truth_s[1] / truth_s[0];
+  state.counters["with_color"] = color_s[1] / color_s[0];
+  state.counters["with_both"] = (truth_s[1] + color_s[1]) / (truth_s[0] + color_s[0]);
+  state.counters["tiles"] = static_cast<double>(scene.query.cut().size());
+}
+
 /// Ground materials and light alone, without rays.
 void frame_shading(benchmark::State& state) {
   Flight& flight = Flight::get();
@@ -164,6 +210,7 @@ void frame_shading(benchmark::State& state) {
 
 BENCHMARK(frame_truth)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
 BENCHMARK(frame_color)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
+BENCHMARK(frame_trail)->ArgName("ground")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(frame_shading)->ArgName("footprint_cm")->Arg(3)->Arg(30)->Arg(300);
 
 }  // namespace
