@@ -89,6 +89,11 @@ std::optional<Part> part_from_queue(
            queue.index, *text, part.count);
     return part;
   }
+  if (count != 0)
+    fail(ErrorKind::Usage,
+         "--parts {}: no variable of an array tells which of them this is (PBS_ARRAY_INDEX, "
+         "JOB_COMPLETION_INDEX and others); give the part with --shard INDEX/COUNT",
+         count);
   return std::nullopt;
 }
 

@@ -27,7 +27,8 @@ Part part_from_text(const std::string& text);
 /// variable   looks up an environment variable
 /// count      how many tasks there are, where the queue does not tell; 0: not known
 /// returns    nothing outside of an array
-/// throws     Usage: the count is needed or contradicts the queue's; numbers that make no sense
+/// throws     Usage: the count is needed, contradicts the queue's, or is given outside of an array;
+///            numbers that make no sense
 std::optional<Part> part_from_queue(
     const std::function<std::optional<std::string>(const char*)>& variable, int count);
 

@@ -305,7 +305,7 @@ Plan read_plan(const fs::path& job_folder) {
   const int revision = last_revision(job_folder);
   if (revision == 0)
     fail(ErrorKind::Io, "{}: holds no plan; make one with `terracast batch plan CONFIG --out {}`",
-         job_folder.string(), job_folder.string());
+         fs::absolute(job_folder).string(), job_folder.string());
   const fs::path folder = plans_folder(job_folder) / fmt::format("{:04}", revision);
   const fs::path plan_file = folder / kPlanFile;
   const Json json = Json::read(plan_file);

@@ -133,6 +133,7 @@ batch::WorkerOptions worker_options(const batch::Plan& plan, const BatchArgument
   else if (args.only.empty())
     part = batch::part_from_queue(variable, args.num_parts);
   if (part) {
+    log_of(args).info("part {} of {}, counted from 0", part->index, part->count);
     options.part_index = part->index;
     options.part_count = part->count;
     options.is_part_only = true;
@@ -164,6 +165,8 @@ int tell_outcome(const batch::WorkerOutcome& outcome, const BatchArguments& args
   if (outcome.num_checks_failed > 0)
     fmt::print("{} checks failed; the reports are below {}\n", outcome.num_checks_failed,
                (args.job / "report").string());
+  if (outcome.num_left == 0 && outcome.num_done == 0 && !outcome.is_merged && !args.quiet)
+    fmt::print("nothing is left to do here; see terracast batch status {}\n", args.job.string());
   if (outcome.is_merged && !args.quiet)
     fmt::print(
         "the dataset is in {}; its card is README.md, and `sha256sum -c SHA256SUMS` checks it\n",

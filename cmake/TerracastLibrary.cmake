@@ -83,7 +83,7 @@ function(terracast_tests folder)
     set_tests_properties(${folder} PROPERTIES LABELS ${ARG_LABEL} ${cost})
     return()
   endif()
-  gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${folder}. TEST_FILTER "${filter}"
+  gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 TEST_PREFIX ${folder}. TEST_FILTER "${filter}"
     PROPERTIES LABELS ${ARG_LABEL} ${cost})
 endfunction()
 if(TERRACAST_TESTS)

@@ -69,6 +69,7 @@ TEST(ArrayIndex, EachQueueTellsItsTasksWhoTheyAre) {
 TEST(ArrayIndex, WhatDoesNotFitIsRefused) {
   using testing::HasSubstr;
   EXPECT_THAT(refusal_of({{"JOB_COMPLETION_INDEX", "0"}}), HasSubstr("--parts"));
+  EXPECT_THAT(refusal_of({}, 4), HasSubstr("--shard INDEX/COUNT"));
   EXPECT_THAT(refusal_of({{"PBS_ARRAY_INDEX", "4"}}, 4), HasSubstr("outside"));
   EXPECT_THAT(refusal_of({{"PBS_ARRAY_INDEX", "x"}}, 4), HasSubstr("no number"));
   EXPECT_THAT(refusal_of({{"SLURM_ARRAY_TASK_ID", "1"}}), HasSubstr("SLURM_ARRAY_TASK_MIN"));
