@@ -1,3 +1,5 @@
+#include "capture/sequence_files.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,7 +8,6 @@
 
 #include "capture/frame_reader.h"
 #include "capture/frame_writer.h"
-#include "capture/manifest.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"
