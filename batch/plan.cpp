@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "capture/manifest.h"
+#include "capture/sequence_files.h"
 #include "core/atomic_file.h"
 #include "core/hash.h"
 #include "core/process_id.h"

@@ -9,7 +9,7 @@
 #include "batch/run_files.h"
 #include "batch/update.h"
 #include "capture/frame_writer.h"
-#include "capture/manifest.h"
+#include "capture/sequence_files.h"
 #include "core/atomic_file.h"
 #include "core/random.h"
 #include "job/stages.h"

@@ -14,4 +14,8 @@ bool has_size(const std::filesystem::path& folder, const FrameFile& entry);
 /// throws   Io
 bool is_whole(const std::filesystem::path& folder, const FrameFile& entry);
 
+/// Whether a JSON file of this version is not as it was written.
+/// throws   Io
+bool is_damaged(const std::filesystem::path& file);
+
 }  // namespace terracast::capture

@@ -6,7 +6,11 @@
 
 #include "capture/channel.h"
 #include "capture/file_check.h"
+#include "capture/frame_record_json.h"
 #include "capture/manifest.h"
+#include "capture/sequence_files.h"
+#include "capture/sequence_json.h"
+#include "capture/tracks_json.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"

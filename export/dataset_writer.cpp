@@ -4,7 +4,7 @@
 #include <set>
 #include <utility>
 
-#include "capture/manifest.h"
+#include "capture/sequence_files.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "capture/manifest.h"
+#include "capture/sequence_json.h"
 
 namespace terracast::exporters {
 

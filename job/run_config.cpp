@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "capture/manifest.h"
+#include "capture/sequence_files.h"
 #include "core/toml_reader.h"
 
 namespace terracast::job {

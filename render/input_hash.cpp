@@ -2,7 +2,7 @@
 
 #include <iterator>
 
-#include "capture/manifest.h"
+#include "capture/sequence_files.h"
 #include "core/hash.h"
 #include "core/schema_writer.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "capture/channel.h"
-#include "capture/manifest.h"
+#include "capture/sequence_files.h"
 #include "core/error.h"
 #include "geo/frames.h"
 #include "geo/units.h"

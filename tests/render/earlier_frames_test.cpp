@@ -10,7 +10,8 @@
 #include <set>
 #include <thread>
 
-#include "capture/manifest.h"
+#include "capture/frame_record_json.h"
+#include "capture/sequence_files.h"
 #include "core/atomic_file.h"
 #include "geo/sun.h"
 #include "tests/render/scene.h"

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "capture/frame.h"
+
+/// The files of a captured sequence: what they are called, and what they can hold.
+namespace terracast::capture {
+
+/// Version of the format on disk; a reader takes its own only.
+inline constexpr int kCaptureVersion = 4;
+/// Frames are numbered by six digits.
+inline constexpr int kMaxFrames = 1000000;
+/// Of one camera's image.
+inline constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
+
+/// Names relative to the sequence's folder.
+inline constexpr const char* kSequenceFile = "sequence.json";
+inline constexpr const char* kTracksFile = "tracks.json";
+inline constexpr const char* kManifestFile = "manifest.json";
+/// The folder of the records, which no rig can be called.
+inline constexpr const char* kRecordsFolder = "frames";
+std::string record_path(int frame_index);
+std::string color_path(const CameraCalibration& camera, int frame_index);
+std::string facts_path(const CameraCalibration& camera, int frame_index);
+
+/// Whether a sequence, rig or camera may bear a name, which becomes a folder's: 1 to 64 letters,
+/// digits, _ or -.
+bool is_safe_name(const std::string& name);
+
+}  // namespace terracast::capture

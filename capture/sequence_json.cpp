@@ -1,0 +1,239 @@
+#include "capture/sequence_json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <tuple>
+
+#include "capture/channel.h"
+#include "capture/json_parts.h"
+#include "capture/sequence_files.h"
+
+namespace terracast::capture {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+using core::Json;
+
+Json json_from_camera(const CameraCalibration& camera) {
+  const geo::CameraIntrinsics& intrinsics = camera.intrinsics;
+  return Json::object()
+      .set("rig", camera.rig)
+      .set("name", camera.name)
+      .set("intrinsics", Json::object()
+                             .set("model", intrinsics.model)
+                             .set("width_px", intrinsics.width_px)
+                             .set("height_px", intrinsics.height_px)
+                             .set("parameters", Json::array_of(intrinsics.parameters)))
+      .set("rig_from_camera", json_from_rigid(camera.rig_from_camera))
+      .set("body_from_rig", json_from_rigid(camera.body_from_rig));
+}
+
+CameraCalibration camera_from_json(const Json& json, const Source& source) {
+  const Json& intrinsics = json.at("intrinsics");
+  const auto pixels = [&](const char* name) {
+    return static_cast<int>(source.count(intrinsics.at(name), kMaxPixels, name));
+  };
+  return {.rig = json.at("rig").string(),
+          .name = json.at("name").string(),
+          .intrinsics = {.model = intrinsics.at("model").string(),
+                         .width_px = pixels("width_px"),
+                         .height_px = pixels("height_px"),
+                         .parameters = intrinsics.at("parameters").numbers()},
+          .rig_from_camera = source.rigid(json.at("rig_from_camera"), "rig_from_camera"),
+          .body_from_rig = source.rigid(json.at("body_from_rig"), "body_from_rig")};
+}
+
+std::string name_of(const ShownTile& tile) {
+  return fmt::format("{}/{}/{}", tile.level, tile.x, tile.y);
+}
+
+/// throws Input: not "level/x/y hash"
+ShownTile tile_from_text(const std::string& text, const std::string& file) {
+  ShownTile tile;
+  int length = 0;
+  if (text.size() > 80 ||
+      std::sscanf(text.c_str(), "%9d/%9d/%9d %n", &tile.level, &tile.x, &tile.y, &length) != 3)
+    fail(ErrorKind::Input, "{}: \"{}\" is not a tile's level/x/y and hash", file,
+         text.substr(0, 80));
+  tile.content_hash = text.substr(static_cast<std::size_t>(length));
+  if (name_of(tile) + " " + tile.content_hash != text)
+    fail(ErrorKind::Input, "{}: \"{}\" is not a tile's level/x/y and hash", file, text);
+  return tile;
+}
+
+ShownGeometry geometry_from_json(const Json& json, const Source& source) {
+  ShownGeometry geometry{
+      .cell_px = source.finite(json.at("cell_px"), "cell_px"),
+      .finest_spacing_m = source.finite(json.at("finest_spacing_m"), "finest_spacing_m"),
+      .tiles = {}};
+  const std::vector<std::string> tiles = json.at("tiles").strings();
+  const std::vector<double> highest_z_m =
+      source.numbers(json.at("highest_z_m"), tiles.size(), "highest_z_m");
+  geometry.tiles.reserve(tiles.size());
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    geometry.tiles.push_back(tile_from_text(tiles[i], source.file));
+    geometry.tiles.back().highest_z_world_m = highest_z_m[i];
+  }
+  return geometry;
+}
+
+/// What every sequence's geometry is: tiles in order, with hashes.
+void check_geometry(const ShownGeometry& geometry, ErrorKind kind, const std::string& where) {
+  if (!(geometry.cell_px > 0.0) || !(geometry.finest_spacing_m > 0.0))
+    fail(kind, "{}: cell_px = {} and finest_spacing_m = {} must be positive", where,
+         geometry.cell_px, geometry.finest_spacing_m);
+  if (geometry.tiles.empty() || geometry.tiles.size() > kMaxShownTiles)
+    fail(kind, "{}: shows {} tiles; a sequence shows 1 to {}", where, geometry.tiles.size(),
+         kMaxShownTiles);
+  for (const ShownTile& tile : geometry.tiles)
+    if (!std::isfinite(tile.highest_z_world_m))
+      fail(kind, "{}: the highest point of tile {} is not finite", where, name_of(tile));
+  for (const ShownTile& tile : geometry.tiles)
+    if (!is_content_hash(tile.content_hash))
+      fail(kind, "{}: \"{}\", of tile {}, is no content hash of 32 hexadecimal digits", where,
+           tile.content_hash, name_of(tile));
+  const auto place = [](const ShownTile& tile) { return std::tuple(tile.level, tile.x, tile.y); };
+  for (std::size_t i = 1; i < geometry.tiles.size(); ++i)
+    if (!(place(geometry.tiles[i - 1]) < place(geometry.tiles[i])))
+      fail(kind, "{}: tile {} stands twice or out of order", where, name_of(geometry.tiles[i]));
+}
+
+bool is_utc(const std::string& text) {
+  static constexpr std::string_view kShape = "0000-00-00T00:00:00";
+  if (text.size() <= kShape.size() || text.back() != 'Z') return false;
+  for (std::size_t i = 0; i < kShape.size(); ++i) {
+    const bool is_digit = '0' <= text[i] && text[i] <= '9';
+    if (kShape[i] == '0' ? !is_digit : text[i] != kShape[i]) return false;
+  }
+  const std::string fraction = text.substr(kShape.size(), text.size() - kShape.size() - 1);
+  if (fraction.empty()) return true;
+  return fraction.size() > 1 && fraction[0] == '.' &&
+         fraction.find_first_not_of("0123456789", 1) == std::string::npos;
+}
+
+}  // namespace
+
+void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string& where) {
+  static constexpr const char* kNameRule = "1 to 64 letters, digits, _ or -";
+  if (!is_safe_name(info.name))
+    fail(kind, "{}: the sequence name \"{}\" must be {}", where, info.name, kNameRule);
+  if (info.input_hash.empty()) fail(kind, "{}: input_hash is empty", where);
+  if (info.num_frames < 1 || info.num_frames > kMaxFrames)
+    fail(kind, "{}: num_frames = {} is outside 1 to {}", where, info.num_frames, kMaxFrames);
+  if (!(info.rate_hz > 0.0) || !std::isfinite(info.rate_hz))
+    fail(kind, "{}: rate_hz = {} must be positive", where, info.rate_hz);
+  if (!is_utc(info.utc_start))
+    fail(kind, "{}: utc_start = \"{}\" must be like 2024-06-21T10:00:00Z", where, info.utc_start);
+  if (!(std::abs(info.origin.lat_deg) <= 90.0) || !(std::abs(info.origin.lon_deg) <= 360.0) ||
+      !std::isfinite(info.origin.height_m))
+    fail(kind, "{}: the origin ({} deg, {} deg, {} m) is not a place", where, info.origin.lat_deg,
+         info.origin.lon_deg, info.origin.height_m);
+  check_geometry(info.geometry, kind, where);
+  if (info.cameras.empty() || info.cameras.size() > kMaxCameras)
+    fail(kind, "{}: {} cameras; a sequence has 1 to {}", where, info.cameras.size(), kMaxCameras);
+  std::set<std::pair<std::string, std::string>> names;
+  for (const CameraCalibration& camera : info.cameras) {
+    for (const std::string* name : {&camera.rig, &camera.name})
+      if (!is_safe_name(*name))
+        fail(kind, "{}: the name \"{}\" of a rig or camera must be {}", where, *name, kNameRule);
+    if (camera.rig == kRecordsFolder)
+      fail(kind, "{}: a rig cannot be called \"{}\", the folder of the records", where, camera.rig);
+    if (!names.emplace(camera.rig, camera.name).second)
+      fail(kind, "{}: camera {}/{} stands twice", where, camera.rig, camera.name);
+    try {
+      geo::make_camera(camera.intrinsics);
+    } catch (const core::Error& error) {
+      fail(kind, "{}: camera {}/{}: {}", where, camera.rig, camera.name, error.message());
+    }
+    if (std::int64_t{camera.intrinsics.width_px} * camera.intrinsics.height_px > kMaxPixels)
+      fail(kind, "{}: camera {}/{}: {} x {} pixels are more than the {} allowed", where, camera.rig,
+           camera.name, camera.intrinsics.width_px, camera.intrinsics.height_px, kMaxPixels);
+  }
+}
+
+Json json_from_geometry(const ShownGeometry& geometry) {
+  std::vector<std::string> tiles;
+  tiles.reserve(geometry.tiles.size());
+  for (const ShownTile& tile : geometry.tiles)
+    tiles.push_back(name_of(tile) + " " + tile.content_hash);
+  return Json::object()
+      .set("cell_px", geometry.cell_px)
+      .set("finest_spacing_m", geometry.finest_spacing_m)
+      .set("tiles", Json::array_of(tiles));
+}
+
+Json json_from_sequence(const SequenceInfo& info) {
+  std::vector<double> highest_z_m;
+  for (const ShownTile& tile : info.geometry.tiles) highest_z_m.push_back(tile.highest_z_world_m);
+  Json geometry = json_from_geometry(info.geometry);
+  geometry.set("highest_z_m", Json::array_of(highest_z_m));
+  Json classes = Json::object();
+  for (std::size_t i = 0; i < semantic_class_names().size(); ++i)
+    classes.set(semantic_class_names()[i], static_cast<int>(i));
+  Json channel_list = Json::array();
+  for (const ChannelInfo& channel : channels())
+    channel_list.push(Json::object()
+                          .set("name", channel.name)
+                          .set("type", channel.type)
+                          .set("unit", channel.unit)
+                          .set("meaning", channel.meaning)
+                          .set("sky", channel.invalid));
+  Json cameras = Json::array();
+  for (const CameraCalibration& camera : info.cameras) cameras.push(json_from_camera(camera));
+  Json json = header();
+  json.set("name", info.name)
+      .set("input_hash", info.input_hash)
+      .set("world", Json::object()
+                        .set("name", info.world_name)
+                        .set("input_hash", info.world_input_hash)
+                        .set("origin", Json::object()
+                                           .set("lat_deg", info.origin.lat_deg)
+                                           .set("lon_deg", info.origin.lon_deg)
+                                           .set("height_m", info.origin.height_m)))
+      .set("utc_start", info.utc_start)
+      .set("rate_hz", info.rate_hz)
+      .set("num_frames", info.num_frames)
+      .set("geometry", std::move(geometry))
+      .set("cameras", std::move(cameras))
+      .set("channels", std::move(channel_list))
+      .set("semantic_classes", std::move(classes))
+      .set("licences", Json::array_of(info.licences))
+      .set("config_toml", info.config_toml);
+  core::add_content_hash(json);
+  return json;
+}
+
+SequenceInfo sequence_from_json(const Json& json, const std::string& file) {
+  const Source source{file};
+  source.format(json);
+  SequenceInfo info;
+  info.name = json.at("name").string();
+  info.input_hash = json.at("input_hash").string();
+  const Json& world = json.at("world");
+  info.world_name = world.at("name").string();
+  info.world_input_hash = world.at("input_hash").string();
+  const Json& origin = world.at("origin");
+  info.origin = {.lat_deg = source.finite(origin.at("lat_deg"), "lat_deg"),
+                 .lon_deg = source.finite(origin.at("lon_deg"), "lon_deg"),
+                 .height_m = source.finite(origin.at("height_m"), "height_m")};
+  info.utc_start = json.at("utc_start").string();
+  info.rate_hz = source.finite(json.at("rate_hz"), "rate_hz");
+  info.num_frames = static_cast<int>(source.count(json.at("num_frames"), kMaxFrames, "num_frames"));
+  info.geometry = geometry_from_json(json.at("geometry"), source);
+  const Json& cameras = json.at("cameras");
+  if (!cameras.is_array() || cameras.size() > kMaxCameras)
+    fail(ErrorKind::Input, "{}: cameras must be a list of 1 to {}", file, kMaxCameras);
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    info.cameras.push_back(camera_from_json(cameras.at(i), source));
+  info.licences = json.at("licences").strings();
+  info.config_toml = json.at("config_toml").string();
+  check_sequence(info, ErrorKind::Input, file);
+  source.whole(json);
+  return info;
+}
+
+}  // namespace terracast::capture
