@@ -64,10 +64,11 @@ RunConfig load_run_config(const std::filesystem::path& file, const std::vector<s
         const core::TomlDocument document = core::TomlDocument::load(file, sets);
         for (const char* section : {"sweep", "dataset"})
           if (document.has(section))
-            fail(ErrorKind::Config,
-                 "{}: it has a [{}], so it describes a dataset of many runs; `terracast batch plan` "
-                 "takes it",
-                 file.string(), section);
+            fail(
+                ErrorKind::Config,
+                "{}: it has a [{}], so it describes a dataset of many runs; `terracast batch plan` "
+                "takes it",
+                file.string(), section);
         RunConfig config;
         document.read(config);
         return config;
