@@ -36,11 +36,6 @@ constexpr double kRenewalsPerLease = 6.0;
 /// A process of another machine that has not been heard of for so long has ended.
 constexpr double kForeignLifetime_s = 86400.0;
 
-std::string host_name() {
-  char name[256] = {};
-  return ::gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
-}
-
 std::string_view how_name(TryEnd::How how) {
   switch (how) {
     case TryEnd::How::Failed:
@@ -213,7 +208,7 @@ struct Claims::Impl {
   }
   core::Json own_claim() const {
     core::Json json = core::Json::object();
-    json.set("host", host_name()).set("process", worker).set("lease_s", options.lease_s);
+    json.set("host", core::host_name()).set("process", worker).set("lease_s", options.lease_s);
     core::add_content_hash(json);
     return json;
   }
@@ -340,9 +335,9 @@ struct Claim::Impl {
     let_go();
     std::error_code ignored;
     if (!fs::exists(file, ignored)) return;  // an end without its try would end another's
-    Claims::Impl::end_try(
-        file,
-        {.how = how, .error = text_of_error(error), .worker = host_name() + " " + claims->worker});
+    Claims::Impl::end_try(file, {.how = how,
+                                 .error = text_of_error(error),
+                                 .worker = core::host_name() + " " + claims->worker});
   }
 };
 

@@ -251,6 +251,9 @@ void write_plan(const Plan& plan, const fs::path& job_folder) {
   plan.inputs.json().write(unfinished / kConfigFile);
   core::write_file(unfinished / kRunsFile, runs_text(plan));
   core::write_file(unfinished / kShardsFile, shards_text(plan));
+  Json left_out = Json::array();
+  for (const LeftOutRun& run : plan.left_out)
+    left_out.push(Json::array().push(run.name).push(run.identity));
   Json hashes = Json::object();
   for (const char* file : {kConfigFile, kRunsFile, kShardsFile})
     hashes.set(file, core::content_hash_of_file(unfinished / file));
@@ -267,6 +270,7 @@ void write_plan(const Plan& plan, const fs::path& job_folder) {
       .set("max_tries", plan.claims.max_tries)
       .set("stages", std::move(stages))
       .set("worlds", Json::array_of(plan.worlds))
+      .set("left_out", std::move(left_out))
       .set("files", std::move(hashes));
   core::add_content_hash(json);
   json.write(unfinished / kPlanFile);
@@ -283,8 +287,9 @@ void write_plan(const Plan& plan, const fs::path& job_folder) {
 bool is_same_but_for_revision(const Plan& a, const Plan& b) {
   return a.name == b.name && a.claims.lease_s == b.claims.lease_s &&
          a.claims.max_tries == b.claims.max_tries && a.shard_s == b.shard_s &&
-         a.worlds == b.worlds && a.inputs.json().text() == b.inputs.json().text() &&
-         runs_text(a) == runs_text(b) && shards_text(a) == shards_text(b);
+         a.worlds == b.worlds && a.left_out == b.left_out &&
+         a.inputs.json().text() == b.inputs.json().text() && runs_text(a) == runs_text(b) &&
+         shards_text(a) == shards_text(b);
 }
 
 bool has_newer_plan(const fs::path& job_folder, int revision) {
@@ -326,8 +331,12 @@ Plan read_plan(const fs::path& job_folder) {
                                                     (folder / kConfigFile).string()),
             .worlds = json.at("worlds").strings(),
             .runs = {},
+            .left_out = {},
             .shards = std::vector<std::vector<Shard>>(kStages.size()),
             .memory_bytes = json.at("memory_bytes").number()};
+  const Json& left_out = json.at("left_out");
+  for (std::size_t i = 0; i < left_out.size(); ++i)
+    plan.left_out.push_back({left_out.at(i).at(0).string(), left_out.at(i).at(1).string()});
   for (const std::string& world : plan.worlds)
     if (!capture::is_safe_name(world))
       fail(ErrorKind::Input, "{}: the world \"{}\" cannot be a folder", plan_file.string(), world);
@@ -358,6 +367,7 @@ std::string describe_plan(const Plan& plan) {
   std::string text =
       fmt::format("{}: {} runs, {} sequences, {} frames, {} worlds\n", plan.name, plan.runs.size(),
                   plan.num_sequences(), plan.num_frames(), plan.worlds.size());
+  for (const LeftOutRun& run : plan.left_out) text += fmt::format("left out: {}\n", run.name);
   text += fmt::format("{:10} {:>8} {:>16} {:>16} {:>12}\n", "stage", "shards", "CPU time",
                       "longest shard", "disk");
   for (const Stage stage : kStages) {

@@ -70,6 +70,13 @@ struct TileEdits {
   std::set<std::filesystem::path> removed;       ///< tiles that were edited before, and are no more
 };
 
+/// A run that the sweep makes and the plan leaves out, by its name, and what keeps it that name.
+struct LeftOutRun {
+  std::string name;
+  std::string identity;
+  bool operator==(const LeftOutRun&) const = default;
+};
+
 struct PlanOptions {
   ClaimOptions claims;
   TileEdits edits;
@@ -85,6 +92,7 @@ struct Plan {
   core::ConfigInputs inputs;
   std::vector<std::string> worlds;  ///< keys, the names of their folders
   std::vector<PlannedRun> runs;
+  std::vector<LeftOutRun> left_out;
   std::vector<std::vector<Shard>> shards;  ///< by stage
   double memory_bytes = 0.0;               ///< of a process with two threads
 

@@ -46,6 +46,10 @@ class RunPlanner {
       taken_.insert(run.name);
       previous_runs_.emplace(run.name, &run);
     }
+    for (const LeftOutRun& run : previous->left_out) {
+      names_.emplace(run.identity, run.name);
+      taken_.insert(run.name);
+    }
   }
 
   void add(std::int64_t index) {
@@ -55,7 +59,10 @@ class RunPlanner {
       fail(ErrorKind::Config, "runs {} and {} of the sweep are the same: {}", known->second, index,
            changes.text());
     const std::string name = name_of(changes.identity, index);
-    if (to_leave_out_.erase(name) > 0) return;
+    if (to_leave_out_.erase(name) > 0) {
+      left_out.push_back({name, changes.identity});
+      return;
+    }
     const job::RunConfig config = description_.run_config(index);
     const std::vector<capture::CameraCalibration> cameras = render::build_cameras(config.rigs);
     PlannedRun run{.name = name,
@@ -111,6 +118,7 @@ class RunPlanner {
   const std::vector<std::string>& worlds() const { return worlds_; }
 
   std::vector<PlannedRun> runs;
+  std::vector<LeftOutRun> left_out;
   std::vector<RunCost> costs;  ///< of the runs
   std::map<int, Cost> world_costs;
   double memory_bytes = 0.0;
@@ -352,6 +360,7 @@ Plan make_plan(const Description& description, const PlanOptions& options, const
             .inputs = description.inputs(),
             .worlds = planner.worlds(),
             .runs = {},
+            .left_out = std::move(planner.left_out),
             .shards = {},
             .memory_bytes = planner.memory_bytes};
   plan.shards = {deal_tiles(planner, order),

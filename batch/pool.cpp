@@ -13,6 +13,7 @@
 #include "batch/board.h"
 #include "batch/status.h"
 #include "core/atomic_file.h"
+#include "core/process_id.h"
 #include "core/program.h"
 #include "core/stage_cost.h"
 #include "core/stop.h"
@@ -93,8 +94,10 @@ class Pool {
       next_words += kListen;
       pass_on_warnings();
       if (Clock::now() < next_report) continue;
-      next_report += kReport;
+      const auto start = Clock::now();
       report();
+      // Of a large job it takes long to read all records.
+      next_report = Clock::now() + std::max<Clock::duration>(kReport, 20 * (Clock::now() - start));
     }
     pass_on_warnings();
     return outcome();
@@ -109,7 +112,7 @@ class Pool {
   };
 
   fs::path log_of(int worker) const {
-    return folder_.logs() / fmt::format("worker-{}.log", worker);
+    return folder_.logs() / fmt::format("{}-worker-{}.log", core::host_name(), worker);
   }
   fs::path log_of(const Worker& worker) const { return log_of(worker.number); }
 
@@ -182,6 +185,15 @@ class Pool {
   }
 
   void report() const {
+    try {
+      tell_progress();
+    } catch (const core::Error& error) {
+      if (error.kind() != ErrorKind::Input && error.kind() != ErrorKind::Io) throw;
+      context_.log.warn("how far the job is cannot be told: {}", error.what());
+    }
+  }
+
+  void tell_progress() const {
     const Status status = status_of(plan_, folder_, options_.worker.claims);
     std::int64_t num_done = 0;
     std::int64_t num_shards = 0;

@@ -49,14 +49,15 @@ std::string way_without(const Status& status, const std::string& job) {
   for (const Status::Tried& tried : status.tried)
     if (tried.is_poisoned && !tried.run.empty()) runs.insert(tried.run);
   if (runs.empty()) return {};
+  runs.insert(status.left_out.begin(), status.left_out.end());
   if (runs.size() > kFailuresShown)
     return fmt::format(
         "{} runs keep the rest from being merged; to plan without them, name them in "
         "sweep.leave_out\n",
         runs.size());
   return fmt::format(
-      "without what was given up: terracast batch plan CONFIG --out {} --update --set "
-      "'sweep.leave_out=[\"{}\"]'\n",
+      "without what was given up, and with the same --set as before: terracast batch plan CONFIG "
+      "--out {} --update --set 'sweep.leave_out=[\"{}\"]'\n",
       job, fmt::join(runs, "\",\""));
 }
 
@@ -113,9 +114,11 @@ Status status_of(const Plan& plan, const JobFolder& folder, const ClaimOptions& 
   const Claims claims(folder.state(), options);
   Status status{.name = plan.name,
                 .stages = {},
+                .left_out = {},
                 .tried = tried_of(plan, claims),
                 .slowest = {},
                 .num_checks_failed = 0};
+  for (const LeftOutRun& run : plan.left_out) status.left_out.push_back(run.name);
   for (const Stage stage : kStages) {
     Status::StageStatus of_stage{.stage = stage,
                                  .num_shards = static_cast<std::int64_t>(plan.of(stage).size()),

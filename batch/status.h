@@ -39,8 +39,9 @@ struct Status {
 
   std::string name;
   std::vector<StageStatus> stages;
-  std::vector<Tried> tried;   ///< shards with tries that are not done
-  std::vector<Slow> slowest;  ///< of those that are done, the worst first
+  std::vector<std::string> left_out;  ///< names of runs that the plan leaves out
+  std::vector<Tried> tried;           ///< shards with tries that are not done
+  std::vector<Slow> slowest;          ///< of those that are done, the worst first
   std::int64_t num_checks_failed = 0;
   double frames_per_s =
       0.0;               ///< rendered by those that work now, at the rate of those that are done

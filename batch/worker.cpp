@@ -83,7 +83,8 @@ class Worker {
     outcome_.num_left = 0;
     for (const ShardId& shard : mine()) outcome_.num_left += board_.is_done(shard) ? 0 : 1;
     outcome_.is_merged = !plan_.of(Stage::Merge).empty() && board_.is_complete(Stage::Merge);
-    outcome_.poisoned.assign(poisoned_.begin(), poisoned_.end());
+    for (const ShardId& shard : poisoned_)
+      if (!board_.is_done(shard)) outcome_.poisoned.push_back(shard);
     if (!options_.is_part_only) outcome_.num_checks_failed = count_failed_checks();
     for (const Claims::Tried& tried : claims_.tried())
       if (poisoned_.contains(tried.shard))
@@ -142,6 +143,7 @@ class Worker {
 
   void fill_queue() {
     queue_ = mine();
+    needs_.clear();
     if (options_.has_needs) add_needs();
   }
 
@@ -182,15 +184,12 @@ class Worker {
     for (const ShardId& shard : queue_) {
       if (poisoned_.contains(shard) || !board_.is_ready(shard)) continue;
       check_disk(shard);
-      if (shard.stage == Stage::Merge && take_up_reopened()) return Turn::Worked;
+      if (!has_quota_for(shard)) break;
       auto claimed = claims_.claim(shard, options_.is_retry && !retried_.contains(shard));
       if (auto* claim = std::get_if<Claim>(&claimed)) {
         // With the claim, so that of several workers each counts the others'.
-        if (options_.quota_bytes < std::numeric_limits<double>::infinity() &&
-            expected_bytes() > options_.quota_bytes) {
-          outcome_.is_over_quota = true;
-          return Turn::Finished;  // which releases the claim
-        }
+        if (!has_quota_for(shard)) break;
+        if (shard.stage == Stage::Merge && take_up_reopened()) return Turn::Worked;
         retried_.insert(shard);
         work_on(std::move(*claim));
         return Turn::Worked;
@@ -201,6 +200,7 @@ class Worker {
       board_.set_done(shard);
       return Turn::Worked;  // it may have made others ready
     }
+    if (outcome_.is_over_quota) return Turn::Finished;
     board_.refresh();
     find_hope();
     const bool has_hope = std::any_of(queue_.begin(), queue_.end(),
@@ -213,6 +213,7 @@ class Worker {
   void find_hope() {
     held_.clear();
     hope_.clear();
+    poisoned_.clear();  // `verify --repair` and retries of others take shards up again
     for (const Claims::Tried& tried : claims_.tried()) {
       if (!tried.holder.empty()) held_.insert(tried.shard);
       if (tried.is_poisoned && (!options_.is_retry || retried_.contains(tried.shard)))
@@ -244,24 +245,40 @@ class Worker {
           folder_.root.string(), left * 1e-9, id.text(), shard.cost.bytes * 1e-9);
   }
 
-  /// What the job takes when all that is being worked on is done, as far as the forecast knows.
-  double expected_bytes() {
-    double bytes = 0.0;
-    for (const Stage stage : kStages)
-      for (const int index : claims_.done(stage))
-        if (index < static_cast<int>(plan_.of(stage).size())) bytes += bytes_of({stage, index});
+  /// Whether the quota has room for a shard beside all that is done and being worked on, as far as the
+  /// forecast knows. Where it has none for it even alone, the quota is used up.
+  bool has_quota_for(const ShardId& id) {
+    if (options_.quota_bytes == std::numeric_limits<double>::infinity()) return true;
+    // First who holds what: a shard that is done meanwhile is counted as that.
+    std::set<ShardId, ById> held;
     for (const Claims::Tried& tried : claims_.tried())
       if (!tried.holder.empty() &&
           tried.shard.index < static_cast<int>(plan_.of(tried.shard.stage).size()))
-        bytes += shard_of(tried.shard).cost.bytes;
-    return bytes;
+        held.insert(tried.shard);
+    double bytes = 0.0;
+    for (const Stage stage : kStages)
+      for (const int index : claims_.done(stage)) {
+        if (index >= static_cast<int>(plan_.of(stage).size())) continue;
+        held.erase({stage, index});
+        bytes += bytes_of({stage, index});
+      }
+    held.insert(id);
+    outcome_.is_over_quota = bytes + shard_of(id).cost.bytes > options_.quota_bytes;
+    for (const ShardId& shard : held) bytes += shard_of(shard).cost.bytes;
+    return bytes <= options_.quota_bytes;
   }
 
-  /// As the record of a shard that is done says, which is read once.
+  /// As the record of a shard that is done says, which is read once; or the forecast, where it cannot
+  /// be read.
   double bytes_of(const ShardId& id) {
     const auto known = bytes_.find(id);
     if (known != bytes_.end()) return known->second;
-    return bytes_.emplace(id, claims_.record(id).at("bytes").number()).first->second;
+    try {
+      return bytes_.emplace(id, claims_.record(id).at("bytes").number()).first->second;
+    } catch (const core::Error& error) {
+      if (error.kind() != ErrorKind::Input && error.kind() != ErrorKind::Io) throw;
+      return shard_of(id).cost.bytes;
+    }
   }
 
   const Shard& shard_of(const ShardId& id) const {

@@ -109,8 +109,8 @@ int run_plan(const BatchArguments& args) {
   if (previous) {
     const batch::Update update = args.is_dry ? batch::compare(*previous, plan, args.job)
                                              : batch::carry_over(*previous, plan, args.job);
-    fmt::print("revision {}: {} shards stay done, {} are to be looked at again\n", plan.revision,
-               update.num_kept, update.num_open);
+    fmt::print("revision {}: {} shards stay done, {} are to be looked at again{}\n", plan.revision,
+               update.num_kept, update.num_open, args.is_dry ? "; nothing is written" : "");
   }
   if (args.is_dry) return 0;
   batch::write_plan(plan, args.job);
@@ -165,8 +165,9 @@ int tell_outcome(const batch::WorkerOutcome& outcome, const BatchArguments& args
   if (outcome.num_checks_failed > 0)
     fmt::print("{} checks failed; the reports are below {}\n", outcome.num_checks_failed,
                (args.job / "report").string());
-  if (outcome.num_left == 0 && outcome.num_done == 0 && !outcome.is_merged && !args.quiet)
-    fmt::print("nothing is left to do here; see terracast batch status {}\n", args.job.string());
+  if (outcome.num_left == 0 && !outcome.is_merged && !args.quiet)
+    fmt::print("done is what this command was given; see terracast batch status {}\n",
+               args.job.string());
   if (outcome.is_merged && !args.quiet)
     fmt::print(
         "the dataset is in {}; its card is README.md, and `sha256sum -c SHA256SUMS` checks it\n",

@@ -68,6 +68,11 @@ ProcessState process_state(std::string_view process) {
                                                                 : ProcessState::Ended;
 }
 
+std::string host_name() {
+  char name[256] = {};
+  return ::gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
+}
+
 std::string random_name() {
   std::uint64_t random = 0;
   if (::getrandom(&random, sizeof random, 0) != sizeof random)

@@ -13,6 +13,9 @@ std::string this_process();
 enum class ProcessState { Lives, Ended, Elsewhere };
 ProcessState process_state(std::string_view process);
 
+/// What this machine is called; "unknown" where it does not say.
+std::string host_name();
+
 /// 64 random bits in 16 hexadecimal digits, for names that nobody else takes.
 /// throws Io
 std::string random_name();

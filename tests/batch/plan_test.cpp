@@ -309,6 +309,22 @@ TEST(Update, RunsAreLeftOutByTheirNamesAndTheRestStaysAsItWas) {
   EXPECT_THAT(names, testing::ElementsAre("run0000", "run0001", "run0003", "run0004", "run0005",
                                           "run0006", "run0007", "run0008", "run0009", "run0010"));
   EXPECT_EQ(compare(before, after, folder.path()).num_open, 1) << "the merge alone";
+  // A name stays with its run, left out or not, when the sweep grows and others take its place.
+  std::string grown = kSweep;
+  grown.replace(grown.find("24, 240"), 7, "24, 48, 240");
+  const Plan larger = plan_of(grown, {}, &after, without);
+  EXPECT_EQ(larger.left_out, after.left_out);
+  ASSERT_EQ(larger.runs.size(), 13U);
+  std::map<std::string, std::string> names_of;
+  for (const PlannedRun& run : before.runs) names_of[run.identity] = run.name;
+  for (const PlannedRun& run : larger.runs) {
+    if (names_of.contains(run.identity)) {
+      EXPECT_EQ(run.name, names_of[run.identity]);
+    }
+  }
+  write_plan(larger, folder / "larger");
+  EXPECT_EQ(read_plan(folder / "larger").left_out, after.left_out);
+  EXPECT_THAT(describe_plan(larger), testing::HasSubstr("left out: run0011\n"));
   const Plan fresh = plan_of(kSweep, options, nullptr, without);
   ASSERT_EQ(fresh.runs.size(), 10U);
   EXPECT_EQ(fresh.runs[2].name, "run0003");

@@ -315,6 +315,7 @@ TEST(Batch, AQuotaStopsItCleanly) {
   EXPECT_EQ(both.status, 4) << both.output;
   EXPECT_THAT(both.output, HasSubstr("quota"));
   EXPECT_LE(status_of(twice).at("bytes").number(), 10e6);
+  EXPECT_GE(status_of(twice).at("bytes").number(), 0.5 * status_of(job).at("bytes").number());
   const auto run = run_program({"batch", "run", job.string(), "-q"});
   EXPECT_EQ(run.status, 0) << run.output;
   EXPECT_EQ(check_sums(job), 0);
