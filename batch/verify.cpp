@@ -193,10 +193,9 @@ void check_edited_tiles(const Plan& plan, const JobFolder& folder, const Board& 
 /// What is damaged, and all that was made from it, is done no more. What was given up may have been so
 /// for the damage.
 void reopen(const Plan& plan, Claims& claims, Verification& found) {
-  std::vector<ShardId> opened;
+  std::set<std::pair<Stage, int>> opened;
   const auto open = [&](const ShardId& shard) {
-    if (std::find(opened.begin(), opened.end(), shard) != opened.end()) return;
-    opened.push_back(shard);
+    if (!opened.emplace(shard.stage, shard.index).second) return;
     if (claims.is_done(shard)) found.reopened.push_back(shard);
     claims.reopen(shard);
   };
@@ -223,6 +222,8 @@ Verification verify(const Plan& plan, const JobFolder& folder, const VerifyOptio
     fail(ErrorKind::Input, "{}: none of {} shards is exported yet; run the batch first",
          folder.root.string(), plan.of(Stage::Export).size());
   Verification found;
+  for (const Stage stage : kStages)
+    found.num_open += static_cast<std::int64_t>(plan.of(stage).size()) - board.num_done(stage);
   std::vector<core::FileChecksum> checksums;
   const auto check = [&](Stage stage) {
     for (DamagedFile& file :

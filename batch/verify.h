@@ -23,6 +23,7 @@ struct VerifyOptions {
 struct Verification {
   std::vector<DamagedFile> damaged;
   std::int64_t num_files = 0;
+  std::int64_t num_open = 0;  ///< shards that were not done yet: of them nothing was looked at
   std::vector<std::string> sampled;    ///< "run0003/P000, frame 17", in the order of rendering
   std::vector<std::string> differing;  ///< of these, those that came out with other bytes
   std::vector<ShardId> reopened;

@@ -294,6 +294,8 @@ int run_verify(const BatchArguments& args) {
     fmt::print("{}: rendered once more, it has other bytes\n", frame);
   fmt::print("{} files read, {} not as they were made; {} frames rendered once more, {} differ\n",
              found.num_files, found.damaged.size(), found.sampled.size(), found.differing.size());
+  if (found.num_open > 0)
+    fmt::print("{} shards are not done yet, and nothing of theirs was looked at\n", found.num_open);
   if (!found.reopened.empty())
     fmt::print("{} shards are open again: terracast batch run {}\n", found.reopened.size(),
                args.job.string());

@@ -280,6 +280,8 @@ TEST(Batch, AShardThatCannotBeDoneIsGivenUpAndTheRestGoesOn) {
     EXPECT_TRUE(fs::exists(job / "report" / name / "kitti/report.json")) << name;
   }
   EXPECT_FALSE(fs::exists(job / "dataset/SHA256SUMS"));
+  EXPECT_THAT(run_program({"batch", "verify", job.string(), "--samples", "0", "-q"}).output,
+              HasSubstr("shards are not done yet"));
   // The command that the status gives repeats the failure, with its error.
   const auto repeated =
       run_program({"batch", "run", job.string(), "--only", failure.at("shard").string(), "-q"});
