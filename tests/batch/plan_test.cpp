@@ -199,18 +199,20 @@ void write_checksums(const JobFolder& job, const PlannedRun& run) {
   }
 }
 
+void set_all_done(const Plan& plan, const fs::path& job) {
+  Claims claims(JobFolder{job, plan.revision}.state(), {});
+  for (const Stage stage : kStages)
+    for (const Shard& shard : plan.of(stage))
+      claims.set_done(shard.id, core::Json::object().set("shard", shard.id.text()));
+}
+
 TEST(Update, WhatDidNotChangeStaysDoneUnderItsName) {
   const test::ScratchFolder folder;
   PlanOptions options;
   options.shard_s = 1000.0;
   const Plan before = plan_of(kSweep, options);
   write_plan(before, folder.path());
-  {
-    Claims claims(JobFolder{folder.path(), 1}.state(), {});
-    for (const Stage stage : kStages)
-      for (const Shard& shard : before.of(stage))
-        claims.set_done(shard.id, core::Json::object().set("shard", shard.id.text()));
-  }
+  set_all_done(before, folder.path());
   for (const PlannedRun& run : before.runs) write_checksums({folder.path(), 1}, run);
 
   // One value goes, one comes, first in the list; the exposure of all stays.
@@ -297,11 +299,7 @@ TEST(Update, RunsAreLeftOutByTheirNamesAndTheRestStaysAsItWas) {
   options.shard_s = 1000.0;
   const Plan before = plan_of(kSweep, options);
   write_plan(before, folder.path());
-  {
-    Claims claims(JobFolder{folder.path(), 1}.state(), {});
-    for (const Stage stage : kStages)
-      for (const Shard& shard : before.of(stage)) claims.set_done(shard.id, core::Json::object());
-  }
+  set_all_done(before, folder.path());
   const std::vector<std::string> without = {R"(sweep.leave_out=["run0002","run0011"])"};
   const Plan after = plan_of(kSweep, {}, &before, without);
   std::vector<std::string> names;
@@ -352,11 +350,7 @@ TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {
   const auto open_stages = [&](const std::string& set) {
     const test::ScratchFolder folder;
     write_plan(before, folder.path());
-    {
-      Claims claims(JobFolder{folder.path(), 1}.state(), {});
-      for (const Stage stage : kStages)
-        for (const Shard& shard : before.of(stage)) claims.set_done(shard.id, core::Json::object());
-    }
+    set_all_done(before, folder.path());
     for (const PlannedRun& run : before.runs) write_checksums({folder.path(), 1}, run);
     const Plan after = plan_of(sweep, {}, &before, {set});
     carry_over(before, after, folder.path());
