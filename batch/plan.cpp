@@ -17,7 +17,7 @@ using core::ErrorKind;
 using core::fail;
 using core::Json;
 
-constexpr int kPlanVersion = 1;
+constexpr int kPlanVersion = 2;
 constexpr const char* kPlanFile = "plan.json";
 constexpr const char* kConfigFile = "config.json";
 constexpr const char* kRunsFile = "runs.jsonl";
@@ -315,8 +315,11 @@ Plan read_plan(const fs::path& job_folder) {
   const fs::path plan_file = folder / kPlanFile;
   const Json json = Json::read(plan_file);
   if (json.at("version").integer() != kPlanVersion)
-    fail(ErrorKind::Input, "{}: of version {}; this program takes {}", plan_file.string(),
-         json.at("version").integer(), kPlanVersion);
+    fail(ErrorKind::Input,
+         "{}: a plan of version {}, by another terracast; this one takes {}: plan the job in "
+         "another "
+         "folder",
+         plan_file.string(), json.at("version").integer(), kPlanVersion);
   core::with_context([&] { core::check_content_hash(json); },
                      fmt::format("reading {}; bring it back, or plan the job in another folder",
                                  plan_file.string()));

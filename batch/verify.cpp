@@ -8,11 +8,17 @@
 #include "batch/merge.h"
 #include "batch/run_files.h"
 #include "batch/update.h"
+#include "capture/file_check.h"
+#include "capture/frame_reader.h"
 #include "capture/frame_writer.h"
 #include "capture/sequence_files.h"
 #include "core/atomic_file.h"
+#include "core/parallel.h"
+#include "core/progress.h"
 #include "core/random.h"
 #include "job/stages.h"
+#include "world/tile_file.h"
+#include "world/tile_store.h"
 
 namespace terracast::batch {
 namespace {
@@ -175,6 +181,74 @@ void check_records(const Plan& plan, const Claims& claims, const Board& board,
     }
 }
 
+/// A frame's files that are not as they were made.
+std::vector<fs::path> damaged_files(const std::optional<capture::WholeFrames>& frames,
+                                    const fs::path& captured, int frame) {
+  if (!frames) return {captured / capture::kSequenceFile};
+  const std::optional<capture::FrameRecord> record = frames->record(frame);
+  if (!record) return {captured / capture::record_path(frame)};
+  std::vector<fs::path> damaged;
+  for (const capture::CameraRecord& camera : record->cameras)
+    for (const capture::FrameFile* file : {&camera.color, &camera.facts})
+      if (!capture::is_whole(captured, *file)) damaged.push_back(captured / file->path);
+  return damaged;
+}
+
+/// Frames, as far as captures were not removed to save room.
+void check_captures(const Plan& plan, const JobFolder& folder, const Board& board,
+                    const core::Context& context, Verification& found) {
+  core::Progress progress(context, "frames", plan.num_frames());
+  for (const Shard& shard : plan.of(Stage::Render)) {
+    if (!board.is_done(shard.id)) continue;
+    for (const Piece& piece : shard.pieces) {
+      const PlannedRun& run = plan.runs[static_cast<std::size_t>(piece.run)];
+      const fs::path captured =
+          folder.captures(run) / run.sequences[static_cast<std::size_t>(piece.sequence)].name;
+      std::error_code ignored;
+      if (!fs::exists(captured, ignored)) continue;
+      const auto frames = capture::WholeFrames::open(captured);
+      std::vector<std::vector<fs::path>> damaged(
+          static_cast<std::size_t>(piece.end_frame - piece.first_frame));
+      core::parallel_for(static_cast<std::int64_t>(damaged.size()), [&](std::int64_t i) {
+        damaged[static_cast<std::size_t>(i)] =
+            damaged_files(frames, captured, piece.first_frame + static_cast<int>(i));
+        progress.advance();
+      });
+      found.num_frames += static_cast<std::int64_t>(damaged.size());
+      std::set<fs::path> named;
+      for (const auto& files : damaged)
+        for (const fs::path& file : files)
+          if (named.insert(file).second)
+            found.damaged.push_back({shard.id, file.string(), "is missing, or not as it was made"});
+    }
+  }
+}
+
+/// Tiles, as far as worlds were not removed to save room. One that runs share is read once, and made
+/// again by the first of them.
+void check_tiles(const Plan& plan, const JobFolder& folder, const Board& board,
+                 Verification& found) {
+  std::set<fs::path> seen;
+  for (const Shard& shard : plan.of(Stage::Tile)) {
+    const PlannedRun& run = plan.runs[static_cast<std::size_t>(shard.pieces.front().run)];
+    const fs::path world = folder.world(plan.worlds[static_cast<std::size_t>(run.world)], run);
+    std::error_code ignored;
+    if (!board.is_done(shard.id) || !fs::exists(world / "manifest.json", ignored)) continue;
+    try {
+      const auto store = world::TileStore::open(world);
+      for (const world::TileInfo& tile : store.manifest().tiles) {
+        const fs::path file = world::tile_path(world.parent_path(), tile.id);
+        if (seen.insert(file).second && !world::inspect_tile(world.parent_path(), tile.id))
+          found.damaged.push_back({shard.id, file.string(), "is missing, or not as it was made"});
+      }
+    } catch (const core::Error& error) {
+      if (error.kind() != ErrorKind::Input && error.kind() != ErrorKind::Io) throw;
+      found.damaged.push_back({shard.id, (world / "manifest.json").string(), error.message()});
+    }
+  }
+  found.num_tiles = static_cast<std::int64_t>(seen.size());
+}
+
 /// Edits that a run is to have, which no shard can make again.
 void check_edited_tiles(const Plan& plan, const JobFolder& folder, const Board& board,
                         Verification& found) {
@@ -240,6 +314,8 @@ Verification verify(const Plan& plan, const JobFolder& folder, const VerifyOptio
   for (const Shard& shard : plan.of(Stage::Merge))
     if (board.is_done(shard.id)) check_sums(folder, checksums, shard.id, found);
   check_records(plan, claims, board, found);
+  check_captures(plan, folder, board, context, found);
+  check_tiles(plan, folder, board, found);
   check_edited_tiles(plan, folder, board, found);
   render_sample(plan, folder, options, claims, context, found);
   if (options.is_repaired) reopen(plan, claims, found);

@@ -22,7 +22,9 @@ struct VerifyOptions {
 /// What a verification found.
 struct Verification {
   std::vector<DamagedFile> damaged;
-  std::int64_t num_files = 0;
+  std::int64_t num_files = 0;   ///< exported files and reports
+  std::int64_t num_frames = 0;  ///< of captures
+  std::int64_t num_tiles = 0;
   std::int64_t num_open = 0;  ///< shards that were not done yet: of them nothing was looked at
   std::vector<std::string> sampled;    ///< "run0003/P000, frame 17", in the order of rendering
   std::vector<std::string> differing;  ///< of these, those that came out with other bytes
@@ -32,7 +34,8 @@ struct Verification {
 };
 
 /// Looks at what a job has done so far: reads every exported file, report and record against its
-/// checksum, SHA256SUMS too, and renders a sample of the frames once more: they have the same bytes.
+/// checksum, SHA256SUMS too, and so captures and tiles that are still there; and renders a sample of
+/// the frames once more: they have the same bytes.
 /// With is_repaired the shards whose results are damaged, and those that are made from these, are
 /// done no more, and no earlier failure of theirs or of what was given up counts: the next workers
 /// make them again.

@@ -155,8 +155,8 @@ batch::WorkerOptions worker_options(const batch::Plan& plan, const BatchArgument
 int tell_outcome(const batch::WorkerOutcome& outcome, const BatchArguments& args) {
   if (outcome.is_over_quota)
     fail(ErrorKind::Io,
-         "the quota of {:.1f} GB leaves no room for the next shard; give more, or make room",
-         args.quota_bytes * 1e-9);
+         "the quota of {:.10g} MB leaves no room for the next shard; give more, or make room",
+         args.quota_bytes * 1e-6);
   for (const batch::ShardId& shard : outcome.poisoned)
     fmt::print("given up: terracast batch run {} --only {}\n", args.job.string(), shard.text());
   if (outcome.num_left > 0)
@@ -292,15 +292,18 @@ int run_verify(const BatchArguments& args) {
   if (found.damaged.size() > kShown) fmt::print("and {} more\n", found.damaged.size() - kShown);
   for (const std::string& frame : found.differing)
     fmt::print("{}: rendered once more, it has other bytes\n", frame);
-  fmt::print("{} files read, {} not as they were made; {} frames rendered once more, {} differ\n",
-             found.num_files, found.damaged.size(), found.sampled.size(), found.differing.size());
+  fmt::print(
+      "{} exported files and reports, {} frames of captures and {} tiles read, {} not as they were "
+      "made; {} frames rendered once more, {} differ\n",
+      found.num_files, found.num_frames, found.num_tiles, found.damaged.size(),
+      found.sampled.size(), found.differing.size());
   if (found.num_open > 0)
     fmt::print("{} shards are not done yet, and nothing of theirs was looked at\n", found.num_open);
   if (!found.reopened.empty())
     fmt::print("{} shards are open again: terracast batch run {}\n", found.reopened.size(),
                args.job.string());
   else if (!found.damaged.empty())
-    fmt::print("--repair has what is damaged made again\n");
+    fmt::print("the same command with --repair has what is damaged made again\n");
   return found.is_right() ? 0 : 1;
 }
 
@@ -449,7 +452,9 @@ void add_status(CLI::App& batch, BatchArguments& args, int& status) {
 
 void add_verify(CLI::App& batch, BatchArguments& args, int& status) {
   auto* command = batch.add_subcommand(
-      "verify", "Read every file against its checksum, and render a sample once more.");
+      "verify",
+      "Read every file, of captures and tiles too, against its checksum, and render a sample once "
+      "more.");
   add_job(*command, args);
   command->add_option("--samples", args.verify.num_samples, "Frames that are rendered again: 4.")
       ->check(CLI::Range(0, 1000000));
