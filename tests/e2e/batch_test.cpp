@@ -264,9 +264,12 @@ TEST(Batch, AShardThatCannotBeDoneIsGivenUpAndTheRestGoesOn) {
                          kSmallShards, "--max-tries", "2", "-q"})
                 .status,
             0);
-  const auto run = run_program({"batch", "run", job.string(), "-q"});
+  const auto run =
+      run_program({"batch", "run", job.string(), "--jobs", "2", "--threads", "1", "-q"});
   EXPECT_EQ(run.status, 1) << run.output;
   EXPECT_THAT(run.output, HasSubstr("terracast batch run " + job.string() + " --only "));
+  // A pool passes on what its workers warn of.
+  EXPECT_THAT(run.output, testing::ContainsRegex("worker [01]: shard [a-z]+/[0-9]+ failed: "));
   const core::Json status = status_of(job);
   EXPECT_FALSE(status.at("complete").boolean());
   ASSERT_GE(status.at("failures").size(), 1U);

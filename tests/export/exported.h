@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "export/exporter.h"
+#include "tests/support/expect_error.h"
 #include "tests/support/test_data.h"
 #include "tests/support/tiny_capture.h"
 
@@ -26,16 +27,5 @@ void run_export(const std::filesystem::path& capture, const std::string& toml,
 
 /// Every file of a folder with the hash of its content.
 std::map<std::string, std::string> file_hashes(const std::filesystem::path& folder);
-
-template <class Work>
-void expect_error(core::ErrorKind kind, const std::vector<std::string>& words, Work&& work) {
-  try {
-    work();
-    ADD_FAILURE() << "no error";
-  } catch (const core::Error& error) {
-    EXPECT_EQ(error.kind(), kind) << error.what();
-    for (const std::string& word : words) EXPECT_THAT(error.what(), testing::HasSubstr(word));
-  }
-}
 
 }  // namespace terracast::test
