@@ -20,10 +20,4 @@ std::span<const ChannelInfo> channels() {
   return kChannels;
 }
 
-std::span<const std::string_view> semantic_class_names() {
-  static constexpr std::array<std::string_view, 9> kNames = {
-      "sky", "outside", "sea", "rock", "scree", "grass", "soil", "sand", "snow"};
-  return kNames;
-}
-
 }  // namespace terracast::capture

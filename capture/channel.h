@@ -5,6 +5,8 @@
 #include <span>
 #include <string_view>
 
+#include "core/semantic_class.h"
+
 namespace terracast::capture {
 
 /// A channel of a camera's facts file (OpenEXR). One geometry-only ray through each pixel's centre
@@ -40,18 +42,7 @@ enum FactFlag : std::uint32_t {
 constexpr std::uint32_t visible_in_camera(int camera_index) { return 1u << (8 + camera_index); }
 inline constexpr int kMaxCameras = 24;
 
-/// Semantic classes of this version; the names stand in sequence.json.
-enum class SemanticClass : std::uint8_t {
-  Sky = 0,
-  Outside = 1,  ///< land of the apron, beyond the world
-  Sea = 2,
-  Rock = 3,
-  Scree = 4,
-  Grass = 5,
-  Soil = 6,
-  Sand = 7,
-  Snow = 8,
-};
-std::span<const std::string_view> semantic_class_names();
+using core::SemanticClass;
+using core::semantic_class_names;
 
 }  // namespace terracast::capture

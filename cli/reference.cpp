@@ -11,7 +11,7 @@
 #include "geo/fixes/fix_format.h"
 #include "geo/trajectory.h"
 #include "job/run_config.h"
-#include "tiler/layer_registry.h"
+#include "tiler/elevation_registry.h"
 #include "validate/check.h"
 #include "validate/evaluate/evaluate.h"
 

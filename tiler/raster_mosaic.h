@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tiler/elevation_registry.h"
 #include "tiler/grid.h"
-#include "tiler/layer_registry.h"
 #include "tiler/raster_source.h"
 #include "world/tile_store.h"
 

@@ -11,9 +11,10 @@
 #include "core/registry.h"
 #include "tiler/apron.h"
 #include "tiler/detail.h"
+#include "tiler/elevation_registry.h"
 #include "tiler/geodesy_cells.h"
 #include "tiler/height_field.h"
-#include "tiler/layer_registry.h"
+#include "tiler/layer_stack.h"
 #include "tiler/relief.h"
 
 namespace terracast::tiler {
@@ -62,6 +63,8 @@ class TerrainSurface : public WorldSurface {
   void sample_tile(const world::TileId& id, std::span<SurfaceSample> samples) const override;
 
   std::optional<double> measured_height_m(double lat_deg, double lon_deg) const override;
+
+  const LayerStack& layers() const override { return no_layers_; }
 
  private:
   struct Ground {
@@ -120,6 +123,7 @@ class TerrainSurface : public WorldSurface {
   double lowest_m_ = 0.0;
   double highest_m_ = 0.0;
   std::string input_hash_;
+  LayerStack no_layers_;
 };
 
 /// What heights are above where the sea's surface is 0: the field's datum, or EGM96 where only the
@@ -434,7 +438,7 @@ std::optional<double> TerrainSurface::measured_height_m(double lat_deg, double l
 std::shared_ptr<const WorldSurface> WorldSurface::prepare(const WorldOptions& options,
                                                           const core::Context& context) {
   const core::ThreadLimit limit(context.num_threads);
-  return std::make_shared<TerrainSurface>(options, context);
+  return layered_surface(std::make_unique<TerrainSurface>(options, context), context);
 }
 
 }  // namespace terracast::tiler

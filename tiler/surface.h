@@ -25,8 +25,10 @@ struct SurfaceSample {
   double sea_depth_m = 0.0;  ///< of the floor below z_world, along up; 0 on land
 };
 
-/// All elevation sources of a world, opened, mosaicked, with voids filled: one function of place,
-/// the same from any thread.
+class LayerStack;
+
+/// All elevation sources of a world, opened, mosaicked, with voids filled, and what its layers do to
+/// the ground: one function of place, the same from any thread.
 ///
 /// The surface at a world (x, y) is the z at which the geodetic height of (x, y, z) is the source's
 /// height there (fixed point, to 1e-6 m). Detail below the measured spacing is added octave by
@@ -63,6 +65,9 @@ class WorldSurface {
   /// samples  kTileSamples^2
   /// cost     0.3 us a sample inside the square, 2 us beyond it and where fields lie over others
   virtual void sample_tile(const world::TileId& id, std::span<SurfaceSample> samples) const = 0;
+
+  /// What stands on the surface and is painted on it.
+  virtual const LayerStack& layers() const = 0;
 
   /// Bounds of the ellipsoidal height of the measured surface, to within the geoid's slope.
   virtual double lowest_m() const = 0;

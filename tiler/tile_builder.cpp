@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "tiler/layer_stack.h"
 
 namespace terracast::tiler {
 
@@ -44,6 +45,7 @@ world::Tile build_tile(const WorldSurface& surface, const world::TileId& id) {
     tile.moisture[i] = samples[i].moisture;
     tile.source[i] = samples[i].source;
   }
+  surface.layers().add_objects(surface, tile);
   const auto is_sea = [](const SurfaceSample& sample) { return sample.cover == world::Cover::Sea; };
   if (std::none_of(samples.begin(), samples.end(), is_sea)) return tile;
   tile.sea_depth_steps.resize(kCount);

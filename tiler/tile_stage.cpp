@@ -12,6 +12,7 @@
 #include "core/json.h"
 #include "core/parallel.h"
 #include "core/progress.h"
+#include "tiler/layer_stack.h"
 #include "tiler/tile_builder.h"
 
 namespace terracast::tiler {
@@ -251,6 +252,10 @@ void Growth::finish(double radius_m) {
   manifest.outside = options.outside;
   manifest.seed = static_cast<std::uint64_t>(options.seed);
   manifest.sources = surface_.sources();
+  manifest.layers = surface_.layers().infos();
+  const std::vector<world::Prototype>& prototypes = surface_.layers().prototypes();
+  for (std::size_t row = 0; row < prototypes.size(); ++row)
+    manifest.prototypes.push_back(world::write_prototype(folder_, row, prototypes[row]));
   manifest.finest_level = coarsest_level_;
   for (const auto& [id, info] : tiles_) {
     manifest.finest_level = std::min(manifest.finest_level, id.level);

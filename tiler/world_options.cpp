@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/registry.h"
 #include "geo/geoid.h"
-#include "tiler/layer_registry.h"
+#include "tiler/elevation_registry.h"
 
 namespace terracast::tiler {
 namespace {

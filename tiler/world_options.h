@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/schema.h"
+#include "tiler/layer.h"
 
 namespace terracast::tiler {
 
@@ -15,7 +16,7 @@ std::optional<double> number_from_text(const std::string& text);
 /// A source of heights. Sources are used in the order of the config: where the first has no value
 /// the next is asked; all are brought together before interpolation.
 struct ElevationOptions {
-  /// A name of the layer registry: raster, procedural, plane, ramp, paraboloid, fractal.
+  /// A name of the elevation registry: raster, procedural, plane, ramp, paraboloid, fractal.
   std::string kind = "raster";
   std::vector<core::Path> files;  ///< raster: any that GDAL opens; the first has priority
   /// ellipsoid, egm96, egm2008 or grid; must be stated for rasters
@@ -106,6 +107,7 @@ struct WorldOptions {
   double outside_blend_m = 4000.0;  ///< over which measured land passes into procedural land
   double detail_roughness = 1.0;    ///< scales synthetic detail below the source's spacing; 0: none
   std::vector<ElevationOptions> elevation;
+  std::vector<LayerOptions> layers;  ///< `[[layer]]`
 
   template <class Visitor>
   void describe(Visitor& visit) {
@@ -132,6 +134,8 @@ struct WorldOptions {
               "Scales the synthetic detail below the sources' spacing; 0: none.",
               core::between(0.0, 4.0));
     visit.list("elevation", elevation, "Sources of heights, in order of priority.");
+    visit.list("layer", layers,
+               "What stands on the ground or covers it, each from a source or from the seed.");
   }
   /// throws   Config: no source, a raster without files or datum, sources in an order that leaves
   ///          one unasked, a shape that rises too far over the square

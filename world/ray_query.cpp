@@ -266,10 +266,12 @@ SurfaceSample surface_at(const TileScene& scene, const SurfaceHit& hit,
   double moisture = 0.0;
   for (std::size_t k = 0; k < samples.size(); ++k)
     moisture += weights[k] * scene.moisture()[samples[k]];
-  return {.cover = scene.cover()[nearest],
-          .moisture = std::clamp(moisture / 255.0, 0.0, 1.0),
-          .source = scene.source()[nearest],
-          .spacing_m = grid.spacing_m};
+  SurfaceSample surface;
+  surface.spacing_m = grid.spacing_m;
+  surface.cover = scene.cover()[nearest];
+  surface.moisture = std::clamp(moisture / 255.0, 0.0, 1.0);
+  surface.source = scene.source()[nearest];
+  return surface;
 }
 
 void check_fan(const RayFan& rays) {

@@ -18,19 +18,29 @@
 
 namespace terracast::world {
 
-/// The first crossing of a ray with the true surface (the stitched triangles of the cut, in
-/// double).
+/// The first crossing of a ray with the true surface: the stitched triangles of the cut and what
+/// stands on them, in double.
 struct SurfaceHit {
+  static constexpr std::uint32_t kGround = 0xffffffffU;
+
   double t = std::numeric_limits<double>::infinity();  ///< +inf: sky
   std::uint32_t tile_index = 0;                        ///< into RayQuery::cut()
-  std::uint16_t cell_x = 0;                            ///< cell of the tile, 0 … kTileCells - 1
+  /// Of the tile's objects, solids first, then instances; kGround: the terrain.
+  std::uint32_t object = kGround;
+  std::uint32_t triangle = 0;  ///< of the object's shape
+  // Of the terrain.
+  std::uint16_t cell_x = 0;  ///< cell of the tile, 0 … kTileCells - 1
   std::uint16_t cell_y = 0;
   std::uint8_t upper = 0;  ///< 0: the triangle at (x, y); 1: the one at (x+1, y+1)
   double slope_x = 0.0;    ///< rise of the triangle to the east and to the north, m/m
   double slope_y = 0.0;
+  /// Of an object's triangle: unit, on the side from which the ray comes.
+  Eigen::Vector3d object_normal_world = Eigen::Vector3d::Zero();
 
-  /// Unit, upward, of the triangle.
+  bool is_ground() const { return object == kGround; }
+  /// Unit; of the terrain upward.
   Eigen::Vector3d normal_world() const {
+    if (!is_ground()) return object_normal_world;
     const double shrink = 1.0 / std::sqrt(slope_x * slope_x + slope_y * slope_y + 1.0);
     return {-slope_x * shrink, -slope_y * shrink, shrink};
   }
@@ -65,10 +75,17 @@ struct RayQueryOptions {
 
 /// What a surface is made of at a hit, interpolated over its triangle.
 struct SurfaceSample {
+  double spacing_m = 0.0;  ///< of the tile
+  // Of the terrain.
   Cover cover = Cover::Land;
   double moisture = 0.0;    ///< 0 … 1
   std::uint8_t source = 0;  ///< of the triangle's nearest sample
-  double spacing_m = 0.0;   ///< of the tile
+  PaintSample paint;
+  // Of an object.
+  Provenance provenance;
+  Finish finish;
+  Eigen::Vector2f uv = Eigen::Vector2f::Zero();  ///< Shape::uv; without such, 0
+  std::uint8_t variety = 0;                      ///< Instance::variety
 };
 
 struct RayQueryStats {

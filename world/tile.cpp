@@ -9,7 +9,8 @@ double Tile::lowest_z_world() const {
 }
 
 double Tile::highest_z_world() const {
-  return center_z_m + *std::max_element(height_steps.begin(), height_steps.end()) * kHeightStep_m;
+  const std::int32_t ground_steps = *std::max_element(height_steps.begin(), height_steps.end());
+  return center_z_m + std::max(ground_steps, objects_top_steps) * kHeightStep_m;
 }
 
 }  // namespace terracast::world

@@ -1,19 +1,34 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "world/tile_id.h"
+#include "world/tile_objects.h"
 
 namespace terracast::world {
 
 /// What covers the ground at a sample; the semantic class of a hit comes from it (and, on Land,
 /// from the ground material that slope, height and moisture give).
 enum class Cover : std::uint8_t {
-  Land = 0,
+  Land = 0,     ///< nothing is known of it
   Sea = 1,      ///< the sea's surface, at the geoid's height
   Outside = 2,  ///< land of the apron, beyond the world's square
+  // Land of which a source of land cover knows more.
+  Forest = 3,
+  Shrubs = 4,
+  Grass = 5,
+  Crops = 6,
+  BuiltUp = 7,
+  Bare = 8,
+  Snow = 9,
+  Wetland = 10,
+  // Water on land, at its own level.
+  Lake = 11,
+  River = 12,
 };
+inline constexpr int kNumCovers = 13;
 
 /// How far a tile's centre may be from the middle between its lowest and highest sample.
 constexpr double kCenterReach_m = 1.0;
@@ -33,6 +48,10 @@ struct Tile {
   /// Of the sea's floor below the sample, along up, in steps of kHeightStep_m; 0 on land, empty
   /// where the tile has no sea. Written with a tile, but not read with it: decode_sea_depth().
   std::vector<std::int32_t> sea_depth_steps;
+  TileObjects objects;
+  /// Nothing of the objects reaches higher above center_z_m, in steps of kHeightStep_m.
+  std::int32_t objects_top_steps = kNoObjects;
+  static constexpr std::int32_t kNoObjects = std::numeric_limits<std::int32_t>::min();
 
   bool operator==(const Tile&) const = default;
 
@@ -43,8 +62,8 @@ struct Tile {
   double z_world(int i, int j) const {
     return center_z_m + height_steps[sample(i, j)] * kHeightStep_m;
   }
-  double lowest_z_world() const;
-  double highest_z_world() const;
+  double lowest_z_world() const;   ///< of the ground
+  double highest_z_world() const;  ///< of the ground and the objects
 };
 
 }  // namespace terracast::world

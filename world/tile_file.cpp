@@ -1,16 +1,15 @@
 #include "world/tile_file.h"
 
-#include <libdeflate.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <memory>
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "world/deflated.h"
+#include "world/objects_file.h"
 
 // Layout, little-endian:
 //    0  "TCTILE", u16 version
@@ -18,11 +17,14 @@
 //   16  i32 level, x, y, number of samples along a side
 //   32  f64 world z of the centre, m
 //   40  i32 lowest, i32 highest height step
-//   48  5 x u32 deflated size: heights, cover, moisture, source, sea depth; then u32 0
-//   72  the layers; that of the sea's depth is absent, 0 bytes, where there is no sea
+//   48  i32 highest height step of the tile's objects, -2^31 without such; u32 bytes of the objects,
+//       inflated
+//   56  6 x u32 deflated size: heights, cover, moisture, source, sea depth, objects
+//   80  the layers; that of the sea's depth is absent, 0 bytes, where there is no sea, that of the
+//       objects where there are none
 // Heights, and depths: each is predicted from its west, south and south-west neighbours as W + S - SW (a
 // plane); the residuals, zigzag coded, are split into four byte planes, lowest first. The other
-// layers: difference to the western neighbour, modulo 256.
+// layers: difference to the western neighbour, modulo 256. The objects: objects_file.cpp.
 
 namespace terracast::world {
 namespace {
@@ -34,11 +36,12 @@ static_assert(std::endian::native == std::endian::little, "tile files are little
 
 constexpr std::array<char, 6> kMagic = {'T', 'C', 'T', 'I', 'L', 'E'};
 constexpr std::size_t kHashedFrom = 16;
-constexpr std::size_t kHeaderBytes = 72;
+constexpr std::size_t kHeaderBytes = 80;
 constexpr std::size_t kNumSamples = static_cast<std::size_t>(kTileSamples) * kTileSamples;
-constexpr std::size_t kNumLayers = 5;
+constexpr std::size_t kNumLayers = 6;
 constexpr std::size_t kSeaDepthLayer = 4;
-constexpr int kDeflateLevel = 6;
+constexpr std::size_t kObjectsLayer = 5;
+constexpr std::size_t kMaxObjectsBytes = std::size_t{1} << 30;
 /// Half steps of heights within this are exact in float: 2^23 steps are 2^24 half steps, 8192 m.
 constexpr std::int32_t kMaxSteps = 1 << 23;
 
@@ -53,8 +56,9 @@ struct Header {
   double center_z_m = 0.0;
   std::int32_t lowest_steps = 0;
   std::int32_t highest_steps = 0;
+  std::int32_t objects_top_steps = Tile::kNoObjects;
+  std::uint32_t objects_bytes = 0;
   std::array<std::uint32_t, kNumLayers> layer_bytes = {};
-  std::uint32_t zero = 0;
 };
 static_assert(sizeof(Header) == kHeaderBytes);
 
@@ -114,34 +118,6 @@ std::vector<std::uint8_t> sums(std::vector<std::uint8_t> values) {
   std::uint8_t last = 0;
   for (std::uint8_t& value : values) last = value = static_cast<std::uint8_t>(value + last);
   return values;
-}
-
-std::uint32_t append_deflated(std::vector<std::byte>& bytes, const std::vector<std::uint8_t>& raw) {
-  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
-      libdeflate_alloc_compressor(kDeflateLevel), libdeflate_free_compressor);
-  TERRACAST_CHECK(compressor != nullptr, "no memory for a compressor");
-  const std::size_t begin = bytes.size();
-  bytes.resize(begin + libdeflate_deflate_compress_bound(compressor.get(), raw.size()));
-  const std::size_t size = libdeflate_deflate_compress(compressor.get(), raw.data(), raw.size(),
-                                                       bytes.data() + begin, bytes.size() - begin);
-  TERRACAST_CHECK(size > 0, "deflate needs more than its bound");
-  bytes.resize(begin + size);
-  return static_cast<std::uint32_t>(size);
-}
-
-std::vector<std::uint8_t> inflated(std::span<const std::byte> deflated, std::size_t num_bytes,
-                                   const std::string& file) {
-  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
-      decompressor(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-  TERRACAST_CHECK(decompressor != nullptr, "no memory for a decompressor");
-  std::vector<std::uint8_t> raw(num_bytes);
-  std::size_t used = 0;
-  const libdeflate_result result = libdeflate_deflate_decompress_ex(
-      decompressor.get(), deflated.data(), deflated.size(), raw.data(), raw.size(), &used, nullptr);
-  if (result != LIBDEFLATE_SUCCESS || used != deflated.size())
-    fail(ErrorKind::Input, "{}: a layer does not inflate to {} bytes; tile the world again", file,
-         num_bytes);
-  return raw;
 }
 
 std::vector<std::uint8_t> codes_of(const std::vector<Cover>& cover) {
@@ -236,6 +212,14 @@ std::vector<std::byte> encode_tile(const Tile& tile) {
   if (!tile.sea_depth_steps.empty())
     header.layer_bytes[kSeaDepthLayer] =
         append_deflated(bytes, planes_from_heights(tile.sea_depth_steps));
+  header.objects_top_steps = tile.objects_top_steps;
+  if (!tile.objects.is_empty()) {
+    const std::vector<std::uint8_t> objects = bytes_of_objects(tile.objects);
+    TERRACAST_CHECK(objects.size() <= kMaxObjectsBytes, "tile {}: objects of {} bytes",
+                    tile.id.name(), objects.size());
+    header.objects_bytes = static_cast<std::uint32_t>(objects.size());
+    header.layer_bytes[kObjectsLayer] = append_deflated(bytes, objects);
+  }
   std::memcpy(bytes.data(), &header, sizeof header);
   header.checksum = core::content_hash64(std::span<const std::byte>(bytes).subspan(kHashedFrom));
   std::memcpy(bytes.data(), &header, sizeof header);
@@ -267,13 +251,19 @@ Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected,
       !is_near_middle(*lowest, *highest))
     fail(ErrorKind::Input,
          "{}: heights do not agree with the header's bounds; tile the world again", file);
-  if (std::any_of(cover.begin(), cover.end(), [](std::uint8_t code) {
-        return code > static_cast<std::uint8_t>(Cover::Outside);
-      }))
+  if (std::any_of(cover.begin(), cover.end(), [](std::uint8_t code) { return code >= kNumCovers; }))
     fail(ErrorKind::Input, "{}: unknown code in the cover layer; tile the world again", file);
   tile.cover.resize(kNumSamples);
   std::transform(cover.begin(), cover.end(), tile.cover.begin(),
                  [](std::uint8_t code) { return static_cast<Cover>(code); });
+  tile.objects_top_steps = header.objects_top_steps;
+  if (header.layer_bytes[kObjectsLayer] != 0) {
+    if (header.objects_bytes > kMaxObjectsBytes)
+      fail(ErrorKind::Input, "{}: objects of {} bytes; tile the world again", file,
+           header.objects_bytes);
+    const std::span<const std::byte> deflated = bytes.last(header.layer_bytes[kObjectsLayer]);
+    tile.objects = objects_from_bytes(inflated(deflated, header.objects_bytes, file), file);
+  }
   return tile;
 }
 
@@ -282,8 +272,9 @@ std::vector<std::int32_t> decode_sea_depth(std::span<const std::byte> bytes, con
   const Header header = read_header(bytes, expected, file);
   const std::uint32_t layer_bytes = header.layer_bytes[kSeaDepthLayer];
   if (layer_bytes == 0) return {};
-  std::vector<std::int32_t> steps =
-      heights_from_planes(inflated(bytes.last(layer_bytes), 4 * kNumSamples, file));
+  std::vector<std::int32_t> steps = heights_from_planes(
+      inflated(bytes.last(layer_bytes + header.layer_bytes[kObjectsLayer]).first(layer_bytes),
+               4 * kNumSamples, file));
   if (!are_depths(steps))
     fail(ErrorKind::Input, "{}: depths of the sea that are none; tile the world again", file);
   return steps;

@@ -9,7 +9,7 @@
 
 namespace terracast::world {
 
-inline constexpr int kTileFileVersion = 2;
+inline constexpr int kTileFileVersion = 3;
 
 /// A tile as bytes: a header (magic "TCTILE", version, address, centre, bounds, sizes, XXH3
 /// checksum of all the rest), then each layer predicted from its neighbours and deflated. Same

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/json.h"
+#include "world/objects_file.h"
 #include "world/tile_file.h"
 
 namespace terracast::world {
@@ -16,14 +17,16 @@ using core::ErrorKind;
 using core::fail;
 using core::Json;
 
-constexpr int kManifestVersion = 1;
+constexpr int kManifestVersion = 2;
 constexpr const char* kManifestName = "manifest.json";
 /// No tile of a level within these has a side that a double, or an int32 address, could not hold.
 constexpr int kFinestLevel = -10;
 constexpr int kCoarsestLevel = 20;
 constexpr std::int32_t kMaxAddress = 1 << 24;
 constexpr double kMaxHeight_m = 1e6;
-constexpr std::size_t kMaxTileBytes = std::size_t{1} << 24;
+constexpr std::size_t kMaxTileBytes = std::size_t{1} << 30;
+constexpr std::size_t kMaxLayers = 250;
+constexpr std::size_t kMaxPrototypes = 65535;
 
 Json json_of(const SourceInfo& source) {
   Json json = Json::object();
@@ -53,6 +56,33 @@ SourceInfo source_of(const Json& json) {
   source.num_voids = json.at("num_voids").integer();
   source.num_voids_filled = json.at("num_voids_filled").integer();
   return source;
+}
+
+Json json_of(const LayerInfo& layer) {
+  Json counts = Json::object();
+  for (const auto& [what, count] : layer.counts) counts.set(what, count);
+  Json json = Json::object();
+  json.set("name", layer.name)
+      .set("kind", layer.kind)
+      .set("source", layer.source)
+      .set("content_hash", layer.content_hash)
+      .set("licence", layer.licence)
+      .set("accuracy", layer.accuracy)
+      .set("counts", std::move(counts));
+  return json;
+}
+
+LayerInfo layer_of(const Json& json) {
+  LayerInfo layer;
+  layer.name = json.at("name").string();
+  layer.kind = json.at("kind").string();
+  layer.source = json.at("source").string();
+  layer.content_hash = json.at("content_hash").string();
+  layer.licence = json.at("licence").string();
+  layer.accuracy = json.at("accuracy").string();
+  for (const auto& [what, count] : json.at("counts").members())
+    layer.counts.emplace_back(what, count.integer());
+  return layer;
 }
 
 Json json_of(const TileInfo& tile) {
@@ -107,6 +137,12 @@ Json json_of(const WorldManifest& manifest) {
       .set("height_m", manifest.origin.height_m);
   Json sources = Json::array();
   for (const SourceInfo& source : manifest.sources) sources.push(json_of(source));
+  Json layers = Json::array();
+  for (const LayerInfo& layer : manifest.layers) layers.push(json_of(layer));
+  Json prototypes = Json::array();
+  for (const PrototypeInfo& prototype : manifest.prototypes)
+    prototypes.push(std::move(
+        Json::object().set("name", prototype.name).set("content_hash", prototype.content_hash)));
   Json tiles = Json::array();
   for (const TileInfo& tile : manifest.tiles) tiles.push(json_of(tile));
   Json json = Json::object();
@@ -125,6 +161,8 @@ Json json_of(const WorldManifest& manifest) {
       // As text: JSON readers in other languages round integers above 2^53.
       .set("seed", std::to_string(manifest.seed))
       .set("sources", std::move(sources))
+      .set("layers", std::move(layers))
+      .set("prototypes", std::move(prototypes))
       .set("tiles", std::move(tiles));
   return json;
 }
@@ -166,6 +204,15 @@ WorldManifest manifest_of(const Json& json) {
   const Json& sources = json.at("sources");
   for (std::size_t i = 0; i < sources.size(); ++i)
     manifest.sources.push_back(source_of(sources.at(i)));
+  const Json& layers = json.at("layers");
+  if (layers.size() > kMaxLayers) fail(ErrorKind::Input, "{} layers", layers.size());
+  for (std::size_t i = 0; i < layers.size(); ++i) manifest.layers.push_back(layer_of(layers.at(i)));
+  const Json& prototypes = json.at("prototypes");
+  if (prototypes.size() > kMaxPrototypes)
+    fail(ErrorKind::Input, "{} prototypes", prototypes.size());
+  for (std::size_t i = 0; i < prototypes.size(); ++i)
+    manifest.prototypes.push_back({.name = prototypes.at(i).at("name").string(),
+                                   .content_hash = prototypes.at(i).at("content_hash").string()});
   const Json& tiles = json.at("tiles");
   manifest.tiles.reserve(tiles.size());
   for (std::size_t i = 0; i < tiles.size(); ++i) {
@@ -183,6 +230,10 @@ TileInfo info_of(const Tile& tile, std::span<const std::byte> bytes) {
           .highest_z_world = tile.highest_z_world(),
           .num_bytes = bytes.size(),
           .content_hash = core::content_hash(bytes)};
+}
+
+std::filesystem::path prototype_path(const std::filesystem::path& store, std::size_t row) {
+  return store / "prototypes" / fmt::format("{}.prototype", row);
 }
 
 [[noreturn]] void fail_not_listed(const std::filesystem::path& file, const TileInfo& info) {
@@ -261,6 +312,20 @@ std::vector<std::int32_t> TileStore::load_sea_depth(const TileId& id) const {
   return depth_steps;
 }
 
+Prototype TileStore::load_prototype(std::size_t row) const {
+  TERRACAST_CHECK(row < manifest_.prototypes.size(), "prototype {} of {}", row,
+                  manifest_.prototypes.size());
+  const std::filesystem::path file = prototype_path(folder_, row);
+  const std::vector<std::byte> bytes = core::read_file(file, kMaxTileBytes);
+  Prototype prototype = decode_prototype(bytes, file.string());
+  const PrototypeInfo& info = manifest_.prototypes[row];
+  if (core::content_hash(bytes) != info.content_hash)
+    fail(ErrorKind::Input,
+         "{}: a whole prototype, but not the one that {} lists (hash {}); tile the world again",
+         file.string(), kManifestName, info.content_hash);
+  return prototype;
+}
+
 std::filesystem::path tile_path(const std::filesystem::path& store, const TileId& id) {
   return store / "tiles" / std::to_string(id.level) / fmt::format("{}_{}.tile", id.x, id.y);
 }
@@ -269,6 +334,13 @@ TileInfo write_tile(const std::filesystem::path& store, const Tile& tile) {
   const std::vector<std::byte> bytes = encode_tile(tile);
   core::write_file(tile_path(store, tile.id), bytes);
   return info_of(tile, bytes);
+}
+
+PrototypeInfo write_prototype(const std::filesystem::path& store, std::size_t row,
+                              const Prototype& prototype) {
+  const std::vector<std::byte> bytes = encode_prototype(prototype);
+  core::write_file(prototype_path(store, row), bytes);
+  return {.name = prototype.name, .content_hash = core::content_hash(bytes)};
 }
 
 std::optional<TileInfo> inspect_tile(const std::filesystem::path& store, const TileId& id) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "geo/box3.h"
@@ -27,6 +28,24 @@ struct SourceInfo {
   std::string licence;                ///< as the config states it
   std::int64_t num_voids = 0;         ///< samples of the source without a value
   std::int64_t num_voids_filled = 0;  ///< of these, filled from their surroundings
+};
+
+/// A layer of what stands on the ground or is painted on it; Provenance::layer counts these.
+struct LayerInfo {
+  std::string name;          ///< as the config calls it
+  std::string kind;          ///< buildings, vegetation, …
+  std::string source;        ///< file name without folder, or "procedural"
+  std::string content_hash;  ///< of the file or of the parameters
+  std::string licence;       ///< as the config states it
+  std::string accuracy;      ///< of its places, as the config states it
+  /// What was read, used, repaired and left out, by name, in the order in which it was told.
+  std::vector<std::pair<std::string, std::int64_t>> counts;
+};
+
+/// A prototype of a store.
+struct PrototypeInfo {
+  std::string name;
+  std::string content_hash;  ///< of its file
 };
 
 /// One tile of a store.
@@ -54,6 +73,8 @@ struct WorldManifest {
       outside;  ///< error, sea, extend, procedural: what the config asked for where coverage is missing
   std::uint64_t seed = 0;
   std::vector<SourceInfo> sources;
+  std::vector<LayerInfo> layers;
+  std::vector<PrototypeInfo> prototypes;
   std::vector<TileInfo> tiles;  ///< sorted by id
 };
 
@@ -61,6 +82,7 @@ struct WorldManifest {
 ///
 ///     manifest.json                  written last: the store is complete when it exists
 ///     tiles/<level>/<x>_<y>.tile
+///     prototypes/<row>.prototype
 ///
 /// Threads: safe.
 class TileStore {
@@ -75,6 +97,11 @@ class TileStore {
   /// Reads a tile and checks it.
   /// throws Input: damaged (a flipped bit is found) or not the manifest's; Io
   Tile load(const TileId& id) const;
+
+  /// Reads a prototype and checks it.
+  /// row      of WorldManifest::prototypes
+  /// throws   as load()
+  Prototype load_prototype(std::size_t row) const;
 
   /// The sea's depth in a tile (Tile::sea_depth_steps); empty where it has none.
   /// throws as load()
@@ -93,6 +120,10 @@ std::filesystem::path tile_path(const std::filesystem::path& store, const TileId
 
 /// Writes a tile atomically and says what the manifest shall hold of it.
 TileInfo write_tile(const std::filesystem::path& store, const Tile& tile);
+
+/// Writes a prototype atomically and says what the manifest shall hold of it.
+PrototypeInfo write_prototype(const std::filesystem::path& store, std::size_t row,
+                              const Prototype& prototype);
 
 /// What a manifest would hold of a tile file that is there already and whole; nothing when it is
 /// missing or damaged.

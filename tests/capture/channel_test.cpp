@@ -41,8 +41,15 @@ TEST(Channels, NoNameThatToolsTakeForSomethingElse) {
 }
 
 TEST(Channels, EveryClassHasAName) {
-  EXPECT_EQ(semantic_class_names().size(), static_cast<std::size_t>(SemanticClass::Snow) + 1);
-  EXPECT_EQ(semantic_class_names()[static_cast<std::size_t>(SemanticClass::Sand)], "sand");
+  const auto name_of = [](SemanticClass semantic) {
+    return semantic_class_names()[static_cast<std::size_t>(semantic)];
+  };
+  EXPECT_EQ(semantic_class_names().size(), static_cast<std::size_t>(SemanticClass::Cloud) + 1);
+  EXPECT_EQ(name_of(SemanticClass::Sand), "sand");
+  EXPECT_EQ(name_of(SemanticClass::Road), "road");
+  EXPECT_EQ(name_of(SemanticClass::Tree), "tree");
+  EXPECT_EQ(name_of(SemanticClass::Ship), "ship");
+  EXPECT_EQ(name_of(SemanticClass::Cloud), "cloud");
 }
 
 TEST(Channels, FlagsOfCamerasDoNotMeetTheOthers) {

@@ -157,10 +157,10 @@ GroundPacket packet_at(const Ground& ground, std::uint64_t first, double footpri
     Eigen::Vector3d normal(core::random_between(-0.9, 0.9, 2, 0, index),
                            core::random_between(-0.9, 0.9, 2, 1, index), 1.0);
     normal.normalize();
-    const world::SurfaceSample surface{.cover = static_cast<world::Cover>(index % 8 == 0),
-                                       .moisture = core::random_unit(2, 2, index),
-                                       .source = 0,
-                                       .spacing_m = 4.0};
+    world::SurfaceSample surface;
+    surface.spacing_m = 4.0;
+    surface.cover = static_cast<world::Cover>(index % 8 == 0);
+    surface.moisture = core::random_unit(2, 2, index);
     places.set(i, random_place(index, 20e3), normal, surface, footprint_m);
   }
   GroundPacket packet;

@@ -8,7 +8,7 @@
 #include "tests/tiler/raster_files.h"
 #include "tiler/detail.h"
 #include "tiler/geodesy_cells.h"
-#include "tiler/layer_registry.h"
+#include "tiler/elevation_registry.h"
 #include "tiler/tile_builder.h"
 
 namespace terracast::test {

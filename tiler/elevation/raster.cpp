@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "tiler/layer_registry.h"
+#include "tiler/elevation_registry.h"
 #include "tiler/layered_field.h"
 #include "tiler/raster_field.h"
 #include "tiler/raster_mosaic.h"

@@ -3,7 +3,7 @@
 
 #include "core/hash.h"
 #include "tiler/gradient_noise.h"
-#include "tiler/layer_registry.h"
+#include "tiler/elevation_registry.h"
 
 // Terrain in closed form: worlds with known answers. A place's map coordinates are the world x and
 // y of its foot on the ellipsoid, in metres.

@@ -6,7 +6,7 @@
 #include "core/parallel.h"
 #include "tiler/erosion.h"
 #include "tiler/gradient_noise.h"
-#include "tiler/layer_registry.h"
+#include "tiler/elevation_registry.h"
 
 // Seeded land: where it rises and where the sea lies is drawn from noise, the rest is done by
 // rivers and slides on one grid over the whole square (coarse first, then refined twice), before

@@ -1,4 +1,4 @@
-#include "tiler/layer_registry.h"
+#include "tiler/elevation_registry.h"
 
 #include <array>
 

@@ -1,0 +1,44 @@
+#include "tiler/layer.h"
+
+#include "core/registry.h"
+
+// Every kind of layer, in alphabetical order: X(name) is tiler/layers/name.cpp, which defines
+// `LayerKindInfo name_layer()`.
+#define TERRACAST_LAYER_KINDS(X)
+
+namespace terracast::tiler {
+
+#define TERRACAST_DECLARE(name) LayerKindInfo name##_layer();
+TERRACAST_LAYER_KINDS(TERRACAST_DECLARE)
+#undef TERRACAST_DECLARE
+
+std::span<const LayerKindInfo> layer_kinds() {
+#define TERRACAST_ENTRY(name) name##_layer(),
+  static const std::vector<LayerKindInfo> table = {TERRACAST_LAYER_KINDS(TERRACAST_ENTRY)};
+#undef TERRACAST_ENTRY
+  return table;
+}
+
+void LayerOptions::describe(core::SchemaVisitor& visit) {
+  visit.key("name", name, "Name of the layer; left out: its kind's.");
+  visit.key("kind", kind, "Kind of layer; it decides the keys below.",
+            core::required(core::one_of(core::registry_names(layer_kinds()))));
+  visit.key("seed", seed, "Seed of what the layer draws, beside the world's.");
+  visit.key("licence", licence, "Terms under which the source may be used; kept with the data.");
+  visit.key("accuracy", accuracy,
+            "How good the source says that its places are, in its own words; kept with the data.");
+  // A manual without a config shows the keys of the first kind.
+  if (layer_kinds().empty()) return;
+  const std::string shown_kind = kind.empty() ? std::string(layer_kinds().front().name) : kind;
+  if (!kind_options_ || described_kind_ != shown_kind) {
+    kind_options_ = core::find_registered(layer_kinds(), "kind of layer", shown_kind).make();
+    described_kind_ = shown_kind;
+  }
+  kind_options_->describe(visit);
+}
+
+void LayerOptions::validate() const {
+  if (kind_options_) kind_options_->validate();
+}
+
+}  // namespace terracast::tiler

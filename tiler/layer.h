@@ -1,0 +1,140 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/cloned.h"
+#include "core/context.h"
+#include "core/schema.h"
+#include "geo/geodesy.h"
+#include "geo/geoid.h"
+#include "world/tile.h"
+#include "world/tile_store.h"
+
+namespace terracast::tiler {
+
+struct SurfaceSample;
+class WorldSurface;
+
+/// What a layer is made from.
+struct LayerInputs {
+  const geo::WorldFrame& frame;
+  double size_m;                ///< of the world's square
+  std::uint64_t seed;           ///< the world's and the layer's own
+  const WorldSurface& surface;  ///< the ground before any layer
+  /// The layers before this one, which it may ask; they live as long.
+  std::span<const std::unique_ptr<class Layer>> earlier;
+  std::string licence;   ///< as the config states it
+  std::string accuracy;  ///< as the config states it
+  const core::Context& context;
+};
+
+/// The finished ground, for layers that put things on it. Threads: safe.
+class LayerSite {
+ public:
+  virtual ~LayerSite() = default;
+  /// World z of the ground with all layers and all its detail.
+  virtual double ground_z_world(const Eigen::Vector2d& place_world) const = 0;
+  virtual world::Cover cover(const Eigen::Vector2d& place_world) const = 0;
+  /// Whether no other layer (Layer::holds) and no water holds any of a disc.
+  virtual bool is_free(const Eigen::Vector2d& place_world, double radius_m) const = 0;
+};
+
+/// A layer of a world, read and checked: what it does to the ground, and what it puts there. All of it
+/// is a function of place: the same from any tile, any thread and in any order.
+///
+/// threads   safe
+class Layer {
+ public:
+  virtual ~Layer() = default;
+
+  /// What the manifest says of it: source, hash, and counts of all that was read, repaired or left out.
+  /// Name, kind, licence and accuracy are filled in from the options.
+  virtual world::LayerInfo info() const = 0;
+  /// Of all that determines it.
+  virtual std::string input_hash() const = 0;
+
+  /// What it puts into many places; Instance::prototype counts these.
+  virtual std::span<const world::Prototype> prototypes() const { return {}; }
+
+  /// By how much it raises the ground along up (below 0: digs), beside what other layers do. Not asked
+  /// where the sea is.
+  /// ground   without any layer
+  virtual double lift_m(const Eigen::Vector2d& place_world, const SurfaceSample& ground) const {
+    static_cast<void>(place_world);
+    static_cast<void>(ground);
+    return 0.0;
+  }
+  /// What covers the ground, where it knows; of several layers the first that knows is believed. Not
+  /// asked where the sea is, and beyond the world's square.
+  virtual std::optional<world::Cover> cover(const Eigen::Vector2d& place_world,
+                                            const SurfaceSample& ground) const {
+    static_cast<void>(place_world);
+    static_cast<void>(ground);
+    return std::nullopt;
+  }
+  /// Whether it holds any of a disc, so that nothing else may stand there.
+  virtual bool holds(const Eigen::Vector2d& place_world, double radius_m) const {
+    static_cast<void>(place_world);
+    static_cast<void>(radius_m);
+    return false;
+  }
+  /// Adds all that may be shown on a tile: whatever reaches over its square, the same for each tile
+  /// over which it reaches. It may leave out what is too small for the tile's level when its place is
+  /// in the tile. Provenance::layer and Coating::layer are filled in afterwards.
+  virtual void add_objects(const world::TileId& id, const LayerSite& site,
+                           world::TileObjects& objects) const {
+    static_cast<void>(id);
+    static_cast<void>(site);
+    static_cast<void>(objects);
+  }
+};
+
+/// Options of one kind of layer; the derived class describes its keys and makes the layer.
+class LayerKind {
+ public:
+  virtual ~LayerKind() = default;
+  virtual void describe(core::SchemaVisitor& visit) = 0;
+  /// throws Config: options that contradict each other
+  virtual void validate() const {}
+  virtual std::unique_ptr<LayerKind> clone() const = 0;
+  /// Reads and checks its sources.
+  /// throws   Config, Input, Io
+  virtual std::unique_ptr<Layer> make(const LayerInputs& inputs) const = 0;
+};
+
+struct LayerKindInfo {
+  std::string_view name;
+  std::string_view summary;
+  std::unique_ptr<LayerKind> (*make)();
+};
+
+/// The table of kinds.
+std::span<const LayerKindInfo> layer_kinds();
+
+/// A `[[layer]]` of a world: its kind, and beside it the kind's own keys.
+struct LayerOptions {
+  std::string name;  ///< "": the kind's
+  std::string kind;
+  std::int64_t seed = 0;
+  std::string licence;
+  std::string accuracy;
+
+  void describe(core::SchemaVisitor& visit);
+  void validate() const;
+
+  /// There once describe() was called.
+  const LayerKind& kind_options() const { return *kind_options_; }
+
+ private:
+  std::string described_kind_;  ///< the kind that kind_options_ is of
+  core::Cloned<LayerKind> kind_options_;
+};
+
+}  // namespace terracast::tiler

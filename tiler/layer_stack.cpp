@@ -1,0 +1,277 @@
+#include "tiler/layer_stack.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <unordered_set>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/random.h"
+
+namespace terracast::tiler {
+namespace {
+
+using world::kHeightStep_m;
+
+/// What layers raise the ground by fades out over this distance inside the square's border.
+constexpr double kLiftFade_m = 100.0;
+/// Tiles of the finest level are this wide.
+constexpr double kFinestSide_m = 32.0;
+/// Beyond the tile that holds its place an object is shown by that tile's level, which is finer than
+/// the tiles over which it reaches by two levels at a corner, and by one more for each doubling of its reach.
+constexpr int kLevelsAtCorner = 2;
+
+/// Of an object in the plane and upward, in steps.
+struct Extent {
+  Eigen::Vector2d lowest_m;
+  Eigen::Vector2d highest_m;
+  double top_m;
+
+  bool overlaps(const world::TileId& id) const {
+    const Eigen::Vector2d corner = id.corner_world();
+    return lowest_m.x() <= corner.x() + id.side_m() && highest_m.x() >= corner.x() &&
+           lowest_m.y() <= corner.y() + id.side_m() && highest_m.y() >= corner.y();
+  }
+};
+
+Extent extent_of(const world::Solid& solid) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Extent extent{Eigen::Vector2d::Constant(kInfinity), Eigen::Vector2d::Constant(-kInfinity),
+                -kInfinity};
+  for (const world::ShapeLevel& level : solid.levels)
+    for (const Eigen::Vector3i& vertex : level.shape.vertices_steps) {
+      const Eigen::Vector3d place_m = (solid.origin_steps + vertex).cast<double>() * kHeightStep_m;
+      extent.lowest_m = extent.lowest_m.cwiseMin(place_m.head<2>());
+      extent.highest_m = extent.highest_m.cwiseMax(place_m.head<2>());
+      extent.top_m = std::max(extent.top_m, place_m.z());
+    }
+  return extent;
+}
+
+/// How far a prototype of scale 1 reaches from its foot, however it is turned and leant.
+double reach_m(const world::Prototype& prototype) {
+  double largest = 0.0;
+  for (const world::ShapeLevel& level : prototype.levels)
+    for (const Eigen::Vector3i& vertex : level.shape.vertices_steps)
+      largest = std::max(largest, vertex.cast<double>().norm());
+  return largest * kHeightStep_m;
+}
+
+Extent extent_of(const world::Instance& instance, double prototype_reach_m) {
+  const double reach = prototype_reach_m * instance.scale / 4096.0;
+  const Eigen::Vector3d place_m = instance.place_steps.cast<double>() * kHeightStep_m;
+  return {place_m.head<2>().array() - reach, place_m.head<2>().array() + reach,
+          place_m.z() + reach};
+}
+
+bool is_shown(const Extent& extent, const Eigen::Vector2d& place_m, int coarsest_level,
+              const world::TileId& id) {
+  if (!extent.overlaps(id)) return false;
+  if (world::tile_at(id.level, place_m.x(), place_m.y()) == id) return id.level <= coarsest_level;
+  const double reach_m = (extent.highest_m - extent.lowest_m).maxCoeff();
+  const int doublings =
+      static_cast<int>(std::ceil(std::log2(std::max(reach_m / kFinestSide_m, 1.0))));
+  return id.level - kLevelsAtCorner - doublings <= coarsest_level;
+}
+
+class Site final : public LayerSite {
+ public:
+  Site(const WorldSurface& ground, const std::vector<std::unique_ptr<Layer>>& layers,
+       const Layer& asking)
+      : ground_(ground), layers_(layers), asking_(asking) {}
+
+  double ground_z_world(const Eigen::Vector2d& place_world) const override {
+    return ground_.sample(place_world.x(), place_world.y()).z_world;
+  }
+  world::Cover cover(const Eigen::Vector2d& place_world) const override {
+    return ground_.sample(place_world.x(), place_world.y()).cover;
+  }
+  bool is_free(const Eigen::Vector2d& place_world, double radius_m) const override {
+    for (const auto& layer : layers_)
+      if (layer.get() != &asking_ && layer->holds(place_world, radius_m)) return false;
+    const auto is_dry = [&](double dx, double dy) {
+      const world::Cover cover =
+          this->cover(place_world + Eigen::Vector2d(dx * radius_m, dy * radius_m));
+      return cover != world::Cover::Sea && cover != world::Cover::Lake &&
+             cover != world::Cover::River;
+    };
+    return is_dry(0, 0) &&
+           (radius_m == 0.0 || (is_dry(-1, 0) && is_dry(1, 0) && is_dry(0, -1) && is_dry(0, 1)));
+  }
+
+ private:
+  const WorldSurface& ground_;
+  const std::vector<std::unique_ptr<Layer>>& layers_;
+  const Layer& asking_;
+};
+
+class LayeredSurface final : public WorldSurface {
+ public:
+  LayeredSurface(std::unique_ptr<const WorldSurface> surface, const core::Context& context)
+      : surface_(std::move(surface)), layers_(*surface_, context) {}
+
+  const geo::WorldFrame& frame() const override { return surface_->frame(); }
+  const WorldOptions& options() const override { return surface_->options(); }
+  const std::vector<world::SourceInfo>& sources() const override { return surface_->sources(); }
+  int measured_level() const override { return surface_->measured_level(); }
+  int base_level() const override { return surface_->base_level(); }
+  std::string input_hash() const override {
+    return core::content_hash(surface_->input_hash() + " " + layers_.input_hash());
+  }
+  SurfaceSample sample(double x_world, double y_world) const override {
+    return layers_.shaped({x_world, y_world}, surface_->sample(x_world, y_world));
+  }
+  void sample_tile(const world::TileId& id, std::span<SurfaceSample> samples) const override {
+    surface_->sample_tile(id, samples);
+    const Eigen::Vector2d corner = id.corner_world();
+    for (int j = 0; j < world::kTileSamples; ++j)
+      for (int i = 0; i < world::kTileSamples; ++i) {
+        SurfaceSample& sample = samples[world::Tile::sample(i, j)];
+        sample = layers_.shaped(corner + id.spacing_m() * Eigen::Vector2d(i, j), sample);
+      }
+  }
+  const LayerStack& layers() const override { return layers_; }
+  double lowest_m() const override { return surface_->lowest_m(); }
+  double highest_m() const override { return surface_->highest_m(); }
+  std::optional<double> measured_height_m(double lat_deg, double lon_deg) const override {
+    return surface_->measured_height_m(lat_deg, lon_deg);
+  }
+
+ private:
+  std::unique_ptr<const WorldSurface> surface_;
+  LayerStack layers_;
+};
+
+auto order_of(const world::Provenance& provenance) {
+  return std::tuple(provenance.layer, provenance.feature, provenance.instance_id);
+}
+auto order_of(const world::Coating& coating) { return std::tuple(coating.layer, coating.feature); }
+
+void check_ids(const world::Tile& tile) {
+  std::unordered_set<std::uint32_t> seen;
+  const auto check = [&](const world::Provenance& provenance) {
+    TERRACAST_CHECK(provenance.instance_id != 0 && seen.insert(provenance.instance_id).second,
+                    "tile {}: layer {} gives the id {} twice or to nothing", tile.id.name(),
+                    provenance.layer, provenance.instance_id);
+  };
+  for (const world::Solid& solid : tile.objects.solids) check(solid.provenance);
+  for (const world::Instance& instance : tile.objects.instances) check(instance.provenance);
+}
+
+}  // namespace
+
+LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context)
+    : half_size_m_(surface.options().size_m / 2.0) {
+  const WorldOptions& options = surface.options();
+  for (const LayerOptions& layer : options.layers) {
+    const std::string name = layer.name.empty() ? layer.kind : layer.name;
+    core::with_context(
+        [&] {
+          layers_.push_back(layer.kind_options().make(
+              {.frame = surface.frame(),
+               .size_m = options.size_m,
+               .seed = core::stream_of(static_cast<std::uint64_t>(options.seed),
+                                       static_cast<std::uint64_t>(layer.seed)),
+               .surface = surface,
+               .earlier = layers_,
+               .licence = layer.licence,
+               .accuracy = layer.accuracy,
+               .context = context}));
+        },
+        fmt::format("preparing layer {}", name));
+    world::LayerInfo info = layers_.back()->info();
+    info.name = name;
+    info.kind = layer.kind;
+    info.licence = layer.licence;
+    info.accuracy = layer.accuracy;
+    infos_.push_back(std::move(info));
+    first_prototype_.push_back(prototypes_.size());
+    const std::span<const world::Prototype> own = layers_.back()->prototypes();
+    prototypes_.insert(prototypes_.end(), own.begin(), own.end());
+  }
+}
+
+std::string LayerStack::input_hash() const {
+  std::string all;
+  for (std::size_t i = 0; i < layers_.size(); ++i)
+    all += fmt::format("{} {} {} {} {}\n", infos_[i].kind, infos_[i].name, infos_[i].licence,
+                       infos_[i].accuracy, layers_[i]->input_hash());
+  return core::content_hash(all);
+}
+
+SurfaceSample LayerStack::shaped(const Eigen::Vector2d& place_world, SurfaceSample sample) const {
+  const double inside_m = half_size_m_ - place_world.cwiseAbs().maxCoeff();
+  if (layers_.empty() || inside_m <= 0.0 || sample.cover != world::Cover::Land) return sample;
+  double lift_m = 0.0;
+  std::optional<world::Cover> cover;
+  for (const auto& layer : layers_) {
+    lift_m += layer->lift_m(place_world, sample);
+    if (!cover) cover = layer->cover(place_world, sample);
+  }
+  sample.z_world += lift_m * std::min(inside_m / kLiftFade_m, 1.0);
+  if (cover) sample.cover = *cover;
+  return sample;
+}
+
+void LayerStack::add_objects(const WorldSurface& ground, world::Tile& tile) const {
+  std::vector<double> reaches_m;
+  for (const world::Prototype& prototype : prototypes_) reaches_m.push_back(reach_m(prototype));
+  double top_m = -std::numeric_limits<double>::infinity();
+  world::TileObjects& all = tile.objects;
+  for (std::size_t row = 0; row < layers_.size(); ++row) {
+    world::TileObjects own;
+    layers_[row]->add_objects(tile.id, Site(ground, layers_, *layers_[row]), own);
+    for (world::Solid& solid : own.solids) {
+      solid.provenance.layer = static_cast<std::uint8_t>(row);
+      const Extent extent = extent_of(solid);
+      const int coarsest_level = solid.levels.back().coarsest_level;
+      if (!is_shown(extent, solid.place_m.cast<double>(), coarsest_level, tile.id)) continue;
+      top_m = std::max(top_m, extent.top_m);
+      all.solids.push_back(std::move(solid));
+    }
+    for (world::Instance& instance : own.instances) {
+      instance.provenance.layer = static_cast<std::uint8_t>(row);
+      const std::size_t prototype = first_prototype_[row] + instance.prototype;
+      instance.prototype = static_cast<std::uint16_t>(prototype);
+      const Extent extent = extent_of(instance, reaches_m[prototype]);
+      const int coarsest_level = std::min<int>(instance.coarsest_level,
+                                               prototypes_[prototype].levels.back().coarsest_level);
+      const Eigen::Vector2d place_m = instance.place_steps.head<2>().cast<double>() * kHeightStep_m;
+      if (!is_shown(extent, place_m, coarsest_level, tile.id)) continue;
+      top_m = std::max(top_m, extent.top_m);
+      all.instances.push_back(instance);
+    }
+    for (world::Strip& strip : own.strips) {
+      strip.coating.layer = static_cast<std::uint8_t>(row);
+      all.strips.push_back(std::move(strip));
+    }
+    for (world::Area& area : own.areas) {
+      area.coating.layer = static_cast<std::uint8_t>(row);
+      all.areas.push_back(std::move(area));
+    }
+  }
+  const auto by_provenance = [](const auto& a, const auto& b) {
+    return order_of(a.provenance) < order_of(b.provenance);
+  };
+  const auto by_coating = [](const auto& a, const auto& b) {
+    return order_of(a.coating) < order_of(b.coating);
+  };
+  std::sort(all.solids.begin(), all.solids.end(), by_provenance);
+  std::sort(all.instances.begin(), all.instances.end(), by_provenance);
+  // A feature may have several parts; a layer gives them in one order.
+  std::stable_sort(all.strips.begin(), all.strips.end(), by_coating);
+  std::stable_sort(all.areas.begin(), all.areas.end(), by_coating);
+  check_ids(tile);
+  if (std::isfinite(top_m))
+    tile.objects_top_steps =
+        static_cast<std::int32_t>(std::ceil((top_m - tile.center_z_m) / kHeightStep_m));
+}
+
+std::shared_ptr<const WorldSurface> layered_surface(std::unique_ptr<const WorldSurface> surface,
+                                                    const core::Context& context) {
+  if (surface->options().layers.empty()) return surface;
+  return std::make_shared<LayeredSurface>(std::move(surface), context);
+}
+
+}  // namespace terracast::tiler

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tiler/layer.h"
+#include "tiler/surface.h"
+
+namespace terracast::tiler {
+
+/// The layers of a world together. Threads: safe.
+class LayerStack {
+ public:
+  /// No layer.
+  LayerStack() = default;
+  /// Makes all layers of the surface's options, in their order.
+  /// surface   the ground without any; must outlive the stack
+  /// throws    as LayerKind::make()
+  LayerStack(const WorldSurface& surface, const core::Context& context);
+
+  bool is_empty() const { return layers_.empty(); }
+  const std::vector<world::LayerInfo>& infos() const { return infos_; }
+  /// Of all layers; Instance::prototype of a tile's objects counts these.
+  const std::vector<world::Prototype>& prototypes() const { return prototypes_; }
+  std::string input_hash() const;
+
+  /// What the layers make of the ground at a place of the world's square. What they raise it by fades
+  /// out over the square's last hundred metres.
+  /// sample   without any layer
+  SurfaceSample shaped(const Eigen::Vector2d& place_world, SurfaceSample sample) const;
+
+  /// Puts into a tile what reaches over its square: sorted by layer, feature and id; objects_top_steps
+  /// is set. Objects whose place is in the tile are left out where its level shows nothing of them.
+  /// ground   the finished surface
+  /// throws   Internal: an id that is 0 or there twice
+  void add_objects(const WorldSurface& ground, world::Tile& tile) const;
+
+ private:
+  std::vector<std::unique_ptr<Layer>> layers_;
+  std::vector<world::LayerInfo> infos_;
+  std::vector<world::Prototype> prototypes_;
+  std::vector<std::size_t> first_prototype_;  ///< of each layer
+  double half_size_m_ = 0.0;
+};
+
+/// A surface and its layers as one; itself where its options name no layer.
+std::shared_ptr<const WorldSurface> layered_surface(std::unique_ptr<const WorldSurface> surface,
+                                                    const core::Context& context);
+
+}  // namespace terracast::tiler
