@@ -73,14 +73,15 @@ struct RayQueryOptions {
   }
 };
 
-/// What a surface is made of at a hit, interpolated over its triangle.
+/// What a surface is made of at a hit, interpolated over its triangle. What is of the other kind of
+/// surface keeps what stood there: SurfaceHit::is_ground() says which is meant.
 struct SurfaceSample {
   double spacing_m = 0.0;  ///< of the tile
   // Of the terrain.
   Cover cover = Cover::Land;
   double moisture = 0.0;    ///< 0 … 1
   std::uint8_t source = 0;  ///< of the triangle's nearest sample
-  PaintSample paint;
+  PaintSample paint;        ///< all of it where is_painted
   // Of an object.
   Provenance provenance;
   Finish finish;
