@@ -7,6 +7,7 @@
 #include "core/registry.h"
 #include "core/schema_writer.h"
 #include "export/exporter.h"
+#include "export/world/world_format.h"
 #include "geo/camera_model.h"
 #include "geo/fixes/fix_format.h"
 #include "geo/trajectory.h"
@@ -34,10 +35,12 @@ const std::map<std::string, std::function<std::string()>>& lists() {
       {"cameras", [] { return lines_of(geo::camera_models()); }},
       {"checks", [] { return lines_of(validate::check_list()); }},
       {"exporters", [] { return lines_of(exporters::exporters()); }},
-      {"layers", [] { return lines_of(tiler::elevation_kinds()); }},
+      {"elevation", [] { return lines_of(tiler::elevation_kinds()); }},
+      {"layers", [] { return lines_of(tiler::layer_kinds()); }},
       {"recordings", [] { return lines_of(geo::fix_formats()); }},
       {"tasks", [] { return lines_of(validate::task_list()); }},
       {"trajectories", [] { return lines_of(geo::trajectory_kinds()); }},
+      {"world_formats", [] { return lines_of(world_export::world_formats()); }},
   };
   return table;
 }

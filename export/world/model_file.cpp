@@ -1,0 +1,184 @@
+#include "export/world/model_file.h"
+
+#include <assimp/mesh.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <assimp/Exporter.hpp>
+#include <cmath>
+#include <cstring>
+#include <memory>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+
+namespace terracast::world_export {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+/// assimp's arrays are owned by what holds them and deleted with it.
+template <class T>
+T** array_of(const std::vector<T*>& items) {
+  auto** array = new T*[std::max<std::size_t>(items.size(), 1)];
+  std::copy(items.begin(), items.end(), array);
+  return array;
+}
+
+float linear_from_srgb(std::uint8_t value) {
+  const float s = static_cast<float>(value) / 255.0F;
+  return s <= 0.04045F ? s / 12.92F : std::pow((s + 0.055F) / 1.055F, 2.4F);
+}
+
+aiMaterial* material_of(const Part& part) {
+  auto* material = new aiMaterial;
+  const aiString name(part.name);
+  material->AddProperty(&name, AI_MATKEY_NAME);
+  const aiColor4D color(linear_from_srgb(part.color_srgb[0]), linear_from_srgb(part.color_srgb[1]),
+                        linear_from_srgb(part.color_srgb[2]), 1.0F);
+  material->AddProperty(&color, 1, AI_MATKEY_BASE_COLOR);
+  const aiColor3D diffuse(color.r, color.g, color.b);
+  material->AddProperty(&diffuse, 1, AI_MATKEY_COLOR_DIFFUSE);
+  constexpr float kMetallic = 0.0F;
+  constexpr float kRoughness = 1.0F;
+  material->AddProperty(&kMetallic, 1, AI_MATKEY_METALLIC_FACTOR);
+  material->AddProperty(&kRoughness, 1, AI_MATKEY_ROUGHNESS_FACTOR);
+  constexpr int kTwoSided = 1;
+  material->AddProperty(&kTwoSided, 1, AI_MATKEY_TWOSIDED);
+  return material;
+}
+
+aiMesh* mesh_of(const Part& part, unsigned material) {
+  auto* mesh = new aiMesh;
+  mesh->mName = aiString(part.name);
+  mesh->mPrimitiveTypes = aiPrimitiveType_TRIANGLE;
+  mesh->mMaterialIndex = material;
+  mesh->mNumVertices = static_cast<unsigned>(part.vertices.size());
+  mesh->mVertices = new aiVector3D[part.vertices.size()];
+  for (std::size_t i = 0; i < part.vertices.size(); ++i) {
+    const Eigen::Vector3f place = part.vertices[i].cast<float>();
+    mesh->mVertices[i] = aiVector3D(place.x(), place.y(), place.z());
+  }
+  mesh->mNumFaces = static_cast<unsigned>(part.triangles.size());
+  mesh->mFaces = new aiFace[part.triangles.size()];
+  for (std::size_t i = 0; i < part.triangles.size(); ++i) {
+    mesh->mFaces[i].mNumIndices = 3;
+    mesh->mFaces[i].mIndices = new unsigned[3];
+    std::copy(part.triangles[i].begin(), part.triangles[i].end(), mesh->mFaces[i].mIndices);
+  }
+  return mesh;
+}
+
+aiMatrix4x4 matrix_of(const Eigen::Matrix4d& m) {
+  const auto f = [&](int row, int column) { return static_cast<float>(m(row, column)); };
+  return {f(0, 0), f(0, 1), f(0, 2), f(0, 3), f(1, 0), f(1, 1), f(1, 2), f(1, 3),
+          f(2, 0), f(2, 1), f(2, 2), f(2, 3), f(3, 0), f(3, 1), f(3, 2), f(3, 3)};
+}
+
+/// Collects meshes and their materials.
+class SceneMaker {
+ public:
+  /// A node that holds these parts.
+  aiNode* node_of(const std::string& name, const std::vector<unsigned>& mesh_indices) {
+    auto* node = new aiNode(name);
+    node->mNumMeshes = static_cast<unsigned>(mesh_indices.size());
+    node->mMeshes = new unsigned[std::max<std::size_t>(mesh_indices.size(), 1)];
+    std::copy(mesh_indices.begin(), mesh_indices.end(), node->mMeshes);
+    return node;
+  }
+  std::vector<unsigned> add(const std::vector<Part>& parts) {
+    std::vector<unsigned> indices;
+    for (const Part& part : parts) {
+      if (part.triangles.empty()) continue;
+      indices.push_back(static_cast<unsigned>(meshes_.size()));
+      meshes_.push_back(mesh_of(part, static_cast<unsigned>(materials_.size())));
+      materials_.push_back(material_of(part));
+    }
+    return indices;
+  }
+  /// What was added, below a root.
+  std::unique_ptr<aiScene> finish(aiNode* root) {
+    auto scene = std::make_unique<aiScene>();
+    scene->mRootNode = root;
+    scene->mNumMeshes = static_cast<unsigned>(meshes_.size());
+    scene->mMeshes = array_of(meshes_);
+    scene->mNumMaterials = static_cast<unsigned>(materials_.size());
+    scene->mMaterials = array_of(materials_);
+    return scene;
+  }
+
+ private:
+  std::vector<aiMesh*> meshes_;
+  std::vector<aiMaterial*> materials_;
+};
+
+std::unique_ptr<aiScene> scene_of(const WorldModel& model, bool has_y_up) {
+  SceneMaker maker;
+  std::vector<aiNode*> nodes;
+  // A node each, for a node's meshes become one mesh with one name.
+  for (const Part& part : model.parts) nodes.push_back(maker.node_of(part.name, maker.add({part})));
+  std::vector<std::vector<unsigned>> prototypes;
+  for (const auto& parts : model.prototypes) prototypes.push_back(maker.add(parts));
+  for (std::size_t i = 0; i < model.placed.size(); ++i) {
+    aiNode* node = maker.node_of(fmt::format("instance_{}", i), prototypes[model.placed[i].model]);
+    node->mTransformation = matrix_of(model.placed[i].frame_from_model);
+    nodes.push_back(node);
+  }
+  auto* root = new aiNode("world");
+  if (has_y_up)
+    root->mTransformation = matrix_of(
+        (Eigen::Matrix4d() << 1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1).finished());
+  root->addChildren(static_cast<unsigned>(nodes.size()), nodes.data());
+  return maker.finish(root);
+}
+
+}  // namespace
+
+void write_model(const WorldModel& model, const std::filesystem::path& file, const char* format) {
+  if (const std::size_t count = model.num_triangles(); count > kMostTriangles)
+    fail(ErrorKind::Input,
+         "{}: {} triangles, of which a file holds {}; give a smaller --region or a coarser "
+         "--spacing",
+         file.string(), count, kMostTriangles);
+  const bool is_gltf = std::strcmp(format, "glb2") == 0;
+  const std::unique_ptr<aiScene> scene = scene_of(model, is_gltf);
+  if (scene->mNumMeshes == 0)
+    fail(ErrorKind::Input, "{}: the region holds no triangle", file.string());
+  Assimp::Exporter exporter;
+  const aiExportDataBlob* blob = exporter.ExportToBlob(scene.get(), format);
+  if (blob == nullptr)
+    fail(ErrorKind::Internal, "{}: assimp cannot write it: {}", file.string(),
+         exporter.GetErrorString());
+  // The first is the file itself; further ones, such as materials, are named by their suffix.
+  const std::string first_name = file.stem().string();
+  for (const aiExportDataBlob* part = blob; part != nullptr; part = part->next) {
+    const std::string suffix = part->name.C_Str();
+    std::filesystem::path destination = file;
+    if (!suffix.empty()) destination.replace_extension(suffix);
+    std::string text;
+    std::span<const std::byte> bytes(static_cast<const std::byte*>(part->data), part->size);
+    if (part == blob && !is_gltf) {
+      // The exporter names the materials after a file of its own.
+      text.assign(static_cast<const char*>(part->data), part->size);
+      const std::size_t begin = text.find("mtllib ");
+      if (begin != std::string::npos) {
+        const std::size_t end = text.find('\n', begin);
+        text.replace(begin, end - begin, fmt::format("mtllib {}.mtl", first_name));
+      }
+      bytes = std::as_bytes(std::span(text));
+    }
+    core::write_file(destination, bytes);
+  }
+}
+
+void write_region_model(const WorldExportInputs& inputs, const char* format) {
+  const geo::WorldFrame frame(inputs.store.manifest().origin);
+  const auto cut = cut_of_region(inputs.store, inputs.region, inputs.finest_spacing_m);
+  const WorldModel model =
+      ModelMaker(inputs.store)
+          .make(cut, enu_from_world(frame, inputs.region.center()), {.region = inputs.region});
+  write_model(model, inputs.destination, format);
+}
+
+}  // namespace terracast::world_export

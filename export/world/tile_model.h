@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/semantic_class.h"
+#include "export/world/region.h"
+#include "geo/rigid3.h"
+#include "world/tile_store.h"
+
+namespace terracast::world_export {
+
+/// Triangles of one look.
+struct Part {
+  std::string name;  ///< class, and material where several share the class
+  std::array<std::uint8_t, 3> color_srgb = {128, 128, 128};
+  std::vector<Eigen::Vector3d> vertices;                ///< m, in the frame asked for
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise from outside
+};
+
+/// Something that stands in several places.
+struct Placed {
+  std::size_t model = 0;  ///< of WorldModel::prototypes
+  Eigen::Matrix4d frame_from_model = Eigen::Matrix4d::Identity();
+};
+
+/// Part of a world in one frame.
+struct WorldModel {
+  std::vector<Part> parts;
+  std::vector<std::vector<Part>> prototypes;  ///< each with its parts in its own frame
+  std::vector<Placed> placed;
+
+  std::size_t num_triangles() const;
+};
+
+/// What a model is made of.
+struct ModelOptions {
+  /// Only triangles whose centres, and objects whose places, lie within; none: whole tiles.
+  std::optional<Region> region;
+  double skirt_m = 0.0;  ///< hung from the terrain's border, against gaps to coarser neighbours
+};
+
+/// Ground and objects of tiles as the ray caster meets them: stitched triangles, and each object in
+/// the level of detail that its place's tile gives it, once.
+/// throws   Input, Io: from tiles
+class ModelMaker {
+ public:
+  explicit ModelMaker(const world::TileStore& store);
+
+  /// cut               tiles that together cover what is shown
+  /// frame_from_world  of the vertices
+  WorldModel make(const std::vector<world::CutTile>& cut, const geo::Rigid3d& frame_from_world,
+                  const ModelOptions& options) const;
+
+ private:
+  const world::TileStore& store_;
+  geo::WorldFrame frame_;
+  std::vector<world::Prototype> prototypes_;
+};
+
+/// Colour of a class of ground where nothing else is known.
+std::array<std::uint8_t, 3> ground_color_srgb(world::Cover cover);
+std::string_view cover_name(world::Cover cover);
+
+}  // namespace terracast::world_export

@@ -1,0 +1,241 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/json.h"
+#include "core/parallel.h"
+#include "core/progress.h"
+#include "export/world/model_file.h"
+#include "export/world/world_format.h"
+#include "geo/units.h"
+
+// 3D Tiles 1.1 (OGC 22-025r4): tileset.json and a glTF file for each tile of the world. A tile's content lies in
+// east-north-up about its centre; readers turn glTF's y up into z up and apply the tile's transform to ECEF.
+
+namespace terracast::world_export {
+namespace {
+
+using core::Json;
+using world::TileId;
+
+/// A coarser tile's borders may lie off a finer one's by less than this many of its spacings.
+constexpr double kSkirtSpacings = 2.0;
+
+/// A bounding volume of the kind "region", with room for floats' last places.
+class Bounds {
+ public:
+  void add(const geo::Geodetic& place) {
+    constexpr double kRoom_rad = 1e-10;  // less than a millimetre
+    constexpr double kRoom_m = 1e-3;
+    const double lat = geo::radians_from_degrees(place.lat_deg);
+    const double lon = geo::radians_from_degrees(place.lon_deg);
+    add(Bounds({lon - kRoom_rad, lat - kRoom_rad, place.height_m - kRoom_m},
+               {lon + kRoom_rad, lat + kRoom_rad, place.height_m + kRoom_m}));
+  }
+  void add(const Bounds& other) {
+    lowest_ = lowest_.cwiseMin(other.lowest_);
+    highest_ = highest_.cwiseMax(other.highest_);
+  }
+  Bounds() = default;
+  /// West, south, east, north in radians, lowest and highest ellipsoidal height.
+  std::vector<double> values() const {
+    return {lowest_.x(), lowest_.y(), highest_.x(), highest_.y(), lowest_.z(), highest_.z()};
+  }
+
+ private:
+  Bounds(const Eigen::Vector3d& lowest, const Eigen::Vector3d& highest)
+      : lowest_(lowest), highest_(highest) {}
+
+  /// Longitude, latitude, height.
+  Eigen::Vector3d lowest_ = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector3d highest_ = -lowest_;
+};
+
+class TilesetWriter {
+ public:
+  explicit TilesetWriter(const WorldExportInputs& inputs)
+      : inputs_(inputs),
+        frame_(inputs.store.manifest().origin),
+        maker_(inputs.store),
+        cut_(cut_of_region(inputs.store, inputs.region, inputs.finest_spacing_m)) {}
+
+  void write() {
+    const std::vector<TileId> tops = top_tiles();
+    for (const TileId& top : tops) collect(top);
+    core::make_folder(inputs_.destination / "tiles");
+    core::Progress progress(inputs_.context, "tiles", static_cast<std::int64_t>(tiles_.size()));
+    std::vector<Bounds> bounds(tiles_.size());
+    core::parallel_for(static_cast<std::int64_t>(tiles_.size()), [&](std::int64_t k) {
+      const auto i = static_cast<std::size_t>(k);
+      bounds[i] = write_content(tiles_[i]);
+      progress.advance();
+    });
+    // From the leaves up: a tile's volume holds its children's.
+    for (std::size_t i = tiles_.size(); i-- > 0;) {
+      Bounds& all = bounds_.emplace(tiles_[i], bounds[i]).first->second;
+      if (is_leaf(tiles_[i])) continue;
+      for (const TileId& child : children_of(tiles_[i])) all.add(bounds_.at(child));
+    }
+
+    Json children = Json::array();
+    double error_m = 0.0;
+    for (const TileId& top : tops) {
+      children.push(json_of(top));
+      error_m = std::max(error_m, 4.0 * top.spacing_m());
+    }
+    Json root = Json::object();
+    root.set("boundingVolume", volume_of(tops))
+        .set("geometricError", error_m)
+        .set("refine", "REPLACE")
+        .set("children", std::move(children));
+    Json asset = Json::object();
+    asset.set("version", "1.1");
+    Json tileset = Json::object();
+    tileset.set("asset", std::move(asset))
+        .set("geometricError", 2.0 * error_m)
+        .set("root", std::move(root));
+    tileset.write(inputs_.destination / "tileset.json", 1);
+  }
+
+ private:
+  bool is_leaf(const TileId& id) const {
+    const auto found =
+        std::lower_bound(cut_.begin(), cut_.end(), id,
+                         [](const world::CutTile& tile, const TileId& at) { return tile.id < at; });
+    return found != cut_.end() && found->id == id;
+  }
+
+  /// The finest tiles above the cut of which a few cover the region.
+  std::vector<TileId> top_tiles() const {
+    constexpr std::size_t kMostTops = 4;
+    std::vector<TileId> tops;
+    for (const world::CutTile& tile : cut_) tops.push_back(tile.id);
+    for (int level = tops.front().level;
+         tops.size() > kMostTops && level < inputs_.store.manifest().coarsest_level; ++level) {
+      for (TileId& id : tops)
+        if (id.level <= level) id = id.parent();
+      std::sort(tops.begin(), tops.end());
+      tops.erase(std::unique(tops.begin(), tops.end()), tops.end());
+    }
+    // None within another one.
+    std::erase_if(tops, [&](const TileId& id) {
+      return std::any_of(tops.begin(), tops.end(), [&](const TileId& other) {
+        return other.level > id.level && other.contains(id);
+      });
+    });
+    return tops;
+  }
+
+  void collect(const TileId& id) {
+    tiles_.push_back(id);
+    if (is_leaf(id)) return;
+    for (const TileId& child : children_of(id)) collect(child);
+  }
+
+  std::vector<TileId> children_of(const TileId& id) const {
+    std::vector<TileId> children;
+    for (int quadrant = 0; quadrant < 4; ++quadrant)
+      if (inputs_.store.find(id.child(quadrant)) != nullptr &&
+          overlaps(inputs_.store, inputs_.region, id.child(quadrant)))
+        children.push_back(id.child(quadrant));
+    return children;
+  }
+
+  geo::Geodetic center_of(const TileId& id) const {
+    const world::TileInfo& info = *inputs_.store.find(id);
+    const Eigen::Vector2d center = id.center_world();
+    return frame_.geodetic_from_world(
+        {center.x(), center.y(), 0.5 * (info.lowest_z_world + info.highest_z_world)});
+  }
+
+  std::string name_of(const TileId& id) const {
+    return fmt::format("tiles/{}_{}_{}.glb", id.level, id.x, id.y);
+  }
+
+  Bounds write_content(const TileId& id) const {
+    const geo::Rigid3d enu_from_tile_world = enu_from_world(frame_, center_of(id));
+    const WorldModel model =
+        maker_.make({{.id = id, .coarser_sides = 0}}, enu_from_tile_world,
+                    {.region = std::nullopt, .skirt_m = kSkirtSpacings * id.spacing_m()});
+    write_model(model, inputs_.destination / name_of(id), "glb2");
+    const geo::Rigid3d world_from_enu = enu_from_tile_world.inverse();
+    Bounds bounds;
+    const auto add = [&](const Eigen::Vector3d& place_enu) {
+      bounds.add(frame_.geodetic_from_world(world_from_enu * place_enu));
+    };
+    for (const Part& part : model.parts)
+      for (const Eigen::Vector3d& vertex : part.vertices) add(vertex);
+    for (const Placed& placed : model.placed)
+      for (const Part& part : model.prototypes[placed.model])
+        for (const Eigen::Vector3d& vertex : part.vertices)
+          add((placed.frame_from_model * vertex.homogeneous()).head<3>());
+    return bounds;
+  }
+
+  Json json_of(const TileId& id) const {
+    Json content = Json::object();
+    content.set("uri", name_of(id));
+    Json json = Json::object();
+    json.set("boundingVolume", volume_of({id}))
+        .set("geometricError", is_leaf(id) ? 0.0 : id.spacing_m())
+        .set("transform", transform_of(id))
+        .set("content", std::move(content));
+    if (is_leaf(id)) return json;
+    Json children = Json::array();
+    // Transforms chain from parent to child.
+    for (const TileId& child : children_of(id)) {
+      Json one = json_of(child);
+      one.set("transform", transform_between(id, child));
+      children.push(std::move(one));
+    }
+    json.set("children", std::move(children));
+    return json;
+  }
+
+  geo::Rigid3d ecef_from_tile(const TileId& id) const {
+    return frame_.ecef_from_world() * enu_from_world(frame_, center_of(id)).inverse();
+  }
+  Json transform_of(const TileId& id) const { return columns_of(ecef_from_tile(id)); }
+  Json transform_between(const TileId& parent, const TileId& child) const {
+    return columns_of(ecef_from_tile(parent).inverse() * ecef_from_tile(child));
+  }
+  static Json columns_of(const geo::Rigid3d& transform) {
+    const Eigen::Matrix3d rotation = transform.rotation.toRotationMatrix();
+    std::vector<double> columns;
+    for (int column = 0; column < 3; ++column) {
+      for (int row = 0; row < 3; ++row) columns.push_back(rotation(row, column));
+      columns.push_back(0.0);
+    }
+    for (int row = 0; row < 3; ++row) columns.push_back(transform.translation[row]);
+    columns.push_back(1.0);
+    return Json::array_of(columns);
+  }
+
+  Json volume_of(const std::vector<TileId>& ids) const {
+    Bounds all;
+    for (const TileId& id : ids) all.add(bounds_.at(id));
+    Json volume = Json::object();
+    volume.set("region", Json::array_of(all.values()));
+    return volume;
+  }
+
+  const WorldExportInputs& inputs_;
+  const geo::WorldFrame frame_;
+  const ModelMaker maker_;
+  const std::vector<world::CutTile> cut_;
+  std::vector<TileId> tiles_;  ///< each before its children
+  std::unordered_map<TileId, Bounds> bounds_;
+};
+
+}  // namespace
+
+WorldFormatInfo tiles3d_world_format() {
+  return {"3dtiles",
+          "3D Tiles 1.1: a folder with tileset.json, georeferenced, all levels of detail.", "",
+          [](const WorldExportInputs& inputs) { TilesetWriter(inputs).write(); }};
+}
+
+}  // namespace terracast::world_export

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/context.h"
+#include "export/world/region.h"
+#include "world/tile_store.h"
+
+namespace terracast::world_export {
+
+/// What is asked of a format.
+struct WorldExportInputs {
+  const world::TileStore& store;
+  Region region;
+  double finest_spacing_m;            ///< of the terrain, a tile's own
+  std::filesystem::path destination;  ///< a file, or a folder where has_folder
+  const core::Context& context;
+};
+
+/// A format in which a part of a world is written. Same world and region, same bytes.
+struct WorldFormatInfo {
+  std::string_view name;
+  std::string_view summary;
+  std::string_view suffix;  ///< of the destination; "" for a folder
+  /// throws   Input: the region is not in the world, or too large for the format; Io
+  void (*write)(const WorldExportInputs& inputs);
+};
+
+/// The table of formats: 3dtiles, geotiff, gltf, obj.
+std::span<const WorldFormatInfo> world_formats();
+
+}  // namespace terracast::world_export

@@ -1,0 +1,355 @@
+#include <gdal_priv.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/log.h"
+#include "core/parallel.h"
+#include "core/registry.h"
+#include "export/world/world_format.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/folder_compare.h"
+#include "tests/support/tiny_world.h"
+#include "tests/world_export/glb_file.h"
+#include "world/tile_file.h"
+
+namespace terracast::world_export {
+namespace {
+
+namespace fs = std::filesystem;
+using core::Json;
+using world::kHeightStep_m;
+
+constexpr double kPi = std::numbers::pi;
+
+double hills_m(double x, double y) {
+  return 400.0 + 30.0 * std::sin(x / 90.0) * std::cos(y / 70.0);
+}
+
+world::Shape tetrahedron(double size_m, core::SemanticClass semantic_class) {
+  const auto steps = static_cast<int>(size_m / kHeightStep_m);
+  world::Shape shape;
+  shape.vertices_steps = {{0, 0, 0}, {steps, 0, 0}, {0, steps, 0}, {0, 0, steps}};
+  shape.triangles = {{{0, 2, 1}, 0}, {{0, 1, 3}, 0}, {{1, 2, 3}, 0}, {{0, 3, 2}, 0}};
+  shape.finishes = {{.material = world::Material::Brick,
+                     .semantic_class = semantic_class,
+                     .color_srgb = {200, 100, 50},
+                     .pattern = 0}};
+  return shape;
+}
+
+Eigen::Vector3i steps_of(const Eigen::Vector3d& place_m) {
+  return (place_m / kHeightStep_m).array().round().cast<int>();
+}
+
+/// A world of a kilometre, fine in its east, with a solid that reaches over a tile's border and an instance.
+/// Heights, places of objects and their frames are known in closed form.
+class WorldExport : public testing::Test {
+ protected:
+  static constexpr double kSolidX = 250.0;
+  static constexpr double kSolidY = 40.0;
+  static constexpr double kTreeX = 60.0;
+  static constexpr double kTreeY = 90.0;
+
+  WorldExport() : folder_(fs::temp_directory_path() / fmt::format("terracast-we-{}", getpid())) {
+    fs::remove_all(folder_);
+    make_world();
+  }
+  ~WorldExport() override { fs::remove_all(folder_); }
+
+  void make_world() {
+    const test::TinyWorldOptions options{
+        .finest_level = 0,
+        .coarsest_level = 1,
+        .num_roots = 2,
+        .refine = [](const world::TileId& id) { return id.x >= 0; }};
+    world::TileStore plain = test::make_tiny_world(folder_ / "world", hills_m, options);
+    world::WorldManifest manifest = plain.manifest();
+    const geo::WorldFrame frame(manifest.origin);
+    world::Prototype tree{
+        .name = "tree",
+        .levels = {{.coarsest_level = 1, .shape = tetrahedron(4.0, core::SemanticClass::Tree)}}};
+    manifest.prototypes = {world::write_prototype(folder_ / "world", 0, tree)};
+    for (world::TileInfo& info : manifest.tiles) {
+      world::Tile tile = test::make_tile(info.id, hills_m, options);
+      const Eigen::Vector2d corner = info.id.corner_world();
+      const double side_m = info.id.side_m();
+      const auto reaches = [&](double x, double y, double size_m) {
+        return x + size_m >= corner.x() && x <= corner.x() + side_m && y + size_m >= corner.y() &&
+               y <= corner.y() + side_m;
+      };
+      if (reaches(kSolidX, kSolidY, 12.0)) {
+        world::Solid solid;
+        solid.provenance.instance_id = 7;
+        solid.place_m = {static_cast<int>(kSolidX), static_cast<int>(kSolidY)};
+        solid.origin_steps = steps_of({kSolidX, kSolidY, 400.0});
+        solid.levels = {
+            {.coarsest_level = 1, .shape = tetrahedron(12.0, core::SemanticClass::Building)}};
+        tile.objects.solids.push_back(solid);
+      }
+      if (reaches(kTreeX - 4.0, kTreeY - 4.0, 8.0)) {
+        world::Instance instance;
+        instance.provenance.instance_id = 9;
+        instance.place_steps = steps_of({kTreeX, kTreeY, 410.0});
+        instance.heading = 16384;  // a quarter turn
+        instance.scale = 8192;
+        tile.objects.instances.push_back(instance);
+      }
+      tile.objects_top_steps = static_cast<int>((430.0 - tile.center_z_m) / kHeightStep_m);
+      info = world::write_tile(folder_ / "world", tile);
+    }
+    world::write_manifest(folder_ / "world", manifest);
+    store_.emplace(world::TileStore::open(folder_ / "world"));
+    frame_.emplace(store_->manifest().origin);
+  }
+
+  /// So many metres to each side of a place of the world frame.
+  Region around(double x_world, double y_world, double half_m) const {
+    const geo::Geodetic place = frame_->geodetic_from_world({x_world, y_world, 400.0});
+    const double lat_deg = half_m / 111160.0;  // a metre is less than this at 46 degrees north
+    const double lon_deg = lat_deg / std::cos(place.lat_deg * kPi / 180.0);
+    return {place.lat_deg - lat_deg, place.lon_deg - lon_deg, place.lat_deg + lat_deg,
+            place.lon_deg + lon_deg};
+  }
+  void write(std::string_view format, const Region& region, const fs::path& destination,
+             double spacing_m = 1.0, int num_threads = 2) const {
+    const core::ThreadLimit limit(num_threads);
+    core::find_registered(world_formats(), "format", format)
+        .write({.store = *store_,
+                .region = region,
+                .finest_spacing_m = spacing_m,
+                .destination = destination,
+                .context = {.log = log_, .num_threads = num_threads, .events_file = {}}});
+  }
+  /// From the y-up frame of a glTF file about a place of the ellipsoid.
+  Eigen::Vector3d world_from_glb(const Eigen::Vector3d& point, const geo::Geodetic& about) const {
+    const Eigen::Vector3d at = frame_->world_from_geodetic(about);
+    return at + frame_->world_from_enu(at) * Eigen::Vector3d(point.x(), -point.z(), point.y());
+  }
+
+  fs::path folder_;
+  core::Log log_{"test", core::LogLevel::Off};
+  std::optional<world::TileStore> store_;
+  std::optional<geo::WorldFrame> frame_;
+};
+
+// Floats hold 300 m to 2^-15 m; heights lie on steps of 2^-10 m, of which half is rounded off.
+constexpr double kFloat_m = 1e-4;
+constexpr double kRounded_m = 0.5 * kHeightStep_m + kFloat_m;
+
+TEST_F(WorldExport, GltfHoldsTheGroundAndEachObjectOnceWhereTheyAre) {
+  const Region region = around(240.0, 60.0, 60.0);
+  write("gltf", region, folder_ / "a.glb");
+  int num_ground = 0;
+  int num_building = 0;
+  for (const test::GlbTriangle& triangle : test::read_glb(folder_ / "a.glb")) {
+    for (const Eigen::Vector3d& corner : triangle.corners) {
+      const Eigen::Vector3d at = world_from_glb(corner, region.center());
+      if (triangle.mesh.starts_with("building")) {
+        const Eigen::Vector3d in_box = at - Eigen::Vector3d(kSolidX, kSolidY, 400.0);
+        const double along = in_box.sum();
+        EXPECT_TRUE(std::abs(along) < 1e-3 || std::abs(along - 12.0) < 1e-3) << in_box.transpose();
+      } else {
+        EXPECT_NEAR(at.z(), hills_m(at.x(), at.y()), kRounded_m);
+      }
+    }
+    // Seen from above the ground turns anticlockwise.
+    const Eigen::Vector3d normal = (triangle.corners[1] - triangle.corners[0])
+                                       .cross(triangle.corners[2] - triangle.corners[0]);
+    if (triangle.mesh.starts_with("building")) {
+      ++num_building;
+    } else {
+      EXPECT_GT(normal.y(), 0.0);
+      ++num_ground;
+    }
+  }
+  EXPECT_EQ(num_building, 4);
+  // Two triangles a square metre, 120 m x 120 m; a row more or less.
+  EXPECT_NEAR(num_ground, 2 * 120 * 120, 2 * 2 * 121);
+}
+
+TEST_F(WorldExport, InstancesStandTurnedAndScaledAboutTheirOwnUp) {
+  const Region region = around(kTreeX, kTreeY, 20.0);
+  write("gltf", region, folder_ / "a.glb");
+  // A tetrahedron of 8 m, turned by a quarter: its x axis points north, its y axis west.
+  const Eigen::Vector3d foot(kTreeX, kTreeY, 410.0);
+  const Eigen::Matrix3d enu = frame_->world_from_enu(foot);
+  const std::vector<Eigen::Vector3d> expected = {foot, foot + 8.0 * enu.col(1),
+                                                 foot - 8.0 * enu.col(0), foot + 8.0 * enu.col(2)};
+  int num_tree = 0;
+  for (const test::GlbTriangle& triangle : test::read_glb(folder_ / "a.glb")) {
+    if (!triangle.mesh.starts_with("tree")) continue;
+    ++num_tree;
+    for (const Eigen::Vector3d& corner : triangle.corners) {
+      const Eigen::Vector3d at = world_from_glb(corner, region.center());
+      double nearest_m = 1e9;
+      for (const Eigen::Vector3d& known : expected)
+        nearest_m = std::min(nearest_m, (at - known).norm());
+      EXPECT_LT(nearest_m, kFloat_m);
+    }
+  }
+  EXPECT_EQ(num_tree, 4);
+}
+
+TEST_F(WorldExport, ObjHoldsTheSameTrianglesWithZUp) {
+  const Region region = around(240.0, 60.0, 30.0);
+  write("gltf", region, folder_ / "a.glb");
+  write("obj", region, folder_ / "a.obj");
+  std::vector<Eigen::Vector3d> places;
+  std::size_t num_faces = 0;
+  std::ifstream in(folder_ / "a.obj");
+  std::string materials;
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word == "v") {
+      Eigen::Vector3d place;
+      words >> place.x() >> place.y() >> place.z();
+      places.push_back(place);
+    } else if (word == "f") {
+      ++num_faces;
+    } else if (word == "mtllib") {
+      words >> materials;
+    }
+  }
+  EXPECT_EQ(num_faces, test::read_glb(folder_ / "a.glb").size());
+  EXPECT_EQ(materials, "a.mtl");
+  EXPECT_TRUE(fs::exists(folder_ / "a.mtl"));
+  const Eigen::Vector3d center = frame_->world_from_geodetic(region.center());
+  const Eigen::Matrix3d enu = frame_->world_from_enu(center);
+  int num_on_ground = 0;
+  for (const Eigen::Vector3d& place : places) {
+    const Eigen::Vector3d at = center + enu * place;
+    // Written with six digits: 30 m about 400 m to a millimetre.
+    num_on_ground += std::abs(at.z() - hills_m(at.x(), at.y())) < 2e-3 ? 1 : 0;
+  }
+  EXPECT_GT(num_on_ground, 3600);
+}
+
+TEST_F(WorldExport, GeotiffHoldsHeightsAtItsPixelsCentres) {
+  const Region region = around(200.0, 80.0, 70.0);
+  write("geotiff", region, folder_ / "a.tif");
+  GDALAllRegister();
+  const std::unique_ptr<GDALDataset, decltype(&GDALClose)> dataset(
+      GDALDataset::Open((folder_ / "a.tif").c_str()), &GDALClose);
+  ASSERT_NE(dataset, nullptr);
+  EXPECT_STREQ(dataset->GetSpatialRef()->GetAuthorityCode(nullptr), "32632");
+  double transform[6];
+  dataset->GetGeoTransform(transform);
+  const int width = dataset->GetRasterXSize();
+  const int height = dataset->GetRasterYSize();
+  std::vector<float> heights_m(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  ASSERT_EQ(dataset->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, width, height, heights_m.data(),
+                                                width, height, GDT_Float32, 0, 0),
+            CE_None);
+  OGRSpatialReference ecef;
+  ecef.importFromEPSG(4978);
+  OGRSpatialReference utm3d;  // with heights above the ellipsoid
+  utm3d.SetWellKnownGeogCS("WGS84");
+  utm3d.SetUTM(32, 1);
+  utm3d.PromoteTo3D(nullptr);
+  const std::unique_ptr<OGRCoordinateTransformation> ecef_from_utm(
+      OGRCreateCoordinateTransformation(&utm3d, &ecef));
+  int num_heights = 0;
+  for (int j = 0; j < height; j += 7)
+    for (int i = 0; i < width; i += 7) {
+      const float height_m = heights_m[static_cast<std::size_t>(j * width + i)];
+      if (height_m == -9999.0F) continue;
+      ++num_heights;
+      double x = transform[0] + (i + 0.5) * transform[1];
+      double y = transform[3] + (j + 0.5) * transform[5];
+      double z = static_cast<double>(height_m);
+      ASSERT_TRUE(ecef_from_utm->Transform(1, &x, &y, &z));
+      const Eigen::Vector3d at = frame_->ecef_from_world().inverse() * Eigen::Vector3d(x, y, z);
+      // Between samples a metre apart the triangles lie off the hills by an eighth of their curvature.
+      EXPECT_NEAR(at.z(), hills_m(at.x(), at.y()), 30.0 / 70.0 / 70.0 / 4.0 + kRounded_m);
+    }
+  EXPECT_GT(num_heights, 300);
+  EXPECT_TRUE(fs::exists(folder_ / "a_cover.tif"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}),
+            3);  // with the world: nothing beside
+}
+
+TEST_F(WorldExport, TilesetsPlaceEveryTileOnTheEarth) {
+  const Region region = around(256.0, 0.0, 270.0);
+  write("3dtiles", region, folder_ / "t");
+  const Json tileset = Json::read(folder_ / "t" / "tileset.json");
+  EXPECT_EQ(tileset.at("asset").at("version").string(), "1.1");
+  int num_tiles = 0;
+  const auto visit = [&](const auto& self, const Json& tile,
+                         const Eigen::Matrix4d& ecef_from_parent, double parent_error_m) -> void {
+    EXPECT_LE(tile.at("geometricError").number(), parent_error_m);
+    Eigen::Matrix4d ecef_from_tile = ecef_from_parent;
+    if (tile.has("transform")) {
+      const std::vector<double> columns = tile.at("transform").numbers();
+      ecef_from_tile *= Eigen::Map<const Eigen::Matrix4d>(columns.data());
+    }
+    if (tile.has("content")) {
+      ++num_tiles;
+      const std::vector<double> bounds = tile.at("boundingVolume").at("region").numbers();
+      const std::vector<test::GlbTriangle> triangles =
+          test::read_glb(folder_ / "t" / tile.at("content").at("uri").string());
+      // Every one of the objects, which come last or are few, and some of the ground.
+      for (std::size_t k = 0; k < triangles.size();
+           k += triangles[k].mesh.starts_with("land") ? 101 : 1) {
+        const test::GlbTriangle& triangle = triangles[k];
+        for (const Eigen::Vector3d& corner : triangle.corners) {
+          // glTF's y up becomes z up.
+          const Eigen::Vector4d local(corner.x(), -corner.z(), corner.y(), 1.0);
+          const Eigen::Vector3d ecef = (ecef_from_tile * local).head<3>();
+          const geo::Geodetic place = geo::geodetic_from_ecef(ecef);
+          EXPECT_GE(place.lon_deg * kPi / 180.0, bounds[0] - 1e-9);
+          EXPECT_LE(place.lon_deg * kPi / 180.0, bounds[2] + 1e-9);
+          EXPECT_GE(place.lat_deg * kPi / 180.0, bounds[1] - 1e-9);
+          EXPECT_LE(place.lat_deg * kPi / 180.0, bounds[3] + 1e-9);
+          EXPECT_GE(place.height_m, bounds[4] - 1e-3);
+          EXPECT_LE(place.height_m, bounds[5] + 1e-3);
+          const Eigen::Vector3d at = frame_->ecef_from_world().inverse() * ecef;
+          if (triangle.mesh.starts_with("land")) {
+            // On the ground, or at the skirt's foot.
+            EXPECT_LT(at.z(), hills_m(at.x(), at.y()) + kRounded_m);
+            EXPECT_GT(at.z(), hills_m(at.x(), at.y()) - 4.0 - kRounded_m);
+          }
+        }
+      }
+    }
+    if (!tile.has("children")) return;
+    for (std::size_t i = 0; i < tile.at("children").size(); ++i)
+      self(self, tile.at("children").at(i), ecef_from_tile, tile.at("geometricError").number());
+  };
+  visit(visit, tileset.at("root"), Eigen::Matrix4d::Identity(),
+        tileset.at("geometricError").number());
+  EXPECT_GE(num_tiles, 8);  // fine ones and those above them
+}
+
+TEST_F(WorldExport, IsTheSameFromOneThreadAndTwo) {
+  const Region region = around(200.0, 0.0, 150.0);
+  write("3dtiles", region, folder_ / "one", 1.0, 1);
+  write("3dtiles", region, folder_ / "two", 1.0, 2);
+  EXPECT_EQ(test::first_difference(folder_ / "one", folder_ / "two"), "");
+  write("geotiff", region, folder_ / "one" / "a.tif", 1.0, 1);
+  write("geotiff", region, folder_ / "two" / "a.tif", 1.0, 2);
+  EXPECT_EQ(test::first_difference(folder_ / "one", folder_ / "two"), "");
+}
+
+TEST_F(WorldExport, SaysWhatCannotBeWritten) {
+  const Region elsewhere{10.0, 20.0, 10.1, 20.1};
+  test::expect_error(core::ErrorKind::Input, {"outside the world's square"},
+                     [&] { write("gltf", elsewhere, folder_ / "a.glb"); });
+  EXPECT_FALSE(fs::exists(folder_ / "a.glb"));
+  for (const char* text : {"", "1,2,3", "1,2,3,x", "2,1,1,2", "1,2,3,4,5", "nan,1,2,3", "1;2;3;4"})
+    test::expect_error(core::ErrorKind::Usage, {"--region"}, [&] { region_from_text(text); });
+  const Region read = region_from_text("42.5,1.51,42.52,1.54");
+  EXPECT_EQ(read.south_deg, 42.5);
+  EXPECT_EQ(read.east_deg, 1.54);
+}
+
+}  // namespace
+}  // namespace terracast::world_export
