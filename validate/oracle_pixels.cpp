@@ -13,7 +13,7 @@ namespace terracast::validate {
 namespace {
 
 using oracle::ExactHit;
-using oracle::ExactTerrain;
+using oracle::ExactWorld;
 using oracle::TileSurface;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -43,8 +43,7 @@ double distance_to_segment(const Eigen::Vector2d& point, const Eigen::Vector2d& 
 
 class Chooser {
  public:
-  Chooser(const ExactTerrain& terrain, const OracleView& view, std::int64_t count,
-          std::int64_t seed)
+  Chooser(const ExactWorld& terrain, const OracleView& view, std::int64_t count, std::int64_t seed)
       : terrain_(terrain),
         view_(view),
         count_(static_cast<std::size_t>(count)),
@@ -110,7 +109,7 @@ class Chooser {
   std::vector<std::size_t> ground_pixels() const {
     std::vector<std::size_t> found;
     for (std::size_t i = 0; i < count_; ++i)
-      if (chosen_.pixels[i].hit) found.push_back(i);
+      if (chosen_.pixels[i].hit && !chosen_.pixels[i].hit->object) found.push_back(i);
     return found;
   }
 
@@ -238,7 +237,7 @@ class Chooser {
                                           static_cast<int>(place->y())};
         ++num_rays;  // it may be hidden
         const auto seen = hit_at({pixel[0] + 0.5, pixel[1] + 0.5});
-        const BorderKind kind = seen ? border_of(*seen) : BorderKind{};
+        const BorderKind kind = seen && !seen->object ? border_of(*seen) : BorderKind{};
         if (kind.is_border && (found[k][0] < 0 || kind.is_level_change)) found[k] = pixel;
         if (kind.is_level_change) return;
       }
@@ -343,12 +342,16 @@ class Chooser {
         nearest_px = std::min(nearest_px, distance_to_segment(pixel.center(), *from, *to));
     }
     if (nearest_px < kNearEdge_px) ++kinds.num_near_edge;
+    if (hit.object) {
+      ++kinds.num_object;
+      return;
+    }
     const auto [is_border, is_level_change] = border_of(hit);
     kinds.num_border += is_border ? 1 : 0;
     kinds.num_level_change += is_level_change ? 1 : 0;
   }
 
-  const ExactTerrain& terrain_;
+  const ExactWorld& terrain_;
   const OracleView& view_;
   std::size_t count_;
   std::uint64_t seed_, stream_;
@@ -366,10 +369,11 @@ void PixelKinds::add(const PixelKinds& other) {
   num_near_edge += other.num_near_edge;
   num_border += other.num_border;
   num_level_change += other.num_level_change;
+  num_object += other.num_object;
   num_beside_silhouette += other.num_beside_silhouette;
 }
 
-OraclePixels choose_pixels(const ExactTerrain& terrain, const OracleView& view, std::int64_t count,
+OraclePixels choose_pixels(const ExactWorld& terrain, const OracleView& view, std::int64_t count,
                            std::int64_t seed) {
   return Chooser(terrain, view, count, seed).run();
 }

@@ -33,6 +33,7 @@ struct PixelKinds {
   std::int64_t num_near_edge = 0;     ///< within a hundredth of a pixel of their triangle's edges
   std::int64_t num_border = 0;        ///< in a cell at the border of its tile
   std::int64_t num_level_change = 0;  ///< of those, where the neighbour has another level
+  std::int64_t num_object = 0;        ///< no ground
   std::int64_t num_beside_silhouette = 0;  ///< the pixel beside is 5 % nearer or farther, or sky
 
   void add(const PixelKinds& other);
@@ -46,7 +47,7 @@ struct OraclePixels {
 /// Draws `count` pixels at random, and up to as many again for the other reasons in equal parts. The
 /// same for the same seed, camera and frame.
 /// cost   about a dozen rays for each of `count`
-OraclePixels choose_pixels(const oracle::ExactTerrain& terrain, const OracleView& view,
+OraclePixels choose_pixels(const oracle::ExactWorld& terrain, const OracleView& view,
                            std::int64_t count, std::int64_t seed);
 
 }  // namespace terracast::validate

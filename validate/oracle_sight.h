@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "validate/oracle/exact_terrain.h"
+#include "validate/oracle/exact_world.h"
 
 namespace terracast::validate {
 
@@ -14,7 +14,7 @@ class Sight {
   /// can move a camera.
   static constexpr double kTie_m = 1e-6;
 
-  Sight(const oracle::ExactTerrain& terrain, const Eigen::Vector3d& eye_world,
+  Sight(const oracle::ExactWorld& terrain, const Eigen::Vector3d& eye_world,
         const Eigen::Vector3d& point_world)
       : terrain_(terrain), eye_(eye_world), point_(point_world) {}
 
@@ -29,7 +29,7 @@ class Sight {
  private:
   bool is_seen(const Eigen::Vector3d& eye, const Eigen::Vector3d& point) const;
 
-  const oracle::ExactTerrain& terrain_;
+  const oracle::ExactWorld& terrain_;
   Eigen::Vector3d eye_, point_;
 };
 

@@ -19,6 +19,15 @@ Pose world_from_local(const oracle::WorldFolder& world, const Sequence& sequence
       world_from_ecef * (ecef_from_geodetic(sequence.origin) - ecef_from_geodetic(world_origin))};
 }
 
+oracle::WorldFromEnu world_from_enu_of(const oracle::WorldFolder& world) {
+  const oracle::WorldFolder::Origin origin = world.origin();
+  const Pose ecef_from_world = ecef_from_local({origin.lat_deg, origin.lon_deg, origin.height_m});
+  return [ecef_from_world](const Eigen::Vector3d& place_world) -> Eigen::Matrix3d {
+    const Geodetic place = geodetic_from_ecef(ecef_from_world * place_world);
+    return ecef_from_world.rotation.transpose() * enu_from_ecef(place).transpose();
+  };
+}
+
 PoseRounding pose_rounding(const std::string& format, double distance_m) {
   // The exporter's change of frames is good to 10 nm, ours to 4 nm, and so are sums of 100 km; the
   // renderer's crossing errs by 12 roundings of as much. A product of rotations errs by some 1e-16.

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "validate/frames.h"
-#include "validate/oracle/exact_terrain.h"
+#include "validate/oracle/exact_world.h"
 #include "validate/oracle/geometry_rules.h"
 
 /// The images of a dataset in the frame of its world, and how well the dataset's decimals place them
@@ -15,6 +15,9 @@ namespace terracast::validate {
 /// The world's frame from a sequence's: both are tangent to WGS84 at their origins.
 /// accuracy   1e-8 m within 100 km, by the validator's own geodesy
 Pose world_from_local(const oracle::WorldFolder& world, const Sequence& sequence);
+
+/// East, north and up at places of a world, by the validator's own geodesy.
+oracle::WorldFromEnu world_from_enu_of(const oracle::WorldFolder& world);
 
 /// How far a camera may stand, and be turned, from where the renderer had it: by the format's
 /// decimals and the arithmetic of both ways between the frames.

@@ -6,13 +6,13 @@
 #include <fstream>
 #include <map>
 
-#include "job/stages.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/image_io.h"
 #include "core/json.h"
 #include "core/log.h"
 #include "core/parallel.h"
+#include "job/stages.h"
 #include "tests/e2e/tiny_job.h"
 #include "tests/support/test_data.h"
 #include "tests/support/tiny_world.h"
@@ -157,7 +157,7 @@ TEST(DatasetOracle, TakesPixelsOfEveryKind) {
     for (const auto& tile :
          oracle::read_shown_geometry(dataset.root / sequence.geometry, sequence.geometry).tiles)
       tiles.push_back(tile.key);
-    const oracle::ExactTerrain terrain(world, tiles);
+    const oracle::ExactWorld terrain(world, tiles, world_from_enu_of(world));
     FrameWindow window(dataset, sequence, findings);
     ASSERT_TRUE(window.advance());
     const View view = *window.view(0, 0);
@@ -185,7 +185,7 @@ TEST(OraclePixels, AreOnASilhouetteWithinAThousandthOfAPixel) {
   std::vector<oracle::TileKey> tiles;
   for (const int x : {-1, 0})
     for (const int y : {-1, 0}) tiles.push_back({2, x, y});
-  const oracle::ExactTerrain terrain(world, tiles);
+  const oracle::ExactWorld terrain(world, tiles, world_from_enu_of(world));
   constexpr double kFocal_px = 100.0;
   View view;
   OracleView placed{.view = view, .world_from_camera = {}, .rounding = {}};
@@ -307,7 +307,7 @@ void turn_diagonals(const fs::path& folder) {
   for (const auto& tile :
        oracle::read_shown_geometry(folder / sequence.geometry, sequence.geometry).tiles)
     tiles.push_back(tile.key);
-  const oracle::ExactTerrain terrain(world, tiles);
+  const oracle::ExactWorld terrain(world, tiles, world_from_enu_of(world));
   FrameWindow window(dataset, sequence, findings);
   ASSERT_TRUE(window.advance());
   const View view = *window.view(sequence.camera_index("image_2"), 0);

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "core/semantic_class.h"
 #include "validate/checks/checker.h"
 #include "validate/oracle/shown_geometry.h"
 #include "validate/oracle_pixels.h"
@@ -24,7 +25,7 @@ using core::ErrorKind;
 using core::fail;
 using oracle::ExactHit;
 using oracle::ExactRay;
-using oracle::ExactTerrain;
+using oracle::ExactWorld;
 using oracle::Ground;
 
 /// Share of the judged points that may be such ties.
@@ -35,9 +36,27 @@ constexpr double kBorder_px = 1e-4;
 constexpr double kWeightTie = 1e-6;
 constexpr double kDisparityStep_px = 1.0 / 256.0;
 constexpr double kMostSilhouettes = 1e-3;
+/// Ten silhouettes through each pixel, met by a shift of 0.001 px in four directions.
+constexpr double kMostSilhouettesOfObjects = 0.04;
 
 const char* name_of(Ground ground) {
-  return ground == Ground::Sea ? "sea" : ground == Ground::Outside ? "outside" : "land";
+  switch (ground) {
+    case Ground::Sea:
+      return "sea";
+    case Ground::Outside:
+      return "outside";
+    case Ground::Lake:
+      return "lake";
+    case Ground::River:
+      return "river";
+    case Ground::Land:
+      break;
+  }
+  return "land";
+}
+
+std::string_view class_name(std::uint8_t semantic_class) {
+  return core::semantic_class_names()[semantic_class];
 }
 
 /// What covers a hit: the ground of the corner that counts most; nothing where two count alike.
@@ -54,11 +73,13 @@ std::optional<Ground> ground_of(const ExactHit& hit) {
   return std::nullopt;
 }
 
-/// What the cover of the ground lets a class be called.
+/// What the cover of the ground lets a class be called. Land's classes follow from the material too.
 bool is_class_of(const std::string& name, Ground ground) {
-  if (name == "sky") return false;
-  if (name == "sea" || name == "outside") return name == name_of(ground);
-  return ground == Ground::Land;
+  if (ground != Ground::Land) return name == name_of(ground);
+  static constexpr std::array kOfLand = {"rock",     "scree",   "grass",        "soil",
+                                         "sand",     "snow",    "forest_floor", "shrubland",
+                                         "cropland", "wetland", "built_up"};
+  return std::find(kOfLand.begin(), kOfLand.end(), name) != kOfLand.end();
 }
 
 /// Verdicts on one thing, of several places.
@@ -157,7 +178,7 @@ class OracleChecker : public Checker {
     if (!faults_.can_be_measured) return;
     std::vector<oracle::TileKey> tiles;
     for (const oracle::ShownTile& tile : geometry_.tiles) tiles.push_back(tile.key);
-    terrain_ = std::make_unique<ExactTerrain>(*world_, tiles);
+    terrain_ = std::make_unique<ExactWorld>(*world_, tiles, world_from_enu_of(*world_));
   }
 
   std::vector<oracle::Eye> eyes(const Sequence& sequence) const {
@@ -267,6 +288,23 @@ class OracleChecker : public Checker {
     if (!pixel.hit) {
       if (name != "sky")
         class_.wrong(fmt::format("{}: {}, where sky is", place_of(view, pixel.x, pixel.y), name));
+      return;
+    }
+    if (const auto& object = pixel.hit->object) {
+      if (name != class_name(object->semantic_class))
+        class_.wrong(fmt::format("{}: {}, where {} {} is", place_of(view, pixel.x, pixel.y), name,
+                                 class_name(object->semantic_class), object->instance_id));
+      return;
+    }
+    const oracle::Paint& paint = pixel.hit->paint;
+    if (paint.is_tie) {
+      ++class_.num_ties;
+      return;
+    }
+    if (paint.is_painted) {
+      if (name != class_name(paint.semantic_class) && !(paint.is_marked && name == "road_marking"))
+        class_.wrong(fmt::format("{}: {}, where {} is painted", place_of(view, pixel.x, pixel.y),
+                                 name, class_name(paint.semantic_class)));
       return;
     }
     const std::optional<Ground> ground = ground_of(*pixel.hit);
@@ -441,9 +479,9 @@ class OracleChecker : public Checker {
         "leaves at that pixel. Of the pixels {} were drawn at random; of all, {} rays graze "
         "(under 3 degrees), {} pass within 0.01 px of an edge or corner of their triangle, {} "
         "meet a cell at a tile's border, {} of those where levels change, {} lie beside a "
-        "silhouette. {} exact rays.",
+        "silhouette, {} meet an object. {} exact rays.",
         num_depths_, num_disparities_, kinds_.num_random, kinds_.num_grazing, kinds_.num_near_edge,
-        kinds_.num_border, kinds_.num_level_change, kinds_.num_beside_silhouette,
+        kinds_.num_border, kinds_.num_level_change, kinds_.num_beside_silhouette, kinds_.num_object,
         terrain_->stats().num_rays);
     result.reason =
         "float32 twice (range, then depth), half a step of 1/256 px of disparity, and the "
@@ -464,13 +502,16 @@ class OracleChecker : public Checker {
     result.ok = class_.num_wrong == 0;
     result.worst = class_.first;
     result.summary = fmt::format(
-        "Of {} pixels, {} of them sky, those that depth{} say to be sky, sea, outside or land "
-        "where the ray finds another. {} lie where two of them meet.",
+        "Of {} pixels, {} of them sky, those that depth{} say to be sky, sea, outside, land, paint "
+        "or "
+        "an object where the ray finds another. {} lie where two of them meet.",
         class_.num_judged, kinds_.num_sky, has_classes_ ? " and segmentation" : "",
         class_.num_ties);
     result.reason =
         "Sky is where an exact ray meets nothing; the ground's cover is that of the nearest "
-        "corner of its triangle.";
+        "corner of its triangle; paint lies where the distance from its line, or its rings, say; "
+        "an "
+        "object has the class of its triangle.";
     result.detects = "one class swapped";
     return result;
   }
@@ -508,7 +549,8 @@ class OracleChecker : public Checker {
     result.name = "oracle_edges";
     const auto count = static_cast<double>(kinds_.num_random);
     result.value = static_cast<double>(num_random_silhouettes_) / count;
-    result.bound = kMostSilhouettes + 4.0 * std::sqrt(kMostSilhouettes / count);
+    const double most = kinds_.num_object > 0 ? kMostSilhouettesOfObjects : kMostSilhouettes;
+    result.bound = most + 4.0 * std::sqrt(most / count);
     result.unit = "share";
     result.ok = result.is_within_bound();
     result.worst = first_silhouette_;
@@ -517,8 +559,9 @@ class OracleChecker : public Checker {
         "are left out of the comparison, with {} of those taken beside silhouettes and the like.",
         kinds_.num_random, num_other_silhouettes_);
     result.reason =
-        "0.1 %, and four standard errors of as many pixels: silhouettes a few pixels apart would "
-        "cross fewer.";
+        "Silhouettes of ground lie pixels apart: 0.1 %; where there are objects, leaves that cross "
+        "a "
+        "pixel ten times: 4 %. And four standard errors of as many pixels.";
     result.detects = "silhouettes so dense that the comparison leaves out what it should compare";
     return result;
   }
@@ -528,7 +571,7 @@ class OracleChecker : public Checker {
   std::optional<oracle::WorldFolder> world_;
   oracle::ShownGeometry geometry_;
   oracle::RuleFaults faults_;
-  std::unique_ptr<ExactTerrain> terrain_;
+  std::unique_ptr<ExactWorld> terrain_;
   Pose world_from_local_;
   std::vector<std::optional<Sampled>> last_;  ///< of the last frame
 

@@ -10,6 +10,8 @@
 #include <span>
 #include <vector>
 
+#include "validate/oracle/exact_objects.h"
+#include "validate/oracle/exact_paint.h"
 #include "validate/oracle/tile_key.h"
 #include "validate/oracle/world_folder.h"
 
@@ -21,21 +23,31 @@ struct ExactRay {
   Eigen::Vector3d through_world;
 };
 
-/// What covers the ground at a sample of a tile.
-enum class Ground : std::uint8_t { Land = 0, Sea = 1, Outside = 2 };
+/// What covers the ground at a sample of a tile; land of several kinds is one.
+enum class Ground : std::uint8_t { Land, Sea, Outside, Lake, River };
 
-/// The first point that a ray shares with the ground.
+/// What of an object a ray meets.
+struct ObjectHit {
+  std::uint32_t instance_id = 0;
+  std::uint8_t semantic_class = 0;
+};
+
+/// The first point that a ray shares with the ground or an object.
 struct ExactHit {
-  double t = 0.0;                ///< origin + t (through - origin), within 1 ulp of the exact value
-  Eigen::Vector3d point_world;   ///< each coordinate within 1 ulp of the exact point's
-  Eigen::Vector3d normal_world;  ///< of the triangle, unit, upward
+  double t = 0.0;               ///< origin + t (through - origin), within 1 ulp of the exact value
+  Eigen::Vector3d point_world;  ///< each coordinate within 1 ulp of the exact point's
+  Eigen::Vector3d
+      normal_world;  ///< of the triangle, unit, upward; of an object's towards the ray's origin
+  std::optional<ObjectHit> object;  ///< nothing: the ground
+  // Of the ground.
   TileKey tile;
   int cell_x = 0;
   int cell_y = 0;
   bool is_upper = false;  ///< the triangle at the cell's north-eastern corner
-  /// At the right angle, then beside it along x, then along y; exact.
+  /// Of the ground at the right angle, then beside it along x, then along y; exact.
   std::array<Eigen::Vector3d, 3> corners_world;
   std::array<Ground, 3> grounds;  ///< of the corners
+  Paint paint;                    ///< at the point
 
   /// Of a place over the triangle: how much each corner counts, barycentric; they sum up to 1.
   std::array<double, 3> weights_at(double x_world, double y_world) const;
@@ -63,7 +75,7 @@ struct TileSurface {
   }
 };
 
-/// The ground of a world as exact triangles, without Embree, without any float, and without the code
+/// The ground of a world and what stands on it as exact triangles, without Embree, without any float, and without the code
 /// that renders: tiles are read and stitched by docs/world.md alone. On a side with a coarser
 /// neighbour each odd sample is the mean of its two neighbours; a cell is cut from (x+1, y) to (x,
 /// y+1).
@@ -71,22 +83,23 @@ struct TileSurface {
 /// Boxes of tiles, and of 16 x 16 cells in them, are passed in double with a margin; the triangles of
 /// each such block that a ray may meet lie in a CGAL AABB tree, made when first needed, and are met or
 /// not by exact predicates. Of those met the first is found by rational arithmetic where double
-/// cannot tell.
+/// cannot tell. Objects: exact_objects.h.
 ///
 /// accuracy   a ray meets exactly those closed triangles that it meets; one that lies within the
 ///            plane of a triangle meets its neighbours instead
 /// memory     tiles with their trees up to `memory_bytes`, and one more for each thread
 /// threads    safe; the result depends on the ray and the tiles alone. Works in the default floating
 ///            mode whatever the thread's is, and leaves that as it was
-class ExactTerrain {
+class ExactWorld {
  public:
-  /// tiles    sorted or not; where a side has no neighbour the ground ends
+  /// tiles           sorted or not; where a side has no neighbour the ground ends
+  /// world_from_enu  how instances stand
   /// throws   Input: the world has no such tile
-  ExactTerrain(const WorldFolder& world, std::span<const TileKey> tiles,
-               std::size_t memory_bytes = kDefaultMemory_bytes);
-  ~ExactTerrain();
-  ExactTerrain(const ExactTerrain&) = delete;
-  ExactTerrain& operator=(const ExactTerrain&) = delete;
+  ExactWorld(const WorldFolder& world, std::span<const TileKey> tiles, WorldFromEnu world_from_enu,
+             std::size_t memory_bytes = kDefaultMemory_bytes);
+  ~ExactWorld();
+  ExactWorld(const ExactWorld&) = delete;
+  ExactWorld& operator=(const ExactWorld&) = delete;
 
   static constexpr std::size_t kDefaultMemory_bytes = std::size_t{512} << 20;
 

@@ -1,4 +1,4 @@
-#include "validate/oracle/exact_terrain.h"
+#include "validate/oracle/exact_world.h"
 
 #include <gmock/gmock.h>
 #include <gmpxx.h>
@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "tests/oracle/nothing_stands.h"
 #include "tests/support/brute_terrain.h"
 #include "tests/support/test_data.h"
 #include "tests/support/tiny_world.h"
@@ -24,6 +25,7 @@ namespace terracast::oracle {
 namespace {
 
 namespace fs = std::filesystem;
+using test::nothing_stands;
 using test::ScratchFolder;
 using testing::HasSubstr;
 
@@ -84,12 +86,12 @@ struct Stepped {
   std::vector<TileKey> keys;
 };
 
-TEST(ExactTerrain, APlaneIsWhereItsEquationPutsItToTheLastBit) {
+TEST(ExactWorld, APlaneIsWhereItsEquationPutsItToTheLastBit) {
   const ScratchFolder scratch;
   // Slopes and offset that lie on the lattice of heights at every sample.
   const Stepped scene(scratch.path(),
                       [](double x, double y) { return 100.0 + 0.25 * x - 0.5 * y; });
-  const ExactTerrain terrain(scene.world, scene.keys);
+  const ExactWorld terrain(scene.world, scene.keys, nothing_stands);
   const Eigen::Vector3d normal(-0.25, 0.5, 1.0);
   for (std::uint64_t i = 0; i < 500; ++i) {
     const Eigen::Vector2d from(random(7 * i, -700, 700), random(7 * i + 1, -700, 700));
@@ -113,10 +115,10 @@ TEST(ExactTerrain, APlaneIsWhereItsEquationPutsItToTheLastBit) {
   EXPECT_TRUE(terrain.first_hit({{0, 0, 200}, {0, 0, 100}}, 1.0));
 }
 
-TEST(ExactTerrain, AWedgeHidesWhatLiesBehindItsRidge) {
+TEST(ExactWorld, AWedgeHidesWhatLiesBehindItsRidge) {
   const ScratchFolder scratch;
   const Stepped scene(scratch.path(), [](double x, double) { return 64.0 - 0.5 * std::abs(x); });
-  const ExactTerrain terrain(scene.world, scene.keys);
+  const ExactWorld terrain(scene.world, scene.keys, nothing_stands);
   const Eigen::Vector3d east(0.5, 0.0, 1.0), west(-0.5, 0.0, 1.0);
   int num_hidden = 0;
   for (std::uint64_t i = 0; i < 500; ++i) {
@@ -208,10 +210,10 @@ ExactRay low_ray(std::uint64_t i) {
           {to.x(), to.y(), rough_m(to.x(), to.y()) + random(6 * i + 5, -20.0, 10.0, 3)}};
 }
 
-TEST(ExactTerrain, FindsWhatEveryTriangleInRationalNumbersFinds) {
+TEST(ExactWorld, FindsWhatEveryTriangleInRationalNumbersFinds) {
   const ScratchFolder scratch;
   const Stepped scene(scratch.path());
-  const ExactTerrain terrain(scene.world, scene.keys);
+  const ExactWorld terrain(scene.world, scene.keys, nothing_stands);
   const EveryTriangle every(scene);
   constexpr std::uint64_t kRays = 80;
   std::vector<int> outcomes(kRays);
@@ -229,7 +231,7 @@ TEST(ExactTerrain, FindsWhatEveryTriangleInRationalNumbersFinds) {
 }
 
 /// Samples on the borders of the cut's tiles, those included that a coarser neighbour has not.
-std::vector<Eigen::Vector3d> border_samples(const Stepped& scene, const ExactTerrain& terrain) {
+std::vector<Eigen::Vector3d> border_samples(const Stepped& scene, const ExactWorld& terrain) {
   std::vector<Eigen::Vector3d> samples;
   for (const TileKey& key : scene.keys) {
     const auto surface = terrain.surface(key);
@@ -241,10 +243,10 @@ std::vector<Eigen::Vector3d> border_samples(const Stepped& scene, const ExactTer
   return samples;
 }
 
-TEST(ExactTerrain, RaysAtBordersCornersAndJunctionsAlwaysHit) {
+TEST(ExactWorld, RaysAtBordersCornersAndJunctionsAlwaysHit) {
   const ScratchFolder scratch;
   const Stepped scene(scratch.path());
-  const ExactTerrain terrain(scene.world, scene.keys);
+  const ExactWorld terrain(scene.world, scene.keys, nothing_stands);
   const auto num_changes = std::count_if(scene.cut.begin(), scene.cut.end(),
                                          [](const auto& tile) { return tile.coarser_sides != 0; });
   ASSERT_GE(num_changes, 4) << "levels must change side by side";
@@ -272,10 +274,10 @@ TEST(ExactTerrain, RaysAtBordersCornersAndJunctionsAlwaysHit) {
   }
 }
 
-TEST(ExactTerrain, StitchesByTheWrittenRule) {
+TEST(ExactWorld, StitchesByTheWrittenRule) {
   const ScratchFolder scratch;
   const Stepped scene(scratch.path());
-  const ExactTerrain terrain(scene.world, scene.keys);
+  const ExactWorld terrain(scene.world, scene.keys, nothing_stands);
   for (const world::CutTile& tile : scene.cut) {
     const auto levels = terrain.neighbour_levels({tile.id.level, tile.id.x, tile.id.y});
     for (std::size_t side = 0; side < 4; ++side)
@@ -296,13 +298,13 @@ TEST(ExactTerrain, StitchesByTheWrittenRule) {
   }
 }
 
-TEST(ExactTerrain, ResultsDoNotDependOnThreadsMemoryOrTheFloatingMode) {
+TEST(ExactWorld, ResultsDoNotDependOnThreadsMemoryOrTheFloatingMode) {
   const ScratchFolder scratch;
   const Stepped scene(scratch.path());
-  const ExactTerrain roomy(scene.world, scene.keys);
-  const ExactTerrain narrow(scene.world, scene.keys, 1);
+  const ExactWorld roomy(scene.world, scene.keys, nothing_stands);
+  const ExactWorld narrow(scene.world, scene.keys, nothing_stands, 1);
   std::vector<TileKey> backwards(scene.keys.rbegin(), scene.keys.rend());
-  const ExactTerrain turned(scene.world, backwards);
+  const ExactWorld turned(scene.world, backwards, nothing_stands);
   constexpr std::int64_t kRays = 200;
   std::vector<std::optional<ExactHit>> hits(kRays);
   for (std::int64_t i = 0; i < kRays; ++i)
@@ -313,7 +315,7 @@ TEST(ExactTerrain, ResultsDoNotDependOnThreadsMemoryOrTheFloatingMode) {
     _mm_setcsr(mode | kDenormalsAreZero);
     const ExactRay ray = low_ray(static_cast<std::uint64_t>(i));
     const auto& hit = hits[static_cast<std::size_t>(i)];
-    for (const ExactTerrain* terrain : {&narrow, &turned}) {
+    for (const ExactWorld* terrain : {&narrow, &turned}) {
       const auto other = terrain->first_hit(ray);
       ASSERT_EQ(hit.has_value(), other.has_value());
       if (!hit) continue;
@@ -328,13 +330,14 @@ TEST(ExactTerrain, ResultsDoNotDependOnThreadsMemoryOrTheFloatingMode) {
   EXPECT_GT(narrow.stats().num_tiles_read, roomy.stats().num_tiles_read);
 }
 
-TEST(ExactTerrain, GroundsAreThoseOfTheTrianglesCorners) {
+TEST(ExactWorld, GroundsAreThoseOfTheTrianglesCorners) {
   const ScratchFolder scratch;
   test::TinyWorldOptions options;
   options.cover = [](double x, double) { return x < 0.0 ? world::Cover::Sea : world::Cover::Land; };
   const world::TileStore store = test::make_tiny_world(
       scratch.path(), [](double, double) { return 3.0; }, options);
-  const ExactTerrain terrain(WorldFolder(scratch.path()), keys_of(world::finest_cut(store)));
+  const ExactWorld terrain(WorldFolder(scratch.path()), keys_of(world::finest_cut(store)),
+                           nothing_stands);
   const auto grounds = [&](double x) {
     return terrain.first_hit({{x, 1.0, 50.0}, {x, 1.0, 3.0}})->grounds;
   };
@@ -356,7 +359,7 @@ std::string input_error(const Work& work) {
   return "";
 }
 
-TEST(ExactTerrain, ADamagedTileIsAnError) {
+TEST(ExactWorld, ADamagedTileIsAnError) {
   const ScratchFolder scratch;
   const Stepped scene(scratch.path());
   const TileKey key = scene.keys.front();
@@ -364,10 +367,10 @@ TEST(ExactTerrain, ADamagedTileIsAnError) {
   std::vector<std::byte> bytes = core::read_file(file);
   bytes[bytes.size() / 2] ^= std::byte{1};
   core::write_file(file, bytes);
-  const ExactTerrain terrain(scene.world, scene.keys);
+  const ExactWorld terrain(scene.world, scene.keys, nothing_stands);
   EXPECT_THAT(input_error([&] { terrain.surface(key); }), HasSubstr(file.string()));
   EXPECT_THAT(input_error([&] {
-                ExactTerrain(scene.world, std::vector<TileKey>{{0, 77, 77}});
+                ExactWorld(scene.world, std::vector<TileKey>{{0, 77, 77}}, nothing_stands);
               }),
               HasSubstr("0/77/77"));
 }

@@ -1,4 +1,4 @@
-#include "validate/oracle/exact_terrain.h"
+#include "validate/oracle/exact_world.h"
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
@@ -16,6 +16,8 @@
 #include <unordered_map>
 
 #include "core/error.h"
+#include "validate/oracle/box_tree.h"
+#include "validate/oracle/exact_objects.h"
 #include "validate/oracle/plain_floats.h"
 #include "world/tile_store.h"
 
@@ -40,38 +42,20 @@ constexpr int kSteps[kNumSides][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
 
 Kernel::Point_3 cgal(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
-struct Box {
-  Eigen::Vector3d lowest, highest;
-};
-
-/// A ray as doubles for boxes: where it enters them, never too late.
-class BoxRay {
- public:
-  explicit BoxRay(const ExactRay& ray)
-      : origin_(ray.origin_world), direction_(ray.through_world - ray.origin_world) {}
-
-  /// The parameter at which the ray enters a box; +inf where it misses it, or enters beyond t_max.
-  double entry(const Box& box, double t_max) const {
-    double first = 0.0;
-    double last = t_max;
-    for (int k = 0; k < 3; ++k) {
-      const double low = box.lowest[k] - kMargin_m - origin_[k];
-      const double high = box.highest[k] + kMargin_m - origin_[k];
-      if (direction_[k] == 0.0) {
-        if (low > 0.0 || high < 0.0) return kInfinity;
-        continue;
-      }
-      const double a = low / direction_[k];
-      const double b = high / direction_[k];
-      first = std::max(first, std::min(a, b));
-      last = std::min(last, std::max(a, b));
-    }
-    return first <= last ? first : kInfinity;
+Ground ground_of(world::Cover cover) {
+  switch (cover) {
+    case world::Cover::Sea:
+      return Ground::Sea;
+    case world::Cover::Outside:
+      return Ground::Outside;
+    case world::Cover::Lake:
+      return Ground::Lake;
+    case world::Cover::River:
+      return Ground::River;
+    default:
+      return Ground::Land;
   }
-
- private:
-  Eigen::Vector3d origin_, direction_;
-};
+}
 
 /// A triangle of a tile: its cell, and which half of it.
 struct Facet {
@@ -104,6 +88,15 @@ mpq_class exact_dot(const Eigen::Vector3d& n, const Eigen::Vector3d& to,
   mpq_class sum = 0;
   for (int k = 0; k < 3; ++k) sum += mpq_class(n[k]) * (mpq_class(to[k]) - mpq_class(from[k]));
   return sum;
+}
+
+Eigen::Vector3d exact_point(const ExactRay& ray, const mpq_class& t) {
+  Eigen::Vector3d point;
+  for (int k = 0; k < 3; ++k) {
+    const mpq_class origin(ray.origin_world[k]);
+    point[k] = mpq_class(origin + t * (mpq_class(ray.through_world[k]) - origin)).get_d();
+  }
+  return point;
 }
 
 /// The parameter at which a ray crosses the plane of a facet that it meets, between bounds in double
@@ -161,6 +154,78 @@ class Crossing {
   double high_ = kInfinity;
 };
 
+/// The first of the objects' triangles that a ray meets, by exact predicates and rational arithmetic.
+class NearestObject {
+ public:
+  NearestObject(const ExactRay& ray, const Kernel::Ray_3& exact_ray)
+      : ray_(ray), exact_ray_(exact_ray) {}
+
+  /// within   the box of a tile: what lies beyond its sides counts in the tile beside, where the same
+  ///          object stands
+  void meet(const ObjectFacet& facet, const Box& within) {
+    const auto& [a, b, c] = facet.corners_world;
+    const Kernel::Triangle_3 triangle(cgal(a), cgal(b), cgal(c));
+    if (triangle.is_degenerate() || !CGAL::do_intersect(exact_ray_, triangle)) return;
+    const std::array<mpq_class, 3> normal = exact_cross(a, b, c);
+    const mpq_class speed = exact_dot(normal, ray_.through_world, ray_.origin_world);
+    if (speed == 0) return;  // along the triangle: its neighbours are met
+    const mpq_class t = exact_dot(normal, a, ray_.origin_world) / speed;
+    const Eigen::Vector3d at =
+        ray_.origin_world + t.get_d() * (ray_.through_world - ray_.origin_world);
+    for (int k = 0; k < 2; ++k)
+      if (at[k] < within.lowest[k] - kMargin_m || at[k] > within.highest[k] + kMargin_m) return;
+    const auto order = [](const ObjectFacet& f) { return std::tuple(f.instance_id, f.triangle); };
+    if (facet_ && (t > t_ || (t == t_ && order(facet) >= order(*facet_)))) return;
+    t_ = t;
+    facet_ = facet;
+  }
+
+  /// No less than the parameter; +inf: none was met.
+  double high() const { return facet_ ? std::nextafter(t_.get_d(), kInfinity) : kInfinity; }
+  /// Before the ground; the ground where both are met at once.
+  bool is_before(const std::optional<Crossing>& ground) const {
+    return facet_ && (!ground || t_ < ground->exact());
+  }
+  std::optional<ExactHit> hit(double t_max) const {
+    if (t_max < kInfinity && t_ > mpq_class(t_max)) return std::nullopt;
+    ExactHit hit;
+    hit.t = t_.get_d();
+    hit.point_world = exact_point(ray_, t_);
+    const auto& [a, b, c] = facet_->corners_world;
+    const Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
+    const bool is_outward = normal.dot(ray_.through_world - ray_.origin_world) <= 0.0;
+    hit.normal_world = is_outward ? normal : Eigen::Vector3d(-normal);
+    hit.corners_world = facet_->corners_world;
+    hit.object = ObjectHit{facet_->instance_id, facet_->semantic_class};
+    return hit;
+  }
+
+ private:
+  static std::array<mpq_class, 3> exact_cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                              const Eigen::Vector3d& c) {
+    std::array<mpq_class, 3> u;
+    std::array<mpq_class, 3> v;
+    for (int k = 0; k < 3; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      u[i] = mpq_class(b[k]) - mpq_class(a[k]);
+      v[i] = mpq_class(c[k]) - mpq_class(a[k]);
+    }
+    return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+  }
+  static mpq_class exact_dot(const std::array<mpq_class, 3>& n, const Eigen::Vector3d& to,
+                             const Eigen::Vector3d& from) {
+    mpq_class sum = 0;
+    for (int k = 0; k < 3; ++k)
+      sum += n[static_cast<std::size_t>(k)] * (mpq_class(to[k]) - mpq_class(from[k]));
+    return sum;
+  }
+
+  const ExactRay& ray_;
+  const Kernel::Ray_3& exact_ray_;
+  std::optional<ObjectFacet> facet_;
+  mpq_class t_;
+};
+
 /// The triangles of some cells in a tree.
 struct Block {
   Triangles triangles;
@@ -170,6 +235,8 @@ struct Block {
 /// A tile that is loaded.
 struct LoadedTile {
   TileSurface surface;
+  std::unique_ptr<const ExactObjects> objects;  ///< null: none
+  std::unique_ptr<const ExactPaint> paint;      ///< null: none
   std::array<std::array<double, 2>, static_cast<std::size_t>(kBlocks) * kBlocks> block_z;
   std::array<std::once_flag, static_cast<std::size_t>(kBlocks) * kBlocks> is_made;
   std::array<std::unique_ptr<Block>, static_cast<std::size_t>(kBlocks) * kBlocks> blocks;
@@ -223,7 +290,7 @@ struct Leaf {
 
 /// A tile of the tree above the leaves.
 struct Node {
-  Box box{Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
+  Box box;
   std::vector<std::uint32_t> children;  ///< nodes
   std::int64_t leaf = -1;
 };
@@ -231,8 +298,8 @@ struct Node {
 /// What a ray may still meet.
 struct Ahead {
   double entry;
-  enum Kind : std::uint8_t { kNode, kBlock } kind;
-  std::uint32_t index;  ///< of the node, or of the block's leaf
+  enum Kind : std::uint8_t { kNode, kObjects, kBlock } kind;
+  std::uint32_t index;  ///< of the node, or of the leaf
   std::uint16_t block;
   bool operator>(const Ahead& other) const {
     return std::tuple(entry, kind, index, block) >
@@ -250,9 +317,13 @@ std::array<double, 3> ExactHit::weights_at(double x_world, double y_world) const
   return {1.0 - along_x - along_y, along_x, along_y};
 }
 
-struct ExactTerrain::Impl {
-  Impl(const WorldFolder& world, std::span<const TileKey> tiles, std::size_t memory_bytes)
-      : world_(world), memory_bytes_(memory_bytes) {
+struct ExactWorld::Impl {
+  Impl(const WorldFolder& world, std::span<const TileKey> tiles, WorldFromEnu world_from_enu,
+       std::size_t memory_bytes)
+      : world_(world),
+        world_from_enu_(std::move(world_from_enu)),
+        prototypes_(world.store()),
+        memory_bytes_(memory_bytes) {
     const world::TileStore& store = world.store();
     std::map<TileKey, std::uint32_t> leaf_of;
     for (const TileKey& key : tiles) {
@@ -278,7 +349,22 @@ struct ExactTerrain::Impl {
             leaf.neighbour_levels[static_cast<std::size_t>(side)] = -1;
       }
     make_tree(store.manifest().coarsest_level);
-    for (const auto& [key, leaf] : leaf_of) index_.emplace(key, leaf);
+    for (const auto& [key, leaf] : leaf_of) {
+      index_.emplace(key, leaf);
+      finest_level_ = std::min(finest_level_, key.level);
+      coarsest_level_ = std::max(coarsest_level_, key.level);
+    }
+  }
+
+  /// Level of the tile that holds a place.
+  std::optional<int> level_at(double x_world, double y_world) const {
+    for (int level = finest_level_; level <= coarsest_level_; ++level) {
+      const double side_m = std::ldexp(256.0, level);
+      if (index_.contains({level, static_cast<int>(std::floor(x_world / side_m)),
+                           static_cast<int>(std::floor(y_world / side_m))}))
+        return level;
+    }
+    return std::nullopt;
   }
 
   void make_tree(int coarsest_level) {
@@ -292,22 +378,17 @@ struct ExactTerrain::Impl {
       TileKey key = leaves_[i].key;
       auto [node, is_new] = node_at(key);
       nodes_[node].leaf = i;
-      grow(nodes_[node].box, leaves_[i].box);
+      nodes_[node].box.grow(leaves_[i].box);
       while (key.level < coarsest_level) {
         key = key.parent();
         const auto [above, above_is_new] = node_at(key);
         if (is_new) nodes_[above].children.push_back(node);
-        grow(nodes_[above].box, leaves_[i].box);
+        nodes_[above].box.grow(leaves_[i].box);
         node = above;
         is_new = above_is_new;
       }
       if (is_new) roots_.push_back(node);
     }
-  }
-
-  static void grow(Box& box, const Box& by) {
-    box.lowest = box.lowest.cwiseMin(by.lowest);
-    box.highest = box.highest.cwiseMax(by.highest);
   }
 
   // ---- tiles
@@ -324,13 +405,20 @@ struct ExactTerrain::Impl {
     surface.center_z_m = tile.center_z_m;
     stitch(tile.height_steps, leaf.neighbour_levels, surface.half_steps);
     surface.grounds.reserve(tile.cover.size());
-    for (const world::Cover cover : tile.cover)
-      surface.grounds.push_back(cover == world::Cover::Sea       ? Ground::Sea
-                                : cover == world::Cover::Outside ? Ground::Outside
-                                                                 : Ground::Land);
+    for (const world::Cover cover : tile.cover) surface.grounds.push_back(ground_of(cover));
     find_block_heights(*loaded);
     loaded->num_bytes = sizeof(LoadedTile) + surface.half_steps.size() * sizeof(std::int32_t) +
                         surface.grounds.size() * sizeof(Ground);
+    if (!tile.objects.solids.empty() || !tile.objects.instances.empty()) {
+      loaded->objects = std::make_unique<const ExactObjects>(
+          tile, prototypes_, [this](double x, double y) { return level_at(x, y); },
+          world_from_enu_);
+      loaded->num_bytes += loaded->objects->num_bytes();
+    }
+    if (!tile.objects.strips.empty() || !tile.objects.areas.empty()) {
+      loaded->paint = std::make_unique<const ExactPaint>(tile.objects.strips, tile.objects.areas);
+      loaded->num_bytes += loaded->paint->num_bytes();
+    }
     ++num_tiles_read_;
     return loaded;
   }
@@ -428,7 +516,8 @@ struct ExactTerrain::Impl {
                     ray.origin_world.y(), ray.origin_world.z(), ray.through_world.x(),
                     ray.through_world.y(), ray.through_world.z());
     ++num_rays_;
-    const BoxRay boxes(ray);
+    const Eigen::Vector3d direction_world = ray.through_world - ray.origin_world;
+    const BoxRay boxes(ray.origin_world, direction_world, kMargin_m);
     const Kernel::Ray_3 exact_ray(cgal(ray.origin_world), cgal(ray.through_world));
     std::priority_queue<Ahead, std::vector<Ahead>, std::greater<>> ahead;
     const auto look_at_node = [&](std::uint32_t node) {
@@ -437,6 +526,8 @@ struct ExactTerrain::Impl {
     };
     for (const std::uint32_t root : roots_) look_at_node(root);
     std::optional<Crossing> best;
+    NearestObject object(ray, exact_ray);
+    const auto nearest_t = [&] { return std::min(best ? best->high() : kInfinity, object.high()); };
     std::shared_ptr<LoadedTile> held;  // the tile of the last block, most often the next one's too
     std::int64_t held_leaf = -1;
     const auto hold = [&](std::uint32_t leaf) -> LoadedTile& {
@@ -448,13 +539,14 @@ struct ExactTerrain::Impl {
     while (!ahead.empty()) {
       const Ahead next = ahead.top();
       ahead.pop();
-      if (best && next.entry > best->high()) break;
+      if (next.entry > nearest_t()) break;
       if (next.kind == Ahead::kNode) {
         const Node& node = nodes_[next.index];
         for (const std::uint32_t child : node.children) look_at_node(child);
         if (node.leaf < 0) continue;
         const auto leaf = static_cast<std::uint32_t>(node.leaf);
         LoadedTile& in = hold(leaf);
+        if (in.objects) ahead.push({next.entry, Ahead::kObjects, leaf, 0});
         for (int by = 0; by < kBlocks; ++by)
           for (int bx = 0; bx < kBlocks; ++bx) {
             const double entry = boxes.entry(in.block_box(bx, by), t_max);
@@ -465,6 +557,12 @@ struct ExactTerrain::Impl {
         continue;
       }
       LoadedTile& in = hold(next.index);
+      if (next.kind == Ahead::kObjects) {
+        in.objects->visit(
+            ray.origin_world, direction_world, std::min(t_max, nearest_t()),
+            [&](const ObjectFacet& facet) { object.meet(facet, leaves_[next.index].box); });
+        continue;
+      }
       const int bx = next.block % kBlocks;
       const int by = next.block / kBlocks;
       make_block(in, bx, by);
@@ -479,22 +577,19 @@ struct ExactTerrain::Impl {
         if (!best || crossing.is_before(*best)) best = crossing;
       }
     }
+    if (object.is_before(best)) return object.hit(t_max);
     if (!best) return std::nullopt;
-    return hit_of(ray, *best, t_max, hold(best->facet().leaf).surface);
+    return hit_of(ray, *best, t_max, hold(best->facet().leaf));
   }
 
   std::optional<ExactHit> hit_of(const ExactRay& ray, const Crossing& crossing, double t_max,
-                                 const TileSurface& surface) const {
+                                 const LoadedTile& tile) const {
     const mpq_class t = crossing.exact();
     if (t_max < kInfinity && t > mpq_class(t_max)) return std::nullopt;
     const Facet& facet = crossing.facet();
     ExactHit hit;
     hit.t = t.get_d();
-    for (int k = 0; k < 3; ++k) {
-      const mpq_class origin(ray.origin_world[k]);
-      hit.point_world[k] =
-          mpq_class(origin + t * (mpq_class(ray.through_world[k]) - origin)).get_d();
-    }
+    hit.point_world = exact_point(ray, t);
     hit.normal_world = crossing.normal().normalized();
     hit.tile = leaves_[facet.leaf].key;
     hit.cell_x = facet.i;
@@ -503,12 +598,17 @@ struct ExactTerrain::Impl {
     hit.corners_world = facet.corners;
     const auto at = corners_of(facet.i, facet.j, facet.is_upper);
     for (std::size_t k = 0; k < 3; ++k)
-      hit.grounds[k] = surface.grounds[TileSurface::sample(at[k][0], at[k][1])];
+      hit.grounds[k] = tile.surface.grounds[TileSurface::sample(at[k][0], at[k][1])];
+    if (tile.paint) hit.paint = tile.paint->at(hit.point_world.head<2>());
     return hit;
   }
 
   WorldFolder world_;
+  WorldFromEnu world_from_enu_;
+  PrototypeShapes prototypes_;
   std::size_t memory_bytes_;
+  int finest_level_ = std::numeric_limits<int>::max();
+  int coarsest_level_ = std::numeric_limits<int>::min();
   std::vector<Leaf> leaves_;
   std::map<TileKey, std::uint32_t> index_;
   std::vector<Node> nodes_;
@@ -523,26 +623,26 @@ struct ExactTerrain::Impl {
   mutable std::atomic<std::uint64_t> num_rays_ = 0, num_tiles_read_ = 0, num_trees_ = 0;
 };
 
-ExactTerrain::ExactTerrain(const WorldFolder& world, std::span<const TileKey> tiles,
-                           std::size_t memory_bytes)
-    : impl_(std::make_unique<Impl>(world, tiles, memory_bytes)) {}
+ExactWorld::ExactWorld(const WorldFolder& world, std::span<const TileKey> tiles,
+                       WorldFromEnu world_from_enu, std::size_t memory_bytes)
+    : impl_(std::make_unique<Impl>(world, tiles, std::move(world_from_enu), memory_bytes)) {}
 
-ExactTerrain::~ExactTerrain() = default;
+ExactWorld::~ExactWorld() = default;
 
-std::optional<ExactHit> ExactTerrain::first_hit(const ExactRay& ray, double t_max) const {
+std::optional<ExactHit> ExactWorld::first_hit(const ExactRay& ray, double t_max) const {
   return impl_->first_hit(ray, t_max);
 }
 
-std::shared_ptr<const TileSurface> ExactTerrain::surface(const TileKey& tile) const {
+std::shared_ptr<const TileSurface> ExactWorld::surface(const TileKey& tile) const {
   const std::shared_ptr<LoadedTile> loaded = impl_->tile(impl_->index_.at(tile));
   return {loaded, &loaded->surface};
 }
 
-std::array<int, 4> ExactTerrain::neighbour_levels(const TileKey& tile) const {
+std::array<int, 4> ExactWorld::neighbour_levels(const TileKey& tile) const {
   return impl_->leaves_[impl_->index_.at(tile)].neighbour_levels;
 }
 
-ExactTerrain::Stats ExactTerrain::stats() const {
+ExactWorld::Stats ExactWorld::stats() const {
   const std::lock_guard lock(impl_->mutex_);
   return {.num_rays = impl_->num_rays_,
           .num_tiles_read = impl_->num_tiles_read_,
