@@ -5,6 +5,7 @@
 
 #include "core/packet_code.h"
 #include "core/random.h"
+#include "world/climate.h"
 
 namespace terracast::render {
 namespace {
@@ -374,11 +375,8 @@ double approximate_height_m(const Eigen::Vector3d& p) {
 Climate climate_of(const world::TileStore& store, std::uint32_t seed) {
   Climate climate;
   climate.seed = seed;
-  // Permanent snow in summer: 5100 m in the tropics, 2950 m at 45 degrees, 900 m at 75; trees end
-  // 900 m lower.
-  const double lat_deg = std::abs(store.manifest().origin.lat_deg);
-  climate.snow_line_m = std::clamp(5100.0 - 70.0 * std::max(lat_deg - 15.0, 0.0), 300.0, 5100.0);
-  climate.tree_line_m = climate.snow_line_m - 900.0;
+  climate.snow_line_m = world::snow_line_m(store.manifest().origin.lat_deg);
+  climate.tree_line_m = world::tree_line_m(store.manifest().origin.lat_deg);
 
   double sum_m = 0.0;
   std::int64_t num_samples = 0;
