@@ -458,6 +458,7 @@ std::string describe_world(const TileStore& store) {
       text += fmt::format("    voids     {}, of these {} filled from their surroundings\n",
                           source.num_voids, source.num_voids_filled);
     if (!source.licence.empty()) text += fmt::format("    licence   {}\n", source.licence);
+    if (!source.accuracy.empty()) text += fmt::format("    accuracy  {}\n", source.accuracy);
     if (!source.content_hash.empty())
       text += fmt::format("    hash      {}\n", source.content_hash);
   }

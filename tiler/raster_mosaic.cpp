@@ -249,6 +249,7 @@ void add(MosaicDraft& draft, std::size_t index) {
   info.pipeline = raster.grid().pipeline();
   info.spacing_m = draft.size_of_samples(raster.grid()).spacing_m;
   info.licence = draft.rasters[index].entry->licence;
+  info.accuracy = draft.rasters[index].entry->accuracy;
   info.content_hash = raster.content_hash();
   draft.mosaic.sources.push_back(std::move(info));
   core::with_context(
@@ -270,9 +271,9 @@ std::string hash_of(const MosaicDraft& draft) {
                          fmt::format(" {} {} {}", draft.rasters.front().source->grid().pipeline(),
                                      mosaic.datum.name, draft.sample.spacing_m));
   for (const world::SourceInfo& source : mosaic.sources)
-    hash =
-        core::content_hash(fmt::format("{} {} {} {} {} {}", hash, source.name, source.content_hash,
-                                       source.licence, source.num_voids, source.num_voids_filled));
+    hash = core::content_hash(fmt::format("{} {} {} {} {} {} {}", hash, source.name,
+                                          source.content_hash, source.licence, source.accuracy,
+                                          source.num_voids, source.num_voids_filled));
   return hash;
 }
 

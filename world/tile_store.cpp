@@ -38,6 +38,7 @@ Json json_of(const SourceInfo& source) {
       .set("spacing_m", source.spacing_m)
       .set("content_hash", source.content_hash)
       .set("licence", source.licence)
+      .set("accuracy", source.accuracy)
       .set("num_voids", source.num_voids)
       .set("num_voids_filled", source.num_voids_filled);
   return json;
@@ -53,6 +54,7 @@ SourceInfo source_of(const Json& json) {
   source.spacing_m = json.at("spacing_m").number();
   source.content_hash = json.at("content_hash").string();
   source.licence = json.at("licence").string();
+  source.accuracy = json.at("accuracy").string();
   source.num_voids = json.at("num_voids").integer();
   source.num_voids_filled = json.at("num_voids_filled").integer();
   return source;

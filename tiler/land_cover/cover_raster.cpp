@@ -29,9 +29,9 @@ constexpr double kMostSamples = 1e9;
 /// Samples that are read at once, unless a block of the file holds more.
 constexpr int kSamplesOfStrip = 4'000'000;
 
-/// Of the bends of borders, in samples: the first octave's period, halved three times.
+/// Of the bends of borders: the first octave's period in samples, and where halving it ends.
 constexpr double kBendPeriod_samples = 3.0;
-constexpr int kBendOctaves = 4;
+constexpr double kFinestBend_m = 4.0;
 
 /// So many heights tell whether a body of water is level.
 constexpr std::int64_t kHeightsOfBody = 1000;
@@ -95,6 +95,8 @@ CoverRaster::CoverRaster(const core::Path& file, const Legend& legend,
   if (!grid_->warning().empty()) inputs.context.log.warn("{}", grid_->warning());
   nodata_ = nodata_of(*dataset_->GetRasterBand(1), options.nodata);
   spacing_m_ = grid_->size_of_samples(inputs.frame, half_size_m_).spacing_m;
+  num_bends_ = std::max(
+      static_cast<int>(std::ceil(std::log2(kBendPeriod_samples * spacing_m_ / kFinestBend_m))), 1);
   std::string content =
       fmt::format("{} {} {} {} {} {} {} {}", kVersion, grid_->description(), options.nodata,
                   nodata_ ? fmt::to_string(*nodata_) : "none", options.border_px,
@@ -121,10 +123,10 @@ void CoverRaster::choose_window(const LayerInputs& inputs) {
   // Places stray, and sides are longer than the spacing in one direction.
   const double margin = std::ceil(options_.border_px) + 2.0;
   const Eigen::Array2d last = Eigen::Array2d(grid_->width(), grid_->height()) - 1.0;
+  if ((box.max().array() < -0.5).any() || (box.min().array() > last + 0.5).any()) return;
   const Eigen::Array2d low = (box.min().array().floor() - margin).max(0.0);
   const Eigen::Array2d high = (box.max().array().ceil() + margin).min(last);
-  const Eigen::Array2d size = (high - low + 1.0).max(0.0);
-  if (size.prod() == 0.0) return;
+  const Eigen::Array2d size = high - low + 1.0;
   if (!(size.prod() <= kMostSamples))
     fail(ErrorKind::Input,
          "{}: the world's square of {} m takes {:.3g} of its samples, and {:.0e} fit into memory; "
@@ -269,8 +271,8 @@ void CoverRaster::find_lakes(const LayerInputs& inputs) {
 
 Eigen::Vector2d CoverRaster::aside_m(const Eigen::Vector2d& place_world) const {
   const Eigen::Vector2d at = place_world / (kBendPeriod_samples * spacing_m_);
-  Eigen::Vector2d aside(fractal_noise(aside_x_, at.x(), at.y(), kBendOctaves, 0.55),
-                        fractal_noise(aside_y_, at.x(), at.y(), kBendOctaves, 0.55));
+  Eigen::Vector2d aside(fractal_noise(aside_x_, at.x(), at.y(), num_bends_, 0.55),
+                        fractal_noise(aside_y_, at.x(), at.y(), num_bends_, 0.55));
   aside *= 1.5;  // the noise is seldom near its bounds
   return options_.border_px * spacing_m_ * aside / std::max(aside.norm(), 1.0);
 }

@@ -18,8 +18,8 @@ namespace terracast::tiler {
 struct CoverRasterOptions {
   /// declared (by the file), none, or what number_from_text() reads
   std::string nodata = "declared";
-  double border_px = 0.6;  ///< how far borders stray, in sides of a pixel
-  double lake_flat_m = 2.0;    ///< water whose ground is more uneven is not taken for a lake
+  double border_px = 0.6;    ///< how far borders stray, in sides of a pixel
+  double lake_flat_m = 2.0;  ///< water whose ground is more uneven is not taken for a lake
 };
 
 /// What was found in the part of a raster that lies in the world's square.
@@ -77,6 +77,7 @@ class CoverRaster {
   GdalDatasetPtr dataset_;  ///< closed once it is read
   std::unique_ptr<RasterGrid> grid_;
   double spacing_m_ = 0.0;
+  int num_bends_ = 1;  ///< octaves of the noise that bends borders
   std::optional<double> nodata_;
   SampleWindow window_;
   Grid<std::uint8_t> classes_;  ///< LandClass, of the window
