@@ -37,7 +37,8 @@ enum class Marking : std::uint8_t {
 inline constexpr int kNumMarkings = 10;
 
 /// What is painted on the ground: it has no thickness. Where several lie over each other, the one
-/// with the highest order is seen; among equals, the one with the greater feature.
+/// with the highest order is seen; among equals, the one with the greater feature; of one feature,
+/// the strip whose line is nearest, then the tile's first; an area where there is no strip.
 struct Coating {
   std::uint8_t layer = 0;     ///< row of WorldManifest::layers
   std::uint64_t feature = 0;  ///< of its source
