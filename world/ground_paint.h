@@ -30,14 +30,15 @@ enum class Marking : std::uint8_t {
   Motorway,  ///< as Lanes, with a hard shoulder on the right
   Runway,    ///< centre line, edges, thresholds and numbers at both ends
   Taxiway,   ///< a yellow line along the middle
-  Crossing,  ///< zebra
+  Crossing,  ///< zebra; the line is the way of those who walk
   Rails,     ///< two rails a track
-  Stands,    ///< parking places across
+  Stands,    ///< parking places across; wider than 10 m: a row on each side of a lane
 };
 inline constexpr int kNumMarkings = 10;
 
 /// What is painted on the ground: it has no thickness. Where several lie over each other, the one
-/// with the highest order is seen; among equals, the one with the greater feature.
+/// with the highest order is seen; among equals, the one with the greater feature; of one feature,
+/// the strip whose line is nearest, then the tile's first; an area where there is no strip.
 struct Coating {
   std::uint8_t layer = 0;     ///< row of WorldManifest::layers
   std::uint64_t feature = 0;  ///< of its source

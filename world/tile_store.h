@@ -55,6 +55,7 @@ struct TileInfo {
   double lowest_z_world = 0.0;
   double highest_z_world = 0.0;
   std::uint64_t num_bytes = 0;
+  std::uint64_t objects_bytes = 0;  ///< of these, what stands on the tile, inflated
   std::string content_hash = {};
   geo::Box3d box_world() const;
 };
