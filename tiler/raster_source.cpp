@@ -165,38 +165,13 @@ void GdalRaster::read_georeference(const geo::Geodetic& near, const GdalErrors& 
     fail(ErrorKind::Input, "{}: its geotransform ({}, {}, {}, {}, {}, {}) cannot be inverted",
          written_, gt[0], gt[1], gt[2], gt[3], gt[4], gt[5]);
 
-  const OGRSpatialReference* declared = dataset_->GetSpatialRef();
-  if (declared == nullptr || declared->IsEmpty())
-    fail(ErrorKind::Input,
-         "{}: states no coordinate reference system; add it with gdal_edit.py -a_srs EPSG:…",
-         written_);
-  OGRSpatialReference crs(*declared);
-  if (crs.IsCompound() != FALSE) {
-    const char* name = nullptr;
-    crs.GetTargetLinearUnits("VERT_CS", &name);
-    if (name != nullptr) declared_vertical_unit_ = name;
-    // PROJ would apply a geoid of the vertical part, and ours would be the second.
-    crs.StripVertical();
-  }
-  crs.DemoteTo2D(nullptr);
-  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  if (crs.IsGeographic() == FALSE && crs.IsProjected() == FALSE)
-    fail(ErrorKind::Input,
-         "{}: its coordinate reference system ({}) is neither geographic nor projected; warp it to "
-         "one that is, with gdalwarp -t_srs",
-         written_, declared->GetName() == nullptr ? "unnamed" : declared->GetName());
-  is_geographic_ = crs.IsGeographic() != FALSE;
-  const char* authority = crs.GetAuthorityName(nullptr);
-  const char* code = crs.GetAuthorityCode(nullptr);
-  const char* name = crs.GetName();
-  crs_name_ = name == nullptr ? "unnamed" : name;
-  if (authority != nullptr && code != nullptr)
-    crs_name_ = fmt::format("{}:{} {}", authority, code, crs_name_);
-  char* wkt = nullptr;
-  const char* const wkt2[] = {"FORMAT=WKT2_2019", nullptr};
-  crs.exportToWkt(&wkt, wkt2);
-  crs_wkt_ = wkt == nullptr ? "" : wkt;
-  CPLFree(wkt);
+  const HorizontalCrs crs =
+      horizontal_crs(dataset_->GetSpatialRef(), written_,
+                     {.setter = "gdal_edit.py -a_srs", .changer = "gdalwarp"});
+  declared_vertical_unit_ = crs.vertical_unit;
+  is_geographic_ = crs.is_geographic;
+  crs_name_ = crs.name;
+  crs_wkt_ = crs.wkt;
 
   const CrsOperation operation = best_operation(crs_wkt_, near);
   if (operation.pipeline.empty())
