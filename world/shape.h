@@ -70,9 +70,13 @@ enum class FacadeStyle : std::uint8_t {
   Garage,       ///< gates along the foot
 };
 
+/// style         a FacadeStyle, or its number
 /// storey_dm     height of its storeys in decimetres, 1 … 255
+constexpr std::uint16_t facade_pattern(std::uint8_t style, std::uint8_t storey_dm) {
+  return static_cast<std::uint16_t>(style << 8 | storey_dm);
+}
 constexpr std::uint16_t facade_pattern(FacadeStyle style, std::uint8_t storey_dm) {
-  return static_cast<std::uint16_t>(static_cast<std::uint16_t>(style) << 8 | storey_dm);
+  return facade_pattern(static_cast<std::uint8_t>(style), storey_dm);
 }
 
 /// Triangles of an object. Vertices lie on the world's lattice of kHeightStep_m, so that they are
