@@ -412,6 +412,17 @@ TEST(LandCover, WaterIsALakeWhereItsGroundIsLevel) {
   EXPECT_EQ(cover_at(*surface, {-550.0, 50.0}), Cover::Lake);
   EXPECT_EQ(cover_at(*surface, {700.0, 200.0}), Cover::Land);
   EXPECT_EQ(count_of(*surface, "lakes"), 1);
+  // The lake is level at the slope's height in its middle; the land beside it is as it was.
+  const auto height_m = [&](double x, double y) {
+    return surface->frame().geodetic_from_world({x, y, surface->sample(x, y).z_world}).height_m;
+  };
+  for (const double x : {-590.0, -570.0, -550.0, -530.0, -510.0}) {
+    EXPECT_NEAR(height_m(x, 50.0), height_m(-550.0, 20.0), 1e-6) << x;
+    EXPECT_NEAR(height_m(x, 50.0), -5.5, 0.1) << x;  // samples are 10 m apart: 0.1 m in height
+  }
+  // The ramp rises along the place's foot on the ellipsoid, micrometres from below the place.
+  EXPECT_NEAR(height_m(-620.0, 50.0), -6.2, 2e-5);
+  EXPECT_NEAR(height_m(600.0, 200.0), 6.0, 2e-5);
   EXPECT_EQ(count_of(*surface, "samples of lakes"), 100);
   EXPECT_EQ(count_of(*surface, "samples of water left to other layers"), 1600);
   options.layers[0] = layer_of("legend = \"worldcover\"\nlake_flat_m = 4.0\nfiles = [\"" +

@@ -2,16 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/parallel.h"
-#include "tiler/land_cover/water_bodies.h"
 #include "tiler/surface.h"
 #include "tiler/world_options.h"
 
@@ -35,8 +37,10 @@ constexpr double kFinestBend_m = 4.0;
 
 /// So many heights tell whether a body of water is level.
 constexpr std::int64_t kHeightsOfBody = 1000;
-/// Lakes follow the geoid, and hardly anywhere leans it more against the ellipsoid.
+/// Lakes follow the geoid, and hardly anywhere leans it more against the ellipsoid. So many heights tell
+/// how it leans.
 constexpr double kGeoidLean = 1e-4;
+constexpr std::size_t kHeightsOfPlane = 200;
 
 /// A raster's samples as a projection.
 class SampleProjection final : public MapProjection {
@@ -75,6 +79,8 @@ std::optional<double> nodata_of(GDALRasterBand& band, const std::string& option)
   const double value = band.GetNoDataValue(&has_value);
   return has_value != FALSE ? std::optional(value) : std::nullopt;
 }
+
+auto order_of(const SampleRun& run) { return std::pair(run.row, run.first_column); }
 
 bool is_water(std::uint8_t land_class) {
   return land_class == static_cast<std::uint8_t>(LandClass::Lake);
@@ -219,54 +225,85 @@ void CoverRaster::decode(const Legend& legend, const std::vector<double>& codes,
   }
 }
 
+std::vector<CoverRaster::SampleHeight> CoverRaster::heights_of(const std::vector<SampleRun>& body,
+                                                               const LayerInputs& inputs) const {
+  std::int64_t num_samples = 0;
+  for (const SampleRun& run : body) num_samples += run.num_columns;
+  const std::int64_t step = std::max<std::int64_t>(num_samples / kHeightsOfBody, 1);
+  std::vector<SampleHeight> heights;
+  std::int64_t next = 0;  // among the body's samples
+  std::int64_t first = 0;
+  for (const SampleRun& run : body) {
+    for (; next < first + run.num_columns; next += step) {
+      const Eigen::Vector2d at(run.first_column + static_cast<double>(next - first), run.row);
+      const Eigen::Vector2d sample = at + Eigen::Vector2d(window_.first_column, window_.first_row);
+      geo::Geodetic place;
+      grid_->geodetic_from_samples({&sample, 1}, {&place, 1});
+      if (const auto height_m = inputs.surface.measured_height_m(place.lat_deg, place.lon_deg))
+        heights.push_back({at, *height_m});
+    }
+    first += run.num_columns;
+  }
+  return heights;
+}
+
+std::optional<Eigen::Vector3d> CoverRaster::level_of(std::vector<SampleHeight> heights) const {
+  if (heights.empty()) return std::nullopt;
+  Eigen::AlignedBox2d box;
+  for (const SampleHeight& height : heights) box.extend(height.sample);
+  std::sort(heights.begin(), heights.end(),
+            [](const SampleHeight& a, const SampleHeight& b) { return a.height_m < b.height_m; });
+  const auto of_share = [&](double share) {
+    return heights[static_cast<std::size_t>(
+                       std::lround(share * static_cast<double>(heights.size() - 1)))]
+        .height_m;
+  };
+  const double lean_m = kGeoidLean * box.diagonal().norm() * spacing_m_;
+  if (of_share(0.9) - of_share(0.1) > options_.lake_flat_m + lean_m) return std::nullopt;
+  const Eigen::Vector3d level(of_share(0.5), 0.0, 0.0);
+  if (heights.size() < kHeightsOfPlane) return level;
+  Eigen::MatrixX3d places(heights.size(), 3);
+  Eigen::VectorXd values(heights.size());
+  for (std::size_t k = 0; k < heights.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    places.row(row) << 1.0, heights[k].sample.x(), heights[k].sample.y();
+    values[row] = heights[k].height_m;
+  }
+  const Eigen::Vector3d plane = places.colPivHouseholderQr().solve(values);
+  return plane.tail<2>().norm() <= kGeoidLean * spacing_m_ ? plane : level;
+}
+
 void CoverRaster::find_lakes(const LayerInputs& inputs) {
   const auto bodies = find_bodies(classes_, is_water);
-  std::vector<std::uint8_t> is_lake(bodies.size(), 0);
+  std::vector<std::optional<Eigen::Vector3d>> levels(bodies.size());
   core::parallel_for(static_cast<std::int64_t>(bodies.size()), [&](std::int64_t index) {
-    const std::vector<SampleRun>& runs = bodies[static_cast<std::size_t>(index)];
-    std::int64_t num_samples = 0;
-    Eigen::AlignedBox2d box;
-    for (const SampleRun& run : runs) {
-      num_samples += run.num_columns;
-      box.extend(Eigen::Vector2d(run.first_column, run.row));
-      box.extend(Eigen::Vector2d(run.first_column + run.num_columns, run.row + 1));
-    }
-    const std::int64_t step = std::max<std::int64_t>(num_samples / kHeightsOfBody, 1);
-    std::vector<double> heights_m;
-    std::int64_t next = 0;  // among the body's samples
-    std::int64_t first = 0;
-    for (const SampleRun& run : runs) {
-      for (; next < first + run.num_columns; next += step) {
-        const Eigen::Vector2d sample(
-            window_.first_column + run.first_column + static_cast<double>(next - first),
-            window_.first_row + run.row);
-        geo::Geodetic place;
-        grid_->geodetic_from_samples({&sample, 1}, {&place, 1});
-        if (const auto height_m = inputs.surface.measured_height_m(place.lat_deg, place.lon_deg))
-          heights_m.push_back(*height_m);
-      }
-      first += run.num_columns;
-    }
-    if (heights_m.empty()) return;
-    std::sort(heights_m.begin(), heights_m.end());
-    const auto of_share = [&](double share) {
-      return heights_m[static_cast<std::size_t>(
-          std::lround(share * static_cast<double>(heights_m.size() - 1)))];
-    };
-    const double lean_m = kGeoidLean * box.diagonal().norm() * spacing_m_;
-    is_lake[static_cast<std::size_t>(index)] =
-        of_share(0.9) - of_share(0.1) <= options_.lake_flat_m + lean_m ? 1 : 0;
+    const auto b = static_cast<std::size_t>(index);
+    levels[b] = level_of(heights_of(bodies[b], inputs));
   });
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (is_lake[b] != 0) ++counts_.num_lakes;
+    if (levels[b]) ++counts_.num_lakes;
     for (const SampleRun& run : bodies[b]) {
-      (is_lake[b] != 0 ? counts_.num_lake_samples : counts_.num_water_samples_left) +=
-          run.num_columns;
-      if (is_lake[b] != 0) continue;
+      if (levels[b]) {
+        counts_.num_lake_samples += run.num_columns;
+        lakes_.push_back({run, *levels[b]});
+        continue;
+      }
+      counts_.num_water_samples_left += run.num_columns;
       for (int i = 0; i < run.num_columns; ++i)
         classes_(run.first_column + i, run.row) = static_cast<std::uint8_t>(LandClass::OtherWater);
     }
   }
+  std::sort(lakes_.begin(), lakes_.end(),
+            [](const LakeRun& a, const LakeRun& b) { return order_of(a.run) < order_of(b.run); });
+}
+
+double CoverRaster::lake_level_m(const Eigen::Vector2i& sample) const {
+  const auto after =
+      std::upper_bound(lakes_.begin(), lakes_.end(), std::pair(sample.y(), sample.x()),
+                       [](const auto& at, const LakeRun& lake) { return at < order_of(lake.run); });
+  TERRACAST_CHECK(after != lakes_.begin(), "sample ({}, {}) is no lake", sample.x(), sample.y());
+  const Eigen::Vector3d& level = std::prev(after)->level;
+  return level[0] + level[1] * sample.x() + level[2] * sample.y();
 }
 
 Eigen::Vector2d CoverRaster::aside_m(const Eigen::Vector2d& place_world) const {
@@ -277,8 +314,8 @@ Eigen::Vector2d CoverRaster::aside_m(const Eigen::Vector2d& place_world) const {
   return options_.border_px * spacing_m_ * aside / std::max(aside.norm(), 1.0);
 }
 
-std::optional<world::Cover> CoverRaster::cover(const Eigen::Vector2d& place_world,
-                                               double z_world) const {
+std::optional<CoverRaster::Found> CoverRaster::find(const Eigen::Vector2d& place_world,
+                                                    double z_world) const {
   if (!touches_square()) return std::nullopt;
   const Eigen::Vector2d place =
       (place_world + aside_m(place_world)).cwiseMax(-half_size_m_).cwiseMin(half_size_m_);
@@ -287,11 +324,13 @@ std::optional<world::Cover> CoverRaster::cover(const Eigen::Vector2d& place_worl
   double height_m = z_world + place.squaredNorm() / (2.0 * geo::kWgs84SemiMajorAxis_m);
   height_m += z_world - column.at(height_m).z_world;
   const Eigen::Vector2d map = column.at(height_m).map;
-  const int i = static_cast<int>(std::lround(map.x())) - window_.first_column;
-  const int j = static_cast<int>(std::lround(map.y())) - window_.first_row;
-  if (!classes_.contains(i, j)) return std::nullopt;
-  const auto land_class = static_cast<LandClass>(classes_(i, j));
-  return land_class == LandClass::Lake ? world::Cover::Lake : cover_of(land_class);
+  const Eigen::Vector2i sample(static_cast<int>(std::lround(map.x())) - window_.first_column,
+                               static_cast<int>(std::lround(map.y())) - window_.first_row);
+  if (!classes_.contains(sample.x(), sample.y())) return std::nullopt;
+  const auto land_class = static_cast<LandClass>(classes_(sample.x(), sample.y()));
+  if (land_class == LandClass::Lake) return Found{world::Cover::Lake, lake_level_m(sample)};
+  const auto cover = cover_of(land_class);
+  return cover ? std::optional(Found{*cover, std::nullopt}) : std::nullopt;
 }
 
 }  // namespace terracast::tiler

@@ -23,7 +23,7 @@ class RasterLayer final : public Layer {
  public:
   RasterLayer(const std::vector<core::Path>& files, const Legend& legend,
               const CoverRasterOptions& options, const LayerInputs& inputs)
-      : legend_name_(legend.name) {
+      : frame_(inputs.frame), legend_name_(legend.name) {
     for (const core::Path& file : files) {
       core::with_context(
           [&] { rasters_.push_back(std::make_unique<CoverRaster>(file, legend, options, inputs)); },
@@ -32,9 +32,11 @@ class RasterLayer final : public Layer {
     }
     const auto touches = [](const auto& raster) { return raster->touches_square(); };
     if (std::none_of(rasters_.begin(), rasters_.end(), touches)) fail_outside(inputs);
-    for (const auto& raster : rasters_)
+    for (const auto& raster : rasters_) {
+      has_lakes_ = has_lakes_ || raster->counts().num_lakes > 0;
       if (!raster->touches_square())
         inputs.context.log.warn("{}: lies outside the world's square", raster->grid().written());
+    }
   }
 
   world::LayerInfo info() const override {
@@ -71,12 +73,27 @@ class RasterLayer final : public Layer {
 
   std::optional<world::Cover> cover(const Eigen::Vector2d& place_world,
                                     const SurfaceSample& ground) const override {
-    for (const auto& raster : rasters_)
-      if (const auto found = raster->cover(place_world, ground.z_world)) return found;
-    return std::nullopt;
+    const auto found = find(place_world, ground);
+    return found ? std::optional(found->cover) : std::nullopt;
+  }
+
+  /// Lakes are level.
+  double lift_m(const Eigen::Vector2d& place_world, const SurfaceSample& ground) const override {
+    if (!has_lakes_) return 0.0;
+    const auto found = find(place_world, ground);
+    if (!found || !found->level_m) return 0.0;
+    return *found->level_m -
+           frame_.geodetic_from_world({place_world.x(), place_world.y(), ground.z_world}).height_m;
   }
 
  private:
+  std::optional<CoverRaster::Found> find(const Eigen::Vector2d& place_world,
+                                         const SurfaceSample& ground) const {
+    for (const auto& raster : rasters_)
+      if (const auto found = raster->find(place_world, ground.z_world)) return found;
+    return std::nullopt;
+  }
+
   [[noreturn]] void fail_outside(const LayerInputs& inputs) const {
     const RasterGrid& grid = rasters_.front()->grid();
     const Eigen::Vector2d middle(0.5 * grid.width(), 0.5 * grid.height());
@@ -90,7 +107,9 @@ class RasterLayer final : public Layer {
          origin.lat_deg, origin.lon_deg, place.lat_deg, place.lon_deg, grid.crs_name());
   }
 
+  const geo::WorldFrame& frame_;
   std::string legend_name_;
+  bool has_lakes_ = false;
   std::vector<std::unique_ptr<CoverRaster>> rasters_;  ///< the first has priority
   std::vector<std::string> names_;
 };
