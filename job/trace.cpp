@@ -14,6 +14,7 @@
 #include "core/registry.h"
 #include "geo/camera_model.h"
 #include "job/stages.h"
+#include "render/marking.h"
 #include "render/material.h"
 #include "world/lod.h"
 #include "world/ray_query.h"
@@ -67,7 +68,7 @@ SemanticClass class_of_ground(const world::TileStore& store, const Met& met) {
 
 SemanticClass class_of(const world::TileStore& store, const Met& met) {
   if (!met.hit.is_ground()) return met.surface.finish.semantic_class;
-  if (met.surface.paint.is_painted) return met.surface.paint.coating.semantic_class;
+  if (met.surface.paint.is_painted) return render::class_of(met.surface.paint);
   return class_of_ground(store, met);
 }
 
