@@ -20,7 +20,7 @@ namespace terracast::tiler {
 struct CoverRasterOptions {
   /// declared (by the file), none, or what number_from_text() reads
   std::string nodata = "declared";
-  double border_px = 0.6;    ///< how far borders stray, in sides of a pixel
+  double border_px = 0.9;    ///< how far borders stray, in sides of a pixel
   double lake_flat_m = 2.0;  ///< water whose ground is more uneven is not taken for a lake
 };
 
