@@ -12,7 +12,10 @@ std::span<const ChannelInfo> channels() {
       {"normal.z", "half", "", "unit normal of the surface, world z (up at the origin)", "0"},
       {"semantic_id", "uint", "", "semantic class, by number", "0"},
       {"instance_id", "uint", "", "object; 0 is the ground", "0"},
-      {"primitive_id", "uint", "", "tile index << 17 | cell y << 9 | cell x << 1 | upper triangle",
+      {"primitive_id", "uint", "",
+       "ground: tile index << 17 | cell y << 9 | cell x << 1 | upper triangle; object: 32767 << 17 "
+       "| "
+       "triangle modulo 131071",
        "4294967295"},
       {"flags", "uint", "",
        "bit 0 edge, 1 visible in the next frame, 2 in the previous one, 8 + k in camera k", "0"},

@@ -26,10 +26,15 @@ std::span<const ChannelInfo> channels();
 
 /// Range of a sky pixel.
 inline constexpr float kSkyRange_m = std::numeric_limits<float>::infinity();
-/// Primitive and instance of a sky pixel.
+/// Primitive of a sky pixel.
 inline constexpr std::uint32_t kNoPrimitive = 0xffffffffu;
 /// The tile's index stands above this bit of a primitive id.
 inline constexpr int kPrimitiveTileShift = 17;
+/// A primitive id from here up is of an object, no terrain having a tile of this index: added to it is
+/// the triangle of the object's shape, modulo kMaxObjectPrimitives. Which object, instance_id tells.
+inline constexpr std::uint32_t kObjectPrimitives = ((1u << 15) - 1) << kPrimitiveTileShift;
+/// One less than there are ids from there up, for kNoPrimitive.
+inline constexpr std::uint32_t kMaxObjectPrimitives = (1u << kPrimitiveTileShift) - 1;
 
 /// Bits of the channel `flags`. Visibility is that of the exact hit point, by a ray.
 enum FactFlag : std::uint32_t {
@@ -42,7 +47,7 @@ enum FactFlag : std::uint32_t {
 constexpr std::uint32_t visible_in_camera(int camera_index) { return 1u << (8 + camera_index); }
 inline constexpr int kMaxCameras = 24;
 
-using core::SemanticClass;
 using core::semantic_class_names;
+using core::SemanticClass;
 
 }  // namespace terracast::capture

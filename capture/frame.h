@@ -33,7 +33,8 @@ struct CameraFrame {
   core::ImageF normal_world;   ///< 3 channels, unit; sky 0
   core::ImageU32 semantic_id;  ///< SemanticClass
   core::ImageU32 instance_id;  ///< 0: ground and sky
-  /// Tile index << 17 | cell y << 9 | cell x << 1 | upper triangle; sky kNoPrimitive.
+  /// Ground: tile index << 17 | cell y << 9 | cell x << 1 | upper triangle; objects: from
+  /// kObjectPrimitives up; sky kNoPrimitive.
   core::ImageU32 primitive_id;
   core::ImageU32 flags;  ///< FactFlag and visible_in_camera
 };

@@ -266,6 +266,10 @@ LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraV
     const auto range_m = static_cast<double>(facts.range_m(x, y));
     double range_error_m = 0.0;
     if (!std::isinf(range_m)) {
+      if (facts.primitive_id(x, y) >= kObjectPrimitives) {
+        ++bounds.num_left_out;
+        return;
+      }
       const std::size_t tile = facts.primitive_id(x, y) >> kPrimitiveTileShift;
       TERRACAST_CHECK(tile < tiles.size(), "tile {} of {}", tile, tiles.size());
       const Vector3d normal(facts.normal_world(x, y, 0), facts.normal_world(x, y, 1),

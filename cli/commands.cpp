@@ -23,6 +23,7 @@
 #include "core/schema_writer.h"
 #include "geo/geoid.h"
 #include "job/stages.h"
+#include "job/trace.h"
 #include "tiler/preview.h"
 #include "validate/check.h"
 
@@ -215,6 +216,67 @@ int run_world_preview(const Arguments& args) {
   return 0;
 }
 
+/// What `world trace` is asked for: a place by latitude and longitude, by world x and y, or a pixel.
+struct TraceArguments {
+  double lat_deg = 0.0, lon_deg = 0.0, x = 0.0, y = 0.0;
+  job::CapturedPixel pixel;
+  std::vector<int> pixel_xy;
+  bool as_json = false;
+};
+
+int run_world_trace(const Arguments& args, const TraceArguments& own, const CLI::App& command) {
+  const auto is_given = [&](const char* option) { return command.count(option) > 0; };
+  const int num_ways = is_given("--lat") + is_given("--x") + is_given("--capture");
+  if (num_ways != 1)
+    fail(ErrorKind::Usage,
+         "world trace asks for one place: --lat and --lon, or --x and --y, or --capture with "
+         "--frame "
+         "and --pixel");
+  const auto store = world::TileStore::open(args.store);
+  core::Json trace;
+  if (is_given("--lat")) {
+    trace = job::trace_place(store, own.lat_deg, own.lon_deg);
+  } else if (is_given("--x")) {
+    trace = job::trace_world_place(store, {own.x, own.y});
+  } else {
+    job::CapturedPixel pixel = own.pixel;
+    pixel.x = own.pixel_xy.at(0);
+    pixel.y = own.pixel_xy.at(1);
+    trace = job::trace_pixel(store, pixel);
+  }
+  fmt::print("{}", own.as_json ? trace.text() + "\n" : job::trace_text(trace));
+  return 0;
+}
+
+CLI::App* add_trace_command(CLI::App& world_command, Arguments& args, TraceArguments& own) {
+  CLI::App* trace = world_command.add_subcommand(
+      "trace", "What stands at a place or in a pixel, and where that comes from.");
+  trace->add_option("STORE", args.store, "Folder of the world.")->required();
+  auto* lat = trace->add_option("--lat", own.lat_deg, "Latitude, WGS84, degrees.");
+  auto* lon = trace->add_option("--lon", own.lon_deg, "Longitude, WGS84, degrees.");
+  lat->needs(lon);
+  lon->needs(lat);
+  auto* x = trace->add_option("--x", own.x, "World x, m.");
+  auto* y = trace->add_option("--y", own.y, "World y, m.");
+  x->needs(y);
+  y->needs(x);
+  auto* capture = trace->add_option("--capture", own.pixel.capture, "Folder of the captures.");
+  trace->add_option("--sequence", own.pixel.sequence, "Its sequence; left out: the only one.")
+      ->needs(capture);
+  trace->add_option("--camera", own.pixel.camera, "RIG/NAME; left out: the only one.")
+      ->needs(capture);
+  auto* frame = trace->add_option("--frame", own.pixel.frame, "Frame, counted from 0.");
+  auto* pixel = trace->add_option("--pixel", own.pixel_xy, "Column and row, counted from 0.")
+                    ->type_name("X,Y")
+                    ->delimiter(',')
+                    ->expected(2);
+  frame->needs(capture);
+  pixel->needs(capture);
+  capture->needs(frame)->needs(pixel);
+  trace->add_flag("--json", own.as_json, "Print JSON.");
+  return trace;
+}
+
 int run_geoid_import(const Arguments& args) {
   const fs::path written =
       geo::import_egm2008(args.file, args.out.empty() ? geo::geoid_folder() : args.out);
@@ -341,6 +403,10 @@ int parse_and_run(int argc, const char* const* argv) {
   preview->callback([&] { status = run_world_preview(args); });
   add_world_export_command(*world_command, status);
 
+  TraceArguments trace;
+  auto* trace_command = add_trace_command(*world_command, args, trace);
+  trace_command->callback([&] { status = run_world_trace(args, trace, *trace_command); });
+
   auto* geoid = app.add_subcommand("geoid", "Geoids that heights can stand on.");
   geoid->require_subcommand(1);
   auto* geoid_import = geoid->add_subcommand(
@@ -369,9 +435,13 @@ int parse_and_run(int argc, const char* const* argv) {
   resolve->callback(
       [&] { fmt::print("{}", core::toml_text(job::load_run_config(args.config, args.sets))); });
 
-  auto* docs = app.add_subcommand("docs", "Write the reference of config keys.");
+  auto* docs = app.add_subcommand("docs", "Write a page of the reference.");
+  docs->add_option("PAGE", args.name, "config: the keys of configs (default); classes.")
+      ->check(CLI::IsMember({"config", "classes"}));
   docs->add_option("-o,--output", args.file, "The Markdown file to write.")->required();
-  docs->callback([&] { core::write_file(args.file, reference_text()); });
+  docs->callback([&] {
+    core::write_file(args.file, args.name == "classes" ? classes_page() : reference_text());
+  });
 
   try {
     app.parse(argc, argv);

@@ -6,6 +6,7 @@
 #include "batch/description.h"
 #include "core/registry.h"
 #include "core/schema_writer.h"
+#include "core/semantic_class.h"
 #include "export/exporter.h"
 #include "export/world/world_format.h"
 #include "geo/camera_model.h"
@@ -13,6 +14,7 @@
 #include "geo/trajectory.h"
 #include "job/run_config.h"
 #include "tiler/elevation_registry.h"
+#include "tiler/layer.h"
 #include "validate/check.h"
 #include "validate/evaluate/evaluate.h"
 
@@ -30,12 +32,28 @@ std::string lines_of(const Table& table) {
   return text;
 }
 
+std::string color_text(const core::SemanticClassInfo& info) {
+  return fmt::format("#{:02x}", fmt::join(info.color_srgb, ""));
+}
+
+std::string class_lines() {
+  constexpr const char* kLine = "{:13} {:>3} {:8} {:13} {:6} {:>10} {:>7} {:>5} {:>10}  {}\n";
+  std::string text = fmt::format(kLine, "name", "id", "color", "parent", "kind", "cityscapes",
+                                 "ade20k", "coco", "tartanair", "meaning");
+  for (const core::SemanticClassInfo& info : core::semantic_classes())
+    text += fmt::format(kLine, info.name, static_cast<int>(info.id), color_text(info), info.parent,
+                        info.is_thing ? "thing" : "stuff", info.cityscapes_id, info.ade20k_id,
+                        info.coco_id, static_cast<int>(info.id), info.meaning);
+  return text;
+}
+
 const std::map<std::string, std::function<std::string()>>& lists() {
   static const std::map<std::string, std::function<std::string()>> table{
       {"cameras", [] { return lines_of(geo::camera_models()); }},
       {"checks", [] { return lines_of(validate::check_list()); }},
-      {"exporters", [] { return lines_of(exporters::exporters()); }},
+      {"classes", class_lines},
       {"elevation", [] { return lines_of(tiler::elevation_kinds()); }},
+      {"exporters", [] { return lines_of(exporters::exporters()); }},
       {"layers", [] { return lines_of(tiler::layer_kinds()); }},
       {"recordings", [] { return lines_of(geo::fix_formats()); }},
       {"tasks", [] { return lines_of(validate::task_list()); }},
@@ -65,9 +83,13 @@ std::vector<KeyInfo> keys_of(Options& options, const std::string& prefix) {
   return keys;
 }
 
-/// Keys that come with a kind of trajectory, a format of recordings or exports, by the name of their heading.
+/// Keys that come with a kind of layer or trajectory, a format of recordings or exports, by the name of their
+/// heading.
 std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
   std::vector<std::pair<std::string, std::vector<KeyInfo>>> result;
+  for (const auto& kind : tiler::layer_kinds())
+    result.emplace_back(fmt::format("layers of kind {}", kind.name),
+                        keys_of(*kind.make(), "world.layer[]."));
   for (const auto& kind : geo::trajectory_kinds())
     result.emplace_back(fmt::format("trajectories of kind {}", kind.name),
                         keys_of(*kind.make(), "trajectories[]."));
@@ -164,6 +186,31 @@ std::string reference_text() {
   for (const auto& [heading, keys] : keys_by_kind()) {
     if (!keys.empty()) text += fmt::format("\n## {}\n\n{}", heading, core::markdown_table(keys));
   }
+  return text;
+}
+
+std::string classes_page() {
+  std::string text =
+      "# Semantic classes\n\n"
+      "Written by `terracast docs classes` from configs/classes.toml, which says where the numbers "
+      "of "
+      "other sets come from.\n"
+      "`terracast list classes` prints the same. A class never changes its number or its "
+      "meaning.\n\n"
+      "Things can be counted, and each has an instance id; stuff cannot. KITTI's semantic classes "
+      "have the numbers of\n"
+      "Cityscapes. 0 in a column of another set: it has no class that is meant so. TartanAir has "
+      "no "
+      "numbers of its own\n"
+      "that hold beyond one environment: its exports hold ours, and seg_label_map.json names "
+      "them.\n\n"
+      "| id | name | meaning | parent | kind | color | Cityscapes, KITTI | ADE20K | COCO panoptic "
+      "|\n| ---: | --- | --- | --- | --- | --- | ---: | ---: | ---: |\n";
+  for (const core::SemanticClassInfo& info : core::semantic_classes())
+    text +=
+        fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", static_cast<int>(info.id),
+                    info.name, info.meaning, info.parent, info.is_thing ? "thing" : "stuff",
+                    color_text(info), info.cityscapes_id, info.ade20k_id, info.coco_id);
   return text;
 }
 

@@ -21,4 +21,7 @@ std::string explain_text(const std::string& part);
 /// docs/config.md: every key, section by section.
 std::string reference_text();
 
+/// docs/classes.md: the table of semantic classes.
+std::string classes_page();
+
 }  // namespace terracast::cli

@@ -1,66 +1,43 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
 
+#include "core/semantic_class_table.h"
+
 namespace terracast::core {
 
-/// What a point of the world is. The numbers stand in files and never change their meaning.
+/// What a point of the world is. The enumerators, their numbers and all that is known of them stand in
+/// configs/classes.toml; the numbers stand in files and never change their meaning.
 enum class SemanticClass : std::uint8_t {
-  Sky = 0,
-  Outside = 1,  ///< land of the apron, beyond the world
-  Sea = 2,
-  Rock = 3,
-  Scree = 4,
-  Grass = 5,
-  Soil = 6,
-  Sand = 7,
-  Snow = 8,
-  ForestFloor = 9,
-  Shrubland = 10,
-  Cropland = 11,
-  Wetland = 12,
-  BuiltUp = 13,  ///< paved or bare ground of towns
-  Lake = 14,
-  River = 15,
-  Seabed = 16,  ///< ground below any water
-  Road = 17,
-  RoadMarking = 18,
-  Path = 19,  ///< footways, tracks, sidewalks
-  Railway = 20,
-  Runway = 21,
-  Taxiway = 22,
-  Apron = 23,
-  Parking = 24,
-  Building = 25,
-  Bridge = 26,
-  Wall = 27,  ///< walls and fences that are no buildings
-  Tree = 28,
-  Bush = 29,
-  Plant = 30,  ///< grass tufts, reeds, rows of crops
-  Stone = 31,
-  Car = 32,
-  Van = 33,
-  Truck = 34,
-  Bus = 35,
-  Aircraft = 36,
-  Helicopter = 37,
-  Ship = 38,
-  Boat = 39,
-  Container = 40,
-  Warehouse = 41,
-  Hangar = 42,
-  Pier = 43,
-  Crane = 44,
-  Pylon = 45,
-  PowerLine = 46,
-  WindTurbine = 47,
-  StreetLamp = 48,
-  Object = 49,  ///< any other thing
-  Cloud = 50,
+#define TERRACAST_ENUMERATOR(enumerator, id, ...) enumerator = id,
+  TERRACAST_SEMANTIC_CLASSES(TERRACAST_ENUMERATOR)
+#undef TERRACAST_ENUMERATOR
 };
-inline constexpr std::size_t kNumSemanticClasses = 51;
+
+#define TERRACAST_COUNT(...) +1
+inline constexpr std::size_t kNumSemanticClasses = 0 TERRACAST_SEMANTIC_CLASSES(TERRACAST_COUNT);
+#undef TERRACAST_COUNT
+
+/// A row of the table of classes.
+struct SemanticClassInfo {
+  SemanticClass id = SemanticClass::Sky;
+  std::string_view name;
+  std::string_view meaning;
+  std::array<std::uint8_t, 3> color_srgb = {};
+  std::string_view parent;  ///< sky, ground, water, transport, construction, …
+  bool is_thing = false;    ///< can be counted: each has an instance id
+  // Numbers in other sets of classes; 0: the set has none that is meant so.
+  int cityscapes_id = 0;  ///< and of KITTI's semantics
+  int ade20k_id = 0;      ///< 1 … 150
+  int coco_id = 0;        ///< of COCO's panoptic classes
+};
+
+/// The table of classes, by number.
+std::span<const SemanticClassInfo> semantic_classes();
 
 /// The classes' names, by number.
 std::span<const std::string_view> semantic_class_names();

@@ -7,6 +7,7 @@
 #include "capture/channel.h"
 #include "core/packet_code.h"
 #include "core/parallel.h"
+#include "render/marking.h"
 #include "render/pixel_blocks.h"
 #include "render/scratch_pool.h"
 
@@ -106,17 +107,30 @@ class Directions {
   std::size_t count_ = 0;
 };
 
+/// Rays of a unit that met something, and where. The rays' own buffers are used again for visibility.
+struct MetPoints {
+  std::vector<std::size_t> rays;
+  std::vector<std::size_t> pixels;
+  std::vector<std::uint32_t> flags;
+  std::vector<geo::VectorBlock> points_world;  ///< the last point fills the last block
+
+  MetPoints() {
+    rays.reserve(kUnitRays);
+    pixels.reserve(kUnitRays);
+    flags.reserve(kUnitRays);
+    points_world.reserve(kUnitRays / geo::VectorBlock::kVectors + 1);
+  }
+};
+
 struct UnitScratch {
   Directions directions;                       ///< of the rays
-  std::vector<world::SurfaceHit> hits;         ///< of the pixels' own rays
-  std::vector<double> t;                       ///< of other rays
-  std::vector<world::SurfaceSample> surfaces;  ///< of the pixels' own rays
+  std::vector<world::SurfaceHit> hits;         ///< of the rays
+  std::vector<double> t;                       ///< of rays to points
+  std::vector<world::SurfaceSample> surfaces;  ///< of the rays
   std::vector<std::size_t> pixels;             ///< of the rays
-  std::vector<std::size_t> ground;             ///< rays that met the ground
-  std::vector<std::size_t> ground_pixels;
-  std::vector<std::uint32_t> ground_flags;
-  std::vector<std::size_t> asked;  ///< of the ground, those to whose points there are rays
-  std::vector<geo::VectorBlock> ground_points;  ///< the last point fills the last block
+  MetPoints ground;
+  MetPoints objects;
+  std::vector<std::size_t> asked;  ///< of the points, those to which there are rays
   HitPacket packet_hits;
   Lanes<double> range_m;
   GroundPlaces places;
@@ -128,11 +142,7 @@ struct UnitScratch {
     t.reserve(kUnitRays);
     surfaces.reserve(kUnitRays);
     pixels.reserve(kUnitRays);
-    ground.reserve(kUnitRays);
-    ground_pixels.reserve(kUnitRays);
-    ground_flags.reserve(kUnitRays);
     asked.resize(kUnitRays + 1);
-    ground_points.reserve(kUnitRays / geo::VectorBlock::kVectors);
   }
   std::span<const double> cast(const world::RayQuery& query, const world::RayFan& rays,
                                world::RayTrail* trail) {
@@ -181,20 +191,25 @@ class TruthTracer {
   void trace() {
     for_each_unit([this](int unit, UnitScratch& scratch) { trace_unit(unit, scratch); });
     for_each_unit([this](int unit, UnitScratch& scratch) {
-      if (may_see_horizon(unit)) mark_edges(unit, scratch);
+      if (may_see_edges(unit)) mark_edges(unit, scratch);
     });
   }
 
  private:
   static constexpr std::uint8_t kHasSky = 1;
   static constexpr std::uint8_t kHasGround = 2;
-  static constexpr std::uint8_t kHasBoth = kHasSky | kHasGround;
+  static constexpr std::uint8_t kHasObjects = 4;
+  static constexpr std::uint64_t kSky = std::uint64_t{1} << 32;  ///< beside all instance ids
 
   std::size_t pixel_index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_.width_px) +
            static_cast<std::size_t>(x);
   }
-  bool is_sky(std::size_t pixel) const { return std::isinf(truth_.range_m[pixel]); }
+  /// What a pixel shows: an instance id, 0 for the ground, or kSky.
+  std::uint64_t shown_at(std::size_t pixel) const {
+    if (std::isinf(truth_.range_m[pixel])) return kSky;
+    return truth_.facts.instance_id.data()[pixel];
+  }
 
   template <class Work>
   void for_each_unit(const Work& work) {
@@ -211,21 +226,35 @@ class TruthTracer {
     scratch.surfaces.resize(num_rays);
     query_.intersect(scratch.directions.from(view_.center_world), scratch.hits,
                      world::Coherence::Coherent, scratch.surfaces, trail_);
-    scratch.ground.clear();
+    MetPoints& ground = scratch.ground;
+    MetPoints& objects = scratch.objects;
+    ground.rays.clear();
+    objects.rays.clear();
     for (std::size_t i = 0; i < num_rays; ++i) {
       if (scratch.hits[i].is_sky())
         set_sky(scratch.pixels[i]);
+      else if (scratch.hits[i].is_ground())
+        ground.rays.push_back(i);
       else
-        scratch.ground.push_back(i);
+        objects.rays.push_back(i);
     }
-    const bool has_sky = scratch.ground.size() < num_rays;
-    content_[static_cast<std::size_t>(unit)] = static_cast<std::uint8_t>(
-        (has_sky ? kHasSky : 0) | (scratch.ground.empty() ? 0 : kHasGround));
+    const bool has_sky = ground.rays.size() + objects.rays.size() < num_rays;
+    content_[static_cast<std::size_t>(unit)] =
+        static_cast<std::uint8_t>((has_sky ? kHasSky : 0) | (ground.rays.empty() ? 0 : kHasGround) |
+                                  (objects.rays.empty() ? 0 : kHasObjects));
     set_ground(scratch);
-    scratch.ground_flags.assign(scratch.ground.size(), 0);
-    for (const Target& target : targets_) see_from(target, scratch);
-    for (std::size_t i = 0; i < scratch.ground_pixels.size(); ++i)
-      truth_.facts.flags.data()[scratch.ground_pixels[i]] = scratch.ground_flags[i];
+    set_objects(scratch);
+    look_from_targets(ground, scratch);
+    look_from_targets(objects, scratch);
+  }
+
+  /// Sets the flags of points by which targets see them.
+  void look_from_targets(MetPoints& met, UnitScratch& scratch) {
+    met.flags.assign(met.pixels.size(), 0);
+    if (met.pixels.empty()) return;
+    for (const Target& target : targets_) see_from(target, met, scratch);
+    for (std::size_t i = 0; i < met.pixels.size(); ++i)
+      truth_.facts.flags.data()[met.pixels[i]] = met.flags[i];
   }
 
   void set_pixel_rays(const PixelUnit& unit, UnitScratch& scratch) const {
@@ -260,27 +289,27 @@ class TruthTracer {
     facts.flags.data()[pixel] = 0;
   }
 
-  /// Sets all facts but the flags of scratch.ground, packet by packet, and keeps pixels and points:
-  /// the rays' buffers are used again for visibility.
+  /// Sets all facts but the flags of scratch.ground, packet by packet, and keeps pixels and points.
   void set_ground(UnitScratch& scratch) {
     constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
-    const std::size_t num_ground = scratch.ground.size();
-    scratch.ground_pixels.clear();
-    scratch.ground_points.clear();
+    MetPoints& ground = scratch.ground;
+    const std::size_t num_ground = ground.rays.size();
+    ground.pixels.clear();
+    ground.points_world.clear();
     for (std::size_t begin = 0; begin < num_ground; begin += kLanes) {
       const std::size_t count = std::min<std::size_t>(kLanes, num_ground - begin);
-      const std::span<const std::size_t> rays(&scratch.ground[begin], count);
+      const std::span<const std::size_t> rays(&ground.rays[begin], count);
       gather_hits(rays, scratch);
       place_hits(view_.center_world.data(), scratch.packet_hits, scratch.range_m, scratch.places);
       ground_.set(scratch.places, scratch.packet);
       ground_.classify(scratch.packet, scratch.classes);
       for (std::size_t lane = 0; lane < count; ++lane) {
         const std::size_t pixel = scratch.pixels[rays[lane]];
-        set_facts(pixel, scratch.hits[rays[lane]], static_cast<int>(lane), scratch);
-        scratch.ground_pixels.push_back(pixel);
+        set_facts(pixel, rays[lane], static_cast<int>(lane), scratch);
+        ground.pixels.push_back(pixel);
       }
       for (std::size_t first = 0; first < count; first += kBlock) {
-        geo::VectorBlock& block = scratch.ground_points.emplace_back();
+        geo::VectorBlock& block = ground.points_world.emplace_back();
         std::copy_n(scratch.places.point_world[0].values + first, kBlock, block.x);
         std::copy_n(scratch.places.point_world[1].values + first, kBlock, block.y);
         std::copy_n(scratch.places.point_world[2].values + first, kBlock, block.z);
@@ -306,8 +335,7 @@ class TruthTracer {
     }
   }
 
-  void set_facts(std::size_t pixel, const world::SurfaceHit& hit, int lane,
-                 const UnitScratch& scratch) {
+  void set_facts(std::size_t pixel, std::size_t ray, int lane, const UnitScratch& scratch) {
     const Lanes3d& point = scratch.places.point_world;
     const Lanes3d& normal = scratch.places.normal_world;
     truth_.range_m[pixel] = scratch.range_m[lane];
@@ -316,19 +344,55 @@ class TruthTracer {
     facts.range_m.data()[pixel] = static_cast<float>(scratch.range_m[lane]);
     for (std::size_t k = 0; k < 3; ++k)
       facts.normal_world.data()[3 * pixel + k] = static_cast<float>(normal[k][lane]);
-    facts.semantic_id.data()[pixel] = scratch.classes[lane];
+    const world::SurfaceSample& surface = scratch.surfaces[ray];
+    facts.semantic_id.data()[pixel] = surface.paint.is_painted
+                                          ? static_cast<std::uint32_t>(class_of(surface.paint))
+                                          : scratch.classes[lane];
     facts.instance_id.data()[pixel] = 0;
-    facts.primitive_id.data()[pixel] = primitive_id(hit);
+    facts.primitive_id.data()[pixel] = primitive_id(scratch.hits[ray]);
   }
 
-  void see_from(const Target& target, UnitScratch& scratch) {
+  /// As set_ground, for scratch.objects, one by one.
+  void set_objects(UnitScratch& scratch) {
+    constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
+    MetPoints& objects = scratch.objects;
+    objects.pixels.clear();
+    objects.points_world.clear();
+    for (const std::size_t i : objects.rays) {
+      const std::size_t pixel = scratch.pixels[i];
+      const world::SurfaceHit& hit = scratch.hits[i];
+      const world::SurfaceSample& surface = scratch.surfaces[i];
+      const Eigen::Vector3d direction = scratch.directions[i];
+      const Eigen::Vector3d point = view_.center_world + hit.t * direction;
+      truth_.range_m[pixel] = hit.t * direction.norm();
+      truth_.point_world[pixel] = point;
+      capture::CameraFrame& facts = truth_.facts;
+      facts.range_m.data()[pixel] = static_cast<float>(truth_.range_m[pixel]);
+      for (std::size_t k = 0; k < 3; ++k)
+        facts.normal_world.data()[3 * pixel + k] =
+            static_cast<float>(hit.object_normal_world[static_cast<int>(k)]);
+      facts.semantic_id.data()[pixel] = static_cast<std::uint32_t>(surface.finish.semantic_class);
+      facts.instance_id.data()[pixel] = surface.provenance.instance_id;
+      facts.primitive_id.data()[pixel] = primitive_id(hit);
+
+      const std::size_t at = objects.pixels.size() % kBlock;
+      if (at == 0) objects.points_world.emplace_back();
+      geo::VectorBlock& block = objects.points_world.back();
+      std::fill(block.x + at, block.x + kBlock, point.x());
+      std::fill(block.y + at, block.y + kBlock, point.y());
+      std::fill(block.z + at, block.z + kBlock, point.z());
+      objects.pixels.push_back(pixel);
+    }
+  }
+
+  void see_from(const Target& target, MetPoints& met, UnitScratch& scratch) {
     constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
     const Eigen::Vector3d& center = target.view->center_world;
     scratch.directions.clear(kUnitRays);
-    for (std::size_t b = 0; b < scratch.ground_points.size(); ++b) {
-      const geo::VectorBlock& block = scratch.ground_points[b];
+    for (std::size_t b = 0; b < met.points_world.size(); ++b) {
+      const geo::VectorBlock& block = met.points_world[b];
       const std::size_t first = b * kBlock;
-      const std::size_t count = std::min(kBlock, scratch.ground_pixels.size() - first);
+      const std::size_t count = std::min(kBlock, met.pixels.size() - first);
       const std::uint32_t in_image = target.view->find_in_image(block);
       for (std::size_t i = 0; i < count; ++i) {
         scratch.asked[scratch.directions.size()] = first + i;
@@ -340,11 +404,11 @@ class TruthTracer {
     const std::span<const double> t =
         scratch.cast(query_, scratch.directions.just_beyond(center), trail_);
     for (std::size_t i = 0; i < t.size(); ++i)
-      if (is_at_point(t[i])) scratch.ground_flags[scratch.asked[i]] |= target.flag;
+      if (is_at_point(t[i])) met.flags[scratch.asked[i]] |= target.flag;
   }
 
-  /// Whether a unit and those around it hold both sky and ground.
-  bool may_see_horizon(int unit) const {
+  /// Whether a unit and those around it hold both sky and ground, or objects.
+  bool may_see_edges(int unit) const {
     const int columns = grid_.columns();
     const int rows = grid_.num_units() / columns;
     const int column = unit % columns;
@@ -356,20 +420,20 @@ class TruthTracer {
         content |= content_[static_cast<std::size_t>(there)];
       }
     }
-    return content == kHasBoth;
+    return content == (kHasSky | kHasGround) || (content & kHasObjects) != 0;
   }
 
-  /// Whether a neighbour is sky while the pixel is ground, or the other way round.
-  bool is_beside_horizon(int x, int y) const {
-    const bool here = is_sky(pixel_index(x, y));
+  /// Whether a neighbour shows something else.
+  bool is_beside_edge(int x, int y) const {
+    const std::uint64_t here = shown_at(pixel_index(x, y));
     for (int j = std::max(y - 1, 0); j <= std::min(y + 1, grid_.height_px - 1); ++j)
       for (int i = std::max(x - 1, 0); i <= std::min(x + 1, grid_.width_px - 1); ++i)
-        if (is_sky(pixel_index(i, j)) != here) return true;
+        if (shown_at(pixel_index(i, j)) != here) return true;
     return false;
   }
 
-  /// Only a pixel beside the horizon can change between ground and sky within a thousandth of a
-  /// pixel: terrain is one object, and a gap narrower than a pixel that no centre meets has no
+  /// Only a pixel beside another object, sky and terrain being one each, can change from one to the
+  /// other within a thousandth of a pixel; what is narrower than a pixel and met by no centre has no
   /// neighbour that tells of it.
   void mark_edges(int unit, UnitScratch& scratch) {
     static constexpr double kShifts[4][2] = {
@@ -377,17 +441,24 @@ class TruthTracer {
     scratch.directions.clear(4 * kUnitRays);
     scratch.pixels.clear();
     for_each_pixel(grid_.unit(unit), [&](int x, int y) {
-      if (!is_beside_horizon(x, y)) return;
+      if (!is_beside_edge(x, y)) return;
       for (const auto& shift : kShifts) {
         scratch.directions.add(view_.ray_world({x + 0.5 + shift[0], y + 0.5 + shift[1]}));
         scratch.pixels.push_back(pixel_index(x, y));
       }
     });
-    const std::span<const double> t =
-        scratch.cast(query_, scratch.directions.from(view_.center_world), trail_);
-    for (std::size_t i = 0; i < t.size(); ++i)
-      if (std::isinf(t[i]) != is_sky(scratch.pixels[i]))
+    const std::size_t num_rays = scratch.directions.size();
+    scratch.hits.resize(num_rays);
+    scratch.surfaces.resize(num_rays);
+    query_.intersect(scratch.directions.from(view_.center_world), scratch.hits,
+                     world::Coherence::Coherent, scratch.surfaces, trail_);
+    for (std::size_t i = 0; i < num_rays; ++i) {
+      const world::SurfaceHit& hit = scratch.hits[i];
+      std::uint64_t shown = kSky;
+      if (!hit.is_sky()) shown = hit.is_ground() ? 0 : scratch.surfaces[i].provenance.instance_id;
+      if (shown != shown_at(scratch.pixels[i]))
         truth_.facts.flags.data()[scratch.pixels[i]] |= capture::kEdge;
+    }
   }
 
   const world::RayQuery& query_;
@@ -397,7 +468,7 @@ class TruthTracer {
   TruthFrame& truth_;
   world::RayTrail* const trail_;
   std::vector<Target> targets_;
-  std::vector<std::uint8_t> content_;  ///< of each unit: kHasSky, kHasGround
+  std::vector<std::uint8_t> content_;  ///< of each unit: kHasSky, kHasGround, kHasObjects
   ScratchPool<UnitScratch> pool_;
 };
 

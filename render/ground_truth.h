@@ -28,8 +28,9 @@ struct TruthFrame {
   capture::CameraFrame facts;                ///< all but the colour
 };
 
-/// Traces the facts of camera `camera` at frame `frame`: range, normal, semantic class, primitive,
-/// edge bit, and whether the exact hit point is seen from the same camera in the next and the
+/// Traces the facts of camera `camera` at frame `frame`: range, normal, semantic class, instance,
+/// primitive, edge bit (a pixel one of whose eight neighbours shows another object is asked by rays
+/// shifted by kEdgeShift_px to four sides whether they meet another), and whether the exact hit point is seen from the same camera in the next and the
 /// previous frame and from the rig's other cameras at the same time. Visibility is by ray: the
 /// point projects into that image, and the first crossing of the ray from that centre to the point
 /// is the point.
@@ -44,8 +45,10 @@ void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewT
 std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,
                                           std::span<const Eigen::Vector3d> points_world);
 
-/// The id of a triangle in a capture. tile_index below 2^15 - 1.
+/// The id of a triangle in a capture (capture/channel.h). tile_index below 2^15 - 1.
 inline std::uint32_t primitive_id(const world::SurfaceHit& hit) {
+  if (!hit.is_ground())
+    return capture::kObjectPrimitives + hit.triangle % capture::kMaxObjectPrimitives;
   return hit.tile_index << capture::kPrimitiveTileShift |
          static_cast<std::uint32_t>(hit.cell_y) << 9 | static_cast<std::uint32_t>(hit.cell_x) << 1 |
          static_cast<std::uint32_t>(hit.upper);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 
 #include "capture/channel.h"
@@ -17,6 +18,7 @@ struct Climate {
   bool has_sea = false;
   double snow_line_m = 3000.0;  ///< above the sea, where snow lies in summer
   double tree_line_m = 2100.0;  ///< above the sea
+  bool has_trees = false;       ///< trees stand on the ground of forests
   std::uint32_t seed = 1;
 };
 
@@ -33,6 +35,11 @@ struct GroundPlaces {
   Lanes<double> moisture;     ///< 0 … 1
   Lanes<double> spacing_m;    ///< of the terrain samples
   Lanes<std::uint8_t> cover;  ///< world::Cover
+  /// world::Cover of the triangle's corners, and the place's weights, 1 together.
+  std::array<Lanes<std::uint8_t>, 3> corner_cover;
+  std::array<Lanes<float>, 3> corner_weight;
+  Lanes<std::uint8_t> is_painted;  ///< 0 or 1
+  std::array<world::PaintSample, kLanes> paint;
 
   void set(int lane, const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
            const world::SurfaceSample& surface, double footprint) {
@@ -47,6 +54,12 @@ struct GroundPlaces {
     moisture[lane] = surface.moisture;
     spacing_m[lane] = surface.spacing_m;
     cover[lane] = static_cast<std::uint8_t>(surface.cover);
+    for (std::size_t k = 0; k < 3; ++k) {
+      corner_cover[k][lane] = cover[lane];
+      corner_weight[k][lane] = k == 0 ? 1.0f : 0.0f;
+    }
+    is_painted[lane] = surface.paint.is_painted ? 1 : 0;
+    if (surface.paint.is_painted) paint[static_cast<std::size_t>(lane)] = surface.paint;
   }
 };
 
@@ -62,6 +75,11 @@ struct GroundPacket {
   Lanes<float> moisture;      ///< 0 … 1
   Lanes<float> spacing_m;     ///< of the terrain samples: shape finer than that is the material's
   Lanes<std::uint8_t> cover;  ///< world::Cover
+  std::array<Lanes<std::uint8_t>, 3> corner_cover;  ///< as GroundPlaces
+  std::array<Lanes<float>, 3> corner_weight;
+  bool has_known_cover;  ///< a source of land cover knows some lane
+  Lanes<std::uint8_t> is_painted;
+  std::array<world::PaintSample, kLanes> paint;
 };
 
 /// What light meets there.
@@ -85,12 +103,15 @@ class Ground {
   /// without a hit take any other's values.
   void set(const GroundPlaces& places, GroundPacket& packet) const;
 
-  /// Semantic classes; footprints play no part.
+  /// Semantic classes of ground that is not painted (class_of in render/marking.h tells of that):
+  /// those that the cover names, on Land by slope, height, moisture and noise. Footprints play no part.
   void classify(const GroundPacket& packet, Lanes<std::uint8_t>& classes) const;
 
   void look(const GroundPacket& packet, GroundLook& look) const;
 
  private:
+  static capture::SemanticClass class_of(world::Cover cover, capture::SemanticClass guessed);
+
   Climate climate_;
 };
 

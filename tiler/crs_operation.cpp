@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.h"
+
 namespace terracast::tiler {
 namespace {
 
@@ -50,6 +52,44 @@ CrsOperation find_operation(const std::string& crs_wkt, const geo::Geodetic& nea
 }
 
 }  // namespace
+
+HorizontalCrs horizontal_crs(const OGRSpatialReference* declared, const std::string& written,
+                             const CrsTools& tools) {
+  if (declared == nullptr || declared->IsEmpty())
+    core::fail(core::ErrorKind::Input,
+               "{}: states no coordinate reference system; add it with {} EPSG:…", written,
+               tools.setter);
+  HorizontalCrs horizontal;
+  OGRSpatialReference crs(*declared);
+  if (crs.IsCompound() != FALSE) {
+    const char* name = nullptr;
+    crs.GetTargetLinearUnits("VERT_CS", &name);
+    if (name != nullptr) horizontal.vertical_unit = name;
+    // PROJ would apply a geoid of the vertical part, and ours would be the second.
+    crs.StripVertical();
+  }
+  crs.DemoteTo2D(nullptr);
+  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  if (crs.IsGeographic() == FALSE && crs.IsProjected() == FALSE)
+    core::fail(core::ErrorKind::Input,
+               "{}: its coordinate reference system ({}) is neither geographic nor projected; turn "
+               "it into one that is, with {} -t_srs",
+               written, declared->GetName() == nullptr ? "unnamed" : declared->GetName(),
+               tools.changer);
+  horizontal.is_geographic = crs.IsGeographic() != FALSE;
+  const char* authority = crs.GetAuthorityName(nullptr);
+  const char* code = crs.GetAuthorityCode(nullptr);
+  const char* name = crs.GetName();
+  horizontal.name = name == nullptr ? "unnamed" : name;
+  if (authority != nullptr && code != nullptr)
+    horizontal.name = fmt::format("{}:{} {}", authority, code, horizontal.name);
+  char* wkt = nullptr;
+  const char* const wkt2[] = {"FORMAT=WKT2_2019", nullptr};
+  crs.exportToWkt(&wkt, wkt2);
+  horizontal.wkt = wkt == nullptr ? "" : wkt;
+  CPLFree(wkt);
+  return horizontal;
+}
 
 CrsOperation best_operation(const std::string& crs_wkt, const geo::Geodetic& near) {
   const CrsOperation operation = find_operation(crs_wkt, near, false);

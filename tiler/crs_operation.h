@@ -11,6 +11,26 @@
 
 namespace terracast::tiler {
 
+/// The horizontal part of the CRS that a file declares.
+struct HorizontalCrs {
+  std::string name;           ///< "EPSG:32631 WGS 84 / UTM zone 31N"
+  std::string wkt;            ///< WKT2:2019, in traditional axis order: longitude or easting first
+  std::string vertical_unit;  ///< as the vertical part names it; empty where there is none
+  bool is_geographic = false;
+};
+
+/// Tools of GDAL that help a file without a CRS that we can use, for messages.
+struct CrsTools {
+  const char* setter;   ///< "gdal_edit.py -a_srs"
+  const char* changer;  ///< "gdalwarp"
+};
+
+/// declared   nullptr: none
+/// written    the file, for messages
+/// throws     Input: none is declared, or one that is neither geographic nor projected
+HorizontalCrs horizontal_crs(const OGRSpatialReference* declared, const std::string& written,
+                             const CrsTools& tools);
+
 /// How PROJ leads from WGS84 longitude and latitude to a CRS.
 struct CrsOperation {
   std::string pipeline;  ///< "+proj=noop": nothing to do; empty: there is none

@@ -1,8 +1,10 @@
 #include "tiler/gdal_support.h"
 
 #include <cpl_error.h>
+#include <cpl_string.h>
 #include <cpl_vsi.h>
 
+#include <filesystem>
 #include <mutex>
 #include <vector>
 
@@ -24,6 +26,7 @@ std::string GdalErrors::text() const {
 void CPL_STDCALL GdalErrors::collect(CPLErr level, CPLErrorNum, const char* message) {
   if (level < CE_Warning) return;
   auto* self = static_cast<GdalErrors*>(CPLGetErrorHandlerUserData());
+  self->has_failure_ = self->has_failure_ || level >= CE_Failure;
   if (self->text_.size() < 400)
     self->text_ += (self->text_.empty() ? "" : "; ") + std::string(message);
 }
@@ -55,6 +58,82 @@ std::string only_member(const std::string& archive, const std::string& written) 
   return files.front();
 }
 
+/// What an archive may hold for each of its bytes, and beside that. Text shrinks to a thirtieth at
+/// best; what a bomb is made of, to a thousandth.
+constexpr std::uint64_t kLargestUnpackedShare = 100;
+constexpr std::uint64_t kSmallUnpacked_bytes = std::uint64_t{64} << 20;
+
+/// The archive in a path such as /vsizip/folder/archive.zip/member; empty where there is none.
+std::string archive_of(const std::string& path) {
+  const std::string prefix = "/vsizip/";
+  if (!path.starts_with(prefix)) return "";
+  std::filesystem::path archive = path.substr(prefix.size());
+  std::error_code ignored;
+  while (archive.has_relative_path() && !std::filesystem::is_regular_file(archive, ignored))
+    archive = archive.parent_path();
+  return archive.has_relative_path() ? archive.string() : "";
+}
+
+void check_unpacked_size(const std::string& path, const std::string& written) {
+  const std::string archive = archive_of(path);
+  if (archive.empty()) return;
+  const std::uint64_t packed_bytes = std::filesystem::file_size(archive);
+  const std::string folder = "/vsizip/" + archive;
+  char** entries = VSIReadDirRecursive(folder.c_str());
+  std::uint64_t unpacked_bytes = 0;
+  for (int i = 0; entries != nullptr && entries[i] != nullptr; ++i) {
+    VSIStatBufL status;
+    if (VSIStatL((folder + "/" + entries[i]).c_str(), &status) == 0)
+      unpacked_bytes += static_cast<std::uint64_t>(status.st_size);
+  }
+  CSLDestroy(entries);
+  if (unpacked_bytes > kSmallUnpacked_bytes &&
+      unpacked_bytes / kLargestUnpackedShare > packed_bytes)
+    fail(
+        ErrorKind::Input,
+        "{}: unpacks from {} to {} bytes, as archives do that are made to fill a machine; if it is "
+        "sound, unpack it and name the file",
+        written, packed_bytes, unpacked_bytes);
+}
+
+/// Formats of features that stand in the file itself.
+constexpr const char* kVectorFormats[] = {
+    "OSM", "GeoJSON",        "GeoJSONSeq", "TopoJSON",     "ESRIJSON", "GPKG",   "SQLite",
+    "GML", "ESRI Shapefile", "FlatGeobuf", "MapInfo File", "KML",      "LIBKML", "GPX",
+    "DXF", "OpenFileGDB",    nullptr};
+
+/// How the OSM driver is told to keep all tags, and which closed ways go round an area.
+const char* osm_rules() {
+  static constexpr char kFile[] = "/vsimem/terracast_osm_rules.ini";
+  static constexpr char kText[] =
+      R"(closed_ways_are_polygons=aeroway,amenity,area,area:highway,boundary,building,building:part,craft,geological,golf,historic,landcover,landuse,leisure,man_made,military,natural,office,place,power,highway=platform,railway=platform,shop,sport,tourism,water,wetland,public_transport=platform
+attribute_name_laundering=no
+report_all_tags=yes
+[points]
+osm_id=yes
+all_tags=yes
+[lines]
+osm_id=yes
+all_tags=yes
+[multipolygons]
+osm_id=yes
+all_tags=yes
+[multilinestrings]
+osm_id=yes
+all_tags=yes
+[other_relations]
+osm_id=yes
+all_tags=yes
+)";
+  static std::once_flag once;
+  std::call_once(once, [] {
+    VSILFILE* file = VSIFOpenL(kFile, "wb");
+    VSIFWriteL(kText, 1, sizeof kText - 1, file);
+    VSIFCloseL(file);
+  });
+  return kFile;
+}
+
 }  // namespace
 
 std::string gdal_path(const core::Path& file) {
@@ -77,6 +156,31 @@ GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors
   GdalDatasetPtr dataset(GDALDataset::Open(what.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR));
   if (!dataset)
     fail(ErrorKind::Input, "{}: cannot be opened as a raster; is it damaged or truncated? ({})",
+         file.written, errors.text());
+  return dataset;
+}
+
+GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& errors) {
+  register_drivers();
+  const std::string path = gdal_path(file);
+  VSIStatBufL status;
+  if (VSIStatL(path.c_str(), &status) != 0)
+    fail(ErrorKind::Io, "{}: there is no such file; give the path of features that GDAL opens",
+         file.written);
+  if (path.starts_with("/vsi") && path.find("..") != std::string::npos)
+    fail(ErrorKind::Input, "{}: a path into an archive holds \"..\"; name the member itself",
+         file.written);
+  check_unpacked_size(path, file.written);
+  const std::string rules = std::string("CONFIG_FILE=") + osm_rules();
+  const char* const options[] = {rules.c_str(), nullptr};
+  const char* const no_options[] = {nullptr};
+  const bool is_osm = path.ends_with(".pbf") || path.ends_with(".osm");
+  GdalDatasetPtr dataset(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_VERBOSE_ERROR,
+                                           kVectorFormats, is_osm ? options : no_options));
+  if (!dataset)
+    fail(ErrorKind::Input,
+         "{}: cannot be opened as features; is it damaged or truncated, or a format that leads "
+         "elsewhere, such as VRT? ({})",
          file.written, errors.text());
   return dataset;
 }

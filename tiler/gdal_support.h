@@ -18,10 +18,13 @@ class GdalErrors {
   GdalErrors& operator=(const GdalErrors&) = delete;
 
   std::string text() const;
+  /// Whether it said that something failed, and not only warned.
+  bool has_failure() const { return has_failure_; }
 
  private:
   static void CPL_STDCALL collect(CPLErr level, CPLErrorNum, const char* message);
   std::string text_;
+  bool has_failure_ = false;
 };
 
 struct GdalDatasetCloser {
@@ -37,5 +40,10 @@ std::string gdal_path(const core::Path& file);
 /// Opens what gdal_path() gives, or a folder of terrain tiles.
 /// throws   Io: no such file; Input: no raster
 GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors);
+
+/// Opens what gdal_path() gives as features. Formats that only lead to other files or to servers (VRT,
+/// WFS, …) are not opened, nor archives that unpack to over a hundred times their size.
+/// throws   Io: no such file; Input: no features, or one of those
+GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& errors);
 
 }  // namespace terracast::tiler

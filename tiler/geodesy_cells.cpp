@@ -84,7 +84,7 @@ PlaceAtHeight place_at_height(const geo::WorldFrame& frame, double x_world, doub
   return found;
 }
 
-GeodesyCells::GeodesyCells(const geo::WorldFrame& frame, const HeightField& field,
+GeodesyCells::GeodesyCells(const geo::WorldFrame& frame, const MapProjection& projection,
                            const geo::Geoid* geoid, double half_side_m, double lowest_m,
                            double highest_m)
     : half_side_m_(half_side_m),
@@ -93,8 +93,8 @@ GeodesyCells::GeodesyCells(const geo::WorldFrame& frame, const HeightField& fiel
   for (node_spacing_m_ = kCoarsestNodeSpacing_m;; node_spacing_m_ /= 2.0) {
     num_cells_ = 2 * static_cast<int>(std::ceil(half_side_m / (2.0 * node_spacing_m_)));
     num_nodes_ = 2 * num_cells_ + 1;
-    fill(frame, field, geoid);
-    largest_probe_error_m_ = probe(frame, field);
+    fill(frame, projection, geoid);
+    largest_probe_error_m_ = probe(frame, projection);
     if (largest_probe_error_m_ <= kTolerance_m || node_spacing_m_ <= kFinestNodeSpacing_m) break;
     // Twice the nodes make the error of a quadratic eight times smaller; a projection with a seam
     // in the square would never get there.
@@ -102,13 +102,13 @@ GeodesyCells::GeodesyCells(const geo::WorldFrame& frame, const HeightField& fiel
   }
   if (largest_probe_error_m_ > kLargestError_m)
     core::fail(core::ErrorKind::Input,
-               "the projection of the heights jumps or bends within the world's square: places are "
+               "the projection jumps or bends within the world's square: places are "
                "off by {:.2g} m between nodes {} m apart; warp the raster to a projection without "
                "a seam or pole there, such as its UTM zone's, with gdalwarp -t_srs",
                largest_probe_error_m_, node_spacing_m_);
 }
 
-void GeodesyCells::fill(const geo::WorldFrame& frame, const HeightField& field,
+void GeodesyCells::fill(const geo::WorldFrame& frame, const MapProjection& projection,
                         const geo::Geoid* geoid) {
   const Eigen::Matrix4d coefficients = coefficients_from_values();
   nodes_.resize(static_cast<std::size_t>(num_nodes_) * static_cast<std::size_t>(num_nodes_));
@@ -127,7 +127,7 @@ void GeodesyCells::fill(const geo::WorldFrame& frame, const HeightField& field,
         z_world[at] = found.z_world;
         places[at] = found.place;
       }
-    field.map_from_geodetic(places, map);
+    projection.map_from_geodetic(places, map);
     for (int i = 0; i < num_nodes_; ++i) {
       Eigen::Matrix4d values;  // row: height; column: component
       for (int k = 0; k < 4; ++k) {
@@ -146,7 +146,7 @@ void GeodesyCells::fill(const geo::WorldFrame& frame, const HeightField& field,
   });
 }
 
-double GeodesyCells::probe(const geo::WorldFrame& frame, const HeightField& field) const {
+double GeodesyCells::probe(const geo::WorldFrame& frame, const MapProjection& projection) const {
   // The cubic's and the quadratic's worst places: between nodes, at the corners and the middle of
   // the square.
   double worst_m = 0.0;
@@ -160,10 +160,10 @@ double GeodesyCells::probe(const geo::WorldFrame& frame, const HeightField& fiel
         const double height_m = middle_m_ + fh * half_range_m_;
         const PlaceAtHeight truth = place_at_height(frame, x, y, height_m, kPlaceTolerance_m);
         Eigen::Vector2d map;
-        field.map_from_geodetic({&truth.place, 1}, {&map, 1});
+        projection.map_from_geodetic({&truth.place, 1}, {&map, 1});
         const ColumnPoint point = column(x, y).at(height_m);
         worst_m = std::max({worst_m, std::abs(point.z_world - truth.z_world),
-                            (point.map - map).norm() * field.metres_per_map_unit()});
+                            (point.map - map).norm() * projection.metres_per_map_unit()});
       }
   return worst_m;
 }

@@ -14,7 +14,7 @@ namespace terracast::tiler {
 /// A place on the vertical line (parallel to world z) through a world (x, y).
 struct ColumnPoint {
   double z_world = 0.0;
-  Eigen::Vector2d map = Eigen::Vector2d::Zero();  ///< of the height field
+  Eigen::Vector2d map = Eigen::Vector2d::Zero();  ///< of the projection
   double undulation_m = 0.0;                      ///< of the field's datum above the ellipsoid
 };
 
@@ -64,8 +64,8 @@ class GeodesyCells {
   /// half_side_m    of the square that is covered, about the world's origin
   /// throws         Input: probes stay apart by more than 1e-3 m; the projection has a seam or a
   ///                pole within the square
-  GeodesyCells(const geo::WorldFrame& frame, const HeightField& field, const geo::Geoid* geoid,
-               double half_side_m, double lowest_m, double highest_m);
+  GeodesyCells(const geo::WorldFrame& frame, const MapProjection& projection,
+               const geo::Geoid* geoid, double half_side_m, double lowest_m, double highest_m);
 
   /// x, y   within the square
   GeodesyColumn column(double x_world, double y_world) const;
@@ -88,8 +88,8 @@ class GeodesyCells {
 
  private:
   int cell_of(double coordinate) const;
-  void fill(const geo::WorldFrame& frame, const HeightField& field, const geo::Geoid* geoid);
-  double probe(const geo::WorldFrame& frame, const HeightField& field) const;
+  void fill(const geo::WorldFrame& frame, const MapProjection& projection, const geo::Geoid* geoid);
+  double probe(const geo::WorldFrame& frame, const MapProjection& projection) const;
 
   double half_side_m_ = 0.0;
   double middle_m_ = 0.0;

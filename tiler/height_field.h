@@ -23,22 +23,30 @@ struct FieldFacts {
   double floor_depth_m = 0.0;
 };
 
-/// The measured heights of a world as one function of map coordinates: the mosaic of its rasters,
-/// procedural or analytic terrain.
-///
-/// Map coordinates are the field's own (samples of a raster's grid, metres); each place of the
-/// ellipsoid has one pair of them, whatever its height.
+/// Map coordinates of places: each place of the ellipsoid has one pair of them, whatever its height.
 ///
 /// threads   safe
-class HeightField {
+class MapProjection {
  public:
-  virtual ~HeightField() = default;
+  virtual ~MapProjection() = default;
 
   /// Map coordinates of places (heights are not looked at).
-  /// throws   Input: a place that the field's projection cannot hold
+  /// throws   Input: a place that the projection cannot hold
   virtual void map_from_geodetic(std::span<const geo::Geodetic> places,
                                  std::span<Eigen::Vector2d> map) const = 0;
 
+  /// About how far apart places are whose map coordinates differ by 1.
+  virtual double metres_per_map_unit() const = 0;
+};
+
+/// The measured heights of a world as one function of map coordinates: the mosaic of its rasters,
+/// procedural or analytic terrain.
+///
+/// Map coordinates are the field's own: samples of a raster's grid, metres.
+///
+/// threads   safe
+class HeightField : public MapProjection {
+ public:
   /// Height above the field's datum; once continuously differentiable.
   virtual double height_m(const Eigen::Vector2d& map) const = 0;
 
@@ -70,9 +78,6 @@ class HeightField {
     static_cast<void>(octave);
     return 1.0;
   }
-
-  /// About how far apart places are whose map coordinates differ by 1.
-  virtual double metres_per_map_unit() const = 0;
 
   /// Whether detail may be added below the spacing: not where the field is known at every place.
   virtual bool takes_detail() const = 0;

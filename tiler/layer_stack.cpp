@@ -108,8 +108,8 @@ class Site final : public LayerSite {
 
 class LayeredSurface final : public WorldSurface {
  public:
-  LayeredSurface(std::unique_ptr<const WorldSurface> surface, const core::Context& context)
-      : surface_(std::move(surface)), layers_(*surface_, context) {}
+  LayeredSurface(std::shared_ptr<const WorldSurface> surface, LayerStack layers)
+      : surface_(std::move(surface)), layers_(std::move(layers)) {}
 
   const geo::WorldFrame& frame() const override { return surface_->frame(); }
   const WorldOptions& options() const override { return surface_->options(); }
@@ -139,7 +139,7 @@ class LayeredSurface final : public WorldSurface {
   }
 
  private:
-  std::unique_ptr<const WorldSurface> surface_;
+  std::shared_ptr<const WorldSurface> surface_;
   LayerStack layers_;
 };
 
@@ -165,31 +165,46 @@ LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context
     : half_size_m_(surface.options().size_m / 2.0) {
   const WorldOptions& options = surface.options();
   for (const LayerOptions& layer : options.layers) {
-    const std::string name = layer.name.empty() ? layer.kind : layer.name;
+    LayerOptions named = layer;
+    if (named.name.empty()) named.name = named.kind;
     core::with_context(
         [&] {
-          layers_.push_back(layer.kind_options().make(
-              {.frame = surface.frame(),
-               .size_m = options.size_m,
-               .seed = core::stream_of(static_cast<std::uint64_t>(options.seed),
-                                       static_cast<std::uint64_t>(layer.seed)),
-               .surface = surface,
-               .earlier = layers_,
-               .licence = layer.licence,
-               .accuracy = layer.accuracy,
-               .context = context}));
+          add(layer.kind_options().make(
+                  {.frame = surface.frame(),
+                   .size_m = options.size_m,
+                   .seed = core::stream_of(static_cast<std::uint64_t>(options.seed),
+                                           static_cast<std::uint64_t>(layer.seed)),
+                   .surface = surface,
+                   .earlier = layers_,
+                   .licence = layer.licence,
+                   .accuracy = layer.accuracy,
+                   .context = context}),
+              named);
         },
-        fmt::format("preparing layer {}", name));
-    world::LayerInfo info = layers_.back()->info();
-    info.name = name;
-    info.kind = layer.kind;
-    info.licence = layer.licence;
-    info.accuracy = layer.accuracy;
-    infos_.push_back(std::move(info));
-    first_prototype_.push_back(prototypes_.size());
-    const std::span<const world::Prototype> own = layers_.back()->prototypes();
-    prototypes_.insert(prototypes_.end(), own.begin(), own.end());
+        fmt::format("preparing layer {}", named.name));
   }
+}
+
+LayerStack::LayerStack(double size_m, std::vector<std::unique_ptr<Layer>> layers)
+    : half_size_m_(size_m / 2.0) {
+  for (std::unique_ptr<Layer>& layer : layers) {
+    LayerOptions options;
+    options.name = fmt::format("{}", layers_.size());
+    add(std::move(layer), options);
+  }
+}
+
+void LayerStack::add(std::unique_ptr<Layer> layer, const LayerOptions& options) {
+  world::LayerInfo info = layer->info();
+  info.name = options.name;
+  info.kind = options.kind;
+  info.licence = options.licence;
+  info.accuracy = options.accuracy;
+  infos_.push_back(std::move(info));
+  first_prototype_.push_back(prototypes_.size());
+  const std::span<const world::Prototype> own = layer->prototypes();
+  prototypes_.insert(prototypes_.end(), own.begin(), own.end());
+  layers_.push_back(std::move(layer));
 }
 
 std::string LayerStack::input_hash() const {
@@ -268,10 +283,16 @@ void LayerStack::add_objects(const WorldSurface& ground, world::Tile& tile) cons
         static_cast<std::int32_t>(std::ceil((top_m - tile.center_z_m) / kHeightStep_m));
 }
 
-std::shared_ptr<const WorldSurface> layered_surface(std::unique_ptr<const WorldSurface> surface,
+std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldSurface> surface,
+                                                    LayerStack layers) {
+  return std::make_shared<LayeredSurface>(std::move(surface), std::move(layers));
+}
+
+std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldSurface> surface,
                                                     const core::Context& context) {
   if (surface->options().layers.empty()) return surface;
-  return std::make_shared<LayeredSurface>(std::move(surface), context);
+  LayerStack layers(*surface, context);
+  return layered_surface(std::move(surface), std::move(layers));
 }
 
 }  // namespace terracast::tiler

@@ -18,6 +18,9 @@ class LayerStack {
   /// surface   the ground without any; must outlive the stack
   /// throws    as LayerKind::make()
   LayerStack(const WorldSurface& surface, const core::Context& context);
+  /// Of layers that are there, which are called by their numbers.
+  /// size_m   of the world's square
+  LayerStack(double size_m, std::vector<std::unique_ptr<Layer>> layers);
 
   bool is_empty() const { return layers_.empty(); }
   const std::vector<world::LayerInfo>& infos() const { return infos_; }
@@ -37,6 +40,8 @@ class LayerStack {
   void add_objects(const WorldSurface& ground, world::Tile& tile) const;
 
  private:
+  void add(std::unique_ptr<Layer> layer, const LayerOptions& options);
+
   std::vector<std::unique_ptr<Layer>> layers_;
   std::vector<world::LayerInfo> infos_;
   std::vector<world::Prototype> prototypes_;
@@ -44,8 +49,11 @@ class LayerStack {
   double half_size_m_ = 0.0;
 };
 
-/// A surface and its layers as one; itself where its options name no layer.
-std::shared_ptr<const WorldSurface> layered_surface(std::unique_ptr<const WorldSurface> surface,
+/// A surface and layers as one.
+std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldSurface> surface,
+                                                    LayerStack layers);
+/// A surface and its own layers as one; itself where its options name no layer.
+std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldSurface> surface,
                                                     const core::Context& context);
 
 }  // namespace terracast::tiler

@@ -33,15 +33,12 @@ struct MosaicDraft {
   /// Samples as low as the sea of their own raster, in its datum, when it has such a sea.
   Grid<std::uint8_t> is_low{};
 
-  struct SampleSize {
-    double spacing_m;  ///< in the direction where samples are densest
-    double area_m2;
-    Eigen::Vector2d sides_m;  ///< along a row and along a column
-  };
   SampleSize sample{};  ///< of the mosaic
 
   /// At the world's origin.
-  SampleSize size_of_samples(const RasterSource& raster) const;
+  SampleSize size_of_samples(const RasterGrid& grid) const {
+    return grid.size_of_samples(inputs.frame, half_size_m);
+  }
   std::vector<geo::Geodetic> places_of_row(int row) const;
   /// What is added to heights above a datum to have them above the mosaic's.
   double shift_m(const geo::VerticalDatum& from, const geo::Geodetic& place) const;

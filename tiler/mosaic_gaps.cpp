@@ -128,7 +128,7 @@ Missing find_missing(const MosaicDraft& draft, const Grid<std::uint8_t>& is_miss
       places.push_back(draft.inputs.frame.geodetic_from_world(
           {(i + 0.5) * step_m - draft.half_size_m, (j + 0.5) * step_m - draft.half_size_m, 0.0}));
   std::vector<Eigen::Vector2d> samples(places.size());
-  draft.rasters.front().source->samples_from_geodetic(places, samples);
+  draft.rasters.front().source->grid().samples_from_geodetic(places, samples);
   for (std::size_t k = 0; k < places.size(); ++k) {
     const Eigen::Vector2i at =
         samples[k].array().round().matrix().cast<int>() - draft.mosaic.first_sample;

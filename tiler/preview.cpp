@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <unordered_map>
 
 #include "core/bytes_text.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/semantic_class.h"
 #include "tiler/map_drawing.h"
 #include "world/tile.h"
 
@@ -51,6 +53,47 @@ Eigen::Vector3d tint_of(double share) {
       return colour(kTints[i - 1]) + t * (colour(kTints[i]) - colour(kTints[i - 1]));
     }
   return colour(kTints[std::size(kTints) - 1]);
+}
+
+/// Of covers that a layer tells: that of the semantic class that they give the ground.
+std::optional<Eigen::Vector3d> color_of(world::Cover cover) {
+  using core::SemanticClass;
+  const auto color = [](SemanticClass semantic_class) -> std::optional<Eigen::Vector3d> {
+    const auto& srgb =
+        core::semantic_classes()[static_cast<std::size_t>(semantic_class)].color_srgb;
+    return Eigen::Vector3d(srgb[0], srgb[1], srgb[2]);
+  };
+  switch (cover) {
+    case world::Cover::Forest:
+      return color(SemanticClass::Tree);  // from above, the crowns
+    case world::Cover::Shrubs:
+      return color(SemanticClass::Shrubland);
+    case world::Cover::Grass:
+      return color(SemanticClass::Grass);
+    case world::Cover::Crops:
+      return color(SemanticClass::Cropland);
+    case world::Cover::BuiltUp:
+      return color(SemanticClass::Building);
+    case world::Cover::Bare:
+      return color(SemanticClass::Rock);
+    case world::Cover::Snow:
+      return color(SemanticClass::Snow);
+    case world::Cover::Wetland:
+      return color(SemanticClass::Wetland);
+    case world::Cover::Lake:
+      return color(SemanticClass::Lake);
+    case world::Cover::River:
+      return color(SemanticClass::River);
+    case world::Cover::Land:
+    case world::Cover::Sea:
+    case world::Cover::Outside:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+bool is_in_world(world::Cover cover) {
+  return cover != world::Cover::Sea && cover != world::Cover::Outside;
 }
 
 /// Heights and covers over the map: of the level that fits its pixels, or the finest that is there.
@@ -174,7 +217,7 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
   });
   HeightRange range{1e9, -1e9};
   for (const LevelSampler::Value& v : values)
-    if (v.is_known && v.cover == world::Cover::Land) {
+    if (v.is_known && is_in_world(v.cover)) {
       range.lowest_m = std::min(range.lowest_m, v.z_world);
       range.highest_m = std::max(range.highest_m, v.z_world);
     }
@@ -196,7 +239,8 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
             exaggeration * slope_at(sampler, map.world(i + 0.5, j + 0.5), step_m);
         const double shade =
             std::max(Eigen::Vector3d(-slope.x(), -slope.y(), 1.0).normalized().dot(light), 0.0);
-        colour = tint_of((here.z_world - range.lowest_m) / span_m) * (0.35 + 0.88 * shade);
+        colour = color_of(here.cover).value_or(tint_of((here.z_world - range.lowest_m) / span_m)) *
+                 (0.35 + 0.88 * shade);
       }
       const Eigen::Vector2d at = map.world(i + 0.5, j + 0.5);
       if (at.cwiseAbs().maxCoeff() > 0.5 * store.manifest().size_m)
@@ -414,8 +458,18 @@ std::string describe_world(const TileStore& store) {
       text += fmt::format("    voids     {}, of these {} filled from their surroundings\n",
                           source.num_voids, source.num_voids_filled);
     if (!source.licence.empty()) text += fmt::format("    licence   {}\n", source.licence);
+    if (!source.accuracy.empty()) text += fmt::format("    accuracy  {}\n", source.accuracy);
     if (!source.content_hash.empty())
       text += fmt::format("    hash      {}\n", source.content_hash);
+  }
+  if (!manifest.layers.empty()) text += "\nlayers\n";
+  for (const world::LayerInfo& layer : manifest.layers) {
+    text += fmt::format("  {} ({}), from {}\n", layer.name, layer.kind, layer.source);
+    for (const auto& [name, count] : layer.counts)
+      text += fmt::format("    {:9} {}\n", count, name);
+    if (!layer.licence.empty()) text += fmt::format("    licence   {}\n", layer.licence);
+    if (!layer.accuracy.empty()) text += fmt::format("    accuracy  {}\n", layer.accuracy);
+    if (!layer.content_hash.empty()) text += fmt::format("    hash      {}\n", layer.content_hash);
   }
   return text;
 }

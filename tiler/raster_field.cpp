@@ -21,7 +21,7 @@ class RasterField : public HeightField {
 
   void map_from_geodetic(std::span<const geo::Geodetic> places,
                          std::span<Eigen::Vector2d> map) const override {
-    mosaic_.first->samples_from_geodetic(places, map);
+    mosaic_.first->grid().samples_from_geodetic(places, map);
     const Eigen::Vector2d first_sample = mosaic_.first_sample.cast<double>();
     for (Eigen::Vector2d& at : map) at -= first_sample;
   }

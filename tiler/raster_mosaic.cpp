@@ -33,29 +33,10 @@ void open_rasters(MosaicDraft& draft) {
     const geo::VerticalDatum datum = datum_of(entry);
     for (const core::Path& file : entry.files) {
       draft.rasters.push_back({RasterSource::open(file, entry, origin), datum, &entry});
-      if (!draft.rasters.back().source->warning().empty())
-        draft.inputs.context.log.warn("{}", draft.rasters.back().source->warning());
+      if (!draft.rasters.back().source->grid().warning().empty())
+        draft.inputs.context.log.warn("{}", draft.rasters.back().source->grid().warning());
     }
   }
-}
-
-Eigen::AlignedBox2d box_of_square(const MosaicDraft& draft, const RasterSource& raster) {
-  // A lattice of places on the square, at the lowest and the highest heights that there are.
-  constexpr int kProbes = 32;
-  std::vector<geo::Geodetic> places;
-  for (int j = 0; j <= kProbes; ++j)
-    for (int i = 0; i <= kProbes; ++i)
-      for (const double height_m : {-500.0, 9000.0}) {
-        const double x = (2.0 * i / kProbes - 1.0) * draft.half_size_m;
-        const double y = (2.0 * j / kProbes - 1.0) * draft.half_size_m;
-        const double drop_m = (x * x + y * y) / (2.0 * geo::kWgs84SemiMajorAxis_m);
-        places.push_back(draft.inputs.frame.geodetic_from_world({x, y, height_m - drop_m}));
-      }
-  std::vector<Eigen::Vector2d> samples(places.size());
-  raster.samples_from_geodetic(places, samples);
-  Eigen::AlignedBox2d box;
-  for (const Eigen::Vector2d& sample : samples) box.extend(sample);
-  return box;
 }
 
 /// Of all rasters, in samples of the first.
@@ -66,23 +47,24 @@ Eigen::AlignedBox2d box_of_rasters(const MosaicDraft& draft) {
     std::vector<Eigen::Vector2d> rim;
     for (int k = 0; k <= kProbes; ++k) {
       const double t = static_cast<double>(k) / kProbes;
-      const double u = t * raster.source->width() - 0.5;
-      const double v = t * raster.source->height() - 0.5;
+      const double u = t * raster.source->grid().width() - 0.5;
+      const double v = t * raster.source->grid().height() - 0.5;
       rim.insert(rim.end(), {{u, -0.5},
-                             {u, raster.source->height() - 0.5},
+                             {u, raster.source->grid().height() - 0.5},
                              {-0.5, v},
-                             {raster.source->width() - 0.5, v}});
+                             {raster.source->grid().width() - 0.5, v}});
     }
     std::vector<geo::Geodetic> places(rim.size());
-    raster.source->geodetic_from_samples(rim, places);
-    draft.rasters.front().source->samples_from_geodetic(places, rim);
+    raster.source->grid().geodetic_from_samples(rim, places);
+    draft.rasters.front().source->grid().samples_from_geodetic(places, rim);
     for (const Eigen::Vector2d& sample : rim) box.extend(sample);
   }
   return box;
 }
 
 void choose_grid(MosaicDraft& draft) {
-  Eigen::AlignedBox2d box = box_of_square(draft, *draft.rasters.front().source);
+  Eigen::AlignedBox2d box =
+      draft.rasters.front().source->grid().box_of_square(draft.inputs.frame, draft.half_size_m);
   if (draft.part.is_patch) box = box.intersection(box_of_rasters(draft));
   if (box.isEmpty()) draft.fail_without_heights();
   const Eigen::Vector2d low = box.min().array().floor() - kMargin;
@@ -103,7 +85,7 @@ void choose_grid(MosaicDraft& draft) {
   draft.covered_by = draft.mosaic.source;
   draft.is_low = Grid<std::uint8_t>(draft.mosaic.heights_m.width, draft.mosaic.heights_m.height, 0);
   draft.mosaic.is_sea = draft.is_low;
-  draft.sample = draft.size_of_samples(*draft.rasters.front().source);
+  draft.sample = draft.size_of_samples(draft.rasters.front().source->grid());
   draft.mosaic.sample_size_m = draft.sample.sides_m;
 }
 
@@ -135,7 +117,8 @@ Grid<double> read_heights(MosaicDraft& draft, std::size_t index, const SampleWin
           "without heights; state nodata = \"VALUE\" as the file stores it, or \"none\" if they "
           "are heights",
           raster.path(), collar->num_samples, collar->height_m,
-          static_cast<double>(collar->num_samples) * draft.size_of_samples(raster).area_m2 * 1e-6);
+          static_cast<double>(collar->num_samples) * draft.size_of_samples(raster.grid()).area_m2 *
+              1e-6);
   }
   for (const double height_m : heights_m.values)
     if (std::isnan(height_m)) ++draft.mosaic.sources[index].num_voids;
@@ -151,16 +134,16 @@ void take(MosaicDraft& draft, std::size_t index, std::size_t at, double height_m
 }
 
 void add_aligned(MosaicDraft& draft, std::size_t index, const Eigen::Vector2i& offset) {
-  const RasterSource& raster = *draft.rasters[index].source;
+  const RasterGrid& grid = draft.rasters[index].source->grid();
   // Column 0 of the mosaic is this column of the raster.
   const Eigen::Vector2i first = draft.mosaic.first_sample - offset;
   SampleWindow window;
-  window.first_column = std::clamp(first.x(), 0, raster.width());
-  window.first_row = std::clamp(first.y(), 0, raster.height());
+  window.first_column = std::clamp(first.x(), 0, grid.width());
+  window.first_row = std::clamp(first.y(), 0, grid.height());
   window.width =
-      std::clamp(first.x() + draft.mosaic.heights_m.width, 0, raster.width()) - window.first_column;
+      std::clamp(first.x() + draft.mosaic.heights_m.width, 0, grid.width()) - window.first_column;
   window.height =
-      std::clamp(first.y() + draft.mosaic.heights_m.height, 0, raster.height()) - window.first_row;
+      std::clamp(first.y() + draft.mosaic.heights_m.height, 0, grid.height()) - window.first_row;
   if (window.is_empty()) return;
   const Grid<double> heights_m = read_heights(draft, index, window);
   const geo::VerticalDatum& datum = draft.rasters[index].datum;
@@ -212,9 +195,9 @@ double resampled_m(const Grid<double>& heights_m, const Eigen::Vector2d& at) {
 }
 
 void add_resampled(MosaicDraft& draft, std::size_t index) {
-  const RasterSource& raster = *draft.rasters[index].source;
-  const Eigen::AlignedBox2d box = box_of_square(draft, raster);
-  const Eigen::Array2d last = Eigen::Array2d(raster.width(), raster.height()) - 1.0;
+  const RasterGrid& grid = draft.rasters[index].source->grid();
+  const Eigen::AlignedBox2d box = grid.box_of_square(draft.inputs.frame, draft.half_size_m);
+  const Eigen::Array2d last = Eigen::Array2d(grid.width(), grid.height()) - 1.0;
   // The mosaic reaches some of its samples beyond the square; these may be more of the other's, or
   // fewer.
   const Eigen::Array2d margin = 8.0 + 0.05 * box.sizes().array();
@@ -228,7 +211,7 @@ void add_resampled(MosaicDraft& draft, std::size_t index) {
   if (window.is_empty()) return;
   if (window.num_samples() > kMostSamples)
     fail(ErrorKind::Input, "{}: the world's square takes {} of its samples, and {} fit into memory",
-         raster.path(), window.num_samples(), kMostSamples);
+         grid.written(), window.num_samples(), kMostSamples);
   const Grid<double> heights_m = read_heights(draft, index, window);
 
   const auto row_of_source = static_cast<std::uint8_t>(index);
@@ -236,11 +219,11 @@ void add_resampled(MosaicDraft& draft, std::size_t index) {
     const int row = static_cast<int>(row_index);
     const std::vector<geo::Geodetic> places = draft.places_of_row(row);
     std::vector<Eigen::Vector2d> samples(places.size());
-    raster.samples_from_geodetic(places, samples);
+    grid.samples_from_geodetic(places, samples);
     for (int i = 0; i < draft.mosaic.heights_m.width; ++i) {
       const Eigen::Vector2d& sample = samples[static_cast<std::size_t>(i)];
-      if (sample.minCoeff() < -0.5 || sample.x() > raster.width() - 0.5 ||
-          sample.y() > raster.height() - 0.5)
+      if (sample.minCoeff() < -0.5 || sample.x() > grid.width() - 0.5 ||
+          sample.y() > grid.height() - 0.5)
         continue;
       const Eigen::Vector2d at = sample - low.matrix();
       if (at.minCoeff() < -0.5 || at.x() > window.width - 0.5 || at.y() > window.height - 0.5)
@@ -261,16 +244,17 @@ void add(MosaicDraft& draft, std::size_t index) {
   world::SourceInfo info;
   info.name = std::filesystem::path(raster.path()).filename().string();
   info.kind = "raster";
-  info.horizontal_crs = raster.crs_name();
+  info.horizontal_crs = raster.grid().crs_name();
   info.vertical_datum = draft.rasters[index].datum.name;
-  info.pipeline = raster.pipeline();
-  info.spacing_m = draft.size_of_samples(raster).spacing_m;
+  info.pipeline = raster.grid().pipeline();
+  info.spacing_m = draft.size_of_samples(raster.grid()).spacing_m;
   info.licence = draft.rasters[index].entry->licence;
+  info.accuracy = draft.rasters[index].entry->accuracy;
   info.content_hash = raster.content_hash();
   draft.mosaic.sources.push_back(std::move(info));
   core::with_context(
       [&] {
-        if (const auto offset = draft.rasters.front().source->offset_of(raster))
+        if (const auto offset = draft.rasters.front().source->grid().offset_of(raster.grid()))
           add_aligned(draft, index, *offset);
         else
           add_resampled(draft, index);
@@ -284,12 +268,12 @@ std::string hash_of(const MosaicDraft& draft) {
       core::content_hash(core::content_hash(std::as_bytes(std::span(mosaic.heights_m.values))) +
                          core::content_hash(std::as_bytes(std::span(mosaic.source.values))) +
                          core::content_hash(std::as_bytes(std::span(mosaic.is_sea.values))) +
-                         fmt::format(" {} {} {}", draft.rasters.front().source->pipeline(),
+                         fmt::format(" {} {} {}", draft.rasters.front().source->grid().pipeline(),
                                      mosaic.datum.name, draft.sample.spacing_m));
   for (const world::SourceInfo& source : mosaic.sources)
-    hash =
-        core::content_hash(fmt::format("{} {} {} {} {} {}", hash, source.name, source.content_hash,
-                                       source.licence, source.num_voids, source.num_voids_filled));
+    hash = core::content_hash(fmt::format("{} {} {} {} {} {} {}", hash, source.name,
+                                          source.content_hash, source.licence, source.accuracy,
+                                          source.num_voids, source.num_voids_filled));
   return hash;
 }
 

@@ -42,30 +42,17 @@ std::optional<double> metres_in(std::string unit) {
 class GdalRaster : public RasterSource {
  public:
   GdalRaster(const core::Path& file, const ElevationOptions& options, const geo::Geodetic& near)
-      : path_(gdal_path(file)),
-        written_(file.written),
-        near_lon_deg_(near.lon_deg),
-        encoding_(options.encoding) {
+      : path_(gdal_path(file)), written_(file.written), encoding_(options.encoding) {
     const GdalErrors errors;
     dataset_ = open_gdal_raster(file, errors);
     check_band();
-    read_georeference(near, errors);
+    grid_ = std::make_unique<RasterGrid>(*dataset_, written_, near, errors);
     metres_per_unit_ = unit_of(options);
     read_nodata(options);
   }
 
   const std::string& path() const override { return written_; }
-  const std::string& crs_name() const override { return crs_name_; }
-  const std::string& pipeline() const override { return pipeline_; }
-  const std::string& warning() const override { return warning_; }
-  int width() const override { return dataset_->GetRasterXSize(); }
-  int height() const override { return dataset_->GetRasterYSize(); }
-
-  void samples_from_geodetic(std::span<const geo::Geodetic> places,
-                             std::span<Eigen::Vector2d> samples) const override;
-  void geodetic_from_samples(std::span<const Eigen::Vector2d> samples,
-                             std::span<geo::Geodetic> places) const override;
-  std::optional<Eigen::Vector2i> offset_of(const RasterSource& other) const override;
+  const RasterGrid& grid() const override { return *grid_; }
   Grid<double> read(const SampleWindow& window) const override;
   std::array<double, 4> corner_heights_m() const override;
   std::string content_hash() const override;
@@ -80,7 +67,6 @@ class GdalRaster : public RasterSource {
   void decode_colours(const SampleWindow& window, std::vector<double>& red,
                       const GdalErrors& errors) const;
   [[noreturn]] void fail_unread(const GdalErrors& errors) const;
-  void read_georeference(const geo::Geodetic& near, const GdalErrors& errors);
   double unit_of(const ElevationOptions& options) const;
   void read_nodata(const ElevationOptions& options);
   bool is_nodata(double raw) const;
@@ -89,20 +75,9 @@ class GdalRaster : public RasterSource {
 
   std::string path_;
   std::string written_;
-  double near_lon_deg_;
   std::string encoding_;
   GdalDatasetPtr dataset_;
-  std::string crs_name_;
-  std::string crs_wkt_;
-  std::string pipeline_;
-  std::string warning_;
-  bool is_geographic_ = false;
-  std::string declared_vertical_unit_;
-  std::array<double, 6> geotransform_ = {};
-  Eigen::Affine2d crs_from_sample_;
-  Eigen::Affine2d sample_from_crs_;
-  std::unique_ptr<SharedTransformation> crs_from_geodetic_;
-  std::unique_ptr<SharedTransformation> geodetic_from_crs_;
+  std::unique_ptr<RasterGrid> grid_;
   double metres_per_unit_ = 1.0;
   double scale_ = 1.0;
   double offset_ = 0.0;
@@ -112,8 +87,6 @@ class GdalRaster : public RasterSource {
 };
 
 void GdalRaster::check_band() {
-  if (width() <= 0 || height() <= 0)
-    fail(ErrorKind::Input, "{}: has no samples ({} x {})", written_, width(), height());
   if (is_colour()) return check_colour_bands();
   const int count = dataset_->GetRasterCount();
   const bool has_alpha =
@@ -151,89 +124,13 @@ void GdalRaster::check_colour_bands() {
          written_, count, GDALGetDataTypeName(band()->GetRasterDataType()), encoding_);
 }
 
-void GdalRaster::read_georeference(const geo::Geodetic& near, const GdalErrors& errors) {
-  std::array<double, 6>& gt = geotransform_;
-  if (dataset_->GetGeoTransform(gt.data()) != CE_None)
-    fail(ErrorKind::Input,
-         "{}: has no georeference{}; add one with gdal_translate -a_ullr, or gdalwarp", written_,
-         dataset_->GetGCPCount() > 0 ? " but ground control points" : "");
-  Eigen::Matrix2d linear;
-  linear << gt[1], gt[2], gt[4], gt[5];
-  const double determinant = linear.determinant();
-  if (!linear.allFinite() || !std::isfinite(gt[0]) || !std::isfinite(gt[3]) ||
-      !(std::abs(determinant) > 0.0))
-    fail(ErrorKind::Input, "{}: its geotransform ({}, {}, {}, {}, {}, {}) cannot be inverted",
-         written_, gt[0], gt[1], gt[2], gt[3], gt[4], gt[5]);
-
-  const OGRSpatialReference* declared = dataset_->GetSpatialRef();
-  if (declared == nullptr || declared->IsEmpty())
-    fail(ErrorKind::Input,
-         "{}: states no coordinate reference system; add it with gdal_edit.py -a_srs EPSG:…",
-         written_);
-  OGRSpatialReference crs(*declared);
-  if (crs.IsCompound() != FALSE) {
-    const char* name = nullptr;
-    crs.GetTargetLinearUnits("VERT_CS", &name);
-    if (name != nullptr) declared_vertical_unit_ = name;
-    // PROJ would apply a geoid of the vertical part, and ours would be the second.
-    crs.StripVertical();
-  }
-  crs.DemoteTo2D(nullptr);
-  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  if (crs.IsGeographic() == FALSE && crs.IsProjected() == FALSE)
-    fail(ErrorKind::Input,
-         "{}: its coordinate reference system ({}) is neither geographic nor projected; warp it to "
-         "one that is, with gdalwarp -t_srs",
-         written_, declared->GetName() == nullptr ? "unnamed" : declared->GetName());
-  is_geographic_ = crs.IsGeographic() != FALSE;
-  const char* authority = crs.GetAuthorityName(nullptr);
-  const char* code = crs.GetAuthorityCode(nullptr);
-  const char* name = crs.GetName();
-  crs_name_ = name == nullptr ? "unnamed" : name;
-  if (authority != nullptr && code != nullptr)
-    crs_name_ = fmt::format("{}:{} {}", authority, code, crs_name_);
-  char* wkt = nullptr;
-  const char* const wkt2[] = {"FORMAT=WKT2_2019", nullptr};
-  crs.exportToWkt(&wkt, wkt2);
-  crs_wkt_ = wkt == nullptr ? "" : wkt;
-  CPLFree(wkt);
-
-  const CrsOperation operation = best_operation(crs_wkt_, near);
-  if (operation.pipeline.empty())
-    fail(ErrorKind::Input, "{}: PROJ knows no transformation from WGS84 to {}; warp it to WGS84",
-         written_, crs_name_);
-  if (operation.is_ballpark)
-    warning_ = fmt::format(
-        "{}: only a ballpark transformation leads from WGS84 to {} (its datum is taken for WGS84)",
-        written_, crs_name_);
-  if (operation.pipeline != "+proj=noop") {
-    pipeline_ = operation.pipeline;
-    crs_from_geodetic_ = std::make_unique<SharedTransformation>(pipeline_, false);
-    geodetic_from_crs_ = std::make_unique<SharedTransformation>(pipeline_, true);
-    if (!crs_from_geodetic_->is_good() || !geodetic_from_crs_->is_good())
-      fail(ErrorKind::Input, "{}: the transformation {} cannot be used ({})", written_, pipeline_,
-           errors.text());
-  }
-
-  // Sample (0, 0) is the centre of the first pixel.
-  crs_from_sample_.linear() = linear;
-  crs_from_sample_.translation() =
-      Eigen::Vector2d(gt[0], gt[3]) + linear * Eigen::Vector2d(0.5, 0.5);
-  if (is_geographic_) {
-    const Eigen::Vector2d middle =
-        crs_from_sample_ * Eigen::Vector2d(0.5 * width(), 0.5 * height());
-    crs_from_sample_.translation().x() -= 360.0 * std::round((middle.x() - near_lon_deg_) / 360.0);
-  }
-  sample_from_crs_ = crs_from_sample_.inverse();
-}
-
 double GdalRaster::unit_of(const ElevationOptions& options) const {
   if (is_colour()) return 1.0;
   if (options.unit == "m") return 1.0;
   if (options.unit == "ft") return geo::metres_from_feet(1.0);
   if (options.unit == "us_ft") return kMetresPerUsFoot;
   std::string word = band()->GetUnitType() == nullptr ? "" : band()->GetUnitType();
-  if (word.empty()) word = declared_vertical_unit_;
+  if (word.empty()) word = grid_->vertical_unit();
   const auto metres = metres_in(word);
   if (!metres)
     fail(ErrorKind::Input,
@@ -267,66 +164,6 @@ bool GdalRaster::is_nodata(double raw) const {
   // A value such as -3.4028234663852886e+38 is declared with more digits than a float holds.
   return raw == *nodata_ || (band()->GetRasterDataType() == GDT_Float32 &&
                              static_cast<float>(raw) == static_cast<float>(*nodata_));
-}
-
-void GdalRaster::samples_from_geodetic(std::span<const geo::Geodetic> places,
-                                       std::span<Eigen::Vector2d> samples) const {
-  std::vector<double> x(places.size());
-  std::vector<double> y(places.size());
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    x[i] = places[i].lon_deg;
-    y[i] = places[i].lat_deg;
-  }
-  if (crs_from_geodetic_) {
-    const GdalErrors errors;
-    if (!crs_from_geodetic_->transform(x, y))
-      fail(ErrorKind::Input,
-           "{}: its projection ({}) does not hold the places about latitude {:.4f}, longitude "
-           "{:.4f} ({}); does the world's origin lie within the raster?",
-           written_, crs_name_, places[0].lat_deg, places[0].lon_deg, errors.text());
-  }
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (is_geographic_) x[i] -= 360.0 * std::round((x[i] - near_lon_deg_) / 360.0);
-    samples[i] = sample_from_crs_ * Eigen::Vector2d(x[i], y[i]);
-  }
-}
-
-void GdalRaster::geodetic_from_samples(std::span<const Eigen::Vector2d> samples,
-                                       std::span<geo::Geodetic> places) const {
-  std::vector<double> x(samples.size());
-  std::vector<double> y(samples.size());
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const Eigen::Vector2d at = crs_from_sample_ * samples[i];
-    x[i] = at.x();
-    y[i] = at.y();
-  }
-  if (geodetic_from_crs_) {
-    const GdalErrors errors;
-    if (!geodetic_from_crs_->transform(x, y))
-      fail(ErrorKind::Input, "{}: its projection ({}) has no place for some of its samples ({})",
-           written_, crs_name_, errors.text());
-  }
-  for (std::size_t i = 0; i < samples.size(); ++i)
-    places[i] = {.lat_deg = std::clamp(y[i], -90.0, 90.0), .lon_deg = x[i], .height_m = 0.0};
-}
-
-std::optional<Eigen::Vector2i> GdalRaster::offset_of(const RasterSource& other_source) const {
-  const auto* other = dynamic_cast<const GdalRaster*>(&other_source);
-  if (other == nullptr || other->pipeline_ != pipeline_ || other->is_geographic_ != is_geographic_)
-    return std::nullopt;
-  // Over the whole of the other raster, samples may stray by this part of the spacing: files print
-  // their steps with few digits, and 1e-3 of a sample is 3 cm of 30 m.
-  constexpr double kStray = 1e-3;
-  const Eigen::Affine2d sample_from_other = sample_from_crs_ * other->crs_from_sample_;
-  const Eigen::Vector2d first = sample_from_other * Eigen::Vector2d::Zero();
-  const Eigen::Vector2d whole = first.array().round();
-  if (whole.cwiseAbs().maxCoeff() > 1e9) return std::nullopt;
-  for (const Eigen::Vector2d& corner :
-       {Eigen::Vector2d(0, 0), Eigen::Vector2d(other->width(), 0),
-        Eigen::Vector2d(0, other->height()), Eigen::Vector2d(other->width(), other->height())})
-    if ((sample_from_other * corner - whole - corner).cwiseAbs().maxCoeff() > kStray)
-      return std::nullopt;
-  return whole.cast<int>();
 }
 
 void GdalRaster::fail_unread(const GdalErrors& errors) const {
@@ -380,8 +217,8 @@ void GdalRaster::decode_colours(const SampleWindow& window, std::vector<double>&
 std::array<double, 4> GdalRaster::corner_heights_m() const {
   std::array<double, 4> corners = {};
   for (std::size_t k = 0; k < 4; ++k)
-    corners[k] = read({.first_column = (k & 1) != 0 ? width() - 1 : 0,
-                       .first_row = (k & 2) != 0 ? height() - 1 : 0,
+    corners[k] = read({.first_column = (k & 1) != 0 ? grid_->width() - 1 : 0,
+                       .first_row = (k & 2) != 0 ? grid_->height() - 1 : 0,
                        .width = 1,
                        .height = 1})
                      .values.front();
@@ -390,8 +227,8 @@ std::array<double, 4> GdalRaster::corner_heights_m() const {
 
 Grid<double> GdalRaster::read(const SampleWindow& window) const {
   TERRACAST_CHECK(window.first_column >= 0 && window.first_row >= 0 &&
-                      window.first_column + window.width <= width() &&
-                      window.first_row + window.height <= height(),
+                      window.first_column + window.width <= grid_->width() &&
+                      window.first_row + window.height <= grid_->height(),
                   "window outside {}", written_);
   const GdalErrors errors;
   Grid<double> heights_m(window.width, window.height);
@@ -426,9 +263,9 @@ Grid<double> GdalRaster::read(const SampleWindow& window) const {
 
 std::string GdalRaster::content_hash() const {
   // A georeference may stand in a file beside the raster's, and so may all that the band declares.
-  std::string content = fmt::format(
-      "{} {} {} {} {} {} {} {} {}", crs_wkt_, width(), height(), fmt::join(geotransform_, " "),
-      metres_per_unit_, scale_, offset_, uses_mask_, nodata_ ? fmt::to_string(*nodata_) : "none");
+  std::string content =
+      fmt::format("{} {} {} {} {} {}", grid_->description(), metres_per_unit_, scale_, offset_,
+                  uses_mask_, nodata_ ? fmt::to_string(*nodata_) : "none");
   if (is_colour()) content += encoding_;
   std::error_code ignored;
   if (std::filesystem::is_regular_file(path_, ignored))

@@ -32,6 +32,7 @@ struct ElevationOptions {
   double sea_min_km2 = 1.0;  ///< raster: a smaller area is a lake, and land
   double blend_m = 0.0;  ///< raster: an inset, which passes into what lies below over this distance
   std::string licence;
+  std::string accuracy;
   /// procedural, fractal: between sea floor or valley and the highest ridge
   double relief_m = 1800.0;
   /// procedural: heights below are sea; above vertical_datum
@@ -80,6 +81,9 @@ struct ElevationOptions {
         "their border they pass into the sources behind them.",
         core::between(0.0, 50000.0));
     visit.key("licence", licence, "Terms under which the source may be used; kept with the data.");
+    visit.key(
+        "accuracy", accuracy,
+        "How good the source says that its heights are, in its own words; kept with the data.");
     visit.key("relief_m", relief_m,
               "procedural, fractal: height between the lowest and the highest land.",
               core::between(0.0, 9000.0));

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "world/object_scene.h"
+#include "world/paint_index.h"
 #include "world/terrain_walk.h"
 #include "world/tile.h"
 
@@ -38,7 +41,8 @@ class EmbreeDevice {
 };
 
 /// One tile, loaded: its stitched terrain as an Embree scene in floats about the tile's centre, the
-/// same heights for the walk, and its other layers. Immutable; threads: safe.
+/// same heights for the walk, its other layers, and what stands on it and is painted on it.
+/// Immutable; threads: safe.
 ///
 /// The heights in Embree's buffer are the true ones, exact in float; "raised by epsilon" is done by
 /// lowering each ray by epsilon_m. Around the tile lies a ring of narrow cells that carries the
@@ -46,14 +50,20 @@ class EmbreeDevice {
 /// surface.
 class TileScene {
  public:
-  /// Set aside for a tile while it is read, decoded and built; each loaded tile is checked to take
-  /// no more. What it takes meanwhile is held by MemoryBudget's bound on the process alone.
+  /// Set aside for a bare tile while it is read, decoded and built; each loaded tile is checked to
+  /// take no more. What it takes meanwhile is held by MemoryBudget's bound on the process alone.
   static constexpr std::size_t kMostBytesWhileLoading =
       std::size_t{64} * kTileSamples * kTileSamples;
+  /// The same of a tile with objects, from their bytes in its file (TileInfo::objects_bytes): those
+  /// bytes, what they are decoded to, and the trees over them with all that building them takes
+  /// (embree_scene.cpp has the sum).
+  static std::size_t most_bytes_while_loading(std::size_t objects_bytes);
 
   /// frame_shift_m   moves the origin of the floats, modulo a cell, off the tile's centre
+  /// rules           needed where something stands on the tile
+  /// throws          Io: out of memory; Input: as ObjectScene
   TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser_sides,
-            const Eigen::Vector3d& frame_shift_m);
+            const Eigen::Vector3d& frame_shift_m, const ObjectRules* rules = nullptr);
   ~TileScene();
   TileScene(const TileScene&) = delete;
   TileScene& operator=(const TileScene&) = delete;
@@ -93,13 +103,21 @@ class TileScene {
   const std::vector<std::uint8_t>& moisture() const { return moisture_; }
   const std::vector<std::uint8_t>& source() const { return source_; }
 
+  /// Null where the tile shows none within its square.
+  const ObjectScene* objects() const { return objects_.get(); }
+  /// Null where nothing is painted.
+  const PaintIndex* paint() const { return paint_.get(); }
+
   /// Everything that this tile keeps in memory, Embree's part included.
   std::size_t num_bytes() const { return num_bytes_; }
 
  private:
+  void take_objects(Tile& tile, const ObjectRules* rules);
   void find_entry_tops();
 
   RTCSceneTy* scene_ = nullptr;
+  std::unique_ptr<const ObjectScene> objects_;
+  std::unique_ptr<const PaintIndex> paint_;
   TerrainGrid grid_;
   Eigen::Vector3d center_world_;
   double epsilon_m_ = 0.0;

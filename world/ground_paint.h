@@ -30,9 +30,9 @@ enum class Marking : std::uint8_t {
   Motorway,  ///< as Lanes, with a hard shoulder on the right
   Runway,    ///< centre line, edges, thresholds and numbers at both ends
   Taxiway,   ///< a yellow line along the middle
-  Crossing,  ///< zebra
+  Crossing,  ///< zebra; the line is the way of those who walk
   Rails,     ///< two rails a track
-  Stands,    ///< parking places across
+  Stands,    ///< parking places across; wider than 10 m: a row on each side of a lane
 };
 inline constexpr int kNumMarkings = 10;
 

@@ -63,6 +63,13 @@ struct RayLanes {
             .inverse_x = inverse_x[lane],
             .inverse_y = inverse_y[lane]};
   }
+  /// The ray as asked, but for negligible components of its direction.
+  WorldRay world_ray(int lane) const {
+    return {.origin_world = {origin_x[lane], origin_y[lane], origin_z[lane]},
+            .direction_world = {direction_x[lane], direction_y[lane], direction_z[lane]},
+            .t_min = t_min[lane],
+            .t_max = t_max[lane]};
+  }
   void copy_ray(int lane, const RayLanes& from, int from_lane);
   void copy_passage(int lane, const RayLanes& from, int from_lane);
 };

@@ -55,15 +55,47 @@ struct RayQuery::Impl {
       : store(tile_store),
         cut(std::move(cut_tiles)),
         map(store, cut),
+        frame(store.manifest().origin),
+        prototypes(store, extreme_levels(cut).first, extreme_levels(cut).second),
+        rules{.prototypes = prototypes,
+              .frame = frame,
+              .level_at = [this](double x, double y) { return level_at(x, y); }},
         device(options.embree_profile),
         packet_width(options.packet_width != 0 ? options.packet_width : device.packet_width()),
         frame_shift_m(options.local_origin_world),
-        cache(cut.size(), options.memory_bytes, [this](std::size_t i) { return load(i); }) {}
+        cache(bytes_while_loading(store, cut),
+              options.memory_bytes - static_cast<double>(prototypes.num_bytes()),
+              [this](std::size_t i) { return load(i); }) {}
+
+  static std::pair<int, int> extreme_levels(const std::vector<CutTile>& cut) {
+    const auto by_level = [](const CutTile& a, const CutTile& b) {
+      return a.id.level < b.id.level;
+    };
+    const auto [finest, coarsest] = std::minmax_element(cut.begin(), cut.end(), by_level);
+    return {finest->id.level, coarsest->id.level};
+  }
+
+  static std::vector<std::size_t> bytes_while_loading(const TileStore& store,
+                                                      const std::vector<CutTile>& cut) {
+    std::vector<std::size_t> bytes;
+    for (const CutTile& tile : cut)
+      bytes.push_back(TileScene::most_bytes_while_loading(store.find(tile.id)->objects_bytes));
+    return bytes;
+  }
+
+  std::optional<int> level_at(double x_world, double y_world) const {
+    const std::optional<std::uint32_t> tile = map.tile_at_place(x_world, y_world);
+    return tile ? std::optional(cut[*tile].id.level) : std::nullopt;
+  }
 
   std::unique_ptr<const TileScene> load(std::size_t tile_index) const {
     const CutTile& tile = cut[tile_index];
-    return std::make_unique<const TileScene>(device, store.load(tile.id), tile.coarser_sides,
-                                             frame_shift_m);
+    return core::with_context(
+        [&] {
+          return std::make_unique<const TileScene>(device, store.load(tile.id), tile.coarser_sides,
+                                                   frame_shift_m, &rules);
+        },
+        fmt::format("loading tile {} of {}", tile.id.name(), store.folder().string()));
   }
 
   static std::span<const WorldRay, kLanes> eight_from(std::span<const WorldRay> rays,
@@ -98,7 +130,7 @@ struct RayQuery::Impl {
   }
 
   /// Rays on their way, and those that wait for tiles.
-  /// found(ray, tile, scene, crossings, lane) takes each crossing.
+  /// found(tile, scene, group, lane) takes each crossing and meeting.
   template <int kWidth, class Found>
   class Journey {
    public:
@@ -162,9 +194,7 @@ struct RayQuery::Impl {
         lanes_ += kWidth;
         for (CastGroup& group : packet.groups()) {
           casts_ += static_cast<std::uint64_t>(count_lanes(group.asked));
-          for_each_lane(group.found, [&](int lane) {
-            found_(group.rays->id[lane], tile_, *scene_, group.crossings, lane);
-          });
+          for_each_lane(group.found, [&](int lane) { found_(tile_, *scene_, group, lane); });
           const LaneMask left = group.asked & ~group.found;
           group.asked = left != 0 ? impl_.map.go_on(*group.rays, left, trail_) : 0;
         }
@@ -220,6 +250,9 @@ struct RayQuery::Impl {
   const TileStore store;
   const std::vector<CutTile> cut;
   const TileMap map;
+  const geo::WorldFrame frame;
+  const PrototypeLibrary prototypes;
+  const ObjectRules rules;
   const EmbreeDevice device;
   const int packet_width;
   const Eigen::Vector3d frame_shift_m;
@@ -243,9 +276,9 @@ CastKind first_crossings(Coherence coherence) {
   return coherence == Coherence::Coherent ? CastKind::FirstCoherent : CastKind::FirstIncoherent;
 }
 
-/// What is there on the triangle of a hit, interpolated from its corners.
-SurfaceSample surface_at(const TileScene& scene, const SurfaceHit& hit,
-                         const Eigen::Vector3d& point_world) {
+/// What is there on the ground's triangle of a hit, interpolated from its corners.
+void set_surface(const TileScene& scene, const SurfaceHit& hit, const Eigen::Vector3d& point_world,
+                 SurfaceSample& surface) {
   const TerrainGrid& grid = scene.grid();
   const int i = hit.cell_x;
   const int j = hit.cell_y;
@@ -266,12 +299,36 @@ SurfaceSample surface_at(const TileScene& scene, const SurfaceHit& hit,
   double moisture = 0.0;
   for (std::size_t k = 0; k < samples.size(); ++k)
     moisture += weights[k] * scene.moisture()[samples[k]];
-  SurfaceSample surface;
   surface.spacing_m = grid.spacing_m;
   surface.cover = scene.cover()[nearest];
   surface.moisture = std::clamp(moisture / 255.0, 0.0, 1.0);
   surface.source = scene.source()[nearest];
-  return surface;
+  if (scene.paint() != nullptr)
+    scene.paint()->find(point_world.x(), point_world.y(), surface.paint);
+  else
+    surface.paint.is_painted = false;
+}
+
+void set_ground_hit(const CrossingLanes& crossings, int lane, SurfaceHit& hit) {
+  hit.cell_x = static_cast<std::uint16_t>(crossings.cell_x[lane]);
+  hit.cell_y = static_cast<std::uint16_t>(crossings.cell_y[lane]);
+  hit.upper = static_cast<std::uint8_t>(crossings.is_upper[lane]);
+  hit.slope_x = crossings.slope_x[lane];
+  hit.slope_y = crossings.slope_y[lane];
+}
+
+void set_object_hit(const ObjectMeeting& meeting, const ObjectSurface& object, SurfaceHit& hit) {
+  hit.object = meeting.object;
+  hit.triangle = meeting.triangle;
+  hit.object_normal_world = object.normal_world;
+}
+
+void set_surface(const TileScene& scene, const ObjectSurface& object, SurfaceSample& surface) {
+  surface.spacing_m = scene.grid().spacing_m;
+  surface.provenance = *object.provenance;
+  surface.finish = *object.finish;
+  surface.uv = object.uv;
+  surface.variety = object.variety;
 }
 
 void check_fan(const RayFan& rays) {
@@ -290,19 +347,23 @@ void find_hits(Tracer& tracer, const Rays& rays, std::span<SurfaceHit> hits, Coh
   std::fill(hits.begin(), hits.end(), SurfaceHit{});
   tracer.trace(
       rays, first_crossings(coherence),
-      [&](std::uint32_t i, std::uint32_t tile, const TileScene& scene,
-          const CrossingLanes& crossings, int lane) {
+      [&](std::uint32_t tile, const TileScene& scene, const CastGroup& group, int lane) {
+        const std::uint32_t i = group.rays->id[lane];
         SurfaceHit& hit = hits[i];
-        hit.t = crossings.t[lane];
+        hit.t = group.crossings.t[lane];
         hit.tile_index = tile;
-        hit.cell_x = static_cast<std::uint16_t>(crossings.cell_x[lane]);
-        hit.cell_y = static_cast<std::uint16_t>(crossings.cell_y[lane]);
-        hit.upper = static_cast<std::uint8_t>(crossings.is_upper[lane]);
-        hit.slope_x = crossings.slope_x[lane];
-        hit.slope_y = crossings.slope_y[lane];
+        if ((group.on_objects & lane_bit(lane)) != 0) {
+          const ObjectMeeting& meeting = group.meetings[static_cast<std::size_t>(lane)];
+          const ObjectSurface object =
+              scene.objects()->surface(group.rays->world_ray(lane), meeting);
+          set_object_hit(meeting, object, hit);
+          if (!surfaces.empty()) set_surface(scene, object, surfaces[i]);
+          return;
+        }
+        set_ground_hit(group.crossings, lane, hit);
         if (surfaces.empty()) return;
         const WorldRay& ray = rays[i];
-        surfaces[i] = surface_at(scene, hit, ray.origin_world + hit.t * ray.direction_world);
+        set_surface(scene, hit, ray.origin_world + hit.t * ray.direction_world, surfaces[i]);
       },
       trail);
 }
@@ -328,8 +389,9 @@ void RayQuery::intersect(const RayFan& rays, std::span<double> t, Coherence cohe
   std::fill(t.begin(), t.end(), kInfinity);
   impl_->trace(
       rays, first_crossings(coherence),
-      [&](std::uint32_t ray, std::uint32_t, const TileScene&, const CrossingLanes& crossings,
-          int lane) { t[ray] = crossings.t[lane]; },
+      [&](std::uint32_t, const TileScene&, const CastGroup& group, int lane) {
+        t[group.rays->id[lane]] = group.crossings.t[lane];
+      },
       trail);
 }
 
@@ -340,8 +402,8 @@ void RayQuery::occluded(std::span<const WorldRay> rays, std::span<std::uint8_t> 
   std::fill(is_occluded.begin(), is_occluded.end(), std::uint8_t{0});
   impl_->trace(
       rays, CastKind::Any,
-      [&](std::uint32_t ray, std::uint32_t, const TileScene&, const CrossingLanes&, int) {
-        is_occluded[ray] = 1;
+      [&](std::uint32_t, const TileScene&, const CastGroup& group, int lane) {
+        is_occluded[group.rays->id[lane]] = 1;
       },
       trail);
 }
@@ -385,6 +447,7 @@ RayQueryStats RayQuery::stats() const {
           .num_tiles_evicted = cache.num_evicted,
           .bytes_resident = cache.bytes_resident,
           .peak_bytes_resident = cache.peak_bytes_resident,
+          .bytes_of_prototypes = impl_->prototypes.num_bytes(),
           .num_rays = impl_->num_rays.load(),
           .num_casts = impl_->num_casts.load(),
           .num_lanes = impl_->num_lanes.load(),

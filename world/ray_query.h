@@ -52,7 +52,8 @@ enum class Coherence { Coherent, Incoherent };
 
 /// Config `[tracing]`.
 struct RayQueryOptions {
-  double memory_bytes = 8e9;              ///< tiles and their scenes, loaded, loading and held
+  /// Tiles and their scenes, loaded, loading and held, and prototypes, which are all read at once.
+  double memory_bytes = 8e9;
   std::string embree_profile = "widest";  ///< "widest": the machine's; or as rtcNewDevice takes it
   /// Moves the origin of each tile's float frame off its centre, x and y modulo a cell; results do
   /// not depend on it.
@@ -95,6 +96,7 @@ struct RayQueryStats {
   std::uint64_t num_tiles_evicted = 0;
   std::uint64_t bytes_resident = 0;
   std::uint64_t peak_bytes_resident = 0;
+  std::uint64_t bytes_of_prototypes = 0;  ///< held beside the tiles as long as the query
   std::uint64_t num_rays = 0;
   std::uint64_t num_casts = 0;    ///< of a ray at a tile
   std::uint64_t num_lanes = 0;    ///< of the packets in which they were cast
@@ -114,7 +116,7 @@ struct RayQueryStats {
 /// determinism   results, trails among them, depend on the rays and the cut alone: not on threads,
 ///               packets, budget, local origin
 /// threads       all queries: safe, from parallel loops
-/// throws        Input or Io from tile loads; Internal: a ray without a finite start, a direction
+/// throws        Input or Io from tile loads, and from prototypes when it is made; Internal: a ray without a finite start, a direction
 ///               with a length (1e-150 to 1e150) or a number for t_max, or with t_min -inf or none;
 ///               spans of other sizes than said
 class RayQuery {

@@ -37,8 +37,11 @@ void give_back(Scenes& scenes) {
 // evictor looked is written, and pointers read, only later. So the scene is unreachable once no
 // place holds a smaller epoch.
 
-SceneCache::SceneCache(std::size_t num_tiles, double budget_bytes, Load load)
-    : budget_bytes_(budget_bytes), load_(std::move(load)), slots_(num_tiles) {}
+SceneCache::SceneCache(std::vector<std::size_t> bytes_while_loading, double budget_bytes, Load load)
+    : bytes_while_loading_(std::move(bytes_while_loading)),
+      budget_bytes_(budget_bytes),
+      load_(std::move(load)),
+      slots_(bytes_while_loading_.size()) {}
 
 SceneCache::~SceneCache() {
   if (prefetcher_.joinable()) {
@@ -95,7 +98,7 @@ bool SceneCache::begin_load(std::size_t tile_index) {
   for (;;) {
     loaded_.wait(lock, [&] { return !slot.is_loading; });
     if (slot.owned || take_back(tile_index)) return false;
-    if (take_room(kAnyTurn, freed) == Room::Taken) break;
+    if (take_room(tile_index, kAnyTurn, freed) == Room::Taken) break;
     lock.unlock();
     give_back(freed);
     std::this_thread::sleep_for(kLookAgain);
@@ -112,9 +115,9 @@ const TileScene& SceneCache::finish_load(std::size_t tile_index, Pin* pin) {
   std::unique_ptr<const TileScene> scene;
   try {
     scene = load_(tile_index);
-    TERRACAST_CHECK(scene->num_bytes() <= TileScene::kMostBytesWhileLoading,
+    TERRACAST_CHECK(scene->num_bytes() <= bytes_while_loading_[tile_index],
                     "a tile of {} bytes, {} foreseen", scene->num_bytes(),
-                    TileScene::kMostBytesWhileLoading);
+                    bytes_while_loading_[tile_index]);
   } catch (...) {
     give_up_load(tile_index);
     throw;
@@ -124,7 +127,7 @@ const TileScene& SceneCache::finish_load(std::size_t tile_index, Pin* pin) {
     const std::lock_guard lock(mutex_);
     if (pin != nullptr) pin->renew();  // before anybody can evict it
     slot.is_loading = false;
-    --num_loading_;
+    bytes_loading_ -= bytes_while_loading_[tile_index];
     slot.owned = std::move(scene);
     slot.scene.store(slot.owned.get());
     const std::uint64_t epoch = epoch_.fetch_add(1) + 1;
@@ -141,24 +144,25 @@ void SceneCache::give_up_load(std::size_t tile_index) {
   {
     const std::lock_guard lock(mutex_);
     slots_[tile_index].is_loading = false;
-    --num_loading_;
+    bytes_loading_ -= bytes_while_loading_[tile_index];
   }
   loaded_.notify_all();
 }
 
-bool SceneCache::fits(std::uint64_t bytes_held) const {
-  const std::uint64_t bytes = bytes_held + (num_loading_ + 1) * TileScene::kMostBytesWhileLoading;
-  return static_cast<double>(bytes) <= budget_bytes_ || (bytes_held == 0 && num_loading_ == 0);
+bool SceneCache::fits(std::size_t tile_index, std::uint64_t bytes_held) const {
+  const std::uint64_t bytes = bytes_held + bytes_loading_ + bytes_while_loading_[tile_index];
+  return static_cast<double>(bytes) <= budget_bytes_ || (bytes_held == 0 && bytes_loading_ == 0);
 }
 
-SceneCache::Room SceneCache::take_room(std::int64_t after_turn, Freed& freed) {
+SceneCache::Room SceneCache::take_room(std::size_t tile_index, std::int64_t after_turn,
+                                       Freed& freed) {
   for (;;) {
     free_unpinned(freed);
-    if (fits(stats_.bytes_resident)) {
-      ++num_loading_;
+    if (fits(tile_index, stats_.bytes_resident)) {
+      bytes_loading_ += bytes_while_loading_[tile_index];
       return Room::Taken;
     }
-    if (fits(stats_.bytes_resident - bytes_retired_)) return Room::HeldByReaders;
+    if (fits(tile_index, stats_.bytes_resident - bytes_retired_)) return Room::HeldByReaders;
     if (!evict_one(after_turn)) return bytes_retired_ > 0 ? Room::HeldByReaders : Room::None;
   }
 }
@@ -271,7 +275,7 @@ SceneCache::Room SceneCache::prefetch(const Expected& tile) {
   {
     const std::lock_guard lock(mutex_);
     if (slot.owned || slot.is_loading || take_back(tile.tile_index)) return Room::Taken;
-    const Room room = take_room(tile.turn, freed);
+    const Room room = take_room(tile.tile_index, tile.turn, freed);
     if (room != Room::Taken) return room;
     slot.is_loading = true;
   }

@@ -29,7 +29,8 @@ class SceneCache {
  public:
   using Load = std::function<std::unique_ptr<const TileScene>(std::size_t tile_index)>;
 
-  SceneCache(std::size_t num_tiles, double budget_bytes, Load load);
+  /// bytes_while_loading   of each tile, what is set aside for it while it is loaded; it keeps no more
+  SceneCache(std::vector<std::size_t> bytes_while_loading, double budget_bytes, Load load);
   ~SceneCache();
   SceneCache(const SceneCache&) = delete;
   SceneCache& operator=(const SceneCache&) = delete;
@@ -113,8 +114,9 @@ class SceneCache {
   // Under mutex_.
   /// Takes room for a tile to be loaded, evicting what is needed after this turn.
   /// freed   to be destroyed without mutex_
-  Room take_room(std::int64_t after_turn, Freed& freed);
-  bool fits(std::uint64_t bytes_held) const;
+  Room take_room(std::size_t tile_index, std::int64_t after_turn, Freed& freed);
+  /// Whether a tile fits beside what is held and loading.
+  bool fits(std::size_t tile_index, std::uint64_t bytes_held) const;
   bool evict_one(std::int64_t after_turn);
   void free_unpinned(Freed& freed);
   /// Puts the scene of a tile back that was evicted but is still alive; false when there is none.
@@ -125,6 +127,7 @@ class SceneCache {
   /// returns   Taken: it is loaded, or being loaded
   Room prefetch(const Expected& tile);
 
+  const std::vector<std::size_t> bytes_while_loading_;
   const double budget_bytes_;
   const Load load_;
   std::vector<Slot> slots_;
@@ -137,8 +140,8 @@ class SceneCache {
   std::vector<Retired> retired_;
   Stats stats_;
   std::uint64_t bytes_retired_ = 0;
-  std::uint64_t num_loading_ = 0;
-  std::uint64_t expected_at_ = 0;  ///< epoch of the last call of expect
+  std::uint64_t bytes_loading_ = 0;  ///< set aside for tiles that are loading
+  std::uint64_t expected_at_ = 0;    ///< epoch of the last call of expect
 
   std::mutex prefetch_mutex_;
   std::condition_variable_any prefetch_asked_;

@@ -57,10 +57,26 @@ struct Finish {
   bool operator==(const Finish&) const = default;
 };
 
-/// style         0 … 255: which windows, doors and bands a wall has
+/// Which windows, doors and bands a wall has.
+enum class FacadeStyle : std::uint8_t {
+  House = 0,    ///< single windows, a door here and there at the foot
+  Shutters,     ///< the same with shutters beside the windows
+  Apartments,   ///< rows of windows, glass doors with railings in some bays
+  Shops,        ///< shop windows at the foot, dwellings above
+  Offices,      ///< bands of glass along each storey
+  CurtainWall,  ///< glass all over, with frames
+  Hall,         ///< gates at the foot, a band of light below the eaves
+  Church,       ///< few tall windows with arches
+  Garage,       ///< gates along the foot
+};
+
+/// style         a FacadeStyle, or its number
 /// storey_dm     height of its storeys in decimetres, 1 … 255
 constexpr std::uint16_t facade_pattern(std::uint8_t style, std::uint8_t storey_dm) {
   return static_cast<std::uint16_t>(style << 8 | storey_dm);
+}
+constexpr std::uint16_t facade_pattern(FacadeStyle style, std::uint8_t storey_dm) {
+  return facade_pattern(static_cast<std::uint8_t>(style), storey_dm);
 }
 
 /// Triangles of an object. Vertices lie on the world's lattice of kHeightStep_m, so that they are

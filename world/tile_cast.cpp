@@ -207,6 +207,7 @@ class PacketCaster {
     for (std::size_t g = 0; g < kGroups; ++g) {
       CastGroup& group = groups_[g];
       group.found = 0;
+      group.on_objects = 0;
       LaneMask cast = group.asked & lanes_[g].find_clear(scene_, *group.rays, group.asked);
       for_each_lane(group.asked & ~cast, [&](int lane) {
         RayCaster caster(scene_, *group.rays, lane);
@@ -316,6 +317,25 @@ class PacketCaster {
   int num_recasts_ = 0;
 };
 
+/// Looks for objects before what a group's rays have met so far.
+void meet_objects(const ObjectScene& objects, CastKind kind, CastGroup& group) {
+  const bool is_any = kind == CastKind::Any;
+  const RayLanes& rays = *group.rays;
+  for_each_lane(is_any ? group.asked & ~group.found : group.asked, [&](int lane) {
+    const double t_exit = rays.t_exit[lane];
+    // What lies on the side between two tiles is met in the second.
+    double t_until = t_exit >= rays.t_max[lane] ? std::nextafter(t_exit, kInfinity) : t_exit;
+    if ((group.found & lane_bit(lane)) != 0) t_until = std::min(t_until, group.crossings.t[lane]);
+    const std::optional<ObjectMeeting> meeting = objects.meet(
+        rays.world_ray(lane), rays.length_m[lane], rays.t_entry[lane], t_until, is_any);
+    if (!meeting) return;
+    group.found |= lane_bit(lane);
+    group.on_objects |= lane_bit(lane);
+    group.crossings.t[lane] = meeting->t;
+    group.meetings[static_cast<std::size_t>(lane)] = *meeting;
+  });
+}
+
 }  // namespace
 
 template <int kWidth>
@@ -329,6 +349,8 @@ int cast_through_tile(const TileScene& scene, CastKind kind,
     if (kind != CastKind::Any || caster.keep_occluded()) caster.cross();
   }
   caster.take_walked();
+  if (scene.objects() != nullptr)
+    for (CastGroup& group : groups) meet_objects(*scene.objects(), kind, group);
   return caster.num_recasts();
 }
 

@@ -257,6 +257,9 @@ Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected,
   std::transform(cover.begin(), cover.end(), tile.cover.begin(),
                  [](std::uint8_t code) { return static_cast<Cover>(code); });
   tile.objects_top_steps = header.objects_top_steps;
+  if ((header.layer_bytes[kObjectsLayer] == 0) != (header.objects_bytes == 0))
+    fail(ErrorKind::Input, "{}: objects of {} bytes in {}; tile the world again", file,
+         header.objects_bytes, header.layer_bytes[kObjectsLayer]);
   if (header.layer_bytes[kObjectsLayer] != 0) {
     if (header.objects_bytes > kMaxObjectsBytes)
       fail(ErrorKind::Input, "{}: objects of {} bytes; tile the world again", file,
@@ -265,6 +268,13 @@ Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected,
     tile.objects = objects_from_bytes(inflated(deflated, header.objects_bytes, file), file);
   }
   return tile;
+}
+
+std::size_t objects_bytes_of(std::span<const std::byte> bytes) {
+  Header header;
+  TERRACAST_CHECK(bytes.size() >= sizeof header, "{} bytes of a tile", bytes.size());
+  std::memcpy(&header, bytes.data(), sizeof header);
+  return header.objects_bytes;
 }
 
 std::vector<std::int32_t> decode_sea_depth(std::span<const std::byte> bytes, const TileId& expected,

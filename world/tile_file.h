@@ -21,6 +21,9 @@ std::vector<std::byte> encode_tile(const Tile& tile);
 ///        fit; names `file` and what to do (tile again)
 Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected, const std::string& file);
 
+/// How many bytes a tile's objects are when they are inflated, as the header of a whole tile has it.
+std::size_t objects_bytes_of(std::span<const std::byte> bytes);
+
 /// The tile's Tile::sea_depth_steps; empty where it has none. Rays do not need them: the sea's
 /// surface is opaque.
 /// throws   Input: as decode_tile(); depths that are none

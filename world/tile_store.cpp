@@ -38,6 +38,7 @@ Json json_of(const SourceInfo& source) {
       .set("spacing_m", source.spacing_m)
       .set("content_hash", source.content_hash)
       .set("licence", source.licence)
+      .set("accuracy", source.accuracy)
       .set("num_voids", source.num_voids)
       .set("num_voids_filled", source.num_voids_filled);
   return json;
@@ -53,6 +54,7 @@ SourceInfo source_of(const Json& json) {
   source.spacing_m = json.at("spacing_m").number();
   source.content_hash = json.at("content_hash").string();
   source.licence = json.at("licence").string();
+  source.accuracy = json.at("accuracy").string();
   source.num_voids = json.at("num_voids").integer();
   source.num_voids_filled = json.at("num_voids_filled").integer();
   return source;
@@ -93,6 +95,7 @@ Json json_of(const TileInfo& tile) {
       .set("lowest_z_world_m", tile.lowest_z_world)
       .set("highest_z_world_m", tile.highest_z_world)
       .set("num_bytes", tile.num_bytes)
+      .set("objects_bytes", tile.objects_bytes)
       .set("content_hash", tile.content_hash);
   return json;
 }
@@ -126,6 +129,7 @@ TileInfo tile_info_of(const Json& json) {
   tile.highest_z_world =
       number_within(json, "highest_z_world_m", tile.lowest_z_world, kMaxHeight_m);
   tile.num_bytes = unsigned_of(json, "num_bytes");
+  tile.objects_bytes = unsigned_of(json, "objects_bytes");
   tile.content_hash = json.at("content_hash").string();
   return tile;
 }
@@ -229,6 +233,7 @@ TileInfo info_of(const Tile& tile, std::span<const std::byte> bytes) {
           .lowest_z_world = tile.lowest_z_world(),
           .highest_z_world = tile.highest_z_world(),
           .num_bytes = bytes.size(),
+          .objects_bytes = objects_bytes_of(bytes),
           .content_hash = core::content_hash(bytes)};
 }
 
@@ -297,6 +302,7 @@ Tile TileStore::load(const TileId& id) const {
   const std::vector<std::byte> bytes = core::read_file(file, kMaxTileBytes);
   Tile tile = decode_tile(bytes, id, file.string());
   if (bytes.size() != info.num_bytes || core::content_hash(bytes) != info.content_hash ||
+      objects_bytes_of(bytes) != info.objects_bytes ||
       tile.lowest_z_world() != info.lowest_z_world ||
       tile.highest_z_world() != info.highest_z_world)
     fail_not_listed(file, info);

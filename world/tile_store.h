@@ -26,6 +26,7 @@ struct SourceInfo {
   double spacing_m = 0.0;             ///< between its samples on the ground
   std::string content_hash;           ///< of the file or of the parameters
   std::string licence;                ///< as the config states it
+  std::string accuracy;               ///< of its heights, as the config states it
   std::int64_t num_voids = 0;         ///< samples of the source without a value
   std::int64_t num_voids_filled = 0;  ///< of these, filled from their surroundings
 };
@@ -54,6 +55,7 @@ struct TileInfo {
   double lowest_z_world = 0.0;
   double highest_z_world = 0.0;
   std::uint64_t num_bytes = 0;
+  std::uint64_t objects_bytes = 0;  ///< of these, what stands on the tile, inflated
   std::string content_hash = {};
   geo::Box3d box_world() const;
 };

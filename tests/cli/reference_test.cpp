@@ -27,6 +27,19 @@ TEST(Reference, DocumentedKeysAreThoseOfTheProgram) {
       << "docs/config.md is stale; write it again: terracast docs -o docs/config.md";
 }
 
+TEST(Reference, DocumentedClassesAreThoseOfTheProgram) {
+  EXPECT_EQ(text_of(kSource / "docs/classes.md"), classes_page())
+      << "docs/classes.md is stale; write it again: terracast docs classes -o docs/classes.md";
+}
+
+TEST(Reference, EachClassIsListedOnALine) {
+  const std::string text = list_text("classes");
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 52);  // and the head
+  EXPECT_TRUE(std::regex_search(
+      text, std::regex("\nvan +33 #2a2ab8 +vehicle +thing +26 +103 +3 +33  Vans\\.\n")))
+      << text;
+}
+
 /// The exports of a config alone.
 struct ExportsOnly {
   std::vector<exporters::ExportOptions> exports;

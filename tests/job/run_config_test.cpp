@@ -18,7 +18,8 @@ const fs::path kSource = TERRACAST_SOURCE_DIR;
 TEST(Configs, EveryJobThatIsShippedReads) {
   int num_jobs = 0;
   for (const auto& entry : fs::directory_iterator(kSource / "configs")) {
-    if (entry.path().extension() != ".toml") continue;
+    // Beside jobs there is the table of classes.
+    if (entry.path().extension() != ".toml" || entry.path().stem() == "classes") continue;
     ++num_jobs;
     EXPECT_NO_THROW(load_run_config(entry.path(), {})) << entry.path();
   }

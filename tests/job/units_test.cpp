@@ -8,6 +8,7 @@
 #include "geo/fixes/fix_format.h"
 #include "geo/trajectory.h"
 #include "job/run_config.h"
+#include "tiler/layer.h"
 
 namespace terracast::job {
 namespace {
@@ -16,6 +17,8 @@ namespace {
 const std::set<std::string> kPure = {"color_samples",
                                      "detail_roughness",
                                      "exposure",
+                                     "field_share",
+                                     "forest_share",
                                      "laps",
                                      "max_relative_depth_error",
                                      "min_disparity_share",
@@ -54,6 +57,7 @@ TEST(Units, EveryNumberOfAConfigHasOneOrNeedsNone) {
     options.describe(*core::make_key_lister(keys));
     expect_units(keys, num_with_unit);
   };
+  for (const auto& kind : tiler::layer_kinds()) expect_units_of(*kind.make());
   for (const auto& kind : geo::trajectory_kinds()) expect_units_of(*kind.make());
   for (const auto& format : geo::fix_formats()) expect_units_of(*format.make());
   for (const auto& format : exporters::exporters()) expect_units_of(*format.make());

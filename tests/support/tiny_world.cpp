@@ -75,7 +75,8 @@ world::TileStore make_tiny_world(const std::filesystem::path& folder,
                        .pipeline = "",
                        .spacing_m = std::ldexp(1.0, options.finest_level),
                        .content_hash = "tiny",
-                       .licence = "CC0"}};
+                       .licence = "CC0",
+                       .accuracy = ""}};
   for (const world::TileId& id : tiles)
     manifest.tiles.push_back(world::write_tile(folder, make_tile(id, height_m, options)));
   world::write_manifest(folder, manifest);

@@ -43,7 +43,7 @@ class SceneCacheTest : public testing::Test {
     const auto bytes = static_cast<double>(bytes_of_tile());
     loaded_.clear();
     return std::make_unique<SceneCache>(
-        kNumTiles,
+        std::vector<std::size_t>(kNumTiles, TileScene::kMostBytesWhileLoading),
         (num_tiles - 0.5) * bytes + static_cast<double>(TileScene::kMostBytesWhileLoading),
         [this](std::size_t tile_index) { return load(tile_index); });
   }

@@ -42,6 +42,7 @@ class AnalyticField : public HeightField {
     source.spacing_m = spacing_m_;
     source.content_hash = hash_;
     source.licence = entry.licence;
+    source.accuracy = entry.accuracy;
     sources_.push_back(std::move(source));
   }
 

@@ -113,6 +113,7 @@ class ProceduralField : public HeightField {
     source.spacing_m = spacing_m_;
     source.content_hash = hash_;
     source.licence = entry.licence;
+    source.accuracy = entry.accuracy;
     sources_.push_back(source);
     source.name = "sea";
     source.kind = "sea";

@@ -1,0 +1,369 @@
+#include "job/trace.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "capture/frame_reader.h"
+#include "capture/labels.h"
+#include "core/error.h"
+#include "core/random.h"
+#include "core/registry.h"
+#include "geo/camera_model.h"
+#include "job/stages.h"
+#include "render/marking.h"
+#include "render/material.h"
+#include "world/lod.h"
+#include "world/ray_query.h"
+
+namespace terracast::job {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+using core::Json;
+using core::SemanticClass;
+
+/// Rays down to a place start here, above all ground, and end here, below it.
+constexpr double kStartHeight_m = 20000.0;
+constexpr double kLength_m = 60000.0;
+
+constexpr std::string_view kCoverNames[world::kNumCovers] = {
+    "land",     "sea",  "outside", "forest",  "shrubs", "grass", "crops",
+    "built-up", "bare", "snow",    "wetland", "lake",   "river"};
+
+/// Where a ray met the world.
+struct Met {
+  world::SurfaceHit hit;
+  world::SurfaceSample surface;
+  world::TileId tile;
+  Eigen::Vector3d point_world;
+};
+
+std::optional<Met> cast(const world::RayQuery& query, const world::WorldRay& ray) {
+  Met met;
+  query.intersect({&ray, 1}, {&met.hit, 1}, world::Coherence::Incoherent, {&met.surface, 1});
+  if (met.hit.is_sky()) return std::nullopt;
+  met.tile = query.cut()[met.hit.tile_index].id;
+  met.point_world = ray.origin_world + met.hit.t * ray.direction_world;
+  return met;
+}
+
+/// As rendered pixels have it.
+SemanticClass class_of_ground(const world::TileStore& store, const Met& met) {
+  const auto seed = static_cast<std::uint32_t>(core::mix_bits(store.manifest().seed));
+  const render::Ground ground(render::climate_of(store, seed));
+  render::GroundPlaces places;
+  for (int lane = 0; lane < render::kLanes; ++lane)
+    places.set(lane, met.point_world, met.hit.normal_world(), met.surface, 0.0);
+  render::GroundPacket packet;
+  ground.set(places, packet);
+  render::Lanes<std::uint8_t> classes;
+  ground.classify(packet, classes);
+  return static_cast<SemanticClass>(classes[0]);
+}
+
+SemanticClass class_of(const world::TileStore& store, const Met& met) {
+  if (!met.hit.is_ground()) return met.surface.finish.semantic_class;
+  if (met.surface.paint.is_painted) return render::class_of(met.surface.paint);
+  return class_of_ground(store, met);
+}
+
+Json json_of_class(SemanticClass semantic_class) {
+  const auto id = static_cast<std::size_t>(semantic_class);
+  return Json::object()
+      .set("name", core::semantic_class_names()[id])
+      .set("id", static_cast<int>(id));
+}
+
+Json json_of_place(const geo::WorldFrame& frame, const Eigen::Vector3d& point_world) {
+  const geo::Geodetic place = frame.geodetic_from_world(point_world);
+  const auto undulation_m = egm96_undulation_m(place.lat_deg, place.lon_deg);
+  return Json::object()
+      .set("lat_deg", place.lat_deg)
+      .set("lon_deg", place.lon_deg)
+      .set("height_m", place.height_m)
+      .set("altitude_msl_m", undulation_m ? Json(place.height_m - *undulation_m) : Json())
+      .set("point_world", Json::array_of({point_world.x(), point_world.y(), point_world.z()}));
+}
+
+Json json_of_layer(const world::TileStore& store, std::size_t row) {
+  const auto& layers = store.manifest().layers;
+  if (row >= layers.size())
+    fail(ErrorKind::Input, "{}: a tile names layer {}, and the manifest lists {}; tile it again",
+         store.folder().string(), row, layers.size());
+  const world::LayerInfo& layer = layers[row];
+  return Json::object()
+      .set("row", static_cast<int>(row))
+      .set("name", layer.name)
+      .set("kind", layer.kind)
+      .set("source", layer.source)
+      .set("licence", layer.licence)
+      .set("accuracy", layer.accuracy);
+}
+
+Json json_of_elevation(const world::TileStore& store, std::size_t row) {
+  const auto& sources = store.manifest().sources;
+  if (row >= sources.size())
+    fail(ErrorKind::Input, "{}: a tile names source {}, and the manifest lists {}; tile it again",
+         store.folder().string(), row, sources.size());
+  const world::SourceInfo& source = sources[row];
+  return Json::object()
+      .set("row", static_cast<int>(row))
+      .set("source", source.name)
+      .set("kind", source.kind)
+      .set("horizontal_crs", source.horizontal_crs)
+      .set("vertical_datum", source.vertical_datum)
+      .set("spacing_m", source.spacing_m)
+      .set("licence", source.licence)
+      .set("accuracy", source.accuracy);
+}
+
+Json json_of_cover(const world::TileStore& store, world::Cover cover) {
+  Json json = Json::object().set("name", kCoverNames[static_cast<std::size_t>(cover)]);
+  if (cover == world::Cover::Land || cover == world::Cover::Sea || cover == world::Cover::Outside)
+    return json;  // no layer's word
+  Json layers = Json::array();
+  const auto& all = store.manifest().layers;
+  for (std::size_t row = 0; row < all.size(); ++row)
+    if (all[row].kind == "land_cover") layers.push(json_of_layer(store, row));
+  return json.set("layers", std::move(layers));
+}
+
+/// What follows the place: all of it from the world.
+void add_source(const world::TileStore& store, const Met& met, Json& json) {
+  const world::PaintSample& paint = met.surface.paint;
+  if (!met.hit.is_ground()) {
+    json.set("layer", json_of_layer(store, met.surface.provenance.layer))
+        .set("feature", met.surface.provenance.feature);
+  } else {
+    if (paint.is_painted)
+      json.set("layer", json_of_layer(store, paint.coating.layer))
+          .set("feature", paint.coating.feature);
+    json.set("elevation", json_of_elevation(store, met.surface.source));
+    if (!paint.is_painted) json.set("cover", json_of_cover(store, met.surface.cover));
+  }
+  json.set("tile",
+           Json::object().set("name", met.tile.name()).set("spacing_m", met.tile.spacing_m()));
+}
+
+const char* surface_name(const Met& met) {
+  if (!met.hit.is_ground()) return "object";
+  return met.surface.paint.is_painted ? "paint" : "ground";
+}
+
+Json trace_down(const world::TileStore& store, const world::WorldRay& ray) {
+  const world::RayQuery query(store, world::finest_cut(store), {});
+  // The far side of the Earth lies below the world.
+  const bool is_above = ray.origin_world.z() > 0.0;
+  const std::optional<Met> met = is_above ? cast(query, ray) : std::nullopt;
+  const geo::WorldFrame frame(store.manifest().origin);
+  if (!met) {
+    const geo::Geodetic above = frame.geodetic_from_world(ray.origin_world);
+    fail(ErrorKind::Input,
+         "latitude {:.6f}, longitude {:.6f} lies outside the tiles of {}, which reach {:.0f} km "
+         "from latitude {:.6f}, longitude {:.6f}",
+         above.lat_deg, above.lon_deg, store.folder().string(),
+         store.manifest().apron_radius_m / 1000.0, store.manifest().origin.lat_deg,
+         store.manifest().origin.lon_deg);
+  }
+  Json json = Json::object();
+  json.set("place", json_of_place(frame, met->point_world))
+      .set("surface", surface_name(*met))
+      .set("class", json_of_class(class_of(store, *met)))
+      .set("instance_id", met->hit.is_ground()
+                              ? 0
+                              : static_cast<std::int64_t>(met->surface.provenance.instance_id));
+  add_source(store, *met, json);
+  return json;
+}
+
+capture::SequenceReader open_sequence(const CapturedPixel& pixel) {
+  const auto folders = capture::list_sequences(pixel.capture);
+  std::vector<std::string> names;
+  for (const auto& folder : folders) {
+    names.push_back(folder.filename().string());
+    if (pixel.sequence == names.back() || (pixel.sequence.empty() && folders.size() == 1))
+      return capture::SequenceReader::open(folder);
+  }
+  if (pixel.sequence.empty())
+    fail(ErrorKind::Usage, "{}: holds {} sequences ({}); name one with --sequence",
+         pixel.capture.string(), names.size(), fmt::join(names, ", "));
+  fail(ErrorKind::Usage, "{}: {}", pixel.capture.string(),
+       core::unknown_name_message("sequence", pixel.sequence, names));
+}
+
+int find_camera(const capture::SequenceInfo& info, const std::string& camera) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < info.cameras.size(); ++i) {
+    names.push_back(info.cameras[i].rig + "/" + info.cameras[i].name);
+    if (camera == names.back() || (camera.empty() && info.cameras.size() == 1))
+      return static_cast<int>(i);
+  }
+  if (camera.empty())
+    fail(ErrorKind::Usage, "{}: has {} cameras ({}); name one with --camera", info.name,
+         names.size(), fmt::join(names, ", "));
+  fail(ErrorKind::Usage, "{}: {}", info.name, core::unknown_name_message("camera", camera, names));
+}
+
+/// The tiles that a sequence showed, which must be those of the store.
+std::vector<world::CutTile> cut_of(const world::TileStore& store,
+                                   const capture::SequenceInfo& info) {
+  std::vector<world::TileId> leaves;
+  for (const capture::ShownTile& tile : info.geometry.tiles) {
+    const world::TileId id{tile.level, tile.x, tile.y};
+    const world::TileInfo* found = store.find(id);
+    if (found == nullptr || found->content_hash != tile.content_hash)
+      fail(ErrorKind::Input,
+           "{} {} tile {} that {} was captured with; give the world that the capture was "
+           "rendered from",
+           store.folder().string(), found == nullptr ? "lacks" : "has another content in",
+           id.name(), info.name);
+    leaves.push_back(id);
+  }
+  return world::with_coarser_sides(leaves);
+}
+
+/// Of a layer or a source of heights.
+std::string terms_lines(const Json& source) {
+  std::string text;
+  for (const char* member : {"licence", "accuracy"})
+    if (!source.at(member).string().empty())
+      text += fmt::format("{:12}{}: {}\n", "", member, source.at(member).string());
+  return text;
+}
+
+std::string layer_lines(const Json& layer, const std::string& name) {
+  const std::string text = fmt::format("{:12}{} ({}), source {}\n", name, layer.at("name").string(),
+                                       layer.at("kind").string(), layer.at("source").string());
+  return text + terms_lines(layer);
+}
+
+}  // namespace
+
+Json trace_place(const world::TileStore& store, double lat_deg, double lon_deg) {
+  const geo::WorldFrame frame(store.manifest().origin);
+  const Eigen::Vector3d start_world = frame.world_from_geodetic(
+      {.lat_deg = lat_deg, .lon_deg = lon_deg, .height_m = kStartHeight_m});
+  return trace_down(store, {.origin_world = start_world,
+                            .direction_world = -frame.up_world(start_world),
+                            .t_max = kLength_m});
+}
+
+Json trace_world_place(const world::TileStore& store, const Eigen::Vector2d& place_world) {
+  return trace_down(store, {.origin_world = {place_world.x(), place_world.y(), kStartHeight_m},
+                            .direction_world = -Eigen::Vector3d::UnitZ(),
+                            .t_max = kLength_m});
+}
+
+Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
+  const capture::SequenceReader sequence = open_sequence(pixel);
+  const capture::SequenceInfo& info = sequence.info();
+  const int camera_index = find_camera(info, pixel.camera);
+  const geo::CameraIntrinsics& intrinsics =
+      info.cameras[static_cast<std::size_t>(camera_index)].intrinsics;
+  if (pixel.frame < 0 || pixel.frame >= info.num_frames)
+    fail(ErrorKind::Usage, "{}: has frames 0 to {}, and {} is asked for", info.name,
+         info.num_frames - 1, pixel.frame);
+  if (pixel.x < 0 || pixel.y < 0 || pixel.x >= intrinsics.width_px ||
+      pixel.y >= intrinsics.height_px)
+    fail(ErrorKind::Usage, "{}: its images have {} x {} pixels, and ({}, {}) is asked for",
+         info.name, intrinsics.width_px, intrinsics.height_px, pixel.x, pixel.y);
+
+  const capture::CameraFrame facts =
+      sequence.read_camera(pixel.frame, camera_index, capture::SequenceReader::kFacts);
+  const double range_m = facts.range_m(pixel.x, pixel.y);
+  const auto semantic_class = static_cast<SemanticClass>(facts.semantic_id(pixel.x, pixel.y));
+  const std::uint32_t instance_id = facts.instance_id(pixel.x, pixel.y);
+  Json json = Json::object();
+  if (std::isinf(range_m))
+    return json.set("surface", "sky")
+        .set("class", json_of_class(semantic_class))
+        .set("instance_id", 0);
+
+  const auto model = geo::make_camera(intrinsics);
+  const geo::Rigid3d world_from_camera = sequence.world_from_camera(pixel.frame, camera_index);
+  const Eigen::Vector2d center = capture::pixel_center(pixel.x, pixel.y);
+  const Eigen::Vector3d direction_world =
+      world_from_camera.rotation * model->ray_from_pixel(center).normalized();
+  const world::RayQuery query(store, cut_of(store, info), {});
+  const std::optional<Met> met = cast(
+      query, {.origin_world = world_from_camera.translation, .direction_world = direction_world});
+  // The capture holds the range as a float.
+  constexpr double kFloatEpsilon = std::numeric_limits<float>::epsilon();
+  const double tolerance_m = 1e-3 + 2.0 * kFloatEpsilon * range_m;
+  const std::uint32_t met_instance =
+      met && !met->hit.is_ground() ? met->surface.provenance.instance_id : 0;
+  if (!met || std::abs(met->hit.t - range_m) > tolerance_m || met_instance != instance_id)
+    fail(ErrorKind::Input,
+         "{}: frame {}, pixel ({}, {}) has range {:.3f} m and instance {}, and its ray meets {} in "
+         "{}; was the capture rendered from that world?",
+         info.name, pixel.frame, pixel.x, pixel.y, range_m, instance_id,
+         met ? fmt::format("instance {} at {:.3f} m", met_instance, met->hit.t) : "nothing",
+         store.folder().string());
+  json.set("place", json_of_place(geo::WorldFrame(info.origin),
+                                  capture::point_world(
+                                      {.model = *model, .world_from_camera = world_from_camera},
+                                      center, range_m)))
+      .set("range_m", range_m)
+      .set("surface", surface_name(*met))
+      .set("class", json_of_class(semantic_class))
+      .set("instance_id", static_cast<std::int64_t>(instance_id));
+  add_source(store, *met, json);
+  return json;
+}
+
+std::string trace_text(const Json& trace) {
+  std::string text;
+  const auto line = [&](const char* name, const std::string& value) {
+    text += fmt::format("{:12}{}\n", name, value);
+  };
+  if (trace.has("place")) {
+    const Json& place = trace.at("place");
+    line("place", fmt::format("latitude {:.7f}, longitude {:.7f} (WGS84)",
+                              place.at("lat_deg").number(), place.at("lon_deg").number()));
+    line("height", fmt::format("{:.2f} m above the ellipsoid{}", place.at("height_m").number(),
+                               place.at("altitude_msl_m").is_null()
+                                   ? ""
+                                   : fmt::format(", {:.2f} m above the geoid (EGM96)",
+                                                 place.at("altitude_msl_m").number())));
+    const std::vector<double> point = place.at("point_world").numbers();
+    line("world", fmt::format("{:.3f}, {:.3f}, {:.3f}", point[0], point[1], point[2]));
+  }
+  if (trace.has("range_m")) line("range", fmt::format("{:.3f} m", trace.at("range_m").number()));
+  line("surface", trace.at("surface").string());
+  line("class", fmt::format("{} ({})", trace.at("class").at("name").string(),
+                            trace.at("class").at("id").integer()));
+  if (trace.at("instance_id").integer() != 0)
+    line("instance", fmt::format("{}", trace.at("instance_id").integer()));
+  if (trace.has("layer")) {
+    text += layer_lines(trace.at("layer"), "layer");
+    line("feature", fmt::format("{}", trace.at("feature").integer()));
+  }
+  if (trace.has("elevation")) {
+    const Json& elevation = trace.at("elevation");
+    line("elevation", fmt::format("{} ({}), above {}, every {:.3g} m",
+                                  elevation.at("source").string(), elevation.at("kind").string(),
+                                  elevation.at("vertical_datum").string().empty()
+                                      ? "the ellipsoid"
+                                      : elevation.at("vertical_datum").string(),
+                                  elevation.at("spacing_m").number()));
+    text += terms_lines(elevation);
+  }
+  if (trace.has("cover")) {
+    const Json& cover = trace.at("cover");
+    line("cover", cover.at("name").string());
+    if (cover.has("layers"))
+      for (std::size_t i = 0; i < cover.at("layers").size(); ++i)
+        text += layer_lines(cover.at("layers").at(i), i == 0 ? "  from" : "  or");
+  }
+  if (trace.has("tile"))
+    line("tile", fmt::format("{}, samples every {:g} m", trace.at("tile").at("name").string(),
+                             trace.at("tile").at("spacing_m").number()));
+  return text;
+}
+
+}  // namespace terracast::job

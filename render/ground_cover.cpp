@@ -1,0 +1,357 @@
+#include "render/ground_cover.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/packet_code.h"
+#include "core/random.h"
+#include "render/blend.h"
+#include "render/pattern.h"
+
+namespace terracast::render {
+namespace {
+
+using core::larger;
+using core::smaller;
+using world::Cover;
+
+/// Shares that follow slope, height, moisture and noise.
+TERRACAST_PACKET_CODE void draw_natural(const GroundPacket& g, float snow_line, float tree_line,
+                                        float beach, Covers& c) {
+  for (int i = 0; i < kLanes; ++i) {
+    const float region = c.region.value[i];
+    const float patch = c.patch.value[i];
+    const float clump = c.clump.value[i];
+    // Edges are as soft as what the footprint left out of the noise that draws them.
+    const float blur = 0.45f * c.patch.left_out[i] + 0.45f * c.clump.left_out[i];
+    const float height = g.height_m[i];
+    const float steep = g.steepness[i];
+    const float moist = g.moisture[i];
+    const float above_trees = height - tree_line - 60.0f * region;
+
+    c.grass[i] = step_up((moist - 0.15f) * 3.0f + 0.40f * region + 0.35f * patch + 0.30f * clump -
+                             2.0f * ramp((above_trees - 350.0f) / 500.0f),
+                         0.55f + blur);
+    c.field[i] = step_up(smaller((0.15f - steep) * 14.0f, 1.2f) + 0.45f * region -
+                             3.0f * ramp((above_trees + 900.0f) / 200.0f),
+                         0.10f) *
+                 step_up(height - beach - 3.0f, 1.5f);
+    c.forest[i] = step_up(
+        (moist - 0.40f) * 2.0f + 0.60f * region + 0.55f * patch + 0.40f * clump +
+            1.2f * ramp((steep - 0.12f) * 2.5f) - 0.25f - 4.0f * ramp(above_trees / 160.0f) -
+            3.0f * ramp((steep - 0.66f) * 6.0f) - 3.0f * ramp((beach + 4.0f - height) / 4.0f),
+        0.16f + blur);
+    c.sand[i] = step_up(beach - height + 0.7f * patch + 0.4f * clump, 0.5f + blur) *
+                step_up(0.30f - steep, 0.08f);
+    c.scree[i] = step_up((steep - 0.50f) / 0.12f + 0.55f * patch + 0.30f * clump +
+                             clamped(above_trees / 300.0f, -3.0f, 0.6f),
+                         0.30f + blur);
+    c.rock[i] = step_up((steep - 0.64f) / 0.10f + 0.50f * patch + 0.60f * clump +
+                            clamped(above_trees / 900.0f, -0.3f, 0.9f),
+                        0.22f + blur);
+    c.snow[i] =
+        step_up((height - snow_line) / 260.0f + 0.35f * region + 0.40f * patch + 0.35f * clump +
+                    1.4f * g.northness[i] - 5.0f * larger(0.0f, steep - 0.60f),
+                0.14f + blur);
+  }
+}
+
+constexpr std::size_t index_of(Cover cover) { return static_cast<std::size_t>(cover); }
+
+/// How much of each cover is seen at a lane, from those at the corners of its triangle. Borders wander
+/// with the noise and are a cell wide.
+std::array<float, world::kNumCovers> cover_shares(const GroundPacket& g, const Covers& c,
+                                                  int lane) {
+  std::array<float, world::kNumCovers> shares{};
+  for (std::size_t corner = 0; corner < g.corner_cover.size(); ++corner)
+    shares[g.corner_cover[corner][lane]] += g.corner_weight[corner][lane];
+  float sum = 0.0f;
+  for (std::size_t cover = 0; cover < shares.size(); ++cover) {
+    // Of two covers one gains where the other loses.
+    const float side = cover % 2 == 0 ? 1.0f : -1.0f;
+    const float wandered =
+        larger(shares[cover] * (1.0f + 0.35f * side * c.clump.value[lane]), 0.0f);
+    shares[cover] = wandered * wandered;
+    sum += shares[cover];
+  }
+  for (float& share : shares) share /= sum;
+  return shares;
+}
+
+/// A colour of cultivated land, its rows, and how far from a hedge.
+struct Parcel {
+  float color[3];
+  float rows;  ///< factor on the colour
+  float bare;  ///< share of tracks through the crop
+  float edge_m;
+};
+
+/// Patchwork of parcels: districts of about 1 km turn it their own way; in each, rows of 50 to 110
+/// m are cut at 80 to 240 m.
+Parcel parcel_at(const NoisePlaces& places, int lane, float warp_m, std::uint32_t seed) {
+  const std::int32_t u0 = places.u[0][lane];
+  const std::int32_t v0 = places.v[0][lane];
+  const int district_shift = 22;  // 1024 m
+  const std::uint64_t district =
+      core::random_bits(seed, static_cast<std::uint32_t>(u0 >> district_shift),
+                        static_cast<std::uint32_t>(v0 >> district_shift));
+  const int plane = static_cast<int>(district % kNumNoisePlanes);
+  const float width_m = 50.0f + 60.0f * static_cast<float>((district >> 8) & 255u) / 255.0f;
+  const float length_m = 80.0f + 160.0f * static_cast<float>((district >> 16) & 255u) / 255.0f;
+  const double along_m = places.u[plane][lane] * kNoiseStep_m + static_cast<double>(warp_m);
+  const double across_m = places.v[plane][lane] * kNoiseStep_m - 0.7 * static_cast<double>(warp_m);
+  const double row = std::floor(across_m / static_cast<double>(width_m));
+  const float in_row_m = static_cast<float>(across_m - row * static_cast<double>(width_m));
+  const std::uint64_t row_bits =
+      core::random_bits(district, 1, static_cast<std::uint64_t>(static_cast<std::int64_t>(row)));
+  const double shifted_m =
+      along_m + static_cast<double>(length_m) * static_cast<double>(row_bits & 1023u) / 1024.0;
+  const double column = std::floor(shifted_m / static_cast<double>(length_m));
+  const float in_column_m = static_cast<float>(shifted_m - column * static_cast<double>(length_m));
+  const std::uint64_t bits =
+      core::random_bits(row_bits, 2, static_cast<std::uint64_t>(static_cast<std::int64_t>(column)));
+
+  static constexpr float kCrops[8][3] = {{0.260f, 0.200f, 0.085f}, {0.075f, 0.120f, 0.032f},
+                                         {0.140f, 0.100f, 0.066f}, {0.300f, 0.250f, 0.130f},
+                                         {0.105f, 0.135f, 0.042f}, {0.055f, 0.090f, 0.026f},
+                                         {0.190f, 0.165f, 0.070f}, {0.120f, 0.110f, 0.055f}};
+  Parcel parcel;
+  const float tint = 0.82f + 0.36f * static_cast<float>((bits >> 8) & 255u) / 255.0f;
+  for (int k = 0; k < 3; ++k) parcel.color[k] = kCrops[bits % 8][k] * tint;
+  // Rows of maize and beets stand 0.75 m apart, of which plants cover 0.45 m; tracks of the sprayer, two
+  // of 0.4 m, come every 18 m.
+  const auto footprint_m = static_cast<double>(places.footprint_m[lane]);
+  const double across_row_m = static_cast<double>(in_row_m);
+  parcel.rows = 1.0f;
+  if (bits % 8 == 1 || bits % 8 == 5 || bits % 8 == 2) {
+    const double plants = share_of_bars(across_row_m, footprint_m, 0.45, 0.75);
+    parcel.rows += 0.55f * static_cast<float>(plants - 0.6);
+  }
+  const double tracks = share_of_bars(across_row_m - 8.0, footprint_m, 0.4, 18.0) +
+                        share_of_bars(across_row_m - 9.8, footprint_m, 0.4, 18.0);
+  parcel.bare = bits % 8 == 2 ? 0.0f : static_cast<float>(tracks);
+  parcel.edge_m =
+      smaller(smaller(in_row_m, width_m - in_row_m), smaller(in_column_m, length_m - in_column_m));
+  return parcel;
+}
+
+/// Yards of towns: blocks of about 200 m turn them their own way; lawns, beds, paving, gravel and asphalt in
+/// cells of 7 to 16 m.
+Rgb yard_at(const NoisePlaces& places, int lane, float clump, float grain, std::uint32_t seed) {
+  const int block_shift = 20;  // 256 m
+  const std::uint64_t block =
+      core::random_bits(seed + 5, static_cast<std::uint32_t>(places.u[0][lane] >> block_shift),
+                        static_cast<std::uint32_t>(places.v[0][lane] >> block_shift));
+  const int plane = static_cast<int>(block % kNumNoisePlanes);
+  const double along_m = places.u[plane][lane] * kNoiseStep_m;
+  const double across_m = places.v[plane][lane] * kNoiseStep_m;
+  const double width_m = 7.0 + 9.0 * static_cast<double>((block >> 8) & 255u) / 255.0;
+  const double row = std::floor(across_m / width_m);
+  const double length_m = width_m * (0.8 + 0.8 * static_cast<double>(cell_tint(block, 1, row)));
+  const double column = std::floor(along_m / length_m);
+  const float kind = cell_tint(block, column, row);
+  const float tint = 0.85f + 0.30f * cell_tint(block ^ 7, column, row);
+  const float footprint_m = places.footprint_m[lane];
+  Rgb color{0.215f, 0.205f, 0.190f};  // paving
+  if (kind < 0.34f) {
+    color = {0.070f, 0.105f, 0.030f};  // lawn
+    lay(color, ramp(0.4f + 0.3f * clump), 0.120f, 0.130f, 0.050f);
+  } else if (kind < 0.46f) {
+    color = {0.095f, 0.075f, 0.048f};  // beds
+    lay(color, ramp(0.3f + 0.6f * grain), 0.050f, 0.068f, 0.024f);
+  } else if (kind < 0.62f) {
+    color = {0.255f, 0.235f, 0.200f};  // gravel
+  } else if (kind < 0.78f) {
+    color = {0.098f, 0.097f, 0.096f};  // asphalt
+  }
+  shade(color, tint * (1.0f + 0.05f * clump + 0.06f * grain));
+  const double edge =
+      share_of_joints(along_m, across_m, static_cast<double>(footprint_m), 0.25, length_m, width_m);
+  lay(color, 0.6f * static_cast<float>(edge), 0.150f, 0.142f, 0.128f);
+  // What cells mix to where a sample covers many.
+  lay(color, 1.0f - told(footprint_m, 2.0f * static_cast<float>(width_m)), 0.150f, 0.148f, 0.108f);
+  return color;
+}
+
+/// Parcels and yards, picked one by one before the arithmetic that is the same for all lanes.
+struct Plots {
+  Lanes<float> parcel_r, parcel_g, parcel_b, parcel_edge_m, parcel_bare;
+  Lanes<float> yard_r, yard_g, yard_b;
+};
+
+TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const Details& d,
+                                 const Plots& p, const Lanes<float>& relief, float tree_line_m,
+                                 GroundLook& look) {
+  for (int i = 0; i < kLanes; ++i) {
+    const float region = c.region.value[i];
+    const float patch = c.patch.value[i];
+    const float clump = c.clump.value[i];
+    const float moist = g.moisture[i];
+    const float high = ramp((g.height_m[i] - tree_line_m + 400.0f) / 800.0f);
+    const float footprint = g.places.footprint_m[i];
+
+    // Soil, then grass from straw to green by moisture.
+    Rgb color{0.165f, 0.118f, 0.072f};
+    lay(color, ramp(0.4f + 0.25f * patch), 0.215f, 0.172f, 0.115f);
+    const float green = ramp(0.48f + 1.2f * (moist - 0.35f) + 0.22f * region + 0.20f * patch +
+                             0.16f * clump + 0.12f * d.coarse.value[i]);
+    Rgb grass{0.185f, 0.155f, 0.065f};
+    lay(grass, green, 0.070f, 0.098f, 0.028f);
+    lay(grass, 0.50f * high, 0.115f, 0.126f, 0.052f);
+    // Meadows: mown ones bright, tall ones with seed heads, clover and flowers in patches.
+    Rgb meadow{0.088f, 0.118f, 0.034f};
+    lay(meadow, ramp(0.45f + 0.45f * patch + 0.20f * region), 0.140f, 0.148f, 0.056f);
+    lay(meadow, 0.7f * ramp(0.6f * clump + 0.5f * patch - 0.55f), 0.170f, 0.145f, 0.075f);
+    lay(meadow, 0.5f * ramp(d.grain.value[i] + 0.5f * clump - 1.3f), 0.260f, 0.240f, 0.110f);
+    lay(grass, c.meadow[i], meadow);
+    // Wetland: sedges, brown moss, dark pools.
+    Rgb fen{0.082f, 0.088f, 0.036f};
+    lay(fen, ramp(0.4f + 0.5f * clump), 0.115f, 0.088f, 0.045f);
+    const float pool = step_up(0.7f * patch + 0.55f * clump + 0.25f * d.coarse.value[i] - 0.75f,
+                               0.12f + 0.5f * c.clump.left_out[i]);
+    lay(fen, 0.92f * pool, 0.016f, 0.020f, 0.017f);
+    lay(grass, c.wet[i], fen);
+    lay(color, c.grass[i], grass);
+
+    // Litter, moss and roots below trees; bushes over grass and bare earth.
+    Rgb floor{0.078f, 0.056f, 0.034f};
+    lay(floor, ramp(0.35f + 0.40f * clump + 0.25f * patch), 0.050f, 0.062f, 0.024f);
+    lay(floor, 0.6f * ramp(0.7f * d.grain.value[i] - 0.3f), 0.120f, 0.090f, 0.058f);
+    lay(color, c.floor[i], floor);
+    const float bush =
+        step_up(d.bushes.value[i] + 0.35f * patch - 0.15f, 0.35f + 0.8f * d.bushes.left_out[i]);
+    Rgb leaves{0.040f, 0.056f, 0.020f};
+    lay(leaves, ramp(0.4f + 0.35f * clump), 0.078f, 0.086f, 0.034f);
+    shade(leaves, 1.0f + 0.30f * ramp(0.5f * d.bushes.value[i]));
+    lay(color, c.shrubs[i] * bush, leaves);
+    lay(color, c.built[i], p.yard_r[i], p.yard_g[i], p.yard_b[i]);
+
+    const float furrows = 1.0f + 0.05f * d.coarse.value[i] + 0.06f * patch;
+    lay(color, c.field[i], p.parcel_r[i] * furrows, p.parcel_g[i] * furrows,
+        p.parcel_b[i] * furrows);
+    lay(color, 0.8f * c.field[i] * p.parcel_bare[i], 0.150f, 0.112f, 0.072f);
+    // Hedges and tracks, 2.5 m to each side of the edge, thinned to their share of the footprint.
+    const float reach = larger(2.5f, footprint);
+    const float hedge = (2.5f / reach) * step_up(reach - p.parcel_edge_m[i], 0.5f * reach) *
+                        ramp(0.8f + 0.5f * clump);
+    lay(color, c.field[i] * hedge, 0.040f, 0.055f, 0.022f);
+
+    // Crowns: bright tops, dark gaps.
+    const float crown = ramp(0.5f + 0.42f * d.trees.value[i]);
+    const float broadleaf = ramp(0.5f + 0.5f * region + 0.5f * patch - 1.2f * high);
+    Rgb forest{0.030f, 0.045f, 0.020f};
+    lay(forest, broadleaf, 0.058f, 0.078f, 0.026f);
+    shade(forest, (0.35f + 1.30f * crown) * (1.0f + 0.18f * d.coarse.value[i] + 0.10f * clump));
+    lay(color, c.forest[i], forest);
+
+    lay(color, c.sand[i], 0.40f, 0.335f, 0.235f);
+
+    Rgb scree{0.255f, 0.240f, 0.215f};
+    shade(scree, 1.0f + 0.16f * patch + 0.14f * clump);
+    lay(color, c.scree[i], scree);
+
+    // Rock: layers of two tints, cracks where the noise passes zero, lichen.
+    Rgb rock{0.195f, 0.185f, 0.172f};
+    lay(rock, ramp(0.45f + 0.35f * region + 0.45f * d.strata.value[i]), 0.275f, 0.243f, 0.200f);
+    shade(rock, 1.0f + 0.16f * d.strata.value[i] + 0.12f * clump + 0.10f * patch);
+    const float open = (1.0f - d.cracks.left_out[i]);
+    const float nearness = 1.0f - smaller(absolute(d.cracks.value[i]) * 6.0f, 1.0f);
+    shade(rock, 1.0f - 0.45f * open * nearness);
+    lay(rock, 0.35f * ramp(d.coarse.value[i] - 0.3f), 0.140f, 0.150f, 0.105f);
+    lay(color, c.rock[i], rock);
+
+    // Grain of every scale, stones that stand out, less on snow.
+    const float bare = larger(larger(c.rock[i], c.scree[i]),
+                              1.0f - larger(c.grass[i], larger(c.floor[i], c.built[i])));
+    const float grainy = 0.17f + 0.08f * bare;
+    const float mottle =
+        1.0f + grainy * (d.coarse.value[i] + d.grain.value[i] + d.fine.value[i]) + 0.07f * clump;
+    shade(color, clamped(mottle, 0.30f, 1.9f));
+    const float stony = bare * (1.0f - c.forest[i]) * (1.0f - d.stones.left_out[i]);
+    shade(color, 1.0f + 0.55f * stony * step_up(d.stones.value[i] - 1.15f, 0.30f) -
+                     0.35f * stony * step_up(-d.stones.value[i] - 1.25f, 0.30f));
+
+    const float drift = 1.0f + 0.035f * (d.coarse.value[i] + d.grain.value[i] + d.fine.value[i]) +
+                        0.03f * clump + 0.02f * patch;
+    lay(color, c.snow[i], 0.72f * drift, 0.74f * drift, 0.78f * drift);
+
+    look.albedo[0][i] = clamped(color.r, 0.004f, 0.88f);
+    look.albedo[1][i] = clamped(color.g, 0.004f, 0.88f);
+    look.albedo[2][i] = clamped(color.b, 0.004f, 0.88f);
+    const float hollow = 0.10f * (d.coarse.value[i] + d.grain.value[i]) * relief[i] * 5.0f +
+                         0.25f * c.forest[i] * (crown - 0.5f) -
+                         0.15f * c.shrubs[i] * (0.5f - bush) - 0.10f * c.floor[i];
+    look.openness[i] = clamped(0.90f + hollow, 0.45f, 1.0f);
+    look.is_water[i] = 0.0f;
+    look.wave_variance[i] = 0.0f;
+  }
+}
+
+bool any(const Lanes<float>& lanes) {
+  return *std::max_element(lanes.values, lanes.values + kLanes) > 0.0f;
+}
+
+}  // namespace
+
+void guess_covers(const GroundPacket& packet, const Climate& climate, Covers& covers) {
+  draw_natural(packet, static_cast<float>(climate.snow_line_m),
+               static_cast<float>(climate.tree_line_m), climate.has_sea ? 1.8f : -1e6f, covers);
+  for (Lanes<float>* lanes :
+       {&covers.shrubs, &covers.floor, &covers.meadow, &covers.built, &covers.wet})
+    std::fill_n(lanes->values, kLanes, 0.0f);
+}
+
+void take_known_covers(const GroundPacket& g, const Climate& climate, Covers& c) {
+  for (int i = 0; i < kLanes; ++i) {
+    const std::array<float, world::kNumCovers> share = cover_shares(g, c, i);
+    const auto of = [&](Cover cover) { return share[index_of(cover)]; };
+    const float guessed = of(Cover::Land) + of(Cover::Sea) + of(Cover::Outside);
+    if (guessed >= 1.0f) continue;
+    // Where trees stand on the ground it is their floor that is seen; so far off that a tree is less
+    // than a sample, they are not there, and the ground looks like their crowns.
+    const float crowns = climate.has_trees ? ramp((g.places.footprint_m[i] - 8.0f) / 12.0f) : 1.0f;
+    const float forest = of(Cover::Forest);
+    const float shrubs = of(Cover::Shrubs);
+    c.grass[i] = guessed * c.grass[i] + of(Cover::Grass) + of(Cover::Wetland) +
+                 shrubs * ramp(0.35f + 0.4f * c.clump.value[i] + 0.3f * c.patch.value[i]);
+    c.field[i] = guessed * c.field[i] + of(Cover::Crops);
+    c.forest[i] = guessed * c.forest[i] + forest * crowns;
+    c.floor[i] = forest * (1.0f - crowns);
+    c.shrubs[i] = shrubs;
+    c.meadow[i] = of(Cover::Grass);
+    c.built[i] = of(Cover::BuiltUp);
+    c.wet[i] = of(Cover::Wetland);
+    const float stony = guessed + of(Cover::Bare);
+    c.sand[i] *= stony;
+    c.scree[i] *= stony + 0.5f * (of(Cover::Grass) + shrubs);
+    c.rock[i] *= stony + 0.7f * (of(Cover::Grass) + shrubs + forest);
+    c.snow[i] = larger(c.snow[i] * (guessed + of(Cover::Bare) + of(Cover::Grass)), of(Cover::Snow));
+  }
+}
+
+void paint_land(const GroundPacket& packet, const Covers& covers, const Details& details,
+                const Lanes<float>& relief, const Climate& climate, GroundLook& look) {
+  NoiseSum warp{};
+  if (any(covers.field)) warp = sum_noise(packet.places, 8, 5, climate.seed + kFieldWarp);
+  Plots plots{};
+  for (int i = 0; i < kLanes; ++i) {
+    if (covers.field[i] > 0.0f) {
+      const Parcel parcel = parcel_at(packet.places, i, 9.0f * warp.value[i], climate.seed);
+      plots.parcel_r[i] = parcel.color[0] * parcel.rows;
+      plots.parcel_g[i] = parcel.color[1] * parcel.rows;
+      plots.parcel_b[i] = parcel.color[2] * parcel.rows;
+      plots.parcel_edge_m[i] = parcel.edge_m;
+      plots.parcel_bare[i] = parcel.bare;
+    }
+    if (covers.built[i] > 0.0f) {
+      const Rgb yard =
+          yard_at(packet.places, i, covers.clump.value[i], details.grain.value[i], climate.seed);
+      plots.yard_r[i] = yard.r;
+      plots.yard_g[i] = yard.g;
+      plots.yard_b[i] = yard.b;
+    }
+  }
+  paint(packet, covers, details, plots, relief, static_cast<float>(climate.tree_line_m), look);
+}
+
+}  // namespace terracast::render

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+
+#include "render/material.h"
+#include "render/noise.h"
+
+/// What covers unpaved land, and how it looks.
+namespace terracast::render {
+
+/// Streams of noise; each idea has its own.
+inline constexpr std::uint32_t kRegion = 11;
+inline constexpr std::uint32_t kPatch = 23;
+inline constexpr std::uint32_t kClump = 37;
+inline constexpr std::uint32_t kTrees = 41;
+inline constexpr std::uint32_t kCoarseGrain = 53;
+inline constexpr std::uint32_t kGrain = 67;
+inline constexpr std::uint32_t kFineGrain = 79;
+inline constexpr std::uint32_t kStrata = 83;
+inline constexpr std::uint32_t kCracks = 97;
+inline constexpr std::uint32_t kStones = 101;
+inline constexpr std::uint32_t kWaves = 113;
+inline constexpr std::uint32_t kFieldWarp = 127;
+inline constexpr std::uint32_t kBushes = 131;
+
+/// Shares of the ground's covers at a packet, each over all that is listed before it.
+struct Covers {
+  Lanes<float> grass;
+  Lanes<float> field;
+  Lanes<float> forest;
+  Lanes<float> sand;
+  Lanes<float> scree;
+  Lanes<float> rock;
+  Lanes<float> snow;
+  // What a source of land cover tells beside: all 0 where none knows.
+  Lanes<float> shrubs;
+  Lanes<float> floor;  ///< of forests whose trees stand on it
+  Lanes<float> meadow;
+  Lanes<float> built;
+  Lanes<float> wet;
+  NoiseSum region;  ///< 4 km to 256 m
+  NoiseSum patch;   ///< 128 to 32 m
+  NoiseSum clump;   ///< 16 to 1 m
+};
+
+/// Sets the shares by slope, height, moisture and noise; the noise sums are set.
+void guess_covers(const GroundPacket& packet, const Climate& climate, Covers& covers);
+
+/// Guesses at all lanes.
+/// sum   sum_noise for what samples see, sum_all_noise for what is at their points
+template <class Sum>
+void spread_covers(const GroundPacket& packet, const Climate& climate, const Sum& sum,
+                   Covers& covers) {
+  covers.region = sum(packet.places, 12, 8, climate.seed + kRegion);
+  covers.patch = sum(packet.places, 7, 5, climate.seed + kPatch);
+  covers.clump = sum(packet.places, 4, 0, climate.seed + kClump);
+  guess_covers(packet, climate, covers);
+}
+
+/// Puts what a source tells of the cover in the place of the guess, with borders that wander with the
+/// noise and are as wide as a terrain cell.
+void take_known_covers(const GroundPacket& packet, const Climate& climate, Covers& covers);
+
+/// What the covers are painted with.
+struct Details {
+  const NoiseSum& coarse;
+  const NoiseSum& grain;
+  const NoiseSum& fine;
+  const NoiseSum& stones;
+  const NoiseSum& trees;
+  const NoiseSum& strata;
+  const NoiseSum& cracks;
+  const NoiseSum& bushes;
+};
+
+/// Albedo and openness of dry land.
+/// relief   slope of each octave of small relief
+void paint_land(const GroundPacket& packet, const Covers& covers, const Details& details,
+                const Lanes<float>& relief, const Climate& climate, GroundLook& look);
+
+}  // namespace terracast::render

@@ -1,0 +1,67 @@
+#include "render/water.h"
+
+#include "render/blend.h"
+#include "render/ground_cover.h"
+#include "render/relief.h"
+
+namespace terracast::render {
+namespace {
+
+using world::Cover;
+
+/// Of the slopes of one octave of waves, and of ripples below them all.
+struct Waves {
+  float slope;
+  float ripple_variance;
+};
+Waves waves_of(Cover cover) {
+  if (cover == Cover::Lake) return {0.016f, 0.0010f};
+  if (cover == Cover::River) return {0.020f, 0.0008f};
+  return {0.035f, 0.003f};
+}
+
+/// Light that the water sends back, as an albedo: clear, green with algae, brown with silt.
+Rgb body_of(Cover cover) {
+  if (cover == Cover::Lake) return {0.011f, 0.030f, 0.029f};
+  if (cover == Cover::River) return {0.028f, 0.036f, 0.022f};
+  return {0.010f, 0.032f, 0.040f};
+}
+
+}  // namespace
+
+void look_at_water(const GroundPacket& packet, std::uint32_t seed, GroundLook& look) {
+  Lanes<float> weight;
+  Lanes<float> all_scales;
+  for (int i = 0; i < kLanes; ++i) {
+    weight[i] = waves_of(static_cast<Cover>(packet.cover[i])).slope;
+    all_scales[i] = 1e9f;
+  }
+  NoiseSlope slope{};
+  const NoiseSum waves =
+      sum_noise_with_slope(packet.places, 6, -3, seed + kWaves, weight, all_scales, slope);
+  const NoiseSum streaks = sum_noise(packet.places, 11, 3, seed + kPatch);
+  GroundLook water;
+  bend_normals(packet, slope, water);
+  for (int i = 0; i < kLanes; ++i) {
+    const auto cover = static_cast<Cover>(packet.cover[i]);
+    if (!is_water(cover)) continue;
+    for (std::size_t k = 0; k < 3; ++k) look.normal[k][i] = water.normal[k][i];
+    const float tone = 1.0f + 0.30f * streaks.value[i];
+    // A little foam where steep waves meet, at sea.
+    const float foam = cover == Cover::Sea
+                           ? 0.10f * step_up(waves.value[i] + 0.8f * streaks.value[i] - 2.4f, 0.5f)
+                           : 0.0f;
+    const Rgb body = body_of(cover);
+    look.albedo[0][i] = body.r * tone + foam;
+    look.albedo[1][i] = body.g * tone + foam;
+    look.albedo[2][i] = body.b * tone + foam;
+    look.openness[i] = 1.0f;
+    look.is_water[i] = 1.0f;
+    // Ten octaves of slope along each axis, less what is drawn.
+    const Waves given = waves_of(cover);
+    look.wave_variance[i] = given.ripple_variance + 10.0f * given.slope * given.slope *
+                                                        waves.left_out[i] * waves.left_out[i];
+  }
+}
+
+}  // namespace terracast::render

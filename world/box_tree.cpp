@@ -1,0 +1,226 @@
+#include "world/box_tree.h"
+
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "core/packet_code.h"
+
+namespace terracast::world {
+namespace {
+
+using core::larger;
+using core::smaller;
+
+constexpr int kWidth = BoxTree::kWidth;
+// What float arithmetic on a ray and a box errs by as a position, in units of u M, where u = 2^-24
+// is half a float's last place and M the largest coordinate about the centre:
+//   origin and box rounded to float          2
+//   direction rounded, over a path <= 4 M    4
+//   box minus origin, <= 2 M                 2
+//   inverse rounded, product rounded         4
+// so 12 u M; the margin is five times that.
+constexpr double kMarginPerExtent = 0x1.0p-18;
+/// More than doubles err by anywhere in a world.
+constexpr double kLeastMargin_m = 0x1.0p-20;
+/// Stands for a box that is not there: no ray comes so far.
+constexpr float kNowhere = 1e30F;
+constexpr int kBins = 16;
+/// Below it ranges are halved by number, so that the tree's depth is bounded for any boxes.
+constexpr int kFreeDepth = 24;
+
+double half_area(const geo::Box3d& box) {
+  const Eigen::Vector3d size = box.sizes();
+  return size.x() * size.y() + size.y() * size.z() + size.z() * size.x();
+}
+
+}  // namespace
+
+struct BoxTree::Builder {
+  std::span<const geo::Box3d> boxes;
+  std::uint32_t most_in_leaf;
+  const Eigen::Vector3d center;
+  const double margin_m;
+  std::vector<Node>& nodes;
+  Leaves& leaves;
+
+  struct Range {
+    std::uint32_t begin;
+    std::uint32_t end;
+    geo::Box3d bounds;
+    std::uint32_t size() const { return end - begin; }
+  };
+
+  Range range(std::uint32_t begin, std::uint32_t end) const {
+    Range result{begin, end, {}};
+    for (std::uint32_t i = begin; i < end; ++i) result.bounds.extend(boxes[leaves.order[i]]);
+    return result;
+  }
+
+  /// Where a range is best cut by the area of the parts' boxes, as many boxes in each as count.
+  std::uint32_t cut(const Range& all, int depth) {
+    geo::Box3d centers;
+    for (std::uint32_t i = all.begin; i < all.end; ++i)
+      centers.extend(boxes[leaves.order[i]].center());
+    Eigen::Index axis = 0;
+    const double spread = centers.sizes().maxCoeff(&axis);
+    const auto first = leaves.order.begin() + all.begin;
+    const auto last = leaves.order.begin() + all.end;
+    const std::uint32_t middle = all.begin + all.size() / 2;
+    const auto center_of = [&](std::uint32_t box) { return boxes[box].center()[axis]; };
+    if (depth < kFreeDepth && spread > 0.0) {
+      const double low = centers.min()[axis];
+      const auto bin_of = [&](std::uint32_t box) {
+        return std::min(static_cast<int>((center_of(box) - low) / spread * kBins), kBins - 1);
+      };
+      std::array<geo::Box3d, kBins> bounds;
+      std::array<std::uint32_t, kBins> counts = {};
+      for (auto box = first; box != last; ++box) {
+        const auto bin = static_cast<std::size_t>(bin_of(*box));
+        bounds[bin].extend(boxes[*box]);
+        ++counts[bin];
+      }
+      std::array<double, kBins> cost_above = {};
+      geo::Box3d above;
+      std::uint32_t num_above = 0;
+      for (std::size_t bin = kBins - 1; bin > 0; --bin) {
+        above.extend(bounds[bin]);
+        num_above += counts[bin];
+        cost_above[bin] = num_above == 0 ? 0.0 : half_area(above) * num_above;
+      }
+      double best_cost = std::numeric_limits<double>::infinity();
+      int best_bin = -1;
+      geo::Box3d below;
+      std::uint32_t num_below = 0;
+      for (std::size_t bin = 0; bin + 1 < kBins; ++bin) {
+        below.extend(bounds[bin]);
+        num_below += counts[bin];
+        if (num_below == 0 || num_below == all.size()) continue;
+        const double cost = half_area(below) * num_below + cost_above[bin + 1];
+        if (cost >= best_cost) continue;
+        best_cost = cost;
+        best_bin = static_cast<int>(bin);
+      }
+      if (best_bin >= 0) {
+        const auto parted =
+            std::partition(first, last, [&](std::uint32_t box) { return bin_of(box) <= best_bin; });
+        return static_cast<std::uint32_t>(parted - leaves.order.begin());
+      }
+    }
+    std::nth_element(first, leaves.order.begin() + middle, last,
+                     [&](std::uint32_t a, std::uint32_t b) {
+                       return std::pair(center_of(a), a) < std::pair(center_of(b), b);
+                     });
+    return middle;
+  }
+
+  /// Of two or more boxes than fit a leaf, or of the root.
+  std::uint32_t build(const Range& all, int depth) {
+    std::vector<Range> parts = {all};
+    while (parts.size() < kWidth) {
+      std::size_t largest = parts.size();
+      double largest_area = -1.0;
+      for (std::size_t i = 0; i < parts.size(); ++i) {
+        // Deep down by number alone, see kFreeDepth.
+        const double weight =
+            depth < kFreeDepth ? half_area(parts[i].bounds) : static_cast<double>(parts[i].size());
+        if (parts[i].size() <= most_in_leaf || weight <= largest_area) continue;
+        largest = i;
+        largest_area = weight;
+      }
+      if (largest == parts.size()) break;
+      const Range part = parts[largest];
+      const std::uint32_t at = cut(part, depth);
+      parts[largest] = range(part.begin, at);
+      parts.push_back(range(at, part.end));
+    }
+    const auto index = static_cast<std::uint32_t>(nodes.size());
+    nodes.emplace_back();
+    for (std::size_t i = 0; i < kWidth; ++i) {
+      const bool is_there = i < parts.size();
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        const auto place = [&](double x, double outward) {
+          return is_there ? static_cast<float>(x - center[axis] + outward) : kNowhere;
+        };
+        nodes[index].low[axis][i] = place(is_there ? parts[i].bounds.min()[axis] : 0.0, -margin_m);
+        nodes[index].high[axis][i] = place(is_there ? parts[i].bounds.max()[axis] : 0.0, margin_m);
+      }
+      nodes[index].child[i] = 0;
+    }
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (parts[i].size() <= most_in_leaf) {
+        nodes[index].child[i] = kLeaf + static_cast<std::uint32_t>(leaves.leaves.size());
+        leaves.leaves.push_back({parts[i].begin, parts[i].end});
+      } else {
+        const std::uint32_t child = build(parts[i], depth + 1);  // nodes moves
+        nodes[index].child[i] = child;
+      }
+    }
+    return index;
+  }
+};
+
+BoxTree::BoxTree(std::span<const geo::Box3d> boxes, std::uint32_t most_in_leaf, Leaves& leaves) {
+  leaves.order.resize(boxes.size());
+  leaves.leaves.clear();
+  std::iota(leaves.order.begin(), leaves.order.end(), 0U);
+  if (boxes.empty()) return;
+  for (const geo::Box3d& box : boxes) bounds_.extend(box);
+  center_ = bounds_.center();
+  margin_m_ = std::max(bounds_.sizes().maxCoeff() / 2.0 * kMarginPerExtent, kLeastMargin_m);
+  Builder builder{boxes, most_in_leaf, center_, margin_m_, nodes_, leaves};
+  builder.build(builder.range(0, static_cast<std::uint32_t>(boxes.size())), 0);
+  nodes_.shrink_to_fit();
+  bounds_.min().array() -= margin_m_;
+  bounds_.max().array() += margin_m_;
+}
+
+bool BoxTree::enter(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                    const Eigen::Vector3d& inverse, double length_m, double t_from, double t_until,
+                    Ray& ray) const {
+  double t_in = t_from;
+  double t_out = t_until;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const double a = (bounds_.min()[axis] - origin[axis]) * inverse[axis];
+    const double b = (bounds_.max()[axis] - origin[axis]) * inverse[axis];
+    t_in = std::max(t_in, std::min(a, b));
+    t_out = std::min(t_out, std::max(a, b));
+  }
+  if (!(t_in <= t_out)) return false;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<Eigen::Index>(axis);
+    ray.origin[axis] = static_cast<float>(origin[k] + t_in * direction[k] - center_[k]);
+    ray.inverse[axis] = static_cast<float>(inverse[k] * length_m);
+  }
+  ray.t_origin = t_in;
+  ray.length_m = length_m;
+  ray.margin_m = margin_m_;
+  ray.reach_m = std::numeric_limits<float>::infinity();
+  ray.end_at(t_out);
+  return true;
+}
+
+TERRACAST_PACKET_CODE
+LaneMask BoxTree::cross_boxes(const Node& node, const Ray& ray, RayLanes::Field<float>& near_m) {
+  RayLanes::Field<float> enters, leaves;
+  for (int i = 0; i < kWidth; ++i) enters[i] = 0.0F;
+  for (int i = 0; i < kWidth; ++i) leaves[i] = ray.reach_m;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float origin = ray.origin[axis];
+    const float inverse = ray.inverse[axis];
+    for (int i = 0; i < kWidth; ++i) {
+      const float a = (node.low[axis][i] - origin) * inverse;
+      const float b = (node.high[axis][i] - origin) * inverse;
+      enters[i] = larger(enters[i], smaller(a, b));
+      leaves[i] = smaller(leaves[i], larger(a, b));
+    }
+  }
+  RayLanes::Field<float> met;
+  for (int i = 0; i < kWidth; ++i) met[i] = enters[i] <= leaves[i] ? 1.0F : 0.0F;
+  Integers is_met;
+  for (int i = 0; i < kWidth; ++i) is_met[i] = static_cast<std::int32_t>(met[i]);
+  for (int i = 0; i < kWidth; ++i) near_m[i] = enters[i];
+  return lanes_where(is_met);
+}
+
+}  // namespace terracast::world

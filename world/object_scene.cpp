@@ -1,0 +1,226 @@
+#include "world/object_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "core/error.h"
+
+namespace terracast::world {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+/// Meetings lie within the tile's square but for roundings; so much around it is more.
+constexpr double kAroundSquare_m = 0x1.0p-10;
+/// More than vertices of instances err by.
+constexpr double kHeightError_m = 1e-6;
+
+geo::Box3d box_of(const TileId& id) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const Eigen::Vector2d corner = id.corner_world();
+  const double around = id.side_m() + kAroundSquare_m;
+  return {Eigen::Vector3d(corner.x() - kAroundSquare_m, corner.y() - kAroundSquare_m, -kInfinity),
+          Eigen::Vector3d(corner.x() + around, corner.y() + around, kInfinity)};
+}
+
+[[noreturn]] void fail_height(const std::string& where, const Provenance& provenance,
+                              double top_z_world) {
+  fail(
+      ErrorKind::Input,
+      "{}: object {} reaches above z = {} m, where the tile says that nothing does; tile the world "
+      "again",
+      where, provenance.instance_id, top_z_world);
+}
+
+/// Solids by the triangles' numbers in the mesh of all, instances behind them.
+constexpr int kShownShift = 32;
+std::uint64_t key_of_instance(std::uint32_t object) {
+  return (std::uint64_t{object} + 1) << kShownShift;
+}
+
+Eigen::Vector3d normal_toward(const WorldRay& ray, const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d unit = normal.normalized();
+  return unit.dot(ray.direction_world) > 0.0 ? Eigen::Vector3d(-unit) : unit;
+}
+
+Eigen::Vector3d normal_of(const TriangleCorners& corners) {
+  const Eigen::Vector3d first = corners[0].cast<double>();
+  return (corners[1].cast<double>() - first).cross(corners[2].cast<double>() - first);
+}
+
+Eigen::Vector2f uv_at(const Shape& shape, std::uint32_t triangle, const ShearedRay& ray,
+                      const TriangleCorners& corners) {
+  if (shape.uv.empty()) return Eigen::Vector2f::Zero();
+  TriangleCrossing crossing;
+  TERRACAST_CHECK(cross_triangle(ray, corners, crossing), "a meeting that is none");
+  Eigen::Vector2d uv = Eigen::Vector2d::Zero();
+  for (std::size_t k = 0; k < 3; ++k)
+    uv += crossing.weights[k] * shape.uv[shape.triangles[triangle].corners[k]].cast<double>();
+  return uv.cast<float>();
+}
+
+}  // namespace
+
+ObjectScene::ObjectScene(const TileId& id, TileObjects& objects, double top_z_world,
+                         const ObjectRules& rules, const std::string& where)
+    : num_solids_(static_cast<std::uint32_t>(objects.solids.size())) {
+  const geo::Box3d clip = box_of(id);
+  add_solids(objects.solids, clip, top_z_world, rules, where);
+  add_instances(objects, clip, top_z_world, rules, where);
+  num_bytes_ = sizeof *this + solid_mesh_.num_bytes() + instance_tree_.num_bytes() +
+               solids_.capacity() * sizeof(ShownSolid) +
+               instances_.capacity() * sizeof(ShownInstance);
+  for (const ShownSolid& solid : solids_) num_bytes_ += num_bytes_of(solid.shape);
+}
+
+void ObjectScene::add_solids(std::vector<Solid>& solids, const geo::Box3d& clip, double top_z_world,
+                             const ObjectRules& rules, const std::string& where) {
+  std::vector<TriangleMesh::Triangle> triangles;
+  for (std::uint32_t object = 0; object < solids.size(); ++object) {
+    Solid& solid = solids[object];
+    const std::optional<int> level = rules.level_at(solid.place_m.x(), solid.place_m.y());
+    const auto shown =
+        std::find_if(solid.levels.begin(), solid.levels.end(),
+                     [&](const ShapeLevel& one) { return level && *level <= one.coarsest_level; });
+    if (shown == solid.levels.end()) continue;
+    Shape& shape = shown->shape;
+    check_corners(shape, solid.origin_steps,
+                  fmt::format("{}: object {}", where, solid.provenance.instance_id));
+    geo::Box3d bounds;
+    for (const Eigen::Vector3i& vertex : shape.vertices_steps)
+      bounds.extend((solid.origin_steps + vertex).cast<double>() * kHeightStep_m);
+    if (!bounds.intersects(clip)) continue;
+    if (bounds.max().z() > top_z_world) fail_height(where, solid.provenance, top_z_world);
+    const std::size_t first = triangles.size();
+    if (first + shape.triangles.size() >= BoxTree::kLeaf)
+      fail(ErrorKind::Input, "{}: more than {} triangles", where, BoxTree::kLeaf);
+    for (std::uint32_t i = 0; i < shape.triangles.size(); ++i)
+      triangles.push_back(
+          {corners_of(shape, i, solid.origin_steps), static_cast<std::uint32_t>(first) + i});
+    solids_.push_back({.provenance = solid.provenance,
+                       .origin_steps = solid.origin_steps,
+                       .object = object,
+                       .first_triangle = static_cast<std::uint32_t>(first),
+                       .shape = std::move(shape)});
+  }
+  solids_.shrink_to_fit();
+  solid_mesh_ = TriangleMesh(triangles, clip);
+}
+
+void ObjectScene::add_instances(const TileObjects& objects, const geo::Box3d& clip,
+                                double top_z_world, const ObjectRules& rules,
+                                const std::string& where) {
+  std::vector<geo::Box3d> boxes;
+  std::vector<ShownInstance> shown;
+  for (std::uint32_t i = 0; i < objects.instances.size(); ++i) {
+    const Instance& instance = objects.instances[i];
+    if (instance.prototype >= rules.prototypes.size())
+      fail(ErrorKind::Input,
+           "{}: object {} is an instance of prototype {}; the world has {}; tile "
+           "the world again",
+           where, instance.provenance.instance_id, instance.prototype, rules.prototypes.size());
+    const Eigen::Vector2d place = instance.place_steps.head<2>().cast<double>() * kHeightStep_m;
+    const std::optional<int> level = rules.level_at(place.x(), place.y());
+    if (!level || *level > instance.coarsest_level) continue;
+    const PrototypeLibrary::Shown* prototype =
+        rules.prototypes.shown_at(instance.prototype, *level);
+    if (prototype == nullptr || prototype->mesh.bounds().isEmpty()) continue;
+    const InstanceFrame frame = instance_frame(instance, rules.frame);
+    const geo::Box3d& bounds = prototype->mesh.bounds();
+    geo::Box3d box;
+    for (int corner = 0; corner < 8; ++corner)
+      box.extend(frame * bounds.corner(static_cast<geo::Box3d::CornerType>(corner)));
+    if (!box.intersects(clip)) continue;
+    if (box.max().z() > top_z_world) {
+      for (const Eigen::Vector3i& vertex : prototype->shape.vertices_steps)
+        if ((frame * (vertex.cast<double>() * kHeightStep_m)).z() > top_z_world + kHeightError_m)
+          fail_height(where, instance.provenance, top_z_world);
+    }
+    boxes.push_back(box.intersection(clip));
+    shown.push_back({.world_from_prototype = frame.world_from_prototype,
+                     .shown = prototype,
+                     .provenance = instance.provenance,
+                     .place_steps = instance.place_steps,
+                     .object = num_solids_ + i,
+                     .scale = instance.scale,
+                     .variety = instance.variety});
+  }
+  BoxTree::Leaves leaves;
+  instance_tree_ = BoxTree(boxes, 1, leaves);
+  instances_.reserve(shown.size());
+  for (const BoxTree::Leaf& leaf : leaves.leaves)
+    instances_.push_back(shown[leaves.order[leaf.begin]]);
+}
+
+MeshRay ObjectScene::ShownInstance::ray_from_world(const WorldRay& ray, double length_m) const {
+  const double inverse_scale = 4096.0 / scale;
+  const Eigen::Quaterniond prototype_from_world = world_from_prototype.conjugate();
+  const Eigen::Vector3d place_world = place_steps.cast<double>() * kHeightStep_m;
+  return {inverse_scale * (prototype_from_world * (ray.origin_world - place_world)),
+          inverse_scale * (prototype_from_world * ray.direction_world), length_m, ray.t_min};
+}
+
+std::optional<ObjectMeeting> ObjectScene::meet(const WorldRay& ray, double length_m, double t_from,
+                                               double t_until, bool is_any) const {
+  FirstCrossing first{.t_from = t_from, .t = t_until};
+  const MeshRay world_ray(ray.origin_world, ray.direction_world, length_m, ray.t_min);
+  solid_mesh_.cross(world_ray, 0, is_any, first);
+  std::uint32_t met_instance = 0;
+  BoxTree::Ray tree_ray;
+  if (!(is_any && first.is_found) && !instance_tree_.is_empty() &&
+      instance_tree_.enter(world_ray.origin, world_ray.direction, world_ray.inverse, length_m,
+                           t_from, first.t, tree_ray)) {
+    instance_tree_.traverse(tree_ray, [&](std::uint32_t leaf) {
+      const ShownInstance& instance = instances_[leaf];
+      const std::uint64_t key = key_of_instance(instance.object);
+      const std::uint64_t old_key = first.key;
+      instance.shown->mesh.cross(instance.ray_from_world(ray, length_m), key, is_any, first);
+      if (first.key == old_key) return false;
+      met_instance = leaf;
+      tree_ray.end_at(first.t);
+      return is_any;
+    });
+  }
+  if (!first.is_found) return std::nullopt;
+  const auto number = static_cast<std::uint32_t>(first.key);
+  if (first.key >> kShownShift != 0)
+    return ObjectMeeting{.t = first.t,
+                         .object = instances_[met_instance].object,
+                         .triangle = number,
+                         .shown = met_instance};
+  const auto solid = std::upper_bound(solids_.begin(), solids_.end(), number,
+                                      [](std::uint32_t triangle, const ShownSolid& one) {
+                                        return triangle < one.first_triangle;
+                                      }) -
+                     1;
+  return ObjectMeeting{.t = first.t,
+                       .object = solid->object,
+                       .triangle = number - solid->first_triangle,
+                       .shown = static_cast<std::uint32_t>(solid - solids_.begin())};
+}
+
+ObjectSurface ObjectScene::surface(const WorldRay& ray, const ObjectMeeting& meeting) const {
+  const std::uint32_t triangle = meeting.triangle;
+  if (meeting.object < num_solids_) {
+    const ShownSolid& solid = solids_[meeting.shown];
+    const TriangleCorners corners = corners_of(solid.shape, triangle, solid.origin_steps);
+    return {.normal_world = normal_toward(ray, normal_of(corners)),
+            .provenance = &solid.provenance,
+            .finish = &solid.shape.finishes[solid.shape.triangles[triangle].finish],
+            .uv = uv_at(solid.shape, triangle, {ray.origin_world, ray.direction_world}, corners),
+            .variety = 0};
+  }
+  const ShownInstance& instance = instances_[meeting.shown];
+  const Shape& shape = instance.shown->shape;
+  const TriangleCorners corners = corners_of(shape, triangle);
+  const MeshRay own_ray = instance.ray_from_world(ray, ray.direction_world.norm());
+  return {.normal_world = normal_toward(ray, instance.world_from_prototype * normal_of(corners)),
+          .provenance = &instance.provenance,
+          .finish = &shape.finishes[shape.triangles[triangle].finish],
+          .uv = uv_at(shape, triangle, own_ray.sheared, corners),
+          .variety = instance.variety};
+}
+
+}  // namespace terracast::world

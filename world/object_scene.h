@@ -1,0 +1,108 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geo/geodesy.h"
+#include "world/instance_frame.h"
+#include "world/prototype_library.h"
+#include "world/tile_objects.h"
+#include "world/triangle_mesh.h"
+#include "world/world_ray.h"
+
+namespace terracast::world {
+
+/// What the objects of all tiles of a cut go by.
+struct ObjectRules {
+  const PrototypeLibrary& prototypes;
+  const geo::WorldFrame& frame;
+  /// The level of the cut's tile that holds a place of the world: it says how finely the object whose
+  /// place it is is shown, in all tiles. Nothing: the place is in none, and the object not shown.
+  std::function<std::optional<int>(double x_world, double y_world)> level_at;
+};
+
+/// What a ray meets of a tile's objects.
+struct ObjectMeeting {
+  double t;
+  std::uint32_t object;    ///< of the tile's solids, then its instances
+  std::uint32_t triangle;  ///< of the shape shown
+  std::uint32_t shown;     ///< for ObjectScene::surface()
+};
+
+/// How the place of a meeting looks.
+struct ObjectSurface {
+  Eigen::Vector3d normal_world;  ///< unit, on the side from which the ray comes
+  const Provenance* provenance;
+  const Finish* finish;
+  Eigen::Vector2f uv;
+  std::uint8_t variety;
+};
+
+/// The objects that one tile shows: its solids' triangles under one tree of boxes, its instances under
+/// another, whose rays go on in the prototype's frame under the prototype's own, shared by all tiles.
+/// The trees are floats and propose; cross_triangle() decides in double, on corners that are exact and
+/// a ray that is the world's own, or has been moved into the prototype's frame in double. So what a ray
+/// meets, and its t to the last bit, depends on the ray and the objects alone, not on the tile in which
+/// they are met nor on what else is in it. Immutable; threads: safe.
+class ObjectScene {
+ public:
+  /// Keeps of the objects what the tile shows within its square.
+  /// objects   its solids' shapes are moved out of it
+  /// where     for messages
+  /// throws    Input: an instance of a prototype that is not there; corners out of the world; an
+  ///           object that is higher than the tile says
+  ObjectScene(const TileId& id, TileObjects& objects, double top_z_world, const ObjectRules& rules,
+              const std::string& where);
+
+  /// The first meeting with t in [t_from, t_until), by the smaller object and triangle where several
+  /// are at one t. A ray that starts (at ray.t_min) on a triangle's plane, within kOnSurface_m, is not
+  /// stopped by it.
+  /// length_m   of the ray's direction
+  /// is_any     one meeting is enough, whichever
+  std::optional<ObjectMeeting> meet(const WorldRay& ray, double length_m, double t_from,
+                                    double t_until, bool is_any) const;
+
+  /// How it looks where a ray meets a triangle.
+  ObjectSurface surface(const WorldRay& ray, const ObjectMeeting& meeting) const;
+
+  bool is_empty() const { return solid_mesh_.bounds().isEmpty() && instance_tree_.is_empty(); }
+  std::size_t num_bytes() const { return num_bytes_; }
+
+ private:
+  struct ShownSolid {
+    Provenance provenance;
+    Eigen::Vector3i origin_steps;
+    std::uint32_t object;
+    std::uint32_t first_triangle;  ///< number of its first one among those of all
+    Shape shape;
+  };
+  struct ShownInstance {
+    Eigen::Quaterniond world_from_prototype;
+    const PrototypeLibrary::Shown* shown;
+    Provenance provenance;
+    Eigen::Vector3i place_steps;
+    std::uint32_t object;
+    std::uint16_t scale;  ///< Instance::scale
+    std::uint8_t variety;
+
+    MeshRay ray_from_world(const WorldRay& ray, double length_m) const;
+  };
+
+  void add_solids(std::vector<Solid>& solids, const geo::Box3d& clip, double top_z_world,
+                  const ObjectRules& rules, const std::string& where);
+  void add_instances(const TileObjects& objects, const geo::Box3d& clip, double top_z_world,
+                     const ObjectRules& rules, const std::string& where);
+
+  std::vector<ShownSolid> solids_;  ///< sorted by object
+  TriangleMesh solid_mesh_;
+  std::uint32_t num_solids_;              ///< of the tile, shown or not
+  std::vector<ShownInstance> instances_;  ///< by leaf of the tree
+  BoxTree instance_tree_;
+  std::size_t num_bytes_ = 0;
+};
+
+}  // namespace terracast::world

@@ -1,0 +1,99 @@
+#include "world/triangle_mesh.h"
+
+#include <cmath>
+
+#include "world/terrain_walk.h"
+#include "world/tile_id.h"
+
+namespace terracast::world {
+namespace {
+
+geo::Box3d box_of(const TriangleCorners& corners) {
+  geo::Box3d box;
+  for (const Eigen::Vector3i& corner : corners) box.extend(corner.cast<double>() * kHeightStep_m);
+  return box;
+}
+
+bool has_area(const TriangleCorners& corners) {
+  const Eigen::Matrix<std::int64_t, 3, 1> along =
+      (corners[1].cast<std::int64_t>() - corners[0].cast<std::int64_t>());
+  const Eigen::Matrix<std::int64_t, 3, 1> across =
+      (corners[2].cast<std::int64_t>() - corners[0].cast<std::int64_t>());
+  return !along.cross(across).isZero();
+}
+
+/// Whether the plane of a triangle that the ray crosses at t holds its start.
+bool starts_on(const MeshRay& ray, const TriangleBlock& block, int lane, double t) {
+  const double way_m = (t - ray.t_start) * ray.length_world;
+  const auto corner = [&](int k) {
+    return Eigen::Vector3d(block.steps[0][k][lane], block.steps[1][k][lane],
+                           block.steps[2][k][lane]);
+  };
+  const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+  return way_m * std::abs(normal.dot(ray.direction)) <= kOnSurface_m * normal.norm() * ray.length_m;
+}
+
+}  // namespace
+
+MeshRay::MeshRay(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction_m,
+                 double length_world_m, double t_ray_start)
+    : origin(origin_m),
+      direction(direction_m),
+      length_m(direction_m.norm()),
+      length_world(length_world_m),
+      t_start(t_ray_start),
+      sheared(origin_m, direction_m) {
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    inverse[axis] = safe_inverse(direction[axis], length_m);
+}
+
+TriangleMesh::TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d& clip) {
+  std::vector<geo::Box3d> boxes;
+  std::vector<std::uint32_t> kept;
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    const geo::Box3d box = box_of(triangles[i].corners).intersection(clip);
+    if (box.isEmpty() || !has_area(triangles[i].corners)) continue;
+    boxes.push_back(box);
+    kept.push_back(i);
+    bounds_.extend(box);
+  }
+  BoxTree::Leaves leaves;
+  tree_ = BoxTree(boxes, TriangleBlock::kTriangles, leaves);
+  blocks_.resize(leaves.leaves.size());
+  for (std::size_t leaf = 0; leaf < blocks_.size(); ++leaf) {
+    const auto [begin, end] = leaves.leaves[leaf];
+    TriangleBlock& block = blocks_[leaf];
+    block.count = end - begin;
+    for (std::uint32_t lane = 0; lane < TriangleBlock::kTriangles; ++lane) {
+      const Triangle& triangle = triangles[kept[leaves.order[std::min(begin + lane, end - 1)]]];
+      block.set(static_cast<int>(lane), triangle.corners, triangle.number);
+    }
+  }
+}
+
+void TriangleMesh::cross(const MeshRay& ray, std::uint64_t key, bool is_any,
+                         FirstCrossing& first) const {
+  BoxTree::Ray tree_ray;
+  if (tree_.is_empty() || !tree_.enter(ray.origin, ray.direction, ray.inverse, ray.length_m,
+                                       first.t_from, first.t, tree_ray))
+    return;
+  tree_.traverse(tree_ray, [&](std::uint32_t leaf) {
+    const TriangleBlock& block = blocks_[leaf];
+    BlockCrossings crossings;
+    cross_block(ray.sheared, block, crossings);
+    for (; crossings.crossed != 0; crossings.crossed &= crossings.crossed - 1) {
+      const int lane = __builtin_ctz(crossings.crossed);
+      const double t = crossings.t[lane];
+      const std::uint64_t own_key = key + block.number[lane];
+      if (!first.takes(t, own_key) || starts_on(ray, block, lane, t)) continue;
+      first.t = t;
+      first.key = own_key;
+      first.is_found = true;
+      if (is_any) return true;
+      tree_ray.end_at(t);
+    }
+    return false;
+  });
+}
+
+}  // namespace terracast::world
