@@ -4,7 +4,8 @@
 
 // Every kind of layer, in alphabetical order: X(name) is tiler/layers/name.cpp, which defines
 // `LayerKindInfo name_layer()`.
-#define TERRACAST_LAYER_KINDS(X)
+#define TERRACAST_LAYER_KINDS(X) \
+  X(vegetation)
 
 namespace terracast::tiler {
 

@@ -282,7 +282,7 @@ HullDetail hull_detail(int max_triangles) {
   if (max_triangles >= 54) return {6, 4};
   if (max_triangles >= 26) return {5, 2};
   if (max_triangles >= 20) return {4, 2};
-  return {3, 1};
+  return {4, 1};
 }
 
 /// Leaves shade each other; on a hull nothing does. Its colours (sRGB) are darker by this factor.
@@ -446,24 +446,42 @@ std::int64_t num_covered(const Shape& shape, const Eigen::Matrix3d& view, double
 
 }  // namespace
 
-double seen_area_m2(const Shape& shape) {
-  double reach_m = 0.0;
-  for (const Vector3i& vertex : shape.vertices_steps)
-    reach_m = std::max(reach_m, vertex.cast<double>().norm() * world::kHeightStep_m);
-  const Box box = box_of(shape);
-  const double cell_m = (box.highest - box.lowest).maxCoeff() / 160.0;
-  const auto seen_from = [&](double heading_rad, double tilt_rad) {
+namespace {
+
+/// Areas of a shape's outline, seen from headings and tilts.
+class Outlines {
+ public:
+  explicit Outlines(const Shape& shape) : shape_(shape) {
+    for (const Vector3i& vertex : shape.vertices_steps)
+      reach_m_ = std::max(reach_m_, vertex.cast<double>().norm() * world::kHeightStep_m);
+    const Box box = box_of(shape);
+    cell_m_ = (box.highest - box.lowest).maxCoeff() / 160.0;
+  }
+  double area_m2(double heading_rad, double tilt_rad) const {
     const Eigen::Matrix3d view = (Eigen::AngleAxisd(tilt_rad, Vector3d::UnitX()) *
                                   Eigen::AngleAxisd(heading_rad, Vector3d::UnitZ()))
                                      .toRotationMatrix();
-    return static_cast<double>(num_covered(shape, view, cell_m, reach_m));
-  };
+    return static_cast<double>(num_covered(shape_, view, cell_m_, reach_m_)) * cell_m_ * cell_m_;
+  }
+
+ private:
+  const Shape& shape_;
+  double reach_m_ = 0.0;
+  double cell_m_ = 0.0;
+};
+
+}  // namespace
+
+double seen_area_m2(const Shape& shape) {
+  const Outlines outlines(shape);
   constexpr double kLevel = -0.5 * std::numbers::pi;
-  const double sum = seen_from(0.3, kLevel) + seen_from(1.4, kLevel) +
-                     seen_from(2.4, 0.5 * kLevel) + seen_from(4.5, 0.5 * kLevel) +
-                     seen_from(0.0, 0.0);
-  return sum / 5.0 * cell_m * cell_m;
+  return (outlines.area_m2(0.3, kLevel) + outlines.area_m2(1.4, kLevel) +
+          outlines.area_m2(2.4, 0.5 * kLevel) + outlines.area_m2(4.5, 0.5 * kLevel) +
+          outlines.area_m2(0.0, 0.0)) /
+         5.0;
 }
+
+double plan_area_m2(const Shape& shape) { return Outlines(shape).area_m2(0.0, 0.0); }
 
 Shape full_mesh(const Plant& plant) {
   if (plant.stone_reach_m) return stone_mesh(plant, kStoneDivisions, 1.0);
@@ -528,9 +546,10 @@ Shape mesh_of(const Plant& plant, int max_triangles, double full_area_m2) {
         add_leaf(shape, leaf);
     return shape;
   };
-  double smallest = 0.3;
-  double largest = 2.5;
-  for (int i = 0; i < 10; ++i) {
+  // To about one per cent.
+  double smallest = 0.4;
+  double largest = 2.3;
+  for (int i = 0; i < 7; ++i) {
     const double middle = std::sqrt(smallest * largest);
     (seen_area_m2(with_leaves(middle)) < full_area_m2 ? smallest : largest) = middle;
   }
