@@ -51,7 +51,7 @@ constexpr std::array<StratumInfo, kNumStrata> kStrata = {{
     {5.0, 4, 20.0},  // tall trees, 7 m apart
     {2.5, 2, 20.0},  // trees below and between them, 3.5 m apart
     {3.0, 2, 5.0},
-    {3.0, 1, 4.0},
+    {3.0, 1, 5.0},
     {10.0, 3, 8.0},
 }};
 constexpr int kCropLevel = 2;
@@ -610,7 +610,7 @@ void TileWork::add_bushes() {
       const PlaceDraws draws{layer_.seed_, layer_.numbers_.id(kBushes, place.cell_x, place.cell_y)};
       const Growth here = growth(place.at_world);
       if (draws.unit(kTake) >= here.bushes) continue;
-      if (here.trees > 0.0 && stems.has_within(place.at_world, kStemDistance_m)) continue;
+      if (here.trees > kForestShare && stems.has_within(place.at_world, kStemDistance_m)) continue;
       const bool is_dwarf = draws.unit(kKind) < here.dwarf_pines;
       const PlantModel& model =
           draws.variety(layer_.library_->of(is_dwarf ? "mountain_pine" : "bush"));

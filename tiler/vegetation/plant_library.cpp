@@ -243,31 +243,42 @@ PlantLibrary::PlantLibrary() {
     }
   }
   constexpr const char* kNames[kNumForestKinds] = {"broadleaf", "conifer", "pine", "mixed"};
-  std::uint64_t number = 0;
+  struct Clump {
+    ForestKind kind;
+    int size;
+    bool is_open;
+    double top_m;
+    int variety;
+    world::Prototype prototype;
+  };
+  std::vector<Clump> clumps;
   for (int kind = 0; kind < kNumForestKinds; ++kind)
     for (int size = 0; size < kNumClumpSizes; ++size)
       for (const bool is_open : {false, true})
-        for (const double top_m : kClumpHeights_m) {
-          clumps_.emplace_back();
-          for (int variety = 0; variety < kNumClumpVarieties; ++variety) {
-            ++number;
-            world::Prototype prototype;
-            prototype.name = fmt::format("{}{}_forest_{:g}m_{:g}m_{}", is_open ? "open_" : "",
-                                         kNames[kind], clump_side_m(size), top_m, variety);
-            // On finer tiles the trees themselves are shown.
-            prototype.levels.push_back(
-                {static_cast<std::int8_t>(kFinestClumpLevel + size - 1), Shape{}});
-            const int num_levels = std::min(2, kNumClumpSizes - size);
-            for (int k = 0; k < num_levels; ++k)
-              prototype.levels.push_back({static_cast<std::int8_t>(kFinestClumpLevel + size + k),
-                                          clump_shape(varieties, static_cast<ForestKind>(kind),
-                                                      size, size + k, is_open, top_m, number)});
-            const Extents extents = extents_of(prototype.levels);
-            clumps_.back().push_back({static_cast<std::uint16_t>(prototypes_.size()), top_m,
-                                      extents.reach_m, prototype.levels.back().coarsest_level});
-            prototypes_.push_back(std::move(prototype));
-          }
-        }
+        for (const double top_m : kClumpHeights_m)
+          for (int variety = 0; variety < kNumClumpVarieties; ++variety)
+            clumps.push_back({static_cast<ForestKind>(kind), size, is_open, top_m, variety, {}});
+  core::parallel_for(static_cast<std::int64_t>(clumps.size()), [&](std::int64_t i) {
+    Clump& clump = clumps[static_cast<std::size_t>(i)];
+    clump.prototype.name = fmt::format("{}{}_forest_{:g}m_{:g}m_{}", clump.is_open ? "open_" : "",
+                                       kNames[static_cast<std::size_t>(clump.kind)],
+                                       clump_side_m(clump.size), clump.top_m, clump.variety);
+    // On finer tiles the trees themselves are shown.
+    clump.prototype.levels.push_back(
+        {static_cast<std::int8_t>(kFinestClumpLevel + clump.size - 1), Shape{}});
+    for (int k = 0; k < std::min(2, kNumClumpSizes - clump.size); ++k)
+      clump.prototype.levels.push_back(
+          {static_cast<std::int8_t>(kFinestClumpLevel + clump.size + k),
+           clump_shape(varieties, clump.kind, clump.size, clump.size + k, clump.is_open,
+                       clump.top_m, static_cast<std::uint64_t>(i + 1))});
+  });
+  for (Clump& clump : clumps) {
+    if (clump.variety == 0) clumps_.emplace_back();
+    clumps_.back().push_back({static_cast<std::uint16_t>(prototypes_.size()), clump.top_m,
+                              extents_of(clump.prototype.levels).reach_m,
+                              clump.prototype.levels.back().coarsest_level});
+    prototypes_.push_back(std::move(clump.prototype));
+  }
   std::string hashes;
   for (const world::Prototype& prototype : prototypes_) hashes += hash_of(prototype);
   content_hash_ = core::content_hash(hashes);

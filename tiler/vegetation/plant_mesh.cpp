@@ -286,7 +286,7 @@ HullDetail hull_detail(int max_triangles) {
 }
 
 /// Leaves shade each other; on a hull nothing does. Its colours (sRGB) are darker by this factor.
-constexpr double kHullShade = 0.85;
+constexpr double kHullShade = 0.8;
 
 /// Plants of so many triangles and fewer show hulls.
 constexpr int kHullTriangles = 64;
@@ -451,11 +451,11 @@ namespace {
 /// Areas of a shape's outline, seen from headings and tilts.
 class Outlines {
  public:
-  explicit Outlines(const Shape& shape) : shape_(shape) {
+  Outlines(const Shape& shape, int num_cells) : shape_(shape) {
     for (const Vector3i& vertex : shape.vertices_steps)
       reach_m_ = std::max(reach_m_, vertex.cast<double>().norm() * world::kHeightStep_m);
     const Box box = box_of(shape);
-    cell_m_ = (box.highest - box.lowest).maxCoeff() / 160.0;
+    cell_m_ = (box.highest - box.lowest).maxCoeff() / num_cells;
   }
   double area_m2(double heading_rad, double tilt_rad) const {
     const Eigen::Matrix3d view = (Eigen::AngleAxisd(tilt_rad, Vector3d::UnitX()) *
@@ -473,7 +473,7 @@ class Outlines {
 }  // namespace
 
 double seen_area_m2(const Shape& shape) {
-  const Outlines outlines(shape);
+  const Outlines outlines(shape, 160);
   constexpr double kLevel = -0.5 * std::numbers::pi;
   return (outlines.area_m2(0.3, kLevel) + outlines.area_m2(1.4, kLevel) +
           outlines.area_m2(2.4, 0.5 * kLevel) + outlines.area_m2(4.5, 0.5 * kLevel) +
@@ -481,7 +481,7 @@ double seen_area_m2(const Shape& shape) {
          5.0;
 }
 
-double plan_area_m2(const Shape& shape) { return Outlines(shape).area_m2(0.0, 0.0); }
+double plan_area_m2(const Shape& shape) { return Outlines(shape, 96).area_m2(0.0, 0.0); }
 
 Shape full_mesh(const Plant& plant) {
   if (plant.stone_reach_m) return stone_mesh(plant, kStoneDivisions, 1.0);

@@ -30,7 +30,7 @@ world::ShapeLevels levels_of(const Plant& plant, std::span<const PlantLevel> lev
 /// above; as far as a raster of 160 cells along the largest extent shows it.
 double seen_area_m2(const world::Shape& shape);
 
-/// Area of a shape's outline from above, by the same raster.
+/// Area of a shape's outline from above, as far as a raster of 96 cells shows it.
 double plan_area_m2(const world::Shape& shape);
 
 }  // namespace terracast::tiler

@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kReach_m = 1.7;
-constexpr int kNumTufts = 85;
+constexpr double kReach_m = 2.3;
+constexpr int kNumTufts = 150;
 constexpr int kNumBlades = 7;  ///< of a tuft
 
 Plant grow(std::uint64_t seed) {
@@ -47,7 +47,7 @@ SpeciesInfo grass_species() {
   return {"grass",
           "Tufts of grass on some square metres.",
           4,
-          {{-3, 1800}, {-2, 600}, {-1, 180}},
+          {{-3, 3200}, {-2, 1000}, {-1, 240}},
           grow};
 }
 
