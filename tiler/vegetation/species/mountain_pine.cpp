@@ -30,12 +30,12 @@ Plant grow(std::uint64_t seed) {
                  .down_angle_variation_deg = 15.0,
                  .num_segments = 2,
                  .upward = 1.3}};
-  pine.leaves = {.num_leaves = 12,
+  pine.leaves = {.num_leaves = 16,
                  .first = 0.15,
-                 .length_m = 0.24,
-                 .width_m = 0.06,
+                 .length_m = 0.2,
+                 .width_m = 0.045,
                  .size_variation = 0.3,
-                 .down_angle_deg = 42.0,
+                 .down_angle_deg = 55.0,
                  .fold = 0.05};
   const auto finish = [](world::Material material, std::array<std::uint8_t, 3> color_srgb) {
     return plant_finish(material, core::SemanticClass::Bush, color_srgb);
@@ -50,7 +50,11 @@ Plant grow(std::uint64_t seed) {
 }  // namespace
 
 SpeciesInfo mountain_pine_species() {
-  return {"mountain_pine", "Dwarf pine of the tree line.", 3, kBushLevels, grow};
+  return {"mountain_pine",
+          "Dwarf pine of the tree line.",
+          3,
+          {{-2, 5000}, {-1, 1200}, {0, 240}, {2, 30}},
+          grow};
 }
 
 }  // namespace terracast::tiler
