@@ -4,7 +4,7 @@
 
 // Every kind of layer, in alphabetical order: X(name) is tiler/layers/name.cpp, which defines
 // `LayerKindInfo name_layer()`.
-#define TERRACAST_LAYER_KINDS(X) X(land_cover)
+#define TERRACAST_LAYER_KINDS(X) X(land_cover) X(vegetation)
 
 namespace terracast::tiler {
 

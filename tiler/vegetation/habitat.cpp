@@ -1,0 +1,141 @@
+#include "tiler/vegetation/habitat.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "world/climate.h"
+
+namespace terracast::tiler {
+namespace {
+
+using world::Cover;
+
+/// Over so many metres below the tree line forest opens and trees get smaller.
+constexpr double kTreeLineFade_m = 320.0;
+
+double step_up(double value, double from, double to) {
+  const double t = std::clamp((value - from) / (to - from), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
+}  // namespace
+
+Habitat::Habitat(std::uint64_t seed, double lat_deg)
+    : lat_deg_(lat_deg), tree_line_m_(world::tree_line_m(lat_deg)), noise_(seed, 7) {}
+
+double Habitat::patches(const Eigen::Vector2d& place_world, double period_m, int which) const {
+  const double value = fractal_noise(noise_, place_world.x() / period_m + 91.7 * which,
+                                     place_world.y() / period_m - 53.1 * which, 3);
+  return std::clamp(0.5 + 0.75 * value, 0.0, 1.0);
+}
+
+Eigen::Vector2d Habitat::strayed(const Eigen::Vector2d& place_world) const {
+  const Eigen::Vector2d at = place_world / 37.0;
+  return place_world + 14.0 * Eigen::Vector2d(fractal_noise(noise_, at.x(), at.y() + 31.3, 2),
+                                              fractal_noise(noise_, at.x() + 57.9, at.y(), 2));
+}
+
+Growth Habitat::growth(const Ground& ground, const Eigen::Vector2d& place_world) const {
+  Growth growth;
+  const double regional_m = 120.0 * (patches(place_world, 900.0, 1) - 0.5);
+  const double below_line_m = tree_line_m_ + regional_m - ground.height_m;
+  // 0 at the tree line, 1 where it no longer matters.
+  const double lowland = step_up(below_line_m, 0.0, kTreeLineFade_m);
+  const double flatness = 1.0 - step_up(ground.slope, 0.75, 1.3);
+  const double dwarfs =
+      step_up(below_line_m, -350.0, -60.0) * (1.0 - step_up(below_line_m, 60.0, 260.0));
+
+  growth.tree_size = (0.3 + 0.7 * lowland) * (1.0 - 0.25 * step_up(ground.slope, 0.5, 1.1)) *
+                     (0.85 + 0.3 * patches(place_world, 240.0, 2));
+  const double altitude = tree_line_m_ > 0.0 ? ground.height_m / tree_line_m_ : 1.0;
+  const double lat = std::abs(lat_deg_);
+  growth.conifers = std::clamp(step_up(altitude, 0.35, 0.75) + step_up(lat, 52.0, 64.0) +
+                                   0.9 * (patches(place_world, 500.0, 3) - 0.62),
+                               0.0, 0.97);
+  growth.pines = (1.0 - growth.conifers) * std::clamp(1.4 * (patches(place_world, 420.0, 4) - 0.5) +
+                                                          0.7 * (0.35 - ground.moisture) +
+                                                          0.4 * step_up(ground.slope, 0.3, 0.8),
+                                                      0.0, 0.9);
+  growth.dead = 0.012 + 0.03 * (1.0 - lowland);
+  growth.poplars = 0.04;
+
+  switch (ground.cover) {
+    case Cover::Forest:
+      growth.trees = 0.97 * (0.25 + 0.75 * lowland) * flatness;
+      growth.bushes = 0.12;
+      growth.boulders = 0.04 + 0.3 * step_up(ground.slope, 0.5, 1.0);
+      break;
+    case Cover::Land: {
+      // Woods where it is moist and the noise wants them, meadows between.
+      const double woods =
+          step_up(patches(place_world, 700.0, 5) + 0.5 * (ground.moisture - 0.45), 0.5, 0.6);
+      growth.trees = (0.012 + 0.95 * woods) * lowland * flatness;
+      growth.bushes = (0.03 + 0.25 * step_up(woods, 0.05, 0.4) * (1.0 - woods)) * lowland;
+      growth.grass = 0.8 * (1.0 - woods) * step_up(below_line_m, -500.0, -200.0);
+      growth.boulders = 0.03 + 0.5 * step_up(ground.slope, 0.45, 0.9);
+      break;
+    }
+    case Cover::Shrubs:
+      growth.trees = 0.05 * lowland * flatness;
+      growth.bushes = 0.35 + 0.6 * patches(place_world, 60.0, 6);
+      growth.grass = 0.5;
+      growth.boulders = 0.1;
+      break;
+    case Cover::Grass:
+      growth.trees =
+          0.05 * step_up(patches(place_world, 130.0, 7), 0.55, 0.75) * lowland * flatness;
+      growth.bushes = 0.05 * step_up(patches(place_world, 50.0, 8), 0.55, 0.75) * lowland;
+      growth.grass = 1.0;
+      growth.boulders = 0.02 + 0.2 * step_up(ground.slope, 0.4, 0.9);
+      break;
+    case Cover::Crops:
+      growth.trees = 0.004 * lowland;
+      break;
+    case Cover::BuiltUp:
+      growth.trees = 0.2 * (0.3 + patches(place_world, 90.0, 9)) * lowland;
+      growth.bushes = 0.14;
+      growth.grass = 0.15;
+      growth.tree_size *= 0.75;
+      growth.conifers *= 0.4;
+      growth.pines *= 0.6;
+      growth.dead = 0.0;
+      growth.poplars = 0.12;
+      break;
+    case Cover::Bare:
+      growth.trees = 0.006 * lowland * flatness;
+      growth.bushes = 0.02 * lowland;
+      growth.boulders = 0.55;
+      growth.dead = 0.1;
+      break;
+    case Cover::Wetland:
+      growth.trees = 0.03 * lowland;
+      growth.bushes = 0.06;
+      growth.reeds = 0.5 + 0.5 * patches(place_world, 40.0, 10);
+      growth.grass = 0.4;
+      growth.conifers *= 0.2;
+      growth.dead = 0.08;
+      break;
+    case Cover::Snow:
+    case Cover::Sea:
+    case Cover::Lake:
+    case Cover::River:
+    case Cover::Outside:
+      return Growth{};
+  }
+  // Krummholz in the belt about the tree line.
+  if (ground.cover == Cover::Forest || ground.cover == Cover::Land ||
+      ground.cover == Cover::Shrubs || ground.cover == Cover::Grass) {
+    growth.dwarf_pines = dwarfs;
+    const double belt = dwarfs * step_up(patches(place_world, 80.0, 11), 0.42, 0.6);
+    growth.bushes = std::max(growth.bushes * step_up(below_line_m, -300.0, 0.0), 0.7 * belt);
+  }
+  // Palms by warm coasts, in towns more than outside.
+  const double warm =
+      (1.0 - step_up(lat, 36.0, 45.0)) * (1.0 - step_up(ground.height_m, 200.0, 500.0));
+  growth.palms = warm * (ground.cover == Cover::BuiltUp  ? 0.35
+                         : ground.cover == Cover::Forest ? 0.0
+                                                         : 0.08);
+  return growth;
+}
+
+}  // namespace terracast::tiler
