@@ -84,7 +84,7 @@ class RasterCanopy final : public Canopy {
         places.push_back(surface.frame().geodetic_from_world(
             {x, y, surface.sample(inside_x, inside_y).z_world}));
       }
-    raster.samples_from_geodetic(places, nodes_.values);
+    raster.grid().samples_from_geodetic(places, nodes_.values);
   }
 
   Eigen::Vector2d bilinear_place(const Eigen::Vector2d& node) const {
@@ -108,10 +108,12 @@ class RasterCanopy final : public Canopy {
       return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(size)));
     };
     SampleWindow window;
-    window.first_column = clamped(std::floor(lowest.x()) - 1.0, raster.width());
-    window.first_row = clamped(std::floor(lowest.y()) - 1.0, raster.height());
-    window.width = clamped(std::ceil(highest.x()) + 2.0, raster.width()) - window.first_column;
-    window.height = clamped(std::ceil(highest.y()) + 2.0, raster.height()) - window.first_row;
+    window.first_column = clamped(std::floor(lowest.x()) - 1.0, raster.grid().width());
+    window.first_row = clamped(std::floor(lowest.y()) - 1.0, raster.grid().height());
+    window.width =
+        clamped(std::ceil(highest.x()) + 2.0, raster.grid().width()) - window.first_column;
+    window.height =
+        clamped(std::ceil(highest.y()) + 2.0, raster.grid().height()) - window.first_row;
     if (window.is_empty())
       core::fail(core::ErrorKind::Input,
                  "{}: lies beside the world's square ({} m wide); state a raster of canopy heights "
