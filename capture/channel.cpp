@@ -5,7 +5,7 @@
 namespace terracast::capture {
 
 std::span<const ChannelInfo> channels() {
-  static constexpr std::array<ChannelInfo, 8> kChannels = {{
+  static constexpr std::array<ChannelInfo, 9> kChannels = {{
       {"range_m", "float", "m", "distance along the ray through the pixel's centre", "+inf"},
       {"normal.x", "half", "", "unit normal of the surface, world x (east)", "0"},
       {"normal.y", "half", "", "unit normal of the surface, world y (north)", "0"},
@@ -19,6 +19,10 @@ std::span<const ChannelInfo> channels() {
        "4294967295"},
       {"flags", "uint", "",
        "bit 0 edge, 1 visible in the next frame, 2 in the previous one, 8 + k in camera k", "0"},
+      {"bottom_range_m", "float", "m",
+       "the same straight ray in the world without water: where it meets the bed of the sea, of a "
+       "lake or of a river; range_m where it meets no water",
+       "+inf", true},
   }};
   return kChannels;
 }

@@ -18,10 +18,11 @@ struct ChannelInfo {
   std::string_view unit;
   std::string_view meaning;
   std::string_view invalid;  ///< how sky is written
+  bool is_optional = false;  ///< stored where the sequence asks for it
 };
 
 /// The table of channels: range_m, normal.x, normal.y, normal.z, semantic_id, instance_id,
-/// primitive_id, flags.
+/// primitive_id, flags, and bottom_range_m where it is asked for.
 std::span<const ChannelInfo> channels();
 
 /// Range of a sky pixel.

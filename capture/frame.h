@@ -37,6 +37,8 @@ struct CameraFrame {
   /// kObjectPrimitives up; sky kNoPrimitive.
   core::ImageU32 primitive_id;
   core::ImageU32 flags;  ///< FactFlag and visible_in_camera
+  /// In the world without water: to the bed of waters; range_m elsewhere. Empty: not asked for.
+  core::ImageF bottom_range_m;
 };
 
 /// A file of a frame, relative to the sequence's folder.

@@ -114,6 +114,14 @@ void decode_facts(const std::vector<std::byte>& bytes, const std::string& file,
   frame.instance_id = take(part.uint_channels, "instance_id");
   frame.primitive_id = take(part.uint_channels, "primitive_id");
   frame.flags = take(part.uint_channels, "flags");
+  frame.bottom_range_m = {};
+  if (part.float_channels.contains("bottom_range_m")) {
+    frame.bottom_range_m = take(part.float_channels, "bottom_range_m");
+    for (std::size_t i = 0; i < frame.range_m.num_pixels(); ++i)
+      if (!(frame.bottom_range_m.data()[i] >= frame.range_m.data()[i]))
+        fail(ErrorKind::Input, "{}: pixel {}: a bottom at {} m before the surface at {} m", file, i,
+             frame.bottom_range_m.data()[i], frame.range_m.data()[i]);
+  }
   frame.normal_world = core::ImageF(camera.width_px, camera.height_px, 3);
   const std::span<float> normals = frame.normal_world.data();
   static constexpr const char* kNames[] = {"normal.x", "normal.y", "normal.z"};

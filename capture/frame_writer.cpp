@@ -87,6 +87,7 @@ std::vector<std::byte> encode_facts(const CameraFrame& frame) {
   // more for two thirds of the size, ZIPS 330 for a third (tests/bench/encode_bench.cpp).
   part.compression = core::ExrPart::Compression::None;
   for (const ChannelInfo& channel : channels()) {
+    if (channel.is_optional && frame.bottom_range_m.num_pixels() == 0) continue;
     core::ExrChannel& entry = part.channels.emplace_back();
     entry.name = channel.name;
     entry.type = channel.type == "float"  ? Type::Float
@@ -100,6 +101,7 @@ std::vector<std::byte> encode_facts(const CameraFrame& frame) {
     if (channel.name == "instance_id") entry.values_uint = frame.instance_id.data();
     if (channel.name == "primitive_id") entry.values_uint = frame.primitive_id.data();
     if (channel.name == "flags") entry.values_uint = frame.flags.data();
+    if (channel.name == "bottom_range_m") entry.values_float = frame.bottom_range_m.data();
   }
   part.attributes["terracast.capture"] = std::to_string(kCaptureVersion);
   return core::encode_exr({part});

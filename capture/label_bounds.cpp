@@ -9,6 +9,7 @@
 #include "capture/frame.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "geo/rounding.h"
 
 namespace terracast::capture {
 namespace {
@@ -18,33 +19,13 @@ using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Half a step of double at 1.
-constexpr double kU = 0x1.0p-53;
+using geo::kU;
+using geo::length_error;
+using geo::rounding_of;
+using geo::turn_error;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What follows counts roundings, as multiples of u; products of errors (u² and less) are covered by whole
-// numbers and inequalities that are never all met at once.
-
-/// By how much the square of a quaternion's length differs from 1, in u.
-double length_error(const Quaterniond& q) {
-  using Real = long double;
-  Real square = 0;
-  for (int i = 0; i < 4; ++i) square += Real(q.coeffs()[i]) * Real(q.coeffs()[i]);
-  constexpr double kOfItself = 0.01;  // long double has 11 bits more
-  return static_cast<double>(std::abs(square - 1)) / kU + kOfItself;
-}
-
-/// Most that rounding to double changes a value of at most this size; its steps are those of the power of two
-/// below. What the size itself errs by is far below the part that is added.
-double rounding_of(double largest) {
-  constexpr double kOfItself = 1.0 + 0x1.0p-30;
-  constexpr int kFractionBits = 53;
-  if (largest == 0.0) return 0.0;
-  int exponent = 0;
-  std::frexp(largest * kOfItself, &exponent);
-  return std::ldexp(0.5, exponent - kFractionBits);
-}
-/// The same of the difference of a number and one whose bits are no finer: while it is below the number's next
+/// rounding_of() the difference of a number and one whose bits are no finer: while it is below the number's next
 /// power of two, it is exact.
 double rounding_of_difference(double from, double largest) {
   int exponent = 0;
@@ -54,14 +35,6 @@ double rounding_of_difference(double from, double largest) {
 Vector3d rounding_of(const Vector3d& value) {
   const Vector3d largest = value.cwiseAbs();
   return {rounding_of(largest.x()), rounding_of(largest.y()), rounding_of(largest.z())};
-}
-
-/// Error of q v, in u of v's length, by q's own length and roundings: with sine s of half the angle and its
-/// cosine w, 2 (s v) has 2.5 s of them, the product with w one more; the second product of vectors has those of
-/// both; two sums.
-double turn_error(const Quaterniond& q) {
-  const double sine = q.vec().norm(), cosine = std::abs(q.w());
-  return 2.0 * sine * cosine * 3.5 + 2.0 * sine * sine * 5.0 + 2.0 + 2.0 * length_error(q);
 }
 
 /// Error of the direction of (a b).normalized(), in u of a unit vector that it turns: a component is a sum of four
@@ -136,18 +109,9 @@ DepthBounds::DepthBounds(const CameraView& view)
 // to be subtracted.
 double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
                                   const Vector3d& normal_world, const TileScale& tile) const {
-  const Vector3d ray = model_.ray_from_pixel(pixel);
-  const double length = ray.norm();
-  const double t = range_m / length;
-
-  // Products of a row with the ray (the third is one with 1, exact), their first sum and their second.
-  const Vector3d by_x = rotation_.col(0) * ray.x(), by_y = rotation_.col(1) * ray.y();
-  const Vector3d direction = by_x + by_y + rotation_.col(2) * ray.z();
-  const Vector3d direction_error =
-      rotation_error_ * ray.cwiseAbs() + kU * (by_x.cwiseAbs() + by_y.cwiseAbs()) +
-      rounding_of(std::abs(ray.x())) * rotation_.col(0).cwiseAbs() +
-      rounding_of(std::abs(ray.y())) * rotation_.col(1).cwiseAbs() + rounding_of(by_x) +
-      rounding_of(by_y) + rounding_of(by_x + by_y) + rounding_of(direction);
+  const Aim aim = aim_at(pixel);
+  const Vector3d& direction = aim.direction;
+  const double t = range_m / aim.length;
 
   const double slope_x = std::abs(normal_world.x() / normal_world.z());
   const double slope_y = std::abs(normal_world.y() / normal_world.z());
@@ -179,12 +143,43 @@ double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
   const double fall_y = slope_y * std::abs(direction.y());
   const double rate_error =
       rounding_of(fall_x) + rounding_of(fall_y) + rounding_of(rate + fall_y) + rounding_of(rate);
-  const double aim_error =
-      direction_error.z() + slope_x * direction_error.x() + slope_y * direction_error.y();
+  const double aim_error = aim.error.z() + slope_x * aim.error.x() + slope_y * aim.error.y();
   const double crossing_error = (clearance_error + t * (rate_error + aim_error)) / least_rate;
-  const double t_error = std::max(crossing_error + rounding_of(t), kClamped * kU * t);
-  const double stretch_error = t * direction.cwiseAbs().dot(direction_error) / length;
-  return length * t_error + kU * kLength * range_m + stretch_error;
+  return aim.range_error_m(t, std::max(crossing_error + rounding_of(t), kClamped * kU * t));
+}
+
+double DepthBounds::object_range_error_m(const Vector2d& pixel, double range_m,
+                                         const Vector3d& normal_world,
+                                         double crossing_error) const {
+  const Aim aim = aim_at(pixel);
+  const double t = range_m / aim.length;
+  // The normal comes as floats.
+  constexpr double kNormalRounding = 0x1.0p-23;
+  const double least_rate =
+      std::abs(normal_world.dot(aim.direction)) - kNormalRounding * aim.direction.cwiseAbs().sum();
+  if (!(least_rate > 0.0)) return kInfinity;
+  const double aim_error =
+      (normal_world.cwiseAbs() + Vector3d::Constant(kNormalRounding)).dot(aim.error);
+  return aim.range_error_m(t, crossing_error + t * aim_error / least_rate);
+}
+
+DepthBounds::Aim DepthBounds::aim_at(const Vector2d& pixel) const {
+  const Vector3d ray = model_.ray_from_pixel(pixel);
+  // Products of a row with the ray (the third is one with 1, exact), their first sum and their second.
+  const Vector3d by_x = rotation_.col(0) * ray.x(), by_y = rotation_.col(1) * ray.y();
+  const Vector3d direction = by_x + by_y + rotation_.col(2) * ray.z();
+  return {.length = ray.norm(),
+          .direction = direction,
+          .error = rotation_error_ * ray.cwiseAbs() + kU * (by_x.cwiseAbs() + by_y.cwiseAbs()) +
+                   rounding_of(std::abs(ray.x())) * rotation_.col(0).cwiseAbs() +
+                   rounding_of(std::abs(ray.y())) * rotation_.col(1).cwiseAbs() +
+                   rounding_of(by_x) + rounding_of(by_y) + rounding_of(by_x + by_y) +
+                   rounding_of(direction)};
+}
+
+double DepthBounds::Aim::range_error_m(double t, double t_error) const {
+  const double stretch_error = t * direction.cwiseAbs().dot(error) / length;
+  return length * t_error + kU * kLength * t * length + stretch_error;
 }
 
 LabelError DepthBounds::depth_error_m(const Vector2d& pixel, double range_m,
@@ -251,7 +246,11 @@ bool is_unbounded(const std::optional<LabelError>& error) {
 
 LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraView>& next,
                              const std::optional<CameraView>& previous, const CameraFrame& facts,
+                             std::span<const double> crossing_errors,
                              std::span<const TileScale> tiles) {
+  TERRACAST_CHECK(crossing_errors.size() == facts.range_m.data().size(),
+                  "{} errors of crossings for {} pixels", crossing_errors.size(),
+                  facts.range_m.data().size());
   const DepthBounds depth(view);
   std::optional<FlowBounds> to_next, to_previous;
   if (next) to_next.emplace(view, *next);
@@ -266,15 +265,18 @@ LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraV
     const auto range_m = static_cast<double>(facts.range_m(x, y));
     double range_error_m = 0.0;
     if (!std::isinf(range_m)) {
-      if (facts.primitive_id(x, y) >= kObjectPrimitives) {
-        ++bounds.num_left_out;
-        return;
-      }
-      const std::size_t tile = facts.primitive_id(x, y) >> kPrimitiveTileShift;
-      TERRACAST_CHECK(tile < tiles.size(), "tile {} of {}", tile, tiles.size());
       const Vector3d normal(facts.normal_world(x, y, 0), facts.normal_world(x, y, 1),
                             facts.normal_world(x, y, 2));
-      range_error_m = depth.range_error_m(pixel, range_m, normal, tiles[tile]);
+      if (facts.primitive_id(x, y) >= kObjectPrimitives) {
+        const std::size_t at =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(facts.range_m.width()) +
+            static_cast<std::size_t>(x);
+        range_error_m = depth.object_range_error_m(pixel, range_m, normal, crossing_errors[at]);
+      } else {
+        const std::size_t tile = facts.primitive_id(x, y) >> kPrimitiveTileShift;
+        TERRACAST_CHECK(tile < tiles.size(), "tile {} of {}", tile, tiles.size());
+        range_error_m = depth.range_error_m(pixel, range_m, normal, tiles[tile]);
+      }
       if (std::isinf(range_error_m)) {
         ++bounds.num_left_out;
         return;

@@ -46,6 +46,12 @@ class DepthBounds {
   double range_error_m(const Eigen::Vector2d& pixel, double range_m,
                        const Eigen::Vector3d& normal_world, const TileScale& tile) const;
 
+  /// The same of a triangle of an object.
+  /// crossing_error   what the t of the crossing may differ by for the pixel's ray as it was traced
+  ///                  (world/crossing_error.h)
+  double object_range_error_m(const Eigen::Vector2d& pixel, double range_m,
+                              const Eigen::Vector3d& normal_world, double crossing_error) const;
+
   /// Of depth_from_range of a kept range, m.
   /// range_m         as kept, not sky
   /// range_error_m   of the traced range
@@ -53,6 +59,17 @@ class DepthBounds {
                            double range_error_m) const;
 
  private:
+  /// A pixel's ray in the world, of depth 1.
+  struct Aim {
+    double length;
+    Eigen::Vector3d direction;
+    Eigen::Vector3d error;  ///< of each component
+
+    /// Of the range to t.
+    double range_error_m(double t, double t_error) const;
+  };
+  Aim aim_at(const Eigen::Vector2d& pixel) const;
+
   const geo::CameraModel& model_;
   Eigen::Vector3d origin_world_;
   Eigen::Matrix3d rotation_;
@@ -93,9 +110,11 @@ struct LabelBounds {
 
 /// Bounds of all labels that follow from a camera's facts. Parallel inside.
 /// view, next, previous   the camera at this frame and at those beside it, where there are such
+/// crossing_errors        of each pixel that shows an object, row by row: what the t of its crossing may differ by
 /// tiles                  by the tile index of primitive ids
 LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraView>& next,
                              const std::optional<CameraView>& previous, const CameraFrame& facts,
+                             std::span<const double> crossing_errors,
                              std::span<const TileScale> tiles);
 
 /// The most that rounding a value to float32 changes it.

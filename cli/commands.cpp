@@ -16,6 +16,7 @@
 #include "cli/batch_command.h"
 #include "cli/evaluate_command.h"
 #include "cli/reference.h"
+#include "cli/world_check_command.h"
 #include "cli/world_export_command.h"
 #include "core/atomic_file.h"
 #include "core/image_io.h"
@@ -401,6 +402,7 @@ int parse_and_run(int argc, const char* const* argv) {
   preview->add_option("--size", args.size_px, "Pixels of the longer side.")
       ->check(CLI::Range(64, 16384));
   preview->callback([&] { status = run_world_preview(args); });
+  add_world_check_command(*world_command, status);
   add_world_export_command(*world_command, status);
 
   TraceArguments trace;

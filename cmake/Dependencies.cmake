@@ -25,6 +25,12 @@ pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(sqlite3 REQUIRED IMPORTED_TARGET sqlite3)
 # The operation that leads from a raster's CRS to WGS84 is chosen, and recorded, by PROJ; it comes with GDAL's headers.
 pkg_check_modules(proj REQUIRED IMPORTED_TARGET proj)
+# OpenVDB's Find module, and those beside it for TBB and OpenEXR, would hide the config packages above.
+find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h REQUIRED)
+find_library(OPENVDB_LIBRARY openvdb REQUIRED)
+add_library(terracast_openvdb INTERFACE)
+target_include_directories(terracast_openvdb SYSTEM INTERFACE ${OPENVDB_INCLUDE_DIR})
+target_link_libraries(terracast_openvdb INTERFACE ${OPENVDB_LIBRARY} Imath::Imath TBB::tbb)
 # GeographicLib ships only a Find module, off the default path; its pkg-config file needs no path.
 pkg_check_modules(geographiclib REQUIRED IMPORTED_TARGET geographiclib)
 if(TERRACAST_TESTS STREQUAL "AUTO")

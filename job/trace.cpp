@@ -33,7 +33,7 @@ constexpr double kLength_m = 60000.0;
 
 constexpr std::string_view kCoverNames[world::kNumCovers] = {
     "land",     "sea",  "outside", "forest",  "shrubs", "grass", "crops",
-    "built-up", "bare", "snow",    "wetland", "lake",   "river"};
+    "built-up", "bare", "snow",    "wetland", "lake",   "river", "seabed"};
 
 /// Where a ray met the world.
 struct Met {
@@ -133,6 +133,46 @@ Json json_of_cover(const world::TileStore& store, world::Cover cover) {
   return json.set("layers", std::move(layers));
 }
 
+/// The finest picture that knows a place; null where there is none.
+Json json_of_imagery(const world::TileStore& store, const Eigen::Vector2d& place_world) {
+  const auto& all = store.manifest().imagery;
+  for (std::size_t row = 0; row < all.size(); ++row) {
+    const world::ImageryInfo& imagery = all[row];
+    world::ImageryTileId id{.level = imagery.finest_level, .x = 0, .y = 0};
+    const Eigen::Array2d pixel = (place_world.array() / id.pixel_m()).floor();
+    const Eigen::Array2d tile = (pixel / world::kImageryTile_px).floor();
+    id.x = static_cast<std::int32_t>(tile.x());
+    id.y = static_cast<std::int32_t>(tile.y());
+    const auto found = std::lower_bound(imagery.tiles.begin(), imagery.tiles.end(), id,
+                                        [](const world::ImageryTileInfo& one,
+                                           const world::ImageryTileId& at) { return one.id < at; });
+    if (found == imagery.tiles.end() || found->id != id) continue;
+    const core::Image8 image =
+        store.load_imagery(row, static_cast<std::size_t>(found - imagery.tiles.begin()));
+    const Eigen::Array2d within = pixel - world::kImageryTile_px * tile;
+    const int x = static_cast<int>(within.x());
+    const int y = world::kImageryTile_px - 1 - static_cast<int>(within.y());
+    if (image.channels() == 4 && image(x, y, 3) == 0) continue;
+    Json sources = Json::array();
+    for (const int source : found->sources)
+      sources.push(imagery.sources[static_cast<std::size_t>(source)]);
+    return Json::object()
+        .set("layer", json_of_layer(store, static_cast<std::size_t>(imagery.layer)))
+        .set("sources", std::move(sources))
+        .set("pixel_m", id.pixel_m())
+        .set("color_srgb", Json::array_of({static_cast<double>(image(x, y, 0)),
+                                           static_cast<double>(image(x, y, 1)),
+                                           static_cast<double>(image(x, y, 2))}));
+  }
+  return {};
+}
+
+/// Whether pictures are drawn on a cover.
+bool shows_imagery(world::Cover cover) {
+  return cover != world::Cover::Sea && cover != world::Cover::Lake &&
+         cover != world::Cover::River && cover != world::Cover::Outside;
+}
+
 /// What follows the place: all of it from the world.
 void add_source(const world::TileStore& store, const Met& met, Json& json) {
   const world::PaintSample& paint = met.surface.paint;
@@ -145,6 +185,9 @@ void add_source(const world::TileStore& store, const Met& met, Json& json) {
           .set("feature", paint.coating.feature);
     json.set("elevation", json_of_elevation(store, met.surface.source));
     if (!paint.is_painted) json.set("cover", json_of_cover(store, met.surface.cover));
+    if (!paint.is_painted && shows_imagery(met.surface.cover))
+      if (Json imagery = json_of_imagery(store, met.point_world.head<2>()); !imagery.is_null())
+        json.set("imagery", std::move(imagery));
   }
   json.set("tile",
            Json::object().set("name", met.tile.name()).set("spacing_m", met.tile.spacing_m()));
@@ -359,6 +402,16 @@ std::string trace_text(const Json& trace) {
     if (cover.has("layers"))
       for (std::size_t i = 0; i < cover.at("layers").size(); ++i)
         text += layer_lines(cover.at("layers").at(i), i == 0 ? "  from" : "  or");
+  }
+  if (trace.has("imagery")) {
+    const Json& imagery = trace.at("imagery");
+    std::vector<std::string> sources;
+    for (std::size_t i = 0; i < imagery.at("sources").size(); ++i)
+      sources.push_back(imagery.at("sources").at(i).string());
+    line("imagery", fmt::format("{}, pixels of {:g} m, sRGB {:g}", fmt::join(sources, ", "),
+                                imagery.at("pixel_m").number(),
+                                fmt::join(imagery.at("color_srgb").numbers(), " ")));
+    text += layer_lines(imagery.at("layer"), "  layer");
   }
   if (trace.has("tile"))
     line("tile", fmt::format("{}, samples every {:g} m", trace.at("tile").at("name").string(),

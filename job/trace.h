@@ -34,6 +34,8 @@ struct CapturedPixel {
 ///                  licence, accuracy
 ///     cover        of ground: what covers it, and the layers that tell (the first that knows is
 ///                  believed)
+///     imagery      of ground where a picture is shown: its layer as above, the files that show in its
+///                  tile, sides of its pixels, its colour there (sRGB of the albedo)
 ///     tile         name and spacing, where it was met
 ///
 /// Members that do not apply are left out.

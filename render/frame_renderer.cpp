@@ -2,14 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/parallel.h"
 #include "core/random.h"
 #include "geo/sun.h"
 #include "geo/units.h"
+#include "render/hit_shader.h"
 #include "render/pixel_blocks.h"
 #include "render/sampler.h"
 #include "render/scratch_pool.h"
+#include "render/water_light.h"
 
 namespace terracast::render {
 namespace {
@@ -18,34 +21,50 @@ constexpr int kUnitSide = 16;
 constexpr int kBlockPixels = kBlockSide * kBlockSide;
 static_assert(kBlockPixels == kLanes);
 
-// How much wider a sample on slanted ground counts than across the view: between 0 (aliases) and 1
-// (blurs along it).
-constexpr float kSlantExponent = 0.6f;
 // The raised surface that shadow rays meet lies within this share of the tile's side above the true
 // one.
 constexpr double kShadowLiftPerSide = 2e-6;
 constexpr double kShadowLift_m = 2e-3;
+// Of objects the surface itself is met, exactly; what lies on it (signs, marks) is this thick.
+constexpr double kObjectShadowLift_m = 2e-3;
+// How far off things take the light of the sky from a place. What stands farther takes hardly any from
+// most places, and all places of a town alike.
+constexpr double kSkyReach_m = 30.0;
+
+/// Water takes most of the light; a camera in it opens so much further.
+constexpr double kInWaterExposure = 2.5;
 
 struct ColorScratch {
   std::vector<world::WorldRay> rays;
   std::vector<world::SurfaceHit> hits;
   std::vector<std::uint32_t> pixels;           ///< of the rays, within the unit
-  std::vector<world::SurfaceSample> surfaces;  ///< of the rays that met the ground
+  std::vector<world::SurfaceSample> surfaces;  ///< of the rays that met something
   std::vector<world::WorldRay> sun_rays;
   std::vector<std::uint32_t> sun_ray_of;  ///< the ray that a sun ray belongs to
+  std::vector<std::uint64_t> bits;        ///< of the rays' pixels
+  std::vector<int> samples;               ///< of the rays, in their pixels
+  std::vector<world::WorldRay> sky_rays;
+  std::vector<std::uint32_t> sky_ray_of;
   std::vector<std::uint8_t> is_occluded;
   std::vector<float> sun_share;  ///< of the rays
-  std::vector<Color> radiance;   ///< of the unit's pixels
-  GroundPlaces places;
-  GroundPacket packet;
-  GroundLook look;
-  ViewPacket view;
-  Lanes3f shaded;
+  std::vector<float> sky_share;  ///< of the rays
+  std::vector<Color> radiance;   ///< that the rays bring
+  std::vector<Color> sums;       ///< of the unit's pixels
+  std::vector<Color> below;      ///< of the rays that met water
+  std::vector<Color> mirrored;
+  HitShader::Scratch shader;
+  WaterLight::Scratch water;
 };
 
 struct ColorImage {
   const world::RayQuery& query;
-  const Ground& ground;
+  const world::RayQuery&
+      viewed;      ///< what the camera looks at: `query`, or that of viewers in water
+  double depth_m;  ///< of the camera below the surface of water; 0 above it
+  const Clouds& clouds;
+  float sea_level_m;
+  const HitShader& shader;
+  const WaterLight* water;  ///< null: it is opaque
   const Sky& sky;
   const Exposure& exposure;
   const View& view;
@@ -53,6 +72,7 @@ struct ColorImage {
   std::uint64_t seed;
   std::uint64_t stream;
   int num_samples;
+  int num_sky_rays;
   world::RayTrail* trail;
   Eigen::Vector3d sun_right;  ///< spans the sun's disc with sun_up, of its radius
   Eigen::Vector3d sun_up;
@@ -73,6 +93,8 @@ struct ColorImage {
   void cast_rays(const PixelUnit& unit, ColorScratch& s) const {
     s.rays.clear();
     s.pixels.clear();
+    s.bits.clear();
+    s.samples.clear();
     for (int by = unit.y0; by < unit.y1; by += kBlockSide) {
       for (int bx = unit.x0; bx < unit.x1; bx += kBlockSide) {
         const PixelUnit block{bx, by, std::min(bx + kBlockSide, unit.x1),
@@ -87,6 +109,8 @@ struct ColorImage {
                 Eigen::Vector2d(x, y) + sampler.place_in_pixel(bits, sample);
             s.rays.push_back({.origin_world = view.center_world,
                               .direction_world = view.ray_world(place).normalized()});
+            s.bits.push_back(bits);
+            s.samples.push_back(sample);
             s.pixels.push_back(
                 static_cast<std::uint32_t>((y - unit.y0) * (unit.x1 - unit.x0) + (x - unit.x0)));
             const Eigen::Vector2d disc = sampler.place_on_disc(bits, sample);
@@ -99,10 +123,16 @@ struct ColorImage {
     }
     s.hits.resize(s.rays.size());
     s.surfaces.resize(s.rays.size());
-    query.intersect(s.rays, s.hits, world::Coherence::Coherent, s.surfaces, trail);
+    viewed.intersect(s.rays, s.hits, world::Coherence::Coherent, s.surfaces, trail);
   }
 
-  /// Rays from the ground to a place on the sun's disc each; what faces away is dark without.
+  double lift_m(const world::SurfaceHit& hit, const world::SurfaceSample& surface) const {
+    return hit.is_ground()
+               ? kShadowLift_m + kShadowLiftPerSide * world::kTileCells * surface.spacing_m
+               : kObjectShadowLift_m;
+  }
+
+  /// Rays from what was met to a place on the sun's disc each; what faces away is dark without.
   void cast_sun_rays(ColorScratch& s) const {
     s.sun_share.assign(s.rays.size(), 0.0f);
     s.sun_ray_of.clear();
@@ -111,13 +141,16 @@ struct ColorImage {
       if (hit.is_sky()) continue;
       const Eigen::Vector3d point = s.rays[i].origin_world + hit.t * s.rays[i].direction_world;
       const Eigen::Vector3d direction = s.sun_rays[i].direction_world;
-      const Eigen::Vector3d normal = hit.normal_world();
-      if (sky.is_night() || normal.dot(direction) <= 0.0) continue;
-      const double lift_m =
-          kShadowLift_m + kShadowLiftPerSide * world::kTileCells * s.surfaces[i].spacing_m;
+      if (sky.is_night()) continue;
+      Eigen::Vector3d normal = hit.normal_world();
+      if (normal.dot(direction) <= 0.0) {
+        if (hit.is_ground() || !is_translucent(s.surfaces[i].finish.material)) continue;
+        normal = -normal;  // lit from behind
+      }
       // Sun rays move up to close the ranks: their own place is taken, or behind.
-      s.sun_rays[s.sun_ray_of.size()] = {.origin_world = point + lift_m * normal,
-                                         .direction_world = direction};
+      s.sun_rays[s.sun_ray_of.size()] = {
+          .origin_world = point + lift_m(hit, s.surfaces[i]) * normal,
+          .direction_world = direction};
       s.sun_ray_of.push_back(static_cast<std::uint32_t>(i));
     }
     s.sun_rays.resize(s.sun_ray_of.size());
@@ -127,59 +160,112 @@ struct ColorImage {
       if (s.is_occluded[i] == 0) s.sun_share[s.sun_ray_of[i]] = 1.0f;
   }
 
-  void shade_lanes(const std::vector<std::size_t>& rays, double angle, ColorScratch& s) const {
-    s.view.camera_height_m =
-        static_cast<float>(approximate_height_m(view.center_world) - ground.climate().sea_level_m);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const std::size_t i = rays[std::min(static_cast<std::size_t>(lane), rays.size() - 1)];
-      const world::WorldRay& ray = s.rays[i];
+  /// Rays from what was met to all sides of the sky above it, as much light comes from there. Of what
+  /// lies lower than the place only the ground counts, which Ambient has.
+  void cast_sky_rays(ColorScratch& s) const {
+    s.sky_share.assign(s.rays.size(), num_sky_rays > 0 ? 1.0f : -1.0f);
+    if (num_sky_rays == 0) return;
+    s.sky_rays.clear();
+    s.sky_ray_of.clear();
+    const Eigen::Vector3d up = sky.daylight().up_world;
+    for (std::size_t i = 0; i < s.rays.size(); ++i) {
       const world::SurfaceHit& hit = s.hits[i];
+      if (hit.is_sky()) continue;
       const Eigen::Vector3d normal = hit.normal_world();
-      const auto facing = static_cast<float>(std::max(-ray.direction_world.dot(normal), 0.01));
-      const double footprint_m =
-          hit.t * angle * static_cast<double>(std::pow(facing, -kSlantExponent));
-      s.places.set(lane, ray.origin_world + hit.t * ray.direction_world, normal, s.surfaces[i],
-                   footprint_m);
-      for (std::size_t k = 0; k < 3; ++k)
-        s.view.direction[k][lane] = static_cast<float>(ray.direction_world[static_cast<int>(k)]);
-      s.view.distance_m[lane] = static_cast<float>(hit.t);
-      s.view.sun_share[lane] = s.sun_share[i];
+      const Eigen::Vector3d point = s.rays[i].origin_world + hit.t * s.rays[i].direction_world +
+                                    lift_m(hit, s.surfaces[i]) * normal;
+      const Eigen::Vector3d right = normal.unitOrthogonal();
+      const Eigen::Vector3d aside = normal.cross(right);
+      for (int ray = 0; ray < num_sky_rays; ++ray) {
+        const Eigen::Vector2d disc = sampler.place_on_disc(
+            core::mix_bits(s.bits[i] + 0x736b79 + static_cast<std::uint64_t>(ray)), s.samples[i]);
+        const Eigen::Vector3d direction =
+            disc.x() * right + disc.y() * aside +
+            std::sqrt(std::max(1.0 - disc.squaredNorm(), 1e-6)) * normal;
+        if (direction.dot(up) <= 0.0) continue;
+        s.sky_rays.push_back(
+            {.origin_world = point, .direction_world = direction, .t_max = kSkyReach_m});
+        s.sky_ray_of.push_back(static_cast<std::uint32_t>(i));
+      }
     }
-    ground.set(s.places, s.packet);
-    ground.look(s.packet, s.look);
-    shade_ground(s.packet, s.look, s.view, sky, s.shaded);
-    for (std::size_t lane = 0; lane < rays.size(); ++lane) {
-      const int at = static_cast<int>(lane);
-      s.radiance[s.pixels[rays[lane]]] += Color(s.shaded[0][at], s.shaded[1][at], s.shaded[2][at]);
+    s.is_occluded.resize(s.sky_rays.size());
+    query.occluded(s.sky_rays, s.is_occluded, trail);
+    const float part = 1.0f / static_cast<float>(num_sky_rays);
+    for (std::size_t i = 0; i < s.sky_ray_of.size(); ++i)
+      if (s.is_occluded[i] != 0) s.sky_share[s.sky_ray_of[i]] -= part;
+    for (float& share : s.sky_share) share = std::max(share, 0.0f);
+  }
+
+  /// Clouds between what was met and the sun.
+  void dim_sun(ColorScratch& s) const {
+    if (clouds.is_empty()) return;
+    for (std::size_t i = 0; i < s.rays.size(); ++i)
+      if (s.sun_share[i] > 0.0f)
+        s.sun_share[i] *= static_cast<float>(clouds.sun_transmittance(
+            s.rays[i].origin_world + s.hits[i].t * s.rays[i].direction_world));
+  }
+
+  /// Clouds before what was met, seen through the air.
+  void lay_clouds(double angle, ColorScratch& s) const {
+    if (clouds.is_empty()) return;
+    const auto from_height_m =
+        static_cast<float>(approximate_height_m(view.center_world)) - sea_level_m;
+    for (std::size_t i = 0; i < s.rays.size(); ++i) {
+      const world::WorldRay& ray = s.rays[i];
+      const double jitter =
+          core::random_unit(s.bits[i], 0x636c6f7564, static_cast<std::uint64_t>(s.samples[i]));
+      const Clouds::Seen cloud =
+          clouds.look(ray.origin_world, ray.direction_world, s.hits[i].t, angle, jitter, sky);
+      if (cloud.transmittance == 1.0f) continue;
+      const Eigen::Vector3d place = ray.origin_world + cloud.distance_m * ray.direction_world;
+      const AirPath air =
+          sky.air(static_cast<float>(cloud.distance_m), from_height_m,
+                  static_cast<float>(approximate_height_m(place)) - sea_level_m,
+                  static_cast<float>(ray.direction_world.dot(sky.daylight().sun_direction_world)));
+      s.radiance[i] = cloud.transmittance * s.radiance[i] + cloud.radiance * air.transmittance +
+                      (1.0f - cloud.transmittance) * air.inscatter;
     }
   }
 
   void render_unit(const PixelUnit& unit, core::Image8& image, ColorScratch& s) const {
     s.sun_rays.clear();
     cast_rays(unit, s);
-    cast_sun_rays(s);
-    s.radiance.assign(static_cast<std::size_t>(unit.num_pixels()), Color::Zero());
-    const double angle = sample_angle(unit);
-    std::vector<std::size_t> lanes;
-    lanes.reserve(kLanes);
-    for (std::size_t i = 0; i < s.rays.size(); ++i) {
-      if (s.hits[i].is_sky()) {
-        s.radiance[s.pixels[i]] += shade_sky(sky, s.rays[i].direction_world);
-      } else {
-        lanes.push_back(i);
-        if (lanes.size() == kLanes) {
-          shade_lanes(lanes, angle, s);
-          lanes.clear();
-        }
-      }
+    if (depth_m > 0.0) {
+      s.sun_share.assign(s.rays.size(), 1.0f);
+      s.sky_share.assign(s.rays.size(), -1.0f);
+    } else {
+      cast_sun_rays(s);
+      dim_sun(s);
+      cast_sky_rays(s);
     }
-    if (!lanes.empty()) shade_lanes(lanes, angle, s);
+    s.radiance.resize(s.rays.size());
+    LitHits lit{.rays = s.rays,
+                .hits = s.hits,
+                .surfaces = s.surfaces,
+                .sun_share = s.sun_share,
+                .sky_share = s.sky_share,
+                .sample_angle_rad = sample_angle(unit)};
+    if (depth_m > 0.0) {
+      water->look_in_water(lit, depth_m, s.water, s.radiance, trail);
+    } else {
+      if (water != nullptr) {
+        s.below.resize(s.rays.size());
+        s.mirrored.resize(s.rays.size());
+        water->look(lit, s.water, s.below, s.mirrored, trail);
+        lit.below = s.below;
+        lit.mirrored = s.mirrored;
+      }
+      shader.shade(lit, s.shader, s.radiance);
+      lay_clouds(sample_angle(unit), s);
+    }
+    s.sums.assign(static_cast<std::size_t>(unit.num_pixels()), Color::Zero());
+    for (std::size_t i = 0; i < s.rays.size(); ++i) s.sums[s.pixels[i]] += s.radiance[i];
 
     const float share = 1.0f / static_cast<float>(num_samples);
     std::size_t pixel = 0;
     for (int y = unit.y0; y < unit.y1; ++y)
       for (int x = unit.x0; x < unit.x1; ++x)
-        exposure.develop(s.radiance[pixel++] * share, &image(x, y));
+        exposure.develop(s.sums[pixel++] * share, &image(x, y));
   }
 };
 
@@ -213,15 +299,30 @@ Daylight daylight_of(const SequencePlan& plan, const geo::WorldFrame& frame) {
 }
 
 FrameRenderer::FrameRenderer(const SequencePlan& plan, const world::TileStore& store,
-                             const world::RayQuery& query)
+                             const world::RayQuery& query, const world::RayQuery* bed,
+                             bool is_in_water)
     : views_(plan.states, plan.cameras),
       query_(query),
+      bed_(bed),
+      water_visibility_m_(plan.conditions.water_visibility_m),
+      wants_bottom_(plan.conditions.bottom_range && !is_in_water),
+      is_in_water_(is_in_water),
       ground_(climate_of(store, static_cast<std::uint32_t>(core::mix_bits(store.manifest().seed)))),
+      imagery_(store, query.imagery_budget_bytes()),
+      textures_(store),
       sky_(daylight_of(plan, geo::WorldFrame(store.manifest().origin))),
-      exposure_(sky_, plan.conditions.exposure),
+      clouds_(store, sky_.daylight().sun_direction_world),
+      exposure_(sky_, plan.conditions.exposure * (is_in_water ? kInWaterExposure : 1.0)),
       num_samples_(static_cast<int>(plan.conditions.color_samples)),
+      num_sky_rays_(static_cast<int>(plan.conditions.ambient_rays)),
       sampler_(num_samples_),
       seed_(static_cast<std::uint64_t>(plan.seed)) {}
+
+double FrameRenderer::depth_of(const Eigen::Vector3d& center_world) const {
+  const std::optional<double> surface_z =
+      query_.surface_z_world(center_world.x(), center_world.y());
+  return std::max(surface_z.value_or(0.0) - center_world.z(), 1e-3);
+}
 
 core::Image8 FrameRenderer::color(int frame, int camera, world::RayTrail* trail) const {
   const View& view = views_.at(frame, camera);
@@ -230,9 +331,17 @@ core::Image8 FrameRenderer::color(int frame, int camera, world::RayTrail* trail)
       std::abs(sun.z()) < 0.9 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX();
   const double radius = std::tan(geo::kSunAngularRadius_rad);
   const Eigen::Vector3d right = sun.cross(beside).normalized();
+  const HitShader shader(ground_, imagery_, textures_, sky_);
+  std::optional<WaterLight> water;
+  if (bed_ != nullptr) water.emplace(query_, *bed_, ground_, sky_, shader, water_visibility_m_);
   const ColorImage image{
       .query = query_,
-      .ground = ground_,
+      .viewed = is_in_water_ ? *bed_ : query_,
+      .depth_m = is_in_water_ ? depth_of(view.center_world) : 0.0,
+      .clouds = clouds_,
+      .sea_level_m = static_cast<float>(ground_.climate().sea_level_m),
+      .shader = shader,
+      .water = water ? &*water : nullptr,
       .sky = sky_,
       .exposure = exposure_,
       .view = view,
@@ -242,6 +351,7 @@ core::Image8 FrameRenderer::color(int frame, int camera, world::RayTrail* trail)
                                                 static_cast<std::uint64_t>(frame)),
                                 static_cast<std::uint64_t>(camera)),
       .num_samples = num_samples_,
+      .num_sky_rays = num_sky_rays_,
       .trail = trail,
       .sun_right = right * radius,
       .sun_up = sun.cross(right) * radius};

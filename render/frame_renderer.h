@@ -5,12 +5,15 @@
 #include <vector>
 
 #include "core/image.h"
+#include "render/clouds.h"
+#include "render/ground_imagery.h"
 #include "render/ground_truth.h"
 #include "render/material.h"
 #include "render/render_stage.h"
 #include "render/sampler.h"
 #include "render/shading.h"
 #include "render/sky.h"
+#include "render/texture_library.h"
 #include "render/views.h"
 #include "world/ray_query.h"
 
@@ -25,8 +28,12 @@ class FrameRenderer {
  public:
   /// The query, and with it the store, must outlive the renderer.
   /// throws   Config: cameras or UTC that make no sense; Input, Io from tiles
+  /// bed            the world without water, for what is seen in it; null: water is opaque
+  /// is_in_water    all cameras are: what they meet is what `bed` says (RayQuery::WithoutWater with
+  ///                viewers_in_water)
   FrameRenderer(const SequencePlan& plan, const world::TileStore& store,
-                const world::RayQuery& query);
+                const world::RayQuery& query, const world::RayQuery* bed = nullptr,
+                bool is_in_water = false);
 
   const ViewTable& views() const { return views_; }
   const Ground& ground() const { return ground_; }
@@ -35,25 +42,36 @@ class FrameRenderer {
   /// Facts of a camera at a frame.
   TruthFrame truth(int frame, int camera) const {
     TruthFrame truth;
-    trace_truth(query_, ground_, views_, frame, camera, truth);
+    this->truth(frame, camera, truth);
     return truth;
   }
   /// The same, into a frame that has been used before.
   /// trail   takes the tiles to which the rays come; null: nobody wants to know
   void truth(int frame, int camera, TruthFrame& truth, world::RayTrail* trail = nullptr) const {
-    trace_truth(query_, ground_, views_, frame, camera, truth, trail);
+    trace_truth(is_in_water_ ? *bed_ : query_, ground_, views_, frame, camera, truth, trail,
+                wants_bottom_ ? bed_ : nullptr);
   }
 
   /// Anti-aliased colour of a camera at a frame; no ground truth mixes in.
   core::Image8 color(int frame, int camera, world::RayTrail* trail = nullptr) const;
 
  private:
+  double depth_of(const Eigen::Vector3d& center_world) const;
+
   ViewTable views_;
   const world::RayQuery& query_;
+  const world::RayQuery* bed_;
+  double water_visibility_m_;
+  bool wants_bottom_;
+  bool is_in_water_;
   Ground ground_;
+  GroundImagery imagery_;
+  TextureLibrary textures_;
   Sky sky_;
+  Clouds clouds_;
   Exposure exposure_;
   int num_samples_;
+  int num_sky_rays_;
   PixelSampler sampler_;
   std::uint64_t seed_;
 };

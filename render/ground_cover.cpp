@@ -69,8 +69,7 @@ std::array<float, world::kNumCovers> cover_shares(const GroundPacket& g, const C
   for (std::size_t cover = 0; cover < shares.size(); ++cover) {
     // Of two covers one gains where the other loses.
     const float side = cover % 2 == 0 ? 1.0f : -1.0f;
-    const float wandered =
-        larger(shares[cover] * (1.0f + 0.35f * side * c.clump.value[lane]), 0.0f);
+    const float wandered = shares[cover] * larger(1.0f + 0.35f * side * c.clump.value[lane], 0.05f);
     shares[cover] = wandered * wandered;
     sum += shares[cover];
   }
@@ -78,17 +77,16 @@ std::array<float, world::kNumCovers> cover_shares(const GroundPacket& g, const C
   return shares;
 }
 
-/// A colour of cultivated land, its rows, and how far from a hedge.
-struct Parcel {
-  float color[3];
-  float rows;  ///< factor on the colour
-  float bare;  ///< share of tracks through the crop
-  float edge_m;
+/// A piece of land in one hand.
+struct Holding {
+  std::uint64_t bits;  ///< its own
+  float in_row_m;      ///< across it
+  float edge_m;        ///< to its nearest border
 };
 
-/// Patchwork of parcels: districts of about 1 km turn it their own way; in each, rows of 50 to 110
+/// Patchwork of holdings: districts of about 1 km turn it their own way; in each, rows of 50 to 110
 /// m are cut at 80 to 240 m.
-Parcel parcel_at(const NoisePlaces& places, int lane, float warp_m, std::uint32_t seed) {
+Holding holding_at(const NoisePlaces& places, int lane, float warp_m, std::uint32_t seed) {
   const std::int32_t u0 = places.u[0][lane];
   const std::int32_t v0 = places.v[0][lane];
   const int district_shift = 22;  // 1024 m
@@ -111,17 +109,33 @@ Parcel parcel_at(const NoisePlaces& places, int lane, float warp_m, std::uint32_
   const std::uint64_t bits =
       core::random_bits(row_bits, 2, static_cast<std::uint64_t>(static_cast<std::int64_t>(column)));
 
+  return {.bits = bits,
+          .in_row_m = in_row_m,
+          .edge_m = smaller(smaller(in_row_m, width_m - in_row_m),
+                            smaller(in_column_m, length_m - in_column_m))};
+}
+
+/// A colour of cultivated land, its rows, and how far from a hedge.
+struct Parcel {
+  float color[3];
+  float rows;  ///< factor on the colour
+  float bare;  ///< share of tracks through the crop
+  float edge_m;
+};
+
+Parcel parcel_of(const Holding& holding, float footprint) {
   static constexpr float kCrops[8][3] = {{0.260f, 0.200f, 0.085f}, {0.075f, 0.120f, 0.032f},
                                          {0.140f, 0.100f, 0.066f}, {0.300f, 0.250f, 0.130f},
                                          {0.105f, 0.135f, 0.042f}, {0.055f, 0.090f, 0.026f},
                                          {0.190f, 0.165f, 0.070f}, {0.120f, 0.110f, 0.055f}};
+  const std::uint64_t bits = holding.bits;
   Parcel parcel;
   const float tint = 0.82f + 0.36f * static_cast<float>((bits >> 8) & 255u) / 255.0f;
   for (int k = 0; k < 3; ++k) parcel.color[k] = kCrops[bits % 8][k] * tint;
   // Rows of maize and beets stand 0.75 m apart, of which plants cover 0.45 m; tracks of the sprayer, two
   // of 0.4 m, come every 18 m.
-  const auto footprint_m = static_cast<double>(places.footprint_m[lane]);
-  const double across_row_m = static_cast<double>(in_row_m);
+  const auto footprint_m = static_cast<double>(footprint);
+  const auto across_row_m = static_cast<double>(holding.in_row_m);
   parcel.rows = 1.0f;
   if (bits % 8 == 1 || bits % 8 == 5 || bits % 8 == 2) {
     const double plants = share_of_bars(across_row_m, footprint_m, 0.45, 0.75);
@@ -130,9 +144,22 @@ Parcel parcel_at(const NoisePlaces& places, int lane, float warp_m, std::uint32_
   const double tracks = share_of_bars(across_row_m - 8.0, footprint_m, 0.4, 18.0) +
                         share_of_bars(across_row_m - 9.8, footprint_m, 0.4, 18.0);
   parcel.bare = bits % 8 == 2 ? 0.0f : static_cast<float>(tracks);
-  parcel.edge_m =
-      smaller(smaller(in_row_m, width_m - in_row_m), smaller(in_column_m, length_m - in_column_m));
+  parcel.edge_m = holding.edge_m;
   return parcel;
+}
+
+/// Meadows and pastures: grown, mown, made into hay, eaten short; each in swaths of its mower.
+Rgb meadow_of(const Holding& holding, float footprint_m) {
+  static constexpr Rgb kStates[6] = {{0.086f, 0.120f, 0.034f}, {0.104f, 0.128f, 0.042f},
+                                     {0.150f, 0.152f, 0.062f}, {0.094f, 0.114f, 0.036f},
+                                     {0.120f, 0.140f, 0.044f}, {0.078f, 0.106f, 0.032f}};
+  Rgb color = kStates[holding.bits % 6];
+  shade(color, 0.90f + 0.20f * static_cast<float>((holding.bits >> 8) & 255u) / 255.0f);
+  const double swath = share_of_bars(static_cast<double>(holding.in_row_m),
+                                     static_cast<double>(footprint_m), 3.0, 6.0);
+  const float mown = holding.bits % 6 == 2 || holding.bits % 6 == 4 ? 0.16f : 0.04f;
+  shade(color, 1.0f + mown * (static_cast<float>(swath) - 0.5f));
+  return color;
 }
 
 /// Yards of towns: blocks of about 200 m turn them their own way; lawns, beds, paving, gravel and asphalt in
@@ -176,6 +203,7 @@ Rgb yard_at(const NoisePlaces& places, int lane, float clump, float grain, std::
 /// Parcels and yards, picked one by one before the arithmetic that is the same for all lanes.
 struct Plots {
   Lanes<float> parcel_r, parcel_g, parcel_b, parcel_edge_m, parcel_bare;
+  Lanes<float> meadow_r, meadow_g, meadow_b;
   Lanes<float> yard_r, yard_g, yard_b;
 };
 
@@ -199,10 +227,13 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const D
     lay(grass, green, 0.070f, 0.098f, 0.028f);
     lay(grass, 0.50f * high, 0.115f, 0.126f, 0.052f);
     // Meadows: mown ones bright, tall ones with seed heads, clover and flowers in patches.
-    Rgb meadow{0.088f, 0.118f, 0.034f};
-    lay(meadow, ramp(0.45f + 0.45f * patch + 0.20f * region), 0.140f, 0.148f, 0.056f);
-    lay(meadow, 0.7f * ramp(0.6f * clump + 0.5f * patch - 0.55f), 0.170f, 0.145f, 0.075f);
-    lay(meadow, 0.5f * ramp(d.grain.value[i] + 0.5f * clump - 1.3f), 0.260f, 0.240f, 0.110f);
+    // On slopes and above the fields they are pastures without borders.
+    const float wild = ramp((g.steepness[i] - 0.20f) * 6.0f + high);
+    Rgb meadow{0.092f, 0.116f, 0.036f};
+    lay(meadow, ramp(0.40f + 0.30f * patch + 0.25f * region), 0.128f, 0.132f, 0.052f);
+    lay(meadow, 1.0f - wild, p.meadow_r[i], p.meadow_g[i], p.meadow_b[i]);
+    lay(meadow, 0.35f * ramp(0.35f + 0.30f * patch + 0.20f * clump - 0.2f), 0.150f, 0.140f, 0.064f);
+    lay(meadow, 0.35f * ramp(d.grain.value[i] + 0.5f * clump - 1.3f), 0.240f, 0.220f, 0.105f);
     lay(grass, c.meadow[i], meadow);
     // Wetland: sedges, brown moss, dark pools.
     Rgb fen{0.082f, 0.088f, 0.036f};
@@ -263,7 +294,8 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const D
     // Grain of every scale, stones that stand out, less on snow.
     const float bare = larger(larger(c.rock[i], c.scree[i]),
                               1.0f - larger(c.grass[i], larger(c.floor[i], c.built[i])));
-    const float grainy = 0.17f + 0.08f * bare;
+    const float tended = larger(c.built[i], 0.6f * c.meadow[i]);
+    const float grainy = (0.17f + 0.08f * bare) * (1.0f - 0.6f * tended);
     const float mottle =
         1.0f + grainy * (d.coarse.value[i] + d.grain.value[i] + d.fine.value[i]) + 0.07f * clump;
     shade(color, clamped(mottle, 0.30f, 1.9f));
@@ -332,11 +364,21 @@ void take_known_covers(const GroundPacket& g, const Climate& climate, Covers& c)
 void paint_land(const GroundPacket& packet, const Covers& covers, const Details& details,
                 const Lanes<float>& relief, const Climate& climate, GroundLook& look) {
   NoiseSum warp{};
-  if (any(covers.field)) warp = sum_noise(packet.places, 8, 5, climate.seed + kFieldWarp);
+  if (any(covers.field) || any(covers.meadow))
+    warp = sum_noise(packet.places, 8, 5, climate.seed + kFieldWarp);
   Plots plots{};
   for (int i = 0; i < kLanes; ++i) {
+    Holding holding{};
+    if (covers.field[i] > 0.0f || covers.meadow[i] > 0.0f)
+      holding = holding_at(packet.places, i, 9.0f * warp.value[i], climate.seed);
+    if (covers.meadow[i] > 0.0f) {
+      const Rgb meadow = meadow_of(holding, packet.places.footprint_m[i]);
+      plots.meadow_r[i] = meadow.r;
+      plots.meadow_g[i] = meadow.g;
+      plots.meadow_b[i] = meadow.b;
+    }
     if (covers.field[i] > 0.0f) {
-      const Parcel parcel = parcel_at(packet.places, i, 9.0f * warp.value[i], climate.seed);
+      const Parcel parcel = parcel_of(holding, packet.places.footprint_m[i]);
       plots.parcel_r[i] = parcel.color[0] * parcel.rows;
       plots.parcel_g[i] = parcel.color[1] * parcel.rows;
       plots.parcel_b[i] = parcel.color[2] * parcel.rows;

@@ -159,8 +159,9 @@ bool is_at_point(double t) { return std::abs(t - 1.0) <= kSamePointRelative; }
 class TruthTracer {
  public:
   TruthTracer(const world::RayQuery& query, const Ground& ground, const ViewTable& views, int frame,
-              int camera, TruthFrame& truth, world::RayTrail* trail)
+              int camera, TruthFrame& truth, world::RayTrail* trail, const world::RayQuery* bed)
       : query_(query),
+        bed_(bed),
         ground_(ground),
         view_(views.at(frame, camera)),
         grid_{view_.model->width_px(), view_.model->height_px(), kUnitSide},
@@ -178,6 +179,7 @@ class TruthTracer {
         static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     truth_.range_m.resize(num_pixels);
     truth_.point_world.resize(num_pixels);
+    truth_.crossing_error.assign(num_pixels, 0.0);
     capture::CameraFrame& facts = truth_.facts;
     facts.range_m.reshape(width, height, 1);
     facts.normal_world.reshape(width, height, 3);
@@ -185,6 +187,7 @@ class TruthTracer {
     facts.instance_id.reshape(width, height, 1);
     facts.primitive_id.reshape(width, height, 1);
     facts.flags.reshape(width, height, 1);
+    facts.bottom_range_m.reshape(bed != nullptr ? width : 0, bed != nullptr ? height : 0, 1);
     content_.resize(static_cast<std::size_t>(grid_.num_units()));
   }
 
@@ -244,8 +247,31 @@ class TruthTracer {
                                   (objects.rays.empty() ? 0 : kHasObjects));
     set_ground(scratch);
     set_objects(scratch);
+    if (bed_ != nullptr) set_bottom(scratch);
     look_from_targets(ground, scratch);
     look_from_targets(objects, scratch);
+  }
+
+  /// Sets bottom_range_m of the unit's pixels. The rays' own buffer is used again.
+  void set_bottom(UnitScratch& scratch) {
+    capture::CameraFrame& facts = truth_.facts;
+    for (const std::size_t pixel : scratch.pixels)
+      facts.bottom_range_m.data()[pixel] = facts.range_m.data()[pixel];
+    std::vector<Eigen::Vector3d> directions;
+    std::vector<std::size_t> pixels;
+    for (const std::size_t i : scratch.ground.rays) {
+      if (!world::is_water(scratch.surfaces[i].cover)) continue;
+      directions.push_back(scratch.directions[i]);
+      pixels.push_back(scratch.pixels[i]);
+    }
+    if (pixels.empty()) return;
+    scratch.directions.clear(kUnitRays);
+    for (const Eigen::Vector3d& direction : directions) scratch.directions.add(direction);
+    const std::span<const double> t =
+        scratch.cast(*bed_, scratch.directions.from(view_.center_world), trail_);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+      facts.bottom_range_m.data()[pixels[i]] = std::max(
+          static_cast<float>(t[i] * directions[i].norm()), facts.range_m.data()[pixels[i]]);
   }
 
   /// Sets the flags of points by which targets see them.
@@ -366,6 +392,7 @@ class TruthTracer {
       const Eigen::Vector3d point = view_.center_world + hit.t * direction;
       truth_.range_m[pixel] = hit.t * direction.norm();
       truth_.point_world[pixel] = point;
+      truth_.crossing_error[pixel] = surface.crossing_error;
       capture::CameraFrame& facts = truth_.facts;
       facts.range_m.data()[pixel] = static_cast<float>(truth_.range_m[pixel]);
       for (std::size_t k = 0; k < 3; ++k)
@@ -462,6 +489,7 @@ class TruthTracer {
   }
 
   const world::RayQuery& query_;
+  const world::RayQuery* const bed_;
   const Ground& ground_;
   const View& view_;
   const PixelGrid grid_;
@@ -475,8 +503,9 @@ class TruthTracer {
 }  // namespace
 
 void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
-                 int frame, int camera, TruthFrame& truth, world::RayTrail* trail) {
-  TruthTracer(query, ground, views, frame, camera, truth, trail).trace();
+                 int frame, int camera, TruthFrame& truth, world::RayTrail* trail,
+                 const world::RayQuery* bed) {
+  TruthTracer(query, ground, views, frame, camera, truth, trail, bed).trace();
 }
 
 std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,

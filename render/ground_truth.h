@@ -25,6 +25,7 @@ inline constexpr double kEdgeShift_px = 1e-3;
 struct TruthFrame {
   std::vector<double> range_m;               ///< row by row; sky +inf
   std::vector<Eigen::Vector3d> point_world;  ///< of the hit; sky 0
+  std::vector<double> crossing_error;        ///< of objects: SurfaceSample::crossing_error; else 0
   capture::CameraFrame facts;                ///< all but the colour
 };
 
@@ -34,12 +35,14 @@ struct TruthFrame {
 /// previous frame and from the rig's other cameras at the same time. Visibility is by ray: the
 /// point projects into that image, and the first crossing of the ray from that centre to the point
 /// is the point.
+/// bed           the world without water: fills bottom_range_m; null: nobody wants it
 /// truth         overwritten, all but the colour; a frame that is used again costs no new memory
 /// trail         takes the tiles to which the rays come; null: nobody wants to know
 /// determinism   the facts depend on the views and the world alone
 /// throws        as RayQuery
 void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
-                 int frame, int camera, TruthFrame& truth, world::RayTrail* trail = nullptr);
+                 int frame, int camera, TruthFrame& truth, world::RayTrail* trail = nullptr,
+                 const world::RayQuery* bed = nullptr);
 
 /// Which of some points of the surface are seen in a view, by ray.
 std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,

@@ -10,7 +10,7 @@ namespace terracast::render {
 namespace {
 
 /// One more when the same inputs give other bytes.
-constexpr int kRenderVersion = 4;
+constexpr int kRenderVersion = 6;
 
 void append_numbers(std::string& text, const double* values, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
@@ -83,8 +83,29 @@ FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
   append_cameras(text, plan.cameras);
   append_climate(text, renderer.ground().climate());
   append_daylight(text, renderer.sky().daylight());
-  text += fmt::format("colour {} {} {:.17g}\n", plan.seed, plan.conditions.color_samples,
-                      plan.conditions.exposure);
+  // Tiles name these by their rows.
+  for (const world::PrototypeInfo& prototype : store.manifest().prototypes)
+    text += fmt::format("prototype {}\n", prototype.content_hash);
+  for (const world::TextureInfo& texture : store.manifest().textures)
+    text += fmt::format("texture {}\n", texture.content_hash);
+  // A picture's coarser levels hold all that lies under them.
+  for (const world::ImageryInfo& imagery : store.manifest().imagery)
+    for (const world::ImageryTileInfo& tile : imagery.tiles)
+      text += fmt::format("imagery {} {} {} {} {}\n", imagery.finest_level, tile.id.level,
+                          tile.id.x, tile.id.y, tile.content_hash);
+  text += fmt::format("colour {} {} {} {:.17g} {:.17g} {}\n", plan.seed,
+                      plan.conditions.color_samples, plan.conditions.ambient_rays,
+                      plan.conditions.exposure, plan.conditions.water_visibility_m,
+                      plan.conditions.bottom_range);
+  for (const world::VolumeInfo& volume : store.manifest().volumes)
+    text += fmt::format("volume {}\n", volume.content_hash);
+  for (const world::VolumePlace& place : store.manifest().volume_places) {
+    text += fmt::format("place {}\n", place.volume);
+    append_numbers(text, place.place_world.data(), 3);
+    for (const double value :
+         {place.heading_rad, place.scale, place.extinction_per_m, place.albedo, place.anisotropy})
+      append_numbers(text, &value, 1);
+  }
   common_ = core::content_hash(text);
 }
 

@@ -167,6 +167,8 @@ capture::SemanticClass Ground::class_of(world::Cover cover, capture::SemanticCla
       return SemanticClass::Lake;
     case Cover::River:
       return SemanticClass::River;
+    case Cover::Seabed:
+      return SemanticClass::Seabed;
   }
   return guessed;
 }
@@ -250,6 +252,9 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
   };
   if (lanes_with([&](int i) { return is_water(static_cast<world::Cover>(g.cover[i])); }))
     look_at_water(g, seed, look);
+  if (lanes_with(
+          [&](int i) { return static_cast<world::Cover>(g.cover[i]) == world::Cover::Seabed; }))
+    look_at_bed(g, seed, look);
   for (int i = 0; i < kLanes; ++i) {
     if (g.is_painted[i] == 0) continue;
     const std::size_t lane = static_cast<std::size_t>(i);

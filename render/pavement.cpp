@@ -261,6 +261,17 @@ void lay_marks(const PavedPlace& place, std::uint64_t bits, PavedLook& look) {
       0.040f * tone);
 }
 
+/// A stream of a step's width: dark between stones, white where it falls over them.
+void lay_stream(const PavedPlace& place, PavedLook& look) {
+  const float stones = step_up(place.grain + 0.6f * place.clump - 1.3f, 0.5f);
+  const float white = 0.5f * step_up(place.fine + place.grain - 2.0f, 0.6f);
+  const float tone = clamped(1.0f + 0.2f * place.clump, 0.6f, 1.4f);
+  look.albedo = {0.030f * tone, 0.038f * tone, 0.030f * tone};
+  lay(look.albedo, stones, 0.17f, 0.16f, 0.14f);
+  lay(look.albedo, white, 0.55f, 0.58f, 0.60f);
+  look.openness = 0.9f;
+}
+
 /// Earth and grass that creep in from the edge of a strip.
 void lay_edge(const PavedPlace& place, PavedLook& look) {
   const world::PaintSample& paint = place.paint;
@@ -301,6 +312,9 @@ PavedLook look_at_paving(const PavedPlace& place, std::uint32_t seed) {
     case Paving::Sand:
       lay_sand(place, bits, look);
       break;
+    case Paving::Water:
+      lay_stream(place, look);
+      break;
   }
   lay_marks(place, bits, look);
   lay(look.albedo, rubber_share(place), 0.022f, 0.022f, 0.023f);
@@ -317,6 +331,7 @@ float relief_of(world::Paving paving) {
       return 0.008f;
     case Paving::Cobbles:
     case Paving::Sand:
+    case Paving::Water:
       return 0.035f;
     case Paving::Gravel:
     case Paving::Grass:

@@ -87,8 +87,9 @@ void check_clearance(const SequencePlan& plan, const world::TileStore& store,
       if (!ground_z) fail(ErrorKind::Input, "{}: the world has no ground there", where());
       const double clearance_m = center.z() - *ground_z;
       if (clearance_m < 0.0) {
-        fail(ErrorKind::Input, "{}: {:.2f} m under the ground; raise the trajectory there", where(),
-             -clearance_m);
+        fail(ErrorKind::Input, "{}: {:.2f} m under the ground{}; raise the trajectory there",
+             where(), -clearance_m,
+             query.is_without_water() ? ", which is the bed of water or land there" : "");
       }
       if (clearance_m < kLeastClearance_m) {
         fail(ErrorKind::Input, "{}: {:.2f} m above the ground; a camera needs {} m", where(),
@@ -98,11 +99,62 @@ void check_clearance(const SequencePlan& plan, const world::TileStore& store,
   }
 }
 
+/// Whether any tile may hold water.
+bool may_have_water(const world::WorldManifest& manifest) {
+  const auto is_sea = [](const world::SourceInfo& source) { return source.kind == "sea"; };
+  const auto brings_water = [](const world::LayerInfo& layer) {
+    return layer.kind == "water" || layer.kind == "land_cover";
+  };
+  return std::any_of(manifest.sources.begin(), manifest.sources.end(), is_sea) ||
+         std::any_of(manifest.layers.begin(), manifest.layers.end(), brings_water);
+}
+
+/// Whether the first camera stands under the surface; then all must.
+bool starts_under_surface(const world::RayQuery& whole, const ViewTable& views) {
+  const Eigen::Vector3d& center = views.at(0, 0).center_world;
+  const std::optional<double> surface_z = whole.surface_z_world(center.x(), center.y());
+  return surface_z && center.z() < *surface_z;
+}
+
+/// throws Input: a camera that does not stand clearly under water
+void check_under_surface(const SequencePlan& plan, const world::TileStore& store,
+                         const world::RayQuery& whole, const ViewTable& views) {
+  const geo::WorldFrame frame_of_world(store.manifest().origin);
+  if (plan.conditions.bottom_range)
+    fail(ErrorKind::Config,
+         "sequence {}: bottom_range is for cameras above the water, and these are in it",
+         plan.name);
+  for (int frame = 0; frame < views.num_frames(); ++frame)
+    for (int camera = 0; camera < views.num_cameras(); ++camera) {
+      const Eigen::Vector3d& center = views.at(frame, camera).center_world;
+      const std::optional<double> surface_z = whole.surface_z_world(center.x(), center.y());
+      const double depth_m = surface_z.value_or(center.z()) - center.z();
+      if (depth_m < kLeastClearance_m)
+        fail(ErrorKind::Input,
+             "{}: {:.2f} m under the water's surface, where other cameras are under water; a "
+             "sequence stays above water or {} m and more below its surface",
+             place_of(plan, frame, camera, center, frame_of_world), depth_m, kLeastClearance_m);
+    }
+}
+
+/// Of the memory for tiles, what those of the world without water may take.
+double bytes_of_bed(const world::RayQueryOptions& tracing) {
+  return std::min(0.25 * tracing.memory_bytes, 1e9);
+}
+
 }  // namespace
 
 void ConditionOptions::describe(core::SchemaVisitor& visit) {
   visit.key("visibility_km", visibility_km,
             "Meteorological range at sea level: how clear the air is.", core::between(1.0, 300.0));
+  visit.key(
+      "water_visibility_m", water_visibility_m,
+      "How far one sees under water, at sea: 40 in clear ocean, 15 at a coast, 3 in a harbour; "
+      "lakes are 0.4 as clear, rivers 0.2.",
+      core::between(0.5, 80.0));
+  visit.key("bottom_range", bottom_range,
+            "Whether the capture also holds bottom_range_m: each ray's range in the world without "
+            "water, to the bed of the sea, of lakes and of rivers.");
   visit.key("sun_azimuth_deg", sun_azimuth_deg,
             "Azimuth of the sun, clockwise from north; -1: from place and UTC.",
             core::between(-1.0, 360.0));
@@ -113,6 +165,11 @@ void ConditionOptions::describe(core::SchemaVisitor& visit) {
             "Factor on the exposure, which is set once a sequence by its light.",
             core::between(0.01, 100.0));
   visit.key("color_samples", color_samples, "Rays a pixel for colour.", core::between(1, 256));
+  visit.key("ambient_rays", ambient_rays,
+            "Rays a colour sample that look how much of the sky is hidden by what stands within 30 "
+            "m: soft "
+            "shade under trees and between houses. 0: none looks, crowns are darkened by estimate.",
+            core::between(0, 16));
 }
 
 void ConditionOptions::validate() const {
@@ -124,6 +181,8 @@ void ConditionOptions::validate() const {
     fail(ErrorKind::Config, "sun_elevation_deg = {}; it takes -90 to 90, or -91 for place and UTC",
          sun_elevation_deg);
   }
+  if (ambient_rays < 0 || ambient_rays > 16)
+    fail(ErrorKind::Config, "ambient_rays = {}; it takes 0 to 16", ambient_rays);
   if (color_samples < 1 || color_samples > 256) {
     fail(ErrorKind::Config, "color_samples = {}; it takes 1 to 256", color_samples);
   }
@@ -201,9 +260,20 @@ RenderedFrames run_render_stage(const world::TileStore& store, const SequencePla
                      damaged->size(), damaged->front());
   }
 
-  const world::RayQuery query(store, cut_of(store, plan), tracing);
-  const FrameRenderer renderer(plan, store, query);
+  const bool is_wet = plan.conditions.bottom_range || may_have_water(store.manifest());
+  world::RayQueryOptions above = tracing;
+  if (is_wet) above.memory_bytes -= bytes_of_bed(tracing);
+  const world::RayQuery whole(store, cut_of(store, plan), above);
+  std::optional<world::RayQuery> bed;
+  const bool is_in_water =
+      is_wet && starts_under_surface(whole, ViewTable(plan.states, plan.cameras));
+  if (is_wet)
+    bed.emplace(whole, world::RayQuery::WithoutWater{.memory_bytes = bytes_of_bed(tracing),
+                                                     .viewers_in_water = is_in_water});
+  const world::RayQuery& query = is_in_water ? *bed : whole;
+  const FrameRenderer renderer(plan, store, whole, bed ? &*bed : nullptr, is_in_water);
   check_clearance(plan, store, query, renderer.views());
+  if (is_in_water) check_under_surface(plan, store, whole, renderer.views());
   const std::vector<capture::TrackPoint> tracks =
       choose_tracks(query, renderer.views(), plan.tracks.num_points,
                     static_cast<std::uint64_t>(plan.seed), context.log);

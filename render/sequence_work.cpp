@@ -67,7 +67,7 @@ capture::CameraRecord SequenceWork::render_camera(int frame, int camera,
         renderer_.truth(frame, camera, truth, &trail);
         truth.facts.color = renderer_.color(frame, camera, &trail);
         capture::CameraRecord record = writer_.write_camera(frame, camera, truth.facts);
-        record.bounds = bounds(frame, camera, truth.facts);
+        record.bounds = bounds(frame, camera, truth);
         record.visible_tracks = find_visible_tracks(frame, camera);
         return record;
       },
@@ -85,8 +85,7 @@ std::vector<std::int64_t> SequenceWork::find_visible_tracks(int frame, int camer
   return visible;
 }
 
-capture::LabelBounds SequenceWork::bounds(int frame, int camera,
-                                          const capture::CameraFrame& facts) const {
+capture::LabelBounds SequenceWork::bounds(int frame, int camera, const TruthFrame& truth) const {
   const auto view_at = [&](int at) -> std::optional<capture::CameraView> {
     if (at < 0 || at >= renderer_.views().num_frames()) return std::nullopt;
     return capture::CameraView{
@@ -94,8 +93,8 @@ capture::LabelBounds SequenceWork::bounds(int frame, int camera,
         plan_.states[static_cast<std::size_t>(at)].world_from_body *
             plan_.cameras[static_cast<std::size_t>(camera)].body_from_camera()};
   };
-  return capture::bounds_of_labels(*view_at(frame), view_at(frame + 1), view_at(frame - 1), facts,
-                                   tiles_);
+  return capture::bounds_of_labels(*view_at(frame), view_at(frame + 1), view_at(frame - 1),
+                                   truth.facts, truth.crossing_error, tiles_);
 }
 
 capture::FrameRecord SequenceWork::start_record(int frame) const {

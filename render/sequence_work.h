@@ -40,7 +40,7 @@ class SequenceWork {
   /// trail   takes the tiles to which the images' rays come
   capture::CameraRecord render_camera(int frame, int camera, world::RayTrail& trail) const;
   std::vector<std::int64_t> find_visible_tracks(int frame, int camera) const;
-  capture::LabelBounds bounds(int frame, int camera, const capture::CameraFrame& facts) const;
+  capture::LabelBounds bounds(int frame, int camera, const TruthFrame& truth) const;
   capture::FrameRecord start_record(int frame) const;
   void expect_frames(const std::vector<int>& frames, std::size_t first) const;
 

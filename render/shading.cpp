@@ -14,6 +14,10 @@ Eigen::Vector3f lane_vector(const Lanes3f& lanes, int lane) {
   return {lanes[0][lane], lanes[1][lane], lanes[2][lane]};
 }
 
+Color color_of(const Lanes3f& lanes, int lane) {
+  return {lanes[0][lane], lanes[1][lane], lanes[2][lane]};
+}
+
 /// Water: the sky mirrored by the waves that are drawn, the sun's glitter by the spread of those
 /// that are not (facets with Gaussian slopes, Cox and Munk 1954), and the light that comes back
 /// from below.
@@ -31,7 +35,11 @@ Color water_radiance(const GroundLook& look, const ViewPacket& view, const Sky& 
   const float below = 0.02f + spread - mirrored.dot(up);
   if (below > 0.0f) mirrored += below * up;
   mirrored.normalize();
-  Color radiance = reflectance * sky.radiance(mirrored) + (1.0f - reflectance) * from_below;
+  const Color seen_above =
+      view.mirrored[0][lane] >= 0.0f ? color_of(view.mirrored, lane) : sky.radiance(mirrored);
+  Color radiance = reflectance * seen_above +
+                   (1.0f - reflectance) *
+                       (view.below[0][lane] >= 0.0f ? color_of(view.below, lane) : from_below);
 
   const Eigen::Vector3f half = (sun + to_camera).normalized();
   const float cos_tilt = half.dot(normal);
@@ -67,7 +75,10 @@ void shade_ground(const GroundPacket& places, const GroundLook& look, const View
   for (int i = 0; i < kLanes; ++i) {
     const Eigen::Vector3f normal = lane_vector(look.normal, i);
     const Color albedo(look.albedo[0][i], look.albedo[1][i], look.albedo[2][i]);
-    const Color ambient = sky.ambient().irradiance(normal) * look.openness[i];
+    const float open = view.sky_share[i];
+    // What hides the sky sends on some of the light that comes to it.
+    const Color ambient = sky.ambient().irradiance(normal) * (look.openness[i] * open) +
+                          sky.global_irradiance() * (kBouncedShare * (1.0f - open));
     Color leaving = lambert_radiance(albedo, normal.dot(sun),
                                      sky.sun_irradiance() * view.sun_share[i], ambient);
     if (look.is_water[i] > 0.0f) leaving = water_radiance(look, view, sky, sun, i, leaving);

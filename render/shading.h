@@ -13,9 +13,18 @@ namespace terracast::render {
 struct ViewPacket {
   Lanes3f direction;  ///< unit, from the camera to the place, world
   Lanes<float> distance_m;
-  Lanes<float> sun_share;        ///< of the sun's disc that is seen from the place, 0 … 1
+  Lanes<float> sun_share;  ///< of the sun's disc that is seen from the place, 0 … 1
+  Lanes<float>
+      sky_share;  ///< of the light of the surroundings what comes past objects near by, 0 … 1
+  /// Of water: radiance from below and what it mirrors; red below 0: its albedo, and the sky.
+  Lanes3f below;
+  Lanes3f mirrored;
   float camera_height_m = 0.0f;  ///< above sea level, for the air between
 };
+
+/// Where the sky is hidden by things near by, what comes from these instead: a share of the irradiance of
+/// level ground in the open. Half of it stands in the shade itself, and it sends on a tenth.
+inline constexpr float kBouncedShare = 0.05f;
 
 /// Radiance of a Lambertian surface: albedo / pi times the irradiance by sun and surroundings. In a
 /// white furnace (uniform surroundings, albedo 1) it is the furnace's. sun_irradiance   of a plane

@@ -4,7 +4,8 @@
 
 // Every kind of layer, in alphabetical order: X(name) is tiler/layers/name.cpp, which defines
 // `LayerKindInfo name_layer()`.
-#define TERRACAST_LAYER_KINDS(X) X(land_cover) X(vegetation)
+#define TERRACAST_LAYER_KINDS(X) \
+  X(buildings) X(clouds) X(imagery) X(land_cover) X(objects) X(roads) X(vegetation) X(water)
 
 namespace terracast::tiler {
 

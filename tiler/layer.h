@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -14,12 +15,16 @@
 #include "core/schema.h"
 #include "geo/geodesy.h"
 #include "geo/geoid.h"
+#include "world/texture.h"
 #include "world/tile.h"
 #include "world/tile_store.h"
 
 namespace terracast::tiler {
 
 struct SurfaceSample;
+class Country;
+class ImageryPyramid;
+class InstanceIds;
 class WorldSurface;
 
 /// What a layer is made from.
@@ -30,8 +35,10 @@ struct LayerInputs {
   const WorldSurface& surface;  ///< the ground before any layer
   /// The layers before this one, which it may ask; they live as long.
   std::span<const std::unique_ptr<class Layer>> earlier;
-  std::string licence;   ///< as the config states it
-  std::string accuracy;  ///< as the config states it
+  InstanceIds& ids;                         ///< of the world's things
+  std::function<const Country&()> country;  ///< made when it is first asked for
+  std::string licence;                      ///< as the config states it
+  std::string accuracy;                     ///< as the config states it
   const core::Context& context;
 };
 
@@ -62,6 +69,15 @@ class Layer {
 
   /// What it puts into many places; Instance::prototype counts these.
   virtual std::span<const world::Prototype> prototypes() const { return {}; }
+  /// Images on its surfaces; Finish::pattern of Material::Textured counts these, in its prototypes and
+  /// in what it adds to tiles.
+  virtual std::span<const world::Texture> textures() const { return {}; }
+
+  /// Pictures of the ground; of several the first that knows a place is shown.
+  virtual std::span<const std::unique_ptr<ImageryPyramid>> imagery() const { return {}; }
+  /// Clouds and the like; VolumePlace::volume counts volumes(), VolumePlace::layer is filled in.
+  virtual std::span<const world::Volume> volumes() const { return {}; }
+  virtual std::span<const world::VolumePlace> volume_places() const { return {}; }
 
   /// By how much it raises the ground along up (below 0: digs), beside what other layers do. Not asked
   /// where the sea is.
@@ -71,10 +87,17 @@ class Layer {
     static_cast<void>(ground);
     return 0.0;
   }
-  /// What covers the ground, where it knows; of several layers the first that knows is believed. Not
-  /// asked where the sea is, and beyond the world's square.
+  /// What covers the ground, where it knows; of several layers the first that knows of water is
+  /// believed, then the first that knows anything. Not asked where the sea is, and beyond the world's square.
   virtual std::optional<world::Cover> cover(const Eigen::Vector2d& place_world,
                                             const SurfaceSample& ground) const {
+    static_cast<void>(place_world);
+    static_cast<void>(ground);
+    return std::nullopt;
+  }
+  /// How deep water is where cover() says that it is there: from its surface to its bed, along up, m.
+  virtual std::optional<double> water_depth_m(const Eigen::Vector2d& place_world,
+                                              const SurfaceSample& ground) const {
     static_cast<void>(place_world);
     static_cast<void>(ground);
     return std::nullopt;

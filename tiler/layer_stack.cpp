@@ -8,6 +8,9 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/random.h"
+#include "tiler/country/country.h"
+#include "tiler/imagery/imagery_pyramid.h"
+#include "tiler/instance_ids.h"
 
 namespace terracast::tiler {
 namespace {
@@ -16,6 +19,9 @@ using world::kHeightStep_m;
 
 /// What layers raise the ground by fades out over this distance inside the square's border.
 constexpr double kLiftFade_m = 100.0;
+/// Water of which nobody knows the bed is that deep.
+constexpr double kUnknownDepth_m = 2.0;
+
 /// Tiles of the finest level are this wide.
 constexpr double kFinestSide_m = 32.0;
 /// Beyond the tile that holds its place an object is shown by that tile's level, which is finer than
@@ -148,6 +154,18 @@ auto order_of(const world::Provenance& provenance) {
 }
 auto order_of(const world::Coating& coating) { return std::tuple(coating.layer, coating.feature); }
 
+/// From a layer's own count of textures to the world's.
+void number_textures(world::ShapeLevels& levels, std::size_t first, std::size_t count,
+                     const std::string& layer) {
+  for (world::ShapeLevel& level : levels)
+    for (world::Finish& finish : level.shape.finishes) {
+      if (finish.material != world::Material::Textured) continue;
+      TERRACAST_CHECK(finish.pattern < count, "layer {} shows its texture {} of {}", layer,
+                      finish.pattern, count);
+      finish.pattern = static_cast<std::uint16_t>(first + finish.pattern);
+    }
+}
+
 void check_ids(const world::Tile& tile) {
   std::unordered_set<std::uint32_t> seen;
   const auto check = [&](const world::Provenance& provenance) {
@@ -164,6 +182,12 @@ void check_ids(const world::Tile& tile) {
 LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context)
     : half_size_m_(surface.options().size_m / 2.0) {
   const WorldOptions& options = surface.options();
+  InstanceIds ids;
+  std::optional<Country> country;
+  const auto whole_country = [&]() -> const Country& {
+    if (!country) country.emplace(surface, static_cast<std::uint64_t>(options.seed), context);
+    return *country;
+  };
   for (const LayerOptions& layer : options.layers) {
     LayerOptions named = layer;
     if (named.name.empty()) named.name = named.kind;
@@ -176,6 +200,8 @@ LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context
                                            static_cast<std::uint64_t>(layer.seed)),
                    .surface = surface,
                    .earlier = layers_,
+                   .ids = ids,
+                   .country = whole_country,
                    .licence = layer.licence,
                    .accuracy = layer.accuracy,
                    .context = context}),
@@ -204,6 +230,28 @@ void LayerStack::add(std::unique_ptr<Layer> layer, const LayerOptions& options) 
   first_prototype_.push_back(prototypes_.size());
   const std::span<const world::Prototype> own = layer->prototypes();
   prototypes_.insert(prototypes_.end(), own.begin(), own.end());
+  const std::span<const world::Texture> images = layer->textures();
+  first_texture_.push_back(textures_.size());
+  for (std::size_t row = first_prototype_.back(); row < prototypes_.size(); ++row)
+    number_textures(prototypes_[row].levels, textures_.size(), images.size(), options.name);
+  for (const world::Texture& texture : images)
+    world::check_texture(texture.name, texture.image.width(), texture.image.height(),
+                         texture.image.channels());
+  textures_.insert(textures_.end(), images.begin(), images.end());
+  if (textures_.size() > std::numeric_limits<std::uint16_t>::max())
+    core::fail(core::ErrorKind::Input, "{} textures with those of layer {}; a world holds {}",
+               textures_.size(), options.name, std::numeric_limits<std::uint16_t>::max());
+  const int row = static_cast<int>(layers_.size());
+  for (const auto& pyramid : layer->imagery()) imagery_.emplace_back(row, pyramid.get());
+  for (world::VolumePlace place : layer->volume_places()) {
+    TERRACAST_CHECK(
+        place.volume >= 0 && static_cast<std::size_t>(place.volume) < layer->volumes().size(),
+        "layer {} places its volume {}", options.name, place.volume);
+    place.volume += static_cast<int>(volumes_.size());
+    place.layer = row;
+    volume_places_.push_back(place);
+  }
+  for (const world::Volume& volume : layer->volumes()) volumes_.push_back(volume);
   layers_.push_back(std::move(layer));
 }
 
@@ -219,13 +267,20 @@ SurfaceSample LayerStack::shaped(const Eigen::Vector2d& place_world, SurfaceSamp
   const double inside_m = half_size_m_ - place_world.cwiseAbs().maxCoeff();
   if (layers_.empty() || inside_m <= 0.0 || sample.cover != world::Cover::Land) return sample;
   double lift_m = 0.0;
+  double depth_m = 0.0;
   std::optional<world::Cover> cover;
   for (const auto& layer : layers_) {
     lift_m += layer->lift_m(place_world, sample);
-    if (!cover) cover = layer->cover(place_world, sample);
+    if (cover && is_water(*cover)) continue;
+    const std::optional<world::Cover> own = layer->cover(place_world, sample);
+    if (!own || (cover && !is_water(*own))) continue;
+    cover = own;
+    if (!is_water(*own)) continue;
+    depth_m = layer->water_depth_m(place_world, sample).value_or(kUnknownDepth_m);
   }
   sample.z_world += lift_m * std::min(inside_m / kLiftFade_m, 1.0);
   if (cover) sample.cover = *cover;
+  sample.water_depth_m = depth_m;
   return sample;
 }
 
@@ -236,9 +291,11 @@ void LayerStack::add_objects(const WorldSurface& ground, world::Tile& tile) cons
   world::TileObjects& all = tile.objects;
   for (std::size_t row = 0; row < layers_.size(); ++row) {
     world::TileObjects own;
+    const std::size_t num_textures = layers_[row]->textures().size();
     layers_[row]->add_objects(tile.id, Site(ground, layers_, *layers_[row]), own);
     for (world::Solid& solid : own.solids) {
       solid.provenance.layer = static_cast<std::uint8_t>(row);
+      number_textures(solid.levels, first_texture_[row], num_textures, infos_[row].name);
       const Extent extent = extent_of(solid);
       const int coarsest_level = solid.levels.back().coarsest_level;
       if (!is_shown(extent, solid.place_m.cast<double>(), coarsest_level, tile.id)) continue;

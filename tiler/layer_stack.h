@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tiler/layer.h"
@@ -26,6 +27,13 @@ class LayerStack {
   const std::vector<world::LayerInfo>& infos() const { return infos_; }
   /// Of all layers; Instance::prototype of a tile's objects counts these.
   const std::vector<world::Prototype>& prototypes() const { return prototypes_; }
+  /// Of all layers; Finish::pattern of what is Textured counts these.
+  const std::vector<world::Texture>& textures() const { return textures_; }
+  /// Of all layers, with the layer's number.
+  const std::vector<std::pair<int, const ImageryPyramid*>>& imagery() const { return imagery_; }
+  /// Of all layers; VolumePlace::volume of the places counts these.
+  const std::vector<world::Volume>& volumes() const { return volumes_; }
+  const std::vector<world::VolumePlace>& volume_places() const { return volume_places_; }
   std::string input_hash() const;
 
   /// What the layers make of the ground at a place of the world's square. What they raise it by fades
@@ -36,7 +44,7 @@ class LayerStack {
   /// Puts into a tile what reaches over its square: sorted by layer, feature and id; objects_top_steps
   /// is set. Objects whose place is in the tile are left out where its level shows nothing of them.
   /// ground   the finished surface
-  /// throws   Internal: an id that is 0 or there twice
+  /// throws   Internal: an id that is 0 or there twice, a texture that its layer lacks
   void add_objects(const WorldSurface& ground, world::Tile& tile) const;
 
  private:
@@ -46,6 +54,11 @@ class LayerStack {
   std::vector<world::LayerInfo> infos_;
   std::vector<world::Prototype> prototypes_;
   std::vector<std::size_t> first_prototype_;  ///< of each layer
+  std::vector<world::Texture> textures_;
+  std::vector<std::size_t> first_texture_;  ///< of each layer
+  std::vector<std::pair<int, const ImageryPyramid*>> imagery_;
+  std::vector<world::Volume> volumes_;
+  std::vector<world::VolumePlace> volume_places_;
   double half_size_m_ = 0.0;
 };
 

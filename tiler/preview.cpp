@@ -87,6 +87,7 @@ std::optional<Eigen::Vector3d> color_of(world::Cover cover) {
     case world::Cover::Land:
     case world::Cover::Sea:
     case world::Cover::Outside:
+    case world::Cover::Seabed:
       return std::nullopt;
   }
   return std::nullopt;

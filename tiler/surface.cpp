@@ -24,7 +24,7 @@ using world::Cover;
 using world::kTileSamples;
 
 /// Raised when the same inputs give another surface.
-constexpr int kSurfaceVersion = 3;
+constexpr int kSurfaceVersion = 4;
 
 /// The finest level that tiles may have (DetailOptions::finest_spacing_m goes down to 2^-3 m).
 constexpr int kFinestLevel = -3;
@@ -349,7 +349,7 @@ SurfaceSample TerrainSurface::inside(const GeodesyColumn& column, double x_world
   if (ground.is_sea) {
     sample.cover = Cover::Sea;
     sample.moisture = 255;
-    sample.sea_depth_m = ground.sea_depth_m;
+    sample.water_depth_m = ground.sea_depth_m;
     return sample;
   }
   double moisture = bilinear(relief_.moisture, place);
@@ -388,7 +388,7 @@ SurfaceSample TerrainSurface::beyond(double x_world, double y_world, int finest_
   sample.z_world = found.z_world;
   sample.cover = ground.is_sea ? Cover::Sea : Cover::Outside;
   sample.source = ground.is_sea ? sea_source_ : apron_source_;
-  sample.sea_depth_m = ground.sea_depth_m;
+  sample.water_depth_m = ground.sea_depth_m;
   sample.moisture = ground.is_sea ? 255 : static_cast<std::uint8_t>(std::lround(moisture));
   return sample;
 }

@@ -22,7 +22,7 @@ struct SurfaceSample {
   world::Cover cover = world::Cover::Land;
   std::uint8_t moisture = 0;
   std::uint8_t source = 0;
-  double sea_depth_m = 0.0;  ///< of the floor below z_world, along up; 0 on land
+  double water_depth_m = 0.0;  ///< of the bed below z_world, along up; 0 on land
 };
 
 class LayerStack;

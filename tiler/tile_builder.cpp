@@ -46,12 +46,14 @@ world::Tile build_tile(const WorldSurface& surface, const world::TileId& id) {
     tile.source[i] = samples[i].source;
   }
   surface.layers().add_objects(surface, tile);
-  const auto is_sea = [](const SurfaceSample& sample) { return sample.cover == world::Cover::Sea; };
-  if (std::none_of(samples.begin(), samples.end(), is_sea)) return tile;
-  tile.sea_depth_steps.resize(kCount);
+  const auto is_water = [](const SurfaceSample& sample) {
+    return world::is_water(sample.cover);
+  };
+  if (std::none_of(samples.begin(), samples.end(), is_water)) return tile;
+  tile.water_depth_steps.resize(kCount);
   for (std::size_t i = 0; i < kCount; ++i)
-    tile.sea_depth_steps[i] = static_cast<std::int32_t>(
-        std::llround(std::max(samples[i].sea_depth_m, 0.0) / world::kHeightStep_m));
+    tile.water_depth_steps[i] = static_cast<std::int32_t>(
+        std::llround(std::max(samples[i].water_depth_m, 0.0) / world::kHeightStep_m));
   return tile;
 }
 

@@ -12,6 +12,7 @@
 #include "core/json.h"
 #include "core/parallel.h"
 #include "core/progress.h"
+#include "tiler/imagery/imagery_pyramid.h"
 #include "tiler/layer_stack.h"
 #include "tiler/tile_builder.h"
 
@@ -70,6 +71,7 @@ class Growth {
   void build(const std::vector<TileId>& ids);
   void split(const std::vector<TileId>& parents);
   void balance();
+  void add_imagery(world::WorldManifest& manifest);
   void finish(double radius_m);
 
   const WorldSurface& surface_;
@@ -81,6 +83,7 @@ class Growth {
   int coarsest_level_ = 0;
   double previous_radius_m_ = 0.0;
   std::set<TileId> previous_;  ///< tiles of an earlier run with other sequences
+  std::vector<world::ImageryInfo> previous_imagery_;
   std::unordered_map<TileId, TileInfo> tiles_;
   std::unordered_map<TileId, std::uint8_t> is_split_;
   std::int64_t num_built_ = 0;
@@ -117,6 +120,7 @@ void Growth::read_previous() {
     fail(ErrorKind::Config, "{}: its manifest is of other inputs (hash {}) than its {}; remove it",
          folder_.string(), store.manifest().input_hash, kInputsFile);
   previous_radius_m_ = store.manifest().apron_radius_m;
+  previous_imagery_ = store.manifest().imagery;
   for (const TileInfo& tile : store.manifest().tiles) previous_.insert(tile.id);
 }
 
@@ -238,6 +242,22 @@ void Growth::balance() {
   }
 }
 
+void Growth::add_imagery(world::WorldManifest& manifest) {
+  const auto& pyramids = surface_.layers().imagery();
+  for (std::size_t row = 0; row < pyramids.size(); ++row) {
+    // Pictures do not depend on what the sequences want: an earlier run has made them.
+    const bool is_there =
+        row < previous_imagery_.size() &&
+        std::all_of(previous_imagery_[row].tiles.begin(), previous_imagery_[row].tiles.end(),
+                    [&](const world::ImageryTileInfo& tile) {
+                      return world::is_imagery_tile_whole(folder_, row, tile);
+                    });
+    manifest.imagery.push_back(is_there ? previous_imagery_[row]
+                                        : pyramids[row].second->write(folder_, row, context_));
+    manifest.imagery.back().layer = pyramids[row].first;
+  }
+}
+
 void Growth::finish(double radius_m) {
   world::WorldManifest manifest;
   const WorldOptions& options = surface_.options();
@@ -256,6 +276,18 @@ void Growth::finish(double radius_m) {
   const std::vector<world::Prototype>& prototypes = surface_.layers().prototypes();
   for (std::size_t row = 0; row < prototypes.size(); ++row)
     manifest.prototypes.push_back(world::write_prototype(folder_, row, prototypes[row]));
+  const std::vector<world::Texture>& textures = surface_.layers().textures();
+  for (std::size_t row = 0; row < textures.size(); ++row)
+    manifest.textures.push_back(world::write_texture(folder_, row, textures[row]));
+  if (world::num_bytes_of(manifest.textures) > world::kMaxTexturesBytes)
+    fail(ErrorKind::Input,
+         "the textures of all layers take {} bytes of memory, {} would do; make them smaller",
+         world::num_bytes_of(manifest.textures), world::kMaxTexturesBytes);
+  add_imagery(manifest);
+  const std::vector<world::Volume>& volumes = surface_.layers().volumes();
+  for (std::size_t row = 0; row < volumes.size(); ++row)
+    manifest.volumes.push_back(world::write_volume(folder_, row, volumes[row]));
+  manifest.volume_places = surface_.layers().volume_places();
   manifest.finest_level = coarsest_level_;
   for (const auto& [id, info] : tiles_) {
     manifest.finest_level = std::min(manifest.finest_level, id.level);

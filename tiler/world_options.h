@@ -37,10 +37,12 @@ struct ElevationOptions {
   double relief_m = 1800.0;
   /// procedural: heights below are sea; above vertical_datum
   double sea_level_m = 0.0;
-  bool has_coast = true;         ///< procedural: a part of the square lies under the sea
-  double slope = 0.0;            ///< ramp
-  double curvature_per_m = 0.0;  ///< paraboloid
-  double height_m = 0.0;         ///< plane, ramp, paraboloid: at the origin, above vertical_datum
+  bool has_coast = true;           ///< procedural: a part of the square lies under the sea
+  std::string landform = "coast";  ///< procedural: coast, islands, plains, valleys
+  std::int64_t lakes = 0;          ///< procedural: hollows dug into valleys
+  double slope = 0.0;              ///< ramp
+  double curvature_per_m = 0.0;    ///< paraboloid
+  double height_m = 0.0;           ///< plane, ramp, paraboloid: at the origin, above vertical_datum
 
   template <class Visitor>
   void describe(Visitor& visit) {
@@ -91,6 +93,12 @@ struct ElevationOptions {
               core::between(-500.0, 9000.0));
     visit.key("has_coast", has_coast,
               "procedural: false leaves the coast out, all is land above sea_level_m.");
+    visit.key("landform", landform,
+              "procedural: coast (mountains behind a plain), islands (a sea with islands), plains "
+              "(gentle land all over) or valleys (mountains all over, with broad valleys).",
+              core::one_of({"coast", "islands", "plains", "valleys"}));
+    visit.key("lakes", lakes, "procedural: how many hollows for lakes are dug into valleys.",
+              core::between(0.0, 40.0));
     visit.key("slope", slope, "ramp: rise per metre towards the east.", core::between(-10.0, 10.0));
     visit.key("curvature_per_m", curvature_per_m,
               "paraboloid: height = curvature * distance^2 / 2.", core::between(-0.1, 0.1));

@@ -202,7 +202,9 @@ std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y
     const auto seen = sample_inverse_depth(b.image->depth, match.predicted);
     if (!seen || std::abs(seen->inverse_depth.value * match.point_b.z() - 1.0) > 0.02)
       return std::nullopt;
+    match.is_resolved = seen->roughness < kResolvedRoughness;
   }
+  match.is_resolved = match.is_resolved && is_resolved(depth, x, y);
   if (!patch.keeps_its_size()) return std::nullopt;
   align(b.image->grey, patch, match);
   if (match.correlation == 0.0) return std::nullopt;

@@ -34,9 +34,20 @@ struct InverseDepthSample {
   double nearest_m = 0.0;  ///< least and greatest depth among the 4 x 4
   double farthest_m = 0.0;
 };
+/// Roughness up to which an image resolves what it shows. Ground between pixel centres is known to a tenth of
+/// that; where leaves, branches or wires are finer than pixels, neighbouring pixels show unlike surfaces, and
+/// what lies between their centres does not follow from them.
+inline constexpr double kResolvedRoughness = 1e-3;
+
 /// Nothing where one of the 4 x 4 pixels has no depth.
 std::optional<InverseDepthSample> sample_inverse_depth(const core::ImageF& depth,
                                                        const Eigen::Vector2d& pixel);
+
+/// Whether an image resolves what it shows around a pixel.
+inline bool is_resolved(const core::ImageF& depth, int x, int y) {
+  const auto sample = sample_inverse_depth(depth, {x + 0.5, y + 0.5});
+  return sample && sample->roughness < kResolvedRoughness;
+}
 
 /// The Jacobian of pixel_from_point.
 inline Eigen::Matrix<double, 2, 3> projection_jacobian(const Intrinsics& camera,
@@ -58,6 +69,7 @@ struct PatchMatch {
   Eigen::Vector3d point_b = Eigen::Vector3d::Zero();    ///< the same in camera b
   Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  ///< of the centre, in `b`
   bool has_converged = false;
+  bool is_resolved = true;  ///< by both images around its centre
 };
 /// returns  nothing where the patch lacks contrast or depth, leaves the image, is hidden, or where
 ///          the other image shows it half as large again or more, or by as much smaller

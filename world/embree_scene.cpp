@@ -117,7 +117,8 @@ int clamped_sample(int k) { return std::clamp(k - kRing, 0, kTileCells); }
 
 }  // namespace
 
-EmbreeDevice::EmbreeDevice(const std::string& profile) : device_(new_device(profile)) {
+EmbreeDevice::EmbreeDevice(const std::string& profile)
+    : device_(new_device(profile)), profile_asked_(profile) {
   if (device_ == nullptr)
     fail(ErrorKind::Config,
          "tracing.embree_profile = \"{}\": this machine or Embree cannot do it (error {}); "

@@ -24,6 +24,8 @@ class EmbreeDevice {
   /// profile   "widest" or as rtcNewDevice takes it
   /// throws    Config: a profile that this machine or Embree does not have
   explicit EmbreeDevice(const std::string& profile);
+  /// As it was given.
+  const std::string& profile_asked() const { return profile_asked_; }
   ~EmbreeDevice();
   EmbreeDevice(const EmbreeDevice&) = delete;
   EmbreeDevice& operator=(const EmbreeDevice&) = delete;
@@ -38,6 +40,7 @@ class EmbreeDevice {
   RTCDeviceTy* device_;
   int packet_width_;
   std::string profile_;
+  std::string profile_asked_;
 };
 
 /// One tile, loaded: its stitched terrain as an Embree scene in floats about the tile's centre, the

@@ -18,8 +18,9 @@ enum class Paving : std::uint8_t {
   Ballast,  ///< of railways, with sleepers and rails
   Grass,
   Sand,
+  Water,  ///< of streams too narrow for the terrain
 };
-inline constexpr int kNumPavings = 8;
+inline constexpr int kNumPavings = 9;
 
 /// What is marked on a strip.
 enum class Marking : std::uint8_t {

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "core/error.h"
+#include "world/crossing_error.h"
 
 namespace terracast::world {
 namespace {
@@ -59,6 +61,19 @@ Eigen::Vector2f uv_at(const Shape& shape, std::uint32_t triangle, const ShearedR
   for (std::size_t k = 0; k < 3; ++k)
     uv += crossing.weights[k] * shape.uv[shape.triangles[triangle].corners[k]].cast<double>();
   return uv.cast<float>();
+}
+
+/// Lengths of uv in a metre of a shape's triangle: the root of what areas grow by.
+/// normal_steps2   of the triangle, twice its area long
+float uv_per_m(const Shape& shape, std::uint32_t triangle, const Eigen::Vector3d& normal_steps2) {
+  const Shape::Triangle& one = shape.triangles[triangle];
+  if (shape.uv.empty() || shape.finishes[one.finish].material != Material::Textured) return 0.0f;
+  const Eigen::Vector2f first = shape.uv[one.corners[0]];
+  const Eigen::Vector2d along = (shape.uv[one.corners[1]] - first).cast<double>();
+  const Eigen::Vector2d aside = (shape.uv[one.corners[2]] - first).cast<double>();
+  const double area_uv = std::abs(along.x() * aside.y() - along.y() * aside.x());
+  const double area_m2 = normal_steps2.norm() * kHeightStep_m * kHeightStep_m;
+  return static_cast<float>(std::sqrt(area_uv / area_m2));
 }
 
 }  // namespace
@@ -203,24 +218,46 @@ std::optional<ObjectMeeting> ObjectScene::meet(const WorldRay& ray, double lengt
 
 ObjectSurface ObjectScene::surface(const WorldRay& ray, const ObjectMeeting& meeting) const {
   const std::uint32_t triangle = meeting.triangle;
+  const auto from_place = [&](const Eigen::Vector3i& place_steps) -> Eigen::Vector3f {
+    const Eigen::Vector3d place = place_steps.cast<double>() * kHeightStep_m;
+    return (ray.origin_world - place + meeting.t * ray.direction_world).cast<float>();
+  };
   if (meeting.object < num_solids_) {
     const ShownSolid& solid = solids_[meeting.shown];
     const TriangleCorners corners = corners_of(solid.shape, triangle, solid.origin_steps);
-    return {.normal_world = normal_toward(ray, normal_of(corners)),
+    const Eigen::Vector3d normal = normal_of(corners);
+    return {.normal_world = normal_toward(ray, normal),
             .provenance = &solid.provenance,
             .finish = &solid.shape.finishes[solid.shape.triangles[triangle].finish],
             .uv = uv_at(solid.shape, triangle, {ray.origin_world, ray.direction_world}, corners),
-            .variety = 0};
+            .uv_per_m = uv_per_m(solid.shape, triangle, normal),
+            .variety = 0,
+            .from_place_m = from_place(solid.origin_steps),
+            .reach_m = 0.0f,
+            .height_m = 0.0f,
+            .crossing_error = crossing_error(ray.origin_world, ray.direction_world, {}, corners)};
   }
   const ShownInstance& instance = instances_[meeting.shown];
   const Shape& shape = instance.shown->shape;
   const TriangleCorners corners = corners_of(shape, triangle);
   const MeshRay own_ray = instance.ray_from_world(ray, ray.direction_world.norm());
-  return {.normal_world = normal_toward(ray, instance.world_from_prototype * normal_of(corners)),
+  const geo::Box3d& bounds = instance.shown->mesh.bounds();
+  const double reach_m = std::max(bounds.min().head<2>().cwiseAbs().maxCoeff(),
+                                  bounds.max().head<2>().cwiseAbs().maxCoeff());
+  const double scale = instance.scale / 4096.0;
+  const Eigen::Vector3d normal = normal_of(corners);
+  const RayError moved =
+      error_of_moved_ray(own_ray.origin, own_ray.direction, instance.world_from_prototype);
+  return {.normal_world = normal_toward(ray, instance.world_from_prototype * normal),
           .provenance = &instance.provenance,
           .finish = &shape.finishes[shape.triangles[triangle].finish],
           .uv = uv_at(shape, triangle, own_ray.sheared, corners),
-          .variety = instance.variety};
+          .uv_per_m = uv_per_m(shape, triangle, normal) / static_cast<float>(scale),
+          .variety = instance.variety,
+          .from_place_m = from_place(instance.place_steps),
+          .reach_m = static_cast<float>(scale * reach_m),
+          .height_m = static_cast<float>(scale * bounds.max().z()),
+          .crossing_error = crossing_error(own_ray.origin, own_ray.direction, moved, corners)};
 }
 
 }  // namespace terracast::world

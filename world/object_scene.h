@@ -39,7 +39,12 @@ struct ObjectSurface {
   const Provenance* provenance;
   const Finish* finish;
   Eigen::Vector2f uv;
+  float uv_per_m;  ///< Textured: lengths of uv in a metre of the surface, 0 without uv
   std::uint8_t variety;
+  Eigen::Vector3f from_place_m;  ///< as SurfaceSample
+  float reach_m;
+  float height_m;
+  double crossing_error;  ///< of the meeting's t (crossing_error.h)
 };
 
 /// The objects that one tile shows: its solids' triangles under one tree of boxes, its instances under

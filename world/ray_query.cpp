@@ -50,21 +50,76 @@ class FlushDenormals {
 
 }  // namespace
 
+namespace {
+
+constexpr double kShareOfImagery = 0.125;
+
+double budget_of_imagery(const WorldManifest& manifest, double memory_bytes) {
+  constexpr double kTileBytes = 4.0 * kImageryTile_px * kImageryTile_px;
+  std::size_t num_tiles = 0;
+  for (const ImageryInfo& imagery : manifest.imagery) num_tiles += imagery.tiles.size();
+  return std::min(kShareOfImagery * memory_bytes, kTileBytes * static_cast<double>(num_tiles));
+}
+
+/// Lowers the ground of a tile to the bed of its waters.
+/// depth_steps   as TileStore::load_water_depth() has it
+void drain(const std::vector<std::int32_t>& depth_steps, Tile& tile) {
+  for (std::size_t i = 0; i < depth_steps.size(); ++i) {
+    tile.height_steps[i] -= depth_steps[i];
+    if (is_water(tile.cover[i])) tile.cover[i] = Cover::Seabed;
+  }
+}
+
+/// Of what is all read at once and kept by those who draw.
+double bytes_beside(const WorldManifest& manifest) {
+  auto bytes = static_cast<double>(num_bytes_of(manifest.textures));
+  for (const VolumeInfo& volume : manifest.volumes) bytes += volume.size.cast<double>().prod();
+  // Of each place the depths toward the sun: two bytes for eight voxels.
+  for (const VolumePlace& place : manifest.volume_places)
+    bytes +=
+        0.25 * manifest.volumes[static_cast<std::size_t>(place.volume)].size.cast<double>().prod();
+  return bytes;
+}
+
+}  // namespace
+
 struct RayQuery::Impl {
   Impl(const TileStore& tile_store, std::vector<CutTile> cut_tiles, const RayQueryOptions& options)
       : store(tile_store),
         cut(std::move(cut_tiles)),
         map(store, cut),
         frame(store.manifest().origin),
-        prototypes(store, extreme_levels(cut).first, extreme_levels(cut).second),
+        own_prototypes(std::make_unique<const PrototypeLibrary>(store, extreme_levels(cut).first,
+                                                                extreme_levels(cut).second)),
+        prototypes(*own_prototypes),
         rules{.prototypes = prototypes,
               .frame = frame,
               .level_at = [this](double x, double y) { return level_at(x, y); }},
         device(options.embree_profile),
         packet_width(options.packet_width != 0 ? options.packet_width : device.packet_width()),
         frame_shift_m(options.local_origin_world),
+        imagery_budget_bytes(budget_of_imagery(store.manifest(), options.memory_bytes)),
         cache(bytes_while_loading(store, cut),
-              options.memory_bytes - static_cast<double>(prototypes.num_bytes()),
+              options.memory_bytes - imagery_budget_bytes -
+                  static_cast<double>(prototypes.num_bytes()) - bytes_beside(store.manifest()),
+              [this](std::size_t i) { return load(i); }) {}
+
+  Impl(const Impl& whole, const RayQuery* surface_of_water, double memory_bytes)
+      : store(whole.store),
+        cut(whole.cut),
+        map(store, cut),
+        frame(whole.frame),
+        prototypes(whole.prototypes),
+        rules{.prototypes = prototypes,
+              .frame = frame,
+              .level_at = [this](double x, double y) { return level_at(x, y); }},
+        device(whole.device.profile_asked()),
+        packet_width(whole.packet_width),
+        frame_shift_m(whole.frame_shift_m),
+        is_without_water(true),
+        ceiling(surface_of_water),
+        imagery_budget_bytes(0.0),
+        cache(bytes_while_loading(store, cut), memory_bytes,
               [this](std::size_t i) { return load(i); }) {}
 
   static std::pair<int, int> extreme_levels(const std::vector<CutTile>& cut) {
@@ -92,7 +147,9 @@ struct RayQuery::Impl {
     const CutTile& tile = cut[tile_index];
     return core::with_context(
         [&] {
-          return std::make_unique<const TileScene>(device, store.load(tile.id), tile.coarser_sides,
+          Tile loaded = store.load(tile.id);
+          if (is_without_water) drain(store.load_water_depth(tile.id), loaded);
+          return std::make_unique<const TileScene>(device, std::move(loaded), tile.coarser_sides,
                                                    frame_shift_m, &rules);
         },
         fmt::format("loading tile {} of {}", tile.id.name(), store.folder().string()));
@@ -251,20 +308,28 @@ struct RayQuery::Impl {
   const std::vector<CutTile> cut;
   const TileMap map;
   const geo::WorldFrame frame;
-  const PrototypeLibrary prototypes;
+  const std::unique_ptr<const PrototypeLibrary> own_prototypes;  ///< null: another query's
+  const PrototypeLibrary& prototypes;
   const ObjectRules rules;
   const EmbreeDevice device;
   const int packet_width;
   const Eigen::Vector3d frame_shift_m;
+  const bool is_without_water = false;
+  const RayQuery* const ceiling = nullptr;  ///< what rays in water leave it by
   std::atomic<std::uint64_t> num_rays = 0;
   std::atomic<std::uint64_t> num_casts = 0;
   std::atomic<std::uint64_t> num_lanes = 0;
   std::atomic<std::uint64_t> num_recasts = 0;
+  const double imagery_budget_bytes;
   SceneCache cache;  // last: its thread loads tiles by the rest
 };
 
 RayQuery::RayQuery(const TileStore& store, std::vector<CutTile> cut, const RayQueryOptions& options)
     : impl_(std::make_unique<Impl>(store, std::move(cut), options)) {}
+
+RayQuery::RayQuery(const RayQuery& whole, const WithoutWater& without)
+    : impl_(std::make_unique<Impl>(*whole.impl_, without.viewers_in_water ? &whole : nullptr,
+                                   without.memory_bytes)) {}
 
 RayQuery::~RayQuery() = default;
 
@@ -328,7 +393,12 @@ void set_surface(const TileScene& scene, const ObjectSurface& object, SurfaceSam
   surface.provenance = *object.provenance;
   surface.finish = *object.finish;
   surface.uv = object.uv;
+  surface.uv_per_m = object.uv_per_m;
   surface.variety = object.variety;
+  surface.from_place_m = object.from_place_m;
+  surface.reach_m = object.reach_m;
+  surface.height_m = object.height_m;
+  surface.crossing_error = object.crossing_error;
 }
 
 void check_fan(const RayFan& rays) {
@@ -368,24 +438,122 @@ void find_hits(Tracer& tracer, const Rays& rays, std::span<SurfaceHit> hits, Coh
       trail);
 }
 
+std::vector<WorldRay> listed(const RayFan& rays) {
+  std::vector<WorldRay> list;
+  list.reserve(rays.size());
+  for (std::size_t i = 0; i < rays.size(); ++i) list.push_back(rays[i]);
+  return list;
+}
+
+/// A ray in water, looked at from its far end: back along it, the surface is met from above.
+struct WayBack {
+  std::size_t ray;
+  double t_end;   ///< what it meets otherwise, or its end
+  double t_from;  ///< where the way back starts, of the ray
+};
+/// Above the surface the way back starts at this height, if nothing is met before.
+constexpr double kAbove_m = 5.0;
+constexpr double kEarthRadius_m = 6.371e6;
+/// The way back is begun twice as far off so many times, where the surface rises ahead.
+constexpr int kMaxWaysBack = 16;
+/// Beyond something that floats, the way back goes on.
+constexpr double kBeyondSolid_m = 1e-6;
+
+/// Ends rays that leave the water at its surface.
+/// hits   in the world without water
+void end_at_surface(const RayQuery& whole, const geo::WorldFrame& frame,
+                    std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
+                    std::span<SurfaceSample> surfaces, RayTrail* trail) {
+  std::vector<WayBack> ways;
+  Eigen::Vector3d origin = Eigen::Vector3d::Constant(kInfinity);
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  double depth_m = 0.0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const WorldRay& ray = rays[i];
+    const Eigen::Vector3d start = ray.origin_world + ray.t_min * ray.direction_world;
+    if (start != origin) {
+      origin = start;
+      up = frame.up_world(start);
+      depth_m = whole.surface_z_world(start.x(), start.y()).value_or(start.z()) - start.z();
+    }
+    if (depth_m <= 0.0) continue;
+    const double length = ray.direction_world.norm();
+    const double rise = ray.direction_world.dot(up) / length;
+    // To where the ray is kAbove_m above a round Earth's water.
+    const double way_m =
+        kEarthRadius_m *
+        (std::sqrt(rise * rise + 2.0 * (depth_m + kAbove_m) / kEarthRadius_m) - rise);
+    const double t_end = std::min(hits[i].t, ray.t_max);
+    ways.push_back({i, t_end, std::min(ray.t_min + way_m / length, t_end)});
+  }
+  std::vector<WorldRay> back;
+  std::vector<SurfaceHit> met;
+  std::vector<SurfaceSample> met_surfaces;
+  for (int round = 0; round < kMaxWaysBack && !ways.empty(); ++round) {
+    back.clear();
+    for (const WayBack& way : ways) {
+      const WorldRay& ray = rays[way.ray];
+      back.push_back({.origin_world = ray.origin_world + way.t_from * ray.direction_world,
+                      .direction_world = -ray.direction_world,
+                      .t_max = std::max(way.t_from - ray.t_min, 0.0)});
+    }
+    met.resize(back.size());
+    met_surfaces.resize(back.size());
+    whole.intersect(back, met, Coherence::Incoherent, met_surfaces, trail);
+    std::vector<WayBack> left;
+    for (std::size_t k = 0; k < ways.size(); ++k) {
+      WayBack way = ways[k];
+      const WorldRay& ray = rays[way.ray];
+      if (met[k].is_sky()) continue;
+      if (!met[k].is_ground()) {
+        way.t_from -= met[k].t + kBeyondSolid_m / ray.direction_world.norm();
+        if (way.t_from > ray.t_min) left.push_back(way);
+        continue;
+      }
+      if (met[k].t > 0.0) {
+        if (!is_water(met_surfaces[k].cover)) continue;
+        hits[way.ray] = met[k];
+        hits[way.ray].t = way.t_from - met[k].t;
+        if (!surfaces.empty()) surfaces[way.ray] = met_surfaces[k];
+        continue;
+      }
+      // It starts in the water still.
+      if (way.t_from >= way.t_end) continue;
+      way.t_from = std::min(ray.t_min + 2.0 * (way.t_from - ray.t_min), way.t_end);
+      left.push_back(way);
+    }
+    ways = std::move(left);
+  }
+}
+
 }  // namespace
 
 void RayQuery::intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
                          Coherence coherence, std::span<SurfaceSample> surfaces,
                          RayTrail* trail) const {
   find_hits(*impl_, rays, hits, coherence, surfaces, trail);
+  if (impl_->ceiling != nullptr)
+    end_at_surface(*impl_->ceiling, impl_->frame, rays, hits, surfaces, trail);
 }
 
 void RayQuery::intersect(const RayFan& rays, std::span<SurfaceHit> hits, Coherence coherence,
                          std::span<SurfaceSample> surfaces, RayTrail* trail) const {
   check_fan(rays);
   find_hits(*impl_, rays, hits, coherence, surfaces, trail);
+  if (impl_->ceiling != nullptr)
+    end_at_surface(*impl_->ceiling, impl_->frame, listed(rays), hits, surfaces, trail);
 }
 
 void RayQuery::intersect(const RayFan& rays, std::span<double> t, Coherence coherence,
                          RayTrail* trail) const {
   check_fan(rays);
   TERRACAST_CHECK(t.size() == rays.size(), "{} answers for {} rays", t.size(), rays.size());
+  if (impl_->ceiling != nullptr) {
+    std::vector<SurfaceHit> hits(rays.size());
+    intersect(rays, hits, coherence, {}, trail);
+    for (std::size_t i = 0; i < hits.size(); ++i) t[i] = hits[i].t;
+    return;
+  }
   std::fill(t.begin(), t.end(), kInfinity);
   impl_->trace(
       rays, first_crossings(coherence),
@@ -439,6 +607,10 @@ void RayQuery::expect(std::span<const std::vector<Viewpoint>> turns) const {
   for (const auto& [nearest_m, tile] : needs) tiles.push_back(tile);
   impl_->cache.expect(std::move(tiles));
 }
+
+double RayQuery::imagery_budget_bytes() const { return impl_->imagery_budget_bytes; }
+
+bool RayQuery::is_without_water() const { return impl_->is_without_water; }
 
 RayQueryStats RayQuery::stats() const {
   const SceneCache::Stats cache = impl_->cache.stats();

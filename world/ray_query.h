@@ -52,7 +52,7 @@ enum class Coherence { Coherent, Incoherent };
 
 /// Config `[tracing]`.
 struct RayQueryOptions {
-  /// Tiles and their scenes, loaded, loading and held, and prototypes, which are all read at once.
+  /// Tiles and their scenes, loaded, loading and held; prototypes and textures, which are all read at once.
   double memory_bytes = 8e9;
   std::string embree_profile = "widest";  ///< "widest": the machine's; or as rtcNewDevice takes it
   /// Moves the origin of each tile's float frame off its centre, x and y modulo a cell; results do
@@ -87,7 +87,13 @@ struct SurfaceSample {
   Provenance provenance;
   Finish finish;
   Eigen::Vector2f uv = Eigen::Vector2f::Zero();  ///< Shape::uv; without such, 0
-  std::uint8_t variety = 0;                      ///< Instance::variety
+  float uv_per_m = 0.0f;     ///< Textured: lengths of uv in a metre of the surface
+  std::uint8_t variety = 0;  ///< Instance::variety
+  /// From the object's own place (an instance's foot, the origin of a solid's shape), in the world's axes.
+  Eigen::Vector3f from_place_m = Eigen::Vector3f::Zero();
+  float reach_m = 0.0f;         ///< of an instance to the sides of its foot; of a solid 0
+  float height_m = 0.0f;        ///< of an instance above its foot; of a solid 0
+  double crossing_error = 0.0;  ///< of t (crossing_error.h); +inf: none can be told
 };
 
 struct RayQueryStats {
@@ -122,6 +128,22 @@ struct RayQueryStats {
 class RayQuery {
  public:
   RayQuery(const TileStore& store, std::vector<CutTile> cut, const RayQueryOptions& options);
+
+  /// The same cut of the same world without its water, for what is seen below it and for viewers in it.
+  struct WithoutWater {
+    double memory_bytes;  ///< for its tiles, beside those of the whole world
+    /// Rays start in water: what they meet first may be the water's surface, from below, where they
+    /// leave it (a hit of the ground, of a cover that is water). occluded() does not ask for it: light
+    /// passes.
+    bool viewers_in_water = false;
+  };
+  /// Where the sea, a lake or a river stands, the ground is its bed (Cover::Seabed): at each sample as far
+  /// below the surface as the tile says, stitched as all ground is, so that it meets the land at the
+  /// shores. Solids stay, also those below the surface. A ray that starts in water starts above this
+  /// ground; what it meets are the bed, solids, and the land; the surface of the water is the whole
+  /// world's (RayQuery of `whole`).
+  /// whole   what both need is shared with it: it must live as long
+  RayQuery(const RayQuery& whole, const WithoutWater& without);
   ~RayQuery();
   RayQuery(const RayQuery&) = delete;
   RayQuery& operator=(const RayQuery&) = delete;
@@ -155,6 +177,12 @@ class RayQuery {
   /// Where viewers will be: now, after that, and so on. Tiles that they are likely to need are loaded
   /// in the background, and what is needed latest is dropped first.
   void expect(std::span<const std::vector<Viewpoint>> turns) const;
+
+  /// What memory_bytes leaves for decoded tiles of imagery, which are not the query's: an eighth, or
+  /// all of them where they take less.
+  double imagery_budget_bytes() const;
+
+  bool is_without_water() const;
 
   RayQueryStats stats() const;
   /// The Embree version, instruction set and widths in use, for records that are not compared.

@@ -27,8 +27,15 @@ enum class Cover : std::uint8_t {
   // Water on land, at its own level.
   Lake = 11,
   River = 12,
+  /// The bed below water, where the water is left out (RayQuery::WithoutWater); not in tiles' files.
+  Seabed = 13,
 };
-inline constexpr int kNumCovers = 13;
+inline constexpr int kNumCovers = 14;
+
+/// Whether a cover is the surface of water.
+constexpr bool is_water(Cover cover) {
+  return cover == Cover::Sea || cover == Cover::Lake || cover == Cover::River;
+}
 
 /// How far a tile's centre may be from the middle between its lowest and highest sample.
 constexpr double kCenterReach_m = 1.0;
@@ -45,9 +52,10 @@ struct Tile {
   std::vector<Cover> cover;
   std::vector<std::uint8_t> moisture;  ///< 0 dry ridge … 255 wet valley floor
   std::vector<std::uint8_t> source;    ///< row of WorldManifest::sources that gave the height
-  /// Of the sea's floor below the sample, along up, in steps of kHeightStep_m; 0 on land, empty
-  /// where the tile has no sea. Written with a tile, but not read with it: decode_sea_depth().
-  std::vector<std::int32_t> sea_depth_steps;
+  /// Of the bed of the sea, of a lake or of a river below the sample, downward in the world's frame, in
+  /// steps of kHeightStep_m; 0 on land, empty where the tile has no water. Written with a tile, but not
+  /// read with it: decode_water_depth().
+  std::vector<std::int32_t> water_depth_steps;
   TileObjects objects;
   /// Nothing of the objects reaches higher above center_z_m, in steps of kHeightStep_m.
   std::int32_t objects_top_steps = kNoObjects;

@@ -19,8 +19,8 @@
 //   40  i32 lowest, i32 highest height step
 //   48  i32 highest height step of the tile's objects, -2^31 without such; u32 bytes of the objects,
 //       inflated
-//   56  6 x u32 deflated size: heights, cover, moisture, source, sea depth, objects
-//   80  the layers; that of the sea's depth is absent, 0 bytes, where there is no sea, that of the
+//   56  6 x u32 deflated size: heights, cover, moisture, source, water depth, objects
+//   80  the layers; that of the depth of water is absent, 0 bytes, where there is no water, that of the
 //       objects where there are none
 // Heights, and depths: each is predicted from its west, south and south-west neighbours as W + S - SW (a
 // plane); the residuals, zigzag coded, are split into four byte planes, lowest first. The other
@@ -39,7 +39,7 @@ constexpr std::size_t kHashedFrom = 16;
 constexpr std::size_t kHeaderBytes = 80;
 constexpr std::size_t kNumSamples = static_cast<std::size_t>(kTileSamples) * kTileSamples;
 constexpr std::size_t kNumLayers = 6;
-constexpr std::size_t kSeaDepthLayer = 4;
+constexpr std::size_t kWaterDepthLayer = 4;
 constexpr std::size_t kObjectsLayer = 5;
 constexpr std::size_t kMaxObjectsBytes = std::size_t{1} << 30;
 /// Half steps of heights within this are exact in float: 2^23 steps are 2^24 half steps, 8192 m.
@@ -183,7 +183,7 @@ std::vector<std::byte> encode_tile(const Tile& tile) {
   TERRACAST_CHECK(tile.height_steps.size() == kNumSamples && tile.cover.size() == kNumSamples &&
                       tile.moisture.size() == kNumSamples && tile.source.size() == kNumSamples,
                   "tile {} has layers of another size than {}", tile.id.name(), kNumSamples);
-  TERRACAST_CHECK(are_depths(tile.sea_depth_steps), "tile {}: depths of the sea that are none",
+  TERRACAST_CHECK(are_depths(tile.water_depth_steps), "tile {}: depths of water that are none",
                   tile.id.name());
   TERRACAST_CHECK(is_whole(tile.center_z_m), "tile {}: centre at {} m is not a whole number",
                   tile.id.name(), tile.center_z_m);
@@ -209,9 +209,9 @@ std::vector<std::byte> encode_tile(const Tile& tile) {
   header.layer_bytes[1] = append_deflated(bytes, differences(codes_of(tile.cover)));
   header.layer_bytes[2] = append_deflated(bytes, differences(tile.moisture));
   header.layer_bytes[3] = append_deflated(bytes, differences(tile.source));
-  if (!tile.sea_depth_steps.empty())
-    header.layer_bytes[kSeaDepthLayer] =
-        append_deflated(bytes, planes_from_heights(tile.sea_depth_steps));
+  if (!tile.water_depth_steps.empty())
+    header.layer_bytes[kWaterDepthLayer] =
+        append_deflated(bytes, planes_from_heights(tile.water_depth_steps));
   header.objects_top_steps = tile.objects_top_steps;
   if (!tile.objects.is_empty()) {
     const std::vector<std::uint8_t> objects = bytes_of_objects(tile.objects);
@@ -277,16 +277,16 @@ std::size_t objects_bytes_of(std::span<const std::byte> bytes) {
   return header.objects_bytes;
 }
 
-std::vector<std::int32_t> decode_sea_depth(std::span<const std::byte> bytes, const TileId& expected,
+std::vector<std::int32_t> decode_water_depth(std::span<const std::byte> bytes, const TileId& expected,
                                            const std::string& file) {
   const Header header = read_header(bytes, expected, file);
-  const std::uint32_t layer_bytes = header.layer_bytes[kSeaDepthLayer];
+  const std::uint32_t layer_bytes = header.layer_bytes[kWaterDepthLayer];
   if (layer_bytes == 0) return {};
   std::vector<std::int32_t> steps = heights_from_planes(
       inflated(bytes.last(layer_bytes + header.layer_bytes[kObjectsLayer]).first(layer_bytes),
                4 * kNumSamples, file));
   if (!are_depths(steps))
-    fail(ErrorKind::Input, "{}: depths of the sea that are none; tile the world again", file);
+    fail(ErrorKind::Input, "{}: depths of water that are none; tile the world again", file);
   return steps;
 }
 

@@ -24,10 +24,10 @@ Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected, const
 /// How many bytes a tile's objects are when they are inflated, as the header of a whole tile has it.
 std::size_t objects_bytes_of(std::span<const std::byte> bytes);
 
-/// The tile's Tile::sea_depth_steps; empty where it has none. Rays do not need them: the sea's
-/// surface is opaque.
+/// The tile's Tile::water_depth_steps; empty where it has none. Most rays do not need them: the
+/// surface of water is opaque for them.
 /// throws   Input: as decode_tile(); depths that are none
-std::vector<std::int32_t> decode_sea_depth(std::span<const std::byte> bytes, const TileId& expected,
+std::vector<std::int32_t> decode_water_depth(std::span<const std::byte> bytes, const TileId& expected,
                                            const std::string& file);
 
 }  // namespace terracast::world

@@ -6,7 +6,9 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/image_io.h"
 #include "core/json.h"
+#include "world/manifest_parts.h"
 #include "world/objects_file.h"
 #include "world/tile_file.h"
 
@@ -17,7 +19,7 @@ using core::ErrorKind;
 using core::fail;
 using core::Json;
 
-constexpr int kManifestVersion = 2;
+constexpr int kManifestVersion = 3;
 constexpr const char* kManifestName = "manifest.json";
 /// No tile of a level within these has a side that a double, or an int32 address, could not hold.
 constexpr int kFinestLevel = -10;
@@ -27,6 +29,9 @@ constexpr double kMaxHeight_m = 1e6;
 constexpr std::size_t kMaxTileBytes = std::size_t{1} << 30;
 constexpr std::size_t kMaxLayers = 250;
 constexpr std::size_t kMaxPrototypes = 65535;
+constexpr std::size_t kMaxTextures = 65535;
+/// Textures are written once and read often.
+constexpr int kTexturePngLevel = 7;
 
 Json json_of(const SourceInfo& source) {
   Json json = Json::object();
@@ -100,6 +105,16 @@ Json json_of(const TileInfo& tile) {
   return json;
 }
 
+Json json_of(const TextureInfo& texture) {
+  Json json = Json::object();
+  json.set("name", texture.name)
+      .set("width_px", texture.width_px)
+      .set("height_px", texture.height_px)
+      .set("channels", texture.channels)
+      .set("content_hash", texture.content_hash);
+  return json;
+}
+
 std::int32_t integer_within(const Json& json, const char* member, std::int64_t lowest,
                             std::int64_t highest) {
   const std::int64_t value = json.at(member).integer();
@@ -118,6 +133,17 @@ double number_within(const Json& json, const char* member, double lowest, double
 std::uint64_t unsigned_of(const Json& json, const char* member) {
   return static_cast<std::uint64_t>(
       integer_within(json, member, 0, std::numeric_limits<std::int32_t>::max()));
+}
+
+TextureInfo texture_of(const Json& json) {
+  TextureInfo texture;
+  texture.name = json.at("name").string();
+  texture.width_px = integer_within(json, "width_px", 1, kMaxTextureSide_px);
+  texture.height_px = integer_within(json, "height_px", 1, kMaxTextureSide_px);
+  texture.channels = integer_within(json, "channels", 3, 4);
+  texture.content_hash = json.at("content_hash").string();
+  check_texture(texture.name, texture.width_px, texture.height_px, texture.channels);
+  return texture;
 }
 
 TileInfo tile_info_of(const Json& json) {
@@ -147,6 +173,14 @@ Json json_of(const WorldManifest& manifest) {
   for (const PrototypeInfo& prototype : manifest.prototypes)
     prototypes.push(std::move(
         Json::object().set("name", prototype.name).set("content_hash", prototype.content_hash)));
+  Json textures = Json::array();
+  for (const TextureInfo& texture : manifest.textures) textures.push(json_of(texture));
+  Json imagery = Json::array();
+  for (const ImageryInfo& one : manifest.imagery) imagery.push(json_of(one));
+  Json volumes = Json::array();
+  for (const VolumeInfo& volume : manifest.volumes) volumes.push(json_of(volume));
+  Json volume_places = Json::array();
+  for (const VolumePlace& place : manifest.volume_places) volume_places.push(json_of(place));
   Json tiles = Json::array();
   for (const TileInfo& tile : manifest.tiles) tiles.push(json_of(tile));
   Json json = Json::object();
@@ -167,6 +201,10 @@ Json json_of(const WorldManifest& manifest) {
       .set("sources", std::move(sources))
       .set("layers", std::move(layers))
       .set("prototypes", std::move(prototypes))
+      .set("textures", std::move(textures))
+      .set("imagery", std::move(imagery))
+      .set("volumes", std::move(volumes))
+      .set("volume_places", std::move(volume_places))
       .set("tiles", std::move(tiles));
   return json;
 }
@@ -217,6 +255,38 @@ WorldManifest manifest_of(const Json& json) {
   for (std::size_t i = 0; i < prototypes.size(); ++i)
     manifest.prototypes.push_back({.name = prototypes.at(i).at("name").string(),
                                    .content_hash = prototypes.at(i).at("content_hash").string()});
+  const Json& textures = json.at("textures");
+  if (textures.size() > kMaxTextures) fail(ErrorKind::Input, "{} textures", textures.size());
+  for (std::size_t i = 0; i < textures.size(); ++i)
+    manifest.textures.push_back(texture_of(textures.at(i)));
+  if (num_bytes_of(manifest.textures) > kMaxTexturesBytes)
+    fail(ErrorKind::Input, "its textures would take {} bytes of memory",
+         num_bytes_of(manifest.textures));
+  const auto check_layer = [&](int layer) {
+    if (static_cast<std::size_t>(layer) >= manifest.layers.size())
+      fail(ErrorKind::Input, "layer {} of {}", layer, manifest.layers.size());
+  };
+  const Json& imagery = json.at("imagery");
+  if (imagery.size() > kMaxLayers) fail(ErrorKind::Input, "{} rows of imagery", imagery.size());
+  for (std::size_t i = 0; i < imagery.size(); ++i) {
+    manifest.imagery.push_back(imagery_of(imagery.at(i)));
+    check_layer(manifest.imagery.back().layer);
+  }
+  const Json& volumes = json.at("volumes");
+  std::size_t num_voxels = 0;
+  for (std::size_t i = 0; i < volumes.size(); ++i) {
+    manifest.volumes.push_back(volume_of(volumes.at(i)));
+    num_voxels += static_cast<std::size_t>(manifest.volumes.back().size.cast<double>().prod());
+    if (num_voxels > kMaxVoxels) fail(ErrorKind::Input, "more than {} voxels", kMaxVoxels);
+  }
+  const Json& volume_places = json.at("volume_places");
+  for (std::size_t i = 0; i < volume_places.size(); ++i) {
+    manifest.volume_places.push_back(volume_place_of(volume_places.at(i)));
+    const VolumePlace& place = manifest.volume_places.back();
+    check_layer(place.layer);
+    if (static_cast<std::size_t>(place.volume) >= manifest.volumes.size())
+      fail(ErrorKind::Input, "volume {} of {}", place.volume, manifest.volumes.size());
+  }
   const Json& tiles = json.at("tiles");
   manifest.tiles.reserve(tiles.size());
   for (std::size_t i = 0; i < tiles.size(); ++i) {
@@ -239,6 +309,10 @@ TileInfo info_of(const Tile& tile, std::span<const std::byte> bytes) {
 
 std::filesystem::path prototype_path(const std::filesystem::path& store, std::size_t row) {
   return store / "prototypes" / fmt::format("{}.prototype", row);
+}
+
+std::filesystem::path texture_path(const std::filesystem::path& store, std::size_t row) {
+  return store / "textures" / fmt::format("{}.png", row);
 }
 
 [[noreturn]] void fail_not_listed(const std::filesystem::path& file, const TileInfo& info) {
@@ -309,11 +383,11 @@ Tile TileStore::load(const TileId& id) const {
   return tile;
 }
 
-std::vector<std::int32_t> TileStore::load_sea_depth(const TileId& id) const {
+std::vector<std::int32_t> TileStore::load_water_depth(const TileId& id) const {
   const TileInfo& info = listed(id);
   const std::filesystem::path file = tile_path(folder_, id);
   const std::vector<std::byte> bytes = core::read_file(file, kMaxTileBytes);
-  std::vector<std::int32_t> depth_steps = decode_sea_depth(bytes, id, file.string());
+  std::vector<std::int32_t> depth_steps = decode_water_depth(bytes, id, file.string());
   if (core::content_hash(bytes) != info.content_hash) fail_not_listed(file, info);
   return depth_steps;
 }
@@ -332,6 +406,25 @@ Prototype TileStore::load_prototype(std::size_t row) const {
   return prototype;
 }
 
+Texture TileStore::load_texture(std::size_t row) const {
+  TERRACAST_CHECK(row < manifest_.textures.size(), "texture {} of {}", row,
+                  manifest_.textures.size());
+  const std::filesystem::path file = texture_path(folder_, row);
+  const TextureInfo& info = manifest_.textures[row];
+  const std::vector<std::byte> bytes = core::read_file(file, kMaxTileBytes);
+  if (core::content_hash(bytes) != info.content_hash)
+    fail(ErrorKind::Input,
+         "{}: damaged, or not the texture that {} lists (hash {}); tile the world again",
+         file.string(), kManifestName, info.content_hash);
+  auto image = core::decode_png(bytes, file.string(), kMaxTexturePixels);
+  auto* pixels = std::get_if<core::Image8>(&image);
+  if (pixels == nullptr || pixels->width() != info.width_px || pixels->height() != info.height_px ||
+      pixels->channels() != info.channels)
+    fail(ErrorKind::Input, "{}: not of the size and channels that {} says; tile the world again",
+         file.string(), kManifestName);
+  return {.name = info.name, .image = std::move(*pixels)};
+}
+
 std::filesystem::path tile_path(const std::filesystem::path& store, const TileId& id) {
   return store / "tiles" / std::to_string(id.level) / fmt::format("{}_{}.tile", id.x, id.y);
 }
@@ -347,6 +440,26 @@ PrototypeInfo write_prototype(const std::filesystem::path& store, std::size_t ro
   const std::vector<std::byte> bytes = encode_prototype(prototype);
   core::write_file(prototype_path(store, row), bytes);
   return {.name = prototype.name, .content_hash = core::content_hash(bytes)};
+}
+
+TextureInfo write_texture(const std::filesystem::path& store, std::size_t row,
+                          const Texture& texture) {
+  const core::Image8& image = texture.image;
+  check_texture(texture.name, image.width(), image.height(), image.channels());
+  const std::vector<std::byte> bytes = core::encode_png(image, kTexturePngLevel);
+  core::write_file(texture_path(store, row), bytes);
+  return {.name = texture.name,
+          .width_px = image.width(),
+          .height_px = image.height(),
+          .channels = image.channels(),
+          .content_hash = core::content_hash(bytes)};
+}
+
+std::size_t num_bytes_of(const std::vector<TextureInfo>& textures) {
+  std::size_t bytes = 0;
+  for (const TextureInfo& texture : textures)
+    bytes += mip_bytes(texture.width_px, texture.height_px, texture.channels);
+  return bytes;
 }
 
 std::optional<TileInfo> inspect_tile(const std::filesystem::path& store, const TileId& id) {

@@ -10,7 +10,11 @@
 
 #include "geo/box3.h"
 #include "geo/geodesy.h"
+#include "world/imagery_info.h"
+#include "world/texture.h"
 #include "world/tile.h"
+#include "world/volume.h"
+#include "world/volume_info.h"
 
 namespace terracast::world {
 
@@ -49,6 +53,15 @@ struct PrototypeInfo {
   std::string content_hash;  ///< of its file
 };
 
+/// A texture of a store.
+struct TextureInfo {
+  std::string name;
+  int width_px = 0;
+  int height_px = 0;
+  int channels = 3;
+  std::string content_hash;  ///< of its file
+};
+
 /// One tile of a store.
 struct TileInfo {
   TileId id;
@@ -77,6 +90,10 @@ struct WorldManifest {
   std::vector<SourceInfo> sources;
   std::vector<LayerInfo> layers;
   std::vector<PrototypeInfo> prototypes;
+  std::vector<TextureInfo> textures;
+  std::vector<ImageryInfo> imagery;  ///< the first that knows a place is believed
+  std::vector<VolumeInfo> volumes;
+  std::vector<VolumePlace> volume_places;
   std::vector<TileInfo> tiles;  ///< sorted by id
 };
 
@@ -85,6 +102,9 @@ struct WorldManifest {
 ///     manifest.json                  written last: the store is complete when it exists
 ///     tiles/<level>/<x>_<y>.tile
 ///     prototypes/<row>.prototype
+///     textures/<row>.png
+///     imagery/<row>/<level>/<x>_<y>.png
+///     volumes/<row>.volume
 ///
 /// Threads: safe.
 class TileStore {
@@ -105,9 +125,25 @@ class TileStore {
   /// throws   as load()
   Prototype load_prototype(std::size_t row) const;
 
-  /// The sea's depth in a tile (Tile::sea_depth_steps); empty where it has none.
+  /// Reads a texture and checks it.
+  /// row      of WorldManifest::textures
+  /// throws   as load()
+  Texture load_texture(std::size_t row) const;
+
+  /// Reads a tile of imagery (three channels, or four with alpha) and checks it.
+  /// row    of WorldManifest::imagery
+  /// tile   of its tiles
   /// throws as load()
-  std::vector<std::int32_t> load_sea_depth(const TileId& id) const;
+  core::Image8 load_imagery(std::size_t row, std::size_t tile) const;
+
+  /// Reads a volume and checks it.
+  /// row    of WorldManifest::volumes
+  /// throws as load()
+  Volume load_volume(std::size_t row) const;
+
+  /// The depth of water in a tile (Tile::water_depth_steps); empty where it has none.
+  /// throws as load()
+  std::vector<std::int32_t> load_water_depth(const TileId& id) const;
 
  private:
   const TileInfo& listed(const TileId& id) const;
@@ -126,6 +162,27 @@ TileInfo write_tile(const std::filesystem::path& store, const Tile& tile);
 /// Writes a prototype atomically and says what the manifest shall hold of it.
 PrototypeInfo write_prototype(const std::filesystem::path& store, std::size_t row,
                               const Prototype& prototype);
+
+/// Writes a texture atomically and says what the manifest shall hold of it.
+/// throws   Input: as check_texture()
+TextureInfo write_texture(const std::filesystem::path& store, std::size_t row,
+                          const Texture& texture);
+
+/// What the textures of a world take in memory, with all their coarser levels.
+std::size_t num_bytes_of(const std::vector<TextureInfo>& textures);
+
+/// Writes a tile of imagery atomically; its sources are left to the caller.
+/// image   kImageryTile_px a side, RGBA; alpha is left out where all of it is 255
+ImageryTileInfo write_imagery_tile(const std::filesystem::path& store, std::size_t row,
+                                   const ImageryTileId& id, const core::Image8& image);
+
+/// Whether a tile of imagery is there and is the one that was listed.
+bool is_imagery_tile_whole(const std::filesystem::path& store, std::size_t row,
+                           const ImageryTileInfo& tile);
+
+/// Writes a volume atomically and says what the manifest shall hold of it.
+/// throws   Input: as check_volume()
+VolumeInfo write_volume(const std::filesystem::path& store, std::size_t row, const Volume& volume);
 
 /// What a manifest would hold of a tile file that is there already and whole; nothing when it is
 /// missing or damaged.

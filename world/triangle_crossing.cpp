@@ -13,17 +13,6 @@ using core::truth;
 constexpr int kTriangles = TriangleBlock::kTriangles;
 using Lanes = double[kTriangles];
 
-/// A difference of two products errs by less than this share of them: three roundings of 2^-53.
-constexpr double kDoubt = 0x1.0p-51;
-
-/// a b - c d of products that are not rounded. Its sign is that of the true value, or it is 0; with a,
-/// b and c, d exchanged it is the negative of what it was.
-double difference_of_products(double a, double b, double c, double d) {
-  const double p = a * b;
-  const double q = c * d;
-  return (p - q) + (std::fma(a, b, -p) - std::fma(c, d, -q));
-}
-
 struct Corner {
   double x, y, z;
 };
@@ -79,9 +68,9 @@ std::uint32_t cross_plainly(const ShearedRay& ray, const TriangleBlock& block,
     const double u = u0 - u1;
     const double v = v0 - v1;
     const double w = w0 - w1;
-    const double doubt_u = kDoubt * (std::abs(u0) + std::abs(u1));
-    const double doubt_v = kDoubt * (std::abs(v0) + std::abs(v1));
-    const double doubt_w = kDoubt * (std::abs(w0) + std::abs(w1));
+    const double doubt_u = kProductsDoubt * (std::abs(u0) + std::abs(u1));
+    const double doubt_v = kProductsDoubt * (std::abs(v0) + std::abs(v1));
+    const double doubt_w = kProductsDoubt * (std::abs(w0) + std::abs(w1));
     is_positive[i] = truth((u > doubt_u) | (v > doubt_v) | (w > doubt_w));
     is_negative[i] = truth((u < -doubt_u) | (v < -doubt_v) | (w < -doubt_w));
     all_positive[i] = truth((u > doubt_u) & (v > doubt_v) & (w > doubt_w));

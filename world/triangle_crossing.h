@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 namespace terracast::world {
@@ -30,6 +31,17 @@ struct TriangleBlock {
 
   void set(int lane, const TriangleCorners& corners, std::uint32_t triangle_number);
 };
+
+/// A difference of two products errs by less than this share of them: three roundings of 2^-53.
+inline constexpr double kProductsDoubt = 0x1.0p-51;
+
+/// a b - c d of products that are not rounded. Its sign is that of the true value, or it is 0; with a,
+/// b and c, d exchanged it is the negative of what it was.
+inline double difference_of_products(double a, double b, double c, double d) {
+  const double p = a * b;
+  const double q = c * d;
+  return (p - q) + (std::fma(a, b, -p) - std::fma(c, d, -q));
+}
 
 /// Where a ray crosses a triangle's plane, and how much each corner counts there.
 struct TriangleCrossing {

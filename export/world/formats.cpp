@@ -4,7 +4,7 @@
 
 // Every format, in alphabetical order: X(name) is export/world/name.cpp, which defines
 // `WorldFormatInfo name_world_format()`.
-#define TERRACAST_WORLD_FORMATS(X) X(geotiff) X(gltf) X(obj) X(tiles3d)
+#define TERRACAST_WORLD_FORMATS(X) X(geotiff) X(gltf) X(obj) X(tiles3d) X(vdb)
 
 namespace terracast::world_export {
 

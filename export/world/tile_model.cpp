@@ -36,6 +36,7 @@ constexpr std::array<CoverLook, world::kNumCovers> kCoverLooks = {{
     {"wetland", {92, 104, 74}},
     {"lake", {44, 88, 116}},
     {"river", {56, 92, 108}},
+    {"seabed", {120, 112, 88}},
 }};
 
 Part& part_of(std::map<std::string, Part>& parts, const std::string& name,

@@ -29,7 +29,7 @@ struct WorldFormatInfo {
   void (*write)(const WorldExportInputs& inputs);
 };
 
-/// The table of formats: 3dtiles, geotiff, gltf, obj.
+/// The table of formats: 3dtiles, geotiff, gltf, obj, vdb.
 std::span<const WorldFormatInfo> world_formats();
 
 }  // namespace terracast::world_export

@@ -169,9 +169,11 @@ Attitude AttitudeOptions::attitude() const {
 void FlightOptions::describe(core::SchemaVisitor& visit) {
   visit.key("speed_mps", speed_mps, "Speed along the path.", core::between(0.01, 1000.0));
   AttitudeOptions::describe(visit);
-  visit.key("min_agl_m", min_agl_m,
-            "Least height above the measured ground; a lower path is refused.",
-            core::between(0.0, 100000.0));
+  visit.key(
+      "min_agl_m", min_agl_m,
+      "Least height above the measured ground or water; a lower path is refused. Below 0: paths "
+      "under water, so deep at most; they must keep above its bed.",
+      core::between(-12000.0, 100000.0));
   visit.key("terrain_following", terrain_following,
             "Raise the path smoothly where it would be lower than min_agl_m.");
   visit.key("follow_length_m", follow_length_m,

@@ -143,6 +143,7 @@ void encode_facts_by_compression(benchmark::State& state) {
   part.height = decoded.height;
   part.compression = scheme;
   for (const capture::ChannelInfo& channel : capture::channels()) {
+    if (channel.is_optional) continue;
     core::ExrChannel& entry = part.channels.emplace_back();
     entry.name = channel.name;
     if (channel.type == "uint") {

@@ -18,7 +18,9 @@ CameraFrame small_frame() {
 }
 
 TEST(Channels, TableNamesWhatIsInTheFile) {
-  const std::vector<core::ExrImage> parts = core::decode_exr(encode_facts(small_frame()), "facts");
+  CameraFrame frame = small_frame();
+  frame.bottom_range_m = frame.range_m;
+  const std::vector<core::ExrImage> parts = core::decode_exr(encode_facts(frame), "facts");
   ASSERT_EQ(parts.size(), 1U);
   std::set<std::string> stored, listed;
   for (const auto& [name, image] : parts[0].float_channels) stored.insert(name);
@@ -30,6 +32,17 @@ TEST(Channels, TableNamesWhatIsInTheFile) {
         << channel.name;
   }
   EXPECT_EQ(stored, listed);
+}
+
+TEST(Channels, ThoseThatNobodyAskedForAreNotStored) {
+  const std::vector<core::ExrImage> parts = core::decode_exr(encode_facts(small_frame()), "facts");
+  ASSERT_EQ(parts.size(), 1U);
+  for (const ChannelInfo& channel : channels()) {
+    const std::string name(channel.name);
+    EXPECT_EQ(parts[0].float_channels.count(name) + parts[0].uint_channels.count(name),
+              channel.is_optional ? 0U : 1U)
+        << name;
+  }
 }
 
 // "range_m", not "Z": viewers and compositors take a channel Z for planar depth, and R, G, B for

@@ -288,7 +288,7 @@ void Round::recover() {
     std::vector<std::string> arguments = run_arguments();
     if (is_retried) arguments.push_back("--retry");
     is_retried = false;
-    const auto run = run_program(arguments, {.timeout_s = 60.0});
+    const auto run = run_program(arguments);
     tell(fmt::format("recovery: {} {}", run.status, run.output));
     if (run.status != 0) judge(run.status, run.output);
     if (run.output.find((job_ / "plan").string()) != std::string::npos) {
@@ -305,8 +305,7 @@ void Round::recover() {
     if (run.status == 0 && damaged_.empty()) break;
     if (run.status == 0) check_noticed();
     const auto verified =
-        run_program({"batch", "verify", job_.string(), "--repair", "--samples", "0", "-q"},
-                    {.timeout_s = 60.0});
+        run_program({"batch", "verify", job_.string(), "--repair", "--samples", "0", "-q"});
     tell(fmt::format("verify --repair: {} {}", verified.status, verified.output));
     if (verified.status != 0) ++tally_.failures[general(error_line(verified.output))];
     if (run.status == 0 && verified.status == 0) break;

@@ -91,7 +91,7 @@ void expect_colmap_holds(const char* config, const fs::path& out, const std::str
 TEST(Demo, FourFramesPassEveryCheckInAllFormats) {
   const ScratchFolder scratch;
   expect_job_holds("all_formats.toml", {"trajectories.0.num_frames=4"}, scratch / "out",
-                   kAllFormats, 1100.0);
+                   kAllFormats, 2500.0);
 }
 
 TEST(Demo, PassesEveryCheckADegreeOfLatitudeFurtherNorth) {
@@ -99,7 +99,7 @@ TEST(Demo, PassesEveryCheckADegreeOfLatitudeFurtherNorth) {
   expect_job_holds(
       "all_formats.toml",
       {"world.origin_lat_deg=44.0", "trajectories.0.num_frames=2", "detail.finest_spacing_m=8.0"},
-      scratch / "out", kAllFormats, 1100.0);
+      scratch / "out", kAllFormats, 2500.0);
 }
 
 TEST(DemoFull, PassesEveryCheckInAllFormats) {
@@ -292,9 +292,9 @@ TEST(SplitRecording, GivesASequenceForEachPart) {
 TEST(Andorra, TwelveFramesPassEveryCheckInThreeFormatsAnd24ImagesInColmapItself) {
   TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
   const ScratchFolder scratch;
-  expect_job_holds("andorra_small.toml", {data_setting()}, scratch / "out", kThreeFormats, 1100.0);
+  expect_job_holds("andorra_small.toml", {data_setting()}, scratch / "out", kThreeFormats, 2500.0);
   TERRACAST_NEEDS_COLMAP();
-  expect_colmap_holds("andorra_small.toml", scratch / "out", "tartan2", "1", 1100.0);
+  expect_colmap_holds("andorra_small.toml", scratch / "out", "tartan2", "1", 2500.0);
 }
 
 TEST(AndorraFull, AHundredFramesPassEveryCheckInThreeFormatsAndInColmapItself) {

@@ -384,8 +384,7 @@ EndOfTask end_of_task(const ScratchFolder& scratch, const std::string& signal,
        "until [ -e \"$1/state/0001/claims/tile/000000.1\" ]; do sleep 0.02; done\n"
        "kill -$4 $!; wait $!",
        TERRACAST_PROGRAM, job.string(), (scratch / "bin").string(), asked.string(), signal,
-       num_restarts},
-      {.timeout_s = 60.0});
+       num_restarts});
   return {ended.status, ended.output, text_of(asked)};
 }
 

@@ -14,11 +14,23 @@ namespace terracast::job {
 namespace {
 
 /// Numbers that are counts, ratios or names of something, by the last word of their key's path.
-const std::set<std::string> kPure = {"color_samples",
+const std::set<std::string> kPure = {"aircraft",
+                                     "albedo",
+                                     "ambient_rays",
+                                     "anisotropy",
+                                     "bands",
+                                     "black",
+                                     "boats",
+                                     "color_samples",
+                                     "containers",
+                                     "cover",
                                      "detail_roughness",
                                      "exposure",
                                      "field_share",
                                      "forest_share",
+                                     "full",
+                                     "gain",
+                                     "lakes",
                                      "laps",
                                      "max_relative_depth_error",
                                      "min_disparity_share",
@@ -27,14 +39,20 @@ const std::set<std::string> kPure = {"color_samples",
                                      "num_points",
                                      "oracle_samples",
                                      "overlap",
+                                     "parked_cars",
                                      "part",
+                                     "percentile",
                                      "pixel_aspect",
                                      "quaternion_wxyz",
                                      "roundness",
                                      "samples_per_image",
+                                     "saturation",
+                                     "scale",
                                      "seed",
                                      "sidelap",
-                                     "slope"};
+                                     "slope",
+                                     "traffic",
+                                     "white"};
 
 void expect_units(const std::vector<core::KeyInfo>& keys, int& num_with_unit) {
   for (const core::KeyInfo& key : keys) {

@@ -171,8 +171,8 @@ TEST(LabelBounds, AreNeverBelowTheErrorAndWithinAHundredTimesOfIt) {
     const ExactView exact_from(from), exact_to(to);
     const core::ImageF depth_image = capture::depth_image(from.model, truth.facts.range_m);
     const core::ImageF flow_image = capture::flow_image(from, to, truth.facts.range_m);
-    const capture::LabelBounds bounds =
-        capture::bounds_of_labels(from, to, std::nullopt, truth.facts, scales);
+    const capture::LabelBounds bounds = capture::bounds_of_labels(
+        from, to, std::nullopt, truth.facts, truth.crossing_error, scales);
     std::array<Largest, 4> largest;
     std::mutex mutex;
     core::parallel_for_blocks(kHeight, 8, [&](std::int64_t begin, std::int64_t end) {

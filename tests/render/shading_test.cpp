@@ -58,6 +58,7 @@ TEST(Shading, PacketsOfGroundFollowTheCosineToo) {
     look.normal[2][i] = static_cast<float>(std::cos(slope));
     for (std::size_t k = 0; k < 3; ++k) look.albedo[k][i] = 0.2f;
     look.openness[i] = 0.0f;
+    view.sky_share[i] = 1.0f;
     view.direction[2][i] = -1.0f;
     view.sun_share[i] = i % 2 == 0 ? 1.0f : 0.0f;
   }

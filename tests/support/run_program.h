@@ -17,7 +17,7 @@ struct ProgramResult {
 
 /// How a run is cut short.
 struct ProgramLimits {
-  double timeout_s = 300.0;
+  double timeout_s = 1500.0;   ///< of a hang: far more than any run takes on a busy machine
   double kill_after_s = -1.0;  ///< SIGKILL at this time; negative: never
   /// SIGTERM as soon as this holds; asked every few ms.
   std::function<bool()> terminate_when = {};

@@ -78,7 +78,7 @@ class SlurmCluster {
   /// what     it is, for the message
   /// throws   std::runtime_error: it does not within the time; says how the tasks stand
   void wait_until(const std::string& what, const std::function<bool()>& condition,
-                  double timeout_s = 180.0) const;
+                  double timeout_s = 600.0) const;
 
  private:
   bool start_daemons();

@@ -203,6 +203,53 @@ TEST(LayerStack, ObjectsAreInTheOrderOfLayersAndFeatures) {
   EXPECT_EQ(tile.objects.instances[2].prototype, 1);
 }
 
+/// Boxes, the first of which shows the last of the layer's textures, as its prototype does.
+class TexturedBoxes final : public Boxes {
+ public:
+  TexturedBoxes(std::size_t num_textures, std::uint16_t shown, std::uint32_t first_id)
+      : Boxes({{.corner_m = {10, 10}, .size_m = {5, 5, 5}}}, first_id) {
+    for (std::size_t i = 0; i < num_textures; ++i)
+      textures_.push_back(
+          {fmt::format("{} of {}", i, num_textures), core::Image8(2, 2, 3, std::uint8_t{7})});
+    finish_.material = world::Material::Textured;
+    finish_.pattern = shown;
+    prototypes_.assign(Boxes::prototypes().begin(), Boxes::prototypes().end());
+    prototypes_[0].levels[0].shape.finishes[0] = finish_;
+  }
+  std::span<const world::Prototype> prototypes() const override { return prototypes_; }
+  std::span<const world::Texture> textures() const override { return textures_; }
+  void add_objects(const TileId& id, const tiler::LayerSite& site,
+                   world::TileObjects& objects) const override {
+    const std::size_t first = objects.solids.size();
+    Boxes::add_objects(id, site, objects);
+    for (std::size_t i = first; i < objects.solids.size(); ++i)
+      objects.solids[i].levels[0].shape.finishes[0] = finish_;
+  }
+
+ private:
+  world::Finish finish_;
+  std::vector<world::Texture> textures_;
+  std::vector<world::Prototype> prototypes_;
+};
+
+TEST(LayerStack, TexturesAreCountedOverAllLayers) {
+  const auto surface = surface_with(
+      list_of(std::make_unique<TexturedBoxes>(3, 2, 1), std::make_unique<TexturedBoxes>(2, 1, 10)));
+  const std::vector<world::Texture>& textures = surface->layers().textures();
+  ASSERT_EQ(textures.size(), 5u);
+  const world::Tile tile = build_tile(*surface, {0, 0, 0});
+  ASSERT_EQ(tile.objects.solids.size(), 2u);
+  const auto shown_by = [&](const world::Finish& finish) { return textures[finish.pattern].name; };
+  for (std::size_t layer = 0; layer < 2; ++layer) {
+    const char* expected = layer == 0 ? "2 of 3" : "1 of 2";
+    EXPECT_EQ(shown_by(tile.objects.solids[layer].levels[0].shape.finishes[0]), expected);
+    EXPECT_EQ(shown_by(surface->layers().prototypes()[layer].levels[0].shape.finishes[0]),
+              expected);
+  }
+  expect_error(core::ErrorKind::Internal, {"texture", "2 of 2"},
+               [] { surface_with(list_of(std::make_unique<TexturedBoxes>(2, 2, 1))); });
+}
+
 TEST(LayerStack, IdsThatAreNoneOrThereTwiceAreRefused) {
   const std::vector<Placed> placed = {{.corner_m = {10, 10}, .size_m = {5, 5, 5}},
                                       {.corner_m = {30, 10}, .size_m = {5, 5, 5}}};

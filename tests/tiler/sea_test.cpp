@@ -42,16 +42,16 @@ TEST(Sea, OfZerosLiesOnTheGeoidOverAShelf) {
   const ScratchFolder folder;
   const auto surface = prepare(coast(folder, "auto", [](double) { return 0.0; }));
   EXPECT_EQ(surface->sample(-1000.0, 0.0).cover, Cover::Land);
-  EXPECT_EQ(surface->sample(-1000.0, 0.0).sea_depth_m, 0.0);
+  EXPECT_EQ(surface->sample(-1000.0, 0.0).water_depth_m, 0.0);
   double previous_m = 0.0;
   for (const double x : {100.0, 1000.0, 2500.0, 4000.0}) {
     const auto sample = surface->sample(x, 0.0);
     EXPECT_EQ(sample.cover, Cover::Sea);
     EXPECT_NEAR(above_geoid_m(*surface, x, 0.0), 0.0, 0.02);
     // A shelf of 1 in 50 from the first sample of the sea: to a sample of 30 m.
-    EXPECT_NEAR(sample.sea_depth_m, 0.02 * x, 0.02 * 35.0);
-    EXPECT_GT(sample.sea_depth_m, previous_m);
-    previous_m = sample.sea_depth_m;
+    EXPECT_NEAR(sample.water_depth_m, 0.02 * x, 0.02 * 35.0);
+    EXPECT_GT(sample.water_depth_m, previous_m);
+    previous_m = sample.water_depth_m;
   }
   // The same land says that its zeros are none.
   EXPECT_EQ(prepare(coast(folder, "none", [](double) { return 0.0; }))->sample(1000.0, 0.0).cover,
@@ -136,7 +136,7 @@ TEST(Sea, IsOneAndLevelWhateverDatumsItsRastersHave) {
       const double from_shore_m =
           utm31(place.lat_deg, place.lon_deg).x() - utm31(kOriginLat_deg, kOriginLon_deg).x();
       // Shelves are measured in samples; floors to the grid's distance from EGM96 over 2 km.
-      EXPECT_NEAR(sample.sea_depth_m, (sea == "below" ? 0.03 : 0.02) * from_shore_m,
+      EXPECT_NEAR(sample.water_depth_m, (sea == "below" ? 0.03 : 0.02) * from_shore_m,
                   sea == "below" ? 1e-3 : 0.02 * 35.0)
           << sea << y;
       // Land keeps its own datum.
@@ -167,7 +167,7 @@ TEST(Sea, WhoseFloorIsMeasuredKeepsIt) {
     const auto place = surface->frame().geodetic_from_world({x, -700.0, sample.z_world});
     const double east =
         utm31(place.lat_deg, place.lon_deg).x() - utm31(kOriginLat_deg, kOriginLon_deg).x();
-    EXPECT_NEAR(sample.sea_depth_m, 0.03 * east, 1e-4);
+    EXPECT_NEAR(sample.water_depth_m, 0.03 * east, 1e-4);
   }
   // Taken for land it is a slope below zero.
   const auto dry = prepare(coast(folder, "auto", floor_m));
@@ -185,7 +185,7 @@ TEST(Sea, OfNoDataIsNoVoidAndNoGap) {
   EXPECT_EQ(sample.cover, Cover::Sea);
   EXPECT_EQ(surface->sources()[sample.source].kind, "sea");
   EXPECT_NEAR(above_geoid_m(*surface, 2000.0, 0.0), 0.0, 0.02);
-  EXPECT_NEAR(sample.sea_depth_m, 40.0, 1.0);
+  EXPECT_NEAR(sample.water_depth_m, 40.0, 1.0);
   EXPECT_EQ(surface->sources()[0].num_voids_filled, 0);
   EXPECT_EQ(surface->sample(-500.0, 0.0).cover, Cover::Land);
 }
@@ -226,11 +226,11 @@ TEST(Sea, BelowTheEllipsoidIsRefused) {
 TEST(Sea, GoesOnBeyondTheSquareWithItsFloor) {
   const ScratchFolder folder;
   const auto surface = prepare(coast(folder, "auto", [](double) { return 0.0; }));
-  const double inside_m = surface->sample(4095.0, 0.0).sea_depth_m;
-  EXPECT_NEAR(surface->sample(4100.0, 0.0).sea_depth_m, inside_m, 0.5);
+  const double inside_m = surface->sample(4095.0, 0.0).water_depth_m;
+  EXPECT_NEAR(surface->sample(4100.0, 0.0).water_depth_m, inside_m, 0.5);
   const auto far = surface->sample(30000.0, 0.0);
   EXPECT_EQ(far.cover, Cover::Sea);
-  EXPECT_GT(far.sea_depth_m, 20.0);
+  EXPECT_GT(far.water_depth_m, 20.0);
 }
 
 TEST(Sea, KeepsItsFloorInTheTile) {
@@ -239,22 +239,22 @@ TEST(Sea, KeepsItsFloorInTheTile) {
       prepare(coast(folder, "below", [](double from_shore_m) { return -0.03 * from_shore_m; }));
   const world::TileId id{4, 0, 0};  // 4 km, all of it east of the shore
   const world::Tile tile = build_tile(*surface, id);
-  ASSERT_EQ(tile.sea_depth_steps.size(), tile.cover.size());
+  ASSERT_EQ(tile.water_depth_steps.size(), tile.cover.size());
   world::write_tile(folder.path(), tile);
   const auto bytes = world::encode_tile(tile);
-  EXPECT_EQ(world::decode_sea_depth(bytes, id, "a.tile"), tile.sea_depth_steps);
+  EXPECT_EQ(world::decode_water_depth(bytes, id, "a.tile"), tile.water_depth_steps);
   // A loaded tile does not hold it: rays end at the surface.
-  EXPECT_TRUE(world::decode_tile(bytes, id, "a.tile").sea_depth_steps.empty());
+  EXPECT_TRUE(world::decode_tile(bytes, id, "a.tile").water_depth_steps.empty());
   for (const int i : {16, 100, 200}) {
     const double x = id.corner_world().x() + i * id.spacing_m();
     const double y = id.corner_world().y() + 40 * id.spacing_m();
-    EXPECT_NEAR(tile.sea_depth_steps[world::Tile::sample(i, 40)] * world::kHeightStep_m,
-                surface->sample(x, y).sea_depth_m, 0.5 * world::kHeightStep_m);
+    EXPECT_NEAR(tile.water_depth_steps[world::Tile::sample(i, 40)] * world::kHeightStep_m,
+                surface->sample(x, y).water_depth_m, 0.5 * world::kHeightStep_m);
   }
   // Land brings no layer at all.
   const world::Tile land = build_tile(*surface, {2, -3, 0});
-  EXPECT_TRUE(land.sea_depth_steps.empty());
-  EXPECT_TRUE(world::decode_sea_depth(world::encode_tile(land), land.id, "b.tile").empty());
+  EXPECT_TRUE(land.water_depth_steps.empty());
+  EXPECT_TRUE(world::decode_water_depth(world::encode_tile(land), land.id, "b.tile").empty());
 }
 
 TEST(RealData, MonacoHasItsSeaAndItsMountains) {

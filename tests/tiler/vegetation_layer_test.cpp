@@ -10,6 +10,7 @@
 #include "core/parallel.h"
 #include "core/toml_reader.h"
 #include "tests/tiler/raster_files.h"
+#include "tiler/instance_ids.h"
 #include "tiler/layer_stack.h"
 #include "tiler/tile_builder.h"
 #include "world/objects_file.h"
@@ -51,11 +52,14 @@ struct Planted {
     options.elevation[0].height_m = ground_m;
     surface = prepare(options);
     const core::Log log("tile", core::LogLevel::Off);
+    tiler::InstanceIds ids;
     layer = layer_of(text).kind_options().make({.frame = surface->frame(),
                                                 .size_m = size_m,
                                                 .seed = static_cast<std::uint64_t>(seed),
                                                 .surface = *surface,
                                                 .earlier = {},
+                                                .ids = ids,
+                                                .country = {},
                                                 .licence = {},
                                                 .accuracy = {},
                                                 .context = {.log = log, .num_threads = 0}});
@@ -520,6 +524,7 @@ TEST(Vegetation, RealCanopiesAreKept) {
   options.elevation[0].sea = "none";
   const auto surface = prepare(options);
   const core::Log log("tile", core::LogLevel::Off);
+  tiler::InstanceIds ids;
   const auto file = shared_data() / "bilbao/bilbao_CDSM.tif";
   const auto layer = layer_of(fmt::format("canopy = \"{}\"", file.string()))
                          .kind_options()
@@ -528,6 +533,8 @@ TEST(Vegetation, RealCanopiesAreKept) {
                                 .seed = 1,
                                 .surface = *surface,
                                 .earlier = {},
+                                .ids = ids,
+                                .country = {},
                                 .licence = {},
                                 .accuracy = {},
                                 .context = {.log = log, .num_threads = 0}});

@@ -4,9 +4,10 @@
 
 #include "core/hash.h"
 #include "core/parallel.h"
-#include "tiler/erosion.h"
-#include "tiler/gradient_noise.h"
 #include "tiler/elevation_registry.h"
+#include "tiler/erosion.h"
+#include "tiler/flow_routing.h"
+#include "tiler/gradient_noise.h"
 
 // Seeded land: where it rises and where the sea lies is drawn from noise, the rest is done by
 // rivers and slides on one grid over the whole square (coarse first, then refined twice), before
@@ -29,8 +30,11 @@ double smooth_step(double lowest, double highest, double value) {
 /// Where the land rises, in units of half the square's side.
 class LandPlan {
  public:
-  LandPlan(std::uint64_t seed, bool has_coast)
-      : has_coast_(has_coast),
+  LandPlan(std::uint64_t seed, const ElevationOptions& entry)
+      : has_coast_(entry.has_coast),
+        has_islands_(entry.landform == "islands"),
+        is_plain_(entry.landform == "plains"),
+        has_valleys_(entry.landform == "valleys"),
         coast_(seed, 1),
         warp_x_(seed, 2),
         warp_y_(seed, 3),
@@ -43,6 +47,13 @@ class LandPlan {
 
   /// Distance inland from the coast, negative at sea.
   double inland(const Eigen::Vector2d& p) const {
+    if (has_islands_) {
+      // One large island off the middle, small ones scattered round it, open sea at the rim.
+      const double scattered = fractal_noise(coast_, 1.9 * p.x(), 1.9 * p.y(), 6, 0.52);
+      const double from_middle = (p + 0.22 * inland_).norm();
+      const double rim = smooth_step(0.78, 1.02, p.cwiseAbs().maxCoeff());
+      return 0.62 * scattered + 0.33 - 0.5 * from_middle - 0.5 * rim;
+    }
     const double wiggle = 0.42 * fractal_noise(coast_, 0.9 * p.x(), 0.9 * p.y(), 6, 0.52);
     const double from_coast = p.dot(inland_) + 0.62 + wiggle;
     return has_coast_ ? from_coast : std::max(from_coast, 0.0) + 0.1;
@@ -57,6 +68,14 @@ class LandPlan {
         p + 0.35 * Eigen::Vector2d(fractal_noise(warp_x_, 1.3 * p.x(), 1.3 * p.y(), 3),
                                    fractal_noise(warp_y_, 1.3 * p.x(), 1.3 * p.y(), 3));
     const double hills = fractal_noise(massif_, 1.7 * bent.x(), 1.7 * bent.y(), 4, 0.55);
+    if (is_plain_) return 0.1 + 0.5 * smooth_step(-0.1, 0.6, hills);
+    if (has_valleys_) {
+      // Broad valleys between massifs.
+      const double ridge = smooth_step(-0.28, 0.42, hills);
+      return 0.02 + ridge * (0.75 + 0.4 * hills);
+    }
+    if (has_islands_)
+      return 0.02 + smooth_step(0.06, 0.42, inland_distance + 0.25 * hills) * (0.5 + 0.55 * hills);
     const double range = smooth_step(0.35, 1.25, inland_distance + 0.55 * hills);
     const double foothills =
         0.16 * smooth_step(-0.05, 0.45, hills) * smooth_step(0.02, 0.25, inland_distance);
@@ -80,6 +99,7 @@ class LandPlan {
 
  private:
   bool has_coast_;
+  bool has_islands_, is_plain_, has_valleys_;
   GradientNoise coast_, warp_x_, warp_y_, massif_, rock_, rough_;
   Eigen::Vector2d inland_;
 };
@@ -98,6 +118,8 @@ class ProceduralField : public HeightField {
                                            options.size_m, entry.relief_m, entry.sea_level_m,
                                            datum_.name));
     if (!entry.has_coast) hash_ = core::content_hash(hash_ + " no coast");
+    if (entry.landform != "coast" || entry.lakes != 0)
+      hash_ = core::content_hash(fmt::format("{} {} {}", hash_, entry.landform, entry.lakes));
     raise_land(options, entry);
     const auto [lowest, highest] =
         std::minmax_element(heights_m_.values.begin(), heights_m_.values.end());
@@ -148,7 +170,7 @@ class ProceduralField : public HeightField {
  private:
   void raise_land(const WorldOptions& options, const ElevationOptions& entry) {
     const double relief_m = entry.relief_m;
-    const LandPlan plan(static_cast<std::uint64_t>(options.seed), entry.has_coast);
+    const LandPlan plan(static_cast<std::uint64_t>(options.seed), entry);
     const double half_size_m = options.size_m / 2.0;
     double spacing_m = 2.0 * spacing_m_ * (1 << kNumRefinements);
     const int half_cells = static_cast<int>(std::ceil(half_size_m / spacing_m)) + kMarginCells;
@@ -172,6 +194,68 @@ class ProceduralField : public HeightField {
     }
     scale_to_relief(land, relief_m);
     heights_m_ = bent(land.heights_m, static_cast<std::uint64_t>(options.seed));
+    if (entry.lakes > 0)
+      dig_lakes(static_cast<int>(entry.lakes), static_cast<std::uint64_t>(options.seed));
+  }
+
+  /// Hollows as glaciers leave them: where much land drains through a valley, one broad enough.
+  void dig_lakes(int num_lakes, std::uint64_t seed) {
+    constexpr int kStride = 4;
+    const int side = (heights_m_.width - 1) / kStride + 1;
+    Grid<float> coarse(side, side);
+    std::vector<std::uint8_t> is_outlet(coarse.values.size(), 0);
+    for (int j = 0; j < side; ++j)
+      for (int i = 0; i < side; ++i) {
+        coarse(i, j) = heights_m_.clamped(i * kStride, j * kStride);
+        const bool is_rim = i == 0 || j == 0 || i + 1 == side || j + 1 == side;
+        is_outlet[coarse.index(i, j)] =
+            is_rim || static_cast<double>(coarse(i, j)) <= sea_height_m_ ? 1 : 0;
+      }
+    const FlowRouting flow = route_flow(coarse, is_outlet);
+    const double step_m = kStride * spacing_m_;
+    struct Place {
+      std::uint64_t draw;
+      int i, j;
+    };
+    std::vector<Place> places;
+    for (int j = 10; j + 10 < side; ++j)
+      for (int i = 10; i + 10 < side; ++i) {
+        const double catchment_km2 =
+            static_cast<double>(flow.area[coarse.index(i, j)]) * step_m * step_m * 1e-6;
+        if (catchment_km2 > 12.0 && catchment_km2 < 260.0 &&
+            static_cast<double>(coarse(i, j)) > sea_height_m_ + 12.0)
+          places.push_back({core::random_bits(seed, 30, coarse.index(i, j)), i, j});
+      }
+    std::sort(places.begin(), places.end(),
+              [](const Place& a, const Place& b) { return a.draw < b.draw; });
+    const GradientNoise shore(seed, 31);
+    std::vector<Eigen::Vector2d> dug;
+    for (const Place& place : places) {
+      if (static_cast<int>(dug.size()) >= num_lakes) break;
+      const Eigen::Vector2d center = kStride * Eigen::Vector2d(place.i, place.j);
+      const double reach = core::random_between(900.0, 2100.0, seed, 32, place.draw) / spacing_m_;
+      const bool is_apart = std::none_of(dug.begin(), dug.end(), [&](const auto& other) {
+        return (other - center).norm() < 5000.0 / spacing_m_;
+      });
+      if (!is_apart) continue;
+      dug.push_back(center);
+      const double level_m = static_cast<double>(coarse(place.i, place.j)) + 3.0;
+      const int far = static_cast<int>(reach);
+      for (int dj = -far; dj <= far; ++dj)
+        for (int di = -far; di <= far; ++di) {
+          const int i = kStride * place.i + di, j = kStride * place.j + dj;
+          if (!heights_m_.contains(i, j)) continue;
+          const double away = std::sqrt(static_cast<double>(di * di + dj * dj)) / reach +
+                              0.35 * fractal_noise(shore, 5.0 * i / reach, 5.0 * j / reach, 3);
+          const double within = smooth_step(0.0, 0.7, 1.0 - away);
+          float& height_m = heights_m_(i, j);
+          // Valley sides stay: only what is not much higher than the lake is dug.
+          const double above_m = static_cast<double>(height_m) - level_m;
+          const double share = within * (1.0 - smooth_step(10.0, 60.0, above_m));
+          height_m = static_cast<float>(static_cast<double>(height_m) -
+                                        share * std::max(above_m + 22.0 * within, 0.0));
+        }
+    }
   }
 
   /// Twice the samples, each taken from a place a little aside: rivers that follow the eight

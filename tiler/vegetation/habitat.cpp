@@ -119,6 +119,7 @@ Growth Habitat::growth(const Ground& ground, const Eigen::Vector2d& place_world)
     case Cover::Sea:
     case Cover::Lake:
     case Cover::River:
+    case Cover::Seabed:
     case Cover::Outside:
       return Growth{};
   }

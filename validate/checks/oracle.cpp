@@ -36,8 +36,8 @@ constexpr double kBorder_px = 1e-4;
 constexpr double kWeightTie = 1e-6;
 constexpr double kDisparityStep_px = 1.0 / 256.0;
 constexpr double kMostSilhouettes = 1e-3;
-/// Ten silhouettes through each pixel, met by a shift of 0.001 px in four directions.
-constexpr double kMostSilhouettesOfObjects = 0.04;
+/// Fifteen silhouettes through each pixel, met by a shift of 0.001 px in four directions.
+constexpr double kMostSilhouettesOfObjects = 0.06;
 
 const char* name_of(Ground ground) {
   switch (ground) {
@@ -561,7 +561,7 @@ class OracleChecker : public Checker {
     result.reason =
         "Silhouettes of ground lie pixels apart: 0.1 %; where there are objects, leaves that cross "
         "a "
-        "pixel ten times: 4 %. And four standard errors of as many pixels.";
+        "pixel fifteen times: 6 %. And four standard errors of as many pixels.";
     result.detects = "silhouettes so dense that the comparison leaves out what it should compare";
     return result;
   }

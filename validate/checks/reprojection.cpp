@@ -24,6 +24,7 @@ constexpr double kAgreementBound = 2e-3;
 struct PairSummary {
   std::vector<float> sizes;  ///< |r| where nothing hides the point and the depth is smooth
   std::int64_t num_compared = 0;
+  std::int64_t num_surface = 0;  ///< of these, where the point's own image resolves a surface
   std::int64_t num_seen_through = 0;
   Evidence::Part part;
   /// Which shift of the poses, in frames, brings the depths together best: -1, 0, 1; 0 also where
@@ -106,7 +107,11 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
     ++summary.num_compared;
     // Farther than predicted in all 16 pixels around: an opaque surface cannot be seen through.
     constexpr double kClear = 0.01;
-    if (seen->nearest_m > point_b.z() * (1.0 + kClear)) ++summary.num_seen_through;
+    // A leaf or a wire is thinner than the gaps between their centres.
+    if (is_resolved(pair.a.image->depth, at.x(), at.y())) {
+      ++summary.num_surface;
+      if (seen->nearest_m > point_b.z() * (1.0 + kClear)) ++summary.num_seen_through;
+    }
     const double r = seen->inverse_depth.value * point_b.z() - 1.0;
     // Nearer in all 16: something hides the point. A mistake of this size shows on the other side
     // too.
@@ -114,8 +119,9 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
     if (seen->nearest_m > point_b.z() * (1.0 + kClear)) continue;
     // Seen from afar or at a grazing angle one pixel spans what near pixels resolve: there the
     // cubic errs by the roughness itself, and a difference says nothing of poses and depth.
-    if (seen->roughness < 0.5 * kAgreementBound)
-      summary.sizes.push_back(static_cast<float>(std::abs(r)));
+    // Where leaves are finer than pixels, gaps that show what is behind outweigh it one-sidedly.
+    if (seen->roughness >= kResolvedRoughness) continue;
+    summary.sizes.push_back(static_cast<float>(std::abs(r)));
     Residual residual;
     residual.value = r;
     const Eigen::RowVector2d by_pixel = point_b.z() * seen->inverse_depth.gradient.transpose();
@@ -193,21 +199,25 @@ class ReprojectionChecker : public Checker {
 
     CheckResult through;
     through.name = "reprojection_see_through";
-    through.value = static_cast<double>(num_seen_through_) / static_cast<double>(num_compared_);
+    through.value = static_cast<double>(num_seen_through_) /
+                    static_cast<double>(std::max<std::int64_t>(num_surface_, 1));
     through.bound = 1e-3;
     through.unit = "share";
     through.ok = through.value <= through.bound;
     through.worst = fmt::format("{}: {:.2g}", worst_through_pair_, worst_through_);
     through.summary = fmt::format(
         "Share of {} points that the other image sees through: all 16 pixels around are over 1 % "
-        "farther than the point.",
-        num_compared_);
+        "farther than the point. {} more lie on what their own image does not resolve: leaves and "
+        "wires that are finer than its pixels.",
+        num_surface_, num_compared_ - num_surface_);
     through.reason =
         "Ground is opaque. Only ridges thinner than a pixel can slip between the centres of 16 "
         "pixels.";
     through.detects =
         "ground that one frame shows 2 % nearer (levels of detail, moving ground), gross errors "
         "of pose";
+    if (num_surface_ == 0)
+      through = unseen_result(through.name, "no image resolves a surface that another one sees");
     results.push_back(std::move(through));
 
     const Evidence::Bounds bounds{.principal_px = 0.05,
@@ -256,11 +266,12 @@ class ReprojectionChecker : public Checker {
       ++num_tried_;
       if (summary.best_shift != 0) ++num_shifted_[summary.best_shift < 0 ? 0 : 1];
     }
+    num_surface_ += summary.num_surface;
     constexpr std::int64_t kEnough = 200;
     if (summary.num_compared < kEnough) return;
     const std::string name = fmt::format("{} in {}", place_of(pair.a), place_of(pair.b));
-    const double share =
-        static_cast<double>(summary.num_seen_through) / static_cast<double>(summary.num_compared);
+    const double share = static_cast<double>(summary.num_seen_through) /
+                         static_cast<double>(std::max<std::int64_t>(summary.num_surface, 1));
     if (share > worst_through_ || worst_through_pair_.empty()) {
       worst_through_ = share;
       worst_through_pair_ = name;
@@ -302,6 +313,7 @@ class ReprojectionChecker : public Checker {
   ValidateOptions options_;
   Evidence evidence_;
   std::int64_t num_compared_ = 0;
+  std::int64_t num_surface_ = 0;
   std::int64_t num_seen_through_ = 0;
   std::int64_t num_tried_ = 0;
   std::array<std::int64_t, 2> num_shifted_{};  ///< pairs that agree by the poses before, and after

@@ -1,0 +1,133 @@
+#include "render/hit_shader.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/noise.h"
+#include "render/object_shading.h"
+
+namespace terracast::render {
+namespace {
+
+// How much wider a sample on slanted ground counts than across the view: between 0 (aliases) and 1
+// (blurs along it).
+constexpr float kSlantExponent = 0.6f;
+
+// Streams of noise on objects.
+constexpr std::uint32_t kObjectCoarse = 211;
+constexpr std::uint32_t kObjectFine = 223;
+
+double footprint_m(const LitHits& hits, std::size_t i) {
+  const auto facing = static_cast<float>(
+      std::max(-hits.rays[i].direction_world.dot(hits.hits[i].normal_world()), 0.01));
+  return hits.hits[i].t * hits.sample_angle_rad *
+         static_cast<double>(std::pow(facing, -kSlantExponent));
+}
+
+Eigen::Vector3d point_of(const LitHits& hits, std::size_t i) {
+  return hits.rays[i].origin_world + hits.hits[i].t * hits.rays[i].direction_world;
+}
+
+}  // namespace
+
+void HitShader::shade(const LitHits& hits, Scratch& s, std::span<Color> radiance) const {
+  s.ground.clear();
+  s.objects.clear();
+  for (std::size_t i = 0; i < hits.rays.size(); ++i) {
+    if (hits.hits[i].is_sky())
+      radiance[i] = shade_sky(sky_, hits.rays[i].direction_world);
+    else
+      (hits.hits[i].is_ground() ? s.ground : s.objects).push_back(i);
+  }
+  if (hits.rays.empty()) return;
+  s.view.camera_height_m = static_cast<float>(approximate_height_m(hits.rays[0].origin_world) -
+                                              ground_.climate().sea_level_m);
+  const std::span<const std::size_t> ground(s.ground);
+  for (std::size_t first = 0; first < ground.size(); first += kLanes)
+    shade_ground_lanes(hits,
+                       ground.subspan(first, std::min<std::size_t>(kLanes, ground.size() - first)),
+                       s, radiance);
+  s.imagery.let_go();
+  if (!s.objects.empty()) shade_objects(hits, s, radiance);
+}
+
+void HitShader::shade_ground_lanes(const LitHits& hits, std::span<const std::size_t> lanes,
+                                   Scratch& s, std::span<Color> radiance) const {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const std::size_t i = lanes[std::min(static_cast<std::size_t>(lane), lanes.size() - 1)];
+    s.ground_places.set(lane, point_of(hits, i), hits.hits[i].normal_world(), hits.surfaces[i],
+                        footprint_m(hits, i));
+    for (std::size_t k = 0; k < 3; ++k)
+      s.view.direction[k][lane] =
+          static_cast<float>(hits.rays[i].direction_world[static_cast<int>(k)]);
+    s.view.distance_m[lane] = static_cast<float>(hits.hits[i].t);
+    s.view.sun_share[lane] = hits.sun_share[i];
+    s.view.sky_share[lane] = hits.sky_share[i] < 0.0f ? 1.0f : hits.sky_share[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int at = static_cast<int>(k);
+      s.view.below[k][lane] = hits.below.empty() ? -1.0f : hits.below[i][at];
+      s.view.mirrored[k][lane] = hits.mirrored.empty() ? -1.0f : hits.mirrored[i][at];
+    }
+  }
+  ground_.set(s.ground_places, s.packet);
+  ground_.look(s.packet, s.look);
+  imagery_.drape(s.ground_places, s.packet, ground_.climate().seed, s.imagery, s.look);
+  shade_ground(s.packet, s.look, s.view, sky_, s.shaded);
+  for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
+    const int at = static_cast<int>(lane);
+    radiance[lanes[lane]] = Color(s.shaded[0][at], s.shaded[1][at], s.shaded[2][at]);
+  }
+}
+
+void HitShader::shade_objects(const LitHits& hits, Scratch& s, std::span<Color> radiance) const {
+  const Eigen::Vector3f up = sky_.daylight().up_world.cast<float>();
+  const Eigen::Vector3f sun = sky_.daylight().sun_direction_world.cast<float>();
+  const std::uint32_t seed = ground_.climate().seed;
+  s.places.clear();
+  s.noisy.clear();
+  for (const std::size_t i : s.objects) {
+    if (needs_noise(hits.surfaces[i].finish.material)) s.noisy.push_back(s.places.size());
+    s.places.push_back(object_place(hits.hits[i], hits.surfaces[i], up,
+                                    static_cast<float>(footprint_m(hits, i)), seed));
+    if (hits.surfaces[i].finish.material == world::Material::Textured) {
+      ObjectPlace& place = s.places.back();
+      const Color albedo = textured_albedo(textures_, place.finish, hits.surfaces[i].uv,
+                                           place.footprint_m * hits.surfaces[i].uv_per_m);
+      place.color = {albedo[0], albedo[1], albedo[2]};
+    }
+  }
+  for (std::size_t first = 0; first < s.noisy.size(); first += kLanes) {
+    Lanes3d points;
+    Lanes<double> footprints_m;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::size_t at = s.noisy[std::min(first + lane, s.noisy.size() - 1)];
+      const Eigen::Vector3d point = point_of(hits, s.objects[at]);
+      for (std::size_t k = 0; k < 3; ++k)
+        points[k][static_cast<int>(lane)] = point[static_cast<int>(k)];
+      footprints_m[static_cast<int>(lane)] = static_cast<double>(s.places[at].footprint_m);
+    }
+    NoisePlaces places;
+    places.set(points, footprints_m);
+    const NoiseSum coarse = sum_noise(places, 3, 0, seed + kObjectCoarse);
+    const NoiseSum fine = sum_noise(places, -1, -4, seed + kObjectFine);
+    for (std::size_t lane = 0; lane < kLanes && first + lane < s.noisy.size(); ++lane) {
+      s.places[s.noisy[first + lane]].coarse = coarse.value[static_cast<int>(lane)];
+      s.places[s.noisy[first + lane]].fine = fine.value[static_cast<int>(lane)];
+    }
+  }
+  for (std::size_t at = 0; at < s.objects.size(); ++at) {
+    const std::size_t i = s.objects[at];
+    const Eigen::Vector3f direction = hits.rays[i].direction_world.cast<float>();
+    const Color leaving = object_radiance(
+        look_at_object(s.places[at]),
+        {.to_camera = -direction, .sun_share = hits.sun_share[i], .sky_share = hits.sky_share[i]},
+        sky_);
+    const auto height_m =
+        static_cast<float>(approximate_height_m(point_of(hits, i)) - ground_.climate().sea_level_m);
+    const AirPath air = sky_.air(static_cast<float>(hits.hits[i].t), s.view.camera_height_m,
+                                 height_m, direction.dot(sun));
+    radiance[i] = leaving * air.transmittance + air.inscatter;
+  }
+}
+
+}  // namespace terracast::render

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "render/ground_imagery.h"
+#include "render/material.h"
+#include "render/object_look.h"
+#include "render/shading.h"
+#include "render/sky.h"
+#include "render/texture_library.h"
+#include "world/ray_query.h"
+
+namespace terracast::render {
+
+/// Rays of one camera's image, what they met, and the light there. All spans are as long as rays.
+struct LitHits {
+  std::span<const world::WorldRay> rays;  ///< unit directions, from the camera
+  std::span<const world::SurfaceHit> hits;
+  std::span<const world::SurfaceSample> surfaces;
+  std::span<const float> sun_share;  ///< of the sun's disc that is seen from the hit, 0 … 1
+  /// Of the light of the surroundings what comes past objects near the hit, 0 … 1; below 0: nobody has
+  /// looked.
+  std::span<const float> sky_share;
+  double sample_angle_rad;  ///< across a sample
+  /// Of rays that met water (render/water_light.h): what comes up from below, and what is mirrored. Red
+  /// below 0, or empty: nobody has looked.
+  std::span<const Color> below = {};
+  std::span<const Color> mirrored = {};
+};
+
+/// Radiance that rays bring to the camera: from the sky, from the ground in packets, from objects one by
+/// one, all through the air. What a ray brings depends on no other. Threads: safe.
+class HitShader {
+ public:
+  /// Buffers, used again.
+  struct Scratch {
+    std::vector<std::size_t> ground;
+    std::vector<std::size_t> objects;
+    std::vector<std::size_t> noisy;  ///< objects that are drawn with noise
+    std::vector<ObjectPlace> places;
+    GroundPlaces ground_places;
+    GroundPacket packet;
+    GroundLook look;
+    ViewPacket view;
+    Lanes3f shaded;
+    GroundImagery::Reader imagery;
+  };
+
+  /// All must outlive the shader.
+  HitShader(const Ground& ground, const GroundImagery& imagery, const TextureLibrary& textures,
+            const Sky& sky)
+      : ground_(ground), imagery_(imagery), textures_(textures), sky_(sky) {}
+
+  /// radiance   as many as rays
+  void shade(const LitHits& hits, Scratch& scratch, std::span<Color> radiance) const;
+
+ private:
+  void shade_ground_lanes(const LitHits& hits, std::span<const std::size_t> lanes, Scratch& scratch,
+                          std::span<Color> radiance) const;
+  void shade_objects(const LitHits& hits, Scratch& scratch, std::span<Color> radiance) const;
+
+  const Ground& ground_;
+  const GroundImagery& imagery_;
+  const TextureLibrary& textures_;
+  const Sky& sky_;
+};
+
+}  // namespace terracast::render

@@ -1,0 +1,421 @@
+#include "render/water_light.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "core/random.h"
+#include "render/blend.h"
+#include "render/water.h"
+
+namespace terracast::render {
+namespace {
+
+using Eigen::Vector3d;
+using world::Cover;
+
+constexpr float kPi = 3.14159265f;
+
+// Channels of linear sRGB taken as 610, 550 and 465 nm.
+const Color kPureAbsorption_per_m(0.264f, 0.0565f, 0.0101f);  // Pope and Fry 1997, table 3
+/// Half of what pure sea water scatters (Morel 1974), by lambda^-4.3.
+const Color kPureBackscatter_per_m(0.00060f, 0.00095f, 0.0020f);
+/// Yellow substance, 1 at 550 nm: exp(-0.014 (lambda - 550)) (Bricaud et al. 1981).
+const Color kYellow(0.43f, 1.0f, 3.29f);
+
+/// Light that has gone farther through water does not tell of what lies there.
+constexpr double kFarthestBottom_m = 160.0;
+/// What is mirrored is looked for so far, from so near, and where the surface reflects so much.
+constexpr double kFarthestMirrored_m = 4000.0;
+constexpr double kMirrorDistance_m = 5000.0;
+constexpr float kLeastReflectance = 0.024f;
+/// Slopes of the waves that bend rays: root mean square, sea and inland.
+constexpr double kSeaSlope = 0.05;
+constexpr double kLakeSlope = 0.015;
+/// Water thinner than this is foam where waves run up.
+constexpr float kSurfDepth_m = 0.5f;
+/// Radiance of water beside and above, per irradiance, where it only scatters.
+constexpr float kSideGlow = 0.07f;
+constexpr float kUpGlow = 0.22f;
+/// Lines of gathered light on the bed.
+constexpr float kCausticWidth = 0.35f;
+constexpr float kCausticDepth_m = 8.0f;
+/// Mirrored rays start this far above the surface.
+constexpr double kLift_m = 2e-3;
+constexpr double kLiftPerSpacing = 5e-4;
+
+std::uint64_t bits_of(const Vector3d& point) {
+  return core::random_bits(std::bit_cast<std::uint64_t>(point.x()),
+                           std::bit_cast<std::uint64_t>(point.y()), 0x776176);
+}
+
+/// About normally distributed, of variance 1: a sum of four uniform numbers.
+double drawn_slope(std::uint64_t bits, std::uint64_t stream) {
+  double sum = -2.0;
+  for (std::uint64_t k = 0; k < 4; ++k) sum += core::random_unit(bits, stream, k);
+  return sum * 1.7320508;
+}
+
+}  // namespace
+
+Color WaterOptics::deep_reflectance() const {
+  const Color u = backscatter_per_m / (absorption_per_m + backscatter_per_m);
+  return (0.084f + 0.170f * u) * u;
+}
+
+WaterOptics optics_of(Cover cover, double visibility_m) {
+  double yellow_share = 0.05;
+  double visible_m = visibility_m;
+  double backscatter_share = 0.015;
+  if (cover == Cover::Lake) {
+    visible_m = std::min(0.4 * visibility_m, 10.0);
+    yellow_share = 0.12;
+  } else if (cover == Cover::River) {
+    visible_m = std::min(0.2 * visibility_m, 4.0);
+    yellow_share = 0.14;
+    backscatter_share = 0.022;
+  }
+  const auto added_per_m = static_cast<float>(
+      std::max(3.912 / visible_m - static_cast<double>(kPureAbsorption_per_m[1]), 0.004));
+  const auto yellow = static_cast<float>(yellow_share);
+  WaterOptics optics;
+  optics.absorption_per_m = kPureAbsorption_per_m + added_per_m * yellow * kYellow;
+  // Particles scatter a little more of the blue.
+  const Color particles = added_per_m * (1.0f - yellow) * Color(0.93f, 1.0f, 1.12f);
+  optics.scatter_per_m = particles + 2.0f * kPureBackscatter_per_m;
+  optics.backscatter_per_m =
+      static_cast<float>(backscatter_share) * particles + kPureBackscatter_per_m;
+  return optics;
+}
+
+bool refract(const Vector3d& direction, const Vector3d& normal, double eta, Vector3d& refracted) {
+  const double cos_in = -direction.dot(normal);
+  const double cos2_out = 1.0 - eta * eta * (1.0 - cos_in * cos_in);
+  if (cos2_out < 0.0) return false;
+  refracted = eta * direction + (eta * cos_in - std::sqrt(cos2_out)) * normal;
+  return true;
+}
+
+float fresnel_reflectance(float cos_incidence, float eta) {
+  const float sin2_out = eta * eta * (1.0f - cos_incidence * cos_incidence);
+  if (sin2_out >= 1.0f) return 1.0f;
+  const float cos_out = std::sqrt(1.0f - sin2_out);
+  const float across = (eta * cos_incidence - cos_out) / (eta * cos_incidence + cos_out);
+  const float along = (cos_incidence - eta * cos_out) / (cos_incidence + eta * cos_out);
+  return 0.5f * (across * across + along * along);
+}
+
+WaterLight::WaterLight(const world::RayQuery& whole, const world::RayQuery& bed,
+                       const Ground& ground, const Sky& sky, const HitShader& shader,
+                       double visibility_m)
+    : whole_(whole),
+      bed_(bed),
+      ground_(ground),
+      sky_(sky),
+      shader_(shader),
+      sea_(optics_of(Cover::Sea, visibility_m)),
+      lake_(optics_of(Cover::Lake, visibility_m)),
+      river_(optics_of(Cover::River, visibility_m)) {}
+
+void WaterLight::look(const LitHits& hits, Scratch& s, std::span<Color> below,
+                      std::span<Color> mirrored, world::RayTrail* trail) const {
+  s.water.clear();
+  s.normals.clear();
+  for (std::size_t i = 0; i < hits.rays.size(); ++i) {
+    below[i] = mirrored[i] = Color(-1.0f, 0.0f, 0.0f);
+    const world::SurfaceHit& hit = hits.hits[i];
+    if (hit.is_sky() || !hit.is_ground() || !world::is_water(hits.surfaces[i].cover) ||
+        hits.surfaces[i].paint.is_painted)
+      continue;
+    const Vector3d& direction = hits.rays[i].direction_world;
+    const Vector3d flat = hit.normal_world();
+    const double slope = hits.surfaces[i].cover == Cover::Sea ? kSeaSlope : kLakeSlope;
+    const std::uint64_t bits = bits_of(hits.rays[i].origin_world + hit.t * direction);
+    Vector3d normal =
+        (flat + slope * Vector3d(drawn_slope(bits, 1), drawn_slope(bits, 2), 0.0)).normalized();
+    if (normal.dot(direction) > -0.01) normal = flat;
+    if (normal.dot(direction) > -1e-6) continue;
+    s.water.push_back(i);
+    s.normals.push_back(normal);
+  }
+  if (s.water.empty()) return;
+  look_down(hits, s, below, trail);
+  look_up(hits, s, mirrored, trail);
+}
+
+void WaterLight::look_down(const LitHits& hits, Scratch& s, std::span<Color> below,
+                           world::RayTrail* trail) const {
+  s.rays.clear();
+  for (std::size_t k = 0; k < s.water.size(); ++k) {
+    const std::size_t i = s.water[k];
+    world::WorldRay ray;
+    ray.origin_world = hits.rays[i].origin_world + hits.hits[i].t * hits.rays[i].direction_world;
+    refract(hits.rays[i].direction_world, s.normals[k], 1.0 / kWaterIndex, ray.direction_world);
+    ray.direction_world.normalize();
+    ray.t_max = kFarthestBottom_m;
+    s.rays.push_back(ray);
+  }
+  s.hits.resize(s.rays.size());
+  s.surfaces.resize(s.rays.size());
+  bed_.intersect(s.rays, s.hits, world::Coherence::Incoherent, s.surfaces, trail);
+  shade_bottom(hits, s, 0.0);
+
+  const Vector3d sun = sky_.daylight().sun_direction_world;
+  const Vector3d up = sky_.daylight().up_world;
+  const auto sun_height = static_cast<float>(std::max(sun.dot(up), 0.0));
+  const float sin_sun_water =
+      std::sqrt(1.0f - sun_height * sun_height) / static_cast<float>(kWaterIndex);
+  const float cos_sun_water = std::sqrt(1.0f - sin_sun_water * sin_sun_water);
+  const Color diffuse = 0.934f * sky_.ambient().irradiance(up.cast<float>());
+  for (std::size_t k = 0; k < s.water.size(); ++k) {
+    const std::size_t i = s.water[k];
+    const WaterOptics& water = optics(hits.surfaces[i].cover);
+    const Color irradiance = irradiance_below(hits.sun_share[i]);
+    const Color u = water.backscatter_per_m / water.fading_per_m();
+    Color leaving = water.deep_reflectance();
+    if (s.way_m[k] >= 0.0) {
+      const auto way = static_cast<float>(s.way_m[k]);
+      const float down = static_cast<float>(s.depth_m[k]) / cos_sun_water;
+      const Color up_column = 1.03f * (1.0f + 2.4f * u).sqrt() * way;
+      const Color up_bottom = 1.04f * (1.0f + 5.4f * u).sqrt() * way;
+      leaving = leaving * (1.0f - (-water.fading_per_m() * (down + up_column)).exp()) +
+                s.bottom[k] / kPi * (-water.fading_per_m() * (down + up_bottom)).exp();
+    }
+    const auto index2 = static_cast<float>(kWaterIndex * kWaterIndex);
+    below[i] = irradiance * leaving / index2;
+    if (s.foam[k] > 0.0f) {
+      const Color white =
+          0.75f / kPi * (sky_.sun_irradiance() * (sun_height * hits.sun_share[i]) + diffuse);
+      below[i] += s.foam[k] * (white - below[i]);
+    }
+    below[i] = below[i].max(0.0f);
+  }
+}
+
+const WaterOptics& WaterLight::optics(Cover cover) const {
+  return cover == Cover::Lake ? lake_ : (cover == Cover::River ? river_ : sea_);
+}
+
+/// Of a level plane just below the surface, by sun and sky.
+Color WaterLight::irradiance_below(float sun_share) const {
+  const auto height = static_cast<float>(
+      std::max(sky_.daylight().sun_direction_world.dot(sky_.daylight().up_world), 0.0));
+  const float in = 1.0f - fresnel_reflectance(height, 1.0f / static_cast<float>(kWaterIndex));
+  return 0.934f * sky_.ambient().irradiance(sky_.daylight().up_world.cast<float>()) +
+         sky_.sun_irradiance() * (in * height * sun_share);
+}
+
+/// Radiance of endless water in a direction, per irradiance that comes down at the eye: from below what
+/// scatters back, from the sides and above more, since water scatters forward.
+/// rise   sine of the direction's elevation
+Color WaterLight::glow(const WaterOptics& water, float rise) const {
+  const Color scattered = water.scatter_per_m / water.beam_per_m();
+  const Color down = water.deep_reflectance().max(1e-5f);
+  const Color side = (kSideGlow * scattered).max(1e-5f);
+  const Color up = kUpGlow * scattered;
+  if (rise >= 0.0f) return side + rise * rise * (up - side);
+  return side * (down / side).pow(-rise);
+}
+
+void WaterLight::look_in_water(const LitHits& hits, double depth_m, Scratch& s,
+                               std::span<Color> radiance, world::RayTrail* trail) const {
+  const Vector3d up = sky_.daylight().up_world;
+  const Color light = irradiance_below(1.0f);
+  // All that is met, with the places on the bed in packets.
+  s.rays.assign(hits.rays.begin(), hits.rays.end());
+  s.hits.assign(hits.hits.begin(), hits.hits.end());
+  s.surfaces.assign(hits.surfaces.begin(), hits.surfaces.end());
+  s.water.clear();
+  std::vector<std::size_t> through;
+  std::vector<Vector3d> normals(hits.rays.size(), Vector3d::Zero());
+  Cover cover = Cover::Sea;
+  for (std::size_t i = 0; i < hits.rays.size(); ++i) {
+    s.water.push_back(i);
+    const bool is_surface = !hits.hits[i].is_sky() && hits.hits[i].is_ground() &&
+                            world::is_water(hits.surfaces[i].cover);
+    if (!is_surface) continue;
+    cover = hits.surfaces[i].cover;
+    through.push_back(i);
+    s.hits[i].t = std::numeric_limits<double>::infinity();  // no bed
+    const double slope = cover == Cover::Sea ? kSeaSlope : kLakeSlope;
+    const std::uint64_t bits =
+        bits_of(hits.rays[i].origin_world + hits.hits[i].t * hits.rays[i].direction_world);
+    normals[i] = -(hits.hits[i].normal_world() +
+                   slope * Vector3d(drawn_slope(bits, 1), drawn_slope(bits, 2), 0.0))
+                      .normalized();
+  }
+  const WaterOptics& water = optics(cover);
+  shade_bottom(hits, s, depth_m);
+  const Color fading = water.fading_per_m() * 1.15f;  // light comes down aslant
+  std::vector<Color> at_end(hits.rays.size(), Color::Zero());
+  for (std::size_t i = 0; i < hits.rays.size(); ++i) {
+    if (s.way_m[i] < 0.0) continue;
+    const auto deep =
+        static_cast<float>(depth_m - hits.rays[i].direction_world.dot(up) * s.way_m[i]);
+    const auto facing = static_cast<float>(std::max(hits.hits[i].normal_world().dot(up), 0.0));
+    at_end[i] = s.bottom[i] / kPi * light * (0.25f + 0.75f * facing) *
+                (-fading * std::max(deep, 0.0f)).exp();
+  }
+  // Through the surface, and off it.
+  s.rays.clear();
+  s.of_water.clear();
+  for (const std::size_t i : through) {
+    const Vector3d& direction = hits.rays[i].direction_world;
+    Vector3d normal = normals[i];
+    if (-direction.dot(normal) < 1e-3) normal = -hits.hits[i].normal_world();
+    const auto cos_in = static_cast<float>(std::clamp(-direction.dot(normal), 0.0, 1.0));
+    const float reflected = fresnel_reflectance(cos_in, static_cast<float>(kWaterIndex));
+    const Vector3d away = direction - 2.0 * direction.dot(normal) * normal;
+    at_end[i] = reflected * light * glow(water, static_cast<float>(away.dot(up)));
+    Vector3d out;
+    if (reflected >= 1.0f || !refract(direction, normal, kWaterIndex, out)) continue;
+    s.rays.push_back({.origin_world = hits.rays[i].origin_world + hits.hits[i].t * direction +
+                                      (kLift_m + kLiftPerSpacing * hits.surfaces[i].spacing_m) *
+                                          hits.hits[i].normal_world(),
+                      .direction_world = out.normalized()});
+    s.of_water.push_back(i);
+  }
+  if (!s.rays.empty()) {
+    s.hits.resize(s.rays.size());
+    s.surfaces.resize(s.rays.size());
+    whole_.intersect(s.rays, s.hits, world::Coherence::Incoherent, s.surfaces, trail);
+    s.sun_share.assign(s.rays.size(), 1.0f);
+    s.sky_share.assign(s.rays.size(), -1.0f);
+    s.radiance.resize(s.rays.size());
+    shader_.shade({.rays = s.rays,
+                   .hits = s.hits,
+                   .surfaces = s.surfaces,
+                   .sun_share = s.sun_share,
+                   .sky_share = s.sky_share,
+                   .sample_angle_rad = 2.0 * hits.sample_angle_rad},
+                  s.shader, s.radiance);
+    for (std::size_t r = 0; r < s.rays.size(); ++r) {
+      const std::size_t i = s.of_water[r];
+      const auto cos_in = static_cast<float>(
+          std::clamp(std::abs(hits.rays[i].direction_world.dot(normals[i])), 0.0, 1.0));
+      // A cone of light is narrower in water: radiance grows by the square of the index.
+      const float passed = (1.0f - fresnel_reflectance(cos_in, static_cast<float>(kWaterIndex))) *
+                           static_cast<float>(kWaterIndex * kWaterIndex);
+      at_end[i] += passed * s.radiance[r].max(0.0f);
+    }
+  }
+  const Color here = light * (-fading * static_cast<float>(depth_m)).exp();
+  const Color beam = water.beam_per_m();
+  for (std::size_t i = 0; i < hits.rays.size(); ++i) {
+    const auto rise = static_cast<float>(hits.rays[i].direction_world.dot(up));
+    const auto way = static_cast<float>(std::min(hits.hits[i].t, 1e4));
+    radiance[i] = at_end[i] * (-beam * way).exp();
+    // Light along the way grows towards the surface.
+    const Color net = (beam - rise * fading).max(1e-4f);
+    radiance[i] +=
+        here * glow(water, rise) * beam / net.max(0.3f * beam) * (1.0f - (-net * way).exp());
+  }
+}
+
+/// start_depth_m   of the rays' starts below the surface
+void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_depth_m) const {
+  s.bottom.assign(s.rays.size(), Color::Zero());
+  s.way_m.assign(s.rays.size(), -1.0);
+  s.depth_m.assign(s.rays.size(), 0.0);
+  s.foam.assign(s.rays.size(), 0.0f);
+  const Vector3d up = sky_.daylight().up_world;
+  s.of_water.clear();
+  for (std::size_t k = 0; k < s.rays.size(); ++k) {
+    if (s.hits[k].is_sky()) continue;
+    s.way_m[k] = s.hits[k].t;
+    s.depth_m[k] = std::max(start_depth_m - s.hits[k].t * s.rays[k].direction_world.dot(up), 0.0);
+    if (s.hits[k].is_ground()) {
+      s.of_water.push_back(k);
+      continue;
+    }
+    const auto& color = s.surfaces[k].finish.color_srgb;
+    for (int c = 0; c < 3; ++c)
+      s.bottom[k][c] =
+          std::pow(static_cast<float>(color[static_cast<std::size_t>(c)]) / 255.0f, 2.2f);
+  }
+  for (std::size_t first = 0; first < s.of_water.size(); first += kLanes) {
+    const std::size_t count = std::min<std::size_t>(kLanes, s.of_water.size() - first);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::size_t k = s.of_water[first + std::min(lane, count - 1)];
+      const std::size_t i = s.water[k];
+      s.places.set(static_cast<int>(lane),
+                   s.rays[k].origin_world + s.hits[k].t * s.rays[k].direction_world,
+                   s.hits[k].normal_world(), s.surfaces[k],
+                   (std::min(hits.hits[i].t, 1e5) + (start_depth_m > 0.0 ? 0.0 : s.hits[k].t)) *
+                       hits.sample_angle_rad);
+    }
+    ground_.set(s.places, s.packet);
+    ground_.look(s.packet, s.look);
+    const NoiseSum runs = sum_noise(s.packet.places, 4, -1, ground_.climate().seed + 307);
+    const NoiseSum lines = sum_noise(s.packet.places, 0, -1, ground_.climate().seed + 311);
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      const std::size_t k = s.of_water[first + lane];
+      const int at = static_cast<int>(lane);
+      s.bottom[k] = Color(s.look.albedo[0][at], s.look.albedo[1][at], s.look.albedo[2][at]) *
+                    s.look.openness[at];
+      // Waves gather the sun's light in lines: on average 1.
+      const auto deep_m = static_cast<float>(s.depth_m[k]);
+      const float line = lines.value[at] / kCausticWidth;
+      const float caustic = 0.6f + 1.66f * std::exp(-line * line);
+      s.bottom[k] *= 1.0f + (caustic - 1.0f) * 0.7f * std::exp(-deep_m / kCausticDepth_m) *
+                                ramp(deep_m / 0.5f) * (1.0f - ramp(lines.left_out[at]));
+      if (hits.surfaces[s.water[k]].cover != Cover::Sea) continue;
+      const auto depth = static_cast<float>(s.depth_m[k]) / kSurfDepth_m;
+      s.foam[k] = 0.85f * step_up(0.55f + 0.75f * runs.value[at] - 1.3f * depth, 0.45f);
+    }
+  }
+}
+
+void WaterLight::look_up(const LitHits& hits, Scratch& s, std::span<Color> mirrored,
+                         world::RayTrail* trail) const {
+  s.rays.clear();
+  s.of_water.clear();
+  for (std::size_t k = 0; k < s.water.size(); ++k) {
+    const std::size_t i = s.water[k];
+    const Vector3d& direction = hits.rays[i].direction_world;
+    const Vector3d flat = hits.hits[i].normal_world();
+    if (hits.hits[i].t > kMirrorDistance_m ||
+        water_reflectance(static_cast<float>(-direction.dot(flat))) < kLeastReflectance)
+      continue;
+    Vector3d away = direction - 2.0 * direction.dot(s.normals[k]) * s.normals[k];
+    const double rise = away.dot(flat);
+    if (rise < 0.01) away += (0.01 - rise) * flat;
+    s.rays.push_back(
+        {.origin_world = hits.rays[i].origin_world + hits.hits[i].t * direction +
+                         (kLift_m + kLiftPerSpacing * hits.surfaces[i].spacing_m) * flat,
+         .direction_world = away.normalized(),
+         .t_max = kFarthestMirrored_m});
+    s.of_water.push_back(k);
+  }
+  if (s.rays.empty()) return;
+  s.hits.resize(s.rays.size());
+  s.surfaces.resize(s.rays.size());
+  whole_.intersect(s.rays, s.hits, world::Coherence::Incoherent, s.surfaces, trail);
+  // What is sky is taken as the waves have it.
+  std::size_t num_met = 0;
+  for (std::size_t r = 0; r < s.rays.size(); ++r) {
+    if (s.hits[r].is_sky()) continue;
+    s.rays[num_met] = s.rays[r];
+    s.hits[num_met] = s.hits[r];
+    s.surfaces[num_met] = s.surfaces[r];
+    s.of_water[num_met++] = s.of_water[r];
+  }
+  if (num_met == 0) return;
+  s.sun_share.assign(num_met, 1.0f);
+  s.sky_share.assign(num_met, -1.0f);
+  s.radiance.resize(num_met);
+  shader_.shade({.rays = std::span(s.rays).first(num_met),
+                 .hits = std::span(s.hits).first(num_met),
+                 .surfaces = std::span(s.surfaces).first(num_met),
+                 .sun_share = s.sun_share,
+                 .sky_share = s.sky_share,
+                 .sample_angle_rad = 4.0 * hits.sample_angle_rad,
+                 .below = {},
+                 .mirrored = {}},
+                s.shader, s.radiance);
+  for (std::size_t r = 0; r < num_met; ++r)
+    mirrored[s.water[s.of_water[r]]] = s.radiance[r].max(0.0f);
+}
+
+}  // namespace terracast::render

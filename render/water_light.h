@@ -1,0 +1,109 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "render/hit_shader.h"
+#include "render/material.h"
+#include "render/sky.h"
+#include "world/ray_query.h"
+
+namespace terracast::render {
+
+/// Refractive index of water for visible light.
+inline constexpr double kWaterIndex = 1.333;
+
+/// What water does to light, a channel each of linear sRGB.
+struct WaterOptics {
+  Color absorption_per_m;
+  Color backscatter_per_m;
+  Color scatter_per_m;
+
+  /// Radiance of water without a bottom, looked into from above, per irradiance that goes down in it, and
+  /// how fast light fades on the ways down and up (Lee et al. 1998).
+  Color deep_reflectance() const;  ///< 1/sr
+  Color fading_per_m() const { return absorption_per_m + backscatter_per_m; }
+  Color beam_per_m() const { return absorption_per_m + scatter_per_m; }
+};
+
+/// Pure water (absorption: Pope and Fry 1997; backscattering: Morel 1974) with particles and yellow
+/// substance (Bricaud, Morel and Prieur 1981), as much of them as gives this visibility under water: the
+/// distance at which contrast falls to 2 % at 550 nm.
+/// cover   lakes hold more yellow substance than the sea, rivers more particles than lakes
+WaterOptics optics_of(world::Cover cover, double visibility_m);
+
+/// The direction in which a ray goes on below (or above) a surface, and none beyond the critical angle.
+/// direction, normal   unit; the normal on the side from which the ray comes
+/// eta                 index where it comes from over that where it goes
+/// returns             whether there is one
+bool refract(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal, double eta,
+             Eigen::Vector3d& refracted);
+
+/// Share of unpolarised light that a smooth surface of water reflects (Fresnel), from either side.
+/// eta   as refract()
+float fresnel_reflectance(float cos_incidence, float eta);
+
+/// What is seen in water and mirrored by it. Threads: safe.
+class WaterLight {
+ public:
+  /// Buffers, used again.
+  struct Scratch {
+    std::vector<std::size_t> water;  ///< rays that met water
+    std::vector<Eigen::Vector3d> normals;
+    std::vector<world::WorldRay> rays;
+    std::vector<world::SurfaceHit> hits;
+    std::vector<world::SurfaceSample> surfaces;
+    std::vector<std::size_t> of_water;  ///< of `water` that a ray belongs to
+    std::vector<float> sun_share;
+    std::vector<float> sky_share;
+    std::vector<Color> radiance;
+    std::vector<Color> bottom;  ///< of `water`: albedo
+    std::vector<double> way_m;  ///< of `water`: along the ray to the bottom; below 0: none
+    std::vector<double> depth_m;
+    std::vector<float> foam;
+    GroundPlaces places;
+    GroundPacket packet;
+    GroundLook look;
+    HitShader::Scratch shader;
+  };
+
+  /// All must outlive it. bed   the world without water
+  WaterLight(const world::RayQuery& whole, const world::RayQuery& bed, const Ground& ground,
+             const Sky& sky, const HitShader& shader, double visibility_m);
+
+  /// Of rays that met water: the radiance that comes up to the surface from below, as it is above it but
+  /// for the share that is reflected, and what the surface mirrors where that is not the sky. Red of
+  /// other rays, and where the sky is mirrored, is below 0.
+  /// below, mirrored   as many as rays
+  void look(const LitHits& hits, Scratch& scratch, std::span<Color> below,
+            std::span<Color> mirrored, world::RayTrail* trail) const;
+
+  /// What rays of a camera in water bring to it: from the bed and from solids, through the surface within
+  /// Snell's window, off the surface beyond it, and from the water on the way.
+  /// hits       of the world without water, for viewers in water
+  /// depth_m    of the camera below the surface
+  void look_in_water(const LitHits& hits, double depth_m, Scratch& scratch,
+                     std::span<Color> radiance, world::RayTrail* trail) const;
+
+ private:
+  const WaterOptics& optics(world::Cover cover) const;
+  Color irradiance_below(float sun_share) const;
+  Color glow(const WaterOptics& water, float rise) const;
+  void look_down(const LitHits& hits, Scratch& scratch, std::span<Color> below,
+                 world::RayTrail* trail) const;
+  void shade_bottom(const LitHits& hits, Scratch& scratch, double start_depth_m) const;
+  void look_up(const LitHits& hits, Scratch& scratch, std::span<Color> mirrored,
+               world::RayTrail* trail) const;
+
+  const world::RayQuery& whole_;
+  const world::RayQuery& bed_;
+  const Ground& ground_;
+  const Sky& sky_;
+  const HitShader& shader_;
+  WaterOptics sea_;
+  WaterOptics lake_;
+  WaterOptics river_;
+};
+
+}  // namespace terracast::render

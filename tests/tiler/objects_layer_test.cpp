@@ -1,0 +1,391 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <numbers>
+
+#include "core/toml_reader.h"
+#include "tests/support/test_data.h"
+#include "tests/tiler/raster_files.h"
+#include "tests/tiler/vector_files.h"
+#include "tiler/instance_ids.h"
+#include "tiler/layer_stack.h"
+#include "tiler/surface.h"
+#include "tiler/vector_source.h"
+#include "world/tile_id.h"
+
+namespace terracast::test {
+namespace {
+
+using core::ErrorKind;
+using Eigen::Vector2d;
+using world::Cover;
+using world::Instance;
+using world::TileId;
+
+constexpr double kSize_m = 4096.0;
+
+tiler::LayerOptions layer_of(const std::string& text) {
+  tiler::LayerOptions options;
+  core::TomlDocument::parse("kind = \"objects\"\n" + text, "layer.toml").read(options);
+  return options;
+}
+
+/// What stands in the way: a round block, and a lake.
+class Obstacles final : public tiler::Layer {
+ public:
+  static inline const Vector2d kBlock{-300.0, 200.0};
+  static constexpr double kBlockRadius_m = 80.0;
+  static constexpr double kShore_m = 600.0;  ///< water lies east of it
+
+  world::LayerInfo info() const override { return {}; }
+  std::string input_hash() const override { return "obstacles"; }
+  std::optional<Cover> cover(const Vector2d& place, const tiler::SurfaceSample&) const override {
+    if (place.x() > kShore_m) return Cover::Lake;
+    return std::nullopt;
+  }
+  bool holds(const Vector2d& place, double radius_m) const override {
+    return (place - kBlock).norm() < kBlockRadius_m + radius_m;
+  }
+};
+
+struct Land final : tiler::LayerSite {
+  explicit Land(const tiler::WorldSurface& ground) : surface(ground) {}
+  double ground_z_world(const Vector2d& place) const override {
+    return surface.sample(place.x(), place.y()).z_world;
+  }
+  Cover cover(const Vector2d&) const override { return Cover::Land; }
+  bool is_free(const Vector2d&, double) const override { return true; }
+  const tiler::WorldSurface& surface;
+};
+
+struct Made {
+  explicit Made(const std::string& text, const std::string& ground = "plane",
+                const std::function<void(tiler::WorldOptions&)>& change = {}) {
+    tiler::WorldOptions options = world_of(ground, kSize_m);
+    if (change) change(options);
+    surface = prepare(options);
+    earlier.push_back(std::make_unique<Obstacles>());
+    const core::Log log("tile", core::LogLevel::Off);
+    tiler::InstanceIds ids;
+    layer = layer_of(text).kind_options().make(
+        {.frame = surface->frame(),
+         .size_m = kSize_m,
+         .seed = 5,
+         .surface = *surface,
+         .earlier = earlier,
+         .ids = ids,
+         .country = {},
+         .licence = {},
+         .accuracy = {},
+         .context = {.log = log, .num_threads = 0, .events_file = {}}});
+  }
+  world::TileObjects on(const TileId& id) const {
+    world::TileObjects objects;
+    layer->add_objects(id, Land(*surface), objects);
+    return objects;
+  }
+  /// All things of the world, by their ids: from the one tile of level 4.
+  std::map<std::uint32_t, Instance> all() const {
+    std::map<std::uint32_t, Instance> found;
+    for (int y = -8; y < 8; ++y)
+      for (int x = -8; x < 8; ++x)
+        for (const Instance& instance : on({0, x, y}).instances)
+          found.emplace(instance.provenance.instance_id, instance);
+    return found;
+  }
+  std::string name_of(const Instance& instance) const {
+    return layer->prototypes()[instance.prototype].name;
+  }
+  std::int64_t count_of(const std::string& name) const {
+    for (const auto& [own, count] : layer->info().counts)
+      if (own == name) return count;
+    return 0;
+  }
+  std::shared_ptr<const tiler::WorldSurface> surface;
+  std::vector<std::unique_ptr<tiler::Layer>> earlier;
+  std::unique_ptr<tiler::Layer> layer;
+};
+
+Vector2d place_of(const Instance& instance) {
+  return instance.place_steps.head<2>().cast<double>() * world::kHeightStep_m;
+}
+
+/// Degrees of a place in the world, so that features may be written in metres.
+std::string text_of(double x, double y) {
+  const geo::WorldFrame frame(
+      {.lat_deg = kOriginLat_deg, .lon_deg = kOriginLon_deg, .height_m = 0.0});
+  const geo::Geodetic at = frame.geodetic_from_world({x, y, 0.0});
+  return fmt::format("{:.11f} {:.11f}", at.lon_deg, at.lat_deg);
+}
+std::string line_of(const std::vector<Vector2d>& points) {
+  std::string text;
+  for (const Vector2d& point : points)
+    text += (text.empty() ? "" : ", ") + text_of(point.x(), point.y());
+  return text;
+}
+std::string area_of(double low_x, double low_y, double high_x, double high_y) {
+  return "POLYGON ((" +
+         line_of(
+             {{low_x, low_y}, {high_x, low_y}, {high_x, high_y}, {low_x, high_y}, {low_x, low_y}}) +
+         "))";
+}
+
+/// A road through the block, car parks on land and over the shore, a power line, a marina, an apron, a port.
+std::vector<VectorSpec> features() {
+  return {
+      {"LINESTRING (" + line_of({{-1500, 200}, {900, 200}}) + ")",
+       {{"osm_id", "1"}, {"highway", "primary"}, {"lanes", "2"}}},
+      {area_of(-1000, -400, -880, -320), {{"osm_way_id", "2"}, {"amenity", "parking"}}},
+      {area_of(540, -400, 700, -320), {{"osm_way_id", "3"}, {"amenity", "parking"}}},
+      {"LINESTRING (" + line_of({{-1400, -900}, {-1050, -880}, {-700, -700}, {1500, -700}}) + ")",
+       {{"osm_id", "4"}, {"power", "line"}, {"voltage", "400000"}}},
+      {area_of(700, 400, 1100, 800), {{"osm_way_id", "5"}, {"leisure", "marina"}}},
+      {area_of(-1500, 600, -1000, 800), {{"osm_way_id", "6"}, {"aeroway", "apron"}}},
+      {area_of(100, 700, 590, 1200), {{"osm_way_id", "7"}, {"landuse", "port"}}},
+      {"LINESTRING (" + line_of({{-1500, 260}, {-200, 260}}) + ")",
+       {{"osm_id", "8"}, {"highway", "residential"}}},
+      {"POINT (" + text_of(-700, -1200) + ")",
+       {{"osm_id", "9"}, {"power", "generator"}, {"generator:source", "wind"}}},
+      {"POINT (" + text_of(900, -1200) + ")",
+       {{"osm_id", "10"}, {"ship", "tanker"}, {"direction", "90"}}},
+      {"POINT (" + text_of(-900, -1200) + ")", {{"osm_id", "11"}, {"ship", "tanker"}}}};
+}
+
+std::string write(const ScratchFolder& folder, std::vector<VectorSpec> specs,
+                  const std::string& name) {
+  write_vectors(folder / name, "GeoJSON", specs);
+  return fmt::format("files = [\"{}\"]\n", (folder / name).string());
+}
+
+TEST(Objects, RulesPlaceWhatFeaturesSayWhereItMayStand) {
+  const ScratchFolder folder;
+  const Made made(write(folder, features(), "all.geojson"));
+  std::map<std::string, int> by_first_word;
+  const auto all = made.all();
+  for (const auto& [id, instance] : all) {
+    const std::string name = made.name_of(instance);
+    ++by_first_word[name.substr(0, name.find(' '))];
+    const Vector2d at = place_of(instance);
+    EXPECT_LT(at.cwiseAbs().maxCoeff(), 0.5 * kSize_m);
+    EXPECT_GT((at - Obstacles::kBlock).norm(), Obstacles::kBlockRadius_m) << name;
+    const bool floats =
+        name.find("ship") != std::string::npos || name.find("tanker") != std::string::npos ||
+        name.find("yacht") != std::string::npos || name.find("boat") != std::string::npos ||
+        name.find("pontoon") != std::string::npos;
+    EXPECT_EQ(at.x() > Obstacles::kShore_m, floats) << name << " at " << at.x();
+    // Feet on the ground, whatever stands on what.
+    const double above_m = instance.place_steps.z() * world::kHeightStep_m -
+                           made.surface->sample(at.x(), at.y()).z_world;
+    if (name.find("container_") != 0 || name.find("ship") != std::string::npos) {
+      EXPECT_NEAR(above_m, 0.0, world::kHeightStep_m) << name;
+    }
+    EXPECT_EQ(instance.provenance.feature >= tiler::osm_number(tiler::OsmKind::Node, 0), true);
+  }
+  EXPECT_GT(by_first_word["pylon"], 5);
+  EXPECT_GT(by_first_word["street_lamp"], 20);
+  EXPECT_GT(by_first_word["pontoon"], 10);
+  EXPECT_GT(by_first_word["sailing_yacht"], 10);
+  EXPECT_GT(by_first_word["container_40"], 50);
+  EXPECT_GT(by_first_word["airliner"] + by_first_word["airliner_with_winglets"], 2);
+  EXPECT_EQ(by_first_word["wind_turbine"] + by_first_word["wind_turbine_large"], 1);
+  EXPECT_EQ(by_first_word["tanker"], 1) << "the one on land is left out";
+  EXPECT_EQ(made.count_of("ships left out in water or on dry land"), 1);
+  EXPECT_GT(made.count_of("parked cars"), 40);
+  EXPECT_GT(made.count_of("parked cars left out in water or on dry land"), 5);
+  EXPECT_GT(made.count_of("traffic"), 10);
+  EXPECT_GT(made.count_of("traffic left out where other layers are"), 0);
+  std::int64_t counted = 0;
+  for (const char* rule : {"power lines", "landmarks", "aircraft", "ships", "ports", "boats",
+                           "street lamps", "parked cars", "traffic"})
+    counted += made.count_of(rule);
+  EXPECT_EQ(counted, static_cast<std::int64_t>(all.size())) << "what is counted is what stands";
+}
+
+TEST(Objects, NoTwoThingsOnTheGroundRunIntoEachOther) {
+  const ScratchFolder folder;
+  const Made made(write(folder, features(), "all.geojson") + "traffic = 4.0\nparked_cars = 1.0\n");
+  struct Box {
+    Vector2d middle, along;
+    double half_length, half_width;
+    double low_z, high_z;
+    std::string name;
+  };
+  std::vector<Box> boxes;
+  for (const auto& [id, instance] : made.all()) {
+    const std::string name = made.name_of(instance);
+    // Cranes and pylons have room between their legs, and rotors and arms above: not boxes.
+    if (name.find("crane") != std::string::npos || name.find("pylon") == 0 ||
+        name.find("wind") == 0 || name.find("lamp") != std::string::npos)
+      continue;
+    const world::Shape& shape = made.layer->prototypes()[instance.prototype].levels[0].shape;
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
+    for (const Eigen::Vector3i& vertex : shape.vertices_steps) {
+      low = low.cwiseMin(vertex.cast<double>() * world::kHeightStep_m);
+      high = high.cwiseMax(vertex.cast<double>() * world::kHeightStep_m);
+    }
+    const double turn = instance.heading * 2.0 * std::numbers::pi / 65536.0;
+    const Vector2d along(std::cos(turn), std::sin(turn));
+    const double z = instance.place_steps.z() * world::kHeightStep_m;
+    const Eigen::Vector3d middle = 0.5 * (low + high);
+    boxes.push_back(
+        {place_of(instance) + middle.x() * along + middle.y() * Vector2d(-along.y(), along.x()),
+         along, 0.5 * (high - low).x(), 0.5 * (high - low).y(), z + low.z(), z + high.z(), name});
+  }
+  ASSERT_GT(boxes.size(), 300U);
+  // All pairs, by how far they reach into each other along the axes of both.
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const Box& a = boxes[i];
+      const Box& b = boxes[j];
+      const Vector2d between = b.middle - a.middle;
+      if (between.norm() > a.half_length + a.half_width + b.half_length + b.half_width) continue;
+      double least = 1e9;
+      for (const Vector2d& axis : {a.along, Vector2d(-a.along.y(), a.along.x()), b.along,
+                                   Vector2d(-b.along.y(), b.along.x())}) {
+        const auto reach = [&](const Box& box) {
+          return std::abs(axis.dot(box.along)) * box.half_length +
+                 std::abs(axis.dot(Vector2d(-box.along.y(), box.along.x()))) * box.half_width;
+        };
+        least = std::min(least, reach(a) + reach(b) - std::abs(between.dot(axis)));
+      }
+      const double stacked = std::min(a.high_z, b.high_z) - std::max(a.low_z, b.low_z);
+      // The table's sizes hold to 1 %; piles stand on each other to the lattice.
+      EXPECT_LT(std::min(least, stacked), 0.01 + 0.01 * (a.half_length + b.half_length))
+          << a.name << " and " << b.name;
+    }
+}
+
+TEST(Objects, EveryTileShowsTheSameThingsWholeInAnyOrder) {
+  const ScratchFolder folder;
+  std::vector<VectorSpec> specs = features();
+  const Made made(write(folder, specs, "all.geojson"));
+  std::reverse(specs.begin(), specs.end());
+  const Made other(write(folder, specs, "reversed.geojson"));
+  const auto all = made.all();
+  const auto reversed = other.all();
+  ASSERT_EQ(all.size(), reversed.size());
+  for (const auto& [id, instance] : all) {
+    ASSERT_EQ(reversed.count(id), 1U);
+    EXPECT_EQ(reversed.at(id).place_steps, instance.place_steps);
+    EXPECT_EQ(other.name_of(reversed.at(id)), made.name_of(instance));
+  }
+  // Tiles of other sizes, from the last to the first; what lies on a border is in both, the same.
+  std::map<std::uint32_t, world::Solid> spans;
+  std::size_t num_seen = 0;
+  for (const int level : {-2, 1, 2})
+    for (int y = 3; y >= -4; --y)
+      for (int x = 3; x >= -4; --x) {
+        const world::TileObjects objects = made.on({static_cast<std::int8_t>(level), x, y});
+        for (const Instance& instance : objects.instances) {
+          const auto found = all.find(instance.provenance.instance_id);
+          if (found == all.end()) continue;  // seen from afar only
+          EXPECT_EQ(found->second, instance);
+          ++num_seen;
+        }
+        for (const world::Solid& solid : objects.solids) {
+          const auto [entry, is_new] = spans.emplace(solid.provenance.instance_id, solid);
+          if (!is_new) {
+            EXPECT_EQ(entry->second, solid);
+          }
+        }
+      }
+  EXPECT_GT(num_seen, 200U);
+  EXPECT_EQ(static_cast<std::int64_t>(spans.size()), made.count_of("spans of wires"));
+  EXPECT_GT(spans.size(), 4U);
+}
+
+TEST(Objects, NothingStandsOnGroundTooSteepForIt) {
+  const ScratchFolder folder;
+  const auto sloping = [](tiler::WorldOptions& options) { options.elevation[0].slope = 0.2; };
+  const Made steep(write(folder, features(), "all.geojson"), "ramp", sloping);
+  EXPECT_EQ(steep.count_of("parked cars"), 0);
+  EXPECT_EQ(steep.count_of("traffic"), 0);
+  EXPECT_GT(steep.count_of("traffic left out on steep ground"), 10);
+  EXPECT_GT(steep.count_of("power lines"), 5) << "pylons stand on slopes";
+}
+
+TEST(Objects, ListsPutThingsWhereTheySay) {
+  const ScratchFolder folder;
+  const geo::WorldFrame frame(
+      {.lat_deg = kOriginLat_deg, .lon_deg = kOriginLon_deg, .height_m = 0.0});
+  write_text(folder / "list.csv",
+             "thing, x, y, heading_deg, scale, height_m\n# a comment\nhatchback, 10.5, -20.25, 90, "
+             "1, 0\nairliner,500,500,0,1.5,12.5\r\n\nhatchback, 10.5, -20.25, 90, 1, 0\n");
+  const Made made(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()));
+  const auto all = made.all();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(made.count_of("list.csv: rows given twice"), 1);
+  for (const auto& [id, instance] : all) {
+    if (made.name_of(instance).find("hatchback") == 0) {
+      EXPECT_EQ(place_of(instance), Vector2d(10.5, -20.25));
+      EXPECT_EQ(instance.heading, 0) << "east";
+      EXPECT_EQ(instance.provenance.feature, 3U) << "its line";
+    } else {
+      EXPECT_EQ(instance.heading, 16384) << "north";
+      EXPECT_EQ(instance.scale, 6144);
+      EXPECT_NEAR(
+          instance.place_steps.z() * world::kHeightStep_m - made.surface->sample(500, 500).z_world,
+          12.5, world::kHeightStep_m);
+    }
+  }
+  const geo::Geodetic at = frame.geodetic_from_world({-321.0, 654.0, 0.0});
+  write_text(folder / "degrees.csv",
+             fmt::format("lat,lon,thing\n{:.12f},{:.12f},lighthouse\n", at.lat_deg, at.lon_deg));
+  write_vectors(folder / "points.geojson", "GeoJSON",
+                {{"POINT (" + text_of(-321, 654) + ")", {{"thing", "lighthouse"}}}});
+  for (const char* name : {"degrees.csv", "points.geojson"}) {
+    const Made one(fmt::format("placements = [\"{}\"]\n", (folder / name).string()));
+    ASSERT_EQ(one.all().size(), 1U) << name;
+    // The plane's height moves a place by its share of 654 m over the Earth's radius.
+    EXPECT_LT((place_of(one.all().begin()->second) - Vector2d(-321, 654)).norm(), 0.1) << name;
+  }
+}
+
+TEST(Objects, BadListsAreRefusedWithTheirLine) {
+  const ScratchFolder folder;
+  const auto refuses = [&](const std::string& text, const std::vector<std::string>& words) {
+    SCOPED_TRACE(text);
+    write_text(folder / "list.csv", text);
+    expect_error(ErrorKind::Input, words, [&] {
+      Made(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()));
+    });
+  };
+  refuses("", {"empty"});
+  refuses("thing,x,y\nhatchbak,1,2\n", {"list.csv:2", "hatchbak", "hatchback"});
+  refuses("thing,x,y\nvan,1\n", {"list.csv:2", "2 values"});
+  refuses("thing,x,y\nvan,1,nan\n", {"list.csv:2", "y = \"nan\""});
+  refuses("thing,x,y\nvan,1,1e99\n", {"outside"});
+  refuses("thing,x,y,scale\nvan,1,2,900\n", {"scale"});
+  refuses("thing,x,lat\nvan,1,2\n", {"header needs"});
+  refuses("thing,x,y,colour\nvan,1,2,red\n", {"colour", "unknown"});
+  refuses("thing,lat,lon\nvan,95,2\n", {"lat = 95"});
+  expect_error(ErrorKind::Io, {"gone.csv"}, [&] { Made("placements = [\"/gone.csv\"]\n"); });
+  expect_error(ErrorKind::Config, {"placements"}, [&] { layer_of(""); });
+}
+
+TEST(Objects, VehiclesKeepToTheirSideAndFaceTheirWay) {
+  const ScratchFolder folder;
+  const std::string file = write(folder,
+                                 {{"LINESTRING (" + line_of({{-1900, -500}, {500, -500}}) + ")",
+                                   {{"osm_id", "1"}, {"highway", "primary"}}}},
+                                 "road.geojson");
+  for (const bool is_left : {false, true}) {
+    const Made made(file + "traffic = 4.0\nlamp_spacing_m = 0\n" +
+                    (is_left ? "drives_on_left = true\n" : ""));
+    const auto all = made.all();
+    EXPECT_GT(all.size(), 30U);
+    for (const auto& [id, instance] : all) {
+      const bool goes_east = instance.heading < 16384 || instance.heading > 49152;
+      const double off_m = place_of(instance).y() + 500.0;
+      // The middle of a lane of 3.5 m; a line straight in degrees bows by 2400^2 / 8 R tan 43, 0.11 m.
+      EXPECT_NEAR(off_m, (goes_east != is_left ? -1.0 : 1.0) * 1.75, 0.12);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace terracast::test

@@ -1,0 +1,547 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "core/random.h"
+#include "core/toml_reader.h"
+#include "tests/tiler/raster_files.h"
+#include "tests/tiler/vector_files.h"
+#include "tiler/instance_ids.h"
+#include "tiler/layer_stack.h"
+#include "tiler/roads/road_heights.h"
+#include "tiler/roads/road_network.h"
+#include "tiler/roads/road_paint.h"
+#include "tiler/tile_builder.h"
+#include "world/tile_file.h"
+
+namespace terracast::test {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using tiler::WorldSurface;
+using world::Cover;
+using world::kHeightStep_m;
+using world::Marking;
+
+/// A way or an area, in world x and y.
+struct Drawn {
+  std::uint64_t number;
+  std::string kind = "LineString";  ///< or Polygon, Point
+  std::vector<Vector2d> points_world;
+  std::vector<std::pair<std::string, std::string>> tags;
+};
+
+/// GeoJSON of places that lie where they are drawn once they are put on the ground.
+std::string geojson(const WorldSurface& ground, const std::vector<Drawn>& drawn) {
+  std::string text = "{\"type\":\"FeatureCollection\",\"features\":[";
+  for (const Drawn& feature : drawn) {
+    text += feature.number == drawn.front().number ? "" : ",";
+    std::string places;
+    for (const Vector2d& at : feature.points_world) {
+      const geo::Geodetic place = ground.frame().geodetic_from_world(
+          {at.x(), at.y(), ground.sample(at.x(), at.y()).z_world});
+      places += fmt::format("{}[{:.11f},{:.11f}]", places.empty() ? "" : ",", place.lon_deg,
+                            place.lat_deg);
+    }
+    if (feature.kind == "LineString") places = "[" + places + "]";
+    if (feature.kind == "Polygon") places = "[[" + places + "]]";
+    text += fmt::format("{{\"type\":\"Feature\",\"properties\":{{\"number\":{}", feature.number);
+    for (const auto& [key, value] : feature.tags) text += fmt::format(",\"{}\":\"{}\"", key, value);
+    text += fmt::format("}},\"geometry\":{{\"type\":\"{}\",\"coordinates\":{}}}}}", feature.kind,
+                        places);
+  }
+  return text + "]}";
+}
+
+struct RoadWorld {
+  RoadWorld(const tiler::WorldOptions& bare_options, const std::vector<Drawn>& drawn,
+            const std::string& toml = "") {
+    bare = prepare(bare_options);
+    write_text(folder / "roads.geojson", geojson(*bare, drawn));
+    tiler::WorldOptions options = bare_options;
+    tiler::LayerOptions layer;
+    core::TomlDocument::parse("kind = \"roads\"\nnumber_field = \"number\"\nfiles = [\"" +
+                                  (folder / "roads.geojson").string() + "\"]\n" + toml,
+                              "layer.toml")
+        .read(layer);
+    options.layers.push_back(layer);
+    finished = prepare(options);
+  }
+
+  double height_m(const Vector2d& at) const {
+    const double z = finished->sample(at.x(), at.y()).z_world;
+    return finished->frame().geodetic_from_world({at.x(), at.y(), z}).height_m;
+  }
+  std::int64_t count(const std::string& name) const {
+    for (const auto& [key, count] : finished->layers().infos().at(0).counts)
+      if (key == name) return count;
+    ADD_FAILURE() << "no count " << name;
+    return -1;
+  }
+
+  ScratchFolder folder;
+  std::shared_ptr<const WorldSurface> bare;
+  std::shared_ptr<const WorldSurface> finished;
+};
+
+tiler::WorldOptions hills(double relief_m = 500.0) {
+  tiler::WorldOptions options = world_of("fractal", 4096.0);
+  options.elevation[0].relief_m = relief_m;
+  return options;
+}
+
+std::vector<Vector2d> straight(const Vector2d& from, const Vector2d& to) { return {from, to}; }
+
+TEST(Roads, AreNoSteeperThanTheirClassAllowsAndLevelAcross) {
+  // Straight ways, so that the middle line is the one drawn.
+  const std::vector<Drawn> drawn = {
+      {.number = 1,
+       .points_world = straight({-1500, -900}, {1500, -700}),
+       .tags = {{"highway", "motorway"}, {"lanes", "3"}}},
+      {.number = 2,
+       .points_world = straight({-1500, 300}, {1500, 420}),
+       .tags = {{"highway", "residential"}}},
+      {.number = 3,
+       .points_world = straight({-1400, 1500}, {1300, 900}),
+       .tags = {{"railway", "rail"}}},
+  };
+  const RoadWorld world(hills(), drawn);
+  const double limits[] = {0.06, 0.18, 0.03};
+  const double halves_m[] = {7.0, 3.0, 2.2};
+  for (std::size_t k = 0; k < drawn.size(); ++k) {
+    const Vector2d from = drawn[k].points_world[0];
+    const Vector2d step = (drawn[k].points_world[1] - from).normalized();
+    const Vector2d left(-step.y(), step.x());
+    const double length_m = (drawn[k].points_world[1] - from).norm();
+    double steepest_ground = 0.0;
+    for (double along_m = 20.0; along_m + 25.0 < length_m; along_m += 5.0) {
+      const Vector2d at = from + along_m * step;
+      const double here_m = world.height_m(at);
+      const double grade = std::abs(world.height_m(at + 5.0 * step) - here_m) / 5.0;
+      // 1e-4: the level that profiles are made of leans by 5e-5, heights are those of 2^-10 m.
+      EXPECT_LE(grade, limits[k] + 1e-4) << k << " at " << along_m;
+      const auto ground_m = [&](const Vector2d& place) {
+        return world.bare->sample(place.x(), place.y()).z_world;
+      };
+      steepest_ground =
+          std::max(steepest_ground, std::abs(ground_m(at + 5.0 * step) - ground_m(at)) / 5.0);
+      for (const double side : {-1.0, 1.0})
+        EXPECT_NEAR(world.height_m(at + side * halves_m[k] * left), here_m, 1e-3 * halves_m[k]);
+    }
+    if (k != 1) {
+      EXPECT_GT(steepest_ground, limits[k]);  // there was something to cut
+    }
+  }
+}
+
+TEST(Roads, CarriagewaysOnTilesAreTheProfileWithinTheLatticesRounding) {
+  const Vector2d from(-400, -310);
+  const Vector2d to(420, 290);
+  const RoadWorld world(
+      hills(), {{.number = 1, .points_world = {from, to}, .tags = {{"highway", "primary"}}}});
+  const Vector2d step = (to - from).normalized();
+  const double length_m = (to - from).norm();
+  int num_on_road = 0;
+  for (const auto& [x, y] : {std::pair(0, 0), std::pair(-1, -1)}) {
+    const world::Tile tile = build_tile(*world.finished, {0, x, y});
+    for (int j = 0; j < world::kTileSamples; ++j)
+      for (int i = 0; i < world::kTileSamples; ++i) {
+        const Vector2d at = tile.id.corner_world() + Vector2d(i, j);
+        const double along_m = (at - from).dot(step);
+        const double beside_m = std::abs(step.x() * (at - from).y() - step.y() * (at - from).x());
+        if (along_m < 10.0 || along_m > length_m - 10.0 || beside_m > 4.0 + 1.0) continue;
+        ++num_on_road;
+        const double middle_m = world.height_m(from + along_m * step);
+        const double here_m = world.finished->frame()
+                                  .geodetic_from_world({at.x(), at.y(), tile.z_world(i, j)})
+                                  .height_m;
+        // Half a step of the lattice, and the lean of what is level: 5e-5 over 5 m.
+        EXPECT_NEAR(here_m, middle_m, 0.5 * kHeightStep_m + 2.5e-4);
+      }
+  }
+  EXPECT_GT(num_on_road, 3000);
+}
+
+TEST(Roads, AWayUpARampCutsTheVolumeOfTheClosedForm) {
+  // The ramp rises by 0.12, a primary road by 0.09 at most: planned with 0.98 of it, through the middle.
+  tiler::WorldOptions options = world_of("ramp", 4096.0);
+  options.elevation[0].slope = 0.12;
+  const RoadWorld world(options, {{.number = 1,
+                                   .points_world = straight({-300, 0}, {300, 0}),
+                                   .tags = {{"highway", "primary"}, {"lanes", "2"}}}});
+  double cut_m3 = 0.0;
+  double fill_m3 = 0.0;
+  constexpr double kFrom_m = 40.0;
+  constexpr double kTo_m = 260.0;
+  for (double x = kFrom_m; x < kTo_m; x += 2.0)
+    for (double y = -40.25; y < 40.5; y += 0.5) {
+      const auto lift_m = [&](const Vector2d& at) {
+        return world.finished->sample(at.x(), at.y()).z_world -
+               world.bare->sample(at.x(), at.y()).z_world;
+      };
+      cut_m3 -= lift_m({x + 1.0, y}) * 2.0 * 0.5;
+      fill_m3 += lift_m({-x - 1.0, y}) * 2.0 * 0.5;
+    }
+  // Depth k x; as wide as the road and its shoulders, (7 + 1) m + 2 x 1.8 m, and banks of 1 : 1.5.
+  const double k = 0.12 - 0.98 * 0.09;
+  const double width_m = 8.0 + 2.0 * 1.8;
+  const auto integral = [&](double x) {
+    return k * width_m * x * x / 2.0 + k * k * 1.5 * x * x * x / 3.0;
+  };
+  const double truth_m3 = integral(kTo_m) - integral(kFrom_m);
+  // The grid of 0.5 m at banks' feet, and the ends' smoothed ground.
+  EXPECT_NEAR(cut_m3, truth_m3, 0.02 * truth_m3);
+  EXPECT_NEAR(fill_m3, truth_m3, 0.02 * truth_m3);
+}
+
+TEST(Roads, WhereWaysMeetOrRunBesideEachOtherThereIsNoStep) {
+  const RoadWorld world(
+      hills(),
+      {{.number = 1,
+        .points_world = {{-600, 0}, {0, 0}, {600, 30}},
+        .tags = {{"highway", "primary"}}},
+       {.number = 2, .points_world = {{0, 0}, {20, 300}}, .tags = {{"highway", "residential"}}},
+       {.number = 3, .points_world = {{0, 0}, {-60, -300}}, .tags = {{"highway", "service"}}},
+       {.number = 4, .points_world = {{-600, 14}, {600, 52}}, .tags = {{"highway", "tertiary"}}},
+       {.number = 5,
+        .points_world = {{300, 200}, {420, 210}, {430, 222}, {300, 226}},
+        .tags = {{"highway", "unclassified"}}}});
+  double steepest = 0.0;
+  Vector2d where = Vector2d::Zero();
+  constexpr double kStep_m = 0.25;
+  const auto look = [&](const Vector2d& low, const Vector2d& high) {
+    for (double y = low.y(); y < high.y(); y += kStep_m)
+      for (double x = low.x(); x < high.x(); x += kStep_m) {
+        const double here = world.finished->sample(x, y).z_world;
+        const double east = world.finished->sample(x + kStep_m, y).z_world;
+        const double slope = std::abs(east - here) / kStep_m;
+        if (slope > steepest) {
+          steepest = slope;
+          where = {x, y};
+        }
+      }
+  };
+  look({-30, -30}, {30, 30});
+  look({390, 195}, {445, 235});
+  look({-120, -8}, {-80, 25});
+  // Banks of 2/3, on this ground up to three times as steep; a step of 0.2 m would be a slope of 0.8 more.
+  EXPECT_LT(steepest, 3.0) << where.transpose();
+}
+
+/// Whether each side of a triangle is one other's, the other way; and how many bodies there are.
+int count_bodies(const world::Shape& shape) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
+  std::vector<std::uint32_t> body(shape.vertices_steps.size());
+  for (std::uint32_t v = 0; v < body.size(); ++v) body[v] = v;
+  const auto root = [&](std::uint32_t v) {
+    while (body[v] != v) v = body[v] = body[body[v]];
+    return v;
+  };
+  for (const auto& triangle : shape.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t a = triangle.corners[static_cast<std::size_t>(k)];
+      const std::uint32_t b = triangle.corners[static_cast<std::size_t>((k + 1) % 3)];
+      ++sides[{a, b}];
+      body[root(a)] = root(b);
+    }
+  for (const auto& [side, count] : sides) {
+    EXPECT_EQ(count, 1);
+    EXPECT_EQ(sides.count({side.second, side.first}), 1u);
+  }
+  std::map<std::uint32_t, double> volumes;
+  for (const auto& triangle : shape.triangles) {
+    const auto at = [&](int k) {
+      return Vector3d(
+          shape.vertices_steps[triangle.corners[static_cast<std::size_t>(k)]].cast<double>());
+    };
+    EXPECT_GT((at(1) - at(0)).cross(at(2) - at(0)).norm(), 0.0);
+    volumes[root(triangle.corners[0])] += at(0).dot(at(1).cross(at(2))) / 6.0;
+  }
+  for (const auto& [first, volume] : volumes) EXPECT_GT(volume, 0.0);
+  return static_cast<int>(volumes.size());
+}
+
+TEST(Roads, BridgesAreClosedTurnedOutwardAndLeaveRoomForWhatTheyCross) {
+  // On a plane: the upper way must rise by itself, on ramps on either side.
+  const RoadWorld world(
+      world_of("plane"),
+      {{.number = 1, .points_world = {{-900, 3}, {900, 3}}, .tags = {{"highway", "primary"}}},
+       {.number = 2, .points_world = {{3, -700}, {3, -40}}, .tags = {{"highway", "secondary"}}},
+       {.number = 3,
+        .points_world = {{3, -40}, {9, 0}, {3, 40}},
+        .tags = {{"highway", "secondary"}, {"bridge", "yes"}, {"layer", "1"}}},
+       {.number = 4, .points_world = {{3, 40}, {3, 700}}, .tags = {{"highway", "secondary"}}}});
+  EXPECT_EQ(world.count("bridges"), 1);
+  EXPECT_EQ(world.count("crossings of bridges"), 1);
+  EXPECT_EQ(world.count("crossings of bridges with less room than stated"), 0);
+  const world::Tile tile = build_tile(*world.finished, {1, 0, 0});
+  ASSERT_EQ(tile.objects.solids.size(), 1u);
+  const world::Solid& bridge = tile.objects.solids[0];
+  EXPECT_EQ(bridge.provenance.feature, 3u);
+  for (const world::ShapeLevel& level : bridge.levels) EXPECT_GE(count_bodies(level.shape), 3);
+
+  // Over the lower carriageway, 8 m wide, no triangle is lower than 5 m above it, by points all over it.
+  const world::Shape& shape = bridge.levels.front().shape;
+  double least_m = 1e9;
+  for (const auto& triangle : shape.triangles) {
+    const auto at = [&](std::size_t k) {
+      return Vector3d(
+          (bridge.origin_steps + shape.vertices_steps[triangle.corners[k]]).cast<double>() *
+          kHeightStep_m);
+    };
+    for (int i = 0; i <= 20; ++i)
+      for (int j = 0; i + j <= 20; ++j) {
+        const Vector3d p = at(0) + (at(1) - at(0)) * i / 20.0 + (at(2) - at(0)) * j / 20.0;
+        if (std::abs(p.y() - 3.0) > 4.0) continue;
+        least_m = std::min(least_m, p.z() - world.finished->sample(p.x(), p.y()).z_world);
+      }
+  }
+  EXPECT_GE(least_m, 5.0);
+  EXPECT_LE(least_m, 6.5);  // and not much more than it needs
+  // The deck is as high as the roads that it joins, but for the centimetre that it lies above them.
+  for (const double y : {-40.0, 40.0}) {
+    double top_m = -1e9;
+    for (const auto& triangle : shape.triangles) {
+      if (shape.finishes[triangle.finish].material != world::Material::Asphalt) continue;
+      for (const std::uint32_t corner : triangle.corners) {
+        const Vector3d p =
+            (bridge.origin_steps + shape.vertices_steps[corner]).cast<double>() * kHeightStep_m;
+        if (std::abs(p.y() - y) < 1.0) top_m = std::max(top_m, p.z());
+      }
+    }
+    const double road_m = world.finished->sample(3.0, y + (y > 0 ? 0.5 : -0.5)).z_world;
+    EXPECT_NEAR(top_m, road_m, 0.01 + 0.1 * 0.8 + 0.002);
+  }
+}
+
+TEST(Roads, TheOrderOfFeaturesAndOfTilesDoesNotMatter) {
+  std::vector<Drawn> drawn;
+  for (std::uint64_t k = 0; k < 40; ++k) {
+    const auto draw = [&](std::uint64_t index) {
+      return 128.0 * std::round(core::random_between(-8.0, 8.0, 5, k, index));
+    };
+    drawn.push_back({.number = k + 1,
+                     .points_world = {{draw(0), draw(1)}, {draw(2), draw(3)}, {draw(4), draw(5)}},
+                     .tags = {{"highway", k % 3 == 0 ? "primary" : "residential"},
+                              {"bridge", k % 7 == 0 ? "yes" : "no"}}});
+  }
+  const RoadWorld world(hills(200.0), drawn);
+  std::reverse(drawn.begin(), drawn.end());
+  const RoadWorld reversed(hills(200.0), drawn);
+  EXPECT_EQ(world.count("bridges"), reversed.count("bridges"));
+  EXPECT_GT(world.count("bridges"), 2);
+  for (const auto& [x, y] : {std::pair(0, 0), std::pair(-1, 1), std::pair(1, -2)})
+    EXPECT_EQ(encode_tile(build_tile(*world.finished, {1, x, y})),
+              encode_tile(build_tile(*reversed.finished, {1, x, y})));
+  EXPECT_EQ(encode_tile(build_tile(*world.finished, {1, 0, 0})),
+            encode_tile(build_tile(*world.finished, {1, 0, 0})));
+}
+
+TEST(Roads, MarksStopBeforeJunctionsAndStripsKnowTheirFeatures) {
+  const RoadWorld world(
+      world_of("plane"),
+      {{.number = 7,
+        .points_world = {{-200, 3}, {0, 3}, {200, 3}},
+        .tags = {{"highway", "primary"}}},
+       {.number = 9, .points_world = {{0, 3}, {0, 200}}, .tags = {{"highway", "secondary"}}},
+       {.number = 11,
+        .points_world = {{-900, -500}, {600, -500}},
+        .tags = {{"aeroway", "runway"}, {"ref", "09/27"}, {"width", "30"}}}});
+  const world::Tile tile = build_tile(*world.finished, {3, 0, 0});
+  bool has_side_road = false;
+  for (const world::Strip& strip : tile.objects.strips)
+    if (strip.coating.feature == 9) {
+      has_side_road = true;
+      EXPECT_EQ(strip.marking, Marking::Lanes);
+      // From the junction's middle: beyond the other road's edge, 4 m.
+      EXPECT_GT(strip.unmarked_start_m, 4.0);
+      EXPECT_EQ(strip.unmarked_end_m, 0.0);
+      EXPECT_NEAR(strip.whole_m, 197.0, 0.5);
+      EXPECT_EQ(strip.half_width_steps, static_cast<int>(std::lround(3.75 / kHeightStep_m)));
+    }
+  EXPECT_TRUE(has_side_road);
+  bool has_runway = false;
+  for (int y : {-1, 0})
+    for (const world::Strip& strip : build_tile(*world.finished, {3, 0, y}).objects.strips)
+      if (strip.marking == Marking::Runway) {
+        has_runway = true;
+        EXPECT_EQ(strip.num_lanes, 9);
+        EXPECT_NEAR(strip.whole_m, 1500.0, 1.0);
+      }
+  EXPECT_TRUE(has_runway);
+  EXPECT_EQ(tiler::runway_number("03R/21L", {-1.0, -1.7}), 21);
+  EXPECT_EQ(tiler::runway_number("", {0.0, 1.0}), 36);
+  EXPECT_EQ(tiler::runway_number("99/00", {1.0, 0.0}), 9);
+}
+
+TEST(Roads, AbsurdTagsAndBrokenWaysAreRepairedOrLeftOutAndCounted) {
+  const RoadWorld world(
+      world_of("plane"),
+      {{.number = 1,
+        .points_world = {{0, 0}, {100, 0}},
+        .tags = {{"highway", "primary"}, {"lanes", "999"}}},
+       {.number = 2,
+        .points_world = {{0, 50}, {100, 50}},
+        .tags = {{"highway", "primary"}, {"width", "1e9"}}},
+       {.number = 3, .points_world = {{5, 90}, {5, 90}}, .tags = {{"highway", "primary"}}},
+       {.number = 4, .points_world = {{0, 0}, {100, 0}}, .tags = {{"highway", "service"}}},
+       {.number = 5, .points_world = {{0, -90}, {9000, -90}}, .tags = {{"highway", "primary"}}},
+       {.number = 6,
+        .points_world = {{-300, -300}, {-100, -100}, {-300, -100}, {-100, -300}, {-300, -300}},
+        .tags = {{"highway", "residential"}}},
+       {.number = 8,
+        .kind = "Polygon",
+        .points_world = {{300, 300}, {400, 400}, {400, 300}, {300, 400}, {300, 300}},
+        .tags = {{"amenity", "parking"}}}});
+  EXPECT_EQ(world.count("widths and lanes repaired"), 2);
+  EXPECT_EQ(world.count("ways that are there twice"), 1);
+  EXPECT_EQ(world.count("ways cut at the square"), 1);
+  EXPECT_EQ(world.count("areas that are none"), 1);  // its two halves turn opposite ways: no area
+  const world::Tile tile = build_tile(*world.finished, {2, 0, 0});
+  for (const world::Strip& strip : tile.objects.strips) {
+    EXPECT_LE(strip.half_width_steps * kHeightStep_m, 10.0);
+    EXPECT_LE(strip.num_lanes, 8);
+  }
+}
+
+TEST(RoadNetwork, PlacesThatAreNoneAndWaysOfAMillionPointsAreBounded) {
+  const double nan = std::nan("");
+  tiler::Way way;
+  way.style = *[] {
+    std::int64_t num_repaired = 0;
+    const std::vector<std::pair<std::string, std::string>> tags = {{"highway", "residential"}};
+    return tiler::way_style(tiler::FeatureTags(tags), num_repaired);
+  }();
+  tiler::Way broken = way;
+  broken.feature = 1;
+  broken.points_world = {{nan, 0.0}, {0.0, 0.0}, {50.0, nan}, {100.0, 0.0}};
+  tiler::Way empty = way;
+  empty.feature = 2;
+  empty.points_world = {{nan, nan}, {5.0, 5.0}};
+  tiler::Way huge = way;
+  huge.feature = 3;
+  for (int i = 0; i < 1000000; ++i)
+    huge.points_world.emplace_back(1e-3 * i, 300.0 + std::sin(0.01 * i));
+  const auto start = std::chrono::steady_clock::now();
+  const tiler::RoadNetwork network({broken, empty, huge}, 2048.0);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+  EXPECT_EQ(network.counts().num_not_finite, 3);
+  EXPECT_EQ(network.counts().num_without_length, 1);
+  EXPECT_EQ(network.counts().num_thinned, 1);
+  EXPECT_EQ(network.lines().size(), 2u);
+  EXPECT_LT(network.stations().size(), 2000u);
+}
+
+/// A lake in a disc about the origin, level.
+class Lake final : public tiler::Layer {
+ public:
+  world::LayerInfo info() const override { return {}; }
+  std::string input_hash() const override { return "lake"; }
+  std::optional<Cover> cover(const Vector2d& at, const tiler::SurfaceSample&) const override {
+    return at.norm() < 100.0 ? std::optional(Cover::Lake) : std::nullopt;
+  }
+};
+
+TEST(Roads, NothingIsPaintedOnWaterAndBridgesStandAboveIt) {
+  const RoadWorld world(
+      world_of("plane"),
+      {{.number = 1, .points_world = {{-400, 0}, {400, 0}}, .tags = {{"highway", "primary"}}}});
+  const ScratchFolder& folder = world.folder;
+  write_text(
+      folder / "more.geojson",
+      geojson(
+          *world.bare,
+          {{.number = 1, .points_world = {{-400, 0}, {400, 0}}, .tags = {{"highway", "primary"}}},
+           {.number = 2,
+            .points_world = {{-120, 50}, {120, 50}},
+            .tags = {{"highway", "tertiary"}, {"bridge", "yes"}}},
+           {.number = 3, .points_world = {{20, 150}, {60, 20}}, .tags = {{"man_made", "pier"}}}}));
+  std::vector<std::unique_ptr<tiler::Layer>> layers;
+  layers.push_back(std::make_unique<Lake>());
+  tiler::LayerOptions options;
+  core::TomlDocument::parse("kind = \"roads\"\nnumber_field = \"number\"\nfiles = [\"" +
+                                (folder / "more.geojson").string() + "\"]\n",
+                            "layer.toml")
+      .read(options);
+  const core::Log log("tile", core::LogLevel::Off);
+  tiler::InstanceIds ids;
+  layers.push_back(options.kind_options().make({.frame = world.bare->frame(),
+                                                .size_m = 4096.0,
+                                                .seed = 1,
+                                                .surface = *world.bare,
+                                                .earlier = layers,
+                                                .ids = ids,
+                                                .country = {},
+                                                .licence = {},
+                                                .accuracy = {},
+                                                .context = {.log = log, .num_threads = 0}}));
+  const auto finished =
+      tiler::layered_surface(world.bare, tiler::LayerStack(4096.0, std::move(layers)));
+  const world::Tile tile = build_tile(*finished, {3, 0, 0});
+  const world::Tile west = build_tile(*finished, {3, -1, 0});
+  for (const world::Tile* one : {&tile, &west})
+    for (const world::Strip& strip : one->objects.strips)
+      for (const Eigen::Vector2i& point : strip.points_steps)
+        EXPECT_GT((point.cast<double>() * kHeightStep_m).norm(), 96.0);
+  // Samples are looked at every 4 m along a way.
+  EXPECT_FALSE(tile.objects.strips.empty());
+  ASSERT_EQ(tile.objects.solids.size(), 2u);
+  const double lake_z = finished->sample(0.0, 50.0).z_world;
+  EXPECT_EQ(lake_z, world.bare->sample(0.0, 50.0).z_world);
+  for (const world::Solid& solid : tile.objects.solids) {
+    const auto& shape = solid.levels.front().shape;
+    count_bodies(shape);
+    double lowest_m = 1e9;
+    double highest_m = -1e9;
+    for (const Eigen::Vector3i& vertex : shape.vertices_steps) {
+      const double z = (solid.origin_steps + vertex).z() * kHeightStep_m - lake_z;
+      lowest_m = std::min(lowest_m, z);
+      highest_m = std::max(highest_m, z);
+    }
+    EXPECT_LT(lowest_m, -2.0);  // it stands on something
+    EXPECT_GT(highest_m, 1.2);
+  }
+}
+
+TEST(Roads, AndorrasWaysAreMadeInSeconds) {
+  TERRACAST_NEEDS_SHARED_DATA("andorra/andorra.osm.pbf");
+  const auto data = shared_data() / "andorra";
+  tiler::WorldOptions options = world_of_rasters({data / "andorra_dem_3s.tif"}, 16384.0);
+  options.origin_lat_deg = 42.54;
+  options.origin_lon_deg = 1.56;
+  options.elevation[0].vertical_datum = "egm96";
+  options.elevation[0].unit = "m";
+  options.elevation[0].nodata = "declared";
+  tiler::LayerOptions layer;
+  core::TomlDocument::parse(
+      "kind = \"roads\"\nfiles = [\"" + (data / "andorra.osm.pbf").string() + "\"]\n", "layer.toml")
+      .read(layer);
+  const auto before = std::chrono::steady_clock::now();
+  prepare(options);
+  const auto bare = std::chrono::steady_clock::now();
+  options.layers.push_back(layer);
+  const auto world = prepare(options);
+  const auto seconds = [](auto time) { return std::chrono::duration<double>(time).count(); };
+  const auto after = std::chrono::steady_clock::now();
+  RecordProperty("seconds", std::to_string(seconds((after - bare) - (bare - before))));
+  EXPECT_LT(seconds((after - bare) - (bare - before)), 60.0);  // 5 s; machines are shared
+  std::map<std::string, std::int64_t> counts;
+  for (const auto& [name, count] : world->layers().infos().at(0).counts) counts[name] = count;
+  EXPECT_GT(counts["roads, railways and runways"], 1500);
+  EXPECT_GT(counts["bridges"], 100);
+  // Ramps between both levels are too short for some, whose ways cannot be that far apart.
+  EXPECT_LE(counts["crossings of bridges with less room than stated"],
+            counts["crossings of bridges"] * 2 / 3);
+  // Finished ground is whole, and tiles hold strips.
+  const world::Tile tile = build_tile(*world, {3, -1, -1});
+  EXPECT_GT(tile.objects.strips.size(), 10u);
+}
+
+}  // namespace
+}  // namespace terracast::test

@@ -1,0 +1,229 @@
+#include "validate/world_check/world_check.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <set>
+
+#include "core/log.h"
+#include "core/parallel.h"
+#include "tests/support/test_data.h"
+#include "tests/support/tiny_world.h"
+#include "validate/world_check/shape_check.h"
+
+/// Tiny worlds with what is right, and with one defect each: the check finds it and names it.
+namespace terracast::world_check {
+namespace {
+
+using world::kHeightStep_m;
+
+constexpr int kSteps = 1024;  ///< a metre
+constexpr double kGround_m = 10.0;
+
+/// A box from `low` to `high`, in metres, closed and outward.
+world::Shape box(const Eigen::Vector3i& low, const Eigen::Vector3i& high) {
+  world::Shape shape;
+  for (int k = 0; k < 8; ++k)
+    shape.vertices_steps.push_back(kSteps * Eigen::Vector3i((k & 1) != 0 ? high.x() : low.x(),
+                                                            (k & 2) != 0 ? high.y() : low.y(),
+                                                            (k & 4) != 0 ? high.z() : low.z()));
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    shape.triangles.push_back({.corners = {a, b, c}, .finish = 0});
+    shape.triangles.push_back({.corners = {a, c, d}, .finish = 0});
+  };
+  add(0, 2, 3, 1);
+  add(4, 5, 7, 6);
+  add(0, 1, 5, 4);
+  add(1, 3, 7, 5);
+  add(3, 2, 6, 7);
+  add(2, 0, 4, 6);
+  shape.finishes.push_back({.material = world::Material::Plaster});
+  return shape;
+}
+
+constexpr std::uint8_t kBuildings = 0, kPlants = 1, kRoads = 2;
+
+world::Solid building(std::uint32_t id, int x_m, int y_m) {
+  return {.provenance = {.instance_id = id, .layer = kBuildings, .feature = id},
+          .place_m = {x_m, y_m},
+          .origin_steps = kSteps * Eigen::Vector3i(x_m, y_m, static_cast<int>(kGround_m)),
+          .levels = {{.coarsest_level = 5, .shape = box({-8, -8, -1}, {8, 8, 6})}}};
+}
+
+world::Instance plant(std::uint32_t id, int x_m, int y_m) {
+  return {.provenance = {.instance_id = id, .layer = kPlants, .feature = id},
+          .prototype = 0,
+          .place_steps = kSteps * Eigen::Vector3i(x_m, y_m, static_cast<int>(kGround_m))};
+}
+
+world::Strip road(int from_x_m, int to_x_m, int y_m) {
+  world::Strip strip;
+  strip.coating = {.layer = kRoads, .feature = 1, .order = 0, .paving = world::Paving::Asphalt};
+  strip.half_width_steps = 4 * kSteps;
+  strip.points_steps = {{from_x_m * kSteps, y_m * kSteps}, {to_x_m * kSteps, y_m * kSteps}};
+  return strip;
+}
+
+/// Tiles of level 2, 1024 m a side, around the origin; water beyond x = 800 m; objects as `edit` leaves them.
+class WorldCheck : public testing::Test {
+ protected:
+  using Edit = std::function<void(world::Tile& south_west, world::Tile& south_east,
+                                  world::Prototype& prototype)>;
+
+  WorldFaults check(const Edit& edit, int num_threads = 1) {
+    const test::ScratchFolder folder;
+    test::TinyWorldOptions options;
+    options.cover = [](double x_world, double) {
+      return x_world > 800.0 ? world::Cover::Lake : world::Cover::Land;
+    };
+    const world::TileStore empty = test::make_tiny_world(
+        folder / "world", [](double, double) { return kGround_m; }, options);
+    world::WorldManifest manifest = empty.manifest();
+    for (const char* kind : {"buildings", "vegetation", "roads"}) {
+      world::LayerInfo layer;
+      layer.name = layer.kind = kind;
+      manifest.layers.push_back(layer);
+    }
+    manifest.layers[0].counts = {{"rings that were repaired", 3}};
+    world::Prototype prototype{
+        .name = "tree", .levels = {{.coarsest_level = 5, .shape = box({-1, -1, 0}, {1, 1, 9})}}};
+    world::Tile west = empty.load({2, -1, -1}), east = empty.load({2, 0, -1});
+    // On the border between both, and one in each.
+    for (world::Tile* tile : {&west, &east}) tile->objects.solids.push_back(building(7, 3, -500));
+    west.objects.solids.push_back(building(8, -300, -300));
+    west.objects.instances.push_back(plant(100, -200, -200));
+    east.objects.strips.push_back(road(100, 400, -200));
+    edit(west, east, prototype);
+    manifest.prototypes = {world::write_prototype(folder / "world", 0, prototype)};
+    for (world::Tile* tile : {&west, &east}) {
+      tile->objects_top_steps = 100 * kSteps;
+      const auto info = std::find_if(manifest.tiles.begin(), manifest.tiles.end(),
+                                     [&](const auto& one) { return one.id == tile->id; });
+      *info = world::write_tile(folder / "world", *tile);
+    }
+    world::write_manifest(folder / "world", manifest);
+    const core::Log log("test", core::LogLevel::Off);
+    const core::ThreadLimit threads(num_threads);
+    const world::TileStore store = world::TileStore::open(folder / "world");
+    table_ = table_of(check_world(store, {.log = log}), store.manifest());
+    return check_world(store, {.log = log});
+  }
+
+  /// The kinds that are found.
+  std::set<std::string> found(const Edit& edit) {
+    std::set<std::string> kinds;
+    for (const Result& result : check(edit).results)
+      if (result.num_faults > 0) {
+        kinds.insert(std::string(result.name));
+        EXPECT_FALSE(result.first.empty()) << result.name;
+      }
+    return kinds;
+  }
+  world::Shape& walls(world::Tile& tile, std::size_t solid) {
+    return tile.objects.solids[solid].levels[0].shape;
+  }
+
+  std::string table_;
+};
+
+using Kinds = std::set<std::string>;
+
+TEST_F(WorldCheck, FindsNothingInAWorldThatIsRight) {
+  const WorldFaults faults = check([](auto&, auto&, auto&) {});
+  EXPECT_TRUE(faults.is_right());
+  for (const Result& result : faults.results) {
+    EXPECT_EQ(result.num_faults, 0) << result.name << ": " << result.first;
+    EXPECT_GT(result.num_asked, 0) << result.name;
+  }
+  EXPECT_NE(table_.find("rings that were repaired"), std::string::npos) << table_;
+}
+
+TEST_F(WorldCheck, FindsWhatIsWrongWithMeshes) {
+  EXPECT_EQ(found([&](auto& west, auto&, auto&) { walls(west, 1).triangles.pop_back(); }),
+            Kinds{"open_mesh"});
+  EXPECT_EQ(found([&](auto& west, auto&, auto&) {
+              auto& corners = walls(west, 1).triangles[3].corners;
+              std::swap(corners[0], corners[1]);
+            }),
+            Kinds{"turned_face"});
+  EXPECT_EQ(found([&](auto& west, auto&, auto&) {
+              for (auto& triangle : walls(west, 1).triangles)
+                std::swap(triangle.corners[0], triangle.corners[1]);
+            }),
+            Kinds{"inside_out"});
+  EXPECT_EQ(found([&](auto& west, auto&, auto&) {
+              walls(west, 1).triangles.push_back({.corners = {0, 1, 1}, .finish = 0});
+            }),
+            Kinds{"degenerate_face"});
+  EXPECT_EQ(found([&](auto&, auto&, auto& prototype) {
+              auto& triangles = prototype.levels[0].shape.triangles;
+              auto twice = triangles[0];
+              std::swap(twice.corners[0], twice.corners[1]);
+              triangles.push_back(triangles[0]);
+              triangles.push_back(twice);
+            }),
+            Kinds{"coincident_face"});
+}
+
+TEST_F(WorldCheck, LetsLeavesBeSheets) {
+  EXPECT_EQ(found([&](auto&, auto&, auto& prototype) {
+              auto& shape = prototype.levels[0].shape;
+              shape.finishes.push_back({.material = world::Material::Leaves});
+              shape.triangles.push_back({.corners = {0, 3, 7}, .finish = 1});
+            }),
+            Kinds{});
+}
+
+TEST_F(WorldCheck, FindsWhatTilesDoNotShare) {
+  EXPECT_EQ(found([&](auto&, auto& east, auto&) { east.objects.solids.clear(); }),
+            Kinds{"missing_in_tile"});
+  EXPECT_EQ(found([&](auto& west, auto&, auto&) { walls(west, 0).vertices_steps[7].z() += 1; }),
+            Kinds{"unlike_in_tiles"});
+  EXPECT_EQ(found([&](auto& west, auto&, auto&) {
+              west.objects.instances.push_back(west.objects.instances[0]);
+            }),
+            Kinds{"twice_in_tile"});
+}
+
+TEST_F(WorldCheck, FindsWhatDoesNotStandOnTheGround) {
+  EXPECT_EQ(found([&](auto& west, auto&, auto&) {
+              west.objects.instances[0].place_steps.z() += 3 * kSteps;
+            }),
+            Kinds{"floating_instance"});
+  EXPECT_EQ(found([&](auto& west, auto&, auto&) {
+              west.objects.solids[1].origin_steps.z() += 4 * kSteps;
+            }),
+            Kinds{"floating_building"});
+}
+
+TEST_F(WorldCheck, FindsWhatStandsWhereItMayNot) {
+  EXPECT_EQ(found([&](auto&, auto& east, auto&) {
+              east.objects.instances.push_back(plant(101, 900, -300));
+            }),
+            Kinds{"plant_in_water"});
+  EXPECT_EQ(found([&](auto&, auto& east, auto&) {
+              east.objects.instances.push_back(plant(101, 250, -203));
+            }),
+            Kinds{"plant_on_paint"});
+  EXPECT_EQ(found([&](auto& west, auto&, auto&) {
+              west.objects.instances.push_back(plant(101, -303, -298));
+            }),
+            Kinds{"plant_in_wall"});
+  EXPECT_EQ(
+      found([&](auto&, auto& east, auto&) { east.objects.strips.push_back(road(600, 950, -100)); }),
+      Kinds{"paint_under_water"});
+}
+
+TEST_F(WorldCheck, SaysTheSameWithAnyNumberOfThreads) {
+  const Edit edit = [](auto& west, auto&, auto&) {
+    west.objects.solids[1].origin_steps.z() += 9000;
+  };
+  check(edit, 1);
+  const std::string one = table_;
+  check(edit, 2);
+  EXPECT_EQ(table_, one);
+}
+
+}  // namespace
+}  // namespace terracast::world_check

@@ -1,0 +1,712 @@
+#include "tiler/buildings/building_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "tiler/buildings/shape_builder.h"
+#include "tiler/roofs/self_intersection.h"
+#include "tiler/roofs/triangulation.h"
+
+// A building is one surface: walls round the footprint, a bottom below the ground, and over the walls a roof that is a
+// height above each point. Eaves add a soffit and a fascia between walls and roof; what stands on a roof is a hole in it
+// with walls round it and a top, so that nothing crosses anything.
+namespace terracast::tiler {
+namespace {
+
+using core::random_between;
+using core::random_unit;
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+using Eigen::Vector3d;
+using world::kHeightStep_m;
+
+using Triangles = std::vector<std::array<int, 3>>;
+using Edges = std::vector<std::array<int, 2>>;
+
+constexpr double steps(double value_m) { return value_m / kHeightStep_m; }
+
+/// Triangles narrower than this may turn over when their corners are rounded in the world.
+constexpr double kNarrowest_steps = 4.0;
+constexpr double kEaves_m = 0.4;
+constexpr double kFascia_m = 0.16;
+constexpr double kParapetWidth_m = 0.3;
+/// Least height of walls under a roof.
+constexpr double kLeastWall_m = 2.0;
+/// Of walls above the highest ground, so that slopes do not come up to the roof.
+constexpr double kClearOfGround_m = 2.2;
+
+enum Draw : std::uint64_t { kParapet = 32, kChimney, kPlant, kNumPlant, kOverhang };
+
+/// A box on a roof: its foot lies in one plane of the roof.
+struct OnRoof {
+  std::array<Vector2i, 4> ring;  ///< anticlockwise
+  std::array<double, 4> foot_steps;
+  std::array<double, 4> top_steps;
+  std::uint8_t finish;
+  std::uint8_t top_finish;
+};
+
+/// Triangles of the area within edges that close; nothing where any would be too narrow.
+std::optional<Triangles> sound_triangles(const std::vector<Vector2i>& points, const Edges& border,
+                                         const Edges& edges) {
+  std::optional<Triangles> triangles = triangulate(points, border, edges);
+  if (!triangles || triangles->empty()) return std::nullopt;
+  for (const auto& corners : *triangles) {
+    double longest = 0.0;
+    std::array<Vector2d, 3> at;
+    for (std::size_t k = 0; k < 3; ++k)
+      at[k] = points[static_cast<std::size_t>(corners[k])].cast<double>();
+    for (std::size_t k = 0; k < 3; ++k)
+      longest = std::max(longest, (at[(k + 1) % 3] - at[k]).norm());
+    const Vector2d u = at[1] - at[0];
+    const Vector2d v = at[2] - at[0];
+    if (u.x() * v.y() - u.y() * v.x() < kNarrowest_steps * longest) return std::nullopt;
+  }
+  return triangles;
+}
+
+struct Border {
+  std::vector<Vector2i> points;
+  Edges edges;
+
+  void add(std::span<const Vector2i> ring) {
+    const int first = static_cast<int>(points.size());
+    const int n = static_cast<int>(ring.size());
+    points.insert(points.end(), ring.begin(), ring.end());
+    for (int i = 0; i < n; ++i) edges.push_back({first + i, first + (i + 1) % n});
+  }
+  void add(const RingsSteps& rings) {
+    for (const auto& ring : rings) add(ring);
+  }
+};
+
+Vector3d at_height(const Vector2i& place, double height) {
+  return {static_cast<double>(place.x()), static_cast<double>(place.y()), height};
+}
+
+class BuildingBuilder {
+ public:
+  BuildingBuilder(const BuildingPlan& plan)
+      : plan_(plan), design_(*plan.design), shape_(plan.world_from_level) {
+    wall_ = shape_.add_finish(design_.wall);
+    roofing_ = shape_.add_finish(design_.roofing);
+    trim_ = shape_.add_finish(design_.trim);
+    is_raised_ = design_.bottom_m > 0.0;
+    bottom_ = is_raised_ ? steps(design_.bottom_m) : -plan.foundation_steps;
+    const double clear =
+        is_raised_ ? bottom_ + steps(0.5) : plan.highest_ground_steps + steps(kClearOfGround_m);
+    top_ = std::max(steps(design_.top_m), clear);
+  }
+
+  bool add_flat(bool is_fine) {
+    const RingsSteps& rings = plan_.rings;
+    if (!add_bottom()) return false;
+    const bool is_small = area_m2(rings) < 30.0;
+    std::optional<RingsSteps> inner;
+    if (is_fine && !is_small) inner = moved_edges(rings, -steps(kParapetWidth_m));
+    if (inner) {
+      const double parapet = steps(random_between(0.35, 0.95, plan_.own, 0, kParapet));
+      Border rim;
+      rim.add(rings);
+      rim.add(*inner);
+      std::vector<OnRoof> things = plant_on(*inner, top_ - parapet);
+      std::optional<Triangles> around = sound_triangles(rim.points, rim.edges, {});
+      std::optional<Triangles> floor = floor_under(*inner, things);
+      if (!floor && !things.empty()) {
+        things.clear();
+        floor = floor_under(*inner, things);
+      }
+      if (around && floor) {
+        for (const auto& corners : *around) add_level(rim.points, corners, top_, trim_);
+        Border inside;
+        inside.add(*inner);
+        for (const OnRoof& thing : things) inside.add(thing.ring);
+        for (const auto& corners : *floor)
+          add_level(inside.points, corners, top_ - parapet, roofing_);
+        for (const auto& ring : *inner)
+          for (std::size_t i = 0; i < ring.size(); ++i)
+            shape_.wall_quad(ring[(i + 1) % ring.size()].cast<double>(), ring[i].cast<double>(),
+                             top_ - parapet, top_, trim_);
+        for (const OnRoof& thing : things) add_thing(thing);
+        add_walls(top_);
+        return true;
+      }
+    }
+    Border border;
+    border.add(rings);
+    const std::optional<Triangles> floor = triangulate(border.points, border.edges, {});
+    if (!floor) return false;
+    for (const auto& corners : *floor) add_level(border.points, corners, top_, roofing_);
+    add_walls(top_);
+    return true;
+  }
+
+  bool add_pitched(bool is_fine) {
+    const RingsSteps& rings = plan_.rings;
+    RoofOptions options = roof_options();
+    const double least_wall = is_raised_ ? steps(0.15) : steps(kLeastWall_m);
+    const double from = std::max(bottom_, is_raised_ ? bottom_ : 0.0);
+    options.most_steps = std::min(options.most_steps, top_ - from - least_wall);
+    if (options.most_steps < steps(0.3)) return false;
+    if (options.shape == RoofShape::Gabled || options.shape == RoofShape::HalfHipped ||
+        options.shape == RoofShape::Gambrel || options.shape == RoofShape::Round)
+      options.gables = gable_edges(rings, plan_.attached, options.ridge_across);
+    RingsSteps eaves = rings;
+    std::vector<double> by(num_corners(rings), 0.0);
+    double fascia = 0.0;
+    std::optional<Roof> roof;
+    if (is_fine && !is_raised_ && design_.kind != BuildingKind::Greenhouse) {
+      const double overhang = steps(kEaves_m * random_between(0.6, 1.3, plan_.own, 0, kOverhang) *
+                                    (design_.kind == BuildingKind::Garage ? 0.5 : 1.0));
+      for (std::size_t i = 0; i < by.size(); ++i) {
+        const bool is_gable = i < options.gables.size() && options.gables[i] &&
+                              options.shape != RoofShape::HalfHipped;
+        by[i] = is_gable || (i < plan_.attached.size() && plan_.attached[i]) ? 0.0 : overhang;
+      }
+      if (const auto moved = moved_edges(rings, by)) {
+        roof = make_roof(*moved, options);
+        if (roof && roof_triangles(*roof, *moved, {})) {
+          eaves = *moved;
+          fascia = steps(kFascia_m);
+        } else {
+          roof.reset();
+        }
+      }
+      if (!roof) std::fill(by.begin(), by.end(), 0.0);
+    }
+    if (!roof) roof = make_roof(rings, options);
+    if (!roof) return false;
+    std::vector<OnRoof> things;
+    const double eaves_height = top_ - roof->highest_steps() - fascia;
+    if (is_fine) things = chimneys_on(*roof, eaves_height + fascia);
+    std::optional<Triangles> triangles = roof_triangles(*roof, eaves, things);
+    if (!triangles && !things.empty()) {
+      things.clear();
+      triangles = roof_triangles(*roof, eaves, things);
+    }
+    if (!triangles || !add_bottom()) return false;
+
+    Border points;
+    points.points = roof->points_steps;
+    for (const OnRoof& thing : things) points.add(thing.ring);
+    std::vector<double> heights;
+    for (const double rise : roof->rises_steps) heights.push_back(eaves_height + fascia + rise);
+    for (const OnRoof& thing : things)
+      heights.insert(heights.end(), thing.foot_steps.begin(), thing.foot_steps.end());
+    for (const auto& corners : *triangles) {
+      std::array<Vector3d, 3> at;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto i = static_cast<std::size_t>(corners[k]);
+        at[k] = at_height(points.points[i], heights[i]);
+      }
+      shape_.surface(at[0], at[1], at[2], roofing_);
+    }
+    for (const OnRoof& thing : things) add_thing(thing);
+    return add_walls_under(*roof, eaves, by, eaves_height, fascia, heights);
+  }
+
+  /// A slab on posts.
+  bool add_canopy() {
+    const RingsSteps& rings = plan_.rings;
+    Border border;
+    border.add(rings);
+    const std::optional<Triangles> top = triangulate(border.points, border.edges, {});
+    if (!top) return false;
+    const double under = top_ - steps(0.35);
+    std::vector<OnRoof> posts;
+    if (!is_raised_)
+      if (const auto inner = moved_edges({rings.front()}, -steps(0.5)))
+        for (const Vector2i& corner : inner->front()) {
+          const int half = static_cast<int>(steps(0.14));
+          OnRoof post;
+          post.ring = {corner + Vector2i(-half, -half), corner + Vector2i(half, -half),
+                       corner + Vector2i(half, half), corner + Vector2i(-half, half)};
+          const bool is_free =
+              contains(rings, corner.cast<double>()) &&
+              distance_to_edges(rings, corner.cast<double>()) > 2.0 * half &&
+              std::all_of(posts.begin(), posts.end(), [&](const OnRoof& other) {
+                return (other.ring[0] - post.ring[0]).cast<double>().norm() > steps(2.0);
+              });
+          if (is_free && posts.size() < 16) posts.push_back(post);
+        }
+    Border below;
+    below.add(rings);
+    for (const OnRoof& post : posts) below.add(post.ring);
+    const std::optional<Triangles> bottom = sound_triangles(below.points, below.edges, {});
+    if (!bottom) return false;
+    for (const auto& corners : *top) add_level(border.points, corners, top_, roofing_);
+    for (const auto& corners : *bottom)
+      add_level(below.points, {corners[0], corners[2], corners[1]}, under, trim_);
+    for (const auto& ring : rings)
+      for (std::size_t i = 0; i < ring.size(); ++i)
+        shape_.wall_quad(ring[i].cast<double>(), ring[(i + 1) % ring.size()].cast<double>(), under,
+                         top_, trim_);
+    for (const OnRoof& post : posts) {
+      for (std::size_t i = 0; i < 4; ++i)
+        shape_.wall_quad(post.ring[i].cast<double>(), post.ring[(i + 1) % 4].cast<double>(),
+                         bottom_, under, wall_);
+      const std::vector<Vector2i> points(post.ring.begin(), post.ring.end());
+      add_level(points, {0, 2, 1}, bottom_, wall_);
+      add_level(points, {0, 3, 2}, bottom_, wall_);
+    }
+    return true;
+  }
+
+  /// Few corners, as large and as high.
+  void add_block() {
+    RingsSteps block = plan_.rings;
+    if (num_corners(block) > 6) {
+      const Rectangle box = rectangle_round(plan_.rings.front());
+      const double area = area_m2({plan_.rings.front()}) / (kHeightStep_m * kHeightStep_m);
+      const double shrink = std::sqrt(area / (box.length_steps * box.width_steps));
+      const Vector2d along = 0.5 * shrink * box.length_steps * box.along;
+      const Vector2d across =
+          0.5 * shrink * box.width_steps * Vector2d(-box.along.y(), box.along.x());
+      block = {{}};
+      for (const auto& [a, b] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}})
+        block[0].push_back((box.middle_steps + a * along + b * across).array().round().cast<int>());
+    }
+    double high = top_;
+    // A pitched roof fills half of its box.
+    if (design_.roof != RoofShape::Flat) {
+      const Rectangle box = rectangle_round(block.front());
+      const double rise = design_.roof_height_m > 0.0 ? steps(design_.roof_height_m)
+                                                      : 0.5 * box.width_steps * design_.roof_slope;
+      high =
+          std::max(top_ - 0.45 * std::min(rise, 0.6 * top_), std::max(0.5 * top_, bottom_ + 512.0));
+      if (!is_raised_) high = std::max(high, plan_.highest_ground_steps + steps(1.5));
+    }
+    Border border;
+    border.add(block);
+    const std::optional<Triangles> floor = triangulate(border.points, border.edges, {});
+    TERRACAST_CHECK(floor.has_value(), "a block of {} corners", border.points.size());
+    const double low = design_.kind == BuildingKind::Canopy ? high - steps(0.35) : bottom_;
+    for (const auto& corners : *floor) {
+      add_level(border.points, corners, high, roofing_);
+      add_level(border.points, {corners[0], corners[2], corners[1]}, low, wall_);
+    }
+    for (const auto& ring : block)
+      for (std::size_t i = 0; i < ring.size(); ++i)
+        shape_.wall_quad(ring[i].cast<double>(), ring[(i + 1) % ring.size()].cast<double>(), low,
+                         high, wall_);
+  }
+
+  world::Shape take() { return shape_.take(); }
+
+ private:
+  RoofOptions roof_options() const {
+    RoofOptions options;
+    options.shape = design_.roof;
+    options.slope = design_.roof_slope;
+    options.height_steps = steps(design_.roof_height_m);
+    options.most_steps = steps(design_.kind == BuildingKind::Church ? 14.0 : 8.0);
+    if (design_.roof == RoofShape::Spire || design_.roof_height_m > 0.0) options.most_steps = 1e9;
+    options.ridge_across = design_.ridge_across;
+    if (design_.roof_direction_deg) {
+      const double turned = *design_.roof_direction_deg * 0.017453292519943295;
+      options.fall = {std::sin(turned), std::cos(turned)};
+    } else {
+      const Rectangle box = rectangle_round(plan_.rings.front());
+      options.fall = {-box.along.y(), box.along.x()};
+      if (random_unit(plan_.own, 1, kOverhang) < 0.5) options.fall = -options.fall;
+    }
+    return options;
+  }
+
+  bool add_bottom() {
+    Border border;
+    border.add(plan_.rings);
+    const std::optional<Triangles> floor = triangulate(border.points, border.edges, {});
+    if (!floor) return false;
+    for (const auto& corners : *floor)
+      add_level(border.points, {corners[0], corners[2], corners[1]}, bottom_, wall_);
+    return true;
+  }
+
+  void add_level(const std::vector<Vector2i>& points, const std::array<int, 3>& corners,
+                 double height, std::uint8_t finish) {
+    std::array<Vector3d, 3> at;
+    for (std::size_t k = 0; k < 3; ++k)
+      at[k] = at_height(points[static_cast<std::size_t>(corners[k])], height);
+    shape_.surface(at[0], at[1], at[2], finish);
+  }
+
+  void add_walls(double high) {
+    for (const auto& ring : plan_.rings)
+      for (std::size_t i = 0; i < ring.size(); ++i)
+        shape_.wall_quad(ring[i].cast<double>(), ring[(i + 1) % ring.size()].cast<double>(),
+                         bottom_, high, wall_);
+  }
+
+  std::optional<Triangles> floor_under(const RingsSteps& rings,
+                                       const std::vector<OnRoof>& things) const {
+    Border border;
+    border.add(rings);
+    for (const OnRoof& thing : things) border.add(thing.ring);
+    return sound_triangles(border.points, border.edges, {});
+  }
+
+  std::optional<Triangles> roof_triangles(const Roof& roof, const RingsSteps& rings,
+                                          const std::vector<OnRoof>& things) const {
+    Border border;
+    border.points = roof.points_steps;
+    int first = 0;
+    for (const auto& ring : rings) {
+      const int n = static_cast<int>(ring.size());
+      for (int i = 0; i < n; ++i) {
+        int before = first + i;
+        for (const int point : roof.gable_points[static_cast<std::size_t>(first + i)]) {
+          border.edges.push_back({before, point});
+          before = point;
+        }
+        border.edges.push_back({before, first + (i + 1) % n});
+      }
+      first += n;
+    }
+    for (const OnRoof& thing : things) border.add(thing.ring);
+    return sound_triangles(border.points, border.edges, roof.edges);
+  }
+
+  void add_thing(const OnRoof& thing) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::size_t j = (i + 1) % 4;
+      const Vector2d a = thing.ring[i].cast<double>();
+      const Vector2d b = thing.ring[j].cast<double>();
+      const double length_m = (b - a).norm() * kHeightStep_m;
+      const auto corner = [&](const Vector2d& at, double height, double along_m) {
+        return shape_.vertex({at.x(), at.y(), height}, {along_m, height * kHeightStep_m});
+      };
+      const std::uint32_t a0 = corner(a, thing.foot_steps[i], 0.0);
+      const std::uint32_t b0 = corner(b, thing.foot_steps[j], length_m);
+      const std::uint32_t b1 = corner(b, thing.top_steps[j], length_m);
+      shape_.triangle(a0, b0, b1, thing.finish);
+      shape_.triangle(a0, b1, corner(a, thing.top_steps[i], 0.0), thing.finish);
+    }
+    std::array<Vector3d, 4> top;
+    for (std::size_t i = 0; i < 4; ++i) top[i] = at_height(thing.ring[i], thing.top_steps[i]);
+    shape_.surface(top[0], top[1], top[2], thing.top_finish);
+    shape_.surface(top[0], top[2], top[3], thing.top_finish);
+  }
+
+  static std::array<Vector2i, 4> box_ring(const Vector2d& middle, const Vector2d& along,
+                                          double length, double width) {
+    const Vector2d u = 0.5 * length * along;
+    const Vector2d v = 0.5 * width * Vector2d(-along.y(), along.x());
+    const auto at = [&](const Vector2d& place) {
+      return Vector2i(place.array().round().cast<int>());
+    };
+    return {at(middle - u - v), at(middle + u - v), at(middle + u + v), at(middle - u + v)};
+  }
+
+  /// Lift housings, vents and coolers.
+  std::vector<OnRoof> plant_on(const RingsSteps& floor, double height) {
+    const double area = area_m2(floor);
+    const double high_m = design_.top_m;
+    if (area < 60.0 || num_corners(floor) > 80) return {};
+    const Rectangle box = rectangle_round(floor.front());
+    std::vector<OnRoof> things;
+    struct Kind {
+      double length_m, width_m, height_m;
+      std::uint8_t finish;
+    };
+    std::vector<Kind> kinds;
+    const bool is_hall = design_.kind == BuildingKind::Hall;
+    if (!is_hall && high_m > 11.0 && area > 130.0) {
+      kinds.push_back({4.2, 3.0, 2.7, wall_plain()});
+      if (area > 900.0) kinds.push_back({5.0, 3.2, 2.9, wall_plain()});
+    }
+    const double per_m2 = is_hall ? 1.0 / 450.0 : 1.0 / 190.0;
+    const int num_small =
+        static_cast<int>(std::min(7.0, area * per_m2 + 1.6 * random_unit(plan_.own, 0, kNumPlant)));
+    for (int i = 0; i < num_small; ++i) {
+      const auto k = static_cast<std::uint64_t>(i);
+      kinds.push_back({random_between(0.8, 2.4, plan_.own, 3 * k, kNumPlant + 8),
+                       random_between(0.8, 1.3, plan_.own, 3 * k + 1, kNumPlant + 8),
+                       random_between(0.6, 1.4, plan_.own, 3 * k + 2, kNumPlant + 8), metal()});
+    }
+    std::uint64_t attempt = 0;
+    for (const Kind& kind : kinds)
+      for (int tries = 0; tries < 6; ++tries, ++attempt) {
+        const double u = random_between(-0.5, 0.5, plan_.own, 2 * attempt, kPlant);
+        const double v = random_between(-0.5, 0.5, plan_.own, 2 * attempt + 1, kPlant);
+        const Vector2d middle = box.middle_steps + u * box.length_steps * box.along +
+                                v * box.width_steps * Vector2d(-box.along.y(), box.along.x());
+        const double reach = 0.5 * steps(std::hypot(kind.length_m, kind.width_m));
+        if (!contains(floor, middle) || distance_to_edges(floor, middle) < reach + steps(0.7))
+          continue;
+        bool is_free = true;
+        for (const OnRoof& other : things) {
+          const Vector2d a = 0.5 * (other.ring[0] + other.ring[2]).cast<double>();
+          const double other_reach = 0.5 * (other.ring[2] - other.ring[0]).cast<double>().norm();
+          is_free = is_free && (a - middle).norm() > reach + other_reach + steps(0.6);
+        }
+        if (!is_free) continue;
+        OnRoof thing;
+        thing.ring = box_ring(middle, box.along, steps(kind.length_m), steps(kind.width_m));
+        thing.foot_steps.fill(height);
+        thing.top_steps.fill(height + steps(kind.height_m));
+        thing.finish = kind.finish;
+        thing.top_finish = kind.finish;
+        things.push_back(thing);
+        break;
+      }
+    return things;
+  }
+
+  std::uint8_t wall_plain() {
+    if (!wall_plain_) {
+      world::Finish finish = design_.wall;
+      finish.pattern = 0;
+      wall_plain_ = shape_.add_finish(finish);
+    }
+    return *wall_plain_;
+  }
+  std::uint8_t metal() {
+    if (!metal_) {
+      world::Finish finish = design_.trim;
+      finish.material = world::Material::Metal;
+      finish.color_srgb = {172, 174, 174};
+      metal_ = shape_.add_finish(finish);
+    }
+    return *metal_;
+  }
+
+  /// On the upper part of roofs of houses, each within one face.
+  std::vector<OnRoof> chimneys_on(const Roof& roof, double eaves_height) {
+    const bool has_some = design_.kind == BuildingKind::House ||
+                          design_.kind == BuildingKind::Apartments ||
+                          design_.kind == BuildingKind::Commercial;
+    if (!has_some || area_m2(plan_.rings) < 45.0 || roof.faces.empty()) return {};
+    const Rectangle box = rectangle_round(plan_.rings.front());
+    const double highest = roof.highest_steps();
+    const int wanted = area_m2(plan_.rings) > 260.0                 ? 3
+                       : random_unit(plan_.own, 0, kChimney) < 0.35 ? 2
+                                                                    : 1;
+    std::vector<OnRoof> things;
+    for (std::uint64_t attempt = 0; attempt < 24 && static_cast<int>(things.size()) < wanted;
+         ++attempt) {
+      const double u = random_between(-0.45, 0.45, plan_.own, 2 * attempt + 1, kChimney);
+      const double v = random_between(-0.45, 0.45, plan_.own, 2 * attempt + 2, kChimney);
+      const Vector2d middle = box.middle_steps + u * box.length_steps * box.along +
+                              v * box.width_steps * Vector2d(-box.along.y(), box.along.x());
+      const double length_m = random_between(0.55, 1.1, plan_.own, attempt, kChimney + 16);
+      OnRoof thing;
+      thing.ring = box_ring(middle, box.along, steps(length_m), steps(0.55));
+      const std::array<Vector2i, 4> wide =
+          box_ring(middle, box.along, steps(length_m + 0.5), steps(1.05));
+      for (const auto& face : roof.faces) {
+        std::vector<Vector2i> ring;
+        for (const int node : face)
+          ring.push_back(roof.points_steps[static_cast<std::size_t>(node)]);
+        const RingsSteps area = {ring};
+        if (!std::all_of(wide.begin(), wide.end(), [&](const Vector2i& corner) {
+              return contains(area, corner.cast<double>());
+            }))
+          continue;
+        const auto plane = plane_of(roof, face);
+        if (!plane) break;
+        double lowest_foot = 1e18;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const Vector2d at = thing.ring[k].cast<double>();
+          const double rise = plane->x() * at.x() + plane->y() * at.y() + plane->z();
+          thing.foot_steps[k] = eaves_height + rise;
+          lowest_foot = std::min(lowest_foot, rise);
+        }
+        if (lowest_foot < 0.45 * highest) break;
+        thing.top_steps.fill(eaves_height + highest +
+                             steps(random_between(0.35, 0.8, plan_.own, attempt, kChimney + 17)));
+        thing.finish = chimney();
+        thing.top_finish = thing.finish;
+        const bool is_free = std::all_of(things.begin(), things.end(), [&](const OnRoof& other) {
+          return (other.ring[0] - thing.ring[0]).cast<double>().norm() > steps(2.0);
+        });
+        if (is_free) things.push_back(thing);
+        break;
+      }
+    }
+    return things;
+  }
+
+  std::uint8_t chimney() {
+    if (!chimney_) {
+      world::Finish finish = design_.trim;
+      const bool is_brick = random_unit(plan_.own, 1, kParapet) < 0.55;
+      finish.material = is_brick ? world::Material::Brick : world::Material::Plaster;
+      if (is_brick) finish.color_srgb = {148, 92, 72};
+      chimney_ = shape_.add_finish(finish);
+    }
+    return *chimney_;
+  }
+
+  /// rise = x a + y b + c
+  static std::optional<Vector3d> plane_of(const Roof& roof, const std::vector<int>& face) {
+    double largest = 0.0;
+    Vector3d best = Vector3d::Zero();
+    const auto place = [&](int node) {
+      const auto i = static_cast<std::size_t>(node);
+      return at_height(roof.points_steps[i], roof.rises_steps[i]);
+    };
+    for (std::size_t i = 2; i < face.size(); ++i) {
+      const Vector3d a = place(face[0]);
+      const Vector3d normal = (place(face[i - 1]) - a).cross(place(face[i]) - a);
+      if (normal.z() <= largest) continue;
+      largest = normal.z();
+      best = {-normal.x() / normal.z(), -normal.y() / normal.z(), normal.dot(a) / normal.z()};
+    }
+    if (largest <= 0.0) return std::nullopt;
+    return best;
+  }
+
+  /// Walls up to the eaves, soffits and fascias beyond them, gables.
+  bool add_walls_under(const Roof& roof, const RingsSteps& eaves, const std::vector<double>& by,
+                       double eaves_height, double fascia, const std::vector<double>& heights) {
+    int first = 0;
+    for (std::size_t r = 0; r < eaves.size(); ++r) {
+      const int n = static_cast<int>(eaves[r].size());
+      for (int i = 0; i < n; ++i) {
+        const auto edge = static_cast<std::size_t>(first + i);
+        const auto here = static_cast<std::size_t>(i);
+        const auto there = static_cast<std::size_t>((i + 1) % n);
+        const Vector2i p0 = plan_.rings[r][here];
+        const Vector2i p1 = plan_.rings[r][there];
+        const Vector2i q0 = eaves[r][here];
+        const Vector2i q1 = eaves[r][there];
+        if (by[edge] > 0.0) {
+          shape_.wall_quad(p0.cast<double>(), p1.cast<double>(), bottom_, eaves_height, wall_);
+          const std::vector<Vector2i> strip = {p0, p1, q1, q0};
+          add_level(strip, {0, 1, 2}, eaves_height, trim_);
+          add_level(strip, {0, 2, 3}, eaves_height, trim_);
+          shape_.wall_quad(q0.cast<double>(), q1.cast<double>(), eaves_height,
+                           eaves_height + fascia, trim_);
+          continue;
+        }
+        // All of the wall in its own plane: along it, and up.
+        std::vector<Vector3d> outline = {at_height(p0, bottom_), at_height(p1, bottom_)};
+        if (q1 != p1) {
+          outline.push_back(at_height(p1, eaves_height));
+          outline.push_back(at_height(q1, eaves_height));
+        }
+        outline.push_back(at_height(q1, heights[static_cast<std::size_t>(first + (i + 1) % n)]));
+        const auto& gable = roof.gable_points[edge];
+        for (std::size_t k = gable.size(); k-- > 0;) {
+          const auto point = static_cast<std::size_t>(gable[k]);
+          outline.push_back(at_height(roof.points_steps[point], heights[point]));
+        }
+        outline.push_back(at_height(q0, heights[edge]));
+        if (q0 != p0) {
+          outline.push_back(at_height(q0, eaves_height));
+          outline.push_back(at_height(p0, eaves_height));
+        }
+        const Vector2d along = (p1 - p0).cast<double>().normalized();
+        std::vector<Vector2i> flat;
+        for (const Vector3d& corner : outline)
+          flat.emplace_back(
+              static_cast<int>(std::lround(along.dot(corner.head<2>() - p0.cast<double>()))),
+              static_cast<int>(std::lround(corner.z())));
+        Border border;
+        border.add(flat);
+        const std::optional<Triangles> triangles = triangulate(border.points, border.edges, {});
+        if (!triangles) return false;
+        for (const auto& corners : *triangles) {
+          std::array<std::uint32_t, 3> at = {};
+          for (std::size_t k = 0; k < 3; ++k) {
+            const auto c = static_cast<std::size_t>(corners[k]);
+            at[k] = shape_.vertex(outline[c], kHeightStep_m * flat[c].cast<double>());
+          }
+          shape_.triangle(at[0], at[1], at[2], wall_);
+        }
+      }
+      first += n;
+    }
+    return true;
+  }
+
+  const BuildingPlan& plan_;
+  const BuildingDesign& design_;
+  ShapeBuilder shape_;
+  std::uint8_t wall_ = 0;
+  std::uint8_t roofing_ = 0;
+  std::uint8_t trim_ = 0;
+  std::optional<std::uint8_t> wall_plain_;
+  std::optional<std::uint8_t> metal_;
+  std::optional<std::uint8_t> chimney_;
+  bool is_raised_ = false;
+  double bottom_ = 0.0;
+  double top_ = 0.0;
+};
+
+}  // namespace
+
+bool is_closed(const world::Shape& shape) {
+  const auto place = [&](std::uint32_t corner) {
+    const Eigen::Vector3i& at = shape.vertices_steps[corner];
+    return std::tuple(at.x(), at.y(), at.z());
+  };
+  using Place = std::tuple<int, int, int>;
+  std::set<std::pair<Place, Place>> edges;
+  for (const auto& triangle : shape.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Place a = place(triangle.corners[k]);
+      const Place b = place(triangle.corners[(k + 1) % 3]);
+      if (a == b || !edges.emplace(a, b).second) return false;
+    }
+  for (const auto& [a, b] : edges)
+    if (!edges.contains({b, a})) return false;
+  return !edges.empty();
+}
+
+namespace {
+
+/// What may be shown: closed, and nothing of it crosses anything else of it.
+bool is_sound(const world::Shape& shape) {
+  if (!is_closed(shape)) return false;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (const auto& triangle : shape.triangles) triangles.push_back(triangle.corners);
+  return !meets_itself(shape.vertices_steps, triangles);
+}
+
+}  // namespace
+
+world::Shape building_shape(const BuildingPlan& plan, BuildingDetail detail) {
+  const bool is_fine = detail == BuildingDetail::Fine;
+  // From what is asked for to what always works.
+  if (detail != BuildingDetail::Block) {
+    if (plan.design->kind == BuildingKind::Canopy) {
+      BuildingBuilder builder(plan);
+      if (builder.add_canopy())
+        if (world::Shape shape = builder.take(); is_sound(shape)) return shape;
+    } else if (plan.design->roof != RoofShape::Flat) {
+      std::vector<RoofShape> shapes = {plan.design->roof};
+      if (plan.design->roof != RoofShape::Hipped) shapes.push_back(RoofShape::Hipped);
+      for (const RoofShape roof : shapes)
+        for (const bool with_details : {true, false}) {
+          if (with_details && !is_fine) continue;
+          BuildingDesign design = *plan.design;
+          if (design.roof != roof) design.roof_slope = std::min(design.roof_slope, 0.6);
+          design.roof = roof;
+          BuildingPlan other = plan;
+          other.design = &design;
+          BuildingBuilder builder(other);
+          if (builder.add_pitched(with_details))
+            if (world::Shape shape = builder.take(); is_sound(shape)) return shape;
+        }
+    }
+    for (const bool with_details : {true, false}) {
+      if (with_details && !is_fine) continue;
+      BuildingBuilder builder(plan);
+      if (builder.add_flat(with_details))
+        if (world::Shape shape = builder.take(); is_sound(shape)) return shape;
+    }
+  }
+  BuildingBuilder builder(plan);
+  builder.add_block();
+  return builder.take();
+}
+
+}  // namespace terracast::tiler

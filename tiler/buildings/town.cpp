@@ -1,0 +1,449 @@
+#include "tiler/buildings/town.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "core/parallel.h"
+#include "core/random.h"
+#include "world/tile.h"
+
+namespace terracast::tiler {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+using world::kHeightStep_m;
+
+constexpr double kIndexCell_m = 48.0;
+/// So wide a piece of ground says how densely a place is built.
+constexpr double kDensityCell_m = 96.0;
+/// Houses within so far choose from the same colours.
+constexpr double kTownCell_m = 1500.0;
+/// Share of a footprint in another by which it is the same building.
+constexpr double kSame = 0.9;
+/// Less and it only touches it.
+constexpr double kTouches = 0.06;
+/// An outline of which so much is mapped as parts stands as its parts alone.
+constexpr double kCoveredByParts = 0.6;
+constexpr double kPartOfOutline = 0.6;
+/// A neighbour nearer than this leaves no room for eaves.
+constexpr double kAttached_m = 0.9;
+/// A raster that knows less than this shows no building: it is older, or a tree was taken away.
+constexpr double kLeastRaster_m = 1.8;
+
+std::uint64_t cell_key(double x, double y, double cell_m) {
+  const auto cell = [&](double at) {
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(at / cell_m)));
+  };
+  return static_cast<std::uint64_t>(cell(y)) << 32U | cell(x);
+}
+
+struct Draft {
+  Building building;
+  const FeatureTags* tags = nullptr;
+  bool is_part = false;
+  bool is_dropped = false;
+  double area_m2 = 0.0;
+  std::vector<Vector2d> inside_world;  ///< places within it
+
+  bool contains_world(const Vector2d& place) const {
+    if ((place.array() < building.lowest_world.array()).any() ||
+        (place.array() > building.highest_world.array()).any())
+      return false;
+    return contains(building.footprint.rings,
+                    (place - building.footprint.place_m.cast<double>()) / kHeightStep_m);
+  }
+};
+
+std::vector<Vector2d> places_within(const Building& building) {
+  constexpr int kAcross = 9;
+  std::vector<Vector2d> places;
+  const Vector2d size = building.highest_world - building.lowest_world;
+  for (int fine = 1; fine <= 4 && places.size() < 12; fine *= 2) {
+    places.clear();
+    for (int j = 0; j < kAcross * fine; ++j)
+      for (int i = 0; i < kAcross * fine; ++i) {
+        const Vector2d share = Vector2d(i + 0.5, j + 0.5) / (kAcross * fine);
+        const Vector2d at = building.lowest_world + share.cwiseProduct(size);
+        if (contains(building.footprint.rings,
+                     (at - building.footprint.place_m.cast<double>()) / kHeightStep_m))
+          places.push_back(at);
+      }
+  }
+  return places;
+}
+
+double share_in(const Draft& one, const Draft& other) {
+  if (one.inside_world.empty()) return 0.0;
+  std::size_t num_in = 0;
+  for (const Vector2d& place : one.inside_world) num_in += other.contains_world(place) ? 1 : 0;
+  return static_cast<double>(num_in) / static_cast<double>(one.inside_world.size());
+}
+
+/// Whether `one` stays where they are the same.
+bool goes_before(const Draft& one, const Draft& other) {
+  if (one.area_m2 != other.area_m2) return one.area_m2 > other.area_m2;
+  return one.building.key < other.building.key;
+}
+
+bool is_part_of(const FeatureTags& tags) {
+  const std::string_view part = tags.value("building:part");
+  return !part.empty() && part != "no";
+}
+
+class TownBuilder {
+ public:
+  TownBuilder(const std::vector<VectorFeature>& features, const HeightRaster* raster,
+              const TownGround& ground, double size_m, std::uint64_t seed)
+      : raster_(raster), ground_(ground), half_size_m_(0.5 * size_m), seed_(seed) {
+    take(features);
+    drop_what_is_wet();
+    for (std::size_t i = 0; i < drafts_.size(); ++i)
+      index_.add(static_cast<std::uint32_t>(i), drafts_[i].building.lowest_world,
+                 drafts_[i].building.highest_world);
+    index_.finish();
+    drop_what_is_there_twice();
+    replace_by_parts();
+    measure_density();
+    design();
+  }
+
+  Town take_town() {
+    Town town;
+    for (Draft& draft : drafts_) {
+      if (draft.is_dropped) continue;
+      town.index.add(static_cast<std::uint32_t>(town.buildings.size()), draft.building.lowest_world,
+                     draft.building.highest_world);
+      town.buildings.push_back(std::move(draft.building));
+    }
+    town.index.finish();
+    const auto count = [&](const char* name, std::int64_t value) {
+      if (value > 0) town.counts.emplace_back(name, value);
+    };
+    town.counts.emplace_back("buildings", static_cast<std::int64_t>(town.buildings.size()));
+    count("heights from height", heights_[0]);
+    count("heights from levels", heights_[1]);
+    count("heights from the raster", heights_[2]);
+    count("heights guessed", heights_[3]);
+    count("absurd heights clamped", num_clamped_);
+    count("footprints repaired", footprint_counts_.num_repaired);
+    count("footprints simplified", footprint_counts_.num_simplified);
+    count("footprints without an area", footprint_counts_.num_too_small);
+    count("footprints too large", footprint_counts_.num_too_large);
+    count("footprints beyond the square", num_beyond_);
+    count("footprints in water", num_wet_);
+    count("footprints in others left out", num_same_);
+    count("footprints across others", num_crossing_);
+    count("outlines replaced by parts", num_replaced_);
+    count("footprints on roads", num_taken_);
+    return town;
+  }
+
+ private:
+  void take(const std::vector<VectorFeature>& features) {
+    std::unordered_set<std::uint64_t> keys;
+    std::unordered_map<std::uint64_t, std::uint64_t> num_of;
+    for (const VectorFeature& feature : features) {
+      if (feature.kind != FeatureKind::Area) continue;
+      for (const auto& rings : feature.parts_world)
+        for (Footprint& footprint : footprints_of(rings, footprint_counts_)) {
+          Draft draft;
+          draft.building.feature = feature.number;
+          const std::uint64_t count = num_of[feature.number]++;
+          draft.building.key =
+              count == 0 ? feature.number : core::mix_bits(feature.number ^ core::mix_bits(count));
+          while (!keys.insert(draft.building.key).second)
+            draft.building.key = core::mix_bits(draft.building.key);
+          draft.tags = &feature.tags;
+          draft.is_part = is_part_of(feature.tags);
+          draft.area_m2 = area_m2(footprint.rings);
+          draft.building.own = core::random_bits(seed_, draft.building.key, 0);
+          set_box(footprint, draft.building);
+          draft.building.footprint = std::move(footprint);
+          // What reaches over the border would stand on the apron.
+          if (draft.building.lowest_world.cwiseAbs().maxCoeff() > half_size_m_ ||
+              draft.building.highest_world.cwiseAbs().maxCoeff() > half_size_m_) {
+            ++num_beyond_;
+            continue;
+          }
+          drafts_.push_back(std::move(draft));
+        }
+    }
+    core::parallel_for_blocks(static_cast<std::int64_t>(drafts_.size()), 256,
+                              [&](std::int64_t begin, std::int64_t end) {
+                                for (std::int64_t i = begin; i < end; ++i) {
+                                  Draft& draft = drafts_[static_cast<std::size_t>(i)];
+                                  draft.inside_world = places_within(draft.building);
+                                }
+                              });
+  }
+
+  static void set_box(const Footprint& footprint, Building& building) {
+    Vector2i lowest = footprint.rings[0][0];
+    Vector2i highest = lowest;
+    for (const Vector2i& corner : footprint.rings[0]) {
+      lowest = lowest.cwiseMin(corner);
+      highest = highest.cwiseMax(corner);
+    }
+    const Vector2d place = footprint.place_m.cast<double>();
+    building.lowest_world = place + kHeightStep_m * lowest.cast<double>();
+    building.highest_world = place + kHeightStep_m * highest.cast<double>();
+  }
+
+  void drop_what_is_wet() {
+    for (Draft& draft : drafts_) {
+      bool is_wet = ground_.is_water(draft.building.footprint.place_m.cast<double>());
+      for (const Vector2i& corner : draft.building.footprint.rings[0]) {
+        if (!is_wet) break;
+        is_wet = ground_.is_water(draft.building.footprint.place_m.cast<double>() +
+                                  kHeightStep_m * corner.cast<double>());
+      }
+      if (!is_wet) continue;
+      draft.is_dropped = true;
+      ++num_wet_;
+    }
+  }
+
+  std::vector<std::uint32_t> near(const Draft& draft, double margin_m) const {
+    return index_.rows_in(draft.building.lowest_world.array() - margin_m,
+                          draft.building.highest_world.array() + margin_m);
+  }
+
+  void drop_what_is_there_twice() {
+    // All verdicts before any is carried out, so that their order does not matter.
+    std::vector<char> is_same(drafts_.size(), 0);
+    std::vector<char> crosses(drafts_.size(), 0);
+    core::parallel_for_blocks(
+        static_cast<std::int64_t>(drafts_.size()), 64, [&](std::int64_t begin, std::int64_t end) {
+          for (std::int64_t k = begin; k < end; ++k) {
+            const auto i = static_cast<std::size_t>(k);
+            const Draft& draft = drafts_[i];
+            if (draft.is_dropped) continue;
+            for (const std::uint32_t j : near(draft, 0.0)) {
+              const Draft& other = drafts_[j];
+              if (j == i || other.is_dropped || other.is_part != draft.is_part) continue;
+              if (!goes_before(other, draft)) continue;
+              const double share = share_in(draft, other);
+              if (draft.is_part) {
+                // Parts stand over each other and in each other; only the very same is there twice.
+                if (share >= kSame && draft.area_m2 > 0.98 * other.area_m2 &&
+                    *draft.tags == *other.tags)
+                  is_same[i] = 1;
+              } else if (share >= kSame) {
+                is_same[i] = 1;
+              } else if (share > kTouches) {
+                crosses[i] = 1;
+              }
+            }
+          }
+        });
+    for (std::size_t i = 0; i < drafts_.size(); ++i) {
+      if (is_same[i] != 0) {
+        drafts_[i].is_dropped = true;
+        ++num_same_;
+      } else if (crosses[i] != 0) {
+        ++num_crossing_;
+      }
+    }
+  }
+
+  void replace_by_parts() {
+    std::vector<double> covered(drafts_.size(), 0.0);
+    std::vector<std::size_t> owner(drafts_.size(), drafts_.size());
+    for (std::size_t i = 0; i < drafts_.size(); ++i) {
+      const Draft& part = drafts_[i];
+      if (!part.is_part || part.is_dropped) continue;
+      double best = kPartOfOutline;
+      for (const std::uint32_t j : near(part, 0.0)) {
+        const Draft& outline = drafts_[j];
+        if (outline.is_part || outline.is_dropped) continue;
+        const double share = share_in(part, outline);
+        if (share < best) continue;
+        best = share;
+        owner[i] = j;
+      }
+    }
+    // By what of an outline lies in parts, and not by their areas: they lie over each other.
+    std::vector<std::vector<std::size_t>> parts(drafts_.size());
+    for (std::size_t i = 0; i < drafts_.size(); ++i)
+      if (owner[i] < drafts_.size()) parts[owner[i]].push_back(i);
+    for (std::size_t j = 0; j < drafts_.size(); ++j) {
+      if (parts[j].empty()) continue;
+      Draft& outline = drafts_[j];
+      std::size_t num_in = 0;
+      for (const Vector2d& place : outline.inside_world)
+        for (const std::size_t i : parts[j])
+          if (drafts_[i].contains_world(place)) {
+            ++num_in;
+            break;
+          }
+      for (const std::size_t i : parts[j]) {
+        Building& part = drafts_[i].building;
+        const Vector2i from_outline =
+            (outline.building.footprint.place_m - part.footprint.place_m) *
+            static_cast<int>(1.0 / kHeightStep_m);
+        for (const Vector2i& corner : outline.building.footprint.rings[0])
+          part.ground_steps.push_back(corner + from_outline);
+        part_of_[i] = j;
+      }
+      if (static_cast<double>(num_in) <
+          kCoveredByParts * static_cast<double>(outline.inside_world.size()))
+        continue;
+      outline.is_dropped = true;
+      ++num_replaced_;
+    }
+  }
+
+  void measure_density() {
+    for (const Draft& draft : drafts_) {
+      if (draft.is_dropped) continue;
+      const Vector2i& at = draft.building.footprint.place_m;
+      built_m2_[cell_key(at.x(), at.y(), kDensityCell_m)] += draft.area_m2;
+    }
+  }
+
+  double share_built(const Vector2d& at) const {
+    double built = 0.0;
+    for (const double dy : {-kDensityCell_m, 0.0, kDensityCell_m})
+      for (const double dx : {-kDensityCell_m, 0.0, kDensityCell_m}) {
+        const auto found = built_m2_.find(cell_key(at.x() + dx, at.y() + dy, kDensityCell_m));
+        if (found != built_m2_.end()) built += found->second;
+      }
+    return built / (9.0 * kDensityCell_m * kDensityCell_m);
+  }
+
+  std::vector<bool> attached_edges(std::size_t row) const {
+    const Draft& draft = drafts_[row];
+    const Footprint& footprint = draft.building.footprint;
+    std::vector<bool> attached;
+    const std::vector<std::uint32_t> others = near(draft, kAttached_m + 0.1);
+    for (const auto& ring : footprint.rings)
+      for (std::size_t i = 0; i < ring.size(); ++i) {
+        const Vector2d a = ring[i].cast<double>();
+        const Vector2d b = ring[(i + 1) % ring.size()].cast<double>();
+        const Vector2d along = (b - a).normalized();
+        const Vector2d outward(along.y(), -along.x());
+        bool is_attached = false;
+        for (const double share : {0.04, 0.27, 0.5, 0.73, 0.96})
+          for (const double out_m : {0.15, kAttached_m}) {
+            const Vector2d at = footprint.place_m.cast<double>() +
+                                kHeightStep_m * (a + share * (b - a)) + out_m * outward;
+            for (const std::uint32_t j : others)
+              if (!is_attached && j != row && !drafts_[j].is_dropped)
+                is_attached = drafts_[j].contains_world(at);
+          }
+        attached.push_back(is_attached);
+      }
+    return attached;
+  }
+
+  void design() {
+    core::parallel_for_blocks(static_cast<std::int64_t>(drafts_.size()), 64,
+                              [&](std::int64_t begin, std::int64_t end) {
+                                for (std::int64_t k = begin; k < end; ++k)
+                                  if (!drafts_[static_cast<std::size_t>(k)].is_dropped)
+                                    design(static_cast<std::size_t>(k));
+                              });
+    for (Draft& draft : drafts_) {
+      if (draft.is_dropped) continue;
+      const BuildingDesign& design = draft.building.design;
+      ++heights_[static_cast<std::size_t>(design.height_source)];
+      num_clamped_ += design.was_clamped ? 1 : 0;
+      num_taken_ += ground_.is_taken(draft.building.footprint.place_m.cast<double>()) ? 1 : 0;
+    }
+  }
+
+  void design(std::size_t row) {
+    Draft& draft = drafts_[row];
+    Building& building = draft.building;
+    const Vector2d at = building.footprint.place_m.cast<double>();
+    building.attached = attached_edges(row);
+    const Rectangle box = rectangle_round(building.footprint.rings.front());
+    Surroundings around;
+    around.area_m2 = draft.area_m2;
+    around.width_m = box.width_steps * kHeightStep_m;
+    around.length_m = box.length_steps * kHeightStep_m;
+    around.num_corners = num_corners(building.footprint.rings);
+    around.share_built = share_built(at);
+    around.is_attached = std::find(building.attached.begin(), building.attached.end(), true) !=
+                         building.attached.end();
+    around.latitude_deg = ground_.latitude_deg;
+    around.height_m = ground_.height_m(at);
+    std::optional<double> raster_m;
+    if (raster_ != nullptr) {
+      raster_m = raster_->median_m(building.footprint);
+      if (raster_m && !(*raster_m >= kLeastRaster_m)) raster_m.reset();
+    }
+    // Parts go with their building, houses with their neighbours.
+    std::uint64_t own = building.own;
+    if (const auto found = part_of_.find(row); found != part_of_.end())
+      own = drafts_[found->second].building.own;
+    const std::uint64_t town =
+        core::random_bits(seed_, cell_key(at.x(), at.y(), kTownCell_m), 0x746f776eULL);
+    building.design = design_building(*draft.tags, draft.is_part, around, raster_m, town, own);
+  }
+
+  const HeightRaster* raster_;
+  const TownGround& ground_;
+  double half_size_m_;
+  std::uint64_t seed_;
+  std::vector<Draft> drafts_;
+  BuildingIndex index_;
+  std::unordered_map<std::size_t, std::size_t> part_of_;
+  std::unordered_map<std::uint64_t, double> built_m2_;
+  FootprintCounts footprint_counts_;
+  std::array<std::int64_t, kNumHeightSources> heights_ = {};
+  std::int64_t num_clamped_ = 0;
+  std::int64_t num_beyond_ = 0;
+  std::int64_t num_wet_ = 0;
+  std::int64_t num_same_ = 0;
+  std::int64_t num_crossing_ = 0;
+  std::int64_t num_replaced_ = 0;
+  std::int64_t num_taken_ = 0;
+};
+
+}  // namespace
+
+void BuildingIndex::add(std::uint32_t row, const Vector2d& lowest, const Vector2d& highest) {
+  for (double y = std::floor(lowest.y() / kIndexCell_m);
+       y <= std::floor(highest.y() / kIndexCell_m); ++y)
+    for (double x = std::floor(lowest.x() / kIndexCell_m);
+         x <= std::floor(highest.x() / kIndexCell_m); ++x)
+      entries_.emplace_back(
+          cell_key((x + 0.5) * kIndexCell_m, (y + 0.5) * kIndexCell_m, kIndexCell_m), row);
+  lowest_ = lowest_.cwiseMin(lowest);
+  highest_ = highest_.cwiseMax(highest);
+}
+
+void BuildingIndex::finish() { std::sort(entries_.begin(), entries_.end()); }
+
+std::vector<std::uint32_t> BuildingIndex::rows_in(const Vector2d& lowest,
+                                                  const Vector2d& highest) const {
+  std::vector<std::uint32_t> rows;
+  const Vector2d from = lowest.cwiseMax(lowest_);
+  const Vector2d to = highest.cwiseMin(highest_);
+  if ((from.array() > to.array()).any()) return rows;
+  for (double y = std::floor(from.y() / kIndexCell_m); y <= std::floor(to.y() / kIndexCell_m); ++y)
+    for (double x = std::floor(from.x() / kIndexCell_m); x <= std::floor(to.x() / kIndexCell_m);
+         ++x) {
+      const std::uint64_t key =
+          cell_key((x + 0.5) * kIndexCell_m, (y + 0.5) * kIndexCell_m, kIndexCell_m);
+      for (auto entry = std::lower_bound(entries_.begin(), entries_.end(),
+                                         std::pair<std::uint64_t, std::uint32_t>(key, 0));
+           entry != entries_.end() && entry->first == key; ++entry)
+        rows.push_back(entry->second);
+    }
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  return rows;
+}
+
+Town build_town(const std::vector<VectorFeature>& features, const HeightRaster* raster,
+                const TownGround& ground, double size_m, std::uint64_t seed) {
+  return TownBuilder(features, raster, ground, size_m, seed).take_town();
+}
+
+}  // namespace terracast::tiler

@@ -1,0 +1,17 @@
+#include "tiler/country/country.h"
+
+#include <fmt/format.h>
+
+#include "core/hash.h"
+#include "tiler/country/country_plan.h"
+#include "tiler/surface.h"
+
+namespace terracast::tiler {
+
+Country::Country(const WorldSurface& surface, std::uint64_t seed, const core::Context& context)
+    : features_(country::make_country(surface, seed, context)) {
+  content_hash_ = core::content_hash(
+      fmt::format("country {} {} {}", country::kVersion, surface.input_hash(), seed));
+}
+
+}  // namespace terracast::tiler

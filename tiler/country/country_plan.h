@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "core/context.h"
+#include "tiler/vector_source.h"
+
+namespace terracast::tiler {
+class WorldSurface;
+}
+
+namespace terracast::tiler::country {
+
+/// Raised when the same seed and ground give another country.
+inline constexpr int kVersion = 1;
+
+/// All features of a country, by number. Its stages in their order: ground, water, sites, airport, roads,
+/// streets, buildings, and what lies between.
+std::vector<VectorFeature> make_country(const WorldSurface& surface, std::uint64_t seed,
+                                        const core::Context& context);
+
+}  // namespace terracast::tiler::country

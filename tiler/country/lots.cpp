@@ -1,0 +1,629 @@
+#include "tiler/country/lots.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/random.h"
+
+namespace terracast::tiler::country {
+namespace {
+
+using core::random_unit;
+
+constexpr std::uint64_t kStream = 0x6c6f7473;
+constexpr double kPavement_m = 2.2;
+constexpr double kSteepest = 0.24;  ///< of the ground under a house
+
+/// What a place of a settlement is built with.
+enum class Zone : std::uint8_t { Center, Dense, Mixed, Slabs, Business, Industry, Houses };
+
+Zone zone_of(const Settlement& town, const Point& at, double far, std::uint64_t seed) {
+  if (town.rank == Rank::Hamlet) return Zone::Houses;
+  if (town.rank == Rank::Village)
+    return far < 0.22 && town.population > 900 ? Zone::Mixed : Zone::Houses;
+  // Industry in one direction from the middle, business in another, offset by the seed.
+  const Point out = (at - town.center).normalized();
+  const Point industry =
+      turned(Point(core::random_bits(seed, kStream, 1) % 2 == 0 ? 1.0 : -1.0, 0.0),
+             2.0 * random_unit(seed, kStream, 2) - 1.0);
+  if (far > 0.55 && out.dot(industry) > 0.86) return Zone::Industry;
+  if (town.rank == Rank::City) {
+    const Point business = left_of(industry);
+    if (far > 0.06 && far < 0.3 && out.dot(business) > 0.72) return Zone::Business;
+    if (far < 0.16) return Zone::Center;
+    if (far < 0.4) return Zone::Dense;
+    if (far < 0.6)
+      return random_unit(
+                 seed, kStream + 3,
+                 static_cast<std::uint64_t>(std::llround(std::floor(at.x() / 420.0) * 4096 +
+                                                         std::floor(at.y() / 420.0) + 1e9))) < 0.45
+                 ? Zone::Slabs
+                 : Zone::Mixed;
+    return far < 0.75 ? Zone::Mixed : Zone::Houses;
+  }
+  if (far < 0.22) return Zone::Center;
+  if (far < 0.34 && town.population > 9000) return Zone::Dense;
+  return far < 0.5 ? Zone::Mixed : Zone::Houses;
+}
+
+struct HouseRule {
+  HouseKind kind;
+  double frontage_m, width_m, depth_m, setback_m, margin_m;
+};
+
+HouseRule house_rule(Zone zone, Rank rank, std::uint64_t draw) {
+  const double u = random_unit(draw, 1, 0);
+  const double size = 0.88 + 0.3 * random_unit(draw, 2, 0);
+  switch (zone) {
+    case Zone::Center:
+    case Zone::Dense:
+      return {HouseKind::OldTown, 13.0 * size, 12.8 * size, 11.0, 0.6, 0.05};
+    case Zone::Mixed:
+      if (u < 0.45) return {HouseKind::Terrace, 8.6, 8.45, 10.0, 3.5, 0.05};
+      if (u < 0.75) return {HouseKind::SemiDetached, 20.0 * size, 14.5 * size, 10.0, 4.0, 1.4};
+      return {HouseKind::Apartments, 30.0 * size, 22.0 * size, 12.5, 5.0, 2.5};
+    case Zone::Slabs:
+      return {HouseKind::Slab, 52.0 * size, 40.0 * size, 12.0, 8.0, 6.0};
+    case Zone::Business:
+      return {HouseKind::Office, 46.0 * size, 36.0 * size, 22.0, 4.0, 4.0};
+    case Zone::Industry:
+      return {HouseKind::Industrial, 62.0 * size, 46.0 * size, 30.0 * size, 9.0, 5.0};
+    case Zone::Houses:
+      break;
+  }
+  if (rank == Rank::Village && u < 0.25)
+    return {HouseKind::Terrace, 18.0 * size, 13.5 * size, 9.5, 1.5, 0.9};
+  return {HouseKind::Detached, (rank == Rank::Hamlet ? 34.0 : 22.5) * size, 12.2 * size,
+          9.4 * size,          4.0 + 4.0 * random_unit(draw, 3, 0),         2.2};
+}
+
+/// A house's outline within its rectangle: plain, or with a wing.
+PointsWorld outline(const Rectangle& box, std::uint64_t draw, double share_of_wings) {
+  if (random_unit(draw, 11, 0) >= share_of_wings) return box.ring();
+  const double a = -0.1 + 0.35 * random_unit(draw, 12, 0);
+  const double b = -0.15 + 0.35 * random_unit(draw, 13, 0);
+  if (random_unit(draw, 14, 0) < 0.7) {
+    if (random_unit(draw, 15, 0) < 0.5)
+      return {box.at(-1, -1), box.at(1, -1), box.at(1, 1),
+              box.at(a, 1),   box.at(a, b),  box.at(-1, b)};
+    return {box.at(-1, -1), box.at(1, -1), box.at(1, b),
+            box.at(-a, b),  box.at(-a, 1), box.at(-1, 1)};
+  }
+  return {box.at(-1, -1), box.at(1, -1),   box.at(1, b),    box.at(0.4, b),
+          box.at(0.4, 1), box.at(-0.4, 1), box.at(-0.4, b), box.at(-1, b)};
+}
+
+class SettlementBuilder {
+ public:
+  SettlementBuilder(Builder& builder, const std::vector<TownShape>& shapes, std::uint64_t seed)
+      : builder_(builder),
+        shapes_(shapes),
+        seed_(seed),
+        index_(builder.ground().half_size_m(), 256.0) {
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+      const Settlement& town = shapes[k].settlement();
+      const double reach_m = std::max(1.8 * town.radius_m, 160.0);
+      index_.add(static_cast<std::int32_t>(k), town.center.array() - reach_m,
+                 town.center.array() + reach_m);
+    }
+  }
+
+  const TownShape* shape_at(const Point& at) {
+    index_.find(at, at, found_);
+    const TownShape* best = nullptr;
+    double least = 1.06;
+    for (const std::int32_t k : found_) {
+      const TownShape& shape = shapes_[static_cast<std::size_t>(k)];
+      if (const double far = shape.at(at); far < least) {
+        least = far;
+        best = &shape;
+      }
+    }
+    return best;
+  }
+
+  /// What a settlement has one of, or few.
+  void build_landmarks(const TownShape& shape) {
+    const Settlement& town = shape.settlement();
+    if (town.rank == Rank::Hamlet) {
+      if (random_unit(builder_.draw(), 1, 0) < 0.25) build_church(town, 16.0, 8.0);
+      return;
+    }
+    const double people = town.population;
+    if (town.rank != Rank::Village)
+      place_area(
+          town, 64.0, 44.0, 0.0, 0.4,
+          {{"place", "square"}, {"highway", "pedestrian"}, {"area", "yes"}, {"surface", "sett"}},
+          Theme::Road, 1.0);
+    build_church(town, town.rank == Rank::Village ? 26.0 : 40.0,
+                 town.rank == Rank::Village ? 12.0 : 18.0);
+    place_house(town, HouseKind::Civic, 30.0, 16.0, 0.0, 1.5);
+    for (int k = 0; k < static_cast<int>(people / 3500.0) + 1; ++k) build_school(town, k);
+    for (int k = 0; k < static_cast<int>(people / 6000.0) + (people > 1200 ? 1 : 0); ++k)
+      build_shop(town, k);
+    const int num_parks = static_cast<int>(people / 4000.0) + (people > 2500 ? 1 : 0);
+    for (int k = 0; k < num_parks; ++k)
+      place_area(town, 60.0 + 70.0 * random_unit(builder_.draw(), 4, 0), 55.0,
+                 0.15 + 0.6 * k / num_parks, 0.7, {{"leisure", "park"}}, Theme::Leisure, 3.0);
+    place_area(town, 58.0 + 8.0 * std::sqrt(people / 1000.0), 42.0, 0.8, 0.8,
+               {{"landuse", "cemetery"}}, Theme::LandUse, 3.0);
+    const int num_pitches = static_cast<int>(people / 5000.0) + 1;
+    for (int k = 0; k < num_pitches; ++k)
+      if (people > 700)
+        place_area(town, 105.0, 68.0, 0.85, 0.8,
+                   {{"leisure", "pitch"}, {"sport", "soccer"}, {"surface", "grass"}},
+                   Theme::Leisure, 4.0);
+    if (town.rank == Rank::City) {
+      build_stadium(town);
+      for (int k = 0; k < 3; ++k)
+        place_area(town, 320.0, 220.0, 0.3 + 0.2 * k, 0.9, {{"leisure", "park"}}, Theme::Leisure,
+                   4.0);
+    }
+  }
+
+  void fill_block(const Block& whole) {
+    const Block block = tidied(whole, 2.5);
+    if (block.ring.size() < 3 || block.area_m2 < 700.0 || block.area_m2 > 90000.0) return;
+    Point middle = Point::Zero();
+    for (const Point& corner : block.ring)
+      middle += corner / static_cast<double>(block.ring.size());
+    const TownShape* shape = shape_at(middle);
+    if (shape == nullptr || shape->settlement().rank == Rank::Hamlet) return;
+    const Zone zone = zone_of(shape->settlement(), middle, shape->at(middle), seed_);
+    const int palette = shape->settlement().palette;
+    if (zone == Zone::Center || zone == Zone::Dense)
+      build_perimeter(block,
+                      zone == Zone::Center && shape->settlement().rank != Rank::City
+                          ? HouseKind::OldTown
+                      : zone == Zone::Center ? HouseKind::OldTown
+                                             : HouseKind::Apartments,
+                      palette);
+    else if (zone == Zone::Slabs)
+      fill_rows(block, HouseKind::Slab, 48.0, 12.0, 34.0, 14.0, palette);
+    else if (zone == Zone::Business)
+      build_business(block, palette);
+    else if (zone == Zone::Industry)
+      fill_rows(
+          block,
+          random_unit(builder_.draw(), 5, 0) < 0.5 ? HouseKind::Warehouse : HouseKind::Industrial,
+          56.0, 34.0, 26.0, 18.0, palette);
+  }
+
+  /// Houses along the edges of a face, each facing its road.
+  void line_edges(const Block& block) {
+    const std::size_t n = block.ring.size();
+    std::size_t begin = 0;
+    while (begin < n) {
+      // A frontage runs to the next corner.
+      PointsWorld front{block.ring[begin]};
+      const double half_width_m = block.half_width_m(begin);
+      const RoadKind kind = block.kinds[begin];
+      std::size_t k = begin;
+      for (; k < n; ++k) {
+        const Point& to = block.ring[(k + 1) % n];
+        if (front.size() >= 2) {
+          const Point before = (front.back() - front[front.size() - 2]).normalized();
+          if (before.dot((to - front.back()).normalized()) < 0.8 || block.kinds[k] != kind) break;
+        }
+        front.push_back(to);
+      }
+      begin = k;
+      if (kind != RoadKind::Track && kind != RoadKind::Motorway && kind != RoadKind::MotorwayLink)
+        line_front(front, half_width_m);
+    }
+  }
+
+ private:
+  Point spot_center(const Settlement& town, double far) {
+    const std::uint64_t draw = builder_.draw();
+    const Point out = turned(Point(random_unit(draw, 1, 0) < 0.5 ? 1.0 : -1.0, 0.0),
+                             2.0 * random_unit(draw, 2, 0) - 1.0);
+    return town.center + far * town.radius_m * out;
+  }
+
+  bool place_area(const Settlement& town, double length_m, double depth_m, double far, double reach,
+                  Tags tags, Theme theme, double margin_m) {
+    const Point near = spot_center(town, far);
+    const auto spot = builder_.find_spot(near, street_direction(near), length_m, depth_m,
+                                         std::max(reach * town.radius_m, 150.0), margin_m);
+    return spot && builder_.reserve(spot->ring(), margin_m, theme, std::move(tags));
+  }
+
+  bool place_house(const Settlement& town, HouseKind kind, double length_m, double depth_m,
+                   double far, double margin_m, Tags more = {}) {
+    const Point near = spot_center(town, far);
+    const auto spot = builder_.find_spot(near, street_direction(near), length_m, depth_m,
+                                         std::max(0.7 * town.radius_m, 150.0), margin_m);
+    return spot &&
+           builder_.build(spot->ring(), kind, town.palette, depth_m, margin_m, std::move(more));
+  }
+
+  Point street_direction(const Point&) {
+    return turned(Point::UnitX(), 2.0 * random_unit(builder_.draw(), 9, 0) - 1.0);
+  }
+
+  void build_church(const Settlement& town, double length_m, double width_m) {
+    const Point near = spot_center(town, 0.04);
+    // Choirs look east, more or less.
+    const auto spot = builder_.find_spot(near, turned(Point::UnitX(), 0.12), length_m + 8.0,
+                                         width_m + 6.0, std::max(0.8 * town.radius_m, 140.0), 2.0);
+    if (!spot) return;
+    const double tower_m = 0.5 * width_m;
+    const double nave_m = length_m - tower_m;
+    Rectangle nave{spot->center + 0.5 * (tower_m + 0.2) * spot->along, spot->along, 0.5 * nave_m,
+                   0.5 * width_m};
+    Rectangle tower{spot->center - 0.5 * (nave_m + 0.2) * spot->along, spot->along, 0.5 * tower_m,
+                    0.5 * tower_m};
+    const double height_m = 0.75 * width_m + 3.0;
+    // The nave has a choir, narrower, at its far end.
+    const PointsWorld plan{nave.at(-1, -1), nave.at(0.6, -1),  nave.at(0.6, -0.6), nave.at(1, -0.6),
+                           nave.at(1, 0.6), nave.at(0.6, 0.6), nave.at(0.6, 1),    nave.at(-1, 1)};
+    const std::uint64_t draw = builder_.draw();
+    if (builder_.build(plan, HouseKind::Church, town.palette, width_m, 0.0,
+                       {{"height", text_of(height_m + 0.5 * width_m)}}))
+      builder_.build(tower.ring(), HouseKind::Church, town.palette, tower_m, 0.0,
+                     {{"height", text_of(2.1 * height_m + 4.0)},
+                      {"roof:shape", random_unit(draw, 1, 0) < 0.7 ? "pyramidal" : "dome"},
+                      {"tower:type", "bell_tower"}});
+  }
+
+  void build_school(const Settlement& town, int k) {
+    const Point near = spot_center(town, 0.3 + 0.12 * (k % 5));
+    const auto spot =
+        builder_.find_spot(near, street_direction(near), 96.0, 62.0, town.radius_m, 2.0);
+    if (!spot) return;
+    const Point across = left_of(spot->along);
+    Rectangle house{spot->center - 14.0 * across, spot->along, 36.0, 15.0};
+    const PointsWorld plan{house.at(-1, -1),   house.at(1, -1),      house.at(1, 1),
+                           house.at(0.65, 1),  house.at(0.65, -0.2), house.at(-0.65, -0.2),
+                           house.at(-0.65, 1), house.at(-1, 1)};
+    if (!builder_.build(plan, HouseKind::School, town.palette, 12.0, 1.0)) return;
+    builder_.reserve(Rectangle{spot->center + 17.0 * across, spot->along, 20.0, 10.0}.ring(), 1.0,
+                     Theme::Leisure,
+                     {{"leisure", "pitch"}, {"sport", "basketball"}, {"surface", "tartan"}});
+  }
+
+  void build_shop(const Settlement& town, int k) {
+    const Point near = spot_center(town, 0.55 + 0.1 * (k % 4));
+    const auto spot =
+        builder_.find_spot(near, street_direction(near), 74.0, 92.0, town.radius_m, 2.0);
+    if (!spot) return;
+    const Point across = left_of(spot->along);
+    if (!builder_.build(Rectangle{spot->center + 24.0 * across, spot->along, 32.0, 20.0}.ring(),
+                        HouseKind::Retail, town.palette, 40.0, 1.0, {{"shop", "supermarket"}}))
+      return;
+    builder_.reserve(Rectangle{spot->center - 22.0 * across, spot->along, 34.0, 21.0}.ring(), 1.0,
+                     Theme::Road, {{"amenity", "parking"}, {"surface", "asphalt"}});
+  }
+
+  void build_stadium(const Settlement& town) {
+    const Point near = spot_center(town, 0.6);
+    const auto spot =
+        builder_.find_spot(near, street_direction(near), 250.0, 190.0, town.radius_m, 4.0);
+    if (!spot) return;
+    // Four stands round a pitch; the corners are open.
+    const Point across = left_of(spot->along);
+    builder_.reserve(Rectangle{spot->center, spot->along, 52.5, 34.0}.ring(), 0.0, Theme::Leisure,
+                     {{"leisure", "pitch"}, {"sport", "soccer"}, {"surface", "grass"}});
+    for (const double side : {-1.0, 1.0}) {
+      builder_.build(Rectangle{spot->center + side * 52.0 * across, spot->along, 56.0, 13.0}.ring(),
+                     HouseKind::Civic, 1, 26.0, 0.5,
+                     {{"building", "stadium"},
+                      {"height", "18"},
+                      {"roof:shape", "flat"},
+                      {"roof:colour", "#d9dcde"},
+                      {"building:material", "concrete"},
+                      {"building:colour", "#c9cbcc"}});
+      builder_.build(Rectangle{spot->center + side * 72.0 * spot->along, across, 34.0, 11.0}.ring(),
+                     HouseKind::Civic, 1, 22.0, 0.5,
+                     {{"building", "stadium"},
+                      {"height", "15"},
+                      {"roof:shape", "flat"},
+                      {"roof:colour", "#d9dcde"},
+                      {"building:material", "concrete"},
+                      {"building:colour", "#c9cbcc"}});
+      builder_.reserve(
+          Rectangle{spot->center + side * 88.0 * across, spot->along, 70.0, 9.0}.ring(), 0.5,
+          Theme::Road, {{"amenity", "parking"}, {"surface", "asphalt"}});
+    }
+  }
+
+  std::optional<PointsWorld> building_line(const Block& block, double more_m) const {
+    std::vector<double> inward;
+    for (std::size_t k = 0; k < block.ring.size(); ++k)
+      inward.push_back(block.half_width_m(k) + kPavement_m + more_m);
+    return inset(block.ring, inward);
+  }
+
+  bool build_perimeter(const Block& block, HouseKind kind, int palette) {
+    const auto outer = building_line(block, 0.0);
+    if (!outer || signed_area(*outer) < 150.0) return false;
+    const std::size_t n = outer->size();
+    const double depth_m = kind == HouseKind::OldTown ? 11.0 : 12.5;
+    const auto inner = inset(*outer, std::vector<double>(n, depth_m));
+    if (!inner || signed_area(*inner) < 60.0) {
+      if (signed_area(*outer) < 900.0) return builder_.build(*outer, kind, palette, 14.0, 0.0);
+      return false;
+    }
+    // Where the houses of an edge begin and end: past the corner houses, which turn.
+    struct Cut {
+      double outer_m, inner_m;
+    };
+    std::vector<Cut> begins(n), ends(n);
+    std::vector<bool> is_corner(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      const Point before = ((*outer)[k] - (*outer)[(k + n - 1) % n]).normalized();
+      const Point after = ((*outer)[(k + 1) % n] - (*outer)[k]).normalized();
+      is_corner[k] = before.dot(after) < 0.9;
+    }
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t next = (k + 1) % n;
+      const Point along = ((*outer)[next] - (*outer)[k]).normalized();
+      const double outer_m = ((*outer)[next] - (*outer)[k]).norm();
+      const double inner_m = ((*inner)[next] - (*inner)[k]).norm();
+      const double lead_m = ((*inner)[k] - (*outer)[k]).dot(along);
+      const double trail_m = ((*outer)[next] - (*inner)[next]).dot(along);
+      begins[k] = is_corner[k]
+                      ? Cut{std::max(lead_m, 6.0) + 4.0, std::max(lead_m, 6.0) + 4.0 - lead_m}
+                      : Cut{0.0, 0.0};
+      ends[k] = is_corner[next] ? Cut{outer_m - std::max(trail_m, 6.0) - 4.0,
+                                      inner_m - (std::max(trail_m, 6.0) + 4.0 - trail_m)}
+                                : Cut{outer_m, inner_m};
+      if (ends[k].outer_m < begins[k].outer_m + 5.0 || ends[k].inner_m < begins[k].inner_m + 3.0)
+        return false;
+    }
+    constexpr double kGap_m = 0.08;
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t next = (k + 1) % n;
+      const Point along = ((*outer)[next] - (*outer)[k]).normalized();
+      const auto on_outer = [&](double m) -> Point { return (*outer)[k] + m * along; };
+      const auto on_inner = [&](double m) -> Point { return (*inner)[k] + m * along; };
+      if (is_corner[k]) {
+        const std::size_t before = (k + n - 1) % n;
+        const Point back = ((*outer)[k] - (*outer)[before]).normalized();
+        builder_.build({(*outer)[before] + (ends[before].outer_m + kGap_m) * back, (*outer)[k],
+                        on_outer(begins[k].outer_m - kGap_m), on_inner(begins[k].inner_m - kGap_m),
+                        (*inner)[k], (*inner)[before] + (ends[before].inner_m + kGap_m) * back},
+                       kind, palette, depth_m, 0.0);
+      }
+      const double length = ends[k].outer_m - begins[k].outer_m;
+      const int count = std::max(
+          static_cast<int>(std::round(length / (12.5 + 6.0 * random_unit(builder_.draw(), 1, 0)))),
+          1);
+      for (int house = 0; house < count; ++house) {
+        const double from = static_cast<double>(house) / count, to = (house + 1.0) / count;
+        const auto outer_at = [&](double t) { return begins[k].outer_m + t * length; };
+        const auto inner_at = [&](double t) {
+          return begins[k].inner_m + t * (ends[k].inner_m - begins[k].inner_m);
+        };
+        builder_.build({on_outer(outer_at(from) + kGap_m), on_outer(outer_at(to) - kGap_m),
+                        on_inner(inner_at(to) - kGap_m), on_inner(inner_at(from) + kGap_m)},
+                       kind, palette, depth_m, 0.0);
+      }
+    }
+    if (const auto yard = inset(*inner, std::vector<double>(n, 1.0));
+        yard && signed_area(*yard) > 400.0) {
+      if (random_unit(builder_.draw(), 2, 0) < 0.3)
+        builder_.reserve(*yard, 0.0, Theme::Road, {{"amenity", "parking"}, {"surface", "asphalt"}});
+      else
+        builder_.reserve(*yard, 0.0, Theme::Leisure, {{"leisure", "garden"}});
+    }
+    return true;
+  }
+
+  /// The direction of a block's longest edge.
+  static Point longest_edge(const Block& block) {
+    Point longest = Point::UnitX();
+    double most = 0.0;
+    for (std::size_t k = 0; k < block.ring.size(); ++k) {
+      const Point edge = block.ring[(k + 1) % block.ring.size()] - block.ring[k];
+      if (edge.norm() > most) {
+        most = edge.norm();
+        longest = edge / most;
+      }
+    }
+    return longest;
+  }
+
+  static bool is_within(const PointsWorld& box, const PointsWorld& ring) {
+    for (std::size_t k = 0; k < box.size(); ++k) {
+      if (!contains(ring, box[k])) return false;
+      for (std::size_t e = 0; e < ring.size(); ++e)
+        if (crossing(box[k], box[(k + 1) % box.size()], ring[e], ring[(e + 1) % ring.size()]))
+          return false;
+    }
+    return true;
+  }
+
+  /// Rows of like buildings with room between.
+  void fill_rows(const Block& block, HouseKind kind, double length_m, double depth_m,
+                 double between_rows_m, double between_m, int palette) {
+    const auto line = building_line(block, 5.0);
+    if (!line) return;
+    const Point along = longest_edge(block), across = left_of(along);
+    double low_u = 1e9, high_u = -1e9, low_v = 1e9, high_v = -1e9;
+    for (const Point& corner : *line) {
+      low_u = std::min(low_u, corner.dot(along)), high_u = std::max(high_u, corner.dot(along));
+      low_v = std::min(low_v, corner.dot(across)), high_v = std::max(high_v, corner.dot(across));
+    }
+    int count = 0;
+    bool is_parking_next = false;
+    for (double v = low_v + 0.5 * depth_m + 0.5; v + 0.5 * depth_m < high_v;
+         v += depth_m + between_rows_m)
+      for (double u = low_u + 0.5 * length_m + 0.5; u + 0.5 * length_m < high_u;) {
+        const double size = 0.8 + 0.2 * random_unit(builder_.draw(), 1, 0);
+        const Rectangle box{u * along + v * across, along, 0.5 * length_m * size, 0.5 * depth_m};
+        if (!is_within(box.ring(), *line)) {
+          u += 6.0;
+          continue;
+        }
+        if (is_parking_next && count % 5 == 4 && depth_m > 16.0)
+          builder_.reserve(box.ring(), 1.0, Theme::Road,
+                           {{"amenity", "parking"}, {"surface", "asphalt"}});
+        else
+          builder_.build(box.ring(), kind, palette, depth_m, 2.0);
+        is_parking_next = true;
+        ++count;
+        u += length_m + between_m;
+      }
+  }
+
+  void build_business(const Block& block, int palette) {
+    const auto line = building_line(block, 3.0);
+    if (!line) return;
+    Point middle = Point::Zero();
+    for (const Point& corner : *line) middle += corner / static_cast<double>(line->size());
+    const double half_m = std::min(0.26 * std::sqrt(std::max(signed_area(*line), 0.0)), 21.0);
+    const Rectangle tower{middle, longest_edge(block),
+                          half_m * (0.8 + 0.3 * random_unit(builder_.draw(), 1, 0)), half_m};
+    if (half_m > 9.0 && is_within(tower.ring(), *line))
+      builder_.build(
+          tower.ring(),
+          random_unit(builder_.draw(), 2, 0) < 0.6 ? HouseKind::Tower : HouseKind::Office, palette,
+          half_m, 1.0);
+    fill_rows(block, HouseKind::Office, 34.0, 16.0, 14.0, 10.0, palette);
+  }
+
+  void line_front(const PointsWorld& front, double half_width_m) {
+    const double length = length_of(front);
+    double at_m = half_width_m + 4.0;
+    while (at_m + 8.0 < length) {
+      const Station here = station_at(front, at_m);
+      const TownShape* shape = shape_at(here.at);
+      if (shape == nullptr) {
+        at_m += 25.0;
+        continue;
+      }
+      const Settlement& town = shape->settlement();
+      const double far = shape->at(here.at);
+      const Zone zone = zone_of(town, here.at, far, seed_);
+      const std::uint64_t draw = builder_.draw();
+      // Towards the rim some lots are still fields.
+      if (random_unit(draw, 21, 0) < 0.75 * (far - 0.72)) {
+        at_m += 24.0;
+        continue;
+      }
+      const HouseRule rule = house_rule(zone, town.rank, draw);
+      const Station there = station_at(front, at_m + rule.frontage_m);
+      if (at_m + rule.frontage_m > length) {
+        at_m += 0.25 * rule.frontage_m + 2.0;
+        if (rule.frontage_m > 20.0) continue;
+        break;
+      }
+      const Point chord = there.at - here.at;
+      if (chord.norm() < 0.85 * rule.frontage_m) {
+        at_m += 4.0;
+        continue;
+      }
+      const Point along = chord.normalized();
+      const double off_m = half_width_m + kPavement_m + rule.setback_m + 0.5 * rule.depth_m;
+      Rectangle box{0.5 * (here.at + there.at) + off_m * left_of(along), along, 0.5 * rule.width_m,
+                    0.5 * rule.depth_m};
+      const bool is_house =
+          rule.kind == HouseKind::Detached || rule.kind == HouseKind::SemiDetached;
+      if (is_house && random_unit(draw, 22, 0) < 0.3)
+        std::swap(box.half_along_m, box.half_across_m);
+      const PointsWorld plan = outline(box, draw,
+                                       is_house                 ? 0.35
+                                       : zone == Zone::Industry ? 0.2
+                                                                : 0.0);
+      if (builder_.build(plan, rule.kind, town.palette,
+                         2.0 * std::min(box.half_along_m, box.half_across_m), rule.margin_m)) {
+        at_m += rule.frontage_m;
+        if (is_house && random_unit(draw, 23, 0) < 0.3) build_garage(box, draw);
+      } else {
+        at_m += 0.3 * rule.frontage_m + 2.0;
+      }
+    }
+  }
+
+  void build_garage(const Rectangle& house, std::uint64_t draw) {
+    const double side = random_unit(draw, 24, 0) < 0.5 ? -1.0 : 1.0;
+    const Rectangle garage{
+        house.center + side * (house.half_along_m + 3.6) * house.along - 1.5 * left_of(house.along),
+        house.along, 1.8, 3.0};
+    builder_.build(garage.ring(), HouseKind::Shed, 0, 3.6, 0.4,
+                   {{"building", "garage"}, {"roof:shape", "flat"}});
+  }
+
+  Builder& builder_;
+  const std::vector<TownShape>& shapes_;
+  std::uint64_t seed_;
+  PlaceIndex index_;
+  std::vector<std::int32_t> found_;
+};
+
+}  // namespace
+
+std::uint64_t Builder::core_draw(std::uint64_t count) const {
+  return core::random_bits(seed_, kStream + 20, count);
+}
+
+bool Builder::build(const PointsWorld& footprint, HouseKind kind, int palette, double width_m,
+                    double margin_m, Tags more) {
+  PointsWorld ring;
+  for (const Point& corner : footprint) ring.push_back(snapped(corner));
+  double span_m = 0.0;
+  for (const Point& corner : ring) span_m = std::max(span_m, (corner - ring.front()).norm());
+  if (ground_.rise_m(ring) > kSteepest * span_m || !ground_.is_dry(ring)) return false;
+  // Walls keep off carriageways even where houses may touch each other.
+  if (!occupancy_.is_free(ring, margin_m) ||
+      !occupancy_.is_free(ring, std::max(margin_m, 0.5), kRoad | kRail | kWater))
+    return false;
+  if (!is_simple(ring) || signed_area(ring) < 4.0) return false;
+  const std::uint64_t chosen = draw();
+  // Tags that are given come first: of two of a key FeatureTags keeps the first.
+  Tags tags = std::move(more);
+  for (auto& tag : building_tags(kind, manner_, palette, width_m, chosen))
+    tags.push_back(std::move(tag));
+  survey_.add_area(Theme::Building, ring, std::move(tags));
+  occupancy_.add_ring(ring, kBuilding);
+  ++num_buildings_;
+  return true;
+}
+
+bool Builder::reserve(const PointsWorld& ring, double margin_m, Theme theme, Tags tags,
+                      double steepest) {
+  double span_m = 0.0;
+  for (const Point& corner : ring) span_m = std::max(span_m, (corner - ring.front()).norm());
+  if (ground_.rise_m(ring) > steepest * span_m || !ground_.is_dry(ring) ||
+      !occupancy_.is_free(ring, margin_m))
+    return false;
+  survey_.add_area(theme, ring, std::move(tags));
+  occupancy_.add_ring(ring, kReserved);
+  return true;
+}
+
+std::optional<Rectangle> Builder::find_spot(const Point& near, const Point& along, double length_m,
+                                            double depth_m, double farthest_m,
+                                            double margin_m) const {
+  const double step_m = std::max(0.22 * std::min(length_m, depth_m), 8.0);
+  const int rings = std::min(static_cast<int>(farthest_m / step_m), 60);
+  for (int ring = 0; ring <= rings; ++ring)
+    for (int j = -ring; j <= ring; ++j)
+      for (int i = -ring; i <= ring; ++i) {
+        if (std::max(std::abs(i), std::abs(j)) != ring) continue;
+        for (const Point& direction : {along, left_of(along)}) {
+          const Rectangle box{near + step_m * Point(i, j), direction, 0.5 * length_m,
+                              0.5 * depth_m};
+          if (!ground_.is_in_square(box.center, 80.0) || !occupancy_.is_free(box.center, 1.0))
+            continue;
+          const PointsWorld corners = box.ring();
+          if (ground_.rise_m(corners) < 0.1 * (length_m + depth_m) &&
+              occupancy_.is_free(corners, margin_m) && ground_.is_dry(corners))
+            return box;
+        }
+      }
+  return std::nullopt;
+}
+
+void build_settlements(Builder& builder, const std::vector<TownShape>& shapes,
+                       const std::vector<Block>& blocks, std::uint64_t seed) {
+  SettlementBuilder towns(builder, shapes, seed);
+  for (const TownShape& shape : shapes) towns.build_landmarks(shape);
+  for (const Block& block : blocks)
+    if (block.area_m2 > 0.0) towns.fill_block(block);
+  for (const Block& block : blocks) towns.line_edges(block);
+}
+
+}  // namespace terracast::tiler::country

@@ -1,0 +1,104 @@
+#include "tiler/feature_source.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <unordered_set>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "tiler/country/country.h"
+
+namespace terracast::tiler {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+bool is_wanted(const VectorFeature& feature, const VectorOptions& wanted) {
+  const bool is_kind = feature.kind == FeatureKind::Point  ? wanted.points
+                       : feature.kind == FeatureKind::Line ? wanted.lines
+                                                           : wanted.areas;
+  return is_kind && (!wanted.wanted || wanted.wanted(feature.tags));
+}
+
+void add_counts(const std::vector<std::pair<std::string, std::int64_t>>& from, FeatureSet& to) {
+  for (const auto& [name, count] : from) {
+    const auto known = std::find_if(to.counts.begin(), to.counts.end(),
+                                    [&](const auto& entry) { return entry.first == name; });
+    if (known == to.counts.end())
+      to.counts.emplace_back(name, count);
+    else
+      known->second += count;
+  }
+}
+
+}  // namespace
+
+void FeatureSourceOptions::describe(core::SchemaVisitor& visit) {
+  visit.key(
+      "source", source,
+      "files: features of any file that OGR reads. country: those of the country that is made "
+      "from the world's seed.",
+      core::one_of({"files", "country"}));
+  visit.key("files", files,
+            "files: .osm.pbf, GeoJSON, GeoPackage, Shapefile, …, in order of priority where they "
+            "hold features of one number.");
+  visit.key("layers", layers, "files: which of their layers are read; none: all.");
+  visit.key(
+      "number_field", number_field,
+      "files: field of the features' numbers; left out: OpenStreetMap's ids, the format's own "
+      "numbers, or hashes of what the features hold.");
+}
+
+void FeatureSourceOptions::validate() const {
+  if (source == "files" && files.empty())
+    fail(ErrorKind::Config,
+         "source = \"files\" needs files = [\"…\"]; or set source = \"country\"");
+  if (source == "country" && !files.empty())
+    fail(ErrorKind::Config, "source = \"country\" reads no files, and {} are given", files.size());
+}
+
+FeatureSet read_features(const FeatureSourceOptions& options, VectorOptions wanted,
+                         const LayerInputs& inputs) {
+  FeatureSet set;
+  if (options.source == "country") {
+    const Country& country = inputs.country();
+    for (const VectorFeature& feature : country.features())
+      if (is_wanted(feature, wanted)) set.features.push_back(feature);
+    set.name = "country";
+    set.content_hash = country.content_hash();
+    return set;
+  }
+  wanted.layers = options.layers;
+  wanted.number_field = options.number_field;
+  std::string hashes;
+  std::unordered_set<std::uint64_t> known;  // of the files before
+  for (const core::Path& file : options.files) {
+    VectorData data = read_vectors(file, wanted, vector_frame(inputs));
+    for (const std::string& warning : data.warnings)
+      inputs.context.log.warn("{}: {}", data.file_name, warning);
+    set.name += (set.name.empty() ? "" : ", ") + data.file_name;
+    hashes += data.content_hash + " ";
+    add_counts(data.counts, set);
+    // One file may hold several of one number, such as the point and the area of a thing.
+    std::unordered_set<std::uint64_t> of_file;
+    std::int64_t num_known = 0;
+    for (VectorFeature& feature : data.features) {
+      of_file.insert(feature.number);
+      if (known.contains(feature.number))
+        ++num_known;
+      else
+        set.features.push_back(std::move(feature));
+    }
+    known.merge(of_file);
+    if (num_known > 0) add_counts({{"in an earlier file too", num_known}}, set);
+  }
+  set.content_hash =
+      options.files.size() == 1 ? hashes.substr(0, hashes.size() - 1) : core::content_hash(hashes);
+  std::stable_sort(set.features.begin(), set.features.end(),
+                   [](const auto& a, const auto& b) { return a.number < b.number; });
+  return set;
+}
+
+}  // namespace terracast::tiler

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/schema.h"
+#include "tiler/vector_source.h"
+
+namespace terracast::tiler {
+
+/// Config keys of a layer that is made from features: where they come from.
+struct FeatureSourceOptions {
+  std::string source = "files";  ///< files, country
+  std::vector<core::Path> files;
+  std::vector<std::string> layers;  ///< of the files; empty: all
+  std::string number_field;
+
+  void describe(core::SchemaVisitor& visit);
+  /// throws   Config: files without a source of files, or none where there must be
+  void validate() const;
+};
+
+/// The features of a layer, of all its files.
+struct FeatureSet {
+  std::vector<VectorFeature> features;  ///< by number; one number stands once (of the first file)
+  std::string name;                     ///< for LayerInfo::source
+  std::string content_hash;
+  std::vector<std::pair<std::string, std::int64_t>> counts;  ///< for LayerInfo::counts
+};
+
+/// Reads the features that are wanted. Warnings are logged.
+/// wanted   kinds, tags and margin; its layers and number_field are the options'
+/// throws   as read_vectors()
+FeatureSet read_features(const FeatureSourceOptions& options, VectorOptions wanted,
+                         const LayerInputs& inputs);
+
+}  // namespace terracast::tiler

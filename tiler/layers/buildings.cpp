@@ -1,0 +1,320 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/random.h"
+#include "tiler/buildings/building_mesh.h"
+#include "tiler/buildings/height_raster.h"
+#include "tiler/buildings/settled_ground.h"
+#include "tiler/buildings/town.h"
+#include "tiler/feature_source.h"
+#include "tiler/instance_ids.h"
+#include "tiler/layer.h"
+#include "tiler/surface.h"
+#include "tiler/vector_source.h"
+#include "tiler/world_options.h"
+
+// Buildings. What stands where and how high is settled once (Town); the solids are built tile by tile, each a pure
+// function of its building and of the ground under it. A tile of which it is known that it shows a building coarsely
+// is not given its fine shapes.
+namespace terracast::tiler {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+using Eigen::Vector3d;
+using world::kHeightStep_m;
+
+/// Bumped when what stands where changes.
+constexpr int kBuildingsVersion = 1;
+
+/// Coarsest tiles of the shapes with all their details, and of those with roofs.
+constexpr int kFineLevel = 1;
+constexpr int kPlainLevel = 3;
+constexpr int kCoarsestLevel = 8;
+/// As LayerStack shows objects: beyond the tile of its place by that tile's level, which is finer by two
+/// at a corner, and by one more for each doubling of its reach beyond the finest tile.
+constexpr int kLevelsAtCorner = 2;
+constexpr double kFinestSide_m = 32.0;
+/// Eaves reach so far from the footprint.
+constexpr double kReach_m = 1.5;
+/// Walls stand back from the footprint, so that those of two houses on one line are two.
+constexpr double kInset_m = 0.010;
+/// Foundations go so deep below the lowest ground, and by so much of a terrain sample's spacing more:
+/// between coarse samples the ground may lie lower than it is.
+constexpr double kFoundation_m = 1.6;
+constexpr double kPerSpacing = 0.5;
+/// In the sea walls go down to its floor, or so far.
+constexpr double kQuay_m = 12.0;
+/// Corners of a footprint at which the ground is looked at.
+constexpr std::size_t kMostGroundPlaces = 48;
+
+int coarsest_level_of(const Building& building) {
+  const Vector2d size = building.highest_world - building.lowest_world;
+  const double seen_m = std::max(std::sqrt(size.x() * size.y()), 0.7 * building.design.top_m);
+  return std::clamp(static_cast<int>(std::floor(std::log2(std::max(seen_m, 1.0)))) + 1, 2,
+                    kCoarsestLevel);
+}
+
+class BuildingsLayer final : public Layer {
+ public:
+  BuildingsLayer(const LayerInputs& inputs, FeatureSet features,
+                 std::unique_ptr<HeightRaster> raster)
+      : frame_(inputs.frame), name_(features.name), hash_(features.content_hash) {
+    const auto is_water = [&](const Vector2d& place) {
+      const SurfaceSample sample = inputs.surface.sample(place.x(), place.y());
+      if (sample.cover != world::Cover::Land) return sample.cover == world::Cover::Sea;
+      for (const auto& earlier : inputs.earlier)
+        if (const auto cover = earlier->cover(place, sample))
+          return *cover == world::Cover::Sea || *cover == world::Cover::Lake ||
+                 *cover == world::Cover::River;
+      return false;
+    };
+    const auto is_taken = [&](const Vector2d& place) {
+      return std::any_of(inputs.earlier.begin(), inputs.earlier.end(),
+                         [&](const auto& earlier) { return earlier->holds(place, 0.0); });
+    };
+    const auto height_m = [&](const Vector2d& place) {
+      return frame_
+          .geodetic_from_world(
+              {place.x(), place.y(), inputs.surface.sample(place.x(), place.y()).z_world})
+          .height_m;
+    };
+    const std::uint64_t seed = core::stream_of(inputs.seed, 0x6275696c64ULL);
+    town_ = build_town(features.features, raster.get(),
+                       {.is_water = is_water,
+                        .is_taken = is_taken,
+                        .height_m = height_m,
+                        .latitude_deg = frame_.origin().lat_deg},
+                       inputs.size_m, seed);
+    settled_ = SettledGround(town_.buildings, inputs.size_m);
+    std::vector<std::uint64_t> keys;
+    for (const Building& building : town_.buildings) keys.push_back(building.key);
+    ids_ = inputs.ids.assign("buildings", keys);
+    counts_ = std::move(features.counts);
+    counts_.insert(counts_.end(), town_.counts.begin(), town_.counts.end());
+    hash_ +=
+        fmt::format(" {} {} {}", kBuildingsVersion, seed, raster ? raster->content_hash() : "");
+  }
+
+  world::LayerInfo info() const override {
+    world::LayerInfo info;
+    info.source = name_;
+    info.content_hash = core::content_hash(hash_);
+    info.counts = counts_;
+    return info;
+  }
+  std::string input_hash() const override { return core::content_hash("buildings " + hash_); }
+
+  std::optional<world::Cover> cover(const Vector2d& place_world,
+                                    const SurfaceSample&) const override {
+    return settled_.cover(place_world);
+  }
+
+  bool holds(const Vector2d& place_world, double radius_m) const override {
+    for (const std::uint32_t row :
+         town_.index.rows_in(place_world.array() - radius_m, place_world.array() + radius_m)) {
+      const Building& building = town_.buildings[row];
+      if ((place_world.array() + radius_m < building.lowest_world.array()).any() ||
+          (place_world.array() - radius_m > building.highest_world.array()).any())
+        continue;
+      const Vector2d at = (place_world - building.footprint.place_m.cast<double>()) / kHeightStep_m;
+      if (contains(building.footprint.rings, at) ||
+          distance_to_edges(building.footprint.rings, at) <= radius_m / kHeightStep_m)
+        return true;
+    }
+    return false;
+  }
+
+  void add_objects(const world::TileId& id, const LayerSite& site,
+                   world::TileObjects& objects) const override {
+    const Vector2d corner = id.corner_world();
+    const Vector2d lowest = corner.array() - kReach_m;
+    const Vector2d highest = corner.array() + (id.side_m() + kReach_m);
+    for (const std::uint32_t row : town_.index.rows_in(lowest, highest)) {
+      const Building& building = town_.buildings[row];
+      if ((building.highest_world.array() < lowest.array()).any() ||
+          (building.lowest_world.array() > highest.array()).any())
+        continue;
+      // The finest level by which a tile that holds its place may show it here.
+      int finest = id.level;
+      const Vector2i& place = building.footprint.place_m;
+      if (world::tile_at(id.level, place.x(), place.y()) != id) {
+        const double reach_m =
+            (building.highest_world - building.lowest_world).maxCoeff() + 2.0 * kReach_m;
+        finest -= kLevelsAtCorner + 1 +
+                  static_cast<int>(std::ceil(std::log2(std::max(reach_m / kFinestSide_m, 1.0))));
+      }
+      if (finest > coarsest_level_of(building)) continue;
+      objects.solids.push_back(solid_of(row, finest, site));
+    }
+  }
+
+ private:
+  struct Ground {
+    double lowest_z = 0.0;   ///< world z at the place, of a level through the lowest ground
+    double highest_m = 0.0;  ///< above the lowest
+    bool is_in_sea = false;
+  };
+
+  Ground ground_of(const Building& building, const Eigen::Matrix3d& world_from_level,
+                   const LayerSite& site) const {
+    const Vector2d place = building.footprint.place_m.cast<double>();
+    const std::vector<Vector2i>& corners =
+        building.ground_steps.empty() ? building.footprint.rings[0] : building.ground_steps;
+    const std::size_t stride = corners.size() / kMostGroundPlaces + 1;
+    double lowest = std::numeric_limits<double>::infinity();
+    double highest = -lowest;
+    Ground ground;
+    const auto look = [&](const Vector2d& at_m) {
+      // Along up, from the level of world z 0 at the place.
+      const double z = site.ground_z_world(place + at_m);
+      const double height = world_from_level.col(2).dot(Vector3d(at_m.x(), at_m.y(), z));
+      lowest = std::min(lowest, height);
+      highest = std::max(highest, height);
+      ground.is_in_sea = ground.is_in_sea || site.cover(place + at_m) == world::Cover::Sea;
+    };
+    for (std::size_t i = 0; i < corners.size(); i += stride) {
+      const Vector2d a = kHeightStep_m * corners[i].cast<double>();
+      const Vector2d b = kHeightStep_m * corners[(i + 1) % corners.size()].cast<double>();
+      look(a);
+      const double length_m = (b - a).norm();
+      const int num_between = std::min(static_cast<int>(length_m / 12.0), 8);
+      for (int k = 1; k <= num_between; ++k) look(a + (b - a) * k / (num_between + 1));
+    }
+    // Heights along up to z at the place.
+    ground.lowest_z = lowest / world_from_level(2, 2);
+    ground.highest_m = highest - lowest;
+    return ground;
+  }
+
+  world::Solid solid_of(std::uint32_t row, int finest_level, const LayerSite& site) const {
+    const Building& building = town_.buildings[row];
+    const Vector2i& place = building.footprint.place_m;
+    world::Solid solid;
+    solid.provenance.instance_id = ids_[row];
+    solid.provenance.feature = building.feature;
+    solid.place_m = place;
+    const Vector3d at(place.x(), place.y(), site.ground_z_world(place.cast<double>()));
+    const Vector3d up = frame_.up_world(at);
+    BuildingPlan plan;
+    plan.world_from_level.col(2) = up;
+    plan.world_from_level.col(0) = (Vector3d::UnitX() - up.x() * up).normalized();
+    plan.world_from_level.col(1) = up.cross(Vector3d(plan.world_from_level.col(0)));
+    const Ground ground = ground_of(building, plan.world_from_level, site);
+    constexpr int kSteps = static_cast<int>(1.0 / kHeightStep_m);
+    solid.origin_steps = {place.x() * kSteps, place.y() * kSteps,
+                          static_cast<int>(std::lround(ground.lowest_z / kHeightStep_m))};
+    // Less or more for each, so that walls that overlap do not lie in one plane.
+    const double inset_m = kInset_m + 0.001 * static_cast<double>(building.own % 7);
+    const auto inner = moved_edges(building.footprint.rings, -inset_m / kHeightStep_m);
+    plan.rings = inner ? *inner : building.footprint.rings;
+    plan.design = &building.design;
+    plan.attached = building.attached;
+    plan.own = building.own;
+    plan.highest_ground_steps = ground.highest_m / kHeightStep_m;
+    const int last_level = coarsest_level_of(building);
+    const auto add = [&](int coarsest_level, BuildingDetail detail) {
+      if (finest_level > coarsest_level) return;
+      plan.foundation_steps = (kFoundation_m + (ground.is_in_sea ? kQuay_m : 0.0) +
+                               kPerSpacing * std::exp2(static_cast<double>(coarsest_level))) /
+                              kHeightStep_m;
+      solid.levels.push_back({.coarsest_level = static_cast<std::int8_t>(coarsest_level),
+                              .shape = building_shape(plan, detail)});
+    };
+    add(std::min(kFineLevel, last_level), BuildingDetail::Fine);
+    if (last_level > kFineLevel) add(std::min(kPlainLevel, last_level), BuildingDetail::Plain);
+    if (last_level > kPlainLevel) add(last_level, BuildingDetail::Block);
+    return solid;
+  }
+
+  const geo::WorldFrame& frame_;
+  std::string name_;
+  std::string hash_;
+  Town town_;
+  SettledGround settled_;
+  std::vector<std::uint32_t> ids_;
+  std::vector<std::pair<std::string, std::int64_t>> counts_;
+};
+
+class BuildingsKind final : public LayerKind {
+ public:
+  void describe(core::SchemaVisitor& visit) override {
+    source_.describe(visit);
+    visit.key("every_area", every_area_,
+              "buildings: take every area of the files for a building, also those without a "
+              "building or building:part tag: for files that hold footprints alone.");
+    visit.key("heights", heights_,
+              "buildings: a raster of heights above the ground in metres, for buildings that say "
+              "neither height nor building:levels.");
+    visit.key("surface", surface_,
+              "buildings: in place of heights, a raster of the heights of what is seen from above; "
+              "terrain is subtracted.");
+    visit.key("terrain", terrain_,
+              "buildings: a raster of the bare ground's heights, on the datum of surface.");
+    visit.key("heights_nodata", nodata_,
+              "buildings: value of samples without a height: declared (by the file), none, or a "
+              "number in quotes.");
+  }
+  void validate() const override {
+    source_.validate();
+    if (surface_.empty() != terrain_.empty())
+      core::fail(core::ErrorKind::Config,
+                 "surface and terrain go together: a building's height is their difference");
+    if (!heights_.empty() && !surface_.empty())
+      core::fail(core::ErrorKind::Config,
+                 "heights and surface both say how high buildings are; state one of them");
+    if (nodata_ != "declared" && nodata_ != "none" && !number_from_text(nodata_))
+      core::fail(core::ErrorKind::Config,
+                 "heights_nodata = \"{}\" is neither declared, none nor a number", nodata_);
+  }
+  std::unique_ptr<LayerKind> clone() const override {
+    return std::make_unique<BuildingsKind>(*this);
+  }
+  std::unique_ptr<Layer> make(const LayerInputs& inputs) const override {
+    VectorOptions wanted;
+    wanted.points = false;
+    wanted.lines = false;
+    wanted.wanted = [every_area = every_area_](const FeatureTags& tags) {
+      if (every_area) return true;
+      const std::string_view building = tags.value("building");
+      const std::string_view part = tags.value("building:part");
+      return (!building.empty() && building != "no") || (!part.empty() && part != "no");
+    };
+    FeatureSet features = read_features(source_, std::move(wanted), inputs);
+    if (features.features.empty() && !every_area_)
+      inputs.context.log.warn(
+          "{}: no area is tagged building or building:part; every_area = true takes all areas",
+          features.name);
+    std::unique_ptr<HeightRaster> raster;
+    if (!heights_.empty() || !surface_.empty())
+      raster = HeightRaster::open(heights_.empty() ? surface_ : heights_, terrain_, nodata_,
+                                  inputs.surface, inputs.size_m);
+    return std::make_unique<BuildingsLayer>(inputs, std::move(features), std::move(raster));
+  }
+
+ private:
+  FeatureSourceOptions source_;
+  bool every_area_ = false;
+  core::Path heights_;
+  core::Path surface_;
+  core::Path terrain_;
+  std::string nodata_ = "declared";
+};
+
+}  // namespace
+
+LayerKindInfo buildings_layer() {
+  return {"buildings",
+          "Buildings on their footprints: walls with storeys and roofs, with heights from tags, "
+          "rasters or "
+          "a guess by kind, size and neighbourhood.",
+          [] { return std::unique_ptr<LayerKind>(std::make_unique<BuildingsKind>()); }};
+}
+
+}  // namespace terracast::tiler

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/context.h"
+#include "core/schema.h"
+#include "world/shape.h"
+#include "world/texture.h"
+
+namespace terracast::tiler {
+
+/// Config keys of a model.
+struct ModelOptions {
+  std::string name;
+  core::Path file;
+  std::string semantic_class = "object";
+  std::string up = "y";
+  std::string origin = "foot";
+  double unit_m = 1.0;
+  double yaw_deg = 0.0;
+
+  void describe(core::SchemaVisitor& visit);
+  void validate() const;
+};
+
+/// A thing read from a file.
+struct Model {
+  world::Prototype prototype;
+  std::vector<world::Texture> textures;  ///< of Material::Textured
+  Eigen::Vector2d footprint_m = Eigen::Vector2d::Zero();
+  std::string content_hash;  ///< of the file, all that it names, and the options
+  std::vector<std::pair<std::string, std::int64_t>> counts;  ///< what was repaired or left out
+};
+
+/// Bounds on what a model may hold.
+inline constexpr std::uint64_t kMostModelTriangles = 2'000'000;
+inline constexpr std::uint64_t kMostModelBytes = std::uint64_t{1} << 30;
+
+/// Reads glTF 2 (.gltf, .glb), OBJ or PLY: node transforms, colours and textures of materials. Coarser
+/// levels are made by clustering vertices in cells of a quarter of the spacing of the tiles that show them.
+/// Repaired and counted: triangles without area on the lattice, textures that are missing or of a kind
+/// that is not read (their material's colour stands for them), faces that are lines or points.
+/// throws   Io: no such file; Config: another kind of file; Input: glTF 1, extensions that it requires and
+///          that are not known, paths that lead out of its folder, files or numbers that do not fit together,
+///          vertices that are no numbers, no triangle, or more than the bounds
+Model read_model(const ModelOptions& options, const core::Context& context);
+
+}  // namespace terracast::tiler

@@ -1,0 +1,271 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <unordered_map>
+
+#include "core/random.h"
+#include "tiler/objects/rules.h"
+
+// Vehicles on roads, and the lamps beside them.
+namespace terracast::tiler {
+namespace {
+
+using Eigen::Vector2d;
+
+struct RoadTraffic {
+  std::string_view highway;
+  double lane_m;
+  int num_lanes;       ///< of both directions
+  double per_lane_km;  ///< vehicles at one time: flow over speed by day
+  double trucks;       ///< share
+  double margin_m;
+};
+// Daily flows of 40 000, 20 000, 10 000, … vehicles at 120 to 40 km/h, a fifteenth of them in an hour.
+constexpr std::array<RoadTraffic, 11> kRoads = {{{"motorway", 3.5, 2, 10.0, 0.22, 3.5},
+                                                 {"trunk", 3.5, 2, 9.0, 0.18, 1.5},
+                                                 {"primary", 3.5, 2, 8.0, 0.10, 1.0},
+                                                 {"secondary", 3.25, 2, 6.0, 0.08, 1.0},
+                                                 {"tertiary", 3.0, 2, 3.5, 0.06, 0.5},
+                                                 {"motorway_link", 4.0, 1, 6.0, 0.15, 2.5},
+                                                 {"trunk_link", 4.0, 1, 5.0, 0.12, 1.5},
+                                                 {"primary_link", 3.75, 1, 4.0, 0.08, 1.0},
+                                                 {"unclassified", 2.75, 2, 1.0, 0.05, 0.0},
+                                                 {"residential", 2.75, 2, 1.2, 0.03, 0.5},
+                                                 {"living_street", 2.5, 2, 0.8, 0.0, 0.0}}};
+
+constexpr Chance kCars[] = {{"hatchback", 0.27}, {"city_car", 0.11}, {"sedan", 0.19},
+                            {"estate", 0.15},    {"suv", 0.18},      {"small_van", 0.04},
+                            {"van", 0.05},       {"pickup", 0.01}};
+constexpr Chance kLong[] = {{"articulated_truck", 0.55},
+                            {"tank_truck", 0.08},
+                            {"box_truck", 0.25},
+                            {"coach", 0.07},
+                            {"tipper", 0.05}};
+constexpr Chance kTown[] = {
+    {"box_truck", 0.35}, {"city_bus", 0.40}, {"articulated_bus", 0.08}, {"tipper", 0.17}};
+
+const RoadTraffic* road_of(const FeatureTags& tags) {
+  const std::string_view highway = tags.value("highway");
+  const auto found = std::find_if(kRoads.begin(), kRoads.end(),
+                                  [&](const RoadTraffic& road) { return road.highway == highway; });
+  return found == kRoads.end() ? nullptr : &*found;
+}
+
+bool is_on_ground(const FeatureTags& tags) {
+  const auto is_no = [&](std::string_view key) {
+    return !tags.has(key) || tags.value(key) == "no";
+  };
+  return is_no("bridge") && is_no("tunnel") && is_no("covered") && tags.value("area") != "yes";
+}
+
+struct Lanes {
+  int forward = 1;
+  int backward = 1;
+  double lane_m = 3.0;
+};
+Lanes lanes_of(const FeatureTags& tags, const RoadTraffic& road) {
+  const std::string_view oneway = tags.value("oneway");
+  const bool is_back = oneway == "-1";
+  const bool is_oneway = is_back || oneway == "yes" || oneway == "1" || oneway == "true" ||
+                         tags.value("junction") == "roundabout" ||
+                         (road.highway == "motorway" && oneway != "no") || road.num_lanes == 1;
+  int num =
+      is_oneway && road.num_lanes == 2 && road.highway != "motorway" && road.highway != "trunk"
+          ? 1
+          : road.num_lanes;
+  if (const auto tagged = tags.number("lanes"); tagged && *tagged >= 1.0 && *tagged <= 8.0)
+    num = static_cast<int>(*tagged);
+  Lanes lanes{.forward = num - num / 2, .backward = num / 2, .lane_m = road.lane_m};
+  if (is_oneway)
+    lanes = {.forward = is_back ? 0 : num, .backward = is_back ? num : 0, .lane_m = road.lane_m};
+  if (!is_oneway && num == 1) lanes.backward = 0;
+  if (const auto width = tags.number("width"); width && *width >= 2.0 && *width <= 5.5 * num + 8.0)
+    lanes.lane_m = std::min(road.lane_m, *width / num);
+  return lanes;
+}
+
+}  // namespace
+
+void propose_traffic(const RuleInputs& inputs, Proposals& to) {
+  constexpr double kSlot_m = 22.0;
+  for (const VectorFeature& feature : inputs.features) {
+    if (feature.kind != FeatureKind::Line || !is_on_ground(feature.tags)) continue;
+    const RoadTraffic* road = road_of(feature.tags);
+    if (road == nullptr) continue;
+    const Lanes lanes = lanes_of(feature.tags, *road);
+    const int num_lanes = lanes.forward + lanes.backward;
+    const double share = inputs.options.traffic * road->per_lane_km * kSlot_m / 1000.0;
+    const double keep = inputs.options.drives_on_left ? -1.0 : 1.0;
+    std::uint64_t part_number = 0;
+    for (const auto& part : feature.parts_world)
+      for (const PointsWorld& line : part) {
+        const Walk walk(line);
+        const std::uint64_t stream =
+            core::stream_of(core::stream_of(0x74726166ULL, feature.number), part_number++);
+        if (walk.length_m() < 2.0 * kSlot_m) continue;
+        for (int lane = 0; lane < num_lanes; ++lane) {
+          const bool is_forward = lane < lanes.forward;
+          // Lanes from the right edge of the way to its left, seen forward.
+          const double right_m = (0.5 * num_lanes - 0.5 - lane) * lanes.lane_m * keep;
+          const std::uint64_t own = core::stream_of(stream, static_cast<std::uint64_t>(lane));
+          const int num_slots = static_cast<int>(walk.length_m() / kSlot_m);
+          for (int slot = 0; slot < num_slots; ++slot) {
+            const auto index = static_cast<std::uint64_t>(slot);
+            if (core::random_unit(inputs.seed, own, 4 * index) >= share) continue;
+            const double along_m =
+                (slot + core::random_between(0.35, 0.65, inputs.seed, own, 4 * index + 1)) *
+                kSlot_m;
+            if (along_m < 12.0 || along_m > walk.length_m() - 12.0) continue;
+            const Vector2d direction = walk.direction(along_m);
+            // Not in sharp bends.
+            if (direction.dot(walk.direction(along_m - 7.0)) < 0.97 ||
+                direction.dot(walk.direction(along_m + 7.0)) < 0.97)
+              continue;
+            Candidate vehicle{.rule = Rule::Traffic,
+                              .footing = Footing::Paved,
+                              .feature = feature.number,
+                              .key = core::stream_of(own, index),
+                              .steepest = 0.15};
+            const std::uint64_t draw = core::random_bits(inputs.seed, own, 4 * index + 2);
+            const bool is_heavy =
+                core::random_unit(inputs.seed, own, 4 * index + 3) < road->trucks &&
+                (lane == 0 || lane + 1 == num_lanes);
+            if (is_heavy)
+              choose(vehicle,
+                     road->trucks > 0.09 ? std::span<const Chance>(kLong)
+                                         : std::span<const Chance>(kTown),
+                     draw);
+            else
+              choose(vehicle, kCars, draw);
+            vehicle.place_world =
+                walk.at(along_m) + right_m * Vector2d(direction.y(), -direction.x());
+            vehicle.heading = heading_of(is_forward ? direction : Vector2d(-direction));
+            to.candidates.push_back(vehicle);
+          }
+        }
+      }
+  }
+}
+
+namespace {
+
+/// Where carriageways are: no lamp stands on one.
+class Carriageways {
+ public:
+  explicit Carriageways(const std::vector<VectorFeature>& features) {
+    for (const VectorFeature& feature : features) {
+      const RoadTraffic* road = feature.kind == FeatureKind::Line ? road_of(feature.tags) : nullptr;
+      if (road == nullptr) continue;
+      const Lanes lanes = lanes_of(feature.tags, *road);
+      const double half_m =
+          0.5 * ((lanes.forward + lanes.backward) * lanes.lane_m + road->margin_m);
+      for (const auto& part : feature.parts_world)
+        for (const PointsWorld& line : part)
+          for (std::size_t i = 0; i + 1 < line.size(); ++i) add(line[i], line[i + 1], half_m);
+    }
+  }
+
+  bool is_on(const Vector2d& place, double room_m) const {
+    const auto found = cells_.find(key(cell(place.x()), cell(place.y())));
+    if (found == cells_.end()) return false;
+    for (const Segment& segment : found->second) {
+      const Vector2d step = segment.b - segment.a;
+      const double share =
+          std::clamp((place - segment.a).dot(step) / std::max(step.squaredNorm(), 1e-9), 0.0, 1.0);
+      if ((segment.a + share * step - place).norm() < segment.half_m + room_m) return true;
+    }
+    return false;
+  }
+
+ private:
+  struct Segment {
+    Vector2d a;
+    Vector2d b;
+    double half_m;
+  };
+  static constexpr double kCell_m = 64.0;
+  static constexpr double kReach_m = 20.0;
+  static std::int32_t cell(double at_m) {
+    return static_cast<std::int32_t>(std::floor(at_m / kCell_m));
+  }
+  static std::uint64_t key(std::int32_t x, std::int32_t y) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32U |
+           static_cast<std::uint32_t>(x);
+  }
+  void add(const Vector2d& a, const Vector2d& b, double half_m) {
+    if (!a.allFinite() || !b.allFinite() || (b - a).norm() > 20000.0) return;
+    const Vector2d low = a.cwiseMin(b).array() - kReach_m;
+    const Vector2d high = a.cwiseMax(b).array() + kReach_m;
+    for (std::int32_t y = cell(low.y()); y <= cell(high.y()); ++y)
+      for (std::int32_t x = cell(low.x()); x <= cell(high.x()); ++x)
+        cells_[key(x, y)].push_back({a, b, half_m});
+  }
+  std::unordered_map<std::uint64_t, std::vector<Segment>> cells_;
+};
+
+}  // namespace
+
+void propose_street_lamps(const RuleInputs& inputs, Proposals& to) {
+  const Carriageways carriageways(inputs.features);
+  for (const VectorFeature& feature : inputs.features) {
+    const std::string_view highway = feature.tags.value("highway");
+    if (highway == "street_lamp") {
+      Candidate lamp{.rule = Rule::StreetLamps,
+                     .footing = Footing::Land,
+                     .feature = feature.number,
+                     .key = core::stream_of(0x6c616d70ULL, feature.number)};
+      lamp.thing = thing_row("street_lamp");
+      lamp.place_world = middle_of(feature);
+      lamp.heading = heading_of_compass(
+          feature.tags.number("direction")
+              .value_or(static_cast<double>(core::random_bits(inputs.seed, 0x6c61, feature.number) %
+                                            360U)));
+      to.candidates.push_back(lamp);
+      continue;
+    }
+    if (inputs.options.lamp_spacing_m <= 0.0 || feature.kind != FeatureKind::Line ||
+        !is_on_ground(feature.tags))
+      continue;
+    const RoadTraffic* road = road_of(feature.tags);
+    const std::string_view lit = feature.tags.value("lit");
+    const bool is_way = highway == "footway" || highway == "pedestrian" || highway == "cycleway";
+    if (lit == "no" || (road == nullptr && !(is_way && lit == "yes"))) continue;
+    const bool is_street = highway == "residential" || highway == "living_street";
+    if (lit != "yes" && !is_street) continue;
+    const Lanes lanes = road != nullptr ? lanes_of(feature.tags, *road) : Lanes{};
+    double half_m = road != nullptr
+                        ? 0.5 * ((lanes.forward + lanes.backward) * lanes.lane_m + road->margin_m)
+                        : 1.2;
+    if (const auto width = feature.tags.number("width"); width && *width > 1.0 && *width < 40.0)
+      half_m = 0.5 * *width;
+    const double spacing_m =
+        std::max(is_way ? 0.8 * inputs.options.lamp_spacing_m : inputs.options.lamp_spacing_m, 5.0);
+    std::uint64_t part_number = 0;
+    for (const auto& part : feature.parts_world)
+      for (const PointsWorld& line : part) {
+        const Walk walk(line);
+        const std::uint64_t stream =
+            core::stream_of(core::stream_of(0x6c616d71ULL, feature.number), part_number++);
+        const int num = static_cast<int>(walk.length_m() / spacing_m + 0.4);
+        for (int k = 0; k < num; ++k) {
+          const double along_m = (k + 0.5) * walk.length_m() / num;
+          const Vector2d direction = walk.direction(along_m);
+          const Vector2d right(direction.y(), -direction.x());
+          // Wide streets have them on both sides in turn.
+          const double side = half_m > 4.5 && k % 2 == 1 ? -1.0 : 1.0;
+          Candidate lamp{.rule = Rule::StreetLamps,
+                         .footing = Footing::Paved,
+                         .feature = feature.number,
+                         .key = core::stream_of(stream, static_cast<std::uint64_t>(k))};
+          lamp.thing =
+              thing_row(is_way || highway == "living_street" ? "park_lamp" : "street_lamp");
+          lamp.place_world = walk.at(along_m) + side * (half_m + 0.8) * right;
+          lamp.heading = heading_of(-side * right);
+          if (carriageways.is_on(lamp.place_world, 0.3)) continue;
+          to.candidates.push_back(lamp);
+        }
+      }
+  }
+}
+
+}  // namespace terracast::tiler

@@ -1,0 +1,331 @@
+#include "validate/world_check/ground_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace terracast::world_check {
+namespace {
+
+using Eigen::Vector2d;
+using world::kHeightStep_m;
+
+constexpr int kBuckets = 64;
+
+/// Heights between the samples of a tile differ from those that things were put on by what the tile leaves out:
+/// a part of its spacing on any slope that things stand on.
+double tolerance_m(const world::TileId& id) { return 0.3 + 0.35 * id.spacing_m(); }
+
+class Ground {
+ public:
+  explicit Ground(const world::Tile& tile) : tile_(tile) {}
+
+  double z_world(const Vector2d& place) const {
+    const Cell cell = cell_at(place);
+    const double z10 = tile_.z_world(cell.i + 1, cell.j), z01 = tile_.z_world(cell.i, cell.j + 1);
+    if (cell.x + cell.y <= 1.0) {
+      const double z00 = tile_.z_world(cell.i, cell.j);
+      return z00 + cell.x * (z10 - z00) + cell.y * (z01 - z00);
+    }
+    const double z11 = tile_.z_world(cell.i + 1, cell.j + 1);
+    return z11 + (1.0 - cell.x) * (z01 - z11) + (1.0 - cell.y) * (z10 - z11);
+  }
+  /// All four samples around.
+  bool is_water(const Vector2d& place) const {
+    const Cell cell = cell_at(place);
+    for (int j = 0; j < 2; ++j)
+      for (int i = 0; i < 2; ++i) {
+        const world::Cover cover = tile_.cover[world::Tile::sample(cell.i + i, cell.j + j)];
+        if (cover != world::Cover::Sea && cover != world::Cover::Lake &&
+            cover != world::Cover::River)
+          return false;
+      }
+    return true;
+  }
+
+ private:
+  struct Cell {
+    int i, j;
+    double x, y;
+  };
+  Cell cell_at(const Vector2d& place) const {
+    const Vector2d at = (place - tile_.id.corner_world()) / tile_.id.spacing_m();
+    const int i = std::clamp(static_cast<int>(std::floor(at.x())), 0, world::kTileCells - 1);
+    const int j = std::clamp(static_cast<int>(std::floor(at.y())), 0, world::kTileCells - 1);
+    return {i, j, at.x() - i, at.y() - j};
+  }
+  const world::Tile& tile_;
+};
+
+struct Box {
+  Vector2d low = Vector2d::Constant(std::numeric_limits<double>::infinity());
+  Vector2d high = -low;
+  void extend(const Vector2d& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  bool contains(const Vector2d& p) const {
+    return (p.array() >= low.array()).all() && (p.array() <= high.array()).all();
+  }
+};
+
+/// Numbers of things by squares of a tile.
+class Buckets {
+ public:
+  explicit Buckets(const world::TileId& id)
+      : corner_(id.corner_world()),
+        side_m_(id.side_m() / kBuckets),
+        things_(static_cast<std::size_t>(kBuckets) * kBuckets) {}
+  void add(const Box& box, std::size_t thing) {
+    for (int j = index(box.low.y() - corner_.y()); j <= index(box.high.y() - corner_.y()); ++j)
+      for (int i = index(box.low.x() - corner_.x()); i <= index(box.high.x() - corner_.x()); ++i)
+        things_[at(i, j)].push_back(thing);
+  }
+  const std::vector<std::size_t>& near(const Vector2d& place) const {
+    return things_[at(index(place.x() - corner_.x()), index(place.y() - corner_.y()))];
+  }
+
+ private:
+  static std::size_t at(int i, int j) { return static_cast<std::size_t>(j * kBuckets + i); }
+  int index(double from_corner_m) const {
+    return static_cast<int>(std::clamp(std::floor(from_corner_m / side_m_), 0.0, kBuckets - 1.0));
+  }
+  Vector2d corner_;
+  double side_m_;
+  std::vector<std::vector<std::size_t>> things_;
+};
+
+bool is_hard(world::Paving paving) {
+  return paving == world::Paving::Asphalt || paving == world::Paving::Concrete ||
+         paving == world::Paving::Cobbles || paving == world::Paving::Ballast ||
+         paving == world::Paving::Water;
+}
+
+Vector2d metres(const Eigen::Vector2i& steps) { return steps.cast<double>() * kHeightStep_m; }
+
+class TileCheck {
+ public:
+  TileCheck(const world::Tile& tile, const world::WorldManifest& manifest,
+            const std::function<bool(double, double)>& is_judged, const Report& report,
+            const Asked& asked)
+      : tile_(tile),
+        manifest_(manifest),
+        is_judged_(is_judged),
+        report_(report),
+        asked_(asked),
+        ground_(tile),
+        solids_by_place_(tile.id),
+        segments_by_place_(tile.id),
+        areas_by_place_(tile.id) {}
+
+  void run() {
+    place_solids();
+    place_paint();
+    for (const world::Instance& instance : tile_.objects.instances) check_instance(instance);
+    for (std::size_t i = 0; i < tile_.objects.solids.size(); ++i) check_solid(i);
+    for (const world::Strip& strip : tile_.objects.strips) check_strip(strip);
+  }
+
+ private:
+  struct Segment {
+    Vector2d from, to;
+    double half_width_m;
+    std::size_t strip;
+  };
+
+  std::string_view kind_of(const world::Provenance& provenance) const {
+    return provenance.layer < manifest_.layers.size()
+               ? std::string_view(manifest_.layers[provenance.layer].kind)
+               : std::string_view();
+  }
+  std::string where(const world::Provenance& provenance, const Vector2d& place) const {
+    return fmt::format("tile {}: object {} of layer {} (feature {}) at {:.2f} E {:.2f} N",
+                       tile_.id.name(), provenance.instance_id, kind_of(provenance),
+                       provenance.feature, place.x(), place.y());
+  }
+  void judge(std::string_view kind, bool is_wrong, const world::Provenance& provenance,
+             const Vector2d& place, const std::string& what) {
+    asked_(kind, 1);
+    if (is_wrong) report_(kind, where(provenance, place) + ": " + what);
+  }
+
+  void place_solids() {
+    for (std::size_t i = 0; i < tile_.objects.solids.size(); ++i) {
+      const world::Solid& solid = tile_.objects.solids[i];
+      Box box;
+      if (!solid.levels.empty())
+        for (const Eigen::Vector3i& vertex : solid.levels.front().shape.vertices_steps)
+          box.extend(metres((solid.origin_steps + vertex).head<2>()));
+      boxes_.push_back(box);
+      if (box.low.x() <= box.high.x()) solids_by_place_.add(box, i);
+    }
+  }
+  void place_paint() {
+    for (std::size_t s = 0; s < tile_.objects.strips.size(); ++s) {
+      const world::Strip& strip = tile_.objects.strips[s];
+      if (!is_hard(strip.coating.paving)) continue;
+      const double half_width_m = strip.half_width_steps * kHeightStep_m;
+      for (std::size_t k = 0; k + 1 < strip.points_steps.size(); ++k) {
+        const Segment segment{metres(strip.points_steps[k]), metres(strip.points_steps[k + 1]),
+                              half_width_m, s};
+        Box box;
+        for (const Vector2d& end : {segment.from, segment.to}) {
+          box.extend(end - Vector2d::Constant(half_width_m));
+          box.extend(end + Vector2d::Constant(half_width_m));
+        }
+        segments_by_place_.add(box, segments_.size());
+        segments_.push_back(segment);
+      }
+    }
+    for (std::size_t a = 0; a < tile_.objects.areas.size(); ++a) {
+      if (!is_hard(tile_.objects.areas[a].coating.paving)) continue;
+      Box box;
+      for (const auto& ring : tile_.objects.areas[a].rings_steps)
+        for (const Eigen::Vector2i& point : ring) box.extend(metres(point));
+      if (box.low.x() <= box.high.x()) areas_by_place_.add(box, a);
+    }
+  }
+
+  bool is_painted(const Vector2d& place) const {
+    for (const std::size_t i : segments_by_place_.near(place)) {
+      const Segment& segment = segments_[i];
+      const Vector2d along = segment.to - segment.from;
+      const double t =
+          std::clamp((place - segment.from).dot(along) / along.squaredNorm(), 0.0, 1.0);
+      if ((place - segment.from - t * along).norm() < segment.half_width_m) return true;
+    }
+    for (const std::size_t i : areas_by_place_.near(place)) {
+      bool is_in = false;
+      for (const auto& ring : tile_.objects.areas[i].rings_steps)
+        for (std::size_t k = 0; k < ring.size(); ++k) {
+          const Vector2d a = metres(ring[k]), b = metres(ring[(k + 1) % ring.size()]);
+          if ((a.y() > place.y()) != (b.y() > place.y()) &&
+              place.x() < a.x() + (place.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()))
+            is_in = !is_in;
+        }
+      if (is_in) return true;
+    }
+    return false;
+  }
+
+  /// Whether an upright line from a point meets an odd number of a solid's triangles above it.
+  bool is_in_solid(std::size_t index, const Vector2d& place, double z_world) const {
+    const world::Solid& solid = tile_.objects.solids[index];
+    if (!boxes_[index].contains(place)) return false;
+    const world::Shape& shape = solid.levels.front().shape;
+    int num_above = 0;
+    for (const world::Shape::Triangle& triangle : shape.triangles) {
+      std::array<Eigen::Vector3d, 3> corners;
+      for (std::size_t k = 0; k < 3; ++k)
+        corners[k] =
+            (solid.origin_steps + shape.vertices_steps[triangle.corners[k]]).cast<double>() *
+            kHeightStep_m;
+      std::array<double, 3> weights;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vector2d b = corners[(k + 1) % 3].head<2>() - place;
+        const Vector2d c = corners[(k + 2) % 3].head<2>() - place;
+        weights[k] = b.x() * c.y() - b.y() * c.x();
+      }
+      const bool is_left = weights[0] > 0 && weights[1] > 0 && weights[2] > 0;
+      const bool is_right = weights[0] < 0 && weights[1] < 0 && weights[2] < 0;
+      if (!is_left && !is_right) continue;
+      const double z = (weights[0] * corners[0].z() + weights[1] * corners[1].z() +
+                        weights[2] * corners[2].z()) /
+                       (weights[0] + weights[1] + weights[2]);
+      if (z > z_world) ++num_above;
+    }
+    return num_above % 2 != 0;
+  }
+  /// Whether another solid is there, on which things may stand.
+  bool has_solid(const Vector2d& place, std::size_t but) const {
+    const auto& near = solids_by_place_.near(place);
+    return std::any_of(near.begin(), near.end(),
+                       [&](std::size_t i) { return i != but && boxes_[i].contains(place); });
+  }
+
+  void check_instance(const world::Instance& instance) {
+    const Vector2d place = metres(instance.place_steps.head<2>());
+    if (!is_judged_(place.x(), place.y())) return;
+    const double z = instance.place_steps.z() * kHeightStep_m;
+    const double above_m = z - ground_.z_world(place);
+    const bool is_plant = kind_of(instance.provenance) == "vegetation";
+    judge("floating_instance",
+          above_m > tolerance_m(tile_.id) &&
+              (is_plant || !has_solid(place, std::numeric_limits<std::size_t>::max())),
+          instance.provenance, place, fmt::format("{:.2f} m above the ground", above_m));
+    if (!is_plant) return;
+    judge("plant_in_water", ground_.is_water(place), instance.provenance, place,
+          "it grows in water");
+    // Coarse tiles hold pieces of forest, not plants.
+    constexpr int kCoarsestPlants = 2;
+    if (tile_.id.level > kCoarsestPlants) return;
+    judge("plant_on_paint", is_painted(place), instance.provenance, place, "it grows on a road");
+    const auto& near = solids_by_place_.near(place);
+    constexpr double kAboveFoot_m = 0.5;
+    judge("plant_in_wall",
+          std::any_of(near.begin(), near.end(),
+                      [&](std::size_t i) { return is_in_solid(i, place, z + kAboveFoot_m); }),
+          instance.provenance, place, "it grows in a solid");
+  }
+
+  /// Of a building what lies within half a metre of its lowest point stands in the ground.
+  void check_solid(std::size_t index) {
+    const world::Solid& solid = tile_.objects.solids[index];
+    if (kind_of(solid.provenance) != "buildings" || solid.levels.empty()) return;
+    constexpr double kFoot_m = 0.5;
+    const world::Shape& shape = solid.levels.front().shape;
+    double lowest_z = std::numeric_limits<double>::infinity();
+    const auto vertex_world = [&](const Eigen::Vector3i& vertex) {
+      return Eigen::Vector3d((solid.origin_steps + vertex).cast<double>() * kHeightStep_m);
+    };
+    for (const Eigen::Vector3i& vertex : shape.vertices_steps)
+      lowest_z = std::min(lowest_z, vertex_world(vertex).z());
+    for (const Eigen::Vector3i& step : shape.vertices_steps) {
+      const Eigen::Vector3d vertex = vertex_world(step);
+      const Vector2d place = vertex.head<2>();
+      if (vertex.z() > lowest_z + kFoot_m || !is_judged_(place.x(), place.y())) continue;
+      const double above_m = vertex.z() - ground_.z_world(place);
+      const bool is_floating = above_m > tolerance_m(tile_.id) && !has_solid(place, index);
+      judge("floating_building", is_floating, solid.provenance, place,
+            fmt::format("its foot is {:.2f} m above the ground", above_m));
+      if (is_floating) return;
+    }
+  }
+
+  void check_strip(const world::Strip& strip) {
+    if (strip.coating.paving == world::Paving::Water) return;
+    const world::Provenance provenance{
+        .instance_id = 0, .layer = strip.coating.layer, .feature = strip.coating.feature};
+    for (const Eigen::Vector2i& point : strip.points_steps) {
+      const Vector2d place = metres(point);
+      if (!is_judged_(place.x(), place.y())) continue;
+      const bool is_wrong = ground_.is_water(place);
+      judge("paint_under_water", is_wrong, provenance, place, "it is painted where water is");
+      if (is_wrong) return;
+    }
+  }
+
+  const world::Tile& tile_;
+  const world::WorldManifest& manifest_;
+  const std::function<bool(double, double)>& is_judged_;
+  const Report& report_;
+  const Asked& asked_;
+  Ground ground_;
+  std::vector<Box> boxes_;  ///< of the solids
+  Buckets solids_by_place_, segments_by_place_, areas_by_place_;
+  std::vector<Segment> segments_;
+};
+
+}  // namespace
+
+void check_ground(const world::Tile& tile, const world::WorldManifest& manifest,
+                  const std::function<bool(double, double)>& is_judged, const Report& report,
+                  const Asked& asked) {
+  TileCheck(tile, manifest, is_judged, report, asked).run();
+}
+
+}  // namespace terracast::world_check

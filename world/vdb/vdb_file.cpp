@@ -1,0 +1,182 @@
+#include "world/vdb/vdb_file.h"
+
+#include <fmt/format.h>
+#include <openvdb/io/Stream.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/Dense.h>
+#include <openvdb/tools/Interpolation.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/hash.h"
+
+namespace terracast::world {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+/// Where a file holds its identity, 36 characters: after magic number, versions and a flag.
+constexpr std::size_t kIdentityAt = 21;
+constexpr std::size_t kIdentityLength = 36;
+
+void initialise() {
+  static std::once_flag once;
+  std::call_once(once, [] { openvdb::initialize(); });
+}
+
+/// Frames with z up.
+Eigen::Vector3d upward(const openvdb::Vec3d& at, bool is_upward_y) {
+  return is_upward_y ? Eigen::Vector3d(at.x(), -at.z(), at.y())
+                     : Eigen::Vector3d(at.x(), at.y(), at.z());
+}
+openvdb::Vec3d from_upward(const Eigen::Vector3d& at, bool is_upward_y) {
+  return is_upward_y ? openvdb::Vec3d(at.x(), at.z(), -at.y())
+                     : openvdb::Vec3d(at.x(), at.y(), at.z());
+}
+
+openvdb::FloatGrid::Ptr read_grid(const std::filesystem::path& file, const std::string& wanted) {
+  openvdb::io::File in(file.string());
+  // The whole grid is read now: a file that is changed while it is used must not be followed.
+  in.open(false);
+  std::string names;
+  std::string found;
+  int count = 0;
+  for (auto name = in.beginName(); name != in.endName(); ++name, ++count) {
+    names += (count > 0 ? ", " : "") + name.gridName();
+    if (name.gridName() == (wanted.empty() ? "density" : wanted)) found = name.gridName();
+    if (count == 0 && wanted.empty() && found.empty()) found = name.gridName();
+  }
+  if (wanted.empty() && count > 1 && found != "density") found.clear();
+  if (found.empty())
+    fail(ErrorKind::Input, "{}: holds the grids {}; name one of them{}", file.string(),
+         count > 0 ? names : "(none)",
+         wanted.empty() ? "" : fmt::format(", \"{}\" is none", wanted));
+  const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(in.readGrid(found));
+  if (!grid) fail(ErrorKind::Input, "{}: its grid {} holds no single floats", file.string(), found);
+  return grid;
+}
+
+Volume sampled(const openvdb::FloatGrid& grid, const std::filesystem::path& file,
+               const VdbOptions& options) {
+  const openvdb::CoordBBox bounds = grid.evalActiveVoxelBoundingBox();
+  if (bounds.empty())
+    fail(ErrorKind::Input, "{}: its grid {} holds nothing", file.string(), grid.getName());
+  Eigen::AlignedBox3d box_m;
+  for (int corner = 0; corner < 8; ++corner) {
+    const openvdb::Vec3d at((corner & 1) != 0 ? bounds.max().x() + 0.5 : bounds.min().x() - 0.5,
+                            (corner & 2) != 0 ? bounds.max().y() + 0.5 : bounds.min().y() - 0.5,
+                            (corner & 4) != 0 ? bounds.max().z() + 0.5 : bounds.min().z() - 0.5);
+    box_m.extend(options.unit_m * upward(grid.indexToWorld(at), options.is_upward_y));
+  }
+  Volume volume;
+  volume.name = grid.getName();
+  const openvdb::Vec3d own = grid.voxelSize();
+  volume.voxel_m = options.voxel_m > 0.0 ? options.voxel_m
+                                         : options.unit_m * std::min({own.x(), own.y(), own.z()});
+  if (!(volume.voxel_m > 0.0) || !std::isfinite(volume.voxel_m) || !box_m.sizes().allFinite())
+    fail(ErrorKind::Input, "{}: its grid {} has voxels of {} m", file.string(), grid.getName(),
+         volume.voxel_m);
+  const Eigen::Array3d size = (box_m.sizes().array() / volume.voxel_m - 1e-6).ceil().max(1.0);
+  if (size.maxCoeff() > kMaxVolumeSide)
+    fail(ErrorKind::Input,
+         "{}: its grid {} takes {} x {} x {} voxels of {} m; {} a side fit: state a larger voxel_m",
+         file.string(), grid.getName(), size.x(), size.y(), size.z(), volume.voxel_m,
+         kMaxVolumeSide);
+  volume.size = size.cast<int>();
+  check_volume(volume.name, volume.size);
+  volume.lowest_m = box_m.min();
+  std::vector<float> values(static_cast<std::size_t>(size.prod()));
+  openvdb::FloatGrid::ConstAccessor accessor = grid.getConstAccessor();
+  using Sampler =
+      openvdb::tools::GridSampler<openvdb::FloatGrid::ConstAccessor, openvdb::tools::BoxSampler>;
+  const Sampler sampler(accessor, grid.transform());
+  float largest = 0.0f;
+  for (int z = 0; z < volume.size.z(); ++z)
+    for (int y = 0; y < volume.size.y(); ++y)
+      for (int x = 0; x < volume.size.x(); ++x) {
+        const Eigen::Vector3d at_m =
+            volume.lowest_m + volume.voxel_m * (Eigen::Vector3d(x, y, z).array() + 0.5).matrix();
+        const float value =
+            sampler.wsSample(from_upward(at_m / options.unit_m, options.is_upward_y));
+        if (!std::isfinite(value))
+          fail(ErrorKind::Input, "{}: its grid {} holds values that are no numbers", file.string(),
+               grid.getName());
+        values[volume.index(x, y, z)] = value;
+        largest = std::max(largest, value);
+      }
+  const double full = options.full > 0.0 ? options.full : static_cast<double>(largest);
+  if (!(full > 0.0))
+    fail(ErrorKind::Input, "{}: its grid {} is nowhere above 0", file.string(), grid.getName());
+  volume.density.resize(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    volume.density[i] = static_cast<std::uint8_t>(
+        std::clamp(static_cast<double>(values[i]) / full, 0.0, 1.0) * 255.0 + 0.5);
+  return volume;
+}
+
+}  // namespace
+
+Volume read_vdb(const std::filesystem::path& file, const VdbOptions& options) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored))
+    fail(ErrorKind::Io, "{}: there is no such file; give the path of an OpenVDB file",
+         file.string());
+  initialise();
+  try {
+    return sampled(*read_grid(file, options.grid), file, options);
+  } catch (const core::Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    fail(ErrorKind::Input, "{}: cannot be read as an OpenVDB file; is it damaged? ({})",
+         file.string(), error.what());
+  }
+}
+
+std::vector<std::byte> encode_vdb(std::span<const VdbGrid> grids) {
+  initialise();
+  openvdb::GridCPtrVec all;
+  for (const VdbGrid& one : grids) {
+    const Volume& volume = *one.volume;
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    grid->setName(one.name);
+    grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+    auto accessor = grid->getAccessor();
+    for (int z = 0; z < volume.size.z(); ++z)
+      for (int y = 0; y < volume.size.y(); ++y)
+        for (int x = 0; x < volume.size.x(); ++x)
+          if (const std::uint8_t code = volume.density[volume.index(x, y, z)]; code != 0)
+            accessor.setValue({x, y, z}, static_cast<float>(one.factor * code / 255.0));
+    // Values stand at the voxels' centres.
+    Eigen::Affine3d volume_from_index = Eigen::Affine3d::Identity();
+    volume_from_index.linear() *= volume.voxel_m;
+    volume_from_index.translation() =
+        volume.lowest_m + Eigen::Vector3d::Constant(0.5 * volume.voxel_m);
+    const Eigen::Matrix4d matrix = (one.file_from_volume * volume_from_index).matrix();
+    openvdb::Mat4d transform;  // of rows
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) transform(j, i) = matrix(i, j);
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(transform));
+    all.push_back(grid);
+  }
+  std::ostringstream out(std::ios_base::binary);
+  openvdb::io::Stream(out).write(all);
+  const std::string text = out.str();
+  std::vector<std::byte> bytes(text.size());
+  std::memcpy(bytes.data(), text.data(), text.size());
+  TERRACAST_CHECK(bytes.size() > kIdentityAt + kIdentityLength, "{} bytes", bytes.size());
+  std::fill_n(bytes.begin() + kIdentityAt, kIdentityLength, std::byte{'0'});
+  const std::string hash = core::content_hash(bytes);
+  const std::string identity = hash.substr(0, 8) + "-" + hash.substr(8, 4) + "-" +
+                               hash.substr(12, 4) + "-" + hash.substr(16, 4) + "-" +
+                               hash.substr(20, 12);
+  std::memcpy(bytes.data() + kIdentityAt, identity.data(), kIdentityLength);
+  return bytes;
+}
+
+}  // namespace terracast::world
