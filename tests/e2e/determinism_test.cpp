@@ -45,12 +45,21 @@ TEST(Determinism, ThreadsShardsAndLocalBudgetDoNotChangeTheCapture) {
   EXPECT_EQ(first_difference(scratch / "1/capture", scratch / "small/capture"), "");
 }
 
+bool is_temporary(const fs::path& file) {
+  return file.filename().string().starts_with(".terracast-tmp-");
+}
+
+/// When each frame of a capture was finished. A record that is still being written, or that a kill
+/// left so, has a temporary name with the same ending: it is no finished frame.
 std::map<std::string, fs::file_time_type> finished_frames(const fs::path& captures) {
   std::map<std::string, fs::file_time_type> times;
   if (!fs::exists(captures)) return times;
-  for (const auto& entry : fs::recursive_directory_iterator(captures))
-    if (entry.path().parent_path().filename() == "frames" && entry.path().extension() == ".json")
-      times[entry.path().string()] = entry.last_write_time();
+  for (const auto& entry : fs::recursive_directory_iterator(captures)) {
+    const fs::path& file = entry.path();
+    if (file.parent_path().filename() == "frames" && file.extension() == ".json" &&
+        !is_temporary(file))
+      times[file.string()] = entry.last_write_time();
+  }
   return times;
 }
 
@@ -87,9 +96,11 @@ TEST(Resume, KilledAtTwentyRandomMomentsItEndsInTheSameBytesAndRepeatsNoFrame) {
     const auto resumed = run_program({"run", config, "--out", out.string(), "-q"});
     ASSERT_EQ(resumed.status, 0) << "killed after " << kill_after_s << " s\n" << resumed.output;
     const auto after = finished_frames(out / "capture");
-    for (const auto& [frame, time] : before)
+    for (const auto& [frame, time] : before) {
+      ASSERT_TRUE(after.contains(frame)) << frame << " is gone after a kill at " << kill_after_s;
       EXPECT_EQ(after.at(frame), time)
           << frame << " was rendered again after a kill at " << kill_after_s << " s";
+    }
     for (const char* part : {"world", "capture", "export"})
       EXPECT_EQ(first_difference(scratch / "whole" / part, out / part), "")
           << "killed after " << kill_after_s << " s";
@@ -100,7 +111,7 @@ TEST(Resume, KilledAtTwentyRandomMomentsItEndsInTheSameBytesAndRepeatsNoFrame) {
 int num_temporaries(const fs::path& folder) {
   int count = 0;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
-    count += entry.path().filename().string().starts_with(".terracast-tmp-") ? 1 : 0;
+    count += is_temporary(entry.path()) ? 1 : 0;
   return count;
 }
 
