@@ -123,6 +123,14 @@ class LevelSampler {
     coarsest_level_ = store.manifest().coarsest_level;
   }
 
+  /// The tiles that `at` looks into, in the order of their ids.
+  std::vector<const Tile*> tiles() const {
+    std::vector<const Tile*> all;
+    for (const auto& [id, tile] : tiles_) all.push_back(&tile);
+    std::sort(all.begin(), all.end(), [](const Tile* a, const Tile* b) { return a->id < b->id; });
+    return all;
+  }
+
   struct Value {
     double z_world = 0.0;
     double spacing_m = 0.0;  ///< of the samples
@@ -195,8 +203,8 @@ struct HeightRange {
   double highest_m = 0.0;
 };
 
-HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image8& image) {
-  const LevelSampler sampler(store, map.area_world(), map.metres_per_px());
+HeightRange draw_relief(const TileStore& store, const LevelSampler& sampler, const MapFrame& map,
+                        core::Image8& image) {
   const int width = map.width_px;
   const int height = map.height_px;
   const double step_m = map.metres_per_px();
@@ -251,6 +259,36 @@ HeightRange draw_relief(const TileStore& store, const MapFrame& map, core::Image
     }
   });
   return range;
+}
+
+/// Ways as lines, the widest last, and a dot for each building or other shape of its own, in the
+/// colours of their classes. Crops, trees and small things are left to the covers.
+void draw_settlements(const LevelSampler& sampler, const MapFrame& map, Canvas& canvas) {
+  const double metres_per_px = map.metres_per_px();
+  const auto color_of_class = [](core::SemanticClass semantic_class) {
+    return core::semantic_classes()[static_cast<std::size_t>(semantic_class)].color_srgb;
+  };
+  std::vector<const world::Strip*> strips;
+  for (const Tile* tile : sampler.tiles())
+    for (const world::Strip& strip : tile->objects.strips) strips.push_back(&strip);
+  std::stable_sort(strips.begin(), strips.end(), [](const auto* a, const auto* b) {
+    return a->half_width_steps < b->half_width_steps;
+  });
+  for (const world::Strip* strip : strips) {
+    const double width_px = 2.0 * strip->half_width_steps * world::kHeightStep_m / metres_per_px;
+    // A way of less than a seventh of a pixel would be noise on such a map.
+    if (width_px < 0.14) continue;
+    std::vector<Eigen::Vector2d> places;
+    for (const Eigen::Vector2i& point : strip->points_steps)
+      places.push_back(
+          map.pixel(point.x() * world::kHeightStep_m, point.y() * world::kHeightStep_m));
+    canvas.polyline(places, std::max(width_px, 0.7), color_of_class(strip->coating.semantic_class));
+  }
+  const Colour building = color_of_class(core::SemanticClass::Building);
+  for (const Tile* tile : sampler.tiles())
+    for (const world::Solid& solid : tile->objects.solids)
+      canvas.disc(map.pixel(solid.place_m.x(), solid.place_m.y()),
+                  std::max(4.0 / metres_per_px, 0.6), building);
 }
 
 void draw_paths(const std::vector<PreviewPath>& paths, const MapFrame& map, Canvas& canvas,
@@ -350,7 +388,9 @@ core::Image8 render_preview(const TileStore& store, const std::vector<PreviewPat
   core::Image8 image(map.width_px, size_px, 3, kPaper[0]);
   Canvas canvas(image);
   canvas.fill(0, map.height_px, map.width_px, strip_px, kPaper);
-  const HeightRange range = draw_relief(store, map, image);
+  const LevelSampler sampler(store, map.area_world(), map.metres_per_px());
+  const HeightRange range = draw_relief(store, sampler, map, image);
+  draw_settlements(sampler, map, canvas);
   const double half_m = store.manifest().size_m / 2.0;
   const Eigen::Vector2d low = map.pixel(-half_m, -half_m);
   const Eigen::Vector2d high = map.pixel(half_m, half_m);
@@ -371,7 +411,7 @@ core::Image8 render_relief(const TileStore& store, const Eigen::Affine2d& world_
   if (!(map.metres_per_px() > 0.0) || !std::isfinite(map.metres_per_px()))
     core::fail(core::ErrorKind::Config, "a map with pixels of {} m", map.metres_per_px());
   core::Image8 image(width_px, height_px, 3);
-  draw_relief(store, map, image);
+  draw_relief(store, LevelSampler(store, map.area_world(), map.metres_per_px()), map, image);
   return image;
 }
 

@@ -17,7 +17,8 @@ struct PreviewPath {
   std::vector<Eigen::Vector3d> positions_world;
 };
 
-/// A map of the world's square, north up: hypsometric tints under a hillshade, sea, contour of the
+/// A map of the world's square, north up: hypsometric tints under a hillshade, sea, roads and buildings,
+/// contour of the
 /// square, the paths with start marks, a scale bar, north arrow and legend.
 /// size_px   of the longer side
 /// throws    Config: size_px out of 64 to 16384; Input, Io: tiles that cannot be loaded
