@@ -41,6 +41,14 @@ DerivedCover::EvenNoise::EvenNoise(std::uint64_t seed, std::uint64_t stream, dou
                             Eigen::Vector2d(std::fmod(0.7548776662466927 * i, 1.0),
                                             std::fmod(0.5698402909980532 * i, 1.0))));
   std::sort(sorted_.begin(), sorted_.end());
+  starts_.assign(kNumBuckets + 1, sorted_.size());
+  for (std::size_t i = sorted_.size(); i-- > 0;) starts_[bucket(sorted_[i])] = i;
+  for (std::size_t b = kNumBuckets; b-- > 0;) starts_[b] = std::min(starts_[b], starts_[b + 1]);
+}
+
+std::size_t DerivedCover::EvenNoise::bucket(double value) const {
+  const double share = (value - sorted_.front()) / (sorted_.back() - sorted_.front());
+  return static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * (kNumBuckets - 1));
 }
 
 double DerivedCover::EvenNoise::value(const Eigen::Vector2d& place_world) const {
@@ -49,7 +57,13 @@ double DerivedCover::EvenNoise::value(const Eigen::Vector2d& place_world) const 
 }
 
 double DerivedCover::EvenNoise::operator()(const Eigen::Vector2d& place_world) const {
-  const auto below = std::lower_bound(sorted_.begin(), sorted_.end(), value(place_world));
+  const double here = value(place_world);
+  const auto from = [&](std::size_t b) {
+    return sorted_.begin() + static_cast<std::ptrdiff_t>(starts_[b]);
+  };
+  // Buckets are in the order of their values: what lies in others is known to be less, or not.
+  const std::size_t b = bucket(here);
+  const auto below = std::lower_bound(from(b), from(b + 1), here);
   return static_cast<double>(below - sorted_.begin()) / static_cast<double>(sorted_.size());
 }
 
@@ -180,7 +194,7 @@ std::optional<world::Cover> DerivedCover::cover(const Eigen::Vector2d& place_wor
                         (1.0 - ramp(-120.0, 60.0, above_trees_m));
   // Trees line the water.
   if (water_m < 120.0) forest_share += 0.2 * (1.0 - water_m / 120.0) * season;
-  const bool is_field = fields_(place_world) < field_share;
+  const bool is_field = field_share > 0.0 && fields_(place_world) < field_share;
   // Among fields, woods keep to a part of what they would hold elsewhere.
   if (woods < (is_field ? 0.3 : 1.0) * forest_share) return Cover::Forest;
   if (is_field) return Cover::Crops;

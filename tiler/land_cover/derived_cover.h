@@ -46,11 +46,15 @@ class DerivedCover {
     double operator()(const Eigen::Vector2d& place_world) const;
 
    private:
+    static constexpr std::size_t kNumBuckets = 4096;
     double value(const Eigen::Vector2d& place_world) const;
+    /// Rises with the value, from 0 to kNumBuckets - 1.
+    std::size_t bucket(double value) const;
     GradientNoise noise_;
     double period_m_;
     int num_octaves_;
-    std::vector<double> sorted_;  ///< values at scattered places
+    std::vector<double> sorted_;       ///< values at scattered places
+    std::vector<std::size_t> starts_;  ///< of each bucket, in sorted_; and its size
   };
 
   void measure(const LayerInputs& inputs);
