@@ -92,7 +92,7 @@ struct ElevationOptions {
     visit.key("sea_level_m", sea_level_m, "procedural: land below this height is sea.",
               core::between(-500.0, 9000.0));
     visit.key("has_coast", has_coast,
-              "procedural: false leaves the coast out, all is land above sea_level_m.");
+              "procedural: false leaves the coast out, there is no sea; land rises from sea_level_m.");
     visit.key("landform", landform,
               "procedural: coast (mountains behind a plain), islands (a sea with islands), plains "
               "(gentle land all over) or valleys (mountains all over, with broad valleys).",

@@ -410,6 +410,24 @@ TEST(Roads, AbsurdTagsAndBrokenWaysAreRepairedOrLeftOutAndCounted) {
   }
 }
 
+TEST(Roads, AnAirfieldsGroundIsGrassAndNothingElseOfItIsTold) {
+  const RoadWorld world(
+      world_of("plane"),
+      {{.number = 1,
+        .kind = "Polygon",
+        .points_world = {{-200, -100}, {300, -100}, {300, 150}, {-200, 150}, {-200, -100}},
+        .tags = {{"aeroway", "aerodrome"}}},
+       {.number = 2, .points_world = {{-100, 0}, {200, 0}}, .tags = {{"aeroway", "taxiway"}}}});
+  EXPECT_EQ(world.count("airfields"), 1);
+  const auto cover = [&](double x, double y) {
+    return world.finished->sample(x, y).cover;
+  };
+  EXPECT_EQ(cover(290, 140), Cover::Grass);
+  EXPECT_EQ(cover(-190, -90), Cover::Grass);
+  for (const auto& [x, y] : {std::pair{310.0, 0.0}, {0.0, -110.0}, {0.0, 160.0}, {-210.0, 0.0}})
+    EXPECT_NE(cover(x, y), Cover::Grass) << x << " " << y;
+}
+
 TEST(RoadNetwork, PlacesThatAreNoneAndWaysOfAMillionPointsAreBounded) {
   const double nan = std::nan("");
   tiler::Way way;

@@ -111,13 +111,14 @@ class ProceduralField : public HeightField {
     const WorldOptions& options = inputs.options;
     const ElevationOptions& entry = inputs.entry;
     sea_height_m_ = entry.sea_level_m;
+    has_sea_ = entry.has_coast;
     // A power of two, so that a level of tiles has the same spacing; 32 m for 51.2 km. Rivers need
     // ground to run on: small worlds are no finer than their mountains.
     spacing_m_ = std::max(std::exp2(std::ceil(std::log2(options.size_m / 2048.0))), 16.0);
     hash_ = core::content_hash(fmt::format("procedural {} {} {} {} {} {}", kVersion, options.seed,
                                            options.size_m, entry.relief_m, entry.sea_level_m,
                                            datum_.name));
-    if (!entry.has_coast) hash_ = core::content_hash(hash_ + " no coast");
+    if (!entry.has_coast) hash_ = core::content_hash(hash_ + " no sea");
     if (entry.landform != "coast" || entry.lakes != 0)
       hash_ = core::content_hash(fmt::format("{} {} {}", hash_, entry.landform, entry.lakes));
     raise_land(options, entry);
@@ -137,6 +138,7 @@ class ProceduralField : public HeightField {
     source.licence = entry.licence;
     source.accuracy = entry.accuracy;
     sources_.push_back(source);
+    if (!has_sea_) return;
     source.name = "sea";
     source.kind = "sea";
     sources_.push_back(source);
@@ -154,10 +156,14 @@ class ProceduralField : public HeightField {
   double height_m(const Eigen::Vector2d& map) const override { return bicubic(heights_m_, map); }
 
   FieldFacts facts(const Eigen::Vector2d&) const override {
-    return {.source = 0, .sea_height_m = sea_height_m_};
+    FieldFacts facts{};
+    facts.source = 0;
+    // Without a sea, a hollow below sea_level_m is a lake's, or dry.
+    if (has_sea_) facts.sea_height_m = sea_height_m_;
+    return facts;
   }
 
-  bool has_sea() const override { return true; }
+  bool has_sea() const override { return has_sea_; }
   double lowest_m() const override { return lowest_m_; }
   double highest_m() const override { return highest_m_; }
   const geo::VerticalDatum& datum() const override { return datum_; }
@@ -318,7 +324,8 @@ class ProceduralField : public HeightField {
 
   const geo::WorldFrame frame_;
   const geo::VerticalDatum datum_;
-  double sea_height_m_ = 0.0;
+  double sea_height_m_ = 0.0;  ///< without a sea, what heights count from
+  bool has_sea_ = true;
   double spacing_m_ = 0.0;
   double half_side_m_ = 0.0;
   Grid<float> heights_m_;

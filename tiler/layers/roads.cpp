@@ -113,6 +113,7 @@ struct Sorted {
   std::vector<Way> paths;  ///< only painted
   std::vector<Way> piers;
   std::vector<PaintedArea> areas;
+  std::vector<std::vector<PointsWorld>> airfields;  ///< whose ground is kept as grass
   std::vector<FootCrossing> crossings;
   std::int64_t num_repaired = 0;
   std::int64_t num_bad_areas = 0;
@@ -189,15 +190,19 @@ Sorted sort_features(const std::vector<VectorFeature>& features, const RoadsOpti
         }
       continue;
     }
+    const bool is_airfield = feature.tags.value("aeroway") == "aerodrome";
     const auto style = pad_style(feature.tags);
-    if (!style) continue;
+    if (!style && !is_airfield) continue;
     for (const auto& part : feature.parts_world) {
       std::vector<PointsWorld> rings = clean_rings(part, half_size_m);
       if (rings.empty()) {
         ++sorted.num_bad_areas;
         continue;
       }
-      sorted.areas.push_back({feature.number, *style, std::move(rings)});
+      if (is_airfield)
+        sorted.airfields.push_back(std::move(rings));
+      else
+        sorted.areas.push_back({feature.number, *style, std::move(rings)});
     }
   }
   return sorted;
@@ -285,6 +290,7 @@ class RoadsLayer final : public Layer {
     build_decks(decks, inputs);
     paint_.index();
     hold(paths, on_land);
+    for (const std::vector<PointsWorld>& rings : sorted.airfields) airfields_.add_area(rings);
 
     std::int64_t num_gaps = 0;
     for (const auto* all : {&gaps, &path_gaps})
@@ -297,6 +303,7 @@ class RoadsLayer final : public Layer {
     put("roads, railways and runways", num_ways);
     put("paths", num_paths);
     put("areas", static_cast<std::int64_t>(sorted.areas.size()));
+    put("airfields", static_cast<std::int64_t>(sorted.airfields.size()));
     put("areas made even", num_pads);
     put("areas too steep to be made even", pads.num_too_steep);
     put("areas that are none", sorted.num_bad_areas);
@@ -327,6 +334,11 @@ class RoadsLayer final : public Layer {
     if (shaped.level_m == before_m) return 0.0;
     if (!shaped.is_way && is_water(earlier_cover(place_world, ground))) return 0.0;
     return shaped.level_m - before_m;
+  }
+
+  /// Nobody sows or plants between runways.
+  std::optional<Cover> cover(const Vector2d& place_world, const SurfaceSample&) const override {
+    return airfields_.holds(place_world, 0.0) ? std::optional(Cover::Grass) : std::nullopt;
   }
 
   bool holds(const Vector2d& place_world, double radius_m) const override {
@@ -509,6 +521,7 @@ class RoadsLayer final : public Layer {
   std::optional<RoadBed> bed_;
   RoadPaint paint_;
   std::vector<Built> built_;
+  HeldPlaces airfields_;
   HeldPlaces held_;
 };
 
