@@ -17,15 +17,21 @@ constexpr float kOpaque = 0.004f;
 /// Steps of a wide sample are no longer than so many voxels.
 constexpr double kLongestStep = 4.0;
 constexpr double kShadowStep = 2.0;  ///< of rays to the sun, in voxels
+/// Where nothing is in a block of so many voxels a side, steps go over it.
+constexpr int kBlock = 8;
 
 constexpr int kNumOrders = 8;
 constexpr float kOrderWeight = 0.8f;
 constexpr float kOrderDepth = 0.5f;
 constexpr float kOrderCosine = 0.5f;
 
-/// Optical depths toward the sun are kept on every second voxel, in steps of 1/64.
-constexpr int kShadowCell = 2;
+/// Optical depths toward the sun are kept on every third voxel, in steps of 1/64.
+constexpr int kShadowCell = 3;
 constexpr float kDepthSteps = 64.0f;
+/// What lies nearer toward the sun is looked at by itself, where clouds are seen so closely: in voxels.
+constexpr double kNearShadow = 4.5;
+constexpr int kNearSteps = 3;
+constexpr double kCloseStep = 2.0;
 
 float phase_of(float cosine, float mean_cosine) {
   const float squared = mean_cosine * mean_cosine;
@@ -61,8 +67,50 @@ float trilinear(const Eigen::Vector3d& at, const Eigen::Vector3i& size, const Va
 
 }  // namespace
 
+/// Which blocks of a volume hold anything that is seen at a place in them.
+struct Clouds::Blocks {
+  Eigen::Vector3i size = Eigen::Vector3i::Zero();
+  std::vector<std::uint8_t> is_filled;
+
+  explicit Blocks(const world::Volume& volume) {
+    // A place between voxels takes both; those before the first are of the first block.
+    size = (volume.size.array() + 1 + kBlock) / kBlock;
+    is_filled.assign(static_cast<std::size_t>(size.prod()), 0);
+    for (int z = 0; z < volume.size.z(); ++z)
+      for (int y = 0; y < volume.size.y(); ++y)
+        for (int x = 0; x < volume.size.x(); ++x) {
+          if (volume.density[volume.index(x, y, z)] == 0) continue;
+          for (const int bz : {z / kBlock, (z + 1) / kBlock})
+            for (const int by : {y / kBlock, (y + 1) / kBlock})
+              for (const int bx : {x / kBlock, (x + 1) / kBlock}) is_filled[index(bx, by, bz)] = 1;
+        }
+  }
+  std::size_t index(int x, int y, int z) const {
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size.y()) +
+            static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(size.x()) +
+           static_cast<std::size_t>(x);
+  }
+  /// How far along a line from a place nothing is met: 0 in blocks that hold something.
+  /// step   in voxels, of a metre
+  double empty_m(const Eigen::Vector3d& at, const Eigen::Vector3d& step) const {
+    Eigen::Vector3i block;
+    for (int k = 0; k < 3; ++k)
+      block[k] = std::clamp(static_cast<int>(std::floor(at[k] + 1.0)) / kBlock, 0, size[k] - 1);
+    if (is_filled[index(block.x(), block.y(), block.z())] != 0) return 0.0;
+    double exit_m = kFarthest_m;
+    for (int k = 0; k < 3; ++k) {
+      if (std::abs(step[k]) < 1e-12) continue;
+      const double side = (block[k] + (step[k] > 0.0 ? 1 : 0)) * kBlock - 1.0;
+      exit_m = std::min(exit_m, (side - at[k]) / step[k]);
+    }
+    return std::max(exit_m, 0.0);
+  }
+};
+
 struct Clouds::Placed {
   const world::Volume* volume = nullptr;
+  const Blocks* blocks = nullptr;
   world::VolumePlace place;
   Eigen::Affine3d voxels_from_world;  ///< voxel centres at whole numbers
   double voxel_m = 0.0;               ///< in the world
@@ -107,7 +155,11 @@ struct Clouds::Placed {
     double sum = 0.0;
     for (double t = from_m; t < until_m; t += step_m) {
       const double length_m = std::min(step_m, until_m - t);
-      sum += length_m * static_cast<double>(extinction_per_m(at + (t + jitter * length_m) * step));
+      const Eigen::Vector3d here = at + (t + jitter * length_m) * step;
+      if (const double empty_m = blocks->empty_m(here, step); empty_m > 0.0)
+        t += std::floor(empty_m / step_m) * step_m;
+      else
+        sum += length_m * static_cast<double>(extinction_per_m(here));
     }
     return sum;
   }
@@ -125,7 +177,7 @@ struct Clouds::Placed {
           double from_m = 0.0;
           double until_m = kFarthest_m;
           if (!cross(at, sun_voxels, from_m, until_m)) continue;
-          const double tau = depth(at, sun_voxels, from_m, until_m, voxel_m, 0.5);
+          const double tau = depth(at, sun_voxels, from_m, until_m, kShadowStep * voxel_m, 0.5);
           shadow[out] =
               static_cast<std::uint16_t>(std::min(tau * static_cast<double>(kDepthSteps), 65535.0));
         }
@@ -145,6 +197,15 @@ struct Clouds::Placed {
                                                   static_cast<std::size_t>(x)]);
                }) *
            (1.0f / kDepthSteps);
+  }
+  /// The same, finer near the place: billows shade each other.
+  float close_depth_to_sun(const Eigen::Vector3d& at_voxels) const {
+    const double near_m = kNearShadow * voxel_m;
+    const double step_m = near_m / kNearSteps;
+    float sum = 0.0f;
+    for (int k = 0; k < kNearSteps; ++k)
+      sum += extinction_per_m(at_voxels + (k + 0.5) * step_m * sun_voxels);
+    return sum * static_cast<float>(step_m) + depth_to_sun(at_voxels + near_m * sun_voxels);
   }
 };
 
@@ -168,9 +229,11 @@ Clouds::Clouds(std::vector<world::Volume> volumes, const std::vector<world::Volu
 void Clouds::place(const std::vector<world::VolumePlace>& places, const geo::WorldFrame& frame) {
   std::vector<geo::Box3d> boxes;
   std::vector<std::unique_ptr<Placed>> given;
+  for (const world::Volume& volume : volumes_) blocks_.push_back(std::make_unique<Blocks>(volume));
   for (const world::VolumePlace& one : places) {
     auto placed = std::make_unique<Placed>();
     placed->volume = &volumes_[static_cast<std::size_t>(one.volume)];
+    placed->blocks = blocks_[static_cast<std::size_t>(one.volume)].get();
     placed->place = one;
     const world::Volume& volume = *placed->volume;
     placed->voxel_m = volume.voxel_m * one.scale;
@@ -269,15 +332,22 @@ Clouds::Seen Clouds::look(const Eigen::Vector3d& origin_world,
     }
     const double width_m = sample_angle_rad * one.from_m;
     const double step_m = placed.voxel_m * std::clamp(width_m / placed.voxel_m, 1.0, kLongestStep);
+    const bool is_close = step_m < kCloseStep * placed.voxel_m;
     const auto albedo = static_cast<float>(placed.place.albedo);
     const float height = 1.0f / static_cast<float>(placed.volume->size.z());
     for (double t = one.from_m; t < one.until_m; t += step_m) {
       const double length_m = std::min(step_m, one.until_m - t);
       const double middle_m = t + jitter * length_m;
       const Eigen::Vector3d here = at + middle_m * step;
+      if (const double empty_m = placed.blocks->empty_m(here, step); empty_m > 0.0) {
+        t += std::floor(empty_m / step_m) * step_m;
+        continue;
+      }
       const float extinction = placed.extinction_per_m(here);
       if (extinction <= 0.0f) continue;
-      const float tau = sky.is_night() ? 0.0f : placed.depth_to_sun(here);
+      const float tau = sky.is_night() ? 0.0f
+                        : is_close     ? placed.close_depth_to_sun(here)
+                                       : placed.depth_to_sun(here);
       float scattered = 0.0f;
       float through = tau;
       for (const float phase : phases) {
@@ -286,7 +356,7 @@ Clouds::Seen Clouds::look(const Eigen::Vector3d& origin_world,
       }
       const float above = std::clamp(static_cast<float>(here.z()) * height, 0.0f, 1.0f);
       const Color source =
-          albedo * (scattered * sky.sun_irradiance() + (0.35f + 0.65f * above) * from_above +
+          albedo * (scattered * sky.sun_irradiance() + (0.15f + 0.85f * above) * from_above +
                     (1.0f - 0.5f * above) * from_below);
       const float kept = std::exp(-extinction * static_cast<float>(length_m));
       const float taken = seen.transmittance * (1.0f - kept);

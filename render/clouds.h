@@ -65,6 +65,7 @@ class Clouds {
             double until_m, double sample_angle_rad, double jitter, const Sky& sky) const;
 
  private:
+  struct Blocks;
   struct Placed;
   struct Interval {
     double from_m;
@@ -77,6 +78,7 @@ class Clouds {
 
   Eigen::Vector3d sun_world_ = Eigen::Vector3d::UnitZ();
   std::vector<world::Volume> volumes_;
+  std::vector<std::unique_ptr<Blocks>> blocks_;  ///< of volumes
   std::vector<std::unique_ptr<Placed>> placed_;  ///< by leaf of the tree
   world::BoxTree tree_;
 };

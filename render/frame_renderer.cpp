@@ -52,6 +52,8 @@ struct ColorScratch {
   std::vector<Color> sums;       ///< of the unit's pixels
   std::vector<Color> below;      ///< of the rays that met water
   std::vector<Color> mirrored;
+  std::vector<float> reflectance;
+  std::vector<float> spread;  ///< of the rays: LitHits::spread
   HitShader::Scratch shader;
   WaterLight::Scratch water;
 };
@@ -95,6 +97,7 @@ struct ColorImage {
     s.pixels.clear();
     s.bits.clear();
     s.samples.clear();
+    s.spread.clear();
     for (int by = unit.y0; by < unit.y1; by += kBlockSide) {
       for (int bx = unit.x0; bx < unit.x1; bx += kBlockSide) {
         const PixelUnit block{bx, by, std::min(bx + kBlockSide, unit.x1),
@@ -111,6 +114,7 @@ struct ColorImage {
                               .direction_world = view.ray_world(place).normalized()});
             s.bits.push_back(bits);
             s.samples.push_back(sample);
+            s.spread.push_back(static_cast<float>(sampler.place_between(bits, sample)));
             s.pixels.push_back(
                 static_cast<std::uint32_t>((y - unit.y0) * (unit.x1 - unit.x0) + (x - unit.x0)));
             const Eigen::Vector2d disc = sampler.place_on_disc(bits, sample);
@@ -244,16 +248,19 @@ struct ColorImage {
                 .surfaces = s.surfaces,
                 .sun_share = s.sun_share,
                 .sky_share = s.sky_share,
-                .sample_angle_rad = sample_angle(unit)};
+                .sample_angle_rad = sample_angle(unit),
+                .spread = s.spread};
     if (depth_m > 0.0) {
       water->look_in_water(lit, depth_m, s.water, s.radiance, trail);
     } else {
       if (water != nullptr) {
         s.below.resize(s.rays.size());
         s.mirrored.resize(s.rays.size());
-        water->look(lit, s.water, s.below, s.mirrored, trail);
+        s.reflectance.resize(s.rays.size());
+        water->look(lit, s.water, {s.below, s.mirrored, s.reflectance}, trail);
         lit.below = s.below;
         lit.mirrored = s.mirrored;
+        lit.reflectance = s.reflectance;
       }
       shader.shade(lit, s.shader, s.radiance);
       lay_clouds(sample_angle(unit), s);

@@ -77,87 +77,79 @@ std::array<float, world::kNumCovers> cover_shares(const GroundPacket& g, const C
   return shares;
 }
 
-/// A piece of land in one hand.
-struct Holding {
-  std::uint64_t bits;  ///< its own
-  float in_row_m;      ///< across it
-  float edge_m;        ///< to its nearest border
-};
-
-/// Patchwork of holdings: districts of about 1 km turn it their own way; in each, rows of 50 to 110
-/// m are cut at 80 to 240 m.
-Holding holding_at(const NoisePlaces& places, int lane, float warp_m, std::uint32_t seed) {
-  const std::int32_t u0 = places.u[0][lane];
-  const std::int32_t v0 = places.v[0][lane];
-  const int district_shift = 22;  // 1024 m
-  const std::uint64_t district =
-      core::random_bits(seed, static_cast<std::uint32_t>(u0 >> district_shift),
-                        static_cast<std::uint32_t>(v0 >> district_shift));
-  const int plane = static_cast<int>(district % kNumNoisePlanes);
-  const float width_m = 50.0f + 60.0f * static_cast<float>((district >> 8) & 255u) / 255.0f;
-  const float length_m = 80.0f + 160.0f * static_cast<float>((district >> 16) & 255u) / 255.0f;
-  const double along_m = places.u[plane][lane] * kNoiseStep_m + static_cast<double>(warp_m);
-  const double across_m = places.v[plane][lane] * kNoiseStep_m - 0.7 * static_cast<double>(warp_m);
-  const double row = std::floor(across_m / static_cast<double>(width_m));
-  const float in_row_m = static_cast<float>(across_m - row * static_cast<double>(width_m));
-  const std::uint64_t row_bits =
-      core::random_bits(district, 1, static_cast<std::uint64_t>(static_cast<std::int64_t>(row)));
-  const double shifted_m =
-      along_m + static_cast<double>(length_m) * static_cast<double>(row_bits & 1023u) / 1024.0;
-  const double column = std::floor(shifted_m / static_cast<double>(length_m));
-  const float in_column_m = static_cast<float>(shifted_m - column * static_cast<double>(length_m));
-  const std::uint64_t bits =
-      core::random_bits(row_bits, 2, static_cast<std::uint64_t>(static_cast<std::int64_t>(column)));
-
-  return {.bits = bits,
-          .in_row_m = in_row_m,
-          .edge_m = smaller(smaller(in_row_m, width_m - in_row_m),
-                            smaller(in_column_m, length_m - in_column_m))};
-}
-
-/// A colour of cultivated land, its rows, and how far from a hedge.
+/// A colour of cultivated land, its rows, and how far from a balk.
 struct Parcel {
-  float color[3];
-  float rows;  ///< factor on the colour
+  Rgb color;
   float bare;  ///< share of tracks through the crop
   float edge_m;
 };
 
-Parcel parcel_of(const Holding& holding, float footprint) {
-  static constexpr float kCrops[8][3] = {{0.260f, 0.200f, 0.085f}, {0.075f, 0.120f, 0.032f},
-                                         {0.140f, 0.100f, 0.066f}, {0.300f, 0.250f, 0.130f},
-                                         {0.105f, 0.135f, 0.042f}, {0.055f, 0.090f, 0.026f},
-                                         {0.190f, 0.165f, 0.070f}, {0.120f, 0.110f, 0.055f}};
-  const std::uint64_t bits = holding.bits;
-  Parcel parcel;
-  const float tint = 0.82f + 0.36f * static_cast<float>((bits >> 8) & 255u) / 255.0f;
-  for (int k = 0; k < 3; ++k) parcel.color[k] = kCrops[bits % 8][k] * tint;
-  // Rows of maize and beets stand 0.75 m apart, of which plants cover 0.45 m; tracks of the sprayer, two
-  // of 0.4 m, come every 18 m.
+/// How a crop looks from above where plants can no longer be told from each other, and its rows.
+struct CropLook {
+  Rgb color;
+  double row_m;        ///< apart; 0: none are seen
+  double plant_share;  ///< of a row that its plants cover
+  Rgb between;         ///< the ground between rows
+  bool has_tracks;     ///< of the sprayer: two of 0.4 m every 18 m
+  bool has_plants;     ///< stand on the ground themselves where they are seen one by one
+};
+
+const CropLook& look_of(world::Crop crop) {
+  static constexpr Rgb kSoil{0.150f, 0.108f, 0.070f};
+  static constexpr Rgb kLitter{0.200f, 0.155f, 0.085f};
+  static constexpr std::array<CropLook, world::kNumCrops> kLooks = {{
+      {{0.145f, 0.104f, 0.070f},
+       1.5,
+       0.5,
+       {0.128f, 0.092f, 0.062f},
+       false,
+       false},                                                    // fallow: tilled
+      {{0.066f, 0.102f, 0.026f}, 0.8, 0.75, kSoil, true, true},   // corn
+      {{0.272f, 0.208f, 0.094f}, 0.0, 1.0, kLitter, true, true},  // wheat
+      {{0.056f, 0.084f, 0.026f}, 2.0, 0.45, kSoil, false, true},  // vine
+      {{0.070f, 0.116f, 0.034f}, 0.5, 0.80, kSoil, true, false},  // beets
+      {{0.200f, 0.190f, 0.055f}, 0.0, 1.0, kSoil, true, false},   // rape
+      {{0.080f, 0.118f, 0.034f}, 0.0, 1.0, kSoil, false, false},  // clover
+      {{0.285f, 0.236f, 0.132f}, 6.0, 0.5, {0.262f, 0.214f, 0.116f}, false, false}  // stubble
+  }};
+  return kLooks[static_cast<std::size_t>(crop)];
+}
+
+/// stands   crops stand on the ground as things where they are near
+Parcel parcel_of(const world::FieldPattern::Place& field, float footprint, bool stands) {
+  const CropLook& crop = look_of(field.crop);
   const auto footprint_m = static_cast<double>(footprint);
-  const auto across_row_m = static_cast<double>(holding.in_row_m);
-  parcel.rows = 1.0f;
-  if (bits % 8 == 1 || bits % 8 == 5 || bits % 8 == 2) {
-    const double plants = share_of_bars(across_row_m, footprint_m, 0.45, 0.75);
-    parcel.rows += 0.55f * static_cast<float>(plants - 0.6);
-  }
-  const double tracks = share_of_bars(across_row_m - 8.0, footprint_m, 0.4, 18.0) +
-                        share_of_bars(across_row_m - 9.8, footprint_m, 0.4, 18.0);
-  parcel.bare = bits % 8 == 2 ? 0.0f : static_cast<float>(tracks);
-  parcel.edge_m = holding.edge_m;
+  Parcel parcel;
+  parcel.color = crop.color;
+  const auto part = [&](int shift) {
+    return static_cast<float>((field.key >> shift) & 255u) / 255.0f - 0.5f;
+  };
+  shade(parcel.color, 1.0f + 0.30f * part(8));
+  parcel.color.r *= 1.0f + 0.12f * part(24);
+  parcel.color.b *= 1.0f - 0.12f * part(24);
+  float open = 0.0f;  // share of ground that is seen between plants
+  if (crop.row_m > 0.0)
+    open = 1.0f - static_cast<float>(share_of_bars(field.across_m, footprint_m,
+                                                   crop.plant_share * crop.row_m, crop.row_m));
+  if (stands && crop.has_plants)
+    open = core::larger(open, 1.0f - ramp((footprint - 0.15f) / 0.25f));
+  lay(parcel.color, open, crop.between);
+  const double tracks = share_of_bars(field.across_m - 8.0, footprint_m, 0.4, 18.0) +
+                        share_of_bars(field.across_m - 9.8, footprint_m, 0.4, 18.0);
+  parcel.bare = crop.has_tracks ? static_cast<float>(tracks) : 0.0f;
+  parcel.edge_m = static_cast<float>(field.edge_m);
   return parcel;
 }
 
 /// Meadows and pastures: grown, mown, made into hay, eaten short; each in swaths of its mower.
-Rgb meadow_of(const Holding& holding, float footprint_m) {
+Rgb meadow_of(const world::FieldPattern::Place& holding, float footprint_m) {
   static constexpr Rgb kStates[6] = {{0.086f, 0.120f, 0.034f}, {0.104f, 0.128f, 0.042f},
                                      {0.150f, 0.152f, 0.062f}, {0.094f, 0.114f, 0.036f},
                                      {0.120f, 0.140f, 0.044f}, {0.078f, 0.106f, 0.032f}};
-  Rgb color = kStates[holding.bits % 6];
-  shade(color, 0.90f + 0.20f * static_cast<float>((holding.bits >> 8) & 255u) / 255.0f);
-  const double swath = share_of_bars(static_cast<double>(holding.in_row_m),
-                                     static_cast<double>(footprint_m), 3.0, 6.0);
-  const float mown = holding.bits % 6 == 2 || holding.bits % 6 == 4 ? 0.16f : 0.04f;
+  Rgb color = kStates[holding.key % 6];
+  shade(color, 0.90f + 0.20f * static_cast<float>((holding.key >> 8) & 255u) / 255.0f);
+  const double swath = share_of_bars(holding.across_m, static_cast<double>(footprint_m), 3.0, 6.0);
+  const float mown = holding.key % 6 == 2 || holding.key % 6 == 4 ? 0.16f : 0.04f;
   shade(color, 1.0f + mown * (static_cast<float>(swath) - 0.5f));
   return color;
 }
@@ -257,15 +249,17 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const D
     lay(color, c.shrubs[i] * bush, leaves);
     lay(color, c.built[i], p.yard_r[i], p.yard_g[i], p.yard_b[i]);
 
-    const float furrows = 1.0f + 0.05f * d.coarse.value[i] + 0.06f * patch;
+    const float furrows = 1.0f + 0.05f * d.coarse.value[i] + 0.09f * patch;
     lay(color, c.field[i], p.parcel_r[i] * furrows, p.parcel_g[i] * furrows,
         p.parcel_b[i] * furrows);
     lay(color, 0.8f * c.field[i] * p.parcel_bare[i], 0.150f, 0.112f, 0.072f);
-    // Hedges and tracks, 2.5 m to each side of the edge, thinned to their share of the footprint.
-    const float reach = larger(2.5f, footprint);
-    const float hedge = (2.5f / reach) * step_up(reach - p.parcel_edge_m[i], 0.5f * reach) *
-                        ramp(0.8f + 0.5f * clump);
-    lay(color, c.field[i] * hedge, 0.040f, 0.055f, 0.022f);
+    // Grass on the balks, 1.8 m to each side of the edge, thinned to its share of the footprint.
+    const float reach = larger(1.8f, footprint);
+    const float balk = (1.8f / reach) * step_up(reach - p.parcel_edge_m[i], 0.5f * reach) *
+                       ramp(0.8f + 0.5f * clump);
+    Rgb weeds{0.088f, 0.104f, 0.040f};
+    lay(weeds, ramp(0.4f + 0.5f * clump), 0.135f, 0.128f, 0.058f);
+    lay(color, c.field[i] * balk, weeds);
 
     // Crowns: bright tops, dark gaps.
     const float crown = ramp(0.5f + 0.42f * d.trees.value[i]);
@@ -275,7 +269,11 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const D
     shade(forest, (0.35f + 1.30f * crown) * (1.0f + 0.18f * d.coarse.value[i] + 0.10f * clump));
     lay(color, c.forest[i], forest);
 
-    lay(color, c.sand[i], 0.40f, 0.335f, 0.235f);
+    // Sand, wet and half as bright where waves run up it.
+    Rgb sand{0.40f, 0.335f, 0.235f};
+    const float wet = step_up(0.55f - g.height_m[i] + 0.20f * clump + 0.15f * patch, 0.35f);
+    lay(sand, wet, 0.195f, 0.155f, 0.105f);
+    lay(color, c.sand[i], sand);
 
     Rgb scree{0.255f, 0.240f, 0.215f};
     shade(scree, 1.0f + 0.16f * patch + 0.14f * clump);
@@ -364,24 +362,26 @@ void take_known_covers(const GroundPacket& g, const Climate& climate, Covers& c)
 void paint_land(const GroundPacket& packet, const Covers& covers, const Details& details,
                 const Lanes<float>& relief, const Climate& climate, GroundLook& look) {
   NoiseSum warp{};
-  if (any(covers.field) || any(covers.meadow))
-    warp = sum_noise(packet.places, 8, 5, climate.seed + kFieldWarp);
+  if (any(covers.meadow)) warp = sum_noise(packet.places, 8, 5, climate.seed + kFieldWarp);
   Plots plots{};
   for (int i = 0; i < kLanes; ++i) {
-    Holding holding{};
-    if (covers.field[i] > 0.0f || covers.meadow[i] > 0.0f)
-      holding = holding_at(packet.places, i, 9.0f * warp.value[i], climate.seed);
+    world::FieldPattern::Place holding;
+    const Eigen::Vector2d place(packet.east_m[i], packet.north_m[i]);
     if (covers.meadow[i] > 0.0f) {
+      // Meadows' borders follow the ground.
+      const auto strayed_m = static_cast<double>(7.0f * warp.value[i]);
+      holding = climate.fields.at(place + Eigen::Vector2d(strayed_m, -0.7 * strayed_m));
       const Rgb meadow = meadow_of(holding, packet.places.footprint_m[i]);
       plots.meadow_r[i] = meadow.r;
       plots.meadow_g[i] = meadow.g;
       plots.meadow_b[i] = meadow.b;
     }
     if (covers.field[i] > 0.0f) {
-      const Parcel parcel = parcel_of(holding, packet.places.footprint_m[i]);
-      plots.parcel_r[i] = parcel.color[0] * parcel.rows;
-      plots.parcel_g[i] = parcel.color[1] * parcel.rows;
-      plots.parcel_b[i] = parcel.color[2] * parcel.rows;
+      const Parcel parcel =
+          parcel_of(climate.fields.at(place), packet.places.footprint_m[i], climate.has_trees);
+      plots.parcel_r[i] = parcel.color.r;
+      plots.parcel_g[i] = parcel.color.g;
+      plots.parcel_b[i] = parcel.color.b;
       plots.parcel_edge_m[i] = parcel.edge_m;
       plots.parcel_bare[i] = parcel.bare;
     }

@@ -17,18 +17,21 @@ constexpr float kSlantExponent = 0.6f;
 constexpr std::uint32_t kObjectCoarse = 211;
 constexpr std::uint32_t kObjectFine = 223;
 
-double footprint_m(const LitHits& hits, std::size_t i) {
-  const auto facing = static_cast<float>(
-      std::max(-hits.rays[i].direction_world.dot(hits.hits[i].normal_world()), 0.01));
-  return hits.hits[i].t * hits.sample_angle_rad *
-         static_cast<double>(std::pow(facing, -kSlantExponent));
-}
-
 Eigen::Vector3d point_of(const LitHits& hits, std::size_t i) {
   return hits.rays[i].origin_world + hits.hits[i].t * hits.rays[i].direction_world;
 }
 
 }  // namespace
+
+double footprint_m(const LitHits& hits, std::size_t i) {
+  const auto facing = static_cast<float>(
+      std::max(-hits.rays[i].direction_world.dot(hits.hits[i].normal_world()), 0.01));
+  const double across_m = hits.hits[i].t * hits.sample_angle_rad;
+  if (hits.hits[i].is_ground() && world::is_water(hits.surfaces[i].cover) &&
+      !hits.surfaces[i].paint.is_painted)
+    return across_m / static_cast<double>(facing);
+  return across_m * static_cast<double>(std::pow(facing, -kSlantExponent));
+}
 
 void HitShader::shade(const LitHits& hits, Scratch& s, std::span<Color> radiance) const {
   s.ground.clear();
@@ -68,6 +71,7 @@ void HitShader::shade_ground_lanes(const LitHits& hits, std::span<const std::siz
       s.view.below[k][lane] = hits.below.empty() ? -1.0f : hits.below[i][at];
       s.view.mirrored[k][lane] = hits.mirrored.empty() ? -1.0f : hits.mirrored[i][at];
     }
+    s.view.reflectance[lane] = hits.reflectance.empty() ? -1.0f : hits.reflectance[i];
   }
   ground_.set(s.ground_places, s.packet);
   ground_.look(s.packet, s.look);

@@ -23,11 +23,17 @@ struct LitHits {
   /// looked.
   std::span<const float> sky_share;
   double sample_angle_rad;  ///< across a sample
-  /// Of rays that met water (render/water_light.h): what comes up from below, and what is mirrored. Red
-  /// below 0, or empty: nobody has looked.
+  /// Numbers of [0, 1], spread evenly over the samples of a pixel; empty: drawn by place.
+  std::span<const float> spread = {};
+  /// Of rays that met water (SeenWater): below 0, or empty: nobody has looked.
   std::span<const Color> below = {};
   std::span<const Color> mirrored = {};
+  std::span<const float> reflectance = {};
 };
+
+/// Width of a sample on the surface that a ray met: between that across the view and that along it, but on
+/// water the latter, since waves that a sample holds must not be drawn.
+double footprint_m(const LitHits& hits, std::size_t ray);
 
 /// Radiance that rays bring to the camera: from the sky, from the ground in packets, from objects one by
 /// one, all through the air. What a ray brings depends on no other. Threads: safe.

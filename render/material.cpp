@@ -84,6 +84,9 @@ double approximate_height_m(const Eigen::Vector3d& p) {
 Climate climate_of(const world::TileStore& store, std::uint32_t seed) {
   Climate climate;
   climate.seed = seed;
+  climate.fields =
+      world::FieldPattern(static_cast<std::uint64_t>(store.manifest().seed),
+                          world::FieldPattern::grows_vines(store.manifest().origin.lat_deg));
   for (const world::LayerInfo& layer : store.manifest().layers)
     climate.has_trees = climate.has_trees || layer.kind == "vegetation";
   climate.snow_line_m = world::snow_line_m(store.manifest().origin.lat_deg);
@@ -119,6 +122,8 @@ Climate climate_of(const world::TileStore& store, std::uint32_t seed) {
 
 void Ground::set(const GroundPlaces& places, GroundPacket& packet) const {
   packet.places.set(places.point_world, places.footprint_m);
+  packet.east_m = places.point_world[0];
+  packet.north_m = places.point_world[1];
   set_ground(places, climate_.sea_level_m, packet);
   packet.cover = places.cover;
   packet.corner_cover = places.corner_cover;
@@ -196,6 +201,14 @@ void Ground::classify(const GroundPacket& packet, Lanes<std::uint8_t>& classes) 
 
 void Ground::look(const GroundPacket& g, GroundLook& look) const {
   const std::uint32_t seed = climate_.seed;
+  bool is_all_water = true;
+  for (int i = 0; i < kLanes; ++i)
+    is_all_water =
+        is_all_water && g.is_painted[i] == 0 && is_water(static_cast<world::Cover>(g.cover[i]));
+  if (is_all_water) {
+    look_at_water(g, seed, look);
+    return;
+  }
   Covers c;
   spread_covers(g, climate_, sum_noise, c);
   if (g.has_known_cover) take_known_covers(g, climate_, c);

@@ -7,6 +7,7 @@
 #include "capture/channel.h"
 #include "render/lanes.h"
 #include "render/noise.h"
+#include "world/field_pattern.h"
 #include "world/ray_query.h"
 #include "world/tile_store.h"
 
@@ -18,8 +19,9 @@ struct Climate {
   bool has_sea = false;
   double snow_line_m = 3000.0;  ///< above the sea, where snow lies in summer
   double tree_line_m = 2100.0;  ///< above the sea
-  bool has_trees = false;       ///< trees stand on the ground of forests
+  bool has_trees = false;  ///< trees stand on the ground of forests, and crops on that of fields
   std::uint32_t seed = 1;
+  world::FieldPattern fields{1, true};
 };
 
 /// The climate of a world: snow line by latitude, sea level from the sea samples of its coarsest
@@ -66,6 +68,8 @@ struct GroundPlaces {
 /// What the ground is made from at places that are shaded together.
 struct GroundPacket {
   NoisePlaces places;
+  Lanes<double> east_m;  ///< world x
+  Lanes<double> north_m;
   Lanes<std::int32_t> strata_u;  ///< noise coordinates of rock layers: across them and along
   Lanes<std::int32_t> strata_v;
   Lanes3f normal;             ///< of the true triangle

@@ -33,6 +33,11 @@ class PixelSampler {
             scrambled(sample, static_cast<std::uint32_t>(bits >> 32))};
   }
 
+  /// In [0, 1): for a power of two of samples, one in each of as many parts.
+  double place_between(std::uint64_t bits, int sample) const {
+    return scrambled(sample, static_cast<std::uint32_t>(core::mix_bits(bits ^ 0x7370726561ULL)));
+  }
+
   /// In the unit disc; uniform over pixels.
   Eigen::Vector2d place_on_disc(std::uint64_t bits, int sample) const {
     const double radius = std::sqrt(scrambled(sample, static_cast<std::uint32_t>(bits)));

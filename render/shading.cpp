@@ -28,7 +28,9 @@ Color water_radiance(const GroundLook& look, const ViewPacket& view, const Sky& 
   const float cos_view = std::max(normal.dot(to_camera), 0.02f);
   // Rough water mirrors less at grazing angles: facets turned to the camera are steeper.
   const float spread = std::sqrt(look.wave_variance[lane]);
-  const float reflectance = water_reflectance(std::min(cos_view + 0.6f * spread, 1.0f));
+  const float reflectance = view.reflectance[lane] >= 0.0f
+                                ? view.reflectance[lane]
+                                : water_reflectance(std::min(cos_view + 0.6f * spread, 1.0f));
 
   Eigen::Vector3f mirrored = 2.0f * normal.dot(to_camera) * normal - to_camera;
   const Eigen::Vector3f up = sky.daylight().up_world.cast<float>();

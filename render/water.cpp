@@ -59,8 +59,11 @@ void look_at_water(const GroundPacket& packet, std::uint32_t seed, GroundLook& l
     look.is_water[i] = 1.0f;
     // Ten octaves of slope along each axis, less what is drawn.
     const Waves given = waves_of(cover);
-    look.wave_variance[i] = given.ripple_variance + 10.0f * given.slope * given.slope *
-                                                        waves.left_out[i] * waves.left_out[i];
+    // Gusts roughen it in patches; in a lull it lies almost smooth.
+    const float gust = clamped(1.0f + 0.45f * streaks.value[i], 0.3f, 2.0f);
+    look.wave_variance[i] =
+        gust * (given.ripple_variance +
+                10.0f * given.slope * given.slope * waves.left_out[i] * waves.left_out[i]);
   }
 }
 
@@ -71,7 +74,7 @@ void look_at_bed(const GroundPacket& packet, std::uint32_t seed, GroundLook& loo
   const NoiseSum fine = sum_noise(packet.places, -2, -6, seed + 421);
   for (int i = 0; i < kLanes; ++i) {
     if (static_cast<Cover>(packet.cover[i]) != Cover::Seabed) continue;
-    Rgb color{0.34f, 0.29f, 0.205f};  // sand
+    Rgb color{0.245f, 0.200f, 0.138f};  // sand, wet
     shade(color, 1.0f + 0.10f * patch.value[i] + 0.05f * grain.value[i] + 0.05f * fine.value[i]);
     // Gravel and shells lie in patches, rock where it is steep.
     lay(color, 0.55f * step_up(grain.value[i] + 0.5f * patch.value[i] - 1.1f, 0.6f), 0.20f, 0.18f,

@@ -7,6 +7,8 @@
 
 #include "core/random.h"
 #include "render/blend.h"
+#include "render/rough_water.h"
+#include "render/shading.h"
 #include "render/water.h"
 
 namespace terracast::render {
@@ -29,8 +31,8 @@ constexpr double kFarthestBottom_m = 160.0;
 /// What is mirrored is looked for so far, from so near, and where the surface reflects so much.
 constexpr double kFarthestMirrored_m = 4000.0;
 constexpr double kMirrorDistance_m = 5000.0;
-constexpr float kLeastReflectance = 0.024f;
-/// Slopes of the waves that bend rays: root mean square, sea and inland.
+constexpr float kLeastReflectance = 0.03f;
+/// Slopes of the waves that bend rays of cameras in water: root mean square, sea and inland.
 constexpr double kSeaSlope = 0.05;
 constexpr double kLakeSlope = 0.015;
 /// Water thinner than this is foam where waves run up.
@@ -41,6 +43,8 @@ constexpr float kUpGlow = 0.22f;
 /// Lines of gathered light on the bed.
 constexpr float kCausticWidth = 0.35f;
 constexpr float kCausticDepth_m = 8.0f;
+/// Sine of the least elevation of mirrored rays.
+constexpr double kLeastRise = 0.004;
 /// Mirrored rays start this far above the surface.
 constexpr double kLift_m = 2e-3;
 constexpr double kLiftPerSpacing = 5e-4;
@@ -118,30 +122,68 @@ WaterLight::WaterLight(const world::RayQuery& whole, const world::RayQuery& bed,
       lake_(optics_of(Cover::Lake, visibility_m)),
       river_(optics_of(Cover::River, visibility_m)) {}
 
-void WaterLight::look(const LitHits& hits, Scratch& s, std::span<Color> below,
-                      std::span<Color> mirrored, world::RayTrail* trail) const {
+void WaterLight::look(const LitHits& hits, Scratch& s, const SeenWater& seen,
+                      world::RayTrail* trail) const {
   s.water.clear();
   s.normals.clear();
   for (std::size_t i = 0; i < hits.rays.size(); ++i) {
-    below[i] = mirrored[i] = Color(-1.0f, 0.0f, 0.0f);
+    seen.below[i] = seen.mirrored[i] = Color(-1.0f, 0.0f, 0.0f);
+    seen.reflectance[i] = -1.0f;
     const world::SurfaceHit& hit = hits.hits[i];
     if (hit.is_sky() || !hit.is_ground() || !world::is_water(hits.surfaces[i].cover) ||
-        hits.surfaces[i].paint.is_painted)
+        hits.surfaces[i].paint.is_painted ||
+        hit.normal_world().dot(hits.rays[i].direction_world) > -1e-6)
       continue;
-    const Vector3d& direction = hits.rays[i].direction_world;
-    const Vector3d flat = hit.normal_world();
-    const double slope = hits.surfaces[i].cover == Cover::Sea ? kSeaSlope : kLakeSlope;
-    const std::uint64_t bits = bits_of(hits.rays[i].origin_world + hit.t * direction);
-    Vector3d normal =
-        (flat + slope * Vector3d(drawn_slope(bits, 1), drawn_slope(bits, 2), 0.0)).normalized();
-    if (normal.dot(direction) > -0.01) normal = flat;
-    if (normal.dot(direction) > -1e-6) continue;
     s.water.push_back(i);
-    s.normals.push_back(normal);
   }
   if (s.water.empty()) return;
-  look_down(hits, s, below, trail);
-  look_up(hits, s, mirrored, trail);
+  draw_facets(hits, s, seen.reflectance);
+  look_down(hits, s, seen.below, trail);
+  look_up(hits, s, seen, trail);
+}
+
+/// One facet for each ray: on the waves that its footprint tells one by one, of those that it does not
+/// one as they are seen.
+void WaterLight::draw_facets(const LitHits& hits, Scratch& s, std::span<float> reflectance) const {
+  for (std::size_t first = 0; first < s.water.size(); first += kLanes) {
+    const std::size_t count = std::min<std::size_t>(kLanes, s.water.size() - first);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::size_t i = s.water[first + std::min(lane, count - 1)];
+      s.places.set(static_cast<int>(lane),
+                   hits.rays[i].origin_world + hits.hits[i].t * hits.rays[i].direction_world,
+                   hits.hits[i].normal_world(), hits.surfaces[i], footprint_m(hits, i));
+    }
+    ground_.set(s.places, s.packet);
+    ground_.look(s.packet, s.look);
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      const std::size_t i = s.water[first + lane];
+      const int at = static_cast<int>(lane);
+      const Vector3d& direction = hits.rays[i].direction_world;
+      const Vector3d flat = hits.hits[i].normal_world();
+      Vector3d mean(static_cast<double>(s.look.normal[0][at]),
+                    static_cast<double>(s.look.normal[1][at]),
+                    static_cast<double>(s.look.normal[2][at]));
+      // Waves that turn away lie behind others.
+      if (mean.dot(direction) > -0.01) mean = flat;
+      const double cosine = -mean.dot(direction);
+      const Vector3d level = -direction - cosine * mean;
+      const double sine = level.norm();
+      Vector3d facet = mean;
+      if (sine > 1e-6) {
+        const double deviation = std::sqrt(0.5 * static_cast<double>(s.look.wave_variance[at]));
+        const std::uint64_t bits = bits_of(hits.rays[i].origin_world + hits.hits[i].t * direction);
+        const double share = hits.spread.empty() ? core::random_unit(bits, 1, 0)
+                                                 : static_cast<double>(hits.spread[i]);
+        const Vector3d toward = level / sine;
+        facet += seen_slope(share, deviation, cosine / sine) * toward +
+                 deviation * drawn_slope(bits, 2) * mean.cross(toward);
+        facet.normalize();
+      }
+      if (facet.dot(direction) > -1e-3) facet = mean;
+      s.normals.push_back(facet);
+      reflectance[i] = water_reflectance(static_cast<float>(-facet.dot(direction)));
+    }
+  }
 }
 
 void WaterLight::look_down(const LitHits& hits, Scratch& s, std::span<Color> below,
@@ -367,7 +409,7 @@ void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_dept
   }
 }
 
-void WaterLight::look_up(const LitHits& hits, Scratch& s, std::span<Color> mirrored,
+void WaterLight::look_up(const LitHits& hits, Scratch& s, const SeenWater& seen,
                          world::RayTrail* trail) const {
   s.rays.clear();
   s.of_water.clear();
@@ -375,16 +417,17 @@ void WaterLight::look_up(const LitHits& hits, Scratch& s, std::span<Color> mirro
     const std::size_t i = s.water[k];
     const Vector3d& direction = hits.rays[i].direction_world;
     const Vector3d flat = hits.hits[i].normal_world();
-    if (hits.hits[i].t > kMirrorDistance_m ||
-        water_reflectance(static_cast<float>(-direction.dot(flat))) < kLeastReflectance)
-      continue;
     Vector3d away = direction - 2.0 * direction.dot(s.normals[k]) * s.normals[k];
+    // What goes down meets other waves, and is mirrored up by them.
     const double rise = away.dot(flat);
-    if (rise < 0.01) away += (0.01 - rise) * flat;
+    if (rise < kLeastRise) away += (std::max(-rise, kLeastRise) - rise) * flat;
+    away.normalize();
+    seen.mirrored[i] = sky_.radiance(away.cast<float>());
+    if (hits.hits[i].t > kMirrorDistance_m || seen.reflectance[i] < kLeastReflectance) continue;
     s.rays.push_back(
         {.origin_world = hits.rays[i].origin_world + hits.hits[i].t * direction +
                          (kLift_m + kLiftPerSpacing * hits.surfaces[i].spacing_m) * flat,
-         .direction_world = away.normalized(),
+         .direction_world = away,
          .t_max = kFarthestMirrored_m});
     s.of_water.push_back(k);
   }
@@ -392,10 +435,10 @@ void WaterLight::look_up(const LitHits& hits, Scratch& s, std::span<Color> mirro
   s.hits.resize(s.rays.size());
   s.surfaces.resize(s.rays.size());
   whole_.intersect(s.rays, s.hits, world::Coherence::Incoherent, s.surfaces, trail);
-  // What is sky is taken as the waves have it.
   std::size_t num_met = 0;
   for (std::size_t r = 0; r < s.rays.size(); ++r) {
-    if (s.hits[r].is_sky()) continue;
+    if (s.hits[r].is_sky() || (s.hits[r].is_ground() && world::is_water(s.surfaces[r].cover)))
+      continue;
     s.rays[num_met] = s.rays[r];
     s.hits[num_met] = s.hits[r];
     s.surfaces[num_met] = s.surfaces[r];
@@ -410,12 +453,10 @@ void WaterLight::look_up(const LitHits& hits, Scratch& s, std::span<Color> mirro
                  .surfaces = std::span(s.surfaces).first(num_met),
                  .sun_share = s.sun_share,
                  .sky_share = s.sky_share,
-                 .sample_angle_rad = 4.0 * hits.sample_angle_rad,
-                 .below = {},
-                 .mirrored = {}},
+                 .sample_angle_rad = 4.0 * hits.sample_angle_rad},
                 s.shader, s.radiance);
   for (std::size_t r = 0; r < num_met; ++r)
-    mirrored[s.water[s.of_water[r]]] = s.radiance[r].max(0.0f);
+    seen.mirrored[s.water[s.of_water[r]]] = s.radiance[r].max(0.0f);
 }
 
 }  // namespace terracast::render

@@ -44,7 +44,17 @@ bool refract(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal, do
 /// eta   as refract()
 float fresnel_reflectance(float cos_incidence, float eta);
 
-/// What is seen in water and mirrored by it. Threads: safe.
+/// What is seen of water by rays that met it; of others, all is below 0. Each as many as rays.
+struct SeenWater {
+  /// Radiance that comes up to the surface from below, as it is above it but for the share that is
+  /// reflected.
+  std::span<Color> below;
+  std::span<Color> mirrored;     ///< radiance that comes to the facet from where it mirrors
+  std::span<float> reflectance;  ///< of the facet, at the angle at which the ray meets it
+};
+
+/// What is seen in water and mirrored by it. Where waves are smaller than a sample, each ray meets one facet of
+/// those that are seen (render/rough_water.h), spread evenly over the samples of a pixel. Threads: safe.
 class WaterLight {
  public:
   /// Buffers, used again.
@@ -72,12 +82,9 @@ class WaterLight {
   WaterLight(const world::RayQuery& whole, const world::RayQuery& bed, const Ground& ground,
              const Sky& sky, const HitShader& shader, double visibility_m);
 
-  /// Of rays that met water: the radiance that comes up to the surface from below, as it is above it but
-  /// for the share that is reflected, and what the surface mirrors where that is not the sky. Red of
-  /// other rays, and where the sky is mirrored, is below 0.
-  /// below, mirrored   as many as rays
-  void look(const LitHits& hits, Scratch& scratch, std::span<Color> below,
-            std::span<Color> mirrored, world::RayTrail* trail) const;
+  /// Sets what `seen` holds, for LitHits.
+  void look(const LitHits& hits, Scratch& scratch, const SeenWater& seen,
+            world::RayTrail* trail) const;
 
   /// What rays of a camera in water bring to it: from the bed and from solids, through the surface within
   /// Snell's window, off the surface beyond it, and from the water on the way.
@@ -93,7 +100,8 @@ class WaterLight {
   void look_down(const LitHits& hits, Scratch& scratch, std::span<Color> below,
                  world::RayTrail* trail) const;
   void shade_bottom(const LitHits& hits, Scratch& scratch, double start_depth_m) const;
-  void look_up(const LitHits& hits, Scratch& scratch, std::span<Color> mirrored,
+  void draw_facets(const LitHits& hits, Scratch& scratch, std::span<float> reflectance) const;
+  void look_up(const LitHits& hits, Scratch& scratch, const SeenWater& seen,
                world::RayTrail* trail) const;
 
   const world::RayQuery& whole_;

@@ -7,6 +7,7 @@
 
 #include "render/looks/families.h"
 #include "render/pattern.h"
+#include "world/facade.h"
 
 namespace terracast::render {
 namespace {
@@ -272,26 +273,6 @@ Mix cell_mix(FacadeStyle style, const CellPlace& at, const CellDraw& draw, bool 
   return mix;
 }
 
-/// Mean width of a style's bays.
-double mean_bay_m(FacadeStyle style) {
-  switch (style) {
-    case FacadeStyle::Hall:
-      return 6.0;
-    case FacadeStyle::Church:
-      return 4.6;
-    case FacadeStyle::Offices:
-      return 1.5;
-    case FacadeStyle::CurtainWall:
-      return 1.6;
-    case FacadeStyle::Shops:
-      return 3.4;
-    case FacadeStyle::Apartments:
-      return 3.3;
-    default:
-      return 2.9;
-  }
-}
-
 double mean_storey_m(FacadeStyle style) {
   if (style == FacadeStyle::Hall || style == FacadeStyle::Church) return 7.0;
   return style == FacadeStyle::Offices || style == FacadeStyle::CurtainWall ? 3.4 : 3.0;
@@ -329,7 +310,7 @@ MeanMixes average_cells() {
                            .y = 0.5,
                            .width_x = 1.0,
                            .width_y = 1.0,
-                           .bay_m = mean_bay_m(name),
+                           .bay_m = world::facade_bay_m(name),
                            .storey_m = mean_storey_m(name)};
         const Mix one = cell_mix(name, at, draw_of(4711, cell / kPlaces, cell), is_ground == 1);
         const std::array<float, 6> parts = {one.wall, one.trim,  one.accent,
@@ -399,8 +380,7 @@ void lay_facade(const ObjectPlace& place, ObjectLook& look) {
           ? FacadeStyle::CurtainWall
           : static_cast<FacadeStyle>(std::min<std::uint16_t>(pattern >> 8, kNumStyles - 1));
   const double storey_m = std::max(0.1 * (pattern == 0 ? 34 : pattern & 255), 1.8);
-  const double bay_m =
-      mean_bay_m(style) * (0.88 + 0.24 * static_cast<double>(object_tint(place, 40)));
+  const double bay_m = world::facade_bay_m(style);
   const auto width_m = static_cast<double>(place.footprint_m);
   if (place.v_m < -0.5 * width_m) return;  // below the ground's highest side: plinth
 

@@ -43,6 +43,7 @@ void grow_moss(const ObjectPlace& place, float most, Rgb& color) {
 void look_at_flat_roof(const ObjectPlace& place, Rgb& color, ObjectLook& look) {
   const auto width_m = static_cast<double>(place.footprint_m);
   const float kind = object_tint(place, 22);
+  shade(color, 0.80f);  // dust
   if (kind < 0.45f) {
     // Gravel.
     lay(color, 0.55f, 0.250f, 0.240f, 0.220f);
@@ -91,6 +92,8 @@ void look_at_metal_roof(const ObjectPlace& place, Rgb& color, ObjectLook& look) 
   const auto width_m = static_cast<double>(place.footprint_m);
   constexpr double kSeam_m = 0.53;
   const double sheet = std::floor(place.u_m / kSeam_m);
+  // Zinc and paint chalk, and soot lies on what was white.
+  shade(color, 0.68f);
   shade(color,
         1.0f + 0.10f * told(place.footprint_m, 1.0f) * (cell_tint(place.seed, sheet, 4.0) - 0.5f));
   shade(color, 1.0f + 0.06f * place.coarse + 0.03f * place.fine);
@@ -100,9 +103,9 @@ void look_at_metal_roof(const ObjectPlace& place, Rgb& color, ObjectLook& look) 
   // Run-off and rust.
   const float rust = object_tint(place, 24) * ramp(0.6f * place.coarse - 0.5f);
   lay(color, 0.5f * rust, 0.150f, 0.070f, 0.035f);
-  look.gloss.share = 0.55f * (1.0f - rust);
-  look.gloss.facing = {0.30f, 0.30f, 0.30f};
-  look.gloss.roughness = 0.28f;
+  look.gloss.share = 0.45f * (1.0f - rust);
+  look.gloss.facing = {0.18f, 0.18f, 0.18f};
+  look.gloss.roughness = 0.34f;
 }
 
 void look_at_thatch(const ObjectPlace& place, Rgb& color, ObjectLook& look) {
@@ -118,7 +121,8 @@ void look_at_thatch(const ObjectPlace& place, Rgb& color, ObjectLook& look) {
 
 void look_at_roof(const ObjectPlace& place, ObjectLook& look) {
   Rgb color = place.color;
-  shade(color, 0.90f + 0.20f * object_tint(place, 20));
+  // Of some years and of many: no two are quite alike.
+  shade(color, 0.80f + 0.40f * object_tint(place, 20));
   switch (place.finish.material) {
     case Material::RoofTiles:
       lay_tiles(place,
@@ -126,7 +130,7 @@ void look_at_roof(const ObjectPlace& place, ObjectLook& look) {
                 color, look);
       shade(color, 1.0f + 0.07f * place.coarse + 0.05f * place.fine);
       // Soot and lichen of years take the red out of clay.
-      lay(color, 0.15f + 0.30f * object_tint(place, 25), 0.155f, 0.120f, 0.095f);
+      lay(color, 0.12f + 0.42f * object_tint(place, 25), 0.165f, 0.132f, 0.105f);
       grow_moss(place, 0.55f, color);
       look.openness = 0.95f;
       break;

@@ -19,6 +19,7 @@
 #include "tiler/instance_ids.h"
 #include "tiler/layer_stack.h"
 #include "tiler/roofs/triangulation.h"
+#include "world/facade.h"
 #include "world/tile_id.h"
 
 namespace terracast::test {
@@ -111,6 +112,64 @@ TEST(BuildingShapes, RoofsOverARectangleHaveTheirClosedForms) {
     EXPECT_NEAR(area_from_above_m2(mesh), length * width, 0.02) << static_cast<int>(shape);
     EXPECT_LE(mesh.triangles.size(), 40u);
   }
+}
+
+// Windows are drawn in bays and storeys of the pattern's own size: no wall may cut one.
+TEST(BuildingShapes, WallsHoldWholeBaysAndStoreys) {
+  for (const auto style : {world::FacadeStyle::House, world::FacadeStyle::Apartments,
+                           world::FacadeStyle::Offices, world::FacadeStyle::Hall})
+    for (const RoofShape roof : {RoofShape::Flat, RoofShape::Gabled, RoofShape::Hipped})
+      for (std::uint64_t own = 0; own < 6; ++own) {
+        BuildingDesign design;
+        design.roof = roof;
+        design.roof_height_m = roof == RoofShape::Flat ? 0.0 : 2.5;
+        design.top_m = 11.7;
+        design.wall.material = world::Material::Plaster;
+        design.wall.pattern = world::facade_pattern(style, 31);
+        BuildingPlan plan;
+        // The last side is narrower than most bays.
+        plan.rings =
+            rings_of({{{0, 0}, {17.3, 0}, {17.3, 9.1}, {16.6, 9.1}, {16.6, 10.4}, {0, 10.4}}});
+        plan.design = &design;
+        plan.own = own;
+        plan.foundation_steps = steps(1.0);
+        plan.attached = {false, true, false, false, false, false};
+        const world::Shape shape = tiler::building_shape(plan, BuildingDetail::Fine);
+        sound_facts(shape, "facade");
+        const double bay_m = world::facade_bay_m(style);
+        int num_walls = 0;
+        for (const auto& triangle : shape.triangles) {
+          if (shape.finishes[triangle.finish].pattern == 0) continue;
+          double lowest_u = 1e9;
+          double highest_u = -1e9;
+          double highest_v = -1e9;
+          double length_m = 0.0;
+          for (std::size_t k = 0; k < 3; ++k) {
+            const Eigen::Vector2f& uv = shape.uv[triangle.corners[k]];
+            lowest_u = std::min(lowest_u, static_cast<double>(uv.x()));
+            highest_u = std::max(highest_u, static_cast<double>(uv.x()));
+            highest_v = std::max(highest_v, static_cast<double>(uv.y()));
+            const Eigen::Vector3i& a = shape.vertices_steps[triangle.corners[k]];
+            const Eigen::Vector3i& b = shape.vertices_steps[triangle.corners[(k + 1) % 3]];
+            length_m = std::max(length_m, (a - b).head<2>().cast<double>().norm() * kHeightStep_m);
+            // No window where another house stands, nor on what is too narrow for a bay.
+            EXPECT_FALSE(a.x() == b.x() && a.x() == steps(17.3));
+          }
+          ++num_walls;
+          EXPECT_GT(length_m, 0.5 * bay_m);
+          const auto is_whole = [](double value, double part) {
+            // uv is rounded to a 64th of a metre.
+            return std::abs(value - part * std::round(value / part)) < 1.0 / 64.0;
+          };
+          EXPECT_TRUE(is_whole(lowest_u, bay_m) && is_whole(highest_u, bay_m)) << highest_u;
+          if (roof != RoofShape::Flat) {
+            EXPECT_TRUE(is_whole(highest_v, 3.1)) << highest_v;
+          }
+          // Bays are up to a half narrower or wider, where there is one, else less.
+          EXPECT_NEAR((highest_u - lowest_u) / length_m, 1.0, length_m > 4.0 * bay_m ? 0.25 : 0.7);
+        }
+        EXPECT_GE(num_walls, 4);
+      }
 }
 
 TEST(BuildingShapes, RoofsOverAnyPolygonAreClosedAndCoverIt) {

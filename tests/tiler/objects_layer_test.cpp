@@ -298,6 +298,45 @@ TEST(Objects, EveryTileShowsTheSameThingsWholeInAnyOrder) {
   EXPECT_GT(spans.size(), 4U);
 }
 
+// A fence of 100 m is one of 100 m: pieces stand end to end, and where it may not stand a gap is left.
+TEST(Objects, BarriersHaveThePiecesOfTheirLine) {
+  const ScratchFolder folder;
+  const Made made(write(
+      folder,
+      {{"LINESTRING (" + line_of({{-1000.0, -1000.0}, {-900.0, -1000.0}}) + ")",
+        {{"osm_id", "21"}, {"barrier", "fence"}}},
+       {"LINESTRING (" + line_of({{-1000.0, -800.0}, {-970.0, -800.0}, {-970.0, -760.0}}) + ")",
+        {{"osm_id", "22"}, {"barrier", "hedge"}}},
+       {"LINESTRING (" + line_of({{400.0, -800.0}, {Obstacles::kShore_m + 200.0, -800.0}}) + ")",
+        {{"osm_id", "23"}, {"barrier", "wall"}}},
+       {"LINESTRING (" + line_of({{0.0, -800.0}, {50.0, -800.0}}) + ")",
+        {{"osm_id", "24"}, {"barrier", "kerb"}}}},
+      "barriers.geojson"));
+  std::map<std::string, double> length_m;
+  double farthest_wall_m = -1e9;
+  double least_x = 1e9;
+  double most_x = -1e9;
+  for (const auto& [id, instance] : made.all()) {
+    const std::string name = made.name_of(instance);
+    const std::string kind = name.substr(0, name.find(' '));
+    const double piece_m = 3.0 * instance.scale / 4096.0;
+    length_m[kind] += piece_m;
+    if (kind == "garden_wall") farthest_wall_m = std::max(farthest_wall_m, place_of(instance).x());
+    if (kind != "board_fence") continue;
+    least_x = std::min(least_x, place_of(instance).x() - 0.5 * piece_m);
+    most_x = std::max(most_x, place_of(instance).x() + 0.5 * piece_m);
+  }
+  // Between pieces a step or three of 4096 to 3 m is left.
+  EXPECT_NEAR(length_m["board_fence"], 100.0, 34 * 3.0 * 3.0 / 4096.0);
+  EXPECT_NEAR(least_x, -1000.0, 0.01);
+  EXPECT_NEAR(most_x, -900.0, 0.01);
+  // At a corner both sides end half a hedge before it.
+  EXPECT_NEAR(length_m["hedge"], 70.0 - 0.9, 24 * 3.0 * 3.0 / 4096.0);
+  EXPECT_LT(farthest_wall_m, Obstacles::kShore_m);
+  EXPECT_GT(made.count_of("barriers left out in water or on dry land"), 50);
+  EXPECT_EQ(length_m.size(), 3U) << "a kerb is none of them";
+}
+
 TEST(Objects, NothingStandsOnGroundTooSteepForIt) {
   const ScratchFolder folder;
   const auto sloping = [](tiler::WorldOptions& options) { options.elevation[0].slope = 0.2; };

@@ -164,7 +164,7 @@ TEST(BlueNoise, AnyWindowHoldsTheSamePlaces) {
 }
 
 TEST(Fields, PiecesLieInRowsAndNeverOverlap) {
-  const tiler::Fields fields(11, true);
+  const tiler::Fields fields(world::FieldPattern(11, true));
   std::vector<tiler::CropPiece> pieces;
   constexpr int kCells = 330;  // 900 m: several regions
   for (int y = -kCells / 2; y < kCells / 2; ++y)

@@ -12,6 +12,7 @@
 #include "tiler/buildings/shape_builder.h"
 #include "tiler/roofs/self_intersection.h"
 #include "tiler/roofs/triangulation.h"
+#include "world/facade.h"
 
 // A building is one surface: walls round the footprint, a bottom below the ground, and over the walls a roof that is a
 // height above each point. Eaves add a soffit and a fascia between walls and roof; what stands on a roof is a hole in it
@@ -41,7 +42,10 @@ constexpr double kLeastWall_m = 2.0;
 /// Of walls above the highest ground, so that slopes do not come up to the roof.
 constexpr double kClearOfGround_m = 2.2;
 
-enum Draw : std::uint64_t { kParapet = 32, kChimney, kPlant, kNumPlant, kOverhang };
+/// Walls narrower than this share of a bay have no windows.
+constexpr double kNarrowestBay = 0.6;
+
+enum Draw : std::uint64_t { kParapet = 32, kChimney, kPlant, kNumPlant, kOverhang, kBays };
 
 /// A box on a roof: its foot lies in one plane of the roof.
 struct OnRoof {
@@ -134,7 +138,7 @@ class BuildingBuilder {
             shape_.wall_quad(ring[(i + 1) % ring.size()].cast<double>(), ring[i].cast<double>(),
                              top_ - parapet, top_, trim_);
         for (const OnRoof& thing : things) add_thing(thing);
-        add_walls(top_);
+        add_walls(top_, top_ - parapet);
         return true;
       }
     }
@@ -143,7 +147,7 @@ class BuildingBuilder {
     const std::optional<Triangles> floor = triangulate(border.points, border.edges, {});
     if (!floor) return false;
     for (const auto& corners : *floor) add_level(border.points, corners, top_, roofing_);
-    add_walls(top_);
+    add_walls(top_, top_);
     return true;
   }
 
@@ -293,8 +297,8 @@ class BuildingBuilder {
     }
     for (const auto& ring : block)
       for (std::size_t i = 0; i < ring.size(); ++i)
-        shape_.wall_quad(ring[i].cast<double>(), ring[(i + 1) % ring.size()].cast<double>(), low,
-                         high, wall_);
+        add_wall(ring[i].cast<double>(), ring[(i + 1) % ring.size()].cast<double>(), low, high,
+                 high, false);
   }
 
   world::Shape take() { return shape_.take(); }
@@ -337,11 +341,42 @@ class BuildingBuilder {
     shape_.surface(at[0], at[1], at[2], finish);
   }
 
-  void add_walls(double high) {
+  /// top   of the highest storey
+  void add_walls(double high, double top) {
+    std::size_t edge = 0;
     for (const auto& ring : plan_.rings)
-      for (std::size_t i = 0; i < ring.size(); ++i)
-        shape_.wall_quad(ring[i].cast<double>(), ring[(i + 1) % ring.size()].cast<double>(),
-                         bottom_, high, wall_);
+      for (std::size_t i = 0; i < ring.size(); ++i, ++edge)
+        add_wall(ring[i].cast<double>(), ring[(i + 1) % ring.size()].cast<double>(), bottom_, high,
+                 top, is_attached(edge));
+  }
+  bool is_attached(std::size_t edge) const {
+    return edge < plan_.attached.size() && plan_.attached[edge];
+  }
+
+  /// With whole bays from corner to corner, and whole storeys up to the top; blind where another house
+  /// stands against it, and where there is no room for a bay.
+  void add_wall(const Vector2d& a, const Vector2d& b, double low, double high, double top,
+                bool is_blind) {
+    const double length_m = (b - a).norm() * kHeightStep_m;
+    const FacadeFit fit = fit_of(length_m, top);
+    shape_.wall_quad(a, b, low, high, is_blind || fit.is_narrow ? wall_plain() : wall_, fit.scale);
+  }
+
+  struct FacadeFit {
+    Vector2d scale = Vector2d::Ones();
+    bool is_narrow = false;
+  };
+  FacadeFit fit_of(double length_m, double top) const {
+    FacadeFit fit;
+    const std::uint16_t pattern = design_.wall.pattern;
+    if (pattern == 0 || length_m <= 0.0 || top <= 0.0) return fit;
+    const double bay_m = world::facade_bay_m(static_cast<world::FacadeStyle>(pattern >> 8));
+    const double wanted_m = bay_m * random_between(0.88, 1.12, plan_.own, 0, kBays);
+    const double storey_m = 0.1 * (pattern & 255);
+    fit.is_narrow = length_m < kNarrowestBay * wanted_m;
+    fit.scale = {world::whole_parts_scale(length_m, wanted_m, bay_m),
+                 world::whole_parts_scale(top * kHeightStep_m, storey_m, storey_m)};
+    return fit;
   }
 
   std::optional<Triangles> floor_under(const RingsSteps& rings,
@@ -578,7 +613,8 @@ class BuildingBuilder {
         const Vector2i q0 = eaves[r][here];
         const Vector2i q1 = eaves[r][there];
         if (by[edge] > 0.0) {
-          shape_.wall_quad(p0.cast<double>(), p1.cast<double>(), bottom_, eaves_height, wall_);
+          add_wall(p0.cast<double>(), p1.cast<double>(), bottom_, eaves_height, eaves_height,
+                   is_attached(edge));
           const std::vector<Vector2i> strip = {p0, p1, q1, q0};
           add_level(strip, {0, 1, 2}, eaves_height, trim_);
           add_level(strip, {0, 2, 3}, eaves_height, trim_);
@@ -586,23 +622,23 @@ class BuildingBuilder {
                            eaves_height + fascia, trim_);
           continue;
         }
-        // All of the wall in its own plane: along it, and up.
-        std::vector<Vector3d> outline = {at_height(p0, bottom_), at_height(p1, bottom_)};
-        if (q1 != p1) {
-          outline.push_back(at_height(p1, eaves_height));
-          outline.push_back(at_height(q1, eaves_height));
-        }
-        outline.push_back(at_height(q1, heights[static_cast<std::size_t>(first + (i + 1) % n)]));
+        // Up to the eaves as the others; the gable over them, in its own plane: along it, and up.
+        add_wall(p0.cast<double>(), p1.cast<double>(), bottom_, eaves_height, eaves_height,
+                 is_attached(edge));
+        std::vector<Vector3d> outline = {at_height(p0, eaves_height), at_height(p1, eaves_height)};
+        const auto add_corner = [&](const Vector3d& corner) {
+          if (corner != outline.back() && corner != outline.front()) outline.push_back(corner);
+        };
+        add_corner(at_height(q1, eaves_height));
+        add_corner(at_height(q1, heights[static_cast<std::size_t>(first + (i + 1) % n)]));
         const auto& gable = roof.gable_points[edge];
         for (std::size_t k = gable.size(); k-- > 0;) {
           const auto point = static_cast<std::size_t>(gable[k]);
-          outline.push_back(at_height(roof.points_steps[point], heights[point]));
+          add_corner(at_height(roof.points_steps[point], heights[point]));
         }
-        outline.push_back(at_height(q0, heights[edge]));
-        if (q0 != p0) {
-          outline.push_back(at_height(q0, eaves_height));
-          outline.push_back(at_height(p0, eaves_height));
-        }
+        add_corner(at_height(q0, heights[edge]));
+        add_corner(at_height(q0, eaves_height));
+        if (outline.size() < 3) continue;
         const Vector2d along = (p1 - p0).cast<double>().normalized();
         std::vector<Vector2i> flat;
         for (const Vector3d& corner : outline)
@@ -613,13 +649,16 @@ class BuildingBuilder {
         border.add(flat);
         const std::optional<Triangles> triangles = triangulate(border.points, border.edges, {});
         if (!triangles) return false;
+        const Vector2d scale =
+            kHeightStep_m *
+            fit_of((p1 - p0).cast<double>().norm() * kHeightStep_m, eaves_height).scale;
         for (const auto& corners : *triangles) {
           std::array<std::uint32_t, 3> at = {};
           for (std::size_t k = 0; k < 3; ++k) {
             const auto c = static_cast<std::size_t>(corners[k]);
-            at[k] = shape_.vertex(outline[c], kHeightStep_m * flat[c].cast<double>());
+            at[k] = shape_.vertex(outline[c], scale.cwiseProduct(flat[c].cast<double>()));
           }
-          shape_.triangle(at[0], at[1], at[2], wall_);
+          shape_.triangle(at[0], at[1], at[2], wall_plain());
         }
       }
       first += n;

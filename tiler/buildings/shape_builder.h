@@ -52,11 +52,12 @@ class ShapeBuilder {
     triangle(i, j, add(c), finish);
   }
   /// Upright, from a to b seen from outside; corners along the wall and up, in steps.
+  /// uv_scale   on lengths along the wall and up
   void wall_quad(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double low, double high,
-                 std::uint8_t finish) {
-    const double length_m = (b - a).norm() * world::kHeightStep_m;
-    const double low_m = low * world::kHeightStep_m;
-    const double high_m = high * world::kHeightStep_m;
+                 std::uint8_t finish, const Eigen::Vector2d& uv_scale = Eigen::Vector2d::Ones()) {
+    const double length_m = (b - a).norm() * world::kHeightStep_m * uv_scale.x();
+    const double low_m = low * world::kHeightStep_m * uv_scale.y();
+    const double high_m = high * world::kHeightStep_m * uv_scale.y();
     const std::uint32_t i = vertex({a.x(), a.y(), low}, {0.0, low_m});
     const std::uint32_t j = vertex({b.x(), b.y(), low}, {length_m, low_m});
     const std::uint32_t k = vertex({b.x(), b.y(), high}, {length_m, high_m});

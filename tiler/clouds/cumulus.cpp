@@ -53,9 +53,9 @@ double smooth_step(double x) {
   return t * t * (3.0 - 2.0 * t);
 }
 
-/// Octaves of noise from a period on, each half as wide and 0.55 as high as the one before.
+/// Octaves of noise from a period on, each half as wide and `fall` as high as the one before.
 double octaves(const LatticeNoise& noise, Eigen::Vector3d p, double period_m, int count,
-               bool is_billowed) {
+               bool is_billowed, double fall = 0.55) {
   double sum = 0.0;
   double weight = 1.0;
   double all = 0.0;
@@ -64,7 +64,7 @@ double octaves(const LatticeNoise& noise, Eigen::Vector3d p, double period_m, in
     const double value = noise.at(p / period_m + Eigen::Vector3d(17.3, 5.9, 11.7) * octave);
     sum += weight * (is_billowed ? 2.0 * std::abs(value) - 0.7 : value);
     all += weight;
-    weight *= 0.55;
+    weight *= fall;
     period_m *= 0.5;
   }
   return sum / all;
@@ -124,8 +124,8 @@ world::Volume make_cumulus(std::uint64_t seed, int number) {
   }
   world::Volume volume;
   volume.name = fmt::format("cumulus {}", number);
-  volume.voxel_m = 20.0;
-  volume.size = {96, 96, 56};
+  volume.voxel_m = 12.0;
+  volume.size = {160, 160, 96};
   volume.lowest_m = {-960.0, -960.0, -40.0};
   const LatticeNoise noise(own);
   fill(volume, [&](const Eigen::Vector3d& at) {
@@ -137,16 +137,17 @@ world::Volume make_cumulus(std::uint64_t seed, int number) {
       const double h = std::clamp(0.5 + 0.5 * (own_m - inside_m) / kBlend_m, 0.0, 1.0);
       inside_m = inside_m + h * (own_m - inside_m) + kBlend_m * h * (1.0 - h);
     }
+    // Billows move the surface by 150 m at most.
     if (inside_m < -170.0) return 0.0;
-    const double lumps = octaves(noise, at, 260.0, 4, true);
-    const double wisps = octaves(noise, at + Eigen::Vector3d(900.0, 0.0, 0.0), 90.0, 3, false);
-    const double edge_m = inside_m + 100.0 * lumps + 30.0 * wisps;
+    const double wisps = octaves(noise, at + Eigen::Vector3d(900.0, 0.0, 0.0), 90.0, 4, false);
+    double edge_m = inside_m;
+    if (inside_m < 220.0) edge_m += 100.0 * octaves(noise, at, 260.0, 5, true, 0.62) + 24.0 * wisps;
     // The base lies where air that rises begins to condense.
-    const double base = smooth_step((at.z() + 12.0 * wisps + 10.0) / 45.0);
+    const double base = smooth_step((at.z() + 12.0 * wisps + 10.0) / 30.0);
     // Nothing reaches the volume's sides.
     const double side = smooth_step((940.0 - at.head<2>().cwiseAbs().maxCoeff()) / 120.0) *
                         smooth_step((1060.0 - at.z()) / 120.0);
-    return smooth_step(edge_m / 70.0) * base * side * (0.7 + 0.3 * smooth_step(at.z() / 500.0));
+    return smooth_step(edge_m / 36.0) * base * side * (0.7 + 0.3 * smooth_step(at.z() / 500.0));
   });
   return volume;
 }

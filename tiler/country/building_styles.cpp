@@ -20,7 +20,7 @@ struct Palette {
 
 /// Of each manner four, so that towns differ.
 constexpr Palette kPalettes[3][4] = {
-    {{{"#efe3cc", "#e6cda6", "#f3ece0", "#dcb48a", "#e9c7a6", "#d8c3a3"},
+    {{{"#efe3cc", "#e8d6b8", "#f3ece0", "#dfc19e", "#ead3ba", "#d8c8ae"},
       {"#b2643f", "#a65a3a", "#bd7650", "#9d5238"}},
      {{"#f4f1ea", "#eee9df", "#f7f4ee", "#e3ddd0", "#efe6d6", "#d9d3c7"},
       {"#b46a45", "#a8603f", "#c28059", "#97553a"}},

@@ -523,6 +523,12 @@ class SettlementBuilder {
           rule.kind == HouseKind::Detached || rule.kind == HouseKind::SemiDetached;
       if (is_house && random_unit(draw, 22, 0) < 0.3)
         std::swap(box.half_along_m, box.half_across_m);
+      // Hardly two houses stand in one line; in villages less so than in streets that were planned.
+      if (is_house) {
+        const double most = town.rank == Rank::Village || town.rank == Rank::Hamlet ? 0.16 : 0.05;
+        box.along = turned(box.along, most * (2.0 * random_unit(draw, 25, 0) - 1.0));
+        box.center += 3.0 * random_unit(draw, 26, 0) * left_of(along);
+      }
       const PointsWorld plan = outline(box, draw,
                                        is_house                 ? 0.35
                                        : zone == Zone::Industry ? 0.2
@@ -531,10 +537,43 @@ class SettlementBuilder {
                          2.0 * std::min(box.half_along_m, box.half_across_m), rule.margin_m)) {
         at_m += rule.frontage_m;
         if (is_house && random_unit(draw, 23, 0) < 0.3) build_garage(box, draw);
+        if (is_house) enclose_garden({here.at, there.at, half_width_m}, draw);
       } else {
         at_m += 0.3 * rule.frontage_m + 2.0;
       }
     }
+  }
+
+  /// Where a plot lies at its road.
+  struct Frontage {
+    Point from, to;
+    double half_width_m;  ///< of the road
+  };
+
+  /// A hedge, a fence or a wall along the road, with a gap for the gate, along one side, of which the
+  /// neighbour has the other, and at the back.
+  void enclose_garden(const Frontage& at, std::uint64_t draw) {
+    const Point along = (at.to - at.from).normalized();
+    const Point inward = left_of(along);
+    const double near_m = at.half_width_m + kPavement_m + 0.7;
+    const double deep_m = near_m + 20.0 + 14.0 * random_unit(draw, 30, 0);
+    const auto corner = [&](const Point& on_road, double in_m) -> Point {
+      return on_road + in_m * inward;
+    };
+    const Point gate = at.from + (0.15 + 0.5 * random_unit(draw, 31, 0)) * (at.to - at.from);
+    add_barrier(corner(at.from, near_m), corner(gate, near_m), random_unit(draw, 32, 0));
+    add_barrier(corner(gate + 3.4 * along, near_m), corner(at.to, near_m),
+                random_unit(draw, 32, 0));
+    add_barrier(corner(at.to, near_m + 1.0), corner(at.to, deep_m - 1.0), random_unit(draw, 33, 0));
+    add_barrier(corner(at.to, deep_m), corner(at.from, deep_m), random_unit(draw, 34, 0));
+  }
+
+  void add_barrier(const Point& from, const Point& to, double kind) {
+    if ((to - from).norm() < 2.0 || !builder_.occupancy().is_free(from, to, 0.4) ||
+        !builder_.ground().is_dry({from, 0.5 * (from + to), to}))
+      return;
+    Tags tags = {{"barrier", kind < 0.45 ? "hedge" : kind < 0.75 ? "fence" : "wall"}};
+    builder_.survey().add_line(Theme::LandUse, {from, to}, std::move(tags));
   }
 
   void build_garage(const Rectangle& house, std::uint64_t draw) {

@@ -22,7 +22,7 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 constexpr int kNumCumuli = 6;
 /// A cumulus in each such cell, where there is one.
 constexpr double kCellOfCumulus_m = 2100.0;
@@ -39,7 +39,7 @@ struct CloudOptions {
   double height_m = kUnknown;
   double heading_deg = 0.0;
   double scale = 1.0;
-  double extinction_per_m = 0.05;
+  double extinction_per_m = 0.08;
   double albedo = 0.995;
   double anisotropy = 0.8;
 };

@@ -127,9 +127,10 @@ class ObjectsLayer final : public Layer {
     return hash;
   }
   static std::string rules_text(const RuleOptions& rules) {
-    return fmt::format("{} {} {} {} {} {} {} {} {} {}", rules.parked_cars, rules.traffic,
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {}", rules.parked_cars, rules.traffic,
                        rules.lamp_spacing_m, rules.aircraft, rules.containers, rules.boats,
-                       rules.ships, rules.power_lines, rules.landmarks, rules.drives_on_left);
+                       rules.ships, rules.power_lines, rules.landmarks, rules.barriers,
+                       rules.drives_on_left);
   }
 
   const geo::WorldFrame& frame_;

@@ -38,7 +38,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when what stands where changes.
-constexpr int kVegetationVersion = 1;
+constexpr int kVegetationVersion = 2;
 
 /// What is strewn, each kind by cells of its own.
 enum Stratum : std::size_t { kTallTrees, kLowTrees, kBushes, kPlants, kStones, kNumStrata };
@@ -285,7 +285,9 @@ class VegetationLayer final : public Layer {
         library_(PlantLibrary::grown()),
         numbers_(inputs.size_m),
         habitat_(seed_, inputs.surface.options().origin_lat_deg),
-        fields_(seed_, grows_vines(inputs.surface.options().origin_lat_deg)) {
+        fields_(world::FieldPattern(
+            static_cast<std::uint64_t>(inputs.surface.options().seed),
+            world::FieldPattern::grows_vines(inputs.surface.options().origin_lat_deg))) {
     for (const auto& earlier : inputs.earlier)
       if (dynamic_cast<const VegetationLayer*>(earlier.get()) != nullptr)
         core::fail(
@@ -303,6 +305,9 @@ class VegetationLayer final : public Layer {
       for (const PlantModel& model : library_->of(species))
         TERRACAST_CHECK(kLargestTree * model.reach_m <= kStrata[kTallTrees].reach_m, "{} {} m",
                         species, model.reach_m);
+    const auto& layers = inputs.surface.options().layers;
+    for (std::size_t i = 0; i < inputs.earlier.size() && i < layers.size(); ++i)
+      if (layers[i].kind == "buildings") houses_.push_back(inputs.earlier[i].get());
     for (std::size_t k = 0; k < kNumStrata; ++k) strewn_.emplace_back(seed_, k, kStrata[k].cell_m);
     if (!canopy.empty()) {
       canopy_ = Canopy::open(canopy, nodata, surface_, inputs.size_m);
@@ -335,8 +340,11 @@ class VegetationLayer final : public Layer {
     TileWork(*this, id, site, objects).add_all();
   }
 
-  static bool grows_vines(double lat_deg) {
-    return std::abs(lat_deg) > 28.0 && std::abs(lat_deg) < 50.0;
+  /// Whether a house stands near by.
+  bool is_garden(const Vector2d& place_world) const {
+    constexpr double kGarden_m = 17.0;
+    return std::any_of(houses_.begin(), houses_.end(),
+                       [&](const Layer* layer) { return layer->holds(place_world, kGarden_m); });
   }
 
   const geo::WorldFrame& frame_;
@@ -347,6 +355,7 @@ class VegetationLayer final : public Layer {
   CellNumbers numbers_;
   Habitat habitat_;
   Fields fields_;
+  std::vector<const Layer*> houses_;  ///< layers of buildings
   std::vector<BlueNoise> strewn_;
   std::unique_ptr<Canopy> canopy_;
   std::string canopy_name_;
@@ -420,6 +429,8 @@ Growth TileWork::growth(const Vector2d& place_world) {
     if (has_soft_edges(beside)) here.cover = beside;
   }
   Growth growth = layer_.habitat_.growth(here, place_world);
+  if (here.cover == Cover::Grass && layer_.is_garden(place_world))
+    layer_.habitat_.plant_garden(growth);
   if (!layer_.canopy_) return growth;
   if (const auto height_m = layer_.canopy_->height_m(place_world)) {
     growth.trees = *height_m >= kLowestTree_m ? 1.0 : 0.0;
@@ -662,6 +673,20 @@ void TileWork::add_stones() {
   }
 }
 
+/// Of crops that stand so high that it is seen; "": the ground shows the others.
+std::string_view species_of(Crop crop) {
+  switch (crop) {
+    case Crop::Corn:
+      return "corn";
+    case Crop::Wheat:
+      return "wheat";
+    case Crop::Vine:
+      return "vine";
+    default:
+      return "";
+  }
+}
+
 void TileWork::add_crops() {
   const PlantLibrary& library = *layer_.library_;
   const auto cell = [](double at) {
@@ -671,12 +696,12 @@ void TileWork::add_crops() {
     for (std::int32_t y = cell(box.lowest.y()); y <= cell(box.highest.y()); ++y)
       for (std::int32_t x = cell(box.lowest.x()); x <= cell(box.highest.x()); ++x) {
         const std::optional<CropPiece> crop = layer_.fields_.piece_in(x, y);
-        if (!crop || crop->crop == Crop::Fallow || !contains(box, crop->center_world) ||
+        if (!crop || !contains(box, crop->center_world) ||
             !is_inside(crop->center_world, layer_.half_size_m_ - kCropPiece_m))
           continue;
-        const std::vector<PlantModel>& models = library.of(crop->crop == Crop::Corn    ? "corn"
-                                                           : crop->crop == Crop::Wheat ? "wheat"
-                                                                                       : "vine");
+        const std::string_view species = species_of(crop->crop);
+        if (species.empty()) continue;
+        const std::vector<PlantModel>& models = library.of(species);
         if (id_.level - kLevelsAtCorner > models.front().coarsest_level) continue;
         const Vector2d along(std::cos(crop->heading_rad), std::sin(crop->heading_rad));
         const Vector2d across(-along.y(), along.x());

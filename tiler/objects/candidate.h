@@ -17,10 +17,11 @@ enum class Rule : std::uint8_t {
   Ports,
   Boats,
   StreetLamps,
+  Barriers,
   ParkedCars,
   Traffic,
 };
-inline constexpr int kNumRules = 10;
+inline constexpr int kNumRules = 11;
 std::string_view rule_name(Rule rule);
 
 /// On what a thing may stand.

@@ -78,6 +78,13 @@ bool GroundBelow::is_water(const Vector2d& place) const {
   return false;
 }
 
+std::optional<world::Cover> GroundBelow::cover(const Vector2d& place) const {
+  const SurfaceSample sample = surface_.sample(place.x(), place.y());
+  for (const Below& below : layers_)
+    if (const auto cover = below.layer->cover(place, sample)) return cover;
+  return std::nullopt;
+}
+
 double GroundBelow::z_world(const Vector2d& place) const {
   const SurfaceSample sample = surface_.sample(place.x(), place.y());
   const double inside_m = half_size_m_ - place.cwiseAbs().maxCoeff();
@@ -142,6 +149,12 @@ PlacedThings::PlacedThings(const Proposals& proposals, const std::vector<ThingKi
       }
     if (ground.is_held(footprint, candidate.footing != Footing::Paved, !wants_water))
       return Verdict::Held;
+    // Hedges part land; they do not run through crops and woods.
+    if (candidate.rule == Rule::Barriers) {
+      const auto cover = ground.cover(footprint.middle);
+      if (cover == world::Cover::Crops || cover == world::Cover::Forest)
+        return Verdict::WrongGround;
+    }
     if (candidate.steepest < 1.0) {
       const auto rise = [&](const Vector2d& step) {
         return std::abs(ground.z_world(footprint.middle + step) -

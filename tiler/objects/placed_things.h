@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -93,6 +94,8 @@ class GroundBelow {
  public:
   explicit GroundBelow(const LayerInputs& inputs);
   bool is_water(const Eigen::Vector2d& place) const;
+  /// What covers it, where a layer knows.
+  std::optional<world::Cover> cover(const Eigen::Vector2d& place) const;
   double z_world(const Eigen::Vector2d& place) const;
   /// Whether an earlier layer holds any of a footprint.
   bool is_held(const Footprint& footprint, bool by_roads_too, bool by_water_too) const;

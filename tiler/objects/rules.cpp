@@ -31,6 +31,8 @@ std::string_view rule_name(Rule rule) {
       return "boats";
     case Rule::StreetLamps:
       return "street lamps";
+    case Rule::Barriers:
+      return "barriers";
     case Rule::ParkedCars:
       return "parked cars";
     case Rule::Traffic:
@@ -76,12 +78,13 @@ void RuleOptions::describe(core::SchemaVisitor& visit) {
   visit.key("landmarks", landmarks,
             "Wind turbines, masts, towers, tanks, silos, cranes, lighthouses, hangars and halls of "
             "which a point is known.");
+  visit.key("barriers", barriers, "Hedges, fences and walls of barrier=*.");
   visit.key("drives_on_left", drives_on_left, "Traffic keeps to the left.");
 }
 
 bool is_feature_wanted(const FeatureTags& tags) {
-  for (const std::string_view key :
-       {"highway", "power", "man_made", "ship", "seamark:type", "leisure", "harbour", "mooring"})
+  for (const std::string_view key : {"highway", "power", "man_made", "ship", "seamark:type",
+                                     "leisure", "harbour", "mooring", "barrier"})
     if (tags.has(key)) return true;
   const std::string_view aeroway = tags.value("aeroway");
   if (!aeroway.empty()) return true;
@@ -104,6 +107,7 @@ Proposals propose(const RuleInputs& inputs) {
   if (options.containers > 0.0) propose_ports(inputs, to);
   if (options.boats > 0.0) propose_boats(inputs, to);
   propose_street_lamps(inputs, to);
+  if (options.barriers) propose_barriers(inputs, to);
   if (options.parked_cars > 0.0) propose_parked_cars(inputs, to);
   if (options.traffic > 0.0) propose_traffic(inputs, to);
   return to;

@@ -21,6 +21,7 @@ struct RuleOptions {
   bool ships = true;
   bool power_lines = true;
   bool landmarks = true;
+  bool barriers = true;
   bool drives_on_left = false;
 
   void describe(core::SchemaVisitor& visit);
@@ -62,6 +63,7 @@ void propose_boats(const RuleInputs& inputs, Proposals& to);
 void propose_ships(const RuleInputs& inputs, Proposals& to);
 void propose_power_lines(const RuleInputs& inputs, Proposals& to);
 void propose_landmarks(const RuleInputs& inputs, Proposals& to);
+void propose_barriers(const RuleInputs& inputs, Proposals& to);
 
 /// Row of all_things().
 /// throws   Internal: there is none

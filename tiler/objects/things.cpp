@@ -8,6 +8,7 @@
 // `std::vector<ThingInfo> name()`.
 #define TERRACAST_THING_FAMILIES(X) \
   X(aircraft)                       \
+  X(barriers)                       \
   X(boats)                          \
   X(buses)                          \
   X(cars)                           \

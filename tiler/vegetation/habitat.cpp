@@ -139,4 +139,17 @@ Growth Habitat::growth(const Ground& ground, const Eigen::Vector2d& place_world)
   return growth;
 }
 
+void Habitat::plant_garden(Growth& growth) {
+  growth.trees = std::max(growth.trees, 0.10);
+  growth.bushes = std::max(growth.bushes, 0.10);
+  growth.grass = 0.0;  // it is mown
+  growth.boulders = 0.0;
+  growth.dead = 0.0;
+  growth.tree_size *= 0.6;
+  growth.conifers *= 0.4;
+  growth.pines *= 0.5;
+  growth.poplars = 0.06;
+  growth.dwarf_pines = 0.0;
+}
+
 }  // namespace terracast::tiler

@@ -44,6 +44,9 @@ class Habitat {
 
   Growth growth(const Ground& ground, const Eigen::Vector2d& place_world) const;
 
+  /// Makes of a meadow's growth that of a garden: mown, with small trees and bushes.
+  static void plant_garden(Growth& growth);
+
   /// Where a place's cover is asked for: covers have straight edges of raster cells, woods do not.
   Eigen::Vector2d strayed(const Eigen::Vector2d& place_world) const;
 

@@ -46,11 +46,8 @@ Plant grow(std::uint64_t seed) {
 }  // namespace
 
 SpeciesInfo corn_species() {
-  return {"corn",
-          "Maize: a piece of a field, in rows.",
-          3,
-          {{-2, 2200}, {-1, 800}, {0, 260}, {1, 90}},
-          grow};
+  return {
+      "corn", "Maize: a piece of a field, in rows.", 3, {{-2, 2200}, {-1, 800}, {0, 320}}, grow};
 }
 
 }  // namespace terracast::tiler

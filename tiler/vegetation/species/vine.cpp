@@ -62,7 +62,7 @@ SpeciesInfo vine_species() {
   return {"vine",
           "Vines on trellises: a piece of a vineyard.",
           3,
-          {{-2, 1800}, {-1, 500}, {0, 150}, {2, 40}},
+          {{-2, 1800}, {-1, 500}, {0, 150}, {1, 60}},
           grow};
 }
 

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+namespace terracast::world {
+
+enum class Crop : std::uint8_t { Fallow, Corn, Wheat, Vine, Beets, Rape, Clover, Stubble };
+inline constexpr int kNumCrops = 8;
+
+/// How a world's cropland is parted: regions (cells about random centres) in which fields lie along one
+/// direction, each a rectangle with its own crop. Fields are as wide and long as their region has them,
+/// in whole squares of kFieldPiece_m. What is sown there and what the ground shows both follow it.
+///
+/// threads   safe; all is a function of the seed and the place
+class FieldPattern {
+ public:
+  static constexpr double kPiece_m = 4.0;
+
+  /// seed          the world's
+  /// grows_vines   whether the climate is one for them
+  FieldPattern(std::uint64_t seed, bool grows_vines);
+  /// By the latitude of a world's origin.
+  static bool grows_vines(double lat_deg);
+
+  /// Directions are unit vectors; rows of crops run along.
+  struct Region {
+    Eigen::Vector2d center_world = Eigen::Vector2d::Zero();
+    Eigen::Vector2d along = Eigen::Vector2d::UnitX();
+    double heading_rad = 0.0;
+    std::uint64_t key = 0;
+    std::int64_t pieces_along = 1;  ///< of its fields
+    std::int64_t pieces_across = 1;
+    double edge_m = 0.0;  ///< from the place to the next region
+  };
+  Region region_at(const Eigen::Vector2d& place_world) const;
+
+  /// The field that holds a piece of a region, counted from its centre along and across.
+  struct Field {
+    std::uint64_t key = 0;
+    Crop crop = Crop::Fallow;
+    std::int64_t piece_along = 0;  ///< of the field's own, from 0
+    std::int64_t piece_across = 0;
+  };
+  Field field_of(const Region& region, std::int64_t along, std::int64_t across) const;
+
+  struct Place {
+    std::uint64_t key = 0;  ///< the field's
+    Crop crop = Crop::Fallow;
+    double along_m = 0.0;  ///< from its corner
+    double across_m = 0.0;
+    double edge_m = 0.0;  ///< to its border
+  };
+  Place at(const Eigen::Vector2d& place_world) const;
+
+ private:
+  std::uint64_t seed_;
+  bool grows_vines_;
+};
+
+}  // namespace terracast::world
