@@ -126,9 +126,11 @@ double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
   const double clearance = t * rate;
   const double gap_x = way.x() + tile.spacing_m, gap_y = way.y() + tile.spacing_m;
   const double cell = (slope_x + slope_y) * tile.spacing_m;
-  const double from_center =
-      std::abs(origin_world_.z() - 0.5 * (tile.lowest_z_world + tile.highest_z_world)) +
-      kCenterReach_m;
+  // The centre is the middle of the ground's heights; what stands on it only makes the highest higher.
+  const double middle_z = 0.5 * (tile.lowest_z_world + tile.highest_z_world);
+  const double from_center = std::max(std::abs(origin_world_.z() - middle_z),
+                                      std::abs(origin_world_.z() - tile.lowest_z_world)) +
+                             kCenterReach_m;
   // Vertices and centres stand on a lattice that is coarser than the steps of any place of a camera.
   const double center_error = rounding_of_difference(origin_world_.z(), from_center);
   const double clearance_error =

@@ -26,11 +26,12 @@ struct LabelError {
   bool operator==(const LabelError&) const = default;
 };
 
-/// The tile that a ray meets. Its centre is within a metre of the middle between lowest and highest.
+/// The tile that a ray meets. Its centre is within a metre of the middle between the ground's lowest and highest
+/// heights.
 struct TileScale {
   double spacing_m = 0.0;  ///< between samples
   double lowest_z_world = 0.0;
-  double highest_z_world = 0.0;
+  double highest_z_world = 0.0;  ///< of all that stands on it, too
 };
 
 /// Errors of one view's ranges and depths.

@@ -52,6 +52,18 @@ std::optional<Met> cast(const world::RayQuery& query, const world::WorldRay& ray
   return met;
 }
 
+/// What a camera sees, which may stand in water: then its bed, or its surface from below.
+std::optional<Met> cast_from_camera(const world::TileStore& store, std::vector<world::CutTile> cut,
+                                    const world::WorldRay& ray) {
+  const world::RayQuery whole(store, std::move(cut), {});
+  const Eigen::Vector3d& center = ray.origin_world;
+  const std::optional<double> surface_z = whole.surface_z_world(center.x(), center.y());
+  if (!surface_z || center.z() >= *surface_z) return cast(whole, ray);
+  const world::RayQuery below(
+      whole, {.memory_bytes = world::RayQueryOptions{}.memory_bytes, .viewers_in_water = true});
+  return cast(below, ray);
+}
+
 /// As rendered pixels have it.
 SemanticClass class_of_ground(const world::TileStore& store, const Met& met) {
   const auto seed = static_cast<std::uint32_t>(core::mix_bits(store.manifest().seed));
@@ -332,9 +344,9 @@ Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
   const Eigen::Vector2d center = capture::pixel_center(pixel.x, pixel.y);
   const Eigen::Vector3d direction_world =
       world_from_camera.rotation * model->ray_from_pixel(center).normalized();
-  const world::RayQuery query(store, cut_of(store, info), {});
-  const std::optional<Met> met = cast(
-      query, {.origin_world = world_from_camera.translation, .direction_world = direction_world});
+  const std::optional<Met> met = cast_from_camera(
+      store, cut_of(store, info),
+      {.origin_world = world_from_camera.translation, .direction_world = direction_world});
   // The capture holds the range as a float.
   constexpr double kFloatEpsilon = std::numeric_limits<float>::epsilon();
   const double tolerance_m = 1e-3 + 2.0 * kFloatEpsilon * range_m;

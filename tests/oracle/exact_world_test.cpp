@@ -302,7 +302,7 @@ TEST(ExactWorld, ResultsDoNotDependOnThreadsMemoryOrTheFloatingMode) {
   const ScratchFolder scratch;
   const Stepped scene(scratch.path());
   const ExactWorld roomy(scene.world, scene.keys, nothing_stands);
-  const ExactWorld narrow(scene.world, scene.keys, nothing_stands, 1);
+  const ExactWorld narrow(scene.world, scene.keys, nothing_stands, Viewers::AboveWater, 1);
   std::vector<TileKey> backwards(scene.keys.rbegin(), scene.keys.rend());
   const ExactWorld turned(scene.world, backwards, nothing_stands);
   constexpr std::int64_t kRays = 200;

@@ -83,4 +83,32 @@ world::TileStore make_tiny_world(const std::filesystem::path& folder,
   return world::TileStore::open(folder);
 }
 
+double on_height_lattice(double value_m) {
+  return std::nearbyint(value_m / world::kHeightStep_m) * world::kHeightStep_m;
+}
+
+world::TileStore make_wet_world(const std::filesystem::path& folder,
+                                const HeightFunction& surface_m, const HeightFunction& depth_m,
+                                TinyWorldOptions options) {
+  options.cover = [&](double x, double y) {
+    return on_height_lattice(depth_m(x, y)) > 0.0 ? world::Cover::Lake : world::Cover::Land;
+  };
+  const world::TileStore dry = make_tiny_world(folder, surface_m, options);
+  world::WorldManifest manifest = dry.manifest();
+  for (world::TileInfo& info : manifest.tiles) {
+    world::Tile tile = dry.load(info.id);
+    for (int j = 0; j < world::kTileSamples; ++j)
+      for (int i = 0; i < world::kTileSamples; ++i) {
+        const Eigen::Vector2d corner = info.id.corner_world();
+        const double depth =
+            depth_m(corner.x() + i * info.id.spacing_m(), corner.y() + j * info.id.spacing_m());
+        tile.water_depth_steps.push_back(
+            static_cast<std::int32_t>(std::nearbyint(std::max(depth, 0.0) / world::kHeightStep_m)));
+      }
+    info = world::write_tile(folder, tile);
+  }
+  world::write_manifest(folder, manifest);
+  return world::TileStore::open(folder);
+}
+
 }  // namespace terracast::test

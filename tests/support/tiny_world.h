@@ -40,4 +40,12 @@ world::TileStore make_tiny_world(const std::filesystem::path& folder,
                                  const HeightFunction& height_m,
                                  const TinyWorldOptions& options = {});
 
+/// The same with water: of a surface over a bed, as deep as a function says; where that is above 0 a lake stands.
+world::TileStore make_wet_world(const std::filesystem::path& folder,
+                                const HeightFunction& surface_m, const HeightFunction& depth_m,
+                                TinyWorldOptions options = {});
+
+/// The nearest height that tiles hold.
+double on_height_lattice(double value_m);
+
 }  // namespace terracast::test

@@ -17,33 +17,9 @@ namespace {
 using test::cast;
 using test::kInfinity;
 
-double on_lattice(double value_m) {
-  return std::nearbyint(value_m / kHeightStep_m) * kHeightStep_m;
-}
+using test::make_wet_world;
 
-/// A world of a surface over a bed; there is water where the depth is above 0.
-TileStore make_wet_world(const std::filesystem::path& folder, const test::HeightFunction& surface_m,
-                         const test::HeightFunction& depth_m, test::TinyWorldOptions options = {}) {
-  options.cover = [&](double x, double y) {
-    return on_lattice(depth_m(x, y)) > 0.0 ? Cover::Lake : Cover::Land;
-  };
-  const TileStore dry = test::make_tiny_world(folder, surface_m, options);
-  WorldManifest manifest = dry.manifest();
-  for (TileInfo& info : manifest.tiles) {
-    Tile tile = dry.load(info.id);
-    for (int j = 0; j < kTileSamples; ++j)
-      for (int i = 0; i < kTileSamples; ++i) {
-        const Eigen::Vector2d corner = info.id.corner_world();
-        const double depth =
-            depth_m(corner.x() + i * info.id.spacing_m(), corner.y() + j * info.id.spacing_m());
-        tile.water_depth_steps.push_back(
-            static_cast<std::int32_t>(std::nearbyint(std::max(depth, 0.0) / kHeightStep_m)));
-      }
-    info = write_tile(folder, tile);
-  }
-  write_manifest(folder, manifest);
-  return TileStore::open(folder);
-}
+double on_lattice(double value_m) { return test::on_height_lattice(value_m); }
 
 /// All tiles of a store that no finer one covers.
 std::vector<CutTile> leaves_of(const TileStore& store) { return finest_cut(store); }

@@ -283,14 +283,15 @@ class ColmapModelChecker : public Checker {
     points.detects = "tracks of two images";
     results.push_back(std::move(points));
 
+    const Seen seen = sum_of_seen();
     CheckResult depth;
     depth.name = "colmap_depth";
-    depth.value = static_cast<double>(num_hidden_) /
-                  static_cast<double>(std::max<std::int64_t>(num_looked_, 1));
+    depth.value = static_cast<double>(seen.num_off) /
+                  static_cast<double>(std::max<std::int64_t>(seen.num_judged, 1));
     depth.bound = 1e-3;
     depth.unit = "share";
     depth.ok = depth.value <= depth.bound && num_looked_ > 0;
-    depth.worst = worst_hidden_;
+    depth.worst = seen.first_off;
     const bool has_depth_maps =
         std::any_of(sequence.cameras.begin(), sequence.cameras.end(), [](const Camera& camera) {
           return std::any_of(camera.files.begin(), camera.files.end(),
@@ -298,12 +299,14 @@ class ColmapModelChecker : public Checker {
         });
     depth.summary = fmt::format(
         "Share of {} observations whose point stands over 1 % behind or before all 16 depths "
-        "around its "
-        "pixel.",
-        num_looked_);
+        "around its pixel. {} more are of points on what an image that shows them does not "
+        "resolve: leaves and wires that are finer than its pixels.",
+        seen.num_judged, num_looked_ - seen.num_judged);
     depth.reason =
         "Each observation was found visible by a ray; only ridges thinner than a pixel escape 16 "
         "pixels.";
+    if (has_depth_maps && num_looked_ > 0 && seen.num_judged == 0)
+      depth = unseen_result(depth.name, "all points lie on what no image resolves");
     depth.detects = "points seen through hills, points 3 % of the depth beside the surface";
     if (!has_depth_maps) depth = skipped_result(depth.name, "the dataset holds no depth maps");
     results.push_back(std::move(depth));
@@ -314,14 +317,15 @@ class ColmapModelChecker : public Checker {
     residual.unit = "of the depth";
     residual.ok = residual.value <= residual.bound;
     residual.summary = fmt::format(
-        "Median |depth of the point / depth interpolated at its pixel - 1| of {} observations.",
+        "Median |depth of the point / depth interpolated at its pixel - 1| of {} observations "
+        "whose image resolves what it shows there.",
         depth_residuals_.size());
     residual.reason = "As for `reprojection`: what rough ground does between pixel centres.";
     residual.detects = "points 0.3 % of the depth beside the surface";
     if (!has_depth_maps)
       residual = skipped_result(residual.name, "the dataset holds no depth maps");
     else if (depth_residuals_.empty())
-      residual = unseen_result(residual.name, "no observation stands in a depth map");
+      residual = unseen_result(residual.name, "no observation stands where a depth map is smooth");
     results.push_back(std::move(residual));
 
     std::vector<double> color_differences;
@@ -376,18 +380,47 @@ class ColmapModelChecker : public Checker {
       constexpr double kClear = 0.01;
       const bool is_off = expected_m > depth->farthest_m * (1.0 + kClear) ||
                           expected_m < depth->nearest_m * (1.0 - kClear);
-      if (is_off && ++num_hidden_ == 1)
-        worst_hidden_ =
+      const bool is_resolved = depth->roughness < kResolvedRoughness;
+      PointSeen& point_seen = seen_[seen.point_id];
+      ++point_seen.num_looked;
+      if (!is_off && !is_resolved) point_seen.is_on_thin_thing = true;
+      if (is_off && ++point_seen.num_off == 1)
+        point_seen.first_off =
             fmt::format("{}: point {} at {:.3f} m, depths {:.3f} to {:.3f} m", place_of(view, x, y),
                         seen.point_id, expected_m, depth->nearest_m, depth->farthest_m);
-      depth_residuals_.push_back(std::abs(expected_m * depth->inverse_depth.value - 1.0));
+      if (is_resolved)
+        depth_residuals_.push_back(std::abs(expected_m * depth->inverse_depth.value - 1.0));
     }
+  }
+
+  /// What depth maps say of one point.
+  struct PointSeen {
+    std::int64_t num_looked = 0;
+    std::int64_t num_off = 0;  ///< observations that the depths around contradict
+    /// An image shows it among depths that it does not resolve. What is thinner than a pixel there falls
+    /// between the centres of another image's pixels.
+    bool is_on_thin_thing = false;
+    std::string first_off;
+  };
+  struct Seen {
+    std::int64_t num_judged = 0;
+    std::int64_t num_off = 0;
+    std::string first_off;
+  };
+  Seen sum_of_seen() const {
+    Seen sum;
+    for (const auto& [id, point] : seen_) {
+      if (point.is_on_thin_thing) continue;
+      sum.num_judged += point.num_looked;
+      sum.num_off += point.num_off;
+      if (sum.first_off.empty()) sum.first_off = point.first_off;
+    }
+    return sum;
   }
 
   std::map<std::string, std::int64_t> by_name_;
   std::int64_t num_looked_ = 0;
-  std::int64_t num_hidden_ = 0;
-  std::string worst_hidden_;
+  std::map<std::int64_t, PointSeen> seen_;  ///< by point
   std::vector<double> depth_residuals_;
   std::map<std::int64_t, double> least_color_difference_;
 };

@@ -49,6 +49,8 @@ const char* name_of(Ground ground) {
       return "lake";
     case Ground::River:
       return "river";
+    case Ground::Seabed:
+      return "seabed";
     case Ground::Land:
       break;
   }
@@ -178,7 +180,12 @@ class OracleChecker : public Checker {
     if (!faults_.can_be_measured) return;
     std::vector<oracle::TileKey> tiles;
     for (const oracle::ShownTile& tile : geometry_.tiles) tiles.push_back(tile.key);
-    terrain_ = std::make_unique<ExactWorld>(*world_, tiles, world_from_enu_of(*world_));
+    // A sequence's cameras stand above the water or all in it (docs/render.md): the first one tells.
+    const std::vector<oracle::Eye> all_eyes = eyes(sequence);
+    if (!all_eyes.empty() &&
+        ExactWorld::is_in_water(*world_, tiles, all_eyes.front().position_world))
+      viewers_ = oracle::Viewers::InWater;
+    terrain_ = std::make_unique<ExactWorld>(*world_, tiles, world_from_enu_of(*world_), viewers_);
   }
 
   std::vector<oracle::Eye> eyes(const Sequence& sequence) const {
@@ -571,6 +578,7 @@ class OracleChecker : public Checker {
   std::optional<oracle::WorldFolder> world_;
   oracle::ShownGeometry geometry_;
   oracle::RuleFaults faults_;
+  oracle::Viewers viewers_ = oracle::Viewers::AboveWater;
   std::unique_ptr<ExactWorld> terrain_;
   Pose world_from_local_;
   std::vector<std::optional<Sampled>> last_;  ///< of the last frame

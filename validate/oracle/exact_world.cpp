@@ -40,6 +40,9 @@ constexpr double kMargin_m = 1e-6;
 enum Side { kWest, kEast, kSouth, kNorth, kNumSides };
 constexpr int kSteps[kNumSides][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
 
+/// By how much a bed may lie below the tile's lowest surface: heights lie within 8192 m of a tile's centre.
+constexpr double kDeepest_m = 16384.0;
+
 Kernel::Point_3 cgal(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
 Ground ground_of(world::Cover cover) {
@@ -56,6 +59,17 @@ Ground ground_of(world::Cover cover) {
       return Ground::Land;
   }
 }
+
+bool is_water(Ground ground) {
+  return ground == Ground::Sea || ground == Ground::Lake || ground == Ground::River;
+}
+
+/// What of a world a ray may meet.
+enum class Sheet : std::uint8_t {
+  Whole,           ///< the surface and what stands on it
+  Bed,             ///< the same without water
+  WaterFromBelow,  ///< the surface of waters alone, where a ray leaves it
+};
 
 /// A triangle of a tile: its cell, and which half of it.
 struct Facet {
@@ -319,11 +333,12 @@ std::array<double, 3> ExactHit::weights_at(double x_world, double y_world) const
 
 struct ExactWorld::Impl {
   Impl(const WorldFolder& world, std::span<const TileKey> tiles, WorldFromEnu world_from_enu,
-       std::size_t memory_bytes)
+       Sheet sheet, std::size_t memory_bytes)
       : world_(world),
         world_from_enu_(std::move(world_from_enu)),
-        prototypes_(world.store()),
+        sheet_(sheet),
         memory_bytes_(memory_bytes) {
+    if (sheet != Sheet::WaterFromBelow) prototypes_.emplace(world.store());
     const world::TileStore& store = world.store();
     std::map<TileKey, std::uint32_t> leaf_of;
     for (const TileKey& key : tiles) {
@@ -335,7 +350,8 @@ struct ExactWorld::Impl {
       const double side_m = std::ldexp(256.0, key.level);
       leaves_.push_back(
           {.key = key,
-           .box = {{key.x * side_m, key.y * side_m, info->lowest_z_world},
+           .box = {{key.x * side_m, key.y * side_m,
+                    info->lowest_z_world - (sheet == Sheet::Bed ? kDeepest_m : 0.0)},
                    {(key.x + 1) * side_m, (key.y + 1) * side_m, info->highest_z_world}}});
     }
     for (Leaf& leaf : leaves_)
@@ -403,15 +419,17 @@ struct ExactWorld::Impl {
     surface.west_world = leaf.box.lowest.x();
     surface.south_world = leaf.box.lowest.y();
     surface.center_z_m = tile.center_z_m;
-    stitch(tile.height_steps, leaf.neighbour_levels, surface.half_steps);
+    std::vector<std::int32_t> steps = tile.height_steps;
     surface.grounds.reserve(tile.cover.size());
     for (const world::Cover cover : tile.cover) surface.grounds.push_back(ground_of(cover));
+    if (sheet_ == Sheet::Bed) drain(leaf.key, steps, surface.grounds);
+    stitch(steps, leaf.neighbour_levels, surface.half_steps);
     find_block_heights(*loaded);
     loaded->num_bytes = sizeof(LoadedTile) + surface.half_steps.size() * sizeof(std::int32_t) +
                         surface.grounds.size() * sizeof(Ground);
-    if (!tile.objects.solids.empty() || !tile.objects.instances.empty()) {
+    if (prototypes_ && (!tile.objects.solids.empty() || !tile.objects.instances.empty())) {
       loaded->objects = std::make_unique<const ExactObjects>(
-          tile, prototypes_, [this](double x, double y) { return level_at(x, y); },
+          tile, *prototypes_, [this](double x, double y) { return level_at(x, y); },
           world_from_enu_);
       loaded->num_bytes += loaded->objects->num_bytes();
     }
@@ -421,6 +439,18 @@ struct ExactWorld::Impl {
     }
     ++num_tiles_read_;
     return loaded;
+  }
+
+  /// Lowers the heights of a tile to the bed of its waters.
+  void drain(const TileKey& key, std::vector<std::int32_t>& steps,
+             std::vector<Ground>& grounds) const {
+    const std::vector<std::int32_t> depths =
+        world_.store().load_water_depth({key.level, key.x, key.y});
+    if (depths.empty()) return;
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      steps[i] -= depths.at(i);
+      if (is_water(grounds[i])) grounds[i] = Ground::Seabed;
+    }
   }
 
   /// Heights in half steps, where means are whole numbers.
@@ -574,12 +604,31 @@ struct ExactWorld::Impl {
         const Crossing crossing(ray, in.facet(next.index, bx * kBlockCells + k / 2 % kBlockCells,
                                               by * kBlockCells + k / 2 / kBlockCells, k % 2 == 1));
         if (crossing.is_within_plane()) continue;
+        if (sheet_ == Sheet::WaterFromBelow && !leaves_water(ray, crossing, in)) continue;
         if (!best || crossing.is_before(*best)) best = crossing;
       }
     }
     if (object.is_before(best)) return object.hit(t_max);
     if (!best) return std::nullopt;
     return hit_of(ray, *best, t_max, hold(best->facet().leaf));
+  }
+
+  /// Whether a ray comes up through a facet where water counts most.
+  static bool leaves_water(const ExactRay& ray, const Crossing& crossing, const LoadedTile& tile) {
+    if (!(crossing.normal().dot(ray.through_world - ray.origin_world) > 0.0)) return false;
+    ExactHit hit;
+    set_ground(crossing.facet(), tile, hit);
+    const Eigen::Vector3d point = exact_point(ray, crossing.exact());
+    const std::array<double, 3> weights = hit.weights_at(point.x(), point.y());
+    const auto most = std::max_element(weights.begin(), weights.end()) - weights.begin();
+    return is_water(hit.grounds[static_cast<std::size_t>(most)]);
+  }
+
+  static void set_ground(const Facet& facet, const LoadedTile& tile, ExactHit& hit) {
+    hit.corners_world = facet.corners;
+    const auto at = corners_of(facet.i, facet.j, facet.is_upper);
+    for (std::size_t k = 0; k < 3; ++k)
+      hit.grounds[k] = tile.surface.grounds[TileSurface::sample(at[k][0], at[k][1])];
   }
 
   std::optional<ExactHit> hit_of(const ExactRay& ray, const Crossing& crossing, double t_max,
@@ -595,17 +644,15 @@ struct ExactWorld::Impl {
     hit.cell_x = facet.i;
     hit.cell_y = facet.j;
     hit.is_upper = facet.is_upper;
-    hit.corners_world = facet.corners;
-    const auto at = corners_of(facet.i, facet.j, facet.is_upper);
-    for (std::size_t k = 0; k < 3; ++k)
-      hit.grounds[k] = tile.surface.grounds[TileSurface::sample(at[k][0], at[k][1])];
+    set_ground(facet, tile, hit);
     if (tile.paint) hit.paint = tile.paint->at(hit.point_world.head<2>());
     return hit;
   }
 
   WorldFolder world_;
   WorldFromEnu world_from_enu_;
-  PrototypeShapes prototypes_;
+  std::optional<PrototypeShapes> prototypes_;  ///< nothing: of the ground alone
+  Sheet sheet_;
   std::size_t memory_bytes_;
   int finest_level_ = std::numeric_limits<int>::max();
   int coarsest_level_ = std::numeric_limits<int>::min();
@@ -624,13 +671,24 @@ struct ExactWorld::Impl {
 };
 
 ExactWorld::ExactWorld(const WorldFolder& world, std::span<const TileKey> tiles,
-                       WorldFromEnu world_from_enu, std::size_t memory_bytes)
-    : impl_(std::make_unique<Impl>(world, tiles, std::move(world_from_enu), memory_bytes)) {}
+                       WorldFromEnu world_from_enu, Viewers viewers, std::size_t memory_bytes) {
+  const bool is_in_water = viewers == Viewers::InWater;
+  const std::size_t bytes = is_in_water ? memory_bytes / 2 : memory_bytes;
+  impl_ = std::make_unique<Impl>(world, tiles, std::move(world_from_enu),
+                                 is_in_water ? Sheet::Bed : Sheet::Whole, bytes);
+  if (is_in_water)
+    surface_of_water_ =
+        std::make_unique<Impl>(world, tiles, WorldFromEnu(), Sheet::WaterFromBelow, bytes);
+}
 
 ExactWorld::~ExactWorld() = default;
 
 std::optional<ExactHit> ExactWorld::first_hit(const ExactRay& ray, double t_max) const {
-  return impl_->first_hit(ray, t_max);
+  if (!surface_of_water_) return impl_->first_hit(ray, t_max);
+  // Without the surface a ray would go on to what stands kilometres beyond it.
+  const std::optional<ExactHit> surface = surface_of_water_->first_hit(ray, t_max);
+  const std::optional<ExactHit> bed = impl_->first_hit(ray, surface ? surface->t : t_max);
+  return bed ? bed : surface;
 }
 
 std::shared_ptr<const TileSurface> ExactWorld::surface(const TileKey& tile) const {
@@ -638,16 +696,29 @@ std::shared_ptr<const TileSurface> ExactWorld::surface(const TileKey& tile) cons
   return {loaded, &loaded->surface};
 }
 
+bool ExactWorld::is_in_water(const WorldFolder& world, std::span<const TileKey> tiles,
+                             const Eigen::Vector3d& place_world) {
+  // Straight up to the surface of a water, and to nothing else.
+  const Impl surface(world, tiles, WorldFromEnu(), Sheet::WaterFromBelow, kDefaultMemory_bytes);
+  return surface.first_hit({place_world, place_world + Eigen::Vector3d::UnitZ()}, kInfinity)
+      .has_value();
+}
+
 std::array<int, 4> ExactWorld::neighbour_levels(const TileKey& tile) const {
   return impl_->leaves_[impl_->index_.at(tile)].neighbour_levels;
 }
 
 ExactWorld::Stats ExactWorld::stats() const {
-  const std::lock_guard lock(impl_->mutex_);
-  return {.num_rays = impl_->num_rays_,
-          .num_tiles_read = impl_->num_tiles_read_,
-          .num_trees = impl_->num_trees_,
-          .peak_bytes = impl_->peak_bytes_};
+  Stats sum;
+  for (const Impl* impl : {impl_.get(), surface_of_water_.get()}) {
+    if (impl == nullptr) continue;
+    const std::lock_guard lock(impl->mutex_);
+    sum.num_rays += impl->num_rays_;
+    sum.num_tiles_read += impl->num_tiles_read_;
+    sum.num_trees += impl->num_trees_;
+    sum.peak_bytes += impl->peak_bytes_;
+  }
+  return sum;
 }
 
 }  // namespace terracast::oracle

@@ -23,8 +23,13 @@ struct ExactRay {
   Eigen::Vector3d through_world;
 };
 
-/// What covers the ground at a sample of a tile; land of several kinds is one.
-enum class Ground : std::uint8_t { Land, Sea, Outside, Lake, River };
+/// What covers the ground at a sample of a tile; land of several kinds is one. Seabed: where the water of the
+/// sea, of a lake or of a river is left out.
+enum class Ground : std::uint8_t { Land, Sea, Outside, Lake, River, Seabed };
+
+/// Where those who look at a world stand. In water they see its bed, what stands on and in it, and the water's
+/// surface from below, where a ray leaves it; above it the surface alone.
+enum class Viewers : std::uint8_t { AboveWater, InWater };
 
 /// What of an object a ray meets.
 struct ObjectHit {
@@ -85,6 +90,10 @@ struct TileSurface {
 /// not by exact predicates. Of those met the first is found by rational arithmetic where double
 /// cannot tell. Objects: exact_objects.h.
 ///
+/// Of viewers in water the ground is the bed: each sample lower by the depth that the tile states there, stitched as
+/// all ground is. Beside it they meet the triangles of the surface from below, where the corner that counts most is
+/// water.
+///
 /// accuracy   a ray meets exactly those closed triangles that it meets; one that lies within the
 ///            plane of a triangle meets its neighbours instead
 /// memory     tiles with their trees up to `memory_bytes`, and one more for each thread
@@ -96,6 +105,7 @@ class ExactWorld {
   /// world_from_enu  how instances stand
   /// throws   Input: the world has no such tile
   ExactWorld(const WorldFolder& world, std::span<const TileKey> tiles, WorldFromEnu world_from_enu,
+             Viewers viewers = Viewers::AboveWater,
              std::size_t memory_bytes = kDefaultMemory_bytes);
   ~ExactWorld();
   ExactWorld(const ExactWorld&) = delete;
@@ -108,8 +118,12 @@ class ExactWorld {
   std::optional<ExactHit> first_hit(const ExactRay& ray,
                                     double t_max = std::numeric_limits<double>::infinity()) const;
 
-  /// The heights of a tile.
+  /// The heights of a tile; of its bed for viewers in water.
   std::shared_ptr<const TileSurface> surface(const TileKey& tile) const;
+
+  /// Whether a place lies below the surface of the sea, of a lake or of a river.
+  static bool is_in_water(const WorldFolder& world, std::span<const TileKey> tiles,
+                          const Eigen::Vector3d& place_world);
 
   /// Levels of the tiles beyond the sides west, east, south and north, less the tile's own: 1
   /// coarser, 0 equal or none, -1 finer.
@@ -126,6 +140,7 @@ class ExactWorld {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  std::unique_ptr<Impl> surface_of_water_;  ///< null: viewers stand above it
 };
 
 }  // namespace terracast::oracle
