@@ -17,8 +17,6 @@ namespace {
 
 using world::kHeightStep_m;
 
-/// What layers raise the ground by fades out over this distance inside the square's border.
-constexpr double kLiftFade_m = 100.0;
 /// Water of which nobody knows the bed is that deep.
 constexpr double kUnknownDepth_m = 2.0;
 
@@ -179,6 +177,11 @@ void check_ids(const world::Tile& tile) {
 
 }  // namespace
 
+double lift_share(const Eigen::Vector2d& place_world, double half_size_m) {
+  constexpr double kFade_m = 100.0;
+  return std::clamp((half_size_m - place_world.cwiseAbs().maxCoeff()) / kFade_m, 0.0, 1.0);
+}
+
 LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context)
     : half_size_m_(surface.options().size_m / 2.0) {
   const WorldOptions& options = surface.options();
@@ -278,7 +281,7 @@ SurfaceSample LayerStack::shaped(const Eigen::Vector2d& place_world, SurfaceSamp
     if (!is_water(*own)) continue;
     depth_m = layer->water_depth_m(place_world, sample).value_or(kUnknownDepth_m);
   }
-  sample.z_world += lift_m * std::min(inside_m / kLiftFade_m, 1.0);
+  sample.z_world += lift_m * lift_share(place_world, half_size_m_);
   if (cover) sample.cover = *cover;
   sample.water_depth_m = depth_m;
   return sample;

@@ -10,6 +10,10 @@
 
 namespace terracast::tiler {
 
+/// By how much of what layers raise the ground by it is raised at a place: 1, fading out over the square's last
+/// hundred metres to 0 at its border and beyond.
+double lift_share(const Eigen::Vector2d& place_world, double half_size_m);
+
 /// The layers of a world together. Threads: safe.
 class LayerStack {
  public:
@@ -36,8 +40,7 @@ class LayerStack {
   const std::vector<world::VolumePlace>& volume_places() const { return volume_places_; }
   std::string input_hash() const;
 
-  /// What the layers make of the ground at a place of the world's square. What they raise it by fades
-  /// out over the square's last hundred metres.
+  /// What the layers make of the ground at a place of the world's square, what they raise it by times lift_share().
   /// sample   without any layer
   SurfaceSample shaped(const Eigen::Vector2d& place_world, SurfaceSample sample) const;
 

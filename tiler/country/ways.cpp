@@ -117,23 +117,46 @@ void Barriers::add(const PointsWorld& line, double clear_m) {
   }
 }
 
+double Barriers::room_m(const Point& at, double most_m) const {
+  index_.find(at.array() - most_m, at.array() + most_m, found_near_);
+  double room_m = most_m;
+  for (const std::int32_t index : found_near_) {
+    const Piece& piece = pieces_[static_cast<std::size_t>(index)];
+    room_m = std::min(room_m, distance_to_segment(at, piece.from, piece.to) - piece.clear_m);
+  }
+  return room_m;
+}
+
 std::vector<Span> Barriers::spans(const PointsWorld& way) const {
+  constexpr double kStep_m = 4.0;
+  constexpr double kLongest_m = 300.0;  // to either side
+  constexpr double kWidest_m = 64.0;    // no barrier keeps more off
   std::vector<Span> spans;
-  double along_m = 0.0;
+  std::vector<double> begins_m{0.0};
+  for (std::size_t i = 1; i < way.size(); ++i)
+    begins_m.push_back(begins_m.back() + (way[i] - way[i - 1]).norm());
+  const auto at = [&](double along_m) {
+    const auto after = std::upper_bound(begins_m.begin() + 1, begins_m.end() - 1, along_m);
+    const auto i = static_cast<std::size_t>(after - begins_m.begin());
+    const double t = (along_m - begins_m[i - 1]) / std::max(begins_m[i] - begins_m[i - 1], 1e-6);
+    return Point(way[i - 1] + t * (way[i] - way[i - 1]));
+  };
   for (std::size_t i = 1; i < way.size(); ++i) {
-    const double length = (way[i] - way[i - 1]).norm();
     index_.find(way[i - 1].cwiseMin(way[i]), way[i - 1].cwiseMax(way[i]), found_);
     for (const std::int32_t index : found_) {
       const Piece& piece = pieces_[static_cast<std::size_t>(index)];
       const auto share = crossing(way[i - 1], way[i], piece.from, piece.to);
       if (!share) continue;
-      const Point over = (piece.to - piece.from).normalized();
-      const double sine = std::abs(cross((way[i] - way[i - 1]) / length, over));
-      const double reach_m = piece.clear_m / std::max(sine, 0.35);
-      spans.push_back(
-          {along_m + *share * length - reach_m, along_m + *share * length + reach_m, false});
+      // To where it has left what it crosses.
+      const double middle_m = begins_m[i - 1] + *share * (begins_m[i] - begins_m[i - 1]);
+      double from_m = middle_m - piece.clear_m, to_m = middle_m + piece.clear_m;
+      while (from_m > 0.0 && from_m > middle_m - kLongest_m && room_m(at(from_m), kWidest_m) < 0.0)
+        from_m -= kStep_m;
+      while (to_m < begins_m.back() && to_m < middle_m + kLongest_m &&
+             room_m(at(to_m), kWidest_m) < 0.0)
+        to_m += kStep_m;
+      spans.push_back({from_m, to_m, false});
     }
-    along_m += length;
   }
   return spans;
 }

@@ -57,7 +57,7 @@ class Barriers {
   explicit Barriers(double half_size_m) : index_(half_size_m) {}
   /// clear_m   on each side of the line that is spanned
   void add(const PointsWorld& line, double clear_m);
-  /// Where a way crosses them.
+  /// Where a way crosses them, as far as it is not clear of them.
   std::vector<Span> spans(const PointsWorld& way) const;
   /// Whether a piece of a line runs along one of theirs.
   bool has_piece(const Point& from, const Point& to) const;
@@ -67,9 +67,12 @@ class Barriers {
     Point from, to;
     double clear_m;
   };
+  /// From a place to what is kept clear, below 0 within; no more than a bound.
+  double room_m(const Point& at, double most_m) const;
+
   std::vector<Piece> pieces_;
   PlaceIndex index_;
-  mutable std::vector<std::int32_t> found_;
+  mutable std::vector<std::int32_t> found_, found_near_;
 };
 
 /// Overlapping spans as one, none nearer than 30 m to the next, all within the line.

@@ -13,6 +13,7 @@
 #include "tiler/feature_source.h"
 #include "tiler/instance_ids.h"
 #include "tiler/layer.h"
+#include "tiler/layer_stack.h"
 #include "tiler/roads/area_pier.h"
 #include "tiler/roads/bridge_builder.h"
 #include "tiler/roads/pads.h"
@@ -31,7 +32,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 1;
+constexpr int kRoadsVersion = 2;
 /// Streets are in a town where so many ways end within some hundred metres.
 constexpr double kTownCell_m = 100.0;
 constexpr int kTownEnds = 10;
@@ -244,7 +245,7 @@ class RoadsLayer final : public Layer {
  public:
   RoadsLayer(const FeatureSourceOptions& source, const RoadsOptions& options,
              const LayerInputs& inputs)
-      : surface_(inputs.surface) {
+      : surface_(inputs.surface), half_size_m_(0.5 * inputs.size_m) {
     for (const auto& layer : inputs.earlier) earlier_.push_back(layer.get());
     FeatureSet set = read_features(
         source, {.points = true, .lines = true, .areas = true, .wanted = is_wanted}, inputs);
@@ -255,7 +256,7 @@ class RoadsLayer final : public Layer {
     info_.content_hash = set.content_hash;
     info_.counts = set.counts;
 
-    const double half_size_m = 0.5 * inputs.size_m;
+    const double half_size_m = half_size_m_;
     Sorted sorted = sort_features(set.features, options, half_size_m);
     set.features.clear();
     if (options.sidewalks == "streets") add_sidewalks(sorted.ways);
@@ -285,6 +286,7 @@ class RoadsLayer final : public Layer {
     paint_.add_crossings(network, sorted.crossings, inputs.seed);
 
     std::vector<Deck> decks = bridge_decks(network, heights);
+    lower_at_border(decks, half_size_m);
     const auto num_bridges = static_cast<std::int64_t>(decks.size());
     const std::int64_t num_piers = add_piers(sorted.piers, half_size_m, decks);
     build_decks(decks, inputs);
@@ -310,8 +312,9 @@ class RoadsLayer final : public Layer {
     put("bridges", num_bridges);
     put("piers", num_piers + num_area_piers);
     put("areas of piers that cross themselves", num_bad_piers);
-    put("crossings of bridges", heights.num_crossings());
-    put("crossings of bridges with less room than stated", heights.num_low());
+    put("crossings of bridges", static_cast<std::int64_t>(heights.crossings().size()));
+    put("crossings of bridges with less room than stated",
+        tell_low_crossings(network, heights, inputs.context.log));
     put("zebra crossings", paint_.num_crossings());
     put("parts of ways left out in water", num_gaps);
     put("ways without length", counts.num_without_length + more.num_without_length);
@@ -386,7 +389,42 @@ class RoadsLayer final : public Layer {
   double finished_level_m(const Vector2d& place_world) const {
     const RoadGround ground = ground_at(place_world);
     if (ground.is_water) return ground.level_m;
-    return bed_->shaped(place_world, ground.level_m).level_m;
+    const double bare_m =
+        level_of(place_world, surface_.sample(place_world.x(), place_world.y()).z_world);
+    return bare_m + lift_share(place_world, half_size_m_) *
+                        (bed_->shaped(place_world, ground.level_m).level_m - bare_m);
+  }
+
+  /// Their number; each is told with its place.
+  static std::int64_t tell_low_crossings(const RoadNetwork& network, const RoadHeights& heights,
+                                         const core::Log& log) {
+    std::int64_t num = 0;
+    for (const BridgeCrossing& crossing : heights.crossings()) {
+      if (!crossing.is_low()) continue;
+      ++num;
+      const Line& above = network.lines()[crossing.line_above];
+      log.debug(
+          "bridge of feature {} at {:.0f} E {:.0f} N has {:.2f} m of {:.2f} m to what it crosses",
+          network.ways()[above.spans[crossing.span_above].way].feature, crossing.at_world.x(),
+          crossing.at_world.y(), crossing.room_m, crossing.wanted_m);
+    }
+    return num;
+  }
+
+  /// Where the square ends its ground is as it was before all layers, and decks with it; over water they stay above.
+  void lower_at_border(std::vector<Deck>& decks, double half_size_m) const {
+    for (Deck& deck : decks)
+      for (DeckPoint& point : deck.points) {
+        const double share = lift_share(point.at_world, half_size_m);
+        if (share >= 1.0) continue;
+        const SurfaceSample bare = surface_.sample(point.at_world.x(), point.at_world.y());
+        const double ground_m = level_of(point.at_world, bare.z_world);
+        const double lowered_m = ground_m + share * (point.level_m - ground_m);
+        point.level_m = ground_at(point.at_world).is_water
+                            ? std::max(lowered_m, std::min(point.level_m, ground_m + kPierAbove_m +
+                                                                              deck.thickness_m))
+                            : lowered_m;
+      }
   }
 
   /// Piers on piles where lines of them stand in water; others are painted.
@@ -515,6 +553,7 @@ class RoadsLayer final : public Layer {
   }
 
   const WorldSurface& surface_;
+  double half_size_m_;
   std::vector<const Layer*> earlier_;
   std::string hash_;
   world::LayerInfo info_;

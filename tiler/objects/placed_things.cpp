@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "tiler/instance_ids.h"
+#include "tiler/layer_stack.h"
 #include "tiler/objects/power_line.h"
 #include "tiler/objects/things.h"
 #include "tiler/objects/wires.h"
@@ -26,8 +27,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kCell_m = 256.0;
-/// What layers raise the ground by fades out over this distance inside the square's border (LayerStack).
-constexpr double kLiftFade_m = 100.0;
 /// Beyond its own tile a thing is shown on coarser ones, too (LayerStack).
 constexpr int kLevelsAtCorner = 2;
 constexpr double kFinestSide_m = 32.0;
@@ -87,11 +86,11 @@ std::optional<world::Cover> GroundBelow::cover(const Vector2d& place) const {
 
 double GroundBelow::z_world(const Vector2d& place) const {
   const SurfaceSample sample = surface_.sample(place.x(), place.y());
-  const double inside_m = half_size_m_ - place.cwiseAbs().maxCoeff();
-  if (sample.cover != world::Cover::Land || inside_m <= 0.0) return sample.z_world;
+  const double share = lift_share(place, half_size_m_);
+  if (sample.cover != world::Cover::Land || share <= 0.0) return sample.z_world;
   double lift_m = 0.0;
   for (const Below& below : layers_) lift_m += below.layer->lift_m(place, sample);
-  return sample.z_world + lift_m * std::min(inside_m / kLiftFade_m, 1.0);
+  return sample.z_world + lift_m * share;
 }
 
 bool GroundBelow::is_held(const Footprint& footprint, bool by_roads_too, bool by_water_too) const {

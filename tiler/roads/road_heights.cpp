@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <queue>
 #include <unordered_map>
 
@@ -28,6 +29,9 @@ constexpr double kNominalStation_m = 8.0;
 /// Water below a bridge that is not told to be higher.
 constexpr double kWaterClearance_m = 1.5;
 constexpr int kBridgeRounds = 4;
+/// So far from a bridge's ends, and so far from where it crosses, its ways are apart from what it crosses.
+constexpr double kAbutment_m = 160.0;
+constexpr double kCrossed_m = 220.0;
 /// Decks that are raised fall no more from where they must be highest.
 constexpr double kDeckGrade = 0.025;
 
@@ -44,6 +48,7 @@ bool is_off_ground(const WayStyle& style) { return style.is_bridge || style.is_t
 }  // namespace
 
 RoadHeights::RoadHeights(const RoadNetwork& network, const RoadGroundFunction& ground) {
+  crossings_ = bridge_crossings(network);
   follow_ground(network, ground);
   add_limits(network);
   couple(network);
@@ -138,6 +143,24 @@ void RoadHeights::couple(const RoadNetwork& network) {
       }
     }
   }
+  // A bridge's ways and what it crosses lie above each other, and where its abutments end there are walls.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<const BridgeCrossing*>> crossed;
+  for (const BridgeCrossing& crossing : crossings_)
+    crossed[std::minmax(crossing.line_above, crossing.line_below)].push_back(&crossing);
+  const auto is_crossed = [&](const Mark& a, const Mark& b) {
+    const auto found = crossed.find(std::minmax(a.line, b.line));
+    if (found == crossed.end()) return false;
+    return std::any_of(found->second.begin(), found->second.end(), [&](const auto* crossing) {
+      const bool is_a_above = crossing->line_above == a.line;
+      const Mark& above = is_a_above ? a : b;
+      const Mark& below = is_a_above ? b : a;
+      const Line& line = network.lines()[crossing->line_above];
+      const Span& span = line.spans[crossing->span_above];
+      return above.along_m > line.points[span.first_point].along_m - kAbutment_m &&
+             above.along_m < line.points[span.last_point].along_m + kAbutment_m &&
+             std::abs(below.along_m - crossing->along_below_m) < kCrossed_m;
+    });
+  };
   const double cell_m = 2.0 * widest_m + kNear_m + 1.0;
   std::unordered_map<std::int64_t, std::vector<std::uint32_t>> cells;
   for (const Mark& mark : marks)
@@ -157,6 +180,7 @@ void RoadHeights::couple(const RoadNetwork& network) {
           const Mark& beside = marks[other];
           if (beside.level != mark.level) continue;
           if (beside.line == mark.line && std::abs(beside.along_m - mark.along_m) < 40.0) continue;
+          if (is_crossed(mark, beside)) continue;
           const Vector2d apart = network.stations()[other].at_world - at;
           const double on_m = std::abs(apart.dot(mark.direction));
           const double distance_m = apart.norm();
@@ -228,115 +252,73 @@ void RoadHeights::bound_grades() {
   for (std::size_t i = 0; i < levels_m_.size(); ++i) levels_m_[i] = 0.5 * (above[i] - lower[i]);
 }
 
-void RoadHeights::raise_bridges(const RoadNetwork& network) {
-  // Where bridges cross what lies below.
-  struct Piece {
-    std::uint32_t line;
-    std::uint32_t point;
-    std::uint32_t way;
-  };
-  constexpr double kCell_m = 32.0;
-  std::unordered_map<std::int64_t, std::vector<Piece>> cells;
-  const auto visit_cells = [&](const Vector2d& a, const Vector2d& b, const auto& visit) {
-    const Vector2d low = a.cwiseMin(b);
-    const Vector2d high = a.cwiseMax(b);
-    for (double y = std::floor(low.y() / kCell_m); y <= std::floor(high.y() / kCell_m); y += 1.0)
-      for (double x = std::floor(low.x() / kCell_m); x <= std::floor(high.x() / kCell_m); x += 1.0)
-        visit(cell_key((x + 0.5) * kCell_m, (y + 0.5) * kCell_m, kCell_m));
-  };
-  bool has_bridges = false;
-  for (std::uint32_t l = 0; l < network.lines().size(); ++l)
-    for (const Span& span : network.lines()[l].spans) {
-      has_bridges = has_bridges || network.style(span).is_bridge;
-      if (network.style(span).is_tunnel) continue;
-      for (std::uint32_t p = span.first_point; p < span.last_point; ++p) {
-        const auto& points = network.lines()[l].points;
-        visit_cells(points[p].at_world, points[p + 1].at_world, [&](std::int64_t key) {
-          cells[key].push_back({l, p, span.way});
-        });
-      }
-    }
-  if (!has_bridges) return;
-
-  struct Crossing {
-    const Line::Point* above;  ///< the bridge's piece begins here
-    double above_share;
-    const Line::Point* below;
-    double below_share;
-    double room_m;  ///< from the lower way to the bridge's own
-    const Line* line;
-    const Span* span;
-    double along_m;
-  };
-  std::vector<Crossing> crossings;
-  std::vector<Clearance> fixed;
-  for (std::uint32_t l = 0; l < network.lines().size(); ++l) {
-    const Line& line = network.lines()[l];
-    for (const Span& span : line.spans) {
-      const WayStyle& style = network.style(span);
-      if (!style.is_bridge) continue;
-      const double deck = deck_m(style);
-      for (std::uint32_t p = span.first_point; p < span.last_point; ++p) {
-        const Line::Point& a = line.points[p];
-        const Line::Point& b = line.points[p + 1];
-        if (p > span.first_point && grounds_[a.station].is_water && a.share == 0.0)
-          fixed.push_back({a.station, grounds_[a.station].level_m + kWaterClearance_m + deck});
-        std::vector<Piece> near;
-        visit_cells(a.at_world, b.at_world, [&](std::int64_t key) {
-          const auto& there = cells[key];
-          near.insert(near.end(), there.begin(), there.end());
-        });
-        std::sort(near.begin(), near.end(), [](const Piece& x, const Piece& y) {
-          return std::pair(x.line, x.point) < std::pair(y.line, y.point);
-        });
-        for (std::size_t k = 0; k < near.size(); ++k) {
-          const Piece& piece = near[k];
-          if (k > 0 && near[k - 1].line == piece.line && near[k - 1].point == piece.point) continue;
-          const WayStyle& other = network.ways()[piece.way].style;
-          if (other.is_bridge && other.level >= style.level) continue;
-          const Line::Point& c = network.lines()[piece.line].points[piece.point];
-          const Line::Point& d = network.lines()[piece.line].points[piece.point + 1];
-          const Vector2d u = b.at_world - a.at_world;
-          const Vector2d v = d.at_world - c.at_world;
-          const double cross = u.x() * v.y() - u.y() * v.x();
-          if (cross == 0.0) continue;
-          const Vector2d w = c.at_world - a.at_world;
-          const double t = (w.x() * v.y() - w.y() * v.x()) / cross;
-          const double s = (w.x() * u.y() - w.y() * u.x()) / cross;
-          if (t < 0.0 || t > 1.0 || s < 0.0 || s > 1.0) continue;
-          // Ways that meet at the bridge's end do not cross it.
-          const double from_start =
-              a.along_m + t * (b.along_m - a.along_m) - line.points[span.first_point].along_m;
-          const double from_end =
-              line.points[span.last_point].along_m - a.along_m - t * (b.along_m - a.along_m);
-          if (std::min(from_start, from_end) < 0.5) continue;
-          // The lower way is as wide as it is.
-          const double sine = std::abs(cross) / (u.norm() * v.norm());
-          const double wide_m = kDeckGrade * other.half_width_m / std::max(sine, 0.3);
-          crossings.push_back({&a, t, &c, s, other.clearance_m + deck + 0.2 + wide_m, &line, &span,
-                               a.along_m + t * (b.along_m - a.along_m)});
-        }
-      }
+bool RoadHeights::may_part(std::uint32_t above, std::uint32_t below, double by_m) const {
+  using Entry = std::pair<double, std::uint32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;  // the nearest first
+  std::unordered_map<std::uint32_t, double> nearest_m = {{above, 0.0}};
+  queue.push({0.0, above});
+  while (!queue.empty()) {
+    const auto [far_m, at] = queue.top();
+    queue.pop();
+    if (at == below) return false;
+    if (far_m > nearest_m.at(at)) continue;
+    for (const Limit& limit : limits_[at]) {
+      const double there_m = far_m + limit.most_m;
+      if (there_m >= by_m) continue;
+      const auto [known, is_new] = nearest_m.try_emplace(limit.to, there_m);
+      if (!is_new && known->second <= there_m) continue;
+      known->second = there_m;
+      queue.push({there_m, limit.to});
     }
   }
-  num_crossings_ = static_cast<std::int64_t>(crossings.size());
-  const auto between = [&](const Line::Point* from, double share) {
-    return (1.0 - share) * level_m(from[0]) + share * level_m(from[1]);
+  return true;
+}
+
+void RoadHeights::raise_bridges(const RoadNetwork& network) {
+  std::vector<std::pair<std::uint32_t, double>> over_water;  // stations, and their least levels
+  for (const Line& line : network.lines())
+    for (const Span& span : line.spans) {
+      if (!network.style(span).is_bridge) continue;
+      for (std::uint32_t p = span.first_point + 1; p < span.last_point; ++p)
+        if (const Line::Point& at = line.points[p];
+            at.share == 0.0 && grounds_[at.station].is_water)
+          over_water.emplace_back(at.station, grounds_[at.station].level_m + kWaterClearance_m +
+                                                  deck_m(network.style(span)));
+    }
+  // Ways that the limits tie together would be raised by turns for ever.
+  std::vector<const BridgeCrossing*> raised;
+  for (const BridgeCrossing& crossing : crossings_)
+    if (may_part(network.lines()[crossing.line_above].points[crossing.point_above].station,
+                 network.lines()[crossing.line_below].points[crossing.point_below].station,
+                 crossing.wanted_m))
+      raised.push_back(&crossing);
+  const auto measure = [&] {
+    for (BridgeCrossing& crossing : crossings_)
+      crossing.room_m = level_between_m(network.lines()[crossing.line_above], crossing.point_above,
+                                        crossing.share_above) -
+                        level_between_m(network.lines()[crossing.line_below], crossing.point_below,
+                                        crossing.share_below);
   };
   for (int round = 0; round < kBridgeRounds; ++round) {
     std::vector<double> least(levels_m_.size(), -kInfinity);
     const auto raise = [&](std::uint32_t station, double to_m) {
       if (levels_m_[station] < to_m) least[station] = std::max(least[station], to_m);
     };
-    for (const Clearance& clearance : fixed) raise(clearance.station, clearance.least_m);
-    for (const Crossing& crossing : crossings) {
-      const double needed_m = between(crossing.below, crossing.below_share) + crossing.room_m;
-      if (between(crossing.above, crossing.above_share) >= needed_m - 1e-3) continue;
+    for (const auto& [station, least_m] : over_water) raise(station, least_m);
+    measure();
+    for (const BridgeCrossing* of_raised : raised) {
+      const BridgeCrossing& crossing = *of_raised;
+      if (crossing.room_m >= crossing.wanted_m - 1e-3) continue;
+      const Line& line = network.lines()[crossing.line_above];
+      const Span& span = line.spans[crossing.span_above];
+      const double needed_m = level_between_m(line, crossing.point_above, crossing.share_above) +
+                              crossing.wanted_m - crossing.room_m;
       // The whole deck, so that it does not bend where it crosses.
-      for (std::uint32_t p = crossing.span->first_point; p <= crossing.span->last_point; ++p) {
-        const Line::Point& point = crossing.line->points[p];
-        const double to_m = needed_m + kDeckGrade * (kNominalStation_m -
-                                                     std::abs(point.along_m - crossing.along_m));
+      for (std::uint32_t p = span.first_point; p <= span.last_point; ++p) {
+        const Line::Point& point = line.points[p];
+        const double to_m =
+            needed_m +
+            kDeckGrade * (kNominalStation_m - std::abs(point.along_m - crossing.along_above_m));
         if (point.share == 0.0) raise(point.station, to_m);
         if (point.share == 1.0) raise(point.next_station, to_m);
       }
@@ -347,10 +329,7 @@ void RoadHeights::raise_bridges(const RoadNetwork& network) {
     for (std::size_t i = 0; i < levels_m_.size(); ++i)
       levels_m_[i] = std::max(levels_m_[i], least[i]);
   }
-  for (const Crossing& crossing : crossings)
-    if (between(crossing.above, crossing.above_share) <
-        between(crossing.below, crossing.below_share) + crossing.room_m - 0.25)
-      ++num_low_;
+  measure();
 }
 
 }  // namespace terracast::tiler

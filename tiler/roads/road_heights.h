@@ -29,11 +29,26 @@ struct RoadGround {
 /// threads   safe
 using RoadGroundFunction = std::function<RoadGround(const Eigen::Vector2d& place_world)>;
 
-/// A bridge over something.
-struct Clearance {
-  std::uint32_t station = 0;  ///< of the bridge
-  double least_m = 0.0;
+/// A bridge's way over another way.
+struct BridgeCrossing {
+  Eigen::Vector2d at_world;
+  std::uint32_t line_above = 0;
+  std::uint32_t span_above = 0;   ///< of its line
+  std::uint32_t point_above = 0;  ///< the piece of the line begins here
+  double share_above = 0.0;       ///< of the piece
+  double along_above_m = 0.0;
+  std::uint32_t line_below = 0;
+  std::uint32_t point_below = 0;
+  double share_below = 0.0;
+  double along_below_m = 0.0;
+  double wanted_m = 0.0;  ///< from the lower way to the bridge's own
+  double room_m = 0.0;    ///< that it has
+  /// Less than it wants, by more than is lost in rounding off.
+  bool is_low() const { return room_m < wanted_m - 0.25; }
 };
+
+/// All of a network, by line and place along it.
+std::vector<BridgeCrossing> bridge_crossings(const RoadNetwork& network);
 
 /// Long profiles of a network: a height for each station. They follow the ground, smoothed along the ways,
 /// as far as the steepest grade of each class allows: of all heights within the grades' limits, the mean of
@@ -56,9 +71,7 @@ class RoadHeights {
            point.share * grounds_[point.next_station].level_m;
   }
 
-  std::int64_t num_crossings() const { return num_crossings_; }
-  /// Crossings below which less room is left than stated.
-  std::int64_t num_low() const { return num_low_; }
+  const std::vector<BridgeCrossing>& crossings() const { return crossings_; }
 
   /// Thickness of a bridge's deck.
   static double deck_m(const WayStyle& style) { return style.use == WayUse::Path ? 0.5 : 1.1; }
@@ -74,6 +87,11 @@ class RoadHeights {
   void smooth(const RoadNetwork& network, int num_rounds);
   void bound_grades();
   void raise_bridges(const RoadNetwork& network);
+  /// Whether the limits let two stations lie so far above each other.
+  bool may_part(std::uint32_t above, std::uint32_t below, double by_m) const;
+  double level_between_m(const Line& line, std::uint32_t point, double share) const {
+    return (1.0 - share) * level_m(line.points[point]) + share * level_m(line.points[point + 1]);
+  }
   /// The lowest heights within the limits that are nowhere below.
   std::vector<double> spread_up(std::vector<double> least_m) const;
 
@@ -81,8 +99,7 @@ class RoadHeights {
   std::vector<RoadGround> grounds_;
   std::vector<std::uint8_t> is_free_;  ///< of the ground: on bridges and in tunnels
   std::vector<std::vector<Limit>> limits_;
-  std::int64_t num_crossings_ = 0;
-  std::int64_t num_low_ = 0;
+  std::vector<BridgeCrossing> crossings_;
 };
 
 }  // namespace terracast::tiler

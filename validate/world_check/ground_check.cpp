@@ -17,8 +17,10 @@ using world::kHeightStep_m;
 constexpr int kBuckets = 64;
 
 /// Heights between the samples of a tile differ from those that things were put on by what the tile leaves out:
-/// a part of its spacing on any slope that things stand on.
-double tolerance_m(const world::TileId& id) { return 0.3 + 0.35 * id.spacing_m(); }
+/// a part of its spacing on slopes up to 1, more on steeper ones, whose detail grows with them.
+double tolerance_m(const world::TileId& id, double slope) {
+  return 0.3 + 0.35 * id.spacing_m() * std::max(slope, 1.0);
+}
 
 class Ground {
  public:
@@ -33,6 +35,19 @@ class Ground {
     }
     const double z11 = tile_.z_world(cell.i + 1, cell.j + 1);
     return z11 + (1.0 - cell.x) * (z01 - z11) + (1.0 - cell.y) * (z10 - z11);
+  }
+  /// The steepest rise between neighbouring samples of the cells at a place and round them.
+  double slope(const Vector2d& place) const {
+    const Cell cell = cell_at(place);
+    const int last = world::kTileCells;
+    double steepest_m = 0.0;
+    for (int j = std::max(cell.j - 1, 0); j <= std::min(cell.j + 2, last); ++j)
+      for (int i = std::max(cell.i - 1, 0); i <= std::min(cell.i + 2, last); ++i) {
+        const double z = tile_.z_world(i, j);
+        if (i < last) steepest_m = std::max(steepest_m, std::abs(tile_.z_world(i + 1, j) - z));
+        if (j < last) steepest_m = std::max(steepest_m, std::abs(tile_.z_world(i, j + 1) - z));
+      }
+    return steepest_m / tile_.id.spacing_m();
   }
   /// All four samples around.
   bool is_water(const Vector2d& place) const {
@@ -106,24 +121,29 @@ bool is_hard(world::Paving paving) {
 }
 
 Vector2d metres(const Eigen::Vector2i& steps) { return steps.cast<double>() * kHeightStep_m; }
+double scale_of(const world::Instance& instance) { return instance.scale / 4096.0; }
 
 class TileCheck {
  public:
   TileCheck(const world::Tile& tile, const world::WorldManifest& manifest,
+            const std::vector<PrototypeSize>& sizes,
             const std::function<bool(double, double)>& is_judged, const Report& report,
             const Asked& asked)
       : tile_(tile),
         manifest_(manifest),
+        sizes_(sizes),
         is_judged_(is_judged),
         report_(report),
         asked_(asked),
         ground_(tile),
         solids_by_place_(tile.id),
+        things_by_place_(tile.id),
         segments_by_place_(tile.id),
         areas_by_place_(tile.id) {}
 
   void run() {
     place_solids();
+    place_things();
     place_paint();
     for (const world::Instance& instance : tile_.objects.instances) check_instance(instance);
     for (std::size_t i = 0; i < tile_.objects.solids.size(); ++i) check_solid(i);
@@ -162,6 +182,19 @@ class TileCheck {
           box.extend(metres((solid.origin_steps + vertex).head<2>()));
       boxes_.push_back(box);
       if (box.low.x() <= box.high.x()) solids_by_place_.add(box, i);
+    }
+  }
+  void place_things() {
+    for (std::size_t i = 0; i < tile_.objects.instances.size(); ++i) {
+      const world::Instance& instance = tile_.objects.instances[i];
+      if (kind_of(instance.provenance) == "vegetation") continue;
+      const Vector2d place = metres(instance.place_steps.head<2>());
+      const Vector2d reach =
+          Vector2d::Constant(sizes_[instance.prototype].side_m * scale_of(instance));
+      Box box;
+      box.extend(place - reach);
+      box.extend(place + reach);
+      things_by_place_.add(box, i);
     }
   }
   void place_paint() {
@@ -247,6 +280,22 @@ class TileCheck {
                        [&](std::size_t i) { return i != but && boxes_[i].contains(place); });
   }
 
+  /// Whether something stands upon another thing: what carries it is judged by itself.
+  bool has_thing_below(const world::Instance& instance) const {
+    constexpr double kSeam_m = 0.05;  // container upon container
+    const Vector2d place = metres(instance.place_steps.head<2>());
+    const double foot_z = instance.place_steps.z() * kHeightStep_m;
+    const auto& near = things_by_place_.near(place);
+    return std::any_of(near.begin(), near.end(), [&](std::size_t i) {
+      const world::Instance& below = tile_.objects.instances[i];
+      const double low_z = below.place_steps.z() * kHeightStep_m;
+      const double top_z = low_z + sizes_[below.prototype].top_m * scale_of(below);
+      return low_z < foot_z && std::abs(top_z - foot_z) <= kSeam_m &&
+             (metres(below.place_steps.head<2>()) - place).norm() <=
+                 sizes_[below.prototype].side_m * scale_of(below);
+    });
+  }
+
   void check_instance(const world::Instance& instance) {
     const Vector2d place = metres(instance.place_steps.head<2>());
     if (!is_judged_(place.x(), place.y())) return;
@@ -254,8 +303,9 @@ class TileCheck {
     const double above_m = z - ground_.z_world(place);
     const bool is_plant = kind_of(instance.provenance) == "vegetation";
     judge("floating_instance",
-          above_m > tolerance_m(tile_.id) &&
-              (is_plant || !has_solid(place, std::numeric_limits<std::size_t>::max())),
+          above_m > tolerance_m(tile_.id, ground_.slope(place)) &&
+              (is_plant || (!has_solid(place, std::numeric_limits<std::size_t>::max()) &&
+                            !has_thing_below(instance))),
           instance.provenance, place, fmt::format("{:.2f} m above the ground", above_m));
     if (!is_plant) return;
     judge("plant_in_water", ground_.is_water(place), instance.provenance, place,
@@ -289,7 +339,8 @@ class TileCheck {
       const Vector2d place = vertex.head<2>();
       if (vertex.z() > lowest_z + kFoot_m || !is_judged_(place.x(), place.y())) continue;
       const double above_m = vertex.z() - ground_.z_world(place);
-      const bool is_floating = above_m > tolerance_m(tile_.id) && !has_solid(place, index);
+      const bool is_floating =
+          above_m > tolerance_m(tile_.id, ground_.slope(place)) && !has_solid(place, index);
       judge("floating_building", is_floating, solid.provenance, place,
             fmt::format("its foot is {:.2f} m above the ground", above_m));
       if (is_floating) return;
@@ -311,21 +362,33 @@ class TileCheck {
 
   const world::Tile& tile_;
   const world::WorldManifest& manifest_;
+  const std::vector<PrototypeSize>& sizes_;
   const std::function<bool(double, double)>& is_judged_;
   const Report& report_;
   const Asked& asked_;
   Ground ground_;
   std::vector<Box> boxes_;  ///< of the solids
-  Buckets solids_by_place_, segments_by_place_, areas_by_place_;
+  Buckets solids_by_place_, things_by_place_, segments_by_place_, areas_by_place_;
   std::vector<Segment> segments_;
 };
 
 }  // namespace
 
+PrototypeSize size_of(const world::Prototype& prototype) {
+  PrototypeSize size;
+  for (const world::ShapeLevel& level : prototype.levels)
+    for (const Eigen::Vector3i& vertex : level.shape.vertices_steps) {
+      size.top_m = std::max(size.top_m, vertex.z() * kHeightStep_m);
+      size.side_m = std::max(size.side_m, metres(vertex.head<2>()).norm());
+    }
+  return size;
+}
+
 void check_ground(const world::Tile& tile, const world::WorldManifest& manifest,
+                  const std::vector<PrototypeSize>& sizes,
                   const std::function<bool(double, double)>& is_judged, const Report& report,
                   const Asked& asked) {
-  TileCheck(tile, manifest, is_judged, report, asked).run();
+  TileCheck(tile, manifest, sizes, is_judged, report, asked).run();
 }
 
 }  // namespace terracast::world_check

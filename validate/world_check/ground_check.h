@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "world/tile.h"
 #include "world/tile_store.h"
@@ -14,9 +15,18 @@ using Report = std::function<void(std::string_view kind, const std::string& what
 /// Told how many things a kind of faults has been asked of.
 using Asked = std::function<void(std::string_view kind, std::int64_t count)>;
 
+/// How far a prototype of scale 1 reaches from its foot.
+struct PrototypeSize {
+  double top_m = 0.0;   ///< upward
+  double side_m = 0.0;  ///< in the plane
+};
+PrototypeSize size_of(const world::Prototype& prototype);
+
 /// How things of a tile stand on its ground. A place is judged in the finest tile that holds it.
+/// sizes       of the world's prototypes
 /// is_judged   whether a place's finest tile is this one
 void check_ground(const world::Tile& tile, const world::WorldManifest& manifest,
+                  const std::vector<PrototypeSize>& sizes,
                   const std::function<bool(double x_world, double y_world)>& is_judged,
                   const Report& report, const Asked& asked);
 

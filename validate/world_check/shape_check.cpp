@@ -10,20 +10,21 @@
 #include <utility>
 #include <vector>
 
+#include "validate/world_check/self_crossing.h"
+
 namespace terracast::world_check {
 namespace {
 
 using Vector3l = Eigen::Matrix<std::int64_t, 3, 1>;
 using Place = std::tuple<int, int, int>;
-using Corners = std::array<std::size_t, 3>;
 
-/// The vertices of a shape by number, those of one place once.
+/// The vertices of a shape by the first of those that lie at the same place.
 std::vector<std::size_t> places_of(const world::Shape& shape) {
-  std::map<Place, std::size_t> numbers;
+  std::map<Place, std::size_t> first;
   std::vector<std::size_t> places;
   places.reserve(shape.vertices_steps.size());
   for (const Eigen::Vector3i& v : shape.vertices_steps)
-    places.push_back(numbers.try_emplace({v.x(), v.y(), v.z()}, numbers.size()).first->second);
+    places.push_back(first.try_emplace({v.x(), v.y(), v.z()}, places.size()).first->second);
   return places;
 }
 
@@ -42,6 +43,28 @@ class Parts {
  private:
   std::vector<std::size_t> parent_;
 };
+
+/// Triangles that hang together by edges: bodies that share no more than corners or edges are each their own.
+std::vector<std::vector<Corners>> bodies_of(
+    const std::vector<const world::Shape::Triangle*>& triangles,
+    const std::vector<std::size_t>& places) {
+  std::vector<Corners> corners;
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> at_edge;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    corners.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) corners[t][k] = places[triangles[t]->corners[k]];
+    for (std::size_t k = 0; k < 3; ++k)
+      at_edge[std::minmax(corners[t][k], corners[t][(k + 1) % 3])].push_back(t);
+  }
+  Parts joined(triangles.size());
+  for (const auto& [edge, sides] : at_edge)
+    if (sides.size() == 2) joined.join(sides[0], sides[1]);
+  std::map<std::size_t, std::vector<Corners>> by_root;
+  for (std::size_t t = 0; t < triangles.size(); ++t) by_root[joined.find(t)].push_back(corners[t]);
+  std::vector<std::vector<Corners>> bodies;
+  for (auto& [root, body] : by_root) bodies.push_back(std::move(body));
+  return bodies;
+}
 
 }  // namespace
 
@@ -99,6 +122,12 @@ ShapeFaults find_shape_faults(const world::Shape& shape) {
   }
   for (const auto& [part, volume] : volumes)
     if (!open_parts.contains(part) && !(volume.second > 0.0L)) ++faults.num_inside_out;
+  const std::vector<std::vector<Corners>> bodies = bodies_of(closed, places);
+  for (const std::vector<Corners>& body : bodies) {
+    if (open_parts.contains(parts.find(body.front().front()))) continue;
+    ++faults.num_bodies;
+    if (meets_itself(shape.vertices_steps, body)) ++faults.num_meeting_themselves;
+  }
   return faults;
 }
 

@@ -14,6 +14,8 @@ struct ShapeFaults {
   std::int64_t num_open = 0;        ///< edges that an odd number of triangles has
   std::int64_t num_turned = 0;      ///< edges along which neighbours do not face the same way
   std::int64_t num_inside_out = 0;  ///< closed parts whose volume is not above 0
+  std::int64_t num_bodies = 0;      ///< closed parts
+  std::int64_t num_meeting_themselves = 0;  ///< closed parts that meet themselves
 };
 
 /// Materials whose triangles are sheets by their nature, and need not be closed: leaves, needles and blades; models

@@ -15,12 +15,13 @@
 namespace terracast::world_check {
 namespace {
 
-constexpr std::array<std::array<std::string_view, 2>, 14> kKinds = {{
+constexpr std::array<std::array<std::string_view, 2>, 15> kKinds = {{
     {"degenerate_face", "triangles without an area"},
     {"coincident_face", "two triangles over the same corners"},
     {"open_mesh", "shapes that are not closed"},
     {"turned_face", "neighbouring triangles that face different ways"},
     {"inside_out", "closed shapes that face inward"},
+    {"self_crossing", "closed bodies that meet themselves"},
     {"twice_in_tile", "an object that a tile holds twice"},
     {"unlike_in_tiles", "an object that is not the same in all tiles"},
     {"missing_in_tile", "a solid that reaches over a tile that does not hold it"},
@@ -32,19 +33,23 @@ constexpr std::array<std::array<std::string_view, 2>, 14> kKinds = {{
     {"plant_in_wall", "plants in solids"},
 }};
 
+/// Of each kind so many faults are told in words.
+constexpr std::size_t kMostExamples = 20;
+
 /// Faults of one tile or prototype.
 class Tally {
  public:
   void asked(std::string_view kind, std::int64_t count) { of(kind).asked += count; }
   void fault(std::string_view kind, const std::string& what, std::int64_t count = 1) {
     One& one = of(kind);
-    if (one.faults == 0) one.first = what;
+    if (one.examples.size() < kMostExamples) one.examples.push_back(what);
     one.faults += count;
   }
   void add_to(std::vector<Result>& results) const {
     for (std::size_t k = 0; k < kKinds.size(); ++k) {
       results[k].num_asked += all_[k].asked;
-      if (results[k].num_faults == 0) results[k].first = all_[k].first;
+      for (const std::string& example : all_[k].examples)
+        if (results[k].examples.size() < kMostExamples) results[k].examples.push_back(example);
       results[k].num_faults += all_[k].faults;
     }
   }
@@ -52,7 +57,7 @@ class Tally {
  private:
   struct One {
     std::int64_t asked = 0, faults = 0;
-    std::string first;
+    std::vector<std::string> examples;
   };
   One& of(std::string_view kind) {
     std::size_t k = 0;
@@ -74,6 +79,7 @@ void check_shape(const world::Shape& shape, const std::string& what, Tally& tall
   count("open_mesh", num_triangles, faults.num_open);
   count("turned_face", num_triangles, faults.num_turned);
   count("inside_out", 1, faults.num_inside_out);
+  count("self_crossing", faults.num_bodies, faults.num_meeting_themselves);
 }
 
 /// What a tile holds of an object. A solid is shown by the level of the tile that holds its place, and tiles that
@@ -188,7 +194,8 @@ void find_reaches(const world::TileStore& store, const world::TileId& id, const 
     }
 }
 
-TileFacts look_at(const world::TileStore& store, std::uint32_t row) {
+TileFacts look_at(const world::TileStore& store, const std::vector<PrototypeSize>& sizes,
+                  std::uint32_t row) {
   const world::WorldManifest& manifest = store.manifest();
   const world::Tile tile = store.load(manifest.tiles[row].id);
   TileFacts facts;
@@ -216,7 +223,7 @@ TileFacts look_at(const world::TileStore& store, std::uint32_t row) {
                           .hashes = {hash, hash, hash}});
   }
   check_ground(
-      tile, manifest,
+      tile, manifest, sizes,
       [&](double x, double y) {
         return world::tile_at(tile.id.level, x, y) == tile.id &&
                (tile.id.level <= manifest.finest_level ||
@@ -267,12 +274,14 @@ WorldFaults check_world(const world::TileStore& store, const core::Context& cont
   const world::WorldManifest& manifest = store.manifest();
   WorldFaults faults;
   for (const auto& [name, meaning] : kKinds)
-    faults.results.push_back({.name = name, .meaning = meaning, .first = {}});
+    faults.results.push_back({.name = name, .meaning = meaning, .examples = {}});
   const auto num_prototypes = static_cast<std::int64_t>(manifest.prototypes.size());
   std::vector<Tally> of_prototypes(manifest.prototypes.size());
+  std::vector<PrototypeSize> sizes(manifest.prototypes.size());
   core::parallel_for(num_prototypes, [&](std::int64_t i) {
     const auto row = static_cast<std::size_t>(i);
     const world::Prototype prototype = store.load_prototype(row);
+    sizes[row] = size_of(prototype);
     for (const world::ShapeLevel& level : prototype.levels)
       check_shape(level.shape,
                   fmt::format("prototype {}, to level {}", prototype.name, level.coarsest_level),
@@ -285,7 +294,7 @@ WorldFaults check_world(const world::TileStore& store, const core::Context& cont
   core::Progress progress(context, "tiles", static_cast<std::int64_t>(manifest.tiles.size()));
   std::vector<TileFacts> facts(manifest.tiles.size());
   core::parallel_for(static_cast<std::int64_t>(manifest.tiles.size()), [&](std::int64_t i) {
-    facts[static_cast<std::size_t>(i)] = look_at(store, static_cast<std::uint32_t>(i));
+    facts[static_cast<std::size_t>(i)] = look_at(store, sizes, static_cast<std::uint32_t>(i));
     progress.advance();
   });
   for (std::uint32_t row = 0; row < facts.size(); ++row) {
@@ -315,13 +324,16 @@ WorldFaults check_world(const world::TileStore& store, const core::Context& cont
 
 core::Json json_from(const WorldFaults& faults, const world::WorldManifest& manifest) {
   core::Json results = core::Json::array();
-  for (const Result& result : faults.results)
+  for (const Result& result : faults.results) {
+    core::Json examples = core::Json::array();
+    for (const std::string& example : result.examples) examples.push(example);
     results.push(std::move(core::Json::object()
                                .set("name", result.name)
                                .set("asked", result.num_asked)
                                .set("faults", result.num_faults)
-                               .set("first", result.first)
+                               .set("examples", std::move(examples))
                                .set("meaning", result.meaning)));
+  }
   core::Json layers = core::Json::array();
   for (const world::LayerInfo& layer : manifest.layers) {
     core::Json counts = core::Json::object();
@@ -341,9 +353,9 @@ core::Json json_from(const WorldFaults& faults, const world::WorldManifest& mani
 std::string table_of(const WorldFaults& faults, const world::WorldManifest& manifest) {
   std::string text = fmt::format("{:<20} {:>12} {:>8}  {}\n", "fault", "asked of", "found", "");
   for (const Result& result : faults.results)
-    text +=
-        fmt::format("{:<20} {:>12} {:>8}  {}\n", result.name, result.num_asked, result.num_faults,
-                    result.num_faults > 0 ? result.first : std::string(result.meaning));
+    text += fmt::format(
+        "{:<20} {:>12} {:>8}  {}\n", result.name, result.num_asked, result.num_faults,
+        result.examples.empty() ? std::string(result.meaning) : result.examples.front());
   for (const world::LayerInfo& layer : manifest.layers) {
     text += fmt::format("layer {} ({})\n", layer.name, layer.kind);
     for (const auto& [name, count] : layer.counts)

@@ -17,7 +17,7 @@ struct Result {
   std::string_view meaning;  ///< in a few words
   std::int64_t num_asked = 0;
   std::int64_t num_faults = 0;
-  std::string first;  ///< the first fault by tile, in words
+  std::vector<std::string> examples;  ///< the first faults by tile, in words
 };
 
 /// What is wrong in a world.
@@ -34,7 +34,7 @@ struct WorldFaults {
 /// throws    Input: a damaged tile or prototype; Io
 WorldFaults check_world(const world::TileStore& store, const core::Context& context);
 
-/// {"ok", "world", "results": [{"name", "asked", "faults", "first", "meaning"}], "layers": [{"name", "kind", "counts"}]}
+/// {"ok", "world", "results": [{"name", "asked", "faults", "examples", "meaning"}], "layers": [{"name", "kind", "counts"}]}
 core::Json json_from(const WorldFaults& faults, const world::WorldManifest& manifest);
 
 /// The same as a table for people.

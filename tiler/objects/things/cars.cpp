@@ -44,9 +44,11 @@ void add_lower_body(ThingMesh& mesh, const CarSpec& car, int detail, FinishNumbe
   const double low = car.clearance_m;
   std::vector<Vector2d> profile;  // from the rear's foot forward along the sill, then back on top
   std::vector<bool> is_dark;      // of the edge from a point to the next
-  const auto add = [&](double x, double z, bool dark_edge = false) {
+  std::vector<bool> is_arch;
+  const auto add = [&](double x, double z, bool dark_edge = false, bool arch = false) {
     profile.emplace_back(x, z);
     is_dark.push_back(dark_edge);
+    is_arch.push_back(arch);
   };
   add(rear + 0.10, low + 0.08, true);
   const double front_axle = front - car.front_axle_m;
@@ -57,7 +59,7 @@ void add_lower_body(ThingMesh& mesh, const CarSpec& car, int detail, FinishNumbe
     for (int k = 0; k < num_points; ++k) {
       const double turn =
           std::numbers::pi - from + (2.0 * from - std::numbers::pi) * k / (num_points - 1);
-      add(axle + arch * std::cos(turn), radius + arch * std::sin(turn), true);
+      add(axle + arch * std::cos(turn), radius + arch * std::sin(turn), true, true);
     }
   }
   add(front - 0.12, low + 0.05);
@@ -68,7 +70,7 @@ void add_lower_body(ThingMesh& mesh, const CarSpec& car, int detail, FinishNumbe
   add(front - car.screen_m, car.cowl_z_m);
   add(front - car.roof_to_m, car.belt_z_m);
   add(front - car.house_to_m, car.deck_z_m);
-  add(rear + 0.10, car.deck_z_m - 0.03);
+  add(std::min(rear + 0.10, front - car.house_to_m - 0.005), car.deck_z_m - 0.03);
   add(rear + 0.01, car.deck_z_m - 0.16);
   add(rear, low + 0.25);
 
@@ -79,10 +81,13 @@ void add_lower_body(ThingMesh& mesh, const CarSpec& car, int detail, FinishNumbe
   };
   const auto ring = [&](double side, double width, double inset) {
     Ring points;
-    for (const Vector2d& point : profile) {
+    for (std::size_t i = 0; i < profile.size(); ++i) {
+      // Wheel arches go straight across: what bends inward there would go through the side.
+      const Vector2d& point = profile[i];
+      const double own = is_arch[i] ? 0.0 : inset;
       const bool is_upper = point.y() > 0.5 * (low + car.belt_z_m);
-      const double z = is_upper ? point.y() - inset : point.y();
-      points.emplace_back(point.x() * (1.0 - 0.25 * inset / front),
+      const double z = is_upper ? point.y() - own : point.y();
+      points.emplace_back(point.x() * (1.0 - 0.25 * own / front),
                           side * width * narrowing(point.x()), z);
     }
     return points;
