@@ -181,6 +181,11 @@ void frame_shading(benchmark::State& state) {
   const render::Ground& ground = flight.scene.renderer.ground();
   const double footprint_m = 1e-2 * static_cast<double>(state.range(0));
   render::GroundPlaces places;
+  world::SurfaceSample surface;
+  surface.cover = world::Cover::Land;
+  surface.moisture = 0.5;
+  surface.source = 0;
+  surface.spacing_m = 1.0;
   render::GroundPacket packet;
   render::GroundLook look;
   render::ViewPacket view{};
@@ -196,8 +201,7 @@ void frame_shading(benchmark::State& state) {
     x += 13.7;
     for (int i = 0; i < render::kLanes; ++i)
       places.set(i, {x + i * footprint_m, 77.0, 900.0}, Eigen::Vector3d(0.4, 0.2, 1.0).normalized(),
-                 {.cover = world::Cover::Land, .moisture = 0.5, .source = 0, .spacing_m = 1.0},
-                 footprint_m);
+                 surface, footprint_m);
     ground.set(places, packet);
     ground.look(packet, look);
     render::shade_ground(packet, look, view, flight.scene.renderer.sky(), radiance);
