@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <array>
+#include <limits>
 
 namespace terracast::validate {
 
@@ -139,6 +140,18 @@ CubicSample sample_cubic(const core::ImageF& image, const Eigen::Vector2d& pixel
   const float* rows[4];
   for (int j = 0; j < 4; ++j) rows[j] = &image(corner.x - 1, corner.y - 1 + j);
   return interpolate(corner, [&](int i, int j) { return static_cast<double>(rows[j][i]); });
+}
+
+MedianEstimate estimate_median(std::vector<double>& values) {
+  const auto count = static_cast<double>(values.size());
+  const double reach = 2.5 * std::sqrt(count);
+  const double low = std::floor(0.5 * count - reach);
+  const double high = std::ceil(0.5 * count + reach);
+  if (low < 0.0 || high >= count) return {median(values), std::numeric_limits<double>::infinity()};
+  std::sort(values.begin(), values.end());
+  const double middle = values[values.size() / 2];
+  return {middle, std::max(middle - values[static_cast<std::size_t>(low)],
+                           values[static_cast<std::size_t>(high)] - middle)};
 }
 
 std::optional<InverseDepthSample> sample_inverse_depth(const core::ImageF& depth,

@@ -88,6 +88,24 @@ double median(std::vector<Value>& values) {
   if (middle < numbers_end) std::nth_element(values.begin(), middle, numbers_end);
   return static_cast<double>(*middle);
 }
+/// A median, and what it may be off by.
+struct MedianEstimate {
+  double median = 0.0;
+  /// The median of all that could be measured lies so near, to five standard errors, however values scatter: of n
+  /// values a binomial number lies below it, n/2 with a standard error of sqrt(n)/2, so that it lies between the
+  /// values of the ranks n/2 - 5 sqrt(n)/2 and n/2 + 5 sqrt(n)/2. +inf: too few values.
+  double unsure = 0.0;
+
+  bool tells(double bound) const { return unsure < bound; }
+  /// Its size; beyond what values tell to a bound, only the part that is sure.
+  double judged(double bound) const {
+    const double size = std::abs(median);
+    return tells(bound) ? size : std::max(0.0, size - unsure);
+  }
+};
+/// Of values without NaN; their order is changed.
+MedianEstimate estimate_median(std::vector<double>& values);
+
 template <class Value>
 double quantile(std::vector<Value>& values, double share) {
   if (values.empty()) return 0.0;

@@ -128,15 +128,29 @@ TEST_P(PlaceFull, PassesEveryCheckInAllFormats) {
   record_job("places_" + GetParam(), scratch / "out");
 }
 
-/// The jobs of configs/places, by name.
-std::vector<std::string> places() {
+/// The jobs of a folder of configs, by name.
+std::vector<std::string> jobs_in(const char* folder) {
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(kConfigs / "places"))
+  for (const auto& entry : fs::directory_iterator(kConfigs / folder))
     names.push_back(entry.path().stem().string());
   std::sort(names.begin(), names.end());
   return names;
 }
-INSTANTIATE_TEST_SUITE_P(Configs, PlaceFull, testing::ValuesIn(places()),
+INSTANTIATE_TEST_SUITE_P(Configs, PlaceFull, testing::ValuesIn(jobs_in("places")),
+                         [](const auto& one) { return one.param; });
+
+/// The worlds with towns, woods and water.
+class SettledFull : public testing::TestWithParam<std::string> {};
+
+TEST_P(SettledFull, PassesEveryCheckInAllFormats) {
+  TERRACAST_NEEDS_FULL();
+  TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
+  const ScratchFolder scratch;
+  expect_job_holds("settled/" + GetParam() + ".toml", {data_setting()}, scratch / "out",
+                   kAllFormats, 7000.0);
+  record_job("settled_" + GetParam(), scratch / "out");
+}
+INSTANTIATE_TEST_SUITE_P(Configs, SettledFull, testing::ValuesIn(jobs_in("settled")),
                          [](const auto& one) { return one.param; });
 
 TEST(Demo, TurnsBanksAndClimbsAsItPromises) {

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <vector>
+
+#include "core/random.h"
+
 namespace terracast::validate {
 namespace {
 
@@ -40,6 +45,40 @@ TEST(PatchMatching, TakesOnlyWhatBothImagesShowAboutAsLarge) {
   }
   for (const double height_m : {40.0, 65.0, 155.0, 300.0})
     EXPECT_FALSE(match_patch(view.view, DownwardView(height_m).view, 32, 32)) << height_m;
+}
+
+TEST(MedianEstimates, AreOffByNoMoreThanTheySayHoweverValuesScatter) {
+  constexpr std::uint64_t kSeed = 7;
+  constexpr double kTruth = 0.3;
+  for (const int count : {30, 100, 1000}) {
+    for (std::uint64_t turn = 0; turn < 300; ++turn) {
+      std::vector<double> values;
+      for (int i = 0; i < count; ++i) {
+        // Tails as those of Cauchy's distribution, whose mean does not exist.
+        const double share = core::random_between(0.001, 0.999, kSeed, turn,
+                                                  static_cast<std::uint64_t>(10000 * count + i));
+        values.push_back(kTruth + 0.1 * std::tan(3.14159265358979 * (share - 0.5)));
+      }
+      const MedianEstimate estimate = estimate_median(values);
+      ASSERT_LE(std::abs(estimate.median - kTruth), estimate.unsure) << count << ", " << turn;
+      // Of Cauchy's the median errs by pi/2 of the scale over sqrt(n).
+      if (count == 1000) {
+        EXPECT_LT(estimate.unsure, 2.0 * 5.0 * 0.157 / std::sqrt(1000.0));
+      }
+    }
+  }
+}
+
+TEST(MedianEstimates, CountOnlyWhatIsSureWhereTheyDoNotTell) {
+  std::vector<double> few(20, 7.0);
+  EXPECT_TRUE(std::isinf(estimate_median(few).unsure));
+  EXPECT_EQ(estimate_median(few).judged(0.1), 0.0);
+  std::vector<double> equal(100, 0.2);
+  EXPECT_TRUE(estimate_median(equal).tells(0.1));
+  EXPECT_DOUBLE_EQ(estimate_median(equal).judged(0.1), 0.2);
+  const MedianEstimate broad{.median = -3.0, .unsure = 1.0};
+  EXPECT_FALSE(broad.tells(0.1));
+  EXPECT_DOUBLE_EQ(broad.judged(0.1), 2.0);
 }
 
 }  // namespace

@@ -140,16 +140,21 @@ class StereoChecker : public Checker {
                                const char* detects) {
       CheckResult result;
       result.name = name;
-      const double value = median(shifts);
-      result.value = std::abs(value);
+      const MedianEstimate shift = estimate_median(shifts);
       result.bound = 0.1;
+      result.value = shift.judged(result.bound);
       result.unit = "px";
       result.ok = result.is_within_bound();
-      result.worst = fmt::format("median {:+.4f} px of {} patches", value, shifts.size());
+      result.skipped = result.is_unseen = result.ok && !shift.tells(result.bound);
+      result.worst = result.skipped ? "patches scatter too much for their number: " : std::string();
+      result.worst += fmt::format("median {:+.4f} ± {:.2f} px of {} patches", shift.median,
+                                  shift.unsure, shifts.size());
       result.summary =
           fmt::format("{} Median of {} patches of 7 x 7 pixels; one patch scatters by {:.3f} px.",
                       summary, shifts.size(), scatter);
-      result.reason = "Medians of hundreds of patches are known to about 0.01 px.";
+      result.reason =
+          "Medians of hundreds of patches are known to about 0.01 px. Where five standard errors "
+          "exceed the bound, only what is beyond them counts.";
       result.detects = detects;
       return result;
     };
