@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "geo/units.h"
 #include "tiler/crs_operation.h"
 #include "tiler/gdal_support.h"
 #include "tiler/vector_parts.h"
