@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "tiler/country/country.h"
+#include "tiler/surface.h"
 
 namespace terracast::tiler {
 namespace {
@@ -34,6 +35,27 @@ void add_counts(const std::vector<std::pair<std::string, std::int64_t>>& from, F
 }
 
 }  // namespace
+
+VectorFrame vector_frame(const LayerInputs& inputs) {
+  const WorldSurface& surface = inputs.surface;
+  const geo::WorldFrame& frame = inputs.frame;
+  return {.frame = frame,
+          .size_m = inputs.size_m,
+          .ground_height_m = [&surface, &frame](const geo::Geodetic& place) {
+            if (const auto height_m = surface.measured_height_m(place.lat_deg, place.lon_deg))
+              return *height_m;
+            // Beyond the square the surface is asked at the place found so far: each round shrinks
+            // what is wrong by the Earth's bend (0.01 at 60 km) times the ground's slope.
+            geo::Geodetic found = place;
+            found.height_m = 0.5 * (surface.lowest_m() + surface.highest_m());
+            for (int i = 0; i < 4; ++i) {
+              const Eigen::Vector3d at = frame.world_from_geodetic(found);
+              const double z_m = surface.sample(at.x(), at.y()).z_world;
+              found.height_m = frame.geodetic_from_world({at.x(), at.y(), z_m}).height_m;
+            }
+            return found.height_m;
+          }};
+}
 
 void FeatureSourceOptions::describe(core::SchemaVisitor& visit) {
   visit.key(

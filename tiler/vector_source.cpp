@@ -5,22 +5,18 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <tuple>
 
 #include "core/error.h"
-#include "core/hash.h"
 #include "core/parallel.h"
-#include "core/random.h"
 #include "geo/units.h"
 #include "tiler/crs_operation.h"
 #include "tiler/gdal_support.h"
-#include "tiler/surface.h"
+#include "tiler/vector_parts.h"
 
 namespace terracast::tiler {
 namespace {
@@ -38,112 +34,6 @@ constexpr double kMetresPerDegree = 111320.0;
 /// Formats that keep the numbers of their features whatever the order of the rows.
 constexpr std::array<std::string_view, 3> kNumberedFormats = {"GPKG", "SQLite", "OpenFileGDB"};
 constexpr int kDeepestCollection = 8;
-
-struct Box {
-  Vector2d lowest = Vector2d::Constant(std::numeric_limits<double>::infinity());
-  Vector2d highest = Vector2d::Constant(-std::numeric_limits<double>::infinity());
-  void add(const Vector2d& at) {
-    lowest = lowest.cwiseMin(at);
-    highest = highest.cwiseMax(at);
-  }
-  void add(const Box& other) {
-    lowest = lowest.cwiseMin(other.lowest);
-    highest = highest.cwiseMax(other.highest);
-  }
-  bool is_empty() const { return !(lowest.x() <= highest.x()); }
-  bool overlaps(const Box& other) const {
-    return (lowest.array() <= other.highest.array()).all() &&
-           (highest.array() >= other.lowest.array()).all();
-  }
-};
-
-Box box_of(const std::vector<std::vector<PointsWorld>>& parts) {
-  Box box;
-  for (const auto& part : parts)
-    for (const PointsWorld& line : part)
-      for (const Vector2d& at : line) box.add(at);
-  return box;
-}
-
-/// `"key"=>"value","key"=>"value"`, with \" and \\ inside the quotes; what does not read so is left.
-void unpack_tags(std::string_view packed, std::vector<std::pair<std::string, std::string>>& tags) {
-  std::size_t at = 0;
-  const auto quoted = [&](std::string& text) {
-    while (at < packed.size() && packed[at] != '"') ++at;
-    if (at++ >= packed.size()) return false;
-    for (; at < packed.size() && packed[at] != '"'; ++at) {
-      if (packed[at] == '\\' && at + 1 < packed.size()) ++at;
-      text += packed[at];
-    }
-    return at++ < packed.size();
-  };
-  while (true) {
-    std::string key;
-    std::string value;
-    if (!quoted(key)) return;
-    if (packed.substr(at, 2) != "=>") return;
-    if (!quoted(value)) return;
-    tags.emplace_back(std::move(key), std::move(value));
-  }
-}
-
-std::optional<std::uint64_t> whole_number(std::string_view text) {
-  std::uint64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
-/// "123", "way/123", "w123".
-std::optional<std::uint64_t> feature_number(std::string_view text) {
-  if (const auto number = whole_number(text)) return number;
-  const std::size_t digits = text.find_first_of("0123456789");
-  if (digits == std::string_view::npos) return std::nullopt;
-  const std::string_view word = text.substr(0, digits);
-  const auto id = whole_number(text.substr(digits));
-  if (!id) return std::nullopt;
-  if (word == "node/" || word == "n") return osm_number(OsmKind::Node, *id);
-  if (word == "way/" || word == "w") return osm_number(OsmKind::Way, *id);
-  if (word == "relation/" || word == "r") return osm_number(OsmKind::Relation, *id);
-  return std::nullopt;
-}
-
-class Hash {
- public:
-  void add(std::uint64_t bits) { state_ = core::stream_of(state_, bits); }
-  void add(double value) {
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    add(bits);
-  }
-  void add(std::string_view text) {
-    add(core::content_hash64(std::as_bytes(std::span(text.data(), text.size()))));
-  }
-  std::uint64_t value() const { return state_; }
-
- private:
-  std::uint64_t state_ = 0;
-};
-
-/// Cuts a ring or a line by a half plane: keeps where side * (at[axis] - limit) <= 0. A ring keeps its
-/// inside (Sutherland and Hodgman 1974).
-PointsWorld cut(const PointsWorld& line, int axis, double limit, double side, bool is_ring) {
-  PointsWorld kept;
-  const std::size_t count = line.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vector2d& at = line[i];
-    const bool is_in = side * (at[axis] - limit) <= 0.0;
-    if (is_in) kept.push_back(at);
-    if (i + 1 == count && !is_ring) break;
-    const Vector2d& next = line[(i + 1) % count];
-    if (is_in != (side * (next[axis] - limit) <= 0.0)) {
-      Vector2d crossing = at + (next - at) * ((limit - at[axis]) / (next[axis] - at[axis]));
-      crossing[axis] = limit;
-      kept.push_back(crossing);
-    }
-  }
-  return kept;
-}
 
 class Reader {
  public:
@@ -198,7 +88,6 @@ class Reader {
   void unwrap(std::vector<std::vector<PointsWorld>>& parts) const;
   void cut_far(std::vector<std::vector<PointsWorld>>& parts, FeatureKind kind) const;
   void put_on_ground();
-  std::string hash_of_files(GDALDataset& dataset) const;
 
   const core::Path& file_;
   const VectorOptions& options_;
@@ -260,7 +149,7 @@ Reader::LayerRules Reader::make_rules(GDALDataset& dataset, OGRLayer* layer) {
            }());
   }
   if (dataset.GetLayerCount() > 1) {
-    Hash hash;
+    FeatureHash hash;
     hash.add(std::string_view(layer->GetName()));
     rules.number_salt = hash.value() >> 24 << 40;  // rows below 2^40 stay to be read
   }
@@ -329,7 +218,7 @@ std::uint64_t Reader::number_of(const OGRFeature& feature, const LayerRules& rul
   }
   if (rules.keeps_numbers || options_.number_field == "fid")
     return static_cast<std::uint64_t>(feature.GetFID()) ^ rules.number_salt;
-  Hash hash;
+  FeatureHash hash;
   hash.add(rules.number_salt);
   for (const auto& [key, value] : tags.all()) {
     hash.add(std::string_view(key));
@@ -580,31 +469,6 @@ void Reader::put_on_ground() {
   data_.features.resize(kept);
 }
 
-/// Of the file and those beside it that belong to it (.dbf, .prj, …), whatever their folder.
-std::string Reader::hash_of_files(GDALDataset& dataset) const {
-  std::vector<std::filesystem::path> files;
-  char** list = dataset.GetFileList();
-  for (int i = 0; list != nullptr && list[i] != nullptr; ++i) files.emplace_back(list[i]);
-  CSLDestroy(list);
-  if (files.empty()) files.push_back(gdal_path(file_));
-  std::vector<std::filesystem::path> plain;
-  for (std::filesystem::path file : files) {
-    std::string text = file.string();
-    if (text.starts_with("/vsizip/")) text = text.substr(std::strlen("/vsizip/"));
-    file = text;
-    std::error_code ignored;
-    while (file.has_relative_path() && !std::filesystem::exists(file, ignored))
-      file = file.parent_path();
-    if (std::filesystem::is_regular_file(file, ignored)) plain.push_back(file);
-  }
-  std::sort(plain.begin(), plain.end());
-  plain.erase(std::unique(plain.begin(), plain.end()), plain.end());
-  std::string all;
-  for (const auto& file : plain)
-    all += file.extension().string() + " " + core::content_hash_of_file(file) + "\n";
-  return core::content_hash(all);
-}
-
 VectorData Reader::read() {
   const GdalErrors errors;
   const GdalDatasetPtr dataset = open_gdal_vectors(file_, errors);
@@ -692,7 +556,7 @@ VectorData Reader::read() {
     begin = end;
   }
   data_.file_name = std::filesystem::path(file_.written).filename().string();
-  data_.content_hash = hash_of_files(*dataset);
+  data_.content_hash = hash_of_files(*dataset, file_);
   data_.counts = {{"features read", num_read_},
                   {"features of no use here", num_unwanted_},
                   {"features outside the world", num_outside_},
@@ -704,65 +568,6 @@ VectorData Reader::read() {
 }
 
 }  // namespace
-
-FeatureTags::FeatureTags(std::vector<std::pair<std::string, std::string>> tags)
-    : tags_(std::move(tags)) {
-  std::stable_sort(tags_.begin(), tags_.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  tags_.erase(std::unique(tags_.begin(), tags_.end(),
-                          [](const auto& a, const auto& b) { return a.first == b.first; }),
-              tags_.end());
-}
-
-const std::string* FeatureTags::find(std::string_view key) const {
-  const auto at =
-      std::lower_bound(tags_.begin(), tags_.end(), key,
-                       [](const auto& tag, std::string_view wanted) { return tag.first < wanted; });
-  return at == tags_.end() || at->first != key ? nullptr : &at->second;
-}
-
-std::string_view FeatureTags::value(std::string_view key) const {
-  const std::string* text = find(key);
-  return text == nullptr ? std::string_view() : std::string_view(*text);
-}
-
-std::optional<double> FeatureTags::number(std::string_view key) const {
-  std::string_view text = value(key);
-  const auto skip_blanks = [&] {
-    while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  };
-  skip_blanks();
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
-  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  skip_blanks();
-  if (text.starts_with("'") || text.starts_with("ft") || text.starts_with("feet"))
-    value = geo::metres_from_feet(value);
-  return value;
-}
-
-VectorFrame vector_frame(const LayerInputs& inputs) {
-  const WorldSurface& surface = inputs.surface;
-  const geo::WorldFrame& frame = inputs.frame;
-  return {.frame = frame,
-          .size_m = inputs.size_m,
-          .ground_height_m = [&surface, &frame](const geo::Geodetic& place) {
-            if (const auto height_m = surface.measured_height_m(place.lat_deg, place.lon_deg))
-              return *height_m;
-            // Beyond the square the surface is asked at the place found so far: each round shrinks
-            // what is wrong by the Earth's bend (0.01 at 60 km) times the ground's slope.
-            geo::Geodetic found = place;
-            found.height_m = 0.5 * (surface.lowest_m() + surface.highest_m());
-            for (int i = 0; i < 4; ++i) {
-              const Eigen::Vector3d at = frame.world_from_geodetic(found);
-              const double z_m = surface.sample(at.x(), at.y()).z_world;
-              found.height_m = frame.geodetic_from_world({at.x(), at.y(), z_m}).height_m;
-            }
-            return found.height_m;
-          }};
-}
 
 VectorData read_vectors(const core::Path& file, const VectorOptions& options,
                         const VectorFrame& frame) {

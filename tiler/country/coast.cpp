@@ -233,7 +233,7 @@ void add_shore_features(const std::vector<Settlement>& settlements, Builder& bui
         lights.push_back(node);
         ++num_lighthouses;
       }
-      if (ground.slope(node) > 0.09 || core::random_unit(7, kStream, key) > 0.3) continue;
+      if (ground.slope(node) > 0.09 || core::random_unit(builder.draw(), kStream, key) > 0.3) continue;
       if (std::any_of(beaches.begin(), beaches.end(),
                       [&](const Point& other) { return (other - node).norm() < 420.0; }))
         continue;
@@ -243,7 +243,7 @@ void add_shore_features(const std::vector<Settlement>& settlements, Builder& bui
       PointsWorld sea_side, land_side;
       constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
       double before_m = kNone;
-      const double half_m = core::random_between(110.0, 330.0, 7, kStream + 1, key);
+      const double half_m = core::random_between(110.0, 330.0, builder.draw(), kStream + 1, key);
       for (double u = -half_m; u <= half_m; u += 15.0) {
         const auto edge_m = land_edge_m(ground, *shore, u);
         if (!edge_m || std::abs(*edge_m - before_m) > 14.0) {
@@ -256,7 +256,7 @@ void add_shore_features(const std::vector<Settlement>& settlements, Builder& bui
         sea_side.push_back(shore->place(u, *edge_m + 1.0));
         land_side.push_back(shore->place(
             u, *edge_m - taper * core::random_between(
-                                     22.0, 34.0, 7, kStream + 2,
+                                     22.0, 34.0, builder.draw(), kStream + 2,
                                      key + static_cast<std::uint64_t>(u + half_m) * 7919)));
       }
       if (sea_side.size() < 8) continue;
@@ -269,7 +269,7 @@ void add_shore_features(const std::vector<Settlement>& settlements, Builder& bui
       survey.add_area(
           Theme::Harbour, ring,
           {{"natural", "beach"},
-           {"surface", core::random_unit(7, kStream + 3, key) < 0.75 ? "sand" : "pebblestone"}});
+           {"surface", core::random_unit(builder.draw(), kStream + 3, key) < 0.75 ? "sand" : "pebblestone"}});
       builder.occupancy().add_ring(ring, kReserved);
       beaches.push_back(node);
     }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <queue>
 #include <unordered_map>
 
@@ -29,9 +28,8 @@ constexpr double kNominalStation_m = 8.0;
 /// Water below a bridge that is not told to be higher.
 constexpr double kWaterClearance_m = 1.5;
 constexpr int kBridgeRounds = 4;
-/// So far from a bridge's ends, and so far from where it crosses, its ways are apart from what it crosses.
-constexpr double kAbutment_m = 160.0;
-constexpr double kCrossed_m = 220.0;
+/// Ways rise to bridges, and are apart from what these cross, over no more than this.
+constexpr double kRamp_m = 160.0;
 /// Decks that are raised fall no more from where they must be highest.
 constexpr double kDeckGrade = 0.025;
 
@@ -143,22 +141,20 @@ void RoadHeights::couple(const RoadNetwork& network) {
       }
     }
   }
-  // A bridge's ways and what it crosses lie above each other, and where its abutments end there are walls.
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<const BridgeCrossing*>> crossed;
-  for (const BridgeCrossing& crossing : crossings_)
-    crossed[std::minmax(crossing.line_above, crossing.line_below)].push_back(&crossing);
-  const auto is_crossed = [&](const Mark& a, const Mark& b) {
-    const auto found = crossed.find(std::minmax(a.line, b.line));
-    if (found == crossed.end()) return false;
+  // Bridges with the ways that lead to them lie above what they cross; where abutments end there are walls.
+  std::unordered_map<std::uint32_t, std::vector<const BridgeCrossing*>> over;
+  for (const BridgeCrossing& crossing : crossings_) over[crossing.line_below].push_back(&crossing);
+  const auto is_over = [&](const Mark& above, const Mark& below) {
+    const auto found = over.find(below.line);
+    if (found == over.end() || above.line == below.line) return false;
+    const Vector2d& at = network.stations()[above.station].at_world;
     return std::any_of(found->second.begin(), found->second.end(), [&](const auto* crossing) {
-      const bool is_a_above = crossing->line_above == a.line;
-      const Mark& above = is_a_above ? a : b;
-      const Mark& below = is_a_above ? b : a;
       const Line& line = network.lines()[crossing->line_above];
       const Span& span = line.spans[crossing->span_above];
-      return above.along_m > line.points[span.first_point].along_m - kAbutment_m &&
-             above.along_m < line.points[span.last_point].along_m + kAbutment_m &&
-             std::abs(below.along_m - crossing->along_below_m) < kCrossed_m;
+      const double bridge_m =
+          line.points[span.last_point].along_m - line.points[span.first_point].along_m;
+      return (at - crossing->at_world).norm() < bridge_m + kRamp_m &&
+             std::abs(below.along_m - crossing->along_below_m) < bridge_m + kRamp_m;
     });
   };
   const double cell_m = 2.0 * widest_m + kNear_m + 1.0;
@@ -180,7 +176,7 @@ void RoadHeights::couple(const RoadNetwork& network) {
           const Mark& beside = marks[other];
           if (beside.level != mark.level) continue;
           if (beside.line == mark.line && std::abs(beside.along_m - mark.along_m) < 40.0) continue;
-          if (is_crossed(mark, beside)) continue;
+          if (is_over(mark, beside) || is_over(beside, mark)) continue;
           const Vector2d apart = network.stations()[other].at_world - at;
           const double on_m = std::abs(apart.dot(mark.direction));
           const double distance_m = apart.norm();

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "core/error.h"
+
 namespace terracast::tiler {
 namespace {
 
@@ -242,6 +244,13 @@ bool describe_aeroway(const FeatureTags& tags, std::string_view value, WayStyle&
 }
 
 }  // namespace
+
+double class_lane_m(std::string_view highway) {
+  const auto found = std::find_if(kRoadClasses.begin(), kRoadClasses.end(),
+                                  [&](const RoadClass& road) { return road.name == highway; });
+  TERRACAST_CHECK(found != kRoadClasses.end(), "there is no class {} of roads", highway);
+  return found->lane_m;
+}
 
 std::optional<WayStyle> way_style(const FeatureTags& tags, std::int64_t& num_repaired) {
   if (is_yes(tags.value("indoor")) || tags.value("highway") == "corridor") return std::nullopt;

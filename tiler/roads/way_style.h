@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "core/semantic_class.h"
 #include "tiler/vector_source.h"
@@ -42,6 +43,10 @@ struct WayStyle {
 /// nullopt: it is no way that is built: none of the keys, or planned, razed, indoors.
 /// num_repaired   is raised where a width or a number of lanes was no plausible one
 std::optional<WayStyle> way_style(const FeatureTags& tags, std::int64_t& num_repaired);
+
+/// Width of the lanes of a class of roads (`highway`) where tags say no more.
+/// throws   Internal: no such class
+double class_lane_m(std::string_view highway);
 
 enum class PadUse : std::uint8_t { Painted, Level, Airfield, Pier };
 

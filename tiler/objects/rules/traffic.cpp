@@ -5,6 +5,7 @@
 
 #include "core/random.h"
 #include "tiler/objects/rules.h"
+#include "tiler/roads/way_style.h"
 
 // Vehicles on roads, and the lamps beside them.
 namespace terracast::tiler {
@@ -12,26 +13,24 @@ namespace {
 
 using Eigen::Vector2d;
 
+/// How busy a class of roads is; its lanes are what roads are built with (way_style()).
 struct RoadTraffic {
   std::string_view highway;
-  double lane_m;
-  int num_lanes;       ///< of both directions
   double per_lane_km;  ///< vehicles at one time: flow over speed by day
   double trucks;       ///< share
-  double margin_m;
 };
 // Daily flows of 40 000, 20 000, 10 000, … vehicles at 120 to 40 km/h, a fifteenth of them in an hour.
-constexpr std::array<RoadTraffic, 11> kRoads = {{{"motorway", 3.5, 2, 10.0, 0.22, 3.5},
-                                                 {"trunk", 3.5, 2, 9.0, 0.18, 1.5},
-                                                 {"primary", 3.5, 2, 8.0, 0.10, 1.0},
-                                                 {"secondary", 3.25, 2, 6.0, 0.08, 1.0},
-                                                 {"tertiary", 3.0, 2, 3.5, 0.06, 0.5},
-                                                 {"motorway_link", 4.0, 1, 6.0, 0.15, 2.5},
-                                                 {"trunk_link", 4.0, 1, 5.0, 0.12, 1.5},
-                                                 {"primary_link", 3.75, 1, 4.0, 0.08, 1.0},
-                                                 {"unclassified", 2.75, 2, 1.0, 0.05, 0.0},
-                                                 {"residential", 2.75, 2, 1.2, 0.03, 0.5},
-                                                 {"living_street", 2.5, 2, 0.8, 0.0, 0.0}}};
+constexpr std::array<RoadTraffic, 11> kRoads = {{{"motorway", 10.0, 0.22},
+                                                 {"trunk", 9.0, 0.18},
+                                                 {"primary", 8.0, 0.10},
+                                                 {"secondary", 6.0, 0.08},
+                                                 {"tertiary", 3.5, 0.06},
+                                                 {"motorway_link", 6.0, 0.15},
+                                                 {"trunk_link", 5.0, 0.12},
+                                                 {"primary_link", 4.0, 0.08},
+                                                 {"unclassified", 1.0, 0.05},
+                                                 {"residential", 1.2, 0.03},
+                                                 {"living_street", 0.8, 0.0}}};
 
 constexpr Chance kCars[] = {{"hatchback", 0.27}, {"city_car", 0.11}, {"sedan", 0.19},
                             {"estate", 0.15},    {"suv", 0.18},      {"small_van", 0.04},
@@ -62,25 +61,19 @@ struct Lanes {
   int forward = 1;
   int backward = 1;
   double lane_m = 3.0;
+  double half_width_m = 3.0;  ///< of the paving
 };
 Lanes lanes_of(const FeatureTags& tags, const RoadTraffic& road) {
-  const std::string_view oneway = tags.value("oneway");
-  const bool is_back = oneway == "-1";
-  const bool is_oneway = is_back || oneway == "yes" || oneway == "1" || oneway == "true" ||
-                         tags.value("junction") == "roundabout" ||
-                         (road.highway == "motorway" && oneway != "no") || road.num_lanes == 1;
-  int num =
-      is_oneway && road.num_lanes == 2 && road.highway != "motorway" && road.highway != "trunk"
-          ? 1
-          : road.num_lanes;
-  if (const auto tagged = tags.number("lanes"); tagged && *tagged >= 1.0 && *tagged <= 8.0)
-    num = static_cast<int>(*tagged);
-  Lanes lanes{.forward = num - num / 2, .backward = num / 2, .lane_m = road.lane_m};
-  if (is_oneway)
-    lanes = {.forward = is_back ? 0 : num, .backward = is_back ? num : 0, .lane_m = road.lane_m};
-  if (!is_oneway && num == 1) lanes.backward = 0;
-  if (const auto width = tags.number("width"); width && *width >= 2.0 && *width <= 5.5 * num + 8.0)
-    lanes.lane_m = std::min(road.lane_m, *width / num);
+  std::int64_t num_repaired = 0;  // roads count them
+  const std::optional<WayStyle> style = way_style(tags, num_repaired);
+  if (!style) return {.forward = 0, .backward = 0};
+  const bool is_back = tags.value("oneway") == "-1";
+  const bool is_oneway = style->is_oneway || road.highway.ends_with("_link");
+  const int num = style->num_lanes;
+  Lanes lanes{.forward = num - num / 2, .backward = num / 2};
+  if (is_oneway) lanes = {.forward = is_back ? 0 : num, .backward = is_back ? num : 0};
+  lanes.half_width_m = style->half_width_m;
+  lanes.lane_m = std::min(class_lane_m(road.highway), 2.0 * style->half_width_m / num);
   return lanes;
 }
 
@@ -157,8 +150,7 @@ class Carriageways {
       const RoadTraffic* road = feature.kind == FeatureKind::Line ? road_of(feature.tags) : nullptr;
       if (road == nullptr) continue;
       const Lanes lanes = lanes_of(feature.tags, *road);
-      const double half_m =
-          0.5 * ((lanes.forward + lanes.backward) * lanes.lane_m + road->margin_m);
+      const double half_m = lanes.half_width_m;
       for (const auto& part : feature.parts_world)
         for (const PointsWorld& line : part)
           for (std::size_t i = 0; i + 1 < line.size(); ++i) add(line[i], line[i + 1], half_m);
@@ -233,9 +225,7 @@ void propose_street_lamps(const RuleInputs& inputs, Proposals& to) {
     const bool is_street = highway == "residential" || highway == "living_street";
     if (lit != "yes" && !is_street) continue;
     const Lanes lanes = road != nullptr ? lanes_of(feature.tags, *road) : Lanes{};
-    double half_m = road != nullptr
-                        ? 0.5 * ((lanes.forward + lanes.backward) * lanes.lane_m + road->margin_m)
-                        : 1.2;
+    double half_m = road != nullptr ? lanes.half_width_m : 1.2;
     if (const auto width = feature.tags.number("width"); width && *width > 1.0 && *width < 40.0)
       half_m = 0.5 * *width;
     const double spacing_m =
