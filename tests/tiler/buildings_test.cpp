@@ -140,6 +140,10 @@ TEST(BuildingShapes, WallsHoldWholeBaysAndStoreys) {
         int num_walls = 0;
         for (const auto& triangle : shape.triangles) {
           if (shape.finishes[triangle.finish].pattern == 0) continue;
+          const auto height = [&](std::size_t k) {
+            return shape.vertices_steps[triangle.corners[k]].z();
+          };
+          if (height(0) == height(1) && height(1) == height(2)) continue;  // the bottom
           double lowest_u = 1e9;
           double highest_u = -1e9;
           double highest_v = -1e9;
