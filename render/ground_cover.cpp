@@ -171,16 +171,16 @@ Rgb yard_at(const NoisePlaces& places, int lane, float clump, float grain, std::
   const float kind = cell_tint(block, column, row);
   const float tint = 0.85f + 0.30f * cell_tint(block ^ 7, column, row);
   const float footprint_m = places.footprint_m[lane];
-  Rgb color{0.215f, 0.205f, 0.190f};  // paving
-  if (kind < 0.34f) {
+  Rgb color{0.190f, 0.181f, 0.166f};  // paving
+  if (kind < 0.46f) {
     color = {0.070f, 0.105f, 0.030f};  // lawn
     lay(color, ramp(0.4f + 0.3f * clump), 0.120f, 0.130f, 0.050f);
-  } else if (kind < 0.46f) {
+  } else if (kind < 0.58f) {
     color = {0.095f, 0.075f, 0.048f};  // beds
     lay(color, ramp(0.3f + 0.6f * grain), 0.050f, 0.068f, 0.024f);
-  } else if (kind < 0.62f) {
-    color = {0.255f, 0.235f, 0.200f};  // gravel
-  } else if (kind < 0.78f) {
+  } else if (kind < 0.66f) {
+    color = {0.225f, 0.207f, 0.176f};  // gravel
+  } else if (kind < 0.76f) {
     color = {0.098f, 0.097f, 0.096f};  // asphalt
   }
   shade(color, tint * (1.0f + 0.05f * clump + 0.06f * grain));
@@ -188,7 +188,7 @@ Rgb yard_at(const NoisePlaces& places, int lane, float clump, float grain, std::
       share_of_joints(along_m, across_m, static_cast<double>(footprint_m), 0.25, length_m, width_m);
   lay(color, 0.6f * static_cast<float>(edge), 0.150f, 0.142f, 0.128f);
   // What cells mix to where a sample covers many.
-  lay(color, 1.0f - told(footprint_m, 2.0f * static_cast<float>(width_m)), 0.150f, 0.148f, 0.108f);
+  lay(color, 1.0f - told(footprint_m, 2.0f * static_cast<float>(width_m)), 0.121f, 0.130f, 0.086f);
   return color;
 }
 

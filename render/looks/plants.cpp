@@ -60,7 +60,7 @@ void look_at_leaves(const ObjectPlace& place, ObjectLook& look) {
     const float height =
         place.height_m > 0.0f ? ramp(place.from_place_m.z() / place.height_m) : 1.0f;
     // What stands for many of them far off is as open as they are together.
-    const float seen = told(place.footprint_m, core::larger(2.0f * place.height_m, 0.1f));
+    const float seen = told(place.footprint_m, core::larger(0.6f * place.height_m, 0.1f));
     const float up = faded(height, 0.8f, seen);
     look.crown_openness = 0.45f + 0.55f * up;
     shade(color, 0.75f + 0.30f * up);

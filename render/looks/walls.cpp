@@ -125,6 +125,11 @@ void look_at_wall(const ObjectPlace& place, ObjectLook& look) {
   Rgb color = place.color;
   // What is painted white is grey of some years.
   shade(color, 0.80f + 0.14f * object_tint(place, 15));
+  // Limewash and paint bleach: strong colours more than pale ones.
+  if (place.finish.material == Material::Plaster) {
+    const float grey = 0.3f * color.r + 0.6f * color.g + 0.1f * color.b;
+    lay(color, 0.16f + 0.12f * object_tint(place, 16), grey, grey, grey);
+  }
   look_at_bare_wall(place, color, look);
   weather(place, color);
   look.albedo = color;

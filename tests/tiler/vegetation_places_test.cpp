@@ -199,7 +199,7 @@ TEST(Fields, PiecesLieInRowsAndNeverOverlap) {
     }
   }
   EXPECT_GE(headings.size(), 2U);
-  EXPECT_EQ(crops.size(), 4U);
+  EXPECT_EQ(crops.size(), static_cast<std::size_t>(world::kNumCrops));
 }
 
 }  // namespace

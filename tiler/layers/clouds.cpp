@@ -39,7 +39,7 @@ struct CloudOptions {
   double height_m = kUnknown;
   double heading_deg = 0.0;
   double scale = 1.0;
-  double extinction_per_m = 0.08;
+  double extinction_per_m = 0.05;
   double albedo = 0.995;
   double anisotropy = 0.8;
 };

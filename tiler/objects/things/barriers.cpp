@@ -51,7 +51,7 @@ void build_hedge(ThingMesh& mesh, const Vector3d& size, double uneven_m, const C
 void build_fence(ThingMesh& mesh, const Color& color, int detail) {
   const FinishNumber wood = mesh.finish(Material::Planks, color);
   if (detail >= 2) {
-    mesh.box({-kHalf_m, -0.02, kRoot_m}, {kHalf_m, 0.02, 1.05}, wood);
+    mesh.box({-kHalf_m, -0.02, -0.05}, {kHalf_m, 0.02, 0.92}, wood);
     return;
   }
   if (detail == 1) {
