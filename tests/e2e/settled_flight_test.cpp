@@ -126,7 +126,7 @@ struct Corruption {
   const char* check;  ///< that must fail
 };
 
-TEST(SettledWorld, PassesEveryCheckAboveAndBelowTheWaterAndEachCorruptionIsFound) {
+TEST(SettledFlight, PassesEveryCheckAboveAndBelowTheWaterAndEachCorruptionIsFound) {
   const ScratchFolder scratch;
   const fs::path config = write_settled_job(scratch / "job");
   const fs::path out = scratch / "out";
