@@ -196,7 +196,7 @@ extends = ")" + std::string(TERRACAST_SOURCE_DIR) +
 mount_pitch_deg = 25.0
 
 [[trajectories]]
-name = "town"
+name = "P000"
 kind = "waypoints"
 rate_hz = 1.0
 num_frames = 2
@@ -208,7 +208,7 @@ waypoints = [
 ]
 
 [[trajectories]]
-name = "below"
+name = "P001"
 kind = "waypoints"
 rate_hz = 1.0
 num_frames = 2
