@@ -53,7 +53,8 @@ void write_without_places(const fs::path& file) {
       file, "GPKG",
       {{"LINESTRING (1.5 42.5, 1.501 42.5)", tags, kNan},
        {"LINESTRING (1.5 42.5, 1.502 42.5)", tags, std::numeric_limits<double>::infinity()},
-       {"POLYGON ((nan 42.5, 1.501 42.5, 1.501 42.501, nan 42.5))", tags},
+       {"POLYGON ((1.5 42.5, 1.501 42.5, 1.501 42.501, 1.5 42.5))", tags, kNan},
+       {"POLYGON ((1.5 42.5, 1.5002 42.5, 1.5002 42.5002, 1.5 42.5))", tags},
        {"POLYGON ((1.5 42.5, 1.5 42.5, 1.5 42.5, 1.5 42.5))", tags}});
 }
 

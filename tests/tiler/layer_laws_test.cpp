@@ -87,7 +87,7 @@ tiler::TilePlan plan_over(const tiler::WorldSurface& surface) {
   tiler::TilePlan plan;
   plan.detail.finest_spacing_m = 2.0;
   plan.sequences.push_back({{.position_world = {0.0, 0.0, surface.sample(0.0, 0.0).z_world + 250.0},
-                             .pixels_per_radian = 300.0}});
+                             .pixels_per_radian = 150.0}});
   return plan;
 }
 
