@@ -15,7 +15,7 @@ namespace terracast::test {
 struct VectorSpec {
   std::string wkt;
   std::vector<std::pair<std::string, std::string>> fields;
-  std::optional<double> first_x = {};  ///< of a line, in place of the WKT's: NaN, infinity
+  std::optional<double> first_x = {};  ///< of a line or ring, in place of the WKT's: NaN, infinity
 };
 
 /// Writes features, in a CRS in traditional axis order ("": none is stated).
@@ -47,7 +47,13 @@ inline void write_vectors(const std::filesystem::path& file, const std::string& 
     OGRGeometry* geometry = nullptr;
     const char* text = spec.wkt.c_str();
     ASSERT_EQ(OGRGeometryFactory::createFromWkt(text, nullptr, &geometry), OGRERR_NONE) << text;
-    if (spec.first_x) geometry->toLineString()->setPoint(0, *spec.first_x, 42.5);
+    if (spec.first_x) {
+      const bool is_area = wkbFlatten(geometry->getGeometryType()) == wkbPolygon;
+      OGRSimpleCurve* line = is_area ? geometry->toPolygon()->getExteriorRing()
+                                     : static_cast<OGRSimpleCurve*>(geometry->toLineString());
+      line->setPoint(0, *spec.first_x, 42.5);
+      if (is_area) line->setPoint(line->getNumPoints() - 1, *spec.first_x, 42.5);
+    }
     ASSERT_EQ(feature.SetGeometryDirectly(geometry), OGRERR_NONE);
     ASSERT_EQ(layer->CreateFeature(&feature), OGRERR_NONE);
   }

@@ -453,6 +453,9 @@ class RoadsLayer final : public Layer {
           deck.points.push_back(
               {point.at_world, point.tangent, point.along_m, water_m + kPierAbove_m});
       if (deck.points.size() < 2) continue;
+      for (std::size_t p = 1; p < deck.points.size(); ++p)
+        held_.add_line(deck.points[p - 1].at_world, deck.points[p].at_world,
+                       deck.style.half_width_m);
       const Vector2d& first = line.points.front().at_world;
       const auto place = static_cast<std::uint64_t>(std::llround(1e3 * first.x()) * 1000003 +
                                                     std::llround(1e3 * first.y()));
