@@ -271,7 +271,7 @@ void Clouds::intervals(const Eigen::Vector3d& origin_world, const Eigen::Vector3
   const double end_m = std::min(until_m, kFarthest_m);
   world::BoxTree::Ray ray;
   if (!tree_.enter(origin_world, direction_world, inverse, 1.0, 0.0, end_m, ray)) return;
-  tree_.traverse(ray, [&](std::uint32_t leaf) {
+  tree_.traverse(ray, [&](std::uint32_t leaf, float) {
     const Placed& placed = *placed_[leaf];
     double from = 0.0;
     double until = end_m;

@@ -228,7 +228,8 @@ class TruthTracer {
     scratch.hits.resize(num_rays);
     scratch.surfaces.resize(num_rays);
     query_.intersect(scratch.directions.from(view_.center_world), scratch.hits,
-                     world::Coherence::Coherent, scratch.surfaces, trail_);
+                     world::Coherence::Coherent, scratch.surfaces, trail_,
+                     world::SurfaceNeed::Facts);
     MetPoints& ground = scratch.ground;
     MetPoints& objects = scratch.objects;
     ground.rays.clear();
@@ -478,7 +479,8 @@ class TruthTracer {
     scratch.hits.resize(num_rays);
     scratch.surfaces.resize(num_rays);
     query_.intersect(scratch.directions.from(view_.center_world), scratch.hits,
-                     world::Coherence::Coherent, scratch.surfaces, trail_);
+                     world::Coherence::Coherent, scratch.surfaces, trail_,
+                     world::SurfaceNeed::Object);
     for (std::size_t i = 0; i < num_rays; ++i) {
       const world::SurfaceHit& hit = scratch.hits[i];
       std::uint64_t shown = kSky;

@@ -1,5 +1,9 @@
 #include "world/box_tree.h"
 
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -21,6 +25,11 @@ constexpr int kWidth = BoxTree::kWidth;
 //   inverse rounded, product rounded         4
 // so 12 u M; the margin is five times that.
 constexpr double kMarginPerExtent = 0x1.0p-18;
+// A ray that is turned into the tree's frame in float starts at most 3.3 R from its centre, R being
+// how far boxes reach from the frame's origin, and goes at most 5 R on. Rounded are its start and the
+// matrix (23 u R), its direction and again the matrix (72), the inverse and its product (27), centre
+// and box (10): 132 u R, of 2^9.
+constexpr double kMarginPerReach = 0x1.0p-15;
 /// More than doubles err by anywhere in a world.
 constexpr double kLeastMargin_m = 0x1.0p-20;
 /// Stands for a box that is not there: no ray comes so far.
@@ -160,14 +169,16 @@ struct BoxTree::Builder {
   }
 };
 
-BoxTree::BoxTree(std::span<const geo::Box3d> boxes, std::uint32_t most_in_leaf, Leaves& leaves) {
+BoxTree::BoxTree(std::span<const geo::Box3d> boxes, std::uint32_t most_in_leaf, Leaves& leaves,
+                 double reach_m) {
   leaves.order.resize(boxes.size());
   leaves.leaves.clear();
   std::iota(leaves.order.begin(), leaves.order.end(), 0U);
   if (boxes.empty()) return;
   for (const geo::Box3d& box : boxes) bounds_.extend(box);
   center_ = bounds_.center();
-  margin_m_ = std::max(bounds_.sizes().maxCoeff() / 2.0 * kMarginPerExtent, kLeastMargin_m);
+  margin_m_ = std::max({bounds_.sizes().maxCoeff() / 2.0 * kMarginPerExtent,
+                        reach_m * kMarginPerReach, kLeastMargin_m});
   Builder builder{boxes, most_in_leaf, center_, margin_m_, nodes_, leaves};
   builder.build(builder.range(0, static_cast<std::uint32_t>(boxes.size())), 0);
   nodes_.shrink_to_fit();
@@ -200,27 +211,102 @@ bool BoxTree::enter(const Eigen::Vector3d& origin, const Eigen::Vector3d& direct
   return true;
 }
 
-TERRACAST_PACKET_CODE
-LaneMask BoxTree::cross_boxes(const Node& node, const Ray& ray, RayLanes::Field<float>& near_m) {
-  RayLanes::Field<float> enters, leaves;
-  for (int i = 0; i < kWidth; ++i) enters[i] = 0.0F;
-  for (int i = 0; i < kWidth; ++i) leaves[i] = ray.reach_m;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float origin = ray.origin[axis];
-    const float inverse = ray.inverse[axis];
-    for (int i = 0; i < kWidth; ++i) {
-      const float a = (node.low[axis][i] - origin) * inverse;
-      const float b = (node.high[axis][i] - origin) * inverse;
-      enters[i] = larger(enters[i], smaller(a, b));
-      leaves[i] = smaller(leaves[i], larger(a, b));
+// A ray's way through the tree is written for baseline x86-64 and for AVX2. Both do the same IEEE
+// operations.
+
+/// The next leaf on the way; kNoLeaf where none is left but boxes to be crossed, or nothing.
+/// node   set to these boxes, null: nothing
+TERRACAST_PACKET_INLINE std::uint32_t BoxTree::take(const Ray& ray, Way& way, float& near_m,
+                                                    const Node*& node) const {
+  node = nullptr;
+  while (way.num_waiting_ > 0) {
+    const Way::Waiting next = way.stack_[--way.num_waiting_];
+    if (next.near_m > ray.reach_m) continue;
+    if (next.child >= kLeaf) {
+      near_m = next.near_m;
+      return next.child - kLeaf;
     }
+    node = &nodes_[next.child];
+    return kNoLeaf;
   }
-  RayLanes::Field<float> met;
-  for (int i = 0; i < kWidth; ++i) met[i] = enters[i] <= leaves[i] ? 1.0F : 0.0F;
-  Integers is_met;
-  for (int i = 0; i < kWidth; ++i) is_met[i] = static_cast<std::int32_t>(met[i]);
-  for (int i = 0; i < kWidth; ++i) near_m[i] = enters[i];
-  return lanes_where(is_met);
+  return kNoLeaf;
 }
+
+/// Puts what is met of a node on the way, the nearest on top.
+TERRACAST_PACKET_INLINE void BoxTree::put(const Node& node, const float* near_m, std::uint32_t met,
+                                          Way& way) {
+  const std::size_t first = way.num_waiting_;
+  for (; met != 0; met &= met - 1) {
+    const int lane = __builtin_ctz(met);
+    const float near = near_m[lane];
+    std::size_t at = way.num_waiting_++;
+    for (; at > first && way.stack_[at - 1].near_m < near; --at)
+      way.stack_[at] = way.stack_[at - 1];
+    way.stack_[at] = {near, node.child[lane]};
+  }
+}
+
+std::uint32_t BoxTree::next_leaf_plainly(const Ray& ray, Way& way, float& leaf_near_m) const {
+  for (;;) {
+    const Node* node = nullptr;
+    const std::uint32_t leaf = take(ray, way, leaf_near_m, node);
+    if (node == nullptr) return leaf;
+    float near_m[kWidth];
+    std::uint32_t met = 0;
+    for (int i = 0; i < kWidth; ++i) {
+      float enters = 0.0F;
+      float leaves = ray.reach_m;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float a = (node->low[axis][i] - ray.origin[axis]) * ray.inverse[axis];
+        const float b = (node->high[axis][i] - ray.origin[axis]) * ray.inverse[axis];
+        enters = larger(enters, smaller(a, b));
+        leaves = smaller(leaves, larger(a, b));
+      }
+      near_m[i] = enters;
+      met |= static_cast<std::uint32_t>(enters <= leaves) << i;
+    }
+    put(*node, near_m, met, way);
+  }
+}
+
+#if defined(__x86_64__) && !defined(TERRACAST_BASELINE_PACKETS)
+__attribute__((target("avx2"))) std::uint32_t BoxTree::next_leaf_by_avx2(const Ray& ray, Way& way,
+                                                                         float& leaf_near_m) const {
+  const __m256 origin[3] = {_mm256_set1_ps(ray.origin[0]), _mm256_set1_ps(ray.origin[1]),
+                            _mm256_set1_ps(ray.origin[2])};
+  const __m256 inverse[3] = {_mm256_set1_ps(ray.inverse[0]), _mm256_set1_ps(ray.inverse[1]),
+                             _mm256_set1_ps(ray.inverse[2])};
+  for (;;) {
+    const Node* node = nullptr;
+    const std::uint32_t leaf = take(ray, way, leaf_near_m, node);
+    if (node == nullptr) return leaf;
+    __m256 enters = _mm256_setzero_ps();
+    __m256 leaves = _mm256_set1_ps(ray.reach_m);
+#pragma GCC unroll 3
+    for (int axis = 0; axis < 3; ++axis) {
+      const __m256 a = _mm256_mul_ps(_mm256_sub_ps(_mm256_load_ps(node->low[axis]), origin[axis]),
+                                     inverse[axis]);
+      const __m256 b = _mm256_mul_ps(_mm256_sub_ps(_mm256_load_ps(node->high[axis]), origin[axis]),
+                                     inverse[axis]);
+      enters = _mm256_max_ps(enters, _mm256_min_ps(a, b));
+      leaves = _mm256_min_ps(leaves, _mm256_max_ps(a, b));
+    }
+    alignas(32) float near_m[kWidth];
+    _mm256_store_ps(near_m, enters);
+    put(*node, near_m,
+        static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(enters, leaves, _CMP_LE_OQ))),
+        way);
+  }
+}
+
+std::uint32_t BoxTree::next_leaf(const Ray& ray, Way& way, float& near_m) const {
+  static const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
+  return has_avx2 ? next_leaf_by_avx2(ray, way, near_m) : next_leaf_plainly(ray, way, near_m);
+}
+#else
+std::uint32_t BoxTree::next_leaf(const Ray& ray, Way& way, float& near_m) const {
+  return next_leaf_plainly(ray, way, near_m);
+}
+#endif
 
 }  // namespace terracast::world

@@ -20,6 +20,8 @@ namespace terracast::world {
 class BoxTree {
  public:
   static constexpr int kWidth = RayLanes::kLanes;
+  static constexpr int kMaxDepth = 64;
+  static constexpr std::size_t kMostWaiting = std::size_t{kMaxDepth} * (kWidth - 1) + 1;
   struct alignas(32) Node {
     float low[3][kWidth];
     float high[3][kWidth];
@@ -38,8 +40,10 @@ class BoxTree {
   };
 
   BoxTree() = default;
-  /// leaves   set to what they hold, at most `most_in_leaf` boxes each
-  BoxTree(std::span<const geo::Box3d> boxes, std::uint32_t most_in_leaf, Leaves& leaves);
+  /// leaves    set to what they hold, at most `most_in_leaf` boxes each
+  /// reach_m   how far from the centre floats of rays' origins may lie beside what enter() gives
+  BoxTree(std::span<const geo::Box3d> boxes, std::uint32_t most_in_leaf, Leaves& leaves,
+          double reach_m = 0.0);
 
   bool is_empty() const { return nodes_.empty(); }
   /// Around all of them, and what a ray may miss it by.
@@ -68,43 +72,49 @@ class BoxTree {
              const Eigen::Vector3d& inverse, double length_m, double t_from, double t_until,
              Ray& ray) const;
 
-  /// Calls visit(leaf) for the leaves that the ray comes near, roughly in their order along it,
-  /// until one returns true. visit may call ray.end_at().
-  template <class Visit>
-  void traverse(Ray& ray, const Visit& visit) const {
+  /// What a ray still has to look at.
+  class Way {
+   public:
+    Way() {}  // NOLINT(modernize-use-equals-default): the stack is not cleared
+
+   private:
+    friend class BoxTree;
     struct Waiting {
       float near_m;
       std::uint32_t child;
     };
-    std::array<Waiting, kMostWaiting> stack;
-    std::size_t num_waiting = 1;
-    stack[0] = {0.0F, 0};
-    while (num_waiting > 0) {
-      const Waiting next = stack[--num_waiting];
-      if (next.near_m > ray.reach_m) continue;
-      if (next.child >= kLeaf) {
-        if (visit(next.child - kLeaf)) return;
-        continue;
-      }
-      const Node& node = nodes_[next.child];
-      alignas(32) RayLanes::Field<float> near_m;
-      const LaneMask met = cross_boxes(node, ray, near_m);
-      const std::size_t first = num_waiting;
-      for_each_lane(met, [&](int lane) {
-        // The nearest goes on top.
-        std::size_t at = num_waiting++;
-        for (; at > first && stack[at - 1].near_m < near_m[lane]; --at) stack[at] = stack[at - 1];
-        stack[at] = {near_m[lane], node.child[lane]};
-      });
-    }
+    std::array<Waiting, kMostWaiting> stack_;
+    std::size_t num_waiting_ = 0;
+  };
+  static constexpr std::uint32_t kNoLeaf = 0xffffffffU;
+
+  /// Calls visit(leaf, near_m) for the leaves that the ray comes near, roughly in their order along it,
+  /// until one returns true: near_m from the ray's origin, not behind where it comes into the leaf's
+  /// box. visit may call ray.end_at().
+  template <class Visit>
+  void traverse(Ray& ray, const Visit& visit) const {
+    Way way;
+    begin(way);
+    float near_m = 0.0F;
+    for (std::uint32_t leaf; (leaf = next_leaf(ray, way, near_m)) != kNoLeaf;)
+      if (visit(leaf, near_m)) return;
   }
+
+  /// About which a ray's origin is given.
+  const Eigen::Vector3d& center() const { return center_; }
+  double margin_m() const { return margin_m_; }
 
  private:
   struct Builder;
-  static constexpr int kMaxDepth = 64;
-  static constexpr std::size_t kMostWaiting = std::size_t{kMaxDepth} * (kWidth - 1) + 1;
-
-  static LaneMask cross_boxes(const Node& node, const Ray& ray, RayLanes::Field<float>& near_m);
+  static void begin(Way& way) {
+    way.stack_[0] = {0.0F, 0};
+    way.num_waiting_ = 1;
+  }
+  std::uint32_t next_leaf(const Ray& ray, Way& way, float& near_m) const;
+  std::uint32_t next_leaf_plainly(const Ray& ray, Way& way, float& leaf_near_m) const;
+  std::uint32_t next_leaf_by_avx2(const Ray& ray, Way& way, float& leaf_near_m) const;
+  std::uint32_t take(const Ray& ray, Way& way, float& near_m, const Node*& node) const;
+  static void put(const Node& node, const float* near_m, std::uint32_t met, Way& way);
 
   std::vector<Node> nodes_;  ///< the root first
   geo::Box3d bounds_;

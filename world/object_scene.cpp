@@ -42,6 +42,21 @@ std::uint64_t key_of_instance(std::uint32_t object) {
   return (std::uint64_t{object} + 1) << kShownShift;
 }
 
+/// Around an upright cylinder that holds an instance.
+geo::Box3d box_of_cylinder(const InstanceFrame& frame, const PrototypeLibrary::Shown& shown) {
+  constexpr double kRounding = 1.0 + 0x1.0p-40;
+  const Eigen::Vector3d up = frame.world_from_prototype * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d reach = frame.scale * shown.radius_m * kRounding *
+                                (1.0 - up.array().square()).max(0x1.0p-40).sqrt().matrix();
+  geo::Box3d box;
+  for (const double z : {shown.mesh.bounds().min().z(), shown.mesh.bounds().max().z()}) {
+    const Eigen::Vector3d middle = frame * Eigen::Vector3d(0.0, 0.0, z);
+    box.extend(middle - reach);
+    box.extend(middle + reach);
+  }
+  return box;
+}
+
 Eigen::Vector3d normal_toward(const WorldRay& ray, const Eigen::Vector3d& normal) {
   const Eigen::Vector3d unit = normal.normalized();
   return unit.dot(ray.direction_world) > 0.0 ? Eigen::Vector3d(-unit) : unit;
@@ -85,7 +100,7 @@ ObjectScene::ObjectScene(const TileId& id, TileObjects& objects, double top_z_wo
   add_solids(objects.solids, clip, top_z_world, rules, where);
   add_instances(objects, clip, top_z_world, rules, where);
   num_bytes_ = sizeof *this + solid_mesh_.num_bytes() + instance_tree_.num_bytes() +
-               solids_.capacity() * sizeof(ShownSolid) +
+               solids_.capacity() * sizeof(ShownSolid) + placed_.capacity() * sizeof(Placed) +
                instances_.capacity() * sizeof(ShownInstance);
   for (const ShownSolid& solid : solids_) num_bytes_ += num_bytes_of(solid.shape);
 }
@@ -128,6 +143,7 @@ void ObjectScene::add_instances(const TileObjects& objects, const geo::Box3d& cl
                                 double top_z_world, const ObjectRules& rules,
                                 const std::string& where) {
   std::vector<geo::Box3d> boxes;
+  std::vector<Placed> placed;
   std::vector<ShownInstance> shown;
   for (std::uint32_t i = 0; i < objects.instances.size(); ++i) {
     const Instance& instance = objects.instances[i];
@@ -147,6 +163,7 @@ void ObjectScene::add_instances(const TileObjects& objects, const geo::Box3d& cl
     geo::Box3d box;
     for (int corner = 0; corner < 8; ++corner)
       box.extend(frame * bounds.corner(static_cast<geo::Box3d::CornerType>(corner)));
+    box = box.intersection(box_of_cylinder(frame, *prototype));
     if (!box.intersects(clip)) continue;
     if (box.max().z() > top_z_world) {
       for (const Eigen::Vector3i& vertex : prototype->shape.vertices_steps)
@@ -154,27 +171,68 @@ void ObjectScene::add_instances(const TileObjects& objects, const geo::Box3d& cl
           fail_height(where, instance.provenance, top_z_world);
     }
     boxes.push_back(box.intersection(clip));
+    Placed& one = placed.emplace_back();
+    const Eigen::Matrix3d turn =
+        (1.0 / frame.scale) * frame.world_from_prototype.conjugate().toRotationMatrix();
+    for (int k = 0; k < 9; ++k) one.shape_from_world[k] = static_cast<float>(turn(k / 3, k % 3));
+    one.scale = static_cast<float>(frame.scale);
+    one.place_steps = instance.place_steps;
+    one.object = num_solids_ + i;
+    one.shown = prototype;
     shown.push_back({.world_from_prototype = frame.world_from_prototype,
-                     .shown = prototype,
                      .provenance = instance.provenance,
-                     .place_steps = instance.place_steps,
-                     .object = num_solids_ + i,
                      .scale = instance.scale,
                      .variety = instance.variety});
   }
   BoxTree::Leaves leaves;
   instance_tree_ = BoxTree(boxes, 1, leaves);
+  placed_.reserve(shown.size());
   instances_.reserve(shown.size());
-  for (const BoxTree::Leaf& leaf : leaves.leaves)
+  for (const BoxTree::Leaf& leaf : leaves.leaves) {
+    placed_.push_back(placed[leaves.order[leaf.begin]]);
     instances_.push_back(shown[leaves.order[leaf.begin]]);
+  }
 }
 
-MeshRay ObjectScene::ShownInstance::ray_from_world(const WorldRay& ray, double length_m) const {
-  const double inverse_scale = 4096.0 / scale;
-  const Eigen::Quaterniond prototype_from_world = world_from_prototype.conjugate();
-  const Eigen::Vector3d place_world = place_steps.cast<double>() * kHeightStep_m;
+MeshRay ObjectScene::ray_to_instance(const WorldRay& ray, double length_m,
+                                     std::uint32_t shown) const {
+  const ShownInstance& instance = instances_[shown];
+  const double inverse_scale = 4096.0 / instance.scale;
+  const Eigen::Quaterniond prototype_from_world = instance.world_from_prototype.conjugate();
+  const Eigen::Vector3d place_world = placed_[shown].place_steps.cast<double>() * kHeightStep_m;
   return {inverse_scale * (prototype_from_world * (ray.origin_world - place_world)),
           inverse_scale * (prototype_from_world * ray.direction_world), length_m, ray.t_min};
+}
+
+BoxTree::Ray ObjectScene::tree_ray_to(const Placed& placed, const WorldRay& ray, double length_m,
+                                      double t_near, double t_until) {
+  constexpr float kLeastDirection = 0x1.0p-60F;
+  /// Farther than any box, nearer than what stands for none.
+  constexpr float kFarthest = 1e28F;
+  const BoxTree& tree = placed.shown->mesh.tree();
+  const double inverse_length = 1.0 / length_m;
+  float start[3], along[3];
+  for (int k = 0; k < 3; ++k) {
+    start[k] = static_cast<float>(ray.origin_world[k] - placed.place_steps[k] * kHeightStep_m +
+                                  t_near * ray.direction_world[k]);
+    along[k] = static_cast<float>(ray.direction_world[k] * inverse_length);
+  }
+  BoxTree::Ray result;
+  for (int k = 0; k < 3; ++k) {
+    const float* row = &placed.shape_from_world[3 * k];
+    const auto at = static_cast<std::size_t>(k);
+    result.origin[at] = row[0] * start[0] + row[1] * start[1] + row[2] * start[2] -
+                        static_cast<float>(tree.center()[k]);
+    const float rate = row[0] * along[0] + row[1] * along[1] + row[2] * along[2];
+    result.inverse[at] =
+        1.0F / (std::abs(rate) >= kLeastDirection ? rate : std::copysign(kLeastDirection, rate));
+  }
+  result.t_origin = t_near;
+  result.length_m = length_m;
+  result.margin_m = tree.margin_m() * static_cast<double>(placed.scale);
+  result.reach_m = kFarthest;
+  result.end_at(t_until);
+  return result;
 }
 
 std::optional<ObjectMeeting> ObjectScene::meet(const WorldRay& ray, double length_m, double t_from,
@@ -187,11 +245,22 @@ std::optional<ObjectMeeting> ObjectScene::meet(const WorldRay& ray, double lengt
   if (!(is_any && first.is_found) && !instance_tree_.is_empty() &&
       instance_tree_.enter(world_ray.origin, world_ray.direction, world_ray.inverse, length_m,
                            t_from, first.t, tree_ray)) {
-    instance_tree_.traverse(tree_ray, [&](std::uint32_t leaf) {
-      const ShownInstance& instance = instances_[leaf];
-      const std::uint64_t key = key_of_instance(instance.object);
+    const double inverse_length = 1.0 / length_m;
+    instance_tree_.traverse(tree_ray, [&](std::uint32_t leaf, float near_m) {
+      const Placed& placed = placed_[leaf];
+      const std::uint64_t key = key_of_instance(placed.object);
       const std::uint64_t old_key = first.key;
-      instance.shown->mesh.cross(instance.ray_from_world(ray, length_m), key, is_any, first);
+      BoxTree::Ray shape_ray =
+          tree_ray_to(placed, ray, length_m,
+                      tree_ray.t_origin + static_cast<double>(near_m) * inverse_length, first.t);
+      std::optional<MeshRay> exact;
+      placed.shown->mesh.cross(
+          shape_ray,
+          [&]() -> const MeshRay& {
+            if (!exact) exact.emplace(ray_to_instance(ray, length_m, leaf));
+            return *exact;
+          },
+          key, is_any, first);
       if (first.key == old_key) return false;
       met_instance = leaf;
       tree_ray.end_at(first.t);
@@ -202,7 +271,7 @@ std::optional<ObjectMeeting> ObjectScene::meet(const WorldRay& ray, double lengt
   const auto number = static_cast<std::uint32_t>(first.key);
   if (first.key >> kShownShift != 0)
     return ObjectMeeting{.t = first.t,
-                         .object = instances_[met_instance].object,
+                         .object = placed_[met_instance].object,
                          .triangle = number,
                          .shown = met_instance};
   const auto solid = std::upper_bound(solids_.begin(), solids_.end(), number,
@@ -216,7 +285,8 @@ std::optional<ObjectMeeting> ObjectScene::meet(const WorldRay& ray, double lengt
                        .shown = static_cast<std::uint32_t>(solid - solids_.begin())};
 }
 
-ObjectSurface ObjectScene::surface(const WorldRay& ray, const ObjectMeeting& meeting) const {
+ObjectSurface ObjectScene::surface(const WorldRay& ray, const ObjectMeeting& meeting,
+                                   bool has_error) const {
   const std::uint32_t triangle = meeting.triangle;
   const auto from_place = [&](const Eigen::Vector3i& place_steps) -> Eigen::Vector3f {
     const Eigen::Vector3d place = place_steps.cast<double>() * kHeightStep_m;
@@ -226,38 +296,45 @@ ObjectSurface ObjectScene::surface(const WorldRay& ray, const ObjectMeeting& mee
     const ShownSolid& solid = solids_[meeting.shown];
     const TriangleCorners corners = corners_of(solid.shape, triangle, solid.origin_steps);
     const Eigen::Vector3d normal = normal_of(corners);
-    return {.normal_world = normal_toward(ray, normal),
-            .provenance = &solid.provenance,
-            .finish = &solid.shape.finishes[solid.shape.triangles[triangle].finish],
-            .uv = uv_at(solid.shape, triangle, {ray.origin_world, ray.direction_world}, corners),
-            .uv_per_m = uv_per_m(solid.shape, triangle, normal),
-            .variety = 0,
-            .from_place_m = from_place(solid.origin_steps),
-            .reach_m = 0.0f,
-            .height_m = 0.0f,
-            .crossing_error = crossing_error(ray.origin_world, ray.direction_world, {}, corners)};
+    return {
+        .normal_world = normal_toward(ray, normal),
+        .provenance = &solid.provenance,
+        .finish = &solid.shape.finishes[solid.shape.triangles[triangle].finish],
+        .uv = uv_at(solid.shape, triangle, {ray.origin_world, ray.direction_world}, corners),
+        .uv_per_m = uv_per_m(solid.shape, triangle, normal),
+        .variety = 0,
+        .from_place_m = from_place(solid.origin_steps),
+        .reach_m = 0.0f,
+        .height_m = 0.0f,
+        .crossing_error =
+            has_error ? crossing_error(ray.origin_world, ray.direction_world, {}, corners) : 0.0};
   }
   const ShownInstance& instance = instances_[meeting.shown];
-  const Shape& shape = instance.shown->shape;
+  const Placed& placed = placed_[meeting.shown];
+  const Shape& shape = placed.shown->shape;
   const TriangleCorners corners = corners_of(shape, triangle);
-  const MeshRay own_ray = instance.ray_from_world(ray, ray.direction_world.norm());
-  const geo::Box3d& bounds = instance.shown->mesh.bounds();
+  const MeshRay own_ray = ray_to_instance(ray, ray.direction_world.norm(), meeting.shown);
+  const geo::Box3d& bounds = placed.shown->mesh.bounds();
   const double reach_m = std::max(bounds.min().head<2>().cwiseAbs().maxCoeff(),
                                   bounds.max().head<2>().cwiseAbs().maxCoeff());
   const double scale = instance.scale / 4096.0;
   const Eigen::Vector3d normal = normal_of(corners);
-  const RayError moved =
-      error_of_moved_ray(own_ray.origin, own_ray.direction, instance.world_from_prototype);
+  double error = 0.0;
+  if (has_error)
+    error = crossing_error(
+        own_ray.origin, own_ray.direction,
+        error_of_moved_ray(own_ray.origin, own_ray.direction, instance.world_from_prototype),
+        corners);
   return {.normal_world = normal_toward(ray, instance.world_from_prototype * normal),
           .provenance = &instance.provenance,
           .finish = &shape.finishes[shape.triangles[triangle].finish],
           .uv = uv_at(shape, triangle, own_ray.sheared, corners),
           .uv_per_m = uv_per_m(shape, triangle, normal) / static_cast<float>(scale),
           .variety = instance.variety,
-          .from_place_m = from_place(instance.place_steps),
+          .from_place_m = from_place(placed.place_steps),
           .reach_m = static_cast<float>(scale * reach_m),
           .height_m = static_cast<float>(scale * bounds.max().z()),
-          .crossing_error = crossing_error(own_ray.origin, own_ray.direction, moved, corners)};
+          .crossing_error = error};
 }
 
 }  // namespace terracast::world

@@ -72,7 +72,13 @@ class ObjectScene {
                                     double t_until, bool is_any) const;
 
   /// How it looks where a ray meets a triangle.
-  ObjectSurface surface(const WorldRay& ray, const ObjectMeeting& meeting) const;
+  /// has_error   whether crossing_error is asked for; else it is 0
+  ObjectSurface surface(const WorldRay& ray, const ObjectMeeting& meeting, bool has_error) const;
+  /// What it belongs to.
+  const Provenance& provenance(const ObjectMeeting& meeting) const {
+    return meeting.object < num_solids_ ? solids_[meeting.shown].provenance
+                                        : instances_[meeting.shown].provenance;
+  }
 
   bool is_empty() const { return solid_mesh_.bounds().isEmpty() && instance_tree_.is_empty(); }
   std::size_t num_bytes() const { return num_bytes_; }
@@ -85,17 +91,28 @@ class ObjectScene {
     std::uint32_t first_triangle;  ///< number of its first one among those of all
     Shape shape;
   };
-  struct ShownInstance {
-    Eigen::Quaterniond world_from_prototype;
-    const PrototypeLibrary::Shown* shown;
-    Provenance provenance;
+  /// Where an instance stands, for rays that come near it: a cache line.
+  struct alignas(64) Placed {
+    float shape_from_world[9];  ///< row by row; of directions
+    float scale;
     Eigen::Vector3i place_steps;
     std::uint32_t object;
+    const PrototypeLibrary::Shown* shown;
+  };
+  static_assert(sizeof(Placed) == 64);
+  /// What else is known of it, for rays that come near its triangles.
+  struct ShownInstance {
+    Eigen::Quaterniond world_from_prototype;
+    Provenance provenance;
     std::uint16_t scale;  ///< Instance::scale
     std::uint8_t variety;
-
-    MeshRay ray_from_world(const WorldRay& ray, double length_m) const;
   };
+
+  /// Exactly as a ray meets an instance's triangles.
+  MeshRay ray_to_instance(const WorldRay& ray, double length_m, std::uint32_t shown) const;
+  /// The same as its tree of boxes sees it, from near_m along the tile's ray on.
+  static BoxTree::Ray tree_ray_to(const Placed& placed, const WorldRay& ray, double length_m,
+                                  double t_near, double t_until);
 
   void add_solids(std::vector<Solid>& solids, const geo::Box3d& clip, double top_z_world,
                   const ObjectRules& rules, const std::string& where);
@@ -105,7 +122,8 @@ class ObjectScene {
   std::vector<ShownSolid> solids_;  ///< sorted by object
   TriangleMesh solid_mesh_;
   std::uint32_t num_solids_;              ///< of the tile, shown or not
-  std::vector<ShownInstance> instances_;  ///< by leaf of the tree
+  std::vector<Placed> placed_;            ///< instances, by leaf of the tree
+  std::vector<ShownInstance> instances_;  ///< of placed_
   BoxTree instance_tree_;
   std::size_t num_bytes_ = 0;
 };

@@ -1,5 +1,7 @@
 #include "world/prototype_library.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/error.h"
@@ -15,18 +17,28 @@ geo::Box3d everywhere() {
   return {Eigen::Vector3d::Constant(-kInfinity), Eigen::Vector3d::Constant(kInfinity)};
 }
 
+double radius_of(const Shape& shape) {
+  double most_m2 = 0.0;
+  for (const Eigen::Vector3i& vertex : shape.vertices_steps)
+    most_m2 = std::max(most_m2, (vertex.head<2>().cast<double>() * kHeightStep_m).squaredNorm());
+  return std::sqrt(most_m2);
+}
+
 TriangleMesh mesh_of(const Shape& shape) {
+  double reach_m = 0.0;
+  for (const Eigen::Vector3i& vertex : shape.vertices_steps)
+    reach_m = std::max(reach_m, vertex.cast<double>().cwiseAbs().maxCoeff() * kHeightStep_m);
   std::vector<TriangleMesh::Triangle> triangles;
   triangles.reserve(shape.triangles.size());
   for (std::uint32_t i = 0; i < shape.triangles.size(); ++i)
     triangles.push_back({corners_of(shape, i), i});
-  return TriangleMesh(triangles, everywhere());
+  return TriangleMesh(triangles, everywhere(), reach_m);
 }
 
 }  // namespace
 
 PrototypeLibrary::Shown::Shown(Shape shown_shape)
-    : shape(std::move(shown_shape)), mesh(mesh_of(shape)) {}
+    : shape(std::move(shown_shape)), mesh(mesh_of(shape)), radius_m(radius_of(shape)) {}
 
 PrototypeLibrary::PrototypeLibrary(const TileStore& store, int finest_level, int coarsest_level) {
   levels_.resize(store.manifest().prototypes.size());

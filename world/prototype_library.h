@@ -16,6 +16,7 @@ class PrototypeLibrary {
   struct Shown {
     Shape shape;
     TriangleMesh mesh;  ///< a triangle's number is its place in the shape
+    double radius_m;    ///< of the upright cylinder about its foot that holds it
     explicit Shown(Shape shown_shape);
   };
 

@@ -410,7 +410,7 @@ void check_fan(const RayFan& rays) {
 /// rays   WorldRays or a RayFan
 template <class Rays, class Tracer>
 void find_hits(Tracer& tracer, const Rays& rays, std::span<SurfaceHit> hits, Coherence coherence,
-               std::span<SurfaceSample> surfaces, RayTrail* trail) {
+               std::span<SurfaceSample> surfaces, RayTrail* trail, SurfaceNeed need) {
   TERRACAST_CHECK(hits.size() == rays.size(), "{} hits for {} rays", hits.size(), rays.size());
   TERRACAST_CHECK(surfaces.empty() || surfaces.size() == rays.size(), "{} surfaces for {} rays",
                   surfaces.size(), rays.size());
@@ -424,14 +424,20 @@ void find_hits(Tracer& tracer, const Rays& rays, std::span<SurfaceHit> hits, Coh
         hit.tile_index = tile;
         if ((group.on_objects & lane_bit(lane)) != 0) {
           const ObjectMeeting& meeting = group.meetings[static_cast<std::size_t>(lane)];
-          const ObjectSurface object =
-              scene.objects()->surface(group.rays->world_ray(lane), meeting);
+          if (need == SurfaceNeed::Object) {
+            hit.object = meeting.object;
+            hit.triangle = meeting.triangle;
+            if (!surfaces.empty()) surfaces[i].provenance = scene.objects()->provenance(meeting);
+            return;
+          }
+          const ObjectSurface object = scene.objects()->surface(
+              group.rays->world_ray(lane), meeting, need == SurfaceNeed::Facts);
           set_object_hit(meeting, object, hit);
           if (!surfaces.empty()) set_surface(scene, object, surfaces[i]);
           return;
         }
         set_ground_hit(group.crossings, lane, hit);
-        if (surfaces.empty()) return;
+        if (surfaces.empty() || need == SurfaceNeed::Object) return;
         const WorldRay& ray = rays[i];
         set_surface(scene, hit, ray.origin_world + hit.t * ray.direction_world, surfaces[i]);
       },
@@ -529,17 +535,18 @@ void end_at_surface(const RayQuery& whole, const geo::WorldFrame& frame,
 }  // namespace
 
 void RayQuery::intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits,
-                         Coherence coherence, std::span<SurfaceSample> surfaces,
-                         RayTrail* trail) const {
-  find_hits(*impl_, rays, hits, coherence, surfaces, trail);
+                         Coherence coherence, std::span<SurfaceSample> surfaces, RayTrail* trail,
+                         SurfaceNeed need) const {
+  find_hits(*impl_, rays, hits, coherence, surfaces, trail, need);
   if (impl_->ceiling != nullptr)
     end_at_surface(*impl_->ceiling, impl_->frame, rays, hits, surfaces, trail);
 }
 
 void RayQuery::intersect(const RayFan& rays, std::span<SurfaceHit> hits, Coherence coherence,
-                         std::span<SurfaceSample> surfaces, RayTrail* trail) const {
+                         std::span<SurfaceSample> surfaces, RayTrail* trail,
+                         SurfaceNeed need) const {
   check_fan(rays);
-  find_hits(*impl_, rays, hits, coherence, surfaces, trail);
+  find_hits(*impl_, rays, hits, coherence, surfaces, trail, need);
   if (impl_->ceiling != nullptr)
     end_at_surface(*impl_->ceiling, impl_->frame, listed(rays), hits, surfaces, trail);
 }

@@ -96,6 +96,13 @@ struct SurfaceSample {
   double crossing_error = 0.0;  ///< of t (crossing_error.h); +inf: none can be told
 };
 
+/// What shall be known of the surface at a hit; the rest of its sample stays as it is.
+enum class SurfaceNeed {
+  Object,  ///< of objects their provenance alone, and no normal at the hit; of the ground nothing
+  Look,    ///< all but crossing_error
+  Facts,   ///< all
+};
+
 struct RayQueryStats {
   std::uint64_t num_tiles_loaded = 0;  ///< reads from disk, prefetched ones included
   std::uint64_t num_tiles_waited = 0;  ///< loads that a ray had to wait for
@@ -156,11 +163,13 @@ class RayQuery {
   /// surfaces   as many, or none: what the surface is made of at each hit
   /// trail      the tiles to which the rays come are added to it; null: nobody wants to know
   void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits, Coherence coherence,
-                 std::span<SurfaceSample> surfaces = {}, RayTrail* trail = nullptr) const;
+                 std::span<SurfaceSample> surfaces = {}, RayTrail* trail = nullptr,
+                 SurfaceNeed need = SurfaceNeed::Look) const;
 
   /// The same of rays from one point.
   void intersect(const RayFan& rays, std::span<SurfaceHit> hits, Coherence coherence,
-                 std::span<SurfaceSample> surfaces = {}, RayTrail* trail = nullptr) const;
+                 std::span<SurfaceSample> surfaces = {}, RayTrail* trail = nullptr,
+                 SurfaceNeed need = SurfaceNeed::Look) const;
   /// The same crossings, of which only t is told.
   /// t   as many as rays; +inf: sky
   void intersect(const RayFan& rays, std::span<double> t, Coherence coherence,

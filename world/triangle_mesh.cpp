@@ -47,7 +47,8 @@ MeshRay::MeshRay(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& directi
     inverse[axis] = safe_inverse(direction[axis], length_m);
 }
 
-TriangleMesh::TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d& clip) {
+TriangleMesh::TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d& clip,
+                           double reach_m) {
   std::vector<geo::Box3d> boxes;
   std::vector<std::uint32_t> kept;
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
@@ -58,7 +59,7 @@ TriangleMesh::TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d
     bounds_.extend(box);
   }
   BoxTree::Leaves leaves;
-  tree_ = BoxTree(boxes, TriangleBlock::kTriangles, leaves);
+  tree_ = BoxTree(boxes, TriangleBlock::kTriangles, leaves, reach_m);
   blocks_.resize(leaves.leaves.size());
   for (std::size_t leaf = 0; leaf < blocks_.size(); ++leaf) {
     const auto [begin, end] = leaves.leaves[leaf];
@@ -71,29 +72,23 @@ TriangleMesh::TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d
   }
 }
 
-void TriangleMesh::cross(const MeshRay& ray, std::uint64_t key, bool is_any,
-                         FirstCrossing& first) const {
-  BoxTree::Ray tree_ray;
-  if (tree_.is_empty() || !tree_.enter(ray.origin, ray.direction, ray.inverse, ray.length_m,
-                                       first.t_from, first.t, tree_ray))
-    return;
-  tree_.traverse(tree_ray, [&](std::uint32_t leaf) {
-    const TriangleBlock& block = blocks_[leaf];
-    BlockCrossings crossings;
-    cross_block(ray.sheared, block, crossings);
-    for (; crossings.crossed != 0; crossings.crossed &= crossings.crossed - 1) {
-      const int lane = __builtin_ctz(crossings.crossed);
-      const double t = crossings.t[lane];
-      const std::uint64_t own_key = key + block.number[lane];
-      if (!first.takes(t, own_key) || starts_on(ray, block, lane, t)) continue;
-      first.t = t;
-      first.key = own_key;
-      first.is_found = true;
-      if (is_any) return true;
-      tree_ray.end_at(t);
-    }
-    return false;
-  });
+bool TriangleMesh::cross_leaf(const MeshRay& ray, std::uint32_t leaf, std::uint64_t key,
+                              bool is_any, BoxTree::Ray& tree_ray, FirstCrossing& first) const {
+  const TriangleBlock& block = blocks_[leaf];
+  BlockCrossings crossings;
+  cross_block(ray.sheared, block, crossings);
+  for (; crossings.crossed != 0; crossings.crossed &= crossings.crossed - 1) {
+    const int lane = __builtin_ctz(crossings.crossed);
+    const double t = crossings.t[lane];
+    const std::uint64_t own_key = key + block.number[lane];
+    if (!first.takes(t, own_key) || starts_on(ray, block, lane, t)) continue;
+    first.t = t;
+    first.key = own_key;
+    first.is_found = true;
+    if (is_any) return true;
+    tree_ray.end_at(t);
+  }
+  return false;
 }
 
 }  // namespace terracast::world

@@ -57,8 +57,9 @@ class TriangleMesh {
 
   TriangleMesh() = default;
   /// Triangles without area are left out.
-  /// clip   what is wholly outside of it, m, is left out too
-  explicit TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d& clip);
+  /// clip      what is wholly outside of it, m, is left out too
+  /// reach_m   as BoxTree has it
+  TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d& clip, double reach_m = 0.0);
 
   /// Around what was not left out, m; empty where there is nothing.
   const geo::Box3d& bounds() const { return bounds_; }
@@ -69,9 +70,29 @@ class TriangleMesh {
   /// Looks for a crossing before the one found so far.
   /// key      of a triangle: this + its number
   /// is_any   one is enough
-  void cross(const MeshRay& ray, std::uint64_t key, bool is_any, FirstCrossing& first) const;
+  void cross(const MeshRay& ray, std::uint64_t key, bool is_any, FirstCrossing& first) const {
+    BoxTree::Ray tree_ray;
+    if (!tree_.is_empty() && tree_.enter(ray.origin, ray.direction, ray.inverse, ray.length_m,
+                                         first.t_from, first.t, tree_ray))
+      cross(
+          tree_ray, [&]() -> const MeshRay& { return ray; }, key, is_any, first);
+  }
+  /// The same for a ray that the tree sees already; the exact one is asked for where it comes near
+  /// triangles.
+  template <class ExactRay>
+  void cross(BoxTree::Ray& tree_ray, const ExactRay& exact_ray, std::uint64_t key, bool is_any,
+             FirstCrossing& first) const {
+    tree_.traverse(tree_ray, [&](std::uint32_t leaf, float) {
+      return cross_leaf(exact_ray(), leaf, key, is_any, tree_ray, first);
+    });
+  }
+  const BoxTree& tree() const { return tree_; }
 
  private:
+  /// True when there is nothing more to look for.
+  bool cross_leaf(const MeshRay& ray, std::uint32_t leaf, std::uint64_t key, bool is_any,
+                  BoxTree::Ray& tree_ray, FirstCrossing& first) const;
+
   BoxTree tree_;
   std::vector<TriangleBlock> blocks_;  ///< by leaf
   geo::Box3d bounds_;
