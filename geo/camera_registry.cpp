@@ -7,7 +7,25 @@
 
 // Every camera model, in alphabetical order: X(name) is geo/cameras/name.cpp, which defines
 // `CameraModelInfo name_camera()`.
-#define TERRACAST_CAMERA_MODELS(X) X(pinhole)
+// clang-format off
+#define TERRACAST_CAMERA_MODELS(X) \
+  X(cylindrical)                   \
+  X(double_sphere)                 \
+  X(equirectangular)               \
+  X(extended_unified)              \
+  X(fov)                           \
+  X(full_opencv)                   \
+  X(opencv)                        \
+  X(opencv_fisheye)                \
+  X(orthographic)                  \
+  X(pinhole)                       \
+  X(pushbroom)                     \
+  X(radial)                        \
+  X(simple_radial)                 \
+  X(tabulated)                     \
+  X(thin_prism_fisheye)            \
+  X(unified)
+// clang-format on
 
 namespace terracast::geo {
 
