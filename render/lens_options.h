@@ -12,7 +12,8 @@ namespace terracast::render {
 /// by their names, or the file that they come from.
 class LensOptions {
  public:
-  explicit LensOptions(const std::string& model = "pinhole") { set_model(model); }
+  LensOptions() : LensOptions("pinhole") {}
+  explicit LensOptions(const std::string& model) { set_model(model); }
 
   /// Parameters are at their defaults from here on, if it is another model.
   void set_model(const std::string& model);
