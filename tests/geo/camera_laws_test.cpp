@@ -1,10 +1,8 @@
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -152,10 +150,14 @@ TEST_P(CameraLaws, SeveralPixelsHaveTheRaysThatEachOneHas) {
     }
     VectorBlock rays;
     camera_->find_rays(pixels, rays);
-    for (int k = 0; k < PixelBlock::kPixels; ++k)
-      EXPECT_THAT((std::array{rays.x[k], rays.y[k], rays.z[k]}),
-                  testing::Pointwise(testing::NanSensitiveDoubleEq(),
-                                     camera_->ray_from_pixel({pixels.x[k], pixels.y[k]})));
+    for (int k = 0; k < PixelBlock::kPixels; ++k) {
+      const Eigen::Vector3d ray = camera_->ray_from_pixel({pixels.x[k], pixels.y[k]});
+      const Eigen::Vector3d found(rays.x[k], rays.y[k], rays.z[k]);
+      ASSERT_EQ(found.allFinite(), ray.allFinite());
+      if (ray.allFinite()) {
+        ASSERT_EQ(found, ray);
+      }
+    }
   }
 }
 
