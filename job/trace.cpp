@@ -334,8 +334,8 @@ Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
   const auto semantic_class = static_cast<SemanticClass>(facts.semantic_id(pixel.x, pixel.y));
   const std::uint32_t instance_id = facts.instance_id(pixel.x, pixel.y);
   Json json = Json::object();
-  if (std::isinf(range_m))
-    return json.set("surface", "sky")
+  if (!std::isfinite(range_m))
+    return json.set("surface", std::isnan(range_m) ? "nothing" : "sky")
         .set("class", json_of_class(semantic_class))
         .set("instance_id", 0);
 
