@@ -271,18 +271,26 @@ SurfaceSample LayerStack::shaped(const Eigen::Vector2d& place_world, SurfaceSamp
   if (layers_.empty() || inside_m <= 0.0 || sample.cover != world::Cover::Land) return sample;
   double lift_m = 0.0;
   double depth_m = 0.0;
-  std::optional<world::Cover> cover;
+  world::Cover cover = sample.cover;
+  bool is_said = false;
   for (const auto& layer : layers_) {
-    lift_m += layer->lift_m(place_world, sample);
-    if (cover && is_water(*cover)) continue;
+    const double own_lift_m = layer->lift_m(place_world, sample);
+    lift_m += own_lift_m;
+    if (is_said && is_water(cover)) {
+      if (own_lift_m == 0.0) continue;
+      // What a layer builds in the water of an earlier one, as a road its dam over a culvert, is dry.
+      is_said = false;
+      depth_m = 0.0;
+    }
     const std::optional<world::Cover> own = layer->cover(place_world, sample);
-    if (!own || (cover && !is_water(*own))) continue;
-    cover = own;
+    if (!own || (is_said && !is_water(*own))) continue;
+    cover = *own;
+    is_said = true;
     if (!is_water(*own)) continue;
     depth_m = layer->water_depth_m(place_world, sample).value_or(kUnknownDepth_m);
   }
   sample.z_world += lift_m * lift_share(place_world, half_size_m_);
-  if (cover) sample.cover = *cover;
+  if (is_said) sample.cover = cover;
   sample.water_depth_m = depth_m;
   return sample;
 }
