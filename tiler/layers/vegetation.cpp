@@ -38,7 +38,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when what stands where changes.
-constexpr int kVegetationVersion = 2;
+constexpr int kVegetationVersion = 3;
 
 /// What is strewn, each kind by cells of its own.
 enum Stratum : std::size_t { kTallTrees, kLowTrees, kBushes, kPlants, kStones, kNumStrata };
