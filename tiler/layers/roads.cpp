@@ -10,6 +10,7 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "tiler/dry_cover.h"
 #include "tiler/feature_source.h"
 #include "tiler/instance_ids.h"
 #include "tiler/layer.h"
@@ -241,7 +242,7 @@ void add_sidewalks(std::vector<Way>& ways) {
   }
 }
 
-class RoadsLayer final : public Layer {
+class RoadsLayer final : public Layer, public DryCover {
  public:
   RoadsLayer(const FeatureSourceOptions& source, const RoadsOptions& options,
              const LayerInputs& inputs)
