@@ -261,8 +261,8 @@ class TileWork {
     Vector2d place_world;
     Ground ground;
     bool is_garden = false;
-    std::optional<double> canopy_m;
-    Growth growth;
+    std::optional<double> canopy_m{};
+    Growth growth{};
   };
 
   const Facts& facts(int i, int j);
