@@ -1,12 +1,14 @@
 #include "capture/channel.h"
 
 #include <array>
+#include <cmath>
 
 namespace terracast::capture {
 
 std::span<const ChannelInfo> channels() {
   static constexpr std::array<ChannelInfo, 9> kChannels = {{
-      {"range_m", "float", "m", "distance along the ray through the pixel's centre", "+inf"},
+      {"range_m", "float", "m",
+       "distance along the ray through the pixel's centre; NaN where no ray comes in", "+inf"},
       {"normal.x", "half", "", "unit normal of the surface, world x (east)", "0"},
       {"normal.y", "half", "", "unit normal of the surface, world y (north)", "0"},
       {"normal.z", "half", "", "unit normal of the surface, world z (up at the origin)", "0"},
@@ -25,6 +27,18 @@ std::span<const ChannelInfo> channels() {
        "+inf", true},
   }};
   return kChannels;
+}
+
+bool agree(float range_m, std::uint32_t semantic_id) {
+  if (semantic_id >= semantic_class_names().size()) return false;
+  switch (static_cast<SemanticClass>(semantic_id)) {
+    case SemanticClass::Sky:
+      return range_m == kSkyRange_m;
+    case SemanticClass::Nothing:
+      return std::isnan(range_m);
+    default:
+      return range_m > 0.0F && std::isfinite(range_m);
+  }
 }
 
 }  // namespace terracast::capture

@@ -9,6 +9,9 @@
 
 namespace terracast::capture {
 
+using core::semantic_class_names;
+using core::SemanticClass;
+
 /// A channel of a camera's facts file (OpenEXR). One geometry-only ray through each pixel's centre
 /// feeds all of them.
 struct ChannelInfo {
@@ -27,7 +30,9 @@ std::span<const ChannelInfo> channels();
 
 /// Range of a sky pixel.
 inline constexpr float kSkyRange_m = std::numeric_limits<float>::infinity();
-/// Primitive of a sky pixel.
+/// Range of a pixel into which no ray comes: beyond a fisheye's image circle.
+inline constexpr float kNoRange_m = std::numeric_limits<float>::quiet_NaN();
+/// Primitive of a sky pixel, and of one without a ray.
 inline constexpr std::uint32_t kNoPrimitive = 0xffffffffu;
 /// The tile's index stands above this bit of a primitive id.
 inline constexpr int kPrimitiveTileShift = 17;
@@ -36,6 +41,10 @@ inline constexpr int kPrimitiveTileShift = 17;
 inline constexpr std::uint32_t kObjectPrimitives = ((1u << 15) - 1) << kPrimitiveTileShift;
 /// One less than there are ids from there up, for kNoPrimitive.
 inline constexpr std::uint32_t kMaxObjectPrimitives = (1u << kPrimitiveTileShift) - 1;
+
+/// Whether a pixel may have this range and this class: the sky is infinitely far, what no ray comes from
+/// is nowhere, and all else is somewhere before the camera.
+bool agree(float range_m, std::uint32_t semantic_id);
 
 /// Bits of the channel `flags`. Visibility is that of the exact hit point, by a ray.
 enum FactFlag : std::uint32_t {
@@ -47,8 +56,5 @@ enum FactFlag : std::uint32_t {
 /// Seen by the sequence's camera number `camera_index` (of the same rig) at the same time.
 constexpr std::uint32_t visible_in_camera(int camera_index) { return 1u << (8 + camera_index); }
 inline constexpr int kMaxCameras = 24;
-
-using core::semantic_class_names;
-using core::SemanticClass;
 
 }  // namespace terracast::capture

@@ -78,14 +78,12 @@ core::Image8 decode_color(const std::vector<std::byte>& bytes, const std::string
 
 /// Refuses facts that contradict themselves.
 void check_facts(const CameraFrame& frame, const std::string& file) {
-  const std::size_t num_classes = semantic_class_names().size();
   const auto width = static_cast<std::size_t>(frame.range_m.width());
   const std::span<const float> range_m = frame.range_m.data();
   const std::span<const float> normals = frame.normal_world.data();
   const std::span<const std::uint32_t> semantic = frame.semantic_id.data();
   for (std::size_t i = 0; i < range_m.size(); ++i) {
-    const bool is_sky = semantic[i] == static_cast<std::uint32_t>(SemanticClass::Sky);
-    if (!(range_m[i] > 0.0F) || std::isinf(range_m[i]) != is_sky || semantic[i] >= num_classes)
+    if (!agree(range_m[i], semantic[i]))
       fail(ErrorKind::Input, "{}: pixel ({}, {}): range {} m with semantic id {} cannot be", file,
            i % width, i / width, range_m[i], semantic[i]);
     for (std::size_t k = 0; k < 3; ++k)
@@ -118,7 +116,8 @@ void decode_facts(const std::vector<std::byte>& bytes, const std::string& file,
   if (part.float_channels.contains("bottom_range_m")) {
     frame.bottom_range_m = take(part.float_channels, "bottom_range_m");
     for (std::size_t i = 0; i < frame.range_m.num_pixels(); ++i)
-      if (!(frame.bottom_range_m.data()[i] >= frame.range_m.data()[i]))
+      if (!(frame.bottom_range_m.data()[i] >= frame.range_m.data()[i]) &&
+          !std::isnan(frame.range_m.data()[i]))
         fail(ErrorKind::Input, "{}: pixel {}: a bottom at {} m before the surface at {} m", file, i,
              frame.bottom_range_m.data()[i], frame.range_m.data()[i]);
   }

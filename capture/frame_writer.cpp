@@ -48,13 +48,11 @@ void check_frame(const CameraFrame& frame, const CameraCalibration& camera, int 
                       fits(frame.primitive_id, 1) && fits(frame.flags, 1),
                   "frame {} of {}/{}: an image is not {} x {}", frame_index, camera.rig,
                   camera.name, width, height);
-  const std::size_t num_classes = semantic_class_names().size();
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const float range_m = frame.range_m(x, y);
       const std::uint32_t semantic_id = frame.semantic_id(x, y);
-      const bool is_sky = semantic_id == static_cast<std::uint32_t>(SemanticClass::Sky);
-      TERRACAST_CHECK(range_m > 0.0F && std::isinf(range_m) == is_sky && semantic_id < num_classes,
+      TERRACAST_CHECK(agree(range_m, semantic_id),
                       "frame {} of {}/{}, pixel ({}, {}): range {} m, semantic id {}", frame_index,
                       camera.rig, camera.name, x, y, range_m, semantic_id);
       for (int k = 0; k < 3; ++k)

@@ -83,6 +83,27 @@ constexpr double kClamped = 5.0;
 constexpr double kCenterReach_m = 1.0;
 /// A point of a kept range: length and quotient, product, ray.
 constexpr double kPoint = kLength + 1.0 + kRay;
+/// A lens's Jacobian changes by less than so many times itself over a radian.
+constexpr double kBend = 1000.0;
+
+bool is_pinhole(const geo::CameraModel& model) { return model.intrinsics().model == "pinhole"; }
+
+/// What a model other than a pinhole rounds an image point by, px (geo/camera_model.h).
+double lens_rounding_px(const geo::CameraModel& model, const Vector2d& pixel) {
+  if (is_pinhole(model)) return 0.0;
+  return geo::kPixelRounding * (std::hypot(model.width_px(), model.height_px()) + pixel.norm());
+}
+
+/// By how much the ray of an image point errs for it, rad: what the point is rounded by, over the pixels that a
+/// radian spans in the direction in which it spans fewest.
+double ray_error_rad(const geo::CameraModel& model, const Vector2d& pixel, const Vector3d& ray) {
+  if (is_pinhole(model)) return 0.0;
+  if (!model.pixel_from_ray(ray)) return kInfinity;
+  const Eigen::Matrix<double, 2, 3> jacobian = model.pixel_jacobian(ray.normalized());
+  const Eigen::Matrix2d square = jacobian * jacobian.transpose();
+  const double fewest = square.determinant() / square.trace();
+  return fewest > 0.0 ? lens_rounding_px(model, pixel) / std::sqrt(fewest) : kInfinity;
+}
 
 }  // namespace
 
@@ -170,13 +191,20 @@ DepthBounds::Aim DepthBounds::aim_at(const Vector2d& pixel) const {
   // Products of a row with the ray (the third is one with 1, exact), their first sum and their second.
   const Vector3d by_x = rotation_.col(0) * ray.x(), by_y = rotation_.col(1) * ray.y();
   const Vector3d direction = by_x + by_y + rotation_.col(2) * ray.z();
-  return {.length = ray.norm(),
+  Aim aim{.length = ray.norm(),
           .direction = direction,
           .error = rotation_error_ * ray.cwiseAbs() + kU * (by_x.cwiseAbs() + by_y.cwiseAbs()) +
                    rounding_of(std::abs(ray.x())) * rotation_.col(0).cwiseAbs() +
                    rounding_of(std::abs(ray.y())) * rotation_.col(1).cwiseAbs() +
                    rounding_of(by_x) + rounding_of(by_y) + rounding_of(by_x + by_y) +
                    rounding_of(direction)};
+  if (!is_pinhole(model_)) {
+    // The third product is one like the others; at depth 1 an angle moves a ray by up to its length squared.
+    const double moved = ray_error_rad(model_, pixel, ray) * ray.squaredNorm();
+    aim.error += (rotation_.cwiseAbs() * Vector3d::Constant(moved)) +
+                 2.0 * kU * std::abs(ray.z()) * rotation_.col(2).cwiseAbs();
+  }
+  return aim;
 }
 
 double DepthBounds::Aim::range_error_m(double t, double t_error) const {
@@ -187,8 +215,9 @@ double DepthBounds::Aim::range_error_m(double t, double t_error) const {
 LabelError DepthBounds::depth_error_m(const Vector2d& pixel, double range_m,
                                       double range_error_m) const {
   const Vector3d ray = model_.ray_from_pixel(pixel);
-  const double along = ray.z() / ray.norm();
-  return {.arithmetic = along * (range_error_m + kU * range_m * kPoint),
+  const double along = std::abs(ray.z()) / ray.norm();
+  const double turned = ray_error_rad(model_, pixel, ray) * range_m;
+  return {.arithmetic = along * (range_error_m + kU * range_m * kPoint) + turned,
           .rounding = along * float_rounding(range_m) + float_rounding(along * range_m)};
 }
 
@@ -211,13 +240,17 @@ std::optional<LabelError> FlowBounds::flow_error_px(const Vector2d& pixel, doubl
   const std::optional<Vector2d> target = to_.model.pixel_from_ray(point_to);
   if (!target || !to_.model.contains(*target)) return std::nullopt;
 
+  const double aim_error = ray_error_rad(from_.model, pixel, ray);
   const double point_error =
-      is_sky ? kU * (turn_error_ + kPoint)
-             : kU * (range_m * (turn_error_ + kPoint) + translation_error_ + point_to.norm());
+      is_sky ? kU * (turn_error_ + kPoint) + aim_error
+             : kU * (range_m * (turn_error_ + kPoint) + translation_error_ + point_to.norm()) +
+                   range_m * aim_error;
   const double moved = is_sky ? 0.0 : range_error_m;
   const double rounded = is_sky ? 0.0 : float_rounding(range_m);
-  // The projection is a quotient by depth: over a shift e at depth z its slope grows by (1 - e / z)^-2.
-  const double share = (point_error + moved + rounded) / point_to.z();
+  // The projection is a quotient by depth: over a shift e at depth z its slope grows by (1 - e / z)^-2. Another
+  // lens's does not grow by more at the nearness of its bend.
+  const double nearness = is_pinhole(to_.model) ? point_to.z() : point_to.norm() / kBend;
+  const double share = (point_error + moved + rounded) / nearness;
   if (!(share < 0.5)) return LabelError{.arithmetic = kInfinity, .rounding = kInfinity};
   const double growth = 1.0 / ((1.0 - share) * (1.0 - share));
   const Eigen::Matrix<double, 2, 3> jacobian = growth * to_.model.pixel_jacobian(point_to);
@@ -225,7 +258,8 @@ std::optional<LabelError> FlowBounds::flow_error_px(const Vector2d& pixel, doubl
   const double by_point = jacobian.norm();
   // The projection's quotient, product and sum, and the difference from the pixel.
   const double size = std::hypot(to_.model.width_px(), to_.model.height_px());
-  const double projection = kU * (3.0 * (*target).norm() + 2.0 * size + (*target - pixel).norm());
+  const double projection = kU * (3.0 * (*target).norm() + 2.0 * size + (*target - pixel).norm()) +
+                            lens_rounding_px(to_.model, *target);
   const Vector2d motion = *target - pixel;
   const double kept = std::hypot(float_rounding(motion.x()), float_rounding(motion.y()));
   return LabelError{.arithmetic = by_range * moved + by_point * point_error + projection,
@@ -259,6 +293,7 @@ LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraV
   if (previous) to_previous.emplace(view, *previous);
 
   const auto add_pixel = [&](int x, int y, LabelBounds& bounds) {
+    if (std::isnan(facts.range_m(x, y))) return;
     if ((facts.flags(x, y) & kEdge) != 0) {
       ++bounds.num_left_out;
       return;

@@ -12,6 +12,7 @@ using Eigen::Vector3d;
 std::optional<Vector2d> moved(const CameraView& from, const geo::CameraModel& to,
                               const geo::Rigid3d& to_from_from, const Vector2d& pixel,
                               double range_m) {
+  if (std::isnan(range_m)) return std::nullopt;
   const Vector3d ray = from.model.ray_from_pixel(pixel);
   const Vector3d ray_to = std::isinf(range_m)
                               ? Vector3d(to_from_from.rotation * ray)
@@ -34,6 +35,7 @@ geo::Rigid3d to_from(const CameraView& to, const CameraView& from) {
 }
 
 double depth_from_range(const geo::CameraModel& model, const Vector2d& pixel, double range_m) {
+  if (std::isinf(range_m)) return range_m;
   const Vector3d ray = model.ray_from_pixel(pixel);
   return range_m * (ray.z() / ray.norm());
 }

@@ -21,7 +21,7 @@ struct CameraView {
 inline Eigen::Vector2d pixel_center(int x, int y) { return {x + 0.5, y + 0.5}; }
 
 /// Depth along the optical axis of a point at a range along the ray through `pixel`, m; +inf stays
-/// +inf.
+/// +inf. Behind the camera, which wide models see, it is negative.
 double depth_from_range(const geo::CameraModel& model, const Eigen::Vector2d& pixel,
                         double range_m);
 
@@ -39,7 +39,7 @@ std::optional<Eigen::Vector2d> project(const CameraView& view, const Eigen::Vect
 std::optional<Eigen::Vector2d> flow(const CameraView& from, const CameraView& to,
                                     const Eigen::Vector2d& pixel, double range_m);
 
-/// Planar depth of a whole image, float32 rounded from double; sky +inf.
+/// Planar depth of a whole image, float32 rounded from double; sky +inf, NaN where no ray comes in.
 core::ImageF depth_image(const geo::CameraModel& model, const core::ImageF& range_m);
 
 /// Flow of a whole image: 2 channels, float32 rounded from double; NaN where there is none.

@@ -13,6 +13,7 @@
 #include "geo/fixes/fix_format.h"
 #include "geo/trajectory.h"
 #include "job/run_config.h"
+#include "render/lens_options.h"
 #include "render/rig_template.h"
 #include "rigs/rig_format.h"
 #include "tiler/elevation_registry.h"
@@ -87,8 +88,8 @@ std::vector<KeyInfo> keys_of(Options& options, const std::string& prefix) {
   return keys;
 }
 
-/// Keys that come with a kind of layer or trajectory, a template of rigs, a format of recordings or exports, by the name of their
-/// heading.
+/// Keys that come with a kind of layer or trajectory, a template of rigs, a format of recordings or exports, a
+/// camera model, by the name of their heading.
 std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
   std::vector<std::pair<std::string, std::vector<KeyInfo>>> result;
   for (const auto& kind : tiler::layer_kinds())
@@ -103,6 +104,11 @@ std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
   for (const auto& format : geo::fix_formats())
     result.emplace_back(fmt::format("recorded trajectories of format {}", format.name),
                         keys_of(*format.make(), "trajectories[]."));
+  for (const auto& model : geo::camera_models()) {
+    render::LensOptions lens{std::string(model.name)};
+    result.emplace_back(fmt::format("cameras of model {}", model.name),
+                        keys_of(lens, "rigs[].cameras[]."));
+  }
   for (const auto& format : exporters::exporters())
     result.emplace_back(fmt::format("exports of format {}", format.name),
                         keys_of(*format.make(), "exports[]."));

@@ -93,10 +93,9 @@ void add_rig_command(CLI::App& app, int& status) {
   in->add_option("--format", args->format, formats + "; found out from the file when left out.");
   in->add_option("--name", args->read.name,
                  "Name of the rig; left out: the file's own, or of the file.");
-  import
-      ->add_option("--axes", args->read.axes,
-                   "Of a table that does not say: rdf (x right, y down, z forward) or flu (x "
-                   "forward, y left, z up).")
+  in->add_option("--axes", args->read.axes,
+                 "Of a table that does not say: rdf (x right, y down, z forward) or flu (x "
+                 "forward, y left, z up).")
       ->check(CLI::IsMember({"flu", "rdf"}));
   in->callback([args, &status] { status = run_import(*args); });
 
@@ -106,6 +105,6 @@ void add_rig_command(CLI::App& app, int& status) {
   out->add_option("-o,--output", args->output, "The file to write; of COLMAP a folder.")
       ->required();
   out->callback([args, &status] { status = run_export(*args); });
-}  // namespace terracast::cli
+}
 
 }  // namespace terracast::cli

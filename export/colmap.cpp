@@ -1,7 +1,7 @@
 // COLMAP model.
 //
 // World    east, north, up of WGS84 at the sequence's local origin; metres.
-// Camera   RDF: x right, y down, z forward; PINHOLE with pixel centres at +0.5, as ours.
+// Camera   RDF: x right, y down, z forward; pixel centres at +0.5, as ours; COLMAP's models.
 // Pose     world to camera, quaternion w x y z. Each of our rigs is a rig of COLMAP's, its first
 //          camera the reference, and has a frame at each instant; images.txt says the same poses
 //          again for programs that know no rigs.
@@ -108,13 +108,12 @@ class ModelBuilder {
   void add_cameras() {
     for (std::size_t k = 0; k < exported_.size(); ++k) {
       const capture::CameraCalibration& camera = calibration(exported_[k]);
-      const std::vector<double>& p = camera.intrinsics.parameters;
       const auto id = static_cast<std::uint32_t>(k + 1);
       model_.cameras.push_back({.id = id,
                                 .folder = exported_[k].name,
                                 .width_px = camera.intrinsics.width_px,
                                 .height_px = camera.intrinsics.height_px,
-                                .parameters = {p[0], p[1], p[2], p[3]}});
+                                .lens = colmap_lens(camera.intrinsics)});
       const auto [known, is_new] = rig_index_.emplace(camera.rig, model_.rigs.size());
       if (is_new) {
         model_.rigs.push_back({.id = static_cast<std::uint32_t>(model_.rigs.size() + 1),
@@ -222,7 +221,11 @@ class ColmapExporter final : public Exporter {
 
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
     for (const ExportedCamera& camera : exported_cameras(cameras))
-      check_pinhole(cameras[static_cast<std::size_t>(camera.camera_index)], kFormat);
+      core::with_context(
+          [&] {
+            check_colmap_camera(cameras[static_cast<std::size_t>(camera.camera_index)].intrinsics);
+          },
+          fmt::format("checking camera {} for {}", camera.name, kFormat));
   }
 
   FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
@@ -338,7 +341,7 @@ class ColmapExporter final : public Exporter {
           *model, sequence.read_camera(frame, camera.camera_index, capture::SequenceReader::kFacts)
                       .range_m);
       for (float& value : depth_m.data())
-        if (std::isinf(value)) value = 0.0F;
+        if (!std::isfinite(value)) value = 0.0F;
       return npy_bytes(depth_m);
     });
   }

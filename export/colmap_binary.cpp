@@ -10,7 +10,6 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "numbers are written as memory holds them");
 
-constexpr std::int32_t kPinhole = 1;     // COLMAP's number of the model
 constexpr std::int32_t kCameraType = 0;  // of sensors
 
 class Bytes {
@@ -39,10 +38,10 @@ std::vector<std::byte> cameras_binary(const ColmapModel& model) {
   bytes.add_count(model.cameras.size());
   for (const ColmapCamera& camera : model.cameras) {
     bytes.add(camera.id);
-    bytes.add(kPinhole);
+    bytes.add(camera.lens.number);
     bytes.add(static_cast<std::uint64_t>(camera.width_px));
     bytes.add(static_cast<std::uint64_t>(camera.height_px));
-    for (const double parameter : camera.parameters) bytes.add(parameter);
+    for (const double parameter : camera.lens.parameters) bytes.add(parameter);
   }
   return bytes.take();
 }

@@ -12,8 +12,7 @@
 namespace terracast::exporters {
 namespace {
 
-constexpr int kPinhole = 1;  // COLMAP's number of the model
-constexpr int kWgs84 = 0;    // COLMAP's number of latitude, longitude, height
+constexpr int kWgs84 = 0;  // COLMAP's number of latitude, longitude, height
 
 // Tables and columns in COLMAP 3.8's own order, so that `SELECT *` finds what it expects; then the
 // table that 3.10 added.
@@ -139,8 +138,9 @@ std::vector<std::byte> colmap_database(const ColmapModel& model) {
   {
     Insert cameras(database, "INSERT INTO cameras VALUES (?, ?, ?, ?, ?, 1)");
     for (const ColmapCamera& camera : model.cameras)
-      cameras.add(std::int64_t{camera.id}, std::int64_t{kPinhole}, std::int64_t{camera.width_px},
-                  std::int64_t{camera.height_px}, std::span<const double>(camera.parameters));
+      cameras.add(std::int64_t{camera.id}, std::int64_t{camera.lens.number},
+                  std::int64_t{camera.width_px}, std::int64_t{camera.height_px},
+                  std::span<const double>(camera.lens.parameters));
     Insert images(database,
                   "INSERT INTO images (image_id, name, camera_id, prior_tx, prior_ty, prior_tz) "
                   "VALUES (?, ?, ?, ?, ?, ?)");

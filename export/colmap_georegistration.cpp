@@ -11,11 +11,10 @@ using core::Json;
 std::string colmap_rig_config(const ColmapModel& model) {
   const auto camera_entry = [&](std::uint32_t id) {
     const ColmapCamera& camera = model.cameras[id - 1];
-    const std::array<double, 4>& p = camera.parameters;
     return Json::object()
         .set("image_prefix", camera.folder + "/")
-        .set("camera_model_name", "PINHOLE")
-        .set("camera_params", Json::array_of({p[0], p[1], p[2], p[3]}));
+        .set("camera_model_name", camera.lens.model)
+        .set("camera_params", Json::array_of(camera.lens.parameters));
   };
   Json rigs = Json::array();
   for (const ColmapRig& rig : model.rigs) {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "geo/camera_model.h"
 #include "geo/geodesy.h"
 #include "geo/rigid3.h"
 
@@ -16,12 +17,25 @@
 /// programs work on. Ids start at 1.
 namespace terracast::exporters {
 
+/// A camera model in COLMAP's words.
+struct ColmapLens {
+  const char* model = "PINHOLE";
+  std::int32_t number = 1;         ///< of the model, in binary files and the database
+  std::vector<double> parameters;  ///< in the model's order, pixel centres at +0.5
+};
+
+/// throws Config: COLMAP has no such model; says which it has
+ColmapLens colmap_lens(const geo::CameraIntrinsics& intrinsics);
+/// throws Config: as colmap_lens; the image holds rays of 90 degrees and more off the axis, which COLMAP's
+/// models do not know
+void check_colmap_camera(const geo::CameraIntrinsics& intrinsics);
+
 struct ColmapCamera {
   std::uint32_t id = 0;
   std::string folder;  ///< of its images: "mcs4/cam0"
   int width_px = 0;
   int height_px = 0;
-  std::array<double, 4> parameters{};  ///< of PINHOLE: fx fy cx cy, pixel centres at +0.5
+  ColmapLens lens;
 };
 
 /// A rig's first sensor is its reference and has no pose.

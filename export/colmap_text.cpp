@@ -24,9 +24,9 @@ void append_pose(std::string& text, const geo::Rigid3d& pose) {
 std::string cameras_text(const ColmapModel& model) {
   std::string text = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
   for (const ColmapCamera& camera : model.cameras) {
-    const std::array<double, 4>& p = camera.parameters;
-    append(text, "{} PINHOLE {} {} {:.17g} {:.17g} {:.17g} {:.17g}\n", camera.id, camera.width_px,
-           camera.height_px, p[0], p[1], p[2], p[3]);
+    append(text, "{} {} {} {}", camera.id, camera.lens.model, camera.width_px, camera.height_px);
+    for (const double parameter : camera.lens.parameters) append(text, " {:.17g}", parameter);
+    text += '\n';
   }
   return text;
 }

@@ -79,20 +79,23 @@ Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame
     const geo::Rigid3d pose = camera.body_from_camera();
     const Eigen::Quaterniond q = canonical(pose.rotation);
     const Eigen::Vector3d& t = pose.translation;
-    list.push(Json::object()
-                  .set("name", exported.name)
-                  .set("rig", camera.rig)
-                  .set("camera", camera.name)
-                  .set("width_px", camera.intrinsics.width_px)
-                  .set("height_px", camera.intrinsics.height_px)
-                  .set("fx_px", p[0])
-                  .set("fy_px", p[1])
-                  .set("cx_px", p[2])
-                  .set("cy_px", p[3])
-                  .set("body_from_camera",
-                       Json::object()
-                           .set("rotation_wxyz", Json::array_of({q.w(), q.x(), q.y(), q.z()}))
-                           .set("translation_m", Json::array_of({t.x(), t.y(), t.z()}))));
+    Json entry = Json::object()
+                     .set("name", exported.name)
+                     .set("rig", camera.rig)
+                     .set("camera", camera.name)
+                     .set("width_px", camera.intrinsics.width_px)
+                     .set("height_px", camera.intrinsics.height_px)
+                     .set("fx_px", p[0])
+                     .set("fy_px", p[1])
+                     .set("cx_px", p[2])
+                     .set("cy_px", p[3])
+                     .set("body_from_camera",
+                          Json::object()
+                              .set("rotation_wxyz", Json::array_of({q.w(), q.x(), q.y(), q.z()}))
+                              .set("translation_m", Json::array_of({t.x(), t.y(), t.z()})));
+    if (camera.intrinsics.model != "pinhole")
+      entry.set("model", camera.intrinsics.model).set("parameters", Json::array_of(p));
+    list.push(std::move(entry));
   }
   return Json::object()
       .set("name", name)

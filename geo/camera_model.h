@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,15 +13,19 @@
 
 namespace terracast::geo {
 
-/// What a camera model needs to be made again: its name and its parameters in the model's own
-/// order, pixels with centres at +0.5.
+/// What a camera model needs to be made again: its name and its parameters, pixels with centres at
+/// +0.5.
 struct CameraIntrinsics {
   std::string model = "pinhole";
   int width_px = 0;
   int height_px = 0;
-  std::vector<double> parameters;  ///< pinhole: fx, fy, cx, cy
+  std::vector<double> parameters;  ///< fx, fy, cx, cy, then the model's own in their order
   bool operator==(const CameraIntrinsics&) const = default;
 };
+
+/// pixel_from_ray errs by less than this share of the image's size and the pixel's place together; a ray
+/// of ray_from_pixel is that of an image point as near. OpenCvCameras and PublishedCameras tests, against 64-bit mantissas.
+inline constexpr double kPixelRounding = 1e-12;
 
 /// Rays or points of a frame, field by field, for what works on several together.
 struct VectorBlock {
@@ -36,7 +42,11 @@ struct PixelBlock {
   double y[kPixels];
 };
 
-/// Maps directions of the camera frame to pixels and back. Threads: safe.
+/// Maps points of the camera frame to pixels and back. Within its domain, which each model states, a
+/// camera is one to one; beyond it image points have no ray, and points no image.
+///
+/// accuracy   ray_from_pixel, then pixel_from_ray: 1e-9 px in images of up to 10 000 px; CameraLaws
+/// threads    safe
 class CameraModel {
  public:
   virtual ~CameraModel() = default;
@@ -45,9 +55,17 @@ class CameraModel {
   int width_px() const { return intrinsics_.width_px; }
   int height_px() const { return intrinsics_.height_px; }
 
-  /// Direction in the camera frame of an image point; z = 1 for models whose view is less than a
-  /// half-space (so that a ray's parameter is depth), unit length otherwise.
+  /// Direction in the camera frame of an image point; z = 1 for models on a plane before the camera
+  /// (so that a ray's parameter is depth), unit length otherwise; NaN where no ray comes in.
   virtual Eigen::Vector3d ray_from_pixel(const Eigen::Vector2d& pixel) const = 0;
+
+  /// Whether all rays start at the camera frame's origin.
+  virtual bool is_central() const { return true; }
+
+  /// Where the ray of an image point starts, in the camera frame.
+  virtual Eigen::Vector3d origin_from_pixel(const Eigen::Vector2d&) const {
+    return Eigen::Vector3d::Zero();
+  }
 
   /// The same of several image points, to the last bit.
   virtual void find_rays(const PixelBlock& pixels, VectorBlock& rays_camera) const {
@@ -59,8 +77,8 @@ class CameraModel {
     }
   }
 
-  /// Image point of a camera-frame point or direction (any length); nothing when it is behind the
-  /// camera. It may lie outside the image.
+  /// Image point of a camera-frame point; for central cameras of a direction, of any length. Nothing
+  /// beyond the model's domain. It may lie outside the image.
   virtual std::optional<Eigen::Vector2d> pixel_from_ray(
       const Eigen::Vector3d& ray_camera) const = 0;
 
@@ -78,8 +96,12 @@ class CameraModel {
   /// d pixel / d ray at a ray that projects.
   virtual Eigen::Matrix<double, 2, 3> pixel_jacobian(const Eigen::Vector3d& ray_camera) const = 0;
 
-  /// The largest number of pixels a radian spans: what the level of detail must serve.
+  /// The largest number of pixels of the image that a radian spans: what the level of detail must
+  /// serve. Where columns meet in a pole, they are counted as at the equator: they show no more.
   virtual double finest_pixels_per_radian() const = 0;
+
+  /// The same of what spans as many pixels from near and from far: pixels of a metre.
+  virtual double finest_pixels_per_m() const { return 0.0; }
 
   bool contains(const Eigen::Vector2d& pixel) const {
     return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < width_px() &&
@@ -93,17 +115,38 @@ class CameraModel {
   CameraIntrinsics intrinsics_;
 };
 
+/// A parameter that a model has beside fx, fy, cx, cy; a key of a camera in a config.
+struct CameraParameter {
+  std::string_view name;
+  std::string_view meaning;
+  double default_value = 0.0;
+  double lowest = -std::numeric_limits<double>::infinity();
+  double highest = std::numeric_limits<double>::infinity();
+};
+
 struct CameraModelInfo {
   std::string_view name;
   std::string_view summary;
-  std::string_view parameters;  ///< their names, in order
+  /// Its own, which follow on fx, fy, cx, cy.
+  std::span<const CameraParameter> parameters;
+  /// Of parameters that make_camera has looked at.
+  /// throws Config: what contradicts between them
   std::unique_ptr<CameraModel> (*make)(const CameraIntrinsics&);
+  /// fx, fy of an image that just holds all that the model can see, for models of such images.
+  Eigen::Vector2d (*whole_view)(int width_px, int height_px) = nullptr;
+  /// All parameters of a model that comes from a file; more follow on its own.
+  /// throws Io, Input: no such file, or not one of the model's
+  std::vector<double> (*read)(const std::filesystem::path& path) = nullptr;
+
+  /// "fx, fy, cx, cy, k1, k2"
+  std::string parameter_names() const;
 };
 
 /// The table of models.
 std::span<const CameraModelInfo> camera_models();
 
-/// throws Config: unknown model, wrong number of parameters, size or focal length not positive
+/// throws Config: unknown model, wrong number of parameters, one out of its range, size or focal
+/// length not positive
 std::unique_ptr<CameraModel> make_camera(const CameraIntrinsics& intrinsics);
 
 }  // namespace terracast::geo

@@ -7,7 +7,25 @@
 
 // Every camera model, in alphabetical order: X(name) is geo/cameras/name.cpp, which defines
 // `CameraModelInfo name_camera()`.
-#define TERRACAST_CAMERA_MODELS(X) X(pinhole)
+// clang-format off
+#define TERRACAST_CAMERA_MODELS(X) \
+  X(cylindrical)                   \
+  X(double_sphere)                 \
+  X(equirectangular)               \
+  X(extended_unified)              \
+  X(fov)                           \
+  X(full_opencv)                   \
+  X(opencv)                        \
+  X(opencv_fisheye)                \
+  X(orthographic)                  \
+  X(pinhole)                       \
+  X(pushbroom)                     \
+  X(radial)                        \
+  X(simple_radial)                 \
+  X(tabulated)                     \
+  X(thin_prism_fisheye)            \
+  X(unified)
+// clang-format on
 
 namespace terracast::geo {
 
@@ -22,18 +40,40 @@ std::span<const CameraModelInfo> camera_models() {
   return table;
 }
 
+std::string CameraModelInfo::parameter_names() const {
+  std::string names = "fx, fy, cx, cy";
+  for (const CameraParameter& parameter : parameters) names += fmt::format(", {}", parameter.name);
+  return names;
+}
+
 std::unique_ptr<CameraModel> make_camera(const CameraIntrinsics& intrinsics) {
+  using core::ErrorKind;
+  using core::fail;
   const CameraModelInfo& info =
       core::find_registered(camera_models(), "camera model", intrinsics.model);
-  if (intrinsics.width_px <= 0 || intrinsics.height_px <= 0) {
-    core::fail(core::ErrorKind::Config, "camera image of {} x {} px: both must be 1 or more",
-               intrinsics.width_px, intrinsics.height_px);
-  }
-  for (const double parameter : intrinsics.parameters) {
-    if (!std::isfinite(parameter)) {
-      core::fail(core::ErrorKind::Config, "camera model {}: a parameter of {} is {}", info.name,
-                 info.parameters, parameter);
-    }
+  const std::vector<double>& p = intrinsics.parameters;
+  if (intrinsics.width_px <= 0 || intrinsics.height_px <= 0)
+    fail(ErrorKind::Config, "camera image of {} x {} px: both must be 1 or more",
+         intrinsics.width_px, intrinsics.height_px);
+  constexpr std::size_t kCommon = 4;
+  const std::size_t num_parameters = kCommon + info.parameters.size();
+  if (info.read == nullptr ? p.size() != num_parameters : p.size() < num_parameters)
+    fail(ErrorKind::Config, "camera model {} has {} parameters; it takes {}: {}", info.name,
+         p.size(), num_parameters, info.parameter_names());
+  for (const double parameter : p)
+    if (!std::isfinite(parameter))
+      fail(ErrorKind::Config, "camera model {}: a parameter of {} is {}", info.name,
+           info.parameter_names(), parameter);
+  if (!(p[0] > 0.0) || !(p[1] > 0.0))
+    fail(ErrorKind::Config,
+         "camera model {}: focal lengths fx = {} px, fy = {} px; both must be positive", info.name,
+         p[0], p[1]);
+  for (std::size_t i = 0; i < info.parameters.size(); ++i) {
+    const CameraParameter& own = info.parameters[i];
+    const double value = p[kCommon + i];
+    if (value < own.lowest || value > own.highest)
+      fail(ErrorKind::Config, "camera model {}: {} = {} is outside {} to {}", info.name, own.name,
+           value, own.lowest, own.highest);
   }
   return info.make(intrinsics);
 }

@@ -134,14 +134,32 @@ Json json_of_elevation(const world::TileStore& store, std::size_t row) {
       .set("accuracy", source.accuracy);
 }
 
+/// Kinds of the layers that may have said a cover; none where it is the elevation's word.
+std::vector<std::string_view> layers_that_say(world::Cover cover) {
+  switch (cover) {
+    case world::Cover::Land:
+    case world::Cover::Sea:
+    case world::Cover::Outside:
+    case world::Cover::Seabed:
+      return {};
+    case world::Cover::River:
+      return {"water"};
+    case world::Cover::Lake:
+      return {"water", "land_cover"};
+    default:
+      return {"land_cover"};
+  }
+}
+
 Json json_of_cover(const world::TileStore& store, world::Cover cover) {
   Json json = Json::object().set("name", kCoverNames[static_cast<std::size_t>(cover)]);
-  if (cover == world::Cover::Land || cover == world::Cover::Sea || cover == world::Cover::Outside)
-    return json;  // no layer's word
+  const std::vector<std::string_view> kinds = layers_that_say(cover);
+  if (kinds.empty()) return json;
   Json layers = Json::array();
   const auto& all = store.manifest().layers;
   for (std::size_t row = 0; row < all.size(); ++row)
-    if (all[row].kind == "land_cover") layers.push(json_of_layer(store, row));
+    if (std::find(kinds.begin(), kinds.end(), all[row].kind) != kinds.end())
+      layers.push(json_of_layer(store, row));
   return json.set("layers", std::move(layers));
 }
 
@@ -181,8 +199,7 @@ Json json_of_imagery(const world::TileStore& store, const Eigen::Vector2d& place
 
 /// Whether pictures are drawn on a cover.
 bool shows_imagery(world::Cover cover) {
-  return cover != world::Cover::Sea && cover != world::Cover::Lake &&
-         cover != world::Cover::River && cover != world::Cover::Outside;
+  return !world::is_water(cover) && cover != world::Cover::Seabed && cover != world::Cover::Outside;
 }
 
 /// What follows the place: all of it from the world.
@@ -334,8 +351,8 @@ Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
   const auto semantic_class = static_cast<SemanticClass>(facts.semantic_id(pixel.x, pixel.y));
   const std::uint32_t instance_id = facts.instance_id(pixel.x, pixel.y);
   Json json = Json::object();
-  if (std::isinf(range_m))
-    return json.set("surface", "sky")
+  if (!std::isfinite(range_m))
+    return json.set("surface", std::isnan(range_m) ? "nothing" : "sky")
         .set("class", json_of_class(semantic_class))
         .set("instance_id", 0);
 

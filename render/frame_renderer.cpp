@@ -87,7 +87,8 @@ struct ColorImage {
         view.model->ray_from_pixel(center + Eigen::Vector2d(1.0, 0.0)).normalized();
     const Eigen::Vector3d below =
         view.model->ray_from_pixel(center + Eigen::Vector2d(0.0, 1.0)).normalized();
-    const double pixel = std::sqrt((right - here).norm() * (below - here).norm());
+    double pixel = std::sqrt((right - here).norm() * (below - here).norm());
+    if (!std::isfinite(pixel)) pixel = 1.0 / view.model->finest_pixels_per_radian();
     // Samples together resolve more than one of them; the pixel filters what they average.
     return pixel * std::max(0.5, std::pow(num_samples, -0.25));
   }
@@ -110,8 +111,9 @@ struct ColorImage {
             const std::uint64_t bits = core::random_bits(seed, stream, index);
             const Eigen::Vector2d place =
                 Eigen::Vector2d(x, y) + sampler.place_in_pixel(bits, sample);
-            s.rays.push_back({.origin_world = view.center_world,
-                              .direction_world = view.ray_world(place).normalized()});
+            const Eigen::Vector3d direction = view.ray_world(place).normalized();
+            if (!direction.allFinite()) return;  // no light comes in
+            s.rays.push_back({.origin_world = view.center_world, .direction_world = direction});
             s.bits.push_back(bits);
             s.samples.push_back(sample);
             s.spread.push_back(static_cast<float>(sampler.place_between(bits, sample)));

@@ -284,33 +284,51 @@ class TruthTracer {
       truth_.facts.flags.data()[met.pixels[i]] = met.flags[i];
   }
 
-  void set_pixel_rays(const PixelUnit& unit, UnitScratch& scratch) const {
+  void set_pixel_rays(const PixelUnit& unit, UnitScratch& scratch) {
     constexpr std::size_t kBlock = geo::PixelBlock::kPixels;
     scratch.directions.clear(kUnitRays);
     scratch.pixels.clear();
     geo::PixelBlock pixels{};
-    const auto add_rays = [&](std::size_t count) {
+    std::array<std::size_t, kBlock> indices{};
+    std::size_t count = 0;
+    const auto add_rays = [&] {
       geo::VectorBlock directions;
       view_.find_rays(pixels, directions);
-      scratch.directions.add(directions, count);
+      for (std::size_t i = 0; i < count; ++i) {
+        const Eigen::Vector3d direction(directions.x[i], directions.y[i], directions.z[i]);
+        if (!direction.allFinite()) {
+          set_nothing(indices[i]);
+          continue;
+        }
+        scratch.directions.add(direction);
+        scratch.pixels.push_back(indices[i]);
+      }
+      count = 0;
     };
     for_each_pixel(unit, [&](int x, int y) {
-      const std::size_t at = scratch.pixels.size() % kBlock;
-      pixels.x[at] = x + 0.5;
-      pixels.y[at] = y + 0.5;
-      scratch.pixels.push_back(pixel_index(x, y));
-      if (at + 1 == kBlock) add_rays(kBlock);
+      pixels.x[count] = x + 0.5;
+      pixels.y[count] = y + 0.5;
+      indices[count] = pixel_index(x, y);
+      if (++count == kBlock) add_rays();
     });
-    add_rays(scratch.pixels.size() % kBlock);
+    add_rays();
   }
 
   void set_sky(std::size_t pixel) {
-    truth_.range_m[pixel] = std::numeric_limits<double>::infinity();
+    set_no_surface(pixel, capture::kSkyRange_m, capture::SemanticClass::Sky);
+  }
+  /// Of pixels into which no ray comes.
+  void set_nothing(std::size_t pixel) {
+    set_no_surface(pixel, capture::kNoRange_m, capture::SemanticClass::Nothing);
+    if (bed_ != nullptr) truth_.facts.bottom_range_m.data()[pixel] = capture::kNoRange_m;
+  }
+  void set_no_surface(std::size_t pixel, float range_m, capture::SemanticClass semantic_class) {
+    truth_.range_m[pixel] = static_cast<double>(range_m);
     truth_.point_world[pixel] = Eigen::Vector3d::Zero();
     capture::CameraFrame& facts = truth_.facts;
-    facts.range_m.data()[pixel] = capture::kSkyRange_m;
+    facts.range_m.data()[pixel] = range_m;
     for (std::size_t k = 0; k < 3; ++k) facts.normal_world.data()[3 * pixel + k] = 0.0f;
-    facts.semantic_id.data()[pixel] = static_cast<std::uint32_t>(capture::SemanticClass::Sky);
+    facts.semantic_id.data()[pixel] = static_cast<std::uint32_t>(semantic_class);
     facts.instance_id.data()[pixel] = 0;
     facts.primitive_id.data()[pixel] = capture::kNoPrimitive;
     facts.flags.data()[pixel] = 0;
@@ -469,9 +487,11 @@ class TruthTracer {
     scratch.directions.clear(4 * kUnitRays);
     scratch.pixels.clear();
     for_each_pixel(grid_.unit(unit), [&](int x, int y) {
-      if (!is_beside_edge(x, y)) return;
+      if (!is_beside_edge(x, y) || std::isnan(truth_.range_m[pixel_index(x, y)])) return;
       for (const auto& shift : kShifts) {
-        scratch.directions.add(view_.ray_world({x + 0.5 + shift[0], y + 0.5 + shift[1]}));
+        const Eigen::Vector3d ray = view_.ray_world({x + 0.5 + shift[0], y + 0.5 + shift[1]});
+        if (!ray.allFinite()) continue;
+        scratch.directions.add(ray);
         scratch.pixels.push_back(pixel_index(x, y));
       }
     });

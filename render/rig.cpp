@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "capture/channel.h"
@@ -107,13 +108,22 @@ geo::CameraIntrinsics intrinsics_of(const CameraOptions& camera) {
     fy = camera.focal_length_mm * static_cast<double>(camera.width_px) /
          (camera.image_plane_width_mm * camera.pixel_aspect);
   }
+  LensOptions lens = camera.lens;
+  lens.set_model(camera.model);
+  const auto width_px = static_cast<int>(camera.width_px);
+  const auto height_px = static_cast<int>(camera.height_px);
+  if (fx <= 0.0 && lens.model().whole_view != nullptr) {
+    const Eigen::Vector2d focal_px = lens.model().whole_view(width_px, height_px);
+    fx = focal_px.x();
+    fy = focal_px.y();
+  }
   const std::vector<double>& center = camera.principal_point_px;
   const double cx = center.empty() ? 0.5 * static_cast<double>(camera.width_px) : center[0];
   const double cy = center.empty() ? 0.5 * static_cast<double>(camera.height_px) : center[1];
   return {.model = camera.model,
-          .width_px = static_cast<int>(camera.width_px),
-          .height_px = static_cast<int>(camera.height_px),
-          .parameters = {fx, fy, cx, cy}};
+          .width_px = width_px,
+          .height_px = height_px,
+          .parameters = lens.parameters(fx, fy, cx, cy)};
 }
 
 }  // namespace
@@ -121,7 +131,9 @@ geo::CameraIntrinsics intrinsics_of(const CameraOptions& camera) {
 void CameraOptions::describe(core::SchemaVisitor& visit) {
   const core::Constraint three = core::size_of(3);
   visit.key("name", name, "Name of the camera, and of its folder.", core::required());
-  visit.key("model", model, "Camera model, a name of the table of models.");
+  visit.key("model", model,
+            "Camera model; it decides further keys (`terracast config explain MODEL`).",
+            core::one_of(core::registry_names(geo::camera_models())));
   visit.key("width_px", width_px, "Width of the image.", core::required(core::between(1, 16384)));
   visit.key("height_px", height_px, "Height of the image.",
             core::required(core::between(1, 16384)));
@@ -133,11 +145,17 @@ void CameraOptions::describe(core::SchemaVisitor& visit) {
   visit.key("pixel_aspect", pixel_aspect,
             "Height of a pixel over its width, gamma: fv = f Nu / (d gamma).",
             core::between(0.1, 10.0));
-  visit.key("fx_px", fx_px, "Focal length in pixels, horizontally.", core::between(0.0, 1e6));
+  visit.key(
+      "fx_px", fx_px,
+      "Focal length in pixels, horizontally; of panoramas pixels a radian, 0: the whole view; "
+      "of orthographic cameras pixels a metre.",
+      core::between(0.0, 1e6));
   visit.key("fy_px", fy_px, "Focal length in pixels, vertically; 0: as fx_px.",
             core::between(0.0, 1e6));
   visit.key("principal_point_px", principal_point_px,
             "cx, cy with pixel centres at +0.5; empty: the image's centre.", core::size_of(2));
+  lens.set_model(model);
+  lens.describe(visit);
   visit.key("offset_mm", offset_mm, "Centre of projection in the rig's axes; empty: 0.", three);
   visit.key("axis_angle_rad", axis_angle_rad,
             "Rotation vector, in the rig's axes, that turns a camera that looks forward.", three);
@@ -182,7 +200,10 @@ void CameraOptions::validate() const {
          "camera {}: focal_length_mm = {} with image_plane_width_mm = {}; both must be positive",
          name, focal_length_mm, image_plane_width_mm);
   }
-  if (!is_physical && !(fx_px > 0.0)) {
+  const geo::CameraModelInfo& info =
+      core::find_registered(geo::camera_models(), "camera model", model);
+  const bool needs_focal_length = info.whole_view == nullptr && info.read == nullptr;
+  if (!is_physical && !(fx_px > 0.0) && needs_focal_length) {
     fail(ErrorKind::Config,
          "camera {}: no focal length; give focal_length_mm with image_plane_width_mm, or fx_px",
          name);
@@ -214,14 +235,16 @@ void CameraOptions::validate() const {
 
 void CameraOptions::set_intrinsics(const geo::CameraIntrinsics& intrinsics) {
   const std::vector<double>& p = intrinsics.parameters;
-  TERRACAST_CHECK(p.size() == 4, "camera model {} has {} parameters, which no key takes",
+  TERRACAST_CHECK(p.size() >= 4, "camera model {} with {} parameters; fx, fy, cx, cy are the least",
                   intrinsics.model, p.size());
   model = intrinsics.model;
+  lens.set_model(model);
+  lens.set_own_parameters(std::span(p).subspan(4));
   width_px = intrinsics.width_px;
   height_px = intrinsics.height_px;
-  fx_px = p.at(0);
-  fy_px = p.at(1);
-  principal_point_px = {p.at(2), p.at(3)};
+  fx_px = p[0];
+  fy_px = p[1];
+  principal_point_px = {p[2], p[3]};
 }
 
 void CameraOptions::set_pose(const geo::Rigid3d& rig_from_camera) {
@@ -337,7 +360,13 @@ std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptio
                 .intrinsics = intrinsics_of(camera),
                 .rig_from_camera = rig_from_camera(camera, rig_from_file),
                 .body_from_rig = body_from_rig};
-            geo::make_camera(calibration.intrinsics);  // refuses what the model cannot hold
+            // Refuses what the model cannot hold.
+            const auto model = geo::make_camera(calibration.intrinsics);
+            if (!model->is_central())
+              fail(ErrorKind::Config,
+                   "camera {} is of the model {}, whose rays start at many places; frames are "
+                   "rendered of models with one centre of projection",
+                   camera.name, camera.model);
             calibrations.push_back(std::move(calibration));
           },
           fmt::format("building rig {}", rig.name));

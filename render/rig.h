@@ -8,14 +8,17 @@
 #include "core/schema.h"
 #include "geo/camera_model.h"
 #include "geo/rigid3.h"
+#include "render/lens_options.h"
 #include "render/rig_template.h"
 
 namespace terracast::render {
 
-/// A camera of a rig file: physical optics or fx, fy, cx, cy; one way of stating its orientation.
+/// A camera of a rig file: a model with its lens, physical optics or fx, fy, cx, cy; one way of stating
+/// its orientation.
 struct CameraOptions {
   std::string name;
   std::string model = "pinhole";
+  LensOptions lens;  ///< of the model, once describe() was called
   std::int64_t width_px = 0;
   std::int64_t height_px = 0;
   double focal_length_mm =
@@ -39,6 +42,7 @@ struct CameraOptions {
   void validate() const;
 
   /// Focal lengths in pixels, and the model's parameters.
+  /// throws Config: a model that comes from a file
   void set_intrinsics(const geo::CameraIntrinsics& intrinsics);
   /// As offset_mm and quaternion_wxyz in FLU.
   void set_pose(const geo::Rigid3d& rig_from_camera);

@@ -23,6 +23,12 @@ constexpr double kMieExponent = -1.3;  // Angstrom's, of continental haze
 // The sun outside the air: 128 klx; its colour against D65.
 constexpr double kExtraterrestrial_klx[3] = {135.0, 127.0, 118.0};
 constexpr double kGroundAlbedo = 0.15;
+// Towards the horizon so much of the sky is air so thick that what it scatters has the sun's colour again;
+// the share falls to 1/e at this cosine of the zenith angle.
+constexpr float kThickShare = 0.6f;
+constexpr float kThickCosine = 0.09f;
+/// Of that air against Perez' horizon, whose pole is cut off.
+constexpr float kThickLuminance = 1.25f;
 
 double relative_to_550nm(int channel, double exponent) {
   return std::pow(kWavelength_um[channel] / 0.550, exponent);
@@ -207,7 +213,15 @@ Color Sky::perez(float cos_zenith, float cos_sun) const {
     value[k] =
         zenith_over_norm_[k] *
         perez_function(coefficients_[k], std::max(cos_zenith, least_cosine[k]), angle, cos_sun);
-  return linear_srgb_from_xyy(value[1], value[2], value[0]) * twilight_;
+  Color color = linear_srgb_from_xyy(value[1], value[2], value[0]);
+  // A sun below the horizon lights the high air alone, which stays as the formula has it.
+  if (!is_night()) {
+    const float thick = kThickShare * std::exp(-std::max(cos_zenith, 0.0f) / kThickCosine);
+    const Color lit =
+        sun_irradiance_ * (kThickLuminance * value[0] / luminance_of(sun_irradiance_));
+    color += thick * (lit - color);
+  }
+  return color * twilight_;
 }
 
 Color Sky::radiance(const Eigen::Vector3f& direction_world) const {

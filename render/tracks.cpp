@@ -44,7 +44,12 @@ world::WorldRay candidate_ray(const ViewTable& views, std::uint64_t number, std:
   const Eigen::Vector2d pixel(
       core::random_unit(seed, kStream, 2 * number) * view.model->width_px(),
       core::random_unit(seed, kStream, 2 * number + 1) * view.model->height_px());
-  return {.origin_world = view.center_world, .direction_world = view.ray_world(pixel)};
+  const Eigen::Vector3d ray = view.ray_world(pixel);
+  if (ray.allFinite()) return {.origin_world = view.center_world, .direction_world = ray};
+  // Beyond the image circle: nothing is asked for.
+  return {.origin_world = view.center_world,
+          .direction_world = view.world_from_camera.col(2),
+          .t_max = 0.0};
 }
 
 Grade grade_of(const std::vector<Eigen::Vector3d>& directions) {

@@ -74,15 +74,18 @@ void look_at_bed(const GroundPacket& packet, std::uint32_t seed, GroundLook& loo
   const NoiseSum fine = sum_noise(packet.places, -2, -6, seed + 421);
   for (int i = 0; i < kLanes; ++i) {
     if (static_cast<Cover>(packet.cover[i]) != Cover::Seabed) continue;
+    // Borders are as soft as what the footprint left out of the noise that draws them.
+    const float soft = 0.7f * patch.left_out[i] + 0.5f * weed.left_out[i];
     Rgb color{0.245f, 0.200f, 0.138f};  // sand, wet
     shade(color, 1.0f + 0.10f * patch.value[i] + 0.05f * grain.value[i] + 0.05f * fine.value[i]);
     // Gravel and shells lie in patches, rock where it is steep.
-    lay(color, 0.55f * step_up(grain.value[i] + 0.5f * patch.value[i] - 1.1f, 0.6f), 0.20f, 0.18f,
-        0.15f);
-    const float rock = step_up(patch.value[i] + 6.0f * packet.steepness[i] - 1.25f, 0.25f);
+    lay(color, 0.55f * step_up(grain.value[i] + 0.5f * patch.value[i] - 1.1f, 0.6f + soft), 0.20f,
+        0.18f, 0.15f);
+    const float rock = step_up(patch.value[i] + 6.0f * packet.steepness[i] - 1.25f, 0.25f + soft);
     lay(color, rock, 0.105f + 0.03f * grain.value[i], 0.095f + 0.03f * grain.value[i],
         0.080f + 0.025f * grain.value[i]);
-    const float grown = step_up(weed.value[i] + 0.7f * patch.value[i] + 0.4f * rock - 0.55f, 0.25f);
+    const float grown =
+        step_up(weed.value[i] + 0.7f * patch.value[i] + 0.4f * rock - 0.55f, 0.25f + soft);
     lay(color, 0.9f * grown, 0.030f + 0.010f * fine.value[i], 0.045f + 0.014f * fine.value[i],
         0.016f);
     look.albedo[0][i] = clamped(color.r, 0.01f, 0.7f);

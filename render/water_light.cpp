@@ -32,6 +32,11 @@ constexpr double kFarthestBottom_m = 160.0;
 constexpr double kFarthestMirrored_m = 4000.0;
 constexpr double kMirrorDistance_m = 5000.0;
 constexpr float kLeastReflectance = 0.03f;
+/// Facets of a sample point so far apart that what they mirror is seen as wide as this at least.
+constexpr double kMirrorSpread_rad = 0.05;
+/// One facet stands for all of its sample, so what it meets would be seen as specks: from this distance on
+/// to thrice it the sky, which most others mirror, comes to count as much as it does.
+constexpr float kSpecks_m = 200.0f;
 /// Slopes of the waves that bend rays of cameras in water: root mean square, sea and inland.
 constexpr double kSeaSlope = 0.05;
 constexpr double kLakeSlope = 0.015;
@@ -43,6 +48,8 @@ constexpr float kUpGlow = 0.22f;
 /// Lines of gathered light on the bed.
 constexpr float kCausticWidth = 0.35f;
 constexpr float kCausticDepth_m = 8.0f;
+/// By how much a ray that goes down turns with the slope of the surface: 1 - 1 / n.
+constexpr double kBendPerSlope = 0.25;
 /// Sine of the least elevation of mirrored rays.
 constexpr double kLeastRise = 0.004;
 /// Mirrored rays start this far above the surface.
@@ -126,6 +133,7 @@ void WaterLight::look(const LitHits& hits, Scratch& s, const SeenWater& seen,
                       world::RayTrail* trail) const {
   s.water.clear();
   s.normals.clear();
+  s.blur.clear();
   for (std::size_t i = 0; i < hits.rays.size(); ++i) {
     seen.below[i] = seen.mirrored[i] = Color(-1.0f, 0.0f, 0.0f);
     seen.reflectance[i] = -1.0f;
@@ -169,8 +177,8 @@ void WaterLight::draw_facets(const LitHits& hits, Scratch& s, std::span<float> r
       const Vector3d level = -direction - cosine * mean;
       const double sine = level.norm();
       Vector3d facet = mean;
+      const double deviation = std::sqrt(0.5 * static_cast<double>(s.look.wave_variance[at]));
       if (sine > 1e-6) {
-        const double deviation = std::sqrt(0.5 * static_cast<double>(s.look.wave_variance[at]));
         const std::uint64_t bits = bits_of(hits.rays[i].origin_world + hits.hits[i].t * direction);
         const double share = hits.spread.empty() ? core::random_unit(bits, 1, 0)
                                                  : static_cast<double>(hits.spread[i]);
@@ -181,6 +189,7 @@ void WaterLight::draw_facets(const LitHits& hits, Scratch& s, std::span<float> r
       }
       if (facet.dot(direction) > -1e-3) facet = mean;
       s.normals.push_back(facet);
+      s.blur.push_back(2.0 * kBendPerSlope * deviation);
       reflectance[i] = water_reflectance(static_cast<float>(-facet.dot(direction)));
     }
   }
@@ -381,11 +390,14 @@ void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_dept
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       const std::size_t k = s.of_water[first + std::min(lane, count - 1)];
       const std::size_t i = s.water[k];
+      // Waves that are not told one by one blur the bed: else each sample met another patch of it.
+      const double seen_m =
+          start_depth_m > 0.0
+              ? std::min(hits.hits[i].t, 1e5) * hits.sample_angle_rad
+              : footprint_m(hits, i) + s.hits[k].t * (hits.sample_angle_rad + s.blur[k]);
       s.places.set(static_cast<int>(lane),
                    s.rays[k].origin_world + s.hits[k].t * s.rays[k].direction_world,
-                   s.hits[k].normal_world(), s.surfaces[k],
-                   (std::min(hits.hits[i].t, 1e5) + (start_depth_m > 0.0 ? 0.0 : s.hits[k].t)) *
-                       hits.sample_angle_rad);
+                   s.hits[k].normal_world(), s.surfaces[k], seen_m);
     }
     ground_.set(s.places, s.packet);
     ground_.look(s.packet, s.look);
@@ -453,10 +465,14 @@ void WaterLight::look_up(const LitHits& hits, Scratch& s, const SeenWater& seen,
                  .surfaces = std::span(s.surfaces).first(num_met),
                  .sun_share = s.sun_share,
                  .sky_share = s.sky_share,
-                 .sample_angle_rad = 4.0 * hits.sample_angle_rad},
+                 .sample_angle_rad = std::max(4.0 * hits.sample_angle_rad, kMirrorSpread_rad)},
                 s.shader, s.radiance);
-  for (std::size_t r = 0; r < num_met; ++r)
-    seen.mirrored[s.water[s.of_water[r]]] = s.radiance[r].max(0.0f);
+  for (std::size_t r = 0; r < num_met; ++r) {
+    const std::size_t i = s.water[s.of_water[r]];
+    const float far = 0.5f * (static_cast<float>(hits.hits[i].t) / kSpecks_m - 1.0f);
+    const Color met = s.radiance[r].max(0.0f);
+    seen.mirrored[i] = met + 0.5f * ramp(far) * (seen.mirrored[i] - met);
+  }
 }
 
 }  // namespace terracast::render

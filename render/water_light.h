@@ -61,6 +61,8 @@ class WaterLight {
   struct Scratch {
     std::vector<std::size_t> water;  ///< rays that met water
     std::vector<Eigen::Vector3d> normals;
+    std::vector<double>
+        blur;  ///< of `water`: by how much of their way waves spread what lies below
     std::vector<world::WorldRay> rays;
     std::vector<world::SurfaceHit> hits;
     std::vector<world::SurfaceSample> surfaces;

@@ -4,8 +4,11 @@
 #include <cpl_string.h>
 #include <cpl_vsi.h>
 
+#include <array>
 #include <filesystem>
+#include <fstream>
 #include <mutex>
+#include <string_view>
 #include <vector>
 
 #include "core/error.h"
@@ -38,9 +41,11 @@ void register_drivers() {
   std::call_once(once, [] { GDALAllRegister(); });
 }
 
+constexpr std::string_view kZipped = "/vsizip/";
+
 /// The one file of an archive, as GDAL finds it.
 std::string only_member(const std::string& archive, const std::string& written) {
-  const std::string folder = "/vsizip/" + archive;
+  const std::string folder = std::string(kZipped) + archive;
   char** entries = VSIReadDir(folder.c_str());
   std::vector<std::string> files;
   for (int i = 0; entries != nullptr && entries[i] != nullptr; ++i) {
@@ -63,22 +68,48 @@ std::string only_member(const std::string& archive, const std::string& written) 
 constexpr std::uint64_t kLargestUnpackedShare = 100;
 constexpr std::uint64_t kSmallUnpacked_bytes = std::uint64_t{64} << 20;
 
-/// The archive in a path such as /vsizip/folder/archive.zip/member; empty where there is none.
+/// The archive in a path such as /vsizip/folder/archive.zip/member, or the file itself where it is one, as .kmz and
+/// .hgt.zip are; empty where there is none.
 std::string archive_of(const std::string& path) {
-  const std::string prefix = "/vsizip/";
-  if (!path.starts_with(prefix)) return "";
-  std::filesystem::path archive = path.substr(prefix.size());
   std::error_code ignored;
-  while (archive.has_relative_path() && !std::filesystem::is_regular_file(archive, ignored))
-    archive = archive.parent_path();
-  return archive.has_relative_path() ? archive.string() : "";
+  if (path.starts_with(kZipped)) {
+    std::filesystem::path archive = path.substr(kZipped.size());
+    while (archive.has_relative_path() && !std::filesystem::is_regular_file(archive, ignored))
+      archive = archive.parent_path();
+    return archive.has_relative_path() ? archive.string() : "";
+  }
+  if (!std::filesystem::is_regular_file(path, ignored)) return "";
+  std::array<char, 4> begin = {};
+  std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
+  return std::string_view(begin.data(), begin.size()) == std::string_view("PK\3\4", 4) ? path : "";
+}
+
+/// GDAL reads more than files by such names: networks, and streams that unpack without an end.
+void check_name(const std::string& path, const std::string& written) {
+  std::error_code ignored;
+  if (!path.starts_with("/vsi") || std::filesystem::exists(path, ignored)) return;
+  const bool is_zipped = path.starts_with(kZipped);
+  const bool is_part = path.starts_with("/vsisubfile/");
+  const std::string of = is_zipped ? path.substr(kZipped.size())
+                         : is_part ? path.substr(path.find(',') + 1)
+                                   : path;
+  if (of.starts_with("/vsi"))
+    fail(ErrorKind::Input,
+         "{}: only files are read, and those in archives as /vsizip/FILE.zip/MEMBER; fetch or "
+         "unpack it, and name the file",
+         written);
+  if (!is_zipped) return;
+  const std::string archive = archive_of(path);
+  if (archive.empty() || path.find("..", kZipped.size() + archive.size()) != std::string::npos)
+    fail(ErrorKind::Input, "{}: a path into an archive is /vsizip/FILE.zip/MEMBER, without \"..\"",
+         written);
 }
 
 void check_unpacked_size(const std::string& path, const std::string& written) {
   const std::string archive = archive_of(path);
   if (archive.empty()) return;
   const std::uint64_t packed_bytes = std::filesystem::file_size(archive);
-  const std::string folder = "/vsizip/" + archive;
+  const std::string folder = std::string(kZipped) + archive;
   char** entries = VSIReadDirRecursive(folder.c_str());
   std::uint64_t unpacked_bytes = 0;
   for (int i = 0; entries != nullptr && entries[i] != nullptr; ++i) {
@@ -147,10 +178,12 @@ std::string gdal_path(const core::Path& file) {
 GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors) {
   register_drivers();
   const std::string path = gdal_path(file);
+  check_name(path, file.written);
   VSIStatBufL status;
   if (VSIStatL(path.c_str(), &status) != 0)
     fail(ErrorKind::Io, "{}: there is no such raster; give the path of a file that GDAL opens",
          file.written);
+  check_unpacked_size(path, file.written);
   const bool is_folder = VSI_ISDIR(status.st_mode) != 0 && !path.starts_with("/vsi");
   const std::string what = is_folder ? vrt_of_terrain_tiles(path, file.written) : path;
   GdalDatasetPtr dataset(GDALDataset::Open(what.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR));
@@ -163,12 +196,10 @@ GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors
 GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& errors) {
   register_drivers();
   const std::string path = gdal_path(file);
+  check_name(path, file.written);
   VSIStatBufL status;
   if (VSIStatL(path.c_str(), &status) != 0)
     fail(ErrorKind::Io, "{}: there is no such file; give the path of features that GDAL opens",
-         file.written);
-  if (path.starts_with("/vsi") && path.find("..") != std::string::npos)
-    fail(ErrorKind::Input, "{}: a path into an archive holds \"..\"; name the member itself",
          file.written);
   check_unpacked_size(path, file.written);
   const std::string rules = std::string("CONFIG_FILE=") + osm_rules();

@@ -37,12 +37,13 @@ using GdalDatasetPtr = std::unique_ptr<GDALDataset, GdalDatasetCloser>;
 /// throws   Input: an archive of none or several
 std::string gdal_path(const core::Path& file);
 
-/// Opens what gdal_path() gives, or a folder of terrain tiles.
-/// throws   Io: no such file; Input: no raster
+/// Opens what gdal_path() gives, or a folder of terrain tiles. Archives that unpack to over a hundred times their
+/// size are not opened, nor what is no file, such as /vsicurl/ and /vsigzip/.
+/// throws   Io: no such file; Input: no raster, or one of those
 GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors);
 
 /// Opens what gdal_path() gives as features. Formats that only lead to other files or to servers (VRT,
-/// WFS, …) are not opened, nor archives that unpack to over a hundred times their size.
+/// WFS, …) are not opened, nor what open_gdal_raster() does not open.
 /// throws   Io: no such file; Input: no features, or one of those
 GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& errors);
 

@@ -9,6 +9,7 @@
 #include "core/hash.h"
 #include "core/random.h"
 #include "tiler/country/country.h"
+#include "tiler/dry_cover.h"
 #include "tiler/imagery/imagery_pyramid.h"
 #include "tiler/instance_ids.h"
 
@@ -81,31 +82,35 @@ bool is_shown(const Extent& extent, const Eigen::Vector2d& place_m, int coarsest
 
 class Site final : public LayerSite {
  public:
-  Site(const WorldSurface& ground, const std::vector<std::unique_ptr<Layer>>& layers,
-       const Layer& asking)
-      : ground_(ground), layers_(layers), asking_(asking) {}
+  /// bare   the ground without the layers of the stack
+  Site(const WorldSurface& bare, const LayerStack& stack,
+       const std::vector<std::unique_ptr<Layer>>& layers, const Layer& asking)
+      : bare_(bare), stack_(stack), layers_(layers), asking_(asking) {}
 
   double ground_z_world(const Eigen::Vector2d& place_world) const override {
-    return ground_.sample(place_world.x(), place_world.y()).z_world;
+    return stack_.shaped_z_world(place_world, sample(place_world));
   }
   world::Cover cover(const Eigen::Vector2d& place_world) const override {
-    return ground_.sample(place_world.x(), place_world.y()).cover;
+    return stack_.shaped_cover(place_world, sample(place_world));
   }
   bool is_free(const Eigen::Vector2d& place_world, double radius_m) const override {
     for (const auto& layer : layers_)
       if (layer.get() != &asking_ && layer->holds(place_world, radius_m)) return false;
     const auto is_dry = [&](double dx, double dy) {
-      const world::Cover cover =
-          this->cover(place_world + Eigen::Vector2d(dx * radius_m, dy * radius_m));
-      return cover != world::Cover::Sea && cover != world::Cover::Lake &&
-             cover != world::Cover::River;
+      const Eigen::Vector2d at = place_world + Eigen::Vector2d(dx * radius_m, dy * radius_m);
+      return !stack_.is_shaped_water(at, sample(at));
     };
     return is_dry(0, 0) &&
            (radius_m == 0.0 || (is_dry(-1, 0) && is_dry(1, 0) && is_dry(0, -1) && is_dry(0, 1)));
   }
 
  private:
-  const WorldSurface& ground_;
+  SurfaceSample sample(const Eigen::Vector2d& place_world) const {
+    return bare_.sample(place_world.x(), place_world.y());
+  }
+
+  const WorldSurface& bare_;
+  const LayerStack& stack_;
   const std::vector<std::unique_ptr<Layer>>& layers_;
   const Layer& asking_;
 };
@@ -233,6 +238,7 @@ void LayerStack::add(std::unique_ptr<Layer> layer, const LayerOptions& options) 
   first_prototype_.push_back(prototypes_.size());
   const std::span<const world::Prototype> own = layer->prototypes();
   prototypes_.insert(prototypes_.end(), own.begin(), own.end());
+  for (const world::Prototype& prototype : own) reaches_m_.push_back(reach_m(prototype));
   const std::span<const world::Texture> images = layer->textures();
   first_texture_.push_back(textures_.size());
   for (std::size_t row = first_prototype_.back(); row < prototypes_.size(); ++row)
@@ -255,6 +261,7 @@ void LayerStack::add(std::unique_ptr<Layer> layer, const LayerOptions& options) 
     volume_places_.push_back(place);
   }
   for (const world::Volume& volume : layer->volumes()) volumes_.push_back(volume);
+  may_tell_of_water_.push_back(dynamic_cast<const DryCover*>(layer.get()) == nullptr ? 1 : 0);
   layers_.push_back(std::move(layer));
 }
 
@@ -266,36 +273,78 @@ std::string LayerStack::input_hash() const {
   return core::content_hash(all);
 }
 
-SurfaceSample LayerStack::shaped(const Eigen::Vector2d& place_world, SurfaceSample sample) const {
-  const double inside_m = half_size_m_ - place_world.cwiseAbs().maxCoeff();
-  if (layers_.empty() || inside_m <= 0.0 || sample.cover != world::Cover::Land) return sample;
-  double lift_m = 0.0;
-  double depth_m = 0.0;
-  std::optional<world::Cover> cover;
-  for (const auto& layer : layers_) {
-    lift_m += layer->lift_m(place_world, sample);
-    if (cover && is_water(*cover)) continue;
-    const std::optional<world::Cover> own = layer->cover(place_world, sample);
-    if (!own || (cover && !is_water(*own))) continue;
-    cover = own;
-    if (!is_water(*own)) continue;
-    depth_m = layer->water_depth_m(place_world, sample).value_or(kUnknownDepth_m);
+bool LayerStack::is_layered(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const {
+  return !layers_.empty() && place_world.cwiseAbs().maxCoeff() < half_size_m_ &&
+         sample.cover == world::Cover::Land;
+}
+
+std::optional<LayerStack::Told> LayerStack::told(const Eigen::Vector2d& place_world,
+                                                 const SurfaceSample& sample) const {
+  std::optional<Told> told;
+  for (std::size_t row = 0; row < layers_.size(); ++row) {
+    const Layer& layer = *layers_[row];
+    if (told && is_water(told->cover)) {
+      if (layer.lift_m(place_world, sample) == 0.0) continue;
+      // What a layer builds in the water of an earlier one, as a road its dam over a culvert, is dry.
+      told.reset();
+    }
+    if (told && may_tell_of_water_[row] == 0) continue;
+    const std::optional<world::Cover> cover = layer.cover(place_world, sample);
+    if (!cover || (told && !is_water(*cover))) continue;
+    told = Told{*cover, &layer};
   }
-  sample.z_world += lift_m * lift_share(place_world, half_size_m_);
-  if (cover) sample.cover = *cover;
+  return told;
+}
+
+SurfaceSample LayerStack::shaped(const Eigen::Vector2d& place_world, SurfaceSample sample) const {
+  if (!is_layered(place_world, sample)) return sample;
+  const std::optional<Told> told = this->told(place_world, sample);
+  const bool has_water = told && is_water(told->cover);
+  const double depth_m =
+      has_water ? told->by->water_depth_m(place_world, sample).value_or(kUnknownDepth_m) : 0.0;
+  sample.z_world = shaped_z_world(place_world, sample);
+  if (told) sample.cover = told->cover;
   sample.water_depth_m = depth_m;
   return sample;
 }
 
-void LayerStack::add_objects(const WorldSurface& ground, world::Tile& tile) const {
-  std::vector<double> reaches_m;
-  for (const world::Prototype& prototype : prototypes_) reaches_m.push_back(reach_m(prototype));
+double LayerStack::shaped_z_world(const Eigen::Vector2d& place_world,
+                                  const SurfaceSample& sample) const {
+  if (!is_layered(place_world, sample)) return sample.z_world;
+  double lift_m = 0.0;
+  for (const auto& layer : layers_) lift_m += layer->lift_m(place_world, sample);
+  return sample.z_world + lift_m * lift_share(place_world, half_size_m_);
+}
+
+world::Cover LayerStack::shaped_cover(const Eigen::Vector2d& place_world,
+                                      const SurfaceSample& sample) const {
+  if (!is_layered(place_world, sample)) return sample.cover;
+  const std::optional<Told> told = this->told(place_world, sample);
+  return told ? told->cover : sample.cover;
+}
+
+bool LayerStack::is_shaped_water(const Eigen::Vector2d& place_world,
+                                 const SurfaceSample& sample) const {
+  if (!is_layered(place_world, sample)) return is_water(sample.cover);
+  bool is_wet = false;
+  for (std::size_t row = 0; row < layers_.size(); ++row) {
+    const Layer& layer = *layers_[row];
+    if (is_wet && layer.lift_m(place_world, sample) == 0.0) continue;
+    is_wet = false;
+    if (may_tell_of_water_[row] == 0) continue;
+    const std::optional<world::Cover> cover = layer.cover(place_world, sample);
+    is_wet = cover && is_water(*cover);
+  }
+  return is_wet;
+}
+
+void LayerStack::add_objects(world::Tile& tile) const {
   double top_m = -std::numeric_limits<double>::infinity();
   world::TileObjects& all = tile.objects;
   for (std::size_t row = 0; row < layers_.size(); ++row) {
     world::TileObjects own;
     const std::size_t num_textures = layers_[row]->textures().size();
-    layers_[row]->add_objects(tile.id, Site(ground, layers_, *layers_[row]), own);
+    layers_[row]->add_objects(tile.id, Site(*bare_, *this, layers_, *layers_[row]), own);
     for (world::Solid& solid : own.solids) {
       solid.provenance.layer = static_cast<std::uint8_t>(row);
       number_textures(solid.levels, first_texture_[row], num_textures, infos_[row].name);
@@ -309,7 +358,7 @@ void LayerStack::add_objects(const WorldSurface& ground, world::Tile& tile) cons
       instance.provenance.layer = static_cast<std::uint8_t>(row);
       const std::size_t prototype = first_prototype_[row] + instance.prototype;
       instance.prototype = static_cast<std::uint16_t>(prototype);
-      const Extent extent = extent_of(instance, reaches_m[prototype]);
+      const Extent extent = extent_of(instance, reaches_m_[prototype]);
       const int coarsest_level = std::min<int>(instance.coarsest_level,
                                                prototypes_[prototype].levels.back().coarsest_level);
       const Eigen::Vector2d place_m = instance.place_steps.head<2>().cast<double>() * kHeightStep_m;
@@ -345,6 +394,7 @@ void LayerStack::add_objects(const WorldSurface& ground, world::Tile& tile) cons
 
 std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldSurface> surface,
                                                     LayerStack layers) {
+  layers.bare_ = surface.get();
   return std::make_shared<LayeredSurface>(std::move(surface), std::move(layers));
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,19 +44,37 @@ class LayerStack {
   /// What the layers make of the ground at a place of the world's square, what they raise it by times lift_share().
   /// sample   without any layer
   SurfaceSample shaped(const Eigen::Vector2d& place_world, SurfaceSample sample) const;
+  // Parts of that, for less.
+  double shaped_z_world(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const;
+  world::Cover shaped_cover(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const;
+  bool is_shaped_water(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const;
 
   /// Puts into a tile what reaches over its square: sorted by layer, feature and id; objects_top_steps
   /// is set. Objects whose place is in the tile are left out where its level shows nothing of them.
-  /// ground   the finished surface
   /// throws   Internal: an id that is 0 or there twice, a texture that its layer lacks
-  void add_objects(const WorldSurface& ground, world::Tile& tile) const;
+  void add_objects(world::Tile& tile) const;
 
  private:
-  void add(std::unique_ptr<Layer> layer, const LayerOptions& options);
+  /// What covers a place, and the layer that tells of it.
+  struct Told {
+    world::Cover cover;
+    const Layer* by;
+  };
 
+  void add(std::unique_ptr<Layer> layer, const LayerOptions& options);
+  friend std::shared_ptr<const WorldSurface> layered_surface(
+      std::shared_ptr<const WorldSurface> surface, LayerStack layers);
+
+  /// Whether layers are asked of a place with such a sample.
+  bool is_layered(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const;
+  std::optional<Told> told(const Eigen::Vector2d& place_world, const SurfaceSample& sample) const;
+
+  const WorldSurface* bare_ = nullptr;  ///< the ground without them, once they lie on one
   std::vector<std::unique_ptr<Layer>> layers_;
+  std::vector<std::uint8_t> may_tell_of_water_;  ///< each layer
   std::vector<world::LayerInfo> infos_;
   std::vector<world::Prototype> prototypes_;
+  std::vector<double> reaches_m_;             ///< of the prototypes
   std::vector<std::size_t> first_prototype_;  ///< of each layer
   std::vector<world::Texture> textures_;
   std::vector<std::size_t> first_texture_;  ///< of each layer

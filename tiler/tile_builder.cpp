@@ -45,7 +45,7 @@ world::Tile build_tile(const WorldSurface& surface, const world::TileId& id) {
     tile.moisture[i] = samples[i].moisture;
     tile.source[i] = samples[i].source;
   }
-  surface.layers().add_objects(surface, tile);
+  surface.layers().add_objects(tile);
   const auto is_water = [](const SurfaceSample& sample) {
     return world::is_water(sample.cover);
   };

@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "validate/lens.h"
+
 /// The validator's own frames and projection. It shares no code with the rest of the program, so
 /// that an error of sign there cannot hide here.
 namespace terracast::validate {
@@ -12,8 +14,8 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double degrees_from_radians(double angle_rad) { return angle_rad * (180.0 / kPi); }
 constexpr double radians_from_degrees(double angle_deg) { return angle_deg * (kPi / 180.0); }
 
-/// A pinhole camera without distortion. Camera frame: x right, y down, z forward; the centre of the
-/// top-left pixel is (0.5, 0.5).
+/// A pinhole camera, with the lens of one of COLMAP's models or none. Camera frame: x right, y down, z
+/// forward; the centre of the top-left pixel is (0.5, 0.5).
 struct Intrinsics {
   int width_px = 0;
   int height_px = 0;
@@ -21,13 +23,21 @@ struct Intrinsics {
   double fy_px = 0.0;
   double cx_px = 0.0;
   double cy_px = 0.0;
+  Lens lens = {};
 
-  /// The point of the ray through `pixel` at depth 1.
+  /// The point of the ray through `pixel` at depth 1; NaN where a lens lets none in.
   Eigen::Vector3d ray_from_pixel(const Eigen::Vector2d& pixel) const {
+    if (lens.kind != Lens::Kind::None)
+      return lens.undistorted({(pixel.x() - cx_px) / fx_px, (pixel.y() - cy_px) / fy_px})
+          .homogeneous();
     return {(pixel.x() - cx_px) / fx_px, (pixel.y() - cy_px) / fy_px, 1.0};
   }
   /// Where a point before the camera (z > 0) stands in the image.
   Eigen::Vector2d pixel_from_point(const Eigen::Vector3d& point_camera) const {
+    if (lens.kind != Lens::Kind::None) {
+      const Eigen::Vector2d place = lens.distorted(point_camera.hnormalized());
+      return {fx_px * place.x() + cx_px, fy_px * place.y() + cy_px};
+    }
     return {fx_px * point_camera.x() / point_camera.z() + cx_px,
             fy_px * point_camera.y() / point_camera.z() + cy_px};
   }

@@ -92,13 +92,18 @@ double half_float_step(double value) {
   return 0.5 * (static_cast<double>(next) - static_cast<double>(nearest));
 }
 
+// A pinhole is finest in a corner; a lens may be so anywhere.
 double finest_pixels_per_radian(const Intrinsics& camera) {
+  const int parts = camera.lens.kind == Lens::Kind::None ? 1 : 128;
   double finest = 0.0;
-  for (const double u : {0.0, static_cast<double>(camera.width_px)})
-    for (const double v : {0.0, static_cast<double>(camera.height_px)}) {
+  for (int i = 0; i <= parts; ++i)
+    for (int j = 0; j <= parts; ++j) {
+      const Eigen::Vector3d ray =
+          camera.ray_from_pixel({static_cast<double>(camera.width_px) * i / parts,
+                                 static_cast<double>(camera.height_px) * j / parts});
+      if (!ray.allFinite()) continue;
       // Of the unit ray; along the ray itself the image does not move.
-      const Eigen::Matrix<double, 2, 3> jacobian =
-          projection_jacobian(camera, camera.ray_from_pixel({u, v}).normalized());
+      const Eigen::Matrix<double, 2, 3> jacobian = projection_jacobian(camera, ray.normalized());
       const Eigen::Matrix2d square = jacobian * jacobian.transpose();
       finest = std::max(
           finest,

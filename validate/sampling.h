@@ -56,7 +56,10 @@ inline Eigen::Matrix<double, 2, 3> projection_jacobian(const Intrinsics& camera,
   const double inverse = 1.0 / point.z();
   jacobian << camera.fx_px * inverse, 0.0, -camera.fx_px * point.x() * inverse * inverse,  //
       0.0, camera.fy_px * inverse, -camera.fy_px * point.y() * inverse * inverse;
-  return jacobian;
+  if (camera.lens.kind == Lens::Kind::None) return jacobian;
+  const Eigen::Vector2d focal_px(camera.fx_px, camera.fy_px);
+  return focal_px.asDiagonal() * camera.lens.jacobian(point.hnormalized()) *
+         focal_px.cwiseInverse().asDiagonal() * jacobian;
 }
 
 /// Where the image content of `b` stands against where the geometry says: the sub-pixel shift

@@ -211,6 +211,87 @@ bool BoxTree::enter(const Eigen::Vector3d& origin, const Eigen::Vector3d& direct
   return true;
 }
 
+namespace {
+
+/// Eight lanes of a packet, from `first` on.
+template <int kLanes>
+TERRACAST_PACKET_INLINE void enter_bounds(const geo::Box3d& bounds, const Eigen::Vector3d& center,
+                                          double margin_m, const RayLanes& rays,
+                                          const double* t_until, LaneMask asked, int first,
+                                          RayPacket<kLanes>& packet) {
+  constexpr double kLargestInverse = 0x1.0p60;
+  constexpr double kRounding = 1.0 + 0x1.0p-20;
+  const double* origin[3] = {rays.origin_x, rays.origin_y, rays.origin_z};
+  const double* direction[3] = {rays.direction_x, rays.direction_y, rays.direction_z};
+  const double* inverse[3] = {rays.inverse_x, rays.inverse_y, rays.inverse_z};
+  const float* unit[3] = {rays.unit_x, rays.unit_y, rays.unit_z};
+  Doubles safe[3], t_in, t_out, reach_m;
+  for (int i = 0; i < RayLanes::kLanes; ++i) t_in[i] = rays.t_entry[i];
+  for (int i = 0; i < RayLanes::kLanes; ++i) t_out[i] = t_until[i];
+  for (int axis = 0; axis < 3; ++axis) {
+    const double low = bounds.min()[axis];
+    const double high = bounds.max()[axis];
+    for (int i = 0; i < RayLanes::kLanes; ++i)
+      safe[axis][i] =
+          inverse[axis][i] != 0.0 ? inverse[axis][i] : rays.inverse_length[i] * kLargestInverse;
+    for (int i = 0; i < RayLanes::kLanes; ++i) {
+      const double a = (low - origin[axis][i]) * safe[axis][i];
+      const double b = (high - origin[axis][i]) * safe[axis][i];
+      t_in[i] = larger(t_in[i], smaller(a, b));
+      t_out[i] = smaller(t_out[i], larger(a, b));
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const double middle = center[axis];
+    for (int i = 0; i < RayLanes::kLanes; ++i)
+      packet.origin[axis][first + i] =
+          static_cast<float>(origin[axis][i] + t_in[i] * direction[axis][i] - middle);
+    for (int i = 0; i < RayLanes::kLanes; ++i)
+      packet.inverse[axis][first + i] = static_cast<float>(safe[axis][i] * rays.length_m[i]);
+    for (int i = 0; i < RayLanes::kLanes; ++i) packet.direction[axis][first + i] = unit[axis][i];
+  }
+  for (int i = 0; i < RayLanes::kLanes; ++i)
+    reach_m[i] =
+        t_in[i] <= t_out[i] ? (t_out[i] - t_in[i]) * rays.length_m[i] * kRounding + margin_m : -1.0;
+  for (int i = 0; i < RayLanes::kLanes; ++i)
+    packet.reach_m[first + i] = static_cast<float>(reach_m[i]);
+  for (int i = 0; i < RayLanes::kLanes; ++i)
+    if ((asked >> i & 1U) == 0) packet.end(first + i);
+  for (int i = 0; i < RayLanes::kLanes; ++i) packet.t_origin[first + i] = t_in[i];
+  for (int i = 0; i < RayLanes::kLanes; ++i) packet.length_m[first + i] = rays.length_m[i];
+}
+
+TERRACAST_PACKET_CODE
+void enter_eight(const geo::Box3d& bounds, const Eigen::Vector3d& center, double margin_m,
+                 const RayLanes& rays, const double* t_until, LaneMask asked, int first,
+                 RayPacket<16>& packet) {
+  enter_bounds(bounds, center, margin_m, rays, t_until, asked, first, packet);
+}
+TERRACAST_PACKET_CODE
+void enter_eight(const geo::Box3d& bounds, const Eigen::Vector3d& center, double margin_m,
+                 const RayLanes& rays, const double* t_until, LaneMask asked, int first,
+                 RayPacket<8>& packet) {
+  enter_bounds(bounds, center, margin_m, rays, t_until, asked, first, packet);
+}
+
+}  // namespace
+
+template <int kLanes>
+bool BoxTree::enter(const RayGroups<kLanes>& groups, LaneMask lanes, const double* t_until,
+                    RayPacket<kLanes>& packet) const {
+  packet.margin_m = margin_m_;
+  packet.direction_length = 1.0F;
+  for (int first = 0; first < kLanes; first += RayLanes::kLanes)
+    enter_eight(bounds_, center_, margin_m_,
+                *groups[static_cast<std::size_t>(first / RayLanes::kLanes)], t_until + first,
+                lanes >> first, first, packet);
+  make_ready(packet);
+  return packet.asked.any() != 0;
+}
+template bool BoxTree::enter<8>(const RayGroups<8>&, LaneMask, const double*, RayPacket<8>&) const;
+template bool BoxTree::enter<16>(const RayGroups<16>&, LaneMask, const double*,
+                                 RayPacket<16>&) const;
+
 // A ray's way through the tree is written for baseline x86-64 and for AVX2. Both do the same IEEE
 // operations.
 

@@ -6,10 +6,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "geo/box3.h"
+#include "world/box_packet.h"
 #include "world/ray_lanes.h"
 
 namespace terracast::world {
@@ -19,14 +22,10 @@ namespace terracast::world {
 /// that the ray only passes closely. Immutable; threads: safe.
 class BoxTree {
  public:
-  static constexpr int kWidth = RayLanes::kLanes;
+  using Node = BoxNode;
+  static constexpr int kWidth = Node::kBoxes;
   static constexpr int kMaxDepth = 64;
   static constexpr std::size_t kMostWaiting = std::size_t{kMaxDepth} * (kWidth - 1) + 1;
-  struct alignas(32) Node {
-    float low[3][kWidth];
-    float high[3][kWidth];
-    std::uint32_t child[kWidth];  ///< a node, or kLeaf + a leaf
-  };
   static constexpr std::uint32_t kLeaf = 0x80000000U;
 
   /// What a leaf holds, of the order of boxes that the tree was built in.
@@ -72,6 +71,14 @@ class BoxTree {
              const Eigen::Vector3d& inverse, double length_m, double t_from, double t_until,
              Ray& ray) const;
 
+  /// Rays of a packet from where they come into a tile (t_entry), eight a group.
+  /// lanes     those that are asked, group after group; the others of `packet` are done
+  /// t_until   of each lane
+  /// returns   false where all pass the boxes
+  template <int kLanes>
+  bool enter(const RayGroups<kLanes>& groups, LaneMask lanes, const double* t_until,
+             RayPacket<kLanes>& packet) const;
+
   /// What a ray still has to look at.
   class Way {
    public:
@@ -100,15 +107,86 @@ class BoxTree {
       if (visit(leaf, near_m)) return;
   }
 
+  /// The same of a packet. Where few lanes are left on a way each goes on alone.
+  /// visit(leaf, near_m)         near_m of each lane, +inf: it does not come there
+  /// visit_one(lane, leaf, near_m, ray)   true: the lane is done; both may end lanes earlier, and rays
+  template <int kLanes, class Visit, class VisitOne>
+  void traverse(RayPacket<kLanes>& packet, const Visit& visit, const VisitOne& visit_one) const {
+    struct Waiting {
+      alignas(64) float near_m[kLanes];
+      LaneBytes<kLanes> lanes;
+      std::uint32_t child;
+      int num_lanes;
+    };
+    std::array<Waiting, kMostWaiting> stack;
+    BoxMeetings<kLanes> meetings;
+    std::array<int, kWidth> order;  // of those that are put on the stack, the nearest last
+    std::size_t num_waiting = 1;
+    std::fill_n(stack[0].near_m, kLanes, 0.0F);  // lanes that are done reach not even there
+    stack[0].lanes = packet.asked;
+    stack[0].num_lanes = packet.asked.count();
+    stack[0].child = 0;
+    while (num_waiting > 0) {
+      const Waiting& next = stack[--num_waiting];
+      if (next.child >= kLeaf) {
+        visit(next.child - kLeaf, next.near_m);
+        continue;
+      }
+      if (next.num_lanes <= kFewLanes) {
+        next.lanes.for_each([&](int lane, std::uint32_t) {
+          if (!packet.reaches(lane, next.near_m[lane])) return;
+          Ray ray = ray_of(packet, lane);
+          Way way;
+          begin(way, next.child, next.near_m[lane]);
+          float near_m = 0.0F;
+          for (std::uint32_t leaf; (leaf = next_leaf(ray, way, near_m)) != kNoLeaf;)
+            if (visit_one(lane, leaf, near_m, ray)) break;
+        });
+        continue;
+      }
+      const Node& node = nodes_[next.child];
+      meet_boxes(node, packet, next.near_m, meetings);
+      const std::size_t first = num_waiting;
+      for (std::uint32_t met = meetings.met.any(); met != 0; met &= met - 1) {
+        const int box = __builtin_ctz(met);
+        std::size_t at = num_waiting++;
+        for (; at > first && meetings.order[order[at - 1 - first]] < meetings.order[box]; --at)
+          order[at - first] = order[at - 1 - first];
+        order[at - first] = box;
+      }
+      for (std::size_t i = first; i < num_waiting; ++i) {
+        const int box = order[i - first];
+        std::memcpy(stack[i].near_m, meetings.near_m[box], sizeof stack[i].near_m);
+        stack[i].child = node.child[box];
+        stack[i].lanes = meetings.met.with(box);
+        stack[i].num_lanes = stack[i].lanes.count();
+      }
+    }
+  }
+
   /// About which a ray's origin is given.
   const Eigen::Vector3d& center() const { return center_; }
   double margin_m() const { return margin_m_; }
 
  private:
   struct Builder;
-  static void begin(Way& way) {
-    way.stack_[0] = {0.0F, 0};
+  static constexpr int kFewLanes = 2;
+  static void begin(Way& way, std::uint32_t child = 0, float near_m = 0.0F) {
+    way.stack_[0] = {near_m, child};
     way.num_waiting_ = 1;
+  }
+  template <int kLanes>
+  static Ray ray_of(const RayPacket<kLanes>& packet, int lane) {
+    Ray ray;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      ray.origin[axis] = packet.origin[axis][lane];
+      ray.inverse[axis] = packet.inverse[axis][lane];
+    }
+    ray.t_origin = packet.t_origin[lane];
+    ray.length_m = packet.length_m[lane];
+    ray.margin_m = packet.margin_m;
+    ray.reach_m = packet.reach_m[lane];
+    return ray;
   }
   std::uint32_t next_leaf(const Ray& ray, Way& way, float& near_m) const;
   std::uint32_t next_leaf_plainly(const Ray& ray, Way& way, float& leaf_near_m) const;

@@ -1,6 +1,7 @@
 #include "world/field_pattern.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -21,6 +22,51 @@ std::uint64_t key_of(std::int64_t x, std::int64_t y) {
 
 std::int64_t floor_divided(std::int64_t value, std::int64_t by) {
   return value >= 0 ? value / by : -((by - 1 - value) / by);
+}
+
+/// One of the spans into which pieces are parted: each begins up to a quarter of the mean before or after
+/// where spans of equal length would.
+struct Span {
+  std::int64_t number;
+  std::int64_t first;
+  std::int64_t count;
+};
+Span span_of(std::int64_t piece, std::int64_t mean, std::uint64_t key) {
+  const std::int64_t most = mean / 4;
+  const auto begin = [&](std::int64_t number) {
+    const std::uint64_t drawn = core::random_bits(key, 4, static_cast<std::uint64_t>(number));
+    return number * mean - most +
+           static_cast<std::int64_t>(drawn % static_cast<std::uint64_t>(2 * most + 1));
+  };
+  std::int64_t number = floor_divided(piece, mean);
+  std::int64_t first = begin(number);
+  std::int64_t next = begin(number + 1);
+  if (piece < first) {
+    next = first;
+    first = begin(--number);
+  } else if (piece >= next) {
+    first = next;
+    next = begin(++number + 1);
+  }
+  return {number, first, next - first};
+}
+
+/// Of the field that holds a piece of a region.
+struct Bounds {
+  std::uint64_t key;
+  Span along;
+  Span across;  ///< of its strip
+};
+Bounds bounds_of(const FieldPattern::Region& region, std::int64_t along, std::int64_t across) {
+  const Span strip = span_of(across, region.pieces_across, region.key);
+  // Strips of fields are shifted against each other.
+  const std::uint64_t key =
+      core::random_bits(region.key, 1, static_cast<std::uint64_t>(strip.number));
+  const auto shift =
+      static_cast<std::int64_t>(key % static_cast<std::uint64_t>(region.pieces_along));
+  Span length = span_of(along + shift, region.pieces_along, key);
+  length.first -= shift;
+  return {core::random_bits(region.key, 2, key_of(strip.number, length.number)), length, strip};
 }
 
 Crop crop_of(double drawn, bool grows_vines) {
@@ -49,30 +95,32 @@ bool FieldPattern::grows_vines(double lat_deg) {
 FieldPattern::Region FieldPattern::region_at(const Vector2d& place_world) const {
   const auto cell_x = static_cast<std::int64_t>(std::floor(place_world.x() / kRegion_m));
   const auto cell_y = static_cast<std::int64_t>(std::floor(place_world.y() / kRegion_m));
+  std::array<Vector2d, 9> centers;
+  std::array<double, 9> distances2;
   Region nearest;
-  double least2 = std::numeric_limits<double>::infinity();
-  double second2 = least2;
-  Vector2d second = Vector2d::Zero();
+  std::size_t first = 0;
+  std::size_t count = 0;
   for (std::int64_t y = cell_y - 1; y <= cell_y + 1; ++y)
-    for (std::int64_t x = cell_x - 1; x <= cell_x + 1; ++x) {
+    for (std::int64_t x = cell_x - 1; x <= cell_x + 1; ++x, ++count) {
       const std::uint64_t key = core::random_bits(seed_, 0x726567696f6eULL, key_of(x, y));
-      const Vector2d center(
+      centers[count] = {
           kRegion_m * (static_cast<double>(x) + core::random_between(0.2, 0.8, key, 0, 0)),
-          kRegion_m * (static_cast<double>(y) + core::random_between(0.2, 0.8, key, 0, 1)));
-      const double distance2 = (center - place_world).squaredNorm();
-      if (distance2 < least2) {
-        second2 = least2;
-        second = nearest.center_world;
-        least2 = distance2;
-        nearest.center_world = center;
-        nearest.key = key;
-      } else if (distance2 < second2) {
-        second2 = distance2;
-        second = center;
-      }
+          kRegion_m * (static_cast<double>(y) + core::random_between(0.2, 0.8, key, 0, 1))};
+      distances2[count] = (centers[count] - place_world).squaredNorm();
+      if (count > 0 && distances2[count] >= distances2[first]) continue;
+      first = count;
+      nearest.key = key;
     }
-  // On the line half-way between two centres a place is as far from both.
-  nearest.edge_m = 0.5 * (second2 - least2) / (second - nearest.center_world).norm();
+  nearest.center_world = centers[first];
+  // On the line half-way between two centres a place is as far from both. The nearest such line need not be
+  // that of the second centre.
+  double edge2 = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k == first) continue;
+    const double more = distances2[k] - distances2[first];
+    edge2 = std::min(edge2, more * more / (centers[k] - nearest.center_world).squaredNorm());
+  }
+  nearest.edge_m = 0.5 * std::sqrt(edge2);
   nearest.heading_rad = core::random_between(0.0, std::numbers::pi, nearest.key, 0, 2);
   nearest.along = {std::cos(nearest.heading_rad), std::sin(nearest.heading_rad)};
   nearest.pieces_along = 26 + static_cast<std::int64_t>((nearest.key >> 8) % 38);
@@ -82,18 +130,11 @@ FieldPattern::Region FieldPattern::region_at(const Vector2d& place_world) const 
 
 FieldPattern::Field FieldPattern::field_of(const Region& region, std::int64_t along,
                                            std::int64_t across) const {
-  // Strips of fields are shifted against each other.
-  const std::int64_t strip = floor_divided(across, region.pieces_across);
-  const auto shift = static_cast<std::int64_t>(
-      core::random_bits(region.key, 1, static_cast<std::uint64_t>(strip)) %
-      static_cast<std::uint64_t>(region.pieces_along));
-  const std::int64_t number = floor_divided(along + shift, region.pieces_along);
-  Field field;
-  field.key = core::random_bits(region.key, 2, key_of(strip, number));
-  field.crop = crop_of(core::random_unit(field.key, 3, 0), grows_vines_);
-  field.piece_along = along + shift - number * region.pieces_along;
-  field.piece_across = across - strip * region.pieces_across;
-  return field;
+  const Bounds bounds = bounds_of(region, along, across);
+  return {.key = bounds.key,
+          .crop = crop_of(core::random_unit(bounds.key, 3, 0), grows_vines_),
+          .piece_along = along - bounds.along.first,
+          .piece_across = across - bounds.across.first};
 }
 
 FieldPattern::Place FieldPattern::at(const Vector2d& place_world) const {
@@ -101,18 +142,15 @@ FieldPattern::Place FieldPattern::at(const Vector2d& place_world) const {
   const Vector2d from_center = place_world - region.center_world;
   const double along_m = from_center.dot(region.along);
   const double across_m = from_center.dot(Vector2d(-region.along.y(), region.along.x()));
-  const double along = std::floor(along_m / kPiece_m);
-  const double across = std::floor(across_m / kPiece_m);
-  const Field field =
-      field_of(region, static_cast<std::int64_t>(along), static_cast<std::int64_t>(across));
+  const Bounds bounds = bounds_of(region, static_cast<std::int64_t>(std::floor(along_m / kPiece_m)),
+                                  static_cast<std::int64_t>(std::floor(across_m / kPiece_m)));
   Place place;
-  place.key = field.key;
-  place.crop = field.crop;
-  place.along_m = along_m - kPiece_m * along + kPiece_m * static_cast<double>(field.piece_along);
-  place.across_m =
-      across_m - kPiece_m * across + kPiece_m * static_cast<double>(field.piece_across);
-  const double length_m = kPiece_m * static_cast<double>(region.pieces_along);
-  const double width_m = kPiece_m * static_cast<double>(region.pieces_across);
+  place.key = bounds.key;
+  place.crop = crop_of(core::random_unit(bounds.key, 3, 0), grows_vines_);
+  place.along_m = along_m - kPiece_m * static_cast<double>(bounds.along.first);
+  place.across_m = across_m - kPiece_m * static_cast<double>(bounds.across.first);
+  const double length_m = kPiece_m * static_cast<double>(bounds.along.count);
+  const double width_m = kPiece_m * static_cast<double>(bounds.across.count);
   place.edge_m = std::min({place.along_m, length_m - place.along_m, place.across_m,
                            width_m - place.across_m, region.edge_m});
   return place;

@@ -9,8 +9,9 @@ enum class Crop : std::uint8_t { Fallow, Corn, Wheat, Vine, Beets, Rape, Clover,
 inline constexpr int kNumCrops = 8;
 
 /// How a world's cropland is parted: regions (cells about random centres) in which fields lie along one
-/// direction, each a rectangle with its own crop. Fields are as wide and long as their region has them,
-/// in whole squares of kFieldPiece_m. What is sown there and what the ground shows both follow it.
+/// direction, each a rectangle with its own crop, in strips. Strips and fields are from half to one and a half
+/// times as wide and long as their region's mean, in whole squares of kPiece_m. What is sown there and what
+/// the ground shows both follow it.
 ///
 /// threads   safe; all is a function of the seed and the place
 class FieldPattern {
@@ -29,7 +30,7 @@ class FieldPattern {
     Eigen::Vector2d along = Eigen::Vector2d::UnitX();
     double heading_rad = 0.0;
     std::uint64_t key = 0;
-    std::int64_t pieces_along = 1;  ///< of its fields
+    std::int64_t pieces_along = 1;  ///< of its fields, on average
     std::int64_t pieces_across = 1;
     double edge_m = 0.0;  ///< from the place to the next region
   };

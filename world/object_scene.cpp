@@ -36,12 +36,6 @@ geo::Box3d box_of(const TileId& id) {
       where, provenance.instance_id, top_z_world);
 }
 
-/// Solids by the triangles' numbers in the mesh of all, instances behind them.
-constexpr int kShownShift = 32;
-std::uint64_t key_of_instance(std::uint32_t object) {
-  return (std::uint64_t{object} + 1) << kShownShift;
-}
-
 /// Around an upright cylinder that holds an instance.
 geo::Box3d box_of_cylinder(const InstanceFrame& frame, const PrototypeLibrary::Shown& shown) {
   constexpr double kRounding = 1.0 + 0x1.0p-40;
@@ -204,85 +198,15 @@ MeshRay ObjectScene::ray_to_instance(const WorldRay& ray, double length_m,
           inverse_scale * (prototype_from_world * ray.direction_world), length_m, ray.t_min};
 }
 
-BoxTree::Ray ObjectScene::tree_ray_to(const Placed& placed, const WorldRay& ray, double length_m,
-                                      double t_near, double t_until) {
-  constexpr float kLeastDirection = 0x1.0p-60F;
-  /// Farther than any box, nearer than what stands for none.
-  constexpr float kFarthest = 1e28F;
-  const BoxTree& tree = placed.shown->mesh.tree();
-  const double inverse_length = 1.0 / length_m;
-  float start[3], along[3];
-  for (int k = 0; k < 3; ++k) {
-    start[k] = static_cast<float>(ray.origin_world[k] - placed.place_steps[k] * kHeightStep_m +
-                                  t_near * ray.direction_world[k]);
-    along[k] = static_cast<float>(ray.direction_world[k] * inverse_length);
+Eigen::Vector3d ObjectScene::normal_world(const WorldRay& ray, const ObjectMeeting& meeting) const {
+  if (meeting.object < num_solids_) {
+    const ShownSolid& solid = solids_[meeting.shown];
+    return normal_toward(ray,
+                         normal_of(corners_of(solid.shape, meeting.triangle, solid.origin_steps)));
   }
-  BoxTree::Ray result;
-  for (int k = 0; k < 3; ++k) {
-    const float* row = &placed.shape_from_world[3 * k];
-    const auto at = static_cast<std::size_t>(k);
-    result.origin[at] = row[0] * start[0] + row[1] * start[1] + row[2] * start[2] -
-                        static_cast<float>(tree.center()[k]);
-    const float rate = row[0] * along[0] + row[1] * along[1] + row[2] * along[2];
-    result.inverse[at] =
-        1.0F / (std::abs(rate) >= kLeastDirection ? rate : std::copysign(kLeastDirection, rate));
-  }
-  result.t_origin = t_near;
-  result.length_m = length_m;
-  result.margin_m = tree.margin_m() * static_cast<double>(placed.scale);
-  result.reach_m = kFarthest;
-  result.end_at(t_until);
-  return result;
-}
-
-std::optional<ObjectMeeting> ObjectScene::meet(const WorldRay& ray, double length_m, double t_from,
-                                               double t_until, bool is_any) const {
-  FirstCrossing first{.t_from = t_from, .t = t_until};
-  const MeshRay world_ray(ray.origin_world, ray.direction_world, length_m, ray.t_min);
-  solid_mesh_.cross(world_ray, 0, is_any, first);
-  std::uint32_t met_instance = 0;
-  BoxTree::Ray tree_ray;
-  if (!(is_any && first.is_found) && !instance_tree_.is_empty() &&
-      instance_tree_.enter(world_ray.origin, world_ray.direction, world_ray.inverse, length_m,
-                           t_from, first.t, tree_ray)) {
-    const double inverse_length = 1.0 / length_m;
-    instance_tree_.traverse(tree_ray, [&](std::uint32_t leaf, float near_m) {
-      const Placed& placed = placed_[leaf];
-      const std::uint64_t key = key_of_instance(placed.object);
-      const std::uint64_t old_key = first.key;
-      BoxTree::Ray shape_ray =
-          tree_ray_to(placed, ray, length_m,
-                      tree_ray.t_origin + static_cast<double>(near_m) * inverse_length, first.t);
-      std::optional<MeshRay> exact;
-      placed.shown->mesh.cross(
-          shape_ray,
-          [&]() -> const MeshRay& {
-            if (!exact) exact.emplace(ray_to_instance(ray, length_m, leaf));
-            return *exact;
-          },
-          key, is_any, first);
-      if (first.key == old_key) return false;
-      met_instance = leaf;
-      tree_ray.end_at(first.t);
-      return is_any;
-    });
-  }
-  if (!first.is_found) return std::nullopt;
-  const auto number = static_cast<std::uint32_t>(first.key);
-  if (first.key >> kShownShift != 0)
-    return ObjectMeeting{.t = first.t,
-                         .object = placed_[met_instance].object,
-                         .triangle = number,
-                         .shown = met_instance};
-  const auto solid = std::upper_bound(solids_.begin(), solids_.end(), number,
-                                      [](std::uint32_t triangle, const ShownSolid& one) {
-                                        return triangle < one.first_triangle;
-                                      }) -
-                     1;
-  return ObjectMeeting{.t = first.t,
-                       .object = solid->object,
-                       .triangle = number - solid->first_triangle,
-                       .shown = static_cast<std::uint32_t>(solid - solids_.begin())};
+  const Eigen::Vector3d normal =
+      normal_of(corners_of(placed_[meeting.shown].shown->shape, meeting.triangle));
+  return normal_toward(ray, instances_[meeting.shown].world_from_prototype * normal);
 }
 
 ObjectSurface ObjectScene::surface(const WorldRay& ray, const ObjectMeeting& meeting,
@@ -297,7 +221,6 @@ ObjectSurface ObjectScene::surface(const WorldRay& ray, const ObjectMeeting& mee
     const TriangleCorners corners = corners_of(solid.shape, triangle, solid.origin_steps);
     const Eigen::Vector3d normal = normal_of(corners);
     return {
-        .normal_world = normal_toward(ray, normal),
         .provenance = &solid.provenance,
         .finish = &solid.shape.finishes[solid.shape.triangles[triangle].finish],
         .uv = uv_at(solid.shape, triangle, {ray.origin_world, ray.direction_world}, corners),
@@ -313,22 +236,25 @@ ObjectSurface ObjectScene::surface(const WorldRay& ray, const ObjectMeeting& mee
   const Placed& placed = placed_[meeting.shown];
   const Shape& shape = placed.shown->shape;
   const TriangleCorners corners = corners_of(shape, triangle);
-  const MeshRay own_ray = ray_to_instance(ray, ray.direction_world.norm(), meeting.shown);
   const geo::Box3d& bounds = placed.shown->mesh.bounds();
   const double reach_m = std::max(bounds.min().head<2>().cwiseAbs().maxCoeff(),
                                   bounds.max().head<2>().cwiseAbs().maxCoeff());
   const double scale = instance.scale / 4096.0;
   const Eigen::Vector3d normal = normal_of(corners);
   double error = 0.0;
-  if (has_error)
-    error = crossing_error(
-        own_ray.origin, own_ray.direction,
-        error_of_moved_ray(own_ray.origin, own_ray.direction, instance.world_from_prototype),
-        corners);
-  return {.normal_world = normal_toward(ray, instance.world_from_prototype * normal),
-          .provenance = &instance.provenance,
+  Eigen::Vector2f uv = Eigen::Vector2f::Zero();
+  if (has_error || !shape.uv.empty()) {
+    const MeshRay own_ray = ray_to_instance(ray, ray.direction_world.norm(), meeting.shown);
+    uv = uv_at(shape, triangle, own_ray.sheared, corners);
+    if (has_error)
+      error = crossing_error(
+          own_ray.origin, own_ray.direction,
+          error_of_moved_ray(own_ray.origin, own_ray.direction, instance.world_from_prototype),
+          corners);
+  }
+  return {.provenance = &instance.provenance,
           .finish = &shape.finishes[shape.triangles[triangle].finish],
-          .uv = uv_at(shape, triangle, own_ray.sheared, corners),
+          .uv = uv,
           .uv_per_m = uv_per_m(shape, triangle, normal) / static_cast<float>(scale),
           .variety = instance.variety,
           .from_place_m = from_place(placed.place_steps),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -35,7 +36,6 @@ struct ObjectMeeting {
 
 /// How the place of a meeting looks.
 struct ObjectSurface {
-  Eigen::Vector3d normal_world;  ///< unit, on the side from which the ray comes
   const Provenance* provenance;
   const Finish* finish;
   Eigen::Vector2f uv;
@@ -63,13 +63,18 @@ class ObjectScene {
   ObjectScene(const TileId& id, TileObjects& objects, double top_z_world, const ObjectRules& rules,
               const std::string& where);
 
-  /// The first meeting with t in [t_from, t_until), by the smaller object and triangle where several
-  /// are at one t. A ray that starts (at ray.t_min) on a triangle's plane, within kOnSurface_m, is not
-  /// stopped by it.
-  /// length_m   of the ray's direction
-  /// is_any     one meeting is enough, whichever
-  std::optional<ObjectMeeting> meet(const WorldRay& ray, double length_m, double t_from,
-                                    double t_until, bool is_any) const;
+  /// The first meetings with t from where the rays come into the tile to t_until, without it; by the
+  /// smaller object and triangle where several are at one t. A ray that starts (at its t_min) on a
+  /// triangle's plane, within kOnSurface_m, is not stopped by it.
+  /// lanes      that are asked, group after group
+  /// is_any     one meeting of each ray is enough, whichever
+  /// meetings   set for the lanes returned, which meet something
+  template <int kLanes>
+  LaneMask meet(const RayGroups<kLanes>& rays, LaneMask lanes, const double* t_until, bool is_any,
+                std::array<ObjectMeeting, kLanes>& meetings) const;
+
+  /// Of the triangle that a ray meets: unit, on the side from which the ray comes.
+  Eigen::Vector3d normal_world(const WorldRay& ray, const ObjectMeeting& meeting) const;
 
   /// How it looks where a ray meets a triangle.
   /// has_error   whether crossing_error is asked for; else it is 0
@@ -110,9 +115,9 @@ class ObjectScene {
 
   /// Exactly as a ray meets an instance's triangles.
   MeshRay ray_to_instance(const WorldRay& ray, double length_m, std::uint32_t shown) const;
-  /// The same as its tree of boxes sees it, from near_m along the tile's ray on.
-  static BoxTree::Ray tree_ray_to(const Placed& placed, const WorldRay& ray, double length_m,
-                                  double t_near, double t_until);
+
+  template <int kLanes>
+  class Cast;
 
   void add_solids(std::vector<Solid>& solids, const geo::Box3d& clip, double top_z_world,
                   const ObjectRules& rules, const std::string& where);

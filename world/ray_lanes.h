@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -75,6 +76,10 @@ struct RayLanes {
 };
 
 static_assert(RayLanes::kLanes == 8);  // as count_lanes has it
+
+/// The groups of a packet.
+template <int kLanes>
+using RayGroups = std::array<const RayLanes*, kLanes / RayLanes::kLanes>;
 
 using Doubles = RayLanes::Field<double>;
 using Integers = RayLanes::Field<std::int32_t>;

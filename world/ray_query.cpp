@@ -382,12 +382,6 @@ void set_ground_hit(const CrossingLanes& crossings, int lane, SurfaceHit& hit) {
   hit.slope_y = crossings.slope_y[lane];
 }
 
-void set_object_hit(const ObjectMeeting& meeting, const ObjectSurface& object, SurfaceHit& hit) {
-  hit.object = meeting.object;
-  hit.triangle = meeting.triangle;
-  hit.object_normal_world = object.normal_world;
-}
-
 void set_surface(const TileScene& scene, const ObjectSurface& object, SurfaceSample& surface) {
   surface.spacing_m = scene.grid().spacing_m;
   surface.provenance = *object.provenance;
@@ -424,16 +418,18 @@ void find_hits(Tracer& tracer, const Rays& rays, std::span<SurfaceHit> hits, Coh
         hit.tile_index = tile;
         if ((group.on_objects & lane_bit(lane)) != 0) {
           const ObjectMeeting& meeting = group.meetings[static_cast<std::size_t>(lane)];
+          const ObjectScene& objects = *scene.objects();
+          hit.object = meeting.object;
+          hit.triangle = meeting.triangle;
           if (need == SurfaceNeed::Object) {
-            hit.object = meeting.object;
-            hit.triangle = meeting.triangle;
-            if (!surfaces.empty()) surfaces[i].provenance = scene.objects()->provenance(meeting);
+            if (!surfaces.empty()) surfaces[i].provenance = objects.provenance(meeting);
             return;
           }
-          const ObjectSurface object = scene.objects()->surface(
-              group.rays->world_ray(lane), meeting, need == SurfaceNeed::Facts);
-          set_object_hit(meeting, object, hit);
-          if (!surfaces.empty()) set_surface(scene, object, surfaces[i]);
+          const WorldRay ray = group.rays->world_ray(lane);
+          hit.object_normal_world = objects.normal_world(ray, meeting);
+          if (!surfaces.empty())
+            set_surface(scene, objects.surface(ray, meeting, need == SurfaceNeed::Facts),
+                        surfaces[i]);
           return;
         }
         set_ground_hit(group.crossings, lane, hit);

@@ -317,22 +317,37 @@ class PacketCaster {
   int num_recasts_ = 0;
 };
 
-/// Looks for objects before what a group's rays have met so far.
-void meet_objects(const ObjectScene& objects, CastKind kind, CastGroup& group) {
+/// Looks for objects before what the groups' rays have met so far.
+template <int kWidth>
+void meet_objects(const ObjectScene& objects, CastKind kind,
+                  std::span<CastGroup, kWidth / RayLanes::kLanes> groups) {
   const bool is_any = kind == CastKind::Any;
-  const RayLanes& rays = *group.rays;
-  for_each_lane(is_any ? group.asked & ~group.found : group.asked, [&](int lane) {
-    const double t_exit = rays.t_exit[lane];
-    // What lies on the side between two tiles is met in the second.
-    double t_until = t_exit >= rays.t_max[lane] ? std::nextafter(t_exit, kInfinity) : t_exit;
-    if ((group.found & lane_bit(lane)) != 0) t_until = std::min(t_until, group.crossings.t[lane]);
-    const std::optional<ObjectMeeting> meeting = objects.meet(
-        rays.world_ray(lane), rays.length_m[lane], rays.t_entry[lane], t_until, is_any);
-    if (!meeting) return;
-    group.found |= lane_bit(lane);
-    group.on_objects |= lane_bit(lane);
-    group.crossings.t[lane] = meeting->t;
-    group.meetings[static_cast<std::size_t>(lane)] = *meeting;
+  RayGroups<kWidth> rays;
+  LaneMask lanes = 0;
+  alignas(64) double t_until[kWidth];
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const CastGroup& group = groups[g];
+    const int first = static_cast<int>(g) * RayLanes::kLanes;
+    rays[g] = group.rays;
+    lanes |= (is_any ? group.asked & ~group.found : group.asked) << first;
+    for (int lane = 0; lane < RayLanes::kLanes; ++lane) {
+      const double t_exit = group.rays->t_exit[lane];
+      // What lies on the side between two tiles is met in the second.
+      double t = t_exit >= group.rays->t_max[lane] ? std::nextafter(t_exit, kInfinity) : t_exit;
+      if ((group.found & lane_bit(lane)) != 0) t = std::min(t, group.crossings.t[lane]);
+      t_until[first + lane] = t;
+    }
+  }
+  if (lanes == 0) return;
+  std::array<ObjectMeeting, kWidth> meetings;
+  for_each_lane(objects.meet<kWidth>(rays, lanes, t_until, is_any, meetings), [&](int lane) {
+    CastGroup& group = groups[static_cast<std::size_t>(lane / RayLanes::kLanes)];
+    const int own = lane % RayLanes::kLanes;
+    const ObjectMeeting& meeting = meetings[static_cast<std::size_t>(lane)];
+    group.found |= lane_bit(own);
+    group.on_objects |= lane_bit(own);
+    group.crossings.t[own] = meeting.t;
+    group.meetings[static_cast<std::size_t>(own)] = meeting;
   });
 }
 
@@ -349,8 +364,7 @@ int cast_through_tile(const TileScene& scene, CastKind kind,
     if (kind != CastKind::Any || caster.keep_occluded()) caster.cross();
   }
   caster.take_walked();
-  if (scene.objects() != nullptr)
-    for (CastGroup& group : groups) meet_objects(*scene.objects(), kind, group);
+  if (scene.objects() != nullptr) meet_objects<kWidth>(*scene.objects(), kind, groups);
   return caster.num_recasts();
 }
 

@@ -30,22 +30,11 @@ bool starts_on(const MeshRay& ray, const TriangleBlock& block, int lane, double 
                            block.steps[2][k][lane]);
   };
   const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
-  return way_m * std::abs(normal.dot(ray.direction)) <= kOnSurface_m * normal.norm() * ray.length_m;
+  return way_m * std::abs(normal.dot(ray.direction)) <=
+         kOnSurface_m * normal.norm() * ray.direction.norm();
 }
 
 }  // namespace
-
-MeshRay::MeshRay(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction_m,
-                 double length_world_m, double t_ray_start)
-    : origin(origin_m),
-      direction(direction_m),
-      length_m(direction_m.norm()),
-      length_world(length_world_m),
-      t_start(t_ray_start),
-      sheared(origin_m, direction_m) {
-  for (Eigen::Index axis = 0; axis < 3; ++axis)
-    inverse[axis] = safe_inverse(direction[axis], length_m);
-}
 
 TriangleMesh::TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d& clip,
                            double reach_m) {
@@ -73,10 +62,11 @@ TriangleMesh::TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d
 }
 
 bool TriangleMesh::cross_leaf(const MeshRay& ray, std::uint32_t leaf, std::uint64_t key,
-                              bool is_any, BoxTree::Ray& tree_ray, FirstCrossing& first) const {
+                              bool is_any, FirstCrossing& first) const {
   const TriangleBlock& block = blocks_[leaf];
   BlockCrossings crossings;
   cross_block(ray.sheared, block, crossings);
+  bool has_found = false;
   for (; crossings.crossed != 0; crossings.crossed &= crossings.crossed - 1) {
     const int lane = __builtin_ctz(crossings.crossed);
     const double t = crossings.t[lane];
@@ -85,10 +75,10 @@ bool TriangleMesh::cross_leaf(const MeshRay& ray, std::uint32_t leaf, std::uint6
     first.t = t;
     first.key = own_key;
     first.is_found = true;
-    if (is_any) return true;
-    tree_ray.end_at(t);
+    has_found = true;
+    if (is_any) break;
   }
-  return false;
+  return has_found;
 }
 
 }  // namespace terracast::world

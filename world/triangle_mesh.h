@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -9,6 +10,7 @@
 
 #include "world/box_tree.h"
 #include "world/triangle_crossing.h"
+#include "world/triangle_packet.h"
 
 namespace terracast::world {
 
@@ -19,12 +21,15 @@ inline constexpr std::int32_t kMaxCornerSteps = 1 << 30;
 struct MeshRay {
   /// length_world_m   of the direction in the world frame
   MeshRay(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction_m,
-          double length_world_m, double t_ray_start);
+          double length_world_m, double t_ray_start)
+      : origin(origin_m),
+        direction(direction_m),
+        length_world(length_world_m),
+        t_start(t_ray_start),
+        sheared(origin_m, direction_m) {}
 
   Eigen::Vector3d origin;
   Eigen::Vector3d direction;
-  Eigen::Vector3d inverse;
-  double length_m;  ///< of the direction
   double length_world;
   /// Where the ray starts. A triangle in whose plane (within kOnSurface_m of the world) it starts does
   /// not stop it.
@@ -67,31 +72,41 @@ class TriangleMesh {
     return tree_.num_bytes() + blocks_.size() * sizeof(TriangleBlock);
   }
 
-  /// Looks for a crossing before the one found so far.
-  /// key      of a triangle: this + its number
-  /// is_any   one is enough
-  void cross(const MeshRay& ray, std::uint64_t key, bool is_any, FirstCrossing& first) const {
-    BoxTree::Ray tree_ray;
-    if (!tree_.is_empty() && tree_.enter(ray.origin, ray.direction, ray.inverse, ray.length_m,
-                                         first.t_from, first.t, tree_ray))
-      cross(
-          tree_ray, [&]() -> const MeshRay& { return ray; }, key, is_any, first);
-  }
-  /// The same for a ray that the tree sees already; the exact one is asked for where it comes near
-  /// triangles.
-  template <class ExactRay>
-  void cross(BoxTree::Ray& tree_ray, const ExactRay& exact_ray, std::uint64_t key, bool is_any,
-             FirstCrossing& first) const {
-    tree_.traverse(tree_ray, [&](std::uint32_t leaf, float) {
-      return cross_leaf(exact_ray(), leaf, key, is_any, tree_ray, first);
-    });
+  /// Looks for crossings of a packet's rays before those found so far.
+  /// rays        as the tree sees them; their lanes end where something is found
+  /// exact_ray   (lane) -> const MeshRay&: asked for where a ray comes near triangles
+  /// key         of a triangle: this + its number
+  /// is_any      one is enough for each
+  template <int kLanes, class ExactRay>
+  void cross(RayPacket<kLanes>& rays, const ExactRay& exact_ray, std::uint64_t key, bool is_any,
+             std::span<FirstCrossing> first) const {
+    const auto cross_exactly = [&](int lane, std::uint32_t leaf) {
+      FirstCrossing& found = first[static_cast<std::size_t>(lane)];
+      if (!cross_leaf(exact_ray(lane), leaf, key, is_any, found)) return false;
+      if (is_any)
+        rays.end(lane);
+      else
+        rays.end_at(lane, found.t);
+      return true;
+    };
+    tree_.traverse(
+        rays,
+        [&](std::uint32_t leaf, const float* near_m) {
+          LaneBytes<kLanes> near;
+          find_near(blocks_[leaf], tree_.center(), tree_.margin_m(), rays, near_m, near);
+          near.for_each([&](int lane, std::uint32_t) { cross_exactly(lane, leaf); });
+        },
+        [&](int lane, std::uint32_t leaf, float, BoxTree::Ray& ray) {
+          if (cross_exactly(lane, leaf)) ray.reach_m = rays.reach_m[lane];
+          return rays.reach_m[lane] < 0.0F;
+        });
   }
   const BoxTree& tree() const { return tree_; }
 
  private:
-  /// True when there is nothing more to look for.
+  /// True where a crossing is found that counts.
   bool cross_leaf(const MeshRay& ray, std::uint32_t leaf, std::uint64_t key, bool is_any,
-                  BoxTree::Ray& tree_ray, FirstCrossing& first) const;
+                  FirstCrossing& first) const;
 
   BoxTree tree_;
   std::vector<TriangleBlock> blocks_;  ///< by leaf

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/registry.h"
 #include "geo/camera_model.h"
 
 namespace terracast::batch {
@@ -74,9 +73,6 @@ std::vector<CameraFacts> camera_facts(const capture::SequenceInfo& sequence) {
                                                           .model = intrinsics.model,
                                                           .width_px = intrinsics.width_px,
                                                           .height_px = intrinsics.height_px});
-    const geo::CameraModelInfo& model =
-        core::find_registered(geo::camera_models(), "camera model", intrinsics.model);
-    if (!model.parameters.starts_with("fx, fy")) continue;
     facts.focal_x_px = intrinsics.parameters[0];
     facts.focal_y_px = intrinsics.parameters[1];
   }

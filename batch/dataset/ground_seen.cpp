@@ -69,8 +69,9 @@ class ImageGround {
   Hit hit_of(const capture::CameraFrame& facts, const capture::CameraView& view, int x, int y) {
     Hit hit;
     const auto semantic = static_cast<capture::SemanticClass>(facts.semantic_id(x, y));
-    hit.is_ground =
-        semantic != capture::SemanticClass::Sky && semantic != capture::SemanticClass::Outside;
+    hit.is_ground = semantic != capture::SemanticClass::Sky &&
+                    semantic != capture::SemanticClass::Nothing &&
+                    semantic != capture::SemanticClass::Outside;
     if (!hit.is_ground) return hit;
     const auto range_m = static_cast<double>(facts.range_m(x, y));
     hit.point_world = capture::point_world(view, capture::pixel_center(x, y), range_m);

@@ -1,7 +1,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
 
-#include "core/error.h"
 #include "core/packet_code.h"
 #include "geo/camera_model.h"
 
@@ -113,16 +112,6 @@ class PinholeCamera final : public CameraModel {
 };
 
 std::unique_ptr<CameraModel> make_pinhole(const CameraIntrinsics& intrinsics) {
-  const std::vector<double>& p = intrinsics.parameters;
-  if (p.size() != 4) {
-    core::fail(core::ErrorKind::Config,
-               "camera model pinhole has {} parameters; it takes 4: fx, fy, cx, cy", p.size());
-  }
-  if (!(p[0] > 0.0) || !(p[1] > 0.0)) {
-    core::fail(core::ErrorKind::Config,
-               "camera model pinhole: focal lengths fx = {} px, fy = {} px; both must be positive",
-               p[0], p[1]);
-  }
   return std::make_unique<PinholeCamera>(intrinsics);
 }
 
@@ -131,7 +120,7 @@ std::unique_ptr<CameraModel> make_pinhole(const CameraIntrinsics& intrinsics) {
 CameraModelInfo pinhole_camera() {
   return {.name = "pinhole",
           .summary = "Central projection on a plane, without distortion.",
-          .parameters = "fx, fy, cx, cy",
+          .parameters = {},
           .make = make_pinhole};
 }
 

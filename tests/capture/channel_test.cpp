@@ -53,11 +53,25 @@ TEST(Channels, NoNameThatToolsTakeForSomethingElse) {
       EXPECT_NE(channel.name, taken);
 }
 
+TEST(Channels, ARangeAndAClassAgree) {
+  const auto number = [](SemanticClass semantic) { return static_cast<std::uint32_t>(semantic); };
+  EXPECT_TRUE(agree(kSkyRange_m, number(SemanticClass::Sky)));
+  EXPECT_TRUE(agree(kNoRange_m, number(SemanticClass::Nothing)));
+  EXPECT_TRUE(agree(12.0F, number(SemanticClass::Grass)));
+  EXPECT_FALSE(agree(12.0F, number(SemanticClass::Sky)));
+  EXPECT_FALSE(agree(12.0F, number(SemanticClass::Nothing)));
+  EXPECT_FALSE(agree(kNoRange_m, number(SemanticClass::Sky)));
+  EXPECT_FALSE(agree(kNoRange_m, number(SemanticClass::Grass)));
+  EXPECT_FALSE(agree(kSkyRange_m, number(SemanticClass::Grass)));
+  EXPECT_FALSE(agree(-1.0F, number(SemanticClass::Grass)));
+  EXPECT_FALSE(agree(12.0F, static_cast<std::uint32_t>(semantic_class_names().size())));
+}
+
 TEST(Channels, EveryClassHasAName) {
   const auto name_of = [](SemanticClass semantic) {
     return semantic_class_names()[static_cast<std::size_t>(semantic)];
   };
-  EXPECT_EQ(semantic_class_names().size(), static_cast<std::size_t>(SemanticClass::Cloud) + 1);
+  EXPECT_EQ(semantic_class_names().size(), static_cast<std::size_t>(SemanticClass::Nothing) + 1);
   EXPECT_EQ(name_of(SemanticClass::Sand), "sand");
   EXPECT_EQ(name_of(SemanticClass::Road), "road");
   EXPECT_EQ(name_of(SemanticClass::Tree), "tree");

@@ -65,6 +65,7 @@ TEST(SemanticClasses, NumbersInFilesKeepTheirMeaning) {
   EXPECT_EQ(static_cast<int>(SemanticClass::Tree), 28);
   EXPECT_EQ(static_cast<int>(SemanticClass::WindTurbine), 47);
   EXPECT_EQ(static_cast<int>(SemanticClass::Cloud), 50);
+  EXPECT_EQ(static_cast<int>(SemanticClass::Nothing), 51);
 }
 
 TEST(SemanticClasses, ColorsAndNamesAreEachTheirOwn) {

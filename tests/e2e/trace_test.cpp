@@ -3,12 +3,15 @@
 
 #include <cmath>
 #include <filesystem>
+#include <set>
+#include <string>
 
 #include "capture/frame_reader.h"
 #include "core/json.h"
 #include "core/semantic_class.h"
 #include "geo/geodesy.h"
 #include "geo/geoid.h"
+#include "tests/e2e/settled_job.h"
 #include "tests/e2e/tiny_job.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
@@ -153,6 +156,49 @@ TEST_F(Trace, PlacesBeyondTheTilesAndHalfQuestionsAreRefused) {
   refuse({"--lat", "46"}, 2, "--lon");
   refuse({}, 2, "one place");
   refuse({"--lat", "46", "--lon", "7", "--x", "1", "--y", "2"}, 2, "one place");
+}
+
+/// A camera 3 m below the sea, beside a pier: the first pixel of each class that it shows.
+TEST(TraceUnderWater, PixelsOfTheBedOfPilesAndOfTheSurfaceFromBelowAreTraced) {
+  const ScratchFolder scratch;
+  const fs::path config = write_settled_job(scratch / "job");
+  for (const char* stage : {"tile", "render"}) {
+    const auto run = run_program({stage, config.string(), "--out", scratch.path().string(), "-q"});
+    ASSERT_EQ(run.status, 0) << run.output;
+  }
+  const auto sequence = capture::SequenceReader::open(scratch / "capture/P001");
+  const int camera = 2;  // tartan_v1/left
+  const auto facts = sequence.read_camera(1, camera, capture::SequenceReader::kFacts);
+  const Eigen::Vector3d center_world = sequence.world_from_camera(1, camera).translation;
+  std::set<std::string> shown;
+  for (int y = 3; y < 480; y += 7)
+    for (int x = 3; x < 640; x += 7) {
+      const std::string name(core::semantic_class_names()[facts.semantic_id(x, y)]);
+      if (!shown.insert(name).second) continue;
+      const auto run = run_program({"world", "trace", (scratch / "world").string(), "--capture",
+                                    (scratch / "capture").string(), "--sequence", "P001",
+                                    "--camera", "tartan_v1/left", "--frame", "1", "--pixel",
+                                    fmt::format("{},{}", x, y), "--json"});
+      ASSERT_EQ(run.status, 0) << run.output;
+      const Json trace = Json::parse(run.output, "trace");
+      EXPECT_EQ(trace.at("class").at("name").string(), name);
+      EXPECT_EQ(trace.at("instance_id").integer(), facts.instance_id(x, y));
+      const std::vector<double> point = trace.at("place").at("point_world").numbers();
+      EXPECT_NEAR((Eigen::Vector3d(point[0], point[1], point[2]) - center_world).norm(),
+                  trace.at("range_m").number(), 1e-6);
+      const double altitude_m = trace.at("place").at("altitude_msl_m").number();
+      // The sea's surface is the geoid to 2 cm, and its bed is below it.
+      if (name == "sea") {
+        EXPECT_NEAR(altitude_m, 0.0, 0.02);
+      }
+      if (name == "seabed") {
+        EXPECT_LT(altitude_m, 0.0);
+        EXPECT_EQ(trace.at("cover").at("name").string(), "seabed");
+        EXPECT_FALSE(trace.at("cover").has("layers")) << trace.text();
+      }
+      EXPECT_EQ(trace.has("feature"), name == "pier" || name == "boat") << trace.text();
+    }
+  for (const char* name : {"sea", "seabed", "pier"}) EXPECT_TRUE(shown.contains(name)) << name;
 }
 
 }  // namespace

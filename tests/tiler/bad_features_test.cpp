@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "core/toml_reader.h"
+#include "tests/support/mesh_checks.h"
 #include "tests/tiler/vector_files.h"
 #include "tiler/layer_stack.h"
 #include "tiler/tile_builder.h"
@@ -104,6 +105,74 @@ TEST(BadFeatures, AHundredThousandOutsideAndThoseWithoutPlacesAreCountedByEveryL
     EXPECT_NO_THROW(build_tile(*surface, {2, 0, 0}));
   }
   EXPECT_GE(num_kinds, 4);  // buildings, objects, roads, water
+}
+
+/// A ring of the feature's own shape; corners in metres east and north of its place.
+std::string shape(double east_m, double north_m,
+                  const std::vector<std::vector<Vector2d>>& rings_m) {
+  std::string text;
+  for (const auto& corners_m : rings_m) {
+    std::string ring;
+    for (std::size_t i = 0; i <= corners_m.size(); ++i) {
+      const Vector2d& at = corners_m[i % corners_m.size()];
+      ring += fmt::format("{}[{:.9f},{:.9f}]", ring.empty() ? "" : ",",
+                          kOriginLon_deg + (east_m + at.x()) / 82200.0,
+                          kOriginLat_deg + (north_m + at.y()) / 111080.0);
+    }
+    text += (text.empty() ? "[" : ",[") + ring + "]";
+  }
+  return area(text, kTags);
+}
+
+/// Areas that are none or not sound, far from each other: what crosses itself, holes outside and across, no width, a
+/// circle of a million corners, half of them a hand's breadth off.
+void write_unsound(const fs::path& file) {
+  const std::vector<Vector2d> square = {{0, 0}, {30, 0}, {30, 30}, {0, 30}};
+  std::vector<Vector2d> circle;
+  for (int i = 0; i < 1000000; ++i) {
+    const double angle = 2.0 * M_PI * i / 1000000;
+    circle.emplace_back((40.0 + 0.1 * (i % 2)) * Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  std::ofstream(file) << R"({"type":"FeatureCollection","features":[)"
+                      << shape(100, 100, {{{0, 0}, {30, 30}, {30, 0}, {0, 30}}}) << ","
+                      << shape(300, 100, {square, {{50, 0}, {70, 0}, {70, 20}, {50, 20}}}) << ","
+                      << shape(100, 300, {square, {{20, 10}, {45, 10}, {45, 20}, {20, 20}}}) << ","
+                      << shape(300, 300, {{{0, 0}, {20, 10}, {40, 20}, {20, 10.0}}}) << ","
+                      << shape(-300, 300, {circle}) << "]}";
+}
+
+TEST(BadFeatures, UnsoundAreasAreRepairedOrLeftOutAndCountedByEveryLayer) {
+  const ScratchFolder folder;
+  write_unsound(folder / "unsound.geojson");
+  for (const tiler::LayerKindInfo& kind : tiler::layer_kinds()) {
+    const auto layer = layer_of(std::string(kind.name), {folder / "unsound.geojson"});
+    if (!layer) continue;
+    SCOPED_TRACE(kind.name);
+    tiler::WorldOptions options = world_of("plane");
+    options.layers.push_back(*layer);
+    const auto surface = prepare(options);
+    const world::LayerInfo& info = surface->layers().infos().at(0);
+    EXPECT_EQ(count_of(info, "features read"), 5);
+    if (kind.name == "buildings") {
+      EXPECT_EQ(count_of(info, "footprints repaired"), 3);
+      EXPECT_EQ(count_of(info, "footprints without an area"), 1);
+      EXPECT_EQ(count_of(info, "footprints simplified"), 1);
+      EXPECT_EQ(count_of(info, "buildings"), 5) << "a bow tie is two";
+    } else if (kind.name == "water") {
+      // Of a bow tie the halves go round opposite ways, and cancel each other.
+      EXPECT_EQ(count_of(info, "areas that are none"), 2);
+      EXPECT_EQ(count_of(info, "areas"), 3);
+    }
+    for (const world::TileId& id : {world::TileId{0, 0, 0}, {0, 0, 1}, {0, 1, 0}, {0, -1, 1}}) {
+      const world::Tile tile = build_tile(*surface, id);
+      for (const world::Solid& solid : tile.objects.solids)
+        for (const world::ShapeLevel& level : solid.levels) {
+          const MeshFacts facts = mesh_facts(level.shape);
+          EXPECT_EQ(facts.problem, "") << "feature " << solid.provenance.feature;
+          EXPECT_FALSE(facts.meets_itself) << "feature " << solid.provenance.feature;
+        }
+    }
+  }
 }
 
 TEST(BadFeatures, FootprintsInWaterAreLeftOutAndCounted) {

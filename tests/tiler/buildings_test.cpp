@@ -206,6 +206,96 @@ TEST(BuildingShapes, RoofsOverAnyPolygonAreClosedAndCoverIt) {
       }
 }
 
+/// The box about what a shape shows.
+std::pair<Vector3d, Vector3d> box_of(const world::Shape& shape) {
+  Vector3d low = Vector3d::Constant(1e9), high = -low;
+  for (const Eigen::Vector3i& vertex : shape.vertices_steps) {
+    low = low.cwiseMin(vertex.cast<double>() * kHeightStep_m);
+    high = high.cwiseMax(vertex.cast<double>() * kHeightStep_m);
+  }
+  return {low, high};
+}
+
+TEST(BuildingShapes, EavesReachBeyondWallsAndParapetsStandOnThem) {
+  BuildingDesign design;
+  design.top_m = 9.0;
+  design.roof = RoofShape::Hipped;
+  design.roof_height_m = 2.5;
+  BuildingPlan plan;
+  plan.rings = rectangle(16.0, 11.0);
+  plan.design = &design;
+  plan.foundation_steps = steps(1.0);
+  const world::Shape hipped = tiler::building_shape(plan, BuildingDetail::Fine);
+  sound_facts(hipped, "hipped");
+  const auto [low, high] = box_of(hipped);
+  // Eaves of 0.4 m, more or less by a third.
+  for (const double over_m : {-low.x(), -low.y(), high.x() - 16.0, high.y() - 11.0}) {
+    EXPECT_GE(over_m, 0.24 - kHeightStep_m);
+    EXPECT_LE(over_m, 0.52 + kHeightStep_m);
+  }
+  EXPECT_NEAR(area_from_above_m2(hipped), (high - low).head<2>().prod(), 0.02);
+
+  design.roof = RoofShape::Flat;
+  const world::Shape flat = tiler::building_shape(plan, BuildingDetail::Fine);
+  sound_facts(flat, "flat");
+  const auto [flat_low, flat_high] = box_of(flat);
+  EXPECT_EQ(Vector2d(flat_low.head<2>()), Vector2d(0.0, 0.0));
+  EXPECT_EQ(Vector2d(flat_high.head<2>()), Vector2d(16.0, 11.0));
+  double rim_m2 = 0.0;
+  for (const auto& triangle : flat.triangles) {
+    std::array<Vector3d, 3> at;
+    for (std::size_t k = 0; k < 3; ++k)
+      at[k] = flat.vertices_steps[triangle.corners[k]].cast<double>() * kHeightStep_m;
+    const Vector3d turned = (at[1] - at[0]).cross(at[2] - at[0]);
+    if (turned.z() > 0.5 * turned.norm() && std::abs(at[0].z() - 9.0) < 0.01)
+      rim_m2 += 0.5 * turned.z();
+  }
+  EXPECT_NEAR(rim_m2, 16.0 * 11.0 - 15.4 * 10.4, 0.1);  // 0.3 m wide
+}
+
+TEST(BuildingShapes, ACanopyStandsOnPosts) {
+  BuildingDesign design;
+  design.kind = tiler::BuildingKind::Canopy;
+  design.top_m = 3.4;
+  BuildingPlan plan;
+  plan.design = &design;
+  plan.foundation_steps = steps(1.0);
+  std::vector<Vector2d> round;
+  for (int i = 0; i < 12; ++i)
+    round.emplace_back(4.6 * std::cos(i * EIGEN_PI / 6.0), 4.6 * std::sin(i * EIGEN_PI / 6.0));
+  const std::map<std::string, std::pair<RingsSteps, int>> canopies = {
+      {"long", {rectangle(16.0, 5.0), 4}}, {"round", {rings_of({round}), 12}}};
+  for (const auto& [name, canopy] : canopies)
+    for (const BuildingDetail detail : {BuildingDetail::Fine, BuildingDetail::Plain}) {
+      plan.rings = canopy.first;
+      const world::Shape shape = tiler::building_shape(plan, detail);
+      const MeshFacts facts = sound_facts(shape, name);
+      // A slab of 0.35 m, and posts of 0.28 m x 0.28 m from 1 m under the ground to the slab.
+      EXPECT_NEAR(facts.volume_m3,
+                  tiler::area_m2(plan.rings) * 0.35 + canopy.second * 0.28 * 0.28 * 4.05, 0.1)
+          << name;
+      EXPECT_NEAR(box_of(shape).first.z(), -1.0, kHeightStep_m);
+    }
+}
+
+TEST(Footprints, EdgesMoveOutwardAndInward) {
+  const RingsSteps yard =
+      rings_of({{{0, 0}, {10, 0}, {10, 5}, {10, 10}, {0, 10}}, {{4, 4}, {4, 6}, {6, 6}, {6, 4}}});
+  for (const double by_m : {0.5, -0.5, 0.25}) {
+    const auto moved = tiler::moved_edges(yard, by_m / kHeightStep_m);
+    ASSERT_TRUE(moved);
+    // The hole becomes smaller as its walls grow.
+    EXPECT_NEAR(tiler::area_m2(*moved),
+                std::pow(10.0 + 2.0 * by_m, 2) - std::pow(2.0 - 2.0 * by_m, 2), 0.05)
+        << by_m;
+  }
+  const auto one_edge = tiler::moved_edges(rectangle(10.0, 4.0), {0.0, 1.0 / kHeightStep_m, 0, 0});
+  ASSERT_TRUE(one_edge);
+  EXPECT_EQ(*one_edge, rectangle(11.0, 4.0));
+  EXPECT_FALSE(tiler::moved_edges(rectangle(10.0, 4.0), -2.5 / kHeightStep_m));
+  EXPECT_FALSE(tiler::moved_edges(yard, 1.5 / kHeightStep_m));  // the hole would be gone
+}
+
 TEST(Footprints, WhatCrossesItselfIsRepairedToItsArea) {
   const auto footprints = [](const std::vector<tiler::PointsWorld>& rings,
                              FootprintCounts& counts) {
@@ -477,6 +567,28 @@ TEST(Buildings, PartsReplaceTheirOutlineAndTwinsStandOnce) {
     has_raised = has_raised || std::abs(lowest - steps(6.0)) < 3;
   }
   EXPECT_TRUE(has_raised);
+}
+
+TEST(Buildings, WhatBeginsAboveTheGroundIsCarriedOrComesDown) {
+  ScratchFolder folder;
+  const std::vector<std::pair<std::string, std::string>> raised = {
+      {"building", "yes"}, {"height", "8"}, {"min_height", "4"}, {"roof:shape", "flat"}};
+  write_vectors(folder / "a.gpkg", "GPKG",
+                {{wkt(0, 0, 10, 10), raised},
+                 {wkt(100, 0, 10, 10), raised},  // between two others
+                 {wkt(90, 0, 10, 10), {{"building", "yes"}, {"height", "8"}}},
+                 {wkt(110, 0, 10, 10), {{"building", "yes"}, {"height", "8"}}}},
+                "EPSG:32631");
+  const Built built(files_key(folder / "a.gpkg"));
+  EXPECT_EQ(built.count("raised bodies that nothing carries"), 1);
+  for (const auto& [id, solid] : built.all({})) {
+    const double low_m = box_of(solid.levels.front().shape).first.z();
+    if (solid.place_m.x() >= 100 && solid.place_m.x() < 110) {
+      EXPECT_NEAR(low_m, 4.0, 2 * kHeightStep_m);
+    } else {
+      EXPECT_LT(low_m, -1.0) << solid.place_m.x();
+    }
+  }
 }
 
 TEST(Buildings, HoldTheirFootprintsAndCourtyardsAreFree) {

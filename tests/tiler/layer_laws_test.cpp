@@ -1,13 +1,16 @@
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <mutex>
+#include <set>
 
 #include "core/atomic_file.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "core/toml_reader.h"
-#include "tests/support/record.h"
 #include "tests/tiler/raster_files.h"
+#include "tests/tiler/settled_files.h"
+#include "tests/tiler/tile_borders.h"
 #include "tiler/layer_stack.h"
 #include "tiler/tile_builder.h"
 #include "tiler/tile_stage.h"
@@ -26,23 +29,6 @@ using Files = std::map<std::string, std::string>;
 constexpr double kSmall_m = 2048.0;
 constexpr double kTown_m = 4096.0;
 
-/// A picture of the ground about the origin.
-void draw_picture(const fs::path& file) {
-  RasterSpec spec = utm_spec(2048.0, 16.0);
-  spec.type = GDT_Byte;
-  spec.num_bands = 1;
-  spec.value = [](double u, double v) {
-    return 40.0 + std::fmod(std::abs(u) / 7.0 + std::abs(v) / 3.0, 150.0);
-  };
-  write_raster(file, spec);
-}
-
-/// Ways to make a layer without data of its own; the first that a kind takes is what the laws are asked of.
-std::vector<std::string> ways_to_make(const fs::path& picture) {
-  return {"source = \"country\"", "source = \"derived\"", "",
-          "files = [\"" + picture.string() + "\"]"};
-}
-
 std::optional<tiler::LayerOptions> layer_by(const std::string& kind, const std::string& keys) {
   tiler::LayerOptions layer;
   try {
@@ -53,12 +39,24 @@ std::optional<tiler::LayerOptions> layer_by(const std::string& kind, const std::
   return layer;
 }
 
-tiler::LayerOptions layer_of(const std::string& kind, const fs::path& picture) {
-  for (const std::string& keys : ways_to_make(picture))
-    if (auto layer = layer_by(kind, keys)) return *layer;
+/// Made in the first of some ways that its kind takes.
+/// unused   loses that way
+tiler::LayerOptions layer_of(const std::string& kind, const std::vector<std::string>& ways,
+                             std::set<std::string>* unused = nullptr) {
+  for (const std::string& keys : ways)
+    if (auto layer = layer_by(kind, keys)) {
+      if (unused != nullptr) unused->erase(keys);
+      return *layer;
+    }
   ADD_FAILURE() << "layers of kind " << kind
                 << " can be made in none of the ways of this test: add one";
   return {};
+}
+
+/// From seeds wherever that can be, else from the files.
+std::vector<std::string> from_seeds(std::vector<std::string> of_files) {
+  of_files.insert(of_files.begin(), {"source = \"country\"", "source = \"derived\"", ""});
+  return of_files;
 }
 
 /// All kinds in the order in which they may ask each other; new ones come last.
@@ -71,14 +69,14 @@ std::vector<std::string> all_kinds() {
   return kinds;
 }
 
-tiler::WorldOptions world_with(const std::vector<std::string>& kinds, double size_m,
-                               const fs::path& picture) {
+tiler::WorldOptions world_with(const std::vector<std::string>& kinds,
+                               const std::vector<std::string>& ways, double size_m) {
   tiler::WorldOptions options = world_of("procedural", size_m);
   options.seed = 3;
   options.outside = "extend";
   options.elevation[0].landform = "coast";
   options.elevation[0].relief_m = 300.0;
-  for (const std::string& kind : kinds) options.layers.push_back(layer_of(kind, picture));
+  for (const std::string& kind : kinds) options.layers.push_back(layer_of(kind, ways));
   return options;
 }
 
@@ -111,11 +109,11 @@ Tiled tile(const tiler::WorldOptions& options, const fs::path& folder, int num_t
 }
 
 /// The files of all tiles, each built by itself, in an order of chance, some beside each other.
-Files tiles_in_any_order(const Tiled& tiled) {
+Files tiles_in_any_order(const Tiled& tiled, std::uint64_t seed) {
   std::vector<world::TileId> ids;
   for (const world::TileInfo& info : tiled.store->manifest().tiles) ids.push_back(info.id);
   for (std::size_t i = ids.size(); i > 1; --i)
-    std::swap(ids[i - 1], ids[core::random_bits(17, 1, i) % i]);
+    std::swap(ids[i - 1], ids[core::random_bits(seed, 1, i) % i]);
   Files files;
   std::mutex mutex;
   const core::ThreadLimit limit(2);
@@ -129,36 +127,69 @@ Files tiles_in_any_order(const Tiled& tiled) {
   return files;
 }
 
-void expect_laws(const std::vector<std::string>& kinds, double size_m) {
-  const ScratchFolder folder;
-  draw_picture(folder / "picture.tif");
-  const tiler::WorldOptions options = world_with(kinds, size_m, folder / "picture.tif");
+/// Each run its own; GTEST_RANDOM_SEED or --gtest_random_seed takes one again.
+std::uint64_t seed_of_order() {
+  const auto given = static_cast<std::uint64_t>(GTEST_FLAG_GET(random_seed));
+  return given != 0 ? given
+                    : static_cast<std::uint64_t>(
+                          std::chrono::system_clock::now().time_since_epoch().count() % 99999 + 1);
+}
+
+/// What reaches over borders in the world that was checked.
+Crossings expect_laws(const tiler::WorldOptions& options, const fs::path& folder) {
   const Tiled one = tile(options, folder / "one", 1);
   const Tiled two = tile(options, folder / "two", 2);
   for (const auto& [name, bytes] : one.files)
     EXPECT_TRUE(two.files.contains(name) && two.files.at(name) == bytes)
         << name << " differs between one thread and two";
   EXPECT_EQ(one.files.size(), two.files.size());
-  for (const auto& [name, bytes] : tiles_in_any_order(two))
+  const std::uint64_t seed = seed_of_order();
+  SCOPED_TRACE(fmt::format("order of --gtest_random_seed={}", seed));
+  for (const auto& [name, bytes] : tiles_in_any_order(two, seed))
     EXPECT_TRUE(one.files.at(name) == bytes) << name << " is another when it is built by itself";
 
   const core::Log log("test", core::LogLevel::Off);
   const auto faults = world_check::check_world(*one.store, {.log = log});
   EXPECT_TRUE(faults.is_right()) << world_check::table_of(faults, one.store->manifest());
+  return expect_whole_over_borders(*one.store);
 }
 
 class LayerLaws : public testing::TestWithParam<std::string> {};
 
 TEST_P(LayerLaws, TheSameBytesFromAnyThreadsAndAnyOrderOfTilesAndNothingIsWrong) {
-  expect_laws({GetParam()}, kSmall_m);
+  const ScratchFolder folder;
+  const auto ways = from_seeds(write_settled_files(folder.path()));
+  expect_laws(world_with({GetParam()}, ways, kSmall_m), folder.path());
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, LayerLaws, testing::ValuesIn(all_kinds()),
                          [](const auto& kind) { return kind.param; });
 
-/// Things on each other's ground, round each other, over borders: a whole world of all kinds.
-TEST(SettledWorld, OfAllLayersIsTheSameInAnyOrderAndNothingInItIsWrong) {
-  expect_laws(all_kinds(), kTown_m);
+void expect_crossings(const Crossings& crossings, const std::vector<std::string>& names) {
+  for (const std::string& name : names)
+    EXPECT_TRUE(crossings.contains(name)) << "no " << name << " reach over borders";
+}
+
+/// Things on each other's ground, round each other, over borders: whole worlds of all kinds.
+TEST(SettledWorld, OfSeedsIsTheSameInAnyOrderAndWholeOverBordersAndNothingInItIsWrong) {
+  const ScratchFolder folder;
+  const auto ways = from_seeds(write_settled_files(folder.path()));
+  expect_crossings(
+      expect_laws(world_with(all_kinds(), ways, kTown_m), folder.path()),
+      {"buildings solids", "objects instances", "roads strips", "vegetation instances"});
+}
+
+TEST(SettledWorld, OfFilesIsTheSameInAnyOrderAndWholeOverBordersAndNothingInItIsWrong) {
+  const ScratchFolder folder;
+  const auto ways = write_settled_files(folder.path());
+  std::set<std::string> unused(ways.begin(), ways.end());
+  for (const std::string& kind : all_kinds()) layer_of(kind, ways, &unused);
+  EXPECT_TRUE(unused.empty()) << "no kind takes " << *unused.begin();
+  tiler::WorldOptions options = world_with(all_kinds(), ways, kSmall_m);
+  options.elevation[0].landform = "plains";
+  expect_crossings(expect_laws(options, folder.path()),
+                   {"buildings solids", "objects instances", "objects solids", "roads areas",
+                    "roads solids", "roads strips", "vegetation instances"});
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "tests/tiler/raster_files.h"
+#include "tiler/dry_cover.h"
 #include "tiler/surface.h"
 #include "tiler/tile_builder.h"
 #include "world/tile_file.h"
@@ -406,6 +407,68 @@ TEST(LayerStack, APlaceIsFreeWhereNoOtherLayerHoldsIt) {
       "plane");
   build_tile(*lake, {0, 0, 0});
   for (const auto& [x, is_free] : answers) EXPECT_FALSE(is_free) << x;
+}
+
+/// Raises the ground, and knows what covers it in the north.
+class Striped : public Raised, public tiler::DryCover {
+ public:
+  using Raised::Raised;
+  std::optional<world::Cover> cover(const Eigen::Vector2d& place_world,
+                                    const SurfaceSample& ground) const override {
+    return place_world.y() < 60.0 ? std::nullopt : Raised::cover(place_world, ground);
+  }
+};
+
+/// Raises the ground, and knows of a round lake.
+class Pond : public Raised {
+ public:
+  using Raised::Raised;
+  std::optional<world::Cover> cover(const Eigen::Vector2d& place_world,
+                                    const SurfaceSample&) const override {
+    return (place_world - Eigen::Vector2d(100.0, 100.0)).norm() < 70.0
+               ? std::optional(world::Cover::Lake)
+               : std::nullopt;
+  }
+};
+
+/// Asks the site what the whole surface knows, too.
+class Comparing : public Boxes {
+ public:
+  explicit Comparing(int& num_asked) : Boxes({}), num_asked_(num_asked) {}
+  void add_objects(const TileId& id, const tiler::LayerSite& site,
+                   world::TileObjects&) const override {
+    for (int k = 0; k < 2000; ++k) {
+      const Eigen::Vector2d at =
+          id.corner_world() + id.side_m() * Eigen::Vector2d(core::random_unit(1, 2, 2 * k),
+                                                            core::random_unit(1, 2, 2 * k + 1));
+      const SurfaceSample whole = surface->sample(at.x(), at.y());
+      EXPECT_EQ(site.ground_z_world(at), whole.z_world);
+      EXPECT_EQ(site.cover(at), whole.cover);
+      EXPECT_EQ(site.is_free(at, 0.0),
+                !world::is_water(whole.cover) && std::abs(at.x() - 50.0) >= 10.0);
+      ++num_asked_;
+    }
+  }
+  std::shared_ptr<const WorldSurface> surface;
+
+ private:
+  int& num_asked_;
+};
+
+TEST(LayerStack, WhatASiteIsAskedIsWhatTheWholeSurfaceKnows) {
+  int num_asked = 0;
+  auto asking = std::make_unique<Comparing>(num_asked);
+  Comparing& comparing = *asking;
+  const auto surface =
+      surface_with(list_of(std::make_unique<Striped>(1.0, world::Cover::Crops),
+                           std::make_unique<Pond>(0.25, std::nullopt),
+                           std::make_unique<Striped>(0.5, world::Cover::Forest), std::move(asking)),
+                   "fractal");
+  comparing.surface = surface;
+  for (const TileId& id : {TileId{0, 0, 0}, TileId{0, -1, 0}, TileId{2, 1, 1}, TileId{3, 0, 0}})
+    build_tile(*surface, id);
+  comparing.surface.reset();
+  EXPECT_EQ(num_asked, 8000);
 }
 
 }  // namespace

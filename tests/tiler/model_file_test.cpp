@@ -282,6 +282,15 @@ TEST(Models, TexturesComeWithTheirModelOrAreCounted) {
   cube.image = "huge.png";
   const std::filesystem::path file = cube.write(folder.path());
   expect_error(ErrorKind::Input, {"huge.png", "60000"}, [&] { read(file); });
+  // So is a JPEG: its frame's head says it, and nothing follows.
+  write_text(
+      folder / "huge.jpg",
+      std::string("\xff\xd8\xff\xc0\0\x11\x08\xea\x60\xea\x60\x03\x01\x11\0\x02\x11\0\x03\x11\0"
+                  "\xff\xda\0\x0c\x03\x01\0\x02\0\x03\0\0\x3f\0\0\xff\xd9",
+                  38));
+  cube.image = "huge.jpg";
+  const std::filesystem::path with_jpeg = cube.write(folder.path());
+  expect_error(ErrorKind::Input, {"huge.jpg", "60000"}, [&] { read(with_jpeg); });
 }
 
 TEST(Models, BadFilesAreRefusedSayingWhy) {
@@ -321,10 +330,48 @@ TEST(Models, BadFilesAreRefusedSayingWhy) {
   write_text(folder / "bomb.ply",
              "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n0\n");
   expect_error(ErrorKind::Input, {"4000000000"}, [&] { read(folder / "bomb.ply"); });
+  // Lists of two billion corners in a file of some hundred bytes, of a size below 0, cut off, in text.
+  const auto ply = [](const std::string& form, const std::string& count_type) {
+    return "ply\nformat " + form + " 1.0\nelement vertex 1\nproperty float x\nproperty float y\n" +
+           "property float z\nelement face 1\nproperty list " + count_type +
+           " int vertex_indices\nend_header\n";
+  };
+  const std::string vertex(12, '\0');
+  const auto refuses_ply = [&](const std::string& text, const std::vector<std::string>& words) {
+    SCOPED_TRACE(text.substr(0, 40));
+    write_text(folder / "list.ply", text);
+    expect_error(ErrorKind::Input, words, [&] { read(folder / "list.ply"); });
+  };
+  refuses_ply(
+      ply("binary_little_endian", "uint") + vertex + std::string("\0\x94\x35\x77", 4) + vertex,
+      {"face 0", "2000000000", "12 bytes"});
+  refuses_ply(ply("binary_big_endian", "uint") + vertex + std::string("\x77\x35\x94\0", 4) + vertex,
+              {"face 0", "2000000000"});
+  refuses_ply(
+      ply("binary_little_endian", "int") + vertex + std::string("\xfb\xff\xff\xff", 4) + vertex,
+      {"face 0", "no size"});
+  refuses_ply(ply("binary_little_endian", "uchar") + vertex.substr(5), {"vertex 0", "cut off"});
+  refuses_ply(ply("binary_little_endian", "float") + vertex, {"property list float"});
+  refuses_ply(ply("ascii", "uint") + "0 0 0\n2000000000 0 0 0\n", {"face 0", "2000000000"});
+  refuses_ply(ply("ascii", "uint") + "0 0 0\n3 0 0\n", {"face 0", "cut off"});
+  refuses_ply(ply("ascii", "uint") + "0 0 0\n-3 0 0 0\n", {"face 0", "no size"});
+  refuses_ply("ply\nformat ascii 1.0\nelement vertex 1\n", {"header does not end"});
   write_text(folder / "thing.zip", "PK");
   expect_error(ErrorKind::Config, {".gltf"}, [&] { read(folder / "thing.zip"); });
   expect_error(ErrorKind::Io, {"gone.obj"}, [&] { read(folder / "gone.obj"); });
+  // Pictures that an OBJ names, and links that lead out, too.
   std::filesystem::create_directories(folder / "inner");
+  const std::string square = "usemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
+  write_text(folder / "inner" / "own.mtl", "newmtl a\nmap_Kd ../secret.png\n");
+  write_text(folder / "inner" / "picture.obj", "mtllib own.mtl\n" + square);
+  write_text(folder / "secret.png", "nobody's business");
+  expect_error(ErrorKind::Input, {"secret.png", "folder"},
+               [&] { read(folder / "inner" / "picture.obj"); });
+  std::filesystem::create_symlink(folder / "secret.mtl", folder / "inner" / "linked.mtl");
+  write_text(folder / "secret.mtl", "newmtl a\nKd 1 0 0\n");
+  write_text(folder / "inner" / "linked.obj", "mtllib linked.mtl\n" + square);
+  expect_error(ErrorKind::Input, {"linked.mtl", "folder"},
+               [&] { read(folder / "inner" / "linked.obj"); });
   write_text(folder / "inner" / "out.obj",
              "mtllib ../secret.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   write_text(folder / "secret.mtl", "newmtl a\nKd 1 0 0\n");

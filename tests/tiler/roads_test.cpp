@@ -17,6 +17,7 @@
 #include "tiler/roads/road_network.h"
 #include "tiler/roads/road_paint.h"
 #include "tiler/tile_builder.h"
+#include "validate/world_check/shape_check.h"
 #include "world/tile_file.h"
 
 namespace terracast::test {
@@ -320,6 +321,38 @@ TEST(Roads, BridgesAreClosedTurnedOutwardAndLeaveRoomForWhatTheyCross) {
   }
 }
 
+TEST(Roads, DecksInBendsSharperThanTheyAreWideDoNotFold) {
+  // A ramp that winds about a point 2 m beside its middle, and a zigzag.
+  std::vector<Vector2d> hairpin = {{-60, 0}, {-4, 0}}, zigzag;
+  for (int i = 1; i < 12; ++i)
+    hairpin.emplace_back(-4.0 + 2.0 * std::sin(i * EIGEN_PI / 12.0),
+                         2.0 - 2.0 * std::cos(i * EIGEN_PI / 12.0));
+  hairpin.emplace_back(-4, 4);
+  hairpin.emplace_back(-60, 30);
+  for (int i = 0; i < 20; ++i) zigzag.emplace_back(100.0 + 3.0 * i, i % 2 == 0 ? 100.0 : 102.5);
+  const RoadWorld world(world_of("plane"),
+                        {{.number = 1,
+                          .points_world = hairpin,
+                          .tags = {{"highway", "secondary"}, {"bridge", "yes"}, {"layer", "1"}}},
+                         {.number = 2,
+                          .points_world = zigzag,
+                          .tags = {{"highway", "primary"}, {"bridge", "yes"}, {"layer", "1"}}}});
+  EXPECT_EQ(world.count("bridges"), 2);
+  std::set<std::uint32_t> seen;
+  for (const world::TileId& id : {world::TileId{1, 0, 0}, world::TileId{1, -1, 0}})
+    for (const world::Solid& bridge : build_tile(*world.finished, id).objects.solids) {
+      seen.insert(bridge.provenance.instance_id);
+      for (const world::ShapeLevel& level : bridge.levels) {
+        const world_check::ShapeFaults faults = world_check::find_shape_faults(level.shape);
+        EXPECT_EQ(faults.num_meeting_themselves, 0)
+            << bridge.provenance.feature << ", to level " << int{level.coarsest_level};
+        EXPECT_EQ(faults.num_open + faults.num_turned + faults.num_inside_out, 0);
+        EXPECT_GT(faults.num_bodies, 0);
+      }
+    }
+  EXPECT_EQ(seen.size(), 2u);
+}
+
 TEST(Roads, TheOrderOfFeaturesAndOfTilesDoesNotMatter) {
   std::vector<Drawn> drawn;
   for (std::uint64_t k = 0; k < 40; ++k) {
@@ -419,9 +452,7 @@ TEST(Roads, AnAirfieldsGroundIsGrassAndNothingElseOfItIsTold) {
         .tags = {{"aeroway", "aerodrome"}}},
        {.number = 2, .points_world = {{-100, 0}, {200, 0}}, .tags = {{"aeroway", "taxiway"}}}});
   EXPECT_EQ(world.count("airfields"), 1);
-  const auto cover = [&](double x, double y) {
-    return world.finished->sample(x, y).cover;
-  };
+  const auto cover = [&](double x, double y) { return world.finished->sample(x, y).cover; };
   EXPECT_EQ(cover(290, 140), Cover::Grass);
   EXPECT_EQ(cover(-190, -90), Cover::Grass);
   for (const auto& [x, y] : {std::pair{310.0, 0.0}, {0.0, -110.0}, {0.0, 160.0}, {-210.0, 0.0}})
@@ -506,8 +537,8 @@ TEST(Roads, NothingIsPaintedOnWaterAndBridgesStandAboveIt) {
   for (const world::Tile* one : {&tile, &west})
     for (const world::Strip& strip : one->objects.strips)
       for (const Eigen::Vector2i& point : strip.points_steps)
-        EXPECT_GT((point.cast<double>() * kHeightStep_m).norm(), 96.0);
-  // Samples are looked at every 4 m along a way.
+        // A shore is known to 0.1 m, points to half a step.
+        EXPECT_GT((point.cast<double>() * kHeightStep_m).norm(), 100.0 - 0.001);
   EXPECT_FALSE(tile.objects.strips.empty());
   ASSERT_EQ(tile.objects.solids.size(), 2u);
   const double lake_z = finished->sample(0.0, 50.0).z_world;

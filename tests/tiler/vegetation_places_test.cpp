@@ -163,13 +163,33 @@ TEST(BlueNoise, AnyWindowHoldsTheSamePlaces) {
             BlueNoise(43, 2, 2.5).places_in({0.0, 0.0}, {20.0, 20.0}).front().at_world);
 }
 
+TEST(Fields, ACellsPieceDoesNotDependOnTheCellAskedForBefore) {
+  const tiler::Fields fields(world::FieldPattern(11, true));
+  std::optional<tiler::Fields::Found> last;
+  int num_pieces = 0;
+  for (int y = 0; y < 700; y += 3)  // 1900 m
+    for (int x = -350; x < 350; ++x) {
+      std::optional<tiler::Fields::Found> none;
+      const auto alone = fields.piece_in(x, y, none);
+      const auto after = fields.piece_in(x, y, last);
+      ASSERT_EQ(alone.has_value(), after.has_value()) << x << " " << y;
+      if (!alone) continue;
+      ++num_pieces;
+      ASSERT_EQ(alone->center_world, after->center_world);
+      ASSERT_EQ(alone->heading_rad, after->heading_rad);
+      ASSERT_EQ(alone->crop, after->crop);
+    }
+  EXPECT_GT(num_pieces, 10000);
+}
+
 TEST(Fields, PiecesLieInRowsAndNeverOverlap) {
   const tiler::Fields fields(world::FieldPattern(11, true));
   std::vector<tiler::CropPiece> pieces;
+  std::optional<tiler::Fields::Found> last;
   constexpr int kCells = 330;  // 900 m: several regions
   for (int y = -kCells / 2; y < kCells / 2; ++y)
     for (int x = -kCells / 2; x < kCells / 2; ++x)
-      if (const auto piece = fields.piece_in(x, y)) {
+      if (const auto piece = fields.piece_in(x, y, last)) {
         EXPECT_EQ(std::floor(piece->center_world.x() / tiler::Fields::kCell_m), x);
         EXPECT_EQ(std::floor(piece->center_world.y() / tiler::Fields::kCell_m), y);
         pieces.push_back(*piece);

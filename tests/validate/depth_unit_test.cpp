@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/json.h"
 #include "core/log.h"
 #include "tests/support/test_data.h"
@@ -96,6 +98,27 @@ TEST(DepthUnit, HoldsWhereFramesOfAStraightFlightAreFarApart) {
     EXPECT_TRUE(result.summary.starts_with("2 of 2 pairs")) << result.summary;
     EXPECT_EQ(result.value, 0.0) << result.worst;  // nowhere do they agree
   }
+}
+
+// What goes along with the camera, as the sun in smooth water: frames that share no place look alike
+// wherever one is laid on the other, which tells nothing of depth.
+TEST(DepthUnit, IsUnseenWhereColoursGoAlongWithTheCamera) {
+  test::SceneCamera down = test::colmap_cameras()[0];
+  down.focal_px *= 3.0;
+  down.body_from_camera *= Eigen::AngleAxisd(-0.7, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  test::Recording recording = ends_of(test::record_island_flight({down}, 18, test::Path::Straight));
+  ASSERT_TRUE(depth_unit_of(recording).summary.starts_with("2 of 2 pairs"));
+  for (core::Image8& image : recording.color[0])
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x) {
+        const double across = (x - 0.5 * image.width()) / (0.3 * image.width());
+        const double along = (y - 0.5 * image.height()) / (0.3 * image.height());
+        const double glow = std::exp(-across * across - along * along);
+        for (int k = 0; k < image.channels(); ++k)
+          image(x, y, k) = static_cast<std::uint8_t>(std::lround(30.0 + 200.0 * glow));
+      }
+  const CheckResult result = depth_unit_of(recording);
+  EXPECT_TRUE(result.is_unseen) << result.summary;
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <set>
 
 #include "core/random.h"
 
@@ -24,7 +26,7 @@ TEST(FieldPattern, FieldsReachAsFarAsTheirBorders) {
     const Vector2d at = drawn_place(i);
     const FieldPattern::Place place = fields.at(at);
     ASSERT_GE(place.edge_m, 0.0);
-    ASSERT_LT(place.edge_m, 50.0);  // half of the widest
+    ASSERT_LT(place.edge_m, 66.5);  // half of the widest: 23 pieces and 5 more at either side
     for (int k = 0; k < 16; ++k) {
       const double turn = 0.3927 * k;
       const Vector2d out(std::cos(turn), std::sin(turn));
@@ -49,6 +51,43 @@ TEST(FieldPattern, PlacesAreMeasuredAlongRowsAndAcross) {
     const FieldPattern::Place left =
         fields.at(at + 0.4 * Vector2d(-region.along.y(), region.along.x()));
     EXPECT_NEAR(left.across_m - place.across_m, 0.4, 1e-9);
+  }
+}
+
+// Seen 2026-11: within a region all fields were alike, as a pattern that repeats.
+TEST(FieldPattern, FieldsOfARegionDiffer) {
+  const FieldPattern fields(7, true);
+  for (std::uint64_t i = 0; i < 50; ++i) {
+    const FieldPattern::Region region = fields.region_at(drawn_place(i));
+    // Widths of the strips that a line across them meets, lengths of the fields along one of these.
+    std::set<std::int64_t> widths;
+    std::set<std::int64_t> lengths;
+    FieldPattern::Field across = fields.field_of(region, 0, -400);
+    FieldPattern::Field along = fields.field_of(region, -400, 0);
+    bool is_whole_across = false;  // the first may begin before the line
+    bool is_whole_along = false;
+    for (std::int64_t piece = -399; piece <= 400; ++piece) {
+      const FieldPattern::Field next_across = fields.field_of(region, 0, piece);
+      if (next_across.piece_across != across.piece_across + 1) {
+        EXPECT_EQ(next_across.piece_across, 0);
+        if (is_whole_across) widths.insert(across.piece_across + 1);
+        is_whole_across = true;
+      }
+      const FieldPattern::Field next_along = fields.field_of(region, piece, 0);
+      if (next_along.piece_along != along.piece_along + 1) {
+        EXPECT_EQ(next_along.piece_along, 0);
+        if (is_whole_along) lengths.insert(along.piece_along + 1);
+        is_whole_along = true;
+      }
+      across = next_across;
+      along = next_along;
+    }
+    ASSERT_GE(widths.size(), 4U);
+    ASSERT_GE(lengths.size(), 4U);
+    EXPECT_GE(2 * *widths.begin(), region.pieces_across);
+    EXPECT_LE(2 * *widths.rbegin(), 3 * region.pieces_across);
+    EXPECT_GE(2 * *lengths.begin(), region.pieces_along);
+    EXPECT_LE(2 * *lengths.rbegin(), 3 * region.pieces_along);
   }
 }
 

@@ -228,7 +228,7 @@ std::optional<RingsSteps> moved_edges(const RingsSteps& rings,
         offset = by_in * normal_in;
       } else {
         // normal_in . offset = by_in, normal_out . offset = by_out.
-        offset = (by_in * out - by_out * in) / sine;
+        offset = (by_out * in - by_in * out) / sine;
       }
       const double most = std::max(std::abs(by_in), std::abs(by_out));
       if (!(offset.norm() <= kSharpest * most + 1e-9)) return std::nullopt;

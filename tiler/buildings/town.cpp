@@ -46,6 +46,7 @@ struct Draft {
   const FeatureTags* tags = nullptr;
   bool is_part = false;
   bool is_dropped = false;
+  bool was_lowered = false;  ///< it began above the ground, and nothing carries it there
   double area_m2 = 0.0;
   std::vector<Vector2d> inside_world;  ///< places within it
 
@@ -139,6 +140,7 @@ class TownBuilder {
     count("footprints across others", num_crossing_);
     count("outlines replaced by parts", num_replaced_);
     count("footprints on roads", num_taken_);
+    count("raised bodies that nothing carries", num_lowered_);
     return town;
   }
 
@@ -352,6 +354,7 @@ class TownBuilder {
       const BuildingDesign& design = draft.building.design;
       ++heights_[static_cast<std::size_t>(design.height_source)];
       num_clamped_ += design.was_clamped ? 1 : 0;
+      num_lowered_ += draft.was_lowered ? 1 : 0;
       num_taken_ += ground_.is_taken(draft.building.footprint.place_m.cast<double>()) ? 1 : 0;
     }
   }
@@ -384,6 +387,35 @@ class TownBuilder {
     const std::uint64_t town =
         core::random_bits(seed_, cell_key(at.x(), at.y(), kTownCell_m), 0x746f776eULL);
     building.design = design_building(*draft.tags, draft.is_part, around, raster_m, town, own);
+    // A part may jut out of its building.
+    draft.was_lowered = building.design.bottom_m > 0.0 && !is_carried(row) &&
+                        !(draft.is_part && around.is_attached);
+    if (draft.was_lowered) building.design.bottom_m = 0.0;
+  }
+
+  /// Whether it stands over another building, or between others, with all its corners at them.
+  bool is_carried(std::size_t row) const {
+    const Draft& draft = drafts_[row];
+    std::vector<std::uint32_t> others = near(draft, kAttached_m);
+    others.erase(std::remove_if(others.begin(), others.end(),
+                                [&](std::uint32_t j) { return j == row || drafts_[j].is_dropped; }),
+                 others.end());
+    if (std::any_of(others.begin(), others.end(),
+                    [&](std::uint32_t j) { return share_in(draft, drafts_[j]) > 0.0; }))
+      return true;
+    const auto is_at_another = [&](const Vector2i& corner) {
+      constexpr double kSeam_m = 0.15;
+      const Vector2d at =
+          draft.building.footprint.place_m.cast<double>() + kHeightStep_m * corner.cast<double>();
+      return std::any_of(others.begin(), others.end(), [&](std::uint32_t j) {
+        for (const double dx : {-kSeam_m, kSeam_m})
+          for (const double dy : {-kSeam_m, kSeam_m})
+            if (drafts_[j].contains_world(at + Vector2d(dx, dy))) return true;
+        return false;
+      });
+    };
+    const auto& ring = draft.building.footprint.rings.front();
+    return std::all_of(ring.begin(), ring.end(), is_at_another);
   }
 
   const HeightRaster* raster_;
@@ -403,6 +435,7 @@ class TownBuilder {
   std::int64_t num_crossing_ = 0;
   std::int64_t num_replaced_ = 0;
   std::int64_t num_taken_ = 0;
+  std::int64_t num_lowered_ = 0;
 };
 
 }  // namespace

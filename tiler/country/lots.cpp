@@ -70,10 +70,22 @@ HouseRule house_rule(Zone zone, Rank rank, std::uint64_t draw) {
     case Zone::Houses:
       break;
   }
+  // Plots were parted and built on by many hands: no two houses are alike, and in villages hardly two
+  // stand as far from the road.
+  const bool is_rural = rank == Rank::Village || rank == Rank::Hamlet;
+  const double far = random_unit(draw, 3, 0);
+  const double wide = random_unit(draw, 4, 0);
   if (rank == Rank::Village && u < 0.25)
-    return {HouseKind::Terrace, 18.0 * size, 13.5 * size, 9.5, 1.5, 0.9};
-  return {HouseKind::Detached, (rank == Rank::Hamlet ? 34.0 : 22.5) * size, 12.2 * size,
-          9.4 * size,          4.0 + 4.0 * random_unit(draw, 3, 0),         2.2};
+    return {HouseKind::Terrace, 13.0 + 9.0 * wide,
+            11.0 + 7.0 * wide,  8.5 + 2.5 * random_unit(draw, 5, 0),
+            1.0 + 2.5 * far,    0.9};
+  const double width_m = 9.5 + 6.5 * wide;
+  return {HouseKind::Detached,
+          width_m + (rank == Rank::Hamlet ? 20.0 : 7.0) + (is_rural ? 14.0 : 8.0) * far * far,
+          width_m,
+          8.0 + 3.2 * random_unit(draw, 5, 0),
+          is_rural ? 2.0 + 13.0 * far * far : 3.5 + 5.0 * far,
+          2.2};
 }
 
 /// A house's outline within its rectangle: plain, or with a wing.
@@ -498,8 +510,9 @@ class SettlementBuilder {
       const Zone zone = zone_of(town, here.at, far, seed_);
       const std::uint64_t draw = builder_.draw();
       // Towards the rim some lots are still fields.
-      if (random_unit(draw, 21, 0) < 0.75 * (far - 0.72)) {
-        at_m += 24.0;
+      const bool is_rural = town.rank == Rank::Village || town.rank == Rank::Hamlet;
+      if (random_unit(draw, 21, 0) < (is_rural ? 0.08 : 0.02) + 0.75 * std::max(far - 0.68, 0.0)) {
+        at_m += 14.0 + 18.0 * random_unit(draw, 20, 0);
         continue;
       }
       const HouseRule rule = house_rule(zone, town.rank, draw);
@@ -520,22 +533,24 @@ class SettlementBuilder {
                     0.5 * rule.depth_m};
       const bool is_house =
           rule.kind == HouseKind::Detached || rule.kind == HouseKind::SemiDetached;
-      if (is_house && random_unit(draw, 22, 0) < 0.3)
+      if (is_house && random_unit(draw, 22, 0) < 0.4)
         std::swap(box.half_along_m, box.half_across_m);
       // Hardly two houses stand in one line; in villages less so than in streets that were planned.
       if (is_house) {
-        const double most = town.rank == Rank::Village || town.rank == Rank::Hamlet ? 0.16 : 0.05;
+        const double most = is_rural ? 0.22 : 0.06;
         box.along = turned(box.along, most * (2.0 * random_unit(draw, 25, 0) - 1.0));
         box.center += 3.0 * random_unit(draw, 26, 0) * left_of(along);
       }
       const PointsWorld plan = outline(box, draw,
-                                       is_house                 ? 0.35
+                                       is_house                 ? 0.45
                                        : zone == Zone::Industry ? 0.2
                                                                 : 0.0);
       if (builder_.build(plan, rule.kind, town.palette,
                          2.0 * std::min(box.half_along_m, box.half_across_m), rule.margin_m)) {
         at_m += rule.frontage_m;
         if (is_house && random_unit(draw, 23, 0) < 0.3) build_garage(box, draw);
+        if (is_house && is_rural && random_unit(draw, 27, 0) < 0.3)
+          build_outhouse(box, left_of(along), town.palette, draw);
         if (is_house) enclose_garden({here.at, there.at, half_width_m}, draw);
       } else {
         at_m += 0.3 * rule.frontage_m + 2.0;
@@ -573,6 +588,23 @@ class SettlementBuilder {
       return;
     Tags tags = {{"barrier", kind < 0.45 ? "hedge" : kind < 0.75 ? "fence" : "wall"}};
     builder_.survey().add_line(Theme::LandUse, {from, to}, std::move(tags));
+  }
+
+  /// A barn or a shed in the yard behind a house of a village, along it or at a right angle.
+  void build_outhouse(const Rectangle& house, const Point& inward, int palette,
+                      std::uint64_t draw) {
+    const bool is_barn = random_unit(draw, 40, 0) < 0.55;
+    const double half_length_m = (is_barn ? 6.0 : 3.0) + 2.0 * random_unit(draw, 41, 0);
+    const double half_depth_m = is_barn ? 4.5 : 2.2;
+    const double side = random_unit(draw, 42, 0) < 0.5 ? -1.0 : 1.0;
+    const bool is_across = random_unit(draw, 43, 0) < 0.6;
+    const double reach_m = std::max(house.half_along_m, house.half_across_m);
+    const Rectangle barn{house.center + (reach_m + half_length_m + 3.0) * inward +
+                             0.5 * side * reach_m * house.along,
+                         is_across ? left_of(house.along) : house.along, half_length_m,
+                         half_depth_m};
+    builder_.build(barn.ring(), is_barn ? HouseKind::Barn : HouseKind::Shed, palette,
+                   2.0 * half_depth_m, 1.0);
   }
 
   void build_garage(const Rectangle& house, std::uint64_t draw) {

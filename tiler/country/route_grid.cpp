@@ -183,7 +183,8 @@ void RouteGrid::add(const std::vector<int>& nodes, int kind) {
   }
 }
 
-std::vector<Alignment> alignments(const RouteGrid& net, const PlanGround& ground) {
+std::vector<Alignment> alignments(const RouteGrid& net, const PlanGround& ground,
+                                  const Easing& easing) {
   const auto& edges = net.edges();
   std::unordered_map<int, std::vector<std::size_t>> edges_of;
   for (std::size_t e = 0; e < edges.size(); ++e) {
@@ -239,11 +240,11 @@ std::vector<Alignment> alignments(const RouteGrid& net, const PlanGround& ground
       points[k] = known != fixed.end() ? known->second : net.place(nodes[k]);
       const bool is_at_tunnel = (k > 0 && tunnels[k - 1] != 0) || (k + 1 < n && tunnels[k] != 0);
       if (known == fixed.end() && k > 0 && k + 1 < n && !is_at_tunnel)
-        yields[k] = std::clamp(1.1 - 3.0 * ground.slope(points[k]), 0.35, 1.0);
+        yields[k] = std::clamp(1.1 - 3.0 * ground.slope(points[k]), easing.least_yield, 1.0);
     }
     const PointsWorld start = points;
-    const double reach_m = 0.8 * net.spacing_m();
-    for (int round = 0; round < 14; ++round) {
+    const double reach_m = easing.reach * net.spacing_m();
+    for (int round = 0; round < easing.rounds; ++round) {
       PointsWorld moved = points;
       for (std::size_t k = 1; k + 1 < n; ++k) {
         if (yields[k] == 0.0) continue;

@@ -67,12 +67,20 @@ class RouteGrid {
   std::unordered_map<std::uint64_t, std::size_t> edge_of_;
 };
 
+/// How far ways leave the nodes of their route to run smoothly.
+struct Easing {
+  int rounds = 14;            ///< in which places are drawn to the middle of their neighbours
+  double reach = 0.8;         ///< spacings of the grid that a place is moved at most
+  double least_yield = 0.35;  ///< of how far it is drawn, on steep slopes
+};
+
 /// A chain of the net's edges as a curve: through junctions it runs straight on where its kind does.
 struct Alignment {
   int kind = 0;
   PointsWorld line;
   std::vector<std::pair<double, double>> tunnels_m;  ///< along the line
 };
-std::vector<Alignment> alignments(const RouteGrid& net, const PlanGround& ground);
+std::vector<Alignment> alignments(const RouteGrid& net, const PlanGround& ground,
+                                  const Easing& easing = {});
 
 }  // namespace terracast::tiler::country

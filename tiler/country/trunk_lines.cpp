@@ -10,6 +10,8 @@ namespace {
 constexpr double kCarriageway_m = 9.4;  ///< off the middle
 constexpr double kInterchange_m = 4500.0;
 constexpr double kRamp_m = 360.0;
+/// A motorway bends less than what leads it through the grid.
+constexpr Easing kMotorwayEasing{.rounds = 80, .reach = 1.7, .least_yield = 0.6};
 
 /// A line moved to its right.
 PointsWorld beside(const PointsWorld& line, double right_m) {
@@ -119,7 +121,7 @@ Motorway plan_motorway(const PlanGround& ground, const Grid<std::uint8_t>& river
     if (const auto nodes = net.route(from, to, style)) net.add(*nodes, 0);
     if (first == second) break;
   }
-  motorway.middles = alignments(net, ground);
+  motorway.middles = alignments(net, ground, kMotorwayEasing);
   for (const Alignment& middle : motorway.middles)
     for (const bool is_back : {false, true}) {
       Way way;

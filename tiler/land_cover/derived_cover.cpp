@@ -22,6 +22,8 @@ constexpr int kVersion = 1;
 
 constexpr double kMostNodes = 2048.0;  ///< along a side of the square
 constexpr double kFinestSpacing_m = 8.0;
+/// So far below the tree line nothing feels it.
+constexpr double kNoLine_m = -1100.0;
 /// A stream runs all year where so much land drains to it.
 constexpr double kStreamCatchment_m2 = 4e6;
 
@@ -164,12 +166,18 @@ std::optional<world::Cover> DerivedCover::cover(const Eigen::Vector2d& place_wor
   const double height_m =
       ground.z_world + place_world.squaredNorm() / (2.0 * geo::kWgs84SemiMajorAxis_m);
   const double moisture = ground.moisture / 255.0;
-  const double region = region_(place_world);
+  const double sea_m = sea_m_.values.empty() ? 1e9 : bilinear(sea_m_, node);
+  if (sea_m < 30.0) return std::nullopt;
   const double patch = patch_(place_world);
   const double uneven = patch - 0.5;
-  const double sea_m = sea_m_.values.empty() ? 1e9 : bilinear(sea_m_, node);
   if (sea_m < 30.0 + 60.0 * patch) return std::nullopt;
 
+  // Far below its lines climate is the same, whatever the region, which then counts for fields alone.
+  const double is_level = 1.0 - ramp(0.07, 0.15, slope);
+  const bool is_low =
+      height_m - options_.tree_line_m + 190.0 + 100.0 * std::abs(shade) < kNoLine_m &&
+      height_m - options_.snow_line_m + 260.0 + 350.0 * std::abs(shade) < 0.0;
+  const double region = is_low && is_level == 0.0 ? 0.5 : region_(place_world);
   const double above_snow_m =
       height_m - options_.snow_line_m + 300.0 * (region - 0.5) + 200.0 * uneven + 350.0 * shade;
   // Snow slides off what is steeper than 45 degrees or so.
@@ -185,8 +193,7 @@ std::optional<world::Cover> DerivedCover::cover(const Eigen::Vector2d& place_wor
   if (wet > 0.82 && water_m < 500.0) return Cover::Wetland;
 
   const double woods = woods_(place_world);
-  const double is_level = 1.0 - ramp(0.07, 0.15, slope);
-  const double season = 1.0 - ramp(-1100.0, -700.0, above_trees_m);
+  const double season = 1.0 - ramp(kNoLine_m, -700.0, above_trees_m);
   const double field_share =
       options_.field_share * is_level * season * (0.6 + 0.8 * region) * ramp(60.0, 300.0, sea_m);
   double forest_share = options_.forest_share *
@@ -194,10 +201,11 @@ std::optional<world::Cover> DerivedCover::cover(const Eigen::Vector2d& place_wor
                         (1.0 - ramp(-120.0, 60.0, above_trees_m));
   // Trees line the water.
   if (water_m < 120.0) forest_share += 0.2 * (1.0 - water_m / 120.0) * season;
-  const bool is_field = field_share > 0.0 && fields_(place_world) < field_share;
   // Among fields, woods keep to a part of what they would hold elsewhere.
-  if (woods < (is_field ? 0.3 : 1.0) * forest_share) return Cover::Forest;
+  if (woods < 0.3 * forest_share) return Cover::Forest;
+  const bool is_field = field_share > 0.0 && fields_(place_world) < field_share;
   if (is_field) return Cover::Crops;
+  if (woods < forest_share) return Cover::Forest;
   if (woods < forest_share + 0.05 && patch < 0.6) return Cover::Shrubs;
   const double shrub_share =
       0.5 * ramp(-150.0, -20.0, above_trees_m) * (1.0 - ramp(100.0, 350.0, above_trees_m)) +

@@ -12,6 +12,7 @@
 #include "tiler/buildings/height_raster.h"
 #include "tiler/buildings/settled_ground.h"
 #include "tiler/buildings/town.h"
+#include "tiler/dry_cover.h"
 #include "tiler/feature_source.h"
 #include "tiler/instance_ids.h"
 #include "tiler/layer.h"
@@ -31,7 +32,7 @@ using Eigen::Vector3d;
 using world::kHeightStep_m;
 
 /// Bumped when what stands where changes.
-constexpr int kBuildingsVersion = 2;
+constexpr int kBuildingsVersion = 3;
 
 /// Coarsest tiles of the shapes with all their details, and of those with roofs.
 constexpr int kFineLevel = 1;
@@ -61,7 +62,7 @@ int coarsest_level_of(const Building& building) {
                     kCoarsestLevel);
 }
 
-class BuildingsLayer final : public Layer {
+class BuildingsLayer final : public Layer, public DryCover {
  public:
   BuildingsLayer(const LayerInputs& inputs, FeatureSet features,
                  std::unique_ptr<HeightRaster> raster)

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "tiler/dry_cover.h"
 #include "tiler/land_cover/cover_raster.h"
 #include "tiler/land_cover/derived_cover.h"
 #include "tiler/land_cover/legend.h"
@@ -114,7 +115,7 @@ class RasterLayer final : public Layer {
   std::vector<std::string> names_;
 };
 
-class DerivedLayer final : public Layer {
+class DerivedLayer final : public Layer, public DryCover {
  public:
   DerivedLayer(const DerivedCoverOptions& options, const LayerInputs& inputs)
       : cover_(options, inputs) {}

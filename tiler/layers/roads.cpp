@@ -10,6 +10,7 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "tiler/dry_cover.h"
 #include "tiler/feature_source.h"
 #include "tiler/instance_ids.h"
 #include "tiler/layer.h"
@@ -32,7 +33,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 2;
+constexpr int kRoadsVersion = 3;
 /// Streets are in a town where so many ways end within some hundred metres.
 constexpr double kTownCell_m = 100.0;
 constexpr int kTownEnds = 10;
@@ -241,7 +242,7 @@ void add_sidewalks(std::vector<Way>& ways) {
   }
 }
 
-class RoadsLayer final : public Layer {
+class RoadsLayer final : public Layer, public DryCover {
  public:
   RoadsLayer(const FeatureSourceOptions& source, const RoadsOptions& options,
              const LayerInputs& inputs)
@@ -270,8 +271,11 @@ class RoadsLayer final : public Layer {
     const RoadNetwork network(std::move(sorted.ways), half_size_m);
     const RoadNetwork paths(std::move(sorted.paths), half_size_m);
     const RoadHeights heights(network, ground);
-    const auto gaps = water_gaps(network, is_water);
-    const auto path_gaps = water_gaps(paths, is_water);
+    const IsWater is_sea = [this](const Vector2d& at) {
+      return surface_.sample(at.x(), at.y()).cover == Cover::Sea;
+    };
+    const auto gaps = water_gaps(network, is_water, is_sea);
+    const auto path_gaps = water_gaps(paths, is_water, is_sea);
     Pads pads = make_pads(sorted.areas, network, heights, ground);
     const auto num_pads = static_cast<std::int64_t>(pads.pads.size());
     bed_.emplace(network, heights, ground, gaps, std::move(pads.pads));

@@ -38,7 +38,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when what stands where changes.
-constexpr int kVegetationVersion = 2;
+constexpr int kVegetationVersion = 3;
 
 /// What is strewn, each kind by cells of its own.
 enum Stratum : std::size_t { kTallTrees, kLowTrees, kBushes, kPlants, kStones, kNumStrata };
@@ -160,6 +160,10 @@ struct Box {
   Vector2d highest;
 
   Box grown(double by_m) const { return {lowest.array() - by_m, highest.array() + by_m}; }
+  bool encloses(const Box& other) const {
+    return (lowest.array() <= other.lowest.array()).all() &&
+           (highest.array() >= other.highest.array()).all();
+  }
 };
 
 /// A place on the border belongs to what lies east or north of it.
@@ -180,33 +184,49 @@ Box box_of(const world::TileId& id) {
   return {corner, corner + Vector2d::Constant(id.side_m())};
 }
 
-/// Places by square cells, for asking what is near.
+/// Places of a box by square cells, for asking what is near.
 class NearPlaces {
  public:
-  explicit NearPlaces(double cell_m) : cell_m_(cell_m) {}
+  /// box   holds all places that are added
+  NearPlaces(double cell_m, const Box& box)
+      : cell_m_(cell_m),
+        lowest_(box.lowest),
+        last_(cell(box.highest.x() - lowest_.x()) + 1, cell(box.highest.y() - lowest_.y()) + 1,
+              kNone) {}
 
-  void add(const Vector2d& at) { cells_[key(cell(at.x()), cell(at.y()))].push_back(at); }
+  void add(const Vector2d& at) {
+    std::int32_t& last = last_(cell(at.x() - lowest_.x()), cell(at.y() - lowest_.y()));
+    places_.push_back({at, last});
+    last = static_cast<std::int32_t>(places_.size() - 1);
+  }
   /// distance_m   at most cell_m
   bool has_within(const Vector2d& at, double distance_m) const {
-    for (std::int32_t y = cell(at.y()) - 1; y <= cell(at.y()) + 1; ++y)
-      for (std::int32_t x = cell(at.x()) - 1; x <= cell(at.x()) + 1; ++x) {
-        const auto found = cells_.find(key(x, y));
-        if (found == cells_.end()) continue;
-        for (const Vector2d& other : found->second)
-          if ((other - at).squaredNorm() < distance_m * distance_m) return true;
-      }
+    const int x = cell(at.x() - lowest_.x());
+    const int y = cell(at.y() - lowest_.y());
+    for (int j = std::max(y - 1, 0); j <= std::min(y + 1, last_.height - 1); ++j)
+      for (int i = std::max(x - 1, 0); i <= std::min(x + 1, last_.width - 1); ++i)
+        for (std::int32_t k = last_(i, j); k != kNone;
+             k = places_[static_cast<std::size_t>(k)].before)
+          if ((places_[static_cast<std::size_t>(k)].at_world - at).squaredNorm() <
+              distance_m * distance_m)
+            return true;
     return false;
   }
 
  private:
-  std::int32_t cell(double at) const { return static_cast<std::int32_t>(std::floor(at / cell_m_)); }
-  static std::uint64_t key(std::int32_t x, std::int32_t y) {
-    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32U |
-           static_cast<std::uint32_t>(x);
+  static constexpr std::int32_t kNone = -1;
+  struct Place {
+    Vector2d at_world;
+    std::int32_t before;  ///< another of the same cell
+  };
+  int cell(double from_lowest_m) const {
+    return static_cast<int>(std::floor(from_lowest_m / cell_m_));
   }
 
   double cell_m_;
-  std::unordered_map<std::uint64_t, std::vector<Vector2d>> cells_;
+  Vector2d lowest_;
+  Grid<std::int32_t> last_;  ///< of each cell, in places_
+  std::vector<Place> places_;
 };
 
 class VegetationLayer;
@@ -236,14 +256,31 @@ class TileWork {
     double moisture = 0.0;
   };
 
+  /// What a place is like, and how much grows there.
+  struct Here {
+    Vector2d place_world;
+    Ground ground;
+    bool is_garden = false;
+    std::optional<double> canopy_m{};
+    Growth growth{};
+  };
+
   const Facts& facts(int i, int j);
   Ground ground(const Vector2d& place_world);
-  Growth growth(const Vector2d& place_world);
+  Here here(const Vector2d& place_world);
+  TreeKinds tree_kinds(const Here& here) const;
   const Piece& piece(int size, std::int32_t x, std::int32_t y);
   Piece make_piece(int size, std::int32_t x, std::int32_t y);
 
-  /// Places of a box; those of the tile and some metres round it are strewn once.
+  struct Strewn {
+    Box box;
+    std::vector<BlueNoise::Place> places;
+  };
+
+  /// Places of a box; those of the tile, or along a side of it, and some metres round them are strewn once.
   std::vector<BlueNoise::Place> places_in(Stratum stratum, const Box& box);
+  /// The box and what else is asked for in the tile or along the same side.
+  Box most_asked_with(const Box& box) const;
 
   /// Boxes in which places of something are to be looked at that is shown on tiles of some levels: the
   /// tile and what reaches into it, or only the latter where the tile's own level shows nothing of it.
@@ -259,7 +296,7 @@ class TileWork {
 
   std::uint32_t clump_id(int size, std::int32_t x, std::int32_t y) const;
   bool is_lone(Stratum stratum, const BlueNoise::Place& place);
-  void add_tree(Stratum stratum, const BlueNoise::Place& place, const Growth& here);
+  void add_tree(Stratum stratum, const BlueNoise::Place& place);
   void add(std::uint32_t id, const PlantModel& model, const Vector2d& place_world,
            std::uint16_t heading, double scale, int coarsest_level);
 
@@ -272,7 +309,7 @@ class TileWork {
   int first_node_y_;
   Grid<Facts> facts_;
   std::array<std::unordered_map<std::uint64_t, Piece>, kNumClumpSizes> pieces_;
-  std::array<std::optional<std::vector<BlueNoise::Place>>, kNumStrata> places_;
+  std::array<std::vector<Strewn>, kNumStrata> strewn_;
 };
 
 class VegetationLayer final : public Layer {
@@ -422,22 +459,28 @@ bool has_soft_edges(Cover cover) {
          cover == Cover::Grass || cover == Cover::Bare;
 }
 
-Growth TileWork::growth(const Vector2d& place_world) {
-  Ground here = ground(place_world);
-  if (has_soft_edges(here.cover)) {
+TileWork::Here TileWork::here(const Vector2d& place_world) {
+  Here here{.place_world = place_world, .ground = ground(place_world)};
+  if (has_soft_edges(here.ground.cover)) {
     const Cover beside = site_.cover(layer_.habitat_.strayed(place_world));
-    if (has_soft_edges(beside)) here.cover = beside;
+    if (has_soft_edges(beside)) here.ground.cover = beside;
   }
-  Growth growth = layer_.habitat_.growth(here, place_world);
-  if (here.cover == Cover::Grass && layer_.is_garden(place_world))
-    layer_.habitat_.plant_garden(growth);
-  if (!layer_.canopy_) return growth;
-  if (const auto height_m = layer_.canopy_->height_m(place_world)) {
-    growth.trees = *height_m >= kLowestTree_m ? 1.0 : 0.0;
-    growth.dead = 0.0;
-    if (growth.trees == 1.0) growth.bushes *= 0.3;
+  here.growth = layer_.habitat_.growth(here.ground, place_world);
+  here.is_garden = here.ground.cover == Cover::Grass && layer_.is_garden(place_world);
+  if (here.is_garden) layer_.habitat_.plant_garden(here.growth);
+  if (layer_.canopy_) here.canopy_m = layer_.canopy_->height_m(place_world);
+  if (here.canopy_m) {
+    here.growth.trees = *here.canopy_m >= kLowestTree_m ? 1.0 : 0.0;
+    if (here.growth.trees == 1.0) here.growth.bushes *= 0.3;
   }
-  return growth;
+  return here;
+}
+
+TreeKinds TileWork::tree_kinds(const Here& here) const {
+  TreeKinds kinds = layer_.habitat_.tree_kinds(here.ground, here.place_world);
+  if (here.is_garden) layer_.habitat_.plant_garden(kinds);
+  if (here.canopy_m) kinds.dead = 0.0;
+  return kinds;
 }
 
 std::vector<Box> TileWork::boxes(int finest_level, int coarsest_level, double reach_m) const {
@@ -466,19 +509,38 @@ std::vector<BlueNoise::Place> TileWork::places_in(Stratum stratum, const Box& bo
   const auto in_square = [&](const Box& all) {
     return Box{all.lowest.cwiseMax(-half_m), all.highest.cwiseMin(half_m)};
   };
-  const BlueNoise& strewn = layer_.strewn_[stratum];
-  if (!contains(box, box_.lowest)) {
-    const Box part = in_square(box);
-    return strewn.places_in(part.lowest, part.highest);
-  }
-  if (!places_[stratum]) {
-    const Box most = in_square(box_.grown(kStrata[kTallTrees].reach_m + 2.0 * kTreeDistance_m));
-    places_[stratum] = strewn.places_in(most.lowest, most.highest);
+  std::vector<Strewn>& known = strewn_[stratum];
+  auto found = std::find_if(known.begin(), known.end(),
+                            [&](const Strewn& strewn) { return strewn.box.encloses(box); });
+  if (found == known.end()) {
+    const Box most = most_asked_with(box);
+    TERRACAST_CHECK(most.encloses(box), "tile {}", id_.name());
+    const Box part = in_square(most);
+    found = known.insert(known.end(),
+                         {most, layer_.strewn_[stratum].places_in(part.lowest, part.highest)});
   }
   std::vector<BlueNoise::Place> places;
-  for (const BlueNoise::Place& place : *places_[stratum])
+  for (const BlueNoise::Place& place : found->places)
     if (contains(box, place.at_world)) places.push_back(place);
   return places;
+}
+
+Box TileWork::most_asked_with(const Box& box) const {
+  constexpr double kOutward_m = kStrata[kTallTrees].reach_m + 2.0 * kTreeDistance_m;
+  constexpr double kInward_m = 2.0 * kTreeDistance_m;
+  const auto goes_along = [&](int axis) {
+    return box.lowest[axis] <= box_.lowest[axis] && box.highest[axis] >= box_.highest[axis];
+  };
+  Box most = box_.grown(kOutward_m);
+  if (!goes_along(0) && !goes_along(1)) return box;
+  for (const int axis : {0, 1}) {
+    if (goes_along(axis)) continue;
+    if (box.lowest[axis] < box_.lowest[axis])
+      most.highest[axis] = box_.lowest[axis] + kInward_m;
+    else
+      most.lowest[axis] = box_.highest[axis] - kInward_m;
+  }
+  return most;
 }
 
 void TileWork::add_all() {
@@ -534,15 +596,15 @@ bool is_inside(const Vector2d& place_world, double half_size_m) {
   return place_world.cwiseAbs().maxCoeff() < half_size_m;
 }
 
-std::string_view species_of(const Growth& growth, double drawn) {
+std::string_view species_of(const TreeKinds& kinds, double drawn) {
   const double broadleaves =
-      std::max(1.0 - growth.dead - growth.palms - growth.conifers - growth.pines, 0.0);
+      std::max(1.0 - kinds.dead - kinds.palms - kinds.conifers - kinds.pines, 0.0);
   const std::array<std::pair<double, std::string_view>, 7> shares = {
-      {{growth.dead, "dead_tree"},
-       {growth.palms, "palm"},
-       {growth.conifers, "spruce"},
-       {growth.pines, "pine"},
-       {broadleaves * growth.poplars, "poplar"},
+      {{kinds.dead, "dead_tree"},
+       {kinds.palms, "palm"},
+       {kinds.conifers, "spruce"},
+       {kinds.pines, "pine"},
+       {broadleaves * kinds.poplars, "poplar"},
        {broadleaves * 0.34, "birch"},
        {broadleaves, "oak"}}};
   double sum = 0.0;
@@ -550,16 +612,16 @@ std::string_view species_of(const Growth& growth, double drawn) {
     sum += share;
     if (drawn < sum) return name;
   }
-  return growth.conifers > 0.5 ? "spruce" : "oak";
+  return kinds.conifers > 0.5 ? "spruce" : "oak";
 }
 
 void TileWork::add_trees(Stratum stratum) {
   const StratumInfo& info = kStrata[stratum];
   const bool is_low = stratum == kLowTrees;
   for (const Box& box : boxes(kFinestTile, info.coarsest_level, info.reach_m)) {
-    NearPlaces tall(kTreeDistance_m);
+    const Box wider = box.grown(kTreeDistance_m);
+    NearPlaces tall(kTreeDistance_m, wider);
     if (is_low) {
-      const Box wider = box.grown(kTreeDistance_m);
       for (const BlueNoise::Place& place : places_in(kTallTrees, wider)) tall.add(place.at_world);
     }
     for (const BlueNoise::Place& place : places_in(stratum, box)) {
@@ -567,7 +629,7 @@ void TileWork::add_trees(Stratum stratum) {
       if (tall.has_within(place.at_world, kTreeDistance_m)) continue;
       if (id_.level > kTreeLevel && contains(box_, place.at_world) && !is_lone(stratum, place))
         continue;
-      add_tree(stratum, place, growth(place.at_world));
+      add_tree(stratum, place);
     }
   }
 }
@@ -580,12 +642,13 @@ bool TileWork::is_lone(Stratum stratum, const BlueNoise::Place& place) {
          !piece(0, clump_cell(place.at_world.x(), 0), clump_cell(place.at_world.y(), 0)).is_forest;
 }
 
-void TileWork::add_tree(Stratum stratum, const BlueNoise::Place& place, const Growth& here) {
+void TileWork::add_tree(Stratum stratum, const BlueNoise::Place& place) {
   const PlaceDraws draws{layer_.seed_, layer_.numbers_.id(stratum, place.cell_x, place.cell_y)};
-  if (draws.unit(kTake) >= here.trees) return;
+  const Here here = this->here(place.at_world);
+  if (draws.unit(kTake) >= here.growth.trees) return;
   const bool is_low = stratum == kLowTrees;
-  std::optional<double> canopy_m;
-  if (layer_.canopy_) canopy_m = layer_.canopy_->height_m(place.at_world);
+  const std::optional<double>& canopy_m = here.canopy_m;
+  const TreeKinds kinds = tree_kinds(here);
 
   const PlantLibrary& library = *layer_.library_;
   const PlantModel* model = nullptr;
@@ -593,11 +656,11 @@ void TileWork::add_tree(Stratum stratum, const BlueNoise::Place& place, const Gr
   const auto is_free_as = [&](std::string_view species, double smaller) {
     model = &draws.variety(library.of(species));
     scale = canopy_m ? *canopy_m / model->height_m
-                     : smaller * here.tree_size * (0.75 + 0.4 * draws.unit(kSize)) *
+                     : smaller * kinds.size * (0.75 + 0.4 * draws.unit(kSize)) *
                            (is_low ? kLowShare : 1.0);
     return scale <= kLargestTree && site_.is_free(place.at_world, scale * model->reach_m);
   };
-  const std::string_view species = species_of(here, draws.unit(kKind));
+  const std::string_view species = species_of(kinds, draws.unit(kKind));
   // Beside walls, water and roads the crown has less room: a smaller tree, or, where its height is
   // known, a slimmer one.
   const bool is_free =
@@ -612,20 +675,21 @@ void TileWork::add_tree(Stratum stratum, const BlueNoise::Place& place, const Gr
 void TileWork::add_bushes() {
   const StratumInfo& info = kStrata[kBushes];
   for (const Box& box : boxes(kFinestTile, info.coarsest_level, info.reach_m)) {
-    NearPlaces stems(kStemDistance_m);
     const Box wider = box.grown(kStemDistance_m);
+    NearPlaces stems(kStemDistance_m, wider);
     for (const Stratum stratum : {kTallTrees, kLowTrees})
       for (const BlueNoise::Place& place : places_in(stratum, wider)) stems.add(place.at_world);
     for (const BlueNoise::Place& place : places_in(kBushes, box)) {
       if (!is_inside(place.at_world, layer_.half_size_m_)) continue;
       const PlaceDraws draws{layer_.seed_, layer_.numbers_.id(kBushes, place.cell_x, place.cell_y)};
-      const Growth here = growth(place.at_world);
-      if (draws.unit(kTake) >= here.bushes) continue;
-      if (here.trees > kForestShare && stems.has_within(place.at_world, kStemDistance_m)) continue;
-      const bool is_dwarf = draws.unit(kKind) < here.dwarf_pines;
+      const Here here = this->here(place.at_world);
+      if (draws.unit(kTake) >= here.growth.bushes) continue;
+      if (here.growth.trees > kForestShare && stems.has_within(place.at_world, kStemDistance_m))
+        continue;
+      const bool is_dwarf = draws.unit(kKind) < here.growth.dwarf_pines;
       const PlantModel& model =
           draws.variety(layer_.library_->of(is_dwarf ? "mountain_pine" : "bush"));
-      const double scale = 0.45 + 0.75 * draws.unit(kSize) * (0.5 + 0.5 * here.tree_size);
+      const double scale = 0.45 + 0.75 * draws.unit(kSize) * (0.5 + 0.5 * tree_kinds(here).size);
       if (!site_.is_free(place.at_world, scale * model.reach_m)) continue;
       add(draws.id, model, place.at_world, draws.heading(), scale, scale < 0.75 ? 1 : 2);
     }
@@ -638,11 +702,11 @@ void TileWork::add_plants() {
     for (const BlueNoise::Place& place : places_in(kPlants, box)) {
       if (!is_inside(place.at_world, layer_.half_size_m_)) continue;
       const PlaceDraws draws{layer_.seed_, layer_.numbers_.id(kPlants, place.cell_x, place.cell_y)};
-      const Growth here = growth(place.at_world);
+      const Here here = this->here(place.at_world);
       const double drawn = draws.unit(kTake);
-      const bool is_reed = drawn < here.reeds;
-      if (!is_reed && drawn >= here.reeds + here.grass) continue;
-      if (ground(place.at_world).slope > kSteepestMeadow) continue;
+      const bool is_reed = drawn < here.growth.reeds;
+      if (!is_reed && drawn >= here.growth.reeds + here.growth.grass) continue;
+      if (here.ground.slope > kSteepestMeadow) continue;
       const PlantModel& model = draws.variety(layer_.library_->of(is_reed ? "reed" : "grass"));
       if (id_.level - kLevelsAtCorner > model.coarsest_level) continue;
       const double scale = 0.75 + 0.5 * draws.unit(kSize);
@@ -654,15 +718,15 @@ void TileWork::add_plants() {
 void TileWork::add_stones() {
   const StratumInfo& info = kStrata[kStones];
   for (const Box& box : boxes(kFinestTile, info.coarsest_level, info.reach_m)) {
-    NearPlaces stems(kStemDistance_m);
     const Box wider = box.grown(kStemDistance_m);
+    NearPlaces stems(kStemDistance_m, wider);
     for (const BlueNoise::Place& place : places_in(kTallTrees, wider)) stems.add(place.at_world);
     for (const BlueNoise::Place& place : places_in(kStones, box)) {
       if (!is_inside(place.at_world, layer_.half_size_m_)) continue;
       const PlaceDraws draws{layer_.seed_, layer_.numbers_.id(kStones, place.cell_x, place.cell_y)};
-      const Growth here = growth(place.at_world);
-      if (draws.unit(kTake) >= here.boulders) continue;
-      if (here.trees > 0.0 && stems.has_within(place.at_world, kStemDistance_m)) continue;
+      const Here here = this->here(place.at_world);
+      if (draws.unit(kTake) >= here.growth.boulders) continue;
+      if (here.growth.trees > 0.0 && stems.has_within(place.at_world, kStemDistance_m)) continue;
       const PlantModel& model = draws.variety(layer_.library_->of("boulder"));
       // Few are large: fragments follow a power law.
       const double scale = std::min(0.3 * std::pow(1.0 - draws.unit(kSize), -0.5), 3.0);
@@ -692,10 +756,11 @@ void TileWork::add_crops() {
   const auto cell = [](double at) {
     return static_cast<std::int32_t>(std::floor(at / Fields::kCell_m));
   };
+  std::optional<Fields::Found> last;
   for (const Box& box : boxes(kFinestTile, kCropLevel, kCropReach_m)) {
     for (std::int32_t y = cell(box.lowest.y()); y <= cell(box.highest.y()); ++y)
       for (std::int32_t x = cell(box.lowest.x()); x <= cell(box.highest.x()); ++x) {
-        const std::optional<CropPiece> crop = layer_.fields_.piece_in(x, y);
+        const std::optional<CropPiece> crop = layer_.fields_.piece_in(x, y, last);
         if (!crop || !contains(box, crop->center_world) ||
             !is_inside(crop->center_world, layer_.half_size_m_ - kCropPiece_m))
           continue;
@@ -738,17 +803,16 @@ TileWork::Piece TileWork::make_piece(int size, std::int32_t x, std::int32_t y) {
   const double side_m = clump_side_m(size);
   const Vector2d center = clump_center(size, x, y);
   if (!is_inside(center, layer_.half_size_m_ - 0.5 * side_m)) return piece;
-  const Growth here = growth(center);
-  if (here.trees < kForestShare) return piece;
-  const std::optional<double> canopy_m =
-      layer_.canopy_ ? layer_.canopy_->height_m(center) : std::nullopt;
-  const double top_m = canopy_m.value_or(
-      here.tree_size * (kBroadleafTop_m + (kConiferTop_m - kBroadleafTop_m) * here.conifers));
-  piece.is_open = here.trees < kDenseShare;
-  piece.kind = here.conifers > 0.65                       ? ForestKind::Conifer
-               : here.pines > 0.55                        ? ForestKind::Pine
-               : here.conifers + here.pines < kMixedShare ? ForestKind::Broadleaf
-                                                          : ForestKind::Mixed;
+  const Here here = this->here(center);
+  if (here.growth.trees < kForestShare) return piece;
+  const TreeKinds kinds = tree_kinds(here);
+  const double top_m = here.canopy_m.value_or(
+      kinds.size * (kBroadleafTop_m + (kConiferTop_m - kBroadleafTop_m) * kinds.conifers));
+  piece.is_open = here.growth.trees < kDenseShare;
+  piece.kind = kinds.conifers > 0.65                        ? ForestKind::Conifer
+               : kinds.pines > 0.55                         ? ForestKind::Pine
+               : kinds.conifers + kinds.pines < kMixedShare ? ForestKind::Broadleaf
+                                                            : ForestKind::Mixed;
   const std::vector<PlantModel>& models =
       layer_.library_->clumps(piece.kind, size, piece.is_open, top_m);
   // A little wider or narrower than its cell.

@@ -25,6 +25,7 @@
 #include "core/semantic_class.h"
 #include "tiler/objects/gltf_check.h"
 #include "tiler/objects/model_texture.h"
+#include "tiler/objects/ply_check.h"
 #include "tiler/objects/vertex_clusters.h"
 #include "world/tile_id.h"
 
@@ -93,24 +94,6 @@ class FolderOnly final : public Assimp::DefaultIOSystem {
   mutable std::string escaped_;
   std::uint64_t opened_bytes_ = 0;
 };
-
-/// A PLY states how many elements follow; each takes a byte at the least.
-void check_ply(std::span<const std::byte> bytes, const std::string& name) {
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()),
-                              std::min<std::size_t>(bytes.size(), 65536));
-  if (text.substr(0, 3) != "ply") fail(ErrorKind::Input, "{}: no PLY: it does not begin so", name);
-  const std::size_t end = text.find("end_header");
-  if (end == std::string_view::npos) fail(ErrorKind::Input, "{}: its header does not end", name);
-  std::istringstream lines{std::string(text.substr(0, end))};
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream words(line);
-    std::string word, element;
-    double count = 0.0;
-    if (!(words >> word) || word != "element") continue;
-    if (!(words >> element >> count) || count < 0.0 || count > static_cast<double>(bytes.size()))
-      fail(ErrorKind::Input, "{}: \"{}\", and the file has {} bytes", name, line, bytes.size());
-  }
-}
 
 std::uint8_t code_of(double value) {
   return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0)));

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/random.h"
+#include "tiler/roofs/self_intersection.h"
 
 namespace terracast::tiler {
 namespace {
@@ -69,6 +70,8 @@ class Mesh {
     return (origin_m_ / kHeightStep_m).array().round().cast<int>();
   }
   world::Shape take() { return std::move(shape_); }
+  /// Whether a body that was swept meets itself, as inside of a bend that is sharper than it is wide.
+  bool meets_itself() const { return meets_itself_; }
 
   /// Sweeps a profile along points; `caps` cuts it into triangles; finishes by the profile's sides.
   void sweep(const std::vector<DeckPoint>& points, const Profile& profile,
@@ -102,6 +105,10 @@ class Mesh {
       triangle(end + cap[0], end + cap[1], end + cap[2], cap_finish);
     }
     end_body();
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    for (std::size_t t = first_triangle_; t < shape_.triangles.size(); ++t)
+      triangles.push_back(shape_.triangles[t].corners);
+    meets_itself_ = meets_itself_ || tiler::meets_itself(shape_.vertices_steps, triangles);
   }
 
   /// A rectangle of a profile.
@@ -177,6 +184,7 @@ class Mesh {
   world::Shape shape_;
   std::uint32_t first_ = 0;
   std::size_t first_triangle_ = 0;
+  bool meets_itself_ = false;
 };
 
 DeckPoint point_at(const Deck& deck, double along_m) {
@@ -437,16 +445,22 @@ world::Solid build_deck(const Deck& deck, const DeckSite& site) {
   const DeckPoint middle =
       point_at(longer, 0.5 * (longer.points.front().along_m + longer.points.back().along_m));
   solid.place_m = middle.at_world.array().floor().cast<int>();
-  for (const bool is_fine : {true, false}) {
-    Mesh mesh(site.frame, longer);
-    add_body(longer, is_fine ? longer.points : thinned(longer.points, 24.0), is_fine, mesh);
-    add_supports(longer, site, mesh);
-    if (is_fine) add_marks(longer, mesh);
-    solid.origin_steps = mesh.origin_steps();
-    solid.levels.push_back(
-        {.coarsest_level = static_cast<std::int8_t>(is_fine ? kFineDeckLevel : kCoarseDeckLevel),
-         .shape = mesh.take()});
-  }
+  // Its points, then fewer and fewer until no bend folds it; straight in the end.
+  for (const bool is_fine : {true, false})
+    for (double least_m = is_fine ? 0.0 : 24.0;; least_m = std::max(2.0, 2.0 * least_m)) {
+      Deck simpler = longer;
+      if (least_m > 0.0) simpler.points = thinned(longer.points, least_m);
+      Mesh mesh(site.frame, longer);
+      add_body(simpler, simpler.points, is_fine, mesh);
+      add_supports(is_fine ? simpler : longer, site, mesh);
+      if (is_fine) add_marks(simpler, mesh);
+      if (mesh.meets_itself() && simpler.points.size() > 2) continue;
+      solid.origin_steps = mesh.origin_steps();
+      solid.levels.push_back(
+          {.coarsest_level = static_cast<std::int8_t>(is_fine ? kFineDeckLevel : kCoarseDeckLevel),
+           .shape = mesh.take()});
+      break;
+    }
   return solid;
 }
 

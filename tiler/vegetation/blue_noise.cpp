@@ -68,20 +68,28 @@ std::vector<BlueNoise::Place> BlueNoise::places_in(const Eigen::Vector2d& lowest
   const auto row_of = [&](int i, int j) {
     return static_cast<std::ptrdiff_t>(j) * width + static_cast<std::ptrdiff_t>(i);
   };
+  std::array<std::ptrdiff_t, kNeighbours.size()> neighbour_rows;
+  for (std::size_t k = 0; k < kNeighbours.size(); ++k)
+    neighbour_rows[k] = row_of(kNeighbours[k][0], kNeighbours[k][1]);
   const auto cell_steps = static_cast<std::int32_t>(cell_m_ / world::kHeightStep_m);
   const double least_steps = least_distance_m() / world::kHeightStep_m;
   const auto least2 = static_cast<std::int64_t>(std::ceil(least_steps * least_steps));
   // Whether a place of cell `row` is too near to that of a cell beside it of which `counts` holds.
   const auto is_near = [&](std::ptrdiff_t row, const Offset& at, const auto& counts) {
-    for (const auto& [di, dj] : kNeighbours) {
-      const auto other = static_cast<std::size_t>(row + row_of(di, dj));
+    for (std::size_t k = 0; k < kNeighbours.size(); ++k) {
+      const auto other = static_cast<std::size_t>(row + neighbour_rows[k]);
       if (!counts(other)) continue;
+      const auto& [di, dj] = kNeighbours[k];
       const std::int64_t dx = std::int64_t{di} * cell_steps + offsets[other].x - at.x;
       const std::int64_t dy = std::int64_t{dj} * cell_steps + offsets[other].y - at.y;
       if (dx * dx + dy * dy < least2) return true;
     }
     return false;
   };
+  // As core::random_bits draws, what all cells share done once.
+  std::array<std::uint64_t, kNumRounds * kNumDarts> streams;
+  for (std::size_t dart = 0; dart < streams.size(); ++dart)
+    streams[dart] = core::mix_bits(core::mix_bits(seed_) ^ core::stream_of(stream_, dart));
   std::vector<std::size_t> taken;
   for (int round = 0; round < kNumRounds; ++round) {
     // Later rounds ask for this one's cells so far out.
@@ -96,16 +104,18 @@ std::vector<BlueNoise::Place> BlueNoise::places_in(const Eigen::Vector2d& lowest
         const std::uint64_t number =
             static_cast<std::uint64_t>(static_cast<std::uint32_t>(first_y + j - kRim)) << 32U |
             static_cast<std::uint32_t>(first_x + i - kRim);
-        for (int dart = 0; dart < kNumDarts; ++dart) {
-          const std::uint64_t bits = core::random_bits(
-              seed_, core::stream_of(stream_, static_cast<std::uint64_t>(round * kNumDarts + dart)),
-              number);
+        for (std::size_t dart = 0; dart < kNumDarts; ++dart) {
+          const std::uint64_t bits =
+              core::mix_bits(streams[static_cast<std::size_t>(round) * kNumDarts + dart] ^ number);
           const auto within_cell = [&](std::uint64_t part) {
             return static_cast<std::uint16_t>(
                 (part & 0xffffffffU) * static_cast<std::uint64_t>(cell_steps) >> 32U);
           };
           const Offset at{within_cell(bits), within_cell(bits >> 32U)};
-          if (is_near(row, at, [&](std::size_t k) { return states[k] == State::Filled; })) continue;
+          // In the first round none is filled.
+          if (round > 0 &&
+              is_near(row, at, [&](std::size_t k) { return states[k] == State::Filled; }))
+            continue;
           offsets[own] = at;
           offers[own] = static_cast<std::uint32_t>(core::mix_bits(bits));
           states[own] = State::Offering;

@@ -27,8 +27,16 @@ class Fields {
   /// Pieces are counted by square cells of this side: none holds the centres of two.
   static constexpr double kCell_m = 2.75;
 
+  /// A region and a place in it; what is nearer to the place than its reach lies in the region, too.
+  struct Found {
+    Eigen::Vector2d place_world;
+    world::FieldPattern::Region region;
+    double reach_m = 0.0;
+  };
   /// The piece whose centre is in a cell, wholly within its field.
-  std::optional<CropPiece> piece_in(std::int32_t cell_x, std::int32_t cell_y) const;
+  /// last   a region found before, or none; left as that of this cell: for the next, which is mostly the same
+  std::optional<CropPiece> piece_in(std::int32_t cell_x, std::int32_t cell_y,
+                                    std::optional<Found>& last) const;
 
  private:
   world::FieldPattern pattern_;

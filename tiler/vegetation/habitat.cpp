@@ -12,6 +12,8 @@ using world::Cover;
 
 /// Over so many metres below the tree line forest opens and trees get smaller.
 constexpr double kTreeLineFade_m = 320.0;
+/// The tree line differs from region to region by so much.
+constexpr double kRegional_m = 120.0;
 
 double step_up(double value, double from, double to) {
   const double t = std::clamp((value - from) / (to - from), 0.0, 1.0);
@@ -35,29 +37,58 @@ Eigen::Vector2d Habitat::strayed(const Eigen::Vector2d& place_world) const {
                                               fractal_noise(noise_, at.x() + 57.9, at.y(), 2));
 }
 
+double Habitat::below_line_m(const Ground& ground, const Eigen::Vector2d& place_world) const {
+  const double below_m = tree_line_m_ - ground.height_m;
+  if (below_m > kTreeLineFade_m + 0.51 * kRegional_m) return below_m;
+  const double regional_m = kRegional_m * (patches(place_world, 900.0, 1) - 0.5);
+  return tree_line_m_ + regional_m - ground.height_m;
+}
+
+TreeKinds Habitat::tree_kinds(const Ground& ground, const Eigen::Vector2d& place_world) const {
+  TreeKinds kinds;
+  const double lowland = step_up(below_line_m(ground, place_world), 0.0, kTreeLineFade_m);
+  kinds.size = (0.3 + 0.7 * lowland) * (1.0 - 0.25 * step_up(ground.slope, 0.5, 1.1)) *
+               (0.85 + 0.3 * patches(place_world, 240.0, 2));
+  const double altitude = tree_line_m_ > 0.0 ? ground.height_m / tree_line_m_ : 1.0;
+  const double lat = std::abs(lat_deg_);
+  kinds.conifers = std::clamp(step_up(altitude, 0.35, 0.75) + step_up(lat, 52.0, 64.0) +
+                                  0.9 * (patches(place_world, 500.0, 3) - 0.62),
+                              0.0, 0.97);
+  kinds.pines = (1.0 - kinds.conifers) * std::clamp(1.4 * (patches(place_world, 420.0, 4) - 0.5) +
+                                                        0.7 * (0.35 - ground.moisture) +
+                                                        0.4 * step_up(ground.slope, 0.3, 0.8),
+                                                    0.0, 0.9);
+  kinds.dead = 0.012 + 0.03 * (1.0 - lowland);
+  kinds.poplars = 0.04;
+  if (ground.cover == Cover::BuiltUp) {
+    kinds.size *= 0.75;
+    kinds.conifers *= 0.4;
+    kinds.pines *= 0.6;
+    kinds.dead = 0.0;
+    kinds.poplars = 0.12;
+  }
+  if (ground.cover == Cover::Bare) kinds.dead = 0.1;
+  if (ground.cover == Cover::Wetland) {
+    kinds.conifers *= 0.2;
+    kinds.dead = 0.08;
+  }
+  // Palms by warm coasts, in towns more than outside.
+  const double warm =
+      (1.0 - step_up(lat, 36.0, 45.0)) * (1.0 - step_up(ground.height_m, 200.0, 500.0));
+  kinds.palms = warm * (ground.cover == Cover::BuiltUp  ? 0.35
+                        : ground.cover == Cover::Forest ? 0.0
+                                                        : 0.08);
+  return kinds;
+}
+
 Growth Habitat::growth(const Ground& ground, const Eigen::Vector2d& place_world) const {
   Growth growth;
-  const double regional_m = 120.0 * (patches(place_world, 900.0, 1) - 0.5);
-  const double below_line_m = tree_line_m_ + regional_m - ground.height_m;
+  const double below_line_m = this->below_line_m(ground, place_world);
   // 0 at the tree line, 1 where it no longer matters.
   const double lowland = step_up(below_line_m, 0.0, kTreeLineFade_m);
   const double flatness = 1.0 - step_up(ground.slope, 0.75, 1.3);
   const double dwarfs =
       step_up(below_line_m, -350.0, -60.0) * (1.0 - step_up(below_line_m, 60.0, 260.0));
-
-  growth.tree_size = (0.3 + 0.7 * lowland) * (1.0 - 0.25 * step_up(ground.slope, 0.5, 1.1)) *
-                     (0.85 + 0.3 * patches(place_world, 240.0, 2));
-  const double altitude = tree_line_m_ > 0.0 ? ground.height_m / tree_line_m_ : 1.0;
-  const double lat = std::abs(lat_deg_);
-  growth.conifers = std::clamp(step_up(altitude, 0.35, 0.75) + step_up(lat, 52.0, 64.0) +
-                                   0.9 * (patches(place_world, 500.0, 3) - 0.62),
-                               0.0, 0.97);
-  growth.pines = (1.0 - growth.conifers) * std::clamp(1.4 * (patches(place_world, 420.0, 4) - 0.5) +
-                                                          0.7 * (0.35 - ground.moisture) +
-                                                          0.4 * step_up(ground.slope, 0.3, 0.8),
-                                                      0.0, 0.9);
-  growth.dead = 0.012 + 0.03 * (1.0 - lowland);
-  growth.poplars = 0.04;
 
   switch (ground.cover) {
     case Cover::Forest:
@@ -95,25 +126,17 @@ Growth Habitat::growth(const Ground& ground, const Eigen::Vector2d& place_world)
       growth.trees = 0.2 * (0.3 + patches(place_world, 90.0, 9)) * lowland;
       growth.bushes = 0.14;
       growth.grass = 0.15;
-      growth.tree_size *= 0.75;
-      growth.conifers *= 0.4;
-      growth.pines *= 0.6;
-      growth.dead = 0.0;
-      growth.poplars = 0.12;
       break;
     case Cover::Bare:
       growth.trees = 0.006 * lowland * flatness;
       growth.bushes = 0.02 * lowland;
       growth.boulders = 0.55;
-      growth.dead = 0.1;
       break;
     case Cover::Wetland:
       growth.trees = 0.03 * lowland;
       growth.bushes = 0.06;
       growth.reeds = 0.5 + 0.5 * patches(place_world, 40.0, 10);
       growth.grass = 0.4;
-      growth.conifers *= 0.2;
-      growth.dead = 0.08;
       break;
     case Cover::Snow:
     case Cover::Sea:
@@ -124,18 +147,13 @@ Growth Habitat::growth(const Ground& ground, const Eigen::Vector2d& place_world)
       return Growth{};
   }
   // Krummholz in the belt about the tree line.
-  if (ground.cover == Cover::Forest || ground.cover == Cover::Land ||
-      ground.cover == Cover::Shrubs || ground.cover == Cover::Grass) {
+  if (below_line_m < kTreeLineFade_m &&
+      (ground.cover == Cover::Forest || ground.cover == Cover::Land ||
+       ground.cover == Cover::Shrubs || ground.cover == Cover::Grass)) {
     growth.dwarf_pines = dwarfs;
     const double belt = dwarfs * step_up(patches(place_world, 80.0, 11), 0.42, 0.6);
     growth.bushes = std::max(growth.bushes * step_up(below_line_m, -300.0, 0.0), 0.7 * belt);
   }
-  // Palms by warm coasts, in towns more than outside.
-  const double warm =
-      (1.0 - step_up(lat, 36.0, 45.0)) * (1.0 - step_up(ground.height_m, 200.0, 500.0));
-  growth.palms = warm * (ground.cover == Cover::BuiltUp  ? 0.35
-                         : ground.cover == Cover::Forest ? 0.0
-                                                         : 0.08);
   return growth;
 }
 
@@ -144,12 +162,15 @@ void Habitat::plant_garden(Growth& growth) {
   growth.bushes = std::max(growth.bushes, 0.10);
   growth.grass = 0.0;  // it is mown
   growth.boulders = 0.0;
-  growth.dead = 0.0;
-  growth.tree_size *= 0.6;
-  growth.conifers *= 0.4;
-  growth.pines *= 0.5;
-  growth.poplars = 0.06;
   growth.dwarf_pines = 0.0;
+}
+
+void Habitat::plant_garden(TreeKinds& kinds) {
+  kinds.dead = 0.0;
+  kinds.size *= 0.6;
+  kinds.conifers *= 0.4;
+  kinds.pines *= 0.5;
+  kinds.poplars = 0.06;
 }
 
 }  // namespace terracast::tiler

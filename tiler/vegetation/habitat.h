@@ -16,22 +16,25 @@ struct Ground {
   double moisture = 0.5;  ///< 0 … 1
 };
 
-/// What grows at a place. Shares are of the places that are strewn for such plants: 1 is as dense as they
+/// How much grows at a place. Shares are of the places that are strewn for such plants: 1 is as dense as they
 /// stand.
 struct Growth {
   double trees = 0.0;
-  double tree_size = 1.0;  ///< of the height that species reach in good places
-  // Of the trees; the rest are broadleaves.
-  double conifers = 0.0;
-  double pines = 0.0;
-  double palms = 0.0;
-  double dead = 0.0;
-  double poplars = 0.0;  ///< of the broadleaves
   double bushes = 0.0;
   double dwarf_pines = 0.0;  ///< of the bushes
   double grass = 0.0;
   double reeds = 0.0;
   double boulders = 0.0;
+};
+
+/// What trees, if any, grow at a place. Shares are of the trees; the rest are broadleaves.
+struct TreeKinds {
+  double size = 1.0;  ///< of the height that species reach in good places
+  double conifers = 0.0;
+  double pines = 0.0;
+  double palms = 0.0;
+  double dead = 0.0;
+  double poplars = 0.0;  ///< of the broadleaves
 };
 
 /// What grows where, by cover, climate and ground. It follows no survey: shares are plain numbers, the
@@ -43,9 +46,11 @@ class Habitat {
   Habitat(std::uint64_t seed, double lat_deg);
 
   Growth growth(const Ground& ground, const Eigen::Vector2d& place_world) const;
+  TreeKinds tree_kinds(const Ground& ground, const Eigen::Vector2d& place_world) const;
 
-  /// Makes of a meadow's growth that of a garden: mown, with small trees and bushes.
+  // Make of a meadow's growth that of a garden: mown, with small trees and bushes.
   static void plant_garden(Growth& growth);
+  static void plant_garden(TreeKinds& kinds);
 
   /// Where a place's cover is asked for: covers have straight edges of raster cells, woods do not.
   Eigen::Vector2d strayed(const Eigen::Vector2d& place_world) const;
@@ -53,6 +58,8 @@ class Habitat {
   double tree_line_m() const { return tree_line_m_; }
 
  private:
+  /// How far a place lies below its tree line, or as far as matters.
+  double below_line_m(const Ground& ground, const Eigen::Vector2d& place_world) const;
   /// 0 … 1, smooth over about `period_m`.
   double patches(const Eigen::Vector2d& place_world, double period_m, int which) const;
 

@@ -66,8 +66,9 @@ void reproject(const ColmapModel& model, const char* kind, const Sequence& seque
         slash == std::string::npos ? -1 : sequence.camera_index(image.name.substr(0, slash));
     if (index < 0) continue;
     const auto entry = model.cameras.find(image.camera_id);
-    if (entry == model.cameras.end() || entry->second.parameters.size() != 4) continue;
-    const std::vector<double>& p = entry->second.parameters;
+    if (entry == model.cameras.end()) continue;
+    const auto known = colmap_intrinsics(entry->second.model, entry->second.parameters);
+    if (!known) continue;
     const Pose camera_from_world = image.camera_from_world.pose();
     for (std::size_t k = 0; k < image.observations.size(); ++k) {
       const ColmapObservation& seen = image.observations[k];
@@ -77,9 +78,11 @@ void reproject(const ColmapModel& model, const char* kind, const Sequence& seque
           camera_from_world * Eigen::Vector3d(point->second.position[0], point->second.position[1],
                                               point->second.position[2]);
       double error = 1e9;
-      if (at.z() > 0.0)
-        error = std::hypot(p[0] * at.x() / at.z() + p[2] - seen.x_px,
-                           p[1] * at.y() / at.z() + p[3] - seen.y_px);
+      if (at.z() > 0.0) {
+        const Eigen::Vector2d place = known->lens.distorted({at.x() / at.z(), at.y() / at.z()});
+        error = std::hypot(known->fx_px * place.x() + known->cx_px - seen.x_px,
+                           known->fy_px * place.y() + known->cy_px - seen.y_px);
+      }
       ++result.num_observations;
       if (error <= result.worst_px && !result.worst.empty()) continue;
       result.worst_px = std::isfinite(error) ? error : 1e9;

@@ -9,19 +9,20 @@ namespace terracast::validate {
 
 namespace {
 
-std::optional<Intrinsics> pinhole(const ColmapCamera& camera) {
+std::optional<Intrinsics> intrinsics_of(const ColmapCamera& camera) {
   constexpr std::int64_t kMostPixels = 1 << 15;
   if (camera.width_px < 1 || camera.height_px < 1 || camera.width_px > kMostPixels ||
       camera.height_px > kMostPixels)
     return std::nullopt;
-  const auto width = static_cast<int>(camera.width_px);
-  const auto height = static_cast<int>(camera.height_px);
-  const std::vector<double>& p = camera.parameters;
-  if (camera.model == "PINHOLE" && p.size() == 4)
-    return Intrinsics{width, height, p[0], p[1], p[2], p[3]};
-  if (camera.model == "SIMPLE_PINHOLE" && p.size() == 3)
-    return Intrinsics{width, height, p[0], p[0], p[1], p[2]};
-  return std::nullopt;
+  const auto known = colmap_intrinsics(camera.model, camera.parameters);
+  if (!known) return std::nullopt;
+  return Intrinsics{.width_px = static_cast<int>(camera.width_px),
+                    .height_px = static_cast<int>(camera.height_px),
+                    .fx_px = known->fx_px,
+                    .fy_px = known->fy_px,
+                    .cx_px = known->cx_px,
+                    .cy_px = known->cy_px,
+                    .lens = known->lens};
 }
 
 /// Splits "mcs4/cam0/000012.png" into the folder, and the frame.
@@ -70,13 +71,13 @@ void ColmapReader::read(const Dataset& dataset, Sequence& sequence, Findings& fi
     if (is_new) {
       const auto found = model.cameras.find(image.camera_id);
       std::optional<Intrinsics> intrinsics;
-      if (found != model.cameras.end()) intrinsics = pinhole(found->second);
+      if (found != model.cameras.end()) intrinsics = intrinsics_of(found->second);
       if (intrinsics)
         camera.intrinsics = *intrinsics;
       else
-        findings.add(
-            binary + "/cameras.bin",
-            fmt::format("camera {} of {} is missing or no pinhole", image.camera_id, folder));
+        findings.add(binary + "/cameras.bin",
+                     fmt::format("camera {} of {} is missing or of no known model", image.camera_id,
+                                 folder));
     }
     auto& pose = camera.local_from_camera[static_cast<std::size_t>(frame)];
     if (pose) findings.add(binary + "/images.bin", fmt::format("\"{}\" stands twice", image.name));

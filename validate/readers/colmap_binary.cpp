@@ -82,11 +82,17 @@ void read_cameras(Bytes& bytes, ColmapModel& model) {
     const char* name;
     int num_parameters;
   };
-  static constexpr Kind kKinds[] = {
-      {"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4}, {"SIMPLE_RADIAL", 4},
-      {"RADIAL", 5},         {"OPENCV", 8},  {"OPENCV_FISHEYE", 8},
-      {"FULL_OPENCV", 12},   {"FOV", 5},     {"SIMPLE_RADIAL_FISHEYE", 4},
-      {"RADIAL_FISHEYE", 5}};
+  static constexpr Kind kKinds[] = {{"SIMPLE_PINHOLE", 3},
+                                    {"PINHOLE", 4},
+                                    {"SIMPLE_RADIAL", 4},
+                                    {"RADIAL", 5},
+                                    {"OPENCV", 8},
+                                    {"OPENCV_FISHEYE", 8},
+                                    {"FULL_OPENCV", 12},
+                                    {"FOV", 5},
+                                    {"SIMPLE_RADIAL_FISHEYE", 4},
+                                    {"RADIAL_FISHEYE", 5},
+                                    {"THIN_PRISM_FISHEYE", 12}};
   const std::uint64_t num_cameras = bytes.count(bytes.take<std::uint64_t>(), 24);
   for (std::uint64_t i = 0; i < num_cameras; ++i) {
     const std::int64_t id = bytes.take<std::uint32_t>();

@@ -15,6 +15,8 @@ using Eigen::Vector2d;
 using world::kHeightStep_m;
 
 constexpr int kBuckets = 64;
+/// Between what stands upon or beside another: containers, walls.
+constexpr double kSeam_m = 0.05;
 
 /// Heights between the samples of a tile differ from those that things were put on by what the tile leaves out:
 /// a part of its spacing on slopes up to 1, more on steeper ones, whose detail grows with them.
@@ -83,8 +85,9 @@ struct Box {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
-  bool contains(const Vector2d& p) const {
-    return (p.array() >= low.array()).all() && (p.array() <= high.array()).all();
+  bool contains(const Vector2d& p, double beside_m = 0.0) const {
+    return (p.array() >= low.array() - beside_m).all() &&
+           (p.array() <= high.array() + beside_m).all();
   }
 };
 
@@ -273,16 +276,17 @@ class TileCheck {
     }
     return num_above % 2 != 0;
   }
-  /// Whether another solid is there, on which things may stand.
+  /// Whether another solid is there, on which things may stand, or beside it but for a seam: walls of neighbours
+  /// stand back from the line that they share.
   bool has_solid(const Vector2d& place, std::size_t but) const {
     const auto& near = solids_by_place_.near(place);
-    return std::any_of(near.begin(), near.end(),
-                       [&](std::size_t i) { return i != but && boxes_[i].contains(place); });
+    return std::any_of(near.begin(), near.end(), [&](std::size_t i) {
+      return i != but && boxes_[i].contains(place, kSeam_m);
+    });
   }
 
   /// Whether something stands upon another thing: what carries it is judged by itself.
   bool has_thing_below(const world::Instance& instance) const {
-    constexpr double kSeam_m = 0.05;  // container upon container
     const Vector2d place = metres(instance.place_steps.head<2>());
     const double foot_z = instance.place_steps.z() * kHeightStep_m;
     const auto& near = things_by_place_.near(place);

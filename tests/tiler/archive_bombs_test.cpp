@@ -1,0 +1,203 @@
+#include <cpl_conv.h>
+#include <cpl_vsi.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "core/atomic_file.h"
+#include "tests/tiler/vector_files.h"
+#include "tiler/gdal_support.h"
+#include "tiler/raster_source.h"
+#include "tiler/vector_source.h"
+#include "world/vdb/vdb_file.h"
+
+/// Files of some kilobytes that unpack to gigabytes, or say that they do: each reader refuses them before it has
+/// made room for what they state.
+namespace terracast::test {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+
+constexpr int kMebibyte = 1 << 20;
+
+/// The most memory that this process has held since it was last reset.
+double peak_mb() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
+  return 0.0;
+}
+
+/// Fails where reading took more than some memory beside what the process had held before.
+void expect_cheap_refusal(ErrorKind kind, const std::vector<std::string>& words,
+                          const std::function<void()>& read) {
+  std::ofstream("/proc/self/clear_refs") << 5;  // peak_mb() starts anew
+  const double before_mb = peak_mb();
+  expect_error(kind, words, read);
+  EXPECT_LT(peak_mb() - before_mb, 200.0);
+}
+
+tiler::VectorData read_features(const std::string& path) {
+  static const geo::WorldFrame frame(
+      {.lat_deg = kOriginLat_deg, .lon_deg = kOriginLon_deg, .height_m = 0.0});
+  return tiler::read_vectors({.written = path, .resolved = path}, {},
+                             {.frame = frame,
+                              .size_m = 20480.0,
+                              .ground_height_m = [](const geo::Geodetic&) { return 0.0; }});
+}
+void read_raster(const std::string& path) {
+  tiler::RasterSource::open({.written = path, .resolved = path}, {},
+                            {.lat_deg = kOriginLat_deg, .lon_deg = kOriginLon_deg});
+}
+
+/// Writes a member of an archive by GDAL, its last part so many times.
+void write_packed(const std::string& path, const std::string& begin, const std::string& repeated,
+                  int repeats, const std::string& end = "") {
+  VSILFILE* file = VSIFOpenL(path.c_str(), "wb");
+  ASSERT_NE(file, nullptr) << path;
+  const auto put = [&](const std::string& text) {
+    ASSERT_EQ(VSIFWriteL(text.data(), 1, text.size(), file), text.size());
+  };
+  put(begin);
+  for (int i = 0; i < repeats; ++i) put(repeated);
+  put(end);
+  ASSERT_EQ(VSIFCloseL(file), 0);
+}
+
+std::string bytes_of(const fs::path& file) { return core::read_text_file(file); }
+
+TEST(ArchiveBombs, ArchivesOfAHundredTimesTheirSizeAreRefused) {
+  const ScratchFolder folder;
+  const std::string in_zip = "/vsizip/" + folder.path().string();
+  const std::string nothing(kMebibyte, '\0');
+  const std::vector<std::string> words = {"unpacks from", "name the file"};
+  // A GeoPackage behind whose pages others follow, a KML of spaces, a raster.
+  write_vectors(folder / "things.gpkg", "GPKG", {{"POINT (1.5 42.5)", {}}});
+  const std::string package = bytes_of(folder / "things.gpkg");
+  write_packed(in_zip + "/sound.zip/things.gpkg", package, "", 0);
+  EXPECT_EQ(read_features((folder / "sound.zip").string()).features.size(), 1U);
+  write_packed(in_zip + "/package.zip/things.gpkg", package, nothing, 300);
+  for (const std::string& path :
+       {(folder / "package.zip").string(), in_zip + "/package.zip/things.gpkg"})
+    expect_cheap_refusal(ErrorKind::Input, words, [&] { read_features(path); });
+
+  const std::string kml = R"(<kml xmlns="http://www.opengis.net/kml/2.2"><Document><Placemark>)"
+                          "<Point><coordinates>1.5,42.5</coordinates></Point></Placemark>";
+  const std::string kml_end = "</Document></kml>";
+  write_packed(in_zip + "/sound.kmz/doc.kml", kml, "", 0, kml_end);
+  EXPECT_EQ(read_features((folder / "sound.kmz").string()).features.size(), 1U);
+  write_packed(in_zip + "/bomb.kmz/doc.kml", kml, std::string(kMebibyte, ' '), 300, kml_end);
+  expect_cheap_refusal(ErrorKind::Input, words,
+                       [&] { read_features((folder / "bomb.kmz").string()); });
+
+  RasterSpec spec = utm_spec(1024.0, 32.0);
+  spec.value = [](double u, double) { return 100.0 + std::fmod(u, 50.0); };
+  write_raster(folder / "heights.tif", spec);
+  write_packed(in_zip + "/sound_heights.zip/heights.tif", bytes_of(folder / "heights.tif"), "", 0);
+  for (const std::string& path :
+       {(folder / "sound_heights.zip").string(), in_zip + "/sound_heights.zip/heights.tif",
+        "/vsisubfile/0," + (folder / "heights.tif").string()})
+    EXPECT_NO_THROW(read_raster(path)) << path;
+  write_packed(in_zip + "/heights.zip/heights.bil", "", nothing, 300);
+  expect_cheap_refusal(ErrorKind::Input, words,
+                       [&] { read_raster((folder / "heights.zip").string()); });
+  for (const char* name : {"package.zip", "bomb.kmz", "heights.zip"})
+    EXPECT_LT(fs::file_size(folder / name), 1U << 20) << name;
+}
+
+/// Only what has an end that is known beforehand is unpacked, and nothing is fetched.
+TEST(ArchiveBombs, StreamsNetworksAndArchivesInArchivesAreNoFiles) {
+  const ScratchFolder folder;
+  write_packed("/vsigzip/" + (folder / "points.geojson.gz").string(),
+               R"({"type":"FeatureCollection","features":[)", std::string(kMebibyte, ' '), 8, "]}");
+  for (const std::string& path :
+       {"/vsigzip/" + (folder / "points.geojson.gz").string(),
+        std::string("/vsicurl/http://127.0.0.1:9/points.geojson"),
+        "/vsizip//vsigzip/" + (folder / "points.geojson.gz").string() + "/points.geojson",
+        "/vsisubfile/0,/vsigzip/" + (folder / "points.geojson.gz").string(),
+        "/vsitar/" + (folder / "points.tar.gz").string() + "/points.geojson"}) {
+    SCOPED_TRACE(path);
+    expect_error(ErrorKind::Input, {"only files are read", "/vsizip/FILE.zip/MEMBER"},
+                 [&] { read_features(path); });
+    expect_error(ErrorKind::Input, {"only files are read", "/vsizip/FILE.zip/MEMBER"},
+                 [&] { read_raster(path); });
+  }
+  write_packed("/vsizip/" + (folder / "points.zip").string() + "/points.geojson", "{}", "", 0);
+  for (const std::string& path :
+       {"/vsizip/{" + (folder / "points.zip").string() + "}/points.geojson",
+        "/vsizip/" + (folder / "points.zip").string() + "/../points.geojson",
+        "/vsizip/" + (folder / "gone.zip").string() + "/points.geojson"}) {
+    SCOPED_TRACE(path);
+    expect_error(ErrorKind::Input, {"a path into an archive is"}, [&] { read_features(path); });
+  }
+}
+
+// ---- OpenStreetMap's PBF, by hand: blocks of protocol buffers, each packed by zlib.
+
+std::string varint(std::uint64_t value) {
+  std::string text;
+  for (; value >= 128; value >>= 7) text.push_back(static_cast<char>((value & 127) | 128));
+  text.push_back(static_cast<char>(value));
+  return text;
+}
+std::string whole_field(std::uint64_t number, std::uint64_t value) {
+  return varint(number << 3) + varint(value);
+}
+std::string bytes_field(std::uint64_t number, const std::string& bytes) {
+  return varint(number << 3 | 2) + varint(bytes.size()) + bytes;
+}
+/// stated_bytes   of what it unpacks to; below 0: as it is
+std::string blob(const std::string& kind, const std::string& bytes,
+                 std::int64_t stated_bytes = -1) {
+  std::size_t num_packed = 0;
+  void* packed = CPLZLibDeflate(bytes.data(), bytes.size(), 9, nullptr, 0, &num_packed);
+  const std::string zipped(static_cast<const char*>(packed), num_packed);
+  VSIFree(packed);
+  const std::uint64_t stated =
+      stated_bytes < 0 ? bytes.size() : static_cast<std::uint64_t>(stated_bytes);
+  const std::string body = whole_field(2, stated) + bytes_field(3, zipped);
+  const std::string head = bytes_field(1, kind) + whole_field(3, body.size());
+  std::string size(4, '\0');
+  size[3] = static_cast<char>(head.size());
+  return size + head + body;
+}
+std::string head() {
+  return blob("OSMHeader", bytes_field(4, "OsmSchema-V0.6") + bytes_field(4, "DenseNodes"));
+}
+/// So many nodes, each a tower at the origin.
+std::string towers(int count) {
+  const std::string strings =
+      bytes_field(1, "") + bytes_field(1, "man_made") + bytes_field(1, "tower");
+  const auto zigzag = [](std::uint64_t value) { return value << 1; };
+  const std::string node = whole_field(1, zigzag(1)) + whole_field(8, zigzag(425000000)) +
+                           whole_field(9, zigzag(15000000)) + bytes_field(2, varint(1)) +
+                           bytes_field(3, varint(2));
+  std::string group;
+  for (int i = 0; i < count; ++i) group += bytes_field(1, node);
+  return bytes_field(1, strings) + bytes_field(2, group);
+}
+
+TEST(ArchiveBombs, BlocksOfOpenStreetMapThatAreNotWhatTheyStateAreRefused) {
+  const ScratchFolder folder;
+  const auto path = [&](const char* name) { return (folder / name).string(); };
+  write_text(folder / "sound.osm.pbf", head() + blob("OSMData", towers(1)));
+  EXPECT_EQ(read_features(path("sound.osm.pbf")).features.size(), 1U);
+  write_text(folder / "states_2_gib.osm.pbf", head() + blob("OSMData", towers(1), 0x7fffffff));
+  write_text(folder / "states_60_mib.osm.pbf", head() + blob("OSMData", towers(1), 60 << 20));
+  write_text(folder / "is_200_mib.osm.pbf",
+             head() + blob("OSMData", std::string(std::size_t{200} << 20, '\0')));
+  write_text(folder / "a_million_alike.osm.pbf", head() + blob("OSMData", towers(1000000)));
+  write_text(folder / "of_zeros.osm.pbf",
+             head() + blob("OSMData", std::string(std::size_t{30} << 20, '\0')));
+  for (const char* name : {"states_2_gib.osm.pbf", "states_60_mib.osm.pbf", "is_200_mib.osm.pbf",
+                           "a_million_alike.osm.pbf", "of_zeros.osm.pbf"}) {
+    SCOPED_TRACE(name);
+    EXPECT_LT(fs::file_size(folder / name), 1U << 20);
+    expect_cheap_refusal(ErrorKind::Input, {name, "cannot be read"},
+                         [&] { read_features(path(name)); });
+  }
+}
+
+}  // namespace
+}  // namespace terracast::test
