@@ -216,10 +216,11 @@ class RowReader : public core::SchemaVisitor {
     read(heading, text, core::one_of({"true", "false"}));
     out = text == "true";
   }
-  void read(const std::string& heading, core::Path& out, const Constraint&) {
-    std::string text;
-    read(heading, text, Constraint{});
-    if (!text.empty()) out = {text, text};
+  void read(const std::string& heading, core::Path&, const Constraint&) {
+    std::size_t column = 0;
+    if (find_cell(heading, column) != nullptr)
+      fail(ErrorKind::Input, "{}: a file; a table holds the optics themselves, a rig file takes it",
+           sheet_.where(row_, column));
   }
   void read(const std::string& heading, std::vector<double>& out, const Constraint& constraint) {
     std::vector<double> values;
@@ -365,8 +366,6 @@ class CellLister final : public core::SchemaVisitor {
       for (std::size_t i = 0; i < parts->second.size(); ++i)
         cells.push_back({parts->second[i], i < value.size() ? fmt::format("{}", value[i]) : "",
                          constraint.required});
-    } else if constexpr (std::is_same_v<Value, core::Path>) {
-      cells.push_back({heading, value.written, constraint.required});
     } else if constexpr (std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>) {
       cells.push_back({heading, fmt::format("{}", value), constraint.required});
     }
@@ -472,6 +471,10 @@ Sheet sheet_of_rig(const render::RigOptions& rig) {
   for (const CellLister::Cell& cell : cells_of(render::CameraOptions{}))
     defaults[cell.heading] = cell.text;
   for (const render::CameraOptions& camera : cameras) {
+    if (camera.lens.model().read != nullptr)
+      fail(ErrorKind::Config,
+           "camera {}: its model {} comes from a file, which a table cannot hold", camera.name,
+           camera.model);
     std::map<std::string, std::string>& line = lines.emplace_back();
     for (const CellLister::Cell& cell : cells_of(camera)) {
       if (std::find(headings.begin(), headings.end(), cell.heading) == headings.end())

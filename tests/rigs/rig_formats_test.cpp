@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "core/atomic_file.h"
 #include "core/registry.h"
@@ -55,6 +57,91 @@ TEST(RigFormats, GiveEachRigBack) {
       EXPECT_EQ(find_rig_format(path).name, format.name);
       expect_same_cameras(rig, format.read(path, {}));
     }
+  }
+}
+
+/// A lens of each model that keys describe; away from its defaults, so that no other model is the same.
+std::vector<geo::CameraIntrinsics> lenses() {
+  const std::pair<const char*, std::vector<double>> own[] = {
+      {"pinhole", {}},
+      {"simple_radial", {-0.1}},
+      {"radial", {-0.1, 0.01}},
+      {"opencv", {-0.1, 0.01, 1e-3, -2e-3}},
+      {"full_opencv", {-0.1, 0.01, 1e-3, -2e-3, 3e-3, -0.02, 4e-3, 5e-4}},
+      {"opencv_fisheye", {0.01, -2e-3, 1e-3, -1e-4}},
+      {"thin_prism_fisheye", {0.01, -2e-3, 1e-3, -1e-3, 3e-3, -1e-4, 2e-3, -3e-3}},
+      {"fov", {0.9}},
+      {"unified", {0.8, -0.1, 0.01, 1e-3, -2e-3}},
+      {"extended_unified", {0.6, 1.1}},
+      {"double_sphere", {-0.2, 0.55}},
+      {"equirectangular", {}},
+      {"cylindrical", {}},
+  };
+  std::vector<geo::CameraIntrinsics> lenses;
+  for (const auto& [model, parameters] : own) {
+    const bool has_one_focal_length = std::string(model).ends_with("radial");
+    geo::CameraIntrinsics& lens = lenses.emplace_back(geo::CameraIntrinsics{
+        model, 320, 240, {300.0, has_one_focal_length ? 300.0 : 301.0, 160.5, 119.0}});
+    lens.parameters.insert(lens.parameters.end(), parameters.begin(), parameters.end());
+  }
+  return lenses;
+}
+
+render::RigOptions rig_of_lens(const geo::CameraIntrinsics& lens) {
+  geo::Rigid3d second = render::rig_from_eye_camera(30.0, 50.0, 170.0);
+  return rig_of_cameras("r", {{.rig = "r",
+                               .name = "first",
+                               .intrinsics = lens,
+                               .rig_from_camera = render::rig_from_eye_camera(0.0, 0.0, 170.0),
+                               .body_from_rig = {}},
+                              {.rig = "r",
+                               .name = "second",
+                               .intrinsics = lens,
+                               .rig_from_camera = second,
+                               .body_from_rig = {}}});
+}
+
+TEST(RigFormats, HoldTheirModelsAndRefuseOthers) {
+  const fs::path folder = test_folder("models");
+  const std::map<std::string_view, std::set<std::string>> held = {
+      {"colmap",
+       {"pinhole", "simple_radial", "radial", "opencv", "full_opencv", "opencv_fisheye",
+        "thin_prism_fisheye", "fov"}},
+      {"kalibr",
+       {"pinhole", "opencv", "opencv_fisheye", "fov", "unified", "extended_unified",
+        "double_sphere"}},
+      {"opencv", {"pinhole", "opencv", "full_opencv", "opencv_fisheye"}}};
+  for (const geo::CameraIntrinsics& lens : lenses()) {
+    const render::RigOptions rig = rig_of_lens(lens);
+    ASSERT_EQ(render::build_cameras({rig})[0].intrinsics, lens);
+    for (const RigFormatInfo& format : rig_formats()) {
+      SCOPED_TRACE(fmt::format("{} as {}", lens.model, format.name));
+      const fs::path path = path_in(folder, format);
+      if (format.is_table || held.at(format.name).contains(lens.model)) {
+        format.write(rig, path);
+        expect_same_cameras(rig, format.read(path, {}));
+      } else {
+        expect_error(ErrorKind::Config, {"camera first", "no model " + lens.model, "pinhole"},
+                     [&] { format.write(rig, path); });
+      }
+    }
+  }
+}
+
+TEST(RigFormats, TablesTakeCamerasOfSeveralModels) {
+  const fs::path folder = test_folder("mixed");
+  std::vector<capture::CameraCalibration> cameras;
+  for (const geo::CameraIntrinsics& lens : lenses())
+    cameras.push_back({.rig = "r",
+                       .name = lens.model,
+                       .intrinsics = lens,
+                       .rig_from_camera = render::rig_from_eye_camera(0.0, 0.0, 10.0),
+                       .body_from_rig = {}});
+  const render::RigOptions rig = rig_of_cameras("r", cameras);
+  for (const char* name : {"csv", "xlsx"}) {
+    const auto& format = core::find_registered(rig_formats(), "format", name);
+    format.write(rig, path_in(folder, format));
+    expect_same_cameras(rig, format.read(path_in(folder, format), {}));
   }
 }
 
@@ -206,6 +293,69 @@ TEST(RigYaml, ACamchainWithoutAnImuStandsOnItsFirstCamera) {
       1e-12);
   EXPECT_EQ(cameras[0].intrinsics.parameters, (std::vector<double>{30.0, 31.0, 32.0, 24.0}));
   EXPECT_EQ(cameras[0].name, "cam0");
+}
+
+TEST(RigYaml, ReadsKalibrsOwnExample) {
+  // The example of Kalibr's page on its formats.
+  const render::RigOptions rig = imported(
+      "kalibr", test_folder("example") / "camchain.yaml",
+      "cam0:\n  camera_model: pinhole\n  intrinsics: [461.629, 460.152, 362.680, 246.049]\n"
+      "  distortion_model: radtan\n"
+      "  distortion_coeffs: [-0.27695497, 0.06712482, 0.00087538, 0.00011556]\n"
+      "  T_cam_imu:\n  - [0.01779318, 0.99967549, -0.01822936, 0.07008565]\n"
+      "  - [-0.9998017, 0.01795239, 0.00860714, -0.01771023]\n"
+      "  - [0.00893160, 0.01807260, 0.99979678, 0.00399246]\n  - [0.0, 0.0, 0.0, 1.0]\n"
+      "  timeshift_cam_imu: -8.121e-05\n  rostopic: /cam0/image_raw\n  resolution: [752, 480]\n");
+  const auto cameras = render::build_cameras({rig});
+  ASSERT_EQ(cameras.size(), 1U);
+  EXPECT_EQ(cameras[0].name, "cam0");
+  const geo::CameraIntrinsics expected{
+      "opencv",
+      752,
+      480,
+      {461.629, 460.152, 363.180, 246.549, -0.27695497, 0.06712482, 0.00087538, 0.00011556}};
+  EXPECT_EQ(cameras[0].intrinsics.model, expected.model);
+  ASSERT_EQ(cameras[0].intrinsics.parameters.size(), 8U);
+  for (std::size_t i = 0; i < 8; ++i)
+    EXPECT_NEAR(cameras[0].intrinsics.parameters[i], expected.parameters[i], 1e-9);
+  // The camera's axes in those of the IMU are the rows; printed to eight digits, and made whole.
+  const Eigen::Matrix3d rotation = cameras[0].rig_from_camera.rotation.toRotationMatrix();
+  EXPECT_LT((rotation.col(2) - Eigen::Vector3d(0.00893160, 0.01807260, 0.99979678)).norm(), 1e-7);
+}
+
+TEST(RigYaml, KalibrsParametersStandInItsOrder) {
+  const fs::path file = test_folder("omni") / "chain.yaml";
+  for (const geo::CameraIntrinsics& lens : lenses()) {
+    if (lens.model != "unified") continue;
+    core::find_registered(rig_formats(), "format", "kalibr").write(rig_of_lens(lens), file);
+    const std::string text = core::read_text_file(file, 100000);
+    EXPECT_NE(text.find("  camera_model: omni\n  intrinsics: [0.8, 300, 301, 160, 118.5]\n"
+                        "  distortion_model: radtan\n"
+                        "  distortion_coeffs: [-0.1, 0.01, 0.001, -0.002]\n"
+                        "  resolution: [320, 240]\n"),
+              std::string::npos)
+        << text;
+  }
+}
+
+TEST(RigColmap, ParametersStandInItsOrder) {
+  const fs::path folder = test_folder("colmap_order");
+  const auto& format = core::find_registered(rig_formats(), "format", "colmap");
+  const std::map<std::string, std::string> lines = {
+      {"radial", "1 RADIAL 320 240 300 160.5 119 -0.1 0.01\n"},
+      {"opencv", "1 OPENCV 320 240 300 301 160.5 119 -0.1 0.01 0.001 -0.002\n"},
+      {"fov", "1 FOV 320 240 300 301 160.5 119 0.9\n"}};
+  for (const geo::CameraIntrinsics& lens : lenses()) {
+    if (!lines.contains(lens.model)) continue;
+    format.write(rig_of_lens(lens), folder);
+    EXPECT_NE(core::read_text_file(folder / "cameras.txt", 100000).find(lines.at(lens.model)),
+              std::string::npos)
+        << lens.model;
+  }
+  // One focal length is not two.
+  geo::CameraIntrinsics lens{"radial", 320, 240, {300.0, 301.0, 160.5, 119.0, -0.1, 0.01}};
+  expect_error(ErrorKind::Config, {"camera first", "RADIAL", "one focal length"},
+               [&] { format.write(rig_of_lens(lens), folder); });
 }
 
 TEST(RigColmap, BadFilesAreNamedByLineAndCamera) {

@@ -143,31 +143,47 @@ TEST(StrokeFont, HasAllLettersThatNamesTake) {
 
 TEST(RigOpencv, OpencvReadsAndProjectsAlike) {
   const std::filesystem::path file = test_folder("opencv") / "rig.yaml";
-  const render::RigOptions rig = shipped_rig("aces9");
-  core::find_registered(rig_formats(), "format", "opencv").write(rig, file);
-  const RigView view(rig);
-  const cv::FileStorage storage(file.string(), cv::FileStorage::READ);
-  ASSERT_EQ(storage["cameras"].size(), 9U);
-  for (std::size_t i = 0; i < 9; ++i) {
-    const cv::FileNode node = storage["cameras"][static_cast<int>(i)];
-    cv::Mat k, distortion, r, t, rotation_vector;
-    node["camera_matrix"] >> k;
-    node["distortion_coefficients"] >> distortion;
-    node["R"] >> r;
-    node["T"] >> t;
-    EXPECT_EQ(static_cast<int>(node["image_width"]), 640);
-    cv::Rodrigues(r, rotation_vector);
-    // A point of the rig before the camera, in OpenCV's axes of the rig: x right, y down, z forward.
-    const geo::Rigid3d& rig_from_camera = view.cameras()[i].rig_from_camera;
-    const Eigen::Vector3d point_camera(0.3, -0.2, 2.0);
-    const Eigen::Vector3d p = rig_from_camera * point_camera;
-    const std::vector<cv::Point3d> points = {{-p.y(), -p.z(), p.x()}};
-    std::vector<cv::Point2d> pixels;
-    cv::projectPoints(points, rotation_vector, t, k, distortion, pixels);
-    const Eigen::Vector2d expected = *view.model(i).pixel_from_ray(point_camera);
-    // Rodrigues' vector and back keeps a nanopixel.
-    EXPECT_NEAR(pixels[0].x + 0.5, expected.x(), 1e-8);
-    EXPECT_NEAR(pixels[0].y + 0.5, expected.y(), 1e-8);
+  const std::string compound_eye =
+      "name = \"r\"\ntemplate = \"compound_eye\"\nring_cameras = [1, 8]\nring_pitch_deg = [0.0, "
+      "54.0]\n"
+      "[[cameras]]\nname = \"c\"\nwidth_px = 640\nheight_px = 360\nfx_px = 372.0\nfy_px = 370.0\n"
+      "principal_point_px = [321.0, 179.0]\n";
+  for (const std::string lens :
+       {"", "model = \"opencv\"\nk1 = -0.1\nk2 = 0.01\np1 = 1e-3\np2 = -2e-3\n",
+        "model = \"full_opencv\"\nk1 = -0.1\nk2 = 0.01\np1 = 1e-3\np2 = -2e-3\nk3 = 3e-3\nk4 = "
+        "-0.02\n"
+        "k5 = 4e-3\nk6 = 5e-4\n",
+        "model = \"opencv_fisheye\"\nk1 = 0.01\nk2 = -2e-3\nk3 = 1e-3\nk4 = -1e-4\n"}) {
+    SCOPED_TRACE(lens);
+    const render::RigOptions rig = rig_from(compound_eye + lens);
+    core::find_registered(rig_formats(), "format", "opencv").write(rig, file);
+    const RigView view(rig);
+    const cv::FileStorage storage(file.string(), cv::FileStorage::READ);
+    ASSERT_EQ(storage["cameras"].size(), 9U);
+    for (std::size_t i = 0; i < 9; ++i) {
+      const cv::FileNode node = storage["cameras"][static_cast<int>(i)];
+      cv::Mat k, distortion, r, t, rotation_vector;
+      node["camera_matrix"] >> k;
+      node["distortion_coefficients"] >> distortion;
+      node["R"] >> r;
+      node["T"] >> t;
+      EXPECT_EQ(static_cast<int>(node["image_width"]), 640);
+      cv::Rodrigues(r, rotation_vector);
+      // A point of the rig before the camera, in OpenCV's axes of the rig: x right, y down, z forward.
+      const geo::Rigid3d& rig_from_camera = view.cameras()[i].rig_from_camera;
+      const Eigen::Vector3d point_camera(0.3, -0.2, 2.0);
+      const Eigen::Vector3d p = rig_from_camera * point_camera;
+      const std::vector<cv::Point3d> points = {{-p.y(), -p.z(), p.x()}};
+      std::vector<cv::Point2d> pixels;
+      if (static_cast<int>(node["fisheye_model"]) != 0)
+        cv::fisheye::projectPoints(points, pixels, rotation_vector, t, k, distortion);
+      else
+        cv::projectPoints(points, rotation_vector, t, k, distortion, pixels);
+      const Eigen::Vector2d expected = *view.model(i).pixel_from_ray(point_camera);
+      // Rodrigues' vector and back keeps a nanopixel.
+      EXPECT_NEAR(pixels[0].x + 0.5, expected.x(), 1e-8);
+      EXPECT_NEAR(pixels[0].y + 0.5, expected.y(), 1e-8);
+    }
   }
 }
 
