@@ -17,18 +17,18 @@ constexpr std::array kParameters = {
                     0.5, 0.0, 1.0}};
 
 /// (x, y) / (alpha d2 + (1 - alpha) z2) with z2 = xi d1 + z, d1 = |(x, y, z)|, d2 = |(x, y, z2)|.
-/// domain   z > -w2 d1 with w2 = (w1 + xi) / sqrt(2 w1 xi + xi^2 + 1), w1 = alpha / (1 - alpha), or
-///          its inverse where alpha > 1/2
-/// source   V. Usenko, N. Demmel, D. Cremers, The double sphere camera model, 3DV 2018, section 3;
-///          Kalibr's ds-none
+/// domain   z2 > -w1 d2 with w1 = alpha / (1 - alpha), or its inverse where alpha > 1/2: as far as the
+///          second sphere is seen at one place, which is where the inverse ends; with xi > 1 also
+///          xi z > -d1, the half of the first sphere that the second centre sees
+/// source   V. Usenko, N. Demmel, D. Cremers, The double sphere camera model, 3DV 2018, section 3 (its
+///          bound on z / d1 ends earlier than its inverse); Kalibr's ds-none
 class DoubleSphereCamera final : public PlaneCamera {
  public:
   explicit DoubleSphereCamera(const CameraIntrinsics& intrinsics)
       : PlaneCamera(intrinsics, PlaneDistortion(radius_of_plane(own(intrinsics, 1)))),
         xi_(own(intrinsics, 0)),
         alpha_(own(intrinsics, 1)) {
-    const double w1 = alpha_ > 0.5 ? (1.0 - alpha_) / alpha_ : alpha_ / (1.0 - alpha_);
-    farthest_back_ = (w1 + xi_) / std::sqrt(2.0 * w1 * xi_ + xi_ * xi_ + 1.0);
+    farthest_back_ = alpha_ > 0.5 ? (1.0 - alpha_) / alpha_ : alpha_ / (1.0 - alpha_);
     measure_finest();
   }
 
@@ -40,7 +40,9 @@ class DoubleSphereCamera final : public PlaneCamera {
 
   std::optional<Vector2d> plane_from_ray(const Vector3d& ray) const override {
     const double d1 = ray.norm();
-    if (!(ray.z() > -farthest_back_ * d1)) return std::nullopt;
+    const double z2 = xi_ * d1 + ray.z();
+    const double d2 = std::sqrt(ray.head<2>().squaredNorm() + z2 * z2);
+    if (!(z2 > -farthest_back_ * d2) || !(xi_ * ray.z() > -d1)) return std::nullopt;
     return Vector2d(ray.head<2>() / below(ray, d1));
   }
 
@@ -75,7 +77,7 @@ class DoubleSphereCamera final : public PlaneCamera {
 
   double xi_;
   double alpha_;
-  double farthest_back_ = 0.0;
+  double farthest_back_ = 0.0;  ///< -z2 / d2 at the rim
 };
 
 }  // namespace

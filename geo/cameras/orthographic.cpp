@@ -29,7 +29,7 @@ class OrthographicCamera final : public CameraModel {
   }
 
   std::optional<Vector2d> pixel_from_ray(const Vector3d& point_camera) const override {
-    if (!(point_camera.z() > 0.0)) return std::nullopt;
+    if (!(point_camera.z() > 0.0) || !point_camera.allFinite()) return std::nullopt;
     return Vector2d(fx_ * point_camera.x() + cx_, fy_ * point_camera.y() + cy_);
   }
 

@@ -58,7 +58,7 @@ class PinholeCamera final : public CameraModel {
   }
 
   std::optional<Eigen::Vector2d> pixel_from_ray(const Eigen::Vector3d& ray_camera) const override {
-    if (!(ray_camera.z() > 0.0)) return std::nullopt;
+    if (!(ray_camera.z() > 0.0) || !ray_camera.allFinite()) return std::nullopt;
     return Eigen::Vector2d(fx_ * (ray_camera.x() / ray_camera.z()) + cx_,
                            fy_ * (ray_camera.y() / ray_camera.z()) + cy_);
   }
