@@ -144,8 +144,9 @@ void draw_coverage(Drawing& drawing, const Panel& panel, const RigView& rig) {
     for (std::size_t k = 0; k < i; ++k)
       if ((rig.cameras()[k].rig_from_camera.rotation * Vector3d::UnitZ() - axis).norm() < 0.05)
         shift += 18.0;
+    const Color below = color_of_count(std::popcount(rig.find_seeing(axis)), most);
     drawing.add(Label{on_map(hammer_of(axis)) + Vector2d(shift, 5.0), fmt::format("{}", i), 14.0,
-                      Anchor::Middle, kInk});
+                      Anchor::Middle, below.red < 100 ? Color{255, 255, 255} : kInk});
   }
 
   const double below = middle.y() + half_height + 16.0;

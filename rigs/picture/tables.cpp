@@ -20,6 +20,12 @@ double row_top(const Panel& panel, std::size_t row) {
   return panel.top + 44.0 + kRow * static_cast<double>(row);
 }
 
+/// So many digits, and no sign of a zero.
+std::string rounded(double value, int num_digits) {
+  const double scale = std::pow(10.0, num_digits);
+  return fmt::format("{:.{}f}", std::round(value * scale) / scale + 0.0, num_digits);
+}
+
 void draw_number(Drawing& drawing, double x, double base_line, std::size_t camera) {
   drawing.add(Label{
       {x, base_line}, fmt::format("{}", camera), 13.0, Anchor::Middle, color_of_camera(camera)});
@@ -29,12 +35,12 @@ void draw_number(Drawing& drawing, double x, double base_line, std::size_t camer
 
 void draw_overlaps(Drawing& drawing, const Panel& panel, const RigView& rig) {
   drawing.add(Label{{panel.left, panel.top + 14.0},
-                    "Of what the row's camera sees, the column's sees too, %",
+                    "Share of the view of a row that the camera of a column sees too, %",
                     14.0,
                     Anchor::Start,
                     kInk});
   const std::size_t count = rig.cameras().size();
-  constexpr double kNames = 106.0;
+  constexpr double kNames = 118.0;
   const double cell = std::min(40.0, (panel.width - kNames) / static_cast<double>(count));
   const double size = cell < 24.0 ? 9.0 : 12.0;
   for (std::size_t row = 0; row < count; ++row) {
@@ -83,7 +89,7 @@ void draw_table(Drawing& drawing, const Panel& panel, const RigView& rig) {
                             {"f, px", 247.0},
                             {"view, \xc2\xb0", 344.0},
                             {"centre, mm", 470.0},
-                            {"azimuth, elevation", 570.0}};
+                            {"az., el., \xc2\xb0", 570.0}};
   for (const Column& column : columns)
     drawing.add(Label{{panel.left + column.right, panel.top + 36.0},
                       column.heading,
@@ -105,8 +111,8 @@ void draw_table(Drawing& drawing, const Panel& panel, const RigView& rig) {
         fmt::format("{}\xc3\x97{}", camera.intrinsics.width_px, camera.intrinsics.height_px),
         fmt::format("{:.1f}", camera.intrinsics.parameters[0]),
         fmt::format("{:.1f}\xc3\x97{:.1f}", view.horizontal_deg, view.vertical_deg),
-        fmt::format("{:.0f}, {:.0f}, {:.0f}", t.x() + 0.0, t.y() + 0.0, t.z() + 0.0),
-        fmt::format("{:.1f}, {:.1f}", azimuth + 0.0, elevation + 0.0)};
+        fmt::format("{}, {}, {}", rounded(t.x(), 0), rounded(t.y(), 0), rounded(t.z(), 0)),
+        fmt::format("{}, {}", rounded(azimuth, 1), rounded(elevation, 1))};
     drawing.add(
         Shape{.outlines = {{{panel.left, top + kRow}, {panel.left + panel.width, top + kRow}}},
               .fill = {},

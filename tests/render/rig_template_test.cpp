@@ -91,7 +91,9 @@ TEST(RigTemplates, ACompoundEyeFollowsItsPublishedTable) {
     EXPECT_LT((cameras[i].rig_from_camera.translation - 0.17 * axis_rig).norm(), kRounding);
     EXPECT_NEAR(cameras[i].intrinsics.parameters[0], 3.240 * 640.0 / 5.568, 1e-9);
     // Off the axis, the image's upper edge points away from it.
-    if (i > 0) EXPECT_GT(down_of(cameras[i]).dot(Vector3d::UnitX()), 0.7);
+    if (i > 0) {
+      EXPECT_GT(down_of(cameras[i]).dot(Vector3d::UnitX()), 0.7);
+    }
   }
   // Roll goes clockwise as the camera on the axis sees it: cam3 is on its right.
   EXPECT_LT(axis_of(cameras[3]).y(), -0.7);
