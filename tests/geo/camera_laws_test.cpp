@@ -260,7 +260,9 @@ TEST_P(CameraLaws, NoPixelSpansFewerAngleThanStated) {
     if (camera_->contains(pixel)) look(pixel, direction_of(i));
   }
   EXPECT_LE(finest, camera_->finest_pixels_per_radian() * (1.0 + 1e-6));
-  EXPECT_GE(finest, camera_->finest_pixels_per_radian() * 0.99);
+  // On a rim it rises like a root: the last thousandth of a pixel, which has no neighbour outside, holds some
+  // per cent of it.
+  EXPECT_GE(finest, camera_->finest_pixels_per_radian() * 0.9);
 }
 
 TEST_P(CameraLaws, IsMadeAgainFromItsIntrinsics) {

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
+#include "tiler/country/plan_geometry.h"
 #include "tiler/roofs/triangulation.h"
 #include "world/tile.h"
 
@@ -62,6 +64,21 @@ std::vector<Vector2d> simplified(const std::vector<Vector2d>& ring, double toler
       changed = true;
     }
   }
+  return kept;
+}
+
+/// A ring of very many points with fewer, none of the others farther from it than the tolerance: where steps are
+/// finer than the tolerance, to go from point to point strays.
+std::vector<Vector2d> coarser(const std::vector<Vector2d>& ring, double tolerance_m) {
+  std::vector<Vector2d> closed = ring;
+  closed.push_back(ring.front());
+  std::size_t farthest = 0;
+  for (std::size_t i = 1; i < ring.size(); ++i)
+    if ((ring[i] - ring[0]).squaredNorm() > (ring[farthest] - ring[0]).squaredNorm()) farthest = i;
+  const std::span<const Vector2d> all(closed);
+  std::vector<Vector2d> kept = country::simplified(all.first(farthest + 1), tolerance_m);
+  const std::vector<Vector2d> back = country::simplified(all.subspan(farthest), tolerance_m);
+  kept.insert(kept.end(), back.begin() + 1, back.end() - 1);
   return kept;
 }
 
@@ -153,7 +170,8 @@ std::vector<Footprint> footprints_of(const std::vector<PointsWorld>& rings_world
   for (double tolerance_m = kStraight_m;; tolerance_m *= 1.6) {
     num_kept = 0;
     for (auto& ring : rings) {
-      ring = simplified(ring, tolerance_m);
+      if (ring.size() > kMostKept) ring = coarser(ring, tolerance_m);
+      if (ring.size() <= kMostKept) ring = simplified(ring, tolerance_m);
       num_kept += ring.size() < 3 ? 0 : ring.size();
     }
     if (num_kept <= kMostKept) break;
