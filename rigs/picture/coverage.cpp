@@ -144,9 +144,13 @@ void draw_coverage(Drawing& drawing, const Panel& panel, const RigView& rig) {
     for (std::size_t k = 0; k < i; ++k)
       if ((rig.cameras()[k].rig_from_camera.rotation * Vector3d::UnitZ() - axis).norm() < 0.05)
         shift += 18.0;
+    // Whole within the map's edge.
+    Vector2d place = on_map(hammer_of(axis)) - middle;
+    const double edge = place.cwiseQuotient(Vector2d(half_width - 14.0, half_height - 12.0)).norm();
+    place = middle + place / std::max(1.0, edge);
     const Color below = color_of_count(std::popcount(rig.find_seeing(axis)), most);
-    drawing.add(Label{on_map(hammer_of(axis)) + Vector2d(shift, 5.0), fmt::format("{}", i), 14.0,
-                      Anchor::Middle, below.red < 100 ? Color{255, 255, 255} : kInk});
+    drawing.add(Label{place + Vector2d(shift, 5.0), fmt::format("{}", i), 14.0, Anchor::Middle,
+                      below.red < 100 ? Color{255, 255, 255} : kInk});
   }
 
   const double below = middle.y() + half_height + 16.0;

@@ -35,7 +35,7 @@ void draw_number(Drawing& drawing, double x, double base_line, std::size_t camer
 
 void draw_overlaps(Drawing& drawing, const Panel& panel, const RigView& rig) {
   drawing.add(Label{{panel.left, panel.top + 14.0},
-                    "Share of the view of a row that the camera of a column sees too, %",
+                    "Views shared, % of the view of the row",
                     14.0,
                     Anchor::Start,
                     kInk});
