@@ -16,6 +16,7 @@
 #include "cli/batch_command.h"
 #include "cli/evaluate_command.h"
 #include "cli/reference.h"
+#include "cli/rig_command.h"
 #include "cli/world_check_command.h"
 #include "cli/world_export_command.h"
 #include "core/atomic_file.h"
@@ -384,6 +385,7 @@ int parse_and_run(int argc, const char* const* argv) {
   evaluate_command->callback([&] { status = run_evaluate(args, evaluate, *evaluate_command); });
 
   add_batch_command(app, status);
+  add_rig_command(app, status);
 
   auto* world_command = app.add_subcommand("world", "Look into a world.");
   world_command->require_subcommand(1);

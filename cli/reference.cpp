@@ -14,6 +14,8 @@
 #include "geo/trajectory.h"
 #include "job/run_config.h"
 #include "render/lens_options.h"
+#include "render/rig_template.h"
+#include "rigs/rig_format.h"
 #include "tiler/elevation_registry.h"
 #include "tiler/layer.h"
 #include "validate/check.h"
@@ -57,6 +59,8 @@ const std::map<std::string, std::function<std::string()>>& lists() {
       {"exporters", [] { return lines_of(exporters::exporters()); }},
       {"layers", [] { return lines_of(tiler::layer_kinds()); }},
       {"recordings", [] { return lines_of(geo::fix_formats()); }},
+      {"rig_formats", [] { return lines_of(rigs::rig_formats()); }},
+      {"rig_templates", [] { return lines_of(render::rig_templates()); }},
       {"tasks", [] { return lines_of(validate::task_list()); }},
       {"trajectories", [] { return lines_of(geo::trajectory_kinds()); }},
       {"world_formats", [] { return lines_of(world_export::world_formats()); }},
@@ -84,13 +88,16 @@ std::vector<KeyInfo> keys_of(Options& options, const std::string& prefix) {
   return keys;
 }
 
-/// Keys that come with a kind of layer or trajectory, a format of recordings or exports, a camera model, by the
-/// name of their heading.
+/// Keys that come with a kind of layer or trajectory, a template of rigs, a format of recordings or exports, a
+/// camera model, by the name of their heading.
 std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
   std::vector<std::pair<std::string, std::vector<KeyInfo>>> result;
   for (const auto& kind : tiler::layer_kinds())
     result.emplace_back(fmt::format("layers of kind {}", kind.name),
                         keys_of(*kind.make(), "world.layer[]."));
+  for (const auto& shape : render::rig_templates())
+    result.emplace_back(fmt::format("rigs of template {}", shape.name),
+                        keys_of(*shape.make(), "rigs[]."));
   for (const auto& kind : geo::trajectory_kinds())
     result.emplace_back(fmt::format("trajectories of kind {}", kind.name),
                         keys_of(*kind.make(), "trajectories[]."));

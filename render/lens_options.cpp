@@ -13,6 +13,17 @@ void LensOptions::set_model(const std::string& model) {
     own_.push_back(parameter.default_value);
 }
 
+void LensOptions::set_own_parameters(std::span<const double> own) {
+  if (model_->read != nullptr)
+    core::fail(core::ErrorKind::Config,
+               "a camera of the model {} takes its rays from a file, not from keys", model_->name);
+  if (own.size() != own_.size())
+    core::fail(core::ErrorKind::Config,
+               "{} parameters of the model {} beside fx, fy, cx, cy; it has {}", own.size(),
+               model_->name, own_.size());
+  own_.assign(own.begin(), own.end());
+}
+
 void LensOptions::describe(core::SchemaVisitor& visit) {
   if (model_->read != nullptr) {
     visit.key(

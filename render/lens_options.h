@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ class LensOptions {
 
   /// Parameters are at their defaults from here on, if it is another model.
   void set_model(const std::string& model);
+  /// The parameters of the model that was set which follow on fx, fy, cx, cy.
+  /// throws Config: not as many as it has, a model that comes from a file
+  void set_own_parameters(std::span<const double> own);
   /// The keys of the model that was set.
   void describe(core::SchemaVisitor& visit);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "capture/channel.h"
@@ -44,16 +45,6 @@ void check_numbers(const std::string& camera, const char* key, const std::vector
 Eigen::Vector3d vector_of(const std::vector<double>& values) {
   return values.empty() ? Eigen::Vector3d::Zero()
                         : Eigen::Vector3d(values[0], values[1], values[2]);
-}
-
-/// Intrinsic z-y-x: yaw about up (positive to the left), then pitch about left (positive down),
-/// then roll about forward.
-Eigen::Quaterniond rotation_of_euler_deg(double yaw_deg, double pitch_deg, double roll_deg) {
-  using Eigen::AngleAxisd;
-  using Eigen::Vector3d;
-  return AngleAxisd(geo::radians_from_degrees(yaw_deg), Vector3d::UnitZ()) *
-         AngleAxisd(geo::radians_from_degrees(pitch_deg), Vector3d::UnitY()) *
-         AngleAxisd(geo::radians_from_degrees(roll_deg), Vector3d::UnitX());
 }
 
 /// A camera that looks along `axis_rig` with its x axis level in the rig; straight up or down, the
@@ -99,6 +90,13 @@ geo::Rigid3d rig_from_camera(const CameraOptions& camera, const Eigen::Matrix3d&
                geo::rig_from_forward_camera();
   }
   return {.rotation = Eigen::Quaterniond(rotation).normalized(), .translation = offset_rig};
+}
+
+int num_orientations(const CameraOptions& camera) {
+  return static_cast<int>(!camera.axis_angle_rad.empty()) +
+         static_cast<int>(!camera.euler_deg.empty()) +
+         static_cast<int>(!camera.quaternion_wxyz.empty()) +
+         static_cast<int>(!camera.look_at_mm.empty());
 }
 
 geo::CameraIntrinsics intrinsics_of(const CameraOptions& camera) {
@@ -215,14 +213,12 @@ void CameraOptions::validate() const {
          "camera {}: pixel_aspect = {} beside fx_px; it belongs to focal_length_mm, give fy_px",
          name, pixel_aspect);
   }
-  const int num_orientations =
-      static_cast<int>(!axis_angle_rad.empty()) + static_cast<int>(!euler_deg.empty()) +
-      static_cast<int>(!quaternion_wxyz.empty()) + static_cast<int>(!look_at_mm.empty());
-  if (num_orientations > 1) {
+  const int num_stated = num_orientations(*this);
+  if (num_stated > 1) {
     fail(ErrorKind::Config,
          "camera {}: {} orientations are given; state one of axis_angle_rad, euler_deg, "
          "quaternion_wxyz and look_at_mm",
-         name, num_orientations);
+         name, num_stated);
   }
   if (!quaternion_wxyz.empty()) {
     const std::vector<double>& q = quaternion_wxyz;
@@ -237,8 +233,44 @@ void CameraOptions::validate() const {
   }
 }
 
+void CameraOptions::set_intrinsics(const geo::CameraIntrinsics& intrinsics) {
+  const std::vector<double>& p = intrinsics.parameters;
+  TERRACAST_CHECK(p.size() >= 4, "camera model {} with {} parameters; fx, fy, cx, cy are the least",
+                  intrinsics.model, p.size());
+  model = intrinsics.model;
+  lens.set_model(model);
+  lens.set_own_parameters(std::span(p).subspan(4));
+  width_px = intrinsics.width_px;
+  height_px = intrinsics.height_px;
+  fx_px = p[0];
+  fy_px = p[1];
+  principal_point_px = {p[2], p[3]};
+}
+
+void CameraOptions::set_pose(const geo::Rigid3d& rig_from_camera) {
+  const Eigen::Vector3d offset = rig_from_camera.translation * 1e3;
+  offset_mm = {offset.x(), offset.y(), offset.z()};
+  const Eigen::Quaterniond turn(rig_from_camera.rotation.toRotationMatrix() *
+                                geo::rig_from_forward_camera().transpose());
+  quaternion_wxyz = {turn.w(), turn.x(), turn.y(), turn.z()};
+}
+
 void RigOptions::describe(core::SchemaVisitor& visit) {
   visit.key("name", name, "Name of the rig, and of its folder.", core::required());
+  std::vector<std::string> templates = core::registry_names(rig_templates());
+  templates.emplace_back();
+  visit.key(
+      "template", template_name,
+      "An arrangement of like cameras: one is given, whose optics all share; it decides further "
+      "keys.",
+      core::one_of(templates));
+  if (described_template != template_name)
+    arrangement =
+        template_name.empty()
+            ? nullptr
+            : core::find_registered(rig_templates(), "rig template", template_name).make();
+  described_template = template_name;
+  if (arrangement) arrangement->describe(visit);
   visit.key("axes", axes,
             "Axes of the cameras' offsets and rotations: flu (x forward, y left, z up) or rdf (x "
             "right, y down, z forward).",
@@ -264,10 +296,38 @@ void RigOptions::validate() const {
     fail(ErrorKind::Config, "rig {}: axes = \"{}\"; known are flu and rdf", name, axes);
   }
   if (cameras.empty()) fail(ErrorKind::Config, "rig {} has no cameras; it needs one or more", name);
+  if (arrangement) {
+    if (cameras.size() != 1)
+      fail(ErrorKind::Config,
+           "rig {} has {} cameras beside template = \"{}\"; it takes one, whose optics all share",
+           name, cameras.size(), template_name);
+    if (num_orientations(cameras[0]) > 0 || !cameras[0].offset_mm.empty())
+      fail(ErrorKind::Config,
+           "rig {}, camera {}: its offset or orientation is given beside template = \"{}\", which "
+           "says "
+           "where cameras are; leave it out",
+           name, cameras[0].name, template_name);
+    if (axes != "flu")
+      fail(ErrorKind::Config,
+           "rig {}: axes = \"{}\" beside a template, which has none to read; leave it out", name,
+           axes);
+    arrangement->validate();
+  }
   if (!mount_offset_m.empty() && mount_offset_m.size() != 3) {
     fail(ErrorKind::Config, "rig {}: mount_offset_m has {} numbers; it takes 3", name,
          mount_offset_m.size());
   }
+}
+
+std::vector<CameraOptions> RigOptions::placed_cameras() const {
+  if (!arrangement) return cameras;
+  std::vector<CameraOptions> placed;
+  for (const CameraPlace& place : arrangement->places()) {
+    CameraOptions& camera = placed.emplace_back(cameras.at(0));
+    camera.name += place.suffix;
+    camera.set_pose(place.rig_from_camera);
+  }
+  return placed;
 }
 
 std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptions>& rigs) {
@@ -286,7 +346,7 @@ std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptio
             rotation_of_euler_deg(rig.mount_yaw_deg, rig.mount_pitch_deg, rig.mount_roll_deg),
         .translation = vector_of(rig.mount_offset_m)};
     std::set<std::string> camera_names;
-    for (const CameraOptions& camera : rig.cameras) {
+    for (const CameraOptions& camera : rig.placed_cameras()) {
       core::with_context(
           [&] {
             camera.validate();

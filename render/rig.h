@@ -4,10 +4,12 @@
 #include <vector>
 
 #include "capture/frame.h"
+#include "core/cloned.h"
 #include "core/schema.h"
 #include "geo/camera_model.h"
 #include "geo/rigid3.h"
 #include "render/lens_options.h"
+#include "render/rig_template.h"
 
 namespace terracast::render {
 
@@ -38,13 +40,23 @@ struct CameraOptions {
 
   void describe(core::SchemaVisitor& visit);
   void validate() const;
+
+  /// Focal lengths in pixels, and the model's parameters.
+  /// throws Config: a model that comes from a file
+  void set_intrinsics(const geo::CameraIntrinsics& intrinsics);
+  /// As offset_mm and quaternion_wxyz in FLU.
+  void set_pose(const geo::Rigid3d& rig_from_camera);
 };
 
 /// A rig: cameras on a body. `axes = "rdf"`: offsets and rotations of the file are in x right, y
 /// down, z forward (the axis-angle of a camera is then identity when it looks forward); "flu": x
-/// forward, y left, z up. Either is turned into FLU once, here.
+/// forward, y left, z up. Either is turned into FLU once, here. With a template one camera is given,
+/// whose optics all share; the template, whose keys stand beside, says where they are.
 struct RigOptions {
   std::string name;
+  std::string template_name = {};  ///< empty: the cameras are as given
+  core::Cloned<RigTemplate> arrangement = {};
+  std::string described_template = {};  ///< the one that arrangement is of
   std::string axes = "flu";
   double mount_yaw_deg = 0.0;    ///< body_from_rig: intrinsic z-y-x; positive yaw to the left
   double mount_pitch_deg = 0.0;  ///< positive: the rig looks down
@@ -54,6 +66,10 @@ struct RigOptions {
 
   void describe(core::SchemaVisitor& visit);
   void validate() const;
+
+  /// The cameras as given, or where the template puts them: then with offset_mm and quaternion_wxyz, in
+  /// FLU.
+  std::vector<CameraOptions> placed_cameras() const;
 };
 
 /// The cameras of the rigs, in file order, with FLU rig frames.

@@ -1,0 +1,110 @@
+#include "cli/rig_command.h"
+
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/image_io.h"
+#include "core/registry.h"
+#include "rigs/picture/rig_picture.h"
+#include "rigs/rig_file.h"
+#include "rigs/rig_format.h"
+#include "rigs/rig_view.h"
+
+namespace terracast::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+struct Arguments {
+  fs::path rig, file, output;
+  std::string format;
+  rigs::ReadOptions read;
+};
+
+const rigs::RigFormatInfo& format_called(const std::string& name) {
+  return core::find_registered(rigs::rig_formats(), "format of rigs", name);
+}
+
+int run_show(const Arguments& args) {
+  const std::string extension = args.output.extension().string();
+  if (!args.output.empty() && extension != ".svg" && extension != ".png")
+    fail(ErrorKind::Usage,
+         "--output {}: the picture is an SVG or PNG; give it a name that ends in .svg or .png",
+         args.output.string());
+  const rigs::RigView view(rigs::read_rig(args.rig));
+  if (extension == ".svg") core::write_file(args.output, rigs::draw_rig(view).svg());
+  if (extension == ".png")
+    core::write_file(args.output, core::encode_png(rigs::draw_rig(view).raster(), 9));
+  fmt::print("{}", rigs::rig_text(view));
+  return 0;
+}
+
+int run_import(const Arguments& args) {
+  const rigs::RigFormatInfo& format =
+      args.format.empty() ? rigs::find_rig_format(args.file) : format_called(args.format);
+  if (!args.read.axes.empty() && !format.is_table)
+    fail(ErrorKind::Usage, "--axes is for tables; {} has axes of its own", format.name);
+  const render::RigOptions rig =
+      core::with_context([&] { return format.read(args.file, args.read); },
+                         fmt::format("importing a rig of format {}", format.name));
+  render::build_cameras({rig});  // refuses what no sequence could take
+  const std::string text = rigs::rig_toml(rig);
+  if (args.output.empty())
+    fmt::print("{}", text);
+  else
+    core::write_file(args.output, text);
+  return 0;
+}
+
+int run_export(const Arguments& args) {
+  const render::RigOptions rig = rigs::read_rig(args.rig);
+  format_called(args.format).write(rig, args.output);
+  return 0;
+}
+
+}  // namespace
+
+void add_rig_command(CLI::App& app, int& status) {
+  auto args = std::make_shared<Arguments>();
+  auto* command =
+      app.add_subcommand("rig", "Look at rigs of cameras, and exchange them with other programs.");
+  command->require_subcommand(1);
+  const std::string formats =
+      fmt::format("One of {}", fmt::join(core::registry_names(rigs::rig_formats()), ", "));
+  constexpr const char* kRig = "A rig file, TOML, such as configs/rigs/mcs4.toml.";
+
+  auto* show = command->add_subcommand(
+      "show", "Print each camera's K, T and field of view; draw frusta, coverage and overlaps.");
+  show->add_option("RIG", args->rig, kRig)->required();
+  show->add_option("-o,--output", args->output, "The picture to write, SVG or PNG.");
+  show->callback([args, &status] { status = run_show(*args); });
+
+  auto* in = command->add_subcommand("import", "Read another program's rig into a rig file.");
+  in->add_option("FILE", args->file, "The file; of COLMAP the folder.")->required();
+  in->add_option("-o,--output", args->output, "The rig file to write; printed when left out.");
+  in->add_option("--format", args->format, formats + "; found out from the file when left out.");
+  in->add_option("--name", args->read.name,
+                 "Name of the rig; left out: the file's own, or of the file.");
+  in->add_option("--axes", args->read.axes,
+                 "Of a table that does not say: rdf (x right, y down, z forward) or flu (x "
+                 "forward, y left, z up).")
+      ->check(CLI::IsMember({"flu", "rdf"}));
+  in->callback([args, &status] { status = run_import(*args); });
+
+  auto* out = command->add_subcommand("export", "Write a rig for another program.");
+  out->add_option("RIG", args->rig, kRig)->required();
+  out->add_option("--format", args->format, formats + ".")->required();
+  out->add_option("-o,--output", args->output, "The file to write; of COLMAP a folder.")
+      ->required();
+  out->callback([args, &status] { status = run_export(*args); });
+}
+
+}  // namespace terracast::cli

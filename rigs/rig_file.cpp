@@ -1,0 +1,64 @@
+#include "rigs/rig_file.h"
+
+#include <algorithm>
+#include <set>
+
+#include "capture/sequence_files.h"
+#include "core/error.h"
+#include "core/schema_writer.h"
+#include "core/toml_reader.h"
+#include "geo/frames.h"
+
+namespace terracast::rigs {
+namespace {
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    lines.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return lines;
+}
+
+}  // namespace
+
+render::RigOptions read_rig(const std::filesystem::path& file) {
+  return core::with_context([&] { return core::read_toml<render::RigOptions>(file); },
+                            fmt::format("reading the rig {}", file.string()));
+}
+
+std::string rig_toml(const render::RigOptions& rig) {
+  render::RigOptions defaults;
+  defaults.cameras.resize(1);
+  std::set<std::string> default_lines;
+  for (std::string& line : lines_of(core::toml_text(defaults)))
+    if (!line.empty() && line[0] != '[') default_lines.insert(std::move(line));
+  std::string text;
+  for (const std::string& line : lines_of(core::toml_text(rig)))
+    if (!default_lines.contains(line)) text += line + '\n';
+  return text;
+}
+
+render::RigOptions rig_of_cameras(const std::string& name,
+                                  const std::vector<capture::CameraCalibration>& cameras) {
+  render::RigOptions rig;
+  rig.name = name;
+  for (const capture::CameraCalibration& known : cameras) {
+    render::CameraOptions& camera = rig.cameras.emplace_back();
+    camera.name = known.name;
+    camera.set_intrinsics(known.intrinsics);
+    camera.set_pose(known.rig_from_camera);
+  }
+  return rig;
+}
+
+std::string safe_name(const std::string& text) {
+  std::string name = text.substr(0, 64);
+  for (char& letter : name)
+    if (!capture::is_safe_name(std::string(1, letter))) letter = '_';
+  return name.empty() ? "rig" : name;
+}
+
+}  // namespace terracast::rigs
