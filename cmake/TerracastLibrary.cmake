@@ -47,8 +47,8 @@ function(terracast_library name)
 endfunction()
 
 # terracast_tests(FOLDER USES folder... LINKS target... LABEL label [IN_ONE_PROCESS] [APART prefix])
-#   tests/FOLDER/*_test.cpp as one GoogleTest program, terracast_FOLDER_tests. Each test is a CTest of its own, or all
-#   are one, IN_ONE_PROCESS: for tests that share what takes longer to make than to test.
+#   tests/FOLDER/*_test.cpp as one GoogleTest program, terracast_FOLDER_tests. Each suite is a CTest of its own, or all
+#   are one, IN_ONE_PROCESS: for suites that share what takes longer to make than to test.
 #   Those of a prefix stay APART: the caller adds them.
 function(terracast_tests folder)
   cmake_parse_arguments(ARG "IN_ONE_PROCESS" "LABEL;APART" "USES;LINKS" ${ARGN})
@@ -83,9 +83,14 @@ function(terracast_tests folder)
     set_tests_properties(${folder} PROPERTIES LABELS ${ARG_LABEL} ${cost})
     return()
   endif()
-  gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 TEST_PREFIX ${folder}. TEST_FILTER "${filter}"
-    PROPERTIES LABELS ${ARG_LABEL} ${cost})
+  # What ctest reads when it starts: suites that are added need no other configuration.
+  set(list ${CMAKE_CURRENT_BINARY_DIR}/${target}_suites.cmake)
+  file(GENERATE OUTPUT ${list} CONTENT
+"set(program $<TARGET_FILE:${target}>)
+set(prefix ${folder})
+set(filter ${filter})
+set(properties LABELS ${ARG_LABEL} ${cost})
+include(${PROJECT_SOURCE_DIR}/cmake/TestSuites.cmake)
+")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${list})
 endfunction()
-if(TERRACAST_TESTS)
-  include(GoogleTest)
-endif()
