@@ -111,7 +111,8 @@ Evidence::Sum& Evidence::Sum::operator+=(const Sum& other) {
   return *this;
 }
 
-Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& residuals) {
+Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& residuals,
+                             double residuals_per_fact) {
   Part part;
   part.cameras = {pair.a.camera_index, pair.b.camera_index};
   part.frames = {pair.a.frame, pair.b.frame};
@@ -159,6 +160,9 @@ Evidence::Part Evidence::sum(const ViewPair& pair, const std::vector<Residual>& 
     }
     ++part.num_residuals;
   }
+  for (auto* sums :
+       {&part.sides[0], &part.sides[1], &part.both, &part.of_frames[0], &part.of_frames[1]})
+    for (Sum& of_cause : *sums) of_cause.variance *= residuals_per_fact;
   return part;
 }
 

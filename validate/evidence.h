@@ -81,7 +81,10 @@ class Evidence {
   };
   /// Weighs the residuals of one pair (Tukey's biweight at 6 times the scale of their median) and
   /// sums them.
-  static Part sum(const ViewPair& pair, const std::vector<Residual>& residuals);
+  /// residuals_per_fact  how many residuals rest on the same pixels, on average: the variance of their sum is so
+  ///                     much that of as many independent ones
+  static Part sum(const ViewPair& pair, const std::vector<Residual>& residuals,
+                  double residuals_per_fact = 1.0);
 
   void add(const Part& part);
 

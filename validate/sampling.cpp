@@ -58,9 +58,6 @@ CubicSample interpolate(const Corner& corner, const ValueAt& value_at) {
   return sample;
 }
 
-constexpr int kPatchRadius = 3;
-constexpr int kPatchSide = 2 * kPatchRadius + 1;
-constexpr int kPatchPixels = kPatchSide * kPatchSide;
 constexpr double kLeastContrast = 1.5;  // grey levels: below it rounding to 8 bits rules
 
 struct Patch {
@@ -71,12 +68,12 @@ struct Patch {
   /// image resolves what the other averages, and the two do not look alike.
   bool keeps_its_size() const {
     const auto across = [&](std::size_t from, std::size_t to) {
-      return ((predicted[to] - predicted[from]) / (kPatchSide - 1)).eval();
+      return ((predicted[to] - predicted[from]) / (kPatchSide_px - 1)).eval();
     };
-    constexpr std::size_t kMiddle = kPatchRadius * kPatchSide;
+    constexpr std::size_t kMiddle = kPatchRadius_px * kPatchSide_px;
     Eigen::Matrix2d stretch;
-    stretch << across(kMiddle, kMiddle + kPatchSide - 1),
-        across(kPatchRadius, kPatchPixels - 1 - kPatchRadius);
+    stretch << across(kMiddle, kMiddle + kPatchSide_px - 1),
+        across(kPatchRadius_px, kPatchPixels - 1 - kPatchRadius_px);
     constexpr double kMost = 1.5;
     const Eigen::Vector2d sizes = stretch.jacobiSvd().singularValues();
     return sizes[0] < kMost && sizes[1] > 1.0 / kMost;
@@ -187,15 +184,16 @@ std::optional<InverseDepthSample> sample_inverse_depth(const core::ImageF& depth
 std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y) {
   const core::ImageF& grey = a.image->grey;
   const core::ImageF& depth = a.image->depth;
-  if (grey.empty() || depth.empty() || b.image->grey.empty() || x < kPatchRadius ||
-      y < kPatchRadius || x + kPatchRadius >= grey.width() || y + kPatchRadius >= grey.height())
+  if (grey.empty() || depth.empty() || b.image->grey.empty() || x < kPatchRadius_px ||
+      y < kPatchRadius_px || x + kPatchRadius_px >= grey.width() ||
+      y + kPatchRadius_px >= grey.height())
     return std::nullopt;
   const Pose b_from_a = b.local_from_camera.inverse() * a.local_from_camera;
   Patch patch;
   PatchMatch match;
   std::size_t k = 0;
-  for (int dy = -kPatchRadius; dy <= kPatchRadius; ++dy)
-    for (int dx = -kPatchRadius; dx <= kPatchRadius; ++dx, ++k) {
+  for (int dy = -kPatchRadius_px; dy <= kPatchRadius_px; ++dy)
+    for (int dx = -kPatchRadius_px; dx <= kPatchRadius_px; ++dx, ++k) {
       const auto depth_m = static_cast<double>(depth(x + dx, y + dy));
       if (!std::isfinite(depth_m)) return std::nullopt;
       const Eigen::Vector3d point_a =
@@ -228,14 +226,15 @@ std::optional<PatchMatch> match_patch_by_disparity(const View& left, const View&
                                                    int y) {
   const core::ImageF& grey = left.image->grey;
   const core::ImageF& disparity = left.image->disparity;
-  if (grey.empty() || disparity.empty() || right.image->grey.empty() || x < kPatchRadius ||
-      y < kPatchRadius || x + kPatchRadius >= grey.width() || y + kPatchRadius >= grey.height())
+  if (grey.empty() || disparity.empty() || right.image->grey.empty() || x < kPatchRadius_px ||
+      y < kPatchRadius_px || x + kPatchRadius_px >= grey.width() ||
+      y + kPatchRadius_px >= grey.height())
     return std::nullopt;
   Patch patch;
   PatchMatch match;
   std::size_t k = 0;
-  for (int dy = -kPatchRadius; dy <= kPatchRadius; ++dy)
-    for (int dx = -kPatchRadius; dx <= kPatchRadius; ++dx, ++k) {
+  for (int dy = -kPatchRadius_px; dy <= kPatchRadius_px; ++dy)
+    for (int dx = -kPatchRadius_px; dx <= kPatchRadius_px; ++dx, ++k) {
       const auto shift_px = static_cast<double>(disparity(x + dx, y + dy));
       if (!std::isfinite(shift_px)) return std::nullopt;
       patch.values[k] = static_cast<double>(grey(x + dx, y + dy));

@@ -74,12 +74,26 @@ struct PatchMatch {
   bool has_converged = false;
   bool is_resolved = true;  ///< by both images around its centre
 };
+/// Of its patches.
+inline constexpr int kPatchRadius_px = 3;
+inline constexpr int kPatchSide_px = 2 * kPatchRadius_px + 1;
+inline constexpr int kPatchPixels = kPatchSide_px * kPatchSide_px;
+
 /// returns  nothing where the patch lacks contrast or depth, leaves the image, is hidden, or where
 ///          the other image shows it half as large again or more, or by as much smaller
 std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y);
 /// The same with a disparity image instead of depth, for a rectified pair.
 std::optional<PatchMatch> match_patch_by_disparity(const View& left, const View& right, int x,
                                                    int y);
+
+/// By how much the variance of the mean over patches drawn at random in an image is larger than that over as many
+/// independent ones. Patches at an offset (x, y) share (7 - |x|)(7 - |y|) of 49 pixels, and the noise of what they say
+/// correlates by that share, which sums to 49 over all offsets: each correlates with itself by 1 and with the n - 1
+/// others by (n - 1) 49 / (pixels of the image), but for those at its border.
+inline double patches_per_fact(std::size_t num_patches, int width_px, int height_px) {
+  return 1.0 + (static_cast<double>(num_patches) - 1.0) * kPatchPixels /
+                   (static_cast<double>(width_px) * height_px);
+}
 
 /// Median of values (their order is changed); 0 of none. NaN is larger than any number.
 template <class Value>

@@ -47,6 +47,38 @@ TEST(PatchMatching, TakesOnlyWhatBothImagesShowAboutAsLarge) {
     EXPECT_FALSE(match_patch(view.view, DownwardView(height_m).view, 32, 32)) << height_m;
 }
 
+TEST(PatchesPerFact, IsWhatTheVarianceOfAMeanOverPatchesOfNoiseGrowsBy) {
+  // Against images of white noise: a patch says the mean of its 49 pixels, so that its variance is 1/49.
+  constexpr int kWidth = 64, kHeight = 48, kTrials = 2000;
+  constexpr std::size_t kPatches = 200;
+  core::ImageF noise(kWidth, kHeight);
+  double sum_of_squares = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::uint64_t draw = 0;
+    const auto unit = [&] {
+      return core::random_unit(7, static_cast<std::uint64_t>(trial), draw++);
+    };
+    // Uniform values of variance 1.
+    for (float& value : noise.data())
+      value = static_cast<float>(std::sqrt(12.0) * (unit() - 0.5));
+    double mean = 0.0;
+    for (std::size_t k = 0; k < kPatches; ++k) {
+      const int x = kPatchRadius_px + static_cast<int>(unit() * (kWidth - kPatchSide_px + 1));
+      const int y = kPatchRadius_px + static_cast<int>(unit() * (kHeight - kPatchSide_px + 1));
+      for (int dy = -kPatchRadius_px; dy <= kPatchRadius_px; ++dy)
+        for (int dx = -kPatchRadius_px; dx <= kPatchRadius_px; ++dx)
+          mean += static_cast<double>(noise(x + dx, y + dy)) / kPatchPixels / kPatches;
+    }
+    sum_of_squares += mean * mean;
+  }
+  const double of_independent = 1.0 / kPatchPixels / kPatches;
+  // Patches' centres keep 3 pixels from the border, 58 x 42 of 64 x 48: a quarter more of them share a pixel. A
+  // variance over 2000 trials is known to 3 % (sqrt(2 / 2000)); 5 of those.
+  const double grown = sum_of_squares / kTrials / of_independent;
+  EXPECT_GT(grown, 0.85 * patches_per_fact(kPatches, kWidth, kHeight));
+  EXPECT_LT(grown, 1.15 * 1.26 * patches_per_fact(kPatches, kWidth, kHeight));
+}
+
 TEST(MedianEstimates, AreOffByNoMoreThanTheySayHoweverValuesScatter) {
   constexpr std::uint64_t kSeed = 7;
   constexpr double kTruth = 0.3;

@@ -90,7 +90,9 @@ PairMatches compare(const ViewPair& pair, const ValidateOptions& options) {
       residuals.push_back(residual);
     }
   }
-  matches.part = Evidence::sum(pair, residuals);
+  const Intrinsics& k_a = pair.a.camera->intrinsics;
+  matches.part = Evidence::sum(
+      pair, residuals, patches_per_fact(matches.shift_x.size(), k_a.width_px, k_a.height_px));
   return matches;
 }
 
