@@ -58,8 +58,9 @@ struct ShardWork::Impl {
   // The run and the world that were worked on last.
   std::optional<int> job_run;
   std::optional<job::Job> opened_job;
-  std::string surface_world;
-  std::shared_ptr<const tiler::WorldSurface> surface;
+  std::string ground_world;
+  std::shared_ptr<const tiler::WorldSurface> ground;
+  std::shared_ptr<const tiler::WorldSurface> surface;  ///< of the same world, once it was laid out
   std::optional<int> store_run;
   std::optional<world::TileStore> opened_store;
 
@@ -78,10 +79,10 @@ struct ShardWork::Impl {
   const job::Job& job_of(int run) {
     if (job_run == run) return *opened_job;
     job_run.reset();
-    if (surface_world != world_of(run)) surface = nullptr;
-    opened_job = job::prepare_job(config_of(run), context, surface);
-    surface = opened_job->surface;
-    surface_world = world_of(run);
+    if (ground_world != world_of(run)) ground = surface = nullptr;
+    opened_job = job::prepare_job(config_of(run), context, ground);
+    ground = opened_job->ground;
+    ground_world = world_of(run);
     check_sequences(run);
     job_run = run;
     return *opened_job;
@@ -162,9 +163,10 @@ struct ShardWork::Impl {
 
   world::TileStore make_tiles(int run) {
     const job::Job& job = job_of(run);
-    claim_tiles(run, job.surface->input_hash());
+    if (surface == nullptr) surface = job::lay_out_world(job, context);
+    claim_tiles(run, surface->input_hash());
     check_edits(run_of(run), store_folder(run));
-    return job::tile(job, store_folder(run), context);
+    return job::tile(job, store_folder(run), context, surface);
   }
 
   /// Of the tiles that were made since the work on a run's world began.
@@ -271,7 +273,7 @@ struct ShardWork::Impl {
     const GroundOptions options{.ground = ground_identity(manifest),
                                 .within_m = description.dataset().reach_m()};
     const auto height_above_ground = [&](const geo::Geodetic& place) {
-      const auto ground_m = job.surface->measured_height_m(place.lat_deg, place.lon_deg);
+      const auto ground_m = job.ground->measured_height_m(place.lat_deg, place.lon_deg);
       return ground_m ? place.height_m - *ground_m : std::numeric_limits<double>::quiet_NaN();
     };
     for (const PlannedSequence& sequence : run_of(run).sequences) {

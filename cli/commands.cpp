@@ -204,7 +204,7 @@ int run_world_preview(const Arguments& args) {
     const core::Log log("world", log_level(args));
     const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
     const Job job = job::prepare_job(job::load_run_config(args.config, args.sets), context);
-    if (job.surface->frame().origin() != store.manifest().origin)
+    if (job.ground->frame().origin() != store.manifest().origin)
       fail(ErrorKind::Config,
            "{}: its world starts at latitude {}, longitude {}, that of {} at {}, {}; give the job "
            "that the world was made for",

@@ -6,6 +6,7 @@
 #include "core/stage_cost.h"
 #include "geo/geoid.h"
 #include "geo/trajectory.h"
+#include "tiler/layer_stack.h"
 #include "world/embree_scene.h"
 
 namespace terracast::job {
@@ -27,6 +28,12 @@ void check_data_folder(const RunConfig& config) {
              config.data.written, config.data.resolved.string(), file.resolved.string());
 }
 
+std::string opening_sources(const RunConfig& config) {
+  return config.data.empty() ? "opening the world's sources"
+                             : fmt::format("opening the world's sources (${{data}} is {})",
+                                           config.data.resolved.string());
+}
+
 /// Nothing that a later stage would refuse may cost the time of an earlier one.
 void check_frames(const Job& job) {
   constexpr std::size_t kLeastFrames = 2;  // flow, and the checks that hold frames together
@@ -39,14 +46,14 @@ void check_frames(const Job& job) {
 }
 
 geo::TrajectoryContext trajectory_context(const Job& job, const core::Log& log) {
-  const tiler::WorldSurface& surface = *job.surface;
+  const tiler::WorldSurface& ground = *job.ground;
   double reach_m = 0.0;  // from the body to its farthest camera
   for (const capture::CameraCalibration& camera : job.cameras)
     reach_m = std::max(reach_m, camera.body_from_camera().translation.norm());
-  return {.frame = surface.frame(),
+  return {.frame = ground.frame(),
           .ground_height_m =
-              [&surface](double lat_deg, double lon_deg) {
-                return surface.measured_height_m(lat_deg, lon_deg);
+              [&ground](double lat_deg, double lon_deg) {
+                return ground.measured_height_m(lat_deg, lon_deg);
               },
           .geoid = geo::Geoid::egm96(),
           .log = &log,
@@ -81,7 +88,7 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
   plan.tracks = job.config.tracks;
   plan.detail = job.config.detail;
   plan.config_toml = toml_of_sequence(job.config, options);
-  render::check_inside(plan, job.surface->frame(), job.config.world.size_m);
+  render::check_inside(plan, job.ground->frame(), job.config.world.size_m);
   return plan;
 }
 
@@ -114,9 +121,8 @@ std::vector<tiler::PreviewPath> paths_of(const Job& job) {
 }
 
 Job prepare_job(RunConfig config, const core::Context& context,
-                std::shared_ptr<const tiler::WorldSurface> surface) {
-  Job job{
-      .config = std::move(config), .cameras = {}, .surface = std::move(surface), .sequences = {}};
+                std::shared_ptr<const tiler::WorldSurface> ground) {
+  Job job{.config = std::move(config), .cameras = {}, .ground = std::move(ground), .sequences = {}};
   job.cameras = render::build_cameras(job.config.rigs);
   for (const auto& chosen : job.config.exports)
     core::with_context([&] { chosen.exporter().check(job.cameras); },
@@ -125,19 +131,28 @@ Job prepare_job(RunConfig config, const core::Context& context,
   const world::EmbreeDevice device(job.config.tracing.embree_profile);
   check_data_folder(job.config);
   const core::Log log = context.log.for_stage("sources");
-  const core::StageCost cost(context.with_log(log), "preparing the world and its flights");
-  if (job.surface == nullptr)
-    job.surface = core::with_context(
-        [&] { return tiler::WorldSurface::prepare(job.config.world, context.with_log(log)); },
-        job.config.data.empty() ? "opening the world's sources"
-                                : fmt::format("opening the world's sources (${{data}} is {})",
-                                              job.config.data.resolved.string()));
+  const core::StageCost cost(context.with_log(log), "preparing the ground and the flights");
+  if (job.ground == nullptr)
+    job.ground = core::with_context(
+        [&] {
+          return tiler::WorldSurface::prepare_ground(job.config.world, context.with_log(log));
+        },
+        opening_sources(job.config));
   split_trajectories(job, context);
   for (const auto& options : job.config.trajectories)
     job.sequences.push_back(
         plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));
   check_frames(job);
   return job;
+}
+
+std::shared_ptr<const tiler::WorldSurface> lay_out_world(const Job& job,
+                                                         const core::Context& context) {
+  const core::Log log = context.log.for_stage("sources");
+  const core::StageCost cost(context.with_log(log), "laying out the world");
+  return core::with_context(
+      [&] { return tiler::layered_surface(job.ground, context.with_log(log)); },
+      opening_sources(job.config));
 }
 
 }  // namespace terracast::job

@@ -15,15 +15,21 @@ namespace terracast::job {
 struct Job {
   RunConfig config;
   std::vector<capture::CameraCalibration> cameras;
-  std::shared_ptr<const tiler::WorldSurface> surface;
+  std::shared_ptr<const tiler::WorldSurface> ground;  ///< without the world's layers
   std::vector<render::SequencePlan> sequences;
 };
 
 /// Opens what a config names and checks that everything fits together, exporters' demands on the
-/// rigs included, before any stage starts.
-/// surface   of the same world, where it was opened before
+/// rigs included, before any stage starts. The world's layers are left to lay_out_world(): of all
+/// stages only tiling needs them, and they take the most time.
+/// ground   of the same world, where it was opened before
 Job prepare_job(RunConfig config, const core::Context& context,
-                std::shared_ptr<const tiler::WorldSurface> surface = nullptr);
+                std::shared_ptr<const tiler::WorldSurface> ground = nullptr);
+
+/// The job's ground with all layers of its world.
+/// throws   as tiler::WorldSurface::prepare()
+std::shared_ptr<const tiler::WorldSurface> lay_out_world(const Job& job,
+                                                         const core::Context& context);
 
 /// The config of one sequence, as its capture records it: another sequence, format or memory bound
 /// changes no byte of this one.

@@ -21,14 +21,16 @@ OutputFolders::OutputFolders(const fs::path& out)
       exports(out / "export"),
       reports(out / "report") {}
 
-world::TileStore tile(const Job& job, const fs::path& store, const core::Context& context) {
+world::TileStore tile(const Job& job, const fs::path& store, const core::Context& context,
+                      std::shared_ptr<const tiler::WorldSurface> surface) {
+  if (surface == nullptr) surface = lay_out_world(job, context);
   const core::Log log = context.log.for_stage("tile");
   const core::StageCost cost(context.with_log(log), "tile");
   tiler::TilePlan plan{.detail = job.config.detail, .sequences = {}};
   for (const auto& sequence : job.sequences)
     plan.sequences.push_back(render::viewpoints_of(sequence.states, sequence.cameras));
   return core::with_context(
-      [&] { return run_tile_stage(*job.surface, plan, store, context.with_log(log)); },
+      [&] { return run_tile_stage(*surface, plan, store, context.with_log(log)); },
       "running stage tile");
 }
 

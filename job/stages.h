@@ -18,20 +18,20 @@ struct OutputFolders {
   std::filesystem::path world, captures, exports, reports;
 };
 
+/// surface   of lay_out_world(), where it was laid out before
 world::TileStore tile(const Job& job, const std::filesystem::path& store,
-                      const core::Context& context);
+                      const core::Context& context,
+                      std::shared_ptr<const tiler::WorldSurface> surface = nullptr);
 /// selection   of the frames of each sequence
 void render(const Job& job, const world::TileStore& store, const capture::FrameSelection& selection,
             const std::filesystem::path& captures, const core::Context& context);
 /// One of the job's sequences.
 /// earlier_folders   of it under other inputs: frames are taken over from there whose images are what
 ///                   would be rendered
-render::RenderedFrames render_sequence(const Job& job, const render::SequencePlan& sequence,
-                                       const world::TileStore& store,
-                                       const capture::FrameSelection& selection,
-                                       const std::filesystem::path& folder,
-                                       const core::Context& context,
-                                       const std::vector<std::filesystem::path>& earlier_folders = {});
+render::RenderedFrames render_sequence(
+    const Job& job, const render::SequencePlan& sequence, const world::TileStore& store,
+    const capture::FrameSelection& selection, const std::filesystem::path& folder,
+    const core::Context& context, const std::vector<std::filesystem::path>& earlier_folders = {});
 /// Needs the config and the capture alone.
 /// throws   Config: no format, or a sequence that was captured with another config
 void export_formats(const RunConfig& config, const OutputFolders& out,

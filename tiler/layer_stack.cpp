@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/parallel.h"
 #include "core/random.h"
 #include "tiler/country/country.h"
 #include "tiler/dry_cover.h"
@@ -401,6 +402,7 @@ std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldS
 std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldSurface> surface,
                                                     const core::Context& context) {
   if (surface->options().layers.empty()) return surface;
+  const core::ThreadLimit limit(context.num_threads);
   LayerStack layers(*surface, context);
   return layered_surface(std::move(surface), std::move(layers));
 }

@@ -435,10 +435,15 @@ std::optional<double> TerrainSurface::measured_height_m(double lat_deg, double l
 
 }  // namespace
 
+std::shared_ptr<const WorldSurface> WorldSurface::prepare_ground(const WorldOptions& options,
+                                                                 const core::Context& context) {
+  const core::ThreadLimit limit(context.num_threads);
+  return std::make_shared<TerrainSurface>(options, context);
+}
+
 std::shared_ptr<const WorldSurface> WorldSurface::prepare(const WorldOptions& options,
                                                           const core::Context& context) {
-  const core::ThreadLimit limit(context.num_threads);
-  return layered_surface(std::make_unique<TerrainSurface>(options, context), context);
+  return layered_surface(prepare_ground(options, context), context);
 }
 
 }  // namespace terracast::tiler

@@ -38,10 +38,14 @@ class LayerStack;
 /// threads   safe
 class WorldSurface {
  public:
-  /// Reads and checks every source, fills voids.
+  /// The ground without the world's layers: reads and checks every source of heights, fills voids.
   /// throws   Config, Input, Io: sources that cannot be read, georeferenced, lack a datum, hold
   ///          values that are no heights, or leave parts of the square without cover (naming the
   ///          area) while outside = "error"
+  static std::shared_ptr<const WorldSurface> prepare_ground(const WorldOptions& options,
+                                                            const core::Context& context);
+  /// With them, which takes far longer: a country of 50 km is laid out in some ten seconds.
+  /// throws   as prepare_ground(), and for what layers read
   static std::shared_ptr<const WorldSurface> prepare(const WorldOptions& options,
                                                      const core::Context& context);
   virtual ~WorldSurface() = default;

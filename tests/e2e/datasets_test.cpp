@@ -160,7 +160,7 @@ TEST(Demo, TurnsBanksAndClimbsAsItPromises) {
   ASSERT_EQ(job.sequences.size(), 1u);
   const std::vector<geo::BodyState>& states = job.sequences[0].states;
   ASSERT_EQ(states.size(), 24u);
-  const geo::WorldFrame& frame = job.surface->frame();
+  const geo::WorldFrame& frame = job.ground->frame();
   double largest_bank_deg = 0.0, turn_deg = 0.0, last_heading_deg = 0.0;
   for (std::size_t i = 0; i < states.size(); ++i) {
     const geo::Rigid3d& world_from_body = states[i].world_from_body;

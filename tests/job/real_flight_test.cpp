@@ -26,11 +26,11 @@ TEST(RealFlight, CrossesAndorraFromBorderToBorder) {
   ASSERT_EQ(job.sequences.size(), 1u);
   const auto& sequence = job.sequences[0];
   EXPECT_EQ(sequence.utc_start.substr(0, 16), "2022-03-29T14:49");
-  const geo::WorldFrame& frame = job.surface->frame();
+  const geo::WorldFrame& frame = job.ground->frame();
   double least_m = 1e9, most_m = 0.0;
   for (const auto& state : sequence.states) {
     const geo::Geodetic place = frame.geodetic_from_world(state.world_from_body.translation);
-    const auto ground_m = job.surface->measured_height_m(place.lat_deg, place.lon_deg);
+    const auto ground_m = job.ground->measured_height_m(place.lat_deg, place.lon_deg);
     ASSERT_TRUE(ground_m);
     least_m = std::min(least_m, place.height_m - *ground_m);
     most_m = std::max(most_m, place.height_m - *ground_m);
