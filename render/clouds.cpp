@@ -301,7 +301,15 @@ double Clouds::optical_depth(const Eigen::Vector3d& origin_world,
 }
 
 double Clouds::sun_transmittance(const Eigen::Vector3d& point_world) const {
-  return std::exp(-optical_depth(point_world, sun_world_, kFarthest_m, 1.0 / kShadowStep));
+  std::vector<Interval> found;
+  intervals(point_world, sun_world_, kFarthest_m, found);
+  float sum = 0.0f;
+  for (const Interval& one : found) {
+    const Placed& placed = *placed_[one.placed];
+    sum += placed.depth_to_sun(placed.voxels_from_world * point_world +
+                               one.from_m * placed.sun_voxels);
+  }
+  return static_cast<double>(std::exp(-sum));
 }
 
 Clouds::Seen Clouds::look(const Eigen::Vector3d& origin_world,
