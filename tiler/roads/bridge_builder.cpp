@@ -409,10 +409,6 @@ std::vector<Deck> bridge_decks(const RoadNetwork& network, const RoadHeights& he
         deck.points.push_back(
             {point.at_world, point.tangent, point.along_m, heights.level_m(point)});
       }
-      const bool is_reversed = line.spans[s].is_reversed;
-      if (is_reversed && deck.style.is_oneway) {
-        // Nothing of its shape is told apart by it.
-      }
       s = last + 1;
       if (deck.points.size() < 2 || deck.points.back().along_m - deck.points.front().along_m < 1.5)
         continue;
