@@ -330,6 +330,32 @@ TEST(Water, RiversHaveBanksABedAndASurfaceThatFalls) {
   }
 }
 
+TEST(Water, RunsBelowGroundWhereItsLevelIsFarFromIt) {
+  // Up a slope of a tenth by 80 m and down again: a level that never rises lies 40 m below the ground at the top.
+  const ScratchFolder scratch;
+  write_drawn(scratch / "water.geojson",
+              {{"LineString", {{{-800, -500}, {0, 0}, {-800, 500}}}, R"("waterway":"river")", 1}});
+  tiler::WorldOptions bare = world_with_water(scratch / "water.geojson", "ramp", 0.1);
+  bare.layers.clear();
+  const auto without = prepare(bare);
+  const auto surface = prepare(world_with_water(scratch / "water.geojson", "ramp", 0.1));
+  const auto cover_at = [&](const Vector2d& place) {
+    return surface->sample(place.x(), place.y()).cover;
+  };
+  int num_water = 0;
+  for (double share = 0.0; share <= 1.0; share += 1.0 / 64.0) {
+    const Vector2d place(-800.0 + 800.0 * share, -500.0 + 500.0 * share);
+    const double cut_m = height_m(*without, place) - height_m(*surface, place);
+    EXPECT_LT(std::abs(cut_m), 16.5) << share;  // half of 64 m at a slope of a half, and the bed's
+    if (cover_at(place) == Cover::River) ++num_water;
+  }
+  EXPECT_GT(num_water, 5);
+  EXPECT_LT(num_water, 50);
+  EXPECT_EQ(cover_at({0.0, 0.0}), Cover::Land);
+  EXPECT_NEAR(height_m(*surface, {0.0, 0.0}), height_m(*without, {0.0, 0.0}), 1e-6);
+  EXPECT_GT(count_of(*surface, "stretches of lines too far from the ground"), 0);
+}
+
 TEST(Water, TilesAreTheSameForAnyOrderOfFeatures) {
   const ScratchFolder folder;
   std::vector<Drawn> all = {

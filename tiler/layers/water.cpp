@@ -27,7 +27,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features give other water.
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
 /// So many places of a lake are asked for its level at most, and of its shore.
 constexpr int kLakePlaces = 24;  // along a side
@@ -38,6 +38,9 @@ constexpr double kShoreQuantile = 0.25;
 constexpr double kLakeBank = 0.25;
 constexpr double kRiverBank = 0.5;
 constexpr double kLeastBank_m = 2.0;
+/// A river whose level is farther from the ground's cannot have such banks: it runs below ground there, as where
+/// its line leads over a ridge.
+constexpr double kFarthestLevel_m = 0.5 * kRiverBank * WaterMap::kReach_m;
 /// Streams that are painted cut in so deep.
 constexpr double kStreamCut_m = 0.4;
 /// Rivers are painted on tiles whose samples are too far apart for them.
@@ -330,8 +333,12 @@ class WaterLayer final : public Layer {
     std::vector<RiverPiece> rivers;
     std::vector<RiverPiece> streams;
     std::int64_t num_streams = 0;
+    std::int64_t num_far = 0;
     for (const WaterCourse& course : fitted.courses) {
       const WaterLineInfo& info = infos[course.line];
+      const std::vector<std::uint8_t> is_shown = shown_stretches(course, info);
+      if (!info.line.is_covered)
+        num_far += std::count(is_shown.begin() + 1, is_shown.end(), std::uint8_t{0});
       const bool is_narrow = 2.0 * info.line.half_width_m < narrowest_m_ || info.is_dry;
       if (is_narrow) ++num_streams;
       std::vector<RiverPiece>& list = is_narrow ? streams : rivers;
@@ -342,22 +349,39 @@ class WaterLayer final : public Layer {
           return course.levels_m[k] + undulation_m(at.lat_deg, at.lon_deg);
         };
         const bool is_in_lake = course.is_in_lake[i - 1] != 0 && course.is_in_lake[i] != 0;
-        if (is_narrow && (is_in_lake || info.line.is_covered)) continue;
+        if (is_narrow && (is_in_lake || is_shown[i] == 0)) continue;
         list.push_back({.from_world = course.points_world[i - 1],
                         .to_world = course.points_world[i],
                         .from_level_m = level_m(i - 1),
                         .to_level_m = level_m(i),
                         .half_width_m = info.line.half_width_m,
-                        .is_carved = !is_in_lake && !info.line.is_covered});
+                        .is_carved = !is_in_lake && is_shown[i] != 0});
       }
-      if (!info.line.is_covered) paint(course, info, !is_narrow);
+      paint(course, info, is_shown, !is_narrow);
     }
+    info_.counts.emplace_back("stretches of lines too far from the ground", num_far);
     info_.counts.emplace_back("stretches of painted streams", num_streams);
     map_ = WaterMap(std::move(areas), std::move(rivers), half_size_m_);
     streams_ = WaterMap({}, std::move(streams), half_size_m_);
   }
 
-  void paint(const WaterCourse& course, const WaterLineInfo& info, bool is_carved) {
+  /// Of each stretch, called by its second point, whether it runs on the ground.
+  std::vector<std::uint8_t> shown_stretches(const WaterCourse& course,
+                                            const WaterLineInfo& info) const {
+    std::vector<std::uint8_t> is_shown(course.points_world.size(), info.line.is_covered ? 0 : 1);
+    if (info.line.is_covered) return is_shown;
+    std::vector<double> away_m(course.points_world.size(), 0.0);
+    for (std::size_t i = 0; i < away_m.size(); ++i)
+      if (course.is_in_lake[i] == 0)
+        away_m[i] = std::abs(course.levels_m[i] - ground_at(course.points_world[i]).height_m);
+    for (std::size_t i = 1; i < away_m.size(); ++i)
+      is_shown[i] = std::max(away_m[i - 1], away_m[i]) <= kFarthestLevel_m ? 1 : 0;
+    return is_shown;
+  }
+
+  /// is_on_ground   of shown_stretches()
+  void paint(const WaterCourse& course, const WaterLineInfo& info,
+             const std::vector<std::uint8_t>& is_on_ground, bool is_carved) {
     PaintedLine line;
     line.width_m = 2.0 * info.line.half_width_m;
     line.is_carved = is_carved;
@@ -383,7 +407,8 @@ class WaterLayer final : public Layer {
     for (std::size_t i = 1; i < course.points_world.size(); ++i) {
       const Vector2d& from = course.points_world[i - 1];
       const Vector2d& to = course.points_world[i];
-      const bool is_shown = !(course.is_in_lake[i - 1] != 0 && course.is_in_lake[i] != 0) &&
+      const bool is_shown = is_on_ground[i] != 0 &&
+                            !(course.is_in_lake[i - 1] != 0 && course.is_in_lake[i] != 0) &&
                             !is_far(from) && !is_far(to);
       std::vector<Eigen::Vector2i>& points = line.strip.points_steps;
       if (!is_shown || points.size() >= kPointsOfStrip) finish();
