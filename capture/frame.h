@@ -26,6 +26,15 @@ struct CameraCalibration {
   bool operator==(const CameraCalibration&) const = default;
 };
 
+/// A camera's clock against the sequence's time t: it stamps t + offset_s + drift t, and each stamp errs
+/// besides by a normal deviate of jitter_sd_s.
+struct CameraClock {
+  double offset_s = 0.0;
+  double drift = 0.0;  ///< seconds a second
+  double jitter_sd_s = 0.0;
+  bool operator==(const CameraClock&) const = default;
+};
+
 /// What one camera recorded in one frame. All images have the camera's size.
 struct CameraFrame {
   core::Image8 color;          ///< 3 channels, sRGB
@@ -74,7 +83,8 @@ inline constexpr double kPassedStep_m = 0.0625;
 /// frames/NNNNNN.json, written last: the frame is done when it exists.
 struct FrameRecord {
   int index = 0;
-  double time_s = 0.0;  ///< since the sequence's first frame
+  double time_s = 0.0;                ///< since the sequence's first frame, in truth
+  std::vector<double> stamps_s = {};  ///< by each camera's clock; empty: all show time_s
   geo::Rigid3d world_from_body;
   Eigen::Vector3d velocity_world_mps = Eigen::Vector3d::Zero();
   Eigen::Vector3d acceleration_world_mps2 = Eigen::Vector3d::Zero();
@@ -88,6 +98,10 @@ struct FrameRecord {
   /// Other tiles over which they pass (render/seen_tiles.h says up to what height), ascending.
   std::vector<PassedTile> passed_tiles;
   bool operator==(const FrameRecord&) const = default;
+
+  double stamp_s(int camera_index) const {
+    return stamps_s.empty() ? time_s : stamps_s[static_cast<std::size_t>(camera_index)];
+  }
 };
 
 /// Some frames of a sequence: first, first + step, … below end. A shard i/n is every n-th from i on; a
@@ -143,10 +157,18 @@ struct SequenceInfo {
   double rate_hz = 0.0;
   int num_frames = 0;
   ShownGeometry geometry;
-  std::vector<CameraCalibration> cameras;
-  std::string config_toml;            ///< the resolved config, paths as written
-  std::vector<std::string> licences;  ///< of the sources
+  std::vector<CameraCalibration> cameras;  ///< as they are: images and labels are made with them
+  /// As their users believe them to be, in the same order; empty: as they are.
+  std::vector<CameraCalibration> believed_cameras = {};
+  std::vector<CameraClock> clocks = {};  ///< one a camera; empty: all show the time
+  std::string config_toml;               ///< the resolved config, paths as written
+  std::vector<std::string> licences;     ///< of the sources
   bool operator==(const SequenceInfo&) const = default;
+
+  bool has_errors() const { return !believed_cameras.empty() || !clocks.empty(); }
+  const std::vector<CameraCalibration>& believed() const {
+    return believed_cameras.empty() ? cameras : believed_cameras;
+  }
 
   /// Index of a camera; -1 when there is none.
   int camera_index(const std::string& rig, const std::string& name) const;

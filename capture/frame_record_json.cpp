@@ -85,6 +85,11 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind
       !record.velocity_world_mps.allFinite() || !record.acceleration_world_mps2.allFinite() ||
       !record.angular_velocity_body_radps.allFinite())
     fail(kind, "{}: time, position, velocity or acceleration is not finite", where);
+  if (record.stamps_s.size() != info.clocks.size() ||
+      !std::all_of(record.stamps_s.begin(), record.stamps_s.end(),
+                   [](double stamp_s) { return std::isfinite(stamp_s); }))
+    fail(kind, "{}: {} stamps of {} clocks, or one that is not finite", where,
+         record.stamps_s.size(), info.clocks.size());
   if (!(std::abs(record.world_from_body.rotation.norm() - 1.0) <= kUnitTolerance))
     fail(kind, "{}: the rotation of world_from_body is not of unit length", where);
   if (record.cameras.size() != info.cameras.size())
@@ -142,10 +147,9 @@ Json json_from_record(const FrameRecord& record, const std::string& input_hash) 
     passed_above_m.push_back(tile.above_z_world_m);
   }
   Json json = header();
-  json.set("index", record.index)
-      .set("input_hash", input_hash)
-      .set("time_s", record.time_s)
-      .set("world_from_body", json_from_rigid(record.world_from_body))
+  json.set("index", record.index).set("input_hash", input_hash).set("time_s", record.time_s);
+  if (!record.stamps_s.empty()) json.set("stamps_s", Json::array_of(record.stamps_s));
+  json.set("world_from_body", json_from_rigid(record.world_from_body))
       .set("velocity_world_mps", json_from_vector(record.velocity_world_mps))
       .set("acceleration_world_mps2", json_from_vector(record.acceleration_world_mps2))
       .set("angular_velocity_body_radps", json_from_vector(record.angular_velocity_body_radps))
@@ -164,6 +168,8 @@ FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const s
   FrameRecord record;
   record.index = static_cast<int>(source.count(json.at("index"), kMaxFrames, "index"));
   record.time_s = source.finite(json.at("time_s"), "time_s");
+  if (json.has("stamps_s"))
+    record.stamps_s = source.numbers(json.at("stamps_s"), info.clocks.size(), "stamps_s");
   record.world_from_body = source.rigid(json.at("world_from_body"), "world_from_body");
   record.velocity_world_mps = source.vector(json.at("velocity_world_mps"), "velocity_world_mps");
   record.acceleration_world_mps2 =

@@ -18,18 +18,33 @@ using core::ErrorKind;
 using core::fail;
 using core::Json;
 
-Json json_from_camera(const CameraCalibration& camera) {
+Json json_from_camera(const SequenceInfo& info, std::size_t index) {
+  const CameraCalibration& camera = info.cameras[index];
   const geo::CameraIntrinsics& intrinsics = camera.intrinsics;
-  return Json::object()
-      .set("rig", camera.rig)
-      .set("name", camera.name)
-      .set("intrinsics", Json::object()
-                             .set("model", intrinsics.model)
-                             .set("width_px", intrinsics.width_px)
-                             .set("height_px", intrinsics.height_px)
-                             .set("parameters", Json::array_of(intrinsics.parameters)))
-      .set("rig_from_camera", json_from_rigid(camera.rig_from_camera))
-      .set("body_from_rig", json_from_rigid(camera.body_from_rig));
+  Json json = Json::object()
+                  .set("rig", camera.rig)
+                  .set("name", camera.name)
+                  .set("intrinsics", Json::object()
+                                         .set("model", intrinsics.model)
+                                         .set("width_px", intrinsics.width_px)
+                                         .set("height_px", intrinsics.height_px)
+                                         .set("parameters", Json::array_of(intrinsics.parameters)))
+                  .set("rig_from_camera", json_from_rigid(camera.rig_from_camera))
+                  .set("body_from_rig", json_from_rigid(camera.body_from_rig));
+  if (!info.believed_cameras.empty()) {
+    const CameraCalibration& believed = info.believed_cameras[index];
+    json.set("believed", Json::object()
+                             .set("parameters", Json::array_of(believed.intrinsics.parameters))
+                             .set("rig_from_camera", json_from_rigid(believed.rig_from_camera)));
+  }
+  if (!info.clocks.empty()) {
+    const CameraClock& clock = info.clocks[index];
+    json.set("clock", Json::object()
+                          .set("offset_s", clock.offset_s)
+                          .set("drift", clock.drift)
+                          .set("jitter_sd_s", clock.jitter_sd_s));
+  }
+  return json;
 }
 
 CameraCalibration camera_from_json(const Json& json, const Source& source) {
@@ -45,6 +60,20 @@ CameraCalibration camera_from_json(const Json& json, const Source& source) {
                          .parameters = intrinsics.at("parameters").numbers()},
           .rig_from_camera = source.rigid(json.at("rig_from_camera"), "rig_from_camera"),
           .body_from_rig = source.rigid(json.at("body_from_rig"), "body_from_rig")};
+}
+
+/// The camera as it is believed to be: what differs stands in the JSON.
+CameraCalibration believed_from_json(CameraCalibration camera, const Json& json,
+                                     const Source& source) {
+  camera.intrinsics.parameters = json.at("parameters").numbers();
+  camera.rig_from_camera = source.rigid(json.at("rig_from_camera"), "believed rig_from_camera");
+  return camera;
+}
+
+CameraClock clock_from_json(const Json& json, const Source& source) {
+  return {.offset_s = source.finite(json.at("offset_s"), "offset_s"),
+          .drift = source.finite(json.at("drift"), "drift"),
+          .jitter_sd_s = source.finite(json.at("jitter_sd_s"), "jitter_sd_s")};
 }
 
 std::string name_of(const ShownTile& tile) {
@@ -102,6 +131,39 @@ void check_geometry(const ShownGeometry& geometry, ErrorKind kind, const std::st
       fail(kind, "{}: tile {} stands twice or out of order", where, name_of(geometry.tiles[i]));
 }
 
+void check_model(const CameraCalibration& camera, ErrorKind kind, const std::string& where) {
+  try {
+    geo::make_camera(camera.intrinsics);
+  } catch (const core::Error& error) {
+    fail(kind, "{}: camera {}/{}: {}", where, camera.rig, camera.name, error.message());
+  }
+}
+
+/// What is believed is of the same cameras, and each has a clock.
+void check_beliefs(const SequenceInfo& info, ErrorKind kind, const std::string& where) {
+  for (const std::size_t count : {info.believed_cameras.size(), info.clocks.size()})
+    if (count != 0 && count != info.cameras.size())
+      fail(kind,
+           "{}: {} believed calibrations or clocks of {} cameras; all cameras have them, or none",
+           where, count, info.cameras.size());
+  for (std::size_t i = 0; i < info.believed_cameras.size(); ++i) {
+    const CameraCalibration& camera = info.cameras[i];
+    const CameraCalibration& believed = info.believed_cameras[i];
+    CameraCalibration same = believed;
+    same.intrinsics.parameters = camera.intrinsics.parameters;
+    same.rig_from_camera = camera.rig_from_camera;
+    if (same != camera)
+      fail(kind, "{}: what is believed of camera {}/{} is of another size, model or mount", where,
+           camera.rig, camera.name);
+    check_model(believed, kind, where);
+  }
+  for (const CameraClock& clock : info.clocks)
+    if (!std::isfinite(clock.offset_s) || !std::isfinite(clock.drift) ||
+        !(clock.jitter_sd_s >= 0.0) || !std::isfinite(clock.jitter_sd_s))
+      fail(kind, "{}: a clock of offset {} s, drift {} and jitter {} s", where, clock.offset_s,
+           clock.drift, clock.jitter_sd_s);
+}
+
 bool is_utc(const std::string& text) {
   static constexpr std::string_view kShape = "0000-00-00T00:00:00";
   if (text.size() <= kShape.size() || text.back() != 'Z') return false;
@@ -144,15 +206,12 @@ void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string&
       fail(kind, "{}: a rig cannot be called \"{}\", the folder of the records", where, camera.rig);
     if (!names.emplace(camera.rig, camera.name).second)
       fail(kind, "{}: camera {}/{} stands twice", where, camera.rig, camera.name);
-    try {
-      geo::make_camera(camera.intrinsics);
-    } catch (const core::Error& error) {
-      fail(kind, "{}: camera {}/{}: {}", where, camera.rig, camera.name, error.message());
-    }
+    check_model(camera, kind, where);
     if (std::int64_t{camera.intrinsics.width_px} * camera.intrinsics.height_px > kMaxPixels)
       fail(kind, "{}: camera {}/{}: {} x {} pixels are more than the {} allowed", where, camera.rig,
            camera.name, camera.intrinsics.width_px, camera.intrinsics.height_px, kMaxPixels);
   }
+  check_beliefs(info, kind, where);
 }
 
 Json json_from_geometry(const ShownGeometry& geometry) {
@@ -183,7 +242,7 @@ Json json_from_sequence(const SequenceInfo& info) {
                           .set("meaning", channel.meaning)
                           .set("sky", channel.invalid));
   Json cameras = Json::array();
-  for (const CameraCalibration& camera : info.cameras) cameras.push(json_from_camera(camera));
+  for (std::size_t i = 0; i < info.cameras.size(); ++i) cameras.push(json_from_camera(info, i));
   Json json = header();
   json.set("name", info.name)
       .set("input_hash", info.input_hash)
@@ -227,8 +286,14 @@ SequenceInfo sequence_from_json(const Json& json, const std::string& file) {
   const Json& cameras = json.at("cameras");
   if (!cameras.is_array() || cameras.size() > kMaxCameras)
     fail(ErrorKind::Input, "{}: cameras must be a list of 1 to {}", file, kMaxCameras);
-  for (std::size_t i = 0; i < cameras.size(); ++i)
-    info.cameras.push_back(camera_from_json(cameras.at(i), source));
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Json& camera = cameras.at(i);
+    info.cameras.push_back(camera_from_json(camera, source));
+    if (camera.has("believed"))
+      info.believed_cameras.push_back(
+          believed_from_json(info.cameras.back(), camera.at("believed"), source));
+    if (camera.has("clock")) info.clocks.push_back(clock_from_json(camera.at("clock"), source));
+  }
   info.licences = json.at("licences").strings();
   info.config_toml = json.at("config_toml").string();
   check_sequence(info, ErrorKind::Input, file);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include "export/calibration.h"
+
 namespace terracast::exporters {
 namespace {
 
@@ -62,6 +64,12 @@ void write_additions(DatasetWriter& writer, const std::string& folder,
   writer.write(folder + "/" + kGeoreferenceFile, georeference_csv(sequence, cameras));
   writer.write(folder + "/" + kBoundsFile, bounds_csv(sequence, cameras));
   writer.write(folder + "/" + kGeometryFile, geometry_text(sequence));
+  if (!sequence.info().has_errors()) return;
+  for (const bool is_believed : {false, true})
+    writer.write(folder + "/" + (is_believed ? kBelievedCalibrationFile : kTrueCalibrationFile),
+                 calibration_text(sequence, cameras, is_believed));
+  if (!sequence.info().clocks.empty())
+    writer.write(folder + "/" + kTimestampsFile, timestamps_csv(sequence, cameras));
 }
 
 }  // namespace terracast::exporters

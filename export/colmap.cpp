@@ -6,7 +6,8 @@
 //          camera the reference, and has a frame at each instant; images.txt says the same poses
 //          again for programs that know no rigs.
 // Points   the capture's track points with every observation that a ray found free; POINTS2D are
-//          their exact projections, so that the error is 0. The colour is the median over the
+//          their exact projections, so that the error is 0; by the cameras as they are, also where
+//          the model states what is believed of them. The colour is the median over the
 //          observations.
 // database.db  cameras, images and their places on WGS84, for COLMAP's programs to start from.
 // depth    ours: planar depth, float32, m; sky 0.
@@ -22,6 +23,7 @@
 #include "core/progress.h"
 #include "core/registry.h"
 #include "export/additions.h"
+#include "export/calibration.h"
 #include "export/cameras.h"
 #include "export/colmap_model.h"
 #include "export/dataset_writer.h"
@@ -63,8 +65,12 @@ Color median_color(std::vector<Color> colors) {
 class ModelBuilder {
  public:
   ModelBuilder(const capture::SequenceReader& sequence, const LocalFrame& local,
-               const std::vector<ExportedCamera>& exported)
-      : sequence_(sequence), world_(sequence.info().origin), local_(local), exported_(exported) {
+               const std::vector<ExportedCamera>& exported, const StatedCalibration& stated)
+      : sequence_(sequence),
+        world_(sequence.info().origin),
+        local_(local),
+        exported_(exported),
+        stated_(stated.cameras(sequence.info())) {
     add_cameras();
     add_points();
     add_images();
@@ -101,8 +107,9 @@ class ModelBuilder {
   }
 
  private:
+  /// As the model states it.
   const capture::CameraCalibration& calibration(const ExportedCamera& camera) const {
-    return sequence_.info().cameras[static_cast<std::size_t>(camera.camera_index)];
+    return stated_[static_cast<std::size_t>(camera.camera_index)];
   }
 
   void add_cameras() {
@@ -161,7 +168,7 @@ class ModelBuilder {
         image.camera_id = static_cast<std::uint32_t>(&camera - exported_.data() + 1);
         image.name = fmt::format("{}/{:06}.png", camera.name, record.index);
         image.camera_from_world =
-            local_from_camera(local_, sequence_, record.index, camera.camera_index).inverse();
+            local_from_camera(local_, sequence_, record.index, calibration(camera)).inverse();
         image.place = world_.geodetic_from_world(
             sequence_.world_from_camera(record.index, camera.camera_index).translation);
         const std::size_t rig = rig_index_.at(calibration(camera).rig);
@@ -178,14 +185,17 @@ class ModelBuilder {
 
   void add_observations(const capture::FrameRecord& record, const ExportedCamera& camera,
                         ColmapImage& image) {
-    const auto model = geo::make_camera(calibration(camera).intrinsics);
+    const auto model = geo::make_camera(
+        sequence_.info().cameras[static_cast<std::size_t>(camera.camera_index)].intrinsics);
+    const geo::Rigid3d true_camera_from_local =
+        local_from_camera(local_, sequence_, record.index, camera.camera_index).inverse();
     for (const std::int64_t id :
          record.cameras[static_cast<std::size_t>(camera.camera_index)].visible_tracks) {
       const auto found = point_index_.find(id);
       if (found == point_index_.end()) continue;
       ColmapPoint& point = model_.points[found->second];
       const std::optional<Eigen::Vector2d> pixel =
-          model->pixel_from_ray(image.camera_from_world * point.position);
+          model->pixel_from_ray(true_camera_from_local * point.position);
       if (!pixel || !(pixel->x() >= -kBorder_px) || !(pixel->y() >= -kBorder_px) ||
           !(pixel->x() <= model->width_px() + kBorder_px) ||
           !(pixel->y() <= model->height_px() + kBorder_px))
@@ -202,6 +212,7 @@ class ModelBuilder {
   const geo::WorldFrame world_;
   const LocalFrame& local_;
   const std::vector<ExportedCamera>& exported_;
+  const std::vector<capture::CameraCalibration>& stated_;
   ColmapModel model_;
   std::map<std::string, std::size_t> rig_index_;
   std::map<std::int64_t, std::size_t> point_index_;
@@ -213,6 +224,7 @@ class ColmapExporter final : public Exporter {
   void describe(core::SchemaVisitor& visit) override {
     visit.key("rigs", rigs_, "Rigs to export; none named: all.");
     visit.key("depth", has_depth_, "Write depth maps beside the model (ours, not COLMAP's).");
+    calibration_.describe(visit);
   }
 
   std::unique_ptr<Exporter> clone() const override {
@@ -296,7 +308,7 @@ class ColmapExporter final : public Exporter {
     const std::string& path = sequence.info().name;
     const std::vector<ExportedCamera> exported = exported_cameras(sequence.info().cameras);
     const LocalFrame local = local_frame(sequence);
-    ModelBuilder builder(sequence, local, exported);
+    ModelBuilder builder(sequence, local, exported, calibration_);
     const auto num_images = static_cast<std::int64_t>(builder.num_images());
     core::Progress progress(context, "images", num_images);
     core::parallel_for(num_images, [&](std::int64_t i) {
@@ -321,7 +333,7 @@ class ColmapExporter final : public Exporter {
                          static_cast<double>(std::max<std::size_t>(model.points.size(), 1)));
     if (model.points.empty())
       context.log.warn("{}: no track point is seen twice; the model has no points", path);
-    return describe_sequence(sequence, local, path, path, exported);
+    return describe_sequence(sequence, local, path, path, exported, calibration_);
   }
 
   void write_image(const capture::SequenceReader& sequence, std::size_t image,
@@ -348,6 +360,7 @@ class ColmapExporter final : public Exporter {
 
   std::vector<std::string> rigs_;
   bool has_depth_ = true;
+  StatedCalibration calibration_;
 };
 
 }  // namespace

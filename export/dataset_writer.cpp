@@ -185,6 +185,22 @@ Json metadata(std::string_view format, std::string_view format_version, const st
       "georeference.csv: every camera's place on WGS84 and its rotation there",
       "bounds.csv: what depth and flow of every image may err by",
       "geometry.json: the tiles of the world that a sequence shows, with their hashes"};
+  const auto any = [&](auto&& holds) {
+    return std::any_of(sequences.begin(), sequences.end(),
+                       [&](const capture::SequenceReader& each) { return holds(each.info()); });
+  };
+  if (any([](const capture::SequenceInfo& info) { return info.has_errors(); })) {
+    sentences.set("calibration",
+                  "A sequence whose rigs have errors says which calibration and times the format's "
+                  "own files state: true, or believed. Images, labels and all that is ours are of "
+                  "the true cameras at the true times.");
+    all_additions.emplace_back(
+        "calibration_true.json, calibration_believed.json: the cameras as they are, and as they "
+        "are believed to be");
+  }
+  if (any([](const capture::SequenceInfo& info) { return !info.clocks.empty(); }))
+    all_additions.emplace_back(
+        "timestamps.csv: when each image was taken, and when by the camera's own clock");
   all_additions.insert(all_additions.end(), additions.begin(), additions.end());
   const capture::SequenceInfo& info = sequences.front().info();
   return Json::object()

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "capture/sequence_json.h"
+#include "export/calibration.h"
 
 namespace terracast::exporters {
 
@@ -34,6 +35,13 @@ LocalFrame local_frame(const capture::SequenceReader& sequence) {
 geo::Rigid3d local_from_camera(const LocalFrame& local, const capture::SequenceReader& sequence,
                                int frame_index, int camera_index) {
   return local.local_from_world * sequence.world_from_camera(frame_index, camera_index);
+}
+
+geo::Rigid3d local_from_camera(const LocalFrame& local, const capture::SequenceReader& sequence,
+                               int frame_index, const capture::CameraCalibration& camera) {
+  return local.local_from_world *
+         (sequence.frames()[static_cast<std::size_t>(frame_index)].world_from_body *
+          camera.body_from_camera());
 }
 
 Eigen::Quaterniond canonical(const Eigen::Quaterniond& rotation) {
@@ -70,35 +78,16 @@ std::string geometry_text(const capture::SequenceReader& sequence) {
 
 Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame& local,
                        const std::string& name, const std::string& path,
-                       const std::vector<ExportedCamera>& cameras) {
+                       const std::vector<ExportedCamera>& cameras,
+                       const StatedCalibration& stated) {
   Json list = Json::array();
   for (const ExportedCamera& exported : cameras) {
     const capture::CameraCalibration& camera =
         sequence.info().cameras[static_cast<std::size_t>(exported.camera_index)];
-    const std::vector<double>& p = camera.intrinsics.parameters;
-    const geo::Rigid3d pose = camera.body_from_camera();
-    const Eigen::Quaterniond q = canonical(pose.rotation);
-    const Eigen::Vector3d& t = pose.translation;
-    Json entry = Json::object()
-                     .set("name", exported.name)
-                     .set("rig", camera.rig)
-                     .set("camera", camera.name)
-                     .set("width_px", camera.intrinsics.width_px)
-                     .set("height_px", camera.intrinsics.height_px)
-                     .set("fx_px", p[0])
-                     .set("fy_px", p[1])
-                     .set("cx_px", p[2])
-                     .set("cy_px", p[3])
-                     .set("body_from_camera",
-                          Json::object()
-                              .set("rotation_wxyz", Json::array_of({q.w(), q.x(), q.y(), q.z()}))
-                              .set("translation_m", Json::array_of({t.x(), t.y(), t.z()})));
-    if (camera.intrinsics.model != "pinhole")
-      entry.set("model", camera.intrinsics.model).set("parameters", Json::array_of(p));
-    list.push(std::move(entry));
+    list.push(describe_camera(exported.name, camera));
   }
-  return Json::object()
-      .set("name", name)
+  Json entry = Json::object();
+  entry.set("name", name)
       .set("path", path)
       .set("capture_sequence", sequence.info().name)
       .set("num_frames", sequence.info().num_frames)
@@ -112,6 +101,8 @@ Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame
       .set("bounds", path + "/" + kBoundsFile)
       .set("geometry", path + "/" + kGeometryFile)
       .set("cameras", std::move(list));
+  describe_errors(sequence, stated, path, entry);
+  return entry;
 }
 
 }  // namespace terracast::exporters

@@ -11,6 +11,8 @@
 
 namespace terracast::exporters {
 
+class StatedCalibration;
+
 /// The frame of an export's poses: the ENU frame at a round place near the sequence's first body
 /// position, so that numbers stay small enough for readers that cast them to float32.
 struct LocalFrame {
@@ -29,6 +31,9 @@ struct ExportedCamera {
 
 geo::Rigid3d local_from_camera(const LocalFrame& local, const capture::SequenceReader& sequence,
                                int frame_index, int camera_index);
+/// The same of a camera that is not as the sequence's is.
+geo::Rigid3d local_from_camera(const LocalFrame& local, const capture::SequenceReader& sequence,
+                               int frame_index, const capture::CameraCalibration& camera);
 
 /// The same rotation with w >= 0 and of unit length.
 Eigen::Quaterniond canonical(const Eigen::Quaterniond& rotation);
@@ -46,10 +51,11 @@ std::string georeference_csv(const capture::SequenceReader& sequence,
 /// geometry.json: the capture's geometry, what ground the sequence shows, with format and version.
 std::string geometry_text(const capture::SequenceReader& sequence);
 
-/// A sequence's entry in dataset.json.
+/// A sequence's entry in dataset.json; its cameras are as they are, whatever the format's files state.
 /// name, path   as the format lays them out; the path relative to the dataset
 core::Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame& local,
                              const std::string& name, const std::string& path,
-                             const std::vector<ExportedCamera>& cameras);
+                             const std::vector<ExportedCamera>& cameras,
+                             const StatedCalibration& stated);
 
 }  // namespace terracast::exporters

@@ -21,6 +21,7 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
+#include "export/calibration.h"
 #include "export/cameras.h"
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
@@ -81,6 +82,7 @@ class KittiExporter final : public Exporter {
               core::between(1e-4, 0.5));
     visit.key("min_disparity_share", min_disparity_share_,
               "Share of the ground's pixels that disparity must hold.", core::between(0.0, 1.0));
+    calibration_.describe(visit);
   }
 
   std::unique_ptr<Exporter> clone() const override {
@@ -165,9 +167,9 @@ class KittiExporter final : public Exporter {
 
     writer.write(fmt::format("dataset/poses/{}.txt", name), relative_poses(sequence, local, left));
     std::string times;
-    const double start_s = sequence.frames().front().time_s;
+    const double start_s = calibration_.time_s(sequence.frames().front(), left);
     for (const capture::FrameRecord& record : sequence.frames())
-      times += fmt::format("{:.9e}\n", record.time_s - start_s);
+      times += fmt::format("{:.9e}\n", calibration_.time_s(record, left) - start_s);
     writer.write(path + "/times.txt", times);
     writer.write(path + "/calib.txt",
                  calibration(cameras[static_cast<std::size_t>(left)], baseline_m));
@@ -188,7 +190,7 @@ class KittiExporter final : public Exporter {
       progress.advance();
     });
     for (const DisparityCount& count : counts) total.add(count);
-    return describe_sequence(sequence, local, name, path, exported);
+    return describe_sequence(sequence, local, name, path, exported, calibration_);
   }
 
   static std::string calibration(const capture::CameraCalibration& camera, double baseline_m) {
@@ -297,6 +299,7 @@ class KittiExporter final : public Exporter {
   std::string disparity_ = "auto";
   double max_relative_depth_error_ = 0.05;
   double min_disparity_share_ = 0.1;
+  StatedCalibration calibration_;
 };
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
+#include "export/calibration.h"
 #include "export/cameras.h"
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
@@ -82,6 +83,7 @@ class KittiRawExporter final : public Exporter {
     visit.key("right", right_, "Its right camera: image_01 (grey) and image_03.");
     visit.key("drive", drive_, "Number of the first drive, four digits; the others follow.");
     visit.key("depth", depth_, "Write depth maps of image_02 beside it (ours, not KITTI's).");
+    calibration_.describe(visit);
   }
 
   std::unique_ptr<Exporter> clone() const override {
@@ -203,14 +205,20 @@ class KittiRawExporter final : public Exporter {
     const LocalFrame local = local_frame(sequence);
     const geo::WorldFrame world(sequence.info().origin);
 
-    std::string times;
-    for (const capture::FrameRecord& record : sequence.frames()) {
-      times += utc_with_nanoseconds(sequence.info().utc_start, record.time_s) + "\n";
+    for (const capture::FrameRecord& record : sequence.frames())
       writer.write(fmt::format("{}/oxts/data/{:010}.txt", path, record.index),
                    oxts_packet(world, record));
-    }
-    for (const char* folder : {"image_00", "image_01", "image_02", "image_03", "oxts"})
-      writer.write(fmt::format("{}/{}/timestamps.txt", path, folder), times);
+    const auto write_times = [&](const std::string& sensor, auto&& time_s) {
+      std::string times;
+      for (const capture::FrameRecord& record : sequence.frames())
+        times += utc_with_nanoseconds(sequence.info().utc_start, time_s(record)) + "\n";
+      writer.write(fmt::format("{}/{}/timestamps.txt", path, sensor), times);
+    };
+    for (const ExportedCamera& camera : exported)
+      write_times(camera.name, [&](const capture::FrameRecord& record) {
+        return calibration_.time_s(record, camera.camera_index);
+      });
+    write_times("oxts", [](const capture::FrameRecord& record) { return record.time_s; });
     writer.write(path + "/oxts/dataformat.txt", oxts_format());
     writer.write(path + "/poses.txt", relative_poses(sequence, local, left));
     write_additions(writer, path, sequence, exported);
@@ -229,7 +237,7 @@ class KittiRawExporter final : public Exporter {
                           [&] { return npy_bytes(depth_with_empty_sky(sequence, frame, left)); });
       progress.advance();
     });
-    return describe_sequence(sequence, local, name, path, exported);
+    return describe_sequence(sequence, local, name, path, exported, calibration_);
   }
 
   std::string rig_ = "mcs4";
@@ -237,6 +245,7 @@ class KittiRawExporter final : public Exporter {
   std::string right_ = "cam3";
   std::string drive_ = "0001";
   bool depth_ = true;
+  StatedCalibration calibration_;
 };
 
 }  // namespace

@@ -24,6 +24,7 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
+#include "export/calibration.h"
 #include "export/cameras.h"
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
@@ -300,7 +301,7 @@ class TartanAirExporter final : public Exporter {
       if (frame + 1 < num_frames) write_flow(sequence, frame, exported[0], path, writer);
       progress.advance();
     });
-    return describe_sequence(sequence, local, name, path, exported);
+    return describe_sequence(sequence, local, name, path, exported, StatedCalibration());
   }
 
   void write_images(const capture::SequenceReader& sequence, int frame, const ExportedCamera& each,

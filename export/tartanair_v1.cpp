@@ -17,6 +17,7 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
+#include "export/calibration.h"
 #include "export/cameras.h"
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
@@ -132,7 +133,7 @@ class TartanAirV1Exporter final : public Exporter {
         write_flow(sequence, frame, exported[0].camera_index, path, writer);
       progress.advance();
     });
-    return describe_sequence(sequence, local, name, path, exported);
+    return describe_sequence(sequence, local, name, path, exported, StatedCalibration());
   }
 
   void write_images(const capture::SequenceReader& sequence, int frame, const ExportedCamera& each,

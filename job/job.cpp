@@ -6,6 +6,7 @@
 #include "core/stage_cost.h"
 #include "geo/geoid.h"
 #include "geo/trajectory.h"
+#include "render/rig_errors.h"
 #include "tiler/layer_stack.h"
 #include "world/embree_scene.h"
 
@@ -43,6 +44,27 @@ void check_frames(const Job& job) {
            "sequence {} has {} frame; an exported one needs {} or more: raise num_frames, or set "
            "exports=[]",
            plan.name, plan.states.size(), kLeastFrames);
+}
+
+/// The cameras as they are; without errors they are those of the config.
+void draw_errors(const Job& job, render::SequencePlan& plan) {
+  render::TrueRigs drawn =
+      render::draw_true_rigs(job.config.rigs, job.cameras, job.config.seed, plan.name);
+  plan.clocks = std::move(drawn.clocks);
+  if (drawn.cameras == job.cameras) return;
+  plan.believed_cameras = job.cameras;
+  plan.cameras = std::move(drawn.cameras);
+}
+
+/// throws Config: a format that cannot hold the cameras of a sequence as they are
+void check_true_cameras(const Job& job) {
+  for (const render::SequencePlan& plan : job.sequences)
+    if (!plan.believed_cameras.empty())
+      for (const auto& chosen : job.config.exports)
+        core::with_context([&] { chosen.exporter().check(plan.cameras); },
+                           fmt::format("checking that format {} can hold the rigs with the errors "
+                                       "that they have in sequence {}",
+                                       chosen.format, plan.name));
 }
 
 geo::TrajectoryContext trajectory_context(const Job& job, const core::Log& log) {
@@ -84,6 +106,7 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
   plan.utc_start = frames.utc_start;
   plan.states = std::move(frames.states);
   plan.cameras = job.cameras;
+  draw_errors(job, plan);
   plan.conditions = job.config.conditions;
   plan.tracks = job.config.tracks;
   plan.detail = job.config.detail;
@@ -143,6 +166,7 @@ Job prepare_job(RunConfig config, const core::Context& context,
     job.sequences.push_back(
         plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));
   check_frames(job);
+  check_true_cameras(job);
   return job;
 }
 

@@ -68,6 +68,10 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
     append_numbers(text, state.angular_velocity_body_radps.data(), 3);
   }
   append_cameras(text, plan.cameras);
+  append_cameras(text, plan.believed_cameras);
+  for (const capture::CameraClock& clock : plan.clocks)
+    for (const double value : {clock.offset_s, clock.drift, clock.jitter_sd_s})
+      append_numbers(text, &value, 1);
   text += core::toml_text(plan.conditions);
   text += core::toml_text(plan.tracks);
   for (const world::CutTile& tile : cut) append_tile(text, tile, store);
@@ -93,10 +97,10 @@ FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
     for (const world::ImageryTileInfo& tile : imagery.tiles)
       text += fmt::format("imagery {} {} {} {} {}\n", imagery.finest_level, tile.id.level,
                           tile.id.x, tile.id.y, tile.content_hash);
-  text += fmt::format("colour {} {} {} {:.17g} {:.17g} {}\n", plan.seed,
-                      plan.conditions.color_samples, plan.conditions.ambient_rays,
-                      plan.conditions.exposure, plan.conditions.water_visibility_m,
-                      plan.conditions.bottom_range);
+  text +=
+      fmt::format("colour {} {} {} {:.17g} {:.17g} {}\n", plan.seed, plan.conditions.color_samples,
+                  plan.conditions.ambient_rays, plan.conditions.exposure,
+                  plan.conditions.water_visibility_m, plan.conditions.bottom_range);
   for (const world::VolumeInfo& volume : store.manifest().volumes)
     text += fmt::format("volume {}\n", volume.content_hash);
   for (const world::VolumePlace& place : store.manifest().volume_places) {

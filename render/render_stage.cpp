@@ -235,6 +235,8 @@ capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::T
           .num_frames = static_cast<int>(plan.states.size()),
           .geometry = geometry_of(plan, store, cut),
           .cameras = plan.cameras,
+          .believed_cameras = plan.believed_cameras,
+          .clocks = plan.clocks,
           .config_toml = plan.config_toml,
           .licences = {licences.begin(), licences.end()}};
 }

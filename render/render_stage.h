@@ -45,8 +45,11 @@ struct SequencePlan {
   std::string utc_start;
   double rate_hz = 10.0;
   std::int64_t seed = 1;
-  std::vector<geo::BodyState> states;  ///< one a frame
-  std::vector<capture::CameraCalibration> cameras;
+  std::vector<geo::BodyState> states;               ///< one a frame
+  std::vector<capture::CameraCalibration> cameras;  ///< as they are
+  /// As they are believed to be, and their clocks, as in capture::SequenceInfo.
+  std::vector<capture::CameraCalibration> believed_cameras = {};
+  std::vector<capture::CameraClock> clocks = {};
   ConditionOptions conditions;
   TrackOptions tracks;
   world::DetailOptions detail;

@@ -126,6 +126,23 @@ geo::CameraIntrinsics intrinsics_of(const CameraOptions& camera) {
           .parameters = lens.parameters(fx, fy, cx, cy)};
 }
 
+/// Whether the rig's error of focal lengths can be this camera's.
+void check_focal_length_error(const RigOptions& rig, const CameraOptions& camera) {
+  if (rig.errors.focal_length_sd_mm > 0.0 && !(camera.focal_length_mm > 0.0))
+    fail(
+        ErrorKind::Config,
+        "rig {}: errors.focal_length_sd_mm is given, but camera {} states no focal_length_mm; give "
+        "focal_length_sd_px",
+        rig.name, camera.name);
+  const geo::CameraModelInfo& info =
+      core::find_registered(geo::camera_models(), "camera model", camera.model);
+  if (rig.errors.has_focal_length() && info.read != nullptr)
+    fail(ErrorKind::Config,
+         "rig {}: errors of the focal length, but camera {} is of the model {}, which comes from a "
+         "file and has none",
+         rig.name, camera.name, camera.model);
+}
+
 }  // namespace
 
 void CameraOptions::describe(core::SchemaVisitor& visit) {
@@ -283,6 +300,8 @@ void RigOptions::describe(core::SchemaVisitor& visit) {
             "Roll of the rig on the body, about its forward axis.", core::between(-360.0, 360.0));
   visit.key("mount_offset_m", mount_offset_m,
             "The rig's origin on the body: forward, left, up; empty: 0.", core::size_of(3));
+  visit.section("errors", errors,
+                "How far the cameras are from what is said of them: standard deviations.");
   visit.list("cameras", cameras, "The rig's cameras.");
 }
 
@@ -317,6 +336,11 @@ void RigOptions::validate() const {
     fail(ErrorKind::Config, "rig {}: mount_offset_m has {} numbers; it takes 3", name,
          mount_offset_m.size());
   }
+  for (const CameraOptions& camera : cameras) check_focal_length_error(*this, camera);
+}
+
+Eigen::Matrix3d RigOptions::rig_from_file() const {
+  return axes == "rdf" ? geo::rig_from_rdf() : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 }
 
 std::vector<CameraOptions> RigOptions::placed_cameras() const {
@@ -339,8 +363,6 @@ std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptio
     if (!rig_names.insert(rig.name).second) {
       fail(ErrorKind::Config, "two rigs are called {}; each needs its own name", rig.name);
     }
-    const Eigen::Matrix3d rig_from_file =
-        rig.axes == "rdf" ? geo::rig_from_rdf() : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
     const geo::Rigid3d body_from_rig{
         .rotation =
             rotation_of_euler_deg(rig.mount_yaw_deg, rig.mount_pitch_deg, rig.mount_roll_deg),
@@ -358,7 +380,7 @@ std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptio
                 .rig = rig.name,
                 .name = camera.name,
                 .intrinsics = intrinsics_of(camera),
-                .rig_from_camera = rig_from_camera(camera, rig_from_file),
+                .rig_from_camera = rig_from_camera(camera, rig.rig_from_file()),
                 .body_from_rig = body_from_rig};
             // Refuses what the model cannot hold.
             const auto model = geo::make_camera(calibration.intrinsics);

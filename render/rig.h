@@ -9,6 +9,7 @@
 #include "geo/camera_model.h"
 #include "geo/rigid3.h"
 #include "render/lens_options.h"
+#include "render/rig_error_options.h"
 #include "render/rig_template.h"
 
 namespace terracast::render {
@@ -62,17 +63,21 @@ struct RigOptions {
   double mount_pitch_deg = 0.0;  ///< positive: the rig looks down
   double mount_roll_deg = 0.0;
   std::vector<double> mount_offset_m;  ///< of the rig's origin in the body; empty: 0
+  RigErrorOptions errors;              ///< of what the cameras are said to be
   std::vector<CameraOptions> cameras;
 
   void describe(core::SchemaVisitor& visit);
   void validate() const;
+
+  /// From the axes that offsets and rotations are given in.
+  Eigen::Matrix3d rig_from_file() const;
 
   /// The cameras as given, or where the template puts them: then with offset_mm and quaternion_wxyz, in
   /// FLU.
   std::vector<CameraOptions> placed_cameras() const;
 };
 
-/// The cameras of the rigs, in file order, with FLU rig frames.
+/// The cameras of the rigs as the config says they are, in file order, with FLU rig frames.
 /// throws Config: no rig, a rig without cameras, names that repeat, more than kMaxCameras, optics
 /// that contradict
 std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptions>& rigs);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/parallel.h"
+#include "render/rig_errors.h"
 
 namespace terracast::render {
 namespace {
@@ -99,8 +100,13 @@ capture::LabelBounds SequenceWork::bounds(int frame, int camera, const TruthFram
 
 capture::FrameRecord SequenceWork::start_record(int frame) const {
   const geo::BodyState& state = plan_.states[static_cast<std::size_t>(frame)];
+  std::vector<double> stamps_s;
+  for (std::size_t i = 0; i < plan_.clocks.size(); ++i)
+    stamps_s.push_back(
+        stamp_s(plan_.clocks[i], plan_.cameras[i], plan_.seed, plan_.name, frame, state.time_s));
   return {.index = frame,
           .time_s = state.time_s,
+          .stamps_s = std::move(stamps_s),
           .world_from_body = state.world_from_body,
           .velocity_world_mps = state.velocity_world_mps,
           .acceleration_world_mps2 = state.acceleration_world_mps2,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "capture/sequence_files.h"
 #include "core/error.h"
@@ -35,9 +36,16 @@ std::string rig_toml(const render::RigOptions& rig) {
   std::set<std::string> default_lines;
   for (std::string& line : lines_of(core::toml_text(defaults)))
     if (!line.empty() && line[0] != '[') default_lines.insert(std::move(line));
-  std::string text;
-  for (const std::string& line : lines_of(core::toml_text(rig)))
-    if (!default_lines.contains(line)) text += line + '\n';
+  std::string text, head;  // a table's head waits for a line of its own
+  for (const std::string& line : lines_of(core::toml_text(rig))) {
+    const bool is_item = line.starts_with("[[");
+    const bool is_head = line.starts_with('[') && !is_item;
+    if (is_head || is_item) head = is_head ? line + '\n' : "";
+    if (is_head || default_lines.contains(line) || (line.empty() && text.ends_with("\n\n")))
+      continue;
+    if (!line.empty()) text += std::exchange(head, {});
+    text += line + '\n';
+  }
   return text;
 }
 

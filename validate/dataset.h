@@ -57,6 +57,8 @@ struct Camera {
   std::vector<std::optional<Pose>> local_from_camera;
   std::vector<std::optional<Georeference>> georeference;
   std::vector<std::optional<StatedBounds>> bounds;
+  /// By its own clock, of timestamps.csv; empty: its stamps are the times.
+  std::vector<double> stamps_s;
   Pose camera0_from_camera;  ///< KITTI: by its calibration
   std::vector<FrameFiles> files;
   /// Stored flow is rounded to whole steps; 0: float32, without end.
@@ -84,6 +86,9 @@ struct Sequence {
   Geodetic origin;
   std::string geometry;         ///< path of its geometry.json; empty: an older version's dataset
   std::vector<double> times_s;  ///< of the format's own file; empty where it has none
+  /// The format's own files state the calibration and the times that are believed, where rigs have errors;
+  /// intrinsics, poses, models and times here are the true ones all the same (validate/belief.h).
+  bool states_belief = false;
   std::vector<Camera> cameras;
   std::optional<StereoPair> stereo;
   std::map<int, std::string> classes;  ///< of the segmentation's values

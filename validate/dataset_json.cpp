@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/json.h"
 #include "core/printable.h"
+#include "validate/belief.h"
 #include "validate/dataset.h"
 #include "validate/text.h"
 
@@ -152,6 +153,60 @@ void read_bounds(const Dataset& dataset, const std::string& path, Sequence& sequ
       });
 }
 
+void read_timestamps(const Dataset& dataset, const std::string& path, Sequence& sequence,
+                     Findings& findings) {
+  const double not_there = std::numeric_limits<double>::quiet_NaN();
+  for (Camera& camera : sequence.cameras)
+    camera.stamps_s.assign(static_cast<std::size_t>(sequence.num_frames), not_there);
+  read_table(
+      dataset, path, "frame,camera,time_s,stamp_s", sequence, findings,
+      [](const Camera& camera, std::size_t frame) { return !std::isnan(camera.stamps_s[frame]); },
+      [&](Camera& camera, std::size_t frame, Cells cells, const std::string& where) {
+        const double time_s = parse_number(cells[0], where);
+        camera.stamps_s[frame] = parse_number(cells[1], where);
+        if (camera.georeference[frame] && camera.georeference[frame]->time_s != time_s)
+          fail(ErrorKind::Input, "{}: time_s = {}, but {} in georeference.csv", where, time_s,
+               camera.georeference[frame]->time_s);
+      });
+}
+
+/// The cameras of a calibration file, in the sequence's order.
+std::vector<Camera> read_calibration_file(const Dataset& dataset, const std::string& path,
+                                          const Sequence& sequence) {
+  const Json json = Json::read(dataset.root / path);
+  const Json& cameras = json.at("cameras");
+  if (!cameras.is_array() || cameras.size() != sequence.cameras.size())
+    fail(ErrorKind::Input, "{}: other cameras than dataset.json has", path);
+  std::vector<Camera> read;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    read.push_back(read_camera(cameras.at(i), 0));
+    if (read.back().name != sequence.cameras[i].name)
+      fail(ErrorKind::Input, "{}: camera {} where {} stands in dataset.json", path,
+           core::first_letters(read.back().name, 60), sequence.cameras[i].name);
+  }
+  return read;
+}
+
+/// The calibration as it is believed to be; the true one must be dataset.json's.
+std::vector<Camera> read_calibrations(const Dataset& dataset, const std::string& true_path,
+                                      const std::string& believed_path, const Sequence& sequence,
+                                      Findings& findings) {
+  findings.attempt(true_path, [&] {
+    const std::vector<Camera> truth = read_calibration_file(dataset, true_path, sequence);
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      const Camera& camera = sequence.cameras[i];
+      if (truth[i].stated != camera.stated ||
+          truth[i].body_from_camera->rotation != camera.body_from_camera->rotation ||
+          truth[i].body_from_camera->translation != camera.body_from_camera->translation)
+        findings.add(true_path, fmt::format("camera {} is another in dataset.json", camera.name));
+    }
+  });
+  std::vector<Camera> believed;
+  findings.attempt(believed_path,
+                   [&] { believed = read_calibration_file(dataset, believed_path, sequence); });
+  return believed;
+}
+
 /// Refuses cameras and frames that the dataset cannot hold: all formats have an image of its own for every
 /// frame of every camera.
 /// num_cameras   in the sequence
@@ -210,7 +265,19 @@ void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
   read_georeference(dataset, addition("georeference"), sequence, findings);
   if (json.has("bounds")) read_bounds(dataset, addition("bounds"), sequence, findings);
   if (json.has("geometry")) sequence.geometry = addition("geometry");
+  std::vector<Camera> believed;
+  if (json.has("calibration")) {
+    const std::string calibration = json.at("calibration").string();
+    if (calibration != "true" && calibration != "believed")
+      fail(ErrorKind::Input, "dataset.json: calibration = \"{}\"; true and believed are known",
+           core::first_letters(calibration, 60));
+    sequence.states_belief = calibration == "believed";
+    believed = read_calibrations(dataset, addition("calibration_true"),
+                                 addition("calibration_believed"), sequence, findings);
+  }
+  if (json.has("timestamps")) read_timestamps(dataset, addition("timestamps"), sequence, findings);
   find_reader(dataset.format).read(dataset, sequence, findings);
+  if (sequence.states_belief && !believed.empty()) adopt_truth(believed, sequence);
   for (const Camera& camera : sequence.cameras)
     if (!camera.intrinsics.is_sound())
       findings.add(sequence.path, fmt::format("{}: no sound intrinsics", camera.name));

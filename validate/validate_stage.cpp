@@ -104,6 +104,13 @@ std::vector<Cause> diagnose_all(const Dataset& dataset,
   return causes;
 }
 
+std::string words_of_belief(const Sequence& sequence) {
+  return fmt::format(
+      "Sequence {}: the format's own files state what is believed of its cameras; they are held "
+      "against calibration_believed.json, and images and labels against the cameras as they are",
+      sequence.name);
+}
+
 }  // namespace
 
 std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
@@ -115,6 +122,8 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
   const Dataset dataset = read_dataset(folder, options.format, findings);
   std::int64_t num_frames = 0;
   for (const Sequence& sequence : dataset.sequences) num_frames += sequence.num_frames;
+  for (const Sequence& sequence : dataset.sequences)
+    if (sequence.states_belief) context.log.info("{}", words_of_belief(sequence));
   context.log.info("{}: {}, {} sequences, {} frames, {} files", folder.string(), dataset.format,
                    dataset.sequences.size(), num_frames, dataset.files.size());
 
@@ -168,6 +177,7 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
         core::printable(fmt::format("Sequence {}: {} frames at {} Hz from {:.5f}, {:.5f}; {}",
                                     sequence.name, sequence.num_frames, sequence.rate_hz,
                                     sequence.origin.lat_deg, sequence.origin.lon_deg, cameras)));
+    if (sequence.states_belief) head.lines.push_back(core::printable(words_of_belief(sequence)));
   }
   head.causes = diagnose_all(dataset, failed, damage_of(findings, results), options);
   write_report(

@@ -60,6 +60,48 @@ TEST(SequenceFiles, WhatIsWrittenIsRead) {
   EXPECT_TRUE(color_only.range_m.empty());
 }
 
+TEST(SequenceFiles, KeepWhatIsBelievedAndTheClocks) {
+  const ScratchFolder scratch;
+  test::TinyCaptureOptions options = kSmall;
+  const fs::path plain = test::write_tiny_capture(scratch / "plain", options);
+  for (const char* word : {"believed", "clock"})
+    EXPECT_THAT(core::read_text_file(plain / "sequence.json"), testing::Not(HasSubstr(word)));
+  EXPECT_THAT(core::read_text_file(plain / "frames/000001.json"),
+              testing::Not(HasSubstr("stamps_s")));
+
+  options.has_camera_errors = options.has_clock_errors = true;
+  const fs::path folder = test::write_tiny_capture(scratch / "errors", options);
+  const SequenceReader reader = SequenceReader::open(folder);
+  const SequenceInfo info = test::tiny_sequence(options);
+  EXPECT_EQ(reader.info(), info);
+  EXPECT_EQ(info.believed(), test::tiny_sequence(kSmall).cameras);
+  EXPECT_NE(info.cameras, info.believed());
+  const FrameRecord& record = reader.frames()[1];
+  EXPECT_EQ(record.time_s, 0.1);
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(record.stamp_s(k), test::tiny_stamp_s(k, 0.1));
+}
+
+TEST(SequenceFiles, BeliefsOfOtherCamerasAreRefused) {
+  const ScratchFolder scratch;
+  test::TinyCaptureOptions options = kSmall;
+  options.has_camera_errors = options.has_clock_errors = true;
+  const auto refuse = [&](const char* words, auto&& change) {
+    SequenceInfo info = test::tiny_sequence(options);
+    change(info);
+    expect_error(ErrorKind::Config, {words},
+                 [&] { SequenceWriter(scratch / "refused", info, test::tiny_tracks()); });
+  };
+  refuse("another size, model or mount",
+         [](SequenceInfo& info) { info.believed_cameras[1].intrinsics.width_px += 1; });
+  refuse("another size, model or mount",
+         [](SequenceInfo& info) { info.believed_cameras[1].body_from_rig.translation.x() += 1; });
+  refuse("focal",
+         [](SequenceInfo& info) { info.believed_cameras[0].intrinsics.parameters[0] = -1; });
+  refuse("3 believed calibrations or clocks of 4 cameras",
+         [](SequenceInfo& info) { info.clocks.pop_back(); });
+  refuse("a clock of", [](SequenceInfo& info) { info.clocks[2].jitter_sd_s = -1.0; });
+}
+
 TEST(SequenceFiles, RepeatsGiveTheSameBytesWhateverTheOrder) {
   const ScratchFolder scratch;
   const fs::path first = test::write_tiny_capture(scratch / "a", kSmall);

@@ -307,6 +307,60 @@ TEST_F(Colmap, ObservationsReprojectExactly) {
   EXPECT_GT(model.points.size(), 50U);
 }
 
+TEST_F(Colmap, StatesWhatIsBelievedOrWhatIsTrue) {
+  TinyCaptureOptions options = kSmall;
+  options.has_camera_errors = true;
+  run(options);
+  const Model truth = read_text(sequence / "sparse_txt/0");
+  const Json sequence_true = Json::read(root / "dataset.json").at("sequences").at(std::size_t{0});
+  const auto hashes_true = file_hashes(sequence);
+  fs::remove_all(root);
+  run(options, "calibration = \"believed\"");
+  const Model believed = read_text(sequence / "sparse_txt/0");
+  EXPECT_EQ(believed, read_binary(sequence / "sparse/0"));
+  const Json sequence_believed =
+      Json::read(root / "dataset.json").at("sequences").at(std::size_t{0});
+  EXPECT_EQ(sequence_true.at("calibration").string(), "true");
+  EXPECT_EQ(sequence_believed.at("calibration").string(), "believed");
+
+  // All but the model, the rig and the database are of the true cameras in both.
+  for (const auto& [file, hash] : file_hashes(sequence)) {
+    const bool is_stated =
+        file.starts_with("sparse") || file == "rig_config.json" || file == "database.db";
+    if (!is_stated) {
+      EXPECT_EQ(hashes_true.at(file), hash) << file;
+    }
+  }
+  EXPECT_NE(hashes_true.at("rig_config.json"), file_hashes(sequence).at("rig_config.json"));
+  EXPECT_EQ(truth.points, believed.points);
+
+  const capture::SequenceInfo info = tiny_sequence(options);
+  for (const auto& [id, image] : believed.images) {
+    EXPECT_EQ(image.observations, truth.images.at(id).observations);
+    const auto index = static_cast<std::size_t>(image.camera - 1);
+    EXPECT_EQ(believed.cameras.at(image.camera).parameters, (std::vector<double>{90, 90, 45, 40}));
+    EXPECT_EQ(truth.cameras.at(image.camera).parameters, info.cameras[index].intrinsics.parameters);
+    // What takes the one camera's points to the other is as the capture has it.
+    const Pose& a = truth.images.at(id).camera_from_world;
+    const Pose& b = image.camera_from_world;
+    const geo::Rigid3d expected = info.believed_cameras[index].rig_from_camera.inverse() *
+                                  info.cameras[index].rig_from_camera;
+    const Vector3d point = a * Vector3d(7.0, -11.0, 3.0);
+    EXPECT_LT((expected * point - b * Vector3d(7.0, -11.0, 3.0)).norm(), 1e-9) << image.name;
+    EXPECT_GT((point - b * Vector3d(7.0, -11.0, 3.0)).norm(), 0.01);
+  }
+  // Poses by rig and frame are those of the images.
+  for (const auto& [id, frame] : believed.frames) {
+    const Rig& rig = believed.rigs.at(frame.rig);
+    for (const auto& [camera, image] : frame.images) {
+      const Vector3d in_rig = frame.rig_from_world * Vector3d(7.0, -11.0, 3.0);
+      const Vector3d by_rig = camera == rig.reference ? in_rig : rig.others.at(camera) * in_rig;
+      const Pose& pose = believed.images.at(static_cast<std::uint32_t>(image)).camera_from_world;
+      EXPECT_LT((by_rig - pose * Vector3d(7.0, -11.0, 3.0)).norm(), 1e-9);
+    }
+  }
+}
+
 TEST_F(Colmap, PointsAreTheTracksThatTwoImagesSee) {
   run();
   const Model model = read_text(sequence / "sparse_txt/0");

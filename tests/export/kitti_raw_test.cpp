@@ -144,6 +144,7 @@ TEST_F(KittiRaw, TimesAreExactToTheNanosecond) {
   EXPECT_EQ(utc_with_nanoseconds("2024-02-28T23:59:59.999999999Z", 86400.000000001),
             "2024-03-01 00:00:00.000000000");
   EXPECT_EQ(utc_with_nanoseconds("2024-12-31T23:59:59.9Z", 0.1), "2025-01-01 00:00:00.000000000");
+  EXPECT_EQ(utc_with_nanoseconds("2025-01-01T00:00:00Z", -0.25), "2024-12-31 23:59:59.750000000");
 }
 
 TEST_F(KittiRaw, CalibrationIsARectifiedPairsAndCarriesTheMount) {

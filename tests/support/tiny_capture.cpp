@@ -253,7 +253,28 @@ capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options) {
     add("cam2", 1.047, {0.259808, 0.0, 0.15});
     add("cam3", 0.0, {0.5, 0.0, 0.3});
   }
+  if (options.has_camera_errors) {
+    info.believed_cameras = info.cameras;
+    for (std::size_t i = 0; i < info.cameras.size(); ++i) {
+      const double share = 0.01 * static_cast<double>(i + 1);
+      capture::CameraCalibration& camera = info.cameras[i];
+      for (std::size_t k : {0u, 1u}) camera.intrinsics.parameters[k] *= 1.0 + share;
+      camera.rig_from_camera.rotation =
+          camera.rig_from_camera.rotation *
+          Eigen::AngleAxisd(share, Eigen::Vector3d(1.0, -2.0, 3.0).normalized());
+      camera.rig_from_camera.translation += share * Eigen::Vector3d(1.0, 2.0, -1.5);
+    }
+  }
+  if (options.has_clock_errors)
+    for (std::size_t i = 0; i < info.cameras.size(); ++i)
+      info.clocks.push_back({.offset_s = 0.01 * static_cast<double>(i + 1),
+                             .drift = -1e-3 * static_cast<double>(i + 1),
+                             .jitter_sd_s = 0.001});
   return info;
+}
+
+double tiny_stamp_s(int camera_index, double time_s) {
+  return time_s + (camera_index + 1) * (0.01 - 1e-3 * time_s);
 }
 
 std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_folder,
@@ -267,6 +288,8 @@ std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_fo
     capture::FrameRecord record;
     record.index = frame;
     record.time_s = frame / info.rate_hz;
+    for (std::size_t k = 0; k < info.clocks.size(); ++k)
+      record.stamps_s.push_back(tiny_stamp_s(static_cast<int>(k), record.time_s));
     record.world_from_body = tiny_world_from_body(options, frame);
     record.velocity_world_mps = tiny_step(options) * info.rate_hz;
     record.acceleration_world_mps2 = options.acceleration_world_mps2;

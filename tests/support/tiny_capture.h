@@ -64,6 +64,8 @@ struct TinyCaptureOptions {
   /// As the records say; the flight itself is straight and steady.
   Eigen::Vector3d acceleration_world_mps2 = Eigen::Vector3d::Zero();
   std::string utc_start = "2024-06-21T10:00:00Z";
+  bool has_camera_errors = false;  ///< cameras are another than is believed, each by its own error
+  bool has_clock_errors = false;
 };
 
 capture::CameraCalibration tiny_camera(const std::string& rig, const std::string& name,
@@ -103,6 +105,9 @@ std::vector<capture::TrackPoint> tiny_tracks();
 
 capture::CameraFrame tiny_frame(const TinyCaptureOptions& options,
                                 const capture::SequenceInfo& info, int frame, int camera_index);
+
+/// What the clock of a camera shows, with clock errors.
+double tiny_stamp_s(int camera_index, double time_s);
 
 /// Writes `<capture_folder>/<name>`.
 std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_folder,

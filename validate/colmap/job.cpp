@@ -154,6 +154,10 @@ std::vector<CheckResult> run_colmap_modes(const Dataset& dataset, const Sequence
     try {
       if (!sequence.binary_model)
         throw ColmapFailure("not a COLMAP dataset: there is nothing to give to COLMAP");
+      if (sequence.states_belief)
+        throw ColmapFailure(
+            "the model states a calibration that is believed and not true; export with "
+            "calibration = \"true\" to have COLMAP check the images");
       ColmapJob job{.dataset = dataset,
                     .sequence = sequence,
                     .shots = shots_of(sequence),

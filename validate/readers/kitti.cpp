@@ -1,5 +1,6 @@
 #include "validate/readers/kitti.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -48,6 +49,19 @@ int camera_number(const std::string& name) {
   return -1;
 }
 
+/// Times by the left camera's clock since its first stamp become the times.
+void adopt_true_times(Sequence& sequence) {
+  const int left = sequence.camera_index("image_0");
+  if (left < 0) return;
+  const Camera& camera = sequence.cameras[static_cast<std::size_t>(left)];
+  const auto ahead_s = [&](std::size_t frame) {
+    const auto& row = camera.georeference[frame];
+    return row ? camera.stamps_s[frame] - row->time_s : 0.0;
+  };
+  for (std::size_t i = 0; i < std::min(sequence.times_s.size(), camera.stamps_s.size()); ++i)
+    sequence.times_s[i] -= ahead_s(i) - ahead_s(0);
+}
+
 }  // namespace
 
 void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& findings) const {
@@ -77,6 +91,7 @@ void KittiReader::read(const Dataset& dataset, Sequence& sequence, Findings& fin
     if (sequence.times_s.size() != static_cast<std::size_t>(sequence.num_frames))
       findings.add(times, fmt::format("{} rows for {} frames", sequence.times_s.size(),
                                       sequence.num_frames));
+    if (sequence.states_belief) adopt_true_times(sequence);
   });
 
   // The first frame's place comes from georeference.csv; all others follow from the poses.

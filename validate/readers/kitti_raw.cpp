@@ -1,6 +1,7 @@
 #include "validate/readers/kitti_raw.h"
 
 #include <array>
+#include <cmath>
 #include <map>
 
 #include "core/atomic_file.h"
@@ -120,21 +121,30 @@ std::vector<std::int64_t> read_timestamps(const Dataset& dataset, const std::str
   return times_ns;
 }
 
-/// The unit's own times count; those of the cameras must be the same.
+/// The unit's own times count; those of the cameras must be the same, or their own clocks' where the
+/// dataset states what is believed.
 void read_times(const Dataset& dataset, Sequence& sequence, Findings& findings) {
   const std::string path = sequence.path + "/oxts/timestamps.txt";
   std::vector<std::int64_t> times_ns;
+  std::int64_t start_ns = 0;
   findings.attempt(path, [&] {
     times_ns = read_timestamps(dataset, path, sequence.num_frames);
-    const std::int64_t start_ns = parse_utc_ns(sequence.utc_start, "dataset.json: utc_start");
+    start_ns = parse_utc_ns(sequence.utc_start, "dataset.json: utc_start");
     for (const std::int64_t time_ns : times_ns)
       sequence.times_s.push_back(static_cast<double>(time_ns - start_ns) * 1e-9);
   });
   for (const Camera& camera : sequence.cameras) {
     const std::string images = sequence.path + "/" + camera.name + "/timestamps.txt";
     findings.attempt(images, [&] {
-      if (read_timestamps(dataset, images, sequence.num_frames) != times_ns)
-        findings.add(images, "other times than oxts/timestamps.txt");
+      const std::vector<std::int64_t> own_ns =
+          read_timestamps(dataset, images, sequence.num_frames);
+      if (!sequence.states_belief || camera.stamps_s.empty()) {
+        if (own_ns != times_ns) findings.add(images, "other times than oxts/timestamps.txt");
+        return;
+      }
+      for (std::size_t i = 0; i < own_ns.size(); ++i)
+        if (static_cast<double>(own_ns[i] - start_ns) != std::round(camera.stamps_s[i] * 1e9))
+          findings.add(images, fmt::format("frame {}: another stamp than timestamps.csv has", i));
     });
   }
 }
