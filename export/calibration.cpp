@@ -2,7 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <utility>
+
+#include "core/error.h"
 
 namespace terracast::exporters {
 
@@ -11,6 +16,14 @@ using core::Json;
 namespace {
 
 constexpr int kCalibrationVersion = 1;
+
+/// By whole nanoseconds, rounded as formats that state them round.
+std::string seconds_text(double time_s) {
+  const std::int64_t time_ns = std::llround(time_s * 1e9);
+  const std::int64_t size_ns = std::abs(time_ns);
+  return fmt::format("{}{}.{:09}", time_ns < 0 ? "-" : "", size_ns / 1'000'000'000,
+                     size_ns % 1'000'000'000);
+}
 
 }  // namespace
 
@@ -81,13 +94,24 @@ std::string calibration_text(const capture::SequenceReader& sequence,
          "\n";
 }
 
+void StatedCalibration::check_is_true(const capture::SequenceInfo& info, int camera_index,
+                                      const char* format) const {
+  const auto k = static_cast<std::size_t>(camera_index);
+  if (is_believed() && info.believed()[k] != info.cameras[k])
+    core::fail(core::ErrorKind::Config,
+               "{}: calibration = \"believed\", but camera {} of sequence {} is not where it is "
+               "believed to be, and the format's files can only state rectified cameras as they "
+               "are; give its rig errors of clocks alone, or calibration = \"true\"",
+               format, info.cameras[k].name, info.name);
+}
+
 std::string timestamps_csv(const capture::SequenceReader& sequence,
                            const std::vector<ExportedCamera>& cameras) {
   std::string text = "frame,camera,time_s,stamp_s\n";
   for (const capture::FrameRecord& record : sequence.frames())
     for (const ExportedCamera& camera : cameras)
-      text += fmt::format("{},{},{:.9f},{:.9f}\n", record.index, camera.name, record.time_s,
-                          record.stamp_s(camera.camera_index));
+      text += fmt::format("{},{},{},{}\n", record.index, camera.name, seconds_text(record.time_s),
+                          seconds_text(record.stamp_s(camera.camera_index)));
   return text;
 }
 

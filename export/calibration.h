@@ -19,6 +19,9 @@ class StatedCalibration {
   const std::string& name() const { return name_; }
   bool is_believed() const { return name_ == "believed"; }
   const std::vector<capture::CameraCalibration>& cameras(const capture::SequenceInfo& info) const;
+  /// For formats that can state cameras as they are alone.
+  /// throws   Config: believed is asked for, and something else is believed of this camera
+  void check_is_true(const capture::SequenceInfo& info, int camera_index, const char* format) const;
   /// When a camera's image was taken; believed: by the camera's own clock.
   double time_s(const capture::FrameRecord& record, int camera_index) const;
 

@@ -159,6 +159,8 @@ class KittiExporter final : public Exporter {
     const auto& cameras = sequence.info().cameras;
     const int left = find_camera(cameras, rig_, left_);
     const int right = find_camera(cameras, rig_, right_);
+    for (const int camera : {left, right})
+      calibration_.check_is_true(sequence.info(), camera, kFormat);
     const double baseline_m = rectified_baseline_m(
         cameras[static_cast<std::size_t>(left)], cameras[static_cast<std::size_t>(right)], kFormat);
     const std::vector<ExportedCamera> exported = {

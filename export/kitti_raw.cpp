@@ -172,7 +172,15 @@ class KittiRawExporter final : public Exporter {
     std::map<std::string, const capture::SequenceReader*> by_date;
     for (const capture::SequenceReader& sequence : sequences) {
       const auto& [date, first] = *by_date.emplace(date_of(sequence), &sequence).first;
-      if (first->info().cameras != sequence.info().cameras)
+      const auto& cameras = sequence.info().cameras;
+      const auto& others = first->info().cameras;
+      const auto is_same = [&](const std::string& name) {
+        return others[static_cast<std::size_t>(find_camera(others, rig_, name))] ==
+               cameras[static_cast<std::size_t>(find_camera(cameras, rig_, name))];
+      };
+      for (const std::string& name : {left_, right_})
+        calibration_.check_is_true(sequence.info(), find_camera(cameras, rig_, name), kFormat);
+      if (!is_same(left_) || !is_same(right_))
         fail(ErrorKind::Config,
              "kitti_raw: the sequences {} and {} of {} differ in their cameras; drives of one date "
              "share a calibration",

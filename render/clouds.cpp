@@ -165,7 +165,7 @@ struct Clouds::Placed {
   }
 
   void cast_shadow() const {
-    shadow_size = (volume->size.array() + kShadowCell) / kShadowCell + 1;
+    shadow_size = (volume->size.array() + kShadowCell + 1) / kShadowCell + 1;  // beyond each face
     shadow.resize(static_cast<std::size_t>(shadow_size.cast<double>().prod()));
     // One after the other: a thread that waited here for others could be given work that waits for it.
     std::size_t out = 0;

@@ -121,10 +121,13 @@ TEST(Rig, PositiveMountPitchLooksDown) {
 TEST(Rig, OrientationsStateTheSameRotationInTheirOwnWays) {
   // 30 degrees to the right: about "down" in rdf, against "up" in flu.
   const double angle = geo::radians_from_degrees(30.0);
-  RigOptions rdf{
-      .name = "rdf", .axes = "rdf", .mount_offset_m = {}, .cameras = {small_camera("a")}};
+  RigOptions rdf{.name = "rdf",
+                 .axes = "rdf",
+                 .mount_offset_m = {},
+                 .errors = {},
+                 .cameras = {small_camera("a")}};
   rdf.cameras[0].axis_angle_rad = {0.0, angle, 0.0};
-  RigOptions flu{.name = "flu", .axes = "flu", .mount_offset_m = {}, .cameras = {}};
+  RigOptions flu{.name = "flu", .axes = "flu", .mount_offset_m = {}, .errors = {}, .cameras = {}};
   CameraOptions camera = small_camera("axis_angle");
   camera.axis_angle_rad = {0.0, 0.0, -angle};
   flu.cameras.push_back(camera);
@@ -144,7 +147,11 @@ TEST(Rig, OrientationsStateTheSameRotationInTheirOwnWays) {
 }
 
 TEST(Rig, EulerAnglesTurnIntrinsicallyYawPitchRoll) {
-  RigOptions rig{.name = "r", .axes = "flu", .mount_offset_m = {}, .cameras = {small_camera("a")}};
+  RigOptions rig{.name = "r",
+                 .axes = "flu",
+                 .mount_offset_m = {},
+                 .errors = {},
+                 .cameras = {small_camera("a")}};
   rig.cameras[0].euler_deg = {90.0, 30.0, 0.0};
   // To the left, then 30 degrees down.
   const double c = std::cos(geo::radians_from_degrees(30.0));
@@ -155,7 +162,11 @@ TEST(Rig, EulerAnglesTurnIntrinsicallyYawPitchRoll) {
 }
 
 TEST(Rig, LookAtStraightDownPutsForwardAtTheTop) {
-  RigOptions rig{.name = "r", .axes = "flu", .mount_offset_m = {}, .cameras = {small_camera("a")}};
+  RigOptions rig{.name = "r",
+                 .axes = "flu",
+                 .mount_offset_m = {},
+                 .errors = {},
+                 .cameras = {small_camera("a")}};
   rig.cameras[0].look_at_mm = {0.0, 0.0, -1000.0};
   const CameraCalibration camera = only_camera(rig);
   EXPECT_LT((forward_rig(camera) + Vector3d::UnitZ()).norm(), kRounding);
@@ -163,7 +174,11 @@ TEST(Rig, LookAtStraightDownPutsForwardAtTheTop) {
 }
 
 TEST(Rig, PixelAspectScalesVerticalFocalLength) {
-  RigOptions rig{.name = "r", .axes = "flu", .mount_offset_m = {}, .cameras = {small_camera("a")}};
+  RigOptions rig{.name = "r",
+                 .axes = "flu",
+                 .mount_offset_m = {},
+                 .errors = {},
+                 .cameras = {small_camera("a")}};
   CameraOptions& camera = rig.cameras[0];
   camera.fx_px = 0.0;
   camera.focal_length_mm = 8.0;
@@ -178,8 +193,11 @@ TEST(Rig, PixelAspectScalesVerticalFocalLength) {
 }
 
 TEST(Rig, ContradictionsAreRefusedByName) {
-  const RigOptions good{
-      .name = "r", .axes = "flu", .mount_offset_m = {}, .cameras = {small_camera("a")}};
+  const RigOptions good{.name = "r",
+                        .axes = "flu",
+                        .mount_offset_m = {},
+                        .errors = {},
+                        .cameras = {small_camera("a")}};
   EXPECT_NE(message_of({}).find("no rig"), std::string::npos);
   RigOptions rig = good;
   rig.cameras.clear();

@@ -353,7 +353,7 @@ TEST(Water, RunsBelowGroundWhereItsLevelIsFarFromIt) {
   EXPECT_LT(num_water, 50);
   EXPECT_EQ(cover_at({0.0, 0.0}), Cover::Land);
   EXPECT_NEAR(height_m(*surface, {0.0, 0.0}), height_m(*without, {0.0, 0.0}), 1e-6);
-  EXPECT_GT(count_of(*surface, "stretches of lines too far from the ground"), 0);
+  EXPECT_GT(count_of(*surface, "stretches of rivers too far from the ground"), 0);
 }
 
 TEST(Water, TilesAreTheSameForAnyOrderOfFeatures) {

@@ -336,11 +336,11 @@ class WaterLayer final : public Layer {
     std::int64_t num_far = 0;
     for (const WaterCourse& course : fitted.courses) {
       const WaterLineInfo& info = infos[course.line];
-      const std::vector<std::uint8_t> is_shown = shown_stretches(course, info);
-      if (!info.line.is_covered)
-        num_far += std::count(is_shown.begin() + 1, is_shown.end(), std::uint8_t{0});
       const bool is_narrow = 2.0 * info.line.half_width_m < narrowest_m_ || info.is_dry;
       if (is_narrow) ++num_streams;
+      const std::vector<std::uint8_t> is_shown = shown_stretches(course, info, is_narrow);
+      if (!info.line.is_covered)
+        num_far += std::count(is_shown.begin() + 1, is_shown.end(), std::uint8_t{0});
       std::vector<RiverPiece>& list = is_narrow ? streams : rivers;
       for (std::size_t i = 1; i < course.points_world.size(); ++i) {
         const auto level_m = [&](std::size_t k) {
@@ -359,17 +359,17 @@ class WaterLayer final : public Layer {
       }
       paint(course, info, is_shown, !is_narrow);
     }
-    info_.counts.emplace_back("stretches of lines too far from the ground", num_far);
+    info_.counts.emplace_back("stretches of rivers too far from the ground", num_far);
     info_.counts.emplace_back("stretches of painted streams", num_streams);
     map_ = WaterMap(std::move(areas), std::move(rivers), half_size_m_);
     streams_ = WaterMap({}, std::move(streams), half_size_m_);
   }
 
-  /// Of each stretch, called by its second point, whether it runs on the ground.
-  std::vector<std::uint8_t> shown_stretches(const WaterCourse& course,
-                                            const WaterLineInfo& info) const {
+  /// Of each stretch, called by its second point, whether it runs on the ground. Narrow lines need no banks.
+  std::vector<std::uint8_t> shown_stretches(const WaterCourse& course, const WaterLineInfo& info,
+                                            bool is_narrow) const {
     std::vector<std::uint8_t> is_shown(course.points_world.size(), info.line.is_covered ? 0 : 1);
-    if (info.line.is_covered) return is_shown;
+    if (info.line.is_covered || is_narrow) return is_shown;
     std::vector<double> away_m(course.points_world.size(), 0.0);
     for (std::size_t i = 0; i < away_m.size(); ++i)
       if (course.is_in_lake[i] == 0)
