@@ -1,6 +1,9 @@
 // What lies beside a dataset of rigs with errors, and what times formats state.
 
+#include "export/calibration.h"
+
 #include "core/json.h"
+#include "core/toml_reader.h"
 #include "tests/export/exported.h"
 #include "tests/export/readers.h"
 
@@ -106,6 +109,18 @@ TEST_F(Calibrations, RectifiedPairsThatAreNoneInTruthAreRefused) {
                  fmt::format("format = \"kitti\"\ncalibration = \"{}\"", calibration),
                  scratch / "out");
     });
+}
+
+TEST_F(Calibrations, CamerasThatMustBeStatedAsTheyAreAreBelievedSoOrRefused) {
+  capture::SequenceInfo info = tiny_sequence(small(false, false));
+  info.believed_cameras = info.cameras;
+  info.believed_cameras[1].rig_from_camera.translation.y() += 0.01;
+  exporters::StatedCalibration stated;
+  core::TomlDocument::parse("calibration = \"believed\"", "export.toml").read(stated);
+  EXPECT_NO_THROW(stated.check_is_true(info, 0, "kitti"));
+  expect_error(core::ErrorKind::Config, {"kitti: calibration = \"believed\"", "cam1"},
+               [&] { stated.check_is_true(info, 1, "kitti"); });
+  EXPECT_NO_THROW(exporters::StatedCalibration().check_is_true(info, 1, "kitti"));
 }
 
 }  // namespace
