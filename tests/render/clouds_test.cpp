@@ -88,7 +88,7 @@ TEST(Clouds, ABoxDimsByBeerAndLambertsLaw) {
     EXPECT_NEAR(clouds.optical_depth(Eigen::Vector3d::Zero(), axis, 1e9), 0.4, 0.006);
   }
   EXPECT_EQ(clouds.optical_depth({-500.0, 300.0, 0.0}, Eigen::Vector3d::UnitX(), 1e9), 0.0);
-  // Steps of two voxels, of 0.08 each: a quarter of one.
+  // Marched by steps of two voxels, kept by steps of 1/64.
   EXPECT_NEAR(clouds.sun_transmittance({3.0, 4.0, -400.0}), std::exp(-0.8), 0.01);
   EXPECT_NEAR(clouds.sun_transmittance({3.0, 4.0, 400.0}), 1.0, 1e-12);
   // Turned by a quarter about up it is the same; by an eighth longer by the root of 2, less
@@ -97,6 +97,26 @@ TEST(Clouds, ABoxDimsByBeerAndLambertsLaw) {
   const Clouds eighth = clouds_of(box({20, 20, 20}, 5.0), turned);
   EXPECT_NEAR(eighth.optical_depth({-500.0, 0.0, 0.0}, Eigen::Vector3d::UnitX(), 1e9, 20.0),
               0.8 * std::sqrt(2.0), 0.025);
+}
+
+TEST(Clouds, AShadowIsThatOfTheChordTowardTheSunFromAnySide) {
+  // 62 voxels a side: the shadow's grid of every third one ends beyond each face.
+  constexpr double kRadius_m = 300.0, kVoxel_m = 10.0, kExtinction_per_m = 0.002;
+  for (std::uint64_t i = 0; i < 40; ++i) {
+    const Eigen::Vector3d sun = drawn_direction(i);
+    const Clouds clouds =
+        clouds_of(sphere(kRadius_m, kVoxel_m), {.extinction_per_m = kExtinction_per_m}, sun);
+    for (std::uint64_t k = 0; k < 20; ++k) {
+      const double miss_m = core::random_between(0.0, 0.7 * kRadius_m, 1, 4 + k, i);
+      const Eigen::Vector3d point = miss_m * sun.unitOrthogonal() - 800.0 * sun;
+      const double chord_m = 2.0 * std::sqrt(kRadius_m * kRadius_m - miss_m * miss_m);
+      // A third of a step of two voxels at each rim is 0.027, a step of the grid's values 0.016, and between its
+      // cells of 30 m a chord bends by up to 30² / 8 · 2 / (300 · 0.71³) m in each of two directions: 0.008.
+      EXPECT_NEAR(-std::log(clouds.sun_transmittance(point)), kExtinction_per_m * chord_m, 0.051)
+          << sun.transpose() << ", " << miss_m;
+      EXPECT_NEAR(clouds.sun_transmittance(800.0 * sun), 1.0, 1e-12);
+    }
+  }
 }
 
 TEST(Clouds, ASphereDimsByItsChords) {
