@@ -334,11 +334,17 @@ class WaterLayer final : public Layer {
     std::vector<RiverPiece> streams;
     std::int64_t num_streams = 0;
     std::int64_t num_far = 0;
-    for (const WaterCourse& course : fitted.courses) {
+    std::vector<std::vector<std::uint8_t>> shown(fitted.courses.size());
+    core::parallel_for(static_cast<std::int64_t>(shown.size()), [&](std::int64_t k) {
+      const WaterCourse& course = fitted.courses[static_cast<std::size_t>(k)];
+      shown[static_cast<std::size_t>(k)] = shown_stretches(course, infos[course.line]);
+    });
+    for (std::size_t row = 0; row < fitted.courses.size(); ++row) {
+      const WaterCourse& course = fitted.courses[row];
       const WaterLineInfo& info = infos[course.line];
-      const bool is_narrow = 2.0 * info.line.half_width_m < narrowest_m_ || info.is_dry;
+      const std::vector<std::uint8_t>& is_shown = shown[row];
+      const bool is_narrow = is_painted_alone(info);
       if (is_narrow) ++num_streams;
-      const std::vector<std::uint8_t> is_shown = shown_stretches(course, info, is_narrow);
       if (!info.line.is_covered)
         num_far += std::count(is_shown.begin() + 1, is_shown.end(), std::uint8_t{0});
       std::vector<RiverPiece>& list = is_narrow ? streams : rivers;
@@ -365,11 +371,16 @@ class WaterLayer final : public Layer {
     streams_ = WaterMap({}, std::move(streams), half_size_m_);
   }
 
-  /// Of each stretch, called by its second point, whether it runs on the ground. Narrow lines need no banks.
-  std::vector<std::uint8_t> shown_stretches(const WaterCourse& course, const WaterLineInfo& info,
-                                            bool is_narrow) const {
+  /// Whether a line has no bed of its own.
+  bool is_painted_alone(const WaterLineInfo& info) const {
+    return 2.0 * info.line.half_width_m < narrowest_m_ || info.is_dry;
+  }
+
+  /// Of each stretch, called by its second point, whether it runs on the ground. What is painted alone needs no banks.
+  std::vector<std::uint8_t> shown_stretches(const WaterCourse& course,
+                                            const WaterLineInfo& info) const {
     std::vector<std::uint8_t> is_shown(course.points_world.size(), info.line.is_covered ? 0 : 1);
-    if (info.line.is_covered || is_narrow) return is_shown;
+    if (info.line.is_covered || is_painted_alone(info)) return is_shown;
     std::vector<double> away_m(course.points_world.size(), 0.0);
     for (std::size_t i = 0; i < away_m.size(); ++i)
       if (course.is_in_lake[i] == 0)
