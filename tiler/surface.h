@@ -44,7 +44,7 @@ class WorldSurface {
   ///          area) while outside = "error"
   static std::shared_ptr<const WorldSurface> prepare_ground(const WorldOptions& options,
                                                             const core::Context& context);
-  /// With them, which takes far longer: a country of 50 km is laid out in some ten seconds.
+  /// With them, which takes far longer: half a minute and more of CPU for a country of 50 km (docs/performance.md).
   /// throws   as prepare_ground(), and for what layers read
   static std::shared_ptr<const WorldSurface> prepare(const WorldOptions& options,
                                                      const core::Context& context);
