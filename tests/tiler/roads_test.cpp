@@ -201,6 +201,63 @@ TEST(Roads, AWayUpARampCutsTheVolumeOfTheClosedForm) {
   EXPECT_NEAR(fill_m3, truth_m3, 0.02 * truth_m3);
 }
 
+TEST(Roads, WaysGoBelowMountainsThatTheyWouldCutTooDeep) {
+  // A railway can follow little of such relief, and what is said to be a bridge from end to end nothing.
+  const Vector2d from(-1700, -900);
+  const Vector2d to(1700, -700);
+  const Vector2d step = (to - from).normalized();
+  for (const char* bridge : {"no", "yes"}) {
+    const RoadWorld world(hills(1500.0), {{.number = 1,
+                                           .points_world = straight(from, to),
+                                           .tags = {{"railway", "rail"}, {"bridge", bridge}}}});
+    EXPECT_GT(world.count("parts of ways in cuttings so deep that they run below ground"), 0);
+    int num_below = 0;
+    int num_on_ground = 0;
+    for (double along_m = 20.0; along_m < (to - from).norm() - 20.0; along_m += 2.0) {
+      const Vector2d at = from + along_m * step;
+      const double cut_m = world.bare->sample(at.x(), at.y()).z_world -
+                           world.finished->sample(at.x(), at.y()).z_world;
+      // No deeper than is allowed: from a station to the next, 8 m on, the ground rises by 2 in 1 at most.
+      EXPECT_LT(cut_m, 20.0 + 16.0) << bridge << " at " << along_m;
+      ++(std::abs(cut_m) > 1e-3 ? num_on_ground : num_below);
+    }
+    EXPECT_GT(num_below, 100) << bridge;  // mountains stand as they were
+    if (bridge == std::string("no")) {
+      EXPECT_GT(num_on_ground, 100);  // and between them the railway lies
+    }
+  }
+}
+
+TEST(RoadNetwork, WhatGoesBelowGroundIsSpansOfItsOwn) {
+  const tiler::RoadNetwork plain(
+      {{.feature = 1, .style = {}, .points_world = {{-400, 0}, {400, 100}}}}, 4096.0);
+  tiler::RoadNetwork network = plain;
+  const tiler::Line& line = network.lines().at(0);
+  const auto middle = static_cast<std::uint32_t>(line.points.size() / 2);
+  network.run_below_ground({{.first_point = 3, .last_point = middle},
+                            {.first_point = middle + 4, .last_point = middle + 9}});
+  ASSERT_EQ(line.spans.size(), 5u);
+  const bool is_tunnel[] = {false, true, false, true, false};
+  for (std::size_t k = 0; k < 5; ++k) {
+    const tiler::Span& span = line.spans[k];
+    EXPECT_EQ(network.style(span).is_tunnel, is_tunnel[k]);
+    EXPECT_EQ(network.ways()[span.way].feature, 1u);
+    if (k == 0) continue;
+    EXPECT_EQ(span.first_point, line.spans[k - 1].last_point);
+    EXPECT_EQ(span.from_junction, line.spans[k - 1].to_junction);
+    EXPECT_EQ(network.junctions()[span.from_junction].at_world,
+              line.points[span.first_point].at_world);
+  }
+  EXPECT_EQ(line.spans.back().last_point, line.points.size() - 1);
+  const auto num_of_tunnels = [&](const tiler::RoadNetwork& of) {
+    return std::count_if(of.links().begin(), of.links().end(), [&](const tiler::Link& link) {
+      return of.ways()[link.way].style.is_tunnel;
+    });
+  };
+  EXPECT_EQ(num_of_tunnels(plain), 0);
+  EXPECT_EQ(num_of_tunnels(network), middle - 3 + 5);  // a straight line has a point a station
+}
+
 TEST(Roads, WhereWaysMeetOrRunBesideEachOtherThereIsNoStep) {
   const RoadWorld world(
       hills(),

@@ -17,6 +17,7 @@
 #include "tiler/layer_stack.h"
 #include "tiler/roads/area_pier.h"
 #include "tiler/roads/bridge_builder.h"
+#include "tiler/roads/deep_cuttings.h"
 #include "tiler/roads/pads.h"
 #include "tiler/roads/road_bed.h"
 #include "tiler/roads/road_heights.h"
@@ -33,7 +34,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 3;
+constexpr int kRoadsVersion = 4;
 /// Streets are in a town where so many ways end within some hundred metres.
 constexpr double kTownCell_m = 100.0;
 constexpr int kTownEnds = 10;
@@ -268,9 +269,14 @@ class RoadsLayer final : public Layer, public DryCover {
 
     const RoadGroundFunction ground = [this](const Vector2d& at) { return ground_at(at); };
     const IsWater is_water = [this](const Vector2d& at) { return ground_at(at).is_water; };
-    const RoadNetwork network(std::move(sorted.ways), half_size_m);
+    RoadNetwork network(std::move(sorted.ways), half_size_m);
     const RoadNetwork paths(std::move(sorted.paths), half_size_m);
-    const RoadHeights heights(network, ground);
+    RoadHeights heights(network, ground);
+    const std::vector<Stretch> tunnels = deep_cuttings(network, heights);
+    if (!tunnels.empty()) {
+      network.run_below_ground(tunnels);
+      heights = RoadHeights(network, ground);
+    }
     const IsWater is_sea = [this](const Vector2d& at) {
       return surface_.sample(at.x(), at.y()).cover == Cover::Sea;
     };
@@ -320,6 +326,8 @@ class RoadsLayer final : public Layer, public DryCover {
     put("crossings of bridges with less room than stated",
         tell_low_crossings(network, heights, inputs.context.log));
     put("zebra crossings", paint_.num_crossings());
+    put("parts of ways in cuttings so deep that they run below ground",
+        static_cast<std::int64_t>(tunnels.size()));
     put("parts of ways left out in water", num_gaps);
     put("ways without length", counts.num_without_length + more.num_without_length);
     put("points that are no places", counts.num_not_finite + more.num_not_finite);

@@ -476,4 +476,62 @@ void RoadNetwork::make_line(const Chain& chain, const std::vector<Edge>& edges) 
   lines_.push_back(std::move(line));
 }
 
+std::uint32_t RoadNetwork::junction_at(const Line::Point& point) {
+  junctions_.push_back(
+      {.at_world = point.at_world, .num_ends = 2, .station = point.station_here() + 1});
+  return static_cast<std::uint32_t>(junctions_.size() - 1);
+}
+
+void RoadNetwork::run_below_ground(const std::vector<Stretch>& stretches) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> tunnel_of;  // of two stations
+  for (auto at = stretches.begin(); at != stretches.end();) {
+    const std::uint32_t l = at->line;
+    Line& line = lines_[l];
+    std::vector<Span> spans;
+    for (std::uint32_t s = 0; s < line.spans.size(); ++s) {
+      Span rest = line.spans[s];
+      const std::uint32_t last_point = rest.last_point;
+      const std::uint32_t to_junction = rest.to_junction;
+      for (; at != stretches.end() && at->line == l && at->span == s; ++at) {
+        if (at->first_point > rest.first_point) {
+          Span before = rest;
+          before.last_point = at->first_point;
+          before.to_junction = junction_at(line.points[at->first_point]);
+          rest.from_junction = before.to_junction;
+          spans.push_back(before);
+        }
+        Span tunnel = rest;
+        tunnel.first_point = at->first_point;
+        tunnel.last_point = at->last_point;
+        tunnel.to_junction =
+            at->last_point < last_point ? junction_at(line.points[at->last_point]) : to_junction;
+        tunnel.way = static_cast<std::uint32_t>(ways_.size());
+        Way below = ways_[rest.way];
+        below.style.is_tunnel = true;
+        below.style.is_bridge = false;
+        below.style.level = -1;
+        ways_.push_back(std::move(below));
+        for (std::uint32_t p = tunnel.first_point; p < tunnel.last_point; ++p) {
+          const Line::Point& point = line.points[p];
+          const Line::Point& next = line.points[p + 1];
+          const auto link = !point.is_at_station() ? std::pair(point.station, point.next_station)
+                            : !next.is_at_station()
+                                ? std::pair(next.station, next.next_station)
+                                : std::pair(point.station_here(), next.station_here());
+          tunnel_of[std::minmax(link.first, link.second)] = tunnel.way;
+        }
+        rest.first_point = tunnel.last_point;
+        rest.from_junction = tunnel.to_junction;
+        spans.push_back(tunnel);
+      }
+      if (rest.first_point < last_point) spans.push_back(rest);
+    }
+    line.spans = std::move(spans);
+  }
+  for (Link& link : links_)
+    if (const auto found = tunnel_of.find(std::minmax(link.from, link.to));
+        found != tunnel_of.end())
+      link.way = found->second;
+}
+
 }  // namespace terracast::tiler

@@ -62,12 +62,24 @@ struct Line {
     std::uint32_t station = 0;
     std::uint32_t next_station = 0;
     double share = 0.0;  ///< of the next one
+
+    bool is_at_station() const { return share == 0.0 || share == 1.0; }
+    /// Of points at a station.
+    std::uint32_t station_here() const { return share == 0.0 ? station : next_station; }
   };
   std::vector<Point> points;
   std::vector<Span> spans;
   bool is_closed = false;
 
   double length_m() const { return points.back().along_m; }
+};
+
+/// A part of one span, from a station to another.
+struct Stretch {
+  std::uint32_t line = 0;
+  std::uint32_t span = 0;  ///< of its line
+  std::uint32_t first_point = 0;
+  std::uint32_t last_point = 0;
 };
 
 /// Two stations of a line, one after the other.
@@ -94,6 +106,10 @@ class RoadNetwork {
 
   const WayStyle& style(const Span& span) const { return ways_[span.way].style; }
 
+  /// Makes tunnels of stretches, which become spans of their own.
+  /// stretches   sorted along the lines
+  void run_below_ground(const std::vector<Stretch>& stretches);
+
  private:
   struct Edge;
   struct Chain;
@@ -102,6 +118,7 @@ class RoadNetwork {
   std::vector<Edge> split();
   std::vector<Chain> join(const std::vector<Edge>& edges);
   void make_line(const Chain& chain, const std::vector<Edge>& edges);
+  std::uint32_t junction_at(const Line::Point& point);
 
   std::vector<Way> ways_;
   std::vector<Junction> junctions_;
