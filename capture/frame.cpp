@@ -24,6 +24,11 @@ std::vector<int> SequenceInfo::cameras_of_rig(const std::string& rig) const {
   return indices;
 }
 
+bool SequenceInfo::has_rolling_shutter() const {
+  return std::any_of(cameras.begin(), cameras.end(),
+                     [](const CameraCalibration& camera) { return camera.shutter.is_rolling(); });
+}
+
 std::vector<std::string> SequenceInfo::rig_names() const {
   std::vector<std::string> names;
   for (const CameraCalibration& camera : cameras)

@@ -11,6 +11,7 @@
 #include "geo/camera_model.h"
 #include "geo/geodesy.h"
 #include "geo/rigid3.h"
+#include "geo/shutter.h"
 
 namespace terracast::capture {
 
@@ -21,6 +22,8 @@ struct CameraCalibration {
   geo::CameraIntrinsics intrinsics;
   geo::Rigid3d rig_from_camera;
   geo::Rigid3d body_from_rig;
+  geo::Shutter shutter = {};
+  geo::Aperture aperture = {};
 
   geo::Rigid3d body_from_camera() const { return body_from_rig * rig_from_camera; }
   bool operator==(const CameraCalibration&) const = default;
@@ -166,6 +169,7 @@ struct SequenceInfo {
   bool operator==(const SequenceInfo&) const = default;
 
   bool has_errors() const { return !believed_cameras.empty() || !clocks.empty(); }
+  bool has_rolling_shutter() const;
   const std::vector<CameraCalibration>& believed() const {
     return believed_cameras.empty() ? cameras : believed_cameras;
   }

@@ -3,35 +3,89 @@
 #include <cmath>
 #include <limits>
 
+#include "capture/frame.h"
+
 namespace terracast::capture {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-std::optional<Vector2d> moved(const CameraView& from, const geo::CameraModel& to,
-                              const geo::Rigid3d& to_from_from, const Vector2d& pixel,
-                              double range_m) {
+/// Of a point at a range along the ray of an image point, or of its direction, the image point in another
+/// camera.
+std::optional<Vector2d> seen_at(const geo::CameraModel& from, const geo::CameraModel& to,
+                                const geo::Rigid3d& to_from_from, const Vector2d& pixel,
+                                double range_m) {
   if (std::isnan(range_m)) return std::nullopt;
-  const Vector3d ray = from.model.ray_from_pixel(pixel);
+  const Vector3d ray = from.ray_from_pixel(pixel);
   const Vector3d ray_to = std::isinf(range_m)
                               ? Vector3d(to_from_from.rotation * ray)
                               : Vector3d(to_from_from * (ray * (range_m / ray.norm())));
-  const std::optional<Vector2d> target = to.pixel_from_ray(ray_to);
-  if (!target) return std::nullopt;
-  return Vector2d(*target - pixel);
+  return to.pixel_from_ray(ray_to);
 }
-
-}  // namespace
 
 // The two centres are subtracted first: both lie up to 50 km from the world's origin, and what they have in
 // common would cost the digits of their difference.
-geo::Rigid3d to_from(const CameraView& to, const CameraView& from) {
-  const geo::Rigid3d& world_from_to = to.world_from_camera;
-  const geo::Rigid3d& world_from_from = from.world_from_camera;
+geo::Rigid3d to_from_poses(const geo::Rigid3d& world_from_to, const geo::Rigid3d& world_from_from) {
   const Eigen::Quaterniond to_from_world = world_from_to.rotation.conjugate();
   return {(to_from_world * world_from_from.rotation).normalized(),
           to_from_world * (world_from_from.translation - world_from_to.translation)};
+}
+
+/// Where the flow of image points of one view ends in another.
+class FlowEnds {
+ public:
+  FlowEnds(const CameraView& from, const CameraView& to)
+      : from_(from), to_(to), to_from_from_(to_from(to, from)) {}
+
+  std::optional<Vector2d> flow(const Vector2d& pixel, double range_m) const {
+    const std::optional<Vector2d> end = end_of(pixel, range_m);
+    if (!end) return std::nullopt;
+    return Vector2d(*end - pixel);
+  }
+
+ private:
+  std::optional<Vector2d> end_of(const Vector2d& pixel, double range_m) const {
+    if (!from_.motion && !to_.motion)
+      return seen_at(from_.model, to_.model, to_from_from_, pixel, range_m);
+    const geo::Rigid3d world_from_from = from_.pose_of_line(pixel);
+    const auto seen_when = [&](const geo::Rigid3d& world_from_to) {
+      return seen_at(from_.model, to_.model, to_from_poses(world_from_to, world_from_from), pixel,
+                     range_m);
+    };
+    if (!to_.motion) return seen_when(to_.world_from_camera);
+    const auto seen = geo::find_seen(
+        to_.motion->shutter, to_.model.width_px(), to_.model.height_px(),
+        [&](double offset_s) { return seen_when(to_.motion->world_from_camera(offset_s)); });
+    if (!seen) return std::nullopt;
+    return seen->pixel;
+  }
+
+  const CameraView& from_;
+  const CameraView& to_;
+  geo::Rigid3d to_from_from_;
+};
+
+}  // namespace
+
+geo::Rigid3d CameraView::pose_of_line(const Vector2d& pixel) const {
+  if (!motion) return world_from_camera;
+  return motion->world_from_camera(
+      motion->shutter.offset_s(pixel, model.width_px(), model.height_px()));
+}
+
+CameraView view_of(const geo::CameraModel& model, const CameraCalibration& camera,
+                   const geo::BodyState& state) {
+  CameraView view{.model = model,
+                  .world_from_camera = state.world_from_body * camera.body_from_camera()};
+  if (camera.shutter.is_rolling())
+    view.motion = geo::CameraMotion{
+        .state = state, .body_from_camera = camera.body_from_camera(), .shutter = camera.shutter};
+  return view;
+}
+
+geo::Rigid3d to_from(const CameraView& to, const CameraView& from) {
+  return to_from_poses(to.world_from_camera, from.world_from_camera);
 }
 
 double depth_from_range(const geo::CameraModel& model, const Vector2d& pixel, double range_m) {
@@ -42,17 +96,24 @@ double depth_from_range(const geo::CameraModel& model, const Vector2d& pixel, do
 
 Vector3d point_world(const CameraView& view, const Vector2d& pixel, double range_m) {
   const Vector3d ray = view.model.ray_from_pixel(pixel);
-  return view.world_from_camera * (ray * (range_m / ray.norm()));
+  return view.pose_of_line(pixel) * (ray * (range_m / ray.norm()));
 }
 
 std::optional<Vector2d> project(const CameraView& view, const Vector3d& point_world) {
-  const geo::Rigid3d& pose = view.world_from_camera;
-  return view.model.pixel_from_ray(pose.rotation.conjugate() * (point_world - pose.translation));
+  const auto seen_from = [&](const geo::Rigid3d& pose) {
+    return view.model.pixel_from_ray(pose.rotation.conjugate() * (point_world - pose.translation));
+  };
+  if (!view.motion) return seen_from(view.world_from_camera);
+  const auto seen = geo::find_seen(
+      view.motion->shutter, view.model.width_px(), view.model.height_px(),
+      [&](double offset_s) { return seen_from(view.motion->world_from_camera(offset_s)); });
+  if (!seen) return std::nullopt;
+  return seen->pixel;
 }
 
 std::optional<Vector2d> flow(const CameraView& from, const CameraView& to, const Vector2d& pixel,
                              double range_m) {
-  return moved(from, to.model, to_from(to, from), pixel, range_m);
+  return FlowEnds(from, to).flow(pixel, range_m);
 }
 
 core::ImageF depth_image(const geo::CameraModel& model, const core::ImageF& range_m) {
@@ -65,12 +126,12 @@ core::ImageF depth_image(const geo::CameraModel& model, const core::ImageF& rang
 }
 
 core::ImageF flow_image(const CameraView& from, const CameraView& to, const core::ImageF& range_m) {
-  const geo::Rigid3d to_from_from = to_from(to, from);
+  const FlowEnds ends(from, to);
   core::ImageF image(range_m.width(), range_m.height(), 2, std::numeric_limits<float>::quiet_NaN());
   for (int y = 0; y < range_m.height(); ++y) {
     for (int x = 0; x < range_m.width(); ++x) {
-      const std::optional<Vector2d> motion_px = moved(
-          from, to.model, to_from_from, pixel_center(x, y), static_cast<double>(range_m(x, y)));
+      const std::optional<Vector2d> motion_px =
+          ends.flow(pixel_center(x, y), static_cast<double>(range_m(x, y)));
       if (!motion_px) continue;
       image(x, y, 0) = static_cast<float>(motion_px->x());
       image(x, y, 1) = static_cast<float>(motion_px->y());

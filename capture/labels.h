@@ -6,16 +6,28 @@
 #include "core/image.h"
 #include "geo/camera_model.h"
 #include "geo/rigid3.h"
+#include "geo/shutter.h"
 
 /// Labels derived in double from facts (range, visibility), poses and camera models. Nothing here
 /// traces a ray.
 namespace terracast::capture {
 
+struct CameraCalibration;
+
 /// A camera at a place.
 struct CameraView {
   const geo::CameraModel& model;
   geo::Rigid3d world_from_camera;
+  /// How it moves while its lines are exposed one after the other; nothing: all are at once.
+  std::optional<geo::CameraMotion> motion = {};
+
+  /// Where it is when the line through an image point is in the middle of its exposure.
+  geo::Rigid3d pose_of_line(const Eigen::Vector2d& pixel) const;
 };
+
+/// A camera of a sequence at a frame.
+CameraView view_of(const geo::CameraModel& model, const CameraCalibration& camera,
+                   const geo::BodyState& state);
 
 /// Centre of a pixel.
 inline Eigen::Vector2d pixel_center(int x, int y) { return {x + 0.5, y + 0.5}; }
@@ -28,10 +40,11 @@ double depth_from_range(const geo::CameraModel& model, const Eigen::Vector2d& pi
 /// The point at a range along the ray through `pixel`.
 Eigen::Vector3d point_world(const CameraView& view, const Eigen::Vector2d& pixel, double range_m);
 
-/// The pose of one view in another's camera frame.
+/// The pose of one view in another's camera frame, at the times of their frames.
 geo::Rigid3d to_from(const CameraView& to, const CameraView& from);
 
-/// Where a world point stands in a view's image; nothing when it is behind the camera.
+/// Where a world point stands in a view's image; nothing when it is behind the camera. Of a rolling shutter
+/// where it stands when its line is exposed (geo::find_seen).
 std::optional<Eigen::Vector2d> project(const CameraView& view, const Eigen::Vector3d& point_world);
 
 /// Motion of the image point from view `from` to view `to`, px: of the hit point, or for sky (range

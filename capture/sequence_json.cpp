@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <set>
 #include <tuple>
 
@@ -31,6 +33,17 @@ Json json_from_camera(const SequenceInfo& info, std::size_t index) {
                                          .set("parameters", Json::array_of(intrinsics.parameters)))
                   .set("rig_from_camera", json_from_rigid(camera.rig_from_camera))
                   .set("body_from_rig", json_from_rigid(camera.body_from_rig));
+  if (!camera.shutter.is_instant())
+    json.set(
+        "shutter",
+        Json::object()
+            .set("exposure_s", camera.shutter.exposure_s)
+            .set("line_time_s", camera.shutter.line_time_s)
+            .set("readout", geo::kReadoutNames[static_cast<std::size_t>(camera.shutter.readout)]));
+  if (camera.aperture.diameter_m > 0.0)
+    json.set("aperture", Json::object()
+                             .set("diameter_m", camera.aperture.diameter_m)
+                             .set("focus_m", camera.aperture.focus_m));
   if (!info.believed_cameras.empty()) {
     const CameraCalibration& believed = info.believed_cameras[index];
     json.set("believed", Json::object()
@@ -47,6 +60,24 @@ Json json_from_camera(const SequenceInfo& info, std::size_t index) {
   return json;
 }
 
+geo::Shutter shutter_from_json(const Json& json, const Source& source) {
+  geo::Shutter shutter{.exposure_s = source.finite(json.at("exposure_s"), "exposure_s"),
+                       .line_time_s = source.finite(json.at("line_time_s"), "line_time_s")};
+  const std::string readout = json.at("readout").string();
+  const auto* const found =
+      std::find(std::begin(geo::kReadoutNames), std::end(geo::kReadoutNames), readout);
+  if (found == std::end(geo::kReadoutNames))
+    fail(ErrorKind::Input, "{}: a shutter's readout is \"{}\"; known are down, up, right and left",
+         source.file, readout);
+  shutter.readout = static_cast<geo::Readout>(found - std::begin(geo::kReadoutNames));
+  return shutter;
+}
+
+geo::Aperture aperture_from_json(const Json& json, const Source& source) {
+  return {.diameter_m = source.finite(json.at("diameter_m"), "diameter_m"),
+          .focus_m = source.finite(json.at("focus_m"), "focus_m")};
+}
+
 CameraCalibration camera_from_json(const Json& json, const Source& source) {
   const Json& intrinsics = json.at("intrinsics");
   const auto pixels = [&](const char* name) {
@@ -59,7 +90,11 @@ CameraCalibration camera_from_json(const Json& json, const Source& source) {
                          .height_px = pixels("height_px"),
                          .parameters = intrinsics.at("parameters").numbers()},
           .rig_from_camera = source.rigid(json.at("rig_from_camera"), "rig_from_camera"),
-          .body_from_rig = source.rigid(json.at("body_from_rig"), "body_from_rig")};
+          .body_from_rig = source.rigid(json.at("body_from_rig"), "body_from_rig"),
+          .shutter =
+              json.has("shutter") ? shutter_from_json(json.at("shutter"), source) : geo::Shutter{},
+          .aperture = json.has("aperture") ? aperture_from_json(json.at("aperture"), source)
+                                           : geo::Aperture{}};
 }
 
 /// The camera as it is believed to be: what differs stands in the JSON.
@@ -139,6 +174,18 @@ void check_model(const CameraCalibration& camera, ErrorKind kind, const std::str
   }
 }
 
+void check_exposure(const CameraCalibration& camera, ErrorKind kind, const std::string& where) {
+  for (const double value : {camera.shutter.exposure_s, camera.shutter.line_time_s,
+                             camera.aperture.diameter_m, camera.aperture.focus_m})
+    if (!(value >= 0.0) || !std::isfinite(value))
+      fail(kind,
+           "{}: camera {}/{}: an exposure of {} s, lines every {} s, an aperture of {} m and a "
+           "focus "
+           "of {} m; they are 0 or more",
+           where, camera.rig, camera.name, camera.shutter.exposure_s, camera.shutter.line_time_s,
+           camera.aperture.diameter_m, camera.aperture.focus_m);
+}
+
 /// What is believed is of the same cameras, and each has a clock.
 void check_beliefs(const SequenceInfo& info, ErrorKind kind, const std::string& where) {
   for (const std::size_t count : {info.believed_cameras.size(), info.clocks.size()})
@@ -207,6 +254,7 @@ void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string&
     if (!names.emplace(camera.rig, camera.name).second)
       fail(kind, "{}: camera {}/{} stands twice", where, camera.rig, camera.name);
     check_model(camera, kind, where);
+    check_exposure(camera, kind, where);
     if (std::int64_t{camera.intrinsics.width_px} * camera.intrinsics.height_px > kMaxPixels)
       fail(kind, "{}: camera {}/{}: {} x {} pixels are more than the {} allowed", where, camera.rig,
            camera.name, camera.intrinsics.width_px, camera.intrinsics.height_px, kMaxPixels);

@@ -17,6 +17,10 @@ int find_camera(const std::vector<capture::CameraCalibration>& cameras, const st
 /// throws   Config: the camera is no pinhole; says which format wants one
 void check_pinhole(const capture::CameraCalibration& camera, const char* format);
 
+/// throws   Config: the camera's lines are exposed one after the other, so that it has no one pose an image,
+///          which is all that the formats hold
+void check_global_shutter(const capture::CameraCalibration& camera, const char* format);
+
 /// How far the right camera stands to the right of the left, in the left camera's frame, m, when
 /// the two are a rectified pair: axes parallel within 1e-9 rad, centres apart along x alone within
 /// 1e-9 m, equal intrinsics.

@@ -235,7 +235,9 @@ class ColmapExporter final : public Exporter {
     for (const ExportedCamera& camera : exported_cameras(cameras))
       core::with_context(
           [&] {
-            check_colmap_camera(cameras[static_cast<std::size_t>(camera.camera_index)].intrinsics);
+            const auto& calibration = cameras[static_cast<std::size_t>(camera.camera_index)];
+            check_colmap_camera(calibration.intrinsics);
+            check_global_shutter(calibration, kFormat);
           },
           fmt::format("checking camera {} for {}", camera.name, kFormat));
   }

@@ -47,6 +47,7 @@ Eigen::Matrix3d rdf_from_frd() {
 void check_tartanair_camera(const capture::CameraCalibration& camera, int width_px, int height_px,
                             const char* format) {
   check_pinhole(camera, format);
+  check_global_shutter(camera, format);
   const geo::CameraIntrinsics& k = camera.intrinsics;
   const double cx_px = 0.5 * width_px, cy_px = 0.5 * height_px;
   if (k.width_px == width_px && k.height_px == height_px &&

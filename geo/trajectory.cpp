@@ -32,6 +32,20 @@ std::string utc_of_first_frame(const TrajectoryOptions& options, const Trajector
 
 }  // namespace
 
+Rigid3d BodyState::pose_after(double offset_s) const {
+  const Eigen::Vector3d half_turn = 0.5 * offset_s * angular_velocity_body_radps;
+  const double half_angle = half_turn.norm();
+  // sin x / x, which is 1 - x^2 / 6 to double where x^4 / 120 is lost.
+  const double share =
+      half_angle > 1e-4 ? std::sin(half_angle) / half_angle : 1.0 - half_angle * half_angle / 6.0;
+  const Eigen::Quaterniond turn(std::cos(half_angle), share * half_turn.x(), share * half_turn.y(),
+                                share * half_turn.z());
+  return {
+      .rotation = (world_from_body.rotation * turn).normalized(),
+      .translation = world_from_body.translation +
+                     offset_s * (velocity_world_mps + 0.5 * offset_s * acceleration_world_mps2)};
+}
+
 std::span<const TrajectoryKindInfo> trajectory_kinds() {
 #define TERRACAST_ENTRY(name) name##_trajectory(),
   static const std::array table = {TERRACAST_TRAJECTORY_KINDS(TERRACAST_ENTRY)};

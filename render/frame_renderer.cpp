@@ -69,7 +69,8 @@ struct ColorImage {
   const WaterLight* water;  ///< null: it is opaque
   const Sky& sky;
   const Exposure& exposure;
-  const View& view;
+  const View& view;      ///< at the frame's time
+  const OpenView* open;  ///< null: the shutter is open for an instant, the lens a pinhole
   const PixelSampler& sampler;
   std::uint64_t seed;
   std::uint64_t stream;
@@ -93,6 +94,13 @@ struct ColorImage {
     return pixel * std::max(0.5, std::pow(num_samples, -0.25));
   }
 
+  OpenView::LensRay ray_through(const Eigen::Vector2d& place, std::uint64_t bits,
+                                int sample) const {
+    if (open == nullptr) return {view.center_world, view.ray_world(place).normalized()};
+    return open->lens_ray(place, sampler.place_in_time(bits, sample),
+                          sampler.place_on_disc(core::mix_bits(bits ^ 0x6c656e73), sample));
+  }
+
   void cast_rays(const PixelUnit& unit, ColorScratch& s) const {
     s.rays.clear();
     s.pixels.clear();
@@ -111,9 +119,10 @@ struct ColorImage {
             const std::uint64_t bits = core::random_bits(seed, stream, index);
             const Eigen::Vector2d place =
                 Eigen::Vector2d(x, y) + sampler.place_in_pixel(bits, sample);
-            const Eigen::Vector3d direction = view.ray_world(place).normalized();
-            if (!direction.allFinite()) return;  // no light comes in
-            s.rays.push_back({.origin_world = view.center_world, .direction_world = direction});
+            const OpenView::LensRay ray = ray_through(place, bits, sample);
+            if (!ray.direction_world.allFinite()) return;  // no light comes in
+            s.rays.push_back(
+                {.origin_world = ray.origin_world, .direction_world = ray.direction_world});
             s.bits.push_back(bits);
             s.samples.push_back(sample);
             s.spread.push_back(static_cast<float>(sampler.place_between(bits, sample)));
@@ -335,6 +344,7 @@ double FrameRenderer::depth_of(const Eigen::Vector3d& center_world) const {
 
 core::Image8 FrameRenderer::color(int frame, int camera, world::RayTrail* trail) const {
   const View& view = views_.at(frame, camera);
+  const OpenView open = views_.open(frame, camera);
   const Eigen::Vector3d sun = sky_.daylight().sun_direction_world;
   const Eigen::Vector3d beside =
       std::abs(sun.z()) < 0.9 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX();
@@ -354,6 +364,7 @@ core::Image8 FrameRenderer::color(int frame, int camera, world::RayTrail* trail)
       .sky = sky_,
       .exposure = exposure_,
       .view = view,
+      .open = open.is_pinhole_instant() ? nullptr : &open,
       .sampler = sampler_,
       .seed = seed_,
       .stream = core::stream_of(core::stream_of(core::mix_bits(0x636f6c6f72),  // "color"
@@ -365,7 +376,7 @@ core::Image8 FrameRenderer::color(int frame, int camera, world::RayTrail* trail)
       .sun_right = right * radius,
       .sun_up = sun.cross(right) * radius};
   core::Image8 pixels(view.model->width_px(), view.model->height_px(), 3);
-  const PixelGrid grid{pixels.width(), pixels.height(), kUnitSide};
+  const PixelGrid grid = PixelGrid::of_squares(pixels.width(), pixels.height(), kUnitSide);
   ScratchPool<ColorScratch> pool;
   core::parallel_for_blocks(grid.num_units(), 1, [&](std::int64_t unit, std::int64_t) {
     ScratchPool<ColorScratch>::Lease scratch(pool);

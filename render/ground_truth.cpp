@@ -15,13 +15,26 @@ namespace terracast::render {
 namespace {
 
 constexpr int kUnitSide = 32;
+/// Where rays to points end, the point being at 1.
+constexpr double kJustBeyond = 1.0 + 1e-6;
 constexpr std::size_t kUnitRays = static_cast<std::size_t>(kUnitSide) * kUnitSide;
 
 /// A view that shall say whether it sees a pixel's point, and the bit that says so.
 struct Target {
-  const View* view;
+  OpenView view;
   std::uint32_t flag;
 };
+
+/// Units of an image: squares, or parts of lines where these are exposed one after the other, so that all
+/// rays of a unit start at one place.
+PixelGrid grid_of(const OpenView& view) {
+  const int width_px = view.middle.model->width_px();
+  const int height_px = view.middle.model->height_px();
+  if (!view.is_rolling()) return PixelGrid::of_squares(width_px, height_px, kUnitSide);
+  constexpr int kLength = kUnitSide * kUnitSide;
+  return view.motion.shutter.has_columns() ? PixelGrid{width_px, height_px, 1, kLength}
+                                           : PixelGrid{width_px, height_px, kLength, 1};
+}
 
 /// Hits of a packet, field by field.
 struct HitPacket {
@@ -98,7 +111,7 @@ class Directions {
   /// the crossing at a point is within.
   world::RayFan just_beyond(const Eigen::Vector3d& origin_world) const {
     world::RayFan rays = from(origin_world);
-    rays.t_max = 1.0 + 1e-6;
+    rays.t_max = kJustBeyond;
     return rays;
   }
 
@@ -123,6 +136,7 @@ struct MetPoints {
 };
 
 struct UnitScratch {
+  View view;                                   ///< of the unit
   Directions directions;                       ///< of the rays
   std::vector<world::SurfaceHit> hits;         ///< of the rays
   std::vector<double> t;                       ///< of rays to points
@@ -155,6 +169,14 @@ struct UnitScratch {
 /// t   of the first crossing of a ray to the point
 bool is_at_point(double t) { return std::abs(t - 1.0) <= kSamePointRelative; }
 
+/// To a point and a little beyond, so that the crossing at the point is within.
+world::WorldRay ray_just_beyond(const Eigen::Vector3d& origin_world,
+                                const Eigen::Vector3d& point_world) {
+  return {.origin_world = origin_world,
+          .direction_world = point_world - origin_world,
+          .t_max = kJustBeyond};
+}
+
 /// One camera's image at one frame.
 class TruthTracer {
  public:
@@ -163,15 +185,15 @@ class TruthTracer {
       : query_(query),
         bed_(bed),
         ground_(ground),
-        view_(views.at(frame, camera)),
-        grid_{view_.model->width_px(), view_.model->height_px(), kUnitSide},
+        view_(views.open(frame, camera)),
+        grid_(grid_of(view_)),
         truth_(truth),
         trail_(trail) {
     if (frame + 1 < views.num_frames())
-      targets_.push_back({&views.at(frame + 1, camera), capture::kVisibleNext});
-    if (frame > 0) targets_.push_back({&views.at(frame - 1, camera), capture::kVisiblePrevious});
+      targets_.push_back({views.open(frame + 1, camera), capture::kVisibleNext});
+    if (frame > 0) targets_.push_back({views.open(frame - 1, camera), capture::kVisiblePrevious});
     for (const int other : views.companions(camera))
-      targets_.push_back({&views.at(frame, other), capture::visible_in_camera(other)});
+      targets_.push_back({views.open(frame, other), capture::visible_in_camera(other)});
 
     const int width = grid_.width_px;
     const int height = grid_.height_px;
@@ -222,12 +244,18 @@ class TruthTracer {
     });
   }
 
+  /// The camera when a unit's pixels are exposed.
+  View view_of(const PixelUnit& unit) const {
+    return view_.of_line({0.5 * (unit.x0 + unit.x1), 0.5 * (unit.y0 + unit.y1)});
+  }
+
   void trace_unit(int unit, UnitScratch& scratch) {
+    scratch.view = view_of(grid_.unit(unit));
     set_pixel_rays(grid_.unit(unit), scratch);
     const std::size_t num_rays = scratch.directions.size();
     scratch.hits.resize(num_rays);
     scratch.surfaces.resize(num_rays);
-    query_.intersect(scratch.directions.from(view_.center_world), scratch.hits,
+    query_.intersect(scratch.directions.from(scratch.view.center_world), scratch.hits,
                      world::Coherence::Coherent, scratch.surfaces, trail_,
                      world::SurfaceNeed::Facts);
     MetPoints& ground = scratch.ground;
@@ -269,7 +297,7 @@ class TruthTracer {
     scratch.directions.clear(kUnitRays);
     for (const Eigen::Vector3d& direction : directions) scratch.directions.add(direction);
     const std::span<const double> t =
-        scratch.cast(*bed_, scratch.directions.from(view_.center_world), trail_);
+        scratch.cast(*bed_, scratch.directions.from(scratch.view.center_world), trail_);
     for (std::size_t i = 0; i < pixels.size(); ++i)
       facts.bottom_range_m.data()[pixels[i]] = std::max(
           static_cast<float>(t[i] * directions[i].norm()), facts.range_m.data()[pixels[i]]);
@@ -293,7 +321,7 @@ class TruthTracer {
     std::size_t count = 0;
     const auto add_rays = [&] {
       geo::VectorBlock directions;
-      view_.find_rays(pixels, directions);
+      scratch.view.find_rays(pixels, directions);
       for (std::size_t i = 0; i < count; ++i) {
         const Eigen::Vector3d direction(directions.x[i], directions.y[i], directions.z[i]);
         if (!direction.allFinite()) {
@@ -345,7 +373,8 @@ class TruthTracer {
       const std::size_t count = std::min<std::size_t>(kLanes, num_ground - begin);
       const std::span<const std::size_t> rays(&ground.rays[begin], count);
       gather_hits(rays, scratch);
-      place_hits(view_.center_world.data(), scratch.packet_hits, scratch.range_m, scratch.places);
+      place_hits(scratch.view.center_world.data(), scratch.packet_hits, scratch.range_m,
+                 scratch.places);
       ground_.set(scratch.places, scratch.packet);
       ground_.classify(scratch.packet, scratch.classes);
       for (std::size_t lane = 0; lane < count; ++lane) {
@@ -408,7 +437,7 @@ class TruthTracer {
       const world::SurfaceHit& hit = scratch.hits[i];
       const world::SurfaceSample& surface = scratch.surfaces[i];
       const Eigen::Vector3d direction = scratch.directions[i];
-      const Eigen::Vector3d point = view_.center_world + hit.t * direction;
+      const Eigen::Vector3d point = scratch.view.center_world + hit.t * direction;
       truth_.range_m[pixel] = hit.t * direction.norm();
       truth_.point_world[pixel] = point;
       truth_.crossing_error[pixel] = surface.crossing_error;
@@ -432,14 +461,18 @@ class TruthTracer {
   }
 
   void see_from(const Target& target, MetPoints& met, UnitScratch& scratch) {
+    if (target.view.is_rolling()) {
+      see_from_lines(target, met, scratch);
+      return;
+    }
     constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
-    const Eigen::Vector3d& center = target.view->center_world;
+    const Eigen::Vector3d& center = target.view.middle.center_world;
     scratch.directions.clear(kUnitRays);
     for (std::size_t b = 0; b < met.points_world.size(); ++b) {
       const geo::VectorBlock& block = met.points_world[b];
       const std::size_t first = b * kBlock;
       const std::size_t count = std::min(kBlock, met.pixels.size() - first);
-      const std::uint32_t in_image = target.view->find_in_image(block);
+      const std::uint32_t in_image = target.view.middle.find_in_image(block);
       for (std::size_t i = 0; i < count; ++i) {
         scratch.asked[scratch.directions.size()] = first + i;
         scratch.directions.add_if(
@@ -451,6 +484,24 @@ class TruthTracer {
         scratch.cast(query_, scratch.directions.just_beyond(center), trail_);
     for (std::size_t i = 0; i < t.size(); ++i)
       if (is_at_point(t[i])) met.flags[scratch.asked[i]] |= target.flag;
+  }
+
+  /// The same of a camera that sees each point from a place of its own.
+  void see_from_lines(const Target& target, MetPoints& met, UnitScratch& scratch) {
+    constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
+    std::vector<world::WorldRay> rays;
+    for (std::size_t i = 0; i < met.pixels.size(); ++i) {
+      const geo::VectorBlock& block = met.points_world[i / kBlock];
+      const Eigen::Vector3d point(block.x[i % kBlock], block.y[i % kBlock], block.z[i % kBlock]);
+      const std::optional<View> view = target.view.that_sees(point);
+      if (!view) continue;
+      scratch.asked[rays.size()] = i;
+      rays.push_back(ray_just_beyond(view->center_world, point));
+    }
+    std::vector<world::SurfaceHit> hits(rays.size());
+    query_.intersect(rays, hits, world::Coherence::Coherent, {}, trail_);
+    for (std::size_t i = 0; i < hits.size(); ++i)
+      if (is_at_point(hits[i].t)) met.flags[scratch.asked[i]] |= target.flag;
   }
 
   /// Whether a unit and those around it hold both sky and ground, or objects.
@@ -484,12 +535,14 @@ class TruthTracer {
   void mark_edges(int unit, UnitScratch& scratch) {
     static constexpr double kShifts[4][2] = {
         {-kEdgeShift_px, 0.0}, {kEdgeShift_px, 0.0}, {0.0, -kEdgeShift_px}, {0.0, kEdgeShift_px}};
+    scratch.view = view_of(grid_.unit(unit));
     scratch.directions.clear(4 * kUnitRays);
     scratch.pixels.clear();
     for_each_pixel(grid_.unit(unit), [&](int x, int y) {
       if (!is_beside_edge(x, y) || std::isnan(truth_.range_m[pixel_index(x, y)])) return;
       for (const auto& shift : kShifts) {
-        const Eigen::Vector3d ray = view_.ray_world({x + 0.5 + shift[0], y + 0.5 + shift[1]});
+        const Eigen::Vector3d ray =
+            scratch.view.ray_world({x + 0.5 + shift[0], y + 0.5 + shift[1]});
         if (!ray.allFinite()) continue;
         scratch.directions.add(ray);
         scratch.pixels.push_back(pixel_index(x, y));
@@ -498,7 +551,7 @@ class TruthTracer {
     const std::size_t num_rays = scratch.directions.size();
     scratch.hits.resize(num_rays);
     scratch.surfaces.resize(num_rays);
-    query_.intersect(scratch.directions.from(view_.center_world), scratch.hits,
+    query_.intersect(scratch.directions.from(scratch.view.center_world), scratch.hits,
                      world::Coherence::Coherent, scratch.surfaces, trail_,
                      world::SurfaceNeed::Object);
     for (std::size_t i = 0; i < num_rays; ++i) {
@@ -513,7 +566,7 @@ class TruthTracer {
   const world::RayQuery& query_;
   const world::RayQuery* const bed_;
   const Ground& ground_;
-  const View& view_;
+  const OpenView view_;
   const PixelGrid grid_;
   TruthFrame& truth_;
   world::RayTrail* const trail_;
@@ -530,24 +583,24 @@ void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewT
   TruthTracer(query, ground, views, frame, camera, truth, trail, bed).trace();
 }
 
-std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,
+std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const OpenView& view,
                                           std::span<const Eigen::Vector3d> points_world) {
   std::vector<std::uint8_t> is_visible(points_world.size(), 0);
   core::parallel_for_blocks(
       static_cast<std::int64_t>(points_world.size()), kUnitRays,
       [&](std::int64_t begin, std::int64_t end) {
-        Directions directions;
-        directions.clear(static_cast<std::size_t>(end - begin));
+        std::vector<world::WorldRay> rays;
         std::vector<std::size_t> points;
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-          if (!view.has_in_image(points_world[i])) continue;
-          directions.add(points_world[i] - view.center_world);
+          const std::optional<View> seen_in = view.that_sees(points_world[i]);
+          if (!seen_in) continue;
+          rays.push_back(ray_just_beyond(seen_in->center_world, points_world[i]));
           points.push_back(i);
         }
-        std::vector<double> t(directions.size());
-        query.intersect(directions.just_beyond(view.center_world), t, world::Coherence::Incoherent);
-        for (std::size_t i = 0; i < t.size(); ++i)
-          is_visible[points[i]] = is_at_point(t[i]) ? 1 : 0;
+        std::vector<world::SurfaceHit> hits(rays.size());
+        query.intersect(rays, hits, world::Coherence::Incoherent);
+        for (std::size_t i = 0; i < hits.size(); ++i)
+          is_visible[points[i]] = is_at_point(hits[i].t) ? 1 : 0;
       });
   return is_visible;
 }

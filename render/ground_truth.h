@@ -34,7 +34,8 @@ struct TruthFrame {
 /// shifted by kEdgeShift_px to four sides whether they meet another), and whether the exact hit point is seen from the same camera in the next and the
 /// previous frame and from the rig's other cameras at the same time. Visibility is by ray: the
 /// point projects into that image, and the first crossing of the ray from that centre to the point
-/// is the point.
+/// is the point. Of a rolling shutter each line's pixels are traced from where the camera is in the middle
+/// of that line's exposure, and a point projects into the line that sees it.
 /// bed           the world without water: fills bottom_range_m; null: nobody wants it
 /// truth         overwritten, all but the colour; a frame that is used again costs no new memory
 /// trail         takes the tiles to which the rays come; null: nobody wants to know
@@ -45,7 +46,7 @@ void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewT
                  const world::RayQuery* bed = nullptr);
 
 /// Which of some points of the surface are seen in a view, by ray.
-std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const View& view,
+std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const OpenView& view,
                                           std::span<const Eigen::Vector3d> points_world);
 
 /// The id of a triangle in a capture (capture/channel.h). tile_index below 2^15 - 1.

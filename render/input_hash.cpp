@@ -31,6 +31,11 @@ void append_cameras(std::string& text, const std::vector<capture::CameraCalibrat
     append_numbers(text, intrinsics.parameters.data(), intrinsics.parameters.size());
     append_pose(text, camera.rig_from_camera);
     append_pose(text, camera.body_from_rig);
+    if (camera.shutter.is_instant() && camera.aperture == geo::Aperture{}) continue;
+    text += fmt::format("exposure {:.17g} {:.17g} {} {:.17g} {:.17g}\n", camera.shutter.exposure_s,
+                        camera.shutter.line_time_s,
+                        geo::kReadoutNames[static_cast<std::size_t>(camera.shutter.readout)],
+                        camera.aperture.diameter_m, camera.aperture.focus_m);
   }
 }
 

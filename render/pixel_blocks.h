@@ -18,18 +18,25 @@ struct PixelUnit {
   int num_pixels() const { return (x1 - x0) * (y1 - y0); }
 };
 
-/// How an image is cut into units of `side` x `side` pixels.
+/// How an image is cut into units of `unit_width_px` x `unit_height_px` pixels.
 struct PixelGrid {
   int width_px;
   int height_px;
-  int side;  ///< a multiple of kBlockSide
+  int unit_width_px;
+  int unit_height_px;
 
-  int columns() const { return (width_px + side - 1) / side; }
-  int num_units() const { return columns() * ((height_px + side - 1) / side); }
+  /// side   a multiple of kBlockSide
+  static PixelGrid of_squares(int width_px, int height_px, int side) {
+    return {width_px, height_px, side, side};
+  }
+
+  int columns() const { return (width_px + unit_width_px - 1) / unit_width_px; }
+  int num_units() const { return columns() * ((height_px + unit_height_px - 1) / unit_height_px); }
   PixelUnit unit(std::int64_t index) const {
-    const int x0 = static_cast<int>(index % columns()) * side;
-    const int y0 = static_cast<int>(index / columns()) * side;
-    return {x0, y0, std::min(x0 + side, width_px), std::min(y0 + side, height_px)};
+    const int x0 = static_cast<int>(index % columns()) * unit_width_px;
+    const int y0 = static_cast<int>(index / columns()) * unit_height_px;
+    return {x0, y0, std::min(x0 + unit_width_px, width_px),
+            std::min(y0 + unit_height_px, height_px)};
   }
 };
 

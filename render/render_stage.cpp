@@ -79,24 +79,31 @@ std::string place_of(const SequencePlan& plan, int frame, int camera,
 void check_clearance(const SequencePlan& plan, const world::TileStore& store,
                      const world::RayQuery& query, const ViewTable& views) {
   const geo::WorldFrame frame_of_world(store.manifest().origin);
-  for (int frame = 0; frame < views.num_frames(); ++frame) {
-    for (int camera = 0; camera < views.num_cameras(); ++camera) {
-      const Eigen::Vector3d& center = views.at(frame, camera).center_world;
-      const auto where = [&] { return place_of(plan, frame, camera, center, frame_of_world); };
-      const std::optional<double> ground_z = query.surface_z_world(center.x(), center.y());
-      if (!ground_z) fail(ErrorKind::Input, "{}: the world has no ground there", where());
-      const double clearance_m = center.z() - *ground_z;
-      if (clearance_m < 0.0) {
-        fail(ErrorKind::Input, "{}: {:.2f} m under the ground{}; raise the trajectory there",
-             where(), -clearance_m,
-             query.is_without_water() ? ", which is the bed of water or land there" : "");
-      }
-      if (clearance_m < kLeastClearance_m) {
-        fail(ErrorKind::Input, "{}: {:.2f} m above the ground; a camera needs {} m", where(),
-             clearance_m, kLeastClearance_m);
-      }
+  const auto check = [&](int frame, int camera, const Eigen::Vector3d& center) {
+    const auto where = [&] { return place_of(plan, frame, camera, center, frame_of_world); };
+    const std::optional<double> ground_z = query.surface_z_world(center.x(), center.y());
+    if (!ground_z) fail(ErrorKind::Input, "{}: the world has no ground there", where());
+    const double clearance_m = center.z() - *ground_z;
+    if (clearance_m < 0.0) {
+      fail(ErrorKind::Input, "{}: {:.2f} m under the ground{}; raise the trajectory there", where(),
+           -clearance_m,
+           query.is_without_water() ? ", which is the bed of water or land there" : "");
     }
-  }
+    if (clearance_m < kLeastClearance_m) {
+      fail(ErrorKind::Input, "{}: {:.2f} m above the ground; a camera needs {} m", where(),
+           clearance_m, kLeastClearance_m);
+    }
+  };
+  for (int frame = 0; frame < views.num_frames(); ++frame)
+    for (int camera = 0; camera < views.num_cameras(); ++camera) {
+      const OpenView open = views.open(frame, camera);
+      check(frame, camera, open.middle.center_world);
+      const double reach_s = open.motion.shutter.reach_s(open.middle.model->width_px(),
+                                                         open.middle.model->height_px());
+      if (reach_s == 0.0) continue;
+      for (const double offset_s : {-reach_s, reach_s})
+        check(frame, camera, open.at(offset_s).center_world);
+    }
 }
 
 /// Whether any tile may hold water.

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <span>
 #include <utility>
@@ -99,6 +100,17 @@ int num_orientations(const CameraOptions& camera) {
          static_cast<int>(!camera.look_at_mm.empty());
 }
 
+geo::Shutter shutter_of(const CameraOptions& camera) {
+  const auto* const readout =
+      std::find(std::begin(geo::kReadoutNames), std::end(geo::kReadoutNames), camera.readout);
+  if (readout == std::end(geo::kReadoutNames))
+    fail(ErrorKind::Config, "camera {}: readout = \"{}\"; known are down, up, right and left",
+         camera.name, camera.readout);
+  return {.exposure_s = 1e-3 * camera.exposure_ms,
+          .line_time_s = 1e-6 * camera.line_time_us,
+          .readout = static_cast<geo::Readout>(readout - std::begin(geo::kReadoutNames))};
+}
+
 geo::CameraIntrinsics intrinsics_of(const CameraOptions& camera) {
   double fx = camera.fx_px;
   double fy = camera.fy_px > 0.0 ? camera.fy_px : camera.fx_px;
@@ -188,6 +200,27 @@ void CameraOptions::describe(core::SchemaVisitor& visit) {
       "A point, in the rig's axes, that the optical axis passes through; the image's rows stay "
       "level.",
       three);
+  visit.key(
+      "exposure_ms", exposure_ms,
+      "How long each line of the image is exposed: colour is blurred by what moves meanwhile. "
+      "Ground truth is that of the exposure's middle.",
+      core::between(0.0, 1000.0));
+  visit.key("line_time_us", line_time_us,
+            "Time from a line's exposure to the next one's, a rolling shutter; 0: all at once. A "
+            "frame's time is that of the image's middle.",
+            core::between(0.0, 10000.0));
+  visit.key(
+      "readout", readout,
+      "Which way a rolling shutter's lines follow each other: rows down or up, columns right or "
+      "left.",
+      core::one_of({std::begin(geo::kReadoutNames), std::end(geo::kReadoutNames)}));
+  visit.key(
+      "aperture_mm", aperture_mm,
+      "Diameter of the lens's entrance pupil, its focal length over its f-number: what is out of "
+      "focus is blurred in colour. 0: all is sharp.",
+      core::between(0.0, 1000.0));
+  visit.key("focus_m", focus_m, "Depth at which colour is sharp; 0: infinitely far.",
+            core::between(0.0, 1e6));
 }
 
 void CameraOptions::validate() const {
@@ -245,6 +278,11 @@ void CameraOptions::validate() const {
            norm);
     }
   }
+  if (focus_m > 0.0 && aperture_mm == 0.0)
+    fail(ErrorKind::Config,
+         "camera {}: focus_m = {}, but no aperture_mm: all is sharp; give aperture_mm, or leave "
+         "focus_m out",
+         name, focus_m);
   if (!look_at_mm.empty() && (vector_of(look_at_mm) - vector_of(offset_mm)).norm() < 1e-6) {
     fail(ErrorKind::Config, "camera {}: look_at_mm is the camera's own place, offset_mm", name);
   }
@@ -381,7 +419,9 @@ std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptio
                 .name = camera.name,
                 .intrinsics = intrinsics_of(camera),
                 .rig_from_camera = rig_from_camera(camera, rig.rig_from_file()),
-                .body_from_rig = body_from_rig};
+                .body_from_rig = body_from_rig,
+                .shutter = shutter_of(camera),
+                .aperture = {.diameter_m = 1e-3 * camera.aperture_mm, .focus_m = camera.focus_m}};
             // Refuses what the model cannot hold.
             const auto model = geo::make_camera(calibration.intrinsics);
             if (!model->is_central())

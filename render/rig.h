@@ -38,6 +38,11 @@ struct CameraOptions {
   std::vector<double> quaternion_wxyz;
   std::vector<double>
       look_at_mm;  ///< a point in the rig's axes that the optical axis passes through
+  double exposure_ms = 0.0;
+  double line_time_us = 0.0;  ///< 0: a global shutter
+  std::string readout = "down";
+  double aperture_mm = 0.0;  ///< diameter of the entrance pupil; 0: a pinhole
+  double focus_m = 0.0;      ///< 0: infinitely far
 
   void describe(core::SchemaVisitor& visit);
   void validate() const;

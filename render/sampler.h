@@ -38,6 +38,19 @@ class PixelSampler {
     return scrambled(sample, static_cast<std::uint32_t>(core::mix_bits(bits ^ 0x7370726561ULL)));
   }
 
+  /// In [0, 1), one in each of as many parts, in an order of the pixel's own: when a sample is taken.
+  double place_in_time(std::uint64_t bits, int sample) const {
+    const std::uint64_t own = core::mix_bits(bits ^ 0x74696d65ULL);
+    const auto count = static_cast<std::uint64_t>(num_samples_);
+    // An odd step goes round a power of two of parts.
+    const std::uint64_t step = (count & (count - 1)) == 0 ? (own >> 32) | 1U : 1U;
+    const std::uint64_t part =
+        (static_cast<std::uint64_t>(sample) * step + (own & 0xffffffffU)) % count;
+    const std::uint64_t jitter = core::mix_bits(own + static_cast<std::uint64_t>(sample));
+    return (static_cast<double>(part) + static_cast<double>(jitter >> 11) * 0x1.0p-53) /
+           num_samples_;
+  }
+
   /// In the unit disc; uniform over pixels.
   Eigen::Vector2d place_on_disc(std::uint64_t bits, int sample) const {
     const double radius = std::sqrt(scrambled(sample, static_cast<std::uint32_t>(bits)));

@@ -79,7 +79,7 @@ capture::CameraRecord SequenceWork::render_camera(int frame, int camera,
 
 std::vector<std::int64_t> SequenceWork::find_visible_tracks(int frame, int camera) const {
   const std::vector<std::uint8_t> is_visible =
-      visible_in_view(query_, renderer_.views().at(frame, camera), track_points_world_);
+      visible_in_view(query_, renderer_.views().open(frame, camera), track_points_world_);
   std::vector<std::int64_t> visible;
   for (std::size_t i = 0; i < is_visible.size(); ++i)
     if (is_visible[i] != 0) visible.push_back(tracks_[i].id);
@@ -87,6 +87,8 @@ std::vector<std::int64_t> SequenceWork::find_visible_tracks(int frame, int camer
 }
 
 capture::LabelBounds SequenceWork::bounds(int frame, int camera, const TruthFrame& truth) const {
+  // The analysis is of one pose an image.
+  if (plan_.cameras[static_cast<std::size_t>(camera)].shutter.is_rolling()) return {};
   const auto view_at = [&](int at) -> std::optional<capture::CameraView> {
     if (at < 0 || at >= renderer_.views().num_frames()) return std::nullopt;
     return capture::CameraView{
@@ -145,6 +147,13 @@ std::vector<EarlierFrames> SequenceWork::open_earlier(const std::vector<fs::path
                             .keys = keys_,
                             .sight = sight_};
   std::vector<EarlierFrames> all;
+  if (!folders.empty() && renderer_.views().has_open_views()) {
+    log.info(
+        "sequence {}: with shutters or lenses that are open for a while no earlier frames are "
+        "taken over",
+        plan_.name);
+    return all;
+  }
   for (const fs::path& folder : folders) {
     std::error_code not_both_there;
     if (fs::equivalent(folder, writer_.folder(), not_both_there)) continue;

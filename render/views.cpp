@@ -63,9 +63,40 @@ std::uint32_t View::find_in_image(const geo::VectorBlock& points_world) const {
   return model->find_in_image(rays_camera);
 }
 
+View OpenView::at(double offset_s) const {
+  if (offset_s == 0.0) return middle;
+  const geo::Rigid3d world_from_camera = motion.world_from_camera(offset_s);
+  return {.model = middle.model,
+          .center_world = world_from_camera.translation,
+          .world_from_camera = world_from_camera.rotation.toRotationMatrix()};
+}
+
+std::optional<View> OpenView::that_sees(const Eigen::Vector3d& point_world) const {
+  const auto seen =
+      geo::find_seen(motion.shutter, middle.model->width_px(), middle.model->height_px(),
+                     [&](double offset_s) { return at(offset_s).project(point_world); });
+  if (!seen || !middle.model->contains(seen->pixel)) return std::nullopt;
+  return at(seen->offset_s);
+}
+
+OpenView::LensRay OpenView::lens_ray(const Eigen::Vector2d& pixel, double open_share,
+                                     const Eigen::Vector2d& on_disc) const {
+  const View view = at(offset_of_line_s(pixel) + (open_share - 0.5) * motion.shutter.exposure_s);
+  if (aperture.diameter_m == 0.0)
+    return {.origin_world = view.center_world,
+            .direction_world = view.ray_world(pixel).normalized()};
+  const Eigen::Vector3d in_pupil(0.5 * aperture.diameter_m * on_disc.x(),
+                                 0.5 * aperture.diameter_m * on_disc.y(), 0.0);
+  const Eigen::Vector3d ray = view.model->ray_from_pixel(pixel);
+  const Eigen::Vector3d through =
+      aperture.focus_m > 0.0 ? Eigen::Vector3d(aperture.focus_m * ray - in_pupil) : ray;
+  return {.origin_world = view.center_world + view.world_from_camera * in_pupil,
+          .direction_world = (view.world_from_camera * through).normalized()};
+}
+
 ViewTable::ViewTable(const std::vector<geo::BodyState>& states,
                      const std::vector<capture::CameraCalibration>& cameras)
-    : num_frames_(static_cast<int>(states.size())) {
+    : num_frames_(static_cast<int>(states.size())), states_(states), cameras_(cameras) {
   for (const capture::CameraCalibration& camera : cameras) {
     models_.push_back(geo::make_camera(camera.intrinsics));
     std::vector<int>& others = companions_.emplace_back();
@@ -82,6 +113,21 @@ ViewTable::ViewTable(const std::vector<geo::BodyState>& states,
                         .world_from_camera = world_from_camera.rotation.toRotationMatrix()});
     }
   }
+}
+
+OpenView ViewTable::open(int frame, int camera) const {
+  const capture::CameraCalibration& calibration = cameras_[static_cast<std::size_t>(camera)];
+  return {.middle = at(frame, camera),
+          .motion = {.state = states_[static_cast<std::size_t>(frame)],
+                     .body_from_camera = calibration.body_from_camera(),
+                     .shutter = calibration.shutter},
+          .aperture = calibration.aperture};
+}
+
+bool ViewTable::has_open_views() const {
+  return std::any_of(cameras_.begin(), cameras_.end(), [](const auto& camera) {
+    return !camera.shutter.is_instant() || camera.aperture.diameter_m > 0.0;
+  });
 }
 
 std::vector<world::Viewpoint> viewpoints_of_frames(const ViewTable& views, int first, int last) {

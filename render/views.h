@@ -8,6 +8,7 @@
 
 #include "capture/frame.h"
 #include "geo/camera_model.h"
+#include "geo/shutter.h"
 #include "geo/trajectory.h"
 #include "world/lod.h"
 
@@ -51,6 +52,38 @@ struct View {
   std::uint32_t find_in_image(const geo::VectorBlock& points_world) const;
 };
 
+/// A camera over the time that its image takes, and its lens.
+struct OpenView {
+  View middle;  ///< at the frame's time
+  geo::CameraMotion motion;
+  geo::Aperture aperture;
+
+  bool is_rolling() const { return motion.shutter.is_rolling(); }
+  /// All rays go through the centre at the frame's time.
+  bool is_pinhole_instant() const {
+    return motion.shutter.is_instant() && aperture.diameter_m == 0.0;
+  }
+  /// So much after the frame's time.
+  View at(double offset_s) const;
+  double offset_of_line_s(const Eigen::Vector2d& pixel) const {
+    return motion.shutter.offset_s(pixel, middle.model->width_px(), middle.model->height_px());
+  }
+  /// In the middle of the exposure of the line through an image point.
+  View of_line(const Eigen::Vector2d& pixel) const { return at(offset_of_line_s(pixel)); }
+  /// The view in whose image a world point stands when its line is exposed; nothing where none is.
+  std::optional<View> that_sees(const Eigen::Vector3d& point_world) const;
+
+  /// A ray of light that comes through the lens to an image point.
+  struct LensRay {
+    Eigen::Vector3d origin_world;
+    Eigen::Vector3d direction_world;  ///< of length 1, or not finite: no light comes in
+  };
+  /// open_share   when in the exposure of the point's line, in [0, 1)
+  /// on_disc      where in the pupil, in the unit disc
+  LensRay lens_ray(const Eigen::Vector2d& pixel, double open_share,
+                   const Eigen::Vector2d& on_disc) const;
+};
+
 /// All views of a sequence, by frame and camera. Threads: safe.
 class ViewTable {
  public:
@@ -64,6 +97,9 @@ class ViewTable {
     return views_[static_cast<std::size_t>(frame) * models_.size() +
                   static_cast<std::size_t>(camera)];
   }
+  OpenView open(int frame, int camera) const;
+  /// Whether any camera's rays start elsewhere than at its centre at the frame's time.
+  bool has_open_views() const;
   /// Cameras of the same rig as `camera`, itself left out.
   const std::vector<int>& companions(int camera) const {
     return companions_[static_cast<std::size_t>(camera)];
@@ -71,6 +107,8 @@ class ViewTable {
 
  private:
   int num_frames_ = 0;
+  std::vector<geo::BodyState> states_;
+  std::vector<capture::CameraCalibration> cameras_;
   std::vector<std::unique_ptr<geo::CameraModel>> models_;
   std::vector<View> views_;
   std::vector<std::vector<int>> companions_;

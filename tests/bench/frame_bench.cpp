@@ -64,7 +64,7 @@ struct Flight {
     const render::ViewTable& views = scene.renderer.views();
     const render::View& view = views.at(kFrame, 0);
     const render::TruthFrame truth = scene.renderer.truth(kFrame, 0);
-    const render::PixelGrid grid{kWidth, kHeight, 32};
+    const auto grid = render::PixelGrid::of_squares(kWidth, kHeight, 32);
     std::vector<world::WorldRay> rays;
     for (int unit = 0; unit < grid.num_units(); ++unit)
       render::for_each_pixel(grid.unit(unit), [&](int x, int y) {

@@ -24,7 +24,7 @@ struct FrameRays {
 template <class Take>
 void for_each_traced_pixel(int width_px, int height_px, const Take& take) {
   constexpr int kUnitSide = 32;
-  const render::PixelGrid grid{width_px, height_px, kUnitSide};
+  const auto grid = render::PixelGrid::of_squares(width_px, height_px, kUnitSide);
   for (int unit = 0; unit < grid.num_units(); ++unit) render::for_each_pixel(grid.unit(unit), take);
 }
 

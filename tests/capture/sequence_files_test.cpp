@@ -6,7 +6,9 @@
 
 #include "capture/frame_reader.h"
 #include "capture/frame_writer.h"
+#include "capture/sequence_json.h"
 #include "core/atomic_file.h"
+#include "core/json.h"
 #include "tests/capture/sequence_support.h"
 #include "tests/support/test_data.h"
 #include "tests/support/tiny_capture.h"
@@ -79,6 +81,34 @@ TEST(SequenceFiles, KeepWhatIsBelievedAndTheClocks) {
   const FrameRecord& record = reader.frames()[1];
   EXPECT_EQ(record.time_s, 0.1);
   for (int k = 0; k < 4; ++k) EXPECT_EQ(record.stamp_s(k), test::tiny_stamp_s(k, 0.1));
+}
+
+TEST(SequenceFiles, KeepShuttersAndLensesAndRefuseWhatIsNone) {
+  const ScratchFolder scratch;
+  const fs::path plain = test::write_tiny_capture(scratch / "plain", kSmall);
+  for (const char* word : {"shutter", "aperture"})
+    EXPECT_THAT(core::read_text_file(plain / "sequence.json"), testing::Not(HasSubstr(word)));
+
+  SequenceInfo info = test::tiny_sequence(kSmall);
+  EXPECT_FALSE(info.has_rolling_shutter());
+  info.cameras[1].shutter = {
+      .exposure_s = 0.01, .line_time_s = 3.1e-5, .readout = geo::Readout::Left};
+  info.cameras[2].aperture = {.diameter_m = 0.004, .focus_m = 12.5};
+  EXPECT_TRUE(info.has_rolling_shutter());
+  const std::string text = json_from_sequence(info).text();
+  const auto read = [](const std::string& json) {
+    return sequence_from_json(core::Json::parse(json, "sequence.json"), "sequence.json");
+  };
+  EXPECT_EQ(read(text).cameras, info.cameras);
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string json = text;
+    json.replace(json.find(from), from.size(), to);
+    return json;
+  };
+  expect_error(core::ErrorKind::Input, {"sideways", "down, up, right and left"},
+               [&] { read(changed("\"left\"", "\"sideways\"")); });
+  expect_error(core::ErrorKind::Input, {"0 or more"},
+               [&] { read(changed("\"focus_m\": 12.5", "\"focus_m\": -12.5")); });
 }
 
 TEST(SequenceFiles, BeliefsOfOtherCamerasAreRefused) {

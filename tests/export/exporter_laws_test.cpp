@@ -445,6 +445,11 @@ TEST_F(ExporterLaws, ARigThatCannotFitIsRefusedBeforeAnythingIsWritten) {
     SCOPED_TRACE(name);
     auto cameras = tiny_sequence(options).cameras;
     EXPECT_NO_THROW(export_options(toml(name)).exporter().check(cameras));
+    for (auto& camera : cameras) camera.shutter.line_time_s = 3e-5;
+    expect_error(ErrorKind::Config, {name, "rolling shutter", "line_time_us = 30"},
+                 [&] { export_options(toml(name)).exporter().check(cameras); });
+    for (auto& camera : cameras) camera.shutter = {.exposure_s = 0.01};
+    EXPECT_NO_THROW(export_options(toml(name)).exporter().check(cameras));
     for (auto& camera : cameras) camera.intrinsics.model = "equirectangular";
     expect_error(ErrorKind::Config, {name, "equirectangular", "pinhole"},
                  [&] { export_options(toml(name)).exporter().check(cameras); });

@@ -194,7 +194,7 @@ TEST(GroundTruth, HiddenPointsAreNotVisible) {
     seen.push_back(truth.point_world[pixel]);
     sunk.push_back(truth.point_world[pixel] - Eigen::Vector3d(0.0, 0.0, 5.0));
   }
-  const View& view = scene.renderer.views().at(0, 0);
+  const OpenView view = scene.renderer.views().open(0, 0);
   int num_seen = 0;
   for (const std::uint8_t v : visible_in_view(scene.query, view, seen)) num_seen += v;
   for (const std::uint8_t v : visible_in_view(scene.query, view, sunk)) EXPECT_EQ(v, 0);

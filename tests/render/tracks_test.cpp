@@ -28,7 +28,7 @@ TEST(Tracks, PointsAreSeenByThreeImagesAndMoreAndEveryShardFindsTheSame) {
   std::vector<int> length(tracks.size(), 0);
   for (int frame = 0; frame < views.num_frames(); ++frame) {
     for (int camera = 0; camera < views.num_cameras(); ++camera) {
-      const auto is_visible = visible_in_view(scene.query, views.at(frame, camera), points);
+      const auto is_visible = visible_in_view(scene.query, views.open(frame, camera), points);
       for (std::size_t i = 0; i < is_visible.size(); ++i) length[i] += is_visible[i];
     }
   }

@@ -1,0 +1,371 @@
+#include "geo/shutter.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "capture/channel.h"
+#include "capture/labels.h"
+#include "core/error.h"
+#include "core/random.h"
+#include "core/toml_reader.h"
+#include "render/input_hash.h"
+#include "tests/render/scene.h"
+#include "tests/support/test_data.h"
+
+namespace terracast::render {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using test::Scene;
+
+constexpr double kPlane_z = 40.0;
+
+/// A turn as it is flown by hand: metres a second, and a few degrees of turning in a frame's time.
+void set_moving(std::vector<geo::BodyState>& states) {
+  for (geo::BodyState& state : states) {
+    state.velocity_world_mps = {12.0, -3.0, 2.0};
+    state.acceleration_world_mps2 = {-4.0, 9.0, 1.5};
+    state.angular_velocity_body_radps = {0.4, -0.3, 0.9};
+  }
+}
+
+/// A level plane as far as 2048 m to each side, and one camera over it.
+struct Flight {
+  test::ScratchFolder folder;
+  world::TileStore store =
+      test::make_tiny_world(folder / "world", [](double, double) { return kPlane_z; },
+                            {.finest_level = 3, .coarsest_level = 3});
+  SequencePlan plan = test::small_plan(2, 40, 32);
+
+  Flight(const geo::CameraIntrinsics& intrinsics, const geo::Shutter& shutter) {
+    set_moving(plan.states);
+    plan.cameras.resize(1);
+    plan.cameras[0].intrinsics = intrinsics;
+    plan.cameras[0].shutter = shutter;
+  }
+};
+
+/// The camera's pose at a time, by Rodrigues' formula and the motion's own series.
+struct Pose {
+  Eigen::Matrix3d world_from_camera;
+  Vector3d center_world;
+
+  static Eigen::Matrix3d turned(const Vector3d& vector) {
+    const double angle = vector.norm();
+    const Vector3d k = vector / angle;
+    Eigen::Matrix3d cross;
+    cross << 0, -k.z(), k.y(), k.z(), 0, -k.x(), -k.y(), k.x(), 0;
+    return Eigen::Matrix3d::Identity() + std::sin(angle) * cross +
+           (1 - std::cos(angle)) * cross * cross;
+  }
+  Pose(const SequencePlan& plan, int frame, double t) {
+    const geo::BodyState& state = plan.states[static_cast<std::size_t>(frame)];
+    const geo::Rigid3d mount = plan.cameras[0].body_from_camera();
+    Eigen::Matrix3d world_from_body = state.world_from_body.rotation.toRotationMatrix();
+    if (t != 0.0) world_from_body = world_from_body * turned(t * state.angular_velocity_body_radps);
+    world_from_camera = world_from_body * mount.rotation.toRotationMatrix();
+    center_world = state.world_from_body.translation + t * state.velocity_world_mps +
+                   0.5 * t * t * state.acceleration_world_mps2 +
+                   world_from_body * mount.translation;
+  }
+  std::optional<Vector2d> project(const geo::CameraModel& model, const Vector3d& point) const {
+    return model.pixel_from_ray(world_from_camera.transpose() * (point - center_world));
+  }
+};
+
+/// When an image point's line is exposed: the shutter's definition, written out.
+double time_of(const geo::Shutter& shutter, const geo::CameraModel& model, const Vector2d& pixel) {
+  switch (shutter.readout) {
+    case geo::Readout::Down:
+      return shutter.line_time_s * (pixel.y() - model.height_px() / 2.0);
+    case geo::Readout::Up:
+      return -shutter.line_time_s * (pixel.y() - model.height_px() / 2.0);
+    case geo::Readout::Right:
+      return shutter.line_time_s * (pixel.x() - model.width_px() / 2.0);
+    case geo::Readout::Left:
+      return -shutter.line_time_s * (pixel.x() - model.width_px() / 2.0);
+  }
+  return 0.0;
+}
+
+/// Where a point is seen in the image, by halving the time between a tenth of a second before and after.
+std::optional<Vector2d> seen_at(const SequencePlan& plan, int frame, const geo::CameraModel& model,
+                                const Vector3d& point) {
+  const geo::Shutter& shutter = plan.cameras[0].shutter;
+  const auto miss = [&](double t) -> std::optional<double> {
+    const auto pixel = Pose(plan, frame, t).project(model, point);
+    if (!pixel) return std::nullopt;
+    return time_of(shutter, model, *pixel) - t;
+  };
+  double low = -0.1, high = 0.1;
+  if (!miss(low) || !miss(high) || *miss(low) < 0.0 || *miss(high) > 0.0) return std::nullopt;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    const auto there = miss(middle);
+    if (!there) return std::nullopt;
+    (*there > 0.0 ? low : high) = middle;
+  }
+  return Pose(plan, frame, low).project(model, point);
+}
+
+struct RollingCase {
+  geo::CameraIntrinsics intrinsics;
+  geo::Shutter shutter;
+};
+
+class EachRollingLens : public testing::TestWithParam<RollingCase> {};
+
+TEST_P(EachRollingLens, SeesAndFollowsAPlaneFromWhereEachLineIsExposed) {
+  const Flight flight(GetParam().intrinsics, GetParam().shutter);
+  const Scene scene(flight.store, flight.plan);
+  const auto model = geo::make_camera(GetParam().intrinsics);
+  const geo::Shutter& shutter = GetParam().shutter;
+  const std::array<capture::CameraView, 2> views = {
+      capture::view_of(*model, flight.plan.cameras[0], flight.plan.states[0]),
+      capture::view_of(*model, flight.plan.cameras[0], flight.plan.states[1])};
+  int num_ground = 0, num_followed = 0, num_moved = 0, num_seen = 0;
+  for (const int frame : {0, 1}) {
+    const int other = 1 - frame;
+    const TruthFrame truth = scene.renderer.truth(frame, 0);
+    for (int y = 0; y < model->height_px(); ++y)
+      for (int x = 0; x < model->width_px(); ++x) {
+        const Vector2d pixel(x + 0.5, y + 0.5);
+        const auto index = static_cast<std::size_t>(y * model->width_px() + x);
+        const Pose pose(flight.plan, frame, time_of(shutter, *model, pixel));
+        const Vector3d ray = pose.world_from_camera * model->ray_from_pixel(pixel).normalized();
+        const double range_m = (kPlane_z - pose.center_world.z()) / ray.z();
+        const Vector3d point = pose.center_world + range_m * ray;
+        // Within the plane, whose triangles float32 bends by less than its crossings' 1e-9.
+        if (!(range_m > 0.0) || point.head<2>().cwiseAbs().maxCoeff() > 1900.0) continue;
+        ++num_ground;
+        ASSERT_NEAR(truth.range_m[index], range_m, 1e-8 * range_m) << x << " " << y;
+        const bool is_shown =
+            (truth.facts.flags(x, y) &
+             (frame == 0 ? capture::kVisibleNext : capture::kVisiblePrevious)) != 0;
+        const auto expected = seen_at(flight.plan, other, *model, point);
+        if (!expected) continue;
+        const auto flow = capture::flow(views[static_cast<std::size_t>(frame)],
+                                        views[static_cast<std::size_t>(other)], pixel, range_m);
+        ASSERT_TRUE(flow);
+        EXPECT_LT((pixel + *flow - *expected).norm(), 1e-6);
+        ++num_followed;
+        // A plane hides nothing; an image point within a thousandth of the border may fall to either side.
+        const bool is_near_border = std::min({std::abs(expected->x()), std::abs(expected->y()),
+                                              std::abs(expected->x() - model->width_px()),
+                                              std::abs(expected->y() - model->height_px())}) < 1e-3;
+        if (!is_near_border) {
+          EXPECT_EQ(is_shown, model->contains(*expected)) << x << " " << y;
+        }
+        num_seen += is_shown ? 1 : 0;
+        const auto at_once = Pose(flight.plan, other, 0.0).project(*model, point);
+        num_moved += at_once && (*at_once - *expected).norm() > 0.05 ? 1 : 0;
+        // Back again, from where it is seen then.
+        const Pose there(flight.plan, other, time_of(shutter, *model, *expected));
+        const auto back = capture::flow(views[static_cast<std::size_t>(other)],
+                                        views[static_cast<std::size_t>(frame)], *expected,
+                                        (point - there.center_world).norm());
+        ASSERT_TRUE(back);
+        EXPECT_LT((*flow + *back).norm(), 1e-6);
+      }
+  }
+  EXPECT_GT(num_ground, 300);
+  EXPECT_GT(num_followed, 300);
+  EXPECT_GT(num_seen, 100);
+  EXPECT_GT(num_moved, 100);  // a global shutter's flow is another
+}
+
+constexpr double kLine_s = 4e-4;
+INSTANTIATE_TEST_SUITE_P(
+    Models, EachRollingLens,
+    testing::Values(
+        RollingCase{{"pinhole", 40, 32, {30, 30, 20, 16}}, {.line_time_s = kLine_s}},
+        RollingCase{{"simple_radial", 40, 32, {30, 30, 20, 16, -0.05}},
+                    {.line_time_s = kLine_s, .readout = geo::Readout::Up}},
+        RollingCase{{"opencv", 60, 48, {40, 41, 31, 23, -0.2, 0.05, 1e-3, -1e-3}},
+                    {.line_time_s = kLine_s, .readout = geo::Readout::Right}},
+        RollingCase{{"opencv_fisheye", 60, 48, {12, 12, 30, 24, -0.03, 0, 0, 0}},
+                    {.line_time_s = kLine_s, .readout = geo::Readout::Left}},
+        RollingCase{{"double_sphere", 60, 48, {14, 14, 30, 24, 0.3, 0.65}},
+                    {.line_time_s = kLine_s}},
+        RollingCase{{"unified", 60, 48, {40, 40, 30, 24, 1.2, -0.1, 0, 0, 0}},
+                    {.line_time_s = kLine_s}},
+        RollingCase{
+            {"equirectangular", 64, 32, {32 / std::numbers::pi, 32 / std::numbers::pi, 32, 16}},
+            {.line_time_s = kLine_s}},
+        RollingCase{{"cylindrical", 64, 48, {32 / std::numbers::pi, 10, 32, 24}},
+                    {.line_time_s = kLine_s}}),
+    [](const auto& example) { return example.param.intrinsics.model; });
+
+TEST(Shutter, APointThatRunsAlongWithTheLinesIsNotSeen) {
+  const geo::Shutter shutter{.line_time_s = 1e-3};
+  // Rows go down by one a millisecond, and so does the point, always a row ahead.
+  const auto along = [](double t) -> std::optional<Vector2d> {
+    return Vector2d(5.0, 17.0 + 1e3 * t);
+  };
+  EXPECT_FALSE(geo::find_seen(shutter, 40, 32, along));
+  // Half as fast it is caught up with: t = (17 - 16 + 500 t) / 1000.
+  const auto slow = [](double t) -> std::optional<Vector2d> {
+    return Vector2d(5.0, 17.0 + 500.0 * t);
+  };
+  const auto seen = geo::find_seen(shutter, 40, 32, slow);
+  ASSERT_TRUE(seen);
+  EXPECT_NEAR(seen->offset_s, 2e-3, 1e-12);
+  EXPECT_NEAR(seen->pixel.y(), 18.0, 1e-9);
+}
+
+TEST(Shutter, TracksAreSeenWhereTheirLinesSeeThem) {
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_hills(folder / "world");
+  SequencePlan plan = test::small_plan(2, 64, 48);
+  set_moving(plan.states);
+  plan.cameras.resize(1);
+  plan.cameras[0].shutter = {.line_time_s = 1e-3};
+  const Scene scene(store, plan);
+  const auto model = geo::make_camera(plan.cameras[0].intrinsics);
+  // Points of pixels of a frame are seen in that frame.
+  const TruthFrame truth = scene.renderer.truth(0, 0);
+  std::vector<Vector3d> points;
+  for (std::size_t pixel = 0; pixel < truth.range_m.size(); ++pixel)
+    if (std::isfinite(truth.range_m[pixel])) points.push_back(truth.point_world[pixel]);
+  ASSERT_GT(points.size(), 1000u);
+  const auto seen = visible_in_view(scene.query, scene.renderer.views().open(0, 0), points);
+  const auto num_seen = std::count(seen.begin(), seen.end(), 1);
+  EXPECT_GE(num_seen, static_cast<std::int64_t>(0.999 * static_cast<double>(points.size())));
+  // A camera at one place sees many of them hidden or elsewhere.
+  plan.cameras[0].shutter = {};
+  const Scene still(store, plan);
+  const auto model_view = still.renderer.views().open(0, 0);
+  double farthest_px = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto at_once = model_view.middle.project(points[i]);
+    const auto rolling = seen_at(scene.plan, 0, *model, points[i]);
+    if (at_once && rolling) farthest_px = std::max(farthest_px, (*at_once - *rolling).norm());
+  }
+  EXPECT_GT(farthest_px, 0.5);
+}
+
+TEST(Exposure, RaysComeAllAlongTheMotionAndThroughThePupil) {
+  SequencePlan plan = test::small_plan(1, 40, 32);
+  set_moving(plan.states);
+  plan.cameras.resize(1);
+  plan.cameras[0].shutter = {.exposure_s = 0.02, .line_time_s = 1e-4};
+  const Vector2d pixel(7.25, 29.5);
+  {
+    const ViewTable views(plan.states, plan.cameras);
+    const double line_s = 1e-4 * (29.5 - 16.0);
+    for (const double share : {0.0, 0.25, 0.5, 0.999}) {
+      const auto ray = views.open(0, 0).lens_ray(pixel, share, {0.3, -0.8});
+      const Pose pose(plan, 0, line_s + 0.02 * (share - 0.5));
+      EXPECT_LT((ray.origin_world - pose.center_world).norm(), 1e-10);
+      const auto model = geo::make_camera(plan.cameras[0].intrinsics);
+      EXPECT_LT((ray.direction_world -
+                 (pose.world_from_camera * model->ray_from_pixel(pixel)).normalized())
+                    .norm(),
+                1e-12);
+    }
+  }
+  // All rays through a lens that is focused at 25 m meet in one point at that depth.
+  plan.cameras[0].shutter = {};
+  plan.cameras[0].aperture = {.diameter_m = 0.05, .focus_m = 25.0};
+  for (const double focus_m : {25.0, 0.0}) {
+    plan.cameras[0].aperture.focus_m = focus_m;
+    const ViewTable views(plan.states, plan.cameras);
+    const Pose pose(plan, 0, 0.0);
+    const auto model = geo::make_camera(plan.cameras[0].intrinsics);
+    const Vector3d straight = pose.world_from_camera * model->ray_from_pixel(pixel);
+    for (const Vector2d& at : {Vector2d(0, 0), Vector2d(1, 0), Vector2d(-0.6, 0.8)}) {
+      const auto ray = views.open(0, 0).lens_ray(pixel, 0.5, at);
+      EXPECT_NEAR((ray.origin_world - pose.center_world).norm(), 0.025 * at.norm(), 1e-9);
+      if (focus_m == 0.0) {
+        EXPECT_LT((ray.direction_world - straight.normalized()).norm(), 1e-12);
+        continue;
+      }
+      const Vector3d focus = pose.center_world + focus_m * straight;
+      const double along = (focus - ray.origin_world).dot(ray.direction_world);
+      EXPECT_LT((ray.origin_world + along * ray.direction_world - focus).norm(), 1e-9);
+    }
+  }
+}
+
+TEST(Exposure, AnImageIsTheMeanOfItsMoments) {
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_hills(folder / "world");
+  SequencePlan plan = test::small_plan(1, 48, 32);
+  plan.cameras.resize(1);
+  plan.conditions.color_samples = 64;
+  plan.states[0].angular_velocity_body_radps = {0.0, 0.0, 2.0};
+  plan.states[0].velocity_world_mps = {30.0, 0.0, 0.0};
+  plan.cameras[0].shutter = {.exposure_s = 0.06};
+  const Scene blurred(store, plan);
+  const core::Image8 image = blurred.renderer.color(0, 0);
+  EXPECT_EQ(blurred.renderer.truth(0, 0).range_m, [&] {
+    SequencePlan sharp = plan;
+    sharp.cameras[0].shutter = {};
+    return Scene(store, sharp).renderer.truth(0, 0).range_m;
+  }()) << "facts are of the exposure's middle";
+
+  // Light adds up, images' numbers do not: what each number stands for.
+  std::array<double, 256> light{};
+  for (int value = 0; value < 256; ++value) {
+    double low = 0.0, high = 64.0;
+    for (int i = 0; i < 50; ++i) {
+      const double middle = 0.5 * (low + high);
+      (srgb_from_linear(film_curve(static_cast<float>(middle))) * 255.0f < static_cast<float>(value)
+           ? low
+           : high) = middle;
+    }
+    light[static_cast<std::size_t>(value)] = low;
+  }
+  constexpr int kMoments = 32;
+  std::vector<double> sum(static_cast<std::size_t>(image.width() * image.height() * 3), 0.0);
+  core::Image8 sharp;
+  for (int k = 0; k < kMoments; ++k) {
+    SequencePlan moment = plan;
+    moment.cameras[0].shutter = {};
+    moment.conditions.color_samples = 16;
+    const double t = 0.06 * ((k + 0.5) / kMoments - 0.5);
+    moment.states[0].world_from_body = plan.states[0].pose_after(t);
+    const core::Image8 there = Scene(store, moment).renderer.color(0, 0);
+    if (k == kMoments / 2) sharp = there;
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += light[there.data()[i]] / kMoments;
+  }
+  double error = 0.0, change = 0.0;
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    error += std::abs(light[image.data()[i]] - sum[i]) / static_cast<double>(sum.size());
+    change +=
+        std::abs(light[image.data()[i]] - light[sharp.data()[i]]) / static_cast<double>(sum.size());
+  }
+  // Both are means of samples; a shutter of no time differs by many times that.
+  EXPECT_LT(error, 0.2 * change);
+}
+
+TEST(Exposure, WhatMakesNoSenseIsRefused) {
+  const test::ScratchFolder folder;
+  const auto message_of = [&](const std::string& keys) -> std::string {
+    std::ofstream(folder / "rig.toml")
+        << "name = \"rig\"\n[[cameras]]\nname = \"cam\"\nwidth_px = 64\nheight_px = 48\n"
+           "fx_px = 50.0\n"
+        << keys;
+    try {
+      build_cameras({core::read_toml<RigOptions>(folder / "rig.toml")});
+    } catch (const core::Error& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(message_of("exposure_ms = 10.0\nline_time_us = 30.0\nreadout = \"up\"\n"
+                       "aperture_mm = 4.0\nfocus_m = 12.0\n"),
+            "no error");
+  EXPECT_NE(message_of("focus_m = 12.0\n").find("give aperture_mm"), std::string::npos);
+  EXPECT_NE(message_of("readout = \"sideways\"\n").find("down"), std::string::npos);
+  EXPECT_NE(message_of("exposure_ms = -1.0\n").find("exposure_ms"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace terracast::render
