@@ -13,6 +13,7 @@
 #include "tests/tiler/vector_files.h"
 #include "tiler/instance_ids.h"
 #include "tiler/layer_stack.h"
+#include "tiler/roads/road_bed.h"
 #include "tiler/roads/road_heights.h"
 #include "tiler/roads/road_network.h"
 #include "tiler/roads/road_paint.h"
@@ -225,6 +226,29 @@ TEST(Roads, WaysGoBelowMountainsThatTheyWouldCutTooDeep) {
     if (bridge == std::string("no")) {
       EXPECT_GT(num_on_ground, 100);  // and between them the railway lies
     }
+  }
+}
+
+TEST(Roads, NothingElseStandsOnHighWallsBesideThem) {
+  // A way along a hillside: what lies up the slope is cut, in steep land by a wall.
+  for (const double slope : {0.15, 0.8}) {
+    const tiler::RoadGroundFunction ground = [&](const Vector2d& at) {
+      return tiler::RoadGround{.level_m = slope * at.y()};
+    };
+    tiler::WayStyle style;
+    style.half_width_m = 4.0;
+    style.shoulder_m = 2.0;
+    const tiler::RoadNetwork network(
+        {{.feature = 1, .style = style, .points_world = {{-300, 0}, {300, 0}}}}, 2048.0);
+    const tiler::RoadHeights heights(network, ground);
+    const tiler::RoadBed bed(network, heights, ground, {{}}, {});
+    // Up the slope the wall 1.3 * 0.8 + 0.25 = 1.29 meets the ground (6 + x) 0.8 above at x = 9.8 m, 12.6 m
+    // high; it is looked for in steps of 4 m.
+    const bool is_steep = slope == 0.8;
+    EXPECT_TRUE(bed.holds({0, 5}, 0.0));
+    for (const double y : {8.0, 15.5, -8.0, -15.5})
+      EXPECT_EQ(bed.holds({0, y}, 0.0), is_steep) << y;
+    for (const double y : {30.0, -30.0}) EXPECT_FALSE(bed.holds({0, y}, 0.0)) << y;
   }
 }
 

@@ -34,7 +34,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 4;
+constexpr int kRoadsVersion = 5;
 /// Streets are in a town where so many ways end within some hundred metres.
 constexpr double kTownCell_m = 100.0;
 constexpr int kTownEnds = 10;

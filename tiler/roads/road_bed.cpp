@@ -20,6 +20,11 @@ constexpr double kLeastReach_m = 6.0;
 constexpr double kMostReach_m = 60.0;
 /// A bank is straight as far as this share of its reach.
 constexpr double kStraightShare = 0.7;
+/// Steeper banks that are so high are walls. They begin a little beyond where they are met, so that what stands
+/// above them stands on tiles of 4 m, too.
+constexpr double kWallSlope = 1.0;
+constexpr double kWall_m = 8.0;
+constexpr double kWallTop_m = 4.0;
 /// What a piece wants of places before and beyond it yields by more than any way's grade.
 constexpr double kYield = 0.3;
 /// The ground below a deck lies so much below its underside.
@@ -81,6 +86,7 @@ void RoadBed::add_pieces(const RoadNetwork& network, const RoadHeights& heights,
   struct Bank {
     float slope = static_cast<float>(kBankSlope);
     float reach_m = static_cast<float>(kLeastReach_m);
+    float wall_m = 0.0f;  ///< how far out a wall goes
   };
   const auto& lines = network.lines();
   std::vector<std::vector<Bank>> banks(lines.size());
@@ -106,6 +112,7 @@ void RoadBed::add_pieces(const RoadNetwork& network, const RoadHeights& heights,
         const Vector2d left(-point.tangent.y(), point.tangent.x());
         double slope = kBankSlope;
         double reach_m = kLeastReach_m;
+        double wall_m = 0.0;
         for (const double side : {-1.0, 1.0}) {
           const auto ground_at = [&](double out_m) {
             return ground(point.at_world + side * (core_m + out_m) * left).level_m;
@@ -125,8 +132,11 @@ void RoadBed::add_pieces(const RoadNetwork& network, const RoadHeights& heights,
           for (; out_m < kMostReach_m; out_m += 4.0)
             if (std::abs(ground_at(out_m) - level_m) < slope * out_m) break;
           reach_m = std::max(reach_m, 1.5 * out_m + 6.0);
+          if (slope > kWallSlope && slope * out_m > kWall_m)
+            wall_m = std::max(wall_m, std::min(out_m + kWallTop_m, kMostReach_m));
         }
-        own[p] = {static_cast<float>(slope), static_cast<float>(std::min(reach_m, kMostReach_m))};
+        own[p] = {static_cast<float>(slope), static_cast<float>(std::min(reach_m, kMostReach_m)),
+                  static_cast<float>(wall_m)};
       }
     }
     // What one point needs its neighbours have, so that banks change little by little.
@@ -136,6 +146,7 @@ void RoadBed::add_pieces(const RoadNetwork& network, const RoadHeights& heights,
         if (q < own.size()) {
           wide[p].slope = std::max(wide[p].slope, own[q].slope);
           wide[p].reach_m = std::max(wide[p].reach_m, own[q].reach_m);
+          wide[p].wall_m = std::max(wide[p].wall_m, own[q].wall_m);
         }
     own = std::move(wide);
   });
@@ -182,6 +193,9 @@ void RoadBed::add_pieces(const RoadNetwork& network, const RoadHeights& heights,
         piece.level_b = heights.level_m(b);
         piece.is_deck = style.is_bridge;
         piece.core_m = static_cast<float>(style.is_bridge ? style.half_width_m + 0.6 : core_m);
+        piece.held_m =
+            piece.core_m +
+            (style.is_bridge ? 0.0f : std::max(banks[l][p].wall_m, banks[l][p + 1].wall_m));
         piece.bank_slope_a = banks[l][p].slope;
         piece.bank_slope_b = banks[l][p + 1].slope;
         piece.reach_a_m = banks[l][p].reach_m;
@@ -367,7 +381,7 @@ bool RoadBed::holds(const Vector2d& place_world, double radius_m) const {
         const double t =
             std::clamp((place_world - piece.a).dot(piece.direction), 0.0, piece.length_m);
         if ((piece.a + t * piece.direction - place_world).norm() <
-            static_cast<double>(piece.core_m) + radius_m)
+            static_cast<double>(piece.held_m) + radius_m)
           return true;
       }
       for (const std::uint32_t k : found->second.pads) {

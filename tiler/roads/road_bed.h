@@ -50,7 +50,8 @@ class RoadBed {
   };
   /// The finished ground, of the ground before.
   Shaped shaped(const Eigen::Vector2d& place_world, double ground_m) const;
-  /// Whether a disc touches a carriageway, its shoulder, a pad or a bridge's deck.
+  /// Whether a disc touches a carriageway, its shoulder, a wall of 8 m or more beside it, a pad or a bridge's
+  /// deck.
   bool holds(const Eigen::Vector2d& place_world, double radius_m) const;
   /// Whether a disc touches a carriageway on the ground.
   bool is_on_way(const Eigen::Vector2d& place_world, double radius_m) const;
@@ -66,6 +67,8 @@ class RoadBed {
     double level_a;
     double level_b;
     float core_m;  ///< half the level width
+    float
+        held_m;  ///< from the line, that nothing else may stand on: the core and high walls beside it
     float bank_slope_a;
     float bank_slope_b;
     float reach_a_m;  ///< of the bank beyond the core
