@@ -1,5 +1,6 @@
 #include "render/imaging/imager.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +8,8 @@
 
 #include "capture/frame_reader.h"
 #include "core/atomic_file.h"
+#include "core/schema_writer.h"
+#include "core/toml_reader.h"
 #include "render/shading.h"
 #include "tests/render/scene.h"
 #include "tests/support/test_data.h"
@@ -50,6 +53,37 @@ std::map<std::string, std::vector<std::byte>> bytes_of(const fs::path& folder) {
 float linear_from_srgb(std::uint8_t value) {
   const float v = static_cast<float>(value) / 255.0f;
   return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
+}
+
+TEST(ImagingOptions, AreReadWithPlaceAndReasonOfWhatIsWrong) {
+  const test::ScratchFolder scratch;
+  const auto read = [&](const std::string& imaging) {
+    core::write_file(scratch / "rig.toml",
+                     "name = \"rig\"\n" + imaging +
+                         "[[cameras]]\nname = \"a\"\nwidth_px = 8\nheight_px = 8\nfx_px = 8\n");
+    return core::read_toml<RigOptions>(scratch / "rig.toml");
+  };
+  const auto message_of = [&](const std::string& imaging) -> std::string {
+    try {
+      read(imaging);
+    } catch (const core::Error& error) {
+      EXPECT_EQ(error.kind(), core::ErrorKind::Config);
+      return error.what();
+    }
+    return "";
+  };
+  const RigOptions rig = read("[imaging.sensor]\nbits = 10\nfull_well_e = 9000\n");
+  EXPECT_EQ(rig.imaging.sensor.bits, 10);
+  ASSERT_EQ(imaging_of_cameras({rig}).size(), 1u);
+  EXPECT_TRUE(imaging_of_cameras({read("")}).empty());
+  EXPECT_EQ(core::toml_text(rig), core::toml_text(read("[imaging.sensor]\nbits = 10\n"
+                                                       "full_well_e = 9000.0\n")));
+  using testing::HasSubstr;
+  EXPECT_THAT(message_of("[imaging.sensor]\nbit = 10\n"), HasSubstr("bits"));
+  EXPECT_THAT(message_of("[imaging.sensor]\nbits = 17\n"), HasSubstr("outside 0 to 16"));
+  EXPECT_THAT(message_of("[imaging.sensor]\nmosaic = \"xtrans\"\n"), HasSubstr("rggb"));
+  EXPECT_THAT(message_of("[imaging.sensor]\nread_noise_e = 2.0\n"),
+              testing::AllOf(HasSubstr("rig.toml:2"), HasSubstr("bits = 0 leaves it out")));
 }
 
 /// An imager of one camera with a pinhole of 32 x 24 px.
