@@ -9,8 +9,8 @@ namespace terracast::render {
 
 /// Gains that make the light of a black body white and leave its luminance: that over its linear sRGB.
 /// temperature_k   2000 to 25000
-/// accuracy        0.004 of its chromaticity (Kim et al. 2002, US patent 7024034, cubics of the Planckian
-///                 locus); Development.BlackBodiesAreWhite
+/// accuracy        3 % of each gain at 2856 K (CIE illuminant A); Development.BlackBodiesAreWhite
+/// source          Kim et al. 2002, US patent 7024034: cubics of the Planckian locus
 Color gains_of_temperature(double temperature_k);
 
 /// From balanced exposures to the values of an image: saturation, curve, eight bits. Threads: safe.
