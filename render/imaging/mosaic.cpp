@@ -58,7 +58,7 @@ float filtered(const core::ImageF& seen, int x, int y, const Filter& filter) {
       const int from_y = is_inside ? y + j - 2 : mirrored(y + j - 2, seen.height());
       sum += static_cast<float>(factor) * seen(from_x, from_y);
     }
-  return std::max(sum / 16.0f, 0.0f);
+  return sum / 16.0f;
 }
 
 }  // namespace

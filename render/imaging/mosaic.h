@@ -20,7 +20,8 @@ class Mosaic {
   /// All three colours of each pixel from the one that it saw: linear interpolation corrected by the
   /// gradient of the pixel's own colour. Exact where colours are linear over five pixels and keep their
   /// distances. The image goes on mirrored beyond its sides, about the pixels there.
-  /// seen     one channel, white-balanced; 3 x 3 px at least
+  /// seen     one channel, white-balanced; 3 x 3 px at least. Noise about black may be below 0, and so may
+  ///          what comes of it
   /// source   Malvar, He and Cutler 2004, ICASSP, figure 2
   core::ImageF demosaiced(const core::ImageF& seen) const;
 
