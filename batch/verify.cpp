@@ -59,7 +59,7 @@ std::set<SampledFrame> draw_frames(const Plan& plan, const VerifyOptions& option
   return drawn;
 }
 
-/// Whether two captures hold a frame with the same bytes.
+/// Whether two captures hold a frame with the same bytes; its record says what raw files hold.
 bool is_same_frame(const fs::path& a, const fs::path& b, int frame,
                    const std::vector<capture::CameraCalibration>& cameras) {
   std::vector<std::string> files = {capture::record_path(frame)};
@@ -189,7 +189,7 @@ std::vector<fs::path> damaged_files(const std::optional<capture::WholeFrames>& f
   if (!record) return {captured / capture::record_path(frame)};
   std::vector<fs::path> damaged;
   for (const capture::CameraRecord& camera : record->cameras)
-    for (const capture::FrameFile* file : {&camera.color, &camera.facts})
+    for (const capture::FrameFile* file : camera.files())
       if (!capture::is_whole(captured, *file)) damaged.push_back(captured / file->path);
   return damaged;
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,31 @@ struct CameraClock {
   bool operator==(const CameraClock&) const = default;
 };
 
+/// How a camera makes an image of its light, where something lies in between (render/imaging).
+struct CameraImaging {
+  /// The digital numbers of a mosaic that are stored beside the image.
+  struct RawFormat {
+    std::string
+        mosaic;  ///< color filters from the top left pixel: rggb, bggr, grbg, gbrg; empty: no raw
+    int bits = 0;
+    double black_level_dn = 0.0;
+    double white_level_dn = 0.0;
+    double dn_per_electron = 0.0;  ///< 0: without noise, electrons do not count
+    bool operator==(const RawFormat&) const = default;
+  };
+
+  std::string settings_toml;  ///< `[rigs.imaging]`, every key
+  RawFormat raw = {};
+  /// Photosites that see nothing or are always full: of a mosaic y width_px + x, else 3 times that and the
+  /// color; ascending.
+  std::vector<std::int64_t> dead_sites = {};
+  std::vector<std::int64_t> hot_sites = {};
+  bool operator==(const CameraImaging&) const = default;
+
+  bool is_on() const { return !settings_toml.empty(); }
+  bool has_raw() const { return !raw.mosaic.empty(); }
+};
+
 /// What one camera recorded in one frame. All images have the camera's size.
 struct CameraFrame {
   core::Image8 color;          ///< 3 channels, sRGB
@@ -51,6 +77,8 @@ struct CameraFrame {
   core::ImageU32 flags;  ///< FactFlag and visible_in_camera
   /// In the world without water: to the bed of waters; range_m elsewhere. Empty: not asked for.
   core::ImageF bottom_range_m;
+  /// Digital numbers behind a mosaic, one channel. Empty: none are stored.
+  core::Image16 raw = {};
 };
 
 /// A file of a frame, relative to the sequence's folder.
@@ -65,13 +93,21 @@ struct FrameFile {
 struct CameraRecord {
   FrameFile color;
   FrameFile facts;
-  std::int64_t num_sky = 0;  ///< pixels
+  std::optional<FrameFile> raw = std::nullopt;       ///< digital numbers of a mosaic
+  std::optional<double> exposure_ev = std::nullopt;  ///< stops above the sequence's exposure
+  std::int64_t num_sky = 0;                          ///< pixels
   std::int64_t num_outside = 0;
   std::int64_t num_edge = 0;
   LabelBounds bounds;  ///< what depth and flow that follow from the facts err by
   std::vector<std::int64_t>
       visible_tracks;  ///< ids of the track points that this camera sees, ascending
   bool operator==(const CameraRecord&) const = default;
+
+  /// All of its files.
+  std::vector<const FrameFile*> files() const {
+    if (raw) return {&color, &facts, &*raw};
+    return {&color, &facts};
+  }
 };
 
 /// A tile over which rays of a frame pass, all of them above its highest point.
@@ -163,9 +199,10 @@ struct SequenceInfo {
   std::vector<CameraCalibration> cameras;  ///< as they are: images and labels are made with them
   /// As their users believe them to be, in the same order; empty: as they are.
   std::vector<CameraCalibration> believed_cameras = {};
-  std::vector<CameraClock> clocks = {};  ///< one a camera; empty: all show the time
-  std::string config_toml;               ///< the resolved config, paths as written
-  std::vector<std::string> licences;     ///< of the sources
+  std::vector<CameraClock> clocks = {};     ///< one a camera; empty: all show the time
+  std::vector<CameraImaging> imaging = {};  ///< one a camera; empty: nothing lies in between at any
+  std::string config_toml;                  ///< the resolved config, paths as written
+  std::vector<std::string> licences;        ///< of the sources
   bool operator==(const SequenceInfo&) const = default;
 
   bool has_errors() const { return !believed_cameras.empty() || !clocks.empty(); }

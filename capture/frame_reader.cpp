@@ -76,6 +76,18 @@ core::Image8 decode_color(const std::vector<std::byte>& bytes, const std::string
   return std::move(*image);
 }
 
+core::Image16 decode_raw(const std::vector<std::byte>& bytes, const std::string& file,
+                         const geo::CameraIntrinsics& camera) {
+  std::variant<core::Image8, core::Image16> decoded =
+      core::decode_png(bytes, file, static_cast<std::size_t>(kMaxPixels));
+  auto* image = std::get_if<core::Image16>(&decoded);
+  if (image == nullptr || image->channels() != 1 || image->width() != camera.width_px ||
+      image->height() != camera.height_px)
+    fail(ErrorKind::Input, "{}: not a 16-bit grey image of {} x {} px", file, camera.width_px,
+         camera.height_px);
+  return std::move(*image);
+}
+
 /// Refuses facts that contradict themselves.
 void check_facts(const CameraFrame& frame, const std::string& file) {
   const auto width = static_cast<std::size_t>(frame.range_m.width());
@@ -213,6 +225,9 @@ CameraFrame SequenceReader::read_camera(int frame_index, int camera_index, unsig
   if ((parts & kFacts) != 0)
     decode_facts(read_checked(folder_, record.facts), (folder_ / record.facts.path).string(),
                  camera, frame);
+  if ((parts & kRaw) != 0 && record.raw)
+    frame.raw = decode_raw(read_checked(folder_, *record.raw),
+                           (folder_ / record.raw->path).string(), camera);
   return frame;
 }
 
@@ -244,7 +259,9 @@ std::optional<FrameRecord> WholeFrames::record(int frame) const {
 
 bool WholeFrames::has_files(const FrameRecord& record) const {
   return std::all_of(record.cameras.begin(), record.cameras.end(), [&](const CameraRecord& camera) {
-    return is_whole(folder_, camera.color) && is_whole(folder_, camera.facts);
+    const std::vector<const FrameFile*> files = camera.files();
+    return std::all_of(files.begin(), files.end(),
+                       [&](const FrameFile* file) { return is_whole(folder_, *file); });
   });
 }
 

@@ -23,7 +23,8 @@ class SequenceReader {
   const std::vector<FrameRecord>& frames() const { return frames_; }
 
   /// Which parts of a camera's frame to read.
-  enum Parts : unsigned { kColor = 1, kFacts = 2, kAll = 3 };
+  /// Raw is read where there is one.
+  enum Parts : unsigned { kColor = 1, kFacts = 2, kAll = 3, kRaw = 4 };
   /// throws   Input: a file is missing, damaged or not what its record says
   CameraFrame read_camera(int frame_index, int camera_index, unsigned parts = kAll) const;
 

@@ -105,6 +105,14 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind
            color_path(camera, record.index), facts_path(camera, record.index));
     const std::int64_t num_pixels =
         std::int64_t{camera.intrinsics.width_px} * camera.intrinsics.height_px;
+    const bool has_raw = i < info.imaging.size() && info.imaging[i].has_raw();
+    if (part.raw.has_value() != has_raw ||
+        (part.raw && part.raw->path != raw_path(camera, record.index)))
+      fail(kind, "{}: the raw file of camera {}/{} is {}, but must be {}", where, camera.rig,
+           camera.name, part.raw ? part.raw->path : "none",
+           has_raw ? raw_path(camera, record.index) : "none");
+    if (part.exposure_ev && !std::isfinite(*part.exposure_ev))
+      fail(kind, "{}: the exposure of camera {}/{} is not finite", where, camera.rig, camera.name);
     for (const std::int64_t count :
          {part.num_sky, part.num_outside, part.num_edge, part.bounds.num_left_out})
       if (count < 0 || count > num_pixels)
@@ -129,14 +137,16 @@ Json json_from_record(const FrameRecord& record, const std::string& input_hash) 
   for (const CameraRecord& camera : record.cameras) {
     Json visible = Json::array();
     for (const std::int64_t id : camera.visible_tracks) visible.push(id);
-    cameras.push(Json::object()
-                     .set("color", json_from_file(camera.color))
-                     .set("facts", json_from_file(camera.facts))
-                     .set("num_sky", camera.num_sky)
-                     .set("num_outside", camera.num_outside)
-                     .set("num_edge", camera.num_edge)
-                     .set("bounds", json_from_bounds(camera.bounds))
-                     .set("visible_tracks", std::move(visible)));
+    Json part = Json::object();
+    part.set("color", json_from_file(camera.color)).set("facts", json_from_file(camera.facts));
+    if (camera.raw) part.set("raw", json_from_file(*camera.raw));
+    if (camera.exposure_ev) part.set("exposure_ev", *camera.exposure_ev);
+    part.set("num_sky", camera.num_sky)
+        .set("num_outside", camera.num_outside)
+        .set("num_edge", camera.num_edge)
+        .set("bounds", json_from_bounds(camera.bounds))
+        .set("visible_tracks", std::move(visible));
+    cameras.push(std::move(part));
   }
   Json touched = Json::array();
   for (const int tile : record.touched_tiles) touched.push(tile);
@@ -186,6 +196,10 @@ FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const s
         file_from_json(camera.at("color"), color_path(info.cameras[i], record.index), file);
     part.facts =
         file_from_json(camera.at("facts"), facts_path(info.cameras[i], record.index), file);
+    if (camera.has("raw"))
+      part.raw = file_from_json(camera.at("raw"), raw_path(info.cameras[i], record.index), file);
+    if (camera.has("exposure_ev"))
+      part.exposure_ev = source.finite(camera.at("exposure_ev"), "exposure_ev");
     part.num_sky = camera.at("num_sky").integer();
     part.num_outside = camera.at("num_outside").integer();
     part.num_edge = camera.at("num_edge").integer();

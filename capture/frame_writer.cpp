@@ -48,6 +48,8 @@ void check_frame(const CameraFrame& frame, const CameraCalibration& camera, int 
                       fits(frame.primitive_id, 1) && fits(frame.flags, 1),
                   "frame {} of {}/{}: an image is not {} x {}", frame_index, camera.rig,
                   camera.name, width, height);
+  TERRACAST_CHECK(frame.raw.empty() || fits(frame.raw, 1), "frame {} of {}/{}: raw is not {} x {}",
+                  frame_index, camera.rig, camera.name, width, height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const float range_m = frame.range_m(x, y);
@@ -67,6 +69,10 @@ void check_frame(const CameraFrame& frame, const CameraCalibration& camera, int 
 
 std::vector<std::byte> encode_color(const CameraFrame& frame) {
   return core::encode_png(frame.color, 1);
+}
+
+std::vector<std::byte> encode_raw(const CameraFrame& frame) {
+  return core::encode_png(frame.raw, 1);
 }
 
 std::vector<std::byte> encode_facts(const CameraFrame& frame) {
@@ -134,7 +140,7 @@ bool SequenceWriter::has_frame(int index) const {
     const FrameRecord record = record_from_json(core::Json::read(file), info_, file.string());
     if (record.index != index) return false;
     for (const CameraRecord& camera : record.cameras)
-      for (const FrameFile* part : {&camera.color, &camera.facts})
+      for (const FrameFile* part : camera.files())
         if (!has_size(folder_, *part)) return false;
     return true;
   } catch (const core::Error& error) {
@@ -156,6 +162,7 @@ CameraRecord SequenceWriter::write_camera(int frame_index, int camera_index,
         .path = path, .num_bytes = bytes.size(), .content_hash = core::content_hash(bytes)};
   };
   record.color = write(color_path(camera, frame_index), encode_color(frame));
+  if (!frame.raw.empty()) record.raw = write(raw_path(camera, frame_index), encode_raw(frame));
   record.facts = write(facts_path(camera, frame_index), encode_facts(frame));
   const std::span<const std::uint32_t> semantic = frame.semantic_id.data();
   const std::span<const std::uint32_t> flags = frame.flags.data();
@@ -168,7 +175,7 @@ CameraRecord SequenceWriter::write_camera(int frame_index, int camera_index,
 }
 
 void SequenceWriter::link_camera(const fs::path& earlier_folder, const CameraRecord& camera) const {
-  for (const FrameFile* file : {&camera.color, &camera.facts})
+  for (const FrameFile* file : camera.files())
     core::link_file(earlier_folder / file->path, folder_ / file->path);
 }
 
@@ -230,7 +237,7 @@ std::optional<std::vector<int>> find_damaged_frames(const fs::path& folder,
       const std::string file = (folder / entry.path).string();
       for (const CameraRecord& camera :
            record_from_json(core::Json::read(file), info, file).cameras)
-        is_right = is_right && is_whole(folder, camera.color) && is_whole(folder, camera.facts);
+        for (const FrameFile* part : camera.files()) is_right = is_right && is_whole(folder, *part);
     }
     is_damaged[at] = is_right ? 0 : 1;
   });

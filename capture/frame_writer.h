@@ -14,6 +14,7 @@ namespace terracast::capture {
 ///     <sequence>/sequence.json  tracks.json  manifest.json
 ///     <sequence>/frames/NNNNNN.json
 ///     <sequence>/<rig>/<camera>/NNNNNN.png   colour
+///     <sequence>/<rig>/<camera>/NNNNNN.raw.png   digital numbers of a mosaic, where there is one
 ///     <sequence>/<rig>/<camera>/NNNNNN.exr   facts (single part, channels of channel.h)
 ///
 /// Everything is written atomically; nothing holds threads, hosts, times of day or absolute paths.
@@ -64,6 +65,7 @@ std::optional<std::vector<int>> find_damaged_frames(const std::filesystem::path&
 
 /// Encoded facts of a frame, for benchmarks and tests: what write_camera puts on disk.
 std::vector<std::byte> encode_color(const CameraFrame& frame);
+std::vector<std::byte> encode_raw(const CameraFrame& frame);
 std::vector<std::byte> encode_facts(const CameraFrame& frame);
 
 }  // namespace terracast::capture

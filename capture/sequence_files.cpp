@@ -10,6 +10,9 @@ std::string record_path(int frame_index) {
 std::string color_path(const CameraCalibration& camera, int frame_index) {
   return fmt::format("{}/{}/{:06}.png", camera.rig, camera.name, frame_index);
 }
+std::string raw_path(const CameraCalibration& camera, int frame_index) {
+  return fmt::format("{}/{}/{:06}.raw.png", camera.rig, camera.name, frame_index);
+}
 std::string facts_path(const CameraCalibration& camera, int frame_index) {
   return fmt::format("{}/{}/{:06}.exr", camera.rig, camera.name, frame_index);
 }

@@ -23,6 +23,7 @@ inline constexpr const char* kManifestFile = "manifest.json";
 inline constexpr const char* kRecordsFolder = "frames";
 std::string record_path(int frame_index);
 std::string color_path(const CameraCalibration& camera, int frame_index);
+std::string raw_path(const CameraCalibration& camera, int frame_index);
 std::string facts_path(const CameraCalibration& camera, int frame_index);
 
 /// Whether a sequence, rig or camera may bear a name, which becomes a folder's: 1 to 64 letters,

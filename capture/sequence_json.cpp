@@ -20,6 +20,48 @@ using core::ErrorKind;
 using core::fail;
 using core::Json;
 
+Json json_from_sites(const std::vector<std::int64_t>& sites) {
+  Json json = Json::array();
+  for (const std::int64_t site : sites) json.push(site);
+  return json;
+}
+
+std::vector<std::int64_t> sites_from_json(const Json& json) {
+  std::vector<std::int64_t> sites;
+  for (std::size_t i = 0; i < json.size(); ++i) sites.push_back(json.at(i).integer());
+  return sites;
+}
+
+Json json_from_imaging(const CameraImaging& imaging) {
+  Json json = Json::object().set("settings_toml", imaging.settings_toml);
+  const CameraImaging::RawFormat& raw = imaging.raw;
+  if (imaging.has_raw())
+    json.set("raw", Json::object()
+                        .set("mosaic", raw.mosaic)
+                        .set("bits", raw.bits)
+                        .set("black_level_dn", raw.black_level_dn)
+                        .set("white_level_dn", raw.white_level_dn)
+                        .set("dn_per_electron", raw.dn_per_electron));
+  if (!imaging.dead_sites.empty()) json.set("dead_sites", json_from_sites(imaging.dead_sites));
+  if (!imaging.hot_sites.empty()) json.set("hot_sites", json_from_sites(imaging.hot_sites));
+  return json;
+}
+
+CameraImaging imaging_from_json(const Json& json, const Source& source) {
+  CameraImaging imaging{.settings_toml = json.at("settings_toml").string()};
+  if (json.has("raw")) {
+    const Json& raw = json.at("raw");
+    imaging.raw = {.mosaic = raw.at("mosaic").string(),
+                   .bits = static_cast<int>(source.count(raw.at("bits"), 16, "bits")),
+                   .black_level_dn = source.finite(raw.at("black_level_dn"), "black_level_dn"),
+                   .white_level_dn = source.finite(raw.at("white_level_dn"), "white_level_dn"),
+                   .dn_per_electron = source.finite(raw.at("dn_per_electron"), "dn_per_electron")};
+  }
+  if (json.has("dead_sites")) imaging.dead_sites = sites_from_json(json.at("dead_sites"));
+  if (json.has("hot_sites")) imaging.hot_sites = sites_from_json(json.at("hot_sites"));
+  return imaging;
+}
+
 Json json_from_camera(const SequenceInfo& info, std::size_t index) {
   const CameraCalibration& camera = info.cameras[index];
   const geo::CameraIntrinsics& intrinsics = camera.intrinsics;
@@ -57,6 +99,8 @@ Json json_from_camera(const SequenceInfo& info, std::size_t index) {
                           .set("drift", clock.drift)
                           .set("jitter_sd_s", clock.jitter_sd_s));
   }
+  if (!info.imaging.empty() && info.imaging[index].is_on())
+    json.set("imaging", json_from_imaging(info.imaging[index]));
   return json;
 }
 
@@ -211,6 +255,31 @@ void check_beliefs(const SequenceInfo& info, ErrorKind kind, const std::string& 
            clock.drift, clock.jitter_sd_s);
 }
 
+/// All cameras' imaging stands there, or none's; raw formats are ones that exist.
+void check_imaging(const SequenceInfo& info, ErrorKind kind, const std::string& where) {
+  if (!info.imaging.empty() && info.imaging.size() != info.cameras.size())
+    fail(kind, "{}: imaging of {} of {} cameras", where, info.imaging.size(), info.cameras.size());
+  static const std::set<std::string> kMosaics = {"rggb", "bggr", "grbg", "gbrg"};
+  for (std::size_t i = 0; i < info.imaging.size(); ++i) {
+    const CameraImaging& imaging = info.imaging[i];
+    const CameraImaging::RawFormat& raw = imaging.raw;
+    if (imaging.has_raw() &&
+        (!kMosaics.contains(raw.mosaic) || raw.bits < 8 || raw.bits > 16 ||
+         !(0.0 <= raw.black_level_dn && raw.black_level_dn < raw.white_level_dn &&
+           raw.white_level_dn < static_cast<double>(1 << raw.bits))))
+      fail(kind, "{}: raw of camera {}/{}: mosaic \"{}\", {} bits, levels {} and {}", where,
+           info.cameras[i].rig, info.cameras[i].name, raw.mosaic, raw.bits, raw.black_level_dn,
+           raw.white_level_dn);
+    const std::int64_t num_sites = 3 * kMaxPixels;
+    for (const std::vector<std::int64_t>* sites : {&imaging.dead_sites, &imaging.hot_sites})
+      for (std::size_t k = 0; k < sites->size(); ++k)
+        if ((*sites)[k] < 0 || (*sites)[k] >= num_sites ||
+            (k > 0 && (*sites)[k - 1] >= (*sites)[k]))
+          fail(kind, "{}: photosite {} of camera {}/{} is out of range or order", where,
+               (*sites)[k], info.cameras[i].rig, info.cameras[i].name);
+  }
+}
+
 bool is_utc(const std::string& text) {
   static constexpr std::string_view kShape = "0000-00-00T00:00:00";
   if (text.size() <= kShape.size() || text.back() != 'Z') return false;
@@ -260,6 +329,7 @@ void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string&
            camera.name, camera.intrinsics.width_px, camera.intrinsics.height_px, kMaxPixels);
   }
   check_beliefs(info, kind, where);
+  check_imaging(info, kind, where);
 }
 
 Json json_from_geometry(const ShownGeometry& geometry) {
@@ -341,6 +411,10 @@ SequenceInfo sequence_from_json(const Json& json, const std::string& file) {
       info.believed_cameras.push_back(
           believed_from_json(info.cameras.back(), camera.at("believed"), source));
     if (camera.has("clock")) info.clocks.push_back(clock_from_json(camera.at("clock"), source));
+    if (camera.has("imaging")) {
+      info.imaging.resize(cameras.size());
+      info.imaging[i] = imaging_from_json(camera.at("imaging"), source);
+    }
   }
   info.licences = json.at("licences").strings();
   info.config_toml = json.at("config_toml").string();

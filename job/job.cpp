@@ -107,6 +107,7 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
   plan.states = std::move(frames.states);
   plan.cameras = job.cameras;
   draw_errors(job, plan);
+  plan.imaging = render::imaging_of_cameras(job.config.rigs);
   plan.conditions = job.config.conditions;
   plan.tracks = job.config.tracks;
   plan.detail = job.config.detail;

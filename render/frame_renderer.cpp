@@ -68,7 +68,6 @@ struct ColorImage {
   const HitShader& shader;
   const WaterLight* water;  ///< null: it is opaque
   const Sky& sky;
-  const Exposure& exposure;
   const View& view;      ///< at the frame's time
   const OpenView* open;  ///< null: the shutter is open for an instant, the lens a pinhole
   const PixelSampler& sampler;
@@ -242,7 +241,8 @@ struct ColorImage {
     }
   }
 
-  void render_unit(const PixelUnit& unit, core::Image8& image, ColorScratch& s) const {
+  /// Leaves the radiance of the unit's pixels in s.sums.
+  void render_unit(const PixelUnit& unit, ColorScratch& s) const {
     s.sun_rays.clear();
     cast_rays(unit, s);
     if (depth_m > 0.0) {
@@ -280,12 +280,47 @@ struct ColorImage {
     for (std::size_t i = 0; i < s.rays.size(); ++i) s.sums[s.pixels[i]] += s.radiance[i];
 
     const float share = 1.0f / static_cast<float>(num_samples);
-    std::size_t pixel = 0;
-    for (int y = unit.y0; y < unit.y1; ++y)
-      for (int x = unit.x0; x < unit.x1; ++x)
-        exposure.develop(s.sums[pixel++] * share, &image(x, y));
+    for (Color& sum : s.sums) sum *= share;
   }
 };
+
+/// Of the cameras, where some have imaging.
+std::vector<const geo::CameraModel*> models_of(const SequencePlan& plan, const ViewTable& views) {
+  std::vector<const geo::CameraModel*> models;
+  if (plan.imaging.empty()) return models;
+  for (int camera = 0; camera < views.num_cameras(); ++camera)
+    models.push_back(views.at(0, camera).model);
+  return models;
+}
+
+std::vector<double> times_of(const SequencePlan& plan) {
+  std::vector<double> times_s;
+  for (const geo::BodyState& state : plan.states) times_s.push_back(state.time_s);
+  return times_s;
+}
+
+/// Blocks of pixels, evenly spread over an image.
+std::vector<PixelUnit> metering_spots(int width_px, int height_px) {
+  constexpr int kColumns = 16;
+  constexpr int kRows = 12;
+  std::vector<PixelUnit> spots;
+  for (int row = 0; row < std::min(kRows, height_px); ++row)
+    for (int column = 0; column < std::min(kColumns, width_px); ++column) {
+      const int x0 = (2 * column + 1) * width_px / (2 * kColumns) / kBlockSide * kBlockSide;
+      const int y0 = (2 * row + 1) * height_px / (2 * kRows) / kBlockSide * kBlockSide;
+      spots.push_back(
+          {x0, y0, std::min(x0 + kBlockSide, width_px), std::min(y0 + kBlockSide, height_px)});
+    }
+  return spots;
+}
+
+/// Calls visit(x, y, index) for a unit's pixels row by row.
+template <class Visit>
+void for_each_in_rows(const PixelUnit& unit, const Visit& visit) {
+  std::size_t index = 0;
+  for (int y = unit.y0; y < unit.y1; ++y)
+    for (int x = unit.x0; x < unit.x1; ++x) visit(x, y, index++);
+}
 
 }  // namespace
 
@@ -331,10 +366,13 @@ FrameRenderer::FrameRenderer(const SequencePlan& plan, const world::TileStore& s
       sky_(daylight_of(plan, geo::WorldFrame(store.manifest().origin))),
       clouds_(store, sky_.daylight().sun_direction_world),
       exposure_(sky_, plan.conditions.exposure * (is_in_water ? kInWaterExposure : 1.0)),
-      num_samples_(static_cast<int>(plan.conditions.color_samples)),
-      num_sky_rays_(static_cast<int>(plan.conditions.ambient_rays)),
-      sampler_(num_samples_),
-      seed_(static_cast<std::uint64_t>(plan.seed)) {}
+      sampling_{.sampler = PixelSampler(static_cast<int>(plan.conditions.color_samples)),
+                .num_samples = static_cast<int>(plan.conditions.color_samples),
+                .num_sky_rays = static_cast<int>(plan.conditions.ambient_rays)},
+      seed_(static_cast<std::uint64_t>(plan.seed)),
+      imagers_(plan.imaging, plan.cameras, models_of(plan, views_), times_of(plan), plan.seed,
+               plan.name, exposure_.level(), exposure_.balance(),
+               [this](int frame, int camera) { return meter(frame, camera); }) {}
 
 double FrameRenderer::depth_of(const Eigen::Vector3d& center_world) const {
   const std::optional<double> surface_z =
@@ -342,7 +380,51 @@ double FrameRenderer::depth_of(const Eigen::Vector3d& center_world) const {
   return std::max(surface_z.value_or(0.0) - center_world.z(), 1e-3);
 }
 
-core::Image8 FrameRenderer::color(int frame, int camera, world::RayTrail* trail) const {
+Photo FrameRenderer::photo(int frame, int camera, world::RayTrail* trail) const {
+  const geo::CameraModel& model = *views_.at(frame, camera).model;
+  const PixelGrid grid = PixelGrid::of_squares(model.width_px(), model.height_px(), kUnitSide);
+  std::vector<PixelUnit> units;
+  for (int i = 0; i < grid.num_units(); ++i) units.push_back(grid.unit(i));
+  if (!imagers_.has(camera)) {
+    Photo photo{.color = core::Image8(model.width_px(), model.height_px(), 3),
+                .raw = {},
+                .exposure_ev = std::nullopt};
+    gather_light(frame, camera, units, sampling_, trail,
+                 [&](const PixelUnit& unit, std::span<const Color> radiance) {
+                   for_each_in_rows(unit, [&](int x, int y, std::size_t i) {
+                     exposure_.develop(radiance[i], &photo.color(x, y));
+                   });
+                 });
+    return photo;
+  }
+  core::ImageF light(model.width_px(), model.height_px(), 3);
+  gather_light(frame, camera, units, sampling_, trail,
+               [&](const PixelUnit& unit, std::span<const Color> radiance) {
+                 for_each_in_rows(unit, [&](int x, int y, std::size_t i) {
+                   for (int k = 0; k < 3; ++k) light(x, y, k) = radiance[i][k];
+                 });
+               });
+  return imagers_.photograph(std::move(light), frame, camera);
+}
+
+std::vector<Color> FrameRenderer::meter(int frame, int camera) const {
+  const geo::CameraModel& model = *views_.at(frame, camera).model;
+  const std::vector<PixelUnit> spots = metering_spots(model.width_px(), model.height_px());
+  std::vector<Color> seen(spots.size());
+  gather_light(frame, camera, spots,
+               {.sampler = PixelSampler(1), .num_samples = 1, .num_sky_rays = 0}, nullptr,
+               [&](const PixelUnit& unit, std::span<const Color> radiance) {
+                 Color sum = Color::Zero();
+                 for (const Color& color : radiance) sum += color;
+                 const auto spot = static_cast<std::size_t>(&unit - spots.data());
+                 seen[spot] = sum * exposure_.scale() / static_cast<float>(radiance.size());
+               });
+  return seen;
+}
+
+void FrameRenderer::gather_light(int frame, int camera, const std::vector<PixelUnit>& units,
+                                 const Sampling& sampling, world::RayTrail* trail,
+                                 const TakeLight& take) const {
   const View& view = views_.at(frame, camera);
   const OpenView open = views_.open(frame, camera);
   const Eigen::Vector3d sun = sky_.daylight().sun_direction_world;
@@ -362,27 +444,26 @@ core::Image8 FrameRenderer::color(int frame, int camera, world::RayTrail* trail)
       .shader = shader,
       .water = water ? &*water : nullptr,
       .sky = sky_,
-      .exposure = exposure_,
       .view = view,
       .open = open.is_pinhole_instant() ? nullptr : &open,
-      .sampler = sampler_,
+      .sampler = sampling.sampler,
       .seed = seed_,
       .stream = core::stream_of(core::stream_of(core::mix_bits(0x636f6c6f72),  // "color"
                                                 static_cast<std::uint64_t>(frame)),
                                 static_cast<std::uint64_t>(camera)),
-      .num_samples = num_samples_,
-      .num_sky_rays = num_sky_rays_,
+      .num_samples = sampling.num_samples,
+      .num_sky_rays = sampling.num_sky_rays,
       .trail = trail,
       .sun_right = right * radius,
       .sun_up = sun.cross(right) * radius};
-  core::Image8 pixels(view.model->width_px(), view.model->height_px(), 3);
-  const PixelGrid grid = PixelGrid::of_squares(pixels.width(), pixels.height(), kUnitSide);
   ScratchPool<ColorScratch> pool;
-  core::parallel_for_blocks(grid.num_units(), 1, [&](std::int64_t unit, std::int64_t) {
-    ScratchPool<ColorScratch>::Lease scratch(pool);
-    image.render_unit(grid.unit(unit), pixels, *scratch);
-  });
-  return pixels;
+  core::parallel_for_blocks(static_cast<std::int64_t>(units.size()), 1,
+                            [&](std::int64_t i, std::int64_t) {
+                              ScratchPool<ColorScratch>::Lease scratch(pool);
+                              const PixelUnit& unit = units[static_cast<std::size_t>(i)];
+                              image.render_unit(unit, *scratch);
+                              take(unit, (*scratch).sums);
+                            });
 }
 
 }  // namespace terracast::render

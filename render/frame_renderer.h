@@ -1,14 +1,18 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/image.h"
 #include "render/clouds.h"
 #include "render/ground_imagery.h"
 #include "render/ground_truth.h"
+#include "render/imaging/imager.h"
 #include "render/material.h"
+#include "render/pixel_blocks.h"
 #include "render/render_stage.h"
 #include "render/sampler.h"
 #include "render/shading.h"
@@ -53,9 +57,25 @@ class FrameRenderer {
   }
 
   /// Anti-aliased colour of a camera at a frame; no ground truth mixes in.
-  core::Image8 color(int frame, int camera, world::RayTrail* trail = nullptr) const;
+  Photo photo(int frame, int camera, world::RayTrail* trail = nullptr) const;
+  core::Image8 color(int frame, int camera, world::RayTrail* trail = nullptr) const {
+    return photo(frame, camera, trail).color;
+  }
 
  private:
+  /// How finely light is looked for.
+  struct Sampling {
+    PixelSampler sampler;
+    int num_samples;
+    int num_sky_rays;
+  };
+  /// Takes the radiance of a unit's pixels, row by row.
+  using TakeLight = std::function<void(const PixelUnit&, std::span<const Color>)>;
+
+  void gather_light(int frame, int camera, const std::vector<PixelUnit>& units,
+                    const Sampling& sampling, world::RayTrail* trail, const TakeLight& take) const;
+  /// What a camera's light meter sees: some places of its image, at the fixed exposure.
+  std::vector<Color> meter(int frame, int camera) const;
   double depth_of(const Eigen::Vector3d& center_world) const;
 
   ViewTable views_;
@@ -70,10 +90,9 @@ class FrameRenderer {
   Sky sky_;
   Clouds clouds_;
   Exposure exposure_;
-  int num_samples_;
-  int num_sky_rays_;
-  PixelSampler sampler_;
+  Sampling sampling_;
   std::uint64_t seed_;
+  Imagers imagers_;
 };
 
 }  // namespace terracast::render

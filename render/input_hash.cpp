@@ -1,5 +1,6 @@
 #include "render/input_hash.h"
 
+#include <algorithm>
 #include <iterator>
 
 #include "capture/sequence_files.h"
@@ -37,6 +38,14 @@ void append_cameras(std::string& text, const std::vector<capture::CameraCalibrat
                         geo::kReadoutNames[static_cast<std::size_t>(camera.shutter.readout)],
                         camera.aperture.diameter_m, camera.aperture.focus_m);
   }
+}
+
+/// Random numbers of imaging follow names.
+void append_imaging(std::string& text, const SequencePlan& plan) {
+  if (plan.imaging.empty()) return;
+  text += fmt::format("imaging of {}\n", plan.name);
+  for (const ImagingOptions& imaging : plan.imaging)
+    text += fmt::format("camera\n{}\n", core::toml_text(imaging));
 }
 
 void append_tile(std::string& text, const world::CutTile& tile, const world::TileStore& store) {
@@ -77,6 +86,7 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
   for (const capture::CameraClock& clock : plan.clocks)
     for (const double value : {clock.offset_s, clock.drift, clock.jitter_sd_s})
       append_numbers(text, &value, 1);
+  append_imaging(text, plan);
   text += core::toml_text(plan.conditions);
   text += core::toml_text(plan.tracks);
   for (const world::CutTile& tile : cut) append_tile(text, tile, store);
@@ -114,6 +124,18 @@ FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
     for (const double value :
          {place.heading_rad, place.scale, place.extinction_per_m, place.albedo, place.anisotropy})
       append_numbers(text, &value, 1);
+  }
+  append_imaging(text, plan);
+  // What is metered at other frames may be any of what they show.
+  const bool looks_at_other_frames =
+      std::any_of(plan.imaging.begin(), plan.imaging.end(),
+                  [](const ImagingOptions& imaging) { return imaging.looks_at_other_frames(); });
+  if (looks_at_other_frames) {
+    for (const geo::BodyState& state : plan.states) {
+      append_numbers(text, &state.time_s, 1);
+      append_pose(text, state.world_from_body);
+    }
+    for (const world::CutTile& tile : cut) append_tile(text, tile, store);
   }
   common_ = core::content_hash(text);
 }

@@ -12,6 +12,7 @@
 #include "core/progress.h"
 #include "geo/geodesy.h"
 #include "render/frame_renderer.h"
+#include "render/imaging/imager.h"
 #include "render/input_hash.h"
 #include "render/sequence_work.h"
 #include "render/tracks.h"
@@ -51,6 +52,15 @@ capture::ShownGeometry geometry_of(const SequencePlan& plan, const world::TileSt
                               .highest_z_world_m = info.highest_z_world});
   }
   return geometry;
+}
+
+/// What the capture says of the cameras' imaging.
+std::vector<capture::CameraImaging> describe_imaging(const SequencePlan& plan) {
+  std::vector<capture::CameraImaging> imaging(plan.imaging.size());
+  for (std::size_t i = 0; i < imaging.size(); ++i)
+    if (plan.imaging[i].is_on())
+      imaging[i] = describe_imaging(plan.imaging[i], plan.cameras[i], plan.seed, plan.name);
+  return imaging;
 }
 
 void check_plan(const SequencePlan& plan, const capture::FrameSelection& selection) {
@@ -244,6 +254,7 @@ capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::T
           .cameras = plan.cameras,
           .believed_cameras = plan.believed_cameras,
           .clocks = plan.clocks,
+          .imaging = describe_imaging(plan),
           .config_toml = plan.config_toml,
           .licences = {licences.begin(), licences.end()}};
 }

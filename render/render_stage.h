@@ -8,6 +8,7 @@
 #include "core/context.h"
 #include "core/schema.h"
 #include "geo/trajectory.h"
+#include "render/imaging/imaging_options.h"
 #include "world/lod.h"
 #include "world/ray_query.h"
 #include "world/tile_store.h"
@@ -50,6 +51,7 @@ struct SequencePlan {
   /// As they are believed to be, and their clocks, as in capture::SequenceInfo.
   std::vector<capture::CameraCalibration> believed_cameras = {};
   std::vector<capture::CameraClock> clocks = {};
+  std::vector<ImagingOptions> imaging = {};  ///< one a camera; empty: no camera has any
   ConditionOptions conditions;
   TrackOptions tracks;
   world::DetailOptions detail;

@@ -340,6 +340,10 @@ void RigOptions::describe(core::SchemaVisitor& visit) {
             "The rig's origin on the body: forward, left, up; empty: 0.", core::size_of(3));
   visit.section("errors", errors,
                 "How far the cameras are from what is said of them: standard deviations.");
+  visit.section(
+      "imaging", imaging,
+      "How the cameras make an image of the light: lens, exposure, sensor, color; each part "
+      "is left out by default.");
   visit.list("cameras", cameras, "The rig's cameras.");
 }
 
@@ -390,6 +394,15 @@ std::vector<CameraOptions> RigOptions::placed_cameras() const {
     camera.set_pose(place.rig_from_camera);
   }
   return placed;
+}
+
+std::vector<ImagingOptions> imaging_of_cameras(const std::vector<RigOptions>& rigs) {
+  std::vector<ImagingOptions> imaging;
+  for (const RigOptions& rig : rigs)
+    imaging.insert(imaging.end(), rig.placed_cameras().size(), rig.imaging);
+  const bool is_any_on = std::any_of(imaging.begin(), imaging.end(),
+                                     [](const ImagingOptions& camera) { return camera.is_on(); });
+  return is_any_on ? imaging : std::vector<ImagingOptions>{};
 }
 
 std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptions>& rigs) {

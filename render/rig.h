@@ -8,6 +8,7 @@
 #include "core/schema.h"
 #include "geo/camera_model.h"
 #include "geo/rigid3.h"
+#include "render/imaging/imaging_options.h"
 #include "render/lens_options.h"
 #include "render/rig_error_options.h"
 #include "render/rig_template.h"
@@ -69,6 +70,7 @@ struct RigOptions {
   double mount_roll_deg = 0.0;
   std::vector<double> mount_offset_m;  ///< of the rig's origin in the body; empty: 0
   RigErrorOptions errors;              ///< of what the cameras are said to be
+  ImagingOptions imaging = {};         ///< of each of the cameras
   std::vector<CameraOptions> cameras;
 
   void describe(core::SchemaVisitor& visit);
@@ -81,6 +83,10 @@ struct RigOptions {
   /// FLU.
   std::vector<CameraOptions> placed_cameras() const;
 };
+
+/// How the cameras of the rigs make their images, in the order of build_cameras; empty where none does any
+/// but as the light is.
+std::vector<ImagingOptions> imaging_of_cameras(const std::vector<RigOptions>& rigs);
 
 /// The cameras of the rigs as the config says they are, in file order, with FLU rig frames.
 /// throws Config: no rig, a rig without cameras, names that repeat, more than kMaxCameras, optics

@@ -66,8 +66,11 @@ capture::CameraRecord SequenceWork::render_camera(int frame, int camera,
         ScratchPool<TruthFrame>::Lease lease(truth_frames_);
         TruthFrame& truth = *lease;
         renderer_.truth(frame, camera, truth, &trail);
-        truth.facts.color = renderer_.color(frame, camera, &trail);
+        Photo photo = renderer_.photo(frame, camera, &trail);
+        truth.facts.color = std::move(photo.color);
+        truth.facts.raw = std::move(photo.raw);
         capture::CameraRecord record = writer_.write_camera(frame, camera, truth.facts);
+        record.exposure_ev = photo.exposure_ev;
         record.bounds = bounds(frame, camera, truth);
         record.visible_tracks = find_visible_tracks(frame, camera);
         return record;

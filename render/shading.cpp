@@ -111,7 +111,9 @@ Exposure::Exposure(const Sky& sky, double bias) {
   // against the light.
   const Color tint =
       (sky.global_irradiance() / luminance_of(sky.global_irradiance() + 1e-6f)).max(0.5f).min(2.0f);
-  scale_ = static_cast<float>(bias) * 0.24f * kPi / (0.18f * light) / tint;
+  level_ = static_cast<float>(bias) * 0.24f * kPi / (0.18f * light);
+  balance_ = 1.0f / tint;
+  scale_ = level_ / tint;
 }
 
 float film_curve(float exposed) {

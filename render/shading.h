@@ -55,7 +55,15 @@ class Exposure {
   Exposure(const Sky& sky, double bias);
   void develop(const Color& radiance, std::uint8_t* rgb) const;
 
+  /// What radiance is multiplied by: the exposure, and the gains of the white balance, which leave the
+  /// luminance of the sequence's light.
+  float level() const { return level_; }
+  const Color& balance() const { return balance_; }
+  const Color& scale() const { return scale_; }
+
  private:
+  float level_;
+  Color balance_;
   Color scale_;
 };
 

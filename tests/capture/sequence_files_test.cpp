@@ -132,6 +132,36 @@ TEST(SequenceFiles, BeliefsOfOtherCamerasAreRefused) {
   refuse("a clock of", [](SequenceInfo& info) { info.clocks[2].jitter_sd_s = -1.0; });
 }
 
+TEST(SequenceFiles, ImagingThatCannotBeIsRefused) {
+  const ScratchFolder scratch;
+  const auto refuse = [&](const char* words, auto&& change) {
+    SequenceInfo info = test::tiny_sequence(kSmall);
+    info.imaging.assign(
+        4, {.settings_toml = "[sensor]\n",
+            .raw = {.mosaic = "rggb", .bits = 10, .black_level_dn = 64.0, .white_level_dn = 1023.0},
+            .dead_sites = {3, 8}});
+    change(info);
+    expect_error(ErrorKind::Config, {words},
+                 [&] { SequenceWriter(scratch / "refused", info, test::tiny_tracks()); });
+  };
+  refuse("imaging of 3 of 4", [](SequenceInfo& info) { info.imaging.pop_back(); });
+  refuse("mosaic \"rgb\"", [](SequenceInfo& info) { info.imaging[1].raw.mosaic = "rgb"; });
+  refuse("levels 64 and 1024",
+         [](SequenceInfo& info) { info.imaging[2].raw.white_level_dn = 1024; });
+  refuse("photosite 3", [](SequenceInfo& info) { info.imaging[3].dead_sites = {8, 3}; });
+
+  // A frame of such a camera has its raw numbers.
+  SequenceInfo info = test::tiny_sequence(kSmall);
+  info.imaging.resize(4);
+  info.imaging[0] = {.settings_toml = "[sensor]\n",
+                     .raw = {.mosaic = "rggb", .bits = 10, .white_level_dn = 1023.0}};
+  const SequenceReader plain =
+      SequenceReader::open(test::write_tiny_capture(scratch / "plain", kSmall));
+  const SequenceWriter writer(scratch / "raw", info, test::tiny_tracks());
+  expect_error(ErrorKind::Internal, {"the raw file of camera", "is none"},
+               [&] { writer.finish_frame(plain.frames()[0]); });
+}
+
 TEST(SequenceFiles, RepeatsGiveTheSameBytesWhateverTheOrder) {
   const ScratchFolder scratch;
   const fs::path first = test::write_tiny_capture(scratch / "a", kSmall);
