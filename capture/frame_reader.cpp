@@ -77,7 +77,7 @@ core::Image8 decode_color(const std::vector<std::byte>& bytes, const std::string
 }
 
 core::Image16 decode_raw(const std::vector<std::byte>& bytes, const std::string& file,
-                         const geo::CameraIntrinsics& camera) {
+                         const geo::CameraIntrinsics& camera, int bits) {
   std::variant<core::Image8, core::Image16> decoded =
       core::decode_png(bytes, file, static_cast<std::size_t>(kMaxPixels));
   auto* image = std::get_if<core::Image16>(&decoded);
@@ -85,6 +85,9 @@ core::Image16 decode_raw(const std::vector<std::byte>& bytes, const std::string&
       image->height() != camera.height_px)
     fail(ErrorKind::Input, "{}: not a 16-bit grey image of {} x {} px", file, camera.width_px,
          camera.height_px);
+  for (const std::uint16_t number : image->data())
+    if (number >> bits != 0)
+      fail(ErrorKind::Input, "{}: holds {}, which has more than {} bits", file, number, bits);
   return std::move(*image);
 }
 
@@ -226,14 +229,26 @@ CameraFrame SequenceReader::read_camera(int frame_index, int camera_index, unsig
     decode_facts(read_checked(folder_, record.facts), (folder_ / record.facts.path).string(),
                  camera, frame);
   if ((parts & kRaw) != 0 && record.raw)
-    frame.raw = decode_raw(read_checked(folder_, *record.raw),
-                           (folder_ / record.raw->path).string(), camera);
+    frame.raw =
+        decode_raw(read_checked(folder_, *record.raw), (folder_ / record.raw->path).string(),
+                   camera, info_.imaging.at(static_cast<std::size_t>(camera_index)).raw.bits);
   return frame;
 }
 
 geo::Rigid3d SequenceReader::world_from_camera(int frame_index, int camera_index) const {
   return frames_.at(static_cast<std::size_t>(frame_index)).world_from_body *
          info_.cameras.at(static_cast<std::size_t>(camera_index)).body_from_camera();
+}
+
+CameraView SequenceReader::view(const geo::CameraModel& model, int frame_index,
+                                int camera_index) const {
+  const FrameRecord& record = frames_.at(static_cast<std::size_t>(frame_index));
+  return view_of(model, info_.cameras.at(static_cast<std::size_t>(camera_index)),
+                 {.time_s = record.time_s,
+                  .world_from_body = record.world_from_body,
+                  .velocity_world_mps = record.velocity_world_mps,
+                  .acceleration_world_mps2 = record.acceleration_world_mps2,
+                  .angular_velocity_body_radps = record.angular_velocity_body_radps});
 }
 
 std::optional<WholeFrames> WholeFrames::open(const fs::path& folder) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "capture/frame.h"
+#include "capture/labels.h"
 
 namespace terracast::capture {
 
@@ -29,6 +30,9 @@ class SequenceReader {
   CameraFrame read_camera(int frame_index, int camera_index, unsigned parts = kAll) const;
 
   geo::Rigid3d world_from_camera(int frame_index, int camera_index) const;
+  /// The same with its motion, where its shutter rolls.
+  /// model   the camera's; must outlive the view
+  CameraView view(const geo::CameraModel& model, int frame_index, int camera_index) const;
 
  private:
   std::filesystem::path folder_;

@@ -266,11 +266,14 @@ void check_imaging(const SequenceInfo& info, ErrorKind kind, const std::string& 
     if (imaging.has_raw() &&
         (!kMosaics.contains(raw.mosaic) || raw.bits < 8 || raw.bits > 16 ||
          !(0.0 <= raw.black_level_dn && raw.black_level_dn < raw.white_level_dn &&
-           raw.white_level_dn < static_cast<double>(1 << raw.bits))))
+           raw.white_level_dn < static_cast<double>(1 << raw.bits)) ||
+         !(raw.dn_per_electron >= 0.0) || !std::isfinite(raw.dn_per_electron)))
       fail(kind, "{}: raw of camera {}/{}: mosaic \"{}\", {} bits, levels {} and {}", where,
            info.cameras[i].rig, info.cameras[i].name, raw.mosaic, raw.bits, raw.black_level_dn,
            raw.white_level_dn);
-    const std::int64_t num_sites = 3 * kMaxPixels;
+    const geo::CameraIntrinsics& size = info.cameras[i].intrinsics;
+    const std::int64_t num_sites =
+        std::int64_t{size.width_px} * size.height_px * (imaging.has_raw() ? 1 : 3);
     for (const std::vector<std::int64_t>* sites : {&imaging.dead_sites, &imaging.hot_sites})
       for (std::size_t k = 0; k < sites->size(); ++k)
         if ((*sites)[k] < 0 || (*sites)[k] >= num_sites ||

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "export/calibration.h"
+#include "export/imaging_record.h"
 
 namespace terracast::exporters {
 namespace {
@@ -64,6 +65,8 @@ void write_additions(DatasetWriter& writer, const std::string& folder,
   writer.write(folder + "/" + kGeoreferenceFile, georeference_csv(sequence, cameras));
   writer.write(folder + "/" + kBoundsFile, bounds_csv(sequence, cameras));
   writer.write(folder + "/" + kGeometryFile, geometry_text(sequence));
+  if (has_imaging(sequence.info()))
+    writer.write(folder + "/" + kImagingFile, imaging_text(sequence, cameras));
   if (!sequence.info().has_errors()) return;
   for (const bool is_believed : {false, true})
     writer.write(folder + "/" + (is_believed ? kBelievedCalibrationFile : kTrueCalibrationFile),

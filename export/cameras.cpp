@@ -38,7 +38,8 @@ void check_pinhole(const capture::CameraCalibration& camera, const char* format)
 void check_global_shutter(const capture::CameraCalibration& camera, const char* format) {
   if (!camera.shutter.is_rolling()) return;
   fail(ErrorKind::Config,
-       "{}: camera {}/{} has a rolling shutter (line_time_us = {}); the format holds one pose an image: "
+       "{}: camera {}/{} has a rolling shutter (line_time_us = {}); the format holds one pose an "
+       "image: "
        "export a rig without line_time_us, or read the capture",
        format, camera.rig, camera.name, 1e6 * camera.shutter.line_time_s);
 }

@@ -11,6 +11,7 @@
 #include "core/log.h"
 #include "core/parallel.h"
 #include "core/schema_writer.h"
+#include "export/imaging_record.h"
 
 namespace terracast::exporters {
 namespace {
@@ -189,6 +190,9 @@ Json metadata(std::string_view format, std::string_view format_version, const st
     return std::any_of(sequences.begin(), sequences.end(),
                        [&](const capture::SequenceReader& each) { return holds(each.info()); });
   };
+  if (any(has_imaging))
+    all_additions.emplace_back(
+        "imaging.json: how each camera was exposed, and made its images of the light");
   if (any([](const capture::SequenceInfo& info) { return info.has_errors(); })) {
     sentences.set("calibration",
                   "A sequence whose rigs have errors says which calibration and times the format's "

@@ -73,34 +73,42 @@ struct SeenPoint {
 ///              time does not come out, or where it lies 16 times as far off as the image's first and last
 ///              lines; of points that lines meet several times, where the secant's way from the frame's time
 ///              ends
-/// accuracy     1e-10 of a line's time, or the rounding of project_at
+/// accuracy     1e-10 of a line's time; 1e-6 of it where project_at rounds by more
 template <class ProjectAt>
 std::optional<SeenPoint> find_seen(const Shutter& shutter, int width_px, int height_px,
                                    const ProjectAt& project_at) {
   constexpr int kMostSteps = 40;
   constexpr double kLines = 1e-10;
+  constexpr double kRoundedLines = 1e-6;
   constexpr double kImages = 16.0;
-  std::optional<Eigen::Vector2d> pixel = project_at(0.0);
-  if (!pixel || !shutter.is_rolling()) {
-    if (!pixel) return std::nullopt;
-    return SeenPoint{*pixel, 0.0};
-  }
+  const std::optional<Eigen::Vector2d> at_once = project_at(0.0);
+  if (!at_once) return std::nullopt;
+  if (!shutter.is_rolling()) return SeenPoint{*at_once, 0.0};
   const double farthest_s = kImages * shutter.reach_s(width_px, height_px);
+  SeenPoint best{*at_once, 0.0};
+  double best_miss_s = std::abs(shutter.offset_s(*at_once, width_px, height_px));
   double before_s = 0.0;
-  double miss_before_s = shutter.offset_s(*pixel, width_px, height_px);
+  double miss_before_s = shutter.offset_s(*at_once, width_px, height_px);
   double at_s = miss_before_s;
-  for (int step = 0; step < kMostSteps; ++step) {
-    pixel = project_at(at_s);
+  for (int step = 0; step < kMostSteps && best_miss_s > kLines * shutter.line_time_s; ++step) {
+    const std::optional<Eigen::Vector2d> pixel = project_at(at_s);
     if (!pixel) return std::nullopt;
     const double miss_s = shutter.offset_s(*pixel, width_px, height_px) - at_s;
-    if (std::abs(miss_s) <= kLines * shutter.line_time_s) return SeenPoint{*pixel, at_s};
+    // As near as roundings let it come.
+    if (std::abs(miss_s) > 0.5 * best_miss_s && best_miss_s <= kRoundedLines * shutter.line_time_s)
+      break;
+    if (std::abs(miss_s) < best_miss_s) {
+      best = {*pixel, at_s};
+      best_miss_s = std::abs(miss_s);
+    }
     const double slope = (miss_s - miss_before_s) / (at_s - before_s);
     before_s = at_s;
     miss_before_s = miss_s;
     at_s = slope < 0.0 ? at_s - miss_s / slope : at_s + miss_s;
-    if (!(std::abs(at_s) < farthest_s)) return std::nullopt;
+    if (!(std::abs(at_s) < farthest_s)) break;
   }
-  return std::nullopt;
+  if (best_miss_s > kRoundedLines * shutter.line_time_s) return std::nullopt;
+  return best;
 }
 
 }  // namespace terracast::geo

@@ -357,8 +357,9 @@ Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
         .set("instance_id", 0);
 
   const auto model = geo::make_camera(intrinsics);
-  const geo::Rigid3d world_from_camera = sequence.world_from_camera(pixel.frame, camera_index);
+  const capture::CameraView view = sequence.view(*model, pixel.frame, camera_index);
   const Eigen::Vector2d center = capture::pixel_center(pixel.x, pixel.y);
+  const geo::Rigid3d world_from_camera = view.pose_of_line(center);
   const Eigen::Vector3d direction_world =
       world_from_camera.rotation * model->ray_from_pixel(center).normalized();
   const std::optional<Met> met = cast_from_camera(
@@ -376,10 +377,8 @@ Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
          info.name, pixel.frame, pixel.x, pixel.y, range_m, instance_id,
          met ? fmt::format("instance {} at {:.3f} m", met_instance, met->hit.t) : "nothing",
          store.folder().string());
-  json.set("place", json_of_place(geo::WorldFrame(info.origin),
-                                  capture::point_world(
-                                      {.model = *model, .world_from_camera = world_from_camera},
-                                      center, range_m)))
+  json.set("place",
+           json_of_place(geo::WorldFrame(info.origin), capture::point_world(view, center, range_m)))
       .set("range_m", range_m)
       .set("surface", surface_name(*met))
       .set("class", json_of_class(semantic_class))

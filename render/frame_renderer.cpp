@@ -299,17 +299,24 @@ std::vector<double> times_of(const SequencePlan& plan) {
   return times_s;
 }
 
-/// Blocks of pixels, evenly spread over an image.
-std::vector<PixelUnit> metering_spots(int width_px, int height_px) {
+/// Blocks of pixels, evenly spread over an image, into all of which light comes.
+std::vector<PixelUnit> metering_spots(const geo::CameraModel& model) {
   constexpr int kColumns = 16;
   constexpr int kRows = 12;
+  const auto has_light = [&](const PixelUnit& spot) {
+    for (const double x : {spot.x0, spot.x1})
+      for (const double y : {spot.y0, spot.y1})
+        if (!model.ray_from_pixel({x, y}).allFinite()) return false;
+    return true;
+  };
   std::vector<PixelUnit> spots;
-  for (int row = 0; row < std::min(kRows, height_px); ++row)
-    for (int column = 0; column < std::min(kColumns, width_px); ++column) {
-      const int x0 = (2 * column + 1) * width_px / (2 * kColumns) / kBlockSide * kBlockSide;
-      const int y0 = (2 * row + 1) * height_px / (2 * kRows) / kBlockSide * kBlockSide;
-      spots.push_back(
-          {x0, y0, std::min(x0 + kBlockSide, width_px), std::min(y0 + kBlockSide, height_px)});
+  for (int row = 0; row < kRows; ++row)
+    for (int column = 0; column < kColumns; ++column) {
+      const int x0 = (2 * column + 1) * model.width_px() / (2 * kColumns) / kBlockSide * kBlockSide;
+      const int y0 = (2 * row + 1) * model.height_px() / (2 * kRows) / kBlockSide * kBlockSide;
+      const PixelUnit spot{x0, y0, std::min(x0 + kBlockSide, model.width_px()),
+                           std::min(y0 + kBlockSide, model.height_px())};
+      if (has_light(spot)) spots.push_back(spot);
     }
   return spots;
 }
@@ -409,7 +416,7 @@ Photo FrameRenderer::photo(int frame, int camera, world::RayTrail* trail) const 
 
 std::vector<Color> FrameRenderer::meter(int frame, int camera) const {
   const geo::CameraModel& model = *views_.at(frame, camera).model;
-  const std::vector<PixelUnit> spots = metering_spots(model.width_px(), model.height_px());
+  const std::vector<PixelUnit> spots = metering_spots(model);
   std::vector<Color> seen(spots.size());
   gather_light(frame, camera, spots,
                {.sampler = PixelSampler(1), .num_samples = 1, .num_sky_rays = 0}, nullptr,

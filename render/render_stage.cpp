@@ -12,6 +12,7 @@
 #include "core/progress.h"
 #include "geo/geodesy.h"
 #include "render/frame_renderer.h"
+#include "render/imaging/exposure_control.h"
 #include "render/imaging/imager.h"
 #include "render/input_hash.h"
 #include "render/sequence_work.h"
@@ -63,6 +64,31 @@ std::vector<capture::CameraImaging> describe_imaging(const SequencePlan& plan) {
   return imaging;
 }
 
+/// throws Config: an image that takes longer than the time to the next, or an exposure control that looks further
+/// back than is looked
+void check_exposures(const SequencePlan& plan) {
+  for (const capture::CameraCalibration& camera : plan.cameras) {
+    const double image_s =
+        2.0 * camera.shutter.reach_s(camera.intrinsics.width_px, camera.intrinsics.height_px);
+    if (image_s * plan.rate_hz > 1.0)
+      fail(ErrorKind::Config,
+           "sequence {}, camera {}/{}: an image takes {:.4g} ms, its lines' line_time_us together "
+           "with "
+           "exposure_ms, and the next begins {:.4g} ms later; take less of either, or a lower "
+           "rate_hz",
+           plan.name, camera.rig, camera.name, 1e3 * image_s, 1e3 / plan.rate_hz);
+  }
+  for (const ImagingOptions& imaging : plan.imaging) {
+    const double most_s = kMostEarlierFrames / (kTimeConstantsLookedAt * plan.rate_hz);
+    if (imaging.exposure.mode == "automatic" && imaging.exposure.time_constant_s > most_s)
+      fail(ErrorKind::Config,
+           "sequence {}: imaging.exposure.time_constant_s = {}; at rate_hz = {} it is {:.4g} at "
+           "most, as "
+           "{} frames are looked at",
+           plan.name, imaging.exposure.time_constant_s, plan.rate_hz, most_s, kMostEarlierFrames);
+  }
+}
+
 void check_plan(const SequencePlan& plan, const capture::FrameSelection& selection) {
   if (plan.states.empty()) fail(ErrorKind::Config, "sequence {} has no frames", plan.name);
   if (plan.cameras.empty()) fail(ErrorKind::Config, "sequence {} has no cameras", plan.name);
@@ -74,6 +100,7 @@ void check_plan(const SequencePlan& plan, const capture::FrameSelection& selecti
          selection.first, selection.end, selection.step);
   }
   plan.conditions.validate();
+  check_exposures(plan);
 }
 
 std::string place_of(const SequencePlan& plan, int frame, int camera,
@@ -83,6 +110,14 @@ std::string place_of(const SequencePlan& plan, int frame, int camera,
   return fmt::format("sequence {}, frame {}, camera {}/{} at {:.6f} N {:.6f} E {:.1f} m", plan.name,
                      frame, calibration.rig, calibration.name, place.lat_deg, place.lon_deg,
                      place.height_m);
+}
+
+/// Where a camera is at a frame's time, and when its image begins and ends.
+std::vector<Eigen::Vector3d> centers_of(const OpenView& view) {
+  const geo::CameraModel& model = *view.middle.model;
+  const double reach_s = view.motion.shutter.reach_s(model.width_px(), model.height_px());
+  if (reach_s == 0.0) return {view.middle.center_world};
+  return {view.middle.center_world, view.at(-reach_s).center_world, view.at(reach_s).center_world};
 }
 
 /// throws Input: the first camera that stands not clearly above the ground
@@ -105,15 +140,9 @@ void check_clearance(const SequencePlan& plan, const world::TileStore& store,
     }
   };
   for (int frame = 0; frame < views.num_frames(); ++frame)
-    for (int camera = 0; camera < views.num_cameras(); ++camera) {
-      const OpenView open = views.open(frame, camera);
-      check(frame, camera, open.middle.center_world);
-      const double reach_s = open.motion.shutter.reach_s(open.middle.model->width_px(),
-                                                         open.middle.model->height_px());
-      if (reach_s == 0.0) continue;
-      for (const double offset_s : {-reach_s, reach_s})
-        check(frame, camera, open.at(offset_s).center_world);
-    }
+    for (int camera = 0; camera < views.num_cameras(); ++camera)
+      for (const Eigen::Vector3d& center : centers_of(views.open(frame, camera)))
+        check(frame, camera, center);
 }
 
 /// Whether any tile may hold water.
@@ -143,14 +172,15 @@ void check_under_surface(const SequencePlan& plan, const world::TileStore& store
          plan.name);
   for (int frame = 0; frame < views.num_frames(); ++frame)
     for (int camera = 0; camera < views.num_cameras(); ++camera) {
-      const Eigen::Vector3d& center = views.at(frame, camera).center_world;
-      const std::optional<double> surface_z = whole.surface_z_world(center.x(), center.y());
-      const double depth_m = surface_z.value_or(center.z()) - center.z();
-      if (depth_m < kLeastClearance_m)
-        fail(ErrorKind::Input,
-             "{}: {:.2f} m under the water's surface, where other cameras are under water; a "
-             "sequence stays above water or {} m and more below its surface",
-             place_of(plan, frame, camera, center, frame_of_world), depth_m, kLeastClearance_m);
+      for (const Eigen::Vector3d& center : centers_of(views.open(frame, camera))) {
+        const std::optional<double> surface_z = whole.surface_z_world(center.x(), center.y());
+        const double depth_m = surface_z.value_or(center.z()) - center.z();
+        if (depth_m < kLeastClearance_m)
+          fail(ErrorKind::Input,
+               "{}: {:.2f} m under the water's surface, where other cameras are under water; a "
+               "sequence stays above water or {} m and more below its surface",
+               place_of(plan, frame, camera, center, frame_of_world), depth_m, kLeastClearance_m);
+      }
     }
 }
 

@@ -219,7 +219,10 @@ void CameraOptions::describe(core::SchemaVisitor& visit) {
       "Diameter of the lens's entrance pupil, its focal length over its f-number: what is out of "
       "focus is blurred in colour. 0: all is sharp.",
       core::between(0.0, 1000.0));
-  visit.key("focus_m", focus_m, "Depth at which colour is sharp; 0: infinitely far.",
+  visit.key("focus_m", focus_m,
+            "Depth at which colour is sharp; of fisheyes, panoramas and other models whose rays "
+            "have no depth, the "
+            "range. 0: infinitely far.",
             core::between(0.0, 1e6));
 }
 
@@ -278,6 +281,11 @@ void CameraOptions::validate() const {
            norm);
     }
   }
+  if (readout != "down" && line_time_us == 0.0)
+    fail(ErrorKind::Config,
+         "camera {}: readout = \"{}\", but no line_time_us: all lines are exposed at once; give "
+         "line_time_us, or leave readout out",
+         name, readout);
   if (focus_m > 0.0 && aperture_mm == 0.0)
     fail(ErrorKind::Config,
          "camera {}: focus_m = {}, but no aperture_mm: all is sharp; give aperture_mm, or leave "

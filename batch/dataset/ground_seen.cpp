@@ -215,8 +215,8 @@ GroundSeen ground_seen(const capture::SequenceReader& sequence, const GroundOpti
       [&](std::int64_t image) {
         const int index = static_cast<int>(image / num_cameras);
         const int camera = static_cast<int>(image % num_cameras);
-        const capture::CameraView view{*models[static_cast<std::size_t>(camera)],
-                                       sequence.world_from_camera(index, camera)};
+        const capture::CameraView view =
+            sequence.view(*models[static_cast<std::size_t>(camera)], index, camera);
         ImageGround ground(frame, view.world_from_camera.translation, options.within_m);
         ground.add_image(sequence.read_camera(index, camera, capture::SequenceReader::kFacts),
                          view);

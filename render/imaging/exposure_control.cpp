@@ -59,8 +59,11 @@ LightMeters::Reading LightMeters::read(int frame, int camera) const {
     const auto found = readings_.find(key);
     if (found != readings_.end()) return found->second;
   }
-  const std::vector<Color> seen = look_(frame, camera);
-  Reading reading{.luminance = metered_luminance(options_[static_cast<std::size_t>(camera)], seen)};
+  const ExposureOptions& options = options_[static_cast<std::size_t>(camera)];
+  std::vector<Color> seen = look_(frame, camera);
+  // Without any light to look at the exposure stays as it is fixed.
+  if (seen.empty()) seen.push_back(Color::Constant(static_cast<float>(options.target)));
+  Reading reading{.luminance = metered_luminance(options, seen)};
   Eigen::Array3d sum = Eigen::Array3d::Zero();
   for (const Color& color : seen) sum += color.cast<double>();
   reading.mean = (sum / static_cast<double>(seen.size())).cast<float>();

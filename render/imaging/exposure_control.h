@@ -35,10 +35,12 @@ double wanted_ev(const ExposureOptions& options, double luminance);
 double followed_ev(std::span<const double> times_s, int frame, double time_constant_s,
                    const std::function<double(int)>& wanted_ev_at);
 
-/// Light meters of a sequence's cameras, which look once at each frame. Threads: safe.
+/// Light meters of a sequence's cameras, which remember what they saw; threads that ask at the same time may look
+/// twice. Threads: safe.
 class LightMeters {
  public:
-  /// What a camera's meter sees at a frame, a function of these alone: at the fixed exposure and balance.
+  /// What a camera's meter sees at a frame, a function of these alone: at the fixed exposure and balance. May be
+  /// empty.
   using Look = std::function<std::vector<Color>(int frame, int camera)>;
   struct Reading {
     double luminance = 0.0;

@@ -71,7 +71,7 @@ Imager::Imager(const ImagingOptions& options, const capture::CameraCalibration& 
                const geo::CameraModel& model, std::int64_t seed, const std::string& sequence,
                float level, const Color& balance)
     : options_(options),
-      center_px_(model.intrinsics().parameters[2], model.intrinsics().parameters[3]),
+      center_px_(optical_center_px(model)),
       development_(options.color),
       level_(level),
       balance_(balance) {

@@ -168,6 +168,12 @@ void SensorOptions::validate() const {
     fail(ErrorKind::Config,
          "read_noise_e, dark_signal_e, prnu_percent or dsnu_e is given without full_well_e, which "
          "says how much light an electron is");
+  if (gain != 1.0 && !(full_well_e > 0.0))
+    fail(ErrorKind::Config,
+         "gain = {} without full_well_e, which says how many electrons are full; give full_well_e, "
+         "or "
+         "leave gain out",
+         gain);
 }
 
 void ColorOptions::describe(core::SchemaVisitor& visit) {

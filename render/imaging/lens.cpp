@@ -67,9 +67,13 @@ void scale_channel(double scale, int channel, const Eigen::Vector2d& center_px,
 
 }  // namespace
 
+Eigen::Vector2d optical_center_px(const geo::CameraModel& model) {
+  const std::optional<Eigen::Vector2d> center = model.pixel_from_ray(Eigen::Vector3d::UnitZ());
+  return center ? *center : Eigen::Vector2d(0.5 * model.width_px(), 0.5 * model.height_px());
+}
+
 core::ImageF vignetting_of(const LensFlawOptions& options, const geo::CameraModel& model) {
-  const std::vector<double>& parameters = model.intrinsics().parameters;
-  const Eigen::Vector2d center(parameters[2], parameters[3]);
+  const Eigen::Vector2d center = optical_center_px(model);
   const Eigen::Vector2d size(model.width_px(), model.height_px());
   const double corner_px = center.cwiseMax(size - center).norm();
   std::vector<double> a = options.vignetting_polynomial;

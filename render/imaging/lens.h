@@ -9,6 +9,9 @@
 /// What a lens does to light on its way to the pixels: images are linear, of three channels.
 namespace terracast::render {
 
+/// Where the optical axis stands in the image; its middle in models that do not see along it.
+Eigen::Vector2d optical_center_px(const geo::CameraModel& model);
+
 /// Share of the light that vignetting leaves each pixel: cos^n of the angle between the ray through the
 /// pixel's centre, as the model has it, and the optical axis, times the polynomial.
 /// returns   one channel; 0 where no ray comes in

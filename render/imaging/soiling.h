@@ -19,7 +19,7 @@ struct Soiling {
 Soiling draw_soiling(const SoilingOptions& options, int width_px, int height_px, std::uint64_t seed,
                      std::uint64_t stream);
 
-/// Dirt takes its share of the light; of what is left smudges scatter theirs as a Gaussian. An image of
+/// Smudges scatter their share of the light as a Gaussian; of what comes then dirt takes its share. An image of
 /// one colour loses what dirt takes, and nothing to smudges.
 void lay_soiling(const SoilingOptions& options, const Soiling& soiling, core::ImageF& image);
 

@@ -111,6 +111,27 @@ TEST(SequenceFiles, KeepShuttersAndLensesAndRefuseWhatIsNone) {
                [&] { read(changed("\"focus_m\": 12.5", "\"focus_m\": -12.5")); });
 }
 
+TEST(SequenceFiles, PhotositesBeyondTheImageAreRefused) {
+  SequenceInfo info = test::tiny_sequence(kSmall);
+  info.imaging.resize(info.cameras.size());
+  info.imaging[1] = {.settings_toml = "[sensor]\nbits = 12\n",
+                     .raw = {.mosaic = "rggb", .bits = 12, .white_level_dn = 4095.0},
+                     .hot_sites = {90 * 80 - 1}};
+  const auto read = [&] {
+    return sequence_from_json(core::Json::parse(json_from_sequence(info).text(), "sequence.json"),
+                              "sequence.json");
+  };
+  EXPECT_EQ(read().imaging, info.imaging);
+  info.imaging[1].hot_sites = {90 * 80};
+  expect_error(core::ErrorKind::Input, {"photosite 7200"}, read);
+  info.imaging[1].hot_sites = {};
+  info.imaging[1].raw.dn_per_electron = -0.5;
+  expect_error(core::ErrorKind::Input, {"raw of camera"}, read);
+  info.imaging[1].raw = {};
+  info.imaging[1].dead_sites = {3 * 90 * 80 - 1};
+  EXPECT_EQ(read().imaging, info.imaging);
+}
+
 TEST(SequenceFiles, BeliefsOfOtherCamerasAreRefused) {
   const ScratchFolder scratch;
   test::TinyCaptureOptions options = kSmall;

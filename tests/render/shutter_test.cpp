@@ -219,6 +219,88 @@ TEST(Shutter, APointThatRunsAlongWithTheLinesIsNotSeen) {
   EXPECT_NEAR(seen->pixel.y(), 18.0, 1e-9);
 }
 
+TEST(Shutter, PointsAreSeenWhereRoundingsAreTheLargest) {
+  // At the corner of a world of 50 km, a long lens close to the ground: a place in double is 4e-12 m off, which
+  // is more of a line than the search's aim.
+  SequencePlan plan = test::small_plan(1, 640, 480);
+  plan.cameras.resize(1);
+  plan.cameras[0].intrinsics.parameters = {3000, 3000, 320, 240};
+  plan.cameras[0].shutter = {.line_time_s = 3e-5};
+  plan.states[0].world_from_body.translation = {25000.0, -24000.0, 130.0};
+  plan.states[0].velocity_world_mps = {20.0, -15.0, 3.0};
+  plan.states[0].angular_velocity_body_radps = {0.2, -0.1, 0.3};
+  const ViewTable views(plan.states, plan.cameras);
+  const auto model = geo::make_camera(plan.cameras[0].intrinsics);
+  for (int k = 0; k < 2000; ++k) {
+    const auto draw = [&](std::uint64_t dimension) {
+      return core::random_unit(7, dimension, static_cast<std::uint64_t>(k));
+    };
+    const Vector2d pixel(620 * draw(0) + 10, 460 * draw(1) + 10);
+    const Pose pose(plan, 0, time_of(plan.cameras[0].shutter, *model, pixel));
+    const Vector3d point = pose.center_world +
+                           (2.0 + 8.0 * draw(2)) *
+                               (pose.world_from_camera * model->ray_from_pixel(pixel).normalized());
+    const auto view = views.open(0, 0).that_sees(point);
+    ASSERT_TRUE(view) << pixel.transpose();
+    // A line in a million, 3e-11 s, moves the camera by less than the place's own rounding.
+    EXPECT_LT((view->center_world - pose.center_world).norm(), 1e-8);
+  }
+}
+
+TEST(Shutter, ImagesAreTracedInPartsOfLines) {
+  // Wider than a part of a line is long, and with things in the way of it: each pixel is met as alone.
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_hills(folder / "world");
+  for (const geo::Readout readout : {geo::Readout::Down, geo::Readout::Left}) {
+    SequencePlan plan = test::small_plan(1, 1100, 6);
+    if (readout == geo::Readout::Left) plan = test::small_plan(1, 6, 1100);
+    set_moving(plan.states);
+    plan.cameras.resize(1);
+    plan.cameras[0].shutter = {.line_time_s = 2e-3, .readout = readout};
+    plan.cameras[0].intrinsics.parameters = {550, 550, 0.5 * plan.cameras[0].intrinsics.width_px,
+                                             0.5 * plan.cameras[0].intrinsics.height_px};
+    const Scene scene(store, plan);
+    const TruthFrame truth = scene.renderer.truth(0, 0);
+    const auto model = geo::make_camera(plan.cameras[0].intrinsics);
+    int num_ground = 0;
+    for (int y = 0; y < model->height_px(); ++y)
+      for (int x = 0; x < model->width_px(); ++x) {
+        const Vector2d pixel(x + 0.5, y + 0.5);
+        const Pose pose(plan, 0, time_of(plan.cameras[0].shutter, *model, pixel));
+        const world::WorldRay ray{
+            .origin_world = pose.center_world,
+            .direction_world = pose.world_from_camera * model->ray_from_pixel(pixel).normalized()};
+        world::SurfaceHit hit;
+        scene.query.intersect(std::span(&ray, 1), std::span(&hit, 1), world::Coherence::Incoherent);
+        const double range_m = truth.range_m[static_cast<std::size_t>(y * model->width_px() + x)];
+        if (hit.is_sky() || std::isinf(range_m)) {
+          // Only at the horizon may a rounding decide.
+          EXPECT_EQ(hit.is_sky(), std::isinf(range_m)) << x << " " << y;
+          continue;
+        }
+        ++num_ground;
+        // Grazing rays carry the poses' roundings, 1e-13 rad, far.
+        EXPECT_NEAR(range_m, hit.t, 1e-7 * hit.t) << x << " " << y;
+      }
+    EXPECT_GT(num_ground, 1000);
+  }
+}
+
+TEST(Shutter, AnImageTakesNoLongerThanTheTimeToTheNext) {
+  const Flight flight({"pinhole", 40, 32, {30, 30, 20, 16}}, {.line_time_s = 4e-3});
+  SequencePlan plan = flight.plan;
+  plan.rate_hz = 10.0;
+  const test::ScratchFolder out;
+  const core::Context context{.log = core::Log("test", core::LogLevel::Off)};
+  try {
+    run_render_stage(flight.store, plan, {}, {}, out / "P000", context);
+    FAIL() << "32 lines of 4 ms in 100 ms";
+  } catch (const core::Error& error) {
+    EXPECT_NE(error.message().find("128 ms"), std::string::npos) << error.message();
+    EXPECT_NE(error.message().find("line_time_us"), std::string::npos) << error.message();
+  }
+}
+
 TEST(Shutter, TracksAreSeenWhereTheirLinesSeeThem) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");
@@ -363,6 +445,7 @@ TEST(Exposure, WhatMakesNoSenseIsRefused) {
                        "aperture_mm = 4.0\nfocus_m = 12.0\n"),
             "no error");
   EXPECT_NE(message_of("focus_m = 12.0\n").find("give aperture_mm"), std::string::npos);
+  EXPECT_NE(message_of("readout = \"up\"\n").find("give line_time_us"), std::string::npos);
   EXPECT_NE(message_of("readout = \"sideways\"\n").find("down"), std::string::npos);
   EXPECT_NE(message_of("exposure_ms = -1.0\n").find("exposure_ms"), std::string::npos);
 }

@@ -253,6 +253,11 @@ capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options) {
     add("cam2", 1.047, {0.259808, 0.0, 0.15});
     add("cam3", 0.0, {0.5, 0.0, 0.3});
   }
+  if (options.has_imaging) {
+    info.cameras[0].shutter.exposure_s = 0.008;
+    info.imaging.resize(info.cameras.size());
+    info.imaging[1].settings_toml = "[color]\nsaturation = 1.25\n";
+  }
   if (options.has_camera_errors) {
     info.believed_cameras = info.cameras;
     for (std::size_t i = 0; i < info.cameras.size(); ++i) {
@@ -308,6 +313,7 @@ std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_fo
             !scene.is_hidden(pose.translation, track.point_world))
           part.visible_tracks.push_back(track.id);
       part.bounds = tiny_bounds(frame, k);
+      if (options.has_imaging && k == 1) part.exposure_ev = 0.25 * frame;
       record.cameras.push_back(std::move(part));
     }
     record.key = fmt::format("{:032x}", frame + 1);

@@ -66,6 +66,7 @@ struct TinyCaptureOptions {
   std::string utc_start = "2024-06-21T10:00:00Z";
   bool has_camera_errors = false;  ///< cameras are another than is believed, each by its own error
   bool has_clock_errors = false;
+  bool has_imaging = false;  ///< the first camera is exposed for a while, the second has settings
 };
 
 capture::CameraCalibration tiny_camera(const std::string& rig, const std::string& name,

@@ -252,6 +252,31 @@ TEST(Roads, NothingElseStandsOnHighWallsBesideThem) {
   }
 }
 
+TEST(RoadNetwork, AllLinksBelowGroundAreTunnelsWhereCornersLieOnStations) {
+  // Ways of many bends: some of their points come to lie within a centimetre of a station, which then has none of
+  // its own.
+  int num_without_point = 0;
+  for (int k = 0; k < 400; ++k) {
+    std::vector<Vector2d> points;
+    const auto draw = [&](int i) {
+      return core::random_unit(3, static_cast<std::uint64_t>(k), static_cast<std::uint64_t>(i));
+    };
+    for (int i = 0; i <= 24; ++i)
+      points.emplace_back(13.0 * i + 7.0 * draw(2 * i), 3.0 * draw(2 * i + 1));
+    tiler::RoadNetwork network({{.feature = 1, .style = {}, .points_world = points}}, 2048.0);
+    const tiler::Line& line = network.lines().at(0);
+    const auto last = static_cast<std::uint32_t>(line.points.size() - 1);
+    std::set<std::uint32_t> stations;
+    for (const tiler::Line::Point& point : line.points)
+      if (point.is_at_station()) stations.insert(point.station_here());
+    num_without_point += stations.size() < network.stations().size() ? 1 : 0;
+    network.run_below_ground({{.first_point = 0, .last_point = last}});
+    for (const tiler::Link& link : network.links())
+      EXPECT_TRUE(network.ways()[link.way].style.is_tunnel) << k;
+  }
+  EXPECT_GT(num_without_point, 0);
+}
+
 TEST(RoadNetwork, WhatGoesBelowGroundIsSpansOfItsOwn) {
   const tiler::RoadNetwork plain(
       {{.feature = 1, .style = {}, .points_world = {{-400, 0}, {400, 100}}}}, 4096.0);

@@ -478,7 +478,7 @@ void RoadNetwork::make_line(const Chain& chain, const std::vector<Edge>& edges) 
 
 std::uint32_t RoadNetwork::junction_at(const Line::Point& point) {
   junctions_.push_back(
-      {.at_world = point.at_world, .num_ends = 2, .station = point.station_here() + 1});
+      {.at_world = point.at_world, .num_ends = 2, .station = point.station_here()});
   return static_cast<std::uint32_t>(junctions_.size() - 1);
 }
 
@@ -511,14 +511,20 @@ void RoadNetwork::run_below_ground(const std::vector<Stretch>& stretches) {
         below.style.is_bridge = false;
         below.style.level = -1;
         ways_.push_back(std::move(below));
-        for (std::uint32_t p = tunnel.first_point; p < tunnel.last_point; ++p) {
+        // From station to station: some have no point of their own, being too near to a corner.
+        std::uint32_t last_station = line.points[tunnel.first_point].station_here();
+        const auto go_to = [&](std::uint32_t station) {
+          if (station != last_station) tunnel_of[std::minmax(last_station, station)] = tunnel.way;
+          last_station = station;
+        };
+        for (std::uint32_t p = tunnel.first_point + 1; p <= tunnel.last_point; ++p) {
           const Line::Point& point = line.points[p];
-          const Line::Point& next = line.points[p + 1];
-          const auto link = !point.is_at_station() ? std::pair(point.station, point.next_station)
-                            : !next.is_at_station()
-                                ? std::pair(next.station, next.next_station)
-                                : std::pair(point.station_here(), next.station_here());
-          tunnel_of[std::minmax(link.first, link.second)] = tunnel.way;
+          if (point.is_at_station()) {
+            go_to(point.station_here());
+          } else {
+            go_to(point.station);
+            go_to(point.next_station);
+          }
         }
         rest.first_point = tunnel.last_point;
         rest.from_junction = tunnel.to_junction;
