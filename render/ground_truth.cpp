@@ -7,6 +7,7 @@
 #include "capture/channel.h"
 #include "core/packet_code.h"
 #include "core/parallel.h"
+#include "render/directions.h"
 #include "render/marking.h"
 #include "render/pixel_blocks.h"
 #include "render/scratch_pool.h"
@@ -15,8 +16,6 @@ namespace terracast::render {
 namespace {
 
 constexpr int kUnitSide = 32;
-/// Where rays to points end, the point being at 1.
-constexpr double kJustBeyond = 1.0 + 1e-6;
 constexpr std::size_t kUnitRays = static_cast<std::size_t>(kUnitSide) * kUnitSide;
 
 /// A view that shall say whether it sees a pixel's point, and the bit that says so.
@@ -70,55 +69,6 @@ TERRACAST_PACKET_CODE void place_hits(const double* origin_world, const HitPacke
     places.normal_world[2][i] = shrink;
   }
 }
-
-/// Directions of rays, field by field.
-class Directions {
- public:
-  /// most   how many will be added at most
-  void clear(std::size_t most) {
-    if (x_.size() <= most) {
-      x_.resize(most + 1);
-      y_.resize(most + 1);
-      z_.resize(most + 1);
-    }
-    count_ = 0;
-  }
-  std::size_t size() const { return count_; }
-  Eigen::Vector3d operator[](std::size_t i) const { return {x_[i], y_[i], z_[i]}; }
-
-  void add(const Eigen::Vector3d& direction) { add_if(true, direction); }
-  void add_if(bool is_wanted, const Eigen::Vector3d& direction) {
-    x_[count_] = direction.x();
-    y_[count_] = direction.y();
-    z_[count_] = direction.z();
-    count_ += is_wanted ? 1 : 0;
-  }
-  void add(const geo::VectorBlock& block, std::size_t count) {
-    std::copy_n(block.x, count, &x_[count_]);
-    std::copy_n(block.y, count, &y_[count_]);
-    std::copy_n(block.z, count, &z_[count_]);
-    count_ += count;
-  }
-
-  /// Rays without an end.
-  world::RayFan from(const Eigen::Vector3d& origin_world) const {
-    return {.origin_world = origin_world,
-            .x = {x_.data(), count_},
-            .y = {y_.data(), count_},
-            .z = {z_.data(), count_}};
-  }
-  /// Rays to points whose differences from the origin these are; they end a little beyond, so that
-  /// the crossing at a point is within.
-  world::RayFan just_beyond(const Eigen::Vector3d& origin_world) const {
-    world::RayFan rays = from(origin_world);
-    rays.t_max = kJustBeyond;
-    return rays;
-  }
-
- private:
-  std::vector<double> x_, y_, z_;  ///< one more than may be added
-  std::size_t count_ = 0;
-};
 
 /// Rays of a unit that met something, and where. The rays' own buffers are used again for visibility.
 struct MetPoints {
