@@ -14,9 +14,10 @@ set(TERRACAST_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them.")
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
   # What ccache must be told to see through precompiled headers; it takes what a source depends on from the compiler
-  # (depend) in place of preprocessing each source once more.
+  # (depend) in place of preprocessing each source once more. Paths count from the checkout, so that one checkout
+  # takes what another has compiled.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_DEPEND=1
-      ${CCACHE_PROGRAM})
+      CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE_PROGRAM})
 endif()
 
 # Results must not depend on whether the compiler contracts a*b+c, nor on the rounding of denormals.
