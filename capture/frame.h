@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/label_bounds.h"
+#include "capture/moving.h"
 #include "core/image.h"
 #include "geo/camera_model.h"
 #include "geo/geodesy.h"
@@ -129,6 +130,8 @@ struct FrameRecord {
   Eigen::Vector3d acceleration_world_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_body_radps = Eigen::Vector3d::Zero();
   std::vector<CameraRecord> cameras;  ///< in the order of SequenceInfo::cameras
+  /// Where what moves is and how it moves, in the order of SequenceInfo::moving; nothing: it is not there.
+  std::vector<std::optional<geo::BodyState>> moving = {};
   /// Hash of all that determines the cameras' files, given that these tiles are all that their rays
   /// come to (render/input_hash.h).
   std::string key;
@@ -201,6 +204,7 @@ struct SequenceInfo {
   std::vector<CameraCalibration> believed_cameras = {};
   std::vector<CameraClock> clocks = {};     ///< one a camera; empty: all show the time
   std::vector<CameraImaging> imaging = {};  ///< one a camera; empty: nothing lies in between at any
+  std::vector<MovingBody> moving = {};      ///< none: all stands still but the cameras
   std::string config_toml;                  ///< the resolved config, paths as written
   std::vector<std::string> licences;        ///< of the sources
   bool operator==(const SequenceInfo&) const = default;

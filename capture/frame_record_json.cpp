@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/json_parts.h"
+#include "capture/moving_json.h"
 #include "capture/sequence_files.h"
 
 namespace terracast::capture {
@@ -130,6 +131,7 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind
   if (!is_content_hash(record.key))
     fail(kind, "{}: the key \"{}\" is no content hash of 32 hexadecimal digits", where, record.key);
   check_tiles(record, info.geometry.tiles.size(), kind, where);
+  check_states(record.moving, info.moving.size(), kind, where);
 }
 
 Json json_from_record(const FrameRecord& record, const std::string& input_hash) {
@@ -162,8 +164,9 @@ Json json_from_record(const FrameRecord& record, const std::string& input_hash) 
   json.set("world_from_body", json_from_rigid(record.world_from_body))
       .set("velocity_world_mps", json_from_vector(record.velocity_world_mps))
       .set("acceleration_world_mps2", json_from_vector(record.acceleration_world_mps2))
-      .set("angular_velocity_body_radps", json_from_vector(record.angular_velocity_body_radps))
-      .set("cameras", std::move(cameras))
+      .set("angular_velocity_body_radps", json_from_vector(record.angular_velocity_body_radps));
+  if (!record.moving.empty()) json.set("moving", json_from_states(record.moving));
+  json.set("cameras", std::move(cameras))
       .set("key", record.key)
       .set("touched_tiles", std::move(touched))
       .set("passed_tiles", std::move(passed))
@@ -186,6 +189,8 @@ FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const s
       source.vector(json.at("acceleration_world_mps2"), "acceleration_world_mps2");
   record.angular_velocity_body_radps =
       source.vector(json.at("angular_velocity_body_radps"), "angular_velocity_body_radps");
+  if (json.has("moving"))
+    record.moving = states_from_json(json.at("moving"), record.time_s, source);
   const Json& cameras = json.at("cameras");
   if (!cameras.is_array() || cameras.size() != info.cameras.size())
     fail(ErrorKind::Input, "{}: cameras must be a list of {}", file, info.cameras.size());

@@ -231,20 +231,63 @@ FlowBounds::FlowBounds(const CameraView& from, const CameraView& to)
       translation_error_((1.0 + turn_error(to.world_from_camera.rotation)) *
                          to_from_from_.translation.norm()) {}
 
+FlowBounds::Carried FlowBounds::carry(const Vector3d& ray, double range_m) const {
+  const Vector3d along = to_from_from_.rotation * ray;
+  if (std::isinf(range_m)) return {along, along, kU * (turn_error_ + kPoint)};
+  const Vector3d point = along * range_m + to_from_from_.translation;
+  return {along, point,
+          kU * (range_m * (turn_error_ + kPoint) + translation_error_ + point.norm())};
+}
+
+// In the order of capture::flow(): into the world, into the body, with the body, into the other camera. A sum is
+// rounded by u of it, a rotation by the error of its turning; pose_after(0) normalises a body's quaternion again.
+FlowBounds::Carried FlowBounds::carry(const Vector3d& ray, double range_m,
+                                      const BodyMotion& motion) const {
+  const auto turned = [](const Quaterniond& rotation) {
+    return turn_error(rotation) + product_error(rotation, Quaterniond::Identity());
+  };
+  const geo::Rigid3d& from = motion.from.world_from_body;
+  const geo::Rigid3d& to = motion.to->world_from_body;
+  const Quaterniond to_from_world = to_.world_from_camera.rotation.conjugate();
+  const Vector3d there = from_.world_from_camera * (ray * range_m);
+  const Vector3d in_body = from.rotation.conjugate() * (there - from.translation);
+  const Vector3d then = to * in_body;
+  const Vector3d point = to_from_world * (then - to_.world_from_camera.translation);
+  const Vector3d along =
+      to_from_world *
+      (to.rotation * (from.rotation.conjugate() * (from_.world_from_camera.rotation * ray)));
+  const double error = range_m * (turn_error(from_.world_from_camera.rotation) + kPoint) +
+                       there.norm() +
+                       in_body.norm() * (1.0 + turned(from.rotation) + turned(to.rotation)) +
+                       then.norm() + point.norm() * (1.0 + turn_error(to_from_world));
+  return {along, point, kU * error};
+}
+
 std::optional<LabelError> FlowBounds::flow_error_px(const Vector2d& pixel, double range_m,
                                                     double range_error_m) const {
-  const bool is_sky = std::isinf(range_m);
   const Vector3d ray = from_.model.ray_from_pixel(pixel).normalized();
-  const Vector3d along = to_from_from_.rotation * ray;
-  const Vector3d point_to = is_sky ? along : Vector3d(along * range_m + to_from_from_.translation);
+  return error_px(pixel, range_m, range_error_m, carry(ray, range_m));
+}
+
+std::optional<LabelError> FlowBounds::flow_error_px(const Vector2d& pixel, double range_m,
+                                                    double range_error_m,
+                                                    const BodyMotion& motion) const {
+  if (!motion.to) return std::nullopt;
+  const Vector3d ray = from_.model.ray_from_pixel(pixel).normalized();
+  return error_px(pixel, range_m, range_error_m, carry(ray, range_m, motion));
+}
+
+std::optional<LabelError> FlowBounds::error_px(const Vector2d& pixel, double range_m,
+                                               double range_error_m, const Carried& carried) const {
+  const bool is_sky = std::isinf(range_m);
+  const Vector3d& along = carried.along;
+  const Vector3d& point_to = carried.point;
   const std::optional<Vector2d> target = to_.model.pixel_from_ray(point_to);
   if (!target || !to_.model.contains(*target)) return std::nullopt;
 
-  const double aim_error = ray_error_rad(from_.model, pixel, ray);
-  const double point_error =
-      is_sky ? kU * (turn_error_ + kPoint) + aim_error
-             : kU * (range_m * (turn_error_ + kPoint) + translation_error_ + point_to.norm()) +
-                   range_m * aim_error;
+  const double aim_error =
+      ray_error_rad(from_.model, pixel, from_.model.ray_from_pixel(pixel).normalized());
+  const double point_error = carried.error + (is_sky ? 1.0 : range_m) * aim_error;
   const double moved = is_sky ? 0.0 : range_error_m;
   const double rounded = is_sky ? 0.0 : float_rounding(range_m);
   // The projection is a quotient by depth: over a shift e at depth z its slope grows by (1 - e / z)^-2. Another
@@ -283,7 +326,8 @@ bool is_unbounded(const std::optional<LabelError>& error) {
 LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraView>& next,
                              const std::optional<CameraView>& previous, const CameraFrame& facts,
                              std::span<const double> crossing_errors,
-                             std::span<const TileScale> tiles) {
+                             std::span<const TileScale> tiles, const BodyMotions& motions_next,
+                             const BodyMotions& motions_previous) {
   TERRACAST_CHECK(crossing_errors.size() == facts.range_m.data().size(),
                   "{} errors of crossings for {} pixels", crossing_errors.size(),
                   facts.range_m.data().size());
@@ -319,9 +363,14 @@ LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraV
         return;
       }
     }
-    std::optional<LabelError> there, back;
-    if (to_next) there = to_next->flow_error_px(pixel, range_m, range_error_m);
-    if (to_previous) back = to_previous->flow_error_px(pixel, range_m, range_error_m);
+    const auto flow_error = [&](const std::optional<FlowBounds>& to, const BodyMotions& motions) {
+      if (!to) return std::optional<LabelError>();
+      const BodyMotion* motion = motions.find(facts.instance_id(x, y), facts.primitive_id(x, y));
+      return motion == nullptr ? to->flow_error_px(pixel, range_m, range_error_m)
+                               : to->flow_error_px(pixel, range_m, range_error_m, *motion);
+    };
+    const std::optional<LabelError> there = flow_error(to_next, motions_next);
+    const std::optional<LabelError> back = flow_error(to_previous, motions_previous);
     if (is_unbounded(there) || is_unbounded(back)) {
       ++bounds.num_left_out;
       return;

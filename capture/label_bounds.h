@@ -88,8 +88,23 @@ class FlowBounds {
   /// returns         nothing where the point does not come to lie in the image
   std::optional<LabelError> flow_error_px(const Eigen::Vector2d& pixel, double range_m,
                                           double range_error_m) const;
+  /// The same of a point of something that moves, of global shutters.
+  /// returns   nothing besides where it is not there at the frame of `to`
+  std::optional<LabelError> flow_error_px(const Eigen::Vector2d& pixel, double range_m,
+                                          double range_error_m, const BodyMotion& motion) const;
 
  private:
+  /// A point, or a direction, in the camera of `to`.
+  struct Carried {
+    Eigen::Vector3d along;  ///< of what was the ray, unit
+    Eigen::Vector3d point;
+    double error;  ///< of the point by the arithmetic, beside that of the ray
+  };
+  Carried carry(const Eigen::Vector3d& ray, double range_m) const;
+  Carried carry(const Eigen::Vector3d& ray, double range_m, const BodyMotion& motion) const;
+  std::optional<LabelError> error_px(const Eigen::Vector2d& pixel, double range_m,
+                                     double range_error_m, const Carried& carried) const;
+
   CameraView from_;
   CameraView to_;
   geo::Rigid3d to_from_from_;
@@ -111,12 +126,14 @@ struct LabelBounds {
 
 /// Bounds of all labels that follow from a camera's facts. Parallel inside.
 /// view, next, previous   the camera at this frame and at those beside it, where there are such
+/// motions_next, _previous   of what moves, from this frame to those beside it
 /// crossing_errors        of each pixel that shows an object, row by row: what the t of its crossing may differ by
 /// tiles                  by the tile index of primitive ids
 LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraView>& next,
                              const std::optional<CameraView>& previous, const CameraFrame& facts,
                              std::span<const double> crossing_errors,
-                             std::span<const TileScale> tiles);
+                             std::span<const TileScale> tiles, const BodyMotions& motions_next = {},
+                             const BodyMotions& motions_previous = {});
 
 /// The most that rounding a value to float32 changes it.
 double float_rounding(double value);

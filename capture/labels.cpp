@@ -38,13 +38,38 @@ class FlowEnds {
   FlowEnds(const CameraView& from, const CameraView& to)
       : from_(from), to_(to), to_from_from_(to_from(to, from)) {}
 
-  std::optional<Vector2d> flow(const Vector2d& pixel, double range_m) const {
-    const std::optional<Vector2d> end = end_of(pixel, range_m);
+  /// motion   of what the pixel shows; null: it stands still
+  std::optional<Vector2d> flow(const Vector2d& pixel, double range_m,
+                               const BodyMotion* motion = nullptr) const {
+    const std::optional<Vector2d> end =
+        motion == nullptr ? end_of(pixel, range_m) : end_of_moving(pixel, range_m, *motion);
     if (!end) return std::nullopt;
     return Vector2d(*end - pixel);
   }
 
  private:
+  std::optional<Vector2d> end_of_moving(const Vector2d& pixel, double range_m,
+                                        const BodyMotion& motion) const {
+    if (!motion.to || !std::isfinite(range_m)) return std::nullopt;
+    const double from_s = from_.offset_of_line_s(pixel);
+    const geo::Rigid3d world_from_body = motion.from.pose_after(from_s);
+    const Vector3d point_body =
+        world_from_body.rotation.conjugate() *
+        (capture::point_world(from_, pixel, range_m) - world_from_body.translation);
+    const auto seen_when = [&](const geo::Rigid3d& world_from_to, double offset_s) {
+      return to_.model.pixel_from_ray(
+          world_from_to.rotation.conjugate() *
+          (motion.to->pose_after(offset_s) * point_body - world_from_to.translation));
+    };
+    if (!to_.motion) return seen_when(to_.world_from_camera, 0.0);
+    const auto seen = geo::find_seen(
+        to_.motion->shutter, to_.model.width_px(), to_.model.height_px(), [&](double offset_s) {
+          return seen_when(to_.motion->world_from_camera(offset_s), offset_s);
+        });
+    if (!seen) return std::nullopt;
+    return seen->pixel;
+  }
+
   std::optional<Vector2d> end_of(const Vector2d& pixel, double range_m) const {
     if (!from_.motion && !to_.motion)
       return seen_at(from_.model, to_.model, to_from_from_, pixel, range_m);
@@ -66,12 +91,34 @@ class FlowEnds {
   geo::Rigid3d to_from_from_;
 };
 
+/// motion_of   (x, y) -> const BodyMotion*: of what a pixel shows
+template <class MotionOf>
+core::ImageF image_of_flow(const CameraView& from, const CameraView& to,
+                           const core::ImageF& range_m, const MotionOf& motion_of) {
+  const FlowEnds ends(from, to);
+  core::ImageF image(range_m.width(), range_m.height(), 2, std::numeric_limits<float>::quiet_NaN());
+  for (int y = 0; y < range_m.height(); ++y) {
+    for (int x = 0; x < range_m.width(); ++x) {
+      const std::optional<Vector2d> motion_px =
+          ends.flow(pixel_center(x, y), static_cast<double>(range_m(x, y)), motion_of(x, y));
+      if (!motion_px) continue;
+      image(x, y, 0) = static_cast<float>(motion_px->x());
+      image(x, y, 1) = static_cast<float>(motion_px->y());
+    }
+  }
+  return image;
+}
+
 }  // namespace
+
+double CameraView::offset_of_line_s(const Vector2d& pixel) const {
+  if (!motion) return 0.0;
+  return motion->shutter.offset_s(pixel, model.width_px(), model.height_px());
+}
 
 geo::Rigid3d CameraView::pose_of_line(const Vector2d& pixel) const {
   if (!motion) return world_from_camera;
-  return motion->world_from_camera(
-      motion->shutter.offset_s(pixel, model.width_px(), model.height_px()));
+  return motion->world_from_camera(offset_of_line_s(pixel));
 }
 
 CameraView view_of(const geo::CameraModel& model, const CameraCalibration& camera,
@@ -116,6 +163,11 @@ std::optional<Vector2d> flow(const CameraView& from, const CameraView& to, const
   return FlowEnds(from, to).flow(pixel, range_m);
 }
 
+std::optional<Vector2d> flow(const CameraView& from, const CameraView& to, const BodyMotion& motion,
+                             const Vector2d& pixel, double range_m) {
+  return FlowEnds(from, to).flow(pixel, range_m, &motion);
+}
+
 core::ImageF depth_image(const geo::CameraModel& model, const core::ImageF& range_m) {
   core::ImageF depth_m(range_m.width(), range_m.height());
   for (int y = 0; y < range_m.height(); ++y)
@@ -126,18 +178,14 @@ core::ImageF depth_image(const geo::CameraModel& model, const core::ImageF& rang
 }
 
 core::ImageF flow_image(const CameraView& from, const CameraView& to, const core::ImageF& range_m) {
-  const FlowEnds ends(from, to);
-  core::ImageF image(range_m.width(), range_m.height(), 2, std::numeric_limits<float>::quiet_NaN());
-  for (int y = 0; y < range_m.height(); ++y) {
-    for (int x = 0; x < range_m.width(); ++x) {
-      const std::optional<Vector2d> motion_px =
-          ends.flow(pixel_center(x, y), static_cast<double>(range_m(x, y)));
-      if (!motion_px) continue;
-      image(x, y, 0) = static_cast<float>(motion_px->x());
-      image(x, y, 1) = static_cast<float>(motion_px->y());
-    }
-  }
-  return image;
+  return image_of_flow(from, to, range_m, [](int, int) { return nullptr; });
+}
+
+core::ImageF flow_image(const CameraView& from, const CameraView& to, const BodyMotions& motions,
+                        const CameraFrame& facts) {
+  return image_of_flow(from, to, facts.range_m, [&](int x, int y) {
+    return motions.find(facts.instance_id(x, y), facts.primitive_id(x, y));
+  });
 }
 
 core::ImageF disparity_image(const geo::CameraModel& left, double baseline_m,

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "capture/moving.h"
 #include "core/image.h"
 #include "geo/camera_model.h"
 #include "geo/rigid3.h"
@@ -13,6 +14,7 @@
 namespace terracast::capture {
 
 struct CameraCalibration;
+struct CameraFrame;
 
 /// A camera at a place.
 struct CameraView {
@@ -21,6 +23,8 @@ struct CameraView {
   /// How it moves while its lines are exposed one after the other; nothing: all are at once.
   std::optional<geo::CameraMotion> motion = {};
 
+  /// When the line through an image point is in the middle of its exposure, counted from the frame's time.
+  double offset_of_line_s(const Eigen::Vector2d& pixel) const;
   /// Where it is when the line through an image point is in the middle of its exposure.
   geo::Rigid3d pose_of_line(const Eigen::Vector2d& pixel) const;
 };
@@ -52,11 +56,20 @@ std::optional<Eigen::Vector2d> project(const CameraView& view, const Eigen::Vect
 std::optional<Eigen::Vector2d> flow(const CameraView& from, const CameraView& to,
                                     const Eigen::Vector2d& pixel, double range_m);
 
+/// The same of a point of something that moves. Nothing besides where it is not there at the frame of `to`.
+std::optional<Eigen::Vector2d> flow(const CameraView& from, const CameraView& to,
+                                    const BodyMotion& motion, const Eigen::Vector2d& pixel,
+                                    double range_m);
+
 /// Planar depth of a whole image, float32 rounded from double; sky +inf, NaN where no ray comes in.
 core::ImageF depth_image(const geo::CameraModel& model, const core::ImageF& range_m);
 
 /// Flow of a whole image: 2 channels, float32 rounded from double; NaN where there is none.
 core::ImageF flow_image(const CameraView& from, const CameraView& to, const core::ImageF& range_m);
+
+/// The same of an image that shows what moves between the two frames.
+core::ImageF flow_image(const CameraView& from, const CameraView& to, const BodyMotions& motions,
+                        const CameraFrame& facts);
 
 /// Disparity of a rectified pair, px: focal length (px) times baseline (m) over depth; sky 0.
 core::ImageF disparity_image(const geo::CameraModel& left, double baseline_m,

@@ -9,7 +9,7 @@
 namespace terracast::capture {
 
 /// Version of the format on disk; a reader takes its own only.
-inline constexpr int kCaptureVersion = 5;
+inline constexpr int kCaptureVersion = 6;
 /// Frames are numbered by six digits.
 inline constexpr int kMaxFrames = 1000000;
 /// Of one camera's image.

@@ -11,6 +11,7 @@
 
 #include "capture/channel.h"
 #include "capture/json_parts.h"
+#include "capture/moving_json.h"
 #include "capture/sequence_files.h"
 
 namespace terracast::capture {
@@ -333,6 +334,7 @@ void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string&
   }
   check_beliefs(info, kind, where);
   check_imaging(info, kind, where);
+  check_moving(info.moving, kind, where);
 }
 
 Json json_from_geometry(const ShownGeometry& geometry) {
@@ -378,8 +380,9 @@ Json json_from_sequence(const SequenceInfo& info) {
       .set("rate_hz", info.rate_hz)
       .set("num_frames", info.num_frames)
       .set("geometry", std::move(geometry))
-      .set("cameras", std::move(cameras))
-      .set("channels", std::move(channel_list))
+      .set("cameras", std::move(cameras));
+  if (!info.moving.empty()) json.set("moving", json_from_moving(info.moving));
+  json.set("channels", std::move(channel_list))
       .set("semantic_classes", std::move(classes))
       .set("licences", Json::array_of(info.licences))
       .set("config_toml", info.config_toml);
@@ -419,6 +422,7 @@ SequenceInfo sequence_from_json(const Json& json, const std::string& file) {
       info.imaging[i] = imaging_from_json(camera.at("imaging"), source);
     }
   }
+  if (json.has("moving")) info.moving = moving_from_json(json.at("moving"), source);
   info.licences = json.at("licences").strings();
   info.config_toml = json.at("config_toml").string();
   check_sequence(info, ErrorKind::Input, file);

@@ -33,6 +33,7 @@ std::string utc_of_first_frame(const TrajectoryOptions& options, const Trajector
 }  // namespace
 
 Rigid3d BodyState::pose_after(double offset_s) const {
+  if (offset_s == 0.0) return world_from_body;
   const Eigen::Vector3d half_turn = 0.5 * offset_s * angular_velocity_body_radps;
   const double half_angle = half_turn.norm();
   // sin x / x, which is 1 - x^2 / 6 to double where x^4 / 120 is lost.

@@ -28,6 +28,7 @@ struct BodyState {
   Eigen::Vector3d velocity_world_mps = Eigen::Vector3d::Zero();
   Eigen::Vector3d acceleration_world_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_body_radps = Eigen::Vector3d::Zero();
+  bool operator==(const BodyState&) const = default;
 
   /// The pose so much later, or earlier, as it is where acceleration and angular velocity stay what they are:
   /// x + v t + a t^2 / 2, and R exp(w t) with the turning in the body's frame.

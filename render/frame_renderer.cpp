@@ -36,11 +36,13 @@ constexpr double kInWaterExposure = 2.5;
 
 struct ColorScratch {
   std::vector<world::WorldRay> rays;
+  std::vector<double> offsets_s;  ///< of the rays
   std::vector<world::SurfaceHit> hits;
   std::vector<std::uint32_t> pixels;           ///< of the rays, within the unit
   std::vector<world::SurfaceSample> surfaces;  ///< of the rays that met something
   std::vector<world::WorldRay> sun_rays;
   std::vector<std::uint32_t> sun_ray_of;  ///< the ray that a sun ray belongs to
+  std::vector<double> light_offsets_s;    ///< of the sun rays, or of the sky rays
   std::vector<std::uint64_t> bits;        ///< of the rays' pixels
   std::vector<int> samples;               ///< of the rays, in their pixels
   std::vector<world::WorldRay> sky_rays;
@@ -59,10 +61,9 @@ struct ColorScratch {
 };
 
 struct ColorImage {
-  const world::RayQuery& query;
-  const world::RayQuery&
-      viewed;      ///< what the camera looks at: `query`, or that of viewers in water
-  double depth_m;  ///< of the camera below the surface of water; 0 above it
+  world::Scene scene;
+  world::Scene viewed;  ///< what the camera looks at: `scene`, or that of viewers in water
+  double depth_m;       ///< of the camera below the surface of water; 0 above it
   const Clouds& clouds;
   float sea_level_m;
   const HitShader& shader;
@@ -95,13 +96,16 @@ struct ColorImage {
 
   OpenView::LensRay ray_through(const Eigen::Vector2d& place, std::uint64_t bits,
                                 int sample) const {
-    if (open == nullptr) return {view.center_world, view.ray_world(place).normalized()};
+    if (open == nullptr)
+      return {.origin_world = view.center_world,
+              .direction_world = view.ray_world(place).normalized()};
     return open->lens_ray(place, sampler.place_in_time(bits, sample),
                           sampler.place_on_disc(core::mix_bits(bits ^ 0x6c656e73), sample));
   }
 
   void cast_rays(const PixelUnit& unit, ColorScratch& s) const {
     s.rays.clear();
+    s.offsets_s.clear();
     s.pixels.clear();
     s.bits.clear();
     s.samples.clear();
@@ -122,6 +126,7 @@ struct ColorImage {
             if (!ray.direction_world.allFinite()) return;  // no light comes in
             s.rays.push_back(
                 {.origin_world = ray.origin_world, .direction_world = ray.direction_world});
+            s.offsets_s.push_back(ray.offset_s);
             s.bits.push_back(bits);
             s.samples.push_back(sample);
             s.spread.push_back(static_cast<float>(sampler.place_between(bits, sample)));
@@ -137,13 +142,23 @@ struct ColorImage {
     }
     s.hits.resize(s.rays.size());
     s.surfaces.resize(s.rays.size());
-    viewed.intersect(s.rays, s.hits, world::Coherence::Coherent, s.surfaces, trail);
+    viewed.intersect(s.rays, s.offsets_s, s.hits, world::Coherence::Coherent, s.surfaces, trail);
   }
 
   double lift_m(const world::SurfaceHit& hit, const world::SurfaceSample& surface) const {
     return hit.is_ground()
                ? kShadowLift_m + kShadowLiftPerSide * world::kTileCells * surface.spacing_m
                : kObjectShadowLift_m;
+  }
+
+  /// Sets is_occluded of rays to light.
+  /// ray_of   the camera's ray whose time each has
+  void cast_light(std::span<const world::WorldRay> rays, std::span<const std::uint32_t> ray_of,
+                  ColorScratch& s) const {
+    s.light_offsets_s.clear();
+    for (const std::uint32_t ray : ray_of) s.light_offsets_s.push_back(s.offsets_s[ray]);
+    s.is_occluded.resize(rays.size());
+    scene.occluded(rays, s.light_offsets_s, s.is_occluded, trail);
   }
 
   /// Rays from what was met to a place on the sun's disc each; what faces away is dark without.
@@ -168,8 +183,7 @@ struct ColorImage {
       s.sun_ray_of.push_back(static_cast<std::uint32_t>(i));
     }
     s.sun_rays.resize(s.sun_ray_of.size());
-    s.is_occluded.resize(s.sun_rays.size());
-    query.occluded(s.sun_rays, s.is_occluded, trail);
+    cast_light(s.sun_rays, s.sun_ray_of, s);
     for (std::size_t i = 0; i < s.sun_ray_of.size(); ++i)
       if (s.is_occluded[i] == 0) s.sun_share[s.sun_ray_of[i]] = 1.0f;
   }
@@ -202,8 +216,7 @@ struct ColorImage {
         s.sky_ray_of.push_back(static_cast<std::uint32_t>(i));
       }
     }
-    s.is_occluded.resize(s.sky_rays.size());
-    query.occluded(s.sky_rays, s.is_occluded, trail);
+    cast_light(s.sky_rays, s.sky_ray_of, s);
     const float part = 1.0f / static_cast<float>(num_sky_rays);
     for (std::size_t i = 0; i < s.sky_ray_of.size(); ++i)
       if (s.is_occluded[i] != 0) s.sky_share[s.sky_ray_of[i]] -= part;
@@ -255,6 +268,7 @@ struct ColorImage {
     }
     s.radiance.resize(s.rays.size());
     LitHits lit{.rays = s.rays,
+                .offsets_s = s.offsets_s,
                 .hits = s.hits,
                 .surfaces = s.surfaces,
                 .sun_share = s.sun_share,
@@ -367,6 +381,7 @@ FrameRenderer::FrameRenderer(const SequencePlan& plan, const world::TileStore& s
       water_visibility_m_(plan.conditions.water_visibility_m),
       wants_bottom_(plan.conditions.bottom_range && !is_in_water),
       is_in_water_(is_in_water),
+      moving_(plan.moving, query, geo::WorldFrame(store.manifest().origin)),
       ground_(climate_of(store, static_cast<std::uint32_t>(core::mix_bits(store.manifest().seed)))),
       imagery_(store, query.imagery_budget_bytes()),
       textures_(store),
@@ -434,6 +449,9 @@ void FrameRenderer::gather_light(int frame, int camera, const std::vector<PixelU
                                  const TakeLight& take) const {
   const View& view = views_.at(frame, camera);
   const OpenView open = views_.open(frame, camera);
+  const world::MovingScene moving = moving_.scene(frame, views_.longest_reach_s());
+  const world::Scene whole(query_, moving);
+  const world::Scene bed(bed_ != nullptr ? *bed_ : query_, moving);
   const Eigen::Vector3d sun = sky_.daylight().sun_direction_world;
   const Eigen::Vector3d beside =
       std::abs(sun.z()) < 0.9 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX();
@@ -441,10 +459,10 @@ void FrameRenderer::gather_light(int frame, int camera, const std::vector<PixelU
   const Eigen::Vector3d right = sun.cross(beside).normalized();
   const HitShader shader(ground_, imagery_, textures_, sky_);
   std::optional<WaterLight> water;
-  if (bed_ != nullptr) water.emplace(query_, *bed_, ground_, sky_, shader, water_visibility_m_);
+  if (bed_ != nullptr) water.emplace(whole, bed, ground_, sky_, shader, water_visibility_m_);
   const ColorImage image{
-      .query = query_,
-      .viewed = is_in_water_ ? *bed_ : query_,
+      .scene = whole,
+      .viewed = is_in_water_ ? bed : whole,
       .depth_m = is_in_water_ ? depth_of(view.center_world) : 0.0,
       .clouds = clouds_,
       .sea_level_m = static_cast<float>(ground_.climate().sea_level_m),

@@ -42,6 +42,7 @@ class FrameRenderer {
   const ViewTable& views() const { return views_; }
   const Ground& ground() const { return ground_; }
   const Sky& sky() const { return sky_; }
+  const MovingBodies& moving() const { return moving_; }
 
   /// Facts of a camera at a frame.
   TruthFrame truth(int frame, int camera) const {
@@ -52,8 +53,8 @@ class FrameRenderer {
   /// The same, into a frame that has been used before.
   /// trail   takes the tiles to which the rays come; null: nobody wants to know
   void truth(int frame, int camera, TruthFrame& truth, world::RayTrail* trail = nullptr) const {
-    trace_truth(is_in_water_ ? *bed_ : query_, ground_, views_, frame, camera, truth, trail,
-                wants_bottom_ ? bed_ : nullptr);
+    trace_truth(is_in_water_ ? *bed_ : query_, moving_, ground_, views_, frame, camera, truth,
+                trail, wants_bottom_ ? bed_ : nullptr);
   }
 
   /// Anti-aliased colour of a camera at a frame; no ground truth mixes in.
@@ -84,6 +85,7 @@ class FrameRenderer {
   double water_visibility_m_;
   bool wants_bottom_;
   bool is_in_water_;
+  MovingBodies moving_;
   Ground ground_;
   GroundImagery imagery_;
   TextureLibrary textures_;

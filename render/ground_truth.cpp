@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <optional>
 
 #include "capture/channel.h"
 #include "core/packet_code.h"
@@ -21,7 +23,9 @@ constexpr std::size_t kUnitRays = static_cast<std::size_t>(kUnitSide) * kUnitSid
 /// A view that shall say whether it sees a pixel's point, and the bit that says so.
 struct Target {
   OpenView view;
+  int frame;
   std::uint32_t flag;
+  world::Scene scene;  ///< about the view's frame
 };
 
 /// Units of an image: squares, or parts of lines where these are exposed one after the other, so that all
@@ -94,7 +98,8 @@ struct UnitScratch {
   std::vector<std::size_t> pixels;             ///< of the rays
   MetPoints ground;
   MetPoints objects;
-  std::vector<std::size_t> asked;  ///< of the points, those to which there are rays
+  std::vector<std::size_t> moving_rays;  ///< that met what moves
+  std::vector<std::size_t> asked;        ///< of the points, those to which there are rays
   HitPacket packet_hits;
   Lanes<double> range_m;
   GroundPlaces places;
@@ -108,10 +113,10 @@ struct UnitScratch {
     pixels.reserve(kUnitRays);
     asked.resize(kUnitRays + 1);
   }
-  std::span<const double> cast(const world::RayQuery& query, const world::RayFan& rays,
+  std::span<const double> cast(const world::Scene& scene, const world::RayFan& rays,
                                world::RayTrail* trail) {
     t.resize(rays.size());
-    query.intersect(rays, t, world::Coherence::Coherent, trail);
+    scene.intersect(rays, 0.0, t, world::Coherence::Coherent, trail);
     return t;
   }
 };
@@ -127,11 +132,22 @@ world::WorldRay ray_just_beyond(const Eigen::Vector3d& origin_world,
           .t_max = kJustBeyond};
 }
 
+/// A body at another frame; null: it is not there.
+const world::MovingBody* find_body(const world::MovingScene& moving,
+                                   const world::MovingBody& wanted) {
+  const std::vector<world::MovingBody>& bodies = moving.bodies();
+  const auto found = std::find_if(bodies.begin(), bodies.end(), [&](const world::MovingBody& body) {
+    return body.provenance == wanted.provenance && body.first_triangle == wanted.first_triangle;
+  });
+  return found == bodies.end() ? nullptr : &*found;
+}
+
 /// One camera's image at one frame.
 class TruthTracer {
  public:
-  TruthTracer(const world::RayQuery& query, const Ground& ground, const ViewTable& views, int frame,
-              int camera, TruthFrame& truth, world::RayTrail* trail, const world::RayQuery* bed)
+  TruthTracer(const world::RayQuery& query, const MovingBodies& moving, const Ground& ground,
+              const ViewTable& views, int frame, int camera, TruthFrame& truth,
+              world::RayTrail* trail, const world::RayQuery* bed)
       : query_(query),
         bed_(bed),
         ground_(ground),
@@ -139,11 +155,15 @@ class TruthTracer {
         grid_(grid_of(view_)),
         truth_(truth),
         trail_(trail) {
-    if (frame + 1 < views.num_frames())
-      targets_.push_back({views.open(frame + 1, camera), capture::kVisibleNext});
-    if (frame > 0) targets_.push_back({views.open(frame - 1, camera), capture::kVisiblePrevious});
+    set_moving(moving, views, frame);
+    const auto add_target = [&](int at, int by, std::uint32_t flag) {
+      targets_.push_back({views.open(at, by), at, flag, scene_at(at)});
+    };
+    if (frame + 1 < views.num_frames()) add_target(frame + 1, camera, capture::kVisibleNext);
+    if (frame > 0) add_target(frame - 1, camera, capture::kVisiblePrevious);
     for (const int other : views.companions(camera))
-      targets_.push_back({views.open(frame, other), capture::visible_in_camera(other)});
+      add_target(frame, other, capture::visible_in_camera(other));
+    frame_ = frame;
 
     const int width = grid_.width_px;
     const int height = grid_.height_px;
@@ -176,6 +196,13 @@ class TruthTracer {
   static constexpr std::uint8_t kHasObjects = 4;
   static constexpr std::uint64_t kSky = std::uint64_t{1} << 32;  ///< beside all instance ids
 
+  /// What moves about this frame and those beside it.
+  void set_moving(const MovingBodies& moving, const ViewTable& views, int frame) {
+    for (int at = std::max(frame - 1, 0); at <= std::min(frame + 1, views.num_frames() - 1); ++at)
+      moving_.emplace(at, moving.scene(at, views.longest_reach_s()));
+  }
+  world::Scene scene_at(int frame) const { return {query_, moving_.at(frame)}; }
+
   std::size_t pixel_index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_.width_px) +
            static_cast<std::size_t>(x);
@@ -194,41 +221,48 @@ class TruthTracer {
     });
   }
 
-  /// The camera when a unit's pixels are exposed.
-  View view_of(const PixelUnit& unit) const {
-    return view_.of_line({0.5 * (unit.x0 + unit.x1), 0.5 * (unit.y0 + unit.y1)});
+  /// When a unit's pixels are exposed, counted from the frame's time.
+  double offset_of(const PixelUnit& unit) const {
+    return view_.offset_of_line_s({0.5 * (unit.x0 + unit.x1), 0.5 * (unit.y0 + unit.y1)});
   }
 
   void trace_unit(int unit, UnitScratch& scratch) {
-    scratch.view = view_of(grid_.unit(unit));
+    const double offset_s = offset_of(grid_.unit(unit));
+    scratch.view = view_.at(offset_s);
     set_pixel_rays(grid_.unit(unit), scratch);
     const std::size_t num_rays = scratch.directions.size();
     scratch.hits.resize(num_rays);
     scratch.surfaces.resize(num_rays);
-    query_.intersect(scratch.directions.from(scratch.view.center_world), scratch.hits,
-                     world::Coherence::Coherent, scratch.surfaces, trail_,
-                     world::SurfaceNeed::Facts);
+    scene_at(frame_).intersect(scratch.directions.from(scratch.view.center_world), offset_s,
+                               scratch.hits, world::Coherence::Coherent, scratch.surfaces, trail_,
+                               world::SurfaceNeed::Facts);
     MetPoints& ground = scratch.ground;
     MetPoints& objects = scratch.objects;
     ground.rays.clear();
     objects.rays.clear();
+    scratch.moving_rays.clear();
     for (std::size_t i = 0; i < num_rays; ++i) {
       if (scratch.hits[i].is_sky())
         set_sky(scratch.pixels[i]);
+      else if (scratch.hits[i].is_moving())
+        scratch.moving_rays.push_back(i);
       else if (scratch.hits[i].is_ground())
         ground.rays.push_back(i);
       else
         objects.rays.push_back(i);
     }
-    const bool has_sky = ground.rays.size() + objects.rays.size() < num_rays;
+    const std::size_t num_objects = objects.rays.size() + scratch.moving_rays.size();
+    const bool has_sky = ground.rays.size() + num_objects < num_rays;
     content_[static_cast<std::size_t>(unit)] =
         static_cast<std::uint8_t>((has_sky ? kHasSky : 0) | (ground.rays.empty() ? 0 : kHasGround) |
-                                  (objects.rays.empty() ? 0 : kHasObjects));
+                                  (num_objects == 0 ? 0 : kHasObjects));
     set_ground(scratch);
     set_objects(scratch);
+    for (const std::size_t ray : scratch.moving_rays) set_object(ray, scratch);
     if (bed_ != nullptr) set_bottom(scratch);
     look_from_targets(ground, scratch);
     look_from_targets(objects, scratch);
+    if (!scratch.moving_rays.empty()) look_at_moving(offset_s, scratch);
   }
 
   /// Sets bottom_range_m of the unit's pixels. The rays' own buffer is used again.
@@ -246,8 +280,8 @@ class TruthTracer {
     if (pixels.empty()) return;
     scratch.directions.clear(kUnitRays);
     for (const Eigen::Vector3d& direction : directions) scratch.directions.add(direction);
-    const std::span<const double> t =
-        scratch.cast(*bed_, scratch.directions.from(scratch.view.center_world), trail_);
+    const std::span<const double> t = scratch.cast(
+        world::Scene(*bed_), scratch.directions.from(scratch.view.center_world), trail_);
     for (std::size_t i = 0; i < pixels.size(); ++i)
       facts.bottom_range_m.data()[pixels[i]] = std::max(
           static_cast<float>(t[i] * directions[i].norm()), facts.range_m.data()[pixels[i]]);
@@ -383,23 +417,9 @@ class TruthTracer {
     objects.pixels.clear();
     objects.points_world.clear();
     for (const std::size_t i : objects.rays) {
+      set_object(i, scratch);
       const std::size_t pixel = scratch.pixels[i];
-      const world::SurfaceHit& hit = scratch.hits[i];
-      const world::SurfaceSample& surface = scratch.surfaces[i];
-      const Eigen::Vector3d direction = scratch.directions[i];
-      const Eigen::Vector3d point = scratch.view.center_world + hit.t * direction;
-      truth_.range_m[pixel] = hit.t * direction.norm();
-      truth_.point_world[pixel] = point;
-      truth_.crossing_error[pixel] = surface.crossing_error;
-      capture::CameraFrame& facts = truth_.facts;
-      facts.range_m.data()[pixel] = static_cast<float>(truth_.range_m[pixel]);
-      for (std::size_t k = 0; k < 3; ++k)
-        facts.normal_world.data()[3 * pixel + k] =
-            static_cast<float>(hit.object_normal_world[static_cast<int>(k)]);
-      facts.semantic_id.data()[pixel] = static_cast<std::uint32_t>(surface.finish.semantic_class);
-      facts.instance_id.data()[pixel] = surface.provenance.instance_id;
-      facts.primitive_id.data()[pixel] = primitive_id(hit);
-
+      const Eigen::Vector3d& point = truth_.point_world[pixel];
       const std::size_t at = objects.pixels.size() % kBlock;
       if (at == 0) objects.points_world.emplace_back();
       geo::VectorBlock& block = objects.points_world.back();
@@ -408,6 +428,60 @@ class TruthTracer {
       std::fill(block.z + at, block.z + kBlock, point.z());
       objects.pixels.push_back(pixel);
     }
+  }
+
+  /// Sets all facts but the flags of a pixel whose ray met an object.
+  void set_object(std::size_t ray, const UnitScratch& scratch) {
+    const std::size_t pixel = scratch.pixels[ray];
+    const world::SurfaceHit& hit = scratch.hits[ray];
+    const world::SurfaceSample& surface = scratch.surfaces[ray];
+    const Eigen::Vector3d direction = scratch.directions[ray];
+    truth_.range_m[pixel] = hit.t * direction.norm();
+    truth_.point_world[pixel] = scratch.view.center_world + hit.t * direction;
+    truth_.crossing_error[pixel] = surface.crossing_error;
+    capture::CameraFrame& facts = truth_.facts;
+    facts.range_m.data()[pixel] = static_cast<float>(truth_.range_m[pixel]);
+    for (std::size_t k = 0; k < 3; ++k)
+      facts.normal_world.data()[3 * pixel + k] =
+          static_cast<float>(hit.object_normal_world[static_cast<int>(k)]);
+    facts.semantic_id.data()[pixel] = static_cast<std::uint32_t>(surface.finish.semantic_class);
+    facts.instance_id.data()[pixel] = surface.provenance.instance_id;
+    facts.primitive_id.data()[pixel] = primitive_id(hit);
+  }
+
+  /// Sets the flags of what moves: targets look for a point where it is when they see it.
+  void look_at_moving(double offset_s, UnitScratch& scratch) {
+    for (const std::size_t ray : scratch.moving_rays)
+      truth_.facts.flags.data()[scratch.pixels[ray]] = 0;
+    for (const Target& target : targets_) see_moving_from(target, offset_s, scratch);
+  }
+
+  void see_moving_from(const Target& target, double offset_s, UnitScratch& scratch) {
+    const std::vector<world::MovingBody>& now = moving_.at(frame_).bodies();
+    std::vector<world::WorldRay> rays;
+    std::vector<double> offsets_s;
+    std::vector<std::size_t> pixels;
+    for (const std::size_t ray : scratch.moving_rays) {
+      const world::MovingBody& body = now[scratch.hits[ray].object];
+      const world::MovingBody* const then = find_body(moving_.at(target.frame), body);
+      if (then == nullptr) continue;
+      const geo::Rigid3d world_from_body = body.state.pose_after(offset_s);
+      const Eigen::Vector3d point_body =
+          world_from_body.rotation.conjugate() *
+          (truth_.point_world[scratch.pixels[ray]] - world_from_body.translation);
+      const auto point_world_at = [&](double at_s) -> Eigen::Vector3d {
+        return then->state.pose_after(at_s) * point_body;
+      };
+      const std::optional<OpenView::SeenFrom> seen = target.view.that_sees(point_world_at);
+      if (!seen) continue;
+      rays.push_back(ray_just_beyond(seen->view.center_world, point_world_at(seen->offset_s)));
+      offsets_s.push_back(seen->offset_s);
+      pixels.push_back(scratch.pixels[ray]);
+    }
+    std::vector<world::SurfaceHit> hits(rays.size());
+    target.scene.intersect(rays, offsets_s, hits, world::Coherence::Coherent, {}, trail_);
+    for (std::size_t i = 0; i < hits.size(); ++i)
+      if (is_at_point(hits[i].t)) truth_.facts.flags.data()[pixels[i]] |= target.flag;
   }
 
   void see_from(const Target& target, MetPoints& met, UnitScratch& scratch) {
@@ -431,7 +505,7 @@ class TruthTracer {
       }
     }
     const std::span<const double> t =
-        scratch.cast(query_, scratch.directions.just_beyond(center), trail_);
+        scratch.cast(target.scene, scratch.directions.just_beyond(center), trail_);
     for (std::size_t i = 0; i < t.size(); ++i)
       if (is_at_point(t[i])) met.flags[scratch.asked[i]] |= target.flag;
   }
@@ -440,16 +514,18 @@ class TruthTracer {
   void see_from_lines(const Target& target, MetPoints& met, UnitScratch& scratch) {
     constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
     std::vector<world::WorldRay> rays;
+    std::vector<double> offsets_s;
     for (std::size_t i = 0; i < met.pixels.size(); ++i) {
       const geo::VectorBlock& block = met.points_world[i / kBlock];
       const Eigen::Vector3d point(block.x[i % kBlock], block.y[i % kBlock], block.z[i % kBlock]);
-      const std::optional<View> view = target.view.that_sees(point);
-      if (!view) continue;
+      const std::optional<OpenView::SeenFrom> seen = target.view.that_sees(point);
+      if (!seen) continue;
       scratch.asked[rays.size()] = i;
-      rays.push_back(ray_just_beyond(view->center_world, point));
+      rays.push_back(ray_just_beyond(seen->view.center_world, point));
+      offsets_s.push_back(seen->offset_s);
     }
     std::vector<world::SurfaceHit> hits(rays.size());
-    query_.intersect(rays, hits, world::Coherence::Coherent, {}, trail_);
+    target.scene.intersect(rays, offsets_s, hits, world::Coherence::Coherent, {}, trail_);
     for (std::size_t i = 0; i < hits.size(); ++i)
       if (is_at_point(hits[i].t)) met.flags[scratch.asked[i]] |= target.flag;
   }
@@ -485,7 +561,8 @@ class TruthTracer {
   void mark_edges(int unit, UnitScratch& scratch) {
     static constexpr double kShifts[4][2] = {
         {-kEdgeShift_px, 0.0}, {kEdgeShift_px, 0.0}, {0.0, -kEdgeShift_px}, {0.0, kEdgeShift_px}};
-    scratch.view = view_of(grid_.unit(unit));
+    const double offset_s = offset_of(grid_.unit(unit));
+    scratch.view = view_.at(offset_s);
     scratch.directions.clear(4 * kUnitRays);
     scratch.pixels.clear();
     for_each_pixel(grid_.unit(unit), [&](int x, int y) {
@@ -501,9 +578,9 @@ class TruthTracer {
     const std::size_t num_rays = scratch.directions.size();
     scratch.hits.resize(num_rays);
     scratch.surfaces.resize(num_rays);
-    query_.intersect(scratch.directions.from(scratch.view.center_world), scratch.hits,
-                     world::Coherence::Coherent, scratch.surfaces, trail_,
-                     world::SurfaceNeed::Object);
+    scene_at(frame_).intersect(scratch.directions.from(scratch.view.center_world), offset_s,
+                               scratch.hits, world::Coherence::Coherent, scratch.surfaces, trail_,
+                               world::SurfaceNeed::Object);
     for (std::size_t i = 0; i < num_rays; ++i) {
       const world::SurfaceHit& hit = scratch.hits[i];
       std::uint64_t shown = kSky;
@@ -520,6 +597,8 @@ class TruthTracer {
   const PixelGrid grid_;
   TruthFrame& truth_;
   world::RayTrail* const trail_;
+  int frame_ = 0;
+  std::map<int, world::MovingScene> moving_;  ///< by frame
   std::vector<Target> targets_;
   std::vector<std::uint8_t> content_;  ///< of each unit: kHasSky, kHasGround, kHasObjects
   ScratchPool<UnitScratch> pool_;
@@ -527,28 +606,30 @@ class TruthTracer {
 
 }  // namespace
 
-void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
-                 int frame, int camera, TruthFrame& truth, world::RayTrail* trail,
-                 const world::RayQuery* bed) {
-  TruthTracer(query, ground, views, frame, camera, truth, trail, bed).trace();
+void trace_truth(const world::RayQuery& query, const MovingBodies& moving, const Ground& ground,
+                 const ViewTable& views, int frame, int camera, TruthFrame& truth,
+                 world::RayTrail* trail, const world::RayQuery* bed) {
+  TruthTracer(query, moving, ground, views, frame, camera, truth, trail, bed).trace();
 }
 
-std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const OpenView& view,
+std::vector<std::uint8_t> visible_in_view(const world::Scene& scene, const OpenView& view,
                                           std::span<const Eigen::Vector3d> points_world) {
   std::vector<std::uint8_t> is_visible(points_world.size(), 0);
   core::parallel_for_blocks(
       static_cast<std::int64_t>(points_world.size()), kUnitRays,
       [&](std::int64_t begin, std::int64_t end) {
         std::vector<world::WorldRay> rays;
+        std::vector<double> offsets_s;
         std::vector<std::size_t> points;
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-          const std::optional<View> seen_in = view.that_sees(points_world[i]);
-          if (!seen_in) continue;
-          rays.push_back(ray_just_beyond(seen_in->center_world, points_world[i]));
+          const std::optional<OpenView::SeenFrom> seen = view.that_sees(points_world[i]);
+          if (!seen) continue;
+          rays.push_back(ray_just_beyond(seen->view.center_world, points_world[i]));
+          offsets_s.push_back(seen->offset_s);
           points.push_back(i);
         }
         std::vector<world::SurfaceHit> hits(rays.size());
-        query.intersect(rays, hits, world::Coherence::Incoherent);
+        scene.intersect(rays, offsets_s, hits, world::Coherence::Incoherent);
         for (std::size_t i = 0; i < hits.size(); ++i)
           is_visible[points[i]] = is_at_point(hits[i].t) ? 1 : 0;
       });

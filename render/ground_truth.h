@@ -8,8 +8,9 @@
 #include "capture/channel.h"
 #include "capture/frame.h"
 #include "render/material.h"
+#include "render/moving_bodies.h"
 #include "render/views.h"
-#include "world/ray_query.h"
+#include "world/scene.h"
 
 namespace terracast::render {
 
@@ -35,18 +36,21 @@ struct TruthFrame {
 /// previous frame and from the rig's other cameras at the same time. Visibility is by ray: the
 /// point projects into that image, and the first crossing of the ray from that centre to the point
 /// is the point. Of a rolling shutter each line's pixels are traced from where the camera is in the middle
-/// of that line's exposure, and a point projects into the line that sees it.
+/// of that line's exposure, and a point projects into the line that sees it. A point of something that moves
+/// moves with it: another view sees it where it then is.
+/// moving        of the sequence
 /// bed           the world without water: fills bottom_range_m; null: nobody wants it
 /// truth         overwritten, all but the colour; a frame that is used again costs no new memory
 /// trail         takes the tiles to which the rays come; null: nobody wants to know
 /// determinism   the facts depend on the views and the world alone
 /// throws        as RayQuery
-void trace_truth(const world::RayQuery& query, const Ground& ground, const ViewTable& views,
-                 int frame, int camera, TruthFrame& truth, world::RayTrail* trail = nullptr,
-                 const world::RayQuery* bed = nullptr);
+void trace_truth(const world::RayQuery& query, const MovingBodies& moving, const Ground& ground,
+                 const ViewTable& views, int frame, int camera, TruthFrame& truth,
+                 world::RayTrail* trail = nullptr, const world::RayQuery* bed = nullptr);
 
-/// Which of some points of the surface are seen in a view, by ray.
-std::vector<std::uint8_t> visible_in_view(const world::RayQuery& query, const OpenView& view,
+/// Which of some points of what stands are seen in a view, by ray.
+/// scene   about the time of the view's frame
+std::vector<std::uint8_t> visible_in_view(const world::Scene& scene, const OpenView& view,
                                           std::span<const Eigen::Vector3d> points_world);
 
 /// The id of a triangle in a capture (capture/channel.h). tile_index below 2^15 - 1.

@@ -21,6 +21,11 @@ Eigen::Vector3d point_of(const LitHits& hits, std::size_t i) {
   return hits.rays[i].origin_world + hits.hits[i].t * hits.rays[i].direction_world;
 }
 
+/// Where noise on an object is looked up: in the world, or on what moves.
+Eigen::Vector3d noise_place_of(const LitHits& hits, std::size_t i) {
+  return hits.hits[i].is_moving() ? hits.surfaces[i].in_body_m.cast<double>() : point_of(hits, i);
+}
+
 }  // namespace
 
 double footprint_m(const LitHits& hits, std::size_t i) {
@@ -105,7 +110,7 @@ void HitShader::shade_objects(const LitHits& hits, Scratch& s, std::span<Color> 
     Lanes<double> footprints_m;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       const std::size_t at = s.noisy[std::min(first + lane, s.noisy.size() - 1)];
-      const Eigen::Vector3d point = point_of(hits, s.objects[at]);
+      const Eigen::Vector3d point = noise_place_of(hits, s.objects[at]);
       for (std::size_t k = 0; k < 3; ++k)
         points[k][static_cast<int>(lane)] = point[static_cast<int>(k)];
       footprints_m[static_cast<int>(lane)] = static_cast<double>(s.places[at].footprint_m);

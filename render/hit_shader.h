@@ -16,6 +16,8 @@ namespace terracast::render {
 /// Rays of one camera's image, what they met, and the light there. All spans are as long as rays.
 struct LitHits {
   std::span<const world::WorldRay> rays;  ///< unit directions, from the camera
+  /// Their times, counted from the frame's; empty: all at that.
+  std::span<const double> offsets_s = {};
   std::span<const world::SurfaceHit> hits;
   std::span<const world::SurfaceSample> surfaces;
   std::span<const float> sun_share;  ///< of the sun's disc that is seen from the hit, 0 … 1

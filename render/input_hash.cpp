@@ -11,7 +11,7 @@ namespace terracast::render {
 namespace {
 
 /// One more when the same inputs give other bytes.
-constexpr int kRenderVersion = 7;
+constexpr int kRenderVersion = 8;
 
 void append_numbers(std::string& text, const double* values, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
@@ -46,6 +46,31 @@ void append_imaging(std::string& text, const SequencePlan& plan) {
   text += fmt::format("imaging of {}\n", plan.name);
   for (const ImagingOptions& imaging : plan.imaging)
     text += fmt::format("camera\n{}\n", core::toml_text(imaging));
+}
+
+/// As their motions have them: where the ground takes part is a function of it.
+void append_moving(std::string& text, const SequencePlan& plan) {
+  text += text_of_shapes(plan.moving);
+  for (const MovingThing& thing : plan.moving) {
+    text += fmt::format("rides {}\n", static_cast<int>(thing.ride));
+    for (const TurningPart& part : thing.parts) {
+      append_numbers(text, part.origin_m.data(), 3);
+      append_numbers(text, part.axis.data(), 3);
+      for (const double value : {part.rate_radps, part.per_metre_rad})
+        append_numbers(text, &value, 1);
+    }
+    append_numbers(text, thing.gone_m.data(), thing.gone_m.size());
+    for (const std::optional<geo::BodyState>& state : thing.states) {
+      if (!state) {
+        text += "none\n";
+        continue;
+      }
+      append_pose(text, state->world_from_body);
+      append_numbers(text, state->velocity_world_mps.data(), 3);
+      append_numbers(text, state->acceleration_world_mps2.data(), 3);
+      append_numbers(text, state->angular_velocity_body_radps.data(), 3);
+    }
+  }
 }
 
 void append_tile(std::string& text, const world::CutTile& tile, const world::TileStore& store) {
@@ -87,6 +112,7 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
     for (const double value : {clock.offset_s, clock.drift, clock.jitter_sd_s})
       append_numbers(text, &value, 1);
   append_imaging(text, plan);
+  append_moving(text, plan);
   text += core::toml_text(plan.conditions);
   text += core::toml_text(plan.tracks);
   for (const world::CutTile& tile : cut) append_tile(text, tile, store);
@@ -96,7 +122,7 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
 
 FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
                      const std::vector<world::CutTile>& cut, const FrameRenderer& renderer)
-    : plan_(plan), store_(store), cut_(cut) {
+    : plan_(plan), store_(store), cut_(cut), moving_(renderer.moving()) {
   std::string text =
       fmt::format("render {} capture {}\n", kRenderVersion, capture::kCaptureVersion);
   append_cameras(text, plan.cameras);
@@ -126,6 +152,7 @@ FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
       append_numbers(text, &value, 1);
   }
   append_imaging(text, plan);
+  text += text_of_shapes(plan.moving);
   // What is metered at other frames may be any of what they show.
   const bool looks_at_other_frames =
       std::any_of(plan.imaging.begin(), plan.imaging.end(),
@@ -135,6 +162,8 @@ FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
       append_numbers(text, &state.time_s, 1);
       append_pose(text, state.world_from_body);
     }
+    for (std::size_t at = 0; at < plan.states.size(); ++at)
+      text += moving_.text_of(static_cast<int>(at));
     for (const world::CutTile& tile : cut) append_tile(text, tile, store);
   }
   common_ = core::content_hash(text);
@@ -144,10 +173,12 @@ std::string FrameKeys::key(int frame, std::span<const int> touched_tiles) const 
   std::string text = fmt::format("{}\nframe {}\n", common_, frame);
   // The points of a frame are looked for from the frames beside it.
   for (const int at : {frame, frame - 1, frame + 1}) {
-    if (at < 0 || at >= static_cast<int>(plan_.states.size()))
+    if (at < 0 || at >= static_cast<int>(plan_.states.size())) {
       text += "none\n";
-    else
-      append_pose(text, plan_.states[static_cast<std::size_t>(at)].world_from_body);
+      continue;
+    }
+    append_pose(text, plan_.states[static_cast<std::size_t>(at)].world_from_body);
+    text += moving_.text_of(at);
   }
   for (const int tile : touched_tiles) {
     text += fmt::format("{} ", tile);

@@ -36,6 +36,7 @@ class FrameKeys {
   const SequencePlan& plan_;
   const world::TileStore& store_;
   const std::vector<world::CutTile>& cut_;
+  const MovingBodies& moving_;
   std::string common_;  ///< what all frames share, hashed
 };
 

@@ -101,6 +101,10 @@ void check_plan(const SequencePlan& plan, const capture::FrameSelection& selecti
   }
   plan.conditions.validate();
   check_exposures(plan);
+  for (const MovingThing& thing : plan.moving)
+    TERRACAST_CHECK(
+        thing.states.size() == plan.states.size() && thing.gone_m.size() == plan.states.size(),
+        "{} moves through {} of {} frames", thing.name, thing.states.size(), plan.states.size());
 }
 
 std::string place_of(const SequencePlan& plan, int frame, int camera,
@@ -285,6 +289,7 @@ capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::T
           .believed_cameras = plan.believed_cameras,
           .clocks = plan.clocks,
           .imaging = describe_imaging(plan),
+          .moving = describe_moving(plan.moving),
           .config_toml = plan.config_toml,
           .licences = {licences.begin(), licences.end()}};
 }

@@ -9,6 +9,7 @@
 #include "core/schema.h"
 #include "geo/trajectory.h"
 #include "render/imaging/imaging_options.h"
+#include "render/moving_bodies.h"
 #include "world/lod.h"
 #include "world/ray_query.h"
 #include "world/tile_store.h"
@@ -52,6 +53,7 @@ struct SequencePlan {
   std::vector<capture::CameraCalibration> believed_cameras = {};
   std::vector<capture::CameraClock> clocks = {};
   std::vector<ImagingOptions> imaging = {};  ///< one a camera; empty: no camera has any
+  std::vector<MovingThing> moving = {};      ///< what moves beside the cameras' own body
   ConditionOptions conditions;
   TrackOptions tracks;
   world::DetailOptions detail;

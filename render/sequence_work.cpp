@@ -52,6 +52,7 @@ SequenceWork::SequenceWork(const SequencePlan& plan, const world::TileStore& sto
       renderer_(renderer),
       writer_(writer),
       tracks_(tracks),
+      bodies_(describe_moving(plan.moving)),
       tiles_(scales_of(store, query.cut())),
       keys_(plan, store, query.cut(), renderer),
       sight_(renderer, boxes_of(store, query.cut())) {
@@ -81,8 +82,10 @@ capture::CameraRecord SequenceWork::render_camera(int frame, int camera,
 }
 
 std::vector<std::int64_t> SequenceWork::find_visible_tracks(int frame, int camera) const {
+  const world::MovingScene moving =
+      renderer_.moving().scene(frame, renderer_.views().longest_reach_s());
   const std::vector<std::uint8_t> is_visible =
-      visible_in_view(query_, renderer_.views().open(frame, camera), track_points_world_);
+      visible_in_view({query_, moving}, renderer_.views().open(frame, camera), track_points_world_);
   std::vector<std::int64_t> visible;
   for (std::size_t i = 0; i < is_visible.size(); ++i)
     if (is_visible[i] != 0) visible.push_back(tracks_[i].id);
@@ -99,8 +102,14 @@ capture::LabelBounds SequenceWork::bounds(int frame, int camera, const TruthFram
         plan_.states[static_cast<std::size_t>(at)].world_from_body *
             plan_.cameras[static_cast<std::size_t>(camera)].body_from_camera()};
   };
+  const auto motions_to = [&](int to) {
+    if (!view_at(to)) return capture::BodyMotions();
+    return capture::BodyMotions(bodies_, renderer_.moving().states(frame),
+                                renderer_.moving().states(to));
+  };
   return capture::bounds_of_labels(*view_at(frame), view_at(frame + 1), view_at(frame - 1),
-                                   truth.facts, truth.crossing_error, tiles_);
+                                   truth.facts, truth.crossing_error, tiles_, motions_to(frame + 1),
+                                   motions_to(frame - 1));
 }
 
 capture::FrameRecord SequenceWork::start_record(int frame) const {
@@ -117,6 +126,7 @@ capture::FrameRecord SequenceWork::start_record(int frame) const {
           .acceleration_world_mps2 = state.acceleration_world_mps2,
           .angular_velocity_body_radps = state.angular_velocity_body_radps,
           .cameras = {},
+          .moving = renderer_.moving().states(frame),
           .key = {},
           .touched_tiles = {},
           .passed_tiles = {}};

@@ -51,6 +51,7 @@ class SequenceWork {
   const capture::SequenceWriter& writer_;
   const std::vector<capture::TrackPoint>& tracks_;
   std::vector<Eigen::Vector3d> track_points_world_;
+  std::vector<capture::MovingBody> bodies_;
   std::vector<capture::TileScale> tiles_;  ///< of the cut
   FrameKeys keys_;
   FrameSight sight_;

@@ -71,27 +71,31 @@ View OpenView::at(double offset_s) const {
           .world_from_camera = world_from_camera.rotation.toRotationMatrix()};
 }
 
-std::optional<View> OpenView::that_sees(const Eigen::Vector3d& point_world) const {
-  const auto seen =
-      geo::find_seen(motion.shutter, middle.model->width_px(), middle.model->height_px(),
-                     [&](double offset_s) { return at(offset_s).project(point_world); });
+std::optional<OpenView::SeenFrom> OpenView::that_sees(
+    const std::function<Eigen::Vector3d(double)>& point_world_at) const {
+  const auto seen = geo::find_seen(
+      motion.shutter, middle.model->width_px(), middle.model->height_px(),
+      [&](double offset_s) { return at(offset_s).project(point_world_at(offset_s)); });
   if (!seen || !middle.model->contains(seen->pixel)) return std::nullopt;
-  return at(seen->offset_s);
+  return SeenFrom{.view = at(seen->offset_s), .offset_s = seen->offset_s};
 }
 
 OpenView::LensRay OpenView::lens_ray(const Eigen::Vector2d& pixel, double open_share,
                                      const Eigen::Vector2d& on_disc) const {
-  const View view = at(offset_of_line_s(pixel) + (open_share - 0.5) * motion.shutter.exposure_s);
+  const double offset_s = offset_of_line_s(pixel) + (open_share - 0.5) * motion.shutter.exposure_s;
+  const View view = at(offset_s);
   if (aperture.diameter_m == 0.0)
     return {.origin_world = view.center_world,
-            .direction_world = view.ray_world(pixel).normalized()};
+            .direction_world = view.ray_world(pixel).normalized(),
+            .offset_s = offset_s};
   const Eigen::Vector3d in_pupil(0.5 * aperture.diameter_m * on_disc.x(),
                                  0.5 * aperture.diameter_m * on_disc.y(), 0.0);
   const Eigen::Vector3d ray = view.model->ray_from_pixel(pixel);
   const Eigen::Vector3d through =
       aperture.focus_m > 0.0 ? Eigen::Vector3d(aperture.focus_m * ray - in_pupil) : ray;
   return {.origin_world = view.center_world + view.world_from_camera * in_pupil,
-          .direction_world = (view.world_from_camera * through).normalized()};
+          .direction_world = (view.world_from_camera * through).normalized(),
+          .offset_s = offset_s};
 }
 
 ViewTable::ViewTable(const std::vector<geo::BodyState>& states,
@@ -122,6 +126,14 @@ OpenView ViewTable::open(int frame, int camera) const {
                      .body_from_camera = calibration.body_from_camera(),
                      .shutter = calibration.shutter},
           .aperture = calibration.aperture};
+}
+
+double ViewTable::longest_reach_s() const {
+  double longest_s = 0.0;
+  for (const capture::CameraCalibration& camera : cameras_)
+    longest_s = std::max(
+        longest_s, camera.shutter.reach_s(camera.intrinsics.width_px, camera.intrinsics.height_px));
+  return longest_s;
 }
 
 bool ViewTable::has_open_views() const {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -70,13 +71,24 @@ struct OpenView {
   }
   /// In the middle of the exposure of the line through an image point.
   View of_line(const Eigen::Vector2d& pixel) const { return at(offset_of_line_s(pixel)); }
-  /// The view in whose image a world point stands when its line is exposed; nothing where none is.
-  std::optional<View> that_sees(const Eigen::Vector3d& point_world) const;
+  /// The view in whose image a point stands when its line is exposed, and when that is.
+  struct SeenFrom {
+    View view;
+    double offset_s;
+  };
+  /// point_world_at   where the point is so much after the frame's time
+  /// returns          nothing where there is no such view
+  std::optional<SeenFrom> that_sees(
+      const std::function<Eigen::Vector3d(double offset_s)>& point_world_at) const;
+  std::optional<SeenFrom> that_sees(const Eigen::Vector3d& point_world) const {
+    return that_sees([&](double) { return point_world; });
+  }
 
   /// A ray of light that comes through the lens to an image point.
   struct LensRay {
     Eigen::Vector3d origin_world;
     Eigen::Vector3d direction_world;  ///< of length 1, or not finite: no light comes in
+    double offset_s = 0.0;            ///< when it comes in, counted from the frame's time
   };
   /// open_share   when in the exposure of the point's line, in [0, 1)
   /// on_disc      where in the pupil, in the unit disc
@@ -98,6 +110,8 @@ class ViewTable {
                   static_cast<std::size_t>(camera)];
   }
   OpenView open(int frame, int camera) const;
+  /// The most that any ray's time differs from its frame's.
+  double longest_reach_s() const;
   /// Whether any camera's rays start elsewhere than at its centre at the frame's time.
   bool has_open_views() const;
   /// Cameras of the same rig as `camera`, itself left out.

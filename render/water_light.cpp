@@ -68,6 +68,10 @@ double drawn_slope(std::uint64_t bits, std::uint64_t stream) {
   return sum * 1.7320508;
 }
 
+double offset_of(const LitHits& hits, std::size_t ray) {
+  return hits.offsets_s.empty() ? 0.0 : hits.offsets_s[ray];
+}
+
 }  // namespace
 
 Color WaterOptics::deep_reflectance() const {
@@ -117,9 +121,8 @@ float fresnel_reflectance(float cos_incidence, float eta) {
   return 0.5f * (across * across + along * along);
 }
 
-WaterLight::WaterLight(const world::RayQuery& whole, const world::RayQuery& bed,
-                       const Ground& ground, const Sky& sky, const HitShader& shader,
-                       double visibility_m)
+WaterLight::WaterLight(const world::Scene& whole, const world::Scene& bed, const Ground& ground,
+                       const Sky& sky, const HitShader& shader, double visibility_m)
     : whole_(whole),
       bed_(bed),
       ground_(ground),
@@ -198,6 +201,7 @@ void WaterLight::draw_facets(const LitHits& hits, Scratch& s, std::span<float> r
 void WaterLight::look_down(const LitHits& hits, Scratch& s, std::span<Color> below,
                            world::RayTrail* trail) const {
   s.rays.clear();
+  s.offsets_s.clear();
   for (std::size_t k = 0; k < s.water.size(); ++k) {
     const std::size_t i = s.water[k];
     world::WorldRay ray;
@@ -206,10 +210,11 @@ void WaterLight::look_down(const LitHits& hits, Scratch& s, std::span<Color> bel
     ray.direction_world.normalize();
     ray.t_max = kFarthestBottom_m;
     s.rays.push_back(ray);
+    s.offsets_s.push_back(offset_of(hits, i));
   }
   s.hits.resize(s.rays.size());
   s.surfaces.resize(s.rays.size());
-  bed_.intersect(s.rays, s.hits, world::Coherence::Incoherent, s.surfaces, trail);
+  bed_.intersect(s.rays, s.offsets_s, s.hits, world::Coherence::Incoherent, s.surfaces, trail);
   shade_bottom(hits, s, 0.0);
 
   const Vector3d sun = sky_.daylight().sun_direction_world;
@@ -310,6 +315,7 @@ void WaterLight::look_in_water(const LitHits& hits, double depth_m, Scratch& s,
   }
   // Through the surface, and off it.
   s.rays.clear();
+  s.offsets_s.clear();
   s.of_water.clear();
   for (const std::size_t i : through) {
     const Vector3d& direction = hits.rays[i].direction_world;
@@ -325,12 +331,13 @@ void WaterLight::look_in_water(const LitHits& hits, double depth_m, Scratch& s,
                                       (kLift_m + kLiftPerSpacing * hits.surfaces[i].spacing_m) *
                                           hits.hits[i].normal_world(),
                       .direction_world = out.normalized()});
+    s.offsets_s.push_back(offset_of(hits, i));
     s.of_water.push_back(i);
   }
   if (!s.rays.empty()) {
     s.hits.resize(s.rays.size());
     s.surfaces.resize(s.rays.size());
-    whole_.intersect(s.rays, s.hits, world::Coherence::Incoherent, s.surfaces, trail);
+    whole_.intersect(s.rays, s.offsets_s, s.hits, world::Coherence::Incoherent, s.surfaces, trail);
     s.sun_share.assign(s.rays.size(), 1.0f);
     s.sky_share.assign(s.rays.size(), -1.0f);
     s.radiance.resize(s.rays.size());
@@ -424,6 +431,7 @@ void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_dept
 void WaterLight::look_up(const LitHits& hits, Scratch& s, const SeenWater& seen,
                          world::RayTrail* trail) const {
   s.rays.clear();
+  s.offsets_s.clear();
   s.of_water.clear();
   for (std::size_t k = 0; k < s.water.size(); ++k) {
     const std::size_t i = s.water[k];
@@ -441,12 +449,13 @@ void WaterLight::look_up(const LitHits& hits, Scratch& s, const SeenWater& seen,
                          (kLift_m + kLiftPerSpacing * hits.surfaces[i].spacing_m) * flat,
          .direction_world = away,
          .t_max = kFarthestMirrored_m});
+    s.offsets_s.push_back(offset_of(hits, i));
     s.of_water.push_back(k);
   }
   if (s.rays.empty()) return;
   s.hits.resize(s.rays.size());
   s.surfaces.resize(s.rays.size());
-  whole_.intersect(s.rays, s.hits, world::Coherence::Incoherent, s.surfaces, trail);
+  whole_.intersect(s.rays, s.offsets_s, s.hits, world::Coherence::Incoherent, s.surfaces, trail);
   std::size_t num_met = 0;
   for (std::size_t r = 0; r < s.rays.size(); ++r) {
     if (s.hits[r].is_sky() || (s.hits[r].is_ground() && world::is_water(s.surfaces[r].cover)))

@@ -7,7 +7,7 @@
 #include "render/hit_shader.h"
 #include "render/material.h"
 #include "render/sky.h"
-#include "world/ray_query.h"
+#include "world/scene.h"
 
 namespace terracast::render {
 
@@ -64,6 +64,7 @@ class WaterLight {
     std::vector<double>
         blur;  ///< of `water`: by how much of their way waves spread what lies below
     std::vector<world::WorldRay> rays;
+    std::vector<double> offsets_s;
     std::vector<world::SurfaceHit> hits;
     std::vector<world::SurfaceSample> surfaces;
     std::vector<std::size_t> of_water;  ///< of `water` that a ray belongs to
@@ -81,7 +82,7 @@ class WaterLight {
   };
 
   /// All must outlive it. bed   the world without water
-  WaterLight(const world::RayQuery& whole, const world::RayQuery& bed, const Ground& ground,
+  WaterLight(const world::Scene& whole, const world::Scene& bed, const Ground& ground,
              const Sky& sky, const HitShader& shader, double visibility_m);
 
   /// Sets what `seen` holds, for LitHits.
@@ -106,8 +107,8 @@ class WaterLight {
   void look_up(const LitHits& hits, Scratch& scratch, const SeenWater& seen,
                world::RayTrail* trail) const;
 
-  const world::RayQuery& whole_;
-  const world::RayQuery& bed_;
+  const world::Scene& whole_;
+  const world::Scene& bed_;
   const Ground& ground_;
   const Sky& sky_;
   const HitShader& shader_;

@@ -22,10 +22,11 @@ namespace terracast::world {
 /// stands on them, in double.
 struct SurfaceHit {
   static constexpr std::uint32_t kGround = 0xffffffffU;
+  static constexpr std::uint32_t kMoving = 0xffffffffU;
 
   double t = std::numeric_limits<double>::infinity();  ///< +inf: sky
-  std::uint32_t tile_index = 0;                        ///< into RayQuery::cut()
-  /// Of the tile's objects, solids first, then instances; kGround: the terrain.
+  std::uint32_t tile_index = 0;  ///< into RayQuery::cut(); kMoving: of what moves (moving_scene.h)
+  /// Of the tile's objects, solids first, then instances; kGround: the terrain. Of what moves: of its bodies.
   std::uint32_t object = kGround;
   std::uint32_t triangle = 0;  ///< of the object's shape
   // Of the terrain.
@@ -38,6 +39,7 @@ struct SurfaceHit {
   Eigen::Vector3d object_normal_world = Eigen::Vector3d::Zero();
 
   bool is_ground() const { return object == kGround; }
+  bool is_moving() const { return tile_index == kMoving; }
   /// Unit; of the terrain upward.
   Eigen::Vector3d normal_world() const {
     if (!is_ground()) return object_normal_world;
@@ -91,8 +93,10 @@ struct SurfaceSample {
   std::uint8_t variety = 0;  ///< Instance::variety
   /// From the object's own place (an instance's foot, the origin of a solid's shape), in the world's axes.
   Eigen::Vector3f from_place_m = Eigen::Vector3f::Zero();
-  float reach_m = 0.0f;         ///< of an instance to the sides of its foot; of a solid 0
-  float height_m = 0.0f;        ///< of an instance above its foot; of a solid 0
+  float reach_m = 0.0f;   ///< of an instance to the sides of its foot; of a solid 0
+  float height_m = 0.0f;  ///< of an instance above its foot; of a solid 0
+  /// Of what moves: the place in its own frame.
+  Eigen::Vector3f in_body_m = Eigen::Vector3f::Zero();
   double crossing_error = 0.0;  ///< of t (crossing_error.h); +inf: none can be told
 };
 

@@ -61,6 +61,23 @@ TriangleMesh::TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d
   }
 }
 
+void TriangleMesh::cross(const MeshRay& ray, std::uint64_t key, bool is_any,
+                         FirstCrossing& first) const {
+  if (tree_.is_empty()) return;
+  const double length = ray.direction.norm();
+  const Eigen::Vector3d inverse(safe_inverse(ray.direction.x(), length),
+                                safe_inverse(ray.direction.y(), length),
+                                safe_inverse(ray.direction.z(), length));
+  BoxTree::Ray in_tree;
+  if (!tree_.enter(ray.origin, ray.direction, inverse, length, first.t_from, first.t, in_tree))
+    return;
+  tree_.traverse(in_tree, [&](std::uint32_t leaf, float) {
+    if (!cross_leaf(ray, leaf, key, is_any, first)) return false;
+    in_tree.end_at(first.t);
+    return is_any;
+  });
+}
+
 bool TriangleMesh::cross_leaf(const MeshRay& ray, std::uint32_t leaf, std::uint64_t key,
                               bool is_any, FirstCrossing& first) const {
   const TriangleBlock& block = blocks_[leaf];

@@ -101,6 +101,8 @@ class TriangleMesh {
           return rays.reach_m[lane] < 0.0F;
         });
   }
+  /// The same of a single ray.
+  void cross(const MeshRay& ray, std::uint64_t key, bool is_any, FirstCrossing& first) const;
   const BoxTree& tree() const { return tree_; }
 
  private:

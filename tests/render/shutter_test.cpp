@@ -240,10 +240,10 @@ TEST(Shutter, PointsAreSeenWhereRoundingsAreTheLargest) {
     const Vector3d point = pose.center_world +
                            (2.0 + 8.0 * draw(2)) *
                                (pose.world_from_camera * model->ray_from_pixel(pixel).normalized());
-    const auto view = views.open(0, 0).that_sees(point);
-    ASSERT_TRUE(view) << pixel.transpose();
+    const auto seen = views.open(0, 0).that_sees(point);
+    ASSERT_TRUE(seen) << pixel.transpose();
     // A line in a million, 3e-11 s, moves the camera by less than the place's own rounding.
-    EXPECT_LT((view->center_world - pose.center_world).norm(), 1e-8);
+    EXPECT_LT((seen->view.center_world - pose.center_world).norm(), 1e-8);
   }
 }
 
