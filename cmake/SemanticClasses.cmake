@@ -9,7 +9,7 @@ function(terracast_semantic_classes target)
   string(APPEND row "kind = \"(thing|stuff)\", cityscapes = ${number}, ade20k = ${number}, coco = ${number}, ")
   # CMake's expressions hold nine groups; the tenth is taken from the end of the line.
   string(APPEND row "meaning = \"[^\"\\]+\"},$")
-  set(parents sky ground water transport construction vegetation vehicle object nothing)
+  set(parents sky ground water transport construction vegetation vehicle human object nothing)
   file(STRINGS ${table} lines REGEX "^ *{" ENCODING UTF-8)
   set(list "")
   set(names)

@@ -54,33 +54,22 @@ std::span<const TrajectoryKindInfo> trajectory_kinds() {
   return table;
 }
 
-TrajectoryOptions::TrajectoryOptions(const TrajectoryOptions& other) { *this = other; }
+MotionOptions::MotionOptions(const MotionOptions& other) { *this = other; }
 
-TrajectoryOptions& TrajectoryOptions::operator=(const TrajectoryOptions& other) {
+MotionOptions& MotionOptions::operator=(const MotionOptions& other) {
   if (this == &other) return *this;
-  name = other.name;
   kind = other.kind;
-  rate_hz = other.rate_hz;
-  num_frames = other.num_frames;
-  start_s = other.start_s;
-  utc_start = other.utc_start;
   described_kind_ = other.described_kind_;
   kind_options_ = other.kind_options_ ? other.kind_options_->clone() : nullptr;
   return *this;
 }
 
-void TrajectoryOptions::describe(core::SchemaVisitor& visit) {
-  constexpr double kMostFrames = 1e7;
-  visit.key("name", name, "Name of the sequence and of its folder.");
+void MotionOptions::describe_kind(core::SchemaVisitor& visit) {
   visit.key("kind", kind, "Kind of motion; it decides the keys below.",
             core::required(core::one_of(core::registry_names(trajectory_kinds()))));
-  visit.key("rate_hz", rate_hz, "Frames a second.", core::between(0.001, 100000.0));
-  visit.key("num_frames", num_frames, "Number of frames; 0: as many as the motion holds.",
-            core::between(0.0, kMostFrames));
-  visit.key("start_s", start_s, "Time of the first frame on the motion.", core::at_least(0.0));
-  visit.key("utc_start", utc_start,
-            "UTC of the first frame; the sun stands accordingly. auto: a recording's own time of "
-            "day, or 2025-06-21T10:00:00Z.");
+}
+
+void MotionOptions::describe_keys(core::SchemaVisitor& visit) {
   // A manual without a config shows the keys of the commonest kind.
   const std::string shown_kind = kind.empty() ? "waypoints" : kind;
   if (!kind_options_ || described_kind_ != shown_kind) {
@@ -89,6 +78,25 @@ void TrajectoryOptions::describe(core::SchemaVisitor& visit) {
     described_kind_ = shown_kind;
   }
   kind_options_->describe(visit);
+}
+
+void TrajectoryOptions::describe(core::SchemaVisitor& visit) {
+  constexpr double kMostFrames = 1e7;
+  visit.key("name", name, "Name of the sequence and of its folder.");
+  describe_kind(visit);
+  visit.key("rate_hz", rate_hz, "Frames a second.", core::between(0.001, 100000.0));
+  visit.key("num_frames", num_frames, "Number of frames; 0: as many as the motion holds.",
+            core::between(0.0, kMostFrames));
+  visit.key("start_s", start_s, "Time of the first frame on the motion.", core::at_least(0.0));
+  visit.key("utc_start", utc_start,
+            "UTC of the first frame; the sun stands accordingly. auto: a recording's own time of "
+            "day, or 2025-06-21T10:00:00Z.");
+  visit.key(
+      "shown_as", shown_as,
+      "The thing as which the body is seen from the cameras of the other trajectories, at the same "
+      "time after their first frame, such as quadcopter (`terracast list things`); empty: it is "
+      "not.");
+  describe_keys(visit);
 }
 
 void TrajectoryOptions::validate() const {
@@ -102,7 +110,7 @@ void TrajectoryOptions::validate() const {
                name);
   }
   if (utc_start != kAutomatic) unix_seconds_from_utc(utc_start);
-  if (kind_options_) kind_options_->validate();
+  if (has_kind_options()) kind_options().validate();
 }
 
 std::vector<std::unique_ptr<TrajectoryKind>> TrajectoryKind::split(const TrajectoryContext&,

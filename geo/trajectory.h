@@ -60,6 +60,9 @@ struct TrajectoryContext {
   /// Bodies stay so near the world's origin along its x and y: inside the world with all they carry.
   double half_size_m = std::numeric_limits<double>::infinity();
 
+  /// What keeps to the ground or the water is put there later: how high its motion is does not matter.
+  bool is_on_surface = false;
+
   bool is_inside(const Eigen::Vector3d& position_world) const {
     return std::abs(position_world.x()) <= half_size_m &&
            std::abs(position_world.y()) <= half_size_m;
@@ -94,26 +97,23 @@ struct TrajectoryKindInfo {
 /// The table of kinds: explore, forward, loop, orbit, recorded, survey, waypoints.
 std::span<const TrajectoryKindInfo> trajectory_kinds();
 
-/// A `[trajectory]` of a config: its kind, when frames are taken, and beside them the kind's own
-/// keys.
-struct TrajectoryOptions {
-  std::string name = "P000";
+/// A motion of a config: its kind, and beside it the kind's own keys.
+struct MotionOptions {
   std::string kind;
-  double rate_hz = 10.0;           ///< frames a second
-  std::int64_t num_frames = 0;     ///< 0: as many as the motion's duration holds
-  double start_s = 0.0;            ///< time of frame 0 on the motion
-  std::string utc_start = "auto";  ///< UTC of frame 0; the sun stands accordingly
 
-  TrajectoryOptions() = default;
-  TrajectoryOptions(const TrajectoryOptions& other);
-  TrajectoryOptions& operator=(const TrajectoryOptions& other);
-  TrajectoryOptions(TrajectoryOptions&&) noexcept = default;
-  TrajectoryOptions& operator=(TrajectoryOptions&&) noexcept = default;
+  MotionOptions() = default;
+  MotionOptions(const MotionOptions& other);
+  MotionOptions& operator=(const MotionOptions& other);
+  MotionOptions(MotionOptions&&) noexcept = default;
+  MotionOptions& operator=(MotionOptions&&) noexcept = default;
+  ~MotionOptions() = default;
 
-  void describe(core::SchemaVisitor& visit);
-  void validate() const;
+  void describe_kind(core::SchemaVisitor& visit);
+  /// The keys of the kind that describe_kind() found.
+  void describe_keys(core::SchemaVisitor& visit);
 
-  /// The kind's own options, which there are once describe() was called.
+  bool has_kind_options() const { return kind_options_ != nullptr; }
+  /// The kind's own options, which there are once describe_keys() was called.
   const TrajectoryKind& kind_options() const { return *kind_options_; }
   void set_kind_options(std::unique_ptr<TrajectoryKind> options) {
     kind_options_ = std::move(options);
@@ -122,6 +122,20 @@ struct TrajectoryOptions {
  private:
   std::string described_kind_;  ///< the kind that kind_options_ is of
   std::unique_ptr<TrajectoryKind> kind_options_;
+};
+
+/// A `[trajectory]` of a config: its motion, and when frames are taken.
+struct TrajectoryOptions : MotionOptions {
+  std::string name = "P000";
+  double rate_hz = 10.0;           ///< frames a second
+  std::int64_t num_frames = 0;     ///< 0: as many as the motion's duration holds
+  double start_s = 0.0;            ///< time of frame 0 on the motion
+  std::string utc_start = "auto";  ///< UTC of frame 0; the sun stands accordingly
+  /// The thing as which the body is seen from the other trajectories' cameras; empty: it is not.
+  std::string shown_as;
+
+  void describe(core::SchemaVisitor& visit);
+  void validate() const;
 };
 
 /// The sequences that an entry becomes: itself, or parts of it, called name_0, name_1, ….

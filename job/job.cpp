@@ -108,6 +108,11 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
   plan.cameras = job.cameras;
   draw_errors(job, plan);
   plan.imaging = render::imaging_of_cameras(job.config.rigs);
+  geo::TrajectoryContext without_cameras = trajectory_context(job, log);
+  without_cameras.half_size_m = 0.5 * job.config.world.size_m;
+  without_cameras.rate_hz = options.rate_hz;
+  plan.moving = lay_out_moving(job.config.moving, job.config.trajectories, plan.name, plan.states,
+                               without_cameras);
   plan.conditions = job.config.conditions;
   plan.tracks = job.config.tracks;
   plan.detail = job.config.detail;

@@ -14,7 +14,8 @@ namespace terracast::job {
 /// What the stages of a job are built from: the sources opened, the cameras and motions computed.
 struct Job {
   RunConfig config;
-  std::vector<capture::CameraCalibration> cameras;  ///< as the config has them; errors are sequences'
+  std::vector<capture::CameraCalibration>
+      cameras;  ///< as the config has them; errors are sequences'
   std::shared_ptr<const tiler::WorldSurface> ground;  ///< without the world's layers
   std::vector<render::SequencePlan> sequences;
 };

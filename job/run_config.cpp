@@ -27,6 +27,7 @@ void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.section("tracing", tracing, "How rays are traced; the result does not depend on it.");
   visit.list("rigs", rigs, "Cameras, several rigs on one body.");
   visit.list("trajectories", trajectories, "Motions of the body; each becomes a sequence.");
+  visit.list("moving", moving, "Things that move through every sequence.");
   visit.section("conditions", conditions, "Light and air.");
   visit.section("tracks", tracks, "Points of the ground that are followed through each sequence.");
   visit.list("exports", exports, "Formats that the capture is written in.");
@@ -46,6 +47,7 @@ void RunConfig::validate() const {
       fail(ErrorKind::Config, "two trajectories are called \"{}\"; give each its own name",
            trajectory.name);
   }
+  check_moving(moving, trajectories);
   std::set<std::string> formats;
   for (const auto& chosen : exports)
     if (!formats.insert(chosen.format).second)

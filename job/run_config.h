@@ -7,6 +7,7 @@
 #include "core/schema.h"
 #include "export/exporter.h"
 #include "geo/trajectory.h"
+#include "job/moving.h"
 #include "render/render_stage.h"
 #include "render/rig.h"
 #include "tiler/world_options.h"
@@ -43,6 +44,7 @@ struct RunConfig {
   world::RayQueryOptions tracing;
   std::vector<render::RigOptions> rigs;
   std::vector<geo::TrajectoryOptions> trajectories;
+  std::vector<MovingOptions> moving;
   render::ConditionOptions conditions;
   render::TrackOptions tracks;
   std::vector<exporters::ExportOptions> exports;

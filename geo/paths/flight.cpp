@@ -204,7 +204,7 @@ std::unique_ptr<Trajectory> fly(const FlightPlan& plan, const FlightOptions& opt
   }
   const auto sample = [&] { return sample_path(*path, arc_length, context, options.speed_mps); };
   std::vector<Sample> samples = sample();
-  if (options.terrain_following) {
+  if (options.terrain_following && !context.is_on_surface) {
     // Places between the samples shift as the path rises, so what is raised is looked at again.
     constexpr int kMostRounds = 20;
     Raising raising(path, options.follow_length_m);
@@ -219,6 +219,10 @@ std::unique_ptr<Trajectory> fly(const FlightPlan& plan, const FlightOptions& opt
     }
   }
   const std::vector<SpeedAt> speeds = speeds_along(plan, arc_length, options.speed_mps);
+  const auto motion = [&] {
+    return std::make_unique<PathMotion>(path, context.frame, speeds, plan.attitude, plan.laps);
+  };
+  if (context.is_on_surface) return motion();
   const auto time_of = [&](const Sample& at) {
     return time_at_length(SpeedProfile(speeds), at.length_m);
   };
@@ -248,7 +252,7 @@ std::unique_ptr<Trajectory> fly(const FlightPlan& plan, const FlightOptions& opt
         options.terrain_following ? "lengthen follow_length_m, or fly higher"
                                   : "give it more way, or less difference in height");
   }
-  return std::make_unique<PathMotion>(path, context.frame, speeds, plan.attitude, plan.laps);
+  return motion();
 }
 
 }  // namespace terracast::geo

@@ -158,7 +158,8 @@ class Recorded final : public TrajectoryKind {
     const Flattened flattened(context.frame.origin());
     std::vector<Stretch> stretches;
     for (std::size_t i = 0; i < recording.parts.size(); ++i)
-      add_stretches(i, sample_part(recording.parts[i], flattened, context), stretches);
+      add_stretches(i, sample_part(recording.parts[i], flattened, context), context.is_on_surface,
+                    stretches);
     if (stretches.empty()) {
       const Geodetic first = sample_part(recording.parts[0], flattened, context)[0].place;
       std::string hint;  // the flight may begin outside
@@ -174,14 +175,16 @@ class Recorded final : public TrajectoryKind {
   }
 
   /// Cuts a part where clipping asks for it; elsewhere what is unfit is noted.
-  void add_stretches(std::size_t part, const std::vector<Sample>& samples,
+  /// is_on_surface   how high it is does not matter
+  void add_stretches(std::size_t part, const std::vector<Sample>& samples, bool is_on_surface,
                      std::vector<Stretch>& stretches) const {
     // A flight at just the least height is one.
     constexpr double kAglTolerance_m = 0.01;
     bool is_open = false;
     for (const Sample& sample : samples) {
       const bool is_outside = !sample.agl_m;
-      const bool is_low = !is_outside && *sample.agl_m < min_agl_m_ - kAglTolerance_m;
+      const bool is_low =
+          !is_outside && !is_on_surface && *sample.agl_m < min_agl_m_ - kAglTolerance_m;
       if ((is_outside && outside_ == "clip") || (is_low && too_low_ == "clip")) {
         is_open = false;
         continue;

@@ -13,13 +13,21 @@ void add_wheel(ThingMesh& mesh, double x_m, double outer_y_m, double radius_m, d
   const FinishNumber tyre = mesh.finish(Material::Rubber, kTyre);
   const double inner_y_m = outer_y_m > 0.0 ? outer_y_m - width_m : outer_y_m + width_m;
   const int num_sides = detail == 0 ? 16 : 8;
-  mesh.cylinder({x_m, inner_y_m, radius_m}, {x_m, outer_y_m, radius_m}, radius_m, num_sides, tyre,
-                tyre);
-  if (detail > 0) return;
-  const FinishNumber rim = mesh.finish(Material::Metal, kRim);
-  const double out = outer_y_m > 0.0 ? 0.006 : -0.006;
-  mesh.cone({x_m, outer_y_m - 5.0 * out, radius_m}, {x_m, outer_y_m + out, radius_m},
-            0.66 * radius_m, 0.62 * radius_m, 12, rim, rim);
+  const auto build = [&] {
+    mesh.cylinder({x_m, inner_y_m, radius_m}, {x_m, outer_y_m, radius_m}, radius_m, num_sides, tyre,
+                  tyre);
+    if (detail > 0) return;
+    const FinishNumber rim = mesh.finish(Material::Metal, kRim);
+    const double out = outer_y_m > 0.0 ? 0.006 : -0.006;
+    mesh.cone({x_m, outer_y_m - 5.0 * out, radius_m}, {x_m, outer_y_m + out, radius_m},
+              0.66 * radius_m, 0.62 * radius_m, 12, rim, rim);
+  };
+  // It rolls: its upper side goes forward.
+  mesh.turning({.name = "wheel",
+                .origin_m = {x_m, 0.5 * (inner_y_m + outer_y_m), radius_m},
+                .axis = Vector3d::UnitY(),
+                .per_metre_rad = 1.0 / radius_m},
+               build);
 }
 
 void add_axle(ThingMesh& mesh, double x_m, double outer_y_m, double radius_m, double width_m,

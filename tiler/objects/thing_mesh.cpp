@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 #include <tuple>
+#include <utility>
 
 #include "core/error.h"
 #include "world/tile_id.h"
@@ -97,6 +98,34 @@ Vector3d ThingMesh::placed(const Vector3d& point) const {
   return origin_ + Eigen::AngleAxisd(turn_rad_, Vector3d::UnitZ()) * point;
 }
 
+void ThingMesh::turning(Turning how, const std::function<void()>& build) {
+  if (!splits_turning_) {
+    build();
+    return;
+  }
+  how.origin_m = placed(how.origin_m);
+  how.axis = Eigen::AngleAxisd(turn_rad_, Vector3d::UnitZ()) * how.axis;
+  std::vector<Vector3i> vertices_steps = std::exchange(shape_.vertices_steps, {});
+  std::vector<world::Shape::Triangle> triangles = std::exchange(shape_.triangles, {});
+  part_origin_ = how.origin_m;
+  build();
+  part_origin_ = Vector3d::Zero();
+  TurningShape part{.turning = std::move(how), .shape = {}};
+  part.shape.vertices_steps = std::exchange(shape_.vertices_steps, std::move(vertices_steps));
+  part.shape.triangles = std::exchange(shape_.triangles, std::move(triangles));
+  if (!part.shape.triangles.empty()) turning_.push_back(std::move(part));
+}
+
+std::vector<TurningShape> ThingMesh::turning_shapes() const {
+  std::vector<TurningShape> shapes = turning_;
+  std::map<std::string, int> count;
+  for (TurningShape& part : shapes) {
+    part.shape.finishes = shape_.finishes;
+    part.turning.name += std::to_string(++count[part.turning.name]);
+  }
+  return shapes;
+}
+
 void ThingMesh::loft(const std::vector<Ring>& rings, const FinishOfFace& sides,
                      FinishNumber first_end, FinishNumber last_end) {
   const std::size_t num_points = rings.front().size();
@@ -108,7 +137,8 @@ void ThingMesh::loft(const std::vector<Ring>& rings, const FinishOfFace& sides,
     TERRACAST_CHECK(ring.size() == num_points, "rings of {} and {} points", num_points,
                     ring.size());
     for (const Vector3d& point : ring) {
-      const Vector3i steps = (placed(point) / world::kHeightStep_m).array().round().cast<int>();
+      const Vector3i steps =
+          ((placed(point) - part_origin_) / world::kHeightStep_m).array().round().cast<int>();
       const auto [entry, is_new] =
           known.try_emplace({steps.x(), steps.y(), steps.z()},
                             static_cast<std::uint32_t>(shape_.vertices_steps.size()));

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "world/shape.h"
@@ -22,12 +23,27 @@ using FinishNumber = std::uint8_t;
 /// Finish of the face that leads from point `edge` of ring `ring` to the next point and ring.
 using FinishOfFace = std::function<FinishNumber(std::size_t ring, std::size_t edge)>;
 
+/// How a part of a thing turns when the thing moves.
+struct Turning {
+  std::string name;  ///< "rotor", "wheel": several are told apart by numbers
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< on the axis, in the frame of the thing
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< unit
+  double rate_radps = 0.0;                             ///< about the axis, as time goes
+  double per_metre_rad = 0.0;                          ///< as the thing goes forward
+};
+struct TurningShape {
+  Turning turning;
+  world::Shape shape;  ///< along the axes of the thing, about origin_m
+};
+
 /// Builds the shape of a thing of closed parts. Each part is a surface without border of its own, turned
 /// outward, whose vertices lie on the world's lattice; faces that fall together to nothing there are left
 /// out. Parts may run into each other, and should: faces of two parts must not lie in one plane.
 class ThingMesh {
  public:
-  explicit ThingMesh(core::SemanticClass semantic_class) : semantic_class_(semantic_class) {}
+  /// splits_turning   what turns gets shapes of its own, for things that move
+  explicit ThingMesh(core::SemanticClass semantic_class, bool splits_turning = false)
+      : semantic_class_(semantic_class), splits_turning_(splits_turning) {}
 
   FinishNumber finish(world::Material material, const Color& color);
   /// Of another class than the thing's.
@@ -66,17 +82,25 @@ class ThingMesh {
   void lathe(const Eigen::Vector2d& axis, const Outline& profile, int num_sides,
              const std::function<FinishNumber(std::size_t ring)>& finish);
 
+  /// What `build` adds turns.
+  void turning(Turning how, const std::function<void()>& build);
+
   /// Where parts that follow are put: turned about z, then moved.
   void set_frame(const Eigen::Vector3d& origin, double turn_rad = 0.0);
 
   const world::Shape& shape() const { return shape_; }
+  /// What turns, where it is split off, in its order.
+  std::vector<TurningShape> turning_shapes() const;
   std::size_t num_triangles() const { return shape_.triangles.size(); }
 
  private:
   Eigen::Vector3d placed(const Eigen::Vector3d& point) const;
 
   core::SemanticClass semantic_class_;
+  bool splits_turning_;
   world::Shape shape_;
+  std::vector<TurningShape> turning_;  ///< their finishes are the whole's
+  Eigen::Vector3d part_origin_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   double turn_rad_ = 0.0;
 };

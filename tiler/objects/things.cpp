@@ -13,10 +13,12 @@
   X(buses)                          \
   X(cars)                           \
   X(containers)                     \
+  X(drones)                         \
   X(halls)                          \
   X(helicopters)                    \
   X(light_aircraft)                 \
   X(masts)                          \
+  X(people)                         \
   X(port_cranes)                    \
   X(power_lines)                    \
   X(ships)                          \
@@ -72,6 +74,12 @@ world::Prototype thing_prototype(const ThingInfo& thing, int variant) {
          .shape = mesh.shape()});
   }
   return prototype;
+}
+
+MovableThing movable_thing(const ThingInfo& thing, int variant) {
+  ThingMesh mesh(thing.semantic_class, true);
+  thing.build(mesh, 0, variant);
+  return {.shape = mesh.shape(), .turning = mesh.turning_shapes()};
 }
 
 int round_sides(int finest, int detail) {

@@ -44,6 +44,14 @@ std::vector<std::string> thing_names();
 /// name    "<thing>" or, of several variants, "<thing> <number>"
 world::Prototype thing_prototype(const ThingInfo& thing, int variant);
 
+/// A thing as it moves: what turns has shapes of its own.
+struct MovableThing {
+  world::Shape shape;
+  std::vector<TurningShape> turning;
+};
+/// Its finest level.
+MovableThing movable_thing(const ThingInfo& thing, int variant);
+
 /// Sides of something round: fewer on coarser levels, an even number, at least four.
 int round_sides(int finest, int detail);
 

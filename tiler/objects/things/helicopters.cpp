@@ -15,6 +15,10 @@ using world::Material;
 constexpr std::array<Color, 4> kColors = {
     {{214, 168, 24}, {170, 26, 30}, {30, 58, 116}, {228, 228, 224}}};
 
+// About 395 and 2090 turns a minute, those of the Airbus H125 (manufacturer's data: 385 to 394, and 2086).
+constexpr double kRotor_radps = 41.0;
+constexpr double kTailRotor_radps = 218.0;
+
 struct HelicopterSpec {
   Vector3d size_m;      ///< with its rotor, one blade forward
   double rotor_m;       ///< radius
@@ -69,14 +73,26 @@ void build_helicopter(ThingMesh& mesh, const HelicopterSpec& h, int detail, int 
                    {h.hub_x_m + 0.4, 0.3 * w}, paint);
   mesh.cylinder({h.hub_x_m, 0.0, roof}, {h.hub_x_m, 0.0, h.size_m.z()}, 0.11, detail == 0 ? 10 : 4,
                 dark, dark);
-  add_blades(mesh, {h.hub_x_m, 0.0, h.size_m.z() - 0.15}, Vector3d::UnitZ(), Vector3d::UnitX(),
-             h.rotor_m, 0.32, h.num_blades, dark, 0.04);
+  const Vector3d hub(h.hub_x_m, 0.0, h.size_m.z() - 0.15);
+  mesh.turning(
+      {.name = "rotor", .origin_m = hub, .axis = -Vector3d::UnitZ(), .rate_radps = kRotor_radps},
+      [&] {
+        add_blades(mesh, hub, Vector3d::UnitZ(), Vector3d::UnitX(), h.rotor_m, 0.32, h.num_blades,
+                   dark, 0.04);
+      });
   if (detail < 2) {
     mesh.cylinder({h.hub_x_m, 0.0, h.size_m.z() - 0.26}, {h.hub_x_m, 0.0, h.size_m.z() - 0.04},
                   0.30, 8, dark, dark);
     // Tail rotor on the right, upright.
-    add_blades(mesh, {h.tail_m + 0.45, -0.24, mid + 0.66 * half}, Vector3d::UnitY(),
-               Vector3d(0.6, 0.0, 0.8), h.tail_rotor_m, 0.18, 2, dark);
+    const Vector3d tail_hub(h.tail_m + 0.45, -0.24, mid + 0.66 * half);
+    mesh.turning({.name = "tail_rotor",
+                  .origin_m = tail_hub,
+                  .axis = Vector3d::UnitY(),
+                  .rate_radps = kTailRotor_radps},
+                 [&] {
+                   add_blades(mesh, tail_hub, Vector3d::UnitY(), Vector3d(0.6, 0.0, 0.8),
+                              h.tail_rotor_m, 0.18, 2, dark);
+                 });
     mesh.bar({h.tail_m + 0.45, -0.02, mid + 0.66 * half},
              {h.tail_m + 0.45, -0.27, mid + 0.66 * half}, 0.1, dark);
   }

@@ -9,6 +9,9 @@ using core::SemanticClass;
 using Eigen::Vector3d;
 using world::Material;
 
+// 2400 turns a minute, as in cruise (Lycoming O-360 operator's manual: 2700 at most).
+constexpr double kPropeller_radps = 251.0;
+
 constexpr std::array<Color, 4> kStripes = {
     {{168, 24, 30}, {28, 58, 120}, {30, 96, 60}, {226, 150, 30}}};
 
@@ -81,8 +84,15 @@ void build_light(ThingMesh& mesh, const Vector3d& size_m, bool has_high_wing, in
             {{nose - length + 0.78, 0.0, size_m.z()}, 0.78, 0.08}},
            Vector3d::UnitY(), detail, stripe);
   // Propeller at 20 degrees, so that it is seen from above and from the side.
-  add_blades(mesh, {nose - 0.14, 0.0, 1.32}, Vector3d::UnitX(),
-             Vector3d(0.0, 0.94, 0.342).normalized(), 0.95, 0.15, 2, dark);
+  const Vector3d hub(nose - 0.14, 0.0, 1.32);
+  mesh.turning({.name = "propeller",
+                .origin_m = hub,
+                .axis = Vector3d::UnitX(),
+                .rate_radps = kPropeller_radps},
+               [&] {
+                 add_blades(mesh, hub, Vector3d::UnitX(), Vector3d(0.0, 0.94, 0.342).normalized(),
+                            0.95, 0.15, 2, dark);
+               });
   // Wheels: one in front, two below the cabin.
   const auto leg = [&](double back, double y, double up_y, double up_z, double r) {
     mesh.bar({nose - back, y, r}, {nose - back, up_y, up_z}, 0.08, steel);

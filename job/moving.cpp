@@ -1,0 +1,206 @@
+#include "job/moving.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "capture/sequence_files.h"
+#include "core/error.h"
+#include "core/registry.h"
+#include "tiler/objects/things.h"
+
+namespace terracast::job {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+using Eigen::Vector3d;
+using render::MovingThing;
+using render::Ride;
+
+constexpr double kMost_s = 1e6;
+
+const tiler::ThingInfo& thing_called(const std::string& name) {
+  const tiler::ThingInfo* thing = tiler::find_thing(name);
+  if (thing == nullptr)
+    fail(ErrorKind::Config, "{}; `terracast list things` tells of them",
+         core::unknown_name_message("thing", name, tiler::thing_names()));
+  return *thing;
+}
+
+Ride ride_of(const std::string& ride, const tiler::ThingInfo& thing) {
+  if (ride == "free") return Ride::Free;
+  if (ride == "ground") return Ride::Ground;
+  if (ride == "water") return Ride::Water;
+  using core::SemanticClass;
+  if (thing.stance == tiler::Stance::Floats) return Ride::Water;
+  const bool flies = thing.semantic_class == SemanticClass::Aircraft ||
+                     thing.semantic_class == SemanticClass::Helicopter ||
+                     thing.semantic_class == SemanticClass::Drone;
+  return flies ? Ride::Free : Ride::Ground;
+}
+
+std::shared_ptr<const world::PrototypeLibrary::Shown> shown(world::Shape shape) {
+  return std::make_shared<const world::PrototypeLibrary::Shown>(std::move(shape));
+}
+
+/// Without its motion.
+MovingThing make_thing(const std::string& name, const tiler::ThingInfo& info, int variant) {
+  tiler::MovableThing movable = tiler::movable_thing(info, variant);
+  MovingThing thing{.name = name,
+                    .shape = {.thing = info.name, .shown = shown(std::move(movable.shape))},
+                    .semantic_id = static_cast<std::uint32_t>(info.semantic_class),
+                    .variety = static_cast<std::uint8_t>(variant),
+                    .parts = {},
+                    .states = {},
+                    .gone_m = {}};
+  for (tiler::TurningShape& part : movable.turning)
+    thing.parts.push_back({.name = part.turning.name,
+                           .shape = {.thing = info.name, .shown = shown(std::move(part.shape))},
+                           .origin_m = part.turning.origin_m,
+                           .axis = part.turning.axis,
+                           .rate_radps = part.turning.rate_radps,
+                           .per_metre_rad = part.turning.per_metre_rad});
+  return thing;
+}
+
+/// A motion as a sequence sees it.
+class Course {
+ public:
+  Course(const geo::MotionOptions& options, double start_s, bool repeats,
+         const geo::TrajectoryContext& context)
+      : motion_(options.kind_options().build(context)), start_s_(start_s), repeats_(repeats) {}
+
+  /// At a time of the sequence; nothing before the motion begins and after it ends.
+  std::optional<geo::BodyState> at(double time_s) const {
+    // The very end counts although a sum of times rounds past it.
+    constexpr double kTolerance_s = 1e-9;
+    const double duration_s = motion_->duration_s();
+    double at_s = start_s_ + time_s;
+    if (repeats_) at_s -= duration_s * std::floor(at_s / duration_s);
+    if (at_s < -kTolerance_s || at_s > duration_s + kTolerance_s) return std::nullopt;
+    geo::BodyState state = motion_->at(std::clamp(at_s, 0.0, duration_s));
+    state.time_s = time_s;
+    return state;
+  }
+
+  /// Length of the way between two times, by Simpson's rule; where it is not there it does not go.
+  double length_m(double from_s, double to_s) const {
+    constexpr int kParts = 16;
+    const double step_s = (to_s - from_s) / kParts;
+    double sum = 0.0;
+    for (int i = 0; i <= kParts; ++i) {
+      const std::optional<geo::BodyState> state = at(from_s + i * step_s);
+      const double weight = i == 0 || i == kParts ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+      if (state) sum += weight * state->velocity_world_mps.norm();
+    }
+    return sum * step_s / 3.0;
+  }
+
+ private:
+  std::unique_ptr<geo::Trajectory> motion_;
+  double start_s_;
+  bool repeats_;
+};
+
+void set_motion(const Course& course, std::span<const geo::BodyState> frames, MovingThing& thing) {
+  double gone_m = 0.0, before_s = 0.0;
+  for (const geo::BodyState& frame : frames) {
+    gone_m += course.length_m(before_s, frame.time_s);
+    before_s = frame.time_s;
+    thing.gone_m.push_back(gone_m);
+    thing.states.push_back(course.at(frame.time_s));
+  }
+}
+
+/// Of a body, whose origin is in the thing's middle, its foot's.
+void lower_to_foot(double height_m, MovingThing& thing) {
+  const render::TurningPart foot{
+      .name = {}, .shape = {}, .origin_m = Vector3d(0.0, 0.0, -0.5 * height_m)};
+  for (std::optional<geo::BodyState>& state : thing.states)
+    if (state) state = render::state_of_part(*state, foot, 0.0);
+}
+
+}  // namespace
+
+void MovingOptions::describe(core::SchemaVisitor& visit) {
+  visit.key("name", name, "Its name, its own among all that move.", core::required());
+  visit.key("thing", thing, "What it is: a built-in thing (`terracast list things`).",
+            core::required());
+  visit.key("variant", variant, "Which of the thing's colours, counted from 0.",
+            core::between(0.0, 255.0));
+  visit.key(
+      "ride", ride,
+      "What carries it: free (as its motion has it), ground (it stands on the ground, wherever "
+      "its motion would have it be there), water (it floats); auto: as the thing does.",
+      core::one_of({"auto", "free", "ground", "water"}));
+  describe_kind(visit);
+  visit.key(
+      "start_s", start_s,
+      "Time on its motion at a sequence's first frame; below 0 it comes later. Before its motion "
+      "begins and after it ends it is not there.",
+      core::between(-kMost_s, kMost_s));
+  visit.key("repeat", repeat, "Its motion begins again when it ends.");
+  describe_keys(visit);
+}
+
+void MovingOptions::validate() const {
+  if (!capture::is_safe_name(name))
+    fail(ErrorKind::Config, "name = \"{}\" of what moves: it takes 1 to 64 letters, digits, _ or -",
+         name);
+  const tiler::ThingInfo& info = thing_called(thing);
+  if (variant >= info.num_variants)
+    fail(ErrorKind::Config, "variant = {} of {}: {} has {} colours, counted from 0", variant, name,
+         thing, info.num_variants);
+  if (has_kind_options()) kind_options().validate();
+}
+
+void check_moving(std::span<const MovingOptions> moving,
+                  std::span<const geo::TrajectoryOptions> trajectories) {
+  std::set<std::string> names;
+  const auto add = [&](const std::string& name) {
+    if (!names.insert(name).second)
+      fail(ErrorKind::Config, "two things that move are called \"{}\"; give each its own name",
+           name);
+  };
+  for (const MovingOptions& options : moving) add(options.name);
+  for (const geo::TrajectoryOptions& trajectory : trajectories) {
+    if (trajectory.shown_as.empty()) continue;
+    core::with_context([&] { thing_called(trajectory.shown_as); },
+                       fmt::format("shown_as of trajectory {}", trajectory.name));
+    add(trajectory.name);
+  }
+}
+
+std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
+                                        std::span<const geo::TrajectoryOptions> trajectories,
+                                        const std::string& sequence,
+                                        std::span<const geo::BodyState> frames,
+                                        const geo::TrajectoryContext& context) {
+  std::vector<MovingThing> things;
+  const auto add = [&](const geo::MotionOptions& options, double start_s, bool repeats,
+                       MovingThing thing) {
+    geo::TrajectoryContext own = context;
+    own.is_on_surface = thing.ride != Ride::Free;
+    core::with_context([&] { set_motion(Course(options, start_s, repeats, own), frames, thing); },
+                       fmt::format("laying out what moves, {}", thing.name));
+    things.push_back(std::move(thing));
+  };
+  for (const MovingOptions& options : moving) {
+    const tiler::ThingInfo& info = thing_called(options.thing);
+    MovingThing thing = make_thing(options.name, info, static_cast<int>(options.variant));
+    thing.ride = ride_of(options.ride, info);
+    add(options, options.start_s, options.repeat, std::move(thing));
+  }
+  for (const geo::TrajectoryOptions& other : trajectories) {
+    if (other.shown_as.empty() || other.name == sequence) continue;
+    const tiler::ThingInfo& info = thing_called(other.shown_as);
+    add(other, other.start_s, false, make_thing(other.name, info, 0));
+    lower_to_foot(info.size_m.z(), things.back());
+  }
+  return things;
+}
+
+}  // namespace terracast::job

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/schema.h"
+#include "geo/trajectory.h"
+#include "render/moving_bodies.h"
+
+namespace terracast::job {
+
+/// Config `[[moving]]`: a thing that moves through every sequence.
+struct MovingOptions : geo::MotionOptions {
+  std::string name;
+  std::string thing;
+  std::int64_t variant = 0;
+  std::string ride = "auto";
+  double start_s = 0.0;
+  bool repeat = false;
+
+  void describe(core::SchemaVisitor& visit);
+  /// throws Config: no such thing, colour or name
+  void validate() const;
+};
+
+/// throws Config: a body that is shown as what is no thing, or two of one name; says which
+void check_moving(std::span<const MovingOptions> moving,
+                  std::span<const geo::TrajectoryOptions> trajectories);
+
+/// All that moves through a sequence: the things of the config, then the bodies of the other trajectories that are
+/// shown.
+/// frames    the sequence's
+/// context   of bodies that carry no cameras
+/// throws    as geo::Trajectory's kinds; the message names the thing
+std::vector<render::MovingThing> lay_out_moving(
+    std::span<const MovingOptions> moving, std::span<const geo::TrajectoryOptions> trajectories,
+    const std::string& sequence, std::span<const geo::BodyState> frames,
+    const geo::TrajectoryContext& context);
+
+}  // namespace terracast::job
