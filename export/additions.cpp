@@ -8,6 +8,7 @@
 
 #include "export/calibration.h"
 #include "export/imaging_record.h"
+#include "export/motion_record.h"
 
 namespace terracast::exporters {
 namespace {
@@ -67,6 +68,8 @@ void write_additions(DatasetWriter& writer, const std::string& folder,
   writer.write(folder + "/" + kGeometryFile, geometry_text(sequence));
   if (has_imaging(sequence.info()))
     writer.write(folder + "/" + kImagingFile, imaging_text(sequence, cameras));
+  if (sequence.info().has_rolling_shutter())
+    writer.write(folder + "/" + kMotionFile, motion_csv(sequence));
   if (!sequence.info().has_errors()) return;
   for (const bool is_believed : {false, true})
     writer.write(folder + "/" + (is_believed ? kBelievedCalibrationFile : kTrueCalibrationFile),

@@ -6,6 +6,7 @@
 
 #include "capture/sequence_json.h"
 #include "export/calibration.h"
+#include "export/motion_record.h"
 
 namespace terracast::exporters {
 
@@ -101,6 +102,7 @@ Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame
       .set("bounds", path + "/" + kBoundsFile)
       .set("geometry", path + "/" + kGeometryFile)
       .set("cameras", std::move(list));
+  if (sequence.info().has_rolling_shutter()) entry.set("motion", path + "/" + kMotionFile);
   describe_errors(sequence, stated, path, entry);
   return entry;
 }

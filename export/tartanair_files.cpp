@@ -32,10 +32,9 @@ MaskedFlow flow_between(const capture::SequenceReader& sequence, int from, int t
                         std::uint32_t visible_flag) {
   const auto model =
       geo::make_camera(sequence.info().cameras[static_cast<std::size_t>(camera_index)].intrinsics);
-  return masked_flow({*model, sequence.world_from_camera(from, camera_index)},
-                     {*model, sequence.world_from_camera(to, camera_index)},
-                     sequence.read_camera(from, camera_index, capture::SequenceReader::kFacts),
-                     visible_flag);
+  return masked_flow(
+      sequence.view(*model, from, camera_index), sequence.view(*model, to, camera_index),
+      sequence.read_camera(from, camera_index, capture::SequenceReader::kFacts), visible_flag);
 }
 
 }  // namespace
@@ -47,7 +46,6 @@ Eigen::Matrix3d rdf_from_frd() {
 void check_tartanair_camera(const capture::CameraCalibration& camera, int width_px, int height_px,
                             const char* format) {
   check_pinhole(camera, format);
-  check_global_shutter(camera, format);
   const geo::CameraIntrinsics& k = camera.intrinsics;
   const double cx_px = 0.5 * width_px, cy_px = 0.5 * height_px;
   if (k.width_px == width_px && k.height_px == height_px &&
@@ -67,6 +65,7 @@ void check_tartanair_pair(const capture::CameraCalibration& left,
     fail(ErrorKind::Config,
          "{}: cameras {} and {} of {} are {} m apart; the format's baseline is {} m", format,
          left.name, right.name, left.rig, baseline_m, kTartanAirBaseline_m);
+  check_shutters_of_pair(left, right, format);
 }
 
 void check_environment(const std::string& environment, const char* format) {

@@ -24,7 +24,7 @@ inline constexpr double kTartanAirBaseline_m = 0.25;
 ///          point in the middle (pixel centres at +0.5)
 void check_tartanair_camera(const capture::CameraCalibration& camera, int width_px, int height_px,
                             const char* format);
-/// throws   Config: the two are no rectified pair, or not 0.25 m apart
+/// throws   Config: the two are no rectified pair, or not 0.25 m apart, or have other shutters than a pair may
 void check_tartanair_pair(const capture::CameraCalibration& left,
                           const capture::CameraCalibration& right, const char* format);
 /// throws   Config: a word that is no folder's name; empty is right: the world's name
