@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "validate/transfer.h"
 
 namespace terracast::validate {
 
@@ -72,7 +73,7 @@ void set_motion(View& view) {
 /// Whether any of a grid of rays of one camera, at infinity or at a depth of its own image, stands
 /// in the other's image.
 bool may_overlap(const View& a, const View& b) {
-  const Pose b_from_a = b.local_from_camera.inverse() * a.local_from_camera;
+  const Transfer transfer(a, b);
   constexpr int kGrid = 8;
   for (int row = 0; row <= kGrid; ++row)
     for (int column = 0; column <= kGrid; ++column) {
@@ -85,9 +86,8 @@ bool may_overlap(const View& a, const View& b) {
             a.image->depth(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
         if (std::isfinite(measured)) depth_m = static_cast<double>(measured);
       }
-      const Eigen::Vector3d point = b_from_a * (k.ray_from_pixel(pixel) * depth_m);
-      if (point.z() > 0.0 &&
-          b.camera->intrinsics.contains(b.camera->intrinsics.pixel_from_point(point)))
+      const auto place = transfer.point(pixel, depth_m);
+      if (place && place->point_b.z() > 0.0 && b.camera->intrinsics.contains(place->pixel))
         return true;
     }
   return false;
@@ -166,6 +166,31 @@ FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int fra
   return shared;
 }
 
+std::optional<View> view_at(const Sequence& sequence, int camera_index, int frame,
+                            const LoadedImage* image) {
+  View view;
+  view.camera_index = camera_index;
+  view.frame = frame;
+  view.camera = &sequence.cameras[static_cast<std::size_t>(camera_index)];
+  view.image = image;
+  view.sequence = &sequence;
+  const auto index = static_cast<std::size_t>(frame);
+  if (frame < 0 || index >= view.camera->local_from_camera.size()) return std::nullopt;
+  const auto& pose = view.camera->local_from_camera[index];
+  if (!pose || !view.camera->intrinsics.is_sound()) return std::nullopt;
+  view.local_from_camera = *pose;
+  if (view.camera->shutter) {
+    // Without a motion only the pose of one of the lines is known.
+    if (index >= sequence.motion.size() || !sequence.motion[index] ||
+        !view.camera->body_from_camera)
+      return std::nullopt;
+    view.lines =
+        LineMotion{*view.camera->shutter, *sequence.motion[index], *view.camera->body_from_camera};
+  }
+  set_motion(view);
+  return view;
+}
+
 FrameWindow::FrameWindow(const Dataset& dataset, const Sequence& sequence, Findings& findings)
     : dataset_(dataset), sequence_(sequence), findings_(findings) {}
 
@@ -187,18 +212,10 @@ bool FrameWindow::advance() {
 std::optional<View> FrameWindow::view(int camera_index, int frame) const {
   const int age = frame_ - frame;
   if (age < 0 || age >= static_cast<int>(loaded_.size())) return std::nullopt;
-  View view;
-  view.camera_index = camera_index;
-  view.frame = frame;
-  view.camera = &sequence_.cameras[static_cast<std::size_t>(camera_index)];
-  view.image = loaded_[loaded_.size() - 1 - static_cast<std::size_t>(age)]
-                      [static_cast<std::size_t>(camera_index)]
-                          .get();
-  const auto& pose = view.camera->local_from_camera[static_cast<std::size_t>(frame)];
-  if (!pose || !view.camera->intrinsics.is_sound()) return std::nullopt;
-  view.local_from_camera = *pose;
-  set_motion(view);
-  return view;
+  return view_at(sequence_, camera_index, frame,
+                 loaded_[loaded_.size() - 1 - static_cast<std::size_t>(age)]
+                        [static_cast<std::size_t>(camera_index)]
+                            .get());
 }
 
 std::vector<ViewPair> FrameWindow::pairs() const {

@@ -8,6 +8,7 @@
 
 #include "core/image.h"
 #include "validate/dataset.h"
+#include "validate/shutter.h"
 
 namespace terracast::validate {
 
@@ -34,7 +35,10 @@ struct View {
   int frame = 0;
   const Camera* camera = nullptr;
   const LoadedImage* image = nullptr;
-  Pose local_from_camera;
+  const Sequence* sequence = nullptr;
+  Pose local_from_camera;  ///< at the frame's time
+  /// Where it is at other times, while the lines of a rolling shutter are exposed; nothing: all are at once.
+  std::optional<LineMotion> lines;
   Eigen::Vector3d velocity_camera = Eigen::Vector3d::Zero();          ///< m a frame
   Eigen::Vector3d angular_velocity_camera = Eigen::Vector3d::Zero();  ///< rad a frame
 };
@@ -44,6 +48,11 @@ struct ViewPair {
   View b;
   bool is_same_time() const { return a.frame == b.frame; }
 };
+
+/// An image with the pose, and the motion, that a camera has at a frame.
+/// returns  nothing where there is none
+std::optional<View> view_at(const Sequence& sequence, int camera_index, int frame,
+                            const LoadedImage* image);
 
 /// The frames of a sequence that are in memory: the newest and some before it.
 class FrameWindow {

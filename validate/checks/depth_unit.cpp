@@ -59,6 +59,8 @@ std::vector<Eigen::Vector2i> draw_places(const ViewPair& pair, const ValidateOpt
   return places;
 }
 
+/// Images of rolling shutters are swept by the poses of their frames: what a shutter moves is a small part of what
+/// lies between frames that share nothing, and alike in both.
 /// Whether next to nothing of what `a` shows falls into `b`.
 bool is_apart(const ViewPair& pair, const ValidateOptions& options) {
   const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;
@@ -84,6 +86,8 @@ class Sweep {
     grey_.grey = pair.b.image->grey;
     b_.image = &grey_;
     a_.local_from_camera = Pose{};
+    a_.lines.reset();
+    b_.lines.reset();
     if (!is_inverse) return;
     inverse_.grey = pair.a.image->grey;
     inverse_.depth = pair.a.image->depth;

@@ -329,13 +329,15 @@ class OracleChecker : public Checker {
   /// where   of the point, for messages
   void judge(const OracleView& by, const Eigen::Vector3d& point_world, bool says_seen,
              const std::string& where, Verdicts& verdicts) const {
-    const std::optional<Eigen::Vector2d> pixel = by.project(point_world);
+    const std::optional<OracleView::Sighting> seen = by.sighting(point_world);
     const Intrinsics& camera = by.intrinsics();
-    if (pixel && camera.contains(*pixel, -kBorder_px) && !camera.contains(*pixel, kBorder_px))
+    if (seen && camera.contains(seen->pixel, -kBorder_px) &&
+        !camera.contains(seen->pixel, kBorder_px))
       return;
-    const bool is_in_image = pixel && camera.contains(*pixel);
+    const bool is_in_image = seen && camera.contains(seen->pixel);
     ++verdicts.num_judged;
-    const Sight sight(*terrain_, by.eye_world(), point_world);
+    const Sight sight(*terrain_, seen ? seen->eye_world : by.world_from_camera.translation,
+                      point_world);
     const bool is_seen = is_in_image && sight.is_seen();
     if (is_seen == says_seen) return;
     if (is_in_image && sight.is_tie()) {
@@ -445,7 +447,10 @@ class OracleChecker : public Checker {
       const std::string where = fmt::format("point {}", claims[i].point);
       judge(by, point, claims[i].is_seen, where, verdicts);
       if (!claims[i].is_seen || verdicts.num_wrong > 0 || verdicts.num_ties > 0) return;
-      const double distance_m = Sight(*terrain_, by.eye_world(), point).distance_from_ground_m();
+      const std::optional<OracleView::Sighting> sighting = by.sighting(point);
+      if (!sighting) return;  // judged above
+      const double distance_m =
+          Sight(*terrain_, sighting->eye_world, point).distance_from_ground_m();
       if (distance_m > Sight::kTie_m)
         verdicts.wrong(fmt::format("{}: {:.3g} m from the ground that {} sees there", where,
                                    distance_m, place_of(by.view)));
