@@ -13,7 +13,9 @@
 /// Neighbouring frames that share no place by their depth, although their colours do. Where depth is
 /// wrong by so much that every point leaves the other image, no residual is left to show it. So the
 /// distance between the two cameras is swept (as planes are swept in stereo): where the colours agree
-/// at another one, and nowhere else, depth has another unit than the poses.
+/// at another one, and nowhere else, depth has another unit than the poses. Images of rolling shutters are swept by
+/// their frames' poses: what a shutter moves is a small part of what lies between frames that share nothing, and
+/// alike in both.
 namespace terracast::validate {
 
 namespace {
@@ -59,8 +61,6 @@ std::vector<Eigen::Vector2i> draw_places(const ViewPair& pair, const ValidateOpt
   return places;
 }
 
-/// Images of rolling shutters are swept by the poses of their frames: what a shutter moves is a small part of what
-/// lies between frames that share nothing, and alike in both.
 /// Whether next to nothing of what `a` shows falls into `b`.
 bool is_apart(const ViewPair& pair, const ValidateOptions& options) {
   const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;

@@ -216,6 +216,7 @@ class ReprojectionChecker : public Checker {
                                   .focal_percent = 0.05,
                                   .scale_percent = 0.05,
                                   .time_frames = 0.25,
+                                  .line_time_percent = 2.0,
                                   .time_residual = 1e-4,
                                   .rotation_deg = 0.005,
                                   .position_px = 0.05};
