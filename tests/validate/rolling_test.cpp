@@ -2,11 +2,13 @@
 
 #include <map>
 
+#include "core/atomic_file.h"
 #include "core/json.h"
 #include "core/log.h"
 #include "tests/support/test_data.h"
 #include "tests/validate/mutations/edits.h"
 #include "validate/check.h"
+#include "validate/dataset.h"
 #include "validate/shutter.h"
 
 /// Datasets of rolling shutters, from a flight in closed form: right ones pass, and ones that say otherwise how
@@ -26,12 +28,12 @@ const Recording& flight_of(const std::string& format) {
   if (found != flights.end()) return found->second;
   if (format == "kitti")
     return flights[format] = test::record_smooth_flight(
-               test::with_shutters(test::kitti_cameras(), kImage_s / 128, "down"), 6);
+               test::with_shutters(test::kitti_cameras(), kImage_s / 128, "down"), 4);
   if (format == "colmap")
     return flights[format] = test::record_smooth_flight(
-               test::with_shutters(test::colmap_cameras(), kImage_s / 160, "left"), 6);
+               test::with_shutters(test::colmap_cameras(), kImage_s / 160, "left"), 4);
   return flights[format] = test::record_smooth_flight(
-             test::with_shutters(test::tartanair_v1_cameras(), kImage_s / 480, "up"), 3);
+             test::with_shutters(test::tartanair_v1_cameras(), kImage_s / 480, "up"), 2);
 }
 
 void write(const std::string& format, const std::filesystem::path& folder) {
@@ -164,6 +166,56 @@ TEST_P(RollingShutter, WithoutMotionIsDamaged) {
   const Report report = validate_folder(scratch_ / "data", scratch_ / "report");
   EXPECT_NE(report.wrong.find("has rolling shutters, but no \"motion\""), std::string::npos)
       << report.wrong;
+}
+
+TEST(RollingShutterOfOneCamera, IsNamedWithIt) {
+  const test::ScratchFolder scratch;
+  write("colmap", scratch / "data");
+  test::edit_stated_cameras(scratch / "data", [](std::size_t c, core::Json& camera) {
+    const double right_s = camera.at("shutter").at("line_time_s").number();
+    if (c == 1)
+      camera.set("shutter", core::Json::object()
+                                .set("exposure_s", 0.0)
+                                .set("line_time_s", 0.9 * right_s)
+                                .set("readout", "left"));
+  });
+  const Report report = validate_folder(scratch / "data", scratch / "report");
+  EXPECT_NE(report.words().find("rig/cam1: line_time_s of dataset.json is -10 % off"),
+            std::string::npos)
+      << report.words() << report.wrong;
+}
+
+TEST(RollingShutterWords, ThatAreDamagedAreFindings) {
+  struct Case {
+    const char* file;
+    std::string from, to, finding;
+  };
+  const std::string motion = "dataset/sequences/00/motion.csv";
+  for (const Case& one : std::vector<Case>{
+           {"dataset.json", "\"readout\": \"down\"", "\"readout\": \"sideways\"",
+            "readout = \"sideways\""},
+           {"dataset.json", "\"line_time_s\": 0.0046", "\"line_time_s\": -0.0046",
+            "line_time_s = -"},
+           {"dataset.json", "\"line_time_s\": 0.0046", "\"line_time_s\": 1e300, \"was\": 0.0046",
+            "line_time_s = 1e+300"},
+           {motion.c_str(), "frame,vx_mps", "frame,v_mps", "another header than frame,vx_mps"},
+           {motion.c_str(), "\n1,", "\n1,nan", "motion.csv:3"},
+           {motion.c_str(), "\n1,", "\n2,", "frame 2 stands twice"},
+           {motion.c_str(), "\n1,", "\n99,", "frame 99 is not in the dataset"},
+           {motion.c_str(), "\n1,", "\n1,0,", "11 columns, not 10"}}) {
+    SCOPED_TRACE(one.to);
+    const test::ScratchFolder scratch;
+    write("kitti", scratch / "data");
+    std::string text = core::read_text_file(scratch / "data" / one.file);
+    const auto at = text.find(one.from);
+    ASSERT_NE(at, std::string::npos) << text.substr(0, 400);
+    core::write_file(scratch / "data" / one.file,
+                     std::string_view(text.replace(at, one.from.size(), one.to)));
+    Findings findings;
+    read_dataset(scratch / "data", "", findings);
+    const std::string lines = fmt::format("{}", fmt::join(findings.lines(), "\n"));
+    EXPECT_NE(lines.find(one.finding), std::string::npos) << lines;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, RollingShutter,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "validate/causes/trial.h"
+#include "validate/checks/checker.h"
 #include "validate/sampling.h"
 #include "validate/transfer.h"
 
@@ -41,6 +42,40 @@ std::optional<double> flow_disagreement(const Trial& trial) {
     }
   if (sizes.size() < kEnough) return std::nullopt;
   return median(sizes);
+}
+
+/// Median |r| of depth between neighbouring frames of one camera; nothing where it has no depth.
+std::optional<double> own_disagreement(const Trial& trial, int camera) {
+  constexpr std::int64_t kPixels = 80;
+  constexpr std::size_t kEnough = 25;
+  std::vector<double> sizes;
+  for (int f = 0; f + 1 < trial.num_frames(); ++f) {
+    const auto now = view_at(trial.sequence, camera, f, &trial.image(camera, f));
+    const auto next = view_at(trial.sequence, camera, f + 1, &trial.image(camera, f + 1));
+    if (!now || !next || now->image->depth.empty() || next->image->depth.empty()) continue;
+    const Transfer transfer(*now, *next);
+    for (const Eigen::Vector2i& at : draw_pixels(now->camera->intrinsics, kPixels, {}, *now, 13)) {
+      const auto depth_m = static_cast<double>(now->image->depth(at.x(), at.y()));
+      if (!std::isfinite(depth_m)) continue;
+      const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
+      if (!place || !(place->point_b.z() > 0.0)) continue;
+      const auto seen = sample_inverse_depth(next->image->depth, place->pixel);
+      if (seen) sizes.push_back(std::abs(seen->inverse_depth.value * place->point_b.z() - 1.0));
+    }
+  }
+  if (sizes.size() < kEnough) return std::nullopt;
+  return median(sizes);
+}
+
+/// Whether a camera may be wrong alone: no other disagrees with itself half as much.
+bool may_be_alone(const Trial& trial, int camera) {
+  const std::optional<double> own = own_disagreement(trial, camera);
+  for (int other = 0; own && other < trial.num_cameras(); ++other) {
+    const std::optional<double> of_other =
+        other == camera ? std::nullopt : own_disagreement(trial, other);
+    if (of_other && *of_other > 0.5 * *own) return false;
+  }
+  return true;
 }
 
 /// What is most exact of what a format holds: observations, flow, depth.
@@ -222,10 +257,12 @@ void make_shutter_causes(const Symptoms& symptoms, std::vector<Hypothesis>& hypo
   constexpr int kAlone = 3;  // of some of the cameras a mistake is less simple
   if (!stated.empty() && are_alike) add_stated(trial, stated, hypotheses, 1);
   if (stated.size() > 1 || !are_alike)
-    for (const int c : stated) add_stated(trial, {c}, hypotheses, 1 + kAlone);
+    for (const int c : stated)
+      if (may_be_alone(trial, c)) add_stated(trial, {c}, hypotheses, 1 + kAlone);
   if (!unstated.empty()) add_unstated(unstated, hypotheses, 2);
   if (unstated.size() > 1)
-    for (const int c : unstated) add_unstated({c}, hypotheses, 2 + kAlone);
+    for (const int c : unstated)
+      if (may_be_alone(trial, c)) add_unstated({c}, hypotheses, 2 + kAlone);
 }
 
 }  // namespace terracast::validate
