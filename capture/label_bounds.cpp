@@ -7,6 +7,7 @@
 
 #include "capture/channel.h"
 #include "capture/frame.h"
+#include "capture/line_bounds.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "geo/rounding.h"
@@ -331,10 +332,10 @@ LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraV
   TERRACAST_CHECK(crossing_errors.size() == facts.range_m.data().size(),
                   "{} errors of crossings for {} pixels", crossing_errors.size(),
                   facts.range_m.data().size());
-  const DepthBounds depth(view);
+  const DepthBounds of_one_pose(view);
   std::optional<FlowBounds> to_next, to_previous;
-  if (next) to_next.emplace(view, *next);
-  if (previous) to_previous.emplace(view, *previous);
+  if (next && !view.motion) to_next.emplace(view, *next);
+  if (previous && !view.motion) to_previous.emplace(view, *previous);
 
   const auto add_pixel = [&](int x, int y, LabelBounds& bounds) {
     if (std::isnan(facts.range_m(x, y))) return;
@@ -345,6 +346,9 @@ LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraV
     const Vector2d pixel = pixel_center(x, y);
     const auto range_m = static_cast<double>(facts.range_m(x, y));
     double range_error_m = 0.0;
+    std::optional<LineBounds> of_line;
+    if (view.motion) of_line.emplace(view, pixel);
+    const DepthBounds& depth = of_line ? of_line->depth() : of_one_pose;
     if (!std::isinf(range_m)) {
       const Vector3d normal(facts.normal_world(x, y, 0), facts.normal_world(x, y, 1),
                             facts.normal_world(x, y, 2));
@@ -358,19 +362,28 @@ LabelBounds bounds_of_labels(const CameraView& view, const std::optional<CameraV
         TERRACAST_CHECK(tile < tiles.size(), "tile {} of {}", tile, tiles.size());
         range_error_m = depth.range_error_m(pixel, range_m, normal, tiles[tile]);
       }
+      if (of_line)
+        range_error_m +=
+            of_line->range_error_m(range_m, normal,
+                                   (next ? motions_next : motions_previous)
+                                       .find(facts.instance_id(x, y), facts.primitive_id(x, y)));
       if (std::isinf(range_error_m)) {
         ++bounds.num_left_out;
         return;
       }
     }
-    const auto flow_error = [&](const std::optional<FlowBounds>& to, const BodyMotions& motions) {
-      if (!to) return std::optional<LabelError>();
+    const auto flow_error = [&](const std::optional<CameraView>& to,
+                                const std::optional<FlowBounds>& of_one_pose_each,
+                                const BodyMotions& motions) -> std::optional<LabelError> {
+      if (!to) return std::nullopt;
       const BodyMotion* motion = motions.find(facts.instance_id(x, y), facts.primitive_id(x, y));
-      return motion == nullptr ? to->flow_error_px(pixel, range_m, range_error_m)
-                               : to->flow_error_px(pixel, range_m, range_error_m, *motion);
+      if (of_line) return of_line->flow_error_px(*to, range_m, range_error_m, motion);
+      return motion == nullptr
+                 ? of_one_pose_each->flow_error_px(pixel, range_m, range_error_m)
+                 : of_one_pose_each->flow_error_px(pixel, range_m, range_error_m, *motion);
     };
-    const std::optional<LabelError> there = flow_error(to_next, motions_next);
-    const std::optional<LabelError> back = flow_error(to_previous, motions_previous);
+    const std::optional<LabelError> there = flow_error(next, to_next, motions_next);
+    const std::optional<LabelError> back = flow_error(previous, to_previous, motions_previous);
     if (is_unbounded(there) || is_unbounded(back)) {
       ++bounds.num_left_out;
       return;

@@ -8,6 +8,8 @@
 
 #include "export/calibration.h"
 #include "export/imaging_record.h"
+#include "export/motion_record.h"
+#include "export/moving_record.h"
 
 namespace terracast::exporters {
 namespace {
@@ -65,8 +67,11 @@ void write_additions(DatasetWriter& writer, const std::string& folder,
   writer.write(folder + "/" + kGeoreferenceFile, georeference_csv(sequence, cameras));
   writer.write(folder + "/" + kBoundsFile, bounds_csv(sequence, cameras));
   writer.write(folder + "/" + kGeometryFile, geometry_text(sequence));
+  write_moving(writer, folder, sequence, cameras);
   if (has_imaging(sequence.info()))
     writer.write(folder + "/" + kImagingFile, imaging_text(sequence, cameras));
+  if (sequence.info().has_rolling_shutter())
+    writer.write(folder + "/" + kMotionFile, motion_csv(sequence));
   if (!sequence.info().has_errors()) return;
   for (const bool is_believed : {false, true})
     writer.write(folder + "/" + (is_believed ? kBelievedCalibrationFile : kTrueCalibrationFile),

@@ -19,7 +19,8 @@ std::string bounds_csv(const capture::SequenceReader& sequence,
                        const std::vector<ExportedCamera>& cameras);
 
 /// Writes georeference.csv, bounds.csv and geometry.json, and what there is to say of how images were made
-/// (export/imaging_record.h) and of errors of rigs (export/calibration.h).
+/// (export/imaging_record.h), of how bodies move under rolling shutters (export/motion_record.h) and of errors of
+/// rigs (export/calibration.h).
 /// folder    of the sequence, relative to the dataset
 /// throws    Io
 void write_additions(DatasetWriter& writer, const std::string& folder,

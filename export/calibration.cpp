@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "export/motion_record.h"
 
 namespace terracast::exporters {
 
@@ -65,6 +66,7 @@ Json describe_camera(const std::string& name, const capture::CameraCalibration& 
                             .set("translation_m", Json::array_of({t.x(), t.y(), t.z()})));
   if (camera.intrinsics.model != "pinhole")
     entry.set("model", camera.intrinsics.model).set("parameters", Json::array_of(p));
+  if (camera.shutter.is_rolling()) entry.set("shutter", describe_shutter(camera.shutter));
   return entry;
 }
 

@@ -35,13 +35,29 @@ void check_pinhole(const capture::CameraCalibration& camera, const char* format)
        camera.rig, camera.name, camera.intrinsics.model);
 }
 
-void check_global_shutter(const capture::CameraCalibration& camera, const char* format) {
-  if (!camera.shutter.is_rolling()) return;
-  fail(ErrorKind::Config,
-       "{}: camera {}/{} has a rolling shutter (line_time_us = {}); the format holds one pose an "
-       "image: "
-       "export a rig without line_time_us, or read the capture",
-       format, camera.rig, camera.name, 1e6 * camera.shutter.line_time_s);
+void check_shutters_of_pair(const capture::CameraCalibration& left,
+                            const capture::CameraCalibration& right, const char* format) {
+  const geo::Shutter& a = left.shutter;
+  const geo::Shutter& b = right.shutter;
+  if (!a.is_rolling() && !b.is_rolling()) return;
+  const auto words = [](const geo::Shutter& shutter) {
+    return fmt::format("line_time_us = {}, readout = \"{}\"", 1e6 * shutter.line_time_s,
+                       geo::kReadoutNames[static_cast<std::size_t>(shutter.readout)]);
+  };
+  if (a.line_time_s != b.line_time_s || a.readout != b.readout)
+    fail(ErrorKind::Config,
+         "{}: cameras {} ({}) and {} ({}) of {} have other rolling shutters; a rectified pair sees "
+         "a point at "
+         "one time in both only where the two are alike",
+         format, left.name, words(a), right.name, words(b), left.rig);
+  if (a.has_columns())
+    fail(ErrorKind::Config,
+         "{}: cameras {} and {} of {} have a rolling shutter by columns ({}); a point stands in "
+         "other columns of "
+         "a rectified pair, is seen at other times, and its disparity is not f b / z: readout = "
+         "\"down\" or "
+         "\"up\" is right",
+         format, left.name, right.name, left.rig, words(a));
 }
 
 double rectified_baseline_m(const capture::CameraCalibration& left,

@@ -17,9 +17,11 @@ int find_camera(const std::vector<capture::CameraCalibration>& cameras, const st
 /// throws   Config: the camera is no pinhole; says which format wants one
 void check_pinhole(const capture::CameraCalibration& camera, const char* format);
 
-/// throws   Config: the camera's lines are exposed one after the other, so that it has no one pose an image,
-///          which is all that the formats hold
-void check_global_shutter(const capture::CameraCalibration& camera, const char* format);
+/// A pair is rectified where a point stands in the same row of both images. Of rolling shutters that holds where
+/// both expose that row at once: then the point is seen at one time, and disparity is f b / z all the same.
+/// throws   Config: the shutters' lines differ in time or order, or are columns; says what would fit
+void check_shutters_of_pair(const capture::CameraCalibration& left,
+                            const capture::CameraCalibration& right, const char* format);
 
 /// How far the right camera stands to the right of the left, in the left camera's frame, m, when
 /// the two are a rectified pair: axes parallel within 1e-9 rad, centres apart along x alone within

@@ -8,7 +8,8 @@
 // Points   the capture's track points with every observation that a ray found free; POINTS2D are
 //          their exact projections, so that the error is 0; by the cameras as they are, also where
 //          the model states what is believed of them. The colour is the median over the
-//          observations.
+//          observations. Rolling shutters show a point where the line that sees it stands then: there
+//          its observation is, off its projection by the image's one pose, and the error says by how much.
 // database.db  cameras, images and their places on WGS84, for COLMAP's programs to start from.
 // depth    ours: planar depth, float32, m; sky 0.
 
@@ -98,6 +99,7 @@ class ModelBuilder {
   /// The model, once every image was sampled.
   const ColmapModel& finish() {
     for (ColmapPoint& point : model_.points) {
+      point.error_px /= static_cast<double>(std::max<std::size_t>(point.track.size(), 1));
       std::vector<Color> colors;
       for (const auto& [image_id, index] : point.track)
         colors.push_back(colors_[image_id - 1][index]);
@@ -187,6 +189,8 @@ class ModelBuilder {
                         ColmapImage& image) {
     const auto model = geo::make_camera(
         sequence_.info().cameras[static_cast<std::size_t>(camera.camera_index)].intrinsics);
+    const auto stated_model = geo::make_camera(calibration(camera).intrinsics);
+    const capture::CameraView view = sequence_.view(*model, record.index, camera.camera_index);
     const geo::Rigid3d true_camera_from_local =
         local_from_camera(local_, sequence_, record.index, camera.camera_index).inverse();
     for (const std::int64_t id :
@@ -195,7 +199,8 @@ class ModelBuilder {
       if (found == point_index_.end()) continue;
       ColmapPoint& point = model_.points[found->second];
       const std::optional<Eigen::Vector2d> pixel =
-          model->pixel_from_ray(true_camera_from_local * point.position);
+          view.motion ? seen_by_a_line(view, point)
+                      : model->pixel_from_ray(true_camera_from_local * point.position);
       if (!pixel || !(pixel->x() >= -kBorder_px) || !(pixel->y() >= -kBorder_px) ||
           !(pixel->x() <= model->width_px() + kBorder_px) ||
           !(pixel->y() <= model->height_px() + kBorder_px))
@@ -205,7 +210,24 @@ class ModelBuilder {
              sequence_.folder().string(), record.index, camera.name, id);
       point.track.emplace_back(image.id, static_cast<std::uint32_t>(image.observations.size()));
       image.observations.push_back({*pixel, point.id});
+      if (!view.motion) continue;
+      const auto by_one_pose =
+          stated_model->pixel_from_ray(image.camera_from_world * point.position);
+      if (by_one_pose) point.error_px += (*by_one_pose - *pixel).norm();
     }
+  }
+
+  /// Where the image of a rolling shutter shows a point.
+  std::optional<Eigen::Vector2d> seen_by_a_line(const capture::CameraView& view,
+                                                const ColmapPoint& point) const {
+    const auto seen = geo::find_seen(
+        view.motion->shutter, view.model.width_px(), view.model.height_px(), [&](double offset_s) {
+          const geo::Rigid3d local_from_camera =
+              local_.local_from_world * view.motion->world_from_camera(offset_s);
+          return view.model.pixel_from_ray(local_from_camera.inverse() * point.position);
+        });
+    if (!seen) return std::nullopt;
+    return seen->pixel;
   }
 
   const capture::SequenceReader& sequence_;
@@ -237,7 +259,6 @@ class ColmapExporter final : public Exporter {
           [&] {
             const auto& calibration = cameras[static_cast<std::size_t>(camera.camera_index)];
             check_colmap_camera(calibration.intrinsics);
-            check_global_shutter(calibration, kFormat);
           },
           fmt::format("checking camera {} for {}", camera.name, kFormat));
   }
@@ -271,12 +292,22 @@ class ColmapExporter final : public Exporter {
     if (has_depth_)
       additions.emplace_back(
           "depth/RIG/CAMERA/NNNNNN.npy: planar depth, float32 (height, width), metres, sky 0");
+    const bool has_lines = std::any_of(sequences.begin(), sequences.end(), [](const auto& each) {
+      return each.info().has_rolling_shutter();
+    });
     core::Json description = metadata(
         kFormat, "COLMAP 3.12 (rigs and frames), also text", hash, sequences,
         {{"pixel_center", "The centre of pixel i is at i + 0.5."},
          {"world_frame", "East, north, up of WGS84 at the sequence's origin; metres."},
          {"pose", "World to camera (x right, y down, z forward), quaternion w x y z."},
-         {"points", "Points of the surface; an observation stands where a ray found it free."},
+         {"points",
+          std::string("Points of the surface; an observation stands where a ray found it free.") +
+              (has_lines ? " In images of rolling shutters it stands where the line that sees the "
+                           "point shows it, "
+                           "off its projection by the image's one pose; a point's ERROR is the "
+                           "mean distance of "
+                           "the two, px."
+                         : "")},
          {"priors",
           "database.db and georegistration.txt: latitude, longitude (degrees) and ellipsoidal "
           "height (metres) of the camera's centre, exact."},

@@ -107,7 +107,7 @@ std::vector<std::byte> points_binary(const ColmapModel& model) {
     bytes.add(point.id);
     for (int k = 0; k < 3; ++k) bytes.add(point.position[k]);
     for (const std::uint8_t level : point.color) bytes.add(level);
-    bytes.add(0.0);  // the error: observations are projections of this very point
+    bytes.add(point.error_px);
     bytes.add_count(point.track.size());
     for (const auto& [image_id, index] : point.track) {
       bytes.add(image_id);

@@ -70,6 +70,8 @@ struct ColmapPoint {
   std::uint64_t id = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   std::array<std::uint8_t, 3> color{};
+  /// Mean distance of its observations from its projection by the images' poses: 0, but of rolling shutters.
+  double error_px = 0.0;
   std::vector<std::pair<std::uint32_t, std::uint32_t>>
       track;  ///< image id, index of its observation
 };

@@ -83,8 +83,9 @@ std::string images_text(const ColmapModel& model) {
 std::string points_text(const ColmapModel& model) {
   std::string text = "# POINT3D_ID X Y Z R G B ERROR TRACK[](IMAGE_ID POINT2D_IDX)\n";
   for (const ColmapPoint& point : model.points) {
-    append(text, "{} {:.17g} {:.17g} {:.17g} {} {} {} 0", point.id, point.position.x(),
-           point.position.y(), point.position.z(), point.color[0], point.color[1], point.color[2]);
+    append(text, "{} {:.17g} {:.17g} {:.17g} {} {} {} {:.17g}", point.id, point.position.x(),
+           point.position.y(), point.position.z(), point.color[0], point.color[1], point.color[2],
+           point.error_px);
     for (const auto& [image_id, index] : point.track) append(text, " {} {}", image_id, index);
     text += '\n';
   }

@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "core/schema_writer.h"
 #include "export/imaging_record.h"
+#include "export/motion_record.h"
 
 namespace terracast::exporters {
 namespace {
@@ -193,6 +194,23 @@ Json metadata(std::string_view format, std::string_view format_version, const st
   if (any(has_imaging))
     all_additions.emplace_back(
         "imaging.json: how each camera was exposed, and made its images of the light");
+  if (any([](const capture::SequenceInfo& info) { return info.has_rolling_shutter(); })) {
+    sentences.set("shutter", shutter_convention());
+    all_additions.emplace_back(
+        "motion.csv: how the body moves at each frame's time, while the lines of rolling shutters "
+        "are exposed");
+  }
+  if (any([](const capture::SequenceInfo& info) { return !info.moving.empty(); })) {
+    sentences.set(
+        "moving",
+        "Things move: flow follows them, and masks of it say where they are seen again. Points "
+        "that are tracked stand still.");
+    all_additions.emplace_back(
+        "moving.csv: where each thing that moves is at every frame's time, and how it goes on");
+    all_additions.emplace_back(
+        "moving/CAMERA/NNNNNN.png: the number of the body that each pixel shows, 16 bits; 0: it "
+        "stands still");
+  }
   if (any([](const capture::SequenceInfo& info) { return info.has_errors(); })) {
     sentences.set("calibration",
                   "A sequence whose rigs have errors says which calibration and times the format's "

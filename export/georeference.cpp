@@ -6,6 +6,8 @@
 
 #include "capture/sequence_json.h"
 #include "export/calibration.h"
+#include "export/motion_record.h"
+#include "export/moving_record.h"
 
 namespace terracast::exporters {
 
@@ -101,6 +103,8 @@ Json describe_sequence(const capture::SequenceReader& sequence, const LocalFrame
       .set("bounds", path + "/" + kBoundsFile)
       .set("geometry", path + "/" + kGeometryFile)
       .set("cameras", std::move(list));
+  if (sequence.info().has_rolling_shutter()) entry.set("motion", path + "/" + kMotionFile);
+  if (!sequence.info().moving.empty()) entry.set("moving", describe_moving(sequence.info(), path));
   describe_errors(sequence, stated, path, entry);
   return entry;
 }

@@ -94,9 +94,8 @@ class KittiExporter final : public Exporter {
     const auto& right = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, right_))];
     check_pinhole(left, kFormat);
     check_pinhole(right, kFormat);
-    check_global_shutter(left, kFormat);
-    check_global_shutter(right, kFormat);
     rectified_baseline_m(left, right, kFormat);
+    check_shutters_of_pair(left, right, kFormat);
     if (sequence_.size() != 2 || sequence_.find_first_not_of("0123456789") != std::string::npos)
       fail(ErrorKind::Config, "kitti: sequence = \"{}\": two digits are right, such as \"00\"",
            sequence_);

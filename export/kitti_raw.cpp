@@ -95,9 +95,8 @@ class KittiRawExporter final : public Exporter {
     const auto& right = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, right_))];
     check_pinhole(left, kFormat);
     check_pinhole(right, kFormat);
-    check_global_shutter(left, kFormat);
-    check_global_shutter(right, kFormat);
     rectified_baseline_m(left, right, kFormat);
+    check_shutters_of_pair(left, right, kFormat);
     if (drive_.size() != 4 || drive_.find_first_not_of("0123456789") != std::string::npos)
       fail(ErrorKind::Config, "kitti_raw: drive = \"{}\": four digits are right, such as \"0001\"",
            drive_);

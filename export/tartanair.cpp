@@ -81,6 +81,20 @@ void check_face(const capture::CameraCalibration& front, const capture::CameraCa
        camera.name, camera.rig, off_m, front.name, geo::degrees_from_radians(off_rad), camera.name);
 }
 
+/// throws   Config: either has a rolling shutter, and the images of a side have no one pose
+void check_face_shutters(const capture::CameraCalibration& front,
+                         const capture::CameraCalibration& camera) {
+  for (const capture::CameraCalibration* each : {&front, &camera})
+    if (each->shutter.is_rolling())
+      fail(ErrorKind::Config,
+           "tartanair: camera {} of {} has a rolling shutter (line_time_us = {}); readers stitch "
+           "the six faces of "
+           "a side into one image of one pose, and their seams would be of several times: a front "
+           "pair alone, or "
+           "line_time_us = 0, is right",
+           each->name, each->rig, 1e6 * each->shutter.line_time_s);
+}
+
 /// Depth as a float32's bytes in the order that OpenCV undoes.
 core::Image8 depth_png(const core::ImageF& depth_m) {
   core::Image8 rgba(depth_m.width(), depth_m.height(), 4);
@@ -177,8 +191,10 @@ class TartanAirExporter final : public Exporter {
     check_tartanair_pair(camera(cameras, left_), camera(cameras, right_), kFormat);
     for (const Face& face : side_faces())
       for (const bool is_left : {true, false})
-        if (const auto* each = side_camera(cameras, face, is_left))
+        if (const auto* each = side_camera(cameras, face, is_left)) {
           check_face(camera(cameras, is_left ? left_ : right_), *each, face);
+          check_face_shutters(camera(cameras, is_left ? left_ : right_), *each);
+        }
     check_environment(environment_, kFormat);
   }
 

@@ -32,10 +32,13 @@ MaskedFlow flow_between(const capture::SequenceReader& sequence, int from, int t
                         std::uint32_t visible_flag) {
   const auto model =
       geo::make_camera(sequence.info().cameras[static_cast<std::size_t>(camera_index)].intrinsics);
-  return masked_flow({*model, sequence.world_from_camera(from, camera_index)},
-                     {*model, sequence.world_from_camera(to, camera_index)},
-                     sequence.read_camera(from, camera_index, capture::SequenceReader::kFacts),
-                     visible_flag);
+  const auto record = [&](int frame) -> const capture::FrameRecord& {
+    return sequence.frames()[static_cast<std::size_t>(frame)];
+  };
+  return masked_flow(
+      sequence.view(*model, from, camera_index), sequence.view(*model, to, camera_index),
+      {sequence.info(), record(from), record(to)},
+      sequence.read_camera(from, camera_index, capture::SequenceReader::kFacts), visible_flag);
 }
 
 }  // namespace
@@ -47,7 +50,6 @@ Eigen::Matrix3d rdf_from_frd() {
 void check_tartanair_camera(const capture::CameraCalibration& camera, int width_px, int height_px,
                             const char* format) {
   check_pinhole(camera, format);
-  check_global_shutter(camera, format);
   const geo::CameraIntrinsics& k = camera.intrinsics;
   const double cx_px = 0.5 * width_px, cy_px = 0.5 * height_px;
   if (k.width_px == width_px && k.height_px == height_px &&
@@ -67,6 +69,7 @@ void check_tartanair_pair(const capture::CameraCalibration& left,
     fail(ErrorKind::Config,
          "{}: cameras {} and {} of {} are {} m apart; the format's baseline is {} m", format,
          left.name, right.name, left.rig, baseline_m, kTartanAirBaseline_m);
+  check_shutters_of_pair(left, right, format);
 }
 
 void check_environment(const std::string& environment, const char* format) {
@@ -121,9 +124,10 @@ core::ImageF depth_before_sky(core::ImageF depth_m, double sky_depth_m, const st
 }
 
 MaskedFlow masked_flow(const capture::CameraView& from, const capture::CameraView& to,
-                       const capture::CameraFrame& facts, std::uint32_t visible_flag) {
+                       const capture::BodyMotions& motions, const capture::CameraFrame& facts,
+                       std::uint32_t visible_flag) {
   MaskedFlow flow;
-  flow.motion_px = capture::flow_image(from, to, facts.range_m);
+  flow.motion_px = capture::flow_image(from, to, motions, facts);
   const int width = facts.range_m.width(), height = facts.range_m.height();
   flow.is_in_view = core::Image8(width, height);
   flow.is_covisible = core::Image8(width, height);

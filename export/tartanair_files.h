@@ -24,7 +24,7 @@ inline constexpr double kTartanAirBaseline_m = 0.25;
 ///          point in the middle (pixel centres at +0.5)
 void check_tartanair_camera(const capture::CameraCalibration& camera, int width_px, int height_px,
                             const char* format);
-/// throws   Config: the two are no rectified pair, or not 0.25 m apart
+/// throws   Config: the two are no rectified pair, or not 0.25 m apart, or have other shutters than a pair may
 void check_tartanair_pair(const capture::CameraCalibration& left,
                           const capture::CameraCalibration& right, const char* format);
 /// throws   Config: a word that is no folder's name; empty is right: the world's name
@@ -56,9 +56,11 @@ struct MaskedFlow {
     return is_in_view(x, y) == 0 ? 100 : is_covisible(x, y) == 0 ? 1 : 0;
   }
 };
+/// motions        of what moves, from the frame of `from` to that of `to`
 /// visible_flag   the fact that says whether `to` sees the point
 MaskedFlow masked_flow(const capture::CameraView& from, const capture::CameraView& to,
-                       const capture::CameraFrame& facts, std::uint32_t visible_flag);
+                       const capture::BodyMotions& motions, const capture::CameraFrame& facts,
+                       std::uint32_t visible_flag);
 
 /// Forward flow of a camera, from a frame to the next.
 MaskedFlow forward_flow(const capture::SequenceReader& sequence, int frame, int camera_index);

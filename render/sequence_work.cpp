@@ -93,14 +93,11 @@ std::vector<std::int64_t> SequenceWork::find_visible_tracks(int frame, int camer
 }
 
 capture::LabelBounds SequenceWork::bounds(int frame, int camera, const TruthFrame& truth) const {
-  // The analysis is of one pose an image.
-  if (plan_.cameras[static_cast<std::size_t>(camera)].shutter.is_rolling()) return {};
   const auto view_at = [&](int at) -> std::optional<capture::CameraView> {
     if (at < 0 || at >= renderer_.views().num_frames()) return std::nullopt;
-    return capture::CameraView{
-        *renderer_.views().at(at, camera).model,
-        plan_.states[static_cast<std::size_t>(at)].world_from_body *
-            plan_.cameras[static_cast<std::size_t>(camera)].body_from_camera()};
+    return capture::view_of(*renderer_.views().at(at, camera).model,
+                            plan_.cameras[static_cast<std::size_t>(camera)],
+                            plan_.states[static_cast<std::size_t>(at)]);
   };
   const auto motions_to = [&](int to) {
     if (!view_at(to)) return capture::BodyMotions();

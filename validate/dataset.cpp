@@ -53,6 +53,11 @@ int Sequence::camera_index(const std::string& camera_name) const {
   return -1;
 }
 
+bool Sequence::has_rolling_shutters() const {
+  return std::any_of(cameras.begin(), cameras.end(),
+                     [](const Camera& camera) { return camera.shutter.has_value(); });
+}
+
 core::ImageF Reader::disparity(const Dataset& dataset, const Camera& camera, int) const {
   fail(ErrorKind::Internal, "{} holds no disparity (asked for {})", dataset.format, camera.name);
 }

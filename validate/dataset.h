@@ -14,8 +14,10 @@
 #include "validate/findings.h"
 #include "validate/geodesy.h"
 #include "validate/geometry.h"
+#include "validate/moving.h"
 #include "validate/readers/colmap_model.h"
 #include "validate/readers/oxts.h"
+#include "validate/shutter.h"
 
 /// One neutral model of an exported dataset, whatever its format: what a user of the format would
 /// get by reading it.
@@ -45,6 +47,7 @@ struct FrameFiles {
   std::string segmentation;
   std::string flow;       ///< from this frame to the next, and back
   std::string disparity;  ///< in this (left) image
+  std::string moving;     ///< which body each pixel shows
 };
 
 struct Camera {
@@ -55,6 +58,8 @@ struct Camera {
   /// From the format's own files, in the sequence's local frame (ENU at its origin); one a frame,
   /// empty where it is missing.
   std::vector<std::optional<Pose>> local_from_camera;
+  std::optional<Shutter>
+      shutter;  ///< rolling, from dataset.json; nothing: all lines are exposed at once
   std::vector<std::optional<Georeference>> georeference;
   std::vector<std::optional<StatedBounds>> bounds;
   /// By its own clock, of timestamps.csv; empty: its stamps are the times.
@@ -89,6 +94,9 @@ struct Sequence {
   /// The format's own files state the calibration and the times that are believed, where rigs have errors;
   /// intrinsics, poses, models and times here are the true ones all the same (validate/belief.h).
   bool states_belief = false;
+  /// Of motion.csv, one a frame; empty: none is there.
+  std::vector<std::optional<BodyMotion>> motion;
+  std::optional<Moving> moving;  ///< nothing: all stands still but the cameras
   std::vector<Camera> cameras;
   std::optional<StereoPair> stereo;
   std::map<int, std::string> classes;  ///< of the segmentation's values
@@ -101,6 +109,7 @@ struct Sequence {
 
   /// Index of a camera; -1 when there is none.
   int camera_index(const std::string& camera_name) const;
+  bool has_rolling_shutters() const;
 };
 
 struct FileRecord {

@@ -45,6 +45,24 @@ int whole_number(const Json& json, std::int64_t least, std::int64_t most, const 
   return static_cast<int>(value);
 }
 
+/// Nothing of a global shutter.
+std::optional<Shutter> read_shutter(const Json& json, const Intrinsics& size,
+                                    const std::string& camera) {
+  const double line_time_s = json.at("line_time_s").number();
+  const std::string name = json.at("readout").string();
+  const std::optional<Readout> readout = readout_of(name);
+  if (!readout)
+    fail(ErrorKind::Input,
+         "dataset.json: readout = \"{}\" of {}; down, up, right and left are known",
+         core::first_letters(name, 60), camera);
+  constexpr double kLongest_s =
+      3600.0;  // of an image: it takes no longer than the time to the next
+  const Shutter shutter{line_time_s, *readout};
+  if (!(line_time_s >= 0.0) || !(2.0 * shutter.reach_s(size) <= kLongest_s))
+    fail(ErrorKind::Input, "dataset.json: line_time_s = {} of {}", line_time_s, camera);
+  return line_time_s > 0.0 ? std::optional(shutter) : std::nullopt;
+}
+
 Camera read_camera(const Json& json, int num_frames) {
   Camera camera;
   camera.name = json.at("name").string();
@@ -60,6 +78,7 @@ Camera read_camera(const Json& json, int num_frames) {
   camera.stated = stated;
   camera.intrinsics.width_px = stated.width_px;
   camera.intrinsics.height_px = stated.height_px;
+  if (json.has("shutter")) camera.shutter = read_shutter(json.at("shutter"), stated, camera.name);
   const Json& mount = json.at("body_from_camera");
   const std::vector<double> q = mount.at("rotation_wxyz").numbers();
   if (q.size() != 4) fail(ErrorKind::Input, "dataset.json: rotation_wxyz has {} numbers", q.size());
@@ -170,6 +189,35 @@ void read_timestamps(const Dataset& dataset, const std::string& path, Sequence& 
       });
 }
 
+/// motion.csv: a row a frame.
+void read_motion(const Dataset& dataset, const std::string& path, Sequence& sequence,
+                 Findings& findings) {
+  constexpr std::string_view kHeader =
+      "frame,vx_mps,vy_mps,vz_mps,ax_mps2,ay_mps2,az_mps2,wx_radps,wy_radps,wz_radps";
+  sequence.motion.resize(static_cast<std::size_t>(sequence.num_frames));
+  findings.attempt(path, [&] {
+    const std::string text = core::read_text_file(dataset.root / path);
+    const std::vector<TextLine> lines = split_lines(text);
+    if (lines.empty() || lines[0].text != kHeader)
+      fail(ErrorKind::Input, "{}:1: another header than {}", path, kHeader);
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      const std::string where = path + ":" + std::to_string(lines[i].number);
+      const std::vector<std::string_view> parts = split_at(lines[i].text, ',');
+      if (parts.size() != 10) fail(ErrorKind::Input, "{}: {} columns, not 10", where, parts.size());
+      const std::int64_t frame = parse_integer(parts[0], where);
+      if (frame < 0 || frame >= sequence.num_frames)
+        fail(ErrorKind::Input, "{}: frame {} is not in the dataset", where, frame);
+      std::optional<BodyMotion>& motion = sequence.motion[static_cast<std::size_t>(frame)];
+      if (motion) fail(ErrorKind::Input, "{}: frame {} stands twice", where, frame);
+      double n[9];
+      for (std::size_t k = 0; k < 9; ++k) n[k] = parse_number(parts[k + 1], where);
+      motion = BodyMotion{{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, {n[6], n[7], n[8]}};
+    }
+    for (std::size_t i = 0; i < sequence.motion.size(); ++i)
+      if (!sequence.motion[i]) findings.add(path, fmt::format("no row for frame {}", i));
+  });
+}
+
 /// The cameras of a calibration file, in the sequence's order.
 std::vector<Camera> read_calibration_file(const Dataset& dataset, const std::string& path,
                                           const Sequence& sequence) {
@@ -195,7 +243,7 @@ std::vector<Camera> read_calibrations(const Dataset& dataset, const std::string&
     const std::vector<Camera> truth = read_calibration_file(dataset, true_path, sequence);
     for (std::size_t i = 0; i < truth.size(); ++i) {
       const Camera& camera = sequence.cameras[i];
-      if (truth[i].stated != camera.stated ||
+      if (truth[i].stated != camera.stated || truth[i].shutter != camera.shutter ||
           truth[i].body_from_camera->rotation != camera.body_from_camera->rotation ||
           truth[i].body_from_camera->translation != camera.body_from_camera->translation)
         findings.add(true_path, fmt::format("camera {} is another in dataset.json", camera.name));
@@ -225,6 +273,16 @@ void check_image_count(const Dataset& dataset, const Sequence& sequence, std::si
          "dataset.json: sequences: num_frames = {} of {} cameras in \"{}\" makes {} images so far; "
          "{} are the most",
          sequence.num_frames, num_cameras, sequence.name, num_images, kMostImages);
+}
+
+/// Masks of what moves, one a frame of each camera.
+void find_moving_masks(const Dataset& dataset, Sequence& sequence, Findings& findings) {
+  for (Camera& camera : sequence.cameras) {
+    const std::vector<std::string> masks = numbered_files(
+        dataset, sequence.moving->masks + "/" + camera.name, ".png", sequence.num_frames, findings);
+    for (std::size_t frame = 0; frame < std::min(masks.size(), camera.files.size()); ++frame)
+      camera.files[frame].moving = masks[frame];
+  }
 }
 
 void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
@@ -265,6 +323,15 @@ void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
   read_georeference(dataset, addition("georeference"), sequence, findings);
   if (json.has("bounds")) read_bounds(dataset, addition("bounds"), sequence, findings);
   if (json.has("geometry")) sequence.geometry = addition("geometry");
+  if (json.has("motion"))
+    read_motion(dataset, addition("motion"), sequence, findings);
+  else if (sequence.has_rolling_shutters())
+    findings.add(
+        "dataset.json",
+        fmt::format("sequence {} has rolling shutters, but no \"motion\" says how they move",
+                    sequence.name));
+  if (json.has("moving"))
+    sequence.moving = read_moving(dataset, json.at("moving"), sequence.num_frames, findings);
   std::vector<Camera> believed;
   if (json.has("calibration")) {
     const std::string calibration = json.at("calibration").string();
@@ -278,6 +345,7 @@ void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
   if (json.has("timestamps")) read_timestamps(dataset, addition("timestamps"), sequence, findings);
   find_reader(dataset.format).read(dataset, sequence, findings);
   if (sequence.states_belief && !believed.empty()) adopt_truth(believed, sequence);
+  if (sequence.moving) find_moving_masks(dataset, sequence, findings);
   for (const Camera& camera : sequence.cameras)
     if (!camera.intrinsics.is_sound())
       findings.add(sequence.path, fmt::format("{}: no sound intrinsics", camera.name));

@@ -18,6 +18,7 @@
   X(depth, "ranges, units, limits, steps and bytes of depth; sky that is none") \
   X(flow, "signs, order, directions and masks of flow; disparity")              \
   X(colors, "channels, order of frames, single images")                         \
+  X(shutter, "rolling shutters: order and time of lines; none stated")          \
   X(times, "units and shifts of time stamps")                                   \
   X(georeference, "datums, units, order and axes of places on WGS84")           \
   X(oxts, "units and axes of inertial packets")                                 \

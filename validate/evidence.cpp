@@ -31,13 +31,16 @@ constexpr Judged kJudged[] = {
      &Evidence::Bounds::scale_percent, true, false},
     {"time", "time of images against poses", "frames", kTime, kTime, 1.0,
      &Evidence::Bounds::time_frames, true, false},
+    {"line_time", "line time of rolling shutters", "%", kLineTime, kLineTime, 100.0,
+     &Evidence::Bounds::line_time_percent, true, false},
     {"rotation", "rotation", "deg", kRotationX, kRotationZ, 180.0 / kPi,
      &Evidence::Bounds::rotation_deg, true, true},
     {"position", "position", "px", kPositionX, kPositionZ, 1.0, &Evidence::Bounds::position_px,
      false, true},
 };
 
-constexpr const char* kAxes[kNumCorrections] = {"x", "y", "", "", "", "x", "y", "z", "x", "y", "z"};
+constexpr const char* kAxes[kNumCorrections] = {"x", "y", "",  "",  "",  "",
+                                                "x", "y", "z", "x", "y", "z"};
 
 struct Worst {
   double value = 0.0;
@@ -73,13 +76,16 @@ void judge(const Evidence::Sum& sum, double factor, double bound, double common,
 
 }  // namespace
 
-void set_slopes(Residual& residual, const ViewPair& pair, const Eigen::Vector3d& point_a,
-                const Eigen::Vector3d& point_b, const Eigen::RowVector3d& by_point,
+void set_slopes(Residual& residual, const ViewPair& pair, const Transfer& transfer,
+                const Transfer::Place& place, const Eigen::RowVector3d& by_point,
                 const Eigen::Vector2d& by_principal, double by_focal, double by_scale) {
-  const Eigen::Vector3d in_b = by_point.transpose();
+  const Eigen::Vector3d& point_a = place.point_a;
+  const Eigen::Vector3d& point_b = place.point_b;
+  Eigen::Vector3d in_b = by_point.transpose();
+  if (pair.b.lines) in_b = transfer.through_time(place).transpose() * in_b;
   // The same derivative by the point in a: b_from_a turns a's axes into b's.
   const Eigen::Vector3d in_a =
-      pair.a.local_from_camera.rotation.transpose() * (pair.b.local_from_camera.rotation * in_b);
+      transfer.local_from_a(place).transpose() * (transfer.local_from_b(place) * in_b);
   const Intrinsics& k = pair.a.camera->intrinsics;
   auto& a = residual.slopes[0];
   const Eigen::Vector3d turn_a = point_a.cross(in_a);
@@ -95,6 +101,13 @@ void set_slopes(Residual& residual, const ViewPair& pair, const Eigen::Vector3d&
   b[kFocal] = by_focal;
   b[kScale] = by_scale;
   b[kTime] = -pair.b.velocity_camera.dot(in_b) + pair.b.angular_velocity_camera.dot(turn_b);
+  // A line of `a` that is exposed later is so where the camera is then, as with kTime.
+  if (const auto& lines = pair.a.lines)
+    a[kLineTime] = place.offset_a_s * (lines->velocity_mps(place.offset_a_s).dot(in_a) +
+                                       lines->turn_radps().dot(turn_a));
+  if (const auto& lines = pair.b.lines)
+    b[kLineTime] = place.offset_b_s * (-lines->velocity_mps(place.offset_b_s).dot(in_b) +
+                                       lines->turn_radps().dot(turn_b));
   for (int axis = 0; axis < 3; ++axis) {
     a[static_cast<std::size_t>(kRotationX + axis)] = turn_a[axis];
     a[static_cast<std::size_t>(kPositionX + axis)] = in_a[axis];
@@ -199,6 +212,7 @@ std::vector<CheckResult> Evidence::results(const std::string& prefix, const Sequ
   for (const Judged& judged : kJudged) {
     const double bound = bounds.*judged.bound;
     if (bound <= 0.0) continue;
+    if (judged.first == kLineTime && !sequence.has_rolling_shutters()) continue;
     const double common = judged.first == kTime ? bounds.time_residual : 0.0;
     Worst worst;
     std::map<int, CheckResult::Plot> plots;

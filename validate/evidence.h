@@ -8,6 +8,7 @@
 
 #include "validate/check.h"
 #include "validate/frames.h"
+#include "validate/transfer.h"
 
 /// Which small mistake in a dataset's metadata explains what two views disagree about.
 ///
@@ -25,6 +26,7 @@ enum Correction {
   kFocal,      ///< relative
   kScale,      ///< relative, of the depth against the poses
   kTime,       ///< frames: the images were taken so much after their poses
+  kLineTime,   ///< relative, of a rolling shutter: its lines follow each other so much slower
   kRotationX,  ///< rad, about the camera's axes
   kRotationY,
   kRotationZ,
@@ -41,13 +43,14 @@ struct Residual {
   std::array<std::array<double, kNumCorrections>, 2> slopes{};
 };
 
-/// The slopes of a residual that depends on the point in `b` and on the intrinsics of `b`.
+/// The slopes of a residual that depends on the point in `b` and on the intrinsics of `b`. Of a rolling `b`, that
+/// another line sees a point that has moved is counted; of its intrinsics it is not, which is a few percent.
 /// by_point      d r / d point_b
 /// by_principal  d r / d (cx, cy) of b
 /// by_focal      d r / d (relative focal length) of b
 /// by_scale      d r / d (relative depth) of b
-void set_slopes(Residual& residual, const ViewPair& pair, const Eigen::Vector3d& point_a,
-                const Eigen::Vector3d& point_b, const Eigen::RowVector3d& by_point,
+void set_slopes(Residual& residual, const ViewPair& pair, const Transfer& transfer,
+                const Transfer::Place& place, const Eigen::RowVector3d& by_point,
                 const Eigen::Vector2d& by_principal, double by_focal, double by_scale);
 
 class Evidence {
@@ -94,6 +97,7 @@ class Evidence {
     double focal_percent = 0.0;
     double scale_percent = 0.0;
     double time_frames = 0.0;
+    double line_time_percent = 0.0;
     /// What residuals may be off by all alike: slopes that all but cancel (of time, in steady straight
     /// flight) would blow it up. By Cauchy and Schwarz it moves an estimate by this much times
     /// sqrt(sum w / sum w J²) at most.
@@ -104,8 +108,8 @@ class Evidence {
     double rotation_deg = 0.0;
     double position_px = 0.0;  ///< the shift that it makes in the image at the typical depth
   };
-  /// Results `<prefix>_principal_point`, `_focal_length`, `_scale`, `_time`, `_rotation`,
-  /// `_position`. A correction that the motion cannot show (five standard errors beyond its bound)
+  /// Results `<prefix>_principal_point`, `_focal_length`, `_scale`, `_time`, of sequences with rolling shutters
+  /// `_line_time`, `_rotation`, `_position`. A correction that the motion cannot show (five standard errors beyond its bound)
   /// is left out and counted; a result of which nothing can be seen is skipped and says so.
   std::vector<CheckResult> results(const std::string& prefix, const Sequence& sequence,
                                    const Bounds& bounds, const std::string& what,

@@ -1,9 +1,13 @@
 #include "validate/frames.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "validate/transfer.h"
 
 namespace terracast::validate {
 
@@ -72,7 +76,7 @@ void set_motion(View& view) {
 /// Whether any of a grid of rays of one camera, at infinity or at a depth of its own image, stands
 /// in the other's image.
 bool may_overlap(const View& a, const View& b) {
-  const Pose b_from_a = b.local_from_camera.inverse() * a.local_from_camera;
+  const Transfer transfer(a, b);
   constexpr int kGrid = 8;
   for (int row = 0; row <= kGrid; ++row)
     for (int column = 0; column <= kGrid; ++column) {
@@ -85,9 +89,8 @@ bool may_overlap(const View& a, const View& b) {
             a.image->depth(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
         if (std::isfinite(measured)) depth_m = static_cast<double>(measured);
       }
-      const Eigen::Vector3d point = b_from_a * (k.ray_from_pixel(pixel) * depth_m);
-      if (point.z() > 0.0 &&
-          b.camera->intrinsics.contains(b.camera->intrinsics.pixel_from_point(point)))
+      const auto place = transfer.point(pixel, depth_m);
+      if (place && place->point_b.z() > 0.0 && b.camera->intrinsics.contains(place->pixel))
         return true;
     }
   return false;
@@ -115,7 +118,43 @@ void check_segmentation(const core::Image8& segmentation, const core::ImageF& de
     }
 }
 
+/// Bodies that pixels show are there, and have a depth.
+/// throws  Input: the first pixel that is not so
+void check_moving(const LoadedImage& image, const Moving& moving, int frame,
+                  const std::string& name) {
+  for (int y = 0; y < image.moving.height(); ++y)
+    for (int x = 0; x < image.moving.width(); ++x) {
+      const int body = image.moving(x, y);
+      if (body == 0) continue;
+      if (moving.state(frame, body) == nullptr)
+        core::fail(core::ErrorKind::Input,
+                   "{}: body {} at pixel ({}, {}) is not there by moving.csv", name, body, x, y);
+      if (!image.depth.empty() && !std::isfinite(image.depth(x, y)))
+        core::fail(core::ErrorKind::Input, "{}: body {} at pixel ({}, {}), where there is no depth",
+                   name, body, x, y);
+    }
+}
+
+/// Takes what moves out of the depth.
+void part_depth(LoadedImage& image) {
+  if (image.moving.empty() || image.depth.empty()) return;
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  image.moving_depth = core::ImageF(image.depth.width(), image.depth.height(), 1, kNone);
+  for (std::size_t i = 0; i < image.moving.data().size(); ++i)
+    if (image.moving.data()[i] != 0)
+      image.moving_depth.data()[i] = std::exchange(image.depth.data()[i], kNone);
+}
+
 }  // namespace
+
+bool LoadedImage::shows_moving_near(const Eigen::Vector2d& pixel) const {
+  if (moving.empty()) return false;
+  const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
+  for (int j = std::max(y - 1, 0); j <= std::min(y + 1, moving.height() - 1); ++j)
+    for (int i = std::max(x - 1, 0); i <= std::min(x + 1, moving.width() - 1); ++i)
+      if (moving(i, j) != 0) return true;
+  return false;
+}
 
 FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int frame,
                        Findings& findings) {
@@ -141,12 +180,19 @@ FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int fra
         if (!files.depth.empty())
           findings.attempt(files.depth,
                            [&] { image.depth = reader.depth(dataset, camera, frame); });
+        if (!files.moving.empty())
+          findings.attempt(files.moving, [&] {
+            image.moving =
+                read_png16(dataset.root / files.moving, files.moving, 1, camera.intrinsics);
+            check_moving(image, *sequence.moving, frame, files.moving);
+          });
         if (!files.segmentation.empty())
           findings.attempt(files.segmentation, [&] {
             image.segmentation = reader.segmentation(dataset, camera, frame);
             check_segmentation(image.segmentation, image.depth, sequence.classes,
                                files.segmentation);
           });
+        part_depth(image);
         break;
       case kDisparity:
         if (!files.disparity.empty())
@@ -164,6 +210,31 @@ FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int fra
   for (LoadedImage& image : images)
     shared.push_back(std::make_shared<const LoadedImage>(std::move(image)));
   return shared;
+}
+
+std::optional<View> view_at(const Sequence& sequence, int camera_index, int frame,
+                            const LoadedImage* image) {
+  View view;
+  view.camera_index = camera_index;
+  view.frame = frame;
+  view.camera = &sequence.cameras[static_cast<std::size_t>(camera_index)];
+  view.image = image;
+  view.sequence = &sequence;
+  const auto index = static_cast<std::size_t>(frame);
+  if (frame < 0 || index >= view.camera->local_from_camera.size()) return std::nullopt;
+  const auto& pose = view.camera->local_from_camera[index];
+  if (!pose || !view.camera->intrinsics.is_sound()) return std::nullopt;
+  view.local_from_camera = *pose;
+  if (view.camera->shutter) {
+    // Without a motion only the pose of one of the lines is known.
+    if (index >= sequence.motion.size() || !sequence.motion[index] ||
+        !view.camera->body_from_camera)
+      return std::nullopt;
+    view.lines =
+        LineMotion{*view.camera->shutter, *sequence.motion[index], *view.camera->body_from_camera};
+  }
+  set_motion(view);
+  return view;
 }
 
 FrameWindow::FrameWindow(const Dataset& dataset, const Sequence& sequence, Findings& findings)
@@ -187,18 +258,10 @@ bool FrameWindow::advance() {
 std::optional<View> FrameWindow::view(int camera_index, int frame) const {
   const int age = frame_ - frame;
   if (age < 0 || age >= static_cast<int>(loaded_.size())) return std::nullopt;
-  View view;
-  view.camera_index = camera_index;
-  view.frame = frame;
-  view.camera = &sequence_.cameras[static_cast<std::size_t>(camera_index)];
-  view.image = loaded_[loaded_.size() - 1 - static_cast<std::size_t>(age)]
-                      [static_cast<std::size_t>(camera_index)]
-                          .get();
-  const auto& pose = view.camera->local_from_camera[static_cast<std::size_t>(frame)];
-  if (!pose || !view.camera->intrinsics.is_sound()) return std::nullopt;
-  view.local_from_camera = *pose;
-  set_motion(view);
-  return view;
+  return view_at(sequence_, camera_index, frame,
+                 loaded_[loaded_.size() - 1 - static_cast<std::size_t>(age)]
+                        [static_cast<std::size_t>(camera_index)]
+                            .get());
 }
 
 std::vector<ViewPair> FrameWindow::pairs() const {

@@ -8,6 +8,7 @@
 
 #include "core/image.h"
 #include "validate/dataset.h"
+#include "validate/shutter.h"
 
 namespace terracast::validate {
 
@@ -16,10 +17,22 @@ namespace terracast::validate {
 struct LoadedImage {
   core::Image8 color;      ///< 3 channels
   core::ImageF grey;       ///< luma 0 to 255, smoothed by the binomial [1 2 1] / 4 both ways
-  core::ImageF depth;      ///< planar, m; NaN: none
+  core::ImageF depth;      ///< planar, m, of what stands still; NaN: none
   core::ImageF disparity;  ///< px; NaN: none
   std::optional<FlowFields> flow;
   core::Image8 segmentation;  ///< class indices
+  /// The body that each pixel shows, 0 where it stands still; empty: all does.
+  core::Image16 moving;
+  /// Of the pixels that show what moves, which have no depth beside; NaN: none. Empty as above.
+  core::ImageF moving_depth;
+
+  int body_at(int x, int y) const { return moving.empty() ? 0 : moving(x, y); }
+  /// Depth of whatever the pixel shows.
+  float depth_at(int x, int y) const {
+    return body_at(x, y) != 0 ? moving_depth(x, y) : depth(x, y);
+  }
+  /// Whether a pixel around an image point shows what moves.
+  bool shows_moving_near(const Eigen::Vector2d& pixel) const;
 };
 /// The images of a frame, by camera.
 using FrameImages = std::vector<std::shared_ptr<const LoadedImage>>;
@@ -34,7 +47,10 @@ struct View {
   int frame = 0;
   const Camera* camera = nullptr;
   const LoadedImage* image = nullptr;
-  Pose local_from_camera;
+  const Sequence* sequence = nullptr;
+  Pose local_from_camera;  ///< at the frame's time
+  /// Where it is at other times, while the lines of a rolling shutter are exposed; nothing: all are at once.
+  std::optional<LineMotion> lines;
   Eigen::Vector3d velocity_camera = Eigen::Vector3d::Zero();          ///< m a frame
   Eigen::Vector3d angular_velocity_camera = Eigen::Vector3d::Zero();  ///< rad a frame
 };
@@ -44,6 +60,11 @@ struct ViewPair {
   View b;
   bool is_same_time() const { return a.frame == b.frame; }
 };
+
+/// An image with the pose, and the motion, that a camera has at a frame.
+/// returns  nothing where there is none
+std::optional<View> view_at(const Sequence& sequence, int camera_index, int frame,
+                            const LoadedImage* image);
 
 /// The frames of a sequence that are in memory: the newest and some before it.
 class FrameWindow {

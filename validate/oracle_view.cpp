@@ -51,7 +51,8 @@ bool OracleView::is_usable() const {
   constexpr double kEarth_m = 1e8;
   constexpr double kLongestRay = 1e3;
   const Eigen::Matrix3d& r = world_from_camera.rotation;
-  if (!(eye_world().norm() < kEarth_m) || !((r * r.transpose()).eval().isIdentity(1e-3)))
+  if (!(world_from_camera.translation.norm() < kEarth_m) ||
+      !((r * r.transpose()).eval().isIdentity(1e-3)))
     return false;
   for (const double u : {0.0, static_cast<double>(intrinsics().width_px)})
     for (const double v : {0.0, static_cast<double>(intrinsics().height_px)})
@@ -59,20 +60,36 @@ bool OracleView::is_usable() const {
   return true;
 }
 
-oracle::ExactRay OracleView::ray(const Eigen::Vector2d& pixel) const {
-  const Eigen::Vector3d direction = world_from_camera.rotation * intrinsics().ray_from_pixel(pixel);
-  return {eye_world(), eye_world() + kThrough_m * direction};
+Pose OracleView::world_from_line(const Eigen::Vector2d& pixel) const {
+  if (!view.lines) return world_from_camera;
+  return world_from_camera *
+         view.lines->start_from_camera(view.lines->shutter.offset_s(pixel, intrinsics()));
 }
 
-std::optional<Eigen::Vector2d> OracleView::project(const Eigen::Vector3d& point_world) const {
+oracle::ExactRay OracleView::ray(const Eigen::Vector2d& pixel) const {
+  const Pose line = world_from_line(pixel);
+  const Eigen::Vector3d direction = line.rotation * intrinsics().ray_from_pixel(pixel);
+  return {line.translation, line.translation + kThrough_m * direction};
+}
+
+std::optional<OracleView::Sighting> OracleView::sighting(const Eigen::Vector3d& point_world) const {
   const Eigen::Vector3d point_camera =
-      world_from_camera.rotation.transpose() * (point_world - eye_world());
-  if (!(point_camera.z() > 0.0)) return std::nullopt;
-  return intrinsics().pixel_from_point(point_camera);
+      world_from_camera.rotation.transpose() * (point_world - world_from_camera.translation);
+  if (!view.lines) {
+    if (!(point_camera.z() > 0.0)) return std::nullopt;
+    return Sighting{intrinsics().pixel_from_point(point_camera), world_from_camera.translation};
+  }
+  const auto sight = find_line(view.lines->shutter, intrinsics(), [&](double offset_s) {
+    return Eigen::Vector3d(view.lines->start_from_camera(offset_s).inverse() * point_camera);
+  });
+  if (!sight) return std::nullopt;
+  return Sighting{sight->pixel,
+                  world_from_camera * view.lines->start_from_camera(sight->offset_s).translation};
 }
 
 double OracleView::sine_of_graze(const Eigen::Vector2d& pixel, const oracle::ExactHit& hit) const {
-  const Eigen::Vector3d direction = world_from_camera.rotation * intrinsics().ray_from_pixel(pixel);
+  const Eigen::Vector3d direction =
+      world_from_line(pixel).rotation * intrinsics().ray_from_pixel(pixel);
   return std::abs(hit.normal_world.dot(direction)) / direction.norm();
 }
 

@@ -7,6 +7,7 @@
 #include "validate/frames.h"
 #include "validate/oracle/exact_world.h"
 #include "validate/oracle/geometry_rules.h"
+#include "validate/transfer.h"
 
 /// The images of a dataset in the frame of its world, and how well the dataset's decimals place them
 /// there.
@@ -31,11 +32,12 @@ PoseRounding pose_rounding(const std::string& format, double distance_m);
 /// An image in the world.
 struct OracleView {
   View view;
-  Pose world_from_camera;
+  Pose world_from_camera;  ///< at the frame's time
   PoseRounding rounding;
 
   const Intrinsics& intrinsics() const { return view.camera->intrinsics; }
-  const Eigen::Vector3d& eye_world() const { return world_from_camera.translation; }
+  /// When the line through an image point is exposed.
+  Pose world_from_line(const Eigen::Vector2d& pixel) const;
 
   /// Whether it can be computed with: a camera on Earth, a rotation to a thousandth, rays of sane
   /// length.
@@ -48,8 +50,18 @@ struct OracleView {
   oracle::ExactRay ray(const Eigen::Vector2d& pixel) const;
   static double depth_m(const oracle::ExactHit& hit) { return hit.t * kThrough_m; }
 
-  /// Where a point stands in the image; nothing when it is not before the camera.
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point_world) const;
+  /// Where a point stands in the image, and from where it is seen there.
+  struct Sighting {
+    Eigen::Vector2d pixel;
+    Eigen::Vector3d eye_world;
+  };
+  /// Nothing when the point is not before the camera, or no line of a rolling shutter meets it.
+  std::optional<Sighting> sighting(const Eigen::Vector3d& point_world) const;
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point_world) const {
+    const std::optional<Sighting> seen = sighting(point_world);
+    if (!seen) return std::nullopt;
+    return seen->pixel;
+  }
 
   /// |sine| of the angle between the ray through a pixel and the triangle that it hits.
   double sine_of_graze(const Eigen::Vector2d& pixel, const oracle::ExactHit& hit) const;

@@ -9,6 +9,7 @@
 #include "validate/page_values.h"
 #include "validate/pictures.h"
 #include "validate/sampling.h"
+#include "validate/transfer.h"
 
 namespace terracast::validate {
 
@@ -59,19 +60,21 @@ std::optional<Eigen::Vector3d> point_at(const core::ImageF& depth, const Intrins
 /// least number where there is nothing to compare, or the other image hides the point.
 constexpr double kResidualStep = 1e-6;
 std::vector<std::int16_t> residuals_of(const Files& files, const PageImage& page,
-                                       const Intrinsics& camera, const Pose& other_from_camera) {
+                                       const Transfer& transfer) {
   constexpr double kClear = 0.01;
   constexpr double kMost = 32767.0;
   std::vector<std::int16_t> residuals;
   for (int j = 0; j < page.height; ++j)
     for (int i = 0; i < page.width; ++i) {
       residuals.push_back(std::numeric_limits<std::int16_t>::min());
-      const auto point = point_at(files.depth, camera, page.step * i + page.step / 2,
-                                  page.step * j + page.step / 2);
-      if (!point) continue;
-      const Eigen::Vector3d other = other_from_camera * *point;
-      if (!(other.z() > 1e-3 * point->z())) continue;
-      const auto seen = sample_inverse_depth(files.other_depth, camera.pixel_from_point(other));
+      const int x = page.step * i + page.step / 2;
+      const int y = page.step * j + page.step / 2;
+      const auto depth_m = static_cast<double>(files.depth(x, y));
+      if (!std::isfinite(depth_m)) continue;
+      const auto place = transfer.point({x + 0.5, y + 0.5}, depth_m);
+      if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
+      const Eigen::Vector3d& other = place->point_b;
+      const auto seen = sample_inverse_depth(files.other_depth, place->pixel);
       if (!seen || seen->farthest_m < other.z() * (1.0 - kClear)) continue;
       const double r = seen->inverse_depth.value * other.z() - 1.0;
       residuals.back() =
@@ -119,7 +122,7 @@ void trace_footprint(const Files& files, const Intrinsics& camera, PageImage& pa
         const auto point = point_at(files.depth, camera, x, y);
         if (!point) continue;
         const double part = std::min(1.0, kFarDepths * page.median_depth_m / point->z());
-        page.footprint.push_back(*page.local_from_camera * (*point * part));
+        page.footprint.push_back(local_point(page, camera, {x + 0.5, y + 0.5}, *point * part));
         break;
       }
     }
@@ -127,7 +130,7 @@ void trace_footprint(const Files& files, const Intrinsics& camera, PageImage& pa
 
 /// Share of the pixels with depth that stand in the image of another pose of the camera.
 std::optional<double> overlap_with(const PageImage& page, const Intrinsics& camera,
-                                   const Pose& other_from_camera) {
+                                   const Transfer& transfer) {
   std::int64_t num_points = 0;
   std::int64_t num_inside = 0;
   for (int y = 0; y < page.height; ++y)
@@ -137,8 +140,8 @@ std::optional<double> overlap_with(const PageImage& page, const Intrinsics& came
       ++num_points;
       const Eigen::Vector2d pixel(page.step * x + page.step / 2 + 0.5,
                                   page.step * y + page.step / 2 + 0.5);
-      const Eigen::Vector3d point = other_from_camera * (camera.ray_from_pixel(pixel) * depth_m);
-      num_inside += point.z() > 0.0 && camera.contains(camera.pixel_from_point(point));
+      const auto other = transfer.point(pixel, depth_m);
+      num_inside += other && other->point_b.z() > 0.0 && camera.contains(other->pixel);
     }
   if (num_points == 0) return std::nullopt;
   return static_cast<double>(num_inside) / static_cast<double>(num_points);
@@ -179,6 +182,13 @@ int neighbour_of(const Camera& camera, int frame) {
 }
 
 }  // namespace
+
+Eigen::Vector3d local_point(const PageImage& image, const Intrinsics& camera,
+                            const Eigen::Vector2d& pixel, const Eigen::Vector3d& point_camera) {
+  if (!image.lines) return *image.local_from_camera * point_camera;
+  const double offset_s = image.lines->shutter.offset_s(pixel, camera);
+  return *image.local_from_camera * (image.lines->start_from_camera(offset_s) * point_camera);
+}
 
 std::vector<Place> choose_page_images(const Dataset& dataset, const std::vector<Place>& places) {
   std::vector<Place> chosen;
@@ -253,6 +263,12 @@ PageImage make_page_image(const Dataset& dataset, const Place& place, std::size_
   page.height = size.height_px / page.step;
   if (page.width == 0 || page.height == 0) return page;  // a strip of pixels
   if (const Pose* pose = sound_pose(camera, place.frame)) page.local_from_camera = *pose;
+  const std::optional<View> own =
+      page.local_from_camera ? view_at(sequence, place.camera, place.frame, nullptr) : std::nullopt;
+  if (own)
+    page.lines = own->lines;
+  else
+    page.local_from_camera.reset();
   const int other = page.local_from_camera ? neighbour_of(camera, place.frame) : -1;
   const Files files = read_files(dataset, camera, place.frame, other);
   const auto is_whole = [&](const auto& image) {
@@ -279,14 +295,17 @@ PageImage make_page_image(const Dataset& dataset, const Place& place, std::size_
     if (page.local_from_camera && page.median_depth_m > 0.0) {
       count_slopes(files, size, page);
       trace_footprint(files, size, page);
-      if (const Pose* next = sound_pose(camera, place.frame + 1))
-        page.overlap = overlap_with(page, size, next->inverse() * *page.local_from_camera);
-      if (is_whole(files.other_depth)) {
-        const Pose& pose = *sound_pose(camera, other);
+      if (sound_pose(camera, place.frame + 1) != nullptr)
+        if (const auto next = view_at(sequence, place.camera, place.frame + 1, nullptr))
+          page.overlap = overlap_with(page, size, Transfer(*own, *next));
+      const std::optional<View> beside = is_whole(files.other_depth)
+                                             ? view_at(sequence, place.camera, other, nullptr)
+                                             : std::nullopt;
+      if (beside) {
         page.residual_frame = other;
-        add_layer("residual",
-                  packed(residuals_of(files, page, size, pose.inverse() * *page.local_from_camera))
-                      .set("scale", kResidualStep));
+        add_layer(
+            "residual",
+            packed(residuals_of(files, page, Transfer(*own, *beside))).set("scale", kResidualStep));
       }
     }
   }

@@ -47,10 +47,11 @@ struct PageImage {
   int width = 0;  ///< of the grids
   int height = 0;
   int step = 1;
-  std::optional<Pose> local_from_camera;
-  core::Image8 color;  ///< means of step x step pixels
-  core::ImageF depth;  ///< m; NaN: none
-  std::string script;  ///< the values of all layers, for the page
+  std::optional<Pose> local_from_camera;  ///< at the frame's time
+  std::optional<LineMotion> lines;        ///< of a rolling shutter
+  core::Image8 color;                     ///< means of step x step pixels
+  core::ImageF depth;                     ///< m; NaN: none
+  std::string script;                     ///< the values of all layers, for the page
   std::vector<std::string> layers;
   int residual_frame = -1;  ///< the frame that the residuals of depth are against
   double median_depth_m = 0.0;
@@ -66,6 +67,10 @@ struct PageImage {
 
 /// Beyond so many median depths of an image the ground is neither in footprints nor in the cloud.
 constexpr double kFarDepths = 4.0;
+
+/// The place in the local frame of a point of a camera, as the line through an image point sees it.
+Eigen::Vector3d local_point(const PageImage& image, const Intrinsics& camera,
+                            const Eigen::Vector2d& pixel, const Eigen::Vector3d& point_camera);
 
 /// Reads an image's files and makes what the page shows. What cannot be read is left out: the check
 /// `structure` has named it.

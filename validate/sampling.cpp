@@ -188,7 +188,7 @@ std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y
       y < kPatchRadius_px || x + kPatchRadius_px >= grey.width() ||
       y + kPatchRadius_px >= grey.height())
     return std::nullopt;
-  const Pose b_from_a = b.local_from_camera.inverse() * a.local_from_camera;
+  const Transfer transfer(a, b);
   Patch patch;
   PatchMatch match;
   std::size_t k = 0;
@@ -196,22 +196,16 @@ std::optional<PatchMatch> match_patch(const View& a, const View& b, int x, int y
     for (int dx = -kPatchRadius_px; dx <= kPatchRadius_px; ++dx, ++k) {
       const auto depth_m = static_cast<double>(depth(x + dx, y + dy));
       if (!std::isfinite(depth_m)) return std::nullopt;
-      const Eigen::Vector3d point_a =
-          a.camera->intrinsics.ray_from_pixel({x + dx + 0.5, y + dy + 0.5}) * depth_m;
-      const Eigen::Vector3d point_b = b_from_a * point_a;
-      if (!(point_b.z() > 1e-3 * depth_m)) return std::nullopt;
+      const auto place = transfer.point({x + dx + 0.5, y + dy + 0.5}, depth_m);
+      if (!place || !(place->point_b.z() > 1e-3 * depth_m)) return std::nullopt;
       patch.values[k] = static_cast<double>(grey(x + dx, y + dy));
-      patch.predicted[k] = b.camera->intrinsics.pixel_from_point(point_b);
+      patch.predicted[k] = place->pixel;
       if (!has_cubic_support(b.image->grey, patch.predicted[k])) return std::nullopt;
-      if (dx == 0 && dy == 0) {
-        match.point_a = point_a;
-        match.point_b = point_b;
-        match.predicted = patch.predicted[k];
-      }
+      if (dx == 0 && dy == 0) match.place = *place;
     }
   if (!b.image->depth.empty()) {  // a patch that something hides in `b` is no match
-    const auto seen = sample_inverse_depth(b.image->depth, match.predicted);
-    if (!seen || std::abs(seen->inverse_depth.value * match.point_b.z() - 1.0) > 0.02)
+    const auto seen = sample_inverse_depth(b.image->depth, match.place.pixel);
+    if (!seen || std::abs(seen->inverse_depth.value * match.place.point_b.z() - 1.0) > 0.02)
       return std::nullopt;
     match.is_resolved = seen->roughness < kResolvedRoughness;
   }
@@ -240,7 +234,7 @@ std::optional<PatchMatch> match_patch_by_disparity(const View& left, const View&
       patch.values[k] = static_cast<double>(grey(x + dx, y + dy));
       patch.predicted[k] = {x + dx + 0.5 - shift_px, y + dy + 0.5};
       if (!has_cubic_support(right.image->grey, patch.predicted[k])) return std::nullopt;
-      if (dx == 0 && dy == 0) match.predicted = patch.predicted[k];
+      if (dx == 0 && dy == 0) match.place.pixel = patch.predicted[k];
     }
   align(right.image->grey, patch, match);
   if (match.correlation == 0.0) return std::nullopt;

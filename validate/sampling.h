@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "validate/frames.h"
+#include "validate/transfer.h"
 
 /// Values of images between pixel centres, and the comparison of two views of one surface.
 namespace terracast::validate {
@@ -66,11 +67,9 @@ inline Eigen::Matrix<double, 2, 3> projection_jacobian(const Intrinsics& camera,
 /// (Lucas and Kanade, with gain and offset free) that brings `b`, sampled through depth and poses,
 /// onto a 7 x 7 patch of `a`.
 struct PatchMatch {
-  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();   ///< seen minus predicted, in `b`
-  double correlation = 0.0;                             ///< zero-mean, normalised, before the shift
-  Eigen::Vector3d point_a = Eigen::Vector3d::Zero();    ///< of the patch's centre, in camera a
-  Eigen::Vector3d point_b = Eigen::Vector3d::Zero();    ///< the same in camera b
-  Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  ///< of the centre, in `b`
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  ///< seen minus predicted, in `b`
+  double correlation = 0.0;                            ///< zero-mean, normalised, before the shift
+  Transfer::Place place;                               ///< of the patch's centre, as predicted
   bool has_converged = false;
   bool is_resolved = true;  ///< by both images around its centre
 };

@@ -458,6 +458,23 @@ TEST(TartanAirFaces, DepthsOfEveryFaceBackProjectOntoTheScene) {
   EXPECT_GT(num_ground, 2000);
 }
 
+TEST(TartanAirFaces, OfRollingShuttersAreRefusedAndTheirPairIsNot) {
+  for (const bool has_face : {false, true}) {
+    TinyCaptureOptions options{.has_mcs4 = false};
+    if (has_face) options.faces = {"lcam_top"};
+    auto cameras = tiny_sequence(options).cameras;
+    for (auto& camera : cameras) camera.shutter.line_time_s = 3e-5;
+    const auto check = [&] {
+      export_options("format = \"tartanair\"").exporter().check(cameras);
+    };
+    if (has_face)
+      expect_error(ErrorKind::Config, {"tartanair", "rolling shutter", "line_time_us = 30", "seams"},
+                   check);
+    else
+      EXPECT_NO_THROW(check());
+  }
+}
+
 TEST(TartanAirFaces, OnlyWhereTheirNamesSay) {
   const TinyCaptureOptions all{
       .has_mcs4 = false,

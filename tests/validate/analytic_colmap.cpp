@@ -30,6 +30,7 @@ struct Observation {
 struct Point {
   Vector3d position;
   std::array<std::uint8_t, 3> color;
+  double sum_of_errors_px = 0.0;  ///< from where one pose has it, of rolling shutters
   std::vector<std::pair<std::uint32_t, std::uint32_t>> track;
 };
 
@@ -58,10 +59,15 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
         if (points.size() == wrong.most_points || !std::isfinite(recording.depth[0][f](x, y)))
           continue;
         Point point;
+        const SceneCamera& shown_by = recording.cameras[0];
+        const SaidPose line =
+            shown_by.line_time_s > 0.0
+                ? recording.pose_after(0, f, shown_by.line_offset_s(x + 0.5, y + 0.5))
+                : SaidPose{recording.rotation(0, f), recording.centre(0, f)};
         point.position =
-            recording.rotation(0, f) *
+            line.rotation *
                 (ray * (recording.depth[0][f](x, y) * (1.0 + wrong.point_depth_relative))) +
-            recording.centre(0, f);
+            line.centre;
         for (int k = 0; k < 3; ++k)
           point.color[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(std::clamp(
               recording.color[0][f](x, y, wrong.is_color_swapped ? 2 - k : k) + wrong.color_levels,
@@ -71,8 +77,12 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
           for (std::size_t c = 0; c < num_cameras; ++c) {
             const SaidPose pose = said.pose(c, g);
             const Vector3d at = pose.rotation.transpose() * (point.position - pose.centre);
-            const double u = said.focal(c) * at.x() / at.z() + said.cx(c);
-            const double v = said.focal(c) * at.y() / at.z() + said.cy(c);
+            const Eigen::Vector2d by_one_pose(said.focal(c) * at.x() / at.z() + said.cx(c),
+                                              said.focal(c) * at.y() / at.z() + said.cy(c));
+            const Eigen::Vector2d place = recording.cameras[c].line_time_s > 0.0
+                                              ? recording.shown(c, g, point.position).pixel
+                                              : by_one_pose;
+            const double u = place.x(), v = place.y();
             if (at.z() <= 0.0 || u < 1.0 || v < 1.0 || u >= recording.cameras[c].width - 1.0 ||
                 v >= recording.cameras[c].height - 1.0)
               continue;
@@ -82,6 +92,8 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
             auto& list = observations[id_of_image];
             point.track.emplace_back(id_of_image, static_cast<std::uint32_t>(list.size()));
             list.push_back({u + wrong.observations_px, v + wrong.observations_px, id});
+            if (recording.cameras[c].line_time_s > 0.0)
+              point.sum_of_errors_px += (place - by_one_pose).norm();
           }
         points.push_back(std::move(point));
       }
@@ -180,13 +192,16 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
   put(points_bin, static_cast<std::uint64_t>(points.size()));
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& p = points[i];
-    points_txt += fmt::format("{} {:.17g} {:.17g} {:.17g} {} {} {} 0", i + 1, p.position.x(),
-                              p.position.y(), p.position.z(), p.color[0], p.color[1], p.color[2]);
+    const double error_px =
+        p.track.empty() ? 0.0 : p.sum_of_errors_px / static_cast<double>(p.track.size());
+    points_txt +=
+        fmt::format("{} {:.17g} {:.17g} {:.17g} {} {} {} {:.17g}", i + 1, p.position.x(),
+                    p.position.y(), p.position.z(), p.color[0], p.color[1], p.color[2], error_px);
     put(points_bin, static_cast<std::uint64_t>(i + 1));
     for (const double value : {p.position.x(), p.position.y(), p.position.z()})
       put(points_bin, value);
     for (const std::uint8_t value : p.color) put(points_bin, value);
-    put(points_bin, 0.0);
+    put(points_bin, error_px);
     put(points_bin, static_cast<std::uint64_t>(p.track.size()));
     for (const auto& [image, index] : p.track) {
       points_txt += fmt::format(" {} {}", image, index);

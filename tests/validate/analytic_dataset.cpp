@@ -108,6 +108,14 @@ FlowAt flow_at(const Said& said, std::size_t from, std::size_t to, int x, int y)
   const Vector3d ray((x + 0.5 - said.cx(0)) / f, (y + 0.5 - said.cy(0)) / f, 1.0);
   const double depth_m = recording.depth[0][from](x, y);
   const bool is_sky = !std::isfinite(depth_m);
+  if (camera.line_time_s > 0.0 && !is_sky) {
+    const SaidPose line = recording.pose_after(0, from, camera.line_offset_s(x + 0.5, y + 0.5));
+    const Recording::Shown end =
+        recording.shown(0, to, line.centre + line.rotation * (ray * depth_m));
+    const bool in_view = end.depth_m > 0.0 && end.pixel.x() >= 0.0 && end.pixel.y() >= 0.0 &&
+                         end.pixel.x() < camera.width && end.pixel.y() < camera.height;
+    return {end.pixel - Vector2d(x + 0.5, y + 0.5), in_view, in_view};
+  }
   const Vector3d offset = recording.rotation(0, from) * (ray * (is_sky ? 1.0 : depth_m));
   const Vector3d moved = recording.centre(0, from) - recording.centre(0, to);
   const Vector3d there =
@@ -168,6 +176,22 @@ void write_flow_png(const Said& said, std::size_t f, const fs::path& file) {
       image(x, y, 0) = static_cast<std::uint16_t>(mask);
     }
   core::write_file(file, core::encode_png(image));
+}
+
+/// motion.csv: the flight's derivatives along the body's axes.
+std::string motion_rows(const Recording& recording) {
+  std::string rows =
+      "frame,vx_mps,vy_mps,vz_mps,ax_mps2,ay_mps2,az_mps2,wx_radps,wy_radps,wz_radps\n";
+  for (std::size_t f = 0; f < recording.body_world.size(); ++f) {
+    const Matrix3d body_from_world = recording.world_from_body[f].transpose();
+    const Vector3d v = body_from_world * recording.velocity_mps[f];
+    const Vector3d a = body_from_world * recording.acceleration_mps2[f];
+    const Vector3d& w = recording.rate_body_radps[f];
+    rows +=
+        fmt::format("{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n",
+                    f, v.x(), v.y(), v.z(), a.x(), a.y(), a.z(), w.x(), w.y(), w.z());
+  }
+  return rows;
 }
 
 /// Rows of a camera's poses: x forward, y right, z down in north, east, down.
@@ -309,6 +333,7 @@ void write_metadata(const Said& said, const fs::path& folder, const std::string&
     }
   core::write_file(folder / georeference, rows);
   Json cameras = Json::array();
+  bool has_lines = false;
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
     const SceneCamera& camera = recording.cameras[c];
     const bool is_last = c + 1 == recording.cameras.size();
@@ -317,22 +342,31 @@ void write_metadata(const Said& said, const fs::path& folder, const std::string&
         Matrix3d(said.mount(c) * yawed(is_last ? mistake.stated_mount_yaw_deg : 0.0)));
     const Vector3d offset =
         camera.offset_body + (is_last ? mistake.stated_mount_move_m : 0.0) * Vector3d::UnitY();
-    cameras.push(Json::object()
-                     .set("name", camera.name)
-                     .set("rig", "rig")
-                     .set("camera", "cam" + std::to_string(c))
-                     .set("width_px", camera.width)
-                     .set("height_px", camera.height)
-                     .set("fx_px", said.focal(c))
-                     .set("fy_px", said.focal(c))
-                     .set("cx_px", said.cx(c) + mistake.stated_principal_px)
-                     .set("cy_px", said.cy(c))
-                     .set("body_from_camera",
-                          Json::object()
-                              .set("rotation_wxyz",
-                                   Json::array_of(std::vector<double>{q.w(), q.x(), q.y(), q.z()}))
-                              .set("translation_m", Json::array_of(std::vector<double>{
-                                                        offset.x(), offset.y(), offset.z()}))));
+    Json entry =
+        Json::object()
+            .set("name", camera.name)
+            .set("rig", "rig")
+            .set("camera", "cam" + std::to_string(c))
+            .set("width_px", camera.width)
+            .set("height_px", camera.height)
+            .set("fx_px", said.focal(c))
+            .set("fy_px", said.focal(c))
+            .set("cx_px", said.cx(c) + mistake.stated_principal_px)
+            .set("cy_px", said.cy(c))
+            .set("body_from_camera",
+                 Json::object()
+                     .set("rotation_wxyz",
+                          Json::array_of(std::vector<double>{q.w(), q.x(), q.y(), q.z()}))
+                     .set("translation_m",
+                          Json::array_of(std::vector<double>{offset.x(), offset.y(), offset.z()})));
+    if (camera.line_time_s > 0.0) {
+      has_lines = true;
+      entry.set("shutter", Json::object()
+                               .set("exposure_s", 0.0)
+                               .set("line_time_s", camera.line_time_s)
+                               .set("readout", camera.readout));
+    }
+    cameras.push(std::move(entry));
   }
   Json sequence = Json::object();
   sequence.set("name", name)
@@ -346,6 +380,10 @@ void write_metadata(const Said& said, const fs::path& folder, const std::string&
                          .set("height_m", kHeight_m))
       .set("georeference", georeference)
       .set("cameras", cameras);
+  if (has_lines) {
+    sequence.set("motion", path + "/motion.csv");
+    core::write_file(folder / path / "motion.csv", motion_rows(recording));
+  }
   Json json = Json::object();
   json.set("format", format)
       .set("format_version", "1")

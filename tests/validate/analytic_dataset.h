@@ -26,6 +26,22 @@ struct SceneCamera {
   double focal_px = 120.0;
   Eigen::Matrix3d body_from_camera = Eigen::Matrix3d::Identity();
   Eigen::Vector3d offset_body = Eigen::Vector3d::Zero();
+  double line_time_s = 0.0;  ///< of a rolling shutter; 0: all lines at once
+  std::string readout = "down";
+
+  /// When the line through an image point is exposed, after the frame's time.
+  double line_offset_s(double u, double v) const {
+    if (readout == "down") return line_time_s * (v - 0.5 * height);
+    if (readout == "up") return line_time_s * (0.5 * height - v);
+    if (readout == "right") return line_time_s * (u - 0.5 * width);
+    return line_time_s * (0.5 * width - u);
+  }
+};
+
+/// Rotation of a camera into the world, and its centre.
+struct SaidPose {
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d centre;
 };
 
 /// What a scene's cameras record, in double where it can be.
@@ -52,6 +68,14 @@ struct Recording {
   Eigen::Vector3d centre(std::size_t camera, std::size_t frame) const {
     return body_world[frame] + world_from_body[frame] * cameras[camera].offset_body;
   }
+  /// So much after the frame's time, of a flight with derivatives: acceleration and turn rate stay what they are.
+  SaidPose pose_after(std::size_t camera, std::size_t frame, double offset_s) const;
+  /// Where a camera's image shows a point, and how deep; by the line that sees it, found by trying again and again.
+  struct Shown {
+    Eigen::Vector2d pixel;
+    double depth_m;
+  };
+  Shown shown(std::size_t camera, std::size_t frame, const Eigen::Vector3d& point_world) const;
 };
 
 enum class Ground { Smooth, Facets };
@@ -71,12 +95,6 @@ Recording record_island_flight(const std::vector<SceneCamera>& cameras, int num_
 Recording island_path(const std::vector<SceneCamera>& cameras, int num_frames, Path path);
 /// The same flight seen by cameras that are lower by rows above and below alike.
 Recording cropped(const Recording& recording, const std::vector<SceneCamera>& cameras);
-
-/// Rotation of a camera into the world, and its centre.
-struct SaidPose {
-  Eigen::Matrix3d rotation;
-  Eigen::Vector3d centre;
-};
 
 /// A mistake in COLMAP's model alone.
 struct ColmapMistake {
@@ -161,6 +179,10 @@ void write_colmap(const Recording& recording, const std::filesystem::path& folde
 
 /// Writes dataset.json's list of files anew, as they are now on disk.
 void list_files_again(const std::filesystem::path& folder);
+
+/// The same cameras with rolling shutters.
+std::vector<SceneCamera> with_shutters(std::vector<SceneCamera> cameras, double line_time_s,
+                                       const std::string& readout);
 
 /// The rigs of the scenes: image_2 and image_3; image_02 and image_03; lcam_front and rcam_front;
 /// left and right; rig/cam0 to cam2 that look apart.

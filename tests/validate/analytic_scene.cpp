@@ -125,8 +125,6 @@ void take_images(Recording& recording) {
       core::Image8 color(camera.width, camera.height, 3);
       core::Image<double> depth(camera.width, camera.height);
       core::Image8 classes(has_classes ? camera.width : 0, has_classes ? camera.height : 0);
-      const Eigen::Matrix3d rotation = recording.rotation(c, f);
-      const Eigen::Vector3d centre = recording.centre(c, f);
       // Texture as fine as the images: a unit of it is about four pixels of this camera at 100 m.
       const double grain = 4.0 * 100.0 / camera.focal_px / 3.0;
       core::parallel_for(camera.height, [&](std::int64_t row) {
@@ -134,7 +132,12 @@ void take_images(Recording& recording) {
         for (int x = 0; x < camera.width; ++x) {
           const Eigen::Vector3d ray((x + 0.5 - 0.5 * camera.width) / camera.focal_px,
                                     (y + 0.5 - 0.5 * camera.height) / camera.focal_px, 1.0);
-          const Eigen::Vector3d direction = rotation * ray;
+          const bool has_lines = camera.line_time_s > 0.0;
+          const SaidPose pose =
+              has_lines ? recording.pose_after(c, f, camera.line_offset_s(x + 0.5, y + 0.5))
+                        : SaidPose{recording.rotation(c, f), recording.centre(c, f)};
+          const Eigen::Vector3d& centre = pose.centre;
+          const Eigen::Vector3d direction = pose.rotation * ray;
           // A ray that is level or rises meets no island.
           const bool is_sky_ray = std::isfinite(recording.island_m) && direction.z() > -0.05;
           const double t =
@@ -190,6 +193,48 @@ BodyPose smooth_pose(double t) {
 }
 
 }  // namespace
+
+SaidPose Recording::pose_after(std::size_t camera, std::size_t frame, double offset_s) const {
+  const Eigen::Vector3d turn = offset_s * rate_body_radps[frame];
+  const Eigen::Matrix3d body =
+      world_from_body[frame] * (turn.isZero() ? Eigen::AngleAxisd::Identity()
+                                              : Eigen::AngleAxisd(turn.norm(), turn.normalized()))
+                                   .toRotationMatrix();
+  return {body * cameras[camera].body_from_camera,
+          body_world[frame] + offset_s * velocity_mps[frame] +
+              0.5 * offset_s * offset_s * acceleration_mps2[frame] +
+              body * cameras[camera].offset_body};
+}
+
+Recording::Shown Recording::shown(std::size_t camera, std::size_t frame,
+                                  const Eigen::Vector3d& point_world) const {
+  const SceneCamera& seen_by = cameras[camera];
+  Shown shown;
+  double offset_s = 0.0;
+  // Lines are exposed many times faster than points cross them: each turn is nearer by that factor.
+  for (int turn = 0; turn < 60; ++turn) {
+    const SaidPose pose = seen_by.line_time_s > 0.0
+                              ? pose_after(camera, frame, offset_s)
+                              : SaidPose{rotation(camera, frame), centre(camera, frame)};
+    const Eigen::Vector3d at = pose.rotation.transpose() * (point_world - pose.centre);
+    shown = {{seen_by.focal_px * at.x() / at.z() + 0.5 * seen_by.width,
+              seen_by.focal_px * at.y() / at.z() + 0.5 * seen_by.height},
+             at.z()};
+    const double before_s = offset_s;
+    offset_s = seen_by.line_offset_s(shown.pixel.x(), shown.pixel.y());
+    if (std::abs(offset_s - before_s) < 1e-12 * seen_by.line_time_s) break;
+  }
+  return shown;
+}
+
+std::vector<SceneCamera> with_shutters(std::vector<SceneCamera> cameras, double line_time_s,
+                                       const std::string& readout) {
+  for (SceneCamera& camera : cameras) {
+    camera.line_time_s = line_time_s;
+    camera.readout = readout;
+  }
+  return cameras;
+}
 
 std::vector<SceneCamera> kitti_cameras() {
   const Eigen::Matrix3d mount = looking(0.0, 40.0);

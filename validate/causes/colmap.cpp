@@ -4,6 +4,7 @@
 
 #include "validate/causes/trial.h"
 #include "validate/sampling.h"
+#include "validate/transfer.h"
 
 /// COLMAP's points: where their observations stand, of which image they are, their colours.
 namespace terracast::validate {
@@ -20,18 +21,16 @@ void add_offset(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
     const int c = trial.sequence.camera_index(image.name.substr(0, slash));
     const int f = std::atoi(image.name.c_str() + slash + 1) - trial.first_frame;
     if (c < 0 || f < 0 || f >= trial.num_frames()) continue;
-    const auto& pose = trial.camera(c).local_from_camera[static_cast<std::size_t>(f)];
-    if (!pose) continue;
-    const Pose camera_from_local = pose->inverse();
+    const auto view = view_at(trial.sequence, c, f, &trial.image(c, f));
+    if (!view) continue;
     for (const ColmapObservation& seen : image.observations) {
       const auto point = trial.model->points.find(seen.point_id);
       if (point == trial.model->points.end()) continue;
       const auto& p = point->second.position;
-      const Eigen::Vector3d at = camera_from_local * Eigen::Vector3d(p[0], p[1], p[2]);
-      if (!(at.z() > 0.0)) continue;
-      const Eigen::Vector2d pixel = trial.camera(c).intrinsics.pixel_from_point(at);
-      off_x.push_back(seen.x_px - pixel.x());
-      off_y.push_back(seen.y_px - pixel.y());
+      const auto at = Transfer::of_local_point(*view, {p[0], p[1], p[2]});
+      if (!at || !(at->point_b.z() > 0.0)) continue;
+      off_x.push_back(seen.x_px - at->pixel.x());
+      off_y.push_back(seen.y_px - at->pixel.y());
     }
   }
   if (off_x.size() < 50) return;

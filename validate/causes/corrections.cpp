@@ -7,6 +7,7 @@
 #include "validate/checks/checker.h"
 #include "validate/evidence.h"
 #include "validate/sampling.h"
+#include "validate/transfer.h"
 
 /// Small errors of intrinsics, mounts, poses, scale and time, by joint least squares of each
 /// family's parameters on what two views disagree about. Families are told apart by what is left
@@ -36,17 +37,16 @@ struct Sample {
 void add_depth_samples(const ViewPair& pair, std::vector<Sample>& samples) {
   if (pair.b.image->depth.empty()) return;
   const Intrinsics& k_b = pair.b.camera->intrinsics;
-  const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;
+  const Transfer transfer(pair.a, pair.b);
   constexpr std::int64_t kPixels = 200;
   for (const Eigen::Vector2i& at :
        draw_pixels(pair.a.camera->intrinsics, kPixels, {}, pair.a, 11)) {
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
     if (!std::isfinite(depth_m)) continue;
-    const Eigen::Vector3d point_a =
-        pair.a.camera->intrinsics.ray_from_pixel({at.x() + 0.5, at.y() + 0.5}) * depth_m;
-    const Eigen::Vector3d point_b = b_from_a * point_a;
-    if (!(point_b.z() > 1e-3 * depth_m)) continue;
-    const Eigen::Vector2d pixel = k_b.pixel_from_point(point_b);
+    const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
+    if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
+    const Eigen::Vector3d& point_b = place->point_b;
+    const Eigen::Vector2d& pixel = place->pixel;
     const auto seen = sample_inverse_depth(pair.b.image->depth, pixel);
     if (!seen) continue;
     Sample sample;
@@ -57,7 +57,7 @@ void add_depth_samples(const ViewPair& pair, std::vector<Sample>& samples) {
     const Eigen::RowVector2d by_pixel = point_b.z() * seen->inverse_depth.gradient.transpose();
     Eigen::RowVector3d by_point = by_pixel * projection_jacobian(k_b, point_b);
     by_point.z() += seen->inverse_depth.value;
-    set_slopes(sample.residual, pair, point_a, point_b, by_point, by_pixel.transpose(),
+    set_slopes(sample.residual, pair, transfer, *place, by_point, by_pixel.transpose(),
                by_pixel.x() * (pixel.x() - k_b.cx_px) + by_pixel.y() * (pixel.y() - k_b.cy_px),
                -(1.0 + r));
     sample.cameras = {pair.a.camera_index, pair.b.camera_index};
@@ -76,24 +76,23 @@ void add_flow_samples(const ViewPair& pair, std::vector<Sample>& samples) {
   const core::ImageF& flow = is_forward ? holder.flow->forward : holder.flow->backward;
   if (flow.empty()) return;
   const Intrinsics& k = pair.b.camera->intrinsics;
-  const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;
+  const Transfer transfer(pair.a, pair.b);
   constexpr std::int64_t kPixels = 200;
   for (const Eigen::Vector2i& at :
        draw_pixels(pair.a.camera->intrinsics, kPixels, {}, pair.a, 12)) {
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
     if (!std::isfinite(depth_m)) continue;
     const Eigen::Vector2d pixel(at.x() + 0.5, at.y() + 0.5);
-    const Eigen::Vector3d point_a = pair.a.camera->intrinsics.ray_from_pixel(pixel) * depth_m;
-    const Eigen::Vector3d point_b = b_from_a * point_a;
-    if (!(point_b.z() > 0.05 * depth_m)) continue;
-    const Eigen::Vector2d target = k.pixel_from_point(point_b);
-    const Eigen::Matrix<double, 2, 3> jacobian = projection_jacobian(k, point_b);
+    const auto place = transfer.point(pixel, depth_m);
+    if (!place || !(place->point_b.z() > 0.05 * depth_m)) continue;
+    const Eigen::Vector2d& target = place->pixel;
+    const Eigen::Matrix<double, 2, 3> jacobian = projection_jacobian(k, place->point_b);
     for (int axis = 0; axis < 2; ++axis) {
       Sample sample;
       sample.residual.value =
           static_cast<double>(flow(at.x(), at.y(), axis)) - (target[axis] - pixel[axis]);
       sample.residual.sigma = 1e-3;
-      set_slopes(sample.residual, pair, point_a, point_b, -jacobian.row(axis),
+      set_slopes(sample.residual, pair, transfer, *place, -jacobian.row(axis),
                  axis == 0 ? Eigen::Vector2d(-1.0, 0.0) : Eigen::Vector2d(0.0, -1.0),
                  -(target[axis] - (axis == 0 ? k.cx_px : k.cy_px)), 0.0);
       sample.cameras = {pair.a.camera_index, pair.b.camera_index};

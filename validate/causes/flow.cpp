@@ -4,6 +4,7 @@
 
 #include "validate/causes/trial.h"
 #include "validate/sampling.h"
+#include "validate/transfer.h"
 
 /// Flow of another sign, order, direction or pair of frames; masks; disparity.
 namespace terracast::validate {
@@ -18,19 +19,16 @@ constexpr double kSame_px = 0.01;
 
 /// Where a pixel of one frame stands in another, by depth, poses and intrinsics; sky by rotation.
 std::optional<Vector2d> target_of(const Trial& trial, int camera, int from, int to, int x, int y) {
-  const Camera& c = trial.camera(camera);
-  const auto& pose_from = c.local_from_camera[static_cast<std::size_t>(from)];
-  const auto& pose_to = c.local_from_camera[static_cast<std::size_t>(to)];
+  const auto view_from = view_at(trial.sequence, camera, from, &trial.image(camera, from));
+  const auto view_to = view_at(trial.sequence, camera, to, &trial.image(camera, to));
   // An earlier cause may have left a frame without pose or depth.
-  if (!pose_from || !pose_to || trial.image(camera, from).depth.empty()) return std::nullopt;
-  const Pose to_from_from = pose_to->inverse() * *pose_from;
-  const Eigen::Vector3d ray = c.intrinsics.ray_from_pixel({x + 0.5, y + 0.5});
-  const auto depth_m = static_cast<double>(trial.image(camera, from).depth(x, y));
-  const Eigen::Vector3d point = std::isfinite(depth_m)
-                                    ? Eigen::Vector3d(to_from_from * (ray * depth_m))
-                                    : Eigen::Vector3d(to_from_from.rotation * ray);
-  if (!(point.z() > 0.0)) return std::nullopt;
-  return c.intrinsics.pixel_from_point(point);
+  if (!view_from || !view_to || view_from->image->depth.empty()) return std::nullopt;
+  const Transfer transfer(*view_from, *view_to);
+  const auto depth_m = static_cast<double>(view_from->image->depth(x, y));
+  const auto place = std::isfinite(depth_m) ? transfer.point({x + 0.5, y + 0.5}, depth_m)
+                                            : transfer.direction({x + 0.5, y + 0.5});
+  if (!place || !(place->point_b.z() > 0.0)) return std::nullopt;
+  return place->pixel;
 }
 
 using Transform = Vector2d (*)(const Vector2d&);

@@ -7,6 +7,7 @@
 
 #include "validate/checks/checker.h"
 #include "validate/sampling.h"
+#include "validate/transfer.h"
 
 namespace terracast::validate {
 
@@ -42,20 +43,18 @@ void measure_observations(const Trial& trial, Shares& shares) {
     const auto place = place_in(trial, image);
     if (!place) continue;
     const auto [camera_index, frame] = *place;
-    const Camera& camera = trial.camera(camera_index);
-    const auto& pose = camera.local_from_camera[static_cast<std::size_t>(frame)];
-    if (!pose) continue;
-    const Pose camera_from_local = pose->inverse();
+    const auto view =
+        view_at(trial.sequence, camera_index, frame, &trial.image(camera_index, frame));
+    if (!view) continue;
     const std::size_t step = std::max<std::size_t>(1, image.observations.size() / 200);
     for (std::size_t i = 0; i < image.observations.size(); i += step) {
       const ColmapObservation& seen = image.observations[i];
       const auto point = trial.model->points.find(seen.point_id);
       if (point == trial.model->points.end()) continue;
       const auto& p = point->second.position;
-      const Eigen::Vector3d at = camera_from_local * Eigen::Vector3d(p[0], p[1], p[2]);
-      const double error =
-          (camera.intrinsics.pixel_from_point(at) - Eigen::Vector2d(seen.x_px, seen.y_px)).norm();
-      errors.push_back(at.z() > 0.0 && std::isfinite(error) ? error : 1e9);
+      const auto at = Transfer::of_local_point(*view, {p[0], p[1], p[2]});
+      const double error = at ? (at->pixel - Eigen::Vector2d(seen.x_px, seen.y_px)).norm() : 1e9;
+      errors.push_back(at && at->point_b.z() > 0.0 && std::isfinite(error) ? error : 1e9);
     }
   }
   constexpr double kBound_px = 1e-6;
@@ -74,16 +73,17 @@ void measure_point_depths(const Trial& trial, Shares& shares) {
     if (!place) continue;
     const auto [camera, frame] = *place;
     const core::ImageF& depth = trial.image(camera, frame).depth;
-    const auto& pose = trial.camera(camera).local_from_camera[static_cast<std::size_t>(frame)];
-    if (depth.empty() || !pose) continue;
-    const Pose camera_from_local = pose->inverse();
+    const auto view = view_at(trial.sequence, camera, frame, &trial.image(camera, frame));
+    if (depth.empty() || !view) continue;
     for (const ColmapObservation& seen : image.observations) {
       const auto point = trial.model->points.find(seen.point_id);
       if (point == trial.model->points.end()) continue;
       const auto found = sample_inverse_depth(depth, {seen.x_px, seen.y_px});
       if (!found) continue;
       const auto& p = point->second.position;
-      const double expected_m = (camera_from_local * Eigen::Vector3d(p[0], p[1], p[2])).z();
+      const double expected_m = (pose_of_line(*view, {seen.x_px, seen.y_px}).inverse() *
+                                 Eigen::Vector3d(p[0], p[1], p[2]))
+                                    .z();
       if (expected_m > found->farthest_m * (1.0 + kClear) ||
           expected_m < found->nearest_m * (1.0 - kClear))
         ++num_hidden;
@@ -312,6 +312,7 @@ Trial make_trial(const Dataset& dataset, const Sequence& sequence,
   part.times_s = cut(sequence.times_s);
   part.stereo = sequence.stereo;
   part.classes = sequence.classes;
+  part.motion = cut(sequence.motion);
   part.oxts = cut(sequence.oxts);
   part.camera0_from_imu = sequence.camera0_from_imu;
   part.first_from_camera0 = cut(sequence.first_from_camera0);
@@ -328,6 +329,7 @@ Trial make_trial(const Dataset& dataset, const Sequence& sequence,
     copy.intrinsics = camera.intrinsics;
     copy.stated = camera.stated;
     copy.body_from_camera = camera.body_from_camera;
+    copy.shutter = camera.shutter;
     copy.camera0_from_camera = camera.camera0_from_camera;
     copy.local_from_camera = cut(camera.local_from_camera);
     copy.georeference = cut(camera.georeference);
@@ -361,20 +363,18 @@ double depth_disagreement(const Trial& trial) {
   constexpr std::size_t kEnough = 25;
   return mean_of_pairs(trial, [&](const ViewPair& pair) -> std::optional<double> {
     if (pair.b.image->depth.empty()) return std::nullopt;
-    const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;
+    const Transfer transfer(pair.a, pair.b);
     std::vector<double> sizes;
     for (const Eigen::Vector2i& at :
          draw_pixels(pair.a.camera->intrinsics, kPixels, options, pair.a, 7)) {
       const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
       if (!std::isfinite(depth_m)) continue;
-      const Eigen::Vector3d point =
-          b_from_a *
-          (pair.a.camera->intrinsics.ray_from_pixel({at.x() + 0.5, at.y() + 0.5}) * depth_m);
-      if (!(point.z() > 0.0)) continue;
-      const auto seen = sample_inverse_depth(pair.b.image->depth,
-                                             pair.b.camera->intrinsics.pixel_from_point(point));
+      const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
+      if (!place || !(place->point_b.z() > 0.0)) continue;
+      const auto seen = sample_inverse_depth(pair.b.image->depth, place->pixel);
       if (seen)
-        sizes.push_back(std::min(1.0, std::abs(seen->inverse_depth.value * point.z() - 1.0)));
+        sizes.push_back(
+            std::min(1.0, std::abs(seen->inverse_depth.value * place->point_b.z() - 1.0)));
     }
     return sizes.size() < kEnough ? 1.0 : median(sizes);
   });

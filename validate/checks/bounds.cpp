@@ -7,6 +7,7 @@
 
 #include "validate/checks/checker.h"
 #include "validate/sampling.h"
+#include "validate/transfer.h"
 
 /// What bounds.csv says that depth and flow may err by, against the depths that are there.
 namespace terracast::validate {
@@ -38,18 +39,16 @@ std::vector<double> flow_lengths_px(const View& from, const View& to, int step) 
   std::vector<double> lengths;
   const Intrinsics& k_from = from.camera->intrinsics;
   const Intrinsics& k_to = to.camera->intrinsics;
-  const Pose to_from_from = to.local_from_camera.inverse() * from.local_from_camera;
+  const Transfer transfer(from, to);
   for (int y = step / 2; y < k_from.height_px; y += step)
     for (int x = step / 2; x < k_from.width_px; x += step) {
       const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
-      const Eigen::Vector3d ray = k_from.ray_from_pixel(pixel);
       const auto depth_m = static_cast<double>(from.image->depth(x, y));
       const bool is_sky = !std::isfinite(depth_m);
-      const Eigen::Vector3d point = is_sky ? Eigen::Vector3d(to_from_from.rotation * ray)
-                                           : to_from_from * Eigen::Vector3d(ray * depth_m);
+      const auto place = is_sky ? transfer.direction(pixel) : transfer.point(pixel, depth_m);
       // So near the other camera float32 depth tells no flow.
-      if (!(point.z() > 0.05 * (is_sky ? 1.0 : depth_m))) continue;
-      const Eigen::Vector2d target = k_to.pixel_from_point(point);
+      if (!place || !(place->point_b.z() > 0.05 * (is_sky ? 1.0 : depth_m))) continue;
+      const Eigen::Vector2d& target = place->pixel;
       if (k_to.contains(target, kUnsure_px))
         lengths.push_back(std::max(0.0, (target - pixel).norm() - kUnsure_px));
     }

@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
 #include "validate/sampling.h"
+#include "validate/transfer.h"
 
 /// COLMAP's sparse model: that its parts agree with each other, and its points with images and
 /// depth maps.
@@ -56,7 +57,25 @@ struct Reprojection {
   double worst_px = 0.0;
   std::string worst;
   std::int64_t num_observations = 0;
+  /// Of points that rolling shutters see: distances of their observations from where the images' one pose has
+  /// them, px.
+  std::map<std::int64_t, std::vector<double>> by_one_pose;
 };
+
+/// The largest difference between the error that points state and the mean distance of their observations.
+/// Each model once.
+void compare_errors(const ColmapModel& model, const Reprojection& found, CheckResult& result) {
+  for (const auto& [id, distances] : found.by_one_pose) {
+    const auto point = model.points.find(id);
+    if (point == model.points.end() || point->second.track.size() != distances.size()) continue;
+    double sum = 0.0;
+    for (const double distance : distances) sum += distance;
+    note_worst(result,
+               std::abs(point->second.error_px - sum / static_cast<double>(distances.size())),
+               fmt::format("point {}: {:.6g} px stated, {:.6g} px found", id,
+                           point->second.error_px, sum / static_cast<double>(distances.size())));
+  }
+}
 
 void reproject(const ColmapModel& model, const char* kind, const Sequence& sequence,
                Reprojection& result) {
@@ -70,19 +89,41 @@ void reproject(const ColmapModel& model, const char* kind, const Sequence& seque
     const auto known = colmap_intrinsics(entry->second.model, entry->second.parameters);
     if (!known) continue;
     const Pose camera_from_world = image.camera_from_world.pose();
+    Camera own = sequence.cameras[static_cast<std::size_t>(index)];
+    own.intrinsics = {.width_px = own.intrinsics.width_px,
+                      .height_px = own.intrinsics.height_px,
+                      .fx_px = known->fx_px,
+                      .fy_px = known->fy_px,
+                      .cx_px = known->cx_px,
+                      .cy_px = known->cy_px,
+                      .lens = known->lens};
+    std::optional<View> lines;  // of a rolling shutter, at the model's own pose
+    if (own.shutter) {
+      lines = view_at(sequence, index, std::atoi(image.name.c_str() + slash + 1), nullptr);
+      if (!lines) continue;  // `structure` tells of a motion that is missing
+      lines->camera = &own;
+      lines->local_from_camera = camera_from_world.inverse();
+    }
     for (std::size_t k = 0; k < image.observations.size(); ++k) {
       const ColmapObservation& seen = image.observations[k];
       const auto point = model.points.find(seen.point_id);
       if (point == model.points.end()) continue;
-      const Eigen::Vector3d at =
-          camera_from_world * Eigen::Vector3d(point->second.position[0], point->second.position[1],
-                                              point->second.position[2]);
+      const Eigen::Vector3d position(point->second.position[0], point->second.position[1],
+                                     point->second.position[2]);
+      const Eigen::Vector3d at = camera_from_world * position;
       double error = 1e9;
+      double by_one_pose = 1e9;
       if (at.z() > 0.0) {
         const Eigen::Vector2d place = known->lens.distorted({at.x() / at.z(), at.y() / at.z()});
-        error = std::hypot(known->fx_px * place.x() + known->cx_px - seen.x_px,
-                           known->fy_px * place.y() + known->cy_px - seen.y_px);
+        by_one_pose = std::hypot(known->fx_px * place.x() + known->cx_px - seen.x_px,
+                                 known->fy_px * place.y() + known->cy_px - seen.y_px);
       }
+      if (!lines) {
+        error = by_one_pose;
+      } else if (const auto by_line = Transfer::of_local_point(*lines, position)) {
+        error = (by_line->pixel - Eigen::Vector2d(seen.x_px, seen.y_px)).norm();
+      }
+      if (lines) result.by_one_pose[seen.point_id].push_back(by_one_pose);
       ++result.num_observations;
       if (error <= result.worst_px && !result.worst.empty()) continue;
       result.worst_px = std::isfinite(error) ? error : 1e9;
@@ -204,6 +245,7 @@ class ColmapModelChecker : public Checker {
 
     Reprojection reprojection;
     reproject(binary, "binary", sequence, reprojection);
+    const Reprojection of_binary = reprojection;
     reproject(text, "text", sequence, reprojection);
     CheckResult observations;
     observations.name = "colmap_reprojection";
@@ -219,7 +261,11 @@ class ColmapModelChecker : public Checker {
         "Points, poses and observations are written with 17 digits or as doubles; they are exact.";
     observations.detects =
         "1e-5 px; half a pixel of a wrong centre rule; a pose the wrong way round";
+    if (sequence.has_rolling_shutters())
+      observations.summary +=
+          " Of rolling shutters from where the line that sees the point shows it.";
     results.push_back(std::move(observations));
+    if (sequence.has_rolling_shutters()) results.push_back(errors_result(binary, of_binary));
 
     Contradictions differences;
     compare_tables("camera", text.cameras, binary.cameras, differences);
@@ -355,6 +401,26 @@ class ColmapModelChecker : public Checker {
   }
 
  private:
+  static CheckResult errors_result(const ColmapModel& model, const Reprojection& found) {
+    if (found.by_one_pose.empty())
+      return unseen_result("colmap_errors", "no image of a rolling shutter sees a point");
+    CheckResult errors;
+    errors.name = "colmap_errors";
+    errors.bound = 1e-6;
+    errors.unit = "px";
+    compare_errors(model, found, errors);
+    errors.ok = errors.is_within_bound();
+    errors.summary = fmt::format(
+        "ERROR of {} points of the binary model against the mean distance of their observations "
+        "from their "
+        "projections by the images' one pose.",
+        found.by_one_pose.size());
+    errors.reason = "It is a mean of doubles.";
+    errors.detects =
+        "an error of 0 where rolling shutters show a point elsewhere than one pose has it";
+    return errors;
+  }
+
   void look(const View& view, const ColmapModel& model, const ColmapImage& image) {
     for (const ColmapObservation& seen : image.observations) {
       const auto found = model.points.find(seen.point_id);
@@ -376,7 +442,7 @@ class ColmapModelChecker : public Checker {
       const auto depth = sample_inverse_depth(view.image->depth, pixel);
       if (!depth) continue;
       const double expected_m =
-          (view.local_from_camera.inverse() *
+          (pose_of_line(view, pixel).inverse() *
            Eigen::Vector3d(point.position[0], point.position[1], point.position[2]))
               .z();
       ++num_looked_;

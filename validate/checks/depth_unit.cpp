@@ -13,7 +13,9 @@
 /// Neighbouring frames that share no place by their depth, although their colours do. Where depth is
 /// wrong by so much that every point leaves the other image, no residual is left to show it. So the
 /// distance between the two cameras is swept (as planes are swept in stereo): where the colours agree
-/// at another one, and nowhere else, depth has another unit than the poses.
+/// at another one, and nowhere else, depth has another unit than the poses. Images of rolling shutters are swept by
+/// their frames' poses: what a shutter moves is a small part of what lies between frames that share nothing, and
+/// alike in both.
 namespace terracast::validate {
 
 namespace {
@@ -84,6 +86,8 @@ class Sweep {
     grey_.grey = pair.b.image->grey;
     b_.image = &grey_;
     a_.local_from_camera = Pose{};
+    a_.lines.reset();
+    b_.lines.reset();
     if (!is_inverse) return;
     inverse_.grey = pair.a.image->grey;
     inverse_.depth = pair.a.image->depth;

@@ -7,6 +7,7 @@
 #include "validate/evidence.h"
 #include "validate/pictures.h"
 #include "validate/sampling.h"
+#include "validate/transfer.h"
 
 /// Stored flow against flow from depth, poses and intrinsics, both ways; its masks against the
 /// image's border and the depth.
@@ -38,9 +39,9 @@ struct DirectionSummary {
 class DirectionComparison {
  public:
   DirectionComparison(const Direction& direction, const ValidateOptions& options)
-      : d_(direction),
-        options_(options),
-        b_from_a_(d_.pair.b.local_from_camera.inverse() * d_.pair.a.local_from_camera) {}
+      : d_(direction), options_(options), transfer_(d_.pair.a, d_.pair.b) {}
+  DirectionComparison(const DirectionComparison&) = delete;
+  DirectionComparison& operator=(const DirectionComparison&) = delete;
 
   DirectionSummary run() {
     const Intrinsics& k = d_.pair.a.camera->intrinsics;
@@ -76,22 +77,27 @@ class DirectionComparison {
       contradict(x, y, "flow is not finite");
       return;
     }
+    if (d_.pair.a.image->body_at(x, y) != 0) return;  // `moving` tells of it
     const auto depth_m = static_cast<double>(d_.pair.a.image->depth(x, y));
     const bool is_sky = !std::isfinite(depth_m);
-    const Eigen::Vector3d ray = k_a.ray_from_pixel(pixel);
-    const Eigen::Vector3d point_a = is_sky ? ray : Eigen::Vector3d(ray * depth_m);
-    const Eigen::Vector3d point_b =
-        is_sky ? Eigen::Vector3d(b_from_a_.rotation * ray) : b_from_a_ * point_a;
+    const std::optional<Transfer::Place> place =
+        is_sky ? transfer_.direction(pixel) : transfer_.point(pixel, depth_m);
     if (stored.allFinite()) ++summary_.num_masked;
     if (says_covisible && (is_sky || !says_in_view))
       contradict(x, y,
                  is_sky ? "sky is called co-visible" : "co-visible but not in the field of view");
-    if (!(point_b.z() > 0.0)) {
+    if (!place || !(place->point_b.z() > 0.0)) {
       if (says_in_view || !stored.allFinite())
-        contradict(x, y, "behind the other camera, but called in its field of view or too long");
+        contradict(x, y,
+                   d_.pair.b.lines
+                       ? "seen by no line of the other image, but called in its field of "
+                         "view or too long"
+                       : "behind the other camera, but called in its field of view or too long");
       return;
     }
-    const Eigen::Vector2d target = k_b.pixel_from_point(point_b);
+    const Eigen::Vector3d& point_a = place->point_a;
+    const Eigen::Vector3d& point_b = place->point_b;
+    const Eigen::Vector2d& target = place->pixel;
     if (!stored.allFinite()) {
       const double longest_px = (target - pixel).cwiseAbs().maxCoeff();
       if (!(longest_px > reach_px - d_.pair.a.camera->flow_step_px))
@@ -123,7 +129,7 @@ class DirectionComparison {
       Residual residual;
       residual.value = difference[axis];
       // A principal point moves the pixel's ray in a and the target in b, never the pixel itself.
-      set_slopes(residual, d_.pair, point_a, point_b, -jacobian.row(axis),
+      set_slopes(residual, d_.pair, transfer_, *place, -jacobian.row(axis),
                  axis == 0 ? Eigen::Vector2d(-1.0, 0.0) : Eigen::Vector2d(0.0, -1.0),
                  -(target[axis] - (axis == 0 ? k_b.cx_px : k_b.cy_px)), 0.0);
       residuals_.push_back(residual);
@@ -153,7 +159,7 @@ class DirectionComparison {
 
   Direction d_;
   const ValidateOptions& options_;
-  Pose b_from_a_;
+  Transfer transfer_;  ///< of the pair above
   std::int64_t stride_ = 1;
   DirectionSummary summary_;
   std::vector<Residual> residuals_;
@@ -277,6 +283,7 @@ class FlowChecker : public Checker {
                                   .focal_percent = 0.05,
                                   .scale_percent = 0.05,
                                   .time_frames = 0.25,
+                                  .line_time_percent = 0.5,
                                   .time_residual = 1e-3,
                                   .rounding = 0.5 * step_px,
                                   .rotation_deg = 0.005};

@@ -218,6 +218,8 @@ class OracleChecker : public Checker {
     has_classes_ = has_classes_ || has_classes(window.sequence(), image);
     const Parallax stereo = parallax_of(window.sequence(), view);
     for (const OraclePixel& pixel : sample.chosen.pixels) {
+      // The world knows what stands: `moving` tells of the rest.
+      if (image.body_at(pixel.x, pixel.y) != 0) continue;
       if (pixel.is_on_silhouette) {
         ++(pixel.reason == PixelReason::Random ? num_random_silhouettes_ : num_other_silhouettes_);
         if (pixel.reason == PixelReason::Random && first_silhouette_.empty())
@@ -329,13 +331,17 @@ class OracleChecker : public Checker {
   /// where   of the point, for messages
   void judge(const OracleView& by, const Eigen::Vector3d& point_world, bool says_seen,
              const std::string& where, Verdicts& verdicts) const {
-    const std::optional<Eigen::Vector2d> pixel = by.project(point_world);
+    const std::optional<OracleView::Sighting> seen = by.sighting(point_world);
     const Intrinsics& camera = by.intrinsics();
-    if (pixel && camera.contains(*pixel, -kBorder_px) && !camera.contains(*pixel, kBorder_px))
+    if (seen && camera.contains(seen->pixel, -kBorder_px) &&
+        !camera.contains(seen->pixel, kBorder_px))
       return;
-    const bool is_in_image = pixel && camera.contains(*pixel);
+    const bool is_in_image = seen && camera.contains(seen->pixel);
+    // What moves may hide it.
+    if (is_in_image && !says_seen && by.view.image->shows_moving_near(seen->pixel)) return;
     ++verdicts.num_judged;
-    const Sight sight(*terrain_, by.eye_world(), point_world);
+    const Sight sight(*terrain_, seen ? seen->eye_world : by.world_from_camera.translation,
+                      point_world);
     const bool is_seen = is_in_image && sight.is_seen();
     if (is_seen == says_seen) return;
     if (is_in_image && sight.is_tie()) {
@@ -381,7 +387,9 @@ class OracleChecker : public Checker {
     const std::vector<OraclePixel>& pixels = from.chosen.pixels;
     judge_all(pixels.size(), visibility_, [&](std::size_t i, Verdicts& verdicts) {
       const OraclePixel& pixel = pixels[i];
-      if (pixel.is_on_silhouette || std::isnan(flow(pixel.x, pixel.y, 0))) return;
+      if (pixel.is_on_silhouette || std::isnan(flow(pixel.x, pixel.y, 0)) ||
+          from.view.view.image->body_at(pixel.x, pixel.y) != 0)
+        return;
       const bool says_seen = mask(pixel.x, pixel.y) != 0;
       const std::string where = place_of(from.view.view, pixel.x, pixel.y);
       if (pixel.hit) {
@@ -445,7 +453,10 @@ class OracleChecker : public Checker {
       const std::string where = fmt::format("point {}", claims[i].point);
       judge(by, point, claims[i].is_seen, where, verdicts);
       if (!claims[i].is_seen || verdicts.num_wrong > 0 || verdicts.num_ties > 0) return;
-      const double distance_m = Sight(*terrain_, by.eye_world(), point).distance_from_ground_m();
+      const std::optional<OracleView::Sighting> sighting = by.sighting(point);
+      if (!sighting) return;  // judged above
+      const double distance_m =
+          Sight(*terrain_, sighting->eye_world, point).distance_from_ground_m();
       if (distance_m > Sight::kTie_m)
         verdicts.wrong(fmt::format("{}: {:.3g} m from the ground that {} sees there", where,
                                    distance_m, place_of(by.view)));

@@ -7,6 +7,7 @@
 #include "validate/checks/checker.h"
 #include "validate/evidence.h"
 #include "validate/sampling.h"
+#include "validate/transfer.h"
 
 /// Colours of one image, carried by its depth and by poses into another, against the colours there:
 /// their correlation, and the sub-pixel shift that remains. This ties the images to the geometry.
@@ -65,6 +66,7 @@ PairMatches compare(const ViewPair& pair, const ValidateOptions& options) {
                               static_cast<std::uint64_t>(pair.b.camera_index)) |
                              1ULL << 40;
   std::vector<Residual> residuals;
+  const Transfer transfer(pair.a, pair.b);
   for (const Eigen::Vector2i& at :
        draw_pixels(pair.a.camera->intrinsics, count, options, pair.a, salt)) {
     const std::optional<PatchMatch> match = match_patch(pair.a, pair.b, at.x(), at.y());
@@ -72,19 +74,19 @@ PairMatches compare(const ViewPair& pair, const ValidateOptions& options) {
     matches.correlation.push_back(worth_of(*match));
     if (!match->is_resolved) ++matches.num_unresolved;
     compare_colors(color_around(pair.a.image->color, at.x(), at.y()),
-                   color_around(pair.b.image->color, static_cast<int>(match->predicted.x()),
-                                static_cast<int>(match->predicted.y())),
+                   color_around(pair.b.image->color, static_cast<int>(match->place.pixel.x()),
+                                static_cast<int>(match->place.pixel.y())),
                    matches);
     if (!match->has_converged) continue;
     matches.shift_x.push_back(match->shift_px.x());
     matches.shift_y.push_back(match->shift_px.y());
     const Intrinsics& k_b = pair.b.camera->intrinsics;
-    const Eigen::Matrix<double, 2, 3> jacobian = projection_jacobian(k_b, match->point_b);
+    const Eigen::Matrix<double, 2, 3> jacobian = projection_jacobian(k_b, match->place.point_b);
     for (int axis = 0; axis < 2; ++axis) {
       Residual residual;  // seen minus predicted: a correction that moves the prediction lowers it
       residual.value = match->shift_px[axis];
-      const double from_centre = match->predicted[axis] - (axis == 0 ? k_b.cx_px : k_b.cy_px);
-      set_slopes(residual, pair, match->point_a, match->point_b, -jacobian.row(axis),
+      const double from_centre = match->place.pixel[axis] - (axis == 0 ? k_b.cx_px : k_b.cy_px);
+      set_slopes(residual, pair, transfer, match->place, -jacobian.row(axis),
                  axis == 0 ? Eigen::Vector2d(-1.0, 0.0) : Eigen::Vector2d(0.0, -1.0), -from_centre,
                  0.0);
       residuals.push_back(residual);

@@ -9,6 +9,7 @@
 #include "validate/evidence.h"
 #include "validate/pictures.h"
 #include "validate/sampling.h"
+#include "validate/transfer.h"
 
 /// Depth of one image, carried by intrinsics and poses into another, against the depth there.
 /// Residual r = z_predicted / z_measured - 1, the measured one interpolated in inverse depth
@@ -32,20 +33,17 @@ struct PairSummary {
   int best_shift = 0;
 };
 
-/// Median |r| of some pixels with other poses than the images' own.
-double median_residual(const ViewPair& pair, const Pose& b_from_a,
-                       const std::vector<Eigen::Vector2i>& pixels) {
-  const Intrinsics& k_a = pair.a.camera->intrinsics;
+/// Median |r| of some pixels.
+double median_residual(const ViewPair& pair, const std::vector<Eigen::Vector2i>& pixels) {
+  const Transfer transfer(pair.a, pair.b);
   std::vector<double> sizes;
   for (const Eigen::Vector2i& at : pixels) {
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
     if (!std::isfinite(depth_m)) continue;
-    const Eigen::Vector3d point =
-        b_from_a * (k_a.ray_from_pixel({at.x() + 0.5, at.y() + 0.5}) * depth_m);
-    if (!(point.z() > 1e-3 * depth_m)) continue;
-    const auto seen = sample_inverse_depth(pair.b.image->depth,
-                                           pair.b.camera->intrinsics.pixel_from_point(point));
-    if (seen) sizes.push_back(std::abs(seen->inverse_depth.value * point.z() - 1.0));
+    const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
+    if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
+    const auto seen = sample_inverse_depth(pair.b.image->depth, place->pixel);
+    if (seen) sizes.push_back(std::abs(seen->inverse_depth.value * place->point_b.z() - 1.0));
   }
   constexpr std::size_t kEnough = 50;
   return sizes.size() < kEnough ? std::numeric_limits<double>::infinity() : median(sizes);
@@ -57,23 +55,17 @@ int best_time_shift(const ViewPair& pair, const std::vector<Eigen::Vector2i>& al
   if (pair.is_same_time()) return 0;
   const std::vector<Eigen::Vector2i> pixels(
       all_pixels.begin(), all_pixels.begin() + static_cast<std::ptrdiff_t>(all_pixels.size() / 4));
-  const auto pose_at = [](const View& view, int shift) -> const Pose* {
-    const auto& poses = view.camera->local_from_camera;
-    const int frame = view.frame + shift;
-    if (frame < 0 || frame >= static_cast<int>(poses.size())) return nullptr;
-    const auto& pose = poses[static_cast<std::size_t>(frame)];
-    return pose ? &*pose : nullptr;
+  const auto posed_at = [](const View& view, int shift) {
+    return view_at(*view.sequence, view.camera_index, view.frame + shift, view.image);
   };
   int best = 0;
   // A neighbour must be better by a clear factor: in steady flight all shifts agree alike.
-  double least =
-      0.5 *
-      median_residual(pair, pair.b.local_from_camera.inverse() * pair.a.local_from_camera, pixels);
+  double least = 0.5 * median_residual(pair, pixels);
   for (const int shift : {-1, 1}) {
-    const Pose* a = pose_at(pair.a, shift);
-    const Pose* b = pose_at(pair.b, shift);
-    if (a == nullptr || b == nullptr) continue;
-    const double size = median_residual(pair, b->inverse() * *a, pixels);
+    const std::optional<View> a = posed_at(pair.a, shift);
+    const std::optional<View> b = posed_at(pair.b, shift);
+    if (!a || !b) continue;
+    const double size = median_residual({*a, *b}, pixels);
     if (size < least) {
       least = size;
       best = shift;
@@ -86,7 +78,7 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
   PairSummary summary;
   const Intrinsics& k_a = pair.a.camera->intrinsics;
   const Intrinsics& k_b = pair.b.camera->intrinsics;
-  const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;
+  const Transfer transfer(pair.a, pair.b);
   const std::uint64_t salt = static_cast<std::uint64_t>(pair.b.frame) * 1000 +
                              static_cast<std::uint64_t>(pair.b.camera_index);
   std::vector<Residual> residuals;
@@ -98,10 +90,10 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
   for (const Eigen::Vector2i& at : pixels) {
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
     if (!std::isfinite(depth_m)) continue;
-    const Eigen::Vector3d point_a = k_a.ray_from_pixel({at.x() + 0.5, at.y() + 0.5}) * depth_m;
-    const Eigen::Vector3d point_b = b_from_a * point_a;
-    if (!(point_b.z() > 1e-3 * depth_m)) continue;
-    const Eigen::Vector2d pixel = k_b.pixel_from_point(point_b);
+    const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
+    if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
+    const Eigen::Vector3d& point_b = place->point_b;
+    const Eigen::Vector2d& pixel = place->pixel;
     const std::optional<InverseDepthSample> seen = sample_inverse_depth(pair.b.image->depth, pixel);
     if (!seen) continue;
     ++summary.num_compared;
@@ -127,7 +119,7 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
     const Eigen::RowVector2d by_pixel = point_b.z() * seen->inverse_depth.gradient.transpose();
     Eigen::RowVector3d by_point = by_pixel * projection_jacobian(k_b, point_b);
     by_point.z() += seen->inverse_depth.value;
-    set_slopes(residual, pair, point_a, point_b, by_point, by_pixel.transpose(),
+    set_slopes(residual, pair, transfer, *place, by_point, by_pixel.transpose(),
                by_pixel.x() * (pixel.x() - k_b.cx_px) + by_pixel.y() * (pixel.y() - k_b.cy_px),
                -(1.0 + r));
     residuals.push_back(residual);
@@ -224,6 +216,7 @@ class ReprojectionChecker : public Checker {
                                   .focal_percent = 0.05,
                                   .scale_percent = 0.05,
                                   .time_frames = 0.25,
+                                  .line_time_percent = 2.0,
                                   .time_residual = 1e-4,
                                   .rotation_deg = 0.005,
                                   .position_px = 0.05};
@@ -290,19 +283,18 @@ class ReprojectionChecker : public Checker {
   /// equal; grey: not seen.
   static CheckResult::Picture residual_map(const ViewPair& pair) {
     const Intrinsics& k_a = pair.a.camera->intrinsics;
-    const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;
+    const Transfer transfer(pair.a, pair.b);
     core::ImageF map((k_a.width_px + 1) / 2, (k_a.height_px + 1) / 2, 1,
                      std::numeric_limits<float>::quiet_NaN());
     for (int y = 0; y < map.height(); ++y)
       for (int x = 0; x < map.width(); ++x) {
         const auto depth_m = static_cast<double>(pair.a.image->depth(2 * x, 2 * y));
         if (!std::isfinite(depth_m)) continue;
-        const Eigen::Vector3d point =
-            b_from_a * (k_a.ray_from_pixel({2 * x + 0.5, 2 * y + 0.5}) * depth_m);
-        if (!(point.z() > 1e-3 * depth_m)) continue;
-        const auto seen = sample_inverse_depth(pair.b.image->depth,
-                                               pair.b.camera->intrinsics.pixel_from_point(point));
-        if (seen) map(x, y) = static_cast<float>(seen->inverse_depth.value * point.z() - 1.0);
+        const auto place = transfer.point({2 * x + 0.5, 2 * y + 0.5}, depth_m);
+        if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
+        const auto seen = sample_inverse_depth(pair.b.image->depth, place->pixel);
+        if (seen)
+          map(x, y) = static_cast<float>(seen->inverse_depth.value * place->point_b.z() - 1.0);
       }
     constexpr float kFull = 2e-3F;
     return {fmt::format("{} in {}: blue to red is -0.2 % to +0.2 % of the depth", place_of(pair.a),

@@ -3,6 +3,7 @@
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
 #include "validate/sampling.h"
+#include "validate/transfer.h"
 
 /// Classes of one image, carried by its depth and by poses into another, against the classes there.
 namespace terracast::validate {
@@ -27,7 +28,7 @@ Agreement compare(const ViewPair& pair, const ValidateOptions& options) {
   Agreement agreement;
   const core::Image8& classes_a = pair.a.image->segmentation;
   const core::Image8& classes_b = pair.b.image->segmentation;
-  const Pose b_from_a = pair.b.local_from_camera.inverse() * pair.a.local_from_camera;
+  const Transfer transfer(pair.a, pair.b);
   const std::uint64_t salt = (static_cast<std::uint64_t>(pair.b.frame) * 1000 +
                               static_cast<std::uint64_t>(pair.b.camera_index)) |
                              1ULL << 42;
@@ -35,13 +36,11 @@ Agreement compare(const ViewPair& pair, const ValidateOptions& options) {
        draw_pixels(pair.a.camera->intrinsics, options.samples_per_image, options, pair.a, salt)) {
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
     if (!std::isfinite(depth_m) || !is_inside(classes_a, at.x(), at.y())) continue;
-    const Eigen::Vector3d point =
-        b_from_a *
-        (pair.a.camera->intrinsics.ray_from_pixel({at.x() + 0.5, at.y() + 0.5}) * depth_m);
-    if (!(point.z() > 1e-3 * depth_m)) continue;
-    const Eigen::Vector2d pixel = pair.b.camera->intrinsics.pixel_from_point(point);
+    const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
+    if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
+    const Eigen::Vector2d& pixel = place->pixel;
     const auto seen = sample_inverse_depth(pair.b.image->depth, pixel);
-    if (!seen || std::abs(seen->inverse_depth.value * point.z() - 1.0) > 0.01) continue;
+    if (!seen || std::abs(seen->inverse_depth.value * place->point_b.z() - 1.0) > 0.01) continue;
     const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
     if (!is_inside(classes_b, x, y)) continue;
     ++agreement.num_compared;

@@ -174,7 +174,7 @@ class StereoChecker : public Checker {
     const int step = options_.is_trial ? 8 : 1;
     for (int y = step / 2; y < depth.height(); y += step)
       for (int x = step / 2; x < depth.width(); x += step) {
-        const auto depth_m = static_cast<double>(depth(x, y));
+        const auto depth_m = static_cast<double>(left.image->depth_at(x, y));
         const auto stored = static_cast<double>(disparity(x, y));
         if (!std::isfinite(depth_m) && !std::isfinite(stored)) continue;
         const double expected = product / depth_m + offset_px;

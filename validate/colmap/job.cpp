@@ -150,6 +150,12 @@ std::vector<CheckResult> run_colmap_modes(const Dataset& dataset, const Sequence
   for (const ColmapMode& mode : colmap_modes()) {
     if (std::find(options.colmap.begin(), options.colmap.end(), mode.name) == options.colmap.end())
       continue;
+    if (sequence.has_rolling_shutters()) {
+      results.push_back(skipped_result(fmt::format("colmap_{}_program", mode.name),
+                                       "COLMAP knows one pose an image; of rolling shutters it "
+                                       "would measure what the shutter moves"));
+      continue;
+    }
     std::string failure, version;
     try {
       if (!sequence.binary_model)

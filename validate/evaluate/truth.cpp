@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "validate/transfer.h"
 
 namespace terracast::validate {
 
@@ -21,12 +22,12 @@ const FrameFiles& files_of(const Subject& subject, int frame) {
   return subject.camera().files[static_cast<std::size_t>(frame)];
 }
 
-/// Carries points of a frame's camera into the next frame's.
-std::optional<Pose> next_from_now(const Subject& subject, int frame) {
-  const auto& poses = subject.camera().local_from_camera;
-  const auto now = static_cast<std::size_t>(frame);
-  if (now + 1 >= poses.size() || !poses[now] || !poses[now + 1]) return std::nullopt;
-  return poses[now + 1]->inverse() * *poses[now];
+/// A frame's camera and the next frame's.
+std::optional<ViewPair> now_and_next(const Subject& subject, int frame) {
+  const auto now = view_at(subject.sequence, subject.camera_index, frame, nullptr);
+  const auto next = view_at(subject.sequence, subject.camera_index, frame + 1, nullptr);
+  if (!now || !next) return std::nullopt;
+  return ViewPair{*now, *next};
 }
 
 Eigen::Vector2d centre_of(int x, int y) { return {x + 0.5, y + 0.5}; }
@@ -82,11 +83,11 @@ bool has_depth_truth(const Subject& subject, int frame) {
 
 bool has_flow_truth(const Subject& subject, int frame) {
   return frame + 1 < subject.sequence.num_frames && has_depth_truth(subject, frame) &&
-         (!files_of(subject, frame).flow.empty() || next_from_now(subject, frame));
+         (!files_of(subject, frame).flow.empty() || now_and_next(subject, frame));
 }
 
 bool has_scene_flow_truth(const Subject& subject, int frame) {
-  return has_flow_truth(subject, frame) && next_from_now(subject, frame);
+  return has_flow_truth(subject, frame) && now_and_next(subject, frame);
 }
 
 core::ImageF depth_truth(const Subject& subject, int frame) {
@@ -112,15 +113,16 @@ FlowTruth flow_truth(const Subject& subject, int frame, FlowMask mask) {
          "{}: {} stores no mask of what the next frame sees of {}; --mask all or in-view is right",
          subject.dataset.root.string(), subject.dataset.format, subject.camera().name);
   truth.flow = core::ImageF(k.width_px, k.height_px, 2, kNone);
-  const Pose carried = next_from_now(subject, frame).value();
+  const ViewPair pair = now_and_next(subject, frame).value();
+  const Transfer transfer(pair.a, pair.b);
   for (int y = 0; y < k.height_px; ++y)
     for (int x = 0; x < k.width_px; ++x) {
       const auto depth_m = static_cast<double>(truth.depth(x, y));
       if (!std::isfinite(depth_m)) continue;
       const Eigen::Vector2d pixel = centre_of(x, y);
-      const Eigen::Vector3d point = carried * (depth_m * k.ray_from_pixel(pixel));
-      if (!(point.z() > 0.0)) continue;
-      const Eigen::Vector2d there = k.pixel_from_point(point);
+      const auto place = transfer.point(pixel, depth_m);
+      if (!place || !(place->point_b.z() > 0.0)) continue;
+      const Eigen::Vector2d& there = place->pixel;
       if (mask == FlowMask::InView && !k.contains(there)) continue;
       for (int c = 0; c < 2; ++c) truth.flow(x, y, c) = static_cast<float>(there[c] - pixel[c]);
     }
@@ -132,7 +134,8 @@ SceneFlowTruth scene_flow_truth(const Subject& subject, int frame, FlowMask mask
   SceneFlowTruth truth;
   truth.image = flow_truth(subject, frame, mask);
   const bool is_stored = !files_of(subject, frame).flow.empty();
-  const Pose carried = next_from_now(subject, frame).value();
+  const ViewPair pair = now_and_next(subject, frame).value();
+  const Transfer transfer(pair.a, pair.b);
   constexpr double kNoPoint = std::numeric_limits<double>::quiet_NaN();
   truth.points = core::Image<double>(k.width_px, k.height_px, 3, kNoPoint);
   truth.points_next = truth.points;
@@ -140,23 +143,22 @@ SceneFlowTruth scene_flow_truth(const Subject& subject, int frame, FlowMask mask
     for (int x = 0; x < k.width_px; ++x) {
       core::ImageF& flow = truth.image.flow;
       if (!std::isfinite(flow(x, y))) continue;
-      const Eigen::Vector3d point =
-          static_cast<double>(truth.image.depth(x, y)) * k.ray_from_pixel(centre_of(x, y));
-      const Eigen::Vector3d point_next = carried * point;
+      const auto place =
+          transfer.point(centre_of(x, y), static_cast<double>(truth.image.depth(x, y)));
       // What a right dataset stores agrees to 0.005 px (the check `flow`): more is motion.
       constexpr double kStill_px = 0.1;
       if (is_stored) {
         const Eigen::Vector2d stored = centre_of(x, y) + vector_at(flow, x, y);
-        if (!(point_next.z() > 0.0) ||
-            (k.pixel_from_point(point_next) - stored).norm() > kStill_px) {
+        if (!place || !(place->point_b.z() > 0.0) || (place->pixel - stored).norm() > kStill_px) {
           ++truth.num_moving;
           flow(x, y, 0) = flow(x, y, 1) = kNone;
           continue;
         }
       }
+      if (!place) continue;
       for (int c = 0; c < 3; ++c) {
-        truth.points(x, y, c) = point[c];
-        truth.points_next(x, y, c) = point_next[c];
+        truth.points(x, y, c) = place->point_a[c];
+        truth.points_next(x, y, c) = place->point_b[c];
       }
     }
   return truth;
