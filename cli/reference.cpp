@@ -18,6 +18,7 @@
 #include "rigs/rig_format.h"
 #include "tiler/elevation_registry.h"
 #include "tiler/layer.h"
+#include "tiler/objects/things.h"
 #include "validate/check.h"
 #include "validate/evaluate/evaluate.h"
 
@@ -50,6 +51,19 @@ std::string class_lines() {
   return text;
 }
 
+std::string thing_lines() {
+  std::string text =
+      fmt::format("{:22} {:15} {:>24} {:>8}  {}\n", "name", "class", "size m", "colours", "as");
+  for (const tiler::ThingInfo& thing : tiler::all_things())
+    text +=
+        fmt::format("{:22} {:15} {:>24} {:>8}  {}\n", thing.name,
+                    core::semantic_class_names()[static_cast<std::size_t>(thing.semantic_class)],
+                    fmt::format("{:.2f} x {:.2f} x {:.2f}", thing.size_m.x(), thing.size_m.y(),
+                                thing.size_m.z()),
+                    thing.num_variants, thing.source);
+  return text;
+}
+
 const std::map<std::string, std::function<std::string()>>& lists() {
   static const std::map<std::string, std::function<std::string()>> table{
       {"cameras", [] { return lines_of(geo::camera_models()); }},
@@ -62,6 +76,7 @@ const std::map<std::string, std::function<std::string()>>& lists() {
       {"rig_formats", [] { return lines_of(rigs::rig_formats()); }},
       {"rig_templates", [] { return lines_of(render::rig_templates()); }},
       {"tasks", [] { return lines_of(validate::task_list()); }},
+      {"things", thing_lines},
       {"trajectories", [] { return lines_of(geo::trajectory_kinds()); }},
       {"world_formats", [] { return lines_of(world_export::world_formats()); }},
   };

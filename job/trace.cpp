@@ -7,9 +7,11 @@
 #include <limits>
 #include <vector>
 
+#include "capture/channel.h"
 #include "capture/frame_reader.h"
 #include "capture/labels.h"
 #include "core/error.h"
+#include "core/instance_id.h"
 #include "core/random.h"
 #include "core/registry.h"
 #include "geo/camera_model.h"
@@ -314,6 +316,19 @@ std::string layer_lines(const Json& layer, const std::string& name) {
   return text + terms_lines(layer);
 }
 
+/// The body that a pixel shows of what moves.
+Json json_of_body(const capture::SequenceInfo& info, std::uint32_t instance_id,
+                  std::uint32_t primitive_id) {
+  const capture::MovingBody* shown = nullptr;
+  for (const capture::MovingBody& body : info.moving)
+    if (body.instance_id == instance_id &&
+        body.first_triangle <= primitive_id - capture::kObjectPrimitives)
+      shown = &body;
+  if (shown == nullptr)
+    fail(ErrorKind::Input, "{}: nothing that moves has the instance {}", info.name, instance_id);
+  return Json::object().set("name", shown->name).set("thing", shown->thing);
+}
+
 }  // namespace
 
 Json trace_place(const world::TileStore& store, double lat_deg, double lon_deg) {
@@ -359,6 +374,14 @@ Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
   const auto model = geo::make_camera(intrinsics);
   const capture::CameraView view = sequence.view(*model, pixel.frame, camera_index);
   const Eigen::Vector2d center = capture::pixel_center(pixel.x, pixel.y);
+  json.set("place",
+           json_of_place(geo::WorldFrame(info.origin), capture::point_world(view, center, range_m)))
+      .set("range_m", range_m);
+  if (core::is_moving_id(instance_id))
+    return json.set("surface", "moving")
+        .set("class", json_of_class(semantic_class))
+        .set("instance_id", static_cast<std::int64_t>(instance_id))
+        .set("moving", json_of_body(info, instance_id, facts.primitive_id(pixel.x, pixel.y)));
   const geo::Rigid3d world_from_camera = view.pose_of_line(center);
   const Eigen::Vector3d direction_world =
       world_from_camera.rotation * model->ray_from_pixel(center).normalized();
@@ -377,10 +400,7 @@ Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
          info.name, pixel.frame, pixel.x, pixel.y, range_m, instance_id,
          met ? fmt::format("instance {} at {:.3f} m", met_instance, met->hit.t) : "nothing",
          store.folder().string());
-  json.set("place",
-           json_of_place(geo::WorldFrame(info.origin), capture::point_world(view, center, range_m)))
-      .set("range_m", range_m)
-      .set("surface", surface_name(*met))
+  json.set("surface", surface_name(*met))
       .set("class", json_of_class(semantic_class))
       .set("instance_id", static_cast<std::int64_t>(instance_id));
   add_source(store, *met, json);
@@ -410,6 +430,9 @@ std::string trace_text(const Json& trace) {
                             trace.at("class").at("id").integer()));
   if (trace.at("instance_id").integer() != 0)
     line("instance", fmt::format("{}", trace.at("instance_id").integer()));
+  if (trace.has("moving"))
+    line("moving", fmt::format("{} ({})", trace.at("moving").at("name").string(),
+                               trace.at("moving").at("thing").string()));
   if (trace.has("layer")) {
     text += layer_lines(trace.at("layer"), "layer");
     line("feature", fmt::format("{}", trace.at("feature").integer()));

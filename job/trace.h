@@ -26,10 +26,11 @@ struct CapturedPixel {
 ///
 ///     place        latitude, longitude, height above the ellipsoid, altitude above the geoid (EGM96;
 ///                  null without its grid), world x, y, z
-///     surface      ground, paint (on the ground), object, or sky
+///     surface      ground, paint (on the ground), object, moving, or sky
 ///     class        name, id; instance_id is 0 for ground and sky
 ///     layer        of paint and objects: its row of the manifest, name, kind, source, licence,
 ///                  accuracy; and the feature's number in that source
+///     moving       of what moves: the body's name and what it is
 ///     elevation    of ground and paint: the source's row, name, kind, CRS, datum, spacing,
 ///                  licence, accuracy
 ///     cover        of ground: what covers it, and the layers that tell (the first that knows is

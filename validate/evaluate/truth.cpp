@@ -41,6 +41,25 @@ void apply_stored_masks(const FlowFields& fields, FlowMask mask, core::ImageF& f
     if (kept.data()[i] == 0) flow.data()[2 * i] = flow.data()[2 * i + 1] = kNone;
 }
 
+/// Where the points of an image are in the next, what moves by its poses.
+class NextPlaces {
+ public:
+  NextPlaces(const Subject& subject, int frame, const ViewPair& pair) : transfer_(pair.a, pair.b) {
+    const std::string& file = files_of(subject, frame).moving;
+    if (!file.empty())
+      moving_ = read_png16(subject.dataset.root / file, file, 1, subject.camera().intrinsics);
+  }
+  std::optional<Transfer::Place> of(int x, int y, double depth_m) const {
+    const int body = moving_.empty() ? 0 : moving_(x, y);
+    return body == 0 ? transfer_.point(centre_of(x, y), depth_m)
+                     : transfer_.point_of_body(body, centre_of(x, y), depth_m);
+  }
+
+ private:
+  Transfer transfer_;
+  core::Image16 moving_;  ///< empty: all stands still
+};
+
 }  // namespace
 
 bool is_judged(const FlowTruth& truth, int x, int y, const EvaluateOptions& options) {
@@ -114,13 +133,13 @@ FlowTruth flow_truth(const Subject& subject, int frame, FlowMask mask) {
          subject.dataset.root.string(), subject.dataset.format, subject.camera().name);
   truth.flow = core::ImageF(k.width_px, k.height_px, 2, kNone);
   const ViewPair pair = now_and_next(subject, frame).value();
-  const Transfer transfer(pair.a, pair.b);
+  const NextPlaces places(subject, frame, pair);
   for (int y = 0; y < k.height_px; ++y)
     for (int x = 0; x < k.width_px; ++x) {
       const auto depth_m = static_cast<double>(truth.depth(x, y));
       if (!std::isfinite(depth_m)) continue;
       const Eigen::Vector2d pixel = centre_of(x, y);
-      const auto place = transfer.point(pixel, depth_m);
+      const auto place = places.of(x, y, depth_m);
       if (!place || !(place->point_b.z() > 0.0)) continue;
       const Eigen::Vector2d& there = place->pixel;
       if (mask == FlowMask::InView && !k.contains(there)) continue;
@@ -135,7 +154,7 @@ SceneFlowTruth scene_flow_truth(const Subject& subject, int frame, FlowMask mask
   truth.image = flow_truth(subject, frame, mask);
   const bool is_stored = !files_of(subject, frame).flow.empty();
   const ViewPair pair = now_and_next(subject, frame).value();
-  const Transfer transfer(pair.a, pair.b);
+  const NextPlaces places(subject, frame, pair);
   constexpr double kNoPoint = std::numeric_limits<double>::quiet_NaN();
   truth.points = core::Image<double>(k.width_px, k.height_px, 3, kNoPoint);
   truth.points_next = truth.points;
@@ -143,8 +162,7 @@ SceneFlowTruth scene_flow_truth(const Subject& subject, int frame, FlowMask mask
     for (int x = 0; x < k.width_px; ++x) {
       core::ImageF& flow = truth.image.flow;
       if (!std::isfinite(flow(x, y))) continue;
-      const auto place =
-          transfer.point(centre_of(x, y), static_cast<double>(truth.image.depth(x, y)));
+      const auto place = places.of(x, y, static_cast<double>(truth.image.depth(x, y)));
       // What a right dataset stores agrees to 0.005 px (the check `flow`): more is motion.
       constexpr double kStill_px = 0.1;
       if (is_stored) {
