@@ -29,12 +29,13 @@ class LineBounds {
   /// normal_world   of the surface, unit
   /// motion         of the body whose surface it is; null: it stands still
   double range_error_m(double range_m, const Eigen::Vector3d& normal_world,
-                       const BodyMotion* motion) const;
+                       const BodyMotion* motion = nullptr) const;
 
   /// As FlowBounds::flow_error_px, to a view that has a motion: of the line that sees the point, and of when it does.
   /// range_error_m   what range_error_m adds is counted
   std::optional<LabelError> flow_error_px(const CameraView& to, double range_m,
-                                          double range_error_m, const BodyMotion* motion) const;
+                                          double range_error_m,
+                                          const BodyMotion* motion = nullptr) const;
 
  private:
   Eigen::Vector2d pixel_;

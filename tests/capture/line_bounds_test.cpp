@@ -197,5 +197,97 @@ TEST(LineBounds, OfFlowAndPosesAreNeverBelowTheErrorNorFarAboveIt) {
   EXPECT_LE(largest_turn_bound, 100.0 * largest_turn);
 }
 
+/// A point of something that moves, of global and of rolling shutters.
+TEST(LineBounds, OfFlowOfWhatMovesAreNeverBelowTheErrorNorFarAboveIt) {
+  const auto model = geo::make_camera({.model = "pinhole",
+                                       .width_px = kWidth,
+                                       .height_px = kHeight,
+                                       .parameters = {kFocal_px, kFocal_px, kCx_px, kCy_px}});
+  for (const bool is_rolling : {false, true}) {
+    SCOPED_TRACE(is_rolling);
+    double largest_error_px = 0.0, largest_bound_px = 0.0;
+    int num_flows = 0;
+    for (std::uint64_t number = 0; number < 300; ++number) {
+      Flight flight = draw_flight(number);
+      if (!is_rolling) flight.shutter = {};
+      const auto view_of = [&](const geo::BodyState& state) {
+        CameraView view{.model = *model, .world_from_camera = state.world_from_body * flight.mount};
+        if (is_rolling) view.motion = geo::CameraMotion{state, flight.mount, flight.shutter};
+        return view;
+      };
+      const CameraView from = view_of(flight.from), to = view_of(flight.to);
+      for (std::uint64_t i = 0; i < 24; ++i) {
+        std::uint64_t draw = 0;
+        const auto between = [&](double low, double high) {
+          return core::random_between(low, high, 80, number, 64 * i + draw++);
+        };
+        const auto vector = [&](double size) {
+          return Eigen::Vector3d(between(-size, size), between(-size, size), between(-size, size));
+        };
+        const Eigen::Vector2d pixel(std::floor(between(0.0, kWidth)) + 0.5,
+                                    std::floor(between(0.0, kHeight)) + 0.5);
+        const auto range_m = static_cast<double>(
+            static_cast<float>(std::exp(between(std::log(30.0), std::log(1000.0)))));
+        // A body about the point.
+        BodyMotion motion;
+        motion.from.world_from_body.translation =
+            capture::point_world(from, pixel, range_m) + vector(4.0);
+        const Eigen::Vector3d axis = vector(1.0);
+        motion.from.world_from_body.rotation =
+            Eigen::Quaterniond(Eigen::AngleAxisd(between(0.0, 3.0), axis.normalized()))
+                .normalized();
+        motion.from.velocity_world_mps = vector(30.0);
+        motion.from.acceleration_world_mps2 = vector(5.0);
+        motion.from.angular_velocity_body_radps = vector(3.0);
+        motion.to = motion.from;
+        motion.to->world_from_body.translation += vector(3.0);
+        motion.to->world_from_body.rotation =
+            (motion.from.world_from_body.rotation *
+             Eigen::Quaterniond(Eigen::AngleAxisd(between(-0.3, 0.3), Eigen::Vector3d::UnitZ())))
+                .normalized();
+
+        const auto bound = is_rolling
+                               ? LineBounds(from, pixel).flow_error_px(to, range_m, 0.0, &motion)
+                               : FlowBounds(from, to).flow_error_px(pixel, range_m, 0.0, motion);
+        const auto flow = capture::flow(from, to, motion, pixel, range_m);
+        if (!bound || !flow || !std::isfinite(bound->arithmetic)) continue;
+        const auto camera_at = [&](const geo::BodyState& state, Real t) {
+          if (is_rolling) return exact_pose({state, flight.mount, flight.shutter}, t);
+          // The pose that is stored.
+          const geo::Rigid3d pose = state.world_from_body * flight.mount;
+          return ExactPose{real(pose.rotation), real(pose.translation)};
+        };
+        const Real t_from = exact_offset(flight.shutter, pixel.x(), pixel.y(), kWidth, kHeight);
+        const ExactPose line = camera_at(flight.from, t_from);
+        const ExactPose body_then = exact_pose({motion.from, {}, {}}, t_from);
+        const Vector ray{(Real(pixel.x()) - kCx_px) / kFocal_px,
+                         (Real(pixel.y()) - kCy_px) / kFocal_px, 1};
+        const Real length = root(ray[0] * ray[0] + ray[1] * ray[1] + 1);
+        const Vector point =
+            line.translation + turned(line.rotation, (Real(range_m) / length) * ray);
+        const Vector on_body = turned_back(body_then.rotation, point - body_then.translation);
+        Real t = 0, u = 0, v = 0;
+        for (int turns = 0; turns < 80; ++turns) {
+          const ExactPose body = exact_pose({*motion.to, {}, {}}, t);
+          const Vector place = body.translation + turned(body.rotation, on_body);
+          const ExactPose there = camera_at(flight.to, t);
+          const Vector p = turned_back(there.rotation, place - there.translation);
+          u = kFocal_px * p[0] / p[2] + kCx_px;
+          v = kFocal_px * p[1] / p[2] + kCy_px;
+          t = exact_offset(flight.shutter, u, v, kWidth, kHeight);
+        }
+        const double error_px =
+            std::hypot(magnitude(u - pixel.x() - flow->x()), magnitude(v - pixel.y() - flow->y()));
+        EXPECT_LE(error_px, bound->arithmetic) << "flight " << number << ", pixel " << pixel;
+        largest_error_px = std::max(largest_error_px, error_px);
+        largest_bound_px = std::max(largest_bound_px, bound->arithmetic);
+        ++num_flows;
+      }
+    }
+    EXPECT_GT(num_flows, 2000);
+    EXPECT_LE(largest_bound_px, 100.0 * largest_error_px);
+  }
+}
+
 }  // namespace
 }  // namespace terracast::capture

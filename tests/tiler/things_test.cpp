@@ -326,6 +326,60 @@ TEST(Wires, GoFromArmToArmAsClosedTubesWhicheverWaySupportsFace) {
   }
 }
 
+TEST(Things, WhatTurnsIsThePartThatIsMissing) {
+  std::map<std::string, std::size_t> num_turning;
+  for (const ThingInfo& thing : tiler::all_things()) {
+    SCOPED_TRACE(thing.name);
+    const Shape whole = tiler::thing_prototype(thing, 0).levels[0].shape;
+    const tiler::MovableThing movable = tiler::movable_thing(thing, 0);
+    num_turning[thing.name] = movable.turning.size();
+    // At rest the parts stand where they do in what stands: the same triangles of the same finishes, whose
+    // corners differ by a step where a part's origin is off the lattice.
+    std::size_t num_triangles = movable.shape.triangles.size();
+    std::vector<Vector3d> corners_m;
+    const auto add = [&](const Shape& shape, const Vector3d& origin_m) {
+      EXPECT_EQ(shape.finishes, whole.finishes);
+      for (std::uint32_t i = 0; i < shape.vertices_steps.size(); ++i)
+        corners_m.push_back(origin_m + place_m(shape, i));
+    };
+    add(movable.shape, Vector3d::Zero());
+    std::set<std::string> names;
+    for (const tiler::TurningShape& part : movable.turning) {
+      EXPECT_TRUE(names.insert(part.turning.name).second);
+      EXPECT_NEAR(part.turning.axis.norm(), 1.0, 1e-12);
+      num_triangles += part.shape.triangles.size();
+      add(part.shape, part.turning.origin_m);
+      // Round about its axis: as far to all sides as to the farthest, for wheels; rotors lie across it.
+      double farthest_m = 0.0, along_m = 0.0;
+      for (std::uint32_t i = 0; i < part.shape.vertices_steps.size(); ++i) {
+        const Vector3d at = place_m(part.shape, i);
+        along_m = std::max(along_m, std::abs(at.dot(part.turning.axis)));
+        farthest_m = std::max(farthest_m, at.cross(part.turning.axis).norm());
+      }
+      EXPECT_LT(along_m, farthest_m);
+      if (part.turning.per_metre_rad != 0.0) {
+        EXPECT_NEAR(farthest_m, 1.0 / part.turning.per_metre_rad, 0.01) << "a wheel's radius";
+      }
+    }
+    EXPECT_EQ(num_triangles, whole.triangles.size());
+    ASSERT_EQ(corners_m.size(), whole.vertices_steps.size());
+    std::vector<Vector3d> whole_m;
+    for (std::uint32_t i = 0; i < whole.vertices_steps.size(); ++i)
+      whole_m.push_back(place_m(whole, i));
+    const auto sum = [](const std::vector<Vector3d>& points) {
+      Vector3d total = Vector3d::Zero();
+      for (const Vector3d& point : points) total += point;
+      return total;
+    };
+    EXPECT_LT((sum(corners_m) - sum(whole_m)).cwiseAbs().maxCoeff(),
+              static_cast<double>(whole_m.size()) * world::kHeightStep_m);
+  }
+  EXPECT_EQ(num_turning.at("hatchback"), 4U);
+  EXPECT_EQ(num_turning.at("helicopter"), 2U);
+  EXPECT_EQ(num_turning.at("quadcopter"), 4U);
+  EXPECT_EQ(num_turning.at("person"), 0U);
+}
+
 TEST(Footprints, OverlapsAreThoseOfSampledRectangles) {
   // Against points sampled inside each rectangle.
   std::uint64_t state = 7;

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/instance_id.h"
 #include "core/random.h"
 #include "geo/units.h"
 #include "tiler/grid.h"
@@ -119,14 +120,14 @@ class CellNumbers {
       ranges_.push_back({first, side});
       first += side * side;
     }
-    if (first > kIdBit) {
+    if (first > core::kFirstMovingId - kIdBit) {
       double per_m2 = 0.0;
       for (const double cell_m : kCells_m) per_m2 += 1.0 / (cell_m * cell_m);
       core::fail(
           core::ErrorKind::Config,
           "vegetation can tell its plants apart in worlds of up to {:.0f} km, and size_m = {} "
           "is more; make the world smaller, or leave the layer out",
-          std::floor(std::sqrt(kIdBit / per_m2) / 1000.0), size_m);
+          std::floor(std::sqrt((core::kFirstMovingId - kIdBit) / per_m2) / 1000.0), size_m);
     }
   }
 
