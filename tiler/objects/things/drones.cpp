@@ -36,7 +36,8 @@ void build_quadcopter(ThingMesh& mesh, const QuadcopterSpec& q, int detail, int 
                                      {-0.10 * s, arm_z, 0.095 * s, 0.065 * s},
                                      {-0.20 * s, arm_z, 0.06 * s, 0.04 * s}};
   add_fuselage(
-      mesh, body, detail == 0 ? 12 : 6, [paint](std::size_t, std::size_t) { return paint; }, paint);
+      mesh, body, round_sides(12, detail), [paint](std::size_t, std::size_t) { return paint; },
+      paint);
   mesh.box({-0.14 * s, -0.05 * s, arm_z + 0.03 * s}, {0.06 * s, 0.05 * s, q.size_m.z()}, dark);
   mesh.box({0.11 * s, -0.035 * s, arm_z - 0.16 * s}, {0.19 * s, 0.035 * s, arm_z - 0.075 * s},
            dark);
@@ -49,7 +50,7 @@ void build_quadcopter(ThingMesh& mesh, const QuadcopterSpec& q, int detail, int 
       const Vector3d motor(along * q.motor_x_m, aside * q.motor_y_m, arm_z);
       mesh.bar({along * 0.08 * s, aside * 0.05 * s, arm_z}, motor, 0.03 * s, dark);
       mesh.cylinder(motor - Vector3d(0.0, 0.0, 0.03 * s),
-                    {motor.x(), motor.y(), q.rotor_z_m + 0.006}, 0.028 * s, detail == 0 ? 12 : 6,
+                    {motor.x(), motor.y(), q.rotor_z_m + 0.006}, 0.028 * s, round_sides(12, detail),
                     dark, dark);
       const Vector3d hub(motor.x(), motor.y(), q.rotor_z_m);
       // Neighbours turn against each other, so that the body does not turn.
@@ -78,7 +79,7 @@ ThingInfo quadcopter(std::string name, const QuadcopterSpec& spec, std::string_v
           .stance = Stance::Stands,
           .size_m = spec.size_m,
           .source = source,
-          .coarsest_levels = {0, 1},
+          .coarsest_levels = {0, 1, 2},
           .num_variants = static_cast<int>(kColors.size()),
           .build = [spec](ThingMesh& m, int d, int v) { build_quadcopter(m, spec, d, v); }};
 }

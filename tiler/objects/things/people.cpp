@@ -51,7 +51,7 @@ void build_person(ThingMesh& mesh, double size, int detail, int variant) {
   const FinishNumber skin = mesh.finish(Material::Plain, clothes.skin);
   const FinishNumber hair = mesh.finish(Material::Plain, clothes.hair);
   const FinishNumber shoe = mesh.finish(Material::Rubber, {34, 32, 31});
-  const int num_sides = detail == 0 ? 12 : 6;
+  const int num_sides = round_sides(12, detail);
   const auto at = [size](double x, double y, double z) -> Vector3d {
     return size * Vector3d(x, y, z);
   };
@@ -102,7 +102,7 @@ ThingInfo person(std::string name, double size, std::string_view source) {
           .stance = Stance::Stands,
           .size_m = size * Vector3d(0.77, 0.53, 1.75),
           .source = source,
-          .coarsest_levels = {0, 1},
+          .coarsest_levels = {0, 1, 2},
           .num_variants = static_cast<int>(kClothes.size()),
           .build = [size](ThingMesh& m, int d, int v) { build_person(m, size, d, v); }};
 }
