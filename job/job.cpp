@@ -126,6 +126,7 @@ std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptio
 
 std::string toml_of_captures(const RunConfig& config) {
   RunConfig of_captures = config;
+  of_captures.labels.clear();
   of_captures.exports.clear();
   of_captures.tracing = {};
   of_captures.validation = {};

@@ -7,6 +7,7 @@
 #include "core/schema.h"
 #include "export/exporter.h"
 #include "geo/trajectory.h"
+#include "render/labels/label.h"
 #include "render/render_stage.h"
 #include "render/rig.h"
 #include "tiler/world_options.h"
@@ -45,6 +46,7 @@ struct RunConfig {
   std::vector<geo::TrajectoryOptions> trajectories;
   render::ConditionOptions conditions;
   render::TrackOptions tracks;
+  std::vector<render::LabelOptions> labels;
   std::vector<exporters::ExportOptions> exports;
   ValidateConfig validation;
 
