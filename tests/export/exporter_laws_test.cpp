@@ -446,13 +446,20 @@ TEST_F(ExporterLaws, ARigThatCannotFitIsRefusedBeforeAnythingIsWritten) {
     auto cameras = tiny_sequence(options).cameras;
     EXPECT_NO_THROW(export_options(toml(name)).exporter().check(cameras));
     for (auto& camera : cameras) camera.shutter.line_time_s = 3e-5;
-    expect_error(ErrorKind::Config, {name, "rolling shutter", "line_time_us = 30"},
-                 [&] { export_options(toml(name)).exporter().check(cameras); });
+    const bool holds_any_camera = name == "coco";  // images and their pixels alone
+    if (holds_any_camera)
+      EXPECT_NO_THROW(export_options(toml(name)).exporter().check(cameras));
+    else
+      expect_error(ErrorKind::Config, {name, "rolling shutter", "line_time_us = 30"},
+                   [&] { export_options(toml(name)).exporter().check(cameras); });
     for (auto& camera : cameras) camera.shutter = {.exposure_s = 0.01};
     EXPECT_NO_THROW(export_options(toml(name)).exporter().check(cameras));
     for (auto& camera : cameras) camera.intrinsics.model = "equirectangular";
-    expect_error(ErrorKind::Config, {name, "equirectangular", "pinhole"},
-                 [&] { export_options(toml(name)).exporter().check(cameras); });
+    if (holds_any_camera)
+      EXPECT_NO_THROW(export_options(toml(name)).exporter().check(cameras));
+    else
+      expect_error(ErrorKind::Config, {name, "equirectangular", "pinhole"},
+                   [&] { export_options(toml(name)).exporter().check(cameras); });
     expect_error(ErrorKind::Config, {}, [&] { export_options(toml(name)).exporter().check({}); });
   }
 }
