@@ -121,22 +121,6 @@ class CutLevels {
 
 world::TileId id_of(const capture::ShownTile& tile) { return {tile.level, tile.x, tile.y}; }
 
-/// The tiles that a sequence shows, which must be those of the store.
-std::vector<world::CutTile> cut_of(const world::TileStore& store,
-                                   const capture::SequenceInfo& info) {
-  std::vector<world::TileId> leaves;
-  for (const capture::ShownTile& tile : info.geometry.tiles) {
-    const world::TileInfo* found = store.find(id_of(tile));
-    if (found == nullptr || found->content_hash != tile.content_hash)
-      fail(ErrorKind::Input,
-           "{} {} tile {} that {} was captured with; give the world that it was rendered from",
-           store.folder().string(), found == nullptr ? "lacks" : "has another content in",
-           id_of(tile).name(), info.name);
-    leaves.push_back(id_of(tile));
-  }
-  return world::with_coarser_sides(leaves);
-}
-
 /// Rays that meet an object were cast at a tile that holds it.
 std::vector<world::TileId> touched_tiles(const capture::SequenceInfo& info,
                                          const std::vector<capture::FrameRecord>& frames) {
@@ -346,6 +330,21 @@ bool LoneShape::is_met(const Vector3d& origin, const Vector3d& direction) const 
     return is_met;
   });
   return is_met;
+}
+
+std::vector<world::CutTile> cut_of(const world::TileStore& store,
+                                   const capture::SequenceInfo& info) {
+  std::vector<world::TileId> leaves;
+  for (const capture::ShownTile& tile : info.geometry.tiles) {
+    const world::TileInfo* found = store.find(id_of(tile));
+    if (found == nullptr || found->content_hash != tile.content_hash)
+      fail(ErrorKind::Input,
+           "{} {} tile {} that {} was captured with; give the world that it was rendered from",
+           store.folder().string(), found == nullptr ? "lacks" : "has another content in",
+           id_of(tile).name(), info.name);
+    leaves.push_back(id_of(tile));
+  }
+  return world::with_coarser_sides(leaves);
 }
 
 std::vector<ShownObject> find_objects(const world::TileStore& store,

@@ -13,6 +13,7 @@
 #include "capture/object_labels.h"
 #include "world/box_tree.h"
 #include "world/instance_frame.h"
+#include "world/lod.h"
 #include "world/tile_store.h"
 #include "world/triangle_crossing.h"
 
@@ -67,6 +68,11 @@ std::vector<ShownObject> find_objects(const world::TileStore& store,
                                       const capture::SequenceInfo& info,
                                       const std::vector<capture::FrameRecord>& frames,
                                       const std::vector<std::uint32_t>& ids);
+
+/// The tiles that a sequence shows, as a cut.
+/// throws    Input: the store has not the tiles that it was captured with
+std::vector<world::CutTile> cut_of(const world::TileStore& store,
+                                   const capture::SequenceInfo& info);
 
 /// The upright box with the least ground area around points.
 /// frame     rotation whose columns are two level axes and up

@@ -294,7 +294,9 @@ std::optional<capture::ObjectView> tiny_view(const capture::CameraCalibration& c
                                              const geo::Rigid3d& pose,
                                              const capture::CameraFrame& facts) {
   const TinyScene scene;
-  capture::ObjectView view{.instance_id = kWall, .nearest_m = scene.horizon_m};
+  capture::ObjectView view;
+  view.instance_id = kWall;
+  view.nearest_m = scene.horizon_m;
   Eigen::AlignedBox2d visible;
   for (int y = 0; y < facts.instance_id.height(); ++y)
     for (int x = 0; x < facts.instance_id.width(); ++x) {
@@ -307,7 +309,7 @@ std::optional<capture::ObjectView> tiny_view(const capture::CameraCalibration& c
       visible.extend(Eigen::Vector2d(x + 1, y + 1));
     }
   if (view.num_visible == 0) return std::nullopt;
-  Eigen::AlignedBox2d whole = visible;
+  Eigen::AlignedBox2d whole;
   int num_outside = 0;
   for (const double right : {-1.0, 1.0})
     for (const double up : {-1.0, 1.0}) {
@@ -316,7 +318,10 @@ std::optional<capture::ObjectView> tiny_view(const capture::CameraCalibration& c
           pose.inverse() * (scene.wall_center + right * scene.wall_half_width_m * scene.wall_right +
                             up * scene.wall_half_height_m * scene.wall_up);
       num_outside += tiny_sees(camera, corner, &pixel) ? 0 : 1;
-      if (corner.z() > 0.0) whole.extend(pixel);
+      if (corner.z() > 0.0)
+        whole.extend(pixel);
+      else
+        whole.extend(visible);
     }
   const auto box = [&](const Eigen::AlignedBox2d& b) {
     return capture::ImageBox{std::max(b.min().x(), 0.0), std::max(b.min().y(), 0.0),

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/json.h"
 #include "core/printable.h"
+#include "validate/readers/single_images.h"
 
 namespace terracast::validate {
 namespace {
@@ -231,6 +232,7 @@ class Annotations {
 }  // namespace
 
 void CocoReader::read(const Dataset& dataset, Sequence& sequence, Findings& findings) const {
+  take_georeferenced_poses(sequence);
   const Annotations annotations(dataset, findings);
   for (Camera& camera : sequence.cameras) {
     if (camera.stated) camera.intrinsics = *camera.stated;  // the format has none

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/printable.h"
 #include "validate/readers/kitti_files.h"
+#include "validate/readers/single_images.h"
 #include "validate/text.h"
 
 namespace terracast::validate {
@@ -164,6 +165,7 @@ void check_label(const Label& label, const Calibration& calibration, const Intri
 }  // namespace
 
 void KittiObjectReader::read(const Dataset& dataset, Sequence& sequence, Findings& findings) const {
+  take_georeferenced_poses(sequence);
   int first_number = 0;
   for (const Sequence& before : dataset.sequences) first_number += before.num_frames;
   const int camera_index = sequence.camera_index("image_2");
