@@ -44,6 +44,7 @@ const std::set<std::string> kPure = {"aircraft",
                                      "max_relative_depth_error",
                                      "meter_percentile",
                                      "min_disparity_share",
+                                     "min_pixels",
                                      "num_frames",
                                      "num_legs",
                                      "num_points",
@@ -54,6 +55,7 @@ const std::set<std::string> kPure = {"aircraft",
                                      "percentile",
                                      "pixel_aspect",
                                      "quaternion_wxyz",
+                                     "reach_frames",
                                      "roundness",
                                      "samples_per_image",
                                      "saturation",
@@ -96,6 +98,7 @@ TEST(Units, EveryNumberOfAConfigHasOneOrNeedsNone) {
   for (const auto& kind : tiler::layer_kinds()) expect_units_of(*kind.make());
   for (const auto& kind : geo::trajectory_kinds()) expect_units_of(*kind.make());
   for (const auto& format : geo::fix_formats()) expect_units_of(*format.make());
+  for (const auto& kind : render::labels()) expect_units_of(*kind.make());
   for (const auto& format : exporters::exporters()) expect_units_of(*format.make());
   EXPECT_GT(num_with_unit, 50);
 }
