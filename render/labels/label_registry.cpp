@@ -5,7 +5,7 @@
 
 // Every kind of labels, in alphabetical order: X(name) is render/labels/name.cpp, which defines `LabelInfo
 // name_label()`.
-#define TERRACAST_LABELS(X) X(cloud) X(covisibility) X(objects)
+#define TERRACAST_LABELS(X) X(cloud) X(covisibility) X(objects) X(pairs)
 
 namespace terracast::render {
 

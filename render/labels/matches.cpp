@@ -5,6 +5,7 @@
 
 #include "capture/labels.h"
 #include "core/error.h"
+#include "core/parallel.h"
 #include "render/ground_truth.h"
 #include "render/labels/shown_objects.h"
 
@@ -57,7 +58,16 @@ std::vector<std::optional<Vector3d>> Matcher::points_world(
     asked.push_back(i);
   }
   std::vector<world::SurfaceHit> hits(rays.size());
-  (in_water_ ? *in_water_ : whole_).intersect(rays, hits, world::Coherence::Coherent);
+  const world::RayQuery& query = in_water_ ? *in_water_ : whole_;
+  constexpr std::int64_t kRaysAtOnce = 4096;
+  core::parallel_for_blocks(static_cast<std::int64_t>(rays.size()), kRaysAtOnce,
+                            [&](std::int64_t begin, std::int64_t end) {
+                              const auto first = static_cast<std::size_t>(begin);
+                              const auto count = static_cast<std::size_t>(end - begin);
+                              query.intersect(std::span(rays).subspan(first, count),
+                                              std::span(hits).subspan(first, count),
+                                              world::Coherence::Coherent);
+                            });
   constexpr double kFloatEpsilon = std::numeric_limits<float>::epsilon();
   std::vector<std::optional<Vector3d>> points(pixels.size());
   for (std::size_t k = 0; k < rays.size(); ++k) {

@@ -10,6 +10,7 @@
 #include "capture/channel.h"
 #include "core/atomic_file.h"
 #include "core/hash.h"
+#include "core/image_io.h"
 #include "core/log.h"
 #include "core/toml_reader.h"
 #include "render/labels/label.h"
@@ -262,6 +263,81 @@ TEST(Covisibility, OfAnyFramesIsThatOfTheSlabs) {
     EXPECT_EQ(row.in_image, num_in_image);
     EXPECT_EQ(row.seen, num_seen);
   }
+}
+
+/// Channels of a file of pairs.
+core::ExrImage read_pair(const fs::path& file) {
+  auto parts = core::decode_exr(core::read_file(file), file.string());
+  EXPECT_EQ(parts.size(), 1U);
+  return parts.at(0);
+}
+
+// Of a rectified pair disparity is f b / z, by the capture's range; what is seen, by the capture's own bits.
+TEST(Pairs, HaveTheDisparityAndTheSightOfEachPixel) {
+  const ScratchFolder folder;
+  const auto store = make_boxes_world(folder / "world", kBoxes);
+  render::SequencePlan plan = moving_plan();
+  plan.cameras.push_back(plan.cameras[0]);
+  plan.cameras[1].name = "cam1";
+  plan.cameras[1].rig_from_camera.translation = {0.0, -2.0, 0.0};  // to the right
+  const auto sequence = render_plan(store, plan, folder / "boxes");
+  make_labels(sequence, store, "pairs");
+  const fs::path pairs = folder / "boxes" / "labels/pairs";
+  for (const bool is_left : {true, false}) {
+    const int camera = is_left ? 0 : 1;
+    const fs::path file = is_left ? pairs / "mcs4/cam0/mcs4/cam1/000001_000001.exr"
+                                  : pairs / "mcs4/cam1/mcs4/cam0/000001_000001.exr";
+    const core::ExrImage pair = read_pair(file);
+    const auto facts = sequence.read_camera(1, camera, capture::SequenceReader::kFacts);
+    std::int64_t num_hidden = 0;
+    for (int y = 0; y < 160; ++y)
+      for (int x = 0; x < 200; ++x) {
+        const std::uint32_t sight = pair.uint_channels.at("sight")(x, y);
+        const float flow_x = pair.float_channels.at("flow.x")(x, y);
+        const double range_m = double{facts.range_m(x, y)};
+        const Vector3d ray((x + 0.5 - 100.0) / 200.0, (y + 0.5 - 80.0) / 200.0, 1.0);
+        const double disparity = 200.0 * 2.0 / (range_m / ray.norm());
+        const double there = x + 0.5 + (is_left ? -disparity : disparity);
+        const bool is_inside = std::isfinite(range_m) && there >= 0.0 && there < 200.0;
+        ASSERT_EQ(sight > 0, is_inside);
+        ASSERT_EQ(std::isnan(flow_x), !is_inside);
+        const bool has_bit = (facts.flags(x, y) & capture::visible_in_camera(1 - camera)) != 0;
+        ASSERT_EQ(sight == 2, has_bit);
+        if (!is_inside) continue;
+        num_hidden += sight == 1 ? 1 : 0;
+        // Ranges and flows are floats.
+        ASSERT_NEAR(double{flow_x}, there - (x + 0.5), 1e-5);
+        ASSERT_NEAR(double{pair.float_channels.at("flow.y")(x, y)}, 0.0, 1e-5);
+      }
+    EXPECT_GT(num_hidden, 20);
+  }
+  // Pairs that are asked for, frames apart; and no others.
+  fs::remove_all(pairs);
+  make_with(sequence, store,
+            "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam0\"]\nframes_apart = [1]\n");
+  std::size_t num_files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(pairs))
+    num_files += entry.is_regular_file() ? 1 : 0;
+  EXPECT_EQ(num_files, 2U);
+  const core::ExrImage next = read_pair(pairs / "mcs4/cam0/mcs4/cam0/000001_000002.exr");
+  const auto facts = sequence.read_camera(1, 0, capture::SequenceReader::kFacts);
+  for (int y = 0; y < 160; ++y)
+    for (int x = 0; x < 200; ++x)
+      ASSERT_EQ(next.uint_channels.at("sight")(x, y) == 2,
+                (facts.flags(x, y) & capture::kVisibleNext) != 0);
+  // What is there is kept, what was cut is made again.
+  const fs::path kept = pairs / "mcs4/cam0/mcs4/cam0/000000_000001.exr";
+  const fs::path cut = pairs / "mcs4/cam0/mcs4/cam0/000001_000002.exr";
+  const auto time = fs::last_write_time(kept);
+  const std::string whole = core::content_hash_of_file(cut);
+  fs::resize_file(cut, 5000);
+  make_with(sequence, store,
+            "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam0\"]\nframes_apart = [1]\n");
+  EXPECT_EQ(core::content_hash_of_file(cut), whole);
+  EXPECT_EQ(fs::last_write_time(kept), time);
+  expect_error(core::ErrorKind::Config, {"mcs4/cam9", "mcs4/cam0"}, [&] {
+    make_with(sequence, store, "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam9\"]\n");
+  });
 }
 
 TEST(Matches, AreWhereAnotherCameraSeesThePoint) {
