@@ -83,6 +83,15 @@ class PairsLabel final : public LabelMaker {
     const Matcher matcher(sequence, inputs.store);
     const std::string source = capture::labels_source(sequence);
     const auto num_frames = static_cast<int>(sequence.frames().size());
+    const bool has_others = std::any_of(others.begin(), others.end(), [](const auto& of_camera) {
+      return std::any_of(of_camera.second.begin(), of_camera.second.end(),
+                         [&](int second) { return second != of_camera.first; });
+    });
+    if (!has_others && std::all_of(frames_apart_.begin(), frames_apart_.end(),
+                                   [](std::int64_t apart) { return apart == 0; }))
+      inputs.context.log.warn(
+          "{}: no camera has another beside it, and frames_apart is 0: no pairs",
+          sequence.info().name);
     core::Progress progress(inputs.context, "images",
                             num_frames * static_cast<std::int64_t>(others.size()));
     for (int frame = 0; frame < num_frames; ++frame)
