@@ -201,7 +201,10 @@ double truncation_of(const ShownObject& object, const world::InstanceFrame& fram
   const std::vector<Vector3d> vertices = vertices_world(object, frame);
   const Vector3d& center_world = view.world_from_camera.translation;
   // What moves while a rolling shutter is open is asked about as far away as it is.
-  const double distance_m = (object.label.box.world_from_box.translation - center_world).norm();
+  Eigen::AlignedBox3d bounds;
+  for (const Vector3d& vertex : vertices) bounds.extend(vertex);
+  constexpr double kLeast_m = 1.0;  // the camera may be in the middle of it
+  const double distance_m = std::max((bounds.center() - center_world).norm(), kLeast_m);
   double all = 0.0;
   double outside = 0.0;
   visit_directions(vertices, center_world, [&](const Vector3d& direction_world, double weight) {

@@ -107,7 +107,7 @@ class ImageLabels {
   ObjectView view_of_object(const ShownObject& object, const Shown& shown,
                             const PixelRays& rays) const {
     const std::uint32_t id = object.label.instance_id;
-    const world::InstanceFrame frame = frame_at(object, record_);
+    const auto [frame, world_from_box] = placement_at(object, record_);
     const Outline outline = outline_of(object, frame, view_);
     // Where roundings or another place of the object keep its outline from what shows, that belongs to it.
     Outline around = outline;
@@ -125,7 +125,7 @@ class ImageLabels {
             .whole_px = clipped_box(outline, own, rays.width_px(), rays.height_px()),
             .truncation = truncation_of(object, frame, view_, outline),
             .nearest_m = static_cast<double>(shown.nearest_m),
-            .camera_from_box = view_.world_from_camera.inverse() * object.label.box.world_from_box};
+            .camera_from_box = view_.world_from_camera.inverse() * world_from_box};
   }
 
   const capture::FrameRecord& record_;

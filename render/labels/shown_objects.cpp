@@ -339,7 +339,8 @@ std::vector<world::CutTile> cut_of(const world::TileStore& store,
     const world::TileInfo* found = store.find(id_of(tile));
     if (found == nullptr || found->content_hash != tile.content_hash)
       fail(ErrorKind::Input,
-           "{} {} tile {} that {} was captured with; give the world that it was rendered from",
+           "{} {} tile {} that {} was captured with; give the world that the capture was "
+           "rendered from",
            store.folder().string(), found == nullptr ? "lacks" : "has another content in",
            id_of(tile).name(), info.name);
     leaves.push_back(id_of(tile));

@@ -52,10 +52,14 @@ struct ShownObject {
   world::InstanceFrame frame;  ///< from the shape's; of an object with its own shape the world's
 };
 
-/// Where an object stands at a frame. The one place that knows; what moves would move here.
-inline const world::InstanceFrame& frame_at(const ShownObject& object,
-                                            const capture::FrameRecord&) {
-  return object.frame;
+/// Where an object stands.
+struct Placement {
+  world::InstanceFrame frame;  ///< of its shape
+  geo::Rigid3d world_from_box;
+};
+/// The same at a frame. The one place that knows: what moves would move here.
+inline Placement placement_at(const ShownObject& object, const capture::FrameRecord&) {
+  return {.frame = object.frame, .world_from_box = object.label.box.world_from_box};
 }
 
 /// Objects of a sequence, by their instance ids, which ascend.

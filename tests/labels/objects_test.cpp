@@ -228,7 +228,6 @@ render::ShownObject lone_box(const WorldBox& box) {
   shape.finishes.emplace_back();
   render::ShownObject object;
   object.shape = std::make_shared<const render::LoneShape>(shape, Eigen::Vector3i::Zero());
-  object.label.box.world_from_box.translation = 0.5 * (box.low + box.high);
   return object;
 }
 
@@ -309,10 +308,11 @@ TEST(OutlineEdges, OfWhatPassesTheCameraReachToTheImagesEdge) {
   EXPECT_FALSE(outline.is_whole);
   EXPECT_NEAR(outline.box_px.left, 200.0 + 300.0 * 2.0 / 10.0, 0.1);
   EXPECT_GT(outline.box_px.right, 400.0);
-  // Half of it lies behind, by its symmetry; of what is before the camera some lies aside.
-  const double truncation = render::truncation_of(object, object.frame, view, outline);
-  EXPECT_GT(truncation, 0.5);
-  EXPECT_LT(truncation, 1.0);
+  // Its side at x = 2 is all that is seen of it; the image shows z > 3 m of that.
+  const double all = 4.0 * corner_angle(1, 10, 2);
+  const double inside = 2.0 * (corner_angle(1, 10, 2) - corner_angle(1, 3, 2));
+  EXPECT_NEAR(render::truncation_of(object, object.frame, view, outline), 1.0 - inside / all,
+              1.0 / 128.0);
 }
 
 TEST(OutlineEdges, OfWhatHoldsThePoleOfAPanoramaReachIt) {
