@@ -255,6 +255,9 @@ struct ShardWork::Impl {
     const job::RunConfig config = export_config(piece);
     for (int num_mended = 0;; ++num_mended) {
       try {
+        if (!job::wanted_labels(config).empty())
+          with_world(piece.run,
+                     [&] { job::label(config, store_of(piece.run), folders.captures, context); });
         return job::export_formats(config, folders, context);
       } catch (const core::Error& error) {
         if (error.kind() != ErrorKind::Input || num_mended == kMostMended) throw;

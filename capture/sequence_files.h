@@ -21,6 +21,8 @@ inline constexpr const char* kTracksFile = "tracks.json";
 inline constexpr const char* kManifestFile = "manifest.json";
 /// The folder of the records, which no rig can be called.
 inline constexpr const char* kRecordsFolder = "frames";
+/// That of labels which are made later, which no rig can be called either.
+inline constexpr const char* kLabelsFolder = "labels";
 std::string record_path(int frame_index);
 std::string color_path(const CameraCalibration& camera, int frame_index);
 std::string raw_path(const CameraCalibration& camera, int frame_index);

@@ -322,8 +322,9 @@ void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string&
     for (const std::string* name : {&camera.rig, &camera.name})
       if (!is_safe_name(*name))
         fail(kind, "{}: the name \"{}\" of a rig or camera must be {}", where, *name, kNameRule);
-    if (camera.rig == kRecordsFolder)
-      fail(kind, "{}: a rig cannot be called \"{}\", the folder of the records", where, camera.rig);
+    if (camera.rig == kRecordsFolder || camera.rig == kLabelsFolder)
+      fail(kind, "{}: a rig cannot be called \"{}\", the folder of the {}", where, camera.rig,
+           camera.rig == kRecordsFolder ? "records" : "labels");
     if (!names.emplace(camera.rig, camera.name).second)
       fail(kind, "{}: camera {}/{} stands twice", where, camera.rig, camera.name);
     check_model(camera, kind, where);

@@ -22,6 +22,7 @@
 #include "core/atomic_file.h"
 #include "core/image_io.h"
 #include "core/parallel.h"
+#include "core/registry.h"
 #include "core/schema_writer.h"
 #include "geo/geoid.h"
 #include "job/stages.h"
@@ -42,7 +43,7 @@ using job::RunConfig;
 /// What the options of all commands are parsed into.
 struct Arguments {
   fs::path config, out, store, dataset, report, file;
-  std::vector<std::string> sets, colmap;
+  std::vector<std::string> sets, colmap, kinds;
   std::string shard = "0/1", format, name;
   int num_threads = 0;
   int size_px = 1024;
@@ -135,16 +136,35 @@ int run_render(const Arguments& args) {
   });
 }
 
+/// A config with its sequences: only the ground tells what sequences a recording is split into.
+RunConfig with_sequences(const RunConfig& config, const core::Context& context) {
+  const auto is_split = [](const geo::TrajectoryOptions& trajectory) {
+    return trajectory.kind_options().is_split();
+  };
+  const bool has_split =
+      std::any_of(config.trajectories.begin(), config.trajectories.end(), is_split);
+  return has_split ? job::prepare_job(config, context).config : config;
+}
+
+int run_label(const Arguments& args) {
+  return with_config(args, [&](const RunConfig& config, const core::Context& context) {
+    RunConfig wanted = with_sequences(config, context);
+    for (const std::string& kind : args.kinds)
+      if (std::none_of(wanted.labels.begin(), wanted.labels.end(),
+                       [&](const render::LabelOptions& one) { return one.kind == kind; }))
+        wanted.labels.emplace_back(kind);
+    if (job::wanted_labels(wanted).empty())
+      fail(ErrorKind::Usage,
+           "{} names no labels and no format that needs some; add a [[labels]], or say --what",
+           args.config.string());
+    job::label(wanted, open_store(args), OutputFolders(args.out).captures, context);
+    return 0;
+  });
+}
+
 int run_export(const Arguments& args) {
   return with_config(args, [&](const RunConfig& config, const core::Context& context) {
-    // Only the ground tells what sequences a recording is split into.
-    const auto is_split = [](const geo::TrajectoryOptions& trajectory) {
-      return trajectory.kind_options().is_split();
-    };
-    const bool has_split =
-        std::any_of(config.trajectories.begin(), config.trajectories.end(), is_split);
-    export_formats(has_split ? job::prepare_job(config, context).config : config,
-                   OutputFolders(args.out), context);
+    export_formats(with_sequences(config, context), OutputFolders(args.out), context);
     return 0;
   });
 }
@@ -328,11 +348,11 @@ int parse_and_run(int argc, const char* const* argv) {
   app.set_version_flag("--version", TERRACAST_VERSION);
   app.footer(
       "Start with:\n  terracast run configs/demo.toml --out out/demo\n"
-      "Each stage can be run alone (tile, render, export, validate), stopped and run again.");
+      "Each stage can be run alone (tile, render, label, export, validate), stopped and run "
+      "again.");
 
-  add_job_command(app, "run", "All stages: tile, render, export, validate.", args)->callback([&] {
-    status = run_all(args);
-  });
+  add_job_command(app, "run", "All stages: tile, render, label, export, validate.", args)
+      ->callback([&] { status = run_all(args); });
   auto* tile_command = add_job_command(app, "tile", "Make the world's tiles.", args);
   tile_command->add_option("--world", args.store, "Folder of the world; OUT/world when left out.");
   tile_command->callback([&] { status = run_tile(args); });
@@ -346,6 +366,19 @@ int parse_and_run(int argc, const char* const* argv) {
                    "Render only frames INDEX, INDEX+COUNT, …; counted from 0.")
       ->type_name("INDEX/COUNT");
   render_command->callback([&] { status = run_render(args); });
+
+  auto* label_command = add_job_command(
+      app, "label", "Make the labels that the config, its formats or --what ask for.", args);
+  label_command->add_option("--world", args.store, "Folder of the world; OUT/world when left out.");
+  label_command
+      ->add_option("--what", args.kinds,
+                   "Kinds beside those of the config: " +
+                       joined(core::registry_names(render::labels())) + ", or several with commas.")
+      ->type_name("KIND")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(core::registry_names(render::labels())));
+  label_command->callback([&] { status = run_label(args); });
 
   add_job_command(app, "export", "Write the captures in the formats of the config.", args)
       ->callback([&] { status = run_export(args); });

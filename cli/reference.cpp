@@ -71,6 +71,7 @@ const std::map<std::string, std::function<std::string()>>& lists() {
       {"classes", class_lines},
       {"elevation", [] { return lines_of(tiler::elevation_kinds()); }},
       {"exporters", [] { return lines_of(exporters::exporters()); }},
+      {"labels", [] { return lines_of(render::labels()); }},
       {"layers", [] { return lines_of(tiler::layer_kinds()); }},
       {"recordings", [] { return lines_of(geo::fix_formats()); }},
       {"rig_formats", [] { return lines_of(rigs::rig_formats()); }},
@@ -124,6 +125,9 @@ std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
     result.emplace_back(fmt::format("cameras of model {}", model.name),
                         keys_of(lens, "rigs[].cameras[]."));
   }
+  for (const auto& kind : render::labels())
+    result.emplace_back(fmt::format("labels of kind {}", kind.name),
+                        keys_of(*kind.make(), "labels[]."));
   for (const auto& format : exporters::exporters())
     result.emplace_back(fmt::format("exports of format {}", format.name),
                         keys_of(*format.make(), "exports[]."));

@@ -37,6 +37,9 @@ class Exporter {
   /// Of cameras that check() lets pass.
   virtual FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const = 0;
 
+  /// Kinds of labels (`terracast list labels`) that it needs of every sequence beside the capture.
+  virtual std::vector<std::string> labels() const { return {}; }
+
   /// Writes the sequences into `folder` (the root of one dataset of the format). Parallel over
   /// frames; finished files whose sources did not change are kept; `dataset.json` is written last.
   /// throws   Config, Input: a modality that the format cannot hold truthfully (names frame, pixel,

@@ -6,6 +6,7 @@
 #include "core/stage_cost.h"
 #include "geo/geoid.h"
 #include "geo/trajectory.h"
+#include "job/stages.h"
 #include "render/rig_errors.h"
 #include "tiler/layer_stack.h"
 #include "world/embree_scene.h"
@@ -33,6 +34,18 @@ std::string opening_sources(const RunConfig& config) {
   return config.data.empty() ? "opening the world's sources"
                              : fmt::format("opening the world's sources (${{data}} is {})",
                                            config.data.resolved.string());
+}
+
+/// Labels are of what stands.
+void check_labels(const Job& job) {
+  const bool moves = std::any_of(job.sequences.begin(), job.sequences.end(),
+                                 [](const auto& plan) { return !plan.moving.empty(); });
+  if (!moves || wanted_labels(job.config).empty()) return;
+  fail(ErrorKind::Config,
+       "things move ([[moving]], or shown_as of [[trajectories]]), and labels of kind {} are of "
+       "what "
+       "stands alone: leave out [[labels]] and the formats that need them, or what moves",
+       wanted_labels(job.config).front().kind);
 }
 
 /// Nothing that a later stage would refuse may cost the time of an earlier one.
@@ -131,6 +144,7 @@ std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptio
 
 std::string toml_of_captures(const RunConfig& config) {
   RunConfig of_captures = config;
+  of_captures.labels.clear();
   of_captures.exports.clear();
   of_captures.tracing = {};
   of_captures.validation = {};
@@ -172,6 +186,7 @@ Job prepare_job(RunConfig config, const core::Context& context,
     job.sequences.push_back(
         plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));
   check_frames(job);
+  check_labels(job);
   check_true_cameras(job);
   return job;
 }

@@ -30,6 +30,8 @@ void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.list("moving", moving, "Things that move through every sequence.");
   visit.section("conditions", conditions, "Light and air.");
   visit.section("tracks", tracks, "Points of the ground that are followed through each sequence.");
+  visit.list("labels", labels,
+             "Labels that are made after rendering, beside those that exports need.");
   visit.list("exports", exports, "Formats that the capture is written in.");
   visit.section("validate", validation, "How the exported datasets are checked.");
 }
@@ -48,6 +50,11 @@ void RunConfig::validate() const {
            trajectory.name);
   }
   check_moving(moving, trajectories);
+  std::set<std::string> kinds;
+  for (const auto& chosen : labels)
+    if (!kinds.insert(chosen.kind).second)
+      fail(ErrorKind::Config, "labels \"{}\" are asked for twice; one [[labels]] a kind",
+           chosen.kind);
   std::set<std::string> formats;
   for (const auto& chosen : exports)
     if (!formats.insert(chosen.format).second)

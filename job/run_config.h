@@ -8,6 +8,7 @@
 #include "export/exporter.h"
 #include "geo/trajectory.h"
 #include "job/moving.h"
+#include "render/labels/label.h"
 #include "render/render_stage.h"
 #include "render/rig.h"
 #include "tiler/world_options.h"
@@ -47,6 +48,7 @@ struct RunConfig {
   std::vector<MovingOptions> moving;
   render::ConditionOptions conditions;
   render::TrackOptions tracks;
+  std::vector<render::LabelOptions> labels;
   std::vector<exporters::ExportOptions> exports;
   ValidateConfig validation;
 

@@ -1,5 +1,7 @@
 #include "job/stages.h"
 
+#include <algorithm>
+
 #include "capture/frame_reader.h"
 #include "core/atomic_file.h"
 #include "core/image_io.h"
@@ -69,19 +71,49 @@ void render(const Job& job, const world::TileStore& store, const capture::FrameS
                     context.with_log(log));
 }
 
+std::vector<render::LabelOptions> wanted_labels(const RunConfig& config) {
+  std::vector<render::LabelOptions> wanted = config.labels;
+  for (const auto& chosen : config.exports)
+    for (const std::string& kind : chosen.exporter().labels())
+      if (std::none_of(wanted.begin(), wanted.end(),
+                       [&](const render::LabelOptions& one) { return one.kind == kind; }))
+        wanted.emplace_back(kind);
+  return wanted;
+}
+
+/// The sequences of a config in a folder of captures.
+std::vector<capture::SequenceReader> open_captured(const RunConfig& config,
+                                                   const fs::path& captures, const core::Log& log) {
+  std::vector<exporters::WantedSequence> wanted;
+  for (const auto& trajectory : config.trajectories)
+    wanted.push_back({trajectory.name, toml_of_sequence(config, trajectory)});
+  return exporters::open_sequences(captures, wanted, log);
+}
+
+void label(const RunConfig& config, const world::TileStore& store, const fs::path& captures,
+           const core::Context& context) {
+  const std::vector<render::LabelOptions> labels = wanted_labels(config);
+  if (labels.empty()) return;
+  const core::Log log = context.log.for_stage("label");
+  const core::StageCost cost(context.with_log(log), "label");
+  core::with_context(
+      [&] {
+        for (const capture::SequenceReader& sequence : open_captured(config, captures, log))
+          render::run_label_stage(sequence, store, labels, context.with_log(log));
+      },
+      "running stage label");
+}
+
 void export_formats(const RunConfig& config, const OutputFolders& out,
                     const core::Context& context) {
   if (config.exports.empty())
     fail(ErrorKind::Config, "the config names no format; add an [[exports]]");
   const core::Log log = context.log.for_stage("export");
   const core::StageCost cost(context.with_log(log), "export");
-  std::vector<exporters::WantedSequence> wanted;
-  for (const auto& trajectory : config.trajectories)
-    wanted.push_back({trajectory.name, toml_of_sequence(config, trajectory)});
   core::with_context(
       [&] {
-        exporters::run_export_stage(exporters::open_sequences(out.captures, wanted, log),
-                                    config.exports, out.exports, context.with_log(log));
+        exporters::run_export_stage(open_captured(config, out.captures, log), config.exports,
+                                    out.exports, context.with_log(log));
       },
       "running stage export");
 }
@@ -164,6 +196,7 @@ std::optional<bool> run(const Job& job, const fs::path& out_folder, const core::
   core::write_file(out.reports / "map.png",
                    core::encode_png(tiler::render_preview(store, paths_of(job)), 6));
   render(job, store, {}, out.captures, context);
+  label(job.config, store, out.captures, context);
   if (job.config.exports.empty()) {
     context.log.warn("the config names no format: nothing is exported, and nothing checked");
     return std::nullopt;

@@ -2,9 +2,11 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "core/context.h"
 #include "job/job.h"
+#include "render/labels/label.h"
 #include "render/render_stage.h"
 #include "validate/check.h"
 #include "validate/ground_map.h"
@@ -32,7 +34,13 @@ render::RenderedFrames render_sequence(
     const Job& job, const render::SequencePlan& sequence, const world::TileStore& store,
     const capture::FrameSelection& selection, const std::filesystem::path& folder,
     const core::Context& context, const std::vector<std::filesystem::path>& earlier_folders = {});
-/// Needs the config and the capture alone.
+/// The kinds that the config asks for, and those with their defaults that its formats need.
+std::vector<render::LabelOptions> wanted_labels(const RunConfig& config);
+/// Makes the labels of all sequences that the config wants; of a config that wants none, nothing.
+/// throws   Config: a sequence that was captured with another config; as render::run_label_stage
+void label(const RunConfig& config, const world::TileStore& store,
+           const std::filesystem::path& captures, const core::Context& context);
+/// Needs the config, the capture and its labels alone.
 /// throws   Config: no format, or a sequence that was captured with another config
 void export_formats(const RunConfig& config, const OutputFolders& out,
                     const core::Context& context);

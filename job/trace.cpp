@@ -16,6 +16,7 @@
 #include "core/registry.h"
 #include "geo/camera_model.h"
 #include "job/stages.h"
+#include "render/labels/shown_objects.h"
 #include "render/marking.h"
 #include "render/material.h"
 #include "world/lod.h"
@@ -283,24 +284,6 @@ int find_camera(const capture::SequenceInfo& info, const std::string& camera) {
   fail(ErrorKind::Usage, "{}: {}", info.name, core::unknown_name_message("camera", camera, names));
 }
 
-/// The tiles that a sequence showed, which must be those of the store.
-std::vector<world::CutTile> cut_of(const world::TileStore& store,
-                                   const capture::SequenceInfo& info) {
-  std::vector<world::TileId> leaves;
-  for (const capture::ShownTile& tile : info.geometry.tiles) {
-    const world::TileId id{tile.level, tile.x, tile.y};
-    const world::TileInfo* found = store.find(id);
-    if (found == nullptr || found->content_hash != tile.content_hash)
-      fail(ErrorKind::Input,
-           "{} {} tile {} that {} was captured with; give the world that the capture was "
-           "rendered from",
-           store.folder().string(), found == nullptr ? "lacks" : "has another content in",
-           id.name(), info.name);
-    leaves.push_back(id);
-  }
-  return world::with_coarser_sides(leaves);
-}
-
 /// Of a layer or a source of heights.
 std::string terms_lines(const Json& source) {
   std::string text;
@@ -386,7 +369,7 @@ Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
   const Eigen::Vector3d direction_world =
       world_from_camera.rotation * model->ray_from_pixel(center).normalized();
   const std::optional<Met> met = cast_from_camera(
-      store, cut_of(store, info),
+      store, render::cut_of(store, info),
       {.origin_world = world_from_camera.translation, .direction_world = direction_world});
   // The capture holds the range as a float.
   constexpr double kFloatEpsilon = std::numeric_limits<float>::epsilon();

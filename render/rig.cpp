@@ -357,9 +357,9 @@ void RigOptions::describe(core::SchemaVisitor& visit) {
 
 void RigOptions::validate() const {
   check_name("rig", name);
-  if (name == capture::kRecordsFolder) {
-    fail(ErrorKind::Config, "rig name \"{}\" is the folder of the capture's records; take another",
-         name);
+  if (name == capture::kRecordsFolder || name == capture::kLabelsFolder) {
+    fail(ErrorKind::Config, "rig name \"{}\" is the folder of the capture's {}; take another", name,
+         name == capture::kRecordsFolder ? "records" : "labels");
   }
   if (axes != "flu" && axes != "rdf") {
     fail(ErrorKind::Config, "rig {}: axes = \"{}\"; known are flu and rdf", name, axes);

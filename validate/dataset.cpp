@@ -8,8 +8,10 @@
 #include "core/image_io.h"
 #include "core/registry.h"
 #include "validate/npy.h"
+#include "validate/readers/coco.h"
 #include "validate/readers/colmap.h"
 #include "validate/readers/kitti.h"
+#include "validate/readers/kitti_object.h"
 #include "validate/readers/kitti_raw.h"
 #include "validate/readers/tartanair.h"
 #include "validate/readers/tartanair_v1.h"
@@ -90,8 +92,10 @@ namespace {
 const std::map<std::string, std::unique_ptr<const Reader>>& readers() {
   static const auto table = [] {
     std::map<std::string, std::unique_ptr<const Reader>> all;
+    all["coco"] = std::make_unique<CocoReader>();
     all["colmap"] = std::make_unique<ColmapReader>();
     all["kitti"] = std::make_unique<KittiReader>();
+    all["kitti_object"] = std::make_unique<KittiObjectReader>();
     all["kitti_raw"] = std::make_unique<KittiRawReader>();
     all["tartanair"] = std::make_unique<TartanAirReader>();
     all["tartanair_v1"] = std::make_unique<TartanAirV1Reader>();

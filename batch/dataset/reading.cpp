@@ -9,6 +9,12 @@ namespace {
 
 const std::vector<FormatReading>& readings() {
   static const std::vector<FormatReading> table = {
+      {"coco",
+       "COCO",
+       "`pycocotools.coco.COCO(\"annotations/instances.json\")` reads masks and boxes of the "
+       "images in "
+       "`images`; `panopticapi` takes `annotations/panoptic.json` and the images in `panoptic`.",
+       {"object-detection", "instance-segmentation", "panoptic-segmentation"}},
       {"colmap",
        "COLMAP",
        "Each `<sequence>` has its model in `sparse/0` (as text in `sparse_txt/0`) and its images "
@@ -23,6 +29,12 @@ const std::vector<FormatReading>& readings() {
        "`depth_2/*.npy` "
        "(planar, m, sky 0), and `disp_2/*.png` are disparities times 256.",
        {"stereo", "visual-odometry"}},
+      {"kitti_object",
+       "KITTI object",
+       "`training` has images, calibration and labels of KITTI's object task; boxes stand in the "
+       "levelled "
+       "frame of each image's `R0_rect`.",
+       {"object-detection", "3d-object-detection"}},
       {"kitti_raw",
        "KITTI raw",
        "`pykitti.raw(\"…\", \"<date>\", \"<drive>\")` opens a drive with its OXTS packets on true "

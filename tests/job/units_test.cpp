@@ -34,6 +34,7 @@ const std::set<std::string> kPure = {"aircraft",
                                      "exposure",
                                      "field_share",
                                      "forest_share",
+                                     "frames_apart",
                                      "full",
                                      "gain",
                                      "gains",
@@ -44,6 +45,7 @@ const std::set<std::string> kPure = {"aircraft",
                                      "max_relative_depth_error",
                                      "meter_percentile",
                                      "min_disparity_share",
+                                     "min_pixels",
                                      "num_frames",
                                      "num_legs",
                                      "num_points",
@@ -54,6 +56,7 @@ const std::set<std::string> kPure = {"aircraft",
                                      "percentile",
                                      "pixel_aspect",
                                      "quaternion_wxyz",
+                                     "reach_frames",
                                      "roundness",
                                      "samples_per_image",
                                      "saturation",
@@ -67,6 +70,7 @@ const std::set<std::string> kPure = {"aircraft",
                                      "smudges",
                                      "target",
                                      "traffic",
+                                     "variant",
                                      "veiling_glare",
                                      "vignetting_exponent",
                                      "vignetting_polynomial",
@@ -96,6 +100,7 @@ TEST(Units, EveryNumberOfAConfigHasOneOrNeedsNone) {
   for (const auto& kind : tiler::layer_kinds()) expect_units_of(*kind.make());
   for (const auto& kind : geo::trajectory_kinds()) expect_units_of(*kind.make());
   for (const auto& format : geo::fix_formats()) expect_units_of(*format.make());
+  for (const auto& kind : render::labels()) expect_units_of(*kind.make());
   for (const auto& format : exporters::exporters()) expect_units_of(*format.make());
   EXPECT_GT(num_with_unit, 50);
 }

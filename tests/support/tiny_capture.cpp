@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "capture/frame_writer.h"
+#include "capture/object_labels.h"
 #include "geo/frames.h"
 #include "geo/units.h"
 
@@ -282,6 +285,66 @@ double tiny_stamp_s(int camera_index, double time_s) {
   return time_s + (camera_index + 1) * (0.01 - 1e-3 * time_s);
 }
 
+namespace {
+
+constexpr std::uint32_t kWall = 7;
+
+/// The wall in an image, by its own plane; nothing where no pixel shows it.
+std::optional<capture::ObjectView> tiny_view(const capture::CameraCalibration& camera,
+                                             const geo::Rigid3d& pose,
+                                             const capture::CameraFrame& facts) {
+  const TinyScene scene;
+  capture::ObjectView view;
+  view.instance_id = kWall;
+  view.nearest_m = scene.horizon_m;
+  Eigen::AlignedBox2d visible;
+  for (int y = 0; y < facts.instance_id.height(); ++y)
+    for (int x = 0; x < facts.instance_id.width(); ++x) {
+      const Eigen::Vector3d ray = pose.rotation * tiny_ray(camera, x + 0.5, y + 0.5);
+      if (std::isfinite(scene.wall_parameter(pose.translation, ray))) ++view.num_own;
+      if (facts.instance_id(x, y) != kWall) continue;
+      ++view.num_visible;
+      view.nearest_m = std::min(view.nearest_m, static_cast<double>(facts.range_m(x, y)));
+      visible.extend(Eigen::Vector2d(x, y));
+      visible.extend(Eigen::Vector2d(x + 1, y + 1));
+    }
+  if (view.num_visible == 0) return std::nullopt;
+  Eigen::AlignedBox2d whole;
+  int num_outside = 0;
+  for (const double right : {-1.0, 1.0})
+    for (const double up : {-1.0, 1.0}) {
+      Eigen::Vector2d pixel;
+      const Eigen::Vector3d corner =
+          pose.inverse() * (scene.wall_center + right * scene.wall_half_width_m * scene.wall_right +
+                            up * scene.wall_half_height_m * scene.wall_up);
+      num_outside += tiny_sees(camera, corner, &pixel) ? 0 : 1;
+      if (corner.z() > 0.0)
+        whole.extend(pixel);
+      else
+        whole.extend(visible);
+    }
+  const auto box = [&](const Eigen::AlignedBox2d& b) {
+    return capture::ImageBox{std::max(b.min().x(), 0.0), std::max(b.min().y(), 0.0),
+                             std::min<double>(b.max().x(), camera.intrinsics.width_px),
+                             std::min<double>(b.max().y(), camera.intrinsics.height_px)};
+  };
+  view.visible_px = box(visible);
+  view.whole_px = box(whole);
+  view.truncation = 0.25 * num_outside;  // nobody derives anything from it
+  return view;
+}
+
+/// Along the wall, through it and up; it is as thin as a plane.
+capture::OrientedBox tiny_wall_box() {
+  const TinyScene scene;
+  Eigen::Matrix3d axes;
+  axes << scene.wall_right, scene.wall_up.cross(scene.wall_right), scene.wall_up;
+  return {.world_from_box = {Eigen::Quaterniond(axes), scene.wall_center},
+          .half_size_m = {scene.wall_half_width_m, 0.0, scene.wall_half_height_m}};
+}
+
+}  // namespace
+
 std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_folder,
                                          const TinyCaptureOptions& options) {
   const TinyScene scene;
@@ -289,6 +352,7 @@ std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_fo
   const std::vector<capture::TrackPoint> tracks = tiny_tracks();
   const std::filesystem::path folder = capture_folder / options.name;
   const capture::SequenceWriter writer(folder, info, tracks);
+  std::map<std::string, std::vector<capture::ObjectView>> labels;
   for (int frame = 0; frame < info.num_frames; ++frame) {
     capture::FrameRecord record;
     record.index = frame;
@@ -305,9 +369,14 @@ std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_fo
                                        kTinyYawStep_rad * std::cos(bank_rad));
     for (int k = 0; k < static_cast<int>(info.cameras.size()); ++k) {
       const auto& camera = info.cameras[static_cast<std::size_t>(k)];
-      capture::CameraRecord part =
-          writer.write_camera(frame, k, tiny_frame(options, info, frame, k));
+      const capture::CameraFrame facts = tiny_frame(options, info, frame, k);
+      capture::CameraRecord part = writer.write_camera(frame, k, facts);
       const geo::Rigid3d pose = tiny_world_from_camera(options, frame, camera);
+      std::vector<capture::ObjectView>& views = labels[capture::object_views_path(camera, frame)];
+      if (auto view = tiny_view(camera, pose, facts)) {
+        view->camera_from_box = pose.inverse() * tiny_wall_box().world_from_box;
+        views.push_back(*view);
+      }
       for (const capture::TrackPoint& track : tracks)
         if (tiny_sees(camera, pose.inverse() * track.point_world) &&
             !scene.is_hidden(pose.translation, track.point_world))
@@ -322,6 +391,17 @@ std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_fo
     writer.finish_frame(record);
   }
   writer.finish_sequence();
+  const std::string source = capture::labels_source(capture::SequenceReader::open(folder));
+  for (const auto& [path, views] : labels)
+    capture::json_from_object_views(views, source).write(folder / path, -1);
+  capture::json_from_objects({{.instance_id = kWall,
+                               .semantic_class = capture::SemanticClass::Truck,
+                               .layer = "walls",
+                               .feature = 77,
+                               .prototype = "",
+                               .box = tiny_wall_box()}},
+                             source)
+      .write(folder / capture::kObjectsFile);
   return folder;
 }
 

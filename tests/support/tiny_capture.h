@@ -110,7 +110,7 @@ capture::CameraFrame tiny_frame(const TinyCaptureOptions& options,
 /// What the clock of a camera shows, with clock errors.
 double tiny_stamp_s(int camera_index, double time_s);
 
-/// Writes `<capture_folder>/<name>`.
+/// Writes `<capture_folder>/<name>`, with the labels of its one object, the wall, a truck.
 std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_folder,
                                          const TinyCaptureOptions& options = {});
 

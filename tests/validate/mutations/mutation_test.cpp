@@ -99,6 +99,16 @@ bool is_named(const core::Json& causes, const test::Expected& expected) {
   return false;
 }
 
+/// The formats of flights. In those of single images, which have neither poses nor depth, mistakes are findings of their
+/// readers: tests/labels/validate_test.cpp.
+std::vector<std::string> flight_formats() {
+  std::vector<std::string> formats = reader_names();
+  std::erase_if(formats, [](const std::string& format) {
+    return format == "coco" || format == "kitti_object";
+  });
+  return formats;
+}
+
 struct Case {
   const test::Mutation* mutation;
   std::string format;
@@ -122,7 +132,7 @@ std::vector<Case> cases() {
   constexpr int kEvery = 3;
   int num_of_tartan = 0;
   std::vector<Case> list;
-  for (const std::string& format : reader_names()) {
+  for (const std::string& format : flight_formats()) {
     bool is_curved_next = true;
     for (const test::Mutation& mutation : test::mutations()) {
       if (std::find(mutation.formats.begin(), mutation.formats.end(), format) ==
@@ -203,7 +213,7 @@ TEST_P(RightIsland, PassesAndNamesNothing) {
 
 std::vector<RightCase> right_cases() {
   std::vector<RightCase> list;
-  for (const std::string& format : reader_names())
+  for (const std::string& format : flight_formats())
     for (const test::Path path : {test::Path::Curved, test::Path::Straight})
       list.push_back({format, path});
   return list;
@@ -217,7 +227,7 @@ TEST(MutationCatalogue, HoldsEachMutationForAFormatOrSaysWhyNot) {
   std::set<std::string> names;
   for (const test::Mutation& mutation : all) {
     EXPECT_TRUE(names.insert(mutation.name).second) << mutation.name;
-    for (const std::string& format : reader_names()) {
+    for (const std::string& format : flight_formats()) {
       const bool is_held = std::find(mutation.formats.begin(), mutation.formats.end(), format) !=
                            mutation.formats.end();
       const bool has_reason =

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/frame_reader.h"
+#include "core/context.h"
+#include "core/schema.h"
+#include "world/tile_store.h"
+
+/// Labels that are made after a sequence was captured, because not everybody wants them: from its facts and
+/// its world, without rendering again.
+namespace terracast::render {
+
+struct LabelInputs {
+  const capture::SequenceReader& sequence;
+  const world::TileStore& store;  ///< the world that it shows
+  const core::Context& context;
+};
+
+/// One kind of labels. The derived class holds its options, describes their keys, and makes them.
+class LabelMaker {
+ public:
+  virtual ~LabelMaker() = default;
+  virtual void describe(core::SchemaVisitor& visit) = 0;
+  virtual std::unique_ptr<LabelMaker> clone() const = 0;
+
+  /// Writes into the sequence's folder `labels/<kind>`, in parallel; what an earlier run of the same capture
+  /// and options finished is kept.
+  /// determinism   same capture, world and options, same bytes, whatever the threads and interruptions
+  /// throws        Input: damaged, or the world is not the sequence's; Io
+  virtual void make(const LabelInputs& inputs) const = 0;
+};
+
+struct LabelInfo {
+  std::string_view name;
+  std::string_view summary;
+  std::unique_ptr<LabelMaker> (*make)();
+};
+
+/// The table of kinds, alphabetical.
+std::span<const LabelInfo> labels();
+
+/// A `[[labels]]` of a config: the kind, and the kind's own keys beside it.
+struct LabelOptions {
+  std::string kind;
+
+  LabelOptions() = default;
+  /// A kind with its defaults.
+  explicit LabelOptions(std::string_view kind_name);
+  LabelOptions(const LabelOptions& other);
+  LabelOptions& operator=(const LabelOptions& other);
+  LabelOptions(LabelOptions&&) noexcept = default;
+  LabelOptions& operator=(LabelOptions&&) noexcept = default;
+
+  void describe(core::SchemaVisitor& visit);
+  const LabelMaker& maker() const { return *maker_; }
+
+ private:
+  std::unique_ptr<LabelMaker> maker_;
+};
+
+/// Makes labels of a finished sequence.
+/// throws   Config: things move in it; as LabelMaker::make; the message names the kind and the sequence
+void run_label_stage(const capture::SequenceReader& sequence, const world::TileStore& store,
+                     const std::vector<LabelOptions>& labels, const core::Context& context);
+
+}  // namespace terracast::render

@@ -1,0 +1,61 @@
+#include <array>
+
+#include "core/registry.h"
+#include "render/labels/label.h"
+
+// Every kind of labels, in alphabetical order: X(name) is render/labels/name.cpp, which defines `LabelInfo
+// name_label()`.
+#define TERRACAST_LABELS(X) X(cloud) X(covisibility) X(objects) X(pairs)
+
+namespace terracast::render {
+
+#define TERRACAST_DECLARE(name) LabelInfo name##_label();
+TERRACAST_LABELS(TERRACAST_DECLARE)
+#undef TERRACAST_DECLARE
+
+std::span<const LabelInfo> labels() {
+#define TERRACAST_ENTRY(name) name##_label(),
+  static const std::array table = {TERRACAST_LABELS(TERRACAST_ENTRY)};
+#undef TERRACAST_ENTRY
+  return table;
+}
+
+LabelOptions::LabelOptions(std::string_view kind_name)
+    : kind(kind_name), maker_(core::find_registered(labels(), "label", kind_name).make()) {}
+
+LabelOptions::LabelOptions(const LabelOptions& other)
+    : kind(other.kind), maker_(other.maker_ ? other.maker_->clone() : nullptr) {}
+
+LabelOptions& LabelOptions::operator=(const LabelOptions& other) {
+  if (this == &other) return *this;
+  kind = other.kind;
+  maker_ = other.maker_ ? other.maker_->clone() : nullptr;
+  return *this;
+}
+
+void LabelOptions::describe(core::SchemaVisitor& visit) {
+  const std::string before = kind;
+  visit.key("kind", kind, "Labels to make of every sequence.",
+            core::required(core::one_of(core::registry_names(labels()))));
+  if (kind.empty()) return;  // a list of keys without a config
+  if (!maker_ || kind != before) maker_ = core::find_registered(labels(), "label", kind).make();
+  maker_->describe(visit);
+}
+
+void run_label_stage(const capture::SequenceReader& sequence, const world::TileStore& store,
+                     const std::vector<LabelOptions>& labels, const core::Context& context) {
+  if (!labels.empty() && !sequence.info().moving.empty())
+    core::fail(
+        core::ErrorKind::Config,
+        "in sequence {} things move, and labels are of what stands alone: leave out [[labels]] and "
+        "the formats that need them, or what moves",
+        sequence.info().name);
+  for (const LabelOptions& options : labels)
+    core::with_context(
+        [&] {
+          options.maker().make({sequence, store, context});
+        },
+        fmt::format("making the labels {} of sequence {}", options.kind, sequence.info().name));
+}
+
+}  // namespace terracast::render

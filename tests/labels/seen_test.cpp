@@ -1,0 +1,380 @@
+// What a sequence saw: its cloud of points, and how much its images show of each other.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <sstream>
+
+#include "capture/channel.h"
+#include "core/atomic_file.h"
+#include "core/hash.h"
+#include "core/image_io.h"
+#include "core/log.h"
+#include "core/toml_reader.h"
+#include "render/labels/label.h"
+#include "render/labels/matches.h"
+#include "tests/labels/boxes_world.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/test_data.h"
+
+namespace terracast::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+const std::vector<WorldBox> kBoxes = {
+    {.instance_id = 11, .low = {100, -5, 0}, .high = {110, 5, 60}},
+    {.instance_id = 12, .low = {180, -40, 0}, .high = {220, 20, 40}},
+};
+
+void make_with(const capture::SequenceReader& sequence, const world::TileStore& store,
+               const std::string& toml) {
+  render::LabelOptions options;
+  core::TomlDocument::parse(toml, "test.toml").read(options);
+  const core::Log log("label", core::LogLevel::Off);
+  std::vector<render::LabelOptions> all = {options};
+  render::run_label_stage(sequence, store, all, {.log = log});
+}
+
+/// Three frames that go aside and turn.
+render::SequencePlan moving_plan() {
+  render::SequencePlan plan = level_plan(3);
+  for (int i = 0; i < 3; ++i) {
+    plan.states[static_cast<std::size_t>(i)].world_from_body.translation = {5.0 * i, -25.0 * i,
+                                                                            50.0};
+    plan.states[static_cast<std::size_t>(i)].world_from_body.rotation =
+        Eigen::AngleAxisd(0.1 * i, Vector3d::UnitZ()) * Eigen::AngleAxisd(0.1, Vector3d::UnitY());
+  }
+  return plan;
+}
+
+/// What a pixel of the pinhole of level_plan() shows, by the capture's range.
+Vector3d point_of(const capture::SequenceReader& sequence, int frame,
+                  const capture::CameraFrame& facts, int x, int y) {
+  const geo::Rigid3d pose = sequence.world_from_camera(frame, 0);
+  const Vector3d ray = Vector3d((x + 0.5 - 100.0) / 200.0, (y + 0.5 - 80.0) / 200.0, 1.0);
+  return pose * (ray.normalized() * double{facts.range_m(x, y)});
+}
+
+struct PlyPoint {
+  double x, y, z;
+  float nx, ny, nz;
+  std::uint8_t red, green, blue, semantic_class;
+  std::uint32_t instance;
+  float range;
+};
+
+std::vector<PlyPoint> read_ply(const fs::path& file) {
+  const std::string text = core::read_text_file(file);
+  const std::size_t end = text.find("end_header\n") + 11;
+  const std::size_t at = text.find("element vertex ") + 15;
+  const std::size_t count = std::stoul(text.substr(at));
+  constexpr std::size_t kBytes = 48;
+  EXPECT_EQ(text.size(), end + kBytes * count);
+  std::vector<PlyPoint> points(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const char* from = text.data() + end + kBytes * i;
+    const auto take = [&](auto& value) {
+      std::memcpy(&value, from, sizeof value);
+      from += sizeof value;
+    };
+    PlyPoint& p = points[i];
+    take(p.x), take(p.y), take(p.z), take(p.nx), take(p.ny), take(p.nz), take(p.red);
+    take(p.green), take(p.blue), take(p.semantic_class), take(p.instance), take(p.range);
+  }
+  return points;
+}
+
+TEST(Clouds, HoldTheNearestPointOfEachVoxelThatWasSeen) {
+  const ScratchFolder folder;
+  const auto store = make_boxes_world(folder / "world", kBoxes);
+  const auto sequence = render_plan(store, moving_plan(), folder / "boxes");
+  constexpr double kVoxel_m = 4.0;
+  make_with(sequence, store, "kind = \"cloud\"\nvoxel_m = 4.0\n");
+  struct Nearest {
+    float range_m;
+    Vector3d place;
+    std::uint32_t instance;
+    int red;
+  };
+  std::map<std::array<long, 3>, Nearest> truth;
+  for (int frame = 0; frame < 3; ++frame) {
+    const auto facts = sequence.read_camera(frame, 0);
+    for (int y = 0; y < 160; ++y)
+      for (int x = 0; x < 200; ++x) {
+        if (!std::isfinite(facts.range_m(x, y))) continue;
+        const Vector3d place = point_of(sequence, frame, facts, x, y);
+        // A plane's points may come to lie in either of two voxels.
+        if ((place / kVoxel_m - (place / kVoxel_m).array().round().matrix()).cwiseAbs().minCoeff() <
+            1e-6)
+          continue;
+        const std::array<long, 3> voxel = {std::lround(std::floor(place.x() / kVoxel_m)),
+                                           std::lround(std::floor(place.y() / kVoxel_m)),
+                                           std::lround(std::floor(place.z() / kVoxel_m))};
+        const auto known = truth.find(voxel);
+        if (known == truth.end() || facts.range_m(x, y) < known->second.range_m)
+          truth[voxel] = {facts.range_m(x, y), place, facts.instance_id(x, y),
+                          facts.color(x, y, 0)};
+      }
+  }
+  const auto points = read_ply(folder / "boxes" / "labels/cloud/cloud.ply");
+  std::size_t num_found = 0;
+  std::array<long, 3> last = {std::numeric_limits<long>::min(), 0, 0};
+  for (const PlyPoint& point : points) {
+    const Vector3d place(point.x, point.y, point.z);
+    const std::array<long, 3> voxel = {std::lround(std::floor(place.x() / kVoxel_m)),
+                                       std::lround(std::floor(place.y() / kVoxel_m)),
+                                       std::lround(std::floor(place.z() / kVoxel_m))};
+    EXPECT_LT(last, voxel);  // one each, in order
+    last = voxel;
+    // Ranges are floats: of 2 km 0.1 mm.
+    double off_m = std::abs(place.z());
+    for (const WorldBox& box : kBoxes) {
+      const Vector3d outside = (box.low - place).cwiseMax(place - box.high);
+      off_m = std::min(off_m, std::abs(outside.maxCoeff()));
+    }
+    EXPECT_LT(off_m, 1e-3);
+    EXPECT_NEAR(Vector3d(double{point.nx}, double{point.ny}, double{point.nz}).norm(), 1.0, 1e-6);
+    const auto known = truth.find(voxel);
+    if (known == truth.end()) continue;
+    ++num_found;
+    if (point.range != known->second.range_m) continue;  // one on the voxel's border is nearer
+    EXPECT_LE((place - known->second.place).norm(), 1e-9);
+    EXPECT_EQ(point.instance, known->second.instance);
+    EXPECT_EQ(point.red, known->second.red);
+  }
+  EXPECT_EQ(num_found, truth.size());
+  EXPECT_GT(num_found, 300U);  // not those of the ground, which lies on the border of voxels
+}
+
+TEST(Clouds, SameBytesForAnyThreadsAndOnlyMadeOnce) {
+  const ScratchFolder folder;
+  const auto store = make_boxes_world(folder / "world", kBoxes);
+  const auto sequence = render_plan(store, moving_plan(), folder / "boxes");
+  const fs::path file = folder / "boxes" / "labels/cloud/cloud.ply";
+  make_labels(sequence, store, "cloud", 1);
+  const std::string whole = core::content_hash_of_file(file);
+  const auto time = fs::last_write_time(file);
+  make_labels(sequence, store, "cloud", 2);
+  EXPECT_EQ(fs::last_write_time(file), time);
+  fs::remove_all(file.parent_path());
+  make_labels(sequence, store, "cloud", 2);
+  EXPECT_EQ(core::content_hash_of_file(file), whole);
+  fs::resize_file(file, 1000);
+  make_labels(sequence, store, "cloud");
+  EXPECT_EQ(core::content_hash_of_file(file), whole);
+  // Another size of voxels is another cloud.
+  make_with(sequence, store, "kind = \"cloud\"\nvoxel_m = 2.0\n");
+  EXPECT_NE(core::content_hash_of_file(file), whole);
+}
+
+struct Row {
+  std::int64_t asked, in_image, seen;
+};
+using Table = std::map<std::pair<int, int>, Row>;
+
+Table read_table(const fs::path& file) {
+  std::istringstream in(core::read_text_file(file));
+  std::string line;
+  std::getline(in, line);
+  EXPECT_EQ(line, "frame,camera,other_frame,other_camera,asked,in_image,seen,share_seen");
+  Table table;
+  while (std::getline(in, line)) {
+    for (char& c : line)
+      if (c == ',') c = ' ';
+    std::istringstream words(line);
+    int frame, other;
+    std::string camera, other_camera;
+    Row row;
+    double share;
+    EXPECT_TRUE(words >> frame >> camera >> other >> other_camera >> row.asked >> row.in_image >>
+                row.seen >> share);
+    EXPECT_NEAR(share, double(row.seen) / double(row.asked), 1e-6);
+    table[{frame, other}] = row;
+  }
+  return table;
+}
+
+// The capture has visibility bits of its own, made while rendering, for frames that follow each other.
+TEST(Covisibility, OfFramesThatFollowIsThatOfTheCapturesBits) {
+  const ScratchFolder folder;
+  const auto store = make_boxes_world(folder / "world", kBoxes);
+  const auto sequence = render_plan(store, moving_plan(), folder / "boxes");
+  make_with(sequence, store, "kind = \"covisibility\"\nstep_px = 1\nreach_frames = 1\n");
+  const Table table = read_table(folder / "boxes" / "labels/covisibility/covisibility.csv");
+  EXPECT_EQ(table.size(), 4U);
+  for (const auto& [frames, row] : table) {
+    const auto facts = sequence.read_camera(frames.first, 0, capture::SequenceReader::kFacts);
+    const std::uint32_t bit =
+        frames.second > frames.first ? capture::kVisibleNext : capture::kVisiblePrevious;
+    std::int64_t num_seen = 0;
+    for (const std::uint32_t flags : facts.flags.data()) num_seen += (flags & bit) != 0 ? 1 : 0;
+    EXPECT_EQ(row.asked, 200 * 160);
+    EXPECT_EQ(row.seen, num_seen);
+    EXPECT_GT(row.seen, 1000);
+    EXPECT_LT(row.seen, row.in_image);
+  }
+}
+
+// Of frames far apart: by the boxes' slabs. The ground hides nothing.
+TEST(Covisibility, OfAnyFramesIsThatOfTheSlabs) {
+  const ScratchFolder folder;
+  const auto store = make_boxes_world(folder / "world", kBoxes);
+  const auto sequence = render_plan(store, moving_plan(), folder / "boxes");
+  make_with(sequence, store, "kind = \"covisibility\"\nstep_px = 7\n");
+  const Table table = read_table(folder / "boxes" / "labels/covisibility/covisibility.csv");
+  EXPECT_EQ(table.size(), 6U);
+  for (const auto& [frames, row] : table) {
+    const auto facts = sequence.read_camera(frames.first, 0, capture::SequenceReader::kFacts);
+    const geo::Rigid3d other = sequence.world_from_camera(frames.second, 0);
+    std::int64_t num_asked = 0, num_in_image = 0, num_seen = 0;
+    for (int y = 3; y < 160; y += 7)
+      for (int x = 3; x < 200; x += 7) {
+        ++num_asked;
+        if (!std::isfinite(facts.range_m(x, y))) continue;
+        const Vector3d point = point_of(sequence, frames.first, facts, x, y);
+        const Vector3d at = other.inverse() * point;
+        const Vector2d pixel(100.0 + 200.0 * at.x() / at.z(), 80.0 + 200.0 * at.y() / at.z());
+        if (!(at.z() > 0.0) || !(pixel.x() >= 0.0) || !(pixel.y() >= 0.0) || pixel.x() >= 200.0 ||
+            pixel.y() >= 160.0)
+          continue;
+        ++num_in_image;
+        // Up to a millimetre before it, which floats leave.
+        const Vector3d way = point - other.translation;
+        const Vector3d short_way = way * (1.0 - 1e-3 / way.norm());
+        bool is_hidden = false;
+        for (const WorldBox& box : kBoxes) {
+          double t_in = 0.0, t_out = 1.0;
+          for (int axis = 0; axis < 3; ++axis) {
+            const double a = (box.low[axis] - other.translation[axis]) / short_way[axis];
+            const double b = (box.high[axis] - other.translation[axis]) / short_way[axis];
+            t_in = std::max(t_in, std::min(a, b));
+            t_out = std::min(t_out, std::max(a, b));
+          }
+          is_hidden = is_hidden || t_in < t_out;
+        }
+        num_seen += is_hidden ? 0 : 1;
+      }
+    EXPECT_EQ(row.asked, num_asked);
+    EXPECT_EQ(row.in_image, num_in_image);
+    EXPECT_EQ(row.seen, num_seen);
+  }
+}
+
+/// Channels of a file of pairs.
+core::ExrImage read_pair(const fs::path& file) {
+  auto parts = core::decode_exr(core::read_file(file), file.string());
+  EXPECT_EQ(parts.size(), 1U);
+  return parts.at(0);
+}
+
+// Of a rectified pair disparity is f b / z, by the capture's range; what is seen, by the capture's own bits.
+TEST(Pairs, HaveTheDisparityAndTheSightOfEachPixel) {
+  const ScratchFolder folder;
+  const auto store = make_boxes_world(folder / "world", kBoxes);
+  render::SequencePlan plan = moving_plan();
+  plan.cameras.push_back(plan.cameras[0]);
+  plan.cameras[1].name = "cam1";
+  plan.cameras[1].rig_from_camera.translation = {0.0, -2.0, 0.0};  // to the right
+  const auto sequence = render_plan(store, plan, folder / "boxes");
+  make_labels(sequence, store, "pairs");
+  const fs::path pairs = folder / "boxes" / "labels/pairs";
+  for (const bool is_left : {true, false}) {
+    const int camera = is_left ? 0 : 1;
+    const fs::path file = is_left ? pairs / "mcs4/cam0/mcs4/cam1/000001_000001.exr"
+                                  : pairs / "mcs4/cam1/mcs4/cam0/000001_000001.exr";
+    const core::ExrImage pair = read_pair(file);
+    const auto facts = sequence.read_camera(1, camera, capture::SequenceReader::kFacts);
+    std::int64_t num_hidden = 0;
+    for (int y = 0; y < 160; ++y)
+      for (int x = 0; x < 200; ++x) {
+        const std::uint32_t sight = pair.uint_channels.at("sight")(x, y);
+        const float flow_x = pair.float_channels.at("flow.x")(x, y);
+        const double range_m = double{facts.range_m(x, y)};
+        const Vector3d ray((x + 0.5 - 100.0) / 200.0, (y + 0.5 - 80.0) / 200.0, 1.0);
+        const double disparity = 200.0 * 2.0 / (range_m / ray.norm());
+        const double there = x + 0.5 + (is_left ? -disparity : disparity);
+        const bool is_inside = std::isfinite(range_m) && there >= 0.0 && there < 200.0;
+        ASSERT_EQ(sight > 0, is_inside);
+        ASSERT_EQ(std::isnan(flow_x), !is_inside);
+        const bool has_bit = (facts.flags(x, y) & capture::visible_in_camera(1 - camera)) != 0;
+        ASSERT_EQ(sight == 2, has_bit);
+        if (!is_inside) continue;
+        num_hidden += sight == 1 ? 1 : 0;
+        // Ranges and flows are floats.
+        ASSERT_NEAR(double{flow_x}, there - (x + 0.5), 1e-5);
+        ASSERT_NEAR(double{pair.float_channels.at("flow.y")(x, y)}, 0.0, 1e-5);
+      }
+    EXPECT_GT(num_hidden, 20);
+  }
+  // Pairs that are asked for, frames apart; and no others.
+  fs::remove_all(pairs);
+  make_with(sequence, store,
+            "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam0\"]\nframes_apart = [1]\n");
+  std::size_t num_files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(pairs))
+    num_files += entry.is_regular_file() ? 1 : 0;
+  EXPECT_EQ(num_files, 2U);
+  const core::ExrImage next = read_pair(pairs / "mcs4/cam0/mcs4/cam0/000001_000002.exr");
+  const auto facts = sequence.read_camera(1, 0, capture::SequenceReader::kFacts);
+  for (int y = 0; y < 160; ++y)
+    for (int x = 0; x < 200; ++x)
+      ASSERT_EQ(next.uint_channels.at("sight")(x, y) == 2,
+                (facts.flags(x, y) & capture::kVisibleNext) != 0);
+  // What is there is kept, what was cut is made again.
+  const fs::path kept = pairs / "mcs4/cam0/mcs4/cam0/000000_000001.exr";
+  const fs::path cut = pairs / "mcs4/cam0/mcs4/cam0/000001_000002.exr";
+  const auto time = fs::last_write_time(kept);
+  const std::string whole = core::content_hash_of_file(cut);
+  fs::resize_file(cut, 5000);
+  make_with(sequence, store,
+            "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam0\"]\nframes_apart = [1]\n");
+  EXPECT_EQ(core::content_hash_of_file(cut), whole);
+  EXPECT_EQ(fs::last_write_time(kept), time);
+  expect_error(core::ErrorKind::Config, {"mcs4/cam9", "mcs4/cam0"}, [&] {
+    make_with(sequence, store, "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam9\"]\n");
+  });
+}
+
+TEST(Matches, AreWhereAnotherCameraSeesThePoint) {
+  const ScratchFolder folder;
+  const auto store = make_boxes_world(folder / "world", kBoxes);
+  const auto sequence = render_plan(store, moving_plan(), folder / "boxes");
+  const render::Matcher matcher(sequence, store);
+  const auto facts = sequence.read_camera(0, 0, capture::SequenceReader::kFacts);
+  const std::vector<Eigen::Vector2i> pixels = {{100, 60}, {20, 150}, {180, 120}, {100, 0}};
+  const auto points = matcher.points_world({0, 0}, pixels);
+  std::vector<Vector3d> there;
+  for (std::size_t i = 0; i < 3; ++i) {
+    ASSERT_TRUE(points[i]);
+    there.push_back(*points[i]);
+    EXPECT_LE((*points[i] - point_of(sequence, 0, facts, pixels[i].x(), pixels[i].y())).norm(),
+              1e-3);
+  }
+  EXPECT_FALSE(points[3]);  // sky
+  const auto matches = matcher.find(there, {1, 0});
+  const geo::Rigid3d other = sequence.world_from_camera(1, 0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3d at = other.inverse() * there[i];
+    const Vector2d pixel(100.0 + 200.0 * at.x() / at.z(), 80.0 + 200.0 * at.y() / at.z());
+    const bool is_inside = at.z() > 0.0 && pixel.x() >= 0.0 && pixel.y() >= 0.0 &&
+                           pixel.x() < 200.0 && pixel.y() < 160.0;
+    ASSERT_EQ(matches[i].has_value(), is_inside);
+    if (is_inside) {
+      EXPECT_LE((matches[i]->pixel - pixel).norm(), 1e-9);
+    }
+  }
+  // Another world's rays meet something else.
+  std::vector<WorldBox> moved = kBoxes;
+  moved[0].low.x() -= 1.0;
+  const auto other_store = make_boxes_world(folder / "other", moved);
+  expect_error(core::ErrorKind::Input, {"rendered from"},
+               [&] { const render::Matcher refused(sequence, other_store); });
+}
+
+}  // namespace
+}  // namespace terracast::test

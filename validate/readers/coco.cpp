@@ -1,0 +1,254 @@
+#include "validate/readers/coco.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "core/error.h"
+#include "core/json.h"
+#include "core/printable.h"
+#include "validate/readers/single_images.h"
+
+namespace terracast::validate {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+using core::Json;
+
+constexpr const char* kInstances = "annotations/instances.json";
+constexpr const char* kPanoptic = "annotations/panoptic.json";
+
+/// What a segment of pixels is.
+struct Area {
+  std::int64_t count = 0;
+  int left = 0, top = 0, right = 0, bottom = 0;  ///< the last ones included
+
+  void add(int x, int y) {
+    if (count++ == 0) {
+      left = right = x;
+      top = bottom = y;
+    }
+    left = std::min(left, x);
+    right = std::max(right, x);
+    top = std::min(top, y);
+    bottom = std::max(bottom, y);
+  }
+};
+
+/// throws   Input: the area or the box that is stated is another
+void check_area(const Json& stated, const Area& area, const std::string& where) {
+  if (stated.at("area").number() != static_cast<double>(area.count))
+    fail(ErrorKind::Input, "{}: area {} of {} pixels", where, stated.at("area").number(),
+         area.count);
+  const std::vector<double> wanted = {double(area.left), double(area.top),
+                                      area.right - area.left + 1.0, area.bottom - area.top + 1.0};
+  if (stated.at("bbox").numbers() != wanted)
+    fail(ErrorKind::Input, "{}: its bbox is not that of its pixels, [{:g}, {:g}, {:g}, {:g}]",
+         where, wanted[0], wanted[1], wanted[2], wanted[3]);
+}
+
+/// Decodes COCO's text of runs: groups of 5 bits and a mark that more follow, the lowest first, signed; from the
+/// fourth run on less that two before.
+/// throws   Input: no such text, or runs that do not fill `num_pixels`
+std::vector<std::int64_t> decoded_runs(const std::string& text, std::int64_t num_pixels,
+                                       const std::string& where) {
+  std::vector<std::int64_t> runs;
+  std::int64_t sum = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    std::uint64_t bits = 0;
+    int shift = 0;
+    for (bool has_more = true; has_more; ++at) {
+      if (at >= text.size() || text[at] < '0' || text[at] > 'o' || shift > 35)
+        fail(ErrorKind::Input, "{}: counts are no text of runs (character {})", where, at);
+      const auto group = static_cast<std::uint64_t>(text[at] - '0');
+      bits |= (group & 31U) << shift;
+      shift += 5;
+      has_more = (group & 32U) != 0;
+      if (!has_more && (group & 16U) != 0) bits |= ~std::uint64_t{0} << shift;
+    }
+    auto run = static_cast<std::int64_t>(bits);
+    if (runs.size() > 2) run += runs[runs.size() - 2];
+    if (run < 0 || run > num_pixels) fail(ErrorKind::Input, "{}: a run of {} pixels", where, run);
+    runs.push_back(run);
+    sum += run;
+  }
+  if (sum != num_pixels)
+    fail(ErrorKind::Input, "{}: its runs fill {} of {} pixels", where, sum, num_pixels);
+  return runs;
+}
+
+/// A panoptic image's numbers, and what each of them covers.
+struct PanopticImage {
+  core::ImageU32 numbers;
+  std::map<std::uint32_t, Area> areas;
+};
+
+PanopticImage read_panoptic(const Dataset& dataset, const std::string& path,
+                            const Intrinsics& size) {
+  const core::Image8 png = read_png8(dataset.root / path, path, 3, size);
+  PanopticImage image{.numbers = core::ImageU32(png.width(), png.height()), .areas = {}};
+  for (int y = 0; y < png.height(); ++y)
+    for (int x = 0; x < png.width(); ++x) {
+      const std::uint32_t number =
+          png(x, y, 0) + 256U * png(x, y, 1) + 65536U * static_cast<std::uint32_t>(png(x, y, 2));
+      image.numbers(x, y) = number;
+      if (number != 0) image.areas[number].add(x, y);
+    }
+  return image;
+}
+
+/// What the two files say of all sequences, by file name of the image.
+class Annotations {
+ public:
+  Annotations(const Dataset& dataset, Findings& findings) : dataset_(dataset) {
+    findings.attempt(kInstances, [&] {
+      instances_ = Json::read(dataset.root / kInstances);
+      for (std::size_t i = 0; i < instances_.at("images").size(); ++i) {
+        const Json& image = instances_.at("images").at(i);
+        image_ids_[image.at("file_name").string()] = image.at("id").integer();
+      }
+      read_categories(instances_, instance_categories_);
+      std::set<std::int64_t> ids;
+      for (std::size_t i = 0; i < instances_.at("annotations").size(); ++i) {
+        const Json& one = instances_.at("annotations").at(i);
+        if (!ids.insert(one.at("id").integer()).second)
+          fail(ErrorKind::Input, "{}: annotation {} stands twice", kInstances,
+               one.at("id").integer());
+        by_image_[one.at("image_id").integer()].push_back(&one);
+      }
+    });
+    findings.attempt(kPanoptic, [&] {
+      panoptic_ = Json::read(dataset.root / kPanoptic);
+      read_categories(panoptic_, panoptic_categories_);
+      for (std::size_t i = 0; i < panoptic_.at("annotations").size(); ++i) {
+        const Json& one = panoptic_.at("annotations").at(i);
+        segments_[one.at("file_name").string()] = &one;
+      }
+    });
+  }
+
+  /// throws   Input: what is wrong with an image's annotations
+  void check(const std::string& name, const Intrinsics& size) const {
+    const auto segments = segments_.find(name);
+    const auto id = image_ids_.find(name);
+    if (id == image_ids_.end())
+      fail(ErrorKind::Input, "{}: no image {}", kInstances, core::first_letters(name, 100));
+    if (segments == segments_.end())
+      fail(ErrorKind::Input, "{}: no annotation of {}", kPanoptic, core::first_letters(name, 100));
+    const PanopticImage image = read_panoptic(dataset_, "panoptic/" + name, size);
+    const std::map<std::uint32_t, std::int64_t> categories =
+        check_segments(*segments->second, image, name);
+    const auto own = by_image_.find(id->second);
+    if (own == by_image_.end()) return;
+    for (const Json* annotation : own->second)
+      check_instance(*annotation, image, categories,
+                     fmt::format("{}: annotation {}", kInstances, annotation->at("id").integer()));
+  }
+
+ private:
+  static void read_categories(const Json& json, std::set<std::int64_t>& ids) {
+    for (std::size_t i = 0; i < json.at("categories").size(); ++i)
+      ids.insert(json.at("categories").at(i).at("id").integer());
+  }
+
+  /// returns   the category of each number
+  std::map<std::uint32_t, std::int64_t> check_segments(const Json& annotation,
+                                                       const PanopticImage& image,
+                                                       const std::string& name) const {
+    std::map<std::uint32_t, std::int64_t> categories;
+    const Json& list = annotation.at("segments_info");
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Json& segment = list.at(i);
+      const std::string where = fmt::format("{}: {}, segment {}", kPanoptic, name, i);
+      const std::int64_t number = segment.at("id").integer();
+      const auto area = number > 0 && number < (1 << 24)
+                            ? image.areas.find(static_cast<std::uint32_t>(number))
+                            : image.areas.end();
+      if (area == image.areas.end())
+        fail(ErrorKind::Input, "{}: no pixel has its id {}", where, number);
+      check_area(segment, area->second, where);
+      const std::int64_t category = segment.at("category_id").integer();
+      if (!panoptic_categories_.contains(category))
+        fail(ErrorKind::Input, "{}: category {} is not listed", where, category);
+      if (!categories.emplace(static_cast<std::uint32_t>(number), category).second)
+        fail(ErrorKind::Input, "{}: id {} stands twice", where, number);
+    }
+    for (const auto& [number, area] : image.areas)
+      if (!categories.contains(number))
+        fail(ErrorKind::Input, "{}: {}: {} pixels have the id {}, which is not listed", kPanoptic,
+             name, area.count, number);
+    return categories;
+  }
+
+  void check_instance(const Json& annotation, const PanopticImage& image,
+                      const std::map<std::uint32_t, std::int64_t>& categories,
+                      const std::string& where) const {
+    const std::int64_t category = annotation.at("category_id").integer();
+    if (!instance_categories_.contains(category))
+      fail(ErrorKind::Input, "{}: category {} is not listed", where, category);
+    const Json& mask = annotation.at("segmentation");
+    const int width = image.numbers.width();
+    const int height = image.numbers.height();
+    if (mask.at("size").numbers() != std::vector<double>{double(height), double(width)})
+      fail(ErrorKind::Input, "{}: its size is not [{}, {}]", where, height, width);
+    const std::vector<std::int64_t> runs =
+        decoded_runs(mask.at("counts").string(), std::int64_t{width} * height, where);
+    Area area;
+    std::uint32_t number = 0;
+    std::int64_t at = 0;
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      for (std::int64_t k = 0; i % 2 == 1 && k < runs[i]; ++k) {
+        const int x = static_cast<int>((at + k) / height);
+        const int y = static_cast<int>((at + k) % height);
+        if (area.count > 0 && image.numbers(x, y) != number)
+          fail(ErrorKind::Input,
+               "{}: its mask holds pixels ({}, {}) of another segment of the panoptic image", where,
+               x, y);
+        number = image.numbers(x, y);
+        area.add(x, y);
+      }
+      at += runs[i];
+    }
+    check_area(annotation, area, where);
+    const auto segment = image.areas.find(number);
+    if (segment == image.areas.end() || segment->second.count != area.count)
+      fail(ErrorKind::Input, "{}: its mask is not the whole of segment {} of the panoptic image",
+           where, number);
+    if (categories.at(number) != category)
+      fail(ErrorKind::Input, "{}: category {}, and {} in the panoptic image", where, category,
+           categories.at(number));
+  }
+
+  const Dataset& dataset_;
+  Json instances_ = Json::object(), panoptic_ = Json::object();
+  std::map<std::string, std::int64_t> image_ids_;
+  std::map<std::int64_t, std::vector<const Json*>> by_image_;
+  std::map<std::string, const Json*> segments_;
+  std::set<std::int64_t> instance_categories_, panoptic_categories_;
+};
+
+}  // namespace
+
+void CocoReader::read(const Dataset& dataset, Sequence& sequence, Findings& findings) const {
+  take_georeferenced_poses(sequence);
+  const Annotations annotations(dataset, findings);
+  for (Camera& camera : sequence.cameras) {
+    if (camera.stated) camera.intrinsics = *camera.stated;  // the format has none
+    const std::string folder = sequence.name + "/" + camera.name;
+    const std::vector<std::string> images =
+        numbered_files(dataset, "images/" + folder, ".png", sequence.num_frames, findings);
+    for (int frame = 0; frame < sequence.num_frames; ++frame) {
+      camera.files[static_cast<std::size_t>(frame)].color = images[static_cast<std::size_t>(frame)];
+      const std::string name = folder + "/" + frame_digits(frame) + ".png";
+      findings.attempt("panoptic/" + name, [&] { annotations.check(name, camera.intrinsics); });
+    }
+  }
+}
+
+core::ImageF CocoReader::depth(const Dataset& dataset, const Camera& camera, int) const {
+  fail(ErrorKind::Internal, "{} holds no depth (asked for {})", dataset.format, camera.name);
+}
+
+}  // namespace terracast::validate
