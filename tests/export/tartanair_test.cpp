@@ -464,12 +464,10 @@ TEST(TartanAirFaces, OfRollingShuttersAreRefusedAndTheirPairIsNot) {
     if (has_face) options.faces = {"lcam_top"};
     auto cameras = tiny_sequence(options).cameras;
     for (auto& camera : cameras) camera.shutter.line_time_s = 3e-5;
-    const auto check = [&] {
-      export_options("format = \"tartanair\"").exporter().check(cameras);
-    };
+    const auto check = [&] { export_options("format = \"tartanair\"").exporter().check(cameras); };
     if (has_face)
-      expect_error(ErrorKind::Config, {"tartanair", "rolling shutter", "line_time_us = 30", "seams"},
-                   check);
+      expect_error(ErrorKind::Config,
+                   {"tartanair", "rolling shutter", "line_time_us = 30", "seams"}, check);
     else
       EXPECT_NO_THROW(check());
   }

@@ -185,6 +185,36 @@ TEST(RollingShutterOfOneCamera, IsNamedWithIt) {
       << report.words() << report.wrong;
 }
 
+// Less than images show: a way of a hundredth of a pixel.
+TEST(RollingShutterMotion, IsHeldAgainstThePosesOfTheBody) {
+  struct Case {
+    std::size_t column;
+    double factor, added;
+    const char* check;
+  };
+  for (const Case& one :
+       {Case{0, 1.0, 0.0, ""}, Case{1, 1.002, 0.0, "motion_velocity"},
+        Case{5, 1.0, 0.15, "motion_acceleration"}, Case{9, 1.0, 0.002, "motion_turn_rate"}}) {
+    SCOPED_TRACE(one.check);
+    const test::ScratchFolder scratch;
+    write("kitti", scratch / "data");
+    const std::filesystem::path file = scratch / "data/dataset/sequences/00/motion.csv";
+    std::vector<std::string> lines = test::lines_of(file);
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      std::vector<double> numbers = test::numbers_of(lines[i], ',');
+      numbers[one.column] = one.factor * numbers[one.column] + one.added;
+      lines[i] = fmt::format("{}", fmt::join(numbers, ","));
+    }
+    test::write_lines(file, lines);
+    test::list_files_again(scratch / "data");
+    const Report report = validate_folder(scratch / "data", scratch / "report");
+    for (const char* name : {"motion_velocity", "motion_acceleration", "motion_turn_rate"}) {
+      EXPECT_FALSE(report.results.at(name).skipped) << name;
+      EXPECT_EQ(report.results.at(name).ok, std::string(name) != one.check) << report.wrong;
+    }
+  }
+}
+
 TEST(RollingShutterWords, ThatAreDamagedAreFindings) {
   struct Case {
     const char* file;

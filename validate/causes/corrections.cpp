@@ -9,7 +9,7 @@
 #include "validate/sampling.h"
 #include "validate/transfer.h"
 
-/// Small errors of intrinsics, mounts, poses, scale and time, by joint least squares of each
+/// Small errors of intrinsics, mounts, poses, scale and of the time of lines, by joint least squares of each
 /// family's parameters on what two views disagree about. Families are told apart by what is left
 /// when their correction is applied.
 namespace terracast::validate {
@@ -182,6 +182,8 @@ void apply(Trial& trial, const Family& family, const Eigen::VectorXd& x) {
     } else if (family.first == kFocal) {
       camera.intrinsics.fx_px *= 1.0 + x[0];
       camera.intrinsics.fy_px *= 1.0 + x[0];
+    } else if (family.first == kLineTime) {
+      if (camera.shutter) camera.shutter->line_time_s *= 1.0 + x[0];
     } else if (family.first == kScale) {
       for (int f = 0; f < trial.num_frames(); ++f) {
         if (trial.image(c, f).depth.empty()) continue;
@@ -266,6 +268,13 @@ void describe(const Trial& trial, const Fit& fit, Source source, Cause& cause) {
       cause.unit = "%";
       cause.words = fmt::format("{}: depth is {:+.3f} % off against the poses", place, cause.size);
       break;
+    case kLineTime:
+      cause.name = "line_time";
+      cause.size = 100.0 * (1.0 / (1.0 + fit.x[0]) - 1.0);
+      cause.unit = "%";
+      cause.words =
+          fmt::format("{}: line_time_s of dataset.json is {:+.3g} % off", place, cause.size);
+      break;
     case kRotationX:
       cause.name = "rotation";
       cause.size = degrees_from_radians(off.norm());
@@ -311,6 +320,7 @@ void add_families(const Symptoms& symptoms, Source source, std::vector<Hypothesi
   add_for_cameras(kFocal, kFocal, 10);
   if (source == Source::Depth) {
     add_for_cameras(kScale, kScale, 10);
+    if (trial.sequence.has_rolling_shutters()) add_for_cameras(kLineTime, kLineTime, 10);
     if (has_more)
       for (int c = 0; c < num_cameras; ++c) {
         families.push_back({kRotationX, kRotationZ, c, -1, 12});
@@ -354,6 +364,7 @@ void add_families(const Symptoms& symptoms, Source source, std::vector<Hypothesi
       t.images = found.trial.images;
       for (int c = 0; c < t.num_cameras(); ++c) {
         t.camera(c).intrinsics = found.trial.camera(c).intrinsics;
+        t.camera(c).shutter = found.trial.camera(c).shutter;
         t.camera(c).local_from_camera = found.trial.camera(c).local_from_camera;
       }
       return true;
