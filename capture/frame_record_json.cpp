@@ -131,7 +131,7 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind
   if (!is_content_hash(record.key))
     fail(kind, "{}: the key \"{}\" is no content hash of 32 hexadecimal digits", where, record.key);
   check_tiles(record, info.geometry.tiles.size(), kind, where);
-  check_states(record.moving, info.moving.size(), kind, where);
+  check_states(record.moving, info.moving, kind, where);
 }
 
 Json json_from_record(const FrameRecord& record, const std::string& input_hash) {

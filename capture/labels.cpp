@@ -4,6 +4,8 @@
 #include <limits>
 
 #include "capture/frame.h"
+#include "core/error.h"
+#include "core/instance_id.h"
 
 namespace terracast::capture {
 namespace {
@@ -184,7 +186,12 @@ core::ImageF flow_image(const CameraView& from, const CameraView& to, const core
 core::ImageF flow_image(const CameraView& from, const CameraView& to, const BodyMotions& motions,
                         const CameraFrame& facts) {
   return image_of_flow(from, to, facts.range_m, [&](int x, int y) {
-    return motions.find(facts.instance_id(x, y), facts.primitive_id(x, y));
+    const std::uint32_t id = facts.instance_id(x, y);
+    const BodyMotion* motion = motions.find(id, facts.primitive_id(x, y));
+    if (motion == nullptr && core::is_moving_id(id))
+      core::fail(core::ErrorKind::Input,
+                 "pixel ({}, {}) shows instance {}, which moves and is not there", x, y, id);
+    return motion;
   });
 }
 

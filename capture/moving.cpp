@@ -1,5 +1,6 @@
 #include "capture/moving.h"
 
+#include <algorithm>
 #include <iterator>
 
 #include "capture/channel.h"
@@ -13,6 +14,19 @@ bool MovingBody::operator==(const MovingBody& other) const {
   return name == other.name && thing == other.thing && instance_id == other.instance_id &&
          first_triangle == other.first_triangle && semantic_id == other.semantic_id &&
          box_m.min() == other.box_m.min() && box_m.max() == other.box_m.max();
+}
+
+const MovingBody* body_shown(const std::vector<MovingBody>& bodies, std::uint32_t instance_id,
+                             std::uint32_t primitive_id) {
+  if (!core::is_moving_id(instance_id) || primitive_id < kObjectPrimitives) return nullptr;
+  const std::pair key(instance_id, primitive_id - kObjectPrimitives);
+  // They stand in the order of ids and first triangles.
+  const auto after = std::upper_bound(
+      bodies.begin(), bodies.end(), key, [](const auto& wanted, const MovingBody& body) {
+        return wanted < std::pair(body.instance_id, body.first_triangle);
+      });
+  if (after == bodies.begin() || std::prev(after)->instance_id != instance_id) return nullptr;
+  return &*std::prev(after);
 }
 
 BodyMotions::BodyMotions(const std::vector<MovingBody>& bodies,

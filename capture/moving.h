@@ -33,6 +33,10 @@ struct MovingBody {
   bool operator==(const MovingBody& other) const;
 };
 
+/// The body that a pixel shows; null: what it shows stands still, or is none of these.
+const MovingBody* body_shown(const std::vector<MovingBody>& bodies, std::uint32_t instance_id,
+                             std::uint32_t primitive_id);
+
 /// How a body moves between the times of two frames. About each frame's time it goes on with the velocity,
 /// the acceleration and the angular velocity that it has then (geo::BodyState::pose_after).
 struct BodyMotion {

@@ -113,11 +113,15 @@ MovingStates states_from_json(const Json& json, double time_s, const Source& sou
   return states;
 }
 
-void check_states(const MovingStates& states, std::size_t num_bodies, ErrorKind kind,
+void check_states(const MovingStates& states, const std::vector<MovingBody>& bodies, ErrorKind kind,
                   const std::string& where) {
-  if (states.size() != num_bodies)
+  if (states.size() != bodies.size())
     fail(kind, "{}: the states of {} bodies that move, but the sequence has {}", where,
-         states.size(), num_bodies);
+         states.size(), bodies.size());
+  for (std::size_t i = 1; i < states.size(); ++i)
+    if (bodies[i].is_part() && states[i].has_value() != states[i - 1].has_value())
+      fail(kind, "{}: {} is there without its thing, or the thing without it", where,
+           bodies[i].name);
   for (const std::optional<geo::BodyState>& state : states)
     if (state &&
         (!state->world_from_body.translation.allFinite() ||

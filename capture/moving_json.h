@@ -22,8 +22,8 @@ using MovingStates = std::vector<std::optional<geo::BodyState>>;
 core::Json json_from_states(const MovingStates& states);
 /// time_s   of the frame
 MovingStates states_from_json(const core::Json& json, double time_s, const Source& source);
-/// throws   of `kind`: another number of them, or one that is not finite
-void check_states(const MovingStates& states, std::size_t num_bodies, core::ErrorKind kind,
-                  const std::string& where);
+/// throws   of `kind`: another number of them, one that is not finite, or a part that is there without its thing
+void check_states(const MovingStates& states, const std::vector<MovingBody>& bodies,
+                  core::ErrorKind kind, const std::string& where);
 
 }  // namespace terracast::capture

@@ -4,7 +4,6 @@
 
 #include "capture/channel.h"
 #include "core/image_io.h"
-#include "core/instance_id.h"
 #include "core/parallel.h"
 
 namespace terracast::exporters {
@@ -39,13 +38,10 @@ std::string moving_csv(const capture::SequenceReader& sequence, const LocalFrame
 core::Image16 moving_mask(const capture::SequenceInfo& info, const capture::CameraFrame& facts) {
   core::Image16 mask(facts.instance_id.width(), facts.instance_id.height(), 1, 0);
   for (std::size_t pixel = 0; pixel < mask.data().size(); ++pixel) {
-    const std::uint32_t id = facts.instance_id.data()[pixel];
-    if (!core::is_moving_id(id)) continue;
-    const std::uint32_t triangle = facts.primitive_id.data()[pixel] - capture::kObjectPrimitives;
-    // The last of the thing's bodies that begins no later than its triangle.
-    for (std::size_t i = 0; i < info.moving.size(); ++i)
-      if (info.moving[i].instance_id == id && info.moving[i].first_triangle <= triangle)
-        mask.data()[pixel] = static_cast<std::uint16_t>(i + 1);
+    const capture::MovingBody* body = capture::body_shown(
+        info.moving, facts.instance_id.data()[pixel], facts.primitive_id.data()[pixel]);
+    if (body != nullptr)
+      mask.data()[pixel] = static_cast<std::uint16_t>(body - info.moving.data() + 1);
   }
   return mask;
 }

@@ -130,6 +130,7 @@ std::vector<TrajectoryOptions> split_sequences(const TrajectoryOptions& options,
         std::vector<TrajectoryOptions> sequences;
         for (auto& part : options.kind_options().split(at_rate, least_s)) {
           sequences.push_back(options);
+          sequences.back().split_from = options.name;
           sequences.back().name = fmt::format("{}_{}", options.name, sequences.size() - 1);
           sequences.back().set_kind_options(std::move(part));
         }

@@ -121,11 +121,8 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
   plan.cameras = job.cameras;
   draw_errors(job, plan);
   plan.imaging = render::imaging_of_cameras(job.config.rigs);
-  geo::TrajectoryContext without_cameras = trajectory_context(job, log);
-  without_cameras.half_size_m = 0.5 * job.config.world.size_m;
-  without_cameras.rate_hz = options.rate_hz;
-  plan.moving = lay_out_moving(job.config.moving, job.config.trajectories, plan.name, plan.states,
-                               without_cameras);
+  plan.moving = lay_out_moving(job.config.moving, job.config.trajectories, options, plan.states,
+                               trajectory_context(job, log), 0.5 * job.config.world.size_m);
   plan.conditions = job.config.conditions;
   plan.tracks = job.config.tracks;
   plan.detail = job.config.detail;
@@ -139,6 +136,10 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
 std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory) {
   RunConfig of_sequence = config;
   of_sequence.trajectories = {trajectory};
+  // What is seen in it counts too.
+  for (const geo::TrajectoryOptions& other : config.trajectories)
+    if (!other.shown_as.empty() && other.name != trajectory.name)
+      of_sequence.trajectories.push_back(other);
   return toml_of_captures(of_sequence);
 }
 

@@ -1,11 +1,14 @@
 #include "job/moving.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
 #include <set>
 
+#include "capture/moving_json.h"
 #include "capture/sequence_files.h"
 #include "core/error.h"
 #include "core/registry.h"
@@ -79,14 +82,16 @@ class Course {
     constexpr double kTolerance_s = 1e-9;
     const double duration_s = motion_->duration_s();
     double at_s = start_s_ + time_s;
+    if (at_s < -kTolerance_s) return std::nullopt;
     if (repeats_) at_s -= duration_s * std::floor(at_s / duration_s);
-    if (at_s < -kTolerance_s || at_s > duration_s + kTolerance_s) return std::nullopt;
+    if (at_s > duration_s + kTolerance_s) return std::nullopt;
     geo::BodyState state = motion_->at(std::clamp(at_s, 0.0, duration_s));
     state.time_s = time_s;
     return state;
   }
 
-  /// Length of the way between two times, by Simpson's rule; where it is not there it does not go.
+  /// How far it goes forward on the map between two times, by Simpson's rule; where it is not there it does not
+  /// go.
   double length_m(double from_s, double to_s) const {
     constexpr int kParts = 16;
     const double step_s = (to_s - from_s) / kParts;
@@ -94,7 +99,9 @@ class Course {
     for (int i = 0; i <= kParts; ++i) {
       const std::optional<geo::BodyState> state = at(from_s + i * step_s);
       const double weight = i == 0 || i == kParts ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
-      if (state) sum += weight * state->velocity_world_mps.norm();
+      if (!state) continue;
+      const Vector3d forward = state->world_from_body.rotation * Vector3d::UnitX();
+      sum += weight * forward.head<2>().normalized().dot(state->velocity_world_mps.head<2>());
     }
     return sum * step_s / 3.0;
   }
@@ -176,30 +183,40 @@ void check_moving(std::span<const MovingOptions> moving,
 
 std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
                                         std::span<const geo::TrajectoryOptions> trajectories,
-                                        const std::string& sequence,
+                                        const geo::TrajectoryOptions& sequence,
                                         std::span<const geo::BodyState> frames,
-                                        const geo::TrajectoryContext& context) {
+                                        const geo::TrajectoryContext& context, double half_size_m) {
   std::vector<MovingThing> things;
   const auto add = [&](const geo::MotionOptions& options, double start_s, bool repeats,
-                       MovingThing thing) {
-    geo::TrajectoryContext own = context;
-    own.is_on_surface = thing.ride != Ride::Free;
+                       const geo::TrajectoryContext& own, MovingThing thing) {
     core::with_context([&] { set_motion(Course(options, start_s, repeats, own), frames, thing); },
                        fmt::format("laying out what moves, {}", thing.name));
     things.push_back(std::move(thing));
   };
+  geo::TrajectoryContext of_things = context;
+  of_things.log = nullptr;
+  of_things.half_size_m = half_size_m;
   for (const MovingOptions& options : moving) {
     const tiler::ThingInfo& info = thing_called(options.thing);
     MovingThing thing = make_thing(options.name, info, static_cast<int>(options.variant));
     thing.ride = ride_of(options.ride, info);
-    add(options, options.start_s, options.repeat, std::move(thing));
+    of_things.is_on_surface = thing.ride != Ride::Free;
+    add(options, options.start_s, options.repeat, of_things, std::move(thing));
   }
+  geo::TrajectoryContext of_bodies = context;
+  of_bodies.log = nullptr;  // their own sequences tell of them
   for (const geo::TrajectoryOptions& other : trajectories) {
-    if (other.shown_as.empty() || other.name == sequence) continue;
+    const bool is_of_one_flight =
+        other.name == sequence.name ||
+        (!other.split_from.empty() && other.split_from == sequence.split_from);
+    if (other.shown_as.empty() || is_of_one_flight) continue;
     const tiler::ThingInfo& info = thing_called(other.shown_as);
-    add(other, other.start_s, false, make_thing(other.name, info, 0));
+    of_bodies.rate_hz = other.rate_hz;
+    add(other, other.start_s, false, of_bodies, make_thing(other.name, info, 0));
     lower_to_foot(info.size_m.z(), things.back());
   }
+  capture::check_moving(render::describe_moving(things), ErrorKind::Config,
+                        "sequence " + sequence.name);
   return things;
 }
 

@@ -31,12 +31,14 @@ void check_moving(std::span<const MovingOptions> moving,
 
 /// All that moves through a sequence: the things of the config, then the bodies of the other trajectories that are
 /// shown.
-/// frames    the sequence's
-/// context   of bodies that carry no cameras
-/// throws    as geo::Trajectory's kinds; the message names the thing
+/// sequence   one of `trajectories`; parts of the same flight are not shown in it
+/// frames     the sequence's
+/// context    as the trajectories' own sequences have it; things that carry no cameras may come as near to the
+///            world's edge as they are inside, half_size_m
+/// throws     as geo::Trajectory's kinds; the message names the thing
 std::vector<render::MovingThing> lay_out_moving(
     std::span<const MovingOptions> moving, std::span<const geo::TrajectoryOptions> trajectories,
-    const std::string& sequence, std::span<const geo::BodyState> frames,
-    const geo::TrajectoryContext& context);
+    const geo::TrajectoryOptions& sequence, std::span<const geo::BodyState> frames,
+    const geo::TrajectoryContext& context, double half_size_m);
 
 }  // namespace terracast::job

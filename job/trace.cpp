@@ -7,7 +7,6 @@
 #include <limits>
 #include <vector>
 
-#include "capture/channel.h"
 #include "capture/frame_reader.h"
 #include "capture/labels.h"
 #include "core/error.h"
@@ -302,11 +301,7 @@ std::string layer_lines(const Json& layer, const std::string& name) {
 /// The body that a pixel shows of what moves.
 Json json_of_body(const capture::SequenceInfo& info, std::uint32_t instance_id,
                   std::uint32_t primitive_id) {
-  const capture::MovingBody* shown = nullptr;
-  for (const capture::MovingBody& body : info.moving)
-    if (body.instance_id == instance_id &&
-        body.first_triangle <= primitive_id - capture::kObjectPrimitives)
-      shown = &body;
+  const capture::MovingBody* shown = capture::body_shown(info.moving, instance_id, primitive_id);
   if (shown == nullptr)
     fail(ErrorKind::Input, "{}: nothing that moves has the instance {}", info.name, instance_id);
   return Json::object().set("name", shown->name).set("thing", shown->thing);

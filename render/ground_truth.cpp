@@ -259,14 +259,14 @@ class TruthTracer {
     set_ground(scratch);
     set_objects(scratch);
     for (const std::size_t ray : scratch.moving_rays) set_object(ray, scratch);
-    if (bed_ != nullptr) set_bottom(scratch);
+    if (bed_ != nullptr) set_bottom(offset_s, scratch);
     look_from_targets(ground, scratch);
     look_from_targets(objects, scratch);
     if (!scratch.moving_rays.empty()) look_at_moving(offset_s, scratch);
   }
 
   /// Sets bottom_range_m of the unit's pixels. The rays' own buffer is used again.
-  void set_bottom(UnitScratch& scratch) {
+  void set_bottom(double offset_s, UnitScratch& scratch) {
     capture::CameraFrame& facts = truth_.facts;
     for (const std::size_t pixel : scratch.pixels)
       facts.bottom_range_m.data()[pixel] = facts.range_m.data()[pixel];
@@ -280,8 +280,11 @@ class TruthTracer {
     if (pixels.empty()) return;
     scratch.directions.clear(kUnitRays);
     for (const Eigen::Vector3d& direction : directions) scratch.directions.add(direction);
-    const std::span<const double> t = scratch.cast(
-        world::Scene(*bed_), scratch.directions.from(scratch.view.center_world), trail_);
+    scratch.t.resize(scratch.directions.size());
+    const std::vector<double>& t = scratch.t;
+    world::Scene(*bed_, moving_.at(frame_))
+        .intersect(scratch.directions.from(scratch.view.center_world), offset_s, scratch.t,
+                   world::Coherence::Coherent, trail_);
     for (std::size_t i = 0; i < pixels.size(); ++i)
       facts.bottom_range_m.data()[pixels[i]] = std::max(
           static_cast<float>(t[i] * directions[i].norm()), facts.range_m.data()[pixels[i]]);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <numbers>
 #include <span>
 
 #include "core/error.h"
@@ -30,6 +31,26 @@ double surface_z(const Vector3d& place, const world::RayQuery& query) {
     fail(ErrorKind::Input, "the world has no ground at x {:.1f} m, y {:.1f} m", place.x(),
          place.y());
   return *z;
+}
+
+/// throws Input: on the ground there is water, or on the water ground
+void check_ride(const Vector3d& place, Ride ride, const world::RayQuery& query) {
+  constexpr double kAround_m = 0.05;
+  const world::WorldRay down{.origin_world = place + Vector3d(0.0, 0.0, kAround_m),
+                             .direction_world = -Vector3d::UnitZ(),
+                             .t_max = 2.0 * kAround_m};
+  world::SurfaceHit hit;
+  world::SurfaceSample surface;
+  query.intersect({&down, 1}, {&hit, 1}, world::Coherence::Incoherent, {&surface, 1});
+  if (!hit.is_ground() || hit.is_sky()) return;  // something stands there
+  const bool is_water = world::is_water(surface.cover);
+  if (is_water != (ride == Ride::Water))
+    fail(ErrorKind::Input,
+         "it rides the {}, and at x {:.1f} m, y {:.1f} m of the world there is {}; lead it round "
+         "there, or "
+         "set ride",
+         ride == Ride::Water ? "water" : "ground", place.x(), place.y(),
+         is_water ? "water" : "ground");
 }
 
 /// Axes of something whose z is up and whose x is as near as can be to `forward`.
@@ -136,6 +157,7 @@ geo::BodyState settle(const geo::BodyState& wanted, Ride ride, double length_m, 
   const geo::Rigid3d before = pose_at(-kSettle_s), after = pose_at(kSettle_s);
   geo::BodyState state = wanted;
   state.world_from_body = pose_at(0.0);
+  check_ride(state.world_from_body.translation, ride, query);
   state.velocity_world_mps.z() =
       (after.translation.z() - before.translation.z()) / (2.0 * kSettle_s);
   state.acceleration_world_mps2.z() = 0.0;
@@ -226,12 +248,14 @@ std::string MovingBodies::text_of(int frame) const {
   for (const Body& body : bodies_) {
     const std::optional<geo::BodyState>& state = body.states[static_cast<std::size_t>(frame)];
     text += fmt::format("{}", body.info.name);
-    if (state)
+    if (state) {
+      text += fmt::format(" {:.17g}", state->world_from_body.rotation.w());
       for (const Vector3d& vector :
            {Vector3d(state->world_from_body.translation),
             Vector3d(state->world_from_body.rotation.vec()), state->velocity_world_mps,
             state->acceleration_world_mps2, state->angular_velocity_body_radps})
         text += fmt::format(" {:.17g} {:.17g} {:.17g}", vector.x(), vector.y(), vector.z());
+    }
     text += '\n';
   }
   return text;

@@ -58,7 +58,7 @@ class MovingBodies {
  public:
   MovingBodies() = default;
   /// query    of the world with its water; asked here alone
-  /// throws   Input: a thing leaves the world, named with the frame
+  /// throws   Input: as settle(); the thing and the frame are named
   MovingBodies(std::span<const MovingThing> things, const world::RayQuery& query,
                const geo::WorldFrame& frame);
 
@@ -85,7 +85,7 @@ std::string text_of_shapes(std::span<const MovingThing> things);
 
 /// Where something on the ground, or on water, is and how it moves, from where its motion would have it be.
 /// length_m, width_m   between the corners it stands on
-/// throws              Input: it is outside the world
+/// throws              Input: it is outside the world, in water that should ride the ground, or the other way round
 geo::BodyState settle(const geo::BodyState& wanted, Ride ride, double length_m, double width_m,
                       const world::RayQuery& query, const geo::WorldFrame& frame);
 

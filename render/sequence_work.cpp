@@ -164,6 +164,10 @@ std::vector<EarlierFrames> SequenceWork::open_earlier(const std::vector<fs::path
         plan_.name);
     return all;
   }
+  if (!folders.empty() && !plan_.moving.empty()) {
+    log.info("sequence {}: where things move no earlier frames are taken over", plan_.name);
+    return all;
+  }
   for (const fs::path& folder : folders) {
     std::error_code not_both_there;
     if (fs::equivalent(folder, writer_.folder(), not_both_there)) continue;

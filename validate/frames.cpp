@@ -156,6 +156,16 @@ bool LoadedImage::shows_moving_near(const Eigen::Vector2d& pixel) const {
   return false;
 }
 
+bool LoadedImage::hides_by_moving(const Eigen::Vector2d& pixel, double depth_m) const {
+  if (moving_depth.empty()) return false;
+  const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
+  if (x < 1 || y < 1 || x + 1 >= moving.width() || y + 1 >= moving.height()) return false;
+  for (int j = y - 1; j <= y + 1; ++j)
+    for (int i = x - 1; i <= x + 1; ++i)
+      if (moving(i, j) == 0 || !(static_cast<double>(moving_depth(i, j)) < depth_m)) return false;
+  return true;
+}
+
 FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int frame,
                        Findings& findings) {
   const std::size_t num_cameras = sequence.cameras.size();

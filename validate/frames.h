@@ -33,6 +33,8 @@ struct LoadedImage {
   }
   /// Whether a pixel around an image point shows what moves.
   bool shows_moving_near(const Eigen::Vector2d& pixel) const;
+  /// Whether all 3 x 3 pixels around an image point show what moves, nearer than a depth.
+  bool hides_by_moving(const Eigen::Vector2d& pixel, double depth_m) const;
 };
 /// The images of a frame, by camera.
 using FrameImages = std::vector<std::shared_ptr<const LoadedImage>>;

@@ -99,6 +99,7 @@ void MovingScene::set_surface(const WorldRay& ray, const geo::Rigid3d& world_fro
                               const Meeting& meeting, SurfaceNeed need,
                               SurfaceSample& surface) const {
   const MovingBody& body = bodies_[meeting.body];
+  surface = SurfaceSample{};
   surface.provenance = body.provenance;
   if (need == SurfaceNeed::Object) return;
   const Shape& shape = body.shown->shape;

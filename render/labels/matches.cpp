@@ -92,9 +92,8 @@ std::vector<std::optional<Match>> Matcher::find(std::span<const Vector3d> points
       visible_in_view(in_water_ ? *in_water_ : whole_, view, points_world);
   std::vector<std::optional<Match>> matches(points_world.size());
   for (std::size_t i = 0; i < points_world.size(); ++i) {
-    const std::optional<View> seen_in = view.that_sees(points_world[i]);
-    const std::optional<Vector2d> pixel =
-        seen_in ? seen_in->project(points_world[i]) : std::nullopt;
+    const std::optional<OpenView::SeenFrom> seen = view.that_sees(points_world[i]);
+    const std::optional<Vector2d> pixel = seen ? seen->view.project(points_world[i]) : std::nullopt;
     if (pixel && view.middle.model->contains(*pixel))
       matches[i] = Match{.pixel = *pixel, .is_visible = is_visible[i] != 0};
   }

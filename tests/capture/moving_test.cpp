@@ -66,6 +66,11 @@ TEST(Moving, MotionsAreFoundByInstanceAndTriangle) {
   EXPECT_FALSE(motions.find(core::kFirstMovingId, kObjectPrimitives + 45)->to);
   EXPECT_EQ(motions.find(77, kObjectPrimitives), nullptr) << "of what stands";
   EXPECT_EQ(motions.find(0, 12), nullptr) << "of the ground";
+  EXPECT_EQ(body_shown(kBodies, core::kFirstMovingId, kObjectPrimitives + 39), &kBodies[0]);
+  EXPECT_EQ(body_shown(kBodies, core::kFirstMovingId, kObjectPrimitives + 40), &kBodies[1]);
+  EXPECT_EQ(body_shown(kBodies, core::kFirstMovingId + 1, kObjectPrimitives), &kBodies[2]);
+  EXPECT_EQ(body_shown(kBodies, core::kFirstMovingId + 2, kObjectPrimitives), nullptr);
+  EXPECT_EQ(body_shown(kBodies, core::kFirstMovingId, 12), nullptr) << "of the ground";
 }
 
 TEST(Moving, WhatCannotBeIsRefused) {
@@ -93,10 +98,13 @@ TEST(Moving, WhatCannotBeIsRefused) {
                      [&] { states_from_json(one, 0.0, source); });
   const auto states_refused = [&](const MovingStates& states, std::size_t count,
                                   const char* message) {
+    const std::vector<MovingBody> bodies(kBodies.begin(),
+                                         kBodies.begin() + static_cast<std::ptrdiff_t>(count));
     test::expect_error(ErrorKind::Input, {message},
-                       [&] { check_states(states, count, ErrorKind::Input, "here"); });
+                       [&] { check_states(states, bodies, ErrorKind::Input, "here"); });
   };
   states_refused({state(1.0)}, 2, "the states of 1 bodies");
+  states_refused({state(1.0), std::nullopt}, 2, "without its thing");
   geo::BodyState fast = state(1.0);
   fast.velocity_world_mps.x() = std::numeric_limits<double>::infinity();
   states_refused({fast}, 1, "not finite");

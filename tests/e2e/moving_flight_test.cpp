@@ -177,6 +177,17 @@ TEST(MovingFlight, HoldsInEveryFormatAndItsMistakesAreFound) {
   swapped.replace(swapped.find("\n2,1,"), 5, "\n1,1,");
   swapped.replace(swapped.find("\n9,1,"), 5, "\n2,1,");
   EXPECT_FALSE(validate(swapped).at("ok").boolean());
+  // A mask of the next frame.
+  core::write_file(states, std::string_view(text));
+  const fs::path masks =
+      folder / dataset.at("sequences").at(0).at("moving").at("masks").string() / "left";
+  fs::copy_file(masks / "000001.png", masks / "000000.png", fs::copy_options::overwrite_existing);
+  const ProgramResult result =
+      run_program({"validate", folder.string(), "--report", (scratch / "wrong").string()});
+  EXPECT_EQ(result.status, 1) << result.output;
+  const Json flow = check_of(scratch / "wrong", "moving_flow");
+  const Json through = check_of(scratch / "wrong", "moving_see_through");
+  EXPECT_FALSE(flow.at("ok").boolean() && through.at("ok").boolean());
 }
 
 TEST(MovingFlight, WhatCannotBeIsRefusedWithWhatWouldBe) {

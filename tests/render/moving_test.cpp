@@ -296,6 +296,7 @@ TEST_P(EachMovingView, FactsFlowAndVisibilityOfWhatMovesAreThoseOfBoxes) {
   EXPECT_GT(num_followed, 20);
   EXPECT_GT(num_seen, 10);
   EXPECT_GT(num_hidden, 0);
+  EXPECT_GT(num_shaded, 0) << "of the plane, by what moves";
 }
 
 std::vector<RollingCase> global_and_rolling() {
@@ -361,7 +362,7 @@ TEST(MovingBodies, PartsTurnOnTheirThings) {
 }
 
 TEST(MovingBodies, SettleOnAPlaneThatLeans) {
-  // z = 30 + 0.2 x - 0.1 y on the lattice of heights.
+  // z = 30 + x / 4 - y / 8, on the lattice of heights.
   const test::ScratchFolder folder;
   const auto ground = [](double x, double y) { return 30.0 + 0.25 * x - 0.125 * y; };
   const world::TileStore store =

@@ -140,6 +140,9 @@ class DirectionComparison {
                         bool says_covisible) {
     const core::ImageF& depth_b = d_.pair.b.image->depth;
     if (depth_b.empty()) return;
+    if (says_covisible &&
+        d_.pair.b.image->hides_by_moving(target, predicted_m - (0.17 + 0.01 * predicted_m)))
+      contradict(x, y, "called co-visible, but something that moves is before it there");
     const std::optional<InverseDepthSample> seen = sample_inverse_depth(depth_b, target);
     if (!seen) return;
     // Between leaves that are finer than its pixels an image sees what its pixels' centres miss.

@@ -34,6 +34,8 @@ struct BodySums {
 struct Summary {
   std::map<int, BodySums> bodies;
   std::int64_t num_flow = 0;
+  std::int64_t num_agreeing = 0;   ///< points whose depth agrees in both images
+  std::int64_t num_unclaimed = 0;  ///< of these, not called co-visible
   double worst_px = 0.0;
   std::string worst_place;
   std::int64_t num_contradictions = 0;
@@ -94,7 +96,13 @@ class StepComparison {
       contradict(x, y, "outside the other's image, but called in its field of view");
     const Eigen::Vector2d stored(static_cast<double>((*step_.flow)(x, y, 0)),
                                  static_cast<double>((*step_.flow)(x, y, 1)));
-    if (!stored.allFinite()) return;
+    if (!stored.allFinite()) {
+      const double reach_px =
+          step_.pair.a.camera->flow_reach_px - step_.pair.a.camera->flow_step_px;
+      if (std::isinf(reach_px) || !((place->pixel - pixel).cwiseAbs().maxCoeff() > reach_px))
+        contradict(x, y, "flow is not finite, and not longer than the format can hold");
+      return;
+    }
     // So near the other camera that float32 depth tells no flow, or far outside of its image.
     if (place->point_b.z() < 0.05 * place->point_a.z() ||
         !k_b.contains(place->pixel, -0.5 * k_b.width_px))
@@ -117,20 +125,30 @@ class StepComparison {
     const int row = static_cast<int>(place.pixel.y());
     BodySums& sums = summary_.bodies[body];
     ++sums.num_surface;
-    double nearest_m = std::numeric_limits<double>::infinity();
+    double nearest_m = std::numeric_limits<double>::infinity(), farthest_m = 0.0;
     for (int j = row - 1; j <= row + 1; ++j)
       for (int i = column - 1; i <= column + 1; ++i) {
         const float here_m = seen.depth_at(i, j);
-        if (std::isfinite(here_m)) nearest_m = std::min(nearest_m, static_cast<double>(here_m));
+        const double here =
+            std::isfinite(here_m) ? here_m : std::numeric_limits<double>::infinity();
+        nearest_m = std::min(nearest_m, here);
+        farthest_m = std::max(farthest_m, here);
       }
+    const bool says_covisible = step_.covisible != nullptr && (*step_.covisible)(x, y) != 0;
+    if (says_covisible && farthest_m < predicted_m * (1.0 - kClear))
+      contradict(x, y, "called co-visible, but the other image shows something nearer there");
     if (nearest_m > predicted_m * (1.0 + kClear)) ++sums.num_seen_through;
     if (seen.moving.empty() || !is_inside(seen, column, row, body)) return;
     const auto sample = sample_inverse_depth(seen.moving_depth, place.pixel);
     if (!sample || sample->roughness >= kResolvedRoughness ||
         sample->farthest_m < predicted_m * (1.0 - kClear))
       return;
-    sums.residuals.push_back(
-        static_cast<float>(std::abs(sample->inverse_depth.value * predicted_m - 1.0)));
+    const double residual = std::abs(sample->inverse_depth.value * predicted_m - 1.0);
+    sums.residuals.push_back(static_cast<float>(residual));
+    constexpr double kAgrees = 1e-3;
+    if (step_.covisible == nullptr || residual >= kAgrees) return;
+    ++summary_.num_agreeing;
+    if (!says_covisible) ++summary_.num_unclaimed;
   }
 
   /// Whether 3 x 3 pixels show the body.
@@ -168,6 +186,7 @@ class MovingChecker : public Checker {
       }
       for (const Step& step : {there, back})
         if (!step.pair.a.image->moving_depth.empty()) steps.push_back(step);
+      has_flow_ = has_flow_ || before->image->flow.has_value();
     }
     std::vector<Summary> summaries(steps.size());
     core::parallel_for(static_cast<std::int64_t>(steps.size()), [&](std::int64_t i) {
@@ -182,13 +201,16 @@ class MovingChecker : public Checker {
     std::vector<CheckResult> results = {depth_result(sequence), through_result(sequence)};
     results.push_back(has_flow_ ? flow_result(sequence)
                                 : skipped_result("moving_flow", "the dataset holds no flow"));
+    results.push_back(has_flow_ ? covisible_result()
+                                : skipped_result("moving_covisible", "the dataset holds no flow"));
     return results;
   }
 
  private:
   void add(const Summary& summary) {
     for (const auto& [body, sums] : summary.bodies) bodies_[body].add(sums);
-    has_flow_ = has_flow_ || summary.num_flow > 0 || summary.num_contradictions > 0;
+    num_agreeing_ += summary.num_agreeing;
+    num_unclaimed_ += summary.num_unclaimed;
     num_flow_ += summary.num_flow;
     num_contradictions_ += summary.num_contradictions;
     if (first_contradiction_.empty()) first_contradiction_ = summary.first_contradiction;
@@ -256,7 +278,27 @@ class MovingChecker : public Checker {
     return result;
   }
 
+  CheckResult covisible_result() const {
+    CheckResult result;
+    result.name = "moving_covisible";
+    if (num_agreeing_ == 0)
+      return unseen_result(result.name, "no depth of what moves agrees in both images of a pair");
+    result.value = static_cast<double>(num_unclaimed_) / static_cast<double>(num_agreeing_);
+    result.bound = 0.02;
+    result.unit = "share";
+    result.ok = result.is_within_bound();
+    result.summary = fmt::format(
+        "Share of {} points of what moves whose depth agrees in both images, yet are not called "
+        "co-visible.",
+        num_agreeing_);
+    result.reason = "As `flow_covisible`.";
+    result.detects = "masks of what moves that are empty, or of another frame";
+    return result;
+  }
+
   CheckResult flow_result(const Sequence& sequence) const {
+    if (num_flow_ + num_contradictions_ == 0)
+      return unseen_result("moving_flow", "no point of what moves comes near the other image");
     double rounding_px = 0.0;
     for (const Camera& camera : sequence.cameras)
       rounding_px = std::max(rounding_px, camera.flow_rounding_px());
@@ -282,6 +324,8 @@ class MovingChecker : public Checker {
   bool has_flow_ = false;
   std::int64_t num_flow_ = 0;
   std::int64_t num_contradictions_ = 0;
+  std::int64_t num_agreeing_ = 0;
+  std::int64_t num_unclaimed_ = 0;
   std::string first_contradiction_;
   double worst_px_ = 0.0;
   std::string worst_place_;
