@@ -1,0 +1,136 @@
+#include "job/moving.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/toml_reader.h"
+#include "tests/support/expect_error.h"
+
+namespace terracast::job {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Flat land at 46 N 7 E.
+struct Land {
+  geo::WorldFrame frame{geo::Geodetic{.lat_deg = 46.0, .lon_deg = 7.0, .height_m = 0.0}};
+  geo::TrajectoryContext context(double rate_hz) const {
+    return {.frame = frame,
+            .ground_height_m = [](double, double) { return 0.0; },
+            .geoid = nullptr,
+            .rate_hz = rate_hz,
+            .half_size_m = 2000.0};
+  }
+};
+
+template <class Options>
+Options read(const std::string& text) {
+  Options options;
+  core::TomlDocument::parse(text, "moving.toml").read(options);
+  return options;
+}
+
+/// A circle of 100 m at 10 m/s: it lasts 20 pi seconds.
+MovingOptions circle(const std::string& keys) {
+  return read<MovingOptions>(
+      "name = \"car\"\nthing = \"hatchback\"\nkind = \"orbit\"\nradius_m = 100.0\nspeed_mps = "
+      "10.0\n"
+      "centre = {east_m = 0.0, north_m = 0.0}\n" +
+      keys);
+}
+
+geo::TrajectoryOptions flight(const std::string& name, const std::string& keys) {
+  return read<geo::TrajectoryOptions>("name = \"" + name +
+                                      "\"\nkind = \"orbit\"\nradius_m = 100.0\nspeed_mps = 10.0\n"
+                                      "centre = {east_m = 0.0, north_m = 0.0, height_m = 50.0}\n" +
+                                      keys);
+}
+
+std::vector<geo::BodyState> frames_at(double rate_hz, int count) {
+  std::vector<geo::BodyState> frames(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) frames[static_cast<std::size_t>(i)].time_s = i / rate_hz;
+  return frames;
+}
+
+TEST(LaidOutMoving, IsThereWhileItsMotionLastsAndRollsAsFarAsItGoes) {
+  const Land land;
+  const auto things = [&](const std::string& keys) {
+    return lay_out_moving(std::vector{circle(keys)}, {}, flight("P000", ""), frames_at(0.5, 80),
+                          land.context(0.5), 2000.0)
+        .at(0);
+  };
+  // The motion lasts 62.8 s of the 158 s of the sequence.
+  const render::MovingThing once = things("");
+  EXPECT_EQ(once.ride, render::Ride::Ground);
+  EXPECT_EQ(once.parts.size(), 4U);
+  for (std::size_t i = 0; i < 80; ++i) EXPECT_EQ(once.states[i].has_value(), i < 32) << i;
+  for (std::size_t i = 0; i < 32; ++i) {
+    EXPECT_NEAR(once.gone_m[i], 20.0 * static_cast<double>(i), 1e-3);
+    EXPECT_EQ(once.states[i]->time_s, 2.0 * static_cast<double>(i));
+  }
+  // It comes 11 s late, is there from frame 6 on, and where it is at once at frame 0.
+  const render::MovingThing late = things("start_s = -11.0\n");
+  for (std::size_t i = 0; i < 80; ++i)
+    EXPECT_EQ(late.states[i].has_value(), i >= 6 && i <= 36) << i;
+  // Again and again, but not before it begins.
+  const render::MovingThing again = things("start_s = -11.0\nrepeat = true\n");
+  for (std::size_t i = 0; i < 80; ++i) EXPECT_EQ(again.states[i].has_value(), i >= 6) << i;
+  const double angle_rad = (2.0 * 79 - 11.0) * 10.0 / 100.0;
+  const auto azimuth = [](const geo::BodyState& state) {
+    return std::atan2(state.world_from_body.translation.y(), state.world_from_body.translation.x());
+  };
+  EXPECT_NEAR(std::remainder(azimuth(*again.states[79]) - azimuth(*once.states[0]) - angle_rad,
+                             2.0 * std::numbers::pi),
+              0.0, 1e-3);
+}
+
+TEST(LaidOutMoving, OtherFlightsAreSeenAtTheSameTimeByTheirMiddle) {
+  const Land land;
+  const std::vector<geo::TrajectoryOptions> flights = {
+      flight("a", "rate_hz = 2.0\n"),
+      flight("b", "rate_hz = 10.0\nshown_as = \"helicopter\"\nstart_s = 3.0\n"),
+      flight("c", "shown_as = \"quadcopter\"\n")};
+  const auto seen_by = [&](std::size_t flight) {
+    return lay_out_moving({}, flights, flights[flight], frames_at(2.0, 9), land.context(2.0),
+                          2000.0);
+  };
+  EXPECT_EQ(seen_by(0).size(), 2U);
+  EXPECT_EQ(seen_by(1).size(), 1U);
+  EXPECT_EQ(seen_by(1)[0].name, "c");
+  const render::MovingThing helicopter = seen_by(0)[0];
+  // Its own frames say where the body is; what is drawn stands half its height lower along its own up.
+  const geo::SampledFrames own = geo::sample_frames(flights[1], land.context(10.0));
+  for (std::size_t i = 0; i < 9; ++i) {
+    const geo::BodyState& body = own.states[5 * i];
+    ASSERT_TRUE(helicopter.states[i]);
+    EXPECT_LT((helicopter.states[i]->world_from_body * Vector3d(0.0, 0.0, 0.5 * 3.34) -
+               body.world_from_body.translation)
+                  .norm(),
+              1e-9);
+    EXPECT_LT(helicopter.states[i]->world_from_body.rotation.angularDistance(
+                  body.world_from_body.rotation),
+              1e-9);
+  }
+  // Parts of one recording do not meet themselves.
+  std::vector<geo::TrajectoryOptions> parts = {flights[1], flights[1], flights[2]};
+  parts[0].name = "b_0";
+  parts[1].name = "b_1";
+  parts[0].split_from = parts[1].split_from = "b";
+  EXPECT_EQ(
+      lay_out_moving({}, parts, parts[0], frames_at(2.0, 3), land.context(2.0), 2000.0).size(), 1U);
+}
+
+TEST(LaidOutMoving, NamesOfPartsMustFitToo) {
+  const Land land;
+  MovingOptions wheel = circle("");
+  wheel.name = "car-wheel1";
+  test::expect_error(core::ErrorKind::Config, {"\"car-wheel1\" of what moves is there twice"}, [&] {
+    lay_out_moving(std::vector{circle(""), wheel}, {}, flight("P000", ""), frames_at(1.0, 2),
+                   land.context(1.0), 2000.0);
+  });
+}
+
+}  // namespace
+}  // namespace terracast::job
