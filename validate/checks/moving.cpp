@@ -129,8 +129,8 @@ class StepComparison {
     for (int j = row - 1; j <= row + 1; ++j)
       for (int i = column - 1; i <= column + 1; ++i) {
         const float here_m = seen.depth_at(i, j);
-        const double here =
-            std::isfinite(here_m) ? here_m : std::numeric_limits<double>::infinity();
+        const double here = std::isfinite(here_m) ? static_cast<double>(here_m)
+                                                  : std::numeric_limits<double>::infinity();
         nearest_m = std::min(nearest_m, here);
         farthest_m = std::max(farthest_m, here);
       }
