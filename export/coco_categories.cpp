@@ -17,6 +17,7 @@ struct CocoName {
 /// Those that configs/classes.toml names, as panoptic_coco_categories.json of cocodataset/panopticapi has them. Up to 90
 /// they are things.
 constexpr std::array kCocoNames = {
+    CocoName{1, "person", "person"},
     CocoName{3, "car", "vehicle"},
     CocoName{5, "airplane", "vehicle"},
     CocoName{6, "bus", "vehicle"},

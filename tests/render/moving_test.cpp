@@ -12,6 +12,7 @@
 #include "render/moving_bodies.h"
 #include "tests/render/plane_flight.h"
 #include "tests/render/scene.h"
+#include "tests/support/expect_error.h"
 #include "world/tile_id.h"
 
 namespace terracast::render {
@@ -389,13 +390,39 @@ TEST(MovingBodies, SettleOnAPlaneThatLeans) {
   EXPECT_NEAR(state.velocity_world_mps.z(),
               0.25 * wanted.velocity_world_mps.x() - 0.125 * wanted.velocity_world_mps.y(), 1e-6);
   EXPECT_LT(state.angular_velocity_body_radps.norm(), 1e-6);
-  // Water is level whatever is wanted.
-  const geo::BodyState afloat = settle(wanted, Ride::Water, 4.4, 1.8, scene.query, frame);
-  EXPECT_LT((afloat.world_from_body.rotation * Vector3d::UnitZ() - frame.up_world(place)).norm(),
-            1e-9);
-  EXPECT_NEAR(afloat.world_from_body.translation.z(), ground(40.0, 25.0), 1e-9);
   wanted.world_from_body.translation.x() = 9000.0;
   EXPECT_THROW(settle(wanted, Ride::Ground, 4.4, 1.8, scene.query, frame), core::Error);
+}
+
+TEST(MovingBodies, RideWhatIsThere) {
+  // Land in the west, and in the east a lake of the same level.
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_wet_world(
+      folder / "world", [](double, double) { return 30.0; },
+      [](double x, double) { return x > 0.0 ? 3.0 : 0.0; },
+      {.finest_level = 3, .coarsest_level = 3});
+  SequencePlan plan = test::small_plan(1, 16, 12);
+  plan.states[0].world_from_body.translation.z() = 900.0;
+  const Scene scene(store, plan);
+  const geo::WorldFrame frame(store.manifest().origin);
+  geo::BodyState wanted;
+  wanted.world_from_body = {Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Vector3d::UnitZ())) *
+                                Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Vector3d::UnitX())),
+                            {120.0, 25.0, 500.0}};
+  // Water is level whatever is wanted.
+  const geo::BodyState afloat = settle(wanted, Ride::Water, 4.4, 1.8, scene.query, frame);
+  const Vector3d& place = afloat.world_from_body.translation;
+  EXPECT_LT((afloat.world_from_body.rotation * Vector3d::UnitZ() - frame.up_world(place)).norm(),
+            1e-9);
+  EXPECT_NEAR(place.z(), 30.0, 1e-9);
+  test::expect_error(core::ErrorKind::Input, {"it rides the ground", "there is water"},
+                     [&] { settle(wanted, Ride::Ground, 4.4, 1.8, scene.query, frame); });
+  wanted.world_from_body.translation.x() = -120.0;
+  EXPECT_NEAR(
+      settle(wanted, Ride::Ground, 4.4, 1.8, scene.query, frame).world_from_body.translation.z(),
+      30.0, 1e-4);
+  test::expect_error(core::ErrorKind::Input, {"it rides the water", "there is ground"},
+                     [&] { settle(wanted, Ride::Water, 4.4, 1.8, scene.query, frame); });
 }
 
 TEST(MovingBodies, WhatMovesCastsShadowsAndIsBlurred) {
