@@ -198,7 +198,7 @@ class EveryCamera : public testing::TestWithParam<ModelCase> {
     double time_s;
     Vector3d origin_world;
   };
-  /// Where, when and from where a point that may move is seen, by halving the time.
+  /// Where, when and from where a point that may move is seen, by false position in the time.
   /// project_at   its image point in a camera at a time
   template <class ProjectAt>
   std::optional<Sight> sight(int frame, int camera, const ProjectAt& project_at) const {
@@ -209,14 +209,21 @@ class EveryCamera : public testing::TestWithParam<ModelCase> {
         if (!pixel) return std::nullopt;
         return time_of(*pixel) - t;
       };
-      const auto first = miss(low), last = miss(high);
+      auto first = miss(low), last = miss(high);
       if (!first || !last || *first < 0.0 || *last > 0.0) return std::nullopt;
-      for (int i = 0; i < 46; ++i) {
-        const double between = 0.5 * (low + high);
+      // The line through both ends, of which the one that stays counts less and less.
+      int side = 0;
+      for (int i = 0; i < 60 && *first > 1e-15 && *last < -1e-15; ++i) {
+        const double between = (low * *last - high * *first) / (*last - *first);
         const auto there = miss(between);
         if (!there) return std::nullopt;
         (*there > 0.0 ? low : high) = between;
+        (*there > 0.0 ? first : last) = *there;
+        const int moved = *there > 0.0 ? 1 : -1;
+        if (moved == side) (moved == 1 ? last : first) = 0.5 * *(moved == 1 ? last : first);
+        side = moved;
       }
+      if (*first > -*last) low = high;
     } else {
       low = 0.0;
     }
