@@ -87,18 +87,23 @@ constexpr double kPoint = kLength + 1.0 + kRay;
 /// A lens's Jacobian changes by less than so many times itself over a radian.
 constexpr double kBend = 1000.0;
 
-bool is_pinhole(const geo::CameraModel& model) { return model.intrinsics().model == "pinhole"; }
+/// Models whose rays, their origins and image points are sums, products and quotients, each of which is rounded
+/// once. Others say what they round by.
+bool is_plain(const geo::CameraModel& model) {
+  const std::string& name = model.intrinsics().model;
+  return name == "pinhole" || name == "orthographic" || name == "pushbroom";
+}
 
-/// What a model other than a pinhole rounds an image point by, px (geo/camera_model.h).
+/// What a model that is not plain rounds an image point by, px (geo/camera_model.h).
 double lens_rounding_px(const geo::CameraModel& model, const Vector2d& pixel) {
-  if (is_pinhole(model)) return 0.0;
+  if (is_plain(model)) return 0.0;
   return geo::kPixelRounding * (std::hypot(model.width_px(), model.height_px()) + pixel.norm());
 }
 
 /// By how much the ray of an image point errs for it, rad: what the point is rounded by, over the pixels that a
 /// radian spans in the direction in which it spans fewest.
 double ray_error_rad(const geo::CameraModel& model, const Vector2d& pixel, const Vector3d& ray) {
-  if (is_pinhole(model)) return 0.0;
+  if (is_plain(model)) return 0.0;
   if (!model.pixel_from_ray(ray)) return kInfinity;
   const Eigen::Matrix<double, 2, 3> jacobian = model.pixel_jacobian(ray.normalized());
   const Eigen::Matrix2d square = jacobian * jacobian.transpose();
@@ -150,25 +155,29 @@ double DepthBounds::range_error_m(const Vector2d& pixel, double range_m,
   const double cell = (slope_x + slope_y) * tile.spacing_m;
   // The centre is the middle of the ground's heights; what stands on it only makes the highest higher.
   const double middle_z = 0.5 * (tile.lowest_z_world + tile.highest_z_world);
-  const double from_center = std::max(std::abs(origin_world_.z() - middle_z),
-                                      std::abs(origin_world_.z() - tile.lowest_z_world)) +
-                             kCenterReach_m;
+  const Vector3d& origin = aim.origin;
+  const double from_center =
+      std::max(std::abs(origin.z() - middle_z), std::abs(origin.z() - tile.lowest_z_world)) +
+      kCenterReach_m;
   // Vertices and centres stand on a lattice that is coarser than the steps of any place of a camera.
-  const double center_error = rounding_of_difference(origin_world_.z(), from_center);
+  const double center_error = rounding_of_difference(origin.z(), from_center);
   const double clearance_error =
       center_error +
       (center_error > 0.0 ? rounding_of(way.z() + cell)
-                          : rounding_of_difference(origin_world_.z(), way.z() + cell)) +
+                          : rounding_of_difference(origin.z(), way.z() + cell)) +
       rounding_of(clearance + slope_y * gap_y) + rounding_of(clearance) +
       rounding_of(slope_x * gap_x) + rounding_of(slope_y * gap_y) +
-      2.0 * (slope_x * rounding_of_difference(origin_world_.x(), gap_x) +
-             slope_y * rounding_of_difference(origin_world_.y(), gap_y));
+      2.0 * (slope_x * rounding_of_difference(origin.x(), gap_x) +
+             slope_y * rounding_of_difference(origin.y(), gap_y));
   const double fall_x = slope_x * std::abs(direction.x());
   const double fall_y = slope_y * std::abs(direction.y());
   const double rate_error =
       rounding_of(fall_x) + rounding_of(fall_y) + rounding_of(rate + fall_y) + rounding_of(rate);
   const double aim_error = aim.error.z() + slope_x * aim.error.x() + slope_y * aim.error.y();
-  const double crossing_error = (clearance_error + t * (rate_error + aim_error)) / least_rate;
+  const double start_error =
+      aim.origin_error.z() + slope_x * aim.origin_error.x() + slope_y * aim.origin_error.y();
+  const double crossing_error =
+      (clearance_error + start_error + t * (rate_error + aim_error)) / least_rate;
   return aim.range_error_m(t, std::max(crossing_error + rounding_of(t), kClamped * kU * t));
 }
 
@@ -182,9 +191,11 @@ double DepthBounds::object_range_error_m(const Vector2d& pixel, double range_m,
   const double least_rate =
       std::abs(normal_world.dot(aim.direction)) - kNormalRounding * aim.direction.cwiseAbs().sum();
   if (!(least_rate > 0.0)) return kInfinity;
-  const double aim_error =
-      (normal_world.cwiseAbs() + Vector3d::Constant(kNormalRounding)).dot(aim.error);
-  return aim.range_error_m(t, crossing_error + t * aim_error / least_rate);
+  const Vector3d largest_normal = normal_world.cwiseAbs() + Vector3d::Constant(kNormalRounding);
+  const double aim_error = largest_normal.dot(aim.error);
+  const double start_error = largest_normal.dot(aim.origin_error);
+  return aim.range_error_m(t,
+                           crossing_error + t * aim_error / least_rate + start_error / least_rate);
 }
 
 DepthBounds::Aim DepthBounds::aim_at(const Vector2d& pixel) const {
@@ -199,13 +210,27 @@ DepthBounds::Aim DepthBounds::aim_at(const Vector2d& pixel) const {
                    rounding_of(std::abs(ray.y())) * rotation_.col(1).cwiseAbs() +
                    rounding_of(by_x) + rounding_of(by_y) + rounding_of(by_x + by_y) +
                    rounding_of(direction)};
-  if (!is_pinhole(model_)) {
+  set_origin(pixel, aim);
+  if (!is_plain(model_)) {
     // The third product is one like the others; at depth 1 an angle moves a ray by up to its length squared.
     const double moved = ray_error_rad(model_, pixel, ray) * ray.squaredNorm();
     aim.error += (rotation_.cwiseAbs() * Vector3d::Constant(moved)) +
                  2.0 * kU * std::abs(ray.z()) * rotation_.col(2).cwiseAbs();
   }
   return aim;
+}
+
+// The camera's own place is given. Else as a ray: a difference and a quotient, which are turned and added to it.
+void DepthBounds::set_origin(const Vector2d& pixel, Aim& aim) const {
+  aim.origin = origin_world_;
+  aim.origin_error = Vector3d::Zero();
+  if (model_.is_central()) return;
+  const Vector3d start = model_.origin_from_pixel(pixel);
+  const Vector3d by_x = rotation_.col(0) * start.x(), by_y = rotation_.col(1) * start.y();
+  aim.origin += by_x + by_y + rotation_.col(2) * start.z();
+  aim.origin_error = rotation_error_ * start.cwiseAbs() +
+                     2.0 * kU * (by_x.cwiseAbs() + by_y.cwiseAbs()) + rounding_of(by_x) +
+                     rounding_of(by_y) + rounding_of(by_x + by_y) + rounding_of(aim.origin);
 }
 
 double DepthBounds::Aim::range_error_m(double t, double t_error) const {
@@ -232,33 +257,47 @@ FlowBounds::FlowBounds(const CameraView& from, const CameraView& to)
       translation_error_((1.0 + turn_error(to.world_from_camera.rotation)) *
                          to_from_from_.translation.norm()) {}
 
-FlowBounds::Carried FlowBounds::carry(const Vector3d& ray, double range_m) const {
+// Where the ray starts is right to kRay, and the way is added to it.
+FlowBounds::Carried FlowBounds::carry(const Vector2d& pixel, double range_m) const {
+  const Vector3d ray = from_.model.ray_from_pixel(pixel).normalized();
   const Vector3d along = to_from_from_.rotation * ray;
   if (std::isinf(range_m)) return {along, along, kU * (turn_error_ + kPoint)};
   const Vector3d point = along * range_m + to_from_from_.translation;
-  return {along, point,
-          kU * (range_m * (turn_error_ + kPoint) + translation_error_ + point.norm())};
+  const double error = range_m * (turn_error_ + kPoint) + translation_error_ + point.norm();
+  if (from_.model.is_central()) return {along, point, kU * error};
+  const Vector3d start = from_.model.origin_from_pixel(pixel);
+  const Vector3d turned = to_from_from_.rotation * start;
+  return {
+      along, point + turned,
+      kU * (error + start.norm() * (turn_error_ + kRay + 1.0) + (start + range_m * ray).norm())};
 }
 
 // In the order of capture::flow(): into the world, into the body, with the body, into the other camera. A sum is
 // rounded by u of it, a rotation by the error of its turning; pose_after(0) normalises a body's quaternion again.
-FlowBounds::Carried FlowBounds::carry(const Vector3d& ray, double range_m,
+FlowBounds::Carried FlowBounds::carry(const Vector2d& pixel, double range_m,
                                       const BodyMotion& motion) const {
+  const Vector3d ray = from_.model.ray_from_pixel(pixel).normalized();
+  const Vector3d start = from_.model.origin_from_pixel(pixel);
   const auto turned = [](const Quaterniond& rotation) {
     return turn_error(rotation) + product_error(rotation, Quaterniond::Identity());
   };
   const geo::Rigid3d& from = motion.from.world_from_body;
   const geo::Rigid3d& to = motion.to->world_from_body;
   const Quaterniond to_from_world = to_.world_from_camera.rotation.conjugate();
-  const Vector3d there = from_.world_from_camera * (ray * range_m);
+  const Vector3d there = from_.world_from_camera * (start + ray * range_m);
   const Vector3d in_body = from.rotation.conjugate() * (there - from.translation);
   const Vector3d then = to * in_body;
   const Vector3d point = to_from_world * (then - to_.world_from_camera.translation);
   const Vector3d along =
       to_from_world *
       (to.rotation * (from.rotation.conjugate() * (from_.world_from_camera.rotation * ray)));
+  const double of_start =
+      from_.model.is_central()
+          ? 0.0
+          : start.norm() * (turn_error(from_.world_from_camera.rotation) + kRay) +
+                (start + ray * range_m).norm();
   const double error = range_m * (turn_error(from_.world_from_camera.rotation) + kPoint) +
-                       there.norm() +
+                       of_start + there.norm() +
                        in_body.norm() * (1.0 + turned(from.rotation) + turned(to.rotation)) +
                        then.norm() + point.norm() * (1.0 + turn_error(to_from_world));
   return {along, point, kU * error};
@@ -266,21 +305,20 @@ FlowBounds::Carried FlowBounds::carry(const Vector3d& ray, double range_m,
 
 std::optional<LabelError> FlowBounds::flow_error_px(const Vector2d& pixel, double range_m,
                                                     double range_error_m) const {
-  const Vector3d ray = from_.model.ray_from_pixel(pixel).normalized();
-  return error_px(pixel, range_m, range_error_m, carry(ray, range_m));
+  return error_px(pixel, range_m, range_error_m, carry(pixel, range_m));
 }
 
 std::optional<LabelError> FlowBounds::flow_error_px(const Vector2d& pixel, double range_m,
                                                     double range_error_m,
                                                     const BodyMotion& motion) const {
   if (!motion.to) return std::nullopt;
-  const Vector3d ray = from_.model.ray_from_pixel(pixel).normalized();
-  return error_px(pixel, range_m, range_error_m, carry(ray, range_m, motion));
+  return error_px(pixel, range_m, range_error_m, carry(pixel, range_m, motion));
 }
 
 std::optional<LabelError> FlowBounds::error_px(const Vector2d& pixel, double range_m,
                                                double range_error_m, const Carried& carried) const {
   const bool is_sky = std::isinf(range_m);
+  if (is_sky && !to_.model.is_central()) return std::nullopt;
   const Vector3d& along = carried.along;
   const Vector3d& point_to = carried.point;
   const std::optional<Vector2d> target = to_.model.pixel_from_ray(point_to);
@@ -293,7 +331,7 @@ std::optional<LabelError> FlowBounds::error_px(const Vector2d& pixel, double ran
   const double rounded = is_sky ? 0.0 : float_rounding(range_m);
   // The projection is a quotient by depth: over a shift e at depth z its slope grows by (1 - e / z)^-2. Another
   // lens's does not grow by more at the nearness of its bend.
-  const double nearness = is_pinhole(to_.model) ? point_to.z() : point_to.norm() / kBend;
+  const double nearness = is_plain(to_.model) ? point_to.z() : point_to.norm() / kBend;
   const double share = (point_error + moved + rounded) / nearness;
   if (!(share < 0.5)) return LabelError{.arithmetic = kInfinity, .rounding = kInfinity};
   const double growth = 1.0 / ((1.0 - share) * (1.0 - share));

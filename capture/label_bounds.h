@@ -65,11 +65,14 @@ class DepthBounds {
     double length;
     Eigen::Vector3d direction;
     Eigen::Vector3d error;  ///< of each component
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    Eigen::Vector3d origin_error = Eigen::Vector3d::Zero();  ///< likewise
 
     /// Of the range to t.
     double range_error_m(double t, double t_error) const;
   };
   Aim aim_at(const Eigen::Vector2d& pixel) const;
+  void set_origin(const Eigen::Vector2d& pixel, Aim& aim) const;
 
   const geo::CameraModel& model_;
   Eigen::Vector3d origin_world_;
@@ -100,8 +103,8 @@ class FlowBounds {
     Eigen::Vector3d point;
     double error;  ///< of the point by the arithmetic, beside that of the ray
   };
-  Carried carry(const Eigen::Vector3d& ray, double range_m) const;
-  Carried carry(const Eigen::Vector3d& ray, double range_m, const BodyMotion& motion) const;
+  Carried carry(const Eigen::Vector2d& pixel, double range_m) const;
+  Carried carry(const Eigen::Vector2d& pixel, double range_m, const BodyMotion& motion) const;
   std::optional<LabelError> error_px(const Eigen::Vector2d& pixel, double range_m,
                                      double range_error_m, const Carried& carried) const;
 

@@ -19,11 +19,10 @@ std::optional<Vector2d> seen_at(const geo::CameraModel& from, const geo::CameraM
                                 const geo::Rigid3d& to_from_from, const Vector2d& pixel,
                                 double range_m) {
   if (std::isnan(range_m)) return std::nullopt;
-  const Vector3d ray = from.ray_from_pixel(pixel);
-  const Vector3d ray_to = std::isinf(range_m)
-                              ? Vector3d(to_from_from.rotation * ray)
-                              : Vector3d(to_from_from * (ray * (range_m / ray.norm())));
-  return to.pixel_from_ray(ray_to);
+  if (std::isfinite(range_m))
+    return to.pixel_from_ray(to_from_from * point_camera(from, pixel, range_m));
+  if (!to.is_central()) return std::nullopt;
+  return to.pixel_from_ray(to_from_from.rotation * from.ray_from_pixel(pixel));
 }
 
 // The two centres are subtracted first: both lie up to 50 km from the world's origin, and what they have in
@@ -143,9 +142,15 @@ double depth_from_range(const geo::CameraModel& model, const Vector2d& pixel, do
   return range_m * (ray.z() / ray.norm());
 }
 
+Vector3d point_camera(const geo::CameraModel& model, const Vector2d& pixel, double range_m) {
+  const Vector3d ray = model.ray_from_pixel(pixel);
+  const Vector3d way = ray * (range_m / ray.norm());
+  if (model.is_central()) return way;
+  return model.origin_from_pixel(pixel) + way;
+}
+
 Vector3d point_world(const CameraView& view, const Vector2d& pixel, double range_m) {
-  const Vector3d ray = view.model.ray_from_pixel(pixel);
-  return view.pose_of_line(pixel) * (ray * (range_m / ray.norm()));
+  return view.pose_of_line(pixel) * point_camera(view.model, pixel, range_m);
 }
 
 std::optional<Vector2d> project(const CameraView& view, const Vector3d& point_world) {

@@ -37,9 +37,14 @@ CameraView view_of(const geo::CameraModel& model, const CameraCalibration& camer
 inline Eigen::Vector2d pixel_center(int x, int y) { return {x + 0.5, y + 0.5}; }
 
 /// Depth along the optical axis of a point at a range along the ray through `pixel`, m; +inf stays
-/// +inf. Behind the camera, which wide models see, it is negative.
+/// +inf. Behind the camera, which wide models see, it is negative. Range and depth count from where the
+/// ray starts; rays that start at many places do so at a depth of 0.
 double depth_from_range(const geo::CameraModel& model, const Eigen::Vector2d& pixel,
                         double range_m);
+
+/// The same point in the camera's frame; of a rolling shutter in that of the pixel's line.
+Eigen::Vector3d point_camera(const geo::CameraModel& model, const Eigen::Vector2d& pixel,
+                             double range_m);
 
 /// The point at a range along the ray through `pixel`.
 Eigen::Vector3d point_world(const CameraView& view, const Eigen::Vector2d& pixel, double range_m);
@@ -52,7 +57,8 @@ geo::Rigid3d to_from(const CameraView& to, const CameraView& from);
 std::optional<Eigen::Vector2d> project(const CameraView& view, const Eigen::Vector3d& point_world);
 
 /// Motion of the image point from view `from` to view `to`, px: of the hit point, or for sky (range
-/// +inf) of the direction at infinity. Nothing when it comes to lie behind the camera.
+/// +inf) of the direction at infinity. Nothing when it comes to lie behind the camera, and nothing for sky
+/// where the rays of `to` start at many places: what is infinitely far has no one image there.
 std::optional<Eigen::Vector2d> flow(const CameraView& from, const CameraView& to,
                                     const Eigen::Vector2d& pixel, double range_m);
 

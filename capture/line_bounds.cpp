@@ -91,10 +91,12 @@ double LineBounds::range_error_m(double range_m, const Vector3d& normal_world,
   constexpr double kNormalRounding = 0x1.0p-23;
   const double sine = std::abs(normal_world.dot(along)) - kNormalRounding;
   if (!(sine > 0.0)) return kInfinity;
-  const double of_camera_m = pose_error_.position_m + range_m * pose_error_.angle_rad;
+  const Vector3d start = line_.model.origin_from_pixel(pixel_);
+  const double of_camera_m =
+      pose_error_.position_m + (start.norm() + range_m) * pose_error_.angle_rad;
   if (motion == nullptr) return of_camera_m / sine;
   const Vector3d point_body = motion->from.pose_after(offset_s_).inverse() *
-                              (line_.world_from_camera.translation + range_m * along);
+                              (line_.world_from_camera * start + range_m * along);
   return (of_camera_m + body_error_m(motion->from, offset_s_, point_body)) / sine;
 }
 
@@ -107,8 +109,10 @@ std::optional<LabelError> LineBounds::flow_error_px(const CameraView& to, double
                                                     const BodyMotion* motion) const {
   if (motion != nullptr && !motion->to) return std::nullopt;
   const bool is_sky = std::isinf(range_m);
+  if (is_sky && !to.model.is_central()) return std::nullopt;
   const Vector3d ray = line_.model.ray_from_pixel(pixel_).normalized();
-  const Vector3d point_from = is_sky ? ray : Vector3d(range_m * ray);
+  const Vector3d start = line_.model.origin_from_pixel(pixel_);
+  const Vector3d point_from = is_sky ? ray : Vector3d(start + range_m * ray);
   const Vector3d point_body = motion == nullptr
                                   ? Vector3d::Zero()
                                   : Vector3d(motion->from.pose_after(offset_s_).inverse() *
@@ -144,7 +148,8 @@ std::optional<LabelError> LineBounds::flow_error_px(const CameraView& to, double
   const PoseError there = line_pose_error(*to.motion, seen->offset_s);
   // A projection's Jacobian changes by less than this over such small errors.
   constexpr double kGrowth = 1.01;
-  const double distance_m = is_sky ? 1.0 : std::max(range_m, sight->point_camera.norm());
+  const double distance_m =
+      is_sky ? 1.0 : std::max(start.norm() + range_m, sight->point_camera.norm());
   const double moved_m =
       (is_sky ? 0.0 : pose_error_.position_m + there.position_m) +
       distance_m * (pose_error_.angle_rad + there.angle_rad) +

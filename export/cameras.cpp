@@ -31,8 +31,10 @@ int find_camera(const std::vector<capture::CameraCalibration>& cameras, const st
 
 void check_pinhole(const capture::CameraCalibration& camera, const char* format) {
   if (camera.intrinsics.model == "pinhole") return;
-  fail(ErrorKind::Config, "{}: camera {}/{} is of the model {}; the format wants a pinhole", format,
-       camera.rig, camera.name, camera.intrinsics.model);
+  fail(ErrorKind::Config,
+       "{}: camera {}/{} is of the model {}; the format wants a pinhole (the capture itself holds "
+       "every model, and coco labels of its images)",
+       format, camera.rig, camera.name, camera.intrinsics.model);
 }
 
 void check_shutters_of_pair(const capture::CameraCalibration& left,

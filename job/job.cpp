@@ -4,6 +4,7 @@
 
 #include "core/schema_writer.h"
 #include "core/stage_cost.h"
+#include "geo/camera_model.h"
 #include "geo/geoid.h"
 #include "geo/trajectory.h"
 #include "job/stages.h"
@@ -82,9 +83,14 @@ void check_true_cameras(const Job& job) {
 
 geo::TrajectoryContext trajectory_context(const Job& job, const core::Log& log) {
   const tiler::WorldSurface& ground = *job.ground;
-  double reach_m = 0.0;  // from the body to its farthest camera
-  for (const capture::CameraCalibration& camera : job.cameras)
-    reach_m = std::max(reach_m, camera.body_from_camera().translation.norm());
+  double reach_m = 0.0;  // from the body to where its farthest ray starts
+  for (const capture::CameraCalibration& camera : job.cameras) {
+    const auto model = geo::make_camera(camera.intrinsics);
+    for (const double x : {0.0, static_cast<double>(model->width_px())})
+      for (const double y : {0.0, static_cast<double>(model->height_px())})
+        reach_m = std::max(reach_m,
+                           (camera.body_from_camera() * model->origin_from_pixel({x, y})).norm());
+  }
   return {.frame = ground.frame(),
           .ground_height_m =
               [&ground](double lat_deg, double lon_deg) {

@@ -363,9 +363,10 @@ Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
   const geo::Rigid3d world_from_camera = view.pose_of_line(center);
   const Eigen::Vector3d direction_world =
       world_from_camera.rotation * model->ray_from_pixel(center).normalized();
-  const std::optional<Met> met = cast_from_camera(
-      store, render::cut_of(store, info),
-      {.origin_world = world_from_camera.translation, .direction_world = direction_world});
+  const std::optional<Met> met =
+      cast_from_camera(store, render::cut_of(store, info),
+                       {.origin_world = world_from_camera * model->origin_from_pixel(center),
+                        .direction_world = direction_world});
   // The capture holds the range as a float.
   constexpr double kFloatEpsilon = std::numeric_limits<float>::epsilon();
   const double tolerance_m = 1e-3 + 2.0 * kFloatEpsilon * range_m;

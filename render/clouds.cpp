@@ -314,7 +314,7 @@ double Clouds::sun_transmittance(const Eigen::Vector3d& point_world) const {
 
 Clouds::Seen Clouds::look(const Eigen::Vector3d& origin_world,
                           const Eigen::Vector3d& direction_world, double until_m,
-                          double sample_angle_rad, double jitter, const Sky& sky) const {
+                          const SampleWidth& sample_width, double jitter, const Sky& sky) const {
   Seen seen;
   std::vector<Interval> found;
   intervals(origin_world, direction_world, until_m, found);
@@ -338,7 +338,7 @@ Clouds::Seen Clouds::look(const Eigen::Vector3d& origin_world,
       mean_cosine *= kOrderCosine;
       weight *= kOrderWeight;
     }
-    const double width_m = sample_angle_rad * one.from_m;
+    const double width_m = sample_width.at(one.from_m);
     const double step_m = placed.voxel_m * std::clamp(width_m / placed.voxel_m, 1.0, kLongestStep);
     const bool is_close = step_m < kCloseStep * placed.voxel_m;
     const auto albedo = static_cast<float>(placed.place.albedo);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "geo/geodesy.h"
+#include "render/sample_width.h"
 #include "render/sky.h"
 #include "world/box_tree.h"
 #include "world/tile_store.h"
@@ -61,9 +62,9 @@ class Clouds {
   };
   /// direction_world   unit
   /// until_m           to what lies behind; +inf: the sky
-  /// sample_angle_rad  across a sample
+  /// sample_width      by the distance from the origin
   Seen look(const Eigen::Vector3d& origin_world, const Eigen::Vector3d& direction_world,
-            double until_m, double sample_angle_rad, double jitter, const Sky& sky) const;
+            double until_m, const SampleWidth& sample_width, double jitter, const Sky& sky) const;
 
  private:
   struct Blocks;

@@ -80,8 +80,27 @@ struct ColorImage {
   Eigen::Vector3d sun_right;  ///< spans the sun's disc with sun_up, of its radius
   Eigen::Vector3d sun_up;
 
-  /// Width of a sample's share of a pixel on ground that faces the camera, per metre of distance.
-  double sample_angle(const PixelUnit& unit) const {
+  /// Width of a sample's share of a pixel on ground that faces the camera.
+  SampleWidth sample_width(const PixelUnit& unit) const {
+    // Samples together resolve more than one of them; the pixel filters what they average.
+    const double share = std::max(0.5, std::pow(num_samples, -0.25));
+    if (view.model->is_central()) return {.angle_rad = pixel_angle(unit) * share};
+    const Eigen::Vector2d here(0.5 * (unit.x0 + unit.x1), 0.5 * (unit.y0 + unit.y1));
+    SampleWidth width;
+    for (int axis = 0; axis < 2; ++axis) {
+      const Eigen::Vector2d beside = here + Eigen::Vector2d::Unit(axis);
+      width.start_m[axis] =
+          share *
+          (view.model->origin_from_pixel(beside) - view.model->origin_from_pixel(here)).norm();
+      width.growth[axis] = share * (view.model->ray_from_pixel(beside).normalized() -
+                                    view.model->ray_from_pixel(here).normalized())
+                                       .norm();
+    }
+    return width;
+  }
+
+  /// The angle that a pixel spans.
+  double pixel_angle(const PixelUnit& unit) const {
     const Eigen::Vector2d center(0.5 * (unit.x0 + unit.x1), 0.5 * (unit.y0 + unit.y1));
     const Eigen::Vector3d here = view.model->ray_from_pixel(center).normalized();
     const Eigen::Vector3d right =
@@ -90,14 +109,13 @@ struct ColorImage {
         view.model->ray_from_pixel(center + Eigen::Vector2d(0.0, 1.0)).normalized();
     double pixel = std::sqrt((right - here).norm() * (below - here).norm());
     if (!std::isfinite(pixel)) pixel = 1.0 / view.model->finest_pixels_per_radian();
-    // Samples together resolve more than one of them; the pixel filters what they average.
-    return pixel * std::max(0.5, std::pow(num_samples, -0.25));
+    return pixel;
   }
 
   OpenView::LensRay ray_through(const Eigen::Vector2d& place, std::uint64_t bits,
                                 int sample) const {
     if (open == nullptr)
-      return {.origin_world = view.center_world,
+      return {.origin_world = view.origin_world(place),
               .direction_world = view.ray_world(place).normalized()};
     return open->lens_ray(place, sampler.place_in_time(bits, sample),
                           sampler.place_on_disc(core::mix_bits(bits ^ 0x6c656e73), sample));
@@ -233,22 +251,24 @@ struct ColorImage {
   }
 
   /// Clouds before what was met, seen through the air.
-  void lay_clouds(double angle, ColorScratch& s) const {
+  void lay_clouds(const SampleWidth& width, ColorScratch& s) const {
     if (clouds.is_empty()) return;
-    const auto from_height_m =
-        static_cast<float>(approximate_height_m(view.center_world)) - sea_level_m;
+    const auto height_m = [&](const Eigen::Vector3d& place_world) {
+      return static_cast<float>(approximate_height_m(place_world)) - sea_level_m;
+    };
+    const float center_height_m = height_m(view.center_world);
     for (std::size_t i = 0; i < s.rays.size(); ++i) {
       const world::WorldRay& ray = s.rays[i];
       const double jitter =
           core::random_unit(s.bits[i], 0x636c6f7564, static_cast<std::uint64_t>(s.samples[i]));
       const Clouds::Seen cloud =
-          clouds.look(ray.origin_world, ray.direction_world, s.hits[i].t, angle, jitter, sky);
+          clouds.look(ray.origin_world, ray.direction_world, s.hits[i].t, width, jitter, sky);
       if (cloud.transmittance == 1.0f) continue;
       const Eigen::Vector3d place = ray.origin_world + cloud.distance_m * ray.direction_world;
-      const AirPath air =
-          sky.air(static_cast<float>(cloud.distance_m), from_height_m,
-                  static_cast<float>(approximate_height_m(place)) - sea_level_m,
-                  static_cast<float>(ray.direction_world.dot(sky.daylight().sun_direction_world)));
+      const AirPath air = sky.air(
+          static_cast<float>(cloud.distance_m),
+          view.model->is_central() ? center_height_m : height_m(ray.origin_world), height_m(place),
+          static_cast<float>(ray.direction_world.dot(sky.daylight().sun_direction_world)));
       s.radiance[i] = cloud.transmittance * s.radiance[i] + cloud.radiance * air.transmittance +
                       (1.0f - cloud.transmittance) * air.inscatter;
     }
@@ -273,7 +293,7 @@ struct ColorImage {
                 .surfaces = s.surfaces,
                 .sun_share = s.sun_share,
                 .sky_share = s.sky_share,
-                .sample_angle_rad = sample_angle(unit),
+                .sample_width = sample_width(unit),
                 .spread = s.spread};
     if (depth_m > 0.0) {
       water->look_in_water(lit, depth_m, s.water, s.radiance, trail);
@@ -288,7 +308,7 @@ struct ColorImage {
         lit.reflectance = s.reflectance;
       }
       shader.shade(lit, s.shader, s.radiance);
-      lay_clouds(sample_angle(unit), s);
+      lay_clouds(lit.sample_width, s);
     }
     s.sums.assign(static_cast<std::size_t>(unit.num_pixels()), Color::Zero());
     for (std::size_t i = 0; i < s.rays.size(); ++i) s.sums[s.pixels[i]] += s.radiance[i];

@@ -29,7 +29,7 @@ struct Target {
 };
 
 /// Units of an image: squares, or parts of lines where these are exposed one after the other, so that all
-/// rays of a unit start at one place.
+/// rays of a unit are of one time.
 PixelGrid grid_of(const OpenView& view) {
   const int width_px = view.middle.model->width_px();
   const int height_px = view.middle.model->height_px();
@@ -90,10 +90,14 @@ struct MetPoints {
 };
 
 struct UnitScratch {
-  View view;                                   ///< of the unit
-  Directions directions;                       ///< of the rays
-  std::vector<world::SurfaceHit> hits;         ///< of the rays
-  std::vector<double> t;                       ///< of rays to points
+  View view;              ///< of the unit
+  Directions directions;  ///< of the rays
+  std::vector<Eigen::Vector3d>
+      origins_world;                      ///< of the rays; empty: all start at the view's centre
+  std::vector<world::WorldRay> own_rays;  ///< the same, with these origins
+  std::vector<double> offsets_s;          ///< of these
+  std::vector<world::SurfaceHit> hits;    ///< of the rays
+  std::vector<double> t;                  ///< of rays to points
   std::vector<world::SurfaceSample> surfaces;  ///< of the rays
   std::vector<std::size_t> pixels;             ///< of the rays
   MetPoints ground;
@@ -112,6 +116,25 @@ struct UnitScratch {
     surfaces.reserve(kUnitRays);
     pixels.reserve(kUnitRays);
     asked.resize(kUnitRays + 1);
+  }
+  Eigen::Vector3d origin_world(std::size_t ray) const {
+    return origins_world.empty() ? view.center_world : origins_world[ray];
+  }
+  /// What the rays meet, all at one time; leaves it in hits and surfaces.
+  void intersect(const world::Scene& scene, double offset_s, world::RayTrail* trail,
+                 world::SurfaceNeed need) {
+    hits.resize(directions.size());
+    surfaces.resize(directions.size());
+    if (origins_world.empty()) {
+      scene.intersect(directions.from(view.center_world), offset_s, hits,
+                      world::Coherence::Coherent, surfaces, trail, need);
+      return;
+    }
+    own_rays.clear();
+    for (std::size_t i = 0; i < directions.size(); ++i)
+      own_rays.push_back({.origin_world = origins_world[i], .direction_world = directions[i]});
+    offsets_s.assign(own_rays.size(), offset_s);
+    scene.intersect(own_rays, offsets_s, hits, world::Coherence::Coherent, surfaces, trail, need);
   }
   std::span<const double> cast(const world::Scene& scene, const world::RayFan& rays,
                                world::RayTrail* trail) {
@@ -231,11 +254,7 @@ class TruthTracer {
     scratch.view = view_.at(offset_s);
     set_pixel_rays(grid_.unit(unit), scratch);
     const std::size_t num_rays = scratch.directions.size();
-    scratch.hits.resize(num_rays);
-    scratch.surfaces.resize(num_rays);
-    scene_at(frame_).intersect(scratch.directions.from(scratch.view.center_world), offset_s,
-                               scratch.hits, world::Coherence::Coherent, scratch.surfaces, trail_,
-                               world::SurfaceNeed::Facts);
+    scratch.intersect(scene_at(frame_), offset_s, trail_, world::SurfaceNeed::Facts);
     MetPoints& ground = scratch.ground;
     MetPoints& objects = scratch.objects;
     ground.rays.clear();
@@ -271,10 +290,14 @@ class TruthTracer {
     for (const std::size_t pixel : scratch.pixels)
       facts.bottom_range_m.data()[pixel] = facts.range_m.data()[pixel];
     std::vector<Eigen::Vector3d> directions;
+    std::vector<world::WorldRay> rays;  // with origins of their own
     std::vector<std::size_t> pixels;
     for (const std::size_t i : scratch.ground.rays) {
       if (!world::is_water(scratch.surfaces[i].cover)) continue;
       directions.push_back(scratch.directions[i]);
+      if (!view_.is_central())
+        rays.push_back(
+            {.origin_world = scratch.origin_world(i), .direction_world = directions.back()});
       pixels.push_back(scratch.pixels[i]);
     }
     if (pixels.empty()) return;
@@ -282,9 +305,16 @@ class TruthTracer {
     for (const Eigen::Vector3d& direction : directions) scratch.directions.add(direction);
     scratch.t.resize(scratch.directions.size());
     const std::vector<double>& t = scratch.t;
-    world::Scene(*bed_, moving_.at(frame_))
-        .intersect(scratch.directions.from(scratch.view.center_world), offset_s, scratch.t,
-                   world::Coherence::Coherent, trail_);
+    const world::Scene bed(*bed_, moving_.at(frame_));
+    if (view_.is_central()) {
+      bed.intersect(scratch.directions.from(scratch.view.center_world), offset_s, scratch.t,
+                    world::Coherence::Coherent, trail_);
+    } else {
+      std::vector<world::SurfaceHit> hits(rays.size());
+      bed.intersect(rays, std::vector<double>(rays.size(), offset_s), hits,
+                    world::Coherence::Coherent, {}, trail_);
+      for (std::size_t i = 0; i < hits.size(); ++i) scratch.t[i] = hits[i].t;
+    }
     for (std::size_t i = 0; i < pixels.size(); ++i)
       facts.bottom_range_m.data()[pixels[i]] = std::max(
           static_cast<float>(t[i] * directions[i].norm()), facts.range_m.data()[pixels[i]]);
@@ -302,7 +332,9 @@ class TruthTracer {
   void set_pixel_rays(const PixelUnit& unit, UnitScratch& scratch) {
     constexpr std::size_t kBlock = geo::PixelBlock::kPixels;
     scratch.directions.clear(kUnitRays);
+    scratch.origins_world.clear();
     scratch.pixels.clear();
+    const bool is_central = view_.is_central();
     geo::PixelBlock pixels{};
     std::array<std::size_t, kBlock> indices{};
     std::size_t count = 0;
@@ -316,6 +348,8 @@ class TruthTracer {
           continue;
         }
         scratch.directions.add(direction);
+        if (!is_central)
+          scratch.origins_world.push_back(scratch.view.origin_world({pixels.x[i], pixels.y[i]}));
         scratch.pixels.push_back(indices[i]);
       }
       count = 0;
@@ -360,8 +394,14 @@ class TruthTracer {
       const std::size_t count = std::min<std::size_t>(kLanes, num_ground - begin);
       const std::span<const std::size_t> rays(&ground.rays[begin], count);
       gather_hits(rays, scratch);
-      place_hits(scratch.view.center_world.data(), scratch.packet_hits, scratch.range_m,
-                 scratch.places);
+      if (view_.is_central()) {
+        place_hits(scratch.view.center_world.data(), scratch.packet_hits, scratch.range_m,
+                   scratch.places);
+      } else {
+        place_hits(Eigen::Vector3d::Zero().eval().data(), scratch.packet_hits, scratch.range_m,
+                   scratch.places);
+        add_origins(rays, scratch);
+      }
       ground_.set(scratch.places, scratch.packet);
       ground_.classify(scratch.packet, scratch.classes);
       for (std::size_t lane = 0; lane < count; ++lane) {
@@ -375,6 +415,15 @@ class TruthTracer {
         std::copy_n(scratch.places.point_world[1].values + first, kBlock, block.y);
         std::copy_n(scratch.places.point_world[2].values + first, kBlock, block.z);
       }
+    }
+  }
+
+  /// To points that are placed as if all rays started at the world's origin.
+  static void add_origins(std::span<const std::size_t> rays, UnitScratch& scratch) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const Eigen::Vector3d origin = scratch.origin_world(rays[std::min(k, rays.size() - 1)]);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        scratch.places.point_world[axis][static_cast<int>(k)] += origin[static_cast<int>(axis)];
     }
   }
 
@@ -440,7 +489,7 @@ class TruthTracer {
     const world::SurfaceSample& surface = scratch.surfaces[ray];
     const Eigen::Vector3d direction = scratch.directions[ray];
     truth_.range_m[pixel] = hit.t * direction.norm();
-    truth_.point_world[pixel] = scratch.view.center_world + hit.t * direction;
+    truth_.point_world[pixel] = scratch.origin_world(ray) + hit.t * direction;
     truth_.crossing_error[pixel] = surface.crossing_error;
     capture::CameraFrame& facts = truth_.facts;
     facts.range_m.data()[pixel] = static_cast<float>(truth_.range_m[pixel]);
@@ -477,7 +526,7 @@ class TruthTracer {
       };
       const std::optional<OpenView::SeenFrom> seen = target.view.that_sees(point_world_at);
       if (!seen) continue;
-      rays.push_back(ray_just_beyond(seen->view.center_world, point_world_at(seen->offset_s)));
+      rays.push_back(ray_just_beyond(seen->origin_world, point_world_at(seen->offset_s)));
       offsets_s.push_back(seen->offset_s);
       pixels.push_back(scratch.pixels[ray]);
     }
@@ -488,7 +537,7 @@ class TruthTracer {
   }
 
   void see_from(const Target& target, MetPoints& met, UnitScratch& scratch) {
-    if (target.view.is_rolling()) {
+    if (target.view.is_rolling() || !target.view.is_central()) {
       see_from_lines(target, met, scratch);
       return;
     }
@@ -524,7 +573,7 @@ class TruthTracer {
       const std::optional<OpenView::SeenFrom> seen = target.view.that_sees(point);
       if (!seen) continue;
       scratch.asked[rays.size()] = i;
-      rays.push_back(ray_just_beyond(seen->view.center_world, point));
+      rays.push_back(ray_just_beyond(seen->origin_world, point));
       offsets_s.push_back(seen->offset_s);
     }
     std::vector<world::SurfaceHit> hits(rays.size());
@@ -567,23 +616,21 @@ class TruthTracer {
     const double offset_s = offset_of(grid_.unit(unit));
     scratch.view = view_.at(offset_s);
     scratch.directions.clear(4 * kUnitRays);
+    scratch.origins_world.clear();
     scratch.pixels.clear();
     for_each_pixel(grid_.unit(unit), [&](int x, int y) {
       if (!is_beside_edge(x, y) || std::isnan(truth_.range_m[pixel_index(x, y)])) return;
       for (const auto& shift : kShifts) {
-        const Eigen::Vector3d ray =
-            scratch.view.ray_world({x + 0.5 + shift[0], y + 0.5 + shift[1]});
+        const Eigen::Vector2d place(x + 0.5 + shift[0], y + 0.5 + shift[1]);
+        const Eigen::Vector3d ray = scratch.view.ray_world(place);
         if (!ray.allFinite()) continue;
         scratch.directions.add(ray);
+        if (!view_.is_central()) scratch.origins_world.push_back(scratch.view.origin_world(place));
         scratch.pixels.push_back(pixel_index(x, y));
       }
     });
     const std::size_t num_rays = scratch.directions.size();
-    scratch.hits.resize(num_rays);
-    scratch.surfaces.resize(num_rays);
-    scene_at(frame_).intersect(scratch.directions.from(scratch.view.center_world), offset_s,
-                               scratch.hits, world::Coherence::Coherent, scratch.surfaces, trail_,
-                               world::SurfaceNeed::Object);
+    scratch.intersect(scene_at(frame_), offset_s, trail_, world::SurfaceNeed::Object);
     for (std::size_t i = 0; i < num_rays; ++i) {
       const world::SurfaceHit& hit = scratch.hits[i];
       std::uint64_t shown = kSky;
@@ -627,7 +674,7 @@ std::vector<std::uint8_t> visible_in_view(const world::Scene& scene, const OpenV
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
           const std::optional<OpenView::SeenFrom> seen = view.that_sees(points_world[i]);
           if (!seen) continue;
-          rays.push_back(ray_just_beyond(seen->view.center_world, points_world[i]));
+          rays.push_back(ray_just_beyond(seen->origin_world, points_world[i]));
           offsets_s.push_back(seen->offset_s);
           points.push_back(i);
         }

@@ -35,7 +35,8 @@ struct TruthFrame {
 /// shifted by kEdgeShift_px to four sides whether they meet another), and whether the exact hit point is seen from the same camera in the next and the
 /// previous frame and from the rig's other cameras at the same time. Visibility is by ray: the
 /// point projects into that image, and the first crossing of the ray from that centre to the point
-/// is the point. Of a rolling shutter each line's pixels are traced from where the camera is in the middle
+/// is the point; where a model's rays start at many places, from where the ray of that image point starts.
+/// Ranges count from there too. Of a rolling shutter each line's pixels are traced from where the camera is in the middle
 /// of that line's exposure, and a point projects into the line that sees it. A point of something that moves
 /// moves with it: another view sees it where it then is.
 /// moving        of the sequence

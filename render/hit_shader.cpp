@@ -31,7 +31,7 @@ Eigen::Vector3d noise_place_of(const LitHits& hits, std::size_t i) {
 double footprint_m(const LitHits& hits, std::size_t i) {
   const auto facing = static_cast<float>(
       std::max(-hits.rays[i].direction_world.dot(hits.hits[i].normal_world()), 0.01));
-  const double across_m = hits.hits[i].t * hits.sample_angle_rad;
+  const double across_m = hits.sample_width.at(hits.hits[i].t);
   if (hits.hits[i].is_ground() && world::is_water(hits.surfaces[i].cover) &&
       !hits.surfaces[i].paint.is_painted)
     return across_m / static_cast<double>(facing);

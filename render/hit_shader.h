@@ -6,6 +6,7 @@
 #include "render/ground_imagery.h"
 #include "render/material.h"
 #include "render/object_look.h"
+#include "render/sample_width.h"
 #include "render/shading.h"
 #include "render/sky.h"
 #include "render/texture_library.h"
@@ -24,7 +25,7 @@ struct LitHits {
   /// Of the light of the surroundings what comes past objects near the hit, 0 … 1; below 0: nobody has
   /// looked.
   std::span<const float> sky_share;
-  double sample_angle_rad;  ///< across a sample
+  SampleWidth sample_width;
   /// Numbers of [0, 1], spread evenly over the samples of a pixel; empty: drawn by place.
   std::span<const float> spread = {};
   /// Of rays that met water (SeenWater): below 0, or empty: nobody has looked.

@@ -116,12 +116,19 @@ std::string place_of(const SequencePlan& plan, int frame, int camera,
                      place.height_m);
 }
 
-/// Where a camera is at a frame's time, and when its image begins and ends.
-std::vector<Eigen::Vector3d> centers_of(const OpenView& view) {
+// Where rays start at many places, so many a side are looked at.
+constexpr int kStartsLookedAt = 16;
+
+/// Where a camera's rays start at a frame's time, and when its image begins and ends.
+std::vector<Eigen::Vector3d> starts_of(const OpenView& view) {
   const geo::CameraModel& model = *view.middle.model;
   const double reach_s = view.motion.shutter.reach_s(model.width_px(), model.height_px());
-  if (reach_s == 0.0) return {view.middle.center_world};
-  return {view.middle.center_world, view.at(-reach_s).center_world, view.at(reach_s).center_world};
+  std::vector<Eigen::Vector3d> starts = view.middle.starts_world(kStartsLookedAt);
+  if (reach_s == 0.0) return starts;
+  for (const double offset_s : {-reach_s, reach_s})
+    for (const Eigen::Vector3d& start : view.at(offset_s).starts_world(kStartsLookedAt))
+      starts.push_back(start);
+  return starts;
 }
 
 /// throws Input: the first camera that stands not clearly above the ground
@@ -145,8 +152,8 @@ void check_clearance(const SequencePlan& plan, const world::TileStore& store,
   };
   for (int frame = 0; frame < views.num_frames(); ++frame)
     for (int camera = 0; camera < views.num_cameras(); ++camera)
-      for (const Eigen::Vector3d& center : centers_of(views.open(frame, camera)))
-        check(frame, camera, center);
+      for (const Eigen::Vector3d& start : starts_of(views.open(frame, camera)))
+        check(frame, camera, start);
 }
 
 /// Whether any tile may hold water.
@@ -176,7 +183,14 @@ void check_under_surface(const SequencePlan& plan, const world::TileStore& store
          plan.name);
   for (int frame = 0; frame < views.num_frames(); ++frame)
     for (int camera = 0; camera < views.num_cameras(); ++camera) {
-      for (const Eigen::Vector3d& center : centers_of(views.open(frame, camera))) {
+      const OpenView view = views.open(frame, camera);
+      if (!view.is_central())
+        fail(ErrorKind::Config,
+             "{} is under water and of the model {}, whose rays start at many depths; under water "
+             "cameras have one centre of projection",
+             place_of(plan, frame, camera, view.middle.center_world, frame_of_world),
+             view.middle.model->intrinsics().model);
+      for (const Eigen::Vector3d& center : starts_of(view)) {
         const std::optional<double> surface_z = whole.surface_z_world(center.x(), center.y());
         const double depth_m = surface_z.value_or(center.z()) - center.z();
         if (depth_m < kLeastClearance_m)
@@ -245,22 +259,19 @@ void TrackOptions::describe(core::SchemaVisitor& visit) {
 }
 
 void check_inside(const SequencePlan& plan, const geo::WorldFrame& frame_of_world, double size_m) {
-  for (int frame = 0; frame < static_cast<int>(plan.states.size()); ++frame) {
-    const geo::Rigid3d& world_from_body =
-        plan.states[static_cast<std::size_t>(frame)].world_from_body;
-    for (int camera = 0; camera < static_cast<int>(plan.cameras.size()); ++camera) {
-      const Eigen::Vector3d center =
-          world_from_body *
-          plan.cameras[static_cast<std::size_t>(camera)].body_from_camera().translation;
-      if (!center.allFinite())
-        fail(ErrorKind::Input, "sequence {}, frame {}: the pose is not finite", plan.name, frame);
-      const double outside_m = std::max(std::abs(center.x()), std::abs(center.y())) - 0.5 * size_m;
-      if (outside_m > 0.0)
-        fail(ErrorKind::Input,
-             "{}: {:.1f} m outside the world, which reaches {:.1f} m from its origin to each side",
-             place_of(plan, frame, camera, center, frame_of_world), outside_m, 0.5 * size_m);
-    }
-  }
+  const ViewTable views(plan.states, plan.cameras);
+  for (int frame = 0; frame < views.num_frames(); ++frame)
+    for (int camera = 0; camera < views.num_cameras(); ++camera)
+      for (const Eigen::Vector3d& start : views.at(frame, camera).starts_world(1)) {
+        if (!start.allFinite())
+          fail(ErrorKind::Input, "sequence {}, frame {}: the pose is not finite", plan.name, frame);
+        const double outside_m = std::max(std::abs(start.x()), std::abs(start.y())) - 0.5 * size_m;
+        if (outside_m > 0.0)
+          fail(
+              ErrorKind::Input,
+              "{}: {:.1f} m outside the world, which reaches {:.1f} m from its origin to each side",
+              place_of(plan, frame, camera, start, frame_of_world), outside_m, 0.5 * size_m);
+      }
 }
 
 std::vector<world::Viewpoint> viewpoints_of(

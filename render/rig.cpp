@@ -155,6 +155,39 @@ void check_focal_length_error(const RigOptions& rig, const CameraOptions& camera
          rig.name, camera.name, camera.model);
 }
 
+/// Whether models that count pixels or rows a metre have these.
+void check_scale_on_the_ground(const CameraOptions& camera) {
+  const bool is_pushbroom = camera.model == "pushbroom";
+  if (!is_pushbroom && camera.model != "orthographic") return;
+  if (camera.focal_length_mm > 0.0)
+    fail(ErrorKind::Config, "camera {}: focal_length_mm with the model {}; give fx_px, {}",
+         camera.name, camera.model,
+         is_pushbroom ? "in pixels, and fy_px, rows a metre of the way"
+                      : "pixels a metre, and fy_px where it differs");
+  if (is_pushbroom && !(camera.fy_px > 0.0))
+    fail(ErrorKind::Config,
+         "camera {}: no fy_px; of the model pushbroom it is rows a metre of the way, and fx_px, in "
+         "pixels, says nothing of it",
+         camera.name);
+}
+
+/// Whether a model whose rays start at many places can have the camera's shutter and lens.
+void check_shutter_and_lens(const geo::CameraModel& model, const CameraOptions& camera) {
+  if (model.is_central()) return;
+  if (camera.aperture_mm > 0.0)
+    fail(
+        ErrorKind::Config,
+        "camera {}: aperture_mm = {} with the model {}, whose rays start at many places: it has no "
+        "one entrance pupil; leave aperture_mm and focus_m out, all is sharp",
+        camera.name, camera.aperture_mm, camera.model);
+  if (camera.line_time_us > 0.0 && camera.model == "pushbroom")
+    fail(ErrorKind::Config,
+         "camera {}: line_time_us = {} with the model pushbroom, whose rows are taken on the way "
+         "that "
+         "fy_px states; leave line_time_us out, or take a pinhole of one row on a body that moves",
+         camera.name, camera.line_time_us);
+}
+
 }  // namespace
 
 void CameraOptions::describe(core::SchemaVisitor& visit) {
@@ -177,15 +210,22 @@ void CameraOptions::describe(core::SchemaVisitor& visit) {
   visit.key(
       "fx_px", fx_px,
       "Focal length in pixels, horizontally; of panoramas pixels a radian, 0: the whole view; "
-      "of orthographic cameras pixels a metre.",
+      "of orthographic cameras pixels a metre; of pushbroom cameras pixels across the way.",
       core::between(0.0, 1e6));
-  visit.key("fy_px", fy_px, "Focal length in pixels, vertically; 0: as fx_px.",
-            core::between(0.0, 1e6));
+  visit.key(
+      "fy_px", fy_px,
+      "Focal length in pixels, vertically; 0: as fx_px. Of pushbroom cameras rows a metre of the "
+      "way, which must be given.",
+      core::between(0.0, 1e6));
   visit.key("principal_point_px", principal_point_px,
             "cx, cy with pixel centres at +0.5; empty: the image's centre.", core::size_of(2));
   lens.set_model(model);
   lens.describe(visit);
-  visit.key("offset_mm", offset_mm, "Centre of projection in the rig's axes; empty: 0.", three);
+  visit.key(
+      "offset_mm", offset_mm,
+      "Centre of projection in the rig's axes; of orthographic and pushbroom cameras where the "
+      "principal point's ray starts. Empty: 0.",
+      three);
   visit.key("axis_angle_rad", axis_angle_rad,
             "Rotation vector, in the rig's axes, that turns a camera that looks forward.", three);
   visit.key("euler_deg", euler_deg,
@@ -261,6 +301,7 @@ void CameraOptions::validate() const {
          "camera {}: no focal length; give focal_length_mm with image_plane_width_mm, or fx_px",
          name);
   }
+  check_scale_on_the_ground(*this);
   if (is_in_pixels && pixel_aspect != 1.0) {
     fail(ErrorKind::Config,
          "camera {}: pixel_aspect = {} beside fx_px; it belongs to focal_length_mm, give fy_px",
@@ -444,12 +485,7 @@ std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptio
                 .shutter = shutter_of(camera),
                 .aperture = {.diameter_m = 1e-3 * camera.aperture_mm, .focus_m = camera.focus_m}};
             // Refuses what the model cannot hold.
-            const auto model = geo::make_camera(calibration.intrinsics);
-            if (!model->is_central())
-              fail(ErrorKind::Config,
-                   "camera {} is of the model {}, whose rays start at many places; frames are "
-                   "rendered of models with one centre of projection",
-                   camera.name, camera.model);
+            check_shutter_and_lens(*geo::make_camera(calibration.intrinsics), camera);
             calibrations.push_back(std::move(calibration));
           },
           fmt::format("building rig {}", rig.name));

@@ -159,8 +159,8 @@ std::vector<EarlierFrames> SequenceWork::open_earlier(const std::vector<fs::path
   std::vector<EarlierFrames> all;
   if (!folders.empty() && renderer_.views().has_open_views()) {
     log.info(
-        "sequence {}: with shutters or lenses that are open for a while no earlier frames are "
-        "taken over",
+        "sequence {}: with shutters or lenses that are open for a while, or rays from many places, "
+        "no earlier frames are taken over",
         plan_.name);
     return all;
   }

@@ -45,7 +45,7 @@ world::WorldRay candidate_ray(const ViewTable& views, std::uint64_t number, std:
       core::random_unit(seed, kStream, 2 * number) * view.model->width_px(),
       core::random_unit(seed, kStream, 2 * number + 1) * view.model->height_px());
   const Eigen::Vector3d ray = view.ray_world(pixel);
-  if (ray.allFinite()) return {.origin_world = view.center_world, .direction_world = ray};
+  if (ray.allFinite()) return {.origin_world = view.origin_world(pixel), .direction_world = ray};
   // Beyond the image circle: nothing is asked for.
   return {.origin_world = view.center_world,
           .direction_world = view.world_from_camera.col(2),
@@ -87,8 +87,9 @@ void grade_candidates(const world::RayQuery& query, const ViewTable& views, std:
     sights.clear();
     for (std::size_t k = 0; k < num_asked; ++k) {
       const View& view = *in_image[k * in_image.size() / num_asked];
-      sights.push_back({.origin_world = view.center_world,
-                        .direction_world = candidate.point_world - view.center_world,
+      const Eigen::Vector3d origin = view.origin_toward(candidate.point_world);
+      sights.push_back({.origin_world = origin,
+                        .direction_world = candidate.point_world - origin,
                         .t_min = 0.0,
                         .t_max = 1.0 + 1e-6});
     }

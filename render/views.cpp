@@ -1,6 +1,7 @@
 #include "render/views.h"
 
 #include <algorithm>
+#include <array>
 
 #include "core/packet_code.h"
 
@@ -63,6 +64,25 @@ std::uint32_t View::find_in_image(const geo::VectorBlock& points_world) const {
   return model->find_in_image(rays_camera);
 }
 
+Eigen::Vector3d View::origin_toward(const Eigen::Vector3d& point_world) const {
+  if (model->is_central()) return center_world;
+  const std::optional<Eigen::Vector2d> pixel = project(point_world);
+  return pixel ? origin_world(*pixel) : center_world;
+}
+
+std::vector<Eigen::Vector3d> View::starts_world(int num_parts) const {
+  if (model->is_central()) return {center_world};
+  std::vector<Eigen::Vector3d> starts;
+  for (int j = 0; j <= num_parts; ++j)
+    for (int i = 0; i <= num_parts; ++i) {
+      const Eigen::Vector3d start =
+          origin_world({static_cast<double>(model->width_px()) * i / num_parts,
+                        static_cast<double>(model->height_px()) * j / num_parts});
+      if (starts.empty() || starts.back() != start) starts.push_back(start);
+    }
+  return starts;
+}
+
 View OpenView::at(double offset_s) const {
   if (offset_s == 0.0) return middle;
   const geo::Rigid3d world_from_camera = motion.world_from_camera(offset_s);
@@ -77,7 +97,9 @@ std::optional<OpenView::SeenFrom> OpenView::that_sees(
       motion.shutter, middle.model->width_px(), middle.model->height_px(),
       [&](double offset_s) { return at(offset_s).project(point_world_at(offset_s)); });
   if (!seen || !middle.model->contains(seen->pixel)) return std::nullopt;
-  return SeenFrom{.view = at(seen->offset_s), .offset_s = seen->offset_s};
+  const View view = at(seen->offset_s);
+  return SeenFrom{
+      .view = view, .offset_s = seen->offset_s, .origin_world = view.origin_world(seen->pixel)};
 }
 
 OpenView::LensRay OpenView::lens_ray(const Eigen::Vector2d& pixel, double open_share,
@@ -85,7 +107,7 @@ OpenView::LensRay OpenView::lens_ray(const Eigen::Vector2d& pixel, double open_s
   const double offset_s = offset_of_line_s(pixel) + (open_share - 0.5) * motion.shutter.exposure_s;
   const View view = at(offset_s);
   if (aperture.diameter_m == 0.0)
-    return {.origin_world = view.center_world,
+    return {.origin_world = view.origin_world(pixel),
             .direction_world = view.ray_world(pixel).normalized(),
             .offset_s = offset_s};
   const Eigen::Vector3d in_pupil(0.5 * aperture.diameter_m * on_disc.x(),
@@ -137,10 +159,34 @@ double ViewTable::longest_reach_s() const {
 }
 
 bool ViewTable::has_open_views() const {
-  return std::any_of(cameras_.begin(), cameras_.end(), [](const auto& camera) {
-    return !camera.shutter.is_instant() || camera.aperture.diameter_m > 0.0;
-  });
+  return std::any_of(cameras_.begin(), cameras_.end(),
+                     [](const auto& camera) {
+                       return !camera.shutter.is_instant() || camera.aperture.diameter_m > 0.0;
+                     }) ||
+         std::any_of(models_.begin(), models_.end(),
+                     [](const auto& model) { return !model->is_central(); });
 }
+
+namespace {
+
+/// Null: all rays start at one place.
+std::shared_ptr<const world::RaySheaf> sheaf_of(const View& view) {
+  if (view.model->is_central()) return nullptr;
+  const double width_px = view.model->width_px();
+  const double height_px = view.model->height_px();
+  const std::array<Eigen::Vector2d, 4> corners = {
+      Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(width_px, 0.0),
+      Eigen::Vector2d(width_px, height_px), Eigen::Vector2d(0.0, height_px)};
+  std::array<Eigen::Vector3d, 4> starts, directions;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    starts[k] = view.origin_world(corners[k]);
+    directions[k] = view.ray_world(corners[k]);
+  }
+  return std::make_shared<const world::RaySheaf>(starts, directions,
+                                                 view.model->finest_pixels_per_m());
+}
+
+}  // namespace
 
 std::vector<world::Viewpoint> viewpoints_of_frames(const ViewTable& views, int first, int last) {
   std::vector<world::Viewpoint> viewpoints;
@@ -148,7 +194,8 @@ std::vector<world::Viewpoint> viewpoints_of_frames(const ViewTable& views, int f
     for (int camera = 0; camera < views.num_cameras(); ++camera) {
       const View& view = views.at(frame, camera);
       viewpoints.push_back({.position_world = view.center_world,
-                            .pixels_per_radian = view.model->finest_pixels_per_radian()});
+                            .pixels_per_radian = view.model->finest_pixels_per_radian(),
+                            .sheaf = sheaf_of(view)});
     }
   }
   return viewpoints;

@@ -30,6 +30,20 @@ struct View {
             m(1, 0) * r.x() + m(1, 1) * r.y() + m(1, 2) * r.z(),
             m(2, 0) * r.x() + m(2, 1) * r.y() + m(2, 2) * r.z()};
   }
+  /// Where that ray starts; spelled out likewise.
+  Eigen::Vector3d origin_world(const Eigen::Vector2d& pixel) const {
+    if (model->is_central()) return center_world;
+    const Eigen::Matrix3d& m = world_from_camera;
+    const Eigen::Vector3d o = model->origin_from_pixel(pixel);
+    return center_world + Eigen::Vector3d(m(0, 0) * o.x() + m(0, 1) * o.y() + m(0, 2) * o.z(),
+                                          m(1, 0) * o.x() + m(1, 1) * o.y() + m(1, 2) * o.z(),
+                                          m(2, 0) * o.x() + m(2, 1) * o.y() + m(2, 2) * o.z());
+  }
+  /// Where the ray starts that meets a point which projects; of one that does not, the camera's place.
+  Eigen::Vector3d origin_toward(const Eigen::Vector3d& point_world) const;
+  /// Places where rays start, on a grid of so many parts a side over the image, its corners among them; of a
+  /// model with one centre of projection that alone.
+  std::vector<Eigen::Vector3d> starts_world(int num_parts) const;
   /// The same of several image points.
   void find_rays(const geo::PixelBlock& pixels, geo::VectorBlock& rays_world) const;
   /// The camera-frame point of a world point; spelled out likewise.
@@ -60,7 +74,7 @@ struct OpenView {
   geo::Aperture aperture;
 
   bool is_rolling() const { return motion.shutter.is_rolling(); }
-  /// All rays go through the centre at the frame's time.
+  /// All rays start where the view's do at the frame's time.
   bool is_pinhole_instant() const {
     return motion.shutter.is_instant() && aperture.diameter_m == 0.0;
   }
@@ -69,12 +83,15 @@ struct OpenView {
   double offset_of_line_s(const Eigen::Vector2d& pixel) const {
     return motion.shutter.offset_s(pixel, middle.model->width_px(), middle.model->height_px());
   }
+  /// Whether all rays start at one place at a time.
+  bool is_central() const { return middle.model->is_central(); }
   /// In the middle of the exposure of the line through an image point.
   View of_line(const Eigen::Vector2d& pixel) const { return at(offset_of_line_s(pixel)); }
   /// The view in whose image a point stands when its line is exposed, and when that is.
   struct SeenFrom {
     View view;
     double offset_s;
+    Eigen::Vector3d origin_world;  ///< where its ray to the point starts
   };
   /// point_world_at   where the point is so much after the frame's time
   /// returns          nothing where there is no such view

@@ -72,6 +72,14 @@ double offset_of(const LitHits& hits, std::size_t ray) {
   return hits.offsets_s.empty() ? 0.0 : hits.offsets_s[ray];
 }
 
+/// What a sample becomes that a facet mirrors.
+SampleWidth mirrored(const SampleWidth& width) {
+  const double angle_rad = std::max(4.0 * width.angle_rad, kMirrorSpread_rad);
+  if (width.is_central()) return {.angle_rad = angle_rad};
+  return {.start_m = Eigen::Vector2d::Constant(4.0 * width.start_m.maxCoeff()),
+          .growth = Eigen::Vector2d::Constant(angle_rad)};
+}
+
 }  // namespace
 
 Color WaterOptics::deep_reflectance() const {
@@ -346,7 +354,7 @@ void WaterLight::look_in_water(const LitHits& hits, double depth_m, Scratch& s,
                    .surfaces = s.surfaces,
                    .sun_share = s.sun_share,
                    .sky_share = s.sky_share,
-                   .sample_angle_rad = 2.0 * hits.sample_angle_rad},
+                   .sample_width = {.angle_rad = 2.0 * hits.sample_width.angle_rad}},
                   s.shader, s.radiance);
     for (std::size_t r = 0; r < s.rays.size(); ++r) {
       const std::size_t i = s.of_water[r];
@@ -400,8 +408,8 @@ void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_dept
       // Waves that are not told one by one blur the bed: else each sample met another patch of it.
       const double seen_m =
           start_depth_m > 0.0
-              ? std::min(hits.hits[i].t, 1e5) * hits.sample_angle_rad
-              : footprint_m(hits, i) + s.hits[k].t * (hits.sample_angle_rad + s.blur[k]);
+              ? hits.sample_width.at(std::min(hits.hits[i].t, 1e5))
+              : footprint_m(hits, i) + s.hits[k].t * (hits.sample_width.angle_rad + s.blur[k]);
       s.places.set(static_cast<int>(lane),
                    s.rays[k].origin_world + s.hits[k].t * s.rays[k].direction_world,
                    s.hits[k].normal_world(), s.surfaces[k], seen_m);
@@ -474,7 +482,7 @@ void WaterLight::look_up(const LitHits& hits, Scratch& s, const SeenWater& seen,
                  .surfaces = std::span(s.surfaces).first(num_met),
                  .sun_share = s.sun_share,
                  .sky_share = s.sky_share,
-                 .sample_angle_rad = std::max(4.0 * hits.sample_angle_rad, kMirrorSpread_rad)},
+                 .sample_width = mirrored(hits.sample_width)},
                 s.shader, s.radiance);
   for (std::size_t r = 0; r < num_met; ++r) {
     const std::size_t i = s.water[s.of_water[r]];

@@ -42,6 +42,27 @@ FieldOfView field_of_view(const geo::CameraModel& camera) {
                                                     std::atan2(top.y(), top.z()))};
 }
 
+Swath swath_of(const geo::CameraModel& camera) {
+  if (camera.is_central()) return {};
+  const Eigen::Vector3d first = camera.origin_from_pixel({0.0, 0.0});
+  const Eigen::Vector3d right = camera.origin_from_pixel({double(camera.width_px()), 0.0});
+  const Eigen::Vector3d below = camera.origin_from_pixel({0.0, double(camera.height_px())});
+  return {.width_m = (right - first).norm(), .height_m = (below - first).norm()};
+}
+
+std::string view_text(const geo::CameraModel& camera) {
+  const FieldOfView view = field_of_view(camera);
+  if (camera.is_central())
+    return fmt::format("{:.3f} x {:.3f} deg, horizontally and vertically", view.horizontal_deg,
+                       view.vertical_deg);
+  const Swath swath = swath_of(camera);
+  return swath.width_m == 0.0
+             ? fmt::format("{:.3f} deg across the way, {:.3f} m of it", view.horizontal_deg,
+                           swath.height_m)
+             : fmt::format("{:.3f} x {:.3f} m, horizontally and vertically, at any distance",
+                           swath.width_m, swath.height_m);
+}
+
 RigView::RigView(const render::RigOptions& rig)
     : name_(rig.name), cameras_(render::build_cameras({rig})) {
   for (const capture::CameraCalibration& camera : cameras_)
@@ -64,6 +85,7 @@ RigView::RigView(const render::RigOptions& rig)
 std::uint32_t RigView::find_seeing(const Eigen::Vector3d& direction_rig) const {
   std::uint32_t seeing = 0;
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    if (!models_[i]->is_central()) continue;
     const Eigen::Vector3d ray = cameras_[i].rig_from_camera.rotation.conjugate() * direction_rig;
     const std::optional<Eigen::Vector2d> pixel = models_[i]->pixel_from_ray(ray);
     if (pixel && models_[i]->contains(*pixel)) seeing |= std::uint32_t{1} << i;
@@ -88,12 +110,16 @@ std::string rig_text(const RigView& rig) {
     const std::vector<double>& p = camera.intrinsics.parameters;
     const Eigen::Matrix3d r = camera.rig_from_camera.rotation.toRotationMatrix();
     const Eigen::Vector3d& t = camera.rig_from_camera.translation;
-    const FieldOfView view = field_of_view(rig.model(i));
     text += fmt::format("\ncamera {} {}\n  model  {}\n  image  {} x {} px\n", i, camera.name,
                         camera.intrinsics.model, camera.intrinsics.width_px,
                         camera.intrinsics.height_px);
-    text += fmt::format("  view   {:.3f} x {:.3f} deg, horizontally and vertically\n",
-                        view.horizontal_deg, view.vertical_deg);
+    text += fmt::format("  view   {}\n", view_text(rig.model(i)));
+    if (!rig.model(i).is_central())
+      text += swath_of(rig.model(i)).width_m > 0.0
+                  ? fmt::format("  scale  {:g} x {:g} px a metre\n", p[0], p[1])
+                  : fmt::format(
+                        "  scale  {:g} px by the tangent across the way, {:g} rows a metre of it\n",
+                        p[0], p[1]);
     text += fmt::format("  K      {:14.6f} {:14.6f} {:14.6f}\n", p[0], 0.0, p[2]);
     text += fmt::format("         {:14.6f} {:14.6f} {:14.6f}\n", 0.0, p[1], p[3]);
     text += fmt::format("         {:14.6f} {:14.6f} {:14.6f}\n", 0.0, 0.0, 1.0);

@@ -21,6 +21,17 @@ struct FieldOfView {
 };
 FieldOfView field_of_view(const geo::CameraModel& camera);
 
+/// How long the lines are on which the rays of the image's columns and rows start, m; 0 where these start at one
+/// place.
+struct Swath {
+  double width_m = 0.0;
+  double height_m = 0.0;
+};
+Swath swath_of(const geo::CameraModel& camera);
+
+/// "36.870 x 28.072 deg, horizontally and vertically", or what there is of a swath.
+std::string view_text(const geo::CameraModel& camera);
+
 /// What the cameras of a rig see, of what is far beyond the distances between them.
 class RigView {
  public:
@@ -31,7 +42,8 @@ class RigView {
   const std::vector<capture::CameraCalibration>& cameras() const { return cameras_; }
   const geo::CameraModel& model(std::size_t camera) const { return *models_[camera]; }
 
-  /// The cameras that see a direction, a bit each.
+  /// The cameras that see a direction, a bit each. Those whose rays start at many places see no share of what is
+  /// far beyond them.
   std::uint32_t find_seeing(const Eigen::Vector3d& direction_rig) const;
 
   /// Share of the camera's view, by solid angle, that another one sees too; 0 where the camera sees nothing.

@@ -124,6 +124,18 @@ void Growth::read_previous() {
   for (const TileInfo& tile : store.manifest().tiles) previous_.insert(tile.id);
 }
 
+/// From where a viewpoint sees: its position, or the corners of the box around where its rays start.
+std::vector<Eigen::Vector3d> places_of(const world::Viewpoint& viewpoint) {
+  if (!viewpoint.sheaf) return {viewpoint.position_world};
+  std::vector<Eigen::Vector3d> places;
+  const geo::Box3d& box = viewpoint.sheaf->starts_box_world();
+  for (int corner = 0; corner < 8; ++corner)
+    places.emplace_back(((corner & 1) != 0 ? box.max() : box.min()).x(),
+                        ((corner & 2) != 0 ? box.max() : box.min()).y(),
+                        ((corner & 4) != 0 ? box.max() : box.min()).z());
+  return places;
+}
+
 double Growth::apron_radius_m() const {
   // Heights of viewpoints above the ellipsoid, and the place whose horizon reaches farthest from
   // the origin.
@@ -131,13 +143,13 @@ double Growth::apron_radius_m() const {
   double off_centre_m = half_size_m_ * std::sqrt(2.0);
   bool has_viewpoint = false;
   for (const auto& sequence : plan_.sequences)
-    for (const world::Viewpoint& viewpoint : sequence) {
-      const double height_m =
-          surface_.frame().geodetic_from_world(viewpoint.position_world).height_m;
-      highest_m = has_viewpoint ? std::max(highest_m, height_m) : height_m;
-      off_centre_m = std::max(off_centre_m, viewpoint.position_world.head<2>().norm());
-      has_viewpoint = true;
-    }
+    for (const world::Viewpoint& viewpoint : sequence)
+      for (const Eigen::Vector3d& place : places_of(viewpoint)) {
+        const double height_m = surface_.frame().geodetic_from_world(place).height_m;
+        highest_m = has_viewpoint ? std::max(highest_m, height_m) : height_m;
+        off_centre_m = std::max(off_centre_m, place.head<2>().norm());
+        has_viewpoint = true;
+      }
   const double above_apron_m = std::max(highest_m - std::min(surface_.lowest_m(), 0.0), 100.0);
   const double horizon_m = geo::horizon_distance_m(above_apron_m);
   const double radius_m = horizon_m * kApronMargin + off_centre_m + kApronMargin_m;

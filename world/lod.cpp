@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <unordered_set>
 
 #include "core/error.h"
@@ -23,18 +24,37 @@ struct Side {
 constexpr std::array<Side, 4> kSides = {
     {{kWest, -1, 0}, {kEast, 1, 0}, {kSouth, 0, -1}, {kNorth, 0, 1}}};
 
-double outside_m(double lowest, double highest, double at) {
-  return std::max({lowest - at, 0.0, at - highest});
+double outside_m(double lowest, double highest, double at_lowest, double at_highest) {
+  return std::max({lowest - at_highest, 0.0, at_lowest - highest});
 }
+
+/// The places from which a viewpoint sees.
+struct Places {
+  const Eigen::Vector3d& lowest;
+  const Eigen::Vector3d& highest;
+
+  explicit Places(const Viewpoint& viewpoint)
+      : lowest(viewpoint.sheaf ? viewpoint.sheaf->starts_box_world().min()
+                               : viewpoint.position_world),
+        highest(viewpoint.sheaf ? viewpoint.sheaf->starts_box_world().max()
+                                : viewpoint.position_world) {}
+};
 
 /// The square of the distance from a tile to a viewpoint in the x-y plane: never more than that to
 /// its box, nor than that of a descendant (each operation here is monotone, so that this holds for
 /// the rounded values too).
-double squared_distance_xy_m2(const TileId& id, const Eigen::Vector3d& position_world) {
+double squared_distance_xy_m2(const TileId& id, const Places& from) {
   const Eigen::Vector2d corner = id.corner_world();
-  const double dx = outside_m(corner.x(), corner.x() + id.side_m(), position_world.x());
-  const double dy = outside_m(corner.y(), corner.y() + id.side_m(), position_world.y());
+  const double dx =
+      outside_m(corner.x(), corner.x() + id.side_m(), from.lowest.x(), from.highest.x());
+  const double dy =
+      outside_m(corner.y(), corner.y() + id.side_m(), from.lowest.y(), from.highest.y());
   return dx * dx + dy * dy;
+}
+
+/// Whether cells of a spacing span more pixels than the options allow, however far they are.
+bool is_too_coarse(double spacing_m, const RaySheaf& sheaf, const DetailOptions& options) {
+  return spacing_m * sheaf.pixels_per_m() > options.cell_px;
 }
 
 /// Whether cells of a spacing at a distance span more pixels than the options allow.
@@ -87,8 +107,10 @@ void collect_leaves(const TileStore& store, const TileInfo& tile,
   }
   std::vector<Viewpoint> near;  // those that could want a child refined
   for (const Viewpoint& viewpoint : viewpoints) {
-    const double distance2 = squared_distance_xy_m2(tile.id, viewpoint.position_world);
-    if (is_too_coarse(tile.id.spacing_m() / 2, distance2, viewpoint, options))
+    const double spacing_m = tile.id.spacing_m() / 2;
+    const double distance2 = squared_distance_xy_m2(tile.id, Places(viewpoint));
+    if (is_too_coarse(spacing_m, distance2, viewpoint, options) ||
+        (viewpoint.sheaf && is_too_coarse(spacing_m, *viewpoint.sheaf, options)))
       near.push_back(viewpoint);
   }
   for (int quadrant = 0; quadrant < 4; ++quadrant)
@@ -136,6 +158,47 @@ Leaves leaves_for(const TileStore& store, std::span<const Viewpoint> viewpoints,
 
 }  // namespace
 
+RaySheaf::RaySheaf(const std::array<Eigen::Vector3d, 4>& starts_world,
+                   const std::array<Eigen::Vector3d, 4>& directions_world, double pixels_per_m)
+    : starts_(starts_world), directions_(directions_world), pixels_per_m_(pixels_per_m) {
+  for (const Eigen::Vector3d& start : starts_) starts_box_.extend(start);
+  edges_ = {starts_[1] - starts_[0], starts_[3] - starts_[0]};
+  edges_.insert(edges_.end(), directions_.begin(), directions_.end());
+}
+
+/// Whether a plane across an axis stands between the two.
+bool RaySheaf::is_apart(const geo::Box3d& box_world, const Eigen::Vector3d& axis) const {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double box_middle = axis.dot(box_world.center());
+  const double box_reach = axis.cwiseAbs().dot(0.5 * box_world.sizes());
+  double lowest = kInfinity;
+  double highest = -kInfinity;
+  for (const Eigen::Vector3d& start : starts_) {
+    lowest = std::min(lowest, axis.dot(start));
+    highest = std::max(highest, axis.dot(start));
+  }
+  for (const Eigen::Vector3d& direction : directions_) {
+    const double along = axis.dot(direction);
+    if (along < 0.0) lowest = -kInfinity;
+    if (along > 0.0) highest = kInfinity;
+  }
+  return box_middle + box_reach < lowest || box_middle - box_reach > highest;
+}
+
+// Two convex bodies of planes are apart when a plane stands between them that is parallel to a face of one, or to an
+// edge of each.
+bool RaySheaf::meets(const geo::Box3d& box_world) const {
+  for (int k = 0; k < 3; ++k)
+    if (is_apart(box_world, Eigen::Vector3d::Unit(k))) return false;
+  for (std::size_t i = 0; i < edges_.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (is_apart(box_world, edges_[i].cross(edges_[j]))) return false;
+  for (const Eigen::Vector3d& edge : edges_)
+    for (int k = 0; k < 3; ++k)
+      if (is_apart(box_world, edge.cross(Eigen::Vector3d::Unit(k)))) return false;
+  return true;
+}
+
 void DetailOptions::validate() const {
   int exponent = 0;
   if (std::frexp(finest_spacing_m, &exponent) != 0.5)
@@ -151,10 +214,13 @@ bool wants_refinement(const TileInfo& tile, std::span<const Viewpoint> viewpoint
   if (tile.id.level <= options.finest_level()) return false;
   const double spacing_m = tile.id.spacing_m();
   return std::any_of(viewpoints.begin(), viewpoints.end(), [&](const Viewpoint& viewpoint) {
-    const Eigen::Vector3d& position = viewpoint.position_world;
-    const double dz = outside_m(tile.lowest_z_world, tile.highest_z_world, position.z());
-    const double distance2 = squared_distance_xy_m2(tile.id, position) + dz * dz;
-    return is_too_coarse(spacing_m, distance2, viewpoint, options);
+    const Places from(viewpoint);
+    const double dz =
+        outside_m(tile.lowest_z_world, tile.highest_z_world, from.lowest.z(), from.highest.z());
+    const double distance2 = squared_distance_xy_m2(tile.id, from) + dz * dz;
+    return is_too_coarse(spacing_m, distance2, viewpoint, options) ||
+           (viewpoint.sheaf && is_too_coarse(spacing_m, *viewpoint.sheaf, options) &&
+            viewpoint.sheaf->meets(tile.box_world()));
   });
 }
 

@@ -1,19 +1,48 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "core/schema.h"
+#include "geo/box3.h"
 #include "world/tile_store.h"
 
 namespace terracast::world {
+
+/// All that rays see which start at many places: the sums of places between `starts` and of `directions` with
+/// factors of 0 or more. Convex, and without an end.
+class RaySheaf {
+ public:
+  /// Of the image's corners, in their order around it.
+  /// pixels_per_m   that span as many pixels from near and from far
+  RaySheaf(const std::array<Eigen::Vector3d, 4>& starts_world,
+           const std::array<Eigen::Vector3d, 4>& directions_world, double pixels_per_m);
+
+  double pixels_per_m() const { return pixels_per_m_; }
+  const geo::Box3d& starts_box_world() const { return starts_box_; }
+  /// Whether it meets a box; where roundings decide, either. By the planes that part two convex bodies.
+  bool meets(const geo::Box3d& box_world) const;
+
+ private:
+  bool is_apart(const geo::Box3d& box_world, const Eigen::Vector3d& axis) const;
+
+  std::array<Eigen::Vector3d, 4> starts_;
+  std::array<Eigen::Vector3d, 4> directions_;
+  std::vector<Eigen::Vector3d> edges_;
+  double pixels_per_m_;
+  geo::Box3d starts_box_;
+};
 
 /// A place from which the world is seen, and how finely.
 struct Viewpoint {
   Eigen::Vector3d position_world;
   double pixels_per_radian = 0.0;  ///< of the finest camera there
+  /// Of a camera whose rays start at many places; null: all start at the position.
+  std::shared_ptr<const RaySheaf> sheaf = nullptr;
 };
 
 /// Config `[detail]`: how fine terrain is near the cameras.
@@ -34,8 +63,9 @@ struct DetailOptions {
 };
 
 /// Whether a tile is too coarse for at least one viewpoint: its spacing, seen at the least distance
-/// between the viewpoint and the tile's box, spans more than cell_px pixels. Depends on the tile's
-/// own bounds only, so that the tiler (which grows the tree from the top) and the renderer (which
+/// between the viewpoint and the tile's box, spans more than cell_px pixels. Of a camera whose rays start at
+/// many places that is the distance to the box around these, and a tile that its rays meet is too coarse also
+/// where the spacing spans more pixels than that at any distance. Depends on the tile's own bounds only, so that the tiler (which grows the tree from the top) and the renderer (which
 /// reads it) decide alike.
 bool wants_refinement(const TileInfo& tile, std::span<const Viewpoint> viewpoints,
                       const DetailOptions& options);

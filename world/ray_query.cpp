@@ -595,7 +595,9 @@ void RayQuery::expect(std::span<const std::vector<Viewpoint>> turns) const {
     for (std::uint32_t turn = 0; turn < turns.size(); ++turn) {
       double nearest_m = kInfinity;
       for (const Viewpoint& viewpoint : turns[turn])
-        nearest_m = std::min(nearest_m, box.exteriorDistance(viewpoint.position_world));
+        nearest_m = std::min(nearest_m, viewpoint.sheaf && viewpoint.sheaf->meets(box)
+                                            ? 0.0
+                                            : box.exteriorDistance(viewpoint.position_world));
       if (nearest_m > reach_m) continue;
       needs.push_back({nearest_m, {.tile_index = i, .turn = turn}});
       break;

@@ -53,7 +53,7 @@ std::vector<std::optional<Vector3d>> Matcher::points_world(
     if (!std::isfinite(facts.range_m(pixels[i].x(), pixels[i].y()))) continue;
     const Vector2d center = capture::pixel_center(pixels[i].x(), pixels[i].y());
     const View of_line = view.of_line(center);
-    rays.push_back({.origin_world = of_line.center_world,
+    rays.push_back({.origin_world = of_line.origin_world(center),
                     .direction_world = of_line.ray_world(center).normalized()});
     asked.push_back(i);
   }

@@ -155,6 +155,19 @@ void visit_directions(const std::vector<Vector3d>& vertices, const Vector3d& cen
                            Vector2d::Constant(1.0), visit);
 }
 
+/// Calls visit(pixel) for image points on a grid over a box, within the image or not.
+template <class Visit>
+void visit_image(const capture::ImageBox& box, const Visit& visit) {
+  constexpr double kGolden = 0.6180339887498949;
+  const Vector2d step((box.right - box.left) / DirectionGrid::kSide,
+                      (box.bottom - box.top) / DirectionGrid::kSide);
+  for (int j = 0; j < DirectionGrid::kSide; ++j) {
+    const double shift = std::fmod(0.5 + j * kGolden, 1.0);
+    for (int i = 0; i < DirectionGrid::kSide; ++i)
+      visit(Vector2d(box.left + (i + shift) * step.x(), box.top + (j + 0.5) * step.y()));
+  }
+}
+
 }  // namespace
 
 Outline outline_of(const ShownObject& object, const world::InstanceFrame& frame,
@@ -185,7 +198,8 @@ PixelRays::PixelRays(const capture::CameraView& view)
 }
 
 Vector3d PixelRays::origin_world(int x, int y) const {
-  return view_.pose_of_line(capture::pixel_center(x, y)).translation;
+  const Vector2d center = capture::pixel_center(x, y);
+  return view_.pose_of_line(center) * view_.model.origin_from_pixel(center);
 }
 
 double truncation_of(const ShownObject& object, const world::InstanceFrame& frame,
@@ -207,12 +221,22 @@ double truncation_of(const ShownObject& object, const world::InstanceFrame& fram
   const double distance_m = std::max((bounds.center() - center_world).norm(), kLeast_m);
   double all = 0.0;
   double outside = 0.0;
-  visit_directions(vertices, center_world, [&](const Vector3d& direction_world, double weight) {
-    const ShapeRay ray(frame, center_world, direction_world);
+  const auto look = [&](const Vector3d& start_world, const Vector3d& direction_world,
+                        double weight) {
+    const ShapeRay ray(frame, start_world, direction_world);
     if (!object.shape->is_met(ray.origin, ray.direction)) return;
     all += weight;
-    if (is_outside(center_world + distance_m * direction_world.normalized())) outside += weight;
-  });
+    if (is_outside(start_world + distance_m * direction_world.normalized())) outside += weight;
+  };
+  if (view.model.is_central())
+    visit_directions(vertices, center_world, [&](const Vector3d& direction_world, double weight) {
+      look(center_world, direction_world, weight);
+    });
+  else if (outline.is_whole)
+    visit_image(box, [&](const Vector2d& pixel) {
+      look(view.world_from_camera * view.model.origin_from_pixel(pixel),
+           view.world_from_camera.rotation * view.model.ray_from_pixel(pixel), 1.0);
+    });
   if (all > 0.0) return outside / all;
   const auto num_outside = std::count_if(vertices.begin(), vertices.end(), is_outside);
   return static_cast<double>(num_outside) / static_cast<double>(vertices.size());

@@ -58,7 +58,8 @@ OwnPixels own_pixels(const ShownObject& object, const world::InstanceFrame& fram
                      const PixelRays& rays, const Outline& outline, const IsShown& is_shown);
 
 /// The share of an object's solid angle, seen alone from the camera, that lies outside the image or where
-/// no ray comes in.
+/// no ray comes in. Where rays start at many places no angle counts, but the area that it would have in an image
+/// that went on; of an object that reaches behind where they start, the share of its vertices.
 /// accuracy   1/128 of its height or width, by 128 x 128 rays and more over it; of an object too thin for
 ///            them the share of its vertices
 double truncation_of(const ShownObject& object, const world::InstanceFrame& frame,

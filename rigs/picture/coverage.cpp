@@ -125,10 +125,10 @@ void draw_coverage(Drawing& drawing, const Panel& panel, const RigView& rig) {
   for (std::size_t i = 0; i < rig.cameras().size(); ++i) {
     const geo::Rigid3d& rig_from_camera = rig.cameras()[i].rig_from_camera;
     Shape outline{.outlines = {{}}, .fill = {}, .stroke = color_of_camera(i), .stroke_width = 1.8};
-    std::vector<Vector3d> rays = border_rays(rig.model(i), 60);
+    std::vector<BorderRay> rays = border_of(rig.model(i), 60);
     if (!rays.empty()) rays.push_back(rays.front());
-    for (const Vector3d& ray : rays) {
-      const Vector2d point = on_map(hammer_of(rig_from_camera.rotation * ray));
+    for (const BorderRay& ray : rays) {
+      const Vector2d point = on_map(hammer_of(rig_from_camera.rotation * ray.direction_camera));
       // Over the back of the map a line goes on at its other end.
       if (!outline.outlines.back().empty() &&
           (point - outline.outlines.back().back()).norm() > 0.25 * panel.width)

@@ -43,20 +43,32 @@ class Sight {
   Vector2d shift_ = Vector2d::Zero();
 };
 
-/// Where the border of a camera's image stands, drawn at a depth, or around it where it sees to the side and behind.
-std::vector<Vector3d> border_rig(const RigView& rig, std::size_t camera, double depth_m) {
+/// Where the rays of the border of a camera's image start, and where they are drawn to: to a depth, or around the
+/// camera where it sees to the side and behind.
+struct Frustum {
+  std::vector<Vector3d> starts_rig;
+  std::vector<Vector3d> border_rig;
+};
+
+Frustum frustum_of(const RigView& rig, std::size_t camera, double depth_m) {
   constexpr int kPointsASide = 12;
   constexpr double kFlattest = 0.35;  // cosine up to which an image is drawn as a plane: 140 deg
-  std::vector<Vector3d> rays = border_rays(rig.model(camera), kPointsASide);
+  const geo::Rigid3d& rig_from_camera = rig.cameras()[camera].rig_from_camera;
+  std::vector<BorderRay> rays = border_of(rig.model(camera), kPointsASide);
   bool is_flat = true;
-  for (Vector3d& ray : rays) {
-    ray.normalize();
-    is_flat = is_flat && ray.z() > kFlattest;
+  for (BorderRay& ray : rays) {
+    ray.direction_camera.normalize();
+    is_flat = is_flat && ray.direction_camera.z() > kFlattest;
   }
-  for (Vector3d& ray : rays)
-    ray = rig.cameras()[camera].rig_from_camera *
-          Vector3d(ray * (is_flat ? depth_m / ray.z() : depth_m));
-  return rays;
+  Frustum frustum;
+  for (const BorderRay& ray : rays) {
+    const Vector3d& direction = ray.direction_camera;
+    frustum.starts_rig.push_back(rig_from_camera * ray.origin_camera);
+    frustum.border_rig.push_back(
+        rig_from_camera *
+        Vector3d(ray.origin_camera + direction * (is_flat ? depth_m / direction.z() : depth_m)));
+  }
+  return frustum;
 }
 
 double nearness_of(const std::vector<Vector3d>& points) {
@@ -86,15 +98,20 @@ void draw_frusta(Drawing& drawing, const Panel& panel, const RigView& rig) {
     for (const auto& b : rig.cameras())
       extent_m = std::max(extent_m,
                           (a.rig_from_camera.translation - b.rig_from_camera.translation).norm());
+  for (std::size_t i = 0; i < rig.cameras().size(); ++i) {
+    const Swath swath = swath_of(rig.model(i));
+    extent_m = std::max(extent_m, std::hypot(swath.width_m, swath.height_m));
+  }
   const double depth_m = extent_m > 0.0 ? 0.55 * extent_m : 0.2;
 
   const double axis_m = 0.7 * depth_m;
-  std::vector<std::vector<Vector3d>> borders;
+  std::vector<Frustum> frusta;
   std::vector<Vector3d> all = {Vector3d::Zero(), Vector3d(axis_m, 0.0, 0.0),
                                Vector3d(0.0, axis_m, 0.0), Vector3d(0.0, 0.0, axis_m)};
   for (std::size_t i = 0; i < rig.cameras().size(); ++i) {
-    borders.push_back(border_rig(rig, i, depth_m));
-    all.insert(all.end(), borders.back().begin(), borders.back().end());
+    frusta.push_back(frustum_of(rig, i, depth_m));
+    for (const auto* points : {&frusta.back().starts_rig, &frusta.back().border_rig})
+      all.insert(all.end(), points->begin(), points->end());
     all.push_back(rig.cameras()[i].rig_from_camera.translation);
   }
   const Panel inner{.left = panel.left + 20.0,
@@ -114,13 +131,14 @@ void draw_frusta(Drawing& drawing, const Panel& panel, const RigView& rig) {
     for (const Vector3d& point : points) shape.outlines[0].push_back(sight(point));
     faces.push_back({nearness_of(points), std::move(shape)});
   };
-  for (std::size_t i = 0; i < borders.size(); ++i) {
-    const std::vector<Vector3d>& border = borders[i];
+  for (std::size_t i = 0; i < frusta.size(); ++i) {
+    const std::vector<Vector3d>& border = frusta[i].border_rig;
     if (border.size() < 4) continue;
-    const Vector3d centre = rig.cameras()[i].rig_from_camera.translation;
+    const std::vector<Vector3d>& starts = frusta[i].starts_rig;
     for (std::size_t side = 0; side < 4; ++side) {
-      std::vector<Vector3d> points = {centre};
       const std::size_t begin = side * border.size() / 4, end = (side + 1) * border.size() / 4;
+      std::vector<Vector3d> points = {starts[end % border.size()]};
+      if (starts[begin] != points[0]) points.push_back(starts[begin]);
       for (std::size_t k = begin; k <= end; ++k) points.push_back(border[k % border.size()]);
       add_face(points, i, 0.10);
     }
@@ -130,8 +148,8 @@ void draw_frusta(Drawing& drawing, const Panel& panel, const RigView& rig) {
             [](const Face& a, const Face& b) { return a.nearness < b.nearness; });
   for (Face& face : faces) drawing.add(std::move(face.shape));
 
-  for (std::size_t i = 0; i < borders.size(); ++i) {
-    const std::vector<Vector3d>& border = borders[i];
+  for (std::size_t i = 0; i < frusta.size(); ++i) {
+    const std::vector<Vector3d>& border = frusta[i].border_rig;
     const Vector3d centre = rig.cameras()[i].rig_from_camera.translation;
     // The image's upper edge is strong.
     Shape edge{.outlines = {{}}, .fill = {}, .stroke = color_of_camera(i), .stroke_width = 3.0};

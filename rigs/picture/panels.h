@@ -18,8 +18,14 @@ inline constexpr Color kRule = {218, 222, 227};
 /// One of a row of colours that are told apart, of equal weight to the eye.
 Color color_of_camera(std::size_t camera, double opacity = 1.0);
 
-/// Rays of the image's border, clockwise from the top left corner, so many a side; those that there are.
-std::vector<Eigen::Vector3d> border_rays(const geo::CameraModel& camera, int num_a_side);
+/// A ray of the camera's frame.
+struct BorderRay {
+  Eigen::Vector3d origin_camera;
+  Eigen::Vector3d direction_camera;
+};
+
+/// Rays of the border of an image, clockwise from its upper left corner, so many a side; those that there are.
+std::vector<BorderRay> border_of(const geo::CameraModel& camera, int num_a_side);
 
 void draw_frusta(Drawing& drawing, const Panel& panel, const RigView& rig);
 void draw_coverage(Drawing& drawing, const Panel& panel, const RigView& rig);

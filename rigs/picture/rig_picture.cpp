@@ -26,16 +26,16 @@ Color color_of_camera(std::size_t camera, double opacity) {
           coded(-0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s), opacity};
 }
 
-std::vector<Eigen::Vector3d> border_rays(const geo::CameraModel& camera, int num_a_side) {
+std::vector<BorderRay> border_of(const geo::CameraModel& camera, int num_a_side) {
   const double w = camera.width_px(), h = camera.height_px();
   const Eigen::Vector2d corners[] = {{0.0, 0.0}, {w, 0.0}, {w, h}, {0.0, h}};
-  std::vector<Eigen::Vector3d> rays;
+  std::vector<BorderRay> rays;
   for (int side = 0; side < 4; ++side)
     for (int k = 0; k < num_a_side; ++k) {
       const Eigen::Vector2d pixel =
           corners[side] + (corners[(side + 1) % 4] - corners[side]) * (double(k) / num_a_side);
       const Eigen::Vector3d ray = camera.ray_from_pixel(pixel);
-      if (ray.allFinite()) rays.push_back(ray);
+      if (ray.allFinite()) rays.push_back({camera.origin_from_pixel(pixel), ray});
     }
   return rays;
 }

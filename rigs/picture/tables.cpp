@@ -26,6 +26,17 @@ std::string rounded(double value, int num_digits) {
   return fmt::format("{:.{}f}", std::round(value * scale) / scale + 0.0, num_digits);
 }
 
+/// Degrees, or metres where the camera sees as much from near and from far.
+std::string view_cell(const geo::CameraModel& camera) {
+  const FieldOfView view = field_of_view(camera);
+  const Swath swath = swath_of(camera);
+  const auto part = [](double angle_deg, double length_m) {
+    return length_m > 0.0 ? fmt::format("{:.4g} m", length_m) : fmt::format("{:.1f}", angle_deg);
+  };
+  return part(view.horizontal_deg, swath.width_m) + "\xc3\x97" +
+         part(view.vertical_deg, swath.height_m);
+}
+
 void draw_number(Drawing& drawing, double x, double base_line, std::size_t camera) {
   drawing.add(Label{
       {x, base_line}, fmt::format("{}", camera), 13.0, Anchor::Middle, color_of_camera(camera)});
@@ -99,7 +110,6 @@ void draw_table(Drawing& drawing, const Panel& panel, const RigView& rig) {
   for (std::size_t i = 0; i < rig.cameras().size(); ++i) {
     const capture::CameraCalibration& camera = rig.cameras()[i];
     const double top = row_top(panel, i), base_line = top + 16.0;
-    const FieldOfView view = field_of_view(rig.model(i));
     const Eigen::Vector3d t = camera.rig_from_camera.translation * 1e3;
     const Eigen::Vector3d axis = camera.rig_from_camera.rotation * Eigen::Vector3d::UnitZ();
     const double elevation = geo::degrees_from_radians(std::asin(std::clamp(axis.z(), -1.0, 1.0)));
@@ -109,8 +119,7 @@ void draw_table(Drawing& drawing, const Panel& panel, const RigView& rig) {
                                : geo::degrees_from_radians(std::atan2(axis.y(), axis.x()));
     const std::string cells[] = {
         fmt::format("{}\xc3\x97{}", camera.intrinsics.width_px, camera.intrinsics.height_px),
-        fmt::format("{:.1f}", camera.intrinsics.parameters[0]),
-        fmt::format("{:.1f}\xc3\x97{:.1f}", view.horizontal_deg, view.vertical_deg),
+        fmt::format("{:.1f}", camera.intrinsics.parameters[0]), view_cell(rig.model(i)),
         fmt::format("{}, {}, {}", rounded(t.x(), 0), rounded(t.y(), 0), rounded(t.z(), 0)),
         fmt::format("{}, {}", rounded(azimuth, 1), rounded(elevation, 1))};
     drawing.add(

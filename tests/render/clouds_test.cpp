@@ -158,7 +158,8 @@ TEST(Clouds, WhatIsSeenThroughThemIsDimmedByTheSameLaw) {
   const Clouds clouds = clouds_of(box({20, 20, 20}, 5.0), {.extinction_per_m = 0.01}, sun);
   const Sky sky = sky_of(sun);
   const auto look = [&](double until_m, double jitter) {
-    return clouds.look({-500.0, 0.0, 0.0}, Eigen::Vector3d::UnitX(), until_m, 1e-3, jitter, sky);
+    return clouds.look({-500.0, 0.0, 0.0}, Eigen::Vector3d::UnitX(), until_m, {.angle_rad = 1e-3},
+                       jitter, sky);
   };
   EXPECT_NEAR(look(1e9, 0.5).transmittance, std::exp(-1.0), 1e-5);
   // Any jitter loses as much, but for the ramps at both sides: half a voxel of 0.05 each.
@@ -181,8 +182,8 @@ TEST(Clouds, ThinOnesScatterOnceByTheirPhaseFunction) {
   const Sky sky = sky_of(sun);
   // Toward the sun and away from it: the difference is that of the phase functions, ambient light
   // being the same.
-  const auto bright = clouds.look(-500.0 * sun, sun, 1e9, 1e-3, 0.5, sky);
-  const auto dark = clouds.look(500.0 * sun, -sun, 1e9, 1e-3, 0.5, sky);
+  const auto bright = clouds.look(-500.0 * sun, sun, 1e9, {.angle_rad = 1e-3}, 0.5, sky);
+  const auto dark = clouds.look(500.0 * sun, -sun, 1e9, {.angle_rad = 1e-3}, 0.5, sky);
   const double depth = clouds.optical_depth(-500.0 * sun, sun, 1e9);
   const auto phases = [](double cosine) {
     double sum = 0.0, weight = 1.0, g = 0.8;

@@ -68,7 +68,19 @@ TEST(LensOptions, WhatAModelDoesNotTakeIsRefused) {
       std::string::npos);
   EXPECT_NE(message("fx_px = 50.0\nmodel = \"opncv\"\n").find("opencv"), std::string::npos);
   EXPECT_NE(message("model = \"opencv\"\n").find("no focal length"), std::string::npos);
-  EXPECT_NE(message("fx_px = 5.0\nmodel = \"orthographic\"\n").find("many places"),
+  const std::string parallel = "fx_px = 5.0\nmodel = \"orthographic\"\n";
+  EXPECT_EQ(message(parallel), "no error");
+  EXPECT_EQ(message(parallel + "line_time_us = 20.0\nexposure_ms = 2.0\n"), "no error");
+  EXPECT_NE(message(parallel + "aperture_mm = 4.0\n").find("no one entrance pupil"),
+            std::string::npos);
+  EXPECT_NE(message("focal_length_mm = 5.0\nimage_plane_width_mm = 8.0\nmodel = "
+                    "\"orthographic\"\n")
+                .find("pixels a metre"),
+            std::string::npos);
+  const std::string scanner = "fx_px = 50.0\nmodel = \"pushbroom\"\n";
+  EXPECT_NE(message(scanner).find("rows a metre of the way"), std::string::npos);
+  EXPECT_EQ(message(scanner + "fy_px = 2.0\n"), "no error");
+  EXPECT_NE(message(scanner + "fy_px = 2.0\nline_time_us = 20.0\n").find("on the way that fy_px"),
             std::string::npos);
   EXPECT_NE(message("model = \"tabulated\"\n").find("from a file"), std::string::npos);
 }

@@ -282,7 +282,7 @@ struct Hits {
             .surfaces = part(surfaces),
             .sun_share = part(sun_share),
             .sky_share = part(sky_share),
-            .sample_angle_rad = 1e-3};
+            .sample_width = {.angle_rad = 1e-3}};
   }
 };
 

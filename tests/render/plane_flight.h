@@ -1,9 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -55,9 +53,9 @@ struct Pose {
     return Eigen::Matrix3d::Identity() + std::sin(angle) * cross +
            (1 - std::cos(angle)) * cross * cross;
   }
-  Pose(const render::SequencePlan& plan, int frame, double t) {
-    const geo::BodyState& state = plan.states[static_cast<std::size_t>(frame)];
-    const geo::Rigid3d mount = plan.cameras[0].body_from_camera();
+  Pose(const render::SequencePlan& plan, int frame, double t)
+      : Pose(plan.states[static_cast<std::size_t>(frame)], plan.cameras[0].body_from_camera(), t) {}
+  Pose(const geo::BodyState& state, const geo::Rigid3d& mount, double t) {
     Eigen::Matrix3d world_from_body = state.world_from_body.rotation.toRotationMatrix();
     if (t != 0.0) world_from_body = world_from_body * turned(t * state.angular_velocity_body_radps);
     world_from_camera = world_from_body * mount.rotation.toRotationMatrix();
@@ -85,32 +83,6 @@ inline double time_of(const geo::Shutter& shutter, const geo::CameraModel& model
       return -shutter.line_time_s * (pixel.x() - model.width_px() / 2.0);
   }
   return 0.0;
-}
-
-struct RollingCase {
-  geo::CameraIntrinsics intrinsics;
-  geo::Shutter shutter;
-};
-
-/// Models of every kind, with lines that follow each other every way.
-inline std::vector<RollingCase> rolling_cases() {
-  constexpr double kLine_s = 4e-4;
-  return {
-      RollingCase{{"pinhole", 40, 32, {30, 30, 20, 16}}, {.line_time_s = kLine_s}},
-      RollingCase{{"simple_radial", 40, 32, {30, 30, 20, 16, -0.05}},
-                  {.line_time_s = kLine_s, .readout = geo::Readout::Up}},
-      RollingCase{{"opencv", 60, 48, {40, 41, 31, 23, -0.2, 0.05, 1e-3, -1e-3}},
-                  {.line_time_s = kLine_s, .readout = geo::Readout::Right}},
-      RollingCase{{"opencv_fisheye", 60, 48, {12, 12, 30, 24, -0.03, 0, 0, 0}},
-                  {.line_time_s = kLine_s, .readout = geo::Readout::Left}},
-      RollingCase{{"double_sphere", 60, 48, {14, 14, 30, 24, 0.3, 0.65}}, {.line_time_s = kLine_s}},
-      RollingCase{{"unified", 60, 48, {40, 40, 30, 24, 1.2, -0.1, 0, 0, 0}},
-                  {.line_time_s = kLine_s}},
-      RollingCase{
-          {"equirectangular", 64, 32, {32 / std::numbers::pi, 32 / std::numbers::pi, 32, 16}},
-          {.line_time_s = kLine_s}},
-      RollingCase{{"cylindrical", 64, 48, {32 / std::numbers::pi, 10, 32, 24}},
-                  {.line_time_s = kLine_s}}};
 }
 
 }  // namespace terracast::test

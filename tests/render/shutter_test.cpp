@@ -26,9 +26,7 @@ using Eigen::Vector3d;
 using test::Scene;
 
 using test::Flight;
-using test::kPlane_z;
 using test::Pose;
-using test::RollingCase;
 using test::set_moving;
 using test::time_of;
 
@@ -51,70 +49,6 @@ std::optional<Vector2d> seen_at(const SequencePlan& plan, int frame, const geo::
   }
   return Pose(plan, frame, low).project(model, point);
 }
-
-class EachRollingLens : public testing::TestWithParam<RollingCase> {};
-
-TEST_P(EachRollingLens, SeesAndFollowsAPlaneFromWhereEachLineIsExposed) {
-  const Flight flight(GetParam().intrinsics, GetParam().shutter);
-  const Scene scene(flight.store, flight.plan);
-  const auto model = geo::make_camera(GetParam().intrinsics);
-  const geo::Shutter& shutter = GetParam().shutter;
-  const std::array<capture::CameraView, 2> views = {
-      capture::view_of(*model, flight.plan.cameras[0], flight.plan.states[0]),
-      capture::view_of(*model, flight.plan.cameras[0], flight.plan.states[1])};
-  int num_ground = 0, num_followed = 0, num_moved = 0, num_seen = 0;
-  for (const int frame : {0, 1}) {
-    const int other = 1 - frame;
-    const TruthFrame truth = scene.renderer.truth(frame, 0);
-    for (int y = 0; y < model->height_px(); ++y)
-      for (int x = 0; x < model->width_px(); ++x) {
-        const Vector2d pixel(x + 0.5, y + 0.5);
-        const auto index = static_cast<std::size_t>(y * model->width_px() + x);
-        const Pose pose(flight.plan, frame, time_of(shutter, *model, pixel));
-        const Vector3d ray = pose.world_from_camera * model->ray_from_pixel(pixel).normalized();
-        const double range_m = (kPlane_z - pose.center_world.z()) / ray.z();
-        const Vector3d point = pose.center_world + range_m * ray;
-        // Within the plane, whose triangles float32 bends by less than its crossings' 1e-9.
-        if (!(range_m > 0.0) || point.head<2>().cwiseAbs().maxCoeff() > 1900.0) continue;
-        ++num_ground;
-        ASSERT_NEAR(truth.range_m[index], range_m, 1e-8 * range_m) << x << " " << y;
-        const bool is_shown =
-            (truth.facts.flags(x, y) &
-             (frame == 0 ? capture::kVisibleNext : capture::kVisiblePrevious)) != 0;
-        const auto expected = seen_at(flight.plan, other, *model, point);
-        if (!expected) continue;
-        const auto flow = capture::flow(views[static_cast<std::size_t>(frame)],
-                                        views[static_cast<std::size_t>(other)], pixel, range_m);
-        ASSERT_TRUE(flow);
-        EXPECT_LT((pixel + *flow - *expected).norm(), 1e-6);
-        ++num_followed;
-        // A plane hides nothing; an image point within a thousandth of the border may fall to either side.
-        const bool is_near_border = std::min({std::abs(expected->x()), std::abs(expected->y()),
-                                              std::abs(expected->x() - model->width_px()),
-                                              std::abs(expected->y() - model->height_px())}) < 1e-3;
-        if (!is_near_border) {
-          EXPECT_EQ(is_shown, model->contains(*expected)) << x << " " << y;
-        }
-        num_seen += is_shown ? 1 : 0;
-        const auto at_once = Pose(flight.plan, other, 0.0).project(*model, point);
-        num_moved += at_once && (*at_once - *expected).norm() > 0.05 ? 1 : 0;
-        // Back again, from where it is seen then.
-        const Pose there(flight.plan, other, time_of(shutter, *model, *expected));
-        const auto back = capture::flow(views[static_cast<std::size_t>(other)],
-                                        views[static_cast<std::size_t>(frame)], *expected,
-                                        (point - there.center_world).norm());
-        ASSERT_TRUE(back);
-        EXPECT_LT((*flow + *back).norm(), 1e-6);
-      }
-  }
-  EXPECT_GT(num_ground, 300);
-  EXPECT_GT(num_followed, 300);
-  EXPECT_GT(num_seen, 100);
-  EXPECT_GT(num_moved, 100);  // a global shutter's flow is another
-}
-
-INSTANTIATE_TEST_SUITE_P(Models, EachRollingLens, testing::ValuesIn(test::rolling_cases()),
-                         [](const auto& example) { return example.param.intrinsics.model; });
 
 TEST(Shutter, APointThatRunsAlongWithTheLinesIsNotSeen) {
   const geo::Shutter shutter{.line_time_s = 1e-3};

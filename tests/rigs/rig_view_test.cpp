@@ -94,6 +94,38 @@ TEST(RigText, PrintsKTAndTheFieldOfView) {
   EXPECT_THAT(text, testing::HasSubstr("   -0.500000000"));
 }
 
+TEST(RigView, TellsSwathsWhereRaysStartAtManyPlaces) {
+  const RigView rig(rig_from(
+      "name = \"mapper\"\nmount_pitch_deg = 90.0\n"
+      "[[cameras]]\nname = \"ortho\"\nmodel = \"orthographic\"\nwidth_px = 400\nheight_px = 300\n"
+      "fx_px = 2.0\n"
+      "[[cameras]]\nname = \"scanner\"\nmodel = \"pushbroom\"\nwidth_px = 400\n"
+      "height_px = 300\nfx_px = 200.0\nfy_px = 1.5\n"));
+  const Swath ortho = swath_of(rig.model(0)), scanner = swath_of(rig.model(1));
+  EXPECT_NEAR(ortho.width_m, 200.0, 1e-9);
+  EXPECT_NEAR(ortho.height_m, 150.0, 1e-9);
+  EXPECT_EQ(scanner.width_m, 0.0);
+  EXPECT_NEAR(scanner.height_m, 200.0, 1e-9);
+  const std::string text = rig_text(rig);
+  EXPECT_THAT(text, testing::HasSubstr("200.000 x 150.000 m, horizontally and vertically, at any"));
+  EXPECT_THAT(text, testing::HasSubstr("90.000 deg across the way, 200.000 m of it"));
+  // What is far beyond them they see no share of.
+  EXPECT_EQ(rig.share_seen_by(0), 1.0);
+  EXPECT_EQ(rig.overlap(0, 1), 0.0);
+  // A box, and a sheet that opens: as wide where its rays start, and twice as wide as it is deep at a depth.
+  const std::vector<BorderRay> border = border_of(rig.model(0), 4);
+  ASSERT_EQ(border.size(), 16U);
+  EXPECT_LT((border[0].origin_camera - Eigen::Vector3d(-100.0, -75.0, 0.0)).norm(), 1e-9);
+  EXPECT_LT((border[4].origin_camera - Eigen::Vector3d(100.0, -75.0, 0.0)).norm(), 1e-9);
+  for (const BorderRay& ray : border) EXPECT_EQ(ray.direction_camera, Eigen::Vector3d::UnitZ());
+  const std::vector<BorderRay> sheet = border_of(rig.model(1), 4);
+  EXPECT_LT((sheet[0].origin_camera - Eigen::Vector3d(0.0, -100.0, 0.0)).norm(), 1e-9);
+  EXPECT_LT((sheet[0].direction_camera - Eigen::Vector3d(-1.0, 0.0, 1.0)).norm(), 1e-12);
+  const std::string svg = draw_rig(rig).svg();
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+  EXPECT_THAT(svg, testing::HasSubstr("200 m"));
+}
+
 TEST(RigPicture, HoldsEveryCameraInBothForms) {
   for (const std::filesystem::path& file : shipped_rigs()) {
     const RigView rig(read_rig(file));

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/random.h"
 #include "tests/support/test_data.h"
 #include "tests/support/tiny_world.h"
 #include "tests/world/mountains.h"
@@ -109,6 +110,91 @@ TEST(WantsRefinement, ComparesACellWithPixelsAtTheNearestPointOfTheBox) {
   EXPECT_FALSE(wants_refinement(tile, {}, options));
   tile.id.level = 0;
   EXPECT_FALSE(wants({5.0, 5.0, 50.0}));
+}
+
+/// Of a plane of 40 m x 30 m, 100 m up, that looks down or aslant; with a fan of rays where it opens.
+RaySheaf sheaf_of(double tilt_rad, double half_fan) {
+  const Eigen::AngleAxisd turn(tilt_rad, Eigen::Vector3d::UnitX());
+  std::array<Eigen::Vector3d, 4> starts, directions;
+  constexpr double kCorners[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double x = kCorners[k][0], y = kCorners[k][1];
+    starts[k] = Eigen::Vector3d(0.0, 0.0, 100.0) +
+                turn * Eigen::Vector3d(half_fan > 0.0 ? 0.0 : 20.0 * x, -15.0 * y, 0.0);
+    directions[k] = turn * Eigen::Vector3d(half_fan * x, 0.0, -1.0);
+  }
+  return {starts, directions, 2.0};
+}
+
+TEST(RaySheaf, MeetsWhatItsRaysMeet) {
+  // Straight down it is a column: in closed form.
+  const RaySheaf down = sheaf_of(0.0, 0.0);
+  const auto box = [](double x, double y, double z, double side) {
+    return geo::Box3d(Eigen::Vector3d(x, y, z), Eigen::Vector3d(x + side, y + side, z + side));
+  };
+  EXPECT_TRUE(down.meets(box(19.0, 14.0, -500.0, 10.0)));
+  EXPECT_FALSE(down.meets(box(21.0, 0.0, -500.0, 10.0)));
+  EXPECT_FALSE(down.meets(box(0.0, 16.0, -500.0, 10.0)));
+  EXPECT_FALSE(down.meets(box(0.0, 0.0, 101.0, 10.0))) << "behind where rays start";
+  EXPECT_TRUE(down.meets(box(-1000.0, -1000.0, -1000.0, 2000.0)));
+  // A box that a ray meets is met; one that is not has no ray that passes it within its size.
+  int num_met = 0, num_missed = 0;
+  for (const auto& [tilt, fan] : {std::pair{0.0, 0.0}, {0.9, 0.0}, {0.4, 0.6}, {1.2, 1.5}}) {
+    const RaySheaf sheaf = sheaf_of(tilt, fan);
+    const Eigen::AngleAxisd turn(tilt, Eigen::Vector3d::UnitX());
+    for (std::uint64_t i = 0; i < 3000; ++i) {
+      const auto draw = [&](double low, double high, std::uint64_t k) {
+        return core::random_between(low, high, 3, k, i);
+      };
+      const geo::Box3d there =
+          box(draw(-400, 400, 1), draw(-400, 400, 2), draw(-300, 150, 3), draw(1, 120, 4));
+      // In the sheaf's own axes a place is met where it lies between its sides.
+      const auto is_within = [&](const Eigen::Vector3d& place, double grown_m) {
+        const Eigen::Vector3d own = turn.inverse() * (place - Eigen::Vector3d(0.0, 0.0, 100.0));
+        const double half_x = fan > 0.0 ? -fan * own.z() : 20.0;
+        return own.z() < grown_m && std::abs(own.y()) < 15.0 + grown_m &&
+               std::abs(own.x()) < half_x + grown_m * (1.0 + fan);
+      };
+      bool is_met = false, is_nearly_met = false;
+      constexpr int kParts = 12;
+      const double cell_m = there.sizes().x() / kParts;
+      for (int k = 0; k <= kParts; ++k)
+        for (int m = 0; m <= kParts; ++m)
+          for (int n = 0; n <= kParts; ++n) {
+            const Eigen::Vector3d place = there.min() + cell_m * Eigen::Vector3d(k, m, n);
+            is_met = is_met || is_within(place, -1e-9);
+            is_nearly_met = is_nearly_met || is_within(place, 1.8 * cell_m);
+          }
+      if (is_met) {
+        EXPECT_TRUE(sheaf.meets(there)) << i;
+      }
+      if (!is_nearly_met) {
+        EXPECT_FALSE(sheaf.meets(there)) << i;
+      }
+      num_met += is_met ? 1 : 0;
+      num_missed += is_nearly_met ? 0 : 1;
+    }
+  }
+  EXPECT_GT(num_met, 500);
+  EXPECT_GT(num_missed, 2000);
+}
+
+TEST(WantsRefinement, CountsPixelsAMetreAtAnyDistanceWhereRaysGo) {
+  const Viewpoint viewpoint{
+      .position_world = {0.0, 0.0, 100.0},
+      .sheaf = std::make_shared<const RaySheaf>(sheaf_of(0.0, 0.0))};  // 2 px a metre
+  const DetailOptions options{.cell_px = 4.0, .finest_spacing_m = 0.5};
+  const auto wants = [&](int level, std::int32_t x, double z) {
+    const TileInfo tile{.id = {level, x, 0}, .lowest_z_world = z, .highest_z_world = z + 1.0};
+    return wants_refinement(tile, std::span(&viewpoint, 1), options);
+  };
+  // Cells of 4 m are 8 px, of 2 m 4: from near and from far.
+  for (const double z : {50.0, -5000.0}) {
+    EXPECT_TRUE(wants(2, 0, z));
+    EXPECT_FALSE(wants(1, 0, z));
+    EXPECT_FALSE(wants(2, 1, z)) << "no ray goes there";
+  }
+  EXPECT_FALSE(wants(2, 0, 200.0)) << "behind where rays start";
 }
 
 TEST(DetailOptions, SpacingIsAPowerOfTwo) {
