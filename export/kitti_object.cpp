@@ -327,12 +327,13 @@ class KittiObjectExporter final : public Exporter {
 }  // namespace
 
 ExporterInfo kitti_object_exporter() {
-  return {
-      .name = kFormat,
-      .summary = "KITTI object: images, calibration, boxes of vehicles in the image and in space.",
-      .make = []() -> std::unique_ptr<Exporter> {
-        return std::make_unique<KittiObjectExporter>();
-      }};
+  return {.name = kFormat,
+          .summary =
+              "KITTI object: images, calibration, boxes of vehicles and people in the image and in "
+              "space.",
+          .make = []() -> std::unique_ptr<Exporter> {
+            return std::make_unique<KittiObjectExporter>();
+          }};
 }
 
 }  // namespace terracast::exporters

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <sstream>
 
 #include "capture/object_labels.h"
@@ -15,6 +16,9 @@
 #include "core/image_io.h"
 #include "core/instance_id.h"
 #include "core/json.h"
+#include "core/log.h"
+#include "core/toml_reader.h"
+#include "export/exporter.h"
 #include "geo/frames.h"
 #include "tests/labels/boxes_world.h"
 #include "tests/support/expect_error.h"
@@ -223,7 +227,8 @@ struct MovingLabels : testing::Test {
   static inline std::optional<capture::SequenceReader> sequence;
   static inline std::vector<render::MovingThing> things;
 
-  static void SetUpTestSuite() {
+  void SetUp() override {
+    if (folder) return;
     folder = std::make_unique<ScratchFolder>();
     store = make_boxes_world(*folder / "world", kStill);
     things = moving_things();
@@ -398,7 +403,7 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
         *folder / fmt::format("boxes/labels/pairs/mcs4/cam{}/mcs4/cam{}/000000_{:06}.exr",
                               one.camera, one.other_camera, one.other_frame);
     const core::ExrImage pair = core::decode_exr(core::read_file(file), file.string()).at(0);
-    std::array<std::int64_t, 2> moving_seen = {}, moving_hidden = {};
+    std::int64_t num_moving_seen = 0, num_moving_hidden = 0;
     std::int64_t num_gone = 0, num_hidden_by_moving = 0, num_in = 0, num_seen = 0, num_unsure = 0;
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
@@ -457,14 +462,14 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
         }
         const Truth::Hit met = first(0.0);
         ASSERT_EQ(sight == 2, is_point(met)) << x << " " << y;
-        if (is_moving) ++(sight == 2 ? moving_seen : moving_hidden)[0];
+        if (is_moving) ++(sight == 2 ? num_moving_seen : num_moving_hidden);
         if (!is_moving && sight == 1 && met.body >= 0) ++num_hidden_by_moving;
       }
-    EXPECT_GT(moving_seen[0], 100);
-    EXPECT_GT(num_hidden_by_moving, 5);
+    EXPECT_GT(num_moving_seen, 100);
     EXPECT_LT(num_unsure, 300);
     if (one.other_frame == 1) {
-      EXPECT_GT(moving_hidden[0], 5);
+      EXPECT_GT(num_hidden_by_moving, 5);
+      EXPECT_GT(num_moving_hidden, 5);
       EXPECT_GT(num_gone, 20);
     }
     const auto& counted = table.at(
@@ -499,6 +504,60 @@ TEST_F(MovingLabels, CloudsAreOfWhatStands) {
     ++num_points;
   }
   EXPECT_GT(num_points, 1000U);
+}
+
+// The box of what leans is the upright one, of its heading, around its own: here around its corners.
+TEST_F(MovingLabels, KittiRowsOfWhatLeansHoldIt) {
+  make_labels(*sequence, *store, "objects", 0, things);
+  exporters::ExportOptions options;
+  core::TomlDocument::parse("format = \"kitti_object\"\nrig = \"mcs4\"\ncamera = \"cam0\"\n",
+                            "test.toml")
+      .read(options);
+  const core::Log log("export", core::LogLevel::Off);
+  exporters::run_export_stage({capture::SequenceReader::open(*folder / "boxes")}, {options},
+                              *folder / "out", {.log = log});
+  std::istringstream rows(
+      core::read_text_file(*folder / "out/kitti_object/training/label_2/000000.txt"));
+  const Truth truth{*sequence};
+  const Pose camera = truth.camera_pose(0, 0.0);  // level: it looks along +x
+  const std::map<std::string, std::size_t> bodies = {{"Car", 2}, {"Truck", 3}, {"Misc", 4}};
+  int num_rows = 0;
+  for (std::string row; std::getline(rows, row);) {
+    std::istringstream words(row);
+    std::string type;
+    words >> type;
+    std::array<double, 14> field{};  // from the truncation on
+    for (double& value : field) words >> value;
+    if (!bodies.contains(type)) continue;
+    ++num_rows;
+    SCOPED_TRACE(row);
+    const Body& body = kBodies[bodies.at(type)];
+    const Pose pose(*truth.body(0, bodies.at(type)), 0.0);
+    const Vector3d heading = camera.rotation.transpose() * pose.rotation.col(0);
+    const double turn = std::atan2(-heading.z(), heading.x());
+    const Vector3d along(std::cos(turn), 0.0, -std::sin(turn)),
+        left(std::sin(turn), 0.0, std::cos(turn));
+    Eigen::AlignedBox3d around;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vector3d place =
+          camera.own(pose.world({(corner & 1) != 0 ? body.high.x() : body.low.x(),
+                                 (corner & 2) != 0 ? body.high.y() : body.low.y(),
+                                 (corner & 4) != 0 ? body.high.z() : body.low.z()}));
+      around.extend(Vector3d(along.dot(place), left.dot(place), -place.y()));
+    }
+    const Vector3d foot = around.center().x() * along + around.center().y() * left -
+                          around.min().z() * Vector3d::UnitY();
+    // Up leans by 2e-5 over these 80 m; four decimals.
+    constexpr double kTolerance = 6e-3;
+    EXPECT_NEAR(field[7], around.sizes().z(), kTolerance);
+    EXPECT_NEAR(field[8], around.sizes().y(), kTolerance);
+    EXPECT_NEAR(field[9], around.sizes().x(), kTolerance);
+    EXPECT_NEAR(field[10], foot.x(), kTolerance);
+    EXPECT_NEAR(field[11], foot.y(), kTolerance);
+    EXPECT_NEAR(field[12], foot.z(), kTolerance);
+    EXPECT_NEAR(std::remainder(field[13] - turn, 2.0 * std::numbers::pi), 0.0, 1e-4);
+  }
+  EXPECT_EQ(num_rows, 3);
 }
 
 TEST_F(MovingLabels, OtherThingsThanTheCapturesAreRefused) {

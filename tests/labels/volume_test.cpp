@@ -127,7 +127,8 @@ struct Volumes : testing::Test {
   static inline std::optional<capture::SequenceReader> sequence;
   static inline render::SequencePlan plan;
 
-  static void SetUpTestSuite() {
+  void SetUp() override {
+    if (folder) return;
     folder = std::make_unique<ScratchFolder>();
     store = make_boxes_world(*folder / "world", kBoxes);
     plan = small_plan();
@@ -213,8 +214,8 @@ TEST_F(Volumes, AreThoseOfBruteForceOverRaysAndVoxels) {
     }
   EXPECT_GT(num_of[0], 500);
   EXPECT_GT(num_of[1], 1000);
-  EXPECT_GT(num_of[2], 200);
-  EXPECT_GT(num_near, 1000);
+  EXPECT_GT(num_of[2], 100);
+  EXPECT_GT(num_near, 500);
   EXPECT_LT(num_unsure, 20);
 }
 
