@@ -59,8 +59,8 @@ class VoxelStore {
  public:
   /// What a block takes here and in the file's grids (world/vdb/sparse_grid.h), and what its distances take besides
   /// in two grids: bounds.
-  static constexpr std::int64_t kBytesOfBlock = 5000;
-  static constexpr std::int64_t kBytesOfDistances = 16000;
+  static constexpr std::int64_t kBytesOfBlock = 7000;
+  static constexpr std::int64_t kBytesOfDistances = 20000;
 
   /// most_bytes   that blocks may take
   explicit VoxelStore(double most_bytes) : most_bytes_(most_bytes) {}
