@@ -57,18 +57,7 @@ class FlowEnds {
     const Vector3d point_body =
         world_from_body.rotation.conjugate() *
         (capture::point_world(from_, pixel, range_m) - world_from_body.translation);
-    const auto seen_when = [&](const geo::Rigid3d& world_from_to, double offset_s) {
-      return to_.model.pixel_from_ray(
-          world_from_to.rotation.conjugate() *
-          (motion.to->pose_after(offset_s) * point_body - world_from_to.translation));
-    };
-    if (!to_.motion) return seen_when(to_.world_from_camera, 0.0);
-    const auto seen = geo::find_seen(
-        to_.motion->shutter, to_.model.width_px(), to_.model.height_px(), [&](double offset_s) {
-          return seen_when(to_.motion->world_from_camera(offset_s), offset_s);
-        });
-    if (!seen) return std::nullopt;
-    return seen->pixel;
+    return project(to_, *motion.to, point_body);
   }
 
   std::optional<Vector2d> end_of(const Vector2d& pixel, double range_m) const {
@@ -161,6 +150,22 @@ std::optional<Vector2d> project(const CameraView& view, const Vector3d& point_wo
   const auto seen = geo::find_seen(
       view.motion->shutter, view.model.width_px(), view.model.height_px(),
       [&](double offset_s) { return seen_from(view.motion->world_from_camera(offset_s)); });
+  if (!seen) return std::nullopt;
+  return seen->pixel;
+}
+
+std::optional<Vector2d> project(const CameraView& view, const geo::BodyState& body,
+                                const Vector3d& point_body) {
+  const auto seen_when = [&](const geo::Rigid3d& world_from_camera, double offset_s) {
+    return view.model.pixel_from_ray(
+        world_from_camera.rotation.conjugate() *
+        (body.pose_after(offset_s) * point_body - world_from_camera.translation));
+  };
+  if (!view.motion) return seen_when(view.world_from_camera, 0.0);
+  const auto seen = geo::find_seen(
+      view.motion->shutter, view.model.width_px(), view.model.height_px(), [&](double offset_s) {
+        return seen_when(view.motion->world_from_camera(offset_s), offset_s);
+      });
   if (!seen) return std::nullopt;
   return seen->pixel;
 }

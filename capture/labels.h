@@ -56,6 +56,12 @@ geo::Rigid3d to_from(const CameraView& to, const CameraView& from);
 /// where it stands when its line is exposed (geo::find_seen).
 std::optional<Eigen::Vector2d> project(const CameraView& view, const Eigen::Vector3d& point_world);
 
+/// The same of a point of something that moves.
+/// body         at the view's frame; it goes on as BodyState::pose_after has it
+/// point_body   in its frame
+std::optional<Eigen::Vector2d> project(const CameraView& view, const geo::BodyState& body,
+                                       const Eigen::Vector3d& point_body);
+
 /// Motion of the image point from view `from` to view `to`, px: of the hit point, or for sky (range
 /// +inf) of the direction at infinity. Nothing when it comes to lie behind the camera, and nothing for sky
 /// where the rays of `to` start at many places: what is infinitely far has no one image there.

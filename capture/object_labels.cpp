@@ -10,6 +10,7 @@
 #include "capture/sequence_files.h"
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/instance_id.h"
 
 namespace terracast::capture {
 namespace {
@@ -63,6 +64,49 @@ std::uint32_t instance_of(const Source& source, const Json& json) {
   return static_cast<std::uint32_t>(source.count(json, 0xffffffffLL, "instance_id"));
 }
 
+Json json_from_object(const LabelledObject& object) {
+  Json json = Json::object();
+  json.set("instance_id", static_cast<std::int64_t>(object.instance_id))
+      .set("class", semantic_class_names()[static_cast<std::size_t>(object.semantic_class)]);
+  if (object.is_moving())
+    json.set("moving", object.moving).set("thing", object.prototype);
+  else
+    json.set("layer", object.layer)
+        .set("feature", fmt::format("{}", object.feature))
+        .set("prototype", object.prototype)
+        .set("world_from_box", json_from_rigid(object.box.world_from_box));
+  json.set("half_size_m", json_from_vector(object.box.half_size_m));
+  return json;
+}
+
+LabelledObject object_from_json(const Json& json, const Source& source) {
+  const auto names = semantic_class_names();
+  const auto name = std::find(names.begin(), names.end(), json.at("class").string());
+  if (name == names.end())
+    fail(ErrorKind::Input, "{}: class \"{}\" is none that is known", source.file,
+         json.at("class").string());
+  LabelledObject object;
+  object.instance_id = instance_of(source, json.at("instance_id"));
+  object.semantic_class = static_cast<SemanticClass>(name - names.begin());
+  object.box.half_size_m = source.vector(json.at("half_size_m"), "half_size_m");
+  if (!(object.box.half_size_m.minCoeff() >= 0.0))
+    fail(ErrorKind::Input, "{}: object {} has a negative half_size_m", source.file,
+         object.instance_id);
+  if (json.has("moving")) {
+    object.moving = json.at("moving").string();
+    object.prototype = json.at("thing").string();
+  } else {
+    object.layer = json.at("layer").string();
+    object.feature = feature_of(json.at("feature"), source.file);
+    object.prototype = json.at("prototype").string();
+    object.box.world_from_box = source.rigid(json.at("world_from_box"), "world_from_box");
+  }
+  if (object.is_moving() != core::is_moving_id(object.instance_id))
+    fail(ErrorKind::Input, "{}: object {} {} a name among what moves", source.file,
+         object.instance_id, object.is_moving() ? "stands, and has" : "moves, and has not");
+  return object;
+}
+
 /// Lists in which each has a larger id than the one before.
 template <class Item>
 void check_order(const std::vector<Item>& items, const std::string& file) {
@@ -85,16 +129,7 @@ std::string object_views_path(const CameraCalibration& camera, int frame_index) 
 
 Json json_from_objects(const std::vector<LabelledObject>& objects, const std::string& source) {
   Json list = Json::array();
-  for (const LabelledObject& object : objects)
-    list.push(
-        Json::object()
-            .set("instance_id", static_cast<std::int64_t>(object.instance_id))
-            .set("class", semantic_class_names()[static_cast<std::size_t>(object.semantic_class)])
-            .set("layer", object.layer)
-            .set("feature", fmt::format("{}", object.feature))
-            .set("prototype", object.prototype)
-            .set("world_from_box", json_from_rigid(object.box.world_from_box))
-            .set("half_size_m", json_from_vector(object.box.half_size_m)));
+  for (const LabelledObject& object : objects) list.push(json_from_object(object));
   Json json = labels_header(source);
   json.set("objects", std::move(list));
   core::add_content_hash(json);
@@ -107,26 +142,9 @@ std::vector<LabelledObject> objects_from_json(const Json& json, const std::strin
   check_header(json, source_hash, file);
   const Json& list = json.at("objects");
   if (!list.is_array()) fail(ErrorKind::Input, "{}: objects must be a list", file);
-  std::vector<LabelledObject> objects(list.size());
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    const Json& one = list.at(i);
-    const auto names = semantic_class_names();
-    const auto name = std::find(names.begin(), names.end(), one.at("class").string());
-    if (name == names.end())
-      fail(ErrorKind::Input, "{}: class \"{}\" is none that is known", file,
-           one.at("class").string());
-    objects[i] = {
-        .instance_id = instance_of(source, one.at("instance_id")),
-        .semantic_class = static_cast<SemanticClass>(name - names.begin()),
-        .layer = one.at("layer").string(),
-        .feature = feature_of(one.at("feature"), file),
-        .prototype = one.at("prototype").string(),
-        .box = {.world_from_box = source.rigid(one.at("world_from_box"), "world_from_box"),
-                .half_size_m = source.vector(one.at("half_size_m"), "half_size_m")}};
-    if (!(objects[i].box.half_size_m.minCoeff() >= 0.0))
-      fail(ErrorKind::Input, "{}: object {} has a negative half_size_m", file,
-           objects[i].instance_id);
-  }
+  std::vector<LabelledObject> objects;
+  for (std::size_t i = 0; i < list.size(); ++i)
+    objects.push_back(object_from_json(list.at(i), source));
   check_order(objects, file);
   source.whole(json);
   return objects;
@@ -134,17 +152,24 @@ std::vector<LabelledObject> objects_from_json(const Json& json, const std::strin
 
 Json json_from_object_views(const std::vector<ObjectView>& views, const std::string& source) {
   Json list = Json::array();
-  for (const ObjectView& view : views)
-    list.push(Json::object()
-                  .set("instance_id", static_cast<std::int64_t>(view.instance_id))
-                  .set("visible_pixels", view.num_visible)
-                  .set("own_pixels", view.num_own)
-                  .set("visible_box_px", json_from_box(view.visible_px))
-                  .set("whole_box_px", json_from_box(view.whole_px))
-                  .set("occlusion", view.occlusion())
-                  .set("truncation", view.truncation)
-                  .set("nearest_m", view.nearest_m)
-                  .set("camera_from_box", json_from_rigid(view.camera_from_box)));
+  for (const ObjectView& view : views) {
+    Json one = Json::object();
+    one.set("instance_id", static_cast<std::int64_t>(view.instance_id))
+        .set("visible_pixels", view.num_visible)
+        .set("own_pixels", view.num_own)
+        .set("visible_box_px", json_from_box(view.visible_px))
+        .set("whole_box_px", json_from_box(view.whole_px))
+        .set("occlusion", view.occlusion())
+        .set("truncation", view.truncation)
+        .set("nearest_m", view.nearest_m)
+        .set("camera_from_box", json_from_rigid(view.camera_from_box));
+    if (view.motion)
+      one.set("world_from_box", json_from_rigid(view.motion->world_from_box))
+          .set("velocity_world_mps", json_from_vector(view.motion->velocity_world_mps))
+          .set("angular_velocity_box_radps",
+               json_from_vector(view.motion->angular_velocity_box_radps));
+    list.push(std::move(one));
+  }
   Json json = labels_header(source);
   json.set("objects", std::move(list));
   core::add_content_hash(json);
@@ -169,6 +194,12 @@ std::vector<ObjectView> object_views_from_json(const Json& json, const std::stri
             .truncation = source.finite(one.at("truncation"), "truncation"),
             .nearest_m = source.finite(one.at("nearest_m"), "nearest_m"),
             .camera_from_box = source.rigid(one.at("camera_from_box"), "camera_from_box")};
+    if (core::is_moving_id(view.instance_id))
+      view.motion = BoxMotion{
+          .world_from_box = source.rigid(one.at("world_from_box"), "world_from_box"),
+          .velocity_world_mps = source.vector(one.at("velocity_world_mps"), "velocity_world_mps"),
+          .angular_velocity_box_radps =
+              source.vector(one.at("angular_velocity_box_radps"), "angular_velocity_box_radps")};
     if (view.num_visible < 1 || view.num_own < view.num_visible)
       fail(ErrorKind::Input, "{}: object {} shows {} of {} pixels", file, view.instance_id,
            view.num_visible, view.num_own);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,15 +29,27 @@ struct OrientedBox {
   bool operator==(const OrientedBox&) const = default;
 };
 
+/// Where the box of something that moves is at a frame's time, and how it goes on.
+struct BoxMotion {
+  geo::Rigid3d world_from_box;
+  Eigen::Vector3d velocity_world_mps = Eigen::Vector3d::Zero();  ///< of the box's centre
+  Eigen::Vector3d angular_velocity_box_radps = Eigen::Vector3d::Zero();
+  bool operator==(const BoxMotion&) const = default;
+};
+
 /// An object of which a sequence shows a pixel or more.
 struct LabelledObject {
   std::uint32_t instance_id = 0;
-  SemanticClass semantic_class = SemanticClass::Object;  ///< of most of its surface
-  std::string layer;                                     ///< of the world, by name
-  std::uint64_t feature = 0;                             ///< its number in the layer's source
-  std::string prototype;                                 ///< its name; "": a shape of its own
-  OrientedBox box;
+  SemanticClass semantic_class =
+      SemanticClass::Object;  ///< of most of its surface; of what moves that of the thing
+  std::string layer;          ///< of the world, by name; what moves has none
+  std::uint64_t feature = 0;  ///< its number in the layer's source
+  std::string prototype;    ///< its name; "": a shape of its own. Of what moves the built-in thing
+  OrientedBox box;          ///< of what moves its size alone: ObjectView::motion says where it is
+  std::string moving = {};  ///< its name among what moves; "": it stands
   bool operator==(const LabelledObject&) const = default;
+
+  bool is_moving() const { return !moving.empty(); }
 };
 
 /// A rectangle of an image, px: pixel i covers i to i + 1.
@@ -60,6 +73,7 @@ struct ObjectView {
   double truncation = 0.0;       ///< share of all of it that lies outside the image
   double nearest_m = 0.0;        ///< least range of a pixel that shows it
   geo::Rigid3d camera_from_box;  ///< at the frame's time
+  std::optional<BoxMotion> motion = std::nullopt;  ///< nothing: it stands
   bool operator==(const ObjectView&) const = default;
 
   /// Share of it that others hide, of what lies in the image.

@@ -10,6 +10,7 @@
 //          R0_rect is the identity.
 // label_2  type truncated occluded alpha bbox(left top right bottom) dimensions(height width length)
 //          location(centre of the bottom face) rotation_y. bbox is around all of the object, within the image.
+// Leaning  What moves may climb and bank: its box here is the upright one, of its heading, around its own.
 // occluded 0 where others hide less than a tenth of it, 1 less than half, 2 more.
 
 #include <algorithm>
@@ -58,9 +59,12 @@ const char* kitti_type(SemanticClass semantic_class) {
       return "Van";
     case SemanticClass::Truck:
       return "Truck";
+    case SemanticClass::Person:
+      return "Pedestrian";
     case SemanticClass::Bus:
     case SemanticClass::Aircraft:
     case SemanticClass::Helicopter:
+    case SemanticClass::Drone:
     case SemanticClass::Ship:
     case SemanticClass::Boat:
       return "Misc";
@@ -105,10 +109,38 @@ std::string box_text(const capture::ImageBox& box, const geo::CameraIntrinsics& 
 
 struct LabelText {
   std::string text;
-  double largest_tilt_rad = 0.0;  ///< of a box's vertical axis against the frame's
-  std::array<std::int64_t, 5> num_of_type = {};
+  double largest_tilt_rad = 0.0;  ///< of a standing object's vertical axis against the frame's
+  std::array<std::int64_t, 6> num_of_type = {};
 };
-constexpr std::array<const char*, 5> kTypes = {"Car", "Van", "Truck", "Misc", "DontCare"};
+constexpr std::array<const char*, 6> kTypes = {"Car",        "Van",  "Truck",
+                                               "Pedestrian", "Misc", "DontCare"};
+
+/// A box as KITTI has them: upright in the levelled frame, turned about y alone.
+struct UprightBox {
+  Vector3d half = Vector3d::Zero();  ///< along, to its left, up
+  Vector3d foot = Vector3d::Zero();  ///< the middle of its lower side
+  double rotation_y = 0.0;
+  double tilt_rad = 0.0;  ///< of the object's own vertical axis
+};
+
+UprightBox upright_box(const LabelledObject& object, const ObjectView& view,
+                       const Eigen::Matrix3d& level) {
+  const Eigen::Matrix3d level_from_box = level * view.camera_from_box.rotation.toRotationMatrix();
+  UprightBox box{.half = object.box.half_size_m};
+  box.tilt_rad = std::acos(std::clamp(-level_from_box(1, 2), -1.0, 1.0));
+  box.rotation_y = std::atan2(-level_from_box(2, 0), level_from_box(0, 0));
+  if (!object.is_moving()) {
+    box.foot = level * (view.camera_from_box * Vector3d(0.0, 0.0, -box.half.z()));
+    return box;
+  }
+  // What climbs or banks has an upright box around its own, which keeps its heading.
+  const double c = std::cos(box.rotation_y), s = std::sin(box.rotation_y);
+  Eigen::Matrix3d upright_from_level;
+  upright_from_level << c, 0.0, -s, s, 0.0, c, 0.0, -1.0, 0.0;
+  box.half = (upright_from_level * level_from_box).cwiseAbs() * object.box.half_size_m;
+  box.foot = level * view.camera_from_box.translation + Vector3d(0.0, box.half.z(), 0.0);
+  return box;
+}
 
 class KittiObjectExporter final : public Exporter {
  public:
@@ -256,18 +288,15 @@ class KittiObjectExporter final : public Exporter {
   static std::string object_row(const char* type, const LabelledObject& object,
                                 const ObjectView& view, const geo::CameraIntrinsics& image,
                                 const Eigen::Matrix3d& level, LabelText& label) {
-    const Vector3d& half = object.box.half_size_m;
-    const Vector3d bottom = level * (view.camera_from_box * Vector3d(0.0, 0.0, -half.z()));
-    const Vector3d along = level * (view.camera_from_box.rotation * Vector3d::UnitX());
-    const Vector3d up = level * (view.camera_from_box.rotation * Vector3d::UnitZ());
-    label.largest_tilt_rad =
-        std::max(label.largest_tilt_rad, std::acos(std::clamp(-up.y(), -1.0, 1.0)));
-    const double rotation_y = std::atan2(-along.z(), along.x());
-    const double alpha = wrapped(rotation_y - std::atan2(bottom.x(), bottom.z()));
+    const UprightBox box = upright_box(object, view, level);
+    if (!object.is_moving())
+      label.largest_tilt_rad = std::max(label.largest_tilt_rad, box.tilt_rad);
+    const double alpha = wrapped(box.rotation_y - std::atan2(box.foot.x(), box.foot.z()));
     return fmt::format("{} {:.4f} {} {:.6f} {} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {:.6f}\n",
                        type, view.truncation, occlusion_level(view.occlusion()), alpha,
-                       box_text(view.whole_px, image), 2.0 * half.z(), 2.0 * half.y(),
-                       2.0 * half.x(), bottom.x(), bottom.y(), bottom.z(), rotation_y);
+                       box_text(view.whole_px, image), 2.0 * box.half.z(), 2.0 * box.half.y(),
+                       2.0 * box.half.x(), box.foot.x(), box.foot.y(), box.foot.z(),
+                       box.rotation_y);
   }
 
   static std::string calibration(const capture::CameraCalibration& camera,
@@ -298,12 +327,13 @@ class KittiObjectExporter final : public Exporter {
 }  // namespace
 
 ExporterInfo kitti_object_exporter() {
-  return {
-      .name = kFormat,
-      .summary = "KITTI object: images, calibration, boxes of vehicles in the image and in space.",
-      .make = []() -> std::unique_ptr<Exporter> {
-        return std::make_unique<KittiObjectExporter>();
-      }};
+  return {.name = kFormat,
+          .summary =
+              "KITTI object: images, calibration, boxes of vehicles and people in the image and in "
+              "space.",
+          .make = []() -> std::unique_ptr<Exporter> {
+            return std::make_unique<KittiObjectExporter>();
+          }};
 }
 
 }  // namespace terracast::exporters

@@ -37,18 +37,6 @@ std::string opening_sources(const RunConfig& config) {
                                            config.data.resolved.string());
 }
 
-/// Labels are of what stands.
-void check_labels(const Job& job) {
-  const bool moves = std::any_of(job.sequences.begin(), job.sequences.end(),
-                                 [](const auto& plan) { return !plan.moving.empty(); });
-  if (!moves || wanted_labels(job.config).empty()) return;
-  fail(ErrorKind::Config,
-       "things move ([[moving]], or shown_as of [[trajectories]]), and labels of kind {} are of "
-       "what "
-       "stands alone: leave out [[labels]] and the formats that need them, or what moves",
-       wanted_labels(job.config).front().kind);
-}
-
 /// Nothing that a later stage would refuse may cost the time of an earlier one.
 void check_frames(const Job& job) {
   constexpr std::size_t kLeastFrames = 2;  // flow, and the checks that hold frames together
@@ -193,7 +181,6 @@ Job prepare_job(RunConfig config, const core::Context& context,
     job.sequences.push_back(
         plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));
   check_frames(job);
-  check_labels(job);
   check_true_cameras(job);
   return job;
 }

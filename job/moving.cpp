@@ -220,4 +220,18 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
   return things;
 }
 
+std::vector<MovingThing> captured_things(const capture::SequenceInfo& info) {
+  std::vector<MovingThing> things;
+  for (const capture::MovingBody& body : info.moving) {
+    if (body.is_part()) continue;
+    const tiler::ThingInfo* thing = tiler::find_thing(body.thing);
+    if (thing == nullptr)
+      fail(ErrorKind::Input,
+           "sequence {} shows {}, a thing that this program does not know; render it again",
+           info.name, body.thing);
+    things.push_back(make_thing(body.name, *thing, 0));  // variants differ in colour alone
+  }
+  return things;
+}
+
 }  // namespace terracast::job

@@ -41,4 +41,8 @@ std::vector<render::MovingThing> lay_out_moving(
     const geo::TrajectoryOptions& sequence, std::span<const geo::BodyState> frames,
     const geo::TrajectoryContext& context, double half_size_m);
 
+/// All that moves through a sequence that was captured, without its motion.
+/// throws   Input: a thing that this program does not know
+std::vector<render::MovingThing> captured_things(const capture::SequenceInfo& info);
+
 }  // namespace terracast::job

@@ -7,6 +7,7 @@
 #include "core/image_io.h"
 #include "core/stage_cost.h"
 #include "geo/geoid.h"
+#include "job/moving.h"
 #include "tiler/preview.h"
 #include "tiler/tile_stage.h"
 #include "validate/check.h"
@@ -99,7 +100,8 @@ void label(const RunConfig& config, const world::TileStore& store, const fs::pat
   core::with_context(
       [&] {
         for (const capture::SequenceReader& sequence : open_captured(config, captures, log))
-          render::run_label_stage(sequence, store, labels, context.with_log(log));
+          render::run_label_stage(sequence, store, captured_things(sequence.info()), labels,
+                                  context.with_log(log));
       },
       "running stage label");
 }

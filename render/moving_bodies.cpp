@@ -222,6 +222,21 @@ MovingBodies::MovingBodies(std::span<const MovingThing> things, const world::Ray
   }
 }
 
+MovingBodies::MovingBodies(std::span<const MovingThing> things,
+                           std::span<const capture::FrameRecord> frames) {
+  const std::vector<capture::MovingBody> infos = describe_moving(things);
+  const auto add = [&](const MovingShape& shape, std::uint8_t variety) {
+    const std::size_t at = bodies_.size();
+    Body body{.info = infos[at], .shown = shape.shown, .variety = variety, .states = {}};
+    for (const capture::FrameRecord& frame : frames) body.states.push_back(frame.moving.at(at));
+    bodies_.push_back(std::move(body));
+  };
+  for (const MovingThing& thing : things) {
+    add(thing.shape, thing.variety);
+    for (const TurningPart& part : thing.parts) add(part.shape, thing.variety);
+  }
+}
+
 std::vector<std::optional<geo::BodyState>> MovingBodies::states(int frame) const {
   std::vector<std::optional<geo::BodyState>> states;
   for (const Body& body : bodies_) states.push_back(body.states[static_cast<std::size_t>(frame)]);

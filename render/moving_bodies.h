@@ -62,6 +62,10 @@ class MovingBodies {
   MovingBodies(std::span<const MovingThing> things, const world::RayQuery& query,
                const geo::WorldFrame& frame);
 
+  /// As a sequence was captured.
+  /// things   that describe_moving() describes as the sequence does; their states do not count
+  MovingBodies(std::span<const MovingThing> things, std::span<const capture::FrameRecord> frames);
+
   bool is_empty() const { return bodies_.empty(); }
   /// In the order of describe_moving().
   std::vector<std::optional<geo::BodyState>> states(int frame) const;

@@ -1,4 +1,5 @@
 // What a sequence saw, as points: where the rays of its pixels met the world, one to a voxel, the one seen from nearest.
+// What moves is no part of it.
 
 #include <algorithm>
 #include <array>
@@ -14,18 +15,18 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/instance_id.h"
 #include "core/json.h"
 #include "core/log.h"
 #include "core/parallel.h"
 #include "core/progress.h"
+#include "render/labels/finished.h"
 #include "render/labels/label.h"
 
 namespace terracast::render {
 namespace {
 
 namespace fs = std::filesystem;
-using core::ErrorKind;
-using core::fail;
 using core::Json;
 using Eigen::Vector3d;
 
@@ -64,17 +65,27 @@ void put(Cloud& cloud, const Voxel& voxel, const CloudPoint& point) {
   if (!is_new && point.range_m < known->second.range_m) known->second = point;
 }
 
-Cloud cloud_of_image(const capture::SequenceReader& sequence, int frame, int camera,
-                     double voxel_m) {
+/// Of one image, and how many pixels were left out because what they show moves.
+struct ImageCloud {
+  Cloud points;
+  std::int64_t num_moving = 0;
+};
+
+ImageCloud cloud_of_image(const capture::SequenceReader& sequence, int frame, int camera,
+                          double voxel_m) {
   const auto model =
       geo::make_camera(sequence.info().cameras[static_cast<std::size_t>(camera)].intrinsics);
   const capture::CameraView view = sequence.view(*model, frame, camera);
   const capture::CameraFrame facts = sequence.read_camera(frame, camera);
-  Cloud cloud;
+  ImageCloud cloud;
   for (int y = 0; y < facts.range_m.height(); ++y) {
     for (int x = 0; x < facts.range_m.width(); ++x) {
       const float range_m = facts.range_m(x, y);
       if (!std::isfinite(range_m)) continue;  // sky, or no ray
+      if (core::is_moving_id(facts.instance_id(x, y))) {
+        ++cloud.num_moving;
+        continue;
+      }
       CloudPoint point{
           .place_world = capture::point_world(view, capture::pixel_center(x, y), double{range_m}),
           .normal_world = {},
@@ -89,7 +100,7 @@ Cloud cloud_of_image(const capture::SequenceReader& sequence, int frame, int cam
         point.color[i] = facts.color(x, y, k);
         voxel.at[i] = static_cast<std::int64_t>(std::floor(point.place_world[k] / voxel_m));
       }
-      put(cloud, voxel, point);
+      put(cloud.points, voxel, point);
     }
   }
   return cloud;
@@ -153,40 +164,28 @@ class CloudLabel final : public LabelMaker {
         .set("version", 1)
         .set("capture", capture::labels_source(sequence))
         .set("voxel_m", voxel_m_);
-    if (is_finished(record, file, wanted)) {
+    if (is_label_finished(record, file, wanted)) {
       inputs.context.log.info("{}: its cloud is there already", sequence.info().name);
       return;
     }
-    const Cloud cloud = cloud_of(sequence, inputs.context);
-    const std::string text = ply_text(sequence.info(), cloud);
+    const ImageCloud cloud = cloud_of(sequence, inputs.context);
+    const std::string text = ply_text(sequence.info(), cloud.points);
     core::write_file(file, text);
-    wanted.set("points", static_cast<std::int64_t>(cloud.size()))
-        .set("xxh3_128", core::content_hash(text));
+    wanted.set("points", static_cast<std::int64_t>(cloud.points.size()));
+    if (!sequence.info().moving.empty()) wanted.set("moving_pixels_left_out", cloud.num_moving);
+    wanted.set("xxh3_128", core::content_hash(text));
     wanted.write(record);
-    inputs.context.log.info("{}: {} points", file.string(), cloud.size());
+    inputs.context.log.info("{}: {} points", file.string(), cloud.points.size());
   }
 
  private:
-  static bool is_finished(const fs::path& record, const fs::path& file, const Json& wanted) {
-    if (!fs::exists(record) || !fs::exists(file)) return false;
-    try {
-      const Json present = Json::read(record);
-      for (const auto& [member, value] : wanted.members())
-        if (!present.has(member) || present.at(member).text() != value.text()) return false;
-      return present.at("xxh3_128").string() == core::content_hash_of_file(file);
-    } catch (const core::Error& error) {
-      if (error.kind() == ErrorKind::Input) return false;
-      throw;
-    }
-  }
-
-  Cloud cloud_of(const capture::SequenceReader& sequence, const core::Context& context) const {
+  ImageCloud cloud_of(const capture::SequenceReader& sequence, const core::Context& context) const {
     const auto num_cameras = static_cast<std::int64_t>(sequence.info().cameras.size());
     const std::int64_t num_images =
         num_cameras * static_cast<std::int64_t>(sequence.frames().size());
     constexpr int kAhead = 16;  // clouds of images in memory
-    std::vector<Cloud> clouds(static_cast<std::size_t>(num_images));
-    Cloud all;
+    std::vector<ImageCloud> clouds(static_cast<std::size_t>(num_images));
+    ImageCloud all;
     core::Progress progress(context, "images", num_images);
     core::parallel_in_order(
         num_images, kAhead,
@@ -196,9 +195,10 @@ class CloudLabel final : public LabelMaker {
                              static_cast<int>(i % num_cameras), voxel_m_);
         },
         [&](std::int64_t i) {
-          Cloud& own = clouds[static_cast<std::size_t>(i)];
-          for (const auto& [voxel, point] : own) put(all, voxel, point);
-          own = Cloud();
+          ImageCloud& own = clouds[static_cast<std::size_t>(i)];
+          for (const auto& [voxel, point] : own.points) put(all.points, voxel, point);
+          all.num_moving += own.num_moving;
+          own = ImageCloud();
           progress.advance();
         });
     return all;

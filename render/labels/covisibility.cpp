@@ -13,6 +13,7 @@
 #include "core/log.h"
 #include "core/progress.h"
 #include "core/stop.h"
+#include "render/labels/finished.h"
 #include "render/labels/label.h"
 #include "render/labels/matches.h"
 
@@ -20,7 +21,6 @@ namespace terracast::render {
 namespace {
 
 namespace fs = std::filesystem;
-using core::ErrorKind;
 using core::Json;
 
 /// The middles of whole cells of a grid over an image.
@@ -53,7 +53,7 @@ class CovisibilityLabel final : public LabelMaker {
         .set("capture", capture::labels_source(sequence))
         .set("step_px", step_px_)
         .set("reach_frames", reach_frames_);
-    if (is_finished(folder, record)) {
+    if (is_label_finished(folder / "covisibility.json", folder / "covisibility.csv", record)) {
       inputs.context.log.info("{}: its table of covisibility is there already",
                               sequence.info().name);
       return;
@@ -65,25 +65,10 @@ class CovisibilityLabel final : public LabelMaker {
   }
 
  private:
-  static bool is_finished(const fs::path& folder, const Json& wanted) {
-    if (!fs::exists(folder / "covisibility.json") || !fs::exists(folder / "covisibility.csv"))
-      return false;
-    try {
-      const Json present = Json::read(folder / "covisibility.json");
-      for (const auto& [member, value] : wanted.members())
-        if (!present.has(member) || present.at(member).text() != value.text()) return false;
-      return present.at("xxh3_128").string() ==
-             core::content_hash_of_file(folder / "covisibility.csv");
-    } catch (const core::Error& error) {
-      if (error.kind() == ErrorKind::Input) return false;
-      throw;
-    }
-  }
-
   /// Pairs one after the other, the points of each in parallel.
   std::string table(const LabelInputs& inputs) const {
     const capture::SequenceReader& sequence = inputs.sequence;
-    const Matcher matcher(sequence, inputs.store);
+    const Matcher matcher(sequence, inputs.store, inputs.moving);
     const auto num_frames = static_cast<int>(sequence.frames().size());
     const auto num_cameras = static_cast<int>(sequence.info().cameras.size());
     core::Progress progress(inputs.context, "images", std::int64_t{num_frames} * num_cameras);
@@ -106,8 +91,8 @@ class CovisibilityLabel final : public LabelMaker {
     };
     const std::vector<Eigen::Vector2i> pixels = grid_pixels(
         cameras[static_cast<std::size_t>(from.camera)].intrinsics, static_cast<int>(step_px_));
-    std::vector<Eigen::Vector3d> points;
-    for (const auto& point : matcher.points_world(from, pixels))
+    std::vector<ShownPoint> points;
+    for (const auto& point : matcher.points(from, pixels))
       if (point) points.push_back(*point);
     const auto num_frames = static_cast<int>(sequence.frames().size());
     for (int frame = 0; frame < num_frames; ++frame) {

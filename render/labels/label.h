@@ -9,6 +9,7 @@
 #include "capture/frame_reader.h"
 #include "core/context.h"
 #include "core/schema.h"
+#include "render/moving_bodies.h"
 #include "world/tile_store.h"
 
 /// Labels that are made after a sequence was captured, because not everybody wants them: from its facts and
@@ -18,6 +19,9 @@ namespace terracast::render {
 struct LabelInputs {
   const capture::SequenceReader& sequence;
   const world::TileStore& store;  ///< the world that it shows
+  /// What moves in it, in the order of its bodies; its shapes alone count.
+  std::span<const MovingThing> things;
+  const MovingBodies& moving;  ///< the same as captured
   const core::Context& context;
 };
 
@@ -64,8 +68,11 @@ struct LabelOptions {
 };
 
 /// Makes labels of a finished sequence.
-/// throws   Config: things move in it; as LabelMaker::make; the message names the kind and the sequence
+/// things   what moves in it, as LabelInputs has it
+/// throws   Input: it was captured with other things; as LabelMaker::make; the message names the kind and the
+///          sequence
 void run_label_stage(const capture::SequenceReader& sequence, const world::TileStore& store,
-                     const std::vector<LabelOptions>& labels, const core::Context& context);
+                     std::span<const MovingThing> things, const std::vector<LabelOptions>& labels,
+                     const core::Context& context);
 
 }  // namespace terracast::render

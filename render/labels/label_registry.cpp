@@ -5,7 +5,7 @@
 
 // Every kind of labels, in alphabetical order: X(name) is render/labels/name.cpp, which defines `LabelInfo
 // name_label()`.
-#define TERRACAST_LABELS(X) X(cloud) X(covisibility) X(objects) X(pairs)
+#define TERRACAST_LABELS(X) X(cloud) X(covisibility) X(objects) X(pairs) X(volume)
 
 namespace terracast::render {
 
@@ -43,17 +43,18 @@ void LabelOptions::describe(core::SchemaVisitor& visit) {
 }
 
 void run_label_stage(const capture::SequenceReader& sequence, const world::TileStore& store,
-                     const std::vector<LabelOptions>& labels, const core::Context& context) {
-  if (!labels.empty() && !sequence.info().moving.empty())
-    core::fail(
-        core::ErrorKind::Config,
-        "in sequence {} things move, and labels are of what stands alone: leave out [[labels]] and "
-        "the formats that need them, or what moves",
-        sequence.info().name);
+                     std::span<const MovingThing> things, const std::vector<LabelOptions>& labels,
+                     const core::Context& context) {
+  if (labels.empty()) return;
+  if (describe_moving(things) != sequence.info().moving)
+    core::fail(core::ErrorKind::Input,
+               "the things that move in sequence {} are not those of this program: render it again",
+               sequence.info().name);
+  const MovingBodies moving(things, sequence.frames());
   for (const LabelOptions& options : labels)
     core::with_context(
         [&] {
-          options.maker().make({sequence, store, context});
+          options.maker().make({sequence, store, things, moving, context});
         },
         fmt::format("making the labels {} of sequence {}", options.kind, sequence.info().name));
 }

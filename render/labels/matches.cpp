@@ -6,8 +6,10 @@
 #include "capture/labels.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "render/directions.h"
 #include "render/ground_truth.h"
 #include "render/labels/shown_objects.h"
+#include "world/scene.h"
 
 namespace terracast::render {
 namespace {
@@ -28,11 +30,22 @@ std::vector<geo::BodyState> states_of(const capture::SequenceReader& sequence) {
   return states;
 }
 
+/// The places of bodies that are there, in order.
+std::vector<std::size_t> present(const std::vector<std::optional<geo::BodyState>>& states) {
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (states[i]) places.push_back(i);
+  return places;
+}
+
+constexpr std::int64_t kRaysAtOnce = 1024;
+
 }  // namespace
 
 Matcher::Matcher(const capture::SequenceReader& sequence, const world::TileStore& store,
-                 const world::RayQueryOptions& tracing)
+                 const MovingBodies& moving, const world::RayQueryOptions& tracing)
     : sequence_(sequence),
+      moving_(moving),
       views_(states_of(sequence), sequence.info().cameras),
       whole_(store, cut_of(store, sequence.info()), tracing) {
   const Vector3d& center = views_.at(0, 0).center_world;
@@ -42,12 +55,17 @@ Matcher::Matcher(const capture::SequenceReader& sequence, const world::TileStore
                                                             .viewers_in_water = true});
 }
 
-std::vector<std::optional<Vector3d>> Matcher::points_world(
+const std::vector<std::optional<geo::BodyState>>& Matcher::bodies_at(int frame) const {
+  return sequence_.frames()[static_cast<std::size_t>(frame)].moving;
+}
+
+std::vector<std::optional<ShownPoint>> Matcher::points(
     const ImageOf& from, std::span<const Eigen::Vector2i> pixels) const {
   const capture::CameraFrame facts =
       sequence_.read_camera(from.frame, from.camera, capture::SequenceReader::kFacts);
   const OpenView view = views_.open(from.frame, from.camera);
   std::vector<world::WorldRay> rays;
+  std::vector<double> offsets_s;
   std::vector<std::size_t> asked;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (!std::isfinite(facts.range_m(pixels[i].x(), pixels[i].y()))) continue;
@@ -55,21 +73,24 @@ std::vector<std::optional<Vector3d>> Matcher::points_world(
     const View of_line = view.of_line(center);
     rays.push_back({.origin_world = of_line.origin_world(center),
                     .direction_world = of_line.ray_world(center).normalized()});
+    offsets_s.push_back(view.offset_of_line_s(center));
     asked.push_back(i);
   }
   std::vector<world::SurfaceHit> hits(rays.size());
-  const world::RayQuery& query = in_water_ ? *in_water_ : whole_;
-  constexpr std::int64_t kRaysAtOnce = 4096;
+  const world::MovingScene moving = moving_.scene(from.frame, views_.longest_reach_s());
+  const world::Scene scene(query(), moving);
   core::parallel_for_blocks(static_cast<std::int64_t>(rays.size()), kRaysAtOnce,
                             [&](std::int64_t begin, std::int64_t end) {
                               const auto first = static_cast<std::size_t>(begin);
                               const auto count = static_cast<std::size_t>(end - begin);
-                              query.intersect(std::span(rays).subspan(first, count),
+                              scene.intersect(std::span(rays).subspan(first, count),
+                                              std::span(offsets_s).subspan(first, count),
                                               std::span(hits).subspan(first, count),
                                               world::Coherence::Coherent);
                             });
+  const std::vector<std::size_t> bodies = present(bodies_at(from.frame));
   constexpr double kFloatEpsilon = std::numeric_limits<float>::epsilon();
-  std::vector<std::optional<Vector3d>> points(pixels.size());
+  std::vector<std::optional<ShownPoint>> points(pixels.size());
   for (std::size_t k = 0; k < rays.size(); ++k) {
     const Eigen::Vector2i& pixel = pixels[asked[k]];
     // The capture holds the range as a float.
@@ -80,23 +101,56 @@ std::vector<std::optional<Vector3d>> Matcher::points_world(
            "{}: frame {}, pixel ({}, {}) has range {:.3f} m, and its ray meets something at {:.3f} "
            "m; was the capture rendered from that world?",
            sequence_.info().name, from.frame, pixel.x(), pixel.y(), range_m, hits[k].t);
-    points[asked[k]] = rays[k].origin_world + hits[k].t * rays[k].direction_world;
+    ShownPoint point{.point_world = rays[k].origin_world + hits[k].t * rays[k].direction_world};
+    if (hits[k].is_moving()) {
+      point.body = bodies.at(hits[k].object);
+      const geo::Rigid3d world_from_body =
+          bodies_at(from.frame)[*point.body]->pose_after(offsets_s[k]);
+      point.point_body =
+          world_from_body.rotation.conjugate() * (point.point_world - world_from_body.translation);
+    }
+    points[asked[k]] = point;
   }
   return points;
 }
 
-std::vector<std::optional<Match>> Matcher::find(std::span<const Vector3d> points_world,
+std::vector<std::optional<Match>> Matcher::find(std::span<const ShownPoint> points,
                                                 const ImageOf& to) const {
   const OpenView view = views_.open(to.frame, to.camera);
-  const std::vector<std::uint8_t> is_visible =
-      visible_in_view(in_water_ ? *in_water_ : whole_, view, points_world);
-  std::vector<std::optional<Match>> matches(points_world.size());
-  for (std::size_t i = 0; i < points_world.size(); ++i) {
-    const std::optional<OpenView::SeenFrom> seen = view.that_sees(points_world[i]);
-    const std::optional<Vector2d> pixel = seen ? seen->view.project(points_world[i]) : std::nullopt;
-    if (pixel && view.middle.model->contains(*pixel))
-      matches[i] = Match{.pixel = *pixel, .is_visible = is_visible[i] != 0};
-  }
+  const world::MovingScene moving = moving_.scene(to.frame, views_.longest_reach_s());
+  const world::Scene scene(query(), moving);
+  std::vector<std::optional<Match>> matches(points.size());
+  core::parallel_for_blocks(
+      static_cast<std::int64_t>(points.size()), kRaysAtOnce,
+      [&](std::int64_t begin, std::int64_t end) {
+        std::vector<world::WorldRay> rays;
+        std::vector<double> offsets_s;
+        std::vector<std::size_t> found;
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+          const std::optional<geo::BodyState>* body =
+              points[i].body ? &bodies_at(to.frame)[*points[i].body] : nullptr;
+          if (body != nullptr && !*body) continue;  // it is not there
+          const auto point_world_at = [&](double offset_s) -> Vector3d {
+            return body == nullptr ? points[i].point_world
+                                   : (*body)->pose_after(offset_s) * points[i].point_body;
+          };
+          const std::optional<OpenView::SeenFrom> seen = view.that_sees(point_world_at);
+          if (!seen) continue;
+          const Vector3d point_world = point_world_at(seen->offset_s);
+          const std::optional<Vector2d> pixel = seen->view.project(point_world);
+          if (!pixel || !view.middle.model->contains(*pixel)) continue;
+          matches[i] = Match{.pixel = *pixel};
+          rays.push_back({.origin_world = seen->view.center_world,
+                          .direction_world = point_world - seen->view.center_world,
+                          .t_max = kJustBeyond});
+          offsets_s.push_back(seen->offset_s);
+          found.push_back(i);
+        }
+        std::vector<world::SurfaceHit> hits(rays.size());
+        scene.intersect(rays, offsets_s, hits, world::Coherence::Incoherent);
+        for (std::size_t k = 0; k < hits.size(); ++k)
+          matches[found[k]]->is_visible = std::abs(hits[k].t - 1.0) <= kSamePointRelative;
+      });
   return matches;
 }
 

@@ -8,6 +8,7 @@
 
 #include "capture/frame_reader.h"
 #include "core/context.h"
+#include "render/moving_bodies.h"
 #include "render/views.h"
 #include "world/ray_query.h"
 #include "world/tile_store.h"
@@ -22,32 +23,45 @@ struct ImageOf {
   bool operator==(const ImageOf&) const = default;
 };
 
-/// A point of the world that a pixel shows, in another image.
+/// A point of a surface that a pixel shows.
+struct ShownPoint {
+  Eigen::Vector3d point_world = Eigen::Vector3d::Zero();  ///< when its pixel's line is exposed
+  std::optional<std::size_t> body = std::nullopt;  ///< of SequenceInfo::moving; nothing: it stands
+  Eigen::Vector3d point_body = Eigen::Vector3d::Zero();  ///< in the body's frame
+};
+
+/// Such a point in another image.
 struct Match {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< within the image
   bool is_visible = false;                          ///< and not hidden, by a ray to the very point
 };
 
 /// The rays of a sequence's images, cast again: its facts hold ranges as floats, which are not good enough to say
-/// what is hidden.
+/// what is hidden. A point of what moves is carried with it to where it is when the other image's line sees it;
+/// what moves hides, and is hidden, where it then is.
 class Matcher {
  public:
+  /// moving   of the sequence; it must outlive this
   /// throws   Input: the store is not the world of the sequence
   Matcher(const capture::SequenceReader& sequence, const world::TileStore& store,
-          const world::RayQueryOptions& tracing = {});
+          const MovingBodies& moving, const world::RayQueryOptions& tracing = {});
 
   /// What the centres of pixels of an image show; nothing where that is the sky.
   /// throws    Input: a ray meets something else than the capture has; Io
-  std::vector<std::optional<Eigen::Vector3d>> points_world(
-      const ImageOf& from, std::span<const Eigen::Vector2i> pixels) const;
+  std::vector<std::optional<ShownPoint>> points(const ImageOf& from,
+                                                std::span<const Eigen::Vector2i> pixels) const;
 
-  /// Where points of the surface are in an image; nothing where they are not in it. Visibility is decided as in
-  /// the capture's own bits.
-  std::vector<std::optional<Match>> find(std::span<const Eigen::Vector3d> points_world,
+  /// Where points are in an image; nothing where they are not in it, or what they are of is not there. Visibility
+  /// is decided as in the capture's own bits.
+  std::vector<std::optional<Match>> find(std::span<const ShownPoint> points,
                                          const ImageOf& to) const;
 
  private:
+  const world::RayQuery& query() const { return in_water_ ? *in_water_ : whole_; }
+  const std::vector<std::optional<geo::BodyState>>& bodies_at(int frame) const;
+
   const capture::SequenceReader& sequence_;
+  const MovingBodies& moving_;
   ViewTable views_;
   world::RayQuery whole_;
   std::optional<world::RayQuery> in_water_;

@@ -23,16 +23,24 @@ constexpr int kBisections = 48;
 
 /// A point of an edge and where it stands in the image.
 struct Seen {
-  Vector3d point_world;
+  Vector3d point_shape;
   std::optional<Vector2d> pixel;
 };
 
+/// Where a place of a part's shape stands in the image.
+std::optional<Vector2d> project(const capture::CameraView& view, const PlacedPart& part,
+                                const Vector3d& point_shape) {
+  if (part.moving) return capture::project(view, *part.moving, point_shape);
+  return capture::project(view, part.frame * point_shape);
+}
+
 class EdgeWalk {
  public:
-  EdgeWalk(const capture::CameraView& view, Outline& outline) : view_(view), outline_(outline) {}
+  EdgeWalk(const capture::CameraView& view, const PlacedPart& part, Outline& outline)
+      : view_(view), part_(part), outline_(outline) {}
 
-  Seen look_at(const Vector3d& point_world) {
-    Seen seen{point_world, capture::project(view_, point_world)};
+  Seen look_at(const Vector3d& point_shape) {
+    Seen seen{point_shape, project(view_, part_, point_shape)};
     if (seen.pixel)
       extend(*seen.pixel);
     else
@@ -44,7 +52,7 @@ class EdgeWalk {
     // A short chord holds no bend that shows, unless a seam lies between.
     if (num_halvings >= kMostHalvings) return find_end(a, b);
     if (a.pixel && b.pixel && (*a.pixel - *b.pixel).squaredNorm() < 1.0) return;
-    const Seen middle = look_at(0.5 * (a.point_world + b.point_world));
+    const Seen middle = look_at(0.5 * (a.point_shape + b.point_shape));
     if (a.pixel && b.pixel && middle.pixel && num_halvings >= kLeastHalvings &&
         is_straight(*a.pixel, *middle.pixel, *b.pixel))
       return;
@@ -74,15 +82,16 @@ class EdgeWalk {
   /// Where an edge leaves the camera's domain.
   void find_end(const Seen& a, const Seen& b) {
     if (a.pixel.has_value() == b.pixel.has_value()) return;
-    Vector3d inside = a.pixel ? a.point_world : b.point_world;
-    Vector3d outside = a.pixel ? b.point_world : a.point_world;
+    Vector3d inside = a.pixel ? a.point_shape : b.point_shape;
+    Vector3d outside = a.pixel ? b.point_shape : a.point_shape;
     for (int i = 0; i < kBisections; ++i) {
       const Seen middle = look_at(0.5 * (inside + outside));
-      (middle.pixel ? inside : outside) = middle.point_world;
+      (middle.pixel ? inside : outside) = middle.point_shape;
     }
   }
 
   const capture::CameraView& view_;
+  const PlacedPart& part_;
   Outline& outline_;
 };
 
@@ -91,11 +100,17 @@ bool keeps_lines(const capture::CameraView& view) {
   return view.model.intrinsics().model == "pinhole" && !view.motion;
 }
 
-std::vector<Vector3d> vertices_world(const ShownObject& object, const world::InstanceFrame& frame) {
+/// At the frame's time.
+std::vector<Vector3d> vertices_world(const Placement& object) {
   std::vector<Vector3d> vertices;
-  vertices.reserve(object.shape->vertices().size());
-  for (const Vector3d& vertex : object.shape->vertices()) vertices.push_back(frame * vertex);
+  for (const PlacedPart& part : object.parts)
+    for (const Vector3d& vertex : part.shape->vertices()) vertices.push_back(part.frame * vertex);
   return vertices;
+}
+
+/// A place that is met from the camera at the frame's time goes on with what is met there.
+Vector3d shape_from_world(const PlacedPart& part, const Vector3d& point_world) {
+  return ShapeRay(part.frame, point_world, Vector3d::UnitX()).origin;
 }
 
 /// Directions on a grid over a rectangle of a plane at unit distance, each with its solid angle but for a
@@ -170,17 +185,19 @@ void visit_image(const capture::ImageBox& box, const Visit& visit) {
 
 }  // namespace
 
-Outline outline_of(const ShownObject& object, const world::InstanceFrame& frame,
-                   const capture::CameraView& view) {
+Outline outline_of(const Placement& object, const capture::CameraView& view) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Outline outline{.box_px = {kInfinity, kInfinity, -kInfinity, -kInfinity}};
-  EdgeWalk walk(view, outline);
-  std::vector<Seen> seen;
-  seen.reserve(object.shape->vertices().size());
-  for (const Vector3d& vertex : object.shape->vertices())
-    seen.push_back(walk.look_at(frame * vertex));
-  if (keeps_lines(view) && outline.is_whole) return outline;
-  for (const LoneShape::Edge& edge : object.shape->edges()) walk.walk(seen[edge[0]], seen[edge[1]]);
+  for (const PlacedPart& part : object.parts) {
+    EdgeWalk walk(view, part, outline);
+    std::vector<Seen> seen;
+    seen.reserve(part.shape->vertices().size());
+    for (const Vector3d& vertex : part.shape->vertices()) seen.push_back(walk.look_at(vertex));
+    const bool is_whole = std::all_of(seen.begin(), seen.end(),
+                                      [](const Seen& one) { return one.pixel.has_value(); });
+    if (keeps_lines(view) && is_whole) continue;
+    for (const LoneShape::Edge& edge : part.shape->edges()) walk.walk(seen[edge[0]], seen[edge[1]]);
+  }
   return outline;
 }
 
@@ -202,17 +219,17 @@ Vector3d PixelRays::origin_world(int x, int y) const {
   return view_.pose_of_line(center) * view_.model.origin_from_pixel(center);
 }
 
-double truncation_of(const ShownObject& object, const world::InstanceFrame& frame,
-                     const capture::CameraView& view, const Outline& outline) {
+double truncation_of(const Placement& object, const capture::CameraView& view,
+                     const Outline& outline) {
   const capture::ImageBox& box = outline.box_px;
   if (outline.is_whole && box.left >= 0.0 && box.top >= 0.0 && box.right <= view.model.width_px() &&
       box.bottom <= view.model.height_px())
     return 0.0;
-  const auto is_outside = [&](const Vector3d& point_world) {
-    const std::optional<Vector2d> pixel = capture::project(view, point_world);
+  const auto is_outside = [&](const PlacedPart& part, const Vector3d& point_shape) {
+    const std::optional<Vector2d> pixel = project(view, part, point_shape);
     return !pixel || !view.model.contains(*pixel);
   };
-  const std::vector<Vector3d> vertices = vertices_world(object, frame);
+  const std::vector<Vector3d> vertices = vertices_world(object);
   const Vector3d& center_world = view.world_from_camera.translation;
   // What moves while a rolling shutter is open is asked about as far away as it is.
   Eigen::AlignedBox3d bounds;
@@ -223,10 +240,15 @@ double truncation_of(const ShownObject& object, const world::InstanceFrame& fram
   double outside = 0.0;
   const auto look = [&](const Vector3d& start_world, const Vector3d& direction_world,
                         double weight) {
-    const ShapeRay ray(frame, start_world, direction_world);
-    if (!object.shape->is_met(ray.origin, ray.direction)) return;
+    const auto met =
+        std::find_if(object.parts.begin(), object.parts.end(), [&](const PlacedPart& part) {
+          const ShapeRay ray(part.frame, start_world, direction_world);
+          return part.shape->is_met(ray.origin, ray.direction);
+        });
+    if (met == object.parts.end()) return;
     all += weight;
-    if (is_outside(start_world + distance_m * direction_world.normalized())) outside += weight;
+    const Vector3d there = start_world + distance_m * direction_world.normalized();
+    if (is_outside(*met, shape_from_world(*met, there))) outside += weight;
   };
   if (view.model.is_central())
     visit_directions(vertices, center_world, [&](const Vector3d& direction_world, double weight) {
@@ -238,7 +260,10 @@ double truncation_of(const ShownObject& object, const world::InstanceFrame& fram
            view.world_from_camera.rotation * view.model.ray_from_pixel(pixel), 1.0);
     });
   if (all > 0.0) return outside / all;
-  const auto num_outside = std::count_if(vertices.begin(), vertices.end(), is_outside);
+  std::int64_t num_outside = 0;
+  for (const PlacedPart& part : object.parts)
+    num_outside += std::count_if(part.shape->vertices().begin(), part.shape->vertices().end(),
+                                 [&](const Vector3d& vertex) { return is_outside(part, vertex); });
   return static_cast<double>(num_outside) / static_cast<double>(vertices.size());
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -21,8 +23,7 @@ struct Outline {
 /// The box around the images of an object's edges.
 /// accuracy   0.02 px of the edges' images: exact for straight ones, others are halved until they are as
 ///            straight. The image of a pole of a panorama can lie beyond it, within a face
-Outline outline_of(const ShownObject& object, const world::InstanceFrame& frame,
-                   const capture::CameraView& view);
+Outline outline_of(const Placement& object, const capture::CameraView& view);
 
 /// Rays of all pixels' centres, in the world.
 class PixelRays {
@@ -37,6 +38,10 @@ class PixelRays {
                        static_cast<std::size_t>(x)];
   }
   Eigen::Vector3d origin_world(int x, int y) const;
+  /// When it comes in, counted from the frame's time.
+  double offset_s(int x, int y) const {
+    return view_.offset_of_line_s(capture::pixel_center(x, y));
+  }
 
  private:
   const capture::CameraView& view_;
@@ -54,16 +59,16 @@ struct OwnPixels {
 /// outline       of outline_of()
 /// is_shown(x, y)   pixels that show it are not asked again
 template <class IsShown>
-OwnPixels own_pixels(const ShownObject& object, const world::InstanceFrame& frame,
-                     const PixelRays& rays, const Outline& outline, const IsShown& is_shown);
+OwnPixels own_pixels(const Placement& object, const PixelRays& rays, const Outline& outline,
+                     const IsShown& is_shown);
 
 /// The share of an object's solid angle, seen alone from the camera, that lies outside the image or where
 /// no ray comes in. Where rays start at many places no angle counts, but the area that it would have in an image
 /// that went on; of an object that reaches behind where they start, the share of its vertices.
 /// accuracy   1/128 of its height or width, by 128 x 128 rays and more over it; of an object too thin for
 ///            them the share of its vertices
-double truncation_of(const ShownObject& object, const world::InstanceFrame& frame,
-                     const capture::CameraView& view, const Outline& outline);
+double truncation_of(const Placement& object, const capture::CameraView& view,
+                     const Outline& outline);
 
 /// A ray of the world in the frame of an object's shape.
 struct ShapeRay {
@@ -78,9 +83,18 @@ struct ShapeRay {
   }
 };
 
+/// Whether a ray meets an object that stands alone.
+inline bool is_met(const Placement& object, double offset_s, const Eigen::Vector3d& origin_world,
+                   const Eigen::Vector3d& direction_world) {
+  return std::any_of(object.parts.begin(), object.parts.end(), [&](const PlacedPart& part) {
+    const ShapeRay ray(part.frame_at(offset_s), origin_world, direction_world);
+    return part.shape->is_met(ray.origin, ray.direction);
+  });
+}
+
 template <class IsShown>
-OwnPixels own_pixels(const ShownObject& object, const world::InstanceFrame& frame,
-                     const PixelRays& rays, const Outline& outline, const IsShown& is_shown) {
+OwnPixels own_pixels(const Placement& object, const PixelRays& rays, const Outline& outline,
+                     const IsShown& is_shown) {
   const auto first = [](double edge_px, int size_px) {
     return static_cast<int>(std::clamp(std::floor(edge_px - 1.0), 0.0, double(size_px)));
   };
@@ -100,8 +114,8 @@ OwnPixels own_pixels(const ShownObject& object, const world::InstanceFrame& fram
       if (!is_shown(x, y)) {
         const Eigen::Vector3d& direction_world = rays.direction_world(x, y);
         if (!direction_world.allFinite()) continue;
-        const ShapeRay ray(frame, rays.origin_world(x, y), direction_world);
-        if (!object.shape->is_met(ray.origin, ray.direction)) continue;
+        if (!is_met(object, rays.offset_s(x, y), rays.origin_world(x, y), direction_world))
+          continue;
       }
       const Eigen::Vector2d center = capture::pixel_center(x, y);
       if (own.count == 0) {

@@ -3,7 +3,7 @@
 //
 // Pixels that would show an object alone are found by the pixels' own rays, by the decision that made the image
 // (world/triangle_crossing.h): those that show it are among them. The box around all of it follows from its
-// edges, so that it does not end at pixels.
+// edges, so that it does not end at pixels. What moves is looked for where it is when each line is exposed.
 
 #include <algorithm>
 #include <atomic>
@@ -12,6 +12,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/instance_id.h"
 #include "core/log.h"
 #include "core/parallel.h"
 #include "core/progress.h"
@@ -107,15 +108,15 @@ class ImageLabels {
   ObjectView view_of_object(const ShownObject& object, const Shown& shown,
                             const PixelRays& rays) const {
     const std::uint32_t id = object.label.instance_id;
-    const auto [frame, world_from_box] = placement_at(object, record_);
-    const Outline outline = outline_of(object, frame, view_);
+    const Placement placement = placement_at(object, record_);
+    const Outline outline = outline_of(placement, view_);
     // Where roundings or another place of the object keep its outline from what shows, that belongs to it.
     Outline around = outline;
     around.box_px = {std::min(outline.box_px.left, double(shown.left)),
                      std::min(outline.box_px.top, double(shown.top)),
                      std::max(outline.box_px.right, shown.right + 1.0),
                      std::max(outline.box_px.bottom, shown.bottom + 1.0)};
-    const OwnPixels own = own_pixels(object, frame, rays, around,
+    const OwnPixels own = own_pixels(placement, rays, around,
                                      [&](int x, int y) { return facts_.instance_id(x, y) == id; });
     return {.instance_id = id,
             .num_visible = shown.num_pixels,
@@ -123,9 +124,10 @@ class ImageLabels {
             .visible_px = {double(shown.left), double(shown.top), shown.right + 1.0,
                            shown.bottom + 1.0},
             .whole_px = clipped_box(outline, own, rays.width_px(), rays.height_px()),
-            .truncation = truncation_of(object, frame, view_, outline),
+            .truncation = truncation_of(placement, view_, outline),
             .nearest_m = static_cast<double>(shown.nearest_m),
-            .camera_from_box = view_.world_from_camera.inverse() * world_from_box};
+            .camera_from_box = view_.world_from_camera.inverse() * placement.world_from_box,
+            .motion = placement.motion};
   }
 
   const capture::FrameRecord& record_;
@@ -208,8 +210,7 @@ class ObjectsLabel final : public LabelMaker {
       inputs.context.log.info("{}: objects are labelled already", sequence.info().name);
       return;
     }
-    const std::vector<ShownObject> objects = find_objects(
-        inputs.store, sequence.info(), sequence.frames(), ids_in(sequence, inputs.context));
+    const std::vector<ShownObject> objects = objects_of(inputs, ids_in(sequence, inputs.context));
     inputs.context.log.info("{}: labelling {} objects", sequence.info().name, objects.size());
     write_views(inputs, objects, source);
     std::vector<capture::LabelledObject> listed;
@@ -218,6 +219,18 @@ class ObjectsLabel final : public LabelMaker {
   }
 
  private:
+  /// Of what stands, then of what moves, whose ids are higher.
+  static std::vector<ShownObject> objects_of(const LabelInputs& inputs,
+                                             const std::vector<std::uint32_t>& ids) {
+    const auto first_moving = std::lower_bound(ids.begin(), ids.end(), core::kFirstMovingId);
+    std::vector<ShownObject> objects =
+        find_objects(inputs.store, inputs.sequence.info(), inputs.sequence.frames(),
+                     {ids.begin(), first_moving});
+    for (ShownObject& object : moving_objects(inputs.things, {first_moving, ids.end()}))
+      objects.push_back(std::move(object));
+    return objects;
+  }
+
   static void write_views(const LabelInputs& inputs, const std::vector<ShownObject>& objects,
                           const std::string& source) {
     const capture::SequenceReader& sequence = inputs.sequence;

@@ -30,7 +30,6 @@ namespace fs = std::filesystem;
 using core::ErrorKind;
 using core::fail;
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 std::string camera_name(const capture::CameraCalibration& camera) {
   return camera.rig + "/" + camera.name;
@@ -80,7 +79,7 @@ class PairsLabel final : public LabelMaker {
   void make(const LabelInputs& inputs) const override {
     const capture::SequenceReader& sequence = inputs.sequence;
     const std::map<int, std::vector<int>> others = wanted_cameras(sequence.info().cameras);
-    const Matcher matcher(sequence, inputs.store);
+    const Matcher matcher(sequence, inputs.store, inputs.moving);
     const std::string source = capture::labels_source(sequence);
     const auto num_frames = static_cast<int>(sequence.frames().size());
     const bool has_others = std::any_of(others.begin(), others.end(), [](const auto& of_camera) {
@@ -145,9 +144,9 @@ class PairsLabel final : public LabelMaker {
       }
     if (missing.empty()) return;
     const std::vector<Eigen::Vector2i> pixels = all_pixels(image);
-    std::vector<Vector3d> points;
+    std::vector<ShownPoint> points;
     std::vector<std::size_t> places;
-    const std::vector<std::optional<Vector3d>> shown = matcher.points_world(from, pixels);
+    const std::vector<std::optional<ShownPoint>> shown = matcher.points(from, pixels);
     for (std::size_t i = 0; i < shown.size(); ++i) {
       if (!shown[i]) continue;
       points.push_back(*shown[i]);

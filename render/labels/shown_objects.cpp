@@ -200,7 +200,7 @@ class ObjectFinder {
 
   std::vector<ShownObject> finish(const std::string& sequence) && {
     for (std::size_t i = 0; i < objects_.size(); ++i)
-      if (objects_[i].shape == nullptr)
+      if (objects_[i].parts.empty())
         fail(ErrorKind::Input,
              "{}: {} shows object {}, which is not in its tiles; give the world that it was "
              "rendered "
@@ -215,12 +215,12 @@ class ObjectFinder {
     const auto found = std::lower_bound(ids_.begin(), ids_.end(), provenance.instance_id);
     if (found == ids_.end() || *found != provenance.instance_id) return nullptr;
     ShownObject& object = objects_[static_cast<std::size_t>(found - ids_.begin())];
-    return object.shape == nullptr ? &object : nullptr;
+    return object.parts.empty() ? &object : nullptr;
   }
 
   void describe(const world::Provenance& provenance, ShownObject& object) const {
     object.label.instance_id = provenance.instance_id;
-    object.label.semantic_class = object.shape->semantic_class();
+    object.label.semantic_class = object.parts[0].shape->semantic_class();
     object.label.layer = layer_name(store_, provenance);
     object.label.feature = provenance.feature;
   }
@@ -229,11 +229,12 @@ class ObjectFinder {
     const std::optional<int> level = levels_.at(solid.place_m.x(), solid.place_m.y());
     const world::Shape* shape = level ? world::shape_at(solid.levels, *level) : nullptr;
     if (shape == nullptr) return;
-    object.shape = std::make_shared<const LoneShape>(*shape, solid.origin_steps);
+    object.parts = {
+        {.shape = std::make_shared<const LoneShape>(*shape, solid.origin_steps), .frame = {}}};
     describe(solid.provenance, object);
     const Vector3d place_world = solid.origin_steps.cast<double>() * kHeightStep_m;
     object.label.box =
-        smallest_upright_box(object.shape->vertices(), frame_.world_from_enu(place_world));
+        smallest_upright_box(object.parts[0].shape->vertices(), frame_.world_from_enu(place_world));
   }
 
   void take(const world::Instance& instance, ShownObject& object) {
@@ -242,11 +243,11 @@ class ObjectFinder {
     if (!level || *level > instance.coarsest_level) return;
     const Prototypes::Shown shown = prototypes_.at(instance.prototype, *level);
     if (shown.shape == nullptr) return;
-    object.shape = shown.shape;
-    object.frame = world::instance_frame(instance, frame_);
+    const world::InstanceFrame frame = world::instance_frame(instance, frame_);
+    object.parts = {{.shape = shown.shape, .frame = frame}};
     describe(instance.provenance, object);
     object.label.prototype = shown.name;
-    object.label.box = box_of_instance(*object.shape, object.frame);
+    object.label.box = box_of_instance(*shown.shape, frame);
   }
 
   const world::TileStore& store_;

@@ -5,12 +5,15 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "capture/frame.h"
 #include "capture/object_labels.h"
+#include "geo/trajectory.h"
+#include "render/moving_bodies.h"
 #include "world/box_tree.h"
 #include "world/instance_frame.h"
 #include "world/lod.h"
@@ -45,22 +48,40 @@ class LoneShape {
   core::SemanticClass semantic_class_ = core::SemanticClass::Object;
 };
 
-/// An object as the tiles of a sequence show it.
-struct ShownObject {
-  capture::LabelledObject label;
+/// A rigid part of an object.
+struct ShownPart {
   std::shared_ptr<const LoneShape> shape;
-  world::InstanceFrame frame;  ///< from the shape's; of an object with its own shape the world's
+  /// From the shape's, of what stands; of an object with its own shape the world's.
+  world::InstanceFrame frame = {};
+  std::size_t body = 0;  ///< of what moves: its place in SequenceInfo::moving
 };
 
-/// Where an object stands.
-struct Placement {
-  world::InstanceFrame frame;  ///< of its shape
-  geo::Rigid3d world_from_box;
+/// An object as the tiles of a sequence show it, or of what moves through it.
+struct ShownObject {
+  capture::LabelledObject label;
+  std::vector<ShownPart> parts;     ///< of what moves the thing, then what turns on it; else one
+  geo::Rigid3d body_from_box = {};  ///< of what moves: of its box in the thing's frame
 };
-/// The same at a frame. The one place that knows: what moves would move here.
-inline Placement placement_at(const ShownObject& object, const capture::FrameRecord&) {
-  return {.frame = object.frame, .world_from_box = object.label.box.world_from_box};
-}
+
+/// A part about the time of a frame.
+struct PlacedPart {
+  const LoneShape* shape = nullptr;
+  world::InstanceFrame frame = {};                      ///< of its shape, at the frame's time
+  std::optional<geo::BodyState> moving = std::nullopt;  ///< nothing: it stands
+
+  /// So much after the frame's time.
+  world::InstanceFrame frame_at(double offset_s) const;
+};
+
+/// Where an object is at a frame.
+struct Placement {
+  std::vector<PlacedPart> parts;
+  geo::Rigid3d world_from_box;
+  std::optional<capture::BoxMotion> motion = std::nullopt;  ///< nothing: it stands
+};
+/// Refers to the object's shapes.
+/// throws   Input: it moves, and is not there
+Placement placement_at(const ShownObject& object, const capture::FrameRecord& record);
 
 /// Objects of a sequence, by their instance ids, which ascend.
 /// ids       that the sequence shows
@@ -72,6 +93,12 @@ std::vector<ShownObject> find_objects(const world::TileStore& store,
                                       const capture::SequenceInfo& info,
                                       const std::vector<capture::FrameRecord>& frames,
                                       const std::vector<std::uint32_t>& ids);
+
+/// Those of what moves, likewise. A thing has a box along its own axes that holds it with its parts, whichever way
+/// they have turned.
+/// things   of the sequence
+std::vector<ShownObject> moving_objects(std::span<const MovingThing> things,
+                                        const std::vector<std::uint32_t>& ids);
 
 /// The tiles that a sequence shows, as a cut.
 /// throws    Input: the store has not the tiles that it was captured with

@@ -3,6 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
+#include "core/atomic_file.h"
+#include "core/instance_id.h"
+#include "core/json.h"
 #include "tests/e2e/tiny_job.h"
 #include "tests/support/folder_compare.h"
 #include "tests/support/run_program.h"
@@ -44,6 +49,111 @@ TEST(Labels, StageByStageTheyAreThoseOfRun) {
   ASSERT_EQ(run_program({"export", job, "--out", again}).status, 0);
   for (const char* part : {"capture", "export"})
     EXPECT_EQ(first_difference(folder / "out" / part, folder / "again" / part), "") << part;
+}
+
+/// Things that fly ahead of the cameras, one that climbs among them, and labels of all kinds.
+std::string moving_job() {
+  std::string text = replaced(tiny_job_text(), "format = \"colmap\"\n", R"(format = "coco"
+categories = "own"
+
+[[exports]]
+format = "kitti_object"
+rig = "pair"
+camera = "left"
+
+[[labels]]
+kind = "cloud"
+voxel_m = 4.0
+
+[[labels]]
+kind = "covisibility"
+
+[[labels]]
+kind = "pairs"
+frames_apart = [0, 1]
+
+[[labels]]
+kind = "volume"
+voxel_m = 4.0
+reach_m = 400.0
+
+[[trajectories]]
+name = "P001"
+kind = "orbit"
+centre = {east_m = 0.0, north_m = 0.0, height_m = 247.0, above = "ground"}
+radius_m = 300.0
+speed_mps = 30.0
+start_azimuth_deg = 84.0
+rate_hz = 1.0
+num_frames = 3
+shown_as = "helicopter"
+
+[[moving]]
+name = "car"
+thing = "hatchback"
+ride = "free"
+kind = "orbit"
+centre = {east_m = 0.0, north_m = 0.0, height_m = 244.0, above = "ground"}
+radius_m = 301.0
+speed_mps = 30.5
+start_azimuth_deg = 87.0
+
+[[moving]]
+name = "walker"
+thing = "person"
+ride = "free"
+kind = "orbit"
+centre = {east_m = 0.0, north_m = 0.0, height_m = 247.0, above = "ground"}
+radius_m = 302.0
+speed_mps = 30.0
+start_azimuth_deg = 88.2
+
+[[moving]]
+name = "climber"
+thing = "box_truck"
+ride = "free"
+kind = "waypoints"
+speed_mps = 30.0
+waypoints = [{east_m = 299.0, north_m = 20.0, height_m = 230.0, above = "ground"}, {east_m = 280.0, north_m = 110.0, height_m = 265.0, above = "ground"}]
+)");
+  text = replaced(text, "name = \"P000\"\nkind = \"orbit\"\n",
+                  "name = \"P000\"\nkind = \"orbit\"\nstart_azimuth_deg = 90.0\n");
+  text = replaced(text, "num_frames = 4", "num_frames = 3");
+  return replaced(text, "mount_pitch_deg = 40.0", "mount_pitch_deg = 15.0");
+}
+
+// Every check of both formats holds, and each of the things is in all of them.
+TEST(Labels, AreMadeWhereThingsMove) {
+  const ScratchFolder folder;
+  const std::string job = write_text(folder / "job.toml", moving_job()).string();
+  const ProgramResult run = run_program({"run", job, "--out", (folder / "out").string()});
+  ASSERT_EQ(run.status, 0) << run.output;
+  const fs::path labels = folder / "out/capture/P000/labels";
+  const std::string objects = core::read_text_file(labels / "objects/objects.json");
+  for (const char* name : {"car", "walker", "climber", "P001"})
+    EXPECT_THAT(objects, testing::HasSubstr(fmt::format("\"moving\": \"{}\"", name)));
+  for (const char* file : {"cloud/cloud.ply", "covisibility/covisibility.csv", "volume/volume.vdb",
+                           "pairs/pair/left/pair/right/000000_000001.exr"})
+    EXPECT_TRUE(fs::exists(labels / file)) << file;
+  EXPECT_GT(core::Json::read(labels / "volume/volume.json").at("rays_on_what_moves").integer(), 50);
+
+  const fs::path kitti = folder / "out/export/kitti_object/training/label_2";
+  std::string rows;
+  for (const auto& entry : fs::directory_iterator(kitti)) rows += core::read_text_file(entry);
+  for (const char* type : {"Car ", "Pedestrian ", "Truck ", "Misc "})
+    EXPECT_THAT(rows, testing::HasSubstr(type));
+  const core::Json coco = core::Json::read(folder / "out/export/coco/annotations/instances.json");
+  std::set<std::int64_t> ids;
+  for (std::size_t i = 0; i < coco.at("annotations").size(); ++i)
+    ids.insert(coco.at("annotations").at(i).at("instance_id").integer());
+  EXPECT_GE(std::distance(ids.lower_bound(std::int64_t{core::kFirstMovingId}), ids.end()), 4);
+
+  // Made again by the command alone, of one thread, they are the same.
+  fs::rename(labels, folder / "before");
+  const ProgramResult label =
+      run_program({"label", job, "--out", (folder / "out").string(), "--threads", "1"});
+  ASSERT_EQ(label.status, 0) << label.output;
+  EXPECT_EQ(first_difference(folder / "before", labels), "");
 }
 
 TEST(Labels, WhatIsNotAskedForIsNotMade) {

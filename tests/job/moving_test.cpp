@@ -5,8 +5,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "capture/frame.h"
 #include "core/toml_reader.h"
 #include "tests/support/expect_error.h"
+#include "tiler/objects/things.h"
 
 namespace terracast::job {
 namespace {
@@ -130,6 +132,46 @@ TEST(LaidOutMoving, NamesOfPartsMustFitToo) {
     lay_out_moving(std::vector{circle(""), wheel}, {}, flight("P000", ""), frames_at(1.0, 2),
                    land.context(1.0), 2000.0);
   });
+}
+
+TEST(CapturedThings, AreThoseThatWereLaidOut) {
+  const Land land;
+  MovingOptions drone = circle("");
+  drone.name = "drone";
+  drone.thing = "quadcopter";
+  drone.variant = 2;
+  const std::vector<render::MovingThing> laid_out =
+      lay_out_moving(std::vector{circle(""), drone}, {}, flight("P000", ""), frames_at(1.0, 2),
+                     land.context(1.0), 2000.0);
+  capture::SequenceInfo info;
+  info.moving = render::describe_moving(laid_out);
+  const std::vector<render::MovingThing> captured = captured_things(info);
+  EXPECT_EQ(render::describe_moving(captured), info.moving);
+  ASSERT_EQ(captured.size(), 2U);
+  EXPECT_EQ(captured[1].parts.size(), 4U);
+  info.moving[0].thing = "zeppelin";
+  test::expect_error(core::ErrorKind::Input, {"zeppelin", "render it again"},
+                     [&] { captured_things(info); });
+}
+
+// A capture does not say which variant a thing is of, and labels take the first.
+TEST(CapturedThings, VariantsDifferInColourAlone) {
+  for (const tiler::ThingInfo& info : tiler::all_things()) {
+    SCOPED_TRACE(info.name);
+    const tiler::MovableThing first = tiler::movable_thing(info, 0);
+    for (int variant = 1; variant < info.num_variants; ++variant) {
+      const tiler::MovableThing other = tiler::movable_thing(info, variant);
+      EXPECT_TRUE(other.shape.vertices_steps == first.shape.vertices_steps);
+      ASSERT_EQ(other.shape.triangles.size(), first.shape.triangles.size());
+      for (std::size_t i = 0; i < first.shape.triangles.size(); ++i)
+        ASSERT_EQ(other.shape.triangles[i].corners, first.shape.triangles[i].corners);
+      ASSERT_EQ(other.turning.size(), first.turning.size());
+      for (std::size_t i = 0; i < first.turning.size(); ++i) {
+        EXPECT_TRUE(other.turning[i].shape.vertices_steps == first.turning[i].shape.vertices_steps);
+        EXPECT_EQ(other.turning[i].turning.origin_m, first.turning[i].turning.origin_m);
+      }
+    }
+  }
 }
 
 }  // namespace

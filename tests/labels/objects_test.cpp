@@ -216,7 +216,11 @@ TEST_F(ObjectLabelling, PixelsAreThoseOfBruteForce) {
 }
 
 /// An object of one box, without a world.
-render::ShownObject lone_box(const WorldBox& box) {
+struct LoneBox {
+  std::unique_ptr<const render::LoneShape> shape;
+  render::Placement placement;
+};
+LoneBox lone_box(const WorldBox& box) {
   world::Shape shape;
   for (const Vector3d& corner : box.corners())
     shape.vertices_steps.push_back((corner / kStep_m).array().round().matrix().cast<int>());
@@ -226,8 +230,8 @@ render::ShownObject lone_box(const WorldBox& box) {
   for (const auto& face : kFaces)
     shape.triangles.push_back({.corners = {face[0], face[1], face[2]}, .finish = 0});
   shape.finishes.emplace_back();
-  render::ShownObject object;
-  object.shape = std::make_shared<const render::LoneShape>(shape, Eigen::Vector3i::Zero());
+  LoneBox object{std::make_unique<const render::LoneShape>(shape, Eigen::Vector3i::Zero()), {}};
+  object.placement.parts = {{.shape = object.shape.get()}};
   return object;
 }
 
@@ -253,7 +257,7 @@ TEST_P(Outlines, HoldAllOfTheObjectAndNoMore) {
       return Vector3d((place / kStep_m).array().round() * kStep_m);
     };
     const WorldBox box{.low = on_lattice(middle - half), .high = on_lattice(middle + half)};
-    const render::ShownObject object = lone_box(box);
+    const LoneBox object = lone_box(box);
     capture::CameraView view{.model = *model, .world_from_camera = {}};
     if (GetParam().is_rolling) {
       geo::BodyState state;
@@ -262,7 +266,7 @@ TEST_P(Outlines, HoldAllOfTheObjectAndNoMore) {
       view.motion = geo::CameraMotion{
           .state = state, .body_from_camera = {}, .shutter = {.line_time_s = 1e-4}};
     }
-    const render::Outline outline = render::outline_of(object, object.frame, view);
+    const render::Outline outline = render::outline_of(object.placement, view);
     ASSERT_TRUE(outline.is_whole);
     Eigen::AlignedBox2d truth;
     constexpr int kSteps = 100;
@@ -304,14 +308,14 @@ TEST(OutlineEdges, OfWhatPassesTheCameraReachToTheImagesEdge) {
   const capture::CameraView view{.model = *model, .world_from_camera = {}};
   // Beside the camera, from behind it to before it.
   const auto object = lone_box({.low = {2, -1, -10}, .high = {4, 1, 10}});
-  const render::Outline outline = render::outline_of(object, object.frame, view);
+  const render::Outline outline = render::outline_of(object.placement, view);
   EXPECT_FALSE(outline.is_whole);
   EXPECT_NEAR(outline.box_px.left, 200.0 + 300.0 * 2.0 / 10.0, 0.1);
   EXPECT_GT(outline.box_px.right, 400.0);
   // Its side at x = 2 is all that is seen of it; the image shows z > 3 m of that.
   const double all = 4.0 * corner_angle(1, 10, 2);
   const double inside = 2.0 * (corner_angle(1, 10, 2) - corner_angle(1, 3, 2));
-  EXPECT_NEAR(render::truncation_of(object, object.frame, view, outline), 1.0 - inside / all,
+  EXPECT_NEAR(render::truncation_of(object.placement, view, outline), 1.0 - inside / all,
               1.0 / 128.0);
 }
 
@@ -321,10 +325,10 @@ TEST(OutlineEdges, OfWhatHoldsThePoleOfAPanoramaReachIt) {
       geo::make_camera({"equirectangular", 80, 40, {80 / (2 * M_PI), 40 / M_PI, 40, 20}});
   const capture::CameraView view{.model = *model, .world_from_camera = {}};
   const auto object = lone_box({.low = {-8, -6, -8}, .high = {8, -5, 8}});
-  const render::Outline outline = render::outline_of(object, object.frame, view);
+  const render::Outline outline = render::outline_of(object.placement, view);
   const render::PixelRays rays(view);
   const auto own =
-      render::own_pixels(object, object.frame, rays, outline, [](int, int) { return false; });
+      render::own_pixels(object.placement, rays, outline, [](int, int) { return false; });
   EXPECT_EQ(own.top, 0.5);  // the centre of the first row
   EXPECT_EQ(own.left, 0.5);
   EXPECT_EQ(own.right, 79.5);

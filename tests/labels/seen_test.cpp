@@ -11,9 +11,6 @@
 #include "core/atomic_file.h"
 #include "core/hash.h"
 #include "core/image_io.h"
-#include "core/log.h"
-#include "core/toml_reader.h"
-#include "render/labels/label.h"
 #include "render/labels/matches.h"
 #include "tests/labels/boxes_world.h"
 #include "tests/support/expect_error.h"
@@ -30,15 +27,6 @@ const std::vector<WorldBox> kBoxes = {
     {.instance_id = 11, .low = {100, -5, 0}, .high = {110, 5, 60}},
     {.instance_id = 12, .low = {180, -40, 0}, .high = {220, 20, 40}},
 };
-
-void make_with(const capture::SequenceReader& sequence, const world::TileStore& store,
-               const std::string& toml) {
-  render::LabelOptions options;
-  core::TomlDocument::parse(toml, "test.toml").read(options);
-  const core::Log log("label", core::LogLevel::Off);
-  std::vector<render::LabelOptions> all = {options};
-  render::run_label_stage(sequence, store, all, {.log = log});
-}
 
 /// Three frames that go aside and turn.
 render::SequencePlan moving_plan() {
@@ -94,7 +82,7 @@ TEST(Clouds, HoldTheNearestPointOfEachVoxelThatWasSeen) {
   const auto store = make_boxes_world(folder / "world", kBoxes);
   const auto sequence = render_plan(store, moving_plan(), folder / "boxes");
   constexpr double kVoxel_m = 4.0;
-  make_with(sequence, store, "kind = \"cloud\"\nvoxel_m = 4.0\n");
+  make_labels_with(sequence, store, "kind = \"cloud\"\nvoxel_m = 4.0\n");
   struct Nearest {
     float range_m;
     Vector3d place;
@@ -168,7 +156,7 @@ TEST(Clouds, SameBytesForAnyThreadsAndOnlyMadeOnce) {
   make_labels(sequence, store, "cloud");
   EXPECT_EQ(core::content_hash_of_file(file), whole);
   // Another size of voxels is another cloud.
-  make_with(sequence, store, "kind = \"cloud\"\nvoxel_m = 2.0\n");
+  make_labels_with(sequence, store, "kind = \"cloud\"\nvoxel_m = 2.0\n");
   EXPECT_NE(core::content_hash_of_file(file), whole);
 }
 
@@ -204,7 +192,7 @@ TEST(Covisibility, OfFramesThatFollowIsThatOfTheCapturesBits) {
   const ScratchFolder folder;
   const auto store = make_boxes_world(folder / "world", kBoxes);
   const auto sequence = render_plan(store, moving_plan(), folder / "boxes");
-  make_with(sequence, store, "kind = \"covisibility\"\nstep_px = 1\nreach_frames = 1\n");
+  make_labels_with(sequence, store, "kind = \"covisibility\"\nstep_px = 1\nreach_frames = 1\n");
   const Table table = read_table(folder / "boxes" / "labels/covisibility/covisibility.csv");
   EXPECT_EQ(table.size(), 4U);
   for (const auto& [frames, row] : table) {
@@ -225,7 +213,7 @@ TEST(Covisibility, OfAnyFramesIsThatOfTheSlabs) {
   const ScratchFolder folder;
   const auto store = make_boxes_world(folder / "world", kBoxes);
   const auto sequence = render_plan(store, moving_plan(), folder / "boxes");
-  make_with(sequence, store, "kind = \"covisibility\"\nstep_px = 7\n");
+  make_labels_with(sequence, store, "kind = \"covisibility\"\nstep_px = 7\n");
   const Table table = read_table(folder / "boxes" / "labels/covisibility/covisibility.csv");
   EXPECT_EQ(table.size(), 6U);
   for (const auto& [frames, row] : table) {
@@ -313,8 +301,8 @@ TEST(Pairs, HaveTheDisparityAndTheSightOfEachPixel) {
   }
   // Pairs that are asked for, frames apart; and no others.
   fs::remove_all(pairs);
-  make_with(sequence, store,
-            "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam0\"]\nframes_apart = [1]\n");
+  make_labels_with(sequence, store,
+                   "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam0\"]\nframes_apart = [1]\n");
   std::size_t num_files = 0;
   for (const auto& entry : fs::recursive_directory_iterator(pairs))
     num_files += entry.is_regular_file() ? 1 : 0;
@@ -331,12 +319,12 @@ TEST(Pairs, HaveTheDisparityAndTheSightOfEachPixel) {
   const auto time = fs::last_write_time(kept);
   const std::string whole = core::content_hash_of_file(cut);
   fs::resize_file(cut, 5000);
-  make_with(sequence, store,
-            "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam0\"]\nframes_apart = [1]\n");
+  make_labels_with(sequence, store,
+                   "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam0\"]\nframes_apart = [1]\n");
   EXPECT_EQ(core::content_hash_of_file(cut), whole);
   EXPECT_EQ(fs::last_write_time(kept), time);
   expect_error(core::ErrorKind::Config, {"mcs4/cam9", "mcs4/cam0"}, [&] {
-    make_with(sequence, store, "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam9\"]\n");
+    make_labels_with(sequence, store, "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam9\"]\n");
   });
 }
 
@@ -344,22 +332,25 @@ TEST(Matches, AreWhereAnotherCameraSeesThePoint) {
   const ScratchFolder folder;
   const auto store = make_boxes_world(folder / "world", kBoxes);
   const auto sequence = render_plan(store, moving_plan(), folder / "boxes");
-  const render::Matcher matcher(sequence, store);
+  const render::MovingBodies none;
+  const render::Matcher matcher(sequence, store, none);
   const auto facts = sequence.read_camera(0, 0, capture::SequenceReader::kFacts);
   const std::vector<Eigen::Vector2i> pixels = {{100, 60}, {20, 150}, {180, 120}, {100, 0}};
-  const auto points = matcher.points_world({0, 0}, pixels);
-  std::vector<Vector3d> there;
+  const auto points = matcher.points({0, 0}, pixels);
+  std::vector<render::ShownPoint> there;
   for (std::size_t i = 0; i < 3; ++i) {
     ASSERT_TRUE(points[i]);
     there.push_back(*points[i]);
-    EXPECT_LE((*points[i] - point_of(sequence, 0, facts, pixels[i].x(), pixels[i].y())).norm(),
+    EXPECT_FALSE(points[i]->body);
+    EXPECT_LE((points[i]->point_world - point_of(sequence, 0, facts, pixels[i].x(), pixels[i].y()))
+                  .norm(),
               1e-3);
   }
   EXPECT_FALSE(points[3]);  // sky
   const auto matches = matcher.find(there, {1, 0});
   const geo::Rigid3d other = sequence.world_from_camera(1, 0);
   for (std::size_t i = 0; i < 3; ++i) {
-    const Vector3d at = other.inverse() * there[i];
+    const Vector3d at = other.inverse() * there[i].point_world;
     const Vector2d pixel(100.0 + 200.0 * at.x() / at.z(), 80.0 + 200.0 * at.y() / at.z());
     const bool is_inside = at.z() > 0.0 && pixel.x() >= 0.0 && pixel.y() >= 0.0 &&
                            pixel.x() < 200.0 && pixel.y() < 160.0;
@@ -373,7 +364,7 @@ TEST(Matches, AreWhereAnotherCameraSeesThePoint) {
   moved[0].low.x() -= 1.0;
   const auto other_store = make_boxes_world(folder / "other", moved);
   expect_error(core::ErrorKind::Input, {"rendered from"},
-               [&] { const render::Matcher refused(sequence, other_store); });
+               [&] { const render::Matcher refused(sequence, other_store, none); });
 }
 
 }  // namespace

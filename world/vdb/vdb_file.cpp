@@ -1,34 +1,21 @@
 #include "world/vdb/vdb_file.h"
 
 #include <fmt/format.h>
-#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
 #include <openvdb/tools/Interpolation.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <mutex>
-#include <sstream>
 
 #include "core/error.h"
-#include "core/hash.h"
+#include "world/vdb/vdb_stream.h"
 
 namespace terracast::world {
 namespace {
 
 using core::ErrorKind;
 using core::fail;
-
-/// Where a file holds its identity, 36 characters: after magic number, versions and a flag.
-constexpr std::size_t kIdentityAt = 21;
-constexpr std::size_t kIdentityLength = 36;
-
-void initialise() {
-  static std::once_flag once;
-  std::call_once(once, [] { openvdb::initialize(); });
-}
 
 /// Frames with z up.
 Eigen::Vector3d upward(const openvdb::Vec3d& at, bool is_upward_y) {
@@ -127,7 +114,7 @@ Volume read_vdb(const std::filesystem::path& file, const VdbOptions& options) {
   if (!std::filesystem::is_regular_file(file, ignored))
     fail(ErrorKind::Io, "{}: there is no such file; give the path of an OpenVDB file",
          file.string());
-  initialise();
+  initialise_vdb();
   try {
     return sampled(*read_grid(file, options.grid), file, options);
   } catch (const core::Error&) {
@@ -139,7 +126,7 @@ Volume read_vdb(const std::filesystem::path& file, const VdbOptions& options) {
 }
 
 std::vector<std::byte> encode_vdb(std::span<const VdbGrid> grids) {
-  initialise();
+  initialise_vdb();
   openvdb::GridCPtrVec all;
   for (const VdbGrid& one : grids) {
     const Volume& volume = *one.volume;
@@ -164,19 +151,7 @@ std::vector<std::byte> encode_vdb(std::span<const VdbGrid> grids) {
     grid->setTransform(openvdb::math::Transform::createLinearTransform(transform));
     all.push_back(grid);
   }
-  std::ostringstream out(std::ios_base::binary);
-  openvdb::io::Stream(out).write(all);
-  const std::string text = out.str();
-  std::vector<std::byte> bytes(text.size());
-  std::memcpy(bytes.data(), text.data(), text.size());
-  TERRACAST_CHECK(bytes.size() > kIdentityAt + kIdentityLength, "{} bytes", bytes.size());
-  std::fill_n(bytes.begin() + kIdentityAt, kIdentityLength, std::byte{'0'});
-  const std::string hash = core::content_hash(bytes);
-  const std::string identity = hash.substr(0, 8) + "-" + hash.substr(8, 4) + "-" +
-                               hash.substr(12, 4) + "-" + hash.substr(16, 4) + "-" +
-                               hash.substr(20, 12);
-  std::memcpy(bytes.data() + kIdentityAt, identity.data(), kIdentityLength);
-  return bytes;
+  return bytes_of_grids(all);
 }
 
 }  // namespace terracast::world
