@@ -38,11 +38,13 @@ std::string opening_sources(const RunConfig& config) {
 
 /// Labels are of what stands.
 void check_labels(const Job& job) {
-  const bool moves = std::any_of(job.sequences.begin(), job.sequences.end(),
+  const bool moves = !job.config.traffic.empty() ||
+                     std::any_of(job.sequences.begin(), job.sequences.end(),
                                  [](const auto& plan) { return !plan.moving.empty(); });
   if (!moves || wanted_labels(job.config).empty()) return;
   fail(ErrorKind::Config,
-       "things move ([[moving]], or shown_as of [[trajectories]]), and labels of kind {} are of "
+       "things move ([[moving]], [[traffic]], or shown_as of [[trajectories]]), and labels of kind "
+       "{} are of "
        "what "
        "stands alone: leave out [[labels]] and the formats that need them, or what moves",
        wanted_labels(job.config).front().kind);
