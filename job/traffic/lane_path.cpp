@@ -237,7 +237,7 @@ PathCurve::Place PathCurve::at(double at_m) const {
   const auto segment = static_cast<std::size_t>(after - starts_m_.begin()) - 1;
   const double in_m = std::max(at_m - starts_m_[segment], 0.0);
   double u = std::min(in_m / (starts_m_[segment + 1] - starts_m_[segment]), 1.0);
-  for (int round = 0; round < 4; ++round)
+  for (int round = 0; round < 3; ++round)
     u = std::clamp(u - (length_of(segment, u) - in_m) / local(segment, u).first.norm(), 0.0, 1.0);
   const Local here = local(segment, u);
   const double speed = here.first.norm();

@@ -23,6 +23,8 @@ constexpr double kStraightOn = 3.0;
 /// Vehicles come to ways without traffic of their own rarely.
 constexpr double kQuietPerLaneKm = 0.3;
 constexpr int kMostTries = 400;
+/// At the end of a way the curve into the next one begins so far before it at most.
+constexpr double kRunOut_m = 20.0;
 /// Beside walkers.
 constexpr double kBody_m = 0.35;
 constexpr double kStepsShare = 0.6;  ///< of the speed on the level
@@ -47,7 +49,7 @@ class Search {
 
   std::optional<std::vector<Leg>> from(const Option& first, double along_m, double lasts_s) {
     way_ = {first};
-    const double left_m = graph_.length_m(first.leg.arm.part) - along_m;
+    const double left_m = graph_.length_m(first.leg.arm.part) - along_m - kRunOut_m;
     if (!go_on(lasts_s - left_m / first.leg.limit_mps)) return std::nullopt;
     std::vector<Leg> legs;
     for (const Option& option : way_) legs.push_back(option.leg);

@@ -241,6 +241,17 @@ void propose_vehicles(const TrafficOptions& options, const WayGraph& graph, std:
                    });
 }
 
+/// On a sidewalk nobody starts where it is cut by another road's carriageway.
+double first_start_m(const WayGraph& graph, const Arm& arm) {
+  double first_m = kStart_m;
+  if (!is_road(graph.part(arm).kind)) return first_m;
+  for (const Arm& other : graph.after({arm.part, !arm.is_forward}))
+    if (other.part != arm.part)
+      first_m = std::max(first_m, 2.0 + kHeightStep_m * (graph.part(other).half_width_steps +
+                                                         graph.part(other).sidewalk_steps));
+  return first_m;
+}
+
 void propose_walkers(const TrafficOptions& options, const WayGraph& graph, std::uint32_t p,
                      double duration_s, std::vector<Proposal>& proposals) {
   const WayPart& part = graph.parts()[p];
@@ -257,7 +268,7 @@ void propose_walkers(const TrafficOptions& options, const WayGraph& graph, std::
                    core::stream_of(key_of(part),
                                    static_cast<std::uint64_t>(0x100 + 2 * (side + 1) + is_forward)),
                    [&](double at_m, std::uint64_t key) {
-                     if (at_m < kStart_m) return;
+                     if (at_m < first_start_m(graph, {p, is_forward})) return;
                      proposals.push_back({.options = &options,
                                           .start = {.arm = {p, is_forward},
                                                     .along_m = at_m,
@@ -265,6 +276,24 @@ void propose_walkers(const TrafficOptions& options, const WayGraph& graph, std::
                                                     .lasts_s = lasts_s(duration_s)},
                                           .lane = side});
                    });
+}
+
+/// What is needed of a path: from some way before the start, whose bends are still felt, for as long as it takes at least.
+/// Parts of one lane are cut at the same places.
+/// start_m   along the path; afterwards along its curve
+std::vector<PathPoint> cut_out(const std::vector<PathPoint>& path, double spacing_m, double lasts_s,
+                               double& start_m) {
+  constexpr double kBefore_m = 64.0;
+  constexpr double kBeyond_m = 64.0;
+  const double from_m = kBefore_m * std::max(std::floor(start_m / kBefore_m) - 1.0, 0.0);
+  const auto first = static_cast<std::size_t>(std::lround(from_m / spacing_m));
+  auto end = std::min(path.size(), static_cast<std::size_t>((start_m + kBeyond_m) / spacing_m));
+  for (double left_s = lasts_s; left_s > 0.0 && end < path.size(); ++end)
+    left_s -= spacing_m / path[end].limit_mps;
+  start_m -= from_m + spacing_m;  // a curve begins at its second point
+  if (first >= end) return {};
+  return {path.begin() + static_cast<std::ptrdiff_t>(first),
+          path.begin() + static_cast<std::ptrdiff_t>(end)};
 }
 
 Body draw_body(const Proposal& proposal, bool may_be_long) {
@@ -297,11 +326,13 @@ std::unique_ptr<Goer> make_driver(const Proposal& proposal, const TrafficSite& s
   if (!legs) return nullptr;
   TurnRadii radii;
   if (options.drives_on_left) std::swap(radii.left_m, radii.right_m);
-  std::vector<PathPoint> path = lane_path(site.ways, *legs, radii, kVehiclePoints_m);
+  double start_m = proposal.start.along_m;
+  std::vector<PathPoint> path = cut_out(lane_path(site.ways, *legs, radii, kVehiclePoints_m),
+                                        kVehiclePoints_m, lasts_s(duration_s), start_m);
   if (path.size() < 4) return nullptr;
-  auto goer = std::make_unique<Goer>(
-      proposal.start.key, options, draw_body(proposal, proposal.may_be_long),
-      PathCurve(std::move(path)), DriveStyle{}, proposal.start.along_m - kVehiclePoints_m);
+  auto goer =
+      std::make_unique<Goer>(proposal.start.key, options, draw_body(proposal, proposal.may_be_long),
+                             PathCurve(std::move(path)), DriveStyle{}, start_m);
   if (goer->lasts_s() < lasts_s(duration_s) || !goer->is_inside(site.half_size_m, duration_s))
     return nullptr;
   const double length_m = goer->body().thing->size_m.x();
@@ -325,13 +356,14 @@ std::unique_ptr<Goer> make_walker(const Proposal& proposal, const TrafficSite& s
   if (body.thing->name == "child") walker.speed_mps *= kChildShare;
   const auto legs = walk_route(site.ways, proposal.start, walker);
   if (!legs) return nullptr;
+  double start_m = proposal.start.along_m;
   std::vector<PathPoint> path =
-      lane_path(site.ways, *legs, {.right_m = 0.7, .left_m = 0.7}, kWalkerPoints_m);
+      cut_out(lane_path(site.ways, *legs, {.right_m = 0.7, .left_m = 0.7}, kWalkerPoints_m),
+              kWalkerPoints_m, lasts_s(duration_s), start_m);
   if (path.size() < 4) return nullptr;
   auto goer = std::make_unique<Goer>(
       key, options, body, PathCurve(std::move(path)),
-      DriveStyle{.lateral_mps2 = 2.0, .accelerate_mps2 = 0.8, .brake_mps2 = 0.8},
-      proposal.start.along_m - kWalkerPoints_m);
+      DriveStyle{.lateral_mps2 = 2.0, .accelerate_mps2 = 0.8, .brake_mps2 = 0.8}, start_m);
   if (goer->lasts_s() < lasts_s(duration_s) || !goer->is_inside(site.half_size_m, duration_s))
     return nullptr;
   return goer;
