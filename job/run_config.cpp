@@ -51,6 +51,7 @@ void RunConfig::validate() const {
            trajectory.name);
   }
   check_moving(moving, trajectories);
+  check_traffic(traffic);
   std::set<std::string> kinds;
   for (const auto& chosen : labels)
     if (!kinds.insert(chosen.kind).second)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
+#include <utility>
 
 #include "core/parallel.h"
 
@@ -108,11 +109,18 @@ Encounters find_encounters(std::span<const Traveller* const> travellers,
       Map moving;
       for (const Obstacle& obstacle : obstacles)
         if (const auto footprint = obstacle.at(time_s)) moving.add(*footprint, 0);
-      for (std::size_t k = 0; k < num; ++k)
-        for (const Map* map : {&std::as_const(still), &std::as_const(moving)})
-          map->visit_near(here[k].at_world, [&](const Footprint& other, std::uint32_t) {
-            if (meet(here[k], other)) found.is_blocked[k] = 1;
+      for (std::size_t k = 0; k < num; ++k) {
+        const auto look_at = [&](const Footprint& own, const Map& map) {
+          map.visit_near(own.at_world, [&](const Footprint& other, std::uint32_t) {
+            if (meet(own, other)) found.is_blocked[k] = 1;
           });
+        };
+        look_at(here[k], still);
+        // Of what moves it is not known whether a deck carries it: all that is above or below is in its way.
+        Footprint on_ground = here[k];
+        on_ground.deck_z_world = std::numeric_limits<double>::quiet_NaN();
+        look_at(on_ground, moving);
+      }
     });
   for (int index = 0; index < num_looks; ++index)
     look(index, [&](double) {

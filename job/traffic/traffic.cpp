@@ -496,10 +496,9 @@ void TrafficOptions::describe(core::SchemaVisitor& visit) {
   visit.key("kind", kind,
             "vehicles: on roads. people: on paths and sidewalks. Both keep to the world's own.",
             core::one_of({"people", "vehicles"}));
-  visit.key("name", name,
-            "With what the names of its bodies begin; empty: vehicle, walker. Entries of one kind "
-            "need names of their own.");
-  visit.key("seed", seed, "Another seed is other traffic.", core::between(0.0, 9e15));
+  visit.key("name", name, "With what the names of its bodies begin; empty: vehicle, walker.");
+  visit.key("seed", seed, "Another seed is other traffic. Entries of one kind need different ones.",
+            core::between(0.0, 9e15));
   visit.key("amount", amount,
             "How much there is, of what each class of ways has by day (vehicles: 10 on a lane's km "
             "of a motorway, 1.2 of a residential street; people: 12 on a km of a main street's "
@@ -533,6 +532,15 @@ void TrafficOptions::validate() const {
           "and is at most {} m long",
           thing, kLongest_m);
   }
+}
+
+void check_traffic(std::span<const TrafficOptions> traffic) {
+  std::set<std::pair<std::string, std::int64_t>> known;
+  for (const TrafficOptions& one : traffic)
+    if (!known.emplace(one.kind, one.seed).second)
+      fail(ErrorKind::Config,
+           "two [[traffic]] of kind {} have seed = {}, and would draw the same; give each its own",
+           one.kind, one.seed);
 }
 
 std::vector<render::MovingThing> lay_out_traffic(std::span<const TrafficOptions> options,

@@ -32,6 +32,9 @@ struct TrafficOptions {
   void validate() const;
 };
 
+/// throws Config: two entries that would draw the same
+void check_traffic(std::span<const TrafficOptions> traffic);
+
 /// Where traffic is made.
 struct TrafficSite {
   const WayGraph& ways;

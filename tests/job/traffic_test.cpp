@@ -448,6 +448,11 @@ TEST(Traffic, WhatCannotBeIsRefused) {
   test::expect_error(ErrorKind::Config, {"amount"}, [] { options_of("amount = nan\n"); });
   test::expect_error(ErrorKind::Config, {"kind", "people"},
                      [] { options_of("kind = \"trams\"\n"); });
+  const std::vector<TrafficOptions> twice = {options_of("seed = 4\n"), options_of("seed = 4\n")};
+  test::expect_error(ErrorKind::Config, {"vehicles", "seed = 4"}, [&] { check_traffic(twice); });
+  const std::vector<TrafficOptions> apart = {options_of("seed = 4\n"), options_of("seed = 5\n"),
+                                             options_of("kind = \"people\"\nseed = 4\n")};
+  EXPECT_NO_THROW(check_traffic(apart));
   test::expect_error(ErrorKind::Config, {"name", "letters"},
                      [] { options_of("name = \"a b\"\n"); });
 }
