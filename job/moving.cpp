@@ -12,7 +12,6 @@
 #include "capture/sequence_files.h"
 #include "core/error.h"
 #include "core/registry.h"
-#include "tiler/objects/things.h"
 
 namespace terracast::job {
 namespace {
@@ -24,14 +23,6 @@ using render::MovingThing;
 using render::Ride;
 
 constexpr double kMost_s = 1e6;
-
-const tiler::ThingInfo& thing_called(const std::string& name) {
-  const tiler::ThingInfo* thing = tiler::find_thing(name);
-  if (thing == nullptr)
-    fail(ErrorKind::Config, "{}; `terracast list things` tells of them",
-         core::unknown_name_message("thing", name, tiler::thing_names()));
-  return *thing;
-}
 
 Ride ride_of(const std::string& ride, const tiler::ThingInfo& thing) {
   if (ride == "free") return Ride::Free;
@@ -47,26 +38,6 @@ Ride ride_of(const std::string& ride, const tiler::ThingInfo& thing) {
 
 std::shared_ptr<const world::PrototypeLibrary::Shown> shown(world::Shape shape) {
   return std::make_shared<const world::PrototypeLibrary::Shown>(std::move(shape));
-}
-
-/// Without its motion.
-MovingThing make_thing(const std::string& name, const tiler::ThingInfo& info, int variant) {
-  tiler::MovableThing movable = tiler::movable_thing(info, variant);
-  MovingThing thing{.name = name,
-                    .shape = {.thing = info.name, .shown = shown(std::move(movable.shape))},
-                    .semantic_id = static_cast<std::uint32_t>(info.semantic_class),
-                    .variety = static_cast<std::uint8_t>(variant),
-                    .parts = {},
-                    .states = {},
-                    .gone_m = {}};
-  for (tiler::TurningShape& part : movable.turning)
-    thing.parts.push_back({.name = part.turning.name,
-                           .shape = {.thing = info.name, .shown = shown(std::move(part.shape))},
-                           .origin_m = part.turning.origin_m,
-                           .axis = part.turning.axis,
-                           .rate_radps = part.turning.rate_radps,
-                           .per_metre_rad = part.turning.per_metre_rad});
-  return thing;
 }
 
 /// A motion as a sequence sees it.
@@ -131,6 +102,34 @@ void lower_to_foot(double height_m, MovingThing& thing) {
 }
 
 }  // namespace
+
+const tiler::ThingInfo& thing_called(const std::string& name) {
+  const tiler::ThingInfo* thing = tiler::find_thing(name);
+  if (thing == nullptr)
+    fail(ErrorKind::Config, "{}; `terracast list things` tells of them",
+         core::unknown_name_message("thing", name, tiler::thing_names()));
+  return *thing;
+}
+
+render::MovingThing moving_thing(const std::string& name, const tiler::ThingInfo& info,
+                                 int variant) {
+  tiler::MovableThing movable = tiler::movable_thing(info, variant);
+  MovingThing thing{.name = name,
+                    .shape = {.thing = info.name, .shown = shown(std::move(movable.shape))},
+                    .semantic_id = static_cast<std::uint32_t>(info.semantic_class),
+                    .variety = static_cast<std::uint8_t>(variant),
+                    .parts = {},
+                    .states = {},
+                    .gone_m = {}};
+  for (tiler::TurningShape& part : movable.turning)
+    thing.parts.push_back({.name = part.turning.name,
+                           .shape = {.thing = info.name, .shown = shown(std::move(part.shape))},
+                           .origin_m = part.turning.origin_m,
+                           .axis = part.turning.axis,
+                           .rate_radps = part.turning.rate_radps,
+                           .per_metre_rad = part.turning.per_metre_rad});
+  return thing;
+}
 
 void MovingOptions::describe(core::SchemaVisitor& visit) {
   visit.key("name", name, "Its name, its own among all that move.", core::required());
@@ -198,7 +197,7 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
   of_things.half_size_m = half_size_m;
   for (const MovingOptions& options : moving) {
     const tiler::ThingInfo& info = thing_called(options.thing);
-    MovingThing thing = make_thing(options.name, info, static_cast<int>(options.variant));
+    MovingThing thing = moving_thing(options.name, info, static_cast<int>(options.variant));
     thing.ride = ride_of(options.ride, info);
     of_things.is_on_surface = thing.ride != Ride::Free;
     add(options, options.start_s, options.repeat, of_things, std::move(thing));
@@ -212,7 +211,7 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
     if (other.shown_as.empty() || is_of_one_flight) continue;
     const tiler::ThingInfo& info = thing_called(other.shown_as);
     of_bodies.rate_hz = other.rate_hz;
-    add(other, other.start_s, false, of_bodies, make_thing(other.name, info, 0));
+    add(other, other.start_s, false, of_bodies, moving_thing(other.name, info, 0));
     lower_to_foot(info.size_m.z(), things.back());
   }
   capture::check_moving(render::describe_moving(things), ErrorKind::Config,

@@ -8,8 +8,15 @@
 #include "core/schema.h"
 #include "geo/trajectory.h"
 #include "render/moving_bodies.h"
+#include "tiler/objects/things.h"
 
 namespace terracast::job {
+
+/// throws   Config: there is no such thing; says what is near
+const tiler::ThingInfo& thing_called(const std::string& name);
+/// A thing that moves, without its motion.
+render::MovingThing moving_thing(const std::string& name, const tiler::ThingInfo& info,
+                                 int variant);
 
 /// Config `[[moving]]`: a thing that moves through every sequence.
 struct MovingOptions : geo::MotionOptions {

@@ -28,6 +28,7 @@ void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.list("rigs", rigs, "Cameras, several rigs on one body.");
   visit.list("trajectories", trajectories, "Motions of the body; each becomes a sequence.");
   visit.list("moving", moving, "Things that move through every sequence.");
+  visit.list("traffic", traffic, "Vehicles and people on the world's own roads and paths.");
   visit.section("conditions", conditions, "Light and air.");
   visit.section("tracks", tracks, "Points of the ground that are followed through each sequence.");
   visit.list("labels", labels,
@@ -50,6 +51,7 @@ void RunConfig::validate() const {
            trajectory.name);
   }
   check_moving(moving, trajectories);
+  check_traffic(traffic);
   std::set<std::string> kinds;
   for (const auto& chosen : labels)
     if (!kinds.insert(chosen.kind).second)

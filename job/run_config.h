@@ -8,6 +8,7 @@
 #include "export/exporter.h"
 #include "geo/trajectory.h"
 #include "job/moving.h"
+#include "job/traffic/traffic.h"
 #include "render/labels/label.h"
 #include "render/render_stage.h"
 #include "render/rig.h"
@@ -46,6 +47,7 @@ struct RunConfig {
   std::vector<render::RigOptions> rigs;
   std::vector<geo::TrajectoryOptions> trajectories;
   std::vector<MovingOptions> moving;
+  std::vector<TrafficOptions> traffic;
   render::ConditionOptions conditions;
   render::TrackOptions tracks;
   std::vector<render::LabelOptions> labels;

@@ -8,6 +8,7 @@
 #include "core/stage_cost.h"
 #include "geo/geoid.h"
 #include "job/moving.h"
+#include "job/traffic/traffic_site.h"
 #include "tiler/preview.h"
 #include "tiler/tile_stage.h"
 #include "validate/check.h"
@@ -57,8 +58,10 @@ render::RenderedFrames render_sequence(const Job& job, const render::SequencePla
   return core::with_context(
       [&] {
         check_detail(store, sequence);
-        return render::run_render_stage(store, sequence, job.config.tracing, selection, folder,
-                                        context, earlier_folders);
+        render::SequencePlan plan = sequence;
+        add_traffic(job, store, context.log, plan);
+        return render::run_render_stage(store, plan, job.config.tracing, selection, folder, context,
+                                        earlier_folders);
       },
       fmt::format("rendering sequence {}", sequence.name));
 }

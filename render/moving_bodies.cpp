@@ -25,12 +25,41 @@ constexpr double kSettle_s = 0.05;
 constexpr double kAxles = 0.6;
 constexpr double kTracks = 0.8;
 
+/// A deck is looked for so far above and below the height that a motion has.
+constexpr double kDeckReach_m = 1.5;
+
 double surface_z(const Vector3d& place, const world::RayQuery& query) {
   const std::optional<double> z = query.surface_z_world(place.x(), place.y());
   if (!z)
     fail(ErrorKind::Input, "the world has no ground at x {:.1f} m, y {:.1f} m", place.x(),
          place.y());
   return *z;
+}
+
+/// Of the bridge that carries a place, or else of the ground.
+/// place   its height is about that of the deck
+double way_z(const Vector3d& place, const world::RayQuery& query) {
+  const double ground_z = surface_z(place, query);
+  double from_z = place.z() + kDeckReach_m;
+  const double to_z = std::max(place.z() - kDeckReach_m, ground_z);
+  // What else hangs over the deck is passed.
+  constexpr int kMostPassed = 16;
+  for (int passed = 0; passed < kMostPassed && from_z > to_z; ++passed) {
+    const world::WorldRay down{.origin_world = {place.x(), place.y(), from_z},
+                               .direction_world = -Vector3d::UnitZ(),
+                               .t_max = from_z - to_z};
+    world::SurfaceHit hit;
+    world::SurfaceSample surface;
+    query.intersect({&down, 1}, {&hit, 1}, world::Coherence::Incoherent, {&surface, 1});
+    if (hit.is_sky() || hit.is_ground()) break;
+    const double z = from_z - hit.t;
+    const core::SemanticClass what = surface.finish.semantic_class;
+    if (what == core::SemanticClass::Bridge || what == core::SemanticClass::RoadMarking)
+      return std::max(z, ground_z);
+    constexpr double kOn_m = 1e-3;
+    from_z = z - kOn_m;
+  }
+  return ground_z;
 }
 
 /// throws Input: on the ground there is water, or on the water ground
@@ -72,7 +101,7 @@ geo::Rigid3d settled_pose(const geo::Rigid3d& wanted, Ride ride, double length_m
   }
   const auto foot = [&](double x_m, double y_m) -> Vector3d {
     Vector3d at = wanted.translation + level * Vector3d(x_m, y_m, 0.0);
-    at.z() = surface_z(at, query);
+    at.z() = ride == Ride::Way ? way_z(at, query) : surface_z(at, query);
     return at;
   };
   const double x_m = 0.5 * kAxles * length_m, y_m = 0.5 * kTracks * width_m;
@@ -157,7 +186,7 @@ geo::BodyState settle(const geo::BodyState& wanted, Ride ride, double length_m, 
   const geo::Rigid3d before = pose_at(-kSettle_s), after = pose_at(kSettle_s);
   geo::BodyState state = wanted;
   state.world_from_body = pose_at(0.0);
-  check_ride(state.world_from_body.translation, ride, query);
+  if (ride != Ride::Way) check_ride(state.world_from_body.translation, ride, query);
   state.velocity_world_mps.z() =
       (after.translation.z() - before.translation.z()) / (2.0 * kSettle_s);
   state.acceleration_world_mps2.z() = 0.0;

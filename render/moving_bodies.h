@@ -19,6 +19,7 @@ namespace terracast::render {
 enum class Ride {
   Free,  ///< as its motion has it
   Ground,  ///< it stands on the ground with its four corners; of its motion place and course on the map count
+  Way,  ///< as Ground; where a bridge's deck is about as high as its motion is there, it stands on that
   Water,  ///< it floats upright at the surface's height; likewise
 };
 

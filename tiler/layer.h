@@ -79,6 +79,9 @@ class Layer {
   virtual std::span<const world::Volume> volumes() const { return {}; }
   virtual std::span<const world::VolumePlace> volume_places() const { return {}; }
 
+  /// Its ways, with nodes of their own; WayPart::layer is filled in.
+  virtual world::WayNetwork ways() const { return {}; }
+
   /// By how much it raises the ground along up (below 0: digs), beside what other layers do. Not asked
   /// where the sea is.
   /// ground   without any layer

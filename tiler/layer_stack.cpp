@@ -266,6 +266,21 @@ void LayerStack::add(std::unique_ptr<Layer> layer, const LayerOptions& options) 
   layers_.push_back(std::move(layer));
 }
 
+world::WayNetwork LayerStack::ways() const {
+  world::WayNetwork all;
+  for (std::size_t row = 0; row < layers_.size(); ++row) {
+    world::WayNetwork own = layers_[row]->ways();
+    for (world::WayPart& part : own.parts) {
+      part.layer = static_cast<std::uint8_t>(row);
+      part.from_node += all.num_nodes;
+      part.to_node += all.num_nodes;
+      all.parts.push_back(std::move(part));
+    }
+    all.num_nodes += own.num_nodes;
+  }
+  return all;
+}
+
 std::string LayerStack::input_hash() const {
   std::string all;
   for (std::size_t i = 0; i < layers_.size(); ++i)

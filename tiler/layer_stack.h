@@ -39,6 +39,8 @@ class LayerStack {
   /// Of all layers; VolumePlace::volume of the places counts these.
   const std::vector<world::Volume>& volumes() const { return volumes_; }
   const std::vector<world::VolumePlace>& volume_places() const { return volume_places_; }
+  /// Of all layers; what different ones know does not meet.
+  world::WayNetwork ways() const;
   std::string input_hash() const;
 
   /// What the layers make of the ground at a place of the world's square, what they raise it by times lift_share().

@@ -300,6 +300,7 @@ void Growth::finish(double radius_m) {
   for (std::size_t row = 0; row < volumes.size(); ++row)
     manifest.volumes.push_back(world::write_volume(folder_, row, volumes[row]));
   manifest.volume_places = surface_.layers().volume_places();
+  manifest.ways = world::write_ways(folder_, surface_.layers().ways());
   manifest.finest_level = coarsest_level_;
   for (const auto& [id, info] : tiles_) {
     manifest.finest_level = std::min(manifest.finest_level, id.level);

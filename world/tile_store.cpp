@@ -204,8 +204,12 @@ Json json_of(const WorldManifest& manifest) {
       .set("textures", std::move(textures))
       .set("imagery", std::move(imagery))
       .set("volumes", std::move(volumes))
-      .set("volume_places", std::move(volume_places))
-      .set("tiles", std::move(tiles));
+      .set("volume_places", std::move(volume_places));
+  if (manifest.ways.num_parts > 0)
+    json.set("ways", std::move(Json::object()
+                                   .set("num_parts", manifest.ways.num_parts)
+                                   .set("content_hash", manifest.ways.content_hash)));
+  json.set("tiles", std::move(tiles));
   return json;
 }
 
@@ -287,6 +291,10 @@ WorldManifest manifest_of(const Json& json) {
     if (static_cast<std::size_t>(place.volume) >= manifest.volumes.size())
       fail(ErrorKind::Input, "volume {} of {}", place.volume, manifest.volumes.size());
   }
+  if (json.has("ways"))
+    manifest.ways = {.num_parts = integer_within(json.at("ways"), "num_parts", 1,
+                                                 std::numeric_limits<std::int32_t>::max()),
+                     .content_hash = json.at("ways").at("content_hash").string()};
   const Json& tiles = json.at("tiles");
   manifest.tiles.reserve(tiles.size());
   for (std::size_t i = 0; i < tiles.size(); ++i) {

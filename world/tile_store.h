@@ -15,6 +15,7 @@
 #include "world/tile.h"
 #include "world/volume.h"
 #include "world/volume_info.h"
+#include "world/way_network.h"
 
 namespace terracast::world {
 
@@ -62,6 +63,12 @@ struct TextureInfo {
   std::string content_hash;  ///< of its file
 };
 
+/// The ways of a store.
+struct WaysInfo {
+  std::int64_t num_parts = 0;  ///< 0: there are none, and no file
+  std::string content_hash;    ///< of their file
+};
+
 /// One tile of a store.
 struct TileInfo {
   TileId id;
@@ -94,6 +101,7 @@ struct WorldManifest {
   std::vector<ImageryInfo> imagery;  ///< the first that knows a place is believed
   std::vector<VolumeInfo> volumes;
   std::vector<VolumePlace> volume_places;
+  WaysInfo ways;
   std::vector<TileInfo> tiles;  ///< sorted by id
 };
 
@@ -105,6 +113,7 @@ struct WorldManifest {
 ///     textures/<row>.png
 ///     imagery/<row>/<level>/<x>_<y>.png
 ///     volumes/<row>.volume
+///     ways.bin                       where it has any
 ///
 /// Threads: safe.
 class TileStore {
@@ -140,6 +149,10 @@ class TileStore {
   /// row    of WorldManifest::volumes
   /// throws as load()
   Volume load_volume(std::size_t row) const;
+
+  /// Reads the world's ways and checks them; without any, none.
+  /// throws as load()
+  WayNetwork load_ways() const;
 
   /// The depth of water in a tile (Tile::water_depth_steps); empty where it has none.
   /// throws as load()
@@ -183,6 +196,9 @@ bool is_imagery_tile_whole(const std::filesystem::path& store, std::size_t row,
 /// Writes a volume atomically and says what the manifest shall hold of it.
 /// throws   Input: as check_volume()
 VolumeInfo write_volume(const std::filesystem::path& store, std::size_t row, const Volume& volume);
+
+/// Writes the world's ways atomically and says what the manifest shall hold of them; of none nothing is written.
+WaysInfo write_ways(const std::filesystem::path& store, const WayNetwork& network);
 
 /// What a manifest would hold of a tile file that is there already and whole; nothing when it is
 /// missing or damaged.

@@ -519,6 +519,117 @@ TEST(Roads, MarksStopBeforeJunctionsAndStripsKnowTheirFeatures) {
   EXPECT_EQ(tiler::runway_number("99/00", {1.0, 0.0}), 9);
 }
 
+TEST(Roads, WaysOfTheWorldMeetWhereTheirSourcesDoAndLieWhereTheyAreDrawn) {
+  const std::vector<Drawn> drawn = {
+      {.number = 1,
+       .points_world = {{-600, 3}, {0, 3}, {600, 3}},
+       .tags = {{"highway", "primary"}, {"lanes", "4"}, {"maxspeed", "50"}}},
+      {.number = 2,
+       .points_world = {{0, 3}, {3, 300}},
+       .tags = {{"highway", "residential"}, {"oneway", "-1"}, {"maxspeed", "20 mph"}}},
+      {.number = 3,
+       .points_world = {{3, 300}, {9, 340}, {3, 380}},
+       .tags = {{"highway", "residential"}, {"bridge", "yes"}, {"layer", "1"}}},
+      {.number = 4, .points_world = {{0, 3}, {-100, -300}}, .tags = {{"highway", "footway"}}},
+      {.number = 5,
+       .points_world = {{600, 3}, {600, 700}},
+       .tags = {{"highway", "motorway"}, {"lanes", "2"}, {"maxspeed", "none"}}},
+      {.number = 6,
+       .points_world = {{-600, 3}, {-600, 200}},
+       .tags = {{"highway", "service"}, {"access", "private"}}},
+      {.number = 7, .points_world = {{-600, 3}, {-700, 3}}, .tags = {{"railway", "rail"}}}};
+  const RoadWorld world(hills(60.0), drawn);
+  const world::WayNetwork ways = world.finished->layers().ways();
+  EXPECT_EQ(ways.parts.size(), 7u);  // the first way is two parts; rails are none
+  std::map<std::uint64_t, std::vector<const world::WayPart*>> by_feature;
+  for (const world::WayPart& part : ways.parts) {
+    by_feature[part.feature].push_back(&part);
+    // In its source's direction, on its source's line but for corners that are rounded by some metres.
+    const std::vector<Vector2d>& line = drawn[part.feature - 1].points_world;
+    const auto along = [&](const Vector2d& at) {
+      return (at - line.front()).dot((line.back() - line.front()).normalized());
+    };
+    EXPECT_GT(along(part.at_world(part.points_steps.size() - 1)), along(part.at_world(0)));
+    for (std::size_t i = 0; i < part.points_steps.size(); ++i) {
+      double nearest_m = 1e300;
+      for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+        const Vector2d step = line[k + 1] - line[k];
+        const double t =
+            std::clamp((part.at_world(i) - line[k]).dot(step) / step.squaredNorm(), 0.0, 1.0);
+        nearest_m = std::min(nearest_m, (part.at_world(i) - line[k] - t * step).norm());
+      }
+      EXPECT_LT(nearest_m, part.feature == 3 ? 1.0 : 0.02) << part.feature;
+    }
+  }
+  // Where the first way has its middle, four ends meet: those of road and footway are one node.
+  ASSERT_EQ(by_feature[1].size(), 2u);
+  const auto middle_of = [](const world::WayPart& part) {
+    return (part.at_world(0) - Vector2d(0, 3)).norm() < 0.1 ? part.from_node : part.to_node;
+  };
+  const std::uint32_t node = middle_of(*by_feature[1][0]);
+  EXPECT_EQ(middle_of(*by_feature[1][1]), node);
+  EXPECT_EQ(by_feature[2][0]->from_node, node);
+  EXPECT_EQ(by_feature[4][0]->from_node, node);
+  EXPECT_EQ(by_feature[2][0]->to_node, by_feature[3][0]->from_node);
+  EXPECT_NE(by_feature[3][0]->to_node, node);
+  // What their tags say.
+  EXPECT_EQ(by_feature[1][0]->num_lanes, 4);
+  EXPECT_EQ(by_feature[1][0]->max_speed_kmph, 50);
+  EXPECT_TRUE(by_feature[1][0]->may_go_forward && by_feature[1][0]->may_go_backward);
+  EXPECT_EQ(by_feature[2][0]->max_speed_kmph, 32);
+  EXPECT_TRUE(!by_feature[2][0]->may_go_forward && by_feature[2][0]->may_go_backward);
+  EXPECT_EQ(by_feature[4][0]->kind, world::WayKind::Footway);
+  EXPECT_FALSE(by_feature[4][0]->may_go_forward);
+  EXPECT_EQ(by_feature[5][0]->kind, world::WayKind::Motorway);
+  EXPECT_EQ(by_feature[5][0]->max_speed_kmph, 0);
+  EXPECT_FALSE(by_feature[5][0]->may_go_backward);
+  // A motorway's lanes, 3.5 m wide, leave a hard shoulder at the right.
+  EXPECT_NEAR(
+      (by_feature[5][0]->lanes_left_steps - by_feature[5][0]->lanes_right_steps) * kHeightStep_m,
+      7.0, 0.2);
+  EXPECT_GT(by_feature[5][0]->lanes_left_steps, -by_feature[5][0]->lanes_right_steps);
+  EXPECT_FALSE(by_feature[6][0]->may_go_forward || by_feature[6][0]->may_go_backward);
+  // On the bridge each point lies on the deck: on a triangle of its asphalt.
+  const world::WayPart& bridge = *by_feature[3][0];
+  EXPECT_TRUE(bridge.is_bridge);
+  const world::Solid* deck = nullptr;
+  const world::Tile tile = build_tile(*world.finished, {1, 0, 0});
+  for (const world::Solid& solid : tile.objects.solids)
+    if (solid.provenance.feature == 3) deck = &solid;
+  ASSERT_NE(deck, nullptr);
+  const world::Shape& shape = deck->levels.front().shape;
+  for (const Eigen::Vector3i& steps : bridge.points_steps) {
+    const Vector3d at = steps.cast<double>() * kHeightStep_m;
+    double nearest_m = 1e300;
+    for (const auto& triangle : shape.triangles) {
+      if (shape.finishes[triangle.finish].material != world::Material::Asphalt) continue;
+      const auto corner = [&](std::size_t k) {
+        return Vector3d(
+            (deck->origin_steps + shape.vertices_steps[triangle.corners[k]]).cast<double>() *
+            kHeightStep_m);
+      };
+      const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+      if (std::abs(normal.z()) < 0.5 * normal.norm()) continue;
+      bool is_inside = true;  // with 2 cm to spare, for ends and seams
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vector2d a = corner(k).head<2>(), step = corner((k + 1) % 3).head<2>() - a;
+        const Vector2d off = at.head<2>() - a;
+        is_inside &= (step.x() * off.y() - step.y() * off.x()) * (normal.z() > 0 ? 1 : -1) >
+                     -0.02 * step.norm();
+      }
+      if (!is_inside) continue;
+      const double z = corner(0).z() - (normal.x() * (at.x() - corner(0).x()) +
+                                        normal.y() * (at.y() - corner(0).y())) /
+                                           normal.z();
+      nearest_m = std::min(nearest_m, std::abs(z - at.z()));
+    }
+    EXPECT_LT(nearest_m, 0.02) << at.transpose();
+  }
+  for (const world::WayPart& part : ways.parts)
+    if (!part.is_bridge)
+      for (const Eigen::Vector3i& point : part.points_steps) EXPECT_EQ(point.z(), 0);
+}
+
 TEST(Roads, AbsurdTagsAndBrokenWaysAreRepairedOrLeftOutAndCounted) {
   const RoadWorld world(
       world_of("plane"),

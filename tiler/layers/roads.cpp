@@ -24,6 +24,7 @@
 #include "tiler/roads/road_network.h"
 #include "tiler/roads/road_paint.h"
 #include "tiler/roads/water_gaps.h"
+#include "tiler/roads/way_parts.h"
 #include "tiler/surface.h"
 
 // Roads, paths, railways, airfields, places: a network with long profiles, earth works, paint and bridges.
@@ -34,7 +35,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 5;
+constexpr int kRoadsVersion = 6;
 /// Streets are in a town where so many ways end within some hundred metres.
 constexpr double kTownCell_m = 100.0;
 constexpr int kTownEnds = 10;
@@ -288,6 +289,10 @@ class RoadsLayer final : public Layer, public DryCover {
 
     paint_.add_network(network, gaps);
     paint_.add_network(paths, path_gaps);
+    WayParts parts;
+    parts.add(network, &heights, gaps);
+    parts.add(paths, nullptr, path_gaps);
+    ways_ = parts.take();
     std::int64_t num_area_piers = 0;
     std::int64_t num_bad_piers = 0;
     const std::vector<PaintedArea> on_land =
@@ -339,6 +344,7 @@ class RoadsLayer final : public Layer, public DryCover {
 
   world::LayerInfo info() const override { return info_; }
   std::string input_hash() const override { return hash_; }
+  world::WayNetwork ways() const override { return ways_; }
 
   double lift_m(const Vector2d& place_world, const SurfaceSample& ground) const override {
     if (!bed_->is_near(place_world)) return 0.0;
@@ -574,6 +580,7 @@ class RoadsLayer final : public Layer, public DryCover {
   world::LayerInfo info_;
   std::optional<RoadBed> bed_;
   RoadPaint paint_;
+  world::WayNetwork ways_;
   std::vector<Built> built_;
   HeldPlaces airfields_;
   HeldPlaces held_;

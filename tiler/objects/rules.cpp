@@ -120,19 +120,9 @@ std::uint32_t thing_row(std::string_view name) {
 }
 
 void choose(Candidate& candidate, std::span<const Chance> chances, std::uint64_t draw) {
-  double left = static_cast<double>(draw >> 11U) * 0x1.0p-53;
-  std::string_view name = chances.back().thing;
-  for (const Chance& chance : chances) {
-    if (left < chance.share) {
-      name = chance.thing;
-      break;
-    }
-    left -= chance.share;
-  }
-  candidate.thing = thing_row(name);
-  const int num_variants = all_things()[candidate.thing].num_variants;
-  candidate.variant =
-      static_cast<std::uint8_t>(core::mix_bits(draw) % static_cast<std::uint64_t>(num_variants));
+  const DrawnThing drawn = draw_thing(chances, draw);
+  candidate.thing = static_cast<std::uint32_t>(drawn.thing - all_things().data());
+  candidate.variant = static_cast<std::uint8_t>(drawn.variant);
 }
 
 Walk::Walk(const PointsWorld& line) {

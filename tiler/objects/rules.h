@@ -6,6 +6,7 @@
 
 #include "core/schema.h"
 #include "tiler/objects/candidate.h"
+#include "tiler/objects/vehicle_mix.h"
 #include "tiler/vector_source.h"
 
 namespace terracast::tiler {
@@ -69,10 +70,6 @@ void propose_barriers(const RuleInputs& inputs, Proposals& to);
 /// throws   Internal: there is none
 std::uint32_t thing_row(std::string_view name);
 /// One of several things, and its variant, by a draw.
-struct Chance {
-  std::string_view thing;
-  double share;
-};
 void choose(Candidate& candidate, std::span<const Chance> chances, std::uint64_t draw);
 
 // Places along lines and in areas.

@@ -29,6 +29,7 @@ struct RoadClass {
   double bend_m;
   Marking marking;
 };
+/// In the order of world::WayKind.
 constexpr std::array<RoadClass, 16> kRoadClasses = {{
     {"motorway", 90, 3.5, 2, 3.5, 2.0, 0.06, 150.0, 4.0, Marking::Motorway},
     {"trunk", 80, 3.5, 2, 1.5, 2.0, 0.08, 100.0, 3.0, Marking::Lanes},
@@ -56,6 +57,17 @@ std::optional<int> whole_value(const FeatureTags& tags, std::string_view key) {
   if (error == std::errc::result_out_of_range) return 1 << 20;
   if (error != std::errc() || end == text->data()) return std::nullopt;
   return value;
+}
+
+/// `maxspeed` where it is a plausible number, in km/h; 0: it is not.
+int max_speed_kmph(const FeatureTags& tags) {
+  const std::string_view text = tags.value("maxspeed");
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || value < 3 || value > 250) return 0;
+  const std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
+  if (unit == " mph" || unit == "mph") return static_cast<int>(std::lround(1.609344 * value));
+  return unit.empty() || unit == " km/h" ? value : 0;
 }
 
 bool is_yes(std::string_view value) { return !value.empty() && value != "no" && value != "0"; }
@@ -97,6 +109,12 @@ std::int16_t order_of(int base, int level) {
 void describe_road(const FeatureTags& tags, const RoadClass& road, WayStyle& style,
                    std::int64_t& num_repaired) {
   style.rank = road.rank;
+  style.kind = static_cast<world::WayKind>(&road - kRoadClasses.data());
+  style.lane_m = road.lane_m;
+  style.max_speed_kmph = max_speed_kmph(tags);
+  for (const char* key : {"access", "vehicle", "motor_vehicle"})
+    if (tags.has(key))
+      style.has_motor_traffic = tags.value(key) != "no" && tags.value(key) != "private";
   style.shoulder_m = road.shoulder_m;
   style.max_grade = road.max_grade;
   style.smooth_m = road.smooth_m;
@@ -108,6 +126,7 @@ void describe_road(const FeatureTags& tags, const RoadClass& road, WayStyle& sty
   const bool is_round = junction == "roundabout" || junction == "circular";
   style.is_oneway = oneway == "yes" || oneway == "1" || oneway == "true" || oneway == "-1" ||
                     is_round || (road.name == "motorway" && oneway != "no");
+  style.is_against = oneway == "-1";
   style.num_lanes = road.num_lanes;
   if (style.is_oneway && road.num_lanes == 2 && road.rank < 80) style.num_lanes = 1;
   if (const auto lanes = whole_value(tags, "lanes")) {
@@ -158,6 +177,13 @@ bool describe_highway(const FeatureTags& tags, std::string_view value, WayStyle&
   style.coarsest_level = 2;
   style.rank = 5;
   double width_m = 1.5;
+  style.kind = value == "track"        ? world::WayKind::Track
+               : value == "pedestrian" ? world::WayKind::Pedestrian
+               : value == "footway"    ? world::WayKind::Footway
+               : value == "cycleway"   ? world::WayKind::Cycleway
+               : value == "bridleway"  ? world::WayKind::Bridleway
+               : value == "steps"      ? world::WayKind::Steps
+                                       : world::WayKind::Path;
   if (value == "track") {
     const std::string_view grade = tags.value("tracktype");
     style.paving = paving_of(tags.value("surface"), grade == "grade1"   ? Paving::Asphalt

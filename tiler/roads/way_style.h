@@ -7,6 +7,7 @@
 #include "core/semantic_class.h"
 #include "tiler/vector_source.h"
 #include "world/ground_paint.h"
+#include "world/way_network.h"
 
 namespace terracast::tiler {
 
@@ -16,13 +17,18 @@ enum class WayUse : std::uint8_t { Road, Path, Railway, Airfield };
 /// How a way is built: what its tags say, completed by its class and bounded.
 struct WayStyle {
   WayUse use = WayUse::Road;
-  int rank = 0;               ///< the higher goes straight on where ways meet
-  double half_width_m = 3.0;  ///< of the paving
-  double shoulder_m = 1.5;    ///< level beside it
-  double sidewalk_m = 0.0;    ///< paved on both sides, within the shoulder
-  int num_lanes = 1;          ///< as world::Strip::num_lanes
-  int level = 0;              ///< `layer`
+  int rank = 0;                                ///< the higher goes straight on where ways meet
+  double half_width_m = 3.0;                   ///< of the paving
+  double shoulder_m = 1.5;                     ///< level beside it
+  double sidewalk_m = 0.0;                     ///< paved on both sides, within the shoulder
+  int num_lanes = 1;                           ///< as world::Strip::num_lanes
+  double lane_m = 3.0;                         ///< of a road's class
+  int level = 0;                               ///< `layer`
+  world::WayKind kind = world::WayKind::Road;  ///< of roads and paths
+  int max_speed_kmph = 0;                      ///< 0: no tag says
   bool is_oneway = false;
+  bool is_against = false;        ///< one-way, against the order of its points
+  bool has_motor_traffic = true;  ///< of roads
   bool is_bridge = false;
   bool is_tunnel = false;
   bool is_shaped = true;     ///< the ground is cut and filled for it

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <unordered_map>
 
@@ -13,41 +12,12 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// How busy a class of roads is; its lanes are what roads are built with (way_style()).
-struct RoadTraffic {
-  std::string_view highway;
-  double per_lane_km;  ///< vehicles at one time: flow over speed by day
-  double trucks;       ///< share
-};
-// Daily flows of 40 000, 20 000, 10 000, … vehicles at 120 to 40 km/h, a fifteenth of them in an hour.
-constexpr std::array<RoadTraffic, 11> kRoads = {{{"motorway", 10.0, 0.22},
-                                                 {"trunk", 9.0, 0.18},
-                                                 {"primary", 8.0, 0.10},
-                                                 {"secondary", 6.0, 0.08},
-                                                 {"tertiary", 3.5, 0.06},
-                                                 {"motorway_link", 6.0, 0.15},
-                                                 {"trunk_link", 5.0, 0.12},
-                                                 {"primary_link", 4.0, 0.08},
-                                                 {"unclassified", 1.0, 0.05},
-                                                 {"residential", 1.2, 0.03},
-                                                 {"living_street", 0.8, 0.0}}};
-
-constexpr Chance kCars[] = {{"hatchback", 0.27}, {"city_car", 0.11}, {"sedan", 0.19},
-                            {"estate", 0.15},    {"suv", 0.18},      {"small_van", 0.04},
-                            {"van", 0.05},       {"pickup", 0.01}};
-constexpr Chance kLong[] = {{"articulated_truck", 0.55},
-                            {"tank_truck", 0.08},
-                            {"box_truck", 0.25},
-                            {"coach", 0.07},
-                            {"tipper", 0.05}};
-constexpr Chance kTown[] = {
-    {"box_truck", 0.35}, {"city_bus", 0.40}, {"articulated_bus", 0.08}, {"tipper", 0.17}};
-
 const RoadTraffic* road_of(const FeatureTags& tags) {
   const std::string_view highway = tags.value("highway");
-  const auto found = std::find_if(kRoads.begin(), kRoads.end(),
+  const std::span<const RoadTraffic> roads = road_traffic();
+  const auto found = std::find_if(roads.begin(), roads.end(),
                                   [&](const RoadTraffic& road) { return road.highway == highway; });
-  return found == kRoads.end() ? nullptr : &*found;
+  return found == roads.end() ? nullptr : &*found;
 }
 
 bool is_on_ground(const FeatureTags& tags) {
@@ -123,13 +93,7 @@ void propose_traffic(const RuleInputs& inputs, Proposals& to) {
             const bool is_heavy =
                 core::random_unit(inputs.seed, own, 4 * index + 3) < road->trucks &&
                 (lane == 0 || lane + 1 == num_lanes);
-            if (is_heavy)
-              choose(vehicle,
-                     road->trucks > 0.09 ? std::span<const Chance>(kLong)
-                                         : std::span<const Chance>(kTown),
-                     draw);
-            else
-              choose(vehicle, kCars, draw);
+            choose(vehicle, vehicles_on(*road, is_heavy), draw);
             vehicle.place_world =
                 walk.at(along_m) + right_m * Vector2d(direction.y(), -direction.x());
             vehicle.heading = heading_of(is_forward ? direction : Vector2d(-direction));

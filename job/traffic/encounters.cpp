@@ -1,0 +1,141 @@
+#include "job/traffic/encounters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "core/parallel.h"
+
+namespace terracast::job {
+namespace {
+
+using Eigen::Vector2d;
+
+/// Nothing on the map reaches farther from its middle, with its room.
+constexpr double kCell_m = 24.0;
+/// Decks so far above each other carry traffic that does not meet.
+constexpr double kDeckApart_m = 3.0;
+
+std::int64_t cell_of(double at_m) { return static_cast<std::int64_t>(std::floor(at_m / kCell_m)); }
+std::uint64_t key_of(std::int64_t x, std::int64_t y) {
+  return static_cast<std::uint64_t>(x) << 32U ^ (static_cast<std::uint64_t>(y) & 0xffffffffU);
+}
+
+/// Footprints by where they are.
+class Map {
+ public:
+  void add(const Footprint& footprint, std::uint32_t number) {
+    cells_[key_of(cell_of(footprint.at_world.x()), cell_of(footprint.at_world.y()))].push_back(
+        {footprint, number});
+  }
+  template <class Visit>
+  void visit_near(const Vector2d& at, const Visit& visit) const {
+    const std::int64_t x = cell_of(at.x()), y = cell_of(at.y());
+    for (std::int64_t j = y - 1; j <= y + 1; ++j)
+      for (std::int64_t i = x - 1; i <= x + 1; ++i)
+        if (const auto found = cells_.find(key_of(i, j)); found != cells_.end())
+          for (const Entry& entry : found->second) visit(entry.footprint, entry.number);
+  }
+
+ private:
+  struct Entry {
+    Footprint footprint;
+    std::uint32_t number;
+  };
+  std::unordered_map<std::uint64_t, std::vector<Entry>> cells_;
+};
+
+/// Half of what a footprint and its room take up along a direction.
+double half_along(const Footprint& of, const Vector2d& direction) {
+  const Vector2d left(-of.forward.y(), of.forward.x());
+  return (0.5 * of.length_m + kRoomAlong_m) * std::abs(of.forward.dot(direction)) +
+         (0.5 * of.width_m + kRoomAside_m) * std::abs(left.dot(direction));
+}
+
+}  // namespace
+
+bool meet(const Footprint& a, const Footprint& b) {
+  const bool has_a = std::isfinite(a.deck_z_world), has_b = std::isfinite(b.deck_z_world);
+  if (has_a != has_b) return false;
+  if (has_a && std::abs(a.deck_z_world - b.deck_z_world) > kDeckApart_m) return false;
+  const Vector2d apart = b.at_world - a.at_world;
+  for (const Vector2d& forward : {a.forward, b.forward})
+    for (const Vector2d& axis : {forward, Vector2d(-forward.y(), forward.x())})
+      if (std::abs(apart.dot(axis)) > half_along(a, axis) + half_along(b, axis)) return false;
+  return true;
+}
+
+std::optional<Footprint> Obstacle::at(double time_s) const {
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (!states[i]) continue;
+    const bool is_last = i + 1 == states.size() || !states[i + 1];
+    const double from_s = states[i]->time_s;
+    const double to_s = is_last ? from_s + kLook_s : states[i + 1]->time_s;
+    if (time_s < from_s - kLook_s || time_s > to_s) continue;
+    Footprint footprint{.length_m = length_m, .width_m = width_m};
+    const Eigen::Vector3d forward = states[i]->world_from_body.rotation * Eigen::Vector3d::UnitX();
+    if (forward.head<2>().norm() > 1e-3) footprint.forward = forward.head<2>().normalized();
+    footprint.at_world = states[i]->world_from_body.translation.head<2>();
+    if (!is_last)
+      footprint.at_world +=
+          std::clamp((time_s - from_s) / (to_s - from_s), 0.0, 1.0) *
+          (states[i + 1]->world_from_body.translation.head<2>() - footprint.at_world);
+    return footprint;
+  }
+  return std::nullopt;
+}
+
+Encounters find_encounters(std::span<const Traveller* const> travellers,
+                           std::span<const Obstacle> obstacles, std::span<const Footprint> standing,
+                           double duration_s) {
+  const std::size_t num = travellers.size();
+  Encounters found{std::vector<std::uint8_t>(num, 0), std::vector<std::uint8_t>(num, 0)};
+  Map still;
+  for (const Footprint& footprint : standing) still.add(footprint, 0);
+  const int num_looks = static_cast<int>(std::ceil(duration_s / kLook_s)) + 1;
+  std::vector<Footprint> here(num);
+  const auto look = [&](int index, const auto& each) {
+    const double time_s = std::min(index * kLook_s, duration_s);
+    core::parallel_for_blocks(
+        static_cast<std::int64_t>(num), 64, [&](std::int64_t begin, std::int64_t end) {
+          for (std::int64_t k = begin; k < end; ++k)
+            here[static_cast<std::size_t>(k)] = travellers[static_cast<std::size_t>(k)]->at(time_s);
+        });
+    each(time_s);
+  };
+  for (int index = 0; index < num_looks; ++index)
+    look(index, [&](double time_s) {
+      Map moving;
+      for (const Obstacle& obstacle : obstacles)
+        if (const auto footprint = obstacle.at(time_s)) moving.add(*footprint, 0);
+      for (std::size_t k = 0; k < num; ++k) {
+        const auto look_at = [&](const Footprint& own, const Map& map) {
+          map.visit_near(own.at_world, [&](const Footprint& other, std::uint32_t) {
+            if (meet(own, other)) found.is_blocked[k] = 1;
+          });
+        };
+        look_at(here[k], still);
+        // Of what moves it is not known whether a deck carries it: all that is above or below is in its way.
+        Footprint on_ground = here[k];
+        on_ground.deck_z_world = std::numeric_limits<double>::quiet_NaN();
+        look_at(on_ground, moving);
+      }
+    });
+  for (int index = 0; index < num_looks; ++index)
+    look(index, [&](double) {
+      Map map;
+      for (std::uint32_t k = 0; k < num; ++k)
+        if (found.is_blocked[k] == 0) map.add(here[k], k);
+      for (std::size_t k = 0; k < num; ++k) {
+        if (found.is_blocked[k] != 0 || found.gives_way[k] != 0) continue;
+        map.visit_near(here[k].at_world, [&](const Footprint& other, std::uint32_t number) {
+          if (travellers[number]->key() < travellers[k]->key() && meet(here[k], other))
+            found.gives_way[k] = 1;
+        });
+      }
+    });
+  return found;
+}
+
+}  // namespace terracast::job

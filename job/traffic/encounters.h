@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "geo/trajectory.h"
+
+namespace terracast::job {
+
+/// What something takes up on the map.
+struct Footprint {
+  Eigen::Vector2d at_world = Eigen::Vector2d::Zero();
+  Eigen::Vector2d forward = Eigen::Vector2d::UnitX();  ///< of length 1
+  double length_m = 0.0;
+  double width_m = 0.0;
+  /// Of the deck that carries it; NaN: it is on the ground.
+  double deck_z_world = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// Whether two of them would be on one place, with so much room before, behind and beside each. One on a deck and one
+/// on the ground, or on decks of different heights, are not.
+bool meet(const Footprint& a, const Footprint& b);
+inline constexpr double kRoomAlong_m = 1.0;
+inline constexpr double kRoomAside_m = 0.12;
+
+/// Something else that moves on the ground, at times of its own; between them it goes straight.
+struct Obstacle {
+  std::vector<std::optional<geo::BodyState>>
+      states;  ///< nothing: it is not there, or not low enough to be in the way
+  double length_m = 0.0;
+  double width_m = 0.0;
+  std::optional<Footprint> at(double time_s) const;
+};
+
+/// Someone who goes: where, at any time.
+class Traveller {
+ public:
+  virtual ~Traveller() = default;
+  virtual std::uint64_t key() const = 0;  ///< whose is higher gives way
+  virtual Footprint at(double time_s) const = 0;
+};
+
+/// How those fared who would meet something.
+struct Encounters {
+  std::vector<std::uint8_t> is_blocked;  ///< by what is no traveller
+  std::vector<std::uint8_t> gives_way;   ///< to another traveller that is not blocked
+};
+
+/// Looks at all times up to `duration_s`, kLook_s apart. Who stays does not depend on who is left out for others: so
+/// it is the same wherever one looks at a part of them only.
+/// standing   what never moves
+Encounters find_encounters(std::span<const Traveller* const> travellers,
+                           std::span<const Obstacle> obstacles, std::span<const Footprint> standing,
+                           double duration_s);
+inline constexpr double kLook_s = 0.1;
+
+}  // namespace terracast::job

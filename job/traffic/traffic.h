@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/log.h"
+#include "core/schema.h"
+#include "geo/trajectory.h"
+#include "job/traffic/encounters.h"
+#include "job/traffic/way_graph.h"
+#include "render/moving_bodies.h"
+
+namespace terracast::job {
+
+/// Config `[[traffic]]`: what goes along the world's own roads and paths through every sequence.
+struct TrafficOptions {
+  std::string kind = "vehicles";
+  std::string name;  ///< "": the kind's
+  std::int64_t seed = 1;
+  double amount = 1.0;
+  double speed = 1.0;
+  std::vector<std::string> things;
+  bool drives_on_left = false;
+  double reach_m = 300.0;
+  std::int64_t most = 100;
+
+  bool is_of_people() const { return kind == "people"; }
+  void describe(core::SchemaVisitor& visit);
+  /// throws Config: no such thing, an amount of nothing, a name that is none
+  void validate() const;
+};
+
+/// throws Config: two entries that would draw the same
+void check_traffic(std::span<const TrafficOptions> traffic);
+
+/// Where traffic is made.
+struct TrafficSite {
+  const WayGraph& ways;
+  double half_size_m = 0.0;         ///< of the world's square
+  std::vector<Obstacle> obstacles;  ///< what else moves on the ground
+  std::vector<Footprint> standing;  ///< vehicles that stand in the world
+};
+
+/// Everything that goes along the world's ways within reach of a sequence's cameras, in no order but its own: the
+/// same for the same ways, whatever their order.
+///
+/// Who is made is there from before the first frame until after `duration_s`, and keeps its place on the ways all
+/// that time: nothing comes or goes in view. It does not depend on the cameras: sequences of one duration see
+/// the same traffic at the same times.
+/// frames       the sequence's
+/// duration_s   of the longest of the sequences that see each other
+std::vector<render::MovingThing> lay_out_traffic(std::span<const TrafficOptions> options,
+                                                 std::span<const geo::BodyState> frames,
+                                                 double duration_s, const TrafficSite& site,
+                                                 const core::Log& log);
+
+}  // namespace terracast::job

@@ -1,0 +1,218 @@
+#include "job/traffic/traffic_site.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <set>
+
+#include "core/error.h"
+#include "job/stages.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/street_job.h"
+#include "tests/support/test_data.h"
+#include "tiler/objects/things.h"
+#include "world/lod.h"
+
+namespace terracast::job {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr const char* kRig = R"([[rigs]]
+name = "one"
+[[rigs.cameras]]
+name = "cam"
+width_px = 64
+height_px = 48
+fx_px = 48.0
+
+)";
+
+/// A job over the streets, its world tiled, and the plan of its sequence with traffic.
+struct Streets {
+  Streets(const fs::path& folder, const std::string& layers, const std::string& traffic,
+          int num_frames)
+      : job(prepare_job(load_run_config(written(folder, layers, traffic, num_frames), {}),
+                        context)),
+        store(tile(job, folder / "world", context)),
+        plan(job.sequences.at(0)) {
+    add_traffic(job, store, log, plan);
+  }
+  static fs::path written(const fs::path& folder, const std::string& layers,
+                          const std::string& traffic, int num_frames) {
+    std::ofstream(folder / "job.toml")
+        << test::street_job_text(folder, num_frames, layers, kRig + traffic);
+    return folder / "job.toml";
+  }
+
+  core::Log log{"test", core::LogLevel::Off};
+  core::Context context{.log = log};
+  Job job;
+  world::TileStore store;
+  render::SequencePlan plan;
+};
+
+/// The top of a world's bridge above a place, by all its triangles; nothing: it is not there.
+std::optional<double> deck_z(const std::vector<world::Solid>& bridges, const Vector2d& at) {
+  std::optional<double> top;
+  for (const world::Solid& bridge : bridges) {
+    const world::Shape& shape = bridge.levels.front().shape;
+    for (const auto& triangle : shape.triangles) {
+      if (shape.finishes[triangle.finish].material != world::Material::Asphalt) continue;
+      std::array<Vector3d, 3> p;
+      for (std::size_t k = 0; k < 3; ++k)
+        p[k] = (bridge.origin_steps + shape.vertices_steps[triangle.corners[k]]).cast<double>() *
+               world::kHeightStep_m;
+      const Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
+      if (normal.z() < 0.5 * normal.norm()) continue;
+      bool is_inside = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vector2d step = (p[(k + 1) % 3] - p[k]).head<2>(), off = at - p[k].head<2>();
+        is_inside &= step.x() * off.y() - step.y() * off.x() >= 0.0;
+      }
+      if (!is_inside) continue;
+      const double z = p[0].z() - normal.head<2>().dot(at - p[0].head<2>()) / normal.z();
+      top = std::max(top.value_or(-1e300), z);
+    }
+  }
+  return top;
+}
+
+TEST(TrafficSite, RidesTheGroundAndOverBridgesTheirDecks) {
+  const test::ScratchFolder folder;
+  const Streets streets(folder.path(), "",
+                        "[[traffic]]\namount = 6.0\nmost = 200\n[[traffic]]\nkind = \"people\"\n"
+                        "amount = 3.0\n",
+                        12);
+  const world::RayQuery query(
+      streets.store,
+      world::choose_cut(streets.store,
+                        render::viewpoints_of(streets.plan.states, streets.plan.cameras),
+                        streets.plan.detail),
+      streets.job.config.tracing);
+  const geo::WorldFrame frame(streets.store.manifest().origin);
+  const render::MovingBodies bodies(streets.plan.moving, query, frame);
+  std::vector<world::Solid> bridges;
+  std::set<std::uint32_t> known;
+  for (const world::TileInfo& info : streets.store.manifest().tiles)
+    for (const world::Solid& solid : streets.store.load(info.id).objects.solids)
+      if (known.insert(solid.provenance.instance_id).second) bridges.push_back(solid);
+  ASSERT_EQ(bridges.size(), 1U);
+
+  const auto described = render::describe_moving(streets.plan.moving);
+  int num_on_deck = 0, num_below = 0, num_on_ground = 0, num_at_ends = 0;
+  double before_s = 0.0;
+  std::vector<std::optional<geo::BodyState>> before;
+  for (int i = 0; i < 12; ++i) {
+    const auto states = bodies.states(i);
+    for (std::size_t k = 0; k < states.size(); ++k) {
+      if (described[k].is_part()) continue;
+      ASSERT_TRUE(states[k]);
+      const Vector3d& at = states[k]->world_from_body.translation;
+      const double ground_z = *query.surface_z_world(at.x(), at.y());
+      const auto deck = deck_z(bridges, at.head<2>());
+      const bool comes_over = std::abs(at.x() + 15.0) < 5.0 && std::abs(at.y()) > 12.0;
+      const bool is_end = std::abs(std::abs(at.y()) - 40.0) < 9.0;
+      // Its four corners stand on what may bulge by so much between them.
+      constexpr double kBulge_m = 0.12;
+      if (deck && comes_over && !is_end) {
+        EXPECT_NEAR(at.z(), *deck, kBulge_m) << described[k].name;
+        ++num_on_deck;
+      } else if (comes_over && is_end) {
+        EXPECT_NEAR(at.z(), std::max(ground_z, deck.value_or(-1e300)), 0.4) << described[k].name;
+        ++num_at_ends;
+      } else {
+        EXPECT_NEAR(at.z(), ground_z, 3 * kBulge_m) << described[k].name << at.transpose();
+        ++num_on_ground;
+        if (deck && at.z() < *deck - 3.0) ++num_below;
+      }
+      // What is a vehicle's is level across the road and leans no more than roads are steep.
+      EXPECT_GT((states[k]->world_from_body.rotation * Vector3d::UnitZ()).z(), 0.97);
+      // It climbs as it says: over half a second, at less than 1 m/s^2 or so of bends in its profile.
+      if (before.empty() || described[k].thing == "person" || is_end) continue;
+      const double climbed =
+          (at.z() - before[k]->world_from_body.translation.z()) / (states[k]->time_s - before_s);
+      EXPECT_NEAR(climbed,
+                  0.5 * (states[k]->velocity_world_mps.z() + before[k]->velocity_world_mps.z()),
+                  0.6)
+          << described[k].name;
+    }
+    before = states;
+    before_s = 0.5 * i;
+  }
+  EXPECT_GT(num_on_deck, 10);
+  EXPECT_GT(num_at_ends, 3);
+  EXPECT_GT(num_below, 5) << "the main street goes under it";
+  EXPECT_GT(num_on_ground, 200);
+}
+
+TEST(TrafficSite, LeavesOutWhoWouldMeetVehiclesThatStandInTheWorld) {
+  const test::ScratchFolder folder;
+  const std::string objects = R"([[world.layer]]
+kind = "objects"
+files = ["streets.geojson"]
+traffic = 2.0
+lamp_spacing_m = 0.0
+
+)";
+  const Streets streets(folder.path(), objects, "[[traffic]]\namount = 6.0\nmost = 300\n", 5);
+  // The standing ones, by their places and sizes.
+  struct Standing {
+    Vector2d at;
+    double heading_rad;
+    Vector2d size_m;
+  };
+  std::vector<Standing> standing;
+  for (const world::TileInfo& info : streets.store.manifest().tiles)
+    for (const world::Instance& instance : streets.store.load(info.id).objects.instances) {
+      const std::string& name = streets.store.manifest().prototypes[instance.prototype].name;
+      standing.push_back({instance.place_steps.head<2>().cast<double>() * world::kHeightStep_m,
+                          instance.heading * 2.0 * 3.14159265358979 / 65536.0,
+                          tiler::find_thing(name.substr(0, name.find(' ')))->size_m.head<2>()});
+    }
+  ASSERT_GT(standing.size(), 10U);
+  ASSERT_GT(streets.plan.moving.size(), 3U);
+  int num_near = 0;
+  for (const render::MovingThing& thing : streets.plan.moving) {
+    const Vector2d size_m = tiler::find_thing(thing.shape.thing)->size_m.head<2>();
+    for (const auto& state : thing.states)
+      for (const Standing& other : standing) {
+        const geo::Rigid3d body_from_world = state->world_from_body.inverse();
+        for (int i = -8; i <= 8; ++i)
+          for (int j = -3; j <= 3; ++j) {
+            const Vector2d in_other(i * other.size_m.x() / 16.0, j * other.size_m.y() / 6.0);
+            const Vector2d at = other.at + Eigen::Rotation2Dd(other.heading_rad) * in_other;
+            const Vector3d in_body =
+                body_from_world * Vector3d(at.x(), at.y(), state->world_from_body.translation.z());
+            EXPECT_FALSE(std::abs(in_body.x()) < 0.5 * size_m.x() &&
+                         std::abs(in_body.y()) < 0.5 * size_m.y())
+                << thing.name;
+            num_near += in_body.norm() < 15.0 ? 1 : 0;
+          }
+      }
+  }
+  EXPECT_GT(num_near, 100);
+}
+
+TEST(TrafficSite, AWorldWithoutWaysIsRefused) {
+  const test::ScratchFolder folder;
+  std::string text =
+      test::street_job_text(folder.path(), 2, "", std::string(kRig) + "[[traffic]]\n");
+  const auto at = text.find("[[world.layer]]");
+  text.erase(at, text.find("[detail]") - at);
+  std::ofstream(folder / "job.toml") << text;
+  const core::Log log("test", core::LogLevel::Off);
+  const core::Context context{.log = log};
+  const Job job = prepare_job(load_run_config(folder / "job.toml", {}), context);
+  const world::TileStore store = tile(job, folder / "world", context);
+  render::SequencePlan plan = job.sequences.at(0);
+  test::expect_error(core::ErrorKind::Input, {"no ways", "roads", "[[traffic]]"},
+                     [&] { add_traffic(job, store, log, plan); });
+}
+
+}  // namespace
+}  // namespace terracast::job
