@@ -134,4 +134,24 @@ std::optional<ColmapIntrinsics> colmap_intrinsics(const std::string& model,
   return std::nullopt;
 }
 
+std::pair<std::string, std::vector<double>> colmap_model(const ColmapIntrinsics& camera) {
+  const auto model = [&](const char* name, std::size_t num_of_lens) {
+    std::vector<double> parameters{camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px};
+    parameters.insert(parameters.end(), camera.lens.c.begin(),
+                      camera.lens.c.begin() + static_cast<std::ptrdiff_t>(num_of_lens));
+    return std::pair<std::string, std::vector<double>>(name, parameters);
+  };
+  switch (camera.lens.kind) {
+    case Lens::Kind::Perspective:
+      return model("FULL_OPENCV", 8);
+    case Lens::Kind::Fisheye:
+      return model("THIN_PRISM_FISHEYE", 8);
+    case Lens::Kind::Fov:
+      return model("FOV", 1);
+    case Lens::Kind::None:
+      break;
+  }
+  return model("PINHOLE", 0);
+}
+
 }  // namespace terracast::validate

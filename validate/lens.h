@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace terracast::validate {
@@ -42,5 +43,8 @@ struct ColmapIntrinsics {
 /// Nothing for a model that is not known, or another number of parameters than it has.
 std::optional<ColmapIntrinsics> colmap_intrinsics(const std::string& model,
                                                   const std::vector<double>& parameters);
+
+/// A model of COLMAP's that holds them: colmap_intrinsics of it are the same.
+std::pair<std::string, std::vector<double>> colmap_model(const ColmapIntrinsics& camera);
 
 }  // namespace terracast::validate

@@ -9,6 +9,8 @@
 
 #include "core/toml_reader.h"
 #include "export/exporter.h"
+#include "geo/camera_model.h"
+#include "render/rig.h"
 
 namespace terracast::cli {
 namespace {
@@ -66,6 +68,42 @@ TEST(Reference, ExplainsHowAnItemOfAListIsSet) {
   EXPECT_EQ(explain_text("size_m").find("--set"), std::string::npos);
   // A kind's name explains all that it takes.
   EXPECT_NE(explain_text("survey").find("sidelap"), std::string::npos);
+}
+
+/// The indented lines after a heading of a page.
+std::string example_of(const std::string& page, const std::string& heading) {
+  std::istringstream lines(page.substr(page.find(heading)));
+  std::string line, example;
+  std::getline(lines, line);
+  while (std::getline(lines, line) && !line.starts_with("#"))
+    if (line.starts_with("    ")) example += line.substr(4) + "\n";
+  return example;
+}
+
+TEST(Reference, EachCameraModelHasAPageWhoseExampleReads) {
+  const std::string index = text_of(kSource / "docs/cameras.md");
+  for (const geo::CameraModelInfo& model : geo::camera_models()) {
+    SCOPED_TRACE(model.name);
+    const std::string name(model.name);
+    EXPECT_NE(index.find(fmt::format("[`{0}`](cameras/{0}.md)", name)), std::string::npos);
+    EXPECT_TRUE(fs::exists(kSource / "docs/cameras" / (name + ".png")));
+    const std::string page = text_of(kSource / "docs/cameras" / (name + ".md"));
+    EXPECT_TRUE(page.starts_with("# `" + name + "`\n"));
+    for (const geo::CameraParameter& parameter : model.parameters) {
+      const std::regex key(fmt::format("\\| `[^|]*\\b{}\\b[^|]*` \\|", parameter.name));
+      EXPECT_TRUE(std::regex_search(page, key)) << parameter.name;
+    }
+    const std::string example = example_of(page, "## In a rig");
+    EXPECT_NE(example.find("model = \"" + name + "\""), std::string::npos);
+    if (model.read != nullptr) continue;  // of a file that is the reader's own
+    render::RigOptions rig;
+    core::TomlDocument::parse(
+        "name = \"rig\"\n" +
+            std::regex_replace(example, std::regex(R"(\[\[rigs\.cameras)"), "[[cameras"),
+        name)
+        .read(rig);
+    EXPECT_EQ(render::build_cameras({rig}).at(0).intrinsics.model, name);
+  }
 }
 
 TEST(Reference, PagesOfTheReadmeExist) {

@@ -57,31 +57,36 @@ double hit_distance(const std::function<double(double, double)>& ground,
     const Eigen::Vector3d p = origin + t * direction;
     return p.z() - ground(p.x(), p.y());
   };
-  // The hills slope by less than 0.9, rays fall: no step of a quarter of the height can pass the
-  // ground.
+  // The ground slopes by less than 1.2 (each sum below by less than 1.06, noise by 0.09 more): while the gap
+  // between ray and ground is g, so long a step cannot pass the ground.
+  const double closing = std::abs(direction.z()) + 1.2 * direction.head<2>().norm();
   double near = 0.0;
   double far = 0.0;
-  while (true) {
-    const double gap = above(far);
-    if (gap <= 0.0) break;
+  double gap_near = 0.0;
+  double gap_far = above(far);
+  while (gap_far > 0.0) {
     near = far;
-    far += std::max(0.35 * gap, 1e-4 * reach);
+    gap_near = gap_far;
+    far += std::max(gap_far / closing, 1e-4 * reach);
     if (far > 100.0 * reach) return far;
+    gap_far = above(far);
   }
-  double gap_near = above(near), gap_far = above(far);
+  int num_same = 0;  // turns in which the same end stayed: above 0 the far one, below the near one
   for (int turn = 0; turn < 60 && far - near > 1e-13 * far && gap_near > 0.0; ++turn) {
     const double middle = (near * gap_far - far * gap_near) / (gap_far - gap_near);
     const double gap = above(middle);
+    if (std::abs(gap) < 1e-13 * reach) return middle;
     if (gap > 0.0) {
       near = middle;
       gap_near = gap;
-      gap_far *= 0.5;
+      num_same = std::max(num_same, 0) + 1;
+      if (num_same > 1) gap_far *= 0.5;
     } else {
       far = middle;
       gap_far = gap;
-      gap_near *= 0.5;
+      num_same = std::min(num_same, 0) - 1;
+      if (num_same < -1) gap_near *= 0.5;
     }
-    if (std::abs(gap) < 1e-13 * reach) return middle;
   }
   return 0.5 * (near + far);
 }
@@ -96,9 +101,9 @@ Eigen::Vector3d ground_color(double x, double y, double s) {
                                                                 {-0.12, 0.26, 3.0},
                                                                 {1.15, 0.9, 4.0},
                                                                 {0.8, -1.2, 5.0}}};
+  const double bend = std::sin((0.07 * x - 0.05 * y) / s);
   for (const auto& wave : kWaves)
-    value +=
-        std::sin((wave[0] * x + wave[1] * y) / s + wave[2] + std::sin((0.07 * x - 0.05 * y) / s));
+    value += std::sin((wave[0] * x + wave[1] * y) / s + wave[2] + bend);
   const double broad = std::sin(x / (31.0 * s)) * std::cos(y / (27.0 * s));
   return {118.0 + 15.0 * value + 20.0 * broad, 124.0 + 14.0 * value,
           96.0 + 11.0 * value - 16.0 * broad};

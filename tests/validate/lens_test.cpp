@@ -73,6 +73,11 @@ TEST(Lens, ThereAndBackIsTheSamePlace) {
     for (const Eigen::Vector2d& place : places_within(0.9))
       EXPECT_LT((known->lens.undistorted(known->lens.distorted(place)) - place).norm(), 1e-11);
     EXPECT_FALSE(colmap_intrinsics(model, {1, 2}));
+    const auto [said, numbers] = colmap_model(*known);
+    const auto again = colmap_intrinsics(said, numbers);
+    ASSERT_TRUE(again) << said;
+    EXPECT_EQ(again->lens, known->lens);
+    EXPECT_EQ(again->fy_px, known->fy_px);
   }
   EXPECT_FALSE(colmap_intrinsics("UNHEARD_OF", {1, 1, 0, 0}));
 }

@@ -143,14 +143,14 @@ void run_colmap(const Subject& subject, const ColmapProgram& colmap, const fs::p
       std::to_string(context.num_threads > 0 ? static_cast<unsigned>(context.num_threads)
                                              : std::max(1U, std::thread::hardware_concurrency()));
   const Intrinsics& k = sound_intrinsics(subject);
+  const auto [model, parameters] = colmap_model({k.fx_px, k.fy_px, k.cx_px, k.cy_px, k.lens});
   const auto num_images = static_cast<double>(names.size());
   context.log.info("colmap: {} images, {} pairs; logs in {}", names.size(), num_pairs,
                    folder.parent_path().string());
   // Peak threshold and least angle as `validate --colmap` sets them, and for its reasons.
   colmap.run({"feature_extractor",
-              {"--ImageReader.single_camera", "1", "--ImageReader.camera_model", "PINHOLE",
-               "--ImageReader.camera_params",
-               fmt::format("{:.17g},{:.17g},{:.17g},{:.17g}", k.fx_px, k.fy_px, k.cx_px, k.cy_px),
+              {"--ImageReader.single_camera", "1", "--ImageReader.camera_model", model,
+               "--ImageReader.camera_params", fmt::format("{:.17g}", fmt::join(parameters, ",")),
                "--SiftExtraction.use_gpu", "0", "--SiftExtraction.peak_threshold", "0.02",
                "--SiftExtraction.num_threads", threads}},
              {"--database_path", database, "--image_path", root, "--image_list_path",
