@@ -110,6 +110,46 @@ TEST_F(ObjectLabelling, BoxesOcclusionAndTruncationFollowFromTheScene) {
   EXPECT_EQ(plate.occlusion(), 0.0);
 }
 
+// Parallel rays, at two pixels a metre, show all three as large from any distance: the front box in columns 90 to 110
+// and rows 60 to 100, the one behind it in columns 100 to 140. A line scanner sees them so along its way alone.
+TEST_F(ObjectLabelling, BoxesOcclusionAndTruncationFollowWhereRaysStartAtManyPlaces) {
+  const auto store = make_boxes_world(folder / "world", kBoxes);
+  constexpr double kLattice_px = 4e-3;
+  render::SequencePlan plan = level_plan();
+  plan.cameras[0].intrinsics.model = "orthographic";
+  plan.cameras[0].intrinsics.parameters = {2.0, 2.0, 100.0, 80.0};
+  const auto parallel = render_plan(store, plan, folder / "parallel");
+  make_labels(parallel, store, "objects");
+  auto views = by_id(ObjectLabels::open(parallel).views(0, 0));
+  ASSERT_EQ(views.size(), 3U);
+  expect_box(views.at(11).whole_px, 90, 60, 110, 100, kLattice_px);
+  EXPECT_EQ(views.at(11).num_visible, 20 * 40);
+  EXPECT_NEAR(views.at(11).nearest_m, 100.0, 1e-3);
+  EXPECT_EQ(views.at(11).truncation, 0.0);
+  expect_box(views.at(12).whole_px, 100, 60, 140, 100, kLattice_px);
+  expect_box(views.at(12).visible_px, 110, 60, 140, 100, 0.0);
+  EXPECT_EQ(views.at(12).num_own, 40 * 40);
+  EXPECT_EQ(views.at(12).occlusion(), 0.25);
+  EXPECT_EQ(views.at(12).truncation, 0.0);
+  expect_box(views.at(13).whole_px, 180, 70, 200, 90, kLattice_px);
+  EXPECT_NEAR(views.at(13).truncation, 0.5, 1.0 / 128.0);
+
+  plan.cameras[0].intrinsics.model = "pushbroom";
+  plan.cameras[0].intrinsics.parameters = {200.0, 2.0, 100.0, 80.0};
+  const auto scanned = render_plan(store, plan, folder / "scanned");
+  make_labels(scanned, store, "objects");
+  views = by_id(ObjectLabels::open(scanned).views(0, 0));
+  ASSERT_EQ(views.size(), 3U);
+  expect_box(views.at(11).whole_px, 90, 60, 110, 100, kLattice_px);
+  EXPECT_EQ(views.at(11).num_own, 20 * 40);
+  // At 200 m its 20 m are 20 px across the way, and 40 rows of it.
+  expect_box(views.at(12).whole_px, 100, 60, 120, 100, kLattice_px);
+  EXPECT_EQ(views.at(12).num_own, 20 * 40);
+  EXPECT_EQ(views.at(12).occlusion(), 0.5);
+  expect_box(views.at(13).whole_px, 100.0 + 200.0 * 40.0 / 100.0625, 70, 200, 90, kLattice_px);
+  EXPECT_NEAR(views.at(13).truncation, 0.5, 1.0 / 128.0);
+}
+
 TEST_F(ObjectLabelling, ObjectsSayWhatTheyAreAndWhereTheyCameFrom) {
   const auto store = make_boxes_world(folder / "world", kBoxes);
   const auto sequence = render_plan(store, level_plan(), folder / "boxes");

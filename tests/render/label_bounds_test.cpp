@@ -285,9 +285,11 @@ std::string check_bounds(const geo::CameraIntrinsics& intrinsics, std::int64_t n
   fmt::print("{}\n", figures);
   EXPECT_EQ(num_left_out, num_edges + num_grazing);
   EXPECT_LE(static_cast<double>(num_left_out), 1e-3 * static_cast<double>(num_pixels));
-  EXPECT_LT(num_sky, num_pixels / 2);
+  // Where rays are parallel all may go to the sky.
+  EXPECT_LT(num_sky, num_pixels);
   if (is_pinhole) {
     EXPECT_GT(num_sky, num_pixels / 100);
+    EXPECT_LT(num_sky, num_pixels / 2);
   }
   for (const Largest& one : all) EXPECT_GT(one.error, 0.0);
   return figures;
@@ -301,8 +303,8 @@ TEST(LabelBounds, AreNeverBelowTheErrorAndWithinAHundredTimesOfIt) {
 
 // The same where rays start at many places, up to 70 m beside the camera's.
 TEST(LabelBounds, HoldWhereRaysStartAtManyPlaces) {
-  check_bounds({"orthographic", kWidth, kHeight, {3.0, 3.1, 161.3, 118.9}}, num_rays() / 8);
-  check_bounds({"pushbroom", kWidth, kHeight, {331.7, 3.0, 161.3, 118.9}}, num_rays() / 8);
+  check_bounds({"orthographic", kWidth, kHeight, {3.0, 3.1, 161.3, 118.9}}, num_rays() / 5);
+  check_bounds({"pushbroom", kWidth, kHeight, {331.7, 3.0, 161.3, 118.9}}, num_rays() / 5);
 }
 
 TEST(LabelBounds, RoundingToFloatIsHalfAStep) {

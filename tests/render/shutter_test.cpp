@@ -13,9 +13,12 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "core/toml_reader.h"
+#include "geo/frames.h"
 #include "render/input_hash.h"
+#include "render/sample_width.h"
 #include "tests/render/plane_flight.h"
 #include "tests/render/scene.h"
+#include "tests/support/expect_error.h"
 #include "tests/support/test_data.h"
 
 namespace terracast::render {
@@ -26,6 +29,7 @@ using Eigen::Vector3d;
 using test::Scene;
 
 using test::Flight;
+using test::kPlane_z;
 using test::Pose;
 using test::set_moving;
 using test::time_of;
@@ -221,6 +225,70 @@ TEST(Exposure, RaysComeAllAlongTheMotionAndThroughThePupil) {
       EXPECT_LT((ray.origin_world + along * ray.direction_world - focus).norm(), 1e-9);
     }
   }
+}
+
+TEST(Exposure, RaysStartWhereTheImagePointsDoAllAlongTheMotion) {
+  SequencePlan plan = test::small_plan(1, 40, 32);
+  set_moving(plan.states);
+  plan.cameras.resize(1);
+  const Vector2d pixel(7.25, 29.5);
+  // 2 and 2.5 px a metre: (7.25 - 20) / 2 and (29.5 - 16) / 2.5 m.
+  for (const auto& [model, start] :
+       {std::pair{"orthographic", Vector3d(-6.375, 5.4, 0.0)}, {"pushbroom", {0.0, 5.4, 0.0}}}) {
+    plan.cameras[0].intrinsics = {model, 40, 32, {2.0, 2.5, 20.0, 16.0}};
+    plan.cameras[0].shutter = {.exposure_s = 0.02};
+    const double line_s = std::string(model) == "orthographic" ? 1e-4 : 0.0;
+    plan.cameras[0].shutter.line_time_s = line_s;
+    const ViewTable views(plan.states, plan.cameras);
+    EXPECT_TRUE(views.has_open_views());
+    const Vector3d direction =
+        std::string(model) == "orthographic" ? Vector3d(0, 0, 1) : Vector3d(-6.375, 0, 1);
+    for (const double share : {0.0, 0.25, 0.999}) {
+      const auto ray = views.open(0, 0).lens_ray(pixel, share, {0.3, -0.8});
+      const Pose pose(plan, 0, line_s * 13.5 + 0.02 * (share - 0.5));
+      EXPECT_LT((ray.origin_world - pose.center_world - pose.world_from_camera * start).norm(),
+                1e-10);
+      EXPECT_LT((ray.direction_world - (pose.world_from_camera * direction).normalized()).norm(),
+                1e-12);
+    }
+    // Where rays start at the image's corners and middle.
+    const std::vector<Vector3d> starts = views.at(0, 0).starts_world(2);
+    EXPECT_EQ(starts.size(), line_s > 0.0 ? 9U : 3U);
+    const Pose middle(plan, 0, 0.0);
+    EXPECT_LT((starts[0] - middle.center_world -
+               middle.world_from_camera * Vector3d(line_s > 0.0 ? -10.0 : 0.0, -6.4, 0.0))
+                  .norm(),
+              1e-10);
+  }
+}
+
+TEST(SampleWidth, IsTheSideOfTheSamplesArea) {
+  EXPECT_EQ(SampleWidth{.angle_rad = 2e-3}.at(50.0), 0.1);
+  // Parallel rays: as wide everywhere. A line scanner: 4 rows a metre, and 1e-3 rad across.
+  const SampleWidth parallel{.start_m = {0.5, 0.125}};
+  const SampleWidth scanner{.start_m = {0.0, 0.25}, .growth = {1e-3, 0.0}};
+  for (const double t : {1.0, 1000.0}) {
+    EXPECT_DOUBLE_EQ(parallel.at(t), 0.25);
+    EXPECT_DOUBLE_EQ(scanner.at(t), std::sqrt(1e-3 * t * 0.25));
+  }
+}
+
+TEST(Clearance, CountsWhereverRaysStart) {
+  // A plane at 40 m, and parallel rays that start 20 m above and below a place 51 m up, and 40 m to both sides.
+  Flight flight({"orthographic", 40, 20, {0.5, 0.5, 20.0, 10.0}}, {});
+  const core::Context context{.log = core::Log("test", core::LogLevel::Off)};
+  SequencePlan plan = flight.plan;
+  plan.states.resize(1);
+  plan.cameras[0].rig_from_camera.rotation = Eigen::Quaterniond(geo::rig_from_forward_camera());
+  plan.cameras[0].body_from_rig = {};
+  plan.states[0].world_from_body = {Eigen::Quaterniond::Identity(), {0.0, 0.0, kPlane_z + 11.0}};
+  const auto render = [&] {
+    run_render_stage(flight.store, plan, {}, {}, flight.folder / "P000", context);
+  };
+  test::expect_error(core::ErrorKind::Input, {"camera pair/left", "1.50 m under the ground"},
+                     render);
+  plan.states[0].world_from_body.translation = {0.0, 2030.0, kPlane_z + 100.0};
+  test::expect_error(core::ErrorKind::Input, {"outside the world"}, render);
 }
 
 TEST(Exposure, AnImageIsTheMeanOfItsMoments) {
