@@ -13,7 +13,11 @@
 // What moves is no part of it: a ray that ends on it clears what lies before it, and tells no more.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "capture/labels.h"
 #include "capture/object_labels.h"

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <atomic>
-#include <bitset>
 #include <cstdint>
 #include <memory>
 #include <mutex>

@@ -5,9 +5,13 @@
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <optional>
 #include <sstream>
+#include <utility>
 
 #include "capture/labels.h"
 #include "core/atomic_file.h"
