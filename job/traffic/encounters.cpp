@@ -110,16 +110,17 @@ Encounters find_encounters(std::span<const Traveller* const> travellers,
       for (const Obstacle& obstacle : obstacles)
         if (const auto footprint = obstacle.at(time_s)) moving.add(*footprint, 0);
       for (std::size_t k = 0; k < num; ++k) {
-        const auto look_at = [&](const Footprint& own, const Map& map) {
-          map.visit_near(own.at_world, [&](const Footprint& other, std::uint32_t) {
+        const auto look_at = [&](const Map& map) {
+          map.visit_near(here[k].at_world, [&](const Footprint& other, std::uint32_t) {
+            Footprint own = here[k];
+            // Who is on the ground is so wherever the other is; of what moves it is not known what carries it.
+            if (!std::isfinite(own.deck_z_world) || !std::isfinite(other.deck_z_world))
+              own.deck_z_world = other.deck_z_world;
             if (meet(own, other)) found.is_blocked[k] = 1;
           });
         };
-        look_at(here[k], still);
-        // Of what moves it is not known whether a deck carries it: all that is above or below is in its way.
-        Footprint on_ground = here[k];
-        on_ground.deck_z_world = std::numeric_limits<double>::quiet_NaN();
-        look_at(on_ground, moving);
+        look_at(still);
+        look_at(moving);
       }
     });
   for (int index = 0; index < num_looks; ++index)

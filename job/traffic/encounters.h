@@ -52,7 +52,7 @@ struct Encounters {
 
 /// Looks at all times up to `duration_s`, kLook_s apart. Who stays does not depend on who is left out for others: so
 /// it is the same wherever one looks at a part of them only.
-/// standing   what never moves
+/// standing   what never moves; its deck is its own height
 Encounters find_encounters(std::span<const Traveller* const> travellers,
                            std::span<const Obstacle> obstacles, std::span<const Footprint> standing,
                            double duration_s);

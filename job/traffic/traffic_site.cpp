@@ -101,7 +101,8 @@ std::vector<Footprint> standing_vehicles(const world::TileStore& store,
           {.at_world = instance.place_steps.head<2>().cast<double>() * world::kHeightStep_m,
            .forward = {std::cos(heading_rad), std::sin(heading_rad)},
            .length_m = scale * sizes[instance.prototype]->x(),
-           .width_m = scale * sizes[instance.prototype]->y()});
+           .width_m = scale * sizes[instance.prototype]->y(),
+           .deck_z_world = instance.place_steps.z() * world::kHeightStep_m});
     }
   }
   return standing;

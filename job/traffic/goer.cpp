@@ -1,0 +1,72 @@
+#include "job/traffic/goer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace terracast::job {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Whoever comes so near to the world's border is not inside.
+constexpr double kBorder_m = 12.0;
+/// Where no deck is: what rides its way looks for none so low.
+constexpr double kNoDeck_m = -1e5;
+
+}  // namespace
+
+Goer::Goer(std::uint64_t key, const TrafficOptions& options, const Body& body, PathCurve curve,
+           const DriveStyle& style, double start_m)
+    : key_(key),
+      options_(&options),
+      body_(body),
+      curve_(std::move(curve)),
+      drive_(curve_, style),
+      start_m_(start_m),
+      start_s_(drive_.time_s(start_m)) {}
+
+Footprint Goer::at(double time_s) const {
+  const PathCurve::Place place = curve_.at(drive_.at(start_s_ + time_s).at_m);
+  return {.at_world = place.at_world,
+          .forward = place.tangent,
+          .length_m = body_.thing->size_m.x(),
+          .width_m = body_.thing->size_m.y(),
+          .deck_z_world = place.deck_z_world};
+}
+
+geo::BodyState Goer::state(double time_s) const {
+  const Drive::Progress progress = drive_.at(start_s_ + time_s);
+  const PathCurve::Place place = curve_.at(progress.at_m);
+  const Vector3d forward(place.tangent.x(), place.tangent.y(), 0.0);
+  const Vector3d left(-forward.y(), forward.x(), 0.0);
+  geo::BodyState state;
+  state.time_s = time_s;
+  state.world_from_body.translation << place.at_world,
+      std::isfinite(place.deck_z_world) ? place.deck_z_world : kNoDeck_m;
+  state.world_from_body.rotation =
+      Eigen::AngleAxisd(std::atan2(forward.y(), forward.x()), Vector3d::UnitZ());
+  state.velocity_world_mps = progress.speed_mps * forward;
+  state.acceleration_world_mps2 =
+      progress.acceleration_mps2 * forward +
+      progress.speed_mps * progress.speed_mps * place.curvature_per_m * left;
+  state.angular_velocity_body_radps.z() = progress.speed_mps * place.curvature_per_m;
+  return state;
+}
+
+double Goer::sharpest_per_m(double until_s) const {
+  double sharpest = 0.0;
+  const double end_m = drive_.at(start_s_ + until_s).at_m;
+  for (double at_m = start_m_; at_m <= end_m; at_m += 0.5)
+    sharpest = std::max(sharpest, std::abs(curve_.at(at_m).curvature_per_m));
+  return sharpest;
+}
+
+bool Goer::is_inside(double half_size_m, double until_s) const {
+  const double end_m = drive_.at(start_s_ + until_s).at_m;
+  for (double at_m = start_m_;; at_m = std::min(at_m + 5.0, end_m)) {
+    if (curve_.at(at_m).at_world.cwiseAbs().maxCoeff() > half_size_m - kBorder_m) return false;
+    if (at_m >= end_m) return true;
+  }
+}
+
+}  // namespace terracast::job
