@@ -151,6 +151,9 @@ RayCounts tell_image(const capture::SequenceReader& sequence, int frame, int cam
   return counts;
 }
 
+/// Blocks are copied voxel by voxel.
+static_assert(VoxelBlock::kVoxels == world::SparseBlock::kVoxels);
+
 /// The three grids, and how much they hold.
 class VolumeGrids {
  public:
