@@ -40,7 +40,7 @@ struct TrafficSite {
   const WayGraph& ways;
   double half_size_m = 0.0;         ///< of the world's square
   std::vector<Obstacle> obstacles;  ///< what else moves on the ground
-  std::vector<Footprint> standing;  ///< vehicles that stand in the world
+  std::vector<Footprint> standing;  ///< vehicles and lamps of the world
 };
 
 /// Everything that goes along the world's ways within reach of a sequence's cameras, in no order but its own: the

@@ -21,7 +21,8 @@ constexpr double kBodyLength_m = 4.8;
 constexpr double kBodyWidth_m = 2.0;
 /// Whatever is higher above the ground is not in the way.
 constexpr double kLow_m = 6.0;
-/// Standing vehicles are looked for where who comes within reach starts at the latest.
+const Eigen::Vector3d kLampFoot_m(0.25, 0.25, 1.0);
+/// What stands is looked for where who comes within reach starts at the latest.
 constexpr double kFast_mps = 36.0;
 
 bool is_vehicle(core::SemanticClass what) {
@@ -59,14 +60,16 @@ std::vector<Obstacle> obstacles_of(const Job& job, const geo::TrajectoryOptions&
   return obstacles;
 }
 
-/// The size of each prototype that is a vehicle.
-std::vector<std::optional<Eigen::Vector3d>> vehicles_of(const world::WorldManifest& manifest) {
+/// What each prototype takes up that is a vehicle, or a lamp, of which the foot alone.
+std::vector<std::optional<Eigen::Vector3d>> taken_by(const world::WorldManifest& manifest) {
   std::vector<std::optional<Eigen::Vector3d>> sizes;
   for (const world::PrototypeInfo& prototype : manifest.prototypes) {
     const tiler::ThingInfo* thing =
         tiler::find_thing(prototype.name.substr(0, prototype.name.find(' ')));
     sizes.emplace_back();
-    if (thing != nullptr && is_vehicle(thing->semantic_class)) sizes.back() = thing->size_m;
+    if (thing == nullptr) continue;
+    if (is_vehicle(thing->semantic_class)) sizes.back() = thing->size_m;
+    if (thing->semantic_class == core::SemanticClass::StreetLamp) sizes.back() = kLampFoot_m;
   }
   return sizes;
 }
@@ -80,9 +83,9 @@ bool is_near(const world::TileId& id, std::span<const geo::BodyState> frames, do
   });
 }
 
-std::vector<Footprint> standing_vehicles(const world::TileStore& store,
-                                         std::span<const geo::BodyState> frames, double reach_m) {
-  const auto sizes = vehicles_of(store.manifest());
+std::vector<Footprint> what_stands(const world::TileStore& store,
+                                   std::span<const geo::BodyState> frames, double reach_m) {
+  const auto sizes = taken_by(store.manifest());
   std::vector<Footprint> standing;
   if (std::none_of(sizes.begin(), sizes.end(), [](const auto& size) { return size.has_value(); }))
     return standing;
@@ -140,7 +143,7 @@ void add_traffic(const Job& job, const world::TileStore& store, const core::Log&
   const TrafficSite site{.ways = ways,
                          .half_size_m = 0.5 * store.manifest().size_m,
                          .obstacles = obstacles_of(job, *own, plan),
-                         .standing = standing_vehicles(store, plan.states, reach_m)};
+                         .standing = what_stands(store, plan.states, reach_m)};
   std::vector<render::MovingThing> things =
       lay_out_traffic(traffic, plan.states, duration_s, site, log);
   std::move(things.begin(), things.end(), std::back_inserter(plan.moving));

@@ -148,7 +148,7 @@ TEST(TrafficSite, RidesTheGroundAndOverBridgesTheirDecks) {
   }
   EXPECT_GT(num_on_deck, 10);
   EXPECT_GT(num_at_ends, 3);
-  EXPECT_GT(num_below, 5) << "the main street goes under it";
+  EXPECT_GT(num_below, 2) << "the main street goes under it";
   EXPECT_GT(num_on_ground, 200);
 }
 
@@ -158,10 +158,13 @@ TEST(TrafficSite, LeavesOutWhoWouldMeetVehiclesThatStandInTheWorld) {
 kind = "objects"
 files = ["streets.geojson"]
 traffic = 2.0
-lamp_spacing_m = 0.0
+lamp_spacing_m = 20.0
 
 )";
-  const Streets streets(folder.path(), objects, "[[traffic]]\namount = 6.0\nmost = 300\n", 5);
+  const Streets streets(folder.path(), objects,
+                        "[[traffic]]\namount = 6.0\nmost = 300\n"
+                        "[[traffic]]\nkind = \"people\"\namount = 5.0\nmost = 300\n",
+                        5);
   // The standing ones, by their places and sizes.
   struct Standing {
     Vector2d at;
@@ -170,6 +173,7 @@ lamp_spacing_m = 0.0
     Vector2d size_m;
   };
   std::vector<Standing> standing;
+  int num_lamps = 0;
   for (const world::TileInfo& info : streets.store.manifest().tiles)
     for (const world::Instance& instance : streets.store.load(info.id).objects.instances) {
       const std::string& name = streets.store.manifest().prototypes[instance.prototype].name;
@@ -177,8 +181,12 @@ lamp_spacing_m = 0.0
                           instance.place_steps.z() * world::kHeightStep_m,
                           instance.heading * 2.0 * 3.14159265358979 / 65536.0,
                           tiler::find_thing(name.substr(0, name.find(' ')))->size_m.head<2>()});
+      if (!name.ends_with("lamp")) continue;
+      standing.back().size_m = {0.2, 0.2};  // its post
+      ++num_lamps;
     }
   ASSERT_GT(standing.size(), 10U);
+  ASSERT_GT(num_lamps, 10);
   ASSERT_GT(streets.plan.moving.size(), 3U);
   int num_near = 0;
   for (const render::MovingThing& thing : streets.plan.moving) {
