@@ -38,6 +38,10 @@ double footprint_m(const LitHits& hits, std::size_t i) {
   return across_m * static_cast<double>(std::pow(facing, -kSlantExponent));
 }
 
+float HitShader::height_over_sea_m(const Eigen::Vector3d& point_world) const {
+  return static_cast<float>(approximate_height_m(point_world) - ground_.climate().sea_level_m);
+}
+
 void HitShader::shade(const LitHits& hits, Scratch& s, std::span<Color> radiance) const {
   s.ground.clear();
   s.objects.clear();
@@ -47,9 +51,6 @@ void HitShader::shade(const LitHits& hits, Scratch& s, std::span<Color> radiance
     else
       (hits.hits[i].is_ground() ? s.ground : s.objects).push_back(i);
   }
-  if (hits.rays.empty()) return;
-  s.view.camera_height_m = static_cast<float>(approximate_height_m(hits.rays[0].origin_world) -
-                                              ground_.climate().sea_level_m);
   const std::span<const std::size_t> ground(s.ground);
   for (std::size_t first = 0; first < ground.size(); first += kLanes)
     shade_ground_lanes(hits,
@@ -69,6 +70,7 @@ void HitShader::shade_ground_lanes(const LitHits& hits, std::span<const std::siz
       s.view.direction[k][lane] =
           static_cast<float>(hits.rays[i].direction_world[static_cast<int>(k)]);
     s.view.distance_m[lane] = static_cast<float>(hits.hits[i].t);
+    s.view.start_height_m[lane] = height_over_sea_m(hits.rays[i].origin_world);
     s.view.sun_share[lane] = hits.sun_share[i];
     s.view.sky_share[lane] = hits.sky_share[i] < 0.0f ? 1.0f : hits.sky_share[i];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -131,10 +133,10 @@ void HitShader::shade_objects(const LitHits& hits, Scratch& s, std::span<Color> 
         look_at_object(s.places[at]),
         {.to_camera = -direction, .sun_share = hits.sun_share[i], .sky_share = hits.sky_share[i]},
         sky_);
-    const auto height_m =
-        static_cast<float>(approximate_height_m(point_of(hits, i)) - ground_.climate().sea_level_m);
-    const AirPath air = sky_.air(static_cast<float>(hits.hits[i].t), s.view.camera_height_m,
-                                 height_m, direction.dot(sun));
+    const auto height_m = height_over_sea_m(point_of(hits, i));
+    const AirPath air =
+        sky_.air(static_cast<float>(hits.hits[i].t), height_over_sea_m(hits.rays[i].origin_world),
+                 height_m, direction.dot(sun));
     radiance[i] = leaving * air.transmittance + air.inscatter;
   }
 }

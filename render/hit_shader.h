@@ -65,6 +65,7 @@ class HitShader {
   void shade(const LitHits& hits, Scratch& scratch, std::span<Color> radiance) const;
 
  private:
+  float height_over_sea_m(const Eigen::Vector3d& point_world) const;
   void shade_ground_lanes(const LitHits& hits, std::span<const std::size_t> lanes, Scratch& scratch,
                           std::span<Color> radiance) const;
   void shade_objects(const LitHits& hits, Scratch& scratch, std::span<Color> radiance) const;

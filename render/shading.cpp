@@ -86,7 +86,7 @@ void shade_ground(const GroundPacket& places, const GroundLook& look, const View
     if (look.is_water[i] > 0.0f) leaving = water_radiance(look, view, sky, sun, i, leaving);
     const float cos_sun = lane_vector(view.direction, i).dot(sun);
     const AirPath air =
-        sky.air(view.distance_m[i], view.camera_height_m, places.height_m[i], cos_sun);
+        sky.air(view.distance_m[i], view.start_height_m[i], places.height_m[i], cos_sun);
     const Color seen = leaving * air.transmittance + air.inscatter;
     for (int k = 0; k < 3; ++k) radiance[static_cast<std::size_t>(k)][i] = seen[k];
   }

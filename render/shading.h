@@ -19,8 +19,8 @@ struct ViewPacket {
   /// Of water: radiance from below and what it mirrors; red below 0: its albedo, and the sky.
   Lanes3f below;
   Lanes3f mirrored;
-  Lanes<float> reflectance;      ///< of the facet that is met; below 0: nobody has looked
-  float camera_height_m = 0.0f;  ///< above sea level, for the air between
+  Lanes<float> reflectance;     ///< of the facet that is met; below 0: nobody has looked
+  Lanes<float> start_height_m;  ///< of where the ray starts, above sea level, for the air between
 };
 
 /// Where the sky is hidden by things near by, what comes from these instead: a share of the irradiance of

@@ -186,16 +186,27 @@ std::shared_ptr<const world::RaySheaf> sheaf_of(const View& view) {
                                                  view.model->finest_pixels_per_m());
 }
 
+/// The view at the frame's time; where rays start at many places, also when the image begins and when it ends.
+std::vector<View> views_of_image(const ViewTable& views, int frame, int camera) {
+  std::vector<View> of_image = {views.at(frame, camera)};
+  const OpenView open = views.open(frame, camera);
+  if (open.is_central() || open.motion.shutter.is_instant()) return of_image;
+  const double reach_s =
+      open.motion.shutter.reach_s(open.middle.model->width_px(), open.middle.model->height_px());
+  for (const double offset_s : {-reach_s, reach_s}) of_image.push_back(open.at(offset_s));
+  return of_image;
+}
+
 }  // namespace
 
 std::vector<world::Viewpoint> viewpoints_of_frames(const ViewTable& views, int first, int last) {
   std::vector<world::Viewpoint> viewpoints;
   for (int frame = first; frame <= std::min(last, views.num_frames() - 1); ++frame) {
     for (int camera = 0; camera < views.num_cameras(); ++camera) {
-      const View& view = views.at(frame, camera);
-      viewpoints.push_back({.position_world = view.center_world,
-                            .pixels_per_radian = view.model->finest_pixels_per_radian(),
-                            .sheaf = sheaf_of(view)});
+      for (const View& view : views_of_image(views, frame, camera))
+        viewpoints.push_back({.position_world = view.center_world,
+                              .pixels_per_radian = view.model->finest_pixels_per_radian(),
+                              .sheaf = sheaf_of(view)});
     }
   }
   return viewpoints;

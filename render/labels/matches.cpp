@@ -140,8 +140,8 @@ std::vector<std::optional<Match>> Matcher::find(std::span<const ShownPoint> poin
           const std::optional<Vector2d> pixel = seen->view.project(point_world);
           if (!pixel || !view.middle.model->contains(*pixel)) continue;
           matches[i] = Match{.pixel = *pixel};
-          rays.push_back({.origin_world = seen->view.center_world,
-                          .direction_world = point_world - seen->view.center_world,
+          rays.push_back({.origin_world = seen->origin_world,
+                          .direction_world = point_world - seen->origin_world,
                           .t_max = kJustBeyond});
           offsets_s.push_back(seen->offset_s);
           found.push_back(i);

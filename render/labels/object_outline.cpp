@@ -235,7 +235,6 @@ double truncation_of(const Placement& object, const capture::CameraView& view,
   Eigen::AlignedBox3d bounds;
   for (const Vector3d& vertex : vertices) bounds.extend(vertex);
   constexpr double kLeast_m = 1.0;  // the camera may be in the middle of it
-  const double distance_m = std::max((bounds.center() - center_world).norm(), kLeast_m);
   double all = 0.0;
   double outside = 0.0;
   const auto look = [&](const Vector3d& start_world, const Vector3d& direction_world,
@@ -247,7 +246,11 @@ double truncation_of(const Placement& object, const capture::CameraView& view,
         });
     if (met == object.parts.end()) return;
     all += weight;
-    const Vector3d there = start_world + distance_m * direction_world.normalized();
+    const double distance_m =
+        view.model.is_central() ? (bounds.center() - start_world).norm()
+                                : (bounds.center() - start_world).dot(direction_world.normalized());
+    const Vector3d there =
+        start_world + std::max(distance_m, kLeast_m) * direction_world.normalized();
     if (is_outside(*met, shape_from_world(*met, there))) outside += weight;
   };
   if (view.model.is_central())

@@ -135,7 +135,7 @@ RayCounts tell_image(const capture::SequenceReader& sequence, int frame, int cam
       const Eigen::Vector2d center = capture::pixel_center(x, y);
       const geo::Rigid3d world_from_camera = view.pose_of_line(center);
       const bool is_moving = core::is_moving_id(facts.instance_id(x, y));
-      SeenRay ray{.origin_world = world_from_camera.translation,
+      SeenRay ray{.origin_world = world_from_camera * model->origin_from_pixel(center),
                   .direction_world =
                       world_from_camera.rotation * model->ray_from_pixel(center).normalized(),
                   .end_m = std::min(range_m, rule.reach_m)};
