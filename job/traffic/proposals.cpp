@@ -27,6 +27,8 @@ constexpr double kLonger_s = 1.0;
 constexpr double kWalk_mps = 1.34;
 constexpr double kWalkDeviation_mps = 0.26;
 constexpr double kChildShare = 0.85;
+/// People keep to the right of where they walk, as they meet others.
+constexpr double kLeastAside = 0.3;
 constexpr tiler::Chance kPeople[] = {{"person", 0.88}, {"child", 0.12}};
 /// People on a kilometre, of a path or of one sidewalk.
 struct Walkers {
@@ -186,7 +188,7 @@ Walker draw_walker(const Proposal& proposal, const Body& body) {
   for (std::uint64_t i = 0; i < 3; ++i) deviation += core::random_unit(key, 2, i);
   Walker walker{
       .speed_mps = proposal.options->speed * (kWalk_mps + 2.0 * kWalkDeviation_mps * deviation),
-      .aside = core::random_between(-1.0, 1.0, key, 2, 3),
+      .aside = core::random_between(kLeastAside, 1.0, key, 2, 3),
       .side = proposal.lane};
   if (body.thing->name == "child") walker.speed_mps *= kChildShare;
   return walker;
