@@ -17,6 +17,7 @@
 #include "core/progress.h"
 #include "core/random.h"
 #include "job/stages.h"
+#include "job/traffic/traffic_site.h"
 #include "world/tile_file.h"
 #include "world/tile_store.h"
 
@@ -108,8 +109,10 @@ void render_sample(const Plan& plan, const JobFolder& folder, const VerifyOption
       job::render_sequence(job, flight, store, frame, attempt.folder(), context);
       found.sampled.push_back(name);
       if (is_same_frame(captured, attempt.folder(), sample.frame, job.cameras)) return;
+      render::SequencePlan shown = flight;
+      job::add_traffic(job, store, context.log, shown);
       const auto damaged =
-          capture::find_damaged_frames(captured, render::describe_sequence(flight, store), frame);
+          capture::find_damaged_frames(captured, render::describe_sequence(shown, store), frame);
       if (damaged && damaged->empty())
         found.differing.push_back(name);
       else

@@ -48,6 +48,18 @@ void check_frames(const Job& job) {
            plan.name, plan.states.size(), kLeastFrames);
 }
 
+/// Traffic goes along the ways of a layer.
+void check_traffic(const RunConfig& config) {
+  const auto& layers = config.world.layers;
+  if (config.traffic.empty() || std::any_of(layers.begin(), layers.end(), [](const auto& layer) {
+        return layer.kind == "roads";
+      }))
+    return;
+  fail(ErrorKind::Config,
+       "the config asks for traffic, and its world has no ways: give it a layer of kind "
+       "\"roads\", or leave out [[traffic]]");
+}
+
 /// The cameras as they are; without errors they are those of the config.
 void draw_errors(const Job& job, render::SequencePlan& plan) {
   render::TrueRigs drawn =
@@ -167,6 +179,7 @@ Job prepare_job(RunConfig config, const core::Context& context,
                        fmt::format("checking that format {} can hold the rigs", chosen.format));
   // Refuses what this machine has not.
   const world::EmbreeDevice device(job.config.tracing.embree_profile);
+  check_traffic(job.config);
   check_data_folder(job.config);
   const core::Log log = context.log.for_stage("sources");
   const core::StageCost cost(context.with_log(log), "preparing the ground and the flights");

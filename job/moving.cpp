@@ -228,7 +228,7 @@ std::vector<MovingThing> captured_things(const capture::SequenceInfo& info) {
       fail(ErrorKind::Input,
            "sequence {} shows {}, a thing that this program does not know; render it again",
            info.name, body.thing);
-    things.push_back(make_thing(body.name, *thing, 0));  // variants differ in colour alone
+    things.push_back(moving_thing(body.name, *thing, 0));  // variants differ in colour alone
   }
   return things;
 }

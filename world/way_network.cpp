@@ -1,5 +1,6 @@
 #include "world/way_network.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 
@@ -18,7 +19,13 @@ constexpr std::array<char, 6> kMagic = {'T', 'C', 'W', 'A', 'Y', 'S'};
 constexpr std::size_t kHashedFrom = 16;
 constexpr std::size_t kMaxWayBytes = std::size_t{1} << 31;
 constexpr std::size_t kPointBytes = 12;
-constexpr std::size_t kPartBytes = 43 + 2 * kPointBytes;
+/// Of a part of two points, the fewest.
+constexpr std::size_t kPartBytes = 42 + 2 * kPointBytes;
+/// No paving and no sidewalk is wider; the sums of such widths stay far within 32 bits.
+constexpr std::int32_t kWidest_steps = 1 << 18;
+static_assert(kWidest_steps * kHeightStep_m == 256.0);
+/// Deflate packs no tighter.
+constexpr std::size_t kMostInflation = 1032;
 
 struct WayHeader {
   std::array<char, 6> magic = kMagic;
@@ -67,6 +74,7 @@ WayPart get_part(ByteReader& in, std::uint32_t num_nodes) {
                               &part.lanes_right_steps})
     *steps = in.get<std::int32_t>();
   if (part.num_lanes < 1 || part.half_width_steps < 1 || part.sidewalk_steps < 0 ||
+      part.half_width_steps > kWidest_steps || part.sidewalk_steps > kWidest_steps ||
       part.lanes_left_steps > part.half_width_steps ||
       part.lanes_right_steps < -part.half_width_steps ||
       part.lanes_left_steps <= part.lanes_right_steps)
@@ -117,7 +125,7 @@ WayNetwork decode_ways(std::span<const std::byte> bytes, const std::string& file
          "{}: ways of format version {}, this build reads {}; tile the world again", file,
          header.version, kWayFileVersion);
   if (header.checksum != core::content_hash64(bytes.subspan(kHashedFrom)) ||
-      header.num_bytes > kMaxWayBytes)
+      header.num_bytes > std::min(kMaxWayBytes, kMostInflation * bytes.size()))
     fail(ErrorKind::Input, "{}: damaged: its checksum is not its content's; tile the world again",
          file);
   const std::vector<std::uint8_t> raw =
