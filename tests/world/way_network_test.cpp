@@ -70,8 +70,19 @@ TEST(WayNetwork, WhatIsWellPackedButIsNoNetworkIsRefused) {
   refused("no lanes", [](WayNetwork& n) { n.parts[4].num_lanes = 0; });
   refused("no width", [](WayNetwork& n) { n.parts[4].half_width_steps = 0; });
   refused("no width", [](WayNetwork& n) { n.parts[4].lanes_left_steps = -2000; });
+  refused("no width", [](WayNetwork& n) { n.parts[4].half_width_steps = 1 << 19; });
+  refused("no width", [](WayNetwork& n) { n.parts[4].sidewalk_steps = 1 << 19; });
   refused("no meaning", [](WayNetwork& n) { n.parts[4].kind = static_cast<WayKind>(200); });
   refused("more nodes", [](WayNetwork& n) { n.num_nodes = 81; });
+}
+
+TEST(WayNetwork, ShortWaysAloneAreReadToo) {
+  WayNetwork network = some_ways();
+  network.parts.resize(20);
+  for (WayPart& part : network.parts) part.points_steps.resize(2);
+  network.num_nodes = 30;
+  for (WayPart& part : network.parts) part.from_node = part.to_node = 0;
+  EXPECT_EQ(decode_ways(encode_ways(network), "ways.bin"), network);
 }
 
 TEST(WayNetwork, AStoreHoldsItAndFindsAnotherOne) {
