@@ -52,6 +52,10 @@ std::vector<std::byte> npy_bytes(std::span<const float> values, const std::vecto
   return with_header("<f4", std::as_bytes(values), sizeof(float), shape);
 }
 
+std::vector<std::byte> npy_bytes(std::span<const double> values, const std::vector<int>& shape) {
+  return with_header("<f8", std::as_bytes(values), sizeof(double), shape);
+}
+
 std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
                                       const std::vector<int>& shape) {
   std::vector<std::uint8_t> flags(values.size());
@@ -65,6 +69,11 @@ std::vector<std::byte> npy_bytes(const core::ImageF& image) {
 
 std::vector<std::byte> npy_bytes(const core::Image8& image) {
   return with_header("|u1", std::as_bytes(image.data()), 1, shape_of(image));
+}
+
+std::vector<std::byte> npy_bytes(const core::ImageU32& image) {
+  const std::span<const std::uint32_t> values(image.data());
+  return with_header("<u4", std::as_bytes(values), sizeof(std::uint32_t), shape_of(image));
 }
 
 }  // namespace terracast::exporters

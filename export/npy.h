@@ -12,6 +12,7 @@ namespace terracast::exporters {
 /// NumPy's array file, version 1.0: little-endian, C order.
 /// values   as many as the product of `shape`
 std::vector<std::byte> npy_bytes(std::span<const float> values, const std::vector<int>& shape);
+std::vector<std::byte> npy_bytes(std::span<const double> values, const std::vector<int>& shape);
 /// Stored as bool; a value other than 0 is true.
 std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
                                       const std::vector<int>& shape);
@@ -19,5 +20,6 @@ std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
 /// An image, shape (height, width) of one channel, (height, width, channels) of more.
 std::vector<std::byte> npy_bytes(const core::ImageF& image);
 std::vector<std::byte> npy_bytes(const core::Image8& image);
+std::vector<std::byte> npy_bytes(const core::ImageU32& image);
 
 }  // namespace terracast::exporters

@@ -21,6 +21,7 @@
     "depth, classes and visibility against exact rays through the world's tiles (--world)")        \
   X(oxts, "velocity, force and turn rate of inertial packets against their places and attitudes")  \
   X(photometric, "colours carried by depth and poses into other images against the colours there") \
+  X(rays, "the table of rays beside a camera's model: each goes to its pixel's centre")            \
   X(reprojection, "depth carried by poses into other images against the depth there")              \
   X(segmentation, "classes carried by depth and poses into other images against those there")      \
   X(stereo, "disparity against depth, focal length and baseline, and left against right images")   \

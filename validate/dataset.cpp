@@ -15,6 +15,7 @@
 #include "validate/readers/kitti_raw.h"
 #include "validate/readers/tartanair.h"
 #include "validate/readers/tartanair_v1.h"
+#include "validate/readers/terracast.h"
 
 namespace terracast::validate {
 
@@ -68,6 +69,14 @@ FlowFields Reader::flow(const Dataset& dataset, const Camera& camera, int) const
   fail(ErrorKind::Internal, "{} holds no flow (asked for {})", dataset.format, camera.name);
 }
 
+core::ImageF Reader::normals(const Dataset& dataset, const Camera& camera, int) const {
+  fail(ErrorKind::Internal, "{} holds no normals (asked for {})", dataset.format, camera.name);
+}
+
+core::ImageU32 Reader::instances(const Dataset& dataset, const Camera& camera, int) const {
+  fail(ErrorKind::Internal, "{} holds no instances (asked for {})", dataset.format, camera.name);
+}
+
 core::Image8 Reader::color(const Dataset& dataset, const Camera& camera, int frame) const {
   const std::string& path = camera.files[static_cast<std::size_t>(frame)].color;
   core::Image8 image = read_png8(dataset.root / path, path, 0, camera.intrinsics);
@@ -99,6 +108,7 @@ const std::map<std::string, std::unique_ptr<const Reader>>& readers() {
     all["kitti_raw"] = std::make_unique<KittiRawReader>();
     all["tartanair"] = std::make_unique<TartanAirReader>();
     all["tartanair_v1"] = std::make_unique<TartanAirV1Reader>();
+    all["terracast"] = std::make_unique<TerracastReader>();
     return all;
   }();
   return table;

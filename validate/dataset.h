@@ -48,13 +48,33 @@ struct FrameFiles {
   std::string flow;       ///< from this frame to the next, and back
   std::string disparity;  ///< in this (left) image
   std::string moving;     ///< which body each pixel shows
+  std::string normals;
+  std::string instances;
+};
+
+/// A camera's model as dataset.json has it.
+struct StatedModel {
+  std::string name = "pinhole";
+  std::vector<double> parameters;  ///< fx, fy, cx, cy, and its own; empty: those of a pinhole
+  bool operator==(const StatedModel&) const = default;
+};
+
+/// What a format says of the ray through each pixel's centre, in the camera's frame.
+struct PixelRays {
+  Intrinsics camera;  ///< that it says they are of
+  std::vector<Eigen::Vector3d> directions;
+  std::vector<Eigen::Vector3d> origins;
 };
 
 struct Camera {
-  std::string name;                      ///< the camera's word in the format
-  Intrinsics intrinsics;                 ///< from the format's own files
-  std::optional<Intrinsics> stated;      ///< from dataset.json
+  std::string name;                  ///< the camera's word in the format
+  Intrinsics intrinsics;             ///< from the format's own files
+  std::optional<Intrinsics> stated;  ///< from dataset.json
+  StatedModel stated_model;
   std::optional<Pose> body_from_camera;  ///< from dataset.json; body x forward, y left, z up
+  /// Of formats that hold a table of rays beside the model: directions and places of origin (none: all at the
+  /// camera's place), one a pixel, row by row; NaN where there is none.
+  std::shared_ptr<const PixelRays> pixel_rays = nullptr;
   /// From the format's own files, in the sequence's local frame (ENU at its origin); one a frame,
   /// empty where it is missing.
   std::vector<std::optional<Pose>> local_from_camera;
@@ -68,6 +88,8 @@ struct Camera {
   std::vector<FrameFiles> files;
   /// Stored flow is rounded to whole steps; 0: float32, without end.
   double flow_step_px = 0.0;
+  /// Flow is NaN where the other image's camera does not see the point at all.
+  bool marks_missing_flow = false;
   /// The longest component that such flow holds, of either sign.
   double flow_reach_px = std::numeric_limits<double>::infinity();
 
@@ -147,7 +169,7 @@ class Reader {
   /// Cameras that stand or look otherwise against each other than the format fixes, by their poses.
   virtual void check_mounts(const Sequence&, Findings&) const {}
 
-  /// Planar depth, m; NaN where there is none (sky).
+  /// Depth, or of cameras with a plane range, m; NaN where there is none (sky).
   /// throws  Input, Io
   virtual core::ImageF depth(const Dataset& dataset, const Camera& camera, int frame) const = 0;
   /// Disparity, px; NaN where there is none.
@@ -155,6 +177,10 @@ class Reader {
   virtual FlowFields flow(const Dataset&, const Camera&, int frame) const;
   /// Class indices.
   virtual core::Image8 segmentation(const Dataset&, const Camera&, int frame) const;
+  /// Of the surfaces, unit, in the sequence's local frame; NaN where there is none.
+  virtual core::ImageF normals(const Dataset&, const Camera&, int frame) const;
+  /// Which object each pixel shows; 0: the ground, or nothing.
+  virtual core::ImageU32 instances(const Dataset&, const Camera&, int frame) const;
   /// Colour of 3 channels (a grey image thrice).
   core::Image8 color(const Dataset& dataset, const Camera& camera, int frame) const;
 };

@@ -76,6 +76,8 @@ Camera read_camera(const Json& json, int num_frames) {
   stated.cx_px = json.at("cx_px").number();
   stated.cy_px = json.at("cy_px").number();
   camera.stated = stated;
+  if (json.has("model"))
+    camera.stated_model = {json.at("model").string(), json.at("parameters").numbers()};
   camera.intrinsics.width_px = stated.width_px;
   camera.intrinsics.height_px = stated.height_px;
   if (json.has("shutter")) camera.shutter = read_shutter(json.at("shutter"), stated, camera.name);
@@ -243,7 +245,8 @@ std::vector<Camera> read_calibrations(const Dataset& dataset, const std::string&
     const std::vector<Camera> truth = read_calibration_file(dataset, true_path, sequence);
     for (std::size_t i = 0; i < truth.size(); ++i) {
       const Camera& camera = sequence.cameras[i];
-      if (truth[i].stated != camera.stated || truth[i].shutter != camera.shutter ||
+      if (truth[i].stated != camera.stated || truth[i].stated_model != camera.stated_model ||
+          truth[i].shutter != camera.shutter ||
           truth[i].body_from_camera->rotation != camera.body_from_camera->rotation ||
           truth[i].body_from_camera->translation != camera.body_from_camera->translation)
         findings.add(true_path, fmt::format("camera {} is another in dataset.json", camera.name));

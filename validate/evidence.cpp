@@ -74,6 +74,28 @@ void judge(const Evidence::Sum& sum, double factor, double bound, double common,
                             -factor * sum.slope_residual / sum.slope_slope, error);
 }
 
+/// What the principal point, the focal length and the scale of depth move a pixel's point in `a` by.
+/// in_a   d r / d point_a
+void set_slopes_of_intrinsics(std::array<double, kNumCorrections>& a, const Intrinsics& k,
+                              const Transfer::Place& place, const Eigen::Vector3d& in_a) {
+  const Eigen::Vector3d& point = place.point_a;
+  if (!k.plane) {
+    a[kPrincipalX] = -point.z() / k.fx_px * in_a.x();
+    a[kPrincipalY] = -point.z() / k.fy_px * in_a.y();
+    a[kFocal] = -(point.x() * in_a.x() + point.y() * in_a.y());
+    a[kScale] = point.dot(in_a);
+    return;
+  }
+  // The place of a pixel in the model's plane is ((u - cx) / fx, (v - cy) / fy): so a principal point moves it as the
+  // pixel does, the other way, and a focal length in proportion to the way from the principal point.
+  const Eigen::Vector2d by_pixel =
+      unprojection_jacobian(k, place.pixel_a, place.distance_a_m).transpose() * in_a;
+  a[kPrincipalX] = -by_pixel.x();
+  a[kPrincipalY] = -by_pixel.y();
+  a[kFocal] = -by_pixel.dot(place.pixel_a - Eigen::Vector2d(k.cx_px, k.cy_px));
+  a[kScale] = (point - k.origin_from_pixel(place.pixel_a)).dot(in_a);
+}
+
 }  // namespace
 
 void set_slopes(Residual& residual, const ViewPair& pair, const Transfer& transfer,
@@ -89,10 +111,7 @@ void set_slopes(Residual& residual, const ViewPair& pair, const Transfer& transf
   const Intrinsics& k = pair.a.camera->intrinsics;
   auto& a = residual.slopes[0];
   const Eigen::Vector3d turn_a = point_a.cross(in_a);
-  a[kPrincipalX] = -point_a.z() / k.fx_px * in_a.x();
-  a[kPrincipalY] = -point_a.z() / k.fy_px * in_a.y();
-  a[kFocal] = -(point_a.x() * in_a.x() + point_a.y() * in_a.y());
-  a[kScale] = point_a.dot(in_a);
+  set_slopes_of_intrinsics(a, k, place, in_a);
   a[kTime] = pair.a.velocity_camera.dot(in_a) + pair.a.angular_velocity_camera.dot(turn_a);
   auto& b = residual.slopes[1];
   const Eigen::Vector3d turn_b = -point_b.cross(in_b);

@@ -90,16 +90,18 @@ bool may_overlap(const View& a, const View& b) {
         if (std::isfinite(measured)) depth_m = static_cast<double>(measured);
       }
       const auto place = transfer.point(pixel, depth_m);
-      if (place && place->point_b.z() > 0.0 && b.camera->intrinsics.contains(place->pixel))
+      if (place && place->distance_b_m > 0.0 && b.camera->intrinsics.contains(place->pixel))
         return true;
     }
   return false;
 }
 
-/// Every class is a known one, and sky stands where there is no depth, only there.
+/// Every class is a known one; sky stands where a ray comes in and there is no depth, only there, and where no ray
+/// comes in there is nothing.
 /// throws  Input: the first pixel that is not so
 void check_segmentation(const core::Image8& segmentation, const core::ImageF& depth,
-                        const std::map<int, std::string>& classes, const std::string& name) {
+                        const Intrinsics& camera, const std::map<int, std::string>& classes,
+                        const std::string& name) {
   if (classes.empty()) return;  // a map that could not be read is a finding of its own
   const bool has_sky = std::any_of(classes.begin(), classes.end(),
                                    [](const auto& entry) { return entry.second == "sky"; });
@@ -112,7 +114,12 @@ void check_segmentation(const core::Image8& segmentation, const core::ImageF& de
                    segmentation(x, y), x, y);
       if (!has_sky || depth.empty()) continue;
       const bool has_depth = std::isfinite(depth(x, y));
-      if (has_depth == (entry->second == "sky"))
+      const bool is_nothing = entry->second == "nothing";
+      const bool has_ray = !camera.plane || camera.ray_from_pixel({x + 0.5, y + 0.5}).allFinite();
+      if (is_nothing == has_ray)
+        core::fail(core::ErrorKind::Input, "{}: class {} at pixel ({}, {}), where {}", name,
+                   entry->second, x, y, has_ray ? "a ray comes in" : "no ray comes in");
+      if (!is_nothing && has_depth == (entry->second == "sky"))
         core::fail(core::ErrorKind::Input, "{}: class {} at pixel ({}, {}), where depth is {}",
                    name, entry->second, x, y, has_depth ? "a surface's" : "the sky's");
     }
@@ -171,7 +178,7 @@ FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int fra
   const std::size_t num_cameras = sequence.cameras.size();
   std::vector<LoadedImage> images(num_cameras);
   const Reader& reader = find_reader(dataset.format);
-  enum Kind { kColor, kDepth, kDisparity, kFlow, kNumKinds };
+  enum Kind { kColor, kDepth, kDisparity, kFlow, kSurface, kNumKinds };
   core::parallel_for(static_cast<std::int64_t>(num_cameras) * kNumKinds, [&](std::int64_t task) {
     const auto index = static_cast<std::size_t>(task / kNumKinds);
     const Camera& camera = sequence.cameras[index];
@@ -199,7 +206,7 @@ FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int fra
         if (!files.segmentation.empty())
           findings.attempt(files.segmentation, [&] {
             image.segmentation = reader.segmentation(dataset, camera, frame);
-            check_segmentation(image.segmentation, image.depth, sequence.classes,
+            check_segmentation(image.segmentation, image.depth, camera.intrinsics, sequence.classes,
                                files.segmentation);
           });
         part_depth(image);
@@ -209,9 +216,17 @@ FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int fra
           findings.attempt(files.disparity,
                            [&] { image.disparity = reader.disparity(dataset, camera, frame); });
         break;
-      default:
+      case kFlow:
         if (!files.flow.empty())
           findings.attempt(files.flow, [&] { image.flow = reader.flow(dataset, camera, frame); });
+        break;
+      default:
+        if (!files.normals.empty())
+          findings.attempt(files.normals,
+                           [&] { image.normals = reader.normals(dataset, camera, frame); });
+        if (!files.instances.empty())
+          findings.attempt(files.instances,
+                           [&] { image.instances = reader.instances(dataset, camera, frame); });
         break;
     }
   });

@@ -15,12 +15,15 @@ namespace terracast::validate {
 /// What one camera recorded in one frame, decoded. An image that the format does not hold, or that
 /// could not be read, is empty.
 struct LoadedImage {
-  core::Image8 color;      ///< 3 channels
-  core::ImageF grey;       ///< luma 0 to 255, smoothed by the binomial [1 2 1] / 4 both ways
-  core::ImageF depth;      ///< planar, m, of what stands still; NaN: none
+  core::Image8 color;  ///< 3 channels
+  core::ImageF grey;   ///< luma 0 to 255, smoothed by the binomial [1 2 1] / 4 both ways
+  core::ImageF
+      depth;  ///< m, of what stands still; NaN: none. Planar; of cameras with a plane range
   core::ImageF disparity;  ///< px; NaN: none
   std::optional<FlowFields> flow;
   core::Image8 segmentation;  ///< class indices
+  core::ImageF normals;       ///< 3 channels, local frame; NaN: none
+  core::ImageU32 instances;   ///< 0: none
   /// The body that each pixel shows, 0 where it stands still; empty: all does.
   core::Image16 moving;
   /// Of the pixels that show what moves, which have no depth beside; NaN: none. Empty as above.

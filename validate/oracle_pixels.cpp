@@ -56,8 +56,8 @@ class Chooser {
 
   OraclePixels run() {
     for (std::size_t i = 0; i < count_; ++i) {
-      const int x = draw(width_);
-      add(x, draw(height_), PixelReason::Random);
+      const auto [x, y] = draw_pixel();
+      add(x, y, PixelReason::Random);
     }
     cast(0);
     chosen_.kinds.num_random = static_cast<std::int64_t>(count_);
@@ -78,6 +78,17 @@ class Chooser {
   int draw(int size) {
     return static_cast<int>(draw_bits() % static_cast<std::uint64_t>(std::max(size, 1)));
   }
+  /// One into which a ray comes, as long as there are more than a few.
+  std::array<int, 2> draw_pixel() {
+    constexpr int kTries = 100;
+    std::array<int, 2> pixel{};
+    for (int i = 0; i < kTries; ++i) {
+      const int x = draw(width_);
+      pixel = {x, draw(height_)};
+      if (view_.has_ray({pixel[0] + 0.5, pixel[1] + 0.5})) break;
+    }
+    return pixel;
+  }
   bool is_inside(int x, int y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
 
   void add(int x, int y, PixelReason reason) {
@@ -85,6 +96,7 @@ class Chooser {
   }
 
   std::optional<ExactHit> hit_at(const Eigen::Vector2d& place) const {
+    if (!view_.has_ray(place)) return std::nullopt;
     return terrain_.first_hit(view_.ray(place));
   }
 

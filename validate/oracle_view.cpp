@@ -54,6 +54,7 @@ bool OracleView::is_usable() const {
   if (!(world_from_camera.translation.norm() < kEarth_m) ||
       !((r * r.transpose()).eval().isIdentity(1e-3)))
     return false;
+  if (intrinsics().plane) return true;  // of unit rays
   for (const double u : {0.0, static_cast<double>(intrinsics().width_px)})
     for (const double v : {0.0, static_cast<double>(intrinsics().height_px)})
       if (!(intrinsics().ray_from_pixel({u, v}).norm() < kLongestRay)) return false;
@@ -69,22 +70,25 @@ Pose OracleView::world_from_line(const Eigen::Vector2d& pixel) const {
 oracle::ExactRay OracleView::ray(const Eigen::Vector2d& pixel) const {
   const Pose line = world_from_line(pixel);
   const Eigen::Vector3d direction = line.rotation * intrinsics().ray_from_pixel(pixel);
-  return {line.translation, line.translation + kThrough_m * direction};
+  const Eigen::Vector3d origin = line * intrinsics().origin_from_pixel(pixel);
+  return {origin, origin + kThrough_m * direction};
 }
 
 std::optional<OracleView::Sighting> OracleView::sighting(const Eigen::Vector3d& point_world) const {
   const Eigen::Vector3d point_camera =
       world_from_camera.rotation.transpose() * (point_world - world_from_camera.translation);
   if (!view.lines) {
-    if (!(point_camera.z() > 0.0)) return std::nullopt;
-    return Sighting{intrinsics().pixel_from_point(point_camera), world_from_camera.translation};
+    const Eigen::Vector2d pixel = intrinsics().pixel_from_point(point_camera);
+    if (!(intrinsics().distance_m(point_camera, pixel) > 0.0)) return std::nullopt;
+    return Sighting{pixel, world_from_camera * intrinsics().origin_from_pixel(pixel)};
   }
   const auto sight = find_line(view.lines->shutter, intrinsics(), [&](double offset_s) {
     return Eigen::Vector3d(view.lines->start_from_camera(offset_s).inverse() * point_camera);
   });
   if (!sight) return std::nullopt;
   return Sighting{sight->pixel,
-                  world_from_camera * view.lines->start_from_camera(sight->offset_s).translation};
+                  world_from_camera * (view.lines->start_from_camera(sight->offset_s) *
+                                       intrinsics().origin_from_pixel(sight->pixel))};
 }
 
 double OracleView::sine_of_graze(const Eigen::Vector2d& pixel, const oracle::ExactHit& hit) const {
@@ -98,8 +102,13 @@ double OracleView::depth_error_m(const Eigen::Vector2d& pixel, const oracle::Exa
   const double length = intrinsics().ray_from_pixel(pixel).norm();
   const double range = depth * length;
   const double by_floats = half_float_step(range) / length + half_float_step(depth);
+  // A model's rays are those of image points as near as one part in 10^12 of the image, the renderer's and ours.
+  double turn_rad = rounding.angle_rad;
+  if (intrinsics().plane)
+    turn_rad += 2e-12 * std::hypot(intrinsics().width_px, intrinsics().height_px) *
+                unprojection_jacobian(intrinsics(), pixel, 1.0).norm();
   const double by_pose =
-      (rounding.position_m + range * rounding.angle_rad) / (length * sine_of_graze(pixel, hit));
+      (rounding.position_m + range * turn_rad) / (length * sine_of_graze(pixel, hit));
   return by_floats + by_pose;
 }
 
@@ -111,7 +120,16 @@ double half_float_step(double value) {
 
 // A pinhole is finest in a corner; a lens may be so anywhere.
 double finest_pixels_per_radian(const Intrinsics& camera) {
-  const int parts = camera.lens.kind == Lens::Kind::None ? 1 : 128;
+  if (camera.plane && camera.plane->model() == "equirectangular")
+    return std::max(camera.fx_px,
+                    camera.fy_px);  // columns meet in the poles, and show no more there
+  if (camera.plane && camera.plane->model() == "pushbroom") {
+    // Across the fan of a row's rays it is a pinhole; along the way rows stand apart by metres.
+    const double widest = std::max(camera.cx_px, camera.width_px - camera.cx_px) / camera.fx_px;
+    return camera.fx_px * (1.0 + widest * widest);
+  }
+  if (camera.plane && !camera.plane->is_central()) return 0.0;
+  const int parts = camera.lens.kind == Lens::Kind::None && !camera.plane ? 1 : 128;
   double finest = 0.0;
   for (int i = 0; i <= parts; ++i)
     for (int j = 0; j <= parts; ++j) {

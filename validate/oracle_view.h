@@ -43,19 +43,24 @@ struct OracleView {
   /// length.
   bool is_usable() const;
 
-  /// In lengths of the ray of depth 1, to its second point: so far that rounding that point turns the
+  /// In lengths of the ray of distance 1, to its second point: so far that rounding that point turns the
   /// ray by 1e-16 rad.
   static constexpr double kThrough_m = 0x1.0p20;
-  /// The ray through an image point; t times kThrough_m is depth.
+  /// The ray through an image point; t times kThrough_m is the distance that images hold.
   oracle::ExactRay ray(const Eigen::Vector2d& pixel) const;
   static double depth_m(const oracle::ExactHit& hit) { return hit.t * kThrough_m; }
+
+  /// Whether a ray comes in through an image point.
+  bool has_ray(const Eigen::Vector2d& pixel) const {
+    return intrinsics().ray_from_pixel(pixel).allFinite();
+  }
 
   /// Where a point stands in the image, and from where it is seen there.
   struct Sighting {
     Eigen::Vector2d pixel;
     Eigen::Vector3d eye_world;
   };
-  /// Nothing when the point is not before the camera, or no line of a rolling shutter meets it.
+  /// Nothing when the camera does not see the point, or no line of a rolling shutter meets it.
   std::optional<Sighting> sighting(const Eigen::Vector3d& point_world) const;
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point_world) const {
     const std::optional<Sighting> seen = sighting(point_world);

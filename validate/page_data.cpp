@@ -150,7 +150,8 @@ Json camera_json(const Camera& camera, std::int64_t stride) {
   }
   Json json = Json::object().set("name", camera.name).set("width_px", k.width_px);
   json.set("height_px", k.height_px);
-  if (k.is_sound())
+  // The page draws pyramids and computes normals of cameras with depth alone.
+  if (k.is_sound() && !k.plane)
     json.set("fx_px", k.fx_px).set("fy_px", k.fy_px).set("cx_px", k.cx_px).set("cy_px", k.cy_px);
   return json.set("track_frames", frames).set("track_poses", poses);
 }

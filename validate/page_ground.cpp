@@ -29,7 +29,7 @@ void for_each_point(const PageImage& image, const Intrinsics& camera, std::size_
       const Eigen::Vector2d pixel(image.step * x + image.step / 2 + 0.5,
                                   image.step * y + image.step / 2 + 0.5);
       GroundPoint point;
-      point.local = local_point(image, camera, pixel, camera.ray_from_pixel(pixel) * depth_m);
+      point.local = local_point(image, camera, pixel, camera.point_from_pixel(pixel, depth_m));
       if (!point.local.allFinite()) continue;
       if (has_color)
         for (int c = 0; c < 3; ++c) point.color[static_cast<std::size_t>(c)] = image.color(x, y, c);

@@ -53,7 +53,7 @@ std::optional<Eigen::Vector3d> point_at(const core::ImageF& depth, const Intrins
                                         int y) {
   const auto depth_m = static_cast<double>(depth(x, y));
   if (!std::isfinite(depth_m)) return std::nullopt;
-  return camera.ray_from_pixel({x + 0.5, y + 0.5}) * depth_m;
+  return camera.point_from_pixel({x + 0.5, y + 0.5}, depth_m);
 }
 
 /// r of Reprojection at the sampled pixels, in steps of kResidualStep, at most 32767 of them; the
@@ -72,11 +72,11 @@ std::vector<std::int16_t> residuals_of(const Files& files, const PageImage& page
       const auto depth_m = static_cast<double>(files.depth(x, y));
       if (!std::isfinite(depth_m)) continue;
       const auto place = transfer.point({x + 0.5, y + 0.5}, depth_m);
-      if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
-      const Eigen::Vector3d& other = place->point_b;
+      if (!place || !(place->distance_b_m > 1e-3 * depth_m)) continue;
+      const double other_m = place->distance_b_m;
       const auto seen = sample_inverse_depth(files.other_depth, place->pixel);
-      if (!seen || seen->farthest_m < other.z() * (1.0 - kClear)) continue;
-      const double r = seen->inverse_depth.value * other.z() - 1.0;
+      if (!seen || seen->farthest_m < other_m * (1.0 - kClear)) continue;
+      const double r = seen->inverse_depth.value * other_m - 1.0;
       residuals.back() =
           static_cast<std::int16_t>(std::lround(std::clamp(r / kResidualStep, -kMost, kMost)));
     }
@@ -121,7 +121,8 @@ void trace_footprint(const Files& files, const Intrinsics& camera, PageImage& pa
         const int y = std::clamp(static_cast<int>(at.y()), 0, camera.height_px - 1);
         const auto point = point_at(files.depth, camera, x, y);
         if (!point) continue;
-        const double part = std::min(1.0, kFarDepths * page.median_depth_m / point->z());
+        const double part =
+            std::min(1.0, kFarDepths * page.median_depth_m / camera.distance_m(*point));
         page.footprint.push_back(local_point(page, camera, {x + 0.5, y + 0.5}, *point * part));
         break;
       }
@@ -141,7 +142,7 @@ std::optional<double> overlap_with(const PageImage& page, const Intrinsics& came
       const Eigen::Vector2d pixel(page.step * x + page.step / 2 + 0.5,
                                   page.step * y + page.step / 2 + 0.5);
       const auto other = transfer.point(pixel, depth_m);
-      num_inside += other && other->point_b.z() > 0.0 && camera.contains(other->pixel);
+      num_inside += other && other->distance_b_m > 0.0 && camera.contains(other->pixel);
     }
   if (num_points == 0) return std::nullopt;
   return static_cast<double>(num_inside) / static_cast<double>(num_points);

@@ -72,7 +72,7 @@ struct LineSight {
 /// point stands at the frame's time outward, and closed in on by false position with halved weights, at the latest
 /// by bisection.
 /// point_at   the point in the camera's frame at an offset from the frame's time; a direction will do
-/// returns    nothing where the point is not before the camera on the way, where it runs along with the lines, so
+/// returns    nothing where the camera does not see the point on the way, where it runs along with the lines, so
 ///            that none meets it, or lies over 8 images away
 /// accuracy   1e-9 of a line
 template <class PointAt>
@@ -90,8 +90,10 @@ std::optional<LineSight> find_line(const Shutter& shutter, const Intrinsics& cam
     Look found;
     found.sight.offset_s = offset_s;
     found.sight.point_camera = point_at(offset_s);
-    if (!(found.sight.point_camera.z() > 0.0)) return std::nullopt;
+    if (!camera.plane && !(found.sight.point_camera.z() > 0.0)) return std::nullopt;
     found.sight.pixel = camera.pixel_from_point(found.sight.point_camera);
+    if (!(camera.distance_m(found.sight.point_camera, found.sight.pixel) > 0.0))
+      return std::nullopt;
     found.late_s = shutter.offset_s(found.sight.pixel, camera) - offset_s;
     if (!std::isfinite(found.late_s)) return std::nullopt;
     return found;

@@ -26,6 +26,24 @@ std::optional<LineSight> line_that_sees(const View& view, const Vector3d& point,
   });
 }
 
+/// Completes a place whose point_b is that at the frame's time.
+void see_at_once(const View& b, Transfer::Place& place) {
+  const Intrinsics& camera = b.camera->intrinsics;
+  place.pixel = camera.pixel_from_point(place.point_b);
+  place.distance_b_m = camera.distance_m(place.point_b, place.pixel);
+}
+
+/// Completes a place by the line that sees it.
+std::optional<Transfer::Place> see_by_line(const View& b, const std::optional<LineSight>& sight,
+                                           Transfer::Place place) {
+  if (!sight) return std::nullopt;
+  place.point_b = sight->point_camera;
+  place.pixel = sight->pixel;
+  place.distance_b_m = b.camera->intrinsics.distance_m(place.point_b, place.pixel);
+  place.offset_b_s = sight->offset_s;
+  return place;
+}
+
 }  // namespace
 
 Pose pose_of_line(const View& view, const Vector2d& pixel) {
@@ -37,39 +55,46 @@ Pose pose_of_line(const View& view, const Vector2d& pixel) {
 Transfer::Transfer(const View& a, const View& b)
     : a_(a), b_(b), b_from_a_(b.local_from_camera.inverse() * a.local_from_camera) {}
 
+void Transfer::start(const Vector2d& pixel_a, double distance_m, Place& place) const {
+  place.pixel_a = pixel_a;
+  place.distance_a_m = distance_m;
+  place.point_a = a_.camera->intrinsics.point_from_pixel(pixel_a, distance_m);
+}
+
 Pose Transfer::b_from_a_at(const Vector2d& pixel_a, double& offset_s) const {
   if (!a_.lines) return b_from_a_;
   offset_s = a_.lines->shutter.offset_s(pixel_a, a_.camera->intrinsics);
   return b_from_a_ * a_.lines->start_from_camera(offset_s);
 }
 
-std::optional<Transfer::Place> Transfer::place(const Vector2d& pixel_a, double depth_m,
+std::optional<Transfer::Place> Transfer::place(const Vector2d& pixel_a, double distance_m,
                                                bool is_direction) const {
   Place place;
-  place.point_a = a_.camera->intrinsics.ray_from_pixel(pixel_a) * depth_m;
+  start(pixel_a, distance_m, place);
+  if (is_direction) {
+    place.point_a = a_.camera->intrinsics.ray_from_pixel(pixel_a) * distance_m;
+    // What is infinitely far has no one image where rays start at many places.
+    const auto& plane = b_.camera->intrinsics.plane;
+    if (plane && !plane->is_central()) return place;
+  }
   const Pose b_from_a = b_from_a_at(pixel_a, place.offset_a_s);
   place.point_b =
       is_direction ? Vector3d(b_from_a.rotation * place.point_a) : b_from_a * place.point_a;
   if (!b_.lines) {
-    place.pixel = b_.camera->intrinsics.pixel_from_point(place.point_b);
+    see_at_once(b_, place);
     return place;
   }
-  const std::optional<LineSight> sight = line_that_sees(b_, place.point_b, is_direction);
-  if (!sight) return std::nullopt;
-  place.point_b = sight->point_camera;
-  place.pixel = sight->pixel;
-  place.offset_b_s = sight->offset_s;
-  return place;
+  return see_by_line(b_, line_that_sees(b_, place.point_b, is_direction), place);
 }
 
 std::optional<Transfer::Place> Transfer::point_of_body(int body, const Vector2d& pixel_a,
-                                                       double depth_m) const {
+                                                       double distance_m) const {
   const std::optional<Moving>& moving = a_.sequence->moving;
   const MovingState* now = moving ? moving->state(a_.frame, body) : nullptr;
   const MovingState* then = moving ? moving->state(b_.frame, body) : nullptr;
   if (now == nullptr || then == nullptr) return std::nullopt;
   Place place;
-  place.point_a = a_.camera->intrinsics.ray_from_pixel(pixel_a) * depth_m;
+  start(pixel_a, distance_m, place);
   if (a_.lines) place.offset_a_s = a_.lines->shutter.offset_s(pixel_a, a_.camera->intrinsics);
   const Vector3d point_body = now->local_from_body_at(place.offset_a_s).inverse() *
                               (pose_of_line(a_, pixel_a) * place.point_a);
@@ -81,16 +106,10 @@ std::optional<Transfer::Place> Transfer::point_of_body(int body, const Vector2d&
   };
   if (!b_.lines) {
     place.point_b = in_camera(0.0);
-    place.pixel = b_.camera->intrinsics.pixel_from_point(place.point_b);
+    see_at_once(b_, place);
     return place;
   }
-  const std::optional<LineSight> sight =
-      find_line(b_.lines->shutter, b_.camera->intrinsics, in_camera);
-  if (!sight) return std::nullopt;
-  place.point_b = sight->point_camera;
-  place.pixel = sight->pixel;
-  place.offset_b_s = sight->offset_s;
-  return place;
+  return see_by_line(b_, find_line(b_.lines->shutter, b_.camera->intrinsics, in_camera), place);
 }
 
 std::optional<Transfer::Place> Transfer::of_local_point(const View& b,
@@ -99,15 +118,10 @@ std::optional<Transfer::Place> Transfer::of_local_point(const View& b,
   place.point_b = b.local_from_camera.inverse() * point_local;
   place.point_a = place.point_b;
   if (!b.lines) {
-    place.pixel = b.camera->intrinsics.pixel_from_point(place.point_b);
+    see_at_once(b, place);
     return place;
   }
-  const std::optional<LineSight> sight = line_that_sees(b, place.point_b, false);
-  if (!sight) return std::nullopt;
-  place.point_b = sight->point_camera;
-  place.pixel = sight->pixel;
-  place.offset_b_s = sight->offset_s;
-  return place;
+  return see_by_line(b, line_that_sees(b, place.point_b, false), place);
 }
 
 Matrix3d Transfer::local_from_a(const Place& place) const {

@@ -23,20 +23,24 @@ class Transfer {
     Eigen::Vector3d point_b =
         Eigen::Vector3d::Zero();  ///< in the other's, when that of `b` is that sees it
     Eigen::Vector2d pixel =
-        Eigen::Vector2d::Zero();  ///< in `b`; anything where point_b is not before it
-    double offset_a_s = 0.0;      ///< of these two times from those of the frames
+        Eigen::Vector2d::Zero();  ///< in `b`; anything where it does not see the point
+    Eigen::Vector2d pixel_a = Eigen::Vector2d::Zero();
+    /// As the two images measure them; not above 0 where `b` does not see the point.
+    double distance_a_m = 0.0;
+    double distance_b_m = 0.0;
+    double offset_a_s = 0.0;  ///< of these two times from those of the frames
     double offset_b_s = 0.0;
   };
-  /// A point at a depth, m, as `a` shows it.
-  /// returns  nothing where no line of a rolling `b` sees it; else a point that may be behind `b`
-  std::optional<Place> point(const Eigen::Vector2d& pixel_a, double depth_m) const {
-    return place(pixel_a, depth_m, false);
+  /// A point at a distance, m, as the image of `a` measures it.
+  /// returns  nothing where no line of a rolling `b` sees it; else a point that `b` may not see
+  std::optional<Place> point(const Eigen::Vector2d& pixel_a, double distance_m) const {
+    return place(pixel_a, distance_m, false);
   }
   /// The same of a point of a body that moves.
   /// body     from 1; it is there at the frame of `a`
   /// returns  nothing besides where it is not there at the frame of `b`
   std::optional<Place> point_of_body(int body, const Eigen::Vector2d& pixel_a,
-                                     double depth_m) const;
+                                     double distance_m) const;
   /// The same of a direction: point_a and point_b have no length.
   std::optional<Place> direction(const Eigen::Vector2d& pixel_a) const {
     return place(pixel_a, 1.0, true);
@@ -52,8 +56,10 @@ class Transfer {
   Eigen::Matrix3d through_time(const Place& place) const;
 
  private:
-  std::optional<Place> place(const Eigen::Vector2d& pixel_a, double depth_m,
+  std::optional<Place> place(const Eigen::Vector2d& pixel_a, double distance_m,
                              bool is_direction) const;
+  /// What a place is in `a`.
+  void start(const Eigen::Vector2d& pixel_a, double distance_m, Place& place) const;
   /// A view's frame from its camera's so much later.
   Pose b_from_a_at(const Eigen::Vector2d& pixel_a, double& offset_s) const;
 

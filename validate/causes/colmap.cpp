@@ -28,7 +28,7 @@ void add_offset(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
       if (point == trial.model->points.end()) continue;
       const auto& p = point->second.position;
       const auto at = Transfer::of_local_point(*view, {p[0], p[1], p[2]});
-      if (!at || !(at->point_b.z() > 0.0)) continue;
+      if (!at || !(at->distance_b_m > 0.0)) continue;
       off_x.push_back(seen.x_px - at->pixel.x());
       off_y.push_back(seen.y_px - at->pixel.y());
     }

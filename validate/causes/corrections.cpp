@@ -44,19 +44,20 @@ void add_depth_samples(const ViewPair& pair, std::vector<Sample>& samples) {
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
     if (!std::isfinite(depth_m)) continue;
     const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
-    if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
+    if (!place || !(place->distance_b_m > 1e-3 * depth_m)) continue;
     const Eigen::Vector3d& point_b = place->point_b;
+    const double predicted_m = place->distance_b_m;
     const Eigen::Vector2d& pixel = place->pixel;
     const auto seen = sample_inverse_depth(pair.b.image->depth, pixel);
     if (!seen) continue;
     Sample sample;
-    const double r = seen->inverse_depth.value * point_b.z() - 1.0;
+    const double r = seen->inverse_depth.value * predicted_m - 1.0;
     if (std::abs(r) > 0.1) continue;
     sample.residual.value = r;
     sample.residual.sigma = std::max(seen->roughness, 2e-5);
-    const Eigen::RowVector2d by_pixel = point_b.z() * seen->inverse_depth.gradient.transpose();
+    const Eigen::RowVector2d by_pixel = predicted_m * seen->inverse_depth.gradient.transpose();
     Eigen::RowVector3d by_point = by_pixel * projection_jacobian(k_b, point_b);
-    by_point.z() += seen->inverse_depth.value;
+    by_point += seen->inverse_depth.value * k_b.distance_gradient(point_b);
     set_slopes(sample.residual, pair, transfer, *place, by_point, by_pixel.transpose(),
                by_pixel.x() * (pixel.x() - k_b.cx_px) + by_pixel.y() * (pixel.y() - k_b.cy_px),
                -(1.0 + r));
@@ -84,7 +85,7 @@ void add_flow_samples(const ViewPair& pair, std::vector<Sample>& samples) {
     if (!std::isfinite(depth_m)) continue;
     const Eigen::Vector2d pixel(at.x() + 0.5, at.y() + 0.5);
     const auto place = transfer.point(pixel, depth_m);
-    if (!place || !(place->point_b.z() > 0.05 * depth_m)) continue;
+    if (!place || !(place->distance_b_m > 0.05 * depth_m)) continue;
     const Eigen::Vector2d& target = place->pixel;
     const Eigen::Matrix<double, 2, 3> jacobian = projection_jacobian(k, place->point_b);
     for (int axis = 0; axis < 2; ++axis) {

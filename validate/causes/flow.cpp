@@ -27,7 +27,7 @@ std::optional<Vector2d> target_of(const Trial& trial, int camera, int from, int 
   const auto depth_m = static_cast<double>(view_from->image->depth(x, y));
   const auto place = std::isfinite(depth_m) ? transfer.point({x + 0.5, y + 0.5}, depth_m)
                                             : transfer.direction({x + 0.5, y + 0.5});
-  if (!place || !(place->point_b.z() > 0.0)) return std::nullopt;
+  if (!place || !(place->distance_b_m > 0.0)) return std::nullopt;
   return place->pixel;
 }
 

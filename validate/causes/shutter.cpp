@@ -58,9 +58,9 @@ std::optional<double> own_disagreement(const Trial& trial, int camera) {
       const auto depth_m = static_cast<double>(now->image->depth(at.x(), at.y()));
       if (!std::isfinite(depth_m)) continue;
       const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
-      if (!place || !(place->point_b.z() > 0.0)) continue;
+      if (!place || !(place->distance_b_m > 0.0)) continue;
       const auto seen = sample_inverse_depth(next->image->depth, place->pixel);
-      if (seen) sizes.push_back(std::abs(seen->inverse_depth.value * place->point_b.z() - 1.0));
+      if (seen) sizes.push_back(std::abs(seen->inverse_depth.value * place->distance_b_m - 1.0));
     }
   }
   if (sizes.size() < kEnough) return std::nullopt;

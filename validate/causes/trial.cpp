@@ -54,7 +54,7 @@ void measure_observations(const Trial& trial, Shares& shares) {
       const auto& p = point->second.position;
       const auto at = Transfer::of_local_point(*view, {p[0], p[1], p[2]});
       const double error = at ? (at->pixel - Eigen::Vector2d(seen.x_px, seen.y_px)).norm() : 1e9;
-      errors.push_back(at && at->point_b.z() > 0.0 && std::isfinite(error) ? error : 1e9);
+      errors.push_back(at && at->distance_b_m > 0.0 && std::isfinite(error) ? error : 1e9);
     }
   }
   constexpr double kBound_px = 1e-6;
@@ -329,6 +329,8 @@ Trial make_trial(const Dataset& dataset, const Sequence& sequence,
     copy.name = camera.name;
     copy.intrinsics = camera.intrinsics;
     copy.stated = camera.stated;
+    copy.pixel_rays = camera.pixel_rays;
+    copy.marks_missing_flow = camera.marks_missing_flow;
     copy.body_from_camera = camera.body_from_camera;
     copy.shutter = camera.shutter;
     copy.camera0_from_camera = camera.camera0_from_camera;
@@ -371,11 +373,11 @@ double depth_disagreement(const Trial& trial) {
       const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
       if (!std::isfinite(depth_m)) continue;
       const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
-      if (!place || !(place->point_b.z() > 0.0)) continue;
+      if (!place || !(place->distance_b_m > 0.0)) continue;
       const auto seen = sample_inverse_depth(pair.b.image->depth, place->pixel);
       if (seen)
         sizes.push_back(
-            std::min(1.0, std::abs(seen->inverse_depth.value * place->point_b.z() - 1.0)));
+            std::min(1.0, std::abs(seen->inverse_depth.value * place->distance_b_m - 1.0)));
     }
     return sizes.size() < kEnough ? 1.0 : median(sizes);
   });

@@ -47,7 +47,7 @@ std::vector<double> flow_lengths_px(const View& from, const View& to, int step) 
       const bool is_sky = !std::isfinite(depth_m);
       const auto place = is_sky ? transfer.direction(pixel) : transfer.point(pixel, depth_m);
       // So near the other camera float32 depth tells no flow.
-      if (!place || !(place->point_b.z() > 0.05 * (is_sky ? 1.0 : depth_m))) continue;
+      if (!place || !(place->distance_b_m > 0.05 * (is_sky ? 1.0 : depth_m))) continue;
       const Eigen::Vector2d& target = place->pixel;
       if (k_to.contains(target, kUnsure_px))
         lengths.push_back(std::max(0.0, (target - pixel).norm() - kUnsure_px));
@@ -237,8 +237,16 @@ class BoundsChecker : public Checker {
     if (stated->num_left_out > 0) num_in_thickets_ += num_thicket_pixels(view.image->depth);
     num_looked_at_ += static_cast<std::int64_t>(view.image->depth.data().size());
     std::vector<double> depths_mm;
-    for (const float depth_m : view.image->depth.data())
-      if (!std::isnan(depth_m)) depths_mm.push_back(1e3 * static_cast<double>(depth_m));
+    const core::ImageF& depth = view.image->depth;
+    const Intrinsics& camera = view.camera->intrinsics;
+    for (int y = 0; y < depth.height(); ++y)
+      for (int x = 0; x < depth.width(); ++x) {
+        if (std::isnan(depth(x, y))) continue;
+        // Bounds are of depth along the optical axis, whatever the images hold.
+        const double along =
+            camera.plane ? std::abs(camera.ray_from_pixel({x + 0.5, y + 0.5}).z()) : 1.0;
+        depths_mm.push_back(1e3 * along * static_cast<double>(depth(x, y)));
+      }
     if (depths_mm.empty()) return;
     const double largest_mm = *std::max_element(depths_mm.begin(), depths_mm.end());
     const double bounded_mm = largest_but(depths_mm, stated->num_left_out);

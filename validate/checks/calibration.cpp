@@ -1,11 +1,25 @@
 #include <fmt/format.h>
 
+#include <limits>
+
 #include "validate/checks/checker.h"
 
 /// What the format's own files say of the cameras against what dataset.json says.
 namespace terracast::validate {
 
 namespace {
+
+/// A model's own parameters move places in its plane by about as much where those are near 1, and the image by
+/// focal lengths more.
+double difference_of_models(const Intrinsics& a, const Intrinsics& b) {
+  const std::vector<double>& p = a.plane->parameters();
+  const std::vector<double>& q = b.plane->parameters();
+  if (a.plane->model() != b.plane->model() || p.size() != q.size())
+    return std::numeric_limits<double>::infinity();
+  double largest = 0.0;
+  for (std::size_t i = 0; i < p.size(); ++i) largest = std::max(largest, std::abs(p[i] - q[i]));
+  return largest * std::max(a.fx_px, a.fy_px);
+}
 
 class CalibrationChecker : public Checker {
  public:
@@ -32,6 +46,7 @@ class CalibrationChecker : public Checker {
                                     std::abs(a.cx_px - b.cx_px), std::abs(a.cy_px - b.cy_px),
                                     std::abs(1.0 * a.width_px - b.width_px),
                                     std::abs(1.0 * a.height_px - b.height_px)});
+      if (a.plane && b.plane) difference = std::max(difference, difference_of_models(a, b));
       note_worst(intrinsics, difference, camera.name);
       ++num_cameras;
       if (!camera.body_from_camera) continue;

@@ -40,12 +40,12 @@ struct Match {
 std::optional<Eigen::Vector2d> pixel_in_b(const View& a, const View& b, const Pose& b_from_a,
                                           const Eigen::Vector2i& at, double distance) {
   const auto depth_m = static_cast<double>(a.image->depth(at.x(), at.y()));
-  const Eigen::Vector3d point =
-      b_from_a.rotation *
-          (a.camera->intrinsics.ray_from_pixel({at.x() + 0.5, at.y() + 0.5}) * depth_m) +
-      distance * b_from_a.translation;
-  if (!(point.z() > 1e-3 * depth_m)) return std::nullopt;
-  return b.camera->intrinsics.pixel_from_point(point);
+  const Eigen::Vector3d point = b_from_a.rotation * a.camera->intrinsics.point_from_pixel(
+                                                        {at.x() + 0.5, at.y() + 0.5}, depth_m) +
+                                distance * b_from_a.translation;
+  const Eigen::Vector2d pixel = b.camera->intrinsics.pixel_from_point(point);
+  if (!(b.camera->intrinsics.distance_m(point, pixel) > 1e-3 * depth_m)) return std::nullopt;
+  return pixel;
 }
 
 /// Places of `a` with depth.

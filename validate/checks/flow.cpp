@@ -73,7 +73,8 @@ class DirectionComparison {
     const Eigen::Vector2d stored(static_cast<double>((*d_.flow)(x, y, 0)),
                                  static_cast<double>((*d_.flow)(x, y, 1)));
     const double reach_px = d_.pair.a.camera->flow_reach_px;
-    if (!stored.allFinite() && std::isinf(reach_px)) {
+    const bool marks_missing = d_.pair.a.camera->marks_missing_flow;
+    if (!stored.allFinite() && !marks_missing && std::isinf(reach_px)) {
       contradict(x, y, "flow is not finite");
       return;
     }
@@ -86,8 +87,11 @@ class DirectionComparison {
     if (says_covisible && (is_sky || !says_in_view))
       contradict(x, y,
                  is_sky ? "sky is called co-visible" : "co-visible but not in the field of view");
-    if (!place || !(place->point_b.z() > 0.0)) {
-      if (says_in_view || !stored.allFinite())
+    if (!place || !(place->distance_b_m > 0.0)) {
+      // How far outside the image a line still sees a point is not stated.
+      const bool is_wrong =
+          marks_missing ? stored.allFinite() && !d_.pair.b.lines : !stored.allFinite();
+      if (says_in_view || is_wrong)
         contradict(x, y,
                    d_.pair.b.lines
                        ? "seen by no line of the other image, but called in its field of "
@@ -95,9 +99,13 @@ class DirectionComparison {
                        : "behind the other camera, but called in its field of view or too long");
       return;
     }
-    const Eigen::Vector3d& point_a = place->point_a;
     const Eigen::Vector3d& point_b = place->point_b;
     const Eigen::Vector2d& target = place->pixel;
+    if (!stored.allFinite() && marks_missing) {
+      if (k_b.contains(target, 0.005))
+        contradict(x, y, "in the other's field of view, but called seen by none");
+      return;
+    }
     if (!stored.allFinite()) {
       const double longest_px = (target - pixel).cwiseAbs().maxCoeff();
       if (!(longest_px > reach_px - d_.pair.a.camera->flow_step_px))
@@ -110,18 +118,19 @@ class DirectionComparison {
       contradict(x, y, "in the other's field of view, but masked out");
     if (!k_b.contains(target, -kBorder_px) && says_in_view)
       contradict(x, y, "outside the other's image, but called in its field of view");
-    if (point_b.z() < 0.05 * point_a.z())
+    if (place->distance_b_m < 0.05 * place->distance_a_m)
       return;  // so near the other camera that float32 depth tells no flow
     if (!k_b.contains(target, -0.5 * k_b.width_px)) return;
     ++summary_.num_pixels;
-    const Eigen::Vector2d difference = stored - (target - pixel);
+    const Eigen::Vector2d difference = k_b.way_px(target, pixel + stored);
     const double size = difference.norm();
     if (size > summary_.worst_px || summary_.worst_place.empty()) {
       summary_.worst_px = size;
       summary_.worst_place = place_of(d_.pair.a, x, y);
     }
     if (is_sky) return;
-    if (k_b.contains(target, 2.0)) check_visibility(x, y, point_b.z(), target, says_covisible);
+    if (k_b.contains(target, 2.0))
+      check_visibility(x, y, place->distance_b_m, target, says_covisible);
     const std::int64_t index = static_cast<std::int64_t>(y) * k_a.width_px + x;
     if (index % stride_ != 0) return;
     const Eigen::Matrix<double, 2, 3> jacobian = projection_jacobian(k_b, point_b);

@@ -72,7 +72,7 @@ class StepComparison {
     const auto depth_m = static_cast<double>(step_.pair.a.image->moving_depth(x, y));
     const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
     const auto place = transfer_.point_of_body(body, pixel, depth_m);
-    const bool is_before = place && place->point_b.z() > 0.0;
+    const bool is_before = place && place->distance_b_m > 0.0;
     if (step_.flow != nullptr) compare_flow(x, y, pixel, is_before ? &*place : nullptr);
     if (is_before) compare_depth(x, y, body, *place);
   }
@@ -96,6 +96,11 @@ class StepComparison {
       contradict(x, y, "outside the other's image, but called in its field of view");
     const Eigen::Vector2d stored(static_cast<double>((*step_.flow)(x, y, 0)),
                                  static_cast<double>((*step_.flow)(x, y, 1)));
+    if (!stored.allFinite() && step_.pair.a.camera->marks_missing_flow) {
+      if (k_b.contains(place->pixel, kBorder_px))
+        contradict(x, y, "in the other's field of view, but called seen by none");
+      return;
+    }
     if (!stored.allFinite()) {
       const double reach_px =
           step_.pair.a.camera->flow_reach_px - step_.pair.a.camera->flow_step_px;
@@ -104,11 +109,11 @@ class StepComparison {
       return;
     }
     // So near the other camera that float32 depth tells no flow, or far outside of its image.
-    if (place->point_b.z() < 0.05 * place->point_a.z() ||
+    if (place->distance_b_m < 0.05 * place->distance_a_m ||
         !k_b.contains(place->pixel, -0.5 * k_b.width_px))
       return;
     ++summary_.num_flow;
-    const double size = (stored - (place->pixel - pixel)).norm();
+    const double size = k_b.way_px(place->pixel, pixel + stored).norm();
     if (size > summary_.worst_px || summary_.worst_place.empty()) {
       summary_.worst_px = size;
       summary_.worst_place = place_of(step_.pair.a, x, y);
@@ -117,7 +122,7 @@ class StepComparison {
 
   void compare_depth(int x, int y, int body, const Transfer::Place& place) {
     const LoadedImage& seen = *step_.pair.b.image;
-    const double predicted_m = place.point_b.z();
+    const double predicted_m = place.distance_b_m;
     if (seen.depth.empty() || !step_.pair.b.camera->intrinsics.contains(place.pixel, 2.0) ||
         !is_inside(*step_.pair.a.image, x, y, body))
       return;

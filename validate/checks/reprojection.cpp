@@ -41,9 +41,9 @@ double median_residual(const ViewPair& pair, const std::vector<Eigen::Vector2i>&
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
     if (!std::isfinite(depth_m)) continue;
     const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
-    if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
+    if (!place || !(place->distance_b_m > 1e-3 * depth_m)) continue;
     const auto seen = sample_inverse_depth(pair.b.image->depth, place->pixel);
-    if (seen) sizes.push_back(std::abs(seen->inverse_depth.value * place->point_b.z() - 1.0));
+    if (seen) sizes.push_back(std::abs(seen->inverse_depth.value * place->distance_b_m - 1.0));
   }
   constexpr std::size_t kEnough = 50;
   return sizes.size() < kEnough ? std::numeric_limits<double>::infinity() : median(sizes);
@@ -91,8 +91,9 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
     if (!std::isfinite(depth_m)) continue;
     const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
-    if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
+    if (!place || !(place->distance_b_m > 1e-3 * depth_m)) continue;
     const Eigen::Vector3d& point_b = place->point_b;
+    const double predicted_m = place->distance_b_m;
     const Eigen::Vector2d& pixel = place->pixel;
     const std::optional<InverseDepthSample> seen = sample_inverse_depth(pair.b.image->depth, pixel);
     if (!seen) continue;
@@ -102,13 +103,13 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
     // A leaf or a wire is thinner than the gaps between their centres.
     if (is_resolved(pair.a.image->depth, at.x(), at.y())) {
       ++summary.num_surface;
-      if (seen->nearest_m > point_b.z() * (1.0 + kClear)) ++summary.num_seen_through;
+      if (seen->nearest_m > predicted_m * (1.0 + kClear)) ++summary.num_seen_through;
     }
-    const double r = seen->inverse_depth.value * point_b.z() - 1.0;
+    const double r = seen->inverse_depth.value * predicted_m - 1.0;
     // Nearer in all 16: something hides the point. A mistake of this size shows on the other side
     // too.
-    if (seen->farthest_m < point_b.z() * (1.0 - kClear)) continue;
-    if (seen->nearest_m > point_b.z() * (1.0 + kClear)) continue;
+    if (seen->farthest_m < predicted_m * (1.0 - kClear)) continue;
+    if (seen->nearest_m > predicted_m * (1.0 + kClear)) continue;
     // Seen from afar or at a grazing angle one pixel spans what near pixels resolve: there the
     // cubic errs by the roughness itself, and a difference says nothing of poses and depth.
     // Where leaves are finer than pixels, gaps that show what is behind outweigh it one-sidedly.
@@ -116,9 +117,9 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
     summary.sizes.push_back(static_cast<float>(std::abs(r)));
     Residual residual;
     residual.value = r;
-    const Eigen::RowVector2d by_pixel = point_b.z() * seen->inverse_depth.gradient.transpose();
+    const Eigen::RowVector2d by_pixel = predicted_m * seen->inverse_depth.gradient.transpose();
     Eigen::RowVector3d by_point = by_pixel * projection_jacobian(k_b, point_b);
-    by_point.z() += seen->inverse_depth.value;
+    by_point += seen->inverse_depth.value * k_b.distance_gradient(point_b);
     set_slopes(residual, pair, transfer, *place, by_point, by_pixel.transpose(),
                by_pixel.x() * (pixel.x() - k_b.cx_px) + by_pixel.y() * (pixel.y() - k_b.cy_px),
                -(1.0 + r));
@@ -135,7 +136,8 @@ PairSummary compare(const ViewPair& pair, const ValidateOptions& options) {
   summary.part = Evidence::sum(pair, residuals);
   const double typical_m = median(depths);
   if (typical_m > 0.0)
-    summary.part.pixels_per_metre = {k_a.fx_px / typical_m, k_b.fx_px / typical_m};
+    summary.part.pixels_per_metre = {pixels_per_metre(k_a, typical_m),
+                                     pixels_per_metre(k_b, typical_m)};
   return summary;
 }
 
@@ -291,10 +293,10 @@ class ReprojectionChecker : public Checker {
         const auto depth_m = static_cast<double>(pair.a.image->depth(2 * x, 2 * y));
         if (!std::isfinite(depth_m)) continue;
         const auto place = transfer.point({2 * x + 0.5, 2 * y + 0.5}, depth_m);
-        if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
+        if (!place || !(place->distance_b_m > 1e-3 * depth_m)) continue;
         const auto seen = sample_inverse_depth(pair.b.image->depth, place->pixel);
         if (seen)
-          map(x, y) = static_cast<float>(seen->inverse_depth.value * place->point_b.z() - 1.0);
+          map(x, y) = static_cast<float>(seen->inverse_depth.value * place->distance_b_m - 1.0);
       }
     constexpr float kFull = 2e-3F;
     return {fmt::format("{} in {}: blue to red is -0.2 % to +0.2 % of the depth", place_of(pair.a),

@@ -37,10 +37,10 @@ Agreement compare(const ViewPair& pair, const ValidateOptions& options) {
     const auto depth_m = static_cast<double>(pair.a.image->depth(at.x(), at.y()));
     if (!std::isfinite(depth_m) || !is_inside(classes_a, at.x(), at.y())) continue;
     const auto place = transfer.point({at.x() + 0.5, at.y() + 0.5}, depth_m);
-    if (!place || !(place->point_b.z() > 1e-3 * depth_m)) continue;
+    if (!place || !(place->distance_b_m > 1e-3 * depth_m)) continue;
     const Eigen::Vector2d& pixel = place->pixel;
     const auto seen = sample_inverse_depth(pair.b.image->depth, pixel);
-    if (!seen || std::abs(seen->inverse_depth.value * place->point_b.z() - 1.0) > 0.01) continue;
+    if (!seen || std::abs(seen->inverse_depth.value * place->distance_b_m - 1.0) > 0.01) continue;
     const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
     if (!is_inside(classes_b, x, y)) continue;
     ++agreement.num_compared;

@@ -140,7 +140,7 @@ FlowTruth flow_truth(const Subject& subject, int frame, FlowMask mask) {
       if (!std::isfinite(depth_m)) continue;
       const Eigen::Vector2d pixel = centre_of(x, y);
       const auto place = places.of(x, y, depth_m);
-      if (!place || !(place->point_b.z() > 0.0)) continue;
+      if (!place || !(place->distance_b_m > 0.0)) continue;
       const Eigen::Vector2d& there = place->pixel;
       if (mask == FlowMask::InView && !k.contains(there)) continue;
       for (int c = 0; c < 2; ++c) truth.flow(x, y, c) = static_cast<float>(there[c] - pixel[c]);
@@ -167,7 +167,7 @@ SceneFlowTruth scene_flow_truth(const Subject& subject, int frame, FlowMask mask
       constexpr double kStill_px = 0.1;
       if (is_stored) {
         const Eigen::Vector2d stored = centre_of(x, y) + vector_at(flow, x, y);
-        if (!place || !(place->point_b.z() > 0.0) || (place->pixel - stored).norm() > kStill_px) {
+        if (!place || !(place->distance_b_m > 0.0) || (place->pixel - stored).norm() > kStill_px) {
           ++truth.num_moving;
           flow(x, y, 0) = flow(x, y, 1) = kNone;
           continue;

@@ -17,7 +17,7 @@ using core::ErrorKind;
 using core::fail;
 
 /// The readers of this format have 320 written into their code.
-constexpr Intrinsics kFixedCamera{640, 640, 320.0, 320.0, 320.0, 320.0};
+const Intrinsics kFixedCamera{640, 640, 320.0, 320.0, 320.0, 320.0};
 
 core::ImageF flow_image(const std::map<std::string, NpyArray>& arrays, const char* key,
                         const std::string& path, const Intrinsics& size) {

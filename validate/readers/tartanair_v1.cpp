@@ -15,7 +15,7 @@ using core::ErrorKind;
 using core::fail;
 
 /// The readers of this format have these numbers written into their code.
-constexpr Intrinsics kFixedCamera{640, 480, 320.0, 320.0, 320.0, 240.0};
+const Intrinsics kFixedCamera{640, 480, 320.0, 320.0, 320.0, 240.0};
 
 /// An array of the image's size.
 /// channels   0: (height, width); else (height, width, channels)
