@@ -195,6 +195,8 @@ lamp_spacing_m = 20.0
       for (const Standing& other : standing) {
         const double z = state->world_from_body.translation.z();  // of a deck, or far below all
         if (z > other.z + 3.0) continue;                          // it goes over it on the bridge
+        if ((other.at - state->world_from_body.translation.head<2>()).norm() > 15.0) continue;
+        ++num_near;
         const geo::Rigid3d body_from_world = state->world_from_body.inverse();
         for (int i = -8; i <= 8; ++i)
           for (int j = -3; j <= 3; ++j) {
@@ -204,11 +206,10 @@ lamp_spacing_m = 20.0
             EXPECT_FALSE(std::abs(in_body.x()) < 0.5 * size_m.x() &&
                          std::abs(in_body.y()) < 0.5 * size_m.y())
                 << thing.name;
-            num_near += in_body.norm() < 15.0 ? 1 : 0;
           }
       }
   }
-  EXPECT_GT(num_near, 100);
+  EXPECT_GT(num_near, 20);
 }
 
 TEST(TrafficSite, AWorldWithoutWaysIsRefused) {
