@@ -127,10 +127,10 @@ bool is_unseeable(const std::string& mutation, const std::string& format, test::
 }
 
 /// All in recorded runs. Else each mutation on one of a format's two flights, by turns; TartanAir's images are
-/// large: of its cases every third.
+/// large: of its cases every fifth.
 std::vector<Case> cases() {
   const bool is_full = test::is_recorded_run();
-  constexpr int kEvery = 3;
+  constexpr int kEvery = 5;
   int num_of_tartan = 0;
   std::vector<Case> list;
   for (const std::string& format : flight_formats()) {
