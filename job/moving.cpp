@@ -131,6 +131,15 @@ render::MovingThing moving_thing(const std::string& name, const tiler::ThingInfo
   return thing;
 }
 
+render::MovingThing MovingThings::of(const std::string& name, const tiler::ThingInfo& info,
+                                     int variant) {
+  const auto [known, is_new] = known_.try_emplace({&info, variant});
+  if (is_new) known->second = moving_thing(name, info, variant);
+  MovingThing thing = known->second;
+  thing.name = name;
+  return thing;
+}
+
 void MovingOptions::describe(core::SchemaVisitor& visit) {
   visit.key("name", name, "Its name, its own among all that move.", core::required());
   visit.key("thing", thing, "What it is: a built-in thing (`terracast list things`).",
@@ -186,6 +195,7 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
                                         std::span<const geo::BodyState> frames,
                                         const geo::TrajectoryContext& context, double half_size_m) {
   std::vector<MovingThing> things;
+  MovingThings shapes;
   const auto add = [&](const geo::MotionOptions& options, double start_s, bool repeats,
                        const geo::TrajectoryContext& own, MovingThing thing) {
     core::with_context([&] { set_motion(Course(options, start_s, repeats, own), frames, thing); },
@@ -197,7 +207,7 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
   of_things.half_size_m = half_size_m;
   for (const MovingOptions& options : moving) {
     const tiler::ThingInfo& info = thing_called(options.thing);
-    MovingThing thing = moving_thing(options.name, info, static_cast<int>(options.variant));
+    MovingThing thing = shapes.of(options.name, info, static_cast<int>(options.variant));
     thing.ride = ride_of(options.ride, info);
     of_things.is_on_surface = thing.ride != Ride::Free;
     add(options, options.start_s, options.repeat, of_things, std::move(thing));
@@ -211,7 +221,7 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
     if (other.shown_as.empty() || is_of_one_flight) continue;
     const tiler::ThingInfo& info = thing_called(other.shown_as);
     of_bodies.rate_hz = other.rate_hz;
-    add(other, other.start_s, false, of_bodies, moving_thing(other.name, info, 0));
+    add(other, other.start_s, false, of_bodies, shapes.of(other.name, info, 0));
     lower_to_foot(info.size_m.z(), things.back());
   }
   capture::check_moving(render::describe_moving(things), ErrorKind::Config,
@@ -221,6 +231,7 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
 
 std::vector<MovingThing> captured_things(const capture::SequenceInfo& info) {
   std::vector<MovingThing> things;
+  MovingThings shapes;
   for (const capture::MovingBody& body : info.moving) {
     if (body.is_part()) continue;
     const tiler::ThingInfo* thing = tiler::find_thing(body.thing);
@@ -228,7 +239,7 @@ std::vector<MovingThing> captured_things(const capture::SequenceInfo& info) {
       fail(ErrorKind::Input,
            "sequence {} shows {}, a thing that this program does not know; render it again",
            info.name, body.thing);
-    things.push_back(moving_thing(body.name, *thing, 0));  // variants differ in colour alone
+    things.push_back(shapes.of(body.name, *thing, 0));  // variants differ in colour alone
   }
   return things;
 }

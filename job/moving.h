@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/schema.h"
@@ -17,6 +19,17 @@ const tiler::ThingInfo& thing_called(const std::string& name);
 /// A thing that moves, without its motion.
 render::MovingThing moving_thing(const std::string& name, const tiler::ThingInfo& info,
                                  int variant);
+
+/// Makes things that move, of which those of one kind and colour share their shapes, made when the first of them is
+/// asked for. Threads: one at a time.
+class MovingThings {
+ public:
+  /// As moving_thing().
+  render::MovingThing of(const std::string& name, const tiler::ThingInfo& info, int variant);
+
+ private:
+  std::map<std::pair<const tiler::ThingInfo*, int>, render::MovingThing> known_;
+};
 
 /// Config `[[moving]]`: a thing that moves through every sequence.
 struct MovingOptions : geo::MotionOptions {
@@ -48,7 +61,7 @@ std::vector<render::MovingThing> lay_out_moving(
     const geo::TrajectoryOptions& sequence, std::span<const geo::BodyState> frames,
     const geo::TrajectoryContext& context, double half_size_m);
 
-/// All that moves through a sequence that was captured, without its motion.
+/// All that moves through a sequence that was captured, without its motion. Things of one kind share their shapes.
 /// throws   Input: a thing that this program does not know
 std::vector<render::MovingThing> captured_things(const capture::SequenceInfo& info);
 

@@ -161,22 +161,6 @@ void keep_near(std::vector<std::unique_ptr<Goer>>& goers, std::span<const Traffi
   std::erase_if(goers, [&](const auto& goer) { return !kept.contains(goer->key()); });
 }
 
-/// Things of one kind and colour share their shapes.
-class Shapes {
- public:
-  render::MovingThing of(const std::string& name, const Body& body) {
-    const auto [found, is_new] = known_.try_emplace({body.thing, body.variant});
-    if (is_new) found->second = moving_thing(name, *body.thing, body.variant);
-    render::MovingThing thing = found->second;
-    thing.name = name;
-    thing.ride = render::Ride::Way;
-    return thing;
-  }
-
- private:
-  std::map<std::pair<const tiler::ThingInfo*, int>, render::MovingThing> known_;
-};
-
 std::string name_of(const Goer& goer) {
   const TrafficOptions& options = goer.options();
   const std::string_view own = options.is_of_people() ? "walker" : "vehicle";
@@ -258,10 +242,12 @@ std::vector<render::MovingThing> lay_out_traffic(std::span<const TrafficOptions>
   std::vector<std::unique_ptr<Goer>> goers = make_goers(proposals, site, duration_s, tally);
   drop_encounters(goers, site, duration_s, tally);
   keep_near(goers, options, frames, tally);
-  Shapes shapes;
+  MovingThings shapes;
   std::vector<render::MovingThing> things;
   for (const auto& goer : goers) {
-    render::MovingThing thing = shapes.of(name_of(*goer), goer->body());
+    const Body& body = goer->body();
+    render::MovingThing thing = shapes.of(name_of(*goer), *body.thing, body.variant);
+    thing.ride = render::Ride::Way;
     for (const geo::BodyState& frame : frames) {
       thing.states.push_back(goer->state(frame.time_s));
       thing.gone_m.push_back(goer->gone_m(frame.time_s));

@@ -22,6 +22,7 @@
 #include "core/progress.h"
 #include "render/labels/finished.h"
 #include "render/labels/label.h"
+#include "render/labels/voxel.h"
 
 namespace terracast::render {
 namespace {
@@ -29,24 +30,6 @@ namespace {
 namespace fs = std::filesystem;
 using core::Json;
 using Eigen::Vector3d;
-
-/// Whole voxels along the world's axes.
-struct Voxel {
-  std::array<std::int64_t, 3> at;
-  bool operator==(const Voxel&) const = default;
-  auto operator<=>(const Voxel&) const = default;
-};
-
-struct VoxelHash {
-  std::size_t operator()(const Voxel& voxel) const noexcept {
-    std::uint64_t hash = 0;
-    for (const std::int64_t k : voxel.at) {
-      hash = (hash ^ static_cast<std::uint64_t>(k)) * 0x9e3779b97f4a7c15ULL;
-      hash ^= hash >> 29;
-    }
-    return hash;
-  }
-};
 
 struct CloudPoint {
   Vector3d place_world;
@@ -93,14 +76,12 @@ ImageCloud cloud_of_image(const capture::SequenceReader& sequence, int frame, in
           .semantic_class = static_cast<std::uint8_t>(facts.semantic_id(x, y)),
           .instance_id = facts.instance_id(x, y),
           .range_m = range_m};
-      Voxel voxel;
       for (int k = 0; k < 3; ++k) {
         const auto i = static_cast<std::size_t>(k);
         point.normal_world[i] = facts.normal_world(x, y, k);
         point.color[i] = facts.color(x, y, k);
-        voxel.at[i] = static_cast<std::int64_t>(std::floor(point.place_world[k] / voxel_m));
       }
-      put(cloud.points, voxel, point);
+      put(cloud.points, voxel_of(point.place_world, voxel_m), point);
     }
   }
   return cloud;

@@ -30,6 +30,8 @@ class LabelMaker {
  public:
   virtual ~LabelMaker() = default;
   virtual void describe(core::SchemaVisitor& visit) = 0;
+  /// throws Config: options that contradict each other
+  virtual void validate() const {}
   virtual std::unique_ptr<LabelMaker> clone() const = 0;
 
   /// Writes into the sequence's folder `labels/<kind>`, in parallel; what an earlier run of the same capture
@@ -61,6 +63,8 @@ struct LabelOptions {
   LabelOptions& operator=(LabelOptions&&) noexcept = default;
 
   void describe(core::SchemaVisitor& visit);
+  /// throws Config: as the kind's own validate()
+  void validate() const;
   const LabelMaker& maker() const { return *maker_; }
 
  private:

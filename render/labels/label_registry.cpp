@@ -42,6 +42,10 @@ void LabelOptions::describe(core::SchemaVisitor& visit) {
   maker_->describe(visit);
 }
 
+void LabelOptions::validate() const {
+  if (maker_) maker_->validate();
+}
+
 void run_label_stage(const capture::SequenceReader& sequence, const world::TileStore& store,
                      std::span<const MovingThing> things, const std::vector<LabelOptions>& labels,
                      const core::Context& context) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <unordered_map>
 
 #include "core/error.h"
 #include "core/instance_id.h"
@@ -26,18 +28,31 @@ void extend_by_turning(const LoneShape& shape, const TurningPart& part, geo::Box
   }
 }
 
-std::shared_ptr<const LoneShape> lone(const MovingShape& shape) {
-  return std::make_shared<const LoneShape>(shape.shown->shape, Eigen::Vector3i::Zero());
-}
+/// Things that share a shape share what it is looked at with. Shapes are made when they are first asked for.
+class LoneShapes {
+ public:
+  std::shared_ptr<const LoneShape> of(const MovingShape& shape) {
+    std::shared_ptr<const LoneShape>& lone = known_[shape.shown.get()];
+    if (!lone)
+      lone = std::make_shared<const LoneShape>(shape.shown->shape, Eigen::Vector3i::Zero());
+    return lone;
+  }
+
+ private:
+  std::unordered_map<const world::PrototypeLibrary::Shown*, std::shared_ptr<const LoneShape>>
+      known_;
+};
 
 /// first_body   the thing's own place among the sequence's bodies
-ShownObject object_of(const MovingThing& thing, std::uint32_t instance_id, std::size_t first_body) {
+ShownObject object_of(const MovingThing& thing, std::uint32_t instance_id, std::size_t first_body,
+                      LoneShapes& shapes) {
   ShownObject object;
-  object.parts.push_back({.shape = lone(thing.shape), .body = first_body});
+  object.parts.push_back({.shape = shapes.of(thing.shape), .body = first_body});
   geo::Box3d box;
   for (const Vector3d& vertex : object.parts[0].shape->vertices()) box.extend(vertex);
   for (const TurningPart& part : thing.parts) {
-    object.parts.push_back({.shape = lone(part.shape), .body = first_body + object.parts.size()});
+    object.parts.push_back(
+        {.shape = shapes.of(part.shape), .body = first_body + object.parts.size()});
     extend_by_turning(*object.parts.back().shape, part, box);
   }
   object.body_from_box.translation = box.center();
@@ -95,11 +110,12 @@ Placement placement_at(const ShownObject& object, const capture::FrameRecord& re
 std::vector<ShownObject> moving_objects(std::span<const MovingThing> things,
                                         const std::vector<std::uint32_t>& ids) {
   std::vector<ShownObject> objects;
+  LoneShapes shapes;
   std::size_t first_body = 0;
   for (std::size_t i = 0; i < things.size(); ++i) {
     const auto id = core::kFirstMovingId + static_cast<std::uint32_t>(i);
     if (std::binary_search(ids.begin(), ids.end(), id))
-      objects.push_back(object_of(things[i], id, first_body));
+      objects.push_back(object_of(things[i], id, first_body, shapes));
     first_body += 1 + things[i].parts.size();
   }
   if (objects.size() != ids.size())

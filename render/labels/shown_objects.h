@@ -95,7 +95,7 @@ std::vector<ShownObject> find_objects(const world::TileStore& store,
                                       const std::vector<std::uint32_t>& ids);
 
 /// Those of what moves, likewise. A thing has a box along its own axes that holds it with its parts, whichever way
-/// they have turned.
+/// they have turned. Things that share shapes (MovingShape::shown) do so here.
 /// things   of the sequence
 std::vector<ShownObject> moving_objects(std::span<const MovingThing> things,
                                         const std::vector<std::uint32_t>& ids);

@@ -1,7 +1,7 @@
 // What a sequence saw of space: which voxels are free, which hold surface, and how far from surface those about it lie.
 //
-// Rays      one through the centre of each pixel, from where the camera is when the pixel's line is exposed, to the range
-//           that the capture holds; of the sky, and of what is farther, to reach_m.
+// Rays      one through the centre of each pixel, from where it starts when the pixel's line is exposed, to the range that
+//           the capture holds; of the sky, and of what is farther, to reach_m.
 // occupancy 0: free, a ray passed all through it; 1: a ray ended in it on what stands; 0.5, not active: unknown.
 //           What is both is occupied.
 // tsdf      of each voxel about surface the mean, each ray counting once, of r - d . (c - o) over the rays (from o
@@ -261,6 +261,13 @@ class VolumeLabel final : public LabelMaker {
               "Bound on what voxels take, and on the file's grids; what needs more is an error.",
               core::between(1e6, 1e13));
   }
+  void validate() const override {
+    if (truncation_m_ > 0.0 && truncation_m_ < voxel_m_)
+      fail(ErrorKind::Config,
+           "truncation_m = {} is less than voxel_m = {}: surface would pass between voxels; make "
+           "it as large, or 0",
+           truncation_m_, voxel_m_);
+  }
   std::unique_ptr<LabelMaker> clone() const override {
     return std::make_unique<VolumeLabel>(*this);
   }
@@ -300,15 +307,9 @@ class VolumeLabel final : public LabelMaker {
   }
 
  private:
-  /// throws   Config: a truncation that passes between voxels
   VolumeRule rule() const {
     constexpr double kVoxels = 4.0;
     const double truncation_m = truncation_m_ > 0.0 ? truncation_m_ : kVoxels * voxel_m_;
-    if (truncation_m < voxel_m_)
-      fail(ErrorKind::Config,
-           "truncation_m = {} is less than voxel_m = {}: surface would pass between voxels; make "
-           "it as large, or 0",
-           truncation_m_, voxel_m_);
     return {.voxel_m = voxel_m_,
             .truncation_m = truncation_m,
             .reach_m = reach_m_,

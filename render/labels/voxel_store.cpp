@@ -10,13 +10,9 @@ namespace terracast::render {
 using core::ErrorKind;
 using core::fail;
 
-std::size_t VoxelStore::hash_of(const Voxel& place) {
-  std::uint64_t hash = 0;
-  for (const std::int64_t k : place) {
-    hash = (hash ^ static_cast<std::uint64_t>(k)) * 0x9e3779b97f4a7c15ULL;
-    hash ^= hash >> 29;
-  }
-  return hash;
+VoxelStore::Shard& VoxelStore::shard_of(std::size_t hash) {
+  constexpr int kHighBits = 32;  // the low ones choose among a reader's entries
+  return shards_[(hash >> kHighBits) % kShards];
 }
 
 void VoxelStore::take(std::int64_t num_bytes) {
@@ -30,11 +26,10 @@ void VoxelStore::take(std::int64_t num_bytes) {
 
 VoxelBlock& VoxelStore::Reader::block_of(const Voxel& voxel) {
   const Voxel place = block_place(voxel);
-  const std::size_t hash = hash_of(place);
+  const std::size_t hash = VoxelHash()(place);
   Entry& entry = entries_[hash % kEntries];
   if (entry.block != nullptr && entry.place == place) return *entry.block;
-  constexpr int kHighBits = 32;  // the low ones are the entry's
-  Shard& shard = store_.shards_[(hash >> kHighBits) % kShards];
+  Shard& shard = store_.shard_of(hash);
   const std::lock_guard lock(shard.mutex);
   std::unique_ptr<VoxelBlock>& block = shard.blocks[place];
   if (block == nullptr) {
@@ -47,8 +42,7 @@ VoxelBlock& VoxelStore::Reader::block_of(const Voxel& voxel) {
 
 VoxelBlock::Distances& VoxelStore::Reader::distances_of(VoxelBlock& block, const Voxel& voxel) {
   if (VoxelBlock::Distances* known = block.distances()) return *known;
-  constexpr int kHighBits = 32;
-  Shard& shard = store_.shards_[(hash_of(block_place(voxel)) >> kHighBits) % kShards];
+  Shard& shard = store_.shard_of(VoxelHash()(block_place(voxel)));
   const std::lock_guard lock(shard.mutex);
   if (block.owned_ == nullptr) {
     store_.take(kBytesOfDistances);

@@ -9,7 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "render/labels/voxel_walk.h"
+#include "render/labels/voxel.h"
 
 /// What rays tell of voxels, summed up by many threads. All sums are of whole numbers and all marks only ever set, so
 /// that the order in which rays come does not count.
@@ -98,17 +98,15 @@ class VoxelStore {
   static Voxel block_place(const Voxel& voxel) {
     return {voxel[0] >> 3, voxel[1] >> 3, voxel[2] >> 3};
   }
-  static std::size_t hash_of(const Voxel& place);
   void take(std::int64_t num_bytes);
 
-  struct Hash {
-    std::size_t operator()(const Voxel& place) const noexcept { return hash_of(place); }
-  };
   struct Shard {
     std::mutex mutex;
-    std::unordered_map<Voxel, std::unique_ptr<VoxelBlock>, Hash> blocks;
+    std::unordered_map<Voxel, std::unique_ptr<VoxelBlock>, VoxelHash> blocks;
   };
   static constexpr std::size_t kShards = 64;
+  /// hash   of a block's place
+  Shard& shard_of(std::size_t hash);
 
   double most_bytes_;
   std::atomic<std::int64_t> num_bytes_ = 0;

@@ -3,24 +3,13 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdint>
 #include <limits>
+
+#include "render/labels/voxel.h"
 
 /// Which voxels a ray passes (J. Amanatides and A. Woo, A Fast Voxel Traversal Algorithm for Ray Tracing, Eurographics
 /// 1987).
 namespace terracast::render {
-
-/// Along the world's axes: the cube from voxel to voxel + (1, 1, 1), times the side of voxels.
-using Voxel = std::array<std::int64_t, 3>;
-
-inline Voxel voxel_of(const Eigen::Vector3d& place_m, double voxel_m) {
-  Voxel voxel;
-  for (int axis = 0; axis < 3; ++axis)
-    voxel[static_cast<std::size_t>(axis)] =
-        static_cast<std::int64_t>(std::floor(place_m[axis] / voxel_m));
-  return voxel;
-}
 
 /// Calls visit(voxel, t_in, t_out) for all voxels in which a ray has a length between t = 0 and the one in which
 /// t_end lies, in order; t_out of one is t_in of the next.

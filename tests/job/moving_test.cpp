@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -152,6 +153,38 @@ TEST(CapturedThings, AreThoseThatWereLaidOut) {
   info.moving[0].thing = "zeppelin";
   test::expect_error(core::ErrorKind::Input, {"zeppelin", "render it again"},
                      [&] { captured_things(info); });
+}
+
+TEST(CapturedThings, OfOneKindShareTheirShapes) {
+  capture::SequenceInfo info;
+  std::vector<render::MovingThing> things;
+  for (const char* name : {"first", "second"})
+    things.push_back(moving_thing(name, thing_called("hatchback"), 0));
+  things.push_back(moving_thing("drone", thing_called("quadcopter"), 0));
+  info.moving = render::describe_moving(things);
+  const std::vector<render::MovingThing> captured = captured_things(info);
+  EXPECT_EQ(render::describe_moving(captured), info.moving);
+  ASSERT_EQ(captured.size(), 3U);
+  EXPECT_EQ(captured[0].shape.shown, captured[1].shape.shown);
+  EXPECT_NE(captured[0].shape.shown, captured[2].shape.shown);
+  ASSERT_EQ(captured[0].parts.size(), captured[1].parts.size());
+  ASSERT_FALSE(captured[0].parts.empty());
+  for (std::size_t i = 0; i < captured[0].parts.size(); ++i)
+    EXPECT_EQ(captured[0].parts[i].shape.shown, captured[1].parts[i].shape.shown);
+}
+
+TEST(LaidOutMoving, ColoursOfAThingHaveShapesOfTheirOwn) {
+  MovingThings things;
+  const tiler::ThingInfo& car = thing_called("hatchback");
+  const render::MovingThing first = things.of("first", car, 0),
+                            second = things.of("second", car, 1),
+                            third = things.of("third", car, 1);
+  EXPECT_NE(first.shape.shown, second.shape.shown);
+  EXPECT_EQ(second.shape.shown, third.shape.shown);
+  EXPECT_EQ(third.name, "third");
+  EXPECT_EQ(third.variety, 1);
+  EXPECT_EQ(render::text_of_shapes(std::array{third}),
+            render::text_of_shapes(std::array{moving_thing("third", car, 1)}));
 }
 
 // A capture does not say which variant a thing is of, and labels take the first.

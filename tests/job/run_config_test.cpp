@@ -69,6 +69,11 @@ TEST(Configs, WhatALaterStageWouldRefuseIsRefusedOnReading) {
   EXPECT_THAT(refusal_of({"rigs.0.name=frames"}), testing::HasSubstr("rig name \"frames\""));
   EXPECT_THAT(refusal_of({"trajectories.0.name=" + std::string(65, 'a')}),
               testing::HasSubstr("becomes a folder"));
+  EXPECT_THAT(refusal_of({"labels=[{kind = \"volume\", voxel_m = 0.5, truncation_m = 0.4}]"}),
+              testing::AllOf(testing::HasSubstr("truncation_m = 0.4"),
+                             testing::HasSubstr("between voxels")));
+  EXPECT_EQ(refusal_of({"labels=[{kind = \"volume\", voxel_m = 0.5, truncation_m = 0.5}]"}), "");
+  EXPECT_EQ(refusal_of({"labels=[{kind = \"volume\", voxel_m = 0.5, truncation_m = 0.0}]"}), "");
 }
 
 }  // namespace

@@ -214,18 +214,25 @@ lamp_spacing_m = 20.0
 
 TEST(TrafficSite, AWorldWithoutWaysIsRefused) {
   const test::ScratchFolder folder;
-  std::string text =
-      test::street_job_text(folder.path(), 2, "", std::string(kRig) + "[[traffic]]\n");
-  const auto at = text.find("[[world.layer]]");
-  text.erase(at, text.find("[detail]") - at);
-  std::ofstream(folder / "job.toml") << text;
   const core::Log log("test", core::LogLevel::Off);
   const core::Context context{.log = log};
-  const Job job = prepare_job(load_run_config(folder / "job.toml", {}), context);
-  const world::TileStore store = tile(job, folder / "world", context);
+  const auto job_of = [&](const char* file, bool has_roads, const std::string& traffic) {
+    std::string text = test::street_job_text(folder.path(), 2, "", std::string(kRig) + traffic);
+    const auto at = text.find("[[world.layer]]");
+    if (!has_roads) text.erase(at, text.find("[detail]") - at);
+    std::ofstream(folder / file) << text;
+    return prepare_job(load_run_config(folder / file, {}), context);
+  };
+  const std::vector<std::string> words = {"no ways", "roads", "[[traffic]]"};
+  // By its config, before anything runs.
+  test::expect_error(core::ErrorKind::Config, words,
+                     [&] { job_of("roadless.toml", false, "[[traffic]]\n"); });
+  // By a world that was tiled by another.
+  const Job bare = job_of("bare.toml", false, "");
+  const world::TileStore store = tile(bare, folder / "world", context);
+  const Job job = job_of("job.toml", true, "[[traffic]]\n");
   render::SequencePlan plan = job.sequences.at(0);
-  test::expect_error(core::ErrorKind::Input, {"no ways", "roads", "[[traffic]]"},
-                     [&] { add_traffic(job, store, log, plan); });
+  test::expect_error(core::ErrorKind::Input, words, [&] { add_traffic(job, store, log, plan); });
 }
 
 }  // namespace

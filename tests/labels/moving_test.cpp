@@ -22,6 +22,7 @@
 #include "core/toml_reader.h"
 #include "export/exporter.h"
 #include "geo/frames.h"
+#include "render/labels/shown_objects.h"
 #include "tests/labels/boxes_world.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/test_data.h"
@@ -560,6 +561,26 @@ TEST_F(MovingLabels, KittiRowsOfWhatLeansHoldIt) {
     EXPECT_NEAR(std::remainder(field[13] - turn, 2.0 * std::numbers::pi), 0.0, 1e-4);
   }
   EXPECT_EQ(num_rows, 3);
+}
+
+// Of a thousand vehicles few differ.
+TEST(MovingObjects, ThingsThatShareAShapeAreLookedAtWithOne) {
+  std::vector<render::MovingThing> things = moving_things();
+  things[3].shape = things[1].shape;
+  things[3].parts = things[0].parts;
+  const auto objects =
+      render::moving_objects(things, std::vector<std::uint32_t>{kVan, kCart, kGone});
+  ASSERT_EQ(objects.size(), 3U);
+  EXPECT_EQ(objects[1].parts[0].shape, objects[2].parts[0].shape);
+  EXPECT_EQ(objects[0].parts.at(1).shape, objects[2].parts.at(1).shape);
+  EXPECT_NE(objects[0].parts[0].shape, objects[1].parts[0].shape);
+  // Bodies are the sequence's own: the van, its bar, the cart, the truck, and what is gone, with its bar.
+  EXPECT_EQ(objects[1].parts[0].body, 2U);
+  EXPECT_EQ(objects[2].parts[0].body, 4U);
+  EXPECT_EQ(objects[2].parts[1].body, 5U);
+  // Where parts turn on it, its box holds them; the cart's own reaches from -2 to 2 m.
+  EXPECT_EQ(objects[1].label.box.half_size_m, Vector3d(2.0, 1.0, 1.25));
+  EXPECT_GT(objects[2].label.box.half_size_m.y(), 4.0);
 }
 
 TEST_F(MovingLabels, OtherThingsThanTheCapturesAreRefused) {

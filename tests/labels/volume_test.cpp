@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
@@ -64,23 +65,47 @@ render::SequencePlan small_plan() {
   return plan;
 }
 
+/// The same from a camera whose rays are parallel, two a metre, and lie along no axis of the world.
+render::SequencePlan orthographic_plan() {
+  render::SequencePlan plan = small_plan();
+  plan.states[0].world_from_body.rotation =
+      Eigen::AngleAxisd(0.05, Vector3d::UnitY()) * Eigen::AngleAxisd(0.03, Vector3d::UnitZ());
+  plan.cameras[0].intrinsics.model = "orthographic";
+  plan.cameras[0].intrinsics.parameters = {2.0, 2.0, 50.0, 40.0};
+  return plan;
+}
+
+/// The same from a body that goes on 7 m aside and turns by 0.06 rad while the rows are read out.
+constexpr double kLineTime_s = 0.001;
+render::SequencePlan rolling_plan() {
+  render::SequencePlan plan = small_plan();
+  plan.states[0].velocity_world_mps = {20.0, -90.0, 15.0};
+  plan.states[0].angular_velocity_body_radps = {0.0, 0.0, 0.75};
+  plan.cameras[0].shutter = {.line_time_s = kLineTime_s};
+  return plan;
+}
+
 struct Ray {
   Vector3d origin, direction;  ///< unit
   double end_m = 0.0;
   bool is_surface = false;
 };
 
+/// Where the ray of an image point starts and where it goes.
+using RayRule = std::function<Ray(double x_px, double y_px)>;
+
+/// Of a pinhole of f = 100 px with its principal point at (50, 40).
+Vector3d pinhole_ray(double x_px, double y_px) {
+  return Vector3d((x_px - 50.0) / 100.0, (y_px - 40.0) / 100.0, 1.0).normalized();
+}
+
 /// The rays of the image by the scene's planes and boxes; their ends are floats, as captures hold them.
-std::vector<Ray> rays_of(const capture::SequenceReader& sequence) {
-  const geo::Rigid3d pose = sequence.world_from_camera(0, 0);
+std::vector<Ray> rays_of(const capture::SequenceReader& sequence, const RayRule& ray_at) {
   const auto facts = sequence.read_camera(0, 0, capture::SequenceReader::kFacts);
   std::vector<Ray> rays;
   for (int y = 0; y < 80; ++y)
     for (int x = 0; x < 100; ++x) {
-      Ray ray{.origin = pose.translation,
-              .direction =
-                  pose.rotation *
-                  Vector3d((x + 0.5 - 50.0) / 100.0, (y + 0.5 - 40.0) / 100.0, 1.0).normalized()};
+      Ray ray = ray_at(x + 0.5, y + 0.5);
       double range_m = std::numeric_limits<double>::infinity();
       if (ray.direction.z() < 0.0) range_m = -ray.origin.z() / ray.direction.z();
       const auto meet = [&](const Vector3d& low, const Vector3d& high) {
@@ -125,6 +150,85 @@ std::pair<double, double> part_in(const Ray& ray, const openvdb::Coord& at, doub
   return {in, out};
 }
 
+/// What rays tell of a voxel, by brute force.
+struct VoxelTruth {
+  bool is_free = false, is_occupied = false;
+  bool is_unsure = false;  ///< roundings decide
+  double sum_m = 0.0;      ///< of distances along the rays
+  int count = 0;
+
+  bool is_known() const { return is_free || is_occupied; }
+};
+
+VoxelTruth truth_of(const std::vector<Ray>& rays, const openvdb::Coord& at) {
+  VoxelTruth truth;
+  const Vector3d center = kVoxel_m * (Vector3d(at[0], at[1], at[2]) + Vector3d::Constant(0.5));
+  for (const Ray& ray : rays) {
+    // Most rays pass far beside.
+    const Vector3d to_center = center - ray.origin;
+    if ((to_center - to_center.dot(ray.direction) * ray.direction).norm() > kVoxel_m) continue;
+    const auto state = [&](double grown_m) {
+      const auto [in, out] = part_in(ray, at, grown_m);
+      if (!(in < out)) return 0;
+      if (out <= ray.end_m) return 1;
+      return in <= ray.end_m ? (ray.is_surface ? 2 : 3) : 4;
+    };
+    const int now = state(0.0);
+    constexpr double kSure_m = 1e-9;  // roundings of places within 130 m
+    if (state(kSure_m) != now || state(-kSure_m) != now) truth.is_unsure = true;
+    truth.is_free = truth.is_free || now == 1;
+    truth.is_occupied = truth.is_occupied || now == 2;
+    if (now == 0 || !ray.is_surface) continue;
+    const double distance_m = ray.end_m - ray.direction.dot(to_center);
+    if (std::abs(std::abs(distance_m) - kTruncation_m) < 1e-9) truth.is_unsure = true;
+    if (std::abs(distance_m) > kTruncation_m) continue;
+    truth.sum_m += distance_m;
+    ++truth.count;
+  }
+  return truth;
+}
+
+/// Voxels between two, both among them.
+using Window = std::pair<openvdb::Coord, openvdb::Coord>;
+/// About the box's front and its corner.
+const Window kFront = {{64, -18, 34}, {78, 10, 46}};
+/// About the kite, whose shadow is not known.
+const Window kKite = {{40, -14, 33}, {52, -6, 42}};
+
+/// Compares all voxels of windows.
+void expect_brute_force(const std::map<std::string, openvdb::FloatGrid::Ptr>& grids,
+                        const std::vector<Ray>& rays, const std::vector<Window>& windows) {
+  const auto& occupancy = grids.at("occupancy")->tree();
+  const auto& tsdf = grids.at("tsdf")->tree();
+  const auto& weight = grids.at("weight")->tree();
+  std::int64_t num_unknown = 0, num_free = 0, num_occupied = 0, num_near = 0, num_unsure = 0;
+  for (const auto& [low, high] : windows)
+    for (auto at = openvdb::CoordBBox(low, high).begin(); at; ++at) {
+      const VoxelTruth truth = truth_of(rays, *at);
+      if (truth.is_unsure) {
+        ++num_unsure;
+        continue;
+      }
+      ASSERT_EQ(occupancy.isValueOn(*at), truth.is_known()) << *at;
+      ASSERT_EQ(occupancy.getValue(*at), truth.is_occupied ? 1.0F
+                                         : truth.is_free   ? 0.0F
+                                                           : 0.5F)
+          << *at;
+      ++(truth.is_occupied ? num_occupied : truth.is_free ? num_free : num_unknown);
+      ASSERT_EQ(weight.getValue(*at), static_cast<float>(truth.count)) << *at;
+      ASSERT_EQ(tsdf.isValueOn(*at), truth.count > 0);
+      if (truth.count == 0) continue;
+      ++num_near;
+      // Steps of the sum and a float.
+      ASSERT_NEAR(double{tsdf.getValue(*at)}, truth.sum_m / truth.count, 1e-6) << *at;
+    }
+  EXPECT_GT(num_unknown, 500);
+  EXPECT_GT(num_free, 1000);
+  EXPECT_GT(num_occupied, 100);
+  EXPECT_GT(num_near, 500);
+  EXPECT_LT(num_unsure, 20);
+}
+
 struct Volumes : testing::Test {
   static inline std::unique_ptr<ScratchFolder> folder;
   static inline std::optional<world::TileStore> store;
@@ -154,11 +258,8 @@ TEST_F(Volumes, AreThoseOfBruteForceOverRaysAndVoxels) {
   make_labels_with(*sequence, *store, keys(), plan.moving);
   const auto grids = read_grids(file());
   ASSERT_EQ(grids.size(), 3U);
-  const auto& occupancy = *grids.at("occupancy");
-  const auto& tsdf = *grids.at("tsdf");
-  const auto& weight = *grids.at("weight");
-  EXPECT_EQ(occupancy.background(), 0.5F);
-  EXPECT_EQ(tsdf.background(), static_cast<float>(kTruncation_m));
+  EXPECT_EQ(grids.at("occupancy")->background(), 0.5F);
+  EXPECT_EQ(grids.at("tsdf")->background(), static_cast<float>(kTruncation_m));
   for (const auto& [name, grid] : grids) {
     // Voxel (0, 0, 0) is the cube from the origin: its value stands at its centre.
     const openvdb::Vec3d center = grid->indexToWorld(openvdb::Vec3d(3.0, -2.0, 40.0));
@@ -167,60 +268,43 @@ TEST_F(Volumes, AreThoseOfBruteForceOverRaysAndVoxels) {
     EXPECT_NE(grid->metaValue<std::string>("terracast_frame").find("latitude 46"),
               std::string::npos);
   }
-  const std::vector<Ray> rays = rays_of(*sequence);
-  std::int64_t num_of[3] = {}, num_near = 0, num_unsure = 0;
-  // About the box's front, its corner and the kite, whose shadow is not known.
-  for (const auto& [low, high] :
-       {std::pair(openvdb::Coord(64, -18, 34), openvdb::Coord(78, 10, 46)),
-        std::pair(openvdb::Coord(40, -14, 33), openvdb::Coord(52, -6, 42))})
-    for (auto at = openvdb::CoordBBox(low, high).begin(); at; ++at) {
-      bool is_free = false, is_occupied = false, is_unsure = false;
-      double sum = 0.0;
-      int count = 0;
-      const Vector3d center =
-          kVoxel_m * (Vector3d((*at)[0], (*at)[1], (*at)[2]) + Vector3d::Constant(0.5));
-      for (const Ray& ray : rays) {
-        // Most rays pass far beside.
-        const Vector3d to_center = center - ray.origin;
-        if ((to_center - to_center.dot(ray.direction) * ray.direction).norm() > kVoxel_m) continue;
-        const auto state = [&](double grown_m) {
-          const auto [in, out] = part_in(ray, *at, grown_m);
-          if (!(in < out)) return 0;
-          if (out <= ray.end_m) return 1;
-          return in <= ray.end_m ? (ray.is_surface ? 2 : 3) : 4;
-        };
-        const int now = state(0.0);
-        constexpr double kSure_m = 1e-9;  // roundings of places within 130 m
-        if (state(kSure_m) != now || state(-kSure_m) != now) is_unsure = true;
-        is_free = is_free || now == 1;
-        is_occupied = is_occupied || now == 2;
-        if (now == 0 || !ray.is_surface) continue;
-        const double distance_m = ray.end_m - ray.direction.dot(to_center);
-        if (std::abs(std::abs(distance_m) - kTruncation_m) < 1e-9) is_unsure = true;
-        if (std::abs(distance_m) > kTruncation_m) continue;
-        sum += distance_m;
-        ++count;
-      }
-      if (is_unsure) {
-        ++num_unsure;
-        continue;
-      }
-      const bool is_known = is_free || is_occupied;
-      ASSERT_EQ(occupancy.tree().isValueOn(*at), is_known) << *at;
-      ASSERT_EQ(occupancy.tree().getValue(*at), is_occupied ? 1.0F : is_free ? 0.0F : 0.5F) << *at;
-      ++num_of[is_occupied ? 2 : is_free ? 1 : 0];
-      ASSERT_EQ(weight.tree().getValue(*at), static_cast<float>(count)) << *at;
-      ASSERT_EQ(tsdf.tree().isValueOn(*at), count > 0);
-      if (count == 0) continue;
-      ++num_near;
-      // Steps of the sum and a float.
-      ASSERT_NEAR(double{tsdf.tree().getValue(*at)}, sum / count, 1e-6) << *at;
-    }
-  EXPECT_GT(num_of[0], 500);
-  EXPECT_GT(num_of[1], 1000);
-  EXPECT_GT(num_of[2], 100);
-  EXPECT_GT(num_near, 500);
-  EXPECT_LT(num_unsure, 20);
+  const geo::Rigid3d pose = sequence->world_from_camera(0, 0);
+  const auto rays = rays_of(*sequence, [&](double x_px, double y_px) {
+    return Ray{.origin = pose.translation, .direction = pose.rotation * pinhole_ray(x_px, y_px)};
+  });
+  expect_brute_force(grids, rays, {kFront, kKite});
+}
+
+TEST_F(Volumes, OfParallelRaysStartWhereEachOfThemDoes) {
+  const render::SequencePlan parallel = orthographic_plan();
+  const auto seen = render_plan(*store, parallel, *folder / "parallel");
+  make_labels_with(seen, *store, keys(), parallel.moving);
+  const geo::Rigid3d pose = seen.world_from_camera(0, 0);
+  const auto rays = rays_of(seen, [&](double x_px, double y_px) {
+    return Ray{.origin = pose * Vector3d((x_px - 50.0) / 2.0, (y_px - 40.0) / 2.0, 0.0),
+               .direction = pose.rotation * Vector3d::UnitZ()};
+  });
+  expect_brute_force(read_grids(*folder / "parallel/labels/volume/volume.vdb"), rays,
+                     {kFront, kKite});
+}
+
+TEST_F(Volumes, OfARollingShutterStartWhereEachLineIsExposed) {
+  const render::SequencePlan rolling = rolling_plan();
+  const auto seen = render_plan(*store, rolling, *folder / "rolling");
+  make_labels_with(seen, *store, keys(), rolling.moving);
+  const geo::BodyState& state = rolling.states[0];
+  const auto rays = rays_of(seen, [&](double x_px, double y_px) {
+    // Row 40's upper edge is at the frame's time. The body turns about its own upright axis.
+    const double t = kLineTime_s * (y_px - 40.0);
+    const Eigen::Quaterniond world_from_body =
+        state.world_from_body.rotation *
+        Eigen::AngleAxisd(t * state.angular_velocity_body_radps.z(), Vector3d::UnitZ());
+    return Ray{.origin = state.world_from_body.translation + t * state.velocity_world_mps,
+               .direction =
+                   world_from_body * (geo::rig_from_rdf() * pinhole_ray(x_px, y_px)).normalized()};
+  });
+  expect_brute_force(read_grids(*folder / "rolling/labels/volume/volume.vdb"), rays,
+                     {kFront, kKite});
 }
 
 TEST_F(Volumes, DistancesAreThoseToTheScenesPlanes) {
