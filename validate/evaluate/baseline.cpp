@@ -143,6 +143,11 @@ void run_colmap(const Subject& subject, const ColmapProgram& colmap, const fs::p
       std::to_string(context.num_threads > 0 ? static_cast<unsigned>(context.num_threads)
                                              : std::max(1U, std::thread::hardware_concurrency()));
   const Intrinsics& k = sound_intrinsics(subject);
+  if (k.plane)
+    fail(ErrorKind::Input,
+         "{}, {}: the baseline of trajectories is COLMAP, which is given pinholes and lenses of "
+         "its own models alone; export the camera to format colmap",
+         subject.sequence.name, camera.name);
   const auto [model, parameters] = colmap_model({k.fx_px, k.fy_px, k.cx_px, k.cy_px, k.lens});
   const auto num_images = static_cast<double>(names.size());
   context.log.info("colmap: {} images, {} pairs; logs in {}", names.size(), num_pairs,
