@@ -56,7 +56,7 @@ class PathCurve {
     bool is_deck_end = false;
   };
   /// at_m       along the curve, in [0, length_m]
-  /// accuracy   of how far along it is: 1e-5 m over points 2 m apart that turn at 4 m radius, 1e-3 m in a hairpin of
+  /// accuracy   of how far along it is: 1e-6 m over points 2 m apart that turn at 4 m radius, 1e-5 m in a hairpin of
   ///            90 degrees at each of two points; continuous. PathCurve tests, against the sum of short chords
   Place at(double at_m) const;
 

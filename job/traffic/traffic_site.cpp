@@ -70,7 +70,8 @@ std::vector<Obstacle> obstacles_of(const Job& job, const geo::TrajectoryOptions&
                                        .log = nullptr,
                                        .half_size_m = half_size_m};
   std::vector<Obstacle> obstacles;
-  const geo::TrajectoryOptions nobody;
+  geo::TrajectoryOptions nobody;
+  nobody.name.clear();  // no trajectory's
   for (const render::MovingThing& thing :
        lay_out_moving(job.config.moving, job.config.trajectories, nobody, looks(duration_s),
                       context, half_size_m)) {

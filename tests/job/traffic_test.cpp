@@ -388,8 +388,8 @@ TEST(PathCurve, IsAsFarAlongAsIsAskedOnTurnsAndInHairpins) {
   const double of_turn_m = worst_m(turn), of_hairpin_m = worst_m(hairpin);
   RecordProperty("turn_m", fmt::format("{}", of_turn_m));
   RecordProperty("hairpin_m", fmt::format("{}", of_hairpin_m));
-  EXPECT_LT(of_turn_m, 1e-5);
-  EXPECT_LT(of_hairpin_m, 1e-3);
+  EXPECT_LT(of_turn_m, 1e-6);
+  EXPECT_LT(of_hairpin_m, 1e-5);
 }
 
 }  // namespace
