@@ -6,6 +6,7 @@
 #include <span>
 
 #include "render/pattern.h"
+#include "world/road_marks.h"
 
 namespace terracast::render {
 namespace {
@@ -125,16 +126,14 @@ MarkCover cover_of(const Window& window, const Stripe& stripe) {
                                           : MarkCover{.white = 0.0, .yellow = share};
 }
 
-// Roads: Richtlinien für die Markierung von Straßen (RMS-1, 1993). Narrow lines are 0.12 m wide, 0.15 m on
-// motorways, where broad ones are 0.30 m. Broken lines: 4 m of 12 outside towns, 6 m of 18 on motorways.
-constexpr double kLine_m = 0.12;
-constexpr double kMotorwayLine_m = 0.15;
-constexpr double kMotorwayBroadLine_m = 0.30;
-/// Between an edge line and the end of the paving (edge strips of RAL 2012 and RAA 2008).
-constexpr double kEdgeStrip_m = 0.25;
-constexpr double kMotorwayEdgeStrip_m = 0.50;
-constexpr double kMotorwayShoulder_m = 2.50;  // RAA 2008, RQ 31
-constexpr double kMotorwayLane_m = 3.50;
+// Roads: RMS-1 (1993), as in world/road_marks.h. Broken lines: 4 m of 12 outside towns, 6 m of 18 on motorways.
+using world::kEdgeStrip_m;
+using world::kLine_m;
+using world::kMotorwayBroadLine_m;
+using world::kMotorwayEdgeStrip_m;
+using world::kMotorwayLane_m;
+using world::kMotorwayLine_m;
+using world::kMotorwayShoulder_m;
 // Zebra crossings: sign 293 of the German StVO, bars of 0.50 m with as much between.
 constexpr double kZebraBar_m = 0.50;
 // Parking places: EAR 05, 2.50 m x 5.00 m.

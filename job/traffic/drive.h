@@ -13,7 +13,8 @@ struct DriveStyle {
   double brake_mps2 = 1.8;
 };
 
-/// The speed along a curve, the same whoever goes: v^2 is linear between places a metre apart.
+/// The speed along a curve: v^2 is linear between places a metre apart. It is the same for all of one style on one curve,
+/// but for what comes after: who turns off is slower before than who does not.
 class Drive {
  public:
   Drive(const PathCurve& curve, const DriveStyle& style);

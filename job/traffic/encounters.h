@@ -11,6 +11,10 @@
 
 namespace terracast::job {
 
+/// Room before and behind whatever goes along, and beside it.
+inline constexpr double kRoomAlong_m = 1.0;
+inline constexpr double kRoomAside_m = 0.12;
+
 /// What something takes up on the map.
 struct Footprint {
   Eigen::Vector2d at_world = Eigen::Vector2d::Zero();
@@ -19,13 +23,14 @@ struct Footprint {
   double width_m = 0.0;
   /// Of the deck that carries it; NaN: it is on the ground.
   double deck_z_world = std::numeric_limits<double>::quiet_NaN();
+  /// The deck ends near: it is on the ground too.
+  bool is_deck_end = false;
+  double room_along_m = kRoomAlong_m;  ///< of what does not go: kRoomAside_m
 };
 
-/// Whether two of them would be on one place, with so much room before, behind and beside each. One on a deck and one
-/// on the ground, or on decks of different heights, are not.
+/// Whether two of them would be on one place, with their room. One on a deck, not at its end, and one on the ground, or
+/// two on decks of different heights, are not.
 bool meet(const Footprint& a, const Footprint& b);
-inline constexpr double kRoomAlong_m = 1.0;
-inline constexpr double kRoomAside_m = 0.12;
 
 /// Something else that moves on the ground, at times of its own; between them it goes straight.
 struct Obstacle {
@@ -42,6 +47,9 @@ class Traveller {
   virtual ~Traveller() = default;
   virtual std::uint64_t key() const = 0;  ///< whose is higher gives way
   virtual Footprint at(double time_s) const = 0;
+  /// So long after another that goes before it in one line it is where that one was, from middle to middle, if both
+  /// have headways; 0: it has none.
+  virtual double headway_s() const { return 0.0; }
 };
 
 /// How those fared who would meet something.
@@ -50,7 +58,8 @@ struct Encounters {
   std::vector<std::uint8_t> gives_way;   ///< to another traveller that is not blocked
 };
 
-/// Looks at all times up to `duration_s`, kLook_s apart. Who stays does not depend on who is left out for others: so
+/// Looks at all times up to `duration_s`, kLook_s apart, and for headways as far beyond. Two that go the same way in one
+/// line, nearer in time than the headway of the one behind, meet as well. Things may be of any size. Who stays does not depend on who is left out for others: so
 /// it is the same wherever one looks at a part of them only.
 /// standing   what never moves; its deck is its own height
 Encounters find_encounters(std::span<const Traveller* const> travellers,

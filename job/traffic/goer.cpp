@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "job/traffic/traffic.h"
+
 namespace terracast::job {
 namespace {
 
@@ -31,8 +33,11 @@ Footprint Goer::at(double time_s) const {
           .forward = place.tangent,
           .length_m = body_.thing->size_m.x(),
           .width_m = body_.thing->size_m.y(),
-          .deck_z_world = place.deck_z_world};
+          .deck_z_world = place.deck_z_world,
+          .is_deck_end = place.is_deck_end};
 }
+
+double Goer::headway_s() const { return options_->is_of_people() ? 0.0 : kLeastGap_s; }
 
 geo::BodyState Goer::state(double time_s) const {
   const Drive::Progress progress = drive_.at(start_s_ + time_s);

@@ -12,6 +12,9 @@ namespace terracast::job {
 
 struct TrafficOptions;
 
+/// From a vehicle to the next in its lane, at least, at any time until the last.
+inline constexpr double kLeastGap_s = 1.5;
+
 /// Of what one is on the way with.
 struct Body {
   const tiler::ThingInfo* thing = nullptr;
@@ -33,6 +36,8 @@ class Goer final : public Traveller {
   double gone_m(double time_s) const { return drive_.at(start_s_ + time_s).at_m - start_m_; }
 
   Footprint at(double time_s) const override;
+  /// Of vehicles.
+  double headway_s() const override;
   /// As high as the deck that carries it, or else below all.
   geo::BodyState state(double time_s) const;
 

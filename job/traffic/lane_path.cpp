@@ -59,7 +59,8 @@ PathPoint between(const PathPoint& a, const PathPoint& b, double share) {
           .limit_mps = std::min(a.limit_mps, b.limit_mps),
           .deck_z_world = has_both ? a.deck_z_world + share * (b.deck_z_world - a.deck_z_world)
                           : std::isfinite(a.deck_z_world) ? a.deck_z_world
-                                                          : b.deck_z_world};
+                                                          : b.deck_z_world,
+          .is_deck_end = !has_both || a.is_deck_end || b.is_deck_end};
 }
 
 /// Takes so much from a path's end; below 0: it goes on straight. Two points stay.
@@ -170,6 +171,14 @@ void spread_decks(Path& path, double spacing_m) {
             std::isfinite(known[static_cast<std::size_t>(near)].deck_z_world))
           z = known[static_cast<std::size_t>(near)].deck_z_world;
     }
+  // Of what is beyond a path's ends it is not known that it is a deck.
+  const auto is_on_deck = [&](std::ptrdiff_t i) {
+    return i >= 0 && i < num && std::isfinite(known[static_cast<std::size_t>(i)].deck_z_world) &&
+           !known[static_cast<std::size_t>(i)].is_deck_end;
+  };
+  for (std::ptrdiff_t i = 0; i < num; ++i)
+    for (std::ptrdiff_t near = i - reach; near <= i + reach; ++near)
+      if (!is_on_deck(near)) path[static_cast<std::size_t>(i)].is_deck_end = true;
 }
 
 }  // namespace
@@ -248,7 +257,8 @@ PathCurve::Place PathCurve::at(double at_m) const {
           .tangent = here.first / speed,
           .curvature_per_m = cross(here.first, here.second) / (speed * speed * speed),
           .limit_mps = std::min(a.limit_mps, b.limit_mps),
-          .deck_z_world = between(a, b, u).deck_z_world};
+          .deck_z_world = between(a, b, u).deck_z_world,
+          .is_deck_end = a.is_deck_end || b.is_deck_end};
 }
 
 }  // namespace terracast::job

@@ -13,15 +13,16 @@ using world::kHeightStep_m;
 using world::WayKind;
 using world::WayPart;
 
-/// Between two vehicles of a lane: so long at least after the one before, and so much room while they stand.
-constexpr double kLeastGap_s = 1.5;
+/// Between two vehicles of a lane, beside kLeastGap_s.
 constexpr double kLeastGap_m = 7.0;
 constexpr double kLeastWalkerGap_m = 1.5;
 /// Nobody starts nearer to the begin of a part, where curves from other parts end.
 constexpr double kStart_m = 4.0;
 /// Lanes for what is long are wider.
 constexpr double kWideLane_m = 2.7;
-constexpr double kLonger_s = 1.0;
+constexpr double kLonger_s = kLeastGap_s + 0.5;
+/// Who is farther from another, and not behind it, does not meet it.
+constexpr double kMeet_m = 30.0;
 
 // Mean and deviation of the speeds of walkers: Weidmann, Transporttechnik der Fussgänger (1993).
 constexpr double kWalk_mps = 1.34;
@@ -75,14 +76,20 @@ class Neighbourhood {
   std::vector<Vector2d> places_;
 };
 
-/// Places along a lane, by shifted exponential gaps (Cowan 1975): no gap is shorter than the least.
+/// Places along a lane, by shifted exponential gaps (Cowan 1975): no gap is shorter than the least. The first is what is
+/// left of a gap in which one begins anywhere, so that everywhere as many are to be expected.
 template <class Visit>
 void visit_starts(double length_m, double mean_m, double least_m, std::uint64_t seed,
                   std::uint64_t stream, const Visit& visit) {
-  double at_m = mean_m * core::random_unit(seed, stream, 0);
+  const auto beyond_m = [&](std::uint64_t index) {
+    return -(mean_m - least_m) * std::log1p(-core::random_unit(seed, stream, index));
+  };
+  const double share = core::random_unit(seed, stream, 0);
+  double at_m = mean_m * share;
+  if (at_m >= least_m) at_m = least_m + beyond_m(1);
   for (std::uint64_t i = 1; at_m < length_m; ++i) {
     visit(at_m, core::random_bits(seed, stream, 2 * i));
-    at_m += least_m - (mean_m - least_m) * std::log1p(-core::random_unit(seed, stream, 2 * i + 1));
+    at_m += least_m + beyond_m(2 * i + 1);
   }
 }
 
@@ -165,9 +172,13 @@ Body draw_body(const Proposal& proposal, bool may_be_long) {
   const TrafficOptions& options = *proposal.options;
   const std::uint64_t draw = core::random_bits(proposal.start.key, 1, 0);
   if (!options.things.empty()) {
-    std::vector<tiler::Chance> chances;
+    std::vector<std::string> fit;
     for (const std::string& thing : options.things)
-      chances.push_back({thing, 1.0 / static_cast<double>(options.things.size())});
+      if (may_be_long || tiler::find_thing(thing)->size_m.x() <= kLong_m) fit.push_back(thing);
+    if (fit.empty()) return {};
+    std::vector<tiler::Chance> chances;
+    for (const std::string& thing : fit)
+      chances.push_back({thing, 1.0 / static_cast<double>(fit.size())});
     const tiler::DrawnThing drawn = tiler::draw_thing(chances, draw);
     return {drawn.thing, drawn.variant};
   }
@@ -194,29 +205,44 @@ Walker draw_walker(const Proposal& proposal, const Body& body) {
   return walker;
 }
 
-std::vector<Proposal> propose(std::span<const TrafficOptions> options,
-                              std::span<const geo::BodyState> frames, double duration_s,
-                              const WayGraph& graph) {
+Reach reach_of_traffic(std::span<const TrafficOptions> options, double duration_s,
+                       const WayGraph& graph) {
   double fastest_kmph = 0.0;
   for (const WayPart& part : graph.parts())
     if (num_lanes(part, true) + num_lanes(part, false) > 0)
       fastest_kmph = std::max(fastest_kmph, speed_limit_kmph(part));
+  double seen_m = 0.0, drive_mps = 0.0, walk_mps = 0.0;
+  for (const TrafficOptions& one : options) {
+    seen_m = std::max(seen_m, one.reach_m);
+    if (one.is_of_people())
+      walk_mps = std::max(walk_mps, one.speed * (kWalk_mps + 3.0 * kWalkDeviation_mps));
+    else
+      drive_mps = std::max(drive_mps, one.speed * fastest_kmph / 3.6);
+  }
+  const double fastest_mps = std::max(drive_mps, walk_mps);
+  // Where somebody who is seen may have been, and what is in the way there.
+  const double meets_m =
+      seen_m + fastest_mps * lasts_s(duration_s) + fastest_mps * kLeastGap_s + kMeet_m;
+  return {.of_vehicles_m = meets_m + drive_mps * lasts_s(duration_s),
+          .of_people_m = meets_m + walk_mps * lasts_s(duration_s),
+          .of_all_m = meets_m + fastest_mps * lasts_s(duration_s) + kMeet_m};
+}
+
+std::vector<Proposal> propose(std::span<const TrafficOptions> options,
+                              std::span<const geo::BodyState> frames, double duration_s,
+                              const WayGraph& graph) {
+  const Reach reach = reach_of_traffic(options, duration_s, graph);
   const Neighbourhood neighbourhood(frames);
   std::vector<Proposal> proposals;
-  for (const TrafficOptions& one : options) {
-    // Who comes within reach, and who those may meet before.
-    const double fastest_mps =
-        one.speed *
-        (one.is_of_people() ? kWalk_mps + 3.0 * kWalkDeviation_mps : fastest_kmph / 3.6);
-    const double reach_m = one.reach_m + 2.0 * fastest_mps * lasts_s(duration_s);
+  for (const TrafficOptions& one : options)
     for (std::uint32_t p = 0; p < graph.parts().size(); ++p) {
+      const double reach_m = one.is_of_people() ? reach.of_people_m : reach.of_vehicles_m;
       if (!neighbourhood.is_near(graph.parts()[p], reach_m)) continue;
       if (one.is_of_people())
         propose_walkers(one, graph, p, duration_s, proposals);
       else
         propose_vehicles(one, graph, p, duration_s, proposals);
     }
-  }
   return proposals;
 }
 

@@ -22,7 +22,8 @@ constexpr double kTurn_rad = 0.5;
 constexpr double kStraightOn = 3.0;
 /// Vehicles come to ways without traffic of their own rarely.
 constexpr double kQuietPerLaneKm = 0.3;
-constexpr int kMostTries = 400;
+constexpr double kMostTries = 400.0;
+constexpr double kTriesPerSecond = 40.0;
 /// At the end of a way the curve into the next one begins so far before it at most.
 constexpr double kRunOut_m = 20.0;
 /// Beside walkers.
@@ -47,19 +48,21 @@ class Search {
   Search(const WayGraph& graph, std::uint64_t key, Options options)
       : graph_(graph), key_(key), options_(std::move(options)) {}
 
-  std::optional<std::vector<Leg>> from(const Option& first, double along_m, double lasts_s) {
+  Route from(const Option& first, double along_m, double lasts_s) {
     way_ = {first};
+    most_tries_ = kMostTries + kTriesPerSecond * lasts_s;
     const double left_m = graph_.length_m(first.leg.arm.part) - along_m - kRunOut_m;
-    if (!go_on(lasts_s - left_m / first.leg.limit_mps)) return std::nullopt;
-    std::vector<Leg> legs;
-    for (const Option& option : way_) legs.push_back(option.leg);
-    return legs;
+    if (!go_on(lasts_s - left_m / first.leg.limit_mps))
+      return {.legs = {}, .is_given_up = num_tries_ > most_tries_};
+    Route route;
+    for (const Option& option : way_) route.legs.push_back(option.leg);
+    return route;
   }
 
  private:
   bool go_on(double left_s) {
     if (left_s <= 0.0) return true;
-    if (++num_tries_ > kMostTries) return false;
+    if (++num_tries_ > most_tries_) return false;
     std::vector<std::pair<double, Option>> order;
     for (const Option& option : options_(way_.back())) {
       const double unit = core::random_unit(key_, way_.size(), order.size());
@@ -79,6 +82,7 @@ class Search {
   std::uint64_t key_;
   Options options_;
   std::vector<Option> way_;
+  double most_tries_ = kMostTries;
   int num_tries_ = 0;
 };
 
@@ -112,8 +116,7 @@ std::vector<std::pair<double, Arm>> turns_after(const WayGraph& graph, const Arm
 
 bool is_road(WayKind kind) { return kind <= WayKind::Busway; }
 
-std::optional<std::vector<Leg>> drive_route(const WayGraph& graph, const Start& start, int lane,
-                                            double speed, bool on_left) {
+Route drive_route(const WayGraph& graph, const Start& start, int lane, double speed, bool on_left) {
   const auto options = [&](const Option& from) {
     std::vector<Option> found;
     std::vector<Option> quiet;
@@ -138,8 +141,7 @@ std::optional<std::vector<Leg>> drive_route(const WayGraph& graph, const Start& 
       .from(option_of(graph, start.arm, lane, speed, on_left), start.along_m, start.lasts_s);
 }
 
-std::optional<std::vector<Leg>> walk_route(const WayGraph& graph, const Start& start,
-                                           const Walker& walker) {
+Route walk_route(const WayGraph& graph, const Start& start, const Walker& walker) {
   const auto step_on = [&](const Arm& arm) {
     const WayPart& part = graph.part(arm);
     const double half_m = part.half_width_steps * kHeightStep_m;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "job/traffic/lane_path.h"
@@ -17,13 +16,17 @@ struct Start {
   double lasts_s = 0.0;   ///< they are on their way at least so long
 };
 
+/// A way on, of arms that follow each other.
+struct Route {
+  std::vector<Leg> legs;     ///< none: all ways from there end too early, or it was given up
+  bool is_given_up = false;  ///< after 400 tries, and 40 for each second
+};
+
 /// Of vehicles: a lane of the arm, and what they do at junctions by a draw, mostly straight on; never back, into
 /// tunnels or where motor traffic may not go. On several lanes one turns from the one at that side.
 /// lane       of the arm, as lane_right_m() counts
 /// speed      times what is allowed
-/// returns    nothing: all ways from there end too early
-std::optional<std::vector<Leg>> drive_route(const WayGraph& graph, const Start& start, int lane,
-                                            double speed, bool on_left);
+Route drive_route(const WayGraph& graph, const Start& start, int lane, double speed, bool on_left);
 
 /// How one walks.
 struct Walker {
@@ -32,8 +35,7 @@ struct Walker {
   int side = 0;  ///< 0: on paths; 1, -1: on the sidewalk to the right, to the left of the road
 };
 /// Of walkers on paths: any turn by a draw. On sidewalks: round the block, so that no road is crossed.
-std::optional<std::vector<Leg>> walk_route(const WayGraph& graph, const Start& start,
-                                           const Walker& walker);
+Route walk_route(const WayGraph& graph, const Start& start, const Walker& walker);
 
 bool is_road(world::WayKind kind);
 

@@ -1,6 +1,7 @@
 #include "job/traffic/traffic.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "capture/sequence_files.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/semantic_class.h"
 #include "job/moving.h"
 #include "job/traffic/drive.h"
 #include "job/traffic/goer.h"
@@ -27,12 +29,14 @@ constexpr double kVehiclePoints_m = 2.0;
 constexpr double kWalkerPoints_m = 1.0;
 /// Of the length of what is long, that times the curvature of its way is no more.
 constexpr double kMostBend = 0.7;
-constexpr double kLong_m = 7.0;
+
+/// Why somebody is not made.
+enum class Unmade { WayEnds, GivenUp, LeavesWorld, TooLong };
 
 /// Why who was proposed is not there.
 struct Tally {
   std::int64_t num_proposed = 0;
-  std::int64_t num_ending = 0;  ///< their ways end
+  std::array<std::int64_t, 4> num_unmade = {};  ///< by Unmade
   std::int64_t num_blocked = 0;
   std::int64_t num_giving_way = 0;
   std::int64_t num_beyond = 0;  ///< of `most`
@@ -56,64 +60,73 @@ std::vector<PathPoint> cut_out(const std::vector<PathPoint>& path, double spacin
           path.begin() + static_cast<std::ptrdiff_t>(end)};
 }
 
-/// nullptr: the way ends too early.
-std::unique_ptr<Goer> make_driver(const Proposal& proposal, const TrafficSite& site,
-                                  double duration_s) {
-  const TrafficOptions& options = *proposal.options;
-  const auto legs =
-      drive_route(site.ways, proposal.start, proposal.lane, options.speed, options.drives_on_left);
-  if (!legs) return nullptr;
-  TurnRadii radii;
-  if (options.drives_on_left) std::swap(radii.left_m, radii.right_m);
+struct Made {
+  std::unique_ptr<Goer> goer;  ///< nullptr: there is none
+  Unmade why_not = Unmade::WayEnds;
+};
+
+Made made_on(const Proposal& proposal, const TrafficSite& site, double duration_s,
+             const Route& route, const Body& body, const TurnRadii& radii, double spacing_m,
+             const DriveStyle& style) {
+  if (route.legs.empty())
+    return {.goer = nullptr, .why_not = route.is_given_up ? Unmade::GivenUp : Unmade::WayEnds};
   double start_m = proposal.start.along_m;
-  std::vector<PathPoint> path = cut_out(lane_path(site.ways, *legs, radii, kVehiclePoints_m),
-                                        kVehiclePoints_m, lasts_s(duration_s), start_m);
-  if (path.size() < 4) return nullptr;
-  auto goer =
-      std::make_unique<Goer>(proposal.start.key, options, draw_body(proposal, proposal.may_be_long),
-                             PathCurve(std::move(path)), DriveStyle{}, start_m);
-  if (goer->lasts_s() < lasts_s(duration_s) || !goer->is_inside(site.half_size_m, duration_s))
-    return nullptr;
-  const double length_m = goer->body().thing->size_m.x();
-  if (length_m > kLong_m && goer->sharpest_per_m(duration_s) * length_m > kMostBend) {
-    if (!options.things.empty()) return nullptr;
-    goer->take(draw_body(proposal, false));
-  }
-  return goer;
+  std::vector<PathPoint> path = cut_out(lane_path(site.ways, route.legs, radii, spacing_m),
+                                        spacing_m, lasts_s(duration_s), start_m);
+  if (path.size() < 4) return {.goer = nullptr, .why_not = Unmade::WayEnds};
+  auto goer = std::make_unique<Goer>(proposal.start.key, *proposal.options, body,
+                                     PathCurve(std::move(path)), style, start_m);
+  if (goer->lasts_s() < lasts_s(duration_s)) return {.goer = nullptr, .why_not = Unmade::WayEnds};
+  if (!goer->is_inside(site.half_size_m, duration_s))
+    return {.goer = nullptr, .why_not = Unmade::LeavesWorld};
+  return {.goer = std::move(goer)};
 }
 
-std::unique_ptr<Goer> make_walker(const Proposal& proposal, const TrafficSite& site,
-                                  double duration_s) {
+Made make_driver(const Proposal& proposal, const TrafficSite& site, double duration_s) {
   const TrafficOptions& options = *proposal.options;
+  const Body body = draw_body(proposal, proposal.may_be_long);
+  if (body.thing == nullptr) return {.goer = nullptr, .why_not = Unmade::TooLong};
+  TurnRadii radii;
+  if (options.drives_on_left) std::swap(radii.left_m, radii.right_m);
+  Made made = made_on(
+      proposal, site, duration_s,
+      drive_route(site.ways, proposal.start, proposal.lane, options.speed, options.drives_on_left),
+      body, radii, kVehiclePoints_m, {});
+  if (!made.goer || body.thing->size_m.x() <= kLong_m ||
+      made.goer->sharpest_per_m(duration_s) * body.thing->size_m.x() <= kMostBend)
+    return made;
+  const Body shorter = draw_body(proposal, false);
+  if (shorter.thing == nullptr) return {.goer = nullptr, .why_not = Unmade::TooLong};
+  made.goer->take(shorter);
+  return made;
+}
+
+Made make_walker(const Proposal& proposal, const TrafficSite& site, double duration_s) {
   const Body body = draw_body(proposal, false);
-  const auto legs = walk_route(site.ways, proposal.start, draw_walker(proposal, body));
-  if (!legs) return nullptr;
-  double start_m = proposal.start.along_m;
-  std::vector<PathPoint> path =
-      cut_out(lane_path(site.ways, *legs, {.right_m = 0.7, .left_m = 0.7}, kWalkerPoints_m),
-              kWalkerPoints_m, lasts_s(duration_s), start_m);
-  if (path.size() < 4) return nullptr;
-  auto goer = std::make_unique<Goer>(
-      proposal.start.key, options, body, PathCurve(std::move(path)),
-      DriveStyle{.lateral_mps2 = 2.0, .accelerate_mps2 = 0.8, .brake_mps2 = 0.8}, start_m);
-  if (goer->lasts_s() < lasts_s(duration_s) || !goer->is_inside(site.half_size_m, duration_s))
-    return nullptr;
-  return goer;
+  return made_on(proposal, site, duration_s,
+                 walk_route(site.ways, proposal.start, draw_walker(proposal, body)), body,
+                 {.right_m = 0.7, .left_m = 0.7}, kWalkerPoints_m,
+                 {.lateral_mps2 = 2.0, .accelerate_mps2 = 0.8, .brake_mps2 = 0.8});
 }
 
 std::vector<std::unique_ptr<Goer>> make_goers(const std::vector<Proposal>& proposals,
                                               const TrafficSite& site, double duration_s,
                                               Tally& tally) {
-  std::vector<std::unique_ptr<Goer>> made(proposals.size());
+  std::vector<Made> all(proposals.size());
   core::parallel_for(static_cast<std::int64_t>(proposals.size()), [&](std::int64_t i) {
     const Proposal& proposal = proposals[static_cast<std::size_t>(i)];
-    made[static_cast<std::size_t>(i)] = proposal.options->is_of_people()
-                                            ? make_walker(proposal, site, duration_s)
-                                            : make_driver(proposal, site, duration_s);
+    all[static_cast<std::size_t>(i)] = proposal.options->is_of_people()
+                                           ? make_walker(proposal, site, duration_s)
+                                           : make_driver(proposal, site, duration_s);
   });
-  tally.num_proposed = static_cast<std::int64_t>(made.size());
-  std::erase(made, nullptr);
-  tally.num_ending = tally.num_proposed - static_cast<std::int64_t>(made.size());
+  tally.num_proposed = static_cast<std::int64_t>(all.size());
+  std::vector<std::unique_ptr<Goer>> made;
+  for (Made& one : all) {
+    if (one.goer)
+      made.push_back(std::move(one.goer));
+    else
+      ++tally.num_unmade[static_cast<std::size_t>(one.why_not)];
+  }
   std::sort(made.begin(), made.end(),
             [](const auto& a, const auto& b) { return a->key() < b->key(); });
   // Two ways on the same points draw the same.
@@ -168,16 +181,29 @@ std::string name_of(const Goer& goer) {
 }
 
 void tell(std::size_t num, const Tally& tally, const core::Log& log) {
+  const auto unmade = [&](Unmade why) { return tally.num_unmade[static_cast<std::size_t>(why)]; };
   const std::string left_out = fmt::format(
-      "of {} proposed on ways around, {} have no way that lasts through the sequence, {} would "
-      "meet "
-      "what stands or moves there, {} each other, {} are beyond `most`",
-      tally.num_proposed, tally.num_ending, tally.num_blocked, tally.num_giving_way,
+      "of {} proposed on ways around, {} have no way that lasts through the sequence ({} more: "
+      "none was found soon), {} would leave the world, {} are too long for their lanes or bends, "
+      "{} would meet what stands or moves there, {} each other, {} are beyond `most`",
+      tally.num_proposed, unmade(Unmade::WayEnds), unmade(Unmade::GivenUp),
+      unmade(Unmade::LeavesWorld), unmade(Unmade::TooLong), tally.num_blocked, tally.num_giving_way,
       tally.num_beyond);
   if (num == 0)
     log.warn("traffic: nothing is within reach of the cameras: {}", left_out);
   else
     log.info("traffic: {} within reach of the cameras; {}", num, left_out);
+}
+
+bool goes_as(const tiler::ThingInfo& thing, bool is_of_people) {
+  using core::SemanticClass;
+  constexpr double kLongest_m = 25.0;
+  if (thing.stance != tiler::Stance::Stands || thing.size_m.x() > kLongest_m) return false;
+  if (is_of_people) return thing.semantic_class == SemanticClass::Person;
+  constexpr SemanticClass kOfRoads[] = {SemanticClass::Car, SemanticClass::Van,
+                                        SemanticClass::Truck, SemanticClass::Bus};
+  return std::find(std::begin(kOfRoads), std::end(kOfRoads), thing.semantic_class) !=
+         std::end(kOfRoads);
 }
 
 }  // namespace
@@ -197,7 +223,8 @@ void TrafficOptions::describe(core::SchemaVisitor& visit) {
   visit.key("speed", speed, "Times the speed that is allowed, of people that at which they walk.",
             core::between(0.1, 2.0));
   visit.key("things", things,
-            "Of which built-in things it is made, evenly; empty: of what is common there.");
+            "Of which built-in things it is made, evenly: cars, vans, trucks and buses, or people; "
+            "what is longer than 7 m goes on wide lanes only. Empty: of what is common there.");
   visit.key("drives_on_left", drives_on_left, "Vehicles keep to the left.");
   visit.key("reach_m", reach_m,
             "Who comes so near to a camera's place, on the map, is there through the whole "
@@ -214,13 +241,13 @@ void TrafficOptions::validate() const {
          name, kLongestName);
   for (const std::string& thing : things) {
     const tiler::ThingInfo& info = thing_called(thing);
-    constexpr double kLongest_m = 25.0;
-    if (info.stance != tiler::Stance::Stands || info.size_m.x() > kLongest_m)
-      fail(
-          ErrorKind::Config,
-          "things of traffic: {} does not go on roads or paths: it takes what stands on the ground "
-          "and is at most {} m long",
-          thing, kLongest_m);
+    if (!goes_as(info, is_of_people()))
+      fail(ErrorKind::Config,
+           "things of traffic of kind {}: {} is none of these: it takes {} (`terracast list "
+           "things`)",
+           kind, thing,
+           is_of_people() ? "things of class person"
+                          : "things of classes car, van, truck and bus, at most 25 m long");
   }
 }
 

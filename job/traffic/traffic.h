@@ -47,8 +47,10 @@ struct TrafficSite {
 /// same for the same ways, whatever their order.
 ///
 /// Who is made is there from before the first frame until after `duration_s`, and keeps its place on the ways all
-/// that time: nothing comes or goes in view. It does not depend on the cameras: sequences of one duration see
-/// the same traffic at the same times.
+/// that time: nothing comes or goes in view. It does not depend on the cameras:
+/// sequences of one duration and with the same obstacles see the same traffic at the same times, but that of each
+/// entry the `most` nearest to a sequence's own cameras are kept, which may be others than in another one.
+/// site         within reach_of_traffic() of the frames; what is farther counts for nobody
 /// frames       the sequence's
 /// duration_s   of the longest of the sequences that see each other
 std::vector<render::MovingThing> lay_out_traffic(std::span<const TrafficOptions> options,

@@ -1,13 +1,17 @@
 #include "job/traffic/traffic_site.h"
 
 #include <algorithm>
-#include <numbers>
+#include <cmath>
+#include <optional>
 #include <unordered_set>
 
 #include "capture/moving_json.h"
 #include "core/error.h"
 #include "core/semantic_class.h"
+#include "job/moving.h"
+#include "job/traffic/proposals.h"
 #include "job/traffic/traffic.h"
+#include "world/instance_frame.h"
 
 namespace terracast::job {
 namespace {
@@ -21,9 +25,7 @@ constexpr double kBodyLength_m = 4.8;
 constexpr double kBodyWidth_m = 2.0;
 /// Whatever is higher above the ground is not in the way.
 constexpr double kLow_m = 6.0;
-const Eigen::Vector3d kLampFoot_m(0.25, 0.25, 1.0);
-/// What stands is looked for where who comes within reach starts at the latest.
-constexpr double kFast_mps = 36.0;
+constexpr double kLampFoot_m = 0.25;
 
 bool is_vehicle(core::SemanticClass what) {
   return core::semantic_classes()[static_cast<std::size_t>(what)].parent == "vehicle";
@@ -44,34 +46,62 @@ Obstacle obstacle_of(const Job& job, std::span<const std::optional<geo::BodyStat
   return obstacle;
 }
 
-std::vector<Obstacle> obstacles_of(const Job& job, const geo::TrajectoryOptions& options,
-                                   const render::SequencePlan& plan) {
+/// Of the same bodies the same for all sequences: places so far apart in time, from the beginning to the end.
+std::vector<geo::BodyState> looks(double duration_s) {
+  const auto num = static_cast<std::size_t>(std::ceil(duration_s / kLook_s)) + 1;
+  std::vector<geo::BodyState> states(num);
+  for (std::size_t i = 0; i < num; ++i)
+    states[i].time_s = std::min(static_cast<double>(i) * kLook_s, duration_s);
+  return states;
+}
+
+/// Things of [[moving]] and all bodies that are shown in any sequence, by their own courses; and the body of this
+/// sequence, if it is shown in none.
+std::vector<Obstacle> obstacles_of(const Job& job, const geo::TrajectoryOptions& own,
+                                   const render::SequencePlan& plan, double duration_s) {
+  const tiler::WorldSurface& ground = *job.ground;
+  const double half_size_m = 0.5 * job.config.world.size_m;
+  const geo::TrajectoryContext context{.frame = ground.frame(),
+                                       .ground_height_m =
+                                           [&ground](double lat_deg, double lon_deg) {
+                                             return ground.measured_height_m(lat_deg, lon_deg);
+                                           },
+                                       .geoid = geo::Geoid::egm96(),
+                                       .log = nullptr,
+                                       .half_size_m = half_size_m};
   std::vector<Obstacle> obstacles;
-  for (const render::MovingThing& thing : plan.moving) {
+  geo::TrajectoryOptions nobody;
+  nobody.name.clear();  // no trajectory's
+  for (const render::MovingThing& thing :
+       lay_out_moving(job.config.moving, job.config.trajectories, nobody, looks(duration_s),
+                      context, half_size_m)) {
     if (thing.ride == render::Ride::Water) continue;
     const Eigen::Vector3d& size_m = thing_called(thing.shape.thing).size_m;
     obstacles.push_back(
         obstacle_of(job, thing.states, thing.ride == render::Ride::Ground, size_m.x(), size_m.y()));
   }
-  const std::vector<std::optional<geo::BodyState>> own(plan.states.begin(), plan.states.end());
-  Eigen::Vector3d size_m(kBodyLength_m, kBodyWidth_m, 0.0);
-  if (!options.shown_as.empty()) size_m = thing_called(options.shown_as).size_m;
-  obstacles.push_back(obstacle_of(job, own, false, size_m.x(), size_m.y()));
+  if (!own.shown_as.empty()) return obstacles;
+  const std::vector<std::optional<geo::BodyState>> states(plan.states.begin(), plan.states.end());
+  obstacles.push_back(obstacle_of(job, states, false, kBodyLength_m, kBodyWidth_m));
   return obstacles;
 }
 
-/// What each prototype takes up that is a vehicle, or a lamp, of which the foot alone.
-std::vector<std::optional<Eigen::Vector3d>> taken_by(const world::WorldManifest& manifest) {
-  std::vector<std::optional<Eigen::Vector3d>> sizes;
+/// What each prototype takes up, about its place, that is a vehicle, or a lamp, of which the foot alone: who goes by
+/// one needs no room along it, which points across the road.
+std::vector<std::optional<Footprint>> taken_by(const world::WorldManifest& manifest) {
+  std::vector<std::optional<Footprint>> taken;
   for (const world::PrototypeInfo& prototype : manifest.prototypes) {
     const tiler::ThingInfo* thing =
         tiler::find_thing(prototype.name.substr(0, prototype.name.find(' ')));
-    sizes.emplace_back();
+    taken.emplace_back();
     if (thing == nullptr) continue;
-    if (is_vehicle(thing->semantic_class)) sizes.back() = thing->size_m;
-    if (thing->semantic_class == core::SemanticClass::StreetLamp) sizes.back() = kLampFoot_m;
+    if (is_vehicle(thing->semantic_class))
+      taken.back() = Footprint{.length_m = thing->size_m.x(), .width_m = thing->size_m.y()};
+    if (thing->semantic_class == core::SemanticClass::StreetLamp)
+      taken.back() =
+          Footprint{.length_m = kLampFoot_m, .width_m = kLampFoot_m, .room_along_m = kRoomAside_m};
   }
-  return sizes;
+  return taken;
 }
 
 bool is_near(const world::TileId& id, std::span<const geo::BodyState> frames, double reach_m) {
@@ -85,9 +115,10 @@ bool is_near(const world::TileId& id, std::span<const geo::BodyState> frames, do
 
 std::vector<Footprint> what_stands(const world::TileStore& store,
                                    std::span<const geo::BodyState> frames, double reach_m) {
-  const auto sizes = taken_by(store.manifest());
+  const auto taken = taken_by(store.manifest());
+  const geo::WorldFrame frame(store.manifest().origin);
   std::vector<Footprint> standing;
-  if (std::none_of(sizes.begin(), sizes.end(), [](const auto& size) { return size.has_value(); }))
+  if (std::none_of(taken.begin(), taken.end(), [](const auto& one) { return one.has_value(); }))
     return standing;
   std::unordered_set<std::uint32_t> known;
   for (const world::TileInfo& info : store.manifest().tiles) {
@@ -95,17 +126,18 @@ std::vector<Footprint> what_stands(const world::TileStore& store,
         !is_near(info.id, frames, reach_m))
       continue;
     for (const world::Instance& instance : store.load(info.id).objects.instances) {
-      if (instance.prototype >= sizes.size() || !sizes[instance.prototype] ||
+      if (instance.prototype >= taken.size() || !taken[instance.prototype] ||
           !known.insert(instance.provenance.instance_id).second)
         continue;
-      const double heading_rad = instance.heading * 2.0 * std::numbers::pi / 65536.0;
-      const double scale = instance.scale / 4096.0;
-      standing.push_back(
-          {.at_world = instance.place_steps.head<2>().cast<double>() * world::kHeightStep_m,
-           .forward = {std::cos(heading_rad), std::sin(heading_rad)},
-           .length_m = scale * sizes[instance.prototype]->x(),
-           .width_m = scale * sizes[instance.prototype]->y(),
-           .deck_z_world = instance.place_steps.z() * world::kHeightStep_m});
+      const world::InstanceFrame stands = world::instance_frame(instance, frame);
+      Footprint footprint = *taken[instance.prototype];
+      footprint.at_world = stands.place_world.head<2>();
+      footprint.forward =
+          (stands.world_from_prototype * Eigen::Vector3d::UnitX()).head<2>().normalized();
+      footprint.length_m *= stands.scale;
+      footprint.width_m *= stands.scale;
+      footprint.deck_z_world = stands.place_world.z();
+      standing.push_back(footprint);
     }
   }
   return standing;
@@ -136,14 +168,13 @@ void add_traffic(const Job& job, const world::TileStore& store, const core::Log&
                                 [&](const auto& options) { return options.name == plan.name; });
   TERRACAST_CHECK(own != job.config.trajectories.end(), "no trajectory {}", plan.name);
   const double duration_s = duration_s_of(job, plan);
-  double reach_m = 0.0;
-  for (const TrafficOptions& one : traffic)
-    reach_m = std::max(reach_m, one.reach_m + one.speed * kFast_mps * duration_s);
   const WayGraph ways(std::move(network));
-  const TrafficSite site{.ways = ways,
-                         .half_size_m = 0.5 * store.manifest().size_m,
-                         .obstacles = obstacles_of(job, *own, plan),
-                         .standing = what_stands(store, plan.states, reach_m)};
+  const TrafficSite site{
+      .ways = ways,
+      .half_size_m = 0.5 * store.manifest().size_m,
+      .obstacles = obstacles_of(job, *own, plan, duration_s),
+      .standing =
+          what_stands(store, plan.states, reach_of_traffic(traffic, duration_s, ways).of_all_m)};
   std::vector<render::MovingThing> things =
       lay_out_traffic(traffic, plan.states, duration_s, site, log);
   std::move(things.begin(), things.end(), std::back_inserter(plan.moving));

@@ -3,12 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <set>
 
 #include "core/error.h"
 #include "job/stages.h"
+#include "job/traffic/traffic.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/street_job.h"
 #include "tests/support/test_data.h"
@@ -86,7 +89,7 @@ TEST(TrafficSite, RidesTheGroundAndOverBridgesTheirDecks) {
   const test::ScratchFolder folder;
   const Streets streets(folder.path(), "",
                         "[[traffic]]\namount = 6.0\nmost = 200\n[[traffic]]\nkind = \"people\"\n"
-                        "amount = 3.0\n",
+                        "amount = 8.0\n",
                         12);
   const world::RayQuery query(
       streets.store,
@@ -148,7 +151,7 @@ TEST(TrafficSite, RidesTheGroundAndOverBridgesTheirDecks) {
   }
   EXPECT_GT(num_on_deck, 10);
   EXPECT_GT(num_at_ends, 3);
-  EXPECT_GT(num_below, 2) << "the main street goes under it";
+  EXPECT_GT(num_below, 5) << "the main street goes under it";
   EXPECT_GT(num_on_ground, 200);
 }
 
@@ -210,6 +213,120 @@ lamp_spacing_m = 20.0
       }
   }
   EXPECT_GT(num_near, 20);
+}
+
+TEST(TrafficSite, LampsLeaveRoomToWalkAndDriveBy) {
+  const std::string traffic =
+      "[[traffic]]\namount = 6.0\nmost = 1000\n"
+      "[[traffic]]\nkind = \"people\"\namount = 5.0\nmost = 1000\n";
+  const test::ScratchFolder folder;
+  const Streets streets(folder.path(),
+                        "[[world.layer]]\nkind = \"objects\"\nfiles = [\"streets.geojson\"]\n"
+                        "traffic = 0.0\nlamp_spacing_m = 20.0\n\n",
+                        traffic, 5);
+  int num_lamps = 0;
+  for (const world::TileInfo& info : streets.store.manifest().tiles)
+    num_lamps += static_cast<int>(streets.store.load(info.id).objects.instances.size());
+  ASSERT_GT(num_lamps, 10);
+  const auto counts = [](const std::vector<render::MovingThing>& things) {
+    std::map<std::string, double> num;
+    for (const render::MovingThing& thing : things)
+      num[thing.name.substr(0, thing.name.find('-'))] += 1.0;
+    return num;
+  };
+  // The same streets without lamps; the cameras are too high to be in the way.
+  const WayGraph ways(streets.store.load_ways());
+  const auto& states = streets.plan.states;
+  auto dark = counts(lay_out_traffic(
+      streets.job.config.traffic, states, states.back().time_s,
+      {.ways = ways, .half_size_m = 1024.0, .obstacles = {}, .standing = {}}, streets.log));
+  auto lit = counts(streets.plan.moving);
+  for (const char* kind : {"vehicle", "walker"}) {
+    ASSERT_GT(dark[kind], 20.0);
+    RecordProperty(kind, fmt::format("{} of {}", lit[kind], dark[kind]));
+    // Who meets no lamp stays; where one is left out, who would give way to it stays instead.
+    EXPECT_GE(lit[kind], 0.9 * dark[kind]) << kind << " " << lit[kind] << " of " << dark[kind];
+    EXPECT_LE(lit[kind], dark[kind] * 1.1) << kind;
+  }
+}
+
+TEST(TrafficSite, SequencesThatSeeEachOtherHaveTheSameTraffic) {
+  const test::ScratchFolder folder;
+  std::string text =
+      test::street_job_text(folder.path(), 9, "", std::string(kRig) + R"([[trajectories]]
+name = "P001"
+shown_as = "van"
+min_agl_m = 0.5
+kind = "waypoints"
+rate_hz = 1.0
+num_frames = 5
+speed_mps = 5.0
+waypoints = [
+  {east_m = 60.0, north_m = 150.0, height_m = 1.2, above = "ground"},
+  {east_m = 60.0, north_m = 10.0, height_m = 1.2, above = "ground"},
+]
+
+[[traffic]]
+amount = 10.0
+most = 1000
+reach_m = 200.0
+
+[[traffic]]
+kind = "people"
+amount = 10.0
+most = 1000
+reach_m = 200.0
+)");
+  const auto height = text.find("north_m = -9.0, height_m = 9.0");
+  text.replace(height, 30, "north_m = -2.0, height_m = 1.0");
+  const auto second = text.find("north_m = -8.0, height_m = 9.0");
+  text.replace(second, 30, "north_m = -2.0, height_m = 1.0");
+  text.replace(text.find("name = \"P000\""), 13,
+               "name = \"P000\"\nshown_as = \"hatchback\"\nmin_agl_m = 0.5");
+  std::ofstream(folder / "job.toml") << text;
+  const core::Log log("test", core::LogLevel::Off);
+  const core::Context context{.log = log};
+  const Job job = prepare_job(load_run_config(folder / "job.toml", {}), context);
+  const world::TileStore store = tile(job, folder / "world", context);
+  std::array<std::map<std::string, std::map<double, Vector2d>>, 2> seen;
+  for (std::size_t k = 0; k < 2; ++k) {
+    render::SequencePlan plan = job.sequences.at(k);
+    add_traffic(job, store, log, plan);
+    for (const render::MovingThing& thing : plan.moving)
+      if (thing.ride == render::Ride::Way)
+        for (const auto& state : thing.states)
+          seen[k][thing.name][state->time_s] = state->world_from_body.translation.head<2>();
+  }
+  // Whoever is near the cameras of both at times that both have is in both, and there at the same place.
+  int num_common = 0;
+  for (std::size_t k = 0; k < 2; ++k)
+    for (const auto& [name, places] : seen[k]) {
+      double nearest_m = 1e300;
+      for (const geo::BodyState& frame : job.sequences.at(1 - k).states)
+        if (const auto at = places.find(frame.time_s); at != places.end())
+          nearest_m = std::min(nearest_m,
+                               (at->second - frame.world_from_body.translation.head<2>()).norm());
+      const auto found = seen[1 - k].find(name);
+      if (found == seen[1 - k].end()) {
+        EXPECT_GT(nearest_m, 200.0) << name;
+        continue;
+      }
+      ++num_common;
+      for (const auto& [time_s, at] : places)
+        if (const auto there = found->second.find(time_s); there != found->second.end()) {
+          EXPECT_LT((there->second - at).norm(), 1e-9) << name;
+        }
+    }
+  EXPECT_GT(num_common, 40);
+  // And nobody is where either body goes: on the lane of each, by places alone.
+  for (const auto& [name, places] : seen[0])
+    for (const auto& sequence : job.sequences)
+      for (const geo::BodyState& frame : sequence.states)
+        if (const auto at = places.find(frame.time_s); at != places.end()) {
+          EXPECT_GT((at->second - frame.world_from_body.translation.head<2>()).norm(), 1.0)
+              << name << " " << sequence.name << " " << frame.time_s << " "
+              << at->second.transpose();
+        }
 }
 
 TEST(TrafficSite, AWorldWithoutWaysIsRefused) {

@@ -7,185 +7,19 @@
 #include <map>
 #include <numbers>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"
-#include "core/toml_reader.h"
+#include "core/semantic_class.h"
 #include "job/traffic/drive.h"
 #include "job/traffic/lane_path.h"
-#include "job/traffic/way_graph.h"
 #include "tests/support/expect_error.h"
-#include "tiler/objects/things.h"
+#include "tests/support/traffic_town.h"
 
 namespace terracast::job {
 namespace {
 
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-using render::MovingThing;
-using world::kHeightStep_m;
-using world::WayKind;
-using world::WayPart;
-
-std::int32_t steps(double value_m) {
-  return static_cast<std::int32_t>(std::lround(value_m / kHeightStep_m));
-}
-
-/// Ways on a plane, which meet where their ends are one place.
-class Town {
- public:
-  WayPart& add(WayKind kind, const std::vector<Vector2d>& points, double half_m, int num_lanes) {
-    WayPart part;
-    part.feature = network.parts.size() + 1;
-    part.kind = kind;
-    part.num_lanes = static_cast<std::uint8_t>(num_lanes);
-    part.half_width_steps = steps(half_m);
-    part.lanes_left_steps = steps(half_m - 0.3);
-    part.lanes_right_steps = -part.lanes_left_steps;
-    for (const Vector2d& at : points)
-      part.points_steps.emplace_back(steps(at.x()), steps(at.y()), 0);
-    part.from_node = node(points.front());
-    part.to_node = node(points.back());
-    network.parts.push_back(part);
-    return network.parts.back();
-  }
-  world::WayNetwork network;
-
- private:
-  std::uint32_t node(const Vector2d& at) {
-    const auto [found, is_new] =
-        nodes_.try_emplace({std::lround(at.x()), std::lround(at.y())}, network.num_nodes);
-    network.num_nodes += is_new ? 1 : 0;
-    return found->second;
-  }
-  std::map<std::pair<long, long>, std::uint32_t> nodes_;
-};
-
-/// A checkerboard of streets 150 m apart over 1.5 km: every third a primary one of four lanes, one row of one-way
-/// streets, sidewalks along all; bends in the columns. Footways run through the blocks.
-Town checkerboard() {
-  Town town;
-  constexpr int kNum = 11;
-  const auto corner = [](int i, int j) { return Vector2d(150.0 * (i - 5), 150.0 * (j - 5)); };
-  for (int j = 0; j < kNum; ++j)
-    for (int i = 0; i < kNum; ++i) {
-      if (i + 1 < kNum) {
-        const bool is_main = j % 3 == 0;
-        WayPart& row =
-            town.add(is_main ? WayKind::Primary : WayKind::Residential,
-                     {corner(i, j), corner(i + 1, j)}, is_main ? 7.0 : 3.0, is_main ? 4 : 2);
-        row.sidewalk_steps = steps(1.8);
-        if (j == 4 || j == 5) {
-          row.num_lanes = 1;
-          (j == 4 ? row.may_go_backward : row.may_go_forward) = false;
-        }
-      }
-      if (j + 1 < kNum) {
-        const Vector2d middle = 0.5 * (corner(i, j) + corner(i, j + 1)) + Vector2d(6.0, 0.0);
-        WayPart& column =
-            town.add(WayKind::Tertiary, {corner(i, j), middle, corner(i, j + 1)}, 3.25, 2);
-        column.sidewalk_steps = steps(1.8);
-        column.max_speed_kmph = 40;
-      }
-      if (i + 1 < kNum && j + 1 < kNum)
-        town.add(WayKind::Footway,
-                 {corner(i, j) + Vector2d(40, 30), corner(i, j) + Vector2d(110, 120)}, 1.2, 1);
-    }
-  return town;
-}
-
-TrafficOptions options_of(const std::string& toml) {
-  TrafficOptions options;
-  core::TomlDocument::parse(toml, "traffic.toml").read(options);
-  return options;
-}
-
-std::vector<geo::BodyState> frames_at(double rate_hz, int count, const Vector2d& from = {10, 20}) {
-  std::vector<geo::BodyState> frames(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) {
-    geo::BodyState& frame = frames[static_cast<std::size_t>(i)];
-    frame.time_s = i / rate_hz;
-    frame.world_from_body.translation << from + Vector2d(5.0 * frame.time_s, 0.0), 60.0;
-  }
-  return frames;
-}
-
-std::vector<MovingThing> traffic_of(const world::WayNetwork& network, const std::string& toml,
-                                    const std::vector<geo::BodyState>& frames,
-                                    double duration_s = 0.0, std::vector<Obstacle> obstacles = {}) {
-  const WayGraph ways(network);
-  const core::Log log("test", core::LogLevel::Off);
-  const std::vector<TrafficOptions> options = {options_of(toml)};
-  return lay_out_traffic(
-      options, frames, std::max(duration_s, frames.back().time_s),
-      {.ways = ways, .half_size_m = 2000.0, .obstacles = std::move(obstacles), .standing = {}},
-      log);
-}
-
-constexpr const char* kBusy = "amount = 3.0\nreach_m = 500.0\nmost = 1000\n";
-
-/// Of a place, the nearest part of a network, by all its segments.
-struct Nearest {
-  const WayPart* part = nullptr;
-  double distance_m = 1e300;
-  double left_m = 0.0;  ///< of the line
-  Vector2d direction;
-  double to_node_m = 1e300;  ///< from the ends of all parts
-  double outside_m = 1e300;  ///< of all paving; below 0: on it
-};
-Nearest nearest(const world::WayNetwork& network, const Vector2d& at, bool of_roads) {
-  Nearest best;
-  for (const WayPart& part : network.parts) {
-    if ((part.kind < WayKind::Track) != of_roads) continue;
-    for (std::size_t i = 0; i + 1 < part.points_steps.size(); ++i) {
-      const Vector2d a = part.at_world(i), b = part.at_world(i + 1);
-      const double t = std::clamp((at - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
-      const Vector2d off = at - a - t * (b - a);
-      best.outside_m = std::min(best.outside_m, off.norm() - part.half_width_steps * kHeightStep_m);
-      if (off.norm() >= best.distance_m) continue;
-      best.part = &part;
-      best.distance_m = off.norm();
-      best.direction = (b - a).normalized();
-      best.left_m = best.direction.x() * off.y() - best.direction.y() * off.x();
-    }
-    for (const std::size_t end : {std::size_t{0}, part.points_steps.size() - 1})
-      best.to_node_m = std::min(best.to_node_m, (at - part.at_world(end)).norm());
-  }
-  return best;
-}
-
-Vector2d size_of(const MovingThing& thing) {
-  return tiler::find_thing(thing.shape.thing)->size_m.head<2>();
-}
-Vector2d place_of(const geo::BodyState& state) {
-  return state.world_from_body.translation.head<2>();
-}
-Vector2d forward_of(const geo::BodyState& state) {
-  return (state.world_from_body.rotation * Vector3d::UnitX()).head<2>();
-}
-
-/// Whether a box holds any of the points of a grid over another.
-bool boxes_overlap(const MovingThing& a, const MovingThing& b, std::size_t frame) {
-  const geo::BodyState& of_a = *a.states[frame];
-  const geo::BodyState& of_b = *b.states[frame];
-  if ((place_of(of_a) - place_of(of_b)).norm() > 22.0) return false;
-  for (int i = -10; i <= 10; ++i)
-    for (int j = -4; j <= 4; ++j) {
-      const Vector3d point = of_a.world_from_body *
-                             Vector3d(0.05 * i * size_of(a).x(), 0.125 * j * size_of(a).y(), 0.0);
-      const Vector3d in_b = of_b.world_from_body.inverse() * point;
-      if (std::abs(in_b.x()) < 0.5 * size_of(b).x() && std::abs(in_b.y()) < 0.5 * size_of(b).y())
-        return true;
-    }
-  return false;
-}
-
-void expect_nothing_meets(const std::vector<MovingThing>& things) {
-  for (std::size_t frame = 0; frame < things.front().states.size(); ++frame)
-    for (std::size_t i = 0; i < things.size(); ++i)
-      for (std::size_t j = 0; j < things.size(); ++j)
-        ASSERT_FALSE(i != j && boxes_overlap(things[i], things[j], frame))
-            << things[i].name << " and " << things[j].name << " at frame " << frame;
-}
+using namespace test;
 
 TEST(Traffic, KeepsToLanesInTheRightDirectionAndNeverMeets) {
   const Town town = checkerboard();
@@ -397,6 +231,7 @@ TEST(Traffic, GivesRoomToWhatElseMovesAndIsNoMoreThanWasAsked) {
   EXPECT_GT(blocked.size() + 40, free.size());
   const auto few =
       traffic_of(town.network, std::string(kBusy) + "things = [\"city_bus\"]\n", frames);
+  ASSERT_FALSE(few.empty());
   for (const MovingThing& thing : few) EXPECT_EQ(thing.shape.thing, "city_bus");
   EXPECT_EQ(traffic_of(town.network, "amount = 3.0\nmost = 7\n", frames).size(), 7U);
   EXPECT_EQ(traffic_of({}, kBusy, frames).size(), 0U);
@@ -441,8 +276,30 @@ TEST(Traffic, WhatCannotBeIsRefused) {
   using core::ErrorKind;
   test::expect_error(ErrorKind::Config, {"hatchbak", "hatchback"},
                      [] { options_of("things = [\"hatchbak\"]\n"); });
-  test::expect_error(ErrorKind::Config, {"container_ship", "does not go on roads"},
+  test::expect_error(ErrorKind::Config, {"container_ship", "car, van"},
                      [] { options_of("things = [\"container_ship\"]\n"); });
+  test::expect_error(ErrorKind::Config, {"person", "vehicles", "car, van"},
+                     [] { options_of("things = [\"person\"]\n"); });
+  test::expect_error(ErrorKind::Config, {"hatchback", "people", "class person"},
+                     [] { options_of("kind = \"people\"\nthings = [\"hatchback\"]\n"); });
+  for (const tiler::ThingInfo& thing : tiler::all_things()) {
+    // By the names of their classes, as docs/classes.md has them.
+    const std::string_view what =
+        core::semantic_class_names()[static_cast<std::size_t>(thing.semantic_class)];
+    const std::string toml = fmt::format("things = [\"{}\"]\n", thing.name);
+    const auto is_taken = [](const std::string& text) {
+      try {
+        options_of(text);
+      } catch (const core::Error&) {
+        return false;
+      }
+      return true;
+    };
+    if (what != "truck") {
+      EXPECT_EQ(is_taken(toml), what == "car" || what == "van" || what == "bus") << thing.name;
+    }
+    EXPECT_EQ(is_taken("kind = \"people\"\n" + toml), what == "person") << thing.name;
+  }
   test::expect_error(ErrorKind::Config, {"amount", "0.01 to 20"},
                      [] { options_of("amount = -1.0\n"); });
   test::expect_error(ErrorKind::Config, {"amount"}, [] { options_of("amount = nan\n"); });
@@ -481,6 +338,58 @@ TEST(PathCurve, OfACircleIsItsLengthAndCurvature) {
   const Drive drive(curve, {.lateral_mps2 = 1.0, .accelerate_mps2 = 1.0, .brake_mps2 = 1.0});
   EXPECT_NEAR(drive.at(1.0).speed_mps, std::sqrt(radius_m), 0.05);
   EXPECT_NEAR(drive.time_s(drive.at(3.3).at_m), 3.3, 1e-9);
+}
+
+/// Along a curve from its start, by a great many chords that Place's own lengths do not come into.
+double sum_of_chords_m(const std::vector<PathPoint>& points, double to_segment) {
+  const auto at = [&](double segment) {
+    const auto k = std::min(static_cast<std::size_t>(segment), points.size() - 4);
+    const double u = segment - static_cast<double>(k);
+    // The basis in its textbook's form.
+    const double w[4] = {std::pow(1 - u, 3) / 6, (3 * u * u * u - 6 * u * u + 4) / 6,
+                         (-3 * u * u * u + 3 * u * u + 3 * u + 1) / 6, u * u * u / 6};
+    Vector2d sum = Vector2d::Zero();
+    for (std::size_t i = 0; i < 4; ++i) sum += w[i] * points[k + i].at_world;
+    return sum;
+  };
+  const int num = static_cast<int>(to_segment * 2000) + 1;
+  double length_m = 0.0;
+  for (int i = 0; i < num; ++i)
+    length_m += (at(to_segment * (i + 1) / num) - at(to_segment * i / num)).norm();
+  return length_m;
+}
+
+TEST(PathCurve, IsAsFarAlongAsIsAskedOnTurnsAndInHairpins) {
+  const auto worst_m = [](const std::vector<Vector2d>& corners) {
+    std::vector<PathPoint> points;
+    for (const Vector2d& corner : corners) points.push_back({.at_world = corner, .limit_mps = 9.0});
+    const PathCurve curve(points);
+    double worst = 0.0;
+    const auto num = static_cast<double>(points.size() - 3);
+    for (double segment = 0.05; segment < num; segment += 0.37) {
+      const auto k = static_cast<std::size_t>(segment);
+      const double u = segment - static_cast<double>(k);
+      const double w[4] = {std::pow(1 - u, 3) / 6, (3 * u * u * u - 6 * u * u + 4) / 6,
+                           (-3 * u * u * u + 3 * u * u + 3 * u + 1) / 6, u * u * u / 6};
+      Vector2d truth = Vector2d::Zero();
+      for (std::size_t i = 0; i < 4; ++i) truth += w[i] * corners[k + i];
+      const Vector2d found = curve.at(sum_of_chords_m(points, segment)).at_world;
+      worst = std::max(worst, (found - truth).norm());
+    }
+    return worst;
+  };
+  std::vector<Vector2d> turn, hairpin;
+  for (int i = 0; i < 12; ++i) {
+    const double angle = i * 2.0 / 4.0;
+    turn.push_back(4.0 * Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  for (int i = 0; i < 6; ++i) hairpin.emplace_back(2.0 * i, 0.0);
+  for (int i = 5; i >= 0; --i) hairpin.emplace_back(2.0 * i, 2.0);
+  const double of_turn_m = worst_m(turn), of_hairpin_m = worst_m(hairpin);
+  RecordProperty("turn_m", fmt::format("{}", of_turn_m));
+  RecordProperty("hairpin_m", fmt::format("{}", of_hairpin_m));
+  EXPECT_LT(of_turn_m, 1e-6);
+  EXPECT_LT(of_hairpin_m, 1e-5);
 }
 
 }  // namespace

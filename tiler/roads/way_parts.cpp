@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "tiler/roads/bridge_builder.h"
+#include "world/road_marks.h"
 
 namespace terracast::tiler {
 namespace {
@@ -16,10 +17,9 @@ using world::Marking;
 /// Pieces between gaps that are shorter than this lead nowhere.
 constexpr double kLeast_m = 1.0;
 constexpr double kSamePlace_m = 0.01;
-/// What is painted at the edges of lanes, with the strip beyond it (render/marking.cpp).
-constexpr double kEdge_m = 0.31;
-constexpr double kMotorwayLeftEdge_m = 0.575;
-constexpr double kMotorwayShoulder_m = 2.5;
+/// From the end of the paving to the middle of the line at the edge of lanes.
+constexpr double kEdge_m = world::kEdgeStrip_m + 0.5 * world::kLine_m;
+constexpr double kMotorwayLeftEdge_m = world::kMotorwayEdgeStrip_m + 0.5 * world::kMotorwayLine_m;
 
 std::int32_t steps_of(double value_m) {
   return static_cast<std::int32_t>(std::lround(value_m / kHeightStep_m));
@@ -35,8 +35,8 @@ void set_lanes(const WayStyle& style, world::WayPart& part) {
     right_m = -left_m;
   } else if (style.marking == Marking::Motorway) {
     left_m = half_m - kMotorwayLeftEdge_m;
-    right_m = std::clamp(left_m - 3.5 * style.num_lanes, kMotorwayLeftEdge_m - half_m,
-                         kMotorwayShoulder_m - half_m);
+    right_m = std::clamp(left_m - world::kMotorwayLane_m * style.num_lanes,
+                         kMotorwayLeftEdge_m - half_m, world::kMotorwayShoulder_m - half_m);
   }
   if (left_m - right_m < 0.5) {
     left_m = half_m;
