@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
 
 #include "capture/channel.h"
 #include "capture/labels.h"
@@ -131,24 +133,39 @@ core::ImageF local_normals(const LocalFrame& local, const capture::CameraFrame& 
   return normals;
 }
 
+/// An image of the capture, for one thread.
+struct Shot {
+  const capture::SequenceReader& sequence;
+  const geo::CameraModel& model;
+  int frame = 0;
+  int camera_index = 0;
+  std::optional<capture::CameraFrame> read_facts = {};
+
+  /// Read when they are first asked for, and kept.
+  const capture::CameraFrame& facts() {
+    if (!read_facts)
+      read_facts = sequence.read_camera(frame, camera_index, capture::SequenceReader::kFacts);
+    return *read_facts;
+  }
+};
+
 /// Flow from one frame to another, with its mask.
 struct MaskedFlow {
   core::ImageF motion_px;  ///< NaN where the other image's camera does not see the point
   core::Image8 mask;
 };
-MaskedFlow flow_between(const capture::SequenceReader& sequence, int from, int to,
-                        int camera_index) {
-  const auto model =
-      geo::make_camera(sequence.info().cameras[static_cast<std::size_t>(camera_index)].intrinsics);
+MaskedFlow flow_to(int to, Shot& shot) {
+  const capture::SequenceReader& sequence = shot.sequence;
+  const geo::CameraModel& model = shot.model;
+  const int from = shot.frame;
   const auto record = [&](int frame) -> const capture::FrameRecord& {
     return sequence.frames()[static_cast<std::size_t>(frame)];
   };
-  const capture::CameraFrame facts =
-      sequence.read_camera(from, camera_index, capture::SequenceReader::kFacts);
+  const capture::CameraFrame& facts = shot.facts();
   const std::uint32_t visible = to > from ? capture::kVisibleNext : capture::kVisiblePrevious;
   MaskedFlow flow;
-  flow.motion_px = capture::flow_image(sequence.view(*model, from, camera_index),
-                                       sequence.view(*model, to, camera_index),
+  flow.motion_px = capture::flow_image(sequence.view(model, from, shot.camera_index),
+                                       sequence.view(model, to, shot.camera_index),
                                        {sequence.info(), record(from), record(to)}, facts);
   flow.mask = core::Image8(facts.range_m.width(), facts.range_m.height());
   for (int y = 0; y < flow.mask.height(); ++y)
@@ -158,7 +175,7 @@ MaskedFlow flow_between(const capture::SequenceReader& sequence, int from, int t
       if (!motion.allFinite()) continue;
       const bool is_seen = (facts.flags(x, y) & visible) != 0 && std::isfinite(facts.range_m(x, y));
       // A point that is seen is in view, even where a float's rounding puts it on the border.
-      const bool is_in_view = is_seen || model->contains(capture::pixel_center(x, y) + motion);
+      const bool is_in_view = is_seen || model.contains(capture::pixel_center(x, y) + motion);
       flow.mask(x, y) = is_seen ? 3 : is_in_view ? 1 : 0;
     }
   return flow;
@@ -270,15 +287,20 @@ class TerracastExporter final : public Exporter {
     writer.write(path + "/poses.csv", poses_csv(sequence, exported, local));
     write_additions(writer, path, sequence, exported);
 
+    std::vector<std::unique_ptr<geo::CameraModel>> models;
+    for (const ExportedCamera& camera : exported)
+      models.push_back(geo::make_camera(
+          sequence.info().cameras[static_cast<std::size_t>(camera.camera_index)].intrinsics));
     const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
     const auto num_cameras = static_cast<std::int64_t>(exported.size());
     core::Progress progress(context, "images", num_frames * num_cameras);
     core::parallel_for(num_frames * num_cameras, [&](std::int64_t i) {
       const auto frame = static_cast<int>(i / num_cameras);
-      const ExportedCamera& camera = exported[static_cast<std::size_t>(i % num_cameras)];
-      const std::string folder = path + "/" + camera.name;
-      write_image(sequence, local, frame, camera.camera_index, folder, writer);
-      if (holds("flow")) write_flow(sequence, frame, camera.camera_index, folder, writer);
+      const auto index = static_cast<std::size_t>(i % num_cameras);
+      const std::string folder = path + "/" + exported[index].name;
+      Shot shot{sequence, *models[index], frame, exported[index].camera_index};
+      write_image(local, folder, shot, writer);
+      if (holds("flow")) write_flow(folder, shot, writer);
       progress.advance();
     });
     return describe_sequence(sequence, local, path, path, exported, calibration_);
@@ -331,15 +353,17 @@ class TerracastExporter final : public Exporter {
     return text;
   }
 
-  void write_image(const capture::SequenceReader& sequence, const LocalFrame& local, int frame,
-                   int camera_index, const std::string& folder, DatasetWriter& writer) const {
+  void write_image(const LocalFrame& local, const std::string& folder, Shot& shot,
+                   DatasetWriter& writer) const {
     const auto file = [&](const char* kind, const char* suffix) {
-      return fmt::format("{}/{}/{:06}{}", folder, kind, frame, suffix);
+      return fmt::format("{}/{}/{:06}{}", folder, kind, shot.frame, suffix);
     };
     if (holds("image"))
       writer.write_kept(file("image", ".png"), [&] {
         return core::encode_png(
-            sequence.read_camera(frame, camera_index, capture::SequenceReader::kColor).color);
+            shot.sequence
+                .read_camera(shot.frame, shot.camera_index, capture::SequenceReader::kColor)
+                .color);
       });
     const std::vector<std::pair<const char*, std::string>> of_facts = {
         {"range", file("range", ".npy")},
@@ -350,8 +374,7 @@ class TerracastExporter final : public Exporter {
     for (const auto& [modality, path] : of_facts)
       if (holds(modality) && !writer.keep(path)) missing.emplace_back(modality, path);
     if (missing.empty()) return;
-    const capture::CameraFrame facts =
-        sequence.read_camera(frame, camera_index, capture::SequenceReader::kFacts);
+    const capture::CameraFrame& facts = shot.facts();
     for (const auto& [modality, path] : missing) {
       if (modality == "range") writer.write(path, npy_bytes(facts.range_m));
       if (modality == "class") writer.write(path, core::encode_png(class_image(facts.semantic_id)));
@@ -360,9 +383,9 @@ class TerracastExporter final : public Exporter {
     }
   }
 
-  static void write_flow(const capture::SequenceReader& sequence, int frame, int camera_index,
-                         const std::string& folder, DatasetWriter& writer) {
-    const auto num_frames = static_cast<int>(sequence.frames().size());
+  static void write_flow(const std::string& folder, Shot& shot, DatasetWriter& writer) {
+    const auto num_frames = static_cast<int>(shot.sequence.frames().size());
+    const int frame = shot.frame;
     for (const int to : {frame + 1, frame - 1}) {
       if (to < 0 || to >= num_frames) continue;
       const std::string stem =
@@ -370,7 +393,7 @@ class TerracastExporter final : public Exporter {
       const bool has_flow = writer.keep(stem + ".npy");
       const bool has_mask = writer.keep(stem + "_mask.png");
       if (has_flow && has_mask) continue;
-      const MaskedFlow flow = flow_between(sequence, frame, to, camera_index);
+      const MaskedFlow flow = flow_to(to, shot);
       if (!has_flow) writer.write(stem + ".npy", npy_bytes(flow.motion_px));
       if (!has_mask) writer.write(stem + "_mask.png", core::encode_png(flow.mask));
     }

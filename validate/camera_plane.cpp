@@ -27,6 +27,17 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kPi = 3.14159265358979323846;
 const Vector3d kNoRay = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 
+/// Brought to unit length; no ray where doubles hold no such length.
+Vector3d unit_ray(const Vector3d& along) {
+  constexpr double kNear = 1e-9;
+  const Vector3d ray = along / along.norm();
+  return std::abs(ray.norm() - 1.0) < kNear ? ray : kNoRay;
+}
+
+/// Rays start no farther from their camera than the Earth is wide: beyond, none comes in.
+constexpr double kFarthestOrigin_m = 2e7;
+bool is_near(const Vector2d& place) { return place.cwiseAbs().maxCoeff() < kFarthestOrigin_m; }
+
 /// Planes before the camera, x / z and y / z, and a lens: pinhole to full_opencv.
 class PerspectivePlane final : public CameraPlane {
  public:
@@ -41,7 +52,7 @@ class PerspectivePlane final : public CameraPlane {
   }
   Vector3d ray_from_place(const Vector2d& place) const override {
     const Vector2d straight = lens_.straight(place);
-    return Vector3d(straight.x(), straight.y(), 1.0).normalized();
+    return unit_ray({straight.x(), straight.y(), 1.0});
   }
 
  private:
@@ -66,7 +77,7 @@ class FisheyePlane final : public CameraPlane {
     const double angle = straight.norm();
     if (angle == 0.0) return Vector3d::UnitZ();
     const double aside = std::sin(angle) / angle;
-    return {aside * straight.x(), aside * straight.y(), std::cos(angle)};
+    return unit_ray({aside * straight.x(), aside * straight.y(), std::cos(angle)});
   }
 
  private:
@@ -91,7 +102,7 @@ class FovPlane final : public CameraPlane {
     if (!(r * omega_ < 0.5 * kPi)) return kNoRay;
     // tan may be large near the rim: sine and cosine instead of it.
     const Vector2d along = place / r * std::sin(r * omega_);
-    return Vector3d(along.x(), along.y(), steep_ * std::cos(r * omega_)).normalized();
+    return unit_ray({along.x(), along.y(), steep_ * std::cos(r * omega_)});
   }
 
  private:
@@ -121,7 +132,7 @@ class UnifiedPlane final : public CameraPlane {
     const double under = 1.0 - (xi_ * xi_ - 1.0) * (squared - 1.0);
     if (!(under >= 0.0)) return kNoRay;
     const double l = (xi_ + std::sqrt(under)) / squared;
-    return Vector3d(l * straight.x(), l * straight.y(), l - xi_).normalized();
+    return unit_ray({l * straight.x(), l * straight.y(), l - xi_});
   }
 
  private:
@@ -148,7 +159,7 @@ class ExtendedUnifiedPlane final : public CameraPlane {
     if (!(under > 0.0)) return kNoRay;
     const double z =
         (1.0 - alpha_ * alpha_ * beta_ * m2) / (alpha_ * std::sqrt(under) + (1.0 - alpha_));
-    const Vector3d ray = Vector3d(place.x(), place.y(), z).normalized();
+    const Vector3d ray = unit_ray({place.x(), place.y(), z});
     return place_from_point(ray) ? ray : kNoRay;
   }
 
@@ -177,12 +188,12 @@ class DoubleSpherePlane final : public CameraPlane {
     const double under = 1.0 - (2.0 * alpha_ - 1.0) * m2;
     if (!(under >= 0.0)) return kNoRay;
     const double z = (1.0 - alpha_ * alpha_ * m2) / (alpha_ * std::sqrt(under) + (1.0 - alpha_));
-    const Vector3d w = Vector3d(place.x(), place.y(), z).normalized();
+    const Vector3d w = unit_ray({place.x(), place.y(), z});
     const double along = xi_ * w.z();
     const double inside = along * along - xi_ * xi_ + 1.0;
     if (!(inside >= 0.0)) return kNoRay;
     const Vector3d ray = (along + std::sqrt(inside)) * w - Vector3d(0.0, 0.0, xi_);
-    return place_from_point(ray) ? Vector3d(ray.normalized()) : kNoRay;
+    return place_from_point(ray) ? unit_ray(ray) : kNoRay;
   }
 
  private:
@@ -206,7 +217,7 @@ class PanoramaPlane final : public CameraPlane {
     constexpr double kSeam = kPi * (1.0 + 1e-15);
     if (!(std::abs(place.x()) <= kSeam)) return kNoRay;
     const double sine = std::sin(place.x()), cosine = std::cos(place.x());
-    if (is_cylinder_) return Vector3d(sine, place.y(), cosine).normalized();
+    if (is_cylinder_) return unit_ray({sine, place.y(), cosine});
     if (!(std::abs(place.y()) <= 0.5 * kPi * (1.0 + 1e-15))) return kNoRay;
     const double level = std::cos(place.y());
     return {level * sine, std::sin(place.y()), level * cosine};
@@ -226,10 +237,12 @@ class OrthographicPlane final : public CameraPlane {
     if (!(point.z() > 0.0)) return std::nullopt;
     return Vector2d(point.x(), point.y());
   }
-  Vector3d ray_from_place(const Vector2d&) const override { return Vector3d::UnitZ(); }
+  Vector3d ray_from_place(const Vector2d& place) const override {
+    return is_near(place) ? Vector3d(Vector3d::UnitZ()) : kNoRay;
+  }
   bool is_central() const override { return false; }
   Vector3d origin_from_place(const Vector2d& place) const override {
-    return {place.x(), place.y(), 0.0};
+    return is_near(place) ? Vector3d(place.x(), place.y(), 0.0) : kNoRay;
   }
   double distance_m(const Vector3d& point) const override { return point.z(); }
   Vector3d distance_gradient(const Vector3d&) const override { return Vector3d::UnitZ(); }
@@ -245,10 +258,12 @@ class PushbroomPlane final : public CameraPlane {
     return Vector2d(point.x() / point.z(), point.y());
   }
   Vector3d ray_from_place(const Vector2d& place) const override {
-    return Vector3d(place.x(), 0.0, 1.0).normalized();
+    return is_near({0.0, place.y()}) ? unit_ray({place.x(), 0.0, 1.0}) : kNoRay;
   }
   bool is_central() const override { return false; }
-  Vector3d origin_from_place(const Vector2d& place) const override { return {0.0, place.y(), 0.0}; }
+  Vector3d origin_from_place(const Vector2d& place) const override {
+    return is_near({0.0, place.y()}) ? Vector3d(0.0, place.y(), 0.0) : kNoRay;
+  }
   double distance_m(const Vector3d& point) const override {
     return std::hypot(point.x(), point.z());
   }

@@ -258,6 +258,14 @@ std::vector<Camera> read_calibrations(const Dataset& dataset, const std::string&
   return believed;
 }
 
+/// Exchanges mounts and shutters as they are for those that are believed, or back.
+void exchange_mounts(Sequence& sequence, std::vector<Camera>& believed) {
+  for (std::size_t i = 0; i < believed.size(); ++i) {
+    std::swap(sequence.cameras[i].body_from_camera, believed[i].body_from_camera);
+    std::swap(sequence.cameras[i].shutter, believed[i].shutter);
+  }
+}
+
 /// Refuses cameras and frames that the dataset cannot hold: all formats have an image of its own for every
 /// frame of every camera.
 /// num_cameras   in the sequence
@@ -346,7 +354,10 @@ void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
                                  addition("calibration_believed"), sequence, findings);
   }
   if (json.has("timestamps")) read_timestamps(dataset, addition("timestamps"), sequence, findings);
+  // The format's files state what is believed, and are held against that.
+  if (sequence.states_belief) exchange_mounts(sequence, believed);
   find_reader(dataset.format).read(dataset, sequence, findings);
+  if (sequence.states_belief) exchange_mounts(sequence, believed);
   if (sequence.states_belief && !believed.empty()) adopt_truth(believed, sequence);
   if (sequence.moving) find_moving_masks(dataset, sequence, findings);
   for (const Camera& camera : sequence.cameras)

@@ -142,6 +142,24 @@ void check_moving(const LoadedImage& image, const Moving& moving, int frame,
     }
 }
 
+/// Normals are of what has a depth, and of nothing else; nothing else is an instance.
+/// throws  Input: the first pixel that is not so
+void check_surfaces(const LoadedImage& image, const FrameFiles& files) {
+  const bool has_normals = !image.normals.empty(), has_instances = !image.instances.empty();
+  if (image.depth.empty()) return;
+  for (int y = 0; y < image.depth.height(); ++y)
+    for (int x = 0; x < image.depth.width(); ++x) {
+      const bool has_depth = std::isfinite(image.depth_at(x, y));
+      if (has_normals && std::isfinite(image.normals(x, y, 0)) != has_depth)
+        core::fail(core::ErrorKind::Input, "{}: {} normal at pixel ({}, {}), where {}",
+                   files.normals, has_depth ? "no" : "a", x, y,
+                   has_depth ? "a surface is" : "no surface is");
+      if (has_instances && !has_depth && image.instances(x, y) != 0)
+        core::fail(core::ErrorKind::Input, "{}: instance {} at pixel ({}, {}), where no surface is",
+                   files.instances, image.instances(x, y), x, y);
+    }
+}
+
 /// Takes what moves out of the depth.
 void part_depth(LoadedImage& image) {
   if (image.moving.empty() || image.depth.empty()) return;
@@ -229,6 +247,13 @@ FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int fra
                            [&] { image.instances = reader.instances(dataset, camera, frame); });
         break;
     }
+  });
+  core::parallel_for(static_cast<std::int64_t>(num_cameras), [&](std::int64_t task) {
+    const auto index = static_cast<std::size_t>(task);
+    const FrameFiles& files = sequence.cameras[index].files[static_cast<std::size_t>(frame)];
+    if (!files.normals.empty() || !files.instances.empty())
+      findings.attempt(files.normals.empty() ? files.instances : files.normals,
+                       [&] { check_surfaces(images[index], files); });
   });
   FrameImages shared;
   shared.reserve(num_cameras);

@@ -54,7 +54,7 @@ bool OracleView::is_usable() const {
   if (!(world_from_camera.translation.norm() < kEarth_m) ||
       !((r * r.transpose()).eval().isIdentity(1e-3)))
     return false;
-  if (intrinsics().plane) return true;  // of unit rays
+  if (intrinsics().plane) return true;  // rays of length 1 or none, and none that starts far off
   for (const double u : {0.0, static_cast<double>(intrinsics().width_px)})
     for (const double v : {0.0, static_cast<double>(intrinsics().height_px)})
       if (!(intrinsics().ray_from_pixel({u, v}).norm() < kLongestRay)) return false;
@@ -97,15 +97,25 @@ double OracleView::sine_of_graze(const Eigen::Vector2d& pixel, const oracle::Exa
   return std::abs(hit.normal_world.dot(direction)) / direction.norm();
 }
 
+namespace {
+
+/// A model's ray is that of an image point so near: the renderer's by its header, a part in 10^12 of the image's diagonal
+/// and the pixel's place together; ours by camera_plane.h, 1e-11 of its lengths.
+double model_rounding_px(const Intrinsics& camera, const Eigen::Vector2d& pixel) {
+  const double diagonal_px = std::hypot(camera.width_px, camera.height_px);
+  return 1e-12 * (diagonal_px + pixel.norm()) + 1e-11 * std::max(camera.fx_px, camera.fy_px);
+}
+
+}  // namespace
+
 double OracleView::depth_error_m(const Eigen::Vector2d& pixel, const oracle::ExactHit& hit) const {
   const double depth = depth_m(hit);
   const double length = intrinsics().ray_from_pixel(pixel).norm();
   const double range = depth * length;
   const double by_floats = half_float_step(range) / length + half_float_step(depth);
-  // A model's rays are those of image points as near as one part in 10^12 of the image, the renderer's and ours.
   double turn_rad = rounding.angle_rad;
   if (intrinsics().plane)
-    turn_rad += 2e-12 * std::hypot(intrinsics().width_px, intrinsics().height_px) *
+    turn_rad += model_rounding_px(intrinsics(), pixel) *
                 unprojection_jacobian(intrinsics(), pixel, 1.0).norm();
   const double by_pose =
       (rounding.position_m + range * turn_rad) / (length * sine_of_graze(pixel, hit));

@@ -119,11 +119,12 @@ void trace_footprint(const Files& files, const Intrinsics& camera, PageImage& pa
         const Eigen::Vector2d at = border + (centre - border) * step / kSteps;
         const int x = std::clamp(static_cast<int>(at.x()), 0, camera.width_px - 1);
         const int y = std::clamp(static_cast<int>(at.y()), 0, camera.height_px - 1);
-        const auto point = point_at(files.depth, camera, x, y);
-        if (!point) continue;
-        const double part =
-            std::min(1.0, kFarDepths * page.median_depth_m / camera.distance_m(*point));
-        page.footprint.push_back(local_point(page, camera, {x + 0.5, y + 0.5}, *point * part));
+        const auto depth_m = static_cast<double>(files.depth(x, y));
+        if (!std::isfinite(depth_m)) continue;
+        const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
+        const double shown_m = std::min(depth_m, kFarDepths * page.median_depth_m);
+        page.footprint.push_back(
+            local_point(page, camera, pixel, camera.point_from_pixel(pixel, shown_m)));
         break;
       }
     }

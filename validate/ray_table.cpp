@@ -39,8 +39,9 @@ RayTable::RayTable(const std::vector<double>& p)
   nodes_.reserve(num_nodes);
   for (std::size_t i = 2; i < p.size(); i += 3) {
     const Vector3d ray(p[i], p[i + 1], p[i + 2]);
-    if (!(ray.norm() > 1e-12))
-      fail(ErrorKind::Input, "camera model tabulated: ray {} has no length", nodes_.size());
+    if (!(ray.norm() > 1e-12 && ray.norm() < 1e12))
+      fail(ErrorKind::Input, "camera model tabulated: ray {} has the length {}", nodes_.size(),
+           ray.norm());
     nodes_.push_back(ray.normalized());
   }
 }
@@ -83,7 +84,11 @@ Vector3d RayTable::joined(const Vector2d& place) const {
 
 Vector3d RayTable::ray_from_place(const Vector2d& place) const {
   if (!holds(place)) return Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  return joined(place).normalized();
+  const Vector3d ray = joined(place).normalized();  // as it is where nodes cancel
+  constexpr double kNear = 1e-9;
+  return std::abs(ray.norm() - 1.0) < kNear
+             ? ray
+             : Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 }
 
 // A coarse look over the whole table, and from its best node uphill.

@@ -13,6 +13,7 @@
 
 #include "core/atomic_file.h"
 #include "core/hash.h"
+#include "core/image_io.h"
 #include "core/json.h"
 #include "tests/e2e/tiny_job.h"
 #include "tests/support/run_program.h"
@@ -30,7 +31,7 @@ using testing::Pair;
 
 fs::path every_camera() { return fs::path(TERRACAST_SOURCE_DIR) / "configs/every_camera.toml"; }
 
-TEST(EveryCamera, TheConfigHasEveryModelThatTheProgramKnows) {
+TEST(EveryCameraFlight, TheConfigHasEveryModelThatTheProgramKnows) {
   const ProgramResult list = run_program({"list", "cameras"});
   ASSERT_EQ(list.status, 0);
   std::set<std::string> known;
@@ -63,7 +64,7 @@ Json check_of(const fs::path& report, const std::string& name) {
   return {};
 }
 
-TEST(EveryCamera, EveryCheckHolds) {
+TEST(EveryCameraFlight, EveryCheckHolds) {
   const ScratchFolder scratch;
   const fs::path out = scratch / "out";
   const ProgramResult run =
@@ -141,6 +142,7 @@ fx_px = 40.0
 xi = -0.2
 alpha = 0.6
 offset_mm = [0.0, 500.0, 0.0]
+line_time_us = 1000.0
 
 [[rigs.cameras]]
 name = "scanner"
@@ -150,6 +152,13 @@ height_px = 120
 fx_px = 110.0
 fy_px = 2.0
 offset_mm = [500.0, 0.0, 0.0]
+
+[[rigs.cameras]]
+name = "round"
+model = "equirectangular"
+width_px = 160
+height_px = 80
+offset_mm = [-500.0, 0.0, 0.0]
 
 [[trajectories]]
 name = "P000"
@@ -227,7 +236,15 @@ format = "terracast"
     core::write_file(file, std::string_view(bytes));
   }
 
-  /// A number of the parameters of a camera, in cameras.json and in dataset.json.
+  /// The entries of a camera in cameras.json and in dataset.json.
+  template <class Edit>
+  static void edit_camera(const fs::path& folder, std::size_t camera, const Edit& edit) {
+    Json cameras = Json::read(folder / "P000/cameras.json");
+    cameras.set("cameras", edited_list(cameras.at("cameras"), camera, edit));
+    cameras.write(folder / "P000/cameras.json");
+    edit_dataset(folder, camera, edit);
+  }
+  /// A number of the parameters of a camera, in both.
   static void edit_parameter(const fs::path& folder, std::size_t camera, std::size_t number,
                              double change) {
     const auto edited = [&](Json entry) {
@@ -242,10 +259,17 @@ format = "terracast"
         entry.set(names[number], entry.at(names[number]).number() + change);
       return entry;
     };
-    Json cameras = Json::read(folder / "P000/cameras.json");
-    cameras.set("cameras", edited_list(cameras.at("cameras"), camera, edited));
-    cameras.write(folder / "P000/cameras.json");
-    edit_dataset(folder, camera, edited);
+    edit_camera(folder, camera, edited);
+  }
+  static void set_parameters(const fs::path& folder, std::size_t camera,
+                             const std::vector<double>& parameters) {
+    edit_camera(folder, camera, [&](Json entry) {
+      const char* names[] = {"fx_px", "fy_px", "cx_px", "cy_px"};
+      if (entry.has("parameters")) entry.set("parameters", Json::array_of(parameters));
+      for (std::size_t i = 0; i < 4; ++i)
+        if (entry.has(names[i])) entry.set(names[i], parameters[i]);
+      return entry;
+    });
   }
   template <class Edit>
   static Json edited_list(const Json& list, std::size_t index, const Edit& edit) {
@@ -319,7 +343,7 @@ format = "terracast"
       entry.set("body_from_camera", std::move(mount));
       return entry;
     };
-    edit_dataset(folder, index, edited);
+    edit_camera(folder, index, edited);
   }
 
   static inline std::unique_ptr<ScratchFolder> scratch;
@@ -360,7 +384,7 @@ TEST_F(WrongDatasets, OfMetadataAreFound) {
   // A model's; and lines that follow each other slower by two percent.
   EXPECT_THAT(failed([](const fs::path& folder) {
                 edit_parameter(folder, 2, 5, 1e-4);
-                edit_dataset(folder, 1, [](Json entry) {
+                edit_camera(folder, 1, [](Json entry) {
                   Json shutter = entry.at("shutter");
                   shutter.set("line_time_s", 1.02 * shutter.at("line_time_s").number());
                   entry.set("shutter", std::move(shutter));
@@ -446,6 +470,59 @@ TEST_F(WrongDatasets, OfFramesAndImagesAreFound) {
               testing::AllOf(Contains(Pair("flow", HasSubstr("rig/sphere"))),
                              Contains(Pair("oracle_normal", HasSubstr("rig/fish"))),
                              Contains(Pair("oracle_instance", HasSubstr("rig/fish")))));
+}
+
+/// The mask of a flow.
+core::Image8 mask_of(const fs::path& folder, const std::string& camera, const std::string& stem) {
+  const fs::path file = file_of(folder, camera, stem + "_mask.png");
+  return std::get<core::Image8>(core::decode_png(core::read_file(file), file.string()));
+}
+
+TEST_F(WrongDatasets, OfFlowAreFound) {
+  ASSERT_EQ(run.status, 0) << run.output;
+  // Once around the panorama too far: the same place on the sphere, but none of the image. Half of a flow.
+  EXPECT_THAT(failed([](const fs::path& folder) {
+                edit_npy<float>(file_of(folder, "round", "flow_forward/000001.npy"),
+                                [](auto& values) {
+                                  for (std::size_t i = 0; i < values.size(); i += 2)
+                                    values[i] += 160.0F;
+                                });
+                edit_npy<float>(file_of(folder, "fish", "flow_backward/000001.npy"),
+                                [](auto& values) { values[9001] = NAN; });
+              }),
+              ElementsAre(Pair("flow_masks", HasSubstr("seam")),
+                          Pair("structure", HasSubstr("two finite numbers or two NaN"))));
+  // Flow that ends beside the image is left out, though the camera sees the points.
+  EXPECT_THAT(failed([](const fs::path& folder) {
+                const core::Image8 mask = mask_of(folder, "pinhole", "flow_forward/000001");
+                edit_npy<float>(file_of(folder, "pinhole", "flow_forward/000001.npy"),
+                                [&](auto& values) {
+                                  for (std::size_t i = 0; i < values.size(); ++i)
+                                    if (mask.data()[i / 2] == 0) values[i] = NAN;
+                                });
+              }),
+              ElementsAre(Pair("flow_masks", HasSubstr("seen by the other camera"))));
+  // Flow of a rolling camera where no ray comes in.
+  EXPECT_THAT(failed([](const fs::path& folder) {
+                edit_npy<float>(file_of(folder, "sphere", "flow_backward/000001.npy"),
+                                [](auto& values) {
+                                  for (std::size_t i = 0; i < 24; ++i)
+                                    values[i] = values[2 * kWidth - 24 + i] = 1.0F;
+                                });
+              }),
+              ElementsAre(Pair("flow_masks", HasSubstr("no ray comes in"))));
+}
+
+// Parameters beyond all sense end in a report, with the oracle too.
+TEST_F(WrongDatasets, OfHostileParametersAreReported) {
+  ASSERT_EQ(run.status, 0) << run.output;
+  const auto checks = failed(
+      [](const fs::path& folder) {
+        set_parameters(folder, 3, {1e-200, 1e-25, 80.0, 60.0});
+        set_parameters(folder, 4, {1e-200, 1e-200, 1e300, 40.0});
+      },
+      true);
+  EXPECT_THAT(checks, Contains(Pair("rays", testing::_)));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "validate/camera_plane.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -273,6 +274,51 @@ TEST(CameraPlanes, RefuseWhatIsNoCamera) {
   std::vector<double> rays(2 + 48, 0.0);
   rays[0] = rays[1] = 4.0;
   refused("tabulated", rays);
+  std::fill(rays.begin() + 2, rays.end(), 1.0);
+  rays[7] = 1e200;
+  refused("tabulated", rays);
+}
+
+// Whatever numbers files hold, a ray has length 1 and starts no farther off than the Earth is wide, or there is none.
+TEST(CameraPlanes, OfHostileNumbersHaveUnitRaysOrNone) {
+  std::vector<double> opposed = {4.0, 4.0};  // nodes that cancel between them
+  for (int i = 0; i < 16; ++i)
+    for (const double value : {i % 2 == 0 ? 1.0 : -1.0, 0.0, 0.0}) opposed.push_back(value);
+  const std::vector<std::pair<std::string, std::vector<double>>> models = {
+      {"pinhole", {}},
+      {"opencv", {1e150, -1e150, 1e100, 1e100}},
+      {"opencv_fisheye", {1e200, 0.0, 0.0, 0.0}},
+      {"fov", {1e-6}},
+      {"unified", {1e3, 1e100, 0.0, 0.0, 0.0}},
+      {"extended_unified", {1.0, 1e9}},
+      {"double_sphere", {1e3, 1.0}},
+      {"equirectangular", {}},
+      {"cylindrical", {}},
+      {"orthographic", {}},
+      {"pushbroom", {}},
+      {"tabulated", opposed}};
+  int num_rays = 0, num_none = 0;
+  for (const auto& [model, own] : models)
+    for (const double fx_px : {1e-308, 1e-200, 1e-25, 1e-7, 100.0, 1e200})
+      for (const double fy_px : {1e-308, 1e-200, 1e-25, 1e-7, 100.0, 1e200})
+        for (const Vector2d& pixel :
+             {Vector2d(0.0, 0.0), Vector2d(32.5, 10.5), Vector2d(64.0, 48.0)}) {
+          Intrinsics camera{64, 48, fx_px, fy_px, 32.0, 24.0};
+          camera.plane = make_camera_plane(model, own);
+          const Vector3d ray = camera.ray_from_pixel(pixel);
+          SCOPED_TRACE(fmt::format("{}, {}, {}", model, fx_px, fy_px));
+          if (!ray.allFinite()) {
+            ASSERT_TRUE(ray.array().isNaN().any());
+            ++num_none;
+            continue;
+          }
+          ++num_rays;
+          ASSERT_NEAR(ray.norm(), 1.0, 1e-9);
+          const Vector3d origin = camera.origin_from_pixel(pixel);
+          ASSERT_LT(origin.norm(), 3e7);
+        }
+  EXPECT_GT(num_rays, 100);
+  EXPECT_GT(num_none, 100);
 }
 
 }  // namespace

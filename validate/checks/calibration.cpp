@@ -73,9 +73,9 @@ class CalibrationChecker : public Checker {
       }
     }
     intrinsics.summary = fmt::format(
-        "Largest difference of size, focal lengths and principal point (pixel centres at +0.5) "
-        "between the format's "
-        "files and dataset.json, of {} cameras.",
+        "Largest difference of size, focal lengths, principal point (pixel centres at +0.5) and a "
+        "model's own parameters (times the focal length; +inf of another model) between the "
+        "format's files and dataset.json, of {} cameras.",
         num_cameras);
     intrinsics.reason = "The format's files hold at least nine digits.";
     intrinsics.detects = "1e-5 px; half a pixel of a wrong centre rule";

@@ -5,6 +5,7 @@
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
 #include "validate/evidence.h"
+#include "validate/flow_rules.h"
 #include "validate/pictures.h"
 #include "validate/sampling.h"
 #include "validate/transfer.h"
@@ -64,6 +65,18 @@ class DirectionComparison {
       summary_.first_contradiction = fmt::format("{}: {}", place_of(d_.pair.a, x, y), what);
   }
 
+  /// Whether the other image's camera sees a point, whatever roundings do. How far outside of an image its lines see
+  /// one is not stated.
+  bool is_surely_seen(const Transfer::Place& place) const {
+    const ViewPair& pair = d_.pair;
+    return !pair.a.lines && !pair.b.lines && is_told_by_depth(place) &&
+           sees_surely(pair.b.camera->intrinsics, place.point_b);
+  }
+  /// So near the other camera float32 depth tells no flow.
+  static bool is_told_by_depth(const Transfer::Place& place) {
+    return place.distance_b_m >= 0.05 * place.distance_a_m;
+  }
+
   void compare(int x, int y) {
     const Intrinsics& k_a = d_.pair.a.camera->intrinsics;
     const Intrinsics& k_b = d_.pair.b.camera->intrinsics;
@@ -81,6 +94,15 @@ class DirectionComparison {
     if (d_.pair.a.image->body_at(x, y) != 0) return;  // `moving` tells of it
     const auto depth_m = static_cast<double>(d_.pair.a.image->depth(x, y));
     const bool is_sky = !std::isfinite(depth_m);
+    const bool has_ray = !marks_missing || k_a.ray_from_pixel(pixel).allFinite();
+    // What is infinitely far has no one image where rays start at many places.
+    if (marks_missing && stored.allFinite() &&
+        (!has_ray || (is_sky && k_b.plane && !k_b.plane->is_central()))) {
+      contradict(x, y,
+                 has_ray ? "flow of the sky of a camera that is not central"
+                         : "flow where no ray comes in");
+      return;
+    }
     const std::optional<Transfer::Place> place =
         is_sky ? transfer_.direction(pixel) : transfer_.point(pixel, depth_m);
     if (stored.allFinite()) ++summary_.num_masked;
@@ -102,8 +124,8 @@ class DirectionComparison {
     const Eigen::Vector3d& point_b = place->point_b;
     const Eigen::Vector2d& target = place->pixel;
     if (!stored.allFinite() && marks_missing) {
-      if (k_b.contains(target, 0.005))
-        contradict(x, y, "in the other's field of view, but called seen by none");
+      if (k_b.contains(target, kFlowBorder_px) || is_surely_seen(*place))
+        contradict(x, y, "seen by the other camera, but its flow says that it is not");
       return;
     }
     if (!stored.allFinite()) {
@@ -112,14 +134,13 @@ class DirectionComparison {
         contradict(x, y, "flow is called longer than the format can hold, but is not");
       return;
     }
-    // Nearer to the border than this float32 flow may fall on either side.
-    constexpr double kBorder_px = 0.005;
-    if (!is_sky && k_b.contains(target, kBorder_px) && !says_in_view)
+    if (!is_sky && k_b.contains(target, kFlowBorder_px) && !says_in_view)
       contradict(x, y, "in the other's field of view, but masked out");
-    if (!k_b.contains(target, -kBorder_px) && says_in_view)
+    if (!k_b.contains(target, -kFlowBorder_px) && says_in_view)
       contradict(x, y, "outside the other's image, but called in its field of view");
-    if (place->distance_b_m < 0.05 * place->distance_a_m)
-      return;  // so near the other camera that float32 depth tells no flow
+    // Ways are compared across seams, where flow has to end in the image all the same.
+    if (is_beyond_seam(k_b, pixel + stored)) contradict(x, y, "flow that leads across the seam");
+    if (!is_told_by_depth(*place)) return;
     if (!k_b.contains(target, -0.5 * k_b.width_px)) return;
     ++summary_.num_pixels;
     const Eigen::Vector2d difference = k_b.way_px(target, pixel + stored);

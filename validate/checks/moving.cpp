@@ -7,6 +7,7 @@
 
 #include "core/parallel.h"
 #include "validate/checks/checker.h"
+#include "validate/flow_rules.h"
 #include "validate/sampling.h"
 #include "validate/transfer.h"
 
@@ -77,30 +78,45 @@ class StepComparison {
     if (is_before) compare_depth(x, y, body, *place);
   }
 
+  /// Whether the other image's camera sees a point, whatever roundings do. How far outside of an image its lines see
+  /// one is not stated.
+  bool is_surely_seen(const Transfer::Place& place) const {
+    const ViewPair& pair = step_.pair;
+    return !pair.a.lines && !pair.b.lines && is_told_by_depth(place) &&
+           sees_surely(pair.b.camera->intrinsics, place.point_b);
+  }
+  /// So near the other camera float32 depth tells no flow.
+  static bool is_told_by_depth(const Transfer::Place& place) {
+    return place.distance_b_m >= 0.05 * place.distance_a_m;
+  }
+
   void compare_flow(int x, int y, const Eigen::Vector2d& pixel, const Transfer::Place* place) {
     const bool says_in_view = (*step_.in_view)(x, y) != 0;
     const bool says_covisible = (*step_.covisible)(x, y) != 0;
     if (says_covisible && !says_in_view)
       contradict(x, y, "co-visible but not in the field of view");
+    const Eigen::Vector2d stored(static_cast<double>((*step_.flow)(x, y, 0)),
+                                 static_cast<double>((*step_.flow)(x, y, 1)));
+    const bool marks_missing = step_.pair.a.camera->marks_missing_flow;
     if (place == nullptr) {
+      // How far outside the image a line still sees a point is not stated.
+      if (marks_missing && stored.allFinite() && !step_.pair.b.lines)
+        contradict(x, y, "not there in the other image, but it has flow");
       if (says_in_view)
         contradict(x, y, "not there in the other image, but called in its field of view");
       return;
     }
     const Intrinsics& k_b = step_.pair.b.camera->intrinsics;
-    // Nearer to the border than this float32 flow may fall on either side.
-    constexpr double kBorder_px = 0.005;
-    if (k_b.contains(place->pixel, kBorder_px) && !says_in_view)
+    if (k_b.contains(place->pixel, kFlowBorder_px) && !says_in_view)
       contradict(x, y, "in the other's field of view, but masked out");
-    if (!k_b.contains(place->pixel, -kBorder_px) && says_in_view)
+    if (!k_b.contains(place->pixel, -kFlowBorder_px) && says_in_view)
       contradict(x, y, "outside the other's image, but called in its field of view");
-    const Eigen::Vector2d stored(static_cast<double>((*step_.flow)(x, y, 0)),
-                                 static_cast<double>((*step_.flow)(x, y, 1)));
-    if (!stored.allFinite() && step_.pair.a.camera->marks_missing_flow) {
-      if (k_b.contains(place->pixel, kBorder_px))
-        contradict(x, y, "in the other's field of view, but called seen by none");
+    if (!stored.allFinite() && marks_missing) {
+      if (k_b.contains(place->pixel, kFlowBorder_px) || is_surely_seen(*place))
+        contradict(x, y, "seen by the other camera, but its flow says that it is not");
       return;
     }
+    if (is_beyond_seam(k_b, pixel + stored)) contradict(x, y, "flow that leads across the seam");
     if (!stored.allFinite()) {
       const double reach_px =
           step_.pair.a.camera->flow_reach_px - step_.pair.a.camera->flow_step_px;
@@ -108,10 +124,7 @@ class StepComparison {
         contradict(x, y, "flow is not finite, and not longer than the format can hold");
       return;
     }
-    // So near the other camera that float32 depth tells no flow, or far outside of its image.
-    if (place->distance_b_m < 0.05 * place->distance_a_m ||
-        !k_b.contains(place->pixel, -0.5 * k_b.width_px))
-      return;
+    if (!is_told_by_depth(*place) || !k_b.contains(place->pixel, -0.5 * k_b.width_px)) return;
     ++summary_.num_flow;
     const double size = k_b.way_px(place->pixel, pixel + stored).norm();
     if (size > summary_.worst_px || summary_.worst_place.empty()) {

@@ -270,8 +270,11 @@ class OracleChecker : public Checker {
     }
   }
 
+  /// share   NaN, of an allowance that nobody can tell, is a failure
   template <class Describe>
   void note(double share, const Describe& describe) {
+    constexpr double kWrong = 1e9;
+    if (!std::isfinite(share)) share = kWrong;
     if (!(share > worst_share_) && !worst_depth_.empty()) return;
     worst_share_ = share;
     worst_depth_ = describe();

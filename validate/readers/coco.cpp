@@ -9,6 +9,7 @@
 #include "core/json.h"
 #include "core/printable.h"
 #include "validate/readers/single_images.h"
+#include "validate/readers/stated_model.h"
 
 namespace terracast::validate {
 namespace {
@@ -235,7 +236,7 @@ void CocoReader::read(const Dataset& dataset, Sequence& sequence, Findings& find
   take_georeferenced_poses(sequence);
   const Annotations annotations(dataset, findings);
   for (Camera& camera : sequence.cameras) {
-    if (camera.stated) camera.intrinsics = *camera.stated;  // the format has none
+    adopt_stated(camera, findings);  // the format has none
     const std::string folder = sequence.name + "/" + camera.name;
     const std::vector<std::string> images =
         numbered_files(dataset, "images/" + folder, ".png", sequence.num_frames, findings);

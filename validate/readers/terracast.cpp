@@ -10,7 +10,8 @@
 #include "core/error.h"
 #include "core/json.h"
 #include "core/printable.h"
-#include "validate/npy.h"
+#include "validate/readers/terracast_arrays.h"
+#include "validate/readers/terracast_cameras.h"
 #include "validate/text.h"
 
 namespace terracast::validate {
@@ -20,98 +21,8 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 using core::Json;
-using Eigen::Vector3d;
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-
-/// An array of the image's size, and its values.
-/// channels   0: (height, width); else (height, width, channels)
-template <class Value>
-std::vector<Value> read_array(const Dataset& dataset, const std::string& path,
-                              const Intrinsics& size, std::size_t channels, char kind) {
-  const auto num_pixels =
-      static_cast<std::size_t>(size.height_px) * static_cast<std::size_t>(size.width_px);
-  const std::size_t num_values = num_pixels * std::max<std::size_t>(channels, 1);
-  constexpr std::size_t kHeader = 1 << 16;
-  const NpyArray array =
-      parse_npy(core::read_file(dataset.root / path, num_values * sizeof(Value) + kHeader), path);
-  std::vector<std::size_t> shape = {static_cast<std::size_t>(size.height_px),
-                                    static_cast<std::size_t>(size.width_px)};
-  if (channels > 0) shape.push_back(channels);
-  if (array.shape != shape)
-    fail(ErrorKind::Input, "{}: an array of the shape ({}) is right", path, fmt::join(shape, ", "));
-  if (array.kind != kind || array.item_size != sizeof(Value))
-    fail(ErrorKind::Input, "{}: values of type {}{} where {}{} should be", path, array.kind,
-         array.item_size, kind, sizeof(Value));
-  std::vector<Value> values(num_values);
-  std::memcpy(values.data(), array.bytes.data(), num_values * sizeof(Value));
-  return values;
-}
-
-Intrinsics intrinsics_of(const Json& json, const std::string& where) {
-  const auto length = [&](const char* member) {
-    const std::int64_t value = json.at(member).integer();
-    if (value < 1 || value > (1 << 15)) fail(ErrorKind::Input, "{}: {} = {}", where, member, value);
-    return static_cast<int>(value);
-  };
-  const std::vector<double> p = json.at("parameters").numbers();
-  if (p.size() < 4)
-    fail(ErrorKind::Input, "{}: {} parameters; fx, fy, cx, cy come first", where, p.size());
-  Intrinsics camera{.width_px = length("width_px"),
-                    .height_px = length("height_px"),
-                    .fx_px = p[0],
-                    .fy_px = p[1],
-                    .cx_px = p[2],
-                    .cy_px = p[3]};
-  camera.plane = make_camera_plane(json.at("model").string(), {p.begin() + 4, p.end()});
-  return camera;
-}
-
-/// dataset.json's model of a camera, to hold the format's against.
-void complete_stated(Camera& camera) {
-  if (!camera.stated) return;
-  const std::vector<double>& p = camera.stated_model.parameters;
-  const std::vector<double> own =
-      p.size() > 4 ? std::vector<double>(p.begin() + 4, p.end()) : std::vector<double>();
-  camera.stated->plane = make_camera_plane(camera.stated_model.name, own);
-}
-
-/// rays.npy, and origins.npy of cameras that are not central.
-void read_rays(const Dataset& dataset, const std::string& folder, Camera& camera) {
-  auto rays = std::make_shared<PixelRays>();
-  rays->camera = camera.intrinsics;
-  const auto read = [&](const char* file, std::vector<Vector3d>& vectors) {
-    const std::vector<double> values =
-        read_array<double>(dataset, folder + "/" + file, camera.intrinsics, 3, 'f');
-    for (std::size_t i = 0; i < values.size(); i += 3)
-      vectors.emplace_back(values[i], values[i + 1], values[i + 2]);
-  };
-  read("rays.npy", rays->directions);
-  if (!camera.intrinsics.plane->is_central()) read("origins.npy", rays->origins);
-  camera.pixel_rays = std::move(rays);
-}
-
-/// cameras.json: those of dataset.json, in its order.
-void read_cameras(const Dataset& dataset, Sequence& sequence, Findings& findings) {
-  const std::string path = sequence.path + "/cameras.json";
-  findings.attempt(path, [&] {
-    const Json json = Json::read(dataset.root / path);
-    if (json.at("format").string() != "terracast-cameras" || json.at("version").integer() != 1)
-      fail(ErrorKind::Input, "{}: not terracast-cameras, version 1", path);
-    const Json& cameras = json.at("cameras");
-    if (!cameras.is_array() || cameras.size() != sequence.cameras.size())
-      fail(ErrorKind::Input, "{}: other cameras than dataset.json has", path);
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
-      Camera& camera = sequence.cameras[i];
-      if (cameras.at(i).at("name").string() != camera.name)
-        fail(ErrorKind::Input, "{}: camera {} where {} stands in dataset.json", path,
-             core::first_letters(cameras.at(i).at("name").string(), 60), camera.name);
-      const Intrinsics read = intrinsics_of(cameras.at(i), path + ": " + camera.name);
-      complete_stated(camera);
-      camera.intrinsics = read;
-    }
-  });
-}
 
 /// poses.csv: a row for each frame and camera.
 void read_poses(const Dataset& dataset, Sequence& sequence, Findings& findings) {
@@ -162,8 +73,17 @@ void read_classes(const Dataset& dataset, Sequence& sequence, Findings& findings
   const char* path = "classes.json";
   findings.attempt(path, [&] {
     const Json json = Json::read(dataset.root / path);
-    for (const auto& [name, value] : json.at("classes").members())
-      sequence.classes[static_cast<int>(value.integer())] = name;
+    for (const auto& [name, value] : json.at("classes").members()) {
+      const std::int64_t number = value.integer();
+      constexpr std::int64_t kMost = 255;  // of 8-bit images
+      if (number < 0 || number > kMost)
+        fail(ErrorKind::Input, "{}: {} = {}; 0 to {} are right", path,
+             core::first_letters(name, 60), number, kMost);
+      const auto [entry, is_new] = sequence.classes.emplace(static_cast<int>(number), name);
+      if (!is_new)
+        fail(ErrorKind::Input, "{}: {} and {} are both {}", path,
+             core::first_letters(entry->second, 60), core::first_letters(name, 60), number);
+    }
   });
 }
 
@@ -228,8 +148,13 @@ std::string pixel_text(const std::string& path, std::size_t index, int width) {
   return fmt::format("{}: pixel ({}, {})", path, index % columns, index / columns);
 }
 
-bool has_ray(const Camera& camera, std::size_t index) {
-  return !camera.pixel_rays || camera.pixel_rays->directions[index].allFinite();
+/// Whether a ray comes in: images are of the cameras as they are, also where the tables of rays are of what is believed.
+bool has_ray(const Intrinsics& camera, std::size_t index) {
+  const auto columns = static_cast<std::size_t>(camera.width_px);
+  return camera
+      .ray_from_pixel(
+          {static_cast<double>(index % columns) + 0.5, static_cast<double>(index / columns) + 0.5})
+      .allFinite();
 }
 
 /// The masks of a flow: bit 0 in view, bit 1 seen.
@@ -250,6 +175,11 @@ void read_masks(const Dataset& dataset, const std::string& path, const Intrinsic
 
 core::ImageF read_flow(const Dataset& dataset, const std::string& path, const Intrinsics& size) {
   const std::vector<float> values = read_array<float>(dataset, path, size, 2, 'f');
+  for (std::size_t i = 0; i < values.size(); i += 2)
+    if (std::isnan(values[i]) != std::isnan(values[i + 1]) || std::isinf(values[i]) ||
+        std::isinf(values[i + 1]))
+      fail(ErrorKind::Input, "{}: flow ({}, {}); two finite numbers or two NaN are right",
+           pixel_text(path, i / 2, size.width_px), values[i], values[i + 1]);
   core::ImageF flow(size.width_px, size.height_px, 2);
   std::copy(values.begin(), values.end(), flow.data().begin());
   return flow;
@@ -258,14 +188,13 @@ core::ImageF read_flow(const Dataset& dataset, const std::string& path, const In
 }  // namespace
 
 void TerracastReader::read(const Dataset& dataset, Sequence& sequence, Findings& findings) const {
-  read_cameras(dataset, sequence, findings);
+  read_terracast_cameras(dataset, sequence, findings);
   read_poses(dataset, sequence, findings);
   read_classes(dataset, sequence, findings);
   for (Camera& camera : sequence.cameras) {
     if (!camera.intrinsics.plane) continue;  // told above
     const std::string folder = sequence.path + "/" + camera.name;
     camera.marks_missing_flow = true;
-    findings.attempt(folder + "/rays.npy", [&] { read_rays(dataset, folder, camera); });
     find_files(dataset, sequence, folder, camera, findings);
   }
 }
@@ -277,9 +206,10 @@ core::ImageF TerracastReader::depth(const Dataset& dataset, const Camera& camera
   core::ImageF range(size.width_px, size.height_px);
   for (std::size_t i = 0; i < values.size(); ++i) {
     const float value = values[i];
-    if (std::isnan(value) == has_ray(camera, i))
+    const bool is_seen = has_ray(size, i);
+    if (std::isnan(value) == is_seen)
       fail(ErrorKind::Input, "{}: range {} where {}", pixel_text(path, i, size.width_px), value,
-           has_ray(camera, i) ? "a ray comes in" : "no ray comes in");
+           is_seen ? "a ray comes in" : "no ray comes in");
     if (!std::isnan(value) && !(value > 0.0F))
       fail(ErrorKind::Input, "{}: range {}; above 0, or +inf for sky, is right",
            pixel_text(path, i, size.width_px), value);
