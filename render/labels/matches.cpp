@@ -147,11 +147,24 @@ std::vector<std::optional<Match>> Matcher::find(std::span<const ShownPoint> poin
           found.push_back(i);
         }
         std::vector<world::SurfaceHit> hits(rays.size());
-        scene.intersect(rays, offsets_s, hits, world::Coherence::Incoherent);
-        for (std::size_t k = 0; k < hits.size(); ++k)
-          matches[found[k]]->is_visible = std::abs(hits[k].t - 1.0) <= kSamePointRelative;
+        std::vector<world::SurfaceSample> surfaces(rays.size());
+        scene.intersect(rays, offsets_s, hits, world::Coherence::Incoherent, surfaces, nullptr,
+                        world::SurfaceNeed::Object);
+        for (std::size_t k = 0; k < hits.size(); ++k) {
+          Match& match = *matches[found[k]];
+          match.is_visible = std::abs(hits[k].t - 1.0) <= kSamePointRelative;
+          if (!match.is_visible && !hits[k].is_sky() && !hits[k].is_ground())
+            match.occluder_id = surfaces[k].provenance.instance_id;
+        }
       });
   return matches;
+}
+
+std::optional<Vector3d> Matcher::motion(const ShownPoint& point, int to_frame) const {
+  if (!point.body) return Vector3d::Zero();
+  const std::optional<geo::BodyState>& body = bodies_at(to_frame)[*point.body];
+  if (!body) return std::nullopt;
+  return Vector3d(body->world_from_body * point.point_body - point.point_world);
 }
 
 }  // namespace terracast::render

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -34,6 +35,7 @@ struct ShownPoint {
 struct Match {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< within the image
   bool is_visible = false;                          ///< and not hidden, by a ray to the very point
+  std::uint32_t occluder_id = 0;  ///< the instance that hides it; 0: nothing does, or the ground
 };
 
 /// The rays of a sequence's images, cast again: its facts hold ranges as floats, which are not good enough to say
@@ -55,6 +57,10 @@ class Matcher {
   /// is decided as in the capture's own bits.
   std::vector<std::optional<Match>> find(std::span<const ShownPoint> points,
                                          const ImageOf& to) const;
+
+  /// Scene flow, m, in the world's axes: from where a point is when its pixel shows it to where it is at the time of a
+  /// frame; nothing where what it is of is not there.
+  std::optional<Eigen::Vector3d> motion(const ShownPoint& point, int to_frame) const;
 
  private:
   const world::RayQuery& query() const { return in_water_ ? *in_water_ : whole_; }

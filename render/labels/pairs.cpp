@@ -2,10 +2,12 @@
 // rectified pair the disparity is -flow.x.
 //
 // An OpenEXR file a pair: flow.x and flow.y (float, px, from the pixel's centre to where its point is in the other
-// image) and sight (uint: 0 the sky or not within the other image, 1 within it but hidden, 2 seen). Without a place in
-// the other image flow is NaN.
+// image), sight (uint: 0 the sky or not within the other image, 1 within it but hidden, 2 seen), occluder (uint: the
+// instance that hides what is hidden; 0 the ground) and scene_flow.x, .y, .z (float, m, world's axes: to where the point
+// is at the time of the other frame). Without a place in the other image flow is NaN; of the sky scene flow is NaN.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -56,9 +58,12 @@ struct PairImage {
   explicit PairImage(std::size_t num_pixels)
       : flow_x(num_pixels, std::numeric_limits<float>::quiet_NaN()),
         flow_y(flow_x),
-        sight(num_pixels, 0) {}
+        scene_flow({flow_x, flow_x, flow_x}),
+        sight(num_pixels, 0),
+        occluder(num_pixels, 0) {}
   std::vector<float> flow_x, flow_y;
-  std::vector<std::uint32_t> sight;
+  std::array<std::vector<float>, 3> scene_flow;
+  std::vector<std::uint32_t> sight, occluder;
 };
 
 constexpr const char* kSourceAttribute = "terracast.capture_manifest";
@@ -156,12 +161,17 @@ class PairsLabel final : public LabelMaker {
       PairImage pair(pixels.size());
       const std::vector<std::optional<Match>> matches = matcher.find(points, to);
       for (std::size_t k = 0; k < matches.size(); ++k) {
+        if (const auto motion_m = matcher.motion(points[k], to.frame))
+          for (int axis = 0; axis < 3; ++axis)
+            pair.scene_flow[static_cast<std::size_t>(axis)][places[k]] =
+                static_cast<float>((*motion_m)[axis]);
         if (!matches[k]) continue;
         const Eigen::Vector2i& pixel = pixels[places[k]];
         const Vector2d flow = matches[k]->pixel - capture::pixel_center(pixel.x(), pixel.y());
         pair.flow_x[places[k]] = static_cast<float>(flow.x());
         pair.flow_y[places[k]] = static_cast<float>(flow.y());
         pair.sight[places[k]] = matches[k]->is_visible ? 2 : 1;
+        pair.occluder[places[k]] = matches[k]->occluder_id;
       }
       write(pair, file_of(to), source, image);
     }
@@ -176,7 +186,8 @@ class PairsLabel final : public LabelMaker {
       if (parts.size() != 1) return false;
       const auto attribute = parts[0].attributes.find(kSourceAttribute);
       return attribute != parts[0].attributes.end() && attribute->second == source &&
-             parts[0].width == image.width_px && parts[0].height == image.height_px;
+             parts[0].width == image.width_px && parts[0].height == image.height_px &&
+             parts[0].uint_channels.contains("occluder");
     } catch (const core::Error& error) {
       if (error.kind() == ErrorKind::Input) return false;
       throw;
@@ -190,9 +201,14 @@ class PairsLabel final : public LabelMaker {
     part.name = "pair";
     part.width = image.width_px;
     part.height = image.height_px;
-    part.channels = {{.name = "flow.x", .type = Type::Float, .values_float = pair.flow_x},
-                     {.name = "flow.y", .type = Type::Float, .values_float = pair.flow_y},
-                     {.name = "sight", .type = Type::Uint, .values_uint = pair.sight}};
+    part.channels = {
+        {.name = "flow.x", .type = Type::Float, .values_float = pair.flow_x},
+        {.name = "flow.y", .type = Type::Float, .values_float = pair.flow_y},
+        {.name = "occluder", .type = Type::Uint, .values_uint = pair.occluder},
+        {.name = "scene_flow.x", .type = Type::Float, .values_float = pair.scene_flow[0]},
+        {.name = "scene_flow.y", .type = Type::Float, .values_float = pair.scene_flow[1]},
+        {.name = "scene_flow.z", .type = Type::Float, .values_float = pair.scene_flow[2]},
+        {.name = "sight", .type = Type::Uint, .values_uint = pair.sight}};
     part.attributes[kSourceAttribute] = source;
     core::write_file(file, core::encode_exr({part}));
   }
@@ -206,8 +222,8 @@ class PairsLabel final : public LabelMaker {
 LabelInfo pairs_label() {
   return {.name = "pairs",
           .summary =
-              "Where every pixel's point is in another camera's image or frame, and whether it is "
-              "seen there.",
+              "Where every pixel's point is in another camera's image or frame, whether it is seen "
+              "there, what hides it, and how it moves.",
           .make = []() -> std::unique_ptr<LabelMaker> { return std::make_unique<PairsLabel>(); }};
 }
 

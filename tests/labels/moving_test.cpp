@@ -406,7 +406,7 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
         *folder / fmt::format("boxes/labels/pairs/mcs4/cam{}/mcs4/cam{}/000000_{:06}.exr",
                               one.camera, one.other_camera, one.other_frame);
     const core::ExrImage pair = core::decode_exr(core::read_file(file), file.string()).at(0);
-    std::int64_t num_moving_seen = 0, num_moving_hidden = 0;
+    std::int64_t num_moving_seen = 0, num_moving_hidden = 0, num_moved = 0;
     std::int64_t num_gone = 0, num_hidden_by_moving = 0, num_in = 0, num_seen = 0, num_unsure = 0;
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
@@ -437,6 +437,13 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
           return Pose(*truth.body(one.other_frame, i), time)
               .world(Pose(*truth.body(0, i), t).own(point));
         };
+        // To the time of the frame; floats of up to 60 m.
+        const Vector3d motion = point_at(0.0) - point;
+        for (int axis = 0; axis < 3; ++axis)
+          ASSERT_NEAR(
+              double{pair.float_channels.at(fmt::format("scene_flow.{}", "xyz"[axis]))(x, y)},
+              motion[axis], 1e-5);
+        num_moved += motion.norm() > 0.1 ? 1 : 0;
         const auto [pixel, time] = truth.seen(one.other_frame, one.other_camera, point_at);
         if (std::min({std::abs(pixel.x()), std::abs(pixel.y()), std::abs(pixel.x() - kWidth),
                       std::abs(pixel.y() - kHeight)}) < 1e-4) {
@@ -465,6 +472,8 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
         }
         const Truth::Hit met = first(0.0);
         ASSERT_EQ(sight == 2, is_point(met)) << x << " " << y;
+        ASSERT_EQ(pair.uint_channels.at("occluder")(x, y), sight == 2 ? 0U : met.instance_id)
+            << x << " " << y;
         if (is_moving) ++(sight == 2 ? num_moving_seen : num_moving_hidden);
         if (!is_moving && sight == 1 && met.body >= 0) ++num_hidden_by_moving;
       }
@@ -474,6 +483,7 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
       EXPECT_GT(num_hidden_by_moving, 5);
       EXPECT_GT(num_moving_hidden, 5);
       EXPECT_GT(num_gone, 20);
+      EXPECT_GT(num_moved, 100);
     }
     const auto& counted = table.at(
         fmt::format("0mcs4/cam{}{}mcs4/cam{}", one.camera, one.other_frame, one.other_camera));
