@@ -84,32 +84,8 @@ struct ColorImage {
   SampleWidth sample_width(const PixelUnit& unit) const {
     // Samples together resolve more than one of them; the pixel filters what they average.
     const double share = std::max(0.5, std::pow(num_samples, -0.25));
-    if (view.model->is_central()) return {.angle_rad = pixel_angle(unit) * share};
-    const Eigen::Vector2d here(0.5 * (unit.x0 + unit.x1), 0.5 * (unit.y0 + unit.y1));
-    SampleWidth width;
-    for (int axis = 0; axis < 2; ++axis) {
-      const Eigen::Vector2d beside = here + Eigen::Vector2d::Unit(axis);
-      width.start_m[axis] =
-          share *
-          (view.model->origin_from_pixel(beside) - view.model->origin_from_pixel(here)).norm();
-      width.growth[axis] = share * (view.model->ray_from_pixel(beside).normalized() -
-                                    view.model->ray_from_pixel(here).normalized())
-                                       .norm();
-    }
-    return width;
-  }
-
-  /// The angle that a pixel spans.
-  double pixel_angle(const PixelUnit& unit) const {
-    const Eigen::Vector2d center(0.5 * (unit.x0 + unit.x1), 0.5 * (unit.y0 + unit.y1));
-    const Eigen::Vector3d here = view.model->ray_from_pixel(center).normalized();
-    const Eigen::Vector3d right =
-        view.model->ray_from_pixel(center + Eigen::Vector2d(1.0, 0.0)).normalized();
-    const Eigen::Vector3d below =
-        view.model->ray_from_pixel(center + Eigen::Vector2d(0.0, 1.0)).normalized();
-    double pixel = std::sqrt((right - here).norm() * (below - here).norm());
-    if (!std::isfinite(pixel)) pixel = 1.0 / view.model->finest_pixels_per_radian();
-    return pixel;
+    return render::sample_width(*view.model, {0.5 * (unit.x0 + unit.x1), 0.5 * (unit.y0 + unit.y1)},
+                                share);
   }
 
   OpenView::LensRay ray_through(const Eigen::Vector2d& place, std::uint64_t bits,

@@ -38,9 +38,8 @@ struct LitHits {
 /// water the latter, since waves that a sample holds must not be drawn.
 double footprint_m(const LitHits& hits, std::size_t ray);
 
-/// Radiance that rays bring to the camera: from the sky, from the ground in packets, from objects one by
-/// one, all through the air. What a ray brings depends on no other. Threads: safe.
-class HitShader {
+/// What surfaces are like where rays met them, whatever the light. Threads: safe.
+class SurfaceLooks {
  public:
   /// Buffers, used again.
   struct Scratch {
@@ -51,15 +50,48 @@ class HitShader {
     GroundPlaces ground_places;
     GroundPacket packet;
     GroundLook look;
+    GroundImagery::Reader imagery;
+  };
+
+  /// All must outlive it.
+  SurfaceLooks(const Ground& ground, const GroundImagery& imagery, const TextureLibrary& textures)
+      : ground_(ground), imagery_(imagery), textures_(textures) {}
+  const Ground& ground() const { return ground_; }
+
+  /// Sets scratch.ground and scratch.objects: the rays that met either.
+  static void part(const LitHits& hits, Scratch& scratch);
+  /// Sets ground_places, packet and look of up to kLanes of scratch.ground.
+  void look_at_ground(const LitHits& hits, std::span<const std::size_t> lanes,
+                      Scratch& scratch) const;
+  /// Sets places, one for each of scratch.objects; look_at_object tells the rest.
+  /// up   unit
+  void look_at_objects(const LitHits& hits, const Eigen::Vector3f& up, Scratch& scratch) const;
+
+  /// The share of light that each surface sends back, every way; NaN of the sky. Of water what comes from below its
+  /// surface; mirrors of any kind are left out. Only rays, hits, surfaces and sample_width count.
+  void find_albedo(const LitHits& hits, const Eigen::Vector3f& up, Scratch& scratch,
+                   std::span<Color> albedo) const;
+
+ private:
+  const Ground& ground_;
+  const GroundImagery& imagery_;
+  const TextureLibrary& textures_;
+};
+
+/// Radiance that rays bring to the camera: from the sky, from the ground in packets, from objects one by
+/// one, all through the air. What a ray brings depends on no other. Threads: safe.
+class HitShader {
+ public:
+  /// Buffers, used again.
+  struct Scratch : SurfaceLooks::Scratch {
     ViewPacket view;
     Lanes3f shaded;
-    GroundImagery::Reader imagery;
   };
 
   /// All must outlive the shader.
   HitShader(const Ground& ground, const GroundImagery& imagery, const TextureLibrary& textures,
             const Sky& sky)
-      : ground_(ground), imagery_(imagery), textures_(textures), sky_(sky) {}
+      : looks_(ground, imagery, textures), sky_(sky) {}
 
   /// radiance   as many as rays
   void shade(const LitHits& hits, Scratch& scratch, std::span<Color> radiance) const;
@@ -70,9 +102,7 @@ class HitShader {
                           std::span<Color> radiance) const;
   void shade_objects(const LitHits& hits, Scratch& scratch, std::span<Color> radiance) const;
 
-  const Ground& ground_;
-  const GroundImagery& imagery_;
-  const TextureLibrary& textures_;
+  const SurfaceLooks looks_;
   const Sky& sky_;
 };
 

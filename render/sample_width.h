@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <cmath>
 
+#include "geo/camera_model.h"
+
 namespace terracast::render {
 
 /// How wide a colour sample is across its ray.
@@ -20,5 +22,8 @@ struct SampleWidth {
                      (start_m.y() + distance_m * growth.y()));
   }
 };
+
+/// Of a sample that stands for a share of a pixel's side, at an image point.
+SampleWidth sample_width(const geo::CameraModel& model, const Eigen::Vector2d& here, double share);
 
 }  // namespace terracast::render

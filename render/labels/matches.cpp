@@ -59,57 +59,67 @@ const std::vector<std::optional<geo::BodyState>>& Matcher::bodies_at(int frame) 
   return sequence_.frames()[static_cast<std::size_t>(frame)].moving;
 }
 
-std::vector<std::optional<ShownPoint>> Matcher::points(
-    const ImageOf& from, std::span<const Eigen::Vector2i> pixels) const {
+Recast Matcher::recast(const ImageOf& from, std::span<const Eigen::Vector2i> pixels,
+                       world::SurfaceNeed need) const {
   const capture::CameraFrame facts =
       sequence_.read_camera(from.frame, from.camera, capture::SequenceReader::kFacts);
   const OpenView view = views_.open(from.frame, from.camera);
-  std::vector<world::WorldRay> rays;
-  std::vector<double> offsets_s;
-  std::vector<std::size_t> asked;
+  Recast cast;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (!std::isfinite(facts.range_m(pixels[i].x(), pixels[i].y()))) continue;
     const Vector2d center = capture::pixel_center(pixels[i].x(), pixels[i].y());
     const View of_line = view.of_line(center);
-    rays.push_back({.origin_world = of_line.origin_world(center),
-                    .direction_world = of_line.ray_world(center).normalized()});
-    offsets_s.push_back(view.offset_of_line_s(center));
-    asked.push_back(i);
+    cast.rays.push_back({.origin_world = of_line.origin_world(center),
+                         .direction_world = of_line.ray_world(center).normalized()});
+    cast.offsets_s.push_back(view.offset_of_line_s(center));
+    cast.of_pixel.push_back(i);
   }
-  std::vector<world::SurfaceHit> hits(rays.size());
+  cast.hits.resize(cast.rays.size());
+  cast.surfaces.resize(cast.rays.size());
   const world::MovingScene moving = moving_.scene(from.frame, views_.longest_reach_s());
   const world::Scene scene(query(), moving);
-  core::parallel_for_blocks(static_cast<std::int64_t>(rays.size()), kRaysAtOnce,
-                            [&](std::int64_t begin, std::int64_t end) {
-                              const auto first = static_cast<std::size_t>(begin);
-                              const auto count = static_cast<std::size_t>(end - begin);
-                              scene.intersect(std::span(rays).subspan(first, count),
-                                              std::span(offsets_s).subspan(first, count),
-                                              std::span(hits).subspan(first, count),
-                                              world::Coherence::Coherent);
-                            });
-  const std::vector<std::size_t> bodies = present(bodies_at(from.frame));
+  core::parallel_for_blocks(
+      static_cast<std::int64_t>(cast.rays.size()), kRaysAtOnce,
+      [&](std::int64_t begin, std::int64_t end) {
+        const auto first = static_cast<std::size_t>(begin);
+        const auto count = static_cast<std::size_t>(end - begin);
+        scene.intersect(std::span(cast.rays).subspan(first, count),
+                        std::span(cast.offsets_s).subspan(first, count),
+                        std::span(cast.hits).subspan(first, count), world::Coherence::Coherent,
+                        std::span(cast.surfaces).subspan(first, count), nullptr, need);
+      });
   constexpr double kFloatEpsilon = std::numeric_limits<float>::epsilon();
-  std::vector<std::optional<ShownPoint>> points(pixels.size());
-  for (std::size_t k = 0; k < rays.size(); ++k) {
-    const Eigen::Vector2i& pixel = pixels[asked[k]];
+  for (std::size_t k = 0; k < cast.rays.size(); ++k) {
+    const Eigen::Vector2i& pixel = pixels[cast.of_pixel[k]];
     // The capture holds the range as a float.
     const double range_m = facts.range_m(pixel.x(), pixel.y());
     const double tolerance_m = 1e-3 + 2.0 * kFloatEpsilon * range_m;
-    if (!(std::abs(hits[k].t - range_m) <= tolerance_m))
+    if (!(std::abs(cast.hits[k].t - range_m) <= tolerance_m))
       fail(ErrorKind::Input,
            "{}: frame {}, pixel ({}, {}) has range {:.3f} m, and its ray meets something at {:.3f} "
            "m; was the capture rendered from that world?",
-           sequence_.info().name, from.frame, pixel.x(), pixel.y(), range_m, hits[k].t);
-    ShownPoint point{.point_world = rays[k].origin_world + hits[k].t * rays[k].direction_world};
-    if (hits[k].is_moving()) {
-      point.body = bodies.at(hits[k].object);
+           sequence_.info().name, from.frame, pixel.x(), pixel.y(), range_m, cast.hits[k].t);
+  }
+  return cast;
+}
+
+std::vector<std::optional<ShownPoint>> Matcher::points(
+    const ImageOf& from, std::span<const Eigen::Vector2i> pixels) const {
+  const Recast cast = recast(from, pixels, world::SurfaceNeed::Object);
+  const std::vector<std::size_t> bodies = present(bodies_at(from.frame));
+  std::vector<std::optional<ShownPoint>> points(pixels.size());
+  for (std::size_t k = 0; k < cast.rays.size(); ++k) {
+    const world::SurfaceHit& hit = cast.hits[k];
+    ShownPoint point{.point_world =
+                         cast.rays[k].origin_world + hit.t * cast.rays[k].direction_world};
+    if (hit.is_moving()) {
+      point.body = bodies.at(hit.object);
       const geo::Rigid3d world_from_body =
-          bodies_at(from.frame)[*point.body]->pose_after(offsets_s[k]);
+          bodies_at(from.frame)[*point.body]->pose_after(cast.offsets_s[k]);
       point.point_body =
           world_from_body.rotation.conjugate() * (point.point_world - world_from_body.translation);
     }
-    points[asked[k]] = point;
+    points[cast.of_pixel[k]] = point;
   }
   return points;
 }

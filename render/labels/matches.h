@@ -38,6 +38,15 @@ struct Match {
   std::uint32_t occluder_id = 0;  ///< the instance that hides it; 0: nothing does, or the ground
 };
 
+/// Rays of pixels' centres, cast again, and what they met.
+struct Recast {
+  std::vector<std::size_t> of_pixel;  ///< of those that were asked for, ascending; the sky has none
+  std::vector<world::WorldRay> rays;  ///< unit directions
+  std::vector<double> offsets_s;      ///< their times, counted from the frame's
+  std::vector<world::SurfaceHit> hits;
+  std::vector<world::SurfaceSample> surfaces;
+};
+
 /// The rays of a sequence's images, cast again: its facts hold ranges as floats, which are not good enough to say
 /// what is hidden. A point of what moves is carried with it to where it is when the other image's line sees it;
 /// what moves hides, and is hidden, where it then is.
@@ -47,6 +56,11 @@ class Matcher {
   /// throws   Input: the store is not the world of the sequence
   Matcher(const capture::SequenceReader& sequence, const world::TileStore& store,
           const MovingBodies& moving, const world::RayQueryOptions& tracing = {});
+
+  /// need     what surfaces shall tell
+  /// throws    Input: a ray meets something else than the capture has; Io
+  Recast recast(const ImageOf& from, std::span<const Eigen::Vector2i> pixels,
+                world::SurfaceNeed need) const;
 
   /// What the centres of pixels of an image show; nothing where that is the sky.
   /// throws    Input: a ray meets something else than the capture has; Io
@@ -61,6 +75,10 @@ class Matcher {
   /// Scene flow, m, in the world's axes: from where a point is when its pixel shows it to where it is at the time of a
   /// frame; nothing where what it is of is not there.
   std::optional<Eigen::Vector3d> motion(const ShownPoint& point, int to_frame) const;
+
+  const geo::CameraModel& model(int camera) const { return *views_.at(0, camera).model; }
+  /// Of decoded tiles of imagery, bytes.
+  double imagery_budget_bytes() const { return whole_.imagery_budget_bytes(); }
 
  private:
   const world::RayQuery& query() const { return in_water_ ? *in_water_ : whole_; }

@@ -15,14 +15,13 @@
 #include "capture/labels.h"
 #include "capture/object_labels.h"
 #include "capture/sequence_files.h"
-#include "core/atomic_file.h"
 #include "core/error.h"
-#include "core/image_io.h"
 #include "core/log.h"
 #include "core/progress.h"
 #include "core/registry.h"
 #include "core/stop.h"
 #include "render/labels/label.h"
+#include "render/labels/label_image.h"
 #include "render/labels/matches.h"
 
 namespace terracast::render {
@@ -65,8 +64,6 @@ struct PairImage {
   std::array<std::vector<float>, 3> scene_flow;
   std::vector<std::uint32_t> sight, occluder;
 };
-
-constexpr const char* kSourceAttribute = "terracast.capture_manifest";
 
 class PairsLabel final : public LabelMaker {
  public:
@@ -145,7 +142,8 @@ class PairsLabel final : public LabelMaker {
         const std::int64_t frame = from.frame + apart;
         if (frame < 0 || frame >= static_cast<std::int64_t>(sequence.frames().size())) continue;
         const ImageOf to{static_cast<int>(frame), second};
-        if (to != from && !is_done(file_of(to), source, image)) missing.push_back(to);
+        if (to != from && !is_label_image_done(file_of(to), source, image, "occluder"))
+          missing.push_back(to);
       }
     if (missing.empty()) return;
     const std::vector<Eigen::Vector2i> pixels = all_pixels(image);
@@ -177,40 +175,18 @@ class PairsLabel final : public LabelMaker {
     }
   }
 
-  static bool is_done(const fs::path& file, const std::string& source,
-                      const geo::CameraIntrinsics& image) {
-    if (!fs::exists(file)) return false;
-    try {
-      const std::vector<core::ExrImage> parts =
-          core::decode_exr(core::read_file(file), file.string());
-      if (parts.size() != 1) return false;
-      const auto attribute = parts[0].attributes.find(kSourceAttribute);
-      return attribute != parts[0].attributes.end() && attribute->second == source &&
-             parts[0].width == image.width_px && parts[0].height == image.height_px &&
-             parts[0].uint_channels.contains("occluder");
-    } catch (const core::Error& error) {
-      if (error.kind() == ErrorKind::Input) return false;
-      throw;
-    }
-  }
-
   static void write(const PairImage& pair, const fs::path& file, const std::string& source,
                     const geo::CameraIntrinsics& image) {
     using Type = core::ExrChannel::Type;
-    core::ExrPart part;
-    part.name = "pair";
-    part.width = image.width_px;
-    part.height = image.height_px;
-    part.channels = {
-        {.name = "flow.x", .type = Type::Float, .values_float = pair.flow_x},
-        {.name = "flow.y", .type = Type::Float, .values_float = pair.flow_y},
-        {.name = "occluder", .type = Type::Uint, .values_uint = pair.occluder},
-        {.name = "scene_flow.x", .type = Type::Float, .values_float = pair.scene_flow[0]},
-        {.name = "scene_flow.y", .type = Type::Float, .values_float = pair.scene_flow[1]},
-        {.name = "scene_flow.z", .type = Type::Float, .values_float = pair.scene_flow[2]},
-        {.name = "sight", .type = Type::Uint, .values_uint = pair.sight}};
-    part.attributes[kSourceAttribute] = source;
-    core::write_file(file, core::encode_exr({part}));
+    write_label_image(
+        file, source, image, "pair",
+        {{.name = "flow.x", .type = Type::Float, .values_float = pair.flow_x},
+         {.name = "flow.y", .type = Type::Float, .values_float = pair.flow_y},
+         {.name = "occluder", .type = Type::Uint, .values_uint = pair.occluder},
+         {.name = "scene_flow.x", .type = Type::Float, .values_float = pair.scene_flow[0]},
+         {.name = "scene_flow.y", .type = Type::Float, .values_float = pair.scene_flow[1]},
+         {.name = "scene_flow.z", .type = Type::Float, .values_float = pair.scene_flow[2]},
+         {.name = "sight", .type = Type::Uint, .values_uint = pair.sight}});
   }
 
   std::vector<std::string> cameras_;

@@ -22,7 +22,8 @@ Eigen::Vector3i steps_of(const Vector3d& place_m) {
 }
 
 world::Shape box_shape(const Vector3d& low, const Vector3d& high,
-                       core::SemanticClass semantic_class) {
+                       core::SemanticClass semantic_class,
+                       const std::array<std::uint8_t, 3>& color_srgb = world::Finish().color_srgb) {
   world::Shape shape;
   for (int k = 0; k < 8; ++k)
     shape.vertices_steps.push_back(
@@ -33,7 +34,9 @@ world::Shape box_shape(const Vector3d& low, const Vector3d& high,
                                            {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   for (const auto& face : kFaces)
     shape.triangles.push_back({.corners = {face[0], face[1], face[2]}, .finish = 0});
-  shape.finishes.push_back({.material = world::Material::Plain, .semantic_class = semantic_class});
+  shape.finishes.push_back({.material = world::Material::Plain,
+                            .semantic_class = semantic_class,
+                            .color_srgb = color_srgb});
   return shape;
 }
 
@@ -45,7 +48,8 @@ world::Solid solid_of(const WorldBox& box) {
   solid.place_m = middle.head<2>().cast<int>();
   solid.origin_steps = steps_of(Vector3d(middle.x(), middle.y(), box.low.z()));
   const Vector3d origin = solid.origin_steps.cast<double>() * kHeightStep_m;
-  solid.levels = {{127, box_shape(box.low - origin, box.high - origin, box.semantic_class)}};
+  solid.levels = {
+      {127, box_shape(box.low - origin, box.high - origin, box.semantic_class, box.color_srgb)}};
   return solid;
 }
 

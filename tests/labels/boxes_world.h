@@ -1,12 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "capture/frame_reader.h"
 #include "render/render_stage.h"
+#include "world/shape.h"
 #include "world/tile_store.h"
 
 /// Boxes above a plane, and a camera before them: labels that follow from closed forms.
@@ -18,6 +20,7 @@ struct WorldBox {
   core::SemanticClass semantic_class = core::SemanticClass::Building;
   Eigen::Vector3d low = Eigen::Vector3d::Zero();
   Eigen::Vector3d high = Eigen::Vector3d::Zero();
+  std::array<std::uint8_t, 3> color_srgb = world::Finish().color_srgb;
 
   /// Whether a ray meets it, by its slabs.
   bool is_met(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
