@@ -89,13 +89,15 @@ TEST(Reference, EachCameraModelHasAPageWhoseExampleReads) {
     EXPECT_TRUE(fs::exists(kSource / "docs/cameras" / (name + ".png")));
     const std::string page = text_of(kSource / "docs/cameras" / (name + ".md"));
     EXPECT_TRUE(page.starts_with("# `" + name + "`\n"));
+    const bool is_from_file = model.read != nullptr;  // its parameters are no keys
     for (const geo::CameraParameter& parameter : model.parameters) {
+      if (is_from_file) continue;
       const std::regex key(fmt::format("\\| `[^|]*\\b{}\\b[^|]*` \\|", parameter.name));
       EXPECT_TRUE(std::regex_search(page, key)) << parameter.name;
     }
     const std::string example = example_of(page, "## In a rig");
     EXPECT_NE(example.find("model = \"" + name + "\""), std::string::npos);
-    if (model.read != nullptr) continue;  // of a file that is the reader's own
+    if (is_from_file) continue;
     render::RigOptions rig;
     core::TomlDocument::parse(
         "name = \"rig\"\n" +
