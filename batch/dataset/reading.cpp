@@ -53,6 +53,14 @@ const std::vector<FormatReading>& readings() {
        "`numpy.load` reads depth (planar, m), classes, flow and its mask; poses are lines of "
        "`tx ty tz qx qy qz qw` in north, east, down.",
        {"stereo", "optical-flow", "semantic-segmentation", "visual-odometry"}},
+      {"terracast",
+       "Rays and ranges",
+       "`numpy.load` reads `rays.npy` and `range/*.npy`, whose product is each pixel's point in "
+       "the "
+       "camera's frame; flow, masks, classes, instances and normals lie beside them, poses in "
+       "`poses.csv`.",
+       {"depth-estimation", "optical-flow", "semantic-segmentation", "instance-segmentation",
+        "visual-odometry"}},
   };
   return table;
 }

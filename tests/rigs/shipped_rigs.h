@@ -16,7 +16,7 @@ inline std::vector<std::filesystem::path> shipped_rigs() {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(
            std::filesystem::path(TERRACAST_SOURCE_DIR) / "configs/rigs"))
-    files.push_back(entry.path());
+    if (entry.path().extension() == ".toml") files.push_back(entry.path());  // not tables of rays
   std::sort(files.begin(), files.end());
   return files;
 }
