@@ -3,31 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "core/error.h"
-#include "core/hash.h"
 #include "world/byte_stream.h"
-#include "world/deflated.h"
+#include "world/sealed_file.h"
 
 namespace terracast::world {
 namespace {
 
-using core::ErrorKind;
-using core::fail;
-
-constexpr std::array<char, 6> kMagic = {'T', 'C', 'P', 'R', 'O', 'T'};
-constexpr std::size_t kHashedFrom = 16;
-constexpr std::size_t kMaxPrototypeBytes = std::size_t{1} << 30;
+constexpr SealedKind kSealed = {.magic = {'T', 'C', 'P', 'R', 'O', 'T'},
+                                .version = kPrototypeFileVersion,
+                                .most_bytes = std::size_t{1} << 30,
+                                .what = "a prototype"};
 constexpr std::size_t kMaxName = 200;
-
-struct PrototypeHeader {
-  std::array<char, 6> magic = kMagic;
-  std::uint16_t version = kPrototypeFileVersion;
-  std::uint64_t checksum = 0;   ///< of every byte behind it
-  std::uint64_t num_bytes = 0;  ///< inflated
-};
-static_assert(sizeof(PrototypeHeader) == 24);
 
 template <class Integers>
 void put_integers(ByteWriter& out, const Integers& integers) {
@@ -321,35 +309,11 @@ std::vector<std::byte> encode_prototype(const Prototype& prototype) {
   out.put_count(prototype.name.size());
   for (const char c : prototype.name) out.put(static_cast<std::uint8_t>(c));
   put_levels(out, prototype.levels);
-  PrototypeHeader header;
-  header.num_bytes = out.bytes().size();
-  std::vector<std::byte> bytes(sizeof header);
-  append_deflated(bytes, out.bytes());
-  std::memcpy(bytes.data(), &header, sizeof header);
-  header.checksum = core::content_hash64(std::span<const std::byte>(bytes).subspan(kHashedFrom));
-  std::memcpy(bytes.data(), &header, sizeof header);
-  return bytes;
+  return sealed(kSealed, out.bytes());
 }
 
 Prototype decode_prototype(std::span<const std::byte> bytes, const std::string& file) {
-  PrototypeHeader header;
-  if (bytes.size() < sizeof header)
-    fail(ErrorKind::Input, "{}: {} bytes are too few for a prototype; tile the world again", file,
-         bytes.size());
-  std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.magic != kMagic)
-    fail(ErrorKind::Input,
-         "{}: not a prototype (it does not start with TCPROT); tile the world again", file);
-  if (header.version != kPrototypeFileVersion)
-    fail(ErrorKind::Input,
-         "{}: prototype format version {}, this build reads {}; tile the world again", file,
-         header.version, kPrototypeFileVersion);
-  if (header.checksum != core::content_hash64(bytes.subspan(kHashedFrom)) ||
-      header.num_bytes > kMaxPrototypeBytes)
-    fail(ErrorKind::Input, "{}: damaged: its checksum is not its content's; tile the world again",
-         file);
-  const std::vector<std::uint8_t> raw =
-      inflated(bytes.subspan(sizeof header), header.num_bytes, file);
+  const std::vector<std::uint8_t> raw = unsealed(kSealed, bytes, file);
   ByteReader in(raw, file);
   Prototype prototype;
   prototype.name.resize(in.get_count(1));

@@ -2,39 +2,23 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 
-#include "core/error.h"
-#include "core/hash.h"
 #include "world/byte_stream.h"
-#include "world/deflated.h"
+#include "world/sealed_file.h"
 
 namespace terracast::world {
 namespace {
 
-using core::ErrorKind;
-using core::fail;
-
-constexpr std::array<char, 6> kMagic = {'T', 'C', 'W', 'A', 'Y', 'S'};
-constexpr std::size_t kHashedFrom = 16;
-constexpr std::size_t kMaxWayBytes = std::size_t{1} << 31;
+constexpr SealedKind kSealed = {.magic = {'T', 'C', 'W', 'A', 'Y', 'S'},
+                                .version = kWayFileVersion,
+                                .most_bytes = std::size_t{1} << 31,
+                                .what = "a network of ways"};
 constexpr std::size_t kPointBytes = 12;
 /// Of a part of two points, the fewest.
 constexpr std::size_t kPartBytes = 42 + 2 * kPointBytes;
 /// No paving and no sidewalk is wider; the sums of such widths stay far within 32 bits.
 constexpr std::int32_t kWidest_steps = 1 << 18;
 static_assert(kWidest_steps * kHeightStep_m == 256.0);
-/// Deflate packs no tighter.
-constexpr std::size_t kMostInflation = 1032;
-
-struct WayHeader {
-  std::array<char, 6> magic = kMagic;
-  std::uint16_t version = kWayFileVersion;
-  std::uint64_t checksum = 0;   ///< of every byte behind it
-  std::uint64_t num_bytes = 0;  ///< inflated
-};
-static_assert(sizeof(WayHeader) == 24);
-
 enum Flag : std::uint8_t { kForward = 1, kBackward = 2, kBridge = 4, kTunnel = 8, kAllFlags = 15 };
 
 void put_part(ByteWriter& out, const WayPart& part) {
@@ -100,36 +84,11 @@ std::vector<std::byte> encode_ways(const WayNetwork& network) {
   out.put(network.num_nodes);
   out.put_count(network.parts.size());
   for (const WayPart& part : network.parts) put_part(out, part);
-  WayHeader header;
-  header.num_bytes = out.bytes().size();
-  TERRACAST_CHECK(header.num_bytes <= kMaxWayBytes, "{} bytes of ways", header.num_bytes);
-  std::vector<std::byte> bytes(sizeof header);
-  append_deflated(bytes, out.bytes());
-  std::memcpy(bytes.data(), &header, sizeof header);
-  header.checksum = core::content_hash64(std::span<const std::byte>(bytes).subspan(kHashedFrom));
-  std::memcpy(bytes.data(), &header, sizeof header);
-  return bytes;
+  return sealed(kSealed, out.bytes());
 }
 
 WayNetwork decode_ways(std::span<const std::byte> bytes, const std::string& file) {
-  WayHeader header;
-  if (bytes.size() < sizeof header)
-    fail(ErrorKind::Input, "{}: {} bytes are too few for ways; tile the world again", file,
-         bytes.size());
-  std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.magic != kMagic)
-    fail(ErrorKind::Input, "{}: no ways (it does not start with TCWAYS); tile the world again",
-         file);
-  if (header.version != kWayFileVersion)
-    fail(ErrorKind::Input,
-         "{}: ways of format version {}, this build reads {}; tile the world again", file,
-         header.version, kWayFileVersion);
-  if (header.checksum != core::content_hash64(bytes.subspan(kHashedFrom)) ||
-      header.num_bytes > std::min(kMaxWayBytes, kMostInflation * bytes.size()))
-    fail(ErrorKind::Input, "{}: damaged: its checksum is not its content's; tile the world again",
-         file);
-  const std::vector<std::uint8_t> raw =
-      inflated(bytes.subspan(sizeof header), header.num_bytes, file);
+  const std::vector<std::uint8_t> raw = unsealed(kSealed, bytes, file);
   ByteReader in(raw, file);
   WayNetwork network;
   network.num_nodes = in.get<std::uint32_t>();
