@@ -41,6 +41,15 @@ class Directions {
     count_ += count;
   }
 
+  /// Puts one in the place of an earlier one.
+  void move(std::size_t from, std::size_t to) {
+    x_[to] = x_[from];
+    y_[to] = y_[from];
+    z_[to] = z_[from];
+  }
+  /// Leaves the first ones.
+  void keep(std::size_t count) { count_ = count; }
+
   /// Rays without an end.
   world::RayFan from(const Eigen::Vector3d& origin_world) const {
     return {.origin_world = origin_world,

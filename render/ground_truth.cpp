@@ -13,20 +13,15 @@
 #include "render/marking.h"
 #include "render/pixel_blocks.h"
 #include "render/scratch_pool.h"
+#include "render/sight.h"
+#include "render/unit_rays.h"
 
 namespace terracast::render {
 namespace {
 
-constexpr int kUnitSide = 32;
-constexpr std::size_t kUnitRays = static_cast<std::size_t>(kUnitSide) * kUnitSide;
-
-/// A view that shall say whether it sees a pixel's point, and the bit that says so.
-struct Target {
-  OpenView view;
-  int frame;
-  std::uint32_t flag;
-  world::Scene scene;  ///< about the view's frame
-};
+/// Where a ray that is shifted for the edge test ends at first, as a share of the pixel's range: a surface that is
+/// seen by pixels of a milliradian does not lie farther there unless it is seen within half a degree of edgewise.
+constexpr double kEdgeReach = 1.0 + 1e-4;
 
 /// Units of an image: squares, or parts of lines where these are exposed one after the other, so that all
 /// rays of a unit are of one time.
@@ -38,14 +33,6 @@ PixelGrid grid_of(const OpenView& view) {
   return view.motion.shutter.has_columns() ? PixelGrid{width_px, height_px, 1, kLength}
                                            : PixelGrid{width_px, height_px, kLength, 1};
 }
-
-/// Hits of a packet, field by field.
-struct HitPacket {
-  Lanes3d direction_world;
-  Lanes<double> t;
-  Lanes<double> slope_x;
-  Lanes<double> slope_y;
-};
 
 /// Points, normals (as SurfaceHit::normal_world) and ranges of hits of rays from one origin.
 TERRACAST_PACKET_CODE void place_hits(const double* origin_world, const HitPacket& hits,
@@ -72,97 +59,6 @@ TERRACAST_PACKET_CODE void place_hits(const double* origin_world, const HitPacke
     places.normal_world[1][i] = -y * shrink;
     places.normal_world[2][i] = shrink;
   }
-}
-
-/// Rays of a unit that met something, and where. The rays' own buffers are used again for visibility.
-struct MetPoints {
-  std::vector<std::size_t> rays;
-  std::vector<std::size_t> pixels;
-  std::vector<std::uint32_t> flags;
-  std::vector<geo::VectorBlock> points_world;  ///< the last point fills the last block
-
-  MetPoints() {
-    rays.reserve(kUnitRays);
-    pixels.reserve(kUnitRays);
-    flags.reserve(kUnitRays);
-    points_world.reserve(kUnitRays / geo::VectorBlock::kVectors + 1);
-  }
-};
-
-struct UnitScratch {
-  View view;              ///< of the unit
-  Directions directions;  ///< of the rays
-  std::vector<Eigen::Vector3d>
-      origins_world;                      ///< of the rays; empty: all start at the view's centre
-  std::vector<world::WorldRay> own_rays;  ///< the same, with these origins
-  std::vector<double> offsets_s;          ///< of these
-  std::vector<world::SurfaceHit> hits;    ///< of the rays
-  std::vector<double> t;                  ///< of rays to points
-  std::vector<world::SurfaceSample> surfaces;  ///< of the rays
-  std::vector<std::size_t> pixels;             ///< of the rays
-  MetPoints ground;
-  MetPoints objects;
-  std::vector<std::size_t> moving_rays;  ///< that met what moves
-  std::vector<std::size_t> asked;        ///< of the points, those to which there are rays
-  HitPacket packet_hits;
-  Lanes<double> range_m;
-  GroundPlaces places;
-  GroundPacket packet;
-  Lanes<std::uint8_t> classes;
-
-  UnitScratch() {
-    hits.reserve(kUnitRays);
-    t.reserve(kUnitRays);
-    surfaces.reserve(kUnitRays);
-    pixels.reserve(kUnitRays);
-    asked.resize(kUnitRays + 1);
-  }
-  Eigen::Vector3d origin_world(std::size_t ray) const {
-    return origins_world.empty() ? view.center_world : origins_world[ray];
-  }
-  /// What the rays meet, all at one time; leaves it in hits and surfaces.
-  void intersect(const world::Scene& scene, double offset_s, world::RayTrail* trail,
-                 world::SurfaceNeed need) {
-    hits.resize(directions.size());
-    surfaces.resize(directions.size());
-    if (origins_world.empty()) {
-      scene.intersect(directions.from(view.center_world), offset_s, hits,
-                      world::Coherence::Coherent, surfaces, trail, need);
-      return;
-    }
-    own_rays.clear();
-    for (std::size_t i = 0; i < directions.size(); ++i)
-      own_rays.push_back({.origin_world = origins_world[i], .direction_world = directions[i]});
-    offsets_s.assign(own_rays.size(), offset_s);
-    scene.intersect(own_rays, offsets_s, hits, world::Coherence::Coherent, surfaces, trail, need);
-  }
-  std::span<const double> cast(const world::Scene& scene, const world::RayFan& rays,
-                               world::RayTrail* trail) {
-    t.resize(rays.size());
-    scene.intersect(rays, 0.0, t, world::Coherence::Coherent, trail);
-    return t;
-  }
-};
-
-/// t   of the first crossing of a ray to the point
-bool is_at_point(double t) { return std::abs(t - 1.0) <= kSamePointRelative; }
-
-/// To a point and a little beyond, so that the crossing at the point is within.
-world::WorldRay ray_just_beyond(const Eigen::Vector3d& origin_world,
-                                const Eigen::Vector3d& point_world) {
-  return {.origin_world = origin_world,
-          .direction_world = point_world - origin_world,
-          .t_max = kJustBeyond};
-}
-
-/// A body at another frame; null: it is not there.
-const world::MovingBody* find_body(const world::MovingScene& moving,
-                                   const world::MovingBody& wanted) {
-  const std::vector<world::MovingBody>& bodies = moving.bodies();
-  const auto found = std::find_if(bodies.begin(), bodies.end(), [&](const world::MovingBody& body) {
-    return body.provenance == wanted.provenance && body.first_triangle == wanted.first_triangle;
-  });
-  return found == bodies.end() ? nullptr : &*found;
 }
 
 /// One camera's image at one frame.
@@ -324,7 +220,7 @@ class TruthTracer {
   void look_from_targets(MetPoints& met, UnitScratch& scratch) {
     met.flags.assign(met.pixels.size(), 0);
     if (met.pixels.empty()) return;
-    for (const Target& target : targets_) see_from(target, met, scratch);
+    for (const Target& target : targets_) see_standing(target, met, scratch, trail_);
     for (std::size_t i = 0; i < met.pixels.size(); ++i)
       truth_.facts.flags.data()[met.pixels[i]] = met.flags[i];
   }
@@ -334,6 +230,7 @@ class TruthTracer {
     scratch.directions.clear(kUnitRays);
     scratch.origins_world.clear();
     scratch.pixels.clear();
+    scratch.t_ends.clear();
     const bool is_central = view_.is_central();
     geo::PixelBlock pixels{};
     std::array<std::size_t, kBlock> indices{};
@@ -501,85 +398,18 @@ class TruthTracer {
     facts.primitive_id.data()[pixel] = primitive_id(hit);
   }
 
-  /// Sets the flags of what moves: targets look for a point where it is when they see it.
+  /// Sets the flags of what moves.
   void look_at_moving(double offset_s, UnitScratch& scratch) {
-    for (const std::size_t ray : scratch.moving_rays)
-      truth_.facts.flags.data()[scratch.pixels[ray]] = 0;
-    for (const Target& target : targets_) see_moving_from(target, offset_s, scratch);
-  }
-
-  void see_moving_from(const Target& target, double offset_s, UnitScratch& scratch) {
-    const std::vector<world::MovingBody>& now = moving_.at(frame_).bodies();
-    std::vector<world::WorldRay> rays;
-    std::vector<double> offsets_s;
-    std::vector<std::size_t> pixels;
+    const std::vector<world::MovingBody>& bodies = moving_.at(frame_).bodies();
+    const std::span<std::uint32_t> flags = truth_.facts.flags.data();
+    std::vector<MovingPoint> points;
     for (const std::size_t ray : scratch.moving_rays) {
-      const world::MovingBody& body = now[scratch.hits[ray].object];
-      const world::MovingBody* const then = find_body(moving_.at(target.frame), body);
-      if (then == nullptr) continue;
-      const geo::Rigid3d world_from_body = body.state.pose_after(offset_s);
-      const Eigen::Vector3d point_body =
-          world_from_body.rotation.conjugate() *
-          (truth_.point_world[scratch.pixels[ray]] - world_from_body.translation);
-      const auto point_world_at = [&](double at_s) -> Eigen::Vector3d {
-        return then->state.pose_after(at_s) * point_body;
-      };
-      const std::optional<OpenView::SeenFrom> seen = target.view.that_sees(point_world_at);
-      if (!seen) continue;
-      rays.push_back(ray_just_beyond(seen->origin_world, point_world_at(seen->offset_s)));
-      offsets_s.push_back(seen->offset_s);
-      pixels.push_back(scratch.pixels[ray]);
+      const std::size_t pixel = scratch.pixels[ray];
+      flags[pixel] = 0;
+      points.push_back({truth_.point_world[pixel], &bodies[scratch.hits[ray].object], pixel});
     }
-    std::vector<world::SurfaceHit> hits(rays.size());
-    target.scene.intersect(rays, offsets_s, hits, world::Coherence::Coherent, {}, trail_);
-    for (std::size_t i = 0; i < hits.size(); ++i)
-      if (is_at_point(hits[i].t)) truth_.facts.flags.data()[pixels[i]] |= target.flag;
-  }
-
-  void see_from(const Target& target, MetPoints& met, UnitScratch& scratch) {
-    if (target.view.is_rolling() || !target.view.is_central()) {
-      see_from_lines(target, met, scratch);
-      return;
-    }
-    constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
-    const Eigen::Vector3d& center = target.view.middle.center_world;
-    scratch.directions.clear(kUnitRays);
-    for (std::size_t b = 0; b < met.points_world.size(); ++b) {
-      const geo::VectorBlock& block = met.points_world[b];
-      const std::size_t first = b * kBlock;
-      const std::size_t count = std::min(kBlock, met.pixels.size() - first);
-      const std::uint32_t in_image = target.view.middle.find_in_image(block);
-      for (std::size_t i = 0; i < count; ++i) {
-        scratch.asked[scratch.directions.size()] = first + i;
-        scratch.directions.add_if(
-            ((in_image >> i) & 1U) != 0,
-            {block.x[i] - center.x(), block.y[i] - center.y(), block.z[i] - center.z()});
-      }
-    }
-    const std::span<const double> t =
-        scratch.cast(target.scene, scratch.directions.just_beyond(center), trail_);
-    for (std::size_t i = 0; i < t.size(); ++i)
-      if (is_at_point(t[i])) met.flags[scratch.asked[i]] |= target.flag;
-  }
-
-  /// The same of a camera that sees each point from a place of its own.
-  void see_from_lines(const Target& target, MetPoints& met, UnitScratch& scratch) {
-    constexpr std::size_t kBlock = geo::VectorBlock::kVectors;
-    std::vector<world::WorldRay> rays;
-    std::vector<double> offsets_s;
-    for (std::size_t i = 0; i < met.pixels.size(); ++i) {
-      const geo::VectorBlock& block = met.points_world[i / kBlock];
-      const Eigen::Vector3d point(block.x[i % kBlock], block.y[i % kBlock], block.z[i % kBlock]);
-      const std::optional<OpenView::SeenFrom> seen = target.view.that_sees(point);
-      if (!seen) continue;
-      scratch.asked[rays.size()] = i;
-      rays.push_back(ray_just_beyond(seen->origin_world, point));
-      offsets_s.push_back(seen->offset_s);
-    }
-    std::vector<world::SurfaceHit> hits(rays.size());
-    target.scene.intersect(rays, offsets_s, hits, world::Coherence::Coherent, {}, trail_);
-    for (std::size_t i = 0; i < hits.size(); ++i)
-      if (is_at_point(hits[i].t)) met.flags[scratch.asked[i]] |= target.flag;
+    for (const Target& target : targets_)
+      see_moving(target, moving_.at(target.frame), points, offset_s, flags, trail_);
   }
 
   /// Whether a unit and those around it hold both sky and ground, or objects.
@@ -609,35 +439,68 @@ class TruthTracer {
 
   /// Only a pixel beside another object, sky and terrain being one each, can change from one to the
   /// other within a thousandth of a pixel; what is narrower than a pixel and met by no centre has no
-  /// neighbour that tells of it.
+  /// neighbour that tells of it. Nearly all shifted rays meet the same object within kEdgeReach: nothing
+  /// beyond is looked for, unless nothing is met before.
   void mark_edges(int unit, UnitScratch& scratch) {
     static constexpr double kShifts[4][2] = {
         {-kEdgeShift_px, 0.0}, {kEdgeShift_px, 0.0}, {0.0, -kEdgeShift_px}, {0.0, kEdgeShift_px}};
     const double offset_s = offset_of(grid_.unit(unit));
     scratch.view = view_.at(offset_s);
-    scratch.directions.clear(4 * kUnitRays);
-    scratch.origins_world.clear();
-    scratch.pixels.clear();
+    clear_rays(scratch);
     for_each_pixel(grid_.unit(unit), [&](int x, int y) {
-      if (!is_beside_edge(x, y) || std::isnan(truth_.range_m[pixel_index(x, y)])) return;
+      const std::size_t pixel = pixel_index(x, y);
+      if (!is_beside_edge(x, y) || std::isnan(truth_.range_m[pixel])) return;
       for (const auto& shift : kShifts) {
         const Eigen::Vector2d place(x + 0.5 + shift[0], y + 0.5 + shift[1]);
         const Eigen::Vector3d ray = scratch.view.ray_world(place);
         if (!ray.allFinite()) continue;
         scratch.directions.add(ray);
         if (!view_.is_central()) scratch.origins_world.push_back(scratch.view.origin_world(place));
-        scratch.pixels.push_back(pixel_index(x, y));
+        scratch.pixels.push_back(pixel);
+        scratch.t_ends.push_back(kEdgeReach * truth_.range_m[pixel] / ray.norm());
       }
     });
-    const std::size_t num_rays = scratch.directions.size();
+    mark_where_others_are_met(offset_s, scratch);
+    keep_rays_that_met_nothing(scratch);
+    if (scratch.pixels.empty()) return;
+    scratch.t_ends.clear();
+    mark_where_others_are_met(offset_s, scratch);
+  }
+
+  static void clear_rays(UnitScratch& scratch) {
+    scratch.directions.clear(4 * kUnitRays);
+    scratch.origins_world.clear();
+    scratch.pixels.clear();
+    scratch.t_ends.clear();
+  }
+
+  /// Rays that end before they meet something say nothing.
+  void mark_where_others_are_met(double offset_s, UnitScratch& scratch) {
     scratch.intersect(scene_at(frame_), offset_s, trail_, world::SurfaceNeed::Object);
-    for (std::size_t i = 0; i < num_rays; ++i) {
+    for (std::size_t i = 0; i < scratch.hits.size(); ++i) {
       const world::SurfaceHit& hit = scratch.hits[i];
       std::uint64_t shown = kSky;
-      if (!hit.is_sky()) shown = hit.is_ground() ? 0 : scratch.surfaces[i].provenance.instance_id;
+      if (!hit.is_sky())
+        shown = hit.is_ground() ? 0 : scratch.surfaces[i].provenance.instance_id;
+      else if (!scratch.t_ends.empty() && std::isfinite(scratch.t_ends[i]))
+        continue;
       if (shown != shown_at(scratch.pixels[i]))
         truth_.facts.flags.data()[scratch.pixels[i]] |= capture::kEdge;
     }
+  }
+
+  /// Of the rays that have an end.
+  void keep_rays_that_met_nothing(UnitScratch& scratch) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < scratch.hits.size(); ++i) {
+      if (!scratch.hits[i].is_sky() || !std::isfinite(scratch.t_ends[i])) continue;
+      scratch.directions.move(i, kept);
+      if (!scratch.origins_world.empty()) scratch.origins_world[kept] = scratch.origins_world[i];
+      scratch.pixels[kept++] = scratch.pixels[i];
+    }
+    scratch.directions.keep(kept);
+    if (!scratch.origins_world.empty()) scratch.origins_world.resize(kept);
+    scratch.pixels.resize(kept);
   }
 
   const world::RayQuery& query_;
@@ -660,30 +523,6 @@ void trace_truth(const world::RayQuery& query, const MovingBodies& moving, const
                  const ViewTable& views, int frame, int camera, TruthFrame& truth,
                  world::RayTrail* trail, const world::RayQuery* bed) {
   TruthTracer(query, moving, ground, views, frame, camera, truth, trail, bed).trace();
-}
-
-std::vector<std::uint8_t> visible_in_view(const world::Scene& scene, const OpenView& view,
-                                          std::span<const Eigen::Vector3d> points_world) {
-  std::vector<std::uint8_t> is_visible(points_world.size(), 0);
-  core::parallel_for_blocks(
-      static_cast<std::int64_t>(points_world.size()), kUnitRays,
-      [&](std::int64_t begin, std::int64_t end) {
-        std::vector<world::WorldRay> rays;
-        std::vector<double> offsets_s;
-        std::vector<std::size_t> points;
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-          const std::optional<OpenView::SeenFrom> seen = view.that_sees(points_world[i]);
-          if (!seen) continue;
-          rays.push_back(ray_just_beyond(seen->origin_world, points_world[i]));
-          offsets_s.push_back(seen->offset_s);
-          points.push_back(i);
-        }
-        std::vector<world::SurfaceHit> hits(rays.size());
-        scene.intersect(rays, offsets_s, hits, world::Coherence::Incoherent);
-        for (std::size_t i = 0; i < hits.size(); ++i)
-          is_visible[points[i]] = is_at_point(hits[i].t) ? 1 : 0;
-      });
-  return is_visible;
 }
 
 }  // namespace terracast::render

@@ -14,10 +14,6 @@
 
 namespace terracast::render {
 
-/// Two crossings are the same point of the surface when they differ by less than this share of the
-/// distance. The surface's own t is good to 1e-12; a surface in front of the point by less than a
-/// micrometre a kilometre hides nothing.
-inline constexpr double kSamePointRelative = 1e-9;
 /// How far the rays of the edge test stand from the pixel's centre.
 inline constexpr double kEdgeShift_px = 1e-3;
 
@@ -48,11 +44,6 @@ struct TruthFrame {
 void trace_truth(const world::RayQuery& query, const MovingBodies& moving, const Ground& ground,
                  const ViewTable& views, int frame, int camera, TruthFrame& truth,
                  world::RayTrail* trail = nullptr, const world::RayQuery* bed = nullptr);
-
-/// Which of some points of what stands are seen in a view, by ray.
-/// scene   about the time of the view's frame
-std::vector<std::uint8_t> visible_in_view(const world::Scene& scene, const OpenView& view,
-                                          std::span<const Eigen::Vector3d> points_world);
 
 /// The id of a triangle in a capture (capture/channel.h). tile_index below 2^15 - 1.
 inline std::uint32_t primitive_id(const world::SurfaceHit& hit) {

@@ -6,6 +6,7 @@
 
 #include "core/parallel.h"
 #include "render/rig_errors.h"
+#include "render/sight.h"
 
 namespace terracast::render {
 namespace {

@@ -7,7 +7,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "geo/units.h"
-#include "render/ground_truth.h"
+#include "render/sight.h"
 
 namespace terracast::render {
 namespace {
@@ -97,7 +97,7 @@ void grade_candidates(const world::RayQuery& query, const ViewTable& views, std:
     query.intersect(sights, sight_hits, world::Coherence::Incoherent);
     directions.clear();
     for (std::size_t k = 0; k < sights.size(); ++k)
-      if (std::abs(sight_hits[k].t - 1.0) <= kSamePointRelative)
+      if (is_at_point(sight_hits[k].t))
         directions.push_back(sights[k].direction_world.normalized());
     candidate.grade = grade_of(directions);
   }

@@ -86,7 +86,10 @@ LaneMask RayLanes::load(const RayFan& rays, std::uint32_t first_id) {
   std::copy_n(rays.y.data(), kLanes, direction_y);
   std::copy_n(rays.z.data(), kLanes, direction_z);
   std::fill_n(t_min, kLanes, rays.t_min);
-  std::fill_n(t_max, kLanes, rays.t_max);
+  if (rays.t_ends.empty())
+    std::fill_n(t_max, kLanes, rays.t_max);
+  else
+    std::copy_n(rays.t_ends.data(), kLanes, t_max);
   std::iota(id, id + kLanes, first_id);
   return prepare(*this);
 }

@@ -399,6 +399,8 @@ void check_fan(const RayFan& rays) {
   TERRACAST_CHECK(rays.y.size() == rays.size() && rays.z.size() == rays.size(),
                   "a fan with {}, {} and {} components of directions", rays.size(), rays.y.size(),
                   rays.z.size());
+  TERRACAST_CHECK(rays.t_ends.empty() || rays.t_ends.size() == rays.size(),
+                  "a fan with {} rays and {} ends of them", rays.size(), rays.t_ends.size());
 }
 
 /// rays   WorldRays or a RayFan

@@ -16,19 +16,20 @@ struct WorldRay {
   double t_max = std::numeric_limits<double>::infinity();
 };
 
-/// Rays from one point, field by field. The three spans are of one size.
+/// Rays from one point, field by field. The spans are of one size.
 struct RayFan {
   Eigen::Vector3d origin_world;
   std::span<const double> x, y, z;  ///< directions in the world frame, of any length
   double t_min = 0.0;
   double t_max = std::numeric_limits<double>::infinity();
+  std::span<const double> t_ends;  ///< of each ray, in place of t_max; empty: all end at that
 
   std::size_t size() const { return x.size(); }
   WorldRay operator[](std::size_t i) const {
     return {.origin_world = origin_world,
             .direction_world = {x[i], y[i], z[i]},
             .t_min = t_min,
-            .t_max = t_max};
+            .t_max = t_ends.empty() ? t_max : t_ends[i]};
   }
   RayFan subspan(std::size_t first, std::size_t count) const {
     return {.origin_world = origin_world,
@@ -36,7 +37,8 @@ struct RayFan {
             .y = y.subspan(first, count),
             .z = z.subspan(first, count),
             .t_min = t_min,
-            .t_max = t_max};
+            .t_max = t_max,
+            .t_ends = t_ends.empty() ? t_ends : t_ends.subspan(first, count)};
   }
 };
 

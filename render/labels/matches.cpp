@@ -7,8 +7,8 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "render/directions.h"
-#include "render/ground_truth.h"
 #include "render/labels/shown_objects.h"
+#include "render/sight.h"
 #include "world/scene.h"
 
 namespace terracast::render {
@@ -162,7 +162,7 @@ std::vector<std::optional<Match>> Matcher::find(std::span<const ShownPoint> poin
                         world::SurfaceNeed::Object);
         for (std::size_t k = 0; k < hits.size(); ++k) {
           Match& match = *matches[found[k]];
-          match.is_visible = std::abs(hits[k].t - 1.0) <= kSamePointRelative;
+          match.is_visible = is_at_point(hits[k].t);
           if (!match.is_visible && !hits[k].is_sky() && !hits[k].is_ground())
             match.occluder_id = surfaces[k].provenance.instance_id;
         }

@@ -12,6 +12,7 @@
 #include "capture/channel.h"
 #include "capture/labels.h"
 #include "core/instance_id.h"
+#include "render/sight.h"
 #include "tests/render/moving_boxes.h"
 #include "tests/render/plane_flight.h"
 #include "tests/render/published_cameras.h"

@@ -10,6 +10,7 @@
 #include "capture/labels.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "render/sight.h"
 #include "tests/render/scene.h"
 #include "tests/support/test_data.h"
 

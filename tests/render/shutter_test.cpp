@@ -16,6 +16,7 @@
 #include "geo/frames.h"
 #include "render/input_hash.h"
 #include "render/sample_width.h"
+#include "render/sight.h"
 #include "tests/render/plane_flight.h"
 #include "tests/render/scene.h"
 #include "tests/support/expect_error.h"

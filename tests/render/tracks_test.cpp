@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "render/ground_truth.h"
+#include "render/sight.h"
 #include "tests/render/scene.h"
 #include "tests/support/test_data.h"
 
