@@ -103,8 +103,9 @@ class Sky {
   Color global_irradiance_ = Color::Zero();
   Color rayleigh_per_m_ = Color::Zero();  ///< extinction at sea level
   Color mie_per_m_ = Color::Zero();
-  float thick_cosine_ = 0.0f;  ///< of the zenith angle at which thick air's share is 1/e of the horizon's
-  float thick_share_ = 0.0f;   ///< of thick air in the horizon
+  float thick_cosine_ =
+      0.0f;  ///< of the zenith angle at which thick air's share is 1/e of the horizon's
+  float thick_share_ = 0.0f;      ///< of thick air in the horizon
   Color around_ = Color::Zero();  ///< mean radiance of sky and ground, from all sides
   Ambient ambient_;
   std::array<Color, kHorizonEntries> horizon_{};  ///< horizon radiance over the cosine to the sun

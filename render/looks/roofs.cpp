@@ -54,17 +54,21 @@ float streak(const ObjectPlace& place, std::uint64_t question, double period_m) 
 /// 1 in the mean of all houses. Soot and lichen take the red out, more of them on old roofs, on slopes that
 /// turn from the sun, and in runs of rain down the slope; here and there tiles were mended.
 void weather_clay(const ObjectPlace& place, Rgb& color) {
+  // Of its colour a quarter is gone with the sun and the lime of its mortar.
+  const float grey = 0.3f * color.r + 0.6f * color.g + 0.1f * color.b;
+  lay(color, 0.26f, grey, grey, grey);
   const float kiln = object_tint(place, 26) + object_tint(place, 27) - 1.0f;
-  color.r *= 1.0f - 0.10f * kiln;
-  color.g *= 1.0f + 0.20f * kiln;
-  color.b *= 1.0f + 0.34f * kiln;
+  color.r *= 1.0f - 0.09f * kiln;
+  color.g *= 1.0f + 0.18f * kiln;
+  color.b *= 1.0f + 0.30f * kiln;
   const float age = object_tint(place, 25);
   // Of the world's north; half of all roofs turn from it.
   const float shaded = 0.5f * place.normal.y();
   const float runs = 0.6f * streak(place, 41, 0.5) + 0.4f * streak(place, 43, 1.7);
-  const float grime = clamped(0.08f + 0.56f * age * age + (0.10f + 0.24f * age) * (shaded + 0.55f * runs) +
-                                  (0.05f + 0.05f * age) * place.coarse,
-                              0.0f, 0.85f);
+  const float grime =
+      clamped(0.12f + 0.56f * age * age + (0.10f + 0.24f * age) * (shaded + 0.55f * runs) +
+                  (0.05f + 0.05f * age) * place.coarse,
+              0.0f, 0.85f);
   lay(color, grime, 0.142f, 0.121f, 0.100f);
   shade(color, 1.0f + 0.07f * place.coarse + 0.05f * place.fine);
   // A patch of newer tiles in one of 16 cells of 2.4 m x 1.7 m.

@@ -105,9 +105,9 @@ class Clouds final : public Layer {
   static double flock_at(std::uint64_t seed, int cx, int cy) {
     constexpr int kCells = 4;
     const auto corner = [&](int x, int y) {
-      return core::random_between(
-          -1.0, 1.0, core::stream_of(seed, 0x666c6f636b), 0,
-          static_cast<std::uint64_t>(x + (1 << 20)) << 32 | static_cast<std::uint64_t>(y + (1 << 20)));
+      return core::random_between(-1.0, 1.0, core::stream_of(seed, 0x666c6f636b), 0,
+                                  static_cast<std::uint64_t>(x + (1 << 20)) << 32 |
+                                      static_cast<std::uint64_t>(y + (1 << 20)));
     };
     const auto floor_of = [](int cell, int cells) {
       return (cell - (cell < 0 ? cells - 1 : 0)) / cells;
