@@ -220,8 +220,8 @@ TEST(ObjectLooks, RoofsOfClayDifferFromHouseToHouse) {
   EXPECT_GT(spread, 0.08);
   EXPECT_LT(spread, 0.30);
   // Butts of 0.16 of a row take 0.45, joints of 8 in 220 mm take 0.35; then grime on 0.12 + 0.56 / 3, new tiles
-  // on 0.30 / 2 / 16, moss on 0.55 of the mean of what age is above 0.75.
-  // A quarter of the colour is gone.
+  // on 0.30 / 2 / 16, moss on 0.55 of the mean of what age is above 0.75. A quarter of the colour is gone
+  // before.
   const double bare = (1.0 - 0.45 * 0.16) * (1.0 - 0.35 * 0.008 / 0.22);
   const std::array<double, 3> finish = {0.58, 0.35, 0.19}, grime = {0.142, 0.121, 0.100},
                               mended = {0.340, 0.150, 0.085}, moss = {0.090, 0.095, 0.055};
@@ -230,9 +230,10 @@ TEST(ObjectLooks, RoofsOfClayDifferFromHouseToHouse) {
     return under + share * (over - under);
   };
   for (std::size_t k = 0; k < 3; ++k) {
-    const double expected = laid(
-        laid(laid(finish[k] * bare, 0.12 + 0.56 / 3.0, grime[k]), 0.30 / 2.0 / 16.0, mended[k]),
-        0.55 * 0.25 * 0.25 / 2.0, moss[k]);
+    const double bleached = bare * laid(finish[k], 0.26, grey);
+    const double expected =
+        laid(laid(laid(bleached, 0.12 + 0.56 / 3.0, grime[k]), 0.30 / 2.0 / 16.0, mended[k]),
+             0.55 * 0.25 * 0.25 / 2.0, moss[k]);
     // Brightness of houses varies by 0.115, which 400 average out to 0.6 %; 3 of those, and as much for places.
     EXPECT_NEAR(mean[k], expected, 0.03 * expected) << k;
   }
