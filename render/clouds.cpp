@@ -33,6 +33,15 @@ constexpr double kNearShadow = 4.5;
 constexpr int kNearSteps = 3;
 constexpr double kCloseStep = 2.0;
 
+/// Optical depths up and down through a volume are kept on cells of so many voxels a side.
+constexpr int kColumnCell = 4;
+
+/// Share of light from all sides of a half space that comes through a depth of cloud: two streams,
+/// up and down (Bohren 1987).
+float diffuse_transmittance(float depth, float mean_cosine) {
+  return 1.0f / (1.0f + 0.75f * (1.0f - mean_cosine) * depth);
+}
+
 float phase_of(float cosine, float mean_cosine) {
   const float squared = mean_cosine * mean_cosine;
   const float below = 1.0f + squared - 2.0f * mean_cosine * cosine;
@@ -108,9 +117,55 @@ struct Clouds::Blocks {
   }
 };
 
+/// How much of a volume lies straight above and below its places, in voxels of density 1.
+struct Clouds::Columns {
+  Eigen::Vector3i size = Eigen::Vector3i::Zero();
+  std::vector<float> above;
+  std::vector<float> below;
+
+  explicit Columns(const world::Volume& volume) {
+    size = (volume.size.array() + kColumnCell - 1) / kColumnCell;
+    const auto layer = static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y());
+    const auto num_layers = static_cast<std::size_t>(size.z());
+    std::vector<std::uint32_t> sums(layer * num_layers);
+    for (int z = 0; z < volume.size.z(); ++z)
+      for (int y = 0; y < volume.size.y(); ++y)
+        for (int x = 0; x < volume.size.x(); ++x)
+          sums[index(x / kColumnCell, y / kColumnCell, z / kColumnCell)] +=
+              volume.density[volume.index(x, y, z)];
+    above.resize(sums.size());
+    below.resize(sums.size());
+    // A cell's own half lies on each side of its middle.
+    constexpr float kScale = 1.0f / (255.0f * kColumnCell * kColumnCell);
+    for (std::size_t column = 0; column < layer; ++column) {
+      float sum = 0.0f;
+      for (std::size_t z = 0; z < num_layers; ++z) {
+        const float own = kScale * static_cast<float>(sums[z * layer + column]);
+        below[z * layer + column] = sum + 0.5f * own;
+        sum += own;
+      }
+      for (std::size_t z = 0; z < num_layers; ++z)
+        above[z * layer + column] = sum - below[z * layer + column];
+    }
+  }
+  std::size_t index(int x, int y, int z) const {
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size.y()) +
+            static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(size.x()) +
+           static_cast<std::size_t>(x);
+  }
+  float at(const std::vector<float>& columns, const Eigen::Vector3d& at_voxels) const {
+    const Eigen::Vector3d cells = ((at_voxels.array() + 0.5) / kColumnCell - 0.5)
+                                      .max(0.0)
+                                      .min(size.cast<double>().array() - 1.0);
+    return trilinear(cells, size, [&](int x, int y, int z) { return columns[index(x, y, z)]; });
+  }
+};
+
 struct Clouds::Placed {
   const world::Volume* volume = nullptr;
   const Blocks* blocks = nullptr;
+  const Columns* columns = nullptr;
   world::VolumePlace place;
   Eigen::Affine3d voxels_from_world;  ///< voxel centres at whole numbers
   double voxel_m = 0.0;               ///< in the world
@@ -229,12 +284,16 @@ Clouds::Clouds(std::vector<world::Volume> volumes, const std::vector<world::Volu
 void Clouds::place(const std::vector<world::VolumePlace>& places, const geo::WorldFrame& frame) {
   std::vector<geo::Box3d> boxes;
   std::vector<std::unique_ptr<Placed>> given;
-  for (const world::Volume& volume : volumes_) blocks_.push_back(std::make_unique<Blocks>(volume));
+  for (const world::Volume& volume : volumes_) {
+    blocks_.push_back(std::make_unique<Blocks>(volume));
+    columns_.push_back(std::make_unique<Columns>(volume));
+  }
   for (const world::VolumePlace& one : places) {
     auto placed = std::make_unique<Placed>();
     placed->volume = &volumes_[static_cast<std::size_t>(one.volume)];
     placed->blocks = blocks_[static_cast<std::size_t>(one.volume)].get();
     placed->place = one;
+    placed->columns = columns_[static_cast<std::size_t>(one.volume)].get();
     const world::Volume& volume = *placed->volume;
     placed->voxel_m = volume.voxel_m * one.scale;
     const Eigen::Matrix3d world_from_volume =
@@ -342,7 +401,9 @@ Clouds::Seen Clouds::look(const Eigen::Vector3d& origin_world,
     const double step_m = placed.voxel_m * std::clamp(width_m / placed.voxel_m, 1.0, kLongestStep);
     const bool is_close = step_m < kCloseStep * placed.voxel_m;
     const auto albedo = static_cast<float>(placed.place.albedo);
-    const float height = 1.0f / static_cast<float>(placed.volume->size.z());
+    const auto column_depth =
+        static_cast<float>(placed.voxel_m * placed.place.extinction_per_m);  // of a voxel
+    const auto anisotropy = static_cast<float>(placed.place.anisotropy);
     for (double t = one.from_m; t < one.until_m; t += step_m) {
       const double length_m = std::min(step_m, one.until_m - t);
       const double middle_m = t + jitter * length_m;
@@ -362,10 +423,13 @@ Clouds::Seen Clouds::look(const Eigen::Vector3d& origin_world,
         scattered += phase * std::exp(-through);
         through *= kOrderDepth;
       }
-      const float above = std::clamp(static_cast<float>(here.z()) * height, 0.0f, 1.0f);
-      const Color source =
-          albedo * (scattered * sky.sun_irradiance() + (0.15f + 0.85f * above) * from_above +
-                    (1.0f - 0.5f * above) * from_below);
+      const Columns& columns = *placed.columns;
+      const float open_above =
+          diffuse_transmittance(column_depth * columns.at(columns.above, here), anisotropy);
+      const float open_below =
+          diffuse_transmittance(column_depth * columns.at(columns.below, here), anisotropy);
+      const Color source = albedo * (scattered * sky.sun_irradiance() + open_above * from_above +
+                                     open_below * from_below);
       const float kept = std::exp(-extinction * static_cast<float>(length_m));
       const float taken = seen.transmittance * (1.0f - kept);
       seen.radiance += taken * source;

@@ -25,7 +25,7 @@ namespace terracast::render {
 /// same volume lies toward it, scattered by Henyey and Greenstein's phase function; orders of scattering
 /// above the first as Wrenninge, Kulla and Lundqvist (2013) sum them up: the n-th octave weaker by
 /// 0.8^n, through 0.5^n of the optical depth, about 0.5^n of the mean cosine. To this comes the light of the sky
-/// and the ground. Where two volumes lie in each other the one whose box a ray comes to first counts as
+/// and the ground, weakened as two streams are by what lies straight above and below (Bohren 1987). Where two volumes lie in each other the one whose box a ray comes to first counts as
 /// being in front.
 ///
 /// threads   safe
@@ -68,6 +68,7 @@ class Clouds {
 
  private:
   struct Blocks;
+  struct Columns;
   struct Placed;
   struct Interval {
     double from_m;
@@ -81,6 +82,7 @@ class Clouds {
   Eigen::Vector3d sun_world_ = Eigen::Vector3d::UnitZ();
   std::vector<world::Volume> volumes_;
   std::vector<std::unique_ptr<Blocks>> blocks_;  ///< of volumes
+  std::vector<std::unique_ptr<Columns>> columns_;
   std::vector<std::unique_ptr<Placed>> placed_;  ///< by leaf of the tree
   world::BoxTree tree_;
 };

@@ -143,14 +143,19 @@ Parcel parcel_of(const world::FieldPattern::Place& field, float footprint, bool 
 
 /// Meadows and pastures: grown, mown, made into hay, eaten short; each in swaths of its mower.
 Rgb meadow_of(const world::FieldPattern::Place& holding, float footprint_m) {
-  static constexpr Rgb kStates[6] = {{0.086f, 0.120f, 0.034f}, {0.104f, 0.128f, 0.042f},
-                                     {0.150f, 0.152f, 0.062f}, {0.094f, 0.114f, 0.036f},
-                                     {0.120f, 0.140f, 0.044f}, {0.078f, 0.106f, 0.032f}};
+  static constexpr Rgb kStates[6] = {{0.072f, 0.116f, 0.030f}, {0.112f, 0.128f, 0.044f},
+                                     {0.186f, 0.172f, 0.078f}, {0.080f, 0.104f, 0.036f},
+                                     {0.122f, 0.150f, 0.046f}, {0.062f, 0.092f, 0.028f}};
   Rgb color = kStates[holding.key % 6];
   shade(color, 0.90f + 0.20f * static_cast<float>((holding.key >> 8) & 255u) / 255.0f);
   const double swath = share_of_bars(holding.across_m, static_cast<double>(footprint_m), 3.0, 6.0);
   const float mown = holding.key % 6 == 2 || holding.key % 6 == 4 ? 0.16f : 0.04f;
   shade(color, 1.0f + mown * (static_cast<float>(swath) - 0.5f));
+  // Along fences and ditches nobody mows: 1.5 m to each side, thinned to its share of the footprint.
+  const float reach = larger(1.5f, footprint_m);
+  const float verge =
+      (1.5f / reach) * step_up(reach - static_cast<float>(holding.edge_m), 0.5f * reach);
+  lay(color, 0.7f * verge, 0.062f, 0.082f, 0.030f);
   return color;
 }
 
@@ -287,6 +292,12 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const D
     const float nearness = 1.0f - smaller(absolute(d.cracks.value[i]) * 6.0f, 1.0f);
     shade(rock, 1.0f - 0.45f * open * nearness);
     lay(rock, 0.35f * ramp(d.coarse.value[i] - 0.3f), 0.140f, 0.150f, 0.105f);
+    // Grass on ledges, which follow the layers: less where it is steeper, none high above the trees.
+    const float ledge = step_up(0.7f * d.strata.value[i] + 0.45f * patch + 0.30f * clump +
+                                    6.0f * (0.72f - g.steepness[i]) - 0.45f,
+                                0.25f + 0.7f * d.strata.left_out[i] + 0.3f * c.clump.left_out[i]);
+    lay(rock, 0.8f * ledge * (1.0f - ramp((g.height_m[i] - tree_line_m - 100.0f) / 500.0f)), 0.092f,
+        0.104f, 0.044f);
     lay(color, c.rock[i], rock);
 
     // Grain of every scale, stones that stand out, less on snow.

@@ -219,7 +219,7 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
   for (int i = 0; i < kLanes; ++i) {
     const float hard = larger(c.rock[i], 0.8f * c.scree[i]);
     const float soft = larger(c.snow[i], c.sand[i]);
-    relief[i] = (0.10f + 0.13f * hard) * (1.0f - 0.55f * soft) * (1.0f - 0.75f * c.built[i]);
+    relief[i] = (0.10f + 0.08f * hard) * (1.0f - 0.55f * soft) * (1.0f - 0.75f * c.built[i]);
     if (g.is_painted[i] != 0)
       relief[i] = relief_of(g.paint[static_cast<std::size_t>(i)].coating.paving);
     relief_below[i] = 4.0f * g.spacing_m[i];

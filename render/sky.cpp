@@ -23,12 +23,13 @@ constexpr double kMieExponent = -1.3;  // Angstrom's, of continental haze
 // The sun outside the air: 128 klx; its colour against D65.
 constexpr double kExtraterrestrial_klx[3] = {135.0, 127.0, 118.0};
 constexpr double kGroundAlbedo = 0.15;
-// Towards the horizon so much of the sky is air so thick that what it scatters has the sun's colour again;
-// the share falls to 1/e at this cosine of the zenith angle.
-constexpr float kThickShare = 0.6f;
-constexpr float kThickCosine = 0.09f;
-/// Of that air against Perez' horizon, whose pole is cut off.
-constexpr float kThickLuminance = 1.25f;
+// Towards the horizon so much of the sky is air without end; the share falls to 1/e at a cosine of the
+// zenith angle of so many vertical optical depths.
+constexpr float kThickShare = 0.85f;
+constexpr double kThickCosinePerDepth = 0.57;
+// Haze: mean cosine of its scattering, and the share of light that it does not absorb.
+constexpr float kHazeCosine = 0.76f;
+constexpr float kHazeAlbedo = 0.95f;
 
 double relative_to_550nm(int channel, double exponent) {
   return std::pow(kWavelength_um[channel] / 0.550, exponent);
@@ -189,18 +190,43 @@ Sky::Sky(const Daylight& daylight)
         static_cast<float>(shown * kExtraterrestrial_klx[channel] * std::exp(-air_mass * depth));
   }
 
+  const double depth = kRayleighPer_m * kRayleighHeight_m + mie * kMieHeight_m;
+  thick_cosine_ = static_cast<float>(kThickCosinePerDepth * depth);
+  // Air glows by the light of the sky above it; the sky's horizon then by that of the air.
+  const Ambient first = light_around();
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float sign : {-1.0f, 1.0f})
+      around_ += first.irradiance(sign * Eigen::Vector3f::Unit(axis)) *
+                 static_cast<float>(1.0 / (6.0 * kPi));
+  // A sun below the horizon lights the high air alone, which stays as the formula has it.
+  thick_share_ = is_night() ? 0.0f : kThickShare;
   for (int i = 0; i < kHorizonEntries; ++i) {
     const float cos_sun = 2.0f * static_cast<float>(i) / (kHorizonEntries - 1) - 1.0f;
     horizon_[static_cast<std::size_t>(i)] = perez(0.0f, cos_sun);
   }
+  ambient_ = light_around();
+}
+
+Ambient Sky::light_around() {
   const auto above_ground = [this](const Color& ground_radiance) {
     return Ambient([this, ground_radiance](const Eigen::Vector3f& direction) -> Color {
       return direction.dot(up_) >= 0.0f ? radiance(direction) : ground_radiance;
     });
   };
-  const Color level = sun_irradiance_ * static_cast<float>(std::max(sin_elevation, 0.0));
+  const Color level = sun_irradiance_ * std::max(sun_.dot(up_), 0.0f);
   global_irradiance_ = level + above_ground(Color::Zero()).irradiance(up_);
-  ambient_ = above_ground(global_irradiance_ * static_cast<float>(kGroundAlbedo / kPi));
+  return above_ground(global_irradiance_ * static_cast<float>(kGroundAlbedo / kPi));
+}
+
+Color Sky::air_glow(float cos_sun) const {
+  constexpr auto kPi4 = static_cast<float>(4.0 * kPi);
+  const float molecules = 0.75f * (1.0f + cos_sun * cos_sun) / kPi4;
+  const float below = 1.0f + kHazeCosine * kHazeCosine - 2.0f * kHazeCosine * cos_sun;
+  const float haze = (1.0f - kHazeCosine * kHazeCosine) / (kPi4 * below * std::sqrt(below));
+  const Color by_haze = kHazeAlbedo * mie_per_m_;
+  return ((rayleigh_per_m_ * molecules + by_haze * haze) * sun_irradiance_ +
+          (rayleigh_per_m_ + by_haze) * around_) /
+         (rayleigh_per_m_ + mie_per_m_);
 }
 
 Color Sky::perez(float cos_zenith, float cos_sun) const {
@@ -214,12 +240,9 @@ Color Sky::perez(float cos_zenith, float cos_sun) const {
         zenith_over_norm_[k] *
         perez_function(coefficients_[k], std::max(cos_zenith, least_cosine[k]), angle, cos_sun);
   Color color = linear_srgb_from_xyy(value[1], value[2], value[0]);
-  // A sun below the horizon lights the high air alone, which stays as the formula has it.
-  if (!is_night()) {
-    const float thick = kThickShare * std::exp(-std::max(cos_zenith, 0.0f) / kThickCosine);
-    const Color lit =
-        sun_irradiance_ * (kThickLuminance * value[0] / luminance_of(sun_irradiance_));
-    color += thick * (lit - color);
+  if (thick_share_ > 0.0f) {
+    const float thick = thick_share_ * std::exp(-std::max(cos_zenith, 0.0f) / thick_cosine_);
+    color += thick * (air_glow(cos_sun) - color);
   }
   return color * twilight_;
 }

@@ -47,7 +47,8 @@ struct AirPath {
 /// A clear sky. Sky: the all-weather formula of Perez with the coefficients of Preetham, Shirley
 /// and Smits (1999) for its turbidity. Sun: the extraterrestrial sun behind Rayleigh's and
 /// Ångström's extinction along Kasten's air mass. Air: Rayleigh and Mie extinction with exponential
-/// heights, in closed form, glowing as the horizon does in that direction. Threads: safe.
+/// heights, in closed form, glowing as the horizon does in that direction; the horizon glows as air
+/// without end does (air_glow). Threads: safe.
 class Sky {
  public:
   explicit Sky(const Daylight& daylight);
@@ -73,12 +74,21 @@ class Sky {
   /// Of a level plane: sun and sky.
   const Color& global_irradiance() const { return global_irradiance_; }
 
+  /// Radiance of air so thick that nothing is seen through it: in each channel the mean of what
+  /// molecules and haze scatter, weighted by their extinction. Molecules scatter the sun by
+  /// Rayleigh's phase function, haze by Henyey and Greenstein's of mean cosine 0.76 and albedo 0.95;
+  /// to this come once more sky and ground from all sides. Blue is scattered most, and lost most, so
+  /// that such air is a bluish white.
+  Color air_glow(float cos_sun) const;
+
   /// Air along a straight path; the height above sea level is taken as linear along it.
   /// cos_sun   cosine of the angle between the line of sight and the sun
   AirPath air(float distance_m, float from_height_m, float to_height_m, float cos_sun) const;
 
  private:
   Color perez(float cos_zenith, float cos_sun) const;
+  /// Light of sky and sunlit ground, the sky as it is so far.
+  Ambient light_around();
 
   static constexpr int kHorizonEntries = 129;
 
@@ -93,6 +103,10 @@ class Sky {
   Color global_irradiance_ = Color::Zero();
   Color rayleigh_per_m_ = Color::Zero();  ///< extinction at sea level
   Color mie_per_m_ = Color::Zero();
+  float thick_cosine_ =
+      0.0f;  ///< of the zenith angle at which thick air's share is 1/e of the horizon's
+  float thick_share_ = 0.0f;      ///< of thick air in the horizon
+  Color around_ = Color::Zero();  ///< mean radiance of sky and ground, from all sides
   Ambient ambient_;
   std::array<Color, kHorizonEntries> horizon_{};  ///< horizon radiance over the cosine to the sun
 };

@@ -33,9 +33,9 @@ CrownPlace crown_place(const ObjectPlace& place) {
 void tint_plant(const ObjectPlace& place, Rgb& color) {
   const float light = (static_cast<float>(place.variety & 15u) - 7.5f) / 7.5f;
   const float warm = (static_cast<float>(place.variety >> 4) - 7.5f) / 7.5f;
-  shade(color, 1.0f + 0.13f * light);
-  color.r *= 1.0f + 0.09f * warm;
-  color.b *= 1.0f - 0.08f * warm;
+  shade(color, 1.0f + 0.20f * light);
+  color.r *= 1.0f + 0.16f * warm;
+  color.b *= 1.0f - 0.12f * warm;
 }
 
 void look_at_leaves(const ObjectPlace& place, ObjectLook& look) {

@@ -40,6 +40,47 @@ void grow_moss(const ObjectPlace& place, float most, Rgb& color) {
   lay(color, most * patch, 0.090f, 0.095f, 0.055f);
 }
 
+/// A number of -1 … 1 along u, linear between lines of a period; its mean where a sample is wider.
+float streak(const ObjectPlace& place, std::uint64_t question, double period_m) {
+  const double line = place.u_m / period_m;
+  const double low = std::floor(line);
+  const float first = cell_tint(place.seed ^ question, low, 1.0);
+  const float second = cell_tint(place.seed ^ question, low + 1.0, 1.0);
+  const float value = first + static_cast<float>(line - low) * (second - first);
+  return told(place.footprint_m, 2.0f * static_cast<float>(period_m)) * (2.0f * value - 1.0f);
+}
+
+/// What clay was fired to and what years make of it. Kilns differ from deep red to straw: gains that are
+/// 1 in the mean of all houses. Soot and lichen take the red out, more of them on old roofs, on slopes that
+/// turn from the sun, and in runs of rain down the slope; here and there tiles were mended.
+void weather_clay(const ObjectPlace& place, Rgb& color) {
+  // Of its colour a quarter is gone with the sun and the lime of its mortar.
+  const float grey = 0.3f * color.r + 0.6f * color.g + 0.1f * color.b;
+  lay(color, 0.26f, grey, grey, grey);
+  const float kiln = object_tint(place, 26) + object_tint(place, 27) - 1.0f;
+  color.r *= 1.0f - 0.09f * kiln;
+  color.g *= 1.0f + 0.18f * kiln;
+  color.b *= 1.0f + 0.30f * kiln;
+  const float age = object_tint(place, 25);
+  // Of the world's north; half of all roofs turn from it.
+  const float shaded = 0.5f * place.normal.y();
+  const float runs = 0.6f * streak(place, 41, 0.5) + 0.4f * streak(place, 43, 1.7);
+  const float grime =
+      clamped(0.12f + 0.56f * age * age + (0.10f + 0.24f * age) * (shaded + 0.55f * runs) +
+                  (0.05f + 0.05f * age) * place.coarse,
+              0.0f, 0.85f);
+  lay(color, grime, 0.142f, 0.121f, 0.100f);
+  shade(color, 1.0f + 0.07f * place.coarse + 0.05f * place.fine);
+  // A patch of newer tiles in one of 16 cells of 2.4 m x 1.7 m.
+  constexpr float kMended = 1.0f / 16.0f;
+  const float mended =
+      cell_tint(place.seed ^ 45, std::floor(place.u_m / 2.4), std::floor(place.v_m / 1.7)) < kMended
+          ? 1.0f
+          : 0.0f;
+  const float share = 0.30f * age * faded(mended, kMended, told(place.footprint_m, 2.0f));
+  lay(color, share, 0.340f, 0.150f, 0.085f);
+}
+
 void look_at_flat_roof(const ObjectPlace& place, Rgb& color, ObjectLook& look) {
   const auto width_m = static_cast<double>(place.footprint_m);
   const float kind = object_tint(place, 22);
@@ -57,9 +98,9 @@ void look_at_flat_roof(const ObjectPlace& place, Rgb& color, ObjectLook& look) {
     const double lap = share_of_bars(place.u_m, width_m, 0.06, 1.0);
     shade(color, 1.0f - 0.30f * static_cast<float>(lap));
   } else {
-    // Sown with stonecrop.
-    lay(color, 0.80f, 0.105f, 0.110f, 0.055f);
-    lay(color, ramp(0.5f * place.coarse + 0.2f), 0.140f, 0.095f, 0.060f);
+    // Sown with stonecrop, red where it is dry.
+    lay(color, 0.80f, 0.092f, 0.108f, 0.046f);
+    lay(color, 0.5f * ramp(0.5f * place.coarse + 0.1f), 0.140f, 0.100f, 0.060f);
     shade(color, clamped(1.0f + 0.12f * place.fine, 0.5f, 1.5f));
   }
   // Where water stands after rain.
@@ -97,6 +138,9 @@ void look_at_metal_roof(const ObjectPlace& place, Rgb& color, ObjectLook& look) 
   shade(color,
         1.0f + 0.10f * told(place.footprint_m, 1.0f) * (cell_tint(place.seed, sheet, 4.0) - 0.5f));
   shade(color, 1.0f + 0.06f * place.coarse + 0.03f * place.fine);
+  // Dirt that rain has washed down, more on old ones.
+  shade(color, 1.0f + (0.05f + 0.14f * object_tint(place, 28)) *
+                          (0.5f * streak(place, 47, 0.8) + 0.5f * streak(place, 49, 4.0)));
   const double seam = share_of_bars(place.u_m, width_m, 0.03, kSeam_m);
   const double shadow = share_of_bars(place.u_m - 0.03, width_m, 0.04, kSeam_m);
   shade(color, 1.0f + 0.15f * static_cast<float>(seam) - 0.35f * static_cast<float>(shadow));
@@ -128,9 +172,7 @@ void look_at_roof(const ObjectPlace& place, ObjectLook& look) {
       lay_tiles(place,
                 {.wide_m = 0.22, .row_m = 0.34, .tone = 0.20f, .bulge = 0.35f, .shadow = 0.16f},
                 color, look);
-      shade(color, 1.0f + 0.07f * place.coarse + 0.05f * place.fine);
-      // Soot and lichen of years take the red out of clay.
-      lay(color, 0.12f + 0.42f * object_tint(place, 25), 0.165f, 0.132f, 0.105f);
+      weather_clay(place, color);
       grow_moss(place, 0.55f, color);
       look.openness = 0.95f;
       break;

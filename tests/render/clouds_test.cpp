@@ -200,6 +200,43 @@ TEST(Clouds, ThinOnesScatterOnceByTheirPhaseFunction) {
   EXPECT_NEAR(static_cast<double>(bright.radiance[1] - dark.radiance[1]) / expected, 1.0, 0.01);
 }
 
+TEST(Clouds, SkyAndGroundLightThemByTwoStreams) {
+  // At night only sky and ground give light. A level slab, 40 voxels of 5 m thick, so wide that one sees no
+  // sides, seen straight from above and from below: the light that comes to the eye from each depth, summed in
+  // closed form's place by 4000 thin layers.
+  const Eigen::Vector3d sun = Eigen::Vector3d(1.0, 0.0, -0.04).normalized();
+  const Sky sky = sky_of(sun);
+  ASSERT_TRUE(sky.is_night());
+  constexpr double kExtinction_per_m = 0.02, kThick_m = 200.0, kAlbedo = 0.95, kCosine = 0.8;
+  const Clouds clouds = clouds_of(
+      box({80, 80, 40}, 5.0),
+      {.extinction_per_m = kExtinction_per_m, .albedo = kAlbedo, .anisotropy = kCosine}, sun);
+  const auto through = [](double depth) { return 1.0 / (1.0 + 0.75 * (1.0 - kCosine) * depth); };
+  for (const double side : {1.0, -1.0}) {
+    const auto seen =
+        clouds.look(side * 500.0 * Eigen::Vector3d::UnitZ(), -side * Eigen::Vector3d::UnitZ(), 1e9,
+                    {.angle_rad = 1e-3}, 0.5, sky);
+    for (int k = 0; k < 3; ++k) {
+      const double from_sky =
+          0.5 / kPi * static_cast<double>(sky.ambient().irradiance(Eigen::Vector3f::UnitZ())[k]);
+      const double from_ground =
+          0.5 / kPi * static_cast<double>(sky.ambient().irradiance(-Eigen::Vector3f::UnitZ())[k]);
+      double expected = 0.0;
+      constexpr int kLayers = 4000;
+      const double whole = kExtinction_per_m * kThick_m;
+      for (int i = 0; i < kLayers; ++i) {
+        const double before = whole * (i + 0.5) / kLayers;
+        const double above = side > 0.0 ? before : whole - before;
+        expected += kAlbedo * std::exp(-before) * (whole / kLayers) *
+                    (from_sky * through(above) + from_ground * through(whole - above));
+      }
+      // Depths stand on cells of 4 voxels, 0.4 of depth each: at the faces they end half a cell inside,
+      // 0.2 of depth, which is 3 % of the light.
+      EXPECT_NEAR(static_cast<double>(seen.radiance[k]), expected, 0.03 * expected) << side;
+    }
+  }
+}
+
 TEST(Volumes, OfAStoreAreThoseThatWereWrittenOrRefused) {
   const test::ScratchFolder folder;
   world::Volume volume = sphere(50.0, 7.0);

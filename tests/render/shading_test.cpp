@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -24,6 +25,22 @@ Eigen::Vector3f direction_of(double azimuth, double elevation) {
   return {static_cast<float>(std::cos(elevation) * std::cos(azimuth)),
           static_cast<float>(std::cos(elevation) * std::sin(azimuth)),
           static_cast<float>(std::sin(elevation))};
+}
+
+/// Of sky and of ground that sends back 0.15, over all directions.
+std::array<double, 3> mean_radiance(const Sky& sky) {
+  std::array<double, 3> mean{};
+  constexpr int kRings = 200, kSectors = 40;
+  for (int ring = 0; ring < kRings; ++ring)
+    for (int sector = 0; sector < kSectors; ++sector) {
+      const double z = 2.0 * (ring + 0.5) / kRings - 1.0;
+      const Color seen =
+          z > 0.0 ? sky.radiance(direction_of(2.0 * kPi * (sector + 0.5) / kSectors, std::asin(z)))
+                  : Color(sky.global_irradiance() * static_cast<float>(0.15 / kPi));
+      for (std::size_t k = 0; k < 3; ++k)
+        mean[k] += static_cast<double>(seen[static_cast<int>(k)]) / (kRings * kSectors);
+    }
+  return mean;
 }
 
 TEST(Shading, WhiteFurnaceGivesOne) {
@@ -122,6 +139,69 @@ TEST(Sky, FarGroundBecomesTheHorizon) {
     const Color horizon = sky.radiance(level);
     for (int k = 0; k < 3; ++k)
       EXPECT_NEAR(far[k] / horizon[k], 1.0f, 0.02f);  // table of 129 cosines
+  }
+}
+
+// Air without end glows by its own scattering alone: sunlight by the phase functions of Rayleigh and of Henyey
+// and Greenstein, and the mean radiance of sky and ground, here by a sum over directions.
+TEST(Sky, AirWithoutEndGlowsAsItScatters) {
+  for (const double elevation_deg : {15.0, 50.0}) {
+    for (const double visibility_m : {150e3, 60e3, 15e3}) {
+      const Sky sky(daylight(elevation_deg, visibility_m));
+      const double wavelength_um[3] = {0.610, 0.550, 0.465};
+      const std::array<double, 3> around = mean_radiance(sky);
+      const double cosine = std::cos(geo::radians_from_degrees(elevation_deg));
+      for (const double azimuth : {0.0, 1.0, 2.0, kPi}) {
+        const double cos_sun = cosine * std::cos(azimuth);
+        const Color glow = sky.air_glow(static_cast<float>(cos_sun));
+        const Color other = sky.air_glow(static_cast<float>(-cosine));
+        double seen[2][3];
+        for (int k = 0; k < 3; ++k) {
+          const double molecules = 1.16e-5 * std::pow(wavelength_um[k] / 0.550, -4.08);
+          const double haze =
+              (3.912 / visibility_m - 1.16e-5) * std::pow(wavelength_um[k] / 0.550, -1.3);
+          int row = 0;
+          for (const double c : {cos_sun, -cosine}) {
+            const double rayleigh = 3.0 / (16.0 * kPi) * (1.0 + c * c);
+            const double mie = (1.0 - 0.76 * 0.76) /
+                               (4.0 * kPi * std::pow(1.0 + 0.76 * 0.76 - 2.0 * 0.76 * c, 1.5));
+            seen[row++][k] = static_cast<double>(sky.sun_irradiance()[k]) *
+                             (molecules * rayleigh + 0.95 * haze * mie) / (molecules + haze);
+          }
+        }
+        // The sky's horizon, a tenth of all directions, has the glow in it, which has not: it is so much brighter
+        // or darker than Perez' by a third at most.
+        for (int k = 0; k < 3; ++k) {
+          const double molecules = 1.16e-5 * std::pow(wavelength_um[k] / 0.550, -4.08);
+          const double haze =
+              (3.912 / visibility_m - 1.16e-5) * std::pow(wavelength_um[k] / 0.550, -1.3);
+          const double share = (molecules + 0.95 * haze) / (molecules + haze);
+          const double expected = seen[0][k] + share * around[static_cast<std::size_t>(k)];
+          EXPECT_NEAR(static_cast<double>(glow[k]), expected, 0.05 * expected);
+        }
+        // The light from all sides, the same in every direction, cancels in the difference.
+        for (int k = 0; k < 3; ++k)
+          EXPECT_NEAR(static_cast<double>(glow[k] - other[k]), seen[0][k] - seen[1][k],
+                      1e-4 * static_cast<double>(glow[k]));
+      }
+    }
+  }
+}
+
+// Photographs of hazy days show distant land going to a bluish white, not to a brown: against what is white in
+// the light of the day, blue is the strongest channel at the horizon across from the sun, red the weakest.
+TEST(Sky, TheHorizonIsABluishWhite) {
+  for (const double elevation_deg : {30.0, 50.0, 70.0}) {
+    for (const double visibility_m : {150e3, 60e3, 30e3, 15e3}) {
+      const Sky sky(daylight(elevation_deg, visibility_m));
+      for (const double azimuth : {0.5 * kPi, 0.75 * kPi, kPi}) {
+        const Color horizon = sky.radiance(direction_of(azimuth, 0.0)) / sky.global_irradiance();
+        EXPECT_LT(horizon[0], horizon[1]) << elevation_deg << ", " << visibility_m;
+        EXPECT_LT(horizon[1], horizon[2]) << elevation_deg << ", " << visibility_m;
+        // White rather than blue: what is blue is the sky above.
+        EXPECT_LT(horizon[2], 1.6f * horizon[0]) << elevation_deg << ", " << visibility_m;
+      }
+    }
   }
 }
 

@@ -141,13 +141,16 @@ world::Volume make_cumulus(std::uint64_t seed, int number) {
     if (inside_m < -170.0) return 0.0;
     const double wisps = octaves(noise, at + Eigen::Vector3d(900.0, 0.0, 0.0), 90.0, 4, false);
     double edge_m = inside_m;
-    if (inside_m < 220.0) edge_m += 100.0 * octaves(noise, at, 260.0, 5, true, 0.62) + 24.0 * wisps;
-    // The base lies where air that rises begins to condense.
-    const double base = smooth_step((at.z() + 12.0 * wisps + 10.0) / 30.0);
+    if (inside_m < 220.0) edge_m += 115.0 * octaves(noise, at, 260.0, 5, true, 0.74) + 26.0 * wisps;
+    // The base lies where air that rises begins to condense: lower where it is moister.
+    const double lumps =
+        at.z() < 90.0 ? octaves(noise, {at.x(), at.y() + 700.0, 0.5 * at.z()}, 150.0, 4, true, 0.65)
+                      : 0.0;
+    const double base = smooth_step((at.z() + 26.0 * lumps + 14.0 * wisps + 4.0) / 26.0);
     // Nothing reaches the volume's sides.
     const double side = smooth_step((940.0 - at.head<2>().cwiseAbs().maxCoeff()) / 120.0) *
                         smooth_step((1060.0 - at.z()) / 120.0);
-    return smooth_step(edge_m / 36.0) * base * side * (0.7 + 0.3 * smooth_step(at.z() / 500.0));
+    return smooth_step(edge_m / 24.0) * base * side * (0.7 + 0.3 * smooth_step(at.z() / 500.0));
   });
   return volume;
 }

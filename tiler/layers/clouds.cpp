@@ -22,7 +22,7 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 
-constexpr int kVersion = 2;
+constexpr int kVersion = 3;
 constexpr int kNumCumuli = 6;
 /// A cumulus in each such cell, where there is one.
 constexpr double kCellOfCumulus_m = 2100.0;
@@ -101,6 +101,26 @@ class Clouds final : public Layer {
             .anisotropy = options_.anisotropy};
   }
 
+  /// -1 … 1, about 0 in the mean, over cells of 8 km, linear between their corners.
+  static double flock_at(std::uint64_t seed, int cx, int cy) {
+    constexpr int kCells = 4;
+    const auto corner = [&](int x, int y) {
+      return core::random_between(-1.0, 1.0, core::stream_of(seed, 0x666c6f636b), 0,
+                                  static_cast<std::uint64_t>(x + (1 << 20)) << 32 |
+                                      static_cast<std::uint64_t>(y + (1 << 20)));
+    };
+    const auto floor_of = [](int cell, int cells) {
+      return (cell - (cell < 0 ? cells - 1 : 0)) / cells;
+    };
+    const int x = floor_of(cx, kCells);
+    const int y = floor_of(cy, kCells);
+    const double tx = static_cast<double>(cx - x * kCells) / kCells;
+    const double ty = static_cast<double>(cy - y * kCells) / kCells;
+    const double south = corner(x, y) + tx * (corner(x + 1, y) - corner(x, y));
+    const double north = corner(x, y + 1) + tx * (corner(x + 1, y + 1) - corner(x, y + 1));
+    return south + ty * (north - south);
+  }
+
   void add_cumuli(const LayerInputs& inputs) {
     for (int i = 0; i < kNumCumuli; ++i) volumes_.push_back(make_cumulus(inputs.seed, i));
     // As high above the land as air cools by 10 degrees, and not in its mountains.
@@ -118,10 +138,13 @@ class Clouds final : public Layer {
           return core::random_between(lowest, highest, core::stream_of(inputs.seed, 0x736b79),
                                       question, index);
         };
-        const double scale = options_.scale * drawn(0, 0.45, 1.15);
+        // Many small ones, few large ones.
+        const double scale = options_.scale * (0.38 + 0.87 * std::pow(drawn(0, 0.0, 1.0), 1.5));
         // A cumulus of scale 1 hides about 0.32 of its cell.
-        constexpr double kMeanHidden = 0.22;
-        if (drawn(1, 0.0, 1.0) * kMeanHidden > options_.cover) continue;
+        constexpr double kMeanHidden = 0.19;
+        // They stand in flocks with clear sky between, twice as many here, none there.
+        const double flock = 1.0 + flock_at(inputs.seed, cx, cy);
+        if (drawn(1, 0.0, 1.0) * kMeanHidden > flock * options_.cover) continue;
         const Eigen::Vector2d at = kCellOfCumulus_m * Eigen::Vector2d(cx + drawn(2, 0.15, 0.85),
                                                                       cy + drawn(3, 0.15, 0.85));
         if (at.cwiseAbs().maxCoeff() > half_m) continue;
