@@ -1,5 +1,7 @@
 #include "tiler/layer.h"
 
+#include <cmath>
+
 #include "core/registry.h"
 
 // Every kind of layer, in alphabetical order: X(name) is tiler/layers/name.cpp, which defines
@@ -18,6 +20,29 @@ std::span<const LayerKindInfo> layer_kinds() {
   static const std::vector<LayerKindInfo> table = {TERRACAST_LAYER_KINDS(TERRACAST_ENTRY)};
 #undef TERRACAST_ENTRY
   return table;
+}
+
+double shown_z_world(
+    const std::function<double(const Eigen::Vector2d& place_world)>& ground_z_world,
+    const Eigen::Vector2d& place_world, int level) {
+  const double spacing_m = std::exp2(level);
+  const Eigen::Vector2d at = place_world / spacing_m;
+  const Eigen::Vector2d corner = at.array().floor();
+  const Eigen::Vector2d share = at - corner;  // exact: a power of two divides
+  const auto z_at = [&](double di, double dj) {
+    return ground_z_world(spacing_m * (corner + Eigen::Vector2d(di, dj)));
+  };
+  // Cells are cut from (x + 1, y) to (x, y + 1).
+  const double z10 = z_at(1, 0);
+  const double z01 = z_at(0, 1);
+  const double beyond = share.x() + share.y() - 1.0;
+  if (beyond == 0.0) return share.x() * z10 + share.y() * z01;
+  if (beyond < 0.0) {
+    const double z00 = z_at(0, 0);
+    return z00 + share.x() * (z10 - z00) + share.y() * (z01 - z00);
+  }
+  const double z11 = z_at(1, 1);
+  return z11 + (1.0 - share.x()) * (z01 - z11) + (1.0 - share.y()) * (z10 - z11);
 }
 
 void LayerOptions::describe(core::SchemaVisitor& visit) {

@@ -42,6 +42,13 @@ struct LayerInputs {
   const core::Context& context;
 };
 
+/// World z of the ground as tiles of a level show it: on the triangle of their samples round a place.
+/// ground_z_world   the ground as it is, asked at three samples at most
+/// level            of the quadtree; samples are 2^level m apart
+double shown_z_world(
+    const std::function<double(const Eigen::Vector2d& place_world)>& ground_z_world,
+    const Eigen::Vector2d& place_world, int level);
+
 /// The finished ground, for layers that put things on it. Threads: safe.
 class LayerSite {
  public:
@@ -49,6 +56,13 @@ class LayerSite {
   /// World z of the ground with all layers and all its detail.
   virtual double ground_z_world(const Eigen::Vector2d& place_world) const = 0;
   virtual world::Cover cover(const Eigen::Vector2d& place_world) const = 0;
+  /// Whether a layer has walls within some metres (Layer::has_walls_near): coarse tiles may show the ground there
+  /// far from where it is.
+  virtual bool has_walls_near(const Eigen::Vector2d& place_world, double within_m) const {
+    static_cast<void>(place_world);
+    static_cast<void>(within_m);
+    return false;
+  }
   /// Whether no other layer (Layer::holds) and no water holds any of a disc.
   virtual bool is_free(const Eigen::Vector2d& place_world, double radius_m) const = 0;
 };
@@ -109,6 +123,12 @@ class Layer {
   virtual bool holds(const Eigen::Vector2d& place_world, double radius_m) const {
     static_cast<void>(place_world);
     static_cast<void>(radius_m);
+    return false;
+  }
+  /// Whether it may cut or dam the ground within some metres of a place by banks as steep as walls.
+  virtual bool has_walls_near(const Eigen::Vector2d& place_world, double within_m) const {
+    static_cast<void>(place_world);
+    static_cast<void>(within_m);
     return false;
   }
   /// Adds all that may be shown on a tile: whatever reaches over its square, the same for each tile

@@ -94,6 +94,11 @@ class Site final : public LayerSite {
   world::Cover cover(const Eigen::Vector2d& place_world) const override {
     return stack_.shaped_cover(place_world, sample(place_world));
   }
+  bool has_walls_near(const Eigen::Vector2d& place_world, double within_m) const override {
+    return std::any_of(layers_.begin(), layers_.end(), [&](const auto& layer) {
+      return layer->has_walls_near(place_world, within_m);
+    });
+  }
   bool is_free(const Eigen::Vector2d& place_world, double radius_m) const override {
     for (const auto& layer : layers_)
       if (layer.get() != &asking_ && layer->holds(place_world, radius_m)) return false;

@@ -16,6 +16,7 @@
 #include "tiler/buildings/footprint.h"
 #include "tiler/buildings/height_raster.h"
 #include "tiler/buildings/roof.h"
+#include "tiler/buildings/town.h"
 #include "tiler/instance_ids.h"
 #include "tiler/layer_stack.h"
 #include "tiler/roofs/triangulation.h"
@@ -266,13 +267,15 @@ TEST(BuildingShapes, ACanopyStandsOnPosts) {
   const std::map<std::string, std::pair<RingsSteps, int>> canopies = {
       {"long", {rectangle(16.0, 5.0), 4}}, {"round", {rings_of({round}), 12}}};
   for (const auto& [name, canopy] : canopies)
-    for (const BuildingDetail detail : {BuildingDetail::Fine, BuildingDetail::Plain}) {
+    for (const BuildingDetail detail :
+         {BuildingDetail::Fine, BuildingDetail::Plain, BuildingDetail::Block}) {
       plan.rings = canopy.first;
       const world::Shape shape = tiler::building_shape(plan, detail);
       const MeshFacts facts = sound_facts(shape, name);
+      const int num_posts = detail == BuildingDetail::Block ? 4 : canopy.second;
       // A slab of 0.35 m, and posts of 0.28 m x 0.28 m from 1 m under the ground to the slab.
       EXPECT_NEAR(facts.volume_m3,
-                  tiler::area_m2(plan.rings) * 0.35 + canopy.second * 0.28 * 0.28 * 4.05, 0.1)
+                  tiler::area_m2(plan.rings) * 0.35 + num_posts * 0.28 * 0.28 * 4.05, 0.1)
           << name;
       EXPECT_NEAR(box_of(shape).first.z(), -1.0, kHeightStep_m);
     }
@@ -536,6 +539,144 @@ TEST(Buildings, WallsReachIntoTheGroundAndStandAlongUp) {
   }
   // 9 m above the lowest of the ground, which is 6 m below the highest.
   EXPECT_NEAR(highest, 9.0, 0.1);
+}
+
+/// A ring of places in the world, in degrees.
+std::string polygon(const std::vector<Vector2d>& ring) {
+  const geo::WorldFrame frame(
+      {.lat_deg = kOriginLat_deg, .lon_deg = kOriginLon_deg, .height_m = 0.0});
+  std::string text;
+  for (std::size_t i = 0; i <= ring.size(); ++i) {
+    const Vector2d& place = ring[i % ring.size()];
+    const geo::Geodetic at = frame.geodetic_from_world({place.x(), place.y(), 0.0});
+    text += fmt::format("{}{:.11f} {:.11f}", i == 0 ? "" : ",", at.lon_deg, at.lat_deg);
+  }
+  return "POLYGON((" + text + "))";
+}
+
+/// Cuttings 7 m wide and 30 m deep towards the north, 512 m apart.
+struct Cutting final : tiler::LayerSite {
+  double ground_z_world(const Vector2d& place) const override {
+    return std::abs(std::remainder(place.x(), 512.0)) < 3.5 ? 270.0 : 300.0;
+  }
+  world::Cover cover(const Vector2d&) const override { return world::Cover::Land; }
+  bool is_free(const Vector2d&, double) const override { return true; }
+};
+
+TEST(Buildings, ReachDownToTheGroundThatCoarseTilesShowBesideCuttings) {
+  // Seen in Andorra in November 2026: on tiles of 16 m the ground falls from a house to a cutting 10 m away.
+  ScratchFolder folder;
+  std::vector<VectorSpec> specs;
+  for (int k = 0; k < 16; ++k) {
+    const Vector2d low(512.0 * (k % 4) - 1024.0 + 4.0 + k, 100.0 * k - 800.0);
+    const Vector2d high = low + Vector2d(14.0 + 3.0 * k, 12.0);
+    specs.push_back({polygon({low, {high.x(), low.y()}, high, {low.x(), high.y()}}),
+                     {{"building", "apartments"}}});
+  }
+  write_vectors(folder / "a.gpkg", "GPKG", specs);
+  const Built built(files_key(folder / "a.gpkg"));
+  world::TileObjects objects;
+  for (const int x : {-1, 0})
+    for (const int y : {-1, 0}) built.layer->add_objects({4, x, y}, Cutting(), objects);
+  int num_deep = 0;
+  for (const Solid& solid : objects.solids)
+    for (const int level : {3, 4, 5}) {
+      const world::Shape* shape = world::shape_at(solid.levels, level);
+      if (shape == nullptr) continue;
+      int low = 0;
+      for (const auto& vertex : shape->vertices_steps) low = std::min(low, vertex.z());
+      for (const auto& vertex : shape->vertices_steps) {
+        if (vertex.z() > low + 512) continue;
+        const Eigen::Vector3d foot = (solid.origin_steps + vertex).cast<double>() * kHeightStep_m;
+        // Samples in the cutting's middle alone are low: ground falls evenly from those beside them.
+        const double spacing_m = std::exp2(level);
+        const double from_m = std::abs(std::remainder(foot.x(), 512.0));
+        const double shown_z = 300.0 - 30.0 * std::max(1.0 - from_m / spacing_m, 0.0);
+        EXPECT_LT(foot.z(), shown_z) << "level " << level << " at " << foot.transpose();
+        num_deep += shown_z < 290.0 ? 1 : 0;
+      }
+    }
+  EXPECT_GT(num_deep, 20);
+}
+
+TEST(Buildings, AreInAllTilesIntoWhichTheirBlocksReach) {
+  // Seen in Archipelago in November 2026. A block is a rectangle of its building's area, about the middle of the one
+  // round it: it reaches into the corner that stairs leave free.
+  ScratchFolder folder;
+  std::vector<VectorSpec> specs;
+  const std::vector<Vector2d> stairs = {{0, 0},     {3, 0},   {3, 1}, {1.5, 1},
+                                        {1.5, 1.5}, {1, 1.5}, {1, 3}, {0, 3}};
+  for (int k = 0; k < 24; ++k) {
+    // Steps look west: they end 10 / sqrt(2) = 7.1 m from the middle, the block of 525 m2 sqrt(525 / 2) m = 16.2 m.
+    const Vector2d middle(6.0 + 0.45 * k, 70.0 * k - 800.0);
+    std::vector<Vector2d> ring;
+    for (const Vector2d& at : stairs) {
+      const Vector2d from_middle = 10.0 * (at - Vector2d(1.5, 1.5));
+      ring.emplace_back(middle + std::sqrt(0.5) * Vector2d(-from_middle.x() - from_middle.y(),
+                                                           from_middle.x() - from_middle.y()));
+    }
+    specs.push_back({polygon(ring), {{"building", "apartments"}}});
+  }
+  write_vectors(folder / "a.gpkg", "GPKG", specs);
+  const Built built(files_key(folder / "a.gpkg"));
+  for (const int level : {2, 4, 5}) {
+    std::map<int, std::set<std::uint32_t>> held;  // by the tile's column
+    std::map<std::uint32_t, double> low_x;
+    for (const int x : {-1, 0})
+      for (int y = -4; y < 4; ++y) {
+        const TileId id{level, x, y};
+        for (const Solid& solid : built.on(id, Land())) {
+          held[x].insert(solid.provenance.instance_id);
+          const world::Shape* shape = world::shape_at(solid.levels, level);
+          if (shape == nullptr) continue;
+          for (const auto& vertex : shape->vertices_steps) {
+            const double at = (solid.origin_steps + vertex).x() * kHeightStep_m;
+            double& low = low_x.try_emplace(solid.provenance.instance_id, at).first->second;
+            low = std::min(low, at);
+          }
+        }
+      }
+    int num_over = 0;
+    for (const auto& [id, low] : low_x)
+      if (low < 0.0) {
+        ++num_over;
+        EXPECT_TRUE(held[-1].contains(id)) << "level " << level << ", " << low << " m";
+      }
+    EXPECT_GE(num_over, level == 2 ? 2 : 21) << level;  // 0.45 m from each to the next
+    EXPECT_LT(num_over, 24) << level;
+  }
+}
+
+TEST(Buildings, WhatStandsInTheSeaIsNoBlockOfFlats) {
+  // Seen in Monaco in November 2026: the dike of its harbour, building=yes and no more, was eight storeys high.
+  const auto design_beside = [](double shore_x, const std::string& building) {
+    tiler::VectorFeature dike;
+    dike.number = 1;
+    dike.kind = tiler::FeatureKind::Area;
+    dike.tags = tiler::FeatureTags({{"building", building}});
+    tiler::PointsWorld ring = {{0, 0}, {350, 0}};  // of too many corners for a hall by its shape
+    for (int k = 0; k < 8; ++k) {
+      ring.emplace_back(350.0 - 40.0 * k, k % 2 == 0 ? 28.0 : 24.0);
+      ring.emplace_back(320.0 - 40.0 * k, k % 2 == 0 ? 28.0 : 24.0);
+    }
+    ring.emplace_back(0, 24);
+    dike.parts_world = {{ring}};
+    const auto is_land = [&](const Vector2d& at) {
+      return at.x() < shore_x || (at.x() > -5 && at.x() < 355 && at.y() > -5 && at.y() < 33);
+    };
+    const tiler::Town town =
+        tiler::build_town({dike}, nullptr,
+                          {.is_water = [](const Vector2d&) { return false; },
+                           .is_sea = [&](const Vector2d& at) { return !is_land(at); },
+                           .is_taken = [](const Vector2d&) { return false; },
+                           .height_m = [](const Vector2d&) { return 50.0; }},
+                          4096.0, 1);
+    return town.buildings.at(0).design;
+  };
+  EXPECT_EQ(design_beside(50.0, "yes").kind, tiler::BuildingKind::Hall);
+  EXPECT_LT(design_beside(50.0, "yes").top_m, 8.0);  // one storey of a hall
+  EXPECT_EQ(design_beside(400.0, "yes").kind, tiler::BuildingKind::Apartments);
+  EXPECT_EQ(design_beside(50.0, "apartments").kind, tiler::BuildingKind::Apartments);
 }
 
 TEST(Buildings, PartsReplaceTheirOutlineAndTwinsStandOnce) {

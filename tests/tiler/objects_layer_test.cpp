@@ -55,11 +55,13 @@ class Obstacles final : public tiler::Layer {
 struct Land final : tiler::LayerSite {
   explicit Land(const tiler::WorldSurface& ground) : surface(ground) {}
   double ground_z_world(const Vector2d& place) const override {
-    return surface.sample(place.x(), place.y()).z_world;
+    return z_at ? z_at(place) : surface.sample(place.x(), place.y()).z_world;
   }
+  bool has_walls_near(const Vector2d&, double) const override { return z_at != nullptr; }
   Cover cover(const Vector2d&) const override { return Cover::Land; }
   bool is_free(const Vector2d&, double) const override { return true; }
   const tiler::WorldSurface& surface;
+  std::function<double(const Vector2d&)> z_at = nullptr;  ///< in place of the surface, with walls
 };
 
 struct Made {
@@ -159,6 +161,41 @@ std::string write(const ScratchFolder& folder, std::vector<VectorSpec> specs,
                   const std::string& name) {
   write_vectors(folder / name, "GeoJSON", specs);
   return fmt::format("files = [\"{}\"]\n", (folder / name).string());
+}
+
+TEST(Objects, AreNotShownInTheAirBesideWalls) {
+  // Seen in Monaco in November 2026. Terraces 20 m high, whose walls stand 2 m beyond samples of all tiles.
+  const auto terrace_z = [](double x) { return 300.0 + 20.0 * std::floor((x - 2.0) / 64.0); };
+  const ScratchFolder folder;
+  const Made made(write(folder, features(), "all.geojson"));
+  Land land(*made.surface);
+  land.z_at = [&](const Vector2d& place) { return terrace_z(place.x()); };
+  int num_things = 0;
+  int num_hidden = 0;
+  for (const int x : {-1, 0}) {
+    world::TileObjects objects;
+    made.layer->add_objects({2, x, -1}, land, objects);
+    for (const Instance& instance : objects.instances) {
+      const double at = place_of(instance).x();
+      const double z = instance.place_steps.z() * world::kHeightStep_m;
+      if (std::abs(z - terrace_z(at)) > 0.01) continue;  // it stands upon another
+      ++num_things;
+      for (int level = 0; level <= 2; ++level) {
+        const double spacing_m = std::exp2(level);
+        const double west = spacing_m * std::floor(at / spacing_m);
+        const double share = (at - west) / spacing_m;
+        const double above_m =
+            z - (1.0 - share) * terrace_z(west) - share * terrace_z(west + spacing_m);
+        const bool is_shown = level <= instance.coarsest_level;
+        if (is_shown) {
+          EXPECT_LE(above_m, 0.25 + 0.3 * spacing_m) << made.name_of(instance) << " at " << at;
+        }
+        num_hidden += is_shown ? 0 : 1;
+      }
+    }
+  }
+  EXPECT_GT(num_things, 50);
+  EXPECT_GT(num_hidden, 0);
 }
 
 TEST(Objects, RulesPlaceWhatFeaturesSayWhereItMayStand) {

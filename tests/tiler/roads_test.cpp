@@ -729,7 +729,12 @@ TEST(Roads, NothingIsPaintedOnWaterAndBridgesStandAboveIt) {
            {.number = 2,
             .points_world = {{-120, 50}, {120, 50}},
             .tags = {{"highway", "tertiary"}, {"bridge", "yes"}}},
-           {.number = 3, .points_world = {{20, 150}, {60, 20}}, .tags = {{"man_made", "pier"}}}}));
+           {.number = 3, .points_world = {{20, 150}, {60, 20}}, .tags = {{"man_made", "pier"}}},
+           // Seen in Monaco in November 2026: stands were marked in the harbour.
+           {.number = 4,
+            .kind = "Polygon",
+            .points_world = {{30, 40}, {220, 40}, {220, 140}, {30, 140}, {30, 40}},
+            .tags = {{"amenity", "parking"}}}}));
   std::vector<std::unique_ptr<tiler::Layer>> layers;
   layers.push_back(std::make_unique<Lake>());
   tiler::LayerOptions options;
@@ -753,12 +758,16 @@ TEST(Roads, NothingIsPaintedOnWaterAndBridgesStandAboveIt) {
       tiler::layered_surface(world.bare, tiler::LayerStack(4096.0, std::move(layers)));
   const world::Tile tile = build_tile(*finished, {3, 0, 0});
   const world::Tile west = build_tile(*finished, {3, -1, 0});
-  for (const world::Tile* one : {&tile, &west})
+  const world::Tile fine = build_tile(*finished, {0, 0, 0});
+  for (const world::Tile* one : {&tile, &west, &fine})
     for (const world::Strip& strip : one->objects.strips)
       for (const Eigen::Vector2i& point : strip.points_steps)
         // A shore is known to 0.1 m, points to half a step.
         EXPECT_GT((point.cast<double>() * kHeightStep_m).norm(), 100.0 - 0.001);
   EXPECT_FALSE(tile.objects.strips.empty());
+  EXPECT_TRUE(
+      std::any_of(fine.objects.strips.begin(), fine.objects.strips.end(),
+                  [](const world::Strip& strip) { return strip.marking == Marking::Stands; }));
   ASSERT_EQ(tile.objects.solids.size(), 2u);
   const double lake_z = finished->sample(0.0, 50.0).z_world;
   EXPECT_EQ(lake_z, world.bare->sample(0.0, 50.0).z_world);

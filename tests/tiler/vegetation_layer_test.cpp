@@ -36,8 +36,13 @@ struct Land final : tiler::LayerSite {
   std::function<Cover(const Vector2d&)> cover_at = [](const Vector2d&) { return Cover::Forest; };
   /// Distance to the nearest of what others hold; below 0 within.
   std::function<double(const Vector2d&)> room_m = [](const Vector2d&) { return 1e9; };
+  std::function<double(const Vector2d&)> z_at = [](const Vector2d& place) {
+    return 300.0 + 0.02 * place.x();
+  };
+  bool has_walls = false;
 
-  double ground_z_world(const Vector2d& place) const override { return 300.0 + 0.02 * place.x(); }
+  double ground_z_world(const Vector2d& place) const override { return z_at(place); }
+  bool has_walls_near(const Vector2d&, double) const override { return has_walls; }
   Cover cover(const Vector2d& place) const override { return cover_at(place); }
   bool is_free(const Vector2d& place, double radius_m) const override {
     return room_m(place) >= radius_m;
@@ -202,6 +207,53 @@ TEST(Vegetation, NothingGrowsInWaterOnSnowOrBeyondTheSquare) {
     for (const Instance& instance : small.on(id, land))
       EXPECT_LT(Planted::place_of(instance).cwiseAbs().maxCoeff(), 512.0);
   EXPECT_TRUE(small.on({0, 3, 0}, land).empty());
+}
+
+TEST(Vegetation, TilesWhoseSamplesMissARockInTheSeaShowNothingOnIt) {
+  // Seen in Archipelago in November 2026. Rocks 12 m wide, each between the samples of tiles of 16 m.
+  const auto inside_m = [](const Vector2d& place) {
+    const Vector2d from_middle(place.x() - 16.0 * std::floor(place.x() / 16.0) - 8.0,
+                               place.y() - 16.0 * std::floor(place.y() / 16.0) - 8.0);
+    return 6.0 - from_middle.cwiseAbs().maxCoeff();
+  };
+  Land land;
+  land.cover_at = [&](const Vector2d& place) {
+    return inside_m(place) > 0.0 ? Cover::Forest : Cover::Sea;
+  };
+  land.room_m = inside_m;
+  const Planted layer("", 1024.0);
+  for (const int level : {2, 3})
+    EXPECT_GT(layer.shown_on({level, 0, 0}, land).size(), 10U) << level;
+  for (const int x : {-1, 0}) EXPECT_TRUE(layer.shown_on({4, x, 0}, land).empty());
+}
+
+TEST(Vegetation, TilesShowNothingInTheAirBesideWalls) {
+  // Seen in Alpine and Andorra in November 2026. Terraces 20 m high, whose walls stand 2 m beyond samples of all tiles.
+  const auto terrace_z = [](double x) { return 300.0 + 20.0 * std::floor((x - 2.0) / 64.0); };
+  Land land;
+  land.z_at = [&](const Vector2d& place) { return terrace_z(place.x()); };
+  land.has_walls = true;
+  const Planted layer("", 2048.0);
+  for (const int level : {0, 1, 2, 3, 4}) {
+    std::size_t num_beside = 0;
+    const double spacing_m = std::exp2(level);
+    for (const auto& [id, instance] : layer.shown_on({level, 0, 0}, land)) {
+      const double x = Planted::place_of(instance).x();
+      const double z = instance.place_steps.z() * world::kHeightStep_m;
+      EXPECT_NEAR(z, terrace_z(x), world::kHeightStep_m);
+      // The ground does not change towards the north: what a tile shows goes straight from sample to sample.
+      const double west = spacing_m * std::floor(x / spacing_m);
+      const double share = (x - west) / spacing_m;
+      const double shown_z = (1.0 - share) * terrace_z(west) + share * terrace_z(west + spacing_m);
+      // What world check allows where slopes are below 1, and more than a step less.
+      EXPECT_LE(z - shown_z, 0.25 + 0.3 * spacing_m)
+          << layer.name_of(instance) << " on level " << level << " at " << x;
+      if (std::abs(std::remainder(x - 2.0, 64.0)) < spacing_m) ++num_beside;
+    }
+    if (level <= 2) {
+      EXPECT_GT(num_beside, 10U);  // below the walls, and on them where all is shown
+    }
+  }
 }
 
 TEST(Vegetation, TreesKeepTheirDistanceAndAreAsManyAsInAForest) {

@@ -206,6 +206,22 @@ TEST_F(WorldCheck, FindsWhatDoesNotStandOnTheGround) {
             Kinds{"floating_building"});
 }
 
+TEST_F(WorldCheck, JudgesTheShapesThatATileMayShow) {
+  // Over the western tile, of level 2, the building of the eastern one is shown as by level 1 at the finest.
+  const auto with_floating = [](int level) {
+    return [level](world::Tile& west, world::Tile& east, auto&) {
+      for (world::Tile* tile : {&west, &east}) {
+        world::Solid& solid = tile->objects.solids[0];
+        solid.levels.insert(solid.levels.begin(),
+                            {.coarsest_level = static_cast<std::int8_t>(level),
+                             .shape = box({-8, -8, 5}, {8, 8, 9})});
+      }
+    };
+  };
+  EXPECT_EQ(found(with_floating(0)), Kinds{});
+  EXPECT_EQ(found(with_floating(1)), Kinds{"floating_building"});
+}
+
 TEST_F(WorldCheck, LetsThingsStandUponEachOtherButNotInTheAir) {
   const auto stack = [&](world::Tile& tile, double gap_m) {
     world::Instance below = plant(201, 300, -300), above = plant(202, 300, -300);

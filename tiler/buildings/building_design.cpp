@@ -193,6 +193,8 @@ Color varied(Color color, std::uint64_t own) {
 
 BuildingKind guessed_kind(const Surroundings& around) {
   if (around.area_m2 < 38.0) return BuildingKind::Garage;
+  // A mole, a dock: nobody builds flats in the sea.
+  if (around.share_at_sea > 0.5) return BuildingKind::Hall;
   const bool is_town = around.share_built > 0.24;
   if (around.area_m2 > 1800.0 && !is_town && around.num_corners <= 12) return BuildingKind::Hall;
   if (around.area_m2 > (is_town ? 110.0 : 320.0)) return BuildingKind::Apartments;

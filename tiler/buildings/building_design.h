@@ -36,6 +36,7 @@ struct Surroundings {
   std::size_t num_corners = 4;
   double share_built = 0.1;  ///< of the ground round it that buildings cover
   bool is_attached = false;
+  double share_at_sea = 0.0;  ///< of places 30 m outside its walls; where it is just a building
   double latitude_deg = 45.0;
   double height_m = 100.0;  ///< of the ground, ellipsoidal
 };

@@ -223,22 +223,7 @@ class BuildingBuilder {
     const std::optional<Triangles> top = triangulate(border.points, border.edges, {});
     if (!top) return false;
     const double under = top_ - steps(0.35);
-    std::vector<OnRoof> posts;
-    if (!is_raised_)
-      if (const auto inner = moved_edges({rings.front()}, -steps(0.5)))
-        for (const Vector2i& corner : inner->front()) {
-          const int half = static_cast<int>(steps(0.14));
-          OnRoof post;
-          post.ring = {corner + Vector2i(-half, -half), corner + Vector2i(half, -half),
-                       corner + Vector2i(half, half), corner + Vector2i(-half, half)};
-          const bool is_free =
-              contains(rings, corner.cast<double>()) &&
-              distance_to_edges(rings, corner.cast<double>()) > 2.0 * half &&
-              std::all_of(posts.begin(), posts.end(), [&](const OnRoof& other) {
-                return (other.ring[0] - post.ring[0]).cast<double>().norm() > steps(2.0);
-              });
-          if (is_free && posts.size() < 16) posts.push_back(post);
-        }
+    const std::vector<OnRoof> posts = posts_in(rings);
     Border below;
     below.add(rings);
     for (const OnRoof& post : posts) below.add(post.ring);
@@ -251,31 +236,13 @@ class BuildingBuilder {
       for (std::size_t i = 0; i < ring.size(); ++i)
         shape_.wall_quad(ring[i].cast<double>(), ring[(i + 1) % ring.size()].cast<double>(), under,
                          top_, trim_);
-    for (const OnRoof& post : posts) {
-      for (std::size_t i = 0; i < 4; ++i)
-        shape_.wall_quad(post.ring[i].cast<double>(), post.ring[(i + 1) % 4].cast<double>(),
-                         bottom_, under, wall_);
-      const std::vector<Vector2i> points(post.ring.begin(), post.ring.end());
-      add_level(points, {0, 2, 1}, bottom_, wall_);
-      add_level(points, {0, 3, 2}, bottom_, wall_);
-    }
+    for (const OnRoof& post : posts) add_post(post, under);
     return true;
   }
 
   /// Few corners, as large and as high.
   void add_block() {
-    RingsSteps block = plan_.rings;
-    if (num_corners(block) > 6) {
-      const Rectangle box = rectangle_round(plan_.rings.front());
-      const double area = area_m2({plan_.rings.front()}) / (kHeightStep_m * kHeightStep_m);
-      const double shrink = std::sqrt(area / (box.length_steps * box.width_steps));
-      const Vector2d along = 0.5 * shrink * box.length_steps * box.along;
-      const Vector2d across =
-          0.5 * shrink * box.width_steps * Vector2d(-box.along.y(), box.along.x());
-      block = {{}};
-      for (const auto& [a, b] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}})
-        block[0].push_back((box.middle_steps + a * along + b * across).array().round().cast<int>());
-    }
+    const RingsSteps block = block_of(plan_.rings);
     double high = top_;
     // A pitched roof fills half of its box.
     if (design_.roof != RoofShape::Flat) {
@@ -299,11 +266,51 @@ class BuildingBuilder {
       for (std::size_t i = 0; i < ring.size(); ++i)
         add_wall(ring[i].cast<double>(), ring[(i + 1) % ring.size()].cast<double>(), low, high,
                  high, false);
+    if (design_.kind != BuildingKind::Canopy) return;
+    // Posts are bodies of their own, a step below the slab.
+    for (const OnRoof& post : posts_in(block)) {
+      add_post(post, low - 1.0);
+      const std::vector<Vector2i> points(post.ring.begin(), post.ring.end());
+      add_level(points, {0, 1, 2}, low - 1.0, wall_);
+      add_level(points, {0, 2, 3}, low - 1.0, wall_);
+    }
   }
 
   world::Shape take() { return shape_.take(); }
 
  private:
+  /// Of a canopy, at the corners of its rings.
+  std::vector<OnRoof> posts_in(const RingsSteps& rings) const {
+    std::vector<OnRoof> posts;
+    if (is_raised_) return posts;
+    const auto inner = moved_edges({rings.front()}, -steps(0.5));
+    if (!inner) return posts;
+    for (const Vector2i& corner : inner->front()) {
+      const int half = static_cast<int>(steps(0.14));
+      OnRoof post;
+      post.ring = {corner + Vector2i(-half, -half), corner + Vector2i(half, -half),
+                   corner + Vector2i(half, half), corner + Vector2i(-half, half)};
+      const bool is_free =
+          contains(rings, corner.cast<double>()) &&
+          distance_to_edges(rings, corner.cast<double>()) > 2.0 * half &&
+          std::all_of(posts.begin(), posts.end(), [&](const OnRoof& other) {
+            return (other.ring[0] - post.ring[0]).cast<double>().norm() > steps(2.0);
+          });
+      if (is_free && posts.size() < 16) posts.push_back(post);
+    }
+    return posts;
+  }
+
+  /// Its sides and its foot.
+  void add_post(const OnRoof& post, double to) {
+    for (std::size_t i = 0; i < 4; ++i)
+      shape_.wall_quad(post.ring[i].cast<double>(), post.ring[(i + 1) % 4].cast<double>(), bottom_,
+                       to, wall_);
+    const std::vector<Vector2i> points(post.ring.begin(), post.ring.end());
+    add_level(points, {0, 2, 1}, bottom_, wall_);
+    add_level(points, {0, 3, 2}, bottom_, wall_);
+  }
+
   RoofOptions roof_options() const {
     RoofOptions options;
     options.shape = design_.roof;
@@ -711,6 +718,19 @@ bool is_sound(const world::Shape& shape) {
 }
 
 }  // namespace
+
+RingsSteps block_of(const RingsSteps& rings) {
+  if (num_corners(rings) <= 6) return rings;
+  const Rectangle box = rectangle_round(rings.front());
+  const double area = area_m2({rings.front()}) / (kHeightStep_m * kHeightStep_m);
+  const double shrink = std::sqrt(area / (box.length_steps * box.width_steps));
+  const Vector2d along = 0.5 * shrink * box.length_steps * box.along;
+  const Vector2d across = 0.5 * shrink * box.width_steps * Vector2d(-box.along.y(), box.along.x());
+  RingsSteps block = {{}};
+  for (const auto& [a, b] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}})
+    block[0].push_back((box.middle_steps + a * along + b * across).array().round().cast<int>());
+  return block;
+}
 
 world::Shape building_shape(const BuildingPlan& plan, BuildingDetail detail) {
   const bool is_fine = detail == BuildingDetail::Fine;

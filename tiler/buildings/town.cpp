@@ -342,6 +342,27 @@ class TownBuilder {
     return attached;
   }
 
+  double share_at_sea(const Building& building) const {
+    constexpr double kOutside_m = 30.0;
+    constexpr double kStep_m = 10.0;
+    const Vector2d place = building.footprint.place_m.cast<double>();
+    const auto& ring = building.footprint.rings.front();
+    int num = 0;
+    int num_at_sea = 0;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Vector2d a = kHeightStep_m * ring[i].cast<double>();
+      const Vector2d edge = kHeightStep_m * ring[(i + 1) % ring.size()].cast<double>() - a;
+      const Vector2d outward = Vector2d(edge.y(), -edge.x()).normalized();
+      const int num_steps = 1 + static_cast<int>(edge.norm() / kStep_m);
+      for (int k = 0; k < num_steps; ++k) {
+        const Vector2d at = place + a + (k + 0.5) / num_steps * edge + kOutside_m * outward;
+        ++num;
+        num_at_sea += ground_.is_sea(at) ? 1 : 0;
+      }
+    }
+    return static_cast<double>(num_at_sea) / num;
+  }
+
   void design() {
     core::parallel_for_blocks(static_cast<std::int64_t>(drafts_.size()), 64,
                               [&](std::int64_t begin, std::int64_t end) {
@@ -373,6 +394,7 @@ class TownBuilder {
     around.share_built = share_built(at);
     around.is_attached = std::find(building.attached.begin(), building.attached.end(), true) !=
                          building.attached.end();
+    if (draft.tags->value("building") == "yes") around.share_at_sea = share_at_sea(building);
     around.latitude_deg = ground_.latitude_deg;
     around.height_m = ground_.height_m(at);
     std::optional<double> raster_m;

@@ -55,6 +55,7 @@ struct Town {
 /// What a town is asked of its ground.
 struct TownGround {
   std::function<bool(const Eigen::Vector2d& place_world)> is_water;
+  std::function<bool(const Eigen::Vector2d& place_world)> is_sea;
   std::function<bool(const Eigen::Vector2d& place_world)> is_taken;    ///< by other layers
   std::function<double(const Eigen::Vector2d& place_world)> height_m;  ///< ellipsoidal, about
   double latitude_deg = 0.0;

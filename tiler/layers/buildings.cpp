@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numbers>
 #include <utility>
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/parallel.h"
 #include "core/random.h"
 #include "tiler/buildings/building_mesh.h"
 #include "tiler/buildings/height_raster.h"
@@ -42,14 +45,17 @@ constexpr int kCoarsestLevel = 8;
 /// at a corner, and by one more for each doubling of its reach beyond the finest tile.
 constexpr int kLevelsAtCorner = 2;
 constexpr double kFinestSide_m = 32.0;
-/// Eaves reach so far from the footprint.
+/// Eaves reach so far from the footprint, and walls that lean, as up does far from the origin.
 constexpr double kReach_m = 1.5;
 /// Walls stand back from the footprint, so that those of two houses on one line are two.
 constexpr double kInset_m = 0.010;
 /// Foundations go so deep below the lowest ground, and by so much of a terrain sample's spacing more:
-/// between coarse samples the ground may lie lower than it is.
+/// between coarse samples the ground may lie lower than it is. Where coarse tiles show it lower still, as beside a
+/// cutting of which they hold few samples, they go down to that.
 constexpr double kFoundation_m = 1.6;
 constexpr double kPerSpacing = 0.5;
+/// Finer tiles show all ground but walls.
+constexpr int kCoarseGround = 3;
 /// In the sea walls go down to its floor, or so far.
 constexpr double kQuay_m = 12.0;
 /// Corners of a footprint at which the ground is looked at.
@@ -89,11 +95,17 @@ class BuildingsLayer final : public Layer, public DryCover {
     const std::uint64_t seed = core::stream_of(inputs.seed, 0x6275696c64ULL);
     town_ = build_town(features.features, raster.get(),
                        {.is_water = is_water,
+                        .is_sea =
+                            [&](const Vector2d& place) {
+                              return inputs.surface.sample(place.x(), place.y()).cover ==
+                                     world::Cover::Sea;
+                            },
                         .is_taken = is_taken,
                         .height_m = height_m,
                         .latitude_deg = frame_.origin().lat_deg},
                        inputs.size_m, seed);
     settled_ = SettledGround(town_.buildings, inputs.size_m);
+    measure_boxes();
     std::vector<std::uint64_t> keys;
     for (const Building& building : town_.buildings) keys.push_back(building.key);
     ids_ = inputs.ids.assign("buildings", keys);
@@ -135,19 +147,19 @@ class BuildingsLayer final : public Layer, public DryCover {
   void add_objects(const world::TileId& id, const LayerSite& site,
                    world::TileObjects& objects) const override {
     const Vector2d corner = id.corner_world();
-    const Vector2d lowest = corner.array() - kReach_m;
-    const Vector2d highest = corner.array() + (id.side_m() + kReach_m);
-    for (const std::uint32_t row : town_.index.rows_in(lowest, highest)) {
+    const Vector2d opposite = corner.array() + id.side_m();
+    for (const std::uint32_t row :
+         town_.index.rows_in(corner.array() - farthest_m_, opposite.array() + farthest_m_)) {
       const Building& building = town_.buildings[row];
-      if ((building.highest_world.array() < lowest.array()).any() ||
-          (building.lowest_world.array() > highest.array()).any())
+      const Box& box = boxes_[row];
+      if ((box.highest_world.array() < corner.array()).any() ||
+          (box.lowest_world.array() > opposite.array()).any())
         continue;
       // The finest level by which a tile that holds its place may show it here.
       int finest = id.level;
       const Vector2i& place = building.footprint.place_m;
       if (world::tile_at(id.level, place.x(), place.y()) != id) {
-        const double reach_m =
-            (building.highest_world - building.lowest_world).maxCoeff() + 2.0 * kReach_m;
+        const double reach_m = (box.highest_world - box.lowest_world).maxCoeff();
         finest -= kLevelsAtCorner + 1 +
                   static_cast<int>(std::ceil(std::log2(std::max(reach_m / kFinestSide_m, 1.0))));
       }
@@ -157,10 +169,53 @@ class BuildingsLayer final : public Layer, public DryCover {
   }
 
  private:
+  /// Of all that is shown of a building.
+  struct Box {
+    Vector2d lowest_world;
+    Vector2d highest_world;
+  };
+
+  /// Less or more inside the footprint for each, so that walls that overlap do not lie in one plane.
+  static RingsSteps walls_of(const Building& building) {
+    const double inset_m = kInset_m + 0.001 * static_cast<double>(building.own % 7);
+    const auto inner = moved_edges(building.footprint.rings, -inset_m / kHeightStep_m);
+    return inner ? *inner : building.footprint.rings;
+  }
+
+  void measure_boxes() {
+    boxes_.resize(town_.buildings.size());
+    core::parallel_for_blocks(
+        static_cast<std::int64_t>(boxes_.size()), 256, [&](std::int64_t begin, std::int64_t end) {
+          for (auto row = static_cast<std::size_t>(begin); row < static_cast<std::size_t>(end);
+               ++row) {
+            const Building& building = town_.buildings[row];
+            Box& box = boxes_[row];
+            box = {building.lowest_world, building.highest_world};
+            const RingsSteps block = block_of(walls_of(building));
+            for (const Vector2i& corner : block.front()) {
+              const Vector2d at =
+                  building.footprint.place_m.cast<double>() + kHeightStep_m * corner.cast<double>();
+              box.lowest_world = box.lowest_world.cwiseMin(at);
+              box.highest_world = box.highest_world.cwiseMax(at);
+            }
+            box.lowest_world.array() -= kReach_m;
+            box.highest_world.array() += kReach_m;
+          }
+        });
+    farthest_m_ = 0.0;
+    for (std::size_t row = 0; row < boxes_.size(); ++row) {
+      const Building& building = town_.buildings[row];
+      farthest_m_ =
+          std::max({farthest_m_, (building.lowest_world - boxes_[row].lowest_world).maxCoeff(),
+                    (boxes_[row].highest_world - building.highest_world).maxCoeff()});
+    }
+  }
+
   struct Ground {
     double lowest_z = 0.0;   ///< world z at the place, of a level through the lowest ground
     double highest_m = 0.0;  ///< above the lowest
     bool is_in_sea = false;
+    std::vector<Vector2d> places_world;  ///< that were looked at
   };
 
   Ground ground_of(const Building& building, const Eigen::Matrix3d& world_from_level,
@@ -179,6 +234,7 @@ class BuildingsLayer final : public Layer, public DryCover {
       lowest = std::min(lowest, height);
       highest = std::max(highest, height);
       ground.is_in_sea = ground.is_in_sea || site.cover(place + at_m) == world::Cover::Sea;
+      ground.places_world.push_back(place + at_m);
     };
     for (std::size_t i = 0; i < corners.size(); i += stride) {
       const Vector2d a = kHeightStep_m * corners[i].cast<double>();
@@ -192,6 +248,40 @@ class BuildingsLayer final : public Layer, public DryCover {
     ground.lowest_z = lowest / world_from_level(2, 2);
     ground.highest_m = highest - lowest;
     return ground;
+  }
+
+  /// How far below its lowest ground tiles show the ground of a building: of each level the most of it and all finer
+  /// ones.
+  /// block   on which its coarsest shape stands
+  std::vector<double> shown_below_m(const Building& building, const Ground& ground,
+                                    const RingsSteps& block,
+                                    const Eigen::Matrix3d& world_from_level, int last_level,
+                                    const LayerSite& site) const {
+    const Vector2d place = building.footprint.place_m.cast<double>();
+    const double beside_m = 0.5 * (building.highest_world - building.lowest_world).norm() +
+                            std::numbers::sqrt2 * std::exp2(kCoarseGround - 1);
+    const bool has_walls = site.has_walls_near(place, beside_m);
+    std::vector<Vector2d> places_world = ground.places_world;
+    for (const Vector2i& corner : block.front())
+      places_world.push_back(place + kHeightStep_m * corner.cast<double>());
+    std::map<std::pair<double, double>, double> known;  // samples, of all levels
+    const auto sample_z = [&](const Vector2d& sample) {
+      const auto [entry, is_new] = known.try_emplace({sample.x(), sample.y()}, 0.0);
+      if (is_new) entry->second = site.ground_z_world(sample);
+      return entry->second;
+    };
+    std::vector<double> below_m(static_cast<std::size_t>(last_level + 1), 0.0);
+    for (int level = has_walls ? 0 : kCoarseGround; level <= last_level; ++level) {
+      double& most_m = below_m[static_cast<std::size_t>(level)];
+      if (level > 0) most_m = below_m[static_cast<std::size_t>(level - 1)];
+      for (const Vector2d& at : places_world) {
+        const double z = shown_z_world(sample_z, at, level);
+        const double height =
+            world_from_level.col(2).dot(Vector3d(at.x() - place.x(), at.y() - place.y(), z));
+        most_m = std::max(most_m, ground.lowest_z * world_from_level(2, 2) - height);
+      }
+    }
+    return below_m;
   }
 
   world::Solid solid_of(std::uint32_t row, int finest_level, const LayerSite& site) const {
@@ -211,20 +301,23 @@ class BuildingsLayer final : public Layer, public DryCover {
     constexpr int kSteps = static_cast<int>(1.0 / kHeightStep_m);
     solid.origin_steps = {place.x() * kSteps, place.y() * kSteps,
                           static_cast<int>(std::lround(ground.lowest_z / kHeightStep_m))};
-    // Less or more for each, so that walls that overlap do not lie in one plane.
-    const double inset_m = kInset_m + 0.001 * static_cast<double>(building.own % 7);
-    const auto inner = moved_edges(building.footprint.rings, -inset_m / kHeightStep_m);
-    plan.rings = inner ? *inner : building.footprint.rings;
+    plan.rings = walls_of(building);
     plan.design = &building.design;
     plan.attached = building.attached;
     plan.own = building.own;
     plan.highest_ground_steps = ground.highest_m / kHeightStep_m;
     const int last_level = coarsest_level_of(building);
+    // What reaches over a tile's corner stands on ground two levels coarser there.
+    const std::vector<double> below_m =
+        shown_below_m(building, ground, block_of(plan.rings), plan.world_from_level,
+                      last_level + kLevelsAtCorner, site);
     const auto add = [&](int coarsest_level, BuildingDetail detail) {
       if (finest_level > coarsest_level) return;
-      plan.foundation_steps = (kFoundation_m + (ground.is_in_sea ? kQuay_m : 0.0) +
-                               kPerSpacing * std::exp2(static_cast<double>(coarsest_level))) /
-                              kHeightStep_m;
+      plan.foundation_steps =
+          (kFoundation_m + (ground.is_in_sea ? kQuay_m : 0.0) +
+           std::max(kPerSpacing * std::exp2(static_cast<double>(coarsest_level)),
+                    below_m[static_cast<std::size_t>(coarsest_level + kLevelsAtCorner)])) /
+          kHeightStep_m;
       solid.levels.push_back({.coarsest_level = static_cast<std::int8_t>(coarsest_level),
                               .shape = building_shape(plan, detail)});
     };
@@ -238,6 +331,8 @@ class BuildingsLayer final : public Layer, public DryCover {
   std::string name_;
   std::string hash_;
   Town town_;
+  std::vector<Box> boxes_;   ///< of the town's buildings
+  double farthest_m_ = 0.0;  ///< that a box reaches beyond its footprint's
   SettledGround settled_;
   std::vector<std::uint32_t> ids_;
   std::vector<std::pair<std::string, std::int64_t>> counts_;
@@ -283,6 +378,10 @@ class BuildingsKind final : public LayerKind {
     wanted.lines = false;
     wanted.wanted = [every_area = every_area_](const FeatureTags& tags) {
       if (every_area) return true;
+      // Piers and the like that are tagged as buildings, too, are piers.
+      const std::string_view man_made = tags.value("man_made");
+      for (const std::string_view work : {"pier", "breakwater", "quay", "groyne", "dyke"})
+        if (man_made == work) return false;
       const std::string_view building = tags.value("building");
       const std::string_view part = tags.value("building:part");
       return (!building.empty() && building != "no") || (!part.empty() && part != "no");

@@ -35,7 +35,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 6;
+constexpr int kRoadsVersion = 7;
 /// Streets are in a town where so many ways end within some hundred metres.
 constexpr double kTownCell_m = 100.0;
 constexpr int kTownEnds = 10;
@@ -297,7 +297,7 @@ class RoadsLayer final : public Layer, public DryCover {
     std::int64_t num_bad_piers = 0;
     const std::vector<PaintedArea> on_land =
         add_area_piers(sorted.areas, inputs, num_area_piers, num_bad_piers);
-    paint_.add_areas(on_land);
+    paint_.add_areas(on_land, is_water);
     paint_.add_crossings(network, sorted.crossings, inputs.seed);
 
     std::vector<Deck> decks = bridge_decks(network, heights);
@@ -364,6 +364,10 @@ class RoadsLayer final : public Layer, public DryCover {
 
   bool holds(const Vector2d& place_world, double radius_m) const override {
     return bed_->holds(place_world, radius_m) || held_.holds(place_world, radius_m);
+  }
+
+  bool has_walls_near(const Vector2d& place_world, double within_m) const override {
+    return bed_->is_near(place_world, within_m);
   }
 
   void add_objects(const world::TileId& id, const LayerSite&,

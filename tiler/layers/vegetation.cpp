@@ -15,6 +15,7 @@
 #include "geo/units.h"
 #include "tiler/grid.h"
 #include "tiler/layer.h"
+#include "tiler/shown_ground.h"
 #include "tiler/surface.h"
 #include "tiler/vegetation/blue_noise.h"
 #include "tiler/vegetation/canopy.h"
@@ -39,7 +40,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when what stands where changes.
-constexpr int kVegetationVersion = 3;
+constexpr int kVegetationVersion = 4;
 
 /// What is strewn, each kind by cells of its own.
 enum Stratum : std::size_t { kTallTrees, kLowTrees, kBushes, kPlants, kStones, kNumStrata };
@@ -247,6 +248,7 @@ class TileWork {
     bool is_open = false;
     ForestKind kind = ForestKind::Mixed;
     double scale = 1.0;
+    double foot_z_world = 0.0;  ///< of forest
     const PlantModel* model = nullptr;
   };
 
@@ -295,11 +297,21 @@ class TileWork {
   void add_clumps(int size);
   void add_clump(int size, std::int32_t x, std::int32_t y, const Box& box, int last_level);
 
+  int last_level_on_land(const Vector2d& place_world, double foot_z_world, int first_level,
+                         int last_level) const;
+
   std::uint32_t clump_id(int size, std::int32_t x, std::int32_t y) const;
   bool is_lone(Stratum stratum, const BlueNoise::Place& place);
   void add_tree(Stratum stratum, const BlueNoise::Place& place);
+  /// first_level   finest of those whose tiles may lack the ground below it
+  void add(std::uint32_t id, const PlantModel& model, const Eigen::Vector3d& foot_world,
+           std::uint16_t heading, double scale, int coarsest_level, int first_level = 0);
   void add(std::uint32_t id, const PlantModel& model, const Vector2d& place_world,
-           std::uint16_t heading, double scale, int coarsest_level);
+           std::uint16_t heading, double scale, int coarsest_level) {
+    add(id, model,
+        Eigen::Vector3d(place_world.x(), place_world.y(), site_.ground_z_world(place_world)),
+        heading, scale, coarsest_level);
+  }
 
   const VegetationLayer& layer_;
   world::TileId id_;
@@ -575,10 +587,19 @@ struct PlaceDraws {
   }
 };
 
-void TileWork::add(std::uint32_t id, const PlantModel& model, const Vector2d& place_world,
-                   std::uint16_t heading, double scale, int coarsest_level) {
-  const Eigen::Vector3d foot_world(place_world.x(), place_world.y(),
-                                   site_.ground_z_world(place_world));
+/// The last of some levels of which all have dry ground there, or the one before the first.
+int TileWork::last_level_on_land(const Vector2d& place_world, double foot_z_world, int first_level,
+                                 int last_level) const {
+  const int last =
+      last_level_with_ground(site_, place_world, foot_z_world, first_level, last_level);
+  // A tree has more room than fine tiles' samples are apart.
+  for (int level = std::max(first_level, kTreeLevel + 1); level <= last; ++level)
+    if (is_amid_water(site_, place_world, level)) return level - 1;
+  return last;
+}
+
+void TileWork::add(std::uint32_t id, const PlantModel& model, const Eigen::Vector3d& foot_world,
+                   std::uint16_t heading, double scale, int coarsest_level, int first_level) {
   world::Instance instance;
   instance.provenance.instance_id = id;
   instance.provenance.feature = id;
@@ -589,7 +610,8 @@ void TileWork::add(std::uint32_t id, const PlantModel& model, const Vector2d& pl
   instance.scale = static_cast<std::uint16_t>(std::clamp(std::lround(scale * 4096.0), 1L, 65535L));
   instance.variety = static_cast<std::uint8_t>(core::random_bits(layer_.seed_, kColour, id));
   instance.coarsest_level =
-      static_cast<std::int8_t>(std::min(coarsest_level, model.coarsest_level));
+      static_cast<std::int8_t>(last_level_on_land(foot_world.head<2>(), foot_world.z(), first_level,
+                                                  std::min(coarsest_level, model.coarsest_level)));
   objects_.instances.push_back(instance);
 }
 
@@ -820,7 +842,12 @@ TileWork::Piece TileWork::make_piece(int size, std::int32_t x, std::int32_t y) {
   piece.scale = std::clamp(top_m / models.front().height_m, kSmallestClump, kLargestClump);
   const PlaceDraws draws{layer_.seed_, clump_id(size, x, y)};
   piece.model = &draws.variety(models);
+  const int level = kFinestClumpLevel + size;
   piece.is_forest = site_.is_free(center, piece.scale * piece.model->reach_m);
+  if (piece.is_forest) {
+    piece.foot_z_world = site_.ground_z_world(center);
+    piece.is_forest = last_level_on_land(center, piece.foot_z_world, level, level) == level;
+  }
   piece.is_blocked = !piece.is_forest;
   return piece;
 }
@@ -854,7 +881,8 @@ void TileWork::add_clump(int size, std::int32_t x, std::int32_t y, const Box& bo
   if (!own.is_forest) return;
   const PlaceDraws draws{layer_.seed_, clump_id(size, x, y)};
   const auto quarter_turns = static_cast<std::uint16_t>((draws.bits(kHeading) & 3U) << 14U);
-  add(draws.id, *own.model, center, quarter_turns, own.scale, last_level);
+  add(draws.id, *own.model, Eigen::Vector3d(center.x(), center.y(), own.foot_z_world),
+      quarter_turns, own.scale, last_level, kFinestClumpLevel + size + 1);
 }
 
 class VegetationKind final : public LayerKind {

@@ -155,6 +155,11 @@ class WaterLayer final : public Layer {
     return map_.touches(place_world, radius_m) || streams_.touches(place_world, radius_m);
   }
 
+  /// Banks are steps where one water ends and another's level begins, as where a river goes below ground.
+  bool has_walls_near(const Vector2d& place_world, double within_m) const override {
+    return map_.touches(place_world, within_m + WaterMap::kReach_m);
+  }
+
   void add_objects(const world::TileId& id, const LayerSite&,
                    world::TileObjects& objects) const override {
     if (id.level > kCoarsestPaintLevel) return;

@@ -16,6 +16,7 @@
 #include "tiler/objects/power_line.h"
 #include "tiler/objects/things.h"
 #include "tiler/objects/wires.h"
+#include "tiler/shown_ground.h"
 #include "tiler/surface.h"
 #include "tiler/world_options.h"
 #include "world/instance_frame.h"
@@ -327,11 +328,23 @@ void PlacedThings::index(const std::vector<world::Prototype>& prototypes) {
   }
 }
 
+namespace {
+
+/// Wires are shown no farther than both their supports.
+void show_up_to(std::int8_t last_level, world::ShapeLevels& levels) {
+  while (levels.size() > 1 && levels[levels.size() - 2].coarsest_level >= last_level)
+    levels.pop_back();
+  levels.back().coarsest_level = std::min(levels.back().coarsest_level, last_level);
+}
+
+}  // namespace
+
 world::Instance PlacedThings::instance_of(const PlacedThing& thing, const LayerSite& site) const {
   world::Instance instance;
   instance.provenance = {.instance_id = thing.instance_id, .layer = 0, .feature = thing.feature};
   instance.prototype = thing.prototype;
-  const double z = site.ground_z_world(thing.place_world) + static_cast<double>(thing.above_m);
+  const double ground_z = site.ground_z_world(thing.place_world);
+  const double z = ground_z + static_cast<double>(thing.above_m);
   instance.place_steps =
       (Vector3d(thing.place_world.x(), thing.place_world.y(), z) / world::kHeightStep_m)
           .array()
@@ -340,6 +353,8 @@ world::Instance PlacedThings::instance_of(const PlacedThing& thing, const LayerS
   instance.heading = thing.heading;
   instance.scale = thing.scale;
   instance.variety = thing.variety;
+  instance.coarsest_level = static_cast<std::int8_t>(last_level_with_ground(
+      site, thing.place_world, ground_z, 0, coarsest_levels_[thing.prototype]));
   return instance;
 }
 
@@ -374,11 +389,12 @@ void PlacedThings::add_to(const world::TileId& id, const LayerSite& site,
       const double reach_m = 0.5 * (to.place_world - from.place_world).norm() + 15.0;
       if (!is_shown(0.5 * (from.place_world + to.place_world), reach_m, kCoarsestWireLevel))
         continue;
-      objects.solids.push_back(
-          wires_between(span.from_thing, world::instance_frame(instance_of(from, site), frame),
-                        span.to_thing, world::instance_frame(instance_of(to, site), frame)));
-      objects.solids.back().provenance = {
-          .instance_id = span.instance_id, .layer = 0, .feature = span.feature};
+      const world::Instance support = instance_of(from, site), next = instance_of(to, site);
+      world::Solid wires = wires_between(span.from_thing, world::instance_frame(support, frame),
+                                         span.to_thing, world::instance_frame(next, frame));
+      wires.provenance = {.instance_id = span.instance_id, .layer = 0, .feature = span.feature};
+      show_up_to(std::min(support.coarsest_level, next.coarsest_level), wires.levels);
+      objects.solids.push_back(std::move(wires));
     }
   };
   const std::int32_t low_x = cell(low.x() - largest_reach_m_),

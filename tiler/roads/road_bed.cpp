@@ -265,6 +265,15 @@ const RoadBed::Cell* RoadBed::cell_at(const Vector2d& place_world) const {
   return found == cells_.end() ? nullptr : &found->second;
 }
 
+bool RoadBed::is_near(const Vector2d& place_world, double within_m) const {
+  const std::int32_t last_x = cell_of(place_world.x() + within_m);
+  const std::int32_t last_y = cell_of(place_world.y() + within_m);
+  for (std::int32_t j = cell_of(place_world.y() - within_m); j <= last_y; ++j)
+    for (std::int32_t i = cell_of(place_world.x() - within_m); i <= last_x; ++i)
+      if (cells_.count(key_of(i, j)) != 0) return true;
+  return false;
+}
+
 RoadBed::Met RoadBed::meet(const Piece& piece, const Vector2d& place_world) {
   // Between the cross-sections at its ends, by how far it is from either along the piece: so the share goes
   // on from piece to piece round bends, on both sides of the line.

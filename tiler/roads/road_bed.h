@@ -44,6 +44,8 @@ class RoadBed {
 
   /// Whether anything changes the ground near a place.
   bool is_near(const Eigen::Vector2d& place_world) const { return cell_at(place_world) != nullptr; }
+  /// … or may change it within some metres of the place: to 16 m more.
+  bool is_near(const Eigen::Vector2d& place_world, double within_m) const;
   struct Shaped {
     double level_m = 0.0;
     bool is_way = false;  ///< on a carriageway, its shoulder or a pad

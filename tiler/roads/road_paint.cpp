@@ -428,7 +428,7 @@ void RoadPaint::add_crossings(const RoadNetwork& network,
   }
 }
 
-void RoadPaint::add_areas(const std::vector<PaintedArea>& areas) {
+void RoadPaint::add_areas(const std::vector<PaintedArea>& areas, const IsWater& is_water) {
   for (const PaintedArea& area : areas) {
     world::Area coat;
     coat.coating = {.feature = area.feature,
@@ -451,12 +451,13 @@ void RoadPaint::add_areas(const std::vector<PaintedArea>& areas) {
     if (coat.rings_steps.empty()) continue;
     painted.coat = std::move(coat);
     areas_.push_back(std::move(painted));
-    if (area.style.has_stands) add_stands(area);
+    if (area.style.has_stands) add_stands(area, is_water);
   }
 }
 
-void RoadPaint::add_stands(const PaintedArea& area) {
-  // Rows along the longest side, as far apart as two rows and a lane take, where all of it is inside.
+void RoadPaint::add_stands(const PaintedArea& area, const IsWater& is_water) {
+  // Rows along the longest side, as far apart as two rows and a lane take, where all of it is inside and dry: areas
+  // beside a harbour are drawn over its water.
   const PointsWorld& ring = area.rings_world.front();
   Vector2d direction(1.0, 0.0);
   double longest_m = 0.0;
@@ -500,7 +501,7 @@ void RoadPaint::add_stands(const PaintedArea& area) {
     const auto is_inside = [&](double along_m) {
       for (const double off : {-0.5, 0.0, 0.5}) {
         const Vector2d at = along_m * direction + (across_m + off * (kStandDepth_m - 0.1)) * left;
-        if (!side_of_rings(area.rings_world, at).is_inside) return false;
+        if (!side_of_rings(area.rings_world, at).is_inside || is_water(at)) return false;
       }
       return true;
     };

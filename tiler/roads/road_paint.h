@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tiler/roads/road_network.h"
+#include "tiler/roads/water_gaps.h"
 #include "world/tile_objects.h"
 
 namespace terracast::tiler {
@@ -34,7 +35,8 @@ class RoadPaint {
   /// Ways on the ground: strips with their marks, which stop before junctions; sidewalks.
   /// gaps   where nothing is painted (water_gaps)
   void add_network(const RoadNetwork& network, const Gaps& gaps);
-  void add_areas(const std::vector<PaintedArea>& areas);
+  /// is_water   no stands are marked there
+  void add_areas(const std::vector<PaintedArea>& areas, const IsWater& is_water);
   /// Zebras on the nearest way; where the source knows of none, at junctions of streets.
   void add_crossings(const RoadNetwork& network, const std::vector<FootCrossing>& crossings,
                      std::uint64_t seed);
@@ -59,7 +61,7 @@ class RoadPaint {
   void add_run(const Run& run);
   void add_strip(const world::Strip& like, const PointsWorld& points, double start_m,
                  int coarsest_level);
-  void add_stands(const PaintedArea& area);
+  void add_stands(const PaintedArea& area, const IsWater& is_water);
   void add_zebra(const RoadNetwork& network, const Line& line, std::uint32_t point,
                  const Span& span, const Eigen::Vector2d& at_world, std::uint64_t feature);
 

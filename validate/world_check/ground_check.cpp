@@ -326,12 +326,22 @@ class TileCheck {
           instance.provenance, place, "it grows in a solid");
   }
 
+  /// The finest shape of a solid that is ever shown over this tile. The tile that holds its place decides, and tiles
+  /// of a cut that meet along a side differ by a level at most, those that meet at a corner by two.
+  const world::Shape* finest_shown(const world::Solid& solid) const {
+    const world::TileId own = world::tile_at(tile_.id.level, solid.place_m.x(), solid.place_m.y());
+    const int num_apart = std::abs(own.x - tile_.id.x) + std::abs(own.y - tile_.id.y);
+    return world::shape_at(solid.levels, tile_.id.level - num_apart);
+  }
+
   /// Of a building what lies within half a metre of its lowest point stands in the ground.
   void check_solid(std::size_t index) {
     const world::Solid& solid = tile_.objects.solids[index];
     if (kind_of(solid.provenance) != "buildings" || solid.levels.empty()) return;
     constexpr double kFoot_m = 0.5;
-    const world::Shape& shape = solid.levels.front().shape;
+    const world::Shape* shown = finest_shown(solid);
+    if (shown == nullptr) return;
+    const world::Shape& shape = *shown;
     double lowest_z = std::numeric_limits<double>::infinity();
     const auto vertex_world = [&](const Eigen::Vector3i& vertex) {
       return Eigen::Vector3d((solid.origin_steps + vertex).cast<double>() * kHeightStep_m);
