@@ -22,7 +22,7 @@ struct RayFan {
   std::span<const double> x, y, z;  ///< directions in the world frame, of any length
   double t_min = 0.0;
   double t_max = std::numeric_limits<double>::infinity();
-  std::span<const double> t_ends;  ///< of each ray, in place of t_max; empty: all end at that
+  std::span<const double> t_ends = {};  ///< of each ray, in place of t_max; empty: all end at that
 
   std::size_t size() const { return x.size(); }
   WorldRay operator[](std::size_t i) const {

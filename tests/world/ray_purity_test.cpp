@@ -99,6 +99,12 @@ TEST_F(RayPurity, FansAnswerAsTheirRaysDo) {
       std::vector<SurfaceSample> surfaces(count);
       query_.intersect(fan, hits, Coherence::Incoherent, surfaces);
       EXPECT_TRUE(same_bits(hits, expected));
+      RayFan ending = fan;  // at where each is said to end, whatever t_max says
+      const std::vector<double> t_ends(count, t_max);
+      ending.t_ends = t_ends;
+      ending.t_max = 1.0;
+      query_.intersect(ending, hits, Coherence::Coherent);
+      EXPECT_TRUE(same_bits(hits, expected));
       std::vector<double> t(count, -1.0);
       query_.intersect(fan, t, Coherence::Coherent);
       std::vector<SurfaceSample> surfaces_of_rays(count);
@@ -121,6 +127,33 @@ TEST_F(RayPurity, FansAnswerAsTheirRaysDo) {
   }
 }
 
+TEST_F(RayPurity, AFansRaysEndWhereEachIsToldTo) {
+  const Eigen::Vector3d origin(100.25, -33.5, test::mountain_height_m(100.25, -33.5) + 200.0);
+  std::vector<double> x, y, z, t_ends;
+  std::vector<WorldRay> rays(rays_.begin(), rays_.begin() + 100);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    rays[i].origin_world = origin;
+    rays[i].t_min = 0.0;
+    rays[i].t_max = kInfinity;
+    x.push_back(rays[i].direction_world.x());
+    y.push_back(rays[i].direction_world.y());
+    z.push_back(rays[i].direction_world.z());
+  }
+  // Every third ends a little before what it meets, every third a little behind.
+  const std::vector<SurfaceHit> whole = cast_all(query_, rays);
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    t_ends.push_back(i % 3 == 0 ? kInfinity : (i % 3 == 1 ? 0.999 : 1.001) * whole[i].t);
+  std::vector<SurfaceHit> hits(rays.size());
+  query_.intersect(RayFan{.origin_world = origin, .x = x, .y = y, .z = z, .t_ends = t_ends}, hits,
+                   Coherence::Coherent);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (i % 3 == 1)
+      EXPECT_TRUE(hits[i].is_sky()) << i;
+    else
+      EXPECT_EQ(hits[i].t, whole[i].t) << i;
+  }
+}
+
 TEST_F(RayPurity, FansThatCannotBeTracedAreRefused) {
   const std::vector<double> one = {1.0};
   const std::vector<double> two = {1.0, 2.0};
@@ -136,6 +169,7 @@ TEST_F(RayPurity, FansThatCannotBeTracedAreRefused) {
   expect_refused({.origin_world = origin, .x = two, .y = two, .z = one}, 2);
   expect_refused({.origin_world = origin, .x = none, .y = none, .z = none}, 2);
   expect_refused({.origin_world = origin, .x = two, .y = two, .z = two}, 1);
+  expect_refused({.origin_world = origin, .x = two, .y = two, .z = two, .t_ends = one}, 2);
 }
 
 TEST(RayLanes, AreCounted) {
