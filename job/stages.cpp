@@ -102,7 +102,13 @@ void label(const RunConfig& config, const world::TileStore& store, const fs::pat
   const core::StageCost cost(context.with_log(log), "label");
   core::with_context(
       [&] {
-        for (const capture::SequenceReader& sequence : open_captured(config, captures, log))
+        const std::vector<capture::SequenceReader> sequences = open_captured(config, captures, log);
+        std::vector<render::SequenceOutline> outlines;
+        for (const capture::SequenceReader& sequence : sequences)
+          outlines.push_back({sequence.info().name, sequence.info().cameras,
+                              static_cast<int>(sequence.frames().size())});
+        render::check_labels(labels, outlines, log);
+        for (const capture::SequenceReader& sequence : sequences)
           render::run_label_stage(sequence, store, captured_things(sequence.info()), labels,
                                   context.with_log(log));
       },

@@ -99,11 +99,13 @@ geo::Rigid3d settled_pose(const geo::Rigid3d& wanted, Ride ride, double length_m
     place.z() = surface_z(place, query);
     return {level, place};
   }
+  const bool is_upright = length_m == 0.0 && width_m == 0.0;
   const auto foot = [&](double x_m, double y_m) -> Vector3d {
     Vector3d at = wanted.translation + level * Vector3d(x_m, y_m, 0.0);
     at.z() = ride == Ride::Way ? way_z(at, query) : surface_z(at, query);
     return at;
   };
+  if (is_upright) return {level, foot(0.0, 0.0)};
   const double x_m = 0.5 * kAxles * length_m, y_m = 0.5 * kTracks * width_m;
   const Vector3d front_left = foot(x_m, y_m), front_right = foot(x_m, -y_m);
   const Vector3d rear_left = foot(-x_m, y_m), rear_right = foot(-x_m, -y_m);
@@ -224,7 +226,9 @@ MovingBodies::MovingBodies(std::span<const MovingThing> things, const world::Ray
   const std::vector<capture::MovingBody> infos = describe_moving(things);
   auto info = infos.begin();
   for (const MovingThing& thing : things) {
-    const Vector3d size_m = info->box_m.sizes();
+    const bool is_upright =
+        thing.semantic_id == static_cast<std::uint32_t>(core::SemanticClass::Person);
+    const Vector3d size_m = is_upright ? Vector3d(Vector3d::Zero()) : info->box_m.sizes();
     Body body{.info = *info++, .shown = thing.shape.shown, .variety = thing.variety, .states = {}};
     std::vector<Body> parts;
     for (const TurningPart& part : thing.parts)
