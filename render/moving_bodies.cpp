@@ -116,6 +116,11 @@ geo::Rigid3d settled_pose(const geo::Rigid3d& wanted, Ride ride, double length_m
   return {upright(forward.cross(left).normalized(), forward.normalized()), place};
 }
 
+/// People do, on slopes too.
+bool stands_upright(const MovingThing& thing) {
+  return thing.semantic_id == static_cast<std::uint32_t>(core::SemanticClass::Person);
+}
+
 /// The rotation that a rotation's quaternion is, as a vector along its axis, rad.
 Vector3d vector_of(Eigen::Quaterniond turn) {
   if (turn.w() < 0.0) turn.coeffs() *= -1.0;
@@ -226,9 +231,8 @@ MovingBodies::MovingBodies(std::span<const MovingThing> things, const world::Ray
   const std::vector<capture::MovingBody> infos = describe_moving(things);
   auto info = infos.begin();
   for (const MovingThing& thing : things) {
-    const bool is_upright =
-        thing.semantic_id == static_cast<std::uint32_t>(core::SemanticClass::Person);
-    const Vector3d size_m = is_upright ? Vector3d(Vector3d::Zero()) : info->box_m.sizes();
+    const Vector3d size_m =
+        stands_upright(thing) ? Vector3d(Vector3d::Zero()) : info->box_m.sizes();
     Body body{.info = *info++, .shown = thing.shape.shown, .variety = thing.variety, .states = {}};
     std::vector<Body> parts;
     for (const TurningPart& part : thing.parts)
@@ -312,10 +316,12 @@ std::string MovingBodies::text_of(int frame) const {
 std::string text_of_shapes(std::span<const MovingThing> things) {
   std::string text;
   for (const MovingThing& thing : things) {
-    text += fmt::format("moves {} {} {} {} {}\n", thing.name, thing.shape.thing, thing.semantic_id,
-                        thing.variety, hash_of(thing.shape.shown->shape));
+    text += fmt::format("moves {} {} {} {} {}{}\n", thing.name, thing.shape.thing,
+                        thing.semantic_id, thing.variety, hash_of(thing.shape.shown->shape),
+                        stands_upright(thing) ? " upright" : "");
     for (const TurningPart& part : thing.parts)
-      text += fmt::format("part {} {}\n", part.name, hash_of(part.shape.shown->shape));
+      text += fmt::format("part {} {} {} {}\n", part.name, hash_of(part.shape.shown->shape),
+                          part.rate_radps, part.per_metre_rad);
   }
   return text;
 }

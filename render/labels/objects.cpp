@@ -11,6 +11,7 @@
 #include <map>
 #include <set>
 
+#include "capture/sequence_files.h"
 #include "core/error.h"
 #include "core/instance_id.h"
 #include "core/log.h"

@@ -264,6 +264,23 @@ TEST(RigTables, NoHeadingHasTwoMeanings) {
   }
 }
 
+TEST(RigFiles, SayWhoseAKeyIsAndWhyATableOfRaysIsNotRead) {
+  const fs::path file = test_folder("whose") / "rig.toml";
+  const auto build = [&](const std::string& keys) {
+    core::write_file(
+        file, "name = \"r\"\n[[cameras]]\nname = \"c\"\nwidth_px = 64\nheight_px = 48\n" + keys);
+    render::build_cameras({read_rig(file)});
+  };
+  expect_error(ErrorKind::Config,
+               {"rig.toml:7:1", "\"k1\"", "pinhole has none", "full_opencv", "simple_radial"},
+               [&] { build("fx_px = 50.0\nk1 = 0.1\n"); });
+  expect_error(ErrorKind::Config, {"\"rays\"", "models that do are tabulated"},
+               [&] { build("fx_px = 50.0\nrays = \"table.txt\"\n"); });
+  EXPECT_NO_THROW(build("fx_px = 50.0\nmodel = \"radial\"\nk1 = -0.1\n"));
+  expect_error(ErrorKind::Io, {"none.txt", "No such file"},
+               [&] { build("model = \"tabulated\"\nrays = \"none.txt\"\n"); });
+}
+
 TEST(RigFormats, ARigFileReadsBackToTheSameRig) {
   for (const fs::path& file : shipped_rigs()) {
     const render::RigOptions rig = read_rig(file);
