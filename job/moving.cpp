@@ -171,7 +171,7 @@ render::MovingThing MovingThings::of(const std::string& name, const tiler::Thing
 
 void MovingOptions::describe(core::SchemaVisitor& visit) {
   visit.key("name", name, "Its name, its own among all that move.", core::required());
-  visit.key("thing", thing, "What it is: a built-in thing (`terracast list things`).",
+  visit.key("thing", thing, "What it is: a built-in thing that moves (`terracast list things`).",
             core::required());
   visit.key("variant", variant, "Which of the thing's colours, counted from 0.",
             core::between(0.0, 255.0));

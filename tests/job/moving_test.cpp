@@ -139,8 +139,8 @@ TEST(LaidOutMoving, WheelsTurnWhereTheyRoll) {
       most = std::max(most, std::abs(part.per_metre_rad));
     return most;
   };
-  EXPECT_EQ(turning("airliner", ""), 0.0);  // it flies
-  EXPECT_GT(turning("airliner", "ride = \"ground\"\n"), 1.0);
+  EXPECT_EQ(turning("light_aircraft", ""), 0.0);  // it flies
+  EXPECT_GT(turning("light_aircraft", "ride = \"ground\"\n"), 1.0);
   EXPECT_GT(turning("hatchback", ""), 1.0);
   EXPECT_GT(turning("hatchback", "ride = \"free\"\n"), 1.0);
 }
