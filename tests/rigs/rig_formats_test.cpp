@@ -371,7 +371,8 @@ TEST(RigTables, BadCellsAreNamedByRowAndColumn) {
          {"not all three"});
   expect("name,width_px,height_px,fx_px,axes\na,64,48,30,frd\n",
          {"row 2, column E (axes)", "flu, rdf"});
-  expect("name,width_px,height_px,fx_px,rig\na,64,48,30,r\nb,64,48,30,q\n", {"row 3", "one rig"});
+  expect("name,width_px,height_px,fx_px,rig\na,64,48,30,r\nb,64,48,30,q\n",
+         {"row 3", "\"r\" in the first row"});
 }
 
 TEST(RigYaml, BadCalibrationsAreNamedByLineAndKey) {
@@ -513,7 +514,7 @@ TEST(RigColmap, BadFilesAreNamedByLineAndCamera) {
   expect("1 OMNI 64 48 30\n", reference, {"model OMNI is not known", "FULL_OPENCV"});
   expect("1 PINHOLE 64 0 30 30 32 24\n", reference, {"cameras.txt:1", "0 px"});
   expect(good + "1 PINHOLE 64 48 30 30 32 24\n", reference, {"cameras.txt:3", "CAMERA_ID 1"});
-  expect(good, "[]", {"rig_config.json", "one rig"});
+  expect(good, "[]", {"rig_config.json", "\"r\" in the first row"});
   expect(good, R"([{"cameras":[]}])", {"0 cameras", "cameras.txt beside it has 1"});
   expect(good, R"([{"cameras":[{"image_prefix":"a/"}]}])", {"cam_from_rig_rotation"});
   expect(
