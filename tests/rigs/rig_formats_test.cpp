@@ -514,7 +514,7 @@ TEST(RigColmap, BadFilesAreNamedByLineAndCamera) {
   expect("1 OMNI 64 48 30\n", reference, {"model OMNI is not known", "FULL_OPENCV"});
   expect("1 PINHOLE 64 0 30 30 32 24\n", reference, {"cameras.txt:1", "0 px"});
   expect(good + "1 PINHOLE 64 48 30 30 32 24\n", reference, {"cameras.txt:3", "CAMERA_ID 1"});
-  expect(good, "[]", {"rig_config.json", "\"r\" in the first row"});
+  expect(good, "[]", {"rig_config.json", "one rig"});
   expect(good, R"([{"cameras":[]}])", {"0 cameras", "cameras.txt beside it has 1"});
   expect(good, R"([{"cameras":[{"image_prefix":"a/"}]}])", {"cam_from_rig_rotation"});
   expect(
