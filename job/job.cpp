@@ -8,7 +8,7 @@
 #include "geo/geoid.h"
 #include "geo/trajectory.h"
 #include "job/stages.h"
-#include "render/exposure_check.h"
+#include "render/plan_check.h"
 #include "render/rig_errors.h"
 #include "tiler/layer_stack.h"
 #include "world/embree_scene.h"

@@ -11,7 +11,7 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "geo/geodesy.h"
-#include "render/exposure_check.h"
+#include "render/plan_check.h"
 #include "render/frame_renderer.h"
 #include "render/imaging/imager.h"
 #include "render/input_hash.h"

@@ -10,6 +10,7 @@
 #include "capture/labels.h"
 #include "core/instance_id.h"
 #include "render/moving_bodies.h"
+#include "render/plan_check.h"
 #include "tests/render/moving_boxes.h"
 #include "tests/render/plane_flight.h"
 #include "tests/render/scene.h"
@@ -160,6 +161,17 @@ TEST(MovingBodies, RideWhatIsThere) {
       30.0, 1e-4);
   test::expect_error(core::ErrorKind::Input, {"it rides the water", "there is ground"},
                      [&] { settle(wanted, Ride::Water, 4.4, 1.8, scene.query, frame); });
+  // The same of a sequence, before any is rendered.
+  plan.moving = {{.name = "boat",
+                  .shape = box_shape({2.0, 1.0, 1.0}),
+                  .ride = Ride::Water,
+                  .parts = {},
+                  .states = {wanted},
+                  .gone_m = {0.0}}};
+  test::expect_error(core::ErrorKind::Input, {"boat at frame 0", "there is ground"},
+                     [&] { check_rides(plan, store, {}); });
+  plan.moving[0].ride = Ride::Ground;
+  EXPECT_NO_THROW(check_rides(plan, store, {}));
 }
 
 TEST(MovingBodies, WhatMovesCastsShadowsAndIsBlurred) {

@@ -1,7 +1,13 @@
-#include "render/exposure_check.h"
+#include "render/plan_check.h"
+
+#include <algorithm>
+#include <iterator>
 
 #include "core/error.h"
+#include "geo/geodesy.h"
 #include "render/imaging/exposure_control.h"
+#include "render/moving_bodies.h"
+#include "world/lod.h"
 
 namespace terracast::render {
 
@@ -29,6 +35,18 @@ void check_exposures(const SequencePlan& plan) {
            "{} frames are looked at",
            plan.name, imaging.exposure.time_constant_s, plan.rate_hz, most_s, kMostEarlierFrames);
   }
+}
+
+void check_rides(const SequencePlan& plan, const world::TileStore& store,
+                 const world::RayQueryOptions& tracing) {
+  std::vector<MovingThing> riders;
+  std::copy_if(plan.moving.begin(), plan.moving.end(), std::back_inserter(riders),
+               [](const MovingThing& thing) { return thing.ride != Ride::Free; });
+  if (riders.empty()) return;
+  const world::RayQuery query(
+      store, world::choose_cut(store, viewpoints_of(plan.states, plan.cameras), plan.detail),
+      tracing);
+  MovingBodies(riders, query, geo::WorldFrame(store.manifest().origin));
 }
 
 }  // namespace terracast::render
