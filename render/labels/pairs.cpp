@@ -99,6 +99,7 @@ class PairsLabel final : public LabelMaker {
               "How many frames after the first camera's image that of the second is.",
               core::between(-1000000, 1000000));
   }
+
   void validate() const override {
     if (frames_apart_.empty())
       fail(ErrorKind::Config, "pairs: frames_apart is empty; 0 is the same frame");
