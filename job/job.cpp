@@ -8,6 +8,7 @@
 #include "geo/geoid.h"
 #include "geo/trajectory.h"
 #include "job/stages.h"
+#include "render/plan_check.h"
 #include "render/rig_errors.h"
 #include "tiler/layer_stack.h"
 #include "world/embree_scene.h"
@@ -81,6 +82,13 @@ void check_true_cameras(const Job& job) {
                                        chosen.format, plan.name));
 }
 
+void check_labels(const Job& job, const core::Log& log) {
+  std::vector<render::SequenceOutline> outlines;
+  for (const render::SequencePlan& plan : job.sequences)
+    outlines.push_back({plan.name, plan.cameras, static_cast<int>(plan.states.size())});
+  render::check_labels(wanted_labels(job.config), outlines, log);
+}
+
 geo::TrajectoryContext trajectory_context(const Job& job, const core::Log& log) {
   const tiler::WorldSurface& ground = *job.ground;
   double reach_m = 0.0;  // from the body to where its farthest ray starts
@@ -134,6 +142,7 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
   plan.detail = job.config.detail;
   plan.config_toml = toml_of_sequence(job.config, options);
   render::check_inside(plan, job.ground->frame(), job.config.world.size_m);
+  render::check_exposures(plan);
   return plan;
 }
 
@@ -195,6 +204,7 @@ Job prepare_job(RunConfig config, const core::Context& context,
         plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));
   check_frames(job);
   check_true_cameras(job);
+  check_labels(job, context.log);
   return job;
 }
 

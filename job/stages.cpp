@@ -9,6 +9,7 @@
 #include "geo/geoid.h"
 #include "job/moving.h"
 #include "job/traffic/traffic_site.h"
+#include "render/plan_check.h"
 #include "tiler/preview.h"
 #include "tiler/tile_stage.h"
 #include "validate/check.h"
@@ -50,6 +51,18 @@ void check_detail(const world::TileStore& store, const render::SequencePlan& seq
          store.folder().string(), sequence.name, tile->spacing_m(), tile->name());
 }
 
+/// What the last of several sequences would be refused for is refused before the first is rendered.
+void check_sequences(const Job& job, const world::TileStore& store) {
+  if (job.sequences.size() < 2) return;
+  for (const render::SequencePlan& sequence : job.sequences)
+    core::with_context(
+        [&] {
+          check_detail(store, sequence);
+          render::check_rides(sequence, store, job.config.tracing);
+        },
+        fmt::format("rendering sequence {}", sequence.name));
+}
+
 render::RenderedFrames render_sequence(const Job& job, const render::SequencePlan& sequence,
                                        const world::TileStore& store,
                                        const capture::FrameSelection& selection,
@@ -70,6 +83,7 @@ void render(const Job& job, const world::TileStore& store, const capture::FrameS
             const fs::path& captures, const core::Context& context) {
   const core::Log log = context.log.for_stage("render");
   const core::StageCost cost(context.with_log(log), "render");
+  check_sequences(job, store);
   for (const auto& sequence : job.sequences)
     render_sequence(job, sequence, store, selection, captures / sequence.name,
                     context.with_log(log));
@@ -102,7 +116,13 @@ void label(const RunConfig& config, const world::TileStore& store, const fs::pat
   const core::StageCost cost(context.with_log(log), "label");
   core::with_context(
       [&] {
-        for (const capture::SequenceReader& sequence : open_captured(config, captures, log))
+        const std::vector<capture::SequenceReader> sequences = open_captured(config, captures, log);
+        std::vector<render::SequenceOutline> outlines;
+        for (const capture::SequenceReader& sequence : sequences)
+          outlines.push_back({sequence.info().name, sequence.info().cameras,
+                              static_cast<int>(sequence.frames().size())});
+        render::check_labels(labels, outlines, log);
+        for (const capture::SequenceReader& sequence : sequences)
           render::run_label_stage(sequence, store, captured_things(sequence.info()), labels,
                                   context.with_log(log));
       },

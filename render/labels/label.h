@@ -1,6 +1,8 @@
 #pragma once
 
+#include <filesystem>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,6 +27,16 @@ struct LabelInputs {
   const core::Context& context;
 };
 
+/// What is known of a sequence before it is captured.
+struct SequenceOutline {
+  std::string name;
+  std::vector<capture::CameraCalibration> cameras;
+  int num_frames = 0;
+};
+
+/// Files of a kind of labels, relative to its folder `labels/<kind>` in the capture.
+using LabelFiles = std::set<std::filesystem::path>;
+
 /// One kind of labels. The derived class holds its options, describes their keys, and makes them.
 class LabelMaker {
  public:
@@ -34,11 +46,17 @@ class LabelMaker {
   virtual void validate() const {}
   virtual std::unique_ptr<LabelMaker> clone() const = 0;
 
+  /// Holds options against all sequences that shall be labelled, before work is done for them.
+  /// log      is told of what makes nothing in one of them
+  /// throws   Config: options that name what no sequence has, or that make nothing in any
+  virtual void check(std::span<const SequenceOutline> sequences, const core::Log& log) const;
+
   /// Writes into the sequence's folder `labels/<kind>`, in parallel; what an earlier run of the same capture
   /// and options finished is kept.
+  /// returns       all its files; what else stands in the folder is of other options, and is removed
   /// determinism   same capture, world and options, same bytes, whatever the threads and interruptions
   /// throws        Input: damaged, or the world is not the sequence's; Io
-  virtual void make(const LabelInputs& inputs) const = 0;
+  virtual LabelFiles make(const LabelInputs& inputs) const = 0;
 };
 
 struct LabelInfo {
@@ -71,7 +89,11 @@ struct LabelOptions {
   std::unique_ptr<LabelMaker> maker_;
 };
 
-/// Makes labels of a finished sequence.
+/// throws   as LabelMaker::check; the message names the kind
+void check_labels(const std::vector<LabelOptions>& labels,
+                  std::span<const SequenceOutline> sequences, const core::Log& log);
+
+/// Makes labels of a finished sequence, and removes from their folders what is stale.
 /// things   what moves in it, as LabelInputs has it
 /// throws   Input: it was captured with other things; as LabelMaker::make; the message names the kind and the
 ///          sequence

@@ -5,17 +5,20 @@
 // image), sight (uint: 0 the sky or not within the other image, 1 within it but hidden, 2 seen), occluder (uint: the
 // instance that hides what is hidden; 0 the ground) and scene_flow.x, .y, .z (float, m, world's axes: to where the point
 // is at the time of the other frame). Without a place in the other image flow is NaN; of the sky scene flow is NaN.
+// pairs.json, written last, says which pairs there are and what each of them is.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "capture/labels.h"
 #include "capture/object_labels.h"
 #include "capture/sequence_files.h"
 #include "core/error.h"
+#include "core/json.h"
 #include "core/log.h"
 #include "core/progress.h"
 #include "core/registry.h"
@@ -30,6 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using core::ErrorKind;
 using core::fail;
+using core::Json;
 using Eigen::Vector2d;
 
 std::string camera_name(const capture::CameraCalibration& camera) {
@@ -43,6 +47,25 @@ int find_camera(const std::vector<capture::CameraCalibration>& cameras, const st
   if (found == names.end())
     fail(ErrorKind::Config, "{}", core::unknown_name_message("camera", name, names));
   return static_cast<int>(found - names.begin());
+}
+
+/// Both cameras of "RIG/NAME RIG/NAME".
+std::array<std::string, 2> names_of_pair(const std::string& pair) {
+  const std::size_t blank = pair.find(' ');
+  const std::array names = {pair.substr(0, blank),
+                            blank == std::string::npos ? std::string() : pair.substr(blank + 1)};
+  for (const std::string& name : names)
+    if (std::count(name.begin(), name.end(), '/') != 1 || name.front() == '/' ||
+        name.back() == '/' || name.find(' ') != std::string::npos)
+      fail(ErrorKind::Config, "pairs: cameras: \"{}\" is no pair; \"RIG/NAME RIG/NAME\" is right",
+           pair);
+  return names;
+}
+
+/// What tells one image of a pair from the other.
+std::string_view difference_of(bool is_other_camera, bool is_other_frame) {
+  if (!is_other_frame) return "camera";
+  return is_other_camera ? "camera and frame" : "frame";
 }
 
 std::vector<Eigen::Vector2i> all_pixels(const geo::CameraIntrinsics& image) {
@@ -76,20 +99,51 @@ class PairsLabel final : public LabelMaker {
               "How many frames after the first camera's image that of the second is.",
               core::between(-1000000, 1000000));
   }
+
+  void validate() const override {
+    if (frames_apart_.empty())
+      fail(ErrorKind::Config, "pairs: frames_apart is empty; 0 is the same frame");
+    for (const std::string& pair : cameras_) {
+      const std::array<std::string, 2> names = names_of_pair(pair);
+      if (names[0] == names[1] && is_of_one_time())
+        fail(ErrorKind::Config,
+             "pairs: cameras: \"{}\" with frames_apart = 0 is each image with itself; give the "
+             "frames apart, as frames_apart = [1], or another camera",
+             pair);
+    }
+  }
   std::unique_ptr<LabelMaker> clone() const override { return std::make_unique<PairsLabel>(*this); }
 
-  void make(const LabelInputs& inputs) const override {
+  void check(std::span<const SequenceOutline> sequences, const core::Log& log) const override {
+    bool has_pair = sequences.empty() || !is_of_one_time();
+    const SequenceOutline* longest = nullptr;
+    for (const SequenceOutline& sequence : sequences) {
+      has_pair = has_other_camera(wanted_cameras(sequence.cameras)) || has_pair;
+      if (longest == nullptr || sequence.num_frames > longest->num_frames) longest = &sequence;
+    }
+    if (!has_pair)
+      fail(ErrorKind::Config,
+           "pairs: no camera has another beside it on its rig, and frames_apart is 0: there is no "
+           "pair; give frames_apart = [1], or name cameras of several rigs");
+    for (const std::int64_t apart : frames_apart_)
+      for (const SequenceOutline& sequence : sequences) {
+        if (std::abs(apart) < sequence.num_frames) continue;
+        if (std::abs(apart) >= longest->num_frames)
+          fail(ErrorKind::Config,
+               "pairs: frames_apart = {}: no sequence is so long; the longest, {}, has {} frames",
+               apart, longest->name, longest->num_frames);
+        log.warn("pairs: frames_apart = {}: sequence {} has {} frames, and so no such pair", apart,
+                 sequence.name, sequence.num_frames);
+      }
+  }
+
+  LabelFiles make(const LabelInputs& inputs) const override {
     const capture::SequenceReader& sequence = inputs.sequence;
     const std::map<int, std::vector<int>> others = wanted_cameras(sequence.info().cameras);
     const Matcher matcher(sequence, inputs.store, inputs.moving);
     const std::string source = capture::labels_source(sequence);
     const auto num_frames = static_cast<int>(sequence.frames().size());
-    const bool has_others = std::any_of(others.begin(), others.end(), [](const auto& of_camera) {
-      return std::any_of(of_camera.second.begin(), of_camera.second.end(),
-                         [&](int second) { return second != of_camera.first; });
-    });
-    if (!has_others && std::all_of(frames_apart_.begin(), frames_apart_.end(),
-                                   [](std::int64_t apart) { return apart == 0; }))
+    if (!has_other_camera(others) && is_of_one_time())
       inputs.context.log.warn(
           "{}: no camera has another beside it, and frames_apart is 0: no pairs",
           sequence.info().name);
@@ -101,20 +155,29 @@ class PairsLabel final : public LabelMaker {
         make_image(sequence, matcher, {frame, camera}, seconds, source);
         progress.advance();
       }
+    return write_index(sequence, others, source);
   }
 
  private:
+  bool is_of_one_time() const {
+    return std::all_of(frames_apart_.begin(), frames_apart_.end(),
+                       [](std::int64_t apart) { return apart == 0; });
+  }
+
+  static bool has_other_camera(const std::map<int, std::vector<int>>& others) {
+    return std::any_of(others.begin(), others.end(), [](const auto& of_camera) {
+      return std::any_of(of_camera.second.begin(), of_camera.second.end(),
+                         [&](int second) { return second != of_camera.first; });
+    });
+  }
+
   /// By the first camera.
   std::map<int, std::vector<int>> wanted_cameras(
       const std::vector<capture::CameraCalibration>& cameras) const {
     std::map<int, std::vector<int>> wanted;
     for (const std::string& pair : cameras_) {
-      const std::size_t blank = pair.find(' ');
-      if (blank == std::string::npos)
-        fail(ErrorKind::Config, "pairs: cameras: \"{}\" is no pair; \"RIG/NAME RIG/NAME\" is right",
-             pair);
-      wanted[find_camera(cameras, pair.substr(0, blank))].push_back(
-          find_camera(cameras, pair.substr(blank + 1)));
+      const std::array<std::string, 2> names = names_of_pair(pair);
+      wanted[find_camera(cameras, names[0])].push_back(find_camera(cameras, names[1]));
     }
     if (!cameras_.empty()) return wanted;
     for (std::size_t a = 0; a < cameras.size(); ++a)
@@ -122,6 +185,60 @@ class PairsLabel final : public LabelMaker {
         if (cameras[a].rig == cameras[b].rig)
           wanted[static_cast<int>(a)].push_back(static_cast<int>(b));
     return wanted;
+  }
+
+  static ImageOf image_apart(const ImageOf& from, std::int64_t apart, int camera) {
+    return {static_cast<int>(from.frame + apart), camera};
+  }
+
+  static bool is_pair(const capture::SequenceReader& sequence, const ImageOf& from,
+                      const ImageOf& to) {
+    return to.frame >= 0 && to.frame < static_cast<int>(sequence.frames().size()) && to != from;
+  }
+
+  static std::string name_of(const std::vector<capture::CameraCalibration>& cameras,
+                             const ImageOf& from, const ImageOf& to) {
+    return fmt::format(
+        "{}/{}/{:06}_{:06}.exr", camera_name(cameras[static_cast<std::size_t>(from.camera)]),
+        camera_name(cameras[static_cast<std::size_t>(to.camera)]), from.frame, to.frame);
+  }
+
+  /// All files, that of the index itself among them.
+  LabelFiles write_index(const capture::SequenceReader& sequence,
+                         const std::map<int, std::vector<int>>& others,
+                         const std::string& source) const {
+    const auto& cameras = sequence.info().cameras;
+    LabelFiles all = {"pairs.json"};
+    Json pairs = Json::array();
+    for (const auto& [first, seconds] : others)
+      for (const int second : std::set(seconds.begin(), seconds.end()))
+        for (const std::int64_t apart : std::set(frames_apart_.begin(), frames_apart_.end())) {
+          Json files = Json::array();
+          std::size_t num_files = 0;
+          for (int frame = 0; frame < static_cast<int>(sequence.frames().size()); ++frame) {
+            const ImageOf from{frame, first}, to = image_apart(from, apart, second);
+            if (!is_pair(sequence, from, to)) continue;
+            const std::string name = name_of(cameras, from, to);
+            all.insert(name);
+            files.push(name);
+            ++num_files;
+          }
+          if (num_files == 0) continue;
+          pairs.push(
+              Json::object()
+                  .set("camera", camera_name(cameras[static_cast<std::size_t>(first)]))
+                  .set("other_camera", camera_name(cameras[static_cast<std::size_t>(second)]))
+                  .set("frames_apart", apart)
+                  .set("differs_in", difference_of(first != second, apart != 0))
+                  .set("files", std::move(files)));
+        }
+    Json index = Json::object();
+    index.set("format", "terracast pairs")
+        .set("version", 1)
+        .set("capture", source)
+        .set("pairs", std::move(pairs));
+    index.write(sequence.folder() / capture::kLabelsFolder / "pairs/pairs.json");
+    return all;
   }
 
   /// All pairs of which an image is the first.
@@ -132,17 +249,13 @@ class PairsLabel final : public LabelMaker {
     const geo::CameraIntrinsics& image = cameras[static_cast<std::size_t>(from.camera)].intrinsics;
     std::vector<ImageOf> missing;
     const auto file_of = [&](const ImageOf& to) {
-      return sequence.folder() / capture::kLabelsFolder / "pairs" /
-             camera_name(cameras[static_cast<std::size_t>(from.camera)]) /
-             camera_name(cameras[static_cast<std::size_t>(to.camera)]) /
-             fmt::format("{:06}_{:06}.exr", from.frame, to.frame);
+      return sequence.folder() / capture::kLabelsFolder / "pairs" / name_of(cameras, from, to);
     };
     for (const int second : seconds)
       for (const std::int64_t apart : frames_apart_) {
-        const std::int64_t frame = from.frame + apart;
-        if (frame < 0 || frame >= static_cast<std::int64_t>(sequence.frames().size())) continue;
-        const ImageOf to{static_cast<int>(frame), second};
-        if (to != from && !is_label_image_done(file_of(to), source, image, "occluder"))
+        const ImageOf to = image_apart(from, apart, second);
+        if (is_pair(sequence, from, to) &&
+            !is_label_image_done(file_of(to), source, image, "occluder"))
           missing.push_back(to);
       }
     if (missing.empty()) return;
