@@ -1,6 +1,7 @@
 #include "job/job.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "core/schema_writer.h"
 #include "core/stage_cost.h"
@@ -81,6 +82,29 @@ void check_true_cameras(const Job& job) {
                                        chosen.format, plan.name));
 }
 
+/// All sequences show what the most demanding of them asks for.
+void share_geometry(Job& job) {
+  auto all = std::make_shared<std::vector<world::Viewpoint>>();
+  for (const render::SequencePlan& plan : job.sequences) {
+    std::vector<world::Viewpoint> own = render::viewpoints_of(plan.states, plan.cameras);
+    std::move(own.begin(), own.end(), std::back_inserter(*all));
+  }
+  for (render::SequencePlan& plan : job.sequences) plan.shared_viewpoints = all;
+}
+
+/// throws Config: labels that the sequences cannot have
+void check_labels(const Job& job) {
+  render::JobOutline outline{.sequences = {}, .has_one_geometry = job.config.shared_geometry};
+  for (const render::SequencePlan& plan : job.sequences) {
+    outline.sequences.push_back({.name = plan.name, .times_s = {}, .cameras = plan.cameras});
+    for (const geo::BodyState& state : plan.states)
+      outline.sequences.back().times_s.push_back(state.time_s);
+  }
+  for (const render::LabelOptions& chosen : job.config.labels)
+    core::with_context([&] { chosen.maker().check(outline); },
+                       fmt::format("checking the labels {}", chosen.kind));
+}
+
 geo::TrajectoryContext trajectory_context(const Job& job, const core::Log& log) {
   const tiler::WorldSurface& ground = *job.ground;
   double reach_m = 0.0;  // from the body to where its farthest ray starts
@@ -142,9 +166,9 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
 std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory) {
   RunConfig of_sequence = config;
   of_sequence.trajectories = {trajectory};
-  // What is seen in it counts too.
+  // What is seen in it counts too, and who shares its geometry.
   for (const geo::TrajectoryOptions& other : config.trajectories)
-    if (!other.shown_as.empty() && other.name != trajectory.name)
+    if ((!other.shown_as.empty() || config.shared_geometry) && other.name != trajectory.name)
       of_sequence.trajectories.push_back(other);
   return toml_of_captures(of_sequence);
 }
@@ -193,8 +217,10 @@ Job prepare_job(RunConfig config, const core::Context& context,
   for (const auto& options : job.config.trajectories)
     job.sequences.push_back(
         plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));
+  if (job.config.shared_geometry) share_geometry(job);
   check_frames(job);
   check_true_cameras(job);
+  check_labels(job);
   return job;
 }
 

@@ -41,8 +41,7 @@ world::TileStore tile(const Job& job, const fs::path& store, const core::Context
 /// A world that was tiled for other flights, or for coarser images, has not all the detail that this
 /// config asks for.
 void check_detail(const world::TileStore& store, const render::SequencePlan& sequence) {
-  const auto tile = world::missing_detail(
-      store, render::viewpoints_of(sequence.states, sequence.cameras), sequence.detail);
+  const auto tile = world::missing_detail(store, render::viewpoints_of(sequence), sequence.detail);
   if (tile)
     fail(ErrorKind::Input,
          "{}: the world is not tiled for sequence {}: cells of {} m in tile {} are too coarse for "
@@ -102,9 +101,11 @@ void label(const RunConfig& config, const world::TileStore& store, const fs::pat
   const core::StageCost cost(context.with_log(log), "label");
   core::with_context(
       [&] {
-        for (const capture::SequenceReader& sequence : open_captured(config, captures, log))
+        const std::vector<capture::SequenceReader> all = open_captured(config, captures, log);
+        for (const capture::SequenceReader& sequence : all)
           render::run_label_stage(sequence, store, captured_things(sequence.info()), labels,
-                                  context.with_log(log));
+                                  context.with_log(log),
+                                  {.sequences = all, .things_of = captured_things});
       },
       "running stage label");
 }
