@@ -34,7 +34,8 @@ using Captures = std::vector<capture::SequenceReader>;
 using Things = std::map<std::string, std::vector<render::MovingThing>>;
 
 constexpr int kWidth = 200, kHeight = 160;
-constexpr double kLineTime_s = 2e-4;  // of the second vehicle's camera
+constexpr double kLineTime_s = 2e-4;     // of the second vehicle's camera
+constexpr double kWorldHalf_m = 1024.0;  // the tiny world's square ends there
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// As a job labels its sequences.
@@ -98,8 +99,8 @@ geo::BodyState state_of(const std::string& name, int frame) {
   if (name != "cart") {
     const bool is_first = name == "uav1";
     place = is_first ? Vector3d(1.5 * frame, 0.2 * frame, 50.0)
-                     : Vector3d(-30.0 + 1.2 * frame, 3.0 - 1.0 * frame, 53.0);
-    turn_rad = is_first ? 0.02 * frame : -0.05 + 0.03 * frame;
+                     : Vector3d(-30.0 + 1.2 * frame, 8.0 - 1.0 * frame, 53.0);
+    turn_rad = is_first ? 0.02 * frame : -0.08 + 0.03 * frame;
     state.velocity_world_mps = is_first ? Vector3d(15.0, 2.0, 0.0) : Vector3d(12.0, -10.0, 1.0);
     state.angular_velocity_body_radps = {0.1, -0.2, 0.4};
   }
@@ -184,6 +185,9 @@ struct Truth {
            double grown = 0.0) const {
     Hit hit;
     if (direction.z() < 0.0) hit.t = -origin.z() / direction.z();
+    if (std::isfinite(hit.t) &&
+        (origin + hit.t * direction).head<2>().cwiseAbs().maxCoeff() > kWorldHalf_m)
+      hit.t = kInfinity;
     const Vector3d more = Vector3d::Constant(grown);
     for (const WorldBox& box : kStill) {
       const double t = slabs(box.low - more, box.high + more, origin, direction);
@@ -228,7 +232,8 @@ Tally check_pair(const fs::path& file, const Truth& from, int from_frame, const 
   Tally tally;
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) {
-      SCOPED_TRACE(testing::Message() << file.filename() << " at " << x << " " << y);
+      if (testing::Test::HasFailure()) return tally;
+      SCOPED_TRACE(testing::Message() << file << " at " << x << " " << y);
       const Truth::Hit shown = from.meet_pixel(from_frame, x, y);
       const auto near_rim = [&](double grown) {
         const Truth::Hit hit = from.meet_pixel(from_frame, x, y, grown);
@@ -256,7 +261,13 @@ Tally check_pair(const fs::path& file, const Truth& from, int from_frame, const 
         return shown.body.empty() ? own : Pose(state_of(shown.body, to_frame), t).world(own);
       };
       // Coordinates of 250 m and flows of 200 px are floats.
-      EXPECT_LE((scene_flow - (point_at(0.0) - point)).norm(), 1e-5);
+      // Where the other's body is then is known by the first sequence's own frames alone.
+      const bool is_known =
+          shown.body != other || to_frame < static_cast<int>(from.sequence.frames().size());
+      if (is_known) {
+        EXPECT_LE((scene_flow - (point_at(0.0) - point)).norm(), 1e-5);
+      }
+      EXPECT_EQ(std::isnan(scene_flow.x()), !is_known);
       if (shown.body == other) {
         EXPECT_EQ(sight, 0U);
         EXPECT_TRUE(std::isnan(flow_x(x, y)));
@@ -304,7 +315,6 @@ Tally check_pair(const fs::path& file, const Truth& from, int from_frame, const 
       ++(is_hidden ? tally.hidden : tally.seen);
       if (is_hidden && hider.body == from.sequence.info().name) ++tally.hidden_by_own_body;
       if (!is_hidden && shown.body == "cart") ++tally.on_cart;
-      if (testing::Test::HasFailure()) return tally;
     }
   return tally;
 }
@@ -343,6 +353,9 @@ TEST(Vehicles, PairsAcrossThemAreThoseOfTheScene) {
   EXPECT_EQ(later.hidden_by_own_body, 0);
   EXPECT_GT(later.seen, 5000);
   EXPECT_GT(later.on_cart, 20);
+  const Tally before =
+      check_pair(second / "mcs4/cam0/uav1/mcs4/cam0/000001_000000.exr", follower, 1, ahead, 0);
+  EXPECT_GT(before.on_other_body, 100);
   const Tally behind =
       check_pair(first / "back/uav2/mcs4/cam0/000000_000001.exr", back, 0, follower, 1);
   EXPECT_GT(behind.on_other_body, 50);
@@ -364,20 +377,22 @@ TEST(Vehicles, PairsAcrossThemAreThoseOfTheScene) {
   for (const auto& [file, hash] : hashes) EXPECT_EQ(core::content_hash_of_file(file), hash) << file;
 }
 
-double hill_m(double x, double y) { return 30.0 * std::sin(x / 45.0) * std::cos(y / 60.0); }
+double hill_m(double x, double y) { return 30.0 * std::sin(x / 18.0) * std::cos(y / 25.0); }
 
 /// One low over hills with a fine camera, one beside it with a coarse one.
 std::vector<render::SequencePlan> hill_plans(bool has_one_geometry) {
   std::vector<render::SequencePlan> plans = {level_plan(1), level_plan(1)};
   for (std::size_t i = 0; i < 2; ++i) {
     plans[i].name = i == 0 ? "low" : "beside";
-    plans[i].detail = {.cell_px = 2.0, .finest_spacing_m = 1.0};
+    plans[i].detail = {.cell_px = 4.0, .finest_spacing_m = 1.0};
     plans[i].states[0].world_from_body = {
         Eigen::Quaterniond(Eigen::AngleAxisd(i == 0 ? 0.3 : 1.1, Vector3d::UnitZ()) *
                            Eigen::AngleAxisd(i == 0 ? 0.2 : 0.35, Vector3d::UnitY())),
         i == 0 ? Vector3d(-60.0, -20.0, 55.0) : Vector3d(40.0, -180.0, 120.0)};
   }
-  plans[1].cameras[0].intrinsics.parameters = {60.0, 60.0, 100.0, 80.0};
+  plans[1].cameras[0].intrinsics.width_px = kWidth / 2;
+  plans[1].cameras[0].intrinsics.height_px = kHeight / 2;
+  plans[1].cameras[0].intrinsics.parameters = {60.0, 60.0, 50.0, 40.0};
   if (!has_one_geometry) return plans;
   auto all = std::make_shared<std::vector<world::Viewpoint>>();
   for (const auto& plan : plans)
@@ -434,9 +449,9 @@ TEST(Vehicles, SeeEachOthersGroundThroughOneGeometry) {
       const float flow_x = pair.float_channels.at("flow.x")(x, y);
       const Vector3d point = eye + t * ray;
       const Vector3d at = beside.inverse() * point;
-      const Vector2d there(100.0 + 60.0 * at.x() / at.z(), 80.0 + 60.0 * at.y() / at.z());
+      const Vector2d there(50.0 + 60.0 * at.x() / at.z(), 40.0 + 60.0 * at.y() / at.z());
       const bool is_inside = std::isfinite(t) && at.z() > 0.0 && there.x() >= 0.0 &&
-                             there.y() >= 0.0 && there.x() < kWidth && there.y() < kHeight;
+                             there.y() >= 0.0 && there.x() < kWidth / 2 && there.y() < kHeight / 2;
       ASSERT_EQ(sight > 0, is_inside);
       ASSERT_EQ(std::isnan(flow_x), !is_inside);
       if (!is_inside) {
