@@ -372,7 +372,7 @@ int parse_and_run(int argc, const char* const* argv) {
   label_command->add_option("--world", args.store, "Folder of the world; OUT/world when left out.");
   label_command
       ->add_option("--what", args.kinds,
-                   "Kinds beside those of the config: " +
+                   "Kinds beside those of the config, which come too: " +
                        joined(core::registry_names(render::labels())) + ", or several with commas.")
       ->type_name("KIND")
       ->delimiter(',')

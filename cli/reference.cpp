@@ -1,5 +1,6 @@
 #include "cli/reference.h"
 
+#include <algorithm>
 #include <functional>
 #include <map>
 
@@ -11,6 +12,7 @@
 #include "export/world/world_format.h"
 #include "geo/camera_model.h"
 #include "geo/fixes/fix_format.h"
+#include "geo/fixes/placing.h"
 #include "geo/trajectory.h"
 #include "job/run_config.h"
 #include "render/lens_options.h"
@@ -88,6 +90,11 @@ constexpr std::string_view kItemRule =
     "for [] stands the number of the list's item, counted from 0: --set "
     "trajectories.0.num_frames=4.";
 
+constexpr std::string_view kMovingRule =
+    "A [[moving]] takes the keys of its kind of trajectory, and of its recording's format, "
+    "likewise: moving[] for "
+    "trajectories[].";
+
 /// Keys that every job has, and those that make many runs of it.
 std::vector<KeyInfo> common_keys() {
   std::vector<KeyInfo> keys = core::list_keys<job::RunConfig>();
@@ -102,6 +109,26 @@ std::vector<KeyInfo> keys_of(Options& options, const std::string& prefix) {
   options.describe(*lister);
   for (auto& key : keys) key.name = prefix + key.name;
   return keys;
+}
+
+/// Keys of recordings whose places are x, y, z about an origin, beside those of others.
+std::vector<KeyInfo> keys_of_local_recordings() {
+  const auto keys_with = [](geo::FixFrame frame) {
+    std::vector<KeyInfo> keys;
+    geo::PlacingOptions placing;
+    placing.describe(*core::make_key_lister(keys), frame, "");
+    return keys;
+  };
+  std::vector<KeyInfo> local;
+  const std::vector<KeyInfo> others = keys_with(geo::FixFrame::Geodetic);
+  for (KeyInfo& key : keys_with(geo::FixFrame::Local)) {
+    if (std::any_of(others.begin(), others.end(),
+                    [&](const KeyInfo& other) { return other.name == key.name; }))
+      continue;
+    key.name = "trajectories[]." + key.name;
+    local.push_back(std::move(key));
+  }
+  return local;
 }
 
 /// Keys that come with a kind of layer or trajectory, a template of rigs, a format of recordings or exports, a
@@ -120,6 +147,8 @@ std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
   for (const auto& format : geo::fix_formats())
     result.emplace_back(fmt::format("recorded trajectories of format {}", format.name),
                         keys_of(*format.make(), "trajectories[]."));
+  result.emplace_back("recorded trajectories of format tum, and of csv with frame = local",
+                      keys_of_local_recordings());
   for (const auto& model : geo::camera_models()) {
     render::LensOptions lens{std::string(model.name)};
     result.emplace_back(fmt::format("cameras of model {}", model.name),
@@ -185,6 +214,8 @@ std::string explain_text(const std::string& part) {
     fail(ErrorKind::Usage, "no key contains \"{}\"{}; `terracast config explain` lists all", part,
          nearest.empty() ? "" : fmt::format(" (nearest: \"{}\")", nearest));
   }
+  if (text.find("\ntrajectories[]") != std::string::npos || text.starts_with("trajectories[]"))
+    text += fmt::format("\n{}\n", kMovingRule);
   if (text.find("[]") != std::string::npos) text += fmt::format("\n{}\n", kItemRule);
   return text;
 }
@@ -198,7 +229,7 @@ std::string reference_text() {
       "stand in. Keys carry "
       "their unit.\n"
       "On the command line `--set KEY=VALUE` sets a key; " +
-      std::string(kItemRule) + "\n";
+      std::string(kItemRule) + "\n" + std::string(kMovingRule) + "\n";
   std::string section = "?";
   std::vector<KeyInfo> group;
   const auto flush = [&] {

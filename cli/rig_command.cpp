@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/log.h"
 #include "core/registry.h"
 #include "rigs/picture/rig_picture.h"
 #include "rigs/rig_file.h"
@@ -66,7 +68,12 @@ int run_import(const Arguments& args) {
 
 int run_export(const Arguments& args) {
   const render::RigOptions rig = rigs::read_rig(args.rig);
-  format_called(args.format).write(rig, args.output);
+  const rigs::RigFormatInfo& format = format_called(args.format);
+  format.write(rig, args.output);
+  const std::vector<std::string> left_out = rigs::keys_left_out(format, rig);
+  if (!left_out.empty())
+    core::Log("rig").warn("{}: the format {} does not hold, and the file leaves out: {}",
+                          args.output.string(), format.name, fmt::join(left_out, ", "));
   return 0;
 }
 

@@ -131,6 +131,10 @@ void ConfigReader::check_keys(const Frame& frame) const {
   // An unknown key is told first: it may be the missing one, misspelt.
   for (const ConfigEntry& entry : *frame.table->table()) {
     if (std::find(frame.known.begin(), frame.known.end(), entry.key) != frame.known.end()) continue;
+    const auto hint = frame.hints.find(entry.key);
+    if (hint != frame.hints.end())
+      fail_at(entry.key_place, "key \"{}\" in {}: {}", entry.key, section_text(frame.name),
+              hint->second);
     const std::string nearest = nearest_name(entry.key, frame.known);
     fail_at(entry.key_place, "unknown key \"{}\" in {}; {}known: {}", entry.key,
             section_text(frame.name),

@@ -1,22 +1,28 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "core/config_tree.h"
+#include "core/key_hints.h"
 #include "core/schema.h"
 
 namespace terracast::core {
 
 /// Fills a described struct from a config tree; the visitor behind TomlDocument::read().
-class ConfigReader : public SchemaVisitor {
+class ConfigReader : public SchemaVisitor, public KeyHints {
  public:
   /// root   the whole config; lives longer than the reader
   ConfigReader(const ConfigNode& root, ConfigLoader load);
 
   /// Refuses unknown and missing keys of the top level.
   void finish() const { check_keys(frames_.front()); }
+
+  void hint(std::string_view key, const std::string& hint) override {
+    frames_.back().hints[std::string(key)] = hint;
+  }
 
  protected:
   void visit_value(std::string_view name, ValueRef value, std::string_view meaning,
@@ -38,6 +44,7 @@ class ConfigReader : public SchemaVisitor {
     std::string name;                   ///< "world.layers", "rigs[0]"; empty at the top
     std::vector<std::string> known;
     std::vector<std::string> missing;  ///< required keys that are not there, with their meaning
+    std::map<std::string, std::string> hints = {};  ///< of keys of other choices
   };
   struct List {
     const ConfigList* items = nullptr;  ///< null: not in the config, defaults stay

@@ -9,6 +9,7 @@
 #include "geo/geoid.h"
 #include "geo/trajectory.h"
 #include "job/stages.h"
+#include "render/exposure_check.h"
 #include "render/rig_errors.h"
 #include "tiler/layer_stack.h"
 #include "world/embree_scene.h"
@@ -92,17 +93,15 @@ void share_geometry(Job& job) {
   for (render::SequencePlan& plan : job.sequences) plan.shared_viewpoints = all;
 }
 
-/// throws Config: labels that the sequences cannot have
-void check_labels(const Job& job) {
-  render::JobOutline outline{.sequences = {}, .has_one_geometry = job.config.shared_geometry};
-  for (const render::SequencePlan& plan : job.sequences) {
-    outline.sequences.push_back({.name = plan.name, .times_s = {}, .cameras = plan.cameras});
-    for (const geo::BodyState& state : plan.states)
-      outline.sequences.back().times_s.push_back(state.time_s);
-  }
-  for (const render::LabelOptions& chosen : job.config.labels)
-    core::with_context([&] { chosen.maker().check(outline); },
-                       fmt::format("checking the labels {}", chosen.kind));
+void check_labels(const Job& job, const core::Log& log) {
+  std::vector<render::SequenceOutline> outlines;
+  for (const render::SequencePlan& plan : job.sequences)
+    outlines.push_back({.name = plan.name,
+                        .cameras = plan.cameras,
+                        .num_frames = static_cast<int>(plan.states.size()),
+                        .rate_hz = plan.rate_hz,
+                        .shares_geometry = job.config.shared_geometry});
+  render::check_labels(wanted_labels(job.config), outlines, log);
 }
 
 geo::TrajectoryContext trajectory_context(const Job& job, const core::Log& log) {
@@ -158,6 +157,7 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
   plan.detail = job.config.detail;
   plan.config_toml = toml_of_sequence(job.config, options);
   render::check_inside(plan, job.ground->frame(), job.config.world.size_m);
+  render::check_exposures(plan);
   return plan;
 }
 
@@ -220,7 +220,7 @@ Job prepare_job(RunConfig config, const core::Context& context,
   if (job.config.shared_geometry) share_geometry(job);
   check_frames(job);
   check_true_cameras(job);
-  check_labels(job);
+  check_labels(job, context.log);
   return job;
 }
 

@@ -1,8 +1,9 @@
 #include "job/moving.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -18,22 +19,50 @@ namespace {
 
 using core::ErrorKind;
 using core::fail;
+using core::SemanticClass;
 using Eigen::Vector3d;
 using render::MovingThing;
 using render::Ride;
 
 constexpr double kMost_s = 1e6;
 
+bool flies(const tiler::ThingInfo& thing) {
+  return thing.semantic_class == SemanticClass::Aircraft ||
+         thing.semantic_class == SemanticClass::Helicopter ||
+         thing.semantic_class == SemanticClass::Drone;
+}
+
+/// Whether it is of a kind that moves: no building, pole or tank.
+bool can_move(const tiler::ThingInfo& thing) {
+  constexpr std::array kOnLandOrWater = {
+      SemanticClass::Person, SemanticClass::Car,  SemanticClass::Van, SemanticClass::Truck,
+      SemanticClass::Bus,    SemanticClass::Boat, SemanticClass::Ship};
+  return flies(thing) || std::find(kOnLandOrWater.begin(), kOnLandOrWater.end(),
+                                   thing.semantic_class) != kOnLandOrWater.end();
+}
+
+/// throws   Config: as thing_called(), or it is none that moves; lists those that do
+void check_moves(const std::string& name) {
+  if (can_move(thing_called(name))) return;
+  std::vector<std::string> movable;
+  for (const tiler::ThingInfo& thing : tiler::all_things())
+    if (can_move(thing)) movable.push_back(thing.name);
+  fail(ErrorKind::Config, "a {} is not a thing that moves; those that do are {}", name,
+       fmt::join(movable, ", "));
+}
+
 Ride ride_of(const std::string& ride, const tiler::ThingInfo& thing) {
   if (ride == "free") return Ride::Free;
   if (ride == "ground") return Ride::Ground;
   if (ride == "water") return Ride::Water;
-  using core::SemanticClass;
   if (thing.stance == tiler::Stance::Floats) return Ride::Water;
-  const bool flies = thing.semantic_class == SemanticClass::Aircraft ||
-                     thing.semantic_class == SemanticClass::Helicopter ||
-                     thing.semantic_class == SemanticClass::Drone;
-  return flies ? Ride::Free : Ride::Ground;
+  return flies(thing) ? Ride::Free : Ride::Ground;
+}
+
+/// Wheels turn where they roll: those of what flies stand still, unless it rides the ground.
+void stop_wheels_in_the_air(const tiler::ThingInfo& info, MovingThing& thing) {
+  if (!flies(info) || thing.ride != Ride::Free) return;
+  for (render::TurningPart& part : thing.parts) part.per_metre_rad = 0.0;
 }
 
 std::shared_ptr<const world::PrototypeLibrary::Shown> shown(world::Shape shape) {
@@ -142,7 +171,7 @@ render::MovingThing MovingThings::of(const std::string& name, const tiler::Thing
 
 void MovingOptions::describe(core::SchemaVisitor& visit) {
   visit.key("name", name, "Its name, its own among all that move.", core::required());
-  visit.key("thing", thing, "What it is: a built-in thing (`terracast list things`).",
+  visit.key("thing", thing, "What it is: a built-in thing that moves (`terracast list things`).",
             core::required());
   visit.key("variant", variant, "Which of the thing's colours, counted from 0.",
             core::between(0.0, 255.0));
@@ -165,6 +194,7 @@ void MovingOptions::validate() const {
   if (!capture::is_safe_name(name))
     fail(ErrorKind::Config, "name = \"{}\" of what moves: it takes 1 to 64 letters, digits, _ or -",
          name);
+  check_moves(thing);
   const tiler::ThingInfo& info = thing_called(thing);
   if (variant >= info.num_variants)
     fail(ErrorKind::Config, "variant = {} of {}: {} has {} colours, counted from 0", variant, name,
@@ -183,7 +213,7 @@ void check_moving(std::span<const MovingOptions> moving,
   for (const MovingOptions& options : moving) add(options.name);
   for (const geo::TrajectoryOptions& trajectory : trajectories) {
     if (trajectory.shown_as.empty()) continue;
-    core::with_context([&] { thing_called(trajectory.shown_as); },
+    core::with_context([&] { check_moves(trajectory.shown_as); },
                        fmt::format("shown_as of trajectory {}", trajectory.name));
     add(trajectory.name);
   }
@@ -209,6 +239,7 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
     const tiler::ThingInfo& info = thing_called(options.thing);
     MovingThing thing = shapes.of(options.name, info, static_cast<int>(options.variant));
     thing.ride = ride_of(options.ride, info);
+    stop_wheels_in_the_air(info, thing);
     of_things.is_on_surface = thing.ride != Ride::Free;
     add(options, options.start_s, options.repeat, of_things, std::move(thing));
   }
@@ -221,7 +252,9 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
     if (other.shown_as.empty() || is_of_one_flight) continue;
     const tiler::ThingInfo& info = thing_called(other.shown_as);
     of_bodies.rate_hz = other.rate_hz;
-    add(other, other.start_s, false, of_bodies, shapes.of(other.name, info, 0));
+    MovingThing thing = shapes.of(other.name, info, 0);
+    stop_wheels_in_the_air(info, thing);
+    add(other, other.start_s, false, of_bodies, std::move(thing));
     lower_to_foot(info.size_m.z(), things.back());
   }
   capture::check_moving(render::describe_moving(things), ErrorKind::Config,

@@ -41,7 +41,7 @@ struct MovingOptions : geo::MotionOptions {
   bool repeat = false;
 
   void describe(core::SchemaVisitor& visit);
-  /// throws Config: no such thing, colour or name
+  /// throws Config: no such thing, one that does not move, no such colour or name
   void validate() const;
 };
 

@@ -101,11 +101,19 @@ void label(const RunConfig& config, const world::TileStore& store, const fs::pat
   const core::StageCost cost(context.with_log(log), "label");
   core::with_context(
       [&] {
-        const std::vector<capture::SequenceReader> all = open_captured(config, captures, log);
-        for (const capture::SequenceReader& sequence : all)
+        const std::vector<capture::SequenceReader> sequences = open_captured(config, captures, log);
+        std::vector<render::SequenceOutline> outlines;
+        for (const capture::SequenceReader& sequence : sequences)
+          outlines.push_back({.name = sequence.info().name,
+                              .cameras = sequence.info().cameras,
+                              .num_frames = static_cast<int>(sequence.frames().size()),
+                              .rate_hz = sequence.info().rate_hz,
+                              .shares_geometry = config.shared_geometry});
+        render::check_labels(labels, outlines, log);
+        for (const capture::SequenceReader& sequence : sequences)
           render::run_label_stage(sequence, store, captured_things(sequence.info()), labels,
                                   context.with_log(log),
-                                  {.sequences = all, .things_of = captured_things});
+                                  {.sequences = sequences, .things_of = captured_things});
       },
       "running stage label");
 }

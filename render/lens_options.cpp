@@ -1,9 +1,43 @@
 #include "render/lens_options.h"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <vector>
+
 #include "core/error.h"
+#include "core/key_hints.h"
 #include "core/registry.h"
 
 namespace terracast::render {
+
+namespace {
+
+constexpr const char* kRaysKey = "rays";
+
+/// Says of the keys of other models whose they are.
+void hint_at_other_models(const geo::CameraModelInfo& model, core::SchemaVisitor& visit) {
+  auto* hints = dynamic_cast<core::KeyHints*>(&visit);
+  if (hints == nullptr) return;
+  std::map<std::string, std::vector<std::string_view>, std::less<>> models_with;
+  const auto add = [&](std::string_view key, std::string_view name) {
+    models_with[std::string(key)].push_back(name);
+  };
+  for (const geo::CameraModelInfo& other : geo::camera_models()) {
+    if (other.read != nullptr)
+      add(kRaysKey, other.name);
+    else
+      for (const geo::CameraParameter& parameter : other.parameters)
+        add(parameter.name, other.name);
+  }
+  for (const auto& [key, names] : models_with)
+    if (std::find(names.begin(), names.end(), model.name) == names.end())
+      hints->hint(key, fmt::format("the model {} has none; models that do are {}", model.name,
+                                   fmt::join(names, ", ")));
+}
+
+}  // namespace
 
 void LensOptions::set_model(const std::string& model) {
   if (model_ != nullptr && model_->name == model) return;
@@ -25,9 +59,10 @@ void LensOptions::set_own_parameters(std::span<const double> own) {
 }
 
 void LensOptions::describe(core::SchemaVisitor& visit) {
+  hint_at_other_models(*model_, visit);
   if (model_->read != nullptr) {
     visit.key(
-        "rays", rays_,
+        kRaysKey, rays_,
         "Text file with a line for each node of a grid over the image, row by row: u v (image "
         "point, pixel centres at +0.5), x y z (its ray; x right, y down, z forward).");
     return;

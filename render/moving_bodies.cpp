@@ -99,11 +99,13 @@ geo::Rigid3d settled_pose(const geo::Rigid3d& wanted, Ride ride, double length_m
     place.z() = surface_z(place, query);
     return {level, place};
   }
+  const bool is_upright = length_m == 0.0 && width_m == 0.0;
   const auto foot = [&](double x_m, double y_m) -> Vector3d {
     Vector3d at = wanted.translation + level * Vector3d(x_m, y_m, 0.0);
     at.z() = ride == Ride::Way ? way_z(at, query) : surface_z(at, query);
     return at;
   };
+  if (is_upright) return {level, foot(0.0, 0.0)};
   const double x_m = 0.5 * kAxles * length_m, y_m = 0.5 * kTracks * width_m;
   const Vector3d front_left = foot(x_m, y_m), front_right = foot(x_m, -y_m);
   const Vector3d rear_left = foot(-x_m, y_m), rear_right = foot(-x_m, -y_m);
@@ -112,6 +114,11 @@ geo::Rigid3d settled_pose(const geo::Rigid3d& wanted, Ride ride, double length_m
   const Vector3d left = front_left + rear_left - front_right - rear_right;
   place.z() = 0.25 * (front_left.z() + front_right.z() + rear_left.z() + rear_right.z());
   return {upright(forward.cross(left).normalized(), forward.normalized()), place};
+}
+
+/// People do, on slopes too.
+bool stands_upright(const MovingThing& thing) {
+  return thing.semantic_id == static_cast<std::uint32_t>(core::SemanticClass::Person);
 }
 
 /// The rotation that a rotation's quaternion is, as a vector along its axis, rad.
@@ -224,7 +231,8 @@ MovingBodies::MovingBodies(std::span<const MovingThing> things, const world::Ray
   const std::vector<capture::MovingBody> infos = describe_moving(things);
   auto info = infos.begin();
   for (const MovingThing& thing : things) {
-    const Vector3d size_m = info->box_m.sizes();
+    const Vector3d size_m =
+        stands_upright(thing) ? Vector3d(Vector3d::Zero()) : info->box_m.sizes();
     Body body{.info = *info++, .shown = thing.shape.shown, .variety = thing.variety, .states = {}};
     std::vector<Body> parts;
     for (const TurningPart& part : thing.parts)
@@ -308,10 +316,12 @@ std::string MovingBodies::text_of(int frame) const {
 std::string text_of_shapes(std::span<const MovingThing> things) {
   std::string text;
   for (const MovingThing& thing : things) {
-    text += fmt::format("moves {} {} {} {} {}\n", thing.name, thing.shape.thing, thing.semantic_id,
-                        thing.variety, hash_of(thing.shape.shown->shape));
+    text += fmt::format("moves {} {} {} {} {}{}\n", thing.name, thing.shape.thing,
+                        thing.semantic_id, thing.variety, hash_of(thing.shape.shown->shape),
+                        stands_upright(thing) ? " upright" : "");
     for (const TurningPart& part : thing.parts)
-      text += fmt::format("part {} {}\n", part.name, hash_of(part.shape.shown->shape));
+      text += fmt::format("part {} {} {} {}\n", part.name, hash_of(part.shape.shown->shape),
+                          part.rate_radps, part.per_metre_rad);
   }
   return text;
 }

@@ -89,7 +89,7 @@ class MovingBodies {
 std::string text_of_shapes(std::span<const MovingThing> things);
 
 /// Where something on the ground, or on water, is and how it moves, from where its motion would have it be.
-/// length_m, width_m   between the corners it stands on
+/// length_m, width_m   between the corners it stands on; 0 of both: it stands upright on its feet, as people do
 /// throws              Input: it is outside the world, in water that should ride the ground, or the other way round
 geo::BodyState settle(const geo::BodyState& wanted, Ride ride, double length_m, double width_m,
                       const world::RayQuery& query, const geo::WorldFrame& frame);

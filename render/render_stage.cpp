@@ -11,8 +11,8 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "geo/geodesy.h"
+#include "render/exposure_check.h"
 #include "render/frame_renderer.h"
-#include "render/imaging/exposure_control.h"
 #include "render/imaging/imager.h"
 #include "render/input_hash.h"
 #include "render/sequence_work.h"
@@ -61,31 +61,6 @@ std::vector<capture::CameraImaging> describe_imaging(const SequencePlan& plan) {
     if (plan.imaging[i].is_on())
       imaging[i] = describe_imaging(plan.imaging[i], plan.cameras[i], plan.seed, plan.name);
   return imaging;
-}
-
-/// throws Config: an image that takes longer than the time to the next, or an exposure control that looks further
-/// back than is looked
-void check_exposures(const SequencePlan& plan) {
-  for (const capture::CameraCalibration& camera : plan.cameras) {
-    const double image_s =
-        2.0 * camera.shutter.reach_s(camera.intrinsics.width_px, camera.intrinsics.height_px);
-    if (image_s * plan.rate_hz > 1.0)
-      fail(ErrorKind::Config,
-           "sequence {}, camera {}/{}: an image takes {:.4g} ms, its lines' line_time_us together "
-           "with "
-           "exposure_ms, and the next begins {:.4g} ms later; take less of either, or a lower "
-           "rate_hz",
-           plan.name, camera.rig, camera.name, 1e3 * image_s, 1e3 / plan.rate_hz);
-  }
-  for (const ImagingOptions& imaging : plan.imaging) {
-    const double most_s = kMostEarlierFrames / (kTimeConstantsLookedAt * plan.rate_hz);
-    if (imaging.exposure.mode == "automatic" && imaging.exposure.time_constant_s > most_s)
-      fail(ErrorKind::Config,
-           "sequence {}: imaging.exposure.time_constant_s = {}; at rate_hz = {} it is {:.4g} at "
-           "most, as "
-           "{} frames are looked at",
-           plan.name, imaging.exposure.time_constant_s, plan.rate_hz, most_s, kMostEarlierFrames);
-  }
 }
 
 void check_plan(const SequencePlan& plan, const capture::FrameSelection& selection) {

@@ -62,6 +62,14 @@ render::RigOptions rig_of_cameras(const std::string& name,
   return rig;
 }
 
+geo::CameraIntrinsics as_opencv(geo::CameraIntrinsics intrinsics) {
+  if (intrinsics.model != "simple_radial" && intrinsics.model != "radial") return intrinsics;
+  constexpr std::size_t kParameters = 8;  // fx fy cx cy k1 k2 p1 p2
+  intrinsics.model = "opencv";
+  intrinsics.parameters.resize(kParameters, 0.0);
+  return intrinsics;
+}
+
 std::string safe_name(const std::string& text) {
   std::string name = text.substr(0, 64);
   for (char& letter : name)

@@ -23,6 +23,10 @@ render::RigOptions rig_of_cameras(const std::string& name,
 /// A name that a rig or camera may bear, from any text: what it may not hold becomes _.
 std::string safe_name(const std::string& text);
 
+/// The model `opencv` for what is one of its cases, `simple_radial` and `radial`; else the same. For formats that
+/// have no shorter name.
+geo::CameraIntrinsics as_opencv(geo::CameraIntrinsics intrinsics);
+
 /// For formats that count pixels from the first one's centre, at (0, 0) there and (0.5, 0.5) here.
 inline constexpr double kCentreOfFirstPixel_px = 0.5;
 

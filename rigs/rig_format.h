@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "render/rig.h"
 
@@ -33,6 +34,11 @@ struct RigFormatInfo {
   render::RigOptions (*read)(const std::filesystem::path& path, const ReadOptions& options);
   void (*write)(const render::RigOptions& rig, const std::filesystem::path& path);
 };
+
+/// The keys that a rig states and a format does not hold, as a rig file calls them ("mount_pitch_deg",
+/// "cameras[].exposure_ms", "errors.focal_length_sd_px"), in the order of config.md. Tables hold all.
+/// What is left out changes no camera's model, lens or place on the rig.
+std::vector<std::string> keys_left_out(const RigFormatInfo& format, const render::RigOptions& rig);
 
 /// The table of formats.
 std::span<const RigFormatInfo> rig_formats();

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <map>
 
 #include "core/error.h"
 #include "core/registry.h"
+#include "core/schema_writer.h"
 #include "rigs/rig_format.h"
 
 // Every format, in alphabetical order: X(name) is rigs/formats/name.cpp, which defines
@@ -15,6 +17,46 @@ namespace terracast::rigs {
 #define TERRACAST_DECLARE(name) RigFormatInfo name##_rigs();
 TERRACAST_RIG_FORMATS(TERRACAST_DECLARE)
 #undef TERRACAST_DECLARE
+
+namespace {
+
+/// Of a camera, what is neither its model, its lens nor its place on the rig.
+constexpr std::array<std::string_view, 5> kShutterAndPupil = {"exposure_ms", "line_time_us",
+                                                              "readout", "aperture_mm", "focus_m"};
+
+/// Whether a key of a rig is held by tables alone.
+bool is_of_tables(std::string_view key) {
+  return key.starts_with("mount_") || key.starts_with("errors.") || key.starts_with("imaging.");
+}
+
+/// The keys whose values are not those of a fresh struct.
+template <class Struct>
+std::vector<std::string> stated_keys(const Struct& value) {
+  std::map<std::string, std::string> defaults;
+  for (const core::KeyInfo& key : core::list_keys(Struct{})) defaults[key.name] = key.default_value;
+  std::vector<std::string> stated;
+  for (const core::KeyInfo& key : core::list_keys(value))
+    if (const auto found = defaults.find(key.name);
+        found == defaults.end() || found->second != key.default_value)
+      stated.push_back(key.name);
+  return stated;
+}
+
+}  // namespace
+
+std::vector<std::string> keys_left_out(const RigFormatInfo& format, const render::RigOptions& rig) {
+  std::vector<std::string> left_out;
+  if (format.is_table) return left_out;
+  for (std::string& key : stated_keys(rig))
+    if (is_of_tables(key)) left_out.push_back(std::move(key));
+  for (const std::string_view wanted : kShutterAndPupil)
+    if (std::any_of(rig.cameras.begin(), rig.cameras.end(), [&](const auto& camera) {
+          const std::vector<std::string> stated = stated_keys(camera);
+          return std::find(stated.begin(), stated.end(), wanted) != stated.end();
+        }))
+      left_out.push_back(fmt::format("cameras[].{}", wanted));
+  return left_out;
+}
 
 std::span<const RigFormatInfo> rig_formats() {
 #define TERRACAST_ENTRY(name) name##_rigs(),

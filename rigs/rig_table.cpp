@@ -165,6 +165,7 @@ class RowReader : public core::SchemaVisitor {
   void begin_item(std::size_t) override {}
   void end_item() override {}
   const SheetReader& sheet() const { return sheet_; }
+  std::string place() const { return sheet_.row_place(row_); }
 
  private:
   /// A cell that holds one value; null where there is no column, or nothing in it.
@@ -255,7 +256,7 @@ class RowReader : public core::SchemaVisitor {
   std::size_t row_;
 };
 
-/// Keys of the rig itself: its name's heading is rig; tables hold no templates.
+/// Keys of the rig itself, with its errors and imaging: its name's heading is rig; tables hold no templates.
 class RigRowReader final : public RowReader {
  public:
   using RowReader::RowReader;
@@ -270,6 +271,10 @@ class RigRowReader final : public RowReader {
   }
   const std::string& vector_cell(std::size_t row, std::size_t column) const override {
     return sheet().cell_or_above(row, column);
+  }
+  bool runs_validation() const override { return true; }
+  void locate(core::Error& error) const override {
+    error = core::Error(ErrorKind::Input, fmt::format("{}: {}", place(), error.message()));
   }
 };
 
@@ -381,6 +386,30 @@ std::vector<CellLister::Cell> cells_of(Struct value) {
   return std::move(lister.cells);
 }
 
+/// throws Input: a row that says something else of the rig than the first one; says what
+void check_same_rig(const render::RigOptions& first, const render::RigOptions& row,
+                    const std::string& place) {
+  const std::vector<CellLister::Cell> wanted = cells_of(first), found = cells_of(row);
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    if (found.at(i).text != wanted[i].text)
+      fail(
+          ErrorKind::Input,
+          "{}: {} is \"{}\", and \"{}\" in the first row; it is the rig's, whose cameras share it: "
+          "leave the cell empty, or write a table for each rig",
+          place, wanted[i].heading == "name" ? "rig" : wanted[i].heading, found[i].text,
+          wanted[i].text);
+}
+
+/// Keys of the rig that a table holds: all but its template, which placed its cameras.
+bool is_of_table(const render::RigOptions& rig, const std::string& heading) {
+  if (heading == "template") return false;
+  if (!rig.arrangement) return true;
+  std::vector<core::KeyInfo> of_template;
+  rig.arrangement->clone()->describe(*core::make_key_lister(of_template));
+  return std::none_of(of_template.begin(), of_template.end(),
+                      [&](const core::KeyInfo& key) { return key.name == heading; });
+}
+
 }  // namespace
 
 std::string column_letters(std::size_t column) {
@@ -409,7 +438,7 @@ render::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options) 
   rig.describe(rig_reader);
   const bool has_axes = !rig.axes.empty();
   if (!has_axes) rig.axes = "flu";
-  const std::string own_toml = core::toml_text(rig);
+  const render::RigOptions of_first_row = rig;
   const std::string stated_axes = has_axes ? std::exchange(rig.axes, "flu") : "";
 
   bool needs = false;
@@ -417,11 +446,7 @@ render::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options) 
     render::RigOptions of_row;
     RigRowReader rig_row_reader(reader, row);
     of_row.describe(rig_row_reader);
-    if (core::toml_text(of_row) != own_toml)
-      fail(
-          ErrorKind::Input,
-          "{}: another name, axes or mount of the rig than in the first row; a table holds one rig",
-          reader.row_place(row));
+    check_same_rig(of_first_row, of_row, reader.row_place(row));
     render::CameraOptions& camera = rig.cameras.emplace_back();
     RowReader row_reader(reader, row);
     camera.describe(row_reader);
@@ -495,9 +520,9 @@ Sheet sheet_of_rig(const render::RigOptions& rig) {
         std::find_if(own_defaults.begin(), own_defaults.end(), [&](const CellLister::Cell& other) {
           return other.heading == cell.heading && other.text == cell.text;
         });
-    const bool is_of_table =
-        cell.heading == "name" || cell.heading == "axes" || cell.heading.starts_with("mount_");
-    if (!is_of_table || (as_default != own_defaults.end() && cell.heading != "axes")) continue;
+    if (!is_of_table(rig, cell.heading) ||
+        (as_default != own_defaults.end() && cell.heading != "axes"))
+      continue;
     add_column(cell.heading == "name" ? "rig" : cell.heading,
                [&](std::size_t row) { return row == 0 ? cell.text : std::string(); });
   }

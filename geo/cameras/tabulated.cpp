@@ -1,11 +1,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <sstream>
+#include <system_error>
 
 #include "core/error.h"
 #include "geo/camera_model.h"
@@ -271,7 +273,9 @@ std::unique_ptr<CameraModel> make_tabulated(const CameraIntrinsics& intrinsics) 
 /// +0.5) and its ray (x right, y down, z forward; any length). Lines that begin with # are left out.
 std::vector<double> read_table(const std::filesystem::path& path) {
   std::ifstream file(path);
-  if (!file) fail(ErrorKind::Io, "{}: cannot be read", path.string());
+  if (!file)
+    fail(ErrorKind::Io, "{}: the table of rays cannot be read: {}", path.string(),
+         std::generic_category().message(errno));
   std::vector<Vector2d> places;
   std::vector<double> rays;
   std::string line;

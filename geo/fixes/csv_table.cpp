@@ -118,10 +118,11 @@ std::string_view CsvTable::cell(std::size_t row, std::size_t column) const {
 
 std::optional<double> CsvTable::number(std::size_t row, std::size_t column) const {
   const std::string_view text = trimmed(cell(row, column));
-  if (text.empty() || text == "nan" || text == "NaN" || text == "NA" || text == "null")
-    return std::nullopt;
+  if (text.empty() || text == "NA" || text == "null") return std::nullopt;
   if (const auto value = number_of(text)) return value;
-  fail(ErrorKind::Input, "{}: {} = \"{}\" is no number", where(row), names_[column], text);
+  fail(ErrorKind::Input,
+       "{}: {} = \"{}\" is no number; a cell of what is not known is empty, NA or null", where(row),
+       names_[column], text);
 }
 
 std::string CsvTable::where(std::size_t row) const {

@@ -7,6 +7,20 @@ namespace terracast::render {
 using core::ErrorKind;
 using core::fail;
 
+namespace {
+
+/// A key that counts only with another: given without, it would change nothing.
+/// is_given   it differs from its default
+/// with       what it counts with, and what to do
+/// throws     Config
+void refuse_idle(bool is_given, std::string_view key, std::string_view with) {
+  if (is_given)
+    fail(ErrorKind::Config,
+         "{} is given, which counts only with {}; give that too, or leave {} out", key, with, key);
+}
+
+}  // namespace
+
 void LensFlawOptions::describe(core::SchemaVisitor& visit) {
   visit.key(
       "vignetting_exponent", vignetting_exponent,
@@ -37,6 +51,9 @@ void LensFlawOptions::describe(core::SchemaVisitor& visit) {
 }
 
 void LensFlawOptions::validate() const {
+  const LensFlawOptions none;
+  if (bloom == 0.0)
+    refuse_idle(bloom_radius_px != none.bloom_radius_px, "bloom_radius_px", "bloom");
   if (vignetting_polynomial.empty()) return;
   const std::vector<double>& a = vignetting_polynomial;
   for (int step = 0; step <= 100; ++step) {
@@ -67,6 +84,19 @@ void SoilingOptions::describe(core::SchemaVisitor& visit) {
             core::between(0.001, 0.2));
   visit.key("dirt_opacity", dirt_opacity, "Share of the light that they take in their middle.",
             core::between(0.0, 1.0));
+}
+
+void SoilingOptions::validate() const {
+  const SoilingOptions none;
+  if (smudges == 0) {
+    refuse_idle(smudge_size != none.smudge_size, "smudge_size", "smudges");
+    refuse_idle(smudge_haze != none.smudge_haze, "smudge_haze", "smudges");
+    refuse_idle(smudge_radius_px != none.smudge_radius_px, "smudge_radius_px", "smudges");
+  }
+  if (dirt_spots == 0) {
+    refuse_idle(dirt_size != none.dirt_size, "dirt_size", "dirt_spots");
+    refuse_idle(dirt_opacity != none.dirt_opacity, "dirt_opacity", "dirt_spots");
+  }
 }
 
 void ExposureOptions::describe(core::SchemaVisitor& visit) {
@@ -104,6 +134,18 @@ void ExposureOptions::describe(core::SchemaVisitor& visit) {
 void ExposureOptions::validate() const {
   if (lowest_ev > highest_ev)
     fail(ErrorKind::Config, "lowest_ev = {} is above highest_ev = {}", lowest_ev, highest_ev);
+  const ExposureOptions none;
+  if (meter != "percentile")
+    refuse_idle(meter_percentile != none.meter_percentile, "meter_percentile",
+                "meter = \"percentile\"");
+  if (is_automatic()) return;
+  constexpr const char* kAutomatic = "mode = \"automatic\"";
+  refuse_idle(meter != none.meter, "meter", kAutomatic);
+  refuse_idle(target != none.target, "target", kAutomatic);
+  refuse_idle(time_constant_s != none.time_constant_s, "time_constant_s", kAutomatic);
+  refuse_idle(lowest_ev != none.lowest_ev, "lowest_ev", kAutomatic);
+  refuse_idle(highest_ev != none.highest_ev, "highest_ev", kAutomatic);
+  refuse_idle(lock != none.lock, "lock", kAutomatic);
 }
 
 void SensorOptions::describe(core::SchemaVisitor& visit) {
@@ -205,6 +247,11 @@ void ColorOptions::validate() const {
          "white_balance = \"{}\" with {} gains; white_balance = \"gains\" and three gains go "
          "together",
          white_balance, gains.size());
+  const ColorOptions none;
+  if (white_balance != "temperature")
+    refuse_idle(temperature_k != none.temperature_k, "temperature_k",
+                "white_balance = \"temperature\"");
+  if (curve != "gamma") refuse_idle(gamma != none.gamma, "gamma", "curve = \"gamma\"");
 }
 
 void ImagingOptions::describe(core::SchemaVisitor& visit) {

@@ -39,6 +39,7 @@ struct SoilingOptions {
   bool operator==(const SoilingOptions&) const = default;
 
   void describe(core::SchemaVisitor& visit);
+  void validate() const;
 };
 
 /// `[rigs.imaging.exposure]`

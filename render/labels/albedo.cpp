@@ -72,26 +72,30 @@ class AlbedoLabel final : public LabelMaker {
     return std::make_unique<AlbedoLabel>(*this);
   }
 
-  void make(const LabelInputs& inputs) const override {
+  LabelFiles make(const LabelInputs& inputs) const override {
     const capture::SequenceReader& sequence = inputs.sequence;
     const Matcher matcher(sequence, inputs.store, inputs.moving);
     const Surfaces surfaces(inputs, matcher.imagery_budget_bytes());
     const std::string source = capture::labels_source(sequence);
     const auto& cameras = sequence.info().cameras;
     const auto num_frames = static_cast<int>(sequence.frames().size());
+    LabelFiles files;
     core::Progress progress(inputs.context, "images",
                             num_frames * static_cast<std::int64_t>(cameras.size()));
     for (int frame = 0; frame < num_frames; ++frame)
       for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera) {
         core::throw_if_stop_asked();
         const capture::CameraCalibration& calibration = cameras[static_cast<std::size_t>(camera)];
-        const fs::path file = sequence.folder() / capture::kLabelsFolder / "albedo" /
-                              calibration.rig / calibration.name / fmt::format("{:06}.exr", frame);
+        const fs::path name =
+            fs::path(calibration.rig) / calibration.name / fmt::format("{:06}.exr", frame);
+        const fs::path file = sequence.folder() / capture::kLabelsFolder / "albedo" / name;
+        files.insert(name);
         if (!is_label_image_done(file, source, calibration.intrinsics, "albedo.R"))
           write(albedo_of(matcher, surfaces, {frame, camera}), file, source,
                 calibration.intrinsics);
         progress.advance();
       }
+    return files;
   }
 
  private:

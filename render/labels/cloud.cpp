@@ -135,11 +135,12 @@ class CloudLabel final : public LabelMaker {
   }
   std::unique_ptr<LabelMaker> clone() const override { return std::make_unique<CloudLabel>(*this); }
 
-  void make(const LabelInputs& inputs) const override {
+  LabelFiles make(const LabelInputs& inputs) const override {
     const capture::SequenceReader& sequence = inputs.sequence;
     const fs::path folder = sequence.folder() / capture::kLabelsFolder / "cloud";
     const fs::path record = folder / "cloud.json";
     const fs::path file = folder / "cloud.ply";
+    const LabelFiles files = {"cloud.json", "cloud.ply"};
     Json wanted = Json::object();
     wanted.set("format", "terracast cloud")
         .set("version", 1)
@@ -147,7 +148,7 @@ class CloudLabel final : public LabelMaker {
         .set("voxel_m", voxel_m_);
     if (is_label_finished(record, file, wanted)) {
       inputs.context.log.info("{}: its cloud is there already", sequence.info().name);
-      return;
+      return files;
     }
     const ImageCloud cloud = cloud_of(sequence, inputs.context);
     const std::string text = ply_text(sequence.info(), cloud.points);
@@ -157,6 +158,7 @@ class CloudLabel final : public LabelMaker {
     wanted.set("xxh3_128", core::content_hash(text));
     wanted.write(record);
     inputs.context.log.info("{}: {} points", file.string(), cloud.points.size());
+    return files;
   }
 
  private:

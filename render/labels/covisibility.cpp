@@ -44,9 +44,10 @@ class CovisibilityLabel final : public LabelMaker {
     return std::make_unique<CovisibilityLabel>(*this);
   }
 
-  void make(const LabelInputs& inputs) const override {
+  LabelFiles make(const LabelInputs& inputs) const override {
     const capture::SequenceReader& sequence = inputs.sequence;
     const fs::path folder = sequence.folder() / capture::kLabelsFolder / "covisibility";
+    const LabelFiles files = {"covisibility.csv", "covisibility.json"};
     Json record = Json::object();
     record.set("format", "terracast covisibility")
         .set("version", 1)
@@ -56,12 +57,13 @@ class CovisibilityLabel final : public LabelMaker {
     if (is_label_finished(folder / "covisibility.json", folder / "covisibility.csv", record)) {
       inputs.context.log.info("{}: its table of covisibility is there already",
                               sequence.info().name);
-      return;
+      return files;
     }
     const std::string text = table(inputs);
     core::write_file(folder / "covisibility.csv", text);
     record.set("xxh3_128", core::content_hash(text));
     record.write(folder / "covisibility.json");
+    return files;
   }
 
  private:

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,18 +26,6 @@ struct JobCaptures {
   std::function<std::vector<MovingThing>(const capture::SequenceInfo&)> things_of = nullptr;
 };
 
-/// What is known of a sequence before it is rendered.
-struct SequenceOutline {
-  std::string name;
-  std::vector<double> times_s;  ///< of its frames, after its first
-  std::vector<capture::CameraCalibration> cameras;
-};
-
-struct JobOutline {
-  std::vector<SequenceOutline> sequences;
-  bool has_one_geometry = false;  ///< all of them show the same
-};
-
 struct LabelInputs {
   const capture::SequenceReader& sequence;
   const world::TileStore& store;  ///< the world that it shows
@@ -46,6 +36,18 @@ struct LabelInputs {
   const JobCaptures& job;  ///< none: the sequence alone
 };
 
+/// What is known of a sequence before it is captured.
+struct SequenceOutline {
+  std::string name;
+  std::vector<capture::CameraCalibration> cameras;
+  int num_frames = 0;
+  double rate_hz = 10.0;
+  bool shares_geometry = false;  ///< with all others that do
+};
+
+/// Files of a kind of labels, relative to its folder `labels/<kind>` in the capture.
+using LabelFiles = std::set<std::filesystem::path>;
+
 /// One kind of labels. The derived class holds its options, describes their keys, and makes them.
 class LabelMaker {
  public:
@@ -53,15 +55,19 @@ class LabelMaker {
   virtual void describe(core::SchemaVisitor& visit) = 0;
   /// throws Config: options that contradict each other
   virtual void validate() const {}
-  /// throws Config: what a job's sequences cannot have, such as a camera that none has
-  virtual void check(const JobOutline& job) const { static_cast<void>(job); }
   virtual std::unique_ptr<LabelMaker> clone() const = 0;
+
+  /// Holds options against all sequences that shall be labelled, before work is done for them.
+  /// log      is told of what makes nothing in one of them
+  /// throws   Config: options that name what no sequence has, or that make nothing in any
+  virtual void check(std::span<const SequenceOutline> sequences, const core::Log& log) const;
 
   /// Writes into the sequence's folder `labels/<kind>`, in parallel; what an earlier run of the same capture
   /// and options finished is kept.
+  /// returns       all its files; what else stands in the folder is of other options, and is removed
   /// determinism   same capture, world and options, same bytes, whatever the threads and interruptions
   /// throws        Input: damaged, or the world is not the sequence's; Io
-  virtual void make(const LabelInputs& inputs) const = 0;
+  virtual LabelFiles make(const LabelInputs& inputs) const = 0;
 };
 
 struct LabelInfo {
@@ -94,13 +100,17 @@ struct LabelOptions {
   std::unique_ptr<LabelMaker> maker_;
 };
 
+/// throws   as LabelMaker::check; the message names the kind
+void check_labels(const std::vector<LabelOptions>& labels,
+                  std::span<const SequenceOutline> sequences, const core::Log& log);
+
 /// What moves in a finished sequence, as it was captured.
 /// things   as LabelInputs has them
 /// throws   Input: it was captured with other things
 MovingBodies captured_bodies(const capture::SequenceReader& sequence,
                              std::span<const MovingThing> things);
 
-/// Makes labels of a finished sequence.
+/// Makes labels of a finished sequence, and removes from their folders what is stale.
 /// things   what moves in it, as LabelInputs has it
 /// job      the sequences beside which it was captured, for labels of several
 /// throws   Input: it was captured with other things; as LabelMaker::make; the message names the kind and the

@@ -1,7 +1,9 @@
 #include <array>
 
+#include "capture/sequence_files.h"
 #include "core/registry.h"
 #include "render/labels/label.h"
+#include "render/labels/stale.h"
 
 // Every kind of labels, in alphabetical order: X(name) is render/labels/name.cpp, which defines `LabelInfo
 // name_label()`.
@@ -19,6 +21,8 @@ std::span<const LabelInfo> labels() {
 #undef TERRACAST_ENTRY
   return table;
 }
+
+void LabelMaker::check(std::span<const SequenceOutline>, const core::Log&) const {}
 
 LabelOptions::LabelOptions(std::string_view kind_name)
     : kind(kind_name), maker_(core::find_registered(labels(), "label", kind_name).make()) {}
@@ -46,6 +50,13 @@ void LabelOptions::validate() const {
   if (maker_) maker_->validate();
 }
 
+void check_labels(const std::vector<LabelOptions>& labels,
+                  std::span<const SequenceOutline> sequences, const core::Log& log) {
+  for (const LabelOptions& options : labels)
+    core::with_context([&] { options.maker().check(sequences, log); },
+                       fmt::format("checking the labels {}", options.kind));
+}
+
 MovingBodies captured_bodies(const capture::SequenceReader& sequence,
                              std::span<const MovingThing> things) {
   if (describe_moving(things) != sequence.info().moving)
@@ -63,7 +74,10 @@ void run_label_stage(const capture::SequenceReader& sequence, const world::TileS
   for (const LabelOptions& options : labels)
     core::with_context(
         [&] {
-          options.maker().make({sequence, store, things, moving, context, job});
+          const LabelFiles files =
+              options.maker().make({sequence, store, things, moving, context, job});
+          remove_stale_files(sequence.folder() / capture::kLabelsFolder / options.kind, files,
+                             context.log);
         },
         fmt::format("making the labels {} of sequence {}", options.kind, sequence.info().name));
 }

@@ -11,6 +11,7 @@
 #include <map>
 #include <set>
 
+#include "capture/sequence_files.h"
 #include "core/error.h"
 #include "core/instance_id.h"
 #include "core/log.h"
@@ -203,12 +204,12 @@ class ObjectsLabel final : public LabelMaker {
     return std::make_unique<ObjectsLabel>(*this);
   }
 
-  void make(const LabelInputs& inputs) const override {
+  LabelFiles make(const LabelInputs& inputs) const override {
     const capture::SequenceReader& sequence = inputs.sequence;
     const std::string source = capture::labels_source(sequence);
     if (is_finished(sequence, source)) {
       inputs.context.log.info("{}: objects are labelled already", sequence.info().name);
-      return;
+      return files_of(sequence);
     }
     const std::vector<ShownObject> objects = objects_of(inputs, ids_in(sequence, inputs.context));
     inputs.context.log.info("{}: labelling {} objects", sequence.info().name, objects.size());
@@ -216,9 +217,20 @@ class ObjectsLabel final : public LabelMaker {
     std::vector<capture::LabelledObject> listed;
     for (const ShownObject& object : objects) listed.push_back(object.label);
     capture::json_from_objects(listed, source).write(sequence.folder() / capture::kObjectsFile);
+    return files_of(sequence);
   }
 
  private:
+  static LabelFiles files_of(const capture::SequenceReader& sequence) {
+    const fs::path folder = fs::path(capture::kLabelsFolder) / "objects";
+    LabelFiles files = {fs::path(capture::kObjectsFile).lexically_relative(folder)};
+    for (const auto& camera : sequence.info().cameras)
+      for (int frame = 0; frame < static_cast<int>(sequence.frames().size()); ++frame)
+        files.insert(
+            fs::path(capture::object_views_path(camera, frame)).lexically_relative(folder));
+    return files;
+  }
+
   /// Of what stands, then of what moves, whose ids are higher.
   static std::vector<ShownObject> objects_of(const LabelInputs& inputs,
                                              const std::vector<std::uint32_t>& ids) {

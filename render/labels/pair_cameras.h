@@ -36,6 +36,7 @@ int find_camera(const std::vector<capture::CameraCalibration>& cameras, const st
 /// throws   Config: no such sequence or camera; of pairs of two sequences: they show two geometries, take frames of
 ///          one number at two times, or have no frames so many apart
 void check_camera_pairs(const std::vector<CameraPair>& pairs,
-                        std::span<const std::int64_t> frames_apart, const JobOutline& job);
+                        std::span<const std::int64_t> frames_apart,
+                        std::span<const SequenceOutline> sequences);
 
 }  // namespace terracast::render

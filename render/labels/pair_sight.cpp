@@ -56,11 +56,10 @@ PairSight::Other::Other(const LabelInputs& inputs, const capture::SequenceReader
 
 PairSight::PairSight(const LabelInputs& inputs, const capture::SequenceReader* to)
     : from_(inputs.sequence),
-      to_(to == nullptr ? inputs.sequence : *to),
       matcher_(inputs.sequence, inputs.store, inputs.moving, tracing_of(to != nullptr)),
       source_(capture::labels_source(inputs.sequence)) {
   if (to == nullptr) return;
-  check_same_geometry(from_.info(), to_.info());
+  check_same_geometry(from_.info(), to->info());
   other_ = std::make_unique<const Other>(inputs, *to);
   source_ += " " + capture::labels_source(*to);
 }

@@ -21,7 +21,6 @@ class PairSight {
   /// throws   Config: the two show different geometries; Input: the store is not the world of both
   PairSight(const LabelInputs& inputs, const capture::SequenceReader* to);
 
-  const capture::SequenceReader& to() const { return to_; }
   /// Of all that labels follow from: capture::labels_source() of both, with a blank between, or of the one.
   const std::string& source() const { return source_; }
 
@@ -50,7 +49,6 @@ class PairSight {
   std::optional<ShownPoint> as_other_has_it(const ShownPoint& point) const;
 
   const capture::SequenceReader& from_;
-  const capture::SequenceReader& to_;
   Matcher matcher_;
   std::unique_ptr<const Other> other_;  ///< null: the same sequence
   std::string source_;

@@ -5,15 +5,20 @@
 // image), sight (uint: 0 the sky or not within the other image, 1 within it but hidden, 2 seen), occluder (uint: the
 // instance that hides what is hidden; 0 the ground) and scene_flow.x, .y, .z (float, m, world's axes: to where the point
 // is at the time of the other frame). Without a place in the other image flow is NaN; of the sky scene flow is NaN.
+// pairs.json, written last, says which pairs there are and what each of them is.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "capture/labels.h"
+#include "capture/object_labels.h"
 #include "capture/sequence_files.h"
+#include "core/error.h"
+#include "core/json.h"
 #include "core/log.h"
 #include "core/progress.h"
 #include "core/stop.h"
@@ -26,7 +31,16 @@ namespace terracast::render {
 namespace {
 
 namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+using core::Json;
 using Eigen::Vector2d;
+
+/// What tells one image of a pair from the other.
+std::string_view difference_of(bool is_other_camera, bool is_other_frame) {
+  if (!is_other_frame) return "camera";
+  return is_other_camera ? "camera and frame" : "frame";
+}
 
 std::vector<Eigen::Vector2i> all_pixels(const geo::CameraIntrinsics& image) {
   std::vector<Eigen::Vector2i> pixels;
@@ -54,34 +68,87 @@ class PairsLabel final : public LabelMaker {
     visit.key(
         "cameras", cameras_,
         "Pairs of cameras, each as \"RIG/NAME RIG/NAME\", of every sequence, or "
-        "\"SEQUENCE/RIG/NAME SEQUENCE/RIG/NAME\", of two that show each other: what the first "
-        "shows is looked for in the second. Empty: every camera with every other of its rig.");
+        "\"SEQUENCE/RIG/NAME SEQUENCE/RIG/NAME\", of two (which needs shared_geometry): what the "
+        "first shows is looked for in the second. Empty: every camera with every other of its "
+        "rig.");
     visit.key("frames_apart", frames_apart_,
               "How many frames after the first camera's image that of the second is.",
               core::between(-1000000, 1000000));
   }
+  void validate() const override {
+    if (frames_apart_.empty())
+      fail(ErrorKind::Config, "pairs: frames_apart is empty; 0 is the same frame");
+    for (const std::string& text : cameras_) {
+      const CameraPair pair = parse_camera_pair(text);
+      if (!pair.is_across() && pair.from.camera == pair.to.camera && is_of_one_time())
+        fail(ErrorKind::Config,
+             "pairs: cameras: \"{}\" with frames_apart = 0 is each image with itself; give the "
+             "frames apart, as frames_apart = [1], or another camera",
+             text);
+    }
+  }
   std::unique_ptr<LabelMaker> clone() const override { return std::make_unique<PairsLabel>(*this); }
 
-  void validate() const override { static_cast<void>(camera_pairs()); }
-
-  void check(const JobOutline& job) const override {
-    check_camera_pairs(camera_pairs(), frames_apart_, job);
+  void check(std::span<const SequenceOutline> sequences, const core::Log& log) const override {
+    const std::vector<CameraPair> pairs = camera_pairs();
+    check_camera_pairs(pairs, frames_apart_, sequences);
+    bool has_pair = sequences.empty() || !is_of_one_time() ||
+                    std::any_of(pairs.begin(), pairs.end(),
+                                [](const CameraPair& pair) { return pair.is_across(); });
+    const SequenceOutline* longest = nullptr;
+    for (const SequenceOutline& sequence : sequences) {
+      has_pair = has_other_camera(wanted_within(sequence.name, sequence.cameras)) || has_pair;
+      if (longest == nullptr || sequence.num_frames > longest->num_frames) longest = &sequence;
+    }
+    if (!has_pair)
+      fail(ErrorKind::Config,
+           "pairs: no camera has another beside it on its rig, and frames_apart is 0: there is no "
+           "pair; give frames_apart = [1], or name cameras of several rigs");
+    for (const std::int64_t apart : frames_apart_)
+      for (const SequenceOutline& sequence : sequences) {
+        if (std::abs(apart) < sequence.num_frames) continue;
+        if (std::abs(apart) >= longest->num_frames)
+          fail(ErrorKind::Config,
+               "pairs: frames_apart = {}: no sequence is so long; the longest, {}, has {} frames",
+               apart, longest->name, longest->num_frames);
+        log.warn("pairs: frames_apart = {}: sequence {} has {} frames, and so no such pair", apart,
+                 sequence.name, sequence.num_frames);
+      }
   }
 
-  void make(const LabelInputs& inputs) const override {
-    check(outline_of(inputs));
-    for (const auto& [name, seconds] : wanted_cameras(inputs)) {
-      const capture::SequenceReader* other = nullptr;
-      for (const capture::SequenceReader& one : inputs.job.sequences)
-        if (one.info().name == name && name != inputs.sequence.info().name) other = &one;
-      if (other == nullptr) warn_without_others(seconds, inputs);
-      make_images(inputs, seconds, PairSight(inputs, other));
-    }
+  LabelFiles make(const LabelInputs& inputs) const override {
+    const std::vector<Route> routes = routes_of(inputs);
+    for (const Route& route : routes) make_images(inputs, route);
+    return write_index(inputs.sequence, routes);
   }
 
  private:
   /// Cameras that are second, by the first.
   using Seconds = std::map<int, std::vector<int>>;
+
+  /// From images of a sequence to its own, or to those of another.
+  struct Route {
+    const capture::SequenceReader& from;
+    const capture::SequenceReader& to;
+    Seconds seconds;
+    bool is_across() const { return &from != &to; }
+    const capture::CameraCalibration& first_camera(int camera) const {
+      return from.info().cameras[static_cast<std::size_t>(camera)];
+    }
+    const capture::CameraCalibration& second_camera(int camera) const {
+      return to.info().cameras[static_cast<std::size_t>(camera)];
+    }
+    bool has_pair(const ImageOf& first, const ImageOf& second) const {
+      return second.frame >= 0 && second.frame < static_cast<int>(to.frames().size()) &&
+             (is_across() || first != second);
+    }
+    /// Of the pair's file, in the folder of pairs.
+    std::string name_of(const ImageOf& first, const ImageOf& second) const {
+      return fmt::format("{}/{}{}/{:06}_{:06}.exr", camera_name(first_camera(first.camera)),
+                         is_across() ? to.info().name + "/" : "",
+                         camera_name(second_camera(second.camera)), first.frame, second.frame);
+    }
+  };
 
   std::vector<CameraPair> camera_pairs() const {
     std::vector<CameraPair> pairs;
@@ -89,94 +156,131 @@ class PairsLabel final : public LabelMaker {
     return pairs;
   }
 
-  static JobOutline outline_of(const LabelInputs& inputs) {
-    JobOutline job{.sequences = {}, .has_one_geometry = true};  // as PairSight finds
-    const auto add = [&](const capture::SequenceReader& sequence) {
-      job.sequences.push_back({sequence.info().name, {}, sequence.info().cameras});
-      for (const capture::FrameRecord& frame : sequence.frames())
-        job.sequences.back().times_s.push_back(frame.time_s);
-    };
-    if (inputs.job.sequences.empty()) add(inputs.sequence);
-    for (const capture::SequenceReader& sequence : inputs.job.sequences) add(sequence);
-    return job;
+  bool is_of_one_time() const {
+    return std::all_of(frames_apart_.begin(), frames_apart_.end(),
+                       [](std::int64_t apart) { return apart == 0; });
   }
 
-  void warn_without_others(const Seconds& seconds, const LabelInputs& inputs) const {
-    const bool has_others = std::any_of(seconds.begin(), seconds.end(), [](const auto& of_camera) {
+  static bool has_other_camera(const Seconds& others) {
+    return std::any_of(others.begin(), others.end(), [](const auto& of_camera) {
       return std::any_of(of_camera.second.begin(), of_camera.second.end(),
                          [&](int second) { return second != of_camera.first; });
     });
-    if (!has_others && std::all_of(frames_apart_.begin(), frames_apart_.end(),
-                                   [](std::int64_t apart) { return apart == 0; }))
-      inputs.context.log.warn(
-          "{}: no camera has another beside it, and frames_apart is 0: no pairs",
-          inputs.sequence.info().name);
   }
 
-  /// By the second camera's sequence.
-  std::map<std::string, Seconds> wanted_cameras(const LabelInputs& inputs) const {
-    const std::string& own = inputs.sequence.info().name;
-    const auto& cameras = inputs.sequence.info().cameras;
-    std::map<std::string, Seconds> wanted;
-    const auto cameras_of = [&](const std::string& name) -> const auto& {
-      for (const capture::SequenceReader& one : inputs.job.sequences)
-        if (one.info().name == name) return one.info().cameras;
-      return cameras;
-    };
-    for (const CameraPair& pair : camera_pairs()) {
-      if (!pair.from.sequence.empty() && pair.from.sequence != own) continue;
-      const std::string& to = pair.is_across() ? pair.to.sequence : own;
-      wanted[to][find_camera(cameras, pair.from.camera)].push_back(
-          find_camera(cameras_of(to), pair.to.camera));
-    }
+  /// Of a sequence's own cameras.
+  Seconds wanted_within(const std::string& name,
+                        const std::vector<capture::CameraCalibration>& cameras) const {
+    Seconds wanted;
+    for (const CameraPair& pair : camera_pairs())
+      if (!pair.is_across() && (pair.from.sequence.empty() || pair.from.sequence == name))
+        wanted[find_camera(cameras, pair.from.camera)].push_back(
+            find_camera(cameras, pair.to.camera));
     if (!cameras_.empty()) return wanted;
-    Seconds& seconds = wanted[own];
     for (std::size_t a = 0; a < cameras.size(); ++a)
       for (std::size_t b = 0; b < cameras.size(); ++b)
         if (cameras[a].rig == cameras[b].rig)
-          seconds[static_cast<int>(a)].push_back(static_cast<int>(b));
+          wanted[static_cast<int>(a)].push_back(static_cast<int>(b));
     return wanted;
   }
 
-  void make_images(const LabelInputs& inputs, const Seconds& seconds,
-                   const PairSight& sight) const {
-    const auto num_frames = static_cast<int>(inputs.sequence.frames().size());
+  std::vector<Route> routes_of(const LabelInputs& inputs) const {
+    const capture::SequenceReader& own = inputs.sequence;
+    std::vector<Route> routes;
+    Seconds within = wanted_within(own.info().name, own.info().cameras);
+    if (!within.empty()) routes.push_back({own, own, std::move(within)});
+    for (const capture::SequenceReader& other : inputs.job.sequences) {
+      Seconds seconds;
+      for (const CameraPair& pair : camera_pairs())
+        if (pair.is_across() && pair.from.sequence == own.info().name &&
+            pair.to.sequence == other.info().name)
+          seconds[find_camera(own.info().cameras, pair.from.camera)].push_back(
+              find_camera(other.info().cameras, pair.to.camera));
+      if (!seconds.empty()) routes.push_back({own, other, std::move(seconds)});
+    }
+    return routes;
+  }
+
+  void make_images(const LabelInputs& inputs, const Route& route) const {
+    if (!route.is_across() && !has_other_camera(route.seconds) && is_of_one_time())
+      inputs.context.log.warn(
+          "{}: no camera has another beside it, and frames_apart is 0: no pairs",
+          inputs.sequence.info().name);
+    const PairSight sight(inputs, route.is_across() ? &route.to : nullptr);
+    const auto num_frames = static_cast<int>(route.from.frames().size());
     core::Progress progress(inputs.context, "images",
-                            num_frames * static_cast<std::int64_t>(seconds.size()));
+                            num_frames * static_cast<std::int64_t>(route.seconds.size()));
     for (int frame = 0; frame < num_frames; ++frame)
-      for (const auto& [camera, others] : seconds) {
+      for (const auto& [camera, seconds] : route.seconds) {
         core::throw_if_stop_asked();
-        make_image(inputs.sequence, sight, {frame, camera}, others);
+        make_image(route, sight, {frame, camera}, seconds);
         progress.advance();
       }
   }
 
-  /// Of a pair's second camera, below the first's folder.
-  static fs::path folder_of_second(const capture::SequenceReader& from,
-                                   const capture::SequenceReader& to, int camera) {
-    const fs::path folder = camera_name(to.info().cameras[static_cast<std::size_t>(camera)]);
-    return &from == &to ? folder : to.info().name / folder;
+  static ImageOf image_apart(const ImageOf& from, std::int64_t apart, int camera) {
+    return {static_cast<int>(from.frame + apart), camera};
+  }
+
+  /// All files, that of the index itself among them.
+  LabelFiles write_index(const capture::SequenceReader& sequence,
+                         const std::vector<Route>& routes) const {
+    LabelFiles all = {"pairs.json"};
+    Json pairs = Json::array();
+    for (const Route& route : routes)
+      for (const auto& [first, seconds] : route.seconds)
+        for (const int second : std::set(seconds.begin(), seconds.end()))
+          for (const std::int64_t apart : std::set(frames_apart_.begin(), frames_apart_.end()))
+            list_files(route, first, second, apart, all, pairs);
+    Json index = Json::object();
+    index.set("format", "terracast pairs")
+        .set("version", 1)
+        .set("capture", capture::labels_source(sequence))
+        .set("pairs", std::move(pairs));
+    index.write(sequence.folder() / capture::kLabelsFolder / "pairs/pairs.json");
+    return all;
+  }
+
+  /// Adds what there is of two cameras so many frames apart.
+  static void list_files(const Route& route, int first, int second, std::int64_t apart,
+                         LabelFiles& all, Json& pairs) {
+    Json files = Json::array();
+    std::size_t num_files = 0;
+    for (int frame = 0; frame < static_cast<int>(route.from.frames().size()); ++frame) {
+      const ImageOf from{frame, first}, to = image_apart(from, apart, second);
+      if (!route.has_pair(from, to)) continue;
+      const std::string name = route.name_of(from, to);
+      all.insert(name);
+      files.push(name);
+      ++num_files;
+    }
+    if (num_files == 0) return;
+    const bool is_other_camera = first != second || route.is_across();
+    Json pair = Json::object();
+    pair.set("camera", camera_name(route.first_camera(first)))
+        .set("other_camera", camera_name(route.second_camera(second)));
+    if (route.is_across())
+      pair.set("other_sequence", route.to.info().name)
+          .set("other_capture", capture::labels_source(route.to));
+    pair.set("frames_apart", apart)
+        .set("differs_in", difference_of(is_other_camera, apart != 0))
+        .set("files", std::move(files));
+    pairs.push(std::move(pair));
   }
 
   /// All pairs of which an image is the first.
-  void make_image(const capture::SequenceReader& sequence, const PairSight& sight,
-                  const ImageOf& from, const std::vector<int>& seconds) const {
-    const auto& cameras = sequence.info().cameras;
-    const geo::CameraIntrinsics& image = cameras[static_cast<std::size_t>(from.camera)].intrinsics;
+  void make_image(const Route& route, const PairSight& sight, const ImageOf& from,
+                  const std::vector<int>& seconds) const {
+    const geo::CameraIntrinsics& image = route.first_camera(from.camera).intrinsics;
     std::vector<ImageOf> missing;
     const auto file_of = [&](const ImageOf& to) {
-      return sequence.folder() / capture::kLabelsFolder / "pairs" /
-             camera_name(cameras[static_cast<std::size_t>(from.camera)]) /
-             folder_of_second(sequence, sight.to(), to.camera) /
-             fmt::format("{:06}_{:06}.exr", from.frame, to.frame);
+      return route.from.folder() / capture::kLabelsFolder / "pairs" / route.name_of(from, to);
     };
     for (const int second : seconds)
       for (const std::int64_t apart : frames_apart_) {
-        const std::int64_t frame = from.frame + apart;
-        if (frame < 0 || frame >= static_cast<std::int64_t>(sight.to().frames().size())) continue;
-        const ImageOf to{static_cast<int>(frame), second};
-        if (&sight.to() == &sequence && to == from) continue;
-        if (!is_label_image_done(file_of(to), sight.source(), image, "occluder"))
+        const ImageOf to = image_apart(from, apart, second);
+        if (route.has_pair(from, to) &&
+            !is_label_image_done(file_of(to), sight.source(), image, "occluder"))
           missing.push_back(to);
       }
     if (missing.empty()) return;

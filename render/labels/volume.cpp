@@ -272,12 +272,13 @@ class VolumeLabel final : public LabelMaker {
     return std::make_unique<VolumeLabel>(*this);
   }
 
-  void make(const LabelInputs& inputs) const override {
+  LabelFiles make(const LabelInputs& inputs) const override {
     const capture::SequenceReader& sequence = inputs.sequence;
     const VolumeRule rule = this->rule();
     const fs::path folder = sequence.folder() / capture::kLabelsFolder / "volume";
     const fs::path record = folder / "volume.json";
     const fs::path file = folder / "volume.vdb";
+    const LabelFiles files = {"volume.json", "volume.vdb"};
     Json wanted = Json::object();
     wanted.set("format", "terracast volume")
         .set("version", 1)
@@ -288,7 +289,7 @@ class VolumeLabel final : public LabelMaker {
         .set("distance", distance_);
     if (is_label_finished(record, file, wanted)) {
       inputs.context.log.info("{}: its volume is there already", sequence.info().name);
-      return;
+      return files;
     }
     VoxelStore store(memory_bytes_);
     const RayCounts counts = tell_all(sequence, rule, store, inputs.context);
@@ -304,6 +305,7 @@ class VolumeLabel final : public LabelMaker {
     wanted.write(record);
     inputs.context.log.info("{}: {} voxels free, {} occupied", file.string(), grids.num_free(),
                             grids.num_occupied());
+    return files;
   }
 
  private:

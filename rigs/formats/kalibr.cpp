@@ -125,7 +125,7 @@ std::string rows_text(const geo::Rigid3d& transform) {
 }
 
 std::string intrinsics_text(const CameraCalibration& camera) {
-  const geo::CameraIntrinsics& intrinsics = camera.intrinsics;
+  const geo::CameraIntrinsics intrinsics = as_opencv(camera.intrinsics);
   for (const KalibrModel& known : kModels) {
     if (known.model != intrinsics.model) continue;
     const std::vector<double>& p = intrinsics.parameters;

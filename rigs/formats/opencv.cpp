@@ -115,7 +115,7 @@ std::string matrix_text(const std::string& key, int num_rows, int num_columns,
 }
 
 std::string camera_text(const CameraCalibration& camera) {
-  const geo::CameraIntrinsics& intrinsics = camera.intrinsics;
+  const geo::CameraIntrinsics intrinsics = as_opencv(camera.intrinsics);
   const auto known = std::find_if(kModels.begin(), kModels.end(), [&](const OpencvModel& model) {
     return model.model == intrinsics.model;
   });

@@ -66,6 +66,10 @@ TEST(Reference, ExplainsHowAnItemOfAListIsSet) {
   EXPECT_NE(explain_text("num_frames").find("--set trajectories.0.num_frames=4"),
             std::string::npos);
   EXPECT_EQ(explain_text("size_m").find("--set"), std::string::npos);
+  // Keys that only some recordings have; things that move have them too.
+  EXPECT_NE(explain_text("x_heading_deg").find("frame = local"), std::string::npos);
+  EXPECT_NE(explain_text("x_heading_deg").find("[[moving]]"), std::string::npos);
+  EXPECT_NE(explain_text("local").find("origin.east_m"), std::string::npos);
   // A kind's name explains all that it takes.
   EXPECT_NE(explain_text("survey").find("sidelap"), std::string::npos);
 }

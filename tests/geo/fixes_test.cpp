@@ -180,6 +180,11 @@ TEST_F(Fixes, CsvRefusesWhatItCannotRead) {
   const std::string header = "time_s,latitude_deg,longitude_deg,height_m\n";
   EXPECT_NE(refused("csv", "", header + "0,1,2,3\n1,x,2,3\n").find("line 3: latitude_deg = \"x\""),
             std::string::npos);
+  for (const char* no_number : {"nan", "NaN", "inf"})
+    EXPECT_NE(refused("csv", "", header + "0,1,2,3\n1,1," + no_number + ",3\n")
+                  .find(fmt::format("line 3: longitude_deg = \"{}\" is no number", no_number)),
+              std::string::npos);
+  EXPECT_FALSE(read("csv", "", header + "0,1,2,3\n1,1,NA,3\n").fixes.at(1).has_place());
   EXPECT_NE(refused("csv", "time_unit = \"text\"\n", header + "noon,1,2,3\n").find("line 2"),
             std::string::npos);
   message_of(core::ErrorKind::Config,

@@ -125,6 +125,39 @@ TEST(LaidOutMoving, OtherFlightsAreSeenAtTheSameTimeByTheirMiddle) {
       lay_out_moving({}, parts, parts[0], frames_at(2.0, 3), land.context(2.0), 2000.0).size(), 1U);
 }
 
+TEST(LaidOutMoving, WheelsTurnWhereTheyRoll) {
+  const Land land;
+  const auto turning = [&](const std::string& thing, const std::string& keys) {
+    MovingOptions options = circle(keys);
+    options.thing = thing;
+    double most = 0.0;
+    for (const render::TurningPart& part :
+         lay_out_moving(std::vector{options}, {}, flight("P000", ""), frames_at(1.0, 2),
+                        land.context(1.0), 2000.0)
+             .at(0)
+             .parts)
+      most = std::max(most, std::abs(part.per_metre_rad));
+    return most;
+  };
+  EXPECT_EQ(turning("light_aircraft", ""), 0.0);  // it flies
+  EXPECT_GT(turning("light_aircraft", "ride = \"ground\"\n"), 1.0);
+  EXPECT_GT(turning("hatchback", ""), 1.0);
+  EXPECT_GT(turning("hatchback", "ride = \"free\"\n"), 1.0);
+}
+
+TEST(LaidOutMoving, WhatDoesNotMoveIsRefused) {
+  test::expect_error(core::ErrorKind::Config,
+                     {"a lighthouse is not a thing that moves", "hatchback", "ferry", "person"},
+                     [] {
+                       read<MovingOptions>(
+                           "name = \"a\"\nthing = \"lighthouse\"\nkind = \"orbit\"\nradius_m = "
+                           "100.0\nspeed_mps = 1.0\ncentre = {east_m = 0.0, north_m = 0.0}\n");
+                     });
+  test::expect_error(core::ErrorKind::Config, {"wood_pole", "trajectory a"}, [] {
+    check_moving({}, std::vector{flight("a", "shown_as = \"wood_pole\"\n")});
+  });
+}
+
 TEST(LaidOutMoving, NamesOfPartsMustFitToo) {
   const Land land;
   MovingOptions wheel = circle("");

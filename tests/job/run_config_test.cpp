@@ -6,8 +6,11 @@
 #include <filesystem>
 
 #include "core/error.h"
+#include "core/log.h"
 #include "core/schema_writer.h"
 #include "core/toml_reader.h"
+#include "job/job.h"
+#include "tests/support/expect_error.h"
 
 namespace terracast::job {
 namespace {
@@ -74,6 +77,25 @@ TEST(Configs, WhatALaterStageWouldRefuseIsRefusedOnReading) {
                              testing::HasSubstr("between voxels")));
   EXPECT_EQ(refusal_of({"labels=[{kind = \"volume\", voxel_m = 0.5, truncation_m = 0.5}]"}), "");
   EXPECT_EQ(refusal_of({"labels=[{kind = \"volume\", voxel_m = 0.5, truncation_m = 0.0}]"}), "");
+}
+
+// Nothing is tiled by prepare_job().
+TEST(Configs, WhatRenderingAndLabellingWouldRefuseIsRefusedBeforeTiling) {
+  const core::Log log("job", core::LogLevel::Off);
+  const auto prepare = [&](const std::vector<std::string>& sets) {
+    prepare_job(load_run_config(kSource / "configs/every_camera.toml", sets), {.log = log});
+  };
+  const std::vector<std::string> base = {"exports=[]", "trajectories.0.rate_hz=8.0"};
+  const auto refuses = [&](const std::string& set, const std::vector<std::string>& words) {
+    test::expect_error(core::ErrorKind::Config, words, [&] { prepare({base[0], base[1], set}); });
+  };
+  EXPECT_NO_THROW(prepare(base));
+  refuses("rigs.0.cameras.0.exposure_ms=900.0", {"lenses/pinhole", "takes 900 ms"});
+  refuses("rigs.0.imaging={exposure = {mode = \"automatic\", time_constant_s = 10.0}}",
+          {"time_constant_s = 10", "255 frames"});
+  refuses("labels=[{kind = \"pairs\", cameras = [\"lenses/pinhole lenses/pinhale\"]}]",
+          {"lenses/pinhale", "nearest: \"lenses/pinhole\"", "labels pairs"});
+  refuses("labels=[{kind = \"pairs\", frames_apart = [1000]}]", {"frames_apart = 1000", "longest"});
 }
 
 }  // namespace

@@ -5,12 +5,17 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "capture/channel.h"
+#include "capture/object_labels.h"
 #include "core/atomic_file.h"
 #include "core/hash.h"
 #include "core/image_io.h"
+#include "core/json.h"
+#include "core/toml_reader.h"
+#include "render/labels/label.h"
 #include "render/labels/matches.h"
 #include "tests/labels/boxes_world.h"
 #include "tests/support/expect_error.h"
@@ -299,14 +304,29 @@ TEST(Pairs, HaveTheDisparityAndTheSightOfEachPixel) {
       }
     EXPECT_GT(num_hidden, 20);
   }
-  // Pairs that are asked for, frames apart; and no others.
-  fs::remove_all(pairs);
+  // Pairs that are asked for, frames apart; none of others is left.
+  core::write_file(pairs / ".terracast-tmp-other", "another writer's");
   make_labels_with(sequence, store,
                    "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam0\"]\nframes_apart = [1]\n");
-  std::size_t num_files = 0;
+  std::set<std::string> left;
   for (const auto& entry : fs::recursive_directory_iterator(pairs))
-    num_files += entry.is_regular_file() ? 1 : 0;
-  EXPECT_EQ(num_files, 2U);
+    left.insert(entry.path().lexically_relative(pairs).string());
+  const std::string of_camera = "mcs4/cam0/mcs4/cam0";
+  EXPECT_EQ(left,
+            (std::set<std::string>{".terracast-tmp-other", "pairs.json", "mcs4", "mcs4/cam0",
+                                   "mcs4/cam0/mcs4", of_camera, of_camera + "/000000_000001.exr",
+                                   of_camera + "/000001_000002.exr"}));
+  // The index says which there are.
+  const core::Json index = core::Json::read(pairs / "pairs.json");
+  EXPECT_EQ(index.at("capture").string(), capture::labels_source(sequence));
+  ASSERT_EQ(index.at("pairs").size(), 1U);
+  const core::Json& listed = index.at("pairs").at(std::size_t{0});
+  EXPECT_EQ(listed.at("camera").string(), "mcs4/cam0");
+  EXPECT_EQ(listed.at("other_camera").string(), "mcs4/cam0");
+  EXPECT_EQ(listed.at("frames_apart").integer(), 1);
+  EXPECT_EQ(listed.at("differs_in").string(), "frame");
+  ASSERT_EQ(listed.at("files").size(), 2U);
+  EXPECT_EQ(listed.at("files").at(std::size_t{1}).string(), of_camera + "/000001_000002.exr");
   const core::ExrImage next = read_pair(pairs / "mcs4/cam0/mcs4/cam0/000001_000002.exr");
   const auto facts = sequence.read_camera(1, 0, capture::SequenceReader::kFacts);
   for (int y = 0; y < 160; ++y)
@@ -326,6 +346,42 @@ TEST(Pairs, HaveTheDisparityAndTheSightOfEachPixel) {
   expect_error(core::ErrorKind::Config, {"mcs4/cam9", "mcs4/cam0"}, [&] {
     make_labels_with(sequence, store, "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam9\"]\n");
   });
+}
+
+// Before anything is rendered.
+TEST(Pairs, OptionsThatMakeNothingAreRefusedByName) {
+  const auto outline = [](const std::string& name, int num_frames, int num_cameras) {
+    render::SequenceOutline sequence{.name = name, .cameras = {}, .num_frames = num_frames};
+    for (int i = 0; i < num_cameras; ++i) {
+      sequence.cameras.emplace_back().rig = "v";
+      sequence.cameras.back().name = std::string(1, static_cast<char>('c' + i));
+    }
+    return sequence;
+  };
+  const auto check = [](const std::string& keys,
+                        const std::vector<render::SequenceOutline>& sequences) {
+    std::vector<render::LabelOptions> options(1);
+    core::TomlDocument::parse("kind = \"pairs\"\n" + keys, "test.toml").read(options[0]);
+    options[0].validate();
+    render::check_labels(options, sequences, core::Log("label", core::LogLevel::Off));
+  };
+  const std::vector two = {outline("short", 3, 2), outline("long", 2000, 2)};
+  const auto refuses = [&](const std::string& keys, const std::vector<std::string>& words,
+                           const std::vector<render::SequenceOutline>& sequences) {
+    expect_error(core::ErrorKind::Config, words, [&] { check(keys, sequences); });
+  };
+  refuses("cameras = [\"v/c v/x\"]\n", {"v/x", "v/c", "checking the labels pairs"}, two);
+  for (const char* malformed : {"v/c", "v/c  v/d", "v v/c", "v/c/d v/c", "", "v/c v/d v/c"})
+    refuses(fmt::format("cameras = [\"{}\"]\n", malformed), {"is no pair", "RIG/NAME RIG/NAME"},
+            two);
+  refuses("cameras = [\"v/c v/c\"]\n", {"\"v/c v/c\"", "image with itself"}, two);
+  refuses("frames_apart = []\n", {"frames_apart is empty"}, two);
+  refuses("frames_apart = [1, -2000]\n", {"frames_apart = -2000", "long, has 2000 frames"}, two);
+  refuses("", {"no camera has another beside it"}, {outline("alone", 3, 1)});
+  EXPECT_NO_THROW(check("", two));
+  EXPECT_NO_THROW(check("frames_apart = [1000]\n", two));  // `short` is warned about
+  EXPECT_NO_THROW(check("cameras = [\"v/c v/c\"]\nframes_apart = [0, 1]\n", two));
+  EXPECT_NO_THROW(check("frames_apart = [1]\n", {outline("alone", 3, 1)}));
 }
 
 TEST(Pairs, SightOfParallelRaysStartsWhereEachOfThemDoes) {

@@ -9,9 +9,11 @@
 #include <map>
 #include <optional>
 
+#include "capture/object_labels.h"
 #include "core/atomic_file.h"
 #include "core/hash.h"
 #include "core/image_io.h"
+#include "core/json.h"
 #include "core/log.h"
 #include "core/parallel.h"
 #include "core/toml_reader.h"
@@ -367,7 +369,13 @@ TEST(Vehicles, PairsAcrossThemAreThoseOfTheScene) {
     for (const auto& entry : fs::recursive_directory_iterator(folder / name / "labels/pairs"))
       if (entry.is_regular_file())
         hashes[entry.path().string()] = core::content_hash_of_file(entry.path());
-  EXPECT_EQ(hashes.size(), 3U * (2 + 2 + 1));
+  EXPECT_EQ(hashes.size(), 3U * (2 + 2 + 1) + 2);  // an index each
+  const core::Json index = core::Json::read(folder / "uav1/labels/pairs/pairs.json");
+  ASSERT_EQ(index.at("pairs").size(), 6U);
+  const core::Json& listed = index.at("pairs").at(std::size_t{0});
+  EXPECT_EQ(listed.at("other_sequence").string(), "uav2");
+  EXPECT_EQ(listed.at("other_capture").string(), capture::labels_source(captures[1]));
+  EXPECT_EQ(listed.at("differs_in").string(), "camera and frame");
   const fs::path kept = first / "cam0/uav2/mcs4/cam0/000001_000001.exr";
   const auto time = fs::last_write_time(kept);
   label_all(captures, store, things, toml);
@@ -473,16 +481,23 @@ TEST(Vehicles, SeeEachOthersGroundThroughOneGeometry) {
 
 TEST(Vehicles, PairsThatCannotBeAreRefusedBeforeRendering) {
   const auto cameras = level_plan().cameras;
-  const render::JobOutline job{.sequences = {{"uav1", {0.0, 0.1, 0.2}, cameras},
-                                             {"uav2", {0.0, 0.1}, cameras},
-                                             {"slow", {0.0, 0.5, 1.0}, cameras}},
-                               .has_one_geometry = true};
-  const auto check = [&](const std::string& pair, const render::JobOutline& of,
+  using Outlines = std::vector<render::SequenceOutline>;
+  const auto outline = [&](const char* name, int num_frames, double rate_hz) {
+    return render::SequenceOutline{.name = name,
+                                   .cameras = cameras,
+                                   .num_frames = num_frames,
+                                   .rate_hz = rate_hz,
+                                   .shares_geometry = true};
+  };
+  const Outlines job = {outline("uav1", 3, 10.0), outline("uav2", 2, 10.0),
+                        outline("slow", 3, 2.0)};
+  const core::Log log("label", core::LogLevel::Off);
+  const auto check = [&](const std::string& pair, const Outlines& of,
                          const std::string& more = {}) {
-    render::LabelOptions options;
+    std::vector<render::LabelOptions> options(1);
     core::TomlDocument::parse("kind = \"pairs\"\ncameras = [\"" + pair + "\"]\n" + more, "job.toml")
-        .read(options);
-    options.maker().check(of);
+        .read(options[0]);
+    render::check_labels(options, of, log);
   };
   const auto refused = [&](const std::string& pair, const std::vector<std::string>& words,
                            const std::string& more = {}) {
@@ -490,20 +505,20 @@ TEST(Vehicles, PairsThatCannotBeAreRefusedBeforeRendering) {
   };
   check("uav1/mcs4/cam0 uav2/mcs4/cam0", job);
   check("mcs4/cam0 mcs4/cam0", job, "frames_apart = [1]\n");
-  check("uav1/mcs4/cam0 uav2/mcs4/cam0", job, "frames_apart = [-2, 5]\n");
+  check("uav1/mcs4/cam0 uav2/mcs4/cam0", job, "frames_apart = [-2, 2]\n");
   refused("uav1/mcs4/cam0 uav3/mcs4/cam0", {"sequence", "uav3", "uav2"});
   refused("uav1/mcs4/cam0 uav2/mcs4/cam7", {"cam7", "mcs4/cam0"});
   refused("uav1/mcs5/cam0 uav2/mcs4/cam0", {"mcs5/cam0", "mcs4/cam0"});
   refused("mcs4/cam0 mcs4/cam7", {"cam7", "mcs4/cam0"});
-  refused("uav1/mcs4/cam0 mcs4/cam0", {"one camera alone"});
+  refused("uav1/mcs4/cam0 mcs4/cam0", {"is no pair", "SEQUENCE/RIG/NAME"});
   refused("uav1/mcs4/cam0", {"is no pair"});
   refused("cam0 uav2/mcs4/cam0", {"RIG/NAME"});
   refused("a/uav1/mcs4/cam0 uav2/mcs4/cam0", {"SEQUENCE/RIG/NAME"});
-  refused("uav1/mcs4/cam0 slow/mcs4/cam0", {"frame 1", "0.1 s", "0.5 s", "rate_hz"});
+  refused("uav1/mcs4/cam0 slow/mcs4/cam0", {"uav1 has rate_hz = 10", "slow has 2"});
   refused("uav1/mcs4/cam0 uav2/mcs4/cam0", {"uav1 has 3", "uav2 has 2", "[2, -3]"},
           "frames_apart = [2, -3]\n");
-  render::JobOutline apart = job;
-  apart.has_one_geometry = false;
+  Outlines apart = job;
+  for (render::SequenceOutline& sequence : apart) sequence.shares_geometry = false;
   expect_error(core::ErrorKind::Config, {"shared_geometry = true", "uav1", "uav2"},
                [&] { check("uav1/mcs4/cam0 uav2/mcs4/cam0", apart); });
   check("uav1/mcs4/cam0 uav1/mcs4/cam0", apart, "frames_apart = [1]\n");

@@ -107,6 +107,25 @@ TEST(MovingBodies, SettleOnAPlaneThatLeans) {
   EXPECT_NEAR(state.velocity_world_mps.z(),
               0.25 * wanted.velocity_world_mps.x() - 0.125 * wanted.velocity_world_mps.y(), 1e-6);
   EXPECT_LT(state.angular_velocity_body_radps.norm(), 1e-6);
+  // People stand upright on their feet, and climb as the plane does.
+  const geo::BodyState person = settle(wanted, Ride::Ground, 0.0, 0.0, scene.query, frame);
+  EXPECT_NEAR(person.world_from_body.translation.z(), ground(40.0, 25.0), 1e-6);
+  EXPECT_LT((person.world_from_body.rotation * Vector3d::UnitZ() -
+             frame.up_world(person.world_from_body.translation))
+                .norm(),
+            1e-12);
+  EXPECT_NEAR(person.velocity_world_mps.z(), state.velocity_world_mps.z(), 1e-6);
+  MovingThing walker{.name = "walker",
+                     .shape = box_shape({0.25, 0.25, 0.875}),
+                     .semantic_id = static_cast<std::uint32_t>(core::SemanticClass::Person),
+                     .ride = Ride::Ground,
+                     .parts = {},
+                     .states = {wanted},
+                     .gone_m = {0.0}};
+  const MovingBodies bodies(std::array{walker}, scene.query, frame);
+  EXPECT_LT(bodies.states(0).at(0)->world_from_body.rotation.angularDistance(
+                person.world_from_body.rotation),
+            1e-12);
   wanted.world_from_body.translation.x() = 9000.0;
   EXPECT_THROW(settle(wanted, Ride::Ground, 4.4, 1.8, scene.query, frame), core::Error);
 }

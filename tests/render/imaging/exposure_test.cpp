@@ -6,6 +6,7 @@
 #include "render/imaging/development.h"
 #include "render/imaging/exposure_control.h"
 #include "render/shading.h"
+#include "tests/support/expect_error.h"
 
 namespace terracast::render {
 namespace {
@@ -98,6 +99,27 @@ TEST(ImagingOptions, ContradictionsAreRefused) {
   EXPECT_THROW((ColorOptions{.white_balance = "gains"}.validate()), core::Error);
   EXPECT_THROW((ColorOptions{.gains = {1.0, 1.0, 1.0}}.validate()), core::Error);
   EXPECT_FALSE(ImagingOptions{}.is_on());
+}
+
+TEST(ImagingOptions, KeysThatWouldChangeNothingAreRefusedByName) {
+  const auto refuses = [](const auto& options, const std::string& key, const std::string& with) {
+    test::expect_error(core::ErrorKind::Config, {key + " is given", "only with " + with},
+                       [&] { options.validate(); });
+  };
+  refuses(ColorOptions{.gamma = 1.2}, "gamma", "curve = \"gamma\"");
+  refuses(ColorOptions{.temperature_k = 2500.0}, "temperature_k",
+          "white_balance = \"temperature\"");
+  refuses(ExposureOptions{.target = 0.5}, "target", "mode = \"automatic\"");
+  refuses(ExposureOptions{.mode = "automatic", .meter_percentile = 50.0}, "meter_percentile",
+          "meter = \"percentile\"");
+  refuses(LensFlawOptions{.bloom_radius_px = 9.0}, "bloom_radius_px", "bloom");
+  refuses(SoilingOptions{.smudge_haze = 0.1}, "smudge_haze", "smudges");
+  refuses(SoilingOptions{.dirt_size = 0.1}, "dirt_size", "dirt_spots");
+  EXPECT_NO_THROW((ColorOptions{.curve = "gamma", .gamma = 1.2}.validate()));
+  EXPECT_NO_THROW(
+      (ColorOptions{.white_balance = "temperature", .temperature_k = 2500.0}.validate()));
+  EXPECT_NO_THROW((ExposureOptions{.mode = "automatic", .target = 0.5}.validate()));
+  EXPECT_NO_THROW((SoilingOptions{.smudges = 1, .smudge_haze = 0.1}.validate()));
 }
 
 }  // namespace

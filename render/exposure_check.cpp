@@ -1,0 +1,34 @@
+#include "render/exposure_check.h"
+
+#include "core/error.h"
+#include "render/imaging/exposure_control.h"
+
+namespace terracast::render {
+
+using core::ErrorKind;
+using core::fail;
+
+void check_exposures(const SequencePlan& plan) {
+  for (const capture::CameraCalibration& camera : plan.cameras) {
+    const double image_s =
+        2.0 * camera.shutter.reach_s(camera.intrinsics.width_px, camera.intrinsics.height_px);
+    if (image_s * plan.rate_hz > 1.0)
+      fail(ErrorKind::Config,
+           "sequence {}, camera {}/{}: an image takes {:.4g} ms, its lines' line_time_us together "
+           "with "
+           "exposure_ms, and the next begins {:.4g} ms later; take less of either, or a lower "
+           "rate_hz",
+           plan.name, camera.rig, camera.name, 1e3 * image_s, 1e3 / plan.rate_hz);
+  }
+  for (const ImagingOptions& imaging : plan.imaging) {
+    const double most_s = kMostEarlierFrames / (kTimeConstantsLookedAt * plan.rate_hz);
+    if (imaging.exposure.mode == "automatic" && imaging.exposure.time_constant_s > most_s)
+      fail(ErrorKind::Config,
+           "sequence {}: imaging.exposure.time_constant_s = {}; at rate_hz = {} it is {:.4g} at "
+           "most, as "
+           "{} frames are looked at",
+           plan.name, imaging.exposure.time_constant_s, plan.rate_hz, most_s, kMostEarlierFrames);
+  }
+}
+
+}  // namespace terracast::render
