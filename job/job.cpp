@@ -1,6 +1,7 @@
 #include "job/job.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "core/schema_writer.h"
 #include "core/stage_cost.h"
@@ -82,10 +83,24 @@ void check_true_cameras(const Job& job) {
                                        chosen.format, plan.name));
 }
 
+/// All sequences show what the most demanding of them asks for.
+void share_geometry(Job& job) {
+  auto all = std::make_shared<std::vector<world::Viewpoint>>();
+  for (const render::SequencePlan& plan : job.sequences) {
+    std::vector<world::Viewpoint> own = render::viewpoints_of(plan.states, plan.cameras);
+    std::move(own.begin(), own.end(), std::back_inserter(*all));
+  }
+  for (render::SequencePlan& plan : job.sequences) plan.shared_viewpoints = all;
+}
+
 void check_labels(const Job& job, const core::Log& log) {
   std::vector<render::SequenceOutline> outlines;
   for (const render::SequencePlan& plan : job.sequences)
-    outlines.push_back({plan.name, plan.cameras, static_cast<int>(plan.states.size())});
+    outlines.push_back({.name = plan.name,
+                        .cameras = plan.cameras,
+                        .num_frames = static_cast<int>(plan.states.size()),
+                        .rate_hz = plan.rate_hz,
+                        .shares_geometry = job.config.shared_geometry});
   render::check_labels(wanted_labels(job.config), outlines, log);
 }
 
@@ -151,9 +166,9 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
 std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory) {
   RunConfig of_sequence = config;
   of_sequence.trajectories = {trajectory};
-  // What is seen in it counts too.
+  // What is seen in it counts too, and who shares its geometry.
   for (const geo::TrajectoryOptions& other : config.trajectories)
-    if (!other.shown_as.empty() && other.name != trajectory.name)
+    if ((!other.shown_as.empty() || config.shared_geometry) && other.name != trajectory.name)
       of_sequence.trajectories.push_back(other);
   return toml_of_captures(of_sequence);
 }
@@ -202,6 +217,7 @@ Job prepare_job(RunConfig config, const core::Context& context,
   for (const auto& options : job.config.trajectories)
     job.sequences.push_back(
         plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));
+  if (job.config.shared_geometry) share_geometry(job);
   check_frames(job);
   check_true_cameras(job);
   check_labels(job, context.log);

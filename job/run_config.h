@@ -43,6 +43,7 @@ struct RunConfig {
   core::Path data;
   tiler::WorldOptions world;
   world::DetailOptions detail;
+  bool shared_geometry = false;
   world::RayQueryOptions tracing;
   std::vector<render::RigOptions> rigs;
   std::vector<geo::TrajectoryOptions> trajectories;

@@ -42,8 +42,7 @@ world::TileStore tile(const Job& job, const fs::path& store, const core::Context
 /// A world that was tiled for other flights, or for coarser images, has not all the detail that this
 /// config asks for.
 void check_detail(const world::TileStore& store, const render::SequencePlan& sequence) {
-  const auto tile = world::missing_detail(
-      store, render::viewpoints_of(sequence.states, sequence.cameras), sequence.detail);
+  const auto tile = world::missing_detail(store, render::viewpoints_of(sequence), sequence.detail);
   if (tile)
     fail(ErrorKind::Input,
          "{}: the world is not tiled for sequence {}: cells of {} m in tile {} are too coarse for "
@@ -119,12 +118,16 @@ void label(const RunConfig& config, const world::TileStore& store, const fs::pat
         const std::vector<capture::SequenceReader> sequences = open_captured(config, captures, log);
         std::vector<render::SequenceOutline> outlines;
         for (const capture::SequenceReader& sequence : sequences)
-          outlines.push_back({sequence.info().name, sequence.info().cameras,
-                              static_cast<int>(sequence.frames().size())});
+          outlines.push_back({.name = sequence.info().name,
+                              .cameras = sequence.info().cameras,
+                              .num_frames = static_cast<int>(sequence.frames().size()),
+                              .rate_hz = sequence.info().rate_hz,
+                              .shares_geometry = config.shared_geometry});
         render::check_labels(labels, outlines, log);
         for (const capture::SequenceReader& sequence : sequences)
           render::run_label_stage(sequence, store, captured_things(sequence.info()), labels,
-                                  context.with_log(log));
+                                  context.with_log(log),
+                                  {.sequences = sequences, .things_of = captured_things});
       },
       "running stage label");
 }

@@ -28,8 +28,7 @@ using core::fail;
 constexpr double kLeastClearance_m = 0.25;
 
 std::vector<world::CutTile> cut_of(const world::TileStore& store, const SequencePlan& plan) {
-  std::vector<world::CutTile> cut =
-      world::choose_cut(store, viewpoints_of(plan.states, plan.cameras), plan.detail);
+  std::vector<world::CutTile> cut = world::choose_cut(store, viewpoints_of(plan), plan.detail);
   if (cut.size() > kMaxCutTiles) {
     fail(ErrorKind::Input,
          "sequence {} needs {} tiles at once; up to {} can be told apart: raise detail.cell_px or "
@@ -254,6 +253,11 @@ std::vector<world::Viewpoint> viewpoints_of(
     const std::vector<capture::CameraCalibration>& cameras) {
   const ViewTable views(states, cameras);
   return viewpoints_of_frames(views, 0, views.num_frames() - 1);
+}
+
+std::vector<world::Viewpoint> viewpoints_of(const SequencePlan& plan) {
+  return plan.shared_viewpoints ? *plan.shared_viewpoints
+                                : viewpoints_of(plan.states, plan.cameras);
 }
 
 capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::TileStore& store) {

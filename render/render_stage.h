@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,8 @@ struct SequencePlan {
   std::vector<capture::CameraClock> clocks = {};
   std::vector<ImagingOptions> imaging = {};  ///< one a camera; empty: no camera has any
   std::vector<MovingThing> moving = {};      ///< what moves beside the cameras' own body
+  /// Of all sequences that show one geometry, its own among them; null: it shows a geometry of its own.
+  std::shared_ptr<const std::vector<world::Viewpoint>> shared_viewpoints = nullptr;
   ConditionOptions conditions;
   TrackOptions tracks;
   world::DetailOptions detail;
@@ -68,6 +71,9 @@ void check_inside(const SequencePlan& plan, const geo::WorldFrame& frame_of_worl
 /// given.
 std::vector<world::Viewpoint> viewpoints_of(const std::vector<geo::BodyState>& states,
                                             const std::vector<capture::CameraCalibration>& cameras);
+
+/// Those for which the geometry that a sequence shows is chosen.
+std::vector<world::Viewpoint> viewpoints_of(const SequencePlan& plan);
 
 /// What a sequence's capture will say of itself (all that determines the bytes goes into
 /// input_hash).

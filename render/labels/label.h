@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <set>
 #include <span>
@@ -18,6 +19,13 @@
 /// its world, without rendering again.
 namespace terracast::render {
 
+/// The finished sequences of a job.
+struct JobCaptures {
+  std::span<const capture::SequenceReader> sequences = {};
+  /// What moves in one of them, in the order of its bodies; its shapes alone count.
+  std::function<std::vector<MovingThing>(const capture::SequenceInfo&)> things_of = nullptr;
+};
+
 struct LabelInputs {
   const capture::SequenceReader& sequence;
   const world::TileStore& store;  ///< the world that it shows
@@ -25,6 +33,7 @@ struct LabelInputs {
   std::span<const MovingThing> things;
   const MovingBodies& moving;  ///< the same as captured
   const core::Context& context;
+  const JobCaptures& job;  ///< none: the sequence alone
 };
 
 /// What is known of a sequence before it is captured.
@@ -32,6 +41,8 @@ struct SequenceOutline {
   std::string name;
   std::vector<capture::CameraCalibration> cameras;
   int num_frames = 0;
+  double rate_hz = 10.0;
+  bool shares_geometry = false;  ///< with all others that do
 };
 
 /// Files of a kind of labels, relative to its folder `labels/<kind>` in the capture.
@@ -93,12 +104,19 @@ struct LabelOptions {
 void check_labels(const std::vector<LabelOptions>& labels,
                   std::span<const SequenceOutline> sequences, const core::Log& log);
 
+/// What moves in a finished sequence, as it was captured.
+/// things   as LabelInputs has them
+/// throws   Input: it was captured with other things
+MovingBodies captured_bodies(const capture::SequenceReader& sequence,
+                             std::span<const MovingThing> things);
+
 /// Makes labels of a finished sequence, and removes from their folders what is stale.
 /// things   what moves in it, as LabelInputs has it
+/// job      the sequences beside which it was captured, for labels of several
 /// throws   Input: it was captured with other things; as LabelMaker::make; the message names the kind and the
 ///          sequence
 void run_label_stage(const capture::SequenceReader& sequence, const world::TileStore& store,
                      std::span<const MovingThing> things, const std::vector<LabelOptions>& labels,
-                     const core::Context& context);
+                     const core::Context& context, const JobCaptures& job = {});
 
 }  // namespace terracast::render

@@ -57,19 +57,25 @@ void check_labels(const std::vector<LabelOptions>& labels,
                        fmt::format("checking the labels {}", options.kind));
 }
 
-void run_label_stage(const capture::SequenceReader& sequence, const world::TileStore& store,
-                     std::span<const MovingThing> things, const std::vector<LabelOptions>& labels,
-                     const core::Context& context) {
-  if (labels.empty()) return;
+MovingBodies captured_bodies(const capture::SequenceReader& sequence,
+                             std::span<const MovingThing> things) {
   if (describe_moving(things) != sequence.info().moving)
     core::fail(core::ErrorKind::Input,
                "the things that move in sequence {} are not those of this program: render it again",
                sequence.info().name);
-  const MovingBodies moving(things, sequence.frames());
+  return {things, sequence.frames()};
+}
+
+void run_label_stage(const capture::SequenceReader& sequence, const world::TileStore& store,
+                     std::span<const MovingThing> things, const std::vector<LabelOptions>& labels,
+                     const core::Context& context, const JobCaptures& job) {
+  if (labels.empty()) return;
+  const MovingBodies moving = captured_bodies(sequence, things);
   for (const LabelOptions& options : labels)
     core::with_context(
         [&] {
-          const LabelFiles files = options.maker().make({sequence, store, things, moving, context});
+          const LabelFiles files =
+              options.maker().make({sequence, store, things, moving, context, job});
           remove_stale_files(sequence.folder() / capture::kLabelsFolder / options.kind, files,
                              context.log);
         },

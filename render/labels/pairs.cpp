@@ -1,5 +1,5 @@
-// Where what one image shows is in another, for every pixel: of two cameras of a rig, or of one at two times. Of a
-// rectified pair the disparity is -flow.x.
+// Where what one image shows is in another, for every pixel: of two cameras of a rig, or of one at two times, or of
+// cameras of two sequences. Of a rectified pair the disparity is -flow.x.
 //
 // An OpenEXR file a pair: flow.x and flow.y (float, px, from the pixel's centre to where its point is in the other
 // image), sight (uint: 0 the sky or not within the other image, 1 within it but hidden, 2 seen), occluder (uint: the
@@ -21,11 +21,11 @@
 #include "core/json.h"
 #include "core/log.h"
 #include "core/progress.h"
-#include "core/registry.h"
 #include "core/stop.h"
 #include "render/labels/label.h"
 #include "render/labels/label_image.h"
-#include "render/labels/matches.h"
+#include "render/labels/pair_cameras.h"
+#include "render/labels/pair_sight.h"
 
 namespace terracast::render {
 namespace {
@@ -35,32 +35,6 @@ using core::ErrorKind;
 using core::fail;
 using core::Json;
 using Eigen::Vector2d;
-
-std::string camera_name(const capture::CameraCalibration& camera) {
-  return camera.rig + "/" + camera.name;
-}
-
-int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& name) {
-  std::vector<std::string> names;
-  for (const capture::CameraCalibration& camera : cameras) names.push_back(camera_name(camera));
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end())
-    fail(ErrorKind::Config, "{}", core::unknown_name_message("camera", name, names));
-  return static_cast<int>(found - names.begin());
-}
-
-/// Both cameras of "RIG/NAME RIG/NAME".
-std::array<std::string, 2> names_of_pair(const std::string& pair) {
-  const std::size_t blank = pair.find(' ');
-  const std::array names = {pair.substr(0, blank),
-                            blank == std::string::npos ? std::string() : pair.substr(blank + 1)};
-  for (const std::string& name : names)
-    if (std::count(name.begin(), name.end(), '/') != 1 || name.front() == '/' ||
-        name.back() == '/' || name.find(' ') != std::string::npos)
-      fail(ErrorKind::Config, "pairs: cameras: \"{}\" is no pair; \"RIG/NAME RIG/NAME\" is right",
-           pair);
-  return names;
-}
 
 /// What tells one image of a pair from the other.
 std::string_view difference_of(bool is_other_camera, bool is_other_frame) {
@@ -93,8 +67,10 @@ class PairsLabel final : public LabelMaker {
   void describe(core::SchemaVisitor& visit) override {
     visit.key(
         "cameras", cameras_,
-        "Pairs of cameras, each as \"RIG/NAME RIG/NAME\": what the first shows is looked for in "
-        "the second. Empty: every camera with every other of its rig.");
+        "Pairs of cameras, each as \"RIG/NAME RIG/NAME\", of every sequence, or "
+        "\"SEQUENCE/RIG/NAME SEQUENCE/RIG/NAME\", of two (which needs shared_geometry): what the "
+        "first shows is looked for in the second. Empty: every camera with every other of its "
+        "rig.");
     visit.key("frames_apart", frames_apart_,
               "How many frames after the first camera's image that of the second is.",
               core::between(-1000000, 1000000));
@@ -103,22 +79,26 @@ class PairsLabel final : public LabelMaker {
   void validate() const override {
     if (frames_apart_.empty())
       fail(ErrorKind::Config, "pairs: frames_apart is empty; 0 is the same frame");
-    for (const std::string& pair : cameras_) {
-      const std::array<std::string, 2> names = names_of_pair(pair);
-      if (names[0] == names[1] && is_of_one_time())
+    for (const std::string& text : cameras_) {
+      const CameraPair pair = parse_camera_pair(text);
+      if (!pair.is_across() && pair.from.camera == pair.to.camera && is_of_one_time())
         fail(ErrorKind::Config,
              "pairs: cameras: \"{}\" with frames_apart = 0 is each image with itself; give the "
              "frames apart, as frames_apart = [1], or another camera",
-             pair);
+             text);
     }
   }
   std::unique_ptr<LabelMaker> clone() const override { return std::make_unique<PairsLabel>(*this); }
 
   void check(std::span<const SequenceOutline> sequences, const core::Log& log) const override {
-    bool has_pair = sequences.empty() || !is_of_one_time();
+    const std::vector<CameraPair> pairs = camera_pairs();
+    check_camera_pairs(pairs, frames_apart_, sequences);
+    bool has_pair = sequences.empty() || !is_of_one_time() ||
+                    std::any_of(pairs.begin(), pairs.end(),
+                                [](const CameraPair& pair) { return pair.is_across(); });
     const SequenceOutline* longest = nullptr;
     for (const SequenceOutline& sequence : sequences) {
-      has_pair = has_other_camera(wanted_cameras(sequence.cameras)) || has_pair;
+      has_pair = has_other_camera(wanted_within(sequence.name, sequence.cameras)) || has_pair;
       if (longest == nullptr || sequence.num_frames > longest->num_frames) longest = &sequence;
     }
     if (!has_pair)
@@ -138,47 +118,65 @@ class PairsLabel final : public LabelMaker {
   }
 
   LabelFiles make(const LabelInputs& inputs) const override {
-    const capture::SequenceReader& sequence = inputs.sequence;
-    const std::map<int, std::vector<int>> others = wanted_cameras(sequence.info().cameras);
-    const Matcher matcher(sequence, inputs.store, inputs.moving);
-    const std::string source = capture::labels_source(sequence);
-    const auto num_frames = static_cast<int>(sequence.frames().size());
-    if (!has_other_camera(others) && is_of_one_time())
-      inputs.context.log.warn(
-          "{}: no camera has another beside it, and frames_apart is 0: no pairs",
-          sequence.info().name);
-    core::Progress progress(inputs.context, "images",
-                            num_frames * static_cast<std::int64_t>(others.size()));
-    for (int frame = 0; frame < num_frames; ++frame)
-      for (const auto& [camera, seconds] : others) {
-        core::throw_if_stop_asked();
-        make_image(sequence, matcher, {frame, camera}, seconds, source);
-        progress.advance();
-      }
-    return write_index(sequence, others, source);
+    const std::vector<Route> routes = routes_of(inputs);
+    for (const Route& route : routes) make_images(inputs, route);
+    return write_index(inputs.sequence, routes);
   }
 
  private:
+  /// Cameras that are second, by the first.
+  using Seconds = std::map<int, std::vector<int>>;
+
+  /// From images of a sequence to its own, or to those of another.
+  struct Route {
+    const capture::SequenceReader& from;
+    const capture::SequenceReader& to;
+    Seconds seconds;
+    bool is_across() const { return &from != &to; }
+    const capture::CameraCalibration& first_camera(int camera) const {
+      return from.info().cameras[static_cast<std::size_t>(camera)];
+    }
+    const capture::CameraCalibration& second_camera(int camera) const {
+      return to.info().cameras[static_cast<std::size_t>(camera)];
+    }
+    bool has_pair(const ImageOf& first, const ImageOf& second) const {
+      return second.frame >= 0 && second.frame < static_cast<int>(to.frames().size()) &&
+             (is_across() || first != second);
+    }
+    /// Of the pair's file, in the folder of pairs.
+    std::string name_of(const ImageOf& first, const ImageOf& second) const {
+      return fmt::format("{}/{}{}/{:06}_{:06}.exr", camera_name(first_camera(first.camera)),
+                         is_across() ? to.info().name + "/" : "",
+                         camera_name(second_camera(second.camera)), first.frame, second.frame);
+    }
+  };
+
+  std::vector<CameraPair> camera_pairs() const {
+    std::vector<CameraPair> pairs;
+    for (const std::string& text : cameras_) pairs.push_back(parse_camera_pair(text));
+    return pairs;
+  }
+
   bool is_of_one_time() const {
     return std::all_of(frames_apart_.begin(), frames_apart_.end(),
                        [](std::int64_t apart) { return apart == 0; });
   }
 
-  static bool has_other_camera(const std::map<int, std::vector<int>>& others) {
+  static bool has_other_camera(const Seconds& others) {
     return std::any_of(others.begin(), others.end(), [](const auto& of_camera) {
       return std::any_of(of_camera.second.begin(), of_camera.second.end(),
                          [&](int second) { return second != of_camera.first; });
     });
   }
 
-  /// By the first camera.
-  std::map<int, std::vector<int>> wanted_cameras(
-      const std::vector<capture::CameraCalibration>& cameras) const {
-    std::map<int, std::vector<int>> wanted;
-    for (const std::string& pair : cameras_) {
-      const std::array<std::string, 2> names = names_of_pair(pair);
-      wanted[find_camera(cameras, names[0])].push_back(find_camera(cameras, names[1]));
-    }
+  /// Of a sequence's own cameras.
+  Seconds wanted_within(const std::string& name,
+                        const std::vector<capture::CameraCalibration>& cameras) const {
+    Seconds wanted;
+    for (const CameraPair& pair : camera_pairs())
+      if (!pair.is_across() && (pair.from.sequence.empty() || pair.from.sequence == name))
+        wanted[find_camera(cameras, pair.from.camera)].push_back(
+            find_camera(cameras, pair.to.camera));
     if (!cameras_.empty()) return wanted;
     for (std::size_t a = 0; a < cameras.size(); ++a)
       for (std::size_t b = 0; b < cameras.size(); ++b)
@@ -187,82 +185,110 @@ class PairsLabel final : public LabelMaker {
     return wanted;
   }
 
+  std::vector<Route> routes_of(const LabelInputs& inputs) const {
+    const capture::SequenceReader& own = inputs.sequence;
+    std::vector<Route> routes;
+    Seconds within = wanted_within(own.info().name, own.info().cameras);
+    if (!within.empty()) routes.push_back({own, own, std::move(within)});
+    for (const capture::SequenceReader& other : inputs.job.sequences) {
+      Seconds seconds;
+      for (const CameraPair& pair : camera_pairs())
+        if (pair.is_across() && pair.from.sequence == own.info().name &&
+            pair.to.sequence == other.info().name)
+          seconds[find_camera(own.info().cameras, pair.from.camera)].push_back(
+              find_camera(other.info().cameras, pair.to.camera));
+      if (!seconds.empty()) routes.push_back({own, other, std::move(seconds)});
+    }
+    return routes;
+  }
+
+  void make_images(const LabelInputs& inputs, const Route& route) const {
+    if (!route.is_across() && !has_other_camera(route.seconds) && is_of_one_time())
+      inputs.context.log.warn(
+          "{}: no camera has another beside it, and frames_apart is 0: no pairs",
+          inputs.sequence.info().name);
+    const PairSight sight(inputs, route.is_across() ? &route.to : nullptr);
+    const auto num_frames = static_cast<int>(route.from.frames().size());
+    core::Progress progress(inputs.context, "images",
+                            num_frames * static_cast<std::int64_t>(route.seconds.size()));
+    for (int frame = 0; frame < num_frames; ++frame)
+      for (const auto& [camera, seconds] : route.seconds) {
+        core::throw_if_stop_asked();
+        make_image(route, sight, {frame, camera}, seconds);
+        progress.advance();
+      }
+  }
+
   static ImageOf image_apart(const ImageOf& from, std::int64_t apart, int camera) {
     return {static_cast<int>(from.frame + apart), camera};
   }
 
-  static bool is_pair(const capture::SequenceReader& sequence, const ImageOf& from,
-                      const ImageOf& to) {
-    return to.frame >= 0 && to.frame < static_cast<int>(sequence.frames().size()) && to != from;
-  }
-
-  static std::string name_of(const std::vector<capture::CameraCalibration>& cameras,
-                             const ImageOf& from, const ImageOf& to) {
-    return fmt::format(
-        "{}/{}/{:06}_{:06}.exr", camera_name(cameras[static_cast<std::size_t>(from.camera)]),
-        camera_name(cameras[static_cast<std::size_t>(to.camera)]), from.frame, to.frame);
-  }
-
   /// All files, that of the index itself among them.
   LabelFiles write_index(const capture::SequenceReader& sequence,
-                         const std::map<int, std::vector<int>>& others,
-                         const std::string& source) const {
-    const auto& cameras = sequence.info().cameras;
+                         const std::vector<Route>& routes) const {
     LabelFiles all = {"pairs.json"};
     Json pairs = Json::array();
-    for (const auto& [first, seconds] : others)
-      for (const int second : std::set(seconds.begin(), seconds.end()))
-        for (const std::int64_t apart : std::set(frames_apart_.begin(), frames_apart_.end())) {
-          Json files = Json::array();
-          std::size_t num_files = 0;
-          for (int frame = 0; frame < static_cast<int>(sequence.frames().size()); ++frame) {
-            const ImageOf from{frame, first}, to = image_apart(from, apart, second);
-            if (!is_pair(sequence, from, to)) continue;
-            const std::string name = name_of(cameras, from, to);
-            all.insert(name);
-            files.push(name);
-            ++num_files;
-          }
-          if (num_files == 0) continue;
-          pairs.push(
-              Json::object()
-                  .set("camera", camera_name(cameras[static_cast<std::size_t>(first)]))
-                  .set("other_camera", camera_name(cameras[static_cast<std::size_t>(second)]))
-                  .set("frames_apart", apart)
-                  .set("differs_in", difference_of(first != second, apart != 0))
-                  .set("files", std::move(files)));
-        }
+    for (const Route& route : routes)
+      for (const auto& [first, seconds] : route.seconds)
+        for (const int second : std::set(seconds.begin(), seconds.end()))
+          for (const std::int64_t apart : std::set(frames_apart_.begin(), frames_apart_.end()))
+            list_files(route, first, second, apart, all, pairs);
     Json index = Json::object();
     index.set("format", "terracast pairs")
         .set("version", 1)
-        .set("capture", source)
+        .set("capture", capture::labels_source(sequence))
         .set("pairs", std::move(pairs));
     index.write(sequence.folder() / capture::kLabelsFolder / "pairs/pairs.json");
     return all;
   }
 
+  /// Adds what there is of two cameras so many frames apart.
+  static void list_files(const Route& route, int first, int second, std::int64_t apart,
+                         LabelFiles& all, Json& pairs) {
+    Json files = Json::array();
+    std::size_t num_files = 0;
+    for (int frame = 0; frame < static_cast<int>(route.from.frames().size()); ++frame) {
+      const ImageOf from{frame, first}, to = image_apart(from, apart, second);
+      if (!route.has_pair(from, to)) continue;
+      const std::string name = route.name_of(from, to);
+      all.insert(name);
+      files.push(name);
+      ++num_files;
+    }
+    if (num_files == 0) return;
+    const bool is_other_camera = first != second || route.is_across();
+    Json pair = Json::object();
+    pair.set("camera", camera_name(route.first_camera(first)))
+        .set("other_camera", camera_name(route.second_camera(second)));
+    if (route.is_across())
+      pair.set("other_sequence", route.to.info().name)
+          .set("other_capture", capture::labels_source(route.to));
+    pair.set("frames_apart", apart)
+        .set("differs_in", difference_of(is_other_camera, apart != 0))
+        .set("files", std::move(files));
+    pairs.push(std::move(pair));
+  }
+
   /// All pairs of which an image is the first.
-  void make_image(const capture::SequenceReader& sequence, const Matcher& matcher,
-                  const ImageOf& from, const std::vector<int>& seconds,
-                  const std::string& source) const {
-    const auto& cameras = sequence.info().cameras;
-    const geo::CameraIntrinsics& image = cameras[static_cast<std::size_t>(from.camera)].intrinsics;
+  void make_image(const Route& route, const PairSight& sight, const ImageOf& from,
+                  const std::vector<int>& seconds) const {
+    const geo::CameraIntrinsics& image = route.first_camera(from.camera).intrinsics;
     std::vector<ImageOf> missing;
     const auto file_of = [&](const ImageOf& to) {
-      return sequence.folder() / capture::kLabelsFolder / "pairs" / name_of(cameras, from, to);
+      return route.from.folder() / capture::kLabelsFolder / "pairs" / route.name_of(from, to);
     };
     for (const int second : seconds)
       for (const std::int64_t apart : frames_apart_) {
         const ImageOf to = image_apart(from, apart, second);
-        if (is_pair(sequence, from, to) &&
-            !is_label_image_done(file_of(to), source, image, "occluder"))
+        if (route.has_pair(from, to) &&
+            !is_label_image_done(file_of(to), sight.source(), image, "occluder"))
           missing.push_back(to);
       }
     if (missing.empty()) return;
     const std::vector<Eigen::Vector2i> pixels = all_pixels(image);
     std::vector<ShownPoint> points;
     std::vector<std::size_t> places;
-    const std::vector<std::optional<ShownPoint>> shown = matcher.points(from, pixels);
+    const std::vector<std::optional<ShownPoint>> shown = sight.points(from, pixels);
     for (std::size_t i = 0; i < shown.size(); ++i) {
       if (!shown[i]) continue;
       points.push_back(*shown[i]);
@@ -270,9 +296,9 @@ class PairsLabel final : public LabelMaker {
     }
     for (const ImageOf& to : missing) {
       PairImage pair(pixels.size());
-      const std::vector<std::optional<Match>> matches = matcher.find(points, to);
+      const std::vector<std::optional<Match>> matches = sight.find(points, to);
       for (std::size_t k = 0; k < matches.size(); ++k) {
-        if (const auto motion_m = matcher.motion(points[k], to.frame))
+        if (const auto motion_m = sight.motion(points[k], to.frame))
           for (int axis = 0; axis < 3; ++axis)
             pair.scene_flow[static_cast<std::size_t>(axis)][places[k]] =
                 static_cast<float>((*motion_m)[axis]);
@@ -284,7 +310,7 @@ class PairsLabel final : public LabelMaker {
         pair.sight[places[k]] = matches[k]->is_visible ? 2 : 1;
         pair.occluder[places[k]] = matches[k]->occluder_id;
       }
-      write(pair, file_of(to), source, image);
+      write(pair, file_of(to), sight.source(), image);
     }
   }
 

@@ -71,6 +71,7 @@ kind = "covisibility"
 [[labels]]
 kind = "pairs"
 frames_apart = [0, 1]
+cameras = ["pair/left pair/right", "P000/pair/left P001/pair/right"]
 
 [[labels]]
 kind = "volume"
@@ -119,6 +120,7 @@ waypoints = [{east_m = 299.0, north_m = 20.0, height_m = 230.0, above = "ground"
   text = replaced(text, "name = \"P000\"\nkind = \"orbit\"\n",
                   "name = \"P000\"\nkind = \"orbit\"\nstart_azimuth_deg = 90.0\n");
   text = replaced(text, "num_frames = 4", "num_frames = 3");
+  text = replaced(text, "name = \"tiny\"\n\n", "name = \"tiny\"\nshared_geometry = true\n\n");
   return replaced(text, "mount_pitch_deg = 40.0", "mount_pitch_deg = 15.0");
 }
 
@@ -133,8 +135,15 @@ TEST(Labels, AreMadeWhereThingsMove) {
   for (const char* name : {"car", "walker", "climber", "P001"})
     EXPECT_THAT(objects, testing::HasSubstr(fmt::format("\"moving\": \"{}\"", name)));
   for (const char* file : {"cloud/cloud.ply", "covisibility/covisibility.csv", "volume/volume.vdb",
-                           "pairs/pair/left/pair/right/000000_000001.exr"})
+                           "pairs/pair/left/pair/right/000000_000001.exr",
+                           "pairs/pair/left/P001/pair/right/000000_000001.exr"})
     EXPECT_TRUE(fs::exists(labels / file)) << file;
+  // All sequences show the same tiles.
+  const auto tiles_of = [&](const char* sequence) {
+    const core::Json json = core::Json::read(folder / "out/capture" / sequence / "sequence.json");
+    return json.at("geometry").at("tiles").text();
+  };
+  EXPECT_EQ(tiles_of("P000"), tiles_of("P001"));
   EXPECT_GT(core::Json::read(labels / "volume/volume.json").at("rays_on_what_moves").integer(), 50);
 
   const fs::path kitti = folder / "out/export/kitti_object/training/label_2";
@@ -154,6 +163,22 @@ TEST(Labels, AreMadeWhereThingsMove) {
       run_program({"label", job, "--out", (folder / "out").string(), "--threads", "1"});
   ASSERT_EQ(label.status, 0) << label.output;
   EXPECT_EQ(first_difference(folder / "before", labels), "");
+}
+
+// Before anything is made.
+TEST(Labels, PairsOfSequencesThatCannotBeAreRefused) {
+  const ScratchFolder folder;
+  const auto refused = [&](const std::string& what, const std::string& by, const char* message) {
+    const std::string job =
+        write_text(folder / "job.toml", replaced(moving_job(), what, by)).string();
+    const ProgramResult run = run_program({"run", job, "--out", (folder / "out").string()});
+    EXPECT_EQ(run.status, 2) << run.output;
+    EXPECT_THAT(run.output, testing::HasSubstr(message));
+    EXPECT_FALSE(fs::exists(folder / "out/world"));
+  };
+  refused("shared_geometry = true\n", "", "need shared_geometry = true");
+  refused("P001/pair/right", "P002/pair/right", "unknown sequence \"P002\"");
+  refused("P001/pair/right", "P001/pear/right", "unknown camera \"pear/right\"");
 }
 
 TEST(Labels, WhatIsNotAskedForIsNotMade) {

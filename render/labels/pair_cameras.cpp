@@ -1,0 +1,120 @@
+#include "render/labels/pair_cameras.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/registry.h"
+
+namespace terracast::render {
+namespace {
+
+using core::ErrorKind;
+using core::fail;
+
+[[noreturn]] void fail_as_no_pair(const std::string& text) {
+  fail(ErrorKind::Config,
+       "pairs: cameras: \"{}\" is no pair; \"RIG/NAME RIG/NAME\" is right, or of two sequences "
+       "\"SEQUENCE/RIG/NAME SEQUENCE/RIG/NAME\"",
+       text);
+}
+
+PairEnd parse_end(const std::string& text, const std::string& pair) {
+  const auto num_slashes = std::count(text.begin(), text.end(), '/');
+  const bool has_empty_part = text.empty() || text.front() == '/' || text.back() == '/' ||
+                              text.find("//") != std::string::npos;
+  if (has_empty_part || num_slashes < 1 || num_slashes > 2 || text.find(' ') != std::string::npos)
+    fail_as_no_pair(pair);
+  if (num_slashes == 1) return {.sequence = {}, .camera = text};
+  const std::size_t slash = text.find('/');
+  return {.sequence = text.substr(0, slash), .camera = text.substr(slash + 1)};
+}
+
+const SequenceOutline& find_sequence(std::span<const SequenceOutline> sequences,
+                                     const std::string& name) {
+  std::vector<std::string> names;
+  for (const SequenceOutline& sequence : sequences) {
+    if (sequence.name == name) return sequence;
+    names.push_back(sequence.name);
+  }
+  fail(ErrorKind::Config, "pairs: cameras: {}",
+       core::unknown_name_message("sequence", name, names));
+}
+
+/// Frames of one number are of one time, so that frames_apart says how far apart two images are.
+void check_rates(const SequenceOutline& from, const SequenceOutline& to) {
+  if (from.rate_hz != to.rate_hz)
+    fail(ErrorKind::Config,
+         "pairs: sequence {} has rate_hz = {} and {} has {}: frames of one number are not of one "
+         "time; pairs of both need one rate",
+         from.name, from.rate_hz, to.name, to.rate_hz);
+}
+
+void check_any_frame(const SequenceOutline& from, const SequenceOutline& to,
+                     std::span<const std::int64_t> frames_apart) {
+  const bool has_any =
+      std::any_of(frames_apart.begin(), frames_apart.end(), [&](std::int64_t apart) {
+        return std::max<std::int64_t>(0, -apart) <
+               std::min<std::int64_t>(from.num_frames, to.num_frames - apart);
+      });
+  if (!has_any)
+    fail(ErrorKind::Config,
+         "pairs: sequence {} has {} frames and {} has {}: none are frames_apart = [{}]", from.name,
+         from.num_frames, to.name, to.num_frames, fmt::join(frames_apart, ", "));
+}
+
+void check_across(const SequenceOutline& from, const SequenceOutline& to,
+                  std::span<const std::int64_t> frames_apart) {
+  if (!from.shares_geometry || !to.shares_geometry)
+    fail(
+        ErrorKind::Config,
+        "pairs of sequences {} and {} need shared_geometry = true: else each shows the ground as "
+        "fine as its own cameras ask for, and a point of the one is not on the ground of the other",
+        from.name, to.name);
+  check_rates(from, to);
+  check_any_frame(from, to, frames_apart);
+}
+
+}  // namespace
+
+CameraPair parse_camera_pair(const std::string& text) {
+  const std::size_t blank = text.find(' ');
+  if (blank == std::string::npos) fail_as_no_pair(text);
+  CameraPair pair{.from = parse_end(text.substr(0, blank), text),
+                  .to = parse_end(text.substr(blank + 1), text)};
+  if (pair.from.sequence.empty() != pair.to.sequence.empty()) fail_as_no_pair(text);
+  return pair;
+}
+
+std::string camera_name(const capture::CameraCalibration& camera) {
+  return camera.rig + "/" + camera.name;
+}
+
+int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& name) {
+  std::vector<std::string> names;
+  for (const capture::CameraCalibration& camera : cameras) names.push_back(camera_name(camera));
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end())
+    fail(ErrorKind::Config, "{}", core::unknown_name_message("camera", name, names));
+  return static_cast<int>(found - names.begin());
+}
+
+void check_camera_pairs(const std::vector<CameraPair>& pairs,
+                        std::span<const std::int64_t> frames_apart,
+                        std::span<const SequenceOutline> sequences) {
+  for (const CameraPair& pair : pairs) {
+    if (pair.from.sequence.empty()) {
+      for (const SequenceOutline& sequence : sequences)
+        for (const PairEnd& end : {pair.from, pair.to}) find_camera(sequence.cameras, end.camera);
+      continue;
+    }
+    const SequenceOutline& from = find_sequence(sequences, pair.from.sequence);
+    const SequenceOutline& to = find_sequence(sequences, pair.to.sequence);
+    find_camera(from.cameras, pair.from.camera);
+    find_camera(to.cameras, pair.to.camera);
+    if (pair.is_across()) check_across(from, to, frames_apart);
+  }
+}
+
+}  // namespace terracast::render

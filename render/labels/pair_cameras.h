@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "render/labels/label.h"
+
+/// Which cameras a config pairs.
+namespace terracast::render {
+
+/// A camera that a pair names.
+struct PairEnd {
+  std::string sequence;  ///< empty: whichever is labelled
+  std::string camera;    ///< RIG/NAME
+};
+
+struct CameraPair {
+  PairEnd from;  ///< what it shows is looked for
+  PairEnd to;
+  bool is_across() const { return from.sequence != to.sequence; }
+};
+
+/// Reads "RIG/NAME RIG/NAME" or "SEQUENCE/RIG/NAME SEQUENCE/RIG/NAME".
+/// throws   Config: it is neither
+CameraPair parse_camera_pair(const std::string& text);
+
+/// RIG/NAME of a camera.
+std::string camera_name(const capture::CameraCalibration& camera);
+
+/// The place of a camera among those of a sequence.
+/// throws   Config: there is none of that name; says what is near
+int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& name);
+
+/// throws   Config: no such sequence or camera; of pairs of two sequences: they show two geometries, take frames of
+///          one number at two times, or have no frames so many apart
+void check_camera_pairs(const std::vector<CameraPair>& pairs,
+                        std::span<const std::int64_t> frames_apart,
+                        std::span<const SequenceOutline> sequences);
+
+}  // namespace terracast::render
