@@ -215,12 +215,14 @@ FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int fra
         if (!files.depth.empty())
           findings.attempt(files.depth,
                            [&] { image.depth = reader.depth(dataset, camera, frame); });
-        if (!files.moving.empty())
+        if (!files.moving.empty()) {
+          TERRACAST_CHECK(sequence.moving, "{}: of a sequence where nothing moves", files.moving);
           findings.attempt(files.moving, [&] {
             image.moving =
                 read_png16(dataset.root / files.moving, files.moving, 1, camera.intrinsics);
             check_moving(image, *sequence.moving, frame, files.moving);
           });
+        }
         if (!files.segmentation.empty())
           findings.attempt(files.segmentation, [&] {
             image.segmentation = reader.segmentation(dataset, camera, frame);
