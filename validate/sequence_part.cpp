@@ -30,13 +30,14 @@ struct Span {
 
 Camera camera_part(const Camera& camera, const Span& span) {
   // All members by name: one that is added must be given its place below.
-  const auto& [name, intrinsics, stated, stated_model, body_from_camera, pixel_rays,
+  const auto& [name, intrinsics, stated, stated_model, imaging, body_from_camera, pixel_rays,
                local_from_camera, shutter, georeference, bounds, stamps_s, camera0_from_camera,
                files, flow_step_px, marks_missing_flow, flow_reach_px] = camera;
   Camera part{.name = name,
               .intrinsics = intrinsics,
               .stated = stated,
               .stated_model = stated_model,
+              .imaging = imaging,
               .body_from_camera = body_from_camera,
               .pixel_rays = pixel_rays,
               .local_from_camera = span.cut(local_from_camera),
