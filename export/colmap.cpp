@@ -42,7 +42,10 @@ constexpr const char* kFormat = "colmap";
 /// For forecasts: colours and the model, and depth.
 constexpr double kBytesPerPixel = 1.7;
 constexpr double kDepthBytesPerPixel = 4.0;
-constexpr std::size_t kMinImages = 3;        // what COLMAP's own tools align and triangulate
+constexpr std::size_t kMinImages = 3;  // what COLMAP's own tools align and triangulate
+/// The bound of the check colmap_points.
+constexpr std::int64_t kPointsOfASequence = 2000;
+constexpr std::int64_t kPointsOfAnImage = 50;
 constexpr std::size_t kMinObservations = 2;  // of a point: one does not make a point
 /// How far outside its image a point that the capture calls visible may project: rounding, not a
 /// contradiction.
@@ -268,6 +271,20 @@ class ColmapExporter final : public Exporter {
     for (const ExportedCamera& camera : exported_cameras(cameras))
       exported.push_back(&cameras[static_cast<std::size_t>(camera.camera_index)]);
     return size_of_images(exported, kBytesPerPixel + (has_depth_ ? kDepthBytesPerPixel : 0.0));
+  }
+
+  /// Points are drawn from the images of all cameras alike; of those drawn from others' images nothing is expected. Of n that are drawn n p are its own, where p is its share of the cameras; five standard errors fewer must
+  /// do: n p - 5 sqrt(n p (1 - p)) >= points wanted.
+  TrackPointsWanted track_points_wanted(const std::vector<capture::CameraCalibration>& cameras,
+                                        std::int64_t num_frames) const override {
+    const auto num_exported = static_cast<std::int64_t>(exported_cameras(cameras).size());
+    const auto wanted = static_cast<double>(
+        std::min(kPointsOfASequence, kPointsOfAnImage * num_frames * num_exported));
+    const double share = static_cast<double>(num_exported) / static_cast<double>(cameras.size());
+    const double spread = 5.0 * std::sqrt(1.0 - share);
+    const double root = 0.5 * (spread + std::sqrt(spread * spread + 4.0 * wanted));
+    return {.least = static_cast<std::int64_t>(wanted),
+            .expected = static_cast<std::int64_t>(std::ceil(root * root / share * (1.0 - 1e-12)))};
   }
 
   void write(const std::vector<capture::SequenceReader>& sequences,

@@ -21,6 +21,12 @@ struct FrameSize {
   double num_bytes = 0.0;   ///< on disk, to a third
 };
 
+/// How many points a sequence must follow for a format that shows them.
+struct TrackPointsWanted {
+  std::int64_t least = 0;     ///< with fewer it cannot pass its checks
+  std::int64_t expected = 0;  ///< so many will do though no camera sees what another one does
+};
+
 /// One published format. The derived class holds its options, describes their keys, checks that the
 /// cameras fit before anything is rendered, and writes.
 class Exporter {
@@ -36,6 +42,14 @@ class Exporter {
 
   /// Of cameras that check() lets pass.
   virtual FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const = 0;
+
+  /// cameras   as above
+  virtual TrackPointsWanted track_points_wanted(
+      const std::vector<capture::CameraCalibration>& cameras, std::int64_t num_frames) const {
+    (void)cameras;
+    (void)num_frames;
+    return {};
+  }
 
   /// Kinds of labels (`terracast list labels`) that it needs of every sequence beside the capture.
   virtual std::vector<std::string> labels() const { return {}; }

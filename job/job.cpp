@@ -50,6 +50,29 @@ void check_frames(const Job& job) {
            plan.name, plan.states.size(), kLeastFrames);
 }
 
+/// Warns of too few track points for what is exported of a sequence.
+/// throws Config: so few that its checks cannot but fail
+void check_tracks(const Job& job, const core::Log& log) {
+  const std::int64_t num_points = job.config.tracks.num_points;
+  for (const auto& chosen : job.config.exports)
+    for (const render::SequencePlan& plan : job.sequences) {
+      const auto num_frames = static_cast<std::int64_t>(plan.states.size());
+      const auto [least, expected] =
+          chosen.exporter().track_points_wanted(plan.cameras, num_frames);
+      if (num_points < least)
+        fail(ErrorKind::Config,
+             "tracks.num_points = {}; the {} export of sequence {} is checked to hold {} points: "
+             "raise it, or leave the export out",
+             num_points, chosen.format, plan.name, least);
+      if (num_points < expected)
+        log.warn(
+            "tracks.num_points = {}: they are drawn from the images of all {} cameras, and the {} "
+            "export of sequence {} may show fewer than the {} that it is checked to hold; {} are "
+            "enough in any case",
+            num_points, plan.cameras.size(), chosen.format, plan.name, least, expected);
+    }
+}
+
 /// Traffic goes along the ways of a layer.
 void check_traffic(const RunConfig& config) {
   const auto& layers = config.world.layers;
@@ -219,6 +242,7 @@ Job prepare_job(RunConfig config, const core::Context& context,
         plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));
   if (job.config.shared_geometry) share_geometry(job);
   check_frames(job);
+  check_tracks(job, log);
   check_true_cameras(job);
   check_labels(job, context.log);
   return job;

@@ -14,6 +14,7 @@
 #include "validate/findings.h"
 #include "validate/geodesy.h"
 #include "validate/geometry.h"
+#include "validate/imaging.h"
 #include "validate/moving.h"
 #include "validate/readers/colmap_model.h"
 #include "validate/readers/oxts.h"
@@ -71,6 +72,7 @@ struct Camera {
   Intrinsics intrinsics;             ///< from the format's own files
   std::optional<Intrinsics> stated;  ///< from dataset.json
   StatedModel stated_model;
+  Imaging imaging;                       ///< of imaging.json
   std::optional<Pose> body_from_camera;  ///< from dataset.json; body x forward, y left, z up
   /// Of formats that hold a table of rays beside the model: directions and places of origin (none: all at the
   /// camera's place), one a pixel, row by row; NaN where there is none.

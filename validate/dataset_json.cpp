@@ -334,6 +334,11 @@ void read_sequence(const Json& json, Dataset& dataset, std::size_t& num_images,
   read_georeference(dataset, addition("georeference"), sequence, findings);
   if (json.has("bounds")) read_bounds(dataset, addition("bounds"), sequence, findings);
   if (json.has("geometry")) sequence.geometry = addition("geometry");
+  // It stands beside the other additions, of cameras that have any.
+  read_imaging(dataset,
+               (std::filesystem::path(addition("georeference")).parent_path() / "imaging.json")
+                   .generic_string(),
+               sequence, findings);
   if (json.has("motion"))
     read_motion(dataset, addition("motion"), sequence, findings);
   else if (sequence.has_rolling_shutters())

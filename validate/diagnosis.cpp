@@ -52,6 +52,15 @@ constexpr Kind kKinds[] = {
 
 constexpr std::string_view kStructure = "structure";
 
+/// What a diagnosis may compare: as often as the checks did, ten times; of short sequences as much as it may take.
+constexpr std::int64_t kEffortByChecks = 10;
+constexpr std::int64_t kLeastEffort = 200'000;
+
+bool has_failures(const Shares& shares) {
+  return std::any_of(shares.begin(), shares.end(),
+                     [](const auto& entry) { return entry.second > 1.0; });
+}
+
 /// A hypothesis that holds.
 struct Accepted {
   Trial trial;
@@ -198,11 +207,69 @@ bool is_better(const Accepted& a, const Accepted& b) {
   return a.left < b.left - 1e-9;
 }
 
+/// The best of all causes, each tested on the trial.
+/// best  holds what was found so far where the effort ends
+/// throws  EffortSpent
+void find_best(const Symptoms& symptoms, const std::vector<std::string_view>& checks,
+               const std::set<std::string_view>& explained, const std::vector<std::string>& damage,
+               std::optional<Accepted>& best) {
+  for (const Kind& kind : kKinds) {
+    // What is searched for by many evaluations comes when nothing simpler explains all.
+    const bool is_search = kind.name == "depth_offset" || kind.name == "corrections";
+    if (is_search && best && !has_failures(best->shares)) break;
+    std::vector<Hypothesis> hypotheses;
+    kind.make(symptoms, hypotheses);
+    for (const Hypothesis& hypothesis : hypotheses) {
+      std::optional<Accepted> accepted =
+          test(hypothesis, symptoms.trial, symptoms.shares, checks, explained, damage);
+      if (accepted && (!best || is_better(*accepted, *best))) best = std::move(accepted);
+    }
+  }
+}
+
+/// Failed results that the few frames and cameras of the trial did not show, of checks that a cause repaired, are its
+/// as well.
+void add_unshown(const std::vector<CheckResult>& failed, Accepted& accepted) {
+  std::set<std::string> shown(accepted.cause.checks.begin(), accepted.cause.checks.end());
+  std::set<std::string_view> repaired;
+  for (const std::string& name : shown) repaired.insert(check_of(name));
+  for (const CheckResult& result : failed) {
+    const auto now = accepted.shares.find(result.name);
+    if (repaired.contains(check_of(result.name)) &&
+        (now == accepted.shares.end() || now->second <= 1.0))
+      shown.insert(result.name);
+  }
+  accepted.cause.checks.assign(shown.begin(), shown.end());
+}
+
+/// Names of the checks that results belong to, of those that can be run on a trial.
+std::vector<std::string_view> checks_of(const std::vector<CheckResult>& failed) {
+  std::vector<std::string_view> names;
+  for (const CheckResult& result : failed) {
+    const std::string_view check = check_of(result.name);
+    if (!check.empty() && check != kStructure && check != "colmap_model" &&
+        std::find(names.begin(), names.end(), check) == names.end())
+      names.push_back(check);
+  }
+  return names;
+}
+
+Cause cause_of_end(const Effort& effort, const Sequence& sequence) {
+  Cause cause;
+  cause.name = "search_ended";
+  cause.sequence = sequence.name;
+  cause.words = fmt::format(
+      "the search for causes ended at its bound of {} comparisons of images; there may be others",
+      effort.bound());
+  return cause;
+}
+
 }  // namespace
 
 std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
                             const std::vector<CheckResult>& failed_results,
-                            std::vector<std::string>& damage, const ValidateOptions& options) {
+                            std::int64_t num_comparisons, std::vector<std::string>& damage,
+                            const ValidateOptions& options, const core::Context& context) {
   std::vector<CheckResult> failed = failed_results;
   std::erase_if(failed, [](const CheckResult& result) { return result.name == kStructure; });
   std::vector<std::string> own_damage;
@@ -213,16 +280,14 @@ std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
     failed.back().name = kStructure;
     failed.back().worst = own_damage.front();
   }
-  std::vector<std::string_view> checks_to_run;
-  for (const CheckResult& result : failed) {
-    const std::string_view check = check_of(result.name);
-    if (!check.empty() && check != kStructure && check != "colmap_model" &&
-        std::find(checks_to_run.begin(), checks_to_run.end(), check) == checks_to_run.end())
-      checks_to_run.push_back(check);
-  }
+  std::vector<std::string_view> checks_to_run = checks_of(failed);
   if (failed.empty() || sequence.cameras.empty() || sequence.num_frames < 1) return {};
+  const std::int64_t bound = std::max(kLeastEffort, kEffortByChecks * num_comparisons);
+  core::Progress progress(context, "comparisons for causes (at most)", bound);
+  Effort effort(bound, &progress);
   Trial trial = make_trial(dataset, sequence, failed);
   trial.undulation_m = options.undulation_m;
+  trial.effort = &effort;
   // Depth that broke a rule was left out of what the checks saw: here it is seen.
   if (!own_damage.empty())
     for (const std::string_view check : {"reprojection", "depth"})
@@ -239,38 +304,19 @@ std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
   note_damage();
   std::set<std::string_view> explained;
   std::vector<Cause> causes;
+  bool is_at_end = false;
   constexpr int kMostRounds = 3;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMostRounds && !is_at_end && has_failures(shares); ++round) {
     const Symptoms symptoms{trial, shares, failed};
     std::optional<Accepted> best;
-    for (const Kind& kind : kKinds) {
-      // What is searched for by many evaluations comes when nothing simpler explains all.
-      const bool is_search = kind.name == "depth_offset" || kind.name == "corrections";
-      if (is_search && best &&
-          std::none_of(best->shares.begin(), best->shares.end(),
-                       [](const auto& entry) { return entry.second > 1.0; }))
-        break;
-      std::vector<Hypothesis> hypotheses;
-      kind.make(symptoms, hypotheses);
-      for (const Hypothesis& hypothesis : hypotheses) {
-        std::optional<Accepted> accepted =
-            test(hypothesis, trial, shares, checks_to_run, explained, own_damage);
-        if (accepted && (!best || is_better(*accepted, *best))) best = std::move(accepted);
-      }
+    try {
+      find_best(symptoms, checks_to_run, explained, own_damage, best);
+    } catch (const EffortSpent&) {
+      is_at_end = true;
     }
     if (!best) break;
     best->cause.sequence = sequence.name;
-    // Failed results that the few frames of the trial did not show, of checks that it repaired.
-    std::set<std::string> shown(best->cause.checks.begin(), best->cause.checks.end());
-    std::set<std::string_view> repaired;
-    for (const std::string& name : shown) repaired.insert(check_of(name));
-    for (const CheckResult& result : failed) {
-      const auto now = best->shares.find(result.name);
-      if (repaired.contains(check_of(result.name)) &&
-          (now == best->shares.end() || now->second <= 1.0))
-        shown.insert(result.name);
-    }
-    best->cause.checks.assign(shown.begin(), shown.end());
+    add_unshown(failed, *best);
     causes.push_back(std::move(best->cause));
     trial = std::move(best->trial);
     for (auto& [name, share] : best->shares) shares[name] = share;
@@ -279,10 +325,8 @@ std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
     note_damage();
     std::erase_if(shares,
                   [&](const auto& entry) { return explained.contains(check_of(entry.first)); });
-    if (std::none_of(shares.begin(), shares.end(),
-                     [](const auto& entry) { return entry.second > 1.0; }))
-      break;
   }
+  if (is_at_end) causes.push_back(cause_of_end(effort, sequence));
   std::erase_if(damage, [&](const std::string& line) {
     return is_of_sequence(line, dataset, sequence) &&
            std::find(own_damage.begin(), own_damage.end(), line) == own_damage.end();

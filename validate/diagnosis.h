@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/context.h"
 #include "core/json.h"
 #include "validate/check.h"
 #include "validate/dataset.h"
@@ -17,11 +18,15 @@ namespace terracast::validate {
 /// Causes of what failed in one sequence; the one that repairs most first.
 /// failed   results of that sequence
 /// damage   findings of `structure` in all sequences; those that follow from a cause are taken out
-/// cost     nothing where nothing failed; else a few times what the checks cost on six frames
+/// num_comparisons  of the checks: pairs of images times checks
+/// cost     nothing where nothing failed; else it compares pairs of images at most ten times as often as the checks
+///          did, each at a quarter to four fifths of their cost, or as often as takes a minute or two; where that ends it, it says
+///          so as a cause of its own, "search_ended". Shows its progress
 /// threads  deterministic for any number
 std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
-                            const std::vector<CheckResult>& failed,
-                            std::vector<std::string>& damage, const ValidateOptions& options);
+                            const std::vector<CheckResult>& failed, std::int64_t num_comparisons,
+                            std::vector<std::string>& damage, const ValidateOptions& options,
+                            const core::Context& context);
 
 /// Findings that no cause explains, as causes: of missing, extra, changed and unreadable files the
 /// first few each.

@@ -34,6 +34,15 @@ core::ImageF smoothed_luma(const core::Image8& color) {
   return luma;
 }
 
+/// The colours where they belong, by the aberration that is stated.
+core::Image8 aligned_color(const core::Image8& color, const Camera& camera) {
+  if (!camera.imaging.has_aberration()) return color;
+  const Intrinsics& k = camera.intrinsics;
+  const Eigen::Vector2d axis_px = k.pixel_from_point(Eigen::Vector3d::UnitZ());
+  const Eigen::Vector2d middle_px(0.5 * k.width_px, 0.5 * k.height_px);
+  return without_aberration(color, camera.imaging, axis_px.allFinite() ? axis_px : middle_px);
+}
+
 /// Motion over one frame at `frame`, in the axes of the camera: central differences, one-sided of
 /// second order at the ends.
 void set_motion(View& view) {
@@ -208,19 +217,21 @@ FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int fra
         if (!files.color.empty())
           findings.attempt(files.color, [&] {
             image.color = reader.color(dataset, camera, frame);
-            image.grey = smoothed_luma(image.color);
+            image.grey = smoothed_luma(aligned_color(image.color, camera));
           });
         break;
       case kDepth:
         if (!files.depth.empty())
           findings.attempt(files.depth,
                            [&] { image.depth = reader.depth(dataset, camera, frame); });
-        if (!files.moving.empty())
+        if (!files.moving.empty()) {
+          TERRACAST_CHECK(sequence.moving, "{}: of a sequence where nothing moves", files.moving);
           findings.attempt(files.moving, [&] {
             image.moving =
                 read_png16(dataset.root / files.moving, files.moving, 1, camera.intrinsics);
             check_moving(image, *sequence.moving, frame, files.moving);
           });
+        }
         if (!files.segmentation.empty())
           findings.attempt(files.segmentation, [&] {
             image.segmentation = reader.segmentation(dataset, camera, frame);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -89,13 +90,20 @@ std::vector<std::string> damage_of(const Findings& findings,
   return lines;
 }
 
+/// What checks leave of a sequence for its diagnosis.
+struct Checked {
+  std::vector<CheckResult> failed;
+  std::int64_t num_comparisons = 0;  ///< pairs of images times checks
+};
+
 /// Causes in all sequences; those of several name theirs.
-std::vector<Cause> diagnose_all(const Dataset& dataset,
-                                const std::vector<std::vector<CheckResult>>& failed,
-                                std::vector<std::string> damage, const ValidateOptions& options) {
+std::vector<Cause> diagnose_all(const Dataset& dataset, const std::vector<Checked>& checked,
+                                std::vector<std::string> damage, const ValidateOptions& options,
+                                const core::Context& context) {
   std::vector<Cause> causes;
   for (std::size_t i = 0; i < dataset.sequences.size(); ++i)
-    for (Cause& cause : diagnose(dataset, dataset.sequences[i], failed[i], damage, options)) {
+    for (Cause& cause : diagnose(dataset, dataset.sequences[i], checked[i].failed,
+                                 checked[i].num_comparisons, damage, options, context)) {
       if (dataset.sequences.size() > 1) cause.words = cause.sequence + ": " + cause.words;
       cause.words = core::printable(cause.words);
       causes.push_back(std::move(cause));
@@ -128,8 +136,8 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
                    dataset.sequences.size(), num_frames, dataset.files.size());
 
   std::vector<CheckResult> results;
-  std::vector<std::vector<CheckResult>> failed;  // of each sequence
-  core::Progress progress(context, "frames", num_frames);
+  std::vector<Checked> checked;  // each sequence
+  std::optional<core::Progress> progress(std::in_place, context, "frames", num_frames);
   // A dataset whose sequences cannot be read still has its files looked at.
   std::vector<Sequence> nothing(1);
   nothing[0].rate_hz = 1.0;
@@ -143,10 +151,12 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
       checkers.push_back(info.make(options));
     }
     FrameWindow window(dataset, sequence, findings);
+    std::int64_t num_comparisons = 0;
     while (window.advance()) {
       const std::vector<ViewPair> pairs = window.pairs();
+      num_comparisons += static_cast<std::int64_t>(pairs.size() * checkers.size());
       for (const auto& checker : checkers) checker->frame(window, pairs);
-      progress.advance();
+      progress->advance();
     }
     std::vector<CheckResult> own;
     for (const auto& checker : checkers) add_results(checker->finish(dataset, sequence), own);
@@ -154,9 +164,10 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
     add_results(run_colmap_modes(dataset, sequence, options,
                                  report_folder / "colmap" / fmt::format("{:02}", number), context),
                 own);
-    failed.push_back(failed_of(own));
+    checked.push_back({failed_of(own), num_comparisons});
     merge(results, std::move(own), core::printable(sequence.name), sequences.size() == 1);
   }
+  progress.reset();  // what follows has its own
   add_findings(findings, results);
   for (const CheckResult& result : results) {
     if (result.ok)
@@ -179,7 +190,7 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
                                     sequence.origin.lat_deg, sequence.origin.lon_deg, cameras)));
     if (sequence.states_belief) head.lines.push_back(core::printable(words_of_belief(sequence)));
   }
-  head.causes = diagnose_all(dataset, failed, damage_of(findings, results), options);
+  head.causes = diagnose_all(dataset, checked, damage_of(findings, results), options, context);
   write_report(
       head, results,
       {.dataset = &dataset, .ground_map = options.ground_map, .events_file = context.events_file},

@@ -290,7 +290,7 @@ const Case kCases[] = {
      "colmap",
      {.colmap = {.is_last_image_without_frame = true}},
      {"colmap_frames"}},
-    {"ColmapFewPoints", "colmap", {.colmap = {.most_points = 1999}}, {"colmap_points"}},
+    {"ColmapFewPoints", "colmap", {.colmap = {.most_points = 899}}, {"colmap_points"}},
     {"ColmapShortTracks", "colmap", {.colmap = {.most_images = 2}}, {"colmap_track_length"}},
     {"ColmapPointsUnderGround",
      "colmap",

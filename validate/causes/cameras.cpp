@@ -266,7 +266,7 @@ void add_swaps(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
           Trial tried = trial;
           Cause ignored;
           h.undo(tried, ignored);
-          if (color_disagreement(tried) > 0.95 * color_disagreement(trial)) continue;
+          if (color_disagreement(tried) > 0.95 * symptoms.color_disagreement()) continue;
         }
         hypotheses.push_back(std::move(h));
       }

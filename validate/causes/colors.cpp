@@ -27,7 +27,7 @@ void add(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses, int rank
   Trial tried = symptoms.trial;
   Cause ignored;
   if (!undo(tried, ignored)) return;
-  if (color_disagreement(tried) > 0.8 * color_disagreement(symptoms.trial)) return;
+  if (color_disagreement(tried) > 0.8 * symptoms.color_disagreement()) return;
   hypotheses.push_back({kJudges, rank, undo});
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <numeric>
 
 #include "validate/causes/trial.h"
 #include "validate/checks/checker.h"
@@ -107,14 +108,17 @@ std::vector<Sample> samples_of(const Trial& trial, Source source) {
   std::vector<Sample> samples;
   Findings ignored;
   FrameWindow window(*trial.dataset, trial.sequence, ignored, trial.images);
-  while (window.advance())
-    for (const ViewPair& pair : window.pairs()) {
+  while (window.advance()) {
+    const std::vector<ViewPair> pairs = window.pairs();
+    trial.spend(pairs.size());
+    for (const ViewPair& pair : pairs) {
       if (pair.a.image->depth.empty()) continue;
       if (source == Source::Depth)
         add_depth_samples(pair, samples);
       else
         add_flow_samples(pair, samples);
     }
+  }
   return samples;
 }
 
@@ -236,10 +240,17 @@ Fit fit(const Trial& start, const Family& family, Source source) {
   return result;
 }
 
+std::string all_cameras(const Trial& trial) {
+  std::vector<int> all(static_cast<std::size_t>(trial.num_cameras()));
+  std::iota(all.begin(), all.end(), 0);
+  return all.size() == 1 ? "all cameras" : trial.camera_names(all);
+}
+
 /// What was wrong is the opposite of the correction.
 void describe(const Trial& trial, const Fit& fit, Source source, Cause& cause) {
   const Family& family = fit.family;
-  const std::string camera = family.camera < 0 ? "all cameras" : trial.camera(family.camera).name;
+  const std::string camera =
+      family.camera < 0 ? all_cameras(trial) : trial.camera(family.camera).name;
   const std::string place =
       family.frame < 0 ? camera
                        : fmt::format("{}, frame {}", camera, trial.first_frame + family.frame);

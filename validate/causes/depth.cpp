@@ -52,16 +52,17 @@ Change scaled(double factor, float sky_m) {
 }
 
 /// Right depths disagree by less than 2e-3, those that share no places by 1.
-bool do_depths_agree(const Trial& trial) { return depth_disagreement(trial) < 0.05; }
+constexpr double kAgree = 0.05;
+bool do_depths_agree(const Trial& trial) { return depth_disagreement(trial) < kAgree; }
 
 void add(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses, const char* name,
          std::string words, int rank, const Change& change, double size = 0.0,
          const char* unit = "") {
   // Depths that agree with each other are judged by the rest.
-  if (symptoms.fails("reprojection") || !do_depths_agree(symptoms.trial)) {
+  if (symptoms.fails("reprojection") || symptoms.depth_disagreement() >= kAgree) {
     Trial tried = symptoms.trial;
     change_depths(tried, change);
-    if (depth_disagreement(tried) > 0.5 * depth_disagreement(symptoms.trial)) return;
+    if (depth_disagreement(tried) > 0.5 * symptoms.depth_disagreement()) return;
   }
   Hypothesis h;
   h.checks = kJudges;
@@ -329,7 +330,7 @@ void add_places(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
     Trial tried = symptoms.trial;
     Cause ignored;
     undo(tried, ignored);
-    if (depth_disagreement(tried) > 0.5 * depth_disagreement(symptoms.trial)) continue;
+    if (depth_disagreement(tried) > 0.5 * symptoms.depth_disagreement()) continue;
     hypotheses.push_back({{"reprojection", "flow", "stereo", "photometric"}, 2, undo});
   }
 }
@@ -342,7 +343,7 @@ void add_single(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
       if (trial.image(c, f).depth.empty()) continue;
       Trial tried = trial;
       tried.edit(c, f).depth = {};
-      if (depth_disagreement(tried) > 0.5 * depth_disagreement(trial)) continue;
+      if (depth_disagreement(tried) > 0.5 * symptoms.depth_disagreement()) continue;
       Hypothesis h;
       h.checks = {"reprojection", "depth_unit",  "flow",
                   "stereo",       "photometric", "colmap_point_depths"};

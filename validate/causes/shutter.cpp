@@ -26,6 +26,7 @@ std::optional<double> flow_disagreement(const Trial& trial) {
       const auto now = view_at(trial.sequence, c, f, &image);
       const auto next = view_at(trial.sequence, c, f + 1, &trial.image(c, f + 1));
       if (!now || !next) continue;
+      trial.spend(1);
       const Transfer transfer(*now, *next);
       const core::ImageF& flow = image.flow->forward;
       for (int y = kStep / 2; y < flow.height(); y += kStep)
@@ -53,6 +54,7 @@ std::optional<double> own_disagreement(const Trial& trial, int camera) {
     const auto now = view_at(trial.sequence, camera, f, &trial.image(camera, f));
     const auto next = view_at(trial.sequence, camera, f + 1, &trial.image(camera, f + 1));
     if (!now || !next || now->image->depth.empty() || next->image->depth.empty()) continue;
+    trial.spend(1);
     const Transfer transfer(*now, *next);
     for (const Eigen::Vector2i& at : draw_pixels(now->camera->intrinsics, kPixels, {}, *now, 13)) {
       const auto depth_m = static_cast<double>(now->image->depth(at.x(), at.y()));

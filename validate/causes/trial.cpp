@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 
 #include "validate/checks/checker.h"
 #include "validate/sampling.h"
+#include "validate/sequence_part.h"
 #include "validate/transfer.h"
 
 namespace terracast::validate {
@@ -15,6 +17,7 @@ namespace {
 
 constexpr std::int64_t kSamples = 500;
 constexpr int kMostFrames = 6;
+constexpr int kMostCameras = 8;
 
 ValidateOptions trial_options() {
   ValidateOptions options;
@@ -142,6 +145,66 @@ int frame_to_look_at(const Sequence& sequence, const std::vector<CheckResult>& f
   return best;
 }
 
+/// Whether a text names a camera, whole: not "cam1" in "cam10", nor "a/c" in "a/c/d".
+bool is_named(const std::string& text, const std::string& camera) {
+  const auto is_of_word = [&](std::size_t at) {
+    constexpr std::string_view kSigns = "_-./";
+    const auto c = static_cast<unsigned char>(text[at]);
+    return std::isalnum(c) != 0 || kSigns.find(text[at]) != std::string_view::npos;
+  };
+  if (camera.empty()) return false;
+  for (std::size_t at = text.find(camera); at != std::string::npos;
+       at = text.find(camera, at + 1)) {
+    const std::size_t end = at + camera.size();
+    if ((at == 0 || !is_of_word(at - 1)) && (end == text.size() || !is_of_word(end))) return true;
+  }
+  return false;
+}
+
+/// Whether a finding begins with one of a camera's files.
+bool is_of_file(const std::string& finding, const Camera& camera) {
+  return std::any_of(camera.files.begin(), camera.files.end(), [&](const FrameFiles& files) {
+    const auto& [color, depth, segmentation, flow, disparity, moving, normals, instances] = files;
+    for (const std::string* path :
+         {&color, &depth, &segmentation, &flow, &disparity, &moving, &normals, &instances})
+      if (!path->empty() && finding.starts_with(*path)) return true;
+    return false;
+  });
+}
+
+/// All cameras, or of many those that failed results name, the rectified pair, and those that stand beside them in the
+/// list, which are their rig's: pairs of images, and pairs of cameras in which something may be swapped, grow with the
+/// square each.
+std::vector<int> cameras_to_look_at(const Sequence& sequence,
+                                    const std::vector<CheckResult>& failed) {
+  const int count = static_cast<int>(sequence.cameras.size());
+  std::vector<int> chosen;
+  const auto choose = [&](int camera) {
+    if (static_cast<int>(chosen.size()) < kMostCameras &&
+        std::find(chosen.begin(), chosen.end(), camera) == chosen.end())
+      chosen.push_back(camera);
+  };
+  if (count <= kMostCameras) {
+    for (int c = 0; c < count; ++c) choose(c);
+    return chosen;
+  }
+  for (const CheckResult& result : failed)
+    for (int c = 0; c < count; ++c) {
+      const Camera& camera = sequence.cameras[static_cast<std::size_t>(c)];
+      if (is_named(result.worst, camera.name) || is_of_file(result.worst, camera)) choose(c);
+    }
+  if (sequence.stereo)
+    for (const int c : {sequence.stereo->left, sequence.stereo->right}) choose(c);
+  if (chosen.empty()) choose(0);
+  const std::vector<int> named = chosen;
+  for (int away = 1; away < count; ++away)
+    for (const int c : named)
+      for (const int near : {c + away, c - away})
+        if (near >= 0 && near < count) choose(near);
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
 /// Trial::begins_at_origin. KITTI's poses are placed by georeference.csv, and say nothing of the origin.
 bool does_begin_at_origin(const Dataset& dataset, const Sequence& sequence) {
   if (dataset.format.starts_with("kitti")) return false;
@@ -190,17 +253,30 @@ double mean_of_pairs(const Trial& trial, const PairCost& cost) {
   FrameWindow window(*trial.dataset, trial.sequence, ignored, trial.images);
   double sum = 0.0;
   std::size_t count = 0;
-  while (window.advance())
-    for (const ViewPair& pair : near_pairs(window)) {
+  while (window.advance()) {
+    const std::vector<ViewPair> pairs = near_pairs(window);
+    trial.spend(pairs.size());
+    for (const ViewPair& pair : pairs) {
       const std::optional<double> value = cost(pair);
       if (!value) continue;
       sum += *value;
       ++count;
     }
+  }
   return count == 0 ? 1.0 : sum / static_cast<double>(count);
 }
 
 }  // namespace
+
+void Effort::spend(std::int64_t comparisons) {
+  if (spent_ + comparisons > bound_) throw EffortSpent{};
+  spent_ += comparisons;
+  if (progress_ != nullptr) progress_->advance(comparisons);
+}
+
+void Trial::spend(std::size_t comparisons) const {
+  if (effort != nullptr) effort->spend(static_cast<std::int64_t>(comparisons));
+}
 
 LoadedImage& Trial::edit(int camera, int frame) {
   auto& slot = images[static_cast<std::size_t>(frame)][static_cast<std::size_t>(camera)];
@@ -211,7 +287,10 @@ LoadedImage& Trial::edit(int camera, int frame) {
 }
 
 std::string Trial::camera_names(const std::vector<int>& cameras) const {
-  if (cameras.size() > 1 && static_cast<int>(cameras.size()) == num_cameras()) return "all cameras";
+  if (cameras.size() > 1 && static_cast<int>(cameras.size()) == num_cameras())
+    return num_cameras_left_out == 0
+               ? "all cameras"
+               : fmt::format("all {} cameras that were looked at", cameras.size());
   std::string names;
   for (std::size_t i = 0; i < cameras.size(); ++i)
     names += (i == 0 ? "" : i + 1 == cameras.size() ? " and " : ", ") + camera(cameras[i]).name;
@@ -251,6 +330,7 @@ Shares measure(const Trial& trial, const std::vector<std::string_view>& names) {
     FrameWindow window(*trial.dataset, trial.sequence, ignored, trial.images);
     while (window.advance()) {
       const std::vector<ViewPair> pairs = window.pairs();
+      trial.spend(pairs.size() * checkers.size());
       for (const auto& checker : checkers) checker->frame(window, pairs);
     }
   }
@@ -287,68 +367,27 @@ Trial make_trial(const Dataset& dataset, const Sequence& sequence,
   trial.dataset = &dataset;
   // Of large images fewer frames, so that they stay a few hundred megabytes.
   constexpr double kMostPixels = 64e6;
+  const std::vector<int> cameras = cameras_to_look_at(sequence, failed);
   double pixels = 1.0;
-  for (const Camera& camera : sequence.cameras)
-    pixels += 1.0 * camera.intrinsics.width_px * camera.intrinsics.height_px;
+  for (const int c : cameras) {
+    const Intrinsics& size = sequence.cameras[static_cast<std::size_t>(c)].intrinsics;
+    pixels += 1.0 * size.width_px * size.height_px;
+  }
   const int affordable = static_cast<int>(std::clamp(kMostPixels / pixels, 3.0, 1.0 * kMostFrames));
   const int count = std::min(affordable, sequence.num_frames);
   trial.first_frame =
       std::clamp(frame_to_look_at(sequence, failed) - count / 2, 0, sequence.num_frames - count);
-  const auto first = static_cast<std::ptrdiff_t>(trial.first_frame);
-  const auto cut = [&](const auto& list) {
-    using List = std::decay_t<decltype(list)>;
-    if (static_cast<int>(list.size()) < trial.first_frame + count)
-      return static_cast<int>(list.size()) <= trial.first_frame
-                 ? List{}
-                 : List(list.begin() + first, list.end());
-    return List(list.begin() + first, list.begin() + first + count);
-  };
-  Sequence& part = trial.sequence;
-  part.name = sequence.name;
-  part.path = sequence.path;
-  part.num_frames = count;
-  part.rate_hz = sequence.rate_hz;
-  part.utc_start = sequence.utc_start;
-  part.origin = sequence.origin;
-  part.times_s = cut(sequence.times_s);
-  part.stereo = sequence.stereo;
-  part.classes = sequence.classes;
-  part.motion = cut(sequence.motion);
-  part.oxts = cut(sequence.oxts);
-  part.camera0_from_imu = sequence.camera0_from_imu;
-  part.first_from_camera0 = cut(sequence.first_from_camera0);
-  if (!part.first_from_camera0.empty()) {
-    const Pose camera0_from_first = part.first_from_camera0[0].inverse();
-    if (trial.first_frame > 0)
-      for (Pose& pose : part.first_from_camera0) pose = camera0_from_first * pose;
-  }
-  const double start_s = trial.first_frame / sequence.rate_hz;
-  for (double& time_s : part.times_s) time_s -= start_s;
-  for (const Camera& camera : sequence.cameras) {
-    Camera copy;
-    copy.name = camera.name;
-    copy.intrinsics = camera.intrinsics;
-    copy.stated = camera.stated;
-    copy.pixel_rays = camera.pixel_rays;
-    copy.marks_missing_flow = camera.marks_missing_flow;
-    copy.body_from_camera = camera.body_from_camera;
-    copy.shutter = camera.shutter;
-    copy.camera0_from_camera = camera.camera0_from_camera;
-    copy.local_from_camera = cut(camera.local_from_camera);
-    copy.georeference = cut(camera.georeference);
-    copy.files = cut(camera.files);
-    copy.bounds = cut(camera.bounds);
-    for (auto& row : copy.georeference)
-      if (row) row->time_s -= start_s;
+  trial.sequence = part_of(sequence, trial.first_frame, count, cameras);
+  trial.num_cameras_left_out = static_cast<int>(sequence.cameras.size() - cameras.size());
+  for (Camera& camera : trial.sequence.cameras) {
     // Of the format's size and dataset.json's the one that images have.
     Findings ignored;
-    if (copy.stated && !copy.files.empty() && !copy.files[0].color.empty())
+    if (camera.stated && !camera.files.empty() && !camera.files[0].color.empty())
       ignored.attempt("", [&] {
-        const core::Image8 image = read_png8(dataset.root / copy.files[0].color, "", 0, {});
-        copy.intrinsics.width_px = image.width();
-        copy.intrinsics.height_px = image.height();
+        const core::Image8 image = read_png8(dataset.root / camera.files[0].color, "", 0, {});
+        camera.intrinsics.width_px = image.width();
+        camera.intrinsics.height_px = image.height();
       });
-    part.cameras.push_back(std::move(copy));
   }
   trial.local_from_first = sequence.local_from_first;
   trial.begins_at_origin = does_begin_at_origin(dataset, sequence);
@@ -356,7 +395,7 @@ Trial make_trial(const Dataset& dataset, const Sequence& sequence,
     trial.model =
         std::shared_ptr<const ColmapModel>(std::shared_ptr<void>(), &*sequence.binary_model);
   for (int frame = 0; frame < count; ++frame)
-    trial.images.push_back(load_all_the_same(dataset, part, frame));
+    trial.images.push_back(load_all_the_same(dataset, trial.sequence, frame));
   return trial;
 }
 
@@ -402,6 +441,16 @@ bool Symptoms::fails(std::string_view check) const {
   return std::any_of(shares.begin(), shares.end(), [&](const auto& entry) {
     return entry.second > 1.0 && check_of(entry.first) == check;
   });
+}
+
+double Symptoms::color_disagreement() const {
+  if (!known_color_disagreement) known_color_disagreement = validate::color_disagreement(trial);
+  return *known_color_disagreement;
+}
+
+double Symptoms::depth_disagreement() const {
+  if (!known_depth_disagreement) known_depth_disagreement = validate::depth_disagreement(trial);
+  return *known_depth_disagreement;
 }
 
 bool Symptoms::fails_result(std::string_view name) const {

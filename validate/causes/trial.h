@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/progress.h"
 #include "validate/check.h"
 #include "validate/frames.h"
 
@@ -15,12 +16,34 @@
 /// the checks that then say whether they agree.
 namespace terracast::validate {
 
-/// Some frames of a sequence, numbered from 0, with times that start with them. Copies share their
+/// Thrown where a diagnosis has done all that it may.
+struct EffortSpent {};
+
+/// What a diagnosis has done and may do: pairs of images compared by one check. Counted, not timed, so that it ends at
+/// the same place on any machine and with any number of threads.
+class Effort {
+ public:
+  /// progress  is advanced by what is done; may be null
+  explicit Effort(std::int64_t bound, core::Progress* progress = nullptr)
+      : bound_(bound), progress_(progress) {}
+  /// throws  EffortSpent: that would be more than the bound
+  void spend(std::int64_t comparisons);
+  std::int64_t spent() const { return spent_; }
+  std::int64_t bound() const { return bound_; }
+
+ private:
+  std::int64_t bound_ = 0;
+  std::int64_t spent_ = 0;
+  core::Progress* progress_ = nullptr;
+};
+
+/// Some frames and cameras of a sequence, numbered from 0, with times that start with them. Copies share their
 /// images until one is changed.
 struct Trial {
   const Dataset* dataset = nullptr;
-  int first_frame = 0;  ///< in the sequence
-  Sequence sequence;    ///< of those frames; without COLMAP's models
+  int first_frame = 0;           ///< in the sequence
+  int num_cameras_left_out = 0;  ///< of the sequence
+  Sequence sequence;             ///< part_of() it
   std::vector<FrameImages> images;
   std::shared_ptr<const ColmapModel> model;  ///< COLMAP: the binary one, of the whole sequence
   Pose local_from_first;                     ///< KITTI: what poses of the file are placed by
@@ -28,7 +51,10 @@ struct Trial {
   /// Whether the format's own poses have the body's first place at the origin, as
   /// `georeference_origin` wants it of georeference.csv, and its second elsewhere.
   bool begins_at_origin = false;
+  Effort* effort = nullptr;  ///< of the diagnosis, which its trials share; null: without end
 
+  /// Counts comparisons of pairs of images.
+  void spend(std::size_t comparisons) const;
   int num_frames() const { return sequence.num_frames; }
   int num_cameras() const { return static_cast<int>(sequence.cameras.size()); }
   const LoadedImage& image(int camera, int frame) const {
@@ -40,7 +66,7 @@ struct Trial {
     return sequence.cameras[static_cast<std::size_t>(index)];
   }
   Camera& camera(int index) { return sequence.cameras[static_cast<std::size_t>(index)]; }
-  /// "image_2" for one camera, "image_2 and image_3", "all cameras".
+  /// "image_2" for one camera, "image_2 and image_3", "all cameras"; of a part of them, that.
   std::string camera_names(const std::vector<int>& cameras) const;
 };
 
@@ -57,7 +83,8 @@ Shares measure(const Trial& trial, const std::vector<std::string_view>& checks);
 /// The registry's check that a result belongs to; empty for COLMAP's model and the like.
 std::string_view check_of(std::string_view result);
 
-/// Loads the frames around the one that failed results name; images that only break a rule of the
+/// Loads the frames around the one that failed results name, of eight cameras at most: those that they name, and their
+/// neighbours; images that only break a rule of the
 /// format (a depth beyond the sky's, another size) are loaded all the same.
 Trial make_trial(const Dataset& dataset, const Sequence& sequence,
                  const std::vector<CheckResult>& failed);
@@ -101,6 +128,12 @@ struct Symptoms {
 
   bool fails(std::string_view check) const;  ///< any result of a check of the registry
   bool fails_result(std::string_view name) const;
+
+  /// Of the trial as it is; computed once.
+  double color_disagreement() const;
+  double depth_disagreement() const;
+
+  mutable std::optional<double> known_color_disagreement = {}, known_depth_disagreement = {};
 };
 
 /// One file of causes: adds its hypotheses.

@@ -313,15 +313,24 @@ class ColmapModelChecker : public Checker {
     CheckResult points;
     points.name = "colmap_points";
     points.value = static_cast<double>(binary.points.size());
-    points.bound = 2000.0;
+    constexpr double kOfASequence = 2000.0, kOfAnImage = 50.0;
+    points.bound =
+        std::min(kOfASequence,
+                 kOfAnImage * static_cast<double>(std::max<std::size_t>(binary.images.size(), 1)));
     points.is_lower_bound = true;
     points.unit = "points (at least)";
     points.ok = points.is_within_bound();
-    points.summary = "Points of the model.";
-    points.reason = "Fewer do not cover the images of a sequence.";
+    if (!points.ok)
+      points.worst =
+          "tracks.num_points of the config says how many are followed, in all rigs' images";
+    points.summary = fmt::format("Points of the model, which has {} images.", binary.images.size());
+    points.reason =
+        "50 an image leave room above the 30 inliers without which COLMAP registers none; 2000 "
+        "cover a longer sequence.";
     points.detects = "one point less than the bound";
     results.push_back(points);
     points.name = "colmap_track_length";
+    points.worst.clear();
     points.value =
         binary.points.empty() ? 0.0 : num_tracked / static_cast<double>(binary.points.size());
     points.bound = 3.0;

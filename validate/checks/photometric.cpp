@@ -28,6 +28,7 @@ struct PairMatches {
   /// Sums of what the colours of patches differ by: as they stand, and with red and blue swapped in
   /// one of the two.
   double color_difference = 0.0, swapped_difference = 0.0;
+  bool is_of_one_white = true;  ///< whether both cameras' colours are balanced alike
   Evidence::Part part;
 };
 
@@ -67,16 +68,19 @@ PairMatches compare(const ViewPair& pair, const ValidateOptions& options) {
                              1ULL << 40;
   std::vector<Residual> residuals;
   const Transfer transfer(pair.a, pair.b);
+  matches.is_of_one_white =
+      pair.a.camera->imaging.white_balance == pair.b.camera->imaging.white_balance;
   for (const Eigen::Vector2i& at :
        draw_pixels(pair.a.camera->intrinsics, count, options, pair.a, salt)) {
     const std::optional<PatchMatch> match = match_patch(pair.a, pair.b, at.x(), at.y());
     if (!match) continue;
     matches.correlation.push_back(worth_of(*match));
     if (!match->is_resolved) ++matches.num_unresolved;
-    compare_colors(color_around(pair.a.image->color, at.x(), at.y()),
-                   color_around(pair.b.image->color, static_cast<int>(match->place.pixel.x()),
-                                static_cast<int>(match->place.pixel.y())),
-                   matches);
+    if (matches.is_of_one_white)
+      compare_colors(color_around(pair.a.image->color, at.x(), at.y()),
+                     color_around(pair.b.image->color, static_cast<int>(match->place.pixel.x()),
+                                  static_cast<int>(match->place.pixel.y())),
+                     matches);
     if (!match->has_converged) continue;
     matches.shift_x.push_back(match->shift_px.x());
     matches.shift_y.push_back(match->shift_px.y());
@@ -128,6 +132,7 @@ class PhotometricChecker : public Checker {
       append(pool.correlation, matches[i].correlation);
       pool.color_difference += matches[i].color_difference;
       pool.swapped_difference += matches[i].swapped_difference;
+      pool.is_of_one_white = matches[i].is_of_one_white;
       note_pair(kind, fmt::format("{} in {}", place_of(pair.a), place_of(pair.b)), matches[i]);
       num_patches_ += matches[i].correlation.size();
       num_unresolved_ += matches[i].num_unresolved;
@@ -290,17 +295,27 @@ class PhotometricChecker : public Checker {
     channels.name = "photometric_channels";
     channels.bound = 1.5;
     channels.unit = "times";
-    for (const auto& [kind, pool] : pools_)
+    std::size_t num_unlike = 0;
+    for (const auto& [kind, pool] : pools_) {
+      if (!pool.is_of_one_white) ++num_unlike;
       if (pool.swapped_difference > 0.0 && pool.correlation.size() >= 20)
         note_worst(channels, pool.color_difference / pool.swapped_difference, kind);
+    }
     if (channels.worst.empty()) {
-      results.push_back(unseen_result(channels.name, "no two images share colours"));
+      results.push_back(unseen_result(
+          channels.name, num_unlike == 0 ? "no two images share colours"
+                                         : "no two images share colours of one white balance"));
       return;
     }
     channels.ok = channels.is_within_bound();
     channels.summary =
         "Differences of colour between the patches of two images, by what they are with red and "
         "blue swapped in one of them; worst kind of pairs.";
+    if (num_unlike > 0)
+      channels.summary += fmt::format(
+          " {} kinds are left out: imaging.json states that the two cameras balance white "
+          "otherwise, so that one place has two colours.",
+          num_unlike);
     channels.reason =
         "On grey ground both are alike; in colour the right order fits better, and a wrong one "
         "worse by the same factor.";
