@@ -11,10 +11,10 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "geo/geodesy.h"
-#include "render/plan_check.h"
 #include "render/frame_renderer.h"
 #include "render/imaging/imager.h"
 #include "render/input_hash.h"
+#include "render/plan_check.h"
 #include "render/sequence_work.h"
 #include "render/tracks.h"
 

@@ -112,7 +112,7 @@ TEST(MovingBodies, SettleOnAPlaneThatLeans) {
   const geo::BodyState person = settle(wanted, Ride::Ground, 0.0, 0.0, scene.query, frame);
   EXPECT_NEAR(person.world_from_body.translation.z(), ground(40.0, 25.0), 1e-6);
   EXPECT_LT((person.world_from_body.rotation * Vector3d::UnitZ() -
-             frame.up_world(person.world_from_body.translation))
+             frame.up_world(wanted.world_from_body.translation))
                 .norm(),
             1e-12);
   EXPECT_NEAR(person.velocity_world_mps.z(), state.velocity_world_mps.z(), 1e-6);
