@@ -472,6 +472,32 @@ TEST_F(Colmap, RigsCanBeChosenAndDepthLeftOut) {
   EXPECT_FALSE(fs::exists(sequence / "images/mcs4"));
 }
 
+// A right model of one of four rigs held too few points for its own check.
+TEST(ColmapTrackPoints, AreSoManyThatThoseOfItsOwnCamerasWillDo) {
+  std::vector<capture::CameraCalibration> cameras(8);
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    cameras[c].rig = c < 2 ? "pair" : "ring";
+    cameras[c].name = "cam" + std::to_string(c);
+  }
+  const auto wanted = [&](const char* rigs, std::int64_t num_frames) {
+    return export_options(std::string("format = \"colmap\"\n") + rigs)
+        .exporter()
+        .track_points_wanted(cameras, num_frames);
+  };
+  // All cameras: each point is theirs.
+  EXPECT_EQ(wanted("", 3).least, 50 * 3 * 8);
+  EXPECT_EQ(wanted("", 3).expected, 50 * 3 * 8);
+  EXPECT_EQ(wanted("", 300).expected, 2000);
+  // A quarter of them: of n points a binomial number, n / 4 with a variance of 3 n / 16.
+  const auto fewest = [](std::int64_t n) { return 0.25 * n - 5.0 * std::sqrt(0.1875 * n); };
+  for (const auto& [num_frames, least] : {std::pair(3, 300), std::pair(300, 2000)}) {
+    const auto found = wanted("rigs = [\"pair\"]\n", num_frames);
+    EXPECT_EQ(found.least, least);
+    EXPECT_GE(fewest(found.expected), least - 1e-9);
+    EXPECT_LT(fewest(found.expected - 1), least);
+  }
+}
+
 TEST_F(Colmap, TooFewImagesAreRefused) {
   TinyCaptureOptions one = kSmall;
   one.has_mcs4 = false;
