@@ -22,12 +22,12 @@ void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.key("seed", seed,
             "Seed of everything that is drawn in the capture: sub-pixel samples, track points.");
   visit.key("data", data, "Folder of source data; written ${data} in the paths of this config.");
-  visit.section("world", world, "The world: its place, its sources of heights.");
-  visit.section("detail", detail, "How fine the terrain is near the cameras.");
   visit.key("shared_geometry", shared_geometry,
             "Every sequence shows the same geometry, each place as fine as whichever camera of all "
             "trajectories asks for most. Off: as fine as its own cameras ask for. Pairs of cameras "
             "of several sequences need it.");
+  visit.section("world", world, "The world: its place, its sources of heights.");
+  visit.section("detail", detail, "How fine the terrain is near the cameras.");
   visit.section("tracing", tracing, "How rays are traced; the result does not depend on it.");
   visit.list("rigs", rigs, "Cameras, several rigs on one body.");
   visit.list("trajectories", trajectories, "Motions of the body; each becomes a sequence.");
