@@ -273,8 +273,9 @@ class ColmapExporter final : public Exporter {
     return size_of_images(exported, kBytesPerPixel + (has_depth_ ? kDepthBytesPerPixel : 0.0));
   }
 
-  /// Points are drawn from the images of all cameras alike; of those drawn from others' images nothing is expected. Of n that are drawn n p are its own, where p is its share of the cameras; five standard errors fewer must
-  /// do: n p - 5 sqrt(n p (1 - p)) >= points wanted.
+  /// Points are drawn from the images of all cameras alike; of those drawn from others' images nothing is
+  /// expected. Of n that are drawn n p are its own, where p is its share of the cameras; five standard
+  /// errors fewer must do: n p - 5 sqrt(n p (1 - p)) >= points wanted.
   TrackPointsWanted track_points_wanted(const std::vector<capture::CameraCalibration>& cameras,
                                         std::int64_t num_frames) const override {
     const auto num_exported = static_cast<std::int64_t>(exported_cameras(cameras).size());

@@ -10,13 +10,6 @@ namespace terracast::job {
 using core::ErrorKind;
 using core::fail;
 
-namespace {
-
-/// The bound of the check colmap_points.
-constexpr std::int64_t kLeastColmapPoints = 2000;
-
-}  // namespace
-
 void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.key("name", name, "Name of the job.");
   visit.key("seed", seed,
@@ -66,11 +59,6 @@ void RunConfig::validate() const {
     if (!formats.insert(chosen.format).second)
       fail(ErrorKind::Config, "format \"{}\" is exported twice; one [[exports]] a format",
            chosen.format);
-  if (formats.contains("colmap") && tracks.num_points < kLeastColmapPoints)
-    fail(ErrorKind::Config,
-         "tracks.num_points = {}; a colmap export is checked to hold {} points: raise it, or leave "
-         "colmap out",
-         tracks.num_points, kLeastColmapPoints);
 }
 
 RunConfig load_run_config(const std::filesystem::path& file, const std::vector<std::string>& sets) {

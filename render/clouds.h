@@ -25,8 +25,8 @@ namespace terracast::render {
 /// same volume lies toward it, scattered by Henyey and Greenstein's phase function; orders of scattering
 /// above the first as Wrenninge, Kulla and Lundqvist (2013) sum them up: the n-th octave weaker by
 /// 0.8^n, through 0.5^n of the optical depth, about 0.5^n of the mean cosine. To this comes the light of the sky
-/// and the ground, weakened as two streams are by what lies straight above and below (Bohren 1987). Where two volumes lie in each other the one whose box a ray comes to first counts as
-/// being in front.
+/// and the ground, weakened as two streams are by what lies straight above and below (Bohren 1987). Where two
+/// volumes lie in each other the one whose box a ray comes to first counts as being in front.
 ///
 /// threads   safe
 class Clouds {

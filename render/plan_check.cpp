@@ -43,9 +43,8 @@ void check_rides(const SequencePlan& plan, const world::TileStore& store,
   std::copy_if(plan.moving.begin(), plan.moving.end(), std::back_inserter(riders),
                [](const MovingThing& thing) { return thing.ride != Ride::Free; });
   if (riders.empty()) return;
-  const world::RayQuery query(
-      store, world::choose_cut(store, viewpoints_of(plan.states, plan.cameras), plan.detail),
-      tracing);
+  const world::RayQuery query(store, world::choose_cut(store, viewpoints_of(plan), plan.detail),
+                              tracing);
   MovingBodies(riders, query, geo::WorldFrame(store.manifest().origin));
 }
 

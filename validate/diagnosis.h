@@ -20,7 +20,7 @@ namespace terracast::validate {
 /// damage   findings of `structure` in all sequences; those that follow from a cause are taken out
 /// num_comparisons  of the checks: pairs of images times checks
 /// cost     nothing where nothing failed; else it compares pairs of images at most ten times as often as the checks
-///          did, each at a quarter to four fifths of their cost, or as often as takes a minute or two; where that ends it, it says
+///          did, each at a quarter to four fifths of their cost, 200 000 times at least; where that ends it, it says
 ///          so as a cause of its own, "search_ended". Shows its progress
 /// threads  deterministic for any number
 std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,

@@ -107,7 +107,9 @@ class PairsLabel final : public LabelMaker {
            "pair; give frames_apart = [1], or name cameras of several rigs");
     for (const std::int64_t apart : frames_apart_)
       for (const SequenceOutline& sequence : sequences) {
-        if (std::abs(apart) < sequence.num_frames) continue;
+        if (std::abs(apart) < sequence.num_frames ||
+            wanted_within(sequence.name, sequence.cameras).empty())
+          continue;
         if (std::abs(apart) >= longest->num_frames)
           fail(ErrorKind::Config,
                "pairs: frames_apart = {}: no sequence is so long; the longest, {}, has {} frames",

@@ -24,13 +24,14 @@ std::vector<fs::path> entries_below(const fs::path& folder) {
 }
 
 bool is_folder(const fs::path& path) {
-  return fs::symlink_status(path).type() == fs::file_type::directory;
+  std::error_code error;  // then it is none
+  return fs::symlink_status(path, error).type() == fs::file_type::directory;
 }
 
 }  // namespace
 
 void remove_stale_files(const fs::path& folder, const LabelFiles& files, const core::Log& log) {
-  if (!fs::exists(folder)) return;
+  if (!is_folder(folder)) return;
   const std::vector<fs::path> entries = entries_below(folder);
   std::size_t num_removed = 0;
   for (const fs::path& path : entries) {

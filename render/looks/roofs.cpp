@@ -51,8 +51,8 @@ float streak(const ObjectPlace& place, std::uint64_t question, double period_m) 
 }
 
 /// What clay was fired to and what years make of it. Kilns differ from deep red to straw: gains that are
-/// 1 in the mean of all houses. Soot and lichen take the red out, more of them on old roofs, on slopes that
-/// turn from the sun, and in runs of rain down the slope; here and there tiles were mended.
+/// 1 in the mean of all houses. Soot and lichen take the red out, more of them on old roofs, on slopes to
+/// the north, and in runs of rain down the slope; here and there tiles were mended.
 void weather_clay(const ObjectPlace& place, Rgb& color) {
   // Of its colour a quarter is gone with the sun and the lime of its mortar.
   const float grey = 0.3f * color.r + 0.6f * color.g + 0.1f * color.b;

@@ -67,8 +67,6 @@ TEST(Configs, WhatALaterStageWouldRefuseIsRefusedOnReading) {
     return "";
   };
   EXPECT_EQ(refusal_of({}), "");
-  EXPECT_THAT(refusal_of({"tracks.num_points=1999"}), testing::HasSubstr("2000"));
-  EXPECT_EQ(refusal_of({"tracks.num_points=1999", "exports=[]"}), "");
   EXPECT_THAT(refusal_of({"rigs.0.name=frames"}), testing::HasSubstr("rig name \"frames\""));
   EXPECT_THAT(refusal_of({"trajectories.0.name=" + std::string(65, 'a')}),
               testing::HasSubstr("becomes a folder"));
@@ -77,6 +75,26 @@ TEST(Configs, WhatALaterStageWouldRefuseIsRefusedOnReading) {
                              testing::HasSubstr("between voxels")));
   EXPECT_EQ(refusal_of({"labels=[{kind = \"volume\", voxel_m = 0.5, truncation_m = 0.5}]"}), "");
   EXPECT_EQ(refusal_of({"labels=[{kind = \"volume\", voxel_m = 0.5, truncation_m = 0.0}]"}), "");
+}
+
+// Nothing is tiled by prepare_job(). A model is held to 50 points an image, 2000 at most.
+TEST(Configs, TooFewTrackPointsForAColmapModelAreRefusedBeforeTiling) {
+  const core::Log log("job", core::LogLevel::Off);
+  const auto prepare = [&](int num_frames, int num_points) {
+    prepare_job(load_run_config(kSource / "configs/demo.toml",
+                                {"exports=[{format = \"colmap\", rig = \"mcs4\"}]",
+                                 "trajectories.0.num_frames=" + std::to_string(num_frames),
+                                 "tracks.num_points=" + std::to_string(num_points)}),
+                {.log = log});
+  };
+  const auto refuses = [&](int num_frames, int num_points, const std::string& least) {
+    test::expect_error(core::ErrorKind::Config, {"tracks.num_points", least},
+                       [&] { prepare(num_frames, num_points); });
+  };
+  EXPECT_NO_THROW(prepare(2, 50 * 2 * 4));
+  refuses(2, 50 * 2 * 4 - 1, "400 points");
+  EXPECT_NO_THROW(prepare(24, 2000));
+  refuses(24, 1999, "2000 points");
 }
 
 // Nothing is tiled by prepare_job().

@@ -240,7 +240,7 @@ TEST(ObjectLooks, RoofsOfClayDifferFromHouseToHouse) {
 }
 
 // Moss and soot stay where the sun does not dry them.
-TEST(ObjectLooks, RoofsThatTurnFromTheSunAreDarker) {
+TEST(ObjectLooks, RoofsToTheNorthAreDarker) {
   const Eigen::Vector3f north = Eigen::Vector3f(0.0f, 0.4f, 0.9f).normalized();
   const Eigen::Vector3f south = Eigen::Vector3f(0.0f, -0.4f, 0.9f).normalized();
   for (std::uint64_t house = 0; house < 50; ++house)

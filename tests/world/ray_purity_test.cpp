@@ -99,12 +99,6 @@ TEST_F(RayPurity, FansAnswerAsTheirRaysDo) {
       std::vector<SurfaceSample> surfaces(count);
       query_.intersect(fan, hits, Coherence::Incoherent, surfaces);
       EXPECT_TRUE(same_bits(hits, expected));
-      RayFan ending = fan;  // at where each is said to end, whatever t_max says
-      const std::vector<double> t_ends(count, t_max);
-      ending.t_ends = t_ends;
-      ending.t_max = 1.0;
-      query_.intersect(ending, hits, Coherence::Coherent);
-      EXPECT_TRUE(same_bits(hits, expected));
       std::vector<double> t(count, -1.0);
       query_.intersect(fan, t, Coherence::Coherent);
       std::vector<SurfaceSample> surfaces_of_rays(count);

@@ -378,9 +378,9 @@ class BuildingsKind final : public LayerKind {
     wanted.lines = false;
     wanted.wanted = [every_area = every_area_](const FeatureTags& tags) {
       if (every_area) return true;
-      // Piers and the like that are tagged as buildings, too, are piers.
+      // Piers and the like that are tagged as buildings, too, are piers: the layer `roads` builds these three.
       const std::string_view man_made = tags.value("man_made");
-      for (const std::string_view work : {"pier", "breakwater", "quay", "groyne", "dyke"})
+      for (const std::string_view work : {"pier", "breakwater", "quay"})
         if (man_made == work) return false;
       const std::string_view building = tags.value("building");
       const std::string_view part = tags.value("building:part");
