@@ -82,7 +82,7 @@ TEST(Configs, TooFewTrackPointsForAColmapModelAreRefusedBeforeTiling) {
   const core::Log log("job", core::LogLevel::Off);
   const auto prepare = [&](int num_frames, int num_points) {
     prepare_job(load_run_config(kSource / "configs/demo.toml",
-                                {"exports=[{format = \"colmap\", rig = \"mcs4\"}]",
+                                {"exports=[{format = \"colmap\", rigs = [\"mcs4\"]}]",
                                  "trajectories.0.num_frames=" + std::to_string(num_frames),
                                  "tracks.num_points=" + std::to_string(num_points)}),
                 {.log = log});

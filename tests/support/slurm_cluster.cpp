@@ -447,7 +447,14 @@ std::string SlurmCluster::command(const std::string& program,
                                   const std::vector<std::string>& arguments) const {
   const auto found = find_daemon(program);
   if (!found) throw std::runtime_error(program + " is not installed");
-  const ProgramResult result = run_command(found->string(), arguments);
+  ProgramResult result = run_command(found->string(), arguments);
+  // On a busy machine the controller may be too late with its answer; asking changes nothing.
+  const bool only_asks = program == "squeue" || program == "sinfo";
+  constexpr int kMostRepeats = 4;
+  for (int repeat = 0; repeat < kMostRepeats && only_asks && result.status != 0 &&
+                       result.output.find("timed out") != std::string::npos;
+       ++repeat)
+    result = run_command(found->string(), arguments);
   if (result.status != 0)
     throw std::runtime_error(
         fmt::format("{} ended with status {}: {}", program, result.status, result.output));

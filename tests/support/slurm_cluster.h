@@ -40,7 +40,7 @@ class SlurmCluster {
   /// Starts a node, or its slurmd, again; returns when it is not down for Slurm.
   void start_node(const std::string& node);
 
-  /// What a command of Slurm says.
+  /// What a command of Slurm says; squeue and sinfo are asked again where Slurm is too late with its answer.
   /// throws   std::runtime_error: it failed
   std::string command(const std::string& program, const std::vector<std::string>& arguments) const;
 
