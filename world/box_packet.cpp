@@ -66,10 +66,6 @@ TERRACAST_PACKET_INLINE void prepare(RayPacket<kLanes>& rays) {
     up |= (inverse > 0.0F) & (1 << axis);
     down |= (inverse < 0.0F) & (1 << axis);
   }
-  Floats reach;
-  std::memcpy(&reach, rays.reach_m, sizeof(Floats));
-  const Integers is_asked = reach >= 0.0F;
-  bytes_of<kLanes>(is_asked & 1, rays.asked);
   LaneBytes<kLanes> goes_up, goes_down;
   bytes_of<kLanes>(up, goes_up);
   bytes_of<kLanes>(down, goes_down);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <immintrin.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -21,7 +23,6 @@ struct alignas(32) BoxNode {
 template <int kLanes>
 struct LaneBytes {
   static constexpr std::size_t kWords = kLanes / 8;
-  static constexpr std::uint64_t kOnes = 0x0101010101010101U;
   std::array<std::uint64_t, kWords> words;
 
   /// Bits that are set in any byte.
@@ -31,18 +32,6 @@ struct LaneBytes {
     all |= all >> 32;
     all |= all >> 16;
     return static_cast<std::uint32_t>((all | all >> 8) & 0xffU);
-  }
-  /// Those that have a bit, as 1.
-  LaneBytes with(int bit) const {
-    LaneBytes those;
-    for (std::size_t w = 0; w < kWords; ++w) those.words[w] = words[w] >> bit & kOnes;
-    return those;
-  }
-  /// How many are 1, where all others are 0.
-  int count() const {
-    std::uint64_t sum = 0;
-    for (std::size_t w = 0; w < kWords; ++w) sum += words[w];
-    return static_cast<int>(sum * kOnes >> 56);
   }
   /// Calls visit(lane, byte) for those that are not 0.
   template <class Visit>
@@ -71,13 +60,26 @@ struct RayPacket {
   double margin_m;
   float direction_length;  ///< as all of them have it
   // What make_ready() finds.
-  LaneBytes<kLanes> asked;  ///< 1: the lane is not done
   /// Bits of the axes along which all lanes go up, and of those along which all go down.
   std::uint32_t all_up, all_down;
 
   static constexpr float kDone = -1.0F;
   void end(int lane) { reach_m[lane] = kDone; }
-  bool reaches(int lane, float near_m) const { return near_m <= reach_m[lane]; }
+  bool is_done() const {
+    alignas(64) static constexpr float kStart[kLanes] = {};
+    return reaching(kStart) == 0;
+  }
+  /// A bit for each lane whose near_m lies within its reach.
+  /// near_m   aligned to 16 bytes
+  std::uint32_t reaching(const float* near_m) const {
+    constexpr int kAtOnce = 4;
+    std::uint32_t lanes = 0;
+    for (int lane = 0; lane < kLanes; lane += kAtOnce)
+      lanes |= static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmple_ps(
+                   _mm_load_ps(near_m + lane), _mm_load_ps(reach_m + lane))))
+               << lane;
+    return lanes;
+  }
   /// As BoxTree::Ray::end_at().
   void end_at(int lane, double t) {
     constexpr double kRounding = 1.0 + 0x1.0p-20;

@@ -286,7 +286,7 @@ bool BoxTree::enter(const RayGroups<kLanes>& groups, LaneMask lanes, const doubl
                 *groups[static_cast<std::size_t>(first / RayLanes::kLanes)], t_until + first,
                 lanes >> first, first, packet);
   make_ready(packet);
-  return packet.asked.any() != 0;
+  return !packet.is_done();
 }
 template bool BoxTree::enter<8>(const RayGroups<8>&, LaneMask, const double*, RayPacket<8>&) const;
 template bool BoxTree::enter<16>(const RayGroups<16>&, LaneMask, const double*,

@@ -114,27 +114,24 @@ class BoxTree {
   void traverse(RayPacket<kLanes>& packet, const Visit& visit, const VisitOne& visit_one) const {
     struct Waiting {
       alignas(64) float near_m[kLanes];
-      LaneBytes<kLanes> lanes;
       std::uint32_t child;
-      int num_lanes;
     };
     std::array<Waiting, kMostWaiting> stack;
     BoxMeetings<kLanes> meetings;
     std::array<int, kWidth> order;  // of those that are put on the stack, the nearest last
     std::size_t num_waiting = 1;
     std::fill_n(stack[0].near_m, kLanes, 0.0F);  // lanes that are done reach not even there
-    stack[0].lanes = packet.asked;
-    stack[0].num_lanes = packet.asked.count();
     stack[0].child = 0;
     while (num_waiting > 0) {
       const Waiting& next = stack[--num_waiting];
+      const LaneMask lanes = packet.reaching(next.near_m);
+      if (lanes == 0) continue;
       if (next.child >= kLeaf) {
         visit(next.child - kLeaf, next.near_m);
         continue;
       }
-      if (next.num_lanes <= kFewLanes) {
-        next.lanes.for_each([&](int lane, std::uint32_t) {
-          if (!packet.reaches(lane, next.near_m[lane])) return;
+      if (has_few_lanes(lanes)) {
+        for_each_lane(lanes, [&](int lane) {
           Ray ray = ray_of(packet, lane);
           Way way;
           begin(way, next.child, next.near_m[lane]);
@@ -158,8 +155,6 @@ class BoxTree {
         const int box = order[i - first];
         std::memcpy(stack[i].near_m, meetings.near_m[box], sizeof stack[i].near_m);
         stack[i].child = node.child[box];
-        stack[i].lanes = meetings.met.with(box);
-        stack[i].num_lanes = stack[i].lanes.count();
       }
     }
   }
@@ -170,7 +165,11 @@ class BoxTree {
 
  private:
   struct Builder;
-  static constexpr int kFewLanes = 2;
+  /// Two at most.
+  static bool has_few_lanes(LaneMask lanes) {
+    lanes &= lanes - 1;
+    return (lanes & (lanes - 1)) == 0;
+  }
   static void begin(Way& way, std::uint32_t child = 0, float near_m = 0.0F) {
     way.stack_[0] = {near_m, child};
     way.num_waiting_ = 1;
