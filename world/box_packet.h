@@ -75,8 +75,8 @@ struct RayPacket {
     constexpr int kAtOnce = 4;
     std::uint32_t lanes = 0;
     for (int lane = 0; lane < kLanes; lane += kAtOnce)
-      lanes |= static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmple_ps(
-                   _mm_load_ps(near_m + lane), _mm_load_ps(reach_m + lane))))
+      lanes |= static_cast<std::uint32_t>(_mm_movemask_ps(
+                   _mm_cmple_ps(_mm_load_ps(near_m + lane), _mm_load_ps(reach_m + lane))))
                << lane;
     return lanes;
   }
