@@ -29,6 +29,14 @@ std::span<const ChannelInfo> channels() {
   return kChannels;
 }
 
+std::span<const FlagGroup> flag_groups() {
+  static constexpr std::array<FlagGroup, 4> kGroups = {{{"edge", kEdge},
+                                                        {"next", kVisibleNext},
+                                                        {"previous", kVisiblePrevious},
+                                                        {"cameras", ~(visible_in_camera(0) - 1U)}}};
+  return kGroups;
+}
+
 bool agree(float range_m, std::uint32_t semantic_id) {
   if (semantic_id >= semantic_class_names().size()) return false;
   switch (static_cast<SemanticClass>(semantic_id)) {

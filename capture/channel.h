@@ -57,4 +57,13 @@ enum FactFlag : std::uint32_t {
 constexpr std::uint32_t visible_in_camera(int camera_index) { return 1u << (8 + camera_index); }
 inline constexpr int kMaxCameras = 24;
 
+/// Flags that are found together, each for the price of the rays that it takes.
+struct FlagGroup {
+  std::string_view name;
+  std::uint32_t bits;
+};
+/// edge, next, previous, cameras.
+std::span<const FlagGroup> flag_groups();
+inline constexpr std::uint32_t kAllFlags = 0xffffffffu;
+
 }  // namespace terracast::capture

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "capture/channel.h"
 #include "capture/frame.h"
 #include "capture/frame_reader.h"
 #include "core/context.h"
@@ -50,6 +51,10 @@ class Exporter {
     (void)num_frames;
     return {};
   }
+
+  /// Bits of the capture's flags that it needs, by groups. Bounds of labels hold beside edges alone, so
+  /// what is checked needs these.
+  virtual std::uint32_t flags() const { return capture::kEdge; }
 
   /// Kinds of labels (`terracast list labels`) that it needs of every sequence beside the capture.
   virtual std::vector<std::string> labels() const { return {}; }

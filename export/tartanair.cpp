@@ -198,6 +198,11 @@ class TartanAirExporter final : public Exporter {
     check_environment(environment_, kFormat);
   }
 
+  std::uint32_t flags() const override {
+    constexpr std::uint32_t kForward = capture::kEdge | capture::kVisibleNext;
+    return flow_ == "npz" ? kForward | capture::kVisiblePrevious : kForward;
+  }
+
   FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
     std::vector<const capture::CameraCalibration*> exported;
     for (const ExportedCamera& camera : exported_cameras(cameras))

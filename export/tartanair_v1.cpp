@@ -68,6 +68,8 @@ class TartanAirV1Exporter final : public Exporter {
     check_environment(environment_, kFormat);
   }
 
+  std::uint32_t flags() const override { return capture::kEdge | capture::kVisibleNext; }
+
   FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
     const auto& left = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, left_))];
     const auto& right = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, right_))];

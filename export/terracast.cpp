@@ -206,6 +206,12 @@ class TerracastExporter final : public Exporter {
            fmt::join(known, ", "));
   }
 
+  std::uint32_t flags() const override {
+    const std::uint32_t of_flow =
+        holds("flow") ? capture::kVisibleNext | capture::kVisiblePrevious : 0U;
+    return capture::kEdge | of_flow;
+  }
+
   FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
     std::vector<const capture::CameraCalibration*> exported;
     for (const ExportedCamera& camera : exported_cameras(cameras))

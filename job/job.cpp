@@ -176,6 +176,7 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
   plan.moving = lay_out_moving(job.config.moving, job.config.trajectories, options, plan.states,
                                trajectory_context(job, log), 0.5 * job.config.world.size_m);
   plan.conditions = job.config.conditions;
+  plan.facts = job.config.facts;
   plan.tracks = job.config.tracks;
   plan.detail = job.config.detail;
   plan.config_toml = toml_of_sequence(job.config, options);

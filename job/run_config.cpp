@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "capture/channel.h"
 #include "capture/sequence_files.h"
 #include "core/toml_reader.h"
 
@@ -27,6 +28,7 @@ void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.list("moving", moving, "Things that move through every sequence.");
   visit.list("traffic", traffic, "Vehicles and people on the world's own roads and paths.");
   visit.section("conditions", conditions, "Light and air.");
+  visit.section("facts", facts, "What the capture holds of each pixel.");
   visit.section("tracks", tracks, "Points of the ground that are followed through each sequence.");
   visit.list("labels", labels,
              "Labels that are made after rendering, beside those that exports need.");
@@ -59,6 +61,14 @@ void RunConfig::validate() const {
     if (!formats.insert(chosen.format).second)
       fail(ErrorKind::Config, "format \"{}\" is exported twice; one [[exports]] a format",
            chosen.format);
+  for (const auto& chosen : exports)
+    for (const capture::FlagGroup& group : capture::flag_groups())
+      if ((group.bits & chosen.exporter().flags() & ~facts.flag_bits()) != 0)
+        fail(ErrorKind::Config,
+             "format \"{}\" needs the flags \"{}\", which facts.flags leaves out: add them there, "
+             "or "
+             "leave the format out",
+             chosen.format, group.name);
 }
 
 RunConfig load_run_config(const std::filesystem::path& file, const std::vector<std::string>& sets) {

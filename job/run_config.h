@@ -50,6 +50,7 @@ struct RunConfig {
   std::vector<MovingOptions> moving;
   std::vector<TrafficOptions> traffic;
   render::ConditionOptions conditions;
+  render::FactOptions facts;
   render::TrackOptions tracks;
   std::vector<render::LabelOptions> labels;
   std::vector<exporters::ExportOptions> exports;

@@ -376,6 +376,7 @@ FrameRenderer::FrameRenderer(const SequencePlan& plan, const world::TileStore& s
       bed_(bed),
       water_visibility_m_(plan.conditions.water_visibility_m),
       wants_bottom_(plan.conditions.bottom_range && !is_in_water),
+      flags_(plan.facts.flag_bits()),
       is_in_water_(is_in_water),
       moving_(plan.moving, query, geo::WorldFrame(store.manifest().origin)),
       ground_(climate_of(store, static_cast<std::uint32_t>(core::mix_bits(store.manifest().seed)))),

@@ -54,7 +54,7 @@ class FrameRenderer {
   /// trail   takes the tiles to which the rays come; null: nobody wants to know
   void truth(int frame, int camera, TruthFrame& truth, world::RayTrail* trail = nullptr) const {
     trace_truth(is_in_water_ ? *bed_ : query_, moving_, ground_, views_, frame, camera, truth,
-                trail, wants_bottom_ ? bed_ : nullptr);
+                trail, wants_bottom_ ? bed_ : nullptr, flags_);
   }
 
   /// Anti-aliased colour of a camera at a frame; no ground truth mixes in.
@@ -84,6 +84,7 @@ class FrameRenderer {
   const world::RayQuery* bed_;
   double water_visibility_m_;
   bool wants_bottom_;
+  std::uint32_t flags_;  ///< that are looked for
   bool is_in_water_;
   MovingBodies moving_;
   Ground ground_;

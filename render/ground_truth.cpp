@@ -66,17 +66,18 @@ class TruthTracer {
  public:
   TruthTracer(const world::RayQuery& query, const MovingBodies& moving, const Ground& ground,
               const ViewTable& views, int frame, int camera, TruthFrame& truth,
-              world::RayTrail* trail, const world::RayQuery* bed)
+              world::RayTrail* trail, const world::RayQuery* bed, std::uint32_t flags)
       : query_(query),
         bed_(bed),
         ground_(ground),
         view_(views.open(frame, camera)),
         grid_(grid_of(view_)),
         truth_(truth),
-        trail_(trail) {
+        trail_(trail),
+        has_edges_((flags & capture::kEdge) != 0) {
     set_moving(moving, views, frame);
     const auto add_target = [&](int at, int by, std::uint32_t flag) {
-      targets_.push_back({views.open(at, by), at, flag, scene_at(at)});
+      if ((flags & flag) != 0) targets_.push_back({views.open(at, by), at, flag, scene_at(at)});
     };
     if (frame + 1 < views.num_frames()) add_target(frame + 1, camera, capture::kVisibleNext);
     if (frame > 0) add_target(frame - 1, camera, capture::kVisiblePrevious);
@@ -104,6 +105,7 @@ class TruthTracer {
 
   void trace() {
     for_each_unit([this](int unit, UnitScratch& scratch) { trace_unit(unit, scratch); });
+    if (!has_edges_) return;
     for_each_unit([this](int unit, UnitScratch& scratch) {
       if (may_see_edges(unit)) mark_edges(unit, scratch);
     });
@@ -510,6 +512,7 @@ class TruthTracer {
   const PixelGrid grid_;
   TruthFrame& truth_;
   world::RayTrail* const trail_;
+  const bool has_edges_;  ///< edges are asked for
   int frame_ = 0;
   std::map<int, world::MovingScene> moving_;  ///< by frame
   std::vector<Target> targets_;
@@ -521,8 +524,8 @@ class TruthTracer {
 
 void trace_truth(const world::RayQuery& query, const MovingBodies& moving, const Ground& ground,
                  const ViewTable& views, int frame, int camera, TruthFrame& truth,
-                 world::RayTrail* trail, const world::RayQuery* bed) {
-  TruthTracer(query, moving, ground, views, frame, camera, truth, trail, bed).trace();
+                 world::RayTrail* trail, const world::RayQuery* bed, std::uint32_t flags) {
+  TruthTracer(query, moving, ground, views, frame, camera, truth, trail, bed, flags).trace();
 }
 
 }  // namespace terracast::render

@@ -37,13 +37,15 @@ struct TruthFrame {
 /// moves with it: another view sees it where it then is.
 /// moving        of the sequence
 /// bed           the world without water: fills bottom_range_m; null: nobody wants it
+/// flags         those that are looked for; others stay 0 and cost no rays
 /// truth         overwritten, all but the colour; a frame that is used again costs no new memory
 /// trail         takes the tiles to which the rays come; null: nobody wants to know
 /// determinism   the facts depend on the views and the world alone
 /// throws        as RayQuery
 void trace_truth(const world::RayQuery& query, const MovingBodies& moving, const Ground& ground,
                  const ViewTable& views, int frame, int camera, TruthFrame& truth,
-                 world::RayTrail* trail = nullptr, const world::RayQuery* bed = nullptr);
+                 world::RayTrail* trail = nullptr, const world::RayQuery* bed = nullptr,
+                 std::uint32_t flags = capture::kAllFlags);
 
 /// The id of a triangle in a capture (capture/channel.h). tile_index below 2^15 - 1.
 inline std::uint32_t primitive_id(const world::SurfaceHit& hit) {

@@ -114,6 +114,7 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
   append_imaging(text, plan);
   append_moving(text, plan);
   text += core::toml_text(plan.conditions);
+  text += core::toml_text(plan.facts);
   text += core::toml_text(plan.tracks);
   for (const world::CutTile& tile : cut) append_tile(text, tile, store);
   text += plan.config_toml;
@@ -138,10 +139,10 @@ FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
     for (const world::ImageryTileInfo& tile : imagery.tiles)
       text += fmt::format("imagery {} {} {} {} {}\n", imagery.finest_level, tile.id.level,
                           tile.id.x, tile.id.y, tile.content_hash);
-  text +=
-      fmt::format("colour {} {} {} {:.17g} {:.17g} {}\n", plan.seed, plan.conditions.color_samples,
-                  plan.conditions.ambient_rays, plan.conditions.exposure,
-                  plan.conditions.water_visibility_m, plan.conditions.bottom_range);
+  text += fmt::format("colour {} {} {} {:.17g} {:.17g} {}\nflags {}\n", plan.seed,
+                      plan.conditions.color_samples, plan.conditions.ambient_rays,
+                      plan.conditions.exposure, plan.conditions.water_visibility_m,
+                      plan.conditions.bottom_range, plan.facts.flag_bits());
   for (const world::VolumeInfo& volume : store.manifest().volumes)
     text += fmt::format("volume {}\n", volume.content_hash);
   for (const world::VolumePlace& place : store.manifest().volume_places) {

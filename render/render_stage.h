@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -36,6 +37,16 @@ struct ConditionOptions {
   void validate() const;
 };
 
+/// Config `[facts]`: what of a capture's facts is looked for.
+struct FactOptions {
+  std::vector<std::string> flags = all_flags();  ///< names of capture::flag_groups()
+
+  static std::vector<std::string> all_flags();
+  /// Their bits.
+  std::uint32_t flag_bits() const;
+  void describe(core::SchemaVisitor& visit);
+};
+
 /// Config `[tracks]`: points followed through a sequence.
 struct TrackOptions {
   std::int64_t num_points = 4000;
@@ -58,6 +69,7 @@ struct SequencePlan {
   /// Of all sequences that show one geometry, its own among them; null: it shows a geometry of its own.
   std::shared_ptr<const std::vector<world::Viewpoint>> shared_viewpoints = nullptr;
   ConditionOptions conditions;
+  FactOptions facts = {};
   TrackOptions tracks;
   world::DetailOptions detail;
   std::string config_toml;

@@ -77,6 +77,34 @@ TEST(Configs, WhatALaterStageWouldRefuseIsRefusedOnReading) {
   EXPECT_EQ(refusal_of({"labels=[{kind = \"volume\", voxel_m = 0.5, truncation_m = 0.0}]"}), "");
 }
 
+TEST(Configs, FormatsAreRefusedWithoutTheFlagsThatTheyNeed) {
+  const auto read = [](const std::string& format, const std::string& flags) {
+    load_run_config(kSource / "configs/demo.toml",
+                    {"exports=[{" + format + "}]", "facts.flags=[" + flags + "]"});
+  };
+  const auto refuses = [&](const std::string& format, const std::string& flags,
+                           const std::string& missing) {
+    test::expect_error(core::ErrorKind::Config, {"facts.flags", "\"" + missing + "\""},
+                       [&] { read(format, flags); });
+  };
+  const std::string colmap = R"(format = "colmap", rigs = ["mcs4"])";
+  EXPECT_NO_THROW(read(colmap, R"("edge")"));
+  refuses(colmap, R"("next", "previous", "cameras")", "edge");
+  const std::string terracast = R"(format = "terracast")";
+  EXPECT_NO_THROW(read(terracast, R"("edge", "next", "previous")"));
+  refuses(terracast, R"("edge", "previous")", "next");
+  refuses(terracast, R"("edge", "next")", "previous");
+  EXPECT_NO_THROW(read(terracast + R"(, modalities = ["range"])", R"("edge")"));
+  const std::string v1 = R"(format = "tartanair_v1", rig = "mcs4", left = "cam0", right = "cam1")";
+  refuses(v1, R"("edge", "previous")", "next");
+  const std::string tartanair =
+      R"(format = "tartanair", rig = "mcs4", left = "cam0", right = "cam1")";
+  refuses(tartanair, R"("edge", "next")", "previous");
+  EXPECT_NO_THROW(read(tartanair + R"(, flow = "png")", R"("edge", "next")"));
+  test::expect_error(core::ErrorKind::Config, {"facts.flags", "edges"},
+                     [&] { read(colmap, R"("edges")"); });
+}
+
 // Nothing is tiled by prepare_job(). A model is held to 50 points an image, 2000 at most.
 TEST(Configs, TooFewTrackPointsForAColmapModelAreRefusedBeforeTiling) {
   const core::Log log("job", core::LogLevel::Off);

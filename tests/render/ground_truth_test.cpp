@@ -284,6 +284,40 @@ TEST(GroundTruth, FactsDoNotDependOnThreadsOrTheLocalOrigin) {
   EXPECT_EQ(first_color, other.renderer.color(0, 0));
 }
 
+TEST(GroundTruth, FlagsAreThoseAskedForAndNoOtherFactDependsOnThem) {
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_hills(folder / "world");
+  SequencePlan plan = test::small_plan(3, 70, 50);
+  plan.cameras = test::small_rig(70, 50, 0.0);  // a skyline
+  const Scene whole(store, plan);
+  const TruthFrame all = whole.renderer.truth(1, 0);
+  std::uint32_t seen = 0;
+  for (const std::uint32_t flags : all.facts.flags.data()) seen |= flags;
+  std::uint64_t rays_before = whole.query.stats().num_rays;
+  std::vector<std::vector<std::string>> choices = {{}, {"previous", "edge"}};
+  for (const capture::FlagGroup& group : capture::flag_groups()) {
+    EXPECT_NE(seen & group.bits, 0U) << group.name << ": no pixel has it, nothing is compared";
+    choices.push_back({std::string(group.name)});
+  }
+  for (const std::vector<std::string>& names : choices) {
+    std::uint32_t asked = 0;
+    for (const std::string& name : names)
+      for (const capture::FlagGroup& group : capture::flag_groups())
+        if (group.name == name) asked |= group.bits;
+    plan.facts.flags = names;
+    const Scene scene(store, plan);
+    const TruthFrame truth = scene.renderer.truth(1, 0);
+    EXPECT_EQ(truth.range_m, all.range_m);
+    EXPECT_EQ(truth.facts.normal_world, all.facts.normal_world);
+    EXPECT_EQ(truth.facts.semantic_id, all.facts.semantic_id);
+    EXPECT_EQ(truth.facts.primitive_id, all.facts.primitive_id);
+    for (std::size_t i = 0; i < all.facts.flags.data().size(); ++i)
+      ASSERT_EQ(truth.facts.flags.data()[i], all.facts.flags.data()[i] & asked) << i;
+    EXPECT_LT(scene.query.stats().num_rays, rays_before);
+    if (names.empty()) EXPECT_EQ(scene.query.stats().num_rays, 70U * 50U);
+  }
+}
+
 TEST(GroundTruth, AFrameThatIsUsedAgainKeepsNothing) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");

@@ -17,8 +17,9 @@ OUT       a folder for what is exported and rendered; what stands there is remov
 `terracast world export --format gltf` writes the region, and Blender reads it with the materials that
 it gives (one colour each). In each repetition Cycles renders the frames with one sample a pixel and
 ground truth (depth, normal, flow, object index), with one sample, and with more; then `terracast
-render` renders the same frames (all facts, which are more) with one sample and with more, from the
-whole world. Both have persistent scenes, write uncompressed EXR and fast PNG, and use as many
+render` renders the same frames with one sample and with more, from the whole world: with all facts,
+which are more (edges, what is seen from other frames), and "plain", without these (`facts.flags = []`):
+range, normal, class, instance, triangle; flow follows from these without a ray. Both have persistent scenes, write uncompressed EXR and fast PNG, and use as many
 threads. A frame's time is that of all but the first, which builds the scene; a sample's the difference
 of such times by that of the samples. Printed are medians over the repetitions with the least and the
 most, and by how much the two depths of a frame differ in the median: both must see the same.
@@ -104,7 +105,7 @@ class Geodesy:
         return place
 
 
-def write_job(args, name, num_samples):
+def write_job(args, name, num_samples, has_flags):
     east_m, north_m, height_m, heading_deg, pitch_deg = args.view
     file = args.out / f"{name}.toml"
     file.write_text(
@@ -135,6 +136,7 @@ start = {{east_m = {east_m}, north_m = {north_m}, height_m = {height_m}}}
 sun_azimuth_deg = {SUN_AZIMUTH_DEG}
 sun_elevation_deg = {SUN_ELEVATION_DEG}
 color_samples = {num_samples}
+{"" if has_flags else "[facts]" + chr(10) + "flags = []"}
 """
     )
     return file
@@ -148,11 +150,11 @@ def sequence_of(folder):
     return next(folder.rglob("sequence.json")).parent
 
 
-def ours(args, name, num_samples):
+def ours(args, name, num_samples, has_flags=True):
     """Seconds a frame, between the frames' records, which are written last; and the capture."""
     folder = args.out / name
     shutil.rmtree(folder, ignore_errors=True)
-    run(args.program, "render", write_job(args, name, num_samples), "--out", folder,
+    run(args.program, "render", write_job(args, name, num_samples, has_flags), "--out", folder,
         "--world", args.store, "--threads", args.threads, "--quiet")
     sequence = sequence_of(folder)
     written_s = sorted(1e-9 * os.stat(record).st_mtime_ns for record in records_of(sequence))
@@ -367,7 +369,7 @@ def main():
     args.out.mkdir(parents=True)
     origin_of = json.loads((args.store / "manifest.json").read_text())["origin"]
     origin = (origin_of["lat_deg"], origin_of["lon_deg"])
-    run(args.program, "tile", write_job(args, "views", 1), "--out", args.out / "views",
+    run(args.program, "tile", write_job(args, "views", 1, True), "--out", args.out / "views",
         "--world", args.store, "--threads", args.threads, "--quiet")
     _, sequence = ours(args, "views", 1)
     import_s = make_scene(args, cameras_of(sequence), origin)
@@ -380,6 +382,7 @@ def main():
         _, theirs_many = cycles(args, args.samples, False)
         ours_one, sequence = ours(args, "one", 1)
         ours_many, _ = ours(args, "many", args.samples)
+        ours_plain, _ = ours(args, "plain", 1, has_flags=False)
         by = args.samples - 1
         rows.append(
             {
@@ -387,10 +390,14 @@ def main():
                 "ours_sample_s": (median(ours_many) - median(ours_one)) / by,
                 "cycles_frame_s": median(theirs_facts),
                 "ours_frame_s": median(ours_one),
+                "ours_plain_frame_s": median(ours_plain),
             }
         )
         rows[-1]["sample_ratio"] = rows[-1]["cycles_sample_s"] / rows[-1]["ours_sample_s"]
         rows[-1]["frame_ratio"] = rows[-1]["cycles_frame_s"] / rows[-1]["ours_frame_s"]
+        rows[-1]["plain_frame_ratio"] = (
+            rows[-1]["cycles_frame_s"] / rows[-1]["ours_plain_frame_s"]
+        )
         print(json.dumps(rows[-1]), flush=True)
     difference, share_apart = depth_difference(
         sequence, args.frames - 1, args.out / f"cycles-1-1-{args.frames - 1}.exr"
