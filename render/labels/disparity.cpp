@@ -134,7 +134,7 @@ class DisparityLabel final : public PairLabel {
     return {
         {"disparity.x",
          "float, px: x here less x there; of a rectified pair focal_length_px baseline_m / depth "
-         "+ offset_px; NaN no ray, behind the other camera or not seen by it in any image"},
+         "+ offset_px; NaN no ray, behind the other camera or not there"},
         {"disparity.y", "float, px: y here less y there; of pairs that are not rectified"},
         {"sight", kSightMeaning},
         {"occluder", kOccluderMeaning}};

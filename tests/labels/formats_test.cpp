@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "capture/object_labels.h"
+#include "capture/segments.h"
 #include "core/atomic_file.h"
 #include "core/image_io.h"
 #include "core/json.h"
@@ -16,7 +17,6 @@
 #include "core/random.h"
 #include "core/semantic_class.h"
 #include "core/toml_reader.h"
-#include "capture/segments.h"
 #include "export/coco_masks.h"
 #include "export/exporter.h"
 #include "tests/labels/boxes_world.h"

@@ -26,6 +26,7 @@
 #include "tests/labels/boxes_world.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/test_data.h"
+#include "validate/npy.h"
 
 namespace terracast::test {
 namespace {
@@ -411,7 +412,7 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
         const std::uint32_t sight = pair.uint_channels.at("sight")(x, y);
-        num_in += sight > 0 ? 1 : 0;
+        num_in += sight == 1 || sight == 2 ? 1 : 0;
         num_seen += sight == 2 ? 1 : 0;
         const double t = Truth::time_of(one.camera, y + 0.5);
         const Pose pose = truth.camera_pose(0, t);
@@ -423,11 +424,14 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
           continue;
         }
         const Vector3d point = pose.place + hit.t * ray;
+        if (!point.allFinite()) {
+          ASSERT_EQ(sight, 0U);
+        }
         if (!point.allFinite() || point.head<2>().norm() > 900.0) continue;  // sky, the world's end
         const bool is_moving = hit.body >= 0;
         if (is_moving && !truth.body(one.other_frame, static_cast<std::size_t>(hit.body))) {
           ++num_gone;
-          EXPECT_EQ(sight, 0U);
+          EXPECT_EQ(sight, 4U);
           EXPECT_TRUE(std::isnan(pair.float_channels.at("flow.x")(x, y)));
           continue;
         }
@@ -452,11 +456,14 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
         }
         const bool is_in =
             pixel.x() > 0.0 && pixel.y() > 0.0 && pixel.x() < kWidth && pixel.y() < kHeight;
-        ASSERT_EQ(sight > 0, is_in) << x << " " << y;
-        if (!is_in) continue;
-        // Flows are floats of up to 200 px.
+        ASSERT_EQ(sight == 1 || sight == 2, is_in) << x << " " << y;
+        if (!is_in) {
+          ASSERT_EQ(sight, 3U) << x << " " << y;
+        }
+        // Flows are floats of up to 200 px. Beyond the border they go on.
         ASSERT_NEAR(double{pair.float_channels.at("flow.x")(x, y)}, pixel.x() - (x + 0.5), 3e-5);
         ASSERT_NEAR(double{pair.float_channels.at("flow.y")(x, y)}, pixel.y() - (y + 0.5), 3e-5);
+        if (!is_in) continue;
         const Pose there = truth.camera_pose(one.other_frame, time);
         const Vector3d way = point_at(time) - there.place;
         const auto first = [&](double grown) {
@@ -490,6 +497,96 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
     EXPECT_EQ(counted[0], num_in);
     EXPECT_EQ(counted[1], num_seen);
   }
+}
+
+/// Arrays of floats as another reader has them.
+std::vector<float> read_floats(const fs::path& file) {
+  return validate::parse_npy(core::read_file(file), file.string()).floats(file.string());
+}
+
+// That format's flow follows from the capture's ranges and bits and casts no ray again.
+TEST_F(MovingLabels, FlowIsThatOfTheTerracastFormatAndSceneFlowThatOfThePairs) {
+  make_labels(*sequence, *store, "flow", 0, things);
+  make_labels(*sequence, *store, "scene_flow", 0, things);
+  make_labels_with(*sequence, *store,
+                   "kind = \"pairs\"\ncameras = [\"mcs4/cam0 mcs4/cam0\", \"mcs4/cam1 "
+                   "mcs4/cam1\"]\nframes_apart = [1, -1]\n",
+                   things);
+  exporters::ExportOptions options;
+  core::TomlDocument::parse("format = \"terracast\"\nmodalities = [\"flow\"]\n", "test.toml")
+      .read(options);
+  const core::Log log("export", core::LogLevel::Off);
+  exporters::run_export_stage({*sequence}, {options}, *folder / "flow_out", {.log = log});
+  std::array<int, 5> num_of{};
+  for (const int camera : {0, 1})
+    for (const int frame : {0, 1}) {
+      SCOPED_TRACE(testing::Message() << "frame " << frame << ", camera " << camera);
+      const auto facts = sequence->read_camera(frame, camera, capture::SequenceReader::kFacts);
+      const std::string name = fmt::format("{:06}_{:06}.exr", frame, 1 - frame);
+      const auto read = [&](const std::string& path) {
+        const fs::path file = *folder / "boxes/labels" / path / name;
+        return core::decode_exr(core::read_file(file), file.string()).at(0);
+      };
+      const std::string of_camera = fmt::format("mcs4/cam{}", camera);
+      const core::ExrImage flow = read("flow/" + of_camera);
+      EXPECT_EQ(flow.float_channels.size() + flow.uint_channels.size(), 4U);
+      const fs::path there = *folder / "flow_out/terracast/boxes" / of_camera /
+                             (frame == 0 ? "flow_forward" : "flow_backward");
+      const std::vector<float> exported = read_floats(there / fmt::format("{:06}.npy", frame));
+      const fs::path mask_file = there / fmt::format("{:06}_mask.png", frame);
+      const auto mask =
+          std::get<core::Image8>(core::decode_png(core::read_file(mask_file), mask_file.string()));
+      for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+          const std::size_t place = 2 * static_cast<std::size_t>(y * kWidth + x);
+          const std::uint32_t sight = flow.uint_channels.at("sight")(x, y);
+          ++num_of.at(sight);
+          for (const std::size_t axis : {0U, 1U}) {
+            const float own = flow.float_channels.at(axis == 0 ? "flow.x" : "flow.y")(x, y);
+            const float other = exported.at(place + axis);
+            ASSERT_EQ(std::isnan(own), std::isnan(other)) << x << " " << y;
+            // Ranges of 400 m that are floats, and floats of up to 500 px.
+            if (!std::isnan(own)) {
+              ASSERT_NEAR(double{own}, double{other}, 5e-5) << x << " " << y;
+            }
+          }
+          ASSERT_EQ(sight == 0, std::isinf(facts.range_m(x, y)));
+          if (sight == 0) continue;
+          ASSERT_EQ(mask(x, y), sight == 2 ? 3 : sight == 1 ? 1 : 0) << x << " " << y;
+        }
+      const core::ExrImage pair = read("pairs/" + of_camera + "/" + of_camera);
+      const auto expect_same = [&](const core::ExrImage& one) {
+        for (const auto& [channel, image] : one.float_channels)
+          EXPECT_EQ(std::memcmp(image.data().data(), pair.float_channels.at(channel).data().data(),
+                                image.data().size_bytes()),
+                    0)
+              << channel;
+        for (const auto& [channel, image] : one.uint_channels)
+          EXPECT_EQ(std::memcmp(image.data().data(), pair.uint_channels.at(channel).data().data(),
+                                image.data().size_bytes()),
+                    0)
+              << channel;
+      };
+      expect_same(flow);
+      if (frame == 0) {
+        const core::ExrImage scene_flow = read("scene_flow/" + of_camera);
+        EXPECT_EQ(scene_flow.float_channels.size() + scene_flow.uint_channels.size(), 4U);
+        expect_same(scene_flow);
+      }
+    }
+  for (const int num : num_of) EXPECT_GT(num, 20);
+  for (const char* kind : {"flow", "scene_flow"})
+    for (const char* apart : {"[]", "[0]", "[1, 5]"})
+      expect_error(core::ErrorKind::Config, {kind, "frames_apart"}, [&] {
+        std::vector<render::LabelOptions> wanted(1);
+        core::TomlDocument::parse(fmt::format("kind = \"{}\"\nframes_apart = {}\n", kind, apart),
+                                  "test.toml")
+            .read(wanted[0]);
+        wanted[0].validate();
+        const std::vector<render::SequenceOutline> outlines = {
+            {.name = "s", .cameras = sequence->info().cameras, .num_frames = 2}};
+        render::check_labels(wanted, outlines, core::Log("label", core::LogLevel::Off));
+      });
 }
 
 TEST_F(MovingLabels, CloudsAreOfWhatStands) {
