@@ -10,6 +10,7 @@
 #include <map>
 
 #include "capture/object_labels.h"
+#include "capture/segments.h"
 #include "core/error.h"
 #include "core/image_io.h"
 #include "core/parallel.h"
@@ -26,8 +27,10 @@
 namespace terracast::exporters {
 namespace {
 
+using capture::kFirstThingSegment;
 using capture::LabelledObject;
 using capture::ObjectView;
+using capture::Segment;
 using core::ErrorKind;
 using core::fail;
 using core::Json;
@@ -35,45 +38,21 @@ using core::Json;
 constexpr const char* kFormat = "coco";
 /// For forecasts.
 constexpr double kBytesPerPixel = 1.7;
-/// Above the numbers of all categories.
-constexpr std::uint32_t kFirstThing = 1000;
-constexpr std::uint32_t kMostNumbers = 1U << 24;
 
 /// The numbers of an image's segments, by pixel; 0 is void.
 core::ImageU32 segment_numbers(const capture::CameraFrame& facts,
                                const capture::ObjectLabels& labels,
                                const CocoCategories& categories) {
-  core::ImageU32 numbers(facts.instance_id.width(), facts.instance_id.height());
-  // Neighbours mostly show the same.
-  std::uint32_t last_instance = 0, last_class = 0xffffffffU, last_number = 0;
-  for (int y = 0; y < numbers.height(); ++y) {
-    for (int x = 0; x < numbers.width(); ++x) {
-      const std::uint32_t instance = facts.instance_id(x, y);
-      const std::uint32_t pixel_class = facts.semantic_id(x, y);
-      if (instance != last_instance || pixel_class != last_class) {
-        last_instance = instance;
-        last_class = pixel_class;
-        const std::size_t object = instance == 0 ? 0 : labels.index_of(instance);
-        const CocoCategory* category =
-            categories.of(instance == 0 ? static_cast<capture::SemanticClass>(pixel_class)
-                                        : labels.objects()[object].semantic_class);
-        last_number = category == nullptr ? 0
-                      : instance != 0 && category->is_thing
-                          ? kFirstThing + static_cast<std::uint32_t>(object)
-                          : static_cast<std::uint32_t>(category->id);
-      }
-      numbers(x, y) = last_number;
-    }
-  }
-  return numbers;
-}
-
-core::Image8 panoptic_png(const core::ImageU32& numbers) {
-  core::Image8 image(numbers.width(), numbers.height(), 3);
-  for (std::size_t i = 0; i < numbers.data().size(); ++i)
-    for (std::size_t c = 0; c < 3; ++c)
-      image.data()[3 * i + c] = static_cast<std::uint8_t>(numbers.data()[i] >> (8 * c));
-  return image;
+  return capture::segment_numbers(facts, [&](std::uint32_t instance, std::uint32_t pixel_class) {
+    const std::size_t object = instance == 0 ? 0 : labels.index_of(instance);
+    const CocoCategory* category =
+        categories.of(instance == 0 ? static_cast<capture::SemanticClass>(pixel_class)
+                                    : labels.objects()[object].semantic_class);
+    if (category == nullptr) return 0U;
+    return instance != 0 && category->is_thing
+               ? kFirstThingSegment + static_cast<std::uint32_t>(object)
+               : static_cast<std::uint32_t>(category->id);
+  });
 }
 
 Json box_json(double left, double top, double right, double bottom) {
@@ -180,9 +159,7 @@ class CocoExporter final : public Exporter {
     const std::vector<ExportedCamera> exported = exported_cameras(sequence.info().cameras);
     write_additions(writer, path, sequence, exported);
     const capture::ObjectLabels labels = capture::ObjectLabels::open(sequence);
-    if (labels.objects().size() >= kMostNumbers - kFirstThing)
-      fail(ErrorKind::Input, "coco: {} objects in sequence {}; panoptic images number {}",
-           labels.objects().size(), sequence.info().name, kMostNumbers - kFirstThing);
+    capture::check_num_things(labels.objects().size(), "coco: sequence " + sequence.info().name);
 
     const std::size_t first = images.size();
     const std::size_t num_images = sequence.frames().size() * exported.size();
@@ -212,7 +189,7 @@ class CocoExporter final : public Exporter {
                       [&] { return core::encode_png(facts.color); });
     const core::ImageU32 numbers = segment_numbers(facts, labels, categories);
     writer.write_kept("panoptic/" + name.stem + ".png",
-                      [&] { return core::encode_png(panoptic_png(numbers)); });
+                      [&] { return core::encode_png(capture::image_of_segments(numbers)); });
     ImageText text;
     text.image = Json::object()
                      .set("id", name.id)
@@ -223,7 +200,7 @@ class CocoExporter final : public Exporter {
                      .set("camera", camera.name)
                      .set("frame", frame)
                      .text(-1);
-    const std::map<std::uint32_t, Segment> segments = segments_of(numbers);
+    const std::map<std::uint32_t, Segment> segments = capture::segments_of(numbers);
     text.panoptic = panoptic_text(name, segments, labels, categories);
     text.annotations =
         annotation_texts(name, segments, labels, labels.views(frame, camera.camera_index),
@@ -233,8 +210,8 @@ class CocoExporter final : public Exporter {
 
   static int category_of(std::uint32_t number, const capture::ObjectLabels& labels,
                          const CocoCategories& categories) {
-    if (number < kFirstThing) return static_cast<int>(number);
-    return categories.of(labels.objects()[number - kFirstThing].semantic_class)->id;
+    if (number < kFirstThingSegment) return static_cast<int>(number);
+    return categories.of(labels.objects()[number - kFirstThingSegment].semantic_class)->id;
   }
 
   static std::string panoptic_text(const ImageName& name,
@@ -266,7 +243,7 @@ class CocoExporter final : public Exporter {
     std::vector<std::string> texts;
     for (const ObjectView& view : views) {
       const std::size_t object = labels.index_of(view.instance_id);
-      const auto found = segments.find(kFirstThing + static_cast<std::uint32_t>(object));
+      const auto found = segments.find(kFirstThingSegment + static_cast<std::uint32_t>(object));
       if (found == segments.end()) continue;  // no thing
       const Segment& segment = found->second;
       if (segment.area != view.num_visible)

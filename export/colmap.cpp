@@ -20,6 +20,7 @@
 #include "capture/labels.h"
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/npy.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "core/registry.h"
@@ -30,7 +31,6 @@
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
 #include "export/georeference.h"
-#include "export/npy.h"
 
 namespace terracast::exporters {
 namespace {
@@ -405,7 +405,7 @@ class ColmapExporter final : public Exporter {
                       .range_m);
       for (float& value : depth_m.data())
         if (!std::isfinite(value)) value = 0.0F;
-      return npy_bytes(depth_m);
+      return core::npy_bytes(depth_m);
     });
   }
 

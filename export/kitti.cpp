@@ -18,6 +18,7 @@
 
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/npy.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
@@ -27,7 +28,6 @@
 #include "export/exporter.h"
 #include "export/georeference.h"
 #include "export/kitti_files.h"
-#include "export/npy.h"
 
 namespace terracast::exporters {
 namespace {
@@ -213,7 +213,7 @@ class KittiExporter final : public Exporter {
     const bool has_depth = writer.keep(depth_file);
     if (has_depth && disparity_ == "off") return {};
     const core::ImageF depth_m = depth_with_empty_sky(sequence, frame, left);
-    if (!has_depth) writer.write(depth_file, npy_bytes(depth_m));
+    if (!has_depth) writer.write(depth_file, core::npy_bytes(depth_m));
     if (disparity_ == "off") return {};
     DisparityCount count;
     const double focal_length_px =

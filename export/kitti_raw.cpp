@@ -17,6 +17,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/npy.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
@@ -26,7 +27,6 @@
 #include "export/exporter.h"
 #include "export/georeference.h"
 #include "export/kitti_files.h"
-#include "export/npy.h"
 #include "export/oxts.h"
 #include "geo/frames.h"
 
@@ -242,8 +242,9 @@ class KittiRawExporter final : public Exporter {
       write_grey_and_color(sequence, frame, left, image(0), image(2), writer);
       write_grey_and_color(sequence, frame, right, image(1), image(3), writer);
       if (depth_)
-        writer.write_kept(fmt::format("{}/depth_02/data/{:010}.npy", path, frame),
-                          [&] { return npy_bytes(depth_with_empty_sky(sequence, frame, left)); });
+        writer.write_kept(fmt::format("{}/depth_02/data/{:010}.npy", path, frame), [&] {
+          return core::npy_bytes(depth_with_empty_sky(sequence, frame, left));
+        });
       progress.advance();
     });
     return describe_sequence(sequence, local, name, path, exported, calibration_);

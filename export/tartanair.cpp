@@ -21,6 +21,7 @@
 #include "capture/labels.h"
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/npy.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
@@ -29,7 +30,6 @@
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
 #include "export/georeference.h"
-#include "export/npy.h"
 #include "export/npz.h"
 #include "export/tartanair_files.h"
 #include "geo/units.h"
@@ -117,12 +117,12 @@ std::vector<std::byte> planar_npy(const core::ImageF& motion_px) {
     planes[i] = motion_px.data()[2 * i];
     planes[num_pixels + i] = motion_px.data()[2 * i + 1];
   }
-  return npy_bytes(planes, {1, 2, motion_px.height(), motion_px.width()});
+  return core::npy_bytes(planes, {1, 2, motion_px.height(), motion_px.width()});
 }
 
 std::vector<std::byte> flow_npz(const MaskedFlow& forward, const MaskedFlow& backward) {
   const auto mask = [](const core::Image8& image) {
-    return npy_bool_bytes(image.data(), {1, image.height(), image.width()});
+    return core::npy_bool_bytes(image.data(), {1, image.height(), image.width()});
   };
   // Floats of a flow hardly shrink; masks shrink to nothing.
   return npz_bytes({{"flow_fwd", planar_npy(forward.motion_px), false},

@@ -14,6 +14,7 @@
 #include "capture/labels.h"
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/npy.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
@@ -22,7 +23,6 @@
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
 #include "export/georeference.h"
-#include "export/npy.h"
 #include "export/tartanair_files.h"
 
 namespace terracast::exporters {
@@ -154,11 +154,11 @@ class TartanAirV1Exporter final : public Exporter {
     if (!has_depth) {
       const auto model = geo::make_camera(
           sequence.info().cameras[static_cast<std::size_t>(each.camera_index)].intrinsics);
-      writer.write(depth, npy_bytes(depth_before_sky(
+      writer.write(depth, core::npy_bytes(depth_before_sky(
                               capture::depth_image(*model, facts.range_m), sky_depth_m_,
                               fmt::format("tartanair_v1: frame {} of {}", frame, each.name))));
     }
-    if (!has_seg) writer.write(seg, npy_bytes(segmentation(facts.semantic_id)));
+    if (!has_seg) writer.write(seg, core::npy_bytes(segmentation(facts.semantic_id)));
   }
 
   static void write_flow(const capture::SequenceReader& sequence, int frame, int left,
@@ -169,8 +169,8 @@ class TartanAirV1Exporter final : public Exporter {
     const bool has_mask = writer.keep(mask_file);
     if (has_flow && has_mask) return;
     const MaskedFlow flow = forward_flow(sequence, frame, left);
-    if (!has_flow) writer.write(flow_file, npy_bytes(flow.motion_px));
-    if (!has_mask) writer.write(mask_file, npy_bytes(flow_mask(flow)));
+    if (!has_flow) writer.write(flow_file, core::npy_bytes(flow.motion_px));
+    if (!has_mask) writer.write(mask_file, core::npy_bytes(flow_mask(flow)));
   }
 
   std::string rig_ = "tartan_v1";

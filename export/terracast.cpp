@@ -18,6 +18,7 @@
 #include "capture/labels.h"
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/npy.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "core/registry.h"
@@ -28,7 +29,6 @@
 #include "export/exporter.h"
 #include "export/georeference.h"
 #include "export/motion_record.h"
-#include "export/npy.h"
 
 namespace terracast::exporters {
 namespace {
@@ -67,7 +67,7 @@ std::vector<std::byte> vectors_npy(const geo::CameraModel& model, const VectorOf
       const Vector3d vector = vector_of(capture::pixel_center(x, y));
       values.insert(values.end(), {vector.x(), vector.y(), vector.z()});
     }
-  return npy_bytes(values, {model.height_px(), model.width_px(), 3});
+  return core::npy_bytes(values, {model.height_px(), model.width_px(), 3});
 }
 
 /// NaN where no ray comes in.
@@ -382,10 +382,10 @@ class TerracastExporter final : public Exporter {
     if (missing.empty()) return;
     const capture::CameraFrame& facts = shot.facts();
     for (const auto& [modality, path] : missing) {
-      if (modality == "range") writer.write(path, npy_bytes(facts.range_m));
+      if (modality == "range") writer.write(path, core::npy_bytes(facts.range_m));
       if (modality == "class") writer.write(path, core::encode_png(class_image(facts.semantic_id)));
-      if (modality == "instance") writer.write(path, npy_bytes(facts.instance_id));
-      if (modality == "normal") writer.write(path, npy_bytes(local_normals(local, facts)));
+      if (modality == "instance") writer.write(path, core::npy_bytes(facts.instance_id));
+      if (modality == "normal") writer.write(path, core::npy_bytes(local_normals(local, facts)));
     }
   }
 
@@ -400,7 +400,7 @@ class TerracastExporter final : public Exporter {
       const bool has_mask = writer.keep(stem + "_mask.png");
       if (has_flow && has_mask) continue;
       const MaskedFlow flow = flow_to(to, shot);
-      if (!has_flow) writer.write(stem + ".npy", npy_bytes(flow.motion_px));
+      if (!has_flow) writer.write(stem + ".npy", core::npy_bytes(flow.motion_px));
       if (!has_mask) writer.write(stem + "_mask.png", core::encode_png(flow.mask));
     }
   }

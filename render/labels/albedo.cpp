@@ -90,7 +90,7 @@ class AlbedoLabel final : public LabelMaker {
             fs::path(calibration.rig) / calibration.name / fmt::format("{:06}.exr", frame);
         const fs::path file = sequence.folder() / capture::kLabelsFolder / "albedo" / name;
         files.insert(name);
-        if (!is_label_image_done(file, source, calibration.intrinsics, "albedo.R"))
+        if (!is_label_image_done(file, source, calibration.intrinsics, "albedo", "albedo.R"))
           write(albedo_of(matcher, surfaces, {frame, camera}), file, source,
                 calibration.intrinsics);
         progress.advance();

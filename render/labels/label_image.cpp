@@ -13,7 +13,8 @@ constexpr const char* kSourceAttribute = "terracast.capture_manifest";
 }  // namespace
 
 bool is_label_image_done(const std::filesystem::path& file, const std::string& source,
-                         const geo::CameraIntrinsics& image, std::string_view channel) {
+                         const geo::CameraIntrinsics& image, std::string_view part_name,
+                         std::string_view channel) {
   if (!std::filesystem::exists(file)) return false;
   try {
     const std::vector<core::ExrImage> parts =
@@ -21,8 +22,9 @@ bool is_label_image_done(const std::filesystem::path& file, const std::string& s
     if (parts.size() != 1) return false;
     const auto attribute = parts[0].attributes.find(kSourceAttribute);
     const std::string name(channel);
-    return attribute != parts[0].attributes.end() && attribute->second == source &&
-           parts[0].width == image.width_px && parts[0].height == image.height_px &&
+    return parts[0].name == part_name && attribute != parts[0].attributes.end() &&
+           attribute->second == source && parts[0].width == image.width_px &&
+           parts[0].height == image.height_px &&
            (parts[0].uint_channels.contains(name) || parts[0].float_channels.contains(name));
   } catch (const core::Error& error) {
     if (error.kind() == core::ErrorKind::Input) return false;
@@ -30,16 +32,23 @@ bool is_label_image_done(const std::filesystem::path& file, const std::string& s
   }
 }
 
-void write_label_image(const std::filesystem::path& file, const std::string& source,
-                       const geo::CameraIntrinsics& image, const std::string& part_name,
-                       std::vector<core::ExrChannel> channels) {
+std::vector<std::byte> encode_label_image(const std::string& source,
+                                          const geo::CameraIntrinsics& image,
+                                          const std::string& part_name,
+                                          std::vector<core::ExrChannel> channels) {
   core::ExrPart part;
   part.name = part_name;
   part.width = image.width_px;
   part.height = image.height_px;
   part.channels = std::move(channels);
   part.attributes[kSourceAttribute] = source;
-  core::write_file(file, core::encode_exr({part}));
+  return core::encode_exr({part});
+}
+
+void write_label_image(const std::filesystem::path& file, const std::string& source,
+                       const geo::CameraIntrinsics& image, const std::string& part_name,
+                       std::vector<core::ExrChannel> channels) {
+  core::write_file(file, encode_label_image(source, image, part_name, std::move(channels)));
 }
 
 }  // namespace terracast::render

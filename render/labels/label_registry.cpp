@@ -7,7 +7,10 @@
 
 // Every kind of labels, in alphabetical order: X(name) is render/labels/name.cpp, which defines `LabelInfo
 // name_label()`.
-#define TERRACAST_LABELS(X) X(albedo) X(cloud) X(covisibility) X(objects) X(pairs) X(volume)
+#define TERRACAST_LABELS(X)                                                                \
+  X(albedo)                                                                                \
+  X(cloud) X(covisibility) X(depth) X(disparity) X(flow) X(instance) X(normals) X(objects) \
+      X(pairs) X(panoptic) X(points) X(range) X(scene_flow) X(semantic) X(volume)
 
 namespace terracast::render {
 

@@ -170,11 +170,39 @@ std::vector<std::optional<Match>> Matcher::find(std::span<const ShownPoint> poin
   return matches;
 }
 
+std::vector<std::optional<Vector2d>> Matcher::find_beyond(std::span<const ShownPoint> points,
+                                                          const ImageOf& to) const {
+  const OpenView view = views_.open(to.frame, to.camera);
+  const geo::CameraModel& model = *view.middle.model;
+  std::vector<std::optional<Vector2d>> found(points.size());
+  core::parallel_for_blocks(
+      static_cast<std::int64_t>(points.size()), kRaysAtOnce,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+          if (!is_there(points[i], to.frame)) continue;
+          const geo::BodyState* body =
+              points[i].body ? &*bodies_at(to.frame)[*points[i].body] : nullptr;
+          const auto seen = geo::find_seen(
+              view.motion.shutter, model.width_px(), model.height_px(), [&](double offset_s) {
+                return view.at(offset_s).project(body == nullptr ? points[i].point_world
+                                                                 : body->pose_after(offset_s) *
+                                                                       points[i].point_body);
+              });
+          if (seen) found[i] = seen->pixel;
+        }
+      });
+  return found;
+}
+
+bool Matcher::is_there(const ShownPoint& point, int frame) const {
+  return !point.body || bodies_at(frame)[*point.body].has_value();
+}
+
 std::optional<Vector3d> Matcher::motion(const ShownPoint& point, int to_frame) const {
   if (!point.body) return Vector3d::Zero();
-  const std::optional<geo::BodyState>& body = bodies_at(to_frame)[*point.body];
-  if (!body) return std::nullopt;
-  return Vector3d(body->world_from_body * point.point_body - point.point_world);
+  if (!is_there(point, to_frame)) return std::nullopt;
+  const geo::BodyState& body = *bodies_at(to_frame)[*point.body];
+  return Vector3d(body.world_from_body * point.point_body - point.point_world);
 }
 
 }  // namespace terracast::render

@@ -72,6 +72,14 @@ class Matcher {
   std::vector<std::optional<Match>> find(std::span<const ShownPoint> points,
                                          const ImageOf& to) const;
 
+  /// Where points would be in an image that went on beyond its border, for those that are not in it; nothing where the
+  /// camera's model has no image of them (behind it, say), or what they are of is not there.
+  std::vector<std::optional<Eigen::Vector2d>> find_beyond(std::span<const ShownPoint> points,
+                                                          const ImageOf& to) const;
+
+  /// Whether what a point is of is there at a frame; what stands always is.
+  bool is_there(const ShownPoint& point, int frame) const;
+
   /// Scene flow, m, in the world's axes: from where a point is when its pixel shows it to where it is at the time of a
   /// frame; nothing where what it is of is not there.
   std::optional<Eigen::Vector3d> motion(const ShownPoint& point, int to_frame) const;

@@ -9,16 +9,15 @@
 #include <atomic>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "capture/sequence_files.h"
 #include "core/error.h"
-#include "core/instance_id.h"
 #include "core/log.h"
-#include "core/parallel.h"
 #include "core/progress.h"
+#include "render/labels/images.h"
 #include "render/labels/label.h"
 #include "render/labels/object_outline.h"
+#include "render/labels/objects_of_sequence.h"
 #include "render/labels/shown_objects.h"
 
 namespace terracast::render {
@@ -137,35 +136,6 @@ class ImageLabels {
   capture::CameraFrame facts_;
 };
 
-/// Calls visit(frame, camera) for every image of a sequence, in parallel.
-template <class Visit>
-void for_each_image(const capture::SequenceReader& sequence, const Visit& visit) {
-  const auto num_cameras = static_cast<std::int64_t>(sequence.info().cameras.size());
-  const auto num_frames = static_cast<std::int64_t>(sequence.frames().size());
-  core::parallel_for(num_frames * num_cameras, [&](std::int64_t i) {
-    visit(static_cast<int>(i / num_cameras), static_cast<int>(i % num_cameras));
-  });
-}
-
-/// The ids of all that the sequence shows, ascending.
-std::vector<std::uint32_t> ids_in(const capture::SequenceReader& sequence,
-                                  const core::Context& context) {
-  const std::size_t num_cameras = sequence.info().cameras.size();
-  std::vector<std::vector<std::uint32_t>> ids(sequence.frames().size() * num_cameras);
-  core::Progress progress(context, "images looked at", static_cast<std::int64_t>(ids.size()));
-  for_each_image(sequence, [&](int frame, int camera) {
-    const capture::CameraFrame facts =
-        sequence.read_camera(frame, camera, capture::SequenceReader::kFacts);
-    std::vector<std::uint32_t>& own =
-        ids[static_cast<std::size_t>(frame) * num_cameras + static_cast<std::size_t>(camera)];
-    for (const auto& [id, shown] : shown_in(facts)) own.push_back(id);
-    progress.advance();
-  });
-  std::set<std::uint32_t> all;
-  for (const std::vector<std::uint32_t>& own : ids) all.insert(own.begin(), own.end());
-  return {all.begin(), all.end()};
-}
-
 /// Whether a file of views is there, and of this capture.
 bool is_done(const fs::path& file, const std::string& source) {
   if (!fs::exists(file)) return false;
@@ -211,7 +181,7 @@ class ObjectsLabel final : public LabelMaker {
       inputs.context.log.info("{}: objects are labelled already", sequence.info().name);
       return files_of(sequence);
     }
-    const std::vector<ShownObject> objects = objects_of(inputs, ids_in(sequence, inputs.context));
+    const std::vector<ShownObject> objects = objects_of_sequence(inputs);
     inputs.context.log.info("{}: labelling {} objects", sequence.info().name, objects.size());
     write_views(inputs, objects, source);
     std::vector<capture::LabelledObject> listed;
@@ -231,24 +201,10 @@ class ObjectsLabel final : public LabelMaker {
     return files;
   }
 
-  /// Of what stands, then of what moves, whose ids are higher.
-  static std::vector<ShownObject> objects_of(const LabelInputs& inputs,
-                                             const std::vector<std::uint32_t>& ids) {
-    const auto first_moving = std::lower_bound(ids.begin(), ids.end(), core::kFirstMovingId);
-    std::vector<ShownObject> objects =
-        find_objects(inputs.store, inputs.sequence.info(), inputs.sequence.frames(),
-                     {ids.begin(), first_moving});
-    for (ShownObject& object : moving_objects(inputs.things, {first_moving, ids.end()}))
-      objects.push_back(std::move(object));
-    return objects;
-  }
-
   static void write_views(const LabelInputs& inputs, const std::vector<ShownObject>& objects,
                           const std::string& source) {
     const capture::SequenceReader& sequence = inputs.sequence;
-    core::Progress progress(
-        inputs.context, "images labelled",
-        static_cast<std::int64_t>(sequence.frames().size() * sequence.info().cameras.size()));
+    core::Progress progress(inputs.context, "images labelled", num_images(sequence));
     for_each_image(sequence, [&](int frame, int camera) {
       const auto& calibration = sequence.info().cameras[static_cast<std::size_t>(camera)];
       const fs::path file = sequence.folder() / capture::object_views_path(calibration, frame);

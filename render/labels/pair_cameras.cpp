@@ -3,8 +3,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "core/error.h"
+#include "core/log.h"
 #include "core/registry.h"
 
 namespace terracast::render {
@@ -15,7 +17,7 @@ using core::fail;
 
 [[noreturn]] void fail_as_no_pair(const std::string& text) {
   fail(ErrorKind::Config,
-       "pairs: cameras: \"{}\" is no pair; \"RIG/NAME RIG/NAME\" is right, or of two sequences "
+       "cameras: \"{}\" is no pair; \"RIG/NAME RIG/NAME\" is right, or of two sequences "
        "\"SEQUENCE/RIG/NAME SEQUENCE/RIG/NAME\"",
        text);
 }
@@ -38,15 +40,14 @@ const SequenceOutline& find_sequence(std::span<const SequenceOutline> sequences,
     if (sequence.name == name) return sequence;
     names.push_back(sequence.name);
   }
-  fail(ErrorKind::Config, "pairs: cameras: {}",
-       core::unknown_name_message("sequence", name, names));
+  fail(ErrorKind::Config, "cameras: {}", core::unknown_name_message("sequence", name, names));
 }
 
 /// Frames of one number are of one time, so that frames_apart says how far apart two images are.
 void check_rates(const SequenceOutline& from, const SequenceOutline& to) {
   if (from.rate_hz != to.rate_hz)
     fail(ErrorKind::Config,
-         "pairs: sequence {} has rate_hz = {} and {} has {}: frames of one number are not of one "
+         "sequence {} has rate_hz = {} and {} has {}: frames of one number are not of one "
          "time; pairs of both need one rate",
          from.name, from.rate_hz, to.name, to.rate_hz);
 }
@@ -59,9 +60,8 @@ void check_any_frame(const SequenceOutline& from, const SequenceOutline& to,
                std::min<std::int64_t>(from.num_frames, to.num_frames - apart);
       });
   if (!has_any)
-    fail(ErrorKind::Config,
-         "pairs: sequence {} has {} frames and {} has {}: none are frames_apart = [{}]", from.name,
-         from.num_frames, to.name, to.num_frames, fmt::join(frames_apart, ", "));
+    fail(ErrorKind::Config, "sequence {} has {} frames and {} has {}: none are frames_apart = [{}]",
+         from.name, from.num_frames, to.name, to.num_frames, fmt::join(frames_apart, ", "));
 }
 
 void check_across(const SequenceOutline& from, const SequenceOutline& to,
@@ -98,6 +98,24 @@ int find_camera(const std::vector<capture::CameraCalibration>& cameras, const st
   if (found == names.end())
     fail(ErrorKind::Config, "{}", core::unknown_name_message("camera", name, names));
   return static_cast<int>(found - names.begin());
+}
+
+void check_frames_apart(std::string_view kind, std::span<const std::int64_t> frames_apart,
+                        std::span<const SequenceOutline> sequences, const core::Log& log) {
+  const auto longest = std::max_element(sequences.begin(), sequences.end(),
+                                        [](const SequenceOutline& a, const SequenceOutline& b) {
+                                          return a.num_frames < b.num_frames;
+                                        });
+  for (const std::int64_t apart : frames_apart)
+    for (const SequenceOutline& sequence : sequences) {
+      if (std::abs(apart) < sequence.num_frames) continue;
+      if (std::abs(apart) >= longest->num_frames)
+        fail(ErrorKind::Config,
+             "{}: frames_apart = {}: no sequence is so long; the longest, {}, has {} frames", kind,
+             apart, longest->name, longest->num_frames);
+      log.warn("{}: frames_apart = {}: sequence {} has {} frames, and so no such pair", kind, apart,
+               sequence.name, sequence.num_frames);
+    }
 }
 
 void check_camera_pairs(const std::vector<CameraPair>& pairs,

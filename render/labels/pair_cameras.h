@@ -33,6 +33,11 @@ std::string camera_name(const capture::CameraCalibration& camera);
 /// throws   Config: there is none of that name; says what is near
 int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& name);
 
+/// Holds frames_apart against the sequences of which it shall make pairs; the log is told of those that are too short.
+/// throws   Config: the longest is too short
+void check_frames_apart(std::string_view kind, std::span<const std::int64_t> frames_apart,
+                        std::span<const SequenceOutline> sequences, const core::Log& log);
+
 /// throws   Config: no such sequence or camera; of pairs of two sequences: they show two geometries, take frames of
 ///          one number at two times, or have no frames so many apart
 void check_camera_pairs(const std::vector<CameraPair>& pairs,

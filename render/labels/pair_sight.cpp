@@ -1,15 +1,19 @@
 #include "render/labels/pair_sight.h"
 
 #include <algorithm>
+#include <limits>
 
+#include "capture/labels.h"
 #include "capture/object_labels.h"
 #include "core/error.h"
+#include "core/parallel.h"
 
 namespace terracast::render {
 namespace {
 
 using core::ErrorKind;
 using core::fail;
+using Eigen::Vector2d;
 
 /// Two sequences trace rays at once, in the memory of one.
 world::RayQueryOptions tracing_of(bool has_other) {
@@ -56,6 +60,7 @@ PairSight::Other::Other(const LabelInputs& inputs, const capture::SequenceReader
 
 PairSight::PairSight(const LabelInputs& inputs, const capture::SequenceReader* to)
     : from_(inputs.sequence),
+      to_(to == nullptr ? inputs.sequence : *to),
       matcher_(inputs.sequence, inputs.store, inputs.moving, tracing_of(to != nullptr)),
       source_(capture::labels_source(inputs.sequence)) {
   if (to == nullptr) return;
@@ -73,9 +78,10 @@ std::optional<ShownPoint> PairSight::as_other_has_it(const ShownPoint& point) co
   return same;
 }
 
-std::vector<std::optional<Match>> PairSight::find(std::span<const ShownPoint> points,
-                                                  const ImageOf& to) const {
-  if (!other_) return matcher_.find(points, to);
+template <class Found, class Search>
+std::vector<std::optional<Found>> PairSight::search(std::span<const ShownPoint> points,
+                                                    const Search& search) const {
+  if (!other_) return search(matcher_, points);
   std::vector<ShownPoint> known;
   std::vector<std::size_t> places;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -84,10 +90,50 @@ std::vector<std::optional<Match>> PairSight::find(std::span<const ShownPoint> po
     known.push_back(*same);
     places.push_back(i);
   }
-  const std::vector<std::optional<Match>> found = other_->matcher.find(known, to);
-  std::vector<std::optional<Match>> matches(points.size());
-  for (std::size_t k = 0; k < found.size(); ++k) matches[places[k]] = found[k];
-  return matches;
+  const std::vector<std::optional<Found>> found = search(other_->matcher, known);
+  std::vector<std::optional<Found>> of_points(points.size());
+  for (std::size_t k = 0; k < found.size(); ++k) of_points[places[k]] = found[k];
+  return of_points;
+}
+
+std::vector<std::optional<Match>> PairSight::find(std::span<const ShownPoint> points,
+                                                  const ImageOf& to) const {
+  return search<Match>(points, [&](const Matcher& matcher, std::span<const ShownPoint> known) {
+    return matcher.find(known, to);
+  });
+}
+
+std::vector<std::optional<Vector2d>> PairSight::find_beyond(std::span<const ShownPoint> points,
+                                                            const ImageOf& to) const {
+  return search<Vector2d>(points, [&](const Matcher& matcher, std::span<const ShownPoint> known) {
+    return matcher.find_beyond(known, to);
+  });
+}
+
+bool PairSight::is_there(const ShownPoint& point, int to_frame) const {
+  if (!other_) return matcher_.is_there(point, to_frame);
+  const std::optional<ShownPoint> same = as_other_has_it(point);
+  return same && other_->matcher.is_there(*same, to_frame);
+}
+
+std::vector<std::optional<Vector2d>> PairSight::sky_flow(const ImageOf& from,
+                                                         std::span<const Eigen::Vector2i> pixels,
+                                                         const ImageOf& to) const {
+  const Matcher& other = other_ ? other_->matcher : matcher_;
+  const capture::CameraView first =
+      from_.view(matcher_.model(from.camera), from.frame, from.camera);
+  const capture::CameraView second = to_.view(other.model(to.camera), to.frame, to.camera);
+  std::vector<std::optional<Vector2d>> flow(pixels.size());
+  constexpr std::int64_t kPixelsAtOnce = 1024;
+  core::parallel_for_blocks(
+      static_cast<std::int64_t>(pixels.size()), kPixelsAtOnce,
+      [&](std::int64_t begin, std::int64_t end) {
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+          flow[i] =
+              capture::flow(first, second, capture::pixel_center(pixels[i].x(), pixels[i].y()),
+                            std::numeric_limits<double>::infinity());
+      });
+  return flow;
 }
 
 std::optional<Eigen::Vector3d> PairSight::motion(const ShownPoint& point, int to_frame) const {

@@ -10,6 +10,7 @@
 #include "core/toml_reader.h"
 #include "export/exporter.h"
 #include "geo/camera_model.h"
+#include "render/labels/label.h"
 #include "render/rig.h"
 
 namespace terracast::cli {
@@ -72,6 +73,47 @@ TEST(Reference, ExplainsHowAnItemOfAListIsSet) {
   EXPECT_NE(explain_text("local").find("origin.east_m"), std::string::npos);
   // A kind's name explains all that it takes.
   EXPECT_NE(explain_text("survey").find("sidelap"), std::string::npos);
+}
+
+// What the requirements list, by the names under which it is chosen; in one order with docs/labels.md's table.
+TEST(Reference, EveryGroundTruthIsChosenByANameThatThePageHas) {
+  const std::vector<std::pair<std::string, std::string>> kinds = {
+      {"range along the ray", "range"},
+      {"depth along the optical axis", "depth"},
+      {"world point", "points"},
+      {"normal, world", "normals"},
+      {"normal, camera", "normals"},
+      {"flow to the next and the previous frame", "flow"},
+      {"flow to any frame or camera (correspondence)", "pairs"},
+      {"occlusion", "flow"},
+      {"occluder", "flow"},
+      {"out of view", "flow"},
+      {"scene flow", "scene_flow"},
+      {"disparity", "disparity"},
+      {"semantic", "semantic"},
+      {"instance", "instance"},
+      {"panoptic", "panoptic"},
+      {"boxes in the image, visible and amodal", "objects"},
+      {"occlusion and truncation of objects", "objects"},
+      {"boxes in space", "objects"},
+      {"albedo", "albedo"},
+      {"co-visibility", "covisibility"},
+      {"cloud of points", "cloud"},
+      {"occupancy, TSDF", "volume"},
+  };
+  const std::string page = text_of(kSource / "docs/labels.md");
+  const std::string listed = list_text("labels");
+  for (const auto& [ground_truth, kind] : kinds) {
+    SCOPED_TRACE(ground_truth);
+    EXPECT_NO_THROW(render::LabelOptions{kind});
+    EXPECT_TRUE(std::regex_search(listed, std::regex("(^|\n)" + kind + " ")));
+    const std::size_t row = page.find("\n| " + ground_truth + " | labels `");
+    ASSERT_NE(row, std::string::npos);
+    const std::string chosen_by = page.substr(row, page.find('\n', row + 1) - row);
+    EXPECT_NE(chosen_by.find("`" + kind + "`"), std::string::npos) << chosen_by;
+  }
+  for (const render::LabelInfo& info : render::labels())
+    EXPECT_NE(page.find(fmt::format("\n| `{}` | ", info.name)), std::string::npos) << info.name;
 }
 
 /// The indented lines after a heading of a page.

@@ -1,4 +1,4 @@
-#include "export/npy.h"
+#include "core/npy.h"
 
 #include <gtest/gtest.h>
 
@@ -22,19 +22,19 @@ TEST(Npy, IsWhatNumpyWrites) {
   expected.append(127 - expected.size(), ' ');
   expected += '\n';
   expected += std::string("\x00\x00\xc0\x3f\x00\x00\x00\xc0", 8);
-  EXPECT_EQ(text_of(npy_bytes(values, {2, 1})), expected);
+  EXPECT_EQ(text_of(core::npy_bytes(values, {2, 1})), expected);
 }
 
 TEST(Npy, ShapesOfAllRanksAreRead) {
   const std::vector<float> values = {1, 2, 3, 4, 5, 6};
   for (const std::vector<int>& shape : {std::vector<int>{6}, {2, 3}, {1, 2, 3}, {1, 1, 6, 1}}) {
-    const test::Array array = test::parse_npy(text_of(npy_bytes(values, shape)));
+    const test::Array array = test::parse_npy(text_of(core::npy_bytes(values, shape)));
     EXPECT_EQ(array.shape, shape);
     EXPECT_EQ(array.values, values);
   }
   core::ImageF image(3, 2);
   image(2, 1) = 7.0F;
-  const test::Array array = test::parse_npy(text_of(npy_bytes(image)));
+  const test::Array array = test::parse_npy(text_of(core::npy_bytes(image)));
   EXPECT_EQ(array.shape, (std::vector<int>{2, 3}));  // rows first
   EXPECT_EQ(array.values[5], 7.0F);
 }
@@ -43,8 +43,8 @@ TEST(Npz, ArraysComeBackStoredAndDeflated) {
   const test::ScratchFolder scratch;
   const std::vector<float> values(300, 0.25F);
   const std::vector<std::uint8_t> mask = {0, 1, 255, 0};
-  const std::vector<NpzArray> arrays = {{"flow", npy_bytes(values, {3, 100}), false},
-                                        {"mask", npy_bool_bytes(mask, {2, 2}), true}};
+  const std::vector<NpzArray> arrays = {{"flow", core::npy_bytes(values, {3, 100}), false},
+                                        {"mask", core::npy_bool_bytes(mask, {2, 2}), true}};
   const std::vector<std::byte> bytes = npz_bytes(arrays);
   core::write_file(scratch / "a.npz", bytes);
   const auto read = test::read_npz(scratch / "a.npz");

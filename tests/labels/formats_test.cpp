@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "capture/object_labels.h"
+#include "capture/segments.h"
 #include "core/atomic_file.h"
 #include "core/image_io.h"
 #include "core/json.h"
@@ -109,7 +110,7 @@ TEST(CocoRuns, AreTheColumnsOfEachSegment) {
     for (int x = 0; x < 23; ++x)
       numbers(x, y) = static_cast<std::uint32_t>(
           4.0 * core::random_unit(3, 5, static_cast<std::uint64_t>(y / 3 * 23 + x / 4)));
-  const auto segments = exporters::segments_of(numbers);
+  const auto segments = capture::segments_of(numbers);
   std::map<std::uint32_t, std::int64_t> areas;
   for (const std::uint32_t number : numbers.data()) ++areas[number];
   for (const auto& [number, segment] : segments) {
