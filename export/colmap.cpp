@@ -30,7 +30,7 @@
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
 #include "export/georeference.h"
-#include "export/npy.h"
+#include "core/npy.h"
 
 namespace terracast::exporters {
 namespace {

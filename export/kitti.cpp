@@ -27,7 +27,7 @@
 #include "export/exporter.h"
 #include "export/georeference.h"
 #include "export/kitti_files.h"
-#include "export/npy.h"
+#include "core/npy.h"
 
 namespace terracast::exporters {
 namespace {

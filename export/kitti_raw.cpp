@@ -26,7 +26,7 @@
 #include "export/exporter.h"
 #include "export/georeference.h"
 #include "export/kitti_files.h"
-#include "export/npy.h"
+#include "core/npy.h"
 #include "export/oxts.h"
 #include "geo/frames.h"
 

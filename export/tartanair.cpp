@@ -29,8 +29,8 @@
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
 #include "export/georeference.h"
-#include "export/npy.h"
-#include "export/npz.h"
+#include "core/npy.h"
+#include "core/npz.h"
 #include "export/tartanair_files.h"
 #include "geo/units.h"
 
@@ -39,6 +39,9 @@ namespace {
 
 using core::ErrorKind;
 using core::fail;
+using core::npy_bool_bytes;
+using core::npy_bytes;
+using core::npz_bytes;
 
 constexpr const char* kFormat = "tartanair";
 /// For forecasts.

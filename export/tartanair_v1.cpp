@@ -22,7 +22,7 @@
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
 #include "export/georeference.h"
-#include "export/npy.h"
+#include "core/npy.h"
 #include "export/tartanair_files.h"
 
 namespace terracast::exporters {

@@ -28,13 +28,14 @@
 #include "export/exporter.h"
 #include "export/georeference.h"
 #include "export/motion_record.h"
-#include "export/npy.h"
+#include "core/npy.h"
 
 namespace terracast::exporters {
 namespace {
 
 using core::ErrorKind;
 using core::fail;
+using core::npy_bytes;
 using core::Json;
 using Eigen::Vector2d;
 using Eigen::Vector3d;

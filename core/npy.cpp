@@ -1,4 +1,4 @@
-#include "export/npy.h"
+#include "core/npy.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 
-namespace terracast::exporters {
+namespace terracast::core {
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
@@ -41,7 +41,7 @@ std::vector<std::byte> with_header(const char* type, std::span<const std::byte> 
 }
 
 template <class Pixel>
-std::vector<int> shape_of(const core::Image<Pixel>& image) {
+std::vector<int> shape_of(const Image<Pixel>& image) {
   if (image.channels() == 1) return {image.height(), image.width()};
   return {image.height(), image.width(), image.channels()};
 }
@@ -56,6 +56,16 @@ std::vector<std::byte> npy_bytes(std::span<const double> values, const std::vect
   return with_header("<f8", std::as_bytes(values), sizeof(double), shape);
 }
 
+std::vector<std::byte> npy_bytes(std::span<const std::int32_t> values,
+                                 const std::vector<int>& shape) {
+  return with_header("<i4", std::as_bytes(values), sizeof(std::int32_t), shape);
+}
+
+std::vector<std::byte> npy_bytes(std::span<const std::uint32_t> values,
+                                 const std::vector<int>& shape) {
+  return with_header("<u4", std::as_bytes(values), sizeof(std::uint32_t), shape);
+}
+
 std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
                                       const std::vector<int>& shape) {
   std::vector<std::uint8_t> flags(values.size());
@@ -63,17 +73,16 @@ std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
   return with_header("|b1", std::as_bytes(std::span<const std::uint8_t>(flags)), 1, shape);
 }
 
-std::vector<std::byte> npy_bytes(const core::ImageF& image) {
+std::vector<std::byte> npy_bytes(const ImageF& image) {
   return npy_bytes(image.data(), shape_of(image));
 }
 
-std::vector<std::byte> npy_bytes(const core::Image8& image) {
+std::vector<std::byte> npy_bytes(const Image8& image) {
   return with_header("|u1", std::as_bytes(image.data()), 1, shape_of(image));
 }
 
-std::vector<std::byte> npy_bytes(const core::ImageU32& image) {
-  const std::span<const std::uint32_t> values(image.data());
-  return with_header("<u4", std::as_bytes(values), sizeof(std::uint32_t), shape_of(image));
+std::vector<std::byte> npy_bytes(const ImageU32& image) {
+  return npy_bytes(std::span<const std::uint32_t>(image.data()), shape_of(image));
 }
 
-}  // namespace terracast::exporters
+}  // namespace terracast::core
