@@ -7,7 +7,8 @@
 
 // Every kind of labels, in alphabetical order: X(name) is render/labels/name.cpp, which defines `LabelInfo
 // name_label()`.
-#define TERRACAST_LABELS(X) X(albedo) X(cloud) X(covisibility) X(objects) X(pairs) X(volume)
+#define TERRACAST_LABELS(X) \
+  X(albedo) X(cloud) X(covisibility) X(objects) X(pairs) X(tracks) X(volume)
 
 namespace terracast::render {
 
