@@ -122,8 +122,7 @@ CameraTracks tracks_of(const Matcher& matcher, const std::vector<TrackedPoint>& 
                        std::size_t num_frames, core::Progress& progress) {
   const std::vector<ShownPoint> points = shown_points(tracked);
   CameraTracks tracks(points.size(), num_frames);
-  constexpr int kAhead =
-      32;  // frames at a time, in order: their tiles are those of a stretch of the way
+  constexpr int kAhead = 32;  // frames, in order: their tiles are those of a stretch of the way
   core::parallel_in_order(
       static_cast<std::int64_t>(num_frames), kAhead,
       [&](std::int64_t frame) {
@@ -295,8 +294,7 @@ class TracksLabel final : public LabelMaker {
     for (const SequenceOutline& sequence : sequences)
       all.insert(all.end(), sequence.cameras.begin(), sequence.cameras.end());
     if (sequences.empty()) return;
-    for (const std::string& name : cameras_)
-      core::with_context([&] { find_camera(all, name); }, "reading cameras");
+    for (const std::string& name : cameras_) find_camera(all, name);
   }
 
   Json wanted(const capture::SequenceReader& sequence) const {
