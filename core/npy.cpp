@@ -56,6 +56,16 @@ std::vector<std::byte> npy_bytes(std::span<const double> values, const std::vect
   return with_header("<f8", std::as_bytes(values), sizeof(double), shape);
 }
 
+std::vector<std::byte> npy_bytes(std::span<const std::int32_t> values,
+                                 const std::vector<int>& shape) {
+  return with_header("<i4", std::as_bytes(values), sizeof(std::int32_t), shape);
+}
+
+std::vector<std::byte> npy_bytes(std::span<const std::uint32_t> values,
+                                 const std::vector<int>& shape) {
+  return with_header("<u4", std::as_bytes(values), sizeof(std::uint32_t), shape);
+}
+
 std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
                                       const std::vector<int>& shape) {
   std::vector<std::uint8_t> flags(values.size());
@@ -72,8 +82,7 @@ std::vector<std::byte> npy_bytes(const Image8& image) {
 }
 
 std::vector<std::byte> npy_bytes(const ImageU32& image) {
-  const std::span<const std::uint32_t> values(image.data());
-  return with_header("<u4", std::as_bytes(values), sizeof(std::uint32_t), shape_of(image));
+  return npy_bytes(std::span<const std::uint32_t>(image.data()), shape_of(image));
 }
 
 }  // namespace terracast::core

@@ -13,6 +13,10 @@ namespace terracast::core {
 /// values   as many as the product of `shape`
 std::vector<std::byte> npy_bytes(std::span<const float> values, const std::vector<int>& shape);
 std::vector<std::byte> npy_bytes(std::span<const double> values, const std::vector<int>& shape);
+std::vector<std::byte> npy_bytes(std::span<const std::int32_t> values,
+                                 const std::vector<int>& shape);
+std::vector<std::byte> npy_bytes(std::span<const std::uint32_t> values,
+                                 const std::vector<int>& shape);
 /// Stored as bool; a value other than 0 is true.
 std::vector<std::byte> npy_bool_bytes(std::span<const std::uint8_t> values,
                                       const std::vector<int>& shape);

@@ -22,6 +22,7 @@
 #include "core/error.h"
 #include "core/image_io.h"
 #include "core/npy.h"
+#include "core/npz.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
@@ -30,7 +31,6 @@
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
 #include "export/georeference.h"
-#include "export/npz.h"
 #include "export/tartanair_files.h"
 #include "geo/units.h"
 
@@ -39,6 +39,9 @@ namespace {
 
 using core::ErrorKind;
 using core::fail;
+using core::npy_bool_bytes;
+using core::npy_bytes;
+using core::npz_bytes;
 
 constexpr const char* kFormat = "tartanair";
 /// For forecasts.

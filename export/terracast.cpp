@@ -36,6 +36,7 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 using core::Json;
+using core::npy_bytes;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 

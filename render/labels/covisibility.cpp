@@ -104,9 +104,9 @@ class CovisibilityLabel final : public LabelMaker {
         if (to == from) continue;
         core::throw_if_stop_asked();
         std::int64_t num_in_image = 0, num_seen = 0;
-        for (const std::optional<Match>& match : matcher.find(points, to)) {
-          num_in_image += match ? 1 : 0;
-          num_seen += match && match->is_visible ? 1 : 0;
+        for (const std::optional<Sighting>& sighting : matcher.follow(points, to)) {
+          num_in_image += sighting && sighting->is_in_image ? 1 : 0;
+          num_seen += sighting && sighting->is_visible ? 1 : 0;
         }
         text += fmt::format("{},{},{},{},{},{},{},{:.6f}\n", from.frame, name(from.camera), frame,
                             name(camera), pixels.size(), num_in_image, num_seen,

@@ -6,6 +6,7 @@
 #include "capture/labels.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "geo/shutter.h"
 #include "render/directions.h"
 #include "render/labels/shown_objects.h"
 #include "render/sight.h"
@@ -61,8 +62,13 @@ const std::vector<std::optional<geo::BodyState>>& Matcher::bodies_at(int frame) 
 
 Recast Matcher::recast(const ImageOf& from, std::span<const Eigen::Vector2i> pixels,
                        world::SurfaceNeed need) const {
-  const capture::CameraFrame facts =
-      sequence_.read_camera(from.frame, from.camera, capture::SequenceReader::kFacts);
+  return recast(from,
+                sequence_.read_camera(from.frame, from.camera, capture::SequenceReader::kFacts),
+                pixels, need);
+}
+
+Recast Matcher::recast(const ImageOf& from, const capture::CameraFrame& facts,
+                       std::span<const Eigen::Vector2i> pixels, world::SurfaceNeed need) const {
   const OpenView view = views_.open(from.frame, from.camera);
   Recast cast;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -105,7 +111,15 @@ Recast Matcher::recast(const ImageOf& from, std::span<const Eigen::Vector2i> pix
 
 std::vector<std::optional<ShownPoint>> Matcher::points(
     const ImageOf& from, std::span<const Eigen::Vector2i> pixels) const {
-  const Recast cast = recast(from, pixels, world::SurfaceNeed::Object);
+  return points(from,
+                sequence_.read_camera(from.frame, from.camera, capture::SequenceReader::kFacts),
+                pixels);
+}
+
+std::vector<std::optional<ShownPoint>> Matcher::points(
+    const ImageOf& from, const capture::CameraFrame& facts,
+    std::span<const Eigen::Vector2i> pixels) const {
+  const Recast cast = recast(from, facts, pixels, world::SurfaceNeed::Object);
   const std::vector<std::size_t> bodies = present(bodies_at(from.frame));
   std::vector<std::optional<ShownPoint>> points(pixels.size());
   for (std::size_t k = 0; k < cast.rays.size(); ++k) {
@@ -124,12 +138,13 @@ std::vector<std::optional<ShownPoint>> Matcher::points(
   return points;
 }
 
-std::vector<std::optional<Match>> Matcher::find(std::span<const ShownPoint> points,
-                                                const ImageOf& to) const {
+std::vector<std::optional<Sighting>> Matcher::follow(std::span<const ShownPoint> points,
+                                                     const ImageOf& to) const {
   const OpenView view = views_.open(to.frame, to.camera);
+  const geo::CameraModel& model = *view.middle.model;
   const world::MovingScene moving = moving_.scene(to.frame, views_.longest_reach_s());
   const world::Scene scene(query(), moving);
-  std::vector<std::optional<Match>> matches(points.size());
+  std::vector<std::optional<Sighting>> sightings(points.size());
   core::parallel_for_blocks(
       static_cast<std::int64_t>(points.size()), kRaysAtOnce,
       [&](std::int64_t begin, std::int64_t end) {
@@ -144,15 +159,18 @@ std::vector<std::optional<Match>> Matcher::find(std::span<const ShownPoint> poin
             return body == nullptr ? points[i].point_world
                                    : (*body)->pose_after(offset_s) * points[i].point_body;
           };
-          const std::optional<OpenView::SeenFrom> seen = view.that_sees(point_world_at);
+          const auto seen = geo::find_seen(
+              view.motion.shutter, model.width_px(), model.height_px(),
+              [&](double offset_s) { return view.at(offset_s).project(point_world_at(offset_s)); });
           if (!seen) continue;
-          const Vector3d point_world = point_world_at(seen->offset_s);
-          const std::optional<Vector2d> pixel = seen->view.project(point_world);
-          if (!pixel || !view.middle.model->contains(*pixel)) continue;
-          matches[i] = Match{.pixel = *pixel};
-          rays.push_back({.origin_world = seen->origin_world,
-                          .direction_world = point_world - seen->origin_world,
-                          .t_max = kJustBeyond});
+          const Vector3d origin_world = view.at(seen->offset_s).origin_world(seen->pixel);
+          const Vector3d way_world = point_world_at(seen->offset_s) - origin_world;
+          const bool is_in_image = model.contains(seen->pixel);
+          sightings[i] = Sighting{
+              .pixel = seen->pixel, .range_m = way_world.norm(), .is_in_image = is_in_image};
+          if (!is_in_image) continue;
+          rays.push_back(
+              {.origin_world = origin_world, .direction_world = way_world, .t_max = kJustBeyond});
           offsets_s.push_back(seen->offset_s);
           found.push_back(i);
         }
@@ -161,48 +179,30 @@ std::vector<std::optional<Match>> Matcher::find(std::span<const ShownPoint> poin
         scene.intersect(rays, offsets_s, hits, world::Coherence::Incoherent, surfaces, nullptr,
                         world::SurfaceNeed::Object);
         for (std::size_t k = 0; k < hits.size(); ++k) {
-          Match& match = *matches[found[k]];
-          match.is_visible = is_at_point(hits[k].t);
-          if (!match.is_visible && !hits[k].is_sky() && !hits[k].is_ground())
-            match.occluder_id = surfaces[k].provenance.instance_id;
+          Sighting& sighting = *sightings[found[k]];
+          sighting.is_visible = is_at_point(hits[k].t);
+          if (!sighting.is_visible && !hits[k].is_sky() && !hits[k].is_ground())
+            sighting.occluder_id = surfaces[k].provenance.instance_id;
         }
       });
-  return matches;
-}
-
-std::vector<std::optional<Vector2d>> Matcher::find_beyond(std::span<const ShownPoint> points,
-                                                          const ImageOf& to) const {
-  const OpenView view = views_.open(to.frame, to.camera);
-  const geo::CameraModel& model = *view.middle.model;
-  std::vector<std::optional<Vector2d>> found(points.size());
-  core::parallel_for_blocks(
-      static_cast<std::int64_t>(points.size()), kRaysAtOnce,
-      [&](std::int64_t begin, std::int64_t end) {
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-          if (!is_there(points[i], to.frame)) continue;
-          const geo::BodyState* body =
-              points[i].body ? &*bodies_at(to.frame)[*points[i].body] : nullptr;
-          const auto seen = geo::find_seen(
-              view.motion.shutter, model.width_px(), model.height_px(), [&](double offset_s) {
-                return view.at(offset_s).project(body == nullptr ? points[i].point_world
-                                                                 : body->pose_after(offset_s) *
-                                                                       points[i].point_body);
-              });
-          if (seen) found[i] = seen->pixel;
-        }
-      });
-  return found;
+  return sightings;
 }
 
 bool Matcher::is_there(const ShownPoint& point, int frame) const {
   return !point.body || bodies_at(frame)[*point.body].has_value();
 }
 
+std::optional<Vector3d> Matcher::place(const ShownPoint& point, int frame) const {
+  if (!point.body) return point.point_world;
+  const std::optional<geo::BodyState>& body = bodies_at(frame)[*point.body];
+  if (!body) return std::nullopt;
+  return Vector3d(body->world_from_body * point.point_body);
+}
+
 std::optional<Vector3d> Matcher::motion(const ShownPoint& point, int to_frame) const {
-  if (!point.body) return Vector3d::Zero();
-  if (!is_there(point, to_frame)) return std::nullopt;
-  const geo::BodyState& body = *bodies_at(to_frame)[*point.body];
-  return Vector3d(body.world_from_body * point.point_body - point.point_world);
+  const std::optional<Vector3d> there_world = place(point, to_frame);
+  if (!there_world) return std::nullopt;
+  return Vector3d(*there_world - point.point_world);
 }
 
 }  // namespace terracast::render

@@ -31,11 +31,14 @@ struct ShownPoint {
   Eigen::Vector3d point_body = Eigen::Vector3d::Zero();  ///< in the body's frame
 };
 
-/// Such a point in another image.
-struct Match {
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< within the image
-  bool is_visible = false;                          ///< and not hidden, by a ray to the very point
-  std::uint32_t occluder_id = 0;  ///< the instance that hides it; 0: nothing does, or the ground
+/// Such a point for another image's camera, in its image or beside it.
+struct Sighting {
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  double range_m = 0.0;  ///< from where its ray starts
+  bool is_in_image = false;
+  bool is_visible = false;  ///< in the image, and not hidden, by a ray to the very point
+  /// In the image: the instance that hides it; 0: nothing does, or the ground.
+  std::uint32_t occluder_id = 0;
 };
 
 /// Rays of pixels' centres, cast again, and what they met.
@@ -66,16 +69,15 @@ class Matcher {
   /// throws    Input: a ray meets something else than the capture has; Io
   std::vector<std::optional<ShownPoint>> points(const ImageOf& from,
                                                 std::span<const Eigen::Vector2i> pixels) const;
+  /// facts   of that image
+  std::vector<std::optional<ShownPoint>> points(const ImageOf& from,
+                                                const capture::CameraFrame& facts,
+                                                std::span<const Eigen::Vector2i> pixels) const;
 
-  /// Where points are in an image; nothing where they are not in it, or what they are of is not there. Visibility
-  /// is decided as in the capture's own bits.
-  std::vector<std::optional<Match>> find(std::span<const ShownPoint> points,
-                                         const ImageOf& to) const;
-
-  /// Where points would be in an image that went on beyond its border, for those that are not in it; nothing where the
-  /// camera's model has no image of them (behind it, say), or what they are of is not there.
-  std::vector<std::optional<Eigen::Vector2d>> find_beyond(std::span<const ShownPoint> points,
-                                                          const ImageOf& to) const;
+  /// Where points are for an image's camera, in the image or beside it; nothing where it has no image of them, as behind
+  /// a pinhole, or what they are of is not there. Visibility is decided as in the capture's own bits.
+  std::vector<std::optional<Sighting>> follow(std::span<const ShownPoint> points,
+                                              const ImageOf& to) const;
 
   /// Whether what a point is of is there at a frame; what stands always is.
   bool is_there(const ShownPoint& point, int frame) const;
@@ -84,11 +86,16 @@ class Matcher {
   /// frame; nothing where what it is of is not there.
   std::optional<Eigen::Vector3d> motion(const ShownPoint& point, int to_frame) const;
 
+  /// Where a point is at the time of a frame, in the world; nothing where what it is of is not there.
+  std::optional<Eigen::Vector3d> place(const ShownPoint& point, int frame) const;
+
   const geo::CameraModel& model(int camera) const { return *views_.at(0, camera).model; }
   /// Of decoded tiles of imagery, bytes.
   double imagery_budget_bytes() const { return whole_.imagery_budget_bytes(); }
 
  private:
+  Recast recast(const ImageOf& from, const capture::CameraFrame& facts,
+                std::span<const Eigen::Vector2i> pixels, world::SurfaceNeed need) const;
   const world::RayQuery& query() const { return in_water_ ? *in_water_ : whole_; }
   const std::vector<std::optional<geo::BodyState>>& bodies_at(int frame) const;
 

@@ -73,42 +73,32 @@ class PairFiller {
 
   void fill(const geo::CameraIntrinsics& image) {
     width_px_ = image.width_px;
-    fill_matches();
-    fill_beyond();
+    fill_points();
     const auto sky = sight_.sky_flow(from_, shown_.sky, to_);
     for (std::size_t k = 0; k < sky.size(); ++k)
       if (sky[k]) set_flow(shown_.sky_places[k], *sky[k]);
   }
 
  private:
-  void fill_matches() {
-    const std::vector<std::optional<Match>> matches = sight_.find(shown_.points, to_);
-    for (std::size_t k = 0; k < matches.size(); ++k) {
+  void fill_points() {
+    const std::vector<std::optional<Sighting>> found = sight_.follow(shown_.points, to_);
+    for (std::size_t k = 0; k < found.size(); ++k) {
       const std::size_t place = shown_.point_places[k];
       if (const auto motion_m = sight_.motion(shown_.points[k], to_.frame))
         for (int axis = 0; axis < 3; ++axis)
           pair_.scene_flow[static_cast<std::size_t>(axis)][place] =
               static_cast<float>((*motion_m)[axis]);
-      if (!matches[k]) {
-        const bool is_there = sight_.is_there(shown_.points[k], to_.frame);
-        pair_.sight[place] = is_there ? kOutOfView : kNotThere;
-        if (is_there) beyond_.push_back(k);
-        continue;
-      }
-      set_flow(place, matches[k]->pixel - center_of(place));
-      pair_.sight[place] = matches[k]->is_visible ? kSeen : kHidden;
-      pair_.occluder[place] = matches[k]->occluder_id;
+      pair_.sight[place] = sight_of(shown_.points[k], found[k]);
+      if (!found[k]) continue;
+      set_flow(place, found[k]->pixel - center_of(place));
+      pair_.occluder[place] = found[k]->occluder_id;
     }
   }
 
-  void fill_beyond() {
-    std::vector<ShownPoint> points;
-    for (const std::size_t k : beyond_) points.push_back(shown_.points[k]);
-    const std::vector<std::optional<Vector2d>> found = sight_.find_beyond(points, to_);
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      const std::size_t place = shown_.point_places[beyond_[i]];
-      if (found[i]) set_flow(place, *found[i] - center_of(place));
-    }
+  Sight sight_of(const ShownPoint& point, const std::optional<Sighting>& found) const {
+    if (!found) return sight_.is_there(point, to_.frame) ? kOutOfView : kNotThere;
+    if (!found->is_in_image) return kOutOfView;
+    return found->is_visible ? kSeen : kHidden;
   }
 
   Vector2d center_of(std::size_t place) const {
@@ -125,7 +115,6 @@ class PairFiller {
   const ShownPixels& shown_;
   PairImage& pair_;
   int width_px_ = 0;
-  std::vector<std::size_t> beyond_;  ///< points that are not in the other image
 };
 
 }  // namespace

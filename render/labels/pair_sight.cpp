@@ -78,10 +78,9 @@ std::optional<ShownPoint> PairSight::as_other_has_it(const ShownPoint& point) co
   return same;
 }
 
-template <class Found, class Search>
-std::vector<std::optional<Found>> PairSight::search(std::span<const ShownPoint> points,
-                                                    const Search& search) const {
-  if (!other_) return search(matcher_, points);
+std::vector<std::optional<Sighting>> PairSight::follow(std::span<const ShownPoint> points,
+                                                       const ImageOf& to) const {
+  if (!other_) return matcher_.follow(points, to);
   std::vector<ShownPoint> known;
   std::vector<std::size_t> places;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -90,24 +89,10 @@ std::vector<std::optional<Found>> PairSight::search(std::span<const ShownPoint> 
     known.push_back(*same);
     places.push_back(i);
   }
-  const std::vector<std::optional<Found>> found = search(other_->matcher, known);
-  std::vector<std::optional<Found>> of_points(points.size());
+  const std::vector<std::optional<Sighting>> found = other_->matcher.follow(known, to);
+  std::vector<std::optional<Sighting>> of_points(points.size());
   for (std::size_t k = 0; k < found.size(); ++k) of_points[places[k]] = found[k];
   return of_points;
-}
-
-std::vector<std::optional<Match>> PairSight::find(std::span<const ShownPoint> points,
-                                                  const ImageOf& to) const {
-  return search<Match>(points, [&](const Matcher& matcher, std::span<const ShownPoint> known) {
-    return matcher.find(known, to);
-  });
-}
-
-std::vector<std::optional<Vector2d>> PairSight::find_beyond(std::span<const ShownPoint> points,
-                                                            const ImageOf& to) const {
-  return search<Vector2d>(points, [&](const Matcher& matcher, std::span<const ShownPoint> known) {
-    return matcher.find_beyond(known, to);
-  });
 }
 
 bool PairSight::is_there(const ShownPoint& point, int to_frame) const {

@@ -29,12 +29,9 @@ class PairSight {
                                                 std::span<const Eigen::Vector2i> pixels) const {
     return matcher_.points(from, pixels);
   }
-  /// As Matcher::find(), in an image of the other sequence, whose instance ids occluders have.
-  std::vector<std::optional<Match>> find(std::span<const ShownPoint> points,
-                                         const ImageOf& to) const;
-  /// As Matcher::find_beyond(), likewise.
-  std::vector<std::optional<Eigen::Vector2d>> find_beyond(std::span<const ShownPoint> points,
-                                                          const ImageOf& to) const;
+  /// As Matcher::follow(), to an image of the other sequence, whose instance ids occluders have.
+  std::vector<std::optional<Sighting>> follow(std::span<const ShownPoint> points,
+                                              const ImageOf& to) const;
   /// As Matcher::is_there(), at a frame of the other sequence. The body of that sequence is not there for its cameras.
   bool is_there(const ShownPoint& point, int to_frame) const;
   /// Motion of the image points of pixels that show the sky, by rotation alone (capture::flow).
@@ -56,12 +53,6 @@ class PairSight {
 
   /// The same point by the other sequence's bodies; nothing: it is of one that is not among them.
   std::optional<ShownPoint> as_other_has_it(const ShownPoint& point) const;
-
-  /// What a search of the other sequence's own finds of points, for all of them; nothing of points that it does not
-  /// have.
-  template <class Found, class Search>
-  std::vector<std::optional<Found>> search(std::span<const ShownPoint> points,
-                                           const Search& search) const;
 
   const capture::SequenceReader& from_;
   const capture::SequenceReader& to_;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -16,6 +17,7 @@
 #include "core/image_io.h"
 #include "core/json.h"
 #include "tests/e2e/tiny_job.h"
+#include "tests/support/npz_reader.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
 
@@ -64,14 +66,69 @@ Json check_of(const fs::path& report, const std::string& name) {
   return {};
 }
 
+/// Tracks step from the first frame to the second as the datasets' flow has it at the pixels in which they were drawn.
+/// They are made of rays in double, flow of ranges that are kept as floats.
+void expect_tracks_follow_flow(const fs::path& out) {
+  const fs::path labels = out / "capture/P000/labels/tracks";
+  const auto points = read_npz(labels / "points.npz");
+  const std::vector<std::string> cameras =
+      Json::read(labels / "tracks.json").at("cameras").strings();
+  EXPECT_GE(cameras.size(), 16U);
+  for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
+    SCOPED_TRACE(cameras[camera]);
+    const auto tracks = read_npz(labels / (cameras[camera] + ".npz"));
+    const fs::path dataset = out / "export/terracast/P000" / cameras[camera];
+    const Array flow = parse_npy(core::read_text_file(dataset / "flow_forward/000000.npy"));
+    int num_compared = 0, num_moving = 0;
+    for (int n = 0; n < points.at("body").shape[0]; ++n) {
+      if (points.at("query_frame").at({n}) != 0.0 ||
+          points.at("query_camera").at({n}) != static_cast<double>(camera))
+        continue;
+      const auto query = [&](int axis) { return points.at("query_px").at({n, axis}); };
+      const auto step = [&](int axis) {
+        return tracks.at("tracks_px").at({n, 1, axis}) - query(axis);
+      };
+      const auto exported = [&](int axis) {
+        return flow.at({static_cast<int>(query(1)), static_cast<int>(query(0)), axis});
+      };
+      EXPECT_EQ(std::isnan(step(0)), std::isnan(exported(0)));
+      if (tracks.at("in_image").at({n, 1}) == 0.0) continue;
+      // Steps of up to 320 px around a sphere are floats; at its poles floats of ranges count, too.
+      for (const int axis : {0, 1}) EXPECT_NEAR(step(axis), exported(axis), 1e-4);
+      ++num_compared;
+      num_moving += points.at("body").at({n}) >= 0.0 ? 1 : 0;
+    }
+    EXPECT_GT(num_compared, 20);
+    EXPECT_GT(num_moving, 2);
+  }
+}
+
 TEST(EveryCameraFlight, EveryCheckHolds) {
   const ScratchFolder scratch;
   const fs::path out = scratch / "out";
-  const ProgramResult run =
-      run_program({"run", every_camera().string(), "--out", out.string(), "-q", "--set",
-                   "trajectories.0.num_frames=2", "--set", "detail.finest_spacing_m=4", "--set",
-                   "conditions.color_samples=2", "--set", "validate.oracle_samples=40", "--set",
-                   "validate.samples_per_image=1000", "--set", "exports.1.depth=false"});
+  const std::vector<std::string> job = {every_camera().string(),
+                                        "--out",
+                                        out.string(),
+                                        "-q",
+                                        "--set",
+                                        "trajectories.0.num_frames=2",
+                                        "--set",
+                                        "detail.finest_spacing_m=4",
+                                        "--set",
+                                        "conditions.color_samples=2",
+                                        "--set",
+                                        "validate.oracle_samples=40",
+                                        "--set",
+                                        "validate.samples_per_image=1000",
+                                        "--set",
+                                        "exports.1.depth=false"};
+  const auto run_job = [&](const std::string& command, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {command};
+    arguments.insert(arguments.end(), job.begin(), job.end());
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(arguments);
+  };
+  const ProgramResult run = run_job("run", {});
   ASSERT_EQ(run.status, 0) << run.output;
   const fs::path report = out / "report/terracast";
   EXPECT_TRUE(Json::read(report / "report.json").at("ok").boolean());
@@ -101,6 +158,9 @@ TEST(EveryCameraFlight, EveryCheckHolds) {
     EXPECT_TRUE(check.at("ok").boolean());
     EXPECT_FALSE(check.at("skipped").boolean());
   }
+  const ProgramResult label = run_job("label", {"--what", "tracks"});
+  ASSERT_EQ(label.status, 0) << label.output;
+  expect_tracks_follow_flow(out);
 }
 
 /// A small right dataset, and copies of it that are wrong.

@@ -74,6 +74,10 @@ frames_apart = [0, 1]
 cameras = ["pair/left pair/right", "P000/pair/left P001/pair/right"]
 
 [[labels]]
+kind = "tracks"
+num_points = 300
+
+[[labels]]
 kind = "volume"
 voxel_m = 4.0
 reach_m = 400.0
@@ -135,6 +139,7 @@ TEST(Labels, AreMadeWhereThingsMove) {
   for (const char* name : {"car", "walker", "climber", "P001"})
     EXPECT_THAT(objects, testing::HasSubstr(fmt::format("\"moving\": \"{}\"", name)));
   for (const char* file : {"cloud/cloud.ply", "covisibility/covisibility.csv", "volume/volume.vdb",
+                           "tracks/points.npz", "tracks/pair/left.npz", "tracks/tracks.json",
                            "pairs/pair/left/pair/right/000000_000001.exr",
                            "pairs/pair/left/P001/pair/right/000000_000001.exr"})
     EXPECT_TRUE(fs::exists(labels / file)) << file;

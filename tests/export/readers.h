@@ -2,25 +2,15 @@
 
 #include <Eigen/Geometry>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
+
+#include "tests/support/npz_reader.h"
 
 /// Readers as the formats' users have them; they share no code with the program.
 namespace terracast::test {
 
 std::string slurp(const std::filesystem::path& file);
-
-/// An npy array of float32, bool or bytes.
-struct Array {
-  std::string type;
-  std::vector<int> shape;
-  std::vector<float> values;
-};
-
-Array parse_npy(const std::string& bytes);
-
-std::map<std::string, Array> read_npz(const std::filesystem::path& file);
 
 /// Rows of numbers with single blanks between and none at the end, as the strictest readers want
 /// them.

@@ -13,6 +13,7 @@
 #include "core/instance_id.h"
 #include "geo/frames.h"
 #include "tests/labels/boxes_world.h"
+#include "tests/labels/pose.h"
 #include "tests/support/test_data.h"
 
 /// Things that move before two cameras, known by slabs and bisection: one with a bar that turns on it passes behind a wall,
@@ -111,22 +112,6 @@ inline render::SequencePlan plan_of(const std::vector<render::MovingThing>& thin
   plan.moving = things;
   return plan;
 }
-
-/// A pose so much after a frame's time, from the definition.
-struct Pose {
-  Matrix3d rotation;
-  Vector3d place;
-  Pose(const geo::BodyState& state, double t)
-      : rotation(state.world_from_body.rotation.toRotationMatrix()),
-        place(state.world_from_body.translation + t * state.velocity_world_mps +
-              0.5 * t * t * state.acceleration_world_mps2) {
-    const Vector3d& w = state.angular_velocity_body_radps;
-    if (w.norm() * std::abs(t) > 0.0)
-      rotation = rotation * Eigen::AngleAxisd(w.norm() * t, w.normalized()).toRotationMatrix();
-  }
-  Vector3d world(const Vector3d& point) const { return place + rotation * point; }
-  Vector3d own(const Vector3d& point) const { return rotation.transpose() * (point - place); }
-};
 
 /// What a sequence shows, known by closed forms.
 struct Truth {

@@ -20,6 +20,7 @@
 #include "geo/frames.h"
 #include "render/labels/label.h"
 #include "tests/labels/boxes_world.h"
+#include "tests/labels/pose.h"
 #include "tests/support/brute_terrain.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/test_data.h"
@@ -61,23 +62,6 @@ core::ExrImage read_pair(const fs::path& file) {
   EXPECT_EQ(parts.size(), 1U);
   return parts.at(0);
 }
-
-/// A pose so much after a frame's time, from the definition.
-struct Pose {
-  Matrix3d rotation;
-  Vector3d place;
-  Pose(const geo::BodyState& state, double t)
-      : rotation(state.world_from_body.rotation.toRotationMatrix()),
-        place(state.world_from_body.translation + t * state.velocity_world_mps +
-              0.5 * t * t * state.acceleration_world_mps2) {
-    const Vector3d& w = state.angular_velocity_body_radps;
-    if (w.norm() * std::abs(t) > 0.0)
-      rotation = rotation * Eigen::AngleAxisd(w.norm() * t, w.normalized()).toRotationMatrix();
-  }
-  Vector3d world(const Vector3d& point) const { return place + rotation * point; }
-  Vector3d own(const Vector3d& point) const { return turned(point - place); }
-  Vector3d turned(const Vector3d& direction) const { return rotation.transpose() * direction; }
-};
 
 struct Extent {
   Vector3d low, high;

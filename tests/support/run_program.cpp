@@ -28,7 +28,7 @@ ProgramResult run_command(const std::string& program, const std::vector<std::str
     const int file = ::open(log.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
     ::dup2(file, 1);
     ::dup2(file, 2);
-    ::execv(program.c_str(), argv.data());
+    ::execvp(program.c_str(), argv.data());
     ::_exit(127);
   }
   const auto start = std::chrono::steady_clock::now();

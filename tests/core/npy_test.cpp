@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "core/atomic_file.h"
-#include "export/npz.h"
-#include "tests/export/exported.h"
-#include "tests/export/readers.h"
+#include "core/npz.h"
+#include "tests/support/npz_reader.h"
+#include "tests/support/test_data.h"
 
-namespace terracast::exporters {
+namespace terracast::core {
 namespace {
 
 std::string text_of(const std::vector<std::byte>& bytes) {
@@ -32,11 +32,28 @@ TEST(Npy, ShapesOfAllRanksAreRead) {
     EXPECT_EQ(array.shape, shape);
     EXPECT_EQ(array.values, values);
   }
-  core::ImageF image(3, 2);
+  ImageF image(3, 2);
   image(2, 1) = 7.0F;
   const test::Array array = test::parse_npy(text_of(core::npy_bytes(image)));
   EXPECT_EQ(array.shape, (std::vector<int>{2, 3}));  // rows first
   EXPECT_EQ(array.values[5], 7.0F);
+}
+
+TEST(Npy, NumbersOfAllTypesAreRead) {
+  const std::vector<double> doubles = {1.0 / 3.0, -1e300};
+  const test::Array of_doubles = test::parse_npy(text_of(npy_bytes(doubles, {2})));
+  EXPECT_EQ(of_doubles.type, "<f8");
+  EXPECT_EQ(of_doubles.numbers, doubles);
+  const std::vector<std::int32_t> signed_values = {-1, 2147483647};
+  const test::Array of_signed = test::parse_npy(text_of(npy_bytes(signed_values, {2, 1})));
+  EXPECT_EQ(of_signed.type, "<i4");
+  EXPECT_EQ(of_signed.numbers, (std::vector<double>{-1.0, 2147483647.0}));
+  const std::vector<std::uint32_t> counts = {4294967295U};
+  const test::Array of_counts = test::parse_npy(text_of(npy_bytes(counts, {1})));
+  EXPECT_EQ(of_counts.type, "<u4");
+  EXPECT_EQ(of_counts.numbers, (std::vector<double>{4294967295.0}));
+  const test::Array empty = test::parse_npy(text_of(npy_bytes(std::vector<double>(), {0, 3})));
+  EXPECT_EQ(empty.shape, (std::vector<int>{0, 3}));
 }
 
 TEST(Npz, ArraysComeBackStoredAndDeflated) {
@@ -46,7 +63,7 @@ TEST(Npz, ArraysComeBackStoredAndDeflated) {
   const std::vector<NpzArray> arrays = {{"flow", core::npy_bytes(values, {3, 100}), false},
                                         {"mask", core::npy_bool_bytes(mask, {2, 2}), true}};
   const std::vector<std::byte> bytes = npz_bytes(arrays);
-  core::write_file(scratch / "a.npz", bytes);
+  write_file(scratch / "a.npz", bytes);
   const auto read = test::read_npz(scratch / "a.npz");
   EXPECT_EQ(read.at("flow").values, values);
   EXPECT_EQ(read.at("mask").type, "|b1");
@@ -57,4 +74,4 @@ TEST(Npz, ArraysComeBackStoredAndDeflated) {
 }
 
 }  // namespace
-}  // namespace terracast::exporters
+}  // namespace terracast::core

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace terracast::exporters {
+namespace terracast::core {
 
 /// An array of an npz file.
 struct NpzArray {
@@ -16,4 +16,4 @@ struct NpzArray {
 /// NumPy's archive of arrays: a zip of npy files, all dated 1980-01-01. Same input, same bytes.
 std::vector<std::byte> npz_bytes(const std::vector<NpzArray>& arrays);
 
-}  // namespace terracast::exporters
+}  // namespace terracast::core

@@ -1,4 +1,4 @@
-#include "export/npz.h"
+#include "core/npz.h"
 
 #include <zip.h>
 
@@ -6,11 +6,8 @@
 
 #include "core/error.h"
 
-namespace terracast::exporters {
+namespace terracast::core {
 namespace {
-
-using core::ErrorKind;
-using core::fail;
 
 /// 1980-01-01, the first day a zip can hold, as MS-DOS counts.
 constexpr zip_uint16_t kFirstDay = (0 << 9) | (1 << 5) | 1;
@@ -68,4 +65,4 @@ std::vector<std::byte> npz_bytes(const std::vector<NpzArray>& arrays) {
   return bytes;
 }
 
-}  // namespace terracast::exporters
+}  // namespace terracast::core
