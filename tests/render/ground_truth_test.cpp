@@ -231,8 +231,25 @@ TEST(GroundTruth, EdgesAreWhereAThousandthOfAPixelChangesGroundToSky) {
   EXPECT_LT(num_sky, 22000);
 }
 
-// A level plane that ends at x = 2048 m, seen eastward by a level camera: the skyline is a row of the
-// image, here within 3e-4 px of the centres of a row that lies at a border of the units of 32 pixels.
+/// A level plane that ends at x = 2048 m, seen eastward by a level camera that stands still: the skyline lies in a row of
+/// the image, so far below the centres of its pixels.
+SequencePlan plan_of_skyline(int num_frames, int width_px, int height_px, int row,
+                             double shift_px) {
+  SequencePlan plan = test::small_plan(num_frames, width_px, height_px);
+  plan.cameras = test::small_rig(width_px, height_px, 0.0);
+  std::vector<double>& parameters = plan.cameras[0].intrinsics.parameters;
+  parameters[3] = 20.0;
+  const double above_m = (row + 0.5 + shift_px - parameters[3]) * 2048.0 / parameters[1];
+  Eigen::Matrix3d world_from_camera;  // right: south, down, forward: east
+  world_from_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  for (geo::BodyState& state : plan.states)
+    state.world_from_body =
+        geo::Rigid3d{Eigen::Quaterniond(world_from_camera), {0.0, 0.0, 40.0 + above_m}} *
+        plan.cameras[0].body_from_camera().inverse();
+  return plan;
+}
+
+// Of a row that lies at a border of the units of 32 pixels.
 TEST(GroundTruth, ASkylineAtTheCentresOfARowMakesEdgesOfAllOfIt) {
   constexpr int kWidth = 96;
   constexpr int kHeight = 70;
@@ -240,16 +257,7 @@ TEST(GroundTruth, ASkylineAtTheCentresOfARowMakesEdgesOfAllOfIt) {
   const world::TileStore store = make_plane(folder / "world");
   for (const int row : {31, 32}) {
     for (const double shift_px : {-3e-4, 3e-4}) {
-      SequencePlan plan = test::small_plan(1, kWidth, kHeight);
-      plan.cameras = test::small_rig(kWidth, kHeight, 0.0);
-      std::vector<double>& parameters = plan.cameras[0].intrinsics.parameters;
-      parameters[3] = 20.0;
-      const double above_m = (row + 0.5 + shift_px - parameters[3]) * 2048.0 / parameters[1];
-      Eigen::Matrix3d world_from_camera;  // right: south, down, forward: east
-      world_from_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-      plan.states[0].world_from_body =
-          geo::Rigid3d{Eigen::Quaterniond(world_from_camera), {0.0, 0.0, 40.0 + above_m}} *
-          plan.cameras[0].body_from_camera().inverse();
+      const SequencePlan plan = plan_of_skyline(1, kWidth, kHeight, row, shift_px);
       const Scene scene(store, plan);
       const TruthFrame truth = scene.renderer.truth(0, 0);
       for (int y = 0; y < kHeight; ++y) {
@@ -260,6 +268,43 @@ TEST(GroundTruth, ASkylineAtTheCentresOfARowMakesEdgesOfAllOfIt) {
           ASSERT_EQ((truth.facts.flags(x, y) & capture::kEdge) != 0, y == row) << x << " " << y;
         }
       }
+    }
+  }
+}
+
+TEST(GroundTruth, FlagsAreThoseAskedForAndNoOtherFactDependsOnThem) {
+  constexpr int kWidth = 96;
+  constexpr int kHeight = 70;
+  const test::ScratchFolder folder;
+  const world::TileStore store = make_plane(folder / "world");
+  SequencePlan plan = plan_of_skyline(3, kWidth, kHeight, 31, 3e-4);
+  const Scene whole(store, plan);
+  const TruthFrame all = whole.renderer.truth(1, 0);
+  std::uint32_t seen = 0;
+  for (const std::uint32_t flags : all.facts.flags.data()) seen |= flags;
+  const std::uint64_t rays_before = whole.query.stats().num_rays;
+  std::vector<std::vector<std::string>> choices = {{}, {"previous", "edge"}};
+  for (const capture::FlagGroup& group : capture::flag_groups()) {
+    EXPECT_NE(seen & group.bits, 0U) << group.name << ": no pixel has it, nothing is compared";
+    choices.push_back({std::string(group.name)});
+  }
+  for (const std::vector<std::string>& names : choices) {
+    std::uint32_t asked = 0;
+    for (const std::string& name : names)
+      for (const capture::FlagGroup& group : capture::flag_groups())
+        if (group.name == name) asked |= group.bits;
+    plan.facts.flags = names;
+    const Scene scene(store, plan);
+    const TruthFrame truth = scene.renderer.truth(1, 0);
+    EXPECT_EQ(truth.range_m, all.range_m);
+    EXPECT_EQ(truth.facts.normal_world, all.facts.normal_world);
+    EXPECT_EQ(truth.facts.semantic_id, all.facts.semantic_id);
+    EXPECT_EQ(truth.facts.primitive_id, all.facts.primitive_id);
+    for (std::size_t i = 0; i < all.facts.flags.data().size(); ++i)
+      ASSERT_EQ(truth.facts.flags.data()[i], all.facts.flags.data()[i] & asked) << i;
+    EXPECT_LT(scene.query.stats().num_rays, rays_before);
+    if (names.empty()) {
+      EXPECT_EQ(scene.query.stats().num_rays, std::uint64_t{kWidth * kHeight});
     }
   }
 }
@@ -282,40 +327,6 @@ TEST(GroundTruth, FactsDoNotDependOnThreadsOrTheLocalOrigin) {
   EXPECT_EQ(first.facts.primitive_id, second.facts.primitive_id);
   EXPECT_EQ(first.facts.normal_world, second.facts.normal_world);
   EXPECT_EQ(first_color, other.renderer.color(0, 0));
-}
-
-TEST(GroundTruth, FlagsAreThoseAskedForAndNoOtherFactDependsOnThem) {
-  const test::ScratchFolder folder;
-  const world::TileStore store = test::make_hills(folder / "world");
-  SequencePlan plan = test::small_plan(3, 70, 50);
-  plan.cameras = test::small_rig(70, 50, 0.0);  // a skyline
-  const Scene whole(store, plan);
-  const TruthFrame all = whole.renderer.truth(1, 0);
-  std::uint32_t seen = 0;
-  for (const std::uint32_t flags : all.facts.flags.data()) seen |= flags;
-  std::uint64_t rays_before = whole.query.stats().num_rays;
-  std::vector<std::vector<std::string>> choices = {{}, {"previous", "edge"}};
-  for (const capture::FlagGroup& group : capture::flag_groups()) {
-    EXPECT_NE(seen & group.bits, 0U) << group.name << ": no pixel has it, nothing is compared";
-    choices.push_back({std::string(group.name)});
-  }
-  for (const std::vector<std::string>& names : choices) {
-    std::uint32_t asked = 0;
-    for (const std::string& name : names)
-      for (const capture::FlagGroup& group : capture::flag_groups())
-        if (group.name == name) asked |= group.bits;
-    plan.facts.flags = names;
-    const Scene scene(store, plan);
-    const TruthFrame truth = scene.renderer.truth(1, 0);
-    EXPECT_EQ(truth.range_m, all.range_m);
-    EXPECT_EQ(truth.facts.normal_world, all.facts.normal_world);
-    EXPECT_EQ(truth.facts.semantic_id, all.facts.semantic_id);
-    EXPECT_EQ(truth.facts.primitive_id, all.facts.primitive_id);
-    for (std::size_t i = 0; i < all.facts.flags.data().size(); ++i)
-      ASSERT_EQ(truth.facts.flags.data()[i], all.facts.flags.data()[i] & asked) << i;
-    EXPECT_LT(scene.query.stats().num_rays, rays_before);
-    if (names.empty()) EXPECT_EQ(scene.query.stats().num_rays, 70U * 50U);
-  }
 }
 
 TEST(GroundTruth, AFrameThatIsUsedAgainKeepsNothing) {
