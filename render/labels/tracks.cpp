@@ -320,6 +320,8 @@ class TracksLabel final : public LabelMaker {
            error.message());
     const capture::SequenceReader& sequence = inputs.sequence;
     const Matcher matcher(sequence, inputs.store, inputs.moving);
+    inputs.context.log.info("{}: draws {} points from {} images", sequence.info().name, num_points_,
+                            work.cameras.size() * sequence.frames().size());
     const std::vector<TrackedPoint> points =
         draw_tracks(sequence, matcher,
                     {.num_points = num_points_,
