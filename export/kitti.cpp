@@ -18,6 +18,7 @@
 
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/npy.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
@@ -27,7 +28,6 @@
 #include "export/exporter.h"
 #include "export/georeference.h"
 #include "export/kitti_files.h"
-#include "core/npy.h"
 
 namespace terracast::exporters {
 namespace {

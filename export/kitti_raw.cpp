@@ -17,6 +17,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/npy.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
@@ -26,7 +27,6 @@
 #include "export/exporter.h"
 #include "export/georeference.h"
 #include "export/kitti_files.h"
-#include "core/npy.h"
 #include "export/oxts.h"
 #include "geo/frames.h"
 

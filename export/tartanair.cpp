@@ -21,6 +21,8 @@
 #include "capture/labels.h"
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/npy.h"
+#include "core/npz.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "export/additions.h"
@@ -29,8 +31,6 @@
 #include "export/dataset_writer.h"
 #include "export/exporter.h"
 #include "export/georeference.h"
-#include "core/npy.h"
-#include "core/npz.h"
 #include "export/tartanair_files.h"
 #include "geo/units.h"
 

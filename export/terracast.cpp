@@ -18,6 +18,7 @@
 #include "capture/labels.h"
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/npy.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "core/registry.h"
@@ -28,15 +29,14 @@
 #include "export/exporter.h"
 #include "export/georeference.h"
 #include "export/motion_record.h"
-#include "core/npy.h"
 
 namespace terracast::exporters {
 namespace {
 
 using core::ErrorKind;
 using core::fail;
-using core::npy_bytes;
 using core::Json;
+using core::npy_bytes;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
