@@ -74,8 +74,8 @@ class Matcher {
                                                 const capture::CameraFrame& facts,
                                                 std::span<const Eigen::Vector2i> pixels) const;
 
-  /// Where points are for an image's camera, in the image or beside it; nothing where it has no image of them, as behind
-  /// a pinhole, or what they are of is not there. Visibility is decided as in the capture's own bits.
+  /// Where points are for an image's camera, in the image or beside it; nothing where it has no image of them, as
+  /// behind a pinhole, or what they are of is not there. Visibility is decided as in the capture's own bits.
   std::vector<std::optional<Sighting>> follow(std::span<const ShownPoint> points,
                                               const ImageOf& to) const;
 

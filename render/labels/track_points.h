@@ -33,8 +33,8 @@ struct TrackedPoint {
 /// cameras       ascending
 /// returns       fewer than were asked for where the images have no more pixels that show anything
 /// determinism   of the capture, the draw and the cameras, whatever the threads
-/// cost          reads the facts of the images drawn from, at most twice each but where few show what is wanted; two rays
-///               a point
+/// cost          reads the facts of the images drawn from, once for what stands and once for what moves, and again where
+///               images showed less than was wanted of them; two rays a point
 /// throws        Input, Io: as Matcher::points
 std::vector<TrackedPoint> draw_tracks(const capture::SequenceReader& sequence,
                                       const Matcher& matcher, const TrackDraw& draw,

@@ -1,14 +1,14 @@
-// Points through a sequence: where each of them is in every image, whether it is seen there, and what hides it. Points of
-// what moves, and of what turns on it, are carried along.
+// Points through a sequence: where each of them is in every image, whether it is seen there, and what hides it. Points
+// of what moves, and of what turns on it, are carried along.
 //
-// points.npz            what the points are: where they were drawn (a pixel's centre), of what they are, where they are in
-//                       the world at each frame's time
+// points.npz            what the points are: where they were drawn (a pixel's centre), of what they are, where they are
+//                       in the world at each frame's time
 // <rig>/<camera>.npz    where they are for that camera at each frame
 // tracks.json           the cameras in their order, and what each array is; written last
 // Each npz has a record beside it that says from what it was made.
 //
-// Of a rolling shutter a point's place in the image, its range and its sight are of the moment when its line is exposed;
-// places in the world are of the frame's time.
+// Of a rolling shutter a point's place in the image, its range and its sight are of the moment when its line is
+// exposed; places in the world are of the frame's time.
 
 #include <algorithm>
 #include <cmath>
@@ -320,6 +320,8 @@ class TracksLabel final : public LabelMaker {
            error.message());
     const capture::SequenceReader& sequence = inputs.sequence;
     const Matcher matcher(sequence, inputs.store, inputs.moving);
+    inputs.context.log.info("{}: draws {} points from {} images", sequence.info().name, num_points_,
+                            work.cameras.size() * sequence.frames().size());
     const std::vector<TrackedPoint> points =
         draw_tracks(sequence, matcher,
                     {.num_points = num_points_,
