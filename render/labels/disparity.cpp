@@ -8,8 +8,11 @@
 // An OpenEXR file a pair of images: disparity.x, .y (float, px), sight and occluder (uint) as `pairs` have them
 // (render/labels/pair_label.h). disparity.json, written last, says which there are, and f and b of rectified ones.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/error.h"
 #include "core/log.h"

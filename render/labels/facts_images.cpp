@@ -1,5 +1,10 @@
 #include "render/labels/facts_images.h"
 
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
 #include "capture/object_labels.h"
 #include "capture/sequence_files.h"
 #include "core/log.h"

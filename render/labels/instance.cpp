@@ -3,6 +3,7 @@
 // An OpenEXR file an image: instance_id (uint, 32 bits), the same in all images of a sequence, and of what stands in all of
 // a world; 0 of the ground, the sky and pixels without a ray. instance.json says what the objects are.
 
+#include "core/semantic_class.h"
 #include "render/labels/facts_images.h"
 #include "render/labels/objects_of_sequence.h"
 

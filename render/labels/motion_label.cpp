@@ -1,5 +1,7 @@
 #include "render/labels/motion_label.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "core/error.h"

@@ -5,12 +5,13 @@
 // An OpenEXR file an image: normal_camera.x, .y, .z and normal_world.x, .y, .z (float), NaN of the sky and of pixels
 // without a ray.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
 #include "render/labels/facts_images.h"
 
 namespace terracast::render {
@@ -49,15 +50,6 @@ class NormalsLabel final : public LabelMaker {
   void describe(core::SchemaVisitor& visit) override {
     visit.key("frames", frames_, "Along whose axes: world, camera, or both.",
               {.choices = {kFrames.begin(), kFrames.end()}, .min_size = 1, .max_size = 2});
-  }
-  void validate() const override {
-    for (const std::string& frame : frames_)
-      if (std::find(kFrames.begin(), kFrames.end(), frame) == kFrames.end())
-        core::fail(core::ErrorKind::Config,
-                   "normals: frames: \"{}\" is none; \"world\", \"camera\" or both are right",
-                   frame);
-    if (frames_.empty())
-      core::fail(core::ErrorKind::Config, "normals: frames is empty; \"world\" or \"camera\"");
   }
   std::unique_ptr<LabelMaker> clone() const override {
     return std::make_unique<NormalsLabel>(*this);

@@ -1,5 +1,7 @@
 #include "render/labels/pair_label.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

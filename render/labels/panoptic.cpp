@@ -7,7 +7,9 @@
 #include <algorithm>
 
 #include "capture/segments.h"
+#include "core/error.h"
 #include "core/image_io.h"
+#include "core/semantic_class.h"
 #include "render/labels/facts_images.h"
 #include "render/labels/images.h"
 #include "render/labels/objects_of_sequence.h"

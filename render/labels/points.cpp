@@ -5,6 +5,7 @@
 // NaN of the sky and of pixels without a ray. As doubles, since places 25 km from the origin as floats are steps of 2 mm
 // apart; ranges are floats in the capture, and a point is good to 6e-8 of its range along the ray (0.3 mm at 5 km).
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -4,6 +4,7 @@
 // classes of their own. semantic.json has the table of classes.
 
 #include "core/image_io.h"
+#include "core/semantic_class.h"
 #include "render/labels/facts_images.h"
 
 namespace terracast::render {
