@@ -33,10 +33,11 @@ std::string camera_name(const capture::CameraCalibration& camera);
 /// throws   Config: there is none of that name; says what is near
 int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& name);
 
+/// log      is told of frames apart that two sequences do not have
 /// throws   Config: no such sequence or camera; of pairs of two sequences: they show two geometries, take frames of
 ///          one number at two times, or have no frames so many apart
 void check_camera_pairs(const std::vector<CameraPair>& pairs,
                         std::span<const std::int64_t> frames_apart,
-                        std::span<const SequenceOutline> sequences);
+                        std::span<const SequenceOutline> sequences, const core::Log& log);
 
 }  // namespace terracast::render
