@@ -524,7 +524,7 @@ TEST(Buildings, PiersAreLeftToALayerOfRoadsAndTold) {
   EXPECT_EQ(num_left, 3);
   EXPECT_NE(told.find("3 areas tagged building are piers"), std::string::npos) << told;
   tiler::WorldOptions with_roads = world_of("plane");
-  core::TomlDocument::parse("kind = \"roads\"\nfiles = [\"roads.gpkg\"]\n", "layer.toml")
+  core::TomlDocument::parse("kind = \"roads\"\n" + files_key(folder / "a.gpkg"), "layer.toml")
       .read(with_roads.layers.emplace_back());
   const auto [num_built, num_left_to_roads, quiet] = build("", with_roads);
   EXPECT_EQ(num_built, 1);
