@@ -9,6 +9,7 @@
 #include "core/progress.h"
 #include "core/schema_writer.h"
 #include "job/job.h"
+#include "job/stages.h"
 #include "render/rig.h"
 #include "tiler/surface.h"
 
@@ -73,7 +74,7 @@ class RunPlanner {
                    .edits = {},
                    .checks = hash_of(config.validation),
                    .world = world_of(config.world),
-                   .sequences = sequences_of(config),
+                   .sequences = sequences_of(config, cameras),
                    .formats = {}};
     for (const auto& chosen : config.exports) {
       core::with_context(
@@ -188,13 +189,21 @@ class RunPlanner {
   }
 
   /// Entries that state their frames need no ground to count them.
-  std::vector<PlannedSequence> sequences_of(const job::RunConfig& config) {
+  std::vector<PlannedSequence> sequences_of(
+      const job::RunConfig& config, const std::vector<capture::CameraCalibration>& cameras) {
     std::vector<PlannedSequence> sequences;
+    std::vector<render::SequenceOutline> outlines;
     for (const geo::TrajectoryOptions& trajectory : config.trajectories) {
       if (trajectory.num_frames == 0 || trajectory.kind_options().is_split())
         return laid_out(config);
       sequences.push_back({trajectory.name, trajectory.num_frames});
+      outlines.push_back(job::outline_of(config, trajectory.name, cameras,
+                                         static_cast<std::size_t>(trajectory.num_frames),
+                                         trajectory.rate_hz));
     }
+    // What they make nothing of is told where they are made, and not of every run.
+    render::check_labels(job::wanted_labels(config), outlines,
+                         core::Log("plan", core::LogLevel::Off));
     return sequences;
   }
 

@@ -119,11 +119,8 @@ void share_geometry(Job& job) {
 void check_labels(const Job& job, const core::Log& log) {
   std::vector<render::SequenceOutline> outlines;
   for (const render::SequencePlan& plan : job.sequences)
-    outlines.push_back({.name = plan.name,
-                        .cameras = plan.cameras,
-                        .num_frames = static_cast<int>(plan.states.size()),
-                        .rate_hz = plan.rate_hz,
-                        .shares_geometry = job.config.shared_geometry});
+    outlines.push_back(
+        outline_of(job.config, plan.name, plan.cameras, plan.states.size(), plan.rate_hz));
   render::check_labels(wanted_labels(job.config), outlines, log);
 }
 

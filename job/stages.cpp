@@ -7,6 +7,7 @@
 #include "core/image_io.h"
 #include "core/stage_cost.h"
 #include "geo/geoid.h"
+#include "job/afloat.h"
 #include "job/moving.h"
 #include "job/traffic/traffic_site.h"
 #include "render/plan_check.h"
@@ -31,6 +32,9 @@ world::TileStore tile(const Job& job, const fs::path& store, const core::Context
   if (surface == nullptr) surface = lay_out_world(job, context);
   const core::Log log = context.log.for_stage("tile");
   const core::StageCost cost(context.with_log(log), "tile");
+  for (const auto& sequence : job.sequences)
+    core::with_context([&] { check_afloat(sequence.moving, *surface); },
+                       fmt::format("laying out what moves in sequence {}", sequence.name));
   tiler::TilePlan plan{.detail = job.config.detail, .sequences = {}};
   for (const auto& sequence : job.sequences)
     plan.sequences.push_back(render::viewpoints_of(sequence.states, sequence.cameras));
@@ -107,8 +111,28 @@ std::vector<capture::SequenceReader> open_captured(const RunConfig& config,
   return exporters::open_sequences(captures, wanted, log);
 }
 
+render::SequenceOutline outline_of(const RunConfig& config, const std::string& name,
+                                   const std::vector<capture::CameraCalibration>& cameras,
+                                   std::size_t num_frames, double rate_hz) {
+  return {.name = name,
+          .cameras = cameras,
+          .num_frames = static_cast<int>(num_frames),
+          .rate_hz = rate_hz,
+          .shares_geometry = config.shared_geometry};
+}
+
+/// Holds labels against sequences that are captured.
+void check_captured(const RunConfig& config, const std::vector<render::LabelOptions>& labels,
+                    const std::vector<capture::SequenceReader>& sequences, const core::Log& log) {
+  std::vector<render::SequenceOutline> outlines;
+  for (const capture::SequenceReader& sequence : sequences)
+    outlines.push_back(outline_of(config, sequence.info().name, sequence.info().cameras,
+                                  sequence.frames().size(), sequence.info().rate_hz));
+  render::check_labels(labels, outlines, log);
+}
+
 void label(const RunConfig& config, const world::TileStore& store, const fs::path& captures,
-           const core::Context& context) {
+           const core::Context& context, bool are_checked) {
   const std::vector<render::LabelOptions> labels = wanted_labels(config);
   if (labels.empty()) return;
   const core::Log log = context.log.for_stage("label");
@@ -116,14 +140,7 @@ void label(const RunConfig& config, const world::TileStore& store, const fs::pat
   core::with_context(
       [&] {
         const std::vector<capture::SequenceReader> sequences = open_captured(config, captures, log);
-        std::vector<render::SequenceOutline> outlines;
-        for (const capture::SequenceReader& sequence : sequences)
-          outlines.push_back({.name = sequence.info().name,
-                              .cameras = sequence.info().cameras,
-                              .num_frames = static_cast<int>(sequence.frames().size()),
-                              .rate_hz = sequence.info().rate_hz,
-                              .shares_geometry = config.shared_geometry});
-        render::check_labels(labels, outlines, log);
+        if (!are_checked) check_captured(config, labels, sequences, log);
         for (const capture::SequenceReader& sequence : sequences)
           render::run_label_stage(sequence, store, captured_things(sequence.info()), labels,
                                   context.with_log(log),
@@ -224,7 +241,7 @@ std::optional<bool> run(const Job& job, const fs::path& out_folder, const core::
   core::write_file(out.reports / "map.png",
                    core::encode_png(tiler::render_preview(store, paths_of(job)), 6));
   render(job, store, {}, out.captures, context);
-  label(job.config, store, out.captures, context);
+  label(job.config, store, out.captures, context, true);
   if (job.config.exports.empty()) {
     context.log.warn("the config names no format: nothing is exported, and nothing checked");
     return std::nullopt;

@@ -52,9 +52,8 @@ constexpr Kind kKinds[] = {
 
 constexpr std::string_view kStructure = "structure";
 
-/// What a diagnosis may compare: as often as the checks did, ten times; of short sequences as much as it may take.
+/// What a diagnosis may compare: as often as the checks did, ten times.
 constexpr std::int64_t kEffortByChecks = 10;
-constexpr std::int64_t kLeastEffort = 200'000;
 
 bool has_failures(const Shares& shares) {
   return std::any_of(shares.begin(), shares.end(),
@@ -269,7 +268,8 @@ Cause cause_of_end(const Effort& effort, const Sequence& sequence) {
 std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
                             const std::vector<CheckResult>& failed_results,
                             std::int64_t num_comparisons, std::vector<std::string>& damage,
-                            const ValidateOptions& options, const core::Context& context) {
+                            const ValidateOptions& options, const core::Context& context,
+                            std::int64_t least_effort) {
   std::vector<CheckResult> failed = failed_results;
   std::erase_if(failed, [](const CheckResult& result) { return result.name == kStructure; });
   std::vector<std::string> own_damage;
@@ -282,7 +282,7 @@ std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
   }
   std::vector<std::string_view> checks_to_run = checks_of(failed);
   if (failed.empty() || sequence.cameras.empty() || sequence.num_frames < 1) return {};
-  const std::int64_t bound = std::max(kLeastEffort, kEffortByChecks * num_comparisons);
+  const std::int64_t bound = std::max(least_effort, kEffortByChecks * num_comparisons);
   core::Progress progress(context, "comparisons for causes (at most)", bound);
   Effort effort(bound, &progress);
   Trial trial = make_trial(dataset, sequence, failed);
@@ -293,7 +293,13 @@ std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
     for (const std::string_view check : {"reprojection", "depth"})
       if (std::find(checks_to_run.begin(), checks_to_run.end(), check) == checks_to_run.end())
         checks_to_run.push_back(check);
-  Shares shares = measure(trial, checks_to_run);
+  Shares shares;
+  bool is_at_end = false;
+  try {
+    shares = measure(trial, checks_to_run);
+  } catch (const EffortSpent&) {
+    is_at_end = true;
+  }
   // What files are damaged by is no cause's to explain, and not looked for.
   const auto note_damage = [&] {
     if (std::any_of(own_damage.begin(), own_damage.end(), may_follow))
@@ -304,7 +310,6 @@ std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
   note_damage();
   std::set<std::string_view> explained;
   std::vector<Cause> causes;
-  bool is_at_end = false;
   constexpr int kMostRounds = 3;
   for (int round = 0; round < kMostRounds && !is_at_end && has_failures(shares); ++round) {
     const Symptoms symptoms{trial, shares, failed};

@@ -15,18 +15,21 @@
 /// looked at again.
 namespace terracast::validate {
 
+/// What a diagnosis of a short sequence may take.
+inline constexpr std::int64_t kLeastEffort = 200'000;
+
 /// Causes of what failed in one sequence; the one that repairs most first.
 /// failed   results of that sequence
 /// damage   findings of `structure` in all sequences; those that follow from a cause are taken out
 /// num_comparisons  of the checks: pairs of images times checks
-/// cost     nothing where nothing failed; else it compares pairs of images at most ten times as often as the checks
-///          did, each at a quarter to four fifths of their cost, 200 000 times at least; where that ends it, it says
-///          so as a cause of its own, "search_ended". Shows its progress
+/// least_effort     it may compare pairs of images so often, and ten times as often as the checks did
+/// cost     nothing where nothing failed; else that at most; where that ends it, it says so as a cause of its own,
+///          "search_ended". Shows its progress
 /// threads  deterministic for any number
 std::vector<Cause> diagnose(const Dataset& dataset, const Sequence& sequence,
                             const std::vector<CheckResult>& failed, std::int64_t num_comparisons,
                             std::vector<std::string>& damage, const ValidateOptions& options,
-                            const core::Context& context);
+                            const core::Context& context, std::int64_t least_effort = kLeastEffort);
 
 /// Findings that no cause explains, as causes: of missing, extra, changed and unreadable files the
 /// first few each.

@@ -91,7 +91,7 @@ class DisparityLabel final : public PairLabel {
   void check(std::span<const SequenceOutline> sequences, const core::Log& log) const override {
     std::vector<CameraPair> pairs;
     for (const std::string& text : cameras_) pairs.push_back(parse_camera_pair(text));
-    check_camera_pairs(pairs, frames_apart(), sequences);
+    check_camera_pairs(pairs, frames_apart(), sequences, log);
     bool has_any = sequences.empty();
     for (const SequenceOutline& sequence : sequences) {
       const bool has_pair = !wanted(sequence.name, sequence.cameras).empty();

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <set>
+#include <utility>
 
 #include "core/error.h"
 #include "core/log.h"
@@ -52,20 +54,26 @@ void check_rates(const SequenceOutline& from, const SequenceOutline& to) {
          from.name, from.rate_hz, to.name, to.rate_hz);
 }
 
-void check_any_frame(const SequenceOutline& from, const SequenceOutline& to,
-                     std::span<const std::int64_t> frames_apart) {
-  const bool has_any =
-      std::any_of(frames_apart.begin(), frames_apart.end(), [&](std::int64_t apart) {
-        return std::max<std::int64_t>(0, -apart) <
-               std::min<std::int64_t>(from.num_frames, to.num_frames - apart);
-      });
-  if (!has_any)
-    fail(ErrorKind::Config, "sequence {} has {} frames and {} has {}: none are frames_apart = [{}]",
-         from.name, from.num_frames, to.name, to.num_frames, fmt::join(frames_apart, ", "));
+void check_frames_between(const SequenceOutline& from, const SequenceOutline& to,
+                        std::span<const std::int64_t> frames_apart, const core::Log& log) {
+  std::set<std::int64_t> without;
+  for (const std::int64_t apart : frames_apart)
+    if (std::max<std::int64_t>(0, -apart) >=
+        std::min<std::int64_t>(from.num_frames, to.num_frames - apart))
+      without.insert(apart);
+  if (std::all_of(frames_apart.begin(), frames_apart.end(),
+                  [&](std::int64_t apart) { return without.contains(apart); }))
+    fail(ErrorKind::Config,
+         "pairs: sequence {} has {} frames and {} has {}: none are frames_apart = [{}]", from.name,
+         from.num_frames, to.name, to.num_frames, fmt::join(frames_apart, ", "));
+  for (const std::int64_t apart : without)
+    log.warn(
+        "pairs: frames_apart = {}: sequence {} has {} frames and {} has {}, and so no such pair",
+        apart, from.name, from.num_frames, to.name, to.num_frames);
 }
 
 void check_across(const SequenceOutline& from, const SequenceOutline& to,
-                  std::span<const std::int64_t> frames_apart) {
+                  std::span<const std::int64_t> frames_apart, const core::Log& log) {
   if (!from.shares_geometry || !to.shares_geometry)
     fail(
         ErrorKind::Config,
@@ -73,7 +81,7 @@ void check_across(const SequenceOutline& from, const SequenceOutline& to,
         "fine as its own cameras ask for, and a point of the one is not on the ground of the other",
         from.name, to.name);
   check_rates(from, to);
-  check_any_frame(from, to, frames_apart);
+  check_frames_between(from, to, frames_apart, log);
 }
 
 }  // namespace
@@ -120,7 +128,8 @@ void check_frames_apart(std::string_view kind, std::span<const std::int64_t> fra
 
 void check_camera_pairs(const std::vector<CameraPair>& pairs,
                         std::span<const std::int64_t> frames_apart,
-                        std::span<const SequenceOutline> sequences) {
+                        std::span<const SequenceOutline> sequences, const core::Log& log) {
+  std::set<std::pair<std::string, std::string>> checked;  // several cameras of two sequences
   for (const CameraPair& pair : pairs) {
     if (pair.from.sequence.empty()) {
       for (const SequenceOutline& sequence : sequences)
@@ -131,7 +140,8 @@ void check_camera_pairs(const std::vector<CameraPair>& pairs,
     const SequenceOutline& to = find_sequence(sequences, pair.to.sequence);
     find_camera(from.cameras, pair.from.camera);
     find_camera(to.cameras, pair.to.camera);
-    if (pair.is_across()) check_across(from, to, frames_apart);
+    if (pair.is_across() && checked.emplace(from.name, to.name).second)
+      check_across(from, to, frames_apart, log);
   }
 }
 

@@ -38,10 +38,11 @@ int find_camera(const std::vector<capture::CameraCalibration>& cameras, const st
 void check_frames_apart(std::string_view kind, std::span<const std::int64_t> frames_apart,
                         std::span<const SequenceOutline> sequences, const core::Log& log);
 
+/// log      is told of frames apart that two sequences do not have
 /// throws   Config: no such sequence or camera; of pairs of two sequences: they show two geometries, take frames of
 ///          one number at two times, or have no frames so many apart
 void check_camera_pairs(const std::vector<CameraPair>& pairs,
                         std::span<const std::int64_t> frames_apart,
-                        std::span<const SequenceOutline> sequences);
+                        std::span<const SequenceOutline> sequences, const core::Log& log);
 
 }  // namespace terracast::render

@@ -48,7 +48,7 @@ class PairsLabel final : public PairLabel {
 
   void check(std::span<const SequenceOutline> sequences, const core::Log& log) const override {
     const std::vector<CameraPair> pairs = camera_pairs();
-    check_camera_pairs(pairs, frames_apart_, sequences);
+    check_camera_pairs(pairs, frames_apart_, sequences, log);
     bool has_pair = sequences.empty() || !is_of_one_time() ||
                     std::any_of(pairs.begin(), pairs.end(),
                                 [](const CameraPair& pair) { return pair.is_across(); });

@@ -16,6 +16,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/random.h"
+#include "tests/support/expect_error.h"
 #include "tests/support/test_data.h"
 
 namespace terracast::batch {
@@ -340,6 +341,21 @@ TEST(Update, RunsAreLeftOutByTheirNamesAndTheRestStaysAsItWas) {
   EXPECT_THAT(error_of(R"(["run0001", "run0007"])"),
               testing::HasSubstr("names run0007, and no run is called so"));
   EXPECT_THAT(error_of(R"(["run0000", "run0001"])"), testing::HasSubstr("nothing is left to make"));
+}
+
+// As a run refuses them, although no flight is laid out where all say how many frames they have.
+TEST(Plan, RefusesPairsThatCannotBe) {
+  const auto plan_with = [](const std::string& pairs) {
+    plan_of("[[sweep.product]]\nkey = \"trajectories.0.num_frames\"\nvalues = [2, 5]\n", {},
+            nullptr, {"labels=[{kind = \"pairs\", " + pairs + "}]"});
+  };
+  EXPECT_NO_THROW(plan_with("frames_apart = [1]"));
+  const auto refuses = [&](const std::string& pairs, const std::vector<std::string>& words) {
+    test::expect_error(core::ErrorKind::Config, words, [&] { plan_with(pairs); });
+  };
+  refuses("frames_apart = [4]", {"frames_apart = 4", "has 2 frames"});
+  refuses("cameras = [\"mcs4/cam0 mcs4/cam9\"]", {"mcs4/cam9", "labels pairs"});
+  refuses("cameras = [\"P000/mcs4/cam0 P009/mcs4/cam0\"]", {"P009", "P000"});
 }
 
 TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {

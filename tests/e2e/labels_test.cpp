@@ -70,7 +70,7 @@ kind = "covisibility"
 
 [[labels]]
 kind = "pairs"
-frames_apart = [0, 1]
+frames_apart = [0, 1, 2]
 cameras = ["pair/left pair/right", "P000/pair/left P001/pair/right"]
 
 [[labels]]
@@ -90,7 +90,7 @@ radius_m = 300.0
 speed_mps = 30.0
 start_azimuth_deg = 84.0
 rate_hz = 1.0
-num_frames = 3
+num_frames = 2
 shown_as = "helicopter"
 
 [[moving]]
@@ -134,6 +134,15 @@ TEST(Labels, AreMadeWhereThingsMove) {
   const std::string job = write_text(folder / "job.toml", moving_job()).string();
   const ProgramResult run = run_program({"run", job, "--out", (folder / "out").string()});
   ASSERT_EQ(run.status, 0) << run.output;
+  // Of frames apart that the shorter sequence has not it tells once, before it begins.
+  const std::string told = "frames_apart = 2: sequence ";
+  std::size_t num_told = 0;
+  for (auto at = run.output.find(told); at != std::string::npos;
+       at = run.output.find(told, at + 1)) {
+    EXPECT_LT(at, run.output.find("label:"));
+    ++num_told;
+  }
+  EXPECT_EQ(num_told, 2U) << run.output;  // P001 by itself, and P000 with it
   const fs::path labels = folder / "out/capture/P000/labels";
   const std::string objects = core::read_text_file(labels / "objects/objects.json");
   for (const char* name : {"car", "walker", "climber", "P001"})

@@ -532,6 +532,26 @@ TEST(Vehicles, PairsThatCannotBeAreRefusedBeforeRendering) {
   refused("uav1/mcs4/cam0 slow/mcs4/cam0", {"uav1 has rate_hz = 10", "slow has 2"});
   refused("uav1/mcs4/cam0 uav2/mcs4/cam0", {"uav1 has 3", "uav2 has 2", "[2, -3]"},
           "frames_apart = [2, -3]\n");
+  // What some frames apart make nothing of is told, once for two sequences.
+  const auto warnings = [&](const std::string& frames_apart) {
+    const core::Log loud("label", core::LogLevel::Warn);
+    std::vector<render::LabelOptions> options(1);
+    core::TomlDocument::parse(
+        "kind = \"pairs\"\ncameras = [\"uav1/mcs4/cam0 uav2/mcs4/cam0\", "
+        "\"uav1/mcs4/cam0 uav2/mcs4/cam0\"]\nframes_apart = " +
+            frames_apart,
+        "job.toml")
+        .read(options[0]);
+    testing::internal::CaptureStderr();
+    render::check_labels(options, job, loud);
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(warnings("[-2, 1]\n"), "");  // frame 2 with 0, and 0 with 1
+  const std::string told = warnings("[0, 2, 2]\n");
+  EXPECT_NE(told.find("frames_apart = 2: sequence uav1 has 3 frames and uav2 has 2"),
+            std::string::npos)
+      << told;
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
   Outlines apart = job;
   for (render::SequenceOutline& sequence : apart) sequence.shares_geometry = false;
   expect_error(core::ErrorKind::Config, {"shared_geometry = true", "uav1", "uav2"},

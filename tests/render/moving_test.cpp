@@ -174,6 +174,43 @@ TEST(MovingBodies, RideWhatIsThere) {
   EXPECT_NO_THROW(check_rides(plan, store, {}));
 }
 
+TEST(MovingBodies, RideTheGeometryThatAllSequencesShow) {
+  // A pond between the samples of the coarse tiles that a camera high above asks for, and in the fine ones of another.
+  const Vector3d kPond(80.0, 16.0, 30.0);
+  const test::ScratchFolder folder;
+  const world::TileStore store = test::make_wet_world(
+      folder / "world", [](double, double) { return 30.0; },
+      [&](double x, double y) {
+        return (Vector2d(x, y) - kPond.head<2>()).norm() < 9.0 ? 3.0 : 0.0;
+      },
+      {.finest_level = 1, .coarsest_level = 5, .refine = [&](const world::TileId& id) {
+         const Vector2d low = id.corner_world(), high = low.array() + id.side_m();
+         const Vector2d pond = kPond.head<2>();
+         return (pond - pond.cwiseMax(low).cwiseMin(high)).norm() < 100.0;
+       }});
+  SequencePlan plan = test::small_plan(1, 16, 12);
+  plan.states[0].world_from_body.translation.z() = 3000.0;
+  geo::BodyState at_pond;
+  at_pond.world_from_body.translation = kPond;
+  plan.moving = {{.name = "boat",
+                  .shape = box_shape({2.0, 1.0, 1.0}),
+                  .ride = Ride::Water,
+                  .parts = {},
+                  .states = {at_pond},
+                  .gone_m = {0.0}}};
+  SequencePlan shared = plan;
+  shared.shared_viewpoints =
+      std::make_shared<std::vector<world::Viewpoint>>(std::vector<world::Viewpoint>{
+          {.position_world = kPond + Vector3d(0.0, 0.0, 20.0), .pixels_per_radian = 100.0}});
+  test::expect_error(core::ErrorKind::Input, {"boat at frame 0", "there is ground"},
+                     [&] { check_rides(plan, store, {}); });
+  EXPECT_NO_THROW(check_rides(shared, store, {}));
+  for (SequencePlan* one : {&plan, &shared}) one->moving[0].ride = Ride::Ground;
+  EXPECT_NO_THROW(check_rides(plan, store, {}));
+  test::expect_error(core::ErrorKind::Input, {"boat at frame 0", "there is water"},
+                     [&] { check_rides(shared, store, {}); });
+}
+
 TEST(MovingBodies, WhatMovesCastsShadowsAndIsBlurred) {
   Flight flight({"pinhole", 64, 48, {60, 60, 32, 24}}, {});
   // It looks to the east, where the sun stands: shadows fall towards it.

@@ -499,6 +499,43 @@ TEST(Buildings, HeightsComeFromTagsAndAreCounted) {
   EXPECT_EQ(num_seen, 2);
 }
 
+TEST(Buildings, PiersAreLeftToALayerOfRoadsAndTold) {
+  ScratchFolder folder;
+  const auto area = [](double x, const char* man_made) {
+    return VectorSpec{wkt(x, 0, 12, 9), {{"building", "yes"}, {"man_made", man_made}}};
+  };
+  write_vectors(folder / "a.gpkg", "GPKG",
+                {area(0, "pier"),
+                 area(40, "breakwater"),
+                 area(80, "quay"),
+                 area(120, "storage_tank"),
+                 {wkt(160, 0, 12, 9), {{"man_made", "pier"}}}},
+                "EPSG:32631");
+  const auto build = [&](const std::string& keys, tiler::WorldOptions options) {
+    testing::internal::CaptureStderr();
+    const Built built(files_key(folder / "a.gpkg") + keys, std::move(options),
+                      core::LogLevel::Warn);
+    return std::tuple(built.count("buildings"),
+                      built.count("piers, breakwaters and quays left to a layer of roads"),
+                      testing::internal::GetCapturedStderr());
+  };
+  const auto [num_alone, num_left, told] = build("", world_of("plane"));
+  EXPECT_EQ(num_alone, 1);
+  EXPECT_EQ(num_left, 3);
+  EXPECT_NE(told.find("3 areas tagged building are piers"), std::string::npos) << told;
+  tiler::WorldOptions with_roads = world_of("plane");
+  core::TomlDocument::parse("kind = \"roads\"\n" + files_key(folder / "a.gpkg"), "layer.toml")
+      .read(with_roads.layers.emplace_back());
+  const auto [num_built, num_left_to_roads, quiet] = build("", with_roads);
+  EXPECT_EQ(num_built, 1);
+  EXPECT_EQ(num_left_to_roads, 3);
+  EXPECT_EQ(quiet, "");
+  const auto [num_all, num_none, of_all] = build("every_area = true\n", world_of("plane"));
+  EXPECT_EQ(num_all, 5);
+  EXPECT_EQ(num_none, 0);
+  EXPECT_EQ(of_all, "");
+}
+
 TEST(Buildings, WallsReachIntoTheGroundAndStandAlongUp) {
   ScratchFolder folder;
   write_vectors(

@@ -106,8 +106,9 @@ class StatedImaging : public testing::Test {
 
   /// A COLMAP dataset with the second camera's colours changed, and imaging.json of it.
   /// settings  of that camera; empty: no such file
+  /// of_first  of the first
   Results validate(const std::function<core::Image8(const core::Image8&)>& change,
-                   const std::string& settings) {
+                   const std::string& settings, const std::string& of_first = "") {
     const std::filesystem::path data = scratch_ / "data";
     std::filesystem::remove_all(data);
     test::write_colmap(flight(), data);
@@ -126,6 +127,7 @@ class StatedImaging : public testing::Test {
         core::Json camera =
             core::Json::object().set("name", sequence.at("cameras").at(c).at("name").string());
         if (c == 1) camera.set("settings", settings);
+        if (c == 0 && !of_first.empty()) camera.set("settings", of_first);
         cameras.push(std::move(camera));
       }
       const std::filesystem::path georeference = data / sequence.at("georeference").string();
@@ -171,6 +173,17 @@ TEST_F(StatedImaging, AnotherWhiteIsNoMistakeWhereItIsStatedAndOneWhereItIsNot) 
   const Results unstated = validate(cooler, "");
   EXPECT_NE(failures(unstated).find("photometric_channels"), std::string::npos)
       << unstated.at("photometric_channels").value;
+}
+
+// Each rig makes what it sees itself grey, so that one setting is two gains.
+TEST_F(StatedImaging, TwoCamerasThatMakeTheirWorldGreyAreNotOfOneWhite) {
+  const std::string grey = "[color]\nwhite_balance = \"grey_world\"\n";
+  const Results of_both = validate(cooler, grey, grey);
+  EXPECT_EQ(failures(of_both), "");
+  EXPECT_FALSE(of_both.at("photometric_channels").skipped);
+  // Of one setting that is one gain it is a mistake.
+  const std::string warm = "[color]\nwhite_balance = \"temperature\"\ntemperature_k = 3200.0\n";
+  EXPECT_NE(failures(validate(cooler, warm, warm)).find("photometric_channels"), std::string::npos);
 }
 
 TEST_F(StatedImaging, AFileThatSaysNonsenseIsAFinding) {

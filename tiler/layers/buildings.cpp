@@ -338,6 +338,24 @@ class BuildingsLayer final : public Layer, public DryCover {
   std::vector<std::pair<std::string, std::int64_t>> counts_;
 };
 
+/// Takes out piers and the like that are tagged as buildings, too: the layer `roads` builds them.
+void leave_to_roads(const LayerInputs& inputs, FeatureSet& features) {
+  const auto num_left =
+      static_cast<std::int64_t>(std::erase_if(features.features, [](const VectorFeature& feature) {
+        const std::string_view man_made = feature.tags.value("man_made");
+        return man_made == "pier" || man_made == "breakwater" || man_made == "quay";
+      }));
+  if (num_left == 0) return;
+  features.counts.emplace_back("piers, breakwaters and quays left to a layer of roads", num_left);
+  const std::vector<LayerOptions>& layers = inputs.surface.options().layers;
+  if (std::none_of(layers.begin(), layers.end(),
+                   [](const LayerOptions& layer) { return layer.kind == "roads"; }))
+    inputs.context.log.warn(
+        "{}: {} areas tagged building are piers, breakwaters or quays; a layer of kind \"roads\" "
+        "builds them, and this world has none: they are left out",
+        features.name, num_left);
+}
+
 class BuildingsKind final : public LayerKind {
  public:
   void describe(core::SchemaVisitor& visit) override {
@@ -378,10 +396,6 @@ class BuildingsKind final : public LayerKind {
     wanted.lines = false;
     wanted.wanted = [every_area = every_area_](const FeatureTags& tags) {
       if (every_area) return true;
-      // Piers and the like that are tagged as buildings, too, are piers: the layer `roads` builds these three.
-      const std::string_view man_made = tags.value("man_made");
-      for (const std::string_view work : {"pier", "breakwater", "quay"})
-        if (man_made == work) return false;
       const std::string_view building = tags.value("building");
       const std::string_view part = tags.value("building:part");
       return (!building.empty() && building != "no") || (!part.empty() && part != "no");
@@ -391,6 +405,7 @@ class BuildingsKind final : public LayerKind {
       inputs.context.log.warn(
           "{}: no area is tagged building or building:part; every_area = true takes all areas",
           features.name);
+    if (!every_area_) leave_to_roads(inputs, features);
     std::unique_ptr<HeightRaster> raster;
     if (!heights_.empty() || !surface_.empty())
       raster = HeightRaster::open(heights_.empty() ? surface_ : heights_, terrain_, nodata_,
