@@ -11,6 +11,7 @@
 #include "core/random.h"
 #include "tiler/country/country.h"
 #include "tiler/dry_cover.h"
+#include "tiler/dry_paint.h"
 #include "tiler/imagery/imagery_pyramid.h"
 #include "tiler/instance_ids.h"
 
@@ -396,6 +397,9 @@ void LayerStack::add_objects(world::Tile& tile) const {
       all.areas.push_back(std::move(area));
     }
   }
+  end_paint_at_water(tile, [&](const Eigen::Vector2d& place_world) {
+    return shaped_cover(place_world, bare_->sample(place_world.x(), place_world.y()));
+  });
   const auto by_provenance = [](const auto& a, const auto& b) {
     return order_of(a.provenance) < order_of(b.provenance);
   };

@@ -2,6 +2,7 @@
 #include <cpl_vsi.h>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
 
 #include "core/atomic_file.h"
@@ -196,6 +197,64 @@ TEST(ArchiveBombs, BlocksOfOpenStreetMapThatAreNotWhatTheyStateAreRefused) {
     EXPECT_LT(fs::file_size(folder / name), 1U << 20);
     expect_cheap_refusal(ErrorKind::Input, {name, "cannot be read"},
                          [&] { read_features(path(name)); });
+  }
+}
+
+/// Of a volume of eight voxels, whose parts are then changed.
+std::string small_vdb() {
+  world::Volume volume;
+  volume.size = {2, 2, 2};
+  volume.density.assign(8, 255);
+  const world::VdbGrid grid{.name = "heat", .volume = &volume};
+  const std::vector<std::byte> bytes = world::encode_vdb({&grid, 1});
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+TEST(ArchiveBombs, VolumesThatStateMoreThanTheyHoldAreRefused) {
+  const ScratchFolder folder;
+  const std::string sound = small_vdb();
+  write_text(folder / "heat.vdb", sound);
+  EXPECT_EQ(world::read_vdb(folder / "heat.vdb", {}).size, Eigen::Vector3i(2, 2, 2));
+  const auto number = [](std::uint32_t value) {
+    return std::string(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  // The tree's root: one buffer, its background, no tiles, one child about the origin.
+  const std::string root = number(1) + number(0) + number(0) + number(1) + std::string(12, '\0');
+  const std::size_t root_at = sound.find(root);
+  ASSERT_NE(root_at, std::string::npos);
+  const std::size_t name_at = sound.find(number(4) + "heat");
+  ASSERT_NE(name_at, std::string::npos);
+  constexpr std::uint32_t kMost = 0xffffffffU;
+  const auto with = [&](std::size_t at, const std::string& bytes) {
+    std::string changed = sound;
+    return changed.replace(at, bytes.size(), bytes);
+  };
+  // 4096 voxels a side in the 17 bytes of one tile of the root, which lies 4096 voxels east.
+  std::string huge = with(root_at + 8, number(1));
+  const float full = 1.0f;
+  huge.insert(root_at + 16, number(4096) + number(0) + number(0) +
+                                std::string(reinterpret_cast<const char*>(&full), 4) + '\1');
+  struct Bomb {
+    std::string bytes;
+    std::vector<std::string> words;
+  };
+  constexpr std::size_t kMetadataAt = 8 + 3 * 4 + 1 + 36;  // magic, versions, a flag, an identity
+  const std::vector<Bomb> bombs = {
+      {huge, {"heat", "voxels"}},
+      {with(root_at + 8, number(kMost)), {"damaged"}},
+      {with(root_at + 12, number(kMost)), {"damaged"}},
+      {with(name_at, number(kMost)), {"states 4294967295 bytes", "damaged"}},
+      {with(kMetadataAt, number(kMost)), {"damaged"}},
+      {with(kMetadataAt + 4, number(0x7fffffffU)), {"states 2147483647 grids"}},
+      {with(8, number(200)), {"format 200", "newer"}},
+  };
+  for (const Bomb& bomb : bombs) {
+    SCOPED_TRACE(bomb.words.front());
+    write_text(folder / "bomb.vdb", bomb.bytes);
+    const auto start = std::chrono::steady_clock::now();
+    expect_cheap_refusal(ErrorKind::Input, bomb.words,
+                         [&] { world::read_vdb(folder / "bomb.vdb", {}); });
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
   }
 }
 

@@ -115,6 +115,37 @@ bool has(const std::vector<Thing>& things, const Thing& wanted) {
   return std::find(things.begin(), things.end(), wanted) != things.end();
 }
 
+/// Whether a place lies within an odd number of rings.
+bool holds(const world::Area& area, const Vector2d& at) {
+  bool is_in = false;
+  for (const auto& line : lines_of(area))
+    if ((line[0].y() > at.y()) != (line[1].y() > at.y()) &&
+        at.x() < line[0].x() + (at.y() - line[0].y()) / (line[1].y() - line[0].y()) *
+                                   (line[1].x() - line[0].x()))
+      is_in = !is_in;
+  return is_in;
+}
+
+/// Areas end at the water that a tile shows; on its dry ground they are all there.
+bool has_dry_part(const Tile& tile, const world::Area& wanted) {
+  const double spacing_m = tile.id.spacing_m();
+  for (int j = 0; j < world::kTileCells; ++j)
+    for (int i = 0; i < world::kTileCells; ++i) {
+      const Vector2d at = tile.id.corner_world() + spacing_m * Vector2d(i + 0.5, j + 0.5);
+      bool is_dry = true;
+      for (const int north : {0, 1})
+        for (const int east : {0, 1})
+          is_dry = is_dry && !world::is_water(tile.cover[Tile::sample(i + east, j + north)]);
+      if (!is_dry || !holds(wanted, at)) continue;
+      if (std::none_of(tile.objects.areas.begin(), tile.objects.areas.end(),
+                       [&](const world::Area& area) {
+                         return area.coating == wanted.coating && holds(area, at);
+                       }))
+        return false;
+    }
+  return true;
+}
+
 /// Of solids, what tiles of this level and coarser ones show.
 bool has_alike(const std::vector<world::Solid>& solids, const world::Solid& wanted, int level) {
   for (const world::Solid& solid : solids)
@@ -154,9 +185,7 @@ class Borders {
       const Lines lines = lines_of(solid, id.level);
       over_borders(
           id, box_of(lines), 0.0, [&] { return lines; }, solid.provenance.layer, "solids",
-          [&](const world::TileObjects& there) {
-            return has_alike(there.solids, solid, id.level);
-          });
+          [&](const Tile& there) { return has_alike(there.objects.solids, solid, id.level); });
     }
     for (const world::Instance& instance : objects.instances) {
       const Vector2d place_m = metres(instance.place_steps.head<2>());
@@ -169,19 +198,21 @@ class Borders {
           id, Box(place_m - reach, place_m + reach), reach_m * place_m.norm() / kLeastEarthRadius_m,
           [&] { return lines_of(instance, prototypes_[instance.prototype], id.level); },
           instance.provenance.layer, "instances",
-          [&](const world::TileObjects& there) { return has(there.instances, instance); });
+          [&](const Tile& there) { return has(there.objects.instances, instance); });
     }
     for (const world::Strip& strip : objects.strips) {
       const Lines lines = lines_of(strip);
       over_borders(
           id, box_of(lines), 0.0, [&] { return lines; }, strip.coating.layer, "strips",
-          [&](const world::TileObjects& there) { return has(there.strips, strip); });
+          [&](const Tile& there) { return has(there.objects.strips, strip); });
     }
     for (const world::Area& area : objects.areas) {
       const Lines lines = lines_of(area);
       over_borders(
           id, box_of(lines), 0.0, [&] { return lines; }, area.coating.layer, "areas",
-          [&](const world::TileObjects& there) { return has(there.areas, area); });
+          [&](const Tile& there) {
+            return has(there.objects.areas, area) || has_dry_part(there, area);
+          });
     }
   }
 
@@ -204,7 +235,7 @@ class Borders {
           continue;
         const std::string name = fmt::format("{} {}", store_.manifest().layers[layer].kind, what);
         ++crossings_[name];
-        if (!is_there(neighbour->second.objects) && ++num_missing_ < 20)
+        if (!is_there(neighbour->second) && ++num_missing_ < 20)
           ADD_FAILURE() << name << ": one of tile " << id.name() << " reaches into "
                         << neighbour->first.name() << ", which has not the same";
       }

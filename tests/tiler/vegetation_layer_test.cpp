@@ -210,21 +210,31 @@ TEST(Vegetation, NothingGrowsInWaterOnSnowOrBeyondTheSquare) {
 }
 
 TEST(Vegetation, TilesWhoseSamplesMissARockInTheSeaShowNothingOnIt) {
-  // Seen in Archipelago in November 2026. Rocks 12 m wide, each between the samples of tiles of 16 m.
-  const auto inside_m = [](const Vector2d& place) {
-    const Vector2d from_middle(place.x() - 16.0 * std::floor(place.x() / 16.0) - 8.0,
-                               place.y() - 16.0 * std::floor(place.y() / 16.0) - 8.0);
-    return 6.0 - from_middle.cwiseAbs().maxCoeff();
+  // Seen in November 2026, in Archipelago rocks 12 m wide, each between the samples of tiles of 16 m; in Monaco one
+  // between those of a tile of 4 m.
+  struct Rocks {
+    double apart_m;
+    double half_m;
+    int missing_level;
   };
-  Land land;
-  land.cover_at = [&](const Vector2d& place) {
-    return inside_m(place) > 0.0 ? Cover::Forest : Cover::Sea;
-  };
-  land.room_m = inside_m;
-  const Planted layer("", 1024.0);
-  for (const int level : {2, 3})
-    EXPECT_GT(layer.shown_on({level, 0, 0}, land).size(), 10U) << level;
-  for (const int x : {-1, 0}) EXPECT_TRUE(layer.shown_on({4, x, 0}, land).empty());
+  for (const Rocks& rocks : {Rocks{16.0, 6.0, 4}, Rocks{4.0, 1.8, 2}}) {
+    SCOPED_TRACE(rocks.apart_m);
+    const auto inside_m = [&](const Vector2d& place) {
+      const Vector2d in_cell =
+          place - rocks.apart_m * (place / rocks.apart_m).array().floor().matrix();
+      return rocks.half_m - (in_cell.array() - 0.5 * rocks.apart_m).abs().maxCoeff();
+    };
+    Land land;
+    land.cover_at = [&](const Vector2d& place) {
+      return inside_m(place) > 0.0 ? Cover::Forest : Cover::Sea;
+    };
+    land.room_m = inside_m;
+    const Planted layer("", 1024.0);
+    for (const int finer : {1, 2})
+      EXPECT_GT(layer.shown_on({rocks.missing_level - finer, 0, 0}, land).size(), 10U) << finer;
+    for (const int x : {-1, 0})
+      EXPECT_TRUE(layer.shown_on({rocks.missing_level, x, 0}, land).empty());
+  }
 }
 
 TEST(Vegetation, TilesShowNothingInTheAirBesideWalls) {

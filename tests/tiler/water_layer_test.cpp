@@ -409,8 +409,14 @@ TEST(Water, BadShapesAreLeftOutAndCounted) {
                 .tags = R"("waterway":"river","width":"wide","tunnel":"culvert")",
                 .id = 4}});
   const auto surface = prepare(world_with_water(folder / "water.geojson"));
-  EXPECT_EQ(count_of(*surface, "areas that are none"),
-            1 + 1);  // the crossed one has no area either
+  EXPECT_EQ(count_of(*surface, "areas that are none"), 1);
+  // Of the one that crosses itself the halves turn opposite ways: two lakes.
+  EXPECT_EQ(count_of(*surface, "areas repaired"), 1);
+  EXPECT_EQ(count_of(*surface, "areas"), 2);
+  for (const Vector2d& at : {Vector2d(80, 50), Vector2d(20, 50)})
+    EXPECT_EQ(surface->sample(at.x(), at.y()).cover, Cover::Lake) << at.transpose();
+  for (const Vector2d& at : {Vector2d(50, 80), Vector2d(50, 20)})
+    EXPECT_EQ(surface->sample(at.x(), at.y()).cover, Cover::Land) << at.transpose();
   EXPECT_EQ(count_of(*surface, "widths that are none"), 2);
   EXPECT_EQ(count_of(*surface, "lines"), 2);
   EXPECT_EQ(count_of(*surface, "lines below ground"), 1);

@@ -252,6 +252,33 @@ TEST_F(WorldCheck, FindsWhatStandsWhereItMayNot) {
       Kinds{"paint_under_water"});
 }
 
+TEST_F(WorldCheck, FindsAreasPaintedOnWaterButNotPiers) {
+  // Of water beyond x = 800 m the middle of a cell of four samples; no corner of the area lies near it.
+  const auto square = [](int east_m, core::SemanticClass semantic_class, bool has_hole) {
+    world::Area area;
+    area.coating = {.layer = kRoads, .feature = 1, .paving = world::Paving::Cobbles};
+    area.coating.semantic_class = semantic_class;
+    const auto ring = [](int west_m, int side_east_m, int south_m, int north_m) {
+      return std::vector<Eigen::Vector2i>{{west_m * kSteps, south_m * kSteps},
+                                          {side_east_m * kSteps, south_m * kSteps},
+                                          {side_east_m * kSteps, north_m * kSteps},
+                                          {west_m * kSteps, north_m * kSteps}};
+    };
+    area.rings_steps = {ring(700, east_m, -500, -100)};
+    if (has_hole) area.rings_steps.push_back(ring(790, 1000, -450, -150));
+    return area;
+  };
+  using core::SemanticClass;
+  const auto found_with = [&](const world::Area& area) {
+    return found([&](auto&, auto& east, auto&) { east.objects.areas.push_back(area); });
+  };
+  // Samples are 4 m apart: the first cell of water is that from 804 to 808 m.
+  EXPECT_EQ(found_with(square(805, SemanticClass::Path, false)), Kinds{});
+  EXPECT_EQ(found_with(square(807, SemanticClass::Path, false)), Kinds{"paint_under_water"});
+  EXPECT_EQ(found_with(square(1010, SemanticClass::Path, true)), Kinds{"paint_under_water"});
+  EXPECT_EQ(found_with(square(807, SemanticClass::Pier, false)), Kinds{});
+}
+
 TEST_F(WorldCheck, SaysTheSameWithAnyNumberOfThreads) {
   const Edit edit = [](auto& west, auto&, auto&) {
     west.objects.solids[1].origin_steps.z() += 9000;

@@ -25,6 +25,7 @@
 #include "tiler/roads/road_paint.h"
 #include "tiler/roads/water_gaps.h"
 #include "tiler/roads/way_parts.h"
+#include "tiler/sound_areas.h"
 #include "tiler/surface.h"
 
 // Roads, paths, railways, airfields, places: a network with long profiles, earth works, paint and bridges.
@@ -35,13 +36,14 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 7;
+constexpr int kRoadsVersion = 8;
 /// Streets are in a town where so many ways end within some hundred metres.
 constexpr double kTownCell_m = 100.0;
 constexpr int kTownEnds = 10;
 constexpr double kPierAbove_m = 1.3;
 constexpr double kPierBelow_m = 8.0;
 constexpr std::size_t kMostRingPoints = 20000;
+constexpr double kLeastArea_m2 = 0.5;
 
 struct RoadsOptions {
   std::string sidewalks = "streets";
@@ -141,19 +143,14 @@ std::vector<PointsWorld> clean_rings(const std::vector<PointsWorld>& part, doubl
           (kept.empty() || (at - kept.back()).norm() > 0.01))
         kept.push_back(at);
     while (kept.size() > 1 && (kept.front() - kept.back()).norm() <= 0.01) kept.pop_back();
+    kept = without_crowded_corners(std::move(kept));
     if (kept.size() > kMostRingPoints) {
       PointsWorld thinned;
       const std::size_t each = kept.size() / kMostRingPoints + 1;
       for (std::size_t i = 0; i < kept.size(); i += each) thinned.push_back(kept[i]);
       kept = std::move(thinned);
     }
-    double twice_area = 0.0;
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-      const Vector2d a = kept[i] - kept.front();
-      const Vector2d b = kept[(i + 1) % kept.size()] - kept.front();
-      twice_area += a.x() * b.y() - a.y() * b.x();
-    }
-    const bool is_ring = kept.size() >= 3 && std::abs(twice_area) > 1.0;
+    const bool is_ring = kept.size() >= 3 && enclosed_m2({kept}) > kLeastArea_m2;
     if (!is_ring && rings.empty()) return {};
     if (is_ring) rings.push_back(std::move(kept));
   }

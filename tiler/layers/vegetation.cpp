@@ -40,7 +40,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when what stands where changes.
-constexpr int kVegetationVersion = 4;
+constexpr int kVegetationVersion = 5;
 
 /// What is strewn, each kind by cells of its own.
 enum Stratum : std::size_t { kTallTrees, kLowTrees, kBushes, kPlants, kStones, kNumStrata };
@@ -592,8 +592,8 @@ int TileWork::last_level_on_land(const Vector2d& place_world, double foot_z_worl
                                  int last_level) const {
   const int last =
       last_level_with_ground(site_, place_world, foot_z_world, first_level, last_level);
-  // A tree has more room than fine tiles' samples are apart.
-  for (int level = std::max(first_level, kTreeLevel + 1); level <= last; ++level)
+  // What grows has more room than samples of finer tiles are apart.
+  for (int level = std::max(first_level, 0); level <= last; ++level)
     if (is_amid_water(site_, place_world, level)) return level - 1;
   return last;
 }

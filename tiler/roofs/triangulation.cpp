@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <functional>
 #include <map>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
+
+#include "core/error.h"
 
 namespace terracast::tiler {
 namespace {
@@ -159,17 +162,13 @@ std::vector<Vector2i> without_straight_points(const std::vector<Vector2i>& loop)
   return kept;
 }
 
-/// The inside once, its corners rounded: what is valid unless the rounding made new crossings.
-std::vector<RingsSteps> repaired_once(const RingsSteps& rings) {
+/// What lies inside, its corners rounded.
+std::vector<RingsSteps> polygons_of(std::span<const std::array<Vector2i, 2>> edges,
+                                    const std::function<bool(const Eigen::Vector2d&)>& is_inside) {
   CrossingTriangulation triangulation;
-  for (const auto& ring : rings)
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Vector2i& a = ring[i];
-      const Vector2i& b = ring[(i + 1) % ring.size()];
-      if (a != b)
-        triangulation.insert_constraint(Kernel::Point_2(a.x(), a.y()),
-                                        Kernel::Point_2(b.x(), b.y()));
-    }
+  for (const auto& [a, b] : edges)
+    if (a != b)
+      triangulation.insert_constraint(Kernel::Point_2(a.x(), a.y()), Kernel::Point_2(b.x(), b.y()));
   if (triangulation.dimension() < 2) return {};
   using Face = CrossingTriangulation::Face_handle;
   const auto point_of = [](CrossingTriangulation::Vertex_handle vertex) {
@@ -183,9 +182,7 @@ std::vector<RingsSteps> repaired_once(const RingsSteps& rings) {
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();
     for (int k = 0; k < 3; ++k)
       middle += Eigen::Vector2d(face->vertex(k)->point().x(), face->vertex(k)->point().y()) / 3.0;
-    bool is_in = contains(rings.front(), middle);
-    for (std::size_t k = 1; k < rings.size() && is_in; ++k) is_in = !contains(rings[k], middle);
-    if (is_in) {
+    if (is_inside(middle)) {
       inside.push_back(face);
       part_of[face] = -1;
     }
@@ -255,6 +252,19 @@ std::vector<RingsSteps> repaired_once(const RingsSteps& rings) {
     }
   }
   return polygons;
+}
+
+/// The inside once: what is valid unless the rounding made new crossings.
+std::vector<RingsSteps> repaired_once(const RingsSteps& rings) {
+  std::vector<std::array<Vector2i, 2>> edges;
+  for (const auto& ring : rings)
+    for (std::size_t i = 0; i < ring.size(); ++i)
+      edges.push_back({ring[i], ring[(i + 1) % ring.size()]});
+  return polygons_of(edges, [&](const Eigen::Vector2d& middle) {
+    bool is_in = contains(rings.front(), middle);
+    for (std::size_t k = 1; k < rings.size() && is_in; ++k) is_in = !contains(rings[k], middle);
+    return is_in;
+  });
 }
 
 void repair_into(const RingsSteps& rings, int rounds, std::vector<RingsSteps>& polygons) {
@@ -333,6 +343,17 @@ std::optional<Triangles> triangulate(std::span<const Vector2i> points,
     return from_cgal(points, border, edges);
   } catch (const std::exception&) {
     return std::nullopt;  // edges that cross
+  }
+}
+
+std::vector<RingsSteps> polygons_where(
+    std::span<const std::array<Vector2i, 2>> edges,
+    const std::function<bool(const Eigen::Vector2d& at_steps)>& is_inside) {
+  try {
+    return polygons_of(edges, is_inside);
+  } catch (const CGAL::Failure_exception& error) {
+    core::fail(core::ErrorKind::Internal, "edges of polygons that CGAL cannot order: {}",
+               error.what());
   }
 }
 

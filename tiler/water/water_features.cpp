@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "tiler/sound_areas.h"
 #include "tiler/water/water_map.h"
 
 namespace terracast::tiler {
@@ -105,7 +106,8 @@ class Taker {
                      {"lines below ground", num_covered_},
                      {"areas", static_cast<std::int64_t>(found_.polygons.size())},
                      {"widths that are none", num_widths_},
-                     {"areas that are none", num_flat_}};
+                     {"areas that are none", num_flat_},
+                     {"areas repaired", num_repaired_}};
     return std::move(found_);
   }
 
@@ -159,27 +161,40 @@ class Taker {
 
   void take_areas(const VectorFeature& feature) {
     for (const auto& part : feature.parts_world) {
-      WaterPolygon polygon;
-      polygon.number = feature.number;
-      polygon.is_river = is_river_area(feature.tags);
-      double twice_m2 = 0.0;
-      double shore_m = 0.0;
-      for (const PointsWorld& ring : part) {
-        if (ring.size() < 3) continue;
-        const double own_m2 = std::abs(twice_area(ring));
-        twice_m2 += polygon.rings_world.empty() ? own_m2 : -own_m2;
-        for (std::size_t i = 0; i < ring.size(); ++i)
-          shore_m += (ring[(i + 1) % ring.size()] - ring[i]).norm();
-        polygon.rings_world.push_back(ring);
-      }
-      polygon.area_m2 = 0.5 * twice_m2;
-      if (polygon.rings_world.empty() || !(polygon.area_m2 >= kLeastArea_m2)) {
-        ++num_flat_;
-        continue;
-      }
-      polygon.mean_width_m = 2.0 * polygon.area_m2 / shore_m;
-      found_.polygons.push_back(std::move(polygon));
+      std::vector<PointsWorld> rings;
+      for (const PointsWorld& ring : part)
+        if (ring.size() >= 3) rings.push_back(without_crowded_corners(ring));
+      using Polygons = std::vector<std::vector<PointsWorld>>;
+      const std::optional<Polygons> polygons = repaired_area(rings);
+      bool is_any = false;
+      if (!polygons) is_any = take_polygon(feature, std::move(rings));
+      if (polygons)
+        for (const std::vector<PointsWorld>& polygon : *polygons)
+          is_any = take_polygon(feature, polygon) || is_any;
+      if (is_any && polygons) ++num_repaired_;
+      if (!is_any) ++num_flat_;
     }
+  }
+
+  /// Whether it has an area.
+  bool take_polygon(const VectorFeature& feature, std::vector<PointsWorld> rings) {
+    WaterPolygon polygon;
+    polygon.number = feature.number;
+    polygon.is_river = is_river_area(feature.tags);
+    double twice_m2 = 0.0;
+    double shore_m = 0.0;
+    for (std::size_t k = 0; k < rings.size(); ++k) {
+      const PointsWorld& ring = rings[k];
+      twice_m2 += (k == 0 ? 1.0 : -1.0) * std::abs(twice_area(ring));
+      for (std::size_t i = 0; i < ring.size(); ++i)
+        shore_m += (ring[(i + 1) % ring.size()] - ring[i]).norm();
+    }
+    polygon.rings_world = std::move(rings);
+    polygon.area_m2 = 0.5 * twice_m2;
+    if (polygon.rings_world.empty() || !(polygon.area_m2 >= kLeastArea_m2)) return false;
+    polygon.mean_width_m = 2.0 * polygon.area_m2 / shore_m;
+    found_.polygons.push_back(std::move(polygon));
+    return true;
   }
 
   double half_size_m_;
@@ -188,6 +203,7 @@ class Taker {
   std::int64_t num_covered_ = 0;
   std::int64_t num_widths_ = 0;
   std::int64_t num_flat_ = 0;
+  std::int64_t num_repaired_ = 0;
 };
 
 }  // namespace

@@ -37,7 +37,7 @@ struct WaterFeatures {
 bool is_water_feature(const FeatureTags& tags);
 
 /// Takes what lies in or near the square; what is no shape (fewer than three places, no area, a width that
-/// none can have) is left out and counted.
+/// none can have) is left out and counted; areas that cross themselves are taken apart.
 /// half_size_m   of the world's square
 WaterFeatures water_of(const std::vector<VectorFeature>& features, double half_size_m);
 

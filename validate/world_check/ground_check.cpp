@@ -54,9 +54,12 @@ class Ground {
   /// All four samples around.
   bool is_water(const Vector2d& place) const {
     const Cell cell = cell_at(place);
+    return is_water(cell.i, cell.j);
+  }
+  bool is_water(int cell_i, int cell_j) const {
     for (int j = 0; j < 2; ++j)
       for (int i = 0; i < 2; ++i) {
-        const world::Cover cover = tile_.cover[world::Tile::sample(cell.i + i, cell.j + j)];
+        const world::Cover cover = tile_.cover[world::Tile::sample(cell_i + i, cell_j + j)];
         if (cover != world::Cover::Sea && cover != world::Cover::Lake &&
             cover != world::Cover::River)
           return false;
@@ -151,6 +154,7 @@ class TileCheck {
     for (const world::Instance& instance : tile_.objects.instances) check_instance(instance);
     for (std::size_t i = 0; i < tile_.objects.solids.size(); ++i) check_solid(i);
     for (const world::Strip& strip : tile_.objects.strips) check_strip(strip);
+    for (const world::Area& area : tile_.objects.areas) check_area(area);
   }
 
  private:
@@ -371,6 +375,43 @@ class TileCheck {
       const bool is_wrong = ground_.is_water(place);
       judge("paint_under_water", is_wrong, provenance, place, "it is painted where water is");
       if (is_wrong) return;
+    }
+  }
+
+  /// Middles of the cells of water in it. Piers stand in water.
+  void check_area(const world::Area& area) {
+    if (area.coating.paving == world::Paving::Water ||
+        area.coating.semantic_class == core::SemanticClass::Pier)
+      return;
+    const world::Provenance provenance{
+        .instance_id = 0, .layer = area.coating.layer, .feature = area.coating.feature};
+    const Vector2d corner = tile_.id.corner_world();
+    const double spacing_m = tile_.id.spacing_m();
+    Box box;
+    for (const auto& ring : area.rings_steps)
+      for (const Eigen::Vector2i& point : ring) box.extend((metres(point) - corner) / spacing_m);
+    std::vector<double> crossings;  // of a row of cells with the area's sides, in cells
+    for (int j = std::max(static_cast<int>(std::floor(box.low.y())), 0);
+         j < std::min<double>(box.high.y(), world::kTileCells); ++j) {
+      const double y = j + 0.5;
+      crossings.clear();
+      for (const auto& ring : area.rings_steps)
+        for (std::size_t k = 0; k < ring.size(); ++k) {
+          const Vector2d a = (metres(ring[k]) - corner) / spacing_m;
+          const Vector2d b = (metres(ring[(k + 1) % ring.size()]) - corner) / spacing_m;
+          if ((a.y() > y) != (b.y() > y))
+            crossings.push_back(a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
+        }
+      std::sort(crossings.begin(), crossings.end());
+      for (std::size_t k = 0; k + 1 < crossings.size(); k += 2)
+        for (int i = std::max(static_cast<int>(std::ceil(crossings[k] - 0.5)), 0);
+             i < world::kTileCells && i + 0.5 < crossings[k + 1]; ++i) {
+          const Vector2d place = corner + spacing_m * Vector2d(i + 0.5, y);
+          if (!is_judged_(place.x(), place.y())) continue;
+          const bool is_wrong = ground_.is_water(i, j);
+          judge("paint_under_water", is_wrong, provenance, place, "an area is painted on water");
+          if (is_wrong) return;
+        }
     }
   }
 

@@ -27,7 +27,7 @@ constexpr std::array<std::array<std::string_view, 2>, 15> kKinds = {{
     {"missing_in_tile", "a solid that reaches over a tile that does not hold it"},
     {"floating_instance", "instances above the ground"},
     {"floating_building", "buildings whose foot is above the ground"},
-    {"paint_under_water", "roads that are painted where water is"},
+    {"paint_under_water", "roads and areas that are painted where water is"},
     {"plant_in_water", "plants in water"},
     {"plant_on_paint", "plants on roads"},
     {"plant_in_wall", "plants in solids"},

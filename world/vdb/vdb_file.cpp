@@ -1,14 +1,17 @@
 #include "world/vdb/vdb_file.h"
 
 #include <fmt/format.h>
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
 #include <openvdb/tools/Interpolation.h>
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "core/error.h"
+#include "world/vdb/vdb_lengths.h"
 #include "world/vdb/vdb_stream.h"
 
 namespace terracast::world {
@@ -28,23 +31,30 @@ openvdb::Vec3d from_upward(const Eigen::Vector3d& at, bool is_upward_y) {
 }
 
 openvdb::FloatGrid::Ptr read_grid(const std::filesystem::path& file, const std::string& wanted) {
-  openvdb::io::File in(file.string());
-  // The whole grid is read now: a file that is changed while it is used must not be followed.
-  in.open(false);
+  check_vdb_lengths(file);
+  std::ifstream in(file, std::ios::binary);
+  // OpenVDB goes on behind a file's end, through all that its counts state.
+  in.exceptions(std::ios::failbit | std::ios::badbit);
+  // The whole file is read now: one that is changed while it is used must not be followed.
+  const openvdb::GridPtrVecPtr grids = openvdb::io::Stream(in, false).getGrids();
   std::string names;
   std::string found;
   int count = 0;
-  for (auto name = in.beginName(); name != in.endName(); ++name, ++count) {
-    names += (count > 0 ? ", " : "") + name.gridName();
-    if (name.gridName() == (wanted.empty() ? "density" : wanted)) found = name.gridName();
-    if (count == 0 && wanted.empty() && found.empty()) found = name.gridName();
+  for (const openvdb::GridBase::Ptr& one : *grids) {
+    const std::string name = one->getName();
+    names += (count > 0 ? ", " : "") + name;
+    if (name == (wanted.empty() ? "density" : wanted)) found = name;
+    if (count == 0 && wanted.empty() && found.empty()) found = name;
+    ++count;
   }
   if (wanted.empty() && count > 1 && found != "density") found.clear();
   if (found.empty())
     fail(ErrorKind::Input, "{}: holds the grids {}; name one of them{}", file.string(),
          count > 0 ? names : "(none)",
          wanted.empty() ? "" : fmt::format(", \"{}\" is none", wanted));
-  const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(in.readGrid(found));
+  const auto of_name = std::find_if(grids->begin(), grids->end(),
+                                    [&](const auto& one) { return one->getName() == found; });
+  const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(*of_name);
   if (!grid) fail(ErrorKind::Input, "{}: its grid {} holds no single floats", file.string(), found);
   return grid;
 }
