@@ -734,7 +734,12 @@ TEST(Roads, NothingIsPaintedOnWaterAndBridgesStandAboveIt) {
            {.number = 4,
             .kind = "Polygon",
             .points_world = {{30, 40}, {220, 40}, {220, 140}, {30, 140}, {30, 40}},
-            .tags = {{"amenity", "parking"}}}}));
+            .tags = {{"amenity", "parking"}}},
+           // A square that reaches over the water, where it is only painted.
+           {.number = 5,
+            .kind = "Polygon",
+            .points_world = {{-240, 10}, {-20, 10}, {-20, 200}, {-240, 200}, {-240, 10}},
+            .tags = {{"place", "square"}}}}));
   std::vector<std::unique_ptr<tiler::Layer>> layers;
   layers.push_back(std::make_unique<Lake>());
   tiler::LayerOptions options;
@@ -764,6 +769,28 @@ TEST(Roads, NothingIsPaintedOnWaterAndBridgesStandAboveIt) {
       for (const Eigen::Vector2i& point : strip.points_steps)
         // A shore is known to 0.1 m, points to half a step.
         EXPECT_GT((point.cast<double>() * kHeightStep_m).norm(), 100.0 - 0.001);
+  for (const world::TileId& id : {world::TileId{0, -1, 0}, world::TileId{3, -1, 0}}) {
+    const world::Tile shore = build_tile(*finished, id);
+    for (double x = -255.5; x < 0.0; x += 3.0)
+      for (double y = 0.5; y < 256.0; y += 3.0) {
+        const Vector2d at(x, y);
+        // A tile's shore lies within a diagonal of its cells.
+        if (std::abs(at.norm() - 100.0) < std::sqrt(2.0) * id.spacing_m()) continue;
+        bool is_painted = false;
+        for (const world::Area& area : shore.objects.areas) {
+          std::vector<tiler::PointsWorld> rings;
+          for (const auto& ring : area.rings_steps) {
+            rings.emplace_back();
+            for (const Eigen::Vector2i& corner : ring)
+              rings.back().push_back(corner.cast<double>() * kHeightStep_m);
+          }
+          is_painted = is_painted || tiler::side_of_rings(rings, at).is_inside;
+        }
+        const bool is_in_square = x > -240.0 && x < -20.0 && y > 10.0 && y < 200.0;
+        EXPECT_EQ(is_painted, is_in_square && at.norm() > 100.0)
+            << id.name() << " " << at.transpose();
+      }
+  }
   EXPECT_FALSE(tile.objects.strips.empty());
   EXPECT_TRUE(
       std::any_of(fine.objects.strips.begin(), fine.objects.strips.end(),
