@@ -97,6 +97,7 @@ TEST(Reference, EveryGroundTruthIsChosenByANameThatThePageHas) {
       {"occlusion and truncation of objects", "objects"},
       {"boxes in space", "objects"},
       {"albedo", "albedo"},
+      {"point tracks, of what stands and moves", "tracks"},
       {"co-visibility", "covisibility"},
       {"cloud of points", "cloud"},
       {"occupancy, TSDF", "volume"},
