@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,11 +30,15 @@ CameraPair parse_camera_pair(const std::string& text);
 /// RIG/NAME of a camera.
 std::string camera_name(const capture::CameraCalibration& camera);
 
-/// The place of a camera among those of a sequence.
+/// The place of a camera among those of a sequence; nothing: there is none of that name.
+std::optional<int> place_of_camera(const std::vector<capture::CameraCalibration>& cameras,
+                                   const std::string& name);
 /// throws   Config: there is none of that name; says what is near
 int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& name);
+/// Whether both cameras of a pair are among these.
+bool has_cameras(const std::vector<capture::CameraCalibration>& cameras, const CameraPair& pair);
 
-/// throws   Config: no such sequence or camera; of pairs of two sequences: they show two geometries, take frames of
+/// throws   Config: no such sequence, a camera that it has not, a pair that no sequence has; of pairs of two sequences: they show two geometries, take frames of
 ///          one number at two times, or have no frames so many apart
 void check_camera_pairs(const std::vector<CameraPair>& pairs,
                         std::span<const std::int64_t> frames_apart,

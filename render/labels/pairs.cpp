@@ -67,7 +67,7 @@ class PairsLabel final : public LabelMaker {
   void describe(core::SchemaVisitor& visit) override {
     visit.key(
         "cameras", cameras_,
-        "Pairs of cameras, each as \"RIG/NAME RIG/NAME\", of every sequence, or "
+        "Pairs of cameras, each as \"RIG/NAME RIG/NAME\", of every sequence that has both, or "
         "\"SEQUENCE/RIG/NAME SEQUENCE/RIG/NAME\", of two (which needs shared_geometry): what the "
         "first shows is looked for in the second. Empty: every camera with every other of its "
         "rig.");
@@ -96,10 +96,12 @@ class PairsLabel final : public LabelMaker {
     bool has_pair = sequences.empty() || !is_of_one_time() ||
                     std::any_of(pairs.begin(), pairs.end(),
                                 [](const CameraPair& pair) { return pair.is_across(); });
-    const SequenceOutline* longest = nullptr;
+    const SequenceOutline* longest = nullptr;  // of those that have pairs of their own
     for (const SequenceOutline& sequence : sequences) {
-      has_pair = has_other_camera(wanted_within(sequence.name, sequence.cameras)) || has_pair;
-      if (longest == nullptr || sequence.num_frames > longest->num_frames) longest = &sequence;
+      const Seconds within = wanted_within(sequence.name, sequence.cameras);
+      has_pair = has_other_camera(within) || has_pair;
+      if (!within.empty() && (longest == nullptr || sequence.num_frames > longest->num_frames))
+        longest = &sequence;
     }
     if (!has_pair)
       fail(ErrorKind::Config,
@@ -120,6 +122,7 @@ class PairsLabel final : public LabelMaker {
   }
 
   LabelFiles make(const LabelInputs& inputs) const override {
+    tell_left_out(inputs);
     const std::vector<Route> routes = routes_of(inputs);
     for (const Route& route : routes) make_images(inputs, route);
     return write_index(inputs.sequence, routes);
@@ -171,12 +174,34 @@ class PairsLabel final : public LabelMaker {
     });
   }
 
+  /// Whether a pair is of the cameras of a sequence that carries all that pairs name.
+  static bool is_of(const CameraPair& pair, const std::string& sequence) {
+    return !pair.is_across() && (pair.from.sequence.empty() || pair.from.sequence == sequence);
+  }
+
+  /// Of pairs that other sequences have.
+  /// throws   Config: none has
+  void tell_left_out(const LabelInputs& inputs) const {
+    const capture::SequenceInfo& own = inputs.sequence.info();
+    const auto& all = inputs.job.sequences;
+    for (const CameraPair& pair : camera_pairs()) {
+      if (!is_of(pair, own.name) || has_cameras(own.cameras, pair)) continue;
+      const bool has_any = std::any_of(all.begin(), all.end(), [&](const auto& sequence) {
+        return has_cameras(sequence.info().cameras, pair);
+      });
+      if (!has_any)
+        for (const PairEnd& end : {pair.from, pair.to}) find_camera(own.cameras, end.camera);
+      inputs.context.log.info("pairs: sequence {} has not both {} and {}: without this pair",
+                              own.name, pair.from.camera, pair.to.camera);
+    }
+  }
+
   /// Of a sequence's own cameras.
   Seconds wanted_within(const std::string& name,
                         const std::vector<capture::CameraCalibration>& cameras) const {
     Seconds wanted;
     for (const CameraPair& pair : camera_pairs())
-      if (!pair.is_across() && (pair.from.sequence.empty() || pair.from.sequence == name))
+      if (is_of(pair, name) && has_cameras(cameras, pair))
         wanted[find_camera(cameras, pair.from.camera)].push_back(
             find_camera(cameras, pair.to.camera));
     if (!cameras_.empty()) return wanted;
