@@ -34,8 +34,8 @@ constexpr double kScene_bytes = 1e6;
 
 }  // namespace
 
-RunCost::RunCost(const job::RunConfig& config,
-                 const std::vector<capture::CameraCalibration>& cameras) {
+SequenceCost::SequenceCost(const job::RunConfig& config,
+                           const std::vector<capture::CameraCalibration>& cameras) {
   for (const capture::CameraCalibration& camera : cameras) {
     const double num_px = static_cast<double>(camera.intrinsics.width_px) *
                           static_cast<double>(camera.intrinsics.height_px);
@@ -46,36 +46,38 @@ RunCost::RunCost(const job::RunConfig& config,
   tracing_bytes_ = config.tracing.memory_bytes;
   num_tracks_ = static_cast<double>(config.tracks.num_points);
   for (const auto& chosen : config.exports) {
-    const exporters::FrameSize size = chosen.exporter().frame_size(cameras);
+    const exporters::Exporter& exporter = chosen.exporter();
+    const exporters::FrameSize size =
+        exporter.takes_any_of(cameras) ? exporter.frame_size(cameras) : exporters::FrameSize{};
     export_pixels_.push_back(size.num_pixels);
     export_bytes_.push_back(size.num_bytes);
   }
 }
 
-Cost RunCost::sequence_start() const {
+Cost SequenceCost::sequence_start() const {
   return {.cpu_s = kSequenceStart_s + num_tracks_ * kTrack_s, .bytes = 0.0};
 }
 
-Cost RunCost::frame() const {
+Cost SequenceCost::frame() const {
   return {.cpu_s = num_pixels_ * (kTruth_s_per_px + num_color_samples_ * kColor_s_per_sample),
           .bytes = num_pixels_ * kCapture_bytes_per_px + kFrameRecord_bytes};
 }
 
-Cost RunCost::tiles(std::int64_t num_frames) const {
+Cost SequenceCost::tiles(std::int64_t num_frames) const {
   const double num_tiles = kTilesPerSequence + kTilesPerFrame * static_cast<double>(num_frames);
   return num_tiles * Cost{.cpu_s = kTile_s, .bytes = kTile_bytes};
 }
 
-Cost RunCost::export_frame(std::size_t format) const {
+Cost SequenceCost::export_frame(std::size_t format) const {
   return {.cpu_s = export_pixels_.at(format) * kExport_s_per_px, .bytes = export_bytes_.at(format)};
 }
 
-Cost RunCost::validate_frame(std::size_t format) const {
+Cost SequenceCost::validate_frame(std::size_t format) const {
   return {.cpu_s = export_pixels_.at(format) * kValidate_s_per_px,
           .bytes = export_pixels_.at(format) * kReport_bytes_per_px};
 }
 
-double RunCost::memory_bytes(int num_threads, std::int64_t num_frames) const {
+double SequenceCost::memory_bytes(int num_threads, std::int64_t num_frames) const {
   const double images =
       largest_image_px_ * kImage_bytes_per_px * std::min(kImagesInWork, num_threads + 2.0);
   const double num_tiles =

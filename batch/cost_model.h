@@ -24,23 +24,26 @@ struct Cost {
   }
 };
 
-/// Expected cost of a run's parts, from its rays, tiles and bytes. The factors were measured
+/// Expected cost of a sequence's parts, from its rays, tiles and bytes. The factors were measured
 /// (docs/performance.md, "What a batch is expected to cost"); machines differ by a factor, which
 /// `batch status` learns from the shards that are done.
-class RunCost {
+class SequenceCost {
  public:
-  RunCost(const job::RunConfig& config, const std::vector<capture::CameraCalibration>& cameras);
+  /// config    of its run
+  /// cameras   its own
+  SequenceCost(const job::RunConfig& config,
+               const std::vector<capture::CameraCalibration>& cameras);
 
   /// Of a process that begins to work on a sequence: its sources are opened, its tracks chosen.
   Cost sequence_start() const;
   Cost frame() const;
-  /// The tiles that one sequence of so many frames adds to a world.
+  /// The tiles that it adds to a world with so many frames.
   Cost tiles(std::int64_t num_frames) const;
-  /// format   index into the config's exports
+  /// format   index into the config's exports; one that leaves the sequence out costs nothing
   Cost export_frame(std::size_t format) const;
   Cost validate_frame(std::size_t format) const;
   /// Of one process.
-  double memory_bytes(int num_threads, std::int64_t num_frames_of_sequence) const;
+  double memory_bytes(int num_threads, std::int64_t num_frames) const;
 
  private:
   double num_pixels_ = 0.0;  ///< of a frame, all cameras

@@ -1,5 +1,6 @@
 #include "batch/merge.h"
 
+#include <algorithm>
 #include <set>
 
 #include "batch/checksums.h"
@@ -35,16 +36,24 @@ std::vector<core::FileChecksum> checked_files(const Plan& plan, const JobFolder&
   return exported;
 }
 
-std::vector<SequenceSummary> summaries(const Plan& plan, const JobFolder& folder) {
+std::vector<SequenceSummary> summaries(const Plan& plan, const JobFolder& folder,
+                                       const Description& description) {
   std::vector<SequenceSummary> all;
-  for (const PlannedRun& run : plan.runs)
+  for (const PlannedRun& run : plan.runs) {
+    const job::RunConfig config = description.run_config(run.index);
     for (const PlannedSequence& sequence : run.sequences) {
       const fs::path file = folder.summary(run, sequence.name);
       all.push_back(summary_from_json(core::Json::read(file), file.string()));
-      all.back().facts.swept = run.changes;
-      for (const PlannedFormat& format : run.formats)
-        all.back().facts.formats.push_back(format.name);
+      SequenceSummary& summary = all.back();
+      summary.facts.swept = run.changes;
+      // A format has those whose bodies carry a rig that it takes.
+      for (const auto& chosen : config.exports)
+        if (std::any_of(
+                summary.cameras.begin(), summary.cameras.end(),
+                [&](const CameraFacts& camera) { return chosen.exporter().takes(camera.rig); }))
+          summary.facts.formats.push_back(chosen.format);
     }
+  }
   return all;
 }
 
@@ -95,7 +104,7 @@ ShardResult merge(const Plan& plan, const JobFolder& folder, const core::Context
   std::vector<core::FileChecksum> checksums = checked_files(plan, folder, context);
   const Description description = Description::load(plan.inputs);
   DatasetParts parts{.options = description.dataset(),
-                     .sequences = summaries(plan, folder),
+                     .sequences = summaries(plan, folder, description),
                      .reports = reports(plan, folder),
                      .files = {},
                      .making = making_facts(plan, description)};

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <set>
 
 #include "batch/plan.h"
@@ -8,9 +9,9 @@
 #include "core/hash.h"
 #include "core/progress.h"
 #include "core/schema_writer.h"
+#include "job/carried_rigs.h"
 #include "job/job.h"
 #include "job/stages.h"
-#include "render/rig.h"
 #include "tiler/surface.h"
 
 namespace terracast::batch {
@@ -31,6 +32,9 @@ bool is_plain_file(const fs::path& file) {
   std::error_code ignored;
   return fs::is_regular_file(file, ignored) && file.extension() != ".vrt";
 }
+
+/// Of the sequences of a run; those of the same cameras share one.
+using RunCost = std::vector<std::shared_ptr<const SequenceCost>>;
 
 /// Lays out the runs of a description one by one; what several share is looked into once.
 class RunPlanner {
@@ -65,7 +69,9 @@ class RunPlanner {
       return;
     }
     const job::RunConfig config = description_.run_config(index);
-    const std::vector<capture::CameraCalibration> cameras = render::build_cameras(config.rigs);
+    const job::CarriedCameras cameras(config.rigs, config.trajectories);
+    core::with_context([&] { job::check_formats(config, cameras); }, "planning " + name);
+    const std::vector<LaidOut> laid_out = sequences_of(config, cameras);
     PlannedRun run{.name = name,
                    .index = index,
                    .identity = changes.identity,
@@ -74,12 +80,10 @@ class RunPlanner {
                    .edits = {},
                    .checks = hash_of(config.validation),
                    .world = world_of(config.world),
-                   .sequences = sequences_of(config, cameras),
+                   .sequences = {},
                    .formats = {}};
+    for (const LaidOut& sequence : laid_out) run.sequences.push_back(sequence.planned);
     for (const auto& chosen : config.exports) {
-      core::with_context(
-          [&] { chosen.exporter().check(cameras); },
-          fmt::format("checking that format {} can hold the rigs of {}", chosen.format, run.name));
       // What is told of its ground is found out with the exports.
       run.formats.push_back(
           {chosen.format, core::content_hash(fmt::format("{}\nwithin_m {}", core::toml_text(chosen),
@@ -98,10 +102,11 @@ class RunPlanner {
     run.edits = is_as_before ? look_up(options_.edits.of_runs, run.name)
                              : look_up(options_.edits.of_worlds, world);
     run.key = key_with(run.edits);
-    costs.emplace_back(config, cameras);
+    costs.push_back(costs_of(config, cameras, laid_out));
     world_costs.try_emplace(run.world, world_cost(config.world));
-    for (const PlannedSequence& sequence : run.sequences)
-      memory_bytes = std::max(memory_bytes, costs.back().memory_bytes(2, sequence.num_frames));
+    for (std::size_t s = 0; s < run.sequences.size(); ++s)
+      memory_bytes =
+          std::max(memory_bytes, costs.back()[s]->memory_bytes(2, run.sequences[s].num_frames));
     runs.push_back(std::move(run));
   }
 
@@ -125,6 +130,26 @@ class RunPlanner {
   double memory_bytes = 0.0;
 
  private:
+  /// A sequence, and the trajectory that it is, or is a part of.
+  struct LaidOut {
+    PlannedSequence planned;
+    std::size_t trajectory = 0;
+  };
+
+  static RunCost costs_of(const job::RunConfig& config, const job::CarriedCameras& cameras,
+                          const std::vector<LaidOut>& sequences) {
+    std::map<std::vector<std::string>, std::shared_ptr<const SequenceCost>> known;
+    RunCost costs;
+    for (const LaidOut& sequence : sequences) {
+      const geo::TrajectoryOptions& trajectory = config.trajectories[sequence.trajectory];
+      std::shared_ptr<const SequenceCost>& cost = known[trajectory.rigs];
+      if (cost == nullptr)
+        cost = std::make_shared<const SequenceCost>(config, cameras.of(trajectory));
+      costs.push_back(cost);
+    }
+    return costs;
+  }
+
   template <class Options>
   static std::string hash_of(const Options& options) {
     return core::content_hash(core::toml_text(options)).substr(0, 12);
@@ -189,15 +214,15 @@ class RunPlanner {
   }
 
   /// Entries that state their frames need no ground to count them.
-  std::vector<PlannedSequence> sequences_of(
-      const job::RunConfig& config, const std::vector<capture::CameraCalibration>& cameras) {
-    std::vector<PlannedSequence> sequences;
+  std::vector<LaidOut> sequences_of(const job::RunConfig& config,
+                                    const job::CarriedCameras& cameras) {
+    std::vector<LaidOut> sequences;
     std::vector<render::SequenceOutline> outlines;
     for (const geo::TrajectoryOptions& trajectory : config.trajectories) {
       if (trajectory.num_frames == 0 || trajectory.kind_options().is_split())
         return laid_out(config);
-      sequences.push_back({trajectory.name, trajectory.num_frames});
-      outlines.push_back(job::outline_of(config, trajectory.name, cameras,
+      sequences.push_back({{trajectory.name, trajectory.num_frames}, sequences.size()});
+      outlines.push_back(job::outline_of(config, trajectory.name, cameras.of(trajectory),
                                          static_cast<std::size_t>(trajectory.num_frames),
                                          trajectory.rate_hz));
     }
@@ -207,14 +232,22 @@ class RunPlanner {
     return sequences;
   }
 
-  const std::vector<PlannedSequence>& laid_out(const job::RunConfig& config) {
+  const std::vector<LaidOut>& laid_out(const job::RunConfig& config) {
     const std::string text = job::toml_of_captures(config);
     const auto known = laid_out_.find(text);
     if (known != laid_out_.end()) return known->second;
     const job::Job job = job::prepare_job(config, context_);
-    std::vector<PlannedSequence> sequences;
-    for (const render::SequencePlan& plan : job.sequences)
-      sequences.push_back({plan.name, static_cast<std::int64_t>(plan.states.size())});
+    std::vector<LaidOut> sequences;
+    for (std::size_t i = 0; i < job.sequences.size(); ++i) {
+      const geo::TrajectoryOptions& part = job.config.trajectories[i];
+      const std::string& entry = part.split_from.empty() ? part.name : part.split_from;
+      const auto whole =
+          std::find_if(config.trajectories.begin(), config.trajectories.end(),
+                       [&](const geo::TrajectoryOptions& each) { return each.name == entry; });
+      TERRACAST_CHECK(whole != config.trajectories.end(), "no trajectory {}", entry);
+      sequences.push_back({{part.name, static_cast<std::int64_t>(job.sequences[i].states.size())},
+                           static_cast<std::size_t>(whole - config.trajectories.begin())});
+    }
     return laid_out_.emplace(text, std::move(sequences)).first->second;
   }
 
@@ -230,7 +263,7 @@ class RunPlanner {
   std::map<std::string, int> world_indices_;
   std::map<fs::path, std::string> file_hashes_;
   std::map<std::string, std::string> surface_hashes_;  ///< by surface_hash()'s sources
-  std::map<std::string, std::vector<PlannedSequence>> laid_out_;
+  std::map<std::string, std::vector<LaidOut>> laid_out_;
 };
 
 /// Makes the shards of a stage, in order.
@@ -261,8 +294,9 @@ std::vector<Shard> deal_tiles(const RunPlanner& planner, const std::vector<int>&
   for (const int run : order) {
     const PlannedRun& planned = planner.runs[static_cast<std::size_t>(run)];
     Cost cost;
-    for (const PlannedSequence& sequence : planned.sequences)
-      cost += planner.costs[static_cast<std::size_t>(run)].tiles(sequence.num_frames);
+    for (std::size_t s = 0; s < planned.sequences.size(); ++s)
+      cost +=
+          planner.costs[static_cast<std::size_t>(run)][s]->tiles(planned.sequences[s].num_frames);
     if (planned.world != world) cost += planner.world_costs.at(planned.world);
     world = planned.world;
     dealer.open();
@@ -276,11 +310,11 @@ std::vector<Shard> deal_frames(const RunPlanner& planner, const std::vector<int>
   Dealer dealer(Stage::Render, shard_s);
   for (const int run : order) {
     const PlannedRun& planned = planner.runs[static_cast<std::size_t>(run)];
-    const RunCost& cost = planner.costs[static_cast<std::size_t>(run)];
-    const Cost start = cost.sequence_start();
-    const Cost frame = cost.frame();
     dealer.open();  // a shard is of one run: one that cannot be flown keeps no other from being so
     for (std::size_t s = 0; s < planned.sequences.size(); ++s) {
+      const SequenceCost& cost = *planner.costs[static_cast<std::size_t>(run)][s];
+      const Cost start = cost.sequence_start();
+      const Cost frame = cost.frame();
       const auto num_frames = static_cast<int>(planned.sequences[s].num_frames);
       for (int first = 0; first < num_frames;) {
         if (dealer.is_full()) dealer.open();
@@ -301,18 +335,28 @@ std::vector<Shard> deal_frames(const RunPlanner& planner, const std::vector<int>
   return std::move(dealer.shards);
 }
 
+/// Of all frames of a run.
+template <class CostOfFrame>
+Cost cost_of_frames(const RunPlanner& planner, std::size_t run, const CostOfFrame& cost_of_frame) {
+  Cost cost;
+  for (std::size_t s = 0; s < planner.runs[run].sequences.size(); ++s)
+    cost += static_cast<double>(planner.runs[run].sequences[s].num_frames) *
+            cost_of_frame(*planner.costs[run][s]);
+  return cost;
+}
+
 /// A shard for each run and format.
-/// cost_of   RunCost::export_frame or validate_frame
+/// cost_of   SequenceCost::export_frame or validate_frame
 std::vector<Shard> deal_formats(const RunPlanner& planner, const std::vector<int>& order,
-                                Stage stage, Cost (RunCost::*cost_of)(std::size_t) const) {
+                                Stage stage, Cost (SequenceCost::*cost_of)(std::size_t) const) {
   Dealer dealer(stage, 0.0);
   for (const int run : order) {
     const PlannedRun& planned = planner.runs[static_cast<std::size_t>(run)];
     for (std::size_t f = 0; f < planned.formats.size(); ++f) {
       dealer.open();
       dealer.add({.run = run, .format = static_cast<int>(f)},
-                 static_cast<double>(planned.num_frames()) *
-                     (planner.costs[static_cast<std::size_t>(run)].*cost_of)(f));
+                 cost_of_frames(planner, static_cast<std::size_t>(run),
+                                [&](const SequenceCost& cost) { return (cost.*cost_of)(f); }));
     }
   }
   return std::move(dealer.shards);
@@ -320,11 +364,10 @@ std::vector<Shard> deal_formats(const RunPlanner& planner, const std::vector<int
 
 double shard_time_s(const RunPlanner& planner, const PlanOptions& options) {
   if (options.shard_s > 0.0) return options.shard_s;
-  double whole_s = 0.0;
+  Cost whole;
   for (std::size_t run = 0; run < planner.runs.size(); ++run)
-    whole_s +=
-        static_cast<double>(planner.runs[run].num_frames()) * planner.costs[run].frame().cpu_s;
-  return std::clamp(whole_s / kShardsWanted, kLeastShard_s, kLongestShard_s);
+    whole += cost_of_frames(planner, run, [](const SequenceCost& cost) { return cost.frame(); });
+  return std::clamp(whole.cpu_s / kShardsWanted, kLeastShard_s, kLongestShard_s);
 }
 
 /// Every file is read once more, and its checksum taken.
@@ -374,8 +417,8 @@ Plan make_plan(const Description& description, const PlanOptions& options, const
             .memory_bytes = planner.memory_bytes};
   plan.shards = {deal_tiles(planner, order),
                  deal_frames(planner, order, shard_s),
-                 deal_formats(planner, order, Stage::Export, &RunCost::export_frame),
-                 deal_formats(planner, order, Stage::Validate, &RunCost::validate_frame),
+                 deal_formats(planner, order, Stage::Export, &SequenceCost::export_frame),
+                 deal_formats(planner, order, Stage::Validate, &SequenceCost::validate_frame),
                  {}};
   if (!plan.of(Stage::Export).empty())
     plan.shards.back().push_back({.id = {Stage::Merge, 0}, .pieces = {}, .cost = merge_cost(plan)});

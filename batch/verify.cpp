@@ -108,7 +108,7 @@ void render_sample(const Plan& plan, const JobFolder& folder, const VerifyOption
       const auto store = world::TileStore::open(world);
       job::render_sequence(job, flight, store, frame, attempt.folder(), context);
       found.sampled.push_back(name);
-      if (is_same_frame(captured, attempt.folder(), sample.frame, job.cameras)) return;
+      if (is_same_frame(captured, attempt.folder(), sample.frame, flight.cameras)) return;
       render::SequencePlan shown = flight;
       job::add_traffic(job, store, context.log, shown);
       const auto damaged =

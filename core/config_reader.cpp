@@ -220,6 +220,8 @@ void ConfigReader::read_into(std::vector<T>& out, const ConfigNode& node, const 
                              const Constraint& constraint) const {
   const auto* items = std::get_if<ConfigList>(&node.data);
   if (items == nullptr) refuse_type(node, name, "a list, such as [a, b]");
+  // An empty list that stands for a list left out may be written, too.
+  if (items->empty() && out.empty() && !constraint.required) return;
   check_size(items->size(), node, name, constraint);
   std::vector<T> values(items->size());
   for (std::size_t i = 0; i < items->size(); ++i)

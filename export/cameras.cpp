@@ -14,17 +14,40 @@ namespace terracast::exporters {
 using core::ErrorKind;
 using core::fail;
 
+std::vector<std::string> rigs_of(const std::vector<capture::CameraCalibration>& cameras) {
+  std::vector<std::string> rigs;
+  for (const capture::CameraCalibration& camera : cameras)
+    if (std::find(rigs.begin(), rigs.end(), camera.rig) == rigs.end()) rigs.push_back(camera.rig);
+  return rigs;
+}
+
+void check_rigs(const Exporter& exporter, const std::vector<std::string>& known) {
+  for (const std::string& rig : exporter.rigs())
+    if (std::find(known.begin(), known.end(), rig) == known.end())
+      fail(ErrorKind::Config, "{}", core::unknown_name_message("rig", rig, known));
+}
+
+std::vector<ExportedCamera> cameras_taken(const Exporter& exporter,
+                                          const std::vector<capture::CameraCalibration>& cameras) {
+  std::vector<ExportedCamera> taken;
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (exporter.takes(cameras[i].rig))
+      taken.push_back({cameras[i].rig + "/" + cameras[i].name, static_cast<int>(i)});
+  if (!taken.empty()) return taken;
+  check_rigs(exporter, rigs_of(cameras));
+  fail(ErrorKind::Config, "there is no camera to export");
+}
+
 int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& rig,
                 const std::string& name) {
-  std::vector<std::string> rigs, names;
+  std::vector<std::string> names;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    if (std::find(rigs.begin(), rigs.end(), cameras[i].rig) == rigs.end())
-      rigs.push_back(cameras[i].rig);
     if (cameras[i].rig != rig) continue;
     if (cameras[i].name == name) return static_cast<int>(i);
     names.push_back(cameras[i].name);
   }
-  if (names.empty()) fail(ErrorKind::Config, "{}", core::unknown_name_message("rig", rig, rigs));
+  if (names.empty())
+    fail(ErrorKind::Config, "{}", core::unknown_name_message("rig", rig, rigs_of(cameras)));
   fail(ErrorKind::Config, "{}",
        core::unknown_name_message(fmt::format("camera of the rig {}", rig), name, names));
 }

@@ -6,6 +6,7 @@
 
 #include "capture/frame.h"
 #include "export/exporter.h"
+#include "export/georeference.h"
 
 namespace terracast::exporters {
 
@@ -13,6 +14,17 @@ namespace terracast::exporters {
 /// throws   Config: no such rig or camera; says which there are
 int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& rig,
                 const std::string& name);
+
+/// Names of the rigs of cameras, in their order.
+std::vector<std::string> rigs_of(const std::vector<capture::CameraCalibration>& cameras);
+
+/// throws   Config: a rig that a format names is none of these; says which there are
+void check_rigs(const Exporter& exporter, const std::vector<std::string>& known);
+
+/// The cameras of the rigs that a format takes, called RIG/NAME.
+/// throws   Config: there are none; says which rigs there are
+std::vector<ExportedCamera> cameras_taken(const Exporter& exporter,
+                                          const std::vector<capture::CameraCalibration>& cameras);
 
 /// throws   Config: the camera is no pinhole; says which format wants one
 void check_pinhole(const capture::CameraCalibration& camera, const char* format);

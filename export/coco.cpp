@@ -93,6 +93,10 @@ class CocoExporter final : public Exporter {
 
   std::vector<std::string> labels() const override { return {"objects"}; }
 
+  std::vector<std::string> rigs() const override {
+    return rig_.empty() ? std::vector<std::string>{} : std::vector{rig_};
+  }
+
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
     if (exported_cameras(cameras).empty())
       fail(ErrorKind::Config, "coco: there is no rig \"{}\"; leave `rig` out, or name one", rig_);
@@ -146,7 +150,7 @@ class CocoExporter final : public Exporter {
       const std::vector<capture::CameraCalibration>& cameras) const {
     std::vector<ExportedCamera> exported;
     for (std::size_t i = 0; i < cameras.size(); ++i)
-      if (rig_.empty() || cameras[i].rig == rig_)
+      if (takes(cameras[i].rig))
         exported.push_back({cameras[i].rig + "_" + cameras[i].name, static_cast<int>(i)});
     return exported;
   }

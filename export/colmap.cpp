@@ -23,7 +23,6 @@
 #include "core/npy.h"
 #include "core/parallel.h"
 #include "core/progress.h"
-#include "core/registry.h"
 #include "export/additions.h"
 #include "export/calibration.h"
 #include "export/cameras.h"
@@ -256,8 +255,10 @@ class ColmapExporter final : public Exporter {
     return std::make_unique<ColmapExporter>(*this);
   }
 
+  std::vector<std::string> rigs() const override { return rigs_; }
+
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
-    for (const ExportedCamera& camera : exported_cameras(cameras))
+    for (const ExportedCamera& camera : cameras_taken(*this, cameras))
       core::with_context(
           [&] {
             const auto& calibration = cameras[static_cast<std::size_t>(camera.camera_index)];
@@ -268,7 +269,7 @@ class ColmapExporter final : public Exporter {
 
   FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
     std::vector<const capture::CameraCalibration*> exported;
-    for (const ExportedCamera& camera : exported_cameras(cameras))
+    for (const ExportedCamera& camera : cameras_taken(*this, cameras))
       exported.push_back(&cameras[static_cast<std::size_t>(camera.camera_index)]);
     return size_of_images(exported, kBytesPerPixel + (has_depth_ ? kDepthBytesPerPixel : 0.0));
   }
@@ -278,7 +279,7 @@ class ColmapExporter final : public Exporter {
   /// errors fewer must do: n p - 5 sqrt(n p (1 - p)) >= points wanted.
   TrackPointsWanted track_points_wanted(const std::vector<capture::CameraCalibration>& cameras,
                                         std::int64_t num_frames) const override {
-    const auto num_exported = static_cast<std::int64_t>(exported_cameras(cameras).size());
+    const auto num_exported = static_cast<std::int64_t>(cameras_taken(*this, cameras).size());
     const auto wanted = static_cast<double>(
         std::min(kPointsOfASequence, kPointsOfAnImage * num_frames * num_exported));
     const double share = static_cast<double>(num_exported) / static_cast<double>(cameras.size());
@@ -292,7 +293,7 @@ class ColmapExporter final : public Exporter {
              const std::filesystem::path& folder, const core::Context& context) const override {
     for (const capture::SequenceReader& sequence : sequences) {
       const std::size_t num_images =
-          sequence.frames().size() * exported_cameras(sequence.info().cameras).size();
+          sequence.frames().size() * cameras_taken(*this, sequence.info().cameras).size();
       if (num_images < kMinImages)
         fail(ErrorKind::Input, "colmap: sequence {} has {} images; a model needs {} or more",
              sequence.info().name, num_images, kMinImages);
@@ -337,27 +338,10 @@ class ColmapExporter final : public Exporter {
   }
 
  private:
-  std::vector<ExportedCamera> exported_cameras(
-      const std::vector<capture::CameraCalibration>& cameras) const {
-    std::vector<std::string> known;
-    for (const capture::CameraCalibration& camera : cameras)
-      if (std::find(known.begin(), known.end(), camera.rig) == known.end())
-        known.push_back(camera.rig);
-    for (const std::string& rig : rigs_)
-      if (std::find(known.begin(), known.end(), rig) == known.end())
-        fail(ErrorKind::Config, "colmap: {}", core::unknown_name_message("rig", rig, known));
-    std::vector<ExportedCamera> exported;
-    for (std::size_t i = 0; i < cameras.size(); ++i)
-      if (rigs_.empty() || std::find(rigs_.begin(), rigs_.end(), cameras[i].rig) != rigs_.end())
-        exported.push_back({cameras[i].rig + "/" + cameras[i].name, static_cast<int>(i)});
-    if (exported.empty()) fail(ErrorKind::Config, "colmap: no camera to export");
-    return exported;
-  }
-
   core::Json write_sequence(const capture::SequenceReader& sequence, DatasetWriter& writer,
                             const core::Context& context) const {
     const std::string& path = sequence.info().name;
-    const std::vector<ExportedCamera> exported = exported_cameras(sequence.info().cameras);
+    const std::vector<ExportedCamera> exported = cameras_taken(*this, sequence.info().cameras);
     const LocalFrame local = local_frame(sequence);
     ModelBuilder builder(sequence, local, exported, calibration_);
     const auto num_images = static_cast<std::int64_t>(builder.num_images());

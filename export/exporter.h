@@ -36,6 +36,12 @@ class Exporter {
   virtual void describe(core::SchemaVisitor& visit) = 0;
   virtual std::unique_ptr<Exporter> clone() const = 0;
 
+  /// Names of the rigs whose cameras it writes; none: those of whichever rigs there are. Of bodies that carry
+  /// different rigs those are written that carry one of them; the methods below are asked of the cameras of these.
+  virtual std::vector<std::string> rigs() const = 0;
+  bool takes(const std::string& rig) const;
+  bool takes_any_of(const std::vector<capture::CameraCalibration>& cameras) const;
+
   /// Whether the format can hold what the rig records, asked before rendering starts.
   /// cameras   of all rigs of the sequence
   /// throws    Config: what the format cannot hold, and what would fit
@@ -93,6 +99,18 @@ struct ExportOptions {
   std::unique_ptr<Exporter> exporter_;
 };
 
+/// The cameras of a sequence, by its name.
+struct SequenceCameras {
+  std::string name;
+  std::vector<capture::CameraCalibration> cameras;
+};
+
+/// Whether all formats can hold the sequences of a job, asked before rendering starts.
+/// throws   Config: a format names a rig that no sequence has; as Exporter::check of the sequences that it takes; the
+///          message names the format
+void check_formats(const std::vector<ExportOptions>& exports,
+                   const std::vector<SequenceCameras>& sequences);
+
 /// A sequence that a job wants exported, and the config that it must have been captured with.
 struct WantedSequence {
   std::string name;
@@ -107,8 +125,9 @@ std::vector<capture::SequenceReader> open_sequences(const std::filesystem::path&
                                                     std::vector<WantedSequence> wanted,
                                                     const core::Log& log);
 
-/// Exports sequences into `<out>/<format>` for each of the options.
-/// throws   as Exporter::write; the message names the format
+/// Exports sequences into `<out>/<format>` for each of the options. Those that have none of the rigs that a format
+/// names are left out of it, and named in the log.
+/// throws   as check_formats and Exporter::write; the message names the format
 void run_export_stage(const std::vector<capture::SequenceReader>& sequences,
                       const std::vector<ExportOptions>& exports,
                       const std::filesystem::path& out_folder, const core::Context& context);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 
 #include "core/registry.h"
@@ -19,6 +20,17 @@ std::span<const ExporterInfo> exporters() {
   static const std::array table = {TERRACAST_EXPORTERS(TERRACAST_ENTRY)};
 #undef TERRACAST_ENTRY
   return table;
+}
+
+bool Exporter::takes(const std::string& rig) const {
+  const std::vector<std::string> named = rigs();
+  return named.empty() || std::find(named.begin(), named.end(), rig) != named.end();
+}
+
+bool Exporter::takes_any_of(const std::vector<capture::CameraCalibration>& cameras) const {
+  return std::any_of(
+      cameras.begin(), cameras.end(),
+      [this](const capture::CameraCalibration& camera) { return takes(camera.rig); });
 }
 
 ExportOptions::ExportOptions(const ExportOptions& other)

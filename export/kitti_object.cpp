@@ -159,6 +159,8 @@ class KittiObjectExporter final : public Exporter {
 
   std::vector<std::string> labels() const override { return {"objects"}; }
 
+  std::vector<std::string> rigs() const override { return {rig_}; }
+
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
     const auto& camera = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, camera_))];
     check_pinhole(camera, kFormat);

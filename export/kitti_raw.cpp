@@ -90,6 +90,8 @@ class KittiRawExporter final : public Exporter {
     return std::make_unique<KittiRawExporter>(*this);
   }
 
+  std::vector<std::string> rigs() const override { return {rig_}; }
+
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
     const auto& left = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, left_))];
     const auto& right = cameras[static_cast<std::size_t>(find_camera(cameras, rig_, right_))];

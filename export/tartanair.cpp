@@ -187,6 +187,8 @@ class TartanAirExporter final : public Exporter {
     return std::make_unique<TartanAirExporter>(*this);
   }
 
+  std::vector<std::string> rigs() const override { return {rig_}; }
+
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
     for (const ExportedCamera& each : exported_cameras(cameras))
       check_tartanair_camera(cameras[static_cast<std::size_t>(each.camera_index)], 640, 640,

@@ -195,8 +195,10 @@ class TerracastExporter final : public Exporter {
     return std::make_unique<TerracastExporter>(*this);
   }
 
+  std::vector<std::string> rigs() const override { return rigs_; }
+
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
-    exported_cameras(cameras);
+    cameras_taken(*this, cameras);
     const std::vector<std::string> known = modality_names();
     for (const std::string& name : modalities_)
       if (std::find(known.begin(), known.end(), name) == known.end())
@@ -215,7 +217,7 @@ class TerracastExporter final : public Exporter {
 
   FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
     std::vector<const capture::CameraCalibration*> exported;
-    for (const ExportedCamera& camera : exported_cameras(cameras))
+    for (const ExportedCamera& camera : cameras_taken(*this, cameras))
       exported.push_back(&cameras[static_cast<std::size_t>(camera.camera_index)]);
     double bytes_per_px = 0.0;
     for (const Modality& modality : kModalities)
@@ -268,27 +270,10 @@ class TerracastExporter final : public Exporter {
     return std::find(modalities_.begin(), modalities_.end(), modality) != modalities_.end();
   }
 
-  std::vector<ExportedCamera> exported_cameras(
-      const std::vector<capture::CameraCalibration>& cameras) const {
-    std::vector<std::string> known;
-    for (const capture::CameraCalibration& camera : cameras)
-      if (std::find(known.begin(), known.end(), camera.rig) == known.end())
-        known.push_back(camera.rig);
-    for (const std::string& rig : rigs_)
-      if (std::find(known.begin(), known.end(), rig) == known.end())
-        fail(ErrorKind::Config, "terracast: {}", core::unknown_name_message("rig", rig, known));
-    std::vector<ExportedCamera> exported;
-    for (std::size_t i = 0; i < cameras.size(); ++i)
-      if (rigs_.empty() || std::find(rigs_.begin(), rigs_.end(), cameras[i].rig) != rigs_.end())
-        exported.push_back({cameras[i].rig + "/" + cameras[i].name, static_cast<int>(i)});
-    if (exported.empty()) fail(ErrorKind::Config, "terracast: no camera to export");
-    return exported;
-  }
-
   Json write_sequence(const capture::SequenceReader& sequence, DatasetWriter& writer,
                       const core::Context& context) const {
     const std::string& path = sequence.info().name;
-    const std::vector<ExportedCamera> exported = exported_cameras(sequence.info().cameras);
+    const std::vector<ExportedCamera> exported = cameras_taken(*this, sequence.info().cameras);
     const LocalFrame local = local_frame(sequence);
     write_cameras(sequence, exported, path, writer);
     writer.write(path + "/poses.csv", poses_csv(sequence, exported, local));

@@ -133,6 +133,8 @@ struct TrajectoryOptions : MotionOptions {
   std::string utc_start = "auto";  ///< UTC of frame 0; the sun stands accordingly
   /// The thing as which the body is seen from the other trajectories' cameras; empty: it is not.
   std::string shown_as;
+  std::vector<std::string>
+      rigs;  ///< names of the rigs that the body carries; empty: all that there are
   std::string
       split_from;  ///< name of the entry of which split_sequences() made this; empty: of none
 

@@ -5,7 +5,6 @@
 
 #include "core/schema_writer.h"
 #include "core/stage_cost.h"
-#include "geo/camera_model.h"
 #include "geo/geoid.h"
 #include "geo/trajectory.h"
 #include "job/stages.h"
@@ -56,6 +55,7 @@ void check_tracks(const Job& job, const core::Log& log) {
   const std::int64_t num_points = job.config.tracks.num_points;
   for (const auto& chosen : job.config.exports)
     for (const render::SequencePlan& plan : job.sequences) {
+      if (!chosen.exporter().takes_any_of(plan.cameras)) continue;
       const auto num_frames = static_cast<std::int64_t>(plan.states.size());
       const auto [least, expected] =
           chosen.exporter().track_points_wanted(plan.cameras, num_frames);
@@ -86,12 +86,15 @@ void check_traffic(const RunConfig& config) {
 }
 
 /// The cameras as they are; without errors they are those of the config.
-void draw_errors(const Job& job, render::SequencePlan& plan) {
-  render::TrueRigs drawn =
-      render::draw_true_rigs(job.config.rigs, job.cameras, job.config.seed, plan.name);
+void set_cameras(const Job& job, const geo::TrajectoryOptions& options,
+                 render::SequencePlan& plan) {
+  const std::vector<render::RigOptions> rigs = carried_rigs(job.config.rigs, options);
+  plan.cameras = job.cameras.of(options);
+  plan.imaging = render::imaging_of_cameras(rigs);
+  render::TrueRigs drawn = render::draw_true_rigs(rigs, plan.cameras, job.config.seed, plan.name);
   plan.clocks = std::move(drawn.clocks);
-  if (drawn.cameras == job.cameras) return;
-  plan.believed_cameras = job.cameras;
+  if (drawn.cameras == plan.cameras) return;
+  plan.believed_cameras = std::move(plan.cameras);
   plan.cameras = std::move(drawn.cameras);
 }
 
@@ -99,11 +102,13 @@ void draw_errors(const Job& job, render::SequencePlan& plan) {
 void check_true_cameras(const Job& job) {
   for (const render::SequencePlan& plan : job.sequences)
     if (!plan.believed_cameras.empty())
-      for (const auto& chosen : job.config.exports)
+      for (const auto& chosen : job.config.exports) {
+        if (!chosen.exporter().takes_any_of(plan.cameras)) continue;
         core::with_context([&] { chosen.exporter().check(plan.cameras); },
                            fmt::format("checking that format {} can hold the rigs with the errors "
                                        "that they have in sequence {}",
                                        chosen.format, plan.name));
+      }
 }
 
 /// All sequences show what the most demanding of them asks for.
@@ -124,16 +129,9 @@ void check_labels(const Job& job, const core::Log& log) {
   render::check_labels(wanted_labels(job.config), outlines, log);
 }
 
-geo::TrajectoryContext trajectory_context(const Job& job, const core::Log& log) {
+geo::TrajectoryContext trajectory_context(const Job& job, double half_size_m,
+                                          const core::Log& log) {
   const tiler::WorldSurface& ground = *job.ground;
-  double reach_m = 0.0;  // from the body to where its farthest ray starts
-  for (const capture::CameraCalibration& camera : job.cameras) {
-    const auto model = geo::make_camera(camera.intrinsics);
-    for (const double x : {0.0, static_cast<double>(model->width_px())})
-      for (const double y : {0.0, static_cast<double>(model->height_px())})
-        reach_m = std::max(reach_m,
-                           (camera.body_from_camera() * model->origin_from_pixel({x, y})).norm());
-  }
   return {.frame = ground.frame(),
           .ground_height_m =
               [&ground](double lat_deg, double lon_deg) {
@@ -141,37 +139,42 @@ geo::TrajectoryContext trajectory_context(const Job& job, const core::Log& log) 
               },
           .geoid = geo::Geoid::egm96(),
           .log = &log,
-          .half_size_m = 0.5 * job.config.world.size_m - reach_m};
+          .half_size_m = half_size_m};
 }
 
 /// Entries that become several sequences are replaced by those.
 void split_trajectories(Job& job, const core::Context& context) {
   std::vector<geo::TrajectoryOptions> all;
-  for (const auto& options : job.config.trajectories) {
+  const std::vector<double> half_sizes = half_sizes_m(job);
+  for (std::size_t i = 0; i < half_sizes.size(); ++i) {
+    const geo::TrajectoryOptions& options = job.config.trajectories[i];
     const core::Log log = context.log.for_stage("trajectory " + options.name);
-    for (auto& sequence : geo::split_sequences(options, trajectory_context(job, log)))
+    for (auto& sequence :
+         geo::split_sequences(options, trajectory_context(job, half_sizes[i], log)))
       all.push_back(std::move(sequence));
   }
   job.config.trajectories = std::move(all);
   job.config.validate();
 }
 
-render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions& options,
-                                   const core::Log& log) {
+/// half_sizes   of all trajectories
+/// index        of the sequence's
+render::SequencePlan plan_sequence(const Job& job, const std::vector<double>& half_sizes,
+                                   std::size_t index, const core::Log& log) {
+  const geo::TrajectoryOptions& options = job.config.trajectories[index];
   render::SequencePlan plan;
   plan.name = options.name;
   plan.rate_hz = options.rate_hz;
   plan.seed = job.config.seed;
-  geo::SampledFrames frames =
-      core::with_context([&] { return geo::sample_frames(options, trajectory_context(job, log)); },
-                         fmt::format("laying out trajectory {}", options.name));
+  geo::SampledFrames frames = core::with_context(
+      [&] { return geo::sample_frames(options, trajectory_context(job, half_sizes[index], log)); },
+      fmt::format("laying out trajectory {}", options.name));
   plan.utc_start = frames.utc_start;
   plan.states = std::move(frames.states);
-  plan.cameras = job.cameras;
-  draw_errors(job, plan);
-  plan.imaging = render::imaging_of_cameras(job.config.rigs);
-  plan.moving = lay_out_moving(job.config.moving, job.config.trajectories, options, plan.states,
-                               trajectory_context(job, log), 0.5 * job.config.world.size_m);
+  set_cameras(job, options, plan);
+  plan.moving =
+      lay_out_moving(job.config.moving, {job.config.trajectories, half_sizes}, options, plan.states,
+                     trajectory_context(job, 0.5 * job.config.world.size_m, log));
   plan.conditions = job.config.conditions;
   plan.facts = job.config.facts;
   plan.tracks = job.config.tracks;
@@ -183,6 +186,20 @@ render::SequencePlan plan_sequence(const Job& job, const geo::TrajectoryOptions&
 }
 
 }  // namespace
+
+void check_formats(const RunConfig& config, const CarriedCameras& cameras) {
+  std::vector<exporters::SequenceCameras> sequences;
+  for (const geo::TrajectoryOptions& trajectory : config.trajectories)
+    sequences.push_back({trajectory.name, cameras.of(trajectory)});
+  exporters::check_formats(config.exports, sequences);
+}
+
+std::vector<double> half_sizes_m(const Job& job) {
+  std::vector<double> half_sizes;
+  for (const geo::TrajectoryOptions& trajectory : job.config.trajectories)
+    half_sizes.push_back(0.5 * job.config.world.size_m - job.cameras.reach_m(trajectory));
+  return half_sizes;
+}
 
 std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory) {
   RunConfig of_sequence = config;
@@ -201,6 +218,7 @@ std::string toml_of_captures(const RunConfig& config) {
   of_captures.tracing = {};
   of_captures.validation = {};
   of_captures.data = {};
+  keep_carried_rigs(of_captures.rigs, of_captures.trajectories);
   return core::toml_text(of_captures);
 }
 
@@ -218,10 +236,8 @@ std::vector<tiler::PreviewPath> paths_of(const Job& job) {
 Job prepare_job(RunConfig config, const core::Context& context,
                 std::shared_ptr<const tiler::WorldSurface> ground) {
   Job job{.config = std::move(config), .cameras = {}, .ground = std::move(ground), .sequences = {}};
-  job.cameras = render::build_cameras(job.config.rigs);
-  for (const auto& chosen : job.config.exports)
-    core::with_context([&] { chosen.exporter().check(job.cameras); },
-                       fmt::format("checking that format {} can hold the rigs", chosen.format));
+  job.cameras = CarriedCameras(job.config.rigs, job.config.trajectories);
+  check_formats(job.config, job.cameras);
   // Refuses what this machine has not.
   const world::EmbreeDevice device(job.config.tracing.embree_profile);
   check_traffic(job.config);
@@ -235,9 +251,11 @@ Job prepare_job(RunConfig config, const core::Context& context,
         },
         opening_sources(job.config));
   split_trajectories(job, context);
-  for (const auto& options : job.config.trajectories)
+  const std::vector<double> half_sizes = half_sizes_m(job);
+  for (std::size_t i = 0; i < half_sizes.size(); ++i)
     job.sequences.push_back(
-        plan_sequence(job, options, context.log.for_stage("trajectory " + options.name)));
+        plan_sequence(job, half_sizes, i,
+                      context.log.for_stage("trajectory " + job.config.trajectories[i].name)));
   if (job.config.shared_geometry) share_geometry(job);
   check_frames(job);
   check_tracks(job, log);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/context.h"
+#include "job/carried_rigs.h"
 #include "job/run_config.h"
 #include "render/render_stage.h"
 #include "tiler/preview.h"
@@ -14,11 +15,18 @@ namespace terracast::job {
 /// What the stages of a job are built from: the sources opened, the cameras and motions computed.
 struct Job {
   RunConfig config;
-  std::vector<capture::CameraCalibration>
-      cameras;  ///< as the config has them; errors are sequences'
+  CarriedCameras cameras;
   std::shared_ptr<const tiler::WorldSurface> ground;  ///< without the world's layers
-  std::vector<render::SequencePlan> sequences;
+  std::vector<render::SequencePlan> sequences;        ///< one a trajectory, in their order
 };
+
+/// How near to the world's origin along its x and y the body of each trajectory stays, m: inside the world with all it
+/// carries.
+std::vector<double> half_sizes_m(const Job& job);
+
+/// Whether all formats can hold what the bodies of a config carry, errors left aside.
+/// throws   as exporters::check_formats
+void check_formats(const RunConfig& config, const CarriedCameras& cameras);
 
 /// Opens what a config names and checks that everything fits together, exporters' demands on the
 /// rigs included, before any stage starts. The world's layers are left to lay_out_world(): of all
@@ -33,7 +41,7 @@ std::shared_ptr<const tiler::WorldSurface> lay_out_world(const Job& job,
                                                          const core::Context& context);
 
 /// The config of one sequence, as its capture records it: another sequence, format or memory bound
-/// changes no byte of this one.
+/// changes no byte of this one. Of another that it sees, or shares its geometry with, the rigs count too.
 std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory);
 
 /// The config of all that is captured: another format, check or memory bound changes no byte of it.

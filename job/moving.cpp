@@ -219,11 +219,10 @@ void check_moving(std::span<const MovingOptions> moving,
   }
 }
 
-std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
-                                        std::span<const geo::TrajectoryOptions> trajectories,
+std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving, const Bodies& bodies,
                                         const geo::TrajectoryOptions& sequence,
                                         std::span<const geo::BodyState> frames,
-                                        const geo::TrajectoryContext& context, double half_size_m) {
+                                        const geo::TrajectoryContext& context) {
   std::vector<MovingThing> things;
   MovingThings shapes;
   const auto add = [&](const geo::MotionOptions& options, double start_s, bool repeats,
@@ -234,7 +233,6 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
   };
   geo::TrajectoryContext of_things = context;
   of_things.log = nullptr;
-  of_things.half_size_m = half_size_m;
   for (const MovingOptions& options : moving) {
     const tiler::ThingInfo& info = thing_called(options.thing);
     MovingThing thing = shapes.of(options.name, info, static_cast<int>(options.variant));
@@ -245,13 +243,15 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
   }
   geo::TrajectoryContext of_bodies = context;
   of_bodies.log = nullptr;  // their own sequences tell of them
-  for (const geo::TrajectoryOptions& other : trajectories) {
+  for (std::size_t i = 0; i < bodies.trajectories.size(); ++i) {
+    const geo::TrajectoryOptions& other = bodies.trajectories[i];
     const bool is_of_one_flight =
         other.name == sequence.name ||
         (!other.split_from.empty() && other.split_from == sequence.split_from);
     if (other.shown_as.empty() || is_of_one_flight) continue;
     const tiler::ThingInfo& info = thing_called(other.shown_as);
     of_bodies.rate_hz = other.rate_hz;
+    of_bodies.half_size_m = bodies.half_sizes_m[i];
     MovingThing thing = shapes.of(other.name, info, 0);
     stop_wheels_in_the_air(info, thing);
     add(other, other.start_s, false, of_bodies, std::move(thing));

@@ -49,17 +49,24 @@ struct MovingOptions : geo::MotionOptions {
 void check_moving(std::span<const MovingOptions> moving,
                   std::span<const geo::TrajectoryOptions> trajectories);
 
-/// All that moves through a sequence: the things of the config, then the bodies of the other trajectories that are
-/// shown.
-/// sequence   one of `trajectories`; parts of the same flight are not shown in it
+/// The bodies that carry cameras, and how near to the world's origin along its x and y each of them stays, as in
+/// geo::TrajectoryContext: what one carries may reach farther than what another does.
+struct Bodies {
+  std::span<const geo::TrajectoryOptions> trajectories = {};
+  std::span<const double> half_sizes_m = {};
+};
+
+/// All that moves through a sequence: the things of the config, then the other bodies that are shown, whose motions
+/// are those of their own sequences.
+/// sequence   one of the bodies'; parts of the same flight are not shown in it
 /// frames     the sequence's
-/// context    as the trajectories' own sequences have it; things that carry no cameras may come as near to the
-///            world's edge as they are inside, half_size_m
+/// context    of things that carry no cameras
 /// throws     as geo::Trajectory's kinds; the message names the thing
-std::vector<render::MovingThing> lay_out_moving(
-    std::span<const MovingOptions> moving, std::span<const geo::TrajectoryOptions> trajectories,
-    const geo::TrajectoryOptions& sequence, std::span<const geo::BodyState> frames,
-    const geo::TrajectoryContext& context, double half_size_m);
+std::vector<render::MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
+                                                const Bodies& bodies,
+                                                const geo::TrajectoryOptions& sequence,
+                                                std::span<const geo::BodyState> frames,
+                                                const geo::TrajectoryContext& context);
 
 /// All that moves through a sequence that was captured, without its motion. Things of one kind share their shapes.
 /// throws   Input: a thing that this program does not know

@@ -5,6 +5,7 @@
 #include "capture/channel.h"
 #include "capture/sequence_files.h"
 #include "core/toml_reader.h"
+#include "job/carried_rigs.h"
 
 namespace terracast::job {
 
@@ -23,7 +24,7 @@ void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.section("world", world, "The world: its place, its sources of heights.");
   visit.section("detail", detail, "How fine the terrain is near the cameras.");
   visit.section("tracing", tracing, "How rays are traced; the result does not depend on it.");
-  visit.list("rigs", rigs, "Cameras, several rigs on one body.");
+  visit.list("rigs", rigs, "Cameras: rigs, of which a body carries one or several.");
   visit.list("trajectories", trajectories, "Motions of the body; each becomes a sequence.");
   visit.list("moving", moving, "Things that move through every sequence.");
   visit.list("traffic", traffic, "Vehicles and people on the world's own roads and paths.");
@@ -49,6 +50,7 @@ void RunConfig::validate() const {
       fail(ErrorKind::Config, "two trajectories are called \"{}\"; give each its own name",
            trajectory.name);
   }
+  check_carried_rigs(rigs, trajectories);
   check_moving(moving, trajectories);
   check_traffic(traffic);
   std::set<std::string> kinds;

@@ -57,8 +57,8 @@ struct RunConfig {
   ValidateConfig validation;
 
   void describe(core::SchemaVisitor& visit);
-  /// throws   Config: no rig or trajectory, names that repeat or cannot be folders, too few track
-  ///          points for colmap
+  /// throws   Config: no rig or trajectory, names that repeat or cannot be folders, rigs that are carried and not there
+  ///          or there and not carried
   void validate() const;
 };
 

@@ -60,7 +60,6 @@ std::vector<geo::BodyState> looks(double duration_s) {
 std::vector<Obstacle> obstacles_of(const Job& job, const geo::TrajectoryOptions& own,
                                    const render::SequencePlan& plan, double duration_s) {
   const tiler::WorldSurface& ground = *job.ground;
-  const double half_size_m = 0.5 * job.config.world.size_m;
   const geo::TrajectoryContext context{.frame = ground.frame(),
                                        .ground_height_m =
                                            [&ground](double lat_deg, double lon_deg) {
@@ -68,13 +67,14 @@ std::vector<Obstacle> obstacles_of(const Job& job, const geo::TrajectoryOptions&
                                            },
                                        .geoid = geo::Geoid::egm96(),
                                        .log = nullptr,
-                                       .half_size_m = half_size_m};
+                                       .half_size_m = 0.5 * job.config.world.size_m};
+  const std::vector<double> half_sizes = half_sizes_m(job);
   std::vector<Obstacle> obstacles;
   geo::TrajectoryOptions nobody;
   nobody.name.clear();  // no trajectory's
   for (const render::MovingThing& thing :
-       lay_out_moving(job.config.moving, job.config.trajectories, nobody, looks(duration_s),
-                      context, half_size_m)) {
+       lay_out_moving(job.config.moving, {job.config.trajectories, half_sizes}, nobody,
+                      looks(duration_s), context)) {
     if (thing.ride == render::Ride::Water) continue;
     const Eigen::Vector3d& size_m = thing_called(thing.shape.thing).size_m;
     obstacles.push_back(

@@ -89,9 +89,7 @@ class DisparityLabel final : public PairLabel {
   }
 
   void check(std::span<const SequenceOutline> sequences, const core::Log& log) const override {
-    std::vector<CameraPair> pairs;
-    for (const std::string& text : cameras_) pairs.push_back(parse_camera_pair(text));
-    check_camera_pairs(pairs, frames_apart(), sequences, log);
+    check_camera_pairs(camera_pairs(), frames_apart(), sequences, log);
     bool has_any = sequences.empty();
     for (const SequenceOutline& sequence : sequences) {
       const bool has_pair = !wanted(sequence.name, sequence.cameras).empty();
@@ -109,16 +107,16 @@ class DisparityLabel final : public PairLabel {
   std::string kind() const override { return "disparity"; }
   std::vector<std::int64_t> frames_apart() const override { return {0}; }
 
+  std::vector<CameraPair> camera_pairs() const {
+    std::vector<CameraPair> pairs;
+    for (const std::string& text : cameras_) pairs.push_back(parse_camera_pair(text));
+    return pairs;
+  }
+
   SecondCameras wanted(const std::string& sequence,
                        const std::vector<CameraCalibration>& cameras) const {
+    if (!cameras_.empty()) return named_pairs(camera_pairs(), sequence, cameras);
     SecondCameras seconds;
-    for (const std::string& text : cameras_) {
-      const CameraPair pair = parse_camera_pair(text);
-      if (pair.from.sequence.empty() || pair.from.sequence == sequence)
-        seconds[find_camera(cameras, pair.from.camera)].push_back(
-            find_camera(cameras, pair.to.camera));
-    }
-    if (!cameras_.empty()) return seconds;
     for (std::size_t a = 0; a < cameras.size(); ++a)
       for (std::size_t b = 0; b < cameras.size(); ++b)
         if (a != b && cameras[a].rig == cameras[b].rig && rectified(cameras[a], cameras[b]))
@@ -128,6 +126,7 @@ class DisparityLabel final : public PairLabel {
 
   std::vector<PairRoute> routes_of(const LabelInputs& inputs) const override {
     const capture::SequenceInfo& info = inputs.sequence.info();
+    tell_left_out(kind(), camera_pairs(), inputs);
     SecondCameras seconds = wanted(info.name, info.cameras);
     if (seconds.empty()) return {};
     return {{inputs.sequence, inputs.sequence, std::move(seconds)}};

@@ -55,7 +55,7 @@ void check_rates(const SequenceOutline& from, const SequenceOutline& to) {
 }
 
 void check_frames_between(const SequenceOutline& from, const SequenceOutline& to,
-                        std::span<const std::int64_t> frames_apart, const core::Log& log) {
+                          std::span<const std::int64_t> frames_apart, const core::Log& log) {
   std::set<std::int64_t> without;
   for (const std::int64_t apart : frames_apart)
     if (std::max<std::int64_t>(0, -apart) >=
@@ -70,6 +70,29 @@ void check_frames_between(const SequenceOutline& from, const SequenceOutline& to
     log.warn(
         "pairs: frames_apart = {}: sequence {} has {} frames and {} has {}, and so no such pair",
         apart, from.name, from.num_frames, to.name, to.num_frames);
+}
+
+/// Every camera that a sequence has, by its name.
+std::vector<capture::CameraCalibration> cameras_of_all(std::span<const SequenceOutline> sequences) {
+  std::vector<capture::CameraCalibration> all;
+  for (const SequenceOutline& sequence : sequences)
+    for (const capture::CameraCalibration& camera : sequence.cameras)
+      if (!place_of_camera(all, camera_name(camera))) all.push_back(camera);
+  return all;
+}
+
+/// Vehicles may carry different rigs: a pair is of those that carry both.
+void check_within(const CameraPair& pair, std::span<const SequenceOutline> sequences) {
+  const bool has_any = std::any_of(
+      sequences.begin(), sequences.end(),
+      [&](const SequenceOutline& sequence) { return has_cameras(sequence.cameras, pair); });
+  if (has_any || sequences.empty()) return;
+  const std::vector<capture::CameraCalibration> all = cameras_of_all(sequences);
+  for (const PairEnd& end : {pair.from, pair.to}) find_camera(all, end.camera);
+  fail(ErrorKind::Config,
+       "cameras: no sequence has both {0} and {1}; of two sequences \"SEQUENCE/{0} "
+       "SEQUENCE/{1}\" is right",
+       pair.from.camera, pair.to.camera);
 }
 
 void check_across(const SequenceOutline& from, const SequenceOutline& to,
@@ -99,13 +122,22 @@ std::string camera_name(const capture::CameraCalibration& camera) {
   return camera.rig + "/" + camera.name;
 }
 
+std::optional<int> place_of_camera(const std::vector<capture::CameraCalibration>& cameras,
+                                   const std::string& name) {
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (camera_name(cameras[i]) == name) return static_cast<int>(i);
+  return std::nullopt;
+}
+
 int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& name) {
+  if (const std::optional<int> place = place_of_camera(cameras, name)) return *place;
   std::vector<std::string> names;
   for (const capture::CameraCalibration& camera : cameras) names.push_back(camera_name(camera));
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end())
-    fail(ErrorKind::Config, "{}", core::unknown_name_message("camera", name, names));
-  return static_cast<int>(found - names.begin());
+  fail(ErrorKind::Config, "{}", core::unknown_name_message("camera", name, names));
+}
+
+bool has_cameras(const std::vector<capture::CameraCalibration>& cameras, const CameraPair& pair) {
+  return place_of_camera(cameras, pair.from.camera) && place_of_camera(cameras, pair.to.camera);
 }
 
 void check_frames_apart(std::string_view kind, std::span<const std::int64_t> frames_apart,
@@ -132,8 +164,7 @@ void check_camera_pairs(const std::vector<CameraPair>& pairs,
   std::set<std::pair<std::string, std::string>> checked;  // several cameras of two sequences
   for (const CameraPair& pair : pairs) {
     if (pair.from.sequence.empty()) {
-      for (const SequenceOutline& sequence : sequences)
-        for (const PairEnd& end : {pair.from, pair.to}) find_camera(sequence.cameras, end.camera);
+      check_within(pair, sequences);
       continue;
     }
     const SequenceOutline& from = find_sequence(sequences, pair.from.sequence);

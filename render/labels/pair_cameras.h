@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,9 +30,13 @@ CameraPair parse_camera_pair(const std::string& text);
 /// RIG/NAME of a camera.
 std::string camera_name(const capture::CameraCalibration& camera);
 
-/// The place of a camera among those of a sequence.
+/// The place of a camera among those of a sequence; nothing: there is none of that name.
+std::optional<int> place_of_camera(const std::vector<capture::CameraCalibration>& cameras,
+                                   const std::string& name);
 /// throws   Config: there is none of that name; says what is near
 int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& name);
+/// Whether both cameras of a pair are among these.
+bool has_cameras(const std::vector<capture::CameraCalibration>& cameras, const CameraPair& pair);
 
 /// Holds frames_apart against the sequences of which it shall make pairs; the log is told of those that are too short.
 /// throws   Config: the longest is too short
@@ -39,7 +44,8 @@ void check_frames_apart(std::string_view kind, std::span<const std::int64_t> fra
                         std::span<const SequenceOutline> sequences, const core::Log& log);
 
 /// log      is told of frames apart that two sequences do not have
-/// throws   Config: no such sequence or camera; of pairs of two sequences: they show two geometries, take frames of
+/// throws   Config: no such sequence, a camera that it has not, a pair that no sequence has; of pairs of two sequences:
+///          they show two geometries, take frames of
 ///          one number at two times, or have no frames so many apart
 void check_camera_pairs(const std::vector<CameraPair>& pairs,
                         std::span<const std::int64_t> frames_apart,

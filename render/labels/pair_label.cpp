@@ -119,7 +119,38 @@ class PairFiller {
   int width_px_ = 0;
 };
 
+/// Whether a pair is of a sequence's own cameras, where it carries both.
+bool is_within(const CameraPair& pair, const std::string& sequence) {
+  return !pair.is_across() && (pair.from.sequence.empty() || pair.from.sequence == sequence);
+}
+
 }  // namespace
+
+SecondCameras named_pairs(std::span<const CameraPair> pairs, const std::string& sequence,
+                          const std::vector<capture::CameraCalibration>& cameras) {
+  SecondCameras seconds;
+  for (const CameraPair& pair : pairs)
+    if (is_within(pair, sequence) && has_cameras(cameras, pair))
+      seconds[find_camera(cameras, pair.from.camera)].push_back(
+          find_camera(cameras, pair.to.camera));
+  return seconds;
+}
+
+void tell_left_out(std::string_view kind, std::span<const CameraPair> pairs,
+                   const LabelInputs& inputs) {
+  const capture::SequenceInfo& own = inputs.sequence.info();
+  const auto& all = inputs.job.sequences;
+  for (const CameraPair& pair : pairs) {
+    if (!is_within(pair, own.name) || has_cameras(own.cameras, pair)) continue;
+    const bool has_any = std::any_of(all.begin(), all.end(), [&](const auto& sequence) {
+      return has_cameras(sequence.info().cameras, pair);
+    });
+    if (!has_any)
+      for (const PairEnd& end : {pair.from, pair.to}) find_camera(own.cameras, end.camera);
+    inputs.context.log.info("{}: sequence {} has not both {} and {}: without this pair", kind,
+                            own.name, pair.from.camera, pair.to.camera);
+  }
+}
 
 bool PairRoute::has_pair(const ImageOf& first, const ImageOf& second) const {
   return second.frame >= 0 && second.frame < static_cast<int>(to.frames().size()) &&

@@ -3,7 +3,9 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/image_io.h"
@@ -11,6 +13,7 @@
 #include "render/labels/label.h"
 #include "render/labels/label_index.h"
 #include "render/labels/matches.h"
+#include "render/labels/pair_cameras.h"
 #include "render/labels/pair_sight.h"
 
 /// Labels of pairs of images: where what the one shows is in the other. Kinds differ in which pairs they make, and in
@@ -19,6 +22,14 @@ namespace terracast::render {
 
 /// Cameras that are second, by the first.
 using SecondCameras = std::map<int, std::vector<int>>;
+
+/// Of pairs that are named, those of one sequence whose cameras it carries.
+SecondCameras named_pairs(std::span<const CameraPair> pairs, const std::string& sequence,
+                          const std::vector<capture::CameraCalibration>& cameras);
+/// Tells the log of those that it does not carry, while another sequence does.
+/// throws   Config: none does
+void tell_left_out(std::string_view kind, std::span<const CameraPair> pairs,
+                   const LabelInputs& inputs);
 
 /// From images of a sequence to its own, or to those of another.
 struct PairRoute {

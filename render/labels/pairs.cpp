@@ -23,7 +23,7 @@ class PairsLabel final : public PairLabel {
   void describe(core::SchemaVisitor& visit) override {
     visit.key(
         "cameras", cameras_,
-        "Pairs of cameras, each as \"RIG/NAME RIG/NAME\", of every sequence, or "
+        "Pairs of cameras, each as \"RIG/NAME RIG/NAME\", of every sequence that has both, or "
         "\"SEQUENCE/RIG/NAME SEQUENCE/RIG/NAME\", of two (which needs shared_geometry): what the "
         "first shows is looked for in the second. Empty: every camera with every other of its "
         "rig.");
@@ -108,12 +108,8 @@ class PairsLabel final : public PairLabel {
   /// Of a sequence's own cameras.
   SecondCameras wanted_within(const std::string& name,
                               const std::vector<capture::CameraCalibration>& cameras) const {
+    if (!cameras_.empty()) return named_pairs(camera_pairs(), name, cameras);
     SecondCameras wanted;
-    for (const CameraPair& pair : camera_pairs())
-      if (!pair.is_across() && (pair.from.sequence.empty() || pair.from.sequence == name))
-        wanted[find_camera(cameras, pair.from.camera)].push_back(
-            find_camera(cameras, pair.to.camera));
-    if (!cameras_.empty()) return wanted;
     for (std::size_t a = 0; a < cameras.size(); ++a)
       for (std::size_t b = 0; b < cameras.size(); ++b)
         if (cameras[a].rig == cameras[b].rig)
@@ -123,6 +119,7 @@ class PairsLabel final : public PairLabel {
 
   std::vector<PairRoute> routes_of(const LabelInputs& inputs) const override {
     const capture::SequenceReader& own = inputs.sequence;
+    tell_left_out(kind(), camera_pairs(), inputs);
     std::vector<PairRoute> routes;
     SecondCameras within = wanted_within(own.info().name, own.info().cameras);
     if (!within.empty() && !has_other_camera(within) && is_of_one_time())

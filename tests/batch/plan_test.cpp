@@ -92,6 +92,50 @@ TEST(Plan, ShardsOfALongFlightCostAboutTheSame) {
   }
 }
 
+// Each sequence costs what its own cameras do: together what two jobs cost, each with one vehicle of the one rig.
+TEST(Plan, VehiclesCostWhatTheyCarry) {
+  const std::string rigs =
+      "exports = [{format = \"terracast\"}, {format = \"colmap\", rigs = "
+      "[\"wide\"]}]\n";
+  const auto rig = [](const char* name, int width_px) {
+    return fmt::format(
+        "[[rigs]]\nname = \"{}\"\n[[rigs.cameras]]\nname = \"cam\"\nwidth_px = {}\nheight_px = "
+        "100\nfx_px = 100.0\nfy_px = 100.0\n",
+        name, width_px);
+  };
+  const auto flight = [](const char* name, int num_frames, const std::string& more) {
+    return fmt::format(
+        "[[trajectories]]\nname = \"{}\"\nkind = \"orbit\"\nradius_m = 100.0\nspeed_mps = 1.0\n"
+        "centre = {{east_m = 0.0, north_m = 0.0, height_m = 50.0}}\nnum_frames = {}\n{}",
+        name, num_frames, more);
+  };
+  const auto plan_of_text = [](const std::string& text) {
+    const std::string whole = text + "[[sweep.list]]\nkeys = [\"seed\"]\nrows = [[1]]\n";
+    return plan_of(whole);
+  };
+  const auto cost = [](const Plan& plan, Stage stage) { return plan.cost_of(stage); };
+  const Plan fleet =
+      plan_of_text(rigs + rig("wide", 1000) + rig("small", 50) +
+                   flight("a", 7, "rigs = [\"wide\"]\n") + flight("b", 5, "rigs = [\"small\"]\n"));
+  const Plan wide = plan_of_text(rigs + rig("wide", 1000) + flight("a", 7, ""));
+  const Plan small = plan_of_text("exports = [{format = \"terracast\"}]\n" + rig("small", 50) +
+                                  flight("b", 5, ""));
+  const Plan all = plan_of_text(rigs + rig("wide", 1000) + rig("small", 50) + flight("a", 7, "") +
+                                flight("b", 5, ""));
+  for (const Stage stage : {Stage::Render, Stage::Export, Stage::Validate}) {
+    const Cost together = cost(fleet, stage);
+    EXPECT_NEAR(together.cpu_s, cost(wide, stage).cpu_s + cost(small, stage).cpu_s,
+                1e-9 * together.cpu_s);
+    EXPECT_NEAR(together.bytes, cost(wide, stage).bytes + cost(small, stage).bytes,
+                1e-9 * together.bytes);
+    EXPECT_LT(together.cpu_s, cost(all, stage).cpu_s);
+  }
+  EXPECT_EQ(fleet.memory_bytes, wide.memory_bytes);
+  EXPECT_THROW(plan_of_text("exports = [{format = \"colmap\", rigs = [\"other\"]}]\n" +
+                            rig("small", 50) + flight("b", 5, "")),
+               core::Error);
+}
+
 TEST(Plan, RunsOfOneWorldStandTogether) {
   const Plan plan = plan_of(
       "[[sweep.product]]\nkey = \"conditions.exposure\"\nvalues = [1.0, 2.0]\n"

@@ -169,6 +169,9 @@ TEST(TomlReaderTest, RangeErrorsPointAtTheValue) {
             "demo.toml:2:17: offset_mm[1] = -5000 must be at least -1000");
   EXPECT_EQ(error_of("[spare]\noffset_mm = [0]"),
             "demo.toml:2:13: offset_mm has 1 value, but must have 3");
+  // A list that is not empty by itself says something else than its default where it is.
+  EXPECT_EQ(error_of("[spare]\noffset_mm = []"),
+            "demo.toml:2:13: offset_mm has 0 values, but must have 3");
 }
 
 TEST(TomlReaderTest, UnknownKeysPointAtTheKeyAndNameTheNearest) {

@@ -483,6 +483,51 @@ TEST_F(ExporterLaws, ARigThatCannotFitIsRefusedBeforeAnythingIsWritten) {
   }
 }
 
+// Bodies may carry different rigs: a format is of those that carry the rig that it names, as if no others were there.
+TEST_F(ExporterLaws, SequencesWithoutTheRigAreLeftOut) {
+  const auto write = [](const fs::path& captures, const std::string& name, bool has_mcs4,
+                        bool has_tartan) {
+    write_tiny_capture(captures, {.name = name,
+                                  .num_frames = 2,
+                                  .has_tartan2 = has_tartan,
+                                  .has_mcs4 = has_mcs4,
+                                  .has_tartan_v1 = has_tartan});
+  };
+  const fs::path fleet = *folder / "fleet";
+  write(fleet, "both", true, true);
+  write(fleet, "first", true, false);
+  write(fleet, "second", false, true);
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    const bool is_of_all = export_options(toml(name)).exporter().rigs().empty();
+    const std::string keys = name == "coco" ? "rig = \"mcs4\"\n"
+                             : is_of_all    ? "rigs = [\"mcs4\"]\n"
+                                            : "";
+    const std::string rig = export_options(toml(name) + keys).exporter().rigs().at(0);
+    const fs::path own = *folder / ("fleet_of_" + std::string(rig == "mcs4" ? rig : "tartan"));
+    if (fs::create_directories(own))
+      for (const char* each : {"both", rig == "mcs4" ? "first" : "second"})
+        fs::copy(fleet / each, own / each, fs::copy_options::recursive);
+    run_export(fleet, toml(name) + keys, *folder / "fleet_out");
+    run_export(own, toml(name) + keys, *folder / "own_out");
+    EXPECT_EQ(file_hashes(*folder / "fleet_out" / name), file_hashes(*folder / "own_out" / name));
+    const Json dataset = Json::read(*folder / "fleet_out" / name / "dataset.json");
+    EXPECT_EQ(dataset.at("sequences").size(), 2U);
+    const std::string unknown =
+        name == "coco" || !is_of_all ? "rig = \"mcs5\"\n" : "rigs = [\"mcs4\", \"mcs5\"]\n";
+    expect_error(ErrorKind::Config, {"mcs5", "mcs4", "tartan2", name},
+                 [&] { run_export(fleet, toml(name) + unknown, *folder / "fleet_out"); });
+  }
+  // Of two rigs each has what it has.
+  run_export(fleet, toml("terracast") + "rigs = [\"mcs4\", \"tartan_v1\"]\n", *folder / "two_rigs");
+  const fs::path root = *folder / "two_rigs/terracast";
+  for (const char* name : {"both", "first", "second"}) {
+    EXPECT_EQ(fs::exists(root / name / "mcs4"), std::string(name) != "second") << name;
+    EXPECT_EQ(fs::exists(root / name / "tartan_v1"), std::string(name) != "first") << name;
+    EXPECT_FALSE(fs::exists(root / name / "tartan2")) << name;
+  }
+}
+
 TEST_F(ExporterLaws, ADamagedCaptureEndsTheExport) {
   write_tiny_capture(*folder / "capture4", kAll);
   for (const char* file :

@@ -7,8 +7,10 @@
 #include <numbers>
 
 #include "capture/frame.h"
+#include "core/atomic_file.h"
 #include "core/toml_reader.h"
 #include "tests/support/expect_error.h"
+#include "tests/support/test_data.h"
 #include "tiler/objects/things.h"
 
 namespace terracast::job {
@@ -61,7 +63,7 @@ TEST(LaidOutMoving, IsThereWhileItsMotionLastsAndRollsAsFarAsItGoes) {
   const Land land;
   const auto things = [&](const std::string& keys) {
     return lay_out_moving(std::vector{circle(keys)}, {}, flight("P000", ""), frames_at(0.5, 80),
-                          land.context(0.5), 2000.0)
+                          land.context(0.5))
         .at(0);
   };
   // The motion lasts 62.8 s of the 158 s of the sequence.
@@ -95,9 +97,10 @@ TEST(LaidOutMoving, OtherFlightsAreSeenAtTheSameTimeByTheirMiddle) {
       flight("a", "rate_hz = 2.0\n"),
       flight("b", "rate_hz = 10.0\nshown_as = \"helicopter\"\nstart_s = 3.0\n"),
       flight("c", "shown_as = \"quadcopter\"\n")};
+  const std::vector<double> half_sizes(3, 2000.0);
   const auto seen_by = [&](std::size_t flight) {
-    return lay_out_moving({}, flights, flights[flight], frames_at(2.0, 9), land.context(2.0),
-                          2000.0);
+    return lay_out_moving({}, {flights, half_sizes}, flights[flight], frames_at(2.0, 9),
+                          land.context(2.0));
   };
   EXPECT_EQ(seen_by(0).size(), 2U);
   EXPECT_EQ(seen_by(1).size(), 1U);
@@ -121,8 +124,38 @@ TEST(LaidOutMoving, OtherFlightsAreSeenAtTheSameTimeByTheirMiddle) {
   parts[0].name = "b_0";
   parts[1].name = "b_1";
   parts[0].split_from = parts[1].split_from = "b";
-  EXPECT_EQ(
-      lay_out_moving({}, parts, parts[0], frames_at(2.0, 3), land.context(2.0), 2000.0).size(), 1U);
+  EXPECT_EQ(lay_out_moving({}, {parts, half_sizes}, parts[0], frames_at(2.0, 3), land.context(2.0))
+                .size(),
+            1U);
+}
+
+// What a body carries says how near to the world's edge it stays, and so which part of a recording is flown: the others
+// see it where its own sequence has it.
+TEST(LaidOutMoving, ABodyIsSeenWhereItsOwnRigsLetItBe) {
+  const Land land;
+  const test::ScratchFolder folder;
+  std::string track = "time_s,x,y,z\n";
+  for (int t = 0; t <= 40; ++t) track += fmt::format("{},{},0,30\n", t, 10 * t - 200);
+  core::write_file(folder / "track.csv", track);
+  const std::vector<geo::TrajectoryOptions> flights = {
+      flight("a", ""), read<geo::TrajectoryOptions>(fmt::format(
+                           "name = \"b\"\nshown_as = \"helicopter\"\nkind = \"recorded\"\n"
+                           "file = \"{}\"\nformat = \"csv\"\nframe = \"local\"\n"
+                           "place_columns = [\"x\", \"y\", \"z\"]\noutside = \"clip\"\n"
+                           "origin = {{lat_deg = 46.0, lon_deg = 7.0, height_m = 0.0}}\n",
+                           (folder / "track.csv").string()))};
+  const std::vector<double> half_sizes = {2000.0, 101.0};
+  const std::vector<render::MovingThing> things =
+      lay_out_moving({}, {flights, half_sizes}, flights[0], frames_at(1.0, 40), land.context(1.0));
+  ASSERT_EQ(things.size(), 1U);
+  // It begins at the first place that is looked at inside, every 5 m; from there it goes 10 m/s to the last.
+  for (std::size_t i = 0; i < 40; ++i) {
+    ASSERT_EQ(things[0].states[i].has_value(), i <= 20) << i;
+    if (things[0].states[i]) {
+      EXPECT_NEAR(things[0].states[i]->world_from_body.translation.x(),
+                  10.0 * static_cast<double>(i) - 100.0, 1e-3);
+    }
+  }
 }
 
 TEST(LaidOutMoving, WheelsTurnWhereTheyRoll) {
@@ -133,7 +166,7 @@ TEST(LaidOutMoving, WheelsTurnWhereTheyRoll) {
     double most = 0.0;
     for (const render::TurningPart& part :
          lay_out_moving(std::vector{options}, {}, flight("P000", ""), frames_at(1.0, 2),
-                        land.context(1.0), 2000.0)
+                        land.context(1.0))
              .at(0)
              .parts)
       most = std::max(most, std::abs(part.per_metre_rad));
@@ -164,7 +197,7 @@ TEST(LaidOutMoving, NamesOfPartsMustFitToo) {
   wheel.name = "car-wheel1";
   test::expect_error(core::ErrorKind::Config, {"\"car-wheel1\" of what moves is there twice"}, [&] {
     lay_out_moving(std::vector{circle(""), wheel}, {}, flight("P000", ""), frames_at(1.0, 2),
-                   land.context(1.0), 2000.0);
+                   land.context(1.0));
   });
 }
 
@@ -174,9 +207,8 @@ TEST(CapturedThings, AreThoseThatWereLaidOut) {
   drone.name = "drone";
   drone.thing = "quadcopter";
   drone.variant = 2;
-  const std::vector<render::MovingThing> laid_out =
-      lay_out_moving(std::vector{circle(""), drone}, {}, flight("P000", ""), frames_at(1.0, 2),
-                     land.context(1.0), 2000.0);
+  const std::vector<render::MovingThing> laid_out = lay_out_moving(
+      std::vector{circle(""), drone}, {}, flight("P000", ""), frames_at(1.0, 2), land.context(1.0));
   capture::SequenceInfo info;
   info.moving = render::describe_moving(laid_out);
   const std::vector<render::MovingThing> captured = captured_things(info);

@@ -559,5 +559,40 @@ TEST(Vehicles, PairsThatCannotBeAreRefusedBeforeRendering) {
   check("uav1/mcs4/cam0 uav1/mcs4/cam0", apart, "frames_apart = [1]\n");
 }
 
+// Each vehicle has pairs of its own cameras.
+TEST(Vehicles, PairsOfOneRigAreOfThoseThatCarryIt) {
+  const auto outline = [](const char* name, const std::vector<std::string>& cameras,
+                          int num_frames) {
+    render::SequenceOutline sequence{
+        .name = name, .cameras = {}, .num_frames = num_frames, .shares_geometry = true};
+    for (const std::string& camera : cameras) {
+      sequence.cameras.emplace_back().rig = camera.substr(0, camera.find('/'));
+      sequence.cameras.back().name = camera.substr(camera.find('/') + 1);
+    }
+    return sequence;
+  };
+  const std::vector fleet = {outline("uav1", {"stereo/left", "stereo/right"}, 3),
+                             outline("uav2", {"wide/cam0", "wide/cam1", "eye/cam"}, 9)};
+  const core::Log log("label", core::LogLevel::Off);
+  const auto check = [&](const std::string& keys) {
+    std::vector<render::LabelOptions> options(1);
+    core::TomlDocument::parse("kind = \"pairs\"\n" + keys, "job.toml").read(options[0]);
+    render::check_labels(options, fleet, log);
+  };
+  const auto refused = [&](const std::string& keys, const std::vector<std::string>& words) {
+    expect_error(core::ErrorKind::Config, words, [&] { check(keys); });
+  };
+  check("cameras = [\"stereo/left stereo/right\", \"wide/cam0 eye/cam\"]\n");
+  check("cameras = [\"uav1/stereo/right uav2/wide/cam1\"]\n");
+  check("cameras = [\"eye/cam eye/cam\"]\nframes_apart = [8]\n");
+  refused("cameras = [\"stereo/left wide/cam0\"]\n",
+          {"no sequence has both stereo/left and wide/cam0", "SEQUENCE/stereo/left"});
+  refused("cameras = [\"stereo/left wide/cam7\"]\n", {"unknown camera \"wide/cam7\"", "wide/cam0"});
+  refused("cameras = [\"uav1/wide/cam0 uav2/wide/cam0\"]\n", {"wide/cam0", "stereo/left"});
+  // The longest sequence has no such cameras.
+  refused("cameras = [\"stereo/left stereo/right\"]\nframes_apart = [5]\n",
+          {"no sequence is so long", "uav1, has 3 frames"});
+}
+
 }  // namespace
 }  // namespace terracast::test
