@@ -1,0 +1,350 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/random.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/mesh_checks.h"
+#include "tests/tiler/building_facts.h"
+#include "tiler/buildings/building_mesh.h"
+#include "tiler/buildings/footprint.h"
+#include "tiler/buildings/roof.h"
+#include "tiler/roofs/triangulation.h"
+#include "world/facade.h"
+#include "world/tile_id.h"
+
+namespace terracast::test {
+namespace {
+
+using core::ErrorKind;
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+using Eigen::Vector3d;
+using tiler::BuildingDesign;
+using tiler::BuildingDetail;
+using tiler::BuildingPlan;
+using tiler::FootprintCounts;
+using tiler::RingsSteps;
+using tiler::RoofShape;
+using world::kHeightStep_m;
+
+RingsSteps rings_of(const std::vector<std::vector<Vector2d>>& rings_m) {
+  RingsSteps rings;
+  for (const auto& ring : rings_m) {
+    rings.emplace_back();
+    for (const Vector2d& at : ring) rings.back().emplace_back(steps(at.x()), steps(at.y()));
+  }
+  return rings;
+}
+RingsSteps rectangle(double length_m, double width_m) {
+  return rings_of({{{0, 0}, {length_m, 0}, {length_m, width_m}, {0, width_m}}});
+}
+
+/// A building of a roof's shape, without details.
+world::Shape plain_shape(const RingsSteps& rings, RoofShape roof, double top_m, double roof_m,
+                         BuildingDetail detail = BuildingDetail::Plain) {
+  BuildingDesign design;
+  design.roof = roof;
+  design.roof_height_m = roof_m;
+  design.top_m = top_m;
+  BuildingPlan plan;
+  plan.rings = rings;
+  plan.design = &design;
+  plan.foundation_steps = steps(1.0);
+  return tiler::building_shape(plan, detail);
+}
+
+TEST(BuildingShapes, RoofsOverARectangleHaveTheirClosedForms) {
+  const double length = 14.0;
+  const double width = 8.0;
+  const double walls = 5.0;
+  const double roof = 3.0;
+  const double block = length * width * (walls + 1.0);  // 1 m of foundation
+  const std::map<RoofShape, double> roofs = {
+      {RoofShape::Flat, length * width * roof},
+      {RoofShape::Gabled, length * width * roof / 2.0},
+      // A ridge as long as the length is more than the width: a prism and two halves of a pyramid.
+      {RoofShape::Hipped, (length - width) * width * roof / 2.0 + width * width * roof / 3.0},
+      {RoofShape::Pyramidal, length * width * roof / 3.0},
+      {RoofShape::Skillion, length * width * roof / 2.0},
+      // Of a cross-section with corners at 0.45 of the half width and 0.68 of the height.
+      {RoofShape::Gambrel, length * width * roof * (0.45 * 0.34 + 0.55 * (0.68 + 1.0) / 2.0)},
+  };
+  for (const auto& [shape, volume_m3] : roofs) {
+    const world::Shape mesh = plain_shape(rectangle(length, width), shape, walls + roof, roof);
+    const MeshFacts facts = sound_facts(mesh, std::to_string(static_cast<int>(shape)));
+    // Corners are rounded by half a step: 250 m2 of surface times 0.5 mm.
+    EXPECT_NEAR(facts.volume_m3, block + volume_m3, 0.13) << static_cast<int>(shape);
+    EXPECT_NEAR(area_from_above_m2(mesh), length * width, 0.02) << static_cast<int>(shape);
+    EXPECT_LE(mesh.triangles.size(), 40u);
+  }
+}
+
+// Windows are drawn in bays and storeys of the pattern's own size: no wall may cut one.
+TEST(BuildingShapes, WallsHoldWholeBaysAndStoreys) {
+  for (const auto style : {world::FacadeStyle::House, world::FacadeStyle::Apartments,
+                           world::FacadeStyle::Offices, world::FacadeStyle::Hall})
+    for (const RoofShape roof : {RoofShape::Flat, RoofShape::Gabled, RoofShape::Hipped})
+      for (std::uint64_t own = 0; own < 6; ++own) {
+        BuildingDesign design;
+        design.roof = roof;
+        design.roof_height_m = roof == RoofShape::Flat ? 0.0 : 2.5;
+        design.top_m = 11.7;
+        design.wall.material = world::Material::Plaster;
+        design.wall.pattern = world::facade_pattern(style, 31);
+        BuildingPlan plan;
+        // The last side is narrower than most bays.
+        plan.rings =
+            rings_of({{{0, 0}, {17.3, 0}, {17.3, 9.1}, {16.6, 9.1}, {16.6, 10.4}, {0, 10.4}}});
+        plan.design = &design;
+        plan.own = own;
+        plan.foundation_steps = steps(1.0);
+        plan.attached = {false, true, false, false, false, false};
+        const world::Shape shape = tiler::building_shape(plan, BuildingDetail::Fine);
+        sound_facts(shape, "facade");
+        const double bay_m = world::facade_bay_m(style);
+        int num_walls = 0;
+        for (const auto& triangle : shape.triangles) {
+          if (shape.finishes[triangle.finish].pattern == 0) continue;
+          const auto height = [&](std::size_t k) {
+            return shape.vertices_steps[triangle.corners[k]].z();
+          };
+          if (height(0) == height(1) && height(1) == height(2)) continue;  // the bottom
+          double lowest_u = 1e9;
+          double highest_u = -1e9;
+          double highest_v = -1e9;
+          double length_m = 0.0;
+          for (std::size_t k = 0; k < 3; ++k) {
+            const Eigen::Vector2f& uv = shape.uv[triangle.corners[k]];
+            lowest_u = std::min(lowest_u, static_cast<double>(uv.x()));
+            highest_u = std::max(highest_u, static_cast<double>(uv.x()));
+            highest_v = std::max(highest_v, static_cast<double>(uv.y()));
+            const Eigen::Vector3i& a = shape.vertices_steps[triangle.corners[k]];
+            const Eigen::Vector3i& b = shape.vertices_steps[triangle.corners[(k + 1) % 3]];
+            length_m = std::max(length_m, (a - b).head<2>().cast<double>().norm() * kHeightStep_m);
+          }
+          ++num_walls;
+          EXPECT_GT(length_m, 0.5 * bay_m);
+          // No window where another house stands, nor on what is too narrow for a bay.
+          const auto is_on_attached = [&](std::uint32_t corner) {
+            return shape.vertices_steps[corner].x() == steps(17.3);
+          };
+          EXPECT_FALSE(
+              std::all_of(triangle.corners.begin(), triangle.corners.end(), is_on_attached));
+          const auto is_whole = [](double value, double part) {
+            // uv is rounded to a 64th of a metre.
+            return std::abs(value - part * std::round(value / part)) < 1.0 / 64.0;
+          };
+          EXPECT_TRUE(is_whole(lowest_u, bay_m) && is_whole(highest_u, bay_m)) << highest_u;
+          if (roof != RoofShape::Flat) {
+            EXPECT_TRUE(is_whole(highest_v, 3.1)) << highest_v;
+          }
+          // Bays are up to a half narrower or wider, where there is one, else less.
+          EXPECT_NEAR((highest_u - lowest_u) / length_m, 1.0, length_m > 4.0 * bay_m ? 0.25 : 0.7);
+        }
+        EXPECT_GE(num_walls, 4);
+      }
+}
+
+TEST(BuildingShapes, RoofsOverAnyPolygonAreClosedAndCoverIt) {
+  const RingsSteps l_shape = rings_of({{{0, 0}, {16, 0}, {16, 7}, {8, 7}, {8, 15}, {0, 15}}});
+  const RingsSteps court =
+      rings_of({{{0, 0}, {30, 2}, {28, 26}, {-3, 24}}, {{9, 9}, {8, 17}, {19, 18}, {20, 10}}});
+  const RingsSteps t_shape =
+      rings_of({{{0, 0}, {20, 0}, {20, 8}, {13, 8}, {13, 18}, {6, 18}, {6, 8}, {0, 8}}});
+  std::vector<Vector2d> round;
+  for (int k = 0; k < 24; ++k)
+    round.push_back(9.0 * Vector2d(std::cos(k * 0.2617993878), std::sin(k * 0.2617993878)));
+  for (const RingsSteps& rings : {l_shape, court, t_shape, rings_of({round}), rectangle(9, 9)})
+    for (const RoofShape roof :
+         {RoofShape::Flat, RoofShape::Gabled, RoofShape::Hipped, RoofShape::HalfHipped,
+          RoofShape::Pyramidal, RoofShape::Skillion, RoofShape::Gambrel, RoofShape::Mansard,
+          RoofShape::Round, RoofShape::Dome, RoofShape::Spire})
+      for (const BuildingDetail detail : {BuildingDetail::Fine, BuildingDetail::Plain}) {
+        const std::string what = std::to_string(rings.front().size()) + " corners, roof " +
+                                 std::to_string(static_cast<int>(roof));
+        const world::Shape mesh = plain_shape(rings, roof, 11.0, 3.0, detail);
+        sound_facts(mesh, what);
+        EXPECT_LE(mesh.triangles.size(), 700u) << what;
+        if (detail == BuildingDetail::Plain) {
+          EXPECT_NEAR(area_from_above_m2(mesh), tiler::area_m2(rings), 0.05) << what;
+        }
+      }
+}
+
+TEST(BuildingShapes, EavesReachBeyondWallsAndParapetsStandOnThem) {
+  BuildingDesign design;
+  design.top_m = 9.0;
+  design.roof = RoofShape::Hipped;
+  design.roof_height_m = 2.5;
+  BuildingPlan plan;
+  plan.rings = rectangle(16.0, 11.0);
+  plan.design = &design;
+  plan.foundation_steps = steps(1.0);
+  const world::Shape hipped = tiler::building_shape(plan, BuildingDetail::Fine);
+  sound_facts(hipped, "hipped");
+  const auto [low, high] = box_of(hipped);
+  // Eaves of 0.4 m, more or less by a third.
+  for (const double over_m : {-low.x(), -low.y(), high.x() - 16.0, high.y() - 11.0}) {
+    EXPECT_GE(over_m, 0.24 - kHeightStep_m);
+    EXPECT_LE(over_m, 0.52 + kHeightStep_m);
+  }
+  EXPECT_NEAR(area_from_above_m2(hipped), (high - low).head<2>().prod(), 0.02);
+
+  design.roof = RoofShape::Flat;
+  const world::Shape flat = tiler::building_shape(plan, BuildingDetail::Fine);
+  sound_facts(flat, "flat");
+  const auto [flat_low, flat_high] = box_of(flat);
+  EXPECT_EQ(Vector2d(flat_low.head<2>()), Vector2d(0.0, 0.0));
+  EXPECT_EQ(Vector2d(flat_high.head<2>()), Vector2d(16.0, 11.0));
+  double rim_m2 = 0.0;
+  for (const auto& triangle : flat.triangles) {
+    std::array<Vector3d, 3> at;
+    for (std::size_t k = 0; k < 3; ++k)
+      at[k] = flat.vertices_steps[triangle.corners[k]].cast<double>() * kHeightStep_m;
+    const Vector3d turned = (at[1] - at[0]).cross(at[2] - at[0]);
+    if (turned.z() > 0.5 * turned.norm() && std::abs(at[0].z() - 9.0) < 0.01)
+      rim_m2 += 0.5 * turned.z();
+  }
+  EXPECT_NEAR(rim_m2, 16.0 * 11.0 - 15.4 * 10.4, 0.1);  // 0.3 m wide
+}
+
+TEST(BuildingShapes, ACanopyStandsOnPosts) {
+  BuildingDesign design;
+  design.kind = tiler::BuildingKind::Canopy;
+  design.top_m = 3.4;
+  BuildingPlan plan;
+  plan.design = &design;
+  plan.foundation_steps = steps(1.0);
+  std::vector<Vector2d> round;
+  for (int i = 0; i < 12; ++i)
+    round.emplace_back(4.6 * std::cos(i * EIGEN_PI / 6.0), 4.6 * std::sin(i * EIGEN_PI / 6.0));
+  const std::map<std::string, std::pair<RingsSteps, int>> canopies = {
+      {"long", {rectangle(16.0, 5.0), 4}}, {"round", {rings_of({round}), 12}}};
+  for (const auto& [name, canopy] : canopies)
+    for (const BuildingDetail detail :
+         {BuildingDetail::Fine, BuildingDetail::Plain, BuildingDetail::Block}) {
+      plan.rings = canopy.first;
+      const world::Shape shape = tiler::building_shape(plan, detail);
+      const MeshFacts facts = sound_facts(shape, name);
+      const int num_posts = detail == BuildingDetail::Block ? 4 : canopy.second;
+      // A slab of 0.35 m, and posts of 0.28 m x 0.28 m from 1 m under the ground to the slab.
+      EXPECT_NEAR(facts.volume_m3,
+                  tiler::area_m2(plan.rings) * 0.35 + num_posts * 0.28 * 0.28 * 4.05, 0.1)
+          << name;
+      EXPECT_NEAR(box_of(shape).first.z(), -1.0, kHeightStep_m);
+    }
+}
+
+TEST(Footprints, EdgesMoveOutwardAndInward) {
+  const RingsSteps yard =
+      rings_of({{{0, 0}, {10, 0}, {10, 5}, {10, 10}, {0, 10}}, {{4, 4}, {4, 6}, {6, 6}, {6, 4}}});
+  for (const double by_m : {0.5, -0.5, 0.25}) {
+    const auto moved = tiler::moved_edges(yard, by_m / kHeightStep_m);
+    ASSERT_TRUE(moved);
+    // The hole becomes smaller as its walls grow.
+    EXPECT_NEAR(tiler::area_m2(*moved),
+                std::pow(10.0 + 2.0 * by_m, 2) - std::pow(2.0 - 2.0 * by_m, 2), 0.05)
+        << by_m;
+  }
+  const auto one_edge = tiler::moved_edges(rectangle(10.0, 4.0), {0.0, 1.0 / kHeightStep_m, 0, 0});
+  ASSERT_TRUE(one_edge);
+  EXPECT_EQ(*one_edge, rectangle(11.0, 4.0));
+  EXPECT_FALSE(tiler::moved_edges(rectangle(10.0, 4.0), -2.5 / kHeightStep_m));
+  EXPECT_FALSE(tiler::moved_edges(yard, 1.5 / kHeightStep_m));  // the hole would be gone
+}
+
+TEST(Footprints, WhatCrossesItselfIsRepairedToItsArea) {
+  const auto footprints = [](const std::vector<tiler::PointsWorld>& rings,
+                             FootprintCounts& counts) {
+    std::vector<tiler::Footprint> found = tiler::footprints_of(rings, counts);
+    for (const tiler::Footprint& footprint : found) EXPECT_TRUE(tiler::is_valid(footprint.rings));
+    return found;
+  };
+  FootprintCounts counts;
+  // A bow tie: two triangles of 25 m2.
+  auto found = footprints({{{0, 0}, {10, 10}, {10, 0}, {0, 10}}}, counts);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_NEAR(tiler::area_m2(found[0].rings), 25.0, 0.3);
+  EXPECT_NEAR(tiler::area_m2(found[1].rings), 25.0, 0.3);
+  EXPECT_EQ(counts.num_repaired, 1);
+  // A hole beside its shell is none; one across its border takes what it covers.
+  found = footprints({{{0, 0}, {20, 0}, {20, 20}, {0, 20}}, {{30, 0}, {40, 0}, {40, 9}, {30, 9}}},
+                     counts);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(tiler::area_m2(found[0].rings), 400.0, 0.6);
+  found = footprints({{{0, 0}, {20, 0}, {20, 20}, {0, 20}}, {{15, 5}, {30, 5}, {30, 9}, {15, 9}}},
+                     counts);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(tiler::area_m2(found[0].rings), 380.0, 0.6);
+  EXPECT_EQ(counts.num_repaired, 3);
+  // Points twice, a spike, points on a line: no repair, and what is left is the square.
+  found = footprints({{{0, 0}, {5, 0}, {5, 0}, {10, 0}, {10, 10}, {10, 30}, {10, 10}, {0, 10}}},
+                     counts);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].rings.front().size(), 4u);
+  EXPECT_NEAR(tiler::area_m2(found[0].rings), 100.0, 0.3);
+  EXPECT_EQ(counts.num_repaired, 3);
+  EXPECT_EQ(counts.num_too_small, 0);
+  // No area.
+  EXPECT_TRUE(footprints({{{0, 0}, {10, 10}, {20, 20}}}, counts).empty());
+  EXPECT_TRUE(footprints({{{0, 0}, {1, 0}}}, counts).empty());
+  EXPECT_EQ(counts.num_too_small, 2);
+  EXPECT_TRUE(footprints({{{0, 0}, {9000, 0}, {0, 9000}}}, counts).empty());
+  EXPECT_TRUE(footprints({{{0, 0}, {std::nan(""), 0}, {0, 9}}}, counts).size() <= 1);
+  EXPECT_EQ(counts.num_too_large, 1);
+}
+
+TEST(Footprints, AMillionCornersAndHundredsOfRingsTakeBoundedTime) {
+  FootprintCounts counts;
+  tiler::PointsWorld ring;
+  for (int k = 0; k < 1'000'000; ++k) {
+    const double angle = 2.0 * 3.14159265358979 * k / 1e6;
+    const double radius = 40.0 + 4.0 * std::sin(40.0 * angle) +
+                          0.5 * core::random_unit(1, 2, static_cast<std::uint64_t>(k));
+    ring.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+  }
+  const auto found = tiler::footprints_of({ring}, counts);
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(counts.num_simplified, 1);
+  // Of pi (40^2 + 4^2 / 2) m2, to what noise and fewer corners make of it.
+  EXPECT_NEAR(tiler::area_m2(found[0].rings), 5100.0, 400.0);
+
+  std::vector<tiler::PointsWorld> rings = {{{0, 0}, {200, 0}, {200, 200}, {0, 200}}};
+  for (int j = 0; j < 20; ++j)
+    for (int i = 0; i < 20; ++i) {
+      const double x = 2.0 + 9.8 * i;
+      const double y = 2.0 + 9.8 * j;
+      rings.push_back({{x, y}, {x + 4, y}, {x + 4, y + 4}, {x, y + 4}});
+    }
+  const auto holed = tiler::footprints_of(rings, counts);
+  ASSERT_FALSE(holed.empty());
+  EXPECT_TRUE(tiler::is_valid(holed[0].rings));
+}
+
+TEST(Footprints, RandomRingsBecomeValidPolygons) {
+  for (std::uint64_t seed = 0; seed < 150; ++seed) {
+    tiler::PointsWorld ring;
+    const std::uint64_t n = 4 + seed % 9;
+    for (std::uint64_t k = 0; k < n; ++k)
+      ring.emplace_back(core::random_between(0, 30, seed, k, 0),
+                        core::random_between(0, 30, seed, k, 1));
+    FootprintCounts counts;
+    for (const tiler::Footprint& footprint : tiler::footprints_of({ring}, counts)) {
+      EXPECT_TRUE(tiler::is_valid(footprint.rings)) << seed;
+      for (const RoofShape roof : {RoofShape::Flat, RoofShape::Gabled, RoofShape::Mansard})
+        sound_facts(plain_shape(footprint.rings, roof, 9.0, 0.0, BuildingDetail::Fine),
+                    "seed " + std::to_string(seed));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace terracast::test
