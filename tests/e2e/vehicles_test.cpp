@@ -186,7 +186,7 @@ int check_pair(const capture::SequenceReader& plane, const capture::SequenceRead
       drone2.world_from_camera(1, 0).inverse() * plane.world_from_camera(1, 0);
   // Ranges of 400 m and flows of 200 px are floats, and the other camera is 30 m or more away.
   constexpr double kTolerance_px = 2e-4;
-  int num_checked = 0;
+  int num_checked = 0, num_beyond = 0;
   for (int y = 0; y < 100; ++y)
     for (int x = 0; x < 160; ++x) {
       const float range_m = facts.range_m(x, y);
@@ -194,8 +194,11 @@ int check_pair(const capture::SequenceReader& plane, const capture::SequenceRead
       const Vector3d ray((x + 0.5 - 80.0) / 70.0, (y + 0.5 - 50.0) / 70.0, 1.0);
       const auto there = eye_pixel(eye_from_down * (double{range_m} * ray.normalized()));
       const std::uint32_t sight = pair.uint_channels.at("sight")(x, y);
-      bool is_right = (sight > 0) == there.has_value();
-      if (there) {
+      constexpr std::uint32_t kHidden = 1, kSeen = 2, kOutOfView = 3;
+      bool is_right = there ? sight == kHidden || sight == kSeen : sight == kOutOfView;
+      if (!there) {
+        ++num_beyond;
+      } else {
         ++num_checked;
         const Vector2d found(x + 0.5 + double{pair.float_channels.at("flow.x")(x, y)},
                              y + 0.5 + double{pair.float_channels.at("flow.y")(x, y)});
@@ -206,6 +209,7 @@ int check_pair(const capture::SequenceReader& plane, const capture::SequenceRead
         return num_checked;
       }
     }
+  EXPECT_GT(num_beyond, 100);
   return num_checked;
 }
 
