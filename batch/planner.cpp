@@ -70,8 +70,8 @@ class RunPlanner {
     }
     const job::RunConfig config = description_.run_config(index);
     const job::CarriedCameras cameras(config.rigs, config.trajectories);
-    core::with_context([&] { job::check_formats(config, cameras); }, "planning " + name);
-    const std::vector<LaidOut> laid_out = sequences_of(config, cameras);
+    const std::vector<LaidOut> laid_out =
+        core::with_context([&] { return checked_sequences(config, cameras); }, "planning " + name);
     PlannedRun run{.name = name,
                    .index = index,
                    .identity = changes.identity,
@@ -134,6 +134,7 @@ class RunPlanner {
   struct LaidOut {
     PlannedSequence planned;
     std::size_t trajectory = 0;
+    render::SequenceOutline outline = {};
   };
 
   static RunCost costs_of(const job::RunConfig& config, const job::CarriedCameras& cameras,
@@ -213,30 +214,41 @@ class RunPlanner {
     return file_hashes_.emplace(file, hash_of_path(file)).first->second;
   }
 
+  /// throws   Config: what every shard of the run would be refused for
+  std::vector<LaidOut> checked_sequences(const job::RunConfig& config,
+                                         const job::CarriedCameras& cameras) {
+    job::check_formats(config, cameras);
+    std::vector<LaidOut> sequences = sequences_of(config, cameras);
+    std::vector<render::SequenceOutline> outlines;
+    for (const LaidOut& sequence : sequences) outlines.push_back(sequence.outline);
+    // What may fall short is told where it is made, and not of every run.
+    job::check_outputs(config, outlines, core::Log("plan", core::LogLevel::Off));
+    return sequences;
+  }
+
   /// Entries that state their frames need no ground to count them.
   std::vector<LaidOut> sequences_of(const job::RunConfig& config,
                                     const job::CarriedCameras& cameras) {
     std::vector<LaidOut> sequences;
-    std::vector<render::SequenceOutline> outlines;
     for (const geo::TrajectoryOptions& trajectory : config.trajectories) {
       if (trajectory.num_frames == 0 || trajectory.kind_options().is_split())
         return laid_out(config);
-      sequences.push_back({{trajectory.name, trajectory.num_frames}, sequences.size()});
-      outlines.push_back(job::outline_of(config, trajectory.name, cameras.of(trajectory),
-                                         static_cast<std::size_t>(trajectory.num_frames),
-                                         trajectory.rate_hz));
+      sequences.push_back(
+          {{trajectory.name, trajectory.num_frames},
+           sequences.size(),
+           job::outline_of(config, trajectory.name, cameras.of(trajectory),
+                           static_cast<std::size_t>(trajectory.num_frames), trajectory.rate_hz)});
     }
-    // What they make nothing of is told where they are made, and not of every run.
-    render::check_labels(job::wanted_labels(config), outlines,
-                         core::Log("plan", core::LogLevel::Off));
     return sequences;
   }
 
+  /// By what is captured alone: runs that differ in labels and formats share it.
   const std::vector<LaidOut>& laid_out(const job::RunConfig& config) {
     const std::string text = job::toml_of_captures(config);
     const auto known = laid_out_.find(text);
     if (known != laid_out_.end()) return known->second;
     const job::Job job = job::prepare_job(config, context_);
+    const std::vector<render::SequenceOutline> outlines = job::outlines_of(job);
     std::vector<LaidOut> sequences;
     for (std::size_t i = 0; i < job.sequences.size(); ++i) {
       const geo::TrajectoryOptions& part = job.config.trajectories[i];
@@ -246,7 +258,8 @@ class RunPlanner {
                        [&](const geo::TrajectoryOptions& each) { return each.name == entry; });
       TERRACAST_CHECK(whole != config.trajectories.end(), "no trajectory {}", entry);
       sequences.push_back({{part.name, static_cast<std::int64_t>(job.sequences[i].states.size())},
-                           static_cast<std::size_t>(whole - config.trajectories.begin())});
+                           static_cast<std::size_t>(whole - config.trajectories.begin()),
+                           outlines[i]});
     }
     return laid_out_.emplace(text, std::move(sequences)).first->second;
   }

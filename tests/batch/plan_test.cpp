@@ -402,6 +402,24 @@ TEST(Plan, RefusesPairsThatCannotBe) {
   refuses("cameras = [\"P000/mcs4/cam0 P009/mcs4/cam0\"]", {"P009", "P000"});
 }
 
+// Captures are of these configs alike; their flights are laid out once, where they state no frames.
+TEST(Plan, EveryRunOfASweepOverLabelsAndExportsIsLookedInto) {
+  const auto refuses = [](const std::string& sweep, const std::vector<std::string>& words) {
+    for (const char* num_frames : {"0", "24"})
+      test::expect_error(core::ErrorKind::Config, words, [&] {
+        plan_of("[[sweep.product]]\n" + sweep, {}, nullptr,
+                {std::string("trajectories.0.num_frames=") + num_frames, "tracks.num_points=100",
+                 "exports=[{format = \"terracast\"}]"});
+      });
+  };
+  refuses(R"(key = "labels"
+values = [[{kind = "pairs", frames_apart = [1]}], [{kind = "pairs", frames_apart = [1000]}]])",
+          {"planning run0001", "labels pairs", "frames_apart = 1000"});
+  refuses(R"(key = "exports"
+values = [[{format = "terracast"}], [{format = "colmap", rigs = ["mcs4"]}]])",
+          {"planning run0001", "tracks.num_points = 100", "colmap", "2000 points"});
+}
+
 TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {
   const std::string sweep = "[[sweep.product]]\nkey = \"world.seed\"\nvalues = [1]\n";
   PlanOptions options;
