@@ -12,6 +12,7 @@
 #include "job/carried_rigs.h"
 #include "job/job.h"
 #include "job/stages.h"
+#include "render/rig_errors.h"
 #include "tiler/surface.h"
 
 namespace terracast::batch {
@@ -134,7 +135,7 @@ class RunPlanner {
   struct LaidOut {
     PlannedSequence planned;
     std::size_t trajectory = 0;
-    render::SequenceOutline outline = {};
+    render::SequenceOutline outline = {};  ///< with the cameras as they are
   };
 
   static RunCost costs_of(const job::RunConfig& config, const job::CarriedCameras& cameras,
@@ -233,10 +234,13 @@ class RunPlanner {
     for (const geo::TrajectoryOptions& trajectory : config.trajectories) {
       if (trajectory.num_frames == 0 || trajectory.kind_options().is_split())
         return laid_out(config);
+      const render::TrueRigs drawn =
+          render::draw_true_rigs(job::carried_rigs(config.rigs, trajectory), cameras.of(trajectory),
+                                 config.seed, trajectory.name);
       sequences.push_back(
           {{trajectory.name, trajectory.num_frames},
            sequences.size(),
-           job::outline_of(config, trajectory.name, cameras.of(trajectory),
+           job::outline_of(config, trajectory.name, drawn.cameras,
                            static_cast<std::size_t>(trajectory.num_frames), trajectory.rate_hz)});
     }
     return sequences;

@@ -420,6 +420,32 @@ values = [[{format = "terracast"}], [{format = "colmap", rigs = ["mcs4"]}]])",
           {"planning run0001", "tracks.num_points = 100", "colmap", "2000 points"});
 }
 
+// Cameras that the config says to be rectified are turned against each other.
+TEST(Plan, HoldsRigsWithTheirErrorsAgainstLabelsAndFormats) {
+  const auto plan_with = [](const std::vector<std::string>& outputs, const char* num_frames,
+                            double error_deg) {
+    std::vector<std::string> sets = {fmt::format("trajectories.0.num_frames={}", num_frames)};
+    for (const int rig : {0, 1})
+      sets.push_back(fmt::format("rigs.{}.errors.azimuth_sd_deg={}", rig, error_deg));
+    sets.insert(sets.end(), outputs.begin(), outputs.end());
+    plan_of("[[sweep.product]]\nkey = \"seed\"\nvalues = [1]\n", {}, nullptr, sets);
+  };
+  const std::vector<std::string> labels = {R"(exports=[{format = "terracast"}])",
+                                           R"(labels=[{kind = "disparity"}])"};
+  const std::vector<std::string> formats = {
+      R"(exports=[{format = "kitti", rig = "mcs4", left = "cam0", right = "cam3"}])"};
+  for (const char* num_frames : {"0", "24"}) {
+    EXPECT_NO_THROW(plan_with(labels, num_frames, 0.0));
+    EXPECT_NO_THROW(plan_with(formats, num_frames, 0.0));
+    test::expect_error(core::ErrorKind::Config,
+                       {"planning run0000", "labels disparity", "rectified", "errors"},
+                       [&] { plan_with(labels, num_frames, 0.1); });
+    test::expect_error(core::ErrorKind::Config,
+                       {"planning run0000", "kitti", "errors", "sequence P000"},
+                       [&] { plan_with(formats, num_frames, 0.1); });
+  }
+}
+
 TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {
   const std::string sweep = "[[sweep.product]]\nkey = \"world.seed\"\nvalues = [1]\n";
   PlanOptions options;
