@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <utility>
 
 #include "batch/plan.h"
 #include "batch/run_files.h"
@@ -82,15 +83,8 @@ class RunPlanner {
                    .checks = hash_of(config.validation),
                    .world = world_of(config.world),
                    .sequences = {},
-                   .formats = {}};
+                   .formats = formats_of(config)};
     for (const LaidOut& sequence : laid_out) run.sequences.push_back(sequence.planned);
-    for (const auto& chosen : config.exports) {
-      // What is told of its ground is found out with the exports.
-      run.formats.push_back(
-          {chosen.format, core::content_hash(fmt::format("{}\nwithin_m {}", core::toml_text(chosen),
-                                                         description_.dataset().within_m))
-                              .substr(0, 12)});
-    }
     const std::string& world = worlds_[static_cast<std::size_t>(run.world)];
     const auto key_with = [&](const std::string& edits) {
       return run_key(world, edits, config,
@@ -155,6 +149,22 @@ class RunPlanner {
   template <class Options>
   static std::string hash_of(const Options& options) {
     return core::content_hash(core::toml_text(options)).substr(0, 12);
+  }
+
+  /// With the exports labels are made, and what is told of a run's ground is found out.
+  std::vector<PlannedFormat> formats_of(const job::RunConfig& config) {
+    std::string made_with = fmt::format("\nwithin_m {}", description_.dataset().within_m);
+    for (const render::LabelOptions& labels : config.labels)
+      made_with += "\n" + core::toml_text(labels);
+    std::vector<PlannedFormat> formats;
+    for (const auto& chosen : config.exports)
+      formats.push_back(
+          {chosen.format, core::content_hash(core::toml_text(chosen) + made_with).substr(0, 12)});
+    if (formats.empty() && !config.labels.empty() && !std::exchange(has_told_of_labels_, true))
+      context_.log.warn(
+          "the config names no format, and a batch makes labels with its exports: it makes none; "
+          "add an [[exports]]");
+    return formats;
   }
 
   /// What the previous plan called a run of the same rows and values, or else a name of its own.
@@ -281,6 +291,7 @@ class RunPlanner {
   std::map<fs::path, std::string> file_hashes_;
   std::map<std::string, std::string> surface_hashes_;  ///< by surface_hash()'s sources
   std::map<std::string, std::vector<LaidOut>> laid_out_;
+  bool has_told_of_labels_ = false;
 };
 
 /// Makes the shards of a stage, in order.

@@ -468,6 +468,8 @@ TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {
   EXPECT_THAT(open_stages("tracing.memory_bytes=1e9"), ElementsAre("merge"));
   EXPECT_THAT(open_stages("validate.seed=5"), ElementsAre("validate", "merge"));
   EXPECT_THAT(open_stages("exports.2.depth=false"), ElementsAre("export", "validate", "merge"));
+  EXPECT_THAT(open_stages("labels=[{kind = \"cloud\"}]"),
+              ElementsAre("export", "validate", "merge"));
   EXPECT_THAT(open_stages("conditions.visibility_km=30"),
               ElementsAre("tile", "render", "export", "validate", "merge"));
 }
