@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <utility>
 
 #include "batch/plan.h"
 #include "batch/run_files.h"
@@ -12,6 +13,7 @@
 #include "job/carried_rigs.h"
 #include "job/job.h"
 #include "job/stages.h"
+#include "render/rig_errors.h"
 #include "tiler/surface.h"
 
 namespace terracast::batch {
@@ -70,8 +72,8 @@ class RunPlanner {
     }
     const job::RunConfig config = description_.run_config(index);
     const job::CarriedCameras cameras(config.rigs, config.trajectories);
-    core::with_context([&] { job::check_formats(config, cameras); }, "planning " + name);
-    const std::vector<LaidOut> laid_out = sequences_of(config, cameras);
+    const std::vector<LaidOut> laid_out =
+        core::with_context([&] { return checked_sequences(config, cameras); }, "planning " + name);
     PlannedRun run{.name = name,
                    .index = index,
                    .identity = changes.identity,
@@ -81,15 +83,8 @@ class RunPlanner {
                    .checks = hash_of(config.validation),
                    .world = world_of(config.world),
                    .sequences = {},
-                   .formats = {}};
+                   .formats = formats_of(config)};
     for (const LaidOut& sequence : laid_out) run.sequences.push_back(sequence.planned);
-    for (const auto& chosen : config.exports) {
-      // What is told of its ground is found out with the exports.
-      run.formats.push_back(
-          {chosen.format, core::content_hash(fmt::format("{}\nwithin_m {}", core::toml_text(chosen),
-                                                         description_.dataset().within_m))
-                              .substr(0, 12)});
-    }
     const std::string& world = worlds_[static_cast<std::size_t>(run.world)];
     const auto key_with = [&](const std::string& edits) {
       return run_key(world, edits, config,
@@ -134,6 +129,7 @@ class RunPlanner {
   struct LaidOut {
     PlannedSequence planned;
     std::size_t trajectory = 0;
+    render::SequenceOutline outline = {};  ///< with the cameras as they are
   };
 
   static RunCost costs_of(const job::RunConfig& config, const job::CarriedCameras& cameras,
@@ -153,6 +149,22 @@ class RunPlanner {
   template <class Options>
   static std::string hash_of(const Options& options) {
     return core::content_hash(core::toml_text(options)).substr(0, 12);
+  }
+
+  /// With the exports labels are made, and what is told of a run's ground is found out.
+  std::vector<PlannedFormat> formats_of(const job::RunConfig& config) {
+    std::string made_with = fmt::format("\nwithin_m {}", description_.dataset().within_m);
+    for (const render::LabelOptions& labels : config.labels)
+      made_with += "\n" + core::toml_text(labels);
+    std::vector<PlannedFormat> formats;
+    for (const auto& chosen : config.exports)
+      formats.push_back(
+          {chosen.format, core::content_hash(core::toml_text(chosen) + made_with).substr(0, 12)});
+    if (formats.empty() && !config.labels.empty() && !std::exchange(has_told_of_labels_, true))
+      context_.log.warn(
+          "the config names no format, and a batch makes labels with its exports: it makes none; "
+          "add an [[exports]]");
+    return formats;
   }
 
   /// What the previous plan called a run of the same rows and values, or else a name of its own.
@@ -213,30 +225,44 @@ class RunPlanner {
     return file_hashes_.emplace(file, hash_of_path(file)).first->second;
   }
 
+  /// throws   Config: what every shard of the run would be refused for
+  std::vector<LaidOut> checked_sequences(const job::RunConfig& config,
+                                         const job::CarriedCameras& cameras) {
+    job::check_formats(config, cameras);
+    std::vector<LaidOut> sequences = sequences_of(config, cameras);
+    std::vector<render::SequenceOutline> outlines;
+    for (const LaidOut& sequence : sequences) outlines.push_back(sequence.outline);
+    // What may fall short is told where it is made, and not of every run.
+    job::check_outputs(config, outlines, core::Log("plan", core::LogLevel::Off));
+    return sequences;
+  }
+
   /// Entries that state their frames need no ground to count them.
   std::vector<LaidOut> sequences_of(const job::RunConfig& config,
                                     const job::CarriedCameras& cameras) {
     std::vector<LaidOut> sequences;
-    std::vector<render::SequenceOutline> outlines;
     for (const geo::TrajectoryOptions& trajectory : config.trajectories) {
       if (trajectory.num_frames == 0 || trajectory.kind_options().is_split())
         return laid_out(config);
-      sequences.push_back({{trajectory.name, trajectory.num_frames}, sequences.size()});
-      outlines.push_back(job::outline_of(config, trajectory.name, cameras.of(trajectory),
-                                         static_cast<std::size_t>(trajectory.num_frames),
-                                         trajectory.rate_hz));
+      const render::TrueRigs drawn =
+          render::draw_true_rigs(job::carried_rigs(config.rigs, trajectory), cameras.of(trajectory),
+                                 config.seed, trajectory.name);
+      sequences.push_back(
+          {{trajectory.name, trajectory.num_frames},
+           sequences.size(),
+           job::outline_of(config, trajectory.name, drawn.cameras,
+                           static_cast<std::size_t>(trajectory.num_frames), trajectory.rate_hz)});
     }
-    // What they make nothing of is told where they are made, and not of every run.
-    render::check_labels(job::wanted_labels(config), outlines,
-                         core::Log("plan", core::LogLevel::Off));
     return sequences;
   }
 
+  /// By what is captured alone: runs that differ in labels and formats share it.
   const std::vector<LaidOut>& laid_out(const job::RunConfig& config) {
     const std::string text = job::toml_of_captures(config);
     const auto known = laid_out_.find(text);
     if (known != laid_out_.end()) return known->second;
     const job::Job job = job::prepare_job(config, context_);
+    const std::vector<render::SequenceOutline> outlines = job::outlines_of(job);
     std::vector<LaidOut> sequences;
     for (std::size_t i = 0; i < job.sequences.size(); ++i) {
       const geo::TrajectoryOptions& part = job.config.trajectories[i];
@@ -246,7 +272,8 @@ class RunPlanner {
                        [&](const geo::TrajectoryOptions& each) { return each.name == entry; });
       TERRACAST_CHECK(whole != config.trajectories.end(), "no trajectory {}", entry);
       sequences.push_back({{part.name, static_cast<std::int64_t>(job.sequences[i].states.size())},
-                           static_cast<std::size_t>(whole - config.trajectories.begin())});
+                           static_cast<std::size_t>(whole - config.trajectories.begin()),
+                           outlines[i]});
     }
     return laid_out_.emplace(text, std::move(sequences)).first->second;
   }
@@ -264,6 +291,7 @@ class RunPlanner {
   std::map<fs::path, std::string> file_hashes_;
   std::map<std::string, std::string> surface_hashes_;  ///< by surface_hash()'s sources
   std::map<std::string, std::vector<LaidOut>> laid_out_;
+  bool has_told_of_labels_ = false;
 };
 
 /// Makes the shards of a stage, in order.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <span>
 
 #include "core/schema_writer.h"
 #include "core/stage_cost.h"
@@ -51,25 +52,25 @@ void check_frames(const Job& job) {
 
 /// Warns of too few track points for what is exported of a sequence.
 /// throws Config: so few that its checks cannot but fail
-void check_tracks(const Job& job, const core::Log& log) {
-  const std::int64_t num_points = job.config.tracks.num_points;
-  for (const auto& chosen : job.config.exports)
-    for (const render::SequencePlan& plan : job.sequences) {
-      if (!chosen.exporter().takes_any_of(plan.cameras)) continue;
-      const auto num_frames = static_cast<std::int64_t>(plan.states.size());
+void check_tracks(const RunConfig& config, std::span<const render::SequenceOutline> sequences,
+                  const core::Log& log) {
+  const std::int64_t num_points = config.tracks.num_points;
+  for (const auto& chosen : config.exports)
+    for (const render::SequenceOutline& sequence : sequences) {
+      if (!chosen.exporter().takes_any_of(sequence.cameras)) continue;
       const auto [least, expected] =
-          chosen.exporter().track_points_wanted(plan.cameras, num_frames);
+          chosen.exporter().track_points_wanted(sequence.cameras, sequence.num_frames);
       if (num_points < least)
         fail(ErrorKind::Config,
              "tracks.num_points = {}; the {} export of sequence {} is checked to hold {} points: "
              "raise it, or leave the export out",
-             num_points, chosen.format, plan.name, least);
+             num_points, chosen.format, sequence.name, least);
       if (num_points < expected)
         log.warn(
             "tracks.num_points = {}: they are drawn from the images of all {} cameras, and the {} "
             "export of sequence {} may show fewer than the {} that it is checked to hold; {} are "
             "enough in any case",
-            num_points, plan.cameras.size(), chosen.format, plan.name, least, expected);
+            num_points, sequence.cameras.size(), chosen.format, sequence.name, least, expected);
     }
 }
 
@@ -99,16 +100,16 @@ void set_cameras(const Job& job, const geo::TrajectoryOptions& options,
 }
 
 /// throws Config: a format that cannot hold the cameras of a sequence as they are
-void check_true_cameras(const Job& job) {
-  for (const render::SequencePlan& plan : job.sequences)
-    if (!plan.believed_cameras.empty())
-      for (const auto& chosen : job.config.exports) {
-        if (!chosen.exporter().takes_any_of(plan.cameras)) continue;
-        core::with_context([&] { chosen.exporter().check(plan.cameras); },
-                           fmt::format("checking that format {} can hold the rigs with the errors "
-                                       "that they have in sequence {}",
-                                       chosen.format, plan.name));
-      }
+void check_true_cameras(const RunConfig& config,
+                        std::span<const render::SequenceOutline> sequences) {
+  for (const render::SequenceOutline& sequence : sequences)
+    for (const auto& chosen : config.exports) {
+      if (!chosen.exporter().takes_any_of(sequence.cameras)) continue;
+      core::with_context([&] { chosen.exporter().check(sequence.cameras); },
+                         fmt::format("checking that format {} can hold the rigs with the errors "
+                                     "that they have in sequence {}",
+                                     chosen.format, sequence.name));
+    }
 }
 
 /// All sequences show what the most demanding of them asks for.
@@ -119,14 +120,6 @@ void share_geometry(Job& job) {
     std::move(own.begin(), own.end(), std::back_inserter(*all));
   }
   for (render::SequencePlan& plan : job.sequences) plan.shared_viewpoints = all;
-}
-
-void check_labels(const Job& job, const core::Log& log) {
-  std::vector<render::SequenceOutline> outlines;
-  for (const render::SequencePlan& plan : job.sequences)
-    outlines.push_back(
-        outline_of(job.config, plan.name, plan.cameras, plan.states.size(), plan.rate_hz));
-  render::check_labels(wanted_labels(job.config), outlines, log);
 }
 
 geo::TrajectoryContext trajectory_context(const Job& job, double half_size_m,
@@ -194,6 +187,21 @@ void check_formats(const RunConfig& config, const CarriedCameras& cameras) {
   exporters::check_formats(config.exports, sequences);
 }
 
+void check_outputs(const RunConfig& config, std::span<const render::SequenceOutline> sequences,
+                   const core::Log& log) {
+  check_tracks(config, sequences, log);
+  check_true_cameras(config, sequences);
+  render::check_labels(wanted_labels(config), sequences, log);
+}
+
+std::vector<render::SequenceOutline> outlines_of(const Job& job) {
+  std::vector<render::SequenceOutline> outlines;
+  for (const render::SequencePlan& plan : job.sequences)
+    outlines.push_back(
+        outline_of(job.config, plan.name, plan.cameras, plan.states.size(), plan.rate_hz));
+  return outlines;
+}
+
 std::vector<double> half_sizes_m(const Job& job) {
   std::vector<double> half_sizes;
   for (const geo::TrajectoryOptions& trajectory : job.config.trajectories)
@@ -258,9 +266,7 @@ Job prepare_job(RunConfig config, const core::Context& context,
                       context.log.for_stage("trajectory " + job.config.trajectories[i].name)));
   if (job.config.shared_geometry) share_geometry(job);
   check_frames(job);
-  check_tracks(job, log);
-  check_true_cameras(job);
-  check_labels(job, context.log);
+  check_outputs(job.config, outlines_of(job), context.log);
   return job;
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/context.h"
 #include "job/carried_rigs.h"
 #include "job/run_config.h"
+#include "render/labels/label.h"
 #include "render/render_stage.h"
 #include "tiler/preview.h"
 #include "tiler/surface.h"
@@ -27,6 +29,17 @@ std::vector<double> half_sizes_m(const Job& job);
 /// Whether all formats can hold what the bodies of a config carry, errors left aside.
 /// throws   as exporters::check_formats
 void check_formats(const RunConfig& config, const CarriedCameras& cameras);
+
+/// Whether formats and labels can be made of the sequences of a config that check_formats() has let pass.
+/// sequences   the cameras as they are, errors included
+/// log         is told of what makes nothing in a sequence, or may fall short
+/// throws      Config: a format that cannot hold the cameras, or so few track points that its checks cannot but fail;
+///             as render::check_labels
+void check_outputs(const RunConfig& config, std::span<const render::SequenceOutline> sequences,
+                   const core::Log& log);
+
+/// The sequences of a job, for check_outputs().
+std::vector<render::SequenceOutline> outlines_of(const Job& job);
 
 /// Opens what a config names and checks that everything fits together, exporters' demands on the
 /// rigs included, before any stage starts. The world's layers are left to lay_out_world(): of all

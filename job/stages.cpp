@@ -43,6 +43,8 @@ world::TileStore tile(const Job& job, const fs::path& store, const core::Context
       "running stage tile");
 }
 
+namespace {
+
 /// A world that was tiled for other flights, or for coarser images, has not all the detail that this
 /// config asks for.
 void check_detail(const world::TileStore& store, const render::SequencePlan& sequence) {
@@ -65,6 +67,8 @@ void check_sequences(const Job& job, const world::TileStore& store) {
         },
         fmt::format("rendering sequence {}", sequence.name));
 }
+
+}  // namespace
 
 render::RenderedFrames render_sequence(const Job& job, const render::SequencePlan& sequence,
                                        const world::TileStore& store,
@@ -102,15 +106,6 @@ std::vector<render::LabelOptions> wanted_labels(const RunConfig& config) {
   return wanted;
 }
 
-/// The sequences of a config in a folder of captures.
-std::vector<capture::SequenceReader> open_captured(const RunConfig& config,
-                                                   const fs::path& captures, const core::Log& log) {
-  std::vector<exporters::WantedSequence> wanted;
-  for (const auto& trajectory : config.trajectories)
-    wanted.push_back({trajectory.name, toml_of_sequence(config, trajectory)});
-  return exporters::open_sequences(captures, wanted, log);
-}
-
 render::SequenceOutline outline_of(const RunConfig& config, const std::string& name,
                                    const std::vector<capture::CameraCalibration>& cameras,
                                    std::size_t num_frames, double rate_hz) {
@@ -119,6 +114,17 @@ render::SequenceOutline outline_of(const RunConfig& config, const std::string& n
           .num_frames = static_cast<int>(num_frames),
           .rate_hz = rate_hz,
           .shares_geometry = config.shared_geometry};
+}
+
+namespace {
+
+/// The sequences of a config in a folder of captures.
+std::vector<capture::SequenceReader> open_captured(const RunConfig& config,
+                                                   const fs::path& captures, const core::Log& log) {
+  std::vector<exporters::WantedSequence> wanted;
+  for (const auto& trajectory : config.trajectories)
+    wanted.push_back({trajectory.name, toml_of_sequence(config, trajectory)});
+  return exporters::open_sequences(captures, wanted, log);
 }
 
 /// Holds labels against sequences that are captured.
@@ -130,6 +136,8 @@ void check_captured(const RunConfig& config, const std::vector<render::LabelOpti
                                   sequence.frames().size(), sequence.info().rate_hz));
   render::check_labels(labels, outlines, log);
 }
+
+}  // namespace
 
 void label(const RunConfig& config, const world::TileStore& store, const fs::path& captures,
            const core::Context& context, bool are_checked) {

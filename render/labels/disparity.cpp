@@ -97,10 +97,11 @@ class DisparityLabel final : public PairLabel {
       has_any = has_any || has_pair;
     }
     if (!has_any)
-      fail(ErrorKind::Config,
-           "disparity: no two cameras of a rig are rectified to each other (pinholes that look the "
-           "same way with the same focal lengths, side by side along their rows); name others by "
-           "cameras = [\"RIG/NAME RIG/NAME\"]");
+      fail(
+          ErrorKind::Config,
+          "disparity: no two cameras of a rig are rectified to each other (pinholes that look the "
+          "same way with the same focal lengths, side by side along their rows), as they are, with "
+          "the errors of their rigs; name others by cameras = [\"RIG/NAME RIG/NAME\"]");
   }
 
  private:

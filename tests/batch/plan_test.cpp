@@ -402,6 +402,50 @@ TEST(Plan, RefusesPairsThatCannotBe) {
   refuses("cameras = [\"P000/mcs4/cam0 P009/mcs4/cam0\"]", {"P009", "P000"});
 }
 
+// Captures are of these configs alike; their flights are laid out once, where they state no frames.
+TEST(Plan, EveryRunOfASweepOverLabelsAndExportsIsLookedInto) {
+  const auto refuses = [](const std::string& sweep, const std::vector<std::string>& words) {
+    for (const char* num_frames : {"0", "24"})
+      test::expect_error(core::ErrorKind::Config, words, [&] {
+        plan_of("[[sweep.product]]\n" + sweep, {}, nullptr,
+                {std::string("trajectories.0.num_frames=") + num_frames, "tracks.num_points=100",
+                 "exports=[{format = \"terracast\"}]"});
+      });
+  };
+  refuses(R"(key = "labels"
+values = [[{kind = "pairs", frames_apart = [1]}], [{kind = "pairs", frames_apart = [1000]}]])",
+          {"planning run0001", "labels pairs", "frames_apart = 1000"});
+  refuses(R"(key = "exports"
+values = [[{format = "terracast"}], [{format = "colmap", rigs = ["mcs4"]}]])",
+          {"planning run0001", "tracks.num_points = 100", "colmap", "2000 points"});
+}
+
+// Cameras that the config says to be rectified are turned against each other.
+TEST(Plan, HoldsRigsWithTheirErrorsAgainstLabelsAndFormats) {
+  const auto plan_with = [](const std::vector<std::string>& outputs, const char* num_frames,
+                            double error_deg) {
+    std::vector<std::string> sets = {fmt::format("trajectories.0.num_frames={}", num_frames)};
+    for (const int rig : {0, 1})
+      sets.push_back(fmt::format("rigs.{}.errors.azimuth_sd_deg={}", rig, error_deg));
+    sets.insert(sets.end(), outputs.begin(), outputs.end());
+    plan_of("[[sweep.product]]\nkey = \"seed\"\nvalues = [1]\n", {}, nullptr, sets);
+  };
+  const std::vector<std::string> labels = {R"(exports=[{format = "terracast"}])",
+                                           R"(labels=[{kind = "disparity"}])"};
+  const std::vector<std::string> formats = {
+      R"(exports=[{format = "kitti", rig = "mcs4", left = "cam0", right = "cam3"}])"};
+  for (const char* num_frames : {"0", "24"}) {
+    EXPECT_NO_THROW(plan_with(labels, num_frames, 0.0));
+    EXPECT_NO_THROW(plan_with(formats, num_frames, 0.0));
+    test::expect_error(core::ErrorKind::Config,
+                       {"planning run0000", "labels disparity", "rectified", "errors"},
+                       [&] { plan_with(labels, num_frames, 0.1); });
+    test::expect_error(core::ErrorKind::Config,
+                       {"planning run0000", "kitti", "errors", "sequence P000"},
+                       [&] { plan_with(formats, num_frames, 0.1); });
+  }
+}
+
 TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {
   const std::string sweep = "[[sweep.product]]\nkey = \"world.seed\"\nvalues = [1]\n";
   PlanOptions options;
@@ -424,6 +468,8 @@ TEST(Update, EachKindOfKeyOpensTheStagesThatDependOnIt) {
   EXPECT_THAT(open_stages("tracing.memory_bytes=1e9"), ElementsAre("merge"));
   EXPECT_THAT(open_stages("validate.seed=5"), ElementsAre("validate", "merge"));
   EXPECT_THAT(open_stages("exports.2.depth=false"), ElementsAre("export", "validate", "merge"));
+  EXPECT_THAT(open_stages("labels=[{kind = \"cloud\"}]"),
+              ElementsAre("export", "validate", "merge"));
   EXPECT_THAT(open_stages("conditions.visibility_km=30"),
               ElementsAre("tile", "render", "export", "validate", "merge"));
 }
