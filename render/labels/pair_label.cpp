@@ -47,12 +47,13 @@ struct ShownPixels {
 };
 
 ShownPixels shown_pixels(const PairRoute& route, const PairSight& sight, const ImageOf& from) {
-  const core::ImageF range_m =
-      route.from.read_camera(from.frame, from.camera, capture::SequenceReader::kFacts).range_m;
+  const capture::CameraFrame facts =
+      route.from.read_camera(from.frame, from.camera, capture::SequenceReader::kFacts);
+  const core::ImageF& range_m = facts.range_m;
   std::vector<Eigen::Vector2i> pixels;
   for (int y = 0; y < range_m.height(); ++y)
     for (int x = 0; x < range_m.width(); ++x) pixels.emplace_back(x, y);
-  const std::vector<std::optional<ShownPoint>> points = sight.points(from, pixels);
+  const std::vector<std::optional<ShownPoint>> points = sight.points(from, facts, pixels);
   ShownPixels shown;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (points[i]) {
