@@ -196,9 +196,8 @@ void PairLabel::make_image(const PairRoute& route, const PairSight& sight, const
                            const std::vector<int>& seconds) const {
   const geo::CameraIntrinsics& image = route.first_camera(from.camera).intrinsics;
   const std::string part_name = part_name_of(kind());
-  const auto file_of = [&](const ImageOf& to) {
-    return route.from.folder() / capture::kLabelsFolder / kind() / file_name(route, from, to);
-  };
+  const fs::path folder = route.from.folder() / capture::kLabelsFolder / kind();
+  const auto file_of = [&](const ImageOf& to) { return folder / file_name(route, from, to); };
   std::vector<ImageOf> missing;
   for (const int second : seconds)
     for (const std::int64_t apart : frames_apart()) {
@@ -206,6 +205,7 @@ void PairLabel::make_image(const PairRoute& route, const PairSight& sight, const
       if (route.has_pair(from, to) &&
           !is_label_image_done(file_of(to), sight.source(), image, part_name, "sight"))
         missing.push_back(to);
+  remove_index(folder / (kind() + ".json"));
     }
   if (missing.empty()) return;
   const ShownPixels shown = shown_pixels(route, sight, from);

@@ -91,7 +91,8 @@ inline constexpr std::string_view kOccluderMeaning =
 /// A kind of such labels.
 class PairLabel : public LabelMaker {
  public:
-  /// A file a pair of images, then <kind>.json, which says which pairs there are and what each of them is.
+  /// A file a pair of images, then <kind>.json, which says which pairs there are and what each of them is; it is
+  /// removed before the first file that is made.
   LabelFiles make(const LabelInputs& inputs) const final;
 
  protected:
