@@ -141,6 +141,7 @@ class DisparityLabel final : public PairLabel {
         {"sight", kSightMeaning},
         {"occluder", kOccluderMeaning}};
   }
+    constexpr auto kNoPoint = static_cast<std::uint32_t>(Sight::NoPoint);
 
   std::vector<core::ExrChannel> channels(const PairRoute& route, int first, int second,
                                          PairImage& pair) const override {

@@ -91,7 +91,7 @@ class PairFiller {
         for (int axis = 0; axis < 3; ++axis)
           pair_.scene_flow[static_cast<std::size_t>(axis)][place] =
               static_cast<float>((*motion_m)[axis]);
-      pair_.sight[place] = sight_of(shown_.points[k], found[k]);
+      pair_.sight[place] = static_cast<std::uint32_t>(sight_of(shown_.points[k], found[k]));
       if (!found[k]) continue;
       set_flow(place, found[k]->pixel - center_of(place));
       pair_.occluder[place] = found[k]->occluder_id;
@@ -99,9 +99,9 @@ class PairFiller {
   }
 
   Sight sight_of(const ShownPoint& point, const std::optional<Sighting>& found) const {
-    if (!found) return sight_.is_there(point, to_.frame) ? kOutOfView : kNotThere;
-    if (!found->is_in_image) return kOutOfView;
-    return found->is_visible ? kSeen : kHidden;
+    if (!found) return sight_.is_there(point, to_.frame) ? Sight::OutOfView : Sight::NotThere;
+    if (!found->is_in_image) return Sight::OutOfView;
+    return found->is_visible ? Sight::Seen : Sight::Hidden;
   }
 
   Vector2d center_of(std::size_t place) const {
@@ -162,7 +162,7 @@ PairImage::PairImage(std::size_t num_pixels)
     : flow_x(num_pixels, std::numeric_limits<float>::quiet_NaN()),
       flow_y(flow_x),
       scene_flow({flow_x, flow_x, flow_x}),
-      sight(num_pixels, kNoPoint),
+      sight(num_pixels, static_cast<std::uint32_t>(Sight::NoPoint)),
       occluder(num_pixels, 0) {}
 
 std::string PairLabel::file_name(const PairRoute& route, const ImageOf& first,

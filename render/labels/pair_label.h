@@ -48,45 +48,42 @@ struct PairRoute {
 };
 
 /// What becomes of the point that a pixel shows, as files number it.
-enum Sight : std::uint32_t {
-  kNoPoint = 0,    ///< the sky, or no ray comes in
-  kHidden = 1,     ///< in the other image, and hidden
-  kSeen = 2,       ///< in it, and seen
-  kOutOfView = 3,  ///< not in it: beyond its border, or behind the other camera
-  kNotThere =
-      4,  ///< what it is of is not there at that time, or bears the other camera, which does not see it
+enum class Sight : std::uint32_t {
+  NoPoint = 0,    ///< the sky, or no ray comes in
+  Hidden = 1,     ///< in the other image, and hidden
+  Seen = 2,       ///< in it, and seen
+  OutOfView = 3,  ///< not in it: beyond its border, or behind the other camera
+  /// What it is of is not there at that time, or bears the other camera, which does not see it.
+  NotThere = 4,
 };
 
 /// Of all pixels of the first image, row by row.
 struct PairImage {
   explicit PairImage(std::size_t num_pixels);
   /// To where the other image shows the point, or would beyond its border, px; of the sky by rotation alone. NaN: no
-  /// ray, behind the other camera, not there.
+  /// ray, behind the other camera, not there, or the sky where the other camera's rays are parallel.
   std::vector<float> flow_x, flow_y;
   /// To where the point is at the time of the other frame, m, world's axes. NaN: the sky, no ray, not there.
   std::array<std::vector<float>, 3> scene_flow;
   std::vector<std::uint32_t> sight;  ///< Sight
-  std::vector<std::uint32_t>
-      occluder;  ///< the instance that hides what is hidden; 0: the ground, or nothing
+  /// The instance that hides what is hidden; 0: the ground, or nothing.
+  std::vector<std::uint32_t> occluder;
 };
 
 /// Meanings of channels, for indices of kinds that have them.
 inline constexpr std::string_view kFlowMeaning =
     "float, px from the pixel's centre to where the other image shows the point, or would beyond "
-    "its border; of "
-    "the sky by rotation alone; NaN no ray, behind the other camera or not there";
+    "its border; of the sky by rotation alone; NaN no ray, behind the other camera, not there, or "
+    "the sky where the other camera's rays are parallel";
 inline constexpr std::string_view kSceneFlowMeaning =
     "float, m along the world's axes, to where the point is at the time of the other frame; NaN "
-    "sky, no ray or "
-    "not there";
+    "sky, no ray or not there";
 inline constexpr std::string_view kSightMeaning =
     "uint: 0 sky or no ray, 1 in the other image but hidden, 2 seen there, 3 out of its view, 4 "
-    "not there at "
-    "that time";
+    "not there at that time";
 inline constexpr std::string_view kOccluderMeaning =
     "uint: instance id of what hides the point, in the sequence of the other image; 0 the ground, "
-    "or "
-    "nothing does";
+    "or nothing does";
 
 /// A kind of such labels.
 class PairLabel : public LabelMaker {
