@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <set>
 
 #include "capture/labels.h"
 #include "capture/object_labels.h"
@@ -132,8 +131,7 @@ SecondCameras named_pairs(std::span<const CameraPair> pairs, const std::string& 
   SecondCameras seconds;
   for (const CameraPair& pair : pairs)
     if (is_within(pair, sequence) && has_cameras(cameras, pair))
-      seconds[find_camera(cameras, pair.from.camera)].push_back(
-          find_camera(cameras, pair.to.camera));
+      seconds[find_camera(cameras, pair.from.camera)].insert(find_camera(cameras, pair.to.camera));
   return seconds;
 }
 
@@ -193,7 +191,7 @@ void PairLabel::make_images(const LabelInputs& inputs, const PairRoute& route) c
 
 /// All pairs of which an image is the first.
 void PairLabel::make_image(const PairRoute& route, const PairSight& sight, const ImageOf& from,
-                           const std::vector<int>& seconds) const {
+                           const std::set<int>& seconds) const {
   const geo::CameraIntrinsics& image = route.first_camera(from.camera).intrinsics;
   const std::string part_name = part_name_of(kind());
   const fs::path folder = route.from.folder() / capture::kLabelsFolder / kind();
@@ -205,9 +203,9 @@ void PairLabel::make_image(const PairRoute& route, const PairSight& sight, const
       if (route.has_pair(from, to) &&
           !is_label_image_done(file_of(to), sight.source(), image, part_name, "sight"))
         missing.push_back(to);
-  remove_index(folder / (kind() + ".json"));
     }
   if (missing.empty()) return;
+  remove_index(folder / (kind() + ".json"));
   const ShownPixels shown = shown_pixels(route, sight, from);
   for (const ImageOf& to : missing) {
     PairImage pair(static_cast<std::size_t>(image.width_px) *
@@ -224,12 +222,11 @@ LabelFiles PairLabel::write_index_of(const capture::SequenceReader& sequence,
   const std::string name = kind() + ".json";
   LabelFiles all = {name};
   Json pairs = Json::array();
-  const std::vector<std::int64_t> apart = frames_apart();
   for (const PairRoute& route : routes)
     for (const auto& [first, seconds] : route.seconds)
-      for (const int second : std::set(seconds.begin(), seconds.end()))
-        for (const std::int64_t one : std::set(apart.begin(), apart.end()))
-          list_files(route, first, second, one, all, pairs);
+      for (const int second : seconds)
+        for (const std::int64_t apart : frames_apart())
+          list_files(route, first, second, apart, all, pairs);
   Json index = begin_index(kind(), kVersion, sequence, meanings());
   index.set("pairs", std::move(pairs));
   write_index(sequence.folder() / capture::kLabelsFolder / kind() / name, index);

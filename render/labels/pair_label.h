@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,7 +22,7 @@
 namespace terracast::render {
 
 /// Cameras that are second, by the first.
-using SecondCameras = std::map<int, std::vector<int>>;
+using SecondCameras = std::map<int, std::set<int>>;
 
 /// Of pairs that are named, those of one sequence whose cameras it carries.
 SecondCameras named_pairs(std::span<const CameraPair> pairs, const std::string& sequence,
@@ -95,7 +96,7 @@ class PairLabel : public LabelMaker {
  protected:
   virtual std::string kind() const = 0;
   /// How many frames after the first image that of the second is.
-  virtual std::vector<std::int64_t> frames_apart() const = 0;
+  virtual std::set<std::int64_t> frames_apart() const = 0;
   virtual std::vector<PairRoute> routes_of(const LabelInputs& inputs) const = 0;
   /// Of channels of its files.
   virtual ChannelMeanings meanings() const = 0;
@@ -111,7 +112,7 @@ class PairLabel : public LabelMaker {
  private:
   void make_images(const LabelInputs& inputs, const PairRoute& route) const;
   void make_image(const PairRoute& route, const PairSight& sight, const ImageOf& from,
-                  const std::vector<int>& seconds) const;
+                  const std::set<int>& seconds) const;
   LabelFiles write_index_of(const capture::SequenceReader& sequence,
                             const std::vector<PairRoute>& routes) const;
   void list_files(const PairRoute& route, int first, int second, std::int64_t apart,

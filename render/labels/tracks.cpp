@@ -291,10 +291,8 @@ class TracksLabel final : public LabelMaker {
 
   /// throws   Config: one that no sequence has
   void check_cameras(std::span<const SequenceOutline> sequences) const {
-    std::vector<capture::CameraCalibration> all;
-    for (const SequenceOutline& sequence : sequences)
-      all.insert(all.end(), sequence.cameras.begin(), sequence.cameras.end());
     if (sequences.empty()) return;
+    const std::vector<capture::CameraCalibration> all = cameras_of_all(sequences);
     for (const std::string& name : cameras_) find_camera(all, name);
   }
 
