@@ -5,7 +5,6 @@
 // render/labels/pair_label.h says. pairs.json, written last, says which pairs there are and what each of them is.
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/error.h"
 #include "core/log.h"
