@@ -98,8 +98,7 @@ class CocoExporter final : public Exporter {
   }
 
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
-    if (exported_cameras(cameras).empty())
-      fail(ErrorKind::Config, "coco: there is no rig \"{}\"; leave `rig` out, or name one", rig_);
+    cameras_taken(*this, cameras);
   }
 
   FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {
@@ -146,12 +145,12 @@ class CocoExporter final : public Exporter {
   }
 
  private:
+  /// Called RIG_NAME.
   std::vector<ExportedCamera> exported_cameras(
       const std::vector<capture::CameraCalibration>& cameras) const {
-    std::vector<ExportedCamera> exported;
-    for (std::size_t i = 0; i < cameras.size(); ++i)
-      if (takes(cameras[i].rig))
-        exported.push_back({cameras[i].rig + "_" + cameras[i].name, static_cast<int>(i)});
+    std::vector<ExportedCamera> exported = cameras_taken(*this, cameras);
+    for (ExportedCamera& camera : exported)
+      std::replace(camera.name.begin(), camera.name.end(), '/', '_');
     return exported;
   }
 

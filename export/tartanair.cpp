@@ -39,9 +39,6 @@ namespace {
 
 using core::ErrorKind;
 using core::fail;
-using core::npy_bool_bytes;
-using core::npy_bytes;
-using core::npz_bytes;
 
 constexpr const char* kFormat = "tartanair";
 /// For forecasts.
@@ -128,12 +125,12 @@ std::vector<std::byte> flow_npz(const MaskedFlow& forward, const MaskedFlow& bac
     return core::npy_bool_bytes(image.data(), {1, image.height(), image.width()});
   };
   // Floats of a flow hardly shrink; masks shrink to nothing.
-  return npz_bytes({{"flow_fwd", planar_npy(forward.motion_px), false},
-                    {"flow_bwd", planar_npy(backward.motion_px), false},
-                    {"fov_mask_fwd", mask(forward.is_in_view), true},
-                    {"fov_mask_bwd", mask(backward.is_in_view), true},
-                    {"covisible_mask_fwd", mask(forward.is_covisible), true},
-                    {"covisible_mask_bwd", mask(backward.is_covisible), true}});
+  return core::npz_bytes({{"flow_fwd", planar_npy(forward.motion_px), false},
+                          {"flow_bwd", planar_npy(backward.motion_px), false},
+                          {"fov_mask_fwd", mask(forward.is_in_view), true},
+                          {"fov_mask_bwd", mask(backward.is_in_view), true},
+                          {"covisible_mask_fwd", mask(forward.is_covisible), true},
+                          {"covisible_mask_bwd", mask(backward.is_covisible), true}});
 }
 
 /// Of the older form.

@@ -36,7 +36,6 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 using core::Json;
-using core::npy_bytes;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 

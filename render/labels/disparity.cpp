@@ -89,7 +89,7 @@ class DisparityLabel final : public PairLabel {
   }
 
   void check(std::span<const SequenceOutline> sequences, const core::Log& log) const override {
-    check_camera_pairs(camera_pairs(), frames_apart(), sequences, log);
+    check_camera_pairs(parse_camera_pairs(cameras_), std::span(&kSameFrame, 1), sequences, log);
     bool has_any = sequences.empty();
     for (const SequenceOutline& sequence : sequences) {
       const bool has_pair = !wanted(sequence.name, sequence.cameras).empty();
@@ -105,29 +105,25 @@ class DisparityLabel final : public PairLabel {
   }
 
  private:
-  std::string kind() const override { return "disparity"; }
-  std::vector<std::int64_t> frames_apart() const override { return {0}; }
+  static constexpr std::int64_t kSameFrame = 0;
 
-  std::vector<CameraPair> camera_pairs() const {
-    std::vector<CameraPair> pairs;
-    for (const std::string& text : cameras_) pairs.push_back(parse_camera_pair(text));
-    return pairs;
-  }
+  std::string kind() const override { return "disparity"; }
+  std::set<std::int64_t> frames_apart() const override { return {kSameFrame}; }
 
   SecondCameras wanted(const std::string& sequence,
                        const std::vector<CameraCalibration>& cameras) const {
-    if (!cameras_.empty()) return named_pairs(camera_pairs(), sequence, cameras);
+    if (!cameras_.empty()) return named_pairs(parse_camera_pairs(cameras_), sequence, cameras);
     SecondCameras seconds;
     for (std::size_t a = 0; a < cameras.size(); ++a)
       for (std::size_t b = 0; b < cameras.size(); ++b)
         if (a != b && cameras[a].rig == cameras[b].rig && rectified(cameras[a], cameras[b]))
-          seconds[static_cast<int>(a)].push_back(static_cast<int>(b));
+          seconds[static_cast<int>(a)].insert(static_cast<int>(b));
     return seconds;
   }
 
   std::vector<PairRoute> routes_of(const LabelInputs& inputs) const override {
     const capture::SequenceInfo& info = inputs.sequence.info();
-    tell_left_out(kind(), camera_pairs(), inputs);
+    tell_left_out(kind(), parse_camera_pairs(cameras_), inputs);
     SecondCameras seconds = wanted(info.name, info.cameras);
     if (seconds.empty()) return {};
     return {{inputs.sequence, inputs.sequence, std::move(seconds)}};
@@ -146,6 +142,7 @@ class DisparityLabel final : public PairLabel {
   std::vector<core::ExrChannel> channels(const PairRoute& route, int first, int second,
                                          PairImage& pair) const override {
     using Type = core::ExrChannel::Type;
+    constexpr auto kNoPoint = static_cast<std::uint32_t>(Sight::NoPoint);
     const auto pair_rectified = rectified(route.first_camera(first), route.second_camera(second));
     for (std::size_t i = 0; i < pair.flow_x.size(); ++i) {
       const bool is_sky = pair.sight[i] == kNoPoint && !std::isnan(pair.flow_x[i]);

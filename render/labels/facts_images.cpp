@@ -4,9 +4,11 @@
 
 #include <filesystem>
 #include <memory>
+#include <mutex>
 
 #include "capture/object_labels.h"
 #include "capture/sequence_files.h"
+#include "core/atomic_file.h"
 #include "core/log.h"
 #include "core/progress.h"
 #include "render/labels/images.h"
@@ -34,6 +36,8 @@ LabelFiles make_facts_images(const LabelInputs& inputs, const FactsImages& image
   std::vector<std::unique_ptr<geo::CameraModel>> models;
   for (const auto& camera : cameras) models.push_back(geo::make_camera(camera.intrinsics));
 
+  const fs::path index_file = folder / (images.kind + ".json");
+  std::once_flag is_index_removed;
   core::Progress progress(inputs.context, "images", num_images(sequence));
   for_each_image(sequence, [&](int frame, int camera) {
     const auto at = static_cast<std::size_t>(camera);
@@ -43,10 +47,14 @@ LabelFiles make_facts_images(const LabelInputs& inputs, const FactsImages& image
     const std::int64_t number = frame * static_cast<std::int64_t>(cameras.size()) + camera;
     const std::vector<std::byte> bytes =
         images.encode({cameras[at], view, facts, number, images.kind, source});
-    if (write_unless_same(folder / facts_image_path(cameras[at], frame, images.extension), bytes))
-      progress.advance();
-    else
+    const fs::path file = folder / facts_image_path(cameras[at], frame, images.extension);
+    if (holds(file, bytes)) {
       progress.skip();
+      return;
+    }
+    std::call_once(is_index_removed, [&] { remove_index(index_file); });
+    core::write_file(file, bytes);
+    progress.advance();
   });
 
   LabelFiles files = {images.kind + ".json"};
@@ -56,7 +64,7 @@ LabelFiles make_facts_images(const LabelInputs& inputs, const FactsImages& image
   core::Json index = begin_index(images.kind, 1, sequence, images.channels);
   index.set("files", "<rig>/<camera>/NNNNNN" + images.extension);
   if (more) more(index);
-  write_index(folder / (images.kind + ".json"), index, images.index_indent);
+  write_index(index_file, index, images.index_indent);
   return files;
 }
 

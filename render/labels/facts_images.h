@@ -42,7 +42,8 @@ std::string facts_image_path(const capture::CameraCalibration& camera, int frame
                              const std::string& extension);
 
 /// Writes <rig>/<camera>/NNNNNN of all images, in parallel, then <kind>.json. A file that holds what it shall, to the
-/// byte, is not touched; so what is damaged, or of another capture or other options, is made again.
+/// byte, is not touched; so what is damaged, or of another capture or other options, is made again; <kind>.json is
+/// removed before the first such image.
 /// more     members of the index, asked for after all images; null: none
 /// throws   Io; Input: a damaged capture
 LabelFiles make_facts_images(const LabelInputs& inputs, const FactsImages& images,

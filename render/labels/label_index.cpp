@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <string>
+#include <system_error>
 
 #include "capture/object_labels.h"
 #include "core/atomic_file.h"
+#include "core/error.h"
 #include "core/semantic_class.h"
 
 namespace terracast::render {
@@ -41,12 +43,22 @@ Json classes_json() {
   return list;
 }
 
-bool write_unless_same(const fs::path& file, std::span<const std::byte> bytes) {
+void remove_index(const fs::path& file) {
+  std::error_code error;
+  fs::remove(file, error);
+  if (error)
+    core::fail(core::ErrorKind::Io, "{}: cannot be removed: {}", file.string(), error.message());
+}
+
+bool holds(const fs::path& file, std::span<const std::byte> bytes) {
   std::error_code none;
-  if (fs::is_regular_file(file, none) && fs::file_size(file, none) == bytes.size()) {
-    const std::vector<std::byte> present = core::read_file(file);
-    if (std::equal(present.begin(), present.end(), bytes.begin(), bytes.end())) return false;
-  }
+  if (!fs::is_regular_file(file, none) || fs::file_size(file, none) != bytes.size()) return false;
+  const std::vector<std::byte> present = core::read_file(file);
+  return std::equal(present.begin(), present.end(), bytes.begin(), bytes.end());
+}
+
+bool write_unless_same(const fs::path& file, std::span<const std::byte> bytes) {
+  if (holds(file, bytes)) return false;
   core::write_file(file, bytes);
   return true;
 }

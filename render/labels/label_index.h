@@ -23,6 +23,14 @@ core::Json begin_index(std::string_view kind, int version, const capture::Sequen
 /// The table of classes: id, name, parent, isthing, color.
 core::Json classes_json();
 
+/// Removes an index before its files change: until all are there again, nothing says that they are.
+/// throws    Io
+void remove_index(const std::filesystem::path& file);
+
+/// Whether a file holds these bytes.
+/// throws    Io
+bool holds(const std::filesystem::path& file, std::span<const std::byte> bytes);
+
 /// Writes what is not there already, to the byte.
 /// returns   whether it was written
 /// throws    Io

@@ -51,7 +51,8 @@ void LabelOptions::describe(core::SchemaVisitor& visit) {
 }
 
 void LabelOptions::validate() const {
-  if (maker_) maker_->validate();
+  if (!maker_) return;
+  core::with_context([&] { maker_->validate(); }, fmt::format("reading the labels {}", kind));
 }
 
 void check_labels(const std::vector<LabelOptions>& labels,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,9 @@ class MotionLabel : public PairLabel {
   void check(std::span<const SequenceOutline> sequences, const core::Log& log) const override;
 
  protected:
-  std::vector<std::int64_t> frames_apart() const override { return frames_apart_; }
+  std::set<std::int64_t> frames_apart() const override {
+    return {frames_apart_.begin(), frames_apart_.end()};
+  }
   /// Every camera with itself.
   std::vector<PairRoute> routes_of(const LabelInputs& inputs) const override;
   /// <rig>/<camera>/NNNNNN_MMMMMM.exr

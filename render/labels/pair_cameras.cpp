@@ -72,15 +72,6 @@ void check_frames_between(const SequenceOutline& from, const SequenceOutline& to
         apart, from.name, from.num_frames, to.name, to.num_frames);
 }
 
-/// Every camera that a sequence has, by its name.
-std::vector<capture::CameraCalibration> cameras_of_all(std::span<const SequenceOutline> sequences) {
-  std::vector<capture::CameraCalibration> all;
-  for (const SequenceOutline& sequence : sequences)
-    for (const capture::CameraCalibration& camera : sequence.cameras)
-      if (!place_of_camera(all, camera_name(camera))) all.push_back(camera);
-  return all;
-}
-
 /// Vehicles may carry different rigs: a pair is of those that carry both.
 void check_within(const CameraPair& pair, std::span<const SequenceOutline> sequences) {
   const bool has_any = std::any_of(
@@ -118,8 +109,22 @@ CameraPair parse_camera_pair(const std::string& text) {
   return pair;
 }
 
+std::vector<CameraPair> parse_camera_pairs(std::span<const std::string> texts) {
+  std::vector<CameraPair> pairs;
+  for (const std::string& text : texts) pairs.push_back(parse_camera_pair(text));
+  return pairs;
+}
+
 std::string camera_name(const capture::CameraCalibration& camera) {
   return camera.rig + "/" + camera.name;
+}
+
+std::vector<capture::CameraCalibration> cameras_of_all(std::span<const SequenceOutline> sequences) {
+  std::vector<capture::CameraCalibration> all;
+  for (const SequenceOutline& sequence : sequences)
+    for (const capture::CameraCalibration& camera : sequence.cameras)
+      if (!place_of_camera(all, camera_name(camera))) all.push_back(camera);
+  return all;
 }
 
 std::optional<int> place_of_camera(const std::vector<capture::CameraCalibration>& cameras,
@@ -146,7 +151,7 @@ void check_frames_apart(std::string_view kind, std::span<const std::int64_t> fra
                                         [](const SequenceOutline& a, const SequenceOutline& b) {
                                           return a.num_frames < b.num_frames;
                                         });
-  for (const std::int64_t apart : frames_apart)
+  for (const std::int64_t apart : std::set(frames_apart.begin(), frames_apart.end()))
     for (const SequenceOutline& sequence : sequences) {
       if (std::abs(apart) < sequence.num_frames) continue;
       if (std::abs(apart) >= longest->num_frames)

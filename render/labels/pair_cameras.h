@@ -26,9 +26,13 @@ struct CameraPair {
 /// Reads "RIG/NAME RIG/NAME" or "SEQUENCE/RIG/NAME SEQUENCE/RIG/NAME".
 /// throws   Config: it is neither
 CameraPair parse_camera_pair(const std::string& text);
+std::vector<CameraPair> parse_camera_pairs(std::span<const std::string> texts);
 
 /// RIG/NAME of a camera.
 std::string camera_name(const capture::CameraCalibration& camera);
+
+/// Every camera that a sequence has, the first of those of one name.
+std::vector<capture::CameraCalibration> cameras_of_all(std::span<const SequenceOutline> sequences);
 
 /// The place of a camera among those of a sequence; nothing: there is none of that name.
 std::optional<int> place_of_camera(const std::vector<capture::CameraCalibration>& cameras,
@@ -38,7 +42,8 @@ int find_camera(const std::vector<capture::CameraCalibration>& cameras, const st
 /// Whether both cameras of a pair are among these.
 bool has_cameras(const std::vector<capture::CameraCalibration>& cameras, const CameraPair& pair);
 
-/// Holds frames_apart against the sequences of which it shall make pairs; the log is told of those that are too short.
+/// Holds frames_apart against the sequences of which it shall make pairs; the log is told once of those that are too
+/// short.
 /// throws   Config: the longest is too short
 void check_frames_apart(std::string_view kind, std::span<const std::int64_t> frames_apart,
                         std::span<const SequenceOutline> sequences, const core::Log& log);

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <set>
 
 #include "capture/labels.h"
 #include "capture/object_labels.h"
@@ -47,12 +46,13 @@ struct ShownPixels {
 };
 
 ShownPixels shown_pixels(const PairRoute& route, const PairSight& sight, const ImageOf& from) {
-  const core::ImageF range_m =
-      route.from.read_camera(from.frame, from.camera, capture::SequenceReader::kFacts).range_m;
+  const capture::CameraFrame facts =
+      route.from.read_camera(from.frame, from.camera, capture::SequenceReader::kFacts);
+  const core::ImageF& range_m = facts.range_m;
   std::vector<Eigen::Vector2i> pixels;
   for (int y = 0; y < range_m.height(); ++y)
     for (int x = 0; x < range_m.width(); ++x) pixels.emplace_back(x, y);
-  const std::vector<std::optional<ShownPoint>> points = sight.points(from, pixels);
+  const std::vector<std::optional<ShownPoint>> points = sight.points(from, facts, pixels);
   ShownPixels shown;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (points[i]) {
@@ -90,7 +90,7 @@ class PairFiller {
         for (int axis = 0; axis < 3; ++axis)
           pair_.scene_flow[static_cast<std::size_t>(axis)][place] =
               static_cast<float>((*motion_m)[axis]);
-      pair_.sight[place] = sight_of(shown_.points[k], found[k]);
+      pair_.sight[place] = static_cast<std::uint32_t>(sight_of(shown_.points[k], found[k]));
       if (!found[k]) continue;
       set_flow(place, found[k]->pixel - center_of(place));
       pair_.occluder[place] = found[k]->occluder_id;
@@ -98,9 +98,9 @@ class PairFiller {
   }
 
   Sight sight_of(const ShownPoint& point, const std::optional<Sighting>& found) const {
-    if (!found) return sight_.is_there(point, to_.frame) ? kOutOfView : kNotThere;
-    if (!found->is_in_image) return kOutOfView;
-    return found->is_visible ? kSeen : kHidden;
+    if (!found) return sight_.is_there(point, to_.frame) ? Sight::OutOfView : Sight::NotThere;
+    if (!found->is_in_image) return Sight::OutOfView;
+    return found->is_visible ? Sight::Seen : Sight::Hidden;
   }
 
   Vector2d center_of(std::size_t place) const {
@@ -131,8 +131,7 @@ SecondCameras named_pairs(std::span<const CameraPair> pairs, const std::string& 
   SecondCameras seconds;
   for (const CameraPair& pair : pairs)
     if (is_within(pair, sequence) && has_cameras(cameras, pair))
-      seconds[find_camera(cameras, pair.from.camera)].push_back(
-          find_camera(cameras, pair.to.camera));
+      seconds[find_camera(cameras, pair.from.camera)].insert(find_camera(cameras, pair.to.camera));
   return seconds;
 }
 
@@ -161,7 +160,7 @@ PairImage::PairImage(std::size_t num_pixels)
     : flow_x(num_pixels, std::numeric_limits<float>::quiet_NaN()),
       flow_y(flow_x),
       scene_flow({flow_x, flow_x, flow_x}),
-      sight(num_pixels, kNoPoint),
+      sight(num_pixels, static_cast<std::uint32_t>(Sight::NoPoint)),
       occluder(num_pixels, 0) {}
 
 std::string PairLabel::file_name(const PairRoute& route, const ImageOf& first,
@@ -192,12 +191,11 @@ void PairLabel::make_images(const LabelInputs& inputs, const PairRoute& route) c
 
 /// All pairs of which an image is the first.
 void PairLabel::make_image(const PairRoute& route, const PairSight& sight, const ImageOf& from,
-                           const std::vector<int>& seconds) const {
+                           const std::set<int>& seconds) const {
   const geo::CameraIntrinsics& image = route.first_camera(from.camera).intrinsics;
   const std::string part_name = part_name_of(kind());
-  const auto file_of = [&](const ImageOf& to) {
-    return route.from.folder() / capture::kLabelsFolder / kind() / file_name(route, from, to);
-  };
+  const fs::path folder = route.from.folder() / capture::kLabelsFolder / kind();
+  const auto file_of = [&](const ImageOf& to) { return folder / file_name(route, from, to); };
   std::vector<ImageOf> missing;
   for (const int second : seconds)
     for (const std::int64_t apart : frames_apart()) {
@@ -207,6 +205,7 @@ void PairLabel::make_image(const PairRoute& route, const PairSight& sight, const
         missing.push_back(to);
     }
   if (missing.empty()) return;
+  remove_index(folder / (kind() + ".json"));
   const ShownPixels shown = shown_pixels(route, sight, from);
   for (const ImageOf& to : missing) {
     PairImage pair(static_cast<std::size_t>(image.width_px) *
@@ -223,12 +222,11 @@ LabelFiles PairLabel::write_index_of(const capture::SequenceReader& sequence,
   const std::string name = kind() + ".json";
   LabelFiles all = {name};
   Json pairs = Json::array();
-  const std::vector<std::int64_t> apart = frames_apart();
   for (const PairRoute& route : routes)
     for (const auto& [first, seconds] : route.seconds)
-      for (const int second : std::set(seconds.begin(), seconds.end()))
-        for (const std::int64_t one : std::set(apart.begin(), apart.end()))
-          list_files(route, first, second, one, all, pairs);
+      for (const int second : seconds)
+        for (const std::int64_t apart : frames_apart())
+          list_files(route, first, second, apart, all, pairs);
   Json index = begin_index(kind(), kVersion, sequence, meanings());
   index.set("pairs", std::move(pairs));
   write_index(sequence.folder() / capture::kLabelsFolder / kind() / name, index);

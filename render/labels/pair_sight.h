@@ -26,8 +26,9 @@ class PairSight {
 
   /// As Matcher::points(), of the first sequence.
   std::vector<std::optional<ShownPoint>> points(const ImageOf& from,
+                                                const capture::CameraFrame& facts,
                                                 std::span<const Eigen::Vector2i> pixels) const {
-    return matcher_.points(from, pixels);
+    return matcher_.points(from, facts, pixels);
   }
   /// As Matcher::follow(), to an image of the other sequence, whose instance ids occluders have.
   std::vector<std::optional<Sighting>> follow(std::span<const ShownPoint> points,

@@ -5,7 +5,6 @@
 // render/labels/pair_label.h says. pairs.json, written last, says which pairs there are and what each of them is.
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/error.h"
 #include "core/log.h"
@@ -47,7 +46,7 @@ class PairsLabel final : public PairLabel {
   std::unique_ptr<LabelMaker> clone() const override { return std::make_unique<PairsLabel>(*this); }
 
   void check(std::span<const SequenceOutline> sequences, const core::Log& log) const override {
-    const std::vector<CameraPair> pairs = camera_pairs();
+    const std::vector<CameraPair> pairs = parse_camera_pairs(cameras_);
     check_camera_pairs(pairs, frames_apart_, sequences, log);
     bool has_pair = sequences.empty() || !is_of_one_time() ||
                     std::any_of(pairs.begin(), pairs.end(),
@@ -66,7 +65,9 @@ class PairsLabel final : public PairLabel {
 
  private:
   std::string kind() const override { return "pairs"; }
-  std::vector<std::int64_t> frames_apart() const override { return frames_apart_; }
+  std::set<std::int64_t> frames_apart() const override {
+    return {frames_apart_.begin(), frames_apart_.end()};
+  }
 
   ChannelMeanings meanings() const override {
     return {{"flow.x .y", kFlowMeaning},
@@ -87,12 +88,6 @@ class PairsLabel final : public PairLabel {
             {.name = "sight", .type = Type::Uint, .values_uint = pair.sight}};
   }
 
-  std::vector<CameraPair> camera_pairs() const {
-    std::vector<CameraPair> pairs;
-    for (const std::string& text : cameras_) pairs.push_back(parse_camera_pair(text));
-    return pairs;
-  }
-
   bool is_of_one_time() const {
     return std::all_of(frames_apart_.begin(), frames_apart_.end(),
                        [](std::int64_t apart) { return apart == 0; });
@@ -108,18 +103,18 @@ class PairsLabel final : public PairLabel {
   /// Of a sequence's own cameras.
   SecondCameras wanted_within(const std::string& name,
                               const std::vector<capture::CameraCalibration>& cameras) const {
-    if (!cameras_.empty()) return named_pairs(camera_pairs(), name, cameras);
+    if (!cameras_.empty()) return named_pairs(parse_camera_pairs(cameras_), name, cameras);
     SecondCameras wanted;
     for (std::size_t a = 0; a < cameras.size(); ++a)
       for (std::size_t b = 0; b < cameras.size(); ++b)
         if (cameras[a].rig == cameras[b].rig)
-          wanted[static_cast<int>(a)].push_back(static_cast<int>(b));
+          wanted[static_cast<int>(a)].insert(static_cast<int>(b));
     return wanted;
   }
 
   std::vector<PairRoute> routes_of(const LabelInputs& inputs) const override {
     const capture::SequenceReader& own = inputs.sequence;
-    tell_left_out(kind(), camera_pairs(), inputs);
+    tell_left_out(kind(), parse_camera_pairs(cameras_), inputs);
     std::vector<PairRoute> routes;
     SecondCameras within = wanted_within(own.info().name, own.info().cameras);
     if (!within.empty() && !has_other_camera(within) && is_of_one_time())
@@ -128,10 +123,10 @@ class PairsLabel final : public PairLabel {
     if (!within.empty()) routes.push_back({own, own, std::move(within)});
     for (const capture::SequenceReader& other : inputs.job.sequences) {
       SecondCameras seconds;
-      for (const CameraPair& pair : camera_pairs())
+      for (const CameraPair& pair : parse_camera_pairs(cameras_))
         if (pair.is_across() && pair.from.sequence == own.info().name &&
             pair.to.sequence == other.info().name)
-          seconds[find_camera(own.info().cameras, pair.from.camera)].push_back(
+          seconds[find_camera(own.info().cameras, pair.from.camera)].insert(
               find_camera(other.info().cameras, pair.to.camera));
       if (!seconds.empty()) routes.push_back({own, other, std::move(seconds)});
     }

@@ -14,7 +14,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <system_error>
+#include <utility>
 
 #include "capture/labels.h"
 #include "capture/object_labels.h"
@@ -30,6 +30,7 @@
 #include "core/progress.h"
 #include "render/labels/finished.h"
 #include "render/labels/label.h"
+#include "render/labels/label_index.h"
 #include "render/labels/pair_cameras.h"
 #include "render/labels/track_points.h"
 
@@ -290,10 +291,8 @@ class TracksLabel final : public LabelMaker {
 
   /// throws   Config: one that no sequence has
   void check_cameras(std::span<const SequenceOutline> sequences) const {
-    std::vector<capture::CameraCalibration> all;
-    for (const SequenceOutline& sequence : sequences)
-      all.insert(all.end(), sequence.cameras.begin(), sequence.cameras.end());
     if (sequences.empty()) return;
+    const std::vector<capture::CameraCalibration> all = cameras_of_all(sequences);
     for (const std::string& name : cameras_) find_camera(all, name);
   }
 
@@ -312,12 +311,7 @@ class TracksLabel final : public LabelMaker {
   }
 
   void make_missing(const LabelInputs& inputs, const Work& work) const {
-    // Until all is there, nothing says that it is.
-    std::error_code error;
-    fs::remove(work.folder / "tracks.json", error);
-    if (error)
-      fail(ErrorKind::Io, "{}: cannot be removed: {}", (work.folder / "tracks.json").string(),
-           error.message());
+    remove_index(work.folder / "tracks.json");
     const capture::SequenceReader& sequence = inputs.sequence;
     const Matcher matcher(sequence, inputs.store, inputs.moving);
     inputs.context.log.info("{}: draws {} points from {} images", sequence.info().name, num_points_,

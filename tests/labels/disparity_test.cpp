@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "capture/channel.h"
@@ -111,6 +113,40 @@ TEST_F(NamedLabels, DisparityIsThatOfTheScene) {
     }
 }
 
+// Vehicles may carry different rigs: beside one with pairs stands one with none.
+TEST_F(NamedLabels, DisparityOfASequenceWithoutPairsIsAnIndexOfNone) {
+  render::SequencePlan plan = level_plan();
+  plan.name = "alone";
+  plan.cameras[0].rig = "eye";
+  std::vector<capture::SequenceReader> captures = {*sequence};
+  captures.push_back(render_plan(*store, plan, *folder / "alone"));
+  std::vector<render::SequenceOutline> outlines;
+  for (const capture::SequenceReader& one : captures)
+    outlines.push_back({.name = one.info().name, .cameras = one.info().cameras, .num_frames = 1});
+  const core::Log log("label", core::LogLevel::Warn);
+  const auto no_things = [](const capture::SequenceInfo&) {
+    return std::vector<render::MovingThing>();
+  };
+  for (const std::string keys : {"", "cameras = [\"mcs4/right mcs4/left\"]\n"}) {
+    SCOPED_TRACE(keys);
+    std::vector<render::LabelOptions> options(1);
+    core::TomlDocument::parse("kind = \"disparity\"\n" + keys, "test.toml").read(options[0]);
+    testing::internal::CaptureStderr();
+    render::check_labels(options, outlines, log);
+    const std::string told = testing::internal::GetCapturedStderr();
+    EXPECT_NE(told.find("sequence alone has no pair"), std::string::npos) << told;
+    EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
+    for (const capture::SequenceReader& one : captures)
+      render::run_label_stage(one, *store, {}, options, {.log = log},
+                              {.sequences = captures, .things_of = no_things});
+    EXPECT_EQ(Json::read(labels("disparity") / "disparity.json").at("pairs").size(),
+              keys.empty() ? 4U : 1U);
+    const fs::path of_alone = *folder / "alone/labels/disparity";
+    EXPECT_EQ(Json::read(of_alone / "disparity.json").at("pairs").size(), 0U);
+    EXPECT_EQ(std::distance(fs::directory_iterator(of_alone), fs::directory_iterator()), 1);
+  }
+}
+
 TEST_F(NamedLabels, DisparityThatCannotBeIsRefused) {
   const auto check = [](const std::string& keys, std::vector<capture::CameraCalibration> cameras) {
     std::vector<render::LabelOptions> options(1);
@@ -149,6 +185,8 @@ TEST_F(NamedLabels, DisparityThatCannotBeIsRefused) {
                [&] { check("cameras = [\"mcs4/left mcs4/left\"]\n", all); });
   expect_error(core::ErrorKind::Config, {"mcs4/lef", "mcs4/left"},
                [&] { check("cameras = [\"mcs4/lef mcs4/right\"]\n", all); });
+  expect_error(core::ErrorKind::Config, {"is no pair", "labels disparity"},
+               [&] { check("cameras = [\"mcs4/left\"]\n", all); });
   expect_error(core::ErrorKind::Config, {"two sequences", "pairs"},
                [&] { check("cameras = [\"s/mcs4/left t/mcs4/right\"]\n", all); });
 }

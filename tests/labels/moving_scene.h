@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -21,7 +20,6 @@
 /// lines at once, and another with one after the other.
 namespace terracast::test::moving_scene {
 
-using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 

@@ -30,7 +30,6 @@ namespace fs = std::filesystem;
 using namespace moving_scene;
 using capture::ObjectLabels;
 using capture::ObjectView;
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 TEST_F(MovingLabels, PixelsBoxesAndMotionsFollowFromTheScene) {

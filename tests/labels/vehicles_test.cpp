@@ -228,15 +228,18 @@ double time_seen(const Truth& to, const At& at) {
 
 /// Flow to what may lie beyond the border: behind the camera there is none.
 template <class At>
-void check_flow(float flow_x, int x, const Truth& to, const At& at) {
+void check_flow(const core::ExrImage& pair, int x, int y, const Truth& to, const At& at) {
+  const float flow_x = pair.float_channels.at("flow.x")(x, y);
+  const float flow_y = pair.float_channels.at("flow.y")(x, y);
   if (at(0.0).z() <= 0.0) {
-    EXPECT_TRUE(std::isnan(flow_x));
+    EXPECT_TRUE(std::isnan(flow_x) && std::isnan(flow_y));
     return;
   }
   const Vector2d there = Truth::project(at(time_seen(to, at)));
   // Lines far beyond the image's are not followed.
   if (there.cwiseAbs().maxCoeff() > 4.0 * kWidth) return;
   EXPECT_NEAR(double{flow_x}, there.x() - (x + 0.5), 5e-5);
+  EXPECT_NEAR(double{flow_y}, there.y() - (y + 0.5), 5e-5);
 }
 
 /// Holds a file against the scene, pixel by pixel.
@@ -268,7 +271,7 @@ Tally check_pair(const fs::path& file, const Truth& from, int from_frame, const 
         EXPECT_EQ(sight, 0U);
         EXPECT_TRUE(std::isnan(scene_flow.x()));
         const Vector3d direction = from.direction_of(from_frame, x, y);
-        check_flow(flow_x(x, y), x, to,
+        check_flow(pair, x, y, to,
                    [&](double t) { return to.camera_pose(to_frame, t).turned(direction); });
         ++tally.sky;
         continue;
@@ -305,7 +308,7 @@ Tally check_pair(const fs::path& file, const Truth& from, int from_frame, const 
       }
       if (to_edge < 0.0 || at(t).z() <= 0.0) {
         EXPECT_EQ(sight, 3U);
-        check_flow(flow_x(x, y), x, to, at);
+        check_flow(pair, x, y, to, at);
         ++tally.outside;
         continue;
       }
@@ -526,7 +529,7 @@ TEST(Vehicles, PairsThatCannotBeAreRefusedBeforeRendering) {
   refused("uav1/mcs5/cam0 uav2/mcs4/cam0", {"mcs5/cam0", "mcs4/cam0"});
   refused("mcs4/cam0 mcs4/cam7", {"cam7", "mcs4/cam0"});
   refused("uav1/mcs4/cam0 mcs4/cam0", {"is no pair", "SEQUENCE/RIG/NAME"});
-  refused("uav1/mcs4/cam0", {"is no pair"});
+  refused("uav1/mcs4/cam0", {"is no pair", "labels pairs"});
   refused("cam0 uav2/mcs4/cam0", {"RIG/NAME"});
   refused("a/uav1/mcs4/cam0 uav2/mcs4/cam0", {"SEQUENCE/RIG/NAME"});
   refused("uav1/mcs4/cam0 slow/mcs4/cam0", {"uav1 has rate_hz = 10", "slow has 2"});
@@ -573,7 +576,7 @@ TEST(Vehicles, PairsOfOneRigAreOfThoseThatCarryIt) {
   };
   const std::vector fleet = {outline("uav1", {"stereo/left", "stereo/right"}, 3),
                              outline("uav2", {"wide/cam0", "wide/cam1", "eye/cam"}, 9)};
-  const core::Log log("label", core::LogLevel::Off);
+  const core::Log log("label", core::LogLevel::Warn);
   const auto check = [&](const std::string& keys) {
     std::vector<render::LabelOptions> options(1);
     core::TomlDocument::parse("kind = \"pairs\"\n" + keys, "job.toml").read(options[0]);
@@ -585,6 +588,12 @@ TEST(Vehicles, PairsOfOneRigAreOfThoseThatCarryIt) {
   check("cameras = [\"stereo/left stereo/right\", \"wide/cam0 eye/cam\"]\n");
   check("cameras = [\"uav1/stereo/right uav2/wide/cam1\"]\n");
   check("cameras = [\"eye/cam eye/cam\"]\nframes_apart = [8]\n");
+  // Of frames apart that are named twice the log is told once.
+  testing::internal::CaptureStderr();
+  check("frames_apart = [0, 5, 5]\n");
+  const std::string told = testing::internal::GetCapturedStderr();
+  EXPECT_NE(told.find("frames_apart = 5: sequence uav1 has 3 frames"), std::string::npos) << told;
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
   refused("cameras = [\"stereo/left wide/cam0\"]\n",
           {"no sequence has both stereo/left and wide/cam0", "SEQUENCE/stereo/left"});
   refused("cameras = [\"stereo/left wide/cam7\"]\n", {"unknown camera \"wide/cam7\"", "wide/cam0"});
