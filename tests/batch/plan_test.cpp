@@ -402,6 +402,9 @@ TEST(Plan, RefusesPairsThatCannotBe) {
   refuses("cameras = [\"P000/mcs4/cam0 P009/mcs4/cam0\"]", {"P009", "P000"});
 }
 
+/// Ground that is opened at once, for flights that have to be laid out.
+const std::string kRamp = R"(world.elevation=[{kind = "ramp", vertical_datum = "ellipsoid"}])";
+
 // Captures are of these configs alike; their flights are laid out once, where they state no frames.
 TEST(Plan, EveryRunOfASweepOverLabelsAndExportsIsLookedInto) {
   const auto refuses = [](const std::string& sweep, const std::vector<std::string>& words) {
@@ -409,7 +412,7 @@ TEST(Plan, EveryRunOfASweepOverLabelsAndExportsIsLookedInto) {
       test::expect_error(core::ErrorKind::Config, words, [&] {
         plan_of("[[sweep.product]]\n" + sweep, {}, nullptr,
                 {std::string("trajectories.0.num_frames=") + num_frames, "tracks.num_points=100",
-                 "exports=[{format = \"terracast\"}]"});
+                 kRamp, "exports=[{format = \"terracast\"}]"});
       });
   };
   refuses(R"(key = "labels"
@@ -424,7 +427,8 @@ values = [[{format = "terracast"}], [{format = "colmap", rigs = ["mcs4"]}]])",
 TEST(Plan, HoldsRigsWithTheirErrorsAgainstLabelsAndFormats) {
   const auto plan_with = [](const std::vector<std::string>& outputs, const char* num_frames,
                             double error_deg) {
-    std::vector<std::string> sets = {fmt::format("trajectories.0.num_frames={}", num_frames)};
+    std::vector<std::string> sets = {fmt::format("trajectories.0.num_frames={}", num_frames),
+                                     kRamp};
     for (const int rig : {0, 1})
       sets.push_back(fmt::format("rigs.{}.errors.azimuth_sd_deg={}", rig, error_deg));
     sets.insert(sets.end(), outputs.begin(), outputs.end());

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <fstream>
 
 #include "core/atomic_file.h"
@@ -248,14 +249,24 @@ TEST(ArchiveBombs, VolumesThatStateMoreThanTheyHoldAreRefused) {
       {with(kMetadataAt + 4, number(0x7fffffffU)), {"states 2147483647 grids"}},
       {with(8, number(200)), {"format 200", "newer"}},
   };
-  for (const Bomb& bomb : bombs) {
-    SCOPED_TRACE(bomb.words.front());
-    write_text(folder / "bomb.vdb", bomb.bytes);
-    const auto start = std::chrono::steady_clock::now();
-    expect_cheap_refusal(ErrorKind::Input, bomb.words,
-                         [&] { world::read_vdb(folder / "bomb.vdb", {}); });
-    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
-  }
+  // Files state where their grids end, or do not.
+  const std::size_t offsets_at = name_at + 8 + (4 + std::strlen("Tree_float_5_4_3")) + 4;
+  const auto with_offsets = [&](std::string bytes) {
+    const std::uint64_t end = bytes.size();
+    bytes[kMetadataAt - 37] = '\1';
+    return bytes.replace(offsets_at + 16, 8, std::string(reinterpret_cast<const char*>(&end), 8));
+  };
+  write_text(folder / "heat.vdb", with_offsets(sound));
+  EXPECT_EQ(world::read_vdb(folder / "heat.vdb", {}).size, Eigen::Vector3i(2, 2, 2));
+  for (const Bomb& bomb : bombs)
+    for (const bool has_offsets : {false, true}) {
+      SCOPED_TRACE(bomb.words.front() + (has_offsets ? ", with offsets" : ""));
+      write_text(folder / "bomb.vdb", has_offsets ? with_offsets(bomb.bytes) : bomb.bytes);
+      const auto start = std::chrono::steady_clock::now();
+      expect_cheap_refusal(ErrorKind::Input, bomb.words,
+                           [&] { world::read_vdb(folder / "bomb.vdb", {}); });
+      EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+    }
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +9,7 @@
 #include "core/parallel.h"
 #include "core/toml_reader.h"
 #include "tests/tiler/raster_files.h"
+#include "tests/tiler/vector_files.h"
 #include "tiler/clouds/cumulus.h"
 #include "tiler/layer_stack.h"
 #include "world/vdb/vdb_file.h"
@@ -121,6 +123,113 @@ TEST(Vdb, BadFilesAreClearErrors) {
                [&] { world::read_vdb(folder / "heat.vdb", {.voxel_m = 1e-3}); });
   core::write_file(folder / "cut.vdb", std::span(bytes).first(bytes.size() / 2));
   expect_error(ErrorKind::Input, {"cut.vdb"}, [&] { world::read_vdb(folder / "cut.vdb", {}); });
+}
+
+/// Four bytes or eight, as OpenVDB stores them.
+template <class Number>
+std::string bytes_of(Number value) {
+  return {reinterpret_cast<const char*>(&value), sizeof value};
+}
+
+/// A file of grids, put together from files of one grid each, with or without offsets.
+class FileOfGrids {
+ public:
+  explicit FileOfGrids(bool has_offsets) : has_offsets_(has_offsets) {}
+
+  /// parent   whose values it has; "": its own
+  void add(const std::string& name, const world::Volume& volume, const std::string& parent = "") {
+    const world::VdbGrid grid{.name = "heat", .volume = &volume};
+    const std::vector<std::byte> encoded = world::encode_vdb({&grid, 1});
+    const std::string whole(reinterpret_cast<const char*>(encoded.data()), encoded.size());
+    const std::string kind = bytes_of(std::uint32_t{16}) + "Tree_float_5_4_3";
+    const std::size_t kind_at = whole.find(kind);
+    ASSERT_NE(kind_at, std::string::npos);
+    std::string body = whole.substr(kind_at + kind.size() + 4 + 3 * 8);
+    if (!parent.empty()) {
+      // What follows the transform, six vectors behind its kind's name, is the parent's.
+      const std::string transform = "UniformScaleTranslateMap";
+      const std::size_t at = body.find(transform);
+      ASSERT_NE(at, std::string::npos);
+      body.resize(at + transform.size() + 6 * 3 * 8);
+    }
+    if (count_ == 0) {
+      head_ = whole.substr(0, kind_at - 8 - 4);
+      head_[20] = has_offsets_ ? '\1' : '\0';
+    }
+    ++count_;
+    const std::string texts = bytes_of(static_cast<std::uint32_t>(name.size())) + name + kind +
+                              bytes_of(static_cast<std::uint32_t>(parent.size())) + parent;
+    const std::size_t begin = head_.size() + 4 + grids_.size() + texts.size() + 3 * 8;
+    grids_ += texts;
+    for (const std::uint64_t offset : {begin, begin, begin + body.size()})
+      grids_ += bytes_of(has_offsets_ ? offset : std::uint64_t{0});
+    grids_ += body;
+  }
+  std::string bytes() const { return head_ + bytes_of(count_) + grids_; }
+
+ private:
+  bool has_offsets_;
+  std::string head_;  // up to the number of grids
+  std::int32_t count_ = 0;
+  std::string grids_;
+};
+
+TEST(Vdb, GridsOfOneNameAreToldApartAndMayShareTheirValues) {
+  const ScratchFolder folder;
+  const world::Volume first = small_volume();
+  world::Volume second = first;
+  second.density.back() = 100;
+  const std::string separator = "\x1e";
+  for (const bool has_offsets : {false, true}) {
+    SCOPED_TRACE(has_offsets ? "with offsets" : "without offsets");
+    FileOfGrids file(has_offsets);
+    file.add("smoke" + separator + "0", first);
+    file.add("smoke" + separator + "1", second);
+    file.add("twin", first, "smoke" + separator + "1");
+    write_text(folder / "three.vdb", file.bytes());
+    const auto density = [&](const std::string& grid) {
+      return world::read_vdb(folder / "three.vdb", {.grid = grid}).density;
+    };
+    EXPECT_EQ(density("smoke[0]"), first.density);
+    EXPECT_EQ(density("smoke[1]"), second.density);
+    EXPECT_EQ(density("twin"), second.density);
+    for (const char* other : {"smoke", ""})
+      expect_error(ErrorKind::Input, {"three.vdb", "smoke[0], smoke[1], twin"},
+                   [&] { density(other); });
+  }
+}
+
+/// Seen in November 2026: all of a file was read for one of its grids.
+TEST(Vdb, DamageToOneGridLeavesTheOthers) {
+  const ScratchFolder folder;
+  FileOfGrids file(true);
+  file.add("density", small_volume());
+  const std::size_t sound_bytes = file.bytes().size();
+  file.add("heat", small_volume());
+  std::string bytes = file.bytes();
+  std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() - sound_bytes / 2),
+            bytes.end(), '\xff');
+  write_text(folder / "damaged.vdb", bytes);
+  EXPECT_EQ(world::read_vdb(folder / "damaged.vdb", {}).density, small_volume().density);
+  expect_error(ErrorKind::Input, {"damaged.vdb"},
+               [&] { world::read_vdb(folder / "damaged.vdb", {.grid = "heat"}); });
+}
+
+TEST(Vdb, AFileWithoutTheRightToReadItIsNotCalledDamaged) {
+  const ScratchFolder folder;
+  write_text(folder / "closed.vdb", "whatever");
+  std::filesystem::permissions(folder / "closed.vdb", std::filesystem::perms::none);
+  std::filesystem::permissions(folder.path(), static_cast<std::filesystem::perms>(0755));
+  // Root may read all files: it steps down for as long as it takes.
+  const uid_t own = ::geteuid();
+  if (own == 0) {
+    ASSERT_EQ(::seteuid(65534), 0);
+  }
+  expect_error(ErrorKind::Io, {"closed.vdb", "cannot be read"},
+               [&] { world::read_vdb(folder / "closed.vdb", {}); });
+  if (own == 0) {
+    ASSERT_EQ(::seteuid(0), 0);
+  }
 }
 
 TEST(CloudsLayer, AVolumeOfAFileStandsWhereItIsPlaced) {

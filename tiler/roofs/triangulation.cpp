@@ -162,6 +162,51 @@ std::vector<Vector2i> without_straight_points(const std::vector<Vector2i>& loop)
   return kept;
 }
 
+/// A place within a ring: amid the widest stretch of a line across it that meets no corner.
+Eigen::Vector2d place_within(std::span<const Vector2i> ring) {
+  const auto [low, high] =
+      std::minmax_element(ring.begin(), ring.end(),
+                          [](const auto& one, const auto& other) { return one.y() < other.y(); });
+  const double y = std::floor(0.5 * low->y() + 0.5 * high->y()) + 0.5;
+  std::vector<double> crossings;
+  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
+    const Eigen::Vector2d a = ring[i].cast<double>();
+    const Eigen::Vector2d b = ring[j].cast<double>();
+    if ((a.y() > y) != (b.y() > y))
+      crossings.push_back((b.x() - a.x()) * (y - a.y()) / (b.y() - a.y()) + a.x());
+  }
+  std::sort(crossings.begin(), crossings.end());
+  double widest = -1.0;
+  Eigen::Vector2d place(0.0, y);
+  for (std::size_t i = 0; i + 1 < crossings.size(); i += 2)
+    if (const double width = crossings[i + 1] - crossings[i]; width > widest) {
+      widest = width;
+      place.x() = crossings[i] + 0.5 * width;
+    }
+  return place;
+}
+
+/// Each hole in the smallest outer ring about it. A part has several outer rings where rounding closes its necks; one
+/// may then lie in another's hole.
+std::vector<RingsSteps> with_holes(std::vector<std::vector<Vector2i>> outers,
+                                   std::vector<std::vector<Vector2i>> holes) {
+  std::stable_sort(outers.begin(), outers.end(), [](const auto& one, const auto& other) {
+    return doubled_area(one) < doubled_area(other);
+  });
+  std::vector<RingsSteps> polygons;
+  for (auto& outer : outers) polygons.push_back({std::move(outer)});
+  for (auto& hole : holes) {
+    const double hole_area = -doubled_area(hole);
+    const Eigen::Vector2d place = place_within(hole);
+    const auto about = std::find_if(polygons.begin(), polygons.end(), [&](const auto& polygon) {
+      return polygons.size() == 1 ||
+             (doubled_area(polygon.front()) > hole_area && contains(polygon.front(), place));
+    });
+    if (about != polygons.end()) about->push_back(std::move(hole));
+  }
+  return polygons;
+}
+
 /// What lies inside, its corners rounded.
 std::vector<RingsSteps> polygons_of(std::span<const std::array<Vector2i, 2>> edges,
                                     const std::function<bool(const Eigen::Vector2d&)>& is_inside) {
@@ -240,16 +285,8 @@ std::vector<RingsSteps> polygons_of(std::span<const std::array<Vector2i, 2>> edg
       if (area > 0.0) outers.push_back(std::move(ring));
       if (area < 0.0) holes.push_back(std::move(ring));
     }
-    for (auto& outer : outers) {
-      RingsSteps polygon = {outer};
-      for (const auto& hole : holes) {
-        Eigen::Vector2d middle = Eigen::Vector2d::Zero();
-        for (const Vector2i& point : hole)
-          middle += point.cast<double>() / static_cast<double>(hole.size());
-        if (outers.size() == 1 || contains(outer, middle)) polygon.push_back(hole);
-      }
+    for (RingsSteps& polygon : with_holes(std::move(outers), std::move(holes)))
       polygons.push_back(std::move(polygon));
-    }
   }
   return polygons;
 }

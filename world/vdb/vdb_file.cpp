@@ -1,7 +1,9 @@
 #include "world/vdb/vdb_file.h"
 
 #include <fmt/format.h>
-#include <openvdb/io/Stream.h>
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
 #include <openvdb/tools/Interpolation.h>
@@ -9,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <memory>
 
 #include "core/error.h"
 #include "world/vdb/vdb_lengths.h"
@@ -30,32 +33,85 @@ openvdb::Vec3d from_upward(const Eigen::Vector3d& at, bool is_upward_y) {
                      : openvdb::Vec3d(at.x(), at.y(), at.z());
 }
 
+/// Reads one grid of a file, and where its grids follow each other without offsets all of them, before it. OpenVDB's own
+/// readers of files go on behind a file's end, through all that its counts state; this one's stream throws there.
+class GridReader : private openvdb::io::Archive {
+ public:
+  explicit GridReader(const std::filesystem::path& file) : in_(file, std::ios::binary) {
+    in_.exceptions(std::ios::failbit | std::ios::badbit);
+    readHeader(in_);
+    openvdb::io::setStreamMetadataPtr(in_, metadata_, /*transfer=*/false);
+    setFormatVersion(in_);
+    setLibraryVersion(in_);
+    setDataCompression(in_);
+    openvdb::MetaMap().readMeta(in_);
+    for (auto left = readGridCount(in_); left > 0; --left) {
+      Entry& one = entries_.emplace_back();
+      one.grid = one.descriptor.read(in_);
+      one.begins_at = in_.tellg();
+      if (inputHasGridOffsets())
+        one.descriptor.seekToEnd(in_);
+      else
+        readGrid(one.grid, one.descriptor, in_);
+    }
+  }
+
+  /// Of grids that share a name: "density[1]".
+  std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    for (const Entry& one : entries_)
+      names.push_back(openvdb::io::GridDescriptor::nameAsString(one.descriptor.uniqueName()));
+    return names;
+  }
+
+  openvdb::GridBase::Ptr read(std::size_t index) {
+    const openvdb::io::GridDescriptor& wanted = entries_[index].descriptor;
+    read_own(entries_[index]);
+    if (wanted.isInstance()) {
+      NamedGridMap family = {{wanted.uniqueName(), entries_[index].grid}};
+      for (Entry& one : entries_)
+        if (one.descriptor.uniqueName() == wanted.instanceParentName() &&
+            family.emplace(one.descriptor.uniqueName(), one.grid).second)
+          read_own(one);
+      connectInstance(wanted, family);
+    }
+    return entries_[index].grid;
+  }
+
+ private:
+  struct Entry {
+    openvdb::io::GridDescriptor descriptor;
+    openvdb::GridBase::Ptr grid;
+    std::streampos begins_at;
+  };
+
+  void read_own(Entry& one) {
+    if (!inputHasGridOffsets()) return;
+    in_.seekg(one.begins_at);
+    readGrid(one.grid, one.descriptor, in_);
+  }
+
+  /// The stream points to it.
+  openvdb::io::StreamMetadata::Ptr metadata_ = std::make_shared<openvdb::io::StreamMetadata>();
+  std::ifstream in_;
+  std::vector<Entry> entries_;
+};
+
 openvdb::FloatGrid::Ptr read_grid(const std::filesystem::path& file, const std::string& wanted) {
   check_vdb_lengths(file);
-  std::ifstream in(file, std::ios::binary);
-  // OpenVDB goes on behind a file's end, through all that its counts state.
-  in.exceptions(std::ios::failbit | std::ios::badbit);
-  // The whole file is read now: one that is changed while it is used must not be followed.
-  const openvdb::GridPtrVecPtr grids = openvdb::io::Stream(in, false).getGrids();
-  std::string names;
-  std::string found;
-  int count = 0;
-  for (const openvdb::GridBase::Ptr& one : *grids) {
-    const std::string name = one->getName();
-    names += (count > 0 ? ", " : "") + name;
-    if (name == (wanted.empty() ? "density" : wanted)) found = name;
-    if (count == 0 && wanted.empty() && found.empty()) found = name;
-    ++count;
-  }
-  if (wanted.empty() && count > 1 && found != "density") found.clear();
-  if (found.empty())
+  GridReader reader(file);
+  const std::vector<std::string> names = reader.names();
+  auto found = std::find(names.begin(), names.end(), wanted.empty() ? "density" : wanted);
+  if (found == names.end() && wanted.empty() && names.size() == 1) found = names.begin();
+  if (found == names.end())
     fail(ErrorKind::Input, "{}: holds the grids {}; name one of them{}", file.string(),
-         count > 0 ? names : "(none)",
+         names.empty() ? "(none)" : fmt::format("{}", fmt::join(names, ", ")),
          wanted.empty() ? "" : fmt::format(", \"{}\" is none", wanted));
-  const auto of_name = std::find_if(grids->begin(), grids->end(),
-                                    [&](const auto& one) { return one->getName() == found; });
-  const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(*of_name);
-  if (!grid) fail(ErrorKind::Input, "{}: its grid {} holds no single floats", file.string(), found);
+  // The whole grid is read now: a file that is changed while it is used must not be followed.
+  const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(
+      reader.read(static_cast<std::size_t>(found - names.begin())));
+  if (!grid)
+    fail(ErrorKind::Input, "{}: its grid {} holds no single floats", file.string(), *found);
   return grid;
 }
 

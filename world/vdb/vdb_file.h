@@ -13,16 +13,16 @@ namespace terracast::world {
 
 /// What of an OpenVDB file is taken, and how.
 struct VdbOptions {
-  std::string grid = {};     ///< its name; "": density, or the file's only one
-  double unit_m = 1.0;       ///< of a unit of the file's frame
-  double voxel_m = 0.0;      ///< sides of the cubes; 0: as the grid has them
-  double full = 0.0;         ///< value that is a density of 1; 0: the largest that there is
+  std::string grid = {};  ///< its name, "smoke[1]" of several smokes; "": density, or the only one
+  double unit_m = 1.0;    ///< of a unit of the file's frame
+  double voxel_m = 0.0;   ///< sides of the cubes; 0: as the grid has them
+  double full = 0.0;      ///< value that is a density of 1; 0: the largest that there is
   bool is_upward_y = false;  ///< the file's y axis is up, as films have it, not z
 };
 
 /// Reads a grid of floats and samples it on cubes along its own frame's axes.
-/// throws   Io: no such file; Input: no OpenVDB file, damaged, no such grid or one of another type,
-///          nothing in it, too many voxels
+/// throws   Io: no such file, or it cannot be opened; Input: no OpenVDB file, damaged, no such grid or
+///          one of another type, nothing in it, too many voxels
 Volume read_vdb(const std::filesystem::path& file, const VdbOptions& options);
 
 /// A volume in a file.

@@ -22,9 +22,10 @@ constexpr std::uint64_t kIdentityLength = 36;
 class Lengths {
  public:
   explicit Lengths(const std::filesystem::path& file)
-      : name_(file.string()),
-        in_(file, std::ios::binary),
-        size_(std::filesystem::file_size(file)) {}
+      : name_(file.string()), in_(file, std::ios::binary) {
+    if (!in_) fail(ErrorKind::Io, "{}: cannot be read; look at its rights", name_);
+    size_ = std::filesystem::file_size(file);
+  }
 
   void check() {
     if (take<std::uint64_t>() != kMagic)
@@ -86,7 +87,7 @@ class Lengths {
 
   std::string name_;
   std::ifstream in_;
-  std::uint64_t size_;
+  std::uint64_t size_ = 0;
   std::uint64_t at_ = 0;
 };
 

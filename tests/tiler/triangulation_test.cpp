@@ -1,0 +1,106 @@
+#include "tiler/roofs/triangulation.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace terracast::test {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+using tiler::RingsSteps;
+
+/// Whether a ring goes round a place, by the angles at which its corners are seen.
+bool goes_round(const std::vector<Vector2i>& ring, const Vector2d& at) {
+  double angle_rad = 0.0;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Vector2d a = ring[i].cast<double>() - at;
+    const Vector2d b = ring[(i + 1) % ring.size()].cast<double>() - at;
+    angle_rad += std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+  }
+  return std::abs(angle_rad) > 3.0;
+}
+
+/// Two areas joined by a neck that is narrower than a step, at (1000, 1000), so that rounding parts them. The western
+/// one is a C about a notch, and has a hole that is a C as well: its corners' mean lies in the notch.
+class ClosedNeck {
+ public:
+  /// is_framed   the eastern area goes on all around, and the western one lies in its hole
+  explicit ClosedNeck(bool is_framed) : is_framed_(is_framed) {
+    add_box({-3000, 0}, {2000, 2000});
+    if (is_framed) add_box({-4000, -1000}, {3000, 3000});
+    // The wedge from above ends where its sides cross, half a step above the tip of the one from below.
+    add({{0, 2000}, {1001, 1000}});
+    add({{2000, 2000}, {1000, 1000}});
+    add({{0, 0}, {1000, 1000}, {2000, 0}});
+    add({{2000, 100}, {-2900, 100}, {-2900, 1900}, {2000, 1900}});
+    add({{-2900, 800}, {-1000, 800}, {-1000, 1200}, {-2900, 1200}});
+    add(kHole);
+    add({kHole.back(), kHole.front()});
+  }
+
+  const std::vector<std::array<Vector2i, 2>>& edges() const { return edges_; }
+
+  bool is_inside(const Vector2d& at) const {
+    const double x = at.x();
+    const double y = at.y();
+    const auto is_in_box = [&](double west, double south, double east, double north) {
+      return x > west && x < east && y > south && y < north;
+    };
+    if (!is_in_box(-3000, 0, 2000, 2000)) return is_framed_ && is_in_box(-4000, -1000, 3000, 3000);
+    if (y > 2000.0 - x * 1000.0 / 1001.0 && y > x) return false;
+    if (y < x && y < 2000.0 - x) return false;
+    const bool is_in_hole = is_in_box(-2800, 300, -400, 1700) && !is_in_box(-2800, 500, -600, 1500);
+    return is_in_box(-2900, 100, 2000, 1900) && !is_in_box(-2900, 800, -1000, 1200) && !is_in_hole;
+  }
+
+  inline static const std::vector<Vector2i> kHole = {{-2800, 300},  {-400, 300},   {-400, 1700},
+                                                     {-2800, 1700}, {-2800, 1500}, {-600, 1500},
+                                                     {-600, 500},   {-2800, 500}};
+
+ private:
+  void add(const std::vector<Vector2i>& line) {
+    for (std::size_t i = 0; i + 1 < line.size(); ++i) edges_.push_back({line[i], line[i + 1]});
+  }
+  void add_box(const Vector2i& low, const Vector2i& high) {
+    add({low, {high.x(), low.y()}, high, {low.x(), high.y()}, low});
+  }
+
+  bool is_framed_;
+  std::vector<std::array<Vector2i, 2>> edges_;
+};
+
+TEST(PolygonsWhere, AConcaveHoleLiesInTheOneOuterRingAboutIt) {
+  for (const bool is_framed : {false, true}) {
+    SCOPED_TRACE(is_framed ? "one in the other's hole" : "side by side");
+    const ClosedNeck areas(is_framed);
+    const std::vector<RingsSteps> polygons = tiler::polygons_where(
+        areas.edges(), [&](const Vector2d& at) { return areas.is_inside(at); });
+    EXPECT_EQ(polygons.size(), 2u);
+    std::size_t num_holes = 0;
+    for (const RingsSteps& polygon : polygons) {
+      num_holes += polygon.size() - 1;
+      EXPECT_GT(tiler::doubled_area(polygon.front()), 0.0);
+    }
+    EXPECT_EQ(num_holes, is_framed ? 2u : 1u);
+    // All places but those that rounding may have moved across a border: none lies within 2 steps of one, for the
+    // corners are multiples of 100 or on lines about 45 degrees steep through them.
+    for (int i = -4100; i < 3100; i += 50)
+      for (int j = -1100; j < 3100; j += 50) {
+        const Vector2d at(i + 21.0, j + 33.0);
+        const auto count = std::count_if(polygons.begin(), polygons.end(), [&](const auto& rings) {
+          return goes_round(rings.front(), at) &&
+                 std::none_of(rings.begin() + 1, rings.end(),
+                              [&](const auto& hole) { return goes_round(hole, at); });
+        });
+        ASSERT_EQ(count, areas.is_inside(at) ? 1 : 0) << "at " << at.transpose();
+      }
+  }
+}
+
+}  // namespace
+}  // namespace terracast::test
