@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <sstream>
+#include <string>
 #include <variant>
+#include <vector>
 
 #include "capture/channel.h"
 #include "capture/file_check.h"
@@ -23,18 +27,29 @@ namespace fs = std::filesystem;
 using core::ErrorKind;
 using core::fail;
 
-/// The first line in which two texts differ, of each.
-std::pair<std::string, std::string> first_difference(std::string_view a, std::string_view b) {
-  const auto next_line = [](std::string_view& text) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string line(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-    return line;
-  };
-  while (true) {
-    std::pair<std::string, std::string> lines{next_line(a), next_line(b)};
-    if (lines.first != lines.second || (a.empty() && b.empty())) return lines;
-  }
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+/// The first line from `first` on that is not among the others from there on.
+std::string first_alone(const std::vector<std::string>& lines,
+                        const std::vector<std::string>& others, std::size_t first) {
+  const std::multiset<std::string> known(
+      others.begin() + static_cast<std::ptrdiff_t>(std::min(first, others.size())), others.end());
+  for (std::size_t i = first; i < lines.size(); ++i)
+    if (!known.contains(lines[i])) return lines[i];
+  return first < lines.size() ? lines[first] : "nothing";
+}
+
+/// What two texts have that the other has not, of each the first line; or where they differ in order.
+std::pair<std::string, std::string> first_difference(const std::string& a, const std::string& b) {
+  const std::vector<std::string> lines = lines_of(a), others = lines_of(b);
+  std::size_t first = 0;
+  while (first < std::min(lines.size(), others.size()) && lines[first] == others[first]) ++first;
+  return {first_alone(lines, others, first), first_alone(others, lines, first)};
 }
 
 constexpr const char* kRemedy = "run the render stage again, which makes damaged frames anew";

@@ -289,6 +289,8 @@ class ColmapExporter final : public Exporter {
             .expected = static_cast<std::int64_t>(std::ceil(root * root / share * (1.0 - 1e-12)))};
   }
 
+  std::int64_t least_images() const override { return kMinImages; }
+
   void write(const std::vector<capture::SequenceReader>& sequences,
              const std::filesystem::path& folder, const core::Context& context) const override {
     for (const capture::SequenceReader& sequence : sequences) {

@@ -58,6 +58,9 @@ class Exporter {
     return {};
   }
 
+  /// Images of a sequence that it cannot do without, of all cameras that it takes together.
+  virtual std::int64_t least_images() const { return 0; }
+
   /// Bits of the capture's flags that it needs, by groups. Bounds of labels hold beside edges alone, so
   /// what is checked needs these.
   virtual std::uint32_t flags() const { return capture::kEdge; }

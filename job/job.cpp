@@ -6,6 +6,7 @@
 
 #include "core/schema_writer.h"
 #include "core/stage_cost.h"
+#include "export/cameras.h"
 #include "geo/geoid.h"
 #include "geo/trajectory.h"
 #include "job/stages.h"
@@ -48,6 +49,23 @@ void check_frames(const Job& job) {
            "sequence {} has {} frame; an exported one needs {} or more: raise num_frames, or set "
            "exports=[]",
            plan.name, plan.states.size(), kLeastFrames);
+}
+
+/// throws Config: a sequence has too few images for a format
+void check_images(const RunConfig& config, std::span<const render::SequenceOutline> sequences) {
+  for (const auto& chosen : config.exports)
+    for (const render::SequenceOutline& sequence : sequences) {
+      const exporters::Exporter& exporter = chosen.exporter();
+      if (!exporter.takes_any_of(sequence.cameras)) continue;
+      const auto num_cameras =
+          static_cast<std::int64_t>(exporters::cameras_taken(exporter, sequence.cameras).size());
+      if (num_cameras * sequence.num_frames < exporter.least_images())
+        fail(ErrorKind::Config,
+             "sequence {} has {} frames of {} cameras for format {}, which needs {} images of a "
+             "sequence: raise num_frames, or leave the export out",
+             sequence.name, sequence.num_frames, num_cameras, chosen.format,
+             exporter.least_images());
+    }
 }
 
 /// Warns of too few track points for what is exported of a sequence.
@@ -189,6 +207,7 @@ void check_formats(const RunConfig& config, const CarriedCameras& cameras) {
 
 void check_outputs(const RunConfig& config, std::span<const render::SequenceOutline> sequences,
                    const core::Log& log) {
+  check_images(config, sequences);
   check_tracks(config, sequences, log);
   check_true_cameras(config, sequences);
   render::check_labels(wanted_labels(config), sequences, log);

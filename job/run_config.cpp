@@ -1,5 +1,7 @@
 #include "job/run_config.h"
 
+#include <fmt/ranges.h>
+
 #include <set>
 
 #include "capture/channel.h"
@@ -63,14 +65,18 @@ void RunConfig::validate() const {
     if (!formats.insert(chosen.format).second)
       fail(ErrorKind::Config, "format \"{}\" is exported twice; one [[exports]] a format",
            chosen.format);
-  for (const auto& chosen : exports)
+  for (const auto& chosen : exports) {
+    std::vector<std::string> missing;
     for (const capture::FlagGroup& group : capture::flag_groups())
       if ((group.bits & chosen.exporter().flags() & ~facts.flag_bits()) != 0)
-        fail(ErrorKind::Config,
-             "format \"{}\" needs the flags \"{}\", which facts.flags leaves out: add them there, "
-             "or "
-             "leave the format out",
-             chosen.format, group.name);
+        missing.push_back(fmt::format("\"{}\"", group.name));
+    if (!missing.empty())
+      fail(ErrorKind::Config,
+           "format \"{}\" needs the flags {}, which facts.flags leaves out: add them there, or "
+           "leave "
+           "the format out",
+           chosen.format, fmt::join(missing, ", "));
+  }
 }
 
 RunConfig load_run_config(const std::filesystem::path& file, const std::vector<std::string>& sets) {

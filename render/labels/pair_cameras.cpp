@@ -174,8 +174,10 @@ void check_camera_pairs(const std::vector<CameraPair>& pairs,
     }
     const SequenceOutline& from = find_sequence(sequences, pair.from.sequence);
     const SequenceOutline& to = find_sequence(sequences, pair.to.sequence);
-    find_camera(from.cameras, pair.from.camera);
-    find_camera(to.cameras, pair.to.camera);
+    core::with_context([&] { find_camera(from.cameras, pair.from.camera); },
+                       fmt::format("looking for a camera of sequence {}", from.name));
+    core::with_context([&] { find_camera(to.cameras, pair.to.camera); },
+                       fmt::format("looking for a camera of sequence {}", to.name));
     if (pair.is_across() && checked.emplace(from.name, to.name).second)
       check_across(from, to, frames_apart, log);
   }

@@ -153,7 +153,7 @@ class StepComparison {
         farthest_m = std::max(farthest_m, here);
       }
     const bool says_covisible = step_.covisible != nullptr && (*step_.covisible)(x, y) != 0;
-    if (says_covisible && farthest_m < predicted_m * (1.0 - kClear))
+    if (says_covisible && farthest_m < predicted_m * (1.0 - kClear) && resolves(seen, place.pixel))
       contradict(x, y, "called co-visible, but the other image shows something nearer there");
     if (nearest_m > predicted_m * (1.0 + kClear)) ++sums.num_seen_through;
     if (seen.moving.empty() || !is_inside(seen, column, row, body)) return;
@@ -177,6 +177,16 @@ class StepComparison {
       for (int i = x - 1; i <= x + 1; ++i)
         if (image.moving(i, j) != body) return false;
     return true;
+  }
+
+  /// Whether an image resolves what it shows there: between its pixels' centres lies nothing else.
+  static bool resolves(const LoadedImage& image, const Eigen::Vector2d& pixel) {
+    for (const core::ImageF* depth : {&image.depth, &image.moving_depth}) {
+      if (depth->empty()) continue;
+      const auto sample = sample_inverse_depth(*depth, pixel);
+      if (sample && sample->roughness < kResolvedRoughness) return true;
+    }
+    return false;
   }
 
   /// Whether a pixel shows what may be thinner than a pixel, as a boom or a skid before a hull: it stands clearly in
