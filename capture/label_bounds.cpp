@@ -29,9 +29,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// rounding_of() the difference of a number and one whose bits are no finer: while it is below the number's next
 /// power of two, it is exact.
 double rounding_of_difference(double from, double largest) {
-  int exponent = 0;
-  std::frexp(from, &exponent);
-  return largest * (1.0 + 0x1.0p-30) <= std::ldexp(1.0, exponent) ? 0.0 : rounding_of(largest);
+  const double next = 2.0 * geo::power_of_two(geo::exponent_of(from));
+  return largest * (1.0 + 0x1.0p-30) <= next ? 0.0 : rounding_of(largest);
 }
 Vector3d rounding_of(const Vector3d& value) {
   const Vector3d largest = value.cwiseAbs();
@@ -116,10 +115,8 @@ double ray_error_rad(const geo::CameraModel& model, const Vector2d& pixel, const
 double float_rounding(double value) {
   if (!std::isfinite(value) || value == 0.0) return 0.0;
   constexpr int kFractionBits = 24;
-  constexpr int kLeastExponent = -125;  // of normal floats, as frexp counts
-  int exponent = 0;
-  std::frexp(value, &exponent);
-  return std::ldexp(0.5, std::max(exponent, kLeastExponent) - kFractionBits);
+  constexpr int kLeastExponent = -126;  // of normal floats
+  return geo::power_of_two(std::max(geo::exponent_of(value), kLeastExponent) - kFractionBits);
 }
 
 DepthBounds::DepthBounds(const CameraView& view)

@@ -1,5 +1,6 @@
 #include "geo/rounding.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace terracast::geo {
@@ -23,9 +24,8 @@ double rounding_of(double largest) {
   constexpr double kOfItself = 1.0 + 0x1.0p-30;
   constexpr int kFractionBits = 53;
   if (largest == 0.0) return 0.0;
-  int exponent = 0;
-  std::frexp(largest * kOfItself, &exponent);
-  return std::ldexp(0.5, exponent - kFractionBits);
+  constexpr int kLeast = -1022 + kFractionBits;  // steps of what is smaller are no normal numbers
+  return power_of_two(std::max(exponent_of(largest * kOfItself), kLeast) - kFractionBits);
 }
 
 }  // namespace terracast::geo

@@ -5,10 +5,11 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "geo/rounding.h"
 
 namespace terracast::world {
 
-double TileId::spacing_m() const { return std::ldexp(1.0, level); }
+double TileId::spacing_m() const { return geo::power_of_two(level); }
 
 bool TileId::contains(const TileId& other) const {
   const int levels_up = level - other.level;

@@ -1,13 +1,14 @@
 """A part of a settled world in Blender's Cycles and in terracast: the same views, how long they take.
 
     blender -b --factory-startup --python tests/bench/cycles/settled.py -- PROGRAM WORLD STORE OUT \\
-        [--view EAST,NORTH,HEIGHT,HEADING,PITCH] [--region WEST,SOUTH,EAST,NORTH] [--frames 4] \\
-        [--samples 5] [--bounces 0] [--repetitions 3] [--threads 2]
+        [--data FOLDER] [--view EAST,NORTH,HEIGHT,HEADING,PITCH] [--region WEST,SOUTH,EAST,NORTH] \\
+        [--frames 4] [--samples 5] [--bounces 0] [--repetitions 3] [--threads 2]
 
 PROGRAM   terracast
 WORLD     the config of the world, as configs/worlds/archipelago.toml
-STORE     that world, tiled; tiles that the views want beside are added
+STORE     that world, tiled; tiles that the views want beside are added, and a store where there is none
 OUT       a folder for what is exported and rendered; what stands there is removed
+--data    the folder of the world's data, where it has any
 --view    the first camera: metres east and north of the world's origin and above the ground, degrees
           clockwise from north and down; the others follow it, 2 m further each
 --region  what is exported, in metres east and north of the first camera, with all that the views and
@@ -60,6 +61,7 @@ def options():
     parser.add_argument("world", type=pathlib.Path)
     parser.add_argument("store", type=pathlib.Path)
     parser.add_argument("out", type=pathlib.Path)
+    parser.add_argument("--data", type=pathlib.Path)
     numbers = lambda text: [float(number) for number in text.split(",")]
     parser.add_argument("--view", type=numbers, default=[-7900.0, -1500.0, 200.0, 0.0, 40.0])
     parser.add_argument("--region", type=numbers, default=[-450.0, -250.0, 450.0, 900.0])
@@ -108,9 +110,11 @@ class Geodesy:
 def write_job(args, name, num_samples, has_flags):
     east_m, north_m, height_m, heading_deg, pitch_deg = args.view
     file = args.out / f"{name}.toml"
+    data = f'data = "{args.data.resolve()}"' if args.data else ""
     file.write_text(
         f"""name = "{name}"
 seed = 1
+{data}
 world = "{args.world.resolve()}"
 
 [[rigs]]
@@ -367,10 +371,10 @@ def main():
     args = options()
     shutil.rmtree(args.out, ignore_errors=True)
     args.out.mkdir(parents=True)
-    origin_of = json.loads((args.store / "manifest.json").read_text())["origin"]
-    origin = (origin_of["lat_deg"], origin_of["lon_deg"])
     run(args.program, "tile", write_job(args, "views", 1, True), "--out", args.out / "views",
         "--world", args.store, "--threads", args.threads, "--quiet")
+    origin_of = json.loads((args.store / "manifest.json").read_text())["origin"]
+    origin = (origin_of["lat_deg"], origin_of["lon_deg"])
     _, sequence = ours(args, "views", 1)
     import_s = make_scene(args, cameras_of(sequence), origin)
     rows = []
