@@ -65,12 +65,16 @@ struct GroundPlaces {
   }
 };
 
+/// Along which beds of rock follow each other, metres of them per metre of world x, y and z: they dip by a few
+/// degrees.
+inline constexpr std::array<double, 3> kAcrossBeds = {0.11, -0.07, 1.0};
+
 /// What the ground is made from at places that are shaded together.
 struct GroundPacket {
   NoisePlaces places;
   Lanes<double> east_m;  ///< world x
   Lanes<double> north_m;
-  Lanes<std::int32_t> strata_u;  ///< noise coordinates of rock layers: across them and along
+  Lanes<std::int32_t> strata_u;  ///< noise coordinates of beds of rock: across them and along
   Lanes<std::int32_t> strata_v;
   Lanes3f normal;             ///< of the true triangle
   Lanes<float> steepness;     ///< sine of the slope against the place's own vertical
