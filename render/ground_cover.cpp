@@ -331,7 +331,8 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const D
     // Grass on ledges, which follow the layers: less where it is steeper, none high above the trees.
     const float ledge = step_up(0.7f * d.strata.value[i] + 0.45f * patch + 0.30f * clump +
                                     6.0f * (0.72f - g.steepness[i]) - 0.45f,
-                                0.25f + 0.7f * d.strata.left_out[i] + 0.3f * c.clump.left_out[i]);
+                                0.25f + 0.95f * d.strata.left_out[i] + 0.35f * c.patch.left_out[i] +
+                                    0.25f * c.clump.left_out[i]);
     lay(rock, 0.8f * ledge * (1.0f - ramp((g.height_m[i] - tree_line_m - 100.0f) / 500.0f)), 0.092f,
         0.104f, 0.044f);
     lay(color, c.rock[i], rock);

@@ -96,7 +96,7 @@ struct GroundLook {
   Lanes3f normal;              ///< with the relief that the terrain's samples do not hold
   Lanes<float> openness;       ///< share of the ambient light that small hollows leave, 0 … 1
   Lanes<float> is_water;       ///< 0 or 1
-  Lanes<float> wave_variance;  ///< of the slopes of waves too small to be seen one by one
+  Lanes<float> wave_variance;  ///< mean square slope of waves too small to be seen one by one
 };
 
 /// Procedural ground. All of it is a function of the place, the true triangle there and the tile's

@@ -11,8 +11,8 @@ using world::Cover;
 
 /// Waves of a water: wind over a short fetch raises short ones.
 struct Waves {
-  float slope;            ///< of each octave
-  float ripple_variance;  ///< of the slopes of ripples below them all
+  float slope;            ///< of each octave, along each of two axes
+  float ripple_variance;  ///< of the slopes of ripples below them all, along both together
   float longest_m;        ///< octave; the shortest is that of 2^kShortestWave m
   float num_octaves;
 };
@@ -21,8 +21,8 @@ constexpr int kShortestWave = -3;
 constexpr auto kMostOctaves = static_cast<float>(kLongestWave - kShortestWave + 1);
 
 Waves waves_of(Cover cover) {
-  if (cover == Cover::Lake) return {0.0205f, 0.0010f, 4.0f, 6.0f};
-  if (cover == Cover::River) return {0.0285f, 0.0008f, 2.0f, 5.0f};
+  if (cover == Cover::Lake) return {0.018f, 0.0008f, 4.0f, 6.0f};
+  if (cover == Cover::River) return {0.025f, 0.0008f, 2.0f, 5.0f};
   return {0.035f, 0.003f, 64.0f, kMostOctaves};
 }
 
@@ -64,13 +64,14 @@ void look_at_water(const GroundPacket& packet, std::uint32_t seed, GroundLook& l
     look.albedo[2][i] = body.b * tone + foam;
     look.openness[i] = 1.0f;
     look.is_water[i] = 1.0f;
-    // The slope of all octaves along each axis, less what is drawn; the shortest are left out first.
+    // Waves that are not drawn, of slopes along both axes; the shortest are left out first. Gusts roughen
+    // them in patches; in a lull the water lies almost smooth.
     const Waves given = waves_of(cover);
-    // Gusts roughen it in patches; in a lull it lies almost smooth.
-    const float gust = clamped(1.0f + 0.45f * streaks.value[i], 0.3f, 2.0f);
     const float left_out =
         core::smaller(kMostOctaves * waves.left_out[i] * waves.left_out[i], given.num_octaves);
-    look.wave_variance[i] = gust * (given.ripple_variance + given.slope * given.slope * left_out);
+    const float gust = clamped(1.0f + 0.45f * streaks.value[i], 0.3f, 2.0f);
+    look.wave_variance[i] =
+        gust * (given.ripple_variance + 2.0f * given.slope * given.slope * left_out);
   }
 }
 

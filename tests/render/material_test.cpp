@@ -295,10 +295,10 @@ TEST(Ground, CragsSeenFromFarAreTheMeanOfThoseSeenFromNear) {
                   static_cast<double>(part.albedo[k][i]) / (kNumFaces * kNumPackets * kLanes);
         }
       }
-      // Faces differ by 0.15 of their mean: that of 150 pairs is good to 0.02 where windows are narrow; what
-      // cracks and stones shade below the footprint is 0.03 of it.
+      // The mean of 150 faces is good to 0.012. Grass on ledges hides pale beds more often than others, which from
+      // far are told apart no more: 0.03. What cracks, stones and debris between them shade: 0.03.
       for (int k = 0; k < 3; ++k)
-        EXPECT_NEAR(far[k] / near[k], 1.0, 0.05)
+        EXPECT_NEAR(far[k] / near[k], 1.0, 0.08)
             << "colour " << k << ", moisture " << moisture << ", footprint " << footprint_m;
     }
   }
@@ -342,6 +342,51 @@ TEST(Ground, SnowLiesInGulliesBelowItsLineAndTheirClassSaysSo) {
   EXPECT_GT(num_snow[1], 3 * num_snow[0]);
   EXPECT_GT(num_snow[1], 400);
   EXPECT_LT(num_snow[1], 6000);
+}
+
+// Waves that the footprint leaves out go on as a spread of slopes: all in all water is as rough from far as from
+// near. Lakes have no waves of 8 m and more.
+TEST(Ground, WaterIsAsRoughFromFarAsFromNear) {
+  const Ground ground({.sea_level_m = 0.0, .has_sea = true});
+  for (const world::Cover cover : {world::Cover::Sea, world::Cover::Lake, world::Cover::River}) {
+    double first = 0.0;
+    for (const double footprint_m : {0.02, 0.7, 3.0, 11.0, 200.0}) {
+      double drawn = 0.0;
+      double spread = 0.0;
+      int num_places = 0;
+      for (std::uint64_t index = 0; index < 24000; index += kLanes) {
+        GroundPlaces places;
+        world::SurfaceSample surface;
+        surface.spacing_m = 4.0;
+        surface.cover = cover;
+        for (int i = 0; i < kLanes; ++i) {
+          Eigen::Vector3d point = random_place(index + static_cast<std::uint64_t>(i), 20e3);
+          point.z() = 0.0;
+          places.set(i, point, Eigen::Vector3d::UnitZ(), surface, footprint_m);
+        }
+        GroundPacket packet;
+        ground.set(places, packet);
+        GroundLook look;
+        ground.look(packet, look);
+        for (int i = 0; i < kLanes; ++i) {
+          const double up = static_cast<double>(look.normal[2][i]);
+          drawn += 1.0 / (up * up) - 1.0;  // squared tangent
+          spread += static_cast<double>(look.wave_variance[i]);
+          ++num_places;
+        }
+      }
+      drawn /= num_places;
+      spread /= num_places;
+      if (first == 0.0) first = drawn + spread;
+      // 24,000 squares of slopes are good to 1 %, gusts of the spread to 1 % of it; while an octave fades, what
+      // of it is drawn and what is left out are each known by its weight squared.
+      EXPECT_NEAR((drawn + spread) / first, 1.0, 0.04)
+          << static_cast<int>(cover) << " at " << footprint_m << " m: drawn " << drawn;
+      if (cover != world::Cover::Sea && footprint_m > 10.0) {
+        EXPECT_LT(drawn, 1e-9);
+      }
+    }
+  }
 }
 
 TEST(Climate, SeaLevelComesFromTheSea) {

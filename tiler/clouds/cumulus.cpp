@@ -72,7 +72,7 @@ double octaves(const LatticeNoise& noise, Eigen::Vector3d p, double period_m, in
   for (int octave = 0; octave < count; ++octave) {
     // Lattices that do not lie over each other.
     const double value = noise.at(p / period_m + Eigen::Vector3d(17.3, 5.9, 11.7) * octave);
-    sum += weight * (is_billowed ? 2.4 * std::abs(value) - 0.7 : 1.3 * value);
+    sum += weight * (is_billowed ? 2.4 * std::abs(value) - 0.6 : 1.3 * value);
     all += weight;
     weight *= fall;
     period_m *= 0.5;
@@ -116,65 +116,65 @@ struct Form {
 
 /// From towering to torn: congestus, two of mediocris, two of humilis, fractus.
 constexpr std::array<Form, 6> kForms = {{
-    {{330.0, 470.0},
+    {{330.0, 450.0},
      {0.7, 1.0},
      {8.0, 11.0},
-     {150.0, 270.0},
-     {12.0, 18.0},
-     {0.55, 0.92},
-     165.0,
+     {260.0, 400.0},
+     {10.0, 16.0},
+     {0.55, 0.90},
+     170.0,
+     15.0,
+     20.0,
+     1.0},
+    {{380.0, 520.0},
+     {0.6, 1.0},
+     {8.0, 12.0},
+     {240.0, 370.0},
+     {7.0, 12.0},
+     {0.45, 0.85},
+     160.0,
      15.0,
      30.0,
      1.0},
     {{400.0, 560.0},
-     {0.6, 1.0},
-     {8.0, 12.0},
-     {130.0, 260.0},
-     {7.0, 12.0},
-     {0.45, 0.85},
-     150.0,
-     15.0,
-     45.0,
-     1.0},
-    {{440.0, 620.0},
      {0.5, 0.8},
      {8.0, 12.0},
-     {120.0, 240.0},
+     {230.0, 350.0},
      {5.0, 9.0},
      {0.45, 0.80},
-     140.0,
+     150.0,
      16.0,
-     60.0,
+     40.0,
      1.0},
-    {{480.0, 640.0},
+    {{440.0, 600.0},
      {0.5, 0.9},
      {9.0, 13.0},
-     {90.0, 180.0},
+     {190.0, 310.0},
      {3.0, 6.0},
      {0.50, 0.80},
-     115.0,
+     130.0,
      18.0,
-     70.0,
+     45.0,
      0.9},
-    {{460.0, 660.0},
+    {{440.0, 620.0},
      {0.3, 0.6},
      {9.0, 13.0},
-     {85.0, 170.0},
+     {180.0, 290.0},
      {2.0, 5.0},
      {0.45, 0.75},
-     110.0,
+     120.0,
      20.0,
-     85.0,
+     55.0,
      0.85},
-    {{420.0, 640.0},
+    {{400.0, 600.0},
      {0.3, 0.7},
      {9.0, 14.0},
-     {70.0, 150.0},
+     {165.0, 270.0},
      {1.0, 3.0},
      {0.40, 0.70},
-     120.0,
-     30.0,
      130.0,
+     30.0,
+     90.0,
      0.6},
 }};
 
@@ -250,8 +250,8 @@ world::Volume make_cumulus(std::uint64_t seed, int number) {
   const LatticeNoise noise(own);
   fill(volume, [&](const Eigen::Vector3d& at) {
     const double inside_m = distance_into(heaps, at);
-    // Billows move the surface by 1.3 times their size at most.
-    if (inside_m < -1.35 * form.billow_m) return 0.0;
+    // Farther out than that billows do not reach.
+    if (inside_m < -1.5 * form.billow_m) return 0.0;
     const double wisps = octaves(noise, at + Eigen::Vector3d(900.0, 0.0, 0.0), 90.0, 3, false);
     double edge_m = inside_m;
     double soft = 0.0;  // 1 where dry air comes in
