@@ -237,12 +237,33 @@ TERRACAST_PACKET_INLINE Rgb rock_of(const Covers& c, const Details& d, int i, fl
   return rock;
 }
 
-/// Parcels and yards, picked one by one before the arithmetic that is the same for all lanes.
+/// Parcels and yards, picked one by one before the arithmetic that is the same for all lanes; and rock, which many
+/// packets have none of.
 struct Plots {
   Lanes<float> parcel_r, parcel_g, parcel_b, parcel_edge_m, parcel_bare;
   Lanes<float> meadow_r, meadow_g, meadow_b;
   Lanes<float> yard_r, yard_g, yard_b;
+  Lanes<float> rock_r, rock_g, rock_b;
 };
+
+TERRACAST_PACKET_CODE void paint_rock(const GroundPacket& g, const Covers& c, const Details& d,
+                                      float tree_line_m, Plots& p) {
+  for (int i = 0; i < kLanes; ++i) {
+    const float patch = c.patch.value[i];
+    const float clump = c.clump.value[i];
+    Rgb rock = rock_of(c, d, i, gully_of(g.moisture[i]), g.steepness[i]);
+    // Grass on ledges, which follow the layers: less where it is steeper, none high above the trees.
+    const float ledge = step_up(0.7f * d.strata.value[i] + 0.45f * patch + 0.30f * clump +
+                                    6.0f * (0.72f - g.steepness[i]) - 0.45f,
+                                0.25f + 0.95f * d.strata.left_out[i] + 0.35f * c.patch.left_out[i] +
+                                    0.25f * c.clump.left_out[i]);
+    lay(rock, 0.8f * ledge * (1.0f - ramp((g.height_m[i] - tree_line_m - 100.0f) / 500.0f)), 0.092f,
+        0.104f, 0.044f);
+    p.rock_r[i] = rock.r;
+    p.rock_g[i] = rock.g;
+    p.rock_b[i] = rock.b;
+  }
+}
 
 TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const Details& d,
                                  const Plots& p, const Lanes<float>& relief, float tree_line_m,
@@ -327,15 +348,7 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const D
     shade(scree, 1.0f + 0.12f * patch + 0.10f * clump);
     lay(color, c.scree[i], scree);
 
-    Rgb rock = rock_of(c, d, i, gully, g.steepness[i]);
-    // Grass on ledges, which follow the layers: less where it is steeper, none high above the trees.
-    const float ledge = step_up(0.7f * d.strata.value[i] + 0.45f * patch + 0.30f * clump +
-                                    6.0f * (0.72f - g.steepness[i]) - 0.45f,
-                                0.25f + 0.95f * d.strata.left_out[i] + 0.35f * c.patch.left_out[i] +
-                                    0.25f * c.clump.left_out[i]);
-    lay(rock, 0.8f * ledge * (1.0f - ramp((g.height_m[i] - tree_line_m - 100.0f) / 500.0f)), 0.092f,
-        0.104f, 0.044f);
-    lay(color, c.rock[i], rock);
+    lay(color, c.rock[i], p.rock_r[i], p.rock_g[i], p.rock_b[i]);
 
     // Grain of every scale, stones that stand out, less on snow.
     const float bare = larger(larger(c.rock[i], c.scree[i]),
@@ -449,7 +462,9 @@ void paint_land(const GroundPacket& packet, const Covers& covers, const Details&
       plots.yard_b[i] = yard.b;
     }
   }
-  paint(packet, covers, details, plots, relief, static_cast<float>(climate.tree_line_m), look);
+  const auto tree_line_m = static_cast<float>(climate.tree_line_m);
+  if (any(covers.rock)) paint_rock(packet, covers, details, tree_line_m, plots);
+  paint(packet, covers, details, plots, relief, tree_line_m, look);
 }
 
 }  // namespace terracast::render
