@@ -140,10 +140,10 @@ class Clouds final : public Layer {
         };
         // Many small ones, few large ones; the larger, the higher they tower (make_cumulus).
         const double size = drawn(0, 0.0, 1.0);
-        const double scale = options_.scale * (0.42 + 1.45 * std::pow(size, 1.8));
+        const double scale = options_.scale * (0.38 + 1.15 * std::pow(size, 1.8));
         const double flatness = std::clamp(1.0 - size + drawn(5, -0.3, 0.3), 0.0, 1.0);
         // A cumulus of scale 1 hides 0.18 of its cell if it towers, 0.08 if it is torn; all in all:
-        constexpr double kMeanHidden = 0.16;
+        constexpr double kMeanHidden = 0.11;
         // They stand in flocks with clear sky between, twice as many here, none there.
         const double flock = 1.0 + flock_at(inputs.seed, cx, cy);
         if (drawn(1, 0.0, 1.0) * kMeanHidden > flock * options_.cover) continue;
