@@ -16,8 +16,10 @@ using core::smaller;
 using world::Cover;
 
 /// Shares that follow slope, height, moisture and noise.
-TERRACAST_PACKET_CODE void draw_natural(const GroundPacket& g, float snow_line, float tree_line,
-                                        float beach, Covers& c) {
+/// least_debris   what debris on steep ground is held back by below the tree line: by soil and roots, but not
+///                where the ground is known to be bare
+TERRACAST_PACKET_CODE void draw_natural(const GroundPacket& g, const Lanes<float>& least_debris,
+                                        float snow_line, float tree_line, float beach, Covers& c) {
   for (int i = 0; i < kLanes; ++i) {
     const float region = c.region.value[i];
     const float patch = c.patch.value[i];
@@ -44,15 +46,17 @@ TERRACAST_PACKET_CODE void draw_natural(const GroundPacket& g, float snow_line, 
     c.sand[i] = step_up(beach - height + 0.7f * patch + 0.4f * clump, 0.5f + blur) *
                 step_up(0.30f - steep, 0.08f);
     c.scree[i] = step_up((steep - 0.50f) / 0.12f + 0.55f * patch + 0.30f * clump +
-                             clamped(above_trees / 300.0f, -3.0f, 0.6f),
+                             clamped(above_trees / 300.0f, least_debris[i], 0.6f),
                          0.30f + blur);
     c.rock[i] = step_up((steep - 0.64f) / 0.10f + 0.50f * patch + 0.60f * clump +
                             clamped(above_trees / 900.0f, -0.3f, 0.9f),
                         0.22f + blur);
-    c.snow[i] =
-        step_up((height - snow_line) / 260.0f + 0.35f * region + 0.40f * patch + 0.35f * clump +
-                    1.4f * g.northness[i] - 5.0f * larger(0.0f, steep - 0.60f),
-                0.14f + blur);
+    // Snow slides off the steep, into gullies, where it lies longest.
+    const float gully = gully_of(moist) * ramp((steep - 0.35f) * 5.0f);
+    c.snow[i] = step_up((height - snow_line) / 260.0f + 0.35f * region + 0.40f * patch +
+                            0.35f * clump + 1.4f * g.northness[i] + 1.5f * gully -
+                            5.0f * larger(0.0f, steep - 0.60f - 0.12f * gully),
+                        0.14f + blur);
   }
 }
 
@@ -197,12 +201,69 @@ Rgb yard_at(const NoisePlaces& places, int lane, float clump, float grain, std::
   return color;
 }
 
-/// Parcels and yards, picked one by one before the arithmetic that is the same for all lanes.
+/// Rock: formations of hundreds of metres, fresh and grey or weathered and warm; dark and pale beds in them,
+/// clear here and hardly seen there; scars of rockfalls; gullies, dark where they are walls and pale with debris
+/// where they are not; cracks where the noise passes zero, lichen. Thresholds lie so that the mean does not
+/// change with what the footprint leaves out.
+TERRACAST_PACKET_INLINE Rgb rock_of(const Covers& c, const Details& d, int i, float gully,
+                                    float steepness) {
+  const float patch = c.patch.value[i];
+  const float clump = c.clump.value[i];
+  const float bed = d.strata.value[i];
+  const float lost_bed = d.strata.left_out[i];
+  const float bedding = bedding_of(c.region.value[i]);
+
+  Rgb rock{0.188f, 0.186f, 0.182f};
+  lay(rock, ramp(0.5f + 0.50f * d.formation.value[i] + 0.12f * patch), 0.312f, 0.270f, 0.214f);
+  lay(rock, (0.15f + 0.60f * bedding) * step_up(-bed - 0.75f, 0.40f + 1.60f * lost_bed), 0.128f,
+      0.123f, 0.118f);
+  lay(rock, (0.10f + 0.55f * bedding) * step_up(bed - 0.85f, 0.35f + 1.66f * lost_bed), 0.372f,
+      0.348f, 0.308f);
+  shade(rock, 1.0f + (0.03f + 0.07f * bedding) * bed + 0.06f * patch + 0.06f * clump);
+  const float scar = step_up(patch + 0.5f * clump - 1.7f,
+                             0.35f + 1.4f * (c.patch.left_out[i] + 0.5f * c.clump.left_out[i]));
+  lay(rock, 0.55f * scar, 0.340f, 0.305f, 0.268f);
+
+  const float wall = ramp((steepness - 0.66f) * 8.0f);
+  shade(rock, 1.0f - 0.42f * gully * wall);
+  lay(rock, 0.75f * gully * (1.0f - wall), 0.300f, 0.284f, 0.258f);
+
+  const float open = 1.0f - d.cracks.left_out[i];
+  const float nearness = 1.0f - smaller(absolute(d.cracks.value[i]) * 6.0f, 1.0f);
+  shade(rock, 1.0f - 0.45f * open * nearness);
+  const float lichen = step_up(0.5f * d.coarse.value[i] + 0.7f * patch - 0.4f,
+                               0.5f + 0.6f * d.coarse.left_out[i] + 0.7f * c.patch.left_out[i]);
+  lay(rock, 0.22f * lichen, 0.150f, 0.156f, 0.118f);
+  return rock;
+}
+
+/// Parcels and yards, picked one by one before the arithmetic that is the same for all lanes; and rock, which many
+/// packets have none of.
 struct Plots {
   Lanes<float> parcel_r, parcel_g, parcel_b, parcel_edge_m, parcel_bare;
   Lanes<float> meadow_r, meadow_g, meadow_b;
   Lanes<float> yard_r, yard_g, yard_b;
+  Lanes<float> rock_r, rock_g, rock_b;
 };
+
+TERRACAST_PACKET_CODE void paint_rock(const GroundPacket& g, const Covers& c, const Details& d,
+                                      float tree_line_m, Plots& p) {
+  for (int i = 0; i < kLanes; ++i) {
+    const float patch = c.patch.value[i];
+    const float clump = c.clump.value[i];
+    Rgb rock = rock_of(c, d, i, gully_of(g.moisture[i]), g.steepness[i]);
+    // Grass on ledges, which follow the layers: less where it is steeper, none high above the trees.
+    const float ledge = step_up(0.7f * d.strata.value[i] + 0.45f * patch + 0.30f * clump +
+                                    6.0f * (0.72f - g.steepness[i]) - 0.45f,
+                                0.25f + 0.95f * d.strata.left_out[i] + 0.35f * c.patch.left_out[i] +
+                                    0.25f * c.clump.left_out[i]);
+    lay(rock, 0.8f * ledge * (1.0f - ramp((g.height_m[i] - tree_line_m - 100.0f) / 500.0f)), 0.092f,
+        0.104f, 0.044f);
+    p.rock_r[i] = rock.r;
+    p.rock_g[i] = rock.g;
+    p.rock_b[i] = rock.b;
+  }
+}
 
 TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const Details& d,
                                  const Plots& p, const Lanes<float>& relief, float tree_line_m,
@@ -280,33 +341,27 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const D
     lay(sand, wet, 0.195f, 0.155f, 0.105f);
     lay(color, c.sand[i], sand);
 
-    Rgb scree{0.255f, 0.240f, 0.215f};
-    shade(scree, 1.0f + 0.16f * patch + 0.14f * clump);
+    // Debris below the faces: fresh and pale where gullies leave it, with lichen and some grass beside.
+    const float gully = gully_of(moist);
+    Rgb scree{0.232f, 0.221f, 0.200f};
+    lay(scree, gully, 0.325f, 0.308f, 0.280f);
+    shade(scree, 1.0f + 0.12f * patch + 0.10f * clump);
     lay(color, c.scree[i], scree);
 
-    // Rock: layers of two tints, cracks where the noise passes zero, lichen.
-    Rgb rock{0.195f, 0.185f, 0.172f};
-    lay(rock, ramp(0.45f + 0.35f * region + 0.45f * d.strata.value[i]), 0.275f, 0.243f, 0.200f);
-    shade(rock, 1.0f + 0.16f * d.strata.value[i] + 0.12f * clump + 0.10f * patch);
-    const float open = (1.0f - d.cracks.left_out[i]);
-    const float nearness = 1.0f - smaller(absolute(d.cracks.value[i]) * 6.0f, 1.0f);
-    shade(rock, 1.0f - 0.45f * open * nearness);
-    lay(rock, 0.35f * ramp(d.coarse.value[i] - 0.3f), 0.140f, 0.150f, 0.105f);
-    // Grass on ledges, which follow the layers: less where it is steeper, none high above the trees.
-    const float ledge = step_up(0.7f * d.strata.value[i] + 0.45f * patch + 0.30f * clump +
-                                    6.0f * (0.72f - g.steepness[i]) - 0.45f,
-                                0.25f + 0.7f * d.strata.left_out[i] + 0.3f * c.clump.left_out[i]);
-    lay(rock, 0.8f * ledge * (1.0f - ramp((g.height_m[i] - tree_line_m - 100.0f) / 500.0f)), 0.092f,
-        0.104f, 0.044f);
-    lay(color, c.rock[i], rock);
+    lay(color, c.rock[i], p.rock_r[i], p.rock_g[i], p.rock_b[i]);
 
     // Grain of every scale, stones that stand out, less on snow.
     const float bare = larger(larger(c.rock[i], c.scree[i]),
                               1.0f - larger(c.grass[i], larger(c.floor[i], c.built[i])));
     const float tended = larger(c.built[i], 0.6f * c.meadow[i]);
-    const float grainy = (0.17f + 0.08f * bare) * (1.0f - 0.6f * tended);
+    // Debris is of one grain, and rock has beds in the place of what is coarse.
+    const float rocky = c.rock[i];
+    const float grainy = (0.17f + 0.08f * larger(bare - c.scree[i] * (1.0f - rocky), 0.0f)) *
+                         (1.0f - 0.6f * tended) * (1.0f - 0.35f * c.scree[i] * (1.0f - rocky));
     const float mottle =
-        1.0f + grainy * (d.coarse.value[i] + d.grain.value[i] + d.fine.value[i]) + 0.07f * clump;
+        1.0f +
+        grainy * ((1.0f - 0.65f * rocky) * d.coarse.value[i] + d.grain.value[i] + d.fine.value[i]) +
+        0.07f * (1.0f - 0.5f * rocky) * clump;
     shade(color, clamped(mottle, 0.30f, 1.9f));
     const float stony = bare * (1.0f - c.forest[i]) * (1.0f - d.stones.left_out[i]);
     shade(color, 1.0f + 0.55f * stony * step_up(d.stones.value[i] - 1.15f, 0.30f) -
@@ -335,7 +390,10 @@ bool any(const Lanes<float>& lanes) {
 }  // namespace
 
 void guess_covers(const GroundPacket& packet, const Climate& climate, Covers& covers) {
-  draw_natural(packet, static_cast<float>(climate.snow_line_m),
+  Lanes<float> least_debris;
+  for (int i = 0; i < kLanes; ++i)
+    least_debris[i] = static_cast<Cover>(packet.cover[i]) == Cover::Bare ? -0.3f : -3.0f;
+  draw_natural(packet, least_debris, static_cast<float>(climate.snow_line_m),
                static_cast<float>(climate.tree_line_m), climate.has_sea ? 1.8f : -1e6f, covers);
   for (Lanes<float>* lanes :
        {&covers.shrubs, &covers.floor, &covers.meadow, &covers.built, &covers.wet})
@@ -404,7 +462,9 @@ void paint_land(const GroundPacket& packet, const Covers& covers, const Details&
       plots.yard_b[i] = yard.b;
     }
   }
-  paint(packet, covers, details, plots, relief, static_cast<float>(climate.tree_line_m), look);
+  const auto tree_line_m = static_cast<float>(climate.tree_line_m);
+  if (any(covers.rock)) paint_rock(packet, covers, details, tree_line_m, plots);
+  paint(packet, covers, details, plots, relief, tree_line_m, look);
 }
 
 }  // namespace terracast::render

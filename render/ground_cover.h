@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "core/packet_code.h"
 #include "render/material.h"
 #include "render/noise.h"
 
@@ -22,6 +23,7 @@ inline constexpr std::uint32_t kStones = 101;
 inline constexpr std::uint32_t kWaves = 113;
 inline constexpr std::uint32_t kFieldWarp = 127;
 inline constexpr std::uint32_t kBushes = 131;
+inline constexpr std::uint32_t kFormations = 139;
 
 /// Shares of the ground's covers at a packet, each over all that is listed before it.
 struct Covers {
@@ -61,6 +63,18 @@ void spread_covers(const GroundPacket& packet, const Climate& climate, const Sum
 /// noise and are as wide as a terrain cell.
 void take_known_covers(const GroundPacket& packet, const Climate& climate, Covers& covers);
 
+/// How clearly rock shows its beds, 0 … 1: massive in one region, banded in another.
+TERRACAST_PACKET_INLINE float bedding_of(float region) {
+  return core::smaller(core::larger(0.5f + 0.6f * region, 0.0f), 1.0f);
+}
+
+/// Share of what gathers and runs down that a place has, 0 on ribs, 1 in gullies: the land's wetness is a
+/// matter of how much lies above a place.
+/// moisture   0 … 1
+TERRACAST_PACKET_INLINE float gully_of(float moisture) {
+  return core::smaller(core::larger(10.0f * (moisture - 0.085f), 0.0f), 1.0f);
+}
+
 /// What the covers are painted with.
 struct Details {
   const NoiseSum& coarse;
@@ -68,7 +82,8 @@ struct Details {
   const NoiseSum& fine;
   const NoiseSum& stones;
   const NoiseSum& trees;
-  const NoiseSum& strata;
+  const NoiseSum& formation;  ///< of rock: beds of 512 to 128 m
+  const NoiseSum& strata;     ///< beds of 64 to 2 m
   const NoiseSum& cracks;
   const NoiseSum& bushes;
 };

@@ -31,10 +31,10 @@ TERRACAST_PACKET_CODE void set_ground(const GroundPlaces& places, double sea_lev
   const Lanes<double>& nx = places.normal_world[0];
   const Lanes<double>& ny = places.normal_world[1];
   const Lanes<double>& nz = places.normal_world[2];
-  // Layers of rock dip by a few degrees and run on for 8 times their thickness' scale.
+  // Beds of rock run on for 8 times their thickness' scale.
   Lanes<double> across_m, along_m;
   for (int i = 0; i < kLanes; ++i) {
-    across_m[i] = z[i] + 0.11 * x[i] - 0.07 * y[i];
+    across_m[i] = kAcrossBeds[0] * x[i] + kAcrossBeds[1] * y[i] + kAcrossBeds[2] * z[i];
     along_m[i] = 0.125 * (0.6 * x[i] + 0.8 * y[i]);
   }
   count_steps(across_m, packet.strata_u);
@@ -63,6 +63,19 @@ TERRACAST_PACKET_CODE void set_ground(const GroundPlaces& places, double sea_lev
 
 bool any(const Lanes<float>& lanes) {
   return *std::max_element(lanes.values, lanes.values + kLanes) > 0.0f;
+}
+
+/// Beds of rock lie in folds of hundreds of metres and bulge by some metres.
+/// u       across them, as GroundPacket::strata_u
+/// steps   slope of each octave of them
+TERRACAST_PACKET_CODE void bend_beds(const GroundPacket& g, const Covers& c, Lanes<std::int32_t>& u,
+                                     Lanes<float>& steps) {
+  constexpr float kStepsPerMetre = 1.0f / static_cast<float>(kNoiseStep_m);
+  for (int i = 0; i < kLanes; ++i) {
+    const float bent_m = 40.0f * c.region.value[i] + 6.0f * c.patch.value[i];
+    u[i] = g.strata_u[i] + static_cast<std::int32_t>(bent_m * kStepsPerMetre);
+    steps[i] = 0.14f * c.rock[i] * (0.25f + 0.75f * bedding_of(c.region.value[i]));
+  }
 }
 
 /// What is painted is paved: no cover shows.
@@ -154,14 +167,14 @@ capture::SemanticClass Ground::class_of(world::Cover cover, capture::SemanticCla
     case Cover::Shrubs:
       return SemanticClass::Shrubland;
     case Cover::Grass:
-      return SemanticClass::Grass;
+      return guessed == SemanticClass::Snow ? guessed : SemanticClass::Grass;
     case Cover::Crops:
       return SemanticClass::Cropland;
     case Cover::BuiltUp:
       return SemanticClass::BuiltUp;
     case Cover::Bare:  // of what kind, the guess tells
       return guessed == SemanticClass::Rock || guessed == SemanticClass::Scree ||
-                     guessed == SemanticClass::Sand
+                     guessed == SemanticClass::Sand || guessed == SemanticClass::Snow
                  ? guessed
                  : SemanticClass::Soil;
     case Cover::Snow:
@@ -214,19 +227,21 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
   if (g.has_known_cover) take_known_covers(g, climate_, c);
   clear_painted(g, c);
 
-  Lanes<float> relief;        // slope of each octave of small relief
-  Lanes<float> relief_below;  // relief coarser than this stands in the terrain
+  Lanes<float> relief;         // slope of each octave of small relief
+  Lanes<float> coarse_relief;  // of those of 8 m and more: rock is shaped by its beds there
+  Lanes<float> relief_below;   // relief coarser than this stands in the terrain
   for (int i = 0; i < kLanes; ++i) {
     const float hard = larger(c.rock[i], 0.8f * c.scree[i]);
     const float soft = larger(c.snow[i], c.sand[i]);
     relief[i] = (0.10f + 0.08f * hard) * (1.0f - 0.55f * soft) * (1.0f - 0.75f * c.built[i]);
     if (g.is_painted[i] != 0)
       relief[i] = relief_of(g.paint[static_cast<std::size_t>(i)].coating.paving);
+    coarse_relief[i] = relief[i] * (1.0f - 0.6f * c.rock[i]);
     relief_below[i] = 4.0f * g.spacing_m[i];
   }
   NoiseSlope slope{};
   const NoiseSum coarse =
-      sum_noise_with_slope(g.places, 6, 3, seed + kCoarseGrain, relief, relief_below, slope);
+      sum_noise_with_slope(g.places, 6, 3, seed + kCoarseGrain, coarse_relief, relief_below, slope);
   const NoiseSum grain =
       sum_noise_with_slope(g.places, 2, -1, seed + kGrain, relief, relief_below, slope);
   const NoiseSum fine =
@@ -243,20 +258,24 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
     }
     trees = sum_noise_with_slope(g.places, 3, 0, seed + kTrees, crowns, all_scales, slope);
   }
+  NoiseSum formation{};
   NoiseSum strata{};
   NoiseSum cracks{};
+  Lanes<float> bed_slope{};
   if (any(c.rock)) {
-    Lanes<std::int32_t> u = g.strata_u;
-    for (int i = 0; i < kLanes; ++i)
-      u[i] += static_cast<std::int32_t>(6.0f * c.patch.value[i] * static_cast<float>(1 << 12));
-    strata = sum_noise_at(u, g.strata_v, g.places.footprint_m, 5, 1, seed + kStrata);
+    Lanes<std::int32_t> u;
+    Lanes<float> steps;
+    bend_beds(g, c, u, steps);
+    formation = sum_noise_at(u, g.strata_v, g.places.footprint_m, 9, 7, seed + kFormations);
+    strata = sum_noise_at_with_slope(u, g.strata_v, g.places.footprint_m, 6, 1, seed + kStrata,
+                                     steps, bed_slope);
     cracks = sum_noise(g.places, 2, 0, seed + kCracks);
   }
   NoiseSum bushes{};
   if (any(c.shrubs)) bushes = sum_noise(g.places, 3, 0, seed + kBushes);
-  paint_land(g, c, {coarse, grain, fine, stones, trees, strata, cracks, bushes}, relief, climate_,
-             look);
-  bend_normals(g, slope, look);
+  paint_land(g, c, {coarse, grain, fine, stones, trees, formation, strata, cracks, bushes}, relief,
+             climate_, look);
+  bend_normals(g, slope, bed_slope, look);
 
   const auto lanes_with = [&](const auto& has) {
     bool any_lane = false;

@@ -65,12 +65,16 @@ struct GroundPlaces {
   }
 };
 
+/// Along which beds of rock follow each other, metres of them per metre of world x, y and z: they dip by a few
+/// degrees.
+inline constexpr std::array<double, 3> kAcrossBeds = {0.11, -0.07, 1.0};
+
 /// What the ground is made from at places that are shaded together.
 struct GroundPacket {
   NoisePlaces places;
   Lanes<double> east_m;  ///< world x
   Lanes<double> north_m;
-  Lanes<std::int32_t> strata_u;  ///< noise coordinates of rock layers: across them and along
+  Lanes<std::int32_t> strata_u;  ///< noise coordinates of beds of rock: across them and along
   Lanes<std::int32_t> strata_v;
   Lanes3f normal;             ///< of the true triangle
   Lanes<float> steepness;     ///< sine of the slope against the place's own vertical
@@ -92,7 +96,7 @@ struct GroundLook {
   Lanes3f normal;              ///< with the relief that the terrain's samples do not hold
   Lanes<float> openness;       ///< share of the ambient light that small hollows leave, 0 … 1
   Lanes<float> is_water;       ///< 0 or 1
-  Lanes<float> wave_variance;  ///< of the slopes of waves too small to be seen one by one
+  Lanes<float> wave_variance;  ///< mean square slope of waves too small to be seen one by one
 };
 
 /// Procedural ground. All of it is a function of the place, the true triangle there and the tile's

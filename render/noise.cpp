@@ -215,10 +215,34 @@ TERRACAST_PACKET_CODE void sum_given(const Lanes<std::int32_t>& u, const Lanes<s
   finish(coarsest_level - finest_level + 1, sum);
 }
 
+TERRACAST_PACKET_CODE void sum_given_with_slope(const Lanes<std::int32_t>& u,
+                                                const Lanes<std::int32_t>& v,
+                                                const Lanes<float>& footprint_m, int coarsest_level,
+                                                int finest_level, std::uint32_t seed,
+                                                const Lanes<float>& slope_weight, NoiseSum& sum,
+                                                Lanes<float>& slope_u) {
+  clear(sum);
+  const float finest_footprint_m = least_of(footprint_m);
+  Lanes<float> weight;
+  Octave octave;
+  for (int level = coarsest_level; level >= finest_level; --level) {
+    const float spacing_m = std::ldexp(1.0f, level);
+    if (spacing_m <= finest_footprint_m) break;
+    weigh_octave(footprint_m, spacing_m, weight);
+    evaluate_octave<true>(u, v, level, seed, octave);
+    add_octave(octave, weight, sum);
+    for (int i = 0; i < kLanes; ++i)
+      slope_u[i] += weight[i] * slope_weight[i] * kUnitSlope * octave.du[i];
+  }
+  finish(coarsest_level - finest_level + 1, sum);
+}
+
 }  // namespace
 
 const std::array<NoisePlane, kNumNoisePlanes>& noise_planes() {
-  // Turned by 0, 37 and 73 degrees; the shears point 60 degrees apart.
+  // Turned by 0, 37 and 73 degrees; the shears point 60 degrees apart. A slope of 1 / kShear along a
+  // shear has a plane whose texture is drawn out without end: it is one that only crags have.
+  constexpr double kShear = 0.5;
   static const std::array<NoisePlane, kNumNoisePlanes> planes = [] {
     std::array<NoisePlane, kNumNoisePlanes> made;
     const double turns_deg[kNumNoisePlanes] = {0.0, 37.0, 73.0};
@@ -226,8 +250,8 @@ const std::array<NoisePlane, kNumNoisePlanes>& noise_planes() {
     for (std::size_t i = 0; i < kNumNoisePlanes; ++i) {
       const double turn = turns_deg[i] * 0.017453292519943295;
       const double shear = shears_deg[i] * 0.017453292519943295;
-      made[i].u = {std::cos(turn), std::sin(turn), 0.8 * std::cos(shear)};
-      made[i].v = {-std::sin(turn), std::cos(turn), 0.8 * std::sin(shear)};
+      made[i].u = {std::cos(turn), std::sin(turn), kShear * std::cos(shear)};
+      made[i].v = {-std::sin(turn), std::cos(turn), kShear * std::sin(shear)};
     }
     return made;
   }();
@@ -271,6 +295,16 @@ NoiseSum sum_noise_at(const Lanes<std::int32_t>& u, const Lanes<std::int32_t>& v
                       std::uint32_t seed) {
   NoiseSum sum;
   sum_given(u, v, footprint_m, coarsest_level, finest_level, seed, sum);
+  return sum;
+}
+
+NoiseSum sum_noise_at_with_slope(const Lanes<std::int32_t>& u, const Lanes<std::int32_t>& v,
+                                 const Lanes<float>& footprint_m, int coarsest_level,
+                                 int finest_level, std::uint32_t seed,
+                                 const Lanes<float>& slope_weight, Lanes<float>& slope_u) {
+  NoiseSum sum;
+  sum_given_with_slope(u, v, footprint_m, coarsest_level, finest_level, seed, slope_weight, sum,
+                       slope_u);
   return sum;
 }
 

@@ -93,4 +93,11 @@ NoiseSum sum_noise_at(const Lanes<std::int32_t>& u, const Lanes<std::int32_t>& v
                       const Lanes<float>& footprint_m, int coarsest_level, int finest_level,
                       std::uint32_t seed);
 
+/// As sum_noise_at, and its slope along u, per unit of u, added to `slope_u`: octave by octave scaled
+/// by `slope_weight`[lane], so that each adds one of root mean square 1 times that.
+NoiseSum sum_noise_at_with_slope(const Lanes<std::int32_t>& u, const Lanes<std::int32_t>& v,
+                                 const Lanes<float>& footprint_m, int coarsest_level,
+                                 int finest_level, std::uint32_t seed,
+                                 const Lanes<float>& slope_weight, Lanes<float>& slope_u);
+
 }  // namespace terracast::render

@@ -8,10 +8,13 @@ namespace terracast::render {
 namespace {
 
 TERRACAST_PACKET_CODE void bend(const GroundPacket& g, const NoiseSlope& slope,
-                                const NoisePlane* planes, GroundLook& look) {
+                                const Lanes<float>& bed_slope, const NoisePlane* planes,
+                                GroundLook& look) {
   Lanes3f gradient;
-  for (Lanes<float>& component : gradient)
-    for (int i = 0; i < kLanes; ++i) component[i] = 0.0f;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto across_beds = static_cast<float>(kAcrossBeds[k]);
+    for (int i = 0; i < kLanes; ++i) gradient[k][i] = across_beds * bed_slope[i];
+  }
   for (int plane = 0; plane < kNumNoisePlanes; ++plane) {
     for (std::size_t k = 0; k < 3; ++k) {
       const auto along_u = static_cast<float>(planes[plane].u.data()[k]);
@@ -38,7 +41,12 @@ TERRACAST_PACKET_CODE void bend(const GroundPacket& g, const NoiseSlope& slope,
 }  // namespace
 
 void bend_normals(const GroundPacket& packet, const NoiseSlope& slope, GroundLook& look) {
-  bend(packet, slope, noise_planes().data(), look);
+  bend(packet, slope, Lanes<float>{}, noise_planes().data(), look);
+}
+
+void bend_normals(const GroundPacket& packet, const NoiseSlope& slope,
+                  const Lanes<float>& bed_slope, GroundLook& look) {
+  bend(packet, slope, bed_slope, noise_planes().data(), look);
 }
 
 }  // namespace terracast::render

@@ -9,15 +9,21 @@ namespace {
 
 using world::Cover;
 
-/// Of the slopes of one octave of waves, and of ripples below them all.
+/// Waves of a water: wind over a short fetch raises short ones.
 struct Waves {
-  float slope;
-  float ripple_variance;
+  float slope;            ///< of each octave, along each of two axes
+  float ripple_variance;  ///< of the slopes of ripples below them all, along both together
+  float longest_m;        ///< octave; the shortest is that of 2^kShortestWave m
+  float num_octaves;
 };
+constexpr int kLongestWave = 6;
+constexpr int kShortestWave = -3;
+constexpr auto kMostOctaves = static_cast<float>(kLongestWave - kShortestWave + 1);
+
 Waves waves_of(Cover cover) {
-  if (cover == Cover::Lake) return {0.016f, 0.0010f};
-  if (cover == Cover::River) return {0.020f, 0.0008f};
-  return {0.035f, 0.003f};
+  if (cover == Cover::Lake) return {0.018f, 0.0008f, 4.0f, 6.0f};
+  if (cover == Cover::River) return {0.025f, 0.0008f, 2.0f, 5.0f};
+  return {0.035f, 0.003f, 64.0f, kMostOctaves};
 }
 
 /// Light that the water sends back, as an albedo: clear, green with algae, brown with silt.
@@ -31,14 +37,15 @@ Rgb body_of(Cover cover) {
 
 void look_at_water(const GroundPacket& packet, std::uint32_t seed, GroundLook& look) {
   Lanes<float> weight;
-  Lanes<float> all_scales;
+  Lanes<float> below_m;
   for (int i = 0; i < kLanes; ++i) {
-    weight[i] = waves_of(static_cast<Cover>(packet.cover[i])).slope;
-    all_scales[i] = 1e9f;
+    const Waves given = waves_of(static_cast<Cover>(packet.cover[i]));
+    weight[i] = given.slope;
+    below_m[i] = 2.0f * given.longest_m;
   }
   NoiseSlope slope{};
-  const NoiseSum waves =
-      sum_noise_with_slope(packet.places, 6, -3, seed + kWaves, weight, all_scales, slope);
+  const NoiseSum waves = sum_noise_with_slope(packet.places, kLongestWave, kShortestWave,
+                                              seed + kWaves, weight, below_m, slope);
   const NoiseSum streaks = sum_noise(packet.places, 11, 3, seed + kPatch);
   GroundLook water;
   bend_normals(packet, slope, water);
@@ -57,13 +64,14 @@ void look_at_water(const GroundPacket& packet, std::uint32_t seed, GroundLook& l
     look.albedo[2][i] = body.b * tone + foam;
     look.openness[i] = 1.0f;
     look.is_water[i] = 1.0f;
-    // Ten octaves of slope along each axis, less what is drawn.
+    // Waves that are not drawn, of slopes along both axes; the shortest are left out first. Gusts roughen
+    // them in patches; in a lull the water lies almost smooth.
     const Waves given = waves_of(cover);
-    // Gusts roughen it in patches; in a lull it lies almost smooth.
+    const float left_out =
+        core::smaller(kMostOctaves * waves.left_out[i] * waves.left_out[i], given.num_octaves);
     const float gust = clamped(1.0f + 0.45f * streaks.value[i], 0.3f, 2.0f);
     look.wave_variance[i] =
-        gust * (given.ripple_variance +
-                10.0f * given.slope * given.slope * waves.left_out[i] * waves.left_out[i]);
+        gust * (given.ripple_variance + 2.0f * given.slope * given.slope * left_out);
   }
 }
 

@@ -6,8 +6,8 @@
 
 namespace terracast::render {
 
-/// Looks of the lanes whose cover is water; others stay. Waves from 64 m to 12 cm, higher at sea, whose
-/// slopes too small for the footprint become variance; streaks of wind, at sea foam.
+/// Looks of the lanes whose cover is water; others stay. Waves from 64 m at sea, 4 m on lakes and 2 m on rivers
+/// to 12 cm, whose slopes too small for the footprint become variance; streaks of wind, at sea foam.
 void look_at_water(const GroundPacket& packet, std::uint32_t seed, GroundLook& look);
 
 /// Looks of the lanes whose cover is the bed below water: sand with ripples, rock, weed, mud; others stay.

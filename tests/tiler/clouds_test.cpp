@@ -56,6 +56,35 @@ TEST(CloudsLayer, CumuliHangAtTheirBaseAboveTheEllipsoid) {
   EXPECT_LT(2 * world_with_clouds("cover = 0.03")->layers().volume_places().size(), places.size());
 }
 
+/// Of voxels that hold more than a tenth: the highest layer, and how many there are.
+struct Extent {
+  int highest = 0;
+  std::size_t num_filled = 0;
+};
+Extent extent_of(const world::Volume& volume) {
+  Extent extent;
+  for (int z = 0; z < volume.size.z(); ++z)
+    for (int y = 0; y < volume.size.y(); ++y)
+      for (int x = 0; x < volume.size.x(); ++x)
+        if (volume.density[volume.index(x, y, z)] > 25) {
+          extent.highest = z;
+          ++extent.num_filled;
+        }
+  return extent;
+}
+
+TEST(CloudsLayer, SomeCumuliTowerAndSomeLieFlat) {
+  std::vector<Extent> extents;
+  for (int number = 0; number < 6; ++number)
+    extents.push_back(extent_of(tiler::make_cumulus(5, number)));
+  for (const Extent& extent : extents) EXPECT_GT(extent.num_filled, 8000U);  // 1.4e7 m3
+  // The first is higher than the flat ones by half at least, and holds more.
+  for (const std::size_t flat : {3U, 4U, 5U}) {
+    EXPECT_GT(extents[0].highest, 3 * extents[flat].highest / 2);
+    EXPECT_GT(extents[0].num_filled, 2 * extents[flat].num_filled);
+  }
+}
+
 TEST(CloudsLayer, ACumulusIsTheSameForAnyThreadsAndWithinItsVolume) {
   const world::Volume cumulus = tiler::make_cumulus(7, 2);
   const core::ThreadLimit limit(1);

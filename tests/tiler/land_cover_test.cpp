@@ -523,6 +523,44 @@ TEST(DerivedLandCover, OnTheSteepIsRock) {
   EXPECT_NEAR(shares_of(*prepare(options))[Cover::Bare], 1.0, 1e-9);
 }
 
+// Seen in November 2026: a rib of 50 m between two walls, whose top is level, carried a row of trees that
+// looked like a needle from its end.
+TEST(DerivedLandCover, NarrowCrestsBetweenWallsCarryNoForest) {
+  const ScratchFolder folder;
+  // Ridges that run north, 640 m apart: to the west of the middle with a top of 40 m and walls of 48
+  // degrees, to the east with a top of 320 m between slopes of 15 degrees.
+  const double middle_m = utm31(kOriginLat_deg, kOriginLon_deg).x();
+  const auto from_top_m = [](double x) {
+    return std::abs(x - 640.0 * std::floor(x / 640.0) - 320.0);
+  };
+  RasterSpec spec = utm_spec(4600.0, 8.0);
+  spec.value = [&](double u, double) {
+    const double x = u - middle_m;
+    const double away_m = from_top_m(x);
+    return x < 0.0 ? 900.0 - 1.1 * std::max(away_m - 20.0, 0.0)
+                   : 900.0 - 0.27 * std::max(away_m - 160.0, 0.0);
+  };
+  write_raster(folder / "ridges.tif", spec);
+  tiler::WorldOptions options = world_of_rasters({folder / "ridges.tif"});
+  options.detail_roughness = 0.0;
+  options.layers.push_back(layer_of(
+      "source = \"derived\"\nforest_share = 1.0\nfield_share = 0.0\ntree_line_m = 2500.0"));
+  const auto surface = prepare(options);
+  int num_narrow = 0, num_wooded_narrow = 0, num_wide = 0, num_wooded_wide = 0;
+  for (const Eigen::Vector2d& place : scattered_places(3900.0, 12000)) {
+    const geo::Geodetic at = surface->frame().geodetic_from_world({place.x(), place.y(), 900.0});
+    const double x = utm31(at.lat_deg, at.lon_deg).x() - middle_m;
+    if (from_top_m(x) > 10.0) continue;
+    const bool is_wooded = cover_at(*surface, place) == Cover::Forest;
+    (x < 0.0 ? num_narrow : num_wide) += 1;
+    (x < 0.0 ? num_wooded_narrow : num_wooded_wide) += is_wooded ? 1 : 0;
+  }
+  ASSERT_GT(num_narrow, 100);
+  ASSERT_GT(num_wide, 100);
+  EXPECT_EQ(num_wooded_narrow, 0);
+  EXPECT_GT(num_wooded_wide, num_wide / 3);
+}
+
 TEST(DerivedLandCover, SharesFollowTheConfig) {
   const auto shares = [](const std::string& toml) {
     tiler::WorldOptions options = derived_world("ramp", 17000.0, toml);

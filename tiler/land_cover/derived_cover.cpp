@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/hash.h"
 #include "core/parallel.h"
@@ -18,7 +19,7 @@ namespace terracast::tiler {
 namespace {
 
 /// Raised when the same inputs give other covers.
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
 constexpr double kMostNodes = 2048.0;  ///< along a side of the square
 constexpr double kFinestSpacing_m = 8.0;
@@ -26,10 +27,28 @@ constexpr double kFinestSpacing_m = 8.0;
 constexpr double kNoLine_m = -1100.0;
 /// A stream runs all year where so much land drains to it.
 constexpr double kStreamCatchment_m2 = 4e6;
+/// Crests are looked for over this distance to both sides, over twice and three times as much.
+constexpr double kCrestReach_m = 32.0;
 
 /// 0 below the lowest, 1 above the highest.
 double ramp(double lowest, double highest, double value) {
   return std::clamp((value - lowest) / (highest - lowest), 0.0, 1.0);
+}
+
+/// How steeply a node's land falls away to two opposite sides, the more level of the two: a crest's top is
+/// level, and yet rock between two walls. 0 where no pair of sides falls.
+float crest_fall(const Grid<float>& heights_m, int i, int j, double spacing_m) {
+  const int reach = std::max(static_cast<int>(std::lround(kCrestReach_m / spacing_m)), 1);
+  float steepest = 0.0F;
+  for (const auto& [di, dj] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}})
+    for (int steps = reach; steps <= 3 * reach; steps += reach) {
+      const float fall_m =
+          heights_m(i, j) - std::max(heights_m.clamped(i + steps * di, j + steps * dj),
+                                     heights_m.clamped(i - steps * di, j - steps * dj));
+      const auto away_m = static_cast<float>(steps * spacing_m * std::hypot(di, dj));
+      steepest = std::max(steepest, fall_m / away_m);
+    }
+  return steepest;
 }
 
 }  // namespace
@@ -113,6 +132,7 @@ void DerivedCover::measure(const LayerInputs& inputs) {
 
   slope_ = Grid<float>(side, side);
   northness_ = slope_;
+  crest_ = slope_;
   for (int j = 0; j < side; ++j)
     for (int i = 0; i < side; ++i) {
       const auto rise = [&](int di, int dj) {
@@ -124,6 +144,7 @@ void DerivedCover::measure(const LayerInputs& inputs) {
       const double north = rise(0, 1);
       slope_(i, j) = static_cast<float>(std::hypot(east, north));
       northness_(i, j) = static_cast<float>(-north / std::max(std::hypot(east, north), 1.0));
+      crest_(i, j) = crest_fall(heights_m, i, j, spacing_m_);
     }
 
   // Water leaves over the sea and over the square's border.
@@ -161,6 +182,7 @@ std::optional<world::Cover> DerivedCover::cover(const Eigen::Vector2d& place_wor
   using world::Cover;
   const Eigen::Vector2d node = node_of(place_world);
   const double slope = bilinear(slope_, node);
+  const double crest = bilinear(crest_, node);
   const double shade = (is_north_ ? 1.0 : -1.0) * bilinear(northness_, node);
   const double water_m = bilinear(water_m_, node);
   const double height_m =
@@ -186,7 +208,7 @@ std::optional<world::Cover> DerivedCover::cover(const Eigen::Vector2d& place_wor
       height_m - options_.tree_line_m + 200.0 * (region - 0.5) + 160.0 * uneven + 100.0 * shade;
   // Scree rests at 35 degrees, soil with roots at less; plants hold more below the tree line.
   const double bare_slope = 1.0 - 0.35 * ramp(-200.0, 400.0, above_trees_m) + 0.3 * uneven;
-  if (slope > bare_slope) return Cover::Bare;
+  if (std::hypot(slope, crest) > bare_slope) return Cover::Bare;
   if (patch < ramp(250.0, 900.0, above_trees_m)) return Cover::Bare;
 
   const double wet = moisture + 0.15 * uneven - 3.0 * std::max(slope - 0.02, 0.0);
@@ -201,6 +223,8 @@ std::optional<world::Cover> DerivedCover::cover(const Eigen::Vector2d& place_wor
                         (1.0 - ramp(-120.0, 60.0, above_trees_m));
   // Trees line the water.
   if (water_m < 120.0) forest_share += 0.2 * (1.0 - water_m / 120.0) * season;
+  // Wind and a thin soil keep woods off crests between walls.
+  forest_share *= 1.0 - ramp(0.3, 0.6, crest);
   // Among fields, woods keep to a part of what they would hold elsewhere.
   if (woods < 0.3 * forest_share) return Cover::Forest;
   const bool is_field = field_share > 0.0 && fields_(place_world) < field_share;

@@ -20,8 +20,8 @@ struct DerivedCoverOptions {
 
 /// Land cover that nobody has mapped, as it would lie on this land: forests below the tree line, more on
 /// slopes than on the plain; fields on level land with a growing season; meadows between; shrubs at
-/// forests' edges, on dry ground and above the trees; bare rock and scree on the steep, and high
-/// up; snow above its line, less on slopes to the sun; wetlands on level ground at water. Of the sea's
+/// forests' edges, on dry ground and above the trees; bare rock and scree on the steep, on crests
+/// between walls, and high up; snow above its line, less on slopes to the sun; wetlands on level ground at water. Of the sea's
 /// shore nothing is said: what it is made of follows from its height.
 ///
 /// Heights of the lines are above the ellipsoid, which is within 110 m of the sea, and less than the
@@ -65,6 +65,7 @@ class DerivedCover {
   double spacing_m_ = 0.0;  ///< of the grid, whose nodes lie on the world's lattice
   int first_node_ = 0;      ///< the first row and column stand at first_node_ * spacing_m_
   Grid<float> slope_;       ///< rise over run
+  Grid<float> crest_;       ///< rise over run of the more level side of a crest; 0 elsewhere
   Grid<float> northness_;   ///< 1 on a slope of 45 degrees to the north, -1 to the south
   Grid<float> water_m_;     ///< distance to the sea or to a stream
   Grid<float> sea_m_;       ///< distance to the sea; empty without one

@@ -22,7 +22,7 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 
-constexpr int kVersion = 3;
+constexpr int kVersion = 4;
 constexpr int kNumCumuli = 6;
 /// A cumulus in each such cell, where there is one.
 constexpr double kCellOfCumulus_m = 2100.0;
@@ -138,10 +138,12 @@ class Clouds final : public Layer {
           return core::random_between(lowest, highest, core::stream_of(inputs.seed, 0x736b79),
                                       question, index);
         };
-        // Many small ones, few large ones.
-        const double scale = options_.scale * (0.38 + 0.87 * std::pow(drawn(0, 0.0, 1.0), 1.5));
-        // A cumulus of scale 1 hides about 0.32 of its cell.
-        constexpr double kMeanHidden = 0.19;
+        // Many small ones, few large ones; the larger, the higher they tower (make_cumulus).
+        const double size = drawn(0, 0.0, 1.0);
+        const double scale = options_.scale * (0.38 + 1.15 * std::pow(size, 1.8));
+        const double flatness = std::clamp(1.0 - size + drawn(5, -0.3, 0.3), 0.0, 1.0);
+        // A cumulus of scale 1 hides 0.18 of its cell if it towers, 0.08 if it is torn; all in all:
+        constexpr double kMeanHidden = 0.11;
         // They stand in flocks with clear sky between, twice as many here, none there.
         const double flock = 1.0 + flock_at(inputs.seed, cx, cy);
         if (drawn(1, 0.0, 1.0) * kMeanHidden > flock * options_.cover) continue;
@@ -152,7 +154,7 @@ class Clouds final : public Layer {
             place_at_height(inputs.frame, at.x(), at.y(), base_m + drawn(4, -40.0, 40.0), 1.0)
                 .z_world;
         world::VolumePlace place =
-            place_of(static_cast<int>(drawn(5, 0.0, kNumCumuli - 0.001)), {at.x(), at.y(), z});
+            place_of(static_cast<int>(flatness * (kNumCumuli - 0.001)), {at.x(), at.y(), z});
         place.heading_rad = drawn(6, 0.0, 2.0 * std::numbers::pi);
         place.scale = scale;
         places_.push_back(place);
