@@ -13,9 +13,6 @@ using Eigen::Vector2d;
 
 /// With more trees a forest is a dense one.
 constexpr double kDenseShare = 0.62;
-/// Of forest in good places.
-constexpr double kBroadleafTop_m = 16.0;
-constexpr double kConiferTop_m = 22.0;
 /// Broadleaved forest has fewer conifers than this.
 constexpr double kMixedShare = 0.3;
 
@@ -66,11 +63,11 @@ ForestPieces::Piece ForestPieces::make_piece(int size, std::int32_t x, std::int3
   const double side_m = clump_side_m(size);
   const Vector2d center = clump_center(size, x, y);
   if (!is_inside(center, plan_.half_size_m - 0.5 * side_m)) return piece;
-  const TileGround::Here here = ground_.here(center);
+  const TileGround::Here here = ground_.broadly(center);
   if (here.growth.trees < kForestShare) return piece;
   const TreeKinds kinds = ground_.tree_kinds(here);
-  const double top_m = here.canopy_m.value_or(
-      kinds.size * (kBroadleafTop_m + (kConiferTop_m - kBroadleafTop_m) * kinds.conifers));
+  const double top_m = here.canopy_m.value_or(kinds.size * kinds.top_m());
+  piece.tint = {kinds.tint.light, kinds.tint.warm, 0.8};
   piece.is_open = here.growth.trees < kDenseShare;
   piece.kind = kinds.conifers > 0.65                        ? ForestKind::Conifer
                : kinds.pines > 0.55                         ? ForestKind::Pine
@@ -122,8 +119,14 @@ void ForestPieces::add_clump(int size, std::int32_t x, std::int32_t y, const Pla
   if (!own.is_forest) return;
   const PlaceDraws draws = this->draws(size, x, y);
   const auto quarter_turns = static_cast<std::uint16_t>((draws.bits(kHeading) & 3U) << 14U);
-  sink_.add(draws.id, *own.model, Eigen::Vector3d(center.x(), center.y(), own.foot_z_world),
-            quarter_turns, own.scale, last_level, kFinestClumpLevel + size + 1);
+  sink_.add({.id = draws.id,
+             .model = *own.model,
+             .heading = quarter_turns,
+             .scale = own.scale,
+             .coarsest_level = last_level,
+             .first_level = kFinestClumpLevel + size + 1,
+             .tint = own.tint},
+            Eigen::Vector3d(center.x(), center.y(), own.foot_z_world));
 }
 
 void check_reach_of_pieces(const PlantLibrary& library) {

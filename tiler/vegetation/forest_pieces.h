@@ -40,6 +40,7 @@ class ForestPieces {
     double scale = 1.0;
     double foot_z_world = 0.0;  ///< of forest
     const PlantModel* model = nullptr;
+    Tint tint{};
   };
 
   const Piece& piece(int size, std::int32_t x, std::int32_t y);

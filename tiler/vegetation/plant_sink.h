@@ -19,12 +19,19 @@ class PlantSink {
   PlantSink(const VegetationPlan& plan, const LayerSite& site, world::TileObjects& objects)
       : plan_(plan), site_(site), objects_(objects) {}
 
-  /// first_level   finest of those whose tiles may lack the ground below it
-  void add(std::uint32_t id, const PlantModel& model, const Eigen::Vector3d& foot_world,
-           std::uint16_t heading, double scale, int coarsest_level, int first_level = 0);
+  /// A plant to be put somewhere.
+  struct Planting {
+    std::uint32_t id;
+    const PlantModel& model;
+    std::uint16_t heading;
+    double scale;
+    int coarsest_level;
+    int first_level = 0;  ///< finest of those whose tiles may lack the ground below it
+    Tint tint{};
+  };
+  void add(const Planting& planting, const Eigen::Vector3d& foot_world);
   /// On the ground there.
-  void add(std::uint32_t id, const PlantModel& model, const Eigen::Vector2d& place_world,
-           std::uint16_t heading, double scale, int coarsest_level);
+  void add(const Planting& planting, const Eigen::Vector2d& place_world);
 
  private:
   const VegetationPlan& plan_;

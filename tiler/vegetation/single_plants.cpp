@@ -23,8 +23,9 @@ constexpr double kLoneShare = 0.12;
 /// Stones and bushes keep so far from stems.
 constexpr double kStemDistance_m = 1.5;
 
-/// Trees below tall ones are smaller.
+/// Trees below tall ones are smaller, less so where all are of one age.
 constexpr double kLowShare = 0.72;
+constexpr double kLowShareInStand = 0.9;
 /// No species is drawn larger than this.
 constexpr double kLargestTree = 1.9;
 /// A canopy lower than this is one of bushes.
@@ -45,7 +46,7 @@ std::string_view species_of(const TreeKinds& kinds, double drawn) {
        {kinds.conifers, "spruce"},
        {kinds.pines, "pine"},
        {broadleaves * kinds.poplars, "poplar"},
-       {broadleaves * 0.34, "birch"},
+       {broadleaves * kinds.birches, "birch"},
        {broadleaves, "oak"}}};
   double sum = 0.0;
   for (const auto& [share, name] : shares) {
@@ -53,6 +54,15 @@ std::string_view species_of(const TreeKinds& kinds, double drawn) {
     if (drawn < sum) return name;
   }
   return kinds.conifers > 0.5 ? "spruce" : "oak";
+}
+
+/// How large a tree is drawn whose height no raster knows.
+/// drawn   uniform in [0, 1)
+double scale_of(const TreeKinds& kinds, const PlantModel& model, bool is_low, double drawn) {
+  if (!kinds.is_stand) return kinds.size * (0.75 + 0.4 * drawn) * (is_low ? kLowShare : 1.0);
+  // Species that are taller elsewhere hardly stand out of a canopy.
+  return kinds.size * std::sqrt(kinds.top_m() / model.height_m) * (0.85 + 0.3 * drawn) *
+         (is_low ? kLowShareInStand : 1.0);
 }
 
 /// Of crops that stand so high that it is seen; "": the ground shows the others.
@@ -116,8 +126,8 @@ void SinglePlants::add_tree(Stratum stratum, const BlueNoise::Place& place) {
   const auto is_free_as = [&](std::string_view species, double smaller) {
     model = &draws.variety(of(species));
     scale = canopy_m ? *canopy_m / model->height_m
-                     : smaller * kinds.size * (0.75 + 0.4 * draws.unit(kSize)) *
-                           (is_low ? kLowShare : 1.0);
+                     : smaller * std::min(kLargestTree,
+                                          scale_of(kinds, *model, is_low, draws.unit(kSize)));
     return scale <= kLargestTree && site_.is_free(place.at_world, scale * model->reach_m);
   };
   const std::string_view species = species_of(kinds, draws.unit(kKind));
@@ -129,7 +139,13 @@ void SinglePlants::add_tree(Stratum stratum, const BlueNoise::Place& place) {
                  : is_free_as(species, 1.0) || is_free_as(species, 0.5);
   if (!is_free) return;
   const int coarsest_level = is_lone(stratum, place) ? kStrata[stratum].coarsest_level : kTreeLevel;
-  sink_.add(draws.id, *model, place.at_world, draws.heading(), scale, coarsest_level);
+  sink_.add({.id = draws.id,
+             .model = *model,
+             .heading = draws.heading(),
+             .scale = scale,
+             .coarsest_level = coarsest_level,
+             .tint = kinds.tint},
+            place.at_world);
 }
 
 void SinglePlants::add_bushes() {
@@ -151,7 +167,7 @@ void SinglePlants::add_bush(const BlueNoise::Place& place, const NearPlaces& ste
   const double scale =
       0.45 + 0.75 * draws.unit(kSize) * (0.5 + 0.5 * ground_.tree_kinds(here).size);
   if (!site_.is_free(place.at_world, scale * model.reach_m)) return;
-  sink_.add(draws.id, model, place.at_world, draws.heading(), scale, scale < 0.75 ? 1 : 2);
+  sink_.add({draws.id, model, draws.heading(), scale, scale < 0.75 ? 1 : 2}, place.at_world);
 }
 
 void SinglePlants::add_plants() {
@@ -172,7 +188,7 @@ void SinglePlants::add_plant(const BlueNoise::Place& place) {
   if (id_.level - kLevelsAtCorner > model.coarsest_level) return;
   const double scale = 0.75 + 0.5 * draws.unit(kSize);
   if (!site_.is_free(place.at_world, scale * model.reach_m)) return;
-  sink_.add(draws.id, model, place.at_world, draws.heading(), scale, model.coarsest_level);
+  sink_.add({draws.id, model, draws.heading(), scale, model.coarsest_level}, place.at_world);
 }
 
 void SinglePlants::add_stones() {
@@ -193,8 +209,9 @@ void SinglePlants::add_stone(const BlueNoise::Place& place, const NearPlaces& st
   // Few are large: fragments follow a power law.
   const double scale = std::min(0.3 * std::pow(1.0 - draws.unit(kSize), -0.5), 3.0);
   if (!site_.is_free(place.at_world, scale * model.reach_m)) return;
-  sink_.add(draws.id, model, place.at_world, draws.heading(), scale,
-            static_cast<int>(std::floor(std::log2(4.0 * scale))));
+  sink_.add({draws.id, model, draws.heading(), scale,
+             static_cast<int>(std::floor(std::log2(4.0 * scale)))},
+            place.at_world);
 }
 
 void SinglePlants::add_crops() {
@@ -231,7 +248,7 @@ void SinglePlants::add_crop(const CropPiece& crop, std::int32_t cell_x, std::int
   const double turn =
       crop.heading_rad / (2.0 * std::numbers::pi) + (draws.unit(kHeading) < 0.5 ? 0.5 : 0.0);
   const auto heading = static_cast<std::uint16_t>(std::lround(turn * 65536.0) & 0xffff);
-  sink_.add(draws.id, model, center, heading, 1.0, model.coarsest_level);
+  sink_.add({draws.id, model, heading, 1.0, model.coarsest_level}, center);
 }
 
 void check_reach_of_trees(const PlantLibrary& library) {

@@ -25,6 +25,11 @@ struct VegetationPlan {
 
   /// Whether a house stands near by.
   bool is_garden(const Eigen::Vector2d& place_world) const;
+  /// Whether a way, or a river, a stream or a lake is so near that rows of plants may go along with it.
+  bool is_by_way(const Eigen::Vector2d& place_world) const;
+  bool is_by_water(const Eigen::Vector2d& place_world) const;
+  /// Whether nothing but grass may grow there: between runways.
+  bool is_kept_short(const Eigen::Vector2d& place_world) const;
 
   const WorldSurface& surface;  ///< the ground before any layer
   std::uint64_t seed;
@@ -34,6 +39,8 @@ struct VegetationPlan {
   Habitat habitat;
   Fields fields;
   std::vector<const Layer*> houses;  ///< layers of buildings
+  std::vector<const Layer*> ways;    ///< layers of roads
+  std::vector<const Layer*> waters;  ///< layers of water
   std::vector<BlueNoise> strewn;     ///< by Stratum
   std::unique_ptr<Canopy> canopy;    ///< null: none is known
 };
