@@ -43,7 +43,7 @@ void add_spray(ThingMesh& mesh, const HedgeForm& form, const Vector3d& foot, con
   const Vector3d lift = 0.12 * length_m * out.cross(side);
   const Vector3d broad = foot + 0.35 * length_m * out;
   const Vector3d tip = within(foot + length_m * out);
-  mesh.loft({{within(broad + 0.42 * length_m * side), within(broad - 0.42 * length_m * side),
+  mesh.loft({{within(broad + 0.62 * length_m * side), within(broad - 0.62 * length_m * side),
               within(broad + lift - 0.3 * length_m * out)},
              {tip, tip, tip}},
             leaves);
@@ -177,12 +177,12 @@ std::vector<ThingInfo> barriers() {
   return {barrier("hedge", SemanticClass::Bush, {3.0, 0.9, 1.5},
                   "garden hedges of hornbeam and laurel, cut at 1.5 m", 4,
                   [row](ThingMesh& m, int d, int v) {
-                    build_hedge(m, {{3.0, 0.9, 1.5}, 0.86, 0.10, 0.18}, kGreens[row(v)], d);
+                    build_hedge(m, {{3.0, 0.9, 1.5}, 0.93, 0.18, 0.22}, kGreens[row(v)], d);
                   }),
           barrier("field_hedge", SemanticClass::Bush, {3.0, 1.8, 2.4},
                   "field hedges of hawthorn and hazel, 2 m to 3 m high", 4,
                   [row](ThingMesh& m, int d, int v) {
-                    build_hedge(m, {{3.0, 1.8, 2.4}, 0.60, 0.30, 0.42}, kGreens[row(v)], d);
+                    build_hedge(m, {{3.0, 1.8, 2.4}, 0.78, 0.42, 0.48}, kGreens[row(v)], d);
                   }),
           barrier("board_fence", SemanticClass::Wall, {3.0, 0.10, 1.12},
                   "garden fences of boards on two rails, 1.1 m", 4,
