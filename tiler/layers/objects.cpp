@@ -20,7 +20,7 @@ namespace terracast::tiler {
 namespace {
 
 /// Bumped when what stands where, or what things look like, changes.
-constexpr int kObjectsVersion = 3;
+constexpr int kObjectsVersion = 4;
 
 class ObjectsLayer final : public Layer {
  public:

@@ -187,7 +187,7 @@ Shape clump_of(const Varieties& varieties, ForestKind kind, int size, int detail
     const std::vector<Variety>& of_species = varieties[species_row(share->species)];
     const Variety& variety =
         of_species[static_cast<std::size_t>(unit(i, 3) * static_cast<double>(of_species.size()))];
-    const double height_m = top_m * (0.72 + 0.36 * unit(i, 4));
+    const double height_m = top_m * (0.78 + 0.30 * unit(i, 4));
     const Eigen::Vector2d at =
         places[i].at_world - corner - Eigen::Vector2d::Constant(0.5 * side_m);
     const double upward = height_m / variety.height_m;

@@ -21,7 +21,7 @@ using Eigen::Vector3i;
 using world::Shape;
 
 /// Of the triangles of a plant with leaves, this share goes to its stems.
-constexpr double kWoodShare = 0.42;
+constexpr double kWoodShare = 0.3;
 
 Vector3i steps_of(const Vector3d& place_m) {
   return (place_m / world::kHeightStep_m).array().round().cast<int>().matrix();

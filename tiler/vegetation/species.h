@@ -33,9 +33,10 @@ std::size_t species_row(std::string_view name);
 Plant grow_variety(const SpeciesInfo& species, int variety);
 
 /// Levels of trees: a tile of level L shows a metre as 2^(1 - L) pixels, so that a tree's sprays of
-/// leaves are about a pixel on the coarsest tiles of each.
+/// leaves are about a pixel on the coarsest tiles of each. Many worlds' finest tiles are of level 0, and cameras are
+/// nearer to these than that: their trees have more.
 inline const std::vector<PlantLevel> kTreeLevels = {
-    {-1, 6000}, {0, 1500}, {1, 300}, {3, 60}, {5, 20}};
+    {-1, 6000}, {0, 3600}, {1, 300}, {3, 60}, {5, 20}};
 
 /// Of bushes up to three metres high.
 inline const std::vector<PlantLevel> kBushLevels = {{-2, 2400}, {-1, 700}, {0, 200}, {2, 30}};

@@ -27,6 +27,17 @@ constexpr double kShortest_m = 1.6;
 /// Corners that turn by less are gone round without a gap: cosine.
 constexpr double kSlightTurn = 0.94;
 
+/// No two pieces of a hedge that stand side by side look alike: some are turned round, and in the fields some
+/// are of another kind.
+void vary_hedge(Candidate& piece, const ThingInfo& thing) {
+  if (thing.semantic_class != core::SemanticClass::Bush) return;
+  const std::uint64_t drawn = core::mix_bits(piece.key ^ 0x6865646765ULL);
+  if ((drawn & 1U) != 0) piece.heading = static_cast<std::uint16_t>(piece.heading + 0x8000U);
+  if (thing.name == "field_hedge" && (drawn >> 1U & 3U) == 0)
+    piece.variant =
+        static_cast<std::uint8_t>((drawn >> 3U) % static_cast<std::uint64_t>(thing.num_variants));
+}
+
 void line_up(const PointsWorld& line, const ThingInfo& thing, const Candidate& like,
              std::uint64_t stream, Proposals& to) {
   std::uint64_t number = 0;
@@ -50,6 +61,7 @@ void line_up(const PointsWorld& line, const ThingInfo& thing, const Candidate& l
       one.key = core::stream_of(stream, number);
       one.place_world = line[k] + (from_m + (piece + 0.5) * step_m) * along;
       one.heading = heading_of(along);
+      vary_hedge(one, thing);
       // Two steps less, so that rounded footprints do not overlap.
       one.scale = static_cast<std::uint16_t>(std::floor(4096.0 * step_m / thing.size_m.x()) - 2.0);
       if (one.scale > 1200) to.candidates.push_back(one);

@@ -1,5 +1,8 @@
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "core/random.h"
 #include "tiler/objects/things.h"
@@ -16,35 +19,91 @@ using world::Material;
 constexpr double kHalf_m = 1.5;
 constexpr double kRoot_m = -0.6;
 
-/// Round above, cut or left to grow: twigs stand in by up to `uneven_m`.
-void build_hedge(ThingMesh& mesh, const Vector3d& size, double uneven_m, const Color& color,
-                 int detail) {
-  const FinishNumber leaves = mesh.finish(Material::Leaves, color);
-  const double w = 0.5 * size.y();
-  const double h = size.z();
-  const Outline section = {{-0.86 * w, kRoot_m},  {0.86 * w, kRoot_m},  {0.94 * w, 0.25 * h},
-                           {w, 0.5 * h},          {0.96 * w, 0.75 * h}, {0.80 * w, 0.93 * h},
-                           {0.35 * w, h},         {-0.35 * w, h},       {-0.80 * w, 0.93 * h},
-                           {-0.96 * w, 0.75 * h}, {-w, 0.5 * h},        {-0.94 * w, 0.25 * h}};
-  if (detail >= 2) {
-    mesh.box({-kHalf_m, -0.9 * w, kRoot_m}, {kHalf_m, 0.9 * w, 0.96 * h}, leaves);
-    return;
+/// How a hedge grows.
+struct HedgeForm {
+  Vector3d size;
+  double end_share;  ///< of its section that is left at its ends
+  double uneven;     ///< by which share of its section it stands in at most
+  double spray_m;    ///< how long twigs with leaves are that stand out
+};
+
+double drawn(std::uint64_t what, std::uint64_t number) {
+  return core::random_unit(0x6865646765ULL, what, number);
+}
+
+/// A twig with leaves: a thin body that narrows to a point, within the hedge's box.
+void add_spray(ThingMesh& mesh, const HedgeForm& form, const Vector3d& foot, const Vector3d& out,
+               double length_m, FinishNumber leaves, std::uint64_t number) {
+  const auto within = [&](const Vector3d& at) {
+    const Vector3d half(0.5 * form.size.x(), 0.5 * form.size.y(), form.size.z());
+    return Vector3d(at.cwiseMax(Vector3d(-half.x(), -half.y(), kRoot_m)).cwiseMin(half));
+  };
+  const Vector3d twisted(drawn(20, number) - 0.5, drawn(21, number) - 0.5, drawn(22, number) - 0.5);
+  const Vector3d side = out.cross(twisted).normalized();
+  const Vector3d lift = 0.12 * length_m * out.cross(side);
+  const Vector3d broad = foot + 0.35 * length_m * out;
+  const Vector3d tip = within(foot + length_m * out);
+  mesh.loft({{within(broad + 0.62 * length_m * side), within(broad - 0.62 * length_m * side),
+              within(broad + lift - 0.3 * length_m * out)},
+             {tip, tip, tip}},
+            leaves);
+}
+
+/// Twigs with leaves all over its sides and top.
+void add_sprays(ThingMesh& mesh, const HedgeForm& form, int count, double length_m,
+                FinishNumber leaves) {
+  const double w = 0.5 * form.size.y();
+  const double h = form.size.z();
+  for (int k = 0; k < count; ++k) {
+    const auto number = static_cast<std::uint64_t>(k);
+    // Spread along it, and round it from one foot over the top to the other.
+    const double share = (k + drawn(10, number)) / count;
+    const double x = (2.0 * share - 1.0) * 0.98 * kHalf_m;
+    const double angle_rad = std::numbers::pi * std::fmod(0.6180339887 * k + 0.1, 1.0);
+    const double end = std::min((kHalf_m - std::abs(x)) / 0.3, 1.0);
+    const double section = form.end_share + (1.0 - form.end_share) * end;
+    const Vector3d foot(x, 0.80 * section * w * std::cos(angle_rad),
+                        h * (0.10 + 0.78 * section * std::sin(angle_rad)));
+    const Vector3d out(0.9 * (drawn(11, number) - 0.5) + (1.0 - end) * (x < 0.0 ? -0.8 : 0.8),
+                       std::cos(angle_rad) + 0.4 * (drawn(12, number) - 0.5),
+                       0.25 + std::sin(angle_rad));
+    add_spray(mesh, form, foot, out.normalized(), length_m * (0.7 + 0.6 * drawn(13, number)),
+              leaves, number);
   }
-  const int num_rings = detail == 0 ? 12 : 4;
+}
+
+/// Leafy all round, with rounded ends: a row of them is uneven, as bushes are.
+void build_hedge(ThingMesh& mesh, const HedgeForm& form, const Color& color, int detail) {
+  const FinishNumber leaves = mesh.finish(Material::Leaves, color);
+  const double w = 0.5 * form.size.y();
+  const double h = form.size.z();
+  // What twigs stand out from; far off it is as large as with them.
+  const double core = detail == 0 ? 0.93 : 0.965;
+  const Outline fine = {{-0.86 * w, kRoot_m}, {0.86 * w, kRoot_m},   {0.95 * w, 0.30 * h},
+                        {w, 0.60 * h},        {0.78 * w, 0.90 * h},  {0.30 * w, h},
+                        {-0.30 * w, h},       {-0.78 * w, 0.90 * h}, {-w, 0.60 * h},
+                        {-0.95 * w, 0.30 * h}};
+  const Outline coarse = {{-0.86 * w, kRoot_m}, {0.86 * w, kRoot_m}, {w, 0.60 * h},
+                          {0.45 * w, h},        {-0.45 * w, h},      {-w, 0.60 * h}};
+  const Outline& section = detail < 2 ? fine : coarse;
+  const std::vector<double> at_m =
+      detail == 0   ? std::vector<double>{-1.5, -1.34, -0.95, -0.5, -0.05, 0.45, 0.95, 1.34, 1.5}
+      : detail == 1 ? std::vector<double>{-1.5, -1.25, -0.4, 0.5, 1.25, 1.5}
+                    : std::vector<double>{-1.5, -1.2, 1.2, 1.5};
   std::vector<Ring> rings;
-  for (int i = 0; i <= num_rings; ++i) {
+  for (std::size_t i = 0; i < at_m.size(); ++i) {
+    const bool is_end = i == 0 || i + 1 == at_m.size();
     Outline ring = section;
-    // The ends are as they are drawn, so that pieces go on in each other.
-    if (i > 0 && i < num_rings)
-      for (std::size_t k = 2; k < ring.size(); ++k) {
-        const double in = core::random_unit(0x6865646765ULL, static_cast<std::uint64_t>(i), k);
-        // Some twigs are as long as the hedge is wide.
-        const double shrink = in < 0.25 ? 0.0 : in * uneven_m / w;
-        ring[k] = {ring[k].x() * (1.0 - shrink), ring[k].y() * (1.0 - 0.4 * shrink)};
-      }
-    rings.push_back(ring_across(-kHalf_m + 2.0 * kHalf_m * i / num_rings, ring));
+    for (std::size_t k = 2; k < ring.size(); ++k) {
+      const double in = detail == 2 ? 0.4 : drawn(i, k);
+      const double share = core * (is_end ? form.end_share : 1.0) * (1.0 - form.uneven * in);
+      ring[k] = {ring[k].x() * share, ring[k].y() * (1.0 - 0.6 * (1.0 - share))};
+    }
+    rings.push_back(ring_across(at_m[i], ring));
   }
   mesh.loft(rings, leaves);
+  if (detail == 0) add_sprays(mesh, form, 46, form.spray_m, leaves);
+  if (detail == 1) add_sprays(mesh, form, 10, 1.5 * form.spray_m, leaves);
 }
 
 /// Upright boards on two rails between posts.
@@ -118,12 +177,12 @@ std::vector<ThingInfo> barriers() {
   return {barrier("hedge", SemanticClass::Bush, {3.0, 0.9, 1.5},
                   "garden hedges of hornbeam and laurel, cut at 1.5 m", 4,
                   [row](ThingMesh& m, int d, int v) {
-                    build_hedge(m, {3.0, 0.9, 1.5}, 0.12, kGreens[row(v)], d);
+                    build_hedge(m, {{3.0, 0.9, 1.5}, 0.93, 0.18, 0.22}, kGreens[row(v)], d);
                   }),
           barrier("field_hedge", SemanticClass::Bush, {3.0, 1.8, 2.4},
                   "field hedges of hawthorn and hazel, 2 m to 3 m high", 4,
                   [row](ThingMesh& m, int d, int v) {
-                    build_hedge(m, {3.0, 1.8, 2.4}, 0.55, kGreens[row(v)], d);
+                    build_hedge(m, {{3.0, 1.8, 2.4}, 0.78, 0.42, 0.48}, kGreens[row(v)], d);
                   }),
           barrier("board_fence", SemanticClass::Wall, {3.0, 0.10, 1.12},
                   "garden fences of boards on two rails, 1.1 m", 4,

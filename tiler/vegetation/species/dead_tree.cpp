@@ -46,7 +46,12 @@ Plant grow(std::uint64_t seed) {
 }  // namespace
 
 SpeciesInfo dead_tree_species() {
-  return {"dead_tree", "Dead tree: bare and bleached.", 3, kTreeLevels, grow};
+  // Without leaves it has fewer triangles than others have on tiles of level 0.
+  return {"dead_tree",
+          "Dead tree: bare and bleached.",
+          3,
+          {{0, 6000}, {1, 300}, {3, 60}, {5, 20}},
+          grow};
 }
 
 }  // namespace terracast::tiler

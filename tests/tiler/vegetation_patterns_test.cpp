@@ -1,0 +1,321 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <set>
+
+#include "tests/tiler/planted_layer.h"
+#include "tests/tiler/vector_files.h"
+#include "tiler/tile_builder.h"
+#include "tiler/vegetation/groves.h"
+#include "tiler/vegetation/stands.h"
+
+// How plants are spread: in groups and rows with gaps between, in forests by stands.
+namespace terracast::test {
+namespace {
+
+using Eigen::Vector2d;
+using world::Cover;
+using world::Instance;
+using world::TileId;
+
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double variance_of(const std::vector<double>& values) {
+  const double mean = mean_of(values);
+  double sum = 0.0;
+  for (const double value : values) sum += (value - mean) * (value - mean);
+  return sum / static_cast<double>(values.size());
+}
+
+TEST(Stands, AreOfATenthToFiveHectaresAndHeightsVaryByAFactorOfTwo) {
+  const tiler::Stands stands(7);
+  constexpr double kStep_m = 6.0;
+  constexpr int kSide = 400;  // 2.4 km
+  struct Seen {
+    tiler::Stand stand;
+    double area_m2 = 0.0;
+    bool is_whole = true;
+  };
+  std::map<std::uint64_t, Seen> seen;
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i) {
+      const tiler::Stand stand = stands.at({kStep_m * i - 700.0, kStep_m * j - 900.0});
+      Seen& one = seen[stand.key];
+      one.stand = stand;
+      one.area_m2 += kStep_m * kStep_m;
+      if (i == 0 || j == 0 || i + 1 == kSide || j + 1 == kSide) one.is_whole = false;
+    }
+  double whole_m2 = 0.0;
+  double stated_m2 = 0.0;
+  std::vector<double> heights;
+  double clearings_m2 = 0.0;
+  for (const auto& [key, one] : seen) {
+    if (!one.is_whole) continue;
+    whole_m2 += one.area_m2;
+    if (one.area_m2 >= 1000.0 && one.area_m2 <= 50000.0) stated_m2 += one.area_m2;
+    if (one.stand.is_clearing) clearings_m2 += one.area_m2;
+    heights.push_back(one.stand.height);
+  }
+  ASSERT_GT(heights.size(), 200U);
+  EXPECT_GT(stated_m2, 0.85 * whole_m2);
+  std::sort(heights.begin(), heights.end());
+  const double low = heights[heights.size() / 20];
+  const double high = heights[heights.size() - heights.size() / 20];
+  // All but a tenth of a uniform spread by 2.06.
+  EXPECT_NEAR(high / low, 1.9, 0.12);
+  EXPECT_GT(clearings_m2, 0.005 * whole_m2);
+  EXPECT_LT(clearings_m2, 0.09 * whole_m2);
+}
+
+TEST(Groves, LeaveLandOpenOverHundredsOfMetresAndFillOthers) {
+  const tiler::Groves groves(3, world::FieldPattern(3, true));
+  // Shares are uneven at every scale up to a kilometre: the variance of means over squares, relative to what
+  // independent shares of single places would leave of it, which goes with the area.
+  constexpr double kStep_m = 10.0;
+  constexpr int kSide = 512;
+  std::vector<double> shares;
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i)
+      shares.push_back(groves.groups({kStep_m * i, kStep_m * j}, 0.05).trees);
+  const double mean = mean_of(shares);
+  // About as many as meadows had in November 2026: 1802 trees on 4.2 km2, where all places would bear some 160 000.
+  EXPECT_GT(mean, 0.005);
+  EXPECT_LT(mean, 0.02);
+  const auto means_over = [&](int width) {
+    std::vector<double> means;
+    for (int j = 0; j < kSide; j += width)
+      for (int i = 0; i < kSide; i += width) {
+        double sum = 0.0;
+        for (int y = 0; y < width; ++y)
+          for (int x = 0; x < width; ++x)
+            sum += shares[static_cast<std::size_t>((j + y) * kSide + i + x)];
+        means.push_back(sum / (width * width));
+      }
+    return means;
+  };
+  const double alone = variance_of(shares);
+  for (const int width : {8, 16, 32})
+    EXPECT_GT(variance_of(means_over(width)) * width * width, 8.0 * alone) << width;
+  // Of squares of 320 m a good part has nothing at all.
+  const std::vector<double> means = means_over(32);
+  const auto num_empty = std::count(means.begin(), means.end(), 0.0);
+  EXPECT_GT(static_cast<double>(num_empty), 0.25 * static_cast<double>(means.size()));
+  EXPECT_LT(static_cast<double>(num_empty), 0.85 * static_cast<double>(means.size()));
+}
+
+TEST(Groves, SlopesHaveMoreAndRowsKeepToBordersOfFields) {
+  const world::FieldPattern fields(5, false);
+  const tiler::Groves groves(5, fields);
+  double level = 0.0;
+  double steep = 0.0;
+  int num_in_rows = 0;
+  int num_inside = 0;
+  for (int j = 0; j < 700; ++j)
+    for (int i = 0; i < 700; ++i) {
+      const Vector2d at(7.3 * i - 2500.0, 7.1 * j - 2400.0);
+      level += groves.groups(at, 0.02).trees;
+      steep += groves.groups(at, 0.6).trees;
+      const tiler::Grove row = groves.along_fields(at);
+      if (row.trees <= 0.0 && row.bushes <= 0.0) continue;
+      ++num_in_rows;
+      // Another field is near, asked for round about.
+      bool is_border = false;
+      const std::uint64_t own = fields.at(at).key;
+      for (int k = 0; k < 32; ++k) {
+        const double angle = k * std::numbers::pi / 16.0;
+        is_border = is_border ||
+                    fields.at(at + 2.5 * Vector2d(std::cos(angle), std::sin(angle))).key != own;
+      }
+      if (!is_border) ++num_inside;
+    }
+  EXPECT_GT(steep, 1.5 * level);
+  EXPECT_GT(num_in_rows, 1000);
+  // A border of a region may be nearer than its field's, and have the same on both sides by chance.
+  EXPECT_LE(num_inside, num_in_rows / 100);
+}
+
+TEST(Vegetation, TreesOfMeadowsStandInClustersWithGapsBetween) {
+  const Planted& layer = planted();
+  PlantedLand land;
+  land.cover_at = [](const Vector2d&) { return Cover::Grass; };
+  constexpr double kCell_m = 102.4;
+  std::map<std::pair<int, int>, int> in_cell;
+  std::vector<Vector2d> trees;
+  const std::vector<TileId> tiles = {{2, 0, 0}, {2, 1, 0}, {2, 0, 1}, {2, 1, 1}};
+  for (const TileId& id : tiles)
+    for (const auto& [number, instance] : layer.shown_on(id, land)) {
+      if (!layer.is_tree(instance)) continue;
+      const Vector2d at = Planted::place_of(instance);
+      trees.push_back(at);
+      ++in_cell[{static_cast<int>(at.x() / kCell_m), static_cast<int>(at.y() / kCell_m)}];
+    }
+  std::vector<double> counts(400, 0.0);
+  for (const auto& [cell, count] : in_cell)
+    counts[static_cast<std::size_t>(cell.second * 20 + cell.first)] = count;
+  // Thrown at random they would be as 1, spread evenly less; in November 2026 it was 4.4, with 76 empty.
+  const double dispersion = variance_of(counts) / mean_of(counts);
+  std::printf("%zu trees on 4.2 km2; variance by mean %.1f; %lld of 400 cells empty\n",
+              trees.size(), dispersion,
+              static_cast<long long>(std::count(counts.begin(), counts.end(), 0.0)));
+  EXPECT_GT(dispersion, 10.0);
+  EXPECT_GT(std::count(counts.begin(), counts.end(), 0.0), 120);
+  // As many as before, within a factor.
+  EXPECT_GT(trees.size(), 1000U);
+  EXPECT_LT(trees.size(), 5000U);
+  // Within clusters places are those of blue noise.
+  std::sort(trees.begin(), trees.end(),
+            [](const Vector2d& a, const Vector2d& b) { return a.x() < b.x(); });
+  double least_m = 1e9;
+  for (std::size_t i = 0; i < trees.size(); ++i)
+    for (std::size_t k = i + 1; k < trees.size() && trees[k].x() - trees[i].x() < 4.0; ++k)
+      least_m = std::min(least_m, (trees[k] - trees[i]).norm());
+  EXPECT_GE(least_m, 3.5 - 0.002);  // places are rounded to steps
+  EXPECT_LT(least_m, 4.0);
+}
+
+TEST(Vegetation, TreesOfAStandAreAlikeAndStandsDiffer) {
+  const Planted& layer = planted();
+  const PlantedLand land;
+  struct Tree {
+    Vector2d at;
+    double height_m;
+    std::string species;
+    std::uint8_t variety;
+  };
+  std::vector<Tree> trees;
+  std::map<std::uint16_t, double> heights_m;  // of prototypes, at scale 4096
+  for (const TileId id : {TileId{1, 0, 0}, TileId{1, 2, 1}})
+    for (const auto& [number, instance] : layer.shown_on(id, land)) {
+      if (!layer.is_tree(instance) || layer.is_a(instance, "dead")) continue;
+      Instance full = instance;
+      full.scale = 4096;
+      const auto [entry, is_new] = heights_m.try_emplace(instance.prototype, 0.0);
+      if (is_new) entry->second = layer.height_m(full);
+      const std::string& name = layer.name_of(instance);
+      trees.push_back({Planted::place_of(instance), entry->second * instance.scale / 4096.0,
+                       name.substr(0, name.find('_')), instance.variety});
+    }
+  ASSERT_GT(trees.size(), 5000U);
+  // Pairs side by side are of one stand but where its border runs between them; those far apart are not.
+  std::vector<double> near;
+  std::vector<double> far;
+  double num_near_same = 0.0;
+  double num_far_same = 0.0;
+  double near_light = 0.0;
+  double far_light = 0.0;
+  const auto add = [&](const Tree& a, const Tree& b, std::vector<double>& to, double& num_same,
+                       double& light) {
+    to.push_back(std::pow(std::log(a.height_m / b.height_m), 2));
+    num_same += a.species == b.species ? 1.0 : 0.0;
+    light += std::pow((a.variety & 15) - (b.variety & 15), 2);
+  };
+  for (std::size_t i = 0; i + 997 < trees.size(); i += 3) {
+    double least_m = 1e9;
+    std::size_t nearest = i;
+    for (std::size_t k = 0; k < trees.size(); ++k) {
+      const double apart_m = (trees[k].at - trees[i].at).norm();
+      if (k != i && apart_m < least_m) {
+        least_m = apart_m;
+        nearest = k;
+      }
+    }
+    add(trees[i], trees[nearest], near, num_near_same, near_light);
+    const Tree& other = trees[(i * 7919) % trees.size()];
+    if ((other.at - trees[i].at).norm() > 260.0) add(trees[i], other, far, num_far_same, far_light);
+  }
+  ASSERT_GT(far.size(), 500U);
+  const double num_near = static_cast<double>(near.size());
+  const double num_far = static_cast<double>(far.size());
+  std::printf("heights: %.3f beside, %.3f apart; same species %.2f, %.2f; light %.1f, %.1f\n",
+              std::sqrt(mean_of(near) / 2.0), std::sqrt(mean_of(far) / 2.0),
+              num_near_same / num_near, num_far_same / num_far, near_light / num_near,
+              far_light / num_far);
+  EXPECT_LT(std::sqrt(mean_of(near) / 2.0), 0.15);
+  EXPECT_GT(mean_of(far), 2.0 * mean_of(near));
+  EXPECT_GT(num_near_same / num_near, 1.3 * num_far_same / num_far);
+  EXPECT_GT(far_light / num_far, 1.5 * near_light / num_near);
+  EXPECT_GT(near_light, 0.0);
+}
+
+TEST(Vegetation, ForestEdgesHaveLowerTreesAndBushes) {
+  const Planted& layer = planted();
+  PlantedLand land;
+  land.cover_at = [](const Vector2d& at) {
+    return std::fmod(std::abs(at.x()), 128.0) < 64.0 ? Cover::Forest : Cover::Grass;
+  };
+  std::vector<double> at_edge_m;
+  std::vector<double> inside_m;
+  double bushes_at_edge = 0.0;
+  double bushes_inside = 0.0;
+  // The border strays by up to some 10 m: what is inside is that far in, and by 16 m of the edge itself.
+  for (const TileId id : {TileId{1, 0, 0}, TileId{1, 1, 0}, TileId{1, 0, 1}})
+    for (const auto& [number, instance] : layer.shown_on(id, land)) {
+      const double in_stripe = std::fmod(std::abs(Planted::place_of(instance).x()), 128.0);
+      const double from_border_m = std::min(in_stripe, 64.0 - in_stripe);
+      if (from_border_m < 0.0) continue;
+      const bool is_edge = from_border_m < 8.0;
+      if (!is_edge && from_border_m < 26.0) continue;
+      if (layer.is_a(instance, "bush"))
+        (is_edge ? bushes_at_edge : bushes_inside) += 1.0 / (is_edge ? 16.0 : 12.0);
+      if (layer.is_tree(instance) && !layer.is_a(instance, "dead"))
+        (is_edge ? at_edge_m : inside_m).push_back(layer.height_m(instance));
+    }
+  ASSERT_GT(at_edge_m.size(), 500U);
+  ASSERT_GT(inside_m.size(), 500U);
+  EXPECT_LT(mean_of(at_edge_m), 0.88 * mean_of(inside_m));
+  EXPECT_GT(bushes_at_edge, 1.5 * bushes_inside);
+}
+
+TEST(Vegetation, NothingButGrassGrowsBetweenRunways) {
+  const ScratchFolder folder;
+  tiler::WorldOptions options = world_of("plane", 2048.0);
+  options.elevation[0].height_m = 400.0;
+  const auto bare = prepare(options);
+  std::string corners;
+  for (const Vector2d& at : {Vector2d(20, 20), Vector2d(480, 20), Vector2d(480, 440),
+                             Vector2d(20, 440), Vector2d(20, 20)}) {
+    const geo::Geodetic place =
+        bare->frame().geodetic_from_world({at.x(), at.y(), bare->sample(at.x(), at.y()).z_world});
+    corners += fmt::format("{}[{:.11f},{:.11f}]", corners.empty() ? "" : ",", place.lon_deg,
+                           place.lat_deg);
+  }
+  write_text(folder / "airfield.geojson",
+             "{\"type\":\"FeatureCollection\",\"features\":[{\"type\":\"Feature\",\"properties\":"
+             "{\"aeroway\":\"aerodrome\"},\"geometry\":{\"type\":\"Polygon\",\"coordinates\":[[" +
+                 corners + "]]}}]}");
+  // Trees and stones of a tile of 512 m, or the tufts of one of 128 m in its middle.
+  const auto count = [&](bool has_airfield, const TileId& id) {
+    tiler::WorldOptions all = options;
+    if (has_airfield) {
+      tiler::LayerOptions roads;
+      core::TomlDocument::parse(
+          "kind = \"roads\"\nfiles = [\"" + (folder / "airfield.geojson").string() + "\"]\n",
+          "layer.toml")
+          .read(roads);
+      all.layers.push_back(roads);
+    }
+    all.layers.push_back(vegetation_of("seed = 3"));
+    const auto surface = prepare(all);
+    std::map<std::string, int> counts;
+    for (const Instance& instance : tiler::build_tile(*surface, id).objects.instances) {
+      const Vector2d at = Planted::place_of(instance);
+      if (at.x() < 20.5 || at.y() < 20.5 || at.x() > 479.5 || at.y() > 439.5) continue;
+      ++counts[planted().is_a(instance, "grass") ? "grass" : "other"];
+    }
+    return counts;
+  };
+  EXPECT_GT(count(false, {1, 0, 0})["other"], 50);
+  EXPECT_EQ(count(true, {1, 0, 0})["other"], 0);
+  EXPECT_EQ(count(true, {-1, 1, 1})["other"], 0);
+  EXPECT_GT(count(true, {-1, 1, 1})["grass"], 200);
+}
+
+}  // namespace
+}  // namespace terracast::test
