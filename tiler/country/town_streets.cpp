@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "tiler/country/zones.h"
 
 namespace terracast::tiler::country {
 namespace {
@@ -98,7 +99,9 @@ Point StreetGrowth::direction(const TownShape& shape, const Point& at, int famil
 double StreetGrowth::separation_m(const TownShape& shape, const Point& at, int family) const {
   const double far = shape.at(at);
   const double close = shape.settlement().rank == Rank::City ? 78.0 : 64.0;
-  const double base = close + 45.0 * std::clamp(far, 0.0, 1.0);
+  double base = close + 45.0 * std::clamp(far, 0.0, 1.0);
+  // Halls and their yards are deeper than gardens.
+  if (zone_of(shape.settlement(), at, far, seed_) == Zone::Industry) base *= 1.9;
   return family == 0 ? base : 1.55 * base;
 }
 
@@ -184,6 +187,7 @@ std::vector<Way> StreetGrowth::grow(const TownShape& shape, std::uint64_t seed) 
   const Settlement& town = shape.settlement();
   const GradientNoise bend(seed, kStream + 1);
   bend_ = &bend;
+  seed_ = seed;
   // The main direction is that of the nearest road.
   double nearest_m = 1e9;
   for (const Sample& sample : samples_)
