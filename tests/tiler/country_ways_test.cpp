@@ -20,6 +20,8 @@ using tiler::PointsWorld;
 using tiler::VectorFeature;
 using Point = Eigen::Vector2d;
 
+constexpr double kSize_m = 16384.0;
+
 struct Land {
   std::shared_ptr<const tiler::WorldSurface> surface;
   std::unique_ptr<tiler::Country> country;
@@ -34,7 +36,7 @@ const Land& land_of(const std::string& name) {
     tiler::WorldOptions options;
     core::TomlDocument::load(fmt::format("{}/configs/worlds/{}.toml", TERRACAST_SOURCE_DIR, name))
         .read(options);
-    options.size_m = 20480.0;
+    options.size_m = kSize_m;
     land.surface = tiler::WorldSurface::prepare(options, context);
     land.country = std::make_unique<tiler::Country>(
         *land.surface, static_cast<std::uint64_t>(options.seed), context);
@@ -95,10 +97,14 @@ TEST_P(CountryWays, NoneEndsInWaterOrOnABridgeToNowhere) {
         const std::string where = fmt::format("{} {} ends at {:.0f} E {:.0f} N", key,
                                               way->tags.value(key), end.x(), end.y());
         EXPECT_EQ(waters.at(end), "") << where;
-        EXPECT_FALSE(way->tags.has("bridge")) << where;
+        // At the square's border ways go on.
+        EXPECT_TRUE(!way->tags.has("bridge") || end.cwiseAbs().maxCoeff() > 0.5 * kSize_m - 1.0)
+            << where;
       }
     }
-    EXPECT_GT(num_ends, 1) << key;
+    if (key == std::string("highway")) {
+      EXPECT_GT(num_ends, 20);
+    }
   }
 }
 
@@ -140,7 +146,7 @@ TEST(CountryIndustry, HasHallsOfAllSizesInPavedYards) {
     num_works += building == "industrial" ? 1 : 0;
     num_docks += feature.tags.value("amenity") == "loading_dock" ? 1 : 0;
   }
-  ASSERT_GT(halls.size(), 20u);
+  ASSERT_GT(halls.size(), 10u);
   EXPECT_GT(num_works, 40);
   EXPECT_GT(num_docks, 20);
   std::vector<double> areas_m2;

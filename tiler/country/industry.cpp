@@ -28,15 +28,16 @@ Rectangle part(const Rectangle& of, double along_from, double along_to, double a
           of.along, 0.5 * (along_to - along_from), 0.5 * (across_to - across_from)};
 }
 
-class IndustryBlock {
+class PlotBuilder {
  public:
-  IndustryBlock(const Block& block, int palette, Builder& builder)
-      : block_(block), palette_(palette), builder_(builder) {}
+  /// streets   a ring or a line of them, to which drives lead
+  PlotBuilder(const PointsWorld& streets, int palette, Builder& builder)
+      : streets_(streets), palette_(palette), builder_(builder) {}
 
-  void fill() {
-    const Point along = longest_edge(block_), across = left_of(along);
+  void fill(const Point& along) {
+    const Point across = left_of(along);
     Point low = Point::Constant(1e9), high = Point::Constant(-1e9);
-    for (const Point& corner : block_.ring) {
+    for (const Point& corner : streets_) {
       const Point own(corner.dot(along), corner.dot(across));
       low = low.cwiseMin(own), high = high.cwiseMax(own);
     }
@@ -44,6 +45,27 @@ class IndustryBlock {
     split({middle.x() * along + middle.y() * across, along, 0.5 * (high.x() - low.x()),
            0.5 * (high.y() - low.y())},
           0);
+  }
+
+  /// returns   whether the lot is clear, so that it became a plot
+  bool lay(const Rectangle& lot, std::uint64_t draw) {
+    // Its first side is the longer one.
+    Rectangle plot =
+        lot.half_along_m >= lot.half_across_m
+            ? lot
+            : Rectangle{lot.center, left_of(lot.along), lot.half_across_m, lot.half_along_m};
+    plot.half_along_m -= kFence_m;
+    plot.half_across_m -= kFence_m;
+    const PointsWorld ring = plot.ring();
+    const Occupancy& occupancy = builder_.occupancy();
+    if (!builder_.ground().is_dry(ring) ||
+        builder_.ground().rise_m(ring) > kSteepestPlot * (ring[2] - ring[0]).norm() ||
+        !occupancy.is_free(ring, 0.5) ||
+        !occupancy.is_free(ring, kBesideRoads_m, kRoad | kRail | kWater))
+      return false;
+    build_on(plot, draw);
+    builder_.occupancy().add_ring(ring, kReserved);
+    return true;
   }
 
  private:
@@ -58,7 +80,9 @@ class IndustryBlock {
     const double wanted_m2 = 1300.0 + 50000.0 * u * u * u;
     const double longer = std::max(lot.half_along_m, lot.half_across_m),
                  shorter = std::min(lot.half_along_m, lot.half_across_m);
-    if (area <= wanted_m2 && longer < 3.2 * shorter && lay(lot, draw)) return;
+    if (area <= wanted_m2 && longer < 3.2 * shorter && is_within(lot.ring(), streets_) &&
+        lay(lot, draw))
+      return;
     const double share = 0.28 + 0.44 * random_unit(draw, 2, 0);
     const double a = lot.half_along_m, b = lot.half_across_m;
     if (a > b) {
@@ -70,27 +94,6 @@ class IndustryBlock {
       split(part(lot, -a, a, -b, cut), depth + 1);
       split(part(lot, -a, a, cut, b), depth + 1);
     }
-  }
-
-  /// returns   whether the lot is clear, so that it became a plot
-  bool lay(const Rectangle& lot, std::uint64_t draw) {
-    // Its first side is the longer one.
-    Rectangle plot =
-        lot.half_along_m >= lot.half_across_m
-            ? lot
-            : Rectangle{lot.center, left_of(lot.along), lot.half_across_m, lot.half_along_m};
-    plot.half_along_m -= kFence_m;
-    plot.half_across_m -= kFence_m;
-    const PointsWorld ring = plot.ring();
-    const Occupancy& occupancy = builder_.occupancy();
-    if (!is_within(ring, block_.ring) || !builder_.ground().is_dry(ring) ||
-        builder_.ground().rise_m(ring) > kSteepestPlot * (ring[2] - ring[0]).norm() ||
-        !occupancy.is_free(ring, 0.5) ||
-        !occupancy.is_free(ring, kBesideRoads_m, kRoad | kRail | kWater))
-      return false;
-    build_on(plot, draw);
-    builder_.occupancy().add_ring(ring, kReserved);
-    return true;
   }
 
   void build_on(const Rectangle& plot, std::uint64_t draw) {
@@ -124,9 +127,9 @@ class IndustryBlock {
     for (const auto& [x, y] : {std::pair{1.0, 0.0}, {-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}}) {
       const Point from = plot.at(x, y);
       const Point out = x * plot.along + y * left_of(plot.along);
-      for (std::size_t e = 0; e < block_.ring.size(); ++e) {
-        const auto share = crossing(from, from + kFarthest_m * out, block_.ring[e],
-                                    block_.ring[(e + 1) % block_.ring.size()]);
+      for (std::size_t e = 0; e < streets_.size(); ++e) {
+        const auto share = crossing(from, from + kFarthest_m * out, streets_[e],
+                                    streets_[(e + 1) % streets_.size()]);
         const double half_m = share ? 0.5 * *share * kFarthest_m : 0.0;
         if (share && (!drive || half_m < drive->half_along_m))
           drive = Rectangle{from + half_m * out, out, half_m, 4.0};
@@ -229,7 +232,7 @@ class IndustryBlock {
                                     {{"man_made", "silo"}, {"diameter", "6"}, {"height", "22"}});
   }
 
-  const Block& block_;
+  const PointsWorld& streets_;
   int palette_;
   Builder& builder_;
 };
@@ -237,7 +240,29 @@ class IndustryBlock {
 }  // namespace
 
 void fill_industry(const Block& block, int palette, Builder& builder) {
-  IndustryBlock(block, palette, builder).fill();
+  PlotBuilder(block.ring, palette, builder).fill(longest_edge(block));
+}
+
+double build_plot_at(const PointsWorld& street, double from_m, double half_m, int palette,
+                     Builder& builder) {
+  const std::uint64_t draw = builder.draw();
+  const double room_m = length_of(street) - from_m;
+  const double u = random_unit(draw, 40, 0);
+  double wide_m = std::min(22.0 + 210.0 * u * u, room_m);
+  double deep_m = std::min(wide_m * (0.55 + 0.6 * random_unit(draw, 41, 0)) + 12.0, 130.0);
+  PlotBuilder plots(street, palette, builder);
+  for (; wide_m > kNarrowestPlot_m; wide_m *= 0.6, deep_m = std::max(0.7 * deep_m, 24.0)) {
+    const Point from = station_at(street, from_m).at;
+    const Point chord = station_at(street, from_m + wide_m).at - from;
+    if (chord.norm() < 0.97 * wide_m) continue;
+    const Point along = chord.normalized();
+    const double off_m = half_m + kBesideRoads_m + 0.6 + 0.5 * deep_m;
+    if (plots.lay(
+            {from + 0.5 * chord + off_m * left_of(along), along, 0.5 * chord.norm(), 0.5 * deep_m},
+            draw))
+      return wide_m;
+  }
+  return 0.0;
 }
 
 }  // namespace terracast::tiler::country

@@ -21,18 +21,6 @@ struct HouseRule {
   double frontage_m, width_m, depth_m, setback_m, margin_m;
 };
 
-/// Workshops of all sizes, small ones mostly, each with its forecourt.
-HouseRule workshop_rule(std::uint64_t draw) {
-  const double large = random_unit(draw, 3, 0);
-  const double width_m = 15.0 + 50.0 * large * large;
-  return {HouseKind::Industrial,
-          width_m + 8.0 + 24.0 * random_unit(draw, 4, 0),
-          width_m,
-          12.0 + 20.0 * large * random_unit(draw, 5, 0),
-          6.0 + 12.0 * random_unit(draw, 6, 0),
-          4.0};
-}
-
 HouseRule house_rule(Zone zone, Rank rank, std::uint64_t draw) {
   const double u = random_unit(draw, 1, 0);
   const double size = 0.88 + 0.3 * random_unit(draw, 2, 0);
@@ -49,7 +37,6 @@ HouseRule house_rule(Zone zone, Rank rank, std::uint64_t draw) {
     case Zone::Business:
       return {HouseKind::Office, 46.0 * size, 36.0 * size, 22.0, 4.0, 4.0};
     case Zone::Industry:
-      return workshop_rule(draw);
     case Zone::Houses:
       break;
   }
@@ -464,6 +451,11 @@ class SettlementBuilder {
         at_m += 14.0 + 18.0 * random_unit(draw, 20, 0);
         continue;
       }
+      if (zone == Zone::Industry) {
+        const double wide_m = build_plot_at(front, at_m, half_width_m, town.palette, builder_);
+        at_m += wide_m > 0.0 ? wide_m : 9.0;
+        continue;
+      }
       const HouseRule rule = house_rule(zone, town.rank, draw);
       const Station there = station_at(front, at_m + rule.frontage_m);
       if (at_m + rule.frontage_m > length) {
@@ -490,10 +482,7 @@ class SettlementBuilder {
         box.along = turned(box.along, most * (2.0 * random_unit(draw, 25, 0) - 1.0));
         box.center += 3.0 * random_unit(draw, 26, 0) * left_of(along);
       }
-      const PointsWorld plan = outline(box, draw,
-                                       is_house                 ? 0.45
-                                       : zone == Zone::Industry ? 0.2
-                                                                : 0.0);
+      const PointsWorld plan = outline(box, draw, is_house ? 0.45 : 0.0);
       if (builder_.build(plan, rule.kind, town.palette,
                          2.0 * std::min(box.half_along_m, box.half_across_m), rule.margin_m)) {
         at_m += rule.frontage_m;
@@ -501,24 +490,10 @@ class SettlementBuilder {
         if (is_house && is_rural && random_unit(draw, 27, 0) < 0.3)
           build_outhouse(box, left_of(along), town.palette, draw);
         if (is_house) enclose_garden({here.at, there.at, half_width_m}, draw);
-        if (zone == Zone::Industry) pave_forecourt(box, left_of(along), rule.setback_m);
       } else {
         at_m += 0.3 * rule.frontage_m + 2.0;
       }
     }
-  }
-
-  /// The ground round a workshop, up to its road.
-  void pave_forecourt(const Rectangle& box, const Point& inward, double setback_m) {
-    constexpr double kRound_m = 4.0;
-    const double before_m = setback_m + kPavement_m;
-    const Rectangle yard{box.center - 0.5 * (before_m - kRound_m) * inward, box.along,
-                         box.half_along_m + kRound_m,
-                         box.half_across_m + 0.5 * (before_m + kRound_m)};
-    const PointsWorld ring = yard.ring();
-    if (builder_.ground().is_dry(ring) && builder_.occupancy().is_free(ring, 0.0, kWater | kRail))
-      builder_.survey().add_area(Theme::Road, ring,
-                                 {{"highway", "service"}, {"area", "yes"}, {"surface", "asphalt"}});
   }
 
   /// Where a plot lies at its road.

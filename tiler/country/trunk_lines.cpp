@@ -95,7 +95,7 @@ Motorway plan_motorway(const PlanGround& ground, const Grid<std::uint8_t>& river
   for (int k = 0; k < 16; ++k, out = turned(out, 0.19891236737965800)) {
     const Point at = city.center + (1.2 * city.radius_m + 300.0) * out;
     if (!ground.is_in_square(at, 500.0) || ground.sea_distance_m(at) < 500.0 ||
-        !occupancy.is_free(at, 200.0, kReserved))
+        !occupancy.is_free(at, 200.0, kReserved | kLake))
       continue;
     const double cost = std::round(8000.0 * ground.slope(at) + 0.3 * at.norm());
     if (cost < least) least = cost, pass = at;
