@@ -463,5 +463,94 @@ TEST(Objects, VehiclesKeepToTheirSideAndFaceTheirWay) {
   }
 }
 
+TEST(Objects, StripsBesideRunwaysAndTaxiwaysAreKeptClear) {
+  const ScratchFolder folder;
+  const Made made(
+      write(folder,
+            {{"LINESTRING (" + line_of({{-1500, 0}, {-300, 0}, {300, 0}}) + ")",
+              {{"osm_id", "1"}, {"aeroway", "runway"}, {"width", "45"}}},
+             {"LINESTRING (" + line_of({{-1500, 900}, {300, 900}}) + ")",
+              {{"osm_id", "2"}, {"aeroway", "runway"}, {"width", "18"}}},
+             {"LINESTRING (" + line_of({{700, -1500}, {700, -500}}) + ")",
+              {{"osm_id", "3"}, {"aeroway", "taxiway"}}},
+             {area_of(1200, -1500, 1600, -1100), {{"osm_way_id", "4"}, {"aeroway", "aerodrome"}}}},
+            "airfield.geojson"));
+  // A line straight in degrees bows by 1800^2 / 8 R tan 43, 0.06 m.
+  for (const double x : {-1500.0, -700.0, -299.0, 299.0})
+    for (const double side : {-1.0, 1.0}) {
+      EXPECT_TRUE(made.layer->holds({x, side * 149.8}, 0.0)) << x;
+      EXPECT_FALSE(made.layer->holds({x, side * 150.2}, 0.0)) << x;
+      EXPECT_TRUE(made.layer->holds({x, side * 153.0}, 3.5)) << x;
+    }
+  EXPECT_TRUE(made.layer->holds({359.0, 0.0}, 0.0));
+  EXPECT_FALSE(made.layer->holds({361.0, 0.0}, 0.0));
+  EXPECT_TRUE(made.layer->holds({0.0, 974.8}, 0.0));
+  EXPECT_FALSE(made.layer->holds({0.0, 975.3}, 0.0));
+  EXPECT_TRUE(made.layer->holds({729.8, -1000.0}, 0.0));
+  EXPECT_FALSE(made.layer->holds({730.2, -1000.0}, 0.0));
+  EXPECT_TRUE(made.layer->holds({1400.0, -1300.0}, 0.0));
+  EXPECT_FALSE(made.layer->holds({1400.0, -1090.0}, 0.0));
+}
+
+TEST(Objects, BridgesReachFromWallsToAircraft) {
+  const ScratchFolder folder;
+  const Vector2d wall(-491.0, -300.0), door(-496.6, -316.4), stop(-500.0, -317.5);
+  const Made made(write(folder,
+                        {{"LINESTRING (" + line_of({stop - Vector2d(0, 50), stop}) + ")",
+                          {{"osm_id", "1"}, {"aeroway", "parking_position"}}},
+                         {"LINESTRING (" + line_of({wall, door}) + ")",
+                          {{"osm_id", "2"}, {"aeroway", "jet_bridge"}}}},
+                        "stand.geojson") +
+                  "aircraft = 1.0\n");
+  const auto all = made.all();
+  ASSERT_EQ(all.size(), 2U) << "one bridge, and the aircraft though the bridge reaches to it";
+  for (const auto& [id, instance] : all) {
+    const double turn = instance.heading * 2.0 * std::numbers::pi / 65536.0;
+    const Vector2d ahead(std::cos(turn), std::sin(turn));
+    const world::Shape& shape = made.layer->prototypes()[instance.prototype].levels[0].shape;
+    double nose_m = -1e9;
+    for (const Eigen::Vector3i& vertex : shape.vertices_steps)
+      nose_m = std::max(nose_m, vertex.x() * world::kHeightStep_m);
+    const Vector2d nose = place_of(instance) + nose_m * (instance.scale / 4096.0) * ahead;
+    // The table's sizes hold to 1 %, and shapes need not lie quite about their middle.
+    if (made.name_of(instance) == "jet_bridge") {
+      EXPECT_LT((nose - door).norm(), 0.3);
+    } else {
+      EXPECT_LT((nose - stop - Vector2d(0, 6)).norm(), 0.6) << made.name_of(instance);
+    }
+  }
+}
+
+TEST(Objects, TrucksStandWithTheirTailsToDocksAndContainersInTheirYard) {
+  const ScratchFolder folder;
+  const Made made(
+      write(folder,
+            {{"LINESTRING (" + line_of({{-900, -300}, {-700, -300}}) + ")",
+              {{"osm_id", "1"}, {"amenity", "loading_dock"}}},
+             {area_of(-1500, -900, -1400, -840),
+              {{"osm_way_id", "2"}, {"landuse", "industrial"}, {"industrial", "container_yard"}}}},
+            "yards.geojson"));
+  int num_trucks = 0, num_boxes = 0;
+  for (const auto& [id, instance] : made.all()) {
+    const std::string name = made.name_of(instance);
+    const Vector2d at = place_of(instance);
+    if (name.find("container") == 0) {
+      ++num_boxes;
+      EXPECT_TRUE(at.x() > -1494 && at.x() < -1406 && at.y() > -899 && at.y() < -841);
+      continue;
+    }
+    ++num_trucks;
+    // To the left of the line, nose away from it: half a truck's length of 8.8 to 16.5 m off.
+    EXPECT_NEAR(instance.heading, 16384, 1) << name;
+    EXPECT_GT(at.y(), -300.0 + 4.4);
+    EXPECT_LT(at.y(), -300.0 + 8.75);
+    EXPECT_TRUE(at.x() > -900 && at.x() < -700);
+  }
+  EXPECT_GT(num_trucks, 8);
+  EXPECT_LT(num_trucks, 47) << "some docks are free";
+  EXPECT_GT(num_boxes, 20);
+  EXPECT_EQ(made.count_of("yards"), num_trucks + num_boxes);
+}
+
 }  // namespace
 }  // namespace terracast::test

@@ -67,6 +67,7 @@ constexpr KindName kKinds[] = {
     {"university", BuildingKind::Offices},
     {"hospital", BuildingKind::Offices},
     {"train_station", BuildingKind::Commercial},
+    {"terminal", BuildingKind::Offices},
     {"industrial", BuildingKind::Hall},
     {"warehouse", BuildingKind::Hall},
     {"hangar", BuildingKind::Hall},

@@ -53,7 +53,8 @@ PointsWorld Airport::box(double along_from, double along_to, double off_from, do
 }
 
 PointsWorld Airport::boundary() const {
-  return box(-0.5 * length_m - 180.0, 0.5 * length_m + 180.0, -130.0, is_large ? 660.0 : 300.0);
+  return box(-0.5 * length_m - 180.0, 0.5 * length_m + 180.0, is_large ? -165.0 : -130.0,
+             is_large ? 660.0 : 300.0);
 }
 
 std::optional<Airport> choose_airport(const PlanGround& ground,
@@ -120,121 +121,198 @@ std::optional<Airport> choose_airport(const PlanGround& ground,
   return std::nullopt;
 }
 
-void build_airport(const Airport& airport, Builder& builder, std::vector<Way>& ways) {
-  Survey& survey = builder.survey();
-  const double half_m = 0.5 * airport.length_m;
-  const auto taxiway = [&](PointsWorld line, double width_m) {
-    survey.add_line(Theme::Aerodrome, line,
-                    {{"aeroway", "taxiway"}, {"width", text_of(width_m)}, {"surface", "asphalt"}});
-    builder.occupancy().add_line(line, 0.5 * width_m + 8.0, kReserved);
-  };
-  survey.add_area(Theme::Aerodrome, airport.boundary(),
-                  {{"aeroway", "aerodrome"},
-                   {"surface", "grass"},
-                   {"aerodrome:type", airport.is_large ? "international" : "airfield"}});
-  const double width_m = airport.is_large ? 45.0 : 23.0;
-  survey.add_line(
-      Theme::Aerodrome, {airport.at(-half_m, 0), airport.at(half_m, 0)},
-      {{"aeroway", "runway"},
-       {"width", text_of(width_m)},
-       {"surface", "asphalt"},
-       {"ref", fmt::format("{:02}/{:02}", airport.runway_number, airport.runway_number + 18)}});
-  builder.occupancy().add_line({airport.at(-half_m, 0), airport.at(half_m, 0)}, 75.0, kReserved);
-  const double off_m = airport.is_large ? kTaxiway_m : 110.0;
-  const double taxi_m = airport.is_large ? 23.0 : 12.0;
-  // The parallel taxiway turns into the runway at both ends.
-  taxiway({airport.at(-half_m + 20, 0), airport.at(-half_m + 20, off_m - 40),
-           airport.at(-half_m + 60, off_m), airport.at(half_m - 60, off_m),
-           airport.at(half_m - 20, off_m - 40), airport.at(half_m - 20, 0)},
-          taxi_m);
-  if (airport.is_large) {
+namespace {
+
+class AirportBuilder {
+ public:
+  AirportBuilder(const Airport& airport, Builder& builder, std::vector<Way>& ways)
+      : airport_(airport), builder_(builder), ways_(ways) {}
+
+  void build() {
+    builder_.survey().add_area(
+        Theme::Aerodrome, airport_.boundary(),
+        {{"aeroway", "aerodrome"},
+         {"surface", "grass"},
+         {"aerodrome:type", airport_.is_large ? "international" : "airfield"}});
+    lay_runway();
+    if (airport_.is_large) {
+      lay_apron();
+      build_terminal();
+      build_sheds();
+      lay_car_parks();
+    } else {
+      build_airfield();
+    }
+    builder_.survey().add_point(Theme::Aerodrome, airport_.at(60.0 - half_m_, -60.0),
+                                {{"aeroway", "windsock"}});
+    builder_.occupancy().add_ring(airport_.boundary(), kReserved);
+  }
+
+ private:
+  void add_taxiway(const PointsWorld& line) {
+    const double width_m = airport_.is_large ? 23.0 : 12.0;
+    builder_.survey().add_line(
+        Theme::Aerodrome, line,
+        {{"aeroway", "taxiway"}, {"width", text_of(width_m)}, {"surface", "asphalt"}});
+    builder_.occupancy().add_line(line, 0.5 * width_m + 8.0, kReserved);
+  }
+
+  void lay_runway() {
+    const PointsWorld line{airport_.at(-half_m_, 0), airport_.at(half_m_, 0)};
+    const int number = airport_.runway_number;
+    builder_.survey().add_line(Theme::Aerodrome, line,
+                               {{"aeroway", "runway"},
+                                {"width", airport_.is_large ? "45" : "23"},
+                                {"surface", "asphalt"},
+                                {"ref", fmt::format("{:02}/{:02}", number, number + 18)}});
+    builder_.occupancy().add_line(line, 75.0, kReserved);
+    // The parallel taxiway turns into the runway at both ends.
+    add_taxiway({airport_.at(-half_m_ + 20, 0), airport_.at(-half_m_ + 20, off_m_ - 40),
+                 airport_.at(-half_m_ + 60, off_m_), airport_.at(half_m_ - 60, off_m_),
+                 airport_.at(half_m_ - 20, off_m_ - 40), airport_.at(half_m_ - 20, 0)});
+  }
+
+  void lay_apron() {
     // Fast exits lead off at 30 degrees both ways.
     for (const double way : {-1.0, 1.0}) {
-      taxiway({airport.at(way * 150, 0), airport.at(way * 430, off_m)}, taxi_m);
-      taxiway({airport.at(way * 0.56 * half_m, 0), airport.at(way * 0.56 * half_m, off_m)}, taxi_m);
+      add_taxiway({airport_.at(way * 150, 0), airport_.at(way * 430, off_m_)});
+      add_taxiway(
+          {airport_.at(way * 0.56 * half_m_, 0), airport_.at(way * 0.56 * half_m_, off_m_)});
     }
-    const double apron_m = std::min(620.0, 0.6 * half_m);
-    for (const double u : {-0.75 * apron_m, 0.0, 0.75 * apron_m})
-      taxiway({airport.at(u, off_m), airport.at(u, off_m + 70)}, taxi_m);
-    const auto area = [&](const PointsWorld& ring, Theme theme, Tags tags) {
-      survey.add_area(theme, ring, std::move(tags));
-    };
-    area(airport.box(-apron_m, apron_m, off_m + 45, off_m + 215), Theme::Aerodrome,
-         {{"aeroway", "apron"}, {"surface", "concrete"}});
-    // The terminal: a hall with piers that reach out over the apron.
-    const double front_m = off_m + 217.0;
-    PointsWorld terminal;
-    const double hall_m = std::min(170.0, 0.34 * apron_m);
-    for (const Point& p :
-         {Point(-hall_m, 62), Point(-hall_m, 0), Point(-0.62 * hall_m, 0),
-          Point(-0.62 * hall_m, -58), Point(-0.42 * hall_m, -58), Point(-0.42 * hall_m, 0),
-          Point(0.42 * hall_m, 0), Point(0.42 * hall_m, -58), Point(0.62 * hall_m, -58),
-          Point(0.62 * hall_m, 0), Point(hall_m, 0), Point(hall_m, 62)})
-      terminal.push_back(airport.at(p.x(), front_m + p.y()));
-    if (signed_area(terminal) < 0.0) std::reverse(terminal.begin(), terminal.end());
-    builder.build(terminal, HouseKind::Office, 0, 60.0, 0.0,
-                  {{"building", "terminal"},
-                   {"aeroway", "terminal"},
-                   {"height", "18"},
-                   {"building:levels", "3"},
-                   {"roof:shape", "flat"},
-                   {"building:material", "glass"}});
-    const double tower_u = hall_m + 60.0;
-    builder.build(airport.box(tower_u - 6, tower_u + 6, front_m + 10, front_m + 22),
-                  HouseKind::Office, 0, 12.0, 0.0,
-                  {{"building", "control_tower"},
-                   {"aeroway", "control_tower"},
-                   {"man_made", "tower"},
-                   {"height", "42"},
-                   {"building:levels", "10"},
-                   {"roof:shape", "flat"}});
+    for (const double u : {-0.75 * apron_m_, 0.0, 0.75 * apron_m_})
+      add_taxiway({airport_.at(u, off_m_), airport_.at(u, off_m_ + 70)});
+    builder_.survey().add_area(Theme::Aerodrome,
+                               airport_.box(-apron_m_, apron_m_, off_m_ + 45, off_m_ + 215),
+                               {{"aeroway", "apron"}, {"surface", "concrete"}});
+  }
+
+  void build_glazed(const PointsWorld& ring, Tags more) {
+    Tags tags{{"building", "terminal"},
+              {"aeroway", "terminal"},
+              {"roof:material", "metal"},
+              {"roof:colour", "#e6e9ea"}};
+    tags.insert(tags.end(), more.begin(), more.end());
+    builder_.build(ring, HouseKind::Office, 0, 60.0, 0.0, std::move(tags));
+  }
+
+  /// A hall under a vault, piers that reach out over the apron, aircraft at both with their noses to the glass.
+  void build_terminal() {
+    build_glazed(airport_.box(-hall_m_, hall_m_, front_m_, front_m_ + 62.0),
+                 {{"height", "24"},
+                  {"building:levels", "4"},
+                  {"building:material", "glass"},
+                  {"building:colour", "#cfdbe0"},
+                  {"roof:shape", "round"},
+                  {"roof:height", "7"}});
+    constexpr double kPier_m = 58.0;
+    for (const double side : {-1.0, 1.0}) {
+      const double middle = side * 0.52 * hall_m_;
+      build_glazed(airport_.box(middle - 0.1 * hall_m_, middle + 0.1 * hall_m_, front_m_ - kPier_m,
+                                front_m_ - 0.1),
+                   {{"height", "11"},
+                    {"building:levels", "3"},
+                    {"building:material", "metal"},
+                    {"building:colour", "#e3e7e8"},
+                    {"roof:shape", "flat"}});
+      add_stand(middle, front_m_ - kPier_m, true);
+      add_stand(side * 0.81 * hall_m_, front_m_, true);
+    }
+    for (const double u : {-0.26 * hall_m_, 0.0, 0.26 * hall_m_}) add_stand(u, front_m_, true);
+    // Others stand before the sheds, and are reached by bus.
+    for (double u = hall_m_ + 70.0; u < apron_m_ - 30.0; u += 48.0)
+      for (const double side : {-1.0, 1.0})
+        for (const double before_m : {6.0, 100.0}) add_stand(side * u, front_m_ - before_m, false);
+  }
+
+  /// For one aircraft before a front, its nose to it; with a bridge to its door.
+  void add_stand(double along_m, double front_m, bool has_bridge) {
+    constexpr double kWheel_m = 17.5;  ///< from the front to where the nose wheel stops
+    builder_.survey().add_line(
+        Theme::Aerodrome,
+        {airport_.at(along_m, front_m - kWheel_m - 50.0), airport_.at(along_m, front_m - kWheel_m)},
+        {{"aeroway", "parking_position"}});
+    if (!has_bridge) return;
+    // Doors are on the left of an aircraft, which looks away from the runway.
+    const double left = -airport_.side;
+    builder_.survey().add_line(Theme::Aerodrome,
+                               {airport_.at(along_m + left * 9.0, front_m - 0.2),
+                                airport_.at(along_m + left * 3.4, front_m - 16.6)},
+                               {{"aeroway", "jet_bridge"}});
+  }
+
+  void build_sheds() {
+    const double tower_u = hall_m_ + 60.0;
+    const Point tower = airport_.at(tower_u, front_m_ + 16.0);
+    builder_.survey().add_point(
+        Theme::Aerodrome, tower,
+        {{"aeroway", "control_tower"}, {"man_made", "tower"}, {"height", "46"}});
+    builder_.occupancy().add_line({tower, tower + Point(0.1, 0.0)}, 10.0, kReserved);
     for (int k = 0; k < 4; ++k) {
-      const double u = -hall_m - 70.0 - 84.0 * k;
-      if (u - 74.0 < -apron_m) break;
-      builder.build(airport.box(u - 70, u, front_m + 6, front_m + 62), HouseKind::Warehouse, 0,
-                    56.0, 0.0,
-                    {{"building", "hangar"},
-                     {"aeroway", "hangar"},
-                     {"height", "19"},
-                     {"roof:shape", k % 2 == 0 ? "round" : "gabled"}});
+      const double u = -hall_m_ - 70.0 - 84.0 * k;
+      if (u - 74.0 < -apron_m_) break;
+      builder_.build(airport_.box(u - 70, u, front_m_ + 6, front_m_ + 62), HouseKind::Warehouse, 0,
+                     56.0, 0.0,
+                     {{"building", "hangar"},
+                      {"aeroway", "hangar"},
+                      {"height", "19"},
+                      {"roof:shape", k % 2 == 0 ? "round" : "gabled"}});
     }
     for (int k = 0; k < 3; ++k)
-      builder.build(
-          airport.box(tower_u + 30 + 66.0 * k, tower_u + 86 + 66.0 * k, front_m + 8, front_m + 52),
-          HouseKind::Warehouse, 0, 44.0, 0.0, {{"building", "warehouse"}});
+      builder_.build(airport_.box(tower_u + 30 + 66.0 * k, tower_u + 86 + 66.0 * k, front_m_ + 8,
+                                  front_m_ + 52),
+                     HouseKind::Warehouse, 0, 44.0, 0.0, {{"building", "warehouse"}});
+  }
+
+  void lay_car_parks() {
     for (int k = 0; k < 4; ++k) {
       const double u = -220.0 + 114.0 * k;
-      const PointsWorld parking = airport.box(u, u + 98, front_m + 96, front_m + 178);
-      area(parking, Theme::Road, {{"amenity", "parking"}, {"surface", "asphalt"}});
-      builder.occupancy().add_ring(parking, kReserved);
+      const PointsWorld parking = airport_.box(u, u + 98, front_m_ + 96, front_m_ + 178);
+      builder_.survey().add_area(Theme::Road, parking,
+                                 {{"amenity", "parking"}, {"surface", "asphalt"}});
+      builder_.occupancy().add_ring(parking, kReserved);
     }
     // The road in, past the hall.
     Way road;
     road.kind = RoadKind::Secondary;
-    road.line = {airport.gate(),
-                 airport.at(0, front_m + 190),
-                 airport.at(-260, front_m + 190),
-                 airport.at(-260, front_m + 80),
-                 airport.at(280, front_m + 80),
-                 airport.at(280, front_m + 190),
-                 airport.at(0, front_m + 190)};
+    road.line = {airport_.gate(),
+                 airport_.at(0, front_m_ + 190),
+                 airport_.at(-260, front_m_ + 190),
+                 airport_.at(-260, front_m_ + 80),
+                 airport_.at(280, front_m_ + 80),
+                 airport_.at(280, front_m_ + 190),
+                 airport_.at(0, front_m_ + 190)};
     road.is_urban = true;
-    ways.push_back(road);
-  } else {
-    survey.add_area(Theme::Aerodrome, airport.box(-120, 120, off_m + 10, off_m + 80),
-                    {{"aeroway", "apron"}, {"surface", "asphalt"}});
-    for (int k = 0; k < 3; ++k)
-      builder.build(airport.box(-110.0 + 44 * k, -74.0 + 44 * k, off_m + 86, off_m + 114),
-                    HouseKind::Warehouse, 0, 28.0, 0.0,
-                    {{"building", "hangar"},
-                     {"aeroway", "hangar"},
-                     {"height", "9"},
-                     {"roof:shape", "round"}});
-    builder.build(airport.box(50, 74, off_m + 86, off_m + 100), HouseKind::Office, 0, 14.0, 0.0,
-                  {{"building", "terminal"}, {"aeroway", "terminal"}, {"building:levels", "2"}});
+    ways_.push_back(road);
   }
-  survey.add_point(Theme::Aerodrome, airport.at(60.0 - half_m, -60.0), {{"aeroway", "windsock"}});
-  builder.occupancy().add_ring(airport.boundary(), kReserved);
+
+  void build_airfield() {
+    builder_.survey().add_area(Theme::Aerodrome, airport_.box(-120, 120, off_m_ + 10, off_m_ + 80),
+                               {{"aeroway", "apron"}, {"surface", "asphalt"}});
+    for (int k = 0; k < 3; ++k)
+      builder_.build(airport_.box(-110.0 + 44 * k, -74.0 + 44 * k, off_m_ + 86, off_m_ + 114),
+                     HouseKind::Warehouse, 0, 28.0, 0.0,
+                     {{"building", "hangar"},
+                      {"aeroway", "hangar"},
+                      {"height", "9"},
+                      {"roof:shape", "round"}});
+    builder_.build(airport_.box(50, 74, off_m_ + 86, off_m_ + 100), HouseKind::Office, 0, 14.0, 0.0,
+                   {{"building", "terminal"}, {"aeroway", "terminal"}, {"building:levels", "2"}});
+  }
+
+  const Airport& airport_;
+  Builder& builder_;
+  std::vector<Way>& ways_;
+  const double half_m_ = 0.5 * airport_.length_m;
+  const double off_m_ = airport_.is_large ? kTaxiway_m : 110.0;  ///< of the taxiway
+  const double apron_m_ = std::min(620.0, 0.6 * half_m_);        ///< half its length
+  const double hall_m_ = std::min(170.0, 0.34 * apron_m_);
+  const double front_m_ = off_m_ + 217.0;  ///< off the runway, of the terminal's hall
+};
+
+}  // namespace
+
+void build_airport(const Airport& airport, Builder& builder, std::vector<Way>& ways) {
+  AirportBuilder(airport, builder, ways).build();
 }
 
 }  // namespace terracast::tiler::country

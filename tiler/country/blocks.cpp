@@ -128,4 +128,16 @@ Block tidied(const Block& block, double tolerance_m) {
   return {ring, kinds, signed_area(ring)};
 }
 
+Point longest_edge(const Block& block) {
+  Point longest = Point::UnitX();
+  double most_m = 0.0;
+  for (std::size_t k = 0; k < block.ring.size(); ++k) {
+    const Point edge = block.ring[(k + 1) % block.ring.size()] - block.ring[k];
+    if (edge.norm() <= most_m) continue;
+    most_m = edge.norm();
+    longest = edge / most_m;
+  }
+  return longest;
+}
+
 }  // namespace terracast::tiler::country

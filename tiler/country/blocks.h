@@ -20,4 +20,7 @@ std::vector<Block> find_blocks(const std::vector<Way>& ways);
 /// A block's ring without dead ends and without points that are nearly on a line; `kinds` goes with it.
 Block tidied(const Block& block, double tolerance_m);
 
+/// The direction of a block's longest edge.
+Point longest_edge(const Block& block);
+
 }  // namespace terracast::tiler::country

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "tiler/country/airport.h"
 #include "tiler/country/blocks.h"
 #include "tiler/country/coast.h"
 #include "tiler/country/countryside.h"
+#include "tiler/country/dead_ends.h"
 #include "tiler/country/lots.h"
 #include "tiler/country/power.h"
 #include "tiler/country/rivers.h"
@@ -33,29 +33,6 @@ BuildingManner manner_of(const PlanGround& ground, double lat_deg) {
   return std::abs(lat_deg) < 44.5 ? BuildingManner::Southern : BuildingManner::Northern;
 }
 
-/// Streets that no road leads to are left out.
-void drop_unreached(std::vector<Way>& ways) {
-  std::map<std::pair<double, double>, std::size_t> first_at;
-  std::vector<std::size_t> root(ways.size());
-  for (std::size_t w = 0; w < ways.size(); ++w) root[w] = w;
-  const auto find = [&](std::size_t w) {
-    while (root[w] != w) w = root[w] = root[root[w]];
-    return w;
-  };
-  for (std::size_t w = 0; w < ways.size(); ++w)
-    for (const Point& point : ways[w].line) {
-      const auto [known, is_new] = first_at.emplace(std::pair(point.x(), point.y()), w);
-      if (!is_new) root[find(w)] = find(known->second);
-    }
-  std::vector<std::uint8_t> is_reached(ways.size(), 0);
-  for (std::size_t w = 0; w < ways.size(); ++w)
-    if (ways[w].kind < RoadKind::Residential) is_reached[find(w)] = 1;
-  std::vector<Way> kept;
-  for (std::size_t w = 0; w < ways.size(); ++w)
-    if (is_reached[find(w)] != 0) kept.push_back(std::move(ways[w]));
-  ways = std::move(kept);
-}
-
 class Plan {
  public:
   Plan(const WorldSurface& surface, std::uint64_t seed, const core::Context& context,
@@ -72,7 +49,7 @@ class Plan {
 
   std::vector<VectorFeature> make() {
     plan_water();
-    settlements_ = choose_sites(ground_, seed_);
+    settlements_ = choose_sites(ground_, occupancy_, seed_);
     airport_ = choose_airport(ground_, settlements_, occupancy_);
     if (airport_) build_airport(*airport_, builder_, ways_);
     port_ = choose_port(ground_, settlements_, occupancy_);
@@ -98,13 +75,7 @@ class Plan {
   void plan_water() {
     for (const PointsWorld& lake : find_lakes(ground_)) {
       survey_.add_area(Theme::Water, lake, {{"natural", "water"}, {"water", "lake"}});
-      occupancy_.add_ring(lake, kWater);
-      Lake known{lake, lake.front(), lake.front()};
-      for (const Point& corner : lake) {
-        known.lowest = known.lowest.cwiseMin(corner);
-        known.highest = known.highest.cwiseMax(corner);
-      }
-      lakes_.push_back(std::move(known));
+      occupancy_.add_ring(lake, kWater | kLake);
     }
     for (const River& river : find_rivers(ground_)) {
       survey_.add_line(
@@ -158,6 +129,10 @@ class Plan {
     for (const Way& ramp : motorway_.ramps)
       occupancy_.add_line(ramp.line, ramp.half_width_m() + 1.0, kRoad);
     join_at_crossings(ways_, ground_.half_size_m());
+    retreat_from_water(ways_, {[this](const PointsWorld& line) {
+                                 return merged(spans_over_water(line), length_of(line));
+                               },
+                               [this](const Point& at) { return is_wet(at); }});
     drop_unreached(ways_);
     for (const Way& way : ways_) occupancy_.add_line(way.line, way.half_width_m(), kRoad);
   }
@@ -176,15 +151,14 @@ class Plan {
     }
   }
 
-  /// Stretches over the sea, lakes, rivers and other lines, and through mountains.
-  std::vector<Span> spans_of(const PointsWorld& line, bool is_over_rails,
-                             bool is_over_motorways) const {
-    std::vector<Span> spans =
-        is_over_motorways ? barriers_.spans(line) : water_barriers_.spans(line);
-    if (is_over_motorways)
-      for (const Span& span : water_barriers_.spans(line)) spans.push_back(span);
-    if (is_over_rails)
-      for (const Span& span : rail_barriers_.spans(line)) spans.push_back(span);
+  bool is_wet(const Point& at) const {
+    return !occupancy_.is_free(at, 0.0, kWater) ||
+           (ground_.sea_distance_m(at) < 3.0 * ground_.spacing_m() && ground_.is_sea_at(at));
+  }
+
+  /// Stretches over the sea, lakes and rivers.
+  std::vector<Span> spans_over_water(const PointsWorld& line) const {
+    std::vector<Span> spans = water_barriers_.spans(line);
     double along_m = 0.0;
     for (std::size_t k = 1; k < line.size(); ++k) {
       const double length = (line[k] - line[k - 1]).norm();
@@ -192,14 +166,21 @@ class Plan {
       const bool is_near_sea = ground_.sea_distance_m(middle) < 3.0 * ground_.spacing_m();
       const bool is_over_sea =
           is_near_sea && (ground_.is_sea_at(middle) || ground_.is_sea_at(line[k]));
-      const bool is_over_lake = std::any_of(lakes_.begin(), lakes_.end(), [&](const Lake& lake) {
-        return (middle.array() > lake.lowest.array()).all() &&
-               (middle.array() < lake.highest.array()).all() && contains(lake.ring, middle);
-      });
-      if (is_over_sea || is_over_lake)
+      if (is_over_sea || !occupancy_.is_free(middle, 0.0, kLake))
         spans.push_back({along_m - 22.0, along_m + length + 22.0, false});
       along_m += length;
     }
+    return spans;
+  }
+
+  /// Stretches over water and other lines.
+  std::vector<Span> spans_of(const PointsWorld& line, bool is_over_rails,
+                             bool is_over_motorways) const {
+    std::vector<Span> spans = spans_over_water(line);
+    if (is_over_motorways)
+      for (const Span& span : barriers_.spans(line)) spans.push_back(span);
+    if (is_over_rails)
+      for (const Span& span : rail_barriers_.spans(line)) spans.push_back(span);
     return spans;
   }
 
@@ -272,11 +253,6 @@ class Plan {
   Barriers water_barriers_;
   Barriers rail_barriers_;
   Barriers tunnels_;
-  struct Lake {
-    PointsWorld ring;
-    Point lowest, highest;
-  };
-  std::vector<Lake> lakes_;
   std::vector<Settlement> settlements_;
   std::optional<Airport> airport_;
   std::vector<Way> ways_;

@@ -182,6 +182,7 @@ std::vector<FarmSite> plan_farms(const PlanGround& ground, const std::vector<Tow
         track.kind = RoadKind::Track;
         track.line = splined(line, 1);
         taken.add_line(track.line, 2.0, kRoad);
+        farms.push_back({at + 8.0 * heading, heading, true});
         tracks.push_back(std::move(track));
       }
     }
@@ -194,6 +195,16 @@ void build_farms(const std::vector<FarmSite>& farms, Builder& builder) {
   for (const FarmSite& farm : farms) {
     const std::uint64_t draw = builder.draw();
     const int palette = static_cast<int>(draw % 4);
+    if (farm.is_hut) {
+      builder.build(Rectangle{farm.at, farm.along, 4.5, 3.2}.ring(), HouseKind::Shed, palette, 6.4,
+                    0.5,
+                    {{"building", "cabin"},
+                     {"height", "5"},
+                     {"building:material", "wood"},
+                     {"building:colour", "#7d5f43"},
+                     {"roof:shape", "gabled"}});
+      continue;
+    }
     const Point across = left_of(farm.along);
     const auto box = [&](double along_m, double across_m, double half_long_m, double half_wide_m) {
       return Rectangle{farm.at + along_m * farm.along + across_m * across, farm.along, half_long_m,

@@ -6,10 +6,11 @@
 
 namespace terracast::tiler::country {
 
-/// A farm's yard, at the end of its track.
+/// A farm's yard, or a hut in the woods, at the end of its track.
 struct FarmSite {
   Point at = Point::Zero();
   Point along = Point::UnitX();
+  bool is_hut = false;
 };
 
 /// Yards off rural roads, with a track to each, and tracks into the woods.

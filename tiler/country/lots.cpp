@@ -4,46 +4,17 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "tiler/country/industry.h"
+#include "tiler/country/zones.h"
 
 namespace terracast::tiler::country {
 namespace {
 
 using core::random_unit;
 
-constexpr std::uint64_t kStream = 0x6c6f7473;
 constexpr double kPavement_m = 2.2;
-
-/// What a place of a settlement is built with.
-enum class Zone : std::uint8_t { Center, Dense, Mixed, Slabs, Business, Industry, Houses };
-
-Zone zone_of(const Settlement& town, const Point& at, double far, std::uint64_t seed) {
-  if (town.rank == Rank::Hamlet) return Zone::Houses;
-  if (town.rank == Rank::Village)
-    return far < 0.22 && town.population > 900 ? Zone::Mixed : Zone::Houses;
-  // Industry in one direction from the middle, business in another, offset by the seed.
-  const Point out = (at - town.center).normalized();
-  const Point industry =
-      turned(Point(core::random_bits(seed, kStream, 1) % 2 == 0 ? 1.0 : -1.0, 0.0),
-             2.0 * random_unit(seed, kStream, 2) - 1.0);
-  if (far > 0.55 && out.dot(industry) > 0.86) return Zone::Industry;
-  if (town.rank == Rank::City) {
-    const Point business = left_of(industry);
-    if (far > 0.06 && far < 0.3 && out.dot(business) > 0.72) return Zone::Business;
-    if (far < 0.16) return Zone::Center;
-    if (far < 0.4) return Zone::Dense;
-    if (far < 0.6)
-      return random_unit(
-                 seed, kStream + 3,
-                 static_cast<std::uint64_t>(std::llround(std::floor(at.x() / 420.0) * 4096 +
-                                                         std::floor(at.y() / 420.0) + 1e9))) < 0.45
-                 ? Zone::Slabs
-                 : Zone::Mixed;
-    return far < 0.75 ? Zone::Mixed : Zone::Houses;
-  }
-  if (far < 0.22) return Zone::Center;
-  if (far < 0.34 && town.population > 9000) return Zone::Dense;
-  return far < 0.5 ? Zone::Mixed : Zone::Houses;
-}
+constexpr double kLargestBlock_m2 = 90000.0;
+constexpr double kLargestQuarter_m2 = 400000.0;  ///< of industry
 
 struct HouseRule {
   HouseKind kind;
@@ -66,7 +37,6 @@ HouseRule house_rule(Zone zone, Rank rank, std::uint64_t draw) {
     case Zone::Business:
       return {HouseKind::Office, 46.0 * size, 36.0 * size, 22.0, 4.0, 4.0};
     case Zone::Industry:
-      return {HouseKind::Industrial, 62.0 * size, 46.0 * size, 30.0 * size, 9.0, 5.0};
     case Zone::Houses:
       break;
   }
@@ -174,7 +144,8 @@ class SettlementBuilder {
 
   void fill_block(const Block& whole) {
     const Block block = tidied(whole, 2.5);
-    if (block.ring.size() < 3 || block.area_m2 < 700.0 || block.area_m2 > 90000.0) return;
+    if (block.ring.size() < 3 || block.area_m2 < 700.0 || block.area_m2 > kLargestQuarter_m2)
+      return;
     Point middle = Point::Zero();
     for (const Point& corner : block.ring)
       middle += corner / static_cast<double>(block.ring.size());
@@ -182,6 +153,8 @@ class SettlementBuilder {
     if (shape == nullptr || shape->settlement().rank == Rank::Hamlet) return;
     const Zone zone = zone_of(shape->settlement(), middle, shape->at(middle), seed_);
     const int palette = shape->settlement().palette;
+    if (zone == Zone::Industry) return fill_industry(block, palette, builder_);
+    if (block.area_m2 > kLargestBlock_m2) return;
     if (zone == Zone::Center || zone == Zone::Dense)
       build_perimeter(block,
                       zone == Zone::Center && shape->settlement().rank != Rank::City
@@ -193,11 +166,6 @@ class SettlementBuilder {
       fill_rows(block, HouseKind::Slab, 48.0, 12.0, 34.0, 14.0, palette);
     else if (zone == Zone::Business)
       build_business(block, palette);
-    else if (zone == Zone::Industry)
-      fill_rows(
-          block,
-          random_unit(builder_.draw(), 5, 0) < 0.5 ? HouseKind::Warehouse : HouseKind::Industrial,
-          56.0, 34.0, 26.0, 18.0, palette);
   }
 
   /// Houses along the edges of a face, each facing its road.
@@ -422,30 +390,6 @@ class SettlementBuilder {
     return true;
   }
 
-  /// The direction of a block's longest edge.
-  static Point longest_edge(const Block& block) {
-    Point longest = Point::UnitX();
-    double most = 0.0;
-    for (std::size_t k = 0; k < block.ring.size(); ++k) {
-      const Point edge = block.ring[(k + 1) % block.ring.size()] - block.ring[k];
-      if (edge.norm() > most) {
-        most = edge.norm();
-        longest = edge / most;
-      }
-    }
-    return longest;
-  }
-
-  static bool is_within(const PointsWorld& box, const PointsWorld& ring) {
-    for (std::size_t k = 0; k < box.size(); ++k) {
-      if (!contains(ring, box[k])) return false;
-      for (std::size_t e = 0; e < ring.size(); ++e)
-        if (crossing(box[k], box[(k + 1) % box.size()], ring[e], ring[(e + 1) % ring.size()]))
-          return false;
-    }
-    return true;
-  }
-
   /// Rows of like buildings with room between.
   void fill_rows(const Block& block, HouseKind kind, double length_m, double depth_m,
                  double between_rows_m, double between_m, int palette) {
@@ -457,8 +401,6 @@ class SettlementBuilder {
       low_u = std::min(low_u, corner.dot(along)), high_u = std::max(high_u, corner.dot(along));
       low_v = std::min(low_v, corner.dot(across)), high_v = std::max(high_v, corner.dot(across));
     }
-    int count = 0;
-    bool is_parking_next = false;
     for (double v = low_v + 0.5 * depth_m + 0.5; v + 0.5 * depth_m < high_v;
          v += depth_m + between_rows_m)
       for (double u = low_u + 0.5 * length_m + 0.5; u + 0.5 * length_m < high_u;) {
@@ -468,13 +410,7 @@ class SettlementBuilder {
           u += 6.0;
           continue;
         }
-        if (is_parking_next && count % 5 == 4 && depth_m > 16.0)
-          builder_.reserve(box.ring(), 1.0, Theme::Road,
-                           {{"amenity", "parking"}, {"surface", "asphalt"}});
-        else
-          builder_.build(box.ring(), kind, palette, depth_m, 2.0);
-        is_parking_next = true;
-        ++count;
+        builder_.build(box.ring(), kind, palette, depth_m, 2.0);
         u += length_m + between_m;
       }
   }
@@ -515,6 +451,11 @@ class SettlementBuilder {
         at_m += 14.0 + 18.0 * random_unit(draw, 20, 0);
         continue;
       }
+      if (zone == Zone::Industry) {
+        const double wide_m = build_plot_at(front, at_m, half_width_m, town.palette, builder_);
+        at_m += wide_m > 0.0 ? wide_m : 9.0;
+        continue;
+      }
       const HouseRule rule = house_rule(zone, town.rank, draw);
       const Station there = station_at(front, at_m + rule.frontage_m);
       if (at_m + rule.frontage_m > length) {
@@ -541,10 +482,7 @@ class SettlementBuilder {
         box.along = turned(box.along, most * (2.0 * random_unit(draw, 25, 0) - 1.0));
         box.center += 3.0 * random_unit(draw, 26, 0) * left_of(along);
       }
-      const PointsWorld plan = outline(box, draw,
-                                       is_house                 ? 0.45
-                                       : zone == Zone::Industry ? 0.2
-                                                                : 0.0);
+      const PointsWorld plan = outline(box, draw, is_house ? 0.45 : 0.0);
       if (builder_.build(plan, rule.kind, town.palette,
                          2.0 * std::min(box.half_along_m, box.half_across_m), rule.margin_m)) {
         at_m += rule.frontage_m;

@@ -15,6 +15,7 @@ enum Use : unsigned {
   kReserved = 16,  ///< airports, harbours, parks: kept for themselves
   kPower = 32,
   kField = 64,
+  kLake = 128,  ///< beside kWater
   kAnyUse = ~0U
 };
 

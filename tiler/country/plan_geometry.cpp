@@ -35,6 +35,17 @@ bool contains(std::span<const Point> ring, const Point& at) {
   return is_inside;
 }
 
+bool is_within(std::span<const Point> inner, std::span<const Point> outer) {
+  for (std::size_t k = 0; k < inner.size(); ++k) {
+    if (!contains(outer, inner[k])) return false;
+    for (std::size_t e = 0; e < outer.size(); ++e)
+      if (crossing(inner[k], inner[(k + 1) % inner.size()], outer[e],
+                   outer[(e + 1) % outer.size()]))
+        return false;
+  }
+  return true;
+}
+
 double distance_to_segment(const Point& at, const Point& from, const Point& to) {
   const Point along = to - from;
   const double length2 = along.squaredNorm();

@@ -32,6 +32,8 @@ double length_of(std::span<const Point> line);
 /// Above 0: counter-clockwise.
 double signed_area(std::span<const Point> ring);
 bool contains(std::span<const Point> ring, const Point& at);
+/// Whether all of a polygon lies within another.
+bool is_within(std::span<const Point> inner, std::span<const Point> outer);
 /// Whether no two of a ring's edges touch, but for neighbours at their corner.
 bool is_simple(std::span<const Point> ring);
 double distance_to_segment(const Point& at, const Point& from, const Point& to);

@@ -12,7 +12,8 @@ RouteStyle style_of(RoadKind kind, const Occupancy& obstacles) {
   if (kind == RoadKind::Primary) style.tunnel = 5.0;
   if (kind == RoadKind::Primary || kind == RoadKind::Secondary) style.water_reach_m = 400.0;
   style.avoid = [&obstacles](const Point& at) {
-    return obstacles.is_free(at, 30.0, kReserved) ? 1.0 : 0.0;
+    if (!obstacles.is_free(at, 30.0, kReserved)) return 0.0;
+    return obstacles.is_free(at, 0.0, kLake) ? 1.0 : kOverLakes;
   };
   return style;
 }
@@ -62,7 +63,7 @@ RoadNetwork plan_roads(RouteGrid& net, const PlanGround& ground,
         if (settlement.rank > Rank::Town) continue;
         for (double t = -0.9; t <= 0.91; t += 0.05) {
           const Point at = half_m * (side + t * left_of(side));
-          if (ground.sea_distance_m(at) < 100.0) continue;
+          if (ground.sea_distance_m(at) < 100.0 || !obstacles.is_free(at, 60.0, kLake)) continue;
           const double cost =
               std::round((at - settlement.center).norm() + 20000.0 * ground.slope(at) +
                          6.0 * std::max(ground.height_m(at), 0.0));

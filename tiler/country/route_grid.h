@@ -11,6 +11,9 @@
 
 namespace terracast::tiler::country {
 
+/// A metre over a lake costs so much more: ways go round, but where that is far.
+inline constexpr double kOverLakes = 8.0;
+
 /// What a way through the land costs.
 struct RouteStyle {
   double steepest = 0.08;      ///< rise over run that is meant; steeper costs much

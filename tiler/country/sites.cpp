@@ -10,6 +10,7 @@ namespace terracast::tiler::country {
 namespace {
 
 constexpr std::uint64_t kStream = 0x7369746573;
+constexpr double kFromLakes_m = 120.0;  ///< from a settlement's middle to the shore
 
 struct RankRule {
   Rank rank;
@@ -57,7 +58,8 @@ double BuildableShare::at(const Point& center, double half_side_m) const {
   return count / ((2.0 * reach + 1.0) * (2.0 * reach + 1.0));
 }
 
-std::vector<Settlement> choose_sites(const PlanGround& ground, std::uint64_t seed) {
+std::vector<Settlement> choose_sites(const PlanGround& ground, const Occupancy& occupancy,
+                                     std::uint64_t seed) {
   const BuildableShare buildable(ground);
   const GradientNoise luck(seed, kStream);
   const double river_cells = 8e6 / (ground.spacing_m() * ground.spacing_m());
@@ -74,7 +76,7 @@ std::vector<Settlement> choose_sites(const PlanGround& ground, std::uint64_t see
       const Point at = ground.place(i, j);
       if (ground.is_sea()(i, j) != 0 || ground.slope(at) > 0.16) continue;
       const double sea_m = ground.sea_distance_m(at);
-      if (sea_m < 70.0) continue;
+      if (sea_m < 70.0 || !occupancy.is_free(at, kFromLakes_m, kLake)) continue;
       double largest_river = 0.0;
       for (int dj = -8; dj <= 8; dj += 2)
         for (int di = -8; di <= 8; di += 2)

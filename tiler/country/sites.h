@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "tiler/country/occupancy.h"
 #include "tiler/country/plan_ground.h"
 
 namespace terracast::tiler::country {
@@ -23,8 +24,10 @@ enum class BuildingManner : std::uint8_t { Southern, Alpine, Northern };
 
 /// Where people live: one city, towns, villages and hamlets on ground that can be built on, at coasts
 /// and rivers before elsewhere, apart from each other, their sizes after rank (Zipf's rule).
-/// returns   by rank and size
-std::vector<Settlement> choose_sites(const PlanGround& ground, std::uint64_t seed);
+/// occupancy   has the lakes, in which nobody lives
+/// returns     by rank and size
+std::vector<Settlement> choose_sites(const PlanGround& ground, const Occupancy& occupancy,
+                                     std::uint64_t seed);
 
 /// Share of a square about a place that is dry and flat enough to build on.
 class BuildableShare {

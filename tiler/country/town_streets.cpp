@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "tiler/country/zones.h"
 
 namespace terracast::tiler::country {
 namespace {
@@ -11,6 +12,8 @@ namespace {
 constexpr std::uint64_t kStream = 0x737472656574;
 constexpr double kStep_m = 12.0;
 constexpr double kSteepest = 0.17;
+constexpr double kEndReach_m = 75.0;   ///< to the next street that a street's end goes on to
+constexpr double kWiderStreets = 1.9;  ///< how much farther apart streets of industry are
 
 /// A direction without sign, as the direction of twice its angle: such can be averaged.
 Point doubled(const Point& d) { return {d.x() * d.x() - d.y() * d.y(), 2.0 * d.x() * d.y()}; }
@@ -98,7 +101,9 @@ Point StreetGrowth::direction(const TownShape& shape, const Point& at, int famil
 double StreetGrowth::separation_m(const TownShape& shape, const Point& at, int family) const {
   const double far = shape.at(at);
   const double close = shape.settlement().rank == Rank::City ? 78.0 : 64.0;
-  const double base = close + 45.0 * std::clamp(far, 0.0, 1.0);
+  double base = close + 45.0 * std::clamp(far, 0.0, 1.0);
+  // Halls and their yards are deeper than gardens.
+  if (zone_of(shape.settlement(), at, far, seed_) == Zone::Industry) base *= kWiderStreets;
   return family == 0 ? base : 1.55 * base;
 }
 
@@ -184,6 +189,7 @@ std::vector<Way> StreetGrowth::grow(const TownShape& shape, std::uint64_t seed) 
   const Settlement& town = shape.settlement();
   const GradientNoise bend(seed, kStream + 1);
   bend_ = &bend;
+  seed_ = seed;
   // The main direction is that of the nearest road.
   double nearest_m = 1e9;
   for (const Sample& sample : samples_)
@@ -230,7 +236,10 @@ std::vector<Way> StreetGrowth::grow(const TownShape& shape, std::uint64_t seed) 
   for (std::size_t k = 0; k < lines.size(); ++k) {
     PointsWorld& line = lines[k];
     for (int end = 0; end < 2; ++end) {
-      settle_end(line, 75.0, first_line + static_cast<std::int32_t>(k));
+      const Point& at = line.back();
+      const bool is_industry = zone_of(town, at, shape.at(at), seed) == Zone::Industry;
+      settle_end(line, is_industry ? kWiderStreets * kEndReach_m : kEndReach_m,
+                 first_line + static_cast<std::int32_t>(k));
       std::reverse(line.begin(), line.end());
     }
     if (length_of(line) < 25.0) continue;

@@ -67,6 +67,7 @@ class StreetGrowth {
   PlaceIndex piece_index_;
   std::int32_t num_lines_ = 0;
   Point main_ = Point::UnitX();  ///< of the settlement that grows
+  std::uint64_t seed_ = 0;
   const GradientNoise* bend_ = nullptr;
   mutable std::vector<std::int32_t> found_;
 };

@@ -27,7 +27,8 @@ PointsWorld beside(const PointsWorld& line, double right_m) {
 }
 
 /// Places of the square's border where a way may leave it: one for each side that has land.
-std::vector<Point> border_gates(const PlanGround& ground, const Point& from) {
+std::vector<Point> border_gates(const PlanGround& ground, const Occupancy& occupancy,
+                                const Point& from) {
   std::vector<Point> gates;
   const double half_m = ground.half_grid_m();
   for (const Point& side : {Point(1, 0), Point(-1, 0), Point(0, 1), Point(0, -1)}) {
@@ -35,7 +36,7 @@ std::vector<Point> border_gates(const PlanGround& ground, const Point& from) {
     Point best = Point::Zero();
     for (double t = -0.85; t <= 0.86; t += 0.05) {
       const Point at = half_m * (side + t * left_of(side));
-      if (ground.sea_distance_m(at) < 300.0) continue;
+      if (ground.sea_distance_m(at) < 300.0 || !occupancy.is_free(at, 60.0, kWater)) continue;
       const double cost = std::round(0.4 * (at - from).norm() + 30000.0 * ground.slope(at) +
                                      8.0 * ground.height_m(at));
       if (cost < least) least = cost, best = at;
@@ -80,6 +81,7 @@ Motorway plan_motorway(const PlanGround& ground, const Grid<std::uint8_t>& river
   style.river_m = 90.0;
   style.avoid = [&](const Point& place) {
     if (!occupancy.is_free(place, 60.0, kReserved)) return 0.0;
+    if (!occupancy.is_free(place, 0.0, kLake)) return kOverLakes;
     for (const Settlement& town : settlements)
       if ((town.center - place).norm() <
           (town.rank == Rank::Hamlet ? 160.0 : 1.1 * town.radius_m + 120.0))
@@ -93,13 +95,13 @@ Motorway plan_motorway(const PlanGround& ground, const Grid<std::uint8_t>& river
   for (int k = 0; k < 16; ++k, out = turned(out, 0.19891236737965800)) {
     const Point at = city.center + (1.2 * city.radius_m + 300.0) * out;
     if (!ground.is_in_square(at, 500.0) || ground.sea_distance_m(at) < 500.0 ||
-        !occupancy.is_free(at, 200.0, kReserved))
+        !occupancy.is_free(at, 200.0, kReserved | kLake))
       continue;
     const double cost = std::round(8000.0 * ground.slope(at) + 0.3 * at.norm());
     if (cost < least) least = cost, pass = at;
   }
   if (least == 1e9) return motorway;
-  std::vector<Point> ends = border_gates(ground, city.center);
+  std::vector<Point> ends = border_gates(ground, occupancy, city.center);
   for (std::size_t k = settlements.size(); ends.size() < 2 && k-- > 1;)
     if (settlements[k].rank == Rank::Town && (settlements[k].center - city.center).norm() > 5000.0)
       ends.push_back(settlements[k].center +
@@ -213,6 +215,7 @@ Railway plan_railway(const PlanGround& ground, const Grid<std::uint8_t>& rivers,
   style.reuse = 0.3;
   style.avoid = [&](const Point& place) {
     if (!occupancy.is_free(place, 40.0, kReserved)) return 0.0;
+    if (!occupancy.is_free(place, 0.0, kLake)) return kOverLakes;
     for (const Settlement& town : settlements) {
       const double far = (town.center - place).norm() / town.radius_m;
       if (far < 0.3) return 5.0;
@@ -254,7 +257,7 @@ Railway plan_railway(const PlanGround& ground, const Grid<std::uint8_t>& rivers,
     railway.stations.push_back(*station);
     ++num_linked;
   }
-  for (const Point& gate : border_gates(ground, *main)) {
+  for (const Point& gate : border_gates(ground, occupancy, *main)) {
     const Point* from = &railway.stations.front();
     for (const Point& other : railway.stations)
       if ((other - gate).norm() < (*from - gate).norm()) from = &other;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "core/error.h"
@@ -8,6 +9,7 @@
 #include "core/random.h"
 #include "tiler/feature_source.h"
 #include "tiler/layer.h"
+#include "tiler/objects/clear_strips.h"
 #include "tiler/objects/model_file.h"
 #include "tiler/objects/placed_things.h"
 #include "tiler/objects/placement_list.h"
@@ -50,6 +52,7 @@ class ObjectsLayer final : public Layer {
       name_ = features.name;
       hashes_ += " " + features.content_hash + " " + rules_text(rules);
       counts_.insert(counts_.end(), features.counts.begin(), features.counts.end());
+      strips_.emplace(features.features);
       const GroundBelow ground(inputs);
       proposals = propose(
           {.features = features.features,
@@ -105,7 +108,8 @@ class ObjectsLayer final : public Layer {
   std::span<const world::Prototype> prototypes() const override { return prototypes_; }
   std::span<const world::Texture> textures() const override { return textures_; }
   bool holds(const Eigen::Vector2d& place_world, double radius_m) const override {
-    return placed_->holds(place_world, radius_m);
+    return placed_->holds(place_world, radius_m) ||
+           (strips_ && strips_->holds(place_world, radius_m));
   }
   void add_objects(const world::TileId& id, const LayerSite& site,
                    world::TileObjects& objects) const override {
@@ -135,6 +139,7 @@ class ObjectsLayer final : public Layer {
 
   const geo::WorldFrame& frame_;
   std::unique_ptr<PlacedThings> placed_;
+  std::optional<ClearStrips> strips_;  ///< where features are read
   std::vector<world::Prototype> prototypes_;
   std::vector<world::Texture> textures_;
   std::vector<std::pair<std::string, std::int64_t>> counts_;

@@ -16,12 +16,13 @@ enum class Rule : std::uint8_t {
   Ships,
   Ports,
   Boats,
+  Yards,
   StreetLamps,
   Barriers,
   ParkedCars,
   Traffic,
 };
-inline constexpr int kNumRules = 11;
+inline constexpr int kNumRules = 12;
 std::string_view rule_name(Rule rule);
 
 /// On what a thing may stand.
@@ -46,6 +47,7 @@ struct Candidate {
   std::uint8_t num_stacked = 1;
   double above_m = 0.0;   ///< over the ground or water
   double steepest = 1.0;  ///< ground on which it may stand, rise over run
+  bool joins = false;     ///< it reaches to what stands there: it neither takes room nor needs any
 };
 
 /// In 2^-16 turns anticlockwise from east.

@@ -193,11 +193,11 @@ PlacedThings::PlacedThings(const Proposals& proposals, const std::vector<ThingKi
     if (verdicts[i] != Verdict::Stands) continue;
     const Footprint footprint = footprint_of(candidate);
     // Lists are believed; the rest keeps off what stands.
-    if (candidate.rule != Rule::Placements && footprints_.overlaps(footprint)) {
+    if (candidate.rule != Rule::Placements && !candidate.joins && footprints_.overlaps(footprint)) {
       verdicts[i] = Verdict::Taken;
       continue;
     }
-    footprints_.add(footprint);
+    if (!candidate.joins) footprints_.add(footprint);
     standing.push_back(i);
     used.emplace(std::pair(candidate.thing, candidate.variant), std::uint16_t{0});
     num_things += candidate.num_stacked;

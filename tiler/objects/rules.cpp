@@ -29,6 +29,8 @@ std::string_view rule_name(Rule rule) {
       return "ports";
     case Rule::Boats:
       return "boats";
+    case Rule::Yards:
+      return "yards";
     case Rule::StreetLamps:
       return "street lamps";
     case Rule::Barriers:
@@ -55,7 +57,8 @@ std::uint16_t heading_of_compass(double deg) {
 
 void RuleOptions::describe(core::SchemaVisitor& visit) {
   visit.key("parked_cars", parked_cars,
-            "Share of parking places (amenity=parking) that are taken; 0: none.",
+            "Share of parking places (amenity=parking) and docks (amenity=loading_dock) that are "
+            "taken; 0: none.",
             core::between(0.0, 1.0));
   visit.key("traffic", traffic, "Vehicles on roads, of what their class has by day; 0: none.",
             core::between(0.0, 4.0));
@@ -63,10 +66,11 @@ void RuleOptions::describe(core::SchemaVisitor& visit) {
             "Distance of street lamps along streets of towns and what is lit; 0: only "
             "highway=street_lamp.",
             core::between(0.0, 500.0));
-  visit.key("aircraft", aircraft, "Share of stands on aprons that are taken; 0: none.",
+  visit.key("aircraft", aircraft,
+            "Share of stands on aprons that are taken; 0: none, and no bridges to them.",
             core::between(0.0, 1.0));
   visit.key("containers", containers,
-            "Share of the piles of container terminals; 0: neither these nor cranes.",
+            "Share of the piles of container terminals and yards; 0: neither these nor cranes.",
             core::between(0.0, 1.0));
   visit.key("boats", boats,
             "Share of berths in marinas that are taken; 0: neither boats nor jetties.",
@@ -88,7 +92,7 @@ bool is_feature_wanted(const FeatureTags& tags) {
     if (tags.has(key)) return true;
   const std::string_view aeroway = tags.value("aeroway");
   if (!aeroway.empty()) return true;
-  if (tags.value("amenity") == "parking") return true;
+  if (tags.value("amenity") == "parking" || tags.value("amenity") == "loading_dock") return true;
   const std::string_view landuse = tags.value("landuse");
   if (landuse == "harbour" || landuse == "port" || landuse == "industrial" ||
       tags.has("industrial"))
@@ -106,6 +110,7 @@ Proposals propose(const RuleInputs& inputs) {
   if (options.ships) propose_ships(inputs, to);
   if (options.containers > 0.0) propose_ports(inputs, to);
   if (options.boats > 0.0) propose_boats(inputs, to);
+  propose_yards(inputs, to);
   propose_street_lamps(inputs, to);
   if (options.barriers) propose_barriers(inputs, to);
   if (options.parked_cars > 0.0) propose_parked_cars(inputs, to);

@@ -61,6 +61,7 @@ void propose_street_lamps(const RuleInputs& inputs, Proposals& to);
 void propose_aircraft(const RuleInputs& inputs, Proposals& to);
 void propose_ports(const RuleInputs& inputs, Proposals& to);
 void propose_boats(const RuleInputs& inputs, Proposals& to);
+void propose_yards(const RuleInputs& inputs, Proposals& to);
 void propose_ships(const RuleInputs& inputs, Proposals& to);
 void propose_power_lines(const RuleInputs& inputs, Proposals& to);
 void propose_landmarks(const RuleInputs& inputs, Proposals& to);

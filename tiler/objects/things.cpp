@@ -16,6 +16,7 @@
   X(drones)                         \
   X(halls)                          \
   X(helicopters)                    \
+  X(jet_bridges)                    \
   X(light_aircraft)                 \
   X(masts)                          \
   X(people)                         \

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "tiler/objects/area_grid.h"
 #include "tiler/objects/rules.h"
 #include "tiler/objects/things.h"
 
@@ -16,38 +17,26 @@ constexpr Chance kAirliners[] = {
 constexpr Chance kSmallPlanes[] = {
     {"light_aircraft", 0.55}, {"light_low_wing", 0.35}, {"business_jet", 0.10}};
 
-/// A grid of places in an area along its main direction, at least `inside_m` from what it leaves.
-template <class Visit>
-void visit_grid(const std::vector<PointsWorld>& rings, double along_step_m, double across_step_m,
-                double half_along_m, double half_across_m, const Visit& visit) {
-  const Vector2d direction = main_direction(rings.front());
-  const Vector2d left(-direction.y(), direction.x());
-  Vector2d low = Vector2d::Constant(1e300);
-  Vector2d high = Vector2d::Constant(-1e300);
-  for (const Vector2d& at : rings.front()) {
-    const Vector2d own(at.dot(direction), at.dot(left));
-    low = low.cwiseMin(own);
-    high = high.cwiseMax(own);
-  }
-  if ((high - low).maxCoeff() > 20000.0) return;
-  const auto count = [](double size, double half, double step) {
-    return size < 2.0 * half ? 0 : 1 + static_cast<int>((size - 2.0 * half) / step);
-  };
-  const int columns = count(high.x() - low.x(), half_along_m, along_step_m);
-  const int rows = count(high.y() - low.y(), half_across_m, across_step_m);
-  // In the middle of the area.
-  const Vector2d first =
-      0.5 * (low + high) - 0.5 * Vector2d((columns - 1) * along_step_m, (rows - 1) * across_step_m);
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column) {
-      const Vector2d own = first + Vector2d(column * along_step_m, row * across_step_m);
-      bool fits = true;
-      for (const double x : {-1.0, 0.0, 1.0})
-        for (const double y : {-1.0, 0.0, 1.0})
-          fits = fits && is_inside(rings, (own.x() + 0.98 * x * half_along_m) * direction +
-                                              (own.y() + 0.98 * y * half_across_m) * left);
-      if (fits) visit(own.x() * direction + own.y() * left, direction, row, column, rows, columns);
-    }
+/// From a terminal, where its line begins, to the door of an aircraft.
+void add_jet_bridge(const VectorFeature& feature, std::uint64_t stream, Proposals& to) {
+  if (feature.kind != FeatureKind::Line || feature.parts_world.empty() ||
+      feature.parts_world.front().empty())
+    return;
+  const Walk walk(feature.parts_world.front().front());
+  if (walk.length_m() < 8.0 || walk.length_m() > 60.0) return;
+  const Vector2d reach = walk.at(walk.length_m()) - walk.at(0.0);
+  Candidate bridge{.rule = Rule::Aircraft,
+                   .footing = Footing::Any,
+                   .feature = feature.number,
+                   .key = core::stream_of(stream, 2),
+                   .joins = true};
+  bridge.thing = thing_row("jet_bridge");
+  const double scale = reach.norm() / all_things()[bridge.thing].size_m.x();
+  if (scale < 0.6 || scale > 1.8) return;
+  bridge.scale = static_cast<std::uint16_t>(std::lround(4096.0 * scale));
+  bridge.place_world = walk.at(0.0) + 0.5 * reach;
+  bridge.heading = heading_of(reach.normalized());
+  to.candidates.push_back(bridge);
 }
 
 }  // namespace
@@ -82,13 +71,19 @@ void propose_aircraft(const RuleInputs& inputs, Proposals& to) {
         if (walk.length_m() < 5.0) continue;
         const Vector2d direction = walk.direction(walk.length_m());
         const bool is_small = walk.length_m() < 22.0;
-        add(walk.at(walk.length_m()) - (is_small ? 3.0 : 13.0) * direction, heading_of(direction),
+        add(walk.at(walk.length_m()), heading_of(direction),
             is_small ? std::span<const Chance>(kSmallPlanes) : std::span<const Chance>(kAirliners),
             1);
+        // Its nose is so far before its nose wheel.
+        Candidate& plane = to.candidates.back();
+        plane.place_world -=
+            (0.5 * all_things()[plane.thing].size_m.x() - (is_small ? 1.5 : 6.0)) * direction;
       } else if (feature.kind == FeatureKind::Point) {
         const auto direction = feature.tags.number("direction");
         add(middle_of(feature), heading_of_compass(direction.value_or(0.0)), kAirliners, 1);
       }
+    } else if (aeroway == "jet_bridge") {
+      add_jet_bridge(feature, stream, to);
     } else if (aeroway == "helipad" && is_taken(0)) {
       static constexpr Chance kHelicopters[] = {{"helicopter", 0.6}, {"rescue_helicopter", 0.4}};
       add(middle_of(feature), static_cast<std::uint16_t>(core::random_bits(inputs.seed, stream, 3)),
@@ -388,7 +383,10 @@ void propose_landmarks(const RuleInputs& inputs, Proposals& to) {
       scale = wanted_m / info.size_m.z();
     own.scale = static_cast<std::uint16_t>(std::lround(4096.0 * std::clamp(scale, 0.3, 4.0)));
     own.place_world = middle_of(feature);
-    own.footing = man_made == "lighthouse" ? Footing::Any : Footing::Land;
+    // Tanks and silos stand in paved yards, too.
+    own.footing = man_made == "lighthouse" ? Footing::Any
+                  : by_diameter            ? Footing::Paved
+                                           : Footing::Land;
     const bool is_turbine = thing.substr(0, 4) == "wind";
     const auto direction = tags.number("direction");
     own.heading = direction    ? heading_of_compass(*direction)
