@@ -21,8 +21,6 @@
 #include "export/exporter.h"
 #include "render/labels/label.h"
 #include "render/labels/track_points.h"
-#include "tests/labels/boxes_world.h"
-#include "tests/labels/pose.h"
 #include "tests/labels/tracks_scene.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/npz_reader.h"
@@ -146,16 +144,9 @@ void check_element(const TrackFiles& tracks, const Truth& truth, const Truth::Sh
     ++tally.unsure;
     return;
   }
-  const auto pixel_at = [&](double t) -> Vector2d {
-    const Vector3d at = in_camera(t);
-    return {100.0 + 200.0 * at.x() / at.z(), 80.0 + 200.0 * at.y() / at.z()};
-  };
-  double low = -reach_s, high = reach_s;
-  for (int i = 0; i < 60 && camera == 1; ++i) {
-    const double middle = 0.5 * (low + high);
-    (Truth::time_of(camera, pixel_at(middle).y()) > middle ? low : high) = middle;
-  }
-  const double t = camera == 0 ? 0.0 : low;
+  const auto pixel_at = [&](double t) { return pixel_of(in_camera(t)); };
+  const double t =
+      camera == 0 ? 0.0 : time_seen(reach_s, [&](double time) { return pixel_at(time).y(); });
   if (std::abs(Truth::time_of(camera, pixel_at(t).y()) - t) > 1e-12) {  // it is farther off
     ++tally.unsure;
     return;
@@ -180,10 +171,10 @@ void check_element(const TrackFiles& tracks, const Truth& truth, const Truth::Sh
     return;
   }
   const auto first = [&](double grown) { return truth.meet(frame, t, eye.place, way, grown); };
-  const auto is_point = [&](const Truth::Hit& met) {
+  const auto is_point = [&](const Hit& met) {
     return met.is_same(shown.hit) && std::abs(met.t - 1.0) < 1e-6;
   };
-  const Truth::Hit met = first(0.0);
+  const Hit met = first(0.0);
   if (is_point(first(kRim_m)) != is_point(first(-kRim_m)) ||
       first(kRim_m).instance_id != first(-kRim_m).instance_id) {
     ++tally.unsure;
