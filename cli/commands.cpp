@@ -136,19 +136,9 @@ int run_render(const Arguments& args) {
   });
 }
 
-/// A config with its sequences: only the ground tells what sequences a recording is split into.
-RunConfig with_sequences(const RunConfig& config, const core::Context& context) {
-  const auto is_split = [](const geo::TrajectoryOptions& trajectory) {
-    return trajectory.kind_options().is_split();
-  };
-  const bool has_split =
-      std::any_of(config.trajectories.begin(), config.trajectories.end(), is_split);
-  return has_split ? job::prepare_job(config, context).config : config;
-}
-
 int run_label(const Arguments& args) {
   return with_config(args, [&](const RunConfig& config, const core::Context& context) {
-    RunConfig wanted = with_sequences(config, context);
+    RunConfig wanted = job::with_sequences(config, context);
     for (const std::string& kind : args.kinds)
       if (std::none_of(wanted.labels.begin(), wanted.labels.end(),
                        [&](const render::LabelOptions& one) { return one.kind == kind; }))
@@ -164,7 +154,7 @@ int run_label(const Arguments& args) {
 
 int run_export(const Arguments& args) {
   return with_config(args, [&](const RunConfig& config, const core::Context& context) {
-    export_formats(with_sequences(config, context), OutputFolders(args.out), context);
+    export_formats(job::with_sequences(config, context), OutputFolders(args.out), context);
     return 0;
   });
 }

@@ -116,7 +116,8 @@ std::string range_of(const Constraint& constraint) {
         fmt::format("{} value{}", constraint.min_size, constraint.min_size == 1 ? "" : "s"));
   else if (constraint.max_size != std::numeric_limits<std::size_t>::max())
     parts.push_back(fmt::format("{} to {} values", constraint.min_size, constraint.max_size));
-  else if (constraint.min_size > 0)
+  else if (constraint.min_size > 1 || (constraint.min_size == 1 && constraint.required))
+    // One that may be left out may be empty.
     parts.push_back(fmt::format("at least {} value{}", constraint.min_size,
                                 constraint.min_size == 1 ? "" : "s"));
   if (std::isfinite(lowest) && std::isfinite(highest))

@@ -96,7 +96,8 @@ void TrajectoryOptions::describe(core::SchemaVisitor& visit) {
       "The thing as which the body is seen from the cameras of the other trajectories, at the same "
       "time after their first frame, such as quadcopter (`terracast list things`); empty: it is "
       "not.");
-  visit.key("rigs", rigs, "Names of the [[rigs]] that the body carries; none named: all.",
+  visit.key("rigs", rigs,
+            "Names of the [[rigs]] that the body carries; none named, or an empty list: all.",
             {.min_size = 1});
   describe_keys(visit);
 }

@@ -196,6 +196,13 @@ render::SequencePlan plan_sequence(const Job& job, const std::vector<double>& ha
   return plan;
 }
 
+std::shared_ptr<const tiler::WorldSurface> open_ground(const RunConfig& config,
+                                                       const core::Context& context) {
+  return core::with_context(
+      [&] { return tiler::WorldSurface::prepare_ground(config.world, context); },
+      opening_sources(config));
+}
+
 }  // namespace
 
 void check_formats(const RunConfig& config, const CarriedCameras& cameras) {
@@ -260,6 +267,21 @@ std::vector<tiler::PreviewPath> paths_of(const Job& job) {
   return paths;
 }
 
+RunConfig with_sequences(RunConfig config, const core::Context& context) {
+  const bool is_split =
+      std::any_of(config.trajectories.begin(), config.trajectories.end(),
+                  [](const geo::TrajectoryOptions& one) { return one.kind_options().is_split(); });
+  if (!is_split) return config;
+  Job job{.config = std::move(config), .cameras = {}, .ground = {}, .sequences = {}};
+  job.cameras = CarriedCameras(job.config.rigs, job.config.trajectories);
+  check_data_folder(job.config);
+  const core::Log log = context.log.for_stage("sources");
+  const core::StageCost cost(context.with_log(log), "preparing the ground");
+  job.ground = open_ground(job.config, context.with_log(log));
+  split_trajectories(job, context);
+  return std::move(job.config);
+}
+
 Job prepare_job(RunConfig config, const core::Context& context,
                 std::shared_ptr<const tiler::WorldSurface> ground) {
   Job job{.config = std::move(config), .cameras = {}, .ground = std::move(ground), .sequences = {}};
@@ -271,12 +293,7 @@ Job prepare_job(RunConfig config, const core::Context& context,
   check_data_folder(job.config);
   const core::Log log = context.log.for_stage("sources");
   const core::StageCost cost(context.with_log(log), "preparing the ground and the flights");
-  if (job.ground == nullptr)
-    job.ground = core::with_context(
-        [&] {
-          return tiler::WorldSurface::prepare_ground(job.config.world, context.with_log(log));
-        },
-        opening_sources(job.config));
+  if (job.ground == nullptr) job.ground = open_ground(job.config, context.with_log(log));
   split_trajectories(job, context);
   const std::vector<double> half_sizes = half_sizes_m(job);
   for (std::size_t i = 0; i < half_sizes.size(); ++i)

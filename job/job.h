@@ -41,6 +41,11 @@ void check_outputs(const RunConfig& config, std::span<const render::SequenceOutl
 /// The sequences of a job, for check_outputs().
 std::vector<render::SequenceOutline> outlines_of(const Job& job);
 
+/// A config with its sequences: only the ground tells what sequences a recording is split into. Nothing else is laid out
+/// or checked: stages hold what was captured against the config.
+/// throws   Input, Io, Config: as prepare_job
+RunConfig with_sequences(RunConfig config, const core::Context& context);
+
 /// Opens what a config names and checks that everything fits together, exporters' demands on the
 /// rigs included, before any stage starts. The world's layers are left to lay_out_world(): of all
 /// stages only tiling needs them, and they take the most time.

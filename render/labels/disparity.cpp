@@ -90,18 +90,18 @@ class DisparityLabel final : public PairLabel {
 
   void check(std::span<const SequenceOutline> sequences, const core::Log& log) const override {
     check_camera_pairs(parse_camera_pairs(cameras_), std::span(&kSameFrame, 1), sequences, log);
-    bool has_any = sequences.empty();
-    for (const SequenceOutline& sequence : sequences) {
-      const bool has_pair = !wanted(sequence.name, sequence.cameras).empty();
-      if (!has_pair) log.warn("disparity: sequence {} has no pair", sequence.name);
-      has_any = has_any || has_pair;
-    }
-    if (!has_any)
+    std::vector<std::string> without;
+    for (const SequenceOutline& sequence : sequences)
+      if (wanted(sequence.name, sequence.cameras).empty()) without.push_back(sequence.name);
+    if (!sequences.empty() && without.size() == sequences.size())
       fail(
           ErrorKind::Config,
           "disparity: no two cameras of a rig are rectified to each other (pinholes that look the "
           "same way with the same focal lengths, side by side along their rows), as they are, with "
           "the errors of their rigs; name others by cameras = [\"RIG/NAME RIG/NAME\"]");
+    if (!without.empty())
+      log.info("disparity: no pair of cameras in {} of {} sequences, which get none: {}",
+               without.size(), sequences.size(), fmt::join(without, ", "));
   }
 
  private:

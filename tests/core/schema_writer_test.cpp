@@ -37,6 +37,18 @@ struct Item {
   }
 };
 
+/// A list of at least one value that may be left out, and so be empty, and one that may not.
+struct Lists {
+  std::vector<std::string> some;
+  std::vector<std::string> needed;
+
+  template <class Visitor>
+  void describe(Visitor& visit) {
+    visit.key("some", some, "Some; none: all.", {.min_size = 1});
+    visit.key("needed", needed, "Needed.", required({.min_size = 1}));
+  }
+};
+
 struct Everything {
   bool flag = false;
   std::int64_t count = 0;
@@ -160,6 +172,18 @@ TEST(SchemaWriterTest, TomlIsPlain) {
             "name = \"item\"\n"
             "\n[inner]\ncounts = [1, 2]\nspeed_m_per_s = 1.0\n"
             "\n[[parts]]\ncounts = []\nspeed_m_per_s = 1.0\n");
+}
+
+TEST(SchemaWriterTest, AListThatMayBeLeftOutMayBeEmpty) {
+  const std::vector<KeyInfo> keys = list_keys<Lists>();
+  EXPECT_EQ(keys[0].range, "");
+  EXPECT_EQ(keys[1].range, "at least 1 value; required");
+  // As its page says.
+  Lists lists;
+  TomlDocument::parse("some = []\nneeded = [\"a\"]\n", "demo.toml").read(lists);
+  EXPECT_TRUE(lists.some.empty());
+  EXPECT_EQ(toml_text(lists), "needed = [\"a\"]\n");
+  EXPECT_THROW(TomlDocument::parse("needed = []\n", "demo.toml").read(lists), Error);
 }
 
 TEST(SchemaWriterTest, ListsKeysWithUnitsRangesAndDefaults) {

@@ -272,10 +272,10 @@ format = "colmap"
 }
 
 TEST(SplitRecording, GivesASequenceForEachPart) {
-  // Two legs of 12 s, a minute apart, over a plane.
+  // Two legs of 12 s and 20 s, a minute apart, over a plane.
   const ScratchFolder scratch;
   std::string fixes = "time_s,latitude_deg,longitude_deg,height_m\n";
-  for (int i = 0; i <= 72; ++i)
+  for (int i = 0; i <= 80; ++i)
     if (i <= 12 || i >= 60)
       fixes +=
           fmt::format("{},{:.7f},{:.7f},900\n", i, 46.0 + 1e-4 * (i % 60), i < 30 ? 7.0 : 7.002);
@@ -285,12 +285,23 @@ TEST(SplitRecording, GivesASequenceForEachPart) {
                               "kind = \"recorded\"\nfile = \"flight.csv\"\nformat = \"csv\"\n"
                               "above = \"egm96\"\nsplit = true\n");
   text = replaced(text, "rate_hz = 1.0", "rate_hz = 0.25");
-  const fs::path config = write_text(scratch / "job.toml", text);
+  text = replaced(text, "num_frames = 4", "num_frames = 0");
+  const fs::path config = write_text(
+      scratch / "job.toml", text + "[[labels]]\nkind = \"pairs\"\nframes_apart = [1, 4]\n");
   const std::string out = (scratch / "out").string();
   const auto run = run_program(
       {"run", config.string(), "--set", "detail.finest_spacing_m=16.0", "--out", out, "-q"});
   ASSERT_EQ(run.status, 0) << run.output;
   expect_report_holds(scratch / "out/report", {"colmap"});
+  // What the shorter part does not have is told once, by the whole run and by the stage alone.
+  const auto labelled = run_program(
+      {"label", config.string(), "--set", "detail.finest_spacing_m=16.0", "--out", out, "-q"});
+  ASSERT_EQ(labelled.status, 0) << labelled.output;
+  for (const std::string& told : {run.output, labelled.output}) {
+    const std::size_t first = told.find("frames_apart = 4: sequence P000_0 has 4 frames");
+    EXPECT_NE(first, std::string::npos) << told;
+    EXPECT_EQ(told.find("frames_apart = 4", first + 1), std::string::npos) << told;
+  }
   // The stage alone finds the same sequences.
   fs::remove_all(scratch / "out/export");
   const auto exported = run_program(

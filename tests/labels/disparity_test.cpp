@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <span>
 
 #include "capture/channel.h"
 #include "core/json.h"
@@ -123,7 +124,7 @@ TEST_F(NamedLabels, DisparityOfASequenceWithoutPairsIsAnIndexOfNone) {
   std::vector<render::SequenceOutline> outlines;
   for (const capture::SequenceReader& one : captures)
     outlines.push_back({.name = one.info().name, .cameras = one.info().cameras, .num_frames = 1});
-  const core::Log log("label", core::LogLevel::Warn);
+  const core::Log log("label", core::LogLevel::Info), quiet("label", core::LogLevel::Warn);
   const auto no_things = [](const capture::SequenceInfo&) {
     return std::vector<render::MovingThing>();
   };
@@ -134,10 +135,18 @@ TEST_F(NamedLabels, DisparityOfASequenceWithoutPairsIsAnIndexOfNone) {
     testing::internal::CaptureStderr();
     render::check_labels(options, outlines, log);
     const std::string told = testing::internal::GetCapturedStderr();
-    EXPECT_NE(told.find("sequence alone has no pair"), std::string::npos) << told;
+    EXPECT_NE(told.find("no pair of cameras in 1 of 2 sequences, which get none: alone"),
+              std::string::npos)
+        << told;
     EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
+    // Nobody need be warned of what was meant; that there is no pair at all is refused.
+    testing::internal::CaptureStderr();
+    render::check_labels(options, outlines, quiet);
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    expect_error(core::ErrorKind::Config, {keys.empty() ? "rectified" : "mcs4"},
+                 [&] { render::check_labels(options, std::span(outlines).last(1), quiet); });
     for (const capture::SequenceReader& one : captures)
-      render::run_label_stage(one, *store, {}, options, {.log = log},
+      render::run_label_stage(one, *store, {}, options, {.log = quiet},
                               {.sequences = captures, .things_of = no_things});
     EXPECT_EQ(Json::read(labels("disparity") / "disparity.json").at("pairs").size(),
               keys.empty() ? 4U : 1U);

@@ -64,10 +64,10 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
         num_seen += sight == 2 ? 1 : 0;
         const double t = Truth::time_of(one.camera, y + 0.5);
         const Pose pose = truth.camera_pose(0, t);
-        const Vector3d ray = pose.rotation * Truth::ray_of(x + 0.5, y + 0.5);
-        const Truth::Hit hit = truth.meet(0, t, pose.place, ray);
-        if (truth.meet(0, t, pose.place, ray, 1e-6).instance_id != hit.instance_id ||
-            truth.meet(0, t, pose.place, ray, -1e-6).instance_id != hit.instance_id) {
+        const Vector3d ray = pose.rotation * ray_of(x + 0.5, y + 0.5);
+        const Hit hit = truth.meet(0, t, pose.place, ray);
+        if (truth.meet(0, t, pose.place, ray, kRim_m).instance_id != hit.instance_id ||
+            truth.meet(0, t, pose.place, ray, -kRim_m).instance_id != hit.instance_id) {
           ++num_unsure;
           continue;
         }
@@ -77,7 +77,7 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
         }
         if (!point.allFinite() || point.head<2>().norm() > 900.0) continue;  // sky, the world's end
         const bool is_moving = hit.body >= 0;
-        if (is_moving && !truth.body(one.other_frame, static_cast<std::size_t>(hit.body))) {
+        if (is_moving && !truth.state(one.other_frame, hit.body)) {
           ++num_gone;
           EXPECT_EQ(sight, 4U);
           EXPECT_TRUE(std::isnan(pair.float_channels.at("flow.x")(x, y)));
@@ -85,9 +85,8 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
         }
         const auto point_at = [&](double time) -> Vector3d {
           if (!is_moving) return point;
-          const auto i = static_cast<std::size_t>(hit.body);
-          return Pose(*truth.body(one.other_frame, i), time)
-              .world(Pose(*truth.body(0, i), t).own(point));
+          return Pose(*truth.state(one.other_frame, hit.body), time)
+              .world(Pose(*truth.state(0, hit.body), t).own(point));
         };
         // To the time of the frame; floats of up to 60 m.
         const Vector3d motion = point_at(0.0) - point;
@@ -117,15 +116,15 @@ TEST_F(MovingLabels, PairsAndTheTableFollowWhatMovesAndWhatItHides) {
         const auto first = [&](double grown) {
           return truth.meet(one.other_frame, time, there.place, way, grown);
         };
-        const auto is_point = [&](const Truth::Hit& met) {
+        const auto is_point = [&](const Hit& met) {
           return met.body == hit.body && met.instance_id == hit.instance_id &&
                  std::abs(met.t - 1.0) < 1e-6;
         };
-        if (is_point(first(1e-6)) != is_point(first(-1e-6))) {
+        if (is_point(first(kRim_m)) != is_point(first(-kRim_m))) {
           ++num_unsure;
           continue;
         }
-        const Truth::Hit met = first(0.0);
+        const Hit met = first(0.0);
         ASSERT_EQ(sight == 2, is_point(met)) << x << " " << y;
         ASSERT_EQ(pair.uint_channels.at("occluder")(x, y), sight == 2 ? 0U : met.instance_id)
             << x << " " << y;

@@ -60,22 +60,22 @@ TEST_F(MovingLabels, PixelsBoxesAndMotionsFollowFromTheScene) {
         for (int x = 0; x < kWidth; ++x) {
           const double t = Truth::time_of(camera, y + 0.5);
           const Pose pose = truth.camera_pose(frame, t);
-          const Vector3d ray = pose.rotation * Truth::ray_of(x + 0.5, y + 0.5);
+          const Vector3d ray = pose.rotation * ray_of(x + 0.5, y + 0.5);
           const auto shown = truth.meet(frame, t, pose.place, ray).instance_id;
           if (shown != 0) ++counts[shown].visible;
           // What a ray passes by less than a micrometre may fall to either side.
-          const auto with = truth.meet(frame, t, pose.place, ray, 1e-6).instance_id;
-          const auto without = truth.meet(frame, t, pose.place, ray, -1e-6).instance_id;
+          const auto with = truth.meet(frame, t, pose.place, ray, kRim_m).instance_id;
+          const auto without = truth.meet(frame, t, pose.place, ray, -kRim_m).instance_id;
           if (with != without) {
             if (with != 0) ++counts[with].unsure;
             if (without != 0) ++counts[without].unsure;
           }
           std::map<std::uint32_t, bool> met;
           for (const WorldBox& box : kStill)
-            met[box.instance_id] |= std::isfinite(Truth::slabs(box.low, box.high, pose.place, ray));
+            met[box.instance_id] |= std::isfinite(slabs(box.low, box.high, pose.place, ray));
           for (std::size_t i = 0; i < kBodies.size(); ++i)
             met[kBodies[i].instance_id] |=
-                std::isfinite(truth.meet_body(frame, i, t, pose.place, ray));
+                std::isfinite(truth.meet_body(frame, static_cast<int>(i), t, pose.place, ray));
           for (const auto& [id, is_met] : met) counts[id].own += is_met ? 1 : 0;
         }
       int num_views = 0;
@@ -93,7 +93,7 @@ TEST_F(MovingLabels, PixelsBoxesAndMotionsFollowFromTheScene) {
         Eigen::AlignedBox2d around;
         for (std::size_t i = 0; i < kBodies.size(); ++i) {
           if (kBodies[i].instance_id != view.instance_id) continue;
-          const geo::BodyState state = *truth.body(frame, i);
+          const geo::BodyState state = *truth.state(frame, static_cast<int>(i));
           for (int axis = 0; axis < 3; ++axis)
             for (int corner = 0; corner < 4; ++corner)
               for (int k = 0; k <= 100; ++k) {
@@ -117,7 +117,7 @@ TEST_F(MovingLabels, PixelsBoxesAndMotionsFollowFromTheScene) {
 
         // In the world and in the camera at the frame's time.
         const std::size_t thing = view.instance_id == kVan ? 0 : view.instance_id - kVan + 1;
-        const geo::BodyState& state = *truth.body(frame, thing);
+        const geo::BodyState& state = *truth.state(frame, static_cast<int>(thing));
         const Pose pose(state, 0.0);
         const Vector3d center = view.instance_id == kVan
                                     ? Vector3d(0.5 * (low + high))
@@ -151,8 +151,9 @@ TEST_F(MovingLabels, TruncationIsTheShareOfSolidAngleOutside) {
   for (int j = 0; j < kSteps; ++j)
     for (int i = 0; i < kSteps; ++i) {
       const double x = 150.0 + 100.0 * (i + 0.5) / kSteps, y = 40.0 + 60.0 * (j + 0.5) / kSteps;
-      const Vector3d ray = Truth::ray_of(x, y);
-      if (!std::isfinite(truth.meet_body(0, 3, 0.0, pose.place, pose.rotation * ray))) continue;
+      const Vector3d ray = ray_of(x, y);
+      if (!std::isfinite(truth.meet_body(0, kTruckBody, 0.0, pose.place, pose.rotation * ray)))
+        continue;
       const double weight = std::pow(ray.norm(), -3.0);
       all += weight;
       outside += x > 200.0 ? weight : 0.0;
@@ -207,7 +208,7 @@ TEST_F(MovingLabels, KittiRowsOfWhatLeansHoldIt) {
       core::read_text_file(*folder / "out/kitti_object/training/label_2/000000.txt"));
   const Truth truth{*sequence};
   const Pose camera = truth.camera_pose(0, 0.0);  // level: it looks along +x
-  const std::map<std::string, std::size_t> bodies = {{"Car", 2}, {"Truck", 3}, {"Misc", 4}};
+  const std::map<std::string, int> bodies = {{"Car", 2}, {"Truck", 3}, {"Misc", 4}};
   int num_rows = 0;
   for (std::string row; std::getline(rows, row);) {
     std::istringstream words(row);
@@ -218,8 +219,8 @@ TEST_F(MovingLabels, KittiRowsOfWhatLeansHoldIt) {
     if (!bodies.contains(type)) continue;
     ++num_rows;
     SCOPED_TRACE(row);
-    const Body& body = kBodies[bodies.at(type)];
-    const Pose pose(*truth.body(0, bodies.at(type)), 0.0);
+    const Body& body = kBodies[static_cast<std::size_t>(bodies.at(type))];
+    const Pose pose(*truth.state(0, bodies.at(type)), 0.0);
     const Vector3d heading = camera.rotation.transpose() * pose.rotation.col(0);
     const double turn = std::atan2(-heading.z(), heading.x());
     const Vector3d along(std::cos(turn), 0.0, -std::sin(turn)),

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 
@@ -17,10 +16,8 @@
 #include "core/log.h"
 #include "core/parallel.h"
 #include "core/toml_reader.h"
-#include "geo/frames.h"
 #include "render/labels/label.h"
-#include "tests/labels/boxes_world.h"
-#include "tests/labels/pose.h"
+#include "tests/labels/moving_bodies.h"
 #include "tests/support/brute_terrain.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/test_data.h"
@@ -30,16 +27,14 @@ namespace terracast::test {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace moving_bodies;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Captures = std::vector<capture::SequenceReader>;
 using Things = std::map<std::string, std::vector<render::MovingThing>>;
 
-constexpr int kWidth = 200, kHeight = 160;
-constexpr double kLineTime_s = 2e-4;     // of the second vehicle's camera
 constexpr double kWorldHalf_m = 1024.0;  // the tiny world's square ends there
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// As a job labels its sequences.
 void label_all(const Captures& captures, const world::TileStore& store, const Things& things,
@@ -63,52 +58,34 @@ core::ExrImage read_pair(const fs::path& file) {
   return parts.at(0);
 }
 
-struct Extent {
-  Vector3d low, high;
+/// Their numbers are each sequence's own.
+const std::map<std::string, Body> kBodies = {
+    {"cart", {0, {-3.0, -2.0, -2.0}, {3.0, 2.0, 2.0}}},
+    {"uav1", {0, {-2.0, -3.0, -1.0}, {2.0, 3.0, 1.5}}},
+    {"uav2", {0, {-1.5, -2.0, -1.0}, {1.5, 2.0, 1.0}}},
 };
-const std::map<std::string, Extent> kBodies = {
-    {"cart", {{-3.0, -2.0, -2.0}, {3.0, 2.0, 2.0}}},
-    {"uav1", {{-2.0, -3.0, -1.0}, {2.0, 3.0, 1.5}}},
-    {"uav2", {{-1.5, -2.0, -1.0}, {1.5, 2.0, 1.0}}},
-};
-const std::vector<WorldBox> kStill = {
+const std::vector<WorldBox> kTowers = {
     {.instance_id = 11, .low = {100, -5, 0}, .high = {110, 5, 60}},
     {.instance_id = 12, .low = {180, -40, 0}, .high = {220, 20, 40}},
 };
 
 geo::BodyState state_of(const std::string& name, int frame) {
-  geo::BodyState state;
-  state.time_s = 0.1 * frame;
-  Vector3d place(60.0, -9.0 + 3.0 * frame, 51.0);  // the cart
-  double turn_rad = 1.0 + 0.3 * frame;
-  state.velocity_world_mps = {-10.0, 30.0, 1.0};
-  state.angular_velocity_body_radps = {0.0, 0.5, 2.0};
-  if (name != "cart") {
-    const bool is_first = name == "uav1";
-    place = is_first ? Vector3d(1.5 * frame, 0.2 * frame, 50.0)
-                     : Vector3d(-30.0 + 1.2 * frame, 8.0 - 1.0 * frame, 53.0);
-    turn_rad = is_first ? 0.02 * frame : -0.08 + 0.03 * frame;
-    state.velocity_world_mps = is_first ? Vector3d(15.0, 2.0, 0.0) : Vector3d(12.0, -10.0, 1.0);
-    state.angular_velocity_body_radps = {0.1, -0.2, 0.4};
-  }
-  state.acceleration_world_mps2 = {4.0, -6.0, 2.0};
-  state.world_from_body = {
-      Eigen::Quaterniond(Eigen::AngleAxisd(turn_rad, Vector3d(0.1, -0.2, 1.0).normalized())),
-      place};
-  return state;
+  if (name == "cart")
+    return leaning_state(frame, {60.0, -9.0 + 3.0 * frame, 51.0}, 1.0 + 0.3 * frame,
+                         {-10.0, 30.0, 1.0}, {0.0, 0.5, 2.0});
+  const Vector3d turning(0.1, -0.2, 0.4);
+  if (name == "uav1")
+    return leaning_state(frame, {1.5 * frame, 0.2 * frame, 50.0}, 0.02 * frame, {15.0, 2.0, 0.0},
+                         turning);
+  return leaning_state(frame, {-30.0 + 1.2 * frame, 8.0 - 1.0 * frame, 53.0}, -0.08 + 0.03 * frame,
+                       {12.0, -10.0, 1.0}, turning);
 }
 
 constexpr int kFrames1 = 3, kFrames2 = 2;
 
 render::MovingThing thing_of(const std::string& name, int num_frames) {
-  const Extent& box = kBodies.at(name);
-  render::MovingThing thing{
-      .name = name,
-      .shape = moving_box(box.low, box.high, core::SemanticClass::Drone),
-      .semantic_id = static_cast<std::uint32_t>(core::SemanticClass::Drone),
-      .parts = {},
-      .states = {},
-      .gone_m = std::vector<double>(static_cast<std::size_t>(num_frames), 0.0)};
+  render::MovingThing thing = thing_of_body(name, kBodies.at(name), core::SemanticClass::Drone,
+                                            static_cast<std::size_t>(num_frames));
   for (int frame = 0; frame < num_frames; ++frame) thing.states.push_back(state_of(name, frame));
   return thing;
 }
@@ -137,9 +114,7 @@ struct Truth {
   const capture::SequenceReader& sequence;
   int camera = 0;
 
-  double time_of(double y) const {
-    return sequence.info().name == "uav1" ? 0.0 : kLineTime_s * (y - 0.5 * kHeight);
-  }
+  double time_of(double y) const { return sequence.info().name == "uav1" ? 0.0 : exposed_s(y); }
   Pose camera_pose(int frame, double t) const {
     Pose pose(state_of(sequence.info().name, frame), t);
     Matrix3d body_from_camera = geo::rig_from_rdf();
@@ -147,26 +122,12 @@ struct Truth {
     pose.rotation = pose.rotation * body_from_camera;
     return pose;
   }
-  static Vector2d project(const Vector3d& at) {
-    return {100.0 + 200.0 * at.x() / at.z(), 80.0 + 200.0 * at.y() / at.z()};
-  }
 
   struct Hit {
     double t = kInfinity;
     std::uint32_t instance_id = 0;
     std::string body;
   };
-  static double slabs(const Vector3d& low, const Vector3d& high, const Vector3d& origin,
-                      const Vector3d& direction) {
-    double in = -kInfinity, out = kInfinity;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double a = (low[axis] - origin[axis]) / direction[axis];
-      const double b = (high[axis] - origin[axis]) / direction[axis];
-      in = std::max(in, std::min(a, b));
-      out = std::min(out, std::max(a, b));
-    }
-    return in <= out && in > 0.0 ? in : kInfinity;
-  }
   /// The first thing that a ray meets in the sequence's world, in which its own body is not.
   Hit meet(int frame, double time, const Vector3d& origin, const Vector3d& direction,
            double grown = 0.0) const {
@@ -176,15 +137,15 @@ struct Truth {
         (origin + hit.t * direction).head<2>().cwiseAbs().maxCoeff() > kWorldHalf_m)
       hit.t = kInfinity;
     const Vector3d more = Vector3d::Constant(grown);
-    for (const WorldBox& box : kStill) {
+    for (const WorldBox& box : kTowers) {
       const double t = slabs(box.low - more, box.high + more, origin, direction);
       if (t < hit.t) hit = {t, box.instance_id, {}};
     }
     for (const capture::MovingBody& body : sequence.info().moving) {
       const Pose pose(state_of(body.name, frame), time);
-      const Extent& box = kBodies.at(body.name);
-      const double t = slabs(box.low - more, box.high + more, pose.own(origin),
-                             pose.rotation.transpose() * direction);
+      const Body& box = kBodies.at(body.name);
+      const double t =
+          slabs(box.low - more, box.high + more, pose.own(origin), pose.turned(direction));
       if (t < hit.t) hit = {t, body.instance_id, body.name};
     }
     return hit;
@@ -192,16 +153,13 @@ struct Truth {
   Hit meet_pixel(int frame, int x, int y, double grown = 0.0) const {
     const double t = time_of(y + 0.5);
     const Pose pose = camera_pose(frame, t);
-    const Vector3d ray((x + 0.5 - 100.0) / 200.0, (y + 0.5 - 80.0) / 200.0, 1.0);
-    return meet(frame, t, pose.place, pose.rotation * ray, grown);
+    return meet(frame, t, pose.place, pose.rotation * ray_of(x + 0.5, y + 0.5), grown);
   }
   Vector3d direction_of(int frame, int x, int y) const {
-    return camera_pose(frame, time_of(y + 0.5)).rotation *
-           Vector3d((x + 0.5 - 100.0) / 200.0, (y + 0.5 - 80.0) / 200.0, 1.0);
+    return camera_pose(frame, time_of(y + 0.5)).rotation * ray_of(x + 0.5, y + 0.5);
   }
   Vector3d point_of(int frame, int x, int y, double t_hit) const {
-    const Pose pose = camera_pose(frame, time_of(y + 0.5));
-    return pose.world(t_hit * Vector3d((x + 0.5 - 100.0) / 200.0, (y + 0.5 - 80.0) / 200.0, 1.0));
+    return camera_pose(frame, time_of(y + 0.5)).world(t_hit * ray_of(x + 0.5, y + 0.5));
   }
 };
 
@@ -213,17 +171,11 @@ struct Tally {
   int on_cart = 0;
 };
 
-/// When the line that sees something is exposed, by halving; lines that the image does not have follow on.
 /// at   where it is in the camera's frame
 template <class At>
-double time_seen(const Truth& to, const At& at) {
+double time_seen_by(const Truth& to, const At& at) {
   if (to.sequence.info().name == "uav1") return 0.0;  // all lines at once
-  double low = -0.1, high = 0.1;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (to.time_of(Truth::project(at(middle)).y()) > middle ? low : high) = middle;
-  }
-  return low;
+  return time_seen(0.1, [&](double t) { return pixel_of(at(t)).y(); });
 }
 
 /// Flow to what may lie beyond the border: behind the camera there is none.
@@ -235,7 +187,7 @@ void check_flow(const core::ExrImage& pair, int x, int y, const Truth& to, const
     EXPECT_TRUE(std::isnan(flow_x) && std::isnan(flow_y));
     return;
   }
-  const Vector2d there = Truth::project(at(time_seen(to, at)));
+  const Vector2d there = pixel_of(at(time_seen_by(to, at)));
   // Lines far beyond the image's are not followed.
   if (there.cwiseAbs().maxCoeff() > 4.0 * kWidth) return;
   EXPECT_NEAR(double{flow_x}, there.x() - (x + 0.5), 5e-5);
@@ -245,7 +197,6 @@ void check_flow(const core::ExrImage& pair, int x, int y, const Truth& to, const
 /// Holds a file against the scene, pixel by pixel.
 Tally check_pair(const fs::path& file, const Truth& from, int from_frame, const Truth& to,
                  int to_frame) {
-  constexpr double kRim_m = 1e-6;
   const core::ExrImage pair = read_pair(file);
   const auto& flow_x = pair.float_channels.at("flow.x");
   const std::string& other = to.sequence.info().name;
@@ -298,8 +249,8 @@ Tally check_pair(const fs::path& file, const Truth& from, int from_frame, const 
         continue;
       }
       const auto at = [&](double t) { return to.camera_pose(to_frame, t).own(point_at(t)); };
-      const double t = time_seen(to, at);
-      const Vector2d there = Truth::project(at(t));
+      const double t = time_seen_by(to, at);
+      const Vector2d there = pixel_of(at(t));
       const double to_edge =
           std::min({there.x(), there.y(), kWidth - there.x(), kHeight - there.y()});
       if (std::abs(to_edge) < 1e-6) {
@@ -339,7 +290,7 @@ Tally check_pair(const fs::path& file, const Truth& from, int from_frame, const 
 // Each sequence numbers what moves in its own way, and has the other's body, and not its own.
 TEST(Vehicles, PairsAcrossThemAreThoseOfTheScene) {
   const ScratchFolder folder;
-  const auto store = make_boxes_world(folder / "world", kStill);
+  const auto store = make_boxes_world(folder / "world", kTowers);
   const Things things = {{"uav1", {thing_of("cart", kFrames1), thing_of("uav2", kFrames1)}},
                          {"uav2", {thing_of("uav1", kFrames2), thing_of("cart", kFrames2)}}};
   Captures captures;
@@ -465,8 +416,7 @@ TEST(Vehicles, SeeEachOthersGroundThroughOneGeometry) {
   for (int y = 3; y < kHeight; y += 8)
     for (int x = 1; x < kWidth; x += 8) {
       SCOPED_TRACE(testing::Message() << "at " << x << " " << y);
-      const Vector3d ray =
-          low.rotation * Vector3d((x + 0.5 - 100.0) / 200.0, (y + 0.5 - 80.0) / 200.0, 1.0);
+      const Vector3d ray = low.rotation * ray_of(x + 0.5, y + 0.5);
       const double t = ground.first_crossing(eye, ray, 0.0, 5000.0);
       const std::uint32_t sight = pair.uint_channels.at("sight")(x, y);
       const float flow_x = pair.float_channels.at("flow.x")(x, y);

@@ -100,6 +100,34 @@ TEST(NothingMeasured, AModelWithoutObservationsHasNoColoursAndNoDepths) {
   EXPECT_TRUE(results.at("colmap_depth_residual").is_unseen);
 }
 
+// A dataset does not say how many points were asked for.
+TEST(NothingMeasured, ColmapModelsOfFewPointsAreNotJudgedByTheirNumber) {
+  Sequence sequence;
+  sequence.cameras.push_back(camera_at("cam0", {place(0.0)}));
+  ColmapModel& model = sequence.binary_model.emplace();
+  for (std::uint32_t i = 1; i <= 3; ++i) model.images[i].name = fmt::format("cam0/{:06}.png", i);
+  sequence.text_model = model;
+  const auto points_of = [&](std::int64_t count) {
+    for (std::int64_t i = 0; i < count; ++i) sequence.binary_model->points[i];
+    return finish("colmap_model", sequence).at("colmap_points");
+  };
+  CheckResult points = points_of(0);
+  EXPECT_FALSE(points.ok);
+  EXPECT_NE(points.worst.find("raise tracks.num_points"), std::string::npos) << points.worst;
+  for (const std::int64_t count : {1, 149}) {  // of 50 for each of three images
+    points = points_of(count);
+    EXPECT_TRUE(points.ok && points.is_unseen && points.skipped) << count;
+    EXPECT_EQ(points.value, static_cast<double>(count));
+    EXPECT_NE(points.worst.find(fmt::format("{} points for 3 images", count)), std::string::npos)
+        << points.worst;
+    EXPECT_NE(points.worst.find("raise tracks.num_points"), std::string::npos) << points.worst;
+  }
+  points = points_of(150);
+  EXPECT_TRUE(points.ok && !points.skipped && !points.is_unseen);
+  EXPECT_EQ(points.worst, "");
+  EXPECT_FALSE(finish("colmap_model", sequence).at("colmap_track_length").skipped);
+}
+
 /// Two frames of which the second looks the other way, with flow of one value and masks.
 Results flow_of(float value, std::uint8_t in_view) {
   Dataset dataset;

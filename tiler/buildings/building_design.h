@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 
 #include "tiler/buildings/roof.h"
 #include "tiler/vector_source.h"
@@ -66,8 +65,5 @@ struct BuildingDesign {
 BuildingDesign design_building(const FeatureTags& tags, bool is_part, const Surroundings& around,
                                std::optional<double> raster_m, std::uint64_t town,
                                std::uint64_t own);
-
-/// A colour as OpenStreetMap writes it: #rgb, #rrggbb or a CSS name.
-std::optional<std::array<std::uint8_t, 3>> color_from_text(const std::string& text);
 
 }  // namespace terracast::tiler

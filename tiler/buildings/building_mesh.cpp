@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
-#include <set>
-#include <tuple>
 
 #include "core/error.h"
 #include "core/random.h"
+#include "tiler/buildings/roof_things.h"
 #include "tiler/buildings/shape_builder.h"
-#include "tiler/roofs/self_intersection.h"
+#include "tiler/buildings/sound_shape.h"
 #include "tiler/roofs/triangulation.h"
 #include "world/facade.h"
 
@@ -30,8 +28,6 @@ using world::kHeightStep_m;
 using Triangles = std::vector<std::array<int, 3>>;
 using Edges = std::vector<std::array<int, 2>>;
 
-constexpr double steps(double value_m) { return value_m / kHeightStep_m; }
-
 /// Triangles narrower than this may turn over when their corners are rounded in the world.
 constexpr double kNarrowest_steps = 4.0;
 constexpr double kEaves_m = 0.4;
@@ -45,16 +41,7 @@ constexpr double kClearOfGround_m = 2.2;
 /// Walls narrower than this share of a bay have no windows.
 constexpr double kNarrowestBay = 0.6;
 
-enum Draw : std::uint64_t { kParapet = 32, kChimney, kPlant, kNumPlant, kOverhang, kBays };
-
-/// A box on a roof: its foot lies in one plane of the roof.
-struct OnRoof {
-  std::array<Vector2i, 4> ring;  ///< anticlockwise
-  std::array<double, 4> foot_steps;
-  std::array<double, 4> top_steps;
-  std::uint8_t finish;
-  std::uint8_t top_finish;
-};
+enum Draw : std::uint64_t { kParapet = 32, kOverhang = 36, kBays };
 
 /// Triangles of the area within edges that close; nothing where any would be too narrow.
 std::optional<Triangles> sound_triangles(const std::vector<Vector2i>& points, const Edges& border,
@@ -90,10 +77,6 @@ struct Border {
   }
 };
 
-Vector3d at_height(const Vector2i& place, double height) {
-  return {static_cast<double>(place.x()), static_cast<double>(place.y()), height};
-}
-
 class BuildingBuilder {
  public:
   BuildingBuilder(const BuildingPlan& plan)
@@ -119,7 +102,8 @@ class BuildingBuilder {
       Border rim;
       rim.add(rings);
       rim.add(*inner);
-      std::vector<OnRoof> things = plant_on(*inner, top_ - parapet);
+      std::vector<OnRoof> things =
+          plant_on(*inner, design_, plan_.own, top_ - parapet, finish_of());
       std::optional<Triangles> around = sound_triangles(rim.points, rim.edges, {});
       std::optional<Triangles> floor = floor_under(*inner, things);
       if (!floor && !things.empty()) {
@@ -188,7 +172,9 @@ class BuildingBuilder {
     if (!roof) return false;
     std::vector<OnRoof> things;
     const double eaves_height = top_ - roof->highest_steps() - fascia;
-    if (is_fine) things = chimneys_on(*roof, eaves_height + fascia);
+    if (is_fine)
+      things =
+          chimneys_on(*roof, plan_.rings, design_, plan_.own, eaves_height + fascia, finish_of());
     std::optional<Triangles> triangles = roof_triangles(*roof, eaves, things);
     if (!triangles && !things.empty()) {
       things.clear();
@@ -436,71 +422,14 @@ class BuildingBuilder {
     shape_.surface(top[0], top[2], top[3], thing.top_finish);
   }
 
-  static std::array<Vector2i, 4> box_ring(const Vector2d& middle, const Vector2d& along,
-                                          double length, double width) {
-    const Vector2d u = 0.5 * length * along;
-    const Vector2d v = 0.5 * width * Vector2d(-along.y(), along.x());
-    const auto at = [&](const Vector2d& place) {
-      return Vector2i(place.array().round().cast<int>());
+  /// Finishes are added when they are first asked for.
+  RoofFinishes finish_of() {
+    return [this](RoofFinish finish) {
+      return finish == RoofFinish::Wall    ? wall_plain()
+             : finish == RoofFinish::Metal ? metal()
+                                           : chimney();
     };
-    return {at(middle - u - v), at(middle + u - v), at(middle + u + v), at(middle - u + v)};
   }
-
-  /// Lift housings, vents and coolers.
-  std::vector<OnRoof> plant_on(const RingsSteps& floor, double height) {
-    const double area = area_m2(floor);
-    const double high_m = design_.top_m;
-    if (area < 60.0 || num_corners(floor) > 80) return {};
-    const Rectangle box = rectangle_round(floor.front());
-    std::vector<OnRoof> things;
-    struct Kind {
-      double length_m, width_m, height_m;
-      std::uint8_t finish;
-    };
-    std::vector<Kind> kinds;
-    const bool is_hall = design_.kind == BuildingKind::Hall;
-    if (!is_hall && high_m > 11.0 && area > 130.0) {
-      kinds.push_back({4.2, 3.0, 2.7, wall_plain()});
-      if (area > 900.0) kinds.push_back({5.0, 3.2, 2.9, wall_plain()});
-    }
-    const double per_m2 = is_hall ? 1.0 / 450.0 : 1.0 / 190.0;
-    const int num_small =
-        static_cast<int>(std::min(7.0, area * per_m2 + 1.6 * random_unit(plan_.own, 0, kNumPlant)));
-    for (int i = 0; i < num_small; ++i) {
-      const auto k = static_cast<std::uint64_t>(i);
-      kinds.push_back({random_between(0.8, 2.4, plan_.own, 3 * k, kNumPlant + 8),
-                       random_between(0.8, 1.3, plan_.own, 3 * k + 1, kNumPlant + 8),
-                       random_between(0.6, 1.4, plan_.own, 3 * k + 2, kNumPlant + 8), metal()});
-    }
-    std::uint64_t attempt = 0;
-    for (const Kind& kind : kinds)
-      for (int tries = 0; tries < 6; ++tries, ++attempt) {
-        const double u = random_between(-0.5, 0.5, plan_.own, 2 * attempt, kPlant);
-        const double v = random_between(-0.5, 0.5, plan_.own, 2 * attempt + 1, kPlant);
-        const Vector2d middle = box.middle_steps + u * box.length_steps * box.along +
-                                v * box.width_steps * Vector2d(-box.along.y(), box.along.x());
-        const double reach = 0.5 * steps(std::hypot(kind.length_m, kind.width_m));
-        if (!contains(floor, middle) || distance_to_edges(floor, middle) < reach + steps(0.7))
-          continue;
-        bool is_free = true;
-        for (const OnRoof& other : things) {
-          const Vector2d a = 0.5 * (other.ring[0] + other.ring[2]).cast<double>();
-          const double other_reach = 0.5 * (other.ring[2] - other.ring[0]).cast<double>().norm();
-          is_free = is_free && (a - middle).norm() > reach + other_reach + steps(0.6);
-        }
-        if (!is_free) continue;
-        OnRoof thing;
-        thing.ring = box_ring(middle, box.along, steps(kind.length_m), steps(kind.width_m));
-        thing.foot_steps.fill(height);
-        thing.top_steps.fill(height + steps(kind.height_m));
-        thing.finish = kind.finish;
-        thing.top_finish = kind.finish;
-        things.push_back(thing);
-        break;
-      }
-    return things;
-  }
-
   std::uint8_t wall_plain() {
     if (!wall_plain_) {
       world::Finish finish = design_.wall;
@@ -519,62 +448,6 @@ class BuildingBuilder {
     return *metal_;
   }
 
-  /// On the upper part of roofs of houses, each within one face.
-  std::vector<OnRoof> chimneys_on(const Roof& roof, double eaves_height) {
-    const bool has_some = design_.kind == BuildingKind::House ||
-                          design_.kind == BuildingKind::Apartments ||
-                          design_.kind == BuildingKind::Commercial;
-    if (!has_some || area_m2(plan_.rings) < 45.0 || roof.faces.empty()) return {};
-    const Rectangle box = rectangle_round(plan_.rings.front());
-    const double highest = roof.highest_steps();
-    const int wanted = area_m2(plan_.rings) > 260.0                 ? 3
-                       : random_unit(plan_.own, 0, kChimney) < 0.35 ? 2
-                                                                    : 1;
-    std::vector<OnRoof> things;
-    for (std::uint64_t attempt = 0; attempt < 24 && static_cast<int>(things.size()) < wanted;
-         ++attempt) {
-      const double u = random_between(-0.45, 0.45, plan_.own, 2 * attempt + 1, kChimney);
-      const double v = random_between(-0.45, 0.45, plan_.own, 2 * attempt + 2, kChimney);
-      const Vector2d middle = box.middle_steps + u * box.length_steps * box.along +
-                              v * box.width_steps * Vector2d(-box.along.y(), box.along.x());
-      const double length_m = random_between(0.55, 1.1, plan_.own, attempt, kChimney + 16);
-      OnRoof thing;
-      thing.ring = box_ring(middle, box.along, steps(length_m), steps(0.55));
-      const std::array<Vector2i, 4> wide =
-          box_ring(middle, box.along, steps(length_m + 0.5), steps(1.05));
-      for (const auto& face : roof.faces) {
-        std::vector<Vector2i> ring;
-        for (const int node : face)
-          ring.push_back(roof.points_steps[static_cast<std::size_t>(node)]);
-        const RingsSteps area = {ring};
-        if (!std::all_of(wide.begin(), wide.end(), [&](const Vector2i& corner) {
-              return contains(area, corner.cast<double>());
-            }))
-          continue;
-        const auto plane = plane_of(roof, face);
-        if (!plane) break;
-        double lowest_foot = 1e18;
-        for (std::size_t k = 0; k < 4; ++k) {
-          const Vector2d at = thing.ring[k].cast<double>();
-          const double rise = plane->x() * at.x() + plane->y() * at.y() + plane->z();
-          thing.foot_steps[k] = eaves_height + rise;
-          lowest_foot = std::min(lowest_foot, rise);
-        }
-        if (lowest_foot < 0.45 * highest) break;
-        thing.top_steps.fill(eaves_height + highest +
-                             steps(random_between(0.35, 0.8, plan_.own, attempt, kChimney + 17)));
-        thing.finish = chimney();
-        thing.top_finish = thing.finish;
-        const bool is_free = std::all_of(things.begin(), things.end(), [&](const OnRoof& other) {
-          return (other.ring[0] - thing.ring[0]).cast<double>().norm() > steps(2.0);
-        });
-        if (is_free) things.push_back(thing);
-        break;
-      }
-    }
-    return things;
-  }
-
   std::uint8_t chimney() {
     if (!chimney_) {
       world::Finish finish = design_.trim;
@@ -584,25 +457,6 @@ class BuildingBuilder {
       chimney_ = shape_.add_finish(finish);
     }
     return *chimney_;
-  }
-
-  /// rise = x a + y b + c
-  static std::optional<Vector3d> plane_of(const Roof& roof, const std::vector<int>& face) {
-    double largest = 0.0;
-    Vector3d best = Vector3d::Zero();
-    const auto place = [&](int node) {
-      const auto i = static_cast<std::size_t>(node);
-      return at_height(roof.points_steps[i], roof.rises_steps[i]);
-    };
-    for (std::size_t i = 2; i < face.size(); ++i) {
-      const Vector3d a = place(face[0]);
-      const Vector3d normal = (place(face[i - 1]) - a).cross(place(face[i]) - a);
-      if (normal.z() <= largest) continue;
-      largest = normal.z();
-      best = {-normal.x() / normal.z(), -normal.y() / normal.z(), normal.dot(a) / normal.z()};
-    }
-    if (largest <= 0.0) return std::nullopt;
-    return best;
   }
 
   /// Walls up to the eaves, soffits and fascias beyond them, gables.
@@ -686,36 +540,6 @@ class BuildingBuilder {
   double bottom_ = 0.0;
   double top_ = 0.0;
 };
-
-}  // namespace
-
-bool is_closed(const world::Shape& shape) {
-  const auto place = [&](std::uint32_t corner) {
-    const Eigen::Vector3i& at = shape.vertices_steps[corner];
-    return std::tuple(at.x(), at.y(), at.z());
-  };
-  using Place = std::tuple<int, int, int>;
-  std::set<std::pair<Place, Place>> edges;
-  for (const auto& triangle : shape.triangles)
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Place a = place(triangle.corners[k]);
-      const Place b = place(triangle.corners[(k + 1) % 3]);
-      if (a == b || !edges.emplace(a, b).second) return false;
-    }
-  for (const auto& [a, b] : edges)
-    if (!edges.contains({b, a})) return false;
-  return !edges.empty();
-}
-
-namespace {
-
-/// What may be shown: closed, and nothing of it crosses anything else of it.
-bool is_sound(const world::Shape& shape) {
-  if (!is_closed(shape)) return false;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  for (const auto& triangle : shape.triangles) triangles.push_back(triangle.corners);
-  return !meets_itself(shape.vertices_steps, triangles);
-}
 
 }  // namespace
 

@@ -39,7 +39,4 @@ world::Shape building_shape(const BuildingPlan& plan, BuildingDetail detail);
 /// The rings that a Block stands on: of many corners, a rectangle of their area, which may reach beyond them.
 RingsSteps block_of(const RingsSteps& rings);
 
-/// Whether a shape is closed and oriented by the places of its vertices, without degenerate triangles.
-bool is_closed(const world::Shape& shape);
-
 }  // namespace terracast::tiler

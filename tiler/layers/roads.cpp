@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <tuple>
-#include <unordered_map>
 
 #include "core/error.h"
 #include "core/hash.h"
@@ -18,14 +17,15 @@
 #include "tiler/roads/area_pier.h"
 #include "tiler/roads/bridge_builder.h"
 #include "tiler/roads/deep_cuttings.h"
+#include "tiler/roads/held_places.h"
 #include "tiler/roads/pads.h"
 #include "tiler/roads/road_bed.h"
+#include "tiler/roads/road_features.h"
 #include "tiler/roads/road_heights.h"
 #include "tiler/roads/road_network.h"
 #include "tiler/roads/road_paint.h"
 #include "tiler/roads/water_gaps.h"
 #include "tiler/roads/way_parts.h"
-#include "tiler/sound_areas.h"
 #include "tiler/surface.h"
 
 // Roads, paths, railways, airfields, places: a network with long profiles, earth works, paint and bridges.
@@ -37,209 +37,8 @@ using world::Cover;
 
 /// Bumped when the same features make something else.
 constexpr int kRoadsVersion = 8;
-/// Streets are in a town where so many ways end within some hundred metres.
-constexpr double kTownCell_m = 100.0;
-constexpr int kTownEnds = 10;
 constexpr double kPierAbove_m = 1.3;
 constexpr double kPierBelow_m = 8.0;
-constexpr std::size_t kMostRingPoints = 20000;
-constexpr double kLeastArea_m2 = 0.5;
-
-struct RoadsOptions {
-  std::string sidewalks = "streets";
-  bool has_paths = true;
-  bool has_bridges = true;
-};
-
-/// What is painted and not shaped: where nothing may stand.
-class HeldPlaces {
- public:
-  void add_line(const Vector2d& a, const Vector2d& b, double half_m) {
-    const auto number = static_cast<std::uint32_t>(lines_.size());
-    lines_.push_back({a, b, half_m});
-    put(a.cwiseMin(b).array() - half_m, a.cwiseMax(b).array() + half_m, number << 1);
-  }
-  void add_area(const std::vector<PointsWorld>& rings) {
-    const auto number = static_cast<std::uint32_t>(areas_.size());
-    areas_.push_back(rings);
-    Vector2d low = rings.front().front();
-    Vector2d high = low;
-    for (const Vector2d& at : rings.front()) {
-      low = low.cwiseMin(at);
-      high = high.cwiseMax(at);
-    }
-    put(low, high, number << 1 | 1U);
-  }
-  bool holds(const Vector2d& at, double radius_m) const {
-    for (std::int32_t j = cell(at.y() - radius_m); j <= cell(at.y() + radius_m); ++j)
-      for (std::int32_t i = cell(at.x() - radius_m); i <= cell(at.x() + radius_m); ++i) {
-        const auto found = cells_.find(key(i, j));
-        if (found == cells_.end()) continue;
-        for (const std::uint32_t entry : found->second) {
-          if ((entry & 1U) != 0) {
-            const RingSide side = side_of_rings(areas_[entry >> 1], at);
-            if (side.is_inside || side.distance_m < radius_m) return true;
-            continue;
-          }
-          const Segment& line = lines_[entry >> 1];
-          const Vector2d step = line.b - line.a;
-          const double t =
-              std::clamp((at - line.a).dot(step) / std::max(step.squaredNorm(), 1e-9), 0.0, 1.0);
-          if ((line.a + t * step - at).norm() < line.half_m + radius_m) return true;
-        }
-      }
-    return false;
-  }
-
- private:
-  struct Segment {
-    Vector2d a;
-    Vector2d b;
-    double half_m;
-  };
-  static std::int32_t cell(double at) { return static_cast<std::int32_t>(std::floor(at / 16.0)); }
-  static std::uint64_t key(std::int32_t i, std::int32_t j) {
-    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32 |
-           static_cast<std::uint32_t>(j);
-  }
-  void put(const Vector2d& low, const Vector2d& high, std::uint32_t entry) {
-    for (std::int32_t j = cell(low.y()); j <= cell(high.y()); ++j)
-      for (std::int32_t i = cell(low.x()); i <= cell(high.x()); ++i)
-        cells_[key(i, j)].push_back(entry);
-  }
-
-  std::vector<Segment> lines_;
-  std::vector<std::vector<PointsWorld>> areas_;
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
-};
-
-/// What a source's features are for this layer.
-struct Sorted {
-  std::vector<Way> ways;   ///< shaped, or bridges
-  std::vector<Way> paths;  ///< only painted
-  std::vector<Way> piers;
-  std::vector<PaintedArea> areas;
-  std::vector<std::vector<PointsWorld>> airfields;  ///< whose ground is kept as grass
-  std::vector<FootCrossing> crossings;
-  std::int64_t num_repaired = 0;
-  std::int64_t num_bad_areas = 0;
-};
-
-bool is_wanted(const FeatureTags& tags) {
-  if (tags.has("highway") || tags.has("railway") || tags.has("aeroway") || tags.has("area:highway"))
-    return true;
-  if (tags.value("amenity") == "parking" || tags.value("place") == "square") return true;
-  const std::string_view man_made = tags.value("man_made");
-  return man_made == "pier" || man_made == "breakwater" || man_made == "quay";
-}
-
-/// Rings of finite places, each of three and more; none where the first is not one.
-std::vector<PointsWorld> clean_rings(const std::vector<PointsWorld>& part, double half_m) {
-  std::vector<PointsWorld> rings;
-  for (const PointsWorld& ring : part) {
-    PointsWorld kept;
-    for (const Vector2d& at : ring)
-      if (at.allFinite() && at.cwiseAbs().maxCoeff() < 4.0 * half_m + 1e4 &&
-          (kept.empty() || (at - kept.back()).norm() > 0.01))
-        kept.push_back(at);
-    while (kept.size() > 1 && (kept.front() - kept.back()).norm() <= 0.01) kept.pop_back();
-    kept = without_crowded_corners(std::move(kept));
-    if (kept.size() > kMostRingPoints) {
-      PointsWorld thinned;
-      const std::size_t each = kept.size() / kMostRingPoints + 1;
-      for (std::size_t i = 0; i < kept.size(); i += each) thinned.push_back(kept[i]);
-      kept = std::move(thinned);
-    }
-    const bool is_ring = kept.size() >= 3 && enclosed_m2({kept}) > kLeastArea_m2;
-    if (!is_ring && rings.empty()) return {};
-    if (is_ring) rings.push_back(std::move(kept));
-  }
-  return rings;
-}
-
-Sorted sort_features(const std::vector<VectorFeature>& features, const RoadsOptions& options,
-                     double half_size_m) {
-  Sorted sorted;
-  for (const VectorFeature& feature : features) {
-    if (feature.kind == FeatureKind::Point) {
-      if (feature.tags.value("highway") != "crossing") continue;
-      const std::string_view kind = feature.tags.value("crossing");
-      if (kind == "unmarked" || kind == "no") continue;
-      for (const auto& part : feature.parts_world)
-        for (const PointsWorld& line : part)
-          for (const Vector2d& at : line)
-            if (at.allFinite() && at.cwiseAbs().maxCoeff() < half_size_m)
-              sorted.crossings.push_back({feature.number, at});
-      continue;
-    }
-    if (feature.kind == FeatureKind::Line) {
-      const auto style = way_style(feature.tags, sorted.num_repaired);
-      if (!style) continue;
-      for (const auto& part : feature.parts_world)
-        for (const PointsWorld& line : part) {
-          Way way{.feature = feature.number,
-                  .style = *style,
-                  .ref = std::string(feature.tags.value("ref")),
-                  .points_world = line};
-          if (!options.has_bridges) way.style.is_bridge = false;
-          if (style->semantic_class == core::SemanticClass::Pier)
-            sorted.piers.push_back(std::move(way));
-          else if (way.style.is_shaped || way.style.is_bridge)
-            sorted.ways.push_back(std::move(way));
-          else if (options.has_paths)
-            sorted.paths.push_back(std::move(way));
-        }
-      continue;
-    }
-    const bool is_airfield = feature.tags.value("aeroway") == "aerodrome";
-    const auto style = pad_style(feature.tags);
-    if (!style && !is_airfield) continue;
-    for (const auto& part : feature.parts_world) {
-      std::vector<PointsWorld> rings = clean_rings(part, half_size_m);
-      if (rings.empty()) {
-        ++sorted.num_bad_areas;
-        continue;
-      }
-      if (is_airfield)
-        sorted.airfields.push_back(std::move(rings));
-      else
-        sorted.areas.push_back({feature.number, *style, std::move(rings)});
-    }
-  }
-  return sorted;
-}
-
-/// Streets between houses get sidewalks where many ways end.
-void add_sidewalks(std::vector<Way>& ways) {
-  std::unordered_map<std::int64_t, int> ends;
-  const auto key = [](const Vector2d& at, int di, int dj) {
-    return (static_cast<std::int64_t>(std::floor(at.x() / kTownCell_m)) + di) * 0x100000000LL +
-           static_cast<std::int64_t>(std::floor(at.y() / kTownCell_m)) + dj;
-  };
-  const auto is_street = [](const WayStyle& style) {
-    return style.use == WayUse::Road && style.rank >= 32 && style.rank <= 70 && style.rank != 35 &&
-           style.rank != 45 && style.rank != 55 && style.rank != 65;
-  };
-  for (const Way& way : ways)
-    if (way.style.use == WayUse::Road && !way.points_world.empty() &&
-        way.points_world.front().allFinite() && way.points_world.back().allFinite())
-      for (const Vector2d& at : {way.points_world.front(), way.points_world.back()})
-        ++ends[key(at, 0, 0)];
-  for (Way& way : ways) {
-    if (!is_street(way.style) || way.style.sidewalk_m > 0.0 || way.points_world.empty()) continue;
-    const Vector2d& middle = way.points_world[way.points_world.size() / 2];
-    if (!middle.allFinite()) continue;
-    int num = 0;
-    for (int j = -1; j <= 1; ++j)
-      for (int i = -1; i <= 1; ++i) {
-        const auto found = ends.find(key(middle, i, j));
-        num += found == ends.end() ? 0 : found->second;
-      }
-    if (num < kTownEnds) continue;
-    way.style.sidewalk_m = 1.8;
-    way.style.shoulder_m = std::max(way.style.shoulder_m, 2.2);
-  }
-}
 
 class RoadsLayer final : public Layer, public DryCover {
  public:
@@ -248,7 +47,7 @@ class RoadsLayer final : public Layer, public DryCover {
       : surface_(inputs.surface), half_size_m_(0.5 * inputs.size_m) {
     for (const auto& layer : inputs.earlier) earlier_.push_back(layer.get());
     FeatureSet set = read_features(
-        source, {.points = true, .lines = true, .areas = true, .wanted = is_wanted}, inputs);
+        source, {.points = true, .lines = true, .areas = true, .wanted = is_of_roads}, inputs);
     hash_ = core::content_hash(fmt::format("roads {} {} {} {} {} {}", kRoadsVersion, inputs.seed,
                                            set.content_hash, options.sidewalks, options.has_paths,
                                            options.has_bridges));
@@ -257,7 +56,7 @@ class RoadsLayer final : public Layer, public DryCover {
     info_.counts = set.counts;
 
     const double half_size_m = half_size_m_;
-    Sorted sorted = sort_features(set.features, options, half_size_m);
+    RoadFeatures sorted = sort_features(set.features, options, half_size_m);
     set.features.clear();
     if (options.sidewalks == "streets") add_sidewalks(sorted.ways);
     if (options.sidewalks == "none")

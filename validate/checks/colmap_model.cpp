@@ -319,17 +319,23 @@ class ColmapModelChecker : public Checker {
                  kOfAnImage * static_cast<double>(std::max<std::size_t>(binary.images.size(), 1)));
     points.is_lower_bound = true;
     points.unit = "points (at least)";
-    points.ok = points.is_within_bound();
-    if (!points.ok)
-      points.worst =
-          "tracks.num_points of the config says how many are followed, in all rigs' images";
+    // A few that are right are no mistake; whether some are missing nothing in the dataset tells.
+    points.skipped = points.is_unseen = !points.is_within_bound() && !binary.points.empty();
+    points.ok = points.skipped || points.is_within_bound();
+    if (!points.is_within_bound())
+      points.worst = fmt::format(
+          "{} points for {} images, of {} that are wanted: raise tracks.num_points of the config, "
+          "which says how many are followed, in all rigs' images; the model holds those that two "
+          "of its images see",
+          binary.points.size(), binary.images.size(), points.bound);
     points.summary = fmt::format("Points of the model, which has {} images.", binary.images.size());
     points.reason =
         "50 an image leave room above the 30 inliers without which COLMAP registers none; 2000 "
         "cover a longer sequence.";
-    points.detects = "one point less than the bound";
+    points.detects = "a model without points; fewer than the bound are told, not judged";
     results.push_back(points);
     points.name = "colmap_track_length";
+    points.skipped = points.is_unseen = false;
     points.worst.clear();
     points.value =
         binary.points.empty() ? 0.0 : num_tracked / static_cast<double>(binary.points.size());
