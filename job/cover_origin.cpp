@@ -1,5 +1,6 @@
 #include "job/cover_origin.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -31,6 +32,14 @@ bool may_say(const world::LayerInfo& layer, Cover cover) {
     default:
       return layer.kind == "land_cover";
   }
+}
+
+/// Derived cover says nothing only beside the sea (DerivedCover::cover()).
+bool speaks_everywhere(const world::LayerInfo& layer, const world::WorldManifest& manifest) {
+  if (layer.kind != "land_cover" || layer.source != "derived" || manifest.outside == "sea")
+    return false;
+  return std::none_of(manifest.sources.begin(), manifest.sources.end(),
+                      [](const world::SourceInfo& source) { return source.kind == "sea"; });
 }
 
 /// Whether a raster said a cover of a place.
@@ -78,6 +87,7 @@ std::vector<CoverOrigin> origins_of_cover(const world::TileStore& store,
     if (!may_say(layers[layer], cover)) continue;
     if (!rasters || rasters->land_cover[layer].empty()) {
       origins.push_back({.layer = layer, .raster = {}});
+      if (speaks_everywhere(layers[layer], store.manifest())) break;
       continue;
     }
     std::vector<std::size_t> speakers;

@@ -19,7 +19,8 @@ struct CoverOrigin {
 
 /// The layers that may have said a cover, in the order in which they were asked: one, where that can be told.
 /// Layers that never say such a cover are not among them, nor rasters that say another thing, or nothing, in all
-/// pixels from which the place may have it, nor what comes after a raster that speaks in all of these.
+/// pixels from which the place may have it, nor what comes after a raster that speaks in all of these, or after derived
+/// cover in a world without a sea.
 /// Empty where the cover is the elevation's word.
 /// rasters   as read_rasters() gives them; what land cover says is read into it
 /// place     of the tile's sample that held the cover

@@ -231,7 +231,7 @@ TEST_P(TraceCells, OfAnOlderWorldAreNotKnownAndDamageIsFound) {
 }
 
 INSTANTIATE_TEST_SUITE_P(HeightsIn, TraceCells, testing::Values(false, true),
-                         [](const auto& info) { return info.param ? "Degrees" : "TurnedUtm"; });
+                         [](const auto& param) { return param.param ? "Degrees" : "TurnedUtm"; });
 
 TEST(OsmElement, IsWhatItsNumberSays) {
   // Seen in Monaco in 2026: 2 * 2^60 + 262902069.
