@@ -12,6 +12,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/progress.h"
 
 namespace terracast::world_export {
 namespace {
@@ -261,11 +262,13 @@ void write_region_model(const WorldExportInputs& inputs, const char* format) {
   const geo::WorldFrame frame(inputs.store.manifest().origin);
   const auto cut = cut_of_region(inputs.store, inputs.region, inputs.finest_spacing_m);
   constexpr int kUsualSide_px = 1024;
+  core::Progress progress(inputs.context, "tiles", static_cast<std::int64_t>(cut.size()));
   const WorldModel model =
       ModelMaker(inputs.store)
           .make(cut, enu_from_world(frame, inputs.region.center()),
                 {.region = inputs.region,
-                 .texture_side_px = texture_side_px(inputs, cut, kUsualSide_px, 1)});
+                 .texture_side_px = texture_side_px(inputs, cut, kUsualSide_px, 1),
+                 .progress = &progress});
   write_model(model, inputs.destination, format);
 }
 

@@ -257,6 +257,7 @@ WorldModel ModelMaker::make(const std::vector<world::CutTile>& cut,
       if (is_new) model.prototypes.push_back(parts_of(*shape, textures));
       model.placed.push_back({found->second, frame_from_model(instance, frame_, frame_from_world)});
     }
+    if (options.progress != nullptr) options.progress->advance();
   }
   for (auto& [name, part] : parts) model.parts.push_back(std::move(part));
   model.textures = all_textures.take();

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/progress.h"
 #include "core/semantic_class.h"
 #include "export/world/ground_baker.h"
 #include "export/world/model_textures.h"
@@ -48,8 +49,9 @@ struct ModelOptions {
   /// Only triangles whose centres, and objects whose places, lie within; none: whole tiles.
   std::optional<Region> region;
   double skirt_m = 0.0;  ///< hung from the terrain's border, against gaps to coarser neighbours
-  int texture_side_px =
-      0;  ///< of each tile's picture of its ground; 0: none, and models without textures
+  /// Of each tile's picture of its ground; 0: none, and models without textures.
+  int texture_side_px = 0;
+  core::Progress* progress = nullptr;  ///< of the tiles; null: nobody wants to know
 };
 
 /// Ground and objects of tiles as the ray caster meets them: stitched triangles, and each object in
