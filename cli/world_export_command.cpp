@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/error.h"
@@ -25,6 +26,7 @@ struct Arguments {
   fs::path store, destination;
   std::string region, format;
   double spacing_m = 0.0;
+  std::optional<double> texel_m;
   int num_threads = 0;
   bool quiet = false;
 };
@@ -43,6 +45,7 @@ int run(const Arguments& args) {
   format.write({.store = store,
                 .region = world_export::region_from_text(args.region),
                 .finest_spacing_m = args.spacing_m > 0.0 ? args.spacing_m : finest_m,
+                .texel_m = args.texel_m,
                 .destination = args.destination,
                 .context = context});
   log.info("{}: written", args.destination.string());
@@ -69,6 +72,12 @@ void add_world_export_command(CLI::App& world_command, int& status) {
       ->add_option("--spacing", args->spacing_m,
                    "Of the finest terrain samples, m; left out: as fine as the world is there.")
       ->check(CLI::Range(0.125, 16384.0));
+  command
+      ->add_option(
+          "--texel", args->texel_m,
+          "Of the pictures of the ground, m a pixel on the finest tiles; 0: no pictures and no "
+          "textures; left out: 1024 pixels a tile, of 3dtiles 512.")
+      ->check(CLI::Range(0.0, 16384.0));
   command->add_option("--threads", args->num_threads, "Threads; 0: one for each core.")
       ->check(CLI::Range(0, 1024));
   command->add_flag("-q,--quiet", args->quiet, "Warnings only.");

@@ -7,10 +7,12 @@
 #include <assimp/Exporter.hpp>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <memory>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/progress.h"
 
 namespace terracast::world_export {
 namespace {
@@ -31,15 +33,27 @@ float linear_from_srgb(std::uint8_t value) {
   return s <= 0.04045F ? s / 12.92F : std::pow((s + 0.055F) / 1.055F, 2.4F);
 }
 
-aiMaterial* material_of(const Part& part) {
+aiMaterial* material_of(const Part& part, const std::vector<ModelTexture>& textures,
+                        const std::vector<std::string>& texture_paths) {
   auto* material = new aiMaterial;
   const aiString name(part.name);
   material->AddProperty(&name, AI_MATKEY_NAME);
-  const aiColor4D color(linear_from_srgb(part.color_srgb[0]), linear_from_srgb(part.color_srgb[1]),
-                        linear_from_srgb(part.color_srgb[2]), 1.0F);
+  // A picture is multiplied by the colour.
+  const auto linear = [&](std::size_t channel) {
+    return part.texture >= 0 ? 1.0F : linear_from_srgb(part.color_srgb[channel]);
+  };
+  const aiColor4D color(linear(0), linear(1), linear(2), 1.0F);
   material->AddProperty(&color, 1, AI_MATKEY_BASE_COLOR);
   const aiColor3D diffuse(color.r, color.g, color.b);
   material->AddProperty(&diffuse, 1, AI_MATKEY_COLOR_DIFFUSE);
+  if (part.texture >= 0) {
+    const auto row = static_cast<std::size_t>(part.texture);
+    const aiString path(texture_paths[row]);
+    material->AddProperty(&path, AI_MATKEY_TEXTURE_DIFFUSE(0));
+    const int mode = textures[row].repeats ? aiTextureMapMode_Wrap : aiTextureMapMode_Clamp;
+    material->AddProperty(&mode, 1, AI_MATKEY_MAPPINGMODE_U_DIFFUSE(0));
+    material->AddProperty(&mode, 1, AI_MATKEY_MAPPINGMODE_V_DIFFUSE(0));
+  }
   constexpr float kMetallic = 0.0F;
   constexpr float kRoughness = 1.0F;
   material->AddProperty(&kMetallic, 1, AI_MATKEY_METALLIC_FACTOR);
@@ -47,6 +61,18 @@ aiMaterial* material_of(const Part& part) {
   constexpr int kTwoSided = 1;
   material->AddProperty(&kTwoSided, 1, AI_MATKEY_TWOSIDED);
   return material;
+}
+
+/// A picture within the file.
+aiTexture* texture_of(const ModelTexture& texture) {
+  auto* embedded = new aiTexture;
+  embedded->mFilename = aiString(texture.name);
+  embedded->mWidth = static_cast<unsigned>(texture.png.size());
+  embedded->mHeight = 0;  // as a file has it
+  std::strcpy(embedded->achFormatHint, "png");
+  embedded->pcData = new aiTexel[(texture.png.size() + sizeof(aiTexel) - 1) / sizeof(aiTexel)];
+  std::memcpy(static_cast<void*>(embedded->pcData), texture.png.data(), texture.png.size());
+  return embedded;
 }
 
 aiMesh* mesh_of(const Part& part, unsigned material) {
@@ -59,6 +85,12 @@ aiMesh* mesh_of(const Part& part, unsigned material) {
   for (std::size_t i = 0; i < part.vertices.size(); ++i) {
     const Eigen::Vector3f place = part.vertices[i].cast<float>();
     mesh->mVertices[i] = aiVector3D(place.x(), place.y(), place.z());
+  }
+  if (part.texture >= 0) {
+    mesh->mNumUVComponents[0] = 2;
+    mesh->mTextureCoords[0] = new aiVector3D[part.uv.size()];
+    for (std::size_t i = 0; i < part.uv.size(); ++i)
+      mesh->mTextureCoords[0][i] = aiVector3D(part.uv[i].x(), part.uv[i].y(), 0.0F);
   }
   mesh->mNumFaces = static_cast<unsigned>(part.triangles.size());
   mesh->mFaces = new aiFace[part.triangles.size()];
@@ -79,6 +111,16 @@ aiMatrix4x4 matrix_of(const Eigen::Matrix4d& m) {
 /// Collects meshes and their materials.
 class SceneMaker {
  public:
+  /// texture_paths   of each picture, beside the file; empty: within the file
+  SceneMaker(const std::vector<ModelTexture>& textures, std::vector<std::string> texture_paths)
+      : textures_(textures),
+        texture_paths_(std::move(texture_paths)),
+        are_embedded_(texture_paths_.empty()) {
+    if (are_embedded_)
+      for (std::size_t i = 0; i < textures.size(); ++i)
+        texture_paths_.push_back(fmt::format("*{}", i));
+  }
+
   /// A node that holds these parts.
   aiNode* node_of(const std::string& name, const std::vector<unsigned>& mesh_indices) {
     auto* node = new aiNode(name);
@@ -93,7 +135,7 @@ class SceneMaker {
       if (part.triangles.empty()) continue;
       indices.push_back(static_cast<unsigned>(meshes_.size()));
       meshes_.push_back(mesh_of(part, static_cast<unsigned>(materials_.size())));
-      materials_.push_back(material_of(part));
+      materials_.push_back(material_of(part, textures_, texture_paths_));
     }
     return indices;
   }
@@ -105,16 +147,26 @@ class SceneMaker {
     scene->mMeshes = array_of(meshes_);
     scene->mNumMaterials = static_cast<unsigned>(materials_.size());
     scene->mMaterials = array_of(materials_);
+    if (are_embedded_ && !textures_.empty()) {
+      std::vector<aiTexture*> embedded;
+      for (const ModelTexture& texture : textures_) embedded.push_back(texture_of(texture));
+      scene->mNumTextures = static_cast<unsigned>(embedded.size());
+      scene->mTextures = array_of(embedded);
+    }
     return scene;
   }
 
  private:
+  const std::vector<ModelTexture>& textures_;
+  std::vector<std::string> texture_paths_;
+  const bool are_embedded_;
   std::vector<aiMesh*> meshes_;
   std::vector<aiMaterial*> materials_;
 };
 
-std::unique_ptr<aiScene> scene_of(const WorldModel& model, bool has_y_up) {
-  SceneMaker maker;
+std::unique_ptr<aiScene> scene_of(const WorldModel& model, bool has_y_up,
+                                  std::vector<std::string> texture_paths) {
+  SceneMaker maker(model.textures, std::move(texture_paths));
   std::vector<aiNode*> nodes;
   // A node each, for a node's meshes become one mesh with one name.
   for (const Part& part : model.parts) nodes.push_back(maker.node_of(part.name, maker.add({part})));
@@ -135,16 +187,50 @@ std::unique_ptr<aiScene> scene_of(const WorldModel& model, bool has_y_up) {
 
 }  // namespace
 
+int texture_side_px(const WorldExportInputs& inputs, const std::vector<world::CutTile>& cut,
+                    int usual_px, std::size_t num_files) {
+  const double most = kMostTexturePixels * static_cast<double>(num_files);
+  const auto pixels_of = [&](double side_px) {
+    return side_px * side_px * static_cast<double>(cut.size());
+  };
+  if (!inputs.texel_m) {
+    int side_px = usual_px;
+    while (side_px > 1 && pixels_of(side_px) > most) side_px /= 2;
+    return side_px;
+  }
+  if (*inputs.texel_m == 0.0) return 0;
+  double finest_m = std::numeric_limits<double>::infinity();
+  for (const world::CutTile& tile : cut) finest_m = std::min(finest_m, tile.id.side_m());
+  double side_px = 1.0;
+  while (side_px * *inputs.texel_m < finest_m) side_px *= 2.0;
+  if (side_px > kMostTextureSide_px)
+    fail(ErrorKind::Input,
+         "pictures of {:.0f} pixels a side, where {} are the most; --texel {} or more fits",
+         side_px, kMostTextureSide_px, finest_m / kMostTextureSide_px);
+  if (pixels_of(side_px) > most)
+    fail(ErrorKind::Input,
+         "{} pictures of {:.0f} x {:.0f} pixels, where {:.0f} pixels are the most; give a smaller "
+         "--region or a coarser --texel",
+         cut.size(), side_px, side_px, most);
+  return static_cast<int>(side_px);
+}
+
 void write_model(const WorldModel& model, const std::filesystem::path& file, const char* format) {
   if (const std::size_t count = model.num_triangles(); count > kMostTriangles)
     fail(ErrorKind::Input,
          "{}: {} triangles, of which a file holds {}; give a smaller --region or a coarser "
          "--spacing",
          file.string(), count, kMostTriangles);
-  const bool is_gltf = std::strcmp(format, "glb2") == 0;
-  const std::unique_ptr<aiScene> scene = scene_of(model, is_gltf);
-  if (scene->mNumMeshes == 0)
+  if (model.num_triangles() == 0)
     fail(ErrorKind::Input, "{}: the region holds no triangle", file.string());
+  const bool is_gltf = std::strcmp(format, "glb2") == 0;
+  std::vector<std::string> texture_paths;
+  if (!is_gltf)
+    for (const ModelTexture& texture : model.textures) {
+      texture_paths.push_back(fmt::format("{}_{}.png", file.stem().string(), texture.name));
+      core::write_file(file.parent_path() / texture_paths.back(), texture.png);
+    }
+  const std::unique_ptr<aiScene> scene = scene_of(model, is_gltf, std::move(texture_paths));
   Assimp::Exporter exporter;
   const aiExportDataBlob* blob = exporter.ExportToBlob(scene.get(), format);
   if (blob == nullptr)
@@ -175,9 +261,14 @@ void write_model(const WorldModel& model, const std::filesystem::path& file, con
 void write_region_model(const WorldExportInputs& inputs, const char* format) {
   const geo::WorldFrame frame(inputs.store.manifest().origin);
   const auto cut = cut_of_region(inputs.store, inputs.region, inputs.finest_spacing_m);
+  constexpr int kUsualSide_px = 1024;
+  core::Progress progress(inputs.context, "tiles", static_cast<std::int64_t>(cut.size()));
   const WorldModel model =
       ModelMaker(inputs.store)
-          .make(cut, enu_from_world(frame, inputs.region.center()), {.region = inputs.region});
+          .make(cut, enu_from_world(frame, inputs.region.center()),
+                {.region = inputs.region,
+                 .texture_side_px = texture_side_px(inputs, cut, kUsualSide_px, 1),
+                 .progress = &progress});
   write_model(model, inputs.destination, format);
 }
 

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <tuple>
 #include <unordered_map>
-#include <unordered_set>
 
-#include "core/error.h"
+#include "core/stop.h"
 #include "world/instance_frame.h"
 
 namespace terracast::world_export {
@@ -13,7 +12,6 @@ namespace {
 
 using world::kHeightStep_m;
 using world::kTileCells;
-using world::kTileSamples;
 using world::Tile;
 using world::TileId;
 
@@ -40,18 +38,20 @@ constexpr std::array<CoverLook, world::kNumCovers> kCoverLooks = {{
 }};
 
 Part& part_of(std::map<std::string, Part>& parts, const std::string& name,
-              const std::array<std::uint8_t, 3>& color_srgb) {
+              const std::array<std::uint8_t, 3>& color_srgb, int texture) {
   const auto [found, is_new] = parts.try_emplace(name);
   if (is_new) {
     found->second.name = name;
     found->second.color_srgb = color_srgb;
+    found->second.texture = texture;
   }
   return found->second;
 }
 
 /// A shape's parts, by finish. Alike finishes are one part, their vertices shared where they share
 /// places.
-std::vector<Part> parts_of(const world::Shape& shape) {
+/// textures   null: colours alone
+std::vector<Part> parts_of(const world::Shape& shape, ModelTextures* textures) {
   std::map<std::string, Part> parts;
   std::map<std::string, std::unordered_map<std::uint32_t, std::uint32_t>> own_vertices;
   for (const world::Shape::Triangle& triangle : shape.triangles) {
@@ -59,17 +59,21 @@ std::vector<Part> parts_of(const world::Shape& shape) {
     const std::string_view class_name =
         core::semantic_class_names()[static_cast<std::size_t>(finish.semantic_class)];
     const auto& c = finish.color_srgb;
-    const std::string name = fmt::format("{}_{}_{:02x}{:02x}{:02x}", class_name,
-                                         static_cast<int>(finish.material), c[0], c[1], c[2]);
-    Part& part = part_of(parts, name, c);
+    const int texture = textures != nullptr && !shape.uv.empty() ? textures->of(finish) : -1;
+    std::string name = fmt::format("{}_{}_{:02x}{:02x}{:02x}", class_name,
+                                   static_cast<int>(finish.material), c[0], c[1], c[2]);
+    if (texture >= 0) name += fmt::format("_texture{}", finish.pattern);
+    Part& part = part_of(parts, name, c, texture);
     auto& own = own_vertices[name];
     std::array<std::uint32_t, 3> corners{};
     for (std::size_t k = 0; k < 3; ++k) {
       const auto [found, is_new] =
           own.try_emplace(triangle.corners[k], static_cast<std::uint32_t>(part.vertices.size()));
-      if (is_new)
+      if (is_new) {
         part.vertices.push_back(shape.vertices_steps[triangle.corners[k]].cast<double>() *
                                 kHeightStep_m);
+        if (texture >= 0) part.uv.push_back(shape.uv[triangle.corners[k]]);
+      }
       corners[k] = found->second;
     }
     part.triangles.push_back(corners);
@@ -82,32 +86,15 @@ std::vector<Part> parts_of(const world::Shape& shape) {
 void append(std::map<std::string, Part>& parts, const std::vector<Part>& added,
             const Eigen::Vector3d& origin_world, const geo::Rigid3d& frame_from_world) {
   for (const Part& from : added) {
-    Part& part = part_of(parts, from.name, from.color_srgb);
+    Part& part = part_of(parts, from.name, from.color_srgb, from.texture);
     const auto first = static_cast<std::uint32_t>(part.vertices.size());
     for (const Eigen::Vector3d& vertex : from.vertices)
       part.vertices.push_back(frame_from_world * (origin_world + vertex));
+    part.uv.insert(part.uv.end(), from.uv.begin(), from.uv.end());
     for (const auto& corners : from.triangles)
       part.triangles.push_back({first + corners[0], first + corners[1], first + corners[2]});
   }
 }
-
-/// The stitched ground of one tile.
-class Ground {
- public:
-  Ground(const Tile& tile, std::uint8_t coarser_sides)
-      : tile_(tile), half_steps_(world::stitched_half_steps(tile, coarser_sides)) {}
-
-  Eigen::Vector3d vertex_world(int i, int j) const {
-    const Eigen::Vector2d corner = tile_.id.corner_world();
-    return {corner.x() + i * tile_.id.spacing_m(), corner.y() + j * tile_.id.spacing_m(),
-            tile_.center_z_m + half_steps_[Tile::sample(i, j)] * (0.5 * kHeightStep_m)};
-  }
-  world::Cover cover(int i, int j) const { return tile_.cover[Tile::sample(i, j)]; }
-
- private:
-  const Tile& tile_;
-  std::vector<std::int32_t> half_steps_;
-};
 
 struct Corner {
   int i;
@@ -117,13 +104,14 @@ struct Corner {
 /// Adds triangles of a tile's ground to the parts of their covers.
 class GroundParts {
  public:
-  GroundParts(const Ground& ground, const geo::Rigid3d& frame_from_world,
+  /// texture   the tile's picture, or -1
+  GroundParts(const TileGround& ground, int texture, const geo::Rigid3d& frame_from_world,
               std::map<std::string, Part>& parts)
-      : ground_(ground), frame_from_world_(frame_from_world), parts_(parts) {}
+      : ground_(ground), texture_(texture), frame_from_world_(frame_from_world), parts_(parts) {}
 
   void add(const Corner& a, const Corner& b, const Corner& c) {
     const world::Cover cover = ground_.cover(a.i, a.j);
-    Part& part = part_of(parts_, std::string(cover_name(cover)), ground_color_srgb(cover));
+    Part& part = part_of_cover(cover);
     part.triangles.push_back(
         {vertex(part, cover, a), vertex(part, cover, b), vertex(part, cover, c)});
   }
@@ -140,28 +128,45 @@ class GroundParts {
   }
 
  private:
+  /// A part of its own for each picture.
+  Part& part_of_cover(world::Cover cover) {
+    const auto [found, is_new] = part_of_.try_emplace(cover, nullptr);
+    if (is_new) {
+      const TileId& id = ground_.tile().id;
+      std::string name(cover_name(cover));
+      if (texture_ >= 0) name += fmt::format("_{}_{}_{}", id.level, id.x, id.y);
+      found->second = &part_of(parts_, name, ground_color_srgb(cover), texture_);
+    }
+    return *found->second;
+  }
+  void push(Part& part, const Corner& at, double below_m) {
+    const Eigen::Vector3d place = ground_.vertex_world(at.i, at.j);
+    part.vertices.push_back(frame_from_world_ * (place - Eigen::Vector3d(0.0, 0.0, below_m)));
+    if (texture_ >= 0)
+      part.uv.push_back(Eigen::Vector2f(static_cast<float>(at.i), static_cast<float>(at.j)) /
+                        static_cast<float>(kTileCells));
+  }
   std::uint32_t vertex(Part& part, world::Cover cover, const Corner& at) {
     const auto [found, is_new] = index_.try_emplace(
         std::tuple(cover, at.i, at.j), static_cast<std::uint32_t>(part.vertices.size()));
-    if (is_new) part.vertices.push_back(frame_from_world_ * ground_.vertex_world(at.i, at.j));
+    if (is_new) push(part, at, 0.0);
     return found->second;
   }
   void add_skirt_cell(const Corner& a, const Corner& b, double depth_m) {
-    const world::Cover cover = ground_.cover(a.i, a.j);
-    Part& part = part_of(parts_, std::string(cover_name(cover)), ground_color_srgb(cover));
+    Part& part = part_of_cover(ground_.cover(a.i, a.j));
     const auto first = static_cast<std::uint32_t>(part.vertices.size());
-    const Eigen::Vector3d below(0.0, 0.0, -depth_m);
     for (const Corner& at : {a, b})
-      for (const Eigen::Vector3d& shift : {Eigen::Vector3d(0.0, 0.0, 0.0), below})
-        part.vertices.push_back(frame_from_world_ * (ground_.vertex_world(at.i, at.j) + shift));
+      for (const double below_m : {0.0, depth_m}) push(part, at, below_m);
     // Seen from outside: a and b from left to right, their feet below.
     part.triangles.push_back({first, first + 1, first + 2});
     part.triangles.push_back({first + 2, first + 1, first + 3});
   }
 
-  const Ground& ground_;
+  const TileGround& ground_;
+  const int texture_;
   const geo::Rigid3d& frame_from_world_;
   std::map<std::string, Part>& parts_;
+  std::map<world::Cover, Part*> part_of_;
   std::map<std::tuple<world::Cover, int, int>, std::uint32_t> index_;
 };
 
@@ -198,7 +203,7 @@ std::size_t WorldModel::num_triangles() const {
 }
 
 ModelMaker::ModelMaker(const world::TileStore& store)
-    : store_(store), frame_(store.manifest().origin) {
+    : store_(store), frame_(store.manifest().origin), baker_(store) {
   for (std::size_t row = 0; row < store.manifest().prototypes.size(); ++row)
     prototypes_.push_back(store.load_prototype(row));
 }
@@ -209,15 +214,18 @@ WorldModel ModelMaker::make(const std::vector<world::CutTile>& cut,
   const auto is_wanted = [&](const Eigen::Vector3d& place_world) {
     return !options.region || options.region->contains(frame_.geodetic_from_world(place_world));
   };
-  std::unordered_set<TileId> leaves;
-  for (const world::CutTile& tile : cut) leaves.insert(tile.id);
   std::map<std::string, Part> parts;
   WorldModel model;
+  ModelTextures all_textures(store_);
+  ModelTextures* const textures = options.texture_side_px > 0 ? &all_textures : nullptr;
   std::map<std::pair<std::size_t, const world::Shape*>, std::size_t> model_of;
   for (const world::CutTile& cut_tile : cut) {
-    const Tile tile = store_.load(cut_tile.id);
-    const Ground ground(tile, cut_tile.coarser_sides);
-    GroundParts ground_parts(ground, frame_from_world, parts);
+    core::throw_if_stop_asked();
+    const TileGround ground(store_.load(cut_tile.id), cut_tile.coarser_sides);
+    const Tile& tile = ground.tile();
+    const int picture =
+        textures != nullptr ? textures->add_ground(baker_, ground, options.texture_side_px) : -1;
+    GroundParts ground_parts(ground, picture, frame_from_world, parts);
     for (int j = 0; j < kTileCells; ++j)
       for (int i = 0; i < kTileCells; ++i) {
         const Eigen::Vector3d middle =
@@ -235,7 +243,8 @@ WorldModel ModelMaker::make(const std::vector<world::CutTile>& cut,
       const world::Shape* shape = world::shape_at(solid.levels, level);
       if (shape == nullptr || world::tile_at(level, place_m.x(), place_m.y()) != tile.id) continue;
       const Eigen::Vector3d origin_world = solid.origin_steps.cast<double>() * kHeightStep_m;
-      if (is_wanted(origin_world)) append(parts, parts_of(*shape), origin_world, frame_from_world);
+      if (is_wanted(origin_world))
+        append(parts, parts_of(*shape, textures), origin_world, frame_from_world);
     }
     for (const world::Instance& instance : tile.objects.instances) {
       const Eigen::Vector3d place_world = instance.place_steps.cast<double>() * kHeightStep_m;
@@ -245,11 +254,13 @@ WorldModel ModelMaker::make(const std::vector<world::CutTile>& cut,
       if (shape == nullptr) continue;
       const auto [found, is_new] =
           model_of.try_emplace(std::pair(instance.prototype, shape), model.prototypes.size());
-      if (is_new) model.prototypes.push_back(parts_of(*shape));
+      if (is_new) model.prototypes.push_back(parts_of(*shape, textures));
       model.placed.push_back({found->second, frame_from_model(instance, frame_, frame_from_world)});
     }
+    if (options.progress != nullptr) options.progress->advance();
   }
   for (auto& [name, part] : parts) model.parts.push_back(std::move(part));
+  model.textures = all_textures.take();
   return model;
 }
 

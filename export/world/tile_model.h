@@ -8,7 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "core/progress.h"
 #include "core/semantic_class.h"
+#include "export/world/ground_baker.h"
+#include "export/world/model_textures.h"
 #include "export/world/region.h"
 #include "geo/rigid3.h"
 #include "world/tile_store.h"
@@ -19,7 +22,9 @@ namespace terracast::world_export {
 struct Part {
   std::string name;  ///< class, and material where several share the class
   std::array<std::uint8_t, 3> color_srgb = {128, 128, 128};
-  std::vector<Eigen::Vector3d> vertices;                ///< m, in the frame asked for
+  int texture = -1;                       ///< of WorldModel::textures; -1: the colour alone
+  std::vector<Eigen::Vector3d> vertices;  ///< m, in the frame asked for
+  std::vector<Eigen::Vector2f> uv;  ///< of each vertex, (0, 0) lower left; none without a texture
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise from outside
 };
 
@@ -34,6 +39,7 @@ struct WorldModel {
   std::vector<Part> parts;
   std::vector<std::vector<Part>> prototypes;  ///< each with its parts in its own frame
   std::vector<Placed> placed;
+  std::vector<ModelTexture> textures;
 
   std::size_t num_triangles() const;
 };
@@ -43,6 +49,9 @@ struct ModelOptions {
   /// Only triangles whose centres, and objects whose places, lie within; none: whole tiles.
   std::optional<Region> region;
   double skirt_m = 0.0;  ///< hung from the terrain's border, against gaps to coarser neighbours
+  /// Of each tile's picture of its ground; 0: none, and models without textures.
+  int texture_side_px = 0;
+  core::Progress* progress = nullptr;  ///< of the tiles; null: nobody wants to know
 };
 
 /// Ground and objects of tiles as the ray caster meets them: stitched triangles, and each object in
@@ -54,6 +63,7 @@ class ModelMaker {
 
   /// cut               tiles that together cover what is shown
   /// frame_from_world  of the vertices
+  /// throws            Input, Io: as GroundBaker, where pictures of the ground are asked for
   WorldModel make(const std::vector<world::CutTile>& cut, const geo::Rigid3d& frame_from_world,
                   const ModelOptions& options) const;
 
@@ -61,6 +71,7 @@ class ModelMaker {
   const world::TileStore& store_;
   geo::WorldFrame frame_;
   std::vector<world::Prototype> prototypes_;
+  GroundBaker baker_;
 };
 
 /// Colour of a class of ground where nothing else is known.

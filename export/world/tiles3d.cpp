@@ -23,6 +23,8 @@ using world::TileId;
 
 /// A coarser tile's borders may lie off a finer one's by less than this many of its spacings.
 constexpr double kSkirtSpacings = 2.0;
+/// Of the picture of each tile's ground.
+constexpr int kUsualSide_px = 512;
 
 /// A bounding volume of the kind "region", with room for floats' last places.
 class Bounds {
@@ -60,7 +62,8 @@ class TilesetWriter {
       : inputs_(inputs),
         frame_(inputs.store.manifest().origin),
         maker_(inputs.store),
-        cut_(cut_of_region(inputs.store, inputs.region, inputs.finest_spacing_m)) {}
+        cut_(cut_of_region(inputs.store, inputs.region, inputs.finest_spacing_m)),
+        texture_side_px_(texture_side_px(inputs, cut_, kUsualSide_px, cut_.size())) {}
 
   void write() {
     const std::vector<TileId> tops = top_tiles();
@@ -157,9 +160,10 @@ class TilesetWriter {
 
   Bounds write_content(const TileId& id) const {
     const geo::Rigid3d enu_from_tile_world = enu_from_world(frame_, center_of(id));
-    const WorldModel model =
-        maker_.make({{.id = id, .coarser_sides = 0}}, enu_from_tile_world,
-                    {.region = std::nullopt, .skirt_m = kSkirtSpacings * id.spacing_m()});
+    const WorldModel model = maker_.make({{.id = id, .coarser_sides = 0}}, enu_from_tile_world,
+                                         {.region = std::nullopt,
+                                          .skirt_m = kSkirtSpacings * id.spacing_m(),
+                                          .texture_side_px = texture_side_px_});
     write_model(model, inputs_.destination / name_of(id), "glb2");
     const geo::Rigid3d world_from_enu = enu_from_tile_world.inverse();
     Bounds bounds;
@@ -226,6 +230,7 @@ class TilesetWriter {
   const geo::WorldFrame frame_;
   const ModelMaker maker_;
   const std::vector<world::CutTile> cut_;
+  const int texture_side_px_;  ///< as many on every level
   std::vector<TileId> tiles_;  ///< each before its children
   std::unordered_map<TileId, Bounds> bounds_;
 };

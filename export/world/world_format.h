@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,7 +16,10 @@ namespace terracast::world_export {
 struct WorldExportInputs {
   const world::TileStore& store;
   Region region;
-  double finest_spacing_m;            ///< of the terrain, a tile's own
+  double finest_spacing_m;  ///< of the terrain, a tile's own
+  /// Side of a pixel of the pictures of the ground, on the finest tiles; 0: no pictures, nor textures of models; nothing:
+  /// the format's choice. Rasters have their pixels' own.
+  std::optional<double> texel_m = std::nullopt;
   std::filesystem::path destination;  ///< a file, or a folder where has_folder
   const core::Context& context;
 };

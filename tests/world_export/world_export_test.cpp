@@ -1,147 +1,18 @@
 #include <gdal_priv.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <cmath>
-#include <filesystem>
 #include <fstream>
-#include <numbers>
 #include <sstream>
 
 #include "core/error.h"
-#include "core/log.h"
-#include "core/parallel.h"
-#include "core/registry.h"
-#include "export/world/world_format.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/folder_compare.h"
-#include "tests/support/tiny_world.h"
+#include "tests/world_export/export_world.h"
 #include "tests/world_export/glb_file.h"
-#include "world/tile_file.h"
 
 namespace terracast::world_export {
 namespace {
 
-namespace fs = std::filesystem;
 using core::Json;
-using world::kHeightStep_m;
-
-constexpr double kPi = std::numbers::pi;
-
-double hills_m(double x, double y) {
-  return 400.0 + 30.0 * std::sin(x / 90.0) * std::cos(y / 70.0);
-}
-
-world::Shape tetrahedron(double size_m, core::SemanticClass semantic_class) {
-  const auto steps = static_cast<int>(size_m / kHeightStep_m);
-  world::Shape shape;
-  shape.vertices_steps = {{0, 0, 0}, {steps, 0, 0}, {0, steps, 0}, {0, 0, steps}};
-  shape.triangles = {{{0, 2, 1}, 0}, {{0, 1, 3}, 0}, {{1, 2, 3}, 0}, {{0, 3, 2}, 0}};
-  shape.finishes = {{.material = world::Material::Brick,
-                     .semantic_class = semantic_class,
-                     .color_srgb = {200, 100, 50},
-                     .pattern = 0}};
-  return shape;
-}
-
-Eigen::Vector3i steps_of(const Eigen::Vector3d& place_m) {
-  return (place_m / kHeightStep_m).array().round().cast<int>();
-}
-
-/// A world of a kilometre, fine in its east, with a solid that reaches over a tile's border and an instance.
-/// Heights, places of objects and their frames are known in closed form.
-class WorldExport : public testing::Test {
- protected:
-  static constexpr double kSolidX = 250.0;
-  static constexpr double kSolidY = 40.0;
-  static constexpr double kTreeX = 60.0;
-  static constexpr double kTreeY = 90.0;
-
-  WorldExport() : folder_(fs::temp_directory_path() / fmt::format("terracast-we-{}", getpid())) {
-    fs::remove_all(folder_);
-    make_world();
-  }
-  ~WorldExport() override { fs::remove_all(folder_); }
-
-  void make_world() {
-    const test::TinyWorldOptions options{
-        .finest_level = 0,
-        .coarsest_level = 1,
-        .num_roots = 2,
-        .refine = [](const world::TileId& id) { return id.x >= 0; }};
-    world::TileStore plain = test::make_tiny_world(folder_ / "world", hills_m, options);
-    world::WorldManifest manifest = plain.manifest();
-    const geo::WorldFrame frame(manifest.origin);
-    world::Prototype tree{
-        .name = "tree",
-        .levels = {{.coarsest_level = 1, .shape = tetrahedron(4.0, core::SemanticClass::Tree)}}};
-    manifest.prototypes = {world::write_prototype(folder_ / "world", 0, tree)};
-    for (world::TileInfo& info : manifest.tiles) {
-      world::Tile tile = test::make_tile(info.id, hills_m, options);
-      const Eigen::Vector2d corner = info.id.corner_world();
-      const double side_m = info.id.side_m();
-      const auto reaches = [&](double x, double y, double size_m) {
-        return x + size_m >= corner.x() && x <= corner.x() + side_m && y + size_m >= corner.y() &&
-               y <= corner.y() + side_m;
-      };
-      if (reaches(kSolidX, kSolidY, 12.0)) {
-        world::Solid solid;
-        solid.provenance.instance_id = 7;
-        solid.place_m = {static_cast<int>(kSolidX), static_cast<int>(kSolidY)};
-        solid.origin_steps = steps_of({kSolidX, kSolidY, 400.0});
-        solid.levels = {
-            {.coarsest_level = 1, .shape = tetrahedron(12.0, core::SemanticClass::Building)}};
-        tile.objects.solids.push_back(solid);
-      }
-      if (reaches(kTreeX - 4.0, kTreeY - 4.0, 8.0)) {
-        world::Instance instance;
-        instance.provenance.instance_id = 9;
-        instance.place_steps = steps_of({kTreeX, kTreeY, 410.0});
-        instance.heading = 16384;  // a quarter turn
-        instance.scale = 8192;
-        tile.objects.instances.push_back(instance);
-      }
-      tile.objects_top_steps = static_cast<int>((430.0 - tile.center_z_m) / kHeightStep_m);
-      info = world::write_tile(folder_ / "world", tile);
-    }
-    world::write_manifest(folder_ / "world", manifest);
-    store_.emplace(world::TileStore::open(folder_ / "world"));
-    frame_.emplace(store_->manifest().origin);
-  }
-
-  /// So many metres to each side of a place of the world frame.
-  Region around(double x_world, double y_world, double half_m) const {
-    const geo::Geodetic place = frame_->geodetic_from_world({x_world, y_world, 400.0});
-    const double lat_deg = half_m / 111160.0;  // a metre is less than this at 46 degrees north
-    const double lon_deg = lat_deg / std::cos(place.lat_deg * kPi / 180.0);
-    return {place.lat_deg - lat_deg, place.lon_deg - lon_deg, place.lat_deg + lat_deg,
-            place.lon_deg + lon_deg};
-  }
-  void write(std::string_view format, const Region& region, const fs::path& destination,
-             double spacing_m = 1.0, int num_threads = 2) const {
-    const core::ThreadLimit limit(num_threads);
-    core::find_registered(world_formats(), "format", format)
-        .write({.store = *store_,
-                .region = region,
-                .finest_spacing_m = spacing_m,
-                .destination = destination,
-                .context = {.log = log_, .num_threads = num_threads, .events_file = {}}});
-  }
-  /// From the y-up frame of a glTF file about a place of the ellipsoid.
-  Eigen::Vector3d world_from_glb(const Eigen::Vector3d& point, const geo::Geodetic& about) const {
-    const Eigen::Vector3d at = frame_->world_from_geodetic(about);
-    return at + frame_->world_from_enu(at) * Eigen::Vector3d(point.x(), -point.z(), point.y());
-  }
-
-  fs::path folder_;
-  core::Log log_{"test", core::LogLevel::Off};
-  std::optional<world::TileStore> store_;
-  std::optional<geo::WorldFrame> frame_;
-};
-
-// Floats hold 300 m to 2^-15 m; heights lie on steps of 2^-10 m, of which half is rounded off.
-constexpr double kFloat_m = 1e-4;
-constexpr double kRounded_m = 0.5 * kHeightStep_m + kFloat_m;
 
 TEST_F(WorldExport, GltfHoldsTheGroundAndEachObjectOnceWhereTheyAre) {
   const Region region = around(240.0, 60.0, 60.0);
@@ -249,6 +120,16 @@ TEST_F(WorldExport, GeotiffHoldsHeightsAtItsPixelsCentres) {
   ASSERT_EQ(dataset->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, width, height, heights_m.data(),
                                                 width, height, GDT_Float32, 0, 0),
             CE_None);
+  const std::unique_ptr<GDALDataset, decltype(&GDALClose)> cover_dataset(
+      GDALDataset::Open((folder_ / "a_cover.tif").c_str()), &GDALClose);
+  ASSERT_NE(cover_dataset, nullptr);
+  std::vector<std::uint8_t> covers(heights_m.size());
+  ASSERT_EQ(cover_dataset->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, width, height, covers.data(),
+                                                      width, height, GDT_Byte, 0, 0),
+            CE_None);
+  const int road_code = 100 + static_cast<int>(core::SemanticClass::Road);
+  EXPECT_STREQ(cover_dataset->GetMetadataItem(fmt::format("COVER_{}", road_code).c_str()),
+               "painted_road");
   OGRSpatialReference ecef;
   ecef.importFromEPSG(4978);
   OGRSpatialReference utm3d;  // with heights above the ellipsoid
@@ -258,6 +139,7 @@ TEST_F(WorldExport, GeotiffHoldsHeightsAtItsPixelsCentres) {
   const std::unique_ptr<OGRCoordinateTransformation> ecef_from_utm(
       OGRCreateCoordinateTransformation(&utm3d, &ecef));
   int num_heights = 0;
+  int num_on_road = 0;
   for (int j = 0; j < height; j += 7)
     for (int i = 0; i < width; i += 7) {
       const float height_m = heights_m[static_cast<std::size_t>(j * width + i)];
@@ -270,11 +152,16 @@ TEST_F(WorldExport, GeotiffHoldsHeightsAtItsPixelsCentres) {
       const Eigen::Vector3d at = frame_->ecef_from_world().inverse() * Eigen::Vector3d(x, y, z);
       // Between samples a metre apart the triangles lie off the hills by an eighth of their curvature.
       EXPECT_NEAR(at.z(), hills_m(at.x(), at.y()), 30.0 / 70.0 / 70.0 / 4.0 + kRounded_m);
+      const bool is_road = std::abs(at.x() - kRoadX) < kRoadHalfWidth_m;
+      EXPECT_EQ(covers[static_cast<std::size_t>(j * width + i)], is_road ? road_code : 0);
+      num_on_road += is_road ? 1 : 0;
     }
   EXPECT_GT(num_heights, 300);
+  EXPECT_GT(num_on_road, 20);
   EXPECT_TRUE(fs::exists(folder_ / "a_cover.tif"));
+  EXPECT_TRUE(fs::exists(folder_ / "a_albedo.tif"));
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}),
-            3);  // with the world: nothing beside
+            4);  // with the world: nothing beside
 }
 
 TEST_F(WorldExport, TilesetsPlaceEveryTileOnTheEarth) {
@@ -330,12 +217,14 @@ TEST_F(WorldExport, TilesetsPlaceEveryTileOnTheEarth) {
 }
 
 TEST_F(WorldExport, IsTheSameFromOneThreadAndTwo) {
-  const Region region = around(200.0, 0.0, 150.0);
+  const Region region = around(200.0, 0.0, 100.0);
   write("3dtiles", region, folder_ / "one", 1.0, 1);
   write("3dtiles", region, folder_ / "two", 1.0, 2);
   EXPECT_EQ(test::first_difference(folder_ / "one", folder_ / "two"), "");
   write("geotiff", region, folder_ / "one" / "a.tif", 1.0, 1);
   write("geotiff", region, folder_ / "two" / "a.tif", 1.0, 2);
+  write("gltf", region, folder_ / "one" / "a.glb", 1.0, 1);
+  write("gltf", region, folder_ / "two" / "a.glb", 1.0, 2);
   EXPECT_EQ(test::first_difference(folder_ / "one", folder_ / "two"), "");
 }
 
@@ -343,6 +232,11 @@ TEST_F(WorldExport, SaysWhatCannotBeWritten) {
   const Region elsewhere{10.0, 20.0, 10.1, 20.1};
   test::expect_error(core::ErrorKind::Input, {"outside the world's square"},
                      [&] { write("gltf", elsewhere, folder_ / "a.glb"); });
+  EXPECT_FALSE(fs::exists(folder_ / "a.glb"));
+  // 256 m at 5 cm a pixel are more than 4096 of them.
+  test::expect_error(core::ErrorKind::Input, {"8192", "4096", "--texel 0.0625"}, [&] {
+    write("gltf", around(200.0, 0.0, 50.0), folder_ / "a.glb", 1.0, 2, 0.05);
+  });
   EXPECT_FALSE(fs::exists(folder_ / "a.glb"));
   for (const char* text : {"", "1,2,3", "1,2,3,x", "2,1,1,2", "1,2,3,4,5", "nan,1,2,3", "1;2;3;4"})
     test::expect_error(core::ErrorKind::Usage, {"--region"}, [&] { region_from_text(text); });

@@ -271,7 +271,8 @@ def make_scene(args, poses, origin):
     south, west = geodesy.geodetic(origin, place[0] + west_m, place[1] + south_m)
     north, east = geodesy.geodetic(origin, place[0] + east_m, place[1] + north_m)
     model = args.out / "region.glb"
-    run(args.program, "world", "export", args.store, "--format", "gltf", "-o", model, "--quiet",
+    # One colour each, as when the figures of docs/performance.md were measured.
+    run(args.program, "world", "export", args.store, "--format", "gltf", "-o", model, "--quiet", "--texel", "0",
         "--region", f"{south:.7f},{west:.7f},{north:.7f},{east:.7f}")
     bpy.ops.wm.read_factory_settings(use_empty=True)
     start = time.perf_counter()
