@@ -79,13 +79,16 @@ void close_folders() {
   for (int i = 0; known != nullptr && known[i] != nullptr; ++i) {
     const std::string_view name = known[i];
     if (std::find(kOwnFolders.begin(), kOwnFolders.end(), name) != kOwnFolders.end()) continue;
-    prefixes.emplace_back(name);
-    VSIFilesystemPluginCallbacksStruct* calls = VSIAllocFilesystemPluginCallbacksStruct();
-    calls->pUserData = &prefixes.back();
-    calls->open = refuse_open;
-    calls->stat = refuse_stat;
-    VSIInstallPluginHandler(prefixes.back().c_str(), calls);
-    VSIFreeFilesystemPluginCallbacksStruct(calls);
+    // GDAL knows /vsicurl? beside /vsicurl/, and does not name it.
+    for (const char end : {name.back(), '?'}) {
+      prefixes.push_back(std::string(name.substr(0, name.size() - 1)) + end);
+      VSIFilesystemPluginCallbacksStruct* calls = VSIAllocFilesystemPluginCallbacksStruct();
+      calls->pUserData = &prefixes.back();
+      calls->open = refuse_open;
+      calls->stat = refuse_stat;
+      VSIInstallPluginHandler(prefixes.back().c_str(), calls);
+      VSIFreeFilesystemPluginCallbacksStruct(calls);
+    }
   }
   CSLDestroy(known);
 }

@@ -131,7 +131,7 @@ TEST(NetworkNames, RastersThatLeadToANetworkAskNobody) {
   refuses(vrt("<VRTRasterBand dataType=\"Float32\" band=\"1\" subClass=\"VRTRawRasterBand\">"
               "<SourceFilename relativeToVRT=\"0\">/vsicurl/" +
               address + "</SourceFilename></VRTRasterBand>"),
-          no_file);
+          {});
   refuses(vrt("<VRTRasterBand dataType=\"Float32\" band=\"1\" subClass=\"VRTWarpedRasterBand\"/>",
               "<BlockXSize>20</BlockXSize><BlockYSize>20</BlockYSize><GDALWarpOptions>"
               "<SourceDataset relativeToVRT=\"0\">/vsicurl/" +
