@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "tiler/gdal_formats.h"
 #include "tiler/terrain_tiles_source.h"
 
 namespace terracast::tiler {
@@ -35,11 +36,6 @@ void CPL_STDCALL GdalErrors::collect(CPLErr level, CPLErrorNum, const char* mess
 }
 
 namespace {
-
-void register_drivers() {
-  static std::once_flag once;
-  std::call_once(once, [] { GDALAllRegister(); });
-}
 
 constexpr std::string_view kZipped = "/vsizip/";
 
@@ -127,12 +123,6 @@ void check_unpacked_size(const std::string& path, const std::string& written) {
         written, packed_bytes, unpacked_bytes);
 }
 
-/// Formats of features that stand in the file itself.
-constexpr const char* kVectorFormats[] = {
-    "OSM", "GeoJSON",        "GeoJSONSeq", "TopoJSON",     "ESRIJSON", "GPKG",   "SQLite",
-    "GML", "ESRI Shapefile", "FlatGeobuf", "MapInfo File", "KML",      "LIBKML", "GPX",
-    "DXF", "OpenFileGDB",    nullptr};
-
 /// How the OSM driver is told to keep all tags, and which closed ways go round an area.
 const char* osm_rules() {
   static constexpr char kFile[] = "/vsimem/terracast_osm_rules.ini";
@@ -176,7 +166,7 @@ std::string gdal_path(const core::Path& file) {
 }
 
 GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors) {
-  register_drivers();
+  register_gdal();
   const std::string path = gdal_path(file);
   check_name(path, file.written);
   VSIStatBufL status;
@@ -186,15 +176,18 @@ GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors
   check_unpacked_size(path, file.written);
   const bool is_folder = VSI_ISDIR(status.st_mode) != 0 && !path.starts_with("/vsi");
   const std::string what = is_folder ? vrt_of_terrain_tiles(path, file.written) : path;
-  GdalDatasetPtr dataset(GDALDataset::Open(what.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR));
+  GdalDatasetPtr dataset(
+      GDALDataset::Open(what.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR, kRasterFormats));
   if (!dataset)
-    fail(ErrorKind::Input, "{}: cannot be opened as a raster; is it damaged or truncated? ({})",
+    fail(ErrorKind::Input,
+         "{}: cannot be opened as a raster; is it damaged or truncated, or of a format that leads "
+         "to a network or is not read (gdal_translate makes a GeoTIFF of it)? ({})",
          file.written, errors.text());
   return dataset;
 }
 
 GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& errors) {
-  register_drivers();
+  register_gdal();
   const std::string path = gdal_path(file);
   check_name(path, file.written);
   VSIStatBufL status;

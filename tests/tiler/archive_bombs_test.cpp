@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstring>
 #include <fstream>
+#include <limits>
 
 #include "core/atomic_file.h"
 #include "tests/tiler/vector_files.h"
@@ -111,8 +112,8 @@ TEST(ArchiveBombs, ArchivesOfAHundredTimesTheirSizeAreRefused) {
 /// Only what has an end that is known beforehand is unpacked, and nothing is fetched.
 TEST(ArchiveBombs, StreamsNetworksAndArchivesInArchivesAreNoFiles) {
   const ScratchFolder folder;
-  write_packed("/vsigzip/" + (folder / "points.geojson.gz").string(),
-               R"({"type":"FeatureCollection","features":[)", std::string(kMebibyte, ' '), 8, "]}");
+  // Once something was opened, GDAL writes no stream either; its name is what is refused.
+  write_text(folder / "points.geojson.gz", "no matter what");
   for (const std::string& path :
        {"/vsigzip/" + (folder / "points.geojson.gz").string(),
         std::string("/vsicurl/http://127.0.0.1:9/points.geojson"),
@@ -267,6 +268,34 @@ TEST(ArchiveBombs, VolumesThatStateMoreThanTheyHoldAreRefused) {
                            [&] { world::read_vdb(folder / "bomb.vdb", {}); });
       EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
     }
+}
+
+TEST(ArchiveBombs, VolumesOfNoNumbersAreRefused) {
+  const ScratchFolder folder;
+  world::Volume volume;
+  volume.size = {2, 2, 2};
+  volume.density.assign(8, 255);
+  const auto with = [&](double factor, const Eigen::Affine3d& frame) {
+    const world::VdbGrid grid{
+        .name = "heat", .volume = &volume, .factor = factor, .file_from_volume = frame};
+    const std::vector<std::byte> bytes = world::encode_vdb({&grid, 1});
+    write_text(folder / "heat.vdb", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  };
+  const Eigen::Affine3d as_it_is = Eigen::Affine3d::Identity();
+  with(1.0, as_it_is);
+  EXPECT_NO_THROW(world::read_vdb(folder / "heat.vdb", {}));
+  for (const double value :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    SCOPED_TRACE(value);
+    with(value, as_it_is);
+    expect_error(ErrorKind::Input, {"heat.vdb", "heat"},
+                 [&] { world::read_vdb(folder / "heat.vdb", {}); });
+    Eigen::Affine3d nowhere = as_it_is;
+    nowhere.translation().x() = value;
+    with(1.0, nowhere);
+    expect_error(ErrorKind::Input, {"heat.vdb", "heat"},
+                 [&] { world::read_vdb(folder / "heat.vdb", {}); });
+  }
 }
 
 }  // namespace

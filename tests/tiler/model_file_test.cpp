@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
+#include <chrono>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -377,6 +380,90 @@ TEST(Models, BadFilesAreRefusedSayingWhy) {
   write_text(folder / "secret.mtl", "newmtl a\nKd 1 0 0\n");
   expect_error(ErrorKind::Input, {"secret.mtl", "folder"},
                [&] { read(folder / "inner" / "out.obj"); });
+}
+
+TEST(Models, PlacesThatAreNoNumbersAreRefusedInObjAndPly) {
+  const ScratchFolder folder;
+  for (const char* word : {"nan", "inf"}) {
+    SCOPED_TRACE(word);
+    write_text(folder / "house.obj", fmt::format("v 0 0 0\nv 4 0 0\nv 4 {} 3\nf 1 2 3\n", word));
+    expect_error(ErrorKind::Input, {"house.obj"}, [&] { read(folder / "house.obj"); });
+    write_text(folder / "flag.ply",
+               fmt::format("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty "
+                           "float y\nproperty float z\nelement face 1\nproperty list uchar int "
+                           "vertex_indices\nend_header\n0 0 0\n2 {} 0\n2 0 1\n3 0 1 2\n",
+                           word));
+    expect_error(ErrorKind::Input, {"flag.ply"}, [&] { read(folder / "flag.ply"); });
+  }
+  for (const float value :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    SCOPED_TRACE(value);
+    const std::array<float, 9> places = {0, 0, 0, 2, 0, 0, 2, 0, value};
+    const std::array<int, 3> corners = {0, 1, 2};
+    write_text(folder / "flag.ply",
+               "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty "
+               "float y\nproperty float z\nelement face 1\nproperty list uchar int "
+               "vertex_indices\nend_header\n" +
+                   std::string(reinterpret_cast<const char*>(places.data()), sizeof places) + '\3' +
+                   std::string(reinterpret_cast<const char*>(corners.data()), sizeof corners));
+    expect_error(ErrorKind::Input, {"flag.ply", "vertex", "no number"},
+                 [&] { read(folder / "flag.ply"); });
+  }
+}
+
+/// A round of so many corners, as one face.
+std::string round_obj(int num_corners) {
+  std::string text;
+  std::string face = "f";
+  for (int i = 0; i < num_corners; ++i) {
+    const double turn = 2.0 * 3.14159265358979 * i / num_corners;
+    text += fmt::format("v {:.4f} {:.4f} 0\n", 100.0 * std::cos(turn), 100.0 * std::sin(turn));
+    face += fmt::format(" {}", i + 1);
+  }
+  return text + face + "\n";
+}
+std::string round_ply(int num_corners) {
+  std::string text = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float "
+      "y\nproperty float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n",
+      num_corners);
+  const auto put = [&](auto value) {
+    text.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  for (int i = 0; i < num_corners; ++i) {
+    const double turn = 2.0 * 3.14159265358979 * i / num_corners;
+    put(static_cast<float>(100.0 * std::cos(turn)));
+    put(static_cast<float>(100.0 * std::sin(turn)));
+    put(0.0F);
+  }
+  put(num_corners);
+  for (int i = 0; i < num_corners; ++i) put(i);
+  return text;
+}
+
+/// Triangulation took the square of a face's corners (2026-11: 10 s of 40 000, and no end was seen of a million).
+TEST(Models, FacesOfVeryManyCornersAreRefusedAtOnce) {
+  const ScratchFolder folder;
+  const std::vector<std::pair<std::string, std::function<std::string(int)>>> kinds = {
+      {"round.obj", round_obj}, {"round.ply", round_ply}};
+  for (const auto& [name, text] : kinds) {
+    SCOPED_TRACE(name);
+    // A polygon of n corners is n - 2 triangles.
+    write_text(folder / name, text(1000));
+    EXPECT_EQ(read(folder / name, [](ModelOptions& options) { options.up = "z"; })
+                  .prototype.levels[0]
+                  .shape.triangles.size(),
+              998U);
+    write_text(folder / name, text(1001));
+    expect_error(ErrorKind::Input, {name, "face 0 has 1001 corners", "at most 1000", "triangles"},
+                 [&] { read(folder / name); });
+    write_text(folder / name, text(1'000'000));
+    const auto start = std::chrono::steady_clock::now();
+    expect_error(ErrorKind::Input, {name, "face 0 has 1000000 corners"},
+                 [&] { read(folder / name); });
+    // Seconds where reading grows with the file; hours where it grows with its square.
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+  }
 }
 
 TEST(Models, ObjAndPlyWithoutNormalsAreRead) {

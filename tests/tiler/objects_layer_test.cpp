@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -419,6 +420,22 @@ TEST(Objects, ListsPutThingsWhereTheySay) {
     // The plane's height moves a place by its share of 654 m over the Earth's radius.
     EXPECT_LT((place_of(one.all().begin()->second) - Vector2d(-321, 654)).norm(), 0.1) << name;
   }
+}
+
+/// As of a list in another place's metres.
+TEST(Objects, ListsFarOutsideAreCountedAndCostLittle) {
+  const ScratchFolder folder;
+  constexpr int kNumOutside = 100'000;
+  std::string text = "thing,x,y\nvan,10,20\n";
+  for (int i = 0; i < kNumOutside; ++i)
+    text += fmt::format("van,{},{}\n", 20'000 + 3 * (i % 1000), -30'000 - 7 * (i / 1000));
+  write_text(folder / "list.csv", text);
+  const auto start = std::chrono::steady_clock::now();
+  const Made made(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()));
+  EXPECT_EQ(made.all().size(), 1U);
+  EXPECT_EQ(made.count_of("placements left out beyond the square"), kNumOutside);
+  // A second or two; hours where each were held against each.
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
 }
 
 TEST(Objects, BadListsAreRefusedWithTheirLine) {

@@ -33,11 +33,14 @@ class Patch {
     ElevationOptions options;
     options.nodata = nodata;
     const WorldOptions& world = surface.options();
-    const std::unique_ptr<RasterSource> raster = RasterSource::open(
-        file, options, {.lat_deg = world.origin_lat_deg, .lon_deg = world.origin_lon_deg});
-    content_hash_ = raster->content_hash();
-    place_nodes(*raster, surface);
-    read(*raster);
+    const auto take = [&] {
+      const std::unique_ptr<RasterSource> raster = RasterSource::open(
+          file, options, {.lat_deg = world.origin_lat_deg, .lon_deg = world.origin_lon_deg});
+      content_hash_ = raster->content_hash();
+      place_nodes(*raster, surface);
+      read(*raster);
+    };
+    core::with_context(take, "reading heights of buildings (no data: heights_nodata)");
   }
 
   std::optional<double> value(const Eigen::Vector2d& place_world) const {
@@ -111,8 +114,9 @@ class Patch {
     if (window.is_empty())
       core::fail(core::ErrorKind::Input,
                  "{}: lies beside the world's square ({} m wide); state a raster of building "
-                 "heights that reaches into it",
-                 raster.path(), 2.0 * half_size_m_);
+                 "heights that reaches into it; if it should, is {} the right CRS of its "
+                 "coordinates? (gdal_edit.py -a_srs states another)",
+                 raster.path(), 2.0 * half_size_m_, raster.grid().crs_name());
     first_sample_ = {window.first_column, window.first_row};
     values_ = Grid<float>(window.width, window.height);
     for (int row = 0; row < window.height; row += kRows) {

@@ -44,6 +44,8 @@ using world::Shape;
 constexpr double kLargest_m = 2000.0;
 constexpr std::size_t kMostFinishes = 256;
 constexpr int kCoarsestModelLevel = 6;
+/// assimp's triangulation of a face takes the square of its corners: a second and more of 20 000.
+constexpr unsigned kMostCorners = 1000;
 
 std::vector<std::byte> bytes_of(const std::filesystem::path& file, const std::string& name) {
   std::error_code error;
@@ -133,23 +135,19 @@ class ModelReader {
     importer.SetIOHandler(files);  // which it deletes
     importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
                                 aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    const aiScene* scene =
-        importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
+    scene_ = importer.ReadFile(file.string(), 0);
     if (!files->escaped().empty())
       fail(ErrorKind::Input, "{}: \"{}\" leads out of the model's folder; copy what it names there",
            name_, files->escaped());
     if (files->is_too_much())
       fail(ErrorKind::Input, "{}: it and what it names hold more than {} bytes", name_,
            kMostModelBytes);
-    if (scene == nullptr || scene->mRootNode == nullptr) {
-      if (importer.GetErrorString() != nullptr &&
-          std::strstr(importer.GetErrorString(), "no meshes") != nullptr)
-        fail_empty();
-      fail(ErrorKind::Input, "{}: it cannot be read: {}", name_, importer.GetErrorString());
-    }
-    scene_ = scene;
+    check_read(importer);
+    check_faces();
     std::uint64_t num_triangles = 0;
-    count(*scene->mRootNode, num_triangles, 0);
+    count(*scene_->mRootNode, num_triangles, 0);
+    scene_ = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_SortByPType);
+    check_read(importer);
     axes_ = Matrix4d::Identity();
     // y up, front along z: to x forward, y left, z up.
     if (options_.up == "y") axes_ << 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1;
@@ -158,7 +156,7 @@ class ModelReader {
     yaw.topLeftCorner<3, 3>() = Eigen::AngleAxisd(turn, Vector3d::UnitZ()).toRotationMatrix();
     axes_ = yaw * axes_;
     axes_.topRows<3>() *= options_.unit_m;
-    add(*scene->mRootNode, axes_);
+    add(*scene_->mRootNode, axes_);
     finish();
   }
 
@@ -167,10 +165,33 @@ class ModelReader {
     fail(ErrorKind::Input, "{}: it holds no triangle", name_);
   }
 
+  void check_read(const Assimp::Importer& importer) const {
+    if (scene_ != nullptr && scene_->mRootNode != nullptr) return;
+    const std::string error = importer.GetErrorString();
+    if (error.find("no meshes") != std::string::npos) fail_empty();
+    fail(ErrorKind::Input, "{}: it cannot be read: {}", name_, error);
+  }
+
+  void check_faces() const {
+    for (unsigned m = 0; m < scene_->mNumMeshes; ++m) {
+      const aiMesh& mesh = *scene_->mMeshes[m];
+      for (unsigned f = 0; f < mesh.mNumFaces; ++f)
+        if (mesh.mFaces[f].mNumIndices > kMostCorners)
+          fail(ErrorKind::Input,
+               "{}: mesh \"{}\": face {} has {} corners, and a face has at most {}; save the model "
+               "as triangles",
+               name_, mesh.mName.C_Str(), f, mesh.mFaces[f].mNumIndices, kMostCorners);
+    }
+  }
+
+  /// Triangles of its faces as they are in the file, each as often as nodes show it.
   void count(const aiNode& node, std::uint64_t& num_triangles, int depth) const {
     if (depth > 400) fail(ErrorKind::Input, "{}: its nodes lie deeper than 400", name_);
-    for (unsigned i = 0; i < node.mNumMeshes; ++i)
-      num_triangles += scene_->mMeshes[node.mMeshes[i]]->mNumFaces;
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+      const aiMesh& mesh = *scene_->mMeshes[node.mMeshes[i]];
+      for (unsigned f = 0; f < mesh.mNumFaces; ++f)
+        num_triangles += std::max(mesh.mFaces[f].mNumIndices, 2U) - 2;
+    }
     if (num_triangles > kMostModelTriangles)
       fail(ErrorKind::Input, "{}: more than {} triangles; simplify it first", name_,
            kMostModelTriangles);

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/image_io.h"
+#include "tiler/gdal_formats.h"
 #include "tiler/gdal_support.h"
 #include "tiler/objects/model_texture.h"
 #include "world/texture.h"
@@ -40,7 +41,7 @@ void check_size(int width, int height, const std::string& name) {
 }
 
 Image8 decode_jpeg(std::span<const std::byte> bytes, const std::string& name) {
-  GDALAllRegister();
+  register_gdal();
   // GDAL reads memory as a file of a name; the name is this call's own.
   const std::string file =
       fmt::format("/vsimem/terracast-texture-{}.jpg", static_cast<const void*>(bytes.data()));

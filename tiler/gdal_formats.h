@@ -1,0 +1,16 @@
+#pragma once
+
+namespace terracast::tiler {
+
+/// Names of GDAL's drivers that open what users name, of rasters and of features; each list ends with null. All of them read
+/// files and nothing else. netCDF is none: its own library fetches what it takes for an address.
+extern const char* const kRasterFormats[];
+extern const char* const kVectorFormats[];
+
+/// Makes GDAL ready, for the whole process, without what reaches beyond files: it has the drivers of the lists only, so
+/// that those behind a name in a VRT, or in what lies beside a raster, are no others either; names such as /vsicurl/ and
+/// /vsigzip/ cannot be opened; and nothing is fetched, as for the link to a GeoJSON's reference system.
+/// threads   safe
+void register_gdal();
+
+}  // namespace terracast::tiler
