@@ -1,5 +1,7 @@
 #include "export/world/tile_model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <tuple>
 #include <unordered_map>
