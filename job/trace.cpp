@@ -14,10 +14,13 @@
 #include "core/random.h"
 #include "core/registry.h"
 #include "geo/camera_model.h"
+#include "job/cover_origin.h"
+#include "job/raster_cells.h"
 #include "job/stages.h"
 #include "render/labels/shown_objects.h"
 #include "render/marking.h"
 #include "render/material.h"
+#include "tiler/osm_element.h"
 #include "world/lod.h"
 #include "world/ray_query.h"
 
@@ -36,6 +39,9 @@ constexpr double kLength_m = 60000.0;
 constexpr std::string_view kCoverNames[world::kNumCovers] = {
     "land",     "sea",  "outside", "forest",  "shrubs", "grass", "crops",
     "built-up", "bare", "snow",    "wetland", "lake",   "river", "seabed"};
+
+/// None of a store that older versions made.
+using Rasters = std::optional<world::WorldRasters>;
 
 /// Where a ray met the world.
 struct Met {
@@ -119,14 +125,44 @@ Json json_of_layer(const world::TileStore& store, std::size_t row) {
       .set("accuracy", layer.accuracy);
 }
 
-Json json_of_elevation(const world::TileStore& store, std::size_t row) {
+/// Column and row of the cell that holds a place; null beyond the raster.
+Json json_of_cell(const world::RasterInfo& raster, const geo::Geodetic& place) {
+  const auto cell = cell_from_geodetic(raster, place.lat_deg, place.lon_deg);
+  if (!cell) return {};
+  return Json::object().set("column", cell->x()).set("row", cell->y());
+}
+
+/// Of one of several rasters; none is pushed where the place lies beyond it.
+void push_cell(const world::RasterInfo& raster, const geo::Geodetic& place, Json& cells) {
+  const auto cell = cell_from_geodetic(raster, place.lat_deg, place.lon_deg);
+  if (cell)
+    cells.push(std::move(
+        Json::object().set("source", raster.name).set("column", cell->x()).set("row", cell->y())));
+}
+
+/// The element of OpenStreetMap that a feature of a layer is, where it is one.
+std::optional<std::string> element_of(const world::TileStore& store, std::size_t layer,
+                                      std::uint64_t feature) {
+  for (const auto& [name, count] : store.manifest().layers.at(layer).counts)
+    if (name == tiler::kOsmCount && count > 0) return tiler::osm_element(feature);
+  return std::nullopt;
+}
+
+void add_feature(const world::TileStore& store, std::size_t layer, std::uint64_t feature,
+                 Json& json) {
+  json.set("layer", json_of_layer(store, layer)).set("feature", feature);
+  if (const auto element = element_of(store, layer, feature)) json.set("element", *element);
+}
+
+Json json_of_elevation(const world::TileStore& store, std::size_t row, const Rasters& rasters,
+                       const geo::Geodetic& place) {
   const auto& sources = store.manifest().sources;
   if (row >= sources.size())
     fail(ErrorKind::Input, "{}: a tile names source {}, and the manifest lists {}; tile it again",
          store.folder().string(), row, sources.size());
   const world::SourceInfo& source = sources[row];
-  return Json::object()
-      .set("row", static_cast<int>(row))
+  Json json = Json::object();
+  json.set("row", static_cast<int>(row))
       .set("source", source.name)
       .set("kind", source.kind)
       .set("horizontal_crs", source.horizontal_crs)
@@ -134,39 +170,58 @@ Json json_of_elevation(const world::TileStore& store, std::size_t row) {
       .set("spacing_m", source.spacing_m)
       .set("licence", source.licence)
       .set("accuracy", source.accuracy);
+  if (source.kind == "raster")
+    json.set("cell", rasters && rasters->sources[row] ? json_of_cell(*rasters->sources[row], place)
+                                                      : Json());
+  return json;
 }
 
-/// Kinds of the layers that may have said a cover; none where it is the elevation's word.
-std::vector<std::string_view> layers_that_say(world::Cover cover) {
-  switch (cover) {
-    case world::Cover::Land:
-    case world::Cover::Sea:
-    case world::Cover::Outside:
-    case world::Cover::Seabed:
-      return {};
-    case world::Cover::River:
-      return {"water"};
-    case world::Cover::Lake:
-      return {"water", "land_cover"};
-    default:
-      return {"land_cover"};
-  }
+/// The sample of its tile whose cover, source and moisture the ground shows where it was met: of the triangle's
+/// corners the one with the largest weight.
+Eigen::Vector3d sample_shown_world(const Met& met) {
+  const double spacing_m = met.tile.spacing_m();
+  const Eigen::Vector2d corner =
+      met.tile.corner_world() + spacing_m * Eigen::Vector2d(met.hit.cell_x, met.hit.cell_y);
+  const Eigen::Vector2d within =
+      ((met.point_world.head<2>() - corner) / spacing_m).cwiseMax(0.0).cwiseMin(1.0);
+  const bool is_upper = met.hit.upper != 0;
+  const Eigen::Vector2d along =
+      is_upper ? Eigen::Vector2d(1.0 - within.x(), 1.0 - within.y()) : within;
+  Eigen::Vector2d sample(0.0, 0.0);
+  if (along.x() > 1.0 - along.sum() && along.x() >= along.y())
+    sample.x() = 1.0;
+  else if (along.y() > 1.0 - along.sum())
+    sample.y() = 1.0;
+  if (is_upper) sample = Eigen::Vector2d::Ones() - sample;
+  sample = corner + spacing_m * sample;
+  return {sample.x(), sample.y(), met.point_world.z()};
 }
 
-Json json_of_cover(const world::TileStore& store, world::Cover cover) {
+Json json_of_cover(const world::TileStore& store, const Met& met, Rasters& rasters,
+                   const geo::Geodetic& place) {
+  const world::Cover cover = met.surface.cover;
   Json json = Json::object().set("name", kCoverNames[static_cast<std::size_t>(cover)]);
-  const std::vector<std::string_view> kinds = layers_that_say(cover);
-  if (kinds.empty()) return json;
+  const geo::Geodetic sample =
+      geo::WorldFrame(store.manifest().origin).geodetic_from_world(sample_shown_world(met));
   Json layers = Json::array();
-  const auto& all = store.manifest().layers;
-  for (std::size_t row = 0; row < all.size(); ++row)
-    if (std::find(kinds.begin(), kinds.end(), all[row].kind) != kinds.end())
-      layers.push(json_of_layer(store, row));
-  return json.set("layers", std::move(layers));
+  for (const CoverOrigin& origin : origins_of_cover(store, rasters, cover, sample)) {
+    Json layer = json_of_layer(store, origin.layer);
+    if (rasters && !rasters->land_cover[origin.layer].empty()) {
+      const auto& files = rasters->land_cover[origin.layer];
+      Json cells = Json::array();
+      for (std::size_t i = 0; i < files.size(); ++i)
+        if (!origin.raster || *origin.raster == i) push_cell(files[i].raster, place, cells);
+      layer.set("cells", std::move(cells));
+    }
+    layers.push(std::move(layer));
+  }
+  if (layers.size() > 0) json.set("layers", std::move(layers));
+  return json;
 }
 
 /// The finest picture that knows a place; null where there is none.
-Json json_of_imagery(const world::TileStore& store, const Eigen::Vector2d& place_world) {
+Json json_of_imagery(const world::TileStore& store, const Eigen::Vector2d& place_world,
+                     const Rasters& rasters, const geo::Geodetic& place) {
   const auto& all = store.manifest().imagery;
   for (std::size_t row = 0; row < all.size(); ++row) {
     const world::ImageryInfo& imagery = all[row];
@@ -186,11 +241,16 @@ Json json_of_imagery(const world::TileStore& store, const Eigen::Vector2d& place
     const int y = world::kImageryTile_px - 1 - static_cast<int>(within.y());
     if (image.channels() == 4 && image(x, y, 3) == 0) continue;
     Json sources = Json::array();
-    for (const int source : found->sources)
-      sources.push(imagery.sources[static_cast<std::size_t>(source)]);
+    Json cells = Json::array();
+    for (const int source : found->sources) {
+      const auto file = static_cast<std::size_t>(source);
+      sources.push(imagery.sources[file]);
+      if (rasters) push_cell(rasters->imagery[row][file], place, cells);
+    }
     return Json::object()
         .set("layer", json_of_layer(store, static_cast<std::size_t>(imagery.layer)))
         .set("sources", std::move(sources))
+        .set("cells", rasters ? std::move(cells) : Json())
         .set("pixel_m", id.pixel_m())
         .set("color_srgb", Json::array_of({static_cast<double>(image(x, y, 0)),
                                            static_cast<double>(image(x, y, 1)),
@@ -208,16 +268,17 @@ bool shows_imagery(world::Cover cover) {
 void add_source(const world::TileStore& store, const Met& met, Json& json) {
   const world::PaintSample& paint = met.surface.paint;
   if (!met.hit.is_ground()) {
-    json.set("layer", json_of_layer(store, met.surface.provenance.layer))
-        .set("feature", met.surface.provenance.feature);
+    add_feature(store, met.surface.provenance.layer, met.surface.provenance.feature, json);
   } else {
-    if (paint.is_painted)
-      json.set("layer", json_of_layer(store, paint.coating.layer))
-          .set("feature", paint.coating.feature);
-    json.set("elevation", json_of_elevation(store, met.surface.source));
-    if (!paint.is_painted) json.set("cover", json_of_cover(store, met.surface.cover));
+    Rasters rasters = world::read_rasters(store);
+    const geo::Geodetic place =
+        geo::WorldFrame(store.manifest().origin).geodetic_from_world(met.point_world);
+    if (paint.is_painted) add_feature(store, paint.coating.layer, paint.coating.feature, json);
+    json.set("elevation", json_of_elevation(store, met.surface.source, rasters, place));
+    if (!paint.is_painted) json.set("cover", json_of_cover(store, met, rasters, place));
     if (!paint.is_painted && shows_imagery(met.surface.cover))
-      if (Json imagery = json_of_imagery(store, met.point_world.head<2>()); !imagery.is_null())
+      if (Json imagery = json_of_imagery(store, met.point_world.head<2>(), rasters, place);
+          !imagery.is_null())
         json.set("imagery", std::move(imagery));
   }
   json.set("tile",
@@ -283,19 +344,46 @@ int find_camera(const capture::SequenceInfo& info, const std::string& camera) {
   fail(ErrorKind::Usage, "{}: {}", info.name, core::unknown_name_message("camera", camera, names));
 }
 
-/// Of a layer or a source of heights.
+/// Of a layer or a source of heights; what the source does not state is said, too.
 std::string terms_lines(const Json& source) {
   std::string text;
-  for (const char* member : {"licence", "accuracy"})
-    if (!source.at(member).string().empty())
-      text += fmt::format("{:12}{}: {}\n", "", member, source.at(member).string());
+  for (const char* member : {"licence", "accuracy"}) {
+    const std::string& stated = source.at(member).string();
+    text += fmt::format("{:12}{}: {}\n", "", member, stated.empty() ? "not stated" : stated);
+  }
+  return text;
+}
+
+/// Of a raster's member `cell`, or of the members `cells` of several.
+std::string cell_lines(const Json& raster) {
+  const auto line = [](const Json& cell, const std::string& source) {
+    return fmt::format("{:12}cell: column {}, row {}{} (counted from 0)\n", "",
+                       cell.at("column").integer(), cell.at("row").integer(), source);
+  };
+  if (raster.has("cell") && raster.at("cell").is_null())
+    return fmt::format(
+        "{:12}cell: not known: beyond the raster's border, or the world is of an "
+        "older version; tile it again\n",
+        "");
+  if (raster.has("cell")) return line(raster.at("cell"), "");
+  std::string text;
+  if (raster.has("cells") && raster.at("cells").is_array())
+    for (std::size_t i = 0; i < raster.at("cells").size(); ++i)
+      text +=
+          line(raster.at("cells").at(i), " of " + raster.at("cells").at(i).at("source").string());
   return text;
 }
 
 std::string layer_lines(const Json& layer, const std::string& name) {
   const std::string text = fmt::format("{:12}{} ({}), source {}\n", name, layer.at("name").string(),
                                        layer.at("kind").string(), layer.at("source").string());
-  return text + terms_lines(layer);
+  return text + cell_lines(layer) + terms_lines(layer);
+}
+
+std::string feature_text(const Json& trace) {
+  const std::string number = trace.at("feature").text();  // numbers have up to 64 bits
+  if (!trace.has("element")) return number;
+  return fmt::format("{} of OpenStreetMap (number {})", trace.at("element").string(), number);
 }
 
 /// The body that a pixel shows of what moves.
@@ -414,7 +502,7 @@ std::string trace_text(const Json& trace) {
                                trace.at("moving").at("thing").string()));
   if (trace.has("layer")) {
     text += layer_lines(trace.at("layer"), "layer");
-    line("feature", fmt::format("{}", trace.at("feature").integer()));
+    line("feature", feature_text(trace));
   }
   if (trace.has("elevation")) {
     const Json& elevation = trace.at("elevation");
@@ -424,7 +512,7 @@ std::string trace_text(const Json& trace) {
                                       ? "the ellipsoid"
                                       : elevation.at("vertical_datum").string(),
                                   elevation.at("spacing_m").number()));
-    text += terms_lines(elevation);
+    text += cell_lines(elevation) + terms_lines(elevation);
   }
   if (trace.has("cover")) {
     const Json& cover = trace.at("cover");
@@ -441,7 +529,7 @@ std::string trace_text(const Json& trace) {
     line("imagery", fmt::format("{}, pixels of {:g} m, sRGB {:g}", fmt::join(sources, ", "),
                                 imagery.at("pixel_m").number(),
                                 fmt::join(imagery.at("color_srgb").numbers(), " ")));
-    text += layer_lines(imagery.at("layer"), "  layer");
+    text += cell_lines(imagery) + layer_lines(imagery.at("layer"), "  layer");
   }
   if (trace.has("tile"))
     line("tile", fmt::format("{}, samples every {:g} m", trace.at("tile").at("name").string(),

@@ -29,17 +29,21 @@ struct CapturedPixel {
 ///     surface      ground, paint (on the ground), object, moving, or sky
 ///     class        name, id; instance_id is 0 for ground and sky
 ///     layer        of paint and objects: its row of the manifest, name, kind, source, licence,
-///                  accuracy; and the feature's number in that source
+///                  accuracy; and the feature's number in that source, and `element` beside it where that is an
+///                  element of OpenStreetMap: way/123
 ///     moving       of what moves: the body's name and what it is
 ///     elevation    of ground and paint: the source's row, name, kind, CRS, datum, spacing,
-///                  licence, accuracy
-///     cover        of ground: what covers it, and the layers that tell (the first that knows is
-///                  believed)
+///                  licence, accuracy; of a raster the `cell`: column and row of the pixel that holds the place,
+///                  counted from 0
+///     cover        of ground: what covers it, and the layer that said so; several, in the order in which they are
+///                  asked, where it cannot be told which (origins_of_cover()). Of rasters the `cells`
 ///     imagery      of ground where a picture is shown: its layer as above, the files that show in its
-///                  tile, sides of its pixels, its colour there (sRGB of the albedo)
+///                  tile, the cells of those that reach over the place, sides of its pixels, its colour there (sRGB
+///                  of the albedo)
 ///     tile         name and spacing, where it was met
 ///
-/// Members that do not apply are left out.
+/// Members that do not apply are left out; `cell` and `cells` are null where the store, of an older version, keeps no
+/// geotransforms.
 /// throws   Input: outside the world's tiles; the store lacks a tile that it lists
 core::Json trace_place(const world::TileStore& store, double lat_deg, double lon_deg);
 

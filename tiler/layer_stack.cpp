@@ -14,6 +14,7 @@
 #include "tiler/dry_paint.h"
 #include "tiler/imagery/imagery_pyramid.h"
 #include "tiler/instance_ids.h"
+#include "tiler/known_rasters.h"
 
 namespace terracast::tiler {
 namespace {
@@ -122,7 +123,7 @@ class Site final : public LayerSite {
   const Layer& asking_;
 };
 
-class LayeredSurface final : public WorldSurface {
+class LayeredSurface final : public WorldSurface, public KnownRasters {
  public:
   LayeredSurface(std::shared_ptr<const WorldSurface> surface, LayerStack layers)
       : surface_(std::move(surface)), layers_(std::move(layers)) {}
@@ -130,6 +131,9 @@ class LayeredSurface final : public WorldSurface {
   const geo::WorldFrame& frame() const override { return surface_->frame(); }
   const WorldOptions& options() const override { return surface_->options(); }
   const std::vector<world::SourceInfo>& sources() const override { return surface_->sources(); }
+  std::vector<std::optional<world::RasterInfo>> rasters() const override {
+    return rasters_of(*surface_);
+  }
   int measured_level() const override { return surface_->measured_level(); }
   int base_level() const override { return surface_->base_level(); }
   std::string input_hash() const override {
@@ -284,6 +288,14 @@ world::WayNetwork LayerStack::ways() const {
     }
     all.num_nodes += own.num_nodes;
   }
+  return all;
+}
+
+std::vector<std::vector<world::CoverRasterInfo>> LayerStack::cover_rasters() const {
+  std::vector<std::vector<world::CoverRasterInfo>> all(layers_.size());
+  for (std::size_t row = 0; row < layers_.size(); ++row)
+    if (const auto* known = dynamic_cast<const KnownCovers*>(layers_[row].get()))
+      all[row] = known->cover_rasters();
   return all;
 }
 

@@ -8,6 +8,7 @@
 
 #include "tiler/layer.h"
 #include "tiler/surface.h"
+#include "world/raster_info.h"
 
 namespace terracast::tiler {
 
@@ -41,6 +42,8 @@ class LayerStack {
   const std::vector<world::VolumePlace>& volume_places() const { return volume_places_; }
   /// Of all layers; what different ones know does not meet.
   world::WayNetwork ways() const;
+  /// Of each layer, in its order of priority; none of those that read no raster of land cover.
+  std::vector<std::vector<world::CoverRasterInfo>> cover_rasters() const;
   std::string input_hash() const;
 
   /// What the layers make of the ground at a place of the world's square, what they raise it by times lift_share().

@@ -10,6 +10,7 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "tiler/geodesy_cells.h"
+#include "tiler/known_rasters.h"
 #include "tiler/void_filling.h"
 
 namespace terracast::tiler {
@@ -155,7 +156,7 @@ GroundFacts blended(const GroundFacts& below, const GroundFacts& above, double s
   return ground;
 }
 
-class LayeredField : public HeightField {
+class LayeredField : public HeightField, public KnownRasters {
  public:
   LayeredField(const geo::WorldFrame& frame, double size_m, std::vector<FieldLayer> layers,
                double fit_m)
@@ -209,6 +210,7 @@ class LayeredField : public HeightField {
   double metres_per_map_unit() const override { return 1.0; }
   bool takes_detail() const override { return true; }
   const std::vector<world::SourceInfo>& sources() const override { return sources_; }
+  std::vector<std::optional<world::RasterInfo>> rasters() const override { return rasters_; }
   std::string input_hash() const override { return hash_; }
 
  private:
@@ -237,6 +239,8 @@ class LayeredField : public HeightField {
     const int level = static_cast<int>(std::floor(std::log2(layer.field->spacing_m()) + 1e-3));
     const auto first_source = static_cast<std::uint8_t>(sources_.size());
     sources_.insert(sources_.end(), layer.field->sources().begin(), layer.field->sources().end());
+    const auto rasters = rasters_of(*layer.field);
+    rasters_.insert(rasters_.end(), rasters.begin(), rasters.end());
     layers_.push_back({.field = std::move(layer.field),
                        .share = std::move(layer.share),
                        .map = std::move(map),
@@ -344,6 +348,7 @@ class LayeredField : public HeightField {
   double lowest_m_ = 0.0;
   double highest_m_ = 0.0;
   std::vector<world::SourceInfo> sources_;
+  std::vector<std::optional<world::RasterInfo>> rasters_;  ///< of sources_
   std::string hash_;
 };
 

@@ -373,6 +373,9 @@ void check_size(int size_px) {
     core::fail(core::ErrorKind::Config, "a map of {} pixels; 64 to 16384 can be drawn", size_px);
 }
 
+/// What a source says of itself; a source that says nothing is told from one that was not asked.
+std::string_view stated(std::string_view words) { return words.empty() ? "not stated" : words; }
+
 }  // namespace
 
 core::Image8 render_preview(const TileStore& store, const std::vector<PreviewPath>& paths,
@@ -498,8 +501,8 @@ std::string describe_world(const TileStore& store) {
     if (source.kind == "raster")
       text += fmt::format("    voids     {}, of these {} filled from their surroundings\n",
                           source.num_voids, source.num_voids_filled);
-    if (!source.licence.empty()) text += fmt::format("    licence   {}\n", source.licence);
-    if (!source.accuracy.empty()) text += fmt::format("    accuracy  {}\n", source.accuracy);
+    text += fmt::format("    licence   {}\n    accuracy  {}\n", stated(source.licence),
+                        stated(source.accuracy));
     if (!source.content_hash.empty())
       text += fmt::format("    hash      {}\n", source.content_hash);
   }
@@ -508,8 +511,8 @@ std::string describe_world(const TileStore& store) {
     text += fmt::format("  {} ({}), from {}\n", layer.name, layer.kind, layer.source);
     for (const auto& [name, count] : layer.counts)
       text += fmt::format("    {:9} {}\n", count, name);
-    if (!layer.licence.empty()) text += fmt::format("    licence   {}\n", layer.licence);
-    if (!layer.accuracy.empty()) text += fmt::format("    accuracy  {}\n", layer.accuracy);
+    text += fmt::format("    licence   {}\n    accuracy  {}\n", stated(layer.licence),
+                        stated(layer.accuracy));
     if (!layer.content_hash.empty()) text += fmt::format("    hash      {}\n", layer.content_hash);
   }
   return text;

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <utility>
 
+#include "tiler/known_rasters.h"
+
 namespace terracast::tiler {
 namespace {
 
-class RasterField : public HeightField {
+class RasterField : public HeightField, public KnownRasters {
  public:
   explicit RasterField(RasterMosaic mosaic)
       : mosaic_(std::move(mosaic)), has_shore_(mosaic_.has_sea && !mosaic_.datum.is_ellipsoid()) {
@@ -59,6 +61,7 @@ class RasterField : public HeightField {
   double metres_per_map_unit() const override { return spacing_m(); }
   bool takes_detail() const override { return true; }
   const std::vector<world::SourceInfo>& sources() const override { return mosaic_.sources; }
+  std::vector<std::optional<world::RasterInfo>> rasters() const override { return mosaic_.rasters; }
   std::string input_hash() const override { return mosaic_.input_hash; }
 
  private:

@@ -176,6 +176,16 @@ Eigen::AlignedBox2d RasterGrid::box_of_square(const geo::WorldFrame& frame,
   return box;
 }
 
+world::RasterInfo RasterGrid::info(const std::string& name) const {
+  return {.name = name,
+          .horizontal_crs = crs_.name,
+          .pipeline = pipeline_,
+          .is_geographic = crs_.is_geographic,
+          .geotransform = geotransform_,
+          .width_px = width_,
+          .height_px = height_};
+}
+
 std::string RasterGrid::description() const {
   return fmt::format("{} {} {} {}", crs_.wkt, width_, height_, fmt::join(geotransform_, " "));
 }

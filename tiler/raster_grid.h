@@ -11,6 +11,7 @@
 #include "geo/geodesy.h"
 #include "tiler/crs_operation.h"
 #include "tiler/gdal_support.h"
+#include "world/raster_info.h"
 
 namespace terracast::tiler {
 
@@ -72,6 +73,10 @@ class RasterGrid {
 
   /// Sample coordinates of the world's square, at whatever height its ground lies.
   Eigen::AlignedBox2d box_of_square(const geo::WorldFrame& frame, double half_size_m) const;
+
+  /// Where its pixels lie, for the world's store.
+  /// name   the file's, without folder
+  world::RasterInfo info(const std::string& name) const;
 
   /// All that determines where samples stand, for hashes.
   std::string description() const;

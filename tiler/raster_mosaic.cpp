@@ -251,6 +251,7 @@ void add(MosaicDraft& draft, std::size_t index) {
   info.licence = draft.rasters[index].entry->licence;
   info.accuracy = draft.rasters[index].entry->accuracy;
   info.content_hash = raster.content_hash();
+  draft.mosaic.rasters.emplace_back(raster.grid().info(info.name));
   draft.mosaic.sources.push_back(std::move(info));
   core::with_context(
       [&] {

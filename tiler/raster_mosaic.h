@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,6 +32,7 @@ struct RasterMosaic {
   Eigen::Vector2d sample_size_m;  ///< on the ground, along a row and along a column
   std::vector<world::SourceInfo>
       sources;  ///< the rasters in order, then filled void, sea, extended where there are such
+  std::vector<std::optional<world::RasterInfo>> rasters;  ///< of the first sources
   std::string input_hash;
 };
 

@@ -14,6 +14,7 @@
 #include "tiler/elevation_registry.h"
 #include "tiler/geodesy_cells.h"
 #include "tiler/height_field.h"
+#include "tiler/known_rasters.h"
 #include "tiler/layer_stack.h"
 #include "tiler/relief.h"
 
@@ -42,13 +43,16 @@ constexpr double kShoreHeight_m = 3.0;
 /// Detail fades out beyond the square, over this distance.
 constexpr double kDetailFade_m = 1000.0;
 
-class TerrainSurface : public WorldSurface {
+class TerrainSurface : public WorldSurface, public KnownRasters {
  public:
   TerrainSurface(const WorldOptions& options, const core::Context& context);
 
   const geo::WorldFrame& frame() const override { return frame_; }
   const WorldOptions& options() const override { return options_; }
   const std::vector<world::SourceInfo>& sources() const override { return sources_; }
+  std::vector<std::optional<world::RasterInfo>> rasters() const override {
+    return rasters_of(*field_);
+  }
   int measured_level() const override { return measured_level_; }
   int base_level() const override { return base_level_; }
   std::string input_hash() const override { return input_hash_; }

@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "tiler/imagery/imagery_pyramid.h"
+#include "tiler/known_rasters.h"
 #include "tiler/layer_stack.h"
 #include "tiler/tile_builder.h"
 
@@ -72,6 +73,7 @@ class Growth {
   void split(const std::vector<TileId>& parents);
   void balance();
   void add_imagery(world::WorldManifest& manifest);
+  world::WorldRasters rasters_of_world() const;
   void finish(double radius_m);
 
   const WorldSurface& surface_;
@@ -270,6 +272,18 @@ void Growth::add_imagery(world::WorldManifest& manifest) {
   }
 }
 
+world::WorldRasters Growth::rasters_of_world() const {
+  world::WorldRasters rasters{.sources = rasters_of(surface_),
+                              .land_cover = surface_.layers().cover_rasters(),
+                              .imagery = {}};
+  for (const auto& [layer, pyramid] : surface_.layers().imagery()) {
+    rasters.imagery.emplace_back();
+    for (const auto& raster : pyramid->rasters())
+      rasters.imagery.back().push_back(raster->grid().info(raster->name()));
+  }
+  return rasters;
+}
+
 void Growth::finish(double radius_m) {
   world::WorldManifest manifest;
   const WorldOptions& options = surface_.options();
@@ -301,6 +315,7 @@ void Growth::finish(double radius_m) {
     manifest.volumes.push_back(world::write_volume(folder_, row, volumes[row]));
   manifest.volume_places = surface_.layers().volume_places();
   manifest.ways = world::write_ways(folder_, surface_.layers().ways());
+  world::write_rasters(folder_, manifest.input_hash, rasters_of_world());
   manifest.finest_level = coarsest_level_;
   for (const auto& [id, info] : tiles_) {
     manifest.finest_level = std::min(manifest.finest_level, id.level);

@@ -16,6 +16,7 @@
 #include "geo/units.h"
 #include "tiler/crs_operation.h"
 #include "tiler/gdal_support.h"
+#include "tiler/osm_element.h"
 #include "tiler/vector_parts.h"
 
 namespace terracast::tiler {
@@ -75,8 +76,12 @@ class Reader {
   const LayerRules& rules_of(GDALDataset& dataset, OGRLayer* layer);
   LayerRules make_rules(GDALDataset& dataset, OGRLayer* layer);
   FeatureTags tags_of(const OGRFeature& feature, const LayerRules& rules) const;
-  std::uint64_t number_of(const OGRFeature& feature, const LayerRules& rules,
-                          const FeatureTags& tags) const;
+  struct Number {
+    std::uint64_t value;
+    bool is_osm;  ///< osm_number()
+  };
+  Number number_of(const OGRFeature& feature, const LayerRules& rules,
+                   const FeatureTags& tags) const;
   void take(const OGRFeature& feature, const LayerRules& rules);
   void collect(const OGRGeometry* geometry, int depth,
                std::array<std::vector<std::vector<PointsWorld>>, 3>& parts_by_kind);
@@ -101,6 +106,7 @@ class Reader {
   std::vector<std::unique_ptr<LayerRules>> rules_;
   VectorData data_;
   std::int64_t num_read_ = 0;
+  std::int64_t num_osm_ = 0;
   std::int64_t num_unwanted_ = 0;
   std::int64_t num_outside_ = 0;
   std::int64_t num_without_geometry_ = 0;
@@ -177,8 +183,11 @@ FeatureTags Reader::tags_of(const OGRFeature& feature, const LayerRules& rules) 
   return FeatureTags(std::move(tags));
 }
 
-std::uint64_t Reader::number_of(const OGRFeature& feature, const LayerRules& rules,
-                                const FeatureTags& tags) const {
+Reader::Number Reader::number_of(const OGRFeature& feature, const LayerRules& rules,
+                                 const FeatureTags& tags) const {
+  const auto osm = [](OsmKind kind, std::uint64_t id) {
+    return Number{.value = osm_number(kind, id), .is_osm = true};
+  };
   const auto text_of = [&](int field) -> std::string {
     if (field < 0 || feature.IsFieldSetAndNotNull(field) == 0) return "";
     return const_cast<OGRFeature&>(feature).GetFieldAsString(field);
@@ -192,24 +201,23 @@ std::uint64_t Reader::number_of(const OGRFeature& feature, const LayerRules& rul
              "{}: feature {} of layer {} has \"{}\" in {}, which is no whole number from 0 and no "
              "element of OpenStreetMap (way/123)",
              file_.written, feature.GetFID(), rules.layer->GetName(), text, options_.number_field);
-      return *number;
+      return {.value = *number, .is_osm = !whole_number(text)};
     }
   }
   const std::string_view layer = rules.layer->GetName();
   if (options_.number_field != "fid") {
-    if (const auto way = whole_number(text_of(rules.osm_way_field)))
-      return osm_number(OsmKind::Way, *way);
+    if (const auto way = whole_number(text_of(rules.osm_way_field))) return osm(OsmKind::Way, *way);
     std::string element = text_of(rules.osm_field);
     // As osm2pgsql writes relations.
     const bool is_negative = element.starts_with('-');
     if (is_negative) element.erase(0, 1);
     if (const auto id = whole_number(element)) {
-      if (is_negative) return osm_number(OsmKind::Relation, *id);
+      if (is_negative) return osm(OsmKind::Relation, *id);
       const OGRwkbGeometryType type = wkbFlatten(feature.GetGeometryRef()->getGeometryType());
-      if (type == wkbPoint) return osm_number(OsmKind::Node, *id);
-      if (type == wkbLineString) return osm_number(OsmKind::Way, *id);
+      if (type == wkbPoint) return osm(OsmKind::Node, *id);
+      if (type == wkbLineString) return osm(OsmKind::Way, *id);
       // Areas of a source that tells ways from relations are relations where it names no way.
-      return osm_number(
+      return osm(
           rules.osm_way_field >= 0 || layer == "multilinestrings" || layer == "other_relations"
               ? OsmKind::Relation
               : OsmKind::Way,
@@ -217,7 +225,8 @@ std::uint64_t Reader::number_of(const OGRFeature& feature, const LayerRules& rul
     }
   }
   if (rules.keeps_numbers || options_.number_field == "fid")
-    return static_cast<std::uint64_t>(feature.GetFID()) ^ rules.number_salt;
+    return {.value = static_cast<std::uint64_t>(feature.GetFID()) ^ rules.number_salt,
+            .is_osm = false};
   FeatureHash hash;
   hash.add(rules.number_salt);
   for (const auto& [key, value] : tags.all()) {
@@ -229,7 +238,7 @@ std::uint64_t Reader::number_of(const OGRFeature& feature, const LayerRules& rul
   std::vector<unsigned char> wkb(static_cast<std::size_t>(geometry->WkbSize()));
   geometry->exportToWkb(wkbNDR, wkb.data(), wkbVariantIso);
   hash.add(core::content_hash64(std::as_bytes(std::span(wkb))));
-  return hash.value();
+  return {.value = hash.value(), .is_osm = false};
 }
 
 /// Points of a line or ring as the source has them; of a ring without the closing one.
@@ -429,7 +438,9 @@ void Reader::take(const OGRFeature& feature, const LayerRules& rules) {
       ++num_cut_;
       if (parts.empty()) continue;
     }
-    made.number = number_of(feature, rules, tags);
+    const Number number = number_of(feature, rules, tags);
+    made.number = number.value;
+    num_osm_ += number.is_osm ? 1 : 0;
     made.tags = tags;
     made.parts_world = std::move(parts);
     data_.features.push_back(std::move(made));
@@ -558,6 +569,7 @@ VectorData Reader::read() {
   data_.file_name = std::filesystem::path(file_.written).filename().string();
   data_.content_hash = hash_of_files(*dataset, file_);
   data_.counts = {{"features read", num_read_},
+                  {std::string(kOsmCount), num_osm_},
                   {"features of no use here", num_unwanted_},
                   {"features outside the world", num_outside_},
                   {"features without a geometry", num_without_geometry_},

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "core/error.h"
 #include "core/log.h"
@@ -11,6 +12,7 @@
 #include "core/toml_reader.h"
 #include "job/job.h"
 #include "tests/support/expect_error.h"
+#include "tests/support/test_data.h"
 
 namespace terracast::job {
 namespace {
@@ -27,6 +29,28 @@ TEST(Configs, EveryJobThatIsShippedReads) {
     EXPECT_NO_THROW(load_run_config(entry.path(), {})) << entry.path();
   }
   EXPECT_GE(num_jobs, 3);
+}
+
+TEST(Configs, EveryShippedWorldStatesLicenceAndAccuracyOfAllItsSources) {
+  const test::ScratchFolder folder;
+  int num_sources = 0;
+  for (const auto& entry : fs::directory_iterator(kSource / "configs/worlds")) {
+    const fs::path job = folder / "job.toml";
+    std::ofstream(job) << "extends = " << kSource / "configs/all_formats.toml"
+                       << "\ndata = \"data\"\nworld = " << entry.path() << "\n";
+    const RunConfig config = load_run_config(job, {});
+    for (const tiler::ElevationOptions& source : config.world.elevation) {
+      ++num_sources;
+      EXPECT_NE(source.licence, "") << entry.path() << " " << source.kind;
+      EXPECT_NE(source.accuracy, "") << entry.path() << " " << source.kind;
+    }
+    for (const tiler::LayerOptions& layer : config.world.layers) {
+      ++num_sources;
+      EXPECT_NE(layer.licence, "") << entry.path() << " " << layer.kind;
+      EXPECT_NE(layer.accuracy, "") << entry.path() << " " << layer.kind;
+    }
+  }
+  EXPECT_GT(num_sources, 50);
 }
 
 TEST(Configs, AResolvedJobReadsBackToItself) {

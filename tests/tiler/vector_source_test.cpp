@@ -216,6 +216,7 @@ TEST(VectorSource, OsmElementsOfOneIdHaveDifferentNumbers) {
   ASSERT_EQ(data.features.size(), 2U);
   EXPECT_EQ(data.features[0].number, tiler::osm_number(OsmKind::Way, 77));
   EXPECT_EQ(data.features[1].number, tiler::osm_number(OsmKind::Relation, 77));
+  EXPECT_EQ(count_of(data, "features numbered by OpenStreetMap"), 2);
   write_vectors(folder / "named.gpkg", "GPKG",
                 {{square, {{"@id", "way/77"}}}, {square, {{"@id", "relation/77"}}}});
   const VectorData named = read(folder / "named.gpkg", {.number_field = "@id"});

@@ -314,6 +314,22 @@ Eigen::Vector2d CoverRaster::aside_m(const Eigen::Vector2d& place_world) const {
   return options_.border_px * spacing_m_ * aside / std::max(aside.norm(), 1.0);
 }
 
+world::CoverRasterInfo CoverRaster::info(const std::string& name) const {
+  world::CoverRasterInfo info;
+  info.raster = grid_->info(name);
+  info.border_px = options_.border_px;
+  info.first_column = window_.first_column;
+  info.first_row = window_.first_row;
+  info.covers = core::Image8(classes_.width, classes_.height, 1, world::CoverRasterInfo::kSilent);
+  for (std::size_t k = 0; k < classes_.values.size(); ++k) {
+    const auto land_class = static_cast<LandClass>(classes_.values[k]);
+    const auto cover =
+        land_class == LandClass::Lake ? std::optional(world::Cover::Lake) : cover_of(land_class);
+    if (cover) info.covers.data()[k] = static_cast<std::uint8_t>(*cover);
+  }
+  return info;
+}
+
 std::optional<CoverRaster::Found> CoverRaster::find(const Eigen::Vector2d& place_world,
                                                     double z_world) const {
   if (!touches_square()) return std::nullopt;

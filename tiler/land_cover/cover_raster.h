@@ -60,6 +60,9 @@ class CoverRaster {
   bool touches_square() const { return !window_.is_empty(); }
   const RasterGrid& grid() const { return *grid_; }
   const CoverRasterCounts& counts() const { return counts_; }
+  /// Where its pixels lie and what they say, for the world's store.
+  /// name   the file's, without folder
+  world::CoverRasterInfo info(const std::string& name) const;
   /// Of the file, the legend and all else that determines cover().
   const std::string& content_hash() const { return hash_; }
 

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "tiler/dry_cover.h"
+#include "tiler/known_rasters.h"
 #include "tiler/land_cover/cover_raster.h"
 #include "tiler/land_cover/derived_cover.h"
 #include "tiler/land_cover/legend.h"
@@ -20,7 +21,7 @@ namespace {
 using core::ErrorKind;
 using core::fail;
 
-class RasterLayer final : public Layer {
+class RasterLayer final : public Layer, public KnownCovers {
  public:
   RasterLayer(const std::vector<core::Path>& files, const Legend& legend,
               const CoverRasterOptions& options, const LayerInputs& inputs)
@@ -70,6 +71,12 @@ class RasterLayer final : public Layer {
     std::string all = "land cover " + legend_name_;
     for (const auto& raster : rasters_) all += " " + raster->content_hash();
     return core::content_hash(all);
+  }
+
+  std::vector<world::CoverRasterInfo> cover_rasters() const override {
+    std::vector<world::CoverRasterInfo> infos;
+    for (std::size_t i = 0; i < rasters_.size(); ++i) infos.push_back(rasters_[i]->info(names_[i]));
+    return infos;
   }
 
   std::optional<world::Cover> cover(const Eigen::Vector2d& place_world,

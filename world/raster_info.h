@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/image.h"
+
+namespace terracast::world {
+
+class TileStore;
+
+/// Where the pixels of a raster lie that a world was made from.
+struct RasterInfo {
+  std::string name;            ///< file name without folder
+  std::string horizontal_crs;  ///< as GDAL names it
+  /// The PROJ pipeline from WGS84 longitude and latitude (deg) to the CRS; empty for identity.
+  std::string pipeline;
+  bool is_geographic = false;  ///< coordinates of the CRS are longitude and latitude, deg
+  /// GDAL's: of the CRS's coordinates at column i, row j (corners of pixels are whole numbers)
+  /// x = [0] + i [1] + j [2], y = [3] + i [4] + j [5].
+  std::array<double, 6> geotransform = {};
+  int width_px = 0;
+  int height_px = 0;
+  bool operator==(const RasterInfo&) const = default;
+};
+
+/// A raster of land cover, and what it says.
+struct CoverRasterInfo {
+  RasterInfo raster;
+  /// A place has the class of the pixel at most this far from it along rows and columns, in pixels: borders
+  /// between classes are bent.
+  double border_px = 0.0;
+  int first_column = 0;  ///< of covers in the raster
+  int first_row = 0;
+  /// A Cover a pixel, kSilent where the raster says nothing; of the part that the world took.
+  core::Image8 covers;
+  static constexpr std::uint8_t kSilent = 255;
+};
+
+/// The rasters of a world, by the rows of its manifest.
+struct WorldRasters {
+  std::vector<std::optional<RasterInfo>> sources;  ///< of WorldManifest::sources; none: no raster
+  std::vector<std::vector<CoverRasterInfo>> land_cover;  ///< of WorldManifest::layers
+  /// Of WorldManifest::imagery, in the order of ImageryInfo::sources.
+  std::vector<std::vector<RasterInfo>> imagery;
+};
+
+/// Writes `rasters.json` and `land_cover/<layer>_<raster>.png` of a store, each atomically.
+/// input_hash   WorldManifest::input_hash
+void write_rasters(const std::filesystem::path& store, const std::string& input_hash,
+                   const WorldRasters& rasters);
+
+/// Reads them without what land cover says, and checks them; nothing of a store that older versions made, which
+/// keeps none.
+/// throws   Input: damaged, or of another world; Io
+std::optional<WorldRasters> read_rasters(const TileStore& store);
+
+/// Reads what a raster of land cover says into its `covers`.
+/// layer    of WorldRasters::land_cover
+/// raster   of that layer's
+/// throws   as read_rasters()
+void read_covers(const TileStore& store, std::size_t layer, std::size_t raster,
+                 WorldRasters& rasters);
+
+}  // namespace terracast::world
