@@ -203,21 +203,20 @@ TEST_P(TraceCells, AreWrittenOutWithWhatIsNotStated) {
   EXPECT_THAT(text, HasSubstr("of picture.tif (counted from 0)"));
   EXPECT_THAT(text, HasSubstr("licence: not stated\n            accuracy: 2 m"));
   EXPECT_THAT(text, HasSubstr("licence: by hand\n            accuracy: not stated"));
-}
 
-TEST_P(TraceCells, OfAnOlderWorldAreNotKnownAndDamageIsFound) {
+  // An older world has none, and damage is found.
   const fs::path rasters = folder_ / "world/rasters.json";
   const std::string whole = core::read_text_file(rasters);
-  const auto trace = [&] { return job::trace_world_place(*store_, {-300.3, 40.1}); };
+  const auto again = [&] { return job::trace_world_place(*store_, {-300.3, 40.1}); };
 
   std::string turned = whole;
   const std::size_t digit = turned.find("\"width_px\": ") + 12;
   turned[digit] = turned[digit] == '9' ? '8' : '9';
   std::ofstream(rasters) << turned;
-  expect_error(ErrorKind::Input, {"rasters.json", "tile the world again"}, [&] { trace(); });
+  expect_error(ErrorKind::Input, {"rasters.json", "tile the world again"}, [&] { again(); });
 
   fs::remove(rasters);
-  const Json old = trace();
+  const Json old = again();
   EXPECT_TRUE(old.at("elevation").at("cell").is_null());
   EXPECT_EQ(old.at("cover").at("layers").size(), 2U) << old.text();
   EXPECT_THAT(job::trace_text(old), HasSubstr("cell: not known"));
@@ -227,7 +226,7 @@ TEST_P(TraceCells, OfAnOlderWorldAreNotKnownAndDamageIsFound) {
   std::string bytes = core::read_text_file(covers);
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
   std::ofstream(covers, std::ios::binary) << bytes;
-  expect_error(ErrorKind::Input, {"0_0.png", "tile the world again"}, [&] { trace(); });
+  expect_error(ErrorKind::Input, {"0_0.png", "tile the world again"}, [&] { again(); });
 }
 
 INSTANTIATE_TEST_SUITE_P(HeightsIn, TraceCells, testing::Values(false, true),
