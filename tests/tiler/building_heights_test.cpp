@@ -29,7 +29,9 @@ class BuildingHeights : public testing::Test {
   }
 
   Built built(const std::string& key = "heights", const std::string& more = "") const {
-    return Built(files_key(folder_ / "a.gpkg") + key + " = \"" + file().string() + "\"\n" + more);
+    const std::string value = " = \"" + file().string() + "\"\n";
+    return Built(files_key(folder_ / "a.gpkg") + key + value +
+                 (key == "surface" ? "terrain" + value : "") + more);
   }
   std::filesystem::path file() const { return folder_ / name_; }
   void refuses(ErrorKind kind, const std::vector<std::string>& words) const {
@@ -45,7 +47,8 @@ class BuildingHeights : public testing::Test {
     std::string text =
         fmt::format("ncols 20\nnrows 20\nxllcorner {:.3f}\nyllcorner {:.3f}\ncellsize 5\n",
                     at.x() - 50.0, at.y() - 50.0);
-    for (int i = 0; i < 400; ++i) text += (i % 20 == 0 ? "\n" : " ") + sample;
+    // GDAL tells the file by a first sample that is a number.
+    for (int i = 0; i < 400; ++i) text += (i % 20 == 0 ? "\n" : " ") + (i == 0 ? "12.5" : sample);
     write_text(file(), text + "\n");
     write_text(folder_ / "heights.prj",
                "PROJCS[\"WGS_1984_UTM_Zone_31N\",GEOGCS[\"GCS_WGS_1984\",DATUM[\"D_WGS_1984\","
