@@ -9,8 +9,9 @@
 // name_label()`.
 // clang-format off
 #define TERRACAST_LABELS(X)                                                                \
-  X(albedo) X(cloud) X(covisibility) X(depth) X(disparity) X(flow) X(instance) X(normals)  \
-  X(objects) X(pairs) X(panoptic) X(points) X(range) X(scene_flow) X(semantic) X(tracks) X(volume)
+  X(albedo) X(bottom) X(cloud) X(covisibility) X(depth) X(disparity) X(flow) X(instance)   \
+  X(normals) X(objects) X(pairs) X(panoptic) X(points) X(range) X(scene_flow) X(semantic)  \
+  X(tracks) X(volume)
 // clang-format on
 
 namespace terracast::render {

@@ -1,5 +1,6 @@
 #include "cli/reference.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -79,6 +80,7 @@ TEST(Reference, ExplainsHowAnItemOfAListIsSet) {
 TEST(Reference, EveryGroundTruthIsChosenByANameThatThePageHas) {
   const std::vector<std::pair<std::string, std::string>> kinds = {
       {"range along the ray", "range"},
+      {"range to the bottom below water", "bottom"},
       {"depth along the optical axis", "depth"},
       {"world point", "points"},
       {"normal, world", "normals"},
@@ -115,6 +117,27 @@ TEST(Reference, EveryGroundTruthIsChosenByANameThatThePageHas) {
   }
   for (const render::LabelInfo& info : render::labels())
     EXPECT_NE(page.find(fmt::format("\n| `{}` | ", info.name)), std::string::npos) << info.name;
+}
+
+// What stands in a world besides buildings, ways and plants: the classes that `terracast list things` names.
+TEST(Reference, ThingsAreOfAllKindsThatAreAskedFor) {
+  std::istringstream lines(list_text("things"));
+  std::vector<std::string> classes, names;
+  std::string line, name, semantic_class;
+  std::getline(lines, line);  // the heading
+  while (std::getline(lines, line)) {
+    std::istringstream(line) >> name >> semantic_class;
+    names.push_back(name);
+    classes.push_back(semantic_class);
+  }
+  EXPECT_THAT(classes,
+              testing::IsSupersetOf({"car",         "van",    "truck", "bus",   "aircraft",
+                                     "helicopter",  "ship",   "boat",  "pier",  "container",
+                                     "warehouse",   "hangar", "crane", "pylon", "wind_turbine",
+                                     "street_lamp", "person", "drone", "bush",  "wall"}));
+  EXPECT_THAT(names, testing::IsSupersetOf({"airliner", "light_aircraft", "container_ship", "ferry",
+                                            "lighthouse", "control_tower", "water_tower", "chimney",
+                                            "storage_tank", "silo", "radio_mast", "gantry_crane"}));
 }
 
 /// The indented lines after a heading of a page.

@@ -88,6 +88,53 @@ TEST(BuildingShapes, RoofsOverARectangleHaveTheirClosedForms) {
 }
 
 // Windows are drawn in bays and storeys of the pattern's own size: no wall may cut one.
+// OpenStreetMap's values of roof:shape (https://wiki.openstreetmap.org/wiki/Key:roof:shape) and the shape that each draws,
+// of a house, whose roof is gabled or hipped as it likes where nobody says, and of a part, whose roof is flat then.
+TEST(BuildingShapes, EachRoofThatATagNamesIsTheOneThatStands) {
+  const std::map<std::string, RoofShape> shapes = {{"flat", RoofShape::Flat},
+                                                   {"gabled", RoofShape::Gabled},
+                                                   {"pitched", RoofShape::Gabled},
+                                                   {"gabled_row", RoofShape::Gabled},
+                                                   {"saltbox", RoofShape::Gabled},
+                                                   {"cross_gabled", RoofShape::Gabled},
+                                                   {"hipped", RoofShape::Hipped},
+                                                   {"side_hipped", RoofShape::Hipped},
+                                                   {"half-hipped", RoofShape::HalfHipped},
+                                                   {"half_hipped", RoofShape::HalfHipped},
+                                                   {"hipped-and-gabled", RoofShape::HalfHipped},
+                                                   {"pyramidal", RoofShape::Pyramidal},
+                                                   {"tented", RoofShape::Pyramidal},
+                                                   {"skillion", RoofShape::Skillion},
+                                                   {"lean_to", RoofShape::Skillion},
+                                                   {"gambrel", RoofShape::Gambrel},
+                                                   {"mansard", RoofShape::Mansard},
+                                                   {"round", RoofShape::Round},
+                                                   {"dome", RoofShape::Dome},
+                                                   {"onion", RoofShape::Dome},
+                                                   {"cone", RoofShape::Spire},
+                                                   {"conical", RoofShape::Spire},
+                                                   {"spire", RoofShape::Spire}};
+  std::set<RoofShape> drawn;
+  for (const auto& [value, shape] : shapes)
+    for (const bool is_part : {false, true})
+      for (std::uint64_t own = 0; own < 8; ++own) {
+        const tiler::FeatureTags tags(
+            {{is_part ? "building:part" : "building", "yes"}, {"roof:shape", value}});
+        EXPECT_EQ(tiler::design_building(tags, is_part, {}, std::nullopt, own, own).roof, shape)
+            << value;
+        drawn.insert(shape);
+      }
+  EXPECT_EQ(drawn.size(), 11U);  // all that there are
+  // What nobody knows is as if it were not said.
+  for (std::uint64_t own = 0; own < 8; ++own) {
+    const tiler::FeatureTags unknown({{"building", "house"}, {"roof:shape", "many"}});
+    const tiler::FeatureTags silent(
+        std::vector<std::pair<std::string, std::string>>{{"building", "house"}});
+    EXPECT_EQ(tiler::design_building(unknown, false, {}, std::nullopt, own, own).roof,
+              tiler::design_building(silent, false, {}, std::nullopt, own, own).roof);
+  }
+}
+
 TEST(BuildingShapes, WallsHoldWholeBaysAndStoreys) {
   for (const auto style : {world::FacadeStyle::House, world::FacadeStyle::Apartments,
                            world::FacadeStyle::Offices, world::FacadeStyle::Hall})

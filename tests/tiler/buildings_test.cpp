@@ -17,6 +17,7 @@
 #include "tiler/buildings/town.h"
 #include "tiler/instance_ids.h"
 #include "tiler/layer_stack.h"
+#include "validate/world_check/coincident_solids.h"
 #include "world/facade.h"
 #include "world/tile_id.h"
 
@@ -320,13 +321,16 @@ TEST(Buildings, PartsReplaceTheirOutlineAndTwinsStandOnce) {
   const auto solids = built.all({});
   ASSERT_EQ(solids.size(), 6u);
   bool has_raised = false;
+  std::string bottoms;
   for (const auto& [id, solid] : solids) {
     int lowest = 1 << 30;
     for (const auto& vertex : solid.levels.front().shape.vertices_steps)
       lowest = std::min(lowest, vertex.z());
-    has_raised = has_raised || std::abs(lowest - steps(6.0)) < 3;
+    // Sunk into what might carry it by 9 mm and a few setbacks.
+    has_raised = has_raised || (lowest > steps(6.0 - 0.05) && lowest < steps(6.0 - 0.008));
+    bottoms += fmt::format(" {}", lowest);
   }
-  EXPECT_TRUE(has_raised);
+  EXPECT_TRUE(has_raised) << bottoms;
 }
 
 TEST(Buildings, WhatBeginsAboveTheGroundIsCarriedOrComesDown) {
@@ -344,10 +348,57 @@ TEST(Buildings, WhatBeginsAboveTheGroundIsCarriedOrComesDown) {
   for (const auto& [id, solid] : built.all({})) {
     const double low_m = box_of(solid.levels.front().shape).first.z();
     if (solid.place_m.x() >= 100 && solid.place_m.x() < 110) {
-      EXPECT_NEAR(low_m, 4.0, 2 * kHeightStep_m);
+      EXPECT_NEAR(low_m, 4.0 - 0.009, 2 * kHeightStep_m);
     } else {
       EXPECT_LT(low_m, -1.0) << solid.place_m.x();
     }
+  }
+}
+
+// Seen in November 2026: of parts with height=20 and min_height=20 on one outline the top and the bottom lay in one plane,
+// as the walls of each seventh such pair did.
+TEST(Buildings, WhatLiesOverEachOtherHasNoFacesInOnePlane) {
+  ScratchFolder folder;
+  const auto part = [](const char* low, const char* high) {
+    return std::vector<std::pair<std::string, std::string>>{
+        {"building:part", "yes"}, {"min_height", low}, {"height", high}, {"building", ""}};
+  };
+  std::vector<VectorSpec> specs;
+  for (int k = 0; k < 24; ++k) {  // each with numbers of its own
+    const double x = 60.0 * (k % 6) - 180.0, y = 50.0 * (k / 6) - 100.0;
+    specs.push_back({wkt(x, y, 30, 20), {{"building", "yes"}, {"height", "50"}}});
+    specs.push_back({wkt(x, y, 30, 20), part("0", "20")});
+    specs.push_back({wkt(x, y, 30, 20), part("20", "40")});
+    // Along a side of both, from the ground; and one upon all.
+    specs.push_back({wkt(x, y, 12, 20), part("0", "37")});
+    specs.push_back({wkt(x + 4, y, 12, 9), part("40", "50")});
+    // A neighbour and what lies across it, equally high.
+    specs.push_back({wkt(x + 30, y, 10, 20), {{"building", "yes"}, {"height", "10"}}});
+    specs.push_back({wkt(x + 36, y + 5, 12, 15), {{"building", "yes"}, {"height", "10"}}});
+  }
+  write_vectors(folder / "a.gpkg", "GPKG", specs, "EPSG:32631");
+  const Built built(files_key(folder / "a.gpkg"));
+  ASSERT_EQ(built.count("buildings"), 6 * 24);
+  for (const int level : {0, 3}) {
+    const auto solids = built.all({}, level);
+    ASSERT_EQ(solids.size(), 6U * 24U);
+    std::vector<world_check::ShownSolid> shown;
+    int num_upon = 0;
+    for (const auto& [id, solid] : solids) {
+      const world::Shape& shape = *world::shape_at(solid.levels, level);
+      shown.push_back({id, solid.origin_steps, &shape});
+      // Sunk into what carries it, by less than anyone sees.
+      const double low_m = box_of(shape).first.z();
+      if (low_m < 15.0) continue;
+      ++num_upon;
+      EXPECT_LT(low_m, (low_m > 30.0 ? 40.0 : 20.0) - 0.008);
+      EXPECT_GT(low_m, (low_m > 30.0 ? 40.0 : 20.0) - 0.050);
+    }
+    EXPECT_EQ(num_upon, 2 * 24);
+    for (const world_check::Coincident& pair : world_check::find_coincident(shown))
+      ADD_FAILURE() << "level " << level << ": " << shown[pair.first].instance_id << " and "
+                    << shown[pair.second].instance_id << ", " << pair.area_m2 << " m2 at "
+                    << (pair.place_steps * kHeightStep_m).transpose();
   }
 }
 

@@ -175,6 +175,42 @@ TEST_F(WorldCheck, FindsBodiesThatMeetThemselves) {
             Kinds{"self_crossing"});
 }
 
+// What stands on building 8, from 6 m up: some metres to the east and the north, its bottom some millimetres above the top.
+world::Solid upon(int east_m, int north_m, double above_m) {
+  world::Solid solid = building(9, -300, -300);
+  solid.levels[0].shape = box({east_m - 8, north_m - 8, 6}, {east_m + 8, north_m + 8, 12});
+  solid.origin_steps.z() += static_cast<int>(std::lround(above_m * kSteps));
+  return solid;
+}
+
+TEST_F(WorldCheck, FindsSolidsThatShareAPlane) {
+  const auto with = [&](const world::Solid& solid) {
+    return found([&](auto& west, auto&, auto&) { west.objects.solids.push_back(solid); });
+  };
+  const std::string kind = "coincident_solids";
+  const auto has = [&](const world::Solid& solid) { return with(solid).contains(kind); };
+  // Opposed, all of it, and a corner of 1 m2 of it.
+  EXPECT_TRUE(has(upon(0, 0, 0.0)));
+  EXPECT_TRUE(has(upon(15, 15, 0.0)));
+  EXPECT_TRUE(has(upon(0, 0, 0.001)));  // as roundings put it
+  // Corners and edges alone are no area; sunk by more than roundings, and beside it.
+  EXPECT_FALSE(has(upon(16, 0, 0.0)));
+  EXPECT_FALSE(has(upon(0, 0, 0.01)));
+  EXPECT_FALSE(has(upon(3, 3, -0.01)));
+  // Walls that face the same way, over 10 mm of their height.
+  EXPECT_TRUE(has(upon(0, 3, -0.01)));
+  // The wall of one against that of another, 16 m east of it; and 2 mm apart.
+  world::Solid beside = building(9, -284, -300);
+  EXPECT_TRUE(has(beside));
+  beside.origin_steps.x() += 2;
+  EXPECT_FALSE(has(beside));
+  // A wall that is turned to it by 1 in 100 comes through it along a line; roofs and other walls are metres apart.
+  beside.origin_steps += Eigen::Vector3i(-2, 3 * kSteps, kSteps);
+  for (auto& vertex : beside.levels[0].shape.vertices_steps)
+    vertex.x() -= (vertex.y() - 8 * kSteps / 3) / 100;
+  EXPECT_FALSE(has(beside));
+}
+
 TEST_F(WorldCheck, LetsLeavesBeSheets) {
   EXPECT_EQ(found([&](auto&, auto&, auto& prototype) {
               auto& shape = prototype.levels[0].shape;

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "tiler/buildings/roof_things.h"
+#include "tiler/buildings/setback.h"
 #include "tiler/buildings/shape_builder.h"
 #include "tiler/buildings/sound_shape.h"
 #include "tiler/roofs/triangulation.h"
@@ -85,10 +86,11 @@ class BuildingBuilder {
     roofing_ = shape_.add_finish(design_.roofing);
     trim_ = shape_.add_finish(design_.trim);
     is_raised_ = design_.bottom_m > 0.0;
-    bottom_ = is_raised_ ? steps(design_.bottom_m) : -plan.foundation_steps;
+    bottom_ = is_raised_ ? steps(design_.bottom_m - kSunk_m) - plan.setback_steps
+                         : -plan.foundation_steps;
     const double clear =
         is_raised_ ? bottom_ + steps(0.5) : plan.highest_ground_steps + steps(kClearOfGround_m);
-    top_ = std::max(steps(design_.top_m), clear);
+    top_ = std::max(steps(design_.top_m) - plan.setback_steps, clear);
   }
 
   bool add_flat(bool is_fine) {
@@ -98,7 +100,9 @@ class BuildingBuilder {
     std::optional<RingsSteps> inner;
     if (is_fine && !is_small) inner = moved_edges(rings, -steps(kParapetWidth_m));
     if (inner) {
-      const double parapet = steps(random_between(0.35, 0.95, plan_.own, 0, kParapet));
+      // In whole decimetres, so that setbacks keep the roofs of bodies over each other apart as well.
+      const double parapet =
+          steps(0.1 * std::floor(random_between(4.0, 10.0, plan_.own, 0, kParapet)));
       Border rim;
       rim.add(rings);
       rim.add(*inner);

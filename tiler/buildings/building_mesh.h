@@ -26,6 +26,7 @@ struct BuildingPlan {
   std::uint64_t own = 0;  ///< drawn for it
   /// From steps about its place, level there, to steps along the world's axes.
   Eigen::Matrix3d world_from_level = Eigen::Matrix3d::Identity();
+  double setback_steps = 0.0;  ///< by how much its top, and a bottom above the ground, are lowered
   double foundation_steps = 0.0;      ///< how deep its walls go below its lowest ground
   double highest_ground_steps = 0.0;  ///< above its lowest ground, which is 0
 };

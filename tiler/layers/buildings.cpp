@@ -13,6 +13,7 @@
 #include "core/random.h"
 #include "tiler/buildings/building_mesh.h"
 #include "tiler/buildings/height_raster.h"
+#include "tiler/buildings/setback.h"
 #include "tiler/buildings/settled_ground.h"
 #include "tiler/buildings/town.h"
 #include "tiler/dry_cover.h"
@@ -47,8 +48,6 @@ constexpr int kLevelsAtCorner = 2;
 constexpr double kFinestSide_m = 32.0;
 /// Eaves reach so far from the footprint, and walls that lean, as up does far from the origin.
 constexpr double kReach_m = 1.5;
-/// Walls stand back from the footprint, so that those of two houses on one line are two.
-constexpr double kInset_m = 0.010;
 /// Foundations go so deep below the lowest ground, and by so much of a terrain sample's spacing more:
 /// between coarse samples the ground may lie lower than it is. Where coarse tiles show it lower still, as beside a
 /// cutting of which they hold few samples, they go down to that.
@@ -105,6 +104,7 @@ class BuildingsLayer final : public Layer, public DryCover {
                         .latitude_deg = frame_.origin().lat_deg},
                        inputs.size_m, seed);
     settled_ = SettledGround(town_.buildings, inputs.size_m);
+    ranks_ = setback_ranks(town_.buildings, town_.index);
     measure_boxes();
     std::vector<std::uint64_t> keys;
     for (const Building& building : town_.buildings) keys.push_back(building.key);
@@ -175,11 +175,11 @@ class BuildingsLayer final : public Layer, public DryCover {
     Vector2d highest_world;
   };
 
-  /// Less or more inside the footprint for each, so that walls that overlap do not lie in one plane.
-  static RingsSteps walls_of(const Building& building) {
-    const double inset_m = kInset_m + 0.001 * static_cast<double>(building.own % 7);
-    const auto inner = moved_edges(building.footprint.rings, -inset_m / kHeightStep_m);
-    return inner ? *inner : building.footprint.rings;
+  RingsSteps walls_of(std::size_t row) const {
+    const RingsSteps& rings = town_.buildings[row].footprint.rings;
+    const double inset_m = kInset_m + kSetback_m * ranks_[row];
+    const auto inner = moved_edges(rings, -inset_m / kHeightStep_m);
+    return inner ? *inner : rings;
   }
 
   void measure_boxes() {
@@ -191,7 +191,7 @@ class BuildingsLayer final : public Layer, public DryCover {
             const Building& building = town_.buildings[row];
             Box& box = boxes_[row];
             box = {building.lowest_world, building.highest_world};
-            const RingsSteps block = block_of(walls_of(building));
+            const RingsSteps block = block_of(walls_of(row));
             for (const Vector2i& corner : block.front()) {
               const Vector2d at =
                   building.footprint.place_m.cast<double>() + kHeightStep_m * corner.cast<double>();
@@ -301,7 +301,8 @@ class BuildingsLayer final : public Layer, public DryCover {
     constexpr int kSteps = static_cast<int>(1.0 / kHeightStep_m);
     solid.origin_steps = {place.x() * kSteps, place.y() * kSteps,
                           static_cast<int>(std::lround(ground.lowest_z / kHeightStep_m))};
-    plan.rings = walls_of(building);
+    plan.rings = walls_of(row);
+    plan.setback_steps = kSetback_m * ranks_[row] / kHeightStep_m;
     plan.design = &building.design;
     plan.attached = building.attached;
     plan.own = building.own;
@@ -314,7 +315,7 @@ class BuildingsLayer final : public Layer, public DryCover {
     const auto add = [&](int coarsest_level, BuildingDetail detail) {
       if (finest_level > coarsest_level) return;
       plan.foundation_steps =
-          (kFoundation_m + (ground.is_in_sea ? kQuay_m : 0.0) +
+          (kFoundation_m + kSetback_m * ranks_[row] + (ground.is_in_sea ? kQuay_m : 0.0) +
            std::max(kPerSpacing * std::exp2(static_cast<double>(coarsest_level)),
                     below_m[static_cast<std::size_t>(coarsest_level + kLevelsAtCorner)])) /
           kHeightStep_m;
@@ -331,6 +332,7 @@ class BuildingsLayer final : public Layer, public DryCover {
   std::string name_;
   std::string hash_;
   Town town_;
+  std::vector<int> ranks_;   ///< of the town's buildings, by which they stand back
   std::vector<Box> boxes_;   ///< of the town's buildings
   double farthest_m_ = 0.0;  ///< that a box reaches beyond its footprint's
   SettledGround settled_;

@@ -9,19 +9,21 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "core/progress.h"
+#include "validate/world_check/coincident_solids.h"
 #include "validate/world_check/ground_check.h"
 #include "validate/world_check/shape_check.h"
 
 namespace terracast::world_check {
 namespace {
 
-constexpr std::array<std::array<std::string_view, 2>, 15> kKinds = {{
+constexpr std::array<std::array<std::string_view, 2>, 16> kKinds = {{
     {"degenerate_face", "triangles without an area"},
     {"coincident_face", "two triangles over the same corners"},
     {"open_mesh", "shapes that are not closed"},
     {"turned_face", "neighbouring triangles that face different ways"},
     {"inside_out", "closed shapes that face inward"},
     {"self_crossing", "closed bodies that meet themselves"},
+    {"coincident_solids", "solids that have faces in one plane, over each other"},
     {"twice_in_tile", "an object that a tile holds twice"},
     {"unlike_in_tiles", "an object that is not the same in all tiles"},
     {"missing_in_tile", "a solid that reaches over a tile that does not hold it"},
@@ -194,6 +196,27 @@ void find_reaches(const world::TileStore& store, const world::TileId& id, const 
     }
 }
 
+/// Solids of a tile that share faces there; what reaches into several tiles counts where the first such place lies.
+void compare_solids(const world::Tile& tile, Tally& tally) {
+  std::vector<ShownSolid> shown;
+  for (const world::Solid& solid : tile.objects.solids)
+    if (const world::Shape* shape = world::shape_at(solid.levels, tile.id.level))
+      shown.push_back({solid.provenance.instance_id, solid.origin_steps, shape});
+  std::sort(shown.begin(), shown.end(),
+            [](const ShownSolid& a, const ShownSolid& b) { return a.instance_id < b.instance_id; });
+  tally.asked("coincident_solids", static_cast<std::int64_t>(shown.size()));
+  for (const Coincident& pair : find_coincident(shown)) {
+    const Eigen::Vector3d at = pair.place_steps * world::kHeightStep_m;
+    if (world::tile_at(tile.id.level, at.x(), at.y()) != tile.id) continue;
+    tally.fault(
+        "coincident_solids",
+        fmt::format("tile {}: objects {} and {}: {:.2f} m2, such as at E {:.2f} N {:.2f} m, "
+                    "z {:.2f} m",
+                    tile.id.name(), shown[pair.first].instance_id, shown[pair.second].instance_id,
+                    pair.area_m2, at.x(), at.y(), at.z()));
+  }
+}
+
 TileFacts look_at(const world::TileStore& store, const std::vector<PrototypeSize>& sizes,
                   std::uint32_t row) {
   const world::WorldManifest& manifest = store.manifest();
@@ -215,6 +238,7 @@ TileFacts look_at(const world::TileStore& store, const std::vector<PrototypeSize
                               solid.provenance.instance_id, level.coarsest_level),
                   facts.tally);
   }
+  compare_solids(tile, facts.tally);
   for (const world::Instance& instance : tile.objects.instances) {
     const std::uint64_t hash = hash_of(instance);
     facts.held.push_back({.instance_id = instance.provenance.instance_id,
