@@ -7,11 +7,14 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <mutex>
+#include <set>
 #include <string_view>
 #include <vector>
 
 #include "core/error.h"
+#include "core/hash.h"
 #include "tiler/gdal_formats.h"
 #include "tiler/terrain_tiles_source.h"
 
@@ -155,6 +158,30 @@ all_tags=yes
   return kFile;
 }
 
+/// The file itself, or the archive that holds it; nothing where there is none.
+bool add_plain_file(std::filesystem::path file, std::set<std::filesystem::path>& files) {
+  std::string text = file.string();
+  if (text.starts_with(kZipped)) text = text.substr(kZipped.size());
+  file = text;
+  std::error_code ignored;
+  while (file.has_relative_path() && !std::filesystem::exists(file, ignored))
+    file = file.parent_path();
+  return std::filesystem::is_regular_file(file, ignored) && files.insert(file).second;
+}
+
+/// GDAL lists what a VRT names, but not what VRTs in it name.
+void add_files_of(GDALDataset& dataset, int depth, std::set<std::filesystem::path>& files) {
+  constexpr int kDeepest = 16;  // one that names itself ends earlier: its files are known already
+  const std::unique_ptr<char*, decltype(&CSLDestroy)> list(dataset.GetFileList(), &CSLDestroy);
+  for (int i = 0; list && list.get()[i] != nullptr; ++i) {
+    const std::string name = list.get()[i];
+    if (name.ends_with(".aux.xml") || !add_plain_file(name, files)) continue;
+    if (depth == kDeepest || !name.ends_with(".vrt")) continue;
+    const GdalDatasetPtr inner(GDALDataset::Open(name.c_str(), GDAL_OF_RASTER, kRasterFormats));
+    if (inner) add_files_of(*inner, depth + 1, files);
+  }
+}
+
 }  // namespace
 
 std::string gdal_path(const core::Path& file) {
@@ -207,6 +234,16 @@ GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& error
          "elsewhere, such as VRT? ({})",
          file.written, errors.text());
   return dataset;
+}
+
+std::string content_hash_of(GDALDataset& dataset, const core::Path& file) {
+  std::set<std::filesystem::path> files;
+  add_files_of(dataset, 0, files);
+  if (files.empty()) add_plain_file(gdal_path(file), files);
+  std::string all;
+  for (const std::filesystem::path& one : files)
+    all += one.extension().string() + " " + core::content_hash_of_file(one) + "\n";
+  return core::content_hash(all);
 }
 
 }  // namespace terracast::tiler

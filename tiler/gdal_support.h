@@ -48,4 +48,12 @@ GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors
 /// throws   Io: no such file; Input: no features, or one of those
 GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& errors);
 
+/// Of the bytes of all files that an opened dataset is read from, whatever their folder: the file, an archive, those
+/// beside it that belong to it (.dbf, .prj, .msk, …), the tiles of a folder, and what a VRT names, VRTs in it too. What
+/// other programs note beside a raster (.aux.xml) is not among them: what it says of places and values is for the
+/// caller to take up.
+/// cost     reads them once
+/// throws   Io: a file that cannot be read
+std::string content_hash_of(GDALDataset& dataset, const core::Path& file);
+
 }  // namespace terracast::tiler

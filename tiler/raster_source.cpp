@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <vector>
 
@@ -42,7 +41,7 @@ std::optional<double> metres_in(std::string unit) {
 class GdalRaster : public RasterSource {
  public:
   GdalRaster(const core::Path& file, const ElevationOptions& options, const geo::Geodetic& near)
-      : path_(gdal_path(file)), written_(file.written), encoding_(options.encoding) {
+      : file_(file), written_(file.written), encoding_(options.encoding) {
     const GdalErrors errors;
     dataset_ = open_gdal_raster(file, errors);
     check_band();
@@ -73,7 +72,7 @@ class GdalRaster : public RasterSource {
 
   GDALRasterBand* band() const { return dataset_->GetRasterBand(1); }
 
-  std::string path_;
+  core::Path file_;
   std::string written_;
   std::string encoding_;
   GdalDatasetPtr dataset_;
@@ -267,10 +266,7 @@ std::string GdalRaster::content_hash() const {
       fmt::format("{} {} {} {} {} {}", grid_->description(), metres_per_unit_, scale_, offset_,
                   uses_mask_, nodata_ ? fmt::to_string(*nodata_) : "none");
   if (is_colour()) content += encoding_;
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(path_, ignored))
-    content += core::content_hash_of_file(path_);
-  return core::content_hash(content);
+  return core::content_hash(content + content_hash_of(*dataset_, file_));
 }
 
 }  // namespace

@@ -79,28 +79,4 @@ std::optional<std::uint64_t> feature_number(std::string_view text) {
   return std::nullopt;
 }
 
-std::string hash_of_files(GDALDataset& dataset, const core::Path& source) {
-  std::vector<std::filesystem::path> files;
-  char** list = dataset.GetFileList();
-  for (int i = 0; list != nullptr && list[i] != nullptr; ++i) files.emplace_back(list[i]);
-  CSLDestroy(list);
-  if (files.empty()) files.push_back(gdal_path(source));
-  std::vector<std::filesystem::path> plain;
-  for (std::filesystem::path file : files) {
-    std::string text = file.string();
-    if (text.starts_with("/vsizip/")) text = text.substr(std::strlen("/vsizip/"));
-    file = text;
-    std::error_code ignored;
-    while (file.has_relative_path() && !std::filesystem::exists(file, ignored))
-      file = file.parent_path();
-    if (std::filesystem::is_regular_file(file, ignored)) plain.push_back(file);
-  }
-  std::sort(plain.begin(), plain.end());
-  plain.erase(std::unique(plain.begin(), plain.end()), plain.end());
-  std::string all;
-  for (const auto& file : plain)
-    all += file.extension().string() + " " + core::content_hash_of_file(file) + "\n";
-  return core::content_hash(all);
-}
-
 }  // namespace terracast::tiler

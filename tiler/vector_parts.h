@@ -68,7 +68,4 @@ class FeatureHash {
   std::uint64_t state_ = 0;
 };
 
-/// Of the file and those beside it that belong to it (.dbf, .prj, …), whatever their folder.
-std::string hash_of_files(GDALDataset& dataset, const core::Path& file);
-
 }  // namespace terracast::tiler

@@ -567,7 +567,7 @@ VectorData Reader::read() {
     begin = end;
   }
   data_.file_name = std::filesystem::path(file_.written).filename().string();
-  data_.content_hash = hash_of_files(*dataset, file_);
+  data_.content_hash = content_hash_of(*dataset, file_);
   data_.counts = {{"features read", num_read_},
                   {std::string(kOsmCount), num_osm_},
                   {"features of no use here", num_unwanted_},

@@ -173,7 +173,7 @@ TEST(NetworkNames, OverviewsElsewhereAreNotLookedFor) {
 }
 
 /// gdalbuildvrt writes such names.
-TEST(NetworkNames, VrtsNameFilesOfOtherFolders) {
+TEST(NetworkNames, VrtsNameFilesOfOtherFoldersAndAreAsThoseAre) {
   const ScratchFolder folder;
   fs::create_directories(folder / "tiles");
   fs::create_directories(folder / "mosaics");
@@ -189,6 +189,20 @@ TEST(NetworkNames, VrtsNameFilesOfOtherFolders) {
   // In floats; the first pixel's centre lies half a pixel in.
   EXPECT_NEAR(heights(0, 0), 1000.0 * 1.405 + 42.595, 1e-3);
   EXPECT_NEAR(heights(19, 19), 1000.0 * 1.595 + 42.405, 1e-3);
+
+  // What such a file is made of counts, and not what other programs note beside it.
+  const auto hash = [&] {
+    return tiler::RasterSource::open(path_of(folder / "outer.vrt"), {},
+                                     {.lat_deg = 42.5, .lon_deg = 1.5})
+        ->content_hash();
+  };
+  const std::string before = hash();
+  EXPECT_EQ(hash(), before);
+  write_text(folder / "tiles" / "a.tif.aux.xml", "<PAMDataset></PAMDataset>\n");
+  EXPECT_EQ(hash(), before);
+  spec.value = [](double u, double v) { return 1000.0 * u + v + (u > 1.59 && v < 42.41 ? 1 : 0); };
+  write_raster(folder / "tiles" / "a.tif", spec);
+  EXPECT_NE(hash(), before);
 }
 
 TEST(NetworkNames, FeaturesThatLeadToANetworkAskNobody) {

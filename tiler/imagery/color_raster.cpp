@@ -158,9 +158,7 @@ ColorRaster::ColorRaster(const core::Path& file, const ColorOptions& options,
                   fmt::join(options.bands, ","), options.nodata, options.black, options.white,
                   options.percentile, options.transfer, options.gain, options.saturation,
                   inputs.surface.input_hash());
-  std::error_code ignored;
-  const std::string path = gdal_path(file);
-  if (std::filesystem::is_regular_file(path, ignored)) content += core::content_hash_of_file(path);
+  content += content_hash_of(*dataset, file);
   hash_ = core::content_hash(content);
 
   const Eigen::AlignedBox2d box = grid_->box_of_square(inputs.frame, half_size_m_);

@@ -5,7 +5,6 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -109,9 +108,7 @@ CoverRaster::CoverRaster(const core::Path& file, const Legend& legend,
                   options.lake_flat_m, inputs.seed, inputs.surface.input_hash());
   for (const auto& [code, land_class] : legend.classes)
     content += fmt::format(" {}={}", code, static_cast<int>(land_class));
-  std::error_code ignored;
-  const std::string path = gdal_path(file);
-  if (std::filesystem::is_regular_file(path, ignored)) content += core::content_hash_of_file(path);
+  content += content_hash_of(*dataset_, file);
   hash_ = core::content_hash(content);
 
   choose_window(inputs);
