@@ -38,6 +38,8 @@ int run(const Arguments& args) {
   if (!format.suffix.empty() && args.destination.extension() != format.suffix)
     fail(ErrorKind::Usage, "--output {}: {} is written to a file whose name ends in {}",
          args.destination.string(), format.name, format.suffix);
+  if (args.texel_m && std::isnan(*args.texel_m))
+    fail(ErrorKind::Usage, "--texel: give metres, or 0 for no pictures");
   const core::Log log("world", args.quiet ? core::LogLevel::Warn : core::LogLevel::Info);
   const core::ThreadLimit limit(args.num_threads);
   const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
@@ -76,7 +78,8 @@ void add_world_export_command(CLI::App& world_command, int& status) {
       ->add_option(
           "--texel", args->texel_m,
           "Of the pictures of the ground, m a pixel on the finest tiles; 0: no pictures and no "
-          "textures; left out: 1024 pixels a tile, of 3dtiles 512.")
+          "textures, of geotiff no _albedo.tif; left out: 1024 pixels a tile, of 3dtiles 512. "
+          "Otherwise geotiff and vdb have no use for it.")
       ->check(CLI::Range(0.0, 16384.0));
   command->add_option("--threads", args->num_threads, "Threads; 0: one for each core.")
       ->check(CLI::Range(0, 1024));

@@ -51,10 +51,13 @@ Said said_by(const CoverRasterInfo& info, Cover cover, const geo::Geodetic& plac
   // Pixels' numbers are those of their centres; borders are bent by so much, and ties may go either way.
   const double reach = info.border_px + 1e-6;
   const Eigen::Array2d sample = pixel->array() - 0.5;
-  const Eigen::Array2d first =
-      (sample - reach).round() - Eigen::Array2d(info.first_column, info.first_row);
-  const Eigen::Array2d last =
-      (sample + reach).round() - Eigen::Array2d(info.first_column, info.first_row);
+  // What lies outside is silent, however far: one row and column of it stand for all.
+  const auto in_covers = [&](const Eigen::Array2d& at) -> Eigen::Array2d {
+    const Eigen::Array2d size(info.covers.width(), info.covers.height());
+    return (at.round() - Eigen::Array2d(info.first_column, info.first_row)).max(-1.0).min(size);
+  };
+  const Eigen::Array2d first = in_covers(sample - reach);
+  const Eigen::Array2d last = in_covers(sample + reach);
   bool speaks_everywhere = true;
   bool says_it = false;
   bool says_other = false;
@@ -95,6 +98,7 @@ std::vector<CoverOrigin> origins_of_cover(const world::TileStore& store,
     for (std::size_t i = 0; i < rasters->land_cover[layer].size() && !is_sure; ++i) {
       world::read_covers(store, layer, i, *rasters);
       const Said said = said_by(rasters->land_cover[layer][i], cover, place);
+      rasters->land_cover[layer][i].covers = {};
       if (said != Said::No) speakers.push_back(i);
       is_sure = said == Said::Yes;
     }

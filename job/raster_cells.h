@@ -9,7 +9,7 @@ namespace terracast::job {
 
 /// Where a place lies in a raster: column and row, counted from the first pixel's outer corner (pixel (0, 0) from 0
 /// to 1), by its PROJ pipeline and its geotransform.
-/// accuracy   1e-6 px against GeographicLib's UTM
+/// accuracy   a place more than 1e-4 px from a side is in the right pixel (against GeographicLib's UTM)
 /// throws     Input: a pipeline that PROJ does not know
 /// returns    nothing of a place that the projection cannot hold
 std::optional<Eigen::Vector2d> pixel_from_geodetic(const world::RasterInfo& raster, double lat_deg,

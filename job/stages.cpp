@@ -113,7 +113,8 @@ render::SequenceOutline outline_of(const RunConfig& config, const std::string& n
           .cameras = cameras,
           .num_frames = static_cast<int>(num_frames),
           .rate_hz = rate_hz,
-          .shares_geometry = config.shared_geometry};
+          .shares_geometry = config.shared_geometry,
+          .has_bottom_range = config.conditions.bottom_range};
 }
 
 namespace {

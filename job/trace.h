@@ -42,7 +42,7 @@ struct CapturedPixel {
 ///                  of the albedo)
 ///     tile         name and spacing, where it was met
 ///
-/// Members that do not apply are left out; `cell` and `cells` are null where the store, of an older version, keeps no
+/// Members that do not apply are left out; `cell` is null, and `cells` are left out, where the store, of an older version, keeps no
 /// geotransforms.
 /// throws   Input: outside the world's tiles; the store lacks a tile that it lists
 core::Json trace_place(const world::TileStore& store, double lat_deg, double lon_deg);

@@ -20,6 +20,7 @@ CrsOperation find_operation(const std::string& crs_wkt, const geo::Geodetic& nea
   using PjPtr = std::unique_ptr<PJ, PjCloser>;
   const std::unique_ptr<PJ_CONTEXT, ContextCloser> context(proj_context_create());
   proj_log_level(context.get(), PJ_LOG_NONE);
+  proj_context_set_enable_network(context.get(), 0);
   const PjPtr source(proj_create(context.get(), "EPSG:4326"));
   const PjPtr target(proj_create(context.get(), crs_wkt.c_str()));
   if (!source || !target) return {};

@@ -6,6 +6,7 @@
 #include <cpl_string.h>
 #include <cpl_vsi.h>
 #include <gdal_priv.h>
+#include <ogr_srs_api.h>
 
 #include <algorithm>
 #include <array>
@@ -50,11 +51,12 @@ bool is_wanted(std::string_view name) {
 void take_drivers() {
   GDALAllRegister();
   GDALDriverManager& drivers = *GetGDALDriverManager();
-  std::string skipped;
+  std::string skipped = CPLGetConfigOption("GDAL_SKIP", "");
   for (int i = 0; i < drivers.GetDriverCount(); ++i) {
     const std::string name = drivers.GetDriver(i)->GetDescription();
     if (!is_wanted(name)) skipped += (skipped.empty() ? "" : ",") + name;
   }
+  OSRSetPROJEnableNetwork(0);
   // Who registers all drivers again gets these only, too.
   CPLSetConfigOption("GDAL_SKIP", skipped.c_str());
   GDALAllRegister();

@@ -198,7 +198,8 @@ GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors
   check_name(path, file.written);
   VSIStatBufL status;
   if (VSIStatL(path.c_str(), &status) != 0)
-    fail(ErrorKind::Io, "{}: there is no such raster; give the path of a file that GDAL opens",
+    fail(ErrorKind::Io,
+         "{}: there is no such raster; give the path of a file of a format in docs/tiler.md",
          file.written);
   check_unpacked_size(path, file.written);
   const bool is_folder = VSI_ISDIR(status.st_mode) != 0 && !path.starts_with("/vsi");
@@ -219,7 +220,8 @@ GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& error
   check_name(path, file.written);
   VSIStatBufL status;
   if (VSIStatL(path.c_str(), &status) != 0)
-    fail(ErrorKind::Io, "{}: there is no such file; give the path of features that GDAL opens",
+    fail(ErrorKind::Io,
+         "{}: there is no such file; give the path of a file of a format in docs/tiler.md",
          file.written);
   check_unpacked_size(path, file.written);
   const std::string rules = std::string("CONFIG_FILE=") + osm_rules();

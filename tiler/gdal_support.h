@@ -37,9 +37,9 @@ using GdalDatasetPtr = std::unique_ptr<GDALDataset, GdalDatasetCloser>;
 /// throws   Input: an archive of none or several
 std::string gdal_path(const core::Path& file);
 
-/// Opens what gdal_path() gives, or a folder of terrain tiles, by the formats of gdal_formats.h. Archives that unpack to
-/// over a hundred times their size are not opened, nor what is no file, such as /vsicurl/ and /vsigzip/, here or named
-/// in a VRT (whose files that cannot be opened fail here, or when they are read).
+/// Opens what gdal_path() gives, or a folder of terrain tiles, by the formats of gdal_formats.h. An archive that unpacks to
+/// over a hundred times its size is not opened, nor what is no file, such as /vsicurl/ and /vsigzip/, neither here nor where
+/// a VRT names it (whose files that cannot be opened fail here, or when they are read).
 /// throws   Io: no such file; Input: no raster, or one of those
 GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors);
 

@@ -49,7 +49,7 @@ struct ElevationOptions {
     visit.key("kind", kind,
               "What gives the heights: raster, procedural, plane, ramp, paraboloid or fractal.");
     visit.key("files", files,
-              "Rasters in order of priority: any format that GDAL opens (in an archive as "
+              "Rasters in order of priority: any format of docs/tiler.md (in an archive as "
               "/vsizip/FILE.zip/MEMBER; a .zip of one file by its own name), or a folder of tiles "
               "z/x/y.png.");
     visit.key("vertical_datum", vertical_datum,
@@ -91,8 +91,9 @@ struct ElevationOptions {
               core::between(0.0, 9000.0));
     visit.key("sea_level_m", sea_level_m, "procedural: land below this height is sea.",
               core::between(-500.0, 9000.0));
-    visit.key("has_coast", has_coast,
-              "procedural: false leaves the coast out, there is no sea; land rises from sea_level_m.");
+    visit.key(
+        "has_coast", has_coast,
+        "procedural: false leaves the coast out, there is no sea; land rises from sea_level_m.");
     visit.key("landform", landform,
               "procedural: coast (mountains behind a plain), islands (a sea with islands), plains "
               "(gentle land all over) or valleys (mountains all over, with broad valleys).",

@@ -195,6 +195,8 @@ std::optional<WorldRasters> read_rasters(const TileStore& store) {
 
 void read_covers(const TileStore& store, std::size_t layer, std::size_t raster,
                  WorldRasters& rasters) {
+  core::Image8& known = rasters.land_cover.at(layer).at(raster).covers;
+  if (!known.empty()) return;
   const Json json = read_json(store);
   const Json& listed = json.at("land_cover").at(layer).at(raster);
   if (!listed.has("content_hash")) return;
@@ -210,7 +212,7 @@ void read_covers(const TileStore& store, std::size_t layer, std::size_t raster,
       covers->height() != listed.at("num_rows").integer())
     fail(ErrorKind::Input, "{}: not of the size that {} says; tile the world again", file.string(),
          kRastersName);
-  rasters.land_cover.at(layer).at(raster).covers = std::move(*covers);
+  known = std::move(*covers);
 }
 
 }  // namespace terracast::world

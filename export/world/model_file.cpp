@@ -13,6 +13,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/progress.h"
+#include "core/srgb.h"
 
 namespace terracast::world_export {
 namespace {
@@ -28,11 +29,6 @@ T** array_of(const std::vector<T*>& items) {
   return array;
 }
 
-float linear_from_srgb(std::uint8_t value) {
-  const float s = static_cast<float>(value) / 255.0F;
-  return s <= 0.04045F ? s / 12.92F : std::pow((s + 0.055F) / 1.055F, 2.4F);
-}
-
 aiMaterial* material_of(const Part& part, const std::vector<ModelTexture>& textures,
                         const std::vector<std::string>& texture_paths) {
   auto* material = new aiMaterial;
@@ -40,7 +36,7 @@ aiMaterial* material_of(const Part& part, const std::vector<ModelTexture>& textu
   material->AddProperty(&name, AI_MATKEY_NAME);
   // A picture is multiplied by the colour.
   const auto linear = [&](std::size_t channel) {
-    return part.texture >= 0 ? 1.0F : linear_from_srgb(part.color_srgb[channel]);
+    return part.texture >= 0 ? 1.0F : core::linear_from_srgb8(part.color_srgb[channel]);
   };
   const aiColor4D color(linear(0), linear(1), linear(2), 1.0F);
   material->AddProperty(&color, 1, AI_MATKEY_BASE_COLOR);

@@ -23,7 +23,7 @@ int texture_side_px(const WorldExportInputs& inputs, const std::vector<world::Cu
                     int usual_px, std::size_t num_files);
 
 /// Writes a model whose frame is east, north, up: as glTF 2 (binary, y up, x east, z south, as glTF
-/// wants it) or as Wavefront OBJ with its materials and pictures beside it (z up). Atomically.
+/// wants it) or as Wavefront OBJ with its materials and pictures beside it (z up). Each file atomically.
 /// format   glb2 or obj
 /// throws   Io: cannot be written; Input: more than kMostTriangles
 void write_model(const WorldModel& model, const std::filesystem::path& file, const char* format);

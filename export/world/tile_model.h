@@ -63,7 +63,7 @@ class ModelMaker {
 
   /// cut               tiles that together cover what is shown
   /// frame_from_world  of the vertices
-  /// throws            Input, Io: as GroundBaker, where pictures of the ground are asked for
+  /// throws            Input, Io: as GroundBaker
   WorldModel make(const std::vector<world::CutTile>& cut, const geo::Rigid3d& frame_from_world,
                   const ModelOptions& options) const;
 

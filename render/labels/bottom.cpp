@@ -29,14 +29,27 @@ LabelFiles make_bottom(const LabelInputs& inputs) {
        }});
 }
 
+class BottomLabel final : public PlainLabel {
+ public:
+  BottomLabel() : PlainLabel(make_bottom) {}
+  std::unique_ptr<LabelMaker> clone() const override {
+    return std::make_unique<BottomLabel>(*this);
+  }
+  void check(std::span<const SequenceOutline> sequences, const core::Log&) const override {
+    for (const SequenceOutline& sequence : sequences)
+      if (!sequence.has_bottom_range)
+        core::fail(
+            core::ErrorKind::Config,
+            "labels \"bottom\" are made of bottom_range_m; state conditions.bottom_range = true");
+  }
+};
+
 }  // namespace
 
 LabelInfo bottom_label() {
   return {.name = "bottom",
           .summary = "Length of every pixel's ray to what lies below the water.",
-          .make = []() -> std::unique_ptr<LabelMaker> {
-            return std::make_unique<PlainLabel>(make_bottom);
-          }};
+          .make = []() -> std::unique_ptr<LabelMaker> { return std::make_unique<BottomLabel>(); }};
 }
 
 }  // namespace terracast::render

@@ -50,7 +50,7 @@ LabelFiles make_facts_images(const LabelInputs& inputs, const FactsImages& image
                              const std::function<void(core::Json&)>& more = nullptr);
 
 /// A kind without options.
-class PlainLabel final : public LabelMaker {
+class PlainLabel : public LabelMaker {
  public:
   using Make = LabelFiles (*)(const LabelInputs&);
   explicit PlainLabel(Make make_files) : make_(make_files) {}

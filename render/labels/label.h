@@ -43,6 +43,7 @@ struct SequenceOutline {
   int num_frames = 0;
   double rate_hz = 10.0;
   bool shares_geometry = false;  ///< with all others that do
+  bool has_bottom_range = true;  ///< its facts hold bottom_range_m
 };
 
 /// Files of a kind of labels, relative to its folder `labels/<kind>` in the capture.

@@ -165,6 +165,7 @@ TEST(Configs, WhatRenderingAndLabellingWouldRefuseIsRefusedBeforeTiling) {
           {"time_constant_s = 10", "255 frames"});
   refuses("labels=[{kind = \"pairs\", cameras = [\"lenses/pinhole lenses/pinhale\"]}]",
           {"lenses/pinhale", "nearest: \"lenses/pinhole\"", "labels pairs"});
+  refuses("labels=[{kind = \"bottom\"}]", {"conditions.bottom_range = true"});
   refuses("labels=[{kind = \"pairs\", frames_apart = [1000]}]", {"frames_apart = 1000", "longest"});
 }
 

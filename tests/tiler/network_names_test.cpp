@@ -103,7 +103,7 @@ void expect_refusal_without_calls(const Listener& listener, const fs::path& file
   std::vector<std::string> all = words;
   all.push_back(file.filename().string());
   expect_error(ErrorKind::Input, all, [&] { read_raster(file); });
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
   EXPECT_EQ(listener.num_connections(), 0);
 }
 

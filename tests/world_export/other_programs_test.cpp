@@ -243,6 +243,8 @@ TEST_F(OtherPrograms, SeeWhatIsPaintedInRasters) {
   ASSERT_EQ(albedo.size(), heights.size());
   int num_known = 0;
   int num_grey = 0;
+  int num_within = 0;
+  int num_as_pictured = 0;
   for (int y = 0; y < albedo.rows; ++y)
     for (int x = 0; x < albedo.cols; ++x) {
       const auto& bgra = albedo.at<cv::Vec4b>(y, x);
@@ -250,10 +252,27 @@ TEST_F(OtherPrograms, SeeWhatIsPaintedInRasters) {
       if (bgra[3] == 0) continue;
       ++num_known;
       num_grey += is_grey({bgra[2], bgra[1], bgra[0]}) ? 1 : 0;
+      // To some metres, which is what the raster's axes may turn against the world's.
+      const double x_world = 160.0 + x + 0.5 - 0.5 * albedo.cols;
+      const double y_world = 60.0 - y - 0.5 + 0.5 * albedo.rows;
+      const Code code = pictured(x_world, y_world);
+      bool is_alike = std::abs(x_world - kRoadX) > kRoadHalfWidth_m + 3.0;
+      for (const double aside_x : {-3.0, 3.0})
+        for (const double aside_y : {-3.0, 3.0})
+          is_alike = is_alike && pictured(x_world + aside_x, y_world + aside_y) == code;
+      if (!is_alike) continue;
+      ++num_within;
+      num_as_pictured += std::abs(bgra[2] - code[0]) <= 1 && std::abs(bgra[1] - code[1]) <= 1 &&
+                                 std::abs(bgra[0] - code[2]) <= 1
+                             ? 1
+                             : 0;
     }
-  // The road is 12 m of the region's 80 m; of the picture's squares few are grey.
+  EXPECT_GT(num_within, 1000);
+  EXPECT_EQ(num_as_pictured, num_within);
+  // The road is 12 m of the region's 80 m; of the picture's squares few are grey, and its asphalt is dark.
   EXPECT_NEAR(num_known, 80 * 80, 2 * 4 * 80);
   EXPECT_GT(num_grey, 11 * 80);
+  EXPECT_LT(num_grey, 2 * 12 * 80);
 }
 
 }  // namespace

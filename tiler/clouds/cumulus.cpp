@@ -250,7 +250,7 @@ world::Volume make_cumulus(std::uint64_t seed, int number) {
   const LatticeNoise noise(own);
   fill(volume, [&](const Eigen::Vector3d& at) {
     const double inside_m = distance_into(heaps, at);
-    // Farther out than that billows do not reach.
+    // Farther out than that billows hardly ever reach.
     if (inside_m < -1.5 * form.billow_m) return 0.0;
     const double wisps = octaves(noise, at + Eigen::Vector3d(900.0, 0.0, 0.0), 90.0, 3, false);
     double edge_m = inside_m;

@@ -81,7 +81,7 @@ class ImageryKind final : public LayerKind {
  public:
   void describe(core::SchemaVisitor& visit) override {
     visit.key("files", files_,
-              "Georeferenced pictures of any format that GDAL opens. Where several lie over each "
+              "Georeferenced pictures of any format of docs/tiler.md. Where several lie over each "
               "other the finest is shown, among equals the first; where none has data the ground "
               "is drawn as without.");
     visit.key("bands", options_.bands,

@@ -150,9 +150,10 @@ class LandCover final : public LayerKind {
               "raster: from rasters of class codes. derived: from height, slope, moisture, water, "
               "latitude and the seed.",
               core::one_of({"raster", "derived"}));
-    visit.key("files", files_,
-              "raster: files in order of priority, of any format that GDAL opens; where one has no "
-              "data the next is asked, and then the next layer.");
+    visit.key(
+        "files", files_,
+        "raster: files in order of priority, of any format of docs/tiler.md; where one has no "
+        "data the next is asked, and then the next layer.");
     visit.key("legend", legend_,
               "raster: what codes stand for: worldcover (ESA), corine (codes 111 to 523, or 1 to "
               "44), nlcd, nlcd_8 (its broad classes), none.",

@@ -53,7 +53,7 @@ class CellNumbers {
 };
 
 /// Numbers drawn for a place.
-enum Draw : std::uint64_t { kTake, kKind, kVariety, kSize, kHeading, kColour, kShare };
+enum Draw : std::uint64_t { kTake, kKind, kVariety, kSize, kHeading, kColour };
 
 /// Numbers of a place: a pure function of its id.
 struct PlaceDraws {
