@@ -65,6 +65,12 @@ class LayerSite {
   }
   /// Whether no other layer (Layer::holds) and no water holds any of a disc.
   virtual bool is_free(const Eigen::Vector2d& place_world, double radius_m) const = 0;
+  /// Whether a layer keeps any of a disc low (Layer::keeps_low).
+  virtual bool is_kept_low(const Eigen::Vector2d& place_world, double radius_m) const {
+    static_cast<void>(place_world);
+    static_cast<void>(radius_m);
+    return false;
+  }
 };
 
 /// A layer of a world, read and checked: what it does to the ground, and what it puts there. All of it
@@ -121,6 +127,12 @@ class Layer {
   }
   /// Whether it holds any of a disc, so that nothing else may stand there.
   virtual bool holds(const Eigen::Vector2d& place_world, double radius_m) const {
+    static_cast<void>(place_world);
+    static_cast<void>(radius_m);
+    return false;
+  }
+  /// Whether nothing but grass may grow on any of a disc, on which other things may stand: airfields.
+  virtual bool keeps_low(const Eigen::Vector2d& place_world, double radius_m) const {
     static_cast<void>(place_world);
     static_cast<void>(radius_m);
     return false;

@@ -111,6 +111,10 @@ class Site final : public LayerSite {
     return is_dry(0, 0) &&
            (radius_m == 0.0 || (is_dry(-1, 0) && is_dry(1, 0) && is_dry(0, -1) && is_dry(0, 1)));
   }
+  bool is_kept_low(const Eigen::Vector2d& place_world, double radius_m) const override {
+    return std::any_of(layers_.begin(), layers_.end(),
+                       [&](const auto& layer) { return layer->keeps_low(place_world, radius_m); });
+  }
 
  private:
   SurfaceSample sample(const Eigen::Vector2d& place_world) const {

@@ -17,6 +17,7 @@
 #include "tiler/buildings/town.h"
 #include "tiler/instance_ids.h"
 #include "tiler/layer_stack.h"
+#include "tiler/tile_builder.h"
 #include "validate/world_check/coincident_solids.h"
 #include "world/facade.h"
 #include "world/tile_id.h"
@@ -117,6 +118,39 @@ TEST(Buildings, PiersAreLeftToALayerOfRoadsAndTold) {
   EXPECT_EQ(num_all, 5);
   EXPECT_EQ(num_none, 0);
   EXPECT_EQ(of_all, "");
+}
+
+TEST(Buildings, TerminalsStandOnAirfieldsInAnyOrderOfLayers) {
+  const ScratchFolder folder;
+  const Vector2d at = utm31(kOriginLat_deg, kOriginLon_deg);
+  write_vectors(
+      folder / "a.gpkg", "GPKG",
+      {{wkt(-400, -300, 800, 600), {{"aeroway", "aerodrome"}}},
+       {fmt::format("LINESTRING ({0} {1}, {2} {1})", at.x() - 300.0, at.y(), at.x() + 300.0), {{"aeroway", "runway"}, {"width", "45"}}},
+       {wkt(40, 60, 60, 30), {{"building", "yes"}, {"aeroway", "terminal"}}},
+       {wkt(120, 90, 40, 30), {{"building", "hangar"}}}},
+      "EPSG:32631");
+  const std::string files = files_key(folder / "a.gpkg");
+  const auto check = [&](const std::vector<std::string>& kinds) {
+    tiler::WorldOptions options = world_of("plane");
+    options.elevation[0].height_m = 300.0;
+    std::size_t buildings = 0;
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+      if (kinds[k] == "buildings") buildings = k;
+      core::TomlDocument::parse(
+          fmt::format("name = \"layer{}\"\nkind = \"{}\"\n{}", k, kinds[k], files), "layer.toml")
+          .read(options.layers.emplace_back());
+    }
+    const auto surface = prepare(options);
+    std::map<std::string, std::int64_t> counts;
+    for (const auto& [name, count] : surface->layers().infos()[buildings].counts)
+      counts[name] = count;
+    EXPECT_EQ(counts.at("buildings"), 2);
+    EXPECT_EQ(counts.at("footprints on roads"), 0);
+    EXPECT_EQ(tiler::build_tile(*surface, {0, 0, 0}).objects.solids.size(), 2U);
+  };
+  check({"objects", "buildings"});
+  check({"buildings", "objects"});
 }
 
 TEST(Buildings, WallsReachIntoTheGroundAndStandAlongUp) {

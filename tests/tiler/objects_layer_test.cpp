@@ -495,18 +495,110 @@ TEST(Objects, StripsBesideRunwaysAndTaxiwaysAreKeptClear) {
   // A line straight in degrees bows by 1800^2 / 8 R tan 43, 0.06 m.
   for (const double x : {-1500.0, -700.0, -299.0, 299.0})
     for (const double side : {-1.0, 1.0}) {
-      EXPECT_TRUE(made.layer->holds({x, side * 149.8}, 0.0)) << x;
-      EXPECT_FALSE(made.layer->holds({x, side * 150.2}, 0.0)) << x;
-      EXPECT_TRUE(made.layer->holds({x, side * 153.0}, 3.5)) << x;
+      EXPECT_TRUE(made.layer->keeps_low({x, side * 149.8}, 0.0)) << x;
+      EXPECT_FALSE(made.layer->keeps_low({x, side * 150.2}, 0.0)) << x;
+      EXPECT_TRUE(made.layer->keeps_low({x, side * 153.0}, 3.5)) << x;
     }
-  EXPECT_TRUE(made.layer->holds({359.0, 0.0}, 0.0));
-  EXPECT_FALSE(made.layer->holds({361.0, 0.0}, 0.0));
-  EXPECT_TRUE(made.layer->holds({0.0, 974.8}, 0.0));
-  EXPECT_FALSE(made.layer->holds({0.0, 975.3}, 0.0));
-  EXPECT_TRUE(made.layer->holds({729.8, -1000.0}, 0.0));
-  EXPECT_FALSE(made.layer->holds({730.2, -1000.0}, 0.0));
-  EXPECT_TRUE(made.layer->holds({1400.0, -1300.0}, 0.0));
-  EXPECT_FALSE(made.layer->holds({1400.0, -1090.0}, 0.0));
+  EXPECT_TRUE(made.layer->keeps_low({359.0, 0.0}, 0.0));
+  EXPECT_FALSE(made.layer->keeps_low({361.0, 0.0}, 0.0));
+  EXPECT_TRUE(made.layer->keeps_low({0.0, 974.8}, 0.0));
+  EXPECT_FALSE(made.layer->keeps_low({0.0, 975.3}, 0.0));
+  EXPECT_TRUE(made.layer->keeps_low({729.8, -1000.0}, 0.0));
+  EXPECT_FALSE(made.layer->keeps_low({730.2, -1000.0}, 0.0));
+  EXPECT_TRUE(made.layer->keeps_low({1400.0, -1300.0}, 0.0));
+  EXPECT_FALSE(made.layer->keeps_low({1400.0, -1090.0}, 0.0));
+  EXPECT_TRUE(made.layer->keeps_low({1400.0, -1090.0}, 10.5));
+  EXPECT_FALSE(made.layer->keeps_low({1400.0, -1090.0}, 9.5));
+  EXPECT_FALSE(made.layer->holds({0.0, 0.0}, 0.0)) << "other things may stand there";
+  EXPECT_FALSE(made.layer->holds({1400.0, -1300.0}, 0.0));
+}
+
+TEST(Objects, AerodromesAreFoundFromAnyCell) {
+  const ScratchFolder folder;
+  // A triangle with a hole.
+  const std::string triangle =
+      "POLYGON ((" + line_of({{-1900, -1900}, {1900, -1900}, {-1900, 1900}, {-1900, -1900}}) +
+      "), (" +
+      line_of({{-1300, -1300}, {-1300, -900}, {-900, -900}, {-900, -1300}, {-1300, -1300}}) + "))";
+  const Made made(write(folder, {{triangle, {{"osm_way_id", "1"}, {"aeroway", "aerodrome"}}}},
+                        "airfield.geojson"));
+  // Sides straight in degrees bow by 3800^2 / 8 R tan 43, 0.26 m.
+  constexpr double kBow_m = 0.3;
+  int num_inside = 0, num_outside = 0;
+  for (double y = -2040.0; y < 2040.0; y += 37.0)
+    for (double x = -2040.0; x < 2040.0; x += 37.0)
+      for (const double radius_m : {0.0, 6.0, 150.0}) {
+        const double to_edge_m = (x + y) / std::sqrt(2.0);
+        const bool is_past_corner = y - x > 3800.0 || x - y > 3800.0;
+        if (is_past_corner) continue;
+        const double to_triangle_m = std::max({to_edge_m, -1900.0 - x, -1900.0 - y});
+        const double in_hole_m = 200.0 - std::max(std::abs(x + 1100.0), std::abs(y + 1100.0));
+        const double off_m = std::max(to_triangle_m, in_hole_m);
+        if (std::abs(off_m - radius_m) < kBow_m) continue;
+        // Beyond a corner the distance to the sides' lines is less than that to the triangle.
+        if (-1900.0 - x > 0.0 && -1900.0 - y > 0.0) continue;
+        const bool is_kept = off_m < radius_m;
+        ++(is_kept ? num_inside : num_outside);
+        ASSERT_EQ(made.layer->keeps_low({x, y}, radius_m), is_kept)
+            << x << " " << y << " " << radius_m;
+      }
+  EXPECT_GT(num_inside, 10'000);
+  EXPECT_GT(num_outside, 10'000);
+}
+
+TEST(Objects, ManyAerodromesDoNotMakeTilingEndless) {
+  const ScratchFolder folder;
+  const auto fields = [](int count, double apart_m) {
+    std::vector<VectorSpec> all;
+    for (int i = 0; i < count; ++i) {
+      const double x = -1900.0 + apart_m * (i % 200), y = -1900.0 + apart_m * (i / 200);
+      all.push_back({area_of(x, y, x + 9.0, y + 9.0),
+                     {{"osm_way_id", std::to_string(i + 1)}, {"aeroway", "aerodrome"}}});
+    }
+    return all;
+  };
+  const Made made(write(folder, fields(20'000, 18.0), "many.geojson"));
+  int num_kept = 0;
+  for (int i = 0; i < 200'000; ++i)
+    num_kept +=
+        made.layer->keeps_low({-1895.5 + 9.0 * (i % 400), -1895.5 + 9.0 * (i / 400 % 200)}, 0.0)
+            ? 1
+            : 0;
+  EXPECT_EQ(num_kept, 50'000);
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < 2'000'000; ++i)
+    num_kept += made.layer->keeps_low({-1800.0 + 0.0018 * i, 700.0}, 2.0) ? 1 : 0;
+  EXPECT_EQ(num_kept, 50'000);
+  // Less than a second; minutes where each is held against all aerodromes.
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+  expect_error(ErrorKind::Input, {"aerodromes", "aeroway"},
+               [&] { Made(write(folder, fields(20'000, 0.0), "stacked.geojson")); });
+}
+
+TEST(Objects, PartsOfYardsHaveThingsOfTheirOwn) {
+  const ScratchFolder folder;
+  const auto ring = [](double x) {
+    return "((" + line_of({{x, -900}, {x + 100, -900}, {x + 100, -840}, {x, -840}, {x, -900}}) +
+           "))";
+  };
+  const Made made(
+      write(folder,
+            {{"MULTIPOLYGON (" + ring(-1500) + ", " + ring(-1300) + ")",
+              {{"osm_way_id", "2"}, {"landuse", "industrial"}, {"industrial", "container_yard"}}},
+             {"MULTILINESTRING ((" + line_of({{-1500, -300}, {-1300, -300}}) + "), (" +
+                  line_of({{-900, -300}, {-700, -300}}) + "))",
+              {{"osm_id", "1"}, {"amenity", "loading_dock"}}}},
+            "yards.geojson"));
+  std::map<std::pair<bool, bool>, int> counts;
+  for (const auto& [id, instance] : made.all()) {
+    const bool is_container = made.name_of(instance).find("container") == 0;
+    const double x = place_of(instance).x();
+    ++counts[{is_container, is_container ? x > -1350.0 : x > -1100.0}];
+  }
+  for (const bool is_second : {false, true}) {
+    EXPECT_GT((counts[{true, is_second}]), 20) << is_second;
+    EXPECT_GT((counts[{false, is_second}]), 10) << is_second;
+  }
 }
 
 TEST(Objects, BridgesReachFromWallsToAircraft) {

@@ -291,15 +291,15 @@ TEST(Vegetation, NothingButGrassGrowsBetweenRunways) {
              "{\"aeroway\":\"aerodrome\"},\"geometry\":{\"type\":\"Polygon\",\"coordinates\":[[" +
                  corners + "]]}}]}");
   // Trees and stones of a tile of 512 m, or the tufts of one of 128 m in its middle.
-  const auto count = [&](bool has_airfield, const TileId& id) {
+  const auto count = [&](const std::vector<std::string>& kinds, const TileId& id) {
     tiler::WorldOptions all = options;
-    if (has_airfield) {
-      tiler::LayerOptions roads;
+    for (const std::string& kind : kinds) {
+      tiler::LayerOptions layer;
       core::TomlDocument::parse(
-          "kind = \"roads\"\nfiles = [\"" + (folder / "airfield.geojson").string() + "\"]\n",
+          "kind = \"" + kind + "\"\nfiles = [\"" + (folder / "airfield.geojson").string() + "\"]\n",
           "layer.toml")
-          .read(roads);
-      all.layers.push_back(roads);
+          .read(layer);
+      all.layers.push_back(layer);
     }
     all.layers.push_back(vegetation_of("seed = 3"));
     const auto surface = prepare(all);
@@ -311,10 +311,15 @@ TEST(Vegetation, NothingButGrassGrowsBetweenRunways) {
     }
     return counts;
   };
-  EXPECT_GT(count(false, {1, 0, 0})["other"], 50);
-  EXPECT_EQ(count(true, {1, 0, 0})["other"], 0);
-  EXPECT_EQ(count(true, {-1, 1, 1})["other"], 0);
-  EXPECT_GT(count(true, {-1, 1, 1})["grass"], 200);
+  EXPECT_GT(count({}, {1, 0, 0})["other"], 50);
+  EXPECT_EQ(count({"objects"}, {1, 0, 0})["other"], 0);
+  for (const auto& kinds : {std::vector<std::string>{"roads"}, {"roads", "objects"}}) {
+    SCOPED_TRACE(kinds.size());
+    EXPECT_EQ(count(kinds, {1, 0, 0})["other"], 0);
+    auto counts = count(kinds, {-1, 1, 1});
+    EXPECT_EQ(counts["other"], 0);
+    EXPECT_GT(counts["grass"], 200);
+  }
 }
 
 }  // namespace

@@ -134,6 +134,7 @@ class Plan {
                                },
                                [this](const Point& at) { return is_wet(at); }});
     drop_unreached(ways_);
+    drop_without_track(ways_, farms_);
     for (const Way& way : ways_) occupancy_.add_line(way.line, way.half_width_m(), kRoad);
   }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "core/random.h"
 
@@ -153,7 +155,7 @@ std::vector<FarmSite> plan_farms(const PlanGround& ground, const std::vector<Tow
         track.line = resampled(PointsWorld{from, yard}, 25.0);
         taken.add_line(track.line, 40.0, kRoad);
         tracks.push_back(std::move(track));
-        farms.push_back({yard, left_of(out)});
+        farms.push_back({yard, left_of(out), snapped(yard)});
         since_m = 0.0;
       } else {
         // A track into the woods, along the slope, gaining height slowly.
@@ -182,13 +184,22 @@ std::vector<FarmSite> plan_farms(const PlanGround& ground, const std::vector<Tow
         track.kind = RoadKind::Track;
         track.line = splined(line, 1);
         taken.add_line(track.line, 2.0, kRoad);
-        farms.push_back({at + 8.0 * heading, heading, true});
+        farms.push_back({at + 8.0 * heading, heading, snapped(track.line.back()), true});
         tracks.push_back(std::move(track));
       }
     }
   }
   for (Way& track : tracks) ways.push_back(std::move(track));
   return farms;
+}
+
+void drop_without_track(const std::vector<Way>& ways, std::vector<FarmSite>& farms) {
+  std::set<std::pair<double, double>> ends;
+  for (const Way& way : ways)
+    for (const Point& end : {way.line.front(), way.line.back()}) ends.emplace(end.x(), end.y());
+  std::erase_if(farms, [&](const FarmSite& farm) {
+    return !ends.contains({farm.track_end.x(), farm.track_end.y()});
+  });
 }
 
 void build_farms(const std::vector<FarmSite>& farms, Builder& builder) {

@@ -10,6 +10,7 @@ namespace terracast::tiler::country {
 struct FarmSite {
   Point at = Point::Zero();
   Point along = Point::UnitX();
+  Point track_end = Point::Zero();  ///< snapped
   bool is_hut = false;
 };
 
@@ -17,6 +18,8 @@ struct FarmSite {
 std::vector<FarmSite> plan_farms(const PlanGround& ground, const std::vector<TownShape>& shapes,
                                  const Occupancy& occupancy, std::vector<Way>& ways,
                                  std::uint64_t seed);
+/// Leaves out those whose track was cut or left out.
+void drop_without_track(const std::vector<Way>& ways, std::vector<FarmSite>& farms);
 void build_farms(const std::vector<FarmSite>& farms, Builder& builder);
 
 /// Fields, meadows, orchards and vineyards with hedges on what gentle land is left near settlements; each

@@ -30,9 +30,9 @@ Rectangle part(const Rectangle& of, double along_from, double along_to, double a
 
 class PlotBuilder {
  public:
-  /// streets   a ring or a line of them, to which drives lead
-  PlotBuilder(const PointsWorld& streets, int palette, Builder& builder)
-      : streets_(streets), palette_(palette), builder_(builder) {}
+  /// streets   to which drives lead: a ring, whose last point is joined to its first, or a line
+  PlotBuilder(const PointsWorld& streets, bool is_ring, int palette, Builder& builder)
+      : streets_(streets), is_ring_(is_ring), palette_(palette), builder_(builder) {}
 
   void fill(const Point& along) {
     const Point across = left_of(along);
@@ -127,9 +127,9 @@ class PlotBuilder {
     for (const auto& [x, y] : {std::pair{1.0, 0.0}, {-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}}) {
       const Point from = plot.at(x, y);
       const Point out = x * plot.along + y * left_of(plot.along);
-      for (std::size_t e = 0; e < streets_.size(); ++e) {
-        const auto share = crossing(from, from + kFarthest_m * out, streets_[e],
-                                    streets_[(e + 1) % streets_.size()]);
+      for (std::size_t e = is_ring_ ? 0 : 1; e < streets_.size(); ++e) {
+        const auto share = crossing(from, from + kFarthest_m * out,
+                                    streets_[e > 0 ? e - 1 : streets_.size() - 1], streets_[e]);
         const double half_m = share ? 0.5 * *share * kFarthest_m : 0.0;
         if (share && (!drive || half_m < drive->half_along_m))
           drive = Rectangle{from + half_m * out, out, half_m, 4.0};
@@ -233,6 +233,7 @@ class PlotBuilder {
   }
 
   const PointsWorld& streets_;
+  bool is_ring_;
   int palette_;
   Builder& builder_;
 };
@@ -240,7 +241,7 @@ class PlotBuilder {
 }  // namespace
 
 void fill_industry(const Block& block, int palette, Builder& builder) {
-  PlotBuilder(block.ring, palette, builder).fill(longest_edge(block));
+  PlotBuilder(block.ring, true, palette, builder).fill(longest_edge(block));
 }
 
 double build_plot_at(const PointsWorld& street, double from_m, double half_m, int palette,
@@ -250,7 +251,7 @@ double build_plot_at(const PointsWorld& street, double from_m, double half_m, in
   const double u = random_unit(draw, 40, 0);
   double wide_m = std::min(22.0 + 210.0 * u * u, room_m);
   double deep_m = std::min(wide_m * (0.55 + 0.6 * random_unit(draw, 41, 0)) + 12.0, 130.0);
-  PlotBuilder plots(street, palette, builder);
+  PlotBuilder plots(street, false, palette, builder);
   for (; wide_m > kNarrowestPlot_m; wide_m *= 0.6, deep_m = std::max(0.7 * deep_m, 24.0)) {
     const Point from = station_at(street, from_m).at;
     const Point chord = station_at(street, from_m + wide_m).at - from;

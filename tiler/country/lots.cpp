@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.h"
 #include "core/random.h"
 #include "tiler/country/industry.h"
 #include "tiler/country/zones.h"
@@ -37,6 +38,8 @@ HouseRule house_rule(Zone zone, Rank rank, std::uint64_t draw) {
     case Zone::Business:
       return {HouseKind::Office, 46.0 * size, 36.0 * size, 22.0, 4.0, 4.0};
     case Zone::Industry:
+      TERRACAST_CHECK(false, "industry is parted into plots, not houses");
+      break;
     case Zone::Houses:
       break;
   }

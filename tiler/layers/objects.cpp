@@ -22,7 +22,7 @@ namespace terracast::tiler {
 namespace {
 
 /// Bumped when what stands where, or what things look like, changes.
-constexpr int kObjectsVersion = 4;
+constexpr int kObjectsVersion = 5;
 
 class ObjectsLayer final : public Layer {
  public:
@@ -108,8 +108,10 @@ class ObjectsLayer final : public Layer {
   std::span<const world::Prototype> prototypes() const override { return prototypes_; }
   std::span<const world::Texture> textures() const override { return textures_; }
   bool holds(const Eigen::Vector2d& place_world, double radius_m) const override {
-    return placed_->holds(place_world, radius_m) ||
-           (strips_ && strips_->holds(place_world, radius_m));
+    return placed_->holds(place_world, radius_m);
+  }
+  bool keeps_low(const Eigen::Vector2d& place_world, double radius_m) const override {
+    return strips_ && strips_->holds(place_world, radius_m);
   }
   void add_objects(const world::TileId& id, const LayerSite& site,
                    world::TileObjects& objects) const override {

@@ -22,7 +22,7 @@ namespace terracast::tiler {
 namespace {
 
 /// Bumped when what stands where changes.
-constexpr int kVegetationVersion = 6;
+constexpr int kVegetationVersion = 7;
 
 class VegetationLayer final : public Layer {
  public:

@@ -79,7 +79,8 @@ ForestPieces::Piece ForestPieces::make_piece(int size, std::int32_t x, std::int3
   piece.scale = std::clamp(top_m / models.front().height_m, kSmallestClump, kLargestClump);
   piece.model = &draws(size, x, y).variety(models);
   const int level = kFinestClumpLevel + size;
-  piece.is_forest = site_.is_free(center, piece.scale * piece.model->reach_m);
+  const double reach_m = piece.scale * piece.model->reach_m;
+  piece.is_forest = site_.is_free(center, reach_m) && !site_.is_kept_low(center, reach_m);
   if (piece.is_forest) {
     piece.foot_z_world = site_.ground_z_world(center);
     piece.is_forest = last_level_on_land(site_, center, piece.foot_z_world, level, level) == level;

@@ -91,6 +91,11 @@ NearPlaces SinglePlants::stems_near(const PlanBox& box, std::initializer_list<St
   return stems;
 }
 
+/// For all but grass.
+bool SinglePlants::has_room(const Vector2d& place_world, double radius_m) const {
+  return site_.is_free(place_world, radius_m) && !site_.is_kept_low(place_world, radius_m);
+}
+
 void SinglePlants::add_trees(Stratum stratum) {
   const StratumInfo& info = kStrata[stratum];
   for (const PlanBox& box : places_.boxes(kFinestTile, info.coarsest_level, info.reach_m)) {
@@ -128,7 +133,7 @@ void SinglePlants::add_tree(Stratum stratum, const BlueNoise::Place& place) {
     scale = canopy_m ? *canopy_m / model->height_m
                      : smaller * std::min(kLargestTree,
                                           scale_of(kinds, *model, is_low, draws.unit(kSize)));
-    return scale <= kLargestTree && site_.is_free(place.at_world, scale * model->reach_m);
+    return scale <= kLargestTree && has_room(place.at_world, scale * model->reach_m);
   };
   const std::string_view species = species_of(kinds, draws.unit(kKind));
   // Beside walls, water and roads the crown has less room: a smaller tree, or, where its height is
@@ -166,7 +171,7 @@ void SinglePlants::add_bush(const BlueNoise::Place& place, const NearPlaces& ste
   const PlantModel& model = draws.variety(of(is_dwarf ? "mountain_pine" : "bush"));
   const double scale =
       0.45 + 0.75 * draws.unit(kSize) * (0.5 + 0.5 * ground_.tree_kinds(here).size);
-  if (!site_.is_free(place.at_world, scale * model.reach_m)) return;
+  if (!has_room(place.at_world, scale * model.reach_m)) return;
   sink_.add({draws.id, model, draws.heading(), scale, scale < 0.75 ? 1 : 2}, place.at_world);
 }
 
@@ -188,6 +193,7 @@ void SinglePlants::add_plant(const BlueNoise::Place& place) {
   if (id_.level - kLevelsAtCorner > model.coarsest_level) return;
   const double scale = 0.75 + 0.5 * draws.unit(kSize);
   if (!site_.is_free(place.at_world, scale * model.reach_m)) return;
+  if (is_reed && site_.is_kept_low(place.at_world, scale * model.reach_m)) return;
   sink_.add({draws.id, model, draws.heading(), scale, model.coarsest_level}, place.at_world);
 }
 
@@ -208,7 +214,7 @@ void SinglePlants::add_stone(const BlueNoise::Place& place, const NearPlaces& st
   const PlantModel& model = draws.variety(of("boulder"));
   // Few are large: fragments follow a power law.
   const double scale = std::min(0.3 * std::pow(1.0 - draws.unit(kSize), -0.5), 3.0);
-  if (!site_.is_free(place.at_world, scale * model.reach_m)) return;
+  if (!has_room(place.at_world, scale * model.reach_m)) return;
   sink_.add({draws.id, model, draws.heading(), scale,
              static_cast<int>(std::floor(std::log2(4.0 * scale)))},
             place.at_world);
@@ -242,7 +248,7 @@ void SinglePlants::add_crop(const CropPiece& crop, std::int32_t cell_x, std::int
     for (const double dv : {-0.5, 0.5})
       is_field = is_field &&
                  site_.cover(center + kCropPiece_m * (du * along + dv * across)) == Cover::Crops;
-  if (!is_field || !site_.is_free(center, kCropPiece_m * std::numbers::sqrt2 / 2)) return;
+  if (!is_field || !has_room(center, kCropPiece_m * std::numbers::sqrt2 / 2)) return;
   const PlaceDraws draws{plan_.seed, plan_.numbers.id(CellNumbers::kCrops, cell_x, cell_y)};
   const PlantModel& model = draws.variety(models);
   const double turn =

@@ -40,6 +40,7 @@ class SinglePlants {
   void add_bush(const BlueNoise::Place& place, const NearPlaces& stems);
   void add_plant(const BlueNoise::Place& place);
   void add_stone(const BlueNoise::Place& place, const NearPlaces& stems);
+  bool has_room(const Eigen::Vector2d& place_world, double radius_m) const;
   void add_crop(const CropPiece& crop, std::int32_t cell_x, std::int32_t cell_y);
   PlaceDraws draws(Stratum stratum, const BlueNoise::Place& place) const {
     return {plan_.seed, plan_.numbers.id(stratum, place.cell_x, place.cell_y)};

@@ -16,13 +16,14 @@ constexpr Chance kTrucks[] = {
 constexpr Chance kBoxes[] = {{"container_40", 0.45}, {"container_40_high", 0.55}};
 
 /// With their tails to the hall, which lies to the right of its docks' line.
-void back_trucks(const RuleInputs& inputs, const VectorFeature& feature, const PointsWorld& line,
-                 Proposals& to) {
+void back_trucks(const RuleInputs& inputs, const VectorFeature& feature, std::size_t part,
+                 const PointsWorld& line, Proposals& to) {
   constexpr double kBay_m = 4.2;
   constexpr double kTaken =
       0.6;  ///< of the docks that have a truck where all parking places are taken
   const Walk walk(line);
-  const std::uint64_t stream = core::stream_of(0x646f636bULL, feature.number);
+  const std::uint64_t stream =
+      core::stream_of(core::stream_of(0x646f636bULL, feature.number), part);
   const int bays = static_cast<int>(std::min(walk.length_m(), 1000.0) / kBay_m);
   for (int bay = 0; bay < bays; ++bay) {
     const auto number = static_cast<std::uint64_t>(bay);
@@ -44,10 +45,11 @@ void back_trucks(const RuleInputs& inputs, const VectorFeature& feature, const P
 }
 
 /// Blocks of four rows of containers with lanes between them; fewer and lower than in ports.
-void pile_containers(const RuleInputs& inputs, const VectorFeature& feature,
+void pile_containers(const RuleInputs& inputs, const VectorFeature& feature, std::size_t part,
                      const std::vector<PointsWorld>& rings, Proposals& to) {
   constexpr double kKept = 0.7;
-  const std::uint64_t stream = core::stream_of(0x79617264ULL, feature.number);
+  const std::uint64_t stream =
+      core::stream_of(core::stream_of(0x79617264ULL, feature.number), part);
   visit_grid(
       rings, 12.6, 2.9, 6.3, 1.45,
       [&](const Vector2d& place, const Vector2d& direction, int row, int column, int, int) {
@@ -74,15 +76,16 @@ void pile_containers(const RuleInputs& inputs, const VectorFeature& feature,
 
 void propose_yards(const RuleInputs& inputs, Proposals& to) {
   for (const VectorFeature& feature : inputs.features)
-    for (const auto& part : feature.parts_world) {
-      if (part.empty()) continue;
+    for (std::size_t part = 0; part < feature.parts_world.size(); ++part) {
+      const std::vector<PointsWorld>& rings = feature.parts_world[part];
+      if (rings.empty()) continue;
       if (feature.kind == FeatureKind::Line && feature.tags.value("amenity") == "loading_dock" &&
           inputs.options.parked_cars > 0.0)
-        back_trucks(inputs, feature, part.front(), to);
+        back_trucks(inputs, feature, part, rings.front(), to);
       if (feature.kind == FeatureKind::Area &&
           feature.tags.value("industrial") == "container_yard" && inputs.options.containers > 0.0 &&
-          part.front().size() >= 3 && area_m2(part) < 2e6)
-        pile_containers(inputs, feature, part, to);
+          rings.front().size() >= 3 && area_m2(rings) < 2e6)
+        pile_containers(inputs, feature, part, rings, to);
     }
 }
 
