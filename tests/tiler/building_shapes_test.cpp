@@ -87,7 +87,6 @@ TEST(BuildingShapes, RoofsOverARectangleHaveTheirClosedForms) {
   }
 }
 
-// Windows are drawn in bays and storeys of the pattern's own size: no wall may cut one.
 // OpenStreetMap's values of roof:shape (https://wiki.openstreetmap.org/wiki/Key:roof:shape) and the shape that each draws,
 // of a house, whose roof is gabled or hipped as it likes where nobody says, and of a part, whose roof is flat then.
 TEST(BuildingShapes, EachRoofThatATagNamesIsTheOneThatStands) {
@@ -135,6 +134,7 @@ TEST(BuildingShapes, EachRoofThatATagNamesIsTheOneThatStands) {
   }
 }
 
+// Windows are drawn in bays and storeys of the pattern's own size: no wall may cut one.
 TEST(BuildingShapes, WallsHoldWholeBaysAndStoreys) {
   for (const auto style : {world::FacadeStyle::House, world::FacadeStyle::Apartments,
                            world::FacadeStyle::Offices, world::FacadeStyle::Hall})

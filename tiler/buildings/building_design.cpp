@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/random.h"
+#include "tiler/buildings/building_draws.h"
 #include "tiler/buildings/building_finishes.h"
 
 namespace terracast::tiler {
@@ -16,13 +17,6 @@ using core::random_unit;
 constexpr double kTallest_m = 900.0;
 constexpr double kLowest_m = 1.8;
 constexpr double kMostLevels = 200.0;
-
-enum Draw : std::uint64_t {
-  kStoreys,
-  kStorey,
-  kRoof,
-  kSlope,  // finishes follow: building_finishes.cpp
-};
 
 struct KindName {
   std::string_view value;

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/random.h"
+#include "tiler/buildings/building_draws.h"
 #include "world/facade.h"
 
 namespace terracast::tiler {
@@ -20,9 +21,6 @@ using core::random_unit;
 using core::SemanticClass;
 using world::FacadeStyle;
 using world::Material;
-
-/// After those of building_design.cpp.
-enum Draw : std::uint64_t { kWallColor = 4, kWallMaterial, kRoofColor, kShade, kStyle, kTint };
 
 struct ColorName {
   std::string_view name;

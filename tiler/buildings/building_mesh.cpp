@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
+#include "tiler/buildings/building_draws.h"
 #include "tiler/buildings/roof_things.h"
 #include "tiler/buildings/setback.h"
 #include "tiler/buildings/shape_builder.h"
@@ -41,8 +42,6 @@ constexpr double kClearOfGround_m = 2.2;
 
 /// Walls narrower than this share of a bay have no windows.
 constexpr double kNarrowestBay = 0.6;
-
-enum Draw : std::uint64_t { kParapet = 32, kOverhang = 36, kBays };
 
 /// Triangles of the area within edges that close; nothing where any would be too narrow.
 std::optional<Triangles> sound_triangles(const std::vector<Vector2i>& points, const Edges& border,
@@ -86,11 +85,11 @@ class BuildingBuilder {
     roofing_ = shape_.add_finish(design_.roofing);
     trim_ = shape_.add_finish(design_.trim);
     is_raised_ = design_.bottom_m > 0.0;
-    bottom_ = is_raised_ ? steps(design_.bottom_m - kSunk_m) - plan.setback_steps
+    bottom_ = is_raised_ ? steps(design_.bottom_m - kBodySunk_m) - plan.setback_steps
                          : -plan.foundation_steps;
-    const double clear =
-        is_raised_ ? bottom_ + steps(0.5) : plan.highest_ground_steps + steps(kClearOfGround_m);
-    top_ = std::max(steps(design_.top_m) - plan.setback_steps, clear);
+    const double clear = is_raised_ ? steps(design_.bottom_m + 0.5)
+                                    : plan.highest_ground_steps + steps(kClearOfGround_m);
+    top_ = std::max(steps(design_.top_m), clear) - plan.setback_steps;
   }
 
   bool add_flat(bool is_fine) {

@@ -7,8 +7,17 @@
 
 #include "tiler/roofs/straight_skeleton.h"
 #include "tiler/vector_source.h"
+#include "world/tile.h"
 
 namespace terracast::tiler {
+
+/// Steps of the world's lattice.
+constexpr double steps(double value_m) { return value_m / world::kHeightStep_m; }
+
+/// A place above the plane of rings, in steps.
+inline Eigen::Vector3d at_height(const Eigen::Vector2i& place, double height) {
+  return {static_cast<double>(place.x()), static_cast<double>(place.y()), height};
+}
 
 /// What was found wrong with footprints and put right, or left out.
 struct FootprintCounts {

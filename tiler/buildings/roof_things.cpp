@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/random.h"
+#include "tiler/buildings/building_draws.h"
 
 namespace terracast::tiler {
 namespace {
@@ -15,8 +16,6 @@ using core::random_unit;
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 using Eigen::Vector3d;
-
-enum Draw : std::uint64_t { kChimney = 33, kPlant, kNumPlant };
 
 std::array<Vector2i, 4> box_ring(const Vector2d& middle, const Vector2d& along, double length,
                                  double width) {
@@ -71,9 +70,9 @@ std::vector<OnRoof> plant_on(const RingsSteps& floor, const BuildingDesign& desi
       static_cast<int>(std::min(7.0, area * per_m2 + 1.6 * random_unit(own, 0, kNumPlant)));
   for (int i = 0; i < num_small; ++i) {
     const auto k = static_cast<std::uint64_t>(i);
-    kinds.push_back({random_between(0.8, 2.4, own, 3 * k, kNumPlant + 8),
-                     random_between(0.8, 1.3, own, 3 * k + 1, kNumPlant + 8),
-                     random_between(0.6, 1.4, own, 3 * k + 2, kNumPlant + 8),
+    kinds.push_back({random_between(0.8, 2.4, own, 3 * k, kPlantSize),
+                     random_between(0.8, 1.3, own, 3 * k + 1, kPlantSize),
+                     random_between(0.6, 1.4, own, 3 * k + 2, kPlantSize),
                      finish_of(RoofFinish::Metal)});
   }
   std::uint64_t attempt = 0;
@@ -122,7 +121,7 @@ std::vector<OnRoof> chimneys_on(const Roof& roof, const RingsSteps& walls,
     const double v = random_between(-0.45, 0.45, own, 2 * attempt + 2, kChimney);
     const Vector2d middle = box.middle_steps + u * box.length_steps * box.along +
                             v * box.width_steps * Vector2d(-box.along.y(), box.along.x());
-    const double length_m = random_between(0.55, 1.1, own, attempt, kChimney + 16);
+    const double length_m = random_between(0.55, 1.1, own, attempt, kChimneyLength);
     OnRoof thing;
     thing.ring = box_ring(middle, box.along, steps(length_m), steps(0.55));
     const std::array<Vector2i, 4> wide =
@@ -146,7 +145,7 @@ std::vector<OnRoof> chimneys_on(const Roof& roof, const RingsSteps& walls,
       }
       if (lowest_foot < 0.45 * highest) break;
       thing.top_steps.fill(eaves_height + highest +
-                           steps(random_between(0.35, 0.8, own, attempt, kChimney + 17)));
+                           steps(random_between(0.35, 0.8, own, attempt, kChimneyHeight)));
       thing.finish = finish_of(RoofFinish::Chimney);
       thing.top_finish = thing.finish;
       const bool is_free = std::all_of(things.begin(), things.end(), [&](const OnRoof& other) {

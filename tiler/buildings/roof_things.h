@@ -9,17 +9,9 @@
 #include "tiler/buildings/building_design.h"
 #include "tiler/buildings/footprint.h"
 #include "tiler/buildings/roof.h"
-#include "world/tile.h"
 
 /// What stands on roofs: boxes that are holes in them.
 namespace terracast::tiler {
-
-/// Steps of the world's lattice.
-constexpr double steps(double value_m) { return value_m / world::kHeightStep_m; }
-
-inline Eigen::Vector3d at_height(const Eigen::Vector2i& place, double height) {
-  return {static_cast<double>(place.x()), static_cast<double>(place.y()), height};
-}
 
 /// A box on a roof: its foot lies in one plane of the roof.
 struct OnRoof {

@@ -13,7 +13,10 @@ namespace {
 using Eigen::Vector2d;
 using world::kHeightStep_m;
 
-constexpr int kMostRank = 15;
+/// Earlier ones over which a building lies that are kept apart from it: more than there are ranks, four times.
+constexpr std::size_t kMostOverlaps = 64;
+/// Earlier ones with boxes that meet a building's of which the edges are looked at.
+constexpr int kMostPairs = 1024;
 /// Lines so near to each other are kept apart: two roundings of walls to steps, with room.
 constexpr double kClear_steps = 4.0;
 /// Walls that run along each other for less are left, such as those that meet at a corner.
@@ -26,7 +29,14 @@ struct NearLines {
 /// Of a building and an earlier one.
 struct Overlap {
   std::uint32_t earlier;
-  std::vector<NearLines> lines;
+  /// Bit kMostRank + d: with a rank that is higher by d than the earlier one's, faces lie in one plane.
+  std::uint32_t blocked;
+};
+static_assert(2 * kMostRank < 32);
+
+struct Overlaps {
+  std::vector<Overlap> kept;
+  bool are_more = false;  ///< than were looked at
 };
 
 /// Corners about the place of another building.
@@ -39,11 +49,23 @@ RingsSteps about(const RingsSteps& rings, const Eigen::Vector2i& from_m,
   return moved;
 }
 
-template <class Use>
-void for_each_edge(const RingsSteps& rings, const Use& use) {
+/// Whether any edge passes; the first that does is the last that is looked at.
+template <class Test>
+bool any_edge(const RingsSteps& rings, const Test& test) {
   for (const auto& ring : rings)
     for (std::size_t i = 0; i < ring.size(); ++i)
-      use(Vector2d(ring[i].cast<double>()), Vector2d(ring[(i + 1) % ring.size()].cast<double>()));
+      if (test(Vector2d(ring[i].cast<double>()),
+               Vector2d(ring[(i + 1) % ring.size()].cast<double>())))
+        return true;
+  return false;
+}
+
+template <class Use>
+void for_each_edge(const RingsSteps& rings, const Use& use) {
+  any_edge(rings, [&](const Vector2d& a, const Vector2d& b) {
+    use(a, b);
+    return false;
+  });
 }
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -51,7 +73,7 @@ double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y(
 /// Rings go round with what is built to their left.
 std::vector<NearLines> lines_along(const RingsSteps& earlier, const RingsSteps& own) {
   constexpr double kFarthest_steps =
-      kMostRank * kSetback_m / kHeightStep_m + kClear_steps;  // ranks move no line farther
+      steps(kMostRank * kSetback_m) + kClear_steps;  // ranks move no line farther
   std::vector<NearLines> lines;
   for_each_edge(earlier, [&](const Vector2d& a, const Vector2d& b) {
     const double length = (b - a).norm();
@@ -78,54 +100,59 @@ bool has_corner_in(const RingsSteps& rings, const RingsSteps& other) {
 }
 
 bool edges_cross(const RingsSteps& one, const RingsSteps& other) {
-  bool do_cross = false;
-  for_each_edge(one, [&](const Vector2d& a, const Vector2d& b) {
-    if (do_cross) return;
-    for_each_edge(other, [&](const Vector2d& c, const Vector2d& d) {
-      do_cross = do_cross || (cross(b - a, c - a) * cross(b - a, d - a) < 0.0 &&
-                              cross(d - c, a - c) * cross(d - c, b - c) < 0.0);
+  return any_edge(one, [&](const Vector2d& a, const Vector2d& b) {
+    return any_edge(other, [&](const Vector2d& c, const Vector2d& d) {
+      return cross(b - a, c - a) * cross(b - a, d - a) < 0.0 &&
+             cross(d - c, a - c) * cross(d - c, b - c) < 0.0;
     });
   });
-  return do_cross;
 }
 
-std::vector<Overlap> overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
-                                 const std::vector<RingsSteps>& walls, const BuildingIndex& index) {
+std::uint32_t blocked_by(const std::vector<NearLines>& lines) {
+  std::uint32_t blocked = 1U << kMostRank;  // tops and bottoms, of one rank
+  for (int d = -kMostRank; d <= kMostRank; ++d) {
+    const double apart_steps = steps(d * kSetback_m);
+    if (std::any_of(lines.begin(), lines.end(), [&](const NearLines& line) {
+          return line.low_steps + apart_steps < kClear_steps &&
+                 line.high_steps + apart_steps > -kClear_steps;
+        }))
+      blocked |= 1U << (kMostRank + d);
+  }
+  return blocked;
+}
+
+Overlaps overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
+                     const std::vector<RingsSteps>& walls, const BuildingIndex& index) {
   const Building& building = buildings[row];
-  std::vector<Overlap> overlaps;
-  for (const std::uint32_t j : index.rows_in(building.lowest_world, building.highest_world)) {
-    if (j >= row) break;
+  Overlaps overlaps;
+  int num_pairs = 0;
+  for (const std::uint32_t j : index.rows_in(building.lowest_world, building.highest_world, row)) {
     const Building& earlier = buildings[j];
     if ((building.lowest_world.array() >= earlier.highest_world.array()).any() ||
         (building.highest_world.array() <= earlier.lowest_world.array()).any())
       continue;
+    if (num_pairs++ == kMostPairs || overlaps.kept.size() == kMostOverlaps) {
+      overlaps.are_more = true;
+      break;
+    }
     const RingsSteps rings =
         about(building.footprint.rings, building.footprint.place_m, earlier.footprint.place_m);
-    Overlap overlap{j, lines_along(earlier.footprint.rings, rings)};
+    const std::vector<NearLines> lines = lines_along(earlier.footprint.rings, rings);
     // Walls of neighbours that only touch are apart.
     const RingsSteps inner =
         about(walls[row], building.footprint.place_m, earlier.footprint.place_m);
-    if (!overlap.lines.empty() || has_corner_in(inner, walls[j]) ||
-        has_corner_in(walls[j], inner) || edges_cross(inner, walls[j]))
-      overlaps.push_back(std::move(overlap));
+    if (!lines.empty() || has_corner_in(inner, walls[j]) || has_corner_in(walls[j], inner) ||
+        edges_cross(inner, walls[j]))
+      overlaps.kept.push_back({j, blocked_by(lines)});
   }
   return overlaps;
 }
 
-bool is_clear(const Overlap& overlap, int rank, int earlier_rank) {
-  if (rank == earlier_rank) return false;
-  const double apart_steps = (rank - earlier_rank) * kSetback_m / kHeightStep_m;
-  return std::none_of(overlap.lines.begin(), overlap.lines.end(), [&](const NearLines& line) {
-    return line.low_steps + apart_steps < kClear_steps &&
-           line.high_steps + apart_steps > -kClear_steps;
-  });
-}
-
 }  // namespace
 
-std::vector<int> setback_ranks(const std::vector<Building>& buildings, const BuildingIndex& index) {
+Setbacks setback_ranks(const std::vector<Building>& buildings, const BuildingIndex& index) {
   std::vector<RingsSteps> walls(buildings.size());
-  std::vector<std::vector<Overlap>> overlaps(buildings.size());
+  std::vector<Overlaps> overlaps(buildings.size());
   const auto for_each = [&](const auto& work) {
     core::parallel_for_blocks(static_cast<std::int64_t>(buildings.size()), 64,
                               [&](std::int64_t begin, std::int64_t end) {
@@ -135,21 +162,31 @@ std::vector<int> setback_ranks(const std::vector<Building>& buildings, const Bui
   };
   for_each([&](std::uint32_t row) {
     const RingsSteps& rings = buildings[row].footprint.rings;
-    const auto inner = moved_edges(rings, -kInset_m / kHeightStep_m);
+    const auto inner = moved_edges(rings, -steps(kInset_m));
     walls[row] = inner ? *inner : rings;
   });
   for_each([&](std::uint32_t row) { overlaps[row] = overlaps_of(row, buildings, walls, index); });
-  std::vector<int> ranks(buildings.size(), 0);
-  for (std::size_t row = 0; row < ranks.size(); ++row) {
+  Setbacks setbacks;
+  setbacks.ranks.assign(buildings.size(), 0);
+  std::int64_t num_crowded = 0;
+  std::int64_t num_without = 0;
+  for (std::size_t row = 0; row < buildings.size(); ++row) {
+    const std::vector<Overlap>& kept = overlaps[row].kept;
     const auto is_free = [&](int rank) {
-      return std::all_of(overlaps[row].begin(), overlaps[row].end(), [&](const Overlap& overlap) {
-        return is_clear(overlap, rank, ranks[overlap.earlier]);
+      return std::none_of(kept.begin(), kept.end(), [&](const Overlap& overlap) {
+        return (overlap.blocked >> (kMostRank + rank - setbacks.ranks[overlap.earlier]) & 1U) != 0;
       });
     };
-    int& rank = ranks[row];
+    int& rank = setbacks.ranks[row];
     while (rank < kMostRank && !is_free(rank)) ++rank;
+    num_without += is_free(rank) ? 0 : 1;
+    num_crowded += overlaps[row].are_more ? 1 : 0;
   }
-  return ranks;
+  if (num_crowded > 0)
+    setbacks.counts.emplace_back("footprints over more others than are looked at", num_crowded);
+  if (num_without > 0)
+    setbacks.counts.emplace_back("footprints without a free setback", num_without);
+  return setbacks;
 }
 
 }  // namespace terracast::tiler

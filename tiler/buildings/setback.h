@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "tiler/buildings/town.h"
@@ -12,13 +15,25 @@ inline constexpr double kInset_m = 0.010;
 /// What lies over others stands back by so much more for each rank, and its top and its foundation are so much
 /// lower. Planes of nearby ranks are apart by more than their rounding to steps moves them (1.4 steps of 0.98 mm).
 inline constexpr double kSetback_m = 0.006;
-/// The bottom of what begins above the ground is so much lower than it says: it reaches into what carries it, whose top
-/// is lower by a whole number of setbacks.
-inline constexpr double kSunk_m = 0.009;
+/// Ranks go from 0 to this one.
+inline constexpr int kMostRank = 15;
+/// The bottom of what begins above the ground is so much lower than it says, and by its own setback: it reaches into what
+/// carries it, of whatever rank that is, and lies half a setback off any top.
+inline constexpr double kBodySunk_m = 1.5 * kSetback_m + kMostRank * kSetback_m;
 
-/// Ranks of buildings, so that no two of those that lie over each other have faces in one plane: 0 where nothing
-/// else is; of two, the later one has the higher rank. A pure function of the footprints and their order.
-/// cost   edges of each pair of footprints whose boxes meet
-std::vector<int> setback_ranks(const std::vector<Building>& buildings, const BuildingIndex& index);
+struct Setbacks {
+  std::vector<int> ranks;                                    ///< of each building
+  std::vector<std::pair<std::string, std::int64_t>> counts;  ///< for LayerInfo::counts; none of 0
+};
+
+/// Ranks by which buildings that lie over each other stand back, so that they have no faces in one plane: of each, in
+/// their order, the least that keeps its walls, top and bottom off those of all earlier ones that it lies over; 0 where it
+/// lies over none. A pure function of the footprints and their order.
+/// limits   faces may still lie in one plane where a building finds no rank free (kMostRank then, counted), lies over more
+///          than 64 earlier ones, or its box meets more than 1024 (those beyond are not looked at, it is counted),
+///          where walls are too near to each other to stand back at all, and where heights differ by about a
+///          whole number of setbacks, such as 12.006 and 12.000 m one rank apart
+/// cost     edges of at most 1024 pairs of footprints a building; 8 bytes a pair that lie over each other
+Setbacks setback_ranks(const std::vector<Building>& buildings, const BuildingIndex& index);
 
 }  // namespace terracast::tiler

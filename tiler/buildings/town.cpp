@@ -475,8 +475,8 @@ void BuildingIndex::add(std::uint32_t row, const Vector2d& lowest, const Vector2
 
 void BuildingIndex::finish() { std::sort(entries_.begin(), entries_.end()); }
 
-std::vector<std::uint32_t> BuildingIndex::rows_in(const Vector2d& lowest,
-                                                  const Vector2d& highest) const {
+std::vector<std::uint32_t> BuildingIndex::rows_in(const Vector2d& lowest, const Vector2d& highest,
+                                                  std::uint32_t before) const {
   std::vector<std::uint32_t> rows;
   const Vector2d from = lowest.cwiseMax(lowest_);
   const Vector2d to = highest.cwiseMin(highest_);
@@ -488,10 +488,10 @@ std::vector<std::uint32_t> BuildingIndex::rows_in(const Vector2d& lowest,
           cell_key((x + 0.5) * kIndexCell_m, (y + 0.5) * kIndexCell_m, kIndexCell_m);
       for (auto entry = std::lower_bound(entries_.begin(), entries_.end(),
                                          std::pair<std::uint64_t, std::uint32_t>(key, 0));
-           entry != entries_.end() && entry->first == key; ++entry)
+           entry != entries_.end() && entry->first == key && entry->second < before; ++entry)
         rows.push_back(entry->second);
     }
-  std::sort(rows.begin(), rows.end());
+  if (!std::is_sorted(rows.begin(), rows.end())) std::sort(rows.begin(), rows.end());
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   return rows;
 }

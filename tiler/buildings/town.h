@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,9 +34,10 @@ class BuildingIndex {
  public:
   void add(std::uint32_t row, const Eigen::Vector2d& lowest, const Eigen::Vector2d& highest);
   void finish();
-  /// All that may lie in a box, each once, ascending.
-  std::vector<std::uint32_t> rows_in(const Eigen::Vector2d& lowest,
-                                     const Eigen::Vector2d& highest) const;
+  /// All that may lie in a box and come before a row, each once, ascending.
+  std::vector<std::uint32_t> rows_in(
+      const Eigen::Vector2d& lowest, const Eigen::Vector2d& highest,
+      std::uint32_t before = std::numeric_limits<std::uint32_t>::max()) const;
 
  private:
   /// Cell and row, sorted.

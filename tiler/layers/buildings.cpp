@@ -104,13 +104,15 @@ class BuildingsLayer final : public Layer, public DryCover {
                         .latitude_deg = frame_.origin().lat_deg},
                        inputs.size_m, seed);
     settled_ = SettledGround(town_.buildings, inputs.size_m);
-    ranks_ = setback_ranks(town_.buildings, town_.index);
+    Setbacks setbacks = setback_ranks(town_.buildings, town_.index);
+    ranks_ = std::move(setbacks.ranks);
     measure_boxes();
     std::vector<std::uint64_t> keys;
     for (const Building& building : town_.buildings) keys.push_back(building.key);
     ids_ = inputs.ids.assign("buildings", keys);
     counts_ = std::move(features.counts);
     counts_.insert(counts_.end(), town_.counts.begin(), town_.counts.end());
+    counts_.insert(counts_.end(), setbacks.counts.begin(), setbacks.counts.end());
     hash_ +=
         fmt::format(" {} {} {}", kBuildingsVersion, seed, raster ? raster->content_hash() : "");
   }
