@@ -85,7 +85,7 @@ std::vector<NearLines> lines_along(const RingsSteps& earlier, const RingsSteps& 
       const auto inside_at = [&](double at) {
         return cross(along, c + (at - from) / (to - from) * (d - c) - a);
       };
-      const auto [low, high] = std::minmax(inside_at(first), inside_at(last));
+      const auto [low, high] = std::minmax({inside_at(first), inside_at(last)});
       if (low < kFarthest_steps && high > -kFarthest_steps) lines.push_back({low, high});
     });
   });

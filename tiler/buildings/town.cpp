@@ -481,17 +481,27 @@ std::vector<std::uint32_t> BuildingIndex::rows_in(const Vector2d& lowest, const 
   const Vector2d from = lowest.cwiseMax(lowest_);
   const Vector2d to = highest.cwiseMin(highest_);
   if ((from.array() > to.array()).any()) return rows;
+  std::vector<std::size_t> ends = {0};  // of the cells' rows, which ascend
   for (double y = std::floor(from.y() / kIndexCell_m); y <= std::floor(to.y() / kIndexCell_m); ++y)
     for (double x = std::floor(from.x() / kIndexCell_m); x <= std::floor(to.x() / kIndexCell_m);
          ++x) {
       const std::uint64_t key =
           cell_key((x + 0.5) * kIndexCell_m, (y + 0.5) * kIndexCell_m, kIndexCell_m);
-      for (auto entry = std::lower_bound(entries_.begin(), entries_.end(),
-                                         std::pair<std::uint64_t, std::uint32_t>(key, 0));
-           entry != entries_.end() && entry->first == key && entry->second < before; ++entry)
-        rows.push_back(entry->second);
+      const auto first = std::lower_bound(entries_.begin(), entries_.end(),
+                                          std::pair<std::uint64_t, std::uint32_t>(key, 0));
+      const auto last = std::lower_bound(first, entries_.end(),
+                                         std::pair<std::uint64_t, std::uint32_t>(key, before));
+      if (first == last) continue;
+      for (auto entry = first; entry != last; ++entry) rows.push_back(entry->second);
+      ends.push_back(rows.size());
     }
-  if (!std::is_sorted(rows.begin(), rows.end())) std::sort(rows.begin(), rows.end());
+  // Two by two: much faster than sorting where many lie in a few cells.
+  const auto at = [&](std::size_t k) {
+    return rows.begin() + static_cast<std::ptrdiff_t>(ends[std::min(k, ends.size() - 1)]);
+  };
+  for (std::size_t num = 1; num + 1 < ends.size(); num *= 2)
+    for (std::size_t k = 0; k + num + 1 < ends.size(); k += 2 * num)
+      std::inplace_merge(at(k), at(k + num), at(k + 2 * num));
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   return rows;
 }
