@@ -139,7 +139,8 @@ TEST(Buildings, TerminalsStandOnAirfieldsInAnyOrderOfLayers) {
   write_vectors(
       folder / "a.gpkg", "GPKG",
       {{wkt(-400, -300, 800, 600), {{"aeroway", "aerodrome"}}},
-       {fmt::format("LINESTRING ({0} {1}, {2} {1})", at.x() - 300.0, at.y(), at.x() + 300.0), {{"aeroway", "runway"}, {"width", "45"}}},
+       {fmt::format("LINESTRING ({0} {1}, {2} {1})", at.x() - 300.0, at.y(), at.x() + 300.0),
+        {{"aeroway", "runway"}, {"width", "45"}}},
        {wkt(40, 60, 60, 30), {{"building", "yes"}, {"aeroway", "terminal"}}},
        {wkt(120, 90, 40, 30), {{"building", "hangar"}}}},
       "EPSG:32631");
@@ -159,7 +160,7 @@ TEST(Buildings, TerminalsStandOnAirfieldsInAnyOrderOfLayers) {
     for (const auto& [name, count] : surface->layers().infos()[buildings].counts)
       counts[name] = count;
     EXPECT_EQ(counts.at("buildings"), 2);
-    EXPECT_EQ(counts.at("footprints on roads"), 0);
+    EXPECT_EQ(counts["footprints on roads"], 0);
     EXPECT_EQ(tiler::build_tile(*surface, {0, 0, 0}).objects.solids.size(), 2U);
   };
   check({"objects", "buildings"});
