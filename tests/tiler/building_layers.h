@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
@@ -10,10 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/log.h"
 #include "core/toml_reader.h"
+#include "tests/tiler/made_layer.h"
 #include "tests/tiler/raster_files.h"
-#include "tiler/instance_ids.h"
 #include "tiler/layer_stack.h"
 #include "world/tile_id.h"
 
@@ -24,6 +25,14 @@ inline tiler::LayerOptions layer_of(const std::string& text) {
   tiler::LayerOptions options;
   core::TomlDocument::parse("kind = \"buildings\"\n" + text, "layer.toml").read(options);
   return options;
+}
+
+/// A rectangle in metres about the tests' origin.
+inline std::string wkt(double x, double y, double length, double width) {
+  const Eigen::Vector2d at = utm31(kOriginLat_deg, kOriginLon_deg) + Eigen::Vector2d(x, y);
+  return fmt::format(
+      "POLYGON(({0:.3f} {1:.3f},{2:.3f} {1:.3f},{2:.3f} {3:.3f},{0:.3f} {3:.3f},{0:.3f} {1:.3f}))",
+      at.x(), at.y(), at.x() + length, at.y() + width);
 }
 
 /// A slope, without anything on it.
@@ -41,18 +50,7 @@ struct Built {
                  core::LogLevel level = core::LogLevel::Off) {
     options.elevation[0].height_m = 300.0;
     surface = prepare(options);
-    const core::Log log("tile", level);
-    tiler::InstanceIds ids;
-    layer = layer_of(text).kind_options().make({.frame = surface->frame(),
-                                                .size_m = options.size_m,
-                                                .seed = 1,
-                                                .surface = *surface,
-                                                .earlier = {},
-                                                .ids = ids,
-                                                .country = {},
-                                                .licence = {},
-                                                .accuracy = {},
-                                                .context = {.log = log, .num_threads = 0}});
+    layer = made_layer(layer_of(text), *surface, 1, {}, level);
   }
   std::int64_t count(const std::string& name) const {
     for (const auto& [key, value] : layer->info().counts)

@@ -8,11 +8,7 @@
 #include <map>
 #include <numbers>
 
-#include "core/toml_reader.h"
-#include "tests/support/test_data.h"
-#include "tests/tiler/raster_files.h"
-#include "tests/tiler/vector_files.h"
-#include "tiler/instance_ids.h"
+#include "tests/tiler/object_worlds.h"
 #include "tiler/layer_stack.h"
 #include "tiler/surface.h"
 #include "tiler/vector_source.h"
@@ -26,116 +22,6 @@ using Eigen::Vector2d;
 using world::Cover;
 using world::Instance;
 using world::TileId;
-
-constexpr double kSize_m = 4096.0;
-
-tiler::LayerOptions layer_of(const std::string& text) {
-  tiler::LayerOptions options;
-  core::TomlDocument::parse("kind = \"objects\"\n" + text, "layer.toml").read(options);
-  return options;
-}
-
-/// What stands in the way: a round block, and a lake.
-class Obstacles final : public tiler::Layer {
- public:
-  static inline const Vector2d kBlock{-300.0, 200.0};
-  static constexpr double kBlockRadius_m = 80.0;
-  static constexpr double kShore_m = 600.0;  ///< water lies east of it
-
-  world::LayerInfo info() const override { return {}; }
-  std::string input_hash() const override { return "obstacles"; }
-  std::optional<Cover> cover(const Vector2d& place, const tiler::SurfaceSample&) const override {
-    if (place.x() > kShore_m) return Cover::Lake;
-    return std::nullopt;
-  }
-  bool holds(const Vector2d& place, double radius_m) const override {
-    return (place - kBlock).norm() < kBlockRadius_m + radius_m;
-  }
-};
-
-struct Land final : tiler::LayerSite {
-  explicit Land(const tiler::WorldSurface& ground) : surface(ground) {}
-  double ground_z_world(const Vector2d& place) const override {
-    return z_at ? z_at(place) : surface.sample(place.x(), place.y()).z_world;
-  }
-  bool has_walls_near(const Vector2d&, double) const override { return z_at != nullptr; }
-  Cover cover(const Vector2d&) const override { return Cover::Land; }
-  bool is_free(const Vector2d&, double) const override { return true; }
-  const tiler::WorldSurface& surface;
-  std::function<double(const Vector2d&)> z_at = nullptr;  ///< in place of the surface, with walls
-};
-
-struct Made {
-  explicit Made(const std::string& text, const std::string& ground = "plane",
-                const std::function<void(tiler::WorldOptions&)>& change = {}) {
-    tiler::WorldOptions options = world_of(ground, kSize_m);
-    if (change) change(options);
-    surface = prepare(options);
-    earlier.push_back(std::make_unique<Obstacles>());
-    const core::Log log("tile", core::LogLevel::Off);
-    tiler::InstanceIds ids;
-    layer = layer_of(text).kind_options().make(
-        {.frame = surface->frame(),
-         .size_m = kSize_m,
-         .seed = 5,
-         .surface = *surface,
-         .earlier = earlier,
-         .ids = ids,
-         .country = {},
-         .licence = {},
-         .accuracy = {},
-         .context = {.log = log, .num_threads = 0, .events_file = {}}});
-  }
-  world::TileObjects on(const TileId& id) const {
-    world::TileObjects objects;
-    layer->add_objects(id, Land(*surface), objects);
-    return objects;
-  }
-  /// All things of the world, by their ids: from the one tile of level 4.
-  std::map<std::uint32_t, Instance> all() const {
-    std::map<std::uint32_t, Instance> found;
-    for (int y = -8; y < 8; ++y)
-      for (int x = -8; x < 8; ++x)
-        for (const Instance& instance : on({0, x, y}).instances)
-          found.emplace(instance.provenance.instance_id, instance);
-    return found;
-  }
-  std::string name_of(const Instance& instance) const {
-    return layer->prototypes()[instance.prototype].name;
-  }
-  std::int64_t count_of(const std::string& name) const {
-    for (const auto& [own, count] : layer->info().counts)
-      if (own == name) return count;
-    return 0;
-  }
-  std::shared_ptr<const tiler::WorldSurface> surface;
-  std::vector<std::unique_ptr<tiler::Layer>> earlier;
-  std::unique_ptr<tiler::Layer> layer;
-};
-
-Vector2d place_of(const Instance& instance) {
-  return instance.place_steps.head<2>().cast<double>() * world::kHeightStep_m;
-}
-
-/// Degrees of a place in the world, so that features may be written in metres.
-std::string text_of(double x, double y) {
-  const geo::WorldFrame frame(
-      {.lat_deg = kOriginLat_deg, .lon_deg = kOriginLon_deg, .height_m = 0.0});
-  const geo::Geodetic at = frame.geodetic_from_world({x, y, 0.0});
-  return fmt::format("{:.11f} {:.11f}", at.lon_deg, at.lat_deg);
-}
-std::string line_of(const std::vector<Vector2d>& points) {
-  std::string text;
-  for (const Vector2d& point : points)
-    text += (text.empty() ? "" : ", ") + text_of(point.x(), point.y());
-  return text;
-}
-std::string area_of(double low_x, double low_y, double high_x, double high_y) {
-  return "POLYGON ((" +
-         line_of(
-             {{low_x, low_y}, {high_x, low_y}, {high_x, high_y}, {low_x, high_y}, {low_x, low_y}}) +
-         "))";
-}
 
 /// A road through the block, car parks on land and over the shore, a power line, a marina, an apron, a port.
 std::vector<VectorSpec> features() {
@@ -158,18 +44,12 @@ std::vector<VectorSpec> features() {
       {"POINT (" + text_of(-900, -1200) + ")", {{"osm_id", "11"}, {"ship", "tanker"}}}};
 }
 
-std::string write(const ScratchFolder& folder, std::vector<VectorSpec> specs,
-                  const std::string& name) {
-  write_vectors(folder / name, "GeoJSON", specs);
-  return fmt::format("files = [\"{}\"]\n", (folder / name).string());
-}
-
 TEST(Objects, AreNotShownInTheAirBesideWalls) {
   // Seen in Monaco in November 2026. Terraces 20 m high, whose walls stand 2 m beyond samples of all tiles.
   const auto terrace_z = [](double x) { return 300.0 + 20.0 * std::floor((x - 2.0) / 64.0); };
   const ScratchFolder folder;
-  const Made made(write(folder, features(), "all.geojson"));
-  Land land(*made.surface);
+  const PlacedWorld made(write(folder, features(), "all.geojson"));
+  OpenLand land(*made.surface);
   land.z_at = [&](const Vector2d& place) { return terrace_z(place.x()); };
   int num_things = 0;
   int num_hidden = 0;
@@ -201,7 +81,7 @@ TEST(Objects, AreNotShownInTheAirBesideWalls) {
 
 TEST(Objects, RulesPlaceWhatFeaturesSayWhereItMayStand) {
   const ScratchFolder folder;
-  const Made made(write(folder, features(), "all.geojson"));
+  const PlacedWorld made(write(folder, features(), "all.geojson"));
   std::map<std::string, int> by_first_word;
   const auto all = made.all();
   for (const auto& [id, instance] : all) {
@@ -245,7 +125,8 @@ TEST(Objects, RulesPlaceWhatFeaturesSayWhereItMayStand) {
 
 TEST(Objects, NoTwoThingsOnTheGroundRunIntoEachOther) {
   const ScratchFolder folder;
-  const Made made(write(folder, features(), "all.geojson") + "traffic = 4.0\nparked_cars = 1.0\n");
+  const PlacedWorld made(write(folder, features(), "all.geojson") +
+                         "traffic = 4.0\nparked_cars = 1.0\n");
   struct Box {
     Vector2d middle, along;
     double half_length, half_width;
@@ -300,9 +181,9 @@ TEST(Objects, NoTwoThingsOnTheGroundRunIntoEachOther) {
 TEST(Objects, EveryTileShowsTheSameThingsWholeInAnyOrder) {
   const ScratchFolder folder;
   std::vector<VectorSpec> specs = features();
-  const Made made(write(folder, specs, "all.geojson"));
+  const PlacedWorld made(write(folder, specs, "all.geojson"));
   std::reverse(specs.begin(), specs.end());
-  const Made other(write(folder, specs, "reversed.geojson"));
+  const PlacedWorld other(write(folder, specs, "reversed.geojson"));
   const auto all = made.all();
   const auto reversed = other.all();
   ASSERT_EQ(all.size(), reversed.size());
@@ -339,7 +220,7 @@ TEST(Objects, EveryTileShowsTheSameThingsWholeInAnyOrder) {
 // A fence of 100 m is one of 100 m: pieces stand end to end, and where it may not stand a gap is left.
 TEST(Objects, BarriersHaveThePiecesOfTheirLine) {
   const ScratchFolder folder;
-  const Made made(write(
+  const PlacedWorld made(write(
       folder,
       {{"LINESTRING (" + line_of({{-1000.0, -1000.0}, {-900.0, -1000.0}}) + ")",
         {{"osm_id", "21"}, {"barrier", "fence"}}},
@@ -378,7 +259,7 @@ TEST(Objects, BarriersHaveThePiecesOfTheirLine) {
 TEST(Objects, NothingStandsOnGroundTooSteepForIt) {
   const ScratchFolder folder;
   const auto sloping = [](tiler::WorldOptions& options) { options.elevation[0].slope = 0.2; };
-  const Made steep(write(folder, features(), "all.geojson"), "ramp", sloping);
+  const PlacedWorld steep(write(folder, features(), "all.geojson"), "ramp", sloping);
   EXPECT_EQ(steep.count_of("parked cars"), 0);
   EXPECT_EQ(steep.count_of("traffic"), 0);
   EXPECT_GT(steep.count_of("traffic left out on steep ground"), 10);
@@ -392,7 +273,7 @@ TEST(Objects, ListsPutThingsWhereTheySay) {
   write_text(folder / "list.csv",
              "thing, x, y, heading_deg, scale, height_m\n# a comment\nhatchback, 10.5, -20.25, 90, "
              "1, 0\nairliner,500,500,0,1.5,12.5\r\n\nhatchback, 10.5, -20.25, 90, 1, 0\n");
-  const Made made(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()));
+  const PlacedWorld made(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()));
   const auto all = made.all();
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(made.count_of("list.csv: rows given twice"), 1);
@@ -415,7 +296,7 @@ TEST(Objects, ListsPutThingsWhereTheySay) {
   write_vectors(folder / "points.geojson", "GeoJSON",
                 {{"POINT (" + text_of(-321, 654) + ")", {{"thing", "lighthouse"}}}});
   for (const char* name : {"degrees.csv", "points.geojson"}) {
-    const Made one(fmt::format("placements = [\"{}\"]\n", (folder / name).string()));
+    const PlacedWorld one(fmt::format("placements = [\"{}\"]\n", (folder / name).string()));
     ASSERT_EQ(one.all().size(), 1U) << name;
     // The plane's height moves a place by its share of 654 m over the Earth's radius.
     EXPECT_LT((place_of(one.all().begin()->second) - Vector2d(-321, 654)).norm(), 0.1) << name;
@@ -431,7 +312,7 @@ TEST(Objects, ListsFarOutsideAreCountedAndCostLittle) {
     text += fmt::format("van,{},{}\n", 20'000 + 3 * (i % 1000), -30'000 - 7 * (i / 1000));
   write_text(folder / "list.csv", text);
   const auto start = std::chrono::steady_clock::now();
-  const Made made(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()));
+  const PlacedWorld made(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()));
   EXPECT_EQ(made.all().size(), 1U);
   EXPECT_EQ(made.count_of("placements left out beyond the square"), kNumOutside);
   // A second or two; hours where each were held against each.
@@ -444,7 +325,7 @@ TEST(Objects, BadListsAreRefusedWithTheirLine) {
     SCOPED_TRACE(text);
     write_text(folder / "list.csv", text);
     expect_error(ErrorKind::Input, words, [&] {
-      Made(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()));
+      PlacedWorld(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()));
     });
   };
   refuses("", {"empty"});
@@ -456,8 +337,8 @@ TEST(Objects, BadListsAreRefusedWithTheirLine) {
   refuses("thing,x,lat\nvan,1,2\n", {"header needs"});
   refuses("thing,x,y,colour\nvan,1,2,red\n", {"colour", "unknown"});
   refuses("thing,lat,lon\nvan,95,2\n", {"lat = 95"});
-  expect_error(ErrorKind::Io, {"gone.csv"}, [&] { Made("placements = [\"/gone.csv\"]\n"); });
-  expect_error(ErrorKind::Config, {"placements"}, [&] { layer_of(""); });
+  expect_error(ErrorKind::Io, {"gone.csv"}, [&] { PlacedWorld("placements = [\"/gone.csv\"]\n"); });
+  expect_error(ErrorKind::Config, {"placements"}, [&] { objects_of(""); });
 }
 
 TEST(Objects, VehiclesKeepToTheirSideAndFaceTheirWay) {
@@ -467,8 +348,8 @@ TEST(Objects, VehiclesKeepToTheirSideAndFaceTheirWay) {
                                    {{"osm_id", "1"}, {"highway", "primary"}}}},
                                  "road.geojson");
   for (const bool is_left : {false, true}) {
-    const Made made(file + "traffic = 4.0\nlamp_spacing_m = 0\n" +
-                    (is_left ? "drives_on_left = true\n" : ""));
+    const PlacedWorld made(file + "traffic = 4.0\nlamp_spacing_m = 0\n" +
+                           (is_left ? "drives_on_left = true\n" : ""));
     const auto all = made.all();
     EXPECT_GT(all.size(), 30U);
     for (const auto& [id, instance] : all) {
@@ -478,187 +359,6 @@ TEST(Objects, VehiclesKeepToTheirSideAndFaceTheirWay) {
       EXPECT_NEAR(off_m, (goes_east != is_left ? -1.0 : 1.0) * 1.75, 0.12);
     }
   }
-}
-
-TEST(Objects, StripsBesideRunwaysAndTaxiwaysAreKeptClear) {
-  const ScratchFolder folder;
-  const Made made(
-      write(folder,
-            {{"LINESTRING (" + line_of({{-1500, 0}, {-300, 0}, {300, 0}}) + ")",
-              {{"osm_id", "1"}, {"aeroway", "runway"}, {"width", "45"}}},
-             {"LINESTRING (" + line_of({{-1500, 900}, {300, 900}}) + ")",
-              {{"osm_id", "2"}, {"aeroway", "runway"}, {"width", "18"}}},
-             {"LINESTRING (" + line_of({{700, -1500}, {700, -500}}) + ")",
-              {{"osm_id", "3"}, {"aeroway", "taxiway"}}},
-             {area_of(1200, -1500, 1600, -1100), {{"osm_way_id", "4"}, {"aeroway", "aerodrome"}}}},
-            "airfield.geojson"));
-  // A line straight in degrees bows by 1800^2 / 8 R tan 43, 0.06 m.
-  for (const double x : {-1500.0, -700.0, -299.0, 299.0})
-    for (const double side : {-1.0, 1.0}) {
-      EXPECT_TRUE(made.layer->keeps_low({x, side * 149.8}, 0.0)) << x;
-      EXPECT_FALSE(made.layer->keeps_low({x, side * 150.2}, 0.0)) << x;
-      EXPECT_TRUE(made.layer->keeps_low({x, side * 153.0}, 3.5)) << x;
-    }
-  EXPECT_TRUE(made.layer->keeps_low({359.0, 0.0}, 0.0));
-  EXPECT_FALSE(made.layer->keeps_low({361.0, 0.0}, 0.0));
-  EXPECT_TRUE(made.layer->keeps_low({0.0, 974.8}, 0.0));
-  EXPECT_FALSE(made.layer->keeps_low({0.0, 975.3}, 0.0));
-  EXPECT_TRUE(made.layer->keeps_low({729.8, -1000.0}, 0.0));
-  EXPECT_FALSE(made.layer->keeps_low({730.2, -1000.0}, 0.0));
-  EXPECT_TRUE(made.layer->keeps_low({1400.0, -1300.0}, 0.0));
-  EXPECT_FALSE(made.layer->keeps_low({1400.0, -1090.0}, 0.0));
-  EXPECT_TRUE(made.layer->keeps_low({1400.0, -1090.0}, 10.5));
-  EXPECT_FALSE(made.layer->keeps_low({1400.0, -1090.0}, 9.5));
-  EXPECT_FALSE(made.layer->holds({0.0, 0.0}, 0.0)) << "other things may stand there";
-  EXPECT_FALSE(made.layer->holds({1400.0, -1300.0}, 0.0));
-}
-
-TEST(Objects, AerodromesAreFoundFromAnyCell) {
-  const ScratchFolder folder;
-  // A triangle with a hole.
-  const std::string triangle =
-      "POLYGON ((" + line_of({{-1900, -1900}, {1900, -1900}, {-1900, 1900}, {-1900, -1900}}) +
-      "), (" +
-      line_of({{-1300, -1300}, {-1300, -900}, {-900, -900}, {-900, -1300}, {-1300, -1300}}) + "))";
-  const Made made(write(folder, {{triangle, {{"osm_way_id", "1"}, {"aeroway", "aerodrome"}}}},
-                        "airfield.geojson"));
-  // Sides straight in degrees bow by 3800^2 / 8 R tan 43, 0.26 m.
-  constexpr double kBow_m = 0.3;
-  int num_inside = 0, num_outside = 0;
-  for (double y = -2040.0; y < 2040.0; y += 37.0)
-    for (double x = -2040.0; x < 2040.0; x += 37.0)
-      for (const double radius_m : {0.0, 6.0, 150.0}) {
-        const double to_edge_m = (x + y) / std::sqrt(2.0);
-        const bool is_past_corner = y - x > 3800.0 || x - y > 3800.0;
-        if (is_past_corner) continue;
-        const double to_triangle_m = std::max({to_edge_m, -1900.0 - x, -1900.0 - y});
-        const double in_hole_m = 200.0 - std::max(std::abs(x + 1100.0), std::abs(y + 1100.0));
-        const double off_m = std::max(to_triangle_m, in_hole_m);
-        if (std::abs(off_m - radius_m) < kBow_m) continue;
-        // Beyond a corner the distance to the sides' lines is less than that to the triangle.
-        if (-1900.0 - x > 0.0 && -1900.0 - y > 0.0) continue;
-        const bool is_kept = off_m < radius_m;
-        ++(is_kept ? num_inside : num_outside);
-        ASSERT_EQ(made.layer->keeps_low({x, y}, radius_m), is_kept)
-            << x << " " << y << " " << radius_m;
-      }
-  EXPECT_GT(num_inside, 10'000);
-  EXPECT_GT(num_outside, 10'000);
-}
-
-TEST(Objects, ManyAerodromesDoNotMakeTilingEndless) {
-  const ScratchFolder folder;
-  const auto fields = [](int count, double apart_m) {
-    std::vector<VectorSpec> all;
-    for (int i = 0; i < count; ++i) {
-      const double x = -1900.0 + apart_m * (i % 200), y = -1900.0 + apart_m * (i / 200);
-      all.push_back({area_of(x, y, x + 9.0, y + 9.0),
-                     {{"osm_way_id", std::to_string(i + 1)}, {"aeroway", "aerodrome"}}});
-    }
-    return all;
-  };
-  const Made made(write(folder, fields(20'000, 18.0), "many.geojson"));
-  int num_kept = 0;
-  for (int i = 0; i < 200'000; ++i)
-    num_kept +=
-        made.layer->keeps_low({-1895.5 + 9.0 * (i % 400), -1895.5 + 9.0 * (i / 400 % 200)}, 0.0)
-            ? 1
-            : 0;
-  EXPECT_EQ(num_kept, 50'000);
-  const auto start = std::chrono::steady_clock::now();
-  for (int i = 0; i < 2'000'000; ++i)
-    num_kept += made.layer->keeps_low({-1800.0 + 0.0018 * i, 700.0}, 2.0) ? 1 : 0;
-  EXPECT_EQ(num_kept, 50'000);
-  // Less than a second; minutes where each is held against all aerodromes.
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
-  expect_error(ErrorKind::Input, {"aerodromes", "aeroway"},
-               [&] { Made(write(folder, fields(20'000, 0.0), "stacked.geojson")); });
-}
-
-TEST(Objects, PartsOfYardsHaveThingsOfTheirOwn) {
-  const ScratchFolder folder;
-  const auto ring = [](double x) {
-    return "((" + line_of({{x, -900}, {x + 100, -900}, {x + 100, -840}, {x, -840}, {x, -900}}) +
-           "))";
-  };
-  const Made made(
-      write(folder,
-            {{"MULTIPOLYGON (" + ring(-1500) + ", " + ring(-1300) + ")",
-              {{"osm_way_id", "2"}, {"landuse", "industrial"}, {"industrial", "container_yard"}}},
-             {"MULTILINESTRING ((" + line_of({{-1500, -300}, {-1300, -300}}) + "), (" +
-                  line_of({{-900, -300}, {-700, -300}}) + "))",
-              {{"osm_id", "1"}, {"amenity", "loading_dock"}}}},
-            "yards.geojson"));
-  std::map<std::pair<bool, bool>, int> counts;
-  for (const auto& [id, instance] : made.all()) {
-    const bool is_container = made.name_of(instance).find("container") == 0;
-    const double x = place_of(instance).x();
-    ++counts[{is_container, is_container ? x > -1350.0 : x > -1100.0}];
-  }
-  for (const bool is_second : {false, true}) {
-    EXPECT_GT((counts[{true, is_second}]), 20) << is_second;
-    EXPECT_GT((counts[{false, is_second}]), 10) << is_second;
-  }
-}
-
-TEST(Objects, BridgesReachFromWallsToAircraft) {
-  const ScratchFolder folder;
-  const Vector2d wall(-491.0, -300.0), door(-496.6, -316.4), stop(-500.0, -317.5);
-  const Made made(write(folder,
-                        {{"LINESTRING (" + line_of({stop - Vector2d(0, 50), stop}) + ")",
-                          {{"osm_id", "1"}, {"aeroway", "parking_position"}}},
-                         {"LINESTRING (" + line_of({wall, door}) + ")",
-                          {{"osm_id", "2"}, {"aeroway", "jet_bridge"}}}},
-                        "stand.geojson") +
-                  "aircraft = 1.0\n");
-  const auto all = made.all();
-  ASSERT_EQ(all.size(), 2U) << "one bridge, and the aircraft though the bridge reaches to it";
-  for (const auto& [id, instance] : all) {
-    const double turn = instance.heading * 2.0 * std::numbers::pi / 65536.0;
-    const Vector2d ahead(std::cos(turn), std::sin(turn));
-    const world::Shape& shape = made.layer->prototypes()[instance.prototype].levels[0].shape;
-    double nose_m = -1e9;
-    for (const Eigen::Vector3i& vertex : shape.vertices_steps)
-      nose_m = std::max(nose_m, vertex.x() * world::kHeightStep_m);
-    const Vector2d nose = place_of(instance) + nose_m * (instance.scale / 4096.0) * ahead;
-    // The table's sizes hold to 1 %, and shapes need not lie quite about their middle.
-    if (made.name_of(instance) == "jet_bridge") {
-      EXPECT_LT((nose - door).norm(), 0.3);
-    } else {
-      EXPECT_LT((nose - stop - Vector2d(0, 6)).norm(), 0.6) << made.name_of(instance);
-    }
-  }
-}
-
-TEST(Objects, TrucksStandWithTheirTailsToDocksAndContainersInTheirYard) {
-  const ScratchFolder folder;
-  const Made made(
-      write(folder,
-            {{"LINESTRING (" + line_of({{-900, -300}, {-700, -300}}) + ")",
-              {{"osm_id", "1"}, {"amenity", "loading_dock"}}},
-             {area_of(-1500, -900, -1400, -840),
-              {{"osm_way_id", "2"}, {"landuse", "industrial"}, {"industrial", "container_yard"}}}},
-            "yards.geojson"));
-  int num_trucks = 0, num_boxes = 0;
-  for (const auto& [id, instance] : made.all()) {
-    const std::string name = made.name_of(instance);
-    const Vector2d at = place_of(instance);
-    if (name.find("container") == 0) {
-      ++num_boxes;
-      EXPECT_TRUE(at.x() > -1494 && at.x() < -1406 && at.y() > -899 && at.y() < -841);
-      continue;
-    }
-    ++num_trucks;
-    // To the left of the line, nose away from it: half a truck's length of 8.8 to 16.5 m off.
-    EXPECT_NEAR(instance.heading, 16384, 1) << name;
-    EXPECT_GT(at.y(), -300.0 + 4.4);
-    EXPECT_LT(at.y(), -300.0 + 8.75);
-    EXPECT_TRUE(at.x() > -900 && at.x() < -700);
-  }
-  EXPECT_GT(num_trucks, 8);
-  EXPECT_LT(num_trucks, 47) << "some docks are free";
-  EXPECT_GT(num_boxes, 20);
-  EXPECT_EQ(made.count_of("yards"), num_trucks + num_boxes);
 }
 
 }  // namespace

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "core/toml_reader.h"
+#include "tests/tiler/made_layer.h"
 #include "tests/tiler/raster_files.h"
-#include "tiler/instance_ids.h"
 #include "tiler/layer_stack.h"
 #include "world/tile_id.h"
 
@@ -55,18 +55,7 @@ struct Planted {
     tiler::WorldOptions options = world_of("plane", size_m);
     options.elevation[0].height_m = ground_m;
     surface = prepare(options);
-    const core::Log log("tile", core::LogLevel::Off);
-    tiler::InstanceIds ids;
-    layer = vegetation_of(text).kind_options().make({.frame = surface->frame(),
-                                                     .size_m = size_m,
-                                                     .seed = static_cast<std::uint64_t>(seed),
-                                                     .surface = *surface,
-                                                     .earlier = {},
-                                                     .ids = ids,
-                                                     .country = {},
-                                                     .licence = {},
-                                                     .accuracy = {},
-                                                     .context = {.log = log, .num_threads = 0}});
+    layer = made_layer(vegetation_of(text), *surface, static_cast<std::uint64_t>(seed));
   }
 
   std::vector<world::Instance> on(const world::TileId& id, const PlantedLand& land) const {

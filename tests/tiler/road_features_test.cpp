@@ -10,8 +10,8 @@
 #include <map>
 
 #include "core/toml_reader.h"
+#include "tests/tiler/made_layer.h"
 #include "tests/tiler/road_worlds.h"
-#include "tiler/instance_ids.h"
 #include "tiler/layer_stack.h"
 #include "tiler/roads/road_bed.h"
 #include "tiler/roads/road_network.h"
@@ -292,18 +292,7 @@ TEST(Roads, NothingIsPaintedOnWaterAndBridgesStandAboveIt) {
                                 (folder / "more.geojson").string() + "\"]\n",
                             "layer.toml")
       .read(options);
-  const core::Log log("tile", core::LogLevel::Off);
-  tiler::InstanceIds ids;
-  layers.push_back(options.kind_options().make({.frame = world.bare->frame(),
-                                                .size_m = 4096.0,
-                                                .seed = 1,
-                                                .surface = *world.bare,
-                                                .earlier = layers,
-                                                .ids = ids,
-                                                .country = {},
-                                                .licence = {},
-                                                .accuracy = {},
-                                                .context = {.log = log, .num_threads = 0}}));
+  layers.push_back(made_layer(options, *world.bare, 1, layers));
   const auto finished =
       tiler::layered_surface(world.bare, tiler::LayerStack(4096.0, std::move(layers)));
   const world::Tile tile = build_tile(*finished, {3, 0, 0});

@@ -90,21 +90,9 @@ TEST(Vegetation, RealCanopiesAreKept) {
   options.origin_lon_deg = -2.9864;
   options.elevation[0].sea = "none";
   const auto surface = prepare(options);
-  const core::Log log("tile", core::LogLevel::Off);
-  tiler::InstanceIds ids;
   const auto file = shared_data() / "bilbao/bilbao_CDSM.tif";
-  const auto layer = vegetation_of(fmt::format("canopy = \"{}\"", file.string()))
-                         .kind_options()
-                         .make({.frame = surface->frame(),
-                                .size_m = 2048.0,
-                                .seed = 1,
-                                .surface = *surface,
-                                .earlier = {},
-                                .ids = ids,
-                                .country = {},
-                                .licence = {},
-                                .accuracy = {},
-                                .context = {.log = log, .num_threads = 0}});
+  const auto layer =
+      made_layer(vegetation_of(fmt::format("canopy = \"{}\"", file.string())), *surface, 1);
   // The raster by GDAL alone, places in its zone by GeographicLib.
   GDALAllRegister();
   auto* dataset = static_cast<GDALDataset*>(GDALOpen(file.c_str(), GA_ReadOnly));

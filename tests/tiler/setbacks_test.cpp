@@ -1,0 +1,178 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "tests/tiler/building_facts.h"
+#include "tests/tiler/building_layers.h"
+#include "tests/tiler/vector_files.h"
+#include "tiler/buildings/footprint.h"
+#include "tiler/buildings/setback.h"
+#include "tiler/buildings/town.h"
+#include "validate/world_check/coincident_solids.h"
+
+namespace terracast::test {
+namespace {
+
+using Eigen::Vector2d;
+using world::kHeightStep_m;
+
+/// The most memory that this process has held since it was last reset.
+double peak_mb() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
+  return 0.0;
+}
+
+// Seen in November 2026: of parts with height=20 and min_height=20 on one outline the top and the bottom lay in one plane,
+// as the walls of each seventh such pair did.
+TEST(Setbacks, WhatLiesOverEachOtherHasNoFacesInOnePlane) {
+  ScratchFolder folder;
+  // The first upon the ground, the second upon it, one along a side of both, from the ground; and one upon all.
+  struct Part {
+    double from_x_m, length_m, width_m;
+    const char *low, *high;
+  };
+  constexpr std::array<Part, 4> kParts = {{{0, 30, 20, "0", "20"},
+                                           {0, 30, 20, "20", "40"},
+                                           {0, 12, 20, "0", "37"},
+                                           {4, 12, 9, "40", "50"}}};
+  constexpr std::uint64_t kNumbers = 10;  // of one group
+  std::vector<VectorSpec> specs;
+  std::map<std::pair<std::uint64_t, std::size_t>, std::uint64_t> number_of;  // of group and part
+  std::array<std::size_t, 4> order = {0, 1, 2, 3};
+  std::uint64_t group = 0;
+  do {  // each of the 24 orders in which they are given ranks
+    const double x = 60.0 * static_cast<double>(group % 6) - 180.0;
+    const double y = 50.0 * static_cast<double>(group / 6) - 100.0;
+    std::uint64_t number = kNumbers * group;
+    const auto add = [&](const std::string& area,
+                         std::vector<std::pair<std::string, std::string>> tags) {
+      tags.emplace_back("osm_way_id", std::to_string(++number));
+      specs.push_back({area, std::move(tags)});
+    };
+    const std::vector<std::pair<std::string, std::string>> low = {{"building", "yes"},
+                                                                  {"height", "10"}};
+    add(wkt(x, y, 30, 20), {{"building", "yes"}, {"height", "50"}});
+    for (const std::size_t k : order) {
+      const Part& part = kParts[k];
+      add(wkt(x + part.from_x_m, y, part.length_m, part.width_m), {{"building:part", "yes"},
+                                                                   {"min_height", part.low},
+                                                                   {"height", part.high},
+                                                                   {"building", ""}});
+      number_of[{group, k}] = number;
+    }
+    // A neighbour and what lies across it, equally high.
+    add(wkt(x + 30, y, 10, 20), low);
+    add(wkt(x + 36, y + 5, 12, 15), low);
+    ++group;
+  } while (std::next_permutation(order.begin(), order.end()));
+  ASSERT_EQ(group, 24U);
+  write_vectors(folder / "a.gpkg", "GPKG", specs, "EPSG:32631");
+  const Built built(files_key(folder / "a.gpkg") + "number_field = \"osm_way_id\"\n");
+  ASSERT_EQ(built.count("buildings"), 6 * 24);
+  EXPECT_EQ(built.count("footprints without a free setback"), 0);
+  for (const int level : {0, 3}) {
+    const auto solids = built.all({}, level);
+    ASSERT_EQ(solids.size(), 6U * 24U);
+    std::vector<world_check::ShownSolid> shown;
+    std::map<std::uint64_t, std::pair<double, double>> span_m;  // of each number
+    for (const auto& [id, solid] : solids) {
+      const world::Shape& shape = *world::shape_at(solid.levels, level);
+      shown.push_back({id, solid.origin_steps, &shape});
+      constexpr std::uint64_t kId =
+          (std::uint64_t{1} << 60) - 1;  // without the kind of OpenStreetMap
+      span_m[solid.provenance.feature & kId] = {box_of(shape).first.z(), box_of(shape).second.z()};
+    }
+    ASSERT_EQ(span_m.size(), 6U * 24U);
+    for (group = 0; group < 24; ++group)
+      for (const auto& [part, carrier, low_m] : {std::tuple(1U, 0U, 20.0), {3U, 1U, 40.0}}) {
+        const double bottom_m = span_m.at(number_of.at({group, part})).first;
+        // By 99 mm and a few setbacks, of 15: less than anyone sees.
+        EXPECT_LT(bottom_m, low_m - 0.098) << group;
+        EXPECT_GT(bottom_m, low_m - 0.190) << group;
+        // Roofs are flat there, without plant: the highest is the lowest top.
+        if (level == 3) {
+          EXPECT_LT(bottom_m, span_m.at(number_of.at({group, carrier})).second - 0.007) << group;
+        }
+      }
+    for (const world_check::Coincident& pair : world_check::find_coincident(shown))
+      ADD_FAILURE() << "level " << level << ": " << shown[pair.first].instance_id << " and "
+                    << shown[pair.second].instance_id << ", " << pair.area_m2 << " m2 at "
+                    << (pair.place_steps * kHeightStep_m).transpose();
+  }
+}
+
+/// Rectangles at one place of a world, with an index.
+struct Stack {
+  std::vector<tiler::Building> buildings;
+  tiler::BuildingIndex index;
+
+  void add(double low_x_m, double low_y_m, double length_m, double width_m) {
+    tiler::Building& building = buildings.emplace_back();
+    const int x = steps(low_x_m), y = steps(low_y_m);
+    const int end_x = x + steps(length_m), end_y = y + steps(width_m);
+    building.footprint.rings = {{{x, y}, {end_x, y}, {end_x, end_y}, {x, end_y}}};
+    building.lowest_world = kHeightStep_m * Vector2d(x, y);
+    building.highest_world = kHeightStep_m * Vector2d(end_x, end_y);
+    index.add(static_cast<std::uint32_t>(buildings.size() - 1), building.lowest_world,
+              building.highest_world);
+  }
+  /// Ranks, and how many are crowded and without a rank of their own.
+  std::tuple<std::vector<int>, std::int64_t, std::int64_t> ranks() {
+    index.finish();
+    const tiler::Setbacks setbacks = tiler::setback_ranks(buildings, index);
+    const std::map<std::string, std::int64_t> counts(setbacks.counts.begin(),
+                                                     setbacks.counts.end());
+    const auto count = [&](const char* name) {
+      const auto found = counts.find(name);
+      return found == counts.end() ? 0 : found->second;
+    };
+    return {setbacks.ranks, count("footprints over more others than are looked at"),
+            count("footprints without a free setback")};
+  }
+};
+
+TEST(Setbacks, EachStandsBackByTheLeastThatIsFree) {
+  Stack stack;
+  stack.add(0, 0, 10, 10);
+  stack.add(8, 2, 10, 3);   // across the first
+  stack.add(17, 1, 10, 3);  // across the second
+  stack.add(40, 0, 10, 10);
+  stack.add(50, 0, 10, 10);  // touches it alone
+  for (int k = 0; k < 20; ++k) stack.add(80, 0, 10, 10);
+  const auto [ranks, num_crowded, num_without] = stack.ranks();
+  std::vector<int> expected = {0, 1, 0, 0, 0};
+  for (int k = 0; k < 20; ++k) expected.push_back(std::min(k, 15));
+  EXPECT_EQ(ranks, expected);
+  EXPECT_EQ(num_crowded, 0);
+  EXPECT_EQ(num_without, 4);
+}
+
+// A few megabytes of parts on one place are 200 million pairs.
+TEST(Setbacks, ManyOnOnePlaceCostLittle) {
+  constexpr int kNum = 20000;
+  Stack stack;
+  for (int k = 0; k < kNum; ++k) stack.add(-5, -5, 12, 10);  // in four cells of the index
+  std::ofstream("/proc/self/clear_refs") << 5;               // peak_mb() starts anew
+  const double before_mb = peak_mb();
+  const auto begin = std::chrono::steady_clock::now();
+  const auto [ranks, num_crowded, num_without] = stack.ranks();
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 40.0);
+  EXPECT_LT(peak_mb() - before_mb, 100.0);
+  for (int k = 0; k < kNum; ++k)
+    ASSERT_EQ(ranks[static_cast<std::size_t>(k)], std::min(k, 15)) << k;
+  EXPECT_EQ(num_crowded, kNum - 65);  // the first with more than 64 before it is the 66th
+  EXPECT_EQ(num_without, kNum - 16);
+}
+
+}  // namespace
+}  // namespace terracast::test
