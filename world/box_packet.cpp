@@ -75,12 +75,12 @@ TERRACAST_PACKET_INLINE void prepare(RayPacket<kLanes>& rays) {
 
 }  // namespace
 
-TERRACAST_WIDE_CODE
+TERRACAST_PACKET_CODE
 void make_ready(RayPacket<8>& rays) { prepare(rays); }
-TERRACAST_WIDE_CODE
+TERRACAST_PACKET_CODE
 void make_ready(RayPacket<16>& rays) { prepare(rays); }
 
-TERRACAST_WIDE_CODE
+TERRACAST_PACKET_CODE
 void meet_boxes(const BoxNode& node, const RayPacket<8>& rays, const float* from_m,
                 BoxMeetings<8>& meetings) {
   if ((rays.all_up | rays.all_down) == 7U)
@@ -89,7 +89,7 @@ void meet_boxes(const BoxNode& node, const RayPacket<8>& rays, const float* from
     meet<8, false>(node, rays, from_m, meetings);
 }
 
-TERRACAST_WIDE_CODE
+TERRACAST_PACKET_CODE
 void meet_boxes(const BoxNode& node, const RayPacket<16>& rays, const float* from_m,
                 BoxMeetings<16>& meetings) {
   if ((rays.all_up | rays.all_down) == 7U)

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/packet_code.h"
+#include "world/lane_vectors.h"
 
 namespace terracast::world {
 namespace {
@@ -214,64 +215,75 @@ bool BoxTree::enter(const Eigen::Vector3d& origin, const Eigen::Vector3d& direct
 namespace {
 
 /// Eight lanes of a packet, from `first` on.
+/// returns   whether any of them comes near the boxes
 template <int kLanes>
-TERRACAST_PACKET_INLINE void enter_bounds(const geo::Box3d& bounds, const Eigen::Vector3d& center,
+TERRACAST_PACKET_INLINE bool enter_bounds(const geo::Box3d& bounds, const Eigen::Vector3d& center,
                                           double margin_m, const RayLanes& rays,
                                           const double* t_until, LaneMask asked, int first,
                                           RayPacket<kLanes>& packet) {
+  using Doubles = LaneVectors<RayLanes::kLanes>::Doubles;
+  using Floats = LaneVectors<RayLanes::kLanes>::Floats;
+  using Integers = LaneVectors<RayLanes::kLanes>::Integers;
   constexpr double kLargestInverse = 0x1.0p60;
   constexpr double kRounding = 1.0 + 0x1.0p-20;
-  const double* origin[3] = {rays.origin_x, rays.origin_y, rays.origin_z};
-  const double* direction[3] = {rays.direction_x, rays.direction_y, rays.direction_z};
-  const double* inverse[3] = {rays.inverse_x, rays.inverse_y, rays.inverse_z};
-  const float* unit[3] = {rays.unit_x, rays.unit_y, rays.unit_z};
-  Doubles safe[3], t_in, t_out, reach_m;
-  for (int i = 0; i < RayLanes::kLanes; ++i) t_in[i] = rays.t_entry[i];
-  for (int i = 0; i < RayLanes::kLanes; ++i) t_out[i] = t_until[i];
+  const double* origins[3] = {rays.origin_x, rays.origin_y, rays.origin_z};
+  const double* directions[3] = {rays.direction_x, rays.direction_y, rays.direction_z};
+  const double* inverses[3] = {rays.inverse_x, rays.inverse_y, rays.inverse_z};
+  const float* units[3] = {rays.unit_x, rays.unit_y, rays.unit_z};
+  Doubles t_in, t_out, length_m, inverse_length;
+  std::memcpy(&t_in, rays.t_entry, sizeof t_in);
+  std::memcpy(&t_out, t_until, sizeof t_out);
+  std::memcpy(&length_m, rays.length_m, sizeof length_m);
+  std::memcpy(&inverse_length, rays.inverse_length, sizeof inverse_length);
+  const Doubles largest = inverse_length * kLargestInverse;
+  Doubles origin[3], safe[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const double low = bounds.min()[axis];
-    const double high = bounds.max()[axis];
-    for (int i = 0; i < RayLanes::kLanes; ++i)
-      safe[axis][i] =
-          inverse[axis][i] != 0.0 ? inverse[axis][i] : rays.inverse_length[i] * kLargestInverse;
-    for (int i = 0; i < RayLanes::kLanes; ++i) {
-      const double a = (low - origin[axis][i]) * safe[axis][i];
-      const double b = (high - origin[axis][i]) * safe[axis][i];
-      t_in[i] = larger(t_in[i], smaller(a, b));
-      t_out[i] = smaller(t_out[i], larger(a, b));
-    }
+    Doubles inverse;
+    std::memcpy(&origin[axis], origins[axis], sizeof(Doubles));
+    std::memcpy(&inverse, inverses[axis], sizeof(Doubles));
+    safe[axis] = inverse != 0.0 ? inverse : largest;
+    const Doubles a = (bounds.min()[axis] - origin[axis]) * safe[axis];
+    const Doubles b = (bounds.max()[axis] - origin[axis]) * safe[axis];
+    const Doubles in = a < b ? a : b;
+    const Doubles out = a > b ? a : b;
+    t_in = t_in > in ? t_in : in;
+    t_out = t_out < out ? t_out : out;
   }
   for (int axis = 0; axis < 3; ++axis) {
-    const double middle = center[axis];
-    for (int i = 0; i < RayLanes::kLanes; ++i)
-      packet.origin[axis][first + i] =
-          static_cast<float>(origin[axis][i] + t_in[i] * direction[axis][i] - middle);
-    for (int i = 0; i < RayLanes::kLanes; ++i)
-      packet.inverse[axis][first + i] = static_cast<float>(safe[axis][i] * rays.length_m[i]);
-    for (int i = 0; i < RayLanes::kLanes; ++i) packet.direction[axis][first + i] = unit[axis][i];
+    Doubles direction;
+    std::memcpy(&direction, directions[axis], sizeof direction);
+    const Floats start =
+        __builtin_convertvector(origin[axis] + t_in * direction - center[axis], Floats);
+    const Floats inverse = __builtin_convertvector(safe[axis] * length_m, Floats);
+    std::memcpy(packet.origin[axis] + first, &start, sizeof start);
+    std::memcpy(packet.inverse[axis] + first, &inverse, sizeof inverse);
+    std::memcpy(packet.direction[axis] + first, units[axis], sizeof(Floats));
   }
-  for (int i = 0; i < RayLanes::kLanes; ++i)
-    reach_m[i] =
-        t_in[i] <= t_out[i] ? (t_out[i] - t_in[i]) * rays.length_m[i] * kRounding + margin_m : -1.0;
-  for (int i = 0; i < RayLanes::kLanes; ++i)
-    packet.reach_m[first + i] = static_cast<float>(reach_m[i]);
-  for (int i = 0; i < RayLanes::kLanes; ++i)
-    if ((asked >> i & 1U) == 0) packet.end(first + i);
-  for (int i = 0; i < RayLanes::kLanes; ++i) packet.t_origin[first + i] = t_in[i];
-  for (int i = 0; i < RayLanes::kLanes; ++i) packet.length_m[first + i] = rays.length_m[i];
+  const Doubles way_m = (t_out - t_in) * length_m * kRounding + margin_m;
+  const Doubles none = Doubles{} + static_cast<double>(RayPacket<kLanes>::kDone);
+  const Floats met_m = __builtin_convertvector(t_in <= t_out ? way_m : none, Floats);
+  const Integers bits = {1, 2, 4, 8, 16, 32, 64, 128};
+  const Floats done = Floats{} + RayPacket<kLanes>::kDone;
+  const Floats reach_m = (bits & static_cast<std::int32_t>(asked)) != 0 ? met_m : done;
+  std::memcpy(packet.reach_m + first, &reach_m, sizeof reach_m);
+  std::memcpy(packet.t_origin + first, &t_in, sizeof t_in);
+  std::memcpy(packet.length_m + first, &length_m, sizeof length_m);
+  LaneBytes<RayLanes::kLanes> reaches;
+  bytes_of<RayLanes::kLanes>((reach_m >= 0.0F) & 1, reaches);
+  return reaches.any() != 0;
 }
 
 TERRACAST_PACKET_CODE
-void enter_eight(const geo::Box3d& bounds, const Eigen::Vector3d& center, double margin_m,
+bool enter_eight(const geo::Box3d& bounds, const Eigen::Vector3d& center, double margin_m,
                  const RayLanes& rays, const double* t_until, LaneMask asked, int first,
                  RayPacket<16>& packet) {
-  enter_bounds(bounds, center, margin_m, rays, t_until, asked, first, packet);
+  return enter_bounds(bounds, center, margin_m, rays, t_until, asked, first, packet);
 }
 TERRACAST_PACKET_CODE
-void enter_eight(const geo::Box3d& bounds, const Eigen::Vector3d& center, double margin_m,
+bool enter_eight(const geo::Box3d& bounds, const Eigen::Vector3d& center, double margin_m,
                  const RayLanes& rays, const double* t_until, LaneMask asked, int first,
                  RayPacket<8>& packet) {
-  enter_bounds(bounds, center, margin_m, rays, t_until, asked, first, packet);
+  return enter_bounds(bounds, center, margin_m, rays, t_until, asked, first, packet);
 }
 
 }  // namespace
@@ -281,12 +293,13 @@ bool BoxTree::enter(const RayGroups<kLanes>& groups, LaneMask lanes, const doubl
                     RayPacket<kLanes>& packet) const {
   packet.margin_m = margin_m_;
   packet.direction_length = 1.0F;
+  bool is_near = false;
   for (int first = 0; first < kLanes; first += RayLanes::kLanes)
-    enter_eight(bounds_, center_, margin_m_,
-                *groups[static_cast<std::size_t>(first / RayLanes::kLanes)], t_until + first,
-                lanes >> first, first, packet);
-  make_ready(packet);
-  return !packet.is_done();
+    is_near |= enter_eight(bounds_, center_, margin_m_,
+                           *groups[static_cast<std::size_t>(first / RayLanes::kLanes)],
+                           t_until + first, lanes >> first, first, packet);
+  if (is_near) make_ready(packet);
+  return is_near;
 }
 template bool BoxTree::enter<8>(const RayGroups<8>&, LaneMask, const double*, RayPacket<8>&) const;
 template bool BoxTree::enter<16>(const RayGroups<16>&, LaneMask, const double*,

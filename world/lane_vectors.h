@@ -6,14 +6,6 @@
 #include "core/packet_code.h"
 #include "world/box_packet.h"
 
-/// Functions over the lanes of a packet, compiled for AVX-512 too. They do the same IEEE operations with each.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(TERRACAST_BASELINE_PACKETS) && !defined(__SANITIZE_THREAD__)
-#define TERRACAST_WIDE_CODE __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define TERRACAST_WIDE_CODE
-#endif
-
 namespace terracast::world {
 
 /// Vectors of GCC's: for use within a function only, since what passes them depends on the processor.

@@ -78,12 +78,12 @@ TERRACAST_PACKET_INLINE void turn_group(const Turn& turn, const RayLanes& rays,
   std::memcpy(shape_rays.reach_m + first, &shape_reach, sizeof shape_reach);
 }
 
-TERRACAST_WIDE_CODE
+TERRACAST_PACKET_CODE
 void turn_rays(const Turn& turn, const RayGroups<8>& rays, const RayPacket<8>& tile_rays,
                const float* near_m, RayPacket<8>& shape_rays) {
   turn_group(turn, *rays[0], tile_rays, near_m, 0, shape_rays);
 }
-TERRACAST_WIDE_CODE
+TERRACAST_PACKET_CODE
 void turn_rays(const Turn& turn, const RayGroups<16>& rays, const RayPacket<16>& tile_rays,
                const float* near_m, RayPacket<16>& shape_rays) {
   turn_group(turn, *rays[0], tile_rays, near_m, 0, shape_rays);

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "world/terrain_walk.h"
@@ -317,6 +319,12 @@ class PacketCaster {
   int num_recasts_ = 0;
 };
 
+/// std::nextafter(t, inf), of what is nearly always positive without a call of the library.
+double next_after(double t) {
+  return t > 0.0 && t < kInfinity ? std::bit_cast<double>(std::bit_cast<std::uint64_t>(t) + 1)
+                                  : std::nextafter(t, kInfinity);
+}
+
 /// Looks for objects before what the groups' rays have met so far.
 template <int kWidth>
 void meet_objects(const ObjectScene& objects, CastKind kind,
@@ -333,7 +341,7 @@ void meet_objects(const ObjectScene& objects, CastKind kind,
     for (int lane = 0; lane < RayLanes::kLanes; ++lane) {
       const double t_exit = group.rays->t_exit[lane];
       // What lies on the side between two tiles is met in the second.
-      double t = t_exit >= group.rays->t_max[lane] ? std::nextafter(t_exit, kInfinity) : t_exit;
+      double t = t_exit >= group.rays->t_max[lane] ? next_after(t_exit) : t_exit;
       if ((group.found & lane_bit(lane)) != 0) t = std::min(t, group.crossings.t[lane]);
       t_until[first + lane] = t;
     }

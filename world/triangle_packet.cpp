@@ -87,13 +87,13 @@ TERRACAST_PACKET_INLINE void find(const TriangleBlock& block, const Eigen::Vecto
 
 }  // namespace
 
-TERRACAST_WIDE_CODE
+TERRACAST_PACKET_CODE
 void find_near(const TriangleBlock& block, const Eigen::Vector3d& center_m, double margin_m,
                const RayPacket<8>& rays, const float* from_m, LaneBytes<8>& near) {
   find(block, center_m, margin_m, rays, from_m, near);
 }
 
-TERRACAST_WIDE_CODE
+TERRACAST_PACKET_CODE
 void find_near(const TriangleBlock& block, const Eigen::Vector3d& center_m, double margin_m,
                const RayPacket<16>& rays, const float* from_m, LaneBytes<16>& near) {
   find(block, center_m, margin_m, rays, from_m, near);
