@@ -425,12 +425,19 @@ LaneMask TileMap::enter(RayLanes& rays, LaneMask asked, std::uint32_t& hint,
     rays.t_entry[i] = rays.t_exit[i] = rays.t_top[i] = starts.t[i];
   }
   asked &= starts.are_there;
+  int last = -1;  // lane that was looked up before
   for_each_lane(asked & ~starts.are_in_hint, [&](int i) {
-    const std::optional<std::uint32_t> tile = tile_at_place(starts.x[i], starts.y[i]);
-    if (tile)
+    // Of a viewer on a side of its tile all rays start at one place.
+    const bool is_same =
+        last >= 0 && starts.x[i] == starts.x[last] && starts.y[i] == starts.y[last];
+    const std::optional<std::uint32_t> tile =
+        is_same ? hint : tile_at_place(starts.x[i], starts.y[i]);
+    if (tile) {
       rays.tile[i] = hint = *tile;
-    else if (!enter_root(rays, i, starts.t[i], true))
+      last = i;
+    } else if (!enter_root(rays, i, starts.t[i], true)) {
       asked &= ~lane_bit(i);
+    }
   });
   const LaneMask there = go_to_ground(rays, asked, 0, trail);
   rays.may_be_on_surface = 0;
