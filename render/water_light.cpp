@@ -68,12 +68,13 @@ double drawn_slope(std::uint64_t bits, std::uint64_t stream) {
   return sum * 1.7320508;
 }
 
-/// What waves gather of the sun's light on the bed: two nets of bright lines, brightest where they cross. On average 1
-/// for independent normal deviates of variance 1: a line is on average 0.1942.
+/// What waves gather of the sun's light on the bed: two nets of bright lines, brightest where they cross. On average 1.
 /// first, second   noise whose zeros the lines follow
-float gathered(float first, float second) {
-  const auto line = [](float value) {
-    return std::exp(-(value / kCausticWidth) * (value / kCausticWidth));
+float gathered(const NoiseSum& first, const NoiseSum& second, int lane) {
+  constexpr float kMeanLine = 0.1942f;  // of a normal deviate
+  const auto line = [&](const NoiseSum& noise) {
+    const float off = noise.value[lane] / kCausticWidth;
+    return kMeanLine + (std::exp(-off * off) - kMeanLine) * (1.0f - ramp(noise.left_out[lane]));
   };
   const float one = line(first);
   const float other = line(second);
@@ -437,9 +438,9 @@ void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_dept
       s.bottom[k] = Color(s.look.albedo[0][at], s.look.albedo[1][at], s.look.albedo[2][at]) *
                     s.look.openness[at];
       const auto deep_m = static_cast<float>(s.depth_m[k]);
-      const float caustic = gathered(long_lines.value[at], lines.value[at]);
+      const float caustic = gathered(long_lines, lines, at);
       s.bottom[k] *= 1.0f + (caustic - 1.0f) * 0.7f * std::exp(-deep_m / kCausticDepth_m) *
-                                ramp(deep_m / 0.5f) * (1.0f - ramp(lines.left_out[at]));
+                                ramp(deep_m / 0.5f);
       if (hits.surfaces[s.water[k]].cover != Cover::Sea) continue;
       const auto depth = static_cast<float>(s.depth_m[k]) / kSurfDepth_m;
       s.foam[k] = 0.85f * step_up(0.55f + 0.75f * runs.value[at] - 1.3f * depth, 0.45f);
