@@ -27,9 +27,9 @@ Image8 drawn_image(int width, int height, bool is_noise) {
 TEST(PngRows, ReadBackAsTheImageThatTheyAreOf) {
   // libpng's own bound on either side is a million.
   for (const auto& [width, height] :
-       {std::pair(1, 1), {1, 700}, {700, 1}, {641, 333}, {1'200'000, 2}, {2, 1'200'000}})
+       {std::pair(1, 1), {1, 700}, {700, 1}, {641, 333}, {1'000'001, 1}, {1, 1'000'001}})
     for (const bool is_noise : {false, true})
-      for (const int level : {1, 7, 9}) {
+      for (const int level : {1, 7}) {
         const Image8 image = drawn_image(width, height, is_noise);
         int next = 0;
         const std::vector<std::byte> bytes = encode_png_rows(
