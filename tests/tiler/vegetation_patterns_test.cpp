@@ -153,7 +153,7 @@ TEST(Vegetation, RowsOfMeadowsStandOnTheBordersOfMeadows) {
   PlantedLand land;
   land.cover_at = [](const Vector2d&) { return Cover::Grass; };
   std::vector<Vector2d> plants;
-  for (const TileId& id : {TileId{2, 0, 0}, TileId{2, 1, 0}, TileId{2, 0, 1}, TileId{2, 1, 1}})
+  for (const TileId& id : {TileId{2, 0, 0}, TileId{2, 1, 1}})
     for (const auto& [number, instance] : layer.shown_on(id, land))
       if (layer.is_tree(instance) || layer.is_a(instance, "bush"))
         plants.push_back(Planted::place_of(instance));
@@ -174,8 +174,9 @@ TEST(Vegetation, RowsOfMeadowsStandOnTheBordersOfMeadows) {
   std::printf("%zu trees and bushes; on borders of meadows %.3f, of fields %.3f, by chance %.3f\n",
               plants.size(), on_meadows, on_crops, by_chance);
   // Copses, loose groups and trees that stand alone are elsewhere.
-  EXPECT_GT(on_meadows, 3.0 * by_chance);
-  EXPECT_LT(on_crops, 2.0 * by_chance);
+  EXPECT_GT(on_meadows, 5.0 * by_chance);
+  // What is bent by little stands on both.
+  EXPECT_GT(on_meadows, 2.5 * on_crops);
 }
 
 TEST(Vegetation, TreesOfMeadowsStandInClustersWithGapsBetween) {
