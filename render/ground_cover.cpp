@@ -145,22 +145,49 @@ Parcel parcel_of(const world::FieldPattern::Place& field, float footprint, bool 
   return parcel;
 }
 
-/// Meadows and pastures: grown, mown, made into hay, eaten short; each in swaths of its mower.
-Rgb meadow_of(const world::FieldPattern::Place& holding, float footprint_m) {
-  static constexpr Rgb kStates[6] = {{0.072f, 0.116f, 0.030f}, {0.112f, 0.128f, 0.044f},
-                                     {0.186f, 0.172f, 0.078f}, {0.080f, 0.104f, 0.036f},
-                                     {0.122f, 0.150f, 0.046f}, {0.062f, 0.092f, 0.028f}};
-  Rgb color = kStates[holding.key % 6];
+/// A meadow's colour, and what stands out of it in patches.
+struct Meadow {
+  Rgb color;
+  float flowers;    ///< how many
+  float are_white;  ///< 1: daisies and parsley, 0: buttercups and dandelions
+  float tussocks;   ///< that cattle leave
+};
+
+/// Meadows and pastures: grown, mown, made into hay, eaten short; each in swaths of its mower, some with the wheels'
+/// tracks.
+Meadow meadow_of(const world::FieldPattern::Place& holding, float footprint_m) {
+  struct State {
+    Rgb color;
+    float swaths;
+    float tracks;
+    float flowers;
+    float tussocks;
+  };
+  static constexpr State kStates[6] = {{{0.072f, 0.116f, 0.030f}, 0.05f, 0.5f, 0.4f, 0.0f},
+                                       {{0.112f, 0.128f, 0.044f}, 0.04f, 0.0f, 1.0f, 0.0f},
+                                       {{0.186f, 0.172f, 0.078f}, 0.18f, 0.3f, 0.0f, 0.0f},
+                                       {{0.080f, 0.104f, 0.036f}, 0.02f, 0.0f, 0.3f, 1.0f},
+                                       {{0.122f, 0.150f, 0.046f}, 0.18f, 0.4f, 0.0f, 0.0f},
+                                       {{0.062f, 0.092f, 0.028f}, 0.02f, 0.0f, 0.0f, 0.8f}};
+  const State& state = kStates[holding.key % 6];
+  const auto width_m = static_cast<double>(footprint_m);
+  Meadow meadow{.color = state.color,
+                .flowers = state.flowers * static_cast<float>((holding.key >> 16) & 255u) / 255.0f,
+                .are_white = ((holding.key >> 24) & 3u) == 0 ? 1.0f : 0.0f,
+                .tussocks = state.tussocks};
+  Rgb& color = meadow.color;
   shade(color, 0.90f + 0.20f * static_cast<float>((holding.key >> 8) & 255u) / 255.0f);
-  const double swath = share_of_bars(holding.across_m, static_cast<double>(footprint_m), 3.0, 6.0);
-  const float mown = holding.key % 6 == 2 || holding.key % 6 == 4 ? 0.16f : 0.04f;
-  shade(color, 1.0f + mown * (static_cast<float>(swath) - 0.5f));
+  const double swath = share_of_bars(holding.across_m, width_m, 3.0, 6.0);
+  shade(color, 1.0f + state.swaths * (static_cast<float>(swath) - 0.5f));
+  const double tracks = share_of_bars(holding.across_m - 5.0, width_m, 0.45, 24.0) +
+                        share_of_bars(holding.across_m - 6.8, width_m, 0.45, 24.0);
+  lay(color, state.tracks * static_cast<float>(tracks), 0.150f, 0.132f, 0.076f);
   // Along fences and ditches nobody mows: 1.5 m to each side, thinned to its share of the footprint.
   const float reach = larger(1.5f, footprint_m);
   const float verge =
       (1.5f / reach) * step_up(reach - static_cast<float>(holding.edge_m), 0.5f * reach);
   lay(color, 0.7f * verge, 0.062f, 0.082f, 0.030f);
-  return color;
+  return meadow;
 }
 
 /// Yards of towns: blocks of about 200 m turn them their own way; lawns, beds, paving, gravel and asphalt in
@@ -241,7 +268,7 @@ TERRACAST_PACKET_INLINE Rgb rock_of(const Covers& c, const Details& d, int i, fl
 /// packets have none of.
 struct Plots {
   Lanes<float> parcel_r, parcel_g, parcel_b, parcel_edge_m, parcel_bare;
-  Lanes<float> meadow_r, meadow_g, meadow_b;
+  Lanes<float> meadow_r, meadow_g, meadow_b, flowers, are_white, tussocks;
   Lanes<float> yard_r, yard_g, yard_b;
   Lanes<float> rock_r, rock_g, rock_b;
 };
@@ -290,7 +317,19 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const D
     Rgb meadow{0.092f, 0.116f, 0.036f};
     lay(meadow, ramp(0.40f + 0.30f * patch + 0.25f * region), 0.128f, 0.132f, 0.052f);
     lay(meadow, 1.0f - wild, p.meadow_r[i], p.meadow_g[i], p.meadow_b[i]);
-    lay(meadow, 0.35f * ramp(0.35f + 0.30f * patch + 0.20f * clump - 0.2f), 0.150f, 0.140f, 0.064f);
+    // Lush in hollows, thin and pale on dry ground.
+    lay(meadow, 0.45f * ramp(3.0f * (moist - 0.45f) + 0.10f * patch), 0.050f, 0.082f, 0.026f);
+    lay(meadow, 0.45f * ramp(3.0f * (0.28f - moist) + 0.15f * patch), 0.150f, 0.138f, 0.066f);
+    lay(meadow, 0.25f * ramp(0.15f + 0.30f * patch + 0.12f * clump), 0.150f, 0.140f, 0.064f);
+    // Where cattle dunged they leave tussocks, a metre wide.
+    const float tussock = step_up(0.8f * d.stones.value[i] + 0.6f * d.grain.value[i] - 1.0f,
+                                  0.35f + 1.1f * d.stones.left_out[i] + 0.6f * d.grain.left_out[i]);
+    lay(meadow, 0.55f * p.tussocks[i] * (1.0f - wild) * tussock, 0.040f, 0.070f, 0.020f);
+    const float flowers = p.flowers[i] * (1.0f - wild) *
+                          ramp(0.35f + 0.40f * patch + 0.25f * clump) *
+                          ramp(0.7f + 0.45f * d.fine.value[i] + 0.25f * d.stones.value[i]);
+    lay(meadow, 0.30f * flowers, 0.340f, 0.280f + 0.06f * p.are_white[i],
+        0.040f + 0.26f * p.are_white[i]);
     lay(meadow, 0.35f * ramp(d.grain.value[i] + 0.5f * clump - 1.3f), 0.240f, 0.220f, 0.105f);
     lay(grass, c.meadow[i], meadow);
     // Wetland: sedges, brown moss, dark pools.
@@ -351,17 +390,21 @@ TERRACAST_PACKET_CODE void paint(const GroundPacket& g, const Covers& c, const D
     lay(color, c.rock[i], p.rock_r[i], p.rock_g[i], p.rock_b[i]);
 
     // Grain of every scale, stones that stand out, less on snow.
-    const float bare = larger(larger(c.rock[i], c.scree[i]),
-                              1.0f - larger(c.grass[i], larger(c.floor[i], c.built[i])));
-    const float tended = larger(c.built[i], 0.6f * c.meadow[i]);
+    const float bare = larger(
+        larger(c.rock[i], c.scree[i]),
+        1.0f - larger(larger(c.grass[i], 0.8f * c.field[i]), larger(c.floor[i], c.built[i])));
+    const float tended = larger(c.built[i], larger(0.6f * c.meadow[i], 0.45f * c.field[i]));
     // Debris is of one grain, and rock has beds in the place of what is coarse.
     const float rocky = c.rock[i];
     const float grainy = (0.17f + 0.08f * larger(bare - c.scree[i] * (1.0f - rocky), 0.0f)) *
                          (1.0f - 0.6f * tended) * (1.0f - 0.35f * c.scree[i] * (1.0f - rocky));
+    // Grass grows over what lies below it: it is of a fine grain, too.
+    const float grown = larger(c.meadow[i], c.field[i]);
     const float mottle =
         1.0f +
-        grainy * ((1.0f - 0.65f * rocky) * d.coarse.value[i] + d.grain.value[i] + d.fine.value[i]) +
-        0.07f * (1.0f - 0.5f * rocky) * clump;
+        grainy * ((1.0f - 0.65f * rocky) * (1.0f - 0.65f * grown) * d.coarse.value[i] +
+                  (1.0f - 0.35f * grown) * d.grain.value[i] + d.fine.value[i]) +
+        0.07f * (1.0f - 0.5f * rocky) * (1.0f - 0.5f * grown) * clump;
     shade(color, clamped(mottle, 0.30f, 1.9f));
     const float stony = bare * (1.0f - c.forest[i]) * (1.0f - d.stones.left_out[i]);
     shade(color, 1.0f + 0.55f * stony * step_up(d.stones.value[i] - 1.15f, 0.30f) -
@@ -430,24 +473,22 @@ void take_known_covers(const GroundPacket& g, const Climate& climate, Covers& c)
 
 void paint_land(const GroundPacket& packet, const Covers& covers, const Details& details,
                 const Lanes<float>& relief, const Climate& climate, GroundLook& look) {
-  NoiseSum warp{};
-  if (any(covers.meadow)) warp = sum_noise(packet.places, 8, 5, climate.seed + kFieldWarp);
   Plots plots{};
   for (int i = 0; i < kLanes; ++i) {
-    world::FieldPattern::Place holding;
     const Eigen::Vector2d place(packet.east_m[i], packet.north_m[i]);
     if (covers.meadow[i] > 0.0f) {
-      // Meadows' borders follow the ground.
-      const auto strayed_m = static_cast<double>(7.0f * warp.value[i]);
-      holding = climate.fields.at(place + Eigen::Vector2d(strayed_m, -0.7 * strayed_m));
-      const Rgb meadow = meadow_of(holding, packet.places.footprint_m[i]);
-      plots.meadow_r[i] = meadow.r;
-      plots.meadow_g[i] = meadow.g;
-      plots.meadow_b[i] = meadow.b;
+      const Meadow meadow =
+          meadow_of(climate.fields.at(place, Cover::Grass), packet.places.footprint_m[i]);
+      plots.meadow_r[i] = meadow.color.r;
+      plots.meadow_g[i] = meadow.color.g;
+      plots.meadow_b[i] = meadow.color.b;
+      plots.flowers[i] = meadow.flowers;
+      plots.are_white[i] = meadow.are_white;
+      plots.tussocks[i] = meadow.tussocks;
     }
     if (covers.field[i] > 0.0f) {
-      const Parcel parcel =
-          parcel_of(climate.fields.at(place), packet.places.footprint_m[i], climate.has_trees);
+      const Parcel parcel = parcel_of(climate.fields.at(place, Cover::Crops),
+                                      packet.places.footprint_m[i], climate.has_trees);
       plots.parcel_r[i] = parcel.color.r;
       plots.parcel_g[i] = parcel.color.g;
       plots.parcel_b[i] = parcel.color.b;

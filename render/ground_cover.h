@@ -21,7 +21,6 @@ inline constexpr std::uint32_t kStrata = 83;
 inline constexpr std::uint32_t kCracks = 97;
 inline constexpr std::uint32_t kStones = 101;
 inline constexpr std::uint32_t kWaves = 113;
-inline constexpr std::uint32_t kFieldWarp = 127;
 inline constexpr std::uint32_t kBushes = 131;
 inline constexpr std::uint32_t kFormations = 139;
 

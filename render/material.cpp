@@ -233,7 +233,8 @@ void Ground::look(const GroundPacket& g, GroundLook& look) const {
   for (int i = 0; i < kLanes; ++i) {
     const float hard = larger(c.rock[i], 0.8f * c.scree[i]);
     const float soft = larger(c.snow[i], c.sand[i]);
-    relief[i] = (0.10f + 0.08f * hard) * (1.0f - 0.55f * soft) * (1.0f - 0.75f * c.built[i]);
+    relief[i] = (0.10f + 0.08f * hard) * (1.0f - 0.55f * soft) * (1.0f - 0.75f * c.built[i]) *
+                (1.0f - 0.50f * larger(c.meadow[i], c.field[i]));
     if (g.is_painted[i] != 0)
       relief[i] = relief_of(g.paint[static_cast<std::size_t>(i)].coating.paving);
     coarse_relief[i] = relief[i] * (1.0f - 0.6f * c.rock[i]);

@@ -46,7 +46,7 @@ constexpr float kSurfDepth_m = 0.5f;
 constexpr float kSideGlow = 0.07f;
 constexpr float kUpGlow = 0.22f;
 /// Lines of gathered light on the bed.
-constexpr float kCausticWidth = 0.35f;
+constexpr float kCausticWidth = 0.28f;
 constexpr float kCausticDepth_m = 8.0f;
 /// By how much a ray that goes down turns with the slope of the surface: 1 - 1 / n.
 constexpr double kBendPerSlope = 0.25;
@@ -66,6 +66,19 @@ double drawn_slope(std::uint64_t bits, std::uint64_t stream) {
   double sum = -2.0;
   for (std::uint64_t k = 0; k < 4; ++k) sum += core::random_unit(bits, stream, k);
   return sum * 1.7320508;
+}
+
+/// What waves gather of the sun's light on the bed: two nets of bright lines, brightest where they cross. On average 1.
+/// first, second   noise whose zeros the lines follow
+float gathered(const NoiseSum& first, const NoiseSum& second, int lane) {
+  constexpr float kMeanLine = 0.1942f;  // of a normal deviate
+  const auto line = [&](const NoiseSum& noise) {
+    const float off = noise.value[lane] / kCausticWidth;
+    return kMeanLine + (std::exp(-off * off) - kMeanLine) * (1.0f - ramp(noise.left_out[lane]));
+  };
+  const float one = line(first);
+  const float other = line(second);
+  return 0.620f + 0.750f * (one + other) + 2.352f * one * other;
 }
 
 double offset_of(const LitHits& hits, std::size_t ray) {
@@ -417,18 +430,17 @@ void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_dept
     ground_.set(s.places, s.packet);
     ground_.look(s.packet, s.look);
     const NoiseSum runs = sum_noise(s.packet.places, 4, -1, ground_.climate().seed + 307);
-    const NoiseSum lines = sum_noise(s.packet.places, 0, -1, ground_.climate().seed + 311);
+    const NoiseSum long_lines = sum_noise(s.packet.places, 0, -2, ground_.climate().seed + 311);
+    const NoiseSum lines = sum_noise(s.packet.places, -1, -3, ground_.climate().seed + 313);
     for (std::size_t lane = 0; lane < count; ++lane) {
       const std::size_t k = s.of_water[first + lane];
       const int at = static_cast<int>(lane);
       s.bottom[k] = Color(s.look.albedo[0][at], s.look.albedo[1][at], s.look.albedo[2][at]) *
                     s.look.openness[at];
-      // Waves gather the sun's light in lines: on average 1.
       const auto deep_m = static_cast<float>(s.depth_m[k]);
-      const float line = lines.value[at] / kCausticWidth;
-      const float caustic = 0.6f + 1.66f * std::exp(-line * line);
+      const float caustic = gathered(long_lines, lines, at);
       s.bottom[k] *= 1.0f + (caustic - 1.0f) * 0.7f * std::exp(-deep_m / kCausticDepth_m) *
-                                ramp(deep_m / 0.5f) * (1.0f - ramp(lines.left_out[at]));
+                                ramp(deep_m / 0.5f);
       if (hits.surfaces[s.water[k]].cover != Cover::Sea) continue;
       const auto depth = static_cast<float>(s.depth_m[k]) / kSurfDepth_m;
       s.foam[k] = 0.85f * step_up(0.55f + 0.75f * runs.value[at] - 1.3f * depth, 0.45f);

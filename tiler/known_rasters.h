@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "world/raster_info.h"
@@ -28,8 +31,10 @@ std::vector<std::optional<world::RasterInfo>> rasters_of(const Sourced& sourced)
 class KnownCovers {
  public:
   virtual ~KnownCovers() = default;
-  /// In order of priority.
+  /// In order of priority, without what they say.
   virtual std::vector<world::CoverRasterInfo> cover_rasters() const = 0;
+  /// A row of what one of them says; as world::CoverRows.
+  virtual void tell_row(std::size_t raster, int row, std::span<std::uint8_t> covers) const = 0;
 };
 
 }  // namespace terracast::tiler

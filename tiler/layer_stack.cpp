@@ -303,6 +303,12 @@ std::vector<std::vector<world::CoverRasterInfo>> LayerStack::cover_rasters() con
   return all;
 }
 
+world::CoverRows LayerStack::cover_rows() const {
+  return [this](std::size_t layer, std::size_t raster, int row, std::span<std::uint8_t> covers) {
+    dynamic_cast<const KnownCovers&>(*layers_[layer]).tell_row(raster, row, covers);
+  };
+}
+
 std::string LayerStack::input_hash() const {
   std::string all;
   for (std::size_t i = 0; i < layers_.size(); ++i)

@@ -44,6 +44,8 @@ class LayerStack {
   world::WayNetwork ways() const;
   /// Of each layer, in its order of priority; none of those that read no raster of land cover.
   std::vector<std::vector<world::CoverRasterInfo>> cover_rasters() const;
+  /// What they say; lives no longer than the stack.
+  world::CoverRows cover_rows() const;
   std::string input_hash() const;
 
   /// What the layers make of the ground at a place of the world's square, what they raise it by times lift_share().

@@ -315,7 +315,8 @@ void Growth::finish(double radius_m) {
     manifest.volumes.push_back(world::write_volume(folder_, row, volumes[row]));
   manifest.volume_places = surface_.layers().volume_places();
   manifest.ways = world::write_ways(folder_, surface_.layers().ways());
-  world::write_rasters(folder_, manifest.input_hash, rasters_of_world());
+  world::write_rasters(folder_, manifest.input_hash, rasters_of_world(),
+                       surface_.layers().cover_rows());
   manifest.finest_level = coarsest_level_;
   for (const auto& [id, info] : tiles_) {
     manifest.finest_level = std::min(manifest.finest_level, id.level);

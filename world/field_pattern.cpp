@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 
 #include "core/random.h"
+#include "world/tile.h"
 
 namespace terracast::world {
 namespace {
@@ -68,6 +70,34 @@ Bounds bounds_of(const FieldPattern::Region& region, std::int64_t along, std::in
   length.first -= shift;
   return {core::random_bits(region.key, 2, key_of(strip.number, length.number)), length, strip};
 }
+
+/// Two random numbers at each whole place, -1 … 1, and smooth between: the slopes are 0 at whole places.
+Vector2d smooth_draws(std::uint64_t key, const Vector2d& at) {
+  const Vector2d first = at.array().floor();
+  const auto x = static_cast<std::int64_t>(first.x());
+  const auto y = static_cast<std::int64_t>(first.y());
+  const auto drawn = [&](std::int64_t column, std::int64_t row) -> Vector2d {
+    const std::uint64_t bits =
+        core::random_bits(key, static_cast<std::uint64_t>(column), static_cast<std::uint64_t>(row));
+    return 0x1.0p-31 * Vector2d(static_cast<std::int32_t>(static_cast<std::uint32_t>(bits)),
+                                static_cast<std::int32_t>(static_cast<std::uint32_t>(bits >> 32)));
+  };
+  const auto fade = [](double t) { return t * t * (3.0 - 2.0 * t); };
+  const double u = fade(at.x() - first.x());
+  const double v = fade(at.y() - first.y());
+  return (1.0 - v) * ((1.0 - u) * drawn(x, y) + u * drawn(x + 1, y)) +
+         v * ((1.0 - u) * drawn(x, y + 1) + u * drawn(x + 1, y + 1));
+}
+
+/// How far the borders of meadows stray along either axis, and over what distance they do: most in long bends,
+/// some in short ones.
+struct Bend {
+  double period_m;
+  double most_m;
+};
+constexpr Bend kBends[] = {{170.0, 13.0}, {52.0, 3.5}};
+static_assert(std::numbers::sqrt2 * (kBends[0].most_m + kBends[1].most_m) <
+              FieldPattern::kMostBent_m);
 
 Crop crop_of(double drawn, bool grows_vines) {
   struct Share {
@@ -135,6 +165,18 @@ FieldPattern::Field FieldPattern::field_of(const Region& region, std::int64_t al
           .crop = crop_of(core::random_unit(bounds.key, 3, 0), grows_vines_),
           .piece_along = along - bounds.along.first,
           .piece_across = across - bounds.across.first};
+}
+
+Vector2d FieldPattern::bent(const Vector2d& place_world) const {
+  Vector2d place = place_world;
+  for (std::uint64_t k = 0; k < std::size(kBends); ++k)
+    place += kBends[k].most_m *
+             smooth_draws(core::stream_of(seed_, 5 + k), place_world / kBends[k].period_m);
+  return place;
+}
+
+FieldPattern::Place FieldPattern::at(const Vector2d& place_world, Cover cover) const {
+  return at(cover == Cover::Grass ? bent(place_world) : place_world);
 }
 
 FieldPattern::Place FieldPattern::at(const Vector2d& place_world) const {

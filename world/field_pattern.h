@@ -5,18 +5,23 @@
 
 namespace terracast::world {
 
+enum class Cover : std::uint8_t;  // world/tile.h
+
 enum class Crop : std::uint8_t { Fallow, Corn, Wheat, Vine, Beets, Rape, Clover, Stubble };
 inline constexpr int kNumCrops = 8;
 
 /// How a world's cropland is parted: regions (cells about random centres) in which fields lie along one
 /// direction, each a rectangle with its own crop, in strips. Strips and fields are from half to one and a half
-/// times as wide and long as their region's mean, in whole squares of kPiece_m. What is sown there and what
-/// the ground shows both follow it.
+/// times as wide and long as their region's mean, in whole squares of kPiece_m. What is sown there, what
+/// stands along borders and what the ground shows all follow it.
+///
+/// On meadows borders follow the ground: they are those of the pattern, bent by up to kMostBent_m.
 ///
 /// threads   safe; all is a function of the seed and the place
 class FieldPattern {
  public:
   static constexpr double kPiece_m = 4.0;
+  static constexpr double kMostBent_m = 24.0;
 
   /// seed          the world's
   /// grows_vines   whether the climate is one for them
@@ -52,9 +57,15 @@ class FieldPattern {
     double across_m = 0.0;
     double edge_m = 0.0;  ///< to its border
   };
+  /// Where borders are straight.
   Place at(const Eigen::Vector2d& place_world) const;
+  /// As land under a cover is parted: bent on Cover::Grass. Lengths are then those of the pattern, a tenth or two from
+  /// the ground's.
+  Place at(const Eigen::Vector2d& place_world, Cover cover) const;
 
  private:
+  Eigen::Vector2d bent(const Eigen::Vector2d& place_world) const;
+
   std::uint64_t seed_;
   bool grows_vines_;
 };

@@ -11,6 +11,7 @@
 #include "core/hash.h"
 #include "core/image_io.h"
 #include "core/json.h"
+#include "core/png_rows.h"
 #include "world/tile.h"
 #include "world/tile_store.h"
 
@@ -26,7 +27,6 @@ constexpr const char* kRastersName = "rasters.json";
 constexpr int kPngLevel = 7;
 /// GDAL counts no more pixels a side.
 constexpr std::int64_t kMaxSide_px = 2147483647;
-constexpr std::size_t kMaxCoverPixels = std::size_t{1} << 30;
 constexpr double kMaxBorder_px = 8.0;
 
 std::filesystem::path covers_path(const std::filesystem::path& store, std::size_t layer,
@@ -78,8 +78,8 @@ Json json_of(const CoverRasterInfo& cover, const std::string& content_hash) {
       .set("border_px", cover.border_px)
       .set("first_column", cover.first_column)
       .set("first_row", cover.first_row)
-      .set("num_columns", cover.covers.width())
-      .set("num_rows", cover.covers.height());
+      .set("num_columns", cover.num_columns)
+      .set("num_rows", cover.num_rows);
   if (!content_hash.empty()) json.set("content_hash", content_hash);
   return json;
 }
@@ -92,6 +92,11 @@ CoverRasterInfo cover_of(const Json& json) {
     fail(ErrorKind::Input, "border_px = {} is outside 0 to {}", cover.border_px, kMaxBorder_px);
   cover.first_column = integer_within(json, "first_column", 0, kMaxSide_px);
   cover.first_row = integer_within(json, "first_row", 0, kMaxSide_px);
+  cover.num_columns = integer_within(json, "num_columns", 0, kMaxSide_px);
+  cover.num_rows = integer_within(json, "num_rows", 0, kMaxSide_px);
+  if (std::int64_t{cover.num_columns} * cover.num_rows > kMaxCoverPixels)
+    fail(ErrorKind::Input, "{} x {} pixels of land cover are more than the {} that a world takes",
+         cover.num_columns, cover.num_rows, kMaxCoverPixels);
   return cover;
 }
 
@@ -149,7 +154,7 @@ WorldRasters rasters_of(const Json& json, const WorldManifest& manifest) {
 }  // namespace
 
 void write_rasters(const std::filesystem::path& store, const std::string& input_hash,
-                   const WorldRasters& rasters) {
+                   const WorldRasters& rasters, const CoverRows& cover_rows) {
   Json sources = Json::array();
   for (const auto& raster : rasters.sources) sources.push(raster ? json_of(*raster) : Json());
   Json land_cover = Json::array();
@@ -158,8 +163,11 @@ void write_rasters(const std::filesystem::path& store, const std::string& input_
     for (std::size_t i = 0; i < rasters.land_cover[layer].size(); ++i) {
       const CoverRasterInfo& cover = rasters.land_cover[layer][i];
       std::string hash;
-      if (!cover.covers.empty()) {
-        const std::vector<std::byte> bytes = core::encode_png(cover.covers, kPngLevel);
+      if (cover.num_columns > 0 && cover.num_rows > 0) {
+        const std::vector<std::byte> bytes = core::encode_png_rows(
+            cover.num_columns, cover.num_rows,
+            [&](int row, std::span<std::uint8_t> covers) { cover_rows(layer, i, row, covers); },
+            kPngLevel);
         core::write_file(covers_path(store, layer, i), bytes);
         hash = core::content_hash(bytes);
       }
@@ -195,24 +203,24 @@ std::optional<WorldRasters> read_rasters(const TileStore& store) {
 
 void read_covers(const TileStore& store, std::size_t layer, std::size_t raster,
                  WorldRasters& rasters) {
-  core::Image8& known = rasters.land_cover.at(layer).at(raster).covers;
-  if (!known.empty()) return;
+  CoverRasterInfo& info = rasters.land_cover.at(layer).at(raster);
+  if (!info.covers.empty()) return;
   const Json json = read_json(store);
   const Json& listed = json.at("land_cover").at(layer).at(raster);
   if (!listed.has("content_hash")) return;
   const std::filesystem::path file = covers_path(store.folder(), layer, raster);
-  const std::vector<std::byte> bytes = core::read_file(file, 2 * kMaxCoverPixels);
+  constexpr auto kMaxPixels = static_cast<std::size_t>(kMaxCoverPixels);
+  const std::vector<std::byte> bytes = core::read_file(file, 2 * kMaxPixels);
   if (core::content_hash(bytes) != listed.at("content_hash").string())
     fail(ErrorKind::Input, "{}: damaged, or not the one that {} lists; tile the world again",
          file.string(), kRastersName);
-  auto image = core::decode_png(bytes, file.string(), kMaxCoverPixels);
+  auto image = core::decode_png(bytes, file.string(), kMaxPixels);
   auto* covers = std::get_if<core::Image8>(&image);
-  if (covers == nullptr || covers->channels() != 1 ||
-      covers->width() != listed.at("num_columns").integer() ||
-      covers->height() != listed.at("num_rows").integer())
+  if (covers == nullptr || covers->channels() != 1 || covers->width() != info.num_columns ||
+      covers->height() != info.num_rows)
     fail(ErrorKind::Input, "{}: not of the size that {} says; tile the world again", file.string(),
          kRastersName);
-  known = std::move(*covers);
+  info.covers = std::move(*covers);
 }
 
 }  // namespace terracast::world

@@ -2,8 +2,11 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,15 +31,21 @@ struct RasterInfo {
   bool operator==(const RasterInfo&) const = default;
 };
 
+/// A world takes no more pixels of a raster of land cover: a gigabyte, 10 m over 327 km.
+inline constexpr std::int64_t kMaxCoverPixels = std::int64_t{1} << 30;
+
 /// A raster of land cover, and what it says.
 struct CoverRasterInfo {
   RasterInfo raster;
   /// A place has the class of the pixel at most this far from it along rows and columns, in pixels: borders
   /// between classes are bent.
   double border_px = 0.0;
-  int first_column = 0;  ///< of covers in the raster
+  // The part that the world took: none, or up to kMaxCoverPixels.
+  int first_column = 0;
   int first_row = 0;
-  /// A Cover a pixel, kSilent where the raster says nothing; of the part that the world took.
+  int num_columns = 0;
+  int num_rows = 0;
+  /// A Cover a pixel of that part, kSilent where the raster says nothing; empty until read_covers().
   core::Image8 covers;
   static constexpr std::uint8_t kSilent = 255;
 };
@@ -49,10 +58,18 @@ struct WorldRasters {
   std::vector<std::vector<RasterInfo>> imagery;
 };
 
+/// Tells a row of what WorldRasters::land_cover[layer][raster] says.
+/// row      of the part that the world took, from 0
+/// covers   num_columns of them, all to be written
+using CoverRows = std::function<void(std::size_t layer, std::size_t raster, int row,
+                                     std::span<std::uint8_t> covers)>;
+
 /// Writes `rasters.json` and `land_cover/<layer>_<raster>.png` of a store, each atomically.
 /// input_hash   WorldManifest::input_hash
+/// rasters      whose `covers` are not looked at
+/// memory       the bytes of one PNG, beside what cover_rows needs
 void write_rasters(const std::filesystem::path& store, const std::string& input_hash,
-                   const WorldRasters& rasters);
+                   const WorldRasters& rasters, const CoverRows& cover_rows);
 
 /// Reads them without what land cover says, and checks them; nothing of a store that older versions made, which
 /// keeps none.

@@ -378,7 +378,8 @@ TEST(LandCover, OfAHugeRasterOnlyTheSquareIsRead) {
   EXPECT_EQ(cover_at(*surface, {250.0, -250.0}), Cover::Forest);
   EXPECT_EQ(cover_at(*surface, {-250.0, -250.0}), Cover::Land);
   EXPECT_LT(count_of(*surface, "samples"), 5'000'000);
-  expect_error(ErrorKind::Input, {"huge.tif", "fit into memory", "a coarser raster"},
+  expect_error(ErrorKind::Input,
+               {"huge.tif", "60000 m takes 37", "keeps up to 1073741824", "a coarser raster"},
                [&] { prepare(world_with_cover({file}, "legend = \"worldcover\"", 60000.0)); });
 }
 

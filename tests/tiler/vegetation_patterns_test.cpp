@@ -122,23 +122,61 @@ TEST(Groves, SlopesHaveMoreAndRowsKeepToBordersOfFields) {
       const Vector2d at(7.3 * i - 2500.0, 7.1 * j - 2400.0);
       level += groves.groups(at, 0.02).trees;
       steep += groves.groups(at, 0.6).trees;
-      const tiler::Grove row = groves.along_fields(at);
-      if (row.trees <= 0.0 && row.bushes <= 0.0) continue;
-      ++num_in_rows;
-      // Another field is near, asked for round about.
-      bool is_border = false;
-      const std::uint64_t own = fields.at(at).key;
-      for (int k = 0; k < 32; ++k) {
-        const double angle = k * std::numbers::pi / 16.0;
-        is_border = is_border ||
-                    fields.at(at + 2.5 * Vector2d(std::cos(angle), std::sin(angle))).key != own;
+      for (const Cover cover : {Cover::Crops, Cover::Grass}) {
+        const tiler::Grove row = groves.along_fields(at, cover);
+        if (row.trees <= 0.0 && row.bushes <= 0.0) continue;
+        ++num_in_rows;
+        // Another field is near, asked for round about; what is bent is up to a third farther.
+        const double reach_m = cover == Cover::Grass ? 3.2 : 2.5;
+        bool is_border = false;
+        const std::uint64_t own = fields.at(at, cover).key;
+        for (int k = 0; k < 32; ++k) {
+          const double angle = k * std::numbers::pi / 16.0;
+          const Vector2d out(std::cos(angle), std::sin(angle));
+          is_border = is_border || fields.at(at + reach_m * out, cover).key != own;
+        }
+        if (!is_border) ++num_inside;
       }
-      if (!is_border) ++num_inside;
     }
   EXPECT_GT(steep, 1.5 * level);
   EXPECT_GT(num_in_rows, 1000);
   // A border of a region may be nearer than its field's, and have the same on both sides by chance.
   EXPECT_LE(num_inside, num_in_rows / 100);
+}
+
+// Seen 2026-11: rows of trees and hedges of meadows stood up to 20 m beside the borders that the ground shows.
+TEST(Vegetation, RowsOfMeadowsStandOnTheBordersOfMeadows) {
+  const Planted& layer = planted();
+  const tiler::WorldOptions& options = layer.surface->options();
+  const world::FieldPattern fields(static_cast<std::uint64_t>(options.seed),
+                                   world::FieldPattern::grows_vines(options.origin_lat_deg));
+  PlantedLand land;
+  land.cover_at = [](const Vector2d&) { return Cover::Grass; };
+  std::vector<Vector2d> plants;
+  for (const TileId& id : {TileId{2, 0, 0}, TileId{2, 1, 1}})
+    for (const auto& [number, instance] : layer.shown_on(id, land))
+      if (layer.is_tree(instance) || layer.is_a(instance, "bush"))
+        plants.push_back(Planted::place_of(instance));
+  // How many stand within half a row's width of a border, on the land and by chance.
+  const auto share_of = [&](const std::vector<Vector2d>& places, Cover cover) {
+    const auto count = std::count_if(places.begin(), places.end(), [&](const Vector2d& at) {
+      return fields.at(at, cover).edge_m <= 2.2;
+    });
+    return static_cast<double>(count) / static_cast<double>(places.size());
+  };
+  std::vector<Vector2d> anywhere;
+  for (int k = 0; k < 40000; ++k)
+    anywhere.emplace_back(2048.0 * std::fmod(0.7548776662466927 * k, 1.0),
+                          2048.0 * std::fmod(0.5698402909980532 * k, 1.0));
+  const double by_chance = share_of(anywhere, Cover::Grass);
+  const double on_meadows = share_of(plants, Cover::Grass);
+  const double on_crops = share_of(plants, Cover::Crops);
+  std::printf("%zu trees and bushes; on borders of meadows %.3f, of fields %.3f, by chance %.3f\n",
+              plants.size(), on_meadows, on_crops, by_chance);
+  // Copses, loose groups and trees that stand alone are elsewhere.
+  EXPECT_GT(on_meadows, 5.0 * by_chance);
+  // What is bent by little stands on both.
+  EXPECT_GT(on_meadows, 2.5 * on_crops);
 }
 
 TEST(Vegetation, TreesOfMeadowsStandInClustersWithGapsBetween) {

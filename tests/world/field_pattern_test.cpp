@@ -2,12 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <set>
+#include <vector>
 
 #include "core/random.h"
+#include "world/tile.h"
 
 namespace terracast::world {
 namespace {
@@ -36,6 +39,42 @@ TEST(FieldPattern, FieldsReachAsFarAsTheirBorders) {
     }
   }
   EXPECT_GT(num_crossed, 400);  // half a metre farther some direction leaves it
+}
+
+// Borders of meadows are found by the field on either side alone.
+TEST(FieldPattern, BordersOfMeadowsAreBentAndTheOthersStraight) {
+  const FieldPattern fields(11, true);
+  int num_moved = 0;
+  std::vector<double> ratios;  // of what is stated to how far a border is
+  for (std::uint64_t i = 0; i < 2000; ++i) {
+    const Vector2d at = drawn_place(i);
+    const FieldPattern::Place straight = fields.at(at);
+    for (const Cover cover : {Cover::Crops, Cover::Land, Cover::BuiltUp}) {
+      EXPECT_EQ(fields.at(at, cover).key, straight.key);
+      EXPECT_EQ(fields.at(at, cover).edge_m, straight.edge_m);
+    }
+    const FieldPattern::Place bent = fields.at(at, Cover::Grass);
+    num_moved += bent.key != straight.key ? 1 : 0;
+    // No border strays farther than is stated.
+    if (straight.edge_m > FieldPattern::kMostBent_m) {
+      EXPECT_EQ(bent.key, straight.key);
+    }
+    if (i % 3 != 0 || bent.edge_m < 2.0 || bent.edge_m > 12.0) continue;
+    double nearest_m = 1e9;
+    for (int k = 0; k < 48; ++k) {
+      const Vector2d out(std::cos(k * 0.1309), std::sin(k * 0.1309));
+      for (double out_m = 0.5; out_m < std::min(nearest_m, 30.0); out_m += 0.1)
+        if (fields.at(at + out_m * out, Cover::Grass).key != bent.key) nearest_m = out_m;
+    }
+    ratios.push_back(bent.edge_m / nearest_m);
+  }
+  EXPECT_GT(num_moved, 40);
+  ASSERT_GT(ratios.size(), 150U);
+  std::sort(ratios.begin(), ratios.end());
+  // Steps of 0.1 m, and half as much on average beyond the border.
+  EXPECT_NEAR(ratios[ratios.size() / 2], 1.0, 0.06);
+  EXPECT_GT(ratios[ratios.size() / 20], 0.75);
+  EXPECT_LT(ratios[ratios.size() - ratios.size() / 20], 1.3);
 }
 
 TEST(FieldPattern, PlacesAreMeasuredAlongRowsAndAcross) {

@@ -12,7 +12,7 @@ class WorldSurface;
 namespace terracast::tiler::country {
 
 /// Raised when the same seed and ground give another country.
-inline constexpr int kVersion = 5;
+inline constexpr int kVersion = 6;
 
 /// All features of a country, by number. Its stages in their order: ground, water, sites, airport, roads,
 /// streets, buildings, and what lies between.

@@ -84,19 +84,9 @@ class FieldLayer {
       tags = {{"landuse", "farmland"},
               {"crop", kCrops[core::random_bits(seed_, kStream + 3, key) % std::size(kCrops)]}};
     }
+    // Hedges are not surveyed: they stand on the borders that the ground shows (world::FieldPattern), by vegetation.
     builder_.survey().add_area(Theme::LandUse, ring, std::move(tags));
     builder_.occupancy().add_ring(ring, kField);
-    // Hedges stand on the border between two lots, on some of their sides.
-    for (int side = 0; side < 4; ++side)
-      if (random_unit(seed_, kStream + 4, key + static_cast<std::uint64_t>(side)) < 0.16) {
-        const Rectangle border{lot.center, lot.along, lot.half_along_m + 1.6,
-                               lot.half_across_m + 1.6};
-        const PointsWorld corners = border.ring();
-        builder_.survey().add_line(Theme::LandUse,
-                                   {corners[static_cast<std::size_t>(side)],
-                                    corners[static_cast<std::size_t>((side + 1) % 4)]},
-                                   {{"barrier", "hedge"}, {"width", "1.6"}, {"height", "2"}});
-      }
     return true;
   }
 

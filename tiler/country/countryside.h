@@ -22,7 +22,7 @@ std::vector<FarmSite> plan_farms(const PlanGround& ground, const std::vector<Tow
 void drop_without_track(const std::vector<Way>& ways, std::vector<FarmSite>& farms);
 void build_farms(const std::vector<FarmSite>& farms, Builder& builder);
 
-/// Fields, meadows, orchards and vineyards with hedges on what gentle land is left near settlements; each
+/// Fields, meadows, orchards and vineyards on what gentle land is left near settlements; each
 /// lot is cut in two until it lies clear of all that is there.
 void lay_fields(const std::vector<Settlement>& settlements, Builder& builder, std::uint64_t seed);
 

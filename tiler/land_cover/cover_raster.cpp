@@ -25,8 +25,6 @@ using core::fail;
 /// Raised when the same inputs give other covers.
 constexpr int kVersion = 1;
 
-/// A gigabyte: 10 m over 300 km.
-constexpr double kMostSamples = 1e9;
 /// Samples that are read at once, unless a block of the file holds more.
 constexpr int kSamplesOfStrip = 4'000'000;
 
@@ -130,11 +128,13 @@ void CoverRaster::choose_window(const LayerInputs& inputs) {
   const Eigen::Array2d low = (box.min().array().floor() - margin).max(0.0);
   const Eigen::Array2d high = (box.max().array().ceil() + margin).min(last);
   const Eigen::Array2d size = high - low + 1.0;
-  if (!(size.prod() <= kMostSamples))
-    fail(ErrorKind::Input,
-         "{}: the world's square of {} m takes {:.3g} of its samples, and {:.0e} fit into memory; "
-         "give a coarser raster, or make the square smaller",
-         grid_->written(), 2.0 * half_size_m_, size.prod(), kMostSamples);
+  // Refused here, before anything is tiled: what the world would keep of it could not be read again.
+  if (!(size.prod() <= static_cast<double>(world::kMaxCoverPixels)))
+    fail(
+        ErrorKind::Input,
+        "{}: the world's square of {} m takes {:.0f} of its samples, and a world keeps up to {} of "
+        "a raster of land cover; give a coarser raster, or make the square smaller",
+        grid_->written(), 2.0 * half_size_m_, size.prod(), world::kMaxCoverPixels);
   window_ = {.first_column = static_cast<int>(low.x()),
              .first_row = static_cast<int>(low.y()),
              .width = static_cast<int>(size.x()),
@@ -317,14 +317,20 @@ world::CoverRasterInfo CoverRaster::info(const std::string& name) const {
   info.border_px = options_.border_px;
   info.first_column = window_.first_column;
   info.first_row = window_.first_row;
-  info.covers = core::Image8(classes_.width, classes_.height, 1, world::CoverRasterInfo::kSilent);
-  for (std::size_t k = 0; k < classes_.values.size(); ++k) {
-    const auto land_class = static_cast<LandClass>(classes_.values[k]);
+  info.num_columns = classes_.width;
+  info.num_rows = classes_.height;
+  return info;
+}
+
+void CoverRaster::tell_row(int row, std::span<std::uint8_t> covers) const {
+  TERRACAST_CHECK(std::cmp_equal(covers.size(), classes_.width), "{}", covers.size());
+  for (int i = 0; i < classes_.width; ++i) {
+    const auto land_class = static_cast<LandClass>(classes_(i, row));
     const auto cover =
         land_class == LandClass::Lake ? std::optional(world::Cover::Lake) : cover_of(land_class);
-    if (cover) info.covers.data()[k] = static_cast<std::uint8_t>(*cover);
+    covers[static_cast<std::size_t>(i)] =
+        cover ? static_cast<std::uint8_t>(*cover) : world::CoverRasterInfo::kSilent;
   }
-  return info;
 }
 
 std::optional<CoverRaster::Found> CoverRaster::find(const Eigen::Vector2d& place_world,

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -52,7 +53,7 @@ class CoverRaster {
  public:
   /// Reads the part of the raster that lies in the square, strip by strip.
   /// throws   Io: no such file; Input: as RasterGrid; not one band of whole numbers; a code that the
-  ///          legend lacks (names code and pixel); more samples than fit
+  ///          legend lacks (names code and pixel); more samples of the square than world::kMaxCoverPixels
   CoverRaster(const core::Path& file, const Legend& legend, const CoverRasterOptions& options,
               const LayerInputs& inputs);
 
@@ -60,9 +61,11 @@ class CoverRaster {
   bool touches_square() const { return !window_.is_empty(); }
   const RasterGrid& grid() const { return *grid_; }
   const CoverRasterCounts& counts() const { return counts_; }
-  /// Where its pixels lie and what they say, for the world's store.
+  /// Where its pixels lie, for the world's store.
   /// name   the file's, without folder
   world::CoverRasterInfo info(const std::string& name) const;
+  /// A row of what they say; as world::CoverRows.
+  void tell_row(int row, std::span<std::uint8_t> covers) const;
   /// Of the file, the legend and all else that determines cover().
   const std::string& content_hash() const { return hash_; }
 

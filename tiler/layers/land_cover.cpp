@@ -79,6 +79,10 @@ class RasterLayer final : public Layer, public KnownCovers {
     return infos;
   }
 
+  void tell_row(std::size_t raster, int row, std::span<std::uint8_t> covers) const override {
+    rasters_[raster]->tell_row(row, covers);
+  }
+
   std::optional<world::Cover> cover(const Eigen::Vector2d& place_world,
                                     const SurfaceSample& ground) const override {
     const auto found = find(place_world, ground);

@@ -22,7 +22,7 @@ namespace terracast::tiler {
 namespace {
 
 /// Bumped when what stands where changes.
-constexpr int kVegetationVersion = 7;
+constexpr int kVegetationVersion = 8;
 
 class VegetationLayer final : public Layer {
  public:

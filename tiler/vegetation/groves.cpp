@@ -77,15 +77,18 @@ Grove Groves::groups(const Vector2d& place_world, double slope) const {
   return grove;
 }
 
-Grove Groves::along_fields(const Vector2d& place_world) const {
-  const double full = fullness(place_world);
-  const double stretch = step_up(patches(noise_, place_world, 240.0, 1), 0.60, 0.63);
-  if (full * stretch <= 0.0 || fields_.at(place_world).edge_m > kHalfRow_m) return {};
+Grove Groves::along_fields(const Vector2d& place_world, world::Cover cover) const {
+  if (fields_.at(place_world, cover).edge_m > kHalfRow_m) return {};
+  const double share =
+      fullness(place_world) * step_up(patches(noise_, place_world, 240.0, 1), 0.60, 0.63);
+  // In other regions, too, there are hedges, which hardly have gaps.
+  const double hedge = step_up(patches(noise_, place_world, 1300.0, 6), 0.50, 0.56) *
+                       step_up(patches(noise_, place_world, 280.0, 7), 0.58, 0.60);
+  if (share + hedge <= 0.0) return {};
   // Some rows are of trees, others hedges.
   const double tall = patches(noise_, place_world, 180.0, 2);
-  const double share = full * stretch;
   return {share * (0.06 + 0.6 * step_up(tall, 0.45, 0.6)),
-          share * (0.75 - 0.4 * step_up(tall, 0.5, 0.7))};
+          std::max(share * (0.75 - 0.4 * step_up(tall, 0.5, 0.7)), hedge)};
 }
 
 Grove Groves::along_ways(const Vector2d& place_world) const {

@@ -28,8 +28,8 @@ class Groves {
   /// slope   rise per metre
   Grove groups(const Eigen::Vector2d& place_world, double slope) const;
 
-  /// Stretches of rows along borders of fields.
-  Grove along_fields(const Eigen::Vector2d& place_world) const;
+  /// Stretches of rows along borders of fields, as land under a cover is parted into them.
+  Grove along_fields(const Eigen::Vector2d& place_world, world::Cover cover) const;
   /// Beside a way; beside a river, a stream or a lake.
   Grove along_ways(const Eigen::Vector2d& place_world) const;
   Grove along_waters(const Eigen::Vector2d& place_world) const;

@@ -146,7 +146,7 @@ Grove Habitat::grove(const Ground& ground, const Eigen::Vector2d& place_world) c
     grove.trees = std::max(grove.trees, more.trees);
     grove.bushes = std::max(grove.bushes, more.bushes);
   };
-  add(groves_.along_fields(place_world));
+  add(groves_.along_fields(place_world, ground.cover));
   if (ground.is_by_way) add(groves_.along_ways(place_world));
   if (ground.is_by_water) add(groves_.along_waters(place_world));
   // Woods have a mantle of bushes and of young trees.

@@ -39,7 +39,7 @@ SpeciesInfo wheat_species() {
   return {"wheat",
           "Ripe wheat: a piece of a field, in rows.",
           3,
-          {{-2, 2400}, {-1, 800}, {0, 220}},
+          {{-2, 2400}, {-1, 1600}, {0, 560}},
           grow};
 }
 
