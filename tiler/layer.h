@@ -15,7 +15,6 @@
 #include "core/schema.h"
 #include "geo/geodesy.h"
 #include "geo/geoid.h"
-#include "tiler/surveyed_ground.h"
 #include "world/texture.h"
 #include "world/tile.h"
 #include "world/tile_store.h"
@@ -166,14 +165,6 @@ class LayerKind {
   /// Reads and checks its sources.
   /// throws   Config, Input, Io
   virtual std::unique_ptr<Layer> make(const LayerInputs& inputs) const = 0;
-  /// What its sources say of ground that the country of the world leaves to them. Asked once, before that is made,
-  /// in worlds that have one.
-  /// inputs   without earlier layers and a country
-  /// throws   as make()
-  virtual SurveyedGround surveyed_ground(const LayerInputs& inputs) const {
-    static_cast<void>(inputs);
-    return {};
-  }
 };
 
 struct LayerKindInfo {

@@ -6,6 +6,8 @@
 
 namespace terracast::tiler {
 
+struct LayerInputs;
+
 /// What a layer's sources say of ground that a country from a seed would else make up. World x and y, m.
 struct SurveyedGround {
   using Ring = std::vector<Eigen::Vector2d>;

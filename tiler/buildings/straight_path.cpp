@@ -84,9 +84,10 @@ class Sides {
 };
 
 /// Where a path is cut at least cost: its first side, …, the number of its sides.
-std::vector<std::size_t> cuts_of(const Sides& sides, double farthest) {
+/// share   of the usual price of a cut
+std::vector<std::size_t> cuts_of(const Sides& sides, double farthest, double share) {
   const std::size_t num = sides.size();
-  const double price = std::min(kDearestCut, static_cast<double>(num) / kSidesOfCut);
+  const double price = share * std::min(kDearestCut, static_cast<double>(num) / kSidesOfCut);
   std::vector<double> cost(num + 1, std::numeric_limits<double>::infinity());
   std::vector<std::size_t> before(num + 1, 0);
   cost[0] = 0.0;
@@ -123,40 +124,84 @@ Vector2d corner_of(const Line& one, const Line& other, const Vector2d& cut) {
   return (between - cut).norm() <= kFarthestCorner ? between : cut;
 }
 
-}  // namespace
-
-std::vector<std::optional<Vector2d>> straightened(std::span<const Vector2i> path, bool is_ring,
-                                                  double farthest) {
-  std::vector<std::optional<Vector2d>> corners(path.size());
-  if (path.size() < 2) return corners;
-  std::vector<Vector2i> turned(path.begin(), path.end());
-  std::size_t first = 0;
-  if (is_ring) {
-    // From one of the corners of a first try, which has to begin anywhere: one that is far from there.
-    const Sides sides(path, true);
-    const std::vector<std::size_t> cuts = cuts_of(sides, farthest);
-    if (cuts.size() > 2) first = cuts[cuts.size() / 2];
-    std::rotate(turned.begin(), turned.begin() + static_cast<std::ptrdiff_t>(first), turned.end());
-  }
-  const Sides sides(turned, is_ring);
-  const std::vector<std::size_t> cuts = cuts_of(sides, farthest);
+/// Where the walls of a path that is cut at some of its points have corners.
+std::vector<std::optional<Vector2d>> corners_of(const std::vector<Vector2i>& path, bool is_ring,
+                                                const Sides& sides,
+                                                const std::vector<std::size_t>& cuts) {
   std::vector<Line> lines;
   for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
     double ignored = 0.0;
     lines.push_back(sides.line(cuts[k], cuts[k + 1], ignored));
     lines.back().at += sides.origin();
   }
-  const auto put = [&](std::size_t at, const Vector2d& corner) {
-    corners[(first + at) % path.size()] = corner;
-  };
+  std::vector<std::optional<Vector2d>> corners(path.size());
   for (std::size_t k = 1; k < lines.size(); ++k)
-    put(cuts[k], corner_of(lines[k - 1], lines[k], turned[cuts[k]].cast<double>()));
+    corners[cuts[k]] = corner_of(lines[k - 1], lines[k], path[cuts[k]].cast<double>());
   if (is_ring) {
-    put(0, corner_of(lines.back(), lines.front(), turned[0].cast<double>()));
+    corners.front() = corner_of(lines.back(), lines.front(), path.front().cast<double>());
   } else {
-    put(0, turned.front().cast<double>());
-    put(path.size() - 1, turned.back().cast<double>());
+    corners.front() = path.front().cast<double>();
+    corners.back() = path.back().cast<double>();
   }
+  return corners;
+}
+
+template <class Points>
+double doubled_area_of(const Points& ring) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < ring.size(); ++k) {
+    const Vector2d a = ring[k].template cast<double>();
+    const Vector2d b = ring[(k + 1) % ring.size()].template cast<double>();
+    sum += a.x() * b.y() - a.y() * b.x();
+  }
+  return sum;
+}
+
+/// Whether a ring's walls go round about as much as its cells: narrow ones may fold onto one line.
+bool is_as_large(const std::vector<std::optional<Vector2d>>& corners,
+                 const std::vector<Vector2i>& path) {
+  constexpr double kMostChange = 0.1;
+  std::vector<Vector2d> ring;
+  for (const auto& corner : corners)
+    if (corner) ring.push_back(*corner);
+  const double area = doubled_area_of(path);
+  return ring.size() >= 3 && std::abs(doubled_area_of(ring) - area) <= kMostChange * std::abs(area);
+}
+
+/// Each turn of a path is a corner.
+std::vector<std::optional<Vector2d>> turns_of(const std::vector<Vector2i>& path) {
+  std::vector<std::optional<Vector2d>> corners(path.size());
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    const Vector2i& at = path[k];
+    if (path[(k + 1) % path.size()] - at != at - path[(k + path.size() - 1) % path.size()])
+      corners[k] = at.cast<double>();
+  }
+  return corners;
+}
+
+}  // namespace
+
+std::vector<std::optional<Vector2d>> straightened(std::span<const Vector2i> path, bool is_ring,
+                                                  double farthest) {
+  std::vector<Vector2i> turned(path.begin(), path.end());
+  if (!is_ring) {
+    if (turned.size() < 2) return std::vector<std::optional<Vector2d>>(turned.size());
+    const Sides sides(turned, false);
+    return corners_of(turned, false, sides, cuts_of(sides, farthest, 1.0));
+  }
+  // From one of the corners of a first try, which has to begin anywhere: one that is far from there.
+  const std::vector<std::size_t> tried = cuts_of(Sides(turned, true), farthest, 1.0);
+  const std::size_t first = tried.size() > 2 ? tried[tried.size() / 2] : 0;
+  std::rotate(turned.begin(), turned.begin() + static_cast<std::ptrdiff_t>(first), turned.end());
+  const Sides sides(turned, true);
+  std::vector<std::optional<Vector2d>> corners;
+  for (const double price : {1.0, 0.25, 0.0625}) {
+    corners = corners_of(turned, true, sides, cuts_of(sides, farthest, price));
+    if (is_as_large(corners, turned)) break;
+    corners.clear();
+  }
+  if (corners.empty()) corners = turns_of(turned);
+  std::rotate(corners.begin(), corners.end() - static_cast<std::ptrdiff_t>(first), corners.end());
   return corners;
 }
 

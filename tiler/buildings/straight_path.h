@@ -12,6 +12,7 @@ namespace terracast::tiler {
 /// A path of sides is cut into stretches that straight lines follow, by least squares through the middles of the sides; what the
 /// cuts cost is the sum of their squared distances, and a price for each cut (after Selinger 2003, who finds
 /// the fewest): it is minimal. Corners are where neighbouring lines meet, not more than 1.5 cells from the cut.
+/// A ring whose walls would go round a tenth more or less than its cells has cheaper cuts, at last one at each turn.
 ///
 /// path       corners of cells, each a side from the one before; a ring's first one is not repeated
 /// is_ring    from the last one back to the first
