@@ -15,6 +15,7 @@
 #include "tiler/imagery/imagery_pyramid.h"
 #include "tiler/instance_ids.h"
 #include "tiler/known_rasters.h"
+#include "tiler/surveyed_ground.h"
 
 namespace terracast::tiler {
 namespace {
@@ -184,7 +185,7 @@ void number_textures(world::ShapeLevels& levels, std::size_t first, std::size_t 
     }
 }
 
-void append(SurveyedGround from, SurveyedGround& to) {
+void append(const SurveyedGround& from, SurveyedGround& to) {
   to.buildings.insert(to.buildings.end(), from.buildings.begin(), from.buildings.end());
   to.areas.insert(to.areas.end(), from.areas.begin(), from.areas.end());
   to.content_hash += from.content_hash;
@@ -231,10 +232,10 @@ LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context
     if (country) return *country;
     SurveyedGround all;
     for (const LayerOptions& layer : options.layers)
-      core::with_context(
-          [&] { append(layer.kind_options().surveyed_ground(inputs_of(layer, {})), all); },
-          fmt::format("asking what layer {} knows of the ground",
-                      layer.name.empty() ? layer.kind : layer.name));
+      if (const auto* survey = dynamic_cast<const GroundSurvey*>(&layer.kind_options()))
+        core::with_context([&] { append(survey->surveyed_ground(inputs_of(layer, {})), all); },
+                           fmt::format("asking what layer {} knows of the ground",
+                                       layer.name.empty() ? layer.kind : layer.name));
     return country.emplace(surface, static_cast<std::uint64_t>(options.seed), context, all);
   };
   for (const LayerOptions& layer : options.layers) {

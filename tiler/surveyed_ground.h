@@ -17,4 +17,14 @@ struct SurveyedGround {
   std::string content_hash;  ///< empty: nothing is surveyed
 };
 
+/// Of options of layers (LayerKind) whose sources say so.
+class GroundSurvey {
+ public:
+  virtual ~GroundSurvey() = default;
+  /// Asked once, before the country of a world is made, in worlds that have one.
+  /// inputs   as for LayerKind::make(), without earlier layers and a country
+  /// throws   as LayerKind::make()
+  virtual SurveyedGround surveyed_ground(const LayerInputs& inputs) const = 0;
+};
+
 }  // namespace terracast::tiler

@@ -22,6 +22,7 @@
 #include "tiler/instance_ids.h"
 #include "tiler/layer.h"
 #include "tiler/surface.h"
+#include "tiler/surveyed_ground.h"
 #include "tiler/vector_source.h"
 #include "tiler/world_options.h"
 
@@ -363,7 +364,7 @@ void leave_to_roads(const LayerInputs& inputs, FeatureSet& features) {
 
 constexpr const char* kFromRaster = "raster";
 
-class BuildingsKind final : public LayerKind {
+class BuildingsKind final : public LayerKind, public GroundSurvey {
  public:
   void describe(core::SchemaVisitor& visit) override {
     const OwnSource raster{kFromRaster,
