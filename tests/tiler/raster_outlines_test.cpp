@@ -4,6 +4,7 @@
 
 #include <GeographicLib/UTMUPS.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "core/random.h"
 #include "tests/tiler/building_layers.h"
 #include "tiler/raster_cell_number.h"
 
