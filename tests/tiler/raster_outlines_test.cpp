@@ -15,6 +15,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "tests/tiler/building_layers.h"
+#include "tests/tiler/vector_files.h"
 #include "tiler/raster_cell_number.h"
 
 /// Buildings made of rasters of heights: of drawn blocks, of bad files, and of Bilbao.
