@@ -21,6 +21,7 @@
 #include "render/marking.h"
 #include "render/material.h"
 #include "tiler/osm_element.h"
+#include "tiler/raster_cell_number.h"
 #include "world/lod.h"
 #include "world/ray_query.h"
 
@@ -148,10 +149,21 @@ std::optional<std::string> element_of(const world::TileStore& store, std::size_t
   return std::nullopt;
 }
 
+/// Whether the features of a layer are outlines made of cells of its raster.
+bool is_of_cells(const world::TileStore& store, std::size_t layer) {
+  const auto& counts = store.manifest().layers.at(layer).counts;
+  return std::any_of(counts.begin(), counts.end(),
+                     [](const auto& count) { return count.first == tiler::kCellCount; });
+}
+
 void add_feature(const world::TileStore& store, std::size_t layer, std::uint64_t feature,
                  Json& json) {
   json.set("layer", json_of_layer(store, layer)).set("feature", feature);
   if (const auto element = element_of(store, layer, feature)) json.set("element", *element);
+  if (is_of_cells(store, layer)) {
+    const Eigen::Vector2i cell = tiler::cell_of_number(feature);
+    json.set("cell", Json::object().set("column", cell.x()).set("row", cell.y()));
+  }
 }
 
 Json json_of_elevation(const world::TileStore& store, std::size_t row, const Rasters& rasters,
@@ -382,6 +394,10 @@ std::string layer_lines(const Json& layer, const std::string& name) {
 
 std::string feature_text(const Json& trace) {
   const std::string number = trace.at("feature").text();  // numbers have up to 64 bits
+  if (trace.has("cell"))
+    return fmt::format("{}: the outline that begins at column {}, row {} of its raster", number,
+                       trace.at("cell").at("column").integer(),
+                       trace.at("cell").at("row").integer());
   if (!trace.has("element")) return number;
   return fmt::format("{} of OpenStreetMap (number {})", trace.at("element").string(), number);
 }

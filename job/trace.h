@@ -30,7 +30,8 @@ struct CapturedPixel {
 ///     class        name, id; instance_id is 0 for ground and sky
 ///     layer        of paint and objects: its row of the manifest, name, kind, source, licence,
 ///                  accuracy; and the feature's number in that source, and `element` beside it where that is an
-///                  element of OpenStreetMap: way/123
+///                  element of OpenStreetMap: way/123. `cell` where it is an outline made of the cells of a raster: column and
+///                  row of its first cell, row by row
 ///     moving       of what moves: the body's name and what it is
 ///     elevation    of ground and paint: the source's row, name, kind, CRS, datum, spacing,
 ///                  licence, accuracy; of a raster the `cell`: column and row of the pixel that holds the place,

@@ -57,12 +57,16 @@ VectorFrame vector_frame(const LayerInputs& inputs) {
           }};
 }
 
-void FeatureSourceOptions::describe(core::SchemaVisitor& visit) {
-  visit.key(
-      "source", source,
+void FeatureSourceOptions::describe(core::SchemaVisitor& visit, std::span<const OwnSource> own) {
+  std::vector<std::string> names = {"files", "country"};
+  std::string summary =
       "files: features of any file that OGR reads. country: those of the country that is made "
-      "from the world's seed.",
-      core::one_of({"files", "country"}));
+      "from the world's seed.";
+  for (const OwnSource& one : own) {
+    names.push_back(one.name);
+    summary += " " + one.name + ": " + one.summary;
+  }
+  visit.key("source", source, summary, core::one_of(std::move(names)));
   visit.key("files", files,
             "files: .osm.pbf, GeoJSON, GeoPackage, Shapefile, …, in order of priority where they "
             "hold features of one number.");
@@ -77,8 +81,9 @@ void FeatureSourceOptions::validate() const {
   if (source == "files" && files.empty())
     fail(ErrorKind::Config,
          "source = \"files\" needs files = [\"…\"]; or set source = \"country\"");
-  if (source == "country" && !files.empty())
-    fail(ErrorKind::Config, "source = \"country\" reads no files, and {} are given", files.size());
+  if (source != "files" && !files.empty())
+    fail(ErrorKind::Config, "source = \"{}\" reads no files, and {} are given", source,
+         files.size());
 }
 
 FeatureSet read_features(const FeatureSourceOptions& options, VectorOptions wanted,

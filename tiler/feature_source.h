@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,14 +10,20 @@
 
 namespace terracast::tiler {
 
+/// A source of features that only one kind of layer has.
+struct OwnSource {
+  std::string name;
+  std::string summary;
+};
+
 /// Config keys of a layer that is made from features: where they come from.
 struct FeatureSourceOptions {
-  std::string source = "files";  ///< files, country
+  std::string source = "files";  ///< files, country, or one of the layer's own
   std::vector<core::Path> files;
   std::vector<std::string> layers;  ///< of the files; empty: all
   std::string number_field;
 
-  void describe(core::SchemaVisitor& visit);
+  void describe(core::SchemaVisitor& visit, std::span<const OwnSource> own = {});
   /// throws   Config: files without a source of files, or none where there must be
   void validate() const;
 };
@@ -29,7 +36,7 @@ struct FeatureSet {
   std::vector<std::pair<std::string, std::int64_t>> counts;  ///< for LayerInfo::counts
 };
 
-/// Reads the features that are wanted. Warnings are logged.
+/// Reads the features that are wanted, of files or a country. Warnings are logged.
 /// wanted   kinds, tags and margin; its layers and number_field are the options'
 /// throws   as read_vectors()
 FeatureSet read_features(const FeatureSourceOptions& options, VectorOptions wanted,

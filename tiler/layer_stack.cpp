@@ -15,6 +15,7 @@
 #include "tiler/imagery/imagery_pyramid.h"
 #include "tiler/instance_ids.h"
 #include "tiler/known_rasters.h"
+#include "tiler/surveyed_ground.h"
 
 namespace terracast::tiler {
 namespace {
@@ -184,6 +185,12 @@ void number_textures(world::ShapeLevels& levels, std::size_t first, std::size_t 
     }
 }
 
+void append(const SurveyedGround& from, SurveyedGround& to) {
+  to.buildings.insert(to.buildings.end(), from.buildings.begin(), from.buildings.end());
+  to.areas.insert(to.areas.end(), from.areas.begin(), from.areas.end());
+  to.content_hash += from.content_hash;
+}
+
 void check_ids(const world::Tile& tile) {
   std::unordered_set<std::uint32_t> seen;
   const auto check = [&](const world::Provenance& provenance) {
@@ -206,30 +213,36 @@ LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context
     : half_size_m_(surface.options().size_m / 2.0) {
   const WorldOptions& options = surface.options();
   InstanceIds ids;
+  const auto inputs_of = [&](const LayerOptions& layer,
+                             std::function<const Country&()> country) -> LayerInputs {
+    return {.frame = surface.frame(),
+            .size_m = options.size_m,
+            .seed = core::stream_of(static_cast<std::uint64_t>(options.seed),
+                                    static_cast<std::uint64_t>(layer.seed)),
+            .surface = surface,
+            .earlier = layers_,
+            .ids = ids,
+            .country = std::move(country),
+            .licence = layer.licence,
+            .accuracy = layer.accuracy,
+            .context = context};
+  };
   std::optional<Country> country;
   const auto whole_country = [&]() -> const Country& {
-    if (!country) country.emplace(surface, static_cast<std::uint64_t>(options.seed), context);
-    return *country;
+    if (country) return *country;
+    SurveyedGround all;
+    for (const LayerOptions& layer : options.layers)
+      if (const auto* survey = dynamic_cast<const GroundSurvey*>(&layer.kind_options()))
+        core::with_context([&] { append(survey->surveyed_ground(inputs_of(layer, {})), all); },
+                           fmt::format("asking what layer {} knows of the ground",
+                                       layer.name.empty() ? layer.kind : layer.name));
+    return country.emplace(surface, static_cast<std::uint64_t>(options.seed), context, all);
   };
   for (const LayerOptions& layer : options.layers) {
     LayerOptions named = layer;
     if (named.name.empty()) named.name = named.kind;
     core::with_context(
-        [&] {
-          add(layer.kind_options().make(
-                  {.frame = surface.frame(),
-                   .size_m = options.size_m,
-                   .seed = core::stream_of(static_cast<std::uint64_t>(options.seed),
-                                           static_cast<std::uint64_t>(layer.seed)),
-                   .surface = surface,
-                   .earlier = layers_,
-                   .ids = ids,
-                   .country = whole_country,
-                   .licence = layer.licence,
-                   .accuracy = layer.accuracy,
-                   .context = context}),
-              named);
-        },
+        [&] { add(layer.kind_options().make(inputs_of(layer, whole_country)), named); },
         fmt::format("preparing layer {}", named.name));
   }
 }

@@ -281,5 +281,39 @@ TEST(TraceOfElements, NamesThoseOfOpenStreetMapAndNoOthers) {
   }
 }
 
+/// A house that a raster of heights shows: its first cell, from the north.
+TEST(TraceOfOutlines, NamesTheFirstCellOfTheirRaster) {
+  const ScratchFolder folder;
+  RasterSpec spec = utm_spec(400.0, 2.0);
+  const Eigen::Vector2d corner(spec.geotransform[0], spec.geotransform[3]);
+  // Columns 120 to 139, rows 117 to 128.
+  spec.value = [&](double u, double v) {
+    const double column = (u - corner.x()) / 2.0;
+    const double row = (corner.y() - v) / 2.0;
+    return column > 120.0 && column < 140.0 && row > 117.0 && row < 129.0 ? 9.0 : 0.0;
+  };
+  write_raster(folder / "heights.tif", spec);
+  tiler::WorldOptions options = world_of("plane", kSize_m);
+  tiler::LayerOptions layer =
+      layer_of(fmt::format("kind = \"buildings\"\nsource = \"raster\"\nheights = \"{}\"\n"
+                           "licence = \"CC0\"\naccuracy = \"0.2 m\"\n",
+                           (folder / "heights.tif").string()));
+  options.layers.push_back(layer);
+  const world::TileStore store = tiled(options, folder / "world");
+  double lat_deg = 0.0;
+  double lon_deg = 0.0;
+  GeographicLib::UTMUPS::Reverse(31, true, corner.x() + 2.0 * 131.0, corner.y() - 2.0 * 121.0,
+                                 lat_deg, lon_deg);
+  const Json found = job::trace_place(store, lat_deg, lon_deg);
+  ASSERT_EQ(found.at("surface").string(), "object") << found.text();
+  EXPECT_EQ(found.at("layer").at("source").string(), "heights.tif");
+  EXPECT_EQ(found.at("layer").at("licence").string(), "CC0");
+  EXPECT_EQ(found.at("layer").at("accuracy").string(), "0.2 m");
+  EXPECT_EQ(found.at("cell").at("column").integer(), 120);
+  EXPECT_EQ(found.at("cell").at("row").integer(), 117);
+  EXPECT_FALSE(found.has("element"));
+  EXPECT_THAT(job::trace_text(found), HasSubstr("begins at column 120, row 117 of its raster"));
+}
+
 }  // namespace
 }  // namespace terracast::test

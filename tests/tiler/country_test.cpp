@@ -300,5 +300,62 @@ TEST(Country, IsMadeOnAnyGround) {
   EXPECT_NO_THROW(make_world("procedural", 8192.0, 3, "islands", 300.0));
 }
 
+/// A town of blocks of 48 m at every 100 m, in a square of 2 km of which all buildings are known.
+tiler::SurveyedGround surveyed_town() {
+  tiler::SurveyedGround ground;
+  const auto box = [](const Point& middle, double half_m) {
+    return PointsWorld{middle + Point(-half_m, -half_m), middle + Point(half_m, -half_m),
+                       middle + Point(half_m, half_m), middle + Point(-half_m, half_m)};
+  };
+  for (int j = -9; j <= 9; ++j)
+    for (int i = -9; i <= 9; ++i) ground.buildings.push_back(box(100.0 * Point(i, j), 24.0));
+  ground.areas.push_back(box(Point::Zero(), 1000.0));
+  ground.content_hash = "town";
+  return ground;
+}
+
+TEST(Country, MakesUpNoBuildingsOnSurveyedGroundAndLeadsNothingThroughThoseThatStand) {
+  const World without = make_world("plane", 6144.0);
+  const core::Context context{.log = quiet()};
+  const tiler::SurveyedGround surveyed = surveyed_town();
+  const Country country(*without.surface, 1, context, surveyed);
+  const auto num_built_there = [](const Country& of) {
+    int num = 0;
+    for (const VectorFeature& feature : of.features())
+      if (feature.kind == FeatureKind::Area && feature.tags.has("building"))
+        for (const Point& corner : feature.parts_world.front().front())
+          num += corner.cwiseAbs().maxCoeff() < 1000.0 ? 1 : 0;
+    return num;
+  };
+  // Its city would stand there.
+  EXPECT_GT(num_built_there(*without.country), 400);
+  EXPECT_EQ(num_built_there(country), 0);
+  int num_roads = 0;
+  for (const VectorFeature& feature : country.features()) {
+    const bool is_line = feature.kind == FeatureKind::Line;
+    if (!is_line || (!feature.tags.has("highway") && !feature.tags.has("railway") &&
+                     !feature.tags.has("waterway")))
+      continue;
+    if (feature.tags.has("tunnel")) continue;
+    const double half_width_m = 0.5 * feature.tags.number("width").value_or(0.0);
+    for (const auto& line : feature.parts_world.front())
+      for (std::size_t k = 1; k < line.size(); ++k) {
+        if (std::max(line[k].cwiseAbs().maxCoeff(), line[k - 1].cwiseAbs().maxCoeff()) < 1000.0)
+          ++num_roads;
+        for (const PointsWorld& ring : surveyed.buildings) {
+          if ((ring[0] - line[k]).cwiseAbs().maxCoeff() > 1500.0) continue;
+          bool is_clear = !tiler::country::contains(ring, line[k]);
+          for (std::size_t c = 0; c < 4 && is_clear; ++c)
+            is_clear = tiler::country::distance_of_segments(ring[c], ring[(c + 1) % 4], line[k - 1],
+                                                            line[k]) >= half_width_m;
+          EXPECT_TRUE(is_clear) << feature.number << " at " << line[k].transpose();
+        }
+      }
+  }
+  // Streets between the blocks.
+  EXPECT_GT(num_roads, 100);
+  EXPECT_NE(country.content_hash(), without.country->content_hash());
+}
+
 }  // namespace
 }  // namespace terracast::test

@@ -8,6 +8,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "tiler/buildings/raster_outlines.h"
 #include "world/tile.h"
 
 namespace terracast::tiler {
@@ -397,11 +398,7 @@ class TownBuilder {
     if (draft.tags->value("building") == "yes") around.share_at_sea = share_at_sea(building);
     around.latitude_deg = ground_.latitude_deg;
     around.height_m = ground_.height_m(at);
-    std::optional<double> raster_m;
-    if (raster_ != nullptr) {
-      raster_m = raster_->median_m(building.footprint);
-      if (raster_m && !(*raster_m >= kLeastRaster_m)) raster_m.reset();
-    }
+    std::optional<double> raster_m = raster_height_m(draft);
     // Parts go with their building, houses with their neighbours.
     std::uint64_t own = building.own;
     if (const auto found = part_of_.find(row); found != part_of_.end())
@@ -413,6 +410,32 @@ class TownBuilder {
     draft.was_lowered = building.design.bottom_m > 0.0 && !is_carried(row) &&
                         !(draft.is_part && around.is_attached);
     if (draft.was_lowered) building.design.bottom_m = 0.0;
+  }
+
+  /// Above the lowest ground, from which walls go up; nothing where no raster knows one.
+  std::optional<double> raster_height_m(const Draft& draft) const {
+    const Footprint& footprint = draft.building.footprint;
+    if (const auto median_m = draft.tags->number(kMedianHeight))
+      return *median_m + middle_above_lowest_m(draft);
+    if (raster_ == nullptr) return std::nullopt;
+    const std::optional<double> median_m = raster_->median_m(footprint);
+    return median_m && *median_m >= kLeastRaster_m ? median_m : std::nullopt;
+  }
+
+  /// How far the ground in the middle of a footprint, from its lowest to its highest, is above the lowest at its
+  /// corners: on a slope a height above the ground is one above that.
+  double middle_above_lowest_m(const Draft& draft) const {
+    if (draft.inside_world.empty()) return 0.0;
+    const Footprint& footprint = draft.building.footprint;
+    std::vector<double> heights_m;
+    for (const Vector2d& place : draft.inside_world) heights_m.push_back(ground_.height_m(place));
+    const auto middle = heights_m.begin() + static_cast<std::ptrdiff_t>(heights_m.size() / 2);
+    std::nth_element(heights_m.begin(), middle, heights_m.end());
+    double lowest_m = *middle;
+    for (const Vector2i& corner : footprint.rings.front())
+      lowest_m = std::min(lowest_m, ground_.height_m(footprint.place_m.cast<double>() +
+                                                     kHeightStep_m * corner.cast<double>()));
+    return *middle - lowest_m;
   }
 
   /// Whether it stands over another building, or between others, with all its corners at them.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/context.h"
+#include "tiler/surveyed_ground.h"
 #include "tiler/vector_source.h"
 
 namespace terracast::tiler {
@@ -17,8 +18,10 @@ class WorldSurface;
 /// build as they do from real ones. Numbers are osm_number()s, the same for the same seed and ground.
 class Country {
  public:
-  /// surface   the ground before any layer
-  Country(const WorldSurface& surface, std::uint64_t seed, const core::Context& context);
+  /// surface    the ground before any layer
+  /// surveyed   where nothing but roads, waters and fields is made up, and through whose buildings nothing leads
+  Country(const WorldSurface& surface, std::uint64_t seed, const core::Context& context,
+          const SurveyedGround& surveyed = {});
 
   /// By number.
   std::span<const VectorFeature> features() const { return features_; }

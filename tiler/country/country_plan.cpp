@@ -35,17 +35,25 @@ BuildingManner manner_of(const PlanGround& ground, double lat_deg) {
 
 class Plan {
  public:
-  Plan(const WorldSurface& surface, std::uint64_t seed, const core::Context& context,
-       double lat_deg)
+  Plan(const WorldSurface& surface, std::uint64_t seed, const SurveyedGround& surveyed,
+       const core::Context& context, double lat_deg)
       : context_(context),
         seed_(seed),
         ground_(surface),
         occupancy_(ground_.half_size_m()),
+        standing_(ground_.half_size_m()),
         builder_(ground_, occupancy_, survey_, manner_of(ground_, lat_deg), seed),
         barriers_(ground_.half_size_m()),
         water_barriers_(ground_.half_size_m()),
         rail_barriers_(ground_.half_size_m()),
-        tunnels_(ground_.half_size_m()) {}
+        tunnels_(ground_.half_size_m()) {
+    for (const PointsWorld& ring : surveyed.areas) occupancy_.add_ring(ring, kSurveyed);
+    for (const PointsWorld& ring : surveyed.buildings) {
+      occupancy_.add_ring(ring, kBuilding);
+      standing_.add_ring(ring, kBuilding);
+    }
+    has_standing_ = !surveyed.buildings.empty();
+  }
 
   std::vector<VectorFeature> make() {
     plan_water();
@@ -74,14 +82,16 @@ class Plan {
  private:
   void plan_water() {
     for (const PointsWorld& lake : find_lakes(ground_)) {
+      // What is built over has not filled up.
+      if (has_standing_ && !standing_.is_free(lake, 0.0)) continue;
       survey_.add_area(Theme::Water, lake, {{"natural", "water"}, {"water", "lake"}});
       occupancy_.add_ring(lake, kWater | kLake);
     }
     for (const River& river : find_rivers(ground_)) {
-      survey_.add_line(
-          Theme::Water, river.line,
-          {{"waterway", river.is_stream ? "stream" : "river"}, {"width", text_of(river.width_m)}});
       const double half_width_m = 0.5 * river.width_m;
+      add_spanned_line(
+          survey_, Theme::Water, river.line, below_buildings({}, river.line, half_width_m),
+          {{"waterway", river.is_stream ? "stream" : "river"}, {"width", text_of(river.width_m)}});
       occupancy_.add_line(river.line, half_width_m + (river.is_stream ? 2.0 : 6.0), kWater);
       water_barriers_.add(river.line, half_width_m + 8.0);
     }
@@ -110,7 +120,7 @@ class Plan {
         ways_.push_back(std::move(way));
       }
     }
-    RoadNetwork network = plan_roads(net, ground_, settlements_, gates, occupancy_);
+    RoadNetwork network = plan_roads(net, ground_, settlements_, gates, occupancy_, standing_);
     for (const PointsWorld& tunnel : network.tunnels) tunnels_.add(tunnel, 0.0);
     for (Way& way : network.ways) ways_.push_back(std::move(way));
     // Where no road could be led nobody lives.
@@ -185,6 +195,34 @@ class Plan {
     return spans;
   }
 
+  /// Spans of a line, with those where it leads below buildings that stood before it, as tunnels.
+  std::vector<Span> below_buildings(std::vector<Span> spans, const PointsWorld& line,
+                                    double half_width_m) const {
+    constexpr double kStep_m = 4.0;
+    constexpr double kBefore_m = 8.0;  // that it goes down before their walls
+    constexpr double kBeside_m = 1.5;
+    const double length_m = length_of(line);
+    if (!has_standing_) return merged(std::move(spans), length_m);
+    std::vector<Span> below;
+    const int num_steps = std::max(static_cast<int>(std::ceil(length_m / kStep_m)), 1);
+    Point from = line.front();
+    for (int k = 1; k <= num_steps; ++k) {
+      const double to_m = length_m * k / num_steps;
+      const Point to = k == num_steps ? line.back() : station_at(line, to_m).at;
+      if (!standing_.is_free(from, to, half_width_m + kBeside_m))
+        below.push_back({to_m - length_m / num_steps - kBefore_m, to_m + kBefore_m, true});
+      from = to;
+    }
+    below = merged(std::move(below), length_m);
+    spans.insert(spans.end(), below.begin(), below.end());
+    spans = merged(std::move(spans), length_m);
+    // A bridge does not lead into a house, either.
+    for (Span& span : spans)
+      for (const Span& hidden : below)
+        span.is_tunnel = span.is_tunnel || (hidden.from_m < span.to_m && hidden.to_m > span.from_m);
+    return spans;
+  }
+
   void write_roads() {
     const auto write = [&](const Way& way, Tags more,
                            const std::vector<std::pair<double, double>>* tunnels) {
@@ -199,7 +237,6 @@ class Plan {
         tags.emplace_back("sidewalk", "both");
       }
       for (auto& tag : more) tags.push_back(std::move(tag));
-      const double length = length_of(way.line);
       std::vector<Span> spans =
           spans_of(way.line, way.kind <= RoadKind::Tertiary, way.kind > RoadKind::MotorwayLink);
       if (tunnels != nullptr) {
@@ -214,7 +251,8 @@ class Plan {
           along_m += piece_m;
         }
       }
-      add_spanned_line(survey_, Theme::Road, way.line, merged(std::move(spans), length), tags);
+      add_spanned_line(survey_, Theme::Road, way.line,
+                       below_buildings(std::move(spans), way.line, way.half_width_m()), tags);
     };
     for (const Way& way : ways_) write(way, {}, nullptr);
     for (std::size_t k = 0; k < motorway_.carriageways.size(); ++k)
@@ -227,8 +265,9 @@ class Plan {
     for (const Alignment& line : railway_.lines) {
       std::vector<Span> spans = spans_of(line.line, false, true);
       for (const auto& [from_m, to_m] : line.tunnels_m) spans.push_back({from_m, to_m, true});
+      constexpr double kHalfTrack_m = 3.0;
       add_spanned_line(survey_, Theme::Rail, line.line,
-                       merged(std::move(spans), length_of(line.line)),
+                       below_buildings(std::move(spans), line.line, kHalfTrack_m),
                        {{"railway", "rail"},
                         {"gauge", "1435"},
                         {"tracks", "1"},
@@ -248,6 +287,8 @@ class Plan {
   std::uint64_t seed_;
   PlanGround ground_;
   Occupancy occupancy_;
+  Occupancy standing_;  ///< buildings that were there before the country
+  bool has_standing_ = false;
   Survey survey_;
   Builder builder_;
   Barriers barriers_;  ///< motorways
@@ -267,8 +308,9 @@ class Plan {
 }  // namespace
 
 std::vector<VectorFeature> make_country(const WorldSurface& surface, std::uint64_t seed,
+                                        const SurveyedGround& surveyed,
                                         const core::Context& context) {
-  Plan plan(surface, seed, context, surface.options().origin_lat_deg);
+  Plan plan(surface, seed, surveyed, context, surface.options().origin_lat_deg);
   return plan.make();
 }
 

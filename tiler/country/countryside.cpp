@@ -65,10 +65,10 @@ class FieldLayer {
     if (!ground.is_in_square(lot.center, 30.0)) return false;
     const double slope = ground.slope(lot.center);
     if (slope > 0.13 || ground.sea_distance_m(lot.center) < 90.0) return false;
-    if (!builder_.occupancy().is_free(lot.center, 1.0, kAnyUse & ~unsigned{kPower})) return false;
+    if (!builder_.occupancy().is_free(lot.center, 1.0, kInTheWay & ~unsigned{kPower})) return false;
     if (ground.rise_m(ring) > 0.28 * (lot.half_along_m + lot.half_across_m) || !ground.is_dry(ring))
       return false;
-    if (!builder_.occupancy().is_free(ring, 4.0, kAnyUse & ~unsigned{kField | kPower}) ||
+    if (!builder_.occupancy().is_free(ring, 4.0, kInTheWay & ~unsigned{kField | kPower}) ||
         !builder_.occupancy().is_free(ring, 1.0, kField))
       return false;
     const double u = random_unit(seed_, kStream + 2, key);

@@ -15,8 +15,11 @@ enum Use : unsigned {
   kReserved = 16,  ///< airports, harbours, parks: kept for themselves
   kPower = 32,
   kField = 64,
-  kLake = 128,  ///< beside kWater
-  kAnyUse = ~0U
+  kLake = 128,      ///< beside kWater
+  kSurveyed = 256,  ///< ground whose buildings are known: none are made up
+  kAnyUse = ~0U,
+  /// What streets, fields and pylons keep off.
+  kInTheWay = kAnyUse & ~256U
 };
 
 /// What the plan has put where. Not for several threads.

@@ -14,7 +14,7 @@ constexpr double kTowerClear_m = 9.0;
 bool can_stand(const Builder& builder, Occupancy& occupancy, const Point& at) {
   const PlanGround& ground = builder.ground();
   return ground.is_in_square(at, 30.0) && ground.sea_distance_m(at) > 45.0 &&
-         ground.slope(at) < 0.8 && occupancy.is_free(at, kTowerClear_m);
+         ground.slope(at) < 0.8 && occupancy.is_free(at, kTowerClear_m, kInTheWay);
 }
 
 /// Towers along a line's straight legs, each moved along it until it stands clear.

@@ -6,13 +6,18 @@
 namespace terracast::tiler::country {
 namespace {
 
-RouteStyle style_of(RoadKind kind, const Occupancy& obstacles) {
+/// A metre beside or below buildings that stand costs so much more.
+constexpr double kBelowBuildings = 5.0;
+constexpr double kOffBuildings_m = 12.0;
+
+RouteStyle style_of(RoadKind kind, const Occupancy& obstacles, const Occupancy& standing) {
   RouteStyle style;
   style.steepest = 0.85 * rule_of(kind).steepest;
   if (kind == RoadKind::Primary) style.tunnel = 5.0;
   if (kind == RoadKind::Primary || kind == RoadKind::Secondary) style.water_reach_m = 400.0;
-  style.avoid = [&obstacles](const Point& at) {
+  style.avoid = [&obstacles, &standing](const Point& at) {
     if (!obstacles.is_free(at, 30.0, kReserved)) return 0.0;
+    if (!standing.is_free(at, kOffBuildings_m)) return kBelowBuildings;
     return obstacles.is_free(at, 0.0, kLake) ? 1.0 : kOverLakes;
   };
   return style;
@@ -22,10 +27,10 @@ RouteStyle style_of(RoadKind kind, const Occupancy& obstacles) {
 
 RoadNetwork plan_roads(RouteGrid& net, const PlanGround& ground,
                        const std::vector<Settlement>& settlements, const std::vector<Point>& gates,
-                       const Occupancy& obstacles) {
+                       const Occupancy& obstacles, const Occupancy& standing) {
   std::vector<RouteStyle> styles;
   for (int kind = 0; kind <= static_cast<int>(RoadKind::Unclassified); ++kind)
-    styles.push_back(style_of(static_cast<RoadKind>(kind), obstacles));
+    styles.push_back(style_of(static_cast<RoadKind>(kind), obstacles, standing));
   const auto link = [&](const Point& from, const Point& to, RoadKind kind) {
     const int a = net.node_at(from), b = net.node_at(to);
     if (a == b) return false;

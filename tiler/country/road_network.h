@@ -16,8 +16,9 @@ struct RoadNetwork {
 
 /// Roads from each settlement to its neighbours and out of the square, large ones first: each takes what
 /// is there where that is not far round.
+/// standing   buildings that were there before, below which roads lead where there is no other way
 RoadNetwork plan_roads(RouteGrid& net, const PlanGround& ground,
                        const std::vector<Settlement>& settlements, const std::vector<Point>& gates,
-                       const Occupancy& obstacles);
+                       const Occupancy& obstacles, const Occupancy& standing);
 
 }  // namespace terracast::tiler::country

@@ -133,7 +133,7 @@ void StreetGrowth::trace(const TownShape& shape, Point at, int family, double si
     if (next_along.dot(along) < 0.8) return;
     const Point next = at + kStep_m * next_along;
     if (!is_open(shape, next)) return;
-    if (!obstacles_.is_free(at, next, 9.0)) return;
+    if (!obstacles_.is_free(at, next, 9.0, kInTheWay)) return;
     const double apart_m = 0.5 * separation_m(shape, next, family);
     if (nearest_m(next, next_along, apart_m, -1) < apart_m) return;
     // Not back to itself.
@@ -162,7 +162,7 @@ void StreetGrowth::settle_end(PointsWorld& line, double reach_m, std::int32_t ow
   };
   if (const double share = first_crossing(end, far, false); share <= 1.0) {
     const Point at = end + share * reach_m * along;
-    if (ground_.sea_distance_m(at) > 30.0 && obstacles_.is_free(end, at, 8.0)) {
+    if (ground_.sea_distance_m(at) > 30.0 && obstacles_.is_free(end, at, 8.0, kInTheWay)) {
       line.push_back(at);
       add_piece(end, at, own);
       return;
@@ -219,7 +219,7 @@ std::vector<Way> StreetGrowth::grow(const TownShape& shape, std::uint64_t seed) 
   std::vector<PointsWorld> lines;
   const std::int32_t first_line = num_lines_;
   for (const Seed& from : seeds) {
-    if (!is_open(shape, from.at) || !obstacles_.is_free(from.at, 20.0)) continue;
+    if (!is_open(shape, from.at) || !obstacles_.is_free(from.at, 20.0, kInTheWay)) continue;
     const Point along = direction(shape, from.at, from.family);
     const double apart_m = separation_m(shape, from.at, from.family);
     if (this->nearest_m(from.at, along, apart_m, -1) < apart_m) continue;

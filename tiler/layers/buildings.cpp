@@ -13,6 +13,7 @@
 #include "core/random.h"
 #include "tiler/buildings/building_mesh.h"
 #include "tiler/buildings/height_raster.h"
+#include "tiler/buildings/raster_outlines.h"
 #include "tiler/buildings/setback.h"
 #include "tiler/buildings/settled_ground.h"
 #include "tiler/buildings/town.h"
@@ -21,6 +22,7 @@
 #include "tiler/instance_ids.h"
 #include "tiler/layer.h"
 #include "tiler/surface.h"
+#include "tiler/surveyed_ground.h"
 #include "tiler/vector_source.h"
 #include "tiler/world_options.h"
 
@@ -360,10 +362,15 @@ void leave_to_roads(const LayerInputs& inputs, FeatureSet& features) {
         features.name, num_left);
 }
 
-class BuildingsKind final : public LayerKind {
+constexpr const char* kFromRaster = "raster";
+
+class BuildingsKind final : public LayerKind, public GroundSurvey {
  public:
   void describe(core::SchemaVisitor& visit) override {
-    source_.describe(visit);
+    const OwnSource raster{kFromRaster,
+                           "buildings without footprints: outlines of what heights, or surface "
+                           "less terrain, shows to stand above the ground."};
+    source_.describe(visit, {&raster, 1});
     visit.key("every_area", every_area_,
               "buildings: take every area of the files for a building, also those without a "
               "building or building:part tag: for files that hold footprints alone.");
@@ -378,9 +385,14 @@ class BuildingsKind final : public LayerKind {
     visit.key("heights_nodata", nodata_,
               "buildings: value of samples without a height: declared (by the file), none, or a "
               "number in quotes.");
+    outlines_.describe(visit);
   }
   void validate() const override {
     source_.validate();
+    if (source_.source == kFromRaster && heights_.empty() && surface_.empty())
+      core::fail(core::ErrorKind::Config,
+                 "source = \"raster\" needs heights = \"…\", or surface = \"…\" and terrain = "
+                 "\"…\", of which it makes buildings");
     if (surface_.empty() != terrain_.empty())
       core::fail(core::ErrorKind::Config,
                  "surface and terrain go together: a building's height is their difference");
@@ -395,6 +407,9 @@ class BuildingsKind final : public LayerKind {
     return std::make_unique<BuildingsKind>(*this);
   }
   std::unique_ptr<Layer> make(const LayerInputs& inputs) const override {
+    if (source_.source == kFromRaster)
+      return std::make_unique<BuildingsLayer>(
+          inputs, read_raster_outlines(height_files(), outlines_, inputs), nullptr);
     VectorOptions wanted;
     wanted.points = false;
     wanted.lines = false;
@@ -416,23 +431,31 @@ class BuildingsKind final : public LayerKind {
                                   inputs.surface, inputs.size_m);
     return std::make_unique<BuildingsLayer>(inputs, std::move(features), std::move(raster));
   }
+  SurveyedGround surveyed_ground(const LayerInputs& inputs) const override {
+    if (source_.source != kFromRaster) return {};
+    return survey_of_raster(height_files(), outlines_, inputs);
+  }
 
  private:
+  HeightFiles height_files() const {
+    return {heights_.empty() ? surface_ : heights_, terrain_, nodata_};
+  }
+
   FeatureSourceOptions source_;
   bool every_area_ = false;
   core::Path heights_;
   core::Path surface_;
   core::Path terrain_;
   std::string nodata_ = "declared";
+  RasterOutlineOptions outlines_;
 };
 
 }  // namespace
 
 LayerKindInfo buildings_layer() {
   return {"buildings",
-          "Buildings on their footprints: walls with storeys and roofs, with heights from tags, "
-          "rasters or "
-          "a guess by kind, size and neighbourhood.",
+          "Buildings on their footprints, or on what a raster shows to stand: walls with storeys "
+          "and roofs, with heights from tags, rasters or a guess by kind, size and neighbourhood.",
           [] { return std::unique_ptr<LayerKind>(std::make_unique<BuildingsKind>()); }};
 }
 
