@@ -24,6 +24,7 @@
 #include "tiler/raster_cell_number.h"
 #include "world/lod.h"
 #include "world/ray_query.h"
+#include "world/terrain_triangle.h"
 
 namespace terracast::job {
 namespace {
@@ -188,24 +189,17 @@ Json json_of_elevation(const world::TileStore& store, std::size_t row, const Ras
   return json;
 }
 
-/// The sample of its tile whose cover, source and moisture the ground shows where it was met: of the triangle's
-/// corners the one with the largest weight.
+/// The sample of its tile whose cover and source the ground shows where it was met.
 Eigen::Vector3d sample_shown_world(const Met& met) {
   const double spacing_m = met.tile.spacing_m();
   const Eigen::Vector2d corner =
       met.tile.corner_world() + spacing_m * Eigen::Vector2d(met.hit.cell_x, met.hit.cell_y);
   const Eigen::Vector2d within =
       ((met.point_world.head<2>() - corner) / spacing_m).cwiseMax(0.0).cwiseMin(1.0);
-  const bool is_upper = met.hit.upper != 0;
-  const Eigen::Vector2d along =
-      is_upper ? Eigen::Vector2d(1.0 - within.x(), 1.0 - within.y()) : within;
-  Eigen::Vector2d sample(0.0, 0.0);
-  if (along.x() > 1.0 - along.sum() && along.x() >= along.y())
-    sample.x() = 1.0;
-  else if (along.y() > 1.0 - along.sum())
-    sample.y() = 1.0;
-  if (is_upper) sample = Eigen::Vector2d::Ones() - sample;
-  sample = corner + spacing_m * sample;
+  const world::TrianglePlace place = world::place_on_triangle(
+      met.hit.cell_x, met.hit.cell_y, met.hit.upper != 0, within.x(), within.y());
+  const auto& [i, j] = place.nearest();
+  const Eigen::Vector2d sample = met.tile.corner_world() + spacing_m * Eigen::Vector2d(i, j);
   return {sample.x(), sample.y(), met.point_world.z()};
 }
 

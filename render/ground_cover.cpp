@@ -60,27 +60,6 @@ TERRACAST_PACKET_CODE void draw_natural(const GroundPacket& g, const Lanes<float
   }
 }
 
-constexpr std::size_t index_of(Cover cover) { return static_cast<std::size_t>(cover); }
-
-/// How much of each cover is seen at a lane, from those at the corners of its triangle. Borders wander
-/// with the noise and are a cell wide.
-std::array<float, world::kNumCovers> cover_shares(const GroundPacket& g, const Covers& c,
-                                                  int lane) {
-  std::array<float, world::kNumCovers> shares{};
-  for (std::size_t corner = 0; corner < g.corner_cover.size(); ++corner)
-    shares[g.corner_cover[corner][lane]] += g.corner_weight[corner][lane];
-  float sum = 0.0f;
-  for (std::size_t cover = 0; cover < shares.size(); ++cover) {
-    // Of two covers one gains where the other loses.
-    const float side = cover % 2 == 0 ? 1.0f : -1.0f;
-    const float wandered = shares[cover] * larger(1.0f + 0.35f * side * c.clump.value[lane], 0.05f);
-    shares[cover] = wandered * wandered;
-    sum += shares[cover];
-  }
-  for (float& share : shares) share /= sum;
-  return shares;
-}
-
 /// A colour of cultivated land, its rows, and how far from a balk.
 struct Parcel {
   Rgb color;
@@ -445,29 +424,29 @@ void guess_covers(const GroundPacket& packet, const Climate& climate, Covers& co
 
 void take_known_covers(const GroundPacket& g, const Climate& climate, Covers& c) {
   for (int i = 0; i < kLanes; ++i) {
-    const std::array<float, world::kNumCovers> share = cover_shares(g, c, i);
-    const auto of = [&](Cover cover) { return share[index_of(cover)]; };
-    const float guessed = of(Cover::Land) + of(Cover::Sea) + of(Cover::Outside);
-    if (guessed >= 1.0f) continue;
+    const auto cover = static_cast<Cover>(g.cover[i]);
+    if (cover == Cover::Land || cover == Cover::Sea || cover == Cover::Outside) continue;
+    const auto if_it_is = [&](Cover one) { return cover == one ? 1.0f : 0.0f; };
+    const float forest = if_it_is(Cover::Forest);
+    const float shrubs = if_it_is(Cover::Shrubs);
+    const float meadow = if_it_is(Cover::Grass);
+    const float bare = if_it_is(Cover::Bare);
     // Where trees stand on the ground it is their floor that is seen; so far off that a tree is less
     // than a sample, they are not there, and the ground looks like their crowns.
     const float crowns = climate.has_trees ? ramp((g.places.footprint_m[i] - 8.0f) / 12.0f) : 1.0f;
-    const float forest = of(Cover::Forest);
-    const float shrubs = of(Cover::Shrubs);
-    c.grass[i] = guessed * c.grass[i] + of(Cover::Grass) + of(Cover::Wetland) +
+    c.wet[i] = if_it_is(Cover::Wetland);
+    c.meadow[i] = meadow;
+    c.grass[i] = meadow + c.wet[i] +
                  shrubs * ramp(0.35f + 0.4f * c.clump.value[i] + 0.3f * c.patch.value[i]);
-    c.field[i] = guessed * c.field[i] + of(Cover::Crops);
-    c.forest[i] = guessed * c.forest[i] + forest * crowns;
+    c.field[i] = if_it_is(Cover::Crops);
+    c.forest[i] = forest * crowns;
     c.floor[i] = forest * (1.0f - crowns);
     c.shrubs[i] = shrubs;
-    c.meadow[i] = of(Cover::Grass);
-    c.built[i] = of(Cover::BuiltUp);
-    c.wet[i] = of(Cover::Wetland);
-    const float stony = guessed + of(Cover::Bare);
-    c.sand[i] *= stony;
-    c.scree[i] *= stony + 0.5f * (of(Cover::Grass) + shrubs);
-    c.rock[i] *= stony + 0.7f * (of(Cover::Grass) + shrubs + forest);
-    c.snow[i] = larger(c.snow[i] * (guessed + of(Cover::Bare) + of(Cover::Grass)), of(Cover::Snow));
+    c.built[i] = if_it_is(Cover::BuiltUp);
+    c.sand[i] *= bare;
+    c.scree[i] *= bare + 0.5f * (meadow + shrubs);
+    c.rock[i] *= bare + 0.7f * (meadow + shrubs + forest);
+    c.snow[i] = larger(c.snow[i] * (bare + meadow), if_it_is(Cover::Snow));
   }
 }
 

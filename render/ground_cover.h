@@ -58,8 +58,7 @@ void spread_covers(const GroundPacket& packet, const Climate& climate, const Sum
   guess_covers(packet, climate, covers);
 }
 
-/// Puts what a source tells of the cover in the place of the guess, with borders that wander with the
-/// noise and are as wide as a terrain cell.
+/// Puts what a source tells of the cover in the place of the guess; what lies bare keeps the guess of its kind.
 void take_known_covers(const GroundPacket& packet, const Climate& climate, Covers& covers);
 
 /// How clearly rock shows its beds, 0 … 1: massive in one region, banded in another.

@@ -139,12 +139,9 @@ void Ground::set(const GroundPlaces& places, GroundPacket& packet) const {
   packet.north_m = places.point_world[1];
   set_ground(places, climate_.sea_level_m, packet);
   packet.cover = places.cover;
-  packet.corner_cover = places.corner_cover;
-  packet.corner_weight = places.corner_weight;
   packet.has_known_cover = false;
-  for (const Lanes<std::uint8_t>& corner : places.corner_cover)
-    for (int i = 0; i < kLanes; ++i)
-      packet.has_known_cover |= corner[i] >= static_cast<std::uint8_t>(world::Cover::Forest);
+  for (int i = 0; i < kLanes; ++i)
+    packet.has_known_cover |= places.cover[i] >= static_cast<std::uint8_t>(world::Cover::Forest);
   packet.is_painted = places.is_painted;
   for (int i = 0; i < kLanes; ++i)
     if (places.is_painted[i] != 0)

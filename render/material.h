@@ -32,14 +32,11 @@ Climate climate_of(const world::TileStore& store, std::uint32_t seed);
 /// Where samples meet the ground.
 struct GroundPlaces {
   Lanes3d point_world;
-  Lanes3d normal_world;       ///< of the true triangle
-  Lanes<double> footprint_m;  ///< width of an image sample on the ground
-  Lanes<double> moisture;     ///< 0 … 1
-  Lanes<double> spacing_m;    ///< of the terrain samples
-  Lanes<std::uint8_t> cover;  ///< world::Cover
-  /// world::Cover of the triangle's corners, and the place's weights, 1 together.
-  std::array<Lanes<std::uint8_t>, 3> corner_cover;
-  std::array<Lanes<float>, 3> corner_weight;
+  Lanes3d normal_world;            ///< of the true triangle
+  Lanes<double> footprint_m;       ///< width of an image sample on the ground
+  Lanes<double> moisture;          ///< 0 … 1
+  Lanes<double> spacing_m;         ///< of the terrain samples
+  Lanes<std::uint8_t> cover;       ///< world::Cover
   Lanes<std::uint8_t> is_painted;  ///< 0 or 1
   std::array<world::PaintSample, kLanes> paint;
 
@@ -56,10 +53,6 @@ struct GroundPlaces {
     moisture[lane] = surface.moisture;
     spacing_m[lane] = surface.spacing_m;
     cover[lane] = static_cast<std::uint8_t>(surface.cover);
-    for (std::size_t k = 0; k < 3; ++k) {
-      corner_cover[k][lane] = cover[lane];
-      corner_weight[k][lane] = k == 0 ? 1.0f : 0.0f;
-    }
     is_painted[lane] = surface.paint.is_painted ? 1 : 0;
     if (surface.paint.is_painted) paint[static_cast<std::size_t>(lane)] = surface.paint;
   }
@@ -83,9 +76,7 @@ struct GroundPacket {
   Lanes<float> moisture;      ///< 0 … 1
   Lanes<float> spacing_m;     ///< of the terrain samples: shape finer than that is the material's
   Lanes<std::uint8_t> cover;  ///< world::Cover
-  std::array<Lanes<std::uint8_t>, 3> corner_cover;  ///< as GroundPlaces
-  std::array<Lanes<float>, 3> corner_weight;
-  bool has_known_cover;  ///< a source of land cover knows some lane
+  bool has_known_cover;       ///< a source of land cover knows some lane
   Lanes<std::uint8_t> is_painted;
   std::array<world::PaintSample, kLanes> paint;
 };

@@ -141,21 +141,67 @@ TERRACAST_PACKET_CODE void find_coordinates(const Lanes3d& points, const double*
 
 constexpr int plane_of(int level) { return (level + 3 * 64) % kNumNoisePlanes; }
 
-TERRACAST_PACKET_CODE void sum_planes(const NoisePlaces& places, int coarsest_level,
-                                      int finest_level, std::uint32_t seed, NoiseSum& sum) {
+/// What sum_octaves() makes of an octave beside the sum.
+struct NoSlope {
+  static constexpr bool kIsWanted = false;
+};
+/// Its slope in its plane, of octaves finer than a bound.
+struct SlopeInPlanes {
+  static constexpr bool kIsWanted = true;
+  const Lanes<float>& weight;
+  const Lanes<float>& below_m;
+  NoiseSlope& slope;
+
+  TERRACAST_PACKET_INLINE void add(const Octave& octave, const Lanes<float>& octave_weight,
+                                   float spacing_m, int plane) const {
+    for (int i = 0; i < kLanes; ++i) {
+      // In by degrees over one octave: full below half the bound.
+      const float inside = smaller(larger(2.0f - 2.0f * spacing_m / below_m[i], 0.0f), 1.0f);
+      const float scale = octave_weight[i] * inside * weight[i] * kUnitSlope;
+      slope.u[plane][i] += scale * octave.du[i];
+      slope.v[plane][i] += scale * octave.dv[i];
+    }
+  }
+};
+/// Its slope along u.
+struct SlopeAlongU {
+  static constexpr bool kIsWanted = true;
+  const Lanes<float>& weight;
+  Lanes<float>& slope_u;
+
+  TERRACAST_PACKET_INLINE void add(const Octave& octave, const Lanes<float>& octave_weight, float,
+                                   int) const {
+    for (int i = 0; i < kLanes; ++i)
+      slope_u[i] += octave_weight[i] * weight[i] * kUnitSlope * octave.du[i];
+  }
+};
+
+/// u, v   of kNumPlanes planes, which octaves take in turn
+template <int kNumPlanes, class Slope>
+TERRACAST_PACKET_INLINE void sum_octaves(const Lanes<std::int32_t>* u, const Lanes<std::int32_t>* v,
+                                         const Lanes<float>& footprint_m, int coarsest_level,
+                                         int finest_level, std::uint32_t seed, const Slope& slope,
+                                         NoiseSum& sum) {
   clear(sum);
-  const float finest_footprint_m = least_of(places.footprint_m);
+  const float finest_footprint_m = least_of(footprint_m);
   Lanes<float> weight;
   Octave octave;
   for (int level = coarsest_level; level >= finest_level; --level) {
     const float spacing_m = std::ldexp(1.0f, level);
     if (spacing_m <= finest_footprint_m) break;
-    weigh_octave(places.footprint_m, spacing_m, weight);
-    const int plane = plane_of(level);
-    evaluate_octave<false>(places.u[plane], places.v[plane], level, seed, octave);
+    weigh_octave(footprint_m, spacing_m, weight);
+    const int plane = kNumPlanes == 1 ? 0 : plane_of(level);
+    evaluate_octave<Slope::kIsWanted>(u[plane], v[plane], level, seed, octave);
     add_octave(octave, weight, sum);
+    if constexpr (Slope::kIsWanted) slope.add(octave, weight, spacing_m, plane);
   }
   finish(coarsest_level - finest_level + 1, sum);
+}
+
+TERRACAST_PACKET_CODE void sum_planes(const NoisePlaces& places, int coarsest_level,
+                                      int finest_level, std::uint32_t seed, NoiseSum& sum) {
+  sum_octaves<kNumNoisePlanes>(places.u, places.v, places.footprint_m, coarsest_level, finest_level,
+                               seed, NoSlope{}, sum);
 }
 
 TERRACAST_PACKET_CODE void sum_all_planes(const NoisePlaces& places, int coarsest_level,
@@ -176,43 +222,14 @@ TERRACAST_PACKET_CODE void sum_planes_with_slope(const NoisePlaces& places, int 
                                                  const Lanes<float>& slope_weight,
                                                  const Lanes<float>& slope_below_m, NoiseSum& sum,
                                                  NoiseSlope& slope) {
-  clear(sum);
-  const float finest_footprint_m = least_of(places.footprint_m);
-  Lanes<float> weight;
-  Octave octave;
-  for (int level = coarsest_level; level >= finest_level; --level) {
-    const float spacing_m = std::ldexp(1.0f, level);
-    if (spacing_m <= finest_footprint_m) break;
-    weigh_octave(places.footprint_m, spacing_m, weight);
-    const int plane = plane_of(level);
-    evaluate_octave<true>(places.u[plane], places.v[plane], level, seed, octave);
-    add_octave(octave, weight, sum);
-    for (int i = 0; i < kLanes; ++i) {
-      // In by degrees over one octave: full below half the bound.
-      const float inside = smaller(larger(2.0f - 2.0f * spacing_m / slope_below_m[i], 0.0f), 1.0f);
-      const float scale = weight[i] * inside * slope_weight[i] * kUnitSlope;
-      slope.u[plane][i] += scale * octave.du[i];
-      slope.v[plane][i] += scale * octave.dv[i];
-    }
-  }
-  finish(coarsest_level - finest_level + 1, sum);
+  sum_octaves<kNumNoisePlanes>(places.u, places.v, places.footprint_m, coarsest_level, finest_level,
+                               seed, SlopeInPlanes{slope_weight, slope_below_m, slope}, sum);
 }
 
 TERRACAST_PACKET_CODE void sum_given(const Lanes<std::int32_t>& u, const Lanes<std::int32_t>& v,
                                      const Lanes<float>& footprint_m, int coarsest_level,
                                      int finest_level, std::uint32_t seed, NoiseSum& sum) {
-  clear(sum);
-  const float finest_footprint_m = least_of(footprint_m);
-  Lanes<float> weight;
-  Octave octave;
-  for (int level = coarsest_level; level >= finest_level; --level) {
-    const float spacing_m = std::ldexp(1.0f, level);
-    if (spacing_m <= finest_footprint_m) break;
-    weigh_octave(footprint_m, spacing_m, weight);
-    evaluate_octave<false>(u, v, level, seed, octave);
-    add_octave(octave, weight, sum);
-  }
-  finish(coarsest_level - finest_level + 1, sum);
+  sum_octaves<1>(&u, &v, footprint_m, coarsest_level, finest_level, seed, NoSlope{}, sum);
 }
 
 TERRACAST_PACKET_CODE void sum_given_with_slope(const Lanes<std::int32_t>& u,
@@ -221,20 +238,8 @@ TERRACAST_PACKET_CODE void sum_given_with_slope(const Lanes<std::int32_t>& u,
                                                 int finest_level, std::uint32_t seed,
                                                 const Lanes<float>& slope_weight, NoiseSum& sum,
                                                 Lanes<float>& slope_u) {
-  clear(sum);
-  const float finest_footprint_m = least_of(footprint_m);
-  Lanes<float> weight;
-  Octave octave;
-  for (int level = coarsest_level; level >= finest_level; --level) {
-    const float spacing_m = std::ldexp(1.0f, level);
-    if (spacing_m <= finest_footprint_m) break;
-    weigh_octave(footprint_m, spacing_m, weight);
-    evaluate_octave<true>(u, v, level, seed, octave);
-    add_octave(octave, weight, sum);
-    for (int i = 0; i < kLanes; ++i)
-      slope_u[i] += weight[i] * slope_weight[i] * kUnitSlope * octave.du[i];
-  }
-  finish(coarsest_level - finest_level + 1, sum);
+  sum_octaves<1>(&u, &v, footprint_m, coarsest_level, finest_level, seed,
+                 SlopeAlongU{slope_weight, slope_u}, sum);
 }
 
 }  // namespace

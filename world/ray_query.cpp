@@ -13,6 +13,7 @@
 #include "world/ray_batch.h"
 #include "world/rays_in_water.h"
 #include "world/scene_cache.h"
+#include "world/terrain_triangle.h"
 #include "world/tile_map.h"
 
 namespace terracast::world {
@@ -339,19 +340,11 @@ void set_surface(const TileScene& scene, const SurfaceHit& hit, const Eigen::Vec
       std::clamp((point_world.x() - grid.x_world(i)) * grid.inverse_spacing, 0.0, 1.0);
   const double fy =
       std::clamp((point_world.y() - grid.y_world(j)) * grid.inverse_spacing, 0.0, 1.0);
-  // Corner at the right angle first, then along x, then along y.
-  const std::array<std::size_t, 3> samples =
-      hit.upper != 0
-          ? std::array{Tile::sample(i + 1, j + 1), Tile::sample(i, j + 1), Tile::sample(i + 1, j)}
-          : std::array{Tile::sample(i, j), Tile::sample(i + 1, j), Tile::sample(i, j + 1)};
-  const double along_x = hit.upper != 0 ? 1.0 - fx : fx;
-  const double along_y = hit.upper != 0 ? 1.0 - fy : fy;
-  const std::array<double, 3> weights = {1.0 - along_x - along_y, along_x, along_y};
-  const std::size_t nearest = samples[static_cast<std::size_t>(
-      std::max_element(weights.begin(), weights.end()) - weights.begin())];
+  const TrianglePlace place = place_on_triangle(i, j, hit.upper != 0, fx, fy);
+  const std::size_t nearest = place.nearest().sample();
   double moisture = 0.0;
-  for (std::size_t k = 0; k < samples.size(); ++k)
-    moisture += weights[k] * scene.moisture()[samples[k]];
+  for (std::size_t k = 0; k < 3; ++k)
+    moisture += place.weights[k] * scene.moisture()[place.corners[k].sample()];
   surface.spacing_m = grid.spacing_m;
   surface.cover = scene.cover()[nearest];
   surface.moisture = std::clamp(moisture / 255.0, 0.0, 1.0);

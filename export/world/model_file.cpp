@@ -259,12 +259,11 @@ void write_region_model(const WorldExportInputs& inputs, const char* format) {
   const auto cut = cut_of_region(inputs.store, inputs.region, inputs.finest_spacing_m);
   constexpr int kUsualSide_px = 1024;
   core::Progress progress(inputs.context, "tiles", static_cast<std::int64_t>(cut.size()));
+  const int side_px = texture_side_px(inputs, cut, kUsualSide_px, 1);
   const WorldModel model =
-      ModelMaker(inputs.store)
+      ModelMaker(inputs.store, side_px > 0)
           .make(cut, enu_from_world(frame, inputs.region.center()),
-                {.region = inputs.region,
-                 .texture_side_px = texture_side_px(inputs, cut, kUsualSide_px, 1),
-                 .progress = &progress});
+                {.region = inputs.region, .texture_side_px = side_px, .progress = &progress});
   write_model(model, inputs.destination, format);
 }
 

@@ -30,25 +30,40 @@ core::Image8 over(const core::Image8& image, const std::array<std::uint8_t, 3>& 
   return flat;
 }
 
+bool is_opaque(const core::Image8& image) {
+  if (image.channels() == 3) return true;
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x)
+      if (image(x, y, 3) != 255) return false;
+  return true;
+}
+
 }  // namespace
 
 int ModelTextures::of(const world::Finish& finish) {
   if (finish.material != world::Material::Textured) return -1;
+  const std::uint16_t row = finish.pattern;
+  if (const auto known = opaque_.find(row); known != opaque_.end()) return known->second;
   const auto& color = finish.color_srgb;
-  const std::string name =
-      fmt::format("texture_{}_{:02x}{:02x}{:02x}", finish.pattern, color[0], color[1], color[2]);
-  const auto [found, is_new] = of_name_.try_emplace(name, static_cast<int>(textures_.size()));
-  if (is_new) {
-    if (finish.pattern >= store_.manifest().textures.size())
-      core::fail(core::ErrorKind::Input,
-                 "a surface shows texture {}; the world has {}; tile the world again",
-                 finish.pattern, store_.manifest().textures.size());
-    const world::Texture texture = store_.load_texture(finish.pattern);
-    textures_.push_back({.name = name,
-                         .png = core::encode_png(over(texture.image, color), kPngLevel),
-                         .repeats = true});
+  if (const auto known = over_color_.find({row, color}); known != over_color_.end())
+    return known->second;
+  if (row >= store_.manifest().textures.size())
+    core::fail(core::ErrorKind::Input,
+               "a surface shows texture {}; the world has {}; tile the world again", row,
+               store_.manifest().textures.size());
+  const world::Texture texture = store_.load_texture(row);
+  const auto index = static_cast<int>(textures_.size());
+  std::string name = fmt::format("texture_{}", row);
+  if (is_opaque(texture.image)) {
+    opaque_[row] = index;
+  } else {
+    name += fmt::format("_{:02x}{:02x}{:02x}", color[0], color[1], color[2]);
+    over_color_[{row, color}] = index;
   }
-  return found->second;
+  textures_.push_back({.name = std::move(name),
+                       .png = core::encode_png(over(texture.image, color), kPngLevel),
+                       .repeats = true});
+  return index;
 }
 
 int ModelTextures::add_ground(const GroundBaker& baker, const TileGround& ground, int side_px) {

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "world/lod.h"
+#include "world/terrain_triangle.h"
 
 namespace terracast::world_export {
 
@@ -13,14 +14,17 @@ using world::Tile;
 TileGround::TileGround(Tile tile, std::uint8_t coarser_sides)
     : tile_(std::move(tile)),
       half_steps_(world::stitched_half_steps(tile_, coarser_sides)),
-      paint_(tile_.id, tile_.objects.strips, tile_.objects.areas) {}
+      paint_(tile_.id, std::move(tile_.objects.strips), std::move(tile_.objects.areas)) {}
 
-/// The corner at the triangle's right angle first, then the ones along x and along y.
 struct TileGround::OnTriangle {
-  std::array<std::size_t, 3> samples;
-  std::array<double, 3> weights;
-  std::array<double, 3> above_center_m;
-  double sense;  ///< -1: the right angle lies in the north-east
+  world::TrianglePlace place;
+  std::array<double, 3> above_center_m;  ///< of its corners
+  double sense;                          ///< -1: the right angle lies in the north-east
+
+  double z_world(double center_z_m) const {
+    const auto& z = above_center_m;
+    return center_z_m + z[0] + place.weights[1] * (z[1] - z[0]) + place.weights[2] * (z[2] - z[0]);
+  }
 };
 
 Eigen::Vector2d TileGround::within(double x_world, double y_world) const {
@@ -37,22 +41,17 @@ TileGround::OnTriangle TileGround::triangle_at(double x_world, double y_world) c
   const int j = std::clamp(static_cast<int>(cell.y()), 0, kTileCells - 1);
   const double fx = cell.x() - i;
   const double fy = cell.y() - j;
-  const int far = fx + fy > 1.0 ? 1 : 0;
-  const int near = 1 - far;
-  const double along_x = far != 0 ? 1.0 - fx : fx;
-  const double along_y = far != 0 ? 1.0 - fy : fy;
-  return {.samples = {Tile::sample(i + far, j + far), Tile::sample(i + near, j + far),
-                      Tile::sample(i + far, j + near)},
-          .weights = {1.0 - along_x - along_y, along_x, along_y},
-          .above_center_m = {above_center_m(i + far, j + far), above_center_m(i + near, j + far),
-                             above_center_m(i + far, j + near)},
-          .sense = far != 0 ? -1.0 : 1.0};
+  const bool is_upper = fx + fy > 1.0;
+  OnTriangle on{.place = world::place_on_triangle(i, j, is_upper, fx, fy),
+                .above_center_m = {},
+                .sense = is_upper ? -1.0 : 1.0};
+  for (std::size_t k = 0; k < 3; ++k)
+    on.above_center_m[k] = above_center_m(on.place.corners[k].i, on.place.corners[k].j);
+  return on;
 }
 
 double TileGround::z_world(double x_world, double y_world) const {
-  const OnTriangle on = triangle_at(x_world, y_world);
-  const auto& z = on.above_center_m;
-  return tile_.center_z_m + z[0] + on.weights[1] * (z[1] - z[0]) + on.weights[2] * (z[2] - z[0]);
+  return triangle_at(x_world, y_world).z_world(tile_.center_z_m);
 }
 
 TileGround::Place TileGround::at(double x_world, double y_world) const {
@@ -61,16 +60,14 @@ TileGround::Place TileGround::at(double x_world, double y_world) const {
   const auto& z = on.above_center_m;
   const double spacing_m = tile_.id.spacing_m();
   Place place;
-  place.point_world = {
-      here.x(), here.y(),
-      tile_.center_z_m + z[0] + on.weights[1] * (z[1] - z[0]) + on.weights[2] * (z[2] - z[0])};
+  place.point_world = {here.x(), here.y(), on.z_world(tile_.center_z_m)};
   place.normal_world = Eigen::Vector3d(-on.sense * (z[1] - z[0]) / spacing_m,
                                        -on.sense * (z[2] - z[0]) / spacing_m, 1.0)
                            .normalized();
-  const std::size_t nearest = on.samples[static_cast<std::size_t>(
-      std::max_element(on.weights.begin(), on.weights.end()) - on.weights.begin())];
+  const std::size_t nearest = on.place.nearest().sample();
   double moisture = 0.0;
-  for (std::size_t k = 0; k < 3; ++k) moisture += on.weights[k] * tile_.moisture[on.samples[k]];
+  for (std::size_t k = 0; k < 3; ++k)
+    moisture += on.place.weights[k] * tile_.moisture[on.place.corners[k].sample()];
   place.surface.spacing_m = spacing_m;
   place.surface.cover = tile_.cover[nearest];
   place.surface.source = tile_.source[nearest];

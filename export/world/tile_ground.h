@@ -16,6 +16,7 @@ class TileGround {
  public:
   TileGround(world::Tile tile, std::uint8_t coarser_sides);
 
+  /// Without its strips and areas: is_painted() and find_paint() tell of them.
   const world::Tile& tile() const { return tile_; }
   bool is_painted() const { return !paint_.is_empty(); }  ///< anywhere
 

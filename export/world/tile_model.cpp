@@ -6,6 +6,7 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "core/error.h"
 #include "core/stop.h"
 #include "world/instance_frame.h"
 
@@ -204,8 +205,9 @@ std::size_t WorldModel::num_triangles() const {
   return sum;
 }
 
-ModelMaker::ModelMaker(const world::TileStore& store)
-    : store_(store), frame_(store.manifest().origin), baker_(store) {
+ModelMaker::ModelMaker(const world::TileStore& store, bool has_pictures)
+    : store_(store), frame_(store.manifest().origin) {
+  if (has_pictures) baker_.emplace(store);
   for (std::size_t row = 0; row < store.manifest().prototypes.size(); ++row)
     prototypes_.push_back(store.load_prototype(row));
 }
@@ -216,6 +218,8 @@ WorldModel ModelMaker::make(const std::vector<world::CutTile>& cut,
   const auto is_wanted = [&](const Eigen::Vector3d& place_world) {
     return !options.region || options.region->contains(frame_.geodetic_from_world(place_world));
   };
+  TERRACAST_CHECK(baker_ || options.texture_side_px == 0, "pictures of {} pixels without a baker",
+                  options.texture_side_px);
   std::map<std::string, Part> parts;
   WorldModel model;
   ModelTextures all_textures(store_);
@@ -226,7 +230,7 @@ WorldModel ModelMaker::make(const std::vector<world::CutTile>& cut,
     const TileGround ground(store_.load(cut_tile.id), cut_tile.coarser_sides);
     const Tile& tile = ground.tile();
     const int picture =
-        textures != nullptr ? textures->add_ground(baker_, ground, options.texture_side_px) : -1;
+        textures != nullptr ? textures->add_ground(*baker_, ground, options.texture_side_px) : -1;
     GroundParts ground_parts(ground, picture, frame_from_world, parts);
     for (int j = 0; j < kTileCells; ++j)
       for (int i = 0; i < kTileCells; ++i) {

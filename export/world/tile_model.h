@@ -59,7 +59,9 @@ struct ModelOptions {
 /// throws   Input, Io: from tiles
 class ModelMaker {
  public:
-  explicit ModelMaker(const world::TileStore& store);
+  /// has_pictures   of the ground and of models' textures: ModelOptions::texture_side_px may be above 0
+  /// throws         Input, Io: as GroundBaker where it has
+  ModelMaker(const world::TileStore& store, bool has_pictures);
 
   /// cut               tiles that together cover what is shown
   /// frame_from_world  of the vertices
@@ -71,7 +73,7 @@ class ModelMaker {
   const world::TileStore& store_;
   geo::WorldFrame frame_;
   std::vector<world::Prototype> prototypes_;
-  GroundBaker baker_;
+  std::optional<GroundBaker> baker_;  ///< none: nothing is pictured
 };
 
 /// Colour of a class of ground where nothing else is known.

@@ -61,9 +61,9 @@ class TilesetWriter {
   explicit TilesetWriter(const WorldExportInputs& inputs)
       : inputs_(inputs),
         frame_(inputs.store.manifest().origin),
-        maker_(inputs.store),
         cut_(cut_of_region(inputs.store, inputs.region, inputs.finest_spacing_m)),
-        texture_side_px_(texture_side_px(inputs, cut_, kUsualSide_px, cut_.size())) {}
+        texture_side_px_(texture_side_px(inputs, cut_, kUsualSide_px, cut_.size())),
+        maker_(inputs.store, texture_side_px_ > 0) {}
 
   void write() {
     const std::vector<TileId> tops = top_tiles();
@@ -228,9 +228,9 @@ class TilesetWriter {
 
   const WorldExportInputs& inputs_;
   const geo::WorldFrame frame_;
-  const ModelMaker maker_;
   const std::vector<world::CutTile> cut_;
   const int texture_side_px_;  ///< as many on every level
+  const ModelMaker maker_;
   std::vector<TileId> tiles_;  ///< each before its children
   std::unordered_map<TileId, Bounds> bounds_;
 };

@@ -34,8 +34,8 @@ Model read(const std::filesystem::path& file,
   options.name = "thing";
   options.file = {.written = file.filename().string(), .resolved = file};
   if (change) change(options);
-  const core::Log log("tile", core::LogLevel::Off);
-  return tiler::read_model(options, {.log = log, .num_threads = 0, .events_file = {}});
+  std::uint64_t texture_bytes_left = world::kMaxTexturesBytes;
+  return tiler::read_model(options, texture_bytes_left);
 }
 
 struct Extents {

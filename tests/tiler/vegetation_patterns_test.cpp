@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -138,7 +139,11 @@ TEST(Groves, SlopesHaveMoreAndRowsKeepToBordersOfFields) {
         if (!is_border) ++num_inside;
       }
     }
-  EXPECT_GT(steep, 1.5 * level);
+  // Squares of 260 m have a copse with a chance of 0.02 + 0.40 f in the level and 0.35 more on slopes, of pi 578 m2 by the
+  // mean square of its radius, of which 0.86 counts, at 0.75; and on both a loose group with 0.02 + 0.14 f, of pi 3544 m2,
+  // 0.65 of it, at 0.07. The ratio is least, 1.71, where all is full (f = 1), and 2.35 at f = 1/2; 380 squares hold some
+  // 130 copses more, whose areas have a standard deviation of 1.2 of their mean: an error of 0.2.
+  EXPECT_GT(steep, 1.71 * level);
   EXPECT_GT(num_in_rows, 1000);
   // A border of a region may be nearer than its field's, and have the same on both sides by chance.
   EXPECT_LE(num_inside, num_in_rows / 100);
@@ -282,33 +287,81 @@ TEST(Vegetation, TreesOfAStandAreAlikeAndStandsDiffer) {
   EXPECT_GT(near_light, 0.0);
 }
 
+/// Heights of trees within kZone_m of a stretch of a forest's border, and of those farther in beside it.
+struct BorderHeights {
+  std::vector<double> zone_m;
+  std::vector<double> inside_m;
+};
+
+/// Forest borders open land along lines that cross the squares of 16 m, from whose corners the edge is told, in all ways
+/// alike. Such an edge e rises from 0 to 1 and falls to 0 over the 16 m from the last wooded corner to the first open one,
+/// and where among these the border itself is, is evenly spread: each metre of border has
+///   (1/2) 16 m (mean of e / 2 = 1/4) = 2 m of forest's width less of its trees' height, of which a half is taken at e = 1;
+///   (1/2) 16 m (mean of max(0.12, 0.8 e) = 0.409) in the forest, and (1/2) 16 m (mean of e^2 / 2 = 1/6) outside, of
+///   bushes, in the place of 8 m of the forest's own 0.12.
+/// Where the border strays from one row of squares to the next, e goes on over more of them: both are the least there is.
 TEST(Vegetation, ForestEdgesHaveLowerTreesAndBushes) {
   const Planted& layer = planted();
-  PlantedLand land;
-  land.cover_at = [](const Vector2d& at) {
-    return std::fmod(std::abs(at.x()), 128.0) < 64.0 ? Cover::Forest : Cover::Grass;
+  constexpr double kPeriod_m = 192.0;
+  constexpr double kForest_m = 128.0;
+  // The border strays by up to some 10 m, and an edge is one of 16 m: no farther is anything of it.
+  constexpr double kZone_m = 26.0;
+  constexpr double kStretch_m = 170.0;  // of stands: what is so far apart is of another
+  constexpr double kSlant = 0.125;
+  const double cosine = 1.0 / std::hypot(1.0, kSlant);
+  const auto in_period_m = [&](const Vector2d& at) {
+    const double along_m = (at.x() + kSlant * at.y()) * cosine;
+    return along_m - kPeriod_m * std::floor(along_m / kPeriod_m);
   };
-  std::vector<double> at_edge_m;
-  std::vector<double> inside_m;
-  double bushes_at_edge = 0.0;
+  PlantedLand land;
+  land.cover_at = [&](const Vector2d& at) {
+    return in_period_m(at) < kForest_m ? Cover::Forest : Cover::Grass;
+  };
+  std::map<std::array<int, 3>, BorderHeights> stretches;
+  double bushes_in_zone = 0.0;
   double bushes_inside = 0.0;
-  // The border strays by up to some 10 m: what is inside is that far in, and by 16 m of the edge itself.
   for (const TileId id : {TileId{1, 0, 0}, TileId{1, 1, 0}, TileId{1, 0, 1}})
     for (const auto& [number, instance] : layer.shown_on(id, land)) {
-      const double in_stripe = std::fmod(std::abs(Planted::place_of(instance).x()), 128.0);
-      const double from_border_m = std::min(in_stripe, 64.0 - in_stripe);
-      if (from_border_m < 0.0) continue;
-      const bool is_edge = from_border_m < 8.0;
-      if (!is_edge && from_border_m < 26.0) continue;
-      if (layer.is_a(instance, "bush"))
-        (is_edge ? bushes_at_edge : bushes_inside) += 1.0 / (is_edge ? 16.0 : 12.0);
-      if (layer.is_tree(instance) && !layer.is_a(instance, "dead"))
-        (is_edge ? at_edge_m : inside_m).push_back(layer.height_m(instance));
+      const Vector2d at = Planted::place_of(instance);
+      const double place_m = in_period_m(at);
+      // Above 0 in the forest.
+      const double from_east_m = kForest_m - place_m;
+      const double from_west_m =
+          place_m < 0.5 * (kPeriod_m + kForest_m) ? place_m : place_m - kPeriod_m;
+      const bool is_west = std::abs(from_west_m) < std::abs(from_east_m);
+      const double from_border_m = is_west ? from_west_m : from_east_m;
+      if (from_border_m < -kZone_m) continue;
+      const bool is_inside = from_border_m > kZone_m;
+      if (layer.is_a(instance, "bush")) (is_inside ? bushes_inside : bushes_in_zone) += 1.0;
+      if (!layer.is_tree(instance) || layer.is_a(instance, "dead")) continue;
+      BorderHeights& stretch =
+          stretches[{static_cast<int>(std::floor((at.x() + kSlant * at.y()) * cosine / kPeriod_m)),
+                     is_west ? 1 : 0, static_cast<int>(std::floor(at.y() / kStretch_m))}];
+      (is_inside ? stretch.inside_m : stretch.zone_m).push_back(layer.height_m(instance));
     }
-  ASSERT_GT(at_edge_m.size(), 500U);
-  ASSERT_GT(inside_m.size(), 500U);
-  EXPECT_LT(mean_of(at_edge_m), 0.88 * mean_of(inside_m));
-  EXPECT_GT(bushes_at_edge, 1.5 * bushes_inside);
+
+  std::vector<double> logarithms;  // of the zone's mean height over the inside's
+  for (const auto& [key, stretch] : stretches)
+    if (stretch.zone_m.size() >= 50 && stretch.inside_m.size() >= 50)
+      logarithms.push_back(std::log(mean_of(stretch.zone_m) / mean_of(stretch.inside_m)));
+  ASSERT_GT(logarithms.size(), 20U);
+  const double error =
+      std::sqrt(variance_of(logarithms) / static_cast<double>(logarithms.size() - 1));
+  const double lower = mean_of(logarithms);
+  std::printf("%zu stretches: heights by %.3f +- %.3f; bushes %.0f, %.0f\n", logarithms.size(),
+              std::exp(lower), error, bushes_in_zone, bushes_inside);
+  EXPECT_LT(lower, std::log(1.0 - 2.0 / kZone_m) + 3.0 * error);
+  EXPECT_LT(lower, -3.0 * error) << "which could be chance";
+  EXPECT_GT(lower, std::log(0.5));
+
+  ASSERT_GT(bushes_inside, 300.0);
+  // Of a border on each side a zone's width, and what lies between.
+  const double ratio =
+      bushes_in_zone / (2.0 * kZone_m) / (bushes_inside / (kForest_m - 2.0 * kZone_m));
+  const double ratio_error = ratio * std::sqrt(1.0 / bushes_in_zone + 1.0 / bushes_inside);
+  const double more_m = 8.0 * (0.409 + 1.0 / 6.0 - 0.12);
+  // Inside, too, gaps and clearings have some: bushes inside are of as much as 0.16 of the places.
+  EXPECT_GT(ratio, 1.0 + more_m / (0.16 * kZone_m) - 3.0 * ratio_error);
 }
 
 TEST(Vegetation, NothingButGrassGrowsBetweenRunways) {

@@ -1,9 +1,12 @@
 #include <gdal_priv.h>
 
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include "core/error.h"
+#include "core/image_io.h"
+#include "export/world/model_textures.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/folder_compare.h"
 #include "tests/world_export/export_world.h"
@@ -243,6 +246,55 @@ TEST_F(WorldExport, SaysWhatCannotBeWritten) {
   const Region read = region_from_text("42.5,1.51,42.52,1.54");
   EXPECT_EQ(read.south_deg, 42.5);
   EXPECT_EQ(read.east_deg, 1.54);
+}
+
+/// What is opaque is one picture, whatever its finishes' colours (until 2026-11 one for each).
+TEST_F(WorldExport, TexturesAreOnePictureUnlessTheirFinishsColourIsSeen) {
+  world::WorldManifest manifest = store_->manifest();
+  core::Image8 opaque(3, 2, 3);
+  core::Image8 opaque_with_alpha(3, 2, 4, 255);
+  for (int k = 0; k < 18; ++k) {
+    opaque(k / 3 % 3, k / 9, k % 3) = static_cast<std::uint8_t>(13 * k);
+    opaque_with_alpha(k / 3 % 3, k / 9, k % 3) = static_cast<std::uint8_t>(13 * k);
+  }
+  manifest.textures.push_back(
+      world::write_texture(folder_ / "world", 1, {.name = "opaque", .image = opaque}));
+  manifest.textures.push_back(
+      world::write_texture(folder_ / "world", 2, {.name = "alpha", .image = opaque_with_alpha}));
+  world::write_manifest(folder_ / "world", manifest);
+  const world::TileStore store = world::TileStore::open(folder_ / "world");
+  const std::array<Code, 2> colors = {{{0, 0, 255}, {250, 20, 30}}};
+  ModelTextures textures(store);
+  std::array<std::array<int, 2>, 3> rows{};
+  for (std::size_t color : {0, 1, 0})
+    for (std::size_t texture : {0, 1, 2})
+      rows[texture][color] = textures.of({.material = world::Material::Textured,
+                                          .color_srgb = colors[color],
+                                          .pattern = static_cast<std::uint16_t>(texture)});
+  EXPECT_EQ(textures.of({.material = world::Material::Brick}), -1);
+  test::expect_error(core::ErrorKind::Input, {"texture 3", "the world has 3"},
+                     [&] { textures.of({.material = world::Material::Textured, .pattern = 3}); });
+  const std::vector<ModelTexture> pictures = textures.take();
+  ASSERT_EQ(pictures.size(), 4U);
+  EXPECT_NE(rows[0][0], rows[0][1]) << "whose finish is seen where it is transparent";
+  std::set<std::string> names;
+  for (const ModelTexture& picture : pictures) names.insert(picture.name);
+  EXPECT_EQ(names.size(), 4U);
+  const auto image_of = [&](int row) {
+    return std::get<core::Image8>(
+        core::decode_png(pictures.at(static_cast<std::size_t>(row)).png, "picture"));
+  };
+  for (const std::size_t texture : {1, 2}) {
+    EXPECT_EQ(rows[texture][0], rows[texture][1]);
+    EXPECT_TRUE(image_of(rows[texture][0]) == opaque);
+  }
+  for (const std::size_t color : {0, 1}) {
+    const core::Image8 image = image_of(rows[0][color]);
+    for (int k = 0; k < 4; ++k)
+      for (int c = 0; c < 3; ++c)
+        EXPECT_EQ(image(k % 2, k / 2, c), k == 3 ? colors[color][static_cast<std::size_t>(c)]
+                                                 : texture_image()(k % 2, k / 2, c));
+  }
 }
 
 }  // namespace

@@ -38,8 +38,9 @@ class ObjectsLayer final : public Layer {
       kinds.push_back({.footprint_m = thing.size_m.head<2>()});
     const std::size_t num_things = kinds.size();
     std::vector<Model> models;
+    std::uint64_t texture_bytes_left = world::kMaxTexturesBytes;
     for (const ModelOptions& options : model_options) {
-      models.push_back(read_model(options, inputs.context));
+      models.push_back(read_model(options, texture_bytes_left));
       kinds.push_back({.footprint_m = models.back().footprint_m});
       hashes_ += " " + models.back().content_hash;
       for (const auto& [name, count] : models.back().counts)

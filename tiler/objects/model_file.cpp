@@ -1,6 +1,5 @@
 #include "tiler/objects/model_file.h"
 
-#include <assimp/DefaultIOSystem.h>
 #include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
@@ -9,21 +8,18 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <assimp/IOStream.hpp>
 #include <assimp/Importer.hpp>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <map>
 #include <numbers>
 #include <optional>
-#include <sstream>
 #include <tuple>
 
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/semantic_class.h"
 #include "tiler/objects/gltf_check.h"
+#include "tiler/objects/model_folder.h"
 #include "tiler/objects/model_texture.h"
 #include "tiler/objects/ply_check.h"
 #include "tiler/objects/vertex_clusters.h"
@@ -44,58 +40,8 @@ using world::Shape;
 constexpr double kLargest_m = 2000.0;
 constexpr std::size_t kMostFinishes = 256;
 constexpr int kCoarsestModelLevel = 6;
-/// assimp's triangulation of a face takes the square of its corners: a second and more of 20 000.
-constexpr unsigned kMostCorners = 1000;
-
-std::vector<std::byte> bytes_of(const std::filesystem::path& file, const std::string& name) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) fail(ErrorKind::Io, "{}: no such file", name);
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error) fail(ErrorKind::Io, "{}: cannot be read", name);
-  if (size > kMostModelBytes)
-    fail(ErrorKind::Input, "{}: {} bytes, and a model has at most {}", name, size, kMostModelBytes);
-  std::vector<std::byte> bytes(size);
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!stream) fail(ErrorKind::Io, "{}: cannot be read", name);
-  return bytes;
-}
-
-/// Lets assimp read the model's folder alone, and not more than the bound.
-class FolderOnly final : public Assimp::DefaultIOSystem {
- public:
-  explicit FolderOnly(std::filesystem::path folder)
-      : folder_(std::filesystem::weakly_canonical(folder)) {}
-
-  bool Exists(const char* file) const override {
-    return is_inside(file) && Assimp::DefaultIOSystem::Exists(file);
-  }
-  Assimp::IOStream* Open(const char* file, const char* mode) override {
-    if (std::strchr(mode, 'w') != nullptr || std::strchr(mode, 'a') != nullptr || !is_inside(file))
-      return nullptr;
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) return nullptr;
-    opened_bytes_ += std::filesystem::file_size(file, error);
-    if (opened_bytes_ > kMostModelBytes) return nullptr;
-    return Assimp::DefaultIOSystem::Open(file, mode);
-  }
-  const std::string& escaped() const { return escaped_; }
-  bool is_too_much() const { return opened_bytes_ > kMostModelBytes; }
-
- private:
-  bool is_inside(const char* file) const {
-    std::error_code error;
-    const std::filesystem::path whole = std::filesystem::weakly_canonical(file, error);
-    const auto [end, ignored] =
-        std::mismatch(folder_.begin(), folder_.end(), whole.begin(), whole.end());
-    if (end == folder_.end()) return true;
-    escaped_ = file;
-    return false;
-  }
-  std::filesystem::path folder_;
-  mutable std::string escaped_;
-  std::uint64_t opened_bytes_ = 0;
-};
+/// So many are numbered by finishes.
+constexpr std::size_t kMostTextures = 65535;
 
 std::uint8_t code_of(double value) {
   return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0)));
@@ -106,8 +52,11 @@ double srgb_from_linear(double value) {
 
 class ModelReader {
  public:
-  ModelReader(const ModelOptions& options, Model& model)
-      : options_(options), model_(model), name_(options.file.written) {
+  ModelReader(const ModelOptions& options, std::uint64_t& texture_bytes_left, Model& model)
+      : options_(options),
+        texture_bytes_left_(texture_bytes_left),
+        model_(model),
+        name_(options.file.written) {
     for (std::size_t i = 0; i < core::semantic_classes().size(); ++i)
       if (core::semantic_class_names()[i] == options.semantic_class)
         semantic_class_ = core::semantic_classes()[i].id;
@@ -128,20 +77,17 @@ class ModelReader {
     is_gltf_ = kind == ".gltf" || kind == ".glb";
     if (is_gltf_) check_gltf(bytes, folder, name_);
     if (kind == ".ply") check_ply(bytes, name_);
+    ObjCheck obj(name_);
+    if (kind == ".obj") obj.look_at_model(bytes);
     folder_ = folder;
 
     Assimp::Importer importer;
-    auto* files = new FolderOnly(folder);
+    auto* files = new ModelFolder(file, folder, kind == ".obj" ? &obj : nullptr);
     importer.SetIOHandler(files);  // which it deletes
     importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
                                 aiPrimitiveType_POINT | aiPrimitiveType_LINE);
     scene_ = importer.ReadFile(file.string(), 0);
-    if (!files->escaped().empty())
-      fail(ErrorKind::Input, "{}: \"{}\" leads out of the model's folder; copy what it names there",
-           name_, files->escaped());
-    if (files->is_too_much())
-      fail(ErrorKind::Input, "{}: it and what it names hold more than {} bytes", name_,
-           kMostModelBytes);
+    files->check(name_);
     check_read(importer);
     check_faces();
     std::uint64_t num_triangles = 0;
@@ -176,11 +122,11 @@ class ModelReader {
     for (unsigned m = 0; m < scene_->mNumMeshes; ++m) {
       const aiMesh& mesh = *scene_->mMeshes[m];
       for (unsigned f = 0; f < mesh.mNumFaces; ++f)
-        if (mesh.mFaces[f].mNumIndices > kMostCorners)
+        if (mesh.mFaces[f].mNumIndices > kMostFaceCorners)
           fail(ErrorKind::Input,
                "{}: mesh \"{}\": face {} has {} corners, and a face has at most {}; save the model "
                "as triangles",
-               name_, mesh.mName.C_Str(), f, mesh.mFaces[f].mNumIndices, kMostCorners);
+               name_, mesh.mName.C_Str(), f, mesh.mFaces[f].mNumIndices, kMostFaceCorners);
     }
   }
 
@@ -415,10 +361,12 @@ class ModelReader {
       return std::nullopt;
     }
     hashes_ += core::content_hash(bytes);
+    if (model_.textures.size() >= kMostTextures)
+      fail(ErrorKind::Input, "{}: a model has at most {} textures", where, kMostTextures);
     known->second = static_cast<std::uint16_t>(model_.textures.size());
     model_.textures.push_back({.name = fmt::format("{}/{}", options_.name,
                                                    std::filesystem::path(uri).filename().string()),
-                               .image = decode_texture(bytes, where)});
+                               .image = decode_texture(bytes, where, texture_bytes_left_)});
     return known->second;
   }
 
@@ -488,6 +436,7 @@ class ModelReader {
   }
 
   const ModelOptions& options_;
+  std::uint64_t& texture_bytes_left_;
   Model& model_;
   std::string name_;
   std::filesystem::path folder_;
@@ -536,10 +485,9 @@ void ModelOptions::validate() const {
   if (file.empty()) fail(ErrorKind::Config, "model {}: file is missing", name);
 }
 
-Model read_model(const ModelOptions& options, const core::Context& context) {
-  static_cast<void>(context);
+Model read_model(const ModelOptions& options, std::uint64_t& texture_bytes_left) {
   Model model;
-  core::with_context([&] { ModelReader(options, model).read(); },
+  core::with_context([&] { ModelReader(options, texture_bytes_left, model).read(); },
                      fmt::format("reading model {}", options.name));
   return model;
 }

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/context.h"
 #include "core/schema.h"
 #include "world/shape.h"
 #include "world/texture.h"
@@ -38,14 +37,18 @@ struct Model {
 /// Bounds on what a model may hold.
 inline constexpr std::uint64_t kMostModelTriangles = 2'000'000;
 inline constexpr std::uint64_t kMostModelBytes = std::uint64_t{1} << 30;
+/// assimp's triangulation of a face takes the square of its corners: a second and more of 20 000.
+inline constexpr unsigned kMostFaceCorners = 1000;
 
 /// Reads glTF 2 (.gltf, .glb), OBJ or PLY: node transforms, colours and textures of materials. Coarser
 /// levels are made by clustering vertices in cells of a quarter of the spacing of the tiles that show them.
 /// Repaired and counted: triangles without area on the lattice, textures that are missing or of a kind
 /// that is not read (their material's colour stands for them), faces that are lines or points.
+/// texture_bytes_left   that its textures may take in memory, coarser levels included; less what they do take
 /// throws   Io: no such file; Config: another kind of file; Input: glTF 1, extensions that it requires and
 ///          that are not known, paths that lead out of its folder, files or numbers that do not fit together,
-///          vertices that are no numbers, no triangle, or more than the bounds
-Model read_model(const ModelOptions& options, const core::Context& context);
+///          vertices that are no numbers, no triangle, or more than the bounds (of OBJ those of obj_check.h, too);
+///          Interrupted: a stop was asked for
+Model read_model(const ModelOptions& options, std::uint64_t& texture_bytes_left);
 
 }  // namespace terracast::tiler

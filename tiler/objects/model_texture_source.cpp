@@ -36,11 +36,19 @@ Image8 with_colors(const core::Image<T>& image) {
   return out;
 }
 
-void check_size(int width, int height, const std::string& name) {
+void check_size(int width, int height, int most_channels, const std::string& name,
+                std::uint64_t bytes_left) {
   world::check_texture(name, width, height, 3);
+  if (const std::uint64_t bytes = world::mip_bytes(width, height, most_channels);
+      bytes > bytes_left)
+    fail(ErrorKind::Input,
+         "{}: its {} x {} pixels take up to {} bytes of memory, and {} are left of the {} that all "
+         "textures may take; make them smaller",
+         name, width, height, bytes, bytes_left, world::kMaxTexturesBytes);
 }
 
-Image8 decode_jpeg(std::span<const std::byte> bytes, const std::string& name) {
+Image8 decode_jpeg(std::span<const std::byte> bytes, const std::string& name,
+                   std::uint64_t bytes_left) {
   register_gdal();
   // GDAL reads memory as a file of a name; the name is this call's own.
   const std::string file =
@@ -59,7 +67,7 @@ Image8 decode_jpeg(std::span<const std::byte> bytes, const std::string& name) {
   const int width = dataset->GetRasterXSize();
   const int height = dataset->GetRasterYSize();
   const int num_bands = dataset->GetRasterCount();
-  check_size(width, height, name);
+  check_size(width, height, 3, name, bytes_left);
   if (num_bands != 1 && num_bands != 3)
     fail(ErrorKind::Input, "{}: a JPEG of {} bands; 1 and 3 are read", name, num_bands);
   Image8 image(width, height, 3);
@@ -71,20 +79,31 @@ Image8 decode_jpeg(std::span<const std::byte> bytes, const std::string& name) {
   return image;
 }
 
-}  // namespace
-
-core::Image8 decode_texture(std::span<const std::byte> bytes, const std::string& name) {
+bool is_png(std::span<const std::byte> bytes) {
   const auto byte = [&](std::size_t at) { return static_cast<std::uint32_t>(bytes[at]); };
-  const bool is_png =
-      bytes.size() > 24 && byte(0) == 0x89 && byte(1) == 'P' && byte(2) == 'N' && byte(3) == 'G';
-  if (!is_png) return decode_jpeg(bytes, name);
+  return bytes.size() > 24 && byte(0) == 0x89 && byte(1) == 'P' && byte(2) == 'N' && byte(3) == 'G';
+}
+
+Image8 decode_png(std::span<const std::byte> bytes, const std::string& name,
+                  std::uint64_t bytes_left) {
+  const auto byte = [&](std::size_t at) { return static_cast<std::uint32_t>(bytes[at]); };
   const auto side = [&](std::size_t at) {
     return static_cast<int>(std::min<std::uint32_t>(
         byte(at) << 24U | byte(at + 1) << 16U | byte(at + 2) << 8U | byte(at + 3), 0x7fffffffU));
   };
-  check_size(side(16), side(20), name);
+  check_size(side(16), side(20), 4, name, bytes_left);
   const auto image = core::decode_png(bytes, name, world::kMaxTexturePixels);
   return std::visit([](const auto& own) { return with_colors(own); }, image);
+}
+
+}  // namespace
+
+core::Image8 decode_texture(std::span<const std::byte> bytes, const std::string& name,
+                            std::uint64_t& bytes_left) {
+  Image8 image =
+      is_png(bytes) ? decode_png(bytes, name, bytes_left) : decode_jpeg(bytes, name, bytes_left);
+  bytes_left -= world::mip_bytes(image.width(), image.height(), image.channels());
+  return image;
 }
 
 }  // namespace terracast::tiler
