@@ -7,7 +7,7 @@
 namespace terracast::batch {
 namespace {
 
-// Factors of the demo on a Xeon of 2 cores: CPU time of its stages over what they handled.
+// Factors of configs/climb.toml on a Xeon of 2 cores: CPU time of its stages over what they handled.
 // Of each pixel: its ray, its rays to other frames and cameras, its labels and their bounds, PNG and
 // EXR.
 constexpr double kTruth_s_per_px = 1.1e-6;

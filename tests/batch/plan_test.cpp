@@ -24,14 +24,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A plan of the demo with other sweeps, whose flights state their frames.
+/// A plan of the climb with other sweeps, whose flights state their frames.
 Plan plan_of(const std::string& sweep, const PlanOptions& options = {},
              const Plan* previous = nullptr, const std::vector<std::string>& sets = {}) {
   const fs::path file = fs::path(TERRACAST_SOURCE_DIR) / "configs/swept.toml";
   const core::ConfigInputs inputs{.file = file,
                                   .sets = sets,
                                   .sets_folder = fs::temp_directory_path(),
-                                  .texts = {{file.string(), "extends = \"demo.toml\"\n" + sweep}}};
+                                  .texts = {{file.string(), "extends = \"climb.toml\"\n" + sweep}}};
   const core::Log log("test", core::LogLevel::Off);
   return make_plan(Description::load(inputs), options, previous, {.log = log});
 }

@@ -173,7 +173,7 @@ TEST(Description, ARunReadsAsItsConfigWithTheChangesDoes) {
 TEST(Description, ItReadsAgainAfterItsFilesAreGone) {
   namespace fs = std::filesystem;
   const test::ScratchFolder folder;
-  for (const char* name : {"worlds", "rigs", "trajectories", "batch", "demo.toml"})
+  for (const char* name : {"worlds", "rigs", "trajectories", "batch", "climb.toml"})
     fs::copy(fs::path(TERRACAST_SOURCE_DIR) / "configs" / name, folder / name,
              fs::copy_options::recursive);
   const Description first = Description::load(folder / "batch/demo.toml", {});
@@ -181,7 +181,7 @@ TEST(Description, ItReadsAgainAfterItsFilesAreGone) {
   for (std::int64_t i = 0; i < first.num_runs(); ++i)
     configs.push_back(core::toml_text(first.run_config(i)));
   const std::string inputs = first.inputs().json().text();
-  for (const char* name : {"worlds", "rigs", "trajectories", "batch", "demo.toml"})
+  for (const char* name : {"worlds", "rigs", "trajectories", "batch", "climb.toml"})
     fs::remove_all(folder / name);
   const Description again = Description::load(
       core::ConfigInputs::from_json(core::Json::parse(inputs, "config.json"), "config.json"));
@@ -193,7 +193,7 @@ TEST(Description, ItReadsAgainAfterItsFilesAreGone) {
 TEST(Description, ErrorsOfARunNameWhatTheSweepSet) {
   const auto refusal = [](const std::string& sweep) -> std::string {
     const test::ScratchFolder folder;
-    core::write_file(folder / "c.toml", fmt::format("extends = \"{}/configs/demo.toml\"\n{}",
+    core::write_file(folder / "c.toml", fmt::format("extends = \"{}/configs/climb.toml\"\n{}",
                                                     TERRACAST_SOURCE_DIR, sweep));
     try {
       Description::load(folder / "c.toml", {}).run_config(0);
