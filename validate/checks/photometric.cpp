@@ -21,6 +21,8 @@ double worth_of(const PatchMatch& match) {
   return match.is_resolved ? match.correlation : std::min(1.0, 2.0 * match.correlation);
 }
 
+constexpr double kMostFrameShift_px = 0.3;
+
 struct PairMatches {
   std::vector<double> shift_x, shift_y;
   std::vector<double> correlation;  ///< what each counts as
@@ -247,8 +249,11 @@ class PhotometricChecker : public Checker {
     const auto median_of = [](std::vector<double> values) { return median(values); };
     PairMedians medians{kind, name, median_of(matches.correlation), 0.0,
                         matches.shift_x.size() >= enough};
-    if (medians.has_shift)
-      medians.shift_px = std::hypot(median_of(matches.shift_x), median_of(matches.shift_y));
+    if (medians.has_shift) {
+      std::vector<double> x = matches.shift_x, y = matches.shift_y;
+      medians.shift_px = std::hypot(estimate_median(x).judged(kMostFrameShift_px),
+                                    estimate_median(y).judged(kMostFrameShift_px));
+    }
     pairs_.push_back(std::move(medians));
   }
 
@@ -262,15 +267,18 @@ class PhotometricChecker : public Checker {
     least.unit = "of its kind's";
     CheckResult farthest;
     farthest.name = "photometric_frame_shift";
-    farthest.bound = 0.3;
+    farthest.bound = kMostFrameShift_px;
     farthest.unit = "px";
     for (const PairMedians& pair : pairs_) {
       std::vector<double> pooled = pools_.at(pair.kind).correlation;
       const double typical = median(pooled);
-      // Of images that hardly correlate as such (noise at night) nothing follows for one of them.
-      constexpr double kClear = 0.5;
-      if (typical > kClear && pair.correlation / typical < least.value) {
-        least.value = pair.correlation / typical;
+      // Of images that hardly correlate as such (noise at night) nothing follows for one of them. One that
+      // shows more sea than the others, which mirrors another part of the sky in each, correlates by 0.45
+      // where they do by 0.85; other ground does by less than 0.3 whatever they do.
+      constexpr double kClear = 0.5, kMostAsked = 0.65;
+      const double asked = std::min(typical, kMostAsked);
+      if (typical > kClear && pair.correlation / asked < least.value) {
+        least.value = pair.correlation / asked;
         least.worst = pair.name;
       }
       if (pair.has_shift && pair.correlation > kClear && pair.shift_px >= farthest.value) {
@@ -281,13 +289,16 @@ class PhotometricChecker : public Checker {
     least.ok = least.is_within_bound();
     least.summary =
         "Least median correlation of a single pair of images, by the median of all pairs of its "
-        "kind.";
+        "kind or 0.65, whichever is less.";
     least.reason =
         "Neighbouring frames see the ground alike; another image correlates by less than 0.3.";
     least.detects = "one image of another frame or sequence";
     farthest.ok = farthest.is_within_bound();
     farthest.summary = "Largest median shift of the patches of a single pair of images.";
-    farthest.reason = "Medians of 20 patches are known to about 0.05 px.";
+    farthest.reason =
+        "Medians of hundreds of patches are known to 0.05 px; of fewer only what is beyond five "
+        "standard "
+        "errors counts.";
     farthest.detects = "one image that stands twice where a frame moves by 0.5 px";
     results.push_back(std::move(least));
     results.push_back(std::move(farthest));
