@@ -37,8 +37,9 @@ constexpr double kFascia_m = 0.16;
 constexpr double kParapetWidth_m = 0.3;
 /// Least height of walls under a roof.
 constexpr double kLeastWall_m = 2.0;
-/// Of walls above the highest ground, so that slopes do not come up to the roof.
-constexpr double kClearOfGround_m = 2.2;
+/// No roof is higher, but where it says so and spires.
+constexpr double kHighestRoof_m = 8.0;
+constexpr double kHighestChurchRoof_m = 14.0;
 
 /// Walls narrower than this share of a bay have no windows.
 constexpr double kNarrowestBay = 0.6;
@@ -60,6 +61,16 @@ std::optional<Triangles> sound_triangles(const std::vector<Vector2i>& points, co
     if (u.x() * v.y() - u.y() * v.x() < kNarrowest_steps * longest) return std::nullopt;
   }
   return triangles;
+}
+
+/// In whole decimetres, so that setbacks keep the roofs of bodies over each other apart as well.
+double parapet_m(std::uint64_t own) {
+  return 0.1 * std::floor(random_between(4.0, 10.0, own, 0, kParapet));
+}
+
+double highest_roof_m(const BuildingDesign& design) {
+  if (design.roof == RoofShape::Spire || design.roof_height_m > 0.0) return 1e6;
+  return design.kind == BuildingKind::Church ? kHighestChurchRoof_m : kHighestRoof_m;
 }
 
 struct Border {
@@ -85,7 +96,8 @@ class BuildingBuilder {
     roofing_ = shape_.add_finish(design_.roofing);
     trim_ = shape_.add_finish(design_.trim);
     is_raised_ = design_.bottom_m > 0.0;
-    bottom_ = is_raised_ ? steps(design_.bottom_m - kBodySunk_m) - plan.setback_steps
+    bottom_ = is_raised_ ? steps(design_.bottom_m - design_.footing_m - kBodySunk_m) -
+                               plan.setback_steps
                          : -plan.foundation_steps;
     const double clear = is_raised_ ? steps(design_.bottom_m + 0.5)
                                     : plan.highest_ground_steps + steps(kClearOfGround_m);
@@ -99,9 +111,7 @@ class BuildingBuilder {
     std::optional<RingsSteps> inner;
     if (is_fine && !is_small) inner = moved_edges(rings, -steps(kParapetWidth_m));
     if (inner) {
-      // In whole decimetres, so that setbacks keep the roofs of bodies over each other apart as well.
-      const double parapet =
-          steps(0.1 * std::floor(random_between(4.0, 10.0, plan_.own, 0, kParapet)));
+      const double parapet = steps(parapet_m(plan_.own));
       Border rim;
       rim.add(rings);
       rim.add(*inner);
@@ -142,7 +152,7 @@ class BuildingBuilder {
     const RingsSteps& rings = plan_.rings;
     RoofOptions options = roof_options();
     const double least_wall = is_raised_ ? steps(0.15) : steps(kLeastWall_m);
-    const double from = std::max(bottom_, is_raised_ ? bottom_ : 0.0);
+    const double from = is_raised_ ? bottom_ + steps(design_.footing_m) : 0.0;
     options.most_steps = std::min(options.most_steps, top_ - from - least_wall);
     if (options.most_steps < steps(0.3)) return false;
     if (options.shape == RoofShape::Gabled || options.shape == RoofShape::HalfHipped ||
@@ -305,8 +315,7 @@ class BuildingBuilder {
     options.shape = design_.roof;
     options.slope = design_.roof_slope;
     options.height_steps = steps(design_.roof_height_m);
-    options.most_steps = steps(design_.kind == BuildingKind::Church ? 14.0 : 8.0);
-    if (design_.roof == RoofShape::Spire || design_.roof_height_m > 0.0) options.most_steps = 1e9;
+    options.most_steps = steps(highest_roof_m(design_));
     options.ridge_across = design_.ridge_across;
     if (design_.roof_direction_deg) {
       const double turned = *design_.roof_direction_deg * 0.017453292519943295;
@@ -545,6 +554,22 @@ class BuildingBuilder {
 };
 
 }  // namespace
+
+double roof_depth_m(const BuildingDesign& design, const RingsSteps& rings, std::uint64_t own) {
+  if (design.kind == BuildingKind::Canopy) return 0.0;
+  // What finds no other roof has a flat one.
+  const double flat_m = parapet_m(own);
+  if (design.roof == RoofShape::Flat) return flat_m;
+  const Rectangle box = rectangle_round(rings.front());
+  constexpr double kMostEaves_m = 1.3 * kEaves_m;
+  const double run_m = design.roof == RoofShape::Skillion
+                           ? (box.length_steps + box.width_steps) * kHeightStep_m
+                           : 0.5 * box.width_steps * kHeightStep_m;
+  const double rise_m = design.roof_height_m > 0.0 ? design.roof_height_m
+                                                   : design.roof_slope * (run_m + kMostEaves_m);
+  const double depth_m = std::min({rise_m, highest_roof_m(design), design.top_m}) + kFascia_m;
+  return std::max(0.1 * std::ceil(10.0 * depth_m), flat_m);
+}
 
 RingsSteps block_of(const RingsSteps& rings) {
   if (num_corners(rings) <= 6) return rings;
