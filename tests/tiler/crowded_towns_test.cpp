@@ -24,8 +24,8 @@ VectorFeature rectangle(std::uint64_t number, const Vector2d& low, const Vector2
   feature.number = number;
   feature.kind = tiler::FeatureKind::Area;
   feature.tags = FeatureTags(std::move(tags));
-  feature.parts_world = {{{low, low + Vector2d(size.x(), 0.0), low + size,
-                           low + Vector2d(0.0, size.y())}}};
+  feature.parts_world = {
+      {{low, low + Vector2d(size.x(), 0.0), low + size, low + Vector2d(0.0, size.y())}}};
   return feature;
 }
 
@@ -140,9 +140,10 @@ TEST(BuildingIndex, GivesWhatLiesInABoxOnceAndInOrder) {
       visited.push_back(row);
       return visited.size() < most;
     });
-    EXPECT_EQ(visited, std::vector<std::uint32_t>(
-                           rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(
-                                                            std::min(most, rows.size()))));
+    EXPECT_EQ(
+        visited,
+        std::vector<std::uint32_t>(
+            rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(std::min(most, rows.size()))));
   }
 }
 

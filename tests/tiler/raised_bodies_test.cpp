@@ -141,7 +141,9 @@ TEST(RaisedBodies, ComeDownToWhatIsBelowThem) {
   EXPECT_EQ(built.count("raised bodies brought down to what is below them"), 1);
   EXPECT_EQ(built.count("raised bodies that nothing carries"), 1);
   const auto solids = by_number(built, 0);
-  const auto bottom_m = [&](std::uint64_t number) { return lowest_z(solids.at(number), 0) - 300.0; };
+  const auto bottom_m = [&](std::uint64_t number) {
+    return lowest_z(solids.at(number), 0) - 300.0;
+  };
   EXPECT_LT(bottom_m(2), roof_z(solids.at(1), 0, places_under(solids.at(2), 0)[12]) - 300.0);
   EXPECT_GT(bottom_m(2), 10.0 - 0.9 - 0.19);
   EXPECT_NEAR(bottom_m(14), 20.0 - 0.099, 0.1);  // and less than all setbacks

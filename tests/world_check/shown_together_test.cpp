@@ -88,8 +88,8 @@ class ShownTogetherTest : public testing::Test {
     test::TinyWorldOptions options;
     options.finest_level = 1;
     options.refine = [](const TileId& id) { return id.x < 0; };
-    const world::TileStore empty =
-        test::make_tiny_world(folder / "world", [](double, double) { return 10.0; }, options);
+    const world::TileStore empty = test::make_tiny_world(
+        folder / "world", [](double, double) { return 10.0; }, options);
     world::WorldManifest manifest = empty.manifest();
     world::LayerInfo layer;
     layer.name = layer.kind = "buildings";
@@ -98,17 +98,15 @@ class ShownTogetherTest : public testing::Test {
       world::Tile tile = empty.load(id);
       tile.objects.solids = objects;
       tile.objects_top_steps = 100 * kSteps;
-      *std::find_if(manifest.tiles.begin(), manifest.tiles.end(),
-                    [&](const auto& one) { return one.id == id; }) =
-          world::write_tile(folder / "world", tile);
+      *std::find_if(manifest.tiles.begin(), manifest.tiles.end(), [&](const auto& one) {
+        return one.id == id;
+      }) = world::write_tile(folder / "world", tile);
     }
     world::write_manifest(folder / "world", manifest);
     const core::Log log("test", core::LogLevel::Off);
-    const WorldFaults faults =
-        check_world(world::TileStore::open(folder / "world"), {.log = log});
-    return *std::find_if(faults.results.begin(), faults.results.end(), [](const Result& result) {
-      return result.name == "coincident_solids";
-    });
+    const WorldFaults faults = check_world(world::TileStore::open(folder / "world"), {.log = log});
+    return *std::find_if(faults.results.begin(), faults.results.end(),
+                         [](const Result& result) { return result.name == "coincident_solids"; });
   }
 
   const TileId west_{1, -1, 0}, coarse_west_{2, -1, 0}, east_{2, 0, 0};
@@ -143,10 +141,9 @@ TEST_F(ShownTogetherTest, FindsWhatReachesOverTilesThatAreNotThere) {
   // Both stand in the fine tile; the faces that they share lie east of it, where tiles are coarse alone.
   const std::vector<world::Solid> solids = {
       solid(1, -4, 100, {{1, box({-2, -8, -2}, {20, 8, 16})}, {5, box({-2, -8, -3}, {20, 8, 14})}}),
-      solid(2, -4, 100,
-            {{1, box({8, -7, -4}, {24, 7, 16})}, {5, box({8, -7, -5}, {24, 7, 12})}})};
-  EXPECT_EQ(
-      coincident_in({{west_, solids}, {coarse_west_, solids}, {east_, solids}}).num_faults, 1);
+      solid(2, -4, 100, {{1, box({8, -7, -4}, {24, 7, 16})}, {5, box({8, -7, -5}, {24, 7, 12})}})};
+  EXPECT_EQ(coincident_in({{west_, solids}, {coarse_west_, solids}, {east_, solids}}).num_faults,
+            1);
 }
 
 TEST_F(ShownTogetherTest, FindsWallsInTheBorderOfTiles) {
@@ -156,9 +153,10 @@ TEST_F(ShownTogetherTest, FindsWallsInTheBorderOfTiles) {
   const TileId fine_west{1, -1, -1};
   const world::Solid west = solid(1, -4, -100, {{5, box({-8, -8, -2}, {4, 8, 16})}});
   const world::Solid east = solid(2, 4, -100, {{5, box({-4, -8, -3}, {8, 8, 12})}});
-  EXPECT_EQ(coincident_in({{fine_west, {west, east}}, {south_west, {west, east}}, {south_east, {east}}})
-                .num_faults,
-            1);
+  EXPECT_EQ(
+      coincident_in({{fine_west, {west, east}}, {south_west, {west, east}}, {south_east, {east}}})
+          .num_faults,
+      1);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "tiler/buildings/building_draws.h"
+#include "tiler/buildings/roof_measures.h"
 #include "tiler/buildings/roof_things.h"
 #include "tiler/buildings/setback.h"
 #include "tiler/buildings/shape_builder.h"
@@ -32,14 +33,9 @@ using Edges = std::vector<std::array<int, 2>>;
 
 /// Triangles narrower than this may turn over when their corners are rounded in the world.
 constexpr double kNarrowest_steps = 4.0;
-constexpr double kEaves_m = 0.4;
-constexpr double kFascia_m = 0.16;
 constexpr double kParapetWidth_m = 0.3;
 /// Least height of walls under a roof.
 constexpr double kLeastWall_m = 2.0;
-/// No roof is higher, but where it says so and spires.
-constexpr double kHighestRoof_m = 8.0;
-constexpr double kHighestChurchRoof_m = 14.0;
 
 /// Walls narrower than this share of a bay have no windows.
 constexpr double kNarrowestBay = 0.6;
@@ -61,16 +57,6 @@ std::optional<Triangles> sound_triangles(const std::vector<Vector2i>& points, co
     if (u.x() * v.y() - u.y() * v.x() < kNarrowest_steps * longest) return std::nullopt;
   }
   return triangles;
-}
-
-/// In whole decimetres, so that setbacks keep the roofs of bodies over each other apart as well.
-double parapet_m(std::uint64_t own) {
-  return 0.1 * std::floor(random_between(4.0, 10.0, own, 0, kParapet));
-}
-
-double highest_roof_m(const BuildingDesign& design) {
-  if (design.roof == RoofShape::Spire || design.roof_height_m > 0.0) return 1e6;
-  return design.kind == BuildingKind::Church ? kHighestChurchRoof_m : kHighestRoof_m;
 }
 
 struct Border {
@@ -96,9 +82,9 @@ class BuildingBuilder {
     roofing_ = shape_.add_finish(design_.roofing);
     trim_ = shape_.add_finish(design_.trim);
     is_raised_ = design_.bottom_m > 0.0;
-    bottom_ = is_raised_ ? steps(design_.bottom_m - design_.footing_m - kBodySunk_m) -
-                               plan.setback_steps
-                         : -plan.foundation_steps;
+    bottom_ = is_raised_
+                  ? steps(design_.bottom_m - design_.footing_m - kBodySunk_m) - plan.setback_steps
+                  : -plan.foundation_steps;
     const double clear = is_raised_ ? steps(design_.bottom_m + 0.5)
                                     : plan.highest_ground_steps + steps(kClearOfGround_m);
     top_ = std::max(steps(design_.top_m), clear) - plan.setback_steps;
@@ -163,8 +149,9 @@ class BuildingBuilder {
     double fascia = 0.0;
     std::optional<Roof> roof;
     if (is_fine && !is_raised_ && design_.kind != BuildingKind::Greenhouse) {
-      const double overhang = steps(kEaves_m * random_between(0.6, 1.3, plan_.own, 0, kOverhang) *
-                                    (design_.kind == BuildingKind::Garage ? 0.5 : 1.0));
+      const double overhang =
+          steps(kEaves_m * random_between(0.6, kMostOverhang, plan_.own, 0, kOverhang) *
+                (design_.kind == BuildingKind::Garage ? 0.5 : 1.0));
       for (std::size_t i = 0; i < by.size(); ++i) {
         const bool is_gable = i < options.gables.size() && options.gables[i] &&
                               options.shape != RoofShape::HalfHipped;
@@ -554,22 +541,6 @@ class BuildingBuilder {
 };
 
 }  // namespace
-
-double roof_depth_m(const BuildingDesign& design, const RingsSteps& rings, std::uint64_t own) {
-  if (design.kind == BuildingKind::Canopy) return 0.0;
-  // What finds no other roof has a flat one.
-  const double flat_m = parapet_m(own);
-  if (design.roof == RoofShape::Flat) return flat_m;
-  const Rectangle box = rectangle_round(rings.front());
-  constexpr double kMostEaves_m = 1.3 * kEaves_m;
-  const double run_m = design.roof == RoofShape::Skillion
-                           ? (box.length_steps + box.width_steps) * kHeightStep_m
-                           : 0.5 * box.width_steps * kHeightStep_m;
-  const double rise_m = design.roof_height_m > 0.0 ? design.roof_height_m
-                                                   : design.roof_slope * (run_m + kMostEaves_m);
-  const double depth_m = std::min({rise_m, highest_roof_m(design), design.top_m}) + kFascia_m;
-  return std::max(0.1 * std::ceil(10.0 * depth_m), flat_m);
-}
 
 RingsSteps block_of(const RingsSteps& rings) {
   if (num_corners(rings) <= 6) return rings;

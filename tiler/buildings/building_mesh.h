@@ -37,14 +37,6 @@ struct BuildingPlan {
 /// threads   safe
 world::Shape building_shape(const BuildingPlan& plan, BuildingDetail detail);
 
-/// Of walls above the highest ground, so that slopes do not come up to the roof.
-inline constexpr double kClearOfGround_m = 2.2;
-
-/// How far below a building's top its roof may lie: of a flat one the floor behind its parapet, of others the eaves.
-/// Never less than it is; in whole decimetres, so that setbacks keep what goes down to it apart.
-/// own   drawn for it
-double roof_depth_m(const BuildingDesign& design, const RingsSteps& rings, std::uint64_t own);
-
 /// The rings that a Block stands on: of many corners, a rectangle of their area, which may reach beyond them.
 RingsSteps block_of(const RingsSteps& rings);
 

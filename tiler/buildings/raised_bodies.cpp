@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/parallel.h"
-#include "tiler/buildings/building_mesh.h"
+#include "tiler/buildings/roof_measures.h"
 #include "world/tile.h"
 
 namespace terracast::tiler {
@@ -97,10 +97,9 @@ class RaisedBody {
     for (const std::uint32_t j : rows) {
       if (j == row) continue;
       const double higher_m = facts[j].lowest_m - facts[row].lowest_m;
-      const auto num_over =
-          std::count_if(places.begin(), places.end(), [&](const Vector2d& place) {
-            return contains_world(buildings[j], place);
-          });
+      const auto num_over = std::count_if(places.begin(), places.end(), [&](const Vector2d& place) {
+        return contains_world(buildings[j], place);
+      });
       others_.push_back({.building = &buildings[j],
                          .bottom_m = higher_m + buildings[j].design.bottom_m,
                          .top_m = higher_m + facts[j].top_m,

@@ -53,7 +53,8 @@ struct Draft {
 double share_in(const Draft& one, const Draft& other) {
   if (one.inside_world.empty()) return 0.0;
   std::size_t num_in = 0;
-  for (const Vector2d& place : one.inside_world) num_in += contains_world(other.building, place) ? 1 : 0;
+  for (const Vector2d& place : one.inside_world)
+    num_in += contains_world(other.building, place) ? 1 : 0;
   return static_cast<double>(num_in) / static_cast<double>(one.inside_world.size());
 }
 
@@ -80,8 +81,7 @@ bool comes_before_copies(const Draft& one, const Draft& other) {
     return std::lexicographical_compare(a.footprint.rings.begin(), a.footprint.rings.end(),
                                         b.footprint.rings.begin(), b.footprint.rings.end(),
                                         less_ring);
-  if (a.is_part && one.tags->all() != other.tags->all())
-    return one.tags->all() < other.tags->all();
+  if (a.is_part && one.tags->all() != other.tags->all()) return one.tags->all() < other.tags->all();
   return a.key < b.key;
 }
 
@@ -126,8 +126,7 @@ class TownBuilder {
       town.buildings.push_back(std::move(draft.building));
     }
     town.index.finish();
-    const RaisedCounts raised =
-        settle_raised_bodies(town.buildings, town.index, ground_.height_m);
+    const RaisedCounts raised = settle_raised_bodies(town.buildings, town.index, ground_.height_m);
     town.num_pairs = num_pairs_ + raised.num_pairs;
     const auto count = [&](const char* name, std::int64_t value) {
       if (value > 0) town.counts.emplace_back(name, value);
@@ -237,9 +236,8 @@ class TownBuilder {
   void drop_what_is_crowded() {
     std::vector<std::size_t> rows(drafts_.size());
     std::iota(rows.begin(), rows.end(), std::size_t{0});
-    std::sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) {
-      return goes_before(drafts_[a], drafts_[b]);
-    });
+    std::sort(rows.begin(), rows.end(),
+              [&](std::size_t a, std::size_t b) { return goes_before(drafts_[a], drafts_[b]); });
     std::unordered_map<std::uint64_t, std::size_t> num_in;  // of each cell
     for (const std::size_t i : rows) {
       Draft& draft = drafts_[i];
@@ -276,7 +274,8 @@ class TownBuilder {
             if (draft.is_dropped) continue;
             for (const std::uint32_t j : near(draft, 0.0)) {
               const Draft& other = drafts_[j];
-              if (j == i || other.is_dropped || other.building.is_part != draft.building.is_part) continue;
+              if (j == i || other.is_dropped || other.building.is_part != draft.building.is_part)
+                continue;
               if (!goes_before(other, draft)) continue;
               const double share = share_in(draft, other);
               if (draft.building.is_part) {
@@ -382,9 +381,9 @@ class TownBuilder {
           if (j == row || drafts_[j].is_dropped) return false;
           for (const double share : {0.04, 0.27, 0.5, 0.73, 0.96})
             for (const double out_m : {0.15, kAttached_m})
-              if (contains_world(drafts_[j].building,
-                                 footprint.place_m.cast<double>() +
-                                     kHeightStep_m * (a + share * (b - a)) + out_m * outward))
+              if (contains_world(drafts_[j].building, footprint.place_m.cast<double>() +
+                                                          kHeightStep_m * (a + share * (b - a)) +
+                                                          out_m * outward))
                 return true;
           return false;
         };
@@ -458,7 +457,8 @@ class TownBuilder {
       own = drafts_[found->second].building.own;
     const std::uint64_t town =
         core::random_bits(seed_, cell_key(at.x(), at.y(), kTownCell_m), 0x746f776eULL);
-    building.design = design_building(*draft.tags, draft.building.is_part, around, raster_m, town, own);
+    building.design =
+        design_building(*draft.tags, draft.building.is_part, around, raster_m, town, own);
   }
 
   const HeightRaster* raster_;

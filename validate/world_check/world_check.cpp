@@ -220,8 +220,8 @@ TileFacts look_at(const world::TileStore& store, const std::vector<PrototypeSize
                               solid.provenance.instance_id, level.coarsest_level),
                   facts.tally);
   }
-  ShownTogether shown = coincident_shapes(
-      tile, [&](const world::TileId& id) { return store.find(id) != nullptr; });
+  ShownTogether shown =
+      coincident_shapes(tile, [&](const world::TileId& id) { return store.find(id) != nullptr; });
   facts.tally.asked("coincident_solids", shown.num_shapes);
   facts.coincident = std::move(shown.coincident);
   for (const world::Instance& instance : tile.objects.instances) {
@@ -280,12 +280,13 @@ void count_coincident(const world::WorldManifest& manifest,
   std::set<std::tuple<std::uint32_t, std::uint32_t, int, int>> known;
   for (const auto& [row, pair] : found) {
     if (!known.insert(pair.shapes()).second) continue;
-    tally.fault("coincident_solids",
-                fmt::format("tile {}: objects {} and {}, to levels {} and {}: {:.2f} m2, such as at "
-                            "E {:.2f} N {:.2f} m, z {:.2f} m",
-                            manifest.tiles[row].id.name(), pair.first_id, pair.second_id,
-                            pair.first_level, pair.second_level, pair.area_m2,
-                            pair.place_world.x(), pair.place_world.y(), pair.place_world.z()));
+    tally.fault(
+        "coincident_solids",
+        fmt::format("tile {}: objects {} and {}, to levels {} and {}: {:.2f} m2, such as at "
+                    "E {:.2f} N {:.2f} m, z {:.2f} m",
+                    manifest.tiles[row].id.name(), pair.first_id, pair.second_id, pair.first_level,
+                    pair.second_level, pair.area_m2, pair.place_world.x(), pair.place_world.y(),
+                    pair.place_world.z()));
   }
 }
 
