@@ -60,13 +60,13 @@ double roof_z(const world::Solid& solid, int level, const Vector2d& place) {
   return highest;
 }
 
-/// Places all over a solid's box, 1 cm within it and farther.
+/// Places all over a solid; its box is turned against it by a degree or so.
 std::vector<Vector2d> places_under(const world::Solid& solid, int level) {
   const auto [low, high] = box_of(*world::shape_at(solid.levels, level));
   const Vector2d origin = solid.origin_steps.head<2>().cast<double>() * kHeightStep_m;
   std::vector<Vector2d> places;
-  for (const double u : {0.01, 0.2, 0.5, 0.8, 0.99})
-    for (const double v : {0.01, 0.2, 0.5, 0.8, 0.99})
+  for (const double u : {0.1, 0.3, 0.5, 0.7, 0.9})
+    for (const double v : {0.1, 0.3, 0.5, 0.7, 0.9})
       places.push_back(origin + low.head<2>() +
                        Vector2d(u, v).cwiseProduct((high - low).head<2>()));
   return places;
@@ -161,8 +161,9 @@ TEST(RaisedBodies, HangBetweenHousesOnBothSidesOfAStreet) {
   Tags rooms = house("9");
   rooms.emplace_back("min_height", "4");
   const auto rooms_at = [&](double x, double width) {
-    return fmt::format("POLYGON(({0} {2},{1} {2},{1} {3},{1} {4},{0} {4},{0} {3},{0} {2}))",
-                       at.x() + x, at.x() + x + width, at.y(), at.y() + 4.0, at.y() + 7.0);
+    return fmt::format("POLYGON(({0} {4},{1} {4},{2} {5},{1} {6},{0} {6},{3} {5},{0} {4}))",
+                       at.x() + x, at.x() + x + width, at.x() + x + width + 0.3, at.x() + x - 0.3,
+                       at.y(), at.y() + 4.0, at.y() + 7.0);
   };
   write_vectors(folder / "a.gpkg", "GPKG",
                 {{wkt(-5, -10, 20, 10), house("12")},
