@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "core/random.h"
-#include "tiler/buildings/building_index.h"
+#include "tiler/box_index.h"
 #include "tiler/buildings/town.h"
 
 namespace terracast::test {
 namespace {
 
 using Eigen::Vector2d;
-using tiler::BuildingIndex;
+using tiler::BoxIndex;
 using tiler::FeatureTags;
 using tiler::Town;
 using tiler::VectorFeature;
@@ -105,12 +105,12 @@ TEST(CrowdedTowns, LongFootprintsAreInFewCells) {
             3000 - static_cast<std::int64_t>(tiler::kMostInCell));
 }
 
-TEST(BuildingIndex, GivesWhatLiesInABoxOnceAndInOrder) {
+TEST(BoxIndex, GivesWhatLiesInABoxOnceAndInOrder) {
   struct Box {
     Vector2d low, high;
   };
   std::vector<Box> boxes;
-  BuildingIndex index;
+  BoxIndex index;
   const auto random = [](std::uint64_t k, std::uint64_t stream) {
     return core::random_unit(7, k, stream);
   };
@@ -120,7 +120,7 @@ TEST(BuildingIndex, GivesWhatLiesInABoxOnceAndInOrder) {
     const Vector2d low(3000.0 * (random(row, 1) - 0.5), 3000.0 * (random(row, 2) - 0.5));
     boxes.push_back({low, low + size * Vector2d(1.0, random(row, 3))});
     index.add(row, boxes.back().low, boxes.back().high);
-    EXPECT_LE(BuildingIndex::cells_of(boxes.back().low, boxes.back().high).size(), 4U);
+    EXPECT_LE(BoxIndex::cells_of(boxes.back().low, boxes.back().high).size(), 4U);
   }
   index.finish();
   for (std::uint64_t k = 0; k < 400; ++k) {

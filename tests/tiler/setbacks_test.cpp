@@ -114,7 +114,7 @@ TEST(Setbacks, WhatLiesOverEachOtherHasNoFacesInOnePlane) {
 /// Rectangles at one place of a world, with an index.
 struct Stack {
   std::vector<tiler::Building> buildings;
-  tiler::BuildingIndex index;
+  tiler::BoxIndex index;
 
   void add(double low_x_m, double low_y_m, double length_m, double width_m) {
     add({{low_x_m, low_y_m},

@@ -178,7 +178,7 @@ class RaisedBody {
 };
 
 std::vector<std::uint32_t> rows_near(const Building& body, const std::vector<Building>& buildings,
-                                     const BuildingIndex& index, std::int64_t& num_pairs) {
+                                     const BoxIndex& index, std::int64_t& num_pairs) {
   const Vector2d lowest = body.lowest_world.array() - kPartsSeam_m;
   const Vector2d highest = body.highest_world.array() + kPartsSeam_m;
   std::vector<std::uint32_t> rows = index.rows_in(lowest, highest);
@@ -192,7 +192,7 @@ std::vector<std::uint32_t> rows_near(const Building& body, const std::vector<Bui
 
 }  // namespace
 
-RaisedCounts settle_raised_bodies(std::vector<Building>& buildings, const BuildingIndex& index,
+RaisedCounts settle_raised_bodies(std::vector<Building>& buildings, const BoxIndex& index,
                                   const std::function<double(const Vector2d&)>& height_m) {
   const auto for_each = [](std::size_t num, const auto& work) {
     core::parallel_for_blocks(static_cast<std::int64_t>(num), 16,

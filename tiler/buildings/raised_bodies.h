@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
+#include "tiler/box_index.h"
 #include "tiler/buildings/building.h"
-#include "tiler/buildings/building_index.h"
 
 namespace terracast::tiler {
 
@@ -29,7 +29,7 @@ struct RaisedCounts {
 /// height_m   of the ground, ellipsoidal, about: buildings on ground of their own are compared by it
 /// threads    uses several
 RaisedCounts settle_raised_bodies(
-    std::vector<Building>& buildings, const BuildingIndex& index,
+    std::vector<Building>& buildings, const BoxIndex& index,
     const std::function<double(const Eigen::Vector2d& place_world)>& height_m);
 
 }  // namespace terracast::tiler

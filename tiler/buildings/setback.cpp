@@ -157,7 +157,7 @@ Overlap overlap_of(std::uint32_t earlier, const std::vector<NearLines>& lines) {
 }
 
 Overlaps overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
-                     const std::vector<RingsSteps>& walls, const BuildingIndex& index) {
+                     const std::vector<RingsSteps>& walls, const BoxIndex& index) {
   const Building& building = buildings[row];
   Overlaps overlaps;
   int num_met = 0;
@@ -187,7 +187,7 @@ Overlaps overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
 
 }  // namespace
 
-Setbacks setback_ranks(const std::vector<Building>& buildings, const BuildingIndex& index) {
+Setbacks setback_ranks(const std::vector<Building>& buildings, const BoxIndex& index) {
   std::vector<RingsSteps> walls(buildings.size());
   std::vector<Overlaps> overlaps(buildings.size());
   const auto for_each = [&](const auto& work) {

@@ -38,6 +38,6 @@ struct Setbacks {
 ///          whole number of setbacks, such as 12.006 and 12.000 m one rank apart
 /// cost     edges of at most 1024 pairs of footprints a building, and boxes of those before them in its cells of the index;
 ///          12 bytes a pair that lie over each other
-Setbacks setback_ranks(const std::vector<Building>& buildings, const BuildingIndex& index);
+Setbacks setback_ranks(const std::vector<Building>& buildings, const BoxIndex& index);
 
 }  // namespace terracast::tiler

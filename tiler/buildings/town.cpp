@@ -243,7 +243,7 @@ class TownBuilder {
       Draft& draft = drafts_[i];
       if (draft.is_dropped) continue;
       const std::vector<std::uint64_t> cells =
-          BuildingIndex::cells_of(draft.building.lowest_world, draft.building.highest_world);
+          BoxIndex::cells_of(draft.building.lowest_world, draft.building.highest_world);
       draft.is_dropped = std::any_of(cells.begin(), cells.end(), [&](std::uint64_t cell) {
         return num_in[cell] >= kMostInCell;
       });
@@ -466,7 +466,7 @@ class TownBuilder {
   double half_size_m_;
   std::uint64_t seed_;
   std::vector<Draft> drafts_;
-  BuildingIndex index_;
+  BoxIndex index_;
   std::unordered_map<std::size_t, std::size_t> part_of_;
   std::unordered_map<std::uint64_t, double> built_m2_;
   FootprintCounts footprint_counts_;

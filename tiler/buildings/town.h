@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "tiler/box_index.h"
 #include "tiler/buildings/building.h"
-#include "tiler/buildings/building_index.h"
 #include "tiler/buildings/height_raster.h"
 #include "tiler/feature_source.h"
 
@@ -18,12 +18,12 @@ namespace terracast::tiler {
 /// whatever their order.
 struct Town {
   std::vector<Building> buildings;  ///< by feature, then part
-  BuildingIndex index;
+  BoxIndex index;
   std::vector<std::pair<std::string, std::int64_t>> counts;  ///< for LayerInfo::counts
   std::int64_t num_pairs = 0;  ///< of footprints near each other that were looked at, all in all
 };
 
-/// So many footprints stand in a cell of a BuildingIndex, those of small buildings in 48 m by 48 m; smaller ones beyond
+/// So many footprints stand in a cell of a BoxIndex, those of small buildings in 48 m by 48 m; smaller ones beyond
 /// that are left out, and counted. Sheds of 4 m2 side by side are fewer.
 inline constexpr std::size_t kMostInCell = 640;
 

@@ -134,7 +134,7 @@ class BuildingsLayer final : public Layer, public DryCover {
   bool holds(const Vector2d& place_world, double radius_m) const override {
     bool is_held = false;
     town_.index.visit(
-        place_world.array() - radius_m, place_world.array() + radius_m, BuildingIndex::kAll,
+        place_world.array() - radius_m, place_world.array() + radius_m, BoxIndex::kAll,
         [&](std::uint32_t row) {
           const Building& building = town_.buildings[row];
           if ((place_world.array() + radius_m < building.lowest_world.array()).any() ||

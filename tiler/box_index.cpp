@@ -1,4 +1,4 @@
-#include "tiler/buildings/building_index.h"
+#include "tiler/box_index.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,26 +38,24 @@ void for_each_cell(int level, const Vector2d& lowest, const Vector2d& highest, c
 
 }  // namespace
 
-std::vector<std::uint64_t> BuildingIndex::cells_of(const Vector2d& lowest,
-                                                   const Vector2d& highest) {
+std::vector<std::uint64_t> BoxIndex::cells_of(const Vector2d& lowest, const Vector2d& highest) {
   std::vector<std::uint64_t> cells;
   for_each_cell(level_of(lowest, highest, kNumLevels), lowest, highest,
                 [&](std::uint64_t cell) { cells.push_back(cell); });
   return cells;
 }
 
-void BuildingIndex::add(std::uint32_t row, const Vector2d& lowest, const Vector2d& highest) {
+void BoxIndex::add(std::uint32_t row, const Vector2d& lowest, const Vector2d& highest) {
   for (const std::uint64_t cell : cells_of(lowest, highest)) entries_.emplace_back(cell, row);
   Bounds& bounds = bounds_[static_cast<std::size_t>(level_of(lowest, highest, kNumLevels))];
   bounds.lowest = bounds.lowest.cwiseMin(lowest);
   bounds.highest = bounds.highest.cwiseMax(highest);
 }
 
-void BuildingIndex::finish() { std::sort(entries_.begin(), entries_.end()); }
+void BoxIndex::finish() { std::sort(entries_.begin(), entries_.end()); }
 
-std::vector<BuildingIndex::Span> BuildingIndex::spans_in(const Vector2d& lowest,
-                                                         const Vector2d& highest,
-                                                         std::uint32_t before) const {
+std::vector<BoxIndex::Span> BoxIndex::spans_in(const Vector2d& lowest, const Vector2d& highest,
+                                               std::uint32_t before) const {
   using Entry = std::pair<std::uint64_t, std::uint32_t>;
   std::vector<Span> spans;
   for (int level = 0; level < kNumLevels; ++level) {
@@ -76,8 +74,8 @@ std::vector<BuildingIndex::Span> BuildingIndex::spans_in(const Vector2d& lowest,
   return spans;
 }
 
-std::vector<std::uint32_t> BuildingIndex::rows_in(const Vector2d& lowest, const Vector2d& highest,
-                                                  std::uint32_t before) const {
+std::vector<std::uint32_t> BoxIndex::rows_in(const Vector2d& lowest, const Vector2d& highest,
+                                             std::uint32_t before) const {
   std::vector<std::uint32_t> rows;
   std::vector<std::size_t> ends = {0};  // of the cells' rows, which ascend
   for (const auto& [first, last] : spans_in(lowest, highest, before)) {
@@ -95,8 +93,8 @@ std::vector<std::uint32_t> BuildingIndex::rows_in(const Vector2d& lowest, const 
   return rows;
 }
 
-void BuildingIndex::visit(const Vector2d& lowest, const Vector2d& highest, std::uint32_t before,
-                          const std::function<bool(std::uint32_t row)>& visit) const {
+void BoxIndex::visit(const Vector2d& lowest, const Vector2d& highest, std::uint32_t before,
+                     const std::function<bool(std::uint32_t row)>& visit) const {
   std::vector<Span> spans = spans_in(lowest, highest, before);
   if (spans.size() == 1) {
     for (std::size_t entry = spans[0].first; entry < spans[0].second; ++entry)
