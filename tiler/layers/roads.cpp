@@ -358,7 +358,7 @@ class RoadsLayer final : public Layer, public DryCover {
       own.has_other_lines = [&](const Vector2d& at, double level_m) {
         return joined.other_bears_lines(k, at, level_m);
       };
-      solids[k] = build_deck(decks[k], own);
+      solids[k] = build_deck(joined.lowered(k), own);
     });
     std::vector<std::uint64_t> keys;
     for (const Deck& deck : decks) keys.push_back(deck.key);

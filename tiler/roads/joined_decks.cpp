@@ -1,7 +1,9 @@
 #include "tiler/roads/joined_decks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "tiler/box_index.h"
@@ -44,6 +46,26 @@ bool lies_on(const Deck& deck, const Vector2d& at_world, double level_m) {
   return false;
 }
 
+/// Whether any of a deck, its middle or its sides, lies on another.
+bool touches(const Deck& deck, const Deck& other) {
+  constexpr double kStep_m = 1.0;
+  for (std::size_t k = 1; k < deck.points.size(); ++k) {
+    const DeckPoint& a = deck.points[k - 1];
+    const DeckPoint& b = deck.points[k];
+    const Vector2d along = b.at_world - a.at_world;
+    const Vector2d left = Vector2d(-along.y(), along.x()).normalized();
+    const int num = 1 + static_cast<int>(along.norm() / kStep_m);
+    for (int i = 0; i <= num; ++i)
+      for (const double side : {-1.0, 0.0, 1.0}) {
+        const double t = static_cast<double>(i) / num;
+        if (lies_on(other, a.at_world + t * along + side * deck.style.half_width_m * left,
+                    a.level_m + t * (b.level_m - a.level_m)))
+          return true;
+      }
+  }
+  return false;
+}
+
 }  // namespace
 
 JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
@@ -57,15 +79,33 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
                 boxes.back().second);
   }
   index.finish();
-  for (std::size_t row = 0; row < decks.size(); ++row) {
+  std::vector<std::size_t> rows(decks.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  std::sort(rows.begin(), rows.end(),
+            [&](std::size_t a, std::size_t b) { return goes_before(decks[a], decks[b]); });
+  ranks_.resize(decks.size(), 0);
+  for (const std::size_t row : rows) {
     if (decks[row].points.empty()) continue;
     const auto& [lowest, highest] = boxes[row];
-    for (const std::uint32_t other : index.rows_in(lowest, highest))
-      if (other != row && goes_before(decks[other], decks[row]) &&
-          (boxes[other].first.array() <= highest.array()).all() &&
-          (boxes[other].second.array() >= lowest.array()).all())
-        going_before_[row].push_back(other);
+    std::array<bool, kMostRank> is_taken = {};
+    for (const std::uint32_t other : index.rows_in(lowest, highest)) {
+      if (other == row || !goes_before(decks[other], decks[row]) ||
+          (boxes[other].first.array() > highest.array()).any() ||
+          (boxes[other].second.array() < lowest.array()).any() ||
+          !(touches(decks[row], decks[other]) || touches(decks[other], decks[row])))
+        continue;
+      going_before_[row].push_back(other);
+      if (ranks_[other] < kMostRank) is_taken[static_cast<std::size_t>(ranks_[other])] = true;
+    }
+    ranks_[row] =
+        static_cast<int>(std::find(is_taken.begin(), is_taken.end(), false) - is_taken.begin());
   }
+}
+
+Deck JoinedDecks::lowered(std::size_t row) const {
+  Deck deck = decks_[row];
+  for (DeckPoint& point : deck.points) point.level_m -= kLower_m * ranks_[row];
+  return deck;
 }
 
 bool JoinedDecks::other_bears_lines(std::size_t row, const Vector2d& at_world,
