@@ -15,8 +15,10 @@ using Eigen::Vector2d;
 
 /// Tops nearer to each other than this are one carriageway: less than any clearance under a bridge.
 constexpr double kOneLevel_m = 0.5;
-/// Lines keep so far from where another deck's begin: half their width, and bends that decks are thinned by.
-constexpr double kBeside_m = 0.3;
+/// Lines keep so far from another deck's paving: half their width, and bends that decks are thinned by.
+constexpr double kBesideLines_m = 0.3;
+/// Parapets of two decks beside each other stand on so much beside their paving.
+constexpr double kBesideParapets_m = 1.2;
 
 std::pair<Vector2d, Vector2d> box_of(const Deck& deck) {
   Vector2d lowest = deck.points.front().at_world, highest = lowest;
@@ -24,7 +26,7 @@ std::pair<Vector2d, Vector2d> box_of(const Deck& deck) {
     lowest = lowest.cwiseMin(point.at_world);
     highest = highest.cwiseMax(point.at_world);
   }
-  const double reach_m = deck.style.half_width_m + kBeside_m;
+  const double reach_m = deck.style.half_width_m + kBesideParapets_m;
   return {lowest.array() - reach_m, highest.array() + reach_m};
 }
 
@@ -33,13 +35,13 @@ bool goes_before(const Deck& one, const Deck& other) {
          std::pair(-other.style.half_width_m, other.key);
 }
 
-bool lies_on(const Deck& deck, const Vector2d& at_world, double level_m) {
+bool lies_on(const Deck& deck, const Vector2d& at_world, double level_m, double beside_m) {
   for (std::size_t k = 1; k < deck.points.size(); ++k) {
     const DeckPoint& a = deck.points[k - 1];
     const DeckPoint& b = deck.points[k];
     const Vector2d along = b.at_world - a.at_world;
     const double t = std::clamp(along.dot(at_world - a.at_world) / along.squaredNorm(), 0.0, 1.0);
-    if ((a.at_world + t * along - at_world).norm() <= deck.style.half_width_m + kBeside_m &&
+    if ((a.at_world + t * along - at_world).norm() <= deck.style.half_width_m + beside_m &&
         std::abs(a.level_m + t * (b.level_m - a.level_m) - level_m) < kOneLevel_m)
       return true;
   }
@@ -59,7 +61,7 @@ bool touches(const Deck& deck, const Deck& other) {
       for (const double side : {-1.0, 0.0, 1.0}) {
         const double t = static_cast<double>(i) / num;
         if (lies_on(other, a.at_world + t * along + side * deck.style.half_width_m * left,
-                    a.level_m + t * (b.level_m - a.level_m)))
+                    a.level_m + t * (b.level_m - a.level_m), kBesideParapets_m))
           return true;
       }
   }
@@ -110,9 +112,10 @@ Deck JoinedDecks::lowered(std::size_t row) const {
 
 bool JoinedDecks::other_bears_lines(std::size_t row, const Vector2d& at_world,
                                     double level_m) const {
-  return std::any_of(
-      going_before_[row].begin(), going_before_[row].end(),
-      [&](std::uint32_t other) { return lies_on(decks_[other], at_world, level_m); });
+  return std::any_of(going_before_[row].begin(), going_before_[row].end(),
+                     [&](std::uint32_t other) {
+                       return lies_on(decks_[other], at_world, level_m, kBesideLines_m);
+                     });
 }
 
 }  // namespace terracast::tiler

@@ -19,8 +19,8 @@ namespace terracast::tiler {
 /// threads   safe
 class JoinedDecks {
  public:
-  /// By so much for each rank: lines, 6 mm above tops, are in no other deck's plane either.
-  static constexpr double kLower_m = 0.016;
+  /// By so much for each rank: lines, from 30 mm below tops to 6 mm above them, are in no other deck's plane either.
+  static constexpr double kLower_m = 0.020;
   static constexpr int kMostRank = 7;
 
   /// decks   must outlive it
