@@ -10,6 +10,7 @@
 #include "core/parallel.h"
 #include "tests/support/test_data.h"
 #include "tests/support/tiny_world.h"
+#include "tests/world_check/boxes.h"
 #include "validate/world_check/shape_check.h"
 
 /// Tiny worlds with what is right, and with one defect each: the check finds it and names it.
@@ -18,29 +19,7 @@ namespace {
 
 using world::kHeightStep_m;
 
-constexpr int kSteps = 1024;  ///< a metre
 constexpr double kGround_m = 10.0;
-
-/// A box from `low` to `high`, in metres, closed and outward.
-world::Shape box(const Eigen::Vector3i& low, const Eigen::Vector3i& high) {
-  world::Shape shape;
-  for (int k = 0; k < 8; ++k)
-    shape.vertices_steps.push_back(kSteps * Eigen::Vector3i((k & 1) != 0 ? high.x() : low.x(),
-                                                            (k & 2) != 0 ? high.y() : low.y(),
-                                                            (k & 4) != 0 ? high.z() : low.z()));
-  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-    shape.triangles.push_back({.corners = {a, b, c}, .finish = 0});
-    shape.triangles.push_back({.corners = {a, c, d}, .finish = 0});
-  };
-  add(0, 2, 3, 1);
-  add(4, 5, 7, 6);
-  add(0, 1, 5, 4);
-  add(1, 3, 7, 5);
-  add(3, 2, 6, 7);
-  add(2, 0, 4, 6);
-  shape.finishes.push_back({.material = world::Material::Plaster});
-  return shape;
-}
 
 constexpr std::uint8_t kBuildings = 0, kPlants = 1, kRoads = 2;
 

@@ -47,6 +47,8 @@ struct BuildingDesign {
   bool was_clamped = false;  ///< it said an absurd height
   double top_m = 6.0;        ///< of all, with its roof
   double bottom_m = 0.0;     ///< above 0: parts that begin above the ground
+  double footing_m =
+      0.0;  ///< by which a bottom above the ground is deeper: to a roof that carries it
   double storey_m = 3.0;
   RoofShape roof = RoofShape::Flat;
   double roof_height_m = 0.0;  ///< 0: as steep as the slope says

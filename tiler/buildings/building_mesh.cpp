@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "tiler/buildings/building_draws.h"
+#include "tiler/buildings/roof_measures.h"
 #include "tiler/buildings/roof_things.h"
 #include "tiler/buildings/setback.h"
 #include "tiler/buildings/shape_builder.h"
@@ -32,13 +33,9 @@ using Edges = std::vector<std::array<int, 2>>;
 
 /// Triangles narrower than this may turn over when their corners are rounded in the world.
 constexpr double kNarrowest_steps = 4.0;
-constexpr double kEaves_m = 0.4;
-constexpr double kFascia_m = 0.16;
 constexpr double kParapetWidth_m = 0.3;
 /// Least height of walls under a roof.
 constexpr double kLeastWall_m = 2.0;
-/// Of walls above the highest ground, so that slopes do not come up to the roof.
-constexpr double kClearOfGround_m = 2.2;
 
 /// Walls narrower than this share of a bay have no windows.
 constexpr double kNarrowestBay = 0.6;
@@ -85,8 +82,9 @@ class BuildingBuilder {
     roofing_ = shape_.add_finish(design_.roofing);
     trim_ = shape_.add_finish(design_.trim);
     is_raised_ = design_.bottom_m > 0.0;
-    bottom_ = is_raised_ ? steps(design_.bottom_m - kBodySunk_m) - plan.setback_steps
-                         : -plan.foundation_steps;
+    bottom_ = is_raised_
+                  ? steps(design_.bottom_m - design_.footing_m - kBodySunk_m) - plan.setback_steps
+                  : -plan.foundation_steps;
     const double clear = is_raised_ ? steps(design_.bottom_m + 0.5)
                                     : plan.highest_ground_steps + steps(kClearOfGround_m);
     top_ = std::max(steps(design_.top_m), clear) - plan.setback_steps;
@@ -99,9 +97,7 @@ class BuildingBuilder {
     std::optional<RingsSteps> inner;
     if (is_fine && !is_small) inner = moved_edges(rings, -steps(kParapetWidth_m));
     if (inner) {
-      // In whole decimetres, so that setbacks keep the roofs of bodies over each other apart as well.
-      const double parapet =
-          steps(0.1 * std::floor(random_between(4.0, 10.0, plan_.own, 0, kParapet)));
+      const double parapet = steps(parapet_m(plan_.own));
       Border rim;
       rim.add(rings);
       rim.add(*inner);
@@ -142,7 +138,7 @@ class BuildingBuilder {
     const RingsSteps& rings = plan_.rings;
     RoofOptions options = roof_options();
     const double least_wall = is_raised_ ? steps(0.15) : steps(kLeastWall_m);
-    const double from = std::max(bottom_, is_raised_ ? bottom_ : 0.0);
+    const double from = is_raised_ ? bottom_ + steps(design_.footing_m) : 0.0;
     options.most_steps = std::min(options.most_steps, top_ - from - least_wall);
     if (options.most_steps < steps(0.3)) return false;
     if (options.shape == RoofShape::Gabled || options.shape == RoofShape::HalfHipped ||
@@ -153,8 +149,9 @@ class BuildingBuilder {
     double fascia = 0.0;
     std::optional<Roof> roof;
     if (is_fine && !is_raised_ && design_.kind != BuildingKind::Greenhouse) {
-      const double overhang = steps(kEaves_m * random_between(0.6, 1.3, plan_.own, 0, kOverhang) *
-                                    (design_.kind == BuildingKind::Garage ? 0.5 : 1.0));
+      const double overhang =
+          steps(kEaves_m * random_between(0.6, kMostOverhang, plan_.own, 0, kOverhang) *
+                (design_.kind == BuildingKind::Garage ? 0.5 : 1.0));
       for (std::size_t i = 0; i < by.size(); ++i) {
         const bool is_gable = i < options.gables.size() && options.gables[i] &&
                               options.shape != RoofShape::HalfHipped;
@@ -305,8 +302,7 @@ class BuildingBuilder {
     options.shape = design_.roof;
     options.slope = design_.roof_slope;
     options.height_steps = steps(design_.roof_height_m);
-    options.most_steps = steps(design_.kind == BuildingKind::Church ? 14.0 : 8.0);
-    if (design_.roof == RoofShape::Spire || design_.roof_height_m > 0.0) options.most_steps = 1e9;
+    options.most_steps = steps(highest_roof_m(design_));
     options.ridge_across = design_.ridge_across;
     if (design_.roof_direction_deg) {
       const double turned = *design_.roof_direction_deg * 0.017453292519943295;

@@ -31,8 +31,8 @@ struct HeightFiles {
 /// Buildings without footprints: outlines of what a raster of heights shows to stand above the ground
 /// (find_blocks(), outlines_of()), numbered by cell_number(), tagged building=yes, with kMedianHeight, and roof:shape=flat where nine tenths of its cells
 /// lie within a metre.
-/// accuracy   a wall lies within straighten_cells of the sides of cells, a corner within 1.5; the area of all is that of the cells, to a hundredth on
-///            blocks of 20 cells' width (RasterOutlines.*)
+/// accuracy   a straight wall lies within straighten_cells of the middles of the sides of its cells, a corner within 1.5 cells of theirs;
+///            areas of drawn blocks to 0.1 % along the cells, 2 % aslant (Blocks.ComeBack…)
 /// throws     as read_height_cells(); Input: more than 2 million outlines
 FeatureSet read_raster_outlines(const HeightFiles& files, const RasterOutlineOptions& options,
                                 const LayerInputs& inputs);

@@ -19,24 +19,30 @@ constexpr std::size_t kMostOverlaps = 64;
 constexpr int kMostPairs = 1024;
 /// Lines so near to each other are kept apart: two roundings of walls to steps, with room.
 constexpr double kClear_steps = 4.0;
-/// Walls that run along each other for less are left, such as those that meet at a corner.
-constexpr double kLeastRun_steps = 64.0;
+/// Walls that run so near to each other for less are left, such as those that meet at a corner, and those that cross at
+/// 10 degrees and more.
+constexpr double kLeastRun_steps = 48.0;
 
-/// Two edges that run the same way, along each other.
+/// Two edges along each other.
 struct NearLines {
-  double low_steps, high_steps;  ///< how far the second one lies inside the first, from end to end
+  double first_steps, last_steps;  ///< how far the second one lies inside the first, at both ends
+  double run_steps;                ///< for how long
+  bool are_opposed;                ///< what is built lies to the other side of the second one
 };
 /// Of a building and an earlier one.
 struct Overlap {
   std::uint32_t earlier;
   /// Bit kMostRank + d: with a rank that is higher by d than the earlier one's, faces lie in one plane.
-  std::uint32_t blocked;
+  std::uint32_t blocked = 0;
+  /// Bit s: so do they where both ranks together are s.
+  std::uint32_t blocked_sums = 0;
 };
 static_assert(2 * kMostRank < 32);
 
 struct Overlaps {
   std::vector<Overlap> kept;
-  bool are_more = false;  ///< than were looked at
+  bool are_more = false;       ///< than were looked at
+  std::int64_t num_pairs = 0;  ///< that were looked at
 };
 
 /// Corners about the place of another building.
@@ -70,23 +76,55 @@ void for_each_edge(const RingsSteps& rings, const Use& use) {
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// Rings go round with what is built to their left.
+/// For how long lines run within kClear_steps of each other, once the second one has moved farther inside.
+double near_run_steps(const NearLines& lines, double farther_steps) {
+  const auto [low, high] = std::minmax({lines.first_steps, lines.last_steps});
+  const double from = std::max(low + farther_steps, -kClear_steps);
+  const double to = std::min(high + farther_steps, kClear_steps);
+  if (to < from) return 0.0;
+  return high - low < 1e-6 ? lines.run_steps : lines.run_steps * (to - from) / (high - low);
+}
+
+/// By how much farther inside the first line ranks move the second one which differ by d; of opposed lines ranks that
+/// are d together.
+double moved_by_steps(const NearLines& lines, int d) {
+  return lines.are_opposed ? -steps(2.0 * kInset_m + d * kSetback_m) : steps(d * kSetback_m);
+}
+
+bool is_blocked(const NearLines& lines, int d) {
+  return near_run_steps(lines, moved_by_steps(lines, d)) >= kLeastRun_steps;
+}
+
+/// All that ranks may bring into one plane. Rings go round with what is built to their left.
 std::vector<NearLines> lines_along(const RingsSteps& earlier, const RingsSteps& own) {
+  // Ranks move no lines farther against each other.
   constexpr double kFarthest_steps =
-      steps(kMostRank * kSetback_m) + kClear_steps;  // ranks move no line farther
+      steps(2.0 * kInset_m + 2 * kMostRank * kSetback_m) + kClear_steps;
   std::vector<NearLines> lines;
   for_each_edge(earlier, [&](const Vector2d& a, const Vector2d& b) {
     const double length = (b - a).norm();
     const Vector2d along = (b - a) / length;
     for_each_edge(own, [&](const Vector2d& c, const Vector2d& d) {
       const double from = along.dot(c - a), to = along.dot(d - a);
-      const double first = std::max(from, 0.0), last = std::min(to, length);
-      if (last - first < kLeastRun_steps) return;  // also what runs the other way
+      const double first = std::max(std::min(from, to), 0.0);
+      const double last = std::min(std::max(from, to), length);
+      if (last - first < kLeastRun_steps) return;
       const auto inside_at = [&](double at) {
         return cross(along, c + (at - from) / (to - from) * (d - c) - a);
       };
-      const auto [low, high] = std::minmax({inside_at(first), inside_at(last)});
-      if (low < kFarthest_steps && high > -kFarthest_steps) lines.push_back({low, high});
+      const NearLines near{.first_steps = inside_at(first),
+                           .last_steps = inside_at(last),
+                           .run_steps = last - first,
+                           .are_opposed = to < from};
+      if (std::min(near.first_steps, near.last_steps) > kFarthest_steps ||
+          std::max(near.first_steps, near.last_steps) < -kFarthest_steps)
+        return;
+      const int least = near.are_opposed ? 0 : -kMostRank;
+      for (int rank = least; rank <= least + 2 * kMostRank; ++rank)
+        if (is_blocked(near, rank)) {
+          lines.push_back(near);
+          return;
+        }
     });
   });
   return lines;
@@ -108,32 +146,30 @@ bool edges_cross(const RingsSteps& one, const RingsSteps& other) {
   });
 }
 
-std::uint32_t blocked_by(const std::vector<NearLines>& lines) {
-  std::uint32_t blocked = 1U << kMostRank;  // tops and bottoms, of one rank
-  for (int d = -kMostRank; d <= kMostRank; ++d) {
-    const double apart_steps = steps(d * kSetback_m);
-    if (std::any_of(lines.begin(), lines.end(), [&](const NearLines& line) {
-          return line.low_steps + apart_steps < kClear_steps &&
-                 line.high_steps + apart_steps > -kClear_steps;
-        }))
-      blocked |= 1U << (kMostRank + d);
-  }
-  return blocked;
+Overlap overlap_of(std::uint32_t earlier, const std::vector<NearLines>& lines) {
+  Overlap overlap{.earlier = earlier, .blocked = 1U << kMostRank};  // tops and bottoms, of one rank
+  for (const NearLines& near : lines)
+    for (int k = 0; k <= 2 * kMostRank; ++k) {
+      if (near.are_opposed && is_blocked(near, k)) overlap.blocked_sums |= 1U << k;
+      if (!near.are_opposed && is_blocked(near, k - kMostRank)) overlap.blocked |= 1U << k;
+    }
+  return overlap;
 }
 
 Overlaps overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
-                     const std::vector<RingsSteps>& walls, const BuildingIndex& index) {
+                     const std::vector<RingsSteps>& walls, const BoxIndex& index) {
   const Building& building = buildings[row];
   Overlaps overlaps;
-  int num_pairs = 0;
-  for (const std::uint32_t j : index.rows_in(building.lowest_world, building.highest_world, row)) {
+  int num_met = 0;
+  index.visit(building.lowest_world, building.highest_world, row, [&](std::uint32_t j) {
     const Building& earlier = buildings[j];
+    ++overlaps.num_pairs;
     if ((building.lowest_world.array() >= earlier.highest_world.array()).any() ||
         (building.highest_world.array() <= earlier.lowest_world.array()).any())
-      continue;
-    if (num_pairs++ == kMostPairs || overlaps.kept.size() == kMostOverlaps) {
+      return true;
+    if (num_met++ == kMostPairs || overlaps.kept.size() == kMostOverlaps) {
       overlaps.are_more = true;
-      break;
+      return false;
     }
     const RingsSteps rings =
         about(building.footprint.rings, building.footprint.place_m, earlier.footprint.place_m);
@@ -143,14 +179,15 @@ Overlaps overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
         about(walls[row], building.footprint.place_m, earlier.footprint.place_m);
     if (!lines.empty() || has_corner_in(inner, walls[j]) || has_corner_in(walls[j], inner) ||
         edges_cross(inner, walls[j]))
-      overlaps.kept.push_back({j, blocked_by(lines)});
-  }
+      overlaps.kept.push_back(overlap_of(j, lines));
+    return true;
+  });
   return overlaps;
 }
 
 }  // namespace
 
-Setbacks setback_ranks(const std::vector<Building>& buildings, const BuildingIndex& index) {
+Setbacks setback_ranks(const std::vector<Building>& buildings, const BoxIndex& index) {
   std::vector<RingsSteps> walls(buildings.size());
   std::vector<Overlaps> overlaps(buildings.size());
   const auto for_each = [&](const auto& work) {
@@ -174,13 +211,16 @@ Setbacks setback_ranks(const std::vector<Building>& buildings, const BuildingInd
     const std::vector<Overlap>& kept = overlaps[row].kept;
     const auto is_free = [&](int rank) {
       return std::none_of(kept.begin(), kept.end(), [&](const Overlap& overlap) {
-        return (overlap.blocked >> (kMostRank + rank - setbacks.ranks[overlap.earlier]) & 1U) != 0;
+        const int earlier = setbacks.ranks[overlap.earlier];
+        return (overlap.blocked >> (kMostRank + rank - earlier) & 1U) != 0 ||
+               (overlap.blocked_sums >> (rank + earlier) & 1U) != 0;
       });
     };
     int& rank = setbacks.ranks[row];
     while (rank < kMostRank && !is_free(rank)) ++rank;
     num_without += is_free(rank) ? 0 : 1;
     num_crowded += overlaps[row].are_more ? 1 : 0;
+    setbacks.num_pairs += overlaps[row].num_pairs;
   }
   if (num_crowded > 0)
     setbacks.counts.emplace_back("footprints over more others than are looked at", num_crowded);

@@ -24,16 +24,20 @@ inline constexpr double kBodySunk_m = 1.5 * kSetback_m + kMostRank * kSetback_m;
 struct Setbacks {
   std::vector<int> ranks;                                    ///< of each building
   std::vector<std::pair<std::string, std::int64_t>> counts;  ///< for LayerInfo::counts; none of 0
+  std::int64_t num_pairs = 0;  ///< of buildings in common cells of the index that were looked at
 };
 
 /// Ranks by which buildings that lie over each other stand back, so that they have no faces in one plane: of each, in
 /// their order, the least that keeps its walls, top and bottom off those of all earlier ones that it lies over; 0 where it
-/// lies over none. A pure function of the footprints and their order.
+/// lies over none. Walls are kept apart that run along each other for 48 mm and more, whether both buildings lie on one side
+/// of them or, where neighbours are drawn a few centimetres into each other, on either. A pure function of the footprints
+/// and their order.
 /// limits   faces may still lie in one plane where a building finds no rank free (kMostRank then, counted), lies over more
 ///          than 64 earlier ones, or its box meets more than 1024 (those beyond are not looked at, it is counted),
 ///          where walls are too near to each other to stand back at all, and where heights differ by about a
 ///          whole number of setbacks, such as 12.006 and 12.000 m one rank apart
-/// cost     edges of at most 1024 pairs of footprints a building; 8 bytes a pair that lie over each other
-Setbacks setback_ranks(const std::vector<Building>& buildings, const BuildingIndex& index);
+/// cost     edges of at most 1024 pairs of footprints a building, and boxes of those before them in its cells of the index;
+///          12 bytes a pair that lie over each other
+Setbacks setback_ranks(const std::vector<Building>& buildings, const BoxIndex& index);
 
 }  // namespace terracast::tiler

@@ -1,13 +1,15 @@
 #include "tiler/buildings/town.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <unordered_map>
 #include <unordered_set>
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "tiler/buildings/raised_bodies.h"
 #include "tiler/buildings/raster_outlines.h"
 #include "world/tile.h"
 
@@ -18,7 +20,6 @@ using Eigen::Vector2d;
 using Eigen::Vector2i;
 using world::kHeightStep_m;
 
-constexpr double kIndexCell_m = 48.0;
 /// So wide a piece of ground says how densely a place is built.
 constexpr double kDensityCell_m = 96.0;
 /// Houses within so far choose from the same colours.
@@ -45,43 +46,16 @@ std::uint64_t cell_key(double x, double y, double cell_m) {
 struct Draft {
   Building building;
   const FeatureTags* tags = nullptr;
-  bool is_part = false;
   bool is_dropped = false;
-  bool was_lowered = false;  ///< it began above the ground, and nothing carries it there
   double area_m2 = 0.0;
   std::vector<Vector2d> inside_world;  ///< places within it
-
-  bool contains_world(const Vector2d& place) const {
-    if ((place.array() < building.lowest_world.array()).any() ||
-        (place.array() > building.highest_world.array()).any())
-      return false;
-    return contains(building.footprint.rings,
-                    (place - building.footprint.place_m.cast<double>()) / kHeightStep_m);
-  }
 };
-
-std::vector<Vector2d> places_within(const Building& building) {
-  constexpr int kAcross = 9;
-  std::vector<Vector2d> places;
-  const Vector2d size = building.highest_world - building.lowest_world;
-  for (int fine = 1; fine <= 4 && places.size() < 12; fine *= 2) {
-    places.clear();
-    for (int j = 0; j < kAcross * fine; ++j)
-      for (int i = 0; i < kAcross * fine; ++i) {
-        const Vector2d share = Vector2d(i + 0.5, j + 0.5) / (kAcross * fine);
-        const Vector2d at = building.lowest_world + share.cwiseProduct(size);
-        if (contains(building.footprint.rings,
-                     (at - building.footprint.place_m.cast<double>()) / kHeightStep_m))
-          places.push_back(at);
-      }
-  }
-  return places;
-}
 
 double share_in(const Draft& one, const Draft& other) {
   if (one.inside_world.empty()) return 0.0;
   std::size_t num_in = 0;
-  for (const Vector2d& place : one.inside_world) num_in += other.contains_world(place) ? 1 : 0;
+  for (const Vector2d& place : one.inside_world)
+    num_in += contains_world(other.building, place) ? 1 : 0;
   return static_cast<double>(num_in) / static_cast<double>(one.inside_world.size());
 }
 
@@ -89,6 +63,34 @@ double share_in(const Draft& one, const Draft& other) {
 bool goes_before(const Draft& one, const Draft& other) {
   if (one.area_m2 != other.area_m2) return one.area_m2 > other.area_m2;
   return one.building.key < other.building.key;
+}
+
+/// Copies one after the other: the same footprint, and of parts the same tags; of each the one that stays first.
+bool comes_before_copies(const Draft& one, const Draft& other) {
+  const auto less_place = [](const Vector2i& a, const Vector2i& b) {
+    return std::pair(a.x(), a.y()) < std::pair(b.x(), b.y());
+  };
+  const auto less_ring = [&](const std::vector<Vector2i>& a, const std::vector<Vector2i>& b) {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), less_place);
+  };
+  const Building& a = one.building;
+  const Building& b = other.building;
+  if (a.is_part != b.is_part) return b.is_part;
+  if (a.footprint.place_m != b.footprint.place_m)
+    return less_place(a.footprint.place_m, b.footprint.place_m);
+  if (a.footprint.rings != b.footprint.rings)
+    return std::lexicographical_compare(a.footprint.rings.begin(), a.footprint.rings.end(),
+                                        b.footprint.rings.begin(), b.footprint.rings.end(),
+                                        less_ring);
+  if (a.is_part && one.tags->all() != other.tags->all()) return one.tags->all() < other.tags->all();
+  return a.key < b.key;
+}
+
+bool are_copies(const Draft& one, const Draft& other) {
+  const Building& a = one.building;
+  const Building& b = other.building;
+  return a.is_part == b.is_part && a.footprint.place_m == b.footprint.place_m &&
+         a.footprint.rings == b.footprint.rings && (!a.is_part || *one.tags == *other.tags);
 }
 
 bool is_part_of(const FeatureTags& tags) {
@@ -103,9 +105,12 @@ class TownBuilder {
       : raster_(raster), ground_(ground), half_size_m_(0.5 * size_m), seed_(seed) {
     take(features);
     drop_what_is_wet();
+    drop_copies();
+    drop_what_is_crowded();
     for (std::size_t i = 0; i < drafts_.size(); ++i)
-      index_.add(static_cast<std::uint32_t>(i), drafts_[i].building.lowest_world,
-                 drafts_[i].building.highest_world);
+      if (!drafts_[i].is_dropped)
+        index_.add(static_cast<std::uint32_t>(i), drafts_[i].building.lowest_world,
+                   drafts_[i].building.highest_world);
     index_.finish();
     drop_what_is_there_twice();
     replace_by_parts();
@@ -122,6 +127,8 @@ class TownBuilder {
       town.buildings.push_back(std::move(draft.building));
     }
     town.index.finish();
+    const RaisedCounts raised = settle_raised_bodies(town.buildings, town.index, ground_.height_m);
+    town.num_pairs = num_pairs_ + raised.num_pairs;
     const auto count = [&](const char* name, std::int64_t value) {
       if (value > 0) town.counts.emplace_back(name, value);
     };
@@ -138,10 +145,12 @@ class TownBuilder {
     count("footprints beyond the square", num_beyond_);
     count("footprints in water", num_wet_);
     count("footprints in others left out", num_same_);
+    count("footprints left out in crowds of others", num_crowded_);
     count("footprints across others", num_crossing_);
     count("outlines replaced by parts", num_replaced_);
     count("footprints on roads", num_taken_);
-    count("raised bodies that nothing carries", num_lowered_);
+    count("raised bodies that nothing carries", raised.num_grounded);
+    count("raised bodies brought down to what is below them", raised.num_lowered);
     return town;
   }
 
@@ -161,7 +170,7 @@ class TownBuilder {
           while (!keys.insert(draft.building.key).second)
             draft.building.key = core::mix_bits(draft.building.key);
           draft.tags = &feature.tags;
-          draft.is_part = is_part_of(feature.tags);
+          draft.building.is_part = is_part_of(feature.tags);
           draft.area_m2 = area_m2(footprint.rings);
           draft.building.own = core::random_bits(seed_, draft.building.key, 0);
           set_box(footprint, draft.building);
@@ -210,9 +219,48 @@ class TownBuilder {
     }
   }
 
+  /// Before pairs of them are looked at: they would be the square of their number.
+  void drop_copies() {
+    std::vector<std::size_t> rows;
+    for (std::size_t i = 0; i < drafts_.size(); ++i)
+      if (!drafts_[i].is_dropped) rows.push_back(i);
+    std::sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) {
+      return comes_before_copies(drafts_[a], drafts_[b]);
+    });
+    for (std::size_t k = 1; k < rows.size(); ++k) {
+      if (!are_copies(drafts_[rows[k - 1]], drafts_[rows[k]])) continue;
+      drafts_[rows[k]].is_dropped = true;
+      ++num_same_;
+    }
+  }
+
+  void drop_what_is_crowded() {
+    std::vector<std::size_t> rows(drafts_.size());
+    std::iota(rows.begin(), rows.end(), std::size_t{0});
+    std::sort(rows.begin(), rows.end(),
+              [&](std::size_t a, std::size_t b) { return goes_before(drafts_[a], drafts_[b]); });
+    std::unordered_map<std::uint64_t, std::size_t> num_in;  // of each cell
+    for (const std::size_t i : rows) {
+      Draft& draft = drafts_[i];
+      if (draft.is_dropped) continue;
+      const std::vector<std::uint64_t> cells =
+          BoxIndex::cells_of(draft.building.lowest_world, draft.building.highest_world);
+      draft.is_dropped = std::any_of(cells.begin(), cells.end(), [&](std::uint64_t cell) {
+        return num_in[cell] >= kMostInCell;
+      });
+      if (draft.is_dropped)
+        ++num_crowded_;
+      else
+        for (const std::uint64_t cell : cells) ++num_in[cell];
+    }
+  }
+
   std::vector<std::uint32_t> near(const Draft& draft, double margin_m) const {
-    return index_.rows_in(draft.building.lowest_world.array() - margin_m,
-                          draft.building.highest_world.array() + margin_m);
+    std::vector<std::uint32_t> rows =
+        index_.rows_in(draft.building.lowest_world.array() - margin_m,
+                       draft.building.highest_world.array() + margin_m);
+    num_pairs_ += static_cast<std::int64_t>(rows.size());
+    return rows;
   }
 
   void drop_what_is_there_twice() {
@@ -227,10 +275,11 @@ class TownBuilder {
             if (draft.is_dropped) continue;
             for (const std::uint32_t j : near(draft, 0.0)) {
               const Draft& other = drafts_[j];
-              if (j == i || other.is_dropped || other.is_part != draft.is_part) continue;
+              if (j == i || other.is_dropped || other.building.is_part != draft.building.is_part)
+                continue;
               if (!goes_before(other, draft)) continue;
               const double share = share_in(draft, other);
-              if (draft.is_part) {
+              if (draft.building.is_part) {
                 // Parts stand over each other and in each other; only the very same is there twice.
                 if (share >= kSame && draft.area_m2 > 0.98 * other.area_m2 &&
                     *draft.tags == *other.tags)
@@ -258,11 +307,11 @@ class TownBuilder {
     std::vector<std::size_t> owner(drafts_.size(), drafts_.size());
     for (std::size_t i = 0; i < drafts_.size(); ++i) {
       const Draft& part = drafts_[i];
-      if (!part.is_part || part.is_dropped) continue;
+      if (!part.building.is_part || part.is_dropped) continue;
       double best = kPartOfOutline;
       for (const std::uint32_t j : near(part, 0.0)) {
         const Draft& outline = drafts_[j];
-        if (outline.is_part || outline.is_dropped) continue;
+        if (outline.building.is_part || outline.is_dropped) continue;
         const double share = share_in(part, outline);
         if (share < best) continue;
         best = share;
@@ -279,7 +328,7 @@ class TownBuilder {
       std::size_t num_in = 0;
       for (const Vector2d& place : outline.inside_world)
         for (const std::size_t i : parts[j])
-          if (drafts_[i].contains_world(place)) {
+          if (contains_world(drafts_[i].building, place)) {
             ++num_in;
             break;
           }
@@ -329,16 +378,17 @@ class TownBuilder {
         const Vector2d b = ring[(i + 1) % ring.size()].cast<double>();
         const Vector2d along = (b - a).normalized();
         const Vector2d outward(along.y(), -along.x());
-        bool is_attached = false;
-        for (const double share : {0.04, 0.27, 0.5, 0.73, 0.96})
-          for (const double out_m : {0.15, kAttached_m}) {
-            const Vector2d at = footprint.place_m.cast<double>() +
-                                kHeightStep_m * (a + share * (b - a)) + out_m * outward;
-            for (const std::uint32_t j : others)
-              if (!is_attached && j != row && !drafts_[j].is_dropped)
-                is_attached = drafts_[j].contains_world(at);
-          }
-        attached.push_back(is_attached);
+        const auto holds_place_beside = [&](std::uint32_t j) {
+          if (j == row || drafts_[j].is_dropped) return false;
+          for (const double share : {0.04, 0.27, 0.5, 0.73, 0.96})
+            for (const double out_m : {0.15, kAttached_m})
+              if (contains_world(drafts_[j].building, footprint.place_m.cast<double>() +
+                                                          kHeightStep_m * (a + share * (b - a)) +
+                                                          out_m * outward))
+                return true;
+          return false;
+        };
+        attached.push_back(std::any_of(others.begin(), others.end(), holds_place_beside));
       }
     return attached;
   }
@@ -376,7 +426,6 @@ class TownBuilder {
       const BuildingDesign& design = draft.building.design;
       ++heights_[static_cast<std::size_t>(design.height_source)];
       num_clamped_ += design.was_clamped ? 1 : 0;
-      num_lowered_ += draft.was_lowered ? 1 : 0;
       num_taken_ += ground_.is_taken(draft.building.footprint.place_m.cast<double>()) ? 1 : 0;
     }
   }
@@ -398,18 +447,15 @@ class TownBuilder {
     if (draft.tags->value("building") == "yes") around.share_at_sea = share_at_sea(building);
     around.latitude_deg = ground_.latitude_deg;
     around.height_m = ground_.height_m(at);
-    std::optional<double> raster_m = raster_height_m(draft);
+    const std::optional<double> raster_m = raster_height_m(draft);
     // Parts go with their building, houses with their neighbours.
     std::uint64_t own = building.own;
     if (const auto found = part_of_.find(row); found != part_of_.end())
       own = drafts_[found->second].building.own;
     const std::uint64_t town =
         core::random_bits(seed_, cell_key(at.x(), at.y(), kTownCell_m), 0x746f776eULL);
-    building.design = design_building(*draft.tags, draft.is_part, around, raster_m, town, own);
-    // A part may jut out of its building.
-    draft.was_lowered = building.design.bottom_m > 0.0 && !is_carried(row) &&
-                        !(draft.is_part && around.is_attached);
-    if (draft.was_lowered) building.design.bottom_m = 0.0;
+    building.design =
+        design_building(*draft.tags, draft.building.is_part, around, raster_m, town, own);
   }
 
   /// Above the lowest ground, from which walls go up; nothing where no raster knows one.
@@ -438,37 +484,12 @@ class TownBuilder {
     return *middle - lowest_m;
   }
 
-  /// Whether it stands over another building, or between others, with all its corners at them.
-  bool is_carried(std::size_t row) const {
-    const Draft& draft = drafts_[row];
-    std::vector<std::uint32_t> others = near(draft, kAttached_m);
-    others.erase(std::remove_if(others.begin(), others.end(),
-                                [&](std::uint32_t j) { return j == row || drafts_[j].is_dropped; }),
-                 others.end());
-    if (std::any_of(others.begin(), others.end(),
-                    [&](std::uint32_t j) { return share_in(draft, drafts_[j]) > 0.0; }))
-      return true;
-    const auto is_at_another = [&](const Vector2i& corner) {
-      constexpr double kSeam_m = 0.15;
-      const Vector2d at =
-          draft.building.footprint.place_m.cast<double>() + kHeightStep_m * corner.cast<double>();
-      return std::any_of(others.begin(), others.end(), [&](std::uint32_t j) {
-        for (const double dx : {-kSeam_m, kSeam_m})
-          for (const double dy : {-kSeam_m, kSeam_m})
-            if (drafts_[j].contains_world(at + Vector2d(dx, dy))) return true;
-        return false;
-      });
-    };
-    const auto& ring = draft.building.footprint.rings.front();
-    return std::all_of(ring.begin(), ring.end(), is_at_another);
-  }
-
   const HeightRaster* raster_;
   const TownGround& ground_;
   double half_size_m_;
   std::uint64_t seed_;
   std::vector<Draft> drafts_;
-  BuildingIndex index_;
+  BoxIndex index_;
   std::unordered_map<std::size_t, std::size_t> part_of_;
   std::unordered_map<std::uint64_t, double> built_m2_;
   FootprintCounts footprint_counts_;
@@ -477,57 +498,14 @@ class TownBuilder {
   std::int64_t num_beyond_ = 0;
   std::int64_t num_wet_ = 0;
   std::int64_t num_same_ = 0;
+  std::int64_t num_crowded_ = 0;
   std::int64_t num_crossing_ = 0;
   std::int64_t num_replaced_ = 0;
   std::int64_t num_taken_ = 0;
-  std::int64_t num_lowered_ = 0;
+  mutable std::atomic<std::int64_t> num_pairs_ = 0;
 };
 
 }  // namespace
-
-void BuildingIndex::add(std::uint32_t row, const Vector2d& lowest, const Vector2d& highest) {
-  for (double y = std::floor(lowest.y() / kIndexCell_m);
-       y <= std::floor(highest.y() / kIndexCell_m); ++y)
-    for (double x = std::floor(lowest.x() / kIndexCell_m);
-         x <= std::floor(highest.x() / kIndexCell_m); ++x)
-      entries_.emplace_back(
-          cell_key((x + 0.5) * kIndexCell_m, (y + 0.5) * kIndexCell_m, kIndexCell_m), row);
-  lowest_ = lowest_.cwiseMin(lowest);
-  highest_ = highest_.cwiseMax(highest);
-}
-
-void BuildingIndex::finish() { std::sort(entries_.begin(), entries_.end()); }
-
-std::vector<std::uint32_t> BuildingIndex::rows_in(const Vector2d& lowest, const Vector2d& highest,
-                                                  std::uint32_t before) const {
-  std::vector<std::uint32_t> rows;
-  const Vector2d from = lowest.cwiseMax(lowest_);
-  const Vector2d to = highest.cwiseMin(highest_);
-  if ((from.array() > to.array()).any()) return rows;
-  std::vector<std::size_t> ends = {0};  // of the cells' rows, which ascend
-  for (double y = std::floor(from.y() / kIndexCell_m); y <= std::floor(to.y() / kIndexCell_m); ++y)
-    for (double x = std::floor(from.x() / kIndexCell_m); x <= std::floor(to.x() / kIndexCell_m);
-         ++x) {
-      const std::uint64_t key =
-          cell_key((x + 0.5) * kIndexCell_m, (y + 0.5) * kIndexCell_m, kIndexCell_m);
-      const auto first = std::lower_bound(entries_.begin(), entries_.end(),
-                                          std::pair<std::uint64_t, std::uint32_t>(key, 0));
-      const auto last = std::lower_bound(first, entries_.end(),
-                                         std::pair<std::uint64_t, std::uint32_t>(key, before));
-      if (first == last) continue;
-      for (auto entry = first; entry != last; ++entry) rows.push_back(entry->second);
-      ends.push_back(rows.size());
-    }
-  // Two by two: much faster than sorting where many lie in a few cells.
-  const auto at = [&](std::size_t k) {
-    return rows.begin() + static_cast<std::ptrdiff_t>(ends[std::min(k, ends.size() - 1)]);
-  };
-  for (std::size_t num = 1; num + 1 < ends.size(); num *= 2)
-    for (std::size_t k = 0; k + num + 1 < ends.size(); k += 2 * num)
-      std::inplace_merge(at(k), at(k + num), at(k + 2 * num));
-  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-  return rows;
-}
 
 Town build_town(const std::vector<VectorFeature>& features, const HeightRaster* raster,
                 const TownGround& ground, double size_m, std::uint64_t seed) {

@@ -3,56 +3,29 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "tiler/buildings/building_design.h"
-#include "tiler/buildings/footprint.h"
+#include "tiler/box_index.h"
+#include "tiler/buildings/building.h"
 #include "tiler/buildings/height_raster.h"
 #include "tiler/feature_source.h"
 
 namespace terracast::tiler {
 
-/// A building that stands, or a part of one.
-struct Building {
-  std::uint64_t feature = 0;
-  std::uint64_t key = 0;  ///< of its instance id
-  Footprint footprint;
-  BuildingDesign design;
-  std::vector<bool> attached;  ///< edges at which others stand
-  std::uint64_t own = 0;       ///< drawn for it
-  /// Parts: the outline's corners, about the place, under which the ground is looked at; else empty.
-  std::vector<Eigen::Vector2i> ground_steps;
-  Eigen::Vector2d lowest_world = Eigen::Vector2d::Zero();  ///< of the footprint
-  Eigen::Vector2d highest_world = Eigen::Vector2d::Zero();
-};
-
-/// Rows of a table of buildings by where they lie.
-class BuildingIndex {
- public:
-  void add(std::uint32_t row, const Eigen::Vector2d& lowest, const Eigen::Vector2d& highest);
-  void finish();
-  /// All that may lie in a box and come before a row, each once, ascending.
-  std::vector<std::uint32_t> rows_in(
-      const Eigen::Vector2d& lowest, const Eigen::Vector2d& highest,
-      std::uint32_t before = std::numeric_limits<std::uint32_t>::max()) const;
-
- private:
-  /// Cell and row, sorted.
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> entries_;
-  Eigen::Vector2d lowest_ = Eigen::Vector2d::Constant(1e18);
-  Eigen::Vector2d highest_ = Eigen::Vector2d::Constant(-1e18);
-};
-
 /// All buildings of a world, each checked against its neighbours: a pure function of the features,
 /// whatever their order.
 struct Town {
   std::vector<Building> buildings;  ///< by feature, then part
-  BuildingIndex index;
+  BoxIndex index;
   std::vector<std::pair<std::string, std::int64_t>> counts;  ///< for LayerInfo::counts
+  std::int64_t num_pairs = 0;  ///< of footprints near each other that were looked at, all in all
 };
+
+/// So many footprints stand in a cell of a BoxIndex, those of small buildings in 48 m by 48 m; smaller ones beyond
+/// that are left out, and counted. Sheds of 4 m2 side by side are fewer.
+inline constexpr std::size_t kMostInCell = 640;
 
 /// What a town is asked of its ground.
 struct TownGround {
@@ -64,7 +37,8 @@ struct TownGround {
 };
 
 /// raster   of heights; may be null
-/// cost     10 us a footprint
+/// cost     10 us a footprint; pairs of footprints only of those near each other (Town::num_pairs), of which kMostInCell
+///          bounds the number: what is the same footprint a hundred thousand times costs no pair
 Town build_town(const std::vector<VectorFeature>& features, const HeightRaster* raster,
                 const TownGround& ground, double size_m, std::uint64_t seed);
 

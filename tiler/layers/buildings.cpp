@@ -38,7 +38,7 @@ using Eigen::Vector3d;
 using world::kHeightStep_m;
 
 /// Bumped when what stands where changes.
-constexpr int kBuildingsVersion = 5;
+constexpr int kBuildingsVersion = 6;
 
 /// Coarsest tiles of the shapes with all their details, and of those with roofs.
 constexpr int kFineLevel = 1;
@@ -134,18 +134,21 @@ class BuildingsLayer final : public Layer, public DryCover {
   }
 
   bool holds(const Vector2d& place_world, double radius_m) const override {
-    for (const std::uint32_t row :
-         town_.index.rows_in(place_world.array() - radius_m, place_world.array() + radius_m)) {
-      const Building& building = town_.buildings[row];
-      if ((place_world.array() + radius_m < building.lowest_world.array()).any() ||
-          (place_world.array() - radius_m > building.highest_world.array()).any())
-        continue;
-      const Vector2d at = (place_world - building.footprint.place_m.cast<double>()) / kHeightStep_m;
-      if (contains(building.footprint.rings, at) ||
-          distance_to_edges(building.footprint.rings, at) <= radius_m / kHeightStep_m)
-        return true;
-    }
-    return false;
+    bool is_held = false;
+    town_.index.visit(
+        place_world.array() - radius_m, place_world.array() + radius_m, BoxIndex::kAll,
+        [&](std::uint32_t row) {
+          const Building& building = town_.buildings[row];
+          if ((place_world.array() + radius_m < building.lowest_world.array()).any() ||
+              (place_world.array() - radius_m > building.highest_world.array()).any())
+            return true;
+          const Vector2d at =
+              (place_world - building.footprint.place_m.cast<double>()) / kHeightStep_m;
+          is_held = contains(building.footprint.rings, at) ||
+                    distance_to_edges(building.footprint.rings, at) <= radius_m / kHeightStep_m;
+          return !is_held;
+        });
+    return is_held;
   }
 
   void add_objects(const world::TileId& id, const LayerSite& site,
@@ -225,8 +228,7 @@ class BuildingsLayer final : public Layer, public DryCover {
   Ground ground_of(const Building& building, const Eigen::Matrix3d& world_from_level,
                    const LayerSite& site) const {
     const Vector2d place = building.footprint.place_m.cast<double>();
-    const std::vector<Vector2i>& corners =
-        building.ground_steps.empty() ? building.footprint.rings[0] : building.ground_steps;
+    const std::vector<Vector2i>& corners = ground_corners(building);
     const std::size_t stride = corners.size() / kMostGroundPlaces + 1;
     double lowest = std::numeric_limits<double>::infinity();
     double highest = -lowest;

@@ -18,6 +18,7 @@
 #include "tiler/roads/bridge_builder.h"
 #include "tiler/roads/deep_cuttings.h"
 #include "tiler/roads/held_places.h"
+#include "tiler/roads/joined_decks.h"
 #include "tiler/roads/pads.h"
 #include "tiler/roads/road_bed.h"
 #include "tiler/roads/road_features.h"
@@ -36,7 +37,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 8;
+constexpr int kRoadsVersion = 9;
 constexpr double kPierAbove_m = 1.3;
 constexpr double kPierBelow_m = 8.0;
 
@@ -349,10 +350,15 @@ class RoadsLayer final : public Layer, public DryCover {
         .is_water = [this](const Vector2d& at) { return ground_at(at).is_water; },
         .is_taken = [this](const Vector2d& at,
                            double radius_m) { return bed_->is_on_way(at, radius_m); }};
+    const JoinedDecks joined(decks);
     std::vector<world::Solid> solids(decks.size());
     core::parallel_for(static_cast<std::int64_t>(decks.size()), [&](std::int64_t i) {
       const auto k = static_cast<std::size_t>(i);
-      solids[k] = build_deck(decks[k], site);
+      DeckSite own = site;
+      own.has_other_lines = [&](const Vector2d& at, double level_m) {
+        return joined.other_bears_lines(k, at, level_m);
+      };
+      solids[k] = build_deck(joined.lowered(k), own);
     });
     std::vector<std::uint64_t> keys;
     for (const Deck& deck : decks) keys.push_back(deck.key);

@@ -270,7 +270,30 @@ void add_body(const Deck& deck, const std::vector<DeckPoint>& points, bool is_fi
       kConcrete);
 }
 
-void add_marks(const Deck& deck, Mesh& mesh) {
+/// What of a line beside a deck's middle lies on no other deck that bears lines, from and to along it.
+std::vector<std::pair<double, double>> own_lines(const Deck& deck, const DeckSite& site,
+                                                 double across_m, double from_m, double to_m) {
+  constexpr double kStep_m = 0.5;
+  if (!site.has_other_lines) return {{from_m, to_m}};
+  std::vector<std::pair<double, double>> own;
+  const int num = std::max(1, static_cast<int>(std::ceil((to_m - from_m) / kStep_m)));
+  bool was_own = false;
+  for (int k = 0; k <= num; ++k) {
+    const double at_m = from_m + (to_m - from_m) * k / num;
+    const DeckPoint at = point_at(deck, at_m);
+    const Vector2d left(-at.tangent.y(), at.tangent.x());
+    const bool is_own = !site.has_other_lines(at.at_world + across_m * left, at.level_m);
+    if (is_own && was_own)
+      own.back().second = at_m;
+    else if (is_own)
+      own.emplace_back(at_m, at_m);
+    was_own = is_own;
+  }
+  std::erase_if(own, [](const auto& piece) { return piece.second - piece.first < kStep_m; });
+  return own;
+}
+
+void add_marks(const Deck& deck, const DeckSite& site, Mesh& mesh) {
   const double from_m = deck.points.front().along_m;
   const double to_m = deck.points.back().along_m;
   const double low_m = kDeckAbove_m - 0.03;
@@ -297,8 +320,9 @@ void add_marks(const Deck& deck, Mesh& mesh) {
   if (!has_edges && style.marking != world::Marking::Center) return;
   constexpr double kHalfLine_m = 0.06;
   const auto line = [&](double across_m, double a_m, double b_m) {
-    mesh.bar(part(deck, a_m, b_m), across_m + kHalfLine_m, across_m - kHalfLine_m, low_m, high_m,
-             kMark);
+    for (const auto& [first_m, last_m] : own_lines(deck, site, across_m, a_m, b_m))
+      mesh.bar(part(deck, first_m, last_m), across_m + kHalfLine_m, across_m - kHalfLine_m, low_m,
+               high_m, kMark);
   };
   const double edge_m = style.half_width_m - 0.31;
   if (has_edges)
@@ -449,7 +473,7 @@ world::Solid build_deck(const Deck& deck, const DeckSite& site) {
       Mesh mesh(site.frame, longer);
       add_body(simpler, simpler.points, is_fine, mesh);
       add_supports(is_fine ? simpler : longer, site, mesh);
-      if (is_fine) add_marks(simpler, mesh);
+      if (is_fine) add_marks(simpler, site, mesh);
       if (mesh.meets_itself() && simpler.points.size() > 2) continue;
       solid.origin_steps = mesh.origin_steps();
       solid.levels.push_back(

@@ -159,7 +159,9 @@ Piece shared_by(const ShownSolid& one, const ShownSolid& other, const Box& where
 
 }  // namespace
 
-std::vector<Coincident> find_coincident(std::span<const ShownSolid> solids) {
+std::vector<Coincident> find_coincident(
+    std::span<const ShownSolid> solids,
+    const std::function<bool(std::size_t first, std::size_t second)>& are_shown) {
   std::vector<Box> boxes;
   std::vector<std::size_t> by_west;
   for (const ShownSolid& solid : solids) {
@@ -177,6 +179,7 @@ std::vector<Coincident> find_coincident(std::span<const ShownSolid> solids) {
       if (!boxes[i].intersects(boxes[next]) || solids[i].instance_id == solids[next].instance_id)
         continue;
       const auto [first, second] = std::minmax(i, next);
+      if (are_shown && !are_shown(first, second)) continue;
       const Piece shared =
           shared_by(solids[first], solids[second], boxes[i].intersection(boxes[next]));
       if (shared.area_m2 > kLeastArea_m2)

@@ -5,13 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <set>
+#include <tuple>
 
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "core/progress.h"
-#include "validate/world_check/coincident_solids.h"
 #include "validate/world_check/ground_check.h"
 #include "validate/world_check/shape_check.h"
+#include "validate/world_check/shown_together.h"
 
 namespace terracast::world_check {
 namespace {
@@ -169,6 +171,7 @@ struct TileFacts {
     world::TileId over;
   };
   std::vector<Reach> reaches;  ///< tiles of the same level into whose square solids reach
+  std::vector<CoincidentShapes> coincident;
 };
 
 /// Tiles beside a solid's own into which its shape reaches by more than a step.
@@ -196,27 +199,6 @@ void find_reaches(const world::TileStore& store, const world::TileId& id, const 
     }
 }
 
-/// Solids of a tile that share faces there; what reaches into several tiles counts where the first such place lies.
-void compare_solids(const world::Tile& tile, Tally& tally) {
-  std::vector<ShownSolid> shown;
-  for (const world::Solid& solid : tile.objects.solids)
-    if (const world::Shape* shape = world::shape_at(solid.levels, tile.id.level))
-      shown.push_back({solid.provenance.instance_id, solid.origin_steps, shape});
-  std::sort(shown.begin(), shown.end(),
-            [](const ShownSolid& a, const ShownSolid& b) { return a.instance_id < b.instance_id; });
-  tally.asked("coincident_solids", static_cast<std::int64_t>(shown.size()));
-  for (const Coincident& pair : find_coincident(shown)) {
-    const Eigen::Vector3d at = pair.place_steps * world::kHeightStep_m;
-    if (world::tile_at(tile.id.level, at.x(), at.y()) != tile.id) continue;
-    tally.fault(
-        "coincident_solids",
-        fmt::format("tile {}: objects {} and {}: {:.2f} m2, such as at E {:.2f} N {:.2f} m, "
-                    "z {:.2f} m",
-                    tile.id.name(), shown[pair.first].instance_id, shown[pair.second].instance_id,
-                    pair.area_m2, at.x(), at.y(), at.z()));
-  }
-}
-
 TileFacts look_at(const world::TileStore& store, const std::vector<PrototypeSize>& sizes,
                   std::uint32_t row) {
   const world::WorldManifest& manifest = store.manifest();
@@ -238,7 +220,10 @@ TileFacts look_at(const world::TileStore& store, const std::vector<PrototypeSize
                               solid.provenance.instance_id, level.coarsest_level),
                   facts.tally);
   }
-  compare_solids(tile, facts.tally);
+  ShownTogether shown =
+      coincident_shapes(tile, [&](const world::TileId& id) { return store.find(id) != nullptr; });
+  facts.tally.asked("coincident_solids", shown.num_shapes);
+  facts.coincident = std::move(shown.coincident);
   for (const world::Instance& instance : tile.objects.instances) {
     const std::uint64_t hash = hash_of(instance);
     facts.held.push_back({.instance_id = instance.provenance.instance_id,
@@ -287,6 +272,24 @@ void compare_tiles(const world::WorldManifest& manifest, std::vector<Held>& held
   }
 }
 
+/// Shapes that several tiles find in one plane count once, for the first of these tiles.
+/// found   with the tile's row, ascending
+void count_coincident(const world::WorldManifest& manifest,
+                      const std::vector<std::pair<std::uint32_t, CoincidentShapes>>& found,
+                      Tally& tally) {
+  std::set<std::tuple<std::uint32_t, std::uint32_t, int, int>> known;
+  for (const auto& [row, pair] : found) {
+    if (!known.insert(pair.shapes()).second) continue;
+    tally.fault(
+        "coincident_solids",
+        fmt::format("tile {}: objects {} and {}, to levels {} and {}: {:.2f} m2, such as at "
+                    "E {:.2f} N {:.2f} m, z {:.2f} m",
+                    manifest.tiles[row].id.name(), pair.first_id, pair.second_id, pair.first_level,
+                    pair.second_level, pair.area_m2, pair.place_world.x(), pair.place_world.y(),
+                    pair.place_world.z()));
+  }
+}
+
 }  // namespace
 
 bool WorldFaults::is_right() const {
@@ -315,6 +318,7 @@ WorldFaults check_world(const world::TileStore& store, const core::Context& cont
 
   std::vector<Held> held;
   std::vector<std::pair<std::uint32_t, TileFacts::Reach>> reaches;
+  std::vector<std::pair<std::uint32_t, CoincidentShapes>> coincident;
   core::Progress progress(context, "tiles", static_cast<std::int64_t>(manifest.tiles.size()));
   std::vector<TileFacts> facts(manifest.tiles.size());
   core::parallel_for(static_cast<std::int64_t>(manifest.tiles.size()), [&](std::int64_t i) {
@@ -325,10 +329,12 @@ WorldFaults check_world(const world::TileStore& store, const core::Context& cont
     facts[row].tally.add_to(faults.results);
     held.insert(held.end(), facts[row].held.begin(), facts[row].held.end());
     for (const TileFacts::Reach& reach : facts[row].reaches) reaches.emplace_back(row, reach);
+    for (const CoincidentShapes& pair : facts[row].coincident) coincident.emplace_back(row, pair);
     facts[row] = {};
   }
   Tally of_all;
   compare_tiles(manifest, held, of_all);
+  count_coincident(manifest, coincident, of_all);
   std::map<world::TileId, std::uint32_t> rows;
   for (std::uint32_t row = 0; row < manifest.tiles.size(); ++row)
     rows[manifest.tiles[row].id] = row;

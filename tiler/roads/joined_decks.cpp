@@ -1,0 +1,121 @@
+#include "tiler/roads/joined_decks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "tiler/box_index.h"
+
+namespace terracast::tiler {
+namespace {
+
+using Eigen::Vector2d;
+
+/// Tops nearer to each other than this are one carriageway: less than any clearance under a bridge.
+constexpr double kOneLevel_m = 0.5;
+/// Lines keep so far from another deck's paving: half their width, and bends that decks are thinned by.
+constexpr double kBesideLines_m = 0.3;
+/// Parapets of two decks beside each other stand on so much beside their paving.
+constexpr double kBesideParapets_m = 1.2;
+
+std::pair<Vector2d, Vector2d> box_of(const Deck& deck) {
+  Vector2d lowest = deck.points.front().at_world, highest = lowest;
+  for (const DeckPoint& point : deck.points) {
+    lowest = lowest.cwiseMin(point.at_world);
+    highest = highest.cwiseMax(point.at_world);
+  }
+  const double reach_m = deck.style.half_width_m + kBesideParapets_m;
+  return {lowest.array() - reach_m, highest.array() + reach_m};
+}
+
+bool goes_before(const Deck& one, const Deck& other) {
+  return std::pair(-one.style.half_width_m, one.key) <
+         std::pair(-other.style.half_width_m, other.key);
+}
+
+bool lies_on(const Deck& deck, const Vector2d& at_world, double level_m, double beside_m) {
+  for (std::size_t k = 1; k < deck.points.size(); ++k) {
+    const DeckPoint& a = deck.points[k - 1];
+    const DeckPoint& b = deck.points[k];
+    const Vector2d along = b.at_world - a.at_world;
+    const double t = std::clamp(along.dot(at_world - a.at_world) / along.squaredNorm(), 0.0, 1.0);
+    if ((a.at_world + t * along - at_world).norm() <= deck.style.half_width_m + beside_m &&
+        std::abs(a.level_m + t * (b.level_m - a.level_m) - level_m) < kOneLevel_m)
+      return true;
+  }
+  return false;
+}
+
+/// Whether any of a deck, its middle or its sides, lies on another.
+bool touches(const Deck& deck, const Deck& other) {
+  constexpr double kStep_m = 1.0;
+  for (std::size_t k = 1; k < deck.points.size(); ++k) {
+    const DeckPoint& a = deck.points[k - 1];
+    const DeckPoint& b = deck.points[k];
+    const Vector2d along = b.at_world - a.at_world;
+    const Vector2d left = Vector2d(-along.y(), along.x()).normalized();
+    const int num = 1 + static_cast<int>(along.norm() / kStep_m);
+    for (int i = 0; i <= num; ++i)
+      for (const double side : {-1.0, 0.0, 1.0}) {
+        const double t = static_cast<double>(i) / num;
+        if (lies_on(other, a.at_world + t * along + side * deck.style.half_width_m * left,
+                    a.level_m + t * (b.level_m - a.level_m), kBesideParapets_m))
+          return true;
+      }
+  }
+  return false;
+}
+
+}  // namespace
+
+JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
+    : decks_(decks), going_before_(decks.size()) {
+  BoxIndex index;
+  std::vector<std::pair<Vector2d, Vector2d>> boxes;
+  for (const Deck& deck : decks) {
+    boxes.push_back(deck.points.empty() ? std::pair<Vector2d, Vector2d>() : box_of(deck));
+    if (!deck.points.empty())
+      index.add(static_cast<std::uint32_t>(boxes.size() - 1), boxes.back().first,
+                boxes.back().second);
+  }
+  index.finish();
+  std::vector<std::size_t> rows(decks.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  std::sort(rows.begin(), rows.end(),
+            [&](std::size_t a, std::size_t b) { return goes_before(decks[a], decks[b]); });
+  ranks_.resize(decks.size(), 0);
+  for (const std::size_t row : rows) {
+    if (decks[row].points.empty()) continue;
+    const auto& [lowest, highest] = boxes[row];
+    std::array<bool, kMostRank> is_taken = {};
+    for (const std::uint32_t other : index.rows_in(lowest, highest)) {
+      if (other == row || !goes_before(decks[other], decks[row]) ||
+          (boxes[other].first.array() > highest.array()).any() ||
+          (boxes[other].second.array() < lowest.array()).any() ||
+          !(touches(decks[row], decks[other]) || touches(decks[other], decks[row])))
+        continue;
+      going_before_[row].push_back(other);
+      if (ranks_[other] < kMostRank) is_taken[static_cast<std::size_t>(ranks_[other])] = true;
+    }
+    ranks_[row] =
+        static_cast<int>(std::find(is_taken.begin(), is_taken.end(), false) - is_taken.begin());
+  }
+}
+
+Deck JoinedDecks::lowered(std::size_t row) const {
+  Deck deck = decks_[row];
+  for (DeckPoint& point : deck.points) point.level_m -= kLower_m * ranks_[row];
+  return deck;
+}
+
+bool JoinedDecks::other_bears_lines(std::size_t row, const Vector2d& at_world,
+                                    double level_m) const {
+  return std::any_of(going_before_[row].begin(), going_before_[row].end(),
+                     [&](std::uint32_t other) {
+                       return lies_on(decks_[other], at_world, level_m, kBesideLines_m);
+                     });
+}
+
+}  // namespace terracast::tiler

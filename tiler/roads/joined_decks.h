@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "tiler/roads/bridge_builder.h"
+
+namespace terracast::tiler {
+
+/// Decks that lie over each other at one level, as where bridges join. Both would be in one plane: so each is lower than
+/// those that go before it there, the wider ones, or of equally wide ones those with lower keys, and bears no lines where it
+/// lies on them.
+///
+/// limits    decks whose slopes differ cross each other all the same, along a line; the least lowered of more than
+///           kMostRank is as low as another
+/// cost      segments of decks whose boxes meet
+/// threads   safe
+class JoinedDecks {
+ public:
+  /// By so much for each rank: lines, from 30 mm below tops to 6 mm above them, are in no other deck's plane either.
+  static constexpr double kLower_m = 0.020;
+  static constexpr int kMostRank = 7;
+
+  /// decks   must outlive it
+  explicit JoinedDecks(const std::vector<Deck>& decks);
+
+  /// The deck as it is built.
+  Deck lowered(std::size_t row) const;
+  /// Whether another deck bears the lines at a place of a deck's top.
+  bool other_bears_lines(std::size_t row, const Eigen::Vector2d& at_world, double level_m) const;
+
+ private:
+  const std::vector<Deck>& decks_;
+  std::vector<std::vector<std::uint32_t>> going_before_;  ///< of each deck those on which it lies
+  std::vector<int> ranks_;
+};
+
+}  // namespace terracast::tiler
