@@ -30,7 +30,8 @@ struct Level {
 world::Solid solid(std::uint32_t id, int x_m, int y_m, const std::vector<Level>& levels) {
   world::Solid made{.provenance = {.instance_id = id, .layer = 0, .feature = id},
                     .place_m = {x_m, y_m},
-                    .origin_steps = kSteps * Eigen::Vector3i(x_m, y_m, 10)};
+                    .origin_steps = kSteps * Eigen::Vector3i(x_m, y_m, 10),
+                    .levels = {}};
   for (const Level& level : levels)
     made.levels.push_back(
         {.coarsest_level = static_cast<std::int8_t>(level.coarsest), .shape = level.shape});
