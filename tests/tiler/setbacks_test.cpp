@@ -111,10 +111,9 @@ TEST(Setbacks, WhatLiesOverEachOtherHasNoFacesInOnePlane) {
   }
 }
 
-/// Rectangles at one place of a world, with an index.
+/// Rectangles at one place of a world.
 struct Stack {
   std::vector<tiler::Building> buildings;
-  tiler::BoxIndex index;
 
   void add(double low_x_m, double low_y_m, double length_m, double width_m) {
     add({{low_x_m, low_y_m},
@@ -132,14 +131,11 @@ struct Stack {
       building.lowest_world = building.lowest_world.cwiseMin(corner);
       building.highest_world = building.highest_world.cwiseMax(corner);
     }
-    index.add(static_cast<std::uint32_t>(buildings.size() - 1), building.lowest_world,
-              building.highest_world);
   }
   std::int64_t num_pairs = 0;  ///< that were looked at
   /// Ranks, and how many are crowded and without a rank of their own.
   std::tuple<std::vector<int>, std::int64_t, std::int64_t> ranks() {
-    index.finish();
-    const tiler::Setbacks setbacks = tiler::setback_ranks(buildings, index);
+    const tiler::Setbacks setbacks = tiler::setback_ranks(buildings);
     num_pairs = setbacks.num_pairs;
     const std::map<std::string, std::int64_t> counts(setbacks.counts.begin(),
                                                      setbacks.counts.end());

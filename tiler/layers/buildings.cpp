@@ -38,7 +38,7 @@ using Eigen::Vector3d;
 using world::kHeightStep_m;
 
 /// Bumped when what stands where changes.
-constexpr int kBuildingsVersion = 6;
+constexpr int kBuildingsVersion = 7;
 
 /// Coarsest tiles of the shapes with all their details, and of those with roofs.
 constexpr int kFineLevel = 1;
@@ -106,7 +106,7 @@ class BuildingsLayer final : public Layer, public DryCover {
                         .latitude_deg = frame_.origin().lat_deg},
                        inputs.size_m, seed);
     settled_ = SettledGround(town_.buildings, inputs.size_m);
-    Setbacks setbacks = setback_ranks(town_.buildings, town_.index);
+    Setbacks setbacks = setback_ranks(town_.buildings);
     ranks_ = std::move(setbacks.ranks);
     measure_boxes();
     std::vector<std::uint64_t> keys;
