@@ -32,6 +32,9 @@ constexpr double kWidest_m = 4000.0;
 /// Corners that move farther than so many times their edges are too sharp.
 constexpr double kSharpest = 8.0;
 constexpr double kMostInset_steps = steps(kMostInset_m);
+/// Of the sharpest ones: those that are rounded may be a little sharper.
+constexpr double kBlunt = 1.1;
+constexpr double kCut_steps = 64.0;
 /// In which what cannot move is looked for farther inside, at last 2 m.
 constexpr int kMostRounds = 7;
 
@@ -157,10 +160,37 @@ RingsSteps simplified(const RingsSteps& rings, double tolerance_steps) {
   return kept;
 }
 
+/// Corners too sharp to move are cut off where they are kCut_steps wide; of one whose edges end before, nothing is left.
+RingsSteps blunted(const RingsSteps& rings) {
+  RingsSteps blunt;
+  for (const auto& ring : rings) {
+    blunt.emplace_back();
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Vector2d at = ring[i].cast<double>();
+      const Vector2d back = ring[(i + ring.size() - 1) % ring.size()].cast<double>() - at;
+      const Vector2d on = ring[(i + 1) % ring.size()].cast<double>() - at;
+      const double half_sine =
+          std::sqrt(std::max(0.5 - 0.5 * back.normalized().dot(on.normalized()), 0.0));
+      if (half_sine * kSharpest >= kBlunt) {
+        blunt.back().push_back(ring[i]);
+        continue;
+      }
+      const double cut = 0.5 * kCut_steps / half_sine;
+      if (!(cut < 0.5 * std::min(back.norm(), on.norm()))) continue;
+      for (const Vector2d& edge : {back, on})
+        blunt.back().push_back((at + cut * edge.normalized()).array().round().cast<int>());
+    }
+    if (blunt.back().size() >= 3) continue;
+    if (blunt.size() == 1) return {};
+    blunt.pop_back();
+  }
+  return blunt;
+}
+
 /// Of what has moved inward all that can move out again by kMostInset_steps; of the rest what is farther inside.
 void move_out(const RingsSteps& inner, int round, std::vector<RingsSteps>& polygons) {
   const double finer_steps = kSnap_steps << round;
-  const RingsSteps few = simplified(inner, finer_steps);
+  const RingsSteps few = blunted(simplified(inner, finer_steps));
   if (few.empty()) return;
   if (is_valid(few))
     if (const auto moved = moved_edges(few, kMostInset_steps); moved && can_stand_back(*moved)) {

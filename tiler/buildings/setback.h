@@ -19,6 +19,9 @@ inline constexpr double kSetback_m = 0.006;
 inline constexpr int kMostRank = 15;
 /// No walls stand farther back.
 inline constexpr double kMostInset_m = kInset_m + kMostRank * kSetback_m;
+/// Bottoms, and tops of blocks, lie on levels so far apart, above the ellipsoid, and lower by the setback: those of two ranks
+/// are apart whatever the ground is. Beyond 200 m the Earth's curvature brings levels through two places together.
+inline constexpr double kLevels_m = (kMostRank + 2) * kSetback_m;
 /// The bottom of what begins above the ground is so much lower than it says, and by its own setback: it reaches into what
 /// carries it, of whatever rank that is, and lies half a setback off any top.
 inline constexpr double kBodySunk_m = 1.5 * kSetback_m + kMostRank * kSetback_m;
