@@ -197,6 +197,19 @@ TEST(Setbacks, NeighboursDrawnIntoEachOtherStayApart) {
   EXPECT_EQ(num_without, 0);
 }
 
+// Seen in November 2026 in Bilbao: coarse tiles show what has more than six corners as a rectangle, which reaches into its
+// neighbours, with bottoms and roofs in one plane.
+TEST(Setbacks, WhatLiesOverEachOtherAsBlocksAloneStandsApart) {
+  // Two L of one size, each in the other's elbow, 2 m apart, of seven corners.
+  Stack stack;
+  stack.add({{0, 0}, {30, 0}, {30, 10}, {10, 10}, {10, 30}, {5, 30.5}, {0, 30}});
+  stack.add({{40, 40}, {12, 40}, {12, 32}, {32, 32}, {32, 12}, {36, 11.5}, {40, 12}});
+  stack.add(80, 0, 10, 10);
+  const auto [ranks, num_crowded, num_without] = stack.ranks();
+  EXPECT_EQ(ranks, (std::vector<int>{0, 1, 0}));
+  EXPECT_EQ(num_without, 0);
+}
+
 // A few megabytes of parts on one place are 200 million pairs.
 TEST(Setbacks, ManyOnOnePlaceCostLittle) {
   constexpr int kNum = 20000;
