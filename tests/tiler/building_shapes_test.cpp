@@ -16,6 +16,7 @@
 #include "tiler/buildings/building_mesh.h"
 #include "tiler/buildings/footprint.h"
 #include "tiler/buildings/roof.h"
+#include "tiler/roofs/inner_polygons.h"
 #include "tiler/roofs/triangulation.h"
 #include "world/facade.h"
 #include "world/tile_id.h"
@@ -391,6 +392,108 @@ TEST(Footprints, RandomRingsBecomeValidPolygons) {
                     "seed " + std::to_string(seed));
     }
   }
+}
+
+// Seen in November 2026 in Bilbao, whose outlines are made of a raster: walls that could not stand back stayed where they
+// were, in one plane with those of their neighbours, and all holes were given up where one nearly touched the border.
+TEST(Footprints, CanStandBackWhateverTheirShape) {
+  struct Case {
+    const char* name;
+    std::vector<tiler::PointsWorld> rings;
+    double area_m2;  // what is left
+    std::size_t num;
+    std::size_t num_holes;
+    std::int64_t num_narrow;
+  };
+  const tiler::PointsWorld square = {{0, 0}, {20, 0}, {20, 20}, {0, 20}};
+  const std::vector<Case> cases = {
+      {"a square", {square}, 400.0, 1, 0, 0},
+      // 5.7 degrees; the tip is cut where it is narrower than walls stand back.
+      {"a sharp corner", {{{0, 0}, {40, 0}, {40, 4}}}, 80.0, 1, 0, 1},
+      {"a short edge", {{{0, 0}, {20, 0}, {20, 20}, {0.05, 20}, {0, 19.95}}}, 400.0, 1, 0, 1},
+      // 10 x 0.12 m2 of neck are gone.
+      {"a neck",
+       {{{0, 0},
+         {10, 0},
+         {10, 4.94},
+         {20, 4.94},
+         {20, 0},
+         {30, 0},
+         {30, 10},
+         {20, 10},
+         {20, 5.06},
+         {10, 5.06},
+         {10, 10},
+         {0, 10}}},
+       200.0,
+       2,
+       0,
+       1},
+      {"a slit",
+       {{{0, 0}, {20, 0}, {20, 9.95}, {8, 10}, {20, 10.05}, {20, 20}, {0, 20}}},
+       399.4,
+       1,
+       0,
+       1},
+      // The hole opens to where it nearly touches; the other one is kept.
+      {"a hole 5 cm beside the border",
+       {square, {{0.05, 5}, {4, 5}, {4, 9}, {0.05, 9}}, {{10, 10}, {14, 10}, {14, 14}, {10, 14}}},
+       400.0 - 16.0 - 16.0,
+       1,
+       1,
+       1},
+      {"a wall of 15 cm", {{{0, 0}, {40, 0}, {40, 0.15}, {0, 0.15}}}, 0.0, 0, 0, 1},
+  };
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.name);
+    FootprintCounts counts;
+    const auto found = tiler::footprints_of(one.rings, counts);
+    ASSERT_EQ(found.size(), one.num);
+    EXPECT_EQ(counts.num_narrow, one.num_narrow);
+    EXPECT_EQ(counts.num_too_small, one.num == 0 ? 1 : 0);
+    double area_m2 = 0.0;
+    std::size_t num_holes = 0;
+    for (const tiler::Footprint& footprint : found) {
+      area_m2 += tiler::area_m2(footprint.rings);
+      num_holes += footprint.rings.size() - 1;
+      for (const double by_m : {0.010, 0.040, 0.100})
+        EXPECT_TRUE(tiler::moved_edges(footprint.rings, -by_m / kHeightStep_m)) << by_m;
+    }
+    // Tips and seams as narrow as walls stand back, and of the slit as much along both sides.
+    EXPECT_NEAR(area_m2, one.area_m2, one.name == std::string("a slit") ? 2.4 : 0.5);
+    EXPECT_EQ(num_holes, one.num_holes);
+  }
+}
+
+TEST(Footprints, WhatLiesFartherInsideIsWhatIsFartherFromAllEdges) {
+  std::int64_t num_within = 0;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    std::vector<Vector2i> ring;
+    for (std::uint64_t k = 0; k < 14; ++k) {  // a jagged star
+      const double angle = 2.0 * EIGEN_PI * static_cast<double>(k) / 14.0;
+      const double radius = core::random_between(2000.0, 16000.0, seed, k, 0);
+      ring.emplace_back((radius * Vector2d(std::cos(angle), std::sin(angle))).cast<int>());
+    }
+    const RingsSteps rings = {ring, {{-300, -300}, {0, 400}, {300, -300}}};
+    const double by = 100.0 + 40.0 * static_cast<double>(seed);
+    const std::vector<RingsSteps> inner = tiler::polygons_within(rings, by);
+    for (std::uint64_t k = 0; k < 2000; ++k) {
+      const Vector2d at(core::random_between(-16000.0, 16000.0, seed, k, 1),
+                        core::random_between(-16000.0, 16000.0, seed, k, 2));
+      const double distance = tiler::distance_to_edges(rings, at);
+      const bool is_in = std::any_of(inner.begin(), inner.end(), [&](const RingsSteps& polygon) {
+        return tiler::contains(polygon, at);
+      });
+      // Corners are rounded; where the border turns inward, inner corners are up to twice as far from it.
+      if (tiler::contains(rings, at) && distance > 2.0 * by + 3.0) {
+        EXPECT_TRUE(is_in) << seed << ": " << at.transpose();
+        ++num_within;
+      } else if (!tiler::contains(rings, at) || distance < by - 3.0) {
+        EXPECT_FALSE(is_in) << seed << ": " << at.transpose();
+      }
+    }
+  }
+  EXPECT_GT(num_within, 500);
 }
 
 }  // namespace

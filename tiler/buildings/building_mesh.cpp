@@ -239,6 +239,10 @@ class BuildingBuilder {
           std::max(top_ - 0.45 * std::min(rise, 0.6 * top_), std::max(0.5 * top_, bottom_ + 512.0));
       if (!is_raised_) high = std::max(high, plan_.highest_ground_steps + steps(1.5));
     }
+    if (plan_.levels_steps > 0.0) {
+      const double lowered = plan_.setback_steps - plan_.lowest_ground_steps;
+      high = plan_.levels_steps * std::round((high + lowered) / plan_.levels_steps) - lowered;
+    }
     Border border;
     border.add(block);
     const std::optional<Triangles> floor = triangulate(border.points, border.edges, {});

@@ -29,6 +29,9 @@ struct BuildingPlan {
   double setback_steps = 0.0;  ///< by how much its top, and a bottom above the ground, are lowered
   double foundation_steps = 0.0;      ///< how deep its walls go below its lowest ground
   double highest_ground_steps = 0.0;  ///< above its lowest ground, which is 0
+  double lowest_ground_steps = 0.0;   ///< above the ellipsoid
+  /// The top of a Block lies, before it is lowered, at the nearest multiple of this above the ellipsoid; 0: where it is.
+  double levels_steps = 0.0;
 };
 
 /// The building as one closed surface (a Block may be wider than the building): each edge has two

@@ -5,7 +5,9 @@
 #include <limits>
 #include <span>
 
+#include "tiler/buildings/setback.h"
 #include "tiler/country/plan_geometry.h"
+#include "tiler/roofs/inner_polygons.h"
 #include "tiler/roofs/triangulation.h"
 #include "world/tile.h"
 
@@ -29,6 +31,12 @@ constexpr double kSmallestHole_m2 = 2.0;
 constexpr double kWidest_m = 4000.0;
 /// Corners that move farther than so many times their edges are too sharp.
 constexpr double kSharpest = 8.0;
+constexpr double kMostInset_steps = steps(kMostInset_m);
+/// Of the sharpest ones: those that are rounded may be a little sharper.
+constexpr double kBlunt = 1.1;
+constexpr double kCut_steps = 64.0;
+/// In which what cannot move is looked for farther inside, at last 2 m.
+constexpr int kMostRounds = 7;
 
 double to_line(const Vector2d& at, const Vector2d& a, const Vector2d& b) {
   const Vector2d along = b - a;
@@ -133,6 +141,78 @@ bool has_clearance(const RingsSteps& rings) {
   return true;
 }
 
+bool can_stand_back(const RingsSteps& rings) {
+  return has_clearance(rings) && moved_edges(rings, -kMostInset_steps).has_value();
+}
+
+/// Without points that are nearly on the line between others; a hole that has none left is none.
+RingsSteps simplified(const RingsSteps& rings, double tolerance_steps) {
+  RingsSteps kept;
+  for (const auto& ring : rings) {
+    std::vector<Vector2d> points;
+    for (const Vector2i& corner : ring) points.push_back(corner.cast<double>());
+    points = simplified(points, tolerance_steps);
+    if (points.size() < 3 && kept.empty()) return {};
+    if (points.size() < 3) continue;
+    kept.emplace_back();
+    for (const Vector2d& point : points) kept.back().push_back(point.cast<int>());
+  }
+  return kept;
+}
+
+/// Corners too sharp to move are cut off where they are kCut_steps wide; of one whose edges end before, nothing is left.
+RingsSteps blunted(const RingsSteps& rings) {
+  RingsSteps blunt;
+  for (const auto& ring : rings) {
+    blunt.emplace_back();
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Vector2d at = ring[i].cast<double>();
+      const Vector2d back = ring[(i + ring.size() - 1) % ring.size()].cast<double>() - at;
+      const Vector2d on = ring[(i + 1) % ring.size()].cast<double>() - at;
+      const double half_sine =
+          std::sqrt(std::max(0.5 - 0.5 * back.normalized().dot(on.normalized()), 0.0));
+      if (half_sine * kSharpest >= kBlunt) {
+        blunt.back().push_back(ring[i]);
+        continue;
+      }
+      const double cut = 0.5 * kCut_steps / half_sine;
+      if (!(cut < 0.5 * std::min(back.norm(), on.norm()))) continue;
+      for (const Vector2d& edge : {back, on})
+        blunt.back().push_back((at + cut * edge.normalized()).array().round().cast<int>());
+    }
+    if (blunt.back().size() >= 3) continue;
+    if (blunt.size() == 1) return {};
+    blunt.pop_back();
+  }
+  return blunt;
+}
+
+/// Of what has moved inward all that can move out again by kMostInset_steps; of the rest what is farther inside.
+void move_out(const RingsSteps& inner, int round, std::vector<RingsSteps>& polygons) {
+  const double finer_steps = kSnap_steps << round;
+  const RingsSteps few = blunted(simplified(inner, finer_steps));
+  if (few.empty()) return;
+  if (is_valid(few))
+    if (const auto moved = moved_edges(few, kMostInset_steps); moved && can_stand_back(*moved)) {
+      polygons.push_back(*moved);
+      return;
+    }
+  if (round == kMostRounds) return;
+  for (const RingsSteps& farther : polygons_within(inner, finer_steps))
+    move_out(farther, round + 1, polygons);
+}
+
+/// What of a polygon is wide enough for walls that stand back: necks and corners that are narrower are gone, and slits
+/// are wider.
+std::vector<RingsSteps> with_room(const RingsSteps& polygon, FootprintCounts& counts) {
+  if (can_stand_back(polygon)) return {polygon};
+  ++counts.num_narrow;
+  std::vector<RingsSteps> polygons;
+  for (const RingsSteps& inner : polygons_within(polygon, kMostInset_steps))
+    move_out(inner, 0, polygons);
+  return polygons;
+}
+
 }  // namespace
 
 std::vector<Footprint> footprints_of(const std::vector<PointsWorld>& rings_world,
@@ -199,25 +279,17 @@ std::vector<Footprint> footprints_of(const std::vector<PointsWorld>& rings_world
     ++counts.num_repaired;
   }
   std::vector<Footprint> footprints;
-  for (RingsSteps& polygon : polygons) {
-    for (double inward = kSnap_steps; !has_clearance(polygon); inward *= 2.0) {
-      // Necks are closed and slits opened, until nothing nearly touches.
-      const std::optional<RingsSteps> narrower =
-          inward > 8 * kSnap_steps ? std::nullopt : moved_edges(polygon, -inward);
-      if (narrower) polygon = *narrower;
-      if (!narrower && polygon.size() > 1)
-        polygon.resize(1);  // holes that nearly touch are given up
-      else if (!narrower)
-        polygon.clear();
-      if (polygon.empty()) break;
+  for (const RingsSteps& polygon : polygons)
+    for (RingsSteps& roomy : with_room(polygon, counts)) {
+      Footprint footprint{whole.place_m, {}};
+      for (std::size_t k = 0; k < roomy.size(); ++k)
+        if (k == 0 || ring_area_m2(roomy[k]) >= kSmallestHole_m2)
+          footprint.rings.push_back(turned(std::move(roomy[k]), k == 0));
+      if (area_m2(footprint.rings) >= kSmallest_m2) footprints.push_back(std::move(footprint));
     }
-    if (polygon.empty() || area_m2(polygon) < kSmallest_m2) continue;
-    Footprint footprint{whole.place_m, {}};
-    for (std::size_t k = 0; k < polygon.size(); ++k)
-      if (k == 0 || ring_area_m2(polygon[k]) >= kSmallestHole_m2)
-        footprint.rings.push_back(turned(std::move(polygon[k]), k == 0));
-    footprints.push_back(std::move(footprint));
-  }
+  std::stable_sort(footprints.begin(), footprints.end(), [](const auto& one, const auto& other) {
+    return area_m2(one.rings) > area_m2(other.rings);
+  });
   if (footprints.empty()) ++counts.num_too_small;
   return footprints;
 }

@@ -23,8 +23,9 @@ inline Eigen::Vector3d at_height(const Eigen::Vector2i& place, double height) {
 struct FootprintCounts {
   std::int64_t num_repaired = 0;    ///< crossed or touched themselves, or holes lay outside
   std::int64_t num_simplified = 0;  ///< had more corners than buildings have
-  std::int64_t num_too_small = 0;   ///< left out: less than 4 m2, or no area
-  std::int64_t num_too_large = 0;   ///< left out: wider than 4 km
+  std::int64_t num_narrow = 0;  ///< had necks, slits or corners too narrow for walls to stand back
+  std::int64_t num_too_small = 0;  ///< left out: less than 4 m2, or no area
+  std::int64_t num_too_large = 0;  ///< left out: wider than 4 km
 };
 
 /// A valid polygon on the ground.
@@ -33,7 +34,8 @@ struct Footprint {
   RingsSteps rings;  ///< about its place, in steps of world::kHeightStep_m
 };
 
-/// The footprints of one polygon, largest first: two parts and more where it crosses itself.
+/// The footprints of one polygon, largest first: two parts and more where it crosses itself or has necks that are
+/// narrower than walls stand back on both sides (kMostInset_m). moved_edges() moves each one's edges inward by as much.
 /// rings_world   outer one first, as sources have them
 /// cost          bounded: beyond 20 000 corners every n-th is taken, and of what is left at most 400 are kept
 std::vector<Footprint> footprints_of(const std::vector<PointsWorld>& rings_world,

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/parallel.h"
+#include "tiler/buildings/building_mesh.h"
 #include "world/tile.h"
 
 namespace terracast::tiler {
@@ -156,30 +157,80 @@ Overlap overlap_of(std::uint32_t earlier, const std::vector<NearLines>& lines) {
   return overlap;
 }
 
+/// What is shown of a building, unless it stands back farther.
+struct Shown {
+  RingsSteps walls;
+  RingsSteps block;  ///< empty: as its walls
+  Vector2d lowest_world;
+  Vector2d highest_world;
+};
+
+Shown shown_of(const Building& building) {
+  const RingsSteps& rings = building.footprint.rings;
+  const auto inner = moved_edges(rings, -steps(kInset_m));
+  Shown shown{inner ? *inner : rings, {}, building.lowest_world, building.highest_world};
+  RingsSteps block = block_of(shown.walls);
+  if (block == shown.walls) return shown;
+  for (const Eigen::Vector2i& corner : block.front()) {
+    const Vector2d at =
+        building.footprint.place_m.cast<double>() + kHeightStep_m * corner.cast<double>();
+    shown.lowest_world = shown.lowest_world.cwiseMin(at);
+    shown.highest_world = shown.highest_world.cwiseMax(at);
+  }
+  shown.block = std::move(block);
+  return shown;
+}
+
+/// What is asked of a pair.
+class Pair {
+ public:
+  Pair(const Building& earlier, const Shown& shown_earlier, const Building& own,
+       const Shown& shown_own)
+      : earlier_(earlier), own_(own), shown_earlier_(shown_earlier), shown_own_(shown_own) {}
+
+  std::vector<NearLines> lines() const {
+    return lines_along(earlier_.footprint.rings, by_earlier(own_.footprint.rings));
+  }
+  /// Walls of neighbours that only touch are apart.
+  bool lie_over_each_other() const {
+    for (const RingsSteps* earlier : {&shown_earlier_.walls, &shown_earlier_.block})
+      for (const RingsSteps* own : {&shown_own_.walls, &shown_own_.block}) {
+        if (earlier->empty() || own->empty()) continue;
+        const RingsSteps rings = by_earlier(*own);
+        if (has_corner_in(rings, *earlier) || has_corner_in(*earlier, rings) ||
+            edges_cross(rings, *earlier))
+          return true;
+      }
+    return false;
+  }
+
+ private:
+  RingsSteps by_earlier(const RingsSteps& rings) const {
+    return about(rings, own_.footprint.place_m, earlier_.footprint.place_m);
+  }
+
+  const Building& earlier_;
+  const Building& own_;
+  const Shown& shown_earlier_;
+  const Shown& shown_own_;
+};
+
 Overlaps overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
-                     const std::vector<RingsSteps>& walls, const BoxIndex& index) {
-  const Building& building = buildings[row];
+                     const std::vector<Shown>& shown, const BoxIndex& index) {
   Overlaps overlaps;
   int num_met = 0;
-  index.visit(building.lowest_world, building.highest_world, row, [&](std::uint32_t j) {
-    const Building& earlier = buildings[j];
+  index.visit(shown[row].lowest_world, shown[row].highest_world, row, [&](std::uint32_t j) {
     ++overlaps.num_pairs;
-    if ((building.lowest_world.array() >= earlier.highest_world.array()).any() ||
-        (building.highest_world.array() <= earlier.lowest_world.array()).any())
+    if ((shown[row].lowest_world.array() >= shown[j].highest_world.array()).any() ||
+        (shown[row].highest_world.array() <= shown[j].lowest_world.array()).any())
       return true;
     if (num_met++ == kMostPairs || overlaps.kept.size() == kMostOverlaps) {
       overlaps.are_more = true;
       return false;
     }
-    const RingsSteps rings =
-        about(building.footprint.rings, building.footprint.place_m, earlier.footprint.place_m);
-    const std::vector<NearLines> lines = lines_along(earlier.footprint.rings, rings);
-    // Walls of neighbours that only touch are apart.
-    const RingsSteps inner =
-        about(walls[row], building.footprint.place_m, earlier.footprint.place_m);
-    if (!lines.empty() || has_corner_in(inner, walls[j]) || has_corner_in(walls[j], inner) ||
-        edges_cross(inner, walls[j]))
-      overlaps.kept.push_back(overlap_of(j, lines));
+    const Pair pair(buildings[j], shown[j], buildings[row], shown[row]);
+    const std::vector<NearLines> lines = pair.lines();
+    if (!lines.empty() || pair.lie_over_each_other()) overlaps.kept.push_back(overlap_of(j, lines));
     return true;
   });
   return overlaps;
@@ -187,8 +238,8 @@ Overlaps overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
 
 }  // namespace
 
-Setbacks setback_ranks(const std::vector<Building>& buildings, const BoxIndex& index) {
-  std::vector<RingsSteps> walls(buildings.size());
+Setbacks setback_ranks(const std::vector<Building>& buildings) {
+  std::vector<Shown> shown(buildings.size());
   std::vector<Overlaps> overlaps(buildings.size());
   const auto for_each = [&](const auto& work) {
     core::parallel_for_blocks(static_cast<std::int64_t>(buildings.size()), 64,
@@ -197,12 +248,12 @@ Setbacks setback_ranks(const std::vector<Building>& buildings, const BoxIndex& i
                                   work(static_cast<std::uint32_t>(i));
                               });
   };
-  for_each([&](std::uint32_t row) {
-    const RingsSteps& rings = buildings[row].footprint.rings;
-    const auto inner = moved_edges(rings, -steps(kInset_m));
-    walls[row] = inner ? *inner : rings;
-  });
-  for_each([&](std::uint32_t row) { overlaps[row] = overlaps_of(row, buildings, walls, index); });
+  for_each([&](std::uint32_t row) { shown[row] = shown_of(buildings[row]); });
+  BoxIndex index;
+  for (std::uint32_t row = 0; row < buildings.size(); ++row)
+    index.add(row, shown[row].lowest_world, shown[row].highest_world);
+  index.finish();
+  for_each([&](std::uint32_t row) { overlaps[row] = overlaps_of(row, buildings, shown, index); });
   Setbacks setbacks;
   setbacks.ranks.assign(buildings.size(), 0);
   std::int64_t num_crowded = 0;

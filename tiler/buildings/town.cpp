@@ -140,6 +140,8 @@ class TownBuilder {
     count("absurd heights clamped", num_clamped_);
     count("footprints repaired", footprint_counts_.num_repaired);
     count("footprints simplified", footprint_counts_.num_simplified);
+    count("footprints freed of what is too narrow for walls that stand back",
+          footprint_counts_.num_narrow);
     count("footprints without an area", footprint_counts_.num_too_small);
     count("footprints too large", footprint_counts_.num_too_large);
     count("footprints beyond the square", num_beyond_);

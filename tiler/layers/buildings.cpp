@@ -38,7 +38,7 @@ using Eigen::Vector3d;
 using world::kHeightStep_m;
 
 /// Bumped when what stands where changes.
-constexpr int kBuildingsVersion = 6;
+constexpr int kBuildingsVersion = 7;
 
 /// Coarsest tiles of the shapes with all their details, and of those with roofs.
 constexpr int kFineLevel = 1;
@@ -106,7 +106,7 @@ class BuildingsLayer final : public Layer, public DryCover {
                         .latitude_deg = frame_.origin().lat_deg},
                        inputs.size_m, seed);
     settled_ = SettledGround(town_.buildings, inputs.size_m);
-    Setbacks setbacks = setback_ranks(town_.buildings, town_.index);
+    Setbacks setbacks = setback_ranks(town_.buildings);
     ranks_ = std::move(setbacks.ranks);
     measure_boxes();
     std::vector<std::uint64_t> keys;
@@ -313,6 +313,9 @@ class BuildingsLayer final : public Layer, public DryCover {
     plan.attached = building.attached;
     plan.own = building.own;
     plan.highest_ground_steps = ground.highest_m / kHeightStep_m;
+    const double ground_m = frame_.geodetic_from_world({at.x(), at.y(), ground.lowest_z}).height_m;
+    plan.lowest_ground_steps = ground_m / kHeightStep_m;
+    plan.levels_steps = kLevels_m / kHeightStep_m;
     const int last_level = coarsest_level_of(building);
     // What reaches over a tile's corner stands on ground two levels coarser there.
     const std::vector<double> below_m =
@@ -320,11 +323,12 @@ class BuildingsLayer final : public Layer, public DryCover {
                       last_level + kLevelsAtCorner, site);
     const auto add = [&](int coarsest_level, BuildingDetail detail) {
       if (finest_level > coarsest_level) return;
-      plan.foundation_steps =
-          (kFoundation_m + kSetback_m * ranks_[row] + (ground.is_in_sea ? kQuay_m : 0.0) +
-           std::max(kPerSpacing * std::exp2(static_cast<double>(coarsest_level)),
-                    below_m[static_cast<std::size_t>(coarsest_level + kLevelsAtCorner)])) /
-          kHeightStep_m;
+      const double depth_m =
+          kFoundation_m + (ground.is_in_sea ? kQuay_m : 0.0) +
+          std::max(kPerSpacing * std::exp2(static_cast<double>(coarsest_level)),
+                   below_m[static_cast<std::size_t>(coarsest_level + kLevelsAtCorner)]);
+      const double bottom_m = kLevels_m * std::floor((ground_m - depth_m) / kLevels_m);
+      plan.foundation_steps = (ground_m - bottom_m + kSetback_m * ranks_[row]) / kHeightStep_m;
       solid.levels.push_back({.coarsest_level = static_cast<std::int8_t>(coarsest_level),
                               .shape = building_shape(plan, detail)});
     };
