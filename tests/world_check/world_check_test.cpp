@@ -221,6 +221,23 @@ TEST_F(WorldCheck, FindsWhatDoesNotStandOnTheGround) {
             Kinds{"floating_building"});
 }
 
+TEST_F(WorldCheck, LetsRoomsHangBetweenHousesOnBothSidesOfAStreet) {
+  const auto found_with = [&](bool is_on_both_sides) {
+    return found([&](auto& west, auto&, auto&) {
+      // Building 8 is 16 m wide; rooms from 4 m up reach from 2 cm beside it to 2 cm beside the next one.
+      world::Solid rooms = building(9, -286, -300);
+      rooms.levels[0].shape = box({-6, -4, 4}, {6, 5, 5});
+      for (auto& vertex : rooms.levels[0].shape.vertices_steps)
+        vertex.x() += vertex.x() > 0 ? -20 : 20;
+      west.objects.solids.push_back(rooms);
+      if (!is_on_both_sides) return;
+      west.objects.solids.push_back(building(10, -272, -308));  // not up to the fourth corner
+    });
+  };
+  EXPECT_EQ(found_with(true), Kinds{});
+  EXPECT_EQ(found_with(false), Kinds{"floating_building"});
+}
+
 TEST_F(WorldCheck, JudgesTheShapesThatATileMayShow) {
   // Over the western tile, of level 2, the building of the eastern one is shown as by level 1 at the finest.
   const auto with_floating = [](int level) {

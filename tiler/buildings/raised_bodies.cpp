@@ -24,7 +24,9 @@ constexpr double kSameHeight_m = 0.005;
 constexpr double kStandsIn = 0.9;
 /// What juts out of others goes so much deeper at most: as deep as parapets are high.
 constexpr double kMostJutting_m = 1.0;
-/// Ground that is not the same is known about so well: between its samples, and before ways are cut into it.
+/// Ground whose heights differ by less is one.
+constexpr double kSameGround_m = 0.01;
+/// Other ground is known about so well: between its samples, and before ways are cut into it.
 constexpr double kGroundUnsure_m = 0.5;
 /// Corners at which the ground is looked at.
 constexpr std::size_t kMostCorners = 48;
@@ -100,13 +102,14 @@ class RaisedBody {
       const auto num_over = std::count_if(places.begin(), places.end(), [&](const Vector2d& place) {
         return contains_world(buildings[j], place);
       });
-      others_.push_back({.building = &buildings[j],
-                         .bottom_m = higher_m + buildings[j].design.bottom_m,
-                         .top_m = higher_m + facts[j].top_m,
-                         .floor_m = higher_m + facts[j].floor_m,
-                         .share = static_cast<double>(num_over) / num_places,
-                         .has_same_ground = facts[j].lowest_m == facts[row].lowest_m &&
-                                            facts[j].highest_m == facts[row].highest_m});
+      others_.push_back(
+          {.building = &buildings[j],
+           .bottom_m = higher_m + buildings[j].design.bottom_m,
+           .top_m = higher_m + facts[j].top_m,
+           .floor_m = higher_m + facts[j].floor_m,
+           .share = static_cast<double>(num_over) / num_places,
+           .has_same_ground = std::abs(facts[j].lowest_m - facts[row].lowest_m) < kSameGround_m &&
+                              std::abs(facts[j].highest_m - facts[row].highest_m) < kSameGround_m});
     }
   }
 

@@ -28,6 +28,8 @@ struct Deck {
   double thickness_m = 1.1;
   double parapet_m = 0.9;  ///< 0: none
   double span_m = 28.0;    ///< between supports
+  double lowered_m =
+      0.0;  ///< by which its points are lower than its way; so are the feet of its supports
   bool has_abutments = true;
 };
 

@@ -106,7 +106,8 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
 
 Deck JoinedDecks::lowered(std::size_t row) const {
   Deck deck = decks_[row];
-  for (DeckPoint& point : deck.points) point.level_m -= kLower_m * ranks_[row];
+  deck.lowered_m = kLower_m * ranks_[row];
+  for (DeckPoint& point : deck.points) point.level_m -= deck.lowered_m;
   return deck;
 }
 

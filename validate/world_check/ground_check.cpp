@@ -24,6 +24,22 @@ double tolerance_m(const world::TileId& id, double slope) {
   return 0.3 + 0.35 * id.spacing_m() * std::max(slope, 1.0);
 }
 
+/// Whether a place lies within the hull of others: each line through it has some on either side.
+bool is_between(const Vector2d& place, const std::vector<Vector2d>& others) {
+  if (others.size() < 3) return false;
+  return std::all_of(others.begin(), others.end(), [&](const Vector2d& one) {
+    const Vector2d to_one = one - place;
+    bool has_left = false, has_right = false;
+    for (const Vector2d& other : others) {
+      const Vector2d to_other = other - place;
+      const double side = to_one.x() * to_other.y() - to_one.y() * to_other.x();
+      has_left = has_left || side > 0.0;
+      has_right = has_right || side < 0.0;
+    }
+    return has_left && has_right;
+  });
+}
+
 class Ground {
  public:
   explicit Ground(const world::Tile& tile) : tile_(tile) {}
@@ -352,13 +368,20 @@ class TileCheck {
     };
     for (const Eigen::Vector3i& vertex : shape.vertices_steps)
       lowest_z = std::min(lowest_z, vertex_world(vertex).z());
+    std::vector<Vector2d> held;  // by others
+    for (const Eigen::Vector3i& step : shape.vertices_steps) {
+      const Eigen::Vector3d vertex = vertex_world(step);
+      if (vertex.z() <= lowest_z + kFoot_m && has_solid(vertex.head<2>(), index))
+        held.push_back(vertex.head<2>());
+    }
     for (const Eigen::Vector3i& step : shape.vertices_steps) {
       const Eigen::Vector3d vertex = vertex_world(step);
       const Vector2d place = vertex.head<2>();
       if (vertex.z() > lowest_z + kFoot_m || !is_judged_(place.x(), place.y())) continue;
       const double above_m = vertex.z() - ground_.z_world(place);
-      const bool is_floating =
-          above_m > tolerance_m(tile_.id, ground_.slope(place)) && !has_solid(place, index);
+      const bool is_floating = above_m > tolerance_m(tile_.id, ground_.slope(place)) &&
+                               !has_solid(place, index) &&
+                               !is_between(metres(solid.origin_steps.head<2>()), held);
       judge("floating_building", is_floating, solid.provenance, place,
             fmt::format("its foot is {:.2f} m above the ground", above_m));
       if (is_floating) return;
