@@ -3,8 +3,8 @@
 /// Functions over packets that are compiled three times, for baseline x86-64 (which has no 32-bit
 /// vector multiply), for AVX2 and for AVX-512; the processor's own is taken at run time. All do the
 /// same IEEE operations in the same order, so that their results are equal bit for bit. What they call
-/// must be TERRACAST_PACKET_INLINE to be compiled with them. TERRACAST_BASELINE_PACKETS leaves the
-/// baseline alone, for the test that compares; so does the thread sanitizer, whose code must not run
+/// must be TERRACAST_PACKET_INLINE to be compiled with them. TERRACAST_BASELINE_PACKETS compiles
+/// the baseline only, for the test that compares it with the processor's own; so does the thread sanitizer, whose code must not run
 /// while the loader still chooses.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(TERRACAST_BASELINE_PACKETS) && !defined(__SANITIZE_THREAD__)

@@ -65,10 +65,6 @@ struct RayPacket {
 
   static constexpr float kDone = -1.0F;
   void end(int lane) { reach_m[lane] = kDone; }
-  bool is_done() const {
-    alignas(64) static constexpr float kStart[kLanes] = {};
-    return reaching(kStart) == 0;
-  }
   /// A bit for each lane whose near_m lies within its reach.
   /// near_m   aligned to 16 bytes
   std::uint32_t reaching(const float* near_m) const {

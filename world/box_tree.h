@@ -74,7 +74,7 @@ class BoxTree {
   /// Rays of a packet from where they come into a tile (t_entry), eight a group.
   /// lanes     those that are asked, group after group; the others of `packet` are done
   /// t_until   of each lane
-  /// returns   false where all pass the boxes
+  /// returns   false where all pass the boxes: then `packet` is not made ready
   template <int kLanes>
   bool enter(const RayGroups<kLanes>& groups, LaneMask lanes, const double* t_until,
              RayPacket<kLanes>& packet) const;

@@ -67,7 +67,7 @@ using CoverRows = std::function<void(std::size_t layer, std::size_t raster, int 
 /// Writes `rasters.json` and `land_cover/<layer>_<raster>.png` of a store, each atomically.
 /// input_hash   WorldManifest::input_hash
 /// rasters      whose `covers` are not looked at
-/// memory       the bytes of one PNG, beside what cover_rows needs
+/// memory       as core::encode_png_rows() has it, beside what cover_rows needs
 void write_rasters(const std::filesystem::path& store, const std::string& input_hash,
                    const WorldRasters& rasters, const CoverRows& cover_rows);
 

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/atomic_file.h"
+#include "tests/support/peak_memory.h"
 #include "tests/tiler/vector_files.h"
 #include "tiler/gdal_support.h"
 #include "tiler/raster_source.h"
@@ -25,21 +26,12 @@ using core::ErrorKind;
 
 constexpr int kMebibyte = 1 << 20;
 
-/// The most memory that this process has held since it was last reset.
-double peak_mb() {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);)
-    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
-  return 0.0;
-}
-
 /// Fails where reading took more than some memory beside what the process had held before.
 void expect_cheap_refusal(ErrorKind kind, const std::vector<std::string>& words,
                           const std::function<void()>& read) {
-  std::ofstream("/proc/self/clear_refs") << 5;  // peak_mb() starts anew
-  const double before_mb = peak_mb();
+  const PeakMemory peak;
   expect_error(kind, words, read);
-  EXPECT_LT(peak_mb() - before_mb, 200.0);
+  EXPECT_LT(peak.more_mb(), 200.0);
 }
 
 tiler::VectorData read_features(const std::string& path) {

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "core/random.h"
+#include "tests/support/peak_memory.h"
 #include "tests/tiler/land_cover_worlds.h"
 #include "tests/tiler/raster_files.h"
 #include "tiler/land_cover/legend.h"
@@ -339,15 +340,6 @@ TEST(LandCover, ARasterOfOneSampleIsEnough) {
   EXPECT_EQ(count_of(*surface, "samples"), 1);
 }
 
-/// Highest resident size of this process since the last reset.
-double peak_mb() {
-  std::ifstream status("/proc/self/status");
-  std::string line;
-  while (std::getline(status, line))
-    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
-  return 0.0;
-}
-
 TEST(LandCover, OfAHugeRasterOnlyTheSquareIsRead) {
   const ScratchFolder folder;
   const std::filesystem::path file = folder / "huge.tif";
@@ -370,11 +362,10 @@ TEST(LandCover, OfAHugeRasterOnlyTheSquareIsRead) {
               CE_None);
     GDALClose(dataset);
   }
-  std::ofstream("/proc/self/clear_refs") << 5;  // peak_mb() starts anew
-  const double before_mb = peak_mb();
+  const PeakMemory peak;
   const auto surface = prepare(world_with_cover({file}, "legend = \"worldcover\"", 2048.0));
   // 4 million samples of the square; all samples would take 10 GB.
-  EXPECT_LT(peak_mb() - before_mb, 300.0);
+  EXPECT_LT(peak.more_mb(), 300.0);
   EXPECT_EQ(cover_at(*surface, {250.0, -250.0}), Cover::Forest);
   EXPECT_EQ(cover_at(*surface, {-250.0, -250.0}), Cover::Land);
   EXPECT_LT(count_of(*surface, "samples"), 5'000'000);

@@ -11,6 +11,7 @@
 #include "core/image_io.h"
 #include "core/stop.h"
 #include "tests/support/expect_error.h"
+#include "tests/support/peak_memory.h"
 #include "tests/support/test_data.h"
 #include "tests/tiler/vector_files.h"
 #include "tiler/objects/model_file.h"
@@ -158,14 +159,6 @@ TEST(ModelBounds, ReadingEndsWhereAStopIsAskedFor) {
   }
 }
 
-/// The most memory that this process has held since it was last reset.
-double peak_mb() {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);)
-    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
-  return 0.0;
-}
-
 std::vector<std::byte> zipped(const std::vector<std::uint8_t>& bytes) {
   libdeflate_compressor* compressor = libdeflate_alloc_compressor(12);
   std::vector<std::byte> out(libdeflate_zlib_compress_bound(compressor, bytes.size()));
@@ -212,14 +205,13 @@ TEST(ModelBounds, TexturesTakeNoMoreMemoryThanIsLeftForThem) {
   write_text(folder / "a.mtl", materials);
   write_text(folder / "a.obj", model);
   const std::uint64_t one = world::mip_bytes(2048, 2048, 4);
-  std::ofstream("/proc/self/clear_refs") << 5;  // peak_mb() starts anew
-  const double before_mb = peak_mb();
+  const PeakMemory peak;
   expect_error(ErrorKind::Input,
                {"a.obj: texture 3.png", "2048 x 2048", fmt::format("{}", one),
                 fmt::format("{} are left", one - 1)},
                [&] { read(folder / "a.obj", 4 * one - 1); });
   // Three are kept and one is on its way, of the file's bytes and twice as pixels.
-  EXPECT_LT(peak_mb() - before_mb, 6 * 16.0 + 32.0);
+  EXPECT_LT(peak.more_mb(), 6 * 16.0 + 32.0);
   std::uint64_t left = 40 * one;
   std::vector<std::byte> bytes(png.size());
   std::copy_n(reinterpret_cast<const std::byte*>(png.data()), png.size(), bytes.begin());

@@ -16,6 +16,7 @@
 #include "core/random.h"
 #include "tests/tiler/building_layers.h"
 #include "tests/tiler/vector_files.h"
+#include "tiler/buildings/setback.h"
 #include "tiler/raster_cell_number.h"
 
 /// Buildings made of rasters of heights: of drawn blocks, of bad files, and of Bilbao.
@@ -185,8 +186,9 @@ TEST_F(Blocks, StandAsHighAsTheyAreAndAreTracedToTheirCells) {
   for (const auto& [feature, height_m] : heights) found.push_back(height_m);
   std::sort(found.begin(), found.end());
   const std::vector<double> truth = {7.0, 9.0, 12.0, 13.0, 19.0, 30.0};
-  // Terrain between samples of 5 m, in float, and setbacks of rank.
-  for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(found[k], truth[k], 0.02);
+  // Terrain between samples of 5 m, in float, setbacks of rank, and the levels on which tops of blocks lie.
+  for (std::size_t k = 0; k < 6; ++k)
+    EXPECT_NEAR(found[k], truth[k], 0.02 + 0.5 * tiler::kLevels_m);
 }
 
 /// A height above the ground is one above the middle of a slope, not above its foot.
@@ -363,7 +365,7 @@ TEST_F(BadHeights, NoiseIsCountedAndLeftOut) {
   const Built built(
       fmt::format("source = \"raster\"\nheights = \"{}\"\n", (folder_ / "heights.tif").string()),
       world_of("plane", 1024.0));
-  EXPECT_GE(built.count("buildings"), 0);
+  EXPECT_GT(built.count("buildings"), 0);
   EXPECT_EQ(built.count("cells of the raster"), 500 * 500);
 }
 

@@ -10,6 +10,7 @@
 #include <tuple>
 #include <vector>
 
+#include "tests/support/peak_memory.h"
 #include "tests/tiler/building_facts.h"
 #include "tests/tiler/building_layers.h"
 #include "tests/tiler/vector_files.h"
@@ -23,14 +24,6 @@ namespace {
 
 using Eigen::Vector2d;
 using world::kHeightStep_m;
-
-/// The most memory that this process has held since it was last reset.
-double peak_mb() {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);)
-    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
-  return 0.0;
-}
 
 // Seen in November 2026: of parts with height=20 and min_height=20 on one outline the top and the bottom lay in one plane,
 // as the walls of each seventh such pair did.
@@ -215,12 +208,11 @@ TEST(Setbacks, ManyOnOnePlaceCostLittle) {
   constexpr int kNum = 20000;
   Stack stack;
   for (int k = 0; k < kNum; ++k) stack.add(-5, -5, 12, 10);  // in four cells of the index
-  std::ofstream("/proc/self/clear_refs") << 5;               // peak_mb() starts anew
-  const double before_mb = peak_mb();
+  const PeakMemory peak;
   const auto begin = std::chrono::steady_clock::now();
   const auto [ranks, num_crowded, num_without] = stack.ranks();
   EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 40.0);
-  EXPECT_LT(peak_mb() - before_mb, 100.0);
+  EXPECT_LT(peak.more_mb(), 100.0);
   for (int k = 0; k < kNum; ++k)
     ASSERT_EQ(ranks[static_cast<std::size_t>(k)], std::min(k, 15)) << k;
   EXPECT_EQ(num_crowded, kNum - 65);  // the first with more than 64 before it is the 66th

@@ -165,6 +165,16 @@ TEST_F(Rasters, AnyByteThatDiffersIsFoundOrChangesNothing) {
       ASSERT_TRUE(back);
       ASSERT_EQ(back->sources, rasters_.sources) << at;
       ASSERT_EQ(back->imagery, rasters_.imagery) << at;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const CoverRasterInfo& one = back->land_cover.at(1).at(i);
+        const CoverRasterInfo& expected = rasters_.land_cover[1][i];
+        ASSERT_EQ(one.raster, expected.raster) << at;
+        ASSERT_EQ(one.border_px, expected.border_px) << at;
+        ASSERT_EQ(one.first_column, expected.first_column) << at;
+        ASSERT_EQ(one.first_row, expected.first_row) << at;
+        ASSERT_EQ(one.num_columns, expected.num_columns) << at;
+        ASSERT_EQ(one.num_rows, expected.num_rows) << at;
+      }
       ++num_alike;
     } catch (const core::Error& error) {
       ASSERT_EQ(error.kind(), ErrorKind::Input) << error.what();

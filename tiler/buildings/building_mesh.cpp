@@ -240,7 +240,7 @@ class BuildingBuilder {
       if (!is_raised_) high = std::max(high, plan_.highest_ground_steps + steps(1.5));
     }
     if (plan_.levels_steps > 0.0) {
-      const double lowered = plan_.setback_steps - plan_.lowest_ground_steps;
+      const double lowered = plan_.setback_steps + plan_.lowest_ground_steps;
       high = plan_.levels_steps * std::round((high + lowered) / plan_.levels_steps) - lowered;
     }
     Border border;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "core/error.h"
 #include "tiler/buildings/setback.h"
 #include "tiler/country/plan_geometry.h"
 #include "tiler/roofs/inner_polygons.h"
@@ -208,8 +209,14 @@ std::vector<RingsSteps> with_room(const RingsSteps& polygon, FootprintCounts& co
   if (can_stand_back(polygon)) return {polygon};
   ++counts.num_narrow;
   std::vector<RingsSteps> polygons;
-  for (const RingsSteps& inner : polygons_within(polygon, kMostInset_steps))
-    move_out(inner, 0, polygons);
+  try {
+    for (const RingsSteps& inner : polygons_within(polygon, kMostInset_steps))
+      move_out(inner, 0, polygons);
+  } catch (const core::Error& error) {
+    // What CGAL cannot order has no area that counts, as in repaired().
+    if (error.kind() != core::ErrorKind::Internal) throw;
+    return {};
+  }
   return polygons;
 }
 

@@ -150,7 +150,8 @@ void check_heights(const HeightCells& cells) {
       num_known += std::isnan(height_m) ? 0 : 1;
       if (height_m > kTallest_m)
         fail(ErrorKind::Input,
-             "{}: pixel ({}, {}) stands {:.6g} m above the ground, and no building does; if its "
+             "{}: pixel ({}, {}) stands {:.6g} m above the ground, and no building does (at most "
+             "{:g} m); if its "
              "heights are above the sea, state it as surface beside its terrain; if the value "
              "marks voids, state heights_nodata",
              cells.raster->path(), cells.first_cell.x() + i, cells.first_cell.y() + j, height_m,

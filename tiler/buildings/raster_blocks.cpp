@@ -186,27 +186,41 @@ class BlockFinder {
 
   /// In rounds, each by what the rounds before it left, so that no order of the cells matters.
   void give_rest_to_pieces(std::vector<std::size_t> rest) {
-    std::erase_if(rest, [&](std::size_t cell) { return piece_of(cell) != kPending; });
+    // Each time those beside a piece, so that a cell is looked at as often as it has neighbours.
+    std::erase_if(rest, [&](std::size_t cell) {
+      bool is_beside_piece = false;
+      visit_beside(cell, [&](std::size_t beside) { is_beside_piece |= piece_of(beside) > 0; });
+      return piece_of(cell) != kPending || !is_beside_piece;
+    });
     while (!rest.empty()) {
-      for (const std::size_t cell : rest) {
-        std::int32_t best = kPending;
-        double least_m = 0.0;
-        visit_beside(cell, [&](std::size_t beside) {
-          const std::int32_t piece = piece_of(beside);
-          if (piece <= 0) return;
-          const double off_m = std::abs(
-              height_of(cell) - blocks_.pieces[static_cast<std::size_t>(piece - 1)].median_m);
-          if (best == kPending || off_m < least_m || (off_m == least_m && piece < best)) {
-            best = piece;
-            least_m = off_m;
-          }
-        });
-        if (best != kPending) numbered_.emplace_back(cell, best);
-      }
+      for (const std::size_t cell : rest) numbered_.emplace_back(cell, nearest_piece(cell));
       for (const auto& [cell, piece] : numbered_) piece_of(cell) = piece;
+      rest.clear();
+      for (const auto& [cell, piece] : numbered_)
+        visit_beside(cell, [&](std::size_t beside) {
+          if (piece_of(beside) == kPending) rest.push_back(beside);
+        });
       numbered_.clear();
-      std::erase_if(rest, [&](std::size_t cell) { return piece_of(cell) != kPending; });
+      std::sort(rest.begin(), rest.end());
+      rest.erase(std::unique(rest.begin(), rest.end()), rest.end());
     }
+  }
+
+  /// Of those beside a cell the one that is as high.
+  std::int32_t nearest_piece(std::size_t cell) {
+    std::int32_t best = kPending;
+    double least_m = 0.0;
+    visit_beside(cell, [&](std::size_t beside) {
+      const std::int32_t piece = piece_of(beside);
+      if (piece <= 0) return;
+      const double off_m =
+          std::abs(height_of(cell) - blocks_.pieces[static_cast<std::size_t>(piece - 1)].median_m);
+      if (best == kPending || off_m < least_m || (off_m == least_m && piece < best)) {
+        best = piece;
+        least_m = off_m;
+      }
+    });
+    return best;
   }
 
   void number_by_first_cell() {

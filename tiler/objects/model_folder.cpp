@@ -92,7 +92,8 @@ bool ModelFolder::is_library_right(const char* file) {
   if (obj_ == nullptr || std::filesystem::equivalent(file, model_, error)) return true;
   try {
     const std::filesystem::path path = file;
-    const std::string name = path.filename().string();
+    const std::string name =
+        std::filesystem::weakly_canonical(path).lexically_relative(folder_).generic_string();
     obj_->look_at_library(bytes_of(path, name), name);
     return true;
   } catch (const core::Error&) {  // told in check()

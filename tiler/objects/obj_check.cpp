@@ -98,12 +98,12 @@ void ObjCheck::count_material(std::string_view statement) {
 void ObjCheck::take_line_of_model(std::string_view line) {
   constexpr const char* kSplit = "split the model, or save it as glTF";
   if (!goes_on_) {
-    is_face_ = false;
+    is_face_ = has_corners_ = false;
     statement_bytes_ = statement_corners_ = 0;
   }
   statement_bytes_ += line.size();
   const std::string_view statement = without_blanks(line);
-  if (goes_on_ && is_face_) take_corners(num_words(statement));
+  if (goes_on_ && has_corners_) take_corners(num_words(statement));
   goes_on_ = line.find('\\') != std::string_view::npos;
   switch (statement.empty() ? '#' : statement[0]) {
     case 'v':
@@ -116,6 +116,7 @@ void ObjCheck::take_line_of_model(std::string_view line) {
     case 'l':
     case 'p':
       is_face_ = statement[0] == 'f';
+      has_corners_ = true;
       statement_corners_ = 0;
       take_corners(num_words(argument_of(statement)));
       break;

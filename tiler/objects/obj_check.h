@@ -11,7 +11,7 @@
 namespace terracast::tiler {
 
 /// Holds an OBJ and its libraries of materials (.mtl) against bounds, before assimp reads them: its time goes with the
-/// square of groups and objects, and with materials times the places where they change (60 000 of each took minutes); a
+/// square of groups and objects, and with materials times the places where they change (60 000 of each take minutes); a
 /// line that is longer than its buffer of 16 MiB writes beyond it.
 class ObjCheck {
  public:
@@ -28,7 +28,6 @@ class ObjCheck {
   /// name   of the model, which begins the errors
   explicit ObjCheck(std::string name) : name_(std::move(name)) {}
 
-  /// cost     about 2 ns a byte
   /// throws   Input: more than the bounds here and in model_file.h, with the line's number
   void look_at_model(std::span<const std::byte> bytes);
   /// A library that the model names; its materials count once, however often it is read.
@@ -48,6 +47,7 @@ class ObjCheck {
   // Of a statement, which goes on on the next line where a backslash says so.
   bool goes_on_ = false;
   bool is_face_ = false;
+  bool has_corners_ = false;  ///< a face, a line or points
   std::uint64_t statement_bytes_ = 0;
   std::uint64_t statement_corners_ = 0;
 

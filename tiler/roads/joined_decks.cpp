@@ -17,6 +17,8 @@ using Eigen::Vector2d;
 constexpr double kOneLevel_m = 0.5;
 /// Lines keep so far from another deck's paving: half their width, and bends that decks are thinned by.
 constexpr double kBesideLines_m = 0.3;
+/// No deck is held against more others, which real bridges never come to.
+constexpr int kMostNear = 256;
 /// Parapets of two decks beside each other stand on so much beside their paving.
 constexpr double kBesideParapets_m = 1.2;
 
@@ -90,12 +92,14 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
     if (decks[row].points.empty()) continue;
     const auto& [lowest, highest] = boxes[row];
     std::array<bool, kMostRank> is_taken = {};
+    int num_looked_at = 0;
     for (const std::uint32_t other : index.rows_in(lowest, highest)) {
       if (other == row || !goes_before(decks[other], decks[row]) ||
           (boxes[other].first.array() > highest.array()).any() ||
-          (boxes[other].second.array() < lowest.array()).any() ||
-          !(touches(decks[row], decks[other]) || touches(decks[other], decks[row])))
+          (boxes[other].second.array() < lowest.array()).any())
         continue;
+      if (++num_looked_at > kMostNear) break;
+      if (!(touches(decks[row], decks[other]) || touches(decks[other], decks[row]))) continue;
       going_before_[row].push_back(other);
       if (ranks_[other] < kMostRank) is_taken[static_cast<std::size_t>(ranks_[other])] = true;
     }

@@ -374,14 +374,14 @@ class TileCheck {
       if (vertex.z() <= lowest_z + kFoot_m && has_solid(vertex.head<2>(), index))
         held.push_back(vertex.head<2>());
     }
+    const bool is_held = is_between(metres(solid.origin_steps.head<2>()), held);
     for (const Eigen::Vector3i& step : shape.vertices_steps) {
       const Eigen::Vector3d vertex = vertex_world(step);
       const Vector2d place = vertex.head<2>();
       if (vertex.z() > lowest_z + kFoot_m || !is_judged_(place.x(), place.y())) continue;
       const double above_m = vertex.z() - ground_.z_world(place);
       const bool is_floating = above_m > tolerance_m(tile_.id, ground_.slope(place)) &&
-                               !has_solid(place, index) &&
-                               !is_between(metres(solid.origin_steps.head<2>()), held);
+                               !has_solid(place, index) && !is_held;
       judge("floating_building", is_floating, solid.provenance, place,
             fmt::format("its foot is {:.2f} m above the ground", above_m));
       if (is_floating) return;
