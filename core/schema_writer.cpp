@@ -16,7 +16,14 @@ class TomlWriter : public SchemaVisitor {
 
  protected:
   void visit_value(std::string_view name, ValueRef value, std::string_view,
-                   const Constraint&) override {
+                   const Constraint& constraint) override {
+    const bool is_empty = std::visit(
+        [](const auto* v) {
+          if constexpr (requires { v->front(); }) return v->empty();
+          return false;
+        },
+        value);
+    if (is_empty && constraint.min_size > 0) return;  // a list that may also be left out
     add_key(name, std::visit([](const auto* v) { return toml_value(*v); }, value));
   }
   bool begin_section(std::string_view name, std::string_view) override {

@@ -21,7 +21,7 @@ struct KeyInfo {
 std::unique_ptr<SchemaVisitor> make_toml_writer(std::string& output);
 std::unique_ptr<SchemaVisitor> make_key_lister(std::vector<KeyInfo>& output);
 
-/// The value as TOML, every key, that reads back to an equal one (doubles round-trip; paths as written), or is refused.
+/// The value as TOML that reads back to an equal value (doubles round-trip; paths as written).
 template <class Struct>
 std::string toml_text(const Struct& value) {
   std::string text;

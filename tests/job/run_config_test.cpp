@@ -75,7 +75,7 @@ TEST(Configs, AMountIsLaidOverARigFile) {
   const RunConfig config = load_run_config(kSource / "configs/demo.toml", {});
   ASSERT_EQ(config.rigs.size(), 2u);
   for (const auto& rig : config.rigs) {
-    EXPECT_EQ(rig.mount_pitch_deg, 30.0);
+    EXPECT_EQ(rig.mount_pitch_deg, 45.0);
     EXPECT_GE(rig.cameras.size(), 2u);
   }
 }

@@ -293,7 +293,7 @@ TEST(MovingBodies, WhatMovesCastsShadowsAndIsBlurred) {
     }
   // 64 samples of a pixel, of which an edge takes some share: an eighth of the range it spans at the worst.
   EXPECT_LT(worst, 24.0);
-  EXPECT_GT(spread, 60.0) << "nothing is blurred";
+  EXPECT_GT(spread, 48.0) << "nothing is blurred";  // twice what samples alone may do
 }
 
 }  // namespace
