@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 constexpr double kOneLevel_m = 0.5;
 /// Lines keep so far from another deck's paving: half their width, and bends that decks are thinned by.
 constexpr double kBesideLines_m = 0.3;
-/// No deck is held against more others, which real bridges never come to.
+/// Bounds the work on decks that crowd: beyond so many others in reach, faces in one plane may stay.
 constexpr int kMostNear = 256;
 /// Parapets of two decks beside each other stand on so much beside their paving.
 constexpr double kBesideParapets_m = 1.2;
