@@ -464,6 +464,25 @@ TEST_F(FreeReconstruction, DepthsOfTheLastThirdOffByTwoThousandthsAreADrift) {
   EXPECT_NEAR(results.at("colmap_free_scale_drift").value, 0.002, 2e-5);
 }
 
+// Four standard errors of this flight's drift are 0.2 % where keypoints err by 0.02 px.
+TEST_F(FreeReconstruction, ADriftThatErrorsOfKeypointsMakeIsNone) {
+  const Results results = judge([](RawModel& model) { model.shift_observations(0.02); },
+                                {.depth_relative = 0.002, .depth_frame = 2});
+  SCOPED_TRACE(text_of(results));
+  const CheckResult& drift = results.at("colmap_free_scale_drift");
+  EXPECT_TRUE(drift.ok);
+  EXPECT_FALSE(drift.skipped);
+  EXPECT_NEAR(drift.value, 0.002, 2e-5);
+  EXPECT_LE(drift.bound, 0.01);
+}
+
+TEST_F(FreeReconstruction, KeypointsThatErrMuchTellNoDrift) {
+  const Results results = judge([](RawModel& model) { model.shift_observations(0.1); },
+                                {.depth_relative = 0.002, .depth_frame = 2});
+  SCOPED_TRACE(text_of(results));
+  EXPECT_TRUE(results.at("colmap_free_scale_drift").is_unseen);
+}
+
 TEST_F(FreeReconstruction, AnImageThatIsLeftOutIsCountedAndNamed) {
   const Results results = judge([](RawModel& model) { model.drop_last_image(); });
   SCOPED_TRACE(text_of(results));
