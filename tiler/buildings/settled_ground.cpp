@@ -11,6 +11,7 @@ namespace {
 constexpr double kCell_m = 32.0;
 /// Cells to each side of one whose buildings count.
 constexpr int kAround = 3;
+constexpr double kGardens_m = 80.0;  ///< the period of their noise
 constexpr double kWindow_m2 = (2 * kAround + 1) * kCell_m * (2 * kAround + 1) * kCell_m;
 
 /// Sums over 2 kAround + 1 entries in a row; beyond the ends lies nothing.
@@ -31,8 +32,11 @@ void add_neighbours(std::vector<std::uint32_t>& values, std::size_t first, std::
 }  // namespace
 
 SettledGround::SettledGround(std::span<const Building> buildings, double size_m,
-                             const std::function<bool(const Eigen::Vector2d& place_world)>& is_sea)
-    : half_size_m_(0.5 * size_m), side_(static_cast<int>(std::ceil(size_m / kCell_m))) {
+                             const std::function<bool(const Eigen::Vector2d& place_world)>& is_sea,
+                             std::uint64_t seed)
+    : half_size_m_(0.5 * size_m),
+      side_(static_cast<int>(std::ceil(size_m / kCell_m))),
+      gardens_(seed, 0x67617264ULL) {
   if (buildings.empty()) return;
   const auto side = static_cast<std::size_t>(side_);
   area_m2_.assign(side * side, 0);
@@ -80,13 +84,16 @@ Eigen::Vector2d SettledGround::cell_of(const Eigen::Vector2d& place_world) const
   return (place_world.array() + half_size_m_) / kCell_m - 0.5;
 }
 
-bool SettledGround::is_open_in_town(const Eigen::Vector2d& place_world) const {
-  if (built_up_m_.values.empty()) return false;
+std::optional<world::Cover> SettledGround::open_cover(const Eigen::Vector2d& place_world) const {
+  if (built_up_m_.values.empty()) return std::nullopt;
   const Eigen::Vector2d at = cell_of(place_world);
   const double built_up_m = bilinear(built_up_m_, at);
-  if (built_up_m <= kOpenInTown_m) return true;
-  return built_up_m <= kHarbourOfTown_m && !sea_m_.values.empty() &&
-         bilinear(sea_m_, at) <= kQuay_m;
+  const bool is_shore = !sea_m_.values.empty() && bilinear(sea_m_, at) <= kQuay_m;
+  if (is_shore && built_up_m <= kHarbourOfTown_m) return world::Cover::BuiltUp;
+  if (built_up_m > kOpenInTown_m) return std::nullopt;
+  const Eigen::Vector2d in_period = place_world / kGardens_m;
+  return fractal_noise(gardens_, in_period.x(), in_period.y(), 3) > 0.0 ? world::Cover::Shrubs
+                                                                        : world::Cover::BuiltUp;
 }
 
 double SettledGround::share(const Eigen::Vector2d& place_world) const {
@@ -109,7 +116,8 @@ double SettledGround::share(const Eigen::Vector2d& place_world) const {
 
 std::optional<world::Cover> SettledGround::cover(const Eigen::Vector2d& place_world) const {
   const double covered = share(place_world);
-  if (covered >= kBuiltUp || is_open_in_town(place_world)) return world::Cover::BuiltUp;
+  if (covered >= kBuiltUp) return world::Cover::BuiltUp;
+  if (const auto open = open_cover(place_world)) return open;
   if (covered < kSettled) return std::nullopt;
   return world::Cover::Grass;
 }

@@ -106,7 +106,7 @@ class BuildingsLayer final : public Layer, public DryCover {
                         .height_m = height_m,
                         .latitude_deg = frame_.origin().lat_deg},
                        inputs.size_m, seed);
-    settled_ = SettledGround(town_.buildings, inputs.size_m, is_planned ? nullptr : is_sea);
+    settled_ = SettledGround(town_.buildings, inputs.size_m, is_planned ? nullptr : is_sea, seed);
     Setbacks setbacks = setback_ranks(town_.buildings);
     ranks_ = std::move(setbacks.ranks);
     measure_boxes();
