@@ -75,11 +75,12 @@ TEST(SettledGround, IsATownsOwnWhereItLiesOpenBesideItAndAtItsShore) {
 
   // The sea begins with the cell whose middle is at x = 816.
   const SettledGround shore = settled(800.0);
-  EXPECT_EQ(shore.cover({816.0 - 96.1, 0.0}), std::nullopt);
-  EXPECT_EQ(shore.cover({816.0 - 95.9, 0.0}), Cover::BuiltUp);
-  // At x = 1008: its shore is farther from the town than a harbour's land, from 944 on.
-  const SettledGround far = settled(1000.0);
-  EXPECT_EQ(far.cover({1008.0 - 96.1, 0.0}), std::nullopt);
+  EXPECT_EQ(shore.cover({816.0 - 48.1, 0.0}), std::nullopt);
+  EXPECT_EQ(shore.cover({816.0 - 47.9, 0.0}), Cover::BuiltUp);
+  // At x = 976: its shore is farther from the town than a harbour's land, from 944 on.
+  const SettledGround far = settled(970.0);
+  EXPECT_EQ(far.cover({976.0 - 48.1, 0.0}), std::nullopt);
+  EXPECT_EQ(far.cover({976.0 - 47.9, 0.0}), Cover::BuiltUp);
   EXPECT_EQ(far.cover({943.9, 0.0}), Cover::BuiltUp);
   EXPECT_EQ(far.cover({944.1, 0.0}), std::nullopt);
 

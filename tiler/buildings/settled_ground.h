@@ -20,7 +20,7 @@ namespace terracast::tiler {
 ///
 /// Where nobody plans what lies open in a town (buildings that were surveyed or mapped), ground within 160 m of what
 /// is built up is the town's, too: half of it squares and terraces (built up), half gardens (shrubs), by noise
-/// of 80 m's period. The sea's shore within 96 m of it, up to 480 m from what is built up, is built up: quays and
+/// of 80 m's period. The sea's shore within 48 m of it, up to 480 m from what is built up, is built up: quays and
 /// harbours' land. Distances are to the middles of cells 32 m wide, linear between these.
 ///
 /// threads   safe
@@ -30,7 +30,7 @@ class SettledGround {
   static constexpr double kSettled = 0.03;
   static constexpr double kBuiltUp = 0.24;
   static constexpr double kOpenInTown_m = 160.0;
-  static constexpr double kQuay_m = 96.0;
+  static constexpr double kQuay_m = 48.0;
   static constexpr double kHarbourOfTown_m = 480.0;
 
   SettledGround() = default;
