@@ -27,6 +27,8 @@ bool may_say(const world::LayerInfo& layer, Cover cover) {
       return layer.kind == "water" || (layer.kind == "land_cover" && !is_derived);
     case Cover::Grass:
       return layer.kind == "land_cover" || layer.kind == "buildings" || layer.kind == "roads";
+    case Cover::Shrubs:
+      return layer.kind == "land_cover" || layer.kind == "buildings";
     case Cover::BuiltUp:
       return layer.kind == "buildings" || (layer.kind == "land_cover" && !is_derived);
     default:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -38,7 +39,7 @@ using Eigen::Vector3d;
 using world::kHeightStep_m;
 
 /// Bumped when what stands where changes.
-constexpr int kBuildingsVersion = 7;
+constexpr int kBuildingsVersion = 8;
 
 /// Coarsest tiles of the shapes with all their details, and of those with roofs.
 constexpr int kFineLevel = 1;
@@ -71,8 +72,9 @@ int coarsest_level_of(const Building& building) {
 
 class BuildingsLayer final : public Layer, public DryCover {
  public:
+  /// is_planned   whether the features are a country's, which says what lies open in its towns
   BuildingsLayer(const LayerInputs& inputs, FeatureSet features,
-                 std::unique_ptr<HeightRaster> raster)
+                 std::unique_ptr<HeightRaster> raster, bool is_planned)
       : frame_(inputs.frame), name_(features.name), hash_(features.content_hash) {
     const auto is_water = [&](const Vector2d& place) {
       const SurfaceSample sample = inputs.surface.sample(place.x(), place.y());
@@ -94,18 +96,17 @@ class BuildingsLayer final : public Layer, public DryCover {
           .height_m;
     };
     const std::uint64_t seed = core::stream_of(inputs.seed, 0x6275696c64ULL);
+    const std::function<bool(const Vector2d&)> is_sea = [&](const Vector2d& place) {
+      return inputs.surface.sample(place.x(), place.y()).cover == world::Cover::Sea;
+    };
     town_ = build_town(features.features, raster.get(),
                        {.is_water = is_water,
-                        .is_sea =
-                            [&](const Vector2d& place) {
-                              return inputs.surface.sample(place.x(), place.y()).cover ==
-                                     world::Cover::Sea;
-                            },
+                        .is_sea = is_sea,
                         .is_taken = is_taken,
                         .height_m = height_m,
                         .latitude_deg = frame_.origin().lat_deg},
                        inputs.size_m, seed);
-    settled_ = SettledGround(town_.buildings, inputs.size_m);
+    settled_ = SettledGround(town_.buildings, inputs.size_m, is_planned ? nullptr : is_sea, seed);
     Setbacks setbacks = setback_ranks(town_.buildings);
     ranks_ = std::move(setbacks.ranks);
     measure_boxes();
@@ -415,7 +416,7 @@ class BuildingsKind final : public LayerKind, public GroundSurvey {
   std::unique_ptr<Layer> make(const LayerInputs& inputs) const override {
     if (source_.source == kFromRaster)
       return std::make_unique<BuildingsLayer>(
-          inputs, read_raster_outlines(height_files(), outlines_, inputs), nullptr);
+          inputs, read_raster_outlines(height_files(), outlines_, inputs), nullptr, false);
     VectorOptions wanted;
     wanted.points = false;
     wanted.lines = false;
@@ -435,7 +436,8 @@ class BuildingsKind final : public LayerKind, public GroundSurvey {
     if (!heights_.empty() || !surface_.empty())
       raster = HeightRaster::open(heights_.empty() ? surface_ : heights_, terrain_, nodata_,
                                   inputs.surface, inputs.size_m);
-    return std::make_unique<BuildingsLayer>(inputs, std::move(features), std::move(raster));
+    return std::make_unique<BuildingsLayer>(inputs, std::move(features), std::move(raster),
+                                            source_.source == "country");
   }
   SurveyedGround surveyed_ground(const LayerInputs& inputs) const override {
     if (source_.source != kFromRaster) return {};
