@@ -10,8 +10,9 @@
 
 namespace terracast::tiler {
 
-/// Rows of a table, such as one of buildings, by where their boxes lie. Cells are 48 m wide, and four times as wide from level to
-/// level: a row stands in cells of the first level where they are as wide as its box, in four at most.
+/// Rows of a table, such as one of buildings, by where their boxes lie. Cells are 48 m wide, and
+/// four times as wide from level to level: a row stands in cells of the first level where they are
+/// as wide as its box, in four at most.
 ///
 /// memory    16 B for each row in each of its cells
 /// threads   safe, once finished

@@ -227,23 +227,32 @@ LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context
             .accuracy = layer.accuracy,
             .context = context};
   };
+  // Of layers that were asked for it: what they read is not read again.
+  std::vector<std::unique_ptr<GroundSurvey>> surveys(options.layers.size());
   std::optional<Country> country;
   const auto whole_country = [&]() -> const Country& {
     if (country) return *country;
     SurveyedGround all;
-    for (const LayerOptions& layer : options.layers)
-      if (const auto* survey = dynamic_cast<const GroundSurvey*>(&layer.kind_options()))
-        core::with_context([&] { append(survey->surveyed_ground(inputs_of(layer, {})), all); },
+    for (std::size_t row = 0; row < surveys.size(); ++row) {
+      const LayerOptions& layer = options.layers[row];
+      if (const auto* kind = dynamic_cast<const SurveyingKind*>(&layer.kind_options()))
+        core::with_context([&] { surveys[row] = kind->survey(inputs_of(layer, {})); },
                            fmt::format("asking what layer {} knows of the ground",
                                        layer.name.empty() ? layer.kind : layer.name));
+      if (surveys[row]) append(surveys[row]->ground(), all);
+    }
     return country.emplace(surface, static_cast<std::uint64_t>(options.seed), context, all);
   };
-  for (const LayerOptions& layer : options.layers) {
+  for (std::size_t row = 0; row < options.layers.size(); ++row) {
+    const LayerOptions& layer = options.layers[row];
     LayerOptions named = layer;
     if (named.name.empty()) named.name = named.kind;
-    core::with_context(
-        [&] { add(layer.kind_options().make(inputs_of(layer, whole_country)), named); },
-        fmt::format("preparing layer {}", named.name));
+    const auto make = [&] {
+      const LayerInputs inputs = inputs_of(layer, whole_country);
+      add(surveys[row] ? surveys[row]->make(inputs) : layer.kind_options().make(inputs), named);
+      surveys[row].reset();
+    };
+    core::with_context(make, fmt::format("preparing layer {}", named.name));
   }
 }
 

@@ -9,7 +9,8 @@ namespace terracast::tiler {
 /// Among LayerInfo::counts: of how many features the number is cell_number().
 inline constexpr std::string_view kCellCount = "outlines numbered by cells of their raster";
 
-/// The number of an outline that is made of a raster's cells: its first cell, row by row, counted from 0.
+/// The number of an outline that is made of a raster's cells: its first cell, row by row, counted
+/// from 0.
 constexpr std::uint64_t cell_number(int column, int row) {
   return static_cast<std::uint64_t>(static_cast<std::uint32_t>(row)) << 32 |
          static_cast<std::uint32_t>(column);

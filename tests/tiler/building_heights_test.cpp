@@ -76,6 +76,24 @@ TEST_F(BuildingHeights, SoundOnesAreTaken) {
   expect_from_raster(built(), true);
 }
 
+// Until November 2026 outlines from rasters carried their heights in this tag, which any file may
+// hold.
+TEST_F(BuildingHeights, AreNotBelievedOfTagsThatOnlyOutlinesOfRastersHad) {
+  const auto count = [&](const std::string& file, const char* name) {
+    return Built(files_key(folder_ / file)).count(name);
+  };
+  for (const char* value : {"800", "nan", "-5"}) {
+    SCOPED_TRACE(value);
+    const std::string file = std::string("b") + value + ".gpkg";
+    write_vectors(folder_ / file, "GPKG",
+                  {{wkt(0, 0, 24, 16), {{"building", "yes"}, {"terracast:median_height", value}}}},
+                  "EPSG:32631");
+    EXPECT_EQ(count(file, "buildings"), 1);
+    EXPECT_EQ(count(file, "heights from the raster"), 0);
+    EXPECT_EQ(count(file, "heights guessed"), 1);
+  }
+}
+
 TEST_F(BuildingHeights, RastersElsewhereAreRefusedAskingForTheirCrs) {
   spec_.geotransform[0] += 100e3;
   write_raster(file(), spec_);

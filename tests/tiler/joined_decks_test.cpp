@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "validate/world_check/coincident_solids.h"
@@ -68,6 +70,29 @@ TEST(JoinedDecks, HaveNoFacesInOnePlane) {
   EXPECT_NEAR(lowered_m(1), 0.020, 1e-9);
   EXPECT_NEAR(lowered_m(2), 0.020, 1e-9);  // does not lie on the second one
   EXPECT_EQ(lowered_m(3), 0.0);
+}
+
+/// The most work that files can ask for: all decks at one place. Counted, not timed.
+TEST(JoinedDecks, ThatCrowdAreLookedAtUpToABound) {
+  constexpr int kNum = 3000;
+  constexpr int kMost = tiler::JoinedDecks::kMostMet;
+  std::vector<Deck> decks;
+  for (int k = 0; k < kNum; ++k)
+    decks.push_back(deck(static_cast<std::uint64_t>(kNum - k), 2.0, {0, 0}, {4, 0}, 20.0, 20.0));
+  const tiler::JoinedDecks joined(decks);
+  // A deck meets those that go before it, and stops at the first beyond the bound.
+  std::int64_t num_pairs = 0;
+  for (int k = 0; k < kNum; ++k) num_pairs += std::min(k, kMost + 1);
+  EXPECT_EQ(joined.num_pairs(), num_pairs);
+  // Those with the lowest keys go before all others.
+  const auto lowered_m = [&](int num_before) {
+    const auto row = static_cast<std::size_t>(kNum - 1 - num_before);
+    return decks[row].points[0].level_m - joined.lowered(row).points[0].level_m;
+  };
+  for (int k = 0; k <= tiler::JoinedDecks::kMostRank; ++k)
+    EXPECT_NEAR(lowered_m(k), k * tiler::JoinedDecks::kLower_m, 1e-9) << k;
+  EXPECT_NEAR(lowered_m(kNum - 1), tiler::JoinedDecks::kMostRank * tiler::JoinedDecks::kLower_m,
+              1e-9);
 }
 
 TEST(JoinedDecks, BearLinesOnTheWiderOneAlone) {

@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <functional>
 #include <limits>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -18,6 +21,7 @@
 #include "tests/tiler/vector_files.h"
 #include "tiler/buildings/setback.h"
 #include "tiler/raster_cell_number.h"
+#include "tiler/surveyed_ground.h"
 
 /// Buildings made of rasters of heights: of drawn blocks, of bad files, and of Bilbao.
 namespace terracast::test {
@@ -28,22 +32,28 @@ using Eigen::Vector2d;
 using tiler::FeatureSet;
 using tiler::VectorFeature;
 
-tiler::FeatureSet outlines(const tiler::WorldSurface& surface, const tiler::HeightFiles& files,
-                           const tiler::RasterOutlineOptions& options = {}) {
+/// Calls with the inputs of a layer of that surface.
+template <class Use>
+auto with_inputs(const tiler::WorldSurface& surface, const Use& use) {
   const core::Log log("tile", core::LogLevel::Off);
   tiler::InstanceIds ids;
-  return tiler::read_raster_outlines(
-      files, options,
-      {.frame = surface.frame(),
-       .size_m = surface.options().size_m,
-       .seed = 1,
-       .surface = surface,
-       .earlier = {},
-       .ids = ids,
-       .country = {},
-       .licence = {},
-       .accuracy = {},
-       .context = {.log = log, .num_threads = 0, .events_file = {}}});
+  return use(tiler::LayerInputs{.frame = surface.frame(),
+                                .size_m = surface.options().size_m,
+                                .seed = 1,
+                                .surface = surface,
+                                .earlier = {},
+                                .ids = ids,
+                                .country = {},
+                                .licence = {},
+                                .accuracy = {},
+                                .context = {.log = log, .num_threads = 0, .events_file = {}}});
+}
+
+tiler::RasterOutlines outlines(const tiler::WorldSurface& surface, const tiler::HeightFiles& files,
+                               const tiler::RasterOutlineOptions& options = {}) {
+  return with_inputs(surface, [&](const tiler::LayerInputs& inputs) {
+    return tiler::read_raster_outlines(files, options, inputs);
+  });
 }
 
 tiler::HeightFiles heights_of(const std::filesystem::path& file) {
@@ -63,6 +73,17 @@ double area_of(const VectorFeature& feature) {
       all += (r == 0 ? 0.5 : -0.5) * std::abs(sum);
     }
   return all;
+}
+
+/// Of a ring that bulges everywhere.
+bool holds(const tiler::SurveyedGround::Ring& ring, const Vector2d& at) {
+  int num_left = 0;
+  for (std::size_t k = 0; k < ring.size(); ++k) {
+    const Vector2d edge = ring[(k + 1) % ring.size()] - ring[k];
+    const Vector2d from = at - ring[k];
+    num_left += edge.x() * from.y() - edge.y() * from.x() > 0.0 ? 1 : 0;
+  }
+  return num_left == 0 || num_left == static_cast<int>(ring.size());
 }
 
 std::int64_t count_of(const FeatureSet& set, const std::string& name) {
@@ -92,6 +113,8 @@ class Blocks : public testing::Test {
       {{20, 0}, 20, 16, 0.0, 13.0},     {{40, 0}, 20, 16, 0.0, 19.0},
       {{-80, -90}, 60, 26, 0.55, 30.0}, {{120, 80}, 50, 30, 1.1, 9.0}};
   const ScratchFolder folder_;
+  /// Cells without a height, by their middles about the origin.
+  std::function<bool(const Vector2d&)> is_void_ = [](const Vector2d&) { return false; };
 
   static double ground_m(double u) { return 250.0 + kSlope * u; }
   void write(bool as_heights, double noise_m = 0.0) const {
@@ -99,8 +122,10 @@ class Blocks : public testing::Test {
     spec.width = spec.height = 250;
     spec.type = GDT_Float32;
     spec.geotransform = {origin_.x() - 250.0, 2.0, 0.0, origin_.y() + 250.0, 0.0, -2.0};
+    spec.nodata = -9999.0;
     spec.value = [&](double u, double v) {
       const Vector2d at = Vector2d(u, v) - origin_;
+      if (is_void_(at)) return -9999.0;
       double height_m =
           noise_m *
           core::random_unit(3, 4, static_cast<std::uint64_t>((at.x() + 500) * 4096 + at.y()));
@@ -142,7 +167,8 @@ TEST_F(Blocks, ComeBackWithTheirAreasAndHeights) {
   for (const bool as_heights : {true, false}) {
     SCOPED_TRACE(as_heights);
     write(as_heights, 0.3);
-    const FeatureSet set = outlines(*surface, files(as_heights));
+    const tiler::RasterOutlines all = outlines(*surface, files(as_heights));
+    const FeatureSet& set = all.features;
     ASSERT_EQ(set.features.size(), blocks_.size());
     for (const Block& block : blocks_) {
       SCOPED_TRACE(block.middle.transpose());
@@ -158,7 +184,7 @@ TEST_F(Blocks, ComeBackWithTheirAreasAndHeights) {
       // Along the cells to the millimetres of float samples and nodes; slanted by what steps leave open of walls.
       EXPECT_NEAR(area_of(*found), truth_m2, (block.angle_rad == 0.0 ? 0.001 : 0.02) * truth_m2);
       // The middle of noise of 0 to 0.3 m.
-      EXPECT_NEAR(*found->tags.number(tiler::kMedianHeight), block.height_m + 0.15, 0.05);
+      EXPECT_NEAR(all.medians_m.at(found->number), block.height_m + 0.15, 0.05);
       EXPECT_EQ(found->tags.value("roof:shape"), "flat");
     }
   }
@@ -217,10 +243,10 @@ TEST_F(Blocks, OnASlopeTheirRoofsLieWhereTheSurfaceDoes) {
 TEST_F(Blocks, AreTheSameInAWorldOfAnotherSizeAndWithOneThread) {
   write(true, 0.3);
   const auto surface = prepare(world_of("plane", 1024.0));
-  const FeatureSet once = outlines(*surface, files(true));
+  const FeatureSet once = outlines(*surface, files(true)).features;
   {
     const core::ThreadLimit limit(1);
-    const FeatureSet again = outlines(*surface, files(true));
+    const FeatureSet again = outlines(*surface, files(true)).features;
     ASSERT_EQ(again.features.size(), once.features.size());
     for (std::size_t k = 0; k < once.features.size(); ++k) {
       EXPECT_EQ(again.features[k].number, once.features[k].number);
@@ -229,13 +255,76 @@ TEST_F(Blocks, AreTheSameInAWorldOfAnotherSizeAndWithOneThread) {
   }
   // A square that cuts the raster counts its cells all the same.
   const auto small = prepare(world_of("plane", 384.0));
-  const FeatureSet less = outlines(*small, files(true));
+  const FeatureSet less = outlines(*small, files(true)).features;
   int num_same = 0;
   for (const VectorFeature& feature : less.features)
     for (const VectorFeature& other : once.features)
       if (feature.number == other.number && feature.tags == other.tags) ++num_same;
   EXPECT_EQ(num_same, static_cast<int>(less.features.size()));
   EXPECT_GE(num_same, 5);
+}
+
+/// Seen in November 2026: what had no height within a raster counted as surveyed, and so did all of a
+/// square of 50 m of which one cell had one.
+TEST_F(Blocks, AreAllThatStandsWhereTheRasterHasHeightsAndNowhereElse) {
+  is_void_ = [](const Vector2d& at) {
+    return (at - Vector2d(120, -120)).norm() < 70.0 ||               // in its middle
+           at.x() + 30.0 * std::sin(0.05 * at.y()) > 210.0 ||        // a ragged border
+           (at - Vector2d(-21, 181)).cwiseAbs().maxCoeff() < 1.0 ||  // one cell
+           (std::abs(at.y() + 201) < 1.0 &&
+            std::fmod(at.x() + 251, 4) < 1);  // each second of a row
+  };
+  write(true);
+  const auto surface = prepare(world_of("plane", 1024.0));
+  const tiler::SurveyedGround ground = outlines(*surface, files(true)).ground;
+  EXPECT_EQ(ground.buildings.size(), blocks_.size());
+  int num_void = 0;
+  for (int row = 0; row < 250; ++row)
+    for (int column = 0; column < 250; ++column) {
+      const Vector2d middle(-250.0 + 2.0 * column + 1.0, 250.0 - 2.0 * row - 1.0);
+      const bool is_void = is_void_(middle);
+      num_void += is_void ? 1 : 0;
+      // Near two corners of the cell: between corners of boxes 128 m apart lines of the grid bend
+      // by less than a millimetre.
+      for (const double side : {-0.99, 0.99}) {
+        const Vector2d at = origin_ + middle + Vector2d(side, side);
+        geo::Geodetic place;
+        GeographicLib::UTMUPS::Reverse(31, true, at.x(), at.y(), place.lat_deg, place.lon_deg);
+        place.height_m = *surface->measured_height_m(place.lat_deg, place.lon_deg);
+        const Vector2d at_world = surface->frame().world_from_geodetic(place).head<2>();
+        const auto num = std::count_if(ground.areas.begin(), ground.areas.end(),
+                                       [&](const auto& ring) { return holds(ring, at_world); });
+        ASSERT_EQ(num, is_void ? 0 : 1) << middle.transpose();
+      }
+    }
+  EXPECT_GT(num_void, 5'000);
+  EXPECT_LT(ground.areas.size(), 1'000U);
+}
+
+TEST_F(Blocks, AreReadOnceForASurveyAndForTheLayer) {
+  write(false);
+  const auto surface = prepare(world_of("plane", 1024.0));
+  const tiler::LayerOptions options = layer_of(keys());
+  const auto* kind = dynamic_cast<const tiler::SurveyingKind*>(&options.kind_options());
+  ASSERT_NE(kind, nullptr);
+  const std::string hash = made_layer(options, *surface, 1)->input_hash();
+  const auto survey_and_make = [&](const tiler::LayerInputs& inputs) {
+    const std::unique_ptr<tiler::GroundSurvey> survey = kind->survey(inputs);
+    EXPECT_EQ(survey->ground().buildings.size(), blocks_.size());
+    EXPECT_FALSE(survey->ground().content_hash.empty());
+    std::filesystem::remove(folder_ / "surface.tif");
+    std::filesystem::remove(folder_ / "terrain.tif");
+    return survey->make(inputs);
+  };
+  const std::unique_ptr<tiler::Layer> layer = with_inputs(*surface, survey_and_make);
+  EXPECT_EQ(layer->input_hash(), hash);
+  EXPECT_TRUE(layer->holds(blocks_[0].middle, 0.0));
+  // Footprints survey nothing.
+  const tiler::LayerOptions of_files = layer_of("files = [\"a.gpkg\"]\n");
+  const auto survey_files = [&](const tiler::LayerInputs& inputs) {
+    return dynamic_cast<const tiler::SurveyingKind&>(of_files.kind_options()).survey(inputs);
+  };
+  EXPECT_EQ(with_inputs(*surface, survey_files), nullptr);
 }
 
 TEST_F(Blocks, KeysThatContradictAreRefused) {
@@ -258,8 +347,8 @@ class BadHeights : public testing::Test {
     spec_.value = [](double, double) { return 0.0; };
   }
   void write() const { write_raster(folder_ / "heights.tif", spec_); }
-  FeatureSet read(const tiler::RasterOutlineOptions& options = {},
-                  const std::string& nodata = "declared") const {
+  tiler::RasterOutlines read(const tiler::RasterOutlineOptions& options = {},
+                             const std::string& nodata = "declared") const {
     return outlines(*surface_, {path_of(folder_ / "heights.tif"), {}, nodata}, options);
   }
   void refuses(ErrorKind kind, const std::vector<std::string>& words,
@@ -305,15 +394,16 @@ TEST_F(BadHeights, VoidsAreNoBuildingsAndNothingButVoidsIsRefused) {
   };
   spec_.nodata = -9999.0;
   write();
-  const FeatureSet set = read();
+  const tiler::RasterOutlines all = read();
+  const FeatureSet& set = all.features;
   ASSERT_EQ(set.features.size(), 1U);
   EXPECT_NEAR(area_of(set.features[0]), 40.0 * 40.0, 40.0 * 4.0 * 2.0);  // a cell on two sides
-  EXPECT_NEAR(*set.features[0].tags.number(tiler::kMedianHeight), 10.0, 1e-6);
+  EXPECT_NEAR(all.medians_m.at(set.features[0].number), 10.0, 1e-6);
 }
 
 TEST_F(BadHeights, AnEmptyOneMakesNothingAndHeightsAboveTheSeaAreRefused) {
   write();
-  const FeatureSet none = read();
+  const FeatureSet none = read().features;
   EXPECT_TRUE(none.features.empty());
   EXPECT_EQ(count_of(none, "cells as high as buildings"), 0);
   spec_.value = [](double, double) { return 1250.0; };
@@ -350,7 +440,7 @@ TEST_F(BadHeights, NoiseIsCountedAndLeftOut) {
                : 0.0;
   };
   write();
-  const FeatureSet set = read({.least_area_m2 = 60.0});
+  const FeatureSet set = read({.least_area_m2 = 60.0}).features;
   std::int64_t num_cells = 0;
   for (int j = 0; j < 500; ++j)
     for (int i = 0; i < 500; ++i) num_cells += is_high(i, j) ? 1 : 0;

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <map>
@@ -101,6 +103,62 @@ TEST(Setbacks, WhatLiesOverEachOtherHasNoFacesInOnePlane) {
       ADD_FAILURE() << "level " << level << ": " << shown[pair.first].instance_id << " and "
                     << shown[pair.second].instance_id << ", " << pair.area_m2 << " m2 at "
                     << (pair.place_steps * kHeightStep_m).transpose();
+  }
+}
+
+/// Bottoms of what stands on the ground, of all its shapes, and tops of blocks: multiples of kLevels_m
+/// above the ellipsoid, by GeographicLib alone, and lower by a setback for each rank.
+TEST(Setbacks, BottomsAndTopsOfBlocksLieOnLevels) {
+  ScratchFolder folder;
+  std::vector<VectorSpec> specs;
+  std::uint64_t number = 0;
+  // Three by three groups of three that cross each other: the first is given rank 0, the second 1,
+  // the third 2.
+  for (const double y : {-380.0, 0.0, 350.0})
+    for (const double x : {-400.0, 0.0, 370.0})
+      for (int k = 0; k < 3; ++k)
+        specs.push_back(
+            {wkt(x + 8.0 * k, y + 3.0 * k, 26.0, 16.0),
+             {{"building", "yes"},
+              {"height", fmt::format("{:.2f}", 6.0 + 0.83 * static_cast<double>(number))},
+              {"roof:shape", number % 2 == 0 ? "flat" : "gabled"},
+              {"osm_way_id", std::to_string(++number)}}});
+  write_vectors(folder / "a.gpkg", "GPKG", specs, "EPSG:32631");
+  const Built built(files_key(folder / "a.gpkg") + "number_field = \"osm_way_id\"\n",
+                    world_of("plane", 1024.0));
+  Land land;
+  land.slope = 0.03;
+  const geo::Geodetic& origin = built.surface->frame().origin();
+  const GeographicLib::LocalCartesian local(origin.lat_deg, origin.lon_deg, origin.height_m);
+  // Of the place and of the vertex half a step each, over half the length of the footprint's diagonal
+  // the Earth's curvature.
+  constexpr double kRounding_m = kHeightStep_m + 30.0 * 30.0 / (2 * 6.37e6);
+  const auto off_level_m = [&](double height_m, std::uint64_t rank) {
+    return std::remainder(height_m + tiler::kSetback_m * static_cast<double>(rank),
+                          tiler::kLevels_m);
+  };
+  const auto solids = built.all(land);
+  ASSERT_EQ(solids.size(), 27U);
+  for (const auto& [id, solid] : solids) {
+    constexpr std::uint64_t kId = (std::uint64_t{1} << 60) - 1;  // without the kind
+    const std::uint64_t rank = ((solid.provenance.feature & kId) - 1) % 3;
+    ASSERT_EQ(solid.levels.size(), 3U);
+    for (const world::ShapeLevel& level : solid.levels) {
+      SCOPED_TRACE(fmt::format("feature {} to level {}", solid.provenance.feature & kId,
+                               level.coarsest_level));
+      double low_m = 1e9;
+      double high_m = -1e9;
+      for (const Eigen::Vector3i& vertex : level.shape.vertices_steps) {
+        const Eigen::Vector3d at = kHeightStep_m * (solid.origin_steps + vertex).cast<double>();
+        double lat_deg = 0.0, lon_deg = 0.0, height_m = 0.0;
+        local.Reverse(at.x(), at.y(), at.z(), lat_deg, lon_deg, height_m);
+        low_m = std::min(low_m, height_m);
+        high_m = std::max(high_m, height_m);
+      }
+      EXPECT_LE(std::abs(off_level_m(low_m, rank)), kRounding_m);
+      const bool is_block = &level == &solid.levels.back();
+      EXPECT_LE(is_block ? std::abs(off_level_m(high_m, rank)) : 0.0, kRounding_m);
+    }
   }
 }
 

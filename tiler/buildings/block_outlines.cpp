@@ -78,6 +78,24 @@ void for_each_area(
   }
 }
 
+/// The stretches of a ring from each of its ends to the next one, with both; none where nothing of
+/// it is an end.
+template <class IsEnd>
+std::vector<CellPath> cut_at(const CellPath& ring, const IsEnd& is_end) {
+  std::vector<CellPath> stretches;
+  const auto first = std::find_if(ring.begin(), ring.end(), is_end);
+  if (first == ring.end()) return stretches;
+  CellPath whole(first, ring.end());
+  whole.insert(whole.end(), ring.begin(), first);
+  whole.push_back(*first);
+  for (auto from = whole.begin(); from + 1 != whole.end();) {
+    const auto to = std::find_if(from + 1, whole.end(), is_end);
+    stretches.emplace_back(from, to + 1);
+    from = to;
+  }
+  return stretches;
+}
+
 class Outlines {
  public:
   Outlines(const Grid<std::int32_t>& piece, double farthest) : piece_(piece), farthest_(farthest) {}
@@ -136,57 +154,33 @@ class Outlines {
   bool is_crossing(const Vector2i& at) const { return num_outer_walls(at) == 4; }
 
   void draw_round_block(const CellPath& ring) {
-    const auto first =
-        std::find_if(ring.begin(), ring.end(), [&](const Vector2i& at) { return is_crossing(at); });
-    if (first == ring.end()) {
-      draw(ring, true);
-      return;
-    }
-    CellPath whole(first, ring.end());
-    whole.insert(whole.end(), ring.begin(), first);
-    whole.push_back(*first);
-    for (std::size_t from = 0; from + 1 < whole.size();) {
-      std::size_t to = from + 1;
-      while (!is_crossing(whole[to])) ++to;
-      draw(CellPath(whole.begin() + static_cast<std::ptrdiff_t>(from),
-                    whole.begin() + static_cast<std::ptrdiff_t>(to) + 1),
-           false);
-      from = to;
-    }
+    const std::vector<CellPath> walls =
+        cut_at(ring, [&](const Vector2i& at) { return is_crossing(at); });
+    if (walls.empty()) draw(ring, true);
+    for (const CellPath& wall : walls) draw(wall, false);
   }
 
   /// Walls between pieces end where three and more meet, and at what is drawn round blocks.
   void draw_between_pieces(const CellPath& ring) {
-    const auto is_end = [&](const Vector2i& at) {
-      return num_walls(at) > 2 || num_outer_walls(at) > 0;
-    };
-    const auto first = std::find_if(ring.begin(), ring.end(), is_end);
-    if (first == ring.end()) {
-      if (!corners_.contains(key_of(ring.front()))) draw(ring, true);
-      return;
-    }
-    CellPath whole(first, ring.end());
-    whole.insert(whole.end(), ring.begin(), first);
-    whole.push_back(*first);
-    for (std::size_t from = 0; from + 1 < whole.size();) {
-      std::size_t to = from + 1;
-      while (!is_end(whole[to])) ++to;
-      // Those of a single side have no corner between; of others the first says whether they are drawn.
-      const CellPath wall(whole.begin() + static_cast<std::ptrdiff_t>(from),
-                          whole.begin() + static_cast<std::ptrdiff_t>(to) + 1);
+    const std::vector<CellPath> walls = cut_at(
+        ring, [&](const Vector2i& at) { return num_walls(at) > 2 || num_outer_walls(at) > 0; });
+    if (walls.empty() && !corners_.contains(key_of(ring.front()))) draw(ring, true);
+    // Those of a single side have no corner between; of others the first says whether they are
+    // drawn.
+    for (const CellPath& wall : walls)
       if (wall.size() == 2 || !corners_.contains(key_of(wall[1]))) draw(wall, false);
-      from = to;
-    }
   }
 
-  /// Says of each corner of a path where it stands, or that it is none. Ends that are drawn already stay.
+  /// Says of each corner of a path where it stands, or that it is none. Ends that are drawn already
+  /// stay.
   void draw(const CellPath& path, bool is_ring) {
     std::vector<std::optional<Vector2d>> corners = straightened(path, is_ring, farthest_);
     put_ends_of_others(path, is_ring, corners);
     for (std::size_t k = 0; k < path.size(); ++k) corners_.try_emplace(key_of(path[k]), corners[k]);
   }
 
-  /// Where walls between pieces end on a path, its wall has a corner, on the straight line that it runs.
+  /// Where walls between pieces end on a path, its wall has a corner, on the straight line that it
+  /// runs.
   void put_ends_of_others(const CellPath& path, bool is_ring,
                           std::vector<std::optional<Vector2d>>& corners) const {
     const std::vector<std::optional<Vector2d>> drawn = corners;
@@ -223,19 +217,6 @@ class Outlines {
 std::vector<CellRings> outlines_of(const Grid<std::int32_t>& piece, std::int32_t num_pieces,
                                    double farthest) {
   return Outlines(piece, farthest).draw(num_pieces);
-}
-
-std::vector<std::vector<Vector2d>> rings_round(const Grid<std::int32_t>& cells) {
-  std::vector<std::vector<Vector2d>> rings;
-  for_each_area(cells, [&](std::int32_t, const std::vector<CellPath>& paths) {
-    const CellPath& path = paths.front();
-    rings.emplace_back();
-    const std::size_t num = path.size();
-    for (std::size_t k = 0; k < num; ++k)
-      if (path[(k + 1) % num] - path[k] != path[k] - path[(k + num - 1) % num])
-        rings.back().push_back(path[k].cast<double>());
-  });
-  return rings;
 }
 
 }  // namespace terracast::tiler

@@ -18,7 +18,8 @@ struct Building {
   BuildingDesign design;
   std::vector<bool> attached;  ///< edges at which others stand
   std::uint64_t own = 0;       ///< drawn for it
-  /// Parts: the outline's corners, about the place, under which the ground is looked at; else empty.
+  /// Parts: the outline's corners, about the place, under which the ground is looked at; else
+  /// empty.
   std::vector<Eigen::Vector2i> ground_steps;
   Eigen::Vector2d lowest_world = Eigen::Vector2d::Zero();  ///< of the footprint
   Eigen::Vector2d highest_world = Eigen::Vector2d::Zero();
@@ -32,7 +33,8 @@ inline const std::vector<Eigen::Vector2i>& ground_corners(const Building& buildi
 /// Whether a place lies in its footprint.
 bool contains_world(const Building& building, const Eigen::Vector2d& place_world);
 
-/// Places in its footprint: those of a grid of 9 x 9 over its box, or of a finer one where these are fewer than 12.
+/// Places in its footprint: those of a grid of 9 x 9 over its box, or of a finer one where these
+/// are fewer than 12.
 std::vector<Eigen::Vector2d> places_within(const Building& building);
 
 }  // namespace terracast::tiler

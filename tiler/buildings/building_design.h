@@ -60,7 +60,8 @@ struct BuildingDesign {
   world::Finish trim;  ///< eaves, chimneys, plant
 };
 
-/// Designs a building by its tags, and by its surroundings and numbers drawn where they say nothing.
+/// Designs a building by its tags, and by its surroundings and numbers drawn where they say
+/// nothing.
 /// raster_m   height above the ground that a raster knows
 /// town       drawn for the neighbourhood, so that its houses go together
 /// own        drawn for the building

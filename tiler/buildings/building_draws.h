@@ -4,8 +4,8 @@
 
 namespace terracast::tiler {
 
-/// What is drawn for a building (Building::own) or its town: the numbers of its streams of random numbers. A number
-/// that changes changes the world.
+/// What is drawn for a building (Building::own) or its town: the numbers of its streams of random
+/// numbers. A number that changes changes the world.
 enum BuildingDraw : std::uint64_t {
   // Design.
   kStoreys = 0,

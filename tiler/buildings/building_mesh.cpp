@@ -15,9 +15,10 @@
 #include "tiler/roofs/triangulation.h"
 #include "world/facade.h"
 
-// A building is one surface: walls round the footprint, a bottom below the ground, and over the walls a roof that is a
-// height above each point. Eaves add a soffit and a fascia between walls and roof; what stands on a roof is a hole in it
-// with walls round it and a top, so that nothing crosses anything.
+// A building is one surface: walls round the footprint, a bottom below the ground, and over the
+// walls a roof that is a height above each point. Eaves add a soffit and a fascia between walls and
+// roof; what stands on a roof is a hole in it with walls round it and a top, so that nothing
+// crosses anything.
 namespace terracast::tiler {
 namespace {
 
@@ -349,8 +350,8 @@ class BuildingBuilder {
     return edge < plan_.attached.size() && plan_.attached[edge];
   }
 
-  /// With whole bays from corner to corner, and whole storeys up to the top; blind where another house
-  /// stands against it, and where there is no room for a bay.
+  /// With whole bays from corner to corner, and whole storeys up to the top; blind where another
+  /// house stands against it, and where there is no room for a bay.
   void add_wall(const Vector2d& a, const Vector2d& b, double low, double high, double top,
                 bool is_blind) {
     const double length_m = (b - a).norm() * kHeightStep_m;

@@ -30,17 +30,19 @@ struct BuildingPlan {
   double foundation_steps = 0.0;      ///< how deep its walls go below its lowest ground
   double highest_ground_steps = 0.0;  ///< above its lowest ground, which is 0
   double lowest_ground_steps = 0.0;   ///< above the ellipsoid
-  /// The top of a Block lies, before it is lowered, at the nearest multiple of this above the ellipsoid; 0: where it is.
+  /// The top of a Block lies, before it is lowered, at the nearest multiple of this above the
+  /// ellipsoid; 0: where it is.
   double levels_steps = 0.0;
 };
 
 /// The building as one closed surface (a Block may be wider than the building): each edge has two
-/// triangles, which go along it in opposite directions, and it is turned outward. Vertices are steps
-/// from its place at the lowest ground under it.
+/// triangles, which go along it in opposite directions, and it is turned outward. Vertices are
+/// steps from its place at the lowest ground under it.
 /// threads   safe
 world::Shape building_shape(const BuildingPlan& plan, BuildingDetail detail);
 
-/// The rings that a Block stands on: of many corners, a rectangle of their area, which may reach beyond them.
+/// The rings that a Block stands on: of many corners, a rectangle of their area, which may reach
+/// beyond them.
 RingsSteps block_of(const RingsSteps& rings);
 
 }  // namespace terracast::tiler

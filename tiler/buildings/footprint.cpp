@@ -19,7 +19,8 @@ using Eigen::Vector2d;
 using Eigen::Vector2i;
 using world::kHeightStep_m;
 
-/// Corners lie on a lattice so wide, that nothing smaller than its own rounding is left of a footprint.
+/// Corners lie on a lattice so wide, that nothing smaller than its own rounding is left of a
+/// footprint.
 constexpr int kSnap_steps = 16;
 /// A corner that is so near the line between its neighbours is none, m.
 constexpr double kStraight_m = 0.04;
@@ -76,8 +77,8 @@ std::vector<Vector2d> simplified(const std::vector<Vector2d>& ring, double toler
   return kept;
 }
 
-/// A ring of very many points with fewer, none of the others farther from it than the tolerance: where steps are
-/// finer than the tolerance, to go from point to point strays.
+/// A ring of very many points with fewer, none of the others farther from it than the tolerance:
+/// where steps are finer than the tolerance, to go from point to point strays.
 std::vector<Vector2d> coarser(const std::vector<Vector2d>& ring, double tolerance_m) {
   std::vector<Vector2d> closed = ring;
   closed.push_back(ring.front());
@@ -122,7 +123,8 @@ bool ring_contains(const std::vector<Vector2i>& ring, const Vector2d& at) {
   return is_in;
 }
 
-/// Whether no corner is nearer to an edge, other than its own, than what rounding in the world may move.
+/// Whether no corner is nearer to an edge, other than its own, than what rounding in the world may
+/// move.
 bool has_clearance(const RingsSteps& rings) {
   for (std::size_t r = 0; r < rings.size(); ++r)
     for (std::size_t c = 0; c < rings[r].size(); ++c)
@@ -161,7 +163,8 @@ RingsSteps simplified(const RingsSteps& rings, double tolerance_steps) {
   return kept;
 }
 
-/// Corners too sharp to move are cut off where they are kCut_steps wide; of one whose edges end before, nothing is left.
+/// Corners too sharp to move are cut off where they are kCut_steps wide; of one whose edges end
+/// before, nothing is left.
 RingsSteps blunted(const RingsSteps& rings) {
   RingsSteps blunt;
   for (const auto& ring : rings) {
@@ -188,7 +191,8 @@ RingsSteps blunted(const RingsSteps& rings) {
   return blunt;
 }
 
-/// Of what has moved inward all that can move out again by kMostInset_steps; of the rest what is farther inside.
+/// Of what has moved inward all that can move out again by kMostInset_steps; of the rest what is
+/// farther inside.
 void move_out(const RingsSteps& inner, int round, std::vector<RingsSteps>& polygons) {
   const double finer_steps = kSnap_steps << round;
   const RingsSteps few = blunted(simplified(inner, finer_steps));
@@ -203,8 +207,8 @@ void move_out(const RingsSteps& inner, int round, std::vector<RingsSteps>& polyg
     move_out(farther, round + 1, polygons);
 }
 
-/// What of a polygon is wide enough for walls that stand back: necks and corners that are narrower are gone, and slits
-/// are wider.
+/// What of a polygon is wide enough for walls that stand back: necks and corners that are narrower
+/// are gone, and slits are wider.
 std::vector<RingsSteps> with_room(const RingsSteps& polygon, FootprintCounts& counts) {
   if (can_stand_back(polygon)) return {polygon};
   ++counts.num_narrow;

@@ -34,10 +34,12 @@ struct Footprint {
   RingsSteps rings;  ///< about its place, in steps of world::kHeightStep_m
 };
 
-/// The footprints of one polygon, largest first: two parts and more where it crosses itself or has necks that are
-/// narrower than walls stand back on both sides (kMostInset_m). moved_edges() moves each one's edges inward by as much.
+/// The footprints of one polygon, largest first: two parts and more where it crosses itself or has
+/// necks that are narrower than walls stand back on both sides (kMostInset_m). moved_edges() moves
+/// each one's edges inward by as much.
 /// rings_world   outer one first, as sources have them
-/// cost          bounded: beyond 20 000 corners every n-th is taken, and of what is left at most 400 are kept
+/// cost          bounded: beyond 20 000 corners every n-th is taken, and of what is left at most
+///               400 are kept
 std::vector<Footprint> footprints_of(const std::vector<PointsWorld>& rings_world,
                                      FootprintCounts& counts);
 

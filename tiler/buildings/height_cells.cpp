@@ -22,8 +22,8 @@ constexpr std::int64_t kMostCells = 100'000'000;
 constexpr double kTallest_m = 900.0;
 /// A surface lies below its terrain by as much as both err, and not by more in most places.
 constexpr double kBelow_m = 1.0;
-/// Cells of the terrain are found at nodes so many cells of the surface apart, and are straight between them within a
-/// hundredth of a cell.
+/// Cells of the terrain are found at nodes so many cells of the surface apart, and are straight
+/// between them within a hundredth of a cell.
 constexpr int kNode = 64;
 
 struct Part {

@@ -28,8 +28,8 @@ class HeightRaster {
 
   /// Above the ground, by bilinear interpolation; nothing where the raster knows none.
   virtual std::optional<double> height_m(const Eigen::Vector2d& place_world) const = 0;
-  /// The median over a footprint, of places a metre or more from its edges where it has such; nothing
-  /// where fewer than half of them are known.
+  /// The median over a footprint, of places a metre or more from its edges where it has such;
+  /// nothing where fewer than half of them are known.
   std::optional<double> median_m(const Footprint& footprint) const;
 
   virtual const std::string& content_hash() const = 0;

@@ -15,12 +15,14 @@ namespace {
 using Eigen::Vector2d;
 using world::kHeightStep_m;
 
-/// A corner so near to another body stands at it: of buildings, and of parts, which lean on their own.
+/// A corner so near to another body stands at it: of buildings, and of parts, which lean on their
+/// own.
 constexpr double kSeam_m = 0.15;
 constexpr double kPartsSeam_m = 0.9;
 /// Heights that are nearer to each other are one: they are stated in centimetres.
 constexpr double kSameHeight_m = 0.005;
-/// Of a footprint over others from which on it stands in their pitched roofs, and does not jut out of them.
+/// Of a footprint over others from which on it stands in their pitched roofs, and does not jut out
+/// of them.
 constexpr double kStandsIn = 0.9;
 /// What juts out of others goes so much deeper at most: as deep as parapets are high.
 constexpr double kMostJutting_m = 1.0;

@@ -24,7 +24,8 @@ struct BlockPiece {
   double spread_m = 0.0;  ///< from the tenth to the ninetieth hundredth of these
 };
 
-/// The buildings of a raster: blocks are cells of which each shares a side with another; a block is cut into pieces.
+/// The buildings of a raster: blocks are cells of which each shares a side with another; a block is
+/// cut into pieces.
 struct RasterBlocks {
   Grid<std::int32_t> piece;        ///< of each cell: 0 is none, else counts `pieces` from 1
   std::vector<BlockPiece> pieces;  ///< by their first cells, row by row
@@ -34,10 +35,10 @@ struct RasterBlocks {
   std::int64_t num_speck_cells = 0;
 };
 
-/// Pieces are grown from the least step between neighbours on, as long as no two cells of a piece differ by more than the
-/// class (Soille 2008, constrained connectivity). What is smaller than a piece may be, or nowhere two cells wide, as the cells
-/// half on a wall are, goes to the pieces beside it, cell by cell to the one nearest in height; a block
-/// without a piece is one.
+/// Pieces are grown from the least step between neighbours on, as long as no two cells of a piece
+/// differ by more than the class (Soille 2008, constrained connectivity). What is smaller than a
+/// piece may be, or nowhere two cells wide, as the cells half on a wall are, goes to the pieces
+/// beside it, cell by cell to the one nearest in height; a block without a piece is one.
 /// heights_m   above the ground; NaN: unknown
 /// cost        about 0.3 us a cell as high as a building, one thread
 RasterBlocks find_blocks(const Grid<float>& heights_m, const BlockRules& rules);

@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "tiler/buildings/block_outlines.h"
 #include "tiler/buildings/height_cells.h"
+#include "tiler/buildings/known_cells.h"
 #include "tiler/buildings/raster_blocks.h"
 #include "tiler/raster_cell_number.h"
 
@@ -21,12 +22,13 @@ namespace {
 using Eigen::Vector2d;
 
 /// Bumped when the same raster gives other outlines.
-constexpr int kOutlinesVersion = 1;
+constexpr int kOutlinesVersion = 2;
 constexpr std::size_t kMostOutlines = 2'000'000;
-/// A roof is flat that is no steeper than what a raster of whole metres, rounded down, shows of one.
+/// A roof is flat that is no steeper than what a raster of whole metres, rounded down, shows of
+/// one.
 constexpr double kFlat_m = 1.0;
-/// Ground is looked at in squares of about that width.
-constexpr double kSurveyed_m = 50.0;
+/// Of surveyed ground: more of them would cost a country more than the cells that they tell of.
+constexpr std::size_t kMostBoxes = 100'000;
 /// So much of what is known is a building at most, or it is no height above the ground.
 constexpr double kMostBuilt = 0.75;
 
@@ -97,14 +99,28 @@ std::string hash_of(const Found& found, const RasterOutlineOptions& options) {
                                         options.straighten_cells));
 }
 
-/// Squares of cells, 1 where the height of any of them is known.
-Grid<std::int32_t> known_squares(const Grid<float>& heights_m, int side) {
-  Grid<std::int32_t> is_known((heights_m.width + side - 1) / side,
-                              (heights_m.height + side - 1) / side, 0);
-  for (int j = 0; j < heights_m.height; ++j)
-    for (int i = 0; i < heights_m.width; ++i)
-      if (!std::isnan(heights_m(i, j))) is_known(i / side, j / side) = 1;
-  return is_known;
+std::vector<SurveyedGround::Ring> known_ground(const Found& found, const LayerInputs& inputs) {
+  std::vector<CellRings> areas;
+  for (const CellBox& box : boxes_of_known(found.cells.heights_m, kMostBoxes))
+    areas.push_back(
+        {{Vector2d(box.first_column, box.first_row), Vector2d(box.end_column, box.first_row),
+          Vector2d(box.end_column, box.end_row), Vector2d(box.first_column, box.end_row)}});
+  put_on_ground(found.cells, inputs, areas);
+  std::vector<SurveyedGround::Ring> rings;
+  for (CellRings& area : areas) rings.push_back(std::move(area.front()));
+  return rings;
+}
+
+VectorFeature feature_of(const Found& found, const BlockPiece& piece, CellRings rings) {
+  VectorFeature feature;
+  feature.number = cell_number(found.cells.first_cell.x() + piece.first_column,
+                               found.cells.first_cell.y() + piece.first_row);
+  feature.kind = FeatureKind::Area;
+  std::vector<std::pair<std::string, std::string>> tags = {{"building", "yes"}};
+  if (piece.spread_m < kFlat_m) tags.emplace_back("roof:shape", "flat");
+  feature.tags = FeatureTags(std::move(tags));
+  feature.parts_world.push_back(std::move(rings));
+  return feature;
 }
 
 std::string name_of(const core::Path& file) {
@@ -152,56 +168,32 @@ void RasterOutlineOptions::describe(core::SchemaVisitor& visit) {
             core::between(0.5, 4.0));
 }
 
-FeatureSet read_raster_outlines(const HeightFiles& files, const RasterOutlineOptions& options,
-                                const LayerInputs& inputs) {
+RasterOutlines read_raster_outlines(const HeightFiles& files, const RasterOutlineOptions& options,
+                                    const LayerInputs& inputs) {
   const Found found = find(files, options, inputs);
   warn_of_what_is_odd(found, options, inputs);
   std::vector<CellRings> outlines = outlines_world(found, options, inputs);
-  FeatureSet set;
+  RasterOutlines all;
+  all.ground.content_hash = hash_of(found, options);
+  all.ground.areas = known_ground(found, inputs);
+  for (const CellRings& rings : outlines)
+    if (!rings.empty() && rings.front().size() >= 3) all.ground.buildings.push_back(rings.front());
   for (std::size_t k = 0; k < outlines.size(); ++k) {
-    const BlockPiece& piece = found.blocks.pieces[k];
-    VectorFeature feature;
-    feature.number = cell_number(found.cells.first_cell.x() + piece.first_column,
-                                 found.cells.first_cell.y() + piece.first_row);
-    feature.kind = FeatureKind::Area;
-    std::vector<std::pair<std::string, std::string>> tags = {
-        {"building", "yes"}, {std::string(kMedianHeight), fmt::format("{:.3f}", piece.median_m)}};
-    if (piece.spread_m < kFlat_m) tags.emplace_back("roof:shape", "flat");
-    feature.tags = FeatureTags(std::move(tags));
-    feature.parts_world.push_back(std::move(outlines[k]));
-    set.features.push_back(std::move(feature));
+    all.features.features.push_back(
+        feature_of(found, found.blocks.pieces[k], std::move(outlines[k])));
+    all.medians_m.emplace(all.features.features.back().number, found.blocks.pieces[k].median_m);
   }
-  set.name = name_of(files.surface) + (files.terrain.empty() ? "" : ", " + name_of(files.terrain));
-  set.content_hash = hash_of(found, options);
-  set.counts = {
+  all.features.name =
+      name_of(files.surface) + (files.terrain.empty() ? "" : ", " + name_of(files.terrain));
+  all.features.content_hash = all.ground.content_hash;
+  all.features.counts = {
       {"cells of the raster", static_cast<std::int64_t>(found.blocks.piece.values.size())},
       {"cells as high as buildings", found.blocks.num_cells},
       {"blocks", found.blocks.num_blocks},
-      {std::string(kCellCount), static_cast<std::int64_t>(set.features.size())},
+      {std::string(kCellCount), static_cast<std::int64_t>(all.features.features.size())},
       {"specks left out", found.blocks.num_specks},
       {"cells of specks", found.blocks.num_speck_cells}};
-  return set;
-}
-
-SurveyedGround survey_of_raster(const HeightFiles& files, const RasterOutlineOptions& options,
-                                const LayerInputs& inputs) {
-  const Found found = find(files, options, inputs);
-  SurveyedGround ground;
-  for (CellRings& rings : outlines_world(found, options, inputs))
-    if (!rings.empty() && rings.front().size() >= 3)
-      ground.buildings.push_back(std::move(rings.front()));
-  const Grid<float>& heights_m = found.cells.heights_m;
-  const int side = std::max(static_cast<int>(kSurveyed_m / std::sqrt(found.cells.cell.area_m2)), 1);
-  std::vector<CellRings> areas;
-  for (SurveyedGround::Ring& ring : rings_round(known_squares(heights_m, side))) {
-    for (Vector2d& at : ring)
-      at = (side * at).cwiseMin(Vector2d(heights_m.width, heights_m.height));
-    areas.push_back({std::move(ring)});
-  }
-  put_on_ground(found.cells, inputs, areas);
-  for (CellRings& rings : areas) ground.areas.push_back(std::move(rings.front()));
-  ground.content_hash = hash_of(found, options);
-  return ground;
+  return all;
 }
 
 }  // namespace terracast::tiler

@@ -1,15 +1,13 @@
 #pragma once
 
-#include <string_view>
+#include <string>
 
 #include "core/schema.h"
+#include "tiler/buildings/town.h"
 #include "tiler/feature_source.h"
 #include "tiler/surveyed_ground.h"
 
 namespace terracast::tiler {
-
-/// Tag of an outline from a raster: the median of its cells' heights above the ground, m.
-inline constexpr std::string_view kMedianHeight = "terracast:median_height";
 
 /// Config keys of outlines from a raster of heights.
 struct RasterOutlineOptions {
@@ -28,17 +26,22 @@ struct HeightFiles {
   std::string nodata;
 };
 
-/// Buildings without footprints: outlines of what a raster of heights shows to stand above the ground
-/// (find_blocks(), outlines_of()), numbered by cell_number(), tagged building=yes, with kMedianHeight, and roof:shape=flat where nine tenths of its cells
-/// lie within a metre.
-/// accuracy   a straight wall lies within straighten_cells of the middles of the sides of its cells, a corner within 1.5 cells of theirs;
-///            areas of drawn blocks to 0.1 % along the cells, 2 % aslant (Blocks.ComeBack…)
-/// throws     as read_height_cells(); Input: more than 2 million outlines
-FeatureSet read_raster_outlines(const HeightFiles& files, const RasterOutlineOptions& options,
-                                const LayerInputs& inputs);
+/// What a raster of heights shows to stand above the ground, where there are no footprints.
+struct RasterOutlines {
+  FeatureSet features;
+  MeasuredHeights medians_m;  ///< of each feature's cells
+  SurveyedGround ground;      ///< the outer rings, and the cells whose height is known
+};
 
-/// The outlines, and round what the raster knows the height of.
-SurveyedGround survey_of_raster(const HeightFiles& files, const RasterOutlineOptions& options,
-                                const LayerInputs& inputs);
+/// Outlines of blocks (find_blocks(), outlines_of()), numbered by cell_number(), tagged
+/// building=yes, and roof:shape=flat where nine tenths of their cells lie within a metre. Ground is
+/// surveyed where the raster has a height, cell by cell; only where that takes more than 100 000
+/// boxes, less of it is (boxes_of_known()).
+/// accuracy   a straight wall lies within straighten_cells of the middles of the sides of its
+///            cells, a corner within 1.5 cells of theirs; areas of drawn blocks to 0.1 % along the
+///            cells, 2 % aslant (Blocks.ComeBack…)
+/// throws     as read_height_cells(); Input: more than 2 million outlines
+RasterOutlines read_raster_outlines(const HeightFiles& files, const RasterOutlineOptions& options,
+                                    const LayerInputs& inputs);
 
 }  // namespace terracast::tiler

@@ -160,7 +160,8 @@ bool cut_at(double distance, Draft& draft) {
 }
 
 struct Profile {
-  /// Distances from the edges, as shares of the farthest, and rises there, as shares of the highest.
+  /// Distances from the edges, as shares of the farthest, and rises there, as shares of the
+  /// highest.
   std::vector<std::pair<double, double>> points;
 
   double at(double distance) const {

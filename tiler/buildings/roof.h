@@ -36,14 +36,14 @@ struct RoofOptions {
   std::vector<bool> gables = {};
 };
 
-/// A roof over a polygon: a height above the eaves at each point, and edges between points; plane in
-/// each face, but for rounding.
+/// A roof over a polygon: a height above the eaves at each point, and edges between points; plane
+/// in each face, but for rounding.
 struct Roof {
   std::vector<Eigen::Vector2i> points_steps;  ///< first the polygon's corners, ring by ring
   std::vector<double> rises_steps;            ///< above the eaves
   std::vector<std::array<int, 2>> edges;      ///< without those of the border
-  /// Of each edge of the polygon the points of the roof's border between its corners, in their order:
-  /// the top of its gable.
+  /// Of each edge of the polygon the points of the roof's border between its corners, in their
+  /// order: the top of its gable.
   std::vector<std::vector<int>> gable_points;
   std::vector<std::vector<int>> faces;  ///< anticlockwise
 

@@ -14,14 +14,15 @@ namespace {
 using Eigen::Vector2d;
 using world::kHeightStep_m;
 
-/// Earlier ones over which a building lies that are kept apart from it: more than there are ranks, four times.
+/// Earlier ones over which a building lies that are kept apart from it: more than there are ranks,
+/// four times.
 constexpr std::size_t kMostOverlaps = 64;
 /// Earlier ones with boxes that meet a building's of which the edges are looked at.
 constexpr int kMostPairs = 1024;
 /// Lines so near to each other are kept apart: two roundings of walls to steps, with room.
 constexpr double kClear_steps = 4.0;
-/// Walls that run so near to each other for less are left, such as those that meet at a corner, and those that cross at
-/// 10 degrees and more.
+/// Walls that run so near to each other for less are left, such as those that meet at a corner, and
+/// those that cross at 10 degrees and more.
 constexpr double kLeastRun_steps = 48.0;
 
 /// Two edges along each other.
@@ -33,7 +34,8 @@ struct NearLines {
 /// Of a building and an earlier one.
 struct Overlap {
   std::uint32_t earlier;
-  /// Bit kMostRank + d: with a rank that is higher by d than the earlier one's, faces lie in one plane.
+  /// Bit kMostRank + d: with a rank that is higher by d than the earlier one's, faces lie in one
+  /// plane.
   std::uint32_t blocked = 0;
   /// Bit s: so do they where both ranks together are s.
   std::uint32_t blocked_sums = 0;
@@ -77,7 +79,8 @@ void for_each_edge(const RingsSteps& rings, const Use& use) {
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// For how long lines run within kClear_steps of each other, once the second one has moved farther inside.
+/// For how long lines run within kClear_steps of each other, once the second one has moved farther
+/// inside.
 double near_run_steps(const NearLines& lines, double farther_steps) {
   const auto [low, high] = std::minmax({lines.first_steps, lines.last_steps});
   const double from = std::max(low + farther_steps, -kClear_steps);
@@ -86,8 +89,8 @@ double near_run_steps(const NearLines& lines, double farther_steps) {
   return high - low < 1e-6 ? lines.run_steps : lines.run_steps * (to - from) / (high - low);
 }
 
-/// By how much farther inside the first line ranks move the second one which differ by d; of opposed lines ranks that
-/// are d together.
+/// By how much farther inside the first line ranks move the second one which differ by d; of
+/// opposed lines ranks that are d together.
 double moved_by_steps(const NearLines& lines, int d) {
   return lines.are_opposed ? -steps(2.0 * kInset_m + d * kSetback_m) : steps(d * kSetback_m);
 }

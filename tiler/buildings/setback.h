@@ -9,21 +9,24 @@
 
 namespace terracast::tiler {
 
-/// Walls of what lies over nothing else stand back so far from the footprint, so that those of two houses on one line
-/// are two.
+/// Walls of what lies over nothing else stand back so far from the footprint, so that those of two
+/// houses on one line are two.
 inline constexpr double kInset_m = 0.010;
-/// What lies over others stands back by so much more for each rank, and its top and its foundation are so much
-/// lower. Planes of nearby ranks are apart by more than their rounding to steps moves them (1.4 steps of 0.98 mm).
+/// What lies over others stands back by so much more for each rank, and its top and its foundation
+/// are so much lower. Planes of nearby ranks are apart by more than their rounding to steps moves
+/// them (1.4 steps of 0.98 mm).
 inline constexpr double kSetback_m = 0.006;
 /// Ranks go from 0 to this one.
 inline constexpr int kMostRank = 15;
 /// No walls stand farther back.
 inline constexpr double kMostInset_m = kInset_m + kMostRank * kSetback_m;
-/// Bottoms, and tops of blocks, lie on levels so far apart, above the ellipsoid, and lower by the setback: those of two ranks
-/// are apart whatever the ground is. Beyond 200 m the Earth's curvature brings levels through two places together.
+/// Bottoms, and tops of blocks, lie on levels so far apart, above the ellipsoid, and lower by the
+/// setback: those of two ranks are apart whatever the ground is. Beyond 200 m the Earth's curvature
+/// brings levels through two places together.
 inline constexpr double kLevels_m = (kMostRank + 2) * kSetback_m;
-/// The bottom of what begins above the ground is so much lower than it says, and by its own setback: it reaches into what
-/// carries it, of whatever rank that is, and lies half a setback off any top.
+/// The bottom of what begins above the ground is so much lower than it says, and by its own
+/// setback: it reaches into what carries it, of whatever rank that is, and lies half a setback off
+/// any top.
 inline constexpr double kBodySunk_m = 1.5 * kSetback_m + kMostRank * kSetback_m;
 
 struct Setbacks {
@@ -32,18 +35,20 @@ struct Setbacks {
   std::int64_t num_pairs = 0;  ///< of buildings in common cells of the index that were looked at
 };
 
-/// Ranks by which buildings that lie over each other stand back, so that they have no faces in one plane: of each, in
-/// their order, the least that keeps its walls, top and bottom off those of all earlier ones that it lies over; 0 where it
-/// lies over none. As blocks (block_of()), by which coarse tiles show them, neighbours may lie over each other that do not
-/// else: their tops and bottoms are kept apart, too. Walls are kept apart that run along each other for 48 mm and more, whether both buildings lie on one side
-/// of them or, where neighbours are drawn a few centimetres into each other, on either. A pure function of the footprints
-/// and their order.
-/// limits   faces may still lie in one plane where a building finds no rank free (kMostRank then, counted), lies over more
-///          than 64 earlier ones, or its box meets more than 1024 (those beyond are not looked at, it is counted),
-///          where walls of blocks happen to, and where heights differ by about a
-///          whole number of setbacks, such as 12.006 and 12.000 m one rank apart
-/// cost     edges of at most 1024 pairs of footprints a building, and boxes of those before them in its cells of the index;
-///          12 bytes a pair that lie over each other
+/// Ranks by which buildings that lie over each other stand back, so that they have no faces in one
+/// plane: of each, in their order, the least that keeps its walls, top and bottom off those of all
+/// earlier ones that it lies over; 0 where it lies over none. As blocks (block_of()), by which
+/// coarse tiles show them, neighbours may lie over each other that do not else: their tops and
+/// bottoms are kept apart, too. Walls are kept apart that run along each other for 48 mm and more,
+/// whether both buildings lie on one side of them or, where neighbours are drawn a few centimetres
+/// into each other, on either. A pure function of the footprints and their order.
+/// limits   faces may still lie in one plane where a building finds no rank free (kMostRank then,
+///          counted), lies over more than 64 earlier ones, or its box meets more than 1024 (those
+///          beyond are not looked at, it is counted), where walls of blocks happen to, and where
+///          heights differ by about a whole number of setbacks, such as 12.006 and 12.000 m one
+///          rank apart
+/// cost     edges of at most 1024 pairs of footprints a building, and boxes of those before them in
+///          its cells of the index; 12 bytes a pair that lie over each other
 Setbacks setback_ranks(const std::vector<Building>& buildings);
 
 }  // namespace terracast::tiler

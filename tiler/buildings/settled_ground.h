@@ -15,8 +15,9 @@
 namespace terracast::tiler {
 
 /// What covers the ground between buildings: the ground of towns where they stand close, grass of
-/// gardens where they stand loosely, nothing that would be known where there are few. How close is the
-/// share of the ground that they cover, in a square 224 m wide, linear between places 32 m apart.
+/// gardens where they stand loosely, nothing that would be known where there are few. How close is
+/// the share of the ground that they cover, in a square 224 m wide, linear between places 32 m
+/// apart.
 ///
 /// Where nobody plans what lies open in a town (buildings that were surveyed or mapped), ground within 160 m of what
 /// is built up is the town's, too: half of it squares and terraces (built up), half gardens (shrubs), by noise

@@ -4,8 +4,8 @@
 
 namespace terracast::tiler {
 
-/// Whether a shape may be shown: closed and oriented by the places of its vertices, without degenerate triangles, and
-/// nothing of it crosses anything else of it.
+/// Whether a shape may be shown: closed and oriented by the places of its vertices, without
+/// degenerate triangles, and nothing of it crosses anything else of it.
 bool is_sound(const world::Shape& shape);
 
 }  // namespace terracast::tiler

@@ -12,8 +12,9 @@ using Eigen::Vector2i;
 
 /// Longer walls are of several stretches, on one line.
 constexpr std::size_t kMostSides = 256;
-/// The steps of a wall along no cells lie off its line by a twelfth of a squared cell a side, on average; a cut has to
-/// be dearer than those of one of four walls, and no dearer, or short paths lose their corners.
+/// The steps of a wall along no cells lie off its line by a twelfth of a squared cell a side, on
+/// average; a cut has to be dearer than those of one of four walls, and no dearer, or short paths
+/// lose their corners.
 constexpr double kSidesOfCut = 40.0;
 constexpr double kDearestCut = 6.0;
 constexpr double kFarthestCorner = 1.5;
@@ -189,7 +190,8 @@ std::vector<std::optional<Vector2d>> straightened(std::span<const Vector2i> path
     const Sides sides(turned, false);
     return corners_of(turned, false, sides, cuts_of(sides, farthest, 1.0));
   }
-  // From one of the corners of a first try, which has to begin anywhere: one that is far from there.
+  // From one of the corners of a first try, which has to begin anywhere: one that is far from
+  // there.
   const std::vector<std::size_t> tried = cuts_of(Sides(turned, true), farthest, 1.0);
   const std::size_t first = tried.size() > 2 ? tried[tried.size() / 2] : 0;
   std::rotate(turned.begin(), turned.begin() + static_cast<std::ptrdiff_t>(first), turned.end());

@@ -10,7 +10,6 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "tiler/buildings/raised_bodies.h"
-#include "tiler/buildings/raster_outlines.h"
 #include "world/tile.h"
 
 namespace terracast::tiler {
@@ -65,7 +64,8 @@ bool goes_before(const Draft& one, const Draft& other) {
   return one.building.key < other.building.key;
 }
 
-/// Copies one after the other: the same footprint, and of parts the same tags; of each the one that stays first.
+/// Copies one after the other: the same footprint, and of parts the same tags; of each the one that
+/// stays first.
 bool comes_before_copies(const Draft& one, const Draft& other) {
   const auto less_place = [](const Vector2i& a, const Vector2i& b) {
     return std::pair(a.x(), a.y()) < std::pair(b.x(), b.y());
@@ -101,8 +101,13 @@ bool is_part_of(const FeatureTags& tags) {
 class TownBuilder {
  public:
   TownBuilder(const std::vector<VectorFeature>& features, const HeightRaster* raster,
-              const TownGround& ground, double size_m, std::uint64_t seed)
-      : raster_(raster), ground_(ground), half_size_m_(0.5 * size_m), seed_(seed) {
+              const TownGround& ground, double size_m, std::uint64_t seed,
+              const MeasuredHeights& measured_m)
+      : raster_(raster),
+        measured_m_(measured_m),
+        ground_(ground),
+        half_size_m_(0.5 * size_m),
+        seed_(seed) {
     take(features);
     drop_what_is_wet();
     drop_copies();
@@ -463,15 +468,15 @@ class TownBuilder {
   /// Above the lowest ground, from which walls go up; nothing where no raster knows one.
   std::optional<double> raster_height_m(const Draft& draft) const {
     const Footprint& footprint = draft.building.footprint;
-    if (const auto median_m = draft.tags->number(kMedianHeight))
-      return *median_m + middle_above_lowest_m(draft);
+    if (const auto found = measured_m_.find(draft.building.feature); found != measured_m_.end())
+      return found->second + middle_above_lowest_m(draft);
     if (raster_ == nullptr) return std::nullopt;
     const std::optional<double> median_m = raster_->median_m(footprint);
     return median_m && *median_m >= kLeastRaster_m ? median_m : std::nullopt;
   }
 
-  /// How far the ground in the middle of a footprint, from its lowest to its highest, is above the lowest at its
-  /// corners: on a slope a height above the ground is one above that.
+  /// How far the ground in the middle of a footprint, from its lowest to its highest, is above the
+  /// lowest at its corners: on a slope a height above the ground is one above that.
   double middle_above_lowest_m(const Draft& draft) const {
     if (draft.inside_world.empty()) return 0.0;
     const Footprint& footprint = draft.building.footprint;
@@ -487,6 +492,7 @@ class TownBuilder {
   }
 
   const HeightRaster* raster_;
+  const MeasuredHeights& measured_m_;
   const TownGround& ground_;
   double half_size_m_;
   std::uint64_t seed_;
@@ -510,8 +516,9 @@ class TownBuilder {
 }  // namespace
 
 Town build_town(const std::vector<VectorFeature>& features, const HeightRaster* raster,
-                const TownGround& ground, double size_m, std::uint64_t seed) {
-  return TownBuilder(features, raster, ground, size_m, seed).take_town();
+                const TownGround& ground, double size_m, std::uint64_t seed,
+                const MeasuredHeights& measured_m) {
+  return TownBuilder(features, raster, ground, size_m, seed, measured_m).take_town();
 }
 
 }  // namespace terracast::tiler

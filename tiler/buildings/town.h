@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -23,9 +24,13 @@ struct Town {
   std::int64_t num_pairs = 0;  ///< of footprints near each other that were looked at, all in all
 };
 
-/// So many footprints stand in a cell of a BoxIndex, those of small buildings in 48 m by 48 m; smaller ones beyond
-/// that are left out, and counted. Sheds of 4 m2 side by side are fewer.
+/// So many footprints stand in a cell of a BoxIndex, those of small buildings in 48 m by 48 m;
+/// smaller ones beyond that are left out, and counted. Sheds of 4 m2 side by side are fewer.
 inline constexpr std::size_t kMostInCell = 640;
+
+/// By the numbers of features that were made of a raster of heights: how high they stand above the
+/// ground there, m. No tag says it, since files from anywhere hold tags.
+using MeasuredHeights = std::unordered_map<std::uint64_t, double>;
 
 /// What a town is asked of its ground.
 struct TownGround {
@@ -36,10 +41,13 @@ struct TownGround {
   double latitude_deg = 0.0;
 };
 
-/// raster   of heights; may be null
-/// cost     10 us a footprint; pairs of footprints only of those near each other (Town::num_pairs), of which kMostInCell
-///          bounds the number: what is the same footprint a hundred thousand times costs no pair
+/// raster     of heights; may be null
+/// measured   of features whose heights were measured, which no raster is asked for
+/// cost       10 us a footprint; pairs of footprints only of those near each other
+///            (Town::num_pairs), of which kMostInCell bounds the number: what is the same footprint
+///            a hundred thousand times costs no pair
 Town build_town(const std::vector<VectorFeature>& features, const HeightRaster* raster,
-                const TownGround& ground, double size_m, std::uint64_t seed);
+                const TownGround& ground, double size_m, std::uint64_t seed,
+                const MeasuredHeights& measured_m = {});
 
 }  // namespace terracast::tiler

@@ -27,9 +27,9 @@
 #include "tiler/vector_source.h"
 #include "tiler/world_options.h"
 
-// Buildings. What stands where and how high is settled once (Town); the solids are built tile by tile, each a pure
-// function of its building and of the ground under it. A tile of which it is known that it shows a building coarsely
-// is not given its fine shapes.
+// Buildings. What stands where and how high is settled once (Town); the solids are built tile by
+// tile, each a pure function of its building and of the ground under it. A tile of which it is
+// known that it shows a building coarsely is not given its fine shapes.
 namespace terracast::tiler {
 namespace {
 
@@ -45,15 +45,15 @@ constexpr int kBuildingsVersion = 8;
 constexpr int kFineLevel = 1;
 constexpr int kPlainLevel = 3;
 constexpr int kCoarsestLevel = 8;
-/// As LayerStack shows objects: beyond the tile of its place by that tile's level, which is finer by two
-/// at a corner, and by one more for each doubling of its reach beyond the finest tile.
+/// As LayerStack shows objects: beyond the tile of its place by that tile's level, which is finer
+/// by two at a corner, and by one more for each doubling of its reach beyond the finest tile.
 constexpr int kLevelsAtCorner = 2;
 constexpr double kFinestSide_m = 32.0;
 /// Eaves reach so far from the footprint, and walls that lean, as up does far from the origin.
 constexpr double kReach_m = 1.5;
-/// Foundations go so deep below the lowest ground, and by so much of a terrain sample's spacing more:
-/// between coarse samples the ground may lie lower than it is. Where coarse tiles show it lower still, as beside a
-/// cutting of which they hold few samples, they go down to that.
+/// Foundations go so deep below the lowest ground, and by so much of a terrain sample's spacing
+/// more: between coarse samples the ground may lie lower than it is. Where coarse tiles show it
+/// lower still, as beside a cutting of which they hold few samples, they go down to that.
 constexpr double kFoundation_m = 1.6;
 constexpr double kPerSpacing = 0.5;
 /// Finer tiles show all ground but walls.
@@ -74,7 +74,8 @@ class BuildingsLayer final : public Layer, public DryCover {
  public:
   /// is_planned   whether the features are a country's, which says what lies open in its towns
   BuildingsLayer(const LayerInputs& inputs, FeatureSet features,
-                 std::unique_ptr<HeightRaster> raster, bool is_planned)
+                 std::unique_ptr<HeightRaster> raster, bool is_planned,
+                 const MeasuredHeights& measured_m = {})
       : frame_(inputs.frame), name_(features.name), hash_(features.content_hash) {
     const auto is_water = [&](const Vector2d& place) {
       const SurfaceSample sample = inputs.surface.sample(place.x(), place.y());
@@ -105,7 +106,7 @@ class BuildingsLayer final : public Layer, public DryCover {
                         .is_taken = is_taken,
                         .height_m = height_m,
                         .latitude_deg = frame_.origin().lat_deg},
-                       inputs.size_m, seed);
+                       inputs.size_m, seed, measured_m);
     settled_ = SettledGround(town_.buildings, inputs.size_m, is_planned ? nullptr : is_sea, seed);
     Setbacks setbacks = setback_ranks(town_.buildings);
     ranks_ = std::move(setbacks.ranks);
@@ -257,8 +258,8 @@ class BuildingsLayer final : public Layer, public DryCover {
     return ground;
   }
 
-  /// How far below its lowest ground tiles show the ground of a building: of each level the most of it and all finer
-  /// ones.
+  /// How far below its lowest ground tiles show the ground of a building: of each level the most of
+  /// it and all finer ones.
   /// block   on which its coarsest shape stands
   std::vector<double> shown_below_m(const Building& building, const Ground& ground,
                                     const RingsSteps& block,
@@ -371,7 +372,21 @@ void leave_to_roads(const LayerInputs& inputs, FeatureSet& features) {
 
 constexpr const char* kFromRaster = "raster";
 
-class BuildingsKind final : public LayerKind, public GroundSurvey {
+/// Of buildings from a raster: they are known wherever it has a height.
+class RasterSurvey final : public GroundSurvey {
+ public:
+  explicit RasterSurvey(RasterOutlines outlines) : outlines_(std::move(outlines)) {}
+  const SurveyedGround& ground() const override { return outlines_.ground; }
+  std::unique_ptr<Layer> make(const LayerInputs& inputs) override {
+    return std::make_unique<BuildingsLayer>(inputs, std::move(outlines_.features), nullptr, false,
+                                            outlines_.medians_m);
+  }
+
+ private:
+  RasterOutlines outlines_;
+};
+
+class BuildingsKind final : public LayerKind, public SurveyingKind {
  public:
   void describe(core::SchemaVisitor& visit) override {
     const OwnSource raster{kFromRaster,
@@ -414,9 +429,7 @@ class BuildingsKind final : public LayerKind, public GroundSurvey {
     return std::make_unique<BuildingsKind>(*this);
   }
   std::unique_ptr<Layer> make(const LayerInputs& inputs) const override {
-    if (source_.source == kFromRaster)
-      return std::make_unique<BuildingsLayer>(
-          inputs, read_raster_outlines(height_files(), outlines_, inputs), nullptr, false);
+    if (const auto raster = survey(inputs)) return raster->make(inputs);
     VectorOptions wanted;
     wanted.points = false;
     wanted.lines = false;
@@ -439,9 +452,9 @@ class BuildingsKind final : public LayerKind, public GroundSurvey {
     return std::make_unique<BuildingsLayer>(inputs, std::move(features), std::move(raster),
                                             source_.source == "country");
   }
-  SurveyedGround surveyed_ground(const LayerInputs& inputs) const override {
-    if (source_.source != kFromRaster) return {};
-    return survey_of_raster(height_files(), outlines_, inputs);
+  std::unique_ptr<GroundSurvey> survey(const LayerInputs& inputs) const override {
+    if (source_.source != kFromRaster) return nullptr;
+    return std::make_unique<RasterSurvey>(read_raster_outlines(height_files(), outlines_, inputs));
   }
 
  private:

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "tiler/box_index.h"
@@ -15,10 +14,9 @@ using Eigen::Vector2d;
 
 /// Tops nearer to each other than this are one carriageway: less than any clearance under a bridge.
 constexpr double kOneLevel_m = 0.5;
-/// Lines keep so far from another deck's paving: half their width, and bends that decks are thinned by.
+/// Lines keep so far from another deck's paving: half their width, and bends that decks are thinned
+/// by.
 constexpr double kBesideLines_m = 0.3;
-/// Bounds the work on decks that crowd: beyond so many others in reach, faces in one plane may stay.
-constexpr int kMostNear = 256;
 /// Parapets of two decks beside each other stand on so much beside their paving.
 constexpr double kBesideParapets_m = 1.2;
 
@@ -74,36 +72,41 @@ bool touches(const Deck& deck, const Deck& other) {
 
 JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
     : decks_(decks), going_before_(decks.size()) {
+  // Those that go before others first, so that a deck meets no others.
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < decks.size(); ++row)
+    if (!decks[row].points.empty()) rows.push_back(row);
+  std::stable_sort(rows.begin(), rows.end(),
+                   [&](std::size_t a, std::size_t b) { return goes_before(decks[a], decks[b]); });
   BoxIndex index;
   std::vector<std::pair<Vector2d, Vector2d>> boxes;
-  for (const Deck& deck : decks) {
-    boxes.push_back(deck.points.empty() ? std::pair<Vector2d, Vector2d>() : box_of(deck));
-    if (!deck.points.empty())
-      index.add(static_cast<std::uint32_t>(boxes.size() - 1), boxes.back().first,
-                boxes.back().second);
+  for (const std::size_t row : rows) {
+    boxes.push_back(box_of(decks[row]));
+    index.add(static_cast<std::uint32_t>(boxes.size() - 1), boxes.back().first,
+              boxes.back().second);
   }
   index.finish();
-  std::vector<std::size_t> rows(decks.size());
-  std::iota(rows.begin(), rows.end(), std::size_t{0});
-  std::sort(rows.begin(), rows.end(),
-            [&](std::size_t a, std::size_t b) { return goes_before(decks[a], decks[b]); });
   ranks_.resize(decks.size(), 0);
-  for (const std::size_t row : rows) {
-    if (decks[row].points.empty()) continue;
-    const auto& [lowest, highest] = boxes[row];
+  for (std::uint32_t place = 0; place < rows.size(); ++place) {
+    const Deck& deck = decks[rows[place]];
+    const auto& [lowest, highest] = boxes[place];
     std::array<bool, kMostRank> is_taken = {};
-    int num_looked_at = 0;
-    for (const std::uint32_t other : index.rows_in(lowest, highest)) {
-      if (other == row || !goes_before(decks[other], decks[row]) ||
-          (boxes[other].first.array() > highest.array()).any() ||
-          (boxes[other].second.array() < lowest.array()).any())
-        continue;
-      if (++num_looked_at > kMostNear) break;
-      if (!(touches(decks[row], decks[other]) || touches(decks[other], decks[row]))) continue;
-      going_before_[row].push_back(other);
+    int num_met = 0;
+    const auto look_at = [&](std::uint32_t earlier) {
+      ++num_pairs_;
+      const std::size_t other = rows[earlier];
+      if (!goes_before(decks[other], deck) ||
+          (boxes[earlier].first.array() > highest.array()).any() ||
+          (boxes[earlier].second.array() < lowest.array()).any())
+        return true;
+      if (num_met++ == kMostMet) return false;
+      if (!touches(deck, decks[other]) && !touches(decks[other], deck)) return true;
+      going_before_[rows[place]].push_back(static_cast<std::uint32_t>(other));
       if (ranks_[other] < kMostRank) is_taken[static_cast<std::size_t>(ranks_[other])] = true;
-    }
-    ranks_[row] =
+      return true;
+    };
+    index.visit(lowest, highest, place, look_at);
+    ranks_[rows[place]] =
         static_cast<int>(std::find(is_taken.begin(), is_taken.end(), false) - is_taken.begin());
   }
 }

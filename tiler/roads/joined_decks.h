@@ -9,19 +9,23 @@
 
 namespace terracast::tiler {
 
-/// Decks that lie over each other at one level, as where bridges join. Both would be in one plane: so each is lower than
-/// those that go before it there, the wider ones, or of equally wide ones those with lower keys, and bears no lines where it
-/// lies on them.
+/// Decks that lie over each other at one level, as where bridges join. Both would be in one plane:
+/// so each is lower than those that go before it there, the wider ones, or of equally wide ones
+/// those with lower keys, and bears no lines where it lies on them.
 ///
-/// limits    decks whose slopes differ cross each other all the same, along a line; the least lowered of more than
-///           kMostRank is as low as another
+/// limits    decks whose slopes differ cross each other all the same, along a line; the least
+///           lowered of more than kMostRank is as low as another; of those that go before a deck
+///           the first kMostMet whose boxes meet its own are looked at: where decks crowd, faces in
+///           one plane may stay
 /// cost      segments of decks whose boxes meet
 /// threads   safe
 class JoinedDecks {
  public:
-  /// By so much for each rank: lines, from 30 mm below tops to 6 mm above them, are in no other deck's plane either.
+  /// By so much for each rank: lines, from 30 mm below tops to 6 mm above them, are in no other
+  /// deck's plane either.
   static constexpr double kLower_m = 0.020;
   static constexpr int kMostRank = 7;
+  static constexpr int kMostMet = 256;
 
   /// decks   must outlive it
   explicit JoinedDecks(const std::vector<Deck>& decks);
@@ -30,11 +34,14 @@ class JoinedDecks {
   Deck lowered(std::size_t row) const;
   /// Whether another deck bears the lines at a place of a deck's top.
   bool other_bears_lines(std::size_t row, const Eigen::Vector2d& at_world, double level_m) const;
+  /// Pairs of decks in common cells of the index that were looked at.
+  std::int64_t num_pairs() const { return num_pairs_; }
 
  private:
   const std::vector<Deck>& decks_;
   std::vector<std::vector<std::uint32_t>> going_before_;  ///< of each deck those on which it lies
   std::vector<int> ranks_;
+  std::int64_t num_pairs_ = 0;
 };
 
 }  // namespace terracast::tiler

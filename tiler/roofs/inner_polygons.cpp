@@ -20,8 +20,8 @@ constexpr double kLeastCosine = -0.5;
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 Vector2d left_of(const Vector2d& along) { return {-along.y(), along.x()}; }
 
-/// A ring whose edges have moved, joined by what goes round nothing: where it turns left, from end to end, where it turns
-/// right, by its corner, or by two where that is far off.
+/// A ring whose edges have moved, joined by what goes round nothing: where it turns left, from end
+/// to end, where it turns right, by its corner, or by two where that is far off.
 std::vector<Vector2i> moved_ring(const std::vector<Vector2i>& ring, double by_steps) {
   std::vector<Vector2i> moved;
   const auto put = [&](const Vector2d& at) { moved.push_back(at.array().round().cast<int>()); };

@@ -10,8 +10,8 @@ namespace terracast::tiler {
 /// clockwise; each closed by its first point, which is not repeated.
 using RingsSteps = std::vector<std::vector<Eigen::Vector2i>>;
 
-/// The interior straight skeleton of a polygon (Aichholzer et al. 1995): as its edges move inward with
-/// one speed their corners draw its arcs, and each edge sweeps a face.
+/// The interior straight skeleton of a polygon (Aichholzer et al. 1995): as its edges move inward
+/// with one speed their corners draw its arcs, and each edge sweeps a face.
 struct StraightSkeleton {
   struct Node {
     Eigen::Vector2d place_steps;
@@ -19,8 +19,8 @@ struct StraightSkeleton {
   };
   /// First the polygon's corners, ring by ring.
   std::vector<Node> nodes;
-  /// Of each edge, in the order of its first corner: the face that it sweeps, anticlockwise; the edge's
-  /// own two corners first.
+  /// Of each edge, in the order of its first corner: the face that it sweeps, anticlockwise; the
+  /// edge's own two corners first.
   std::vector<std::vector<int>> faces;
 };
 

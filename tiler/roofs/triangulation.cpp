@@ -186,8 +186,8 @@ Eigen::Vector2d place_within(std::span<const Vector2i> ring) {
   return place;
 }
 
-/// Each hole in the smallest outer ring about it. A part has several outer rings where rounding closes its necks; one
-/// may then lie in another's hole.
+/// Each hole in the smallest outer ring about it. A part has several outer rings where rounding
+/// closes its necks; one may then lie in another's hole.
 std::vector<RingsSteps> with_holes(std::vector<std::vector<Vector2i>> outers,
                                    std::vector<std::vector<Vector2i>> holes) {
   std::stable_sort(outers.begin(), outers.end(), [](const auto& one, const auto& other) {

@@ -27,8 +27,8 @@ std::optional<std::vector<std::array<int, 3>>> triangulate(
 /// cost      grows with the square of the number of corners
 std::vector<RingsSteps> repaired(const RingsSteps& rings);
 
-/// The polygons of all triangles between edges whose middle is inside; where edges cross there are corners, rounded, so
-/// that polygons may touch by a step.
+/// The polygons of all triangles between edges whose middle is inside; where edges cross there are
+/// corners, rounded, so that polygons may touch by a step.
 /// edges       they may cross and cover each other; an edge without a length is none
 /// is_inside   where it changes there is an edge; asked once for each triangle
 /// cost        grows with the number of edges and of their crossings
@@ -37,7 +37,8 @@ std::vector<RingsSteps> polygons_where(
     std::span<const std::array<Eigen::Vector2i, 2>> edges,
     const std::function<bool(const Eigen::Vector2d& at_steps)>& is_inside);
 
-/// Whether rings neither cross nor touch themselves or each other, and the holes lie in the outer one.
+/// Whether rings neither cross nor touch themselves or each other, and the holes lie in the outer
+/// one.
 bool is_valid(const RingsSteps& rings);
 
 /// Twice the area within a ring, positive where it goes anticlockwise.
