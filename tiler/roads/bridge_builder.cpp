@@ -347,7 +347,7 @@ void add_supports(const Deck& deck, const DeckSite& site, Mesh& mesh) {
     for (const double along : {-half_along_m, half_along_m})
       for (const double across : {-half_across_m, half_across_m})
         lowest_m = std::min(lowest_m, site.ground_level_m(at + along * tangent + across * left));
-    return lowest_m - (site.is_water(at) ? kFootInWater_m : kFoot_m) - deck.lowered_m;
+    return lowest_m - (site.is_water(at) ? kFootInWater_m : kFoot_m) - deck.feet_lowered_m;
   };
   if (deck.has_abutments && to_m - from_m > 4.0)
     for (const bool is_start : {true, false}) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -37,21 +38,23 @@ bool goes_before(const Deck& one, const Deck& other) {
          std::pair(-other.style.half_width_m, other.key);
 }
 
-bool lies_on(const Deck& deck, const Vector2d& at_world, double level_m, double beside_m) {
+/// one_level_m   tops nearer to each other than this
+bool lies_on(const Deck& deck, const Vector2d& at_world, double level_m, double beside_m,
+             double one_level_m = kOneLevel_m) {
   for (std::size_t k = 1; k < deck.points.size(); ++k) {
     const DeckPoint& a = deck.points[k - 1];
     const DeckPoint& b = deck.points[k];
     const Vector2d along = b.at_world - a.at_world;
     const double t = std::clamp(along.dot(at_world - a.at_world) / along.squaredNorm(), 0.0, 1.0);
     if ((a.at_world + t * along - at_world).norm() <= deck.style.half_width_m + beside_m &&
-        std::abs(a.level_m + t * (b.level_m - a.level_m) - level_m) < kOneLevel_m)
+        std::abs(a.level_m + t * (b.level_m - a.level_m) - level_m) < one_level_m)
       return true;
   }
   return false;
 }
 
 /// Whether any of a deck, its middle or its sides, lies on another.
-bool touches(const Deck& deck, const Deck& other) {
+bool touches(const Deck& deck, const Deck& other, double one_level_m) {
   constexpr double kStep_m = 1.0;
   for (std::size_t k = 1; k < deck.points.size(); ++k) {
     const DeckPoint& a = deck.points[k - 1];
@@ -63,12 +66,31 @@ bool touches(const Deck& deck, const Deck& other) {
       for (const double side : {-1.0, 0.0, 1.0}) {
         const double t = static_cast<double>(i) / num;
         if (lies_on(other, a.at_world + t * along + side * deck.style.half_width_m * left,
-                    a.level_m + t * (b.level_m - a.level_m), kBesideParapets_m))
+                    a.level_m + t * (b.level_m - a.level_m), kBesideParapets_m, one_level_m))
           return true;
       }
   }
   return false;
 }
+
+bool meet(const Deck& one, const Deck& other, double one_level_m) {
+  return touches(one, other, one_level_m) || touches(other, one, one_level_m);
+}
+
+/// Ranks that others have.
+class TakenRanks {
+ public:
+  void take(int rank) {
+    if (rank < JoinedDecks::kMostRank) is_taken_[static_cast<std::size_t>(rank)] = true;
+  }
+  int least_free() const {
+    return static_cast<int>(std::find(is_taken_.begin(), is_taken_.end(), false) -
+                            is_taken_.begin());
+  }
+
+ private:
+  std::array<bool, JoinedDecks::kMostRank> is_taken_ = {};
+};
 
 }  // namespace
 
@@ -88,10 +110,11 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
   std::sort(rows.begin(), rows.end(),
             [&](std::size_t a, std::size_t b) { return goes_before(decks[a], decks[b]); });
   ranks_.resize(decks.size(), 0);
+  feet_ranks_.resize(decks.size(), 0);
   for (const std::size_t row : rows) {
     if (decks[row].points.empty()) continue;
     const auto& [lowest, highest] = boxes[row];
-    std::array<bool, kMostRank> is_taken = {};
+    TakenRanks taken, taken_by_feet;
     int num_looked_at = 0;
     for (const std::uint32_t other : index.rows_in(lowest, highest)) {
       if (other == row || !goes_before(decks[other], decks[row]) ||
@@ -99,19 +122,22 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
           (boxes[other].second.array() < lowest.array()).any())
         continue;
       if (++num_looked_at > kMostNear) break;
-      if (!(touches(decks[row], decks[other]) || touches(decks[other], decks[row]))) continue;
+      constexpr double kAnyLevel_m = std::numeric_limits<double>::infinity();
+      if (!meet(decks[row], decks[other], kAnyLevel_m)) continue;
+      taken_by_feet.take(feet_ranks_[other]);
+      if (!meet(decks[row], decks[other], kOneLevel_m)) continue;
       going_before_[row].push_back(other);
-      if (ranks_[other] < kMostRank) is_taken[static_cast<std::size_t>(ranks_[other])] = true;
+      taken.take(ranks_[other]);
     }
-    ranks_[row] =
-        static_cast<int>(std::find(is_taken.begin(), is_taken.end(), false) - is_taken.begin());
+    ranks_[row] = taken.least_free();
+    feet_ranks_[row] = taken_by_feet.least_free();
   }
 }
 
 Deck JoinedDecks::lowered(std::size_t row) const {
   Deck deck = decks_[row];
-  deck.lowered_m = kLower_m * ranks_[row];
-  for (DeckPoint& point : deck.points) point.level_m -= deck.lowered_m;
+  for (DeckPoint& point : deck.points) point.level_m -= kLower_m * ranks_[row];
+  deck.feet_lowered_m = kLower_m * feet_ranks_[row];
   return deck;
 }
 
