@@ -268,17 +268,24 @@ TEST_F(WorldCheck, LetsBodiesBeHeldByWhatMeetsThemAlone) {
 TEST_F(WorldCheck, HoldsABodyByItsOwnMiddle) {
   const auto found_with = [&](int north_m) {
     return found([&](auto& west, auto&, auto&) {
-      // Rooms 12 m long between building 8 and a house east of it, which begins 12 m from it; or past both, to the north.
+      // Rooms 12 m long between building 8 and a house 12 m east of it, about their place; and a wing to the north of them.
       west.objects.solids.push_back(building(10, -272, -300));
       world::Solid rooms = building(9, -286, -300);
-      rooms.levels[0].shape = box({-6, -4 + north_m, 4}, {6, 4 + north_m, 5});
-      for (auto& vertex : rooms.levels[0].shape.vertices_steps)
-        vertex.x() += vertex.x() > 0 ? -20 : 20;
+      world::Shape& shape = rooms.levels[0].shape = box({-6, -4, 4}, {6, 4, 5});
+      for (auto& vertex : shape.vertices_steps) vertex.x() += vertex.x() > 0 ? -20 : 20;
+      const world::Shape wing = box({-5, 3, 4}, {5, north_m, 5});
+      for (world::Shape::Triangle triangle : wing.triangles) {
+        for (auto& corner : triangle.corners) corner += 8;  // after those of the rooms
+        shape.triangles.push_back(triangle);
+      }
+      shape.vertices_steps.insert(shape.vertices_steps.end(), wing.vertices_steps.begin(),
+                                  wing.vertices_steps.end());
       west.objects.solids.push_back(rooms);
     });
   };
-  EXPECT_EQ(found_with(0), Kinds{});
-  EXPECT_EQ(found_with(11), Kinds{"floating_building"});
+  // Of areas of 96 and 20 m2 the middle lies between the houses, of 96 and 570 m2 far north of them.
+  EXPECT_EQ(found_with(5), Kinds{});
+  EXPECT_EQ(found_with(60), Kinds{"floating_building"});
 }
 
 TEST_F(WorldCheck, JudgesTheShapesThatATileMayShow) {
