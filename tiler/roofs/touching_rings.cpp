@@ -27,7 +27,7 @@ std::int64_t squared_length(const Vector2i& a, const Vector2i& b) {
   return (b - a).cast<std::int64_t>().squaredNorm();
 }
 
-/// What lies on one side of another: the places of all corners, and edges that end at each corner on them.
+/// Where the inside ends, cut at each corner that lies on it.
 struct Border {
   std::vector<Vector2i> points;  ///< by x and y, no two alike
   std::vector<Edge> edges;       ///< the inside is on one side of each
@@ -174,12 +174,23 @@ class Pieces {
   std::map<Edge, std::size_t> left_of_;  ///< the triangle to the left of an edge
 };
 
+bool have_same_area(const std::vector<Vector2i>& points, const std::vector<Triangle>& triangles,
+                    const RingsSteps& rings) {
+  double doubled = 0.0;  // whole numbers below 2^53
+  for (const auto& ring : rings) doubled -= doubled_area(ring);
+  for (const auto& [a, b, c] : triangles)
+    doubled += static_cast<double>(turn(points[static_cast<std::size_t>(a)],
+                                        points[static_cast<std::size_t>(b)],
+                                        points[static_cast<std::size_t>(c)]));
+  return doubled == 0.0;
+}
+
 }  // namespace
 
 std::optional<std::vector<RingsSteps>> cut_where_rings_touch(const RingsSteps& rings) {
   const Border border = border_of(rings);
   const auto triangles = triangulate(border.points, border.edges, {});
-  if (!triangles) return std::nullopt;
+  if (!triangles || !have_same_area(border.points, *triangles, rings)) return std::nullopt;
   Pieces pieces(border.points, *triangles);
   pieces.join();
   return pieces.polygons();
