@@ -90,6 +90,19 @@ TEST(JoinedDecks, HaveFeetOfTheirOwnDepths) {
     EXPECT_EQ(joined.lowered(row).points[0].level_m, decks[row].points[0].level_m);
 }
 
+// Seen in November 2026 in Alpine (E -16085 N -9962): a railway's bridge crosses a road's at its level, and tops of sleepers lay
+// in the plane of the road.
+TEST(JoinedDecks, HaveNoSleepersOnARoad) {
+  std::vector<Deck> decks = {deck(1, 2.2, {0, 0}, {120, 0}, 20.0, 20.0),
+                             deck(2, 5.0, {60, -60}, {60, 60}, 20.04, 20.04)};
+  decks[0].style.use = tiler::WayUse::Railway;
+  decks[0].style.num_lanes = 1;
+  const tiler::JoinedDecks joined(decks);
+  // The railway lies 2 cm lower: its sleepers would end 5 cm above 20 m, as the road's deck.
+  EXPECT_TRUE(coincident(decks, &joined).empty());
+  EXPECT_NEAR(joined.lowered(0).points[0].level_m, 19.98, 1e-9);
+}
+
 TEST(JoinedDecks, BearLinesOnTheWiderOneAlone) {
   const std::vector<Deck> decks = {deck(1, 2.5, {0, 0}, {100, 0}, 20.0, 20.0),
                                    deck(2, 4.0, {100, 50}, {40, -50}, 20.0, 20.0)};

@@ -24,6 +24,7 @@ constexpr double kLeastSupport_m = 1.5;
 constexpr double kFoot_m = 1.2;
 constexpr double kFootInWater_m = 5.0;
 constexpr double kMarkAbove_m = 0.006;
+constexpr double kHalfSleeper_m = 1.3;
 
 /// Rows of Shape::finishes.
 enum DeckFinish : std::uint8_t { kTop, kConcrete, kMark, kRail, kSleeper };
@@ -293,6 +294,14 @@ std::vector<std::pair<double, double>> own_lines(const Deck& deck, const DeckSit
   return own;
 }
 
+/// Whether at a place, or to either side of it, another deck bears lines.
+bool has_other_lines(const DeckSite& site, const Vector2d& place, const Vector2d& aside,
+                     double level_m) {
+  if (!site.has_other_lines) return false;
+  return site.has_other_lines(place, level_m) || site.has_other_lines(place - aside, level_m) ||
+         site.has_other_lines(place + aside, level_m);
+}
+
 void add_marks(const Deck& deck, const DeckSite& site, Mesh& mesh) {
   const double from_m = deck.points.front().along_m;
   const double to_m = deck.points.back().along_m;
@@ -309,8 +318,11 @@ void add_marks(const Deck& deck, const DeckSite& site, Mesh& mesh) {
       for (double at_m = from_m + 0.3; at_m < to_m - 0.3; at_m += 0.6) {
         const DeckPoint at = point_at(deck, at_m);
         const Vector2d left(-at.tangent.y(), at.tangent.x());
-        mesh.post(at.at_world + middle_m * left, at.tangent, 0.13, 1.3, at.level_m - 0.05,
-                  at.level_m + 0.07, kSleeper);
+        const Vector2d place = at.at_world + middle_m * left;
+        // On another deck, as of a road that crosses at its level, rails lie without sleepers.
+        if (has_other_lines(site, place, kHalfSleeper_m * left, at.level_m)) continue;
+        mesh.post(place, at.tangent, 0.13, kHalfSleeper_m, at.level_m - 0.05, at.level_m + 0.07,
+                  kSleeper);
       }
     }
     return;
