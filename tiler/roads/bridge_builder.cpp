@@ -294,12 +294,17 @@ std::vector<std::pair<double, double>> own_lines(const Deck& deck, const DeckSit
   return own;
 }
 
-/// Whether at a place, or to either side of it, another deck bears lines.
-bool has_other_lines(const DeckSite& site, const Vector2d& place, const Vector2d& aside,
-                     double level_m) {
+/// Whether a sleeper would lie on another deck that bears lines, parapets and all, which are wider than its paving.
+bool lies_on_other(const DeckSite& site, const Vector2d& place, const Vector2d& tangent,
+                   double level_m) {
   if (!site.has_other_lines) return false;
-  return site.has_other_lines(place, level_m) || site.has_other_lines(place - aside, level_m) ||
-         site.has_other_lines(place + aside, level_m);
+  constexpr double kBeside_m = 0.5;
+  const Vector2d along = kBeside_m * tangent;
+  const Vector2d aside = (kHalfSleeper_m + kBeside_m) * Vector2d(-tangent.y(), tangent.x());
+  for (const double a : {-1.0, 0.0, 1.0})
+    for (const double b : {-1.0, 0.0, 1.0})
+      if (site.has_other_lines(place + a * along + b * aside, level_m)) return true;
+  return false;
 }
 
 void add_marks(const Deck& deck, const DeckSite& site, Mesh& mesh) {
@@ -320,7 +325,7 @@ void add_marks(const Deck& deck, const DeckSite& site, Mesh& mesh) {
         const Vector2d left(-at.tangent.y(), at.tangent.x());
         const Vector2d place = at.at_world + middle_m * left;
         // On another deck, as of a road that crosses at its level, rails lie without sleepers.
-        if (has_other_lines(site, place, kHalfSleeper_m * left, at.level_m)) continue;
+        if (lies_on_other(site, place, at.tangent, at.level_m)) continue;
         mesh.post(place, at.tangent, 0.13, kHalfSleeper_m, at.level_m - 0.05, at.level_m + 0.07,
                   kSleeper);
       }
