@@ -13,7 +13,8 @@ namespace terracast::tiler {
 /// those that go before it there, the wider ones, or of equally wide ones those with lower keys, and bears no lines where it
 /// lies on them. Supports of decks that cross, at whatever levels, may meet in the ground: their feet are apart likewise.
 ///
-/// limits    decks whose slopes differ cross each other all the same, along a line; the least lowered of more than
+/// limits    decks whose slopes differ cross each other all the same, along a line, about which they are in one plane
+///           as far as roundings go (1.5 mm: 0.7 m for slopes 0.4 % apart); the least lowered of more than
 ///           kMostRank is as low as another
 /// cost      segments of decks whose boxes meet
 /// threads   safe
