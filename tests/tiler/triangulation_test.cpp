@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/random.h"
+
 namespace terracast::test {
 namespace {
 
@@ -100,6 +102,132 @@ TEST(PolygonsWhere, AConcaveHoleLiesInTheOneOuterRingAboutIt) {
         ASSERT_EQ(count, areas.is_inside(at) ? 1 : 0) << "at " << at.transpose();
       }
   }
+}
+
+/// A square of 1000 steps with holes, of which places are told apart by rings as they were given.
+struct Square {
+  RingsSteps holes;
+
+  RingsSteps rings() const {
+    RingsSteps rings = {{{0, 0}, {1000, 0}, {1000, 1000}, {0, 1000}}};
+    rings.insert(rings.end(), holes.begin(), holes.end());
+    return rings;
+  }
+  bool is_inside(const Vector2d& at) const {
+    return goes_round(rings().front(), at) &&
+           std::none_of(holes.begin(), holes.end(),
+                        [&](const auto& hole) { return goes_round(hole, at); });
+  }
+};
+
+/// Twice the area of all polygons.
+double doubled_area(const std::vector<RingsSteps>& polygons) {
+  double doubled = 0.0;
+  for (const RingsSteps& polygon : polygons)
+    for (const auto& ring : polygon) doubled += tiler::doubled_area(ring);
+  return doubled;
+}
+
+std::int64_t num_about(const std::vector<RingsSteps>& polygons, const Vector2d& at) {
+  return std::count_if(polygons.begin(), polygons.end(), [&](const auto& rings) {
+    return goes_round(rings.front(), at) &&
+           std::none_of(rings.begin() + 1, rings.end(),
+                        [&](const auto& hole) { return goes_round(hole, at); });
+  });
+}
+
+void expect_all_of(const Square& square, double doubled, std::size_t most_polygons) {
+  const std::vector<RingsSteps> polygons = tiler::repaired(square.rings());
+  EXPECT_EQ(doubled_area(polygons), doubled);
+  EXPECT_GE(polygons.size(), 1U);
+  EXPECT_LE(polygons.size(), most_polygons);
+  for (const RingsSteps& polygon : polygons) EXPECT_TRUE(tiler::is_valid(polygon));
+  // No place lies on a line between corners, whose coordinates are multiples of 100 and no more than 1000 apart.
+  for (int i = -50; i < 1050; i += 20)
+    for (int j = -50; j < 1050; j += 20) {
+      const Vector2d at(i + 0.137, j + 0.0713);
+      ASSERT_EQ(num_about(polygons, at), square.is_inside(at) ? 1 : 0) << "at " << at.transpose();
+    }
+}
+
+// Seen in November 2026: holes that touch the border were filled.
+TEST(Repaired, KeepsHolesThatTouchTheBorder) {
+  constexpr double kAll = 2e6;  // twice the square
+  const auto check = [&](const char* what, const RingsSteps& holes, double doubled_holes,
+                         std::size_t most_polygons) {
+    SCOPED_TRACE(what);
+    expect_all_of({holes}, kAll - doubled_holes, most_polygons);
+    // Turned the other way, by a quarter (about the square's middle), and with the rings begun elsewhere.
+    RingsSteps turned = holes;
+    for (auto& hole : turned) {
+      for (Vector2i& point : hole) point = Vector2i(1000 - point.y(), point.x());
+      std::reverse(hole.begin(), hole.end());
+      std::rotate(hole.begin(), hole.begin() + 1, hole.end());
+    }
+    expect_all_of({turned}, kAll - doubled_holes, most_polygons);
+  };
+  const std::vector<Vector2i> corner_down = {{500, 0}, {700, 400}, {300, 400}};
+  const std::vector<Vector2i> box = {{400, 400}, {400, 600}, {600, 600}, {600, 400}};
+  // Cut in two at the least, for the ground beside the point is on either side of it.
+  check("at a point of an edge", {corner_down}, 160000, 2);
+  check("at a corner", {{{0, 0}, {400, 200}, {200, 400}}}, 120000, 2);
+  check("at two points", {{{500, 0}, {700, 500}, {500, 1000}, {300, 500}}}, 400000, 2);
+  check("at a point, another hole free", {corner_down, {{600, 700}, {600, 800}, {700, 700}}},
+        170000, 2);
+  // A bay of the border: one polygon.
+  check("along an edge", {{{300, 0}, {700, 0}, {700, 400}, {300, 400}}}, 320000, 1);
+  check("along two edges at a corner", {{{0, 0}, {400, 0}, {400, 400}, {0, 400}}}, 320000, 1);
+  check("along an edge and at a point across", {{{300, 0}, {700, 0}, {500, 1000}}}, 400000, 2);
+  // Each other.
+  check("two at a point", {box, {{600, 600}, {800, 600}, {800, 800}, {600, 800}}}, 160000, 2);
+  check("two along an edge", {box, {{600, 400}, {600, 600}, {800, 600}, {800, 400}}}, 160000, 1);
+  check("two at a point of an edge", {box, {{600, 500}, {800, 400}, {800, 600}}}, 120000, 2);
+  // The ground amid them is a polygon of its own.
+  check("a ring of four",
+        {{{400, 200}, {600, 200}, {600, 400}, {400, 400}},
+         {{600, 400}, {800, 400}, {800, 600}, {600, 600}},
+         {{400, 600}, {600, 600}, {600, 800}, {400, 800}},
+         {{200, 400}, {400, 400}, {400, 600}, {200, 600}}},
+        320000, 2);
+  check("two at a point of the border", {corner_down, {{500, 0}, {900, 100}, {800, 300}}}, 250000,
+        3);
+}
+
+// Holes are cells of a square, drawn at random, which touch each other and the border in all ways: what is left are the
+// other cells.
+TEST(Repaired, KeepsAllOtherCellsWhereCellsAreHoles) {
+  constexpr int kCells = 6, kSide = 100, kPatterns = 300;
+  constexpr std::uint64_t kSeed = 1;
+  for (std::uint64_t pattern = 0; pattern < kPatterns; ++pattern) {
+    SCOPED_TRACE(pattern);
+    RingsSteps rings = {{{0, 0}, {600, 0}, {600, 600}, {0, 600}}};
+    std::array<bool, kCells* kCells> is_hole = {};
+    const double share = 0.1 + 0.6 * core::random_unit(kSeed, pattern, kCells * kCells);
+    for (int cell = 0; cell < kCells * kCells; ++cell) {
+      if (core::random_unit(kSeed, pattern, static_cast<std::uint64_t>(cell)) >= share) continue;
+      is_hole[static_cast<std::size_t>(cell)] = true;
+      const Vector2i low = kSide * Vector2i(cell % kCells, cell / kCells);
+      rings.push_back(
+          {low, low + Vector2i(kSide, 0), low + Vector2i(kSide, kSide), low + Vector2i(0, kSide)});
+    }
+    const std::vector<RingsSteps> polygons = tiler::repaired(rings);
+    const auto num_left = std::count(is_hole.begin(), is_hole.end(), false);
+    ASSERT_EQ(doubled_area(polygons), 2.0 * kSide * kSide * static_cast<double>(num_left));
+    for (const RingsSteps& polygon : polygons) ASSERT_TRUE(tiler::is_valid(polygon));
+    for (int cell = 0; cell < kCells * kCells; ++cell) {
+      const Vector2d at = kSide * Vector2d(cell % kCells + 0.43, cell / kCells + 0.37);
+      ASSERT_EQ(num_about(polygons, at), is_hole[static_cast<std::size_t>(cell)] ? 0 : 1) << cell;
+    }
+  }
+}
+
+// Seen in November 2026 as a hole that was filled: the ground closes about a court at one point.
+TEST(Repaired, KeepsACourtWhoseRingComesBackToItsCorner) {
+  const std::vector<RingsSteps> polygons = tiler::repaired(
+      {{{0, 0}, {500, 0}, {300, 400}, {700, 400}, {500, 0}, {1000, 0}, {1000, 1000}, {0, 1000}}});
+  EXPECT_EQ(doubled_area(polygons), 2e6 - 160000);
+  EXPECT_EQ(polygons.size(), 2U);
+  for (const RingsSteps& polygon : polygons) EXPECT_TRUE(tiler::is_valid(polygon));
 }
 
 }  // namespace

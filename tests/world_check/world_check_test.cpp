@@ -238,6 +238,56 @@ TEST_F(WorldCheck, LetsRoomsHangBetweenHousesOnBothSidesOfAStreet) {
   EXPECT_EQ(found_with(false), Kinds{"floating_building"});
 }
 
+// A body, and building 8 beside or below it, whose box in the plan holds the body's.
+TEST_F(WorldCheck, LetsBodiesBeHeldByWhatMeetsThemAlone) {
+  const auto found_with = [&](const Eigen::Vector3i& low_m, const Eigen::Vector3i& high_m,
+                              bool is_turned, int up_mm = 0) {
+    return found([&](auto& west, auto&, auto&) {
+      if (is_turned)  // by an eighth: its walls are where x and y about its middle add up to 8 m
+        for (auto& vertex : walls(west, 1).vertices_steps)
+          vertex = {(vertex.x() - vertex.y()) / 2, (vertex.x() + vertex.y()) / 2, vertex.z()};
+      world::Solid body = building(9, -300, -300);
+      body.levels[0].shape = box(low_m, high_m);
+      body.origin_steps.z() += up_mm * kSteps / 1000;
+      west.objects.solids.push_back(body);
+    });
+  };
+  // Building 8 is 6 m high: upon it, within a seam above it, and higher.
+  EXPECT_EQ(found_with({-4, -4, 6}, {4, 4, 9}, false, 40), Kinds{});
+  EXPECT_EQ(found_with({-4, -4, 6}, {4, 4, 9}, false, 100), Kinds{"floating_building"});
+  EXPECT_EQ(found_with({-4, -4, 10}, {4, 4, 12}, false), Kinds{"floating_building"});
+  // At a corner of its box where it is not, and in it; the body's own bottom lies 4 m above the ground.
+  EXPECT_EQ(found_with({5, 5, 4}, {7, 7, 5}, true), Kinds{"floating_building"});
+  EXPECT_EQ(found_with({-3, -3, 4}, {3, 3, 5}, true), Kinds{});
+  // Its corners reach over all walls, its middle is in the house; and it reaches out of one wall by more than it is in it.
+  EXPECT_EQ(found_with({-7, -7, 4}, {7, 7, 5}, true), Kinds{});
+  EXPECT_EQ(found_with({-1, -1, 4}, {20, 1, 5}, true), Kinds{"floating_building"});
+}
+
+// The place of a solid is the middle of the polygon of which it may be one piece of many.
+TEST_F(WorldCheck, HoldsABodyByItsOwnMiddle) {
+  const auto found_with = [&](int north_m) {
+    return found([&](auto& west, auto&, auto&) {
+      // Rooms 12 m long between building 8 and a house 12 m east of it, about their place; and a wing to the north of them.
+      west.objects.solids.push_back(building(10, -272, -300));
+      world::Solid rooms = building(9, -286, -300);
+      world::Shape& shape = rooms.levels[0].shape = box({-6, -4, 4}, {6, 4, 5});
+      for (auto& vertex : shape.vertices_steps) vertex.x() += vertex.x() > 0 ? -20 : 20;
+      const world::Shape wing = box({-5, 3, 4}, {5, north_m, 5});
+      for (world::Shape::Triangle triangle : wing.triangles) {
+        for (auto& corner : triangle.corners) corner += 8;  // after those of the rooms
+        shape.triangles.push_back(triangle);
+      }
+      shape.vertices_steps.insert(shape.vertices_steps.end(), wing.vertices_steps.begin(),
+                                  wing.vertices_steps.end());
+      west.objects.solids.push_back(rooms);
+    });
+  };
+  // Of areas of 96 and 20 m2 the middle lies between the houses, of 96 and 570 m2 far north of them.
+  EXPECT_EQ(found_with(5), Kinds{});
+  EXPECT_EQ(found_with(60), Kinds{"floating_building"});
+}
+
 TEST_F(WorldCheck, JudgesTheShapesThatATileMayShow) {
   // Over the western tile, of level 2, the building of the eastern one is shown as by level 1 at the finest.
   const auto with_floating = [](int level) {

@@ -24,6 +24,7 @@ constexpr double kLeastSupport_m = 1.5;
 constexpr double kFoot_m = 1.2;
 constexpr double kFootInWater_m = 5.0;
 constexpr double kMarkAbove_m = 0.006;
+constexpr double kHalfSleeper_m = 1.3;
 
 /// Rows of Shape::finishes.
 enum DeckFinish : std::uint8_t { kTop, kConcrete, kMark, kRail, kSleeper };
@@ -293,6 +294,19 @@ std::vector<std::pair<double, double>> own_lines(const Deck& deck, const DeckSit
   return own;
 }
 
+/// Whether a sleeper would lie on another deck that bears lines, parapets and all, which are wider than its paving.
+bool lies_on_other(const DeckSite& site, const Vector2d& place, const Vector2d& tangent,
+                   double level_m) {
+  if (!site.has_other_lines) return false;
+  constexpr double kBeside_m = 0.5;
+  const Vector2d along = kBeside_m * tangent;
+  const Vector2d aside = (kHalfSleeper_m + kBeside_m) * Vector2d(-tangent.y(), tangent.x());
+  for (const double a : {-1.0, 0.0, 1.0})
+    for (const double b : {-1.0, 0.0, 1.0})
+      if (site.has_other_lines(place + a * along + b * aside, level_m)) return true;
+  return false;
+}
+
 void add_marks(const Deck& deck, const DeckSite& site, Mesh& mesh) {
   const double from_m = deck.points.front().along_m;
   const double to_m = deck.points.back().along_m;
@@ -309,8 +323,11 @@ void add_marks(const Deck& deck, const DeckSite& site, Mesh& mesh) {
       for (double at_m = from_m + 0.3; at_m < to_m - 0.3; at_m += 0.6) {
         const DeckPoint at = point_at(deck, at_m);
         const Vector2d left(-at.tangent.y(), at.tangent.x());
-        mesh.post(at.at_world + middle_m * left, at.tangent, 0.13, 1.3, at.level_m - 0.05,
-                  at.level_m + 0.07, kSleeper);
+        const Vector2d place = at.at_world + middle_m * left;
+        // On another deck, as of a road that crosses at its level, rails lie without sleepers.
+        if (lies_on_other(site, place, at.tangent, at.level_m)) continue;
+        mesh.post(place, at.tangent, 0.13, kHalfSleeper_m, at.level_m - 0.05, at.level_m + 0.07,
+                  kSleeper);
       }
     }
     return;
@@ -347,7 +364,7 @@ void add_supports(const Deck& deck, const DeckSite& site, Mesh& mesh) {
     for (const double along : {-half_along_m, half_along_m})
       for (const double across : {-half_across_m, half_across_m})
         lowest_m = std::min(lowest_m, site.ground_level_m(at + along * tangent + across * left));
-    return lowest_m - (site.is_water(at) ? kFootInWater_m : kFoot_m) - deck.lowered_m;
+    return lowest_m - (site.is_water(at) ? kFootInWater_m : kFoot_m) - deck.feet_lowered_m;
   };
   if (deck.has_abutments && to_m - from_m > 4.0)
     for (const bool is_start : {true, false}) {

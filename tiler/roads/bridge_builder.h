@@ -26,10 +26,9 @@ struct Deck {
   WayStyle style;
   std::vector<DeckPoint> points;
   double thickness_m = 1.1;
-  double parapet_m = 0.9;  ///< 0: none
-  double span_m = 28.0;    ///< between supports
-  double lowered_m =
-      0.0;  ///< by which its points are lower than its way; so are the feet of its supports
+  double parapet_m = 0.9;       ///< 0: none
+  double span_m = 28.0;         ///< between supports
+  double feet_lowered_m = 0.0;  ///< by which the feet of its supports are lower than they need be
   bool has_abutments = true;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "tiler/box_index.h"
@@ -35,21 +36,23 @@ bool goes_before(const Deck& one, const Deck& other) {
          std::pair(-other.style.half_width_m, other.key);
 }
 
-bool lies_on(const Deck& deck, const Vector2d& at_world, double level_m, double beside_m) {
+/// one_level_m   tops nearer to each other than this
+bool lies_on(const Deck& deck, const Vector2d& at_world, double level_m, double beside_m,
+             double one_level_m = kOneLevel_m) {
   for (std::size_t k = 1; k < deck.points.size(); ++k) {
     const DeckPoint& a = deck.points[k - 1];
     const DeckPoint& b = deck.points[k];
     const Vector2d along = b.at_world - a.at_world;
     const double t = std::clamp(along.dot(at_world - a.at_world) / along.squaredNorm(), 0.0, 1.0);
     if ((a.at_world + t * along - at_world).norm() <= deck.style.half_width_m + beside_m &&
-        std::abs(a.level_m + t * (b.level_m - a.level_m) - level_m) < kOneLevel_m)
+        std::abs(a.level_m + t * (b.level_m - a.level_m) - level_m) < one_level_m)
       return true;
   }
   return false;
 }
 
 /// Whether any of a deck, its middle or its sides, lies on another.
-bool touches(const Deck& deck, const Deck& other) {
+bool touches(const Deck& deck, const Deck& other, double one_level_m) {
   constexpr double kStep_m = 1.0;
   for (std::size_t k = 1; k < deck.points.size(); ++k) {
     const DeckPoint& a = deck.points[k - 1];
@@ -61,12 +64,31 @@ bool touches(const Deck& deck, const Deck& other) {
       for (const double side : {-1.0, 0.0, 1.0}) {
         const double t = static_cast<double>(i) / num;
         if (lies_on(other, a.at_world + t * along + side * deck.style.half_width_m * left,
-                    a.level_m + t * (b.level_m - a.level_m), kBesideParapets_m))
+                    a.level_m + t * (b.level_m - a.level_m), kBesideParapets_m, one_level_m))
           return true;
       }
   }
   return false;
 }
+
+bool meet(const Deck& one, const Deck& other, double one_level_m) {
+  return touches(one, other, one_level_m) || touches(other, one, one_level_m);
+}
+
+/// Ranks that others have.
+class TakenRanks {
+ public:
+  void take(int rank) {
+    if (rank < JoinedDecks::kMostRank) is_taken_[static_cast<std::size_t>(rank)] = true;
+  }
+  int least_free() const {
+    return static_cast<int>(std::find(is_taken_.begin(), is_taken_.end(), false) -
+                            is_taken_.begin());
+  }
+
+ private:
+  std::array<bool, JoinedDecks::kMostRank> is_taken_ = {};
+};
 
 }  // namespace
 
@@ -87,10 +109,11 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
   }
   index.finish();
   ranks_.resize(decks.size(), 0);
+  feet_ranks_.resize(decks.size(), 0);
   for (std::uint32_t place = 0; place < rows.size(); ++place) {
     const Deck& deck = decks[rows[place]];
     const auto& [lowest, highest] = boxes[place];
-    std::array<bool, kMostRank> is_taken = {};
+    TakenRanks taken, taken_by_feet;
     int num_met = 0;
     const auto look_at = [&](std::uint32_t earlier) {
       ++num_pairs_;
@@ -100,21 +123,24 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
           (boxes[earlier].second.array() < lowest.array()).any())
         return true;
       if (num_met++ == kMostMet) return false;
-      if (!touches(deck, decks[other]) && !touches(decks[other], deck)) return true;
+      constexpr double kAnyLevel_m = std::numeric_limits<double>::infinity();
+      if (!meet(deck, decks[other], kAnyLevel_m)) return true;
+      taken_by_feet.take(feet_ranks_[other]);
+      if (!meet(deck, decks[other], kOneLevel_m)) return true;
       going_before_[rows[place]].push_back(static_cast<std::uint32_t>(other));
-      if (ranks_[other] < kMostRank) is_taken[static_cast<std::size_t>(ranks_[other])] = true;
+      taken.take(ranks_[other]);
       return true;
     };
     index.visit(lowest, highest, place, look_at);
-    ranks_[rows[place]] =
-        static_cast<int>(std::find(is_taken.begin(), is_taken.end(), false) - is_taken.begin());
+    ranks_[rows[place]] = taken.least_free();
+    feet_ranks_[rows[place]] = taken_by_feet.least_free();
   }
 }
 
 Deck JoinedDecks::lowered(std::size_t row) const {
   Deck deck = decks_[row];
-  deck.lowered_m = kLower_m * ranks_[row];
-  for (DeckPoint& point : deck.points) point.level_m -= deck.lowered_m;
+  for (DeckPoint& point : deck.points) point.level_m -= kLower_m * ranks_[row];
+  deck.feet_lowered_m = kLower_m * feet_ranks_[row];
   return deck;
 }
 

@@ -11,12 +11,14 @@ namespace terracast::tiler {
 
 /// Decks that lie over each other at one level, as where bridges join. Both would be in one plane:
 /// so each is lower than those that go before it there, the wider ones, or of equally wide ones
-/// those with lower keys, and bears no lines where it lies on them.
+/// those with lower keys, and bears no lines where it lies on them. Supports of decks that cross,
+/// at whatever levels, may meet in the ground: their feet are apart likewise.
 ///
-/// limits    decks whose slopes differ cross each other all the same, along a line; the least
-///           lowered of more than kMostRank is as low as another; of those that go before a deck
-///           the first kMostMet whose boxes meet its own are looked at: where decks crowd, faces in
-///           one plane may stay
+/// limits    decks whose slopes differ cross each other all the same, along a line, about which
+///           they are in one plane as far as roundings go (1.5 mm: 0.7 m for slopes 0.4 % apart);
+///           the least lowered of more than kMostRank is as low as another; of those that go before
+///           a deck the first kMostMet whose boxes meet its own are looked at: where decks crowd,
+///           faces in one plane may stay
 /// cost      segments of decks whose boxes meet
 /// threads   safe
 class JoinedDecks {
@@ -40,7 +42,8 @@ class JoinedDecks {
  private:
   const std::vector<Deck>& decks_;
   std::vector<std::vector<std::uint32_t>> going_before_;  ///< of each deck those on which it lies
-  std::vector<int> ranks_;
+  std::vector<int> ranks_;       ///< among those that it lies on
+  std::vector<int> feet_ranks_;  ///< among those that it lies on, over or under
   std::int64_t num_pairs_ = 0;
 };
 

@@ -8,12 +8,14 @@
 #include <cmath>
 #include <exception>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
 #include "core/error.h"
+#include "tiler/roofs/touching_rings.h"
 
 namespace terracast::tiler {
 namespace {
@@ -152,14 +154,6 @@ void add_simple_loops(std::vector<Vector2i> loop, std::vector<std::vector<Vector
     open.push_back(point);
   }
   if (open.size() >= 3) loops.push_back(std::move(open));
-}
-
-std::vector<Vector2i> without_straight_points(const std::vector<Vector2i>& loop) {
-  std::vector<Vector2i> kept;
-  for (std::size_t i = 0; i < loop.size(); ++i)
-    if (turn(loop[(i + loop.size() - 1) % loop.size()], loop[i], loop[(i + 1) % loop.size()]) != 0)
-      kept.push_back(loop[i]);
-  return kept;
 }
 
 /// A place within a ring: amid the widest stretch of a line across it that meets no corner.
@@ -308,16 +302,26 @@ void repair_into(const RingsSteps& rings, int rounds, std::vector<RingsSteps>& p
   for (RingsSteps& polygon : repaired_once(rings)) {
     if (is_valid(polygon)) {
       polygons.push_back(std::move(polygon));
+    } else if (auto pieces = cut_where_rings_touch(polygon)) {
+      std::move(pieces->begin(), pieces->end(), std::back_inserter(polygons));
     } else if (rounds > 0) {
       repair_into(polygon, rounds - 1, polygons);
     } else if (RingsSteps outer = {polygon.front()}; is_valid(outer)) {
-      // Holes that touch the border are given up.
+      // Holes whose rounded edges cross the border's again and again are given up.
       polygons.push_back(std::move(outer));
     }
   }
 }
 
 }  // namespace
+
+std::vector<Vector2i> without_straight_points(const std::vector<Vector2i>& loop) {
+  std::vector<Vector2i> kept;
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    if (turn(loop[(i + loop.size() - 1) % loop.size()], loop[i], loop[(i + 1) % loop.size()]) != 0)
+      kept.push_back(loop[i]);
+  return kept;
+}
 
 double doubled_area(std::span<const Vector2i> ring) {
   std::int64_t sum = 0;

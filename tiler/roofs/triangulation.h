@@ -22,7 +22,8 @@ std::optional<std::vector<std::array<int, 3>>> triangulate(
     std::span<const std::array<int, 2>> edges);
 
 /// What lies within an odd number of an outer ring's windings and of no hole, as valid polygons,
-/// largest first: of rings that cross and touch themselves and each other in any way.
+/// largest first: of rings that cross and touch themselves and each other in any way. Where holes touch the outer ring or each
+/// other, and nothing crosses, the polygons cover exactly what the rings say; where edges cross there are corners, rounded.
 /// rings     outer ring first; they may turn either way
 /// cost      grows with the square of the number of corners
 std::vector<RingsSteps> repaired(const RingsSteps& rings);
@@ -40,6 +41,9 @@ std::vector<RingsSteps> polygons_where(
 /// Whether rings neither cross nor touch themselves or each other, and the holes lie in the outer
 /// one.
 bool is_valid(const RingsSteps& rings);
+
+/// A ring without the corners at which it does not turn.
+std::vector<Eigen::Vector2i> without_straight_points(const std::vector<Eigen::Vector2i>& loop);
 
 /// Twice the area within a ring, positive where it goes anticlockwise.
 double doubled_area(std::span<const Eigen::Vector2i> ring);

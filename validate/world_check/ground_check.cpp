@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
+
+#include "validate/world_check/solid_contact.h"
 
 namespace terracast::world_check {
 namespace {
@@ -17,27 +18,13 @@ using world::kHeightStep_m;
 constexpr int kBuckets = 64;
 /// Between what stands upon or beside another: containers, walls.
 constexpr double kSeam_m = 0.05;
+/// Of a building what lies within so much of its lowest point is its foot.
+constexpr double kFoot_m = 0.5;
 
 /// Heights between the samples of a tile differ from those that things were put on by what the tile leaves out:
 /// a part of its spacing on slopes up to 1, more on steeper ones, whose detail grows with them.
 double tolerance_m(const world::TileId& id, double slope) {
   return 0.3 + 0.35 * id.spacing_m() * std::max(slope, 1.0);
-}
-
-/// Whether a place lies within the hull of others: each line through it has some on either side.
-bool is_between(const Vector2d& place, const std::vector<Vector2d>& others) {
-  if (others.size() < 3) return false;
-  return std::all_of(others.begin(), others.end(), [&](const Vector2d& one) {
-    const Vector2d to_one = one - place;
-    bool has_left = false, has_right = false;
-    for (const Vector2d& other : others) {
-      const Vector2d to_other = other - place;
-      const double side = to_one.x() * to_other.y() - to_one.y() * to_other.x();
-      has_left = has_left || side > 0.0;
-      has_right = has_right || side < 0.0;
-    }
-    return has_left && has_right;
-  });
 }
 
 class Ground {
@@ -268,41 +255,35 @@ class TileCheck {
     return false;
   }
 
-  /// Whether an upright line from a point meets an odd number of a solid's triangles above it.
-  bool is_in_solid(std::size_t index, const Vector2d& place, double z_world) const {
+  PlacedShape finest(std::size_t index) const {
     const world::Solid& solid = tile_.objects.solids[index];
-    if (!boxes_[index].contains(place)) return false;
-    const world::Shape& shape = solid.levels.front().shape;
-    int num_above = 0;
-    for (const world::Shape::Triangle& triangle : shape.triangles) {
-      std::array<Eigen::Vector3d, 3> corners;
-      for (std::size_t k = 0; k < 3; ++k)
-        corners[k] =
-            (solid.origin_steps + shape.vertices_steps[triangle.corners[k]]).cast<double>() *
-            kHeightStep_m;
-      std::array<double, 3> weights;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vector2d b = corners[(k + 1) % 3].head<2>() - place;
-        const Vector2d c = corners[(k + 2) % 3].head<2>() - place;
-        weights[k] = b.x() * c.y() - b.y() * c.x();
-      }
-      const bool is_left = weights[0] > 0 && weights[1] > 0 && weights[2] > 0;
-      const bool is_right = weights[0] < 0 && weights[1] < 0 && weights[2] < 0;
-      if (!is_left && !is_right) continue;
-      const double z = (weights[0] * corners[0].z() + weights[1] * corners[1].z() +
-                        weights[2] * corners[2].z()) /
-                       (weights[0] + weights[1] + weights[2]);
-      if (z > z_world) ++num_above;
-    }
-    return num_above % 2 != 0;
+    return {solid.origin_steps, &solid.levels.front().shape};
   }
-  /// Whether another solid is there, on which things may stand, or beside it but for a seam: walls of neighbours
-  /// stand back from the line that they share.
-  bool has_solid(const Vector2d& place, std::size_t but) const {
+  /// Whether a solid is there, on which things may stand.
+  bool has_solid(const Vector2d& place) const {
     const auto& near = solids_by_place_.near(place);
+    return std::any_of(near.begin(), near.end(),
+                       [&](std::size_t i) { return boxes_[i].contains(place, kSeam_m); });
+  }
+  /// Whether a point lies in another solid as this tile shows it, or upon or beside it but for a seam: walls of neighbours
+  /// stand back from the line that they share.
+  bool meets_other(const Eigen::Vector3d& point_world, std::size_t but) const {
+    const auto& near = solids_by_place_.near(point_world.head<2>());
     return std::any_of(near.begin(), near.end(), [&](std::size_t i) {
-      return i != but && boxes_[i].contains(place, kSeam_m);
+      if (i == but || !boxes_[i].contains(point_world.head<2>(), kSeam_m)) return false;
+      const world::Solid& other = tile_.objects.solids[i];
+      const world::Shape* shape = finest_shown(other);
+      return shape != nullptr && meets({other.origin_steps, shape}, point_world, kSeam_m);
     });
+  }
+  /// Whether a body's middle lies upon others or between places of its bottom that do.
+  bool is_held(const PlacedShape& body, std::size_t index) const {
+    const Bottom bottom = bottom_of(body, kFoot_m);
+    if (meets_other(bottom.middle_world, index)) return true;
+    std::vector<Vector2d> held;
+    for (const Eigen::Vector3d& place : bottom.places_world)
+      if (meets_other(place, index)) held.push_back(place.head<2>());
+    return is_between(bottom.middle_world.head<2>(), held);
   }
 
   /// Whether something stands upon another thing: what carries it is judged by itself.
@@ -328,8 +309,7 @@ class TileCheck {
     const bool is_plant = kind_of(instance.provenance) == "vegetation";
     judge("floating_instance",
           above_m > tolerance_m(tile_.id, ground_.slope(place)) &&
-              (is_plant || (!has_solid(place, std::numeric_limits<std::size_t>::max()) &&
-                            !has_thing_below(instance))),
+              (is_plant || (!has_solid(place) && !has_thing_below(instance))),
           instance.provenance, place, fmt::format("{:.2f} m above the ground", above_m));
     if (!is_plant) return;
     judge("plant_in_water", ground_.is_water(place), instance.provenance, place,
@@ -342,7 +322,10 @@ class TileCheck {
     constexpr double kAboveFoot_m = 0.5;
     judge("plant_in_wall",
           std::any_of(near.begin(), near.end(),
-                      [&](std::size_t i) { return is_in_solid(i, place, z + kAboveFoot_m); }),
+                      [&](std::size_t i) {
+                        return boxes_[i].contains(place) &&
+                               contains(finest(i), {place.x(), place.y(), z + kAboveFoot_m});
+                      }),
           instance.provenance, place, "it grows in a solid");
   }
 
@@ -354,37 +337,27 @@ class TileCheck {
     return world::shape_at(solid.levels, tile_.id.level - num_apart);
   }
 
-  /// Of a building what lies within half a metre of its lowest point stands in the ground.
+  /// The foot of a building stands in the ground or upon others, or these hold the building.
   void check_solid(std::size_t index) {
     const world::Solid& solid = tile_.objects.solids[index];
     if (kind_of(solid.provenance) != "buildings" || solid.levels.empty()) return;
-    constexpr double kFoot_m = 0.5;
-    const world::Shape* shown = finest_shown(solid);
-    if (shown == nullptr) return;
-    const world::Shape& shape = *shown;
+    const PlacedShape body{solid.origin_steps, finest_shown(solid)};
+    if (body.shape == nullptr) return;
+    std::vector<Eigen::Vector3d> vertices_world;
+    for (const Eigen::Vector3i& vertex : body.shape->vertices_steps)
+      vertices_world.push_back(body.vertex_world(vertex));
     double lowest_z = std::numeric_limits<double>::infinity();
-    const auto vertex_world = [&](const Eigen::Vector3i& vertex) {
-      return Eigen::Vector3d((solid.origin_steps + vertex).cast<double>() * kHeightStep_m);
-    };
-    for (const Eigen::Vector3i& vertex : shape.vertices_steps)
-      lowest_z = std::min(lowest_z, vertex_world(vertex).z());
-    std::vector<Vector2d> held;  // by others
-    for (const Eigen::Vector3i& step : shape.vertices_steps) {
-      const Eigen::Vector3d vertex = vertex_world(step);
-      if (vertex.z() <= lowest_z + kFoot_m && has_solid(vertex.head<2>(), index))
-        held.push_back(vertex.head<2>());
-    }
-    const bool is_held = is_between(metres(solid.origin_steps.head<2>()), held);
-    for (const Eigen::Vector3i& step : shape.vertices_steps) {
-      const Eigen::Vector3d vertex = vertex_world(step);
+    for (const Eigen::Vector3d& vertex : vertices_world) lowest_z = std::min(lowest_z, vertex.z());
+    for (const Eigen::Vector3d& vertex : vertices_world) {
       const Vector2d place = vertex.head<2>();
       if (vertex.z() > lowest_z + kFoot_m || !is_judged_(place.x(), place.y())) continue;
       const double above_m = vertex.z() - ground_.z_world(place);
-      const bool is_floating = above_m > tolerance_m(tile_.id, ground_.slope(place)) &&
-                               !has_solid(place, index) && !is_held;
-      judge("floating_building", is_floating, solid.provenance, place,
+      const bool is_high =
+          above_m > tolerance_m(tile_.id, ground_.slope(place)) && !meets_other(vertex, index);
+      const bool is_held_up = is_high && is_held(body, index);
+      judge("floating_building", is_high && !is_held_up, solid.provenance, place,
             fmt::format("its foot is {:.2f} m above the ground", above_m));
-      if (is_floating) return;
+      if (is_high) return;
     }
   }
 

@@ -1,7 +1,8 @@
-// Prints the hashes of frame_hashes.h. Its packet code is built for baseline x86-64 alone
-// (TERRACAST_BASELINE_PACKETS), for tests/render/packet_code_test.cpp to compare.
+// Prints the hashes of frame_hashes.h. Its packet code is built for one instruction set alone, baseline x86-64
+// (TERRACAST_BASELINE_PACKETS) or AVX2 (avx2_packets.h), for tests/render/packet_code_test.cpp to compare.
 //
 //     terracast_baseline_packets FOLDER      which is made
+//     terracast_avx2_packets FOLDER
 
 #include <cstdio>
 #include <exception>
