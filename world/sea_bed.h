@@ -45,7 +45,7 @@ inline constexpr float kStands = 0.5f;
 /// Share that bare rock covers: where it is steep, and in hollows of the patches.
 /// steepness   sine of the slope
 TERRACAST_PACKET_INLINE float rock(float patch, float steepness, float soft) {
-  return risen(6.0f * steepness - patch - 1.6f, 0.25f + soft);
+  return risen(5.0f * steepness - 0.8f * patch - 1.8f, 0.6f + soft);
 }
 
 /// Noise of one place on the bed.

@@ -18,6 +18,8 @@ constexpr double kBelowSurface_m = 0.3;
 /// No tuft is drawn smaller or larger.
 constexpr double kSmallestTuft = 0.55;
 constexpr double kLargestTuft = 1.15;
+/// So much of a tuft's reach lies where seagrass is painted.
+constexpr double kInMeadow = 0.7;
 /// By how much of a turn tufts may be turned from the way that the swell lays all of them.
 constexpr double kTurned = 0.09;
 
@@ -92,23 +94,32 @@ std::uint16_t SeaBedPlants::heading_of(const PlaceDraws& draws) const {
   return static_cast<std::uint16_t>(static_cast<std::uint32_t>(turn * 65536.0) & 0xffffU);
 }
 
+float SeaBedPlants::seagrass(const Vector2d& place_world) const {
+  const double depth_m = bed_->water_depth_m(place_world);
+  if (depth_m <= 0.0) return 0.0f;
+  const Vector3d at(place_world.x(), place_world.y(), bed_z_world(place_world));
+  const world::sea_bed::Noise noise = world::sea_bed::noise_at(at, noise_seed_);
+  return world::sea_bed::seagrass(noise.patch, noise.weed, static_cast<float>(depth_m), 0.0f);
+}
+
+bool SeaBedPlants::is_meadow(const Vector2d& place_world, double radius_m) const {
+  for (const auto& [dx, dy] : {std::pair(-1, 0), {1, 0}, {0, -1}, {0, 1}})
+    if (seagrass(place_world + radius_m * Vector2d(dx, dy)) <= world::sea_bed::kStands)
+      return false;
+  return true;
+}
+
 void SeaBedPlants::add_seagrass(const BlueNoise::Place& place) {
   const Vector2d& at = place.at_world;
   const double depth_m = bed_->water_depth_m(at);
   const PlaceDraws draws = this->draws(kPlants, place);
   const PlantModel& model = draws.variety(plan_.library->of("seagrass"));
-  if (depth_m < kSmallestTuft * model.height_m + kBelowSurface_m) return;
-  const Vector3d foot(at.x(), at.y(), site_.ground_z_world(at) - depth_m);
-  const world::sea_bed::Noise noise = world::sea_bed::noise_at(foot, noise_seed_);
-  const float grown =
-      world::sea_bed::seagrass(noise.patch, noise.weed, static_cast<float>(depth_m), 0.0f);
-  if (grown <= world::sea_bed::kStands) return;
-  // Lower towards the meadow's border, and as low as the water's surface asks for.
-  const double inside = 2.0 * static_cast<double>(grown) - 1.0;
-  const double wanted = (0.7 + 0.3 * inside) * (0.85 + 0.3 * draws.unit(kSize));
-  const double scale =
-      std::min({wanted, kLargestTuft, (depth_m - kBelowSurface_m) / model.height_m});
-  if (scale < kSmallestTuft) return;
+  const double largest = std::min(kLargestTuft, (depth_m - kBelowSurface_m) / model.height_m);
+  if (largest < kSmallestTuft || seagrass(at) <= world::sea_bed::kStands) return;
+  // Within the meadow's border, but for tips of blades; the smallest stand on it.
+  double scale = std::min(0.85 + 0.3 * draws.unit(kSize), largest);
+  while (scale > kSmallestTuft && !is_meadow(at, kInMeadow * scale * model.reach_m))
+    scale = std::max(0.8 * scale, kSmallestTuft);
   if (!has_room(at, scale * model.reach_m, scale * model.height_m + kBelowSurface_m)) return;
   sink_.add_on_bed({draws.id, model, heading_of(draws), scale, model.coarsest_level}, *bed_, at,
                    depth_m);

@@ -22,6 +22,9 @@ class SeaBedPlants {
   bool is_bed(const BlueNoise::Place& place) const;
   /// Whether a disc is all below this much water, and nothing stands in it.
   bool has_room(const Eigen::Vector2d& place_world, double radius_m, double least_depth_m) const;
+  /// Share of the bed that seagrass covers there.
+  float seagrass(const Eigen::Vector2d& place_world) const;
+  bool is_meadow(const Eigen::Vector2d& place_world, double radius_m) const;
   double bed_z_world(const Eigen::Vector2d& place_world) const;
   /// Sine of the bed's slope.
   float steepness(const Eigen::Vector2d& place_world) const;

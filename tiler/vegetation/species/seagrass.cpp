@@ -13,8 +13,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kReach_m = 2.35;
-constexpr int kNumSheaves = 230;
+/// Wider than the places of tufts are apart: meadows close.
+constexpr double kReach_m = 3.3;
+constexpr int kNumSheaves = 440;
 constexpr double kSunk_m = 0.3;
 
 Plant grow(std::uint64_t seed) {
@@ -27,7 +28,7 @@ Plant grow(std::uint64_t seed) {
     const double r = kReach_m * std::sqrt((k + draws.unit()) / kNumSheaves);
     const double angle_rad = k * 2.399963229728653 + draws.about(0.0, 0.3);
     const Vector3d foot(r * std::cos(angle_rad), r * std::sin(angle_rad), -kSunk_m);
-    const double length_m = draws.between(0.5, 0.85) * (1.1 - 0.3 * r / kReach_m);
+    const double length_m = draws.between(0.45, 0.85) * (1.05 - 0.15 * r / kReach_m);
     const int num_blades = 5 + static_cast<int>(4.0 * draws.unit());
     for (int i = 0; i < num_blades; ++i) {
       // Along x, and a little aside.
@@ -54,7 +55,7 @@ SpeciesInfo seagrass_species() {
   return {"seagrass",
           "Tufts of Neptune grass on some square metres of the bed of the sea.",
           4,
-          {{-2, 5000}, {-1, 2600}, {0, 1300}},
+          {{-2, 9000}, {0, 6000}},
           grow};
 }
 
