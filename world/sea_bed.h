@@ -20,8 +20,8 @@ struct Band {
   std::uint32_t stream;
 };
 inline constexpr Band kPatch{6, 3, 401};
-/// None is narrower than a plant: borders of meadows follow their plants.
-inline constexpr Band kWeed{5, 2, 409};
+/// None is narrower than a tuft of plants: a meadow has tufts all over, and its border follows them.
+inline constexpr Band kWeed{6, 3, 409};
 
 /// The seed of the noise of all ground (render::Climate), of the world's.
 std::uint32_t noise_seed(std::uint64_t world_seed);
