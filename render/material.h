@@ -23,7 +23,7 @@ struct Climate {
   double tree_line_m = 2100.0;  ///< above the sea
   bool has_trees = false;  ///< trees stand on the ground of forests, and crops on that of fields
   std::uint32_t seed = 1;
-  std::shared_ptr<const SeaExposure> exposure;  ///< null: all sea is open
+  std::shared_ptr<const SeaExposure> exposure{};  ///< null: all sea is open
   world::FieldPattern fields{1, true};
 };
 
