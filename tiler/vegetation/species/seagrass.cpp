@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 /// Wider than the places of tufts are apart: meadows close.
 constexpr double kReach_m = 3.3;
-constexpr int kNumSheaves = 440;
+constexpr int kNumSheaves = 300;
 constexpr double kSunk_m = 0.3;
 
 Plant grow(std::uint64_t seed) {
@@ -42,7 +42,7 @@ Plant grow(std::uint64_t seed) {
       const std::uint8_t finish = drawn < 0.14 ? 3 : drawn < 0.42 ? 0 : drawn < 0.8 ? 1 : 2;
       const Vector3d beside =
           draws.about(0.0, 0.05) * Vector3d(-out.y(), out.x(), 0.0) + draws.about(0.0, 0.04) * out;
-      meadow.leaves.push_back(make_leaf(foot + beside, tip, draws.between(0.016, 0.026), -out,
+      meadow.leaves.push_back(make_leaf(foot + beside, tip, draws.between(0.018, 0.030), -out,
                                         LeafForm::Blade, 0.22 * blade_m * lean, finish));
     }
   }
@@ -55,7 +55,7 @@ SpeciesInfo seagrass_species() {
   return {"seagrass",
           "Tufts of Neptune grass on some square metres of the bed of the sea.",
           4,
-          {{-2, 9000}, {0, 6000}},
+          {{-1, 6000}, {0, 5000}},
           grow};
 }
 
