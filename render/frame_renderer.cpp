@@ -13,6 +13,7 @@
 #include "render/sampler.h"
 #include "render/scratch_pool.h"
 #include "render/water_light.h"
+#include "world/sea_bed.h"
 
 namespace terracast::render {
 namespace {
@@ -379,7 +380,7 @@ FrameRenderer::FrameRenderer(const SequencePlan& plan, const world::TileStore& s
       flags_(plan.facts.flag_bits()),
       is_in_water_(is_in_water),
       moving_(plan.moving, query, geo::WorldFrame(store.manifest().origin)),
-      ground_(climate_of(store, static_cast<std::uint32_t>(core::mix_bits(store.manifest().seed)))),
+      ground_(climate_of(store, world::sea_bed::noise_seed(store.manifest().seed))),
       imagery_(store, query.imagery_budget_bytes()),
       textures_(store),
       sky_(daylight_of(plan, geo::WorldFrame(store.manifest().origin))),

@@ -58,6 +58,7 @@ TERRACAST_PACKET_CODE void set_ground(const GroundPlaces& places, double sea_lev
     packet.height_m[i] = static_cast<float>(height_m[i]);
     packet.moisture[i] = static_cast<float>(places.moisture[i]);
     packet.spacing_m[i] = static_cast<float>(places.spacing_m[i]);
+    packet.sea_depth_m[i] = static_cast<float>(places.sea_depth_m[i]);
   }
 }
 
@@ -129,6 +130,7 @@ Climate climate_of(const world::TileStore& store, std::uint32_t seed) {
     }
   }
   climate.has_sea = num_samples > 0;
+  if (climate.has_sea) climate.exposure = SeaExposure::of(store);
   if (climate.has_sea) climate.sea_level_m = sum_m / static_cast<double>(num_samples);
   return climate;
 }

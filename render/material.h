@@ -3,10 +3,12 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
 
 #include "capture/channel.h"
 #include "render/lanes.h"
 #include "render/noise.h"
+#include "render/sea_exposure.h"
 #include "world/field_pattern.h"
 #include "world/ray_query.h"
 #include "world/tile_store.h"
@@ -21,6 +23,7 @@ struct Climate {
   double tree_line_m = 2100.0;  ///< above the sea
   bool has_trees = false;  ///< trees stand on the ground of forests, and crops on that of fields
   std::uint32_t seed = 1;
+  std::shared_ptr<const SeaExposure> exposure{};  ///< null: all sea is open
   world::FieldPattern fields{1, true};
 };
 
@@ -36,6 +39,7 @@ struct GroundPlaces {
   Lanes<double> footprint_m;       ///< width of an image sample on the ground
   Lanes<double> moisture;          ///< 0 … 1
   Lanes<double> spacing_m;         ///< of the terrain samples
+  Lanes<double> sea_depth_m;       ///< of the sea above its bed; 0 elsewhere, in other waters too
   Lanes<std::uint8_t> cover;       ///< world::Cover
   Lanes<std::uint8_t> is_painted;  ///< 0 or 1
   std::array<world::PaintSample, kLanes> paint;
@@ -52,6 +56,7 @@ struct GroundPlaces {
   void set_surface(int lane, const world::SurfaceSample& surface) {
     moisture[lane] = surface.moisture;
     spacing_m[lane] = surface.spacing_m;
+    sea_depth_m[lane] = 0.0;
     cover[lane] = static_cast<std::uint8_t>(surface.cover);
     is_painted[lane] = surface.paint.is_painted ? 1 : 0;
     if (surface.paint.is_painted) paint[static_cast<std::size_t>(lane)] = surface.paint;
@@ -75,6 +80,7 @@ struct GroundPacket {
   Lanes<float> height_m;      ///< above sea level
   Lanes<float> moisture;      ///< 0 … 1
   Lanes<float> spacing_m;     ///< of the terrain samples: shape finer than that is the material's
+  Lanes<float> sea_depth_m;   ///< as GroundPlaces has it
   Lanes<std::uint8_t> cover;  ///< world::Cover
   bool has_known_cover;       ///< a source of land cover knows some lane
   Lanes<std::uint8_t> is_painted;

@@ -3,10 +3,12 @@
 #include "render/blend.h"
 #include "render/ground_cover.h"
 #include "render/relief.h"
+#include "world/sea_bed.h"
 
 namespace terracast::render {
 namespace {
 
+using core::larger;
 using world::Cover;
 
 /// Waves of a water: wind over a short fetch raises short ones.
@@ -76,8 +78,13 @@ void look_at_water(const GroundPacket& packet, std::uint32_t seed, GroundLook& l
 }
 
 void look_at_bed(const GroundPacket& packet, std::uint32_t seed, GroundLook& look) {
-  const NoiseSum patch = sum_noise(packet.places, 6, 3, seed + 401);
-  const NoiseSum weed = sum_noise(packet.places, 4, 0, seed + 409);
+  namespace bed = world::sea_bed;
+  const auto noise_of = [&](const bed::Band& band) {
+    return sum_noise(packet.places, band.coarsest_level, band.finest_level, seed + band.stream);
+  };
+  const NoiseSum patch = noise_of(bed::kPatch);
+  const NoiseSum weed = noise_of(bed::kWeed);
+  const NoiseSum film = sum_noise(packet.places, 1, -2, seed + 409);
   const NoiseSum grain = sum_noise(packet.places, 1, -3, seed + 419);
   const NoiseSum fine = sum_noise(packet.places, -2, -6, seed + 421);
   for (int i = 0; i < kLanes; ++i) {
@@ -89,12 +96,18 @@ void look_at_bed(const GroundPacket& packet, std::uint32_t seed, GroundLook& loo
     // Gravel and shells lie in patches, rock where it is steep.
     lay(color, 0.55f * step_up(grain.value[i] + 0.5f * patch.value[i] - 1.1f, 0.6f + soft), 0.20f,
         0.18f, 0.15f);
-    const float rock = step_up(patch.value[i] + 6.0f * packet.steepness[i] - 1.25f, 0.25f + soft);
-    lay(color, rock, 0.105f + 0.03f * grain.value[i], 0.095f + 0.03f * grain.value[i],
+    const float bare_rock = bed::rock(patch.value[i], packet.steepness[i], soft);
+    lay(color, bare_rock, 0.105f + 0.03f * grain.value[i], 0.095f + 0.03f * grain.value[i],
         0.080f + 0.025f * grain.value[i]);
-    const float grown =
-        step_up(weed.value[i] + 0.7f * patch.value[i] + 0.4f * rock - 0.55f, 0.25f + soft);
-    lay(color, 0.9f * grown, 0.030f + 0.010f * fine.value[i], 0.045f + 0.014f * fine.value[i],
+    // A film of algae on rock, and on the beds of lakes and rivers.
+    const float inland = packet.sea_depth_m[i] > 0.0f ? 0.0f : 1.0f;
+    lay(color,
+        0.6f * larger(bare_rock, inland) *
+            step_up(film.value[i] + 0.7f * patch.value[i] - 0.4f, 0.4f + soft),
+        0.050f + 0.010f * fine.value[i], 0.060f + 0.012f * fine.value[i], 0.028f);
+    // Below its blades lie shade, sheaths and what they drop.
+    const float grown = bed::seagrass(patch.value[i], weed.value[i], packet.sea_depth_m[i], soft);
+    lay(color, 0.9f * grown, 0.030f + 0.008f * fine.value[i], 0.040f + 0.010f * fine.value[i],
         0.016f);
     look.albedo[0][i] = clamped(color.r, 0.01f, 0.7f);
     look.albedo[1][i] = clamped(color.g, 0.01f, 0.7f);

@@ -1,12 +1,14 @@
 #include "render/water_light.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
 
 #include "core/random.h"
 #include "render/blend.h"
+#include "render/object_look.h"
 #include "render/rough_water.h"
 #include "render/shading.h"
 #include "render/water.h"
@@ -79,6 +81,22 @@ float gathered(const NoiseSum& first, const NoiseSum& second, int lane) {
   const float one = line(first);
   const float other = line(second);
   return 0.620f + 0.750f * (one + other) + 2.352f * one * other;
+}
+
+/// Of an object in water, with what hides it from the light above.
+Color albedo_of(const world::SurfaceHit& hit, const world::SurfaceSample& surface,
+                const Eigen::Vector3f& up, float footprint_m, std::uint32_t seed) {
+  const ObjectLook look = look_at_object(object_place(hit, surface, up, footprint_m, seed));
+  return Color(look.albedo.r, look.albedo.g, look.albedo.b) * (look.openness * look.crown_openness);
+}
+
+/// Share of the light from above that a surface takes up and sends to its viewer; blades do so from both sides.
+float lit_share(const world::SurfaceHit& hit, const world::SurfaceSample& surface,
+                const Vector3d& up) {
+  const auto cosine = static_cast<float>(hit.normal_world().dot(up));
+  if (!hit.is_ground() && is_translucent(surface.finish.material))
+    return 0.55f + 0.45f * std::abs(cosine);
+  return 0.25f + 0.75f * std::max(cosine, 0.0f);
 }
 
 double offset_of(const LitHits& hits, std::size_t ray) {
@@ -330,8 +348,7 @@ void WaterLight::look_in_water(const LitHits& hits, double depth_m, Scratch& s,
     if (s.way_m[i] < 0.0) continue;
     const auto deep =
         static_cast<float>(depth_m - hits.rays[i].direction_world.dot(up) * s.way_m[i]);
-    const auto facing = static_cast<float>(std::max(hits.hits[i].normal_world().dot(up), 0.0));
-    at_end[i] = s.bottom[i] / kPi * light * (0.25f + 0.75f * facing) *
+    at_end[i] = s.bottom[i] / kPi * light * lit_share(hits.hits[i], hits.surfaces[i], up) *
                 (-fading * std::max(deep, 0.0f)).exp();
   }
   // Through the surface, and off it.
@@ -404,28 +421,29 @@ void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_dept
     if (s.hits[k].is_sky()) continue;
     s.way_m[k] = s.hits[k].t;
     s.depth_m[k] = std::max(start_depth_m - s.hits[k].t * s.rays[k].direction_world.dot(up), 0.0);
-    if (s.hits[k].is_ground()) {
-      s.of_water.push_back(k);
-      continue;
-    }
-    const auto& color = s.surfaces[k].finish.color_srgb;
-    for (int c = 0; c < 3; ++c)
-      s.bottom[k][c] =
-          std::pow(static_cast<float>(color[static_cast<std::size_t>(c)]) / 255.0f, 2.2f);
+    s.of_water.push_back(k);
   }
   for (std::size_t first = 0; first < s.of_water.size(); first += kLanes) {
     const std::size_t count = std::min<std::size_t>(kLanes, s.of_water.size() - first);
+    std::array<float, kLanes> widths_m;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       const std::size_t k = s.of_water[first + std::min(lane, count - 1)];
       const std::size_t i = s.water[k];
+      const int at = static_cast<int>(lane);
       // Waves that are not told one by one blur the bed: else each sample met another patch of it.
       const double seen_m =
           start_depth_m > 0.0
               ? hits.sample_width.at(std::min(hits.hits[i].t, 1e5))
               : footprint_m(hits, i) + s.hits[k].t * (hits.sample_width.angle_rad + s.blur[k]);
-      s.places.set(static_cast<int>(lane),
-                   s.rays[k].origin_world + s.hits[k].t * s.rays[k].direction_world,
-                   s.hits[k].normal_world(), s.surfaces[k], seen_m);
+      widths_m[lane] = static_cast<float>(seen_m);
+      const Vector3d place = s.rays[k].origin_world + s.hits[k].t * s.rays[k].direction_world;
+      s.places.set(at, place, s.hits[k].normal_world(), s.surfaces[k], seen_m);
+      if (is_in_sea(hits, i, start_depth_m > 0.0, place, s.depth_m[k]))
+        s.places.sea_depth_m[at] = s.depth_m[k];
+      if (s.hits[k].is_ground()) continue;
+      // Of objects only what waves gather on them is asked for here.
+      s.places.cover[at] = static_cast<std::uint8_t>(Cover::Seabed);
+      s.places.is_painted[at] = 0;
     }
     ground_.set(s.places, s.packet);
     ground_.look(s.packet, s.look);
@@ -435,17 +453,41 @@ void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_dept
     for (std::size_t lane = 0; lane < count; ++lane) {
       const std::size_t k = s.of_water[first + lane];
       const int at = static_cast<int>(lane);
-      s.bottom[k] = Color(s.look.albedo[0][at], s.look.albedo[1][at], s.look.albedo[2][at]) *
-                    s.look.openness[at];
+      const bool is_bed = s.hits[k].is_ground();
+      s.bottom[k] = is_bed
+                        ? Color(s.look.albedo[0][at], s.look.albedo[1][at], s.look.albedo[2][at]) *
+                              s.look.openness[at]
+                        : albedo_of(s.hits[k], s.surfaces[k], up.cast<float>(), widths_m[lane],
+                                    ground_.climate().seed);
       const auto deep_m = static_cast<float>(s.depth_m[k]);
       const float caustic = gathered(long_lines, lines, at);
       s.bottom[k] *= 1.0f + (caustic - 1.0f) * 0.7f * std::exp(-deep_m / kCausticDepth_m) *
                                 ramp(deep_m / 0.5f);
-      if (hits.surfaces[s.water[k]].cover != Cover::Sea) continue;
-      const auto depth = static_cast<float>(s.depth_m[k]) / kSurfDepth_m;
-      s.foam[k] = 0.85f * step_up(0.55f + 0.75f * runs.value[at] - 1.3f * depth, 0.45f);
+      if (!is_bed || hits.surfaces[s.water[k]].cover != Cover::Sea) continue;
+      const float surf = surf_at(s.rays[k].origin_world.head<2>());
+      if (surf <= 0.0f) continue;
+      const auto depth = deep_m / kSurfDepth_m;
+      s.foam[k] = surf * 0.85f * step_up(0.55f + 0.75f * runs.value[at] - 1.3f * depth, 0.45f);
     }
   }
+}
+
+/// Whether water is the sea's: rays from above know its surface, viewers in it where that is.
+/// place     that a ray met, this deep in it
+bool WaterLight::is_in_sea(const LitHits& hits, std::size_t ray, bool is_viewer_in_water,
+                           const Vector3d& place, double depth_m) const {
+  if (!is_viewer_in_water) return hits.surfaces[ray].cover == Cover::Sea;
+  // The sea's level is a mean over the world, whose geoid slopes by metres.
+  constexpr double kSlopes_m = 3.0;
+  const Climate& climate = ground_.climate();
+  return climate.has_sea &&
+         std::abs(approximate_height_m(place) + depth_m - climate.sea_level_m) < kSlopes_m;
+}
+
+/// Share of the surf of an open coast.
+float WaterLight::surf_at(const Eigen::Vector2d& place_world) const {
+  const SeaExposure* exposure = ground_.climate().exposure.get();
+  return exposure == nullptr ? 1.0f : static_cast<float>(exposure->surf(place_world));
 }
 
 void WaterLight::look_up(const LitHits& hits, Scratch& s, const SeenWater& seen,

@@ -103,6 +103,9 @@ class WaterLight {
   void look_down(const LitHits& hits, Scratch& scratch, std::span<Color> below,
                  world::RayTrail* trail) const;
   void shade_bottom(const LitHits& hits, Scratch& scratch, double start_depth_m) const;
+  bool is_in_sea(const LitHits& hits, std::size_t ray, bool is_viewer_in_water,
+                 const Eigen::Vector3d& place, double depth_m) const;
+  float surf_at(const Eigen::Vector2d& place_world) const;
   void draw_facets(const LitHits& hits, Scratch& scratch, std::span<float> reflectance) const;
   void look_up(const LitHits& hits, Scratch& scratch, const SeenWater& seen,
                world::RayTrail* trail) const;

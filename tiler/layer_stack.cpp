@@ -9,6 +9,7 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "tiler/bed_site.h"
 #include "tiler/country/country.h"
 #include "tiler/dry_cover.h"
 #include "tiler/dry_paint.h"
@@ -84,7 +85,7 @@ bool is_shown(const Extent& extent, const Eigen::Vector2d& place_m, int coarsest
   return id.level - kLevelsAtCorner - doublings <= coarsest_level;
 }
 
-class Site final : public LayerSite {
+class Site final : public LayerSite, public BedSite {
  public:
   /// bare   the ground without the layers of the stack
   Site(const WorldSurface& bare, const LayerStack& stack,
@@ -103,14 +104,21 @@ class Site final : public LayerSite {
     });
   }
   bool is_free(const Eigen::Vector2d& place_world, double radius_m) const override {
-    for (const auto& layer : layers_)
-      if (layer.get() != &asking_ && layer->holds(place_world, radius_m)) return false;
+    if (!is_unheld(place_world, radius_m)) return false;
     const auto is_dry = [&](double dx, double dy) {
       const Eigen::Vector2d at = place_world + Eigen::Vector2d(dx * radius_m, dy * radius_m);
       return !stack_.is_shaped_water(at, sample(at));
     };
     return is_dry(0, 0) &&
            (radius_m == 0.0 || (is_dry(-1, 0) && is_dry(1, 0) && is_dry(0, -1) && is_dry(0, 1)));
+  }
+  double water_depth_m(const Eigen::Vector2d& place_world) const override {
+    return stack_.shaped(place_world, sample(place_world)).water_depth_m;
+  }
+  bool is_unheld(const Eigen::Vector2d& place_world, double radius_m) const override {
+    return std::none_of(layers_.begin(), layers_.end(), [&](const auto& layer) {
+      return layer.get() != &asking_ && layer->holds(place_world, radius_m);
+    });
   }
   bool is_kept_low(const Eigen::Vector2d& place_world, double radius_m) const override {
     return std::any_of(layers_.begin(), layers_.end(),

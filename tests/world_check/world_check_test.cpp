@@ -76,6 +76,9 @@ class WorldCheck : public testing::Test {
     edit(west, east, prototype);
     manifest.prototypes = {world::write_prototype(folder / "world", 0, prototype)};
     for (world::Tile* tile : {&west, &east}) {
+      tile->water_depth_steps.clear();
+      for (const world::Cover cover : tile->cover)
+        tile->water_depth_steps.push_back(cover == world::Cover::Lake ? 12 * kSteps : 0);
       tile->objects_top_steps = 100 * kSteps;
       const auto info = std::find_if(manifest.tiles.begin(), manifest.tiles.end(),
                                      [&](const auto& one) { return one.id == tile->id; });
@@ -332,6 +335,48 @@ TEST_F(WorldCheck, FindsWhatStandsWhereItMayNot) {
   EXPECT_EQ(
       found([&](auto&, auto& east, auto&) { east.objects.strips.push_back(road(600, 950, -100)); }),
       Kinds{"paint_under_water"});
+}
+
+TEST_F(WorldCheck, FindsSeagrassOnLandAndOutOfTheWater) {
+  // 12 m of water beyond x = 800 m; the prototype is 9 m high.
+  constexpr int kBed_m = static_cast<int>(kGround_m) - 12;
+  const auto found_at = [&](const char* name, core::SemanticClass semantic_class, int x_m,
+                            int z_m) {
+    return found([&](auto&, auto& east, auto& prototype) {
+      prototype.name = name;
+      for (world::ShapeLevel& level : prototype.levels)
+        for (world::Finish& finish : level.shape.finishes) finish.semantic_class = semantic_class;
+      world::Instance instance = plant(101, x_m, -300);
+      instance.place_steps.z() = z_m * kSteps;
+      east.objects.instances.push_back(instance);
+    });
+  };
+  // The plant that all these worlds have on land is of the same prototype.
+  const auto with_one_on_land = [](Kinds kinds) {
+    kinds.insert("seagrass_out_of_water");
+    return kinds;
+  };
+  const auto seagrass_found = [&](int x_m, int z_m) {
+    return found([&](auto& west, auto& east, auto& prototype) {
+      prototype.name = "seagrass_0";
+      west.objects.instances.clear();
+      world::Instance instance = plant(101, x_m, -300);
+      instance.place_steps.z() = z_m * kSteps;
+      east.objects.instances.push_back(instance);
+    });
+  };
+  EXPECT_EQ(seagrass_found(900, kBed_m), Kinds{});
+  EXPECT_EQ(seagrass_found(900, kBed_m + 2), Kinds{"floating_instance"});
+  EXPECT_EQ(seagrass_found(900, static_cast<int>(kGround_m)),
+            with_one_on_land({"floating_instance"}));
+  EXPECT_EQ(seagrass_found(250, static_cast<int>(kGround_m)), with_one_on_land({}));
+  // Stones lie where they like, but do not float; trees do not stand on the bed either.
+  EXPECT_EQ(found_at("boulder_0", core::SemanticClass::Stone, 900, kBed_m), Kinds{});
+  EXPECT_EQ(found_at("boulder_0", core::SemanticClass::Stone, 900, kBed_m + 2),
+            Kinds{"floating_instance"});
+  EXPECT_EQ(found_at("boulder_0", core::SemanticClass::Stone, 250, static_cast<int>(kGround_m)),
+            Kinds{});
+  EXPECT_EQ(found_at("oak_0", core::SemanticClass::Tree, 900, kBed_m), Kinds{"plant_in_water"});
 }
 
 TEST_F(WorldCheck, FindsAreasPaintedOnWaterButNotPiers) {

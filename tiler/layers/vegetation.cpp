@@ -8,6 +8,7 @@
 #include "core/hash.h"
 #include "tiler/layer.h"
 #include "tiler/vegetation/forest_pieces.h"
+#include "tiler/vegetation/sea_bed_plants.h"
 #include "tiler/vegetation/single_plants.h"
 #include "tiler/vegetation/vegetation_plan.h"
 #include "tiler/world_options.h"
@@ -22,7 +23,7 @@ namespace terracast::tiler {
 namespace {
 
 /// Bumped when what stands where changes.
-constexpr int kVegetationVersion = 8;
+constexpr int kVegetationVersion = 9;
 
 class VegetationLayer final : public Layer {
  public:
@@ -80,6 +81,7 @@ class VegetationLayer final : public Layer {
     plants.add_bushes();
     plants.add_plants();
     plants.add_stones();
+    SeaBedPlants(plan_, id, site, places, sink).add_all();
     plants.add_crops();
     pieces.add_all();
   }
@@ -124,7 +126,8 @@ LayerKindInfo vegetation_layer() {
   return {
       "vegetation",
       "Trees, bushes, grass, reeds, crops and boulders where land cover, climate and ground let "
-      "them stand, or where a canopy raster has trees.",
+      "them stand, or where a canopy raster has trees; seagrass and boulders on the bed of the "
+      "sea.",
       [] { return std::unique_ptr<LayerKind>(std::make_unique<VegetationKind>()); }};
 }
 

@@ -36,7 +36,38 @@ int last_level_on_land(const LayerSite& site, const Vector2d& place_world, doubl
   return last;
 }
 
+int last_level_on_bed(const LayerSite& site, const BedSite& bed, const Vector2d& place_world,
+                      double foot_z_world, int first_level, int last_level) {
+  // Nearer to the foot than this: what stands there is sunk by as much, and more where it is shown from afar.
+  constexpr double kApart_m = 0.2;
+  constexpr double kApartPerSpacing = 0.2;
+  const auto bed_z_world = [&](const Vector2d& sample) {
+    return site.ground_z_world(sample) - bed.water_depth_m(sample);
+  };
+  for (int level = std::max(first_level, 0); level <= last_level; ++level) {
+    if (!is_amid_water(site, place_world, level)) return level - 1;
+    const double shown_z = shown_z_world(bed_z_world, place_world, level);
+    if (std::abs(shown_z - foot_z_world) > kApart_m + kApartPerSpacing * std::exp2(level))
+      return level - 1;
+  }
+  return last_level;
+}
+
 void PlantSink::add(const Planting& planting, const Vector3d& foot_world) {
+  add(planting, foot_world,
+      last_level_on_land(site_, foot_world.head<2>(), foot_world.z(), planting.first_level,
+                         std::min(planting.coarsest_level, planting.model.coarsest_level)));
+}
+
+void PlantSink::add_on_bed(const Planting& planting, const BedSite& bed,
+                           const Vector2d& place_world, double water_depth_m) {
+  const double foot_z = site_.ground_z_world(place_world) - water_depth_m;
+  add(planting, Vector3d(place_world.x(), place_world.y(), foot_z),
+      last_level_on_bed(site_, bed, place_world, foot_z, planting.first_level,
+                        std::min(planting.coarsest_level, planting.model.coarsest_level)));
+}
+
+void PlantSink::add(const Planting& planting, const Vector3d& foot_world, int last_level) {
   world::Instance instance;
   instance.provenance.instance_id = planting.id;
   instance.provenance.feature = planting.id;
@@ -47,9 +78,7 @@ void PlantSink::add(const Planting& planting, const Vector3d& foot_world) {
   instance.scale =
       static_cast<std::uint16_t>(std::clamp(std::lround(planting.scale * 4096.0), 1L, 65535L));
   instance.variety = variety_of(planting.tint, core::random_bits(plan_.seed, kColour, planting.id));
-  instance.coarsest_level = static_cast<std::int8_t>(
-      last_level_on_land(site_, foot_world.head<2>(), foot_world.z(), planting.first_level,
-                         std::min(planting.coarsest_level, planting.model.coarsest_level)));
+  instance.coarsest_level = static_cast<std::int8_t>(last_level);
   objects_.instances.push_back(instance);
 }
 

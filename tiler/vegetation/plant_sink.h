@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
+#include "tiler/bed_site.h"
 #include "tiler/layer.h"
 #include "tiler/vegetation/vegetation_plan.h"
 
@@ -11,6 +12,12 @@ namespace terracast::tiler {
 /// The last of some levels of which all have dry ground there, or the one before the first.
 int last_level_on_land(const LayerSite& site, const Eigen::Vector2d& place_world,
                        double foot_z_world, int first_level, int last_level);
+
+/// The last of some levels of which all have water round a place and their bed near below it, or the one before the
+/// first.
+/// foot_z_world   on the bed
+int last_level_on_bed(const LayerSite& site, const BedSite& bed, const Eigen::Vector2d& place_world,
+                      double foot_z_world, int first_level, int last_level);
 
 /// Puts plants on a tile, each shown up to the last level that has ground below it.
 class PlantSink {
@@ -32,8 +39,13 @@ class PlantSink {
   void add(const Planting& planting, const Eigen::Vector3d& foot_world);
   /// On the ground there.
   void add(const Planting& planting, const Eigen::Vector2d& place_world);
+  /// On the bed below water, this deep.
+  void add_on_bed(const Planting& planting, const BedSite& bed, const Eigen::Vector2d& place_world,
+                  double water_depth_m);
 
  private:
+  void add(const Planting& planting, const Eigen::Vector3d& foot_world, int last_level);
+
   const VegetationPlan& plan_;
   const LayerSite& site_;
   world::TileObjects& objects_;

@@ -18,6 +18,7 @@
   X(pine)                    \
   X(poplar)                  \
   X(reed)                    \
+  X(seagrass)                \
   X(spruce)                  \
   X(vine)                    \
   X(wheat)

@@ -29,16 +29,18 @@ double tolerance_m(const world::TileId& id, double slope) {
 
 class Ground {
  public:
-  explicit Ground(const world::Tile& tile) : tile_(tile) {}
+  /// is_bed   below water its bed, not its surface
+  Ground(const world::Tile& tile, bool is_bed)
+      : tile_(tile), is_bed_(is_bed && !tile.water_depth_steps.empty()) {}
 
   double z_world(const Vector2d& place) const {
     const Cell cell = cell_at(place);
-    const double z10 = tile_.z_world(cell.i + 1, cell.j), z01 = tile_.z_world(cell.i, cell.j + 1);
+    const double z10 = z_at(cell.i + 1, cell.j), z01 = z_at(cell.i, cell.j + 1);
     if (cell.x + cell.y <= 1.0) {
-      const double z00 = tile_.z_world(cell.i, cell.j);
+      const double z00 = z_at(cell.i, cell.j);
       return z00 + cell.x * (z10 - z00) + cell.y * (z01 - z00);
     }
-    const double z11 = tile_.z_world(cell.i + 1, cell.j + 1);
+    const double z11 = z_at(cell.i + 1, cell.j + 1);
     return z11 + (1.0 - cell.x) * (z01 - z11) + (1.0 - cell.y) * (z10 - z11);
   }
   /// The steepest rise between neighbouring samples of the cells at a place and round them.
@@ -48,9 +50,9 @@ class Ground {
     double steepest_m = 0.0;
     for (int j = std::max(cell.j - 1, 0); j <= std::min(cell.j + 2, last); ++j)
       for (int i = std::max(cell.i - 1, 0); i <= std::min(cell.i + 2, last); ++i) {
-        const double z = tile_.z_world(i, j);
-        if (i < last) steepest_m = std::max(steepest_m, std::abs(tile_.z_world(i + 1, j) - z));
-        if (j < last) steepest_m = std::max(steepest_m, std::abs(tile_.z_world(i, j + 1) - z));
+        const double z = z_at(i, j);
+        if (i < last) steepest_m = std::max(steepest_m, std::abs(z_at(i + 1, j) - z));
+        if (j < last) steepest_m = std::max(steepest_m, std::abs(z_at(i, j + 1) - z));
       }
     return steepest_m / tile_.id.spacing_m();
   }
@@ -75,6 +77,10 @@ class Ground {
     int i, j;
     double x, y;
   };
+  double z_at(int i, int j) const {
+    const double z = tile_.z_world(i, j);
+    return is_bed_ ? z - tile_.water_depth_steps[world::Tile::sample(i, j)] * kHeightStep_m : z;
+  }
   Cell cell_at(const Vector2d& place) const {
     const Vector2d at = (place - tile_.id.corner_world()) / tile_.id.spacing_m();
     const int i = std::clamp(static_cast<int>(std::floor(at.x())), 0, world::kTileCells - 1);
@@ -82,6 +88,7 @@ class Ground {
     return {i, j, at.x() - i, at.y() - j};
   }
   const world::Tile& tile_;
+  bool is_bed_;
 };
 
 struct Box {
@@ -144,7 +151,8 @@ class TileCheck {
         is_judged_(is_judged),
         report_(report),
         asked_(asked),
-        ground_(tile),
+        ground_(tile, false),
+        bed_(tile, true),
         solids_by_place_(tile.id),
         things_by_place_(tile.id),
         segments_by_place_(tile.id),
@@ -305,15 +313,23 @@ class TileCheck {
     const Vector2d place = metres(instance.place_steps.head<2>());
     if (!is_judged_(place.x(), place.y())) return;
     const double z = instance.place_steps.z() * kHeightStep_m;
-    const double above_m = z - ground_.z_world(place);
+    const PrototypeSize& size = sizes_[instance.prototype];
     const bool is_plant = kind_of(instance.provenance) == "vegetation";
+    const bool is_in_water = is_plant && ground_.is_water(place);
+    const Ground& below = is_in_water && (size.is_seagrass || size.is_stone) ? bed_ : ground_;
+    const double above_m = z - below.z_world(place);
     judge("floating_instance",
-          above_m > tolerance_m(tile_.id, ground_.slope(place)) &&
+          above_m > tolerance_m(tile_.id, below.slope(place)) &&
               (is_plant || (!has_solid(place) && !has_thing_below(instance))),
           instance.provenance, place, fmt::format("{:.2f} m above the ground", above_m));
     if (!is_plant) return;
-    judge("plant_in_water", ground_.is_water(place), instance.provenance, place,
-          "it grows in water");
+    judge("plant_in_water", is_in_water && !size.is_seagrass && !size.is_stone, instance.provenance,
+          place, "it grows in water");
+    judge("seagrass_out_of_water",
+          size.is_seagrass &&
+              (!is_in_water || z + size.top_m * scale_of(instance) > ground_.z_world(place)),
+          instance.provenance, place,
+          is_in_water ? "its blades reach out of the water" : "it grows on land");
     // Coarse tiles hold pieces of forest, not plants.
     constexpr int kCoarsestPlants = 2;
     if (tile_.id.level > kCoarsestPlants) return;
@@ -418,6 +434,7 @@ class TileCheck {
   const Report& report_;
   const Asked& asked_;
   Ground ground_;
+  Ground bed_;
   std::vector<Box> boxes_;  ///< of the solids
   Buckets solids_by_place_, things_by_place_, segments_by_place_, areas_by_place_;
   std::vector<Segment> segments_;
@@ -427,6 +444,11 @@ class TileCheck {
 
 PrototypeSize size_of(const world::Prototype& prototype) {
   PrototypeSize size;
+  size.is_seagrass = prototype.name.starts_with("seagrass");
+  size.is_stone = true;
+  for (const world::ShapeLevel& level : prototype.levels)
+    for (const world::Finish& finish : level.shape.finishes)
+      size.is_stone = size.is_stone && finish.semantic_class == core::SemanticClass::Stone;
   for (const world::ShapeLevel& level : prototype.levels)
     for (const Eigen::Vector3i& vertex : level.shape.vertices_steps) {
       size.top_m = std::max(size.top_m, vertex.z() * kHeightStep_m);

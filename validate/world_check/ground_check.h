@@ -15,14 +15,17 @@ using Report = std::function<void(std::string_view kind, const std::string& what
 /// Told how many things a kind of faults has been asked of.
 using Asked = std::function<void(std::string_view kind, std::int64_t count)>;
 
-/// How far a prototype of scale 1 reaches from its foot.
+/// How far a prototype of scale 1 reaches from its foot, and where it may stand.
 struct PrototypeSize {
-  double top_m = 0.0;   ///< upward
-  double side_m = 0.0;  ///< in the plane
+  double top_m = 0.0;        ///< upward
+  double side_m = 0.0;       ///< in the plane
+  bool is_seagrass = false;  ///< it grows below water and nowhere else
+  bool is_stone = false;     ///< all of it: it may lie on land and below water
 };
 PrototypeSize size_of(const world::Prototype& prototype);
 
-/// How things of a tile stand on its ground. A place is judged in the finest tile that holds it.
+/// How things of a tile stand on its ground, below water on its bed.
+/// tile        with Tile::water_depth_steps A place is judged in the finest tile that holds it.
 /// sizes       of the world's prototypes
 /// is_judged   whether a place's finest tile is this one
 void check_ground(const world::Tile& tile, const world::WorldManifest& manifest,

@@ -18,7 +18,7 @@
 namespace terracast::world_check {
 namespace {
 
-constexpr std::array<std::array<std::string_view, 2>, 16> kKinds = {{
+constexpr std::array<std::array<std::string_view, 2>, 17> kKinds = {{
     {"degenerate_face", "triangles without an area"},
     {"coincident_face", "two triangles over the same corners"},
     {"open_mesh", "shapes that are not closed"},
@@ -32,7 +32,8 @@ constexpr std::array<std::array<std::string_view, 2>, 16> kKinds = {{
     {"floating_instance", "instances above the ground"},
     {"floating_building", "buildings whose foot is above the ground"},
     {"paint_under_water", "roads and areas that are painted where water is"},
-    {"plant_in_water", "plants in water"},
+    {"plant_in_water", "plants of the land in water"},
+    {"seagrass_out_of_water", "seagrass on land, or that reaches out of the water"},
     {"plant_on_paint", "plants on roads"},
     {"plant_in_wall", "plants in solids"},
 }};
@@ -202,7 +203,8 @@ void find_reaches(const world::TileStore& store, const world::TileId& id, const 
 TileFacts look_at(const world::TileStore& store, const std::vector<PrototypeSize>& sizes,
                   std::uint32_t row) {
   const world::WorldManifest& manifest = store.manifest();
-  const world::Tile tile = store.load(manifest.tiles[row].id);
+  world::Tile tile = store.load(manifest.tiles[row].id);
+  tile.water_depth_steps = store.load_water_depth(tile.id);
   TileFacts facts;
   for (const world::Solid& solid : tile.objects.solids) {
     const int own = tile.id.level;

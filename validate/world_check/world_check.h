@@ -27,7 +27,7 @@ struct WorldFaults {
 };
 
 /// Looks at all prototypes and all tiles of a world: meshes; that what reaches over several tiles is whole in each
-/// and there once; that what stands, stands on the ground, and nothing grows in water, on roads or in walls.
+/// and there once; that what stands, stands on the ground, and nothing grows in water but seagrass, which grows there alone, on roads or in walls.
 ///
 /// results   the same for any number of threads
 /// memory    a tile for each thread, and 40 B for each object in each tile

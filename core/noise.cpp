@@ -1,15 +1,12 @@
-#include "render/noise.h"
+#include "core/noise.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/packet_code.h"
 
-namespace terracast::render {
+namespace terracast::core {
 namespace {
-
-using core::larger;
-using core::smaller;
 
 constexpr int kStepBits = 12;  // kNoiseStep_m = 2^-12
 // Root mean square of one octave of the noise below and of its slope, by quadrature over 4e6 places
@@ -313,4 +310,4 @@ NoiseSum sum_noise_at_with_slope(const Lanes<std::int32_t>& u, const Lanes<std::
   return sum;
 }
 
-}  // namespace terracast::render
+}  // namespace terracast::core
