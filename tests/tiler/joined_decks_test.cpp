@@ -128,6 +128,21 @@ TEST(JoinedDecks, HaveNoSleepersOnARoad) {
   EXPECT_NEAR(joined.lowered(0).points[0].level_m, 19.98, 1e-9);
 }
 
+// Seen in November 2026 in Alpine (E 2848 N -6375): a road's line in the plane of a railway's deck that climbs through it.
+TEST(JoinedDecks, HaveNoLinesWhereRailsCross) {
+  for (const double road_half_width_m : {5.0, 1.8}) {
+    std::vector<Deck> decks = {deck(1, 2.2, {0, 0}, {120, 0}, 18.8, 21.2),
+                               deck(2, road_half_width_m, {60, -60}, {60, 60}, 20.0, 20.0)};
+    decks[0].style.use = tiler::WayUse::Railway;
+    decks[0].style.num_lanes = 1;
+    const tiler::JoinedDecks joined(decks);
+    EXPECT_TRUE(joined.other_bears_lines(1, {60, 0}, 20.0)) << road_half_width_m;
+    EXPECT_TRUE(joined.other_bears_lines(0, {60, 0}, 20.0)) << road_half_width_m;
+    EXPECT_FALSE(joined.other_bears_lines(1, {60, 10}, 20.0));
+    EXPECT_FALSE(joined.other_bears_lines(0, {50, 0}, 19.8));
+  }
+}
+
 TEST(JoinedDecks, BearLinesOnTheWiderOneAlone) {
   const std::vector<Deck> decks = {deck(1, 2.5, {0, 0}, {100, 0}, 20.0, 20.0),
                                    deck(2, 4.0, {100, 50}, {40, -50}, 20.0, 20.0)};

@@ -75,6 +75,11 @@ bool meet(const Deck& one, const Deck& other, double one_level_m) {
   return touches(one, other, one_level_m) || touches(other, one, one_level_m);
 }
 
+/// Rails cross a road: on neither lie the marks of the other.
+bool is_level_crossing(const Deck& one, const Deck& other) {
+  return (one.style.use == WayUse::Railway) != (other.style.use == WayUse::Railway);
+}
+
 /// Ranks that others have.
 class TakenRanks {
  public:
@@ -93,7 +98,7 @@ class TakenRanks {
 }  // namespace
 
 JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
-    : decks_(decks), going_before_(decks.size()) {
+    : decks_(decks), bearing_marks_(decks.size()) {
   // Those that go before others first, so that a deck meets no others.
   std::vector<std::size_t> rows;
   for (std::size_t row = 0; row < decks.size(); ++row)
@@ -127,7 +132,9 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
       if (!meet(deck, decks[other], kAnyLevel_m)) return true;
       taken_by_feet.take(feet_ranks_[other]);
       if (!meet(deck, decks[other], kOneLevel_m)) return true;
-      going_before_[rows[place]].push_back(static_cast<std::uint32_t>(other));
+      bearing_marks_[rows[place]].push_back(static_cast<std::uint32_t>(other));
+      if (is_level_crossing(deck, decks[other]))
+        bearing_marks_[other].push_back(static_cast<std::uint32_t>(rows[place]));
       taken.take(ranks_[other]);
       return true;
     };
@@ -146,7 +153,7 @@ Deck JoinedDecks::lowered(std::size_t row) const {
 
 bool JoinedDecks::other_bears_lines(std::size_t row, const Vector2d& at_world,
                                     double level_m) const {
-  return std::any_of(going_before_[row].begin(), going_before_[row].end(),
+  return std::any_of(bearing_marks_[row].begin(), bearing_marks_[row].end(),
                      [&](std::uint32_t other) {
                        return lies_on(decks_[other], at_world, level_m, kBesideLines_m);
                      });

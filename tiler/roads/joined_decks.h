@@ -11,8 +11,9 @@ namespace terracast::tiler {
 
 /// Decks that lie over each other at one level, as where bridges join. Both would be in one plane:
 /// so each is lower than those that go before it there, the wider ones, or of equally wide ones
-/// those with lower keys, and bears no lines where it lies on them. Supports of decks that cross,
-/// at whatever levels, may meet in the ground: their feet are apart likewise.
+/// those with lower keys, and bears no lines where it lies on them; where rails cross a road, neither
+/// bears any. Supports of decks that cross, at whatever levels, may meet in the ground: their feet
+/// are apart likewise.
 ///
 /// limits    decks whose slopes differ cross each other all the same, along a line, about which
 ///           they are in one plane as far as roundings go (1.5 mm: 0.7 m for slopes 0.4 % apart);
@@ -41,7 +42,8 @@ class JoinedDecks {
 
  private:
   const std::vector<Deck>& decks_;
-  std::vector<std::vector<std::uint32_t>> going_before_;  ///< of each deck those on which it lies
+  /// Of each deck those on which it lies, and at crossings of rails and roads those that lie on it.
+  std::vector<std::vector<std::uint32_t>> bearing_marks_;
   std::vector<int> ranks_;       ///< among those that it lies on
   std::vector<int> feet_ranks_;  ///< among those that it lies on, over or under
   std::int64_t num_pairs_ = 0;
