@@ -7,6 +7,9 @@ namespace terracast::validate {
 
 namespace {
 
+/// Place, turn and scale, which no image tells.
+constexpr Eigen::Index kNumGauge = 7;
+
 using PoseRow = Eigen::Matrix<double, 1, 6>;
 using PoseToPixel = Eigen::Matrix<double, 2, 6>;
 using PointToPixel = Eigen::Matrix<double, 2, 3>;
@@ -25,6 +28,7 @@ struct Linear {
   PointToPixel by_point;
   PoseRow depth_by_pose;  ///< logarithm of the point's depth
   Eigen::RowVector3d depth_by_point;
+  double squared_residual_px2 = 0.0;
 };
 
 /// How a projection moves with its point in the camera's frame.
@@ -43,15 +47,14 @@ PointToPixel derivative(const Intrinsics& camera, const Eigen::Vector3d& point_c
 struct Linearized {
   std::vector<std::vector<Linear>> by_point;
   std::vector<std::size_t> num_by_view;
-  double residual_px = 0.0;  ///< rms of coordinates
+  double squares_px2 = 0.0;    ///< sum of squared residuals
+  Eigen::Index num_spare = 0;  ///< coordinates of observations less unknowns, but for the gauge
 };
 
 Linearized linearize(const Bundle& bundle) {
   Linearized all;
   all.by_point.resize(bundle.points.size());
   all.num_by_view.resize(bundle.views.size());
-  double sum = 0.0;
-  std::size_t count = 0;
   for (std::size_t v = 0; v < bundle.views.size(); ++v) {
     const BundleView& view = bundle.views[v];
     for (const BundleView::Observation& seen : view.observations) {
@@ -67,17 +70,27 @@ Linearized linearize(const Bundle& bundle) {
                                           .by_pose = by_x * x_by_pose,
                                           .by_point = by_x * x_by_point,
                                           .depth_by_pose = x_by_pose.row(2) / x.z(),
-                                          .depth_by_point = x_by_point.row(2) / x.z()});
-      sum += off.squaredNorm();
-      count += 2;
+                                          .depth_by_point = x_by_point.row(2) / x.z(),
+                                          .squared_residual_px2 = off.squaredNorm()});
     }
   }
+  all.num_spare = kNumGauge - 6 * static_cast<Eigen::Index>(bundle.views.size());
   for (std::vector<Linear>& seen : all.by_point) {
     if (seen.size() < 2) seen.clear();
-    for (const Linear& one : seen) ++all.num_by_view[one.view];
+    if (seen.empty()) continue;
+    all.num_spare += 2 * static_cast<Eigen::Index>(seen.size()) - 3;
+    for (const Linear& one : seen) {
+      ++all.num_by_view[one.view];
+      all.squares_px2 += one.squared_residual_px2;
+    }
   }
-  all.residual_px = count == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(count));
   return all;
+}
+
+bool weighs_views_without_points(const Bundle& bundle, const Linearized& all) {
+  for (std::size_t v = 0; v < bundle.views.size(); ++v)
+    if (bundle.views[v].weight != 0.0 && all.num_by_view[v] == 0) return true;
+  return false;
 }
 
 /// The normal equations of the poses, and the drift by them, with the points, which follow the
@@ -139,9 +152,10 @@ std::vector<Eigen::Index> held_parameters(const Bundle& bundle) {
 
 }  // namespace
 
-std::optional<double> drift_standard_error(const Bundle& bundle) {
+std::optional<DriftError> drift_error(const Bundle& bundle) {
   if (bundle.views.size() < 2 || bundle.views.size() > kMostDriftViews) return std::nullopt;
   const Linearized all = linearize(bundle);
+  if (all.num_spare <= 0 || weighs_views_without_points(bundle, all)) return std::nullopt;
   Reduced reduced = reduce(bundle, all);
   // The drift does not change with where the bundle is held, so that it may be held anywhere.
   for (const Eigen::Index held : held_parameters(bundle)) {
@@ -150,12 +164,18 @@ std::optional<double> drift_standard_error(const Bundle& bundle) {
     reduced.normal(held, held) = 1.0;
     reduced.drift[held] = 0.0;
   }
-  const Eigen::LLT<Eigen::MatrixXd> solver(reduced.normal);
+  const Eigen::VectorXd alone = reduced.normal.diagonal();
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> solver(reduced.normal);  // in place
   if (solver.info() != Eigen::Success) return std::nullopt;
+  // What is left of an unknown that nothing holds is rounding.
+  constexpr double kHeld = 1e-11;
+  const Eigen::ArrayXd pivots = reduced.normal.diagonal().array().square();
+  if ((pivots <= kHeld * alone.array()).any()) return std::nullopt;
   const double variance =
       reduced.drift.dot(solver.solve(reduced.drift)) + reduced.variance_by_points;
   if (!std::isfinite(variance) || variance < 0.0) return std::nullopt;
-  return std::sqrt(variance) * all.residual_px;
+  return DriftError{.per_px = std::sqrt(variance),
+                    .noise_px = std::sqrt(all.squares_px2 / static_cast<double>(all.num_spare))};
 }
 
 }  // namespace terracast::validate

@@ -28,16 +28,22 @@ struct Bundle {
   std::vector<Eigen::Vector3d> points;
 };
 
-/// Standard error of the drift, the sum over the views of weight times the mean logarithm of their
-/// points' depths, when each coordinate of each observation errs for itself by as much as the
-/// residuals do (rms): the first-order covariance of the adjustment, gauge removed (Triggs et al.,
-/// "Bundle Adjustment: A Modern Synthesis", 2000). Derivatives of projections are central
-/// differences, good to 1e-6 of themselves.
-/// Points with fewer than two observations in front of their cameras are left out.
-/// returns  relative (1e-3: the images tell scales to 0.1 %); nothing where the views do not hang
-///          together, or are more than kMostDriftViews
+/// How far errors of observations let the drift be off: the sum over the views of weight times the
+/// mean logarithm of their points' depths.
+struct DriftError {
+  /// Standard error where each coordinate of each observation errs for itself by 1 px, relative.
+  double per_px = 0.0;
+  /// By how much they do err: residuals over the adjustment's degrees of freedom, px.
+  double noise_px = 0.0;
+};
+
+/// The first-order covariance of the adjustment, gauge removed (Triggs et al., "Bundle Adjustment: A
+/// Modern Synthesis", 2000). Derivatives of projections are central differences, good to 1e-6 of
+/// themselves. Points with fewer than two observations in front of their cameras are left out.
+/// returns  nothing where the views do not hang together, one in the drift sees no point, there are
+///          no more observations than unknowns, or more views than kMostDriftViews
 /// cost     (6 views)^3 / 3 operations and (6 views)^2 numbers: 0.3 GB for 1000 views
-std::optional<double> drift_standard_error(const Bundle& bundle);
+std::optional<DriftError> drift_error(const Bundle& bundle);
 
 inline constexpr std::size_t kMostDriftViews = 1000;
 

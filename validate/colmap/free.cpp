@@ -88,10 +88,22 @@ Steps compare_steps(const std::vector<Placed>& placed, double scale) {
   return steps;
 }
 
+/// Of a drift of scale: what is never asked for, how many standard errors are, and from where on the
+/// images are taken to tell none (docs/validate.md).
+constexpr double kLeastDrift = 1e-3;
+constexpr double kAlikeErrors = 8.0;
+constexpr double kLargestDrift = 1e-2;
+/// Keypoints that err by more, the bound of `colmap_sparse_reprojection`, err by something else.
+constexpr double kKeypointNoise_px = 0.3;
+
 /// Scale of the first third of the frames against the last.
 struct Drift {
   double relative = 0.0;
-  double standard_error = 0.0;  ///< 0: not known
+  std::optional<double> standard_error;  ///< of independent keypoints; nothing: not known
+
+  double bound() const {
+    return std::max(kLeastDrift, kAlikeErrors * standard_error.value_or(0.0));
+  }
 };
 
 /// An image and what look_at found of its scale.
@@ -146,9 +158,10 @@ std::optional<Drift> drift_of(const ColmapJob& job, const ColmapModel& model,
     if (third == 1) weights[one.shot->image_id] = 1.0 / static_cast<double>(first.size());
     if (third == -1) weights[one.shot->image_id] = -1.0 / static_cast<double>(last.size());
   }
-  return Drift{
-      .relative = std::abs(median(first) / median(last) - 1.0),
-      .standard_error = drift_standard_error(bundle_of(model, placed, weights)).value_or(0.0)};
+  Drift drift{.relative = std::abs(median(first) / median(last) - 1.0), .standard_error = {}};
+  if (const auto error = drift_error(bundle_of(model, placed, weights)))
+    drift.standard_error = error->per_px * std::min(error->noise_px, kKeypointNoise_px);
+  return drift;
 }
 
 /// What one seed's reconstruction comes to.
@@ -211,6 +224,31 @@ Outcome judge(const ColmapJob& job, const ColmapModel& model) {
   return outcome;
 }
 
+void describe_drift(CheckResult& result, const Drift& drift) {
+  result.value = drift.relative;
+  result.bound = drift.bound();
+  result.summary = fmt::format(
+      "COLMAP's depths against the depth maps: scale of the first third of the frames against the "
+      "last. If keypoints erred each for itself, its standard error would be {}.",
+      drift.standard_error ? fmt::format("{:.1e}", *drift.standard_error) : "not known");
+  result.reason = fmt::format(
+      "A drift of scale is what a wrong focal length or a slow error of the poses makes. Errors of "
+      "keypoints on like ground are alike, so that a drift may be {} standard errors.",
+      kAlikeErrors);
+}
+
+/// returns  empty where the images tell the drift
+std::string why_drift_is_unseen(const Drift& drift) {
+  if (drift.standard_error && drift.relative <= drift.bound() && drift.bound() > kLargestDrift)
+    return fmt::format("these images tell scales to {:.1e} only", drift.bound());
+  if (!drift.standard_error && drift.relative > kLeastDrift && drift.relative <= kLargestDrift)
+    return fmt::format(
+        "{:.1e}, and how well the images tell it is not known: they do not hang together, or are "
+        "more than {}",
+        drift.relative, kMostDriftViews);
+  return {};
+}
+
 Outcome reconstruct(const ColmapJob& job, const MatchedDatabase& database, int seed) {
   const std::string name = fmt::format("free_{}", seed);
   const ColmapCommand mapper{
@@ -236,13 +274,6 @@ Outcome reconstruct(const ColmapJob& job, const MatchedDatabase& database, int s
   return judge(job, read_made_model(made / "0"));
 }
 
-/// Of a drift of scale: what is never asked for, how many standard errors are, and from where on the
-/// images are taken to tell none. Stretches of 12 and 36 frames of Andorra's valleys, two cameras that
-/// look ahead, drift by 0.9 to 5.8 standard errors, 3.9 rms, in both directions.
-constexpr double kLeastDrift = 1e-3;
-constexpr double kAlikeErrors = 10.0;
-constexpr double kLargestDrift = 1e-2;
-
 }  // namespace
 
 std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
@@ -256,7 +287,7 @@ std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
   CheckResult registered = colmap_result("colmap_free_registered", 1.0, 0.99, "share (at least)");
   registered.is_lower_bound = true;
   std::string lines;
-  double drift_error = 0.0;
+  Drift worst_drift;  // against its bound
   bool has_drift = true, has_steps = true, is_any_expected = true;
   for (int seed = 0; seed < job.num_seeds; ++seed) {
     const Outcome outcome = reconstruct(job, database, seed);
@@ -268,9 +299,10 @@ std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
     has_drift = has_drift && outcome.drift;
     has_steps = has_steps && outcome.num_steps > 0;
     is_any_expected = is_any_expected && outcome.num_expected > 0;
-    if (outcome.drift) {
-      note_worst(drift, outcome.drift->relative, where);
-      drift_error = std::max(drift_error, outcome.drift->standard_error);
+    if (outcome.drift && (drift.worst.empty() || outcome.drift->relative / outcome.drift->bound() >
+                                                     worst_drift.relative / worst_drift.bound())) {
+      worst_drift = *outcome.drift;
+      drift.worst = where;
     }
     if (seed == 0 || outcome.registered_share < registered.value) {
       registered.value = outcome.registered_share;
@@ -296,15 +328,7 @@ std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
       "Relative rotations (rms) of neighbouring frames of a camera, as what they shift in the "
       "image.";
   step.reason = turn.reason = "As for the positions.";
-  drift.bound = std::max(kLeastDrift, kAlikeErrors * drift_error);
-  drift.summary = fmt::format(
-      "COLMAP's depths against the depth maps: scale of the first third of the frames against the "
-      "last. If keypoints erred one by one, its standard error would be {:.1e}.",
-      drift_error);
-  drift.reason = fmt::format(
-      "A drift of scale is what a wrong focal length or a slow error of the poses makes. Errors of "
-      "keypoints on like ground are alike, so that a drift may be {} standard errors.",
-      kAlikeErrors);
+  describe_drift(drift, worst_drift);
   registered.summary = "Share of the images with 30 % ground that COLMAP placed.";
   registered.reason = "Ground with texture is never lost.";
   ate.detects = "one camera of nine three ground pixels beside its place";
@@ -323,9 +347,8 @@ std::vector<CheckResult> run_colmap_free(const ColmapJob& job) {
   if (!has_drift)
     results[3] = unseen_result("colmap_free_scale_drift",
                                "no depth maps, or too few points in the first or last third");
-  else if (drift.bound > kLargestDrift)
-    results[3] = unseen_result("colmap_free_scale_drift",
-                               fmt::format("these images tell scales to {:.1e} only", drift.bound));
+  else if (const std::string why = why_drift_is_unseen(worst_drift); !why.empty())
+    results[3] = unseen_result("colmap_free_scale_drift", why);
   return results;
 }
 
