@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
+#include <utility>
 #include <vector>
 
 #include "validate/world_check/coincident_solids.h"
@@ -166,8 +168,12 @@ TEST(JoinedDecks, HaveNoSleepersOnARoad) {
 // Seen in November 2026 in Alpine (E 2848 N -6375): a road's line in the plane of a railway's deck
 // that climbs through it.
 TEST(JoinedDecks, HaveNoLinesWhereRailsCross) {
-  for (const double road_half_width_m : {5.0, 1.8}) {
-    std::vector<Deck> decks = {deck(1, 2.2, {0, 0}, {120, 0}, 18.8, 21.2),
+  // Tops of lines lie 6 mm above tops of decks, and the narrower deck is 2 cm lower: the railway, of
+  // 0.5 %, comes through the line that is 0.31 m within the road's eastern side.
+  for (const auto& [road_half_width_m, rails_level_m] :
+       {std::pair(5.0, 20.026), std::pair(1.8, 19.986)}) {
+    const double middle_m = rails_level_m - 0.005 * (road_half_width_m - 0.31);
+    std::vector<Deck> decks = {deck(1, 2.2, {0, 0}, {120, 0}, middle_m - 0.3, middle_m + 0.3),
                                deck(2, road_half_width_m, {60, -60}, {60, 60}, 20.0, 20.0)};
     decks[0].style.use = tiler::WayUse::Railway;
     decks[0].style.num_lanes = 1;
@@ -184,7 +190,7 @@ TEST(JoinedDecks, HaveNoLinesWhereRailsCross) {
 /// Trams on a road's bridge: the road keeps its lines, as beside any other deck that lies lower.
 TEST(JoinedDecks, BearLinesWhereRailsRunAlong) {
   for (const double angle_deg : {0.0, 10.0, 20.0, 90.0, 160.0, 175.0}) {
-    const double angle_rad = angle_deg / 180.0 * 3.14159265358979;
+    const double angle_rad = angle_deg / 180.0 * std::numbers::pi;
     const Vector2d half = 60.0 * Vector2d(std::cos(angle_rad), std::sin(angle_rad));
     std::vector<Deck> decks = {deck(1, 1.5, -half, half, 20.0, 20.0),
                                deck(2, 6.0, {-100, 0}, {100, 0}, 20.0, 20.0)};
