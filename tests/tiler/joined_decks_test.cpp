@@ -168,8 +168,8 @@ TEST(JoinedDecks, HaveNoSleepersOnARoad) {
 // Seen in November 2026 in Alpine (E 2848 N -6375): a road's line in the plane of a railway's deck
 // that climbs through it.
 TEST(JoinedDecks, HaveNoLinesWhereRailsCross) {
-  // Tops of lines lie 6 mm above tops of decks, and the narrower deck is 2 cm lower: the railway, of
-  // 0.5 %, comes through the line that is 0.31 m within the road's eastern side.
+  // Tops of lines lie 6 mm above tops of decks, and the narrower deck is 2 cm lower: the railway,
+  // of 0.5 %, comes through the line that is 0.31 m within the road's eastern side.
   for (const auto& [road_half_width_m, rails_level_m] :
        {std::pair(5.0, 20.026), std::pair(1.8, 19.986)}) {
     const double middle_m = rails_level_m - 0.005 * (road_half_width_m - 0.31);
