@@ -199,6 +199,36 @@ void append(const SurveyedGround& from, SurveyedGround& to) {
   to.content_hash += from.content_hash;
 }
 
+/// What layers know of the ground: each is asked once, when its own turn comes or when the first
+/// layer asks for the country. What they read is there until their layers are made of it.
+class Surveys {
+ public:
+  explicit Surveys(std::size_t num_layers) : asked_(num_layers) {}
+
+  void ask(std::size_t row, const LayerKind& kind, const LayerInputs& inputs) {
+    if (asked_[row].is_asked) return;
+    if (const auto* surveying = dynamic_cast<const SurveyingKind*>(&kind))
+      asked_[row].survey = surveying->survey(inputs);
+    if (asked_[row].survey) asked_[row].ground = asked_[row].survey->ground();
+    asked_[row].is_asked = true;
+  }
+  /// Once. Nothing: its sources say nothing.
+  std::unique_ptr<GroundSurvey> take(std::size_t row) { return std::move(asked_[row].survey); }
+  SurveyedGround all() const {
+    SurveyedGround all;
+    for (const Asked& asked : asked_) append(asked.ground, all);
+    return all;
+  }
+
+ private:
+  struct Asked {
+    bool is_asked = false;
+    std::unique_ptr<GroundSurvey> survey;
+    SurveyedGround ground;
+  };
+  std::vector<Asked> asked_;
+};
+
 void check_ids(const world::Tile& tile) {
   std::unordered_set<std::uint32_t> seen;
   const auto check = [&](const world::Provenance& provenance) {
@@ -235,30 +265,28 @@ LayerStack::LayerStack(const WorldSurface& surface, const core::Context& context
             .accuracy = layer.accuracy,
             .context = context};
   };
-  // Of layers that were asked for it: what they read is not read again.
-  std::vector<std::unique_ptr<GroundSurvey>> surveys(options.layers.size());
+  Surveys surveys(options.layers.size());
   std::optional<Country> country;
   const auto whole_country = [&]() -> const Country& {
     if (country) return *country;
-    SurveyedGround all;
-    for (std::size_t row = 0; row < surveys.size(); ++row) {
+    for (std::size_t row = 0; row < options.layers.size(); ++row) {
       const LayerOptions& layer = options.layers[row];
-      if (const auto* kind = dynamic_cast<const SurveyingKind*>(&layer.kind_options()))
-        core::with_context([&] { surveys[row] = kind->survey(inputs_of(layer, {})); },
-                           fmt::format("asking what layer {} knows of the ground",
-                                       layer.name.empty() ? layer.kind : layer.name));
-      if (surveys[row]) append(surveys[row]->ground(), all);
+      core::with_context([&] { surveys.ask(row, layer.kind_options(), inputs_of(layer, {})); },
+                         fmt::format("asking what layer {} knows of the ground",
+                                     layer.name.empty() ? layer.kind : layer.name));
     }
-    return country.emplace(surface, static_cast<std::uint64_t>(options.seed), context, all);
+    return country.emplace(surface, static_cast<std::uint64_t>(options.seed), context,
+                           surveys.all());
   };
   for (std::size_t row = 0; row < options.layers.size(); ++row) {
     const LayerOptions& layer = options.layers[row];
     LayerOptions named = layer;
     if (named.name.empty()) named.name = named.kind;
     const auto make = [&] {
+      surveys.ask(row, layer.kind_options(), inputs_of(layer, {}));
       const LayerInputs inputs = inputs_of(layer, whole_country);
-      add(surveys[row] ? surveys[row]->make(inputs) : layer.kind_options().make(inputs), named);
-      surveys[row].reset();
+      const std::unique_ptr<GroundSurvey> survey = surveys.take(row);
+      add(survey ? survey->make(inputs) : layer.kind_options().make(inputs), named);
     };
     core::with_context(make, fmt::format("preparing layer {}", named.name));
   }

@@ -34,7 +34,7 @@ class GroundSurvey {
 class SurveyingKind {
  public:
   virtual ~SurveyingKind() = default;
-  /// Asked once, before the country of a world is made, in worlds that have one.
+  /// Asked once, before its layer is made, and before the country of worlds that have one.
   /// inputs    as for LayerKind::make(), without earlier layers and a country
   /// returns   nothing where its sources say nothing; its layer is made by make() then
   /// throws    as LayerKind::make()

@@ -327,6 +327,31 @@ TEST_F(Blocks, AreReadOnceForASurveyAndForTheLayer) {
   EXPECT_EQ(with_inputs(*surface, survey_files), nullptr);
 }
 
+/// Seen in November 2026: a raster's layer listed before the first that asks for the country was read
+/// for the layer, and once more for the country. A reading that finds nothing says so.
+TEST_F(Blocks, AreReadOnceBeforeAndAfterTheLayerThatAsksForTheCountry) {
+  write(false);
+  tiler::LayerOptions roads;
+  core::TomlDocument::parse("kind = \"roads\"\nsource = \"country\"\n", "layer.toml").read(roads);
+  const tiler::LayerOptions buildings = layer_of(keys("least_height_m = 40.0\n"));
+  const core::Log log("tile", core::LogLevel::Warn);
+  const core::Context context{.log = log, .num_threads = 0, .events_file = {}};
+  for (const auto& layers : {std::vector{buildings, roads}, std::vector{roads, buildings},
+                             std::vector{buildings, roads, buildings}}) {
+    tiler::WorldOptions options = world_of("plane", 1024.0);
+    options.layers = layers;
+    const auto surface = prepare(options);
+    testing::internal::CaptureStderr();
+    const tiler::LayerStack stack(*surface, context);
+    const std::string said = testing::internal::GetCapturedStderr();
+    std::size_t num_read = 0;
+    for (std::size_t at = 0; (at = said.find("it shows no buildings", at)) != std::string::npos;
+         ++at)
+      ++num_read;
+    EXPECT_EQ(num_read, layers.size() - 1) << said;
+  }
+}
+
 TEST_F(Blocks, KeysThatContradictAreRefused) {
   write(false);
   const auto refuse = [](const std::string& text, const std::vector<std::string>& words) {

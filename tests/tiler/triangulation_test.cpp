@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "core/random.h"
+#include "tiler/roofs/touching_rings.h"
 
 namespace terracast::test {
 namespace {
@@ -218,6 +222,35 @@ TEST(Repaired, KeepsAllOtherCellsWhereCellsAreHoles) {
       const Vector2d at = kSide * Vector2d(cell % kCells + 0.43, cell / kCells + 0.37);
       ASSERT_EQ(num_about(polygons, at), is_hole[static_cast<std::size_t>(cell)] ? 0 : 1) << cell;
     }
+  }
+}
+
+/// Cells of a square as holes, drawn at random: steps are counted, not timed.
+TEST(CutWhereRingsTouch, TakesStepsByTheSquareOfCorners) {
+  constexpr int kSide = 100;
+  for (const int num_cells : {12, 24, 48}) {
+    RingsSteps rings = {{{0, 0},
+                         {kSide * num_cells, 0},
+                         {kSide * num_cells, kSide * num_cells},
+                         {0, kSide * num_cells}}};
+    double doubled = tiler::doubled_area(rings.front());
+    std::set<std::pair<int, int>> corners;
+    for (int cell = 0; cell < num_cells * num_cells; ++cell) {
+      if (core::random_unit(2, 0, static_cast<std::uint64_t>(cell)) >= 0.4) continue;
+      const Vector2i low = kSide * Vector2i(cell % num_cells, cell / num_cells);
+      rings.push_back(
+          {low, low + Vector2i(0, kSide), low + Vector2i(kSide, kSide), low + Vector2i(kSide, 0)});
+      for (const Vector2i& corner : rings.back()) corners.emplace(corner.x(), corner.y());
+      doubled -= 2.0 * kSide * kSide;
+    }
+    std::int64_t num_steps = 0;
+    const auto polygons = tiler::cut_where_rings_touch(rings, &num_steps);
+    ASSERT_TRUE(polygons);
+    EXPECT_EQ(doubled_area(*polygons), doubled);
+    const auto num_corners = static_cast<std::int64_t>(corners.size());
+    EXPECT_GT(num_corners, num_cells * num_cells / 2);
+    EXPECT_GE(num_steps, num_corners);
+    EXPECT_LE(num_steps, num_corners * num_corners);
   }
 }
 

@@ -19,10 +19,11 @@ namespace terracast::tiler {
 /// the share of the ground that they cover, in a square 224 m wide, linear between places 32 m
 /// apart.
 ///
-/// Where nobody plans what lies open in a town (buildings that were surveyed or mapped), ground within 160 m of what
-/// is built up is the town's, too: half of it squares and terraces (built up), half gardens (shrubs), by noise
-/// of 80 m's period. The sea's shore within 48 m of it, up to 480 m from what is built up, is built up: quays and
-/// harbours' land. Distances are to the middles of cells 32 m wide, linear between these.
+/// Where nobody plans what lies open in a town (buildings that were surveyed or mapped), ground
+/// within 160 m of what is built up is the town's, too: half of it squares and terraces (built up),
+/// half gardens (shrubs), by noise of 80 m's period. The sea's shore within 48 m of it, up to 480 m
+/// from what is built up, is built up: quays and harbours' land. Distances are to the middles of
+/// cells 32 m wide, linear between these.
 ///
 /// threads   safe
 class SettledGround {

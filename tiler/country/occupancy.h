@@ -25,6 +25,11 @@ enum Use : unsigned {
 /// What the plan has put where. Not for several threads.
 class Occupancy {
  public:
+  struct Bounds {
+    Point lowest = Point::Constant(1e30);
+    Point highest = Point::Constant(-1e30);
+  };
+
   explicit Occupancy(double half_size_m) : index_(half_size_m) {}
 
   void add_ring(const PointsWorld& ring, unsigned use);
@@ -42,6 +47,7 @@ class Occupancy {
     PointsWorld points;  ///< two: a piece of a line; more: a ring
     double half_width_m;
     unsigned use;
+    Bounds bounds;  ///< with half its width
   };
   std::vector<Item> items_;
   PlaceIndex index_;

@@ -355,8 +355,8 @@ class RoadsLayer final : public Layer, public DryCover {
     core::parallel_for(static_cast<std::int64_t>(decks.size()), [&](std::int64_t i) {
       const auto k = static_cast<std::size_t>(i);
       DeckSite own = site;
-      own.has_other_lines = [&](const Vector2d& at, double level_m) {
-        return joined.other_bears_lines(k, at, level_m);
+      own.is_without_marks = [&](const Vector2d& at, double level_m) {
+        return joined.is_without_marks(k, at, level_m);
       };
       solids[k] = build_deck(joined.lowered(k), own);
     });

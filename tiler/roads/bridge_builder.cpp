@@ -190,10 +190,11 @@ class Mesh {
 
 DeckPoint point_at(const Deck& deck, double along_m) {
   const auto& points = deck.points;
-  std::size_t k = 1;
-  while (k + 1 < points.size() && points[k].along_m < along_m) ++k;
-  const DeckPoint& a = points[k - 1];
-  const DeckPoint& b = points[k];
+  const auto end = std::lower_bound(
+      points.begin() + 1, points.end() - 1, along_m,
+      [](const DeckPoint& point, double place_m) { return point.along_m < place_m; });
+  const DeckPoint& a = *(end - 1);
+  const DeckPoint& b = *end;
   const double t = (along_m - a.along_m) / (b.along_m - a.along_m);
   DeckPoint at;
   at.at_world = a.at_world + t * (b.at_world - a.at_world);
@@ -271,11 +272,12 @@ void add_body(const Deck& deck, const std::vector<DeckPoint>& points, bool is_fi
       kConcrete);
 }
 
-/// What of a line beside a deck's middle lies on no other deck that bears lines, from and to along it.
+/// What of a line beside a deck's middle the deck bears, for no other lies there: from and to along
+/// it.
 std::vector<std::pair<double, double>> own_lines(const Deck& deck, const DeckSite& site,
                                                  double across_m, double from_m, double to_m) {
   constexpr double kStep_m = 0.5;
-  if (!site.has_other_lines) return {{from_m, to_m}};
+  if (!site.is_without_marks) return {{from_m, to_m}};
   std::vector<std::pair<double, double>> own;
   const int num = std::max(1, static_cast<int>(std::ceil((to_m - from_m) / kStep_m)));
   bool was_own = false;
@@ -283,7 +285,7 @@ std::vector<std::pair<double, double>> own_lines(const Deck& deck, const DeckSit
     const double at_m = from_m + (to_m - from_m) * k / num;
     const DeckPoint at = point_at(deck, at_m);
     const Vector2d left(-at.tangent.y(), at.tangent.x());
-    const bool is_own = !site.has_other_lines(at.at_world + across_m * left, at.level_m);
+    const bool is_own = !site.is_without_marks(at.at_world + across_m * left, at.level_m);
     if (is_own && was_own)
       own.back().second = at_m;
     else if (is_own)
@@ -294,16 +296,17 @@ std::vector<std::pair<double, double>> own_lines(const Deck& deck, const DeckSit
   return own;
 }
 
-/// Whether a sleeper would lie on another deck that bears lines, parapets and all, which are wider than its paving.
-bool lies_on_other(const DeckSite& site, const Vector2d& place, const Vector2d& tangent,
-                   double level_m) {
-  if (!site.has_other_lines) return false;
+/// Whether a sleeper would lie on another deck where this one bears no marks, parapets and all,
+/// which are wider than its paving.
+bool is_on_other_deck(const DeckSite& site, const Vector2d& place, const Vector2d& tangent,
+                      double level_m) {
+  if (!site.is_without_marks) return false;
   constexpr double kBeside_m = 0.5;
   const Vector2d along = kBeside_m * tangent;
   const Vector2d aside = (kHalfSleeper_m + kBeside_m) * Vector2d(-tangent.y(), tangent.x());
   for (const double a : {-1.0, 0.0, 1.0})
     for (const double b : {-1.0, 0.0, 1.0})
-      if (site.has_other_lines(place + a * along + b * aside, level_m)) return true;
+      if (site.is_without_marks(place + a * along + b * aside, level_m)) return true;
   return false;
 }
 
@@ -325,7 +328,7 @@ void add_marks(const Deck& deck, const DeckSite& site, Mesh& mesh) {
         const Vector2d left(-at.tangent.y(), at.tangent.x());
         const Vector2d place = at.at_world + middle_m * left;
         // On another deck, as of a road that crosses at its level, rails lie without sleepers.
-        if (lies_on_other(site, place, at.tangent, at.level_m)) continue;
+        if (is_on_other_deck(site, place, at.tangent, at.level_m)) continue;
         mesh.post(place, at.tangent, 0.13, kHalfSleeper_m, at.level_m - 0.05, at.level_m + 0.07,
                   kSleeper);
       }

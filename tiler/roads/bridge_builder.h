@@ -42,8 +42,9 @@ struct DeckSite {
   std::function<bool(const Eigen::Vector2d&)> is_water;
   /// Whether no support may stand there.
   std::function<bool(const Eigen::Vector2d&, double radius_m)> is_taken;
-  /// Whether another deck lies there at that level and bears its own lines; none: nowhere.
-  std::function<bool(const Eigen::Vector2d&, double level_m)> has_other_lines = nullptr;
+  /// Whether the deck bears no marks (lines, sleepers) there, for another deck lies there at that
+  /// level; none: it bears them everywhere.
+  std::function<bool(const Eigen::Vector2d&, double level_m)> is_without_marks = nullptr;
 };
 
 /// The shape of a deck: closed bodies, each oriented outward: the deck with its parapets, supports, abutments,

@@ -20,6 +20,8 @@ constexpr double kOneLevel_m = 0.5;
 constexpr double kBesideLines_m = 0.3;
 /// Parapets of two decks beside each other stand on so much beside their paving.
 constexpr double kBesideParapets_m = 1.2;
+/// Rails that meet a road at less than this, 15 degrees, run along it.
+constexpr double kLeastCrossing_rad = 0.262;
 
 std::pair<Vector2d, Vector2d> box_of(const Deck& deck) {
   Vector2d lowest = deck.points.front().at_world, highest = lowest;
@@ -36,48 +38,94 @@ bool goes_before(const Deck& one, const Deck& other) {
          std::pair(-other.style.half_width_m, other.key);
 }
 
-/// one_level_m   tops nearer to each other than this
-bool lies_on(const Deck& deck, const Vector2d& at_world, double level_m, double beside_m,
-             double one_level_m = kOneLevel_m) {
-  for (std::size_t k = 1; k < deck.points.size(); ++k) {
-    const DeckPoint& a = deck.points[k - 1];
-    const DeckPoint& b = deck.points[k];
-    const Vector2d along = b.at_world - a.at_world;
-    const double t = std::clamp(along.dot(at_world - a.at_world) / along.squaredNorm(), 0.0, 1.0);
-    if ((a.at_world + t * along - at_world).norm() <= deck.style.half_width_m + beside_m &&
-        std::abs(a.level_m + t * (b.level_m - a.level_m) - level_m) < one_level_m)
-      return true;
-  }
-  return false;
+SegmentBoxes segments_of(const Deck& deck) {
+  std::vector<Vector2d> points;
+  for (const DeckPoint& point : deck.points) points.push_back(point.at_world);
+  return SegmentBoxes(points);
 }
 
-/// Whether any of a deck, its middle or its sides, lies on another.
-bool touches(const Deck& deck, const Deck& other, double one_level_m) {
+Vector2d direction_of(const Deck& deck, std::size_t segment) {
+  return (deck.points[segment + 1].at_world - deck.points[segment].at_world).normalized();
+}
+
+/// Of a deck's top.
+struct Place {
+  Vector2d at_world;
+  double level_m;
+};
+
+/// Whether a place is within the width of a deck's segment and what lies beside it, at its level.
+/// one_level_m   tops nearer to each other than this
+bool lies_on_segment(const Deck& deck, std::size_t segment, const Place& place, double beside_m,
+                     double one_level_m) {
+  const DeckPoint& a = deck.points[segment];
+  const DeckPoint& b = deck.points[segment + 1];
+  const Vector2d along = b.at_world - a.at_world;
+  const double t =
+      std::clamp(along.dot(place.at_world - a.at_world) / along.squaredNorm(), 0.0, 1.0);
+  return (a.at_world + t * along - place.at_world).norm() <= deck.style.half_width_m + beside_m &&
+         std::abs(a.level_m + t * (b.level_m - a.level_m) - place.level_m) < one_level_m;
+}
+
+/// As far as a deck's segments are looked for: as far as places may lie on them, and roundings.
+double reach_m(const Deck& deck, double beside_m) {
+  return deck.style.half_width_m + beside_m + 1e-6;
+}
+
+/// A deck and where its segments are.
+struct Placed {
+  const Deck& deck;
+  const SegmentBoxes& segments;
+};
+
+/// Where any of a deck, its middle or its sides, lies on another: whether any such place is it.
+/// is_it   of the segments of the one and of the other
+/// num     segments of the other that were looked at are added
+template <class IsIt>
+bool touches(const Deck& deck, const Placed& other, double one_level_m, std::int64_t& num,
+             const IsIt& is_it) {
   constexpr double kStep_m = 1.0;
-  for (std::size_t k = 1; k < deck.points.size(); ++k) {
-    const DeckPoint& a = deck.points[k - 1];
-    const DeckPoint& b = deck.points[k];
+  for (std::size_t k = 0; k + 1 < deck.points.size(); ++k) {
+    const DeckPoint& a = deck.points[k];
+    const DeckPoint& b = deck.points[k + 1];
     const Vector2d along = b.at_world - a.at_world;
     const Vector2d left = Vector2d(-along.y(), along.x()).normalized();
-    const int num = 1 + static_cast<int>(along.norm() / kStep_m);
-    for (int i = 0; i <= num; ++i)
+    const int num_steps = 1 + static_cast<int>(along.norm() / kStep_m);
+    for (int i = 0; i <= num_steps; ++i)
       for (const double side : {-1.0, 0.0, 1.0}) {
-        const double t = static_cast<double>(i) / num;
-        if (lies_on(other, a.at_world + t * along + side * deck.style.half_width_m * left,
-                    a.level_m + t * (b.level_m - a.level_m), kBesideParapets_m, one_level_m))
+        const double t = static_cast<double>(i) / num_steps;
+        const Place place{a.at_world + t * along + side * deck.style.half_width_m * left,
+                          a.level_m + t * (b.level_m - a.level_m)};
+        const auto is_there = [&](std::size_t segment) {
+          ++num;
+          return lies_on_segment(other.deck, segment, place, kBesideParapets_m, one_level_m) &&
+                 is_it(k, segment);
+        };
+        if (other.segments.any(place.at_world, reach_m(other.deck, kBesideParapets_m), is_there))
           return true;
       }
   }
   return false;
 }
 
-bool meet(const Deck& one, const Deck& other, double one_level_m) {
-  return touches(one, other, one_level_m) || touches(other, one, one_level_m);
+bool meet(const Placed& one, const Placed& other, double one_level_m, std::int64_t& num) {
+  const auto anywhere = [](std::size_t, std::size_t) { return true; };
+  return touches(one.deck, other, one_level_m, num, anywhere) ||
+         touches(other.deck, one, one_level_m, num, anywhere);
 }
 
-/// Rails cross a road: on neither lie the marks of the other.
-bool is_level_crossing(const Deck& one, const Deck& other) {
-  return (one.style.use == WayUse::Railway) != (other.style.use == WayUse::Railway);
+/// Of decks that meet at one level: rails cross a road, at an angle wherever they meet. Along a
+/// road's bridge rails may run, as trams do.
+bool is_level_crossing(const Placed& one, const Placed& other, std::int64_t& num) {
+  if ((one.deck.style.use == WayUse::Railway) == (other.deck.style.use == WayUse::Railway))
+    return false;
+  const double along_cosine = std::cos(kLeastCrossing_rad);
+  const auto runs_along = [&](const Deck& deck, const Placed& on) {
+    return touches(deck, on, kOneLevel_m, num, [&](std::size_t own, std::size_t others) {
+      return std::abs(direction_of(deck, own).dot(direction_of(on.deck, others))) > along_cosine;
+    });
+  };
+  return !runs_along(one.deck, other) && !runs_along(other.deck, one);
 }
 
 /// Ranks that others have.
@@ -98,7 +146,8 @@ class TakenRanks {
 }  // namespace
 
 JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
-    : decks_(decks), bearing_marks_(decks.size()) {
+    : decks_(decks), lies_on_(decks.size()), crossed_by_(decks.size()) {
+  for (const Deck& deck : decks) segments_.push_back(segments_of(deck));
   // Those that go before others first, so that a deck meets no others.
   std::vector<std::size_t> rows;
   for (std::size_t row = 0; row < decks.size(); ++row)
@@ -129,12 +178,14 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
         return true;
       if (num_met++ == kMostMet) return false;
       constexpr double kAnyLevel_m = std::numeric_limits<double>::infinity();
-      if (!meet(deck, decks[other], kAnyLevel_m)) return true;
+      const Placed own{deck, segments_[rows[place]]};
+      const Placed others{decks[other], segments_[other]};
+      if (!meet(own, others, kAnyLevel_m, num_segments_)) return true;
       taken_by_feet.take(feet_ranks_[other]);
-      if (!meet(deck, decks[other], kOneLevel_m)) return true;
-      bearing_marks_[rows[place]].push_back(static_cast<std::uint32_t>(other));
-      if (is_level_crossing(deck, decks[other]))
-        bearing_marks_[other].push_back(static_cast<std::uint32_t>(rows[place]));
+      if (!meet(own, others, kOneLevel_m, num_segments_)) return true;
+      lies_on_[rows[place]].push_back(static_cast<std::uint32_t>(other));
+      if (crossed_by_[other].size() < kMostMet && is_level_crossing(own, others, num_segments_))
+        crossed_by_[other].push_back(static_cast<std::uint32_t>(rows[place]));
       taken.take(ranks_[other]);
       return true;
     };
@@ -151,12 +202,16 @@ Deck JoinedDecks::lowered(std::size_t row) const {
   return deck;
 }
 
-bool JoinedDecks::other_bears_lines(std::size_t row, const Vector2d& at_world,
-                                    double level_m) const {
-  return std::any_of(bearing_marks_[row].begin(), bearing_marks_[row].end(),
-                     [&](std::uint32_t other) {
-                       return lies_on(decks_[other], at_world, level_m, kBesideLines_m);
-                     });
+bool JoinedDecks::is_without_marks(std::size_t row, const Vector2d& at_world,
+                                   double level_m) const {
+  const auto lies_on = [&](std::uint32_t other) {
+    const Deck& deck = decks_[other];
+    return segments_[other].any(at_world, reach_m(deck, kBesideLines_m), [&](std::size_t segment) {
+      return lies_on_segment(deck, segment, {at_world, level_m}, kBesideLines_m, kOneLevel_m);
+    });
+  };
+  return std::any_of(lies_on_[row].begin(), lies_on_[row].end(), lies_on) ||
+         std::any_of(crossed_by_[row].begin(), crossed_by_[row].end(), lies_on);
 }
 
 }  // namespace terracast::tiler

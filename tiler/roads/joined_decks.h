@@ -6,21 +6,24 @@
 #include <vector>
 
 #include "tiler/roads/bridge_builder.h"
+#include "tiler/roads/segment_boxes.h"
 
 namespace terracast::tiler {
 
 /// Decks that lie over each other at one level, as where bridges join. Both would be in one plane:
 /// so each is lower than those that go before it there, the wider ones, or of equally wide ones
-/// those with lower keys, and bears no lines where it lies on them; where rails cross a road, neither
-/// bears any. Supports of decks that cross, at whatever levels, may meet in the ground: their feet
-/// are apart likewise.
+/// those with lower keys, and bears no marks (lines, sleepers) where it lies on them; where rails
+/// cross a road, at an angle of 15 degrees and more wherever they meet, neither bears any. Supports
+/// of decks that cross, at whatever levels, may meet in the ground: their feet are apart likewise.
 ///
 /// limits    decks whose slopes differ cross each other all the same, along a line, about which
 ///           they are in one plane as far as roundings go (1.5 mm: 0.7 m for slopes 0.4 % apart);
 ///           the least lowered of more than kMostRank is as low as another; of those that go before
-///           a deck the first kMostMet whose boxes meet its own are looked at: where decks crowd,
-///           faces in one plane may stay
-/// cost      segments of decks whose boxes meet
+///           a deck the first kMostMet whose boxes meet its own are looked at, and of those after
+///           it that are level crossings the first kMostMet: where decks crowd, faces in one plane
+///           may stay
+/// cost      the length of decks whose boxes meet, times segments that are near each other, and the
+///           logarithm of all of a deck's
 /// threads   safe
 class JoinedDecks {
  public:
@@ -35,18 +38,22 @@ class JoinedDecks {
 
   /// The deck as it is built.
   Deck lowered(std::size_t row) const;
-  /// Whether another deck bears the lines at a place of a deck's top.
-  bool other_bears_lines(std::size_t row, const Eigen::Vector2d& at_world, double level_m) const;
+  /// Whether a deck bears no marks at a place of its top: another bears them there, or they cross.
+  bool is_without_marks(std::size_t row, const Eigen::Vector2d& at_world, double level_m) const;
   /// Pairs of decks in common cells of the index that were looked at.
   std::int64_t num_pairs() const { return num_pairs_; }
+  /// Segments that were held against places of other decks.
+  std::int64_t num_segments() const { return num_segments_; }
 
  private:
   const std::vector<Deck>& decks_;
-  /// Of each deck those on which it lies, and at crossings of rails and roads those that lie on it.
-  std::vector<std::vector<std::uint32_t>> bearing_marks_;
-  std::vector<int> ranks_;       ///< among those that it lies on
+  std::vector<SegmentBoxes> segments_;                  ///< of each deck
+  std::vector<std::vector<std::uint32_t>> lies_on_;     ///< of each deck those before it
+  std::vector<std::vector<std::uint32_t>> crossed_by_;  ///< those after it, rails and roads
+  std::vector<int> ranks_;                              ///< among those that it lies on
   std::vector<int> feet_ranks_;  ///< among those that it lies on, over or under
   std::int64_t num_pairs_ = 0;
+  std::int64_t num_segments_ = 0;
 };
 
 }  // namespace terracast::tiler

@@ -5,23 +5,18 @@
 #include <cstdint>
 #include <map>
 #include <set>
-#include <tuple>
+#include <unordered_map>
 #include <utility>
 
 #include "tiler/roofs/triangulation.h"
+#include "tiler/roofs/turn.h"
 
 namespace terracast::tiler {
 namespace {
 
 using Eigen::Vector2i;
-using Vector2l = Eigen::Matrix<std::int64_t, 2, 1>;
 using Edge = std::array<int, 2>;
 using Triangle = std::array<int, 3>;
-
-std::int64_t turn(const Vector2i& a, const Vector2i& b, const Vector2i& c) {
-  const Vector2l u = (b - a).cast<std::int64_t>(), v = (c - a).cast<std::int64_t>();
-  return u.x() * v.y() - u.y() * v.x();
-}
 
 std::int64_t squared_length(const Vector2i& a, const Vector2i& b) {
   return (b - a).cast<std::int64_t>().squaredNorm();
@@ -74,35 +69,38 @@ Border border_of(const RingsSteps& rings) {
   return border;
 }
 
-/// Triangles that are put together as long as no ring of what becomes of them comes to a point twice.
+/// Triangles that are put together as long as no ring of what becomes of them comes to a point
+/// twice.
 class Pieces {
  public:
   Pieces(const std::vector<Vector2i>& points, const std::vector<Triangle>& triangles)
-      : points_(points), triangles_(triangles) {
+      : points_(points), triangles_(triangles), changes_(triangles.size(), 0) {
     for (std::size_t t = 0; t < triangles.size(); ++t) {
       piece_of_.push_back(t);
       members_.push_back({t});
-      for (std::size_t k = 0; k < 3; ++k)
+      next_.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) {
         left_of_[{triangles[t][k], triangles[t][(k + 1) % 3]}] = t;
+        next_[t][triangles[t][k]] = triangles[t][(k + 1) % 3];
+      }
     }
   }
 
   /// Across the longest edges first; what could not be joined may be when others have been.
   void join() {
-    std::vector<std::tuple<std::int64_t, int, int>> edges;
-    for (const auto& [edge, triangle] : left_of_)
-      if (edge[0] < edge[1] && left_of_.contains({edge[1], edge[0]}))
-        edges.emplace_back(-squared_length(point(edge[0]), point(edge[1])), edge[0], edge[1]);
-    std::sort(edges.begin(), edges.end());
+    const std::vector<Common> edges = longest_first();
     for (bool has_joined = true; has_joined;) {
       has_joined = false;
-      for (const auto& [length, a, b] : edges) {
-        const std::size_t one = piece_of_[left_of_.at({a, b})];
-        const std::size_t other = piece_of_[left_of_.at({b, a})];
+      for (const Common& edge : edges) {
+        ++num_steps_;
+        const std::size_t one = piece_of_[edge.left];
+        const std::size_t other = piece_of_[edge.right];
         if (one != other) has_joined = join_if_simple(one, other) || has_joined;
       }
     }
   }
+
+  std::int64_t num_steps() const { return num_steps_; }
 
   std::vector<RingsSteps> polygons() const {
     std::vector<RingsSteps> polygons;
@@ -112,7 +110,28 @@ class Pieces {
   }
 
  private:
+  /// An edge with a triangle on either side.
+  struct Common {
+    std::int64_t squared_length;
+    Edge ends;
+    std::size_t left;
+    std::size_t right;
+  };
+
   const Vector2i& point(int i) const { return points_[static_cast<std::size_t>(i)]; }
+
+  std::vector<Common> longest_first() const {
+    std::vector<Common> edges;
+    for (const auto& [edge, left] : left_of_)
+      if (const auto right = left_of_.find({edge[1], edge[0]});
+          edge[0] < edge[1] && right != left_of_.end())
+        edges.push_back(
+            {squared_length(point(edge[0]), point(edge[1])), edge, left, right->second});
+    std::sort(edges.begin(), edges.end(), [](const Common& a, const Common& b) {
+      return std::pair(-a.squared_length, a.ends) < std::pair(-b.squared_length, b.ends);
+    });
+    return edges;
+  }
 
   /// Its edges from point to point, the inside on their left.
   std::vector<Edge> border_of(const std::vector<std::size_t>& members) const {
@@ -128,22 +147,51 @@ class Pieces {
     return border;
   }
 
+  /// Whether an edge of a piece's border is one of another piece's, too.
+  bool is_common(std::size_t other, int from, int to) const {
+    const auto back = next_[other].find(to);
+    return back != next_[other].end() && back->second == from;
+  }
+
+  /// Whether the border of two pieces together comes to no point twice: from each point to which both
+  /// come, at least one of them goes on along what becomes inside.
+  bool are_simple_together(std::size_t one, std::size_t other) {
+    if (next_[one].size() > next_[other].size()) std::swap(one, other);
+    return std::all_of(next_[one].begin(), next_[one].end(), [&](const auto& edge) {
+      ++num_steps_;
+      const auto [at, to] = edge;
+      const auto of_other = next_[other].find(at);
+      return of_other == next_[other].end() || is_common(other, at, to) ||
+             is_common(one, at, of_other->second);
+    });
+  }
+
   bool join_if_simple(std::size_t one, std::size_t other) {
-    const std::vector<std::size_t> added = members_[other];
-    std::vector<std::size_t> both = members_[one];
-    both.insert(both.end(), added.begin(), added.end());
-    for (const std::size_t t : added) piece_of_[t] = one;
-    const std::vector<Edge> border = border_of(both);
-    const bool is_simple = std::adjacent_find(border.begin(), border.end(), [](auto& a, auto& b) {
-                             return a[0] == b[0];
-                           }) == border.end();
-    if (is_simple) {
-      members_[one] = std::move(both);
-      members_[other].clear();
-    } else {
-      for (const std::size_t t : added) piece_of_[t] = other;
+    // Two that could not be joined cannot be until one of them changes.
+    const std::pair changes(changes_[one], changes_[other]);
+    const auto [tried, is_new] = tried_.try_emplace(one * triangles_.size() + other, changes);
+    if (!is_new && tried->second == changes) return false;
+    tried->second = changes;
+    if (!are_simple_together(one, other)) return false;
+    for (const std::size_t t : members_[other]) piece_of_[t] = one;
+    members_[one].insert(members_[one].end(), members_[other].begin(), members_[other].end());
+    num_steps_ += static_cast<std::int64_t>(members_[other].size() + next_[other].size());
+    members_[other].clear();
+    join_borders(one, other);
+    ++changes_[one];
+    return true;
+  }
+
+  void join_borders(std::size_t one, std::size_t other) {
+    std::vector<Edge> added;
+    for (const auto& [from, to] : next_[other]) {
+      if (is_common(one, from, to))
+        next_[one].erase(to);
+      else
+        added.push_back({from, to});
     }
-    return is_simple;
+    for (const auto& [from, to] : added) next_[one][from] = to;
+    next_[other].clear();
   }
 
   /// Of a border that comes to each point once; the outer ring is the one that turns left.
@@ -172,6 +220,12 @@ class Pieces {
   std::vector<std::vector<std::size_t>>
       members_;                          ///< of each piece; none: it has become part of another
   std::map<Edge, std::size_t> left_of_;  ///< the triangle to the left of an edge
+  /// Of each piece's border, which comes to each point once: the point after a point.
+  std::vector<std::unordered_map<int, int>> next_;
+  std::vector<std::uint32_t> changes_;  ///< of each piece: how many have been joined to it
+  /// Of two pieces that were tried: their changes then.
+  std::unordered_map<std::size_t, std::pair<std::uint32_t, std::uint32_t>> tried_;
+  std::int64_t num_steps_ = 0;
 };
 
 bool have_same_area(const std::vector<Vector2i>& points, const std::vector<Triangle>& triangles,
@@ -187,12 +241,14 @@ bool have_same_area(const std::vector<Vector2i>& points, const std::vector<Trian
 
 }  // namespace
 
-std::optional<std::vector<RingsSteps>> cut_where_rings_touch(const RingsSteps& rings) {
+std::optional<std::vector<RingsSteps>> cut_where_rings_touch(const RingsSteps& rings,
+                                                             std::int64_t* num_steps) {
   const Border border = border_of(rings);
   const auto triangles = triangulate(border.points, border.edges, {});
   if (!triangles || !have_same_area(border.points, *triangles, rings)) return std::nullopt;
   Pieces pieces(border.points, *triangles);
   pieces.join();
+  if (num_steps != nullptr) *num_steps += pieces.num_steps();
   return pieces.polygons();
 }
 

@@ -16,6 +16,7 @@
 
 #include "core/error.h"
 #include "tiler/roofs/touching_rings.h"
+#include "tiler/roofs/turn.h"
 
 namespace terracast::tiler {
 namespace {
@@ -113,12 +114,6 @@ bool contains(std::span<const Vector2i> ring, const Eigen::Vector2d& at) {
       is_in = !is_in;
   }
   return is_in;
-}
-
-std::int64_t turn(const Vector2i& a, const Vector2i& b, const Vector2i& c) {
-  const Eigen::Matrix<std::int64_t, 2, 1> u = (b - a).cast<std::int64_t>();
-  const Eigen::Matrix<std::int64_t, 2, 1> v = (c - a).cast<std::int64_t>();
-  return u.x() * v.y() - u.y() * v.x();
 }
 
 /// Within the box of a and b; for a point of their line: on the edge.

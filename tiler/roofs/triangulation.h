@@ -22,8 +22,9 @@ std::optional<std::vector<std::array<int, 3>>> triangulate(
     std::span<const std::array<int, 2>> edges);
 
 /// What lies within an odd number of an outer ring's windings and of no hole, as valid polygons,
-/// largest first: of rings that cross and touch themselves and each other in any way. Where holes touch the outer ring or each
-/// other, and nothing crosses, the polygons cover exactly what the rings say; where edges cross there are corners, rounded.
+/// largest first: of rings that cross and touch themselves and each other in any way. Where holes
+/// touch the outer ring or each other, and nothing crosses, the polygons cover exactly what the
+/// rings say; where edges cross there are corners, rounded.
 /// rings     outer ring first; they may turn either way
 /// cost      grows with the square of the number of corners
 std::vector<RingsSteps> repaired(const RingsSteps& rings);

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace terracast::tiler {
+
+/// Boxes about the segments of a line in the plane, to find those near a place: a tree over the
+/// segments in their order, which are near each other.
+///
+/// memory    43 B for each segment
+/// cost      of a search: the logarithm of the number of segments, and those whose boxes are near
+/// threads   safe
+class SegmentBoxes {
+ public:
+  /// points   world x and y, m; less than two: no segments
+  explicit SegmentBoxes(const std::vector<Eigen::Vector2d>& points) {
+    std::vector<Box> boxes;
+    for (std::size_t k = 1; k < points.size(); ++k)
+      boxes.push_back({points[k - 1].cwiseMin(points[k]), points[k - 1].cwiseMax(points[k])});
+    while (!boxes.empty()) {
+      levels_.push_back(boxes);
+      if (boxes.size() == 1) break;
+      std::vector<Box> coarser;
+      for (std::size_t k = 0; k < boxes.size(); ++k) {
+        if (k % kWide == 0) {
+          coarser.push_back(boxes[k]);
+          continue;
+        }
+        coarser.back().lowest = coarser.back().lowest.cwiseMin(boxes[k].lowest);
+        coarser.back().highest = coarser.back().highest.cwiseMax(boxes[k].highest);
+      }
+      boxes = std::move(coarser);
+    }
+  }
+
+  /// Whether any segment is it, of those whose boxes are no farther from a place in x and in y.
+  /// is_it   of the segment from the point with that row to the next; asked in order, up to the
+  ///         first that is
+  template <class IsIt>
+  bool any(const Eigen::Vector2d& at_world, double within_m, const IsIt& is_it) const {
+    return !levels_.empty() && any(levels_.size() - 1, 0, at_world, within_m, is_it);
+  }
+
+ private:
+  static constexpr std::size_t kWide = 4;
+  struct Box {
+    Eigen::Vector2d lowest;
+    Eigen::Vector2d highest;
+  };
+
+  template <class IsIt>
+  bool any(std::size_t level, std::size_t row, const Eigen::Vector2d& at_world, double within_m,
+           const IsIt& is_it) const {
+    const Box& box = levels_[level][row];
+    if ((at_world.array() < box.lowest.array() - within_m).any() ||
+        (at_world.array() > box.highest.array() + within_m).any())
+      return false;
+    if (level == 0) return is_it(row);
+    const std::size_t end = std::min((row + 1) * kWide, levels_[level - 1].size());
+    for (std::size_t k = row * kWide; k < end; ++k)
+      if (any(level - 1, k, at_world, within_m, is_it)) return true;
+    return false;
+  }
+
+  std::vector<std::vector<Box>> levels_;  ///< each box of a level about kWide of the one before
+};
+
+}  // namespace terracast::tiler
