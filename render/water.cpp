@@ -106,7 +106,8 @@ void look_at_bed(const GroundPacket& packet, std::uint32_t seed, GroundLook& loo
             step_up(film.value[i] + 0.7f * patch.value[i] - 0.4f, 0.4f + soft),
         0.050f + 0.010f * fine.value[i], 0.060f + 0.012f * fine.value[i], 0.028f);
     // Below its blades lie shade, sheaths and what they drop.
-    const float grown = bed::seagrass(patch.value[i], weed.value[i], packet.sea_depth_m[i], soft);
+    const float grown = bed::seagrass(patch.value[i], weed.value[i], packet.sea_depth_m[i],
+                                      packet.steepness[i], soft);
     lay(color, 0.9f * grown, 0.030f + 0.008f * fine.value[i], 0.040f + 0.010f * fine.value[i],
         0.016f);
     look.albedo[0][i] = clamped(color.r, 0.01f, 0.7f);

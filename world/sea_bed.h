@@ -1,15 +1,16 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 
+#include "core/lanes.h"
 #include "core/packet_code.h"
 
 /// What covers the bed of the sea: one law for what is painted there (render/water.cpp) and for what stands there
 /// (tiler/vegetation/sea_bed_plants.cpp). Noise of the place decides it, the sea's depth and how steep the bed is.
 ///
-/// source    Posidonia oceanica grows from about a metre below the surface to some 35 m, where a tenth of the light is
-///           left (Duarte 1991, "Seagrass depth limits", Aquatic Botany 40)
+/// source    Posidonia oceanica grows from about a metre below the surface down to where a tenth of the
+///           light is left (Duarte 1991, "Seagrass depth limits", Aquatic Botany 40): here it fades from
+///           26 to 38 m
 /// threads   safe
 namespace terracast::world::sea_bed {
 
@@ -35,10 +36,13 @@ TERRACAST_PACKET_INLINE float risen(float x, float width) {
 /// Share of the bed that seagrass covers, 0 … 1; plants stand where it is above kStands.
 /// patch, weed   of the bands
 /// depth_m       of the sea above; 0 where other water or none is
+/// steepness     sine of the bed's slope: no matte holds where it is above 0.27
 /// soft          root mean square of what a footprint left out of the noise
-TERRACAST_PACKET_INLINE float seagrass(float patch, float weed, float depth_m, float soft) {
+TERRACAST_PACKET_INLINE float seagrass(float patch, float weed, float depth_m, float steepness,
+                                       float soft) {
   const float in_light = risen(depth_m - 1.3f, 0.4f) * risen(32.0f - depth_m, 6.0f);
-  return in_light * risen(weed + 0.7f * patch - 0.35f, 0.2f + soft);
+  const float held = risen(0.22f - steepness, 0.05f);
+  return in_light * held * risen(weed + 0.7f * patch - 0.35f, 0.2f + soft);
 }
 inline constexpr float kStands = 0.5f;
 
@@ -48,14 +52,13 @@ TERRACAST_PACKET_INLINE float rock(float patch, float steepness, float soft) {
   return risen(5.0f * steepness - 0.8f * patch - 1.8f, 0.6f + soft);
 }
 
-/// Noise of one place on the bed.
+/// Noise of places on the bed.
 struct Noise {
-  float patch = 0.0f;
-  float weed = 0.0f;
+  core::Lanes<float> patch;
+  core::Lanes<float> weed;
 };
-/// point_world   on the bed
-/// seed          noise_seed()
-/// cost          2 us
-Noise noise_at(const Eigen::Vector3d& point_world, std::uint32_t seed);
+/// points_world   on the bed
+/// seed           noise_seed()
+Noise noise_at(const core::Lanes3d& points_world, std::uint32_t seed);
 
 }  // namespace terracast::world::sea_bed

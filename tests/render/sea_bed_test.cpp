@@ -23,52 +23,62 @@ using world::TileId;
 constexpr double kSurface_m = 300.0;
 
 struct Sea final : tiler::LayerSite, tiler::BedSite {
-  static double depth_at(const Vector2d& place) { return std::max(0.08 * place.x(), 0.0); }
+  static constexpr double kSlope = 0.08;
+  explicit Sea(double bed_slope = kSlope) : slope(bed_slope) {}
+  static double depth_at(const Vector2d& place, double slope = kSlope) {
+    return std::max(slope * place.x(), 0.0);
+  }
   /// Distance to the nearest of what others hold: a mole.
   static double room_m(const Vector2d& place) { return std::abs(place.y() - 100.0) - 6.0; }
 
   double ground_z_world(const Vector2d&) const override { return kSurface_m; }
   world::Cover cover(const Vector2d& place) const override {
-    return depth_at(place) > 0.0 ? world::Cover::Sea : world::Cover::Bare;
+    return depth_at(place, slope) > 0.0 ? world::Cover::Sea : world::Cover::Bare;
   }
   bool is_free(const Vector2d& place, double radius_m) const override {
-    return is_unheld(place, radius_m) && depth_at(place + Vector2d(radius_m, 0.0)) <= 0.0;
+    return is_unheld(place, radius_m) && depth_at(place + Vector2d(radius_m, 0.0), slope) <= 0.0;
   }
-  double water_depth_m(const Vector2d& place) const override { return depth_at(place); }
+  double water_depth_m(const Vector2d& place) const override { return depth_at(place, slope); }
   bool is_unheld(const Vector2d& place, double radius_m) const override {
     return room_m(place) >= radius_m;
   }
+
+  double slope;
 };
 
-std::vector<Instance> on(const TileId& id) {
+std::vector<Instance> on(const TileId& id, double slope = Sea::kSlope) {
   world::TileObjects objects;
-  planted().layer->add_objects(id, Sea(), objects);
+  planted().layer->add_objects(id, Sea(slope), objects);
   return objects.instances;
 }
 
 /// Of some tiles of 256 m what stands on the bed; without what reaches in from beside them.
-std::vector<Instance> all_on_bed() {
+std::vector<Instance> all_on_bed(double slope = Sea::kSlope) {
   std::vector<Instance> all;
   for (int x = 0; x < 2; ++x)
     for (int y = -1; y < 1; ++y) {
       const TileId id{0, x, y};
-      for (const Instance& instance : on(id)) {
+      for (const Instance& instance : on(id, slope)) {
         const Vector2d at = Planted::place_of(instance);
-        if (Sea::depth_at(at) > 0.0 && world::tile_at(0, at.x(), at.y()) == id)
+        if (Sea::depth_at(at, slope) > 0.0 && world::tile_at(0, at.x(), at.y()) == id)
           all.push_back(instance);
       }
     }
   return all;
 }
 
-/// Red of what is painted on the bed, seen from near by: sand sends a quarter back, seagrass a thirtieth.
-std::vector<float> painted_red(const std::vector<Vector2d>& places) {
+/// What is painted on the bed, seen from near by.
+struct Painted {
+  float red;    ///< sand sends a quarter back, seagrass a thirtieth
+  float grown;  ///< share of seagrass, which lies in its own shade
+};
+std::vector<Painted> painted(const std::vector<Vector2d>& places, double slope = Sea::kSlope) {
   using render::kLanes;
   const auto world_seed = static_cast<std::uint64_t>(planted().surface->options().seed);
   render::Climate climate;
   climate.seed = world::sea_bed::noise_seed(world_seed);
   const render::Ground ground(climate);
-  std::vector<float> red;
+  std::vector<Painted> all;
   for (std::size_t first = 0; first < places.size(); first += kLanes) {
     render::GroundPlaces packet_places;
     for (int lane = 0; lane < kLanes; ++lane) {
@@ -77,18 +87,18 @@ std::vector<float> painted_red(const std::vector<Vector2d>& places) {
       world::SurfaceSample surface;
       surface.spacing_m = 1.0;
       surface.cover = world::Cover::Seabed;
-      packet_places.set(lane, {at.x(), at.y(), kSurface_m - Sea::depth_at(at)},
-                        Eigen::Vector3d(0.08, 0.0, 1.0).normalized(), surface, 1e-3);
-      packet_places.sea_depth_m[lane] = Sea::depth_at(at);
+      packet_places.set(lane, {at.x(), at.y(), kSurface_m - Sea::depth_at(at, slope)},
+                        Eigen::Vector3d(slope, 0.0, 1.0).normalized(), surface, 1e-3);
+      packet_places.sea_depth_m[lane] = Sea::depth_at(at, slope);
     }
     render::GroundPacket packet;
     ground.set(packet_places, packet);
     render::GroundLook look;
     ground.look(packet, look);
-    for (int lane = 0; lane < kLanes && red.size() < places.size(); ++lane)
-      red.push_back(look.albedo[0][lane]);
+    for (int lane = 0; lane < kLanes && all.size() < places.size(); ++lane)
+      all.push_back({look.albedo[0][lane], (0.95f - look.openness[lane]) / 0.15f});
   }
-  return red;
+  return all;
 }
 
 bool is_seagrass(const Instance& instance) { return planted().is_a(instance, "seagrass"); }
@@ -106,6 +116,7 @@ TEST(SeaBed, SeagrassStandsOnTheBedWhereItIsPaintedAndBelowTheSurface) {
       places.push_back(at);
     } else {
       EXPECT_TRUE(planted().is_a(instance, "boulder")) << planted().name_of(instance);
+      EXPECT_LT(foot_z + planted().height_m(instance), kSurface_m - 1.99);
       ++num_boulders;
     }
   }
@@ -114,7 +125,7 @@ TEST(SeaBed, SeagrassStandsOnTheBedWhereItIsPaintedAndBelowTheSurface) {
   EXPECT_GT(num_boulders, 20U);
   EXPECT_LT(num_boulders, 400U);
   // Half sand and half seagrass, which are 0.245 and 0.03, give 0.15; shells and grains vary sand by a fifth.
-  for (const float red : painted_red(places)) EXPECT_LT(red, 0.19f);
+  for (const Painted& one : painted(places)) EXPECT_LT(one.red, 0.19f);
   // Seagrass ends where the light does, and where waves break.
   for (const Vector2d& at : places) {
     EXPECT_GT(Sea::depth_at(at), 1.2);
@@ -122,17 +133,18 @@ TEST(SeaBed, SeagrassStandsOnTheBedWhereItIsPaintedAndBelowTheSurface) {
   }
 }
 
-TEST(SeaBed, WhereverSeagrassIsPaintedPlantsStandNear) {
+/// How much of the places where a meadow is painted, up to 32 m deep, has plants near.
+void expect_plants_where_painted(double slope, std::size_t least_places) {
   std::vector<Vector2d> plants;
-  for (const Instance& instance : all_on_bed())
+  for (const Instance& instance : all_on_bed(slope))
     if (is_seagrass(instance)) plants.push_back(Planted::place_of(instance));
   std::vector<Vector2d> places;
-  for (double x = 40.0; x < 350.0; x += 5.0)
+  for (double x = 3.2 / slope; x < 28.0 / slope; x += 0.4 / slope)
     for (double y = -240.0; y < 80.0; y += 5.0) places.emplace_back(x, y);
-  const std::vector<float> red = painted_red(places);
+  const std::vector<Painted> look = painted(places, slope);
   std::size_t num_grown = 0, num_with_plants = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    if (red[i] > 0.06f) continue;  // amid a meadow
+    if (look[i].grown < 0.95f) continue;  // amid a meadow
     ++num_grown;
     // Places that are strewn are 4.2 m apart at least, and leave no gap as wide as twice that.
     const bool has_plant = std::any_of(plants.begin(), plants.end(), [&](const Vector2d& at) {
@@ -140,8 +152,56 @@ TEST(SeaBed, WhereverSeagrassIsPaintedPlantsStandNear) {
     });
     num_with_plants += has_plant ? 1 : 0;
   }
-  ASSERT_GT(num_grown, 500U);
-  EXPECT_GT(static_cast<double>(num_with_plants), 0.98 * static_cast<double>(num_grown));
+  ASSERT_GT(num_grown, least_places) << slope;
+  EXPECT_GT(static_cast<double>(num_with_plants), 0.98 * static_cast<double>(num_grown)) << slope;
+}
+
+TEST(SeaBed, WhereverSeagrassIsPaintedPlantsStandNear) {
+  expect_plants_where_painted(Sea::kSlope, 500);
+  expect_plants_where_painted(0.16, 300);
+}
+
+/// How far the feet of a tuft's sheaves, of its finest shape, are above the bed at most, where they are
+/// on the side to which it falls.
+double feet_above_bed_m(const Instance& instance, double slope) {
+  const auto& vertices =
+      planted().layer->prototypes()[instance.prototype].levels.front().shape.vertices_steps;
+  int lowest = 0;
+  for (const Eigen::Vector3i& vertex : vertices) lowest = std::min(lowest, vertex.z());
+  double highest = -1e9;
+  for (const Eigen::Vector3i& vertex : vertices)
+    if (2 * vertex.z() < lowest)
+      highest = std::max(highest, vertex.z() + slope * vertex.head<2>().cast<double>().norm());
+  const double bed_z = kSurface_m - Sea::depth_at(Planted::place_of(instance), slope);
+  return (instance.place_steps.z() + highest * instance.scale / 4096.0) * world::kHeightStep_m -
+         bed_z;
+}
+
+TEST(SeaBed, SheavesOfSeagrassHaveTheirFeetInBedsOfAnySlope) {
+  for (const double slope : {0.08, 0.16, 0.2}) {
+    std::size_t num_tufts = 0;
+    for (const Instance& instance : all_on_bed(slope)) {
+      if (!is_seagrass(instance)) continue;
+      ++num_tufts;
+      const Vector2d at = Planted::place_of(instance);
+      const double foot_z = instance.place_steps.z() * world::kHeightStep_m;
+      EXPECT_LE(feet_above_bed_m(instance, slope), 0.002) << slope;
+      // No more than half of it is buried at its middle.
+      EXPECT_GE(foot_z + 0.5 * planted().height_m(instance),
+                kSurface_m - Sea::depth_at(at, slope) - 0.002)
+          << slope;
+      EXPECT_LT(foot_z + planted().height_m(instance), kSurface_m - 0.29);
+    }
+    EXPECT_GT(num_tufts, 500U) << slope;
+  }
+}
+
+TEST(SeaBed, CliffsBearNoSeagrassAndNoneIsPaintedThere) {
+  std::vector<Vector2d> places;
+  for (const Instance& instance : all_on_bed(0.3)) EXPECT_FALSE(is_seagrass(instance));
+  for (double x = 0.0; x < 200.0; x += 1.0)
+    for (double y = -240.0; y < 80.0; y += 5.0) places.emplace_back(x, y);
+  for (const Painted& one : painted(places, 0.3)) EXPECT_LT(one.grown, 0.01f);
 }
 
 TEST(SeaBed, TilesOfAnySizeHoldTheSame) {

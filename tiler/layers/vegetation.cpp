@@ -37,6 +37,7 @@ class VegetationLayer final : public Layer {
             "one: it follows all layers' land cover, and one canopy");
     check_reach_of_pieces(*plan_.library);
     check_reach_of_trees(*plan_.library);
+    check_reach_on_bed(*plan_.library);
     if (canopy.empty()) return;
     plan_.canopy = Canopy::open(canopy, nodata, plan_.surface, inputs.size_m);
     canopy_name_ = std::filesystem::path(canopy.written).filename().string();

@@ -53,16 +53,24 @@ std::span<const Share> mix_of(ForestKind kind) {
 struct Extents {
   double height_m = 0.0;
   double reach_m = 0.0;
+  double sunk_m = 0.0;  ///< by that shape which is sunk least
+  double root_reach_m = 0.0;
 };
 
 Extents extents_of(const world::ShapeLevels& levels) {
   Extents extents;
-  for (const world::ShapeLevel& level : levels)
+  for (const world::ShapeLevel& level : levels) {
+    double sunk_m = 0.0;
     for (const Eigen::Vector3i& vertex : level.shape.vertices_steps) {
+      const double side_m = vertex.head<2>().cast<double>().norm() * world::kHeightStep_m;
       extents.height_m = std::max(extents.height_m, vertex.z() * world::kHeightStep_m);
-      extents.reach_m =
-          std::max(extents.reach_m, vertex.head<2>().cast<double>().norm() * world::kHeightStep_m);
+      extents.reach_m = std::max(extents.reach_m, side_m);
+      if (vertex.z() >= 0) continue;
+      sunk_m = std::max(sunk_m, -vertex.z() * world::kHeightStep_m);
+      extents.root_reach_m = std::max(extents.root_reach_m, side_m);
     }
+    extents.sunk_m = &level == &levels.front() ? sunk_m : std::min(extents.sunk_m, sunk_m);
+  }
   return extents;
 }
 
@@ -237,7 +245,8 @@ PlantLibrary::PlantLibrary() {
     for (const Variety& variety : of_species) {
       const Extents extents = extents_of(variety.levels);
       species_.back().push_back({static_cast<std::uint16_t>(prototypes_.size()), extents.height_m,
-                                 extents.reach_m, variety.levels.back().coarsest_level});
+                                 extents.reach_m, variety.levels.back().coarsest_level,
+                                 extents.sunk_m, extents.root_reach_m});
       prototypes_.push_back(
           {fmt::format("{}_{}", variety.species->name, variety.number), variety.levels});
     }

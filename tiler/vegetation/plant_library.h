@@ -17,6 +17,8 @@ struct PlantModel {
   double height_m = 0.0;
   double reach_m = 0.0;  ///< of its crown from its foot, in the plane
   int coarsest_level = 0;
+  double sunk_m = 0.0;        ///< how deep below its foot it reaches, in any of its shapes
+  double root_reach_m = 0.0;  ///< of what is below its foot, in the plane
 };
 
 /// What a piece of forest mostly is.

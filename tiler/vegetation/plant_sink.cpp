@@ -37,18 +37,14 @@ int last_level_on_land(const LayerSite& site, const Vector2d& place_world, doubl
 }
 
 int last_level_on_bed(const LayerSite& site, const BedSite& bed, const Vector2d& place_world,
-                      double foot_z_world, int first_level, int last_level) {
-  // Nearer to the foot than this: what stands there is sunk by as much, and more where it is shown from afar.
-  constexpr double kApart_m = 0.2;
-  constexpr double kApartPerSpacing = 0.2;
-  const auto bed_z_world = [&](const Vector2d& sample) {
+                      double bed_z_world, double within_m, int first_level, int last_level) {
+  const auto z_world = [&](const Vector2d& sample) {
     return site.ground_z_world(sample) - bed.water_depth_m(sample);
   };
   for (int level = std::max(first_level, 0); level <= last_level; ++level) {
     if (!is_amid_water(site, place_world, level)) return level - 1;
-    const double shown_z = shown_z_world(bed_z_world, place_world, level);
-    if (std::abs(shown_z - foot_z_world) > kApart_m + kApartPerSpacing * std::exp2(level))
-      return level - 1;
+    const double shown_z = shown_z_world(z_world, place_world, level);
+    if (std::abs(shown_z - bed_z_world) > within_m) return level - 1;
   }
   return last_level;
 }
@@ -61,9 +57,10 @@ void PlantSink::add(const Planting& planting, const Vector3d& foot_world) {
 
 void PlantSink::add_on_bed(const Planting& planting, const BedSite& bed,
                            const Vector2d& place_world, double water_depth_m) {
-  const double foot_z = site_.ground_z_world(place_world) - water_depth_m;
-  add(planting, Vector3d(place_world.x(), place_world.y(), foot_z),
-      last_level_on_bed(site_, bed, place_world, foot_z, planting.first_level,
+  const double bed_z = site_.ground_z_world(place_world) - water_depth_m;
+  add(planting, Vector3d(place_world.x(), place_world.y(), bed_z - planting.lowered_m),
+      last_level_on_bed(site_, bed, place_world, bed_z, planting.scale * planting.model.sunk_m,
+                        planting.first_level,
                         std::min(planting.coarsest_level, planting.model.coarsest_level)));
 }
 

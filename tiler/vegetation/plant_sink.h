@@ -13,11 +13,12 @@ namespace terracast::tiler {
 int last_level_on_land(const LayerSite& site, const Eigen::Vector2d& place_world,
                        double foot_z_world, int first_level, int last_level);
 
-/// The last of some levels of which all have water round a place and their bed near below it, or the one before the
-/// first.
-/// foot_z_world   on the bed
+/// The last of some levels of which all have water round a place and show its bed no farther above
+/// or below it than that, or the one before the first.
+/// bed_z_world   of the place
+/// within_m      what stands there is sunk by as much
 int last_level_on_bed(const LayerSite& site, const BedSite& bed, const Eigen::Vector2d& place_world,
-                      double foot_z_world, int first_level, int last_level);
+                      double bed_z_world, double within_m, int first_level, int last_level);
 
 /// Puts plants on a tile, each shown up to the last level that has ground below it.
 class PlantSink {
@@ -35,6 +36,7 @@ class PlantSink {
     int coarsest_level;
     int first_level = 0;  ///< finest of those whose tiles may lack the ground below it
     Tint tint{};
+    double lowered_m = 0.0;  ///< its foot, below the bed
   };
   void add(const Planting& planting, const Eigen::Vector3d& foot_world);
   /// On the ground there.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -98,6 +99,9 @@ struct Box {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
+  Box widened(double by_m) const {
+    return {low - Vector2d::Constant(by_m), high + Vector2d::Constant(by_m)};
+  }
   bool contains(const Vector2d& p, double beside_m = 0.0) const {
     return (p.array() >= low.array() - beside_m).all() &&
            (p.array() <= high.array() + beside_m).all();
@@ -154,6 +158,7 @@ class TileCheck {
         ground_(tile, false),
         bed_(tile, true),
         solids_by_place_(tile.id),
+        bodies_by_place_(tile.id),
         things_by_place_(tile.id),
         segments_by_place_(tile.id),
         areas_by_place_(tile.id) {}
@@ -199,7 +204,19 @@ class TileCheck {
         for (const Eigen::Vector3i& vertex : solid.levels.front().shape.vertices_steps)
           box.extend(metres((solid.origin_steps + vertex).head<2>()));
       boxes_.push_back(box);
-      if (box.low.x() <= box.high.x()) solids_by_place_.add(box, i);
+      if (box.low.x() <= box.high.x()) solids_by_place_.add(box.widened(kSeam_m), i);
+      // Coarser levels may be wider: blocks.
+      Eigen::AlignedBox3d body;
+      for (const world::ShapeLevel& level : solid.levels)
+        for (const Eigen::Vector3i& vertex : level.shape.vertices_steps)
+          body.extend(
+              Eigen::Vector3d((solid.origin_steps + vertex).cast<double>() * kHeightStep_m));
+      bodies_.push_back(body);
+      if (body.isEmpty()) continue;
+      Box plan;
+      plan.extend(body.min().head<2>());
+      plan.extend(body.max().head<2>());
+      bodies_by_place_.add(plan.widened(kSeam_m), i);
     }
   }
   void place_things() {
@@ -276,9 +293,10 @@ class TileCheck {
   /// Whether a point lies in another solid as this tile shows it, or upon or beside it but for a seam: walls of neighbours
   /// stand back from the line that they share.
   bool meets_other(const Eigen::Vector3d& point_world, std::size_t but) const {
-    const auto& near = solids_by_place_.near(point_world.head<2>());
+    const auto& near = bodies_by_place_.near(point_world.head<2>());
     return std::any_of(near.begin(), near.end(), [&](std::size_t i) {
-      if (i == but || !boxes_[i].contains(point_world.head<2>(), kSeam_m)) return false;
+      if (i == but || bodies_[i].squaredExteriorDistance(point_world) > kSeam_m * kSeam_m)
+        return false;
       const world::Solid& other = tile_.objects.solids[i];
       const world::Shape* shape = finest_shown(other);
       return shape != nullptr && meets({other.origin_steps, shape}, point_world, kSeam_m);
@@ -287,11 +305,12 @@ class TileCheck {
   /// Whether a body's middle lies upon others or between places of its bottom that do.
   bool is_held(const PlacedShape& body, std::size_t index) const {
     const Bottom bottom = bottom_of(body, kFoot_m);
-    if (meets_other(bottom.middle_world, index)) return true;
+    if (!bottom.middle_world) return false;
+    if (meets_other(*bottom.middle_world, index)) return true;
     std::vector<Vector2d> held;
     for (const Eigen::Vector3d& place : bottom.places_world)
       if (meets_other(place, index)) held.push_back(place.head<2>());
-    return is_between(bottom.middle_world.head<2>(), held);
+    return is_between(bottom.middle_world->head<2>(), held);
   }
 
   /// Whether something stands upon another thing: what carries it is judged by itself.
@@ -325,11 +344,11 @@ class TileCheck {
     if (!is_plant) return;
     judge("plant_in_water", is_in_water && !size.is_seagrass && !size.is_stone, instance.provenance,
           place, "it grows in water");
-    judge("seagrass_out_of_water",
-          size.is_seagrass &&
-              (!is_in_water || z + size.top_m * scale_of(instance) > ground_.z_world(place)),
-          instance.provenance, place,
-          is_in_water ? "its blades reach out of the water" : "it grows on land");
+    if (size.is_seagrass)
+      judge("seagrass_out_of_water",
+            !is_in_water || z + size.top_m * scale_of(instance) > ground_.z_world(place),
+            instance.provenance, place,
+            is_in_water ? "its blades reach out of the water" : "it grows on land");
     // Coarse tiles hold pieces of forest, not plants.
     constexpr int kCoarsestPlants = 2;
     if (tile_.id.level > kCoarsestPlants) return;
@@ -435,8 +454,9 @@ class TileCheck {
   const Asked& asked_;
   Ground ground_;
   Ground bed_;
-  std::vector<Box> boxes_;  ///< of the solids
-  Buckets solids_by_place_, things_by_place_, segments_by_place_, areas_by_place_;
+  std::vector<Box> boxes_;                   ///< of the solids' finest shapes
+  std::vector<Eigen::AlignedBox3d> bodies_;  ///< of the solids, over all of their levels
+  Buckets solids_by_place_, bodies_by_place_, things_by_place_, segments_by_place_, areas_by_place_;
   std::vector<Segment> segments_;
 };
 
@@ -445,10 +465,11 @@ class TileCheck {
 PrototypeSize size_of(const world::Prototype& prototype) {
   PrototypeSize size;
   size.is_seagrass = prototype.name.starts_with("seagrass");
-  size.is_stone = true;
+  bool has_stone = false, has_other = false;
   for (const world::ShapeLevel& level : prototype.levels)
     for (const world::Finish& finish : level.shape.finishes)
-      size.is_stone = size.is_stone && finish.semantic_class == core::SemanticClass::Stone;
+      (finish.semantic_class == core::SemanticClass::Stone ? has_stone : has_other) = true;
+  size.is_stone = has_stone && !has_other;
   for (const world::ShapeLevel& level : prototype.levels)
     for (const Eigen::Vector3i& vertex : level.shape.vertices_steps) {
       size.top_m = std::max(size.top_m, vertex.z() * kHeightStep_m);

@@ -20,14 +20,14 @@ struct PrototypeSize {
   double top_m = 0.0;        ///< upward
   double side_m = 0.0;       ///< in the plane
   bool is_seagrass = false;  ///< it grows below water and nowhere else
-  bool is_stone = false;     ///< all of it: it may lie on land and below water
+  bool is_stone = false;     ///< all of it, and there is some: it may lie on land and below water
 };
 PrototypeSize size_of(const world::Prototype& prototype);
 
 /// How things of a tile stand on its ground, below water on its bed.
-/// tile        with Tile::water_depth_steps A place is judged in the finest tile that holds it.
+/// tile        with Tile::water_depth_steps
 /// sizes       of the world's prototypes
-/// is_judged   whether a place's finest tile is this one
+/// is_judged   whether this is the finest tile that holds a place: things are judged there alone
 void check_ground(const world::Tile& tile, const world::WorldManifest& manifest,
                   const std::vector<PrototypeSize>& sizes,
                   const std::function<bool(double x_world, double y_world)>& is_judged,

@@ -47,6 +47,71 @@ double distance_to(const Corners& corners, const Vector3d& point) {
   return least;
 }
 
+bool is_before(const Vector3d& a, const Vector3d& b) {
+  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+}
+
+double seen_from_below_m2(const Corners& corners) {
+  const auto& [a, b, c] = corners;
+  return -0.5 * (b - a).cross(c - a).z();
+}
+
+/// Faces that look down, no more than that above the lowest point.
+std::vector<Corners> faces_below(const PlacedShape& placed, double above_lowest_m) {
+  double lowest_z = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3i& vertex : placed.shape->vertices_steps)
+    lowest_z = std::min(lowest_z, placed.vertex_world(vertex).z());
+  std::vector<Corners> faces;
+  for (const world::Shape::Triangle& triangle : placed.shape->triangles) {
+    const Corners corners = corners_of(placed, triangle);
+    if (seen_from_below_m2(corners) > 0.0 &&
+        std::all_of(corners.begin(), corners.end(), [&](const Vector3d& corner) {
+          return corner.z() <= lowest_z + above_lowest_m;
+        }))
+      faces.push_back(corners);
+  }
+  return faces;
+}
+
+/// Places along the edges of a triangle, both ends of each, and in rows between them.
+void strew(Corners corners, double apart_m, std::vector<Vector3d>& places) {
+  const auto parts_of = [&](double length_m) {
+    return static_cast<int>(std::max(std::ceil(length_m / apart_m), 1.0));
+  };
+  const auto length_of = [&](std::size_t k) { return (corners[(k + 1) % 3] - corners[k]).norm(); };
+  std::size_t longest = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    // From the same end in both triangles that share it: they find the same places.
+    Vector3d from = corners[k], to = corners[(k + 1) % 3];
+    if (is_before(to, from)) std::swap(from, to);
+    const int parts = parts_of(length_of(k));
+    for (int i = 0; i < parts; ++i) places.emplace_back(from + (to - from) * i / parts);
+    places.push_back(to);
+    if (length_of(k) > length_of(longest)) longest = k;
+  }
+  std::rotate(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(longest),
+              corners.end());
+  const auto& [a, b, c] = corners;
+  const double longest_m = (b - a).norm();
+  const int rows = parts_of((b - a).cross(c - a).norm() / longest_m);
+  for (int row = 1; row < rows; ++row) {
+    const Vector3d from = a + (c - a) * row / rows, to = b + (c - b) * row / rows;
+    const int parts = parts_of(longest_m * (rows - row) / rows);
+    for (int i = 1; i < parts; ++i) places.emplace_back(from + (to - from) * i / parts);
+  }
+}
+
+/// Leaves each place once; of more than there may be, as thousands of corners are, every n-th.
+void thin_out(std::vector<Vector3d>& places) {
+  std::sort(places.begin(), places.end(), is_before);
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+  const std::size_t step = (places.size() + Bottom::kMostPlaces - 1) / Bottom::kMostPlaces;
+  if (step <= 1) return;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < places.size(); i += step) places[kept++] = places[i];
+  places.resize(kept);
+}
+
 }  // namespace
 
 Vector3d PlacedShape::vertex_world(const Eigen::Vector3i& vertex_steps) const {
@@ -86,32 +151,25 @@ bool meets(const PlacedShape& placed, const Vector3d& point_world, double within
 }
 
 Bottom bottom_of(const PlacedShape& placed, double above_lowest_m) {
-  double lowest_z = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3i& vertex : placed.shape->vertices_steps)
-    lowest_z = std::min(lowest_z, placed.vertex_world(vertex).z());
-  Bottom bottom;
-  double area = 0.0;
-  for (const world::Shape::Triangle& triangle : placed.shape->triangles) {
-    const Corners corners = corners_of(placed, triangle);
-    const auto& [a, b, c] = corners;
-    const double seen_from_below = -0.5 * (b - a).cross(c - a).z();
-    if (std::any_of(
-            corners.begin(), corners.end(),
-            [&](const Vector3d& corner) { return corner.z() > lowest_z + above_lowest_m; }) ||
-        !(seen_from_below > 0.0))
-      continue;
-    area += seen_from_below;
-    bottom.middle_world += seen_from_below / 3.0 * (a + b + c);
-    constexpr double kApart_m = 1.0;
-    constexpr int kMostParts = 32;
-    const double longest_m = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-    const int parts =
-        static_cast<int>(std::clamp<double>(std::ceil(longest_m / kApart_m), 1.0, kMostParts));
-    for (int i = 0; i <= parts; ++i)
-      for (int j = 0; i + j <= parts; ++j)
-        bottom.places_world.emplace_back(a + (b - a) * i / parts + (c - a) * j / parts);
+  const std::vector<Corners> faces = faces_below(placed, above_lowest_m);
+  if (faces.empty()) return {};
+  double area_m2 = 0.0, edges_m = 0.0;
+  Vector3d moment = Vector3d::Zero();
+  for (const Corners& face : faces) {
+    const auto& [a, b, c] = face;
+    const double seen_m2 = seen_from_below_m2(face);
+    area_m2 += seen_m2;
+    moment += seen_m2 / 3.0 * (a + b + c);
+    edges_m += (b - a).norm() + (c - b).norm() + (a - c).norm();
   }
-  if (area > 0.0) bottom.middle_world /= area;
+  // So far apart that edges_m / apart_m + area_m2 / apart_m^2 are as many as there may be.
+  constexpr auto kMost = static_cast<double>(Bottom::kMostPlaces);
+  const double apart_m =
+      std::max(1.0, (edges_m + std::sqrt(edges_m * edges_m + 4.0 * kMost * area_m2)) / (2 * kMost));
+  Bottom bottom;
+  for (const Corners& face : faces) strew(face, apart_m, bottom.places_world);
+  thin_out(bottom.places_world);
+  bottom.middle_world = moment / area_m2;
   return bottom;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "world/shape.h"
@@ -24,9 +25,11 @@ bool meets(const PlacedShape& placed, const Eigen::Vector3d& point_world, double
 /// What a body stands with on others: places of its bottom, which are its faces that look down and lie no more than that
 /// above its lowest point.
 struct Bottom {
-  std::vector<Eigen::Vector3d>
-      places_world;  ///< corners, and between them at least each metre, of wider faces each 32nd part
-  Eigen::Vector3d middle_world = Eigen::Vector3d::Zero();  ///< by area
+  /// Corners and places between them, a metre apart along edges and over faces, so much farther
+  /// on wide bottoms that they are kMostPlaces at most; none twice.
+  std::vector<Eigen::Vector3d> places_world;
+  std::optional<Eigen::Vector3d> middle_world;  ///< by area; of a body that has no such face none
+  static constexpr std::size_t kMostPlaces = 1000;
 };
 Bottom bottom_of(const PlacedShape& placed, double above_lowest_m);
 
