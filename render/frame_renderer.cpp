@@ -64,7 +64,7 @@ struct ColorScratch {
 struct ColorImage {
   world::Scene scene;
   world::Scene viewed;  ///< what the camera looks at: `scene`, or that of viewers in water
-  double depth_m;       ///< of the camera below the surface of water; 0 above it
+  WaterAbove eye;       ///< the water at the camera; its depth is 0 above it
   const Clouds& clouds;
   float sea_level_m;
   const HitShader& shader;
@@ -255,7 +255,7 @@ struct ColorImage {
   void render_unit(const PixelUnit& unit, ColorScratch& s) const {
     s.sun_rays.clear();
     cast_rays(unit, s);
-    if (depth_m > 0.0) {
+    if (eye.depth_m > 0.0) {
       s.sun_share.assign(s.rays.size(), 1.0f);
       s.sky_share.assign(s.rays.size(), -1.0f);
     } else {
@@ -272,8 +272,8 @@ struct ColorImage {
                 .sky_share = s.sky_share,
                 .sample_width = sample_width(unit),
                 .spread = s.spread};
-    if (depth_m > 0.0) {
-      water->look_in_water(lit, depth_m, s.water, s.radiance, trail);
+    if (eye.depth_m > 0.0) {
+      water->look_in_water(lit, eye, s.water, s.radiance, trail);
     } else {
       if (water != nullptr) {
         s.below.resize(s.rays.size());
@@ -394,10 +394,18 @@ FrameRenderer::FrameRenderer(const SequencePlan& plan, const world::TileStore& s
                plan.name, exposure_.level(), exposure_.balance(),
                [this](int frame, int camera) { return meter(frame, camera); }) {}
 
-double FrameRenderer::depth_of(const Eigen::Vector3d& center_world) const {
-  const std::optional<double> surface_z =
-      query_.surface_z_world(center_world.x(), center_world.y());
-  return std::max(surface_z.value_or(0.0) - center_world.z(), 1e-3);
+WaterAbove FrameRenderer::water_at(const Eigen::Vector3d& center_world,
+                                   world::RayTrail* trail) const {
+  WaterAbove above;
+  find_water_above(query_, std::span(&center_world, 1), std::span(&above, 1), trail);
+  // Near a shore the surface's cover may be the land's.
+  if (!world::is_water(above.cover)) {
+    const std::optional<double> surface_z =
+        query_.surface_z_world(center_world.x(), center_world.y());
+    above = {.depth_m = surface_z.value_or(0.0) - center_world.z(), .cover = world::Cover::Sea};
+  }
+  above.depth_m = std::max(above.depth_m, 1e-3);
+  return above;
 }
 
 Photo FrameRenderer::photo(int frame, int camera, world::RayTrail* trail) const {
@@ -461,7 +469,7 @@ void FrameRenderer::gather_light(int frame, int camera, const std::vector<PixelU
   const ColorImage image{
       .scene = whole,
       .viewed = is_in_water_ ? bed : whole,
-      .depth_m = is_in_water_ ? depth_of(view.center_world) : 0.0,
+      .eye = is_in_water_ ? water_at(view.center_world, trail) : WaterAbove{},
       .clouds = clouds_,
       .sea_level_m = static_cast<float>(ground_.climate().sea_level_m),
       .shader = shader,

@@ -19,6 +19,7 @@
 #include "render/sky.h"
 #include "render/texture_library.h"
 #include "render/views.h"
+#include "render/water_above.h"
 #include "world/ray_query.h"
 
 namespace terracast::render {
@@ -77,7 +78,7 @@ class FrameRenderer {
                     const Sampling& sampling, world::RayTrail* trail, const TakeLight& take) const;
   /// What a camera's light meter sees: some places of its image, at the fixed exposure.
   std::vector<Color> meter(int frame, int camera) const;
-  double depth_of(const Eigen::Vector3d& center_world) const;
+  WaterAbove water_at(const Eigen::Vector3d& center_world, world::RayTrail* trail) const;
 
   ViewTable views_;
   const world::RayQuery& query_;

@@ -52,6 +52,7 @@ void SurfaceLooks::look_at_ground(const LitHits& hits, std::span<const std::size
     const std::size_t i = lanes[std::min(static_cast<std::size_t>(lane), lanes.size() - 1)];
     s.ground_places.set(lane, point_of(hits, i), hits.hits[i].normal_world(), hits.surfaces[i],
                         footprint_m(hits, i));
+    if (!hits.sea_depth_m.empty()) s.ground_places.sea_depth_m[lane] = hits.sea_depth_m[i];
   }
   ground_.set(s.ground_places, s.packet);
   ground_.look(s.packet, s.look);

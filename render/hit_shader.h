@@ -26,6 +26,8 @@ struct LitHits {
   /// looked.
   std::span<const float> sky_share;
   SampleWidth sample_width;
+  /// Of the bed of the sea (Cover::Seabed) its depth (render/water_above.h); 0 elsewhere. Empty: 0.
+  std::span<const double> sea_depth_m = {};
   /// Numbers of [0, 1], spread evenly over the samples of a pixel; empty: drawn by place.
   std::span<const float> spread = {};
   /// Of rays that met water (SeenWater): below 0, or empty: nobody has looked.
@@ -68,7 +70,7 @@ class SurfaceLooks {
   void look_at_objects(const LitHits& hits, const Eigen::Vector3f& up, Scratch& scratch) const;
 
   /// The share of light that each surface sends back, every way; NaN of the sky. Of water what comes from below its
-  /// surface; mirrors of any kind are left out. Only rays, hits, surfaces and sample_width count.
+  /// surface; mirrors of any kind are left out. Only rays, hits, surfaces, sample_width and sea_depth_m count.
   void find_albedo(const LitHits& hits, const Eigen::Vector3f& up, Scratch& scratch,
                    std::span<Color> albedo) const;
 

@@ -3,62 +3,108 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
+
+#include "core/hash.h"
 
 namespace terracast::render {
 
 using Eigen::Vector2d;
 
-std::shared_ptr<const SeaExposure> SeaExposure::of(const world::TileStore& store) {
+namespace {
+
+/// Where a range of samples lies, in samples of a tile's level from the world's origin.
+struct Extent {
+  std::int64_t first_x = std::numeric_limits<std::int64_t>::max();
+  std::int64_t first_y = std::numeric_limits<std::int64_t>::max();
+  std::int64_t last_x = std::numeric_limits<std::int64_t>::min();
+  std::int64_t last_y = std::numeric_limits<std::int64_t>::min();
+
+  void add(const world::TileId& id) {
+    const std::int64_t x = std::int64_t{id.x} * world::kTileCells;
+    const std::int64_t y = std::int64_t{id.y} * world::kTileCells;
+    first_x = std::min(first_x, x);
+    first_y = std::min(first_y, y);
+    last_x = std::max(last_x, x + world::kTileCells);
+    last_y = std::max(last_y, y + world::kTileCells);
+  }
+  /// Of every 2^step_log2-th; the first may lie before the range.
+  std::int64_t width(int step_log2) const {
+    return (last_x >> step_log2) - (first_x >> step_log2) + 1;
+  }
+  std::int64_t height(int step_log2) const {
+    return (last_y >> step_log2) - (first_y >> step_log2) + 1;
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<const SeaExposure> SeaExposure::of(const world::TileStore& store,
+                                                   std::int64_t max_nodes) {
   const world::WorldManifest& manifest = store.manifest();
   const int level = std::min(manifest.coarsest_level, kLevel);
   auto exposure = std::make_shared<SeaExposure>();
-  exposure->spacing_m_ = std::exp2(level);
   // Sea farther off than this does not count for what lies in the world's square.
-  const double outer_m = 0.5 * manifest.size_m + kReach_m + 2.0 * exposure->spacing_m_;
+  const double outer_m = 0.5 * manifest.size_m + kReach_m + 2.0 * std::exp2(level);
   std::vector<world::TileId> tiles;
-  std::int64_t last_x = std::numeric_limits<std::int64_t>::min();
-  std::int64_t last_y = last_x;
-  exposure->first_x_ = exposure->first_y_ = std::numeric_limits<std::int64_t>::max();
+  Extent extent;
   for (const world::TileInfo& info : manifest.tiles) {
     const Vector2d corner = info.id.corner_world();
     if (info.id.level != level || corner.maxCoeff() > outer_m ||
         corner.minCoeff() + info.id.side_m() < -outer_m)
       continue;
     tiles.push_back(info.id);
-    const auto x = static_cast<std::int64_t>(info.id.x) * world::kTileCells;
-    const auto y = static_cast<std::int64_t>(info.id.y) * world::kTileCells;
-    exposure->first_x_ = std::min(exposure->first_x_, x);
-    exposure->first_y_ = std::min(exposure->first_y_, y);
-    last_x = std::max(last_x, x + world::kTileCells);
-    last_y = std::max(last_y, y + world::kTileCells);
+    extent.add(info.id);
   }
-  if (tiles.empty()) return exposure;
-  exposure->width_ = last_x - exposure->first_x_ + 1;
-  exposure->height_ = last_y - exposure->first_y_ + 1;
-  const std::int64_t row = exposure->width_ + 1;
-  std::vector<Sums>& sums = exposure->sums_;
-  sums.resize(static_cast<std::size_t>(row * (exposure->height_ + 1)));
-  for (const world::TileId& id : tiles) {
-    const world::Tile tile = store.load(id);
-    const std::int64_t x = static_cast<std::int64_t>(id.x) * world::kTileCells - exposure->first_x_;
-    const std::int64_t y = static_cast<std::int64_t>(id.y) * world::kTileCells - exposure->first_y_;
-    // Neighbours share their borders' samples.
-    for (int j = 0; j < world::kTileSamples; ++j)
-      for (int i = 0; i < world::kTileSamples; ++i)
-        sums[static_cast<std::size_t>((y + j + 1) * row + x + i + 1)] = {
-            1, tile.cover[world::Tile::sample(i, j)] == world::Cover::Sea ? 1 : 0};
+  int step_log2 = 0;
+  if (!tiles.empty()) {
+    // Sides are divided: their product may be more than 64 bits hold.
+    while (extent.width(step_log2) > max_nodes / extent.height(step_log2)) ++step_log2;
+    exposure->first_x_ = extent.first_x >> step_log2;
+    exposure->first_y_ = extent.first_y >> step_log2;
+    exposure->width_ = extent.width(step_log2);
+    exposure->height_ = extent.height(step_log2);
+    exposure->sums_.resize(
+        static_cast<std::size_t>((exposure->width_ + 1) * (exposure->height_ + 1)));
   }
-  for (std::int64_t j = 1; j <= exposure->height_; ++j) {
+  exposure->spacing_m_ = std::exp2(level + step_log2);
+  for (const world::TileId& id : tiles) exposure->add(id, store.load(id), step_log2);
+  exposure->add_up();
+  return exposure;
+}
+
+/// Puts a tile's samples in their places. Neighbours share their borders'.
+void SeaExposure::add(const world::TileId& id, const world::Tile& tile, int step_log2) {
+  const std::int64_t step = std::int64_t{1} << step_log2;
+  const std::int64_t x = std::int64_t{id.x} * world::kTileCells;
+  const std::int64_t y = std::int64_t{id.y} * world::kTileCells;
+  const auto first_of = [&](std::int64_t at) { return ((at + step - 1) >> step_log2) * step - at; };
+  for (std::int64_t j = first_of(y); j < world::kTileSamples; j += step)
+    for (std::int64_t i = first_of(x); i < world::kTileSamples; i += step) {
+      const std::int64_t column = ((x + i) >> step_log2) - first_x_ + 1;
+      const std::int64_t row = ((y + j) >> step_log2) - first_y_ + 1;
+      const std::size_t sample = world::Tile::sample(static_cast<int>(i), static_cast<int>(j));
+      sums_[static_cast<std::size_t>(row * (width_ + 1) + column)] = {
+          1, tile.cover[sample] == world::Cover::Sea ? 1 : 0};
+    }
+}
+
+/// Makes sums of what was put in places, row upon row.
+void SeaExposure::add_up() {
+  const std::int64_t row = width_ + 1;
+  for (std::int64_t j = 1; j <= height_; ++j) {
     Sums so_far;
     for (std::int64_t i = 1; i < row; ++i) {
-      Sums& here = sums[static_cast<std::size_t>(j * row + i)];
+      Sums& here = sums_[static_cast<std::size_t>(j * row + i)];
       so_far.known += here.known;
       so_far.sea += here.sea;
-      const Sums& below = sums[static_cast<std::size_t>((j - 1) * row + i)];
+      const Sums& below = sums_[static_cast<std::size_t>((j - 1) * row + i)];
       here = {below.known + so_far.known, below.sea + so_far.sea};
     }
   }
-  return exposure;
+  content_hash_ = core::content_hash(
+      fmt::format("{} {} {} {} {:.17g} {}", first_x_, first_y_, width_, height_, spacing_m_,
+                  core::content_hash(std::as_bytes(std::span(sums_)))));
 }
 
 double SeaExposure::share_at(std::int64_t i, std::int64_t j) const {

@@ -44,6 +44,9 @@ constexpr double kSeaSlope = 0.05;
 constexpr double kLakeSlope = 0.015;
 /// Water thinner than this is foam where waves run up.
 constexpr float kSurfDepth_m = 0.5f;
+/// None is where it is thicker than this: noise would have to be 16 times its root mean square, and six
+/// octaves never reach 14 (each is below 1 / 0.176 of its own, core/noise.cpp).
+constexpr float kNoSurfDepth_m = 5.0f;
 /// Radiance of water beside and above, per irradiance, where it only scatters.
 constexpr float kSideGlow = 0.07f;
 constexpr float kUpGlow = 0.22f;
@@ -254,7 +257,7 @@ void WaterLight::look_down(const LitHits& hits, Scratch& s, std::span<Color> bel
   s.hits.resize(s.rays.size());
   s.surfaces.resize(s.rays.size());
   bed_.intersect(s.rays, s.offsets_s, s.hits, world::Coherence::Incoherent, s.surfaces, trail);
-  shade_bottom(hits, s, 0.0);
+  shade_bottom(hits, s, 0.0, trail);
 
   const Vector3d sun = sky_.daylight().sun_direction_world;
   const Vector3d up = sky_.daylight().up_world;
@@ -313,8 +316,9 @@ Color WaterLight::glow(const WaterOptics& water, float rise) const {
   return side * (down / side).pow(-rise);
 }
 
-void WaterLight::look_in_water(const LitHits& hits, double depth_m, Scratch& s,
+void WaterLight::look_in_water(const LitHits& hits, const WaterAbove& eye, Scratch& s,
                                std::span<Color> radiance, world::RayTrail* trail) const {
+  const double depth_m = eye.depth_m;
   const Vector3d up = sky_.daylight().up_world;
   const Color light = irradiance_below(1.0f);
   // All that is met, with the places on the bed in packets.
@@ -324,24 +328,22 @@ void WaterLight::look_in_water(const LitHits& hits, double depth_m, Scratch& s,
   s.water.clear();
   std::vector<std::size_t> through;
   std::vector<Vector3d> normals(hits.rays.size(), Vector3d::Zero());
-  Cover cover = Cover::Sea;
   for (std::size_t i = 0; i < hits.rays.size(); ++i) {
     s.water.push_back(i);
     const bool is_surface = !hits.hits[i].is_sky() && hits.hits[i].is_ground() &&
                             world::is_water(hits.surfaces[i].cover);
     if (!is_surface) continue;
-    cover = hits.surfaces[i].cover;
     through.push_back(i);
     s.hits[i].t = std::numeric_limits<double>::infinity();  // no bed
-    const double slope = cover == Cover::Sea ? kSeaSlope : kLakeSlope;
+    const double slope = hits.surfaces[i].cover == Cover::Sea ? kSeaSlope : kLakeSlope;
     const std::uint64_t bits =
         bits_of(hits.rays[i].origin_world + hits.hits[i].t * hits.rays[i].direction_world);
     normals[i] = -(hits.hits[i].normal_world() +
                    slope * Vector3d(drawn_slope(bits, 1), drawn_slope(bits, 2), 0.0))
                       .normalized();
   }
-  const WaterOptics& water = optics(cover);
-  shade_bottom(hits, s, depth_m);
+  const WaterOptics& water = optics(eye.cover);
+  shade_bottom(hits, s, depth_m, trail);
   const Color fading = water.fading_per_m() * 1.15f;  // light comes down aslant
   std::vector<Color> at_end(hits.rays.size(), Color::Zero());
   for (std::size_t i = 0; i < hits.rays.size(); ++i) {
@@ -410,7 +412,8 @@ void WaterLight::look_in_water(const LitHits& hits, double depth_m, Scratch& s,
 }
 
 /// start_depth_m   of the rays' starts below the surface
-void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_depth_m) const {
+void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_depth_m,
+                              world::RayTrail* trail) const {
   s.bottom.assign(s.rays.size(), Color::Zero());
   s.way_m.assign(s.rays.size(), -1.0);
   s.depth_m.assign(s.rays.size(), 0.0);
@@ -423,9 +426,11 @@ void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_dept
     s.depth_m[k] = std::max(start_depth_m - s.hits[k].t * s.rays[k].direction_world.dot(up), 0.0);
     s.of_water.push_back(k);
   }
+  find_sea(hits, s, start_depth_m > 0.0, trail);
   for (std::size_t first = 0; first < s.of_water.size(); first += kLanes) {
     const std::size_t count = std::min<std::size_t>(kLanes, s.of_water.size() - first);
     std::array<float, kLanes> widths_m;
+    bool has_bed = false;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       const std::size_t k = s.of_water[first + std::min(lane, count - 1)];
       const std::size_t i = s.water[k];
@@ -438,16 +443,15 @@ void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_dept
       widths_m[lane] = static_cast<float>(seen_m);
       const Vector3d place = s.rays[k].origin_world + s.hits[k].t * s.rays[k].direction_world;
       s.places.set(at, place, s.hits[k].normal_world(), s.surfaces[k], seen_m);
-      if (is_in_sea(hits, i, start_depth_m > 0.0, place, s.depth_m[k]))
-        s.places.sea_depth_m[at] = s.depth_m[k];
+      s.places.sea_depth_m[at] = s.sea_depth_m[k];
+      has_bed = has_bed || s.hits[k].is_ground();
       if (s.hits[k].is_ground()) continue;
       // Of objects only what waves gather on them is asked for here.
       s.places.cover[at] = static_cast<std::uint8_t>(Cover::Seabed);
       s.places.is_painted[at] = 0;
     }
     ground_.set(s.places, s.packet);
-    ground_.look(s.packet, s.look);
-    const NoiseSum runs = sum_noise(s.packet.places, 4, -1, ground_.climate().seed + 307);
+    if (has_bed) ground_.look(s.packet, s.look);
     const NoiseSum long_lines = sum_noise(s.packet.places, 0, -2, ground_.climate().seed + 311);
     const NoiseSum lines = sum_noise(s.packet.places, -1, -3, ground_.climate().seed + 313);
     for (std::size_t lane = 0; lane < count; ++lane) {
@@ -463,25 +467,49 @@ void WaterLight::shade_bottom(const LitHits& hits, Scratch& s, double start_dept
       const float caustic = gathered(long_lines, lines, at);
       s.bottom[k] *= 1.0f + (caustic - 1.0f) * 0.7f * std::exp(-deep_m / kCausticDepth_m) *
                                 ramp(deep_m / 0.5f);
-      if (!is_bed || hits.surfaces[s.water[k]].cover != Cover::Sea) continue;
-      const float surf = surf_at(s.rays[k].origin_world.head<2>());
-      if (surf <= 0.0f) continue;
-      const auto depth = deep_m / kSurfDepth_m;
-      s.foam[k] = surf * 0.85f * step_up(0.55f + 0.75f * runs.value[at] - 1.3f * depth, 0.45f);
     }
+    if (start_depth_m <= 0.0) find_foam(hits, s, std::span(s.of_water).subspan(first, count));
   }
 }
 
-/// Whether water is the sea's: rays from above know its surface, viewers in it where that is.
-/// place     that a ray met, this deep in it
-bool WaterLight::is_in_sea(const LitHits& hits, std::size_t ray, bool is_viewer_in_water,
-                           const Vector3d& place, double depth_m) const {
-  if (!is_viewer_in_water) return hits.surfaces[ray].cover == Cover::Sea;
-  // The sea's level is a mean over the world, whose geoid slopes by metres.
-  constexpr double kSlopes_m = 3.0;
-  const Climate& climate = ground_.climate();
-  return climate.has_sea &&
-         std::abs(approximate_height_m(place) + depth_m - climate.sea_level_m) < kSlopes_m;
+/// Foam of waves that run up, above places of s.packet.
+void WaterLight::find_foam(const LitHits& hits, Scratch& s,
+                           std::span<const std::size_t> lanes) const {
+  const auto may_break = [&](std::size_t k) {
+    return s.hits[k].is_ground() && hits.surfaces[s.water[k]].cover == Cover::Sea &&
+           static_cast<float>(s.depth_m[k]) < kNoSurfDepth_m;
+  };
+  if (std::none_of(lanes.begin(), lanes.end(), may_break)) return;
+  const NoiseSum runs = sum_noise(s.packet.places, 4, -1, ground_.climate().seed + 307);
+  for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
+    const std::size_t k = lanes[lane];
+    if (!may_break(k)) continue;
+    const float depth = static_cast<float>(s.depth_m[k]) / kSurfDepth_m;
+    const float broken =
+        step_up(0.55f + 0.75f * runs.value[static_cast<int>(lane)] - 1.3f * depth, 0.45f);
+    if (broken > 0.0f) s.foam[k] = surf_at(s.rays[k].origin_world.head<2>()) * 0.85f * broken;
+  }
+}
+
+/// Where the water above what was met is the sea's: rays from above know its surface, for viewers in water it is
+/// asked for.
+void WaterLight::find_sea(const LitHits& hits, Scratch& s, bool is_viewer_in_water,
+                          world::RayTrail* trail) const {
+  s.sea_depth_m.assign(s.rays.size(), 0.0);
+  if (!is_viewer_in_water) {
+    for (const std::size_t k : s.of_water)
+      if (hits.surfaces[s.water[k]].cover == Cover::Sea) s.sea_depth_m[k] = s.depth_m[k];
+    return;
+  }
+  s.bed_places.clear();
+  for (const std::size_t k : s.of_water)
+    if (s.hits[k].is_ground())
+      s.bed_places.push_back(s.rays[k].origin_world + s.hits[k].t * s.rays[k].direction_world);
+  s.above.resize(s.bed_places.size());
+  find_water_above(whole_.still(), s.bed_places, s.above, trail);
+  std::size_t at = 0;
+  for (const std::size_t k : s.of_water)
+    if (s.hits[k].is_ground()) s.sea_depth_m[k] = s.above[at++].sea_depth_m();
 }
 
 /// Share of the surf of an open coast.

@@ -7,6 +7,7 @@
 #include "render/hit_shader.h"
 #include "render/material.h"
 #include "render/sky.h"
+#include "render/water_above.h"
 #include "world/scene.h"
 
 namespace terracast::render {
@@ -74,7 +75,10 @@ class WaterLight {
     std::vector<Color> bottom;  ///< of `water`: albedo
     std::vector<double> way_m;  ///< of `water`: along the ray to the bottom; below 0: none
     std::vector<double> depth_m;
+    std::vector<double> sea_depth_m;  ///< of `water`: of the sea above the bottom; 0 elsewhere
     std::vector<float> foam;
+    std::vector<Eigen::Vector3d> bed_places;  ///< of what viewers in water see
+    std::vector<WaterAbove> above;            ///< those
     GroundPlaces places;
     GroundPacket packet;
     GroundLook look;
@@ -92,8 +96,8 @@ class WaterLight {
   /// What rays of a camera in water bring to it: from the bed and from solids, through the surface within
   /// Snell's window, off the surface beyond it, and from the water on the way.
   /// hits       of the world without water, for viewers in water
-  /// depth_m    of the camera below the surface
-  void look_in_water(const LitHits& hits, double depth_m, Scratch& scratch,
+  /// eye        the water at the camera, of a depth above 0
+  void look_in_water(const LitHits& hits, const WaterAbove& eye, Scratch& scratch,
                      std::span<Color> radiance, world::RayTrail* trail) const;
 
  private:
@@ -102,9 +106,11 @@ class WaterLight {
   Color glow(const WaterOptics& water, float rise) const;
   void look_down(const LitHits& hits, Scratch& scratch, std::span<Color> below,
                  world::RayTrail* trail) const;
-  void shade_bottom(const LitHits& hits, Scratch& scratch, double start_depth_m) const;
-  bool is_in_sea(const LitHits& hits, std::size_t ray, bool is_viewer_in_water,
-                 const Eigen::Vector3d& place, double depth_m) const;
+  void shade_bottom(const LitHits& hits, Scratch& scratch, double start_depth_m,
+                    world::RayTrail* trail) const;
+  void find_sea(const LitHits& hits, Scratch& scratch, bool is_viewer_in_water,
+                world::RayTrail* trail) const;
+  void find_foam(const LitHits& hits, Scratch& scratch, std::span<const std::size_t> lanes) const;
   float surf_at(const Eigen::Vector2d& place_world) const;
   void draw_facets(const LitHits& hits, Scratch& scratch, std::span<float> reflectance) const;
   void look_up(const LitHits& hits, Scratch& scratch, const SeenWater& seen,

@@ -19,6 +19,7 @@
 #include "render/labels/label.h"
 #include "render/labels/label_image.h"
 #include "render/labels/matches.h"
+#include "render/water_above.h"
 
 namespace terracast::render {
 namespace {
@@ -44,6 +45,26 @@ BlockedPixels blocked_pixels(int width_px, int height_px) {
     }
   all.begins.push_back(all.pixels.size());
   return all;
+}
+
+/// Of what rays met: the depth of the sea above its bed, 0 elsewhere; by it the image paints what grows there.
+std::vector<double> sea_depths_m(const world::RayQuery& whole,
+                                 std::span<const world::WorldRay> rays,
+                                 std::span<const world::SurfaceHit> hits,
+                                 std::span<const world::SurfaceSample> surfaces) {
+  std::vector<std::size_t> beds;
+  std::vector<Eigen::Vector3d> places_world;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (hits[i].is_sky() || !hits[i].is_ground() || surfaces[i].cover != world::Cover::Seabed)
+      continue;
+    beds.push_back(i);
+    places_world.push_back(rays[i].origin_world + hits[i].t * rays[i].direction_world);
+  }
+  std::vector<WaterAbove> above(beds.size());
+  find_water_above(whole, places_world, above, nullptr);
+  std::vector<double> depths_m(rays.size(), 0.0);
+  for (std::size_t at = 0; at < beds.size(); ++at) depths_m[beds[at]] = above[at].sea_depth_m();
+  return depths_m;
 }
 
 /// What the surfaces of a sequence's world are like.
@@ -118,15 +139,20 @@ class AlbedoLabel final : public LabelMaker {
       if (count == 0) return;
       const Eigen::Vector2i& corner = all.pixels[all.begins[at]];
       const Eigen::Vector2i& last = all.pixels[all.begins[at + 1] - 1];
+      const auto rays = std::span(cast.rays).subspan(first, count);
+      const auto hits = std::span(cast.hits).subspan(first, count);
+      const auto met = std::span(cast.surfaces).subspan(first, count);
+      const std::vector<double> sea_m = sea_depths_m(matcher.whole(), rays, hits, met);
       SurfaceLooks::Scratch scratch;
       surfaces.looks.find_albedo(
-          {.rays = std::span(cast.rays).subspan(first, count),
-           .hits = std::span(cast.hits).subspan(first, count),
-           .surfaces = std::span(cast.surfaces).subspan(first, count),
+          {.rays = rays,
+           .hits = hits,
+           .surfaces = met,
            .sun_share = {},
            .sky_share = {},
            .sample_width =
-               sample_width(model, 0.5 * (corner + last).cast<double>().array() + 0.5, 1.0)},
+               sample_width(model, 0.5 * (corner + last).cast<double>().array() + 0.5, 1.0),
+           .sea_depth_m = sea_m},
           surfaces.up, scratch, std::span(albedo).subspan(first, count));
     });
     Planes planes;

@@ -89,6 +89,8 @@ class Matcher {
   /// Where a point is at the time of a frame, in the world; nothing where what it is of is not there.
   std::optional<Eigen::Vector3d> place(const ShownPoint& point, int frame) const;
 
+  /// The world with its water, whatever the cameras stand in.
+  const world::RayQuery& whole() const { return whole_; }
   const geo::CameraModel& model(int camera) const { return *views_.at(0, camera).model; }
   /// Of decoded tiles of imagery, bytes.
   double imagery_budget_bytes() const { return whole_.imagery_budget_bytes(); }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "tests/support/test_data.h"
 #include "tests/support/tiny_world.h"
@@ -17,11 +18,15 @@ bool is_sea(double x_world, double y_world) {
   return x_world < -1500.0 || (std::abs(y_world) < 50.0 && x_world < 2500.0);
 }
 
-/// A world of that, 8 km wide, of samples 16 m apart.
+/// A world of that, whose samples are 256 m apart, and 16 m in its middle: those of 64 m, which count, reach 32 km.
 world::TileStore coast(const test::ScratchFolder& folder) {
   test::TinyWorldOptions options;
-  options.coarsest_level = 4;
+  options.coarsest_level = 8;
   options.finest_level = 4;
+  options.refine = [](const world::TileId& id) {
+    const Vector2d corner = id.corner_world();
+    return corner.minCoeff() + id.side_m() >= 0.0 && corner.maxCoeff() <= 0.0;
+  };
   options.cover = [](double x, double y) {
     return is_sea(x, y) ? world::Cover::Sea : world::Cover::Land;
   };
@@ -29,24 +34,50 @@ world::TileStore coast(const test::ScratchFolder& folder) {
       folder / "coast", [](double x, double y) { return is_sea(x, y) ? 0.0 : 5.0; }, options);
 }
 
+/// By counting samples, at a place of one.
+double counted_share(const Vector2d& place, double spacing_m) {
+  const double reach_m = std::floor(800.0 / spacing_m) * spacing_m;
+  int num_sea = 0, num_known = 0;
+  for (double y = place.y() - reach_m; y <= place.y() + reach_m; y += spacing_m)
+    for (double x = place.x() - reach_m; x <= place.x() + reach_m; x += spacing_m) {
+      ++num_known;
+      num_sea += is_sea(x, y) ? 1 : 0;
+    }
+  return num_sea / static_cast<double>(num_known);
+}
+
 TEST(SeaExposure, IsTheShareOfSeaRoundAPlace) {
   const test::ScratchFolder folder;
   const world::TileStore store = coast(folder);
   const auto exposure = SeaExposure::of(store);
-  // By counting samples, at places of samples.
-  for (const Vector2d& place : {Vector2d(-1504.0, 800.0), Vector2d(-1200.0, -400.0),
-                                Vector2d(0.0, 0.0), Vector2d(-2000.0, 1600.0)}) {
-    int num_sea = 0, num_known = 0;
-    for (double y = place.y() - 800.0; y <= place.y() + 800.0; y += 16.0)
-      for (double x = place.x() - 800.0; x <= place.x() + 800.0; x += 16.0) {
-        ++num_known;
-        num_sea += is_sea(x, y) ? 1 : 0;
-      }
-    EXPECT_NEAR(exposure->sea_share(place), num_sea / static_cast<double>(num_known), 1e-12)
-        << place.transpose();
+  EXPECT_EQ(exposure->spacing_m(), 64.0);
+  for (const Vector2d& place : {Vector2d(-1536.0, 832.0), Vector2d(-1216.0, -384.0),
+                                Vector2d(0.0, 0.0), Vector2d(-1984.0, 1600.0)})
+    EXPECT_NEAR(exposure->sea_share(place), counted_share(place, 64.0), 1e-12) << place.transpose();
+  // A quarter of the way from x = -1536, round which 13 of 25 columns are sea (-2304 … -1536), to -1472, where 12 are.
+  EXPECT_NEAR(exposure->sea_share({-1520.0, 2000.0}), 12.75 / 25.0, 1e-12);
+  // A quarter of the way from y = 768, where the estuary's one row of samples is the last of 25, to 832.
+  EXPECT_NEAR(exposure->sea_share({5.0, 784.0}), 0.75 / 25.0, 1e-12);
+  // At the border of what is known only that counts: all of it sea.
+  EXPECT_EQ(exposure->sea_share({-32768.0, 0.0}), 1.0);
+}
+
+TEST(SeaExposure, CountsEverySecondSampleAndFewerWhereThereWouldBeTooMany) {
+  const test::ScratchFolder folder;
+  const world::TileStore store = coast(folder);
+  // 1025 samples along a side; 513, 257 and 129 of every second, fourth and eighth.
+  const auto all = SeaExposure::of(store, 1025 * 1025);
+  EXPECT_EQ(all->content_hash(), SeaExposure::of(store)->content_hash());
+  for (const auto& [max_nodes, spacing_m] :
+       {std::pair(1025 * 1025 - 1, 128.0), std::pair(257 * 257, 256.0), std::pair(20000, 512.0)}) {
+    const auto exposure = SeaExposure::of(store, max_nodes);
+    EXPECT_EQ(exposure->spacing_m(), spacing_m);
+    EXPECT_NE(exposure->content_hash(), all->content_hash());
+    for (const Vector2d& place :
+         {Vector2d(-1536.0, 1024.0), Vector2d(0.0, 0.0), Vector2d(-2048.0, -512.0)})
+      EXPECT_NEAR(exposure->sea_share(place), counted_share(place, spacing_m), 1e-12)
+          << spacing_m << ": " << place.transpose();
   }
-  // At the world's border only what is known counts: all of it sea.
-  EXPECT_EQ(exposure->sea_share({-4000.0, 0.0}), 1.0);
 }
 
 TEST(SeaExposure, SurfBelongsToTheOpenCoast) {
