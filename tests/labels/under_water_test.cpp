@@ -47,11 +47,16 @@ world::TileStore make_waters(const fs::path& folder) {
 /// The share of the bed that seagrass would cover in a sea of that depth.
 double grown_at(const world::TileStore& store, const Vector2d& place) {
   namespace bed = world::sea_bed;
+  core::Lanes3d points;
+  for (int lane = 0; lane < core::kLanes; ++lane) {
+    points[0][lane] = place.x();
+    points[1][lane] = place.y();
+    points[2][lane] = -kDepth_m;
+  }
   const bed::Noise noise =
-      bed::noise_at({place.x(), place.y(), -kDepth_m},
-                    bed::noise_seed(static_cast<std::uint64_t>(store.manifest().seed)));
+      bed::noise_at(points, bed::noise_seed(static_cast<std::uint64_t>(store.manifest().seed)));
   return static_cast<double>(
-      bed::seagrass(noise.patch, noise.weed, static_cast<float>(kDepth_m), 0.0f));
+      bed::seagrass(noise.patch[0], noise.weed[0], static_cast<float>(kDepth_m), 0.0f, 0.0f));
 }
 
 /// A place round which the law has both meadows and none, by the noise.

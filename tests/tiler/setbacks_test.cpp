@@ -261,6 +261,46 @@ TEST(Setbacks, WhatLiesOverEachOtherAsBlocksAloneStandsApart) {
   EXPECT_EQ(num_without, 0);
 }
 
+// Seen in November 2026 in Monaco: walls of two rectangles that stand for houses lay in one plane, on a coarse tile.
+TEST(Setbacks, WallsOfBlocksAreNotInOnePlane) {
+  // Pairs of L of one size as above, the second one farther from pair to pair: somewhere the
+  // rectangles of the pair's areas, 22.4 m wide and 30 m apart in y, have walls in one plane.
+  const std::vector<Vector2d> one = {{0, 0},   {30, 0},   {30, 10}, {10, 10},
+                                     {10, 30}, {5, 30.5}, {0, 30}};
+  constexpr int kNumPairs = 60;
+  ScratchFolder folder;
+  std::vector<VectorSpec> specs;
+  const auto add = [&](const Vector2d& at, double turned) {
+    const Vector2d origin = utm31(kOriginLat_deg, kOriginLon_deg) + at;
+    std::string text = "POLYGON((";
+    for (std::size_t k = 0; k <= one.size(); ++k) {
+      const Vector2d corner = origin + turned * one[k % one.size()];
+      text += fmt::format("{}{:.4f} {:.4f}", k == 0 ? "" : ",", corner.x(), corner.y());
+    }
+    specs.push_back({text + "))",
+                     {{"building", "yes"},
+                      {"height", "10"},
+                      {"roof:shape", "flat"},
+                      {"osm_way_id", std::to_string(specs.size() + 1)}}});
+  };
+  for (int k = 0; k < kNumPairs; ++k) {
+    const Vector2d at(80.0 * (k % 10) - 400.0, 80.0 * (k / 10) - 240.0);
+    add(at, 1.0);
+    add(at + Vector2d(52.2 + 0.005 * k, 30.0), -1.0);
+  }
+  write_vectors(folder / "a.gpkg", "GPKG", specs, "EPSG:32631");
+  const Built built(files_key(folder / "a.gpkg") + "number_field = \"osm_way_id\"\n",
+                    world_of("plane", 1024.0));
+  ASSERT_EQ(built.count("buildings"), 2 * kNumPairs);
+  std::vector<world_check::ShownSolid> shown;
+  const auto solids = built.all({});
+  for (const auto& [id, solid] : solids)
+    shown.push_back({id, solid.origin_steps, &solid.levels.back().shape});
+  for (const world_check::Coincident& pair : world_check::find_coincident(shown))
+    ADD_FAILURE() << shown[pair.first].instance_id << " and " << shown[pair.second].instance_id
+                  << ", " << pair.area_m2 << " m2";
+}
+
 // A few megabytes of parts on one place are 200 million pairs.
 TEST(Setbacks, ManyOnOnePlaceCostLittle) {
   constexpr int kNum = 20000;

@@ -39,6 +39,9 @@ struct Overlap {
   std::uint32_t blocked = 0;
   /// Bit s: so do they where both ranks together are s.
   std::uint32_t blocked_sums = 0;
+  /// A wall of a block, of the one or the other, runs near one of the other: how blocks move with
+  /// ranks no rule tells.
+  bool are_blocks_near = false;
 };
 static_assert(2 * kMostRank < 32);
 
@@ -99,12 +102,10 @@ bool is_blocked(const NearLines& lines, int d) {
   return near_run_steps(lines, moved_by_steps(lines, d)) >= kLeastRun_steps;
 }
 
-/// All that ranks may bring into one plane. Rings go round with what is built to their left.
-std::vector<NearLines> lines_along(const RingsSteps& earlier, const RingsSteps& own) {
-  // Ranks move no lines farther against each other.
-  constexpr double kFarthest_steps =
-      steps(2.0 * kInset_m + 2 * kMostRank * kSetback_m) + kClear_steps;
-  std::vector<NearLines> lines;
+/// Edges of two rings that run along each other, wherever they lie. Rings go round with what is
+/// built to their left.
+template <class Use>
+void for_each_run(const RingsSteps& earlier, const RingsSteps& own, const Use& use) {
   for_each_edge(earlier, [&](const Vector2d& a, const Vector2d& b) {
     const double length = (b - a).norm();
     const Vector2d along = (b - a) / length;
@@ -116,20 +117,34 @@ std::vector<NearLines> lines_along(const RingsSteps& earlier, const RingsSteps& 
       const auto inside_at = [&](double at) {
         return cross(along, c + (at - from) / (to - from) * (d - c) - a);
       };
-      const NearLines near{.first_steps = inside_at(first),
-                           .last_steps = inside_at(last),
-                           .run_steps = last - first,
-                           .are_opposed = to < from};
-      if (std::min(near.first_steps, near.last_steps) > kFarthest_steps ||
-          std::max(near.first_steps, near.last_steps) < -kFarthest_steps)
-        return;
-      const int least = near.are_opposed ? 0 : -kMostRank;
-      for (int rank = least; rank <= least + 2 * kMostRank; ++rank)
-        if (is_blocked(near, rank)) {
-          lines.push_back(near);
-          return;
-        }
+      use(NearLines{.first_steps = inside_at(first),
+                    .last_steps = inside_at(last),
+                    .run_steps = last - first,
+                    .are_opposed = to < from});
     });
+  });
+}
+
+/// Ranks move no lines farther against each other.
+constexpr double kFarthest_steps =
+    steps(2.0 * kInset_m + 2 * kMostRank * kSetback_m) + kClear_steps;
+
+bool are_near(const NearLines& lines) {
+  return std::min(lines.first_steps, lines.last_steps) <= kFarthest_steps &&
+         std::max(lines.first_steps, lines.last_steps) >= -kFarthest_steps;
+}
+
+/// All that ranks may bring into one plane.
+std::vector<NearLines> lines_along(const RingsSteps& earlier, const RingsSteps& own) {
+  std::vector<NearLines> lines;
+  for_each_run(earlier, own, [&](const NearLines& near) {
+    if (!are_near(near)) return;
+    const int least = near.are_opposed ? 0 : -kMostRank;
+    for (int rank = least; rank <= least + 2 * kMostRank; ++rank)
+      if (is_blocked(near, rank)) {
+        lines.push_back(near);
+        return;
+      }
   });
   return lines;
 }
@@ -160,7 +175,7 @@ Overlap overlap_of(std::uint32_t earlier, const std::vector<NearLines>& lines) {
   return overlap;
 }
 
-/// What is shown of a building, unless it stands back farther.
+/// What is shown of a building.
 struct Shown {
   RingsSteps walls;
   RingsSteps block;  ///< empty: as its walls
@@ -168,10 +183,8 @@ struct Shown {
   Vector2d highest_world;
 };
 
-Shown shown_of(const Building& building) {
-  const RingsSteps& rings = building.footprint.rings;
-  const auto inner = moved_edges(rings, -steps(kInset_m));
-  Shown shown{inner ? *inner : rings, {}, building.lowest_world, building.highest_world};
+Shown shown_of(const Building& building, int rank) {
+  Shown shown{walls_of(building, rank), {}, building.lowest_world, building.highest_world};
   RingsSteps block = block_of(shown.walls);
   if (block == shown.walls) return shown;
   for (const Eigen::Vector2i& corner : block.front()) {
@@ -196,18 +209,38 @@ class Pair {
   }
   /// Walls of neighbours that only touch are apart.
   bool lie_over_each_other() const {
-    for (const RingsSteps* earlier : {&shown_earlier_.walls, &shown_earlier_.block})
-      for (const RingsSteps* own : {&shown_own_.walls, &shown_own_.block}) {
-        if (earlier->empty() || own->empty()) continue;
-        const RingsSteps rings = by_earlier(*own);
-        if (has_corner_in(rings, *earlier) || has_corner_in(*earlier, rings) ||
-            edges_cross(rings, *earlier))
-          return true;
-      }
-    return false;
+    return any_shown([](const RingsSteps& earlier, const RingsSteps& own, bool) {
+      return has_corner_in(own, earlier) || has_corner_in(earlier, own) ||
+             edges_cross(own, earlier);
+    });
+  }
+  bool are_blocks_near() const { return any_run_of_blocks(are_near); }
+  bool are_blocks_in_one_plane() const {
+    return any_run_of_blocks(
+        [](const NearLines& near) { return near_run_steps(near, 0.0) >= kLeastRun_steps; });
   }
 
  private:
+  /// test   of what is shown of the earlier one, of this one, and whether a block is among them
+  template <class Test>
+  bool any_shown(const Test& test) const {
+    for (const RingsSteps* earlier : {&shown_earlier_.walls, &shown_earlier_.block})
+      for (const RingsSteps* own : {&shown_own_.walls, &shown_own_.block})
+        if (!earlier->empty() && !own->empty() &&
+            test(*earlier, by_earlier(*own),
+                 earlier == &shown_earlier_.block || own == &shown_own_.block))
+          return true;
+    return false;
+  }
+  template <class Test>
+  bool any_run_of_blocks(const Test& test) const {
+    return any_shown([&](const RingsSteps& earlier, const RingsSteps& own, bool has_block) {
+      bool is_any = false;
+      if (has_block)
+        for_each_run(earlier, own, [&](const NearLines& near) { is_any = is_any || test(near); });
+      return is_any;
+    });
+  }
   RingsSteps by_earlier(const RingsSteps& rings) const {
     return about(rings, own_.footprint.place_m, earlier_.footprint.place_m);
   }
@@ -233,7 +266,11 @@ Overlaps overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
     }
     const Pair pair(buildings[j], shown[j], buildings[row], shown[row]);
     const std::vector<NearLines> lines = pair.lines();
-    if (!lines.empty() || pair.lie_over_each_other()) overlaps.kept.push_back(overlap_of(j, lines));
+    const bool are_blocks_near = pair.are_blocks_near();
+    if (!lines.empty() || are_blocks_near || pair.lie_over_each_other()) {
+      overlaps.kept.push_back(overlap_of(j, lines));
+      overlaps.kept.back().are_blocks_near = are_blocks_near;
+    }
     return true;
   });
   return overlaps;
@@ -241,8 +278,14 @@ Overlaps overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
 
 }  // namespace
 
+RingsSteps walls_of(const Building& building, int rank) {
+  const RingsSteps& rings = building.footprint.rings;
+  const auto inner = moved_edges(rings, -steps(kInset_m + kSetback_m * rank));
+  return inner ? *inner : rings;
+}
+
 Setbacks setback_ranks(const std::vector<Building>& buildings) {
-  std::vector<Shown> shown(buildings.size());
+  std::vector<Shown> shown(buildings.size());  // at ranks 0, then at those that are chosen
   std::vector<Overlaps> overlaps(buildings.size());
   const auto for_each = [&](const auto& work) {
     core::parallel_for_blocks(static_cast<std::int64_t>(buildings.size()), 64,
@@ -251,7 +294,7 @@ Setbacks setback_ranks(const std::vector<Building>& buildings) {
                                   work(static_cast<std::uint32_t>(i));
                               });
   };
-  for_each([&](std::uint32_t row) { shown[row] = shown_of(buildings[row]); });
+  for_each([&](std::uint32_t row) { shown[row] = shown_of(buildings[row], 0); });
   BoxIndex index;
   for (std::uint32_t row = 0; row < buildings.size(); ++row)
     index.add(row, shown[row].lowest_world, shown[row].highest_world);
@@ -264,15 +307,24 @@ Setbacks setback_ranks(const std::vector<Building>& buildings) {
   for (std::size_t row = 0; row < buildings.size(); ++row) {
     const std::vector<Overlap>& kept = overlaps[row].kept;
     const auto is_free = [&](int rank) {
+      if (std::any_of(kept.begin(), kept.end(), [&](const Overlap& overlap) {
+            const int earlier = setbacks.ranks[overlap.earlier];
+            return (overlap.blocked >> (kMostRank + rank - earlier) & 1U) != 0 ||
+                   (overlap.blocked_sums >> (rank + earlier) & 1U) != 0;
+          }))
+        return false;
+      shown[row] = shown_of(buildings[row], rank);
       return std::none_of(kept.begin(), kept.end(), [&](const Overlap& overlap) {
-        const int earlier = setbacks.ranks[overlap.earlier];
-        return (overlap.blocked >> (kMostRank + rank - earlier) & 1U) != 0 ||
-               (overlap.blocked_sums >> (rank + earlier) & 1U) != 0;
+        const std::uint32_t j = overlap.earlier;
+        return overlap.are_blocks_near &&
+               Pair(buildings[j], shown[j], buildings[row], shown[row]).are_blocks_in_one_plane();
       });
     };
     int& rank = setbacks.ranks[row];
-    while (rank < kMostRank && !is_free(rank)) ++rank;
-    num_without += is_free(rank) ? 0 : 1;
+    if (!kept.empty()) {
+      while (rank < kMostRank && !is_free(rank)) ++rank;
+      num_without += is_free(rank) ? 0 : 1;
+    }
     num_crowded += overlaps[row].are_more ? 1 : 0;
     setbacks.num_pairs += overlaps[row].num_pairs;
   }

@@ -29,6 +29,9 @@ inline constexpr double kLevels_m = (kMostRank + 2) * kSetback_m;
 /// any top.
 inline constexpr double kBodySunk_m = 1.5 * kSetback_m + kMostRank * kSetback_m;
 
+/// The rings on which a building of a rank stands.
+RingsSteps walls_of(const Building& building, int rank);
+
 struct Setbacks {
   std::vector<int> ranks;                                    ///< of each building
   std::vector<std::pair<std::string, std::int64_t>> counts;  ///< for LayerInfo::counts; none of 0
@@ -38,15 +41,14 @@ struct Setbacks {
 /// Ranks by which buildings that lie over each other stand back, so that they have no faces in one
 /// plane: of each, in their order, the least that keeps its walls, top and bottom off those of all
 /// earlier ones that it lies over; 0 where it lies over none. As blocks (block_of()), by which
-/// coarse tiles show them, neighbours may lie over each other that do not else: their tops and
-/// bottoms are kept apart, too. Walls are kept apart that run along each other for 48 mm and more,
+/// coarse tiles show them, neighbours may lie over each other that do not else: their tops, bottoms
+/// and walls are kept apart, too. Walls are kept apart that run along each other for 48 mm and more,
 /// whether both buildings lie on one side of them or, where neighbours are drawn a few centimetres
 /// into each other, on either. A pure function of the footprints and their order.
 /// limits   faces may still lie in one plane where a building finds no rank free (kMostRank then,
 ///          counted), lies over more than 64 earlier ones, or its box meets more than 1024 (those
-///          beyond are not looked at, it is counted), where walls of blocks happen to, and where
-///          heights differ by about a whole number of setbacks, such as 12.006 and 12.000 m one
-///          rank apart
+///          beyond are not looked at, it is counted), and where heights differ by about a whole
+///          number of setbacks, such as 12.006 and 12.000 m one rank apart
 /// cost     edges of at most 1024 pairs of footprints a building, and boxes of those before them in
 ///          its cells of the index; 12 bytes a pair that lie over each other
 Setbacks setback_ranks(const std::vector<Building>& buildings);

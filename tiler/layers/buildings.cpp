@@ -185,10 +185,7 @@ class BuildingsLayer final : public Layer, public DryCover {
   };
 
   RingsSteps walls_of(std::size_t row) const {
-    const RingsSteps& rings = town_.buildings[row].footprint.rings;
-    const double inset_m = kInset_m + kSetback_m * ranks_[row];
-    const auto inner = moved_edges(rings, -inset_m / kHeightStep_m);
-    return inner ? *inner : rings;
+    return tiler::walls_of(town_.buildings[row], ranks_[row]);
   }
 
   void measure_boxes() {
