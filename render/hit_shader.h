@@ -70,7 +70,8 @@ class SurfaceLooks {
   void look_at_objects(const LitHits& hits, const Eigen::Vector3f& up, Scratch& scratch) const;
 
   /// The share of light that each surface sends back, every way; NaN of the sky. Of water what comes from below its
-  /// surface; mirrors of any kind are left out. Only rays, hits, surfaces, sample_width and sea_depth_m count.
+  /// surface; mirrors of any kind are left out. Only rays, hits, surfaces, sample_width and
+  /// sea_depth_m count.
   void find_albedo(const LitHits& hits, const Eigen::Vector3f& up, Scratch& scratch,
                    std::span<Color> albedo) const;
 

@@ -21,9 +21,10 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
 ///
 /// Of the world only the tiles that the frame's rays touch count, with their places in the cut, which
 /// primitive ids hold, and what all of it gives the ground: its origin, its seed, the level of its
-/// sea, where that is open (the cover of its tiles of SeaExposure, touched or not), and whether trees stand
-/// in it, and what tiles name by rows: prototypes and textures. Where a camera is exposed or balanced by what
-/// other frames show, all tiles and poses count. Which tiles are touched depends on others too (render/seen_tiles.h).
+/// sea, where that is open (the cover of its tiles of SeaExposure, touched or not), and whether
+/// trees stand in it, and what tiles name by rows: prototypes and textures. Where a camera is
+/// exposed or balanced by what other frames show, all tiles and poses count. Which tiles are
+/// touched depends on others too (render/seen_tiles.h).
 class FrameKeys {
  public:
   /// All must outlive the keys.

@@ -14,7 +14,7 @@ namespace terracast::render {
 /// a tidal river that the data call sea. Told by the share of sea in a square round a place, as tiles of some
 /// spacing show it: about a half at a straight coast, less than a tenth in an estuary of 100 m.
 /// memory    8 bytes a node: 5 MB for 50 km, 134 MB at most (kMaxNodes)
-/// cost      a place: 1 us at most. The whole: a tile of 65 k samples takes 2 ms and is read alone
+/// cost      a place: the sums of four nodes. The whole: each tile of the level is read once
 /// threads   safe
 class SeaExposure {
  public:
@@ -26,9 +26,9 @@ class SeaExposure {
 
   static constexpr std::int64_t kMaxNodes = std::int64_t{1} << 24;
 
-  /// Of a world's sea, from the tiles of level kLevel, or of the coarsest level where that is finer: every sample
-  /// of them, every second, or every fourth …, so that there are no more nodes than max_nodes (4 at
-  /// least).
+  /// Of a world's sea, from the tiles of level kLevel, or of the coarsest level where that is
+  /// finer: every sample of them, every second, or every fourth …, so that there are no more nodes
+  /// than max_nodes (4 at least).
   /// throws   Input, Io: as TileStore::load
   /// threads  one
   static std::shared_ptr<const SeaExposure> of(const world::TileStore& store,

@@ -19,7 +19,7 @@ struct WaterAbove {
 /// whole    the world with its water; things in it do not count
 /// above    as many as places; dry outside the tiles
 /// trail    the tiles of the places are added to it; null: nobody wants to know
-/// cost     two queries a place, 1 us
+/// cost     two queries a place
 /// threads  safe
 void find_water_above(const world::RayQuery& whole, std::span<const Eigen::Vector3d> places_world,
                       std::span<WaterAbove> above, world::RayTrail* trail);

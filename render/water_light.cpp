@@ -44,8 +44,8 @@ constexpr double kSeaSlope = 0.05;
 constexpr double kLakeSlope = 0.015;
 /// Water thinner than this is foam where waves run up.
 constexpr float kSurfDepth_m = 0.5f;
-/// None is where it is thicker than this: noise would have to be 16 times its root mean square, and six
-/// octaves never reach 14 (each is below 1 / 0.176 of its own, core/noise.cpp).
+/// None is where it is thicker than this: noise would have to be 16 times its root mean square, and
+/// six octaves never reach 14 (each is below 1 / 0.176 of its own, core/noise.cpp).
 constexpr float kNoSurfDepth_m = 5.0f;
 /// Radiance of water beside and above, per irradiance, where it only scatters.
 constexpr float kSideGlow = 0.07f;
@@ -491,8 +491,8 @@ void WaterLight::find_foam(const LitHits& hits, Scratch& s,
   }
 }
 
-/// Where the water above what was met is the sea's: rays from above know its surface, for viewers in water it is
-/// asked for.
+/// Where the water above what was met is the sea's: rays from above know its surface, for viewers
+/// in water it is asked for.
 void WaterLight::find_sea(const LitHits& hits, Scratch& s, bool is_viewer_in_water,
                           world::RayTrail* trail) const {
   s.sea_depth_m.assign(s.rays.size(), 0.0);

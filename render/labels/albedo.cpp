@@ -47,7 +47,8 @@ BlockedPixels blocked_pixels(int width_px, int height_px) {
   return all;
 }
 
-/// Of what rays met: the depth of the sea above its bed, 0 elsewhere; by it the image paints what grows there.
+/// Of what rays met: the depth of the sea above its bed, 0 elsewhere; by it the image paints what
+/// grows there.
 std::vector<double> sea_depths_m(const world::RayQuery& whole,
                                  std::span<const world::WorldRay> rays,
                                  std::span<const world::SurfaceHit> hits,

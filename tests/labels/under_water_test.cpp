@@ -10,8 +10,8 @@
 #include "tests/support/tiny_world.h"
 #include "world/sea_bed.h"
 
-// What cameras under water see of the bed, in the image and as the label albedo, held against the law by which seagrass
-// grows: in the sea, and not in a lake that stands as high.
+// What cameras under water see of the bed, in the image and as the label albedo, held against the
+// law by which seagrass grows: in the sea, and not in a lake that stands as high.
 namespace terracast::test {
 namespace {
 
@@ -33,6 +33,9 @@ world::TileStore make_waters(const fs::path& folder) {
   world::WorldManifest manifest = lakes.manifest();
   for (world::TileInfo& info : manifest.tiles) {
     world::Tile tile = lakes.load(info.id);
+    for (const world::Cover cover : tile.cover)  // depths are not read with a tile
+      tile.water_depth_steps.push_back(
+          world::is_water(cover) ? static_cast<std::int32_t>(kDepth_m / world::kHeightStep_m) : 0);
     if (info.id.x < 0)
       std::replace(tile.cover.begin(), tile.cover.end(), world::Cover::Lake, world::Cover::Sea);
     info = world::write_tile(folder, tile);
@@ -156,14 +159,14 @@ TEST(UnderWater, SeagrassGrowsInTheSeaAndNotInALakeInImagesAndLabels) {
   for (const BothSeen* seen : {&sea, &lake}) {
     ASSERT_GT(seen->meadow_red.count, 2000);
     ASSERT_GT(seen->bare_red.count, 2000);
-    fmt::print("meadow red {:.4f} {:.4f} bare red {:.4f} {:.4f} light {:.4f} {:.4f}\n",
-               seen->meadow_red.least, seen->meadow_red.most, seen->bare_red.least,
-               seen->bare_red.most, seen->meadow_light.mean(), seen->bare_light.mean());
   }
   // Nine tenths seagrass of 0.03 and a tenth sand of 0.245.
   EXPECT_LT(sea.meadow_red.most, 0.09);
   EXPECT_GT(sea.bare_red.least, 0.09);
   EXPECT_GT(lake.meadow_red.least, 0.09);
+  // So in the image, with light of the water on the way; what else varies is a tenth.
+  EXPECT_LT(sea.meadow_light.mean(), 0.6 * sea.bare_light.mean());
+  EXPECT_GT(lake.meadow_light.mean(), 0.8 * lake.bare_light.mean());
 }
 
 }  // namespace

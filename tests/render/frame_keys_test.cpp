@@ -7,8 +7,8 @@
 #include "tests/render/scene.h"
 #include "tests/support/test_data.h"
 
-// What frames show of the world although their rays do not touch it: a frame must not be taken from another capture
-// when that changed.
+// What frames show of the world although their rays do not touch it: a frame must not be taken from
+// another capture when that changed.
 namespace terracast::render {
 namespace {
 
@@ -59,7 +59,8 @@ TEST(FrameKeys, HoldWhereTheSeaIsOpenAlsoByTilesThatNoRayTouches) {
   const test::ScratchFolder folder;
   const world::TileStore store = make_coast(folder / "first");
   const std::string key = key_of(store);
-  // A sample 320 m west of the touched tile, which the coarser level does not have: the sea's level stays.
+  // A sample 320 m west of the touched tile, which the coarser level does not have: the sea's level
+  // stays.
   constexpr int kColumn = 251, kRow = 7;
   const world::TileStore other_sea = edited(store, folder / "sea", [](Tile& tile) {
     tile.cover[Tile::sample(kColumn, kRow)] = Cover::Sea;

@@ -18,7 +18,8 @@ bool is_sea(double x_world, double y_world) {
   return x_world < -1500.0 || (std::abs(y_world) < 50.0 && x_world < 2500.0);
 }
 
-/// A world of that, whose samples are 256 m apart, and 16 m in its middle: those of 64 m, which count, reach 32 km.
+/// A world of that, whose samples are 256 m apart, and 16 m in its middle: those of 64 m, which
+/// count, reach 32 km.
 world::TileStore coast(const test::ScratchFolder& folder) {
   test::TinyWorldOptions options;
   options.coarsest_level = 8;
@@ -54,9 +55,11 @@ TEST(SeaExposure, IsTheShareOfSeaRoundAPlace) {
   for (const Vector2d& place : {Vector2d(-1536.0, 832.0), Vector2d(-1216.0, -384.0),
                                 Vector2d(0.0, 0.0), Vector2d(-1984.0, 1600.0)})
     EXPECT_NEAR(exposure->sea_share(place), counted_share(place, 64.0), 1e-12) << place.transpose();
-  // A quarter of the way from x = -1536, round which 13 of 25 columns are sea (-2304 … -1536), to -1472, where 12 are.
+  // A quarter of the way from x = -1536, round which 13 of 25 columns are sea (-2304 … -1536), to
+  // -1472, where 12 are.
   EXPECT_NEAR(exposure->sea_share({-1520.0, 2000.0}), 12.75 / 25.0, 1e-12);
-  // A quarter of the way from y = 768, where the estuary's one row of samples is the last of 25, to 832.
+  // A quarter of the way from y = 768, where the estuary's one row of samples is the last of 25, to
+  // 832.
   EXPECT_NEAR(exposure->sea_share({5.0, 784.0}), 0.75 / 25.0, 1e-12);
   // At the border of what is known only that counts: all of it sea.
   EXPECT_EQ(exposure->sea_share({-32768.0, 0.0}), 1.0);
