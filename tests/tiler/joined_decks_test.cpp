@@ -189,7 +189,7 @@ TEST(JoinedDecks, HaveNoLinesWhereRailsCross) {
 
 /// Trams on a road's bridge: the road keeps its lines, as beside any other deck that lies lower.
 TEST(JoinedDecks, BearLinesWhereRailsRunAlong) {
-  for (const double angle_deg : {0.0, 10.0, 20.0, 90.0, 160.0, 175.0}) {
+  for (const double angle_deg : {0.0, 3.0, 7.0, 90.0, 173.0, 177.0}) {
     const double angle_rad = angle_deg / 180.0 * std::numbers::pi;
     const Vector2d half = 60.0 * Vector2d(std::cos(angle_rad), std::sin(angle_rad));
     std::vector<Deck> decks = {deck(1, 1.5, -half, half, 20.0, 20.0),
@@ -197,7 +197,7 @@ TEST(JoinedDecks, BearLinesWhereRailsRunAlong) {
     decks[0].style.use = tiler::WayUse::Railway;
     const tiler::JoinedDecks joined(decks);
     EXPECT_EQ(joined.is_without_marks(1, {0, 0}, 20.0),
-              angle_deg == 20.0 || angle_deg == 90.0 || angle_deg == 160.0)
+              angle_deg == 7.0 || angle_deg == 90.0 || angle_deg == 173.0)
         << angle_deg;
     EXPECT_TRUE(joined.is_without_marks(0, {0, 0}, 20.0)) << angle_deg;
     // Of tracks of another road's width: no crossing either.

@@ -20,8 +20,8 @@ constexpr double kOneLevel_m = 0.5;
 constexpr double kBesideLines_m = 0.3;
 /// Parapets of two decks beside each other stand on so much beside their paving.
 constexpr double kBesideParapets_m = 1.2;
-/// Rails that meet a road at less than this, 15 degrees, run along it.
-constexpr double kLeastCrossing_rad = 0.262;
+/// Rails that meet a road at less than this, 5 degrees, run along it.
+constexpr double kLeastCrossing_rad = 0.087;
 
 std::pair<Vector2d, Vector2d> box_of(const Deck& deck) {
   Vector2d lowest = deck.points.front().at_world, highest = lowest;

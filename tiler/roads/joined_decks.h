@@ -13,7 +13,7 @@ namespace terracast::tiler {
 /// Decks that lie over each other at one level, as where bridges join. Both would be in one plane:
 /// so each is lower than those that go before it there, the wider ones, or of equally wide ones
 /// those with lower keys, and bears no marks (lines, sleepers) where it lies on them; where rails
-/// cross a road, at an angle of 15 degrees and more wherever they meet, neither bears any. Supports
+/// cross a road, at an angle of 5 degrees and more wherever they meet, neither bears any. Supports
 /// of decks that cross, at whatever levels, may meet in the ground: their feet are apart likewise.
 ///
 /// limits    decks whose slopes differ cross each other all the same, along a line, about which
