@@ -4,6 +4,8 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -161,6 +163,17 @@ TEST(Batch, AWorkerThatIsAskedToEndSaysSoAndAnotherGoesOn) {
   EXPECT_EQ(status_of(job).at("failures").size(), 0U) << "to be asked to end is no failure";
 }
 
+/// The processes that a process has begun.
+std::set<int> children_of(pid_t process) {
+  std::set<int> children;
+  std::error_code ended;
+  for (const auto& thread : fs::directory_iterator(fmt::format("/proc/{}/task", process), ended)) {
+    std::ifstream file(thread.path() / "children");
+    children.insert(std::istream_iterator<int>(file), std::istream_iterator<int>());
+  }
+  return children;
+}
+
 /// The processes that hold shards now, by the claims.
 std::set<int> workers_of(const fs::path& job) {
   std::set<int> workers;
@@ -234,10 +247,12 @@ TEST(Batch, WorkersThatMeetANewerPlanEndAndTheNextGoOnWithIt) {
   StartedProgram pool(TERRACAST_PROGRAM,
                       {"batch", "run", job.string(), "--jobs", "2", "--threads", "1", "-q"}, {},
                       scratch / "pool.log");
-  // Whoever has a first shard rests until the plan is there.
-  std::set<int> workers;
-  while (!pool.has_ended() && (workers = workers_of(job)).empty())
+  // Once a shard is begun all workers rest until the plan is there, those that have none, too: by and by
+  // they would take over what a sleeper holds.
+  while (!pool.has_ended() && workers_of(job).empty())
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const std::set<int> workers = children_of(pool.process());
+  EXPECT_EQ(workers.size(), 2U);
   for (const int worker : workers) ::kill(worker, SIGSTOP);
   plan(job, "--update");
   for (const int worker : workers) ::kill(worker, SIGCONT);
