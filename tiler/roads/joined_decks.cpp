@@ -184,8 +184,10 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
       taken_by_feet.take(feet_ranks_[other]);
       if (!meet(own, others, kOneLevel_m, num_segments_)) return true;
       lies_on_[rows[place]].push_back(static_cast<std::uint32_t>(other));
-      if (crossed_by_[other].size() < kMostMet && is_level_crossing(own, others, num_segments_))
+      if (crossed_by_[other].size() < kMostMet && is_level_crossing(own, others, num_segments_)) {
         crossed_by_[other].push_back(static_cast<std::uint32_t>(rows[place]));
+        crossed_by_[rows[place]].push_back(static_cast<std::uint32_t>(other));
+      }
       taken.take(ranks_[other]);
       return true;
     };
@@ -204,14 +206,17 @@ Deck JoinedDecks::lowered(std::size_t row) const {
 
 bool JoinedDecks::is_without_marks(std::size_t row, const Vector2d& at_world,
                                    double level_m) const {
-  const auto lies_on = [&](std::uint32_t other) {
-    const Deck& deck = decks_[other];
-    return segments_[other].any(at_world, reach_m(deck, kBesideLines_m), [&](std::size_t segment) {
-      return lies_on_segment(deck, segment, {at_world, level_m}, kBesideLines_m, kOneLevel_m);
+  const auto lies_on_any = [&](const std::vector<std::uint32_t>& others, double beside_m) {
+    return std::any_of(others.begin(), others.end(), [&](std::uint32_t other) {
+      const Deck& deck = decks_[other];
+      return segments_[other].any(at_world, reach_m(deck, beside_m), [&](std::size_t segment) {
+        return lies_on_segment(deck, segment, {at_world, level_m}, beside_m, kOneLevel_m);
+      });
     });
   };
-  return std::any_of(lies_on_[row].begin(), lies_on_[row].end(), lies_on) ||
-         std::any_of(crossed_by_[row].begin(), crossed_by_[row].end(), lies_on);
+  // Where decks cross whose slopes differ, lines keep off what bears the parapets, too.
+  return lies_on_any(lies_on_[row], kBesideLines_m) ||
+         lies_on_any(crossed_by_[row], kBesideParapets_m);
 }
 
 }  // namespace terracast::tiler

@@ -49,7 +49,7 @@ class JoinedDecks {
   const std::vector<Deck>& decks_;
   std::vector<SegmentBoxes> segments_;                  ///< of each deck
   std::vector<std::vector<std::uint32_t>> lies_on_;     ///< of each deck those before it
-  std::vector<std::vector<std::uint32_t>> crossed_by_;  ///< those after it, rails and roads
+  std::vector<std::vector<std::uint32_t>> crossed_by_;  ///< rails by roads, roads by rails
   std::vector<int> ranks_;                              ///< among those that it lies on
   std::vector<int> feet_ranks_;  ///< among those that it lies on, over or under
   std::int64_t num_pairs_ = 0;
