@@ -448,11 +448,13 @@ std::string SlurmCluster::command(const std::string& program,
   const auto found = find_daemon(program);
   if (!found) throw std::runtime_error(program + " is not installed");
   ProgramResult result = run_command(found->string(), arguments);
-  // On a busy machine the controller may be too late with its answer; asking changes nothing.
+  // On a busy machine the controller may be too late with its answer, or drop the connection; asking
+  // changes nothing.
   const bool only_asks = program == "squeue" || program == "sinfo";
   constexpr int kMostRepeats = 4;
   for (int repeat = 0; repeat < kMostRepeats && only_asks && result.status != 0 &&
-                       result.output.find("timed out") != std::string::npos;
+                       (result.output.find("timed out") != std::string::npos ||
+                        result.output.find("socket error") != std::string::npos);
        ++repeat)
     result = run_command(found->string(), arguments);
   if (result.status != 0)
