@@ -296,6 +296,21 @@ TEST(Models, TexturesComeWithTheirModelOrAreCounted) {
   expect_error(ErrorKind::Input, {"huge.jpg", "60000"}, [&] { read(with_jpeg); });
 }
 
+// Files of the working folder are named without one.
+TEST(Models, WhatIsNamedAndMissingIsNoWayOutOfTheFolder) {
+  ScratchFolder folder;
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  write_text(folder / "gone.obj", "mtllib gone.mtl\n" + corners);
+  write_text(folder / "other.obj", "mtllib library.mtl\n" + corners);
+  write_text(folder / "out.obj", "mtllib ../library.mtl\n" + corners);
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  for (const char* name : {"gone.obj", "other.obj", "./gone.obj"})
+    EXPECT_NO_THROW(read(name)) << name;
+  expect_error(ErrorKind::Input, {"leads out of the model's folder"}, [] { read("out.obj"); });
+  std::filesystem::current_path(before);
+}
+
 TEST(Models, BadFilesAreRefusedSayingWhy) {
   const ScratchFolder folder;
   const auto refuses = [&](const Cube& cube, const std::vector<std::string>& words) {

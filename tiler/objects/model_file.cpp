@@ -63,9 +63,10 @@ class ModelReader {
   }
 
   void read() {
-    const std::filesystem::path file = options_.file.resolved;
-    const std::filesystem::path folder =
-        file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+    // Of a relative path to what is not there, as a library of materials may be, nobody could say
+    // whether it leads out of the folder.
+    const std::filesystem::path file = std::filesystem::absolute(options_.file.resolved);
+    const std::filesystem::path folder = file.parent_path();
     std::string kind = file.extension().string();
     std::transform(kind.begin(), kind.end(), kind.begin(), [](char c) {
       return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
