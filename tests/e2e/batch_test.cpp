@@ -259,8 +259,7 @@ TEST(Batch, WorkersThatMeetANewerPlanEndAndTheNextGoOnWithIt) {
   while (!pool.has_ended()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   EXPECT_EQ(pool.status(), 75) << pool.output();
   EXPECT_THAT(pool.output(), HasSubstr("there is a newer plan; run the same command again"));
-  EXPECT_FALSE(fs::exists(job / "dataset/SHA256SUMS"));
-
+  // A worker that had not read its plan yet may have done all that is left, by the newer one.
   const auto run = run_program({"batch", "run", job.string(), "-q"});
   ASSERT_EQ(run.status, 0) << run.output;
   const fs::path fresh = scratch / "fresh";
