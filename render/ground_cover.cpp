@@ -427,8 +427,11 @@ void take_known_covers(const GroundPacket& g, const Climate& climate, Covers& c)
     const auto cover = static_cast<Cover>(g.cover[i]);
     if (cover == Cover::Land || cover == Cover::Sea || cover == Cover::Outside) continue;
     const auto if_it_is = [&](Cover one) { return cover == one ? 1.0f : 0.0f; };
+    // Nobody paves a slope of 15 degrees and more: what a town has there are gardens and thickets.
+    const float town = if_it_is(Cover::BuiltUp);
+    const float gardens = town * ramp(7.0f * (g.steepness[i] - 0.19f) + 0.35f * c.clump.value[i]);
     const float forest = if_it_is(Cover::Forest);
-    const float shrubs = if_it_is(Cover::Shrubs);
+    const float shrubs = if_it_is(Cover::Shrubs) + gardens;
     const float meadow = if_it_is(Cover::Grass);
     const float bare = if_it_is(Cover::Bare);
     // Where trees stand on the ground it is their floor that is seen; so far off that a tree is less
@@ -442,7 +445,7 @@ void take_known_covers(const GroundPacket& g, const Climate& climate, Covers& c)
     c.forest[i] = forest * crowns;
     c.floor[i] = forest * (1.0f - crowns);
     c.shrubs[i] = shrubs;
-    c.built[i] = if_it_is(Cover::BuiltUp);
+    c.built[i] = town - gardens;
     c.sand[i] *= bare;
     c.scree[i] *= bare + 0.5f * (meadow + shrubs);
     c.rock[i] *= bare + 0.7f * (meadow + shrubs + forest);

@@ -11,7 +11,7 @@ namespace terracast::render {
 namespace {
 
 /// One more when the same inputs give other bytes.
-constexpr int kRenderVersion = 13;
+constexpr int kRenderVersion = 14;
 
 void append_numbers(std::string& text, const double* values, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)

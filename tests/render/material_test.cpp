@@ -304,6 +304,43 @@ TEST(Ground, CragsSeenFromFarAreTheMeanOfThoseSeenFromNear) {
   }
 }
 
+// What a town has on slopes is not paved: it looks as thickets do there, and as nothing else of its own on level ground.
+TEST(Ground, TownsPaveNoSlopes) {
+  const Ground ground({.sea_level_m = 0.0, .has_sea = false});
+  const auto look_at = [&](world::Cover cover, std::uint64_t first, double slope) {
+    GroundPlaces places;
+    for (int i = 0; i < kLanes; ++i) {
+      world::SurfaceSample surface;
+      surface.spacing_m = 8.0;
+      surface.cover = cover;
+      surface.moisture = 0.2;
+      // As far out, "up" is not the plane's: the slope is small beside what decides.
+      Eigen::Vector3d point = 0.1 * random_place(first + static_cast<std::uint64_t>(i), 20e3);
+      places.set(i, point, Eigen::Vector3d(-slope, 0.0, 1.0).normalized(), surface, 0.1);
+    }
+    GroundPacket packet;
+    ground.set(places, packet);
+    GroundLook look;
+    ground.look(packet, look);
+    return look;
+  };
+  int num_equal_level = 0;
+  for (std::uint64_t first = 0; first < 800; first += kLanes) {
+    const auto red = [&](world::Cover cover, double slope) {
+      return look_at(cover, first, slope).albedo[0];
+    };
+    const Lanes<float> steep_town = red(world::Cover::BuiltUp, 0.8);
+    const Lanes<float> steep_thicket = red(world::Cover::Shrubs, 0.8);
+    const Lanes<float> level_town = red(world::Cover::BuiltUp, 0.02);
+    const Lanes<float> level_thicket = red(world::Cover::Shrubs, 0.02);
+    for (int i = 0; i < kLanes; ++i) {
+      EXPECT_EQ(steep_town[i], steep_thicket[i]);
+      num_equal_level += level_town[i] == level_thicket[i] ? 1 : 0;
+    }
+  }
+  EXPECT_LT(num_equal_level, 8);  // of 800: by chance
+}
+
 // Gullies gather snow where there is some: more of it than ribs of the same height.
 TEST(Ground, SnowLiesInGulliesBelowItsLineAndTheirClassSaysSo) {
   const Ground ground({.sea_level_m = 0.0, .has_sea = false, .snow_line_m = 2900.0});

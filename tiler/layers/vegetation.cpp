@@ -23,7 +23,7 @@ namespace terracast::tiler {
 namespace {
 
 /// Bumped when what stands where changes.
-constexpr int kVegetationVersion = 9;
+constexpr int kVegetationVersion = 10;
 
 class VegetationLayer final : public Layer {
  public:

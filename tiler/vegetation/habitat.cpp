@@ -196,7 +196,7 @@ Growth Habitat::growth(const Ground& ground, const Eigen::Vector2d& place_world)
       break;
     case Cover::BuiltUp:
       growth.trees = 0.2 * (0.3 + patches(place_world, 90.0, 9)) * lowland;
-      growth.bushes = 0.14;
+      growth.bushes = 0.14 + 0.5 * step_up(ground.slope, 0.2, 0.4);  // gardens and thickets
       growth.grass = 0.15;
       break;
     case Cover::Bare:
