@@ -136,8 +136,9 @@ struct RayQuery::Impl {
     const CutTile& tile = cut[tile_index];
     return core::with_context(
         [&] {
-          Tile loaded = store.load(tile.id);
-          if (is_without_water) drain(store.load_water_depth(tile.id), loaded);
+          Tile loaded =
+              store.load(tile.id, is_without_water ? WaterDepth::Read : WaterDepth::LeftOut);
+          if (is_without_water) drain(loaded);
           return std::make_unique<const TileScene>(device, std::move(loaded), tile.coarser_sides,
                                                    frame_shift_m, &rules);
         },

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace terracast::world {
 namespace {
@@ -25,7 +26,8 @@ constexpr double kBeyondSolid_m = 1e-6;
 
 }  // namespace
 
-void drain(const std::vector<std::int32_t>& depth_steps, Tile& tile) {
+void drain(Tile& tile) {
+  const std::vector<std::int32_t> depth_steps = std::exchange(tile.water_depth_steps, {});
   for (std::size_t i = 0; i < depth_steps.size(); ++i) {
     tile.height_steps[i] -= depth_steps[i];
     if (is_water(tile.cover[i])) tile.cover[i] = Cover::Seabed;

@@ -11,9 +11,9 @@
 /// What viewers in water see: its bed, and its surface from below.
 namespace terracast::world {
 
-/// Lowers the ground of a tile to the bed of its waters.
-/// depth_steps   as TileStore::load_water_depth() has it
-void drain(const std::vector<std::int32_t>& depth_steps, Tile& tile);
+/// Lowers the ground of a tile to the bed of its waters, and takes their depth from it.
+/// tile   read with WaterDepth::Read
+void drain(Tile& tile);
 
 /// Ends rays that leave the water at its surface.
 /// whole      of the world with its water

@@ -11,6 +11,9 @@
 /// source    Posidonia oceanica grows from about a metre below the surface down to where a tenth of the
 ///           light is left (Duarte 1991, "Seagrass depth limits", Aquatic Botany 40): here it fades from
 ///           26 to 38 m
+/// versions  no hash holds what decides here: who changes it raises kVegetationVersion
+///           (tiler/layers/vegetation.cpp) and kRenderVersion (render/input_hash.cpp), both, or worlds
+///           keep the plants and captures the paint of before
 /// threads   safe
 namespace terracast::world::sea_bed {
 

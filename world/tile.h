@@ -37,6 +37,10 @@ constexpr bool is_water(Cover cover) {
   return cover == Cover::Sea || cover == Cover::Lake || cover == Cover::River;
 }
 
+/// Whether tiles are read with Tile::water_depth_steps. Most rays do not need them: the surface of
+/// water is opaque for them.
+enum class WaterDepth : std::uint8_t { LeftOut, Read };
+
 /// How far a tile's centre may be from the middle between its lowest and highest sample.
 constexpr double kCenterReach_m = 1.0;
 
@@ -53,8 +57,8 @@ struct Tile {
   std::vector<std::uint8_t> moisture;  ///< 0 dry ridge … 255 wet valley floor
   std::vector<std::uint8_t> source;    ///< row of WorldManifest::sources that gave the height
   /// Of the bed of the sea, of a lake or of a river below the sample, downward in the world's frame, in
-  /// steps of kHeightStep_m; 0 on land, empty where the tile has no water. Written with a tile, but not
-  /// read with it: decode_water_depth().
+  /// steps of kHeightStep_m; 0 on land, empty where the tile has no water. Written with a tile, but
+  /// read with it only where that is asked for (WaterDepth::Read).
   std::vector<std::int32_t> water_depth_steps;
   TileObjects objects;
   /// Nothing of the objects reaches higher above center_z_m, in steps of kHeightStep_m.

@@ -226,8 +226,8 @@ std::vector<std::byte> encode_tile(const Tile& tile) {
   return bytes;
 }
 
-Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected,
-                 const std::string& file) {
+Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected, const std::string& file,
+                 WaterDepth depth) {
   const Header header = read_header(bytes, expected, file);
   std::span<const std::byte> rest = bytes.subspan(sizeof header);
   const auto next_layer = [&](std::size_t layer, std::size_t num_bytes) {
@@ -267,6 +267,11 @@ Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected,
     const std::span<const std::byte> deflated = bytes.last(header.layer_bytes[kObjectsLayer]);
     tile.objects = objects_from_bytes(inflated(deflated, header.objects_bytes, file), file);
   }
+  if (depth == WaterDepth::Read && header.layer_bytes[kWaterDepthLayer] != 0) {
+    tile.water_depth_steps = heights_from_planes(next_layer(kWaterDepthLayer, 4 * kNumSamples));
+    if (!are_depths(tile.water_depth_steps))
+      fail(ErrorKind::Input, "{}: depths of water that are none; tile the world again", file);
+  }
   return tile;
 }
 
@@ -275,19 +280,6 @@ std::size_t objects_bytes_of(std::span<const std::byte> bytes) {
   TERRACAST_CHECK(bytes.size() >= sizeof header, "{} bytes of a tile", bytes.size());
   std::memcpy(&header, bytes.data(), sizeof header);
   return header.objects_bytes;
-}
-
-std::vector<std::int32_t> decode_water_depth(std::span<const std::byte> bytes, const TileId& expected,
-                                           const std::string& file) {
-  const Header header = read_header(bytes, expected, file);
-  const std::uint32_t layer_bytes = header.layer_bytes[kWaterDepthLayer];
-  if (layer_bytes == 0) return {};
-  std::vector<std::int32_t> steps = heights_from_planes(
-      inflated(bytes.last(layer_bytes + header.layer_bytes[kObjectsLayer]).first(layer_bytes),
-               4 * kNumSamples, file));
-  if (!are_depths(steps))
-    fail(ErrorKind::Input, "{}: depths of water that are none; tile the world again", file);
-  return steps;
 }
 
 }  // namespace terracast::world

@@ -18,16 +18,11 @@ std::vector<std::byte> encode_tile(const Tile& tile);
 
 /// throws Input: not a tile, another version, another address than `expected`, a wrong checksum,
 /// sizes that do not
-///        fit; names `file` and what to do (tile again)
-Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected, const std::string& file);
+///        fit, depths that are none; names `file` and what to do (tile again)
+Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected, const std::string& file,
+                 WaterDepth depth = WaterDepth::LeftOut);
 
 /// How many bytes a tile's objects are when they are inflated, as the header of a whole tile has it.
 std::size_t objects_bytes_of(std::span<const std::byte> bytes);
-
-/// The tile's Tile::water_depth_steps; empty where it has none. Most rays do not need them: the
-/// surface of water is opaque for them.
-/// throws   Input: as decode_tile(); depths that are none
-std::vector<std::int32_t> decode_water_depth(std::span<const std::byte> bytes, const TileId& expected,
-                                           const std::string& file);
 
 }  // namespace terracast::world

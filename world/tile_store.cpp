@@ -378,26 +378,17 @@ const TileInfo& TileStore::listed(const TileId& id) const {
   return *info;
 }
 
-Tile TileStore::load(const TileId& id) const {
+Tile TileStore::load(const TileId& id, WaterDepth depth) const {
   const TileInfo& info = listed(id);
   const std::filesystem::path file = tile_path(folder_, id);
   const std::vector<std::byte> bytes = core::read_file(file, kMaxTileBytes);
-  Tile tile = decode_tile(bytes, id, file.string());
+  Tile tile = decode_tile(bytes, id, file.string(), depth);
   if (bytes.size() != info.num_bytes || core::content_hash(bytes) != info.content_hash ||
       objects_bytes_of(bytes) != info.objects_bytes ||
       tile.lowest_z_world() != info.lowest_z_world ||
       tile.highest_z_world() != info.highest_z_world)
     fail_not_listed(file, info);
   return tile;
-}
-
-std::vector<std::int32_t> TileStore::load_water_depth(const TileId& id) const {
-  const TileInfo& info = listed(id);
-  const std::filesystem::path file = tile_path(folder_, id);
-  const std::vector<std::byte> bytes = core::read_file(file, kMaxTileBytes);
-  std::vector<std::int32_t> depth_steps = decode_water_depth(bytes, id, file.string());
-  if (core::content_hash(bytes) != info.content_hash) fail_not_listed(file, info);
-  return depth_steps;
 }
 
 Prototype TileStore::load_prototype(std::size_t row) const {

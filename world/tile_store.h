@@ -127,7 +127,7 @@ class TileStore {
 
   /// Reads a tile and checks it.
   /// throws Input: damaged (a flipped bit is found) or not the manifest's; Io
-  Tile load(const TileId& id) const;
+  Tile load(const TileId& id, WaterDepth depth = WaterDepth::LeftOut) const;
 
   /// Reads a prototype and checks it.
   /// row      of WorldManifest::prototypes
@@ -153,10 +153,6 @@ class TileStore {
   /// Reads the world's ways and checks them; without any, none.
   /// throws as load()
   WayNetwork load_ways() const;
-
-  /// The depth of water in a tile (Tile::water_depth_steps); empty where it has none.
-  /// throws as load()
-  std::vector<std::int32_t> load_water_depth(const TileId& id) const;
 
  private:
   const TileInfo& listed(const TileId& id) const;

@@ -242,8 +242,9 @@ TEST(Sea, KeepsItsFloorInTheTile) {
   ASSERT_EQ(tile.water_depth_steps.size(), tile.cover.size());
   world::write_tile(folder.path(), tile);
   const auto bytes = world::encode_tile(tile);
-  EXPECT_EQ(world::decode_water_depth(bytes, id, "a.tile"), tile.water_depth_steps);
-  // A loaded tile does not hold it: rays end at the surface.
+  EXPECT_EQ(world::decode_tile(bytes, id, "a.tile", world::WaterDepth::Read).water_depth_steps,
+            tile.water_depth_steps);
+  // It is not read where nobody asks for it: rays end at the surface.
   EXPECT_TRUE(world::decode_tile(bytes, id, "a.tile").water_depth_steps.empty());
   for (const int i : {16, 100, 200}) {
     const double x = id.corner_world().x() + i * id.spacing_m();
@@ -254,7 +255,9 @@ TEST(Sea, KeepsItsFloorInTheTile) {
   // Land brings no layer at all.
   const world::Tile land = build_tile(*surface, {2, -3, 0});
   EXPECT_TRUE(land.water_depth_steps.empty());
-  EXPECT_TRUE(world::decode_water_depth(world::encode_tile(land), land.id, "b.tile").empty());
+  EXPECT_EQ(
+      world::decode_tile(world::encode_tile(land), land.id, "b.tile", world::WaterDepth::Read),
+      land);
 }
 
 TEST(RealData, MonacoHasItsSeaAndItsMountains) {

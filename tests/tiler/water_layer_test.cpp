@@ -381,7 +381,7 @@ TEST(Water, TilesAreTheSameForAnyOrderOfFeatures) {
       EXPECT_EQ(tile.water_depth_steps[i] > 0,
                 tile.cover[i] == Cover::Lake || tile.cover[i] == Cover::River);
     const auto bytes = world::encode_tile(tile);
-    EXPECT_EQ(world::decode_water_depth(bytes, id, "a.tile"), tile.water_depth_steps);
+    EXPECT_EQ(world::decode_tile(bytes, id, "a.tile", world::WaterDepth::Read), tile);
   }
   // The stream is too narrow for the terrain: it is painted.
   const world::Tile tile = build_tile(*a, {0, -1, 0});

@@ -70,7 +70,22 @@ TEST(TileFile, RoundTripsEveryLayer) {
   tile.height_steps[1] = -(1 << 23);
   const std::vector<std::byte> bytes = encode_tile(tile);
   EXPECT_EQ(decode_tile(bytes, tile.id, "a.tile"), tile);
+  EXPECT_EQ(decode_tile(bytes, tile.id, "a.tile", WaterDepth::Read), tile);
   EXPECT_EQ(encode_tile(tile), bytes);
+}
+
+/// With what lies behind them in the file.
+TEST(TileFile, BringsDepthsOfWaterWhereTheyAreAskedFor) {
+  Tile tile = test::make_tile({1, -3, 2}, test::mountain_height_m);
+  for (std::size_t i = 0; i < tile.height_steps.size(); ++i)
+    tile.water_depth_steps.push_back(static_cast<std::int32_t>(i % 5000));
+  tile.water_depth_steps[9] = 2 << 23;
+  tile.objects.instances.emplace_back();
+  const std::vector<std::byte> bytes = encode_tile(tile);
+  EXPECT_EQ(decode_tile(bytes, tile.id, "a.tile", WaterDepth::Read), tile);
+  Tile without = tile;
+  without.water_depth_steps.clear();
+  EXPECT_EQ(decode_tile(bytes, tile.id, "a.tile"), without);
 }
 
 TEST(TileFile, RefusesHeightsThatFloatsDoNotHold) {
@@ -126,6 +141,7 @@ TEST(TileStore, ReadsWhatWasWritten) {
   ASSERT_NE(store.find(id), nullptr);
   EXPECT_EQ(store.find({2, 5, 5}), nullptr);
   EXPECT_EQ(store.load(id), test::make_tile(id, ramp_m));
+  EXPECT_EQ(store.load(id, WaterDepth::Read), test::make_tile(id, ramp_m));
   EXPECT_EQ(store.find(id)->box_world().min(), Eigen::Vector3d(-1024.0, 0.0, -284.0));
   EXPECT_EQ(store.find(id)->box_world().max(), Eigen::Vector3d(0.0, 1024.0, 100.0));
   EXPECT_EQ(inspect_tile(folder / "world", id)->content_hash, store.find(id)->content_hash);

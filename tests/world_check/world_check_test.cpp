@@ -3,8 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <optional>
 #include <set>
+#include <string>
 
 #include "core/log.h"
 #include "core/parallel.h"
@@ -50,14 +55,13 @@ class WorldCheck : public testing::Test {
   using Edit = std::function<void(world::Tile& south_west, world::Tile& south_east,
                                   world::Prototype& prototype)>;
 
-  WorldFaults check(const Edit& edit, int num_threads = 1) {
-    const test::ScratchFolder folder;
+  world::TileStore make(const std::filesystem::path& folder, const Edit& edit) {
     test::TinyWorldOptions options;
     options.cover = [](double x_world, double) {
       return x_world > 800.0 ? world::Cover::Lake : world::Cover::Land;
     };
     const world::TileStore empty = test::make_tiny_world(
-        folder / "world", [](double, double) { return kGround_m; }, options);
+        folder, [](double, double) { return kGround_m; }, options);
     world::WorldManifest manifest = empty.manifest();
     for (const char* kind : {"buildings", "vegetation", "roads"}) {
       world::LayerInfo layer;
@@ -74,7 +78,7 @@ class WorldCheck : public testing::Test {
     west.objects.instances.push_back(plant(100, -200, -200));
     east.objects.strips.push_back(road(100, 400, -200));
     edit(west, east, prototype);
-    manifest.prototypes = {world::write_prototype(folder / "world", 0, prototype)};
+    manifest.prototypes = {world::write_prototype(folder, 0, prototype)};
     for (world::Tile* tile : {&west, &east}) {
       tile->water_depth_steps.clear();
       for (const world::Cover cover : tile->cover)
@@ -82,12 +86,17 @@ class WorldCheck : public testing::Test {
       tile->objects_top_steps = 100 * kSteps;
       const auto info = std::find_if(manifest.tiles.begin(), manifest.tiles.end(),
                                      [&](const auto& one) { return one.id == tile->id; });
-      *info = world::write_tile(folder / "world", *tile);
+      *info = world::write_tile(folder, *tile);
     }
-    world::write_manifest(folder / "world", manifest);
+    world::write_manifest(folder, manifest);
+    return world::TileStore::open(folder);
+  }
+
+  WorldFaults check(const Edit& edit, int num_threads = 1) {
+    const test::ScratchFolder folder;
+    const world::TileStore store = make(folder / "world", edit);
     const core::Log log("test", core::LogLevel::Off);
     const core::ThreadLimit threads(num_threads);
-    const world::TileStore store = world::TileStore::open(folder / "world");
     table_ = table_of(check_world(store, {.log = log}), store.manifest());
     return check_world(store, {.log = log});
   }
@@ -437,6 +446,30 @@ TEST_F(WorldCheck, SaysTheSameWithAnyNumberOfThreads) {
   const std::string one = table_;
   check(edit, 2);
   EXPECT_EQ(table_, one);
+}
+
+/// That this process has read so far; nothing where the system does not tell.
+std::optional<std::uint64_t> num_bytes_read() {
+  std::ifstream file("/proc/self/io");
+  std::string name;
+  std::uint64_t value = 0;
+  while (file >> name >> value)
+    if (name == "rchar:") return value;
+  return std::nullopt;
+}
+
+TEST_F(WorldCheck, ReadsEachFileOnce) {
+  if (!num_bytes_read()) GTEST_SKIP() << "/proc/self/io does not tell what is read";
+  const test::ScratchFolder folder;
+  const world::TileStore store = make(folder / "world", [](auto&, auto&, auto&) {});
+  std::uint64_t num_bytes = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "world"))
+    if (entry.is_regular_file()) num_bytes += entry.file_size();
+  const core::Log log("test", core::LogLevel::Off);
+  const std::uint64_t before = *num_bytes_read();
+  check_world(store, {.log = log});
+  // The store's manifest was read before; counting reads some hundred bytes itself.
+  EXPECT_LE(*num_bytes_read() - before, num_bytes);
 }
 
 }  // namespace

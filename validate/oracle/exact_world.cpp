@@ -238,7 +238,9 @@ struct ExactWorld::Impl {
 
   std::shared_ptr<LoadedTile> load(std::uint32_t leaf_index) const {
     const Leaf& leaf = leaves_[leaf_index];
-    const world::Tile tile = world_.store().load({leaf.key.level, leaf.key.x, leaf.key.y});
+    const world::Tile tile = world_.store().load(
+        {leaf.key.level, leaf.key.x, leaf.key.y},
+        sheet_ == Sheet::Bed ? world::WaterDepth::Read : world::WaterDepth::LeftOut);
     auto loaded = std::make_shared<LoadedTile>();
     TileSurface& surface = loaded->surface;
     surface.key = leaf.key;
@@ -249,7 +251,7 @@ struct ExactWorld::Impl {
     std::vector<std::int32_t> steps = tile.height_steps;
     surface.grounds.reserve(tile.cover.size());
     for (const world::Cover cover : tile.cover) surface.grounds.push_back(ground_of(cover));
-    if (sheet_ == Sheet::Bed) drain(leaf.key, steps, surface.grounds);
+    drain(tile.water_depth_steps, steps, surface.grounds);
     stitch(steps, leaf.neighbour_levels, surface.half_steps);
     find_block_heights(*loaded);
     loaded->num_bytes = sizeof(LoadedTile) + surface.half_steps.size() * sizeof(std::int32_t) +
@@ -269,13 +271,11 @@ struct ExactWorld::Impl {
   }
 
   /// Lowers the heights of a tile to the bed of its waters.
-  void drain(const TileKey& key, std::vector<std::int32_t>& steps,
-             std::vector<Ground>& grounds) const {
-    const std::vector<std::int32_t> depths =
-        world_.store().load_water_depth({key.level, key.x, key.y});
-    if (depths.empty()) return;
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-      steps[i] -= depths.at(i);
+  /// depths   empty: it has none, or is seen with them
+  static void drain(const std::vector<std::int32_t>& depths, std::vector<std::int32_t>& steps,
+                    std::vector<Ground>& grounds) {
+    for (std::size_t i = 0; i < depths.size(); ++i) {
+      steps[i] -= depths[i];
       if (is_water(grounds[i])) grounds[i] = Ground::Seabed;
     }
   }

@@ -203,8 +203,7 @@ void find_reaches(const world::TileStore& store, const world::TileId& id, const 
 TileFacts look_at(const world::TileStore& store, const std::vector<PrototypeSize>& sizes,
                   std::uint32_t row) {
   const world::WorldManifest& manifest = store.manifest();
-  world::Tile tile = store.load(manifest.tiles[row].id);
-  tile.water_depth_steps = store.load_water_depth(tile.id);
+  const world::Tile tile = store.load(manifest.tiles[row].id, world::WaterDepth::Read);
   TileFacts facts;
   for (const world::Solid& solid : tile.objects.solids) {
     const int own = tile.id.level;
