@@ -133,6 +133,51 @@ TEST(JoinedDecks, ThatAreLongAreHeldAgainstWhatIsNear) {
   EXPECT_LT(over.num_segments(), 2LL * kNum * 2 * 3 * 30);
   EXPECT_GT(over.num_segments(), kNum);
   EXPECT_EQ(over.lowered(1).feet_lowered_m, tiler::JoinedDecks::kLower_m);
+  EXPECT_EQ(over.num_tangled(), 0);
+}
+
+/// A line that goes to and fro across a square.
+Deck scribble(std::uint64_t key, const Vector2d& corner, double level_m, int num_points) {
+  constexpr double kSide_m = 40.0;
+  Deck made;
+  made.feature = made.key = key;
+  made.style.half_width_m = 2.0;
+  made.style.num_lanes = 2;
+  made.style.marking = world::Marking::Lanes;
+  for (int k = 0; k < num_points; ++k) {
+    const double aside_m = 2.0 * k / num_points;
+    const Vector2d at =
+        corner + (k % 2 == 0 ? Vector2d(aside_m, 0.0) : Vector2d(kSide_m + aside_m, kSide_m));
+    const double along_m =
+        k == 0 ? 0.0 : made.points.back().along_m + (at - made.points.back().at_world).norm();
+    made.points.push_back({at, {0.6, 0.8}, along_m, level_m});
+  }
+  return made;
+}
+
+/// Scribbles whose boxes all lie over each other: segments are counted, not timed. To hold each place
+/// against each segment would be hundreds of millions of them.
+TEST(JoinedDecks, ThatAreScribbledAreTakenToLieOnEachOther) {
+  constexpr int kNum = 2000;
+  // Side by side, 20 m apart; over each other, far apart.
+  for (const auto& [aside_m, level_m] : {std::pair(28.0, 20.0), std::pair(0.0, 12.0)}) {
+    const std::vector<Deck> decks = {scribble(1, {0, 0}, 20.0, kNum),
+                                     scribble(2, {aside_m, 0}, level_m, kNum)};
+    const tiler::JoinedDecks joined(decks);
+    EXPECT_LE(joined.num_segments(), 1'000'000) << aside_m;
+    EXPECT_EQ(joined.num_tangled(), 1) << aside_m;
+    EXPECT_NEAR(decks[1].points[0].level_m - joined.lowered(1).points[0].level_m,
+                tiler::JoinedDecks::kLower_m, 1e-9);
+    EXPECT_EQ(joined.lowered(0).points[0].level_m, 20.0);
+    EXPECT_TRUE(joined.is_without_marks(1, {30.0, 20.0}, level_m));
+    EXPECT_FALSE(joined.is_without_marks(0, {30.0, 20.0}, 20.0));
+  }
+  // What is near a few of them is not.
+  const std::vector<Deck> decks = {scribble(1, {0, 0}, 20.0, 400), scribble(2, {28, 0}, 20.0, 400)};
+  const tiler::JoinedDecks joined(decks);
+  EXPECT_EQ(joined.num_tangled(), 0);
+  EXPECT_EQ(joined.lowered(1).points[0].level_m, 20.0);
+  EXPECT_FALSE(joined.is_without_marks(1, {30.0, 20.0}, 20.0));
 }
 
 // Seen in November 2026 in Alpine (E -2885 N -8736): supports of a bridge stood where one below it

@@ -37,7 +37,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 10;
+constexpr int kRoadsVersion = 11;
 constexpr double kPierAbove_m = 1.3;
 constexpr double kPierBelow_m = 8.0;
 
@@ -101,7 +101,7 @@ class RoadsLayer final : public Layer, public DryCover {
     lower_at_border(decks, half_size_m);
     const auto num_bridges = static_cast<std::int64_t>(decks.size());
     const std::int64_t num_piers = add_piers(sorted.piers, half_size_m, decks);
-    build_decks(decks, inputs);
+    const std::int64_t num_tangled = build_decks(decks, inputs);
     paint_.index();
     hold(paths, on_land);
     for (const std::vector<PointsWorld>& rings : sorted.airfields) airfields_.add_area(rings);
@@ -137,6 +137,8 @@ class RoadsLayer final : public Layer, public DryCover {
     put("ways thinned", counts.num_thinned + more.num_thinned);
     put("ways cut at the square", counts.num_outside + more.num_outside);
     put("widths and lanes repaired", sorted.num_repaired);
+    if (num_tangled > 0)
+      put("pairs of bridges too tangled to tell where they lie on each other", num_tangled);
   }
 
   world::LayerInfo info() const override { return info_; }
@@ -343,7 +345,8 @@ class RoadsLayer final : public Layer, public DryCover {
     built_.push_back(std::move(built));
   }
 
-  void build_decks(const std::vector<Deck>& decks, const LayerInputs& inputs) {
+  /// returns   JoinedDecks::num_tangled()
+  std::int64_t build_decks(const std::vector<Deck>& decks, const LayerInputs& inputs) {
     const DeckSite site{
         .frame = inputs.frame,
         .ground_level_m = [this](const Vector2d& at) { return finished_level_m(at); },
@@ -365,6 +368,7 @@ class RoadsLayer final : public Layer, public DryCover {
     const std::vector<std::uint32_t> ids = inputs.ids.assign("bridges", keys);
     for (std::size_t k = 0; k < decks.size(); ++k)
       if (!solids[k].levels.empty()) keep(std::move(solids[k]), ids[k]);
+    return joined.num_tangled();
   }
 
   void hold(const RoadNetwork& paths, const std::vector<PaintedArea>& areas) {

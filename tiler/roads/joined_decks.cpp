@@ -78,11 +78,17 @@ struct Placed {
   const SegmentBoxes& segments;
 };
 
-/// Where any of a deck, its middle or its sides, lies on another: whether any such place is it.
+/// What a pair of decks took.
+struct Looks {
+  std::int64_t num_segments = 0;  ///< of the one that were held against places of the other
+  bool are_too_many = false;      ///< SegmentBoxes::Found::TooMany
+};
+
+/// Where any of a deck, its middle or its sides, lies on another: whether any such place is it; so
+/// it is taken to be where too many segments are near.
 /// is_it   of the segments of the one and of the other
-/// num     segments of the other that were looked at are added
 template <class IsIt>
-bool touches(const Deck& deck, const Placed& other, double one_level_m, std::int64_t& num,
+bool touches(const Deck& deck, const Placed& other, double one_level_m, Looks& looks,
              const IsIt& is_it) {
   constexpr double kStep_m = 1.0;
   for (std::size_t k = 0; k + 1 < deck.points.size(); ++k) {
@@ -97,31 +103,33 @@ bool touches(const Deck& deck, const Placed& other, double one_level_m, std::int
         const Place place{a.at_world + t * along + side * deck.style.half_width_m * left,
                           a.level_m + t * (b.level_m - a.level_m)};
         const auto is_there = [&](std::size_t segment) {
-          ++num;
+          ++looks.num_segments;
           return lies_on_segment(other.deck, segment, place, kBesideParapets_m, one_level_m) &&
                  is_it(k, segment);
         };
-        if (other.segments.any(place.at_world, reach_m(other.deck, kBesideParapets_m), is_there))
-          return true;
+        const SegmentBoxes::Found found =
+            other.segments.any(place.at_world, reach_m(other.deck, kBesideParapets_m), is_there);
+        looks.are_too_many |= found == SegmentBoxes::Found::TooMany;
+        if (found != SegmentBoxes::Found::No) return true;
       }
   }
   return false;
 }
 
-bool meet(const Placed& one, const Placed& other, double one_level_m, std::int64_t& num) {
+bool meet(const Placed& one, const Placed& other, double one_level_m, Looks& looks) {
   const auto anywhere = [](std::size_t, std::size_t) { return true; };
-  return touches(one.deck, other, one_level_m, num, anywhere) ||
-         touches(other.deck, one, one_level_m, num, anywhere);
+  return touches(one.deck, other, one_level_m, looks, anywhere) ||
+         touches(other.deck, one, one_level_m, looks, anywhere);
 }
 
 /// Of decks that meet at one level: rails cross a road, at an angle wherever they meet. Along a
 /// road's bridge rails may run, as trams do.
-bool is_level_crossing(const Placed& one, const Placed& other, std::int64_t& num) {
+bool is_level_crossing(const Placed& one, const Placed& other, Looks& looks) {
   if ((one.deck.style.use == WayUse::Railway) == (other.deck.style.use == WayUse::Railway))
     return false;
   const double along_cosine = std::cos(kLeastCrossing_rad);
   const auto runs_along = [&](const Deck& deck, const Placed& on) {
-    return touches(deck, on, kOneLevel_m, num, [&](std::size_t own, std::size_t others) {
+    return touches(deck, on, kOneLevel_m, looks, [&](std::size_t own, std::size_t others) {
       return std::abs(direction_of(deck, own).dot(direction_of(on.deck, others))) > along_cosine;
     });
   };
@@ -180,15 +188,20 @@ JoinedDecks::JoinedDecks(const std::vector<Deck>& decks)
       constexpr double kAnyLevel_m = std::numeric_limits<double>::infinity();
       const Placed own{deck, segments_[rows[place]]};
       const Placed others{decks[other], segments_[other]};
-      if (!meet(own, others, kAnyLevel_m, num_segments_)) return true;
-      taken_by_feet.take(feet_ranks_[other]);
-      if (!meet(own, others, kOneLevel_m, num_segments_)) return true;
-      lies_on_[rows[place]].push_back(static_cast<std::uint32_t>(other));
-      if (crossed_by_[other].size() < kMostMet && is_level_crossing(own, others, num_segments_)) {
-        crossed_by_[other].push_back(static_cast<std::uint32_t>(rows[place]));
-        crossed_by_[rows[place]].push_back(static_cast<std::uint32_t>(other));
+      Looks looks;
+      if (meet(own, others, kAnyLevel_m, looks)) {
+        taken_by_feet.take(feet_ranks_[other]);
+        if (meet(own, others, kOneLevel_m, looks)) {
+          lies_on_[rows[place]].push_back(static_cast<std::uint32_t>(other));
+          if (crossed_by_[other].size() < kMostMet && is_level_crossing(own, others, looks)) {
+            crossed_by_[other].push_back(static_cast<std::uint32_t>(rows[place]));
+            crossed_by_[rows[place]].push_back(static_cast<std::uint32_t>(other));
+          }
+          taken.take(ranks_[other]);
+        }
       }
-      taken.take(ranks_[other]);
+      num_segments_ += looks.num_segments;
+      num_tangled_ += looks.are_too_many ? 1 : 0;
       return true;
     };
     index.visit(lowest, highest, place, look_at);
@@ -209,9 +222,11 @@ bool JoinedDecks::is_without_marks(std::size_t row, const Vector2d& at_world,
   const auto lies_on_any = [&](const std::vector<std::uint32_t>& others, double beside_m) {
     return std::any_of(others.begin(), others.end(), [&](std::uint32_t other) {
       const Deck& deck = decks_[other];
-      return segments_[other].any(at_world, reach_m(deck, beside_m), [&](std::size_t segment) {
+      const auto is_there = [&](std::size_t segment) {
         return lies_on_segment(deck, segment, {at_world, level_m}, beside_m, kOneLevel_m);
-      });
+      };
+      return segments_[other].any(at_world, reach_m(deck, beside_m), is_there) !=
+             SegmentBoxes::Found::No;
     });
   };
   // Where decks cross whose slopes differ, lines keep off what bears the parapets, too.

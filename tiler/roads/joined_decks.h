@@ -21,9 +21,10 @@ namespace terracast::tiler {
 ///           the least lowered of more than kMostRank is as low as another; of those that go before
 ///           a deck the first kMostMet whose boxes meet its own are looked at, and of those after
 ///           it that are level crossings the first kMostMet: where decks crowd, faces in one plane
-///           may stay
+///           may stay; where more of a deck is near a place than SegmentBoxes looks at, as where it
+///           is scribbled, it is taken to lie there
 /// cost      the length of decks whose boxes meet, times segments that are near each other, and the
-///           logarithm of all of a deck's
+///           logarithm of all of a deck's: SegmentBoxes::kMostBoxes at most
 /// threads   safe
 class JoinedDecks {
  public:
@@ -44,6 +45,8 @@ class JoinedDecks {
   std::int64_t num_pairs() const { return num_pairs_; }
   /// Segments that were held against places of other decks.
   std::int64_t num_segments() const { return num_segments_; }
+  /// Pairs of decks that were taken to lie on each other somewhere: too much of one was near.
+  std::int64_t num_tangled() const { return num_tangled_; }
 
  private:
   const std::vector<Deck>& decks_;
@@ -54,6 +57,7 @@ class JoinedDecks {
   std::vector<int> feet_ranks_;  ///< among those that it lies on, over or under
   std::int64_t num_pairs_ = 0;
   std::int64_t num_segments_ = 0;
+  std::int64_t num_tangled_ = 0;
 };
 
 }  // namespace terracast::tiler
