@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "core/parallel.h"
@@ -256,6 +257,36 @@ TEST(VegetationSpecies, SeenAreaIsThatOfAClosedForm) {
                           5.0;
   // Cells of 3 / 160 m, and an outline of some 8 m.
   EXPECT_NEAR(tiler::seen_area_m2(box), expected, 0.03);
+}
+
+TEST(VegetationSpecies, FeetAreSpreadEvenlyOverTheirDisc) {
+  constexpr int kCount = 200;
+  constexpr double kReach_m = 3.0, kSunk_m = 0.25, kAstray_rad = 0.3;
+  const double golden_rad = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  for (const double astray_rad : {0.0, kAstray_rad}) {
+    tiler::Draws draws(7);
+    double farthest_astray_rad = 0.0;
+    for (int k = 0; k < kCount; ++k) {
+      const tiler::Foot foot = tiler::spread_foot(k, kCount, kReach_m, kSunk_m, astray_rad, draws);
+      EXPECT_EQ(foot.place_m.z(), -kSunk_m);
+      // Of sines and cosines: 1e-12 of the reach is far more than they round by.
+      EXPECT_NEAR(foot.place_m.head<2>().norm(), foot.out_m, 1e-12);
+      // Rings of one area hold one foot each.
+      const double share = foot.out_m * foot.out_m / (kReach_m * kReach_m);
+      EXPECT_GE(share * kCount, k - 1e-9);
+      EXPECT_LE(share * kCount, k + 1 + 1e-9);
+      farthest_astray_rad = std::max(
+          farthest_astray_rad,
+          std::abs(std::remainder(std::atan2(foot.place_m.y(), foot.place_m.x()) - k * golden_rad,
+                                  2.0 * std::numbers::pi)));
+    }
+    EXPECT_LE(farthest_astray_rad, astray_rad + 1e-12);  // doubles of 480 rad are 6e-14 apart
+    EXPECT_GE(farthest_astray_rad, 0.9 * astray_rad);    // of 200 draws
+    // One draw a foot, and one more where it goes astray.
+    tiler::Draws others(7);
+    for (int i = 0; i < (astray_rad > 0.0 ? 2 : 1) * kCount; ++i) others.unit();
+    EXPECT_EQ(draws.unit(), others.unit());
+  }
 }
 
 TEST(VegetationSpecies, VarietiesDifferAndGrowTheSameEveryTime) {

@@ -13,6 +13,13 @@ Eigen::Vector3d Draws::direction() {
   return {r * std::cos(angle_rad), r * std::sin(angle_rad), z};
 }
 
+Foot spread_foot(int k, int count, double reach_m, double sunk_m, double astray_rad, Draws& draws) {
+  const double out_m = reach_m * std::sqrt((k + draws.unit()) / count);
+  double angle_rad = k * kGoldenAngle_rad;
+  if (astray_rad > 0.0) angle_rad += draws.about(0.0, astray_rad);
+  return {out_m, {out_m * std::cos(angle_rad), out_m * std::sin(angle_rad), -sunk_m}};
+}
+
 Eigen::Vector3d across(const Eigen::Vector3d& direction) {
   const Eigen::Vector3d helper =
       std::abs(direction.z()) < 0.9 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX();

@@ -74,6 +74,19 @@ class Draws {
   std::uint64_t index_ = 0;
 };
 
+/// By which what grows round a middle goes on from one to the next (Vogel 1979).
+inline constexpr double kGoldenAngle_rad = 2.399963229728653;
+
+/// Where one of many stalks or tufts stands, z up from the plant's foot.
+struct Foot {
+  double out_m = 0.0;  ///< from the middle
+  Eigen::Vector3d place_m = Eigen::Vector3d::Zero();
+};
+
+/// The k-th of `count` feet that are spread evenly over a disc, from its middle outward.
+/// astray_rad   most that it stands beside its golden angle; 0: there, and nothing is drawn for it
+Foot spread_foot(int k, int count, double reach_m, double sunk_m, double astray_rad, Draws& draws);
+
 /// Any direction across another one; both of length 1.
 Eigen::Vector3d across(const Eigen::Vector3d& direction);
 

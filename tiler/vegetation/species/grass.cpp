@@ -22,10 +22,8 @@ Plant grow(std::uint64_t seed) {
   meadow.finishes = {plant_blades({92, 112, 50}), plant_blades({108, 124, 58}),
                      plant_blades({132, 130, 72})};
   for (int k = 0; k < kNumTufts; ++k) {
-    const double r = kReach_m * std::sqrt((k + draws.unit()) / kNumTufts);
-    const double angle_rad = k * 2.399963229728653 + draws.about(0.0, 0.3);
-    const Vector3d foot(r * std::cos(angle_rad), r * std::sin(angle_rad), -0.12);
-    const double height_m = draws.between(0.22, 0.55) * (1.15 - 0.35 * r / kReach_m);
+    const auto [out_m, foot] = spread_foot(k, kNumTufts, kReach_m, 0.12, 0.3, draws);
+    const double height_m = draws.between(0.22, 0.55) * (1.15 - 0.35 * out_m / kReach_m);
     for (int i = 0; i < kNumBlades; ++i) {
       const double heading_rad = draws.between(0.0, 2.0 * std::numbers::pi);
       const Vector3d out(std::cos(heading_rad), std::sin(heading_rad), 0.0);

@@ -16,7 +16,6 @@ using Eigen::Vector3d;
 constexpr int kNumFronds = 34;
 constexpr int kNumSegments = 6;
 constexpr int kNumLeaflets = 26;  ///< on each side
-constexpr double kGoldenAngle_rad = 2.399963229728653;
 
 Plant grow(std::uint64_t seed) {
   Draws draws(seed);

@@ -22,9 +22,7 @@ Plant grow(std::uint64_t seed) {
                    plant_blades({118, 94, 70})};
   const double wind_rad = draws.between(0.0, 2.0 * std::numbers::pi);
   for (int k = 0; k < kNumStalks; ++k) {
-    const double r = kReach_m * std::sqrt((k + draws.unit()) / kNumStalks);
-    const double angle_rad = k * 2.399963229728653;
-    const Vector3d foot(r * std::cos(angle_rad), r * std::sin(angle_rad), -0.3);
+    const Vector3d foot = spread_foot(k, kNumStalks, kReach_m, 0.3, 0.0, draws).place_m;
     const double height_m = draws.between(1.7, 2.7);
     const double lean_rad = wind_rad + draws.about(0.0, 0.9);
     const Vector3d lean(std::cos(lean_rad), std::sin(lean_rad), 0.0);

@@ -1,6 +1,5 @@
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 
 #include "tiler/vegetation/finishes.h"
 #include "tiler/vegetation/species.h"
@@ -25,10 +24,8 @@ Plant grow(std::uint64_t seed) {
   meadow.finishes = {plant_blades({70, 98, 44}), plant_blades({94, 122, 56}),
                      plant_blades({118, 140, 74}), plant_blades({108, 96, 66})};
   for (int k = 0; k < kNumSheaves; ++k) {
-    const double r = kReach_m * std::sqrt((k + draws.unit()) / kNumSheaves);
-    const double angle_rad = k * 2.399963229728653 + draws.about(0.0, 0.3);
-    const Vector3d foot(r * std::cos(angle_rad), r * std::sin(angle_rad), -kSunk_m);
-    const double length_m = draws.between(0.45, 0.85) * (1.05 - 0.15 * r / kReach_m);
+    const auto [out_m, foot] = spread_foot(k, kNumSheaves, kReach_m, kSunk_m, 0.3, draws);
+    const double length_m = draws.between(0.45, 0.85) * (1.05 - 0.15 * out_m / kReach_m);
     const int num_blades = 5 + static_cast<int>(4.0 * draws.unit());
     for (int i = 0; i < num_blades; ++i) {
       // Along x, and a little aside.
