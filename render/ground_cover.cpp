@@ -427,7 +427,7 @@ void take_known_covers(const GroundPacket& g, const Climate& climate, Covers& c)
     const auto cover = static_cast<Cover>(g.cover[i]);
     if (cover == Cover::Land || cover == Cover::Sea || cover == Cover::Outside) continue;
     const auto if_it_is = [&](Cover one) { return cover == one ? 1.0f : 0.0f; };
-    // Nobody paves a slope of 15 degrees and more: what a town has there are gardens and thickets.
+    // The steeper it is the less a town paves, half of it at 15 degrees: there are gardens, thickets.
     const float town = if_it_is(Cover::BuiltUp);
     const float gardens = town * ramp(7.0f * (g.steepness[i] - 0.19f) + 0.35f * c.clump.value[i]);
     const float forest = if_it_is(Cover::Forest);

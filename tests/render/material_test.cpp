@@ -304,7 +304,8 @@ TEST(Ground, CragsSeenFromFarAreTheMeanOfThoseSeenFromNear) {
   }
 }
 
-// What a town has on slopes is not paved: it looks as thickets do there, and as nothing else of its own on level ground.
+// What a town has on steep slopes is not paved: it looks as thickets do there, and on level ground
+// otherwise than they.
 TEST(Ground, TownsPaveNoSlopes) {
   const Ground ground({.sea_level_m = 0.0, .has_sea = false});
   const auto look_at = [&](world::Cover cover, std::uint64_t first, double slope) {
@@ -339,6 +340,18 @@ TEST(Ground, TownsPaveNoSlopes) {
     }
   }
   EXPECT_LT(num_equal_level, 8);  // of 800: by chance
+  // At 15 degrees half of it is paved: between what a town on the level and a thicket there look like.
+  const auto mean = [&](world::Cover cover, double slope) {
+    double sum = 0.0;
+    for (std::uint64_t first = 0; first < 8000; first += kLanes) {
+      const GroundLook look = look_at(cover, first, slope);
+      for (int i = 0; i < kLanes; ++i) sum += static_cast<double>(look.albedo[0][i]) / 8000.0;
+    }
+    return sum;
+  };
+  const double thicket = mean(world::Cover::Shrubs, std::tan(15.0 * EIGEN_PI / 180.0));
+  const double town = mean(world::Cover::BuiltUp, std::tan(15.0 * EIGEN_PI / 180.0));
+  EXPECT_NEAR((town - thicket) / (mean(world::Cover::BuiltUp, 0.02) - thicket), 0.5, 0.15);
 }
 
 // Gullies gather snow where there is some: more of it than ribs of the same height.

@@ -39,6 +39,23 @@ TEST(Vegetation, NothingStandsWhereThereIsNoRoom) {
   }
 }
 
+TEST(Vegetation, TownsHaveThicketsOnSlopes) {
+  const auto num_bushes = [](double slope) {
+    PlantedLand land;
+    land.cover_at = [](const Vector2d&) { return Cover::BuiltUp; };
+    land.z_at = [slope](const Vector2d& place) { return 300.0 + slope * place.x(); };
+    int num = 0;
+    for (int x = 0; x < 4; ++x)
+      for (const Instance& instance : planted().on({0, x, 0}, land))
+        num += planted().is_a(instance, "bush") ? 1 : 0;
+    return num;
+  };
+  const int num_on_level = num_bushes(0.02);
+  EXPECT_GT(num_on_level, 20);
+  // 0.14 and 0.64 of places, of which some are as near to trees, others or their own kind.
+  EXPECT_GT(num_bushes(0.5), 2 * num_on_level);
+}
+
 TEST(Vegetation, NothingGrowsInWaterOnSnowOrBeyondTheSquare) {
   const Planted small("", 1024.0);
   PlantedLand land;
