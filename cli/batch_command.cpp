@@ -23,6 +23,7 @@
 #include "batch/update.h"
 #include "batch/verify.h"
 #include "batch/worker.h"
+#include "cli/threads_option.h"
 #include "core/atomic_file.h"
 #include "core/parallel.h"
 #include "core/program.h"
@@ -312,10 +313,7 @@ void add_job(CLI::App& command, BatchArguments& args) {
 }
 
 void add_threads(CLI::App& command, BatchArguments& args) {
-  command
-      .add_option("--threads", args.num_threads,
-                  "Threads of each process; 0 takes every core. The result is the same.")
-      ->check(CLI::Range(0, 4096));
+  add_threads_option(command, args.num_threads, " of each process");
   command.add_flag("-v,--verbose", args.verbose, "Say what happens to each tile and frame.");
   command.add_flag("-q,--quiet", args.quiet, "Say only what changes the data or fails.");
 }

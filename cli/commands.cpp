@@ -17,6 +17,7 @@
 #include "cli/evaluate_command.h"
 #include "cli/reference.h"
 #include "cli/rig_command.h"
+#include "cli/threads_option.h"
 #include "cli/world_check_command.h"
 #include "cli/world_export_command.h"
 #include "core/atomic_file.h"
@@ -297,10 +298,7 @@ int run_geoid_import(const Arguments& args) {
 }
 
 void add_common(CLI::App& command, Arguments& args) {
-  command
-      .add_option("--threads", args.num_threads,
-                  "Threads; 0 takes every core. The result is the same.")
-      ->check(CLI::Range(0, 4096));
+  add_threads_option(command, args.num_threads);
   command.add_flag("-v,--verbose", args.verbose, "Say what happens to each tile and frame.");
   command.add_flag("-q,--quiet", args.quiet, "Say only what changes the data or fails.");
 }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "cli/threads_option.h"
 #include "core/log.h"
 #include "core/parallel.h"
 #include "validate/world_check/world_check.h"
@@ -41,8 +42,7 @@ void add_world_check_command(CLI::App& world_command, int& status) {
       "check", "Look for what is wrong in a world: meshes, borders of tiles, things that float.");
   command->add_option("STORE", args->store, "Folder of the world.")->required();
   command->add_option("--report", args->report, "A JSON file for the results.");
-  command->add_option("--threads", args->num_threads, "Threads; 0: one for each core.")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(*command, args->num_threads);
   command->add_flag("-q,--quiet", args->quiet, "Warnings only.");
   command->callback([args, &status] { status = run(*args); });
 }

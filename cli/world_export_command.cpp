@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "cli/threads_option.h"
 #include "core/error.h"
 #include "core/log.h"
 #include "core/parallel.h"
@@ -81,8 +82,7 @@ void add_world_export_command(CLI::App& world_command, int& status) {
           "textures, of geotiff no _albedo.tif; left out: 1024 pixels a tile, of 3dtiles 512. "
           "Otherwise geotiff and vdb have no use for it.")
       ->check(CLI::Range(0.0, 16384.0));
-  command->add_option("--threads", args->num_threads, "Threads; 0: one for each core.")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(*command, args->num_threads);
   command->add_flag("-q,--quiet", args->quiet, "Warnings only.");
   command->callback([args, &status] { status = run(*args); });
 }
