@@ -180,7 +180,7 @@ Json json_of_elevation(const world::TileStore& store, std::size_t row, const Ras
       .set("kind", source.kind)
       .set("horizontal_crs", source.horizontal_crs)
       .set("vertical_datum", source.vertical_datum)
-      .set("spacing_m", source.spacing_m)
+      .set("spacing_m", source.spacing_m > 0.0 ? Json(source.spacing_m) : Json())
       .set("licence", source.licence)
       .set("accuracy", source.accuracy);
   if (source.kind == "raster")
@@ -516,12 +516,15 @@ std::string trace_text(const Json& trace) {
   }
   if (trace.has("elevation")) {
     const Json& elevation = trace.at("elevation");
-    line("elevation", fmt::format("{} ({}), above {}, every {:.3g} m",
-                                  elevation.at("source").string(), elevation.at("kind").string(),
-                                  elevation.at("vertical_datum").string().empty()
-                                      ? "the ellipsoid"
-                                      : elevation.at("vertical_datum").string(),
-                                  elevation.at("spacing_m").number()));
+    const std::string& kind = elevation.at("kind").string();
+    const std::string& datum = elevation.at("vertical_datum").string();
+    const Json& spacing_m = elevation.at("spacing_m");
+    line("elevation",
+         fmt::format(
+             "{} ({}), above {}{}", elevation.at("source").string(), kind,
+             datum.empty() ? "the ellipsoid" : datum,
+             spacing_m.is_null() ? "" : fmt::format(", every {:.3g} m", spacing_m.number())));
+    if (kind == "sea") line("", "its floor is made up: no source knows it");
     text += cell_lines(elevation) + terms_lines(elevation);
   }
   if (trace.has("cover")) {

@@ -21,6 +21,8 @@ struct FieldFacts {
   std::optional<double> sea_height_m;
   /// Of the sea's floor, below HeightField::height_m; only where that is not above the sea.
   double floor_depth_m = 0.0;
+  /// Whether that floor is a shelf that no source knows.
+  bool is_shelf = false;
 };
 
 /// Map coordinates of places: each place of the ellipsoid has one pair of them, whatever its height.

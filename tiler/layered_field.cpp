@@ -144,7 +144,9 @@ std::optional<double> blended_sea_m(const GroundFacts& below, const GroundFacts&
 
 GroundFacts blended(const GroundFacts& below, const GroundFacts& above, double share) {
   GroundFacts ground;
-  ground.facts.source = share >= 0.5 ? above.facts.source : below.facts.source;
+  const FieldFacts& counting = share >= 0.5 ? above.facts : below.facts;
+  ground.facts.source = counting.source;
+  ground.facts.is_shelf = counting.is_shelf;
   ground.facts.sea_height_m = blended_sea_m(below, above, share);
   const auto mix = [share](double a, double b) { return a + share * (b - a); };
   if (below.is_sea() && above.is_sea()) {

@@ -35,7 +35,7 @@ std::uint8_t MosaicDraft::source_row(const std::string& kind, const std::string&
   source.name = name;
   source.kind = kind;
   source.vertical_datum = mosaic.datum.name;
-  source.spacing_m = sample.spacing_m;
+  if (kind != "sea") source.spacing_m = sample.spacing_m;  // its floor has no samples
   mosaic.sources.push_back(std::move(source));
   return static_cast<std::uint8_t>(mosaic.sources.size() - 1);
 }

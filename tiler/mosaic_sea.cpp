@@ -92,6 +92,7 @@ void lay_floor(MosaicDraft& draft) {
     const double from_shore_m = static_cast<double>(distance.values[k]) * draft.sample.spacing_m;
     mosaic.floor_depth_m.values[k] =
         static_cast<float>(std::min(from_shore_m * kShelfSlope, kShelfDepth_m));
+    mosaic.is_shelf.values[k] = 1;
   }
 }
 
@@ -143,6 +144,7 @@ void find_sea(MosaicDraft& draft) {
   }
   if (!mosaic.has_sea) return;
   mosaic.floor_depth_m = Grid<float>(is_low_sea.width, is_low_sea.height, 0.0F);
+  mosaic.is_shelf = Grid<std::uint8_t>(is_low_sea.width, is_low_sea.height, 0);
   level_sea(draft, is_low_sea);
   if (!mosaic.datum.is_ellipsoid()) take_sunken_shore(draft);
   lay_floor(draft);

@@ -35,8 +35,9 @@ class RasterField : public HeightField, public KnownRasters {
 
   FieldFacts facts(const Eigen::Vector2d& map) const override {
     FieldFacts facts;
-    facts.source = mosaic_.source.clamped(static_cast<int>(std::lround(map.x())),
-                                          static_cast<int>(std::lround(map.y())));
+    const int nearest_i = static_cast<int>(std::lround(map.x()));
+    const int nearest_j = static_cast<int>(std::lround(map.y()));
+    facts.source = mosaic_.source.clamped(nearest_i, nearest_j);
     if (!mosaic_.has_sea) return facts;
     const int i = static_cast<int>(std::floor(map.x()));
     const int j = static_cast<int>(std::floor(map.y()));
@@ -49,7 +50,9 @@ class RasterField : public HeightField, public KnownRasters {
     } else if (num_sea == 4) {
       facts.sea_height_m = height_m(map);
     }
-    if (facts.sea_height_m) facts.floor_depth_m = bilinear(mosaic_.floor_depth_m, map);
+    if (!facts.sea_height_m) return facts;
+    facts.floor_depth_m = bilinear(mosaic_.floor_depth_m, map);
+    facts.is_shelf = mosaic_.is_shelf.clamped(nearest_i, nearest_j) != 0;
     return facts;
   }
 

@@ -25,7 +25,8 @@ struct RasterMosaic {
   Grid<double> heights_m;     ///< above the datum
   Grid<std::uint8_t> source;  ///< row of sources
   Grid<std::uint8_t> is_sea;
-  Grid<float> floor_depth_m;  ///< of the sea's floor below heights_m; empty where there is none
+  Grid<float> floor_depth_m;    ///< of the sea's floor below heights_m; empty where there is none
+  Grid<std::uint8_t> is_shelf;  ///< sea whose floor no raster knows; empty where there is none
   bool has_sea = false;
   /// A patch: samples that no raster covers; empty otherwise.
   Grid<std::uint8_t> is_missing;

@@ -25,7 +25,7 @@ using world::Cover;
 using world::kTileSamples;
 
 /// Raised when the same inputs give another surface.
-constexpr int kSurfaceVersion = 4;
+constexpr int kSurfaceVersion = 5;
 
 /// The finest level that tiles may have (DetailOptions::finest_spacing_m goes down to 2^-3 m).
 constexpr int kFinestLevel = -3;
@@ -301,7 +301,7 @@ double TerrainSurface::height_with_detail_m(const Eigen::Vector2d& map, double d
       measured_m + detail_m * std::clamp(above_sea_m / kShoreHeight_m, 0.0, 1.0);
   if (height_m > *facts.sea_height_m) return height_m;
   ground.is_sea = true;
-  ground.source = sea_source_;
+  if (facts.is_shelf) ground.source = sea_source_;
   ground.sea_depth_m = *facts.sea_height_m - measured_m + facts.floor_depth_m;
   return *facts.sea_height_m;
 }

@@ -21,7 +21,7 @@ struct SurfaceSample {
   double z_world = 0.0;  ///< not yet on the height lattice
   world::Cover cover = world::Cover::Land;
   std::uint8_t moisture = 0;
-  std::uint8_t source = 0;
+  std::uint8_t source = 0;     ///< of its height; at sea, of the floor's
   double water_depth_m = 0.0;  ///< of the bed below z_world, along up; 0 on land
 };
 

@@ -55,7 +55,8 @@ struct Tile {
   std::vector<std::int32_t> height_steps;
   std::vector<Cover> cover;
   std::vector<std::uint8_t> moisture;  ///< 0 dry ridge … 255 wet valley floor
-  std::vector<std::uint8_t> source;    ///< row of WorldManifest::sources that gave the height
+  /// Row of WorldManifest::sources that gave the height; at sea, its floor's.
+  std::vector<std::uint8_t> source;
   /// Of the bed of the sea, of a lake or of a river below the sample, downward in the world's frame, in
   /// steps of kHeightStep_m; 0 on land, empty where the tile has no water. Written with a tile, but
   /// read with it only where that is asked for (WaterDepth::Read).

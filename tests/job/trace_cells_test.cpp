@@ -232,6 +232,65 @@ TEST_P(TraceCells, AreWrittenOutWithWhatIsNotStated) {
 INSTANTIATE_TEST_SUITE_P(HeightsIn, TraceCells, testing::Values(false, true),
                          [](const auto& param) { return param.param ? "Degrees" : "TurnedUtm"; });
 
+TEST(TraceOfTheSea, NamesTheRasterThatMeasuredItsFloorAndNoneWhereItIsMadeUp) {
+  // Land in the west; in the north a sea whose floor falls by 3 in 100, in the south one of zeros.
+  const ScratchFolder folder;
+  const Eigen::Vector2d middle = utm31(kOriginLat_deg, kOriginLon_deg);
+  tiler::WorldOptions options = world_of_rasters({}, kSize_m);
+  options.elevation.clear();
+  for (const bool is_north : {true, false}) {
+    RasterSpec half = utm_spec(kSize_m, 20.0);
+    half.height /= 2;
+    if (!is_north) half.geotransform[3] -= 20.0 * half.height;
+    half.value = [&](double u, double) {
+      const double east_m = u - middle.x();
+      return east_m < 0.0 ? -0.1 * east_m : is_north ? -0.03 * east_m : 0.0;
+    };
+    const fs::path file = folder / (is_north ? "depths.tif" : "zeros.tif");
+    write_raster(file, half);
+    tiler::ElevationOptions entry = world_of_rasters({file}).elevation[0];
+    entry.vertical_datum = "egm96";
+    entry.sea = is_north ? "below" : "auto";
+    entry.sea_min_km2 = 0.1;
+    entry.licence = is_north ? "CC0" : "CC BY";
+    entry.accuracy = is_north ? "0.5 m" : "10 m";
+    options.elevation.push_back(std::move(entry));
+  }
+  const world::TileStore store = tiled(options, folder / "world");
+  for (const Eigen::Vector2d& at :
+       {Eigen::Vector2d(203.0, 254.0), Eigen::Vector2d(404.0, 55.0), Eigen::Vector2d(-297.0, 150.0),
+        Eigen::Vector2d(-203.0, -254.0)}) {
+    const Json trace = job::trace_world_place(store, at);
+    ASSERT_EQ(trace.at("cover").at("name").string(), at.x() > 0.0 ? "sea" : "land") << trace.text();
+    const bool is_north = at.y() > 0.0;
+    const char* file = is_north ? "depths.tif" : "zeros.tif";
+    const Json& elevation = trace.at("elevation");
+    EXPECT_EQ(elevation.at("source").string(), file) << trace.text();
+    EXPECT_EQ(elevation.at("kind").string(), "raster");
+    EXPECT_EQ(elevation.at("licence").string(), is_north ? "CC0" : "CC BY");
+    EXPECT_EQ(elevation.at("accuracy").string(), is_north ? "0.5 m" : "10 m");
+    const Eigen::Vector2d pixel =
+        pixel_by_gdal(folder / file, trace.at("place").at("lat_deg").number(),
+                      trace.at("place").at("lon_deg").number());
+    ASSERT_FALSE(is_beside_a_side(pixel));
+    expect_cell(elevation.at("cell"), pixel, trace.text());
+    EXPECT_THAT(job::trace_text(trace),
+                HasSubstr(fmt::format("elevation   {} (raster), above egm96, every 20 m\n"
+                                      "            cell: column {}, row {} (counted from 0)\n",
+                                      file, static_cast<int>(std::floor(pixel.x())),
+                                      static_cast<int>(std::floor(pixel.y())))));
+  }
+  const Json made_up = job::trace_world_place(store, {300.0, -250.0});
+  ASSERT_EQ(made_up.at("cover").at("name").string(), "sea") << made_up.text();
+  EXPECT_EQ(made_up.at("elevation").at("kind").string(), "sea") << made_up.text();
+  EXPECT_TRUE(made_up.at("elevation").at("spacing_m").is_null());
+  EXPECT_FALSE(made_up.at("elevation").has("cell"));
+  EXPECT_THAT(job::trace_text(made_up),
+              HasSubstr("elevation   sea (sea), above egm96\n"
+                        "            its floor is made up: no source knows it\n"
+                        "            licence: not stated\n"));
+}
+
 TEST(OsmElement, IsWhatItsNumberSays) {
   // Seen in Monaco in 2026: 2 * 2^60 + 262902069.
   EXPECT_EQ(tiler::osm_element(2305843009476596021U), "way/262902069");

@@ -175,6 +175,72 @@ TEST(Sea, WhoseFloorIsMeasuredKeepsIt) {
   EXPECT_NEAR(above_geoid_m(*dry, 1500.0, 0.0), -45.0, 0.1);
 }
 
+TEST(Sea, IsOfTheSourceThatKnowsItsFloor) {
+  // Seen off Bilbao: a bed that a raster had measured was said to be the sea's own.
+  const ScratchFolder folder;
+  const auto deep_m = [](double from_shore_m) { return -0.03 * from_shore_m; };
+  const auto zero_m = [](double) { return 0.0; };
+  RasterSpec hill = utm_spec(8192.0, 30.0);
+  hill.width = 30;
+  hill.value = [](double, double) { return 500.0; };
+  write_raster(folder / "hill.tif", hill);
+  const auto entry_of = [&](const std::filesystem::path& file, const std::string& sea) {
+    tiler::ElevationOptions entry = world_of_rasters({file}).elevation[0];
+    entry.vertical_datum = "egm96";
+    entry.sea = sea;
+    return entry;
+  };
+  const tiler::ElevationOptions north = entry_of(write_half(folder, true, deep_m), "below");
+  const tiler::ElevationOptions south = entry_of(write_half(folder, false, zero_m), "auto");
+  const auto source_at = [](const WorldSurface& surface, double x, double y) {
+    return surface.sources()[surface.sample(x, y).source].name;
+  };
+  const auto check = [&](const std::vector<tiler::ElevationOptions>& entries) {
+    tiler::WorldOptions options = world_of_rasters({folder / "hill.tif"}, 8192.0);
+    options.detail_roughness = 0.0;
+    options.elevation = entries;
+    const auto surface = prepare(options);
+    ASSERT_EQ(surface->sample(1500.0, 2000.0).cover, Cover::Sea);
+    ASSERT_EQ(surface->sample(1500.0, -2000.0).cover, Cover::Sea);
+    EXPECT_EQ(source_at(*surface, 1500.0, 2000.0), "north.tif");
+    EXPECT_EQ(source_at(*surface, -1500.0, 2000.0), "north.tif");
+    EXPECT_EQ(source_at(*surface, 1500.0, -2000.0), "sea");
+    EXPECT_EQ(source_at(*surface, -1500.0, -2000.0), "south.tif");
+    // On into the apron it is made up.
+    EXPECT_EQ(source_at(*surface, 4600.0, 2000.0), "sea");
+  };
+  check({north, south});
+  check({south, north});
+  // The first one's ellipsoid is all heights': floors stand apart.
+  tiler::ElevationOptions inland = entry_of(folder / "hill.tif", "auto");
+  inland.vertical_datum = "ellipsoid";
+  check({inland, north, south});
+  // An inset over a shelf.
+  tiler::ElevationOptions inset = north;
+  inset.blend_m = 300.0;
+  RasterSpec wide = utm_spec(8192.0, 60.0);
+  const double west_m = utm31(kOriginLat_deg, kOriginLon_deg).x();
+  wide.value = [&](double u, double) { return u < west_m ? 0.1 * (west_m - u) : 0.0; };
+  std::filesystem::create_directory(folder / "wide");
+  write_raster(folder / "wide" / "south.tif", wide);
+  check({inset, entry_of(folder / "wide" / "south.tif", "auto")});
+}
+
+TEST(Sea, OfProceduralLandIsThatLands) {
+  tiler::WorldOptions options = world_of("procedural", 16384.0);
+  options.elevation[0].landform = "islands";
+  const auto surface = prepare(options);
+  int num_sea = 0;
+  for (double y = -8000.0; y < 8001.0; y += 500.0)
+    for (double x = -8000.0; x < 8001.0; x += 500.0) {
+      const auto sample = surface->sample(x, y);
+      num_sea += sample.cover == Cover::Sea ? 1 : 0;
+      EXPECT_EQ(surface->sources()[sample.source].kind, "procedural") << x << " " << y;
+    }
+  EXPECT_GT(num_sea, 100);
+  EXPECT_EQ(surface->sources()[surface->sample(30000.0, 0.0).source].kind, "sea");
+}
+
 TEST(Sea, OfNoDataIsNoVoidAndNoGap) {
   const ScratchFolder folder;
   const auto nothing = [](double) { return -32768.0; };

@@ -141,6 +141,7 @@ class ProceduralField : public HeightField {
     if (!has_sea_) return;
     source.name = "sea";
     source.kind = "sea";
+    source.spacing_m = 0.0;  // of a floor without samples
     sources_.push_back(source);
   }
 
