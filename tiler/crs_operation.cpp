@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "core/error.h"
 
@@ -52,14 +53,26 @@ CrsOperation find_operation(const std::string& crs_wkt, const geo::Geodetic& nea
   return operation;
 }
 
+/// GeoPackage's rows for what has no system: "Undefined geographic SRS", "Undefined Cartesian SRS".
+bool is_undefined(const OGRSpatialReference& crs) {
+  const char* name = crs.GetName();
+  return name != nullptr && std::string_view(name).starts_with("Undefined ");
+}
+
 }  // namespace
 
 HorizontalCrs horizontal_crs(const OGRSpatialReference* declared, const std::string& written,
-                             const CrsTools& tools) {
-  if (declared == nullptr || declared->IsEmpty())
+                             const CrsTools& tools, const GdalErrors& errors) {
+  const bool is_empty = declared == nullptr || declared->IsEmpty();
+  if (is_empty ? !errors.has_failure() : is_undefined(*declared))
     core::fail(core::ErrorKind::Input,
                "{}: states no coordinate reference system; add it with {} EPSG:…", written,
                tools.setter);
+  if (is_empty)
+    core::fail(core::ErrorKind::Input,
+               "{}: its coordinate reference system is not known ({}); state the right one with {} "
+               "EPSG:…",
+               written, errors.text(), tools.setter);
   HorizontalCrs horizontal;
   OGRSpatialReference crs(*declared);
   if (crs.IsCompound() != FALSE) {

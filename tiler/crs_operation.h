@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "geo/geodesy.h"
+#include "tiler/gdal_support.h"
 
 namespace terracast::tiler {
 
@@ -27,9 +28,11 @@ struct CrsTools {
 
 /// declared   nullptr: none
 /// written    the file, for messages
-/// throws     Input: none is declared, or one that is neither geographic nor projected
+/// errors     since the file was opened: what GDAL says of a system that it does not know
+/// throws     Input: none is declared, one that GDAL does not know, or one that is neither
+///            geographic nor projected
 HorizontalCrs horizontal_crs(const OGRSpatialReference* declared, const std::string& written,
-                             const CrsTools& tools);
+                             const CrsTools& tools, const GdalErrors& errors);
 
 /// How PROJ leads from WGS84 longitude and latitude to a CRS.
 struct CrsOperation {

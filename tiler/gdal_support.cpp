@@ -42,6 +42,11 @@ namespace {
 
 constexpr std::string_view kZipped = "/vsizip/";
 
+void refuse_empty(const VSIStatBufL& status, const std::string& written) {
+  if (VSI_ISREG(status.st_mode) && status.st_size == 0)
+    fail(ErrorKind::Input, "{}: is empty, a file of 0 bytes; fetch or write it again", written);
+}
+
 /// The one file of an archive, as GDAL finds it.
 std::string only_member(const std::string& archive, const std::string& written) {
   const std::string folder = std::string(kZipped) + archive;
@@ -189,6 +194,7 @@ std::string gdal_path(const core::Path& file) {
   VSIStatBufL status;
   const bool is_archive = path.ends_with(".zip") && !path.ends_with(".hgt.zip") &&
                           !path.starts_with("/vsi") && VSIStatL(path.c_str(), &status) == 0;
+  if (is_archive) refuse_empty(status, file.written);
   return is_archive ? only_member(path, file.written) : path;
 }
 
@@ -201,6 +207,7 @@ GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors
     fail(ErrorKind::Io,
          "{}: there is no such raster; give the path of a file of a format in docs/tiler.md",
          file.written);
+  refuse_empty(status, file.written);
   check_unpacked_size(path, file.written);
   const bool is_folder = VSI_ISDIR(status.st_mode) != 0 && !path.starts_with("/vsi");
   const std::string what = is_folder ? vrt_of_terrain_tiles(path, file.written) : path;
@@ -223,6 +230,7 @@ GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& error
     fail(ErrorKind::Io,
          "{}: there is no such file; give the path of a file of a format in docs/tiler.md",
          file.written);
+  refuse_empty(status, file.written);
   check_unpacked_size(path, file.written);
   const std::string rules = std::string("CONFIG_FILE=") + osm_rules();
   const char* const options[] = {rules.c_str(), nullptr};

@@ -34,18 +34,18 @@ using GdalDatasetPtr = std::unique_ptr<GDALDataset, GdalDatasetCloser>;
 
 /// Where GDAL finds a file: a member of an archive when it is the only one. (GDAL's own driver
 /// opens .hgt.zip.)
-/// throws   Input: an archive of none or several
+/// throws   Input: an archive of none or several, or of 0 bytes
 std::string gdal_path(const core::Path& file);
 
 /// Opens what gdal_path() gives, or a folder of terrain tiles, by the formats of gdal_formats.h. An archive that unpacks to
 /// over a hundred times its size is not opened, nor what is no file, such as /vsicurl/ and /vsigzip/, neither here nor where
 /// a VRT names it (whose files that cannot be opened fail here, or when they are read).
-/// throws   Io: no such file; Input: no raster, or one of those
+/// throws   Io: no such file; Input: an empty file, no raster, or one of those
 GdalDatasetPtr open_gdal_raster(const core::Path& file, const GdalErrors& errors);
 
 /// Opens what gdal_path() gives as features. Formats that only lead to other files or to servers (VRT,
 /// WFS, …) are not opened, nor what open_gdal_raster() does not open.
-/// throws   Io: no such file; Input: no features, or one of those
+/// throws   Io: no such file; Input: an empty file, no features, or one of those
 GdalDatasetPtr open_gdal_vectors(const core::Path& file, const GdalErrors& errors);
 
 /// Of the bytes of all files that an opened dataset is read from, whatever their folder: the file, an archive, those

@@ -23,7 +23,7 @@ RasterGrid::RasterGrid(GDALDataset& dataset, const std::string& written, const g
     fail(ErrorKind::Input, "{}: has no samples ({} x {})", written_, width_, height_);
   read_geotransform(dataset);
   crs_ = horizontal_crs(dataset.GetSpatialRef(), written_,
-                        {.setter = "gdal_edit.py -a_srs", .changer = "gdalwarp"});
+                        {.setter = "gdal_edit.py -a_srs", .changer = "gdalwarp"}, errors);
   find_pipeline(near, errors);
   place_samples(near.lon_deg);
 }

@@ -16,6 +16,7 @@
 #include "geo/units.h"
 #include "tiler/crs_operation.h"
 #include "tiler/gdal_support.h"
+#include "tiler/geojson_crs.h"
 #include "tiler/osm_element.h"
 #include "tiler/vector_parts.h"
 
@@ -97,6 +98,7 @@ class Reader {
   const core::Path& file_;
   const VectorOptions& options_;
   const VectorFrame& frame_;
+  const GdalErrors errors_;
   geo::Geodetic origin_;
   Box square_m_;
   Box square_deg_;  ///< longitude, latitude
@@ -123,8 +125,8 @@ Reader::LayerRules Reader::make_rules(GDALDataset& dataset, OGRLayer* layer) {
   rules.keeps_numbers =
       std::find(kNumberedFormats.begin(), kNumberedFormats.end(), driver) != kNumberedFormats.end();
   const std::string what = fmt::format("{} (layer {})", file_.written, layer->GetName());
-  const HorizontalCrs crs = horizontal_crs(layer->GetSpatialRef(), what,
-                                           {.setter = "ogr2ogr -a_srs", .changer = "ogr2ogr"});
+  const HorizontalCrs crs = horizontal_crs(
+      layer->GetSpatialRef(), what, {.setter = "ogr2ogr -a_srs", .changer = "ogr2ogr"}, errors_);
   rules.is_geographic = crs.is_geographic;
   rules.crs_name = crs.name;
   const CrsOperation operation = best_operation(crs.wkt, origin_);
@@ -481,9 +483,10 @@ void Reader::put_on_ground() {
 }
 
 VectorData Reader::read() {
-  const GdalErrors errors;
-  const GdalDatasetPtr dataset = open_gdal_vectors(file_, errors);
-  const bool is_osm = std::string_view(dataset->GetDriver()->GetDescription()) == "OSM";
+  const GdalDatasetPtr dataset = open_gdal_vectors(file_, errors_);
+  const std::string_view format = dataset->GetDriver()->GetDescription();
+  const bool is_osm = format == "OSM";
+  if (format == "GeoJSON") check_geojson_crs(file_);
   for (const std::string& name : options_.layers)
     if (dataset->GetLayerByName(name.c_str()) == nullptr) {
       std::string known;
@@ -525,9 +528,9 @@ VectorData Reader::read() {
         take(*feature, rules);
     }
   }
-  if (errors.has_failure())
+  if (errors_.has_failure())
     fail(ErrorKind::Input, "{}: its features cannot be read; is it damaged or truncated? ({})",
-         file_.written, errors.text());
+         file_.written, errors_.text());
   if (!has_near_ && found_deg_.is_empty() && !broken_place_.empty())
     fail(ErrorKind::Input,
          "{}: none of its {} features has a place on the Earth: {} is none in its coordinate "

@@ -103,8 +103,8 @@ struct VectorData {
 /// middle, where they are cut. Edges are straight in the source's coordinates; long ones get points
 /// between, 1 km apart at most near the square.
 /// file     a .zip of one file, or /vsizip/FILE.zip/MEMBER, too
-/// throws   Io: no such file; Input: cannot be read or is truncated, no CRS, no such layer or field,
-///          nothing of it lies near the square (says where it lies)
+/// throws   Io: no such file; Input: cannot be read or is truncated, no CRS or an unknown one, no
+///          such layer or field, nothing of it lies near the square (says where it lies)
 /// cost     once the features in memory; 1 s for Andorra's 250 000 points
 VectorData read_vectors(const core::Path& file, const VectorOptions& options,
                         const VectorFrame& frame);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numbers>
 
 #include "core/parallel.h"
@@ -268,6 +269,9 @@ TEST(GroundImagery, BadFilesAreClearErrors) {
   expect_error(ErrorKind::Input, {"good.tif", "3 bands", "7"}, [&] {
     prepare_layered(world_with_imagery({folder / "good.tif"}, "bands = [1, 2, 7]"));
   });
+  std::ofstream(folder / "empty.tif").close();
+  expect_error(ErrorKind::Input, {"empty.tif: is empty", "fetch or write it again"},
+               [&] { prepare_layered(world_with_imagery({folder / "empty.tif"}, "")); });
   expect_error(ErrorKind::Io, {"missing.tif"},
                [&] { prepare_layered(world_with_imagery({folder / "missing.tif"}, "")); });
 }

@@ -142,6 +142,9 @@ TEST(Vdb, BadFilesAreClearErrors) {
       << "This is no volume, but a line of text that goes on for a while.";
   expect_error(ErrorKind::Input, {"text.vdb", "OpenVDB"},
                [&] { world::read_vdb(folder / "text.vdb", {}); });
+  write_text(folder / "empty.vdb", "");
+  expect_error(ErrorKind::Input, {"empty.vdb: is empty", "fetch or write it again"},
+               [&] { world::read_vdb(folder / "empty.vdb", {}); });
   const world::Volume volume = small_volume();
   const world::VdbGrid grid{.name = "heat", .volume = &volume};
   const std::vector<std::byte> bytes = world::encode_vdb({&grid, 1});

@@ -321,6 +321,10 @@ TEST(LandCover, RastersThatLieElsewhereOrNowhereAreRefused) {
   spec.type = GDT_Int16;
   spec.value = [](double, double) { return -5.0; };
   refuse({"holds -5"});
+  std::ofstream(folder / "empty.tif").close();
+  expect_error(ErrorKind::Input, {"empty.tif: is empty", "fetch or write it again"}, [&] {
+    prepare(world_with_cover({folder / "empty.tif"}, "legend = \"worldcover\""));
+  });
   expect_error(ErrorKind::Io, {"absent.tif", "there is no such raster"}, [&] {
     prepare(world_with_cover({folder / "absent.tif"}, "legend = \"worldcover\""));
   });

@@ -468,6 +468,33 @@ TEST(BadRasters, EndWithOneMessageThatSaysWhatIsWrong) {
   }
 }
 
+TEST(BadRasters, EmptyFilesAreCalledSo) {
+  const ScratchFolder folder;
+  for (const char* name : {"heights.tif", "N42E001.hgt", "heights.zip"}) {
+    std::ofstream(folder / name).close();
+    expect_error(ErrorKind::Input,
+                 {std::string(name) + ": is empty, a file of 0 bytes", "fetch or write it again"},
+                 [&] { prepare(world_of_rasters({folder / name})); });
+  }
+}
+
+// Seen in November 2026: such rasters were said to state none.
+TEST(BadRasters, ACrsThatIsNotKnownIsNotCalledMissing) {
+  const ScratchFolder folder;
+  std::ofstream(folder / "heights.vrt")
+      << "<VRTDataset rasterXSize=\"20\" rasterYSize=\"20\"><SRS>EPSG:999999</SRS><GeoTransform>"
+         "1.4, 0.01, 0, 42.6, 0, -0.01</GeoTransform><VRTRasterBand dataType=\"Float32\" "
+         "band=\"1\"/></VRTDataset>";
+  std::ofstream(folder / "heights.asc")
+      << "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n3 4\n";
+  std::ofstream(folder / "heights.prj") << "PROJCS[\"Town grid\",GEOGCS[\"town\"";
+  for (const char* name : {"heights.vrt", "heights.asc"})
+    expect_error(ErrorKind::Input,
+                 {name, "its coordinate reference system is not known (GDAL: ",
+                  "state the right one with gdal_edit.py -a_srs EPSG:…"},
+                 [&] { prepare(world_of_rasters({folder / name})); });
+}
+
 TEST(BadRasters, MissingUnreadableAndTruncatedFilesAreTold) {
   const ScratchFolder folder;
   expect_error(ErrorKind::Io, {"none.tif", "no such raster"},

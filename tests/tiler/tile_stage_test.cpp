@@ -86,6 +86,57 @@ TEST(TileStage, CoversSquareAndApronAndServesItsViewpoints) {
   }
 }
 
+// What the key's text says.
+TEST(TileStage, FinestSpacingAboveThatOfTheHeightsCoarsensTheCutAndNotTheTiles) {
+  const ScratchFolder folder;
+  const auto surface = prepare(bowl());  // of samples 32 m apart
+  tiler::TilePlan plan = plan_over(*surface, 500.0, -300.0);
+  std::map<std::string, std::string> files;
+  for (const double spacing_m : {32.0, 128.0, 1024.0}) {
+    SCOPED_TRACE(spacing_m);
+    plan.detail.finest_spacing_m = spacing_m;
+    const auto own = folder / fmt::format("{}", spacing_m);
+    const TileStore store = run(*surface, plan, own);
+    EXPECT_EQ(store.manifest().finest_level, 5);
+    if (files.empty()) files = files_of(own);
+    EXPECT_EQ(files_of(own), files);
+    int finest_level = 20;
+    for (const world::CutTile& tile : world::choose_cut(store, plan.sequences[0], plan.detail))
+      finest_level = std::min(finest_level, tile.id.level);
+    EXPECT_EQ(std::exp2(finest_level),
+              std::min(spacing_m, std::exp2(store.manifest().coarsest_level)));
+  }
+  plan.detail.finest_spacing_m = 16.0;
+  EXPECT_EQ(run(*surface, plan, folder / "16").manifest().finest_level, 4);
+}
+
+TEST(TileStage, TheSquareIsTiledAtTheSpacingOfItsFirstRasterThatIsNoInset) {
+  const ScratchFolder folder;
+  const auto raster_of = [&](double spacing_m) {
+    const auto file = folder / fmt::format("{}.tif", spacing_m);
+    RasterSpec spec = utm_spec(8192.0, spacing_m);
+    spec.value = [](double, double) { return 500.0; };
+    write_raster(file, spec);
+    return file;
+  };
+  const auto world_of_spacings = [&](const std::vector<double>& spacings_m) {
+    std::vector<std::filesystem::path> files;
+    for (const double spacing_m : spacings_m) files.push_back(raster_of(spacing_m));
+    return world_of_rasters(files, 8192.0);
+  };
+  EXPECT_EQ(prepare(world_of_spacings({30.0}))->base_level(), 4);
+  EXPECT_EQ(prepare(world_of_spacings({64.0}))->base_level(), 6);
+  EXPECT_EQ(prepare(world_of_spacings({64.0, 30.0}))->base_level(), 6);
+  EXPECT_EQ(prepare(world_of_spacings({500.0}))->base_level(), 7);
+  tiler::WorldOptions options = world_of_spacings({64.0});
+  options.outside = "procedural";
+  EXPECT_EQ(prepare(options)->base_level(), 4);  // whose samples are 16 m apart in squares of 32 km
+  options = world_of_spacings({64.0});
+  options.elevation.insert(options.elevation.begin(), world_of_spacings({30.0}).elevation[0]);
+  options.elevation[0].blend_m = 500.0;
+  EXPECT_EQ(prepare(options)->base_level(), 6);
+}
+
 TEST(TileStage, ThreadsAndOrderDoNotChangeAByte) {
   const ScratchFolder folder;
   const tiler::WorldOptions options = bowl();

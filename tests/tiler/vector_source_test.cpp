@@ -315,6 +315,105 @@ TEST(VectorSource, AWrongCrsIsAnErrorThatSaysWhereThingsLie) {
   expect_error(ErrorKind::Input, {"latitudes 1.5000"}, [&] { read(folder / "axes.gpkg"); });
 }
 
+/// A GeoJSON of a point, with what its member "crs" says before or behind the features.
+std::string with_crs(const std::string& crs, const Vector2d& at, bool is_last = false) {
+  const std::string member = "\"crs\":" + crs;
+  return R"({"type":"FeatureCollection",)" + (is_last ? "" : member + ",") + R"("features":[)" +
+         json_point(at.x(), at.y(), R"({"crs":"none, \"crs\":{","note":"] }"})") + "]" +
+         (is_last ? "," + member : "") + "}\n";
+}
+std::string named_crs(const std::string& name) {
+  return R"({"type":"name","properties":{"name":")" + name + R"("}})";
+}
+
+// Seen in November 2026: such files were called damaged or, where GDAL says nothing, were taken for
+// WGS84.
+TEST(VectorSource, ACrsThatIsNotKnownIsNamed) {
+  const ScratchFolder folder;
+  const auto refuses = [&](const std::string& crs, const std::string& shown) {
+    for (const bool is_last : {false, true}) {
+      write_text(folder / "points.geojson", with_crs(crs, {1.5, 42.5}, is_last));
+      expect_error(ErrorKind::Input,
+                   {"points.geojson: its coordinate reference system " + shown + " is not known",
+                    "ogr2ogr -a_srs EPSG:…"},
+                   [&] { read(folder / "points.geojson"); });
+    }
+  };
+  for (const char* name :
+       {"urn:ogc:def:crs:EPSG::999999", "EPSG:999999", "Town grid", "urn:city:grid:1"})
+    refuses(named_crs(name), name);
+  refuses(R"({"type":"EPSG","properties":{"code":999999}})", "EPSG:999999");
+  refuses(R"({"type":"OGC","properties":{"urn":"urn:ogc:def:crs:EPSG::999999"}})",
+          "urn:ogc:def:crs:EPSG::999999");
+  for (const char* text : {R"("EPSG:25831")", R"({"type":"name"})",
+                           R"({"type":"strange","properties":{"name":"EPSG:25831"}})"})
+    refuses(text, text);
+  // A file is no name.
+  write_text(folder / "system.wkt", "EPSG:25831");
+  refuses(named_crs((folder / "system.wkt").string()), (folder / "system.wkt").string());
+
+  // Other formats do not tell the name; what GDAL says of it is passed on.
+  const auto says = [&](const std::string& file) {
+    expect_error(ErrorKind::Input,
+                 {file, "its coordinate reference system is not known (GDAL: ",
+                  "state the right one with ogr2ogr -a_srs EPSG:…"},
+                 [&] { read(folder / file); });
+  };
+  write_text(
+      folder / "points.json",
+      R"({"geometryType":"esriGeometryPoint","spatialReference":{"wkid":999999},"fields":[],)"
+      R"("features":[{"attributes":{},"geometry":{"x":1.5,"y":42.5}}]})");
+  says("points.json");
+  write_vectors(folder / "points.shp", "ESRI Shapefile", {{"POINT (1.5 42.5)", {{"a", "b"}}}});
+  write_text(folder / "points.prj", "PROJCS[\"Town grid\",GEOGCS[\"town\"");
+  says("points.shp");
+}
+
+TEST(VectorSource, ACrsThatGeoJsonStatesIsTaken) {
+  const ScratchFolder folder;
+  const Vector2d utm = utm31(42.51, 1.52);
+  const auto place_of = [&](const std::string& text) {
+    write_text(folder / "points.geojson", text);
+    return read(folder / "points.geojson").features.at(0).parts_world.at(0).at(0).at(0);
+  };
+  for (const bool is_last : {false, true}) {
+    for (const std::string& crs :
+         {named_crs("EPSG:32631"), named_crs("urn:ogc:def:crs:EPSG::32631"),
+          std::string(R"({"type":"EPSG","properties":{"code":32631}})"),
+          std::string(R"({"type":"OGC","properties":{"urn":"urn:ogc:def:crs:EPSG::32631"}})")})
+      EXPECT_LT((place_of(with_crs(crs, utm, is_last)) - place_m(42.51, 1.52)).norm(), 1e-4) << crs;
+    for (const std::string& crs : {named_crs("urn:ogc:def:crs:OGC:1.3:CRS84"), std::string("null")})
+      EXPECT_LT((place_of(with_crs(crs, {1.52, 42.51}, is_last)) - place_m(42.51, 1.52)).norm(),
+                1e-6)
+          << crs;
+  }
+}
+
+TEST(VectorSource, FilesWithoutACrsAreRefused) {
+  const ScratchFolder folder;
+  // GeoPackage calls none "Undefined geographic SRS", which passed for WGS84 with a warning.
+  for (const char* file : {"none.gpkg", "none.sqlite", "none.fgb"}) {
+    const std::string name = file;
+    const std::string driver = name.ends_with("gpkg")     ? "GPKG"
+                               : name.ends_with("sqlite") ? "SQLite"
+                                                          : "FlatGeobuf";
+    write_vectors(folder / name, driver, {{"POINT (1.5 42.5)", {}}}, "");
+    expect_error(ErrorKind::Input,
+                 {name, "states no coordinate reference system; add it with ogr2ogr -a_srs EPSG:…"},
+                 [&] { read(folder / name); });
+  }
+}
+
+TEST(VectorSource, EmptyFilesAreCalledSo) {
+  const ScratchFolder folder;
+  for (const char* name :
+       {"points.geojson", "points.shp", "points.gpkg", "points.osm.pbf", "points.zip"}) {
+    write_text(folder / name, "");
+    expect_error(ErrorKind::Input, {std::string(name) + ": is empty", "fetch or write it again"},
+                 [&] { read(folder / name); });
+  }
+}
+
 TEST(VectorSource, FeaturesWithoutPlacesAreCounted) {
   const ScratchFolder folder;
   write_vectors(folder / "bad.gpkg", "GPKG",

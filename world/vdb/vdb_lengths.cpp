@@ -25,6 +25,8 @@ class Lengths {
       : name_(file.string()), in_(file, std::ios::binary) {
     if (!in_) fail(ErrorKind::Io, "{}: cannot be read; look at its rights", name_);
     size_ = std::filesystem::file_size(file);
+    if (size_ == 0)
+      fail(ErrorKind::Input, "{}: is empty, a file of 0 bytes; fetch or write it again", name_);
   }
 
   void check() {
