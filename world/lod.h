@@ -54,9 +54,14 @@ struct DetailOptions {
   void describe(Visitor& visit) {
     visit.key("cell_px", cell_px, "A terrain cell is split when it spans more pixels than this.",
               core::between(0.25, 64.0));
-    visit.key("finest_spacing_m", finest_spacing_m,
-              "Spacing of the finest terrain samples; a power of two.",
-              core::between(0.125, 1024.0));
+    visit.key(
+        "finest_spacing_m", finest_spacing_m,
+        "Cameras get no terrain samples closer together than this; a power of two. The world's "
+        "square is tiled all over at the spacing of its heights, whatever this says (that of "
+        "the first raster that is no inset, or of the procedural land behind rasters, "
+        "rounded down to a power of two; at least world.size_m / 8192, at most 128 m): a "
+        "larger value shows coarser terrain and saves no tile.",
+        core::between(0.125, 1024.0));
   }
   void validate() const;  ///< throws Config: spacing not a power of two
   int finest_level() const;

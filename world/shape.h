@@ -121,6 +121,7 @@ inline const Shape* shape_at(const ShapeLevels& levels, int tile_level) {
 struct Prototype {
   std::string name;
   ShapeLevels levels;
+  bool is_model = false;  ///< a user's: its meshes are what their file has, closed or not
   bool operator==(const Prototype&) const = default;
 };
 

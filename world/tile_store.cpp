@@ -105,6 +105,19 @@ Json json_of(const TileInfo& tile) {
   return json;
 }
 
+Json json_of(const PrototypeInfo& prototype) {
+  Json json = Json::object();
+  json.set("name", prototype.name).set("content_hash", prototype.content_hash);
+  if (prototype.is_model) json.set("is_model", true);
+  return json;
+}
+
+PrototypeInfo prototype_of(const Json& json) {
+  return {.name = json.at("name").string(),
+          .content_hash = json.at("content_hash").string(),
+          .is_model = json.has("is_model") && json.at("is_model").boolean()};
+}
+
 Json json_of(const TextureInfo& texture) {
   Json json = Json::object();
   json.set("name", texture.name)
@@ -170,9 +183,7 @@ Json json_of(const WorldManifest& manifest) {
   Json layers = Json::array();
   for (const LayerInfo& layer : manifest.layers) layers.push(json_of(layer));
   Json prototypes = Json::array();
-  for (const PrototypeInfo& prototype : manifest.prototypes)
-    prototypes.push(std::move(
-        Json::object().set("name", prototype.name).set("content_hash", prototype.content_hash)));
+  for (const PrototypeInfo& prototype : manifest.prototypes) prototypes.push(json_of(prototype));
   Json textures = Json::array();
   for (const TextureInfo& texture : manifest.textures) textures.push(json_of(texture));
   Json imagery = Json::array();
@@ -257,8 +268,7 @@ WorldManifest manifest_of(const Json& json) {
   if (prototypes.size() > kMaxPrototypes)
     fail(ErrorKind::Input, "{} prototypes", prototypes.size());
   for (std::size_t i = 0; i < prototypes.size(); ++i)
-    manifest.prototypes.push_back({.name = prototypes.at(i).at("name").string(),
-                                   .content_hash = prototypes.at(i).at("content_hash").string()});
+    manifest.prototypes.push_back(prototype_of(prototypes.at(i)));
   const Json& textures = json.at("textures");
   if (textures.size() > kMaxTextures) fail(ErrorKind::Input, "{} textures", textures.size());
   for (std::size_t i = 0; i < textures.size(); ++i)
@@ -402,6 +412,7 @@ Prototype TileStore::load_prototype(std::size_t row) const {
     fail(ErrorKind::Input,
          "{}: a whole prototype, but not the one that {} lists (hash {}); tile the world again",
          file.string(), kManifestName, info.content_hash);
+  prototype.is_model = info.is_model;
   return prototype;
 }
 
@@ -438,7 +449,9 @@ PrototypeInfo write_prototype(const std::filesystem::path& store, std::size_t ro
                               const Prototype& prototype) {
   const std::vector<std::byte> bytes = encode_prototype(prototype);
   core::write_file(prototype_path(store, row), bytes);
-  return {.name = prototype.name, .content_hash = core::content_hash(bytes)};
+  return {.name = prototype.name,
+          .content_hash = core::content_hash(bytes),
+          .is_model = prototype.is_model};
 }
 
 TextureInfo write_texture(const std::filesystem::path& store, std::size_t row,

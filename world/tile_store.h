@@ -28,7 +28,7 @@ struct SourceInfo {
   std::string vertical_datum;  ///< ellipsoid, egm96, egm2008, or the file of a grid of offsets
   std::string
       pipeline;  ///< the PROJ pipeline from its CRS to latitude and longitude; empty for identity
-  double spacing_m = 0.0;             ///< between its samples on the ground
+  double spacing_m = 0.0;             ///< between its samples on the ground; 0: it has none
   std::string content_hash;           ///< of the file or of the parameters
   std::string licence;                ///< as the config states it
   std::string accuracy;               ///< of its heights, as the config states it
@@ -52,6 +52,7 @@ struct LayerInfo {
 struct PrototypeInfo {
   std::string name;
   std::string content_hash;  ///< of its file
+  bool is_model = false;     ///< as Prototype's
 };
 
 /// A texture of a store.

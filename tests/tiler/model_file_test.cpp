@@ -14,8 +14,11 @@
 #include "core/image_io.h"
 #include "core/json.h"
 #include "tests/support/test_data.h"
+#include "tests/tiler/object_worlds.h"
 #include "tests/tiler/raster_files.h"
 #include "tests/tiler/vector_files.h"
+#include "tiler/tile_stage.h"
+#include "validate/world_check/world_check.h"
 #include "world/tile_id.h"
 
 namespace terracast::test {
@@ -507,6 +510,40 @@ TEST(Models, ObjAndPlyWithoutNormalsAreRead) {
       flag.prototype.levels[0].shape.finishes[flag.prototype.levels[0].shape.triangles[0].finish];
   EXPECT_GT(finish.color_srgb[0], 240);
   EXPECT_LT(finish.color_srgb[1], 16);
+}
+
+/// Tiled, and checked as `terracast world check` does.
+TEST(Models, ThatAreOpenMeshesAreToldOfAndNotWrong) {
+  const ScratchFolder folder;
+  write_text(folder / "card.obj", "v 0 0 0\nv 2 0 0\nv 2 3 0\nv 0 3 0\nf 1 2 3 4\n");
+  write_text(folder / "wedge.obj",
+             "v 0 0 0\nv 2 0 0\nv 0 0 2\nv 0 2 0\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
+  write_text(folder / "list.csv", "thing,x,y\ncard,10,20\nwedge,-30,5\nvan,60,60\n");
+  const auto model = [&](const std::string& name) {
+    return fmt::format("[[models]]\nname = \"{}\"\nfile = \"{}\"\n", name,
+                       (folder / (name + ".obj")).string());
+  };
+  tiler::WorldOptions options = world_of("plane");
+  options.layers = {
+      objects_of(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()) +
+                 model("card") + model("wedge"))};
+  const core::Log log("test", core::LogLevel::Off);
+  const core::Context context{.log = log, .num_threads = 0, .events_file = {}};
+  const world::TileStore store =
+      tiler::run_tile_stage(*prepare(options), {}, folder / "world", context);
+  const world_check::WorldFaults faults = world_check::check_world(store, context);
+  EXPECT_TRUE(faults.is_right()) << world_check::table_of(faults, store.manifest());
+  ASSERT_EQ(store.manifest().prototypes.size(), 3U);
+  for (const world::PrototypeInfo& prototype : store.manifest().prototypes)
+    EXPECT_EQ(prototype.is_model, prototype.name == "card" || prototype.name == "wedge")
+        << prototype.name;
+  const Json told = world_check::json_from(faults, store.manifest()).at("information");
+  EXPECT_EQ(told.at(0).at("name").string(), "open_model");
+  EXPECT_EQ(told.at(0).at("asked").integer(), 2);
+  EXPECT_EQ(told.at(0).at("found").integer(), 1);
+  EXPECT_EQ(told.at(0).at("examples").strings(),
+            std::vector<std::string>{"model card: 4 open edges"});
+  EXPECT_EQ(told.at(1).at("found").integer(), 0);
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ TEST(TileFile, BringsDepthsOfWaterWhereTheyAreAskedFor) {
   for (std::size_t i = 0; i < tile.height_steps.size(); ++i)
     tile.water_depth_steps.push_back(static_cast<std::int32_t>(i % 5000));
   tile.water_depth_steps[9] = 2 << 23;
-  tile.objects.instances.emplace_back();
+  tile.objects.instances.emplace_back().provenance.instance_id = 5;
   const std::vector<std::byte> bytes = encode_tile(tile);
   EXPECT_EQ(decode_tile(bytes, tile.id, "a.tile", WaterDepth::Read), tile);
   Tile without = tile;

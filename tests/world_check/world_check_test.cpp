@@ -212,6 +212,69 @@ TEST_F(WorldCheck, LetsLeavesBeSheets) {
             Kinds{});
 }
 
+// Seen in November 2026: a plane of a user's file made a world wrong.
+TEST_F(WorldCheck, TellsOfUsersModelsWhatIsWrongInOwnShapes) {
+  using Change = std::function<void(world::Shape&)>;
+  // Open models and uneven ones, in a world that is right.
+  const auto told = [&](const Change& change, bool is_model = true) {
+    const WorldFaults faults = check([&](auto&, auto&, world::Prototype& prototype) {
+      prototype.is_model = is_model;
+      prototype.levels.push_back(prototype.levels[0]);
+      prototype.levels[1].coarsest_level = 6;
+      for (world::ShapeLevel& level : prototype.levels) change(level.shape);
+    });
+    EXPECT_EQ(faults.is_right(), is_model);
+    EXPECT_EQ(faults.information.at(0).name, "open_model");
+    EXPECT_EQ(faults.information.at(1).name, "uneven_model");
+    for (const Result& one : faults.information) {
+      EXPECT_EQ(one.num_asked, is_model ? 1 : 0);
+      EXPECT_EQ(one.examples.size(), static_cast<std::size_t>(one.num_faults));
+    }
+    return std::pair(faults.information[0].num_faults, faults.information[1].num_faults);
+  };
+  const auto is = [](int num_open, int num_uneven) {
+    return std::pair(std::int64_t{num_open}, std::int64_t{num_uneven});
+  };
+  const Change make_plane = [](world::Shape& shape) { shape.triangles.resize(2); };
+  const Change turn_one = [](world::Shape& shape) {
+    std::swap(shape.triangles[3].corners[0], shape.triangles[3].corners[1]);
+  };
+  const Change add_twice = [](world::Shape& shape) {
+    for (int side = 0; side < 2; ++side) {
+      shape.triangles.push_back(shape.triangles[0]);
+      if (side == 1)
+        std::swap(shape.triangles.back().corners[0], shape.triangles.back().corners[1]);
+    }
+  };
+  EXPECT_EQ(told([](world::Shape&) {}), is(0, 0));
+  EXPECT_EQ(told(make_plane), is(1, 0));
+  EXPECT_NE(table_.find("model tree: 4 open edges"), std::string::npos) << table_;
+  EXPECT_EQ(told([&](world::Shape& shape) {
+              make_plane(shape);
+              shape.finishes[0].material = world::Material::Textured;
+            }),
+            is(1, 0));
+  EXPECT_EQ(told(turn_one), is(0, 1));
+  EXPECT_EQ(told(add_twice), is(0, 1));
+  EXPECT_EQ(told([](world::Shape& shape) {
+              for (auto& triangle : shape.triangles)
+                std::swap(triangle.corners[0], triangle.corners[1]);
+            }),
+            is(0, 1));
+  // A corner of the roof goes through the floor.
+  EXPECT_EQ(told([](world::Shape& shape) {
+              shape.vertices_steps[7] += kSteps * Eigen::Vector3i(-1, -1, -12);
+            }),
+            is(0, 0));
+  for (const Change& change : {make_plane, turn_one, add_twice}) told(change, false);
+  // What is left out as models are read must not be there.
+  EXPECT_EQ(found([](auto&, auto&, auto& prototype) {
+              prototype.is_model = true;
+              prototype.levels[0].shape.triangles.push_back({.corners = {0, 1, 1}, .finish = 0});
+            }),
+            Kinds{"degenerate_face"});
+}
+
 TEST_F(WorldCheck, FindsWhatTilesDoNotShare) {
   EXPECT_EQ(found([&](auto&, auto& east, auto&) { east.objects.solids.clear(); }),
             Kinds{"missing_in_tile"});

@@ -36,6 +36,9 @@ using Eigen::Vector3d;
 using world::Material;
 using world::Shape;
 
+/// Raised when the same file gives another model.
+constexpr int kModelVersion = 1;
+
 /// No model is larger: its vertices would not fit beside a tile.
 constexpr double kLargest_m = 2000.0;
 constexpr std::size_t kMostFinishes = 256;
@@ -403,9 +406,10 @@ class ModelReader {
         world::kHeightStep_m;
     model_.footprint_m = 2.0 * far.head<2>();
     model_.prototype.name = options_.name;
-    model_.content_hash = core::content_hash(
-        fmt::format("{} {} {} {} {} {} {}", hashes_, options_.name, options_.semantic_class,
-                    options_.up, options_.origin, options_.unit_m, options_.yaw_deg));
+    model_.prototype.is_model = true;
+    model_.content_hash = core::content_hash(fmt::format(
+        "{} {} {} {} {} {} {} {}", kModelVersion, hashes_, options_.name, options_.semantic_class,
+        options_.up, options_.origin, options_.unit_m, options_.yaw_deg));
     const auto counted = [&](const char* what, std::int64_t number) {
       if (number > 0) model_.counts.emplace_back(what, number);
     };

@@ -73,7 +73,7 @@ bool is_sheet(world::Material material) {
          material == world::Material::Blades || material == world::Material::Textured;
 }
 
-ShapeFaults find_shape_faults(const world::Shape& shape) {
+ShapeFaults find_shape_faults(const world::Shape& shape, bool is_model) {
   ShapeFaults faults;
   const std::vector<std::size_t> places = places_of(shape);
   const auto corner = [&](const world::Shape::Triangle& triangle, std::size_t k) {
@@ -90,7 +90,7 @@ ShapeFaults find_shape_faults(const world::Shape& shape) {
       ++faults.num_degenerate;
       continue;
     }
-    if (is_sheet(shape.finishes[triangle.finish].material)) continue;
+    if (!is_model && is_sheet(shape.finishes[triangle.finish].material)) continue;
     closed.push_back(&triangle);
     Corners corners;
     for (std::size_t k = 0; k < 3; ++k) corners[k] = places[triangle.corners[k]];
@@ -122,8 +122,8 @@ ShapeFaults find_shape_faults(const world::Shape& shape) {
   }
   for (const auto& [part, volume] : volumes)
     if (!open_parts.contains(part) && !(volume.second > 0.0L)) ++faults.num_inside_out;
-  const std::vector<std::vector<Corners>> bodies = bodies_of(closed, places);
-  for (const std::vector<Corners>& body : bodies) {
+  if (is_model) return faults;
+  for (const std::vector<Corners>& body : bodies_of(closed, places)) {
     if (open_parts.contains(parts.find(body.front().front()))) continue;
     ++faults.num_bodies;
     if (meets_itself(shape.vertices_steps, body)) ++faults.num_meeting_themselves;

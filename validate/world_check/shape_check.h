@@ -18,11 +18,12 @@ struct ShapeFaults {
   std::int64_t num_meeting_themselves = 0;  ///< closed parts that meet themselves
 };
 
-/// Materials whose triangles are sheets by their nature, and need not be closed: leaves, needles and blades; models
-/// that users bring stay as they are.
+/// Materials whose triangles are sheets by their nature, and need not be closed: leaves, needles and
+/// blades; and what is textured, of users' models, which older worlds do not mark.
 bool is_sheet(world::Material material);
 
 /// Exact: corners are whole steps. Sheets count for triangles without an area alone.
-ShapeFaults find_shape_faults(const world::Shape& shape);
+/// is_model   a user's, of which nothing counts as a sheet; bodies are not looked for (num_bodies 0)
+ShapeFaults find_shape_faults(const world::Shape& shape, bool is_model = false);
 
 }  // namespace terracast::world_check

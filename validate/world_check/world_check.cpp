@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 
@@ -36,6 +37,12 @@ constexpr std::array<std::array<std::string_view, 2>, 17> kKinds = {{
     {"seagrass_out_of_water", "seagrass on land, or that reaches out of the water"},
     {"plant_on_paint", "plants on roads"},
     {"plant_in_wall", "plants in solids"},
+}};
+
+/// Of users' models, which are what they are.
+constexpr std::array<std::array<std::string_view, 2>, 2> kInformation = {{
+    {"open_model", "users' models that are not closed"},
+    {"uneven_model", "users' models with triangles twice, turned against each other or inward"},
 }};
 
 /// Of each kind so many faults are told in words.
@@ -72,19 +79,51 @@ class Tally {
   std::array<One, kKinds.size()> all_;
 };
 
-void check_shape(const world::Shape& shape, const std::string& what, Tally& tally) {
-  const ShapeFaults faults = find_shape_faults(shape);
+/// is_model   a user's: only what is left out of models as they are read is wrong there
+/// returns    what it has, wrong or not
+ShapeFaults check_shape(const world::Shape& shape, const std::string& what, Tally& tally,
+                        bool is_model = false) {
+  const ShapeFaults faults = find_shape_faults(shape, is_model);
   const auto count = [&](std::string_view kind, std::int64_t asked, std::int64_t found) {
     tally.asked(kind, asked);
     if (found > 0) tally.fault(kind, fmt::format("{}: {}", what, found), found);
   };
   const auto num_triangles = static_cast<std::int64_t>(shape.triangles.size());
   count("degenerate_face", num_triangles, faults.num_degenerate);
+  if (is_model) return faults;
   count("coincident_face", num_triangles, faults.num_coincident);
   count("open_mesh", num_triangles, faults.num_open);
   count("turned_face", num_triangles, faults.num_turned);
   count("inside_out", 1, faults.num_inside_out);
   count("self_crossing", faults.num_bodies, faults.num_meeting_themselves);
+  return faults;
+}
+
+/// Counts users' models of which something can be told.
+/// faults   of the finest level of each prototype; nothing: it is no model
+std::vector<Result> information_of(const world::WorldManifest& manifest,
+                                   const std::vector<std::optional<ShapeFaults>>& faults) {
+  std::vector<Result> information;
+  for (const auto& [name, meaning] : kInformation)
+    information.push_back({.name = name, .meaning = meaning, .examples = {}});
+  const auto count = [](Result& result, bool is_found, const std::string& what) {
+    ++result.num_asked;
+    if (!is_found) return;
+    ++result.num_faults;
+    if (result.examples.size() < kMostExamples) result.examples.push_back(what);
+  };
+  for (std::size_t row = 0; row < faults.size(); ++row) {
+    if (!faults[row]) continue;
+    const ShapeFaults& found = *faults[row];
+    const std::string& name = manifest.prototypes[row].name;
+    count(information[0], found.num_open > 0,
+          fmt::format("model {}: {} open edges", name, found.num_open));
+    count(information[1], found.num_coincident + found.num_turned + found.num_inside_out > 0,
+          fmt::format("model {}: {} triangles twice, {} edges between triangles that face "
+                      "different ways, {} parts that face inward",
+                      name, found.num_coincident, found.num_turned, found.num_inside_out));
+  }
+  return information;
 }
 
 /// What a tile holds of an object. A solid is shown by the level of the tile that holds its place, and tiles that
@@ -291,6 +330,28 @@ void count_coincident(const world::WorldManifest& manifest,
   }
 }
 
+/// found   how the number of what was found is called
+core::Json json_from(const std::vector<Result>& results, std::string_view found) {
+  core::Json all = core::Json::array();
+  for (const Result& result : results)
+    all.push(std::move(core::Json::object()
+                           .set("name", result.name)
+                           .set("asked", result.num_asked)
+                           .set(found, result.num_faults)
+                           .set("examples", core::Json::array_of(result.examples))
+                           .set("meaning", result.meaning)));
+  return all;
+}
+
+std::string table_of(std::string_view head, const std::vector<Result>& results) {
+  std::string text = fmt::format("{:<20} {:>12} {:>8}  {}\n", head, "asked of", "found", "");
+  for (const Result& result : results)
+    text += fmt::format(
+        "{:<20} {:>12} {:>8}  {}\n", result.name, result.num_asked, result.num_faults,
+        result.examples.empty() ? std::string(result.meaning) : result.examples.front());
+  return text;
+}
+
 }  // namespace
 
 bool WorldFaults::is_right() const {
@@ -305,17 +366,22 @@ WorldFaults check_world(const world::TileStore& store, const core::Context& cont
     faults.results.push_back({.name = name, .meaning = meaning, .examples = {}});
   const auto num_prototypes = static_cast<std::int64_t>(manifest.prototypes.size());
   std::vector<Tally> of_prototypes(manifest.prototypes.size());
+  std::vector<std::optional<ShapeFaults>> of_models(manifest.prototypes.size());
   std::vector<PrototypeSize> sizes(manifest.prototypes.size());
   core::parallel_for(num_prototypes, [&](std::int64_t i) {
     const auto row = static_cast<std::size_t>(i);
     const world::Prototype prototype = store.load_prototype(row);
     sizes[row] = size_of(prototype);
-    for (const world::ShapeLevel& level : prototype.levels)
-      check_shape(level.shape,
-                  fmt::format("prototype {}, to level {}", prototype.name, level.coarsest_level),
-                  of_prototypes[row]);
+    for (const world::ShapeLevel& level : prototype.levels) {
+      const ShapeFaults found = check_shape(
+          level.shape,
+          fmt::format("prototype {}, to level {}", prototype.name, level.coarsest_level),
+          of_prototypes[row], prototype.is_model);
+      if (prototype.is_model && !of_models[row]) of_models[row] = found;
+    }
   });
   for (const Tally& tally : of_prototypes) tally.add_to(faults.results);
+  faults.information = information_of(manifest, of_models);
 
   std::vector<Held> held;
   std::vector<std::pair<std::uint32_t, TileFacts::Reach>> reaches;
@@ -354,17 +420,6 @@ WorldFaults check_world(const world::TileStore& store, const core::Context& cont
 }
 
 core::Json json_from(const WorldFaults& faults, const world::WorldManifest& manifest) {
-  core::Json results = core::Json::array();
-  for (const Result& result : faults.results) {
-    core::Json examples = core::Json::array();
-    for (const std::string& example : result.examples) examples.push(example);
-    results.push(std::move(core::Json::object()
-                               .set("name", result.name)
-                               .set("asked", result.num_asked)
-                               .set("faults", result.num_faults)
-                               .set("examples", std::move(examples))
-                               .set("meaning", result.meaning)));
-  }
   core::Json layers = core::Json::array();
   for (const world::LayerInfo& layer : manifest.layers) {
     core::Json counts = core::Json::object();
@@ -377,16 +432,14 @@ core::Json json_from(const WorldFaults& faults, const world::WorldManifest& mani
   return std::move(core::Json::object()
                        .set("ok", faults.is_right())
                        .set("world", manifest.name)
-                       .set("results", std::move(results))
+                       .set("results", json_from(faults.results, "faults"))
+                       .set("information", json_from(faults.information, "found"))
                        .set("layers", std::move(layers)));
 }
 
 std::string table_of(const WorldFaults& faults, const world::WorldManifest& manifest) {
-  std::string text = fmt::format("{:<20} {:>12} {:>8}  {}\n", "fault", "asked of", "found", "");
-  for (const Result& result : faults.results)
-    text += fmt::format(
-        "{:<20} {:>12} {:>8}  {}\n", result.name, result.num_asked, result.num_faults,
-        result.examples.empty() ? std::string(result.meaning) : result.examples.front());
+  std::string text =
+      table_of("fault", faults.results) + table_of("information", faults.information);
   for (const world::LayerInfo& layer : manifest.layers) {
     text += fmt::format("layer {} ({})\n", layer.name, layer.kind);
     for (const auto& [name, count] : layer.counts)

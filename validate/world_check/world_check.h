@@ -23,7 +23,10 @@ struct Result {
 /// What is wrong in a world.
 struct WorldFaults {
   std::vector<Result> results;  ///< of every kind, in a fixed order
-  bool is_right() const;
+  /// What is told and not wrong: users' models whose meshes, as their files have them, are not what
+  /// is asked of all other shapes. In models, by their finest level.
+  std::vector<Result> information;
+  bool is_right() const;  ///< whether the results hold no fault
 };
 
 /// Looks at all prototypes and all tiles of a world: meshes; that what reaches over several tiles is whole in each
@@ -34,7 +37,9 @@ struct WorldFaults {
 /// throws    Input: a damaged tile or prototype; Io
 WorldFaults check_world(const world::TileStore& store, const core::Context& context);
 
-/// {"ok", "world", "results": [{"name", "asked", "faults", "examples", "meaning"}], "layers": [{"name", "kind", "counts"}]}
+/// {"ok", "world", "results": [{"name", "asked", "faults", "examples", "meaning"}],
+/// "information": [{"name", "asked", "found", "examples", "meaning"}],
+/// "layers": [{"name", "kind", "counts"}]}
 core::Json json_from(const WorldFaults& faults, const world::WorldManifest& manifest);
 
 /// The same as a table for people.
