@@ -111,13 +111,14 @@ void check_geojson_crs(const core::Path& file) {
         file.written, kLongestCrs_bytes);
   const CPLJSONObject crs = document.GetRoot().GetObj("crs");
   if (crs.GetType() == CPLJSONObject::Type::Null) return;
+  std::string shown = crs.Format(CPLJSONObject::PrettyFormat::Plain);  // asking adds members
   const std::string name = crs.GetType() == CPLJSONObject::Type::Object ? name_of(crs) : "";
   OGRSpatialReference known;
   if (!name.empty() &&
       known.SetFromUserInput(
           name.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) == OGRERR_NONE)
     return;
-  std::string shown = name.empty() ? crs.Format(CPLJSONObject::PrettyFormat::Plain) : name;
+  if (!name.empty()) shown = name;
   if (shown.size() > kLongestShown_bytes) shown = shown.substr(0, kLongestShown_bytes) + " …";
   core::fail(core::ErrorKind::Input,
              "{}: its coordinate reference system {} is not known; state the right one with "

@@ -48,12 +48,13 @@ struct PlantedLand final : tiler::LayerSite {
   }
 };
 
-/// A layer on a plane.
+/// A layer on a plane that rises towards the east.
 struct Planted {
   explicit Planted(const std::string& text = "", double size_m = 16384.0, double ground_m = 300.0,
-                   std::int64_t seed = 1) {
-    tiler::WorldOptions options = world_of("plane", size_m);
+                   std::int64_t seed = 1, double slope = 0.0) {
+    tiler::WorldOptions options = world_of("ramp", size_m);
     options.elevation[0].height_m = ground_m;
+    options.elevation[0].slope = slope;
     surface = prepare(options);
     layer = made_layer(vegetation_of(text), *surface, static_cast<std::uint64_t>(seed));
   }

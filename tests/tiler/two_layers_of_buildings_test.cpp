@@ -62,10 +62,9 @@ class TwoLayersOfBuildings : public testing::Test {
   static Standing standing(const tiler::WorldSurface& surface, int level) {
     Standing all;
     const int half = static_cast<int>(kSize_m) / 2;
-    const int side = 256 << level;
     std::set<std::string> built;
-    for (int y = -half; y < half; y += side)
-      for (int x = -half; x < half; x += side) {
+    for (int y = -half; y < half; y += 256)
+      for (int x = -half; x < half; x += 256) {
         const world::TileId id = world::tile_at(level, x + 0.5, y + 0.5);
         if (!built.insert(id.name()).second) continue;
         for (Solid& solid : tiler::build_tile(surface, id).objects.solids)

@@ -41,13 +41,14 @@ TEST(Vegetation, NothingStandsWhereThereIsNoRoom) {
 
 TEST(Vegetation, TownsHaveThicketsOnSlopes) {
   const auto num_bushes = [](double slope) {
+    const Planted town("", 2048.0, 300.0, 1, slope);
     PlantedLand land;
     land.cover_at = [](const Vector2d&) { return Cover::BuiltUp; };
     land.z_at = [slope](const Vector2d& place) { return 300.0 + slope * place.x(); };
     int num = 0;
-    for (int x = 0; x < 4; ++x)
-      for (const Instance& instance : planted().on({0, x, 0}, land))
-        num += planted().is_a(instance, "bush") ? 1 : 0;
+    for (int x = -2; x < 2; ++x)
+      for (const Instance& instance : town.on({0, x, 0}, land))
+        num += town.is_a(instance, "bush") ? 1 : 0;
     return num;
   };
   const int num_on_level = num_bushes(0.02);
