@@ -18,8 +18,9 @@ std::string help_of(std::vector<const char*> command) {
 
 /// What the help says of an option, up to the next one; blanks and line ends as one blank.
 std::string said_of(const std::string& option, const std::string& help) {
-  const std::size_t begin = help.find(option);
-  if (begin == std::string::npos) return "";
+  const std::size_t end_of_line = help.find("\n  " + option);
+  if (end_of_line == std::string::npos) return "";
+  const std::size_t begin = end_of_line + 3;
   std::string said;
   for (const char c : help.substr(begin, help.find("\n  -", begin) - begin)) {
     const bool is_blank = c == ' ' || c == '\n';
