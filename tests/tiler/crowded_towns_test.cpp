@@ -30,13 +30,15 @@ VectorFeature rectangle(std::uint64_t number, const Vector2d& low, const Vector2
   return feature;
 }
 
-Town town_of(const std::vector<VectorFeature>& features) {
+Town town_of(const std::vector<VectorFeature>& features,
+             const std::vector<const Town*>& earlier = {}) {
   const auto nowhere = [](const Vector2d&) { return false; };
   return tiler::build_town(features, nullptr,
                            {.is_water = nowhere,
                             .is_sea = nowhere,
                             .is_taken = nowhere,
-                            .height_m = [](const Vector2d&) { return 300.0; }},
+                            .height_m = [](const Vector2d&) { return 300.0; },
+                            .earlier = earlier},
                            8192.0, 1);
 }
 
@@ -103,6 +105,35 @@ TEST(CrowdedTowns, LongFootprintsAreInFewCells) {
   EXPECT_EQ(town.buildings.size(), tiler::kMostInCell);
   EXPECT_EQ(count_of(town, "footprints left out in crowds of others"),
             3000 - static_cast<std::int64_t>(tiler::kMostInCell));
+}
+
+TEST(CrowdedTowns, AreHeldAgainstTheEarlierOneByNeighboursAlone) {
+  const auto houses = [](int side, std::uint64_t first) {
+    std::vector<VectorFeature> features;
+    for (int j = 0; j < side; ++j)
+      for (int i = 0; i < side; ++i)
+        features.push_back(rectangle(first + features.size(),
+                                     {24.0 * i - 1200.0, 24.0 * j - 1200.0}, {12, 10},
+                                     {{"building", "yes"}}));
+    return features;
+  };
+  constexpr int kSide = 80;
+  constexpr std::int64_t kNum = kSide * kSide;
+  const Town earlier = town_of(houses(kSide, 1));
+  ASSERT_EQ(earlier.buildings.size(), static_cast<std::size_t>(kNum));
+  const Town later = town_of(houses(kSide, 1 + kNum), {&earlier});
+  EXPECT_TRUE(later.buildings.empty());
+  EXPECT_EQ(count_of(later, "footprints that another layer of buildings has"), kNum);
+  // Two by two in a cell, and four cells at most.
+  EXPECT_LE(later.num_pairs, 16 * kNum);
+  // As many copies of one of them.
+  std::vector<VectorFeature> copies;
+  for (std::int64_t k = 0; k < kNum; ++k)
+    copies.push_back(rectangle(static_cast<std::uint64_t>(k + 1), {0, 0}, {12, 10}, {}));
+  const Town none = town_of(copies, {&earlier});
+  EXPECT_TRUE(none.buildings.empty());
+  EXPECT_EQ(count_of(none, "footprints that another layer of buildings has"), 1);
+  EXPECT_LE(none.num_pairs, 16);
 }
 
 TEST(BoxIndex, GivesWhatLiesInABoxOnceAndInOrder) {

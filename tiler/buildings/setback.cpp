@@ -251,7 +251,7 @@ class Pair {
   const Shown& shown_own_;
 };
 
-Overlaps overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
+Overlaps overlaps_of(std::uint32_t row, const std::vector<const Building*>& buildings,
                      const std::vector<Shown>& shown, const BoxIndex& index) {
   Overlaps overlaps;
   int num_met = 0;
@@ -264,7 +264,7 @@ Overlaps overlaps_of(std::uint32_t row, const std::vector<Building>& buildings,
       overlaps.are_more = true;
       return false;
     }
-    const Pair pair(buildings[j], shown[j], buildings[row], shown[row]);
+    const Pair pair(*buildings[j], shown[j], *buildings[row], shown[row]);
     const std::vector<NearLines> lines = pair.lines();
     const bool are_blocks_near = pair.are_blocks_near();
     if (!lines.empty() || are_blocks_near || pair.lie_over_each_other()) {
@@ -284,43 +284,57 @@ RingsSteps walls_of(const Building& building, int rank) {
   return inner ? *inner : rings;
 }
 
-Setbacks setback_ranks(const std::vector<Building>& buildings) {
-  std::vector<Shown> shown(buildings.size());  // at ranks 0, then at those that are chosen
-  std::vector<Overlaps> overlaps(buildings.size());
-  const auto for_each = [&](const auto& work) {
-    core::parallel_for_blocks(static_cast<std::int64_t>(buildings.size()), 64,
-                              [&](std::int64_t begin, std::int64_t end) {
-                                for (std::int64_t i = begin; i < end; ++i)
-                                  work(static_cast<std::uint32_t>(i));
-                              });
+Setbacks setback_ranks(const std::vector<Building>& buildings,
+                       const std::vector<RankedBuildings>& earlier) {
+  std::vector<const Building*> all;  // the earlier ones, then those that are asked for
+  std::vector<int> ranks;
+  for (const RankedBuildings& others : earlier) {
+    for (const Building& building : others.buildings) all.push_back(&building);
+    ranks.insert(ranks.end(), others.ranks.begin(), others.ranks.end());
+  }
+  const std::size_t first = all.size();
+  for (const Building& building : buildings) all.push_back(&building);
+  ranks.resize(all.size(), 0);
+  std::vector<Shown> shown(all.size());  // at ranks 0, then at those that are chosen
+  std::vector<Overlaps> overlaps(all.size());
+  const auto for_each = [&](std::size_t begin_row, std::size_t end_row, const auto& work) {
+    core::parallel_for_blocks(
+        static_cast<std::int64_t>(end_row - begin_row), 64,
+        [&](std::int64_t begin, std::int64_t end) {
+          for (std::int64_t i = begin; i < end; ++i)
+            work(static_cast<std::uint32_t>(begin_row) + static_cast<std::uint32_t>(i));
+        });
   };
-  for_each([&](std::uint32_t row) { shown[row] = shown_of(buildings[row], 0); });
+  for_each(0, all.size(), [&](std::uint32_t row) { shown[row] = shown_of(*all[row], 0); });
   BoxIndex index;
-  for (std::uint32_t row = 0; row < buildings.size(); ++row)
+  for (std::uint32_t row = 0; row < all.size(); ++row)
     index.add(row, shown[row].lowest_world, shown[row].highest_world);
   index.finish();
-  for_each([&](std::uint32_t row) { overlaps[row] = overlaps_of(row, buildings, shown, index); });
+  for_each(first, all.size(),
+           [&](std::uint32_t row) { overlaps[row] = overlaps_of(row, all, shown, index); });
+  for_each(0, first, [&](std::uint32_t row) {
+    if (ranks[row] > 0) shown[row] = shown_of(*all[row], ranks[row]);
+  });
   Setbacks setbacks;
-  setbacks.ranks.assign(buildings.size(), 0);
   std::int64_t num_crowded = 0;
   std::int64_t num_without = 0;
-  for (std::size_t row = 0; row < buildings.size(); ++row) {
+  for (std::size_t row = first; row < all.size(); ++row) {
     const std::vector<Overlap>& kept = overlaps[row].kept;
     const auto is_free = [&](int rank) {
       if (std::any_of(kept.begin(), kept.end(), [&](const Overlap& overlap) {
-            const int earlier = setbacks.ranks[overlap.earlier];
-            return (overlap.blocked >> (kMostRank + rank - earlier) & 1U) != 0 ||
-                   (overlap.blocked_sums >> (rank + earlier) & 1U) != 0;
+            const int before = ranks[overlap.earlier];
+            return (overlap.blocked >> (kMostRank + rank - before) & 1U) != 0 ||
+                   (overlap.blocked_sums >> (rank + before) & 1U) != 0;
           }))
         return false;
-      shown[row] = shown_of(buildings[row], rank);
+      shown[row] = shown_of(*all[row], rank);
       return std::none_of(kept.begin(), kept.end(), [&](const Overlap& overlap) {
         const std::uint32_t j = overlap.earlier;
         return overlap.are_blocks_near &&
-               Pair(buildings[j], shown[j], buildings[row], shown[row]).are_blocks_in_one_plane();
+               Pair(*all[j], shown[j], *all[row], shown[row]).are_blocks_in_one_plane();
       });
     };
-    int& rank = setbacks.ranks[row];
+    int& rank = ranks[row];
     if (!kept.empty()) {
       while (rank < kMostRank && !is_free(rank)) ++rank;
       num_without += is_free(rank) ? 0 : 1;
@@ -328,6 +342,7 @@ Setbacks setback_ranks(const std::vector<Building>& buildings) {
     num_crowded += overlaps[row].are_more ? 1 : 0;
     setbacks.num_pairs += overlaps[row].num_pairs;
   }
+  setbacks.ranks.assign(ranks.begin() + static_cast<std::ptrdiff_t>(first), ranks.end());
   if (num_crowded > 0)
     setbacks.counts.emplace_back("footprints over more others than are looked at", num_crowded);
   if (num_without > 0)

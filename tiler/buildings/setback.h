@@ -32,6 +32,12 @@ inline constexpr double kBodySunk_m = 1.5 * kSetback_m + kMostRank * kSetback_m;
 /// The rings on which a building of a rank stands.
 RingsSteps walls_of(const Building& building, int rank);
 
+/// Of an earlier layer, and the ranks that they have.
+struct RankedBuildings {
+  const std::vector<Building>& buildings;
+  const std::vector<int>& ranks;
+};
+
 struct Setbacks {
   std::vector<int> ranks;                                    ///< of each building
   std::vector<std::pair<std::string, std::int64_t>> counts;  ///< for LayerInfo::counts; none of 0
@@ -45,12 +51,14 @@ struct Setbacks {
 /// and walls are kept apart, too. Walls are kept apart that run along each other for 48 mm and more,
 /// whether both buildings lie on one side of them or, where neighbours are drawn a few centimetres
 /// into each other, on either. A pure function of the footprints and their order.
+/// earlier  of other layers, which go before all of these and keep their ranks
 /// limits   faces may still lie in one plane where a building finds no rank free (kMostRank then,
 ///          counted), lies over more than 64 earlier ones, or its box meets more than 1024 (those
 ///          beyond are not looked at, it is counted), and where heights differ by about a whole
 ///          number of setbacks, such as 12.006 and 12.000 m one rank apart
 /// cost     edges of at most 1024 pairs of footprints a building, and boxes of those before them in
 ///          its cells of the index; 12 bytes a pair that lie over each other
-Setbacks setback_ranks(const std::vector<Building>& buildings);
+Setbacks setback_ranks(const std::vector<Building>& buildings,
+                       const std::vector<RankedBuildings>& earlier = {});
 
 }  // namespace terracast::tiler

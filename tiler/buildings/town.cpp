@@ -46,6 +46,7 @@ struct Draft {
   Building building;
   const FeatureTags* tags = nullptr;
   bool is_dropped = false;
+  double share_earlier = 0.0;  ///< of it in buildings of earlier layers
   double area_m2 = 0.0;
   std::vector<Vector2d> inside_world;  ///< places within it
 };
@@ -117,6 +118,7 @@ class TownBuilder {
         index_.add(static_cast<std::uint32_t>(i), drafts_[i].building.lowest_world,
                    drafts_[i].building.highest_world);
     index_.finish();
+    drop_what_earlier_layers_have();
     drop_what_is_there_twice();
     replace_by_parts();
     measure_density();
@@ -151,6 +153,8 @@ class TownBuilder {
     count("footprints too large", footprint_counts_.num_too_large);
     count("footprints beyond the square", num_beyond_);
     count("footprints in water", num_wet_);
+    count("footprints that another layer of buildings has", num_earlier_);
+    count("footprints across another layer's buildings", num_across_earlier_);
     count("footprints in others left out", num_same_);
     count("footprints left out in crowds of others", num_crowded_);
     count("footprints across others", num_crossing_);
@@ -270,6 +274,74 @@ class TownBuilder {
     return rows;
   }
 
+  /// Buildings of earlier layers whose boxes come so near to a draft's.
+  std::vector<const Building*> near_of_earlier(const Draft& draft, double margin_m) const {
+    const Vector2d lowest = draft.building.lowest_world.array() - margin_m;
+    const Vector2d highest = draft.building.highest_world.array() + margin_m;
+    std::vector<const Building*> others;
+    for (const Town* town : ground_.earlier) {
+      const std::vector<std::uint32_t> rows = town->index.rows_in(lowest, highest);
+      num_pairs_ += static_cast<std::int64_t>(rows.size());
+      for (const std::uint32_t row : rows) {
+        const Building& other = town->buildings[row];
+        if ((other.lowest_world.array() <= highest.array()).all() &&
+            (other.highest_world.array() >= lowest.array()).all())
+          others.push_back(&other);
+      }
+    }
+    return others;
+  }
+
+  double share_in_earlier(const Draft& draft) const {
+    const std::vector<const Building*> others = near_of_earlier(draft, 0.0);
+    if (others.empty() || draft.inside_world.empty()) return 0.0;
+    const auto num_in = std::count_if(
+        draft.inside_world.begin(), draft.inside_world.end(), [&](const Vector2d& place) {
+          return std::any_of(others.begin(), others.end(),
+                             [&](const Building* other) { return contains_world(*other, place); });
+        });
+    return static_cast<double>(num_in) / static_cast<double>(draft.inside_world.size());
+  }
+
+  /// The earlier layer's stands, however good the later's is: as layers go before each other
+  /// everywhere. Parts go with their outline, so that no building is there in pieces.
+  void drop_what_earlier_layers_have() {
+    if (ground_.earlier.empty()) return;
+    const auto for_each = [&](const auto& work) {
+      core::parallel_for_blocks(static_cast<std::int64_t>(drafts_.size()), 64,
+                                [&](std::int64_t begin, std::int64_t end) {
+                                  for (std::int64_t i = begin; i < end; ++i)
+                                    if (!drafts_[static_cast<std::size_t>(i)].is_dropped)
+                                      work(static_cast<std::size_t>(i));
+                                });
+    };
+    for_each([&](std::size_t i) { drafts_[i].share_earlier = share_in_earlier(drafts_[i]); });
+    const auto is_theirs = [](const Draft& draft) {
+      return draft.share_earlier >= kShareOfEarlier;
+    };
+    std::vector<char> goes(drafts_.size(), 0);
+    for_each([&](std::size_t i) {
+      const Draft& draft = drafts_[i];
+      bool has_outline = false;
+      bool stands = false;
+      if (draft.building.is_part)
+        for (const std::uint32_t j : near(draft, 0.0)) {
+          const Draft& outline = drafts_[j];
+          if (outline.building.is_part || outline.is_dropped ||
+              share_in(draft, outline) < kPartOfOutline)
+            continue;
+          has_outline = true;
+          stands = stands || !is_theirs(outline);
+        }
+      goes[i] = (has_outline ? !stands : is_theirs(draft)) ? 1 : 0;
+    });
+    for (std::size_t i = 0; i < drafts_.size(); ++i) {
+      if (goes[i] == 0) continue;
+      drafts_[i].is_dropped = true;
+      ++num_earlier_;
+    }
+  }
+
   void drop_what_is_there_twice() {
     // All verdicts before any is carried out, so that their order does not matter.
     std::vector<char> is_same(drafts_.size(), 0);
@@ -357,11 +429,15 @@ class TownBuilder {
   }
 
   void measure_density() {
-    for (const Draft& draft : drafts_) {
-      if (draft.is_dropped) continue;
-      const Vector2i& at = draft.building.footprint.place_m;
-      built_m2_[cell_key(at.x(), at.y(), kDensityCell_m)] += draft.area_m2;
-    }
+    const auto add = [&](const Building& building, double built_m2) {
+      const Vector2i& at = building.footprint.place_m;
+      built_m2_[cell_key(at.x(), at.y(), kDensityCell_m)] += built_m2;
+    };
+    for (const Draft& draft : drafts_)
+      if (!draft.is_dropped) add(draft.building, draft.area_m2);
+    for (const Town* town : ground_.earlier)
+      for (const Building& building : town->buildings)
+        add(building, area_m2(building.footprint.rings));
   }
 
   double share_built(const Vector2d& at) const {
@@ -378,20 +454,21 @@ class TownBuilder {
     const Draft& draft = drafts_[row];
     const Footprint& footprint = draft.building.footprint;
     std::vector<bool> attached;
-    const std::vector<std::uint32_t> others = near(draft, kAttached_m + 0.1);
+    std::vector<const Building*> others = near_of_earlier(draft, kAttached_m + 0.1);
+    for (const std::uint32_t j : near(draft, kAttached_m + 0.1))
+      if (j != row && !drafts_[j].is_dropped) others.push_back(&drafts_[j].building);
     for (const auto& ring : footprint.rings)
       for (std::size_t i = 0; i < ring.size(); ++i) {
         const Vector2d a = ring[i].cast<double>();
         const Vector2d b = ring[(i + 1) % ring.size()].cast<double>();
         const Vector2d along = (b - a).normalized();
         const Vector2d outward(along.y(), -along.x());
-        const auto holds_place_beside = [&](std::uint32_t j) {
-          if (j == row || drafts_[j].is_dropped) return false;
+        const auto holds_place_beside = [&](const Building* other) {
           for (const double share : {0.04, 0.27, 0.5, 0.73, 0.96})
             for (const double out_m : {0.15, kAttached_m})
-              if (contains_world(drafts_[j].building, footprint.place_m.cast<double>() +
-                                                          kHeightStep_m * (a + share * (b - a)) +
-                                                          out_m * outward))
+              if (contains_world(*other, footprint.place_m.cast<double>() +
+                                             kHeightStep_m * (a + share * (b - a)) +
+                                             out_m * outward))
                 return true;
           return false;
         };
@@ -433,6 +510,7 @@ class TownBuilder {
       const BuildingDesign& design = draft.building.design;
       ++heights_[static_cast<std::size_t>(design.height_source)];
       num_clamped_ += design.was_clamped ? 1 : 0;
+      num_across_earlier_ += draft.share_earlier > kTouches ? 1 : 0;
       num_taken_ += ground_.is_taken(draft.building.footprint.place_m.cast<double>()) ? 1 : 0;
     }
   }
@@ -505,6 +583,8 @@ class TownBuilder {
   std::int64_t num_clamped_ = 0;
   std::int64_t num_beyond_ = 0;
   std::int64_t num_wet_ = 0;
+  std::int64_t num_earlier_ = 0;
+  std::int64_t num_across_earlier_ = 0;
   std::int64_t num_same_ = 0;
   std::int64_t num_crowded_ = 0;
   std::int64_t num_crossing_ = 0;

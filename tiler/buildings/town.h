@@ -36,10 +36,17 @@ using MeasuredHeights = std::unordered_map<std::uint64_t, double>;
 struct TownGround {
   std::function<bool(const Eigen::Vector2d& place_world)> is_water;
   std::function<bool(const Eigen::Vector2d& place_world)> is_sea;
-  std::function<bool(const Eigen::Vector2d& place_world)> is_taken;    ///< by other layers
+  std::function<bool(const Eigen::Vector2d& place_world)> is_taken;    ///< by layers of other kinds
   std::function<double(const Eigen::Vector2d& place_world)> height_m;  ///< ellipsoidal, about
   double latitude_deg = 0.0;
+  /// Of the layers of buildings before: what these have is not built again.
+  std::vector<const Town*> earlier = {};
 };
+
+/// Share of a footprint in buildings of earlier layers from which on it is one of theirs. A house
+/// of a row that is drawn aside by up to a third of its width and depth lies to (2/3)^2 = 0.44 and
+/// more in itself, and to a third at most in the house beside it.
+inline constexpr double kShareOfEarlier = 0.4;
 
 /// raster     of heights; may be null
 /// measured   of features whose heights were measured, which no raster is asked for

@@ -39,7 +39,7 @@ using Eigen::Vector3d;
 using world::kHeightStep_m;
 
 /// Bumped when what stands where changes.
-constexpr int kBuildingsVersion = 8;
+constexpr int kBuildingsVersion = 9;
 
 /// Coarsest tiles of the shapes with all their details, and of those with roofs.
 constexpr int kFineLevel = 1;
@@ -86,9 +86,21 @@ class BuildingsLayer final : public Layer, public DryCover {
                  *cover == world::Cover::River;
       return false;
     };
+    std::vector<const Town*> earlier_towns;
+    std::vector<RankedBuildings> earlier_ranks;
+    std::vector<const Layer*> others;
+    for (const auto& earlier : inputs.earlier) {
+      const auto* buildings = dynamic_cast<const BuildingsLayer*>(earlier.get());
+      if (buildings == nullptr) {
+        others.push_back(earlier.get());
+        continue;
+      }
+      earlier_towns.push_back(&buildings->town_);
+      earlier_ranks.push_back({buildings->town_.buildings, buildings->ranks_});
+    }
     const auto is_taken = [&](const Vector2d& place) {
-      return std::any_of(inputs.earlier.begin(), inputs.earlier.end(),
-                         [&](const auto& earlier) { return earlier->holds(place, 0.0); });
+      return std::any_of(others.begin(), others.end(),
+                         [&](const Layer* other) { return other->holds(place, 0.0); });
     };
     const auto height_m = [&](const Vector2d& place) {
       return frame_
@@ -105,10 +117,11 @@ class BuildingsLayer final : public Layer, public DryCover {
                         .is_sea = is_sea,
                         .is_taken = is_taken,
                         .height_m = height_m,
-                        .latitude_deg = frame_.origin().lat_deg},
+                        .latitude_deg = frame_.origin().lat_deg,
+                        .earlier = std::move(earlier_towns)},
                        inputs.size_m, seed, measured_m);
     settled_ = SettledGround(town_.buildings, inputs.size_m, is_planned ? nullptr : is_sea, seed);
-    Setbacks setbacks = setback_ranks(town_.buildings);
+    Setbacks setbacks = setback_ranks(town_.buildings, earlier_ranks);
     ranks_ = std::move(setbacks.ranks);
     measure_boxes();
     std::vector<std::uint64_t> keys;
