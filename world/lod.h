@@ -60,7 +60,7 @@ struct DetailOptions {
         "square is tiled all over at the spacing of its heights, whatever this says (that of "
         "the first raster that is no inset, or of the procedural land behind rasters, "
         "rounded down to a power of two; at least world.size_m / 8192, at most 128 m): a "
-        "larger value shows coarser terrain and saves no tile.",
+        "larger value shows coarser terrain and saves none of these tiles.",
         core::between(0.125, 1024.0));
   }
   void validate() const;  ///< throws Config: spacing not a power of two
