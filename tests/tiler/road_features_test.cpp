@@ -223,14 +223,16 @@ TEST(Roads, AnAirfieldsGroundIsGrassAndNothingElseOfItIsTold) {
     EXPECT_NE(cover(x, y), Cover::Grass) << x << " " << y;
 }
 
+tiler::WayStyle street() {
+  std::int64_t num_repaired = 0;
+  const std::vector<std::pair<std::string, std::string>> tags = {{"highway", "residential"}};
+  return *tiler::way_style(tiler::FeatureTags(tags), num_repaired);
+}
+
 TEST(RoadNetwork, PlacesThatAreNoneAndWaysOfAMillionPointsAreBounded) {
   const double nan = std::nan("");
   tiler::Way way;
-  way.style = *[] {
-    std::int64_t num_repaired = 0;
-    const std::vector<std::pair<std::string, std::string>> tags = {{"highway", "residential"}};
-    return tiler::way_style(tiler::FeatureTags(tags), num_repaired);
-  }();
+  way.style = street();
   tiler::Way broken = way;
   broken.feature = 1;
   broken.points_world = {{nan, 0.0}, {0.0, 0.0}, {50.0, nan}, {100.0, 0.0}};
@@ -249,6 +251,46 @@ TEST(RoadNetwork, PlacesThatAreNoneAndWaysOfAMillionPointsAreBounded) {
   EXPECT_EQ(network.counts().num_thinned, 1);
   EXPECT_EQ(network.lines().size(), 2u);
   EXPECT_LT(network.stations().size(), 2000u);
+}
+
+/// Pieces are counted, not timed: what lies about a place is looked at for each piece there.
+TEST(RoadNetwork, WaysThatAreScribbledOrCrowdAreLeftOutAndCounted) {
+  std::vector<tiler::Way> ways;
+  const auto add = [&](tiler::PointsWorld points) {
+    tiler::Way way;
+    way.style = street();
+    way.feature = ways.size() + 1;
+    way.points_world = std::move(points);
+    ways.push_back(way);
+  };
+  add({{-500.0, 3.0}, {500.0, 3.0}});
+  // To and fro over 40 m of it, ends 2 cm apart.
+  tiler::PointsWorld scribble;
+  for (int k = 0; k < 100'000; ++k)
+    scribble.emplace_back((k % 2) * 40.0 + 0.02 * (k / 2 % 300), 0.02 * (k / 600));
+  add(scribble);
+  const tiler::RoadNetwork network(ways, 2048.0);
+  EXPECT_EQ(network.counts().num_crowded, 1);
+  ASSERT_EQ(network.lines().size(), 1u);
+  EXPECT_NEAR(network.lines()[0].length_m(), 1000.0, 1e-6);
+  // Streets of 4 pieces of 8 m each in a square of 32 m.
+  ways.clear();
+  constexpr int kMost = 2048 / 4;
+  for (int k = 0; k < kMost + 7; ++k) add({{-16.0, -15.0 + 0.05 * k}, {16.0, -15.0 + 0.05 * k}});
+  const tiler::RoadNetwork crowd(ways, 2048.0);
+  EXPECT_EQ(crowd.counts().num_crowded, 7);
+  EXPECT_EQ(crowd.lines().size(), static_cast<std::size_t>(kMost));
+  // As dense as ways may be drawn: a labyrinth, 900 m in a disc of 29 m, with a point each half metre.
+  tiler::PointsWorld labyrinth;
+  constexpr double kRadius_m = 14.5;
+  for (int k = 1; k <= 1800; ++k) {
+    const double radius_m = kRadius_m * std::sqrt(k / 1800.0);
+    const double angle_rad = 2.0 * 900.0 / kRadius_m * radius_m / kRadius_m;
+    labyrinth.emplace_back(radius_m * std::cos(angle_rad), radius_m * std::sin(angle_rad));
+  }
+  ways.clear();
+  add(labyrinth);
+  EXPECT_EQ(tiler::RoadNetwork(ways, 2048.0).counts().num_crowded, 0);
 }
 
 /// A lake in a disc about the origin, level.

@@ -137,6 +137,8 @@ class RoadsLayer final : public Layer, public DryCover {
     put("ways thinned", counts.num_thinned + more.num_thinned);
     put("ways cut at the square", counts.num_outside + more.num_outside);
     put("widths and lanes repaired", sorted.num_repaired);
+    if (const auto num = counts.num_crowded + more.num_crowded; num > 0)
+      put("ways left out where too many lie", num);
     if (num_tangled > 0)
       put("pairs of bridges too tangled to tell where they lie on each other", num_tangled);
   }

@@ -20,6 +20,11 @@ constexpr double kSamePlace_m = 0.01;
 /// A way of more points is thinned to those this far apart.
 constexpr std::size_t kMostPoints = 50000;
 constexpr double kThinned_m = 2.0;
+/// In a square so wide lie no more pieces of ways, each kStation_m long at most: what lies about a
+/// place is looked at for each of them. They are 16 m of way on each square metre, or a labyrinth
+/// that has a point each half metre.
+constexpr double kCrowd_m = 32.0;
+constexpr int kMostInCrowd = 2048;
 /// Lines are cut so far beyond the square.
 constexpr double kBeyond_m = 40.0;
 /// Stations are no farther apart.
@@ -51,6 +56,33 @@ Key key_of(const Vector2d& at) {
 double turn_rad(const Vector2d& from, const Vector2d& to) {
   return std::atan2(std::abs(from.x() * to.y() - from.y() * to.x()), from.dot(to));
 }
+
+/// How many pieces of ways lie in squares of kCrowd_m.
+class Crowd {
+ public:
+  /// Nothing is taken in of a way for which there is no room.
+  bool take_in(const PointsWorld& points) {
+    std::unordered_map<Key, int, KeyHash> own;
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+      const Vector2d step = points[i + 1] - points[i];
+      const int num = std::max(1, static_cast<int>(std::ceil(step.norm() / kStation_m)));
+      for (int k = 0; k < num; ++k) {
+        const Vector2d at = (points[i] + (k + 0.5) / num * step) / kCrowd_m;
+        ++own[{std::llround(at.x()), std::llround(at.y())}];
+      }
+    }
+    const auto has_room = [&](const auto& more) {
+      const auto found = num_in_.find(more.first);
+      return more.second + (found == num_in_.end() ? 0 : found->second) <= kMostInCrowd;
+    };
+    if (!std::all_of(own.begin(), own.end(), has_room)) return false;
+    for (const auto& [square, num] : own) num_in_[square] += num;
+    return true;
+  }
+
+ private:
+  std::unordered_map<Key, int, KeyHash> num_in_;
+};
 
 /// The parts of a line within a square about the origin, cut at its sides.
 std::vector<PointsWorld> parts_within(const PointsWorld& line, double half_m) {
@@ -170,6 +202,13 @@ void RoadNetwork::clean(std::vector<Way> ways, double half_size_m) {
     const bool is_known = !known.emplace(std::pair(std::move(keys), use), 0).second;
     counts_.num_duplicates += is_known ? 1 : 0;
     return is_known;
+  });
+  // What is scribbled, or comes where too many are.
+  Crowd crowd;
+  std::erase_if(ways_, [&](const Way& way) {
+    const bool is_crowded = !crowd.take_in(way.points_world);
+    counts_.num_crowded += is_crowded ? 1 : 0;
+    return is_crowded;
   });
 }
 
