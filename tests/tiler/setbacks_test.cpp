@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <array>
@@ -8,6 +9,7 @@
 #include <cstdint>
 #include <fstream>
 #include <map>
+#include <numbers>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -209,7 +211,7 @@ TEST(Setbacks, EachStandsBackByTheLeastThatIsFree) {
   for (int k = 0; k < 20; ++k) stack.add(80, 0, 10, 10);
   const auto [ranks, num_crowded, num_without] = stack.ranks();
   std::vector<int> expected = {0, 1, 0, 0, 0};
-  for (int k = 0; k < 20; ++k) expected.push_back(std::min(k, 15));
+  for (int k = 0; k < 20; ++k) expected.push_back(k % 16);  // as few as can be on each
   EXPECT_EQ(ranks, expected);
   EXPECT_EQ(num_crowded, 0);
   EXPECT_EQ(num_without, 4);
@@ -301,6 +303,24 @@ TEST(Setbacks, WallsOfBlocksAreNotInOnePlane) {
                   << ", " << pair.area_m2 << " m2";
 }
 
+// Seen in November 2026 in Bilbao: walls of blocks that cross at a few degrees were taken to lie in one plane at all
+// ranks, and so both of two such neighbours stood back by the most, with their bottoms in one plane.
+TEST(Setbacks, BlocksWhoseWallsCrossFindARankOfTheirOwn) {
+  // Bars with an elbow, of seven corners, fanned out about one place by 3 degrees: each one's rectangle crosses the others'.
+  constexpr int kNum = 6;
+  Stack stack;
+  for (int k = 0; k < kNum; ++k) {
+    const Eigen::Rotation2Dd turn(k * 3.0 * std::numbers::pi / 180.0);
+    std::vector<Vector2d> ring = {{0, 0}, {40, 0}, {40, 9}, {12, 9}, {12, 12}, {6, 12.3}, {0, 12}};
+    for (Vector2d& corner : ring) corner = turn * (corner - Vector2d(20, 5));
+    stack.add(ring);
+  }
+  const auto [ranks, num_crowded, num_without] = stack.ranks();
+  EXPECT_EQ(ranks, (std::vector<int>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(num_crowded, 0);
+  EXPECT_EQ(num_without, 0);
+}
+
 // A few megabytes of parts on one place are 200 million pairs.
 TEST(Setbacks, ManyOnOnePlaceCostLittle) {
   constexpr int kNum = 20000;
@@ -312,7 +332,8 @@ TEST(Setbacks, ManyOnOnePlaceCostLittle) {
   EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 40.0);
   EXPECT_LT(peak.more_mb(), 100.0);
   for (int k = 0; k < kNum; ++k)
-    ASSERT_EQ(ranks[static_cast<std::size_t>(k)], std::min(k, 15)) << k;
+    ASSERT_EQ(ranks[static_cast<std::size_t>(k)], k < 64 ? k % 16 : 0)
+        << k;                         // the first 64 are looked at
   EXPECT_EQ(num_crowded, kNum - 65);  // the first with more than 64 before it is the 66th
   EXPECT_LE(stack.num_pairs, kNum * 65);
   EXPECT_EQ(num_without, kNum - 16);

@@ -1,6 +1,7 @@
 #include "tiler/buildings/setback.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -24,6 +25,10 @@ constexpr double kClear_steps = 4.0;
 /// Walls that run so near to each other for less are left, such as those that meet at a corner, and
 /// those that cross at 10 degrees and more.
 constexpr double kLeastRun_steps = 48.0;
+/// Walls of blocks are in one plane where they are so for this share of their way along each other:
+/// five ranks, each of which moves them by 6 mm, part them then. Walls that cross more steeply cross
+/// at any rank, in a line.
+constexpr double kLeastShare = 1.0 / 3.0;
 
 /// Two edges along each other.
 struct NearLines {
@@ -134,17 +139,15 @@ bool are_near(const NearLines& lines) {
          std::max(lines.first_steps, lines.last_steps) >= -kFarthest_steps;
 }
 
-/// All that ranks may bring into one plane.
+/// All that ranks may bring into one plane. Walls that cross are left that do so at any rank.
 std::vector<NearLines> lines_along(const RingsSteps& earlier, const RingsSteps& own) {
   std::vector<NearLines> lines;
   for_each_run(earlier, own, [&](const NearLines& near) {
     if (!are_near(near)) return;
     const int least = near.are_opposed ? 0 : -kMostRank;
-    for (int rank = least; rank <= least + 2 * kMostRank; ++rank)
-      if (is_blocked(near, rank)) {
-        lines.push_back(near);
-        return;
-      }
+    int num_blocked = 0;
+    for (int k = 0; k <= 2 * kMostRank; ++k) num_blocked += is_blocked(near, least + k) ? 1 : 0;
+    if (num_blocked > 0 && num_blocked <= 2 * kMostRank) lines.push_back(near);
   });
   return lines;
 }
@@ -173,6 +176,11 @@ Overlap overlap_of(std::uint32_t earlier, const std::vector<NearLines>& lines) {
       if (!near.are_opposed && is_blocked(near, k - kMostRank)) overlap.blocked |= 1U << k;
     }
   return overlap;
+}
+
+bool is_blocked_by(const Overlap& overlap, int earlier_rank, int rank) {
+  return (overlap.blocked >> (kMostRank + rank - earlier_rank) & 1U) != 0 ||
+         (overlap.blocked_sums >> (rank + earlier_rank) & 1U) != 0;
 }
 
 /// What is shown of a building.
@@ -216,8 +224,9 @@ class Pair {
   }
   bool are_blocks_near() const { return any_run_of_blocks(are_near); }
   bool are_blocks_in_one_plane() const {
-    return any_run_of_blocks(
-        [](const NearLines& near) { return near_run_steps(near, 0.0) >= kLeastRun_steps; });
+    return any_run_of_blocks([](const NearLines& near) {
+      return near_run_steps(near, 0.0) >= std::max(kLeastRun_steps, kLeastShare * near.run_steps);
+    });
   }
 
  private:
@@ -250,6 +259,10 @@ class Pair {
   const Shown& shown_earlier_;
   const Shown& shown_own_;
 };
+
+/// Earlier ones with which a building has faces in one plane: tops and bottoms, walls, and walls of
+/// blocks.
+using Clashes = std::array<std::ptrdiff_t, 3>;
 
 Overlaps overlaps_of(std::uint32_t row, const std::vector<const Building*>& buildings,
                      const std::vector<Shown>& shown, const BoxIndex& index) {
@@ -320,24 +333,30 @@ Setbacks setback_ranks(const std::vector<Building>& buildings,
   std::int64_t num_without = 0;
   for (std::size_t row = first; row < all.size(); ++row) {
     const std::vector<Overlap>& kept = overlaps[row].kept;
-    const auto is_free = [&](int rank) {
-      if (std::any_of(kept.begin(), kept.end(), [&](const Overlap& overlap) {
-            const int before = ranks[overlap.earlier];
-            return (overlap.blocked >> (kMostRank + rank - before) & 1U) != 0 ||
-                   (overlap.blocked_sums >> (rank + before) & 1U) != 0;
-          }))
-        return false;
+    const auto clashes_at = [&](int rank) {
       shown[row] = shown_of(*all[row], rank);
-      return std::none_of(kept.begin(), kept.end(), [&](const Overlap& overlap) {
+      Clashes clashes = {};
+      for (const Overlap& overlap : kept) {
         const std::uint32_t j = overlap.earlier;
-        return overlap.are_blocks_near &&
-               Pair(*all[j], shown[j], *all[row], shown[row]).are_blocks_in_one_plane();
-      });
+        if (ranks[j] == rank)
+          ++clashes[0];
+        else if (is_blocked_by(overlap, ranks[j], rank))
+          ++clashes[1];
+        else if (overlap.are_blocks_near &&
+                 Pair(*all[j], shown[j], *all[row], shown[row]).are_blocks_in_one_plane())
+          ++clashes[2];
+      }
+      return clashes;
     };
-    int& rank = ranks[row];
     if (!kept.empty()) {
-      while (rank < kMostRank && !is_free(rank)) ++rank;
-      num_without += is_free(rank) ? 0 : 1;
+      Clashes fewest = clashes_at(0);
+      for (int rank = 1; rank <= kMostRank && fewest != Clashes(); ++rank)
+        if (const Clashes clashes = clashes_at(rank); clashes < fewest) {
+          fewest = clashes;
+          ranks[row] = rank;
+        }
+      shown[row] = shown_of(*all[row], ranks[row]);
+      num_without += fewest != Clashes() ? 1 : 0;
     }
     num_crowded += overlaps[row].are_more ? 1 : 0;
     setbacks.num_pairs += overlaps[row].num_pairs;

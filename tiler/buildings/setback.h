@@ -50,10 +50,13 @@ struct Setbacks {
 /// coarse tiles show them, neighbours may lie over each other that do not else: their tops, bottoms
 /// and walls are kept apart, too. Walls are kept apart that run along each other for 48 mm and more,
 /// whether both buildings lie on one side of them or, where neighbours are drawn a few centimetres
-/// into each other, on either. A pure function of the footprints and their order.
+/// into each other, on either; those of blocks, where that is a third of their way along each other
+/// and more. Walls that cross at any rank are left to do so. A pure function of the footprints and
+/// their order.
 /// earlier  of other layers, which go before all of these and keep their ranks
-/// limits   faces may still lie in one plane where a building finds no rank free (kMostRank then,
-///          counted), lies over more than 64 earlier ones, or its box meets more than 1024 (those
+/// limits   faces may still lie in one plane where a building finds no rank free (it is given the
+///          one with the fewest tops and bottoms in one plane, of these with the fewest walls, then
+///          walls of blocks, and counted), lies over more than 64 earlier ones, or its box meets more than 1024 (those
 ///          beyond are not looked at, it is counted), and where heights differ by about a whole
 ///          number of setbacks, such as 12.006 and 12.000 m one rank apart
 /// cost     edges of at most 1024 pairs of footprints a building, and boxes of those before them in
