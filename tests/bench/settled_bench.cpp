@@ -14,6 +14,8 @@
 // settled_world_truth, settled_world_color   the same over a tiled world, from a place that looks
 //                        along a heading (anticlockwise from east, degrees), turned down by a pitch:
 //                        east, north, height above ground in m, heading, pitch in degrees.
+// settled_world_climate  what a render reads of that world before its first frame: where its sea
+//                        is, and how open
 //
 // `ratio` is the bare loop's CPU time over ours, in turn in one run. The argument is the number of
 // threads.
@@ -29,6 +31,7 @@
 #include "core/random.h"
 #include "geo/units.h"
 #include "render/frame_renderer.h"
+#include "render/material.h"
 #include "tests/bench/bench_support.h"
 #include "tests/bench/frame_rays.h"
 #include "tests/render/scene.h"
@@ -304,11 +307,23 @@ void settled_world_truth(benchmark::State& state) { over_world<measure_truth>(st
 void settled_world_rays(benchmark::State& state) { over_world<measure_rays>(state); }
 void settled_world_color(benchmark::State& state) { over_world<measure_color>(state); }
 
+void settled_world_climate(benchmark::State& state) {
+  const char* folder = std::getenv("TERRACAST_BENCH_WORLD");
+  if (folder == nullptr) {
+    state.SkipWithError("TERRACAST_BENCH_WORLD names no world");
+    return;
+  }
+  const world::TileStore store = world::TileStore::open(folder);
+  for ([[maybe_unused]] const auto _ : state)
+    benchmark::DoNotOptimize(render::climate_of(store, 1));
+}
+
 BENCHMARK(settled_forest_truth)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond);
 BENCHMARK(settled_forest_rays)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond);
 BENCHMARK(settled_forest_color)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond);
 BENCHMARK(settled_world_truth)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond);
 BENCHMARK(settled_world_rays)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond);
 BENCHMARK(settled_world_color)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond);
+BENCHMARK(settled_world_climate)->Unit(benchmark::kMillisecond);
 
 }  // namespace

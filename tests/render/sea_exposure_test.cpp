@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "render/material.h"
 #include "tests/support/test_data.h"
 #include "tests/support/tiny_world.h"
 
@@ -81,6 +82,14 @@ TEST(SeaExposure, CountsEverySecondSampleAndFewerWhereThereWouldBeTooMany) {
       EXPECT_NEAR(exposure->sea_share(place), counted_share(place, spacing_m), 1e-12)
           << spacing_m << ": " << place.transpose();
   }
+}
+
+TEST(SeaExposure, IsOnlyLookedForWhereThereIsASea) {
+  const test::ScratchFolder folder;
+  EXPECT_NE(climate_of(coast(folder), 1).exposure, nullptr);
+  const world::TileStore dry =
+      test::make_tiny_world(folder / "dry", [](double, double) { return 5.0; });
+  EXPECT_EQ(climate_of(dry, 1).exposure, nullptr);
 }
 
 TEST(SeaExposure, SurfBelongsToTheOpenCoast) {
