@@ -206,5 +206,33 @@ TEST_F(TwoLayersOfBuildings, LeaveOrKeepABuildingWithItsParts) {
   expect_no_common_planes(*surface);
 }
 
+/// What a house looks like follows from what stands about it: how dense the town is, and where others
+/// are built on to it. As of one layer that has them all.
+TEST_F(TwoLayersOfBuildings, SeeEachOthersNeighbours) {
+  std::vector<VectorSpec> first, second, all;
+  std::uint64_t way = 0;
+  for (int row = 0; row < 12; ++row)  // of houses wall to wall, which say nothing of their heights
+    for (int k = 0; k < 16; ++k) {
+      auto& specs = (k + row) % 2 == 0 ? first : second;
+      specs.push_back(footprint(++way, wkt(12.0 * k - 96.0, 20.0 * row - 120.0, 12, 14),
+                                {{"building", "yes"}}));
+      all.push_back(specs.back());
+    }
+  const Standing split = standing(*world_of_layers({first, second}), 0);
+  const Standing one = standing(*world_of_layers({all}), 0);
+  const Standing alone = standing(*world_of_layers({second}), 0);
+  ASSERT_EQ(split.size(), all.size());
+  ASSERT_EQ(alone.size(), second.size());
+  std::size_t num_seen = 0, num_like_alone = 0;
+  for (const auto& [name, solid] : split) {
+    if (name.first != 1) continue;
+    ++num_seen;
+    EXPECT_EQ(solid.levels, one.at({0, name.second}).levels) << name.second;
+    num_like_alone += solid.levels == alone.at({0, name.second}).levels ? 1 : 0;
+  }
+  EXPECT_EQ(num_seen, second.size());
+  EXPECT_LT(num_like_alone, second.size() / 10);
+}
+
 }  // namespace
 }  // namespace terracast::test

@@ -210,6 +210,12 @@ TEST_F(WorldCheck, LetsLeavesBeSheets) {
               shape.triangles.push_back({.corners = {0, 3, 7}, .finish = 1});
             }),
             Kinds{});
+  EXPECT_EQ(found([&](auto&, auto&, auto& prototype) {
+              auto& shape = prototype.levels[0].shape;
+              shape.finishes.push_back({.material = world::Material::Textured});
+              shape.triangles.push_back({.corners = {0, 3, 7}, .finish = 1});
+            }),
+            Kinds{"open_mesh"});
 }
 
 // Seen in November 2026: a plane of a user's file made a world wrong.

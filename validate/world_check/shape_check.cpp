@@ -70,7 +70,7 @@ std::vector<std::vector<Corners>> bodies_of(
 
 bool is_sheet(world::Material material) {
   return material == world::Material::Leaves || material == world::Material::Needles ||
-         material == world::Material::Blades || material == world::Material::Textured;
+         material == world::Material::Blades;
 }
 
 ShapeFaults find_shape_faults(const world::Shape& shape, bool is_model) {

@@ -19,7 +19,7 @@ struct ShapeFaults {
 };
 
 /// Materials whose triangles are sheets by their nature, and need not be closed: leaves, needles and
-/// blades; and what is textured, of users' models, which older worlds do not mark.
+/// blades.
 bool is_sheet(world::Material material);
 
 /// Exact: corners are whole steps. Sheets count for triangles without an area alone.
