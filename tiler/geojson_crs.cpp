@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -21,10 +22,10 @@ namespace {
 constexpr std::size_t kLongestCrs_bytes = std::size_t{1} << 16;
 constexpr std::size_t kLongestShown_bytes = 200;
 
-/// Finds the value of the member "crs" of a text's outermost object, however large that is.
+/// Finds the values of members "crs" of a text's outermost object, however large that is.
 class CrsMember {
  public:
-  /// True: the value is whole.
+  /// True: a value is whole.
   bool take(char c) {
     if (is_value_ && value_.size() < kLongestCrs_bytes) value_ += c;
     if (is_string_) {
@@ -52,7 +53,12 @@ class CrsMember {
     }
   }
   /// Once it is whole.
-  std::string value() const { return value_.substr(0, value_.size() - 1); }
+  std::string take_value() {
+    is_value_ = false;
+    std::string value = std::exchange(value_, {});
+    value.pop_back();
+    return value;
+  }
 
  private:
   void take_of_string(char c) {
@@ -81,11 +87,12 @@ std::optional<std::string> crs_member_of(const std::string& path) {
   const std::unique_ptr<VSILFILE, Closer> file(VSIFOpenL(path.c_str(), "rb"));
   if (!file) return std::nullopt;
   CrsMember member;
+  std::optional<std::string> last;
   std::vector<char> bytes(std::size_t{1} << 16);
   while (const std::size_t count = VSIFReadL(bytes.data(), 1, bytes.size(), file.get()))
     for (std::size_t i = 0; i < count; ++i)
-      if (member.take(bytes[i])) return member.value();
-  return std::nullopt;
+      if (member.take(bytes[i])) last = member.take_value();
+  return last;
 }
 
 /// How OGR is asked for what it names; empty: in no way.

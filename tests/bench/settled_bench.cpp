@@ -14,11 +14,12 @@
 // settled_world_truth, settled_world_color   the same over a tiled world, from a place that looks
 //                        along a heading (anticlockwise from east, degrees), turned down by a pitch:
 //                        east, north, height above ground in m, heading, pitch in degrees.
-// settled_world_climate  what a render reads of that world before its first frame: where its sea
-//                        is, and how open
 //
 // `ratio` is the bare loop's CPU time over ours, in turn in one run. The argument is the number of
 // threads.
+//
+// settled_world_climate  alone, on one thread and of the world alone: what a render reads of it before
+//                        its first frame, where its sea is, and how open
 
 #include <benchmark/benchmark.h>
 

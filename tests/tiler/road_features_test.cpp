@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "core/toml_reader.h"
 #include "tests/tiler/made_layer.h"
@@ -277,9 +278,28 @@ TEST(RoadNetwork, WaysThatAreScribbledOrCrowdAreLeftOutAndCounted) {
   ways.clear();
   constexpr int kMost = 2048 / 4;
   for (int k = 0; k < kMost + 7; ++k) add({{-16.0, -15.0 + 0.05 * k}, {16.0, -15.0 + 0.05 * k}});
-  const tiler::RoadNetwork crowd(ways, 2048.0);
-  EXPECT_EQ(crowd.counts().num_crowded, 7);
-  EXPECT_EQ(crowd.lines().size(), static_cast<std::size_t>(kMost));
+  const auto kept = [&] {
+    const tiler::RoadNetwork crowd(ways, 2048.0);
+    EXPECT_EQ(crowd.counts().num_crowded, 7);
+    EXPECT_EQ(crowd.counts().num_thinned, 0);
+    std::set<std::uint64_t> features;
+    for (const tiler::Way& way : crowd.ways()) features.insert(way.feature);
+    return features;
+  };
+  const std::set<std::uint64_t> first = kept();
+  EXPECT_EQ(first.size(), static_cast<std::size_t>(kMost));
+  std::reverse(ways.begin(), ways.end());
+  EXPECT_EQ(kept(), first);
+  // Drawn every 15 mm for 600 m: thinned.
+  ways.clear();
+  tiler::PointsWorld fine;
+  for (int k = 0; k <= 40'000; ++k) fine.emplace_back(0.015 * k - 300.0, 5.0);
+  add(fine);
+  const tiler::RoadNetwork drawn_finely(ways, 2048.0);
+  EXPECT_EQ(drawn_finely.counts().num_thinned, 1);
+  EXPECT_EQ(drawn_finely.counts().num_crowded, 0);
+  ASSERT_EQ(drawn_finely.lines().size(), 1u);
+  EXPECT_NEAR(drawn_finely.lines()[0].length_m(), 600.0, 1e-6);
   // As dense as ways may be drawn: a labyrinth, 900 m in a disc of 29 m, with a point each half metre.
   tiler::PointsWorld labyrinth;
   constexpr double kRadius_m = 14.5;

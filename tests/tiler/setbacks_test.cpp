@@ -14,6 +14,7 @@
 #include <tuple>
 #include <vector>
 
+#include "geo/units.h"
 #include "tests/support/peak_memory.h"
 #include "tests/tiler/building_facts.h"
 #include "tests/tiler/building_layers.h"
@@ -263,44 +264,49 @@ TEST(Setbacks, WhatLiesOverEachOtherAsBlocksAloneStandsApart) {
   EXPECT_EQ(num_without, 0);
 }
 
-// Seen in November 2026 in Monaco: walls of two rectangles that stand for houses lay in one plane, on a coarse tile.
+// Seen in November 2026 in Monaco: walls of two rectangles that stand for houses lay in one plane, on a coarse tile; and
+// where they cross at a tenth of a degree two triangles of them did.
 TEST(Setbacks, WallsOfBlocksAreNotInOnePlane) {
-  // Pairs of L of one size as above, the second one farther from pair to pair: somewhere the
-  // rectangles of the pair's areas, 22.4 m wide and 30 m apart in y, have walls in one plane.
+  // Pairs of L of one size as above, the second one farther from pair to pair, and turned: somewhere
+  // the rectangles of the pair's areas, 22.4 m wide and 30 m apart in y, have walls in one plane.
   const std::vector<Vector2d> one = {{0, 0},   {30, 0},   {30, 10}, {10, 10},
                                      {10, 30}, {5, 30.5}, {0, 30}};
   constexpr int kNumPairs = 60;
-  ScratchFolder folder;
-  std::vector<VectorSpec> specs;
-  const auto add = [&](const Vector2d& at, double turned) {
-    const Vector2d origin = utm31(kOriginLat_deg, kOriginLon_deg) + at;
-    std::string text = "POLYGON((";
-    for (std::size_t k = 0; k <= one.size(); ++k) {
-      const Vector2d corner = origin + turned * one[k % one.size()];
-      text += fmt::format("{}{:.4f} {:.4f}", k == 0 ? "" : ",", corner.x(), corner.y());
+  for (const double turned_deg : {0.0, 0.03, 0.1, 0.3}) {
+    SCOPED_TRACE(turned_deg);
+    ScratchFolder folder;
+    std::vector<VectorSpec> specs;
+    const auto add = [&](const Vector2d& at, double turned_rad) {
+      const Vector2d origin = utm31(kOriginLat_deg, kOriginLon_deg) + at;
+      std::string text = "POLYGON((";
+      for (std::size_t k = 0; k <= one.size(); ++k) {
+        const Vector2d corner = origin + Eigen::Rotation2Dd(turned_rad) * one[k % one.size()];
+        text += fmt::format("{}{:.4f} {:.4f}", k == 0 ? "" : ",", corner.x(), corner.y());
+      }
+      specs.push_back({text + "))",
+                       {{"building", "yes"},
+                        {"height", "10"},
+                        {"roof:shape", "flat"},
+                        {"osm_way_id", std::to_string(specs.size() + 1)}}});
+    };
+    for (int k = 0; k < kNumPairs; ++k) {
+      const Vector2d at(80.0 * (k % 10) - 400.0, 80.0 * (k / 10) - 240.0);
+      add(at, 0.0);
+      add(at + Vector2d(52.2 + 0.005 * k, 30.0), geo::radians_from_degrees(180.0 + turned_deg));
     }
-    specs.push_back({text + "))",
-                     {{"building", "yes"},
-                      {"height", "10"},
-                      {"roof:shape", "flat"},
-                      {"osm_way_id", std::to_string(specs.size() + 1)}}});
-  };
-  for (int k = 0; k < kNumPairs; ++k) {
-    const Vector2d at(80.0 * (k % 10) - 400.0, 80.0 * (k / 10) - 240.0);
-    add(at, 1.0);
-    add(at + Vector2d(52.2 + 0.005 * k, 30.0), -1.0);
+    write_vectors(folder / "a.gpkg", "GPKG", specs, "EPSG:32631");
+    const Built built(files_key(folder / "a.gpkg") + "number_field = \"osm_way_id\"\n",
+                      world_of("plane", 1024.0));
+    ASSERT_EQ(built.count("buildings"), 2 * kNumPairs);
+    EXPECT_EQ(built.count("footprints without a free setback"), 0);
+    std::vector<world_check::ShownSolid> shown;
+    const auto solids = built.all({});
+    for (const auto& [id, solid] : solids)
+      shown.push_back({id, solid.origin_steps, &solid.levels.back().shape});
+    for (const world_check::Coincident& pair : world_check::find_coincident(shown))
+      ADD_FAILURE() << shown[pair.first].instance_id << " and " << shown[pair.second].instance_id
+                    << ", " << pair.area_m2 << " m2";
   }
-  write_vectors(folder / "a.gpkg", "GPKG", specs, "EPSG:32631");
-  const Built built(files_key(folder / "a.gpkg") + "number_field = \"osm_way_id\"\n",
-                    world_of("plane", 1024.0));
-  ASSERT_EQ(built.count("buildings"), 2 * kNumPairs);
-  std::vector<world_check::ShownSolid> shown;
-  const auto solids = built.all({});
-  for (const auto& [id, solid] : solids)
-    shown.push_back({id, solid.origin_steps, &solid.levels.back().shape});
-  for (const world_check::Coincident& pair : world_check::find_coincident(shown))
-    ADD_FAILURE() << shown[pair.first].instance_id << " and " << shown[pair.second].instance_id
-                  << ", " << pair.area_m2 << " m2";
 }
 
 // Seen in November 2026 in Bilbao: walls of blocks that cross at a few degrees were taken to lie in one plane at all
@@ -332,8 +338,8 @@ TEST(Setbacks, ManyOnOnePlaceCostLittle) {
   EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 40.0);
   EXPECT_LT(peak.more_mb(), 100.0);
   for (int k = 0; k < kNum; ++k)
-    ASSERT_EQ(ranks[static_cast<std::size_t>(k)], k < 64 ? k % 16 : 0)
-        << k;                         // the first 64 are looked at
+    // The first 64 are looked at.
+    ASSERT_EQ(ranks[static_cast<std::size_t>(k)], k < 64 ? k % 16 : 0) << k;
   EXPECT_EQ(num_crowded, kNum - 65);  // the first with more than 64 before it is the 66th
   EXPECT_LE(stack.num_pairs, kNum * 65);
   EXPECT_EQ(num_without, kNum - 16);

@@ -231,7 +231,8 @@ TEST_F(TwoLayersOfBuildings, SeeEachOthersNeighbours) {
     num_like_alone += solid.levels == alone.at({0, name.second}).levels ? 1 : 0;
   }
   EXPECT_EQ(num_seen, second.size());
-  EXPECT_LT(num_like_alone, second.size() / 10);
+  // Alone none has a neighbour wall to wall, and all stand in a town half as dense.
+  EXPECT_EQ(num_like_alone, 0U);
 }
 
 }  // namespace

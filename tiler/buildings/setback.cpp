@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/parallel.h"
@@ -25,10 +26,9 @@ constexpr double kClear_steps = 4.0;
 /// Walls that run so near to each other for less are left, such as those that meet at a corner, and
 /// those that cross at 10 degrees and more.
 constexpr double kLeastRun_steps = 48.0;
-/// Walls of blocks are in one plane where they are so for this share of their way along each other:
-/// five ranks, each of which moves them by 6 mm, part them then. Walls that cross more steeply cross
-/// at any rank, in a line.
-constexpr double kLeastShare = 1.0 / 3.0;
+/// Walls of blocks that cross so flatly that they are near each other for so long, or longer, are
+/// told of where no rank parts them.
+constexpr double kToldRun_steps = 1024.0;
 
 /// Two edges along each other.
 struct NearLines {
@@ -139,7 +139,7 @@ bool are_near(const NearLines& lines) {
          std::max(lines.first_steps, lines.last_steps) >= -kFarthest_steps;
 }
 
-/// All that ranks may bring into one plane. Walls that cross are left that do so at any rank.
+/// All that ranks may bring into one plane. Walls are left that cross whatever the ranks are.
 std::vector<NearLines> lines_along(const RingsSteps& earlier, const RingsSteps& own) {
   std::vector<NearLines> lines;
   for_each_run(earlier, own, [&](const NearLines& near) {
@@ -205,6 +205,13 @@ Shown shown_of(const Building& building, int rank) {
   return shown;
 }
 
+/// Walls near each other, of which the one or the other is a block's.
+struct BlockRuns {
+  /// Whole kLeastRun_steps, of each two: those that cross steeply have as many at all ranks.
+  int num = 0;
+  double longest_steps = 0.0;
+};
+
 /// What is asked of a pair.
 class Pair {
  public:
@@ -223,9 +230,12 @@ class Pair {
     });
   }
   bool are_blocks_near() const { return any_run_of_blocks(are_near); }
-  bool are_blocks_in_one_plane() const {
-    return any_run_of_blocks([](const NearLines& near) {
-      return near_run_steps(near, 0.0) >= std::max(kLeastRun_steps, kLeastShare * near.run_steps);
+  void add_runs_of_blocks(BlockRuns& runs) const {
+    any_run_of_blocks([&](const NearLines& near) {
+      const double run_steps = near_run_steps(near, 0.0);
+      runs.num += static_cast<int>(run_steps / kLeastRun_steps);
+      runs.longest_steps = std::max(runs.longest_steps, run_steps);
+      return false;
     });
   }
 
@@ -260,9 +270,25 @@ class Pair {
   const Shown& shown_own_;
 };
 
-/// Earlier ones with which a building has faces in one plane: tops and bottoms, walls, and walls of
-/// blocks.
-using Clashes = std::array<std::ptrdiff_t, 3>;
+/// Earlier ones with which a building of a rank has faces in one plane, whatever tiles show of them.
+struct Clashes {
+  std::ptrdiff_t num_levels = 0;  ///< tops and bottoms
+  std::ptrdiff_t num_walls = 0;
+
+  auto operator<=>(const Clashes&) const = default;
+};
+
+Clashes clashes_at(int rank, const std::vector<Overlap>& kept, const std::vector<int>& ranks) {
+  Clashes clashes;
+  for (const Overlap& overlap : kept) {
+    const int before = ranks[overlap.earlier];
+    if (rank == before)
+      ++clashes.num_levels;
+    else if (is_blocked_by(overlap, before, rank))
+      ++clashes.num_walls;
+  }
+  return clashes;
+}
 
 Overlaps overlaps_of(std::uint32_t row, const std::vector<const Building*>& buildings,
                      const std::vector<Shown>& shown, const BoxIndex& index) {
@@ -333,30 +359,32 @@ Setbacks setback_ranks(const std::vector<Building>& buildings,
   std::int64_t num_without = 0;
   for (std::size_t row = first; row < all.size(); ++row) {
     const std::vector<Overlap>& kept = overlaps[row].kept;
-    const auto clashes_at = [&](int rank) {
+    // With earlier ones beside those of clashes_at().
+    const auto block_runs_at = [&](int rank) {
       shown[row] = shown_of(*all[row], rank);
-      Clashes clashes = {};
+      BlockRuns runs;
       for (const Overlap& overlap : kept) {
         const std::uint32_t j = overlap.earlier;
-        if (ranks[j] == rank)
-          ++clashes[0];
-        else if (is_blocked_by(overlap, ranks[j], rank))
-          ++clashes[1];
-        else if (overlap.are_blocks_near &&
-                 Pair(*all[j], shown[j], *all[row], shown[row]).are_blocks_in_one_plane())
-          ++clashes[2];
+        if (overlap.are_blocks_near && !is_blocked_by(overlap, ranks[j], rank))
+          Pair(*all[j], shown[j], *all[row], shown[row]).add_runs_of_blocks(runs);
       }
-      return clashes;
+      return runs;
     };
     if (!kept.empty()) {
-      Clashes fewest = clashes_at(0);
-      for (int rank = 1; rank <= kMostRank && fewest != Clashes(); ++rank)
-        if (const Clashes clashes = clashes_at(rank); clashes < fewest) {
-          fewest = clashes;
-          ranks[row] = rank;
-        }
+      std::array<Clashes, kMostRank + 1> clashes;
+      for (int rank = 0; rank <= kMostRank; ++rank)
+        clashes[static_cast<std::size_t>(rank)] = clashes_at(rank, kept, ranks);
+      const Clashes fewest = *std::min_element(clashes.begin(), clashes.end());
+      BlockRuns least = {.num = std::numeric_limits<int>::max()};
+      for (int rank = 0; rank <= kMostRank && least.num > 0; ++rank) {
+        if (clashes[static_cast<std::size_t>(rank)] != fewest) continue;
+        const BlockRuns runs = block_runs_at(rank);
+        if (runs.num >= least.num) continue;
+        least = runs;
+        ranks[row] = rank;
+      }
       shown[row] = shown_of(*all[row], ranks[row]);
-      num_without += fewest != Clashes() ? 1 : 0;
+      num_without += fewest != Clashes() || least.longest_steps >= kToldRun_steps ? 1 : 0;
     }
     num_crowded += overlaps[row].are_more ? 1 : 0;
     setbacks.num_pairs += overlaps[row].num_pairs;

@@ -50,17 +50,18 @@ struct Setbacks {
 /// coarse tiles show them, neighbours may lie over each other that do not else: their tops, bottoms
 /// and walls are kept apart, too. Walls are kept apart that run along each other for 48 mm and more,
 /// whether both buildings lie on one side of them or, where neighbours are drawn a few centimetres
-/// into each other, on either; those of blocks, where that is a third of their way along each other
-/// and more. Walls that cross at any rank are left to do so. A pure function of the footprints and
-/// their order.
+/// into each other, on either; those of blocks as far as ranks can do that. Walls are left that
+/// cross at each difference of two ranks. A pure function of the footprints and their order.
 /// earlier  of other layers, which go before all of these and keep their ranks
 /// limits   faces may still lie in one plane where a building finds no rank free (it is given the
 ///          one with the fewest tops and bottoms in one plane, of these with the fewest walls, then
-///          walls of blocks, and counted), lies over more than 64 earlier ones, or its box meets more than 1024 (those
-///          beyond are not looked at, it is counted), and where heights differ by about a whole
-///          number of setbacks, such as 12.006 and 12.000 m one rank apart
+///          with the least of blocks' walls, and counted; for blocks' walls alone, from 1 m of two
+///          on), lies over more than 64 earlier ones, or its box meets more than 1024 (those beyond
+///          are not looked at, it is counted), and where heights differ by about a whole number of
+///          setbacks, such as 12.006 and 12.000 m one rank apart
 /// cost     edges of at most 1024 pairs of footprints a building, and boxes of those before them in
-///          its cells of the index; 12 bytes a pair that lie over each other
+///          its cells of the index; edges of 64 pairs of blocks for each rank that is tried; 12 bytes
+///          a pair that lie over each other
 Setbacks setback_ranks(const std::vector<Building>& buildings,
                        const std::vector<RankedBuildings>& earlier = {});
 

@@ -37,7 +37,7 @@ using Eigen::Vector2d;
 using world::Cover;
 
 /// Bumped when the same features make something else.
-constexpr int kRoadsVersion = 11;
+constexpr int kRoadsVersion = 12;
 constexpr double kPierAbove_m = 1.3;
 constexpr double kPierBelow_m = 8.0;
 
@@ -100,7 +100,8 @@ class RoadsLayer final : public Layer, public DryCover {
     std::vector<Deck> decks = bridge_decks(network, heights);
     lower_at_border(decks, half_size_m);
     const auto num_bridges = static_cast<std::int64_t>(decks.size());
-    const std::int64_t num_piers = add_piers(sorted.piers, half_size_m, decks);
+    std::int64_t num_crowded = 0;
+    const std::int64_t num_piers = add_piers(sorted.piers, half_size_m, decks, num_crowded);
     const std::int64_t num_tangled = build_decks(decks, inputs);
     paint_.index();
     hold(paths, on_land);
@@ -137,8 +138,8 @@ class RoadsLayer final : public Layer, public DryCover {
     put("ways thinned", counts.num_thinned + more.num_thinned);
     put("ways cut at the square", counts.num_outside + more.num_outside);
     put("widths and lanes repaired", sorted.num_repaired);
-    if (const auto num = counts.num_crowded + more.num_crowded; num > 0)
-      put("ways left out where too many lie", num);
+    num_crowded += counts.num_crowded + more.num_crowded;
+    if (num_crowded > 0) put("ways left out where too many lie", num_crowded);
     if (num_tangled > 0)
       put("pairs of bridges too tangled to tell where they lie on each other", num_tangled);
   }
@@ -251,8 +252,10 @@ class RoadsLayer final : public Layer, public DryCover {
   }
 
   /// Piers on piles where lines of them stand in water; others are painted.
-  std::int64_t add_piers(std::vector<Way>& piers, double half_size_m, std::vector<Deck>& decks) {
+  std::int64_t add_piers(std::vector<Way>& piers, double half_size_m, std::vector<Deck>& decks,
+                         std::int64_t& num_crowded) {
     const RoadNetwork network(std::move(piers), half_size_m);
+    num_crowded = network.counts().num_crowded;
     std::vector<std::vector<std::pair<double, double>>> built(network.lines().size());
     std::int64_t num = 0;
     for (std::size_t l = 0; l < network.lines().size(); ++l) {

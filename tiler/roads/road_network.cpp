@@ -20,9 +20,9 @@ constexpr double kSamePlace_m = 0.01;
 /// A way of more points is thinned to those this far apart.
 constexpr std::size_t kMostPoints = 50000;
 constexpr double kThinned_m = 2.0;
-/// In a square so wide lie no more pieces of ways, each kStation_m long at most: what lies about a
-/// place is looked at for each of them. They are 16 m of way on each square metre, or a labyrinth
-/// that has a point each half metre.
+/// In a square so wide, of a grid, lie no more pieces of ways, each kStation_m long at most, before
+/// corners are rounded: what lies about a place is looked at for each of them. They are 16 m of way
+/// on each square metre, or a labyrinth that has a point each half metre.
 constexpr double kCrowd_m = 32.0;
 constexpr int kMostInCrowd = 2048;
 /// Lines are cut so far beyond the square.
@@ -68,14 +68,12 @@ class Crowd {
       const int num = std::max(1, static_cast<int>(std::ceil(step.norm() / kStation_m)));
       for (int k = 0; k < num; ++k) {
         const Vector2d at = (points[i] + (k + 0.5) / num * step) / kCrowd_m;
-        ++own[{std::llround(at.x()), std::llround(at.y())}];
+        const Key square{std::llround(at.x()), std::llround(at.y())};
+        const auto others = num_in_.find(square);
+        if (++own[square] + (others == num_in_.end() ? 0 : others->second) > kMostInCrowd)
+          return false;
       }
     }
-    const auto has_room = [&](const auto& more) {
-      const auto found = num_in_.find(more.first);
-      return more.second + (found == num_in_.end() ? 0 : found->second) <= kMostInCrowd;
-    };
-    if (!std::all_of(own.begin(), own.end(), has_room)) return false;
     for (const auto& [square, num] : own) num_in_[square] += num;
     return true;
   }
@@ -83,6 +81,15 @@ class Crowd {
  private:
   std::unordered_map<Key, int, KeyHash> num_in_;
 };
+
+/// Points so far apart, the ends among them.
+PointsWorld thinned(const PointsWorld& points) {
+  PointsWorld kept = {points.front()};
+  for (const Vector2d& at : points)
+    if ((at - kept.back()).norm() >= kThinned_m) kept.push_back(at);
+  if (kept.back() != points.back()) kept.push_back(points.back());
+  return kept;
+}
 
 /// The parts of a line within a square about the origin, cut at its sides.
 std::vector<PointsWorld> parts_within(const PointsWorld& line, double half_m) {
@@ -161,11 +168,7 @@ void RoadNetwork::clean(std::vector<Way> ways, double half_size_m) {
     }
     if (points.size() > kMostPoints) {
       ++counts_.num_thinned;
-      PointsWorld thinned = {points.front()};
-      for (const Vector2d& at : points)
-        if ((at - thinned.back()).norm() >= kThinned_m) thinned.push_back(at);
-      if (thinned.back() != points.back()) thinned.push_back(points.back());
-      points = std::move(thinned);
+      points = thinned(points);
     }
     if (points.size() < 2) {
       ++counts_.num_without_length;
@@ -185,6 +188,7 @@ void RoadNetwork::clean(std::vector<Way> ways, double half_size_m) {
   // Whatever their order was.
   const auto order = [](const Way& a, const Way& b) {
     if (a.feature != b.feature) return a.feature < b.feature;
+    if (a.style.use != b.style.use) return a.style.use < b.style.use;
     return std::lexicographical_compare(
         a.points_world.begin(), a.points_world.end(), b.points_world.begin(), b.points_world.end(),
         [](const Vector2d& p, const Vector2d& q) {
@@ -203,12 +207,14 @@ void RoadNetwork::clean(std::vector<Way> ways, double half_size_m) {
     counts_.num_duplicates += is_known ? 1 : 0;
     return is_known;
   });
-  // What is scribbled, or comes where too many are.
+  // What is scribbled, or comes where too many are; not what is only drawn too finely.
   Crowd crowd;
-  std::erase_if(ways_, [&](const Way& way) {
-    const bool is_crowded = !crowd.take_in(way.points_world);
-    counts_.num_crowded += is_crowded ? 1 : 0;
-    return is_crowded;
+  std::erase_if(ways_, [&](Way& way) {
+    if (crowd.take_in(way.points_world)) return false;
+    way.points_world = thinned(way.points_world);
+    const bool has_room = way.points_world.size() > 1 && crowd.take_in(way.points_world);
+    ++(has_room ? counts_.num_thinned : counts_.num_crowded);
+    return !has_room;
   });
 }
 

@@ -24,7 +24,7 @@ struct NetworkCounts {
   std::int64_t num_not_finite = 0;  ///< points
   std::int64_t num_duplicates = 0;
   std::int64_t num_thinned = 0;  ///< ways of too many points
-  std::int64_t num_crowded = 0;  ///< ways that were left out where too many pieces of ways lie
+  std::int64_t num_crowded = 0;  ///< parts of ways within the square, left out where too many lie
   std::int64_t num_outside = 0;  ///< ways that lie beyond the square, or leave it
 };
 
