@@ -27,6 +27,8 @@ using core::ErrorKind;
 using core::fail;
 using Eigen::Vector2d;
 
+/// Of VectorData::counts.
+constexpr std::string_view kReadCount = "features read";
 /// Points of a long edge stand no farther apart: what is straight in latitude and longitude bends from
 /// a straight line by s^2 / 8R tan(latitude), 2 cm for 1 km at 45 degrees.
 constexpr double kLongestEdge_m = 1000.0;
@@ -411,7 +413,13 @@ void Reader::take(const OGRFeature& feature, const LayerRules& rules) {
     if (has_near_) return;
   }
   std::array<std::vector<std::vector<PointsWorld>>, 3> parts_by_kind;
+  const std::int64_t num_collapsed = num_collapsed_;
   collect(geometry, 0, parts_by_kind);
+  // A point or a line where areas are read, …
+  if (is_wanted && num_collapsed_ == num_collapsed &&
+      std::all_of(parts_by_kind.begin(), parts_by_kind.end(),
+                  [](const auto& parts) { return parts.empty(); }))
+    ++num_unwanted_;
   bool is_outside = false;
   for (std::size_t kind = 0; kind < parts_by_kind.size(); ++kind) {
     auto& parts = parts_by_kind[kind];
@@ -571,7 +579,7 @@ VectorData Reader::read() {
   }
   data_.file_name = std::filesystem::path(file_.written).filename().string();
   data_.content_hash = content_hash_of(*dataset, file_);
-  data_.counts = {{"features read", num_read_},
+  data_.counts = {{std::string(kReadCount), num_read_},
                   {std::string(kOsmCount), num_osm_},
                   {"features of no use here", num_unwanted_},
                   {"features outside the world", num_outside_},
@@ -583,6 +591,13 @@ VectorData Reader::read() {
 }
 
 }  // namespace
+
+std::vector<std::pair<std::string, std::int64_t>> VectorData::left_out() const {
+  std::vector<std::pair<std::string, std::int64_t>> left_out;
+  for (const auto& [what, num] : counts)
+    if (num > 0 && what != kReadCount && what != kOsmCount) left_out.emplace_back(what, num);
+  return left_out;
+}
 
 VectorData read_vectors(const core::Path& file, const VectorOptions& options,
                         const VectorFrame& frame) {

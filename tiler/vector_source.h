@@ -96,6 +96,9 @@ struct VectorData {
   std::vector<std::string> warnings;
   /// What was read and left out, as LayerInfo::counts.
   std::vector<std::pair<std::string, std::int64_t>> counts;
+
+  /// Those of `counts` that are not 0, without the numbers of features that were read.
+  std::vector<std::pair<std::string, std::int64_t>> left_out() const;
 };
 
 /// Reads the features of any file of OGR's (.osm.pbf, GeoJSON, GeoPackage, Shapefile, …) that reach

@@ -309,7 +309,9 @@ TEST(Models, WhatIsNamedAndMissingIsNoWayOutOfTheFolder) {
   const std::filesystem::path before = std::filesystem::current_path();
   std::filesystem::current_path(folder.path());
   for (const char* name : {"gone.obj", "other.obj", "./gone.obj"})
-    EXPECT_NO_THROW(read(name)) << name;
+    EXPECT_EQ(count_of(read(name), "libraries of materials missing"), 1) << name;
+  write_text(folder / "library.mtl", "newmtl red\nKd 0.8 0.1 0.1\n");
+  EXPECT_EQ(count_of(read("other.obj"), "libraries of materials missing"), 0);
   expect_error(ErrorKind::Input, {"leads out of the model's folder"}, [] { read("out.obj"); });
   std::filesystem::current_path(before);
 }
@@ -348,6 +350,10 @@ TEST(Models, BadFilesAreRefusedSayingWhy) {
   expect_error(ErrorKind::Input, {"cut.glb"}, [&] { read(folder / "cut.glb"); });
   write_text(folder / "empty.obj", "# nothing\n");
   expect_error(ErrorKind::Input, {"empty.obj"}, [&] { read(folder / "empty.obj"); });
+  for (const char* name : {"none.obj", "none.glb", "none.ply"}) {
+    write_text(folder / name, "");
+    expect_error(ErrorKind::Input, {name, "0 bytes"}, [&] { read(folder / name); });
+  }
   write_text(folder / "bomb.ply",
              "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n0\n");
   expect_error(ErrorKind::Input, {"4000000000"}, [&] { read(folder / "bomb.ply"); });

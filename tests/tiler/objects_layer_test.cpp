@@ -319,6 +319,40 @@ TEST(Objects, ListsFarOutsideAreCountedAndCostLittle) {
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
 }
 
+// Seen in November 2026: a row whose latitude and longitude were swapped ended in an internal check.
+TEST(Objects, PlacesAnywhereOnEarthAreCounted) {
+  const ScratchFolder folder;
+  write_text(folder / "list.csv",
+             fmt::format("thing,lat,lon\nvan,{0},{1}\nvan,{1},{0}\nvan,{1},{0}\nvan,0,0\n"
+                         "van,-90,0\nvan,90,0\nvan,{2},{3}\nvan,{0},{4}\n",
+                         kOriginLat_deg, kOriginLon_deg, -kOriginLat_deg, kOriginLon_deg - 180.0,
+                         kOriginLon_deg + 30.0));
+  const PlacedWorld made(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()));
+  EXPECT_EQ(made.all().size(), 1U);
+  EXPECT_EQ(made.count_of("placements left out beyond the square"), 7);
+}
+
+TEST(Objects, WhatIsNoPlaceInAFileOfFeaturesIsCounted) {
+  const ScratchFolder folder;
+  const auto point = [](double lat_deg, double lon_deg) {
+    return fmt::format(R"({{"type":"Point","coordinates":[{},{}]}})", lon_deg, lat_deg);
+  };
+  std::string features;
+  for (const std::string& geometry :
+       {point(kOriginLat_deg, kOriginLon_deg), point(kOriginLon_deg, kOriginLat_deg),
+        std::string("null"), std::string(R"({"type":"LineString","coordinates":[[0,0],[1,1]]})")})
+    features += (features.empty() ? "" : ",") +
+                (R"({"type":"Feature","properties":{"thing":"van"},"geometry":)" + geometry + "}");
+  write_text(folder / "list.geojson",
+             R"({"type":"FeatureCollection","features":[)" + features + "]}");
+  const PlacedWorld made(
+      fmt::format("placements = [\"{}\"]\n", (folder / "list.geojson").string()));
+  EXPECT_EQ(made.all().size(), 1U);
+  EXPECT_EQ(made.count_of("list.geojson: features outside the world"), 1);
+  EXPECT_EQ(made.count_of("list.geojson: features without a geometry"), 1);
+  EXPECT_EQ(made.count_of("list.geojson: features of no use here"), 1);
+}
+
 TEST(Objects, BadListsAreRefusedWithTheirLine) {
   const ScratchFolder folder;
   const auto refuses = [&](const std::string& text, const std::vector<std::string>& words) {

@@ -75,6 +75,8 @@ class ObjectsLayer final : public Layer {
       hashes_ += " " + read.content_hash;
       if (read.num_repeated > 0)
         counts_.emplace_back(fmt::format("{}: rows given twice", read.name), read.num_repeated);
+      for (const auto& [what, num] : read.counts)
+        counts_.emplace_back(fmt::format("{}: {}", read.name, what), num);
       proposals.candidates.insert(proposals.candidates.end(), read.candidates.begin(),
                                   read.candidates.end());
     }

@@ -93,6 +93,7 @@ class ModelReader {
     scene_ = importer.ReadFile(file.string(), 0);
     files->check(name_);
     check_read(importer);
+    num_missing_libraries_ = files->num_missing();
     check_faces();
     std::uint64_t num_triangles = 0;
     count(*scene_->mRootNode, num_triangles, 0);
@@ -416,6 +417,7 @@ class ModelReader {
     counted("triangles", static_cast<std::int64_t>(triangles_.size()));
     counted("triangles without area", num_flat_);
     counted("faces that are no triangles", num_other_faces_);
+    counted("libraries of materials missing", num_missing_libraries_);
     counted("textures missing", num_missing_);
     counted("textures of a kind that is not read", num_unread_);
     counted("colours merged", num_merged_);
@@ -459,7 +461,8 @@ class ModelReader {
   bool has_texture_ = false;
   std::int64_t num_flat_ = 0;
   std::int64_t num_other_faces_ = 0;
-  std::int64_t num_missing_ = 0;
+  std::int64_t num_missing_libraries_ = 0;
+  std::int64_t num_missing_ = 0;  ///< textures
   std::int64_t num_unread_ = 0;
   std::int64_t num_merged_ = 0;
 };

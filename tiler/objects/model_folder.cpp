@@ -44,6 +44,8 @@ std::vector<std::byte> bytes_of(const std::filesystem::path& file, const std::st
   if (error) fail(ErrorKind::Io, "{}: cannot be read", name);
   if (size > kMostModelBytes)
     fail(ErrorKind::Input, "{}: {} bytes, and a model has at most {}", name, size, kMostModelBytes);
+  if (size == 0)
+    fail(ErrorKind::Input, "{}: is empty, a file of 0 bytes; fetch or write it again", name);
   std::vector<std::byte> bytes(size);
   std::ifstream stream(file, std::ios::binary);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
@@ -59,7 +61,10 @@ Assimp::IOStream* ModelFolder::Open(const char* file, const char* mode) {
   if (std::strchr(mode, 'w') != nullptr || std::strchr(mode, 'a') != nullptr || !is_inside(file))
     return nullptr;
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) return nullptr;
+  if (!std::filesystem::is_regular_file(file, error)) {
+    if (obj_ != nullptr) missing_.insert(std::filesystem::path(file).lexically_normal());
+    return nullptr;
+  }
   opened_bytes_ += std::filesystem::file_size(file, error);
   if (opened_bytes_ > kMostModelBytes || !is_library_right(file)) return nullptr;
   Assimp::IOStream* opened = Assimp::DefaultIOSystem::Open(file, mode);
@@ -75,6 +80,14 @@ void ModelFolder::check(const std::string& model) const {
   if (opened_bytes_ > kMostModelBytes)
     fail(ErrorKind::Input, "{}: it and what it names hold more than {} bytes", model,
          kMostModelBytes);
+}
+
+std::int64_t ModelFolder::num_missing() const {
+  // Where a library is missing assimp looks for one of the model's own name.
+  std::filesystem::path beside_it = model_;
+  beside_it.replace_extension(".mtl");
+  const auto num = static_cast<std::int64_t>(missing_.size());
+  return num > 1 && missing_.contains(beside_it.lexically_normal()) ? num - 1 : num;
 }
 
 bool ModelFolder::is_inside(const char* file) const {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <exception>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,8 @@ class ModelFolder final : public Assimp::DefaultIOSystem {
   /// model    for messages
   /// throws   Input: leads out of the folder, holds more than the bound, libraries as ObjCheck; Interrupted
   void check(const std::string& model) const;
+  /// Files that were asked for and are not there: an OBJ's libraries of materials.
+  std::int64_t num_missing() const;
 
  private:
   bool is_inside(const char* file) const;
@@ -44,6 +47,7 @@ class ModelFolder final : public Assimp::DefaultIOSystem {
   ObjCheck* obj_;
   mutable std::string escaped_;
   std::uint64_t opened_bytes_ = 0;
+  std::set<std::filesystem::path> missing_;
   std::exception_ptr refused_;
 };
 

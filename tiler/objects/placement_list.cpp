@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <set>
 #include <sstream>
 
@@ -25,6 +26,8 @@ using Eigen::Vector2d;
 
 constexpr std::size_t kMostRows = 1'000'000;
 constexpr std::uintmax_t kLargestFile_bytes = 256U << 20U;
+/// Farther from the origin than any world reaches: nobody knows the ground there.
+constexpr double kFarthest_m = 1e6;
 constexpr std::array<std::string_view, 9> kColumns = {
     "thing", "lat", "lon", "x", "y", "heading_deg", "scale", "height_m", "variant"};
 
@@ -63,7 +66,8 @@ class RowReader {
     return value;
   }
 
-  /// value   text of a column; empty: it is not given
+  /// value         text of a column; empty: it is not given
+  /// place_world   not finite: far beyond the world
   template <class Value>
   void add(const std::string& where, const Value& value, const Vector2d& place_world,
            std::uint64_t number_of_row) {
@@ -87,9 +91,10 @@ class RowReader {
     candidate.scale =
         static_cast<std::uint16_t>(std::lround(4096.0 * given("scale", 1.0, 0.05, 15.0)));
     candidate.above_m = given("height_m", 0.0, -1000.0, 10000.0);
-    const std::string said =
+    std::string said =
         fmt::format("{} {:.3f} {:.3f} {} {} {:.3f}", thing, place_world.x(), place_world.y(),
                     candidate.heading, candidate.scale, candidate.above_m);
+    if (!place_world.allFinite()) said += fmt::format(" {}", number_of_row);  // counted, each
     candidate.key = core::content_hash64(std::as_bytes(std::span(said)));
     const int num_variants = *row < all_things().size() ? all_things()[*row].num_variants : 1;
     const std::string_view variant = value("variant");
@@ -156,16 +161,30 @@ void read_csv(const core::Path& file, const std::string& text, RowReader& reader
       geo::Geodetic geodetic{.lat_deg = reader.number(where, "lat", value("lat"), -90.0, 90.0),
                              .lon_deg = reader.number(where, "lon", value("lon"), -360.0, 360.0),
                              .height_m = 0.0};
-      geodetic.height_m = frame.ground_height_m(geodetic);
-      place = inputs.frame.world_from_geodetic(geodetic).head<2>();
+      place.setConstant(std::numeric_limits<double>::infinity());
+      if (inputs.frame.world_from_geodetic(geodetic).norm() < kFarthest_m) {
+        geodetic.height_m = frame.ground_height_m(geodetic);
+        place = inputs.frame.world_from_geodetic(geodetic).head<2>();
+      }
     } else {
-      place = {reader.number(where, "x", value("x"), -1e6, 1e6),
-               reader.number(where, "y", value("y"), -1e6, 1e6)};
+      place = {reader.number(where, "x", value("x"), -kFarthest_m, kFarthest_m),
+               reader.number(where, "y", value("y"), -kFarthest_m, kFarthest_m)};
     }
     reader.add(where, value, place, line_number);
   }
   if (columns.empty())
     fail(ErrorKind::Input, "{}: it is empty; its first line names the columns", file.written);
+}
+
+/// Fields of files of OGR's may be anything; a column that is misspelt is one of them.
+void warn_of_unknown_fields(const VectorData& data, const LayerInputs& inputs) {
+  std::set<std::string_view> unknown;
+  for (const VectorFeature& feature : data.features)
+    for (const auto& [key, value] : feature.tags.all())
+      if (std::find(kColumns.begin(), kColumns.end(), key) == kColumns.end()) unknown.insert(key);
+  if (!unknown.empty())
+    inputs.context.log.warn("{}: nothing is made of its fields {}; columns are {}", data.file_name,
+                            fmt::join(unknown, ", "), fmt::join(kColumns, ", "));
 }
 
 }  // namespace
@@ -185,6 +204,8 @@ PlacementList read_placements(const core::Path& file, const ThingByName& thing_b
     list.content_hash = data.content_hash;
     for (const std::string& warning : data.warnings)
       inputs.context.log.warn("{}: {}", data.file_name, warning);
+    list.counts = data.left_out();
+    warn_of_unknown_fields(data, inputs);
     for (const VectorFeature& feature : data.features)
       for (const auto& part : feature.parts_world)
         for (const PointsWorld& points : part)
@@ -209,6 +230,14 @@ PlacementList read_placements(const core::Path& file, const ThingByName& thing_b
   const std::string all = text.str();
   list.content_hash = core::content_hash(all);
   read_csv(file, all, reader, inputs);
+  const double half_m = 0.5 * inputs.size_m;
+  if (std::none_of(list.candidates.begin(), list.candidates.end(), [&](const Candidate& one) {
+        return one.place_world.cwiseAbs().maxCoeff() <= half_m;
+      }))
+    inputs.context.log.warn(
+        "{}: none of its {} things lies in the world's square; are lat and lon, or x and y, the "
+        "right way round?",
+        file.written, list.candidates.size());
   return list;
 }
 

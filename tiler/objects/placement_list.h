@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/schema.h"
@@ -17,6 +18,8 @@ struct PlacementList {
   std::string name;  ///< of the file
   std::string content_hash;
   std::int64_t num_repeated = 0;  ///< rows that say what another has said
+  /// Features of files of OGR's that were left out, as LayerInfo::counts; none of 0.
+  std::vector<std::pair<std::string, std::int64_t>> counts;
 };
 
 /// Row of a thing or model by name; nullopt: there is none.
@@ -25,7 +28,8 @@ using ThingByName = std::function<std::optional<std::uint32_t>(std::string_view)
 /// Reads a list of things: .csv with a header, or anything of points that OGR reads (.geojson, …), whose
 /// fields are the columns.
 ///     thing             name of a built-in thing or a model
-///     lat, lon | x, y   degrees on WGS84, or metres in the world frame (.csv only)
+///     lat, lon | x, y   degrees on WGS84, or metres in the world frame (.csv only); beyond the world they
+///                       are left out and counted
 ///     heading_deg       clockwise from north, where its front points; 0 if left out
 ///     scale             1 if left out; 0.05 to 15
 ///     height_m          of its foot above the ground or water; 0 if left out
