@@ -123,7 +123,9 @@ std::string vrt_of_terrain_tiles(const fs::path& folder, const std::string& writ
   }
   if (tiles.empty())
     fail(ErrorKind::Input,
-         "{}: a folder without tiles; as a source of heights it holds files z/x/y.png", written);
+         "{}: a folder, and without tiles (z/x/y.png) as a source of heights may be one; give a "
+         "file",
+         written);
   const TileShape shape = shape_of(tiles.front().file);
   int first_x = tiles.front().x;
   int last_x = first_x;

@@ -360,8 +360,9 @@ TileStore TileStore::open(const std::filesystem::path& folder) {
          (folder / "world").string());
   if (!std::filesystem::exists(file, ignored))
     fail(ErrorKind::Input,
-         "{}: no {}: tiling has not finished here; run `terracast tile` again, it goes on where it "
-         "stopped",
+         "{}: no {}: it is no world, or one whose tiling has not finished; give a world's folder, "
+         "or "
+         "run `terracast tile` again, which goes on where it stopped",
          folder.string(), kManifestName);
   TileStore store;
   store.folder_ = folder;

@@ -160,7 +160,8 @@ class ObjectsKind final : public LayerKind {
     visit.key("placements", placements_,
               "objects: lists of things at places, .csv or points of any file that OGR reads, with "
               "the columns thing, lat and lon (or x "
-              "and y), heading_deg, scale, height_m, variant.");
+              "and y), heading_deg, scale, height_m (of its foot above the ground or water, m), "
+              "variant.");
     visit.list("models", models_,
                "objects: things of glTF 2, OBJ and PLY files, which lists name.");
     rules_.describe(visit);
