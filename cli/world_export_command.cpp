@@ -45,12 +45,13 @@ int run(const Arguments& args) {
   const core::ThreadLimit limit(args.num_threads);
   const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
   const double finest_m = std::exp2(store.manifest().finest_level);
-  format.write({.store = store,
-                .region = world_export::region_from_text(args.region),
-                .finest_spacing_m = args.spacing_m > 0.0 ? args.spacing_m : finest_m,
-                .texel_m = args.texel_m,
-                .destination = args.destination,
-                .context = context});
+  world_export::export_region(format,
+                              {.store = store,
+                               .region = world_export::region_from_text(args.region),
+                               .finest_spacing_m = args.spacing_m > 0.0 ? args.spacing_m : finest_m,
+                               .texel_m = args.texel_m,
+                               .destination = args.destination,
+                               .context = context});
   log.info("{}: written", args.destination.string());
   return 0;
 }

@@ -285,9 +285,11 @@ void write(const WorldExportInputs& inputs) {
       x[i] = grid.west_m + (static_cast<double>(i) + 0.5) * grid.spacing_m;
     wgs84_from_utm->Transform(grid.width, x.data(), y.data());
     std::vector<Pixel> pixels(x.size());
-    for (std::size_t i = 0; i < x.size(); ++i)
-      if (inputs.region.contains({.lat_deg = y[i], .lon_deg = x[i], .height_m = 0.0}))
-        pixels[i] = pixel_at(frame, ground, y[i], x[i]);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (!inputs.region.contains({.lat_deg = y[i], .lon_deg = x[i], .height_m = 0.0})) continue;
+      const Pixel pixel = pixel_at(frame, ground, y[i], x[i]);
+      if (is_in_square(inputs.store.manifest(), pixel.place_world)) pixels[i] = pixel;
+    }
     fill_row(static_cast<std::size_t>(row), pixels, grid.spacing_m, baker ? &*baker : nullptr,
              rasters);
     progress.advance();

@@ -12,6 +12,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/json.h"
 #include "core/progress.h"
 #include "core/srgb.h"
 
@@ -20,6 +21,7 @@ namespace {
 
 using core::ErrorKind;
 using core::fail;
+using core::Json;
 
 /// assimp's arrays are owned by what holds them and deleted with it.
 template <class T>
@@ -181,6 +183,70 @@ std::unique_ptr<aiScene> scene_of(const WorldModel& model, bool has_y_up,
   return maker.finish(root);
 }
 
+/// Takes names of extensions away that nothing uses: of what has one it is a member's name.
+void drop_unused_extensions(std::string& json) {
+  constexpr std::string_view kMember = "\"extensionsUsed\":[";
+  const std::size_t begin = json.find(kMember);
+  if (begin == std::string::npos) return;
+  const std::size_t end = json.find(']', begin) + 1;
+  const std::size_t names_at = begin + kMember.size() - 1;
+  std::vector<std::string> used;
+  for (const std::string& name :
+       Json::parse(std::string_view(json).substr(names_at, end - names_at), "extensionsUsed")
+           .strings())
+    if (json.find(fmt::format("\"{}\":", name)) != std::string::npos) used.push_back(name);
+  if (!used.empty()) {
+    json.replace(names_at, end - names_at, Json::array_of(used).text(-1));
+    return;
+  }
+  // A list must not be empty: with the member goes the comma on one of its sides.
+  if (json[end] == ',')
+    json.erase(begin, end + 1 - begin);
+  else
+    json.erase(begin - 1, end - (begin - 1));
+}
+
+/// Of a binary glTF as the exporter writes it (12 bytes of header, its JSON, its buffer): says where its frame is, and
+/// uses no more extensions than it does.
+void mend_glb(std::string& glb, const geo::Geodetic& origin) {
+  constexpr std::size_t kLengthAt = 8;
+  constexpr std::size_t kJsonLengthAt = 12;
+  constexpr std::size_t kJsonAt = 20;
+  std::uint32_t json_bytes = 0;
+  std::memcpy(&json_bytes, &glb[kJsonLengthAt], sizeof json_bytes);
+  std::string json = glb.substr(kJsonAt, json_bytes);
+  drop_unused_extensions(json);
+  constexpr std::string_view kAsset = "\"asset\":{";
+  const std::size_t asset = json.find(kAsset);
+  TERRACAST_CHECK(asset != std::string::npos, "a glTF without its asset");
+  Json extras = Json::object();
+  extras.set("terracast_frame", frame_text("x east, y up, z south", origin))
+      .set("latitude_deg", origin.lat_deg)
+      .set("longitude_deg", origin.lon_deg)
+      .set("height_m", origin.height_m);
+  json.insert(asset + kAsset.size(), fmt::format("\"extras\":{},", extras.text(-1)));
+  while (json.size() % 4 != 0) json += ' ';
+  glb.replace(kJsonAt, json_bytes, json);
+  json_bytes = static_cast<std::uint32_t>(json.size());
+  const auto all_bytes = static_cast<std::uint32_t>(glb.size());
+  std::memcpy(&glb[kJsonLengthAt], &json_bytes, sizeof json_bytes);
+  std::memcpy(&glb[kLengthAt], &all_bytes, sizeof all_bytes);
+}
+
+/// Of an OBJ as the exporter writes it: says where its frame is, and names its materials, whose file the exporter names
+/// after one of its own.
+void mend_obj(std::string& text, const geo::Geodetic& origin, const std::string& name) {
+  const std::size_t begin = text.find("mtllib ");
+  if (begin != std::string::npos) {
+    const std::size_t end = text.find('\n', begin);
+    text.replace(begin, end - begin, fmt::format("mtllib {}.mtl", name));
+  }
+  text.insert(0, fmt::format("# terracast_frame {}\n# latitude_deg {}\n# longitude_deg {}\n"
+                             "# height_m {}\n",
+                             frame_text("x east, y north, z up", origin), origin.lat_deg,
+                             origin.lon_deg, origin.height_m));
+}
+
 }  // namespace
 
 int texture_side_px(const WorldExportInputs& inputs, const std::vector<world::CutTile>& cut,
@@ -211,12 +277,8 @@ int texture_side_px(const WorldExportInputs& inputs, const std::vector<world::Cu
   return static_cast<int>(side_px);
 }
 
-void write_model(const WorldModel& model, const std::filesystem::path& file, const char* format) {
-  if (const std::size_t count = model.num_triangles(); count > kMostTriangles)
-    fail(ErrorKind::Input,
-         "{}: {} triangles, of which a file holds {}; give a smaller --region or a coarser "
-         "--spacing",
-         file.string(), count, kMostTriangles);
+void write_model(const WorldModel& model, const geo::Geodetic& origin,
+                 const std::filesystem::path& file, const char* format) {
   if (model.num_triangles() == 0)
     fail(ErrorKind::Input, "{}: the region holds no triangle", file.string());
   const bool is_gltf = std::strcmp(format, "glb2") == 0;
@@ -240,14 +302,12 @@ void write_model(const WorldModel& model, const std::filesystem::path& file, con
     if (!suffix.empty()) destination.replace_extension(suffix);
     std::string text;
     std::span<const std::byte> bytes(static_cast<const std::byte*>(part->data), part->size);
-    if (part == blob && !is_gltf) {
-      // The exporter names the materials after a file of its own.
+    if (part == blob) {
       text.assign(static_cast<const char*>(part->data), part->size);
-      const std::size_t begin = text.find("mtllib ");
-      if (begin != std::string::npos) {
-        const std::size_t end = text.find('\n', begin);
-        text.replace(begin, end - begin, fmt::format("mtllib {}.mtl", first_name));
-      }
+      if (is_gltf)
+        mend_glb(text, origin);
+      else
+        mend_obj(text, origin, first_name);
       bytes = std::as_bytes(std::span(text));
     }
     core::write_file(destination, bytes);
@@ -260,11 +320,15 @@ void write_region_model(const WorldExportInputs& inputs, const char* format) {
   constexpr int kUsualSide_px = 1024;
   core::Progress progress(inputs.context, "tiles", static_cast<std::int64_t>(cut.size()));
   const int side_px = texture_side_px(inputs, cut, kUsualSide_px, 1);
-  const WorldModel model =
-      ModelMaker(inputs.store, side_px > 0)
-          .make(cut, enu_from_world(frame, inputs.region.center()),
-                {.region = inputs.region, .texture_side_px = side_px, .progress = &progress});
-  write_model(model, inputs.destination, format);
+  const geo::Geodetic center = inputs.region.center();
+  const WorldModel model = core::with_context(
+      [&] {
+        return ModelMaker(inputs.store, side_px > 0)
+            .make(cut, enu_from_world(frame, center),
+                  {.region = inputs.region, .texture_side_px = side_px, .progress = &progress});
+      },
+      fmt::format("making {}", inputs.destination.string()));
+  write_model(model, center, inputs.destination, format);
 }
 
 }  // namespace terracast::world_export

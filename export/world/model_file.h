@@ -7,9 +7,6 @@
 
 namespace terracast::world_export {
 
-/// More make files that other programs choke on.
-inline constexpr std::size_t kMostTriangles = 40'000'000;
-
 /// More pixels of pictures no file holds, nor more along a picture's side.
 inline constexpr double kMostTexturePixels = 0x1p28;
 inline constexpr int kMostTextureSide_px = 4096;
@@ -23,10 +20,13 @@ int texture_side_px(const WorldExportInputs& inputs, const std::vector<world::Cu
                     int usual_px, std::size_t num_files);
 
 /// Writes a model whose frame is east, north, up: as glTF 2 (binary, y up, x east, z south, as glTF
-/// wants it) or as Wavefront OBJ with its materials and pictures beside it (z up). Each file atomically.
+/// wants it) or as Wavefront OBJ with its materials and pictures beside it (z up). Each file atomically. It says where
+/// it stands: glTF in its asset's extras, OBJ in comments at its head.
+/// origin   of the model's frame
 /// format   glb2 or obj
-/// throws   Io: cannot be written; Input: more than kMostTriangles
-void write_model(const WorldModel& model, const std::filesystem::path& file, const char* format);
+/// throws   Io: cannot be written; Input: no triangle
+void write_model(const WorldModel& model, const geo::Geodetic& origin,
+                 const std::filesystem::path& file, const char* format);
 
 /// Writes a region as one model about its centre.
 void write_region_model(const WorldExportInputs& inputs, const char* format);

@@ -216,12 +216,15 @@ WorldModel ModelMaker::make(const std::vector<world::CutTile>& cut,
                             const geo::Rigid3d& frame_from_world,
                             const ModelOptions& options) const {
   const auto is_wanted = [&](const Eigen::Vector3d& place_world) {
-    return !options.region || options.region->contains(frame_.geodetic_from_world(place_world));
+    return !options.region || (is_in_square(store_.manifest(), place_world.head<2>()) &&
+                               options.region->contains(frame_.geodetic_from_world(place_world)));
   };
   TERRACAST_CHECK(baker_ || options.texture_side_px == 0, "pictures of {} pixels without a baker",
                   options.texture_side_px);
   std::map<std::string, Part> parts;
   WorldModel model;
+  std::vector<std::size_t> prototype_triangles;
+  std::size_t num_placed_triangles = 0;
   ModelTextures all_textures(store_);
   ModelTextures* const textures = options.texture_side_px > 0 ? &all_textures : nullptr;
   std::map<std::pair<std::size_t, const world::Shape*>, std::size_t> model_of;
@@ -260,9 +263,20 @@ WorldModel ModelMaker::make(const std::vector<world::CutTile>& cut,
       if (shape == nullptr) continue;
       const auto [found, is_new] =
           model_of.try_emplace(std::pair(instance.prototype, shape), model.prototypes.size());
-      if (is_new) model.prototypes.push_back(parts_of(*shape, textures));
+      if (is_new) {
+        model.prototypes.push_back(parts_of(*shape, textures));
+        prototype_triangles.push_back(num_triangles_of(model.prototypes.back()));
+      }
+      num_placed_triangles += prototype_triangles[found->second];
       model.placed.push_back({found->second, frame_from_model(instance, frame_, frame_from_world)});
     }
+    std::size_t num_triangles = num_placed_triangles;
+    for (const auto& [name, part] : parts) num_triangles += part.triangles.size();
+    if (num_triangles > kMostTriangles)
+      core::fail(core::ErrorKind::Input,
+                 "more than {} triangles, which is what a file holds; give a smaller --region or a "
+                 "coarser --spacing",
+                 kMostTriangles);
     if (options.progress != nullptr) options.progress->advance();
   }
   for (auto& [name, part] : parts) model.parts.push_back(std::move(part));

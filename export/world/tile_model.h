@@ -18,6 +18,9 @@
 
 namespace terracast::world_export {
 
+/// More make files that other programs choke on.
+inline constexpr std::size_t kMostTriangles = 40'000'000;
+
 /// Triangles of one look.
 struct Part {
   std::string name;  ///< class, and material where several share the class
@@ -46,7 +49,7 @@ struct WorldModel {
 
 /// What a model is made of.
 struct ModelOptions {
-  /// Only triangles whose centres, and objects whose places, lie within; none: whole tiles.
+  /// Only triangles whose centres, and objects whose places, lie within and in the world's square; none: whole tiles.
   std::optional<Region> region;
   double skirt_m = 0.0;  ///< hung from the terrain's border, against gaps to coarser neighbours
   /// Of each tile's picture of its ground; 0: none, and models without textures.
@@ -65,7 +68,7 @@ class ModelMaker {
 
   /// cut               tiles that together cover what is shown
   /// frame_from_world  of the vertices
-  /// throws            Input, Io: as GroundBaker
+  /// throws            Input, Io: as GroundBaker; Input: more than kMostTriangles, as soon as tiles read hold them
   WorldModel make(const std::vector<world::CutTile>& cut, const geo::Rigid3d& frame_from_world,
                   const ModelOptions& options) const;
 

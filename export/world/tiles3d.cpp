@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <regex>
+#include <set>
 #include <unordered_map>
 
 #include "core/atomic_file.h"
@@ -18,11 +21,16 @@
 namespace terracast::world_export {
 namespace {
 
+using core::ErrorKind;
+using core::fail;
 using core::Json;
 using world::TileId;
 
 /// A coarser tile's borders may lie off a finer one's by less than this many of its spacings.
 constexpr double kSkirtSpacings = 2.0;
+/// Written last: an export is whole when it is there. Until then the other one names all tiles of the folder.
+constexpr const char* kTileset = "tileset.json";
+constexpr const char* kPartial = "tileset.partial.json";
 /// Of the picture of each tile's ground.
 constexpr int kUsualSide_px = 512;
 
@@ -68,7 +76,7 @@ class TilesetWriter {
   void write() {
     const std::vector<TileId> tops = top_tiles();
     for (const TileId& top : tops) collect(top);
-    core::make_folder(inputs_.destination / "tiles");
+    const std::set<std::string> stale = claim_folder();
     core::Progress progress(inputs_.context, "tiles", static_cast<std::int64_t>(tiles_.size()));
     std::vector<Bounds> bounds(tiles_.size());
     core::parallel_for(static_cast<std::int64_t>(tiles_.size()), [&](std::int64_t k) {
@@ -100,10 +108,59 @@ class TilesetWriter {
     tileset.set("asset", std::move(asset))
         .set("geometricError", 2.0 * error_m)
         .set("root", std::move(root));
-    tileset.write(inputs_.destination / "tileset.json", 1);
+    for (const std::string& name : stale) remove(inputs_.destination / name);
+    tileset.write(inputs_.destination / kTileset, 1);
+    remove(inputs_.destination / kPartial);
   }
 
  private:
+  /// Until the export has ended, kPartial names all tiles of the folder.
+  /// returns   those of an earlier export that this one does not write
+  std::set<std::string> claim_folder() const {
+    std::set<std::string> stale = earlier_tiles();
+    std::set<std::string> named = stale;
+    for (const TileId& id : tiles_) {
+      named.insert(name_of(id));
+      stale.erase(name_of(id));
+    }
+    Json partial = Json::object();
+    partial.set("tiles", Json::array_of(std::vector<std::string>(named.begin(), named.end())));
+    core::make_folder(inputs_.destination / "tiles");
+    partial.write(inputs_.destination / kPartial, 1);
+    remove(inputs_.destination / kTileset);
+    return stale;
+  }
+  /// The tiles of an earlier export into the folder.
+  /// throws   Input: what is there is of somebody else
+  std::set<std::string> earlier_tiles() const {
+    std::set<std::string> names;
+    const auto add = [&](const std::filesystem::path& file, const std::string& name) {
+      static const std::regex own("tiles/-?[0-9]+_-?[0-9]+_-?[0-9]+\\.glb");
+      if (!std::regex_match(name, own))
+        fail(ErrorKind::Input,
+             "{}: names {}, which is no tile of an export of terracast; give another folder",
+             file.string(), name);
+      names.insert(name);
+    };
+    if (const auto file = inputs_.destination / kPartial; std::filesystem::exists(file))
+      for (const std::string& name : Json::read(file).at("tiles").strings()) add(file, name);
+    const auto file = inputs_.destination / kTileset;
+    if (!std::filesystem::exists(file)) return names;
+    const std::function<void(const Json&)> visit = [&](const Json& tile) {
+      if (tile.has("content")) add(file, tile.at("content").at("uri").string());
+      if (!tile.has("children")) return;
+      for (std::size_t i = 0; i < tile.at("children").size(); ++i) visit(tile.at("children").at(i));
+    };
+    visit(Json::read(file).at("root"));
+    return names;
+  }
+  /// throws   Io
+  static void remove(const std::filesystem::path& file) {
+    std::error_code error;
+    std::filesystem::remove(file, error);
+    if (error) fail(ErrorKind::Io, "{}: cannot be removed: {}", file.string(), error.message());
+  }
+
   bool is_leaf(const TileId& id) const {
     const auto found =
         std::lower_bound(cut_.begin(), cut_.end(), id,
@@ -160,11 +217,16 @@ class TilesetWriter {
 
   Bounds write_content(const TileId& id) const {
     const geo::Rigid3d enu_from_tile_world = enu_from_world(frame_, center_of(id));
-    const WorldModel model = maker_.make({{.id = id, .coarser_sides = 0}}, enu_from_tile_world,
-                                         {.region = std::nullopt,
-                                          .skirt_m = kSkirtSpacings * id.spacing_m(),
-                                          .texture_side_px = texture_side_px_});
-    write_model(model, inputs_.destination / name_of(id), "glb2");
+    const std::filesystem::path file = inputs_.destination / name_of(id);
+    const WorldModel model = core::with_context(
+        [&] {
+          return maker_.make({{.id = id, .coarser_sides = 0}}, enu_from_tile_world,
+                             {.region = std::nullopt,
+                              .skirt_m = kSkirtSpacings * id.spacing_m(),
+                              .texture_side_px = texture_side_px_});
+        },
+        fmt::format("making {}", file.string()));
+    write_model(model, center_of(id), file, "glb2");
     const geo::Rigid3d world_from_enu = enu_from_tile_world.inverse();
     Bounds bounds;
     const auto add = [&](const Eigen::Vector3d& place_enu) {

@@ -16,12 +16,15 @@ namespace {
 void write_vdb(const WorldExportInputs& inputs) {
   const world::WorldManifest& manifest = inputs.store.manifest();
   const geo::WorldFrame frame(manifest.origin);
-  const geo::Rigid3d enu_world = enu_from_world(frame, inputs.region.center());
+  const geo::Geodetic center = inputs.region.center();
+  const geo::Rigid3d enu_world = enu_from_world(frame, center);
   std::vector<world::Volume> volumes(manifest.volumes.size());
   std::vector<world::VdbGrid> grids;
   for (std::size_t i = 0; i < manifest.volume_places.size(); ++i) {
     const world::VolumePlace& place = manifest.volume_places[i];
-    if (!inputs.region.contains(frame.geodetic_from_world(place.place_world))) continue;
+    if (!is_in_square(manifest, place.place_world.head<2>()) ||
+        !inputs.region.contains(frame.geodetic_from_world(place.place_world)))
+      continue;
     const auto row = static_cast<std::size_t>(place.volume);
     if (volumes[row].density.empty()) volumes[row] = inputs.store.load_volume(row);
     Eigen::Affine3d world_from_volume = Eigen::Affine3d::Identity();
@@ -36,7 +39,8 @@ void write_vdb(const WorldExportInputs& inputs) {
     grids.push_back({.name = fmt::format("density_{}", i),
                      .volume = &volumes[row],
                      .factor = place.extinction_per_m,
-                     .file_from_volume = enu_from_volume});
+                     .file_from_volume = enu_from_volume,
+                     .notes = {{"terracast_frame", frame_text("x east, y north, z up", center)}}});
   }
   if (grids.empty())
     core::fail(core::ErrorKind::Input,

@@ -15,7 +15,7 @@ namespace terracast::world_export {
 /// What is asked of a format.
 struct WorldExportInputs {
   const world::TileStore& store;
-  Region region;
+  Region region;            ///< of a format's writer: within the world's square
   double finest_spacing_m;  ///< of the terrain, a tile's own
   /// Side of a pixel of the pictures of the ground, on the finest tiles; 0: no pictures, nor textures of models; nothing:
   /// the format's choice. Rasters have their pixels' own.
@@ -29,11 +29,15 @@ struct WorldFormatInfo {
   std::string_view name;
   std::string_view summary;
   std::string_view suffix;  ///< of the destination; "" for a folder
-  /// throws   Input: the region is not in the world, or too large for the format; Io
+  /// throws   Input: the region holds nothing that the format writes, or too much for it; Io; Interrupted
   void (*write)(const WorldExportInputs& inputs);
 };
 
 /// The table of formats: 3dtiles, geotiff, gltf, obj, vdb.
 std::span<const WorldFormatInfo> world_formats();
+
+/// Writes what of a region lies in the world's square (clipped_to_square()), and says so where that is not all of it.
+/// throws   Input: the region lies outside the world's square; as WorldFormatInfo::write
+void export_region(const WorldFormatInfo& format, WorldExportInputs inputs);
 
 }  // namespace terracast::world_export

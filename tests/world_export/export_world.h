@@ -215,13 +215,20 @@ class WorldExport : public testing::Test {
   void write(std::string_view format, const Region& region, const fs::path& destination,
              double spacing_m = 1.0, int num_threads = 2, double texel_m = 8.0) const {
     const core::ThreadLimit limit(num_threads);
-    core::find_registered(world_formats(), "format", format)
-        .write({.store = *store_,
-                .region = region,
-                .finest_spacing_m = spacing_m,
-                .texel_m = texel_m,
-                .destination = destination,
-                .context = {.log = log_, .num_threads = num_threads, .events_file = {}}});
+    export_region(core::find_registered(world_formats(), "format", format),
+                  {.store = *store_,
+                   .region = region,
+                   .finest_spacing_m = spacing_m,
+                   .texel_m = texel_m,
+                   .destination = destination,
+                   .context = {.log = log_, .num_threads = num_threads, .events_file = {}}});
+  }
+  /// The world's square becomes one of so many metres, about which the rest is its apron.
+  void shrink_square(double size_m) {
+    world::WorldManifest manifest = store_->manifest();
+    manifest.size_m = size_m;
+    world::write_manifest(folder_ / "world", manifest);
+    store_.emplace(world::TileStore::open(folder_ / "world"));
   }
   /// From the y-up frame of a glTF file about a place of the ellipsoid.
   Eigen::Vector3d world_from_glb(const Eigen::Vector3d& point, const geo::Geodetic& about) const {

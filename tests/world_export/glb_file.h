@@ -1,5 +1,7 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
@@ -10,6 +12,7 @@
 
 #include "core/atomic_file.h"
 #include "core/json.h"
+#include "geo/geodesy.h"
 
 namespace terracast::test {
 
@@ -18,6 +21,32 @@ struct GlbTriangle {
   std::string mesh;
   std::array<Eigen::Vector3d, 3> corners;
 };
+
+/// The JSON of a binary glTF, whose lengths must be right (section 4.4).
+inline core::Json read_glb_json(const std::filesystem::path& file) {
+  const std::vector<std::byte> bytes = core::read_file(file, std::size_t{1} << 30);
+  std::array<std::uint32_t, 5> words{};
+  std::memcpy(words.data(), bytes.data(), sizeof words);
+  EXPECT_EQ(words[0], 0x46546C67U);
+  EXPECT_EQ(words[2], bytes.size());
+  EXPECT_EQ(words[3] % 4, 0U);
+  EXPECT_EQ(words[4], 0x4E4F534AU);
+  std::array<std::uint32_t, 2> buffer{};
+  std::memcpy(buffer.data(), bytes.data() + 20 + words[3], sizeof buffer);
+  EXPECT_EQ(20 + words[3] + 8 + buffer[0], bytes.size());
+  EXPECT_EQ(buffer[1], 0x004E4942U);
+  return core::Json::parse({reinterpret_cast<const char*>(bytes.data()) + 20, words[3]},
+                           file.string());
+}
+
+/// Where a glTF of ours says that its frame has its origin.
+inline geo::Geodetic place_of_glb(const std::filesystem::path& file) {
+  const core::Json json = read_glb_json(file);
+  const core::Json& extras = json.at("asset").at("extras");
+  return {.lat_deg = extras.at("latitude_deg").number(),
+          .lon_deg = extras.at("longitude_deg").number(),
+          .height_m = extras.at("height_m").number()};
+}
 
 /// Reads a binary glTF by its specification alone (Khronos glTF 2.0, sections 3.5 to 3.7 and 4.4):
 /// every triangle of every node, moved by the nodes' matrices.

@@ -1,6 +1,7 @@
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
+#include <cstdio>
 #include <map>
 #include <sstream>
 
@@ -34,6 +35,15 @@ TEST_F(Volumes, StandTurnedAndScaledWithTheirExtinctionInOpenVdbFiles) {
   const openvdb::FloatGrid& grid = *grids.at("density_0");
   EXPECT_EQ(grid.background(), 0.0f);
   EXPECT_EQ(grid.activeVoxelCount(), 60u);
+  geo::Geodetic about;
+  const std::string told = grid.metaValue<std::string>("terracast_frame");
+  ASSERT_EQ(
+      std::sscanf(told.c_str(),
+                  "x east, y north, z up, m, at latitude %lf longitude %lf height %lf of WGS84",
+                  &about.lat_deg, &about.lon_deg, &about.height_m),
+      3)
+      << told;
+  EXPECT_EQ(about, region.center());
   const openvdb::Vec3d side = grid.voxelSize();
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(side[k], 4.0 * 1.5, 1e-9);
 
@@ -48,8 +58,8 @@ TEST_F(Volumes, StandTurnedAndScaledWithTheirExtinctionInOpenVdbFiles) {
         const Eigen::Vector3d own =
             volume.lowest_m + 4.0 * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
         const Eigen::Vector3d turned(c * own.x() - s * own.y(), s * own.x() + c * own.y(), own.z());
-        const Eigen::Vector3d at = enu_from_world(
-            place.place_world + world_from_enu * (place.scale * turned), region.center());
+        const Eigen::Vector3d at =
+            enu_from_world(place.place_world + world_from_enu * (place.scale * turned), about);
         const openvdb::Vec3d index = grid.worldToIndex({at.x(), at.y(), at.z()});
         const openvdb::Coord nearest = openvdb::Coord::round(index);
         // Doubles all the way, over a kilometre and a voxel of 6 m.

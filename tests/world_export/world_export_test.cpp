@@ -4,8 +4,10 @@
 #include <set>
 #include <sstream>
 
+#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/image_io.h"
+#include "core/stop.h"
 #include "export/world/model_textures.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/folder_compare.h"
@@ -107,6 +109,235 @@ TEST_F(WorldExport, ObjHoldsTheSameTrianglesWithZUp) {
   EXPECT_GT(num_on_ground, 3600);
 }
 
+/// Seen in November 2026: a region of the whole Earth had its origin at 0 N, 0 E, floats 0.5 m apart, and the apron in it.
+TEST_F(WorldExport, ARegionThatReachesBeyondTheSquareIsWhatLiesInIt) {
+  shrink_square(512.0);
+  for (const Region& region : {Region{-90.0, -180.0, 90.0, 180.0}, around(0.0, 0.0, 400.0)}) {
+    write("gltf", region, folder_ / "a.glb", 2.0, 2, 0.0);
+    const geo::Geodetic about = test::place_of_glb(folder_ / "a.glb");
+    EXPECT_NEAR(about.lat_deg, 46.0, 1e-6);
+    EXPECT_NEAR(about.lon_deg, 8.0, 1e-6);
+    int num_ground = 0;
+    double farthest_m = 0.0;
+    double worst_m = 0.0;
+    for (const test::GlbTriangle& triangle : test::read_glb(folder_ / "a.glb")) {
+      if (!triangle.mesh.starts_with("land")) continue;
+      ++num_ground;
+      for (const Eigen::Vector3d& corner : triangle.corners) {
+        const Eigen::Vector3d at = world_from_glb(corner, about);
+        farthest_m = std::max(farthest_m, at.head<2>().cwiseAbs().maxCoeff());
+        worst_m = std::max(worst_m, std::abs(at.z() - hills_m(at.x(), at.y())));
+      }
+    }
+    EXPECT_NEAR(farthest_m, 256.0, kFloat_m);
+    EXPECT_LT(worst_m, kRounded_m);
+    EXPECT_EQ(num_ground, 2 * 256 * 256);  // all of it: two triangles each 2 m x 2 m
+  }
+}
+
+/// The sides of a large square are no parallels and meridians: in its corners these reach 90 m beyond it.
+TEST_F(WorldExport, NothingOfALargeSquaresApronIsWritten) {
+  fs::remove_all(folder_ / "world");
+  store_.emplace(test::make_tiny_world(folder_ / "world", [](double, double) { return 300.0; },
+                                       {.finest_level = 6, .coarsest_level = 6, .num_roots = 4}));
+  shrink_square(32000.0);  // its border lies within tiles
+  const Region region{-90.0, -180.0, 90.0, 180.0};
+  write("gltf", region, folder_ / "a.glb", 64.0, 2, 0.0);
+  const geo::Geodetic about = test::place_of_glb(folder_ / "a.glb");
+  double farthest_m = 0.0;
+  const auto triangles = test::read_glb(folder_ / "a.glb");
+  for (const test::GlbTriangle& triangle : triangles)
+    for (const Eigen::Vector3d& corner : triangle.corners)
+      farthest_m =
+          std::max(farthest_m, world_from_glb(corner, about).head<2>().cwiseAbs().maxCoeff());
+  EXPECT_NEAR(farthest_m, 16000.0, 2e-3);  // floats 16 km away are 1 mm apart
+  EXPECT_EQ(triangles.size(), 2U * 500U * 500U);
+
+  write("geotiff", region, folder_ / "a.tif", 64.0, 2, 0.0);
+  GDALAllRegister();
+  const std::unique_ptr<GDALDataset, decltype(&GDALClose)> dataset(
+      GDALDataset::Open((folder_ / "a.tif").c_str()), &GDALClose);
+  ASSERT_NE(dataset, nullptr);
+  const auto width = static_cast<std::size_t>(dataset->GetRasterXSize());
+  const auto height = static_cast<std::size_t>(dataset->GetRasterYSize());
+  std::vector<float> heights_m(width * height);
+  ASSERT_EQ(dataset->GetRasterBand(1)->RasterIO(
+                GF_Read, 0, 0, static_cast<int>(width), static_cast<int>(height), heights_m.data(),
+                static_cast<int>(width), static_cast<int>(height), GDT_Float32, 0, 0),
+            CE_None);
+  double transform[6];
+  dataset->GetGeoTransform(transform);
+  OGRSpatialReference wgs84;
+  wgs84.SetWellKnownGeogCS("WGS84");
+  wgs84.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  const std::unique_ptr<OGRCoordinateTransformation> wgs84_from_utm(
+      OGRCreateCoordinateTransformation(dataset->GetSpatialRef(), &wgs84));
+  farthest_m = 0.0;
+  for (std::size_t k = 0; k < heights_m.size(); ++k) {
+    if (heights_m[k] == -9999.0F) continue;
+    double lon = transform[0] + (static_cast<double>(k % width) + 0.5) * transform[1];
+    double lat = transform[3] + (static_cast<double>(k / width) + 0.5) * transform[5];
+    ASSERT_TRUE(wgs84_from_utm->Transform(1, &lon, &lat));
+    const Eigen::Vector3d at = frame_->world_from_geodetic(
+        {.lat_deg = lat, .lon_deg = lon, .height_m = static_cast<double>(heights_m[k])});
+    farthest_m = std::max(farthest_m, at.head<2>().cwiseAbs().maxCoeff());
+  }
+  EXPECT_LT(farthest_m, 16000.0 + 1e-3);  // heights are floats
+  EXPECT_GT(farthest_m, 16000.0 - 64.0);
+
+  // 3D Tiles have whole tiles: the four of the square.
+  write("3dtiles", region, folder_ / "t", 64.0, 2, 0.0);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "t" / "tiles"), {}), 4);
+}
+
+TEST_F(WorldExport, TellsWhatOfARegionIsLeftOut) {
+  const auto told = [&](const Region& region) {
+    const core::Log log("test", core::LogLevel::Warn);
+    testing::internal::CaptureStderr();
+    export_region(core::find_registered(world_formats(), "format", "gltf"),
+                  {.store = *store_,
+                   .region = region,
+                   .finest_spacing_m = 2.0,
+                   .texel_m = 0.0,
+                   .destination = folder_ / "a.glb",
+                   .context = {.log = log, .num_threads = 1, .events_file = {}}});
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(told(around(0.0, 0.0, 100.0)), "");
+  // 512 m along the meridian, whose radius there is 6 368 750 m, and along the parallel: 6 389 200 m cos 46.
+  EXPECT_THAT(told({46.0, 0.0, 50.0, 10.0}), testing::HasSubstr("latitudes 46.0000000 to 46.0046"));
+  EXPECT_THAT(told({46.0, 0.0, 50.0, 10.0}), testing::HasSubstr("longitudes 7.9933"));
+}
+
+TEST_F(WorldExport, ARegionInTheApronIsRefusedByEveryFormat) {
+  shrink_square(512.0);
+  for (const WorldFormatInfo& format : world_formats()) {
+    test::expect_error(core::ErrorKind::Input, {"outside the world's square", "1 km"}, [&] {
+      write(format.name, around(400.0, 400.0, 50.0), folder_ / "elsewhere");
+    });
+    EXPECT_FALSE(fs::exists(folder_ / "elsewhere")) << format.name;
+  }
+}
+
+TEST(Regions, CountLongitudesOverTheDateLine) {
+  world::WorldManifest manifest;
+  manifest.origin = {.lat_deg = 10.0, .lon_deg = 179.95};
+  manifest.size_m = 20e3;
+  const Region square = region_of_square(manifest);
+  // 10 km along the meridian and the parallel, whose radius is that of the normal times the cosine.
+  EXPECT_NEAR(square.north_deg, 10.0 + 10e3 / 6337e3 * 180.0 / kPi, 1e-3);
+  EXPECT_NEAR(square.east_deg, 179.95 + 10e3 / (6379e3 * std::cos(kPi / 18.0)) * 180.0 / kPi, 1e-3);
+  EXPECT_GT(square.east_deg, 180.0);
+  EXPECT_EQ(clipped_to_square(manifest, {-90.0, -180.0, 90.0, 180.0}), square);
+  EXPECT_EQ(clipped_to_square(manifest, {-90.0, 0.0, 90.0, 360.0}), square);
+  EXPECT_EQ(clipped_to_square(manifest, {-90.0, 179.0, 90.0, 180.0}).east_deg, 180.0);
+  EXPECT_EQ(clipped_to_square(manifest, {-90.0, -180.0, 90.0, -179.0}),
+            (Region{square.south_deg, 180.0, square.north_deg, square.east_deg}));
+  const geo::Geodetic west{.lat_deg = 10.0, .lon_deg = 179.99};
+  const geo::Geodetic east{.lat_deg = 10.0, .lon_deg = -179.99};
+  for (const geo::Geodetic& place : {west, east}) EXPECT_TRUE(square.contains(place));
+  EXPECT_FALSE(square.contains({.lat_deg = 10.0, .lon_deg = -179.9}));
+  const Region eastern{9.0, 180.0, 11.0, 180.1};
+  EXPECT_TRUE(eastern.contains(east));
+  EXPECT_FALSE(eastern.contains(west));
+  EXPECT_NEAR(eastern.center().lon_deg, -179.95, 1e-12);
+}
+
+TEST(Regions, OfSquaresRoundAPoleAreAllLongitudes) {
+  world::WorldManifest manifest;
+  manifest.size_m = 50e3;
+  for (const double sign : {-1.0, 1.0}) {
+    manifest.origin = {.lat_deg = sign * 89.9, .lon_deg = 20.0};
+    const Region square = region_of_square(manifest);
+    EXPECT_EQ(sign > 0.0 ? square.north_deg : square.south_deg, sign * 90.0);
+    EXPECT_EQ(square.west_deg, -160.0);
+    EXPECT_EQ(square.east_deg, 200.0);
+    EXPECT_EQ(clipped_to_square(manifest, {-90.0, -180.0, 90.0, 180.0}), square);
+  }
+  manifest.origin = {.lat_deg = 89.0, .lon_deg = 20.0};
+  EXPECT_LT(region_of_square(manifest).north_deg, 89.5);
+}
+
+TEST_F(WorldExport, FilesSayWhereTheirFrameIs) {
+  const Region region = around(240.0, 60.0, 20.0);
+  write("gltf", region, folder_ / "a.glb");
+  EXPECT_EQ(test::place_of_glb(folder_ / "a.glb"), region.center());
+  const Json json = test::read_glb_json(folder_ / "a.glb");
+  EXPECT_THAT(json.at("asset").at("extras").at("terracast_frame").string(),
+              testing::StartsWith("x east, y up, z south, m, at latitude 46.0"));
+  EXPECT_EQ(json.at("asset").at("version").string(), "2.0");
+  write("obj", region, folder_ / "a.obj");
+  std::ifstream in(folder_ / "a.obj");
+  std::string line;
+  std::getline(in, line);
+  EXPECT_THAT(line, testing::StartsWith("# terracast_frame x east, y north, z up, m, at latitude"));
+  geo::Geodetic place{.lat_deg = 1.0, .lon_deg = 1.0, .height_m = 1.0};
+  for (const auto& [name, value] :
+       {std::pair("latitude_deg", &place.lat_deg), std::pair("longitude_deg", &place.lon_deg),
+        std::pair("height_m", &place.height_m)}) {
+    std::string sharp, word;
+    in >> sharp >> word >> *value;
+    EXPECT_EQ(sharp, "#");
+    EXPECT_EQ(word, name);
+  }
+  EXPECT_EQ(place, region.center());
+}
+
+/// Seen in November 2026: KHR_materials_volume and FB_ngon_encoding, which nothing had.
+TEST_F(WorldExport, GltfNamesNoExtensionThatNothingUses) {
+  write("gltf", around(kSquareX, kSquareY, 30.0), folder_ / "a.glb");
+  std::set<std::string> used;
+  const auto visit = [&](const auto& self, const Json& value) -> void {
+    if (value.is_array())
+      for (std::size_t i = 0; i < value.size(); ++i) self(self, value.at(i));
+    if (!value.is_object()) return;
+    for (const auto& [name, member] : value.members()) {
+      if (name == "extensions")
+        for (const auto& [extension, unused] : member.members()) used.insert(extension);
+      self(self, member);
+    }
+  };
+  const Json json = test::read_glb_json(folder_ / "a.glb");
+  visit(visit, json);
+  std::set<std::string> named;
+  if (json.has("extensionsUsed"))
+    for (const std::string& name : json.at("extensionsUsed").strings()) named.insert(name);
+  EXPECT_EQ(named, used);
+}
+
+/// Seen in November 2026: refused after all tiles had been read.
+TEST_F(WorldExport, StopsAtTheTileThatHoldsMoreThanAFileDoes) {
+  const std::vector<world::CutTile> cut = cut_of_region(*store_, around(0.0, 0.0, 500.0), 1.0);
+  ASSERT_GT(cut.size(), 2U);
+  // 40 000 triangles a thousand times, and the ground's.
+  world::WorldManifest manifest = store_->manifest();
+  world::Prototype much{
+      .name = "much",
+      .levels = {{.coarsest_level = 1, .shape = tetrahedron(4.0, core::SemanticClass::Tree)}}};
+  std::vector<world::Shape::Triangle>& triangles = much.levels[0].shape.triangles;
+  for (int k = 4; k < 40000; ++k) triangles.push_back(triangles[static_cast<std::size_t>(k % 4)]);
+  manifest.prototypes.push_back(world::write_prototype(folder_ / "world", 1, much));
+  world::Tile tile = store_->load(cut.front().id);
+  const Eigen::Vector2d middle = cut.front().id.center_world();
+  for (int k = 0; k < 1000; ++k) {
+    world::Instance instance;
+    instance.provenance.instance_id = 100 + static_cast<std::uint32_t>(k);
+    instance.prototype = 1;
+    instance.place_steps = steps_of({middle.x(), middle.y(), 400.0});
+    tile.objects.instances.push_back(instance);
+  }
+  for (world::TileInfo& info : manifest.tiles)
+    if (info.id == tile.id) info = world::write_tile(folder_ / "world", tile);
+  world::write_manifest(folder_ / "world", manifest);
+  store_.emplace(world::TileStore::open(folder_ / "world"));
+  // Whoever reads on finds that there is no such tile.
+  fs::remove(world::tile_path(folder_ / "world", cut.back().id));
+  for (const char* format : {"gltf", "obj"})
+    test::expect_error(
+        core::ErrorKind::Input, {"more than 40000000 triangles", "--region", "a.out"},
+        [&] { write(format, around(0.0, 0.0, 500.0), folder_ / "a.out", 1.0, 1, 0.0); });
+}
+
 TEST_F(WorldExport, GeotiffHoldsHeightsAtItsPixelsCentres) {
   const Region region = around(200.0, 80.0, 70.0);
   write("geotiff", region, folder_ / "a.tif");
@@ -183,9 +414,14 @@ TEST_F(WorldExport, TilesetsPlaceEveryTileOnTheEarth) {
     }
     if (tile.has("content")) {
       ++num_tiles;
+      // To where its transform puts its origin: doubles of 6.4e6 m.
+      const fs::path file = folder_ / "t" / tile.at("content").at("uri").string();
+      EXPECT_LT((geo::ecef_from_geodetic(test::place_of_glb(file)) -
+                 ecef_from_tile.topRightCorner<3, 1>())
+                    .norm(),
+                1e-7);
       const std::vector<double> bounds = tile.at("boundingVolume").at("region").numbers();
-      const std::vector<test::GlbTriangle> triangles =
-          test::read_glb(folder_ / "t" / tile.at("content").at("uri").string());
+      const std::vector<test::GlbTriangle> triangles = test::read_glb(file);
       // Every one of the objects, which come last or are few, and some of the ground.
       for (std::size_t k = 0; k < triangles.size();
            k += triangles[k].mesh.starts_with("land") ? 101 : 1) {
@@ -217,6 +453,52 @@ TEST_F(WorldExport, TilesetsPlaceEveryTileOnTheEarth) {
   visit(visit, tileset.at("root"), Eigen::Matrix4d::Identity(),
         tileset.at("geometricError").number());
   EXPECT_GE(num_tiles, 8);  // fine ones and those above them
+}
+
+/// Seen in November 2026: tiles of a region that was exported into the folder before stayed there.
+TEST_F(WorldExport, ATilesetsFolderHoldsNoTileOfAnEarlierOne) {
+  const Region region = around(400.0, 300.0, 60.0);
+  write("3dtiles", region, folder_ / "fresh");
+  write("3dtiles", around(-300.0, 0.0, 60.0), folder_ / "t");
+  write("3dtiles", region, folder_ / "t");
+  EXPECT_EQ(test::first_difference(folder_ / "fresh", folder_ / "t"), "");
+
+  // One that ended half way: its last tile is damaged.
+  const auto cut = cut_of_region(*store_, around(-300.0, 0.0, 60.0), 1.0);
+  const fs::path last = world::tile_path(folder_ / "world", cut.back().id);
+  const std::string whole = core::read_text_file(last);
+  core::write_file(last, std::string_view("damaged"));
+  test::expect_error(core::ErrorKind::Input, {}, [&] {
+    write("3dtiles", around(-300.0, 0.0, 60.0), folder_ / "t", 1.0, 1, 0.0);
+  });
+  core::write_file(last, std::string_view(whole));
+  EXPECT_FALSE(fs::exists(folder_ / "t" / "tileset.json"));
+  EXPECT_NE(test::first_difference(folder_ / "fresh" / "tiles", folder_ / "t" / "tiles"), "");
+  // What no export of ours names stays.
+  core::write_file(folder_ / "t" / "tiles" / "0_99_99.glb", std::string_view("mine"));
+  write("3dtiles", region, folder_ / "t");
+  EXPECT_TRUE(fs::remove(folder_ / "t" / "tiles" / "0_99_99.glb"));
+  EXPECT_EQ(test::first_difference(folder_ / "fresh", folder_ / "t"), "");
+}
+
+TEST_F(WorldExport, LeavesATilesetOfSomebodyElseAlone) {
+  const std::string text =
+      R"({"root": {"children": [{"content": {"uri": "../world/manifest.json"}}]}})";
+  core::write_file(folder_ / "t" / "tileset.json", text);
+  test::expect_error(core::ErrorKind::Input,
+                     {"../world/manifest.json", "tileset.json", "another folder"},
+                     [&] { write("3dtiles", around(200.0, 0.0, 50.0), folder_ / "t"); });
+  EXPECT_EQ(core::read_text_file(folder_ / "t" / "tileset.json"), text);
+  EXPECT_TRUE(fs::exists(folder_ / "world" / "manifest.json"));
+}
+
+/// Seen in November 2026: it said that the same command goes on.
+TEST_F(WorldExport, ThatIsStoppedSaysThatItBeginsAnew) {
+  core::ask_to_stop();
+  for (const char* format : {"gltf", "3dtiles", "geotiff"})
+    test::expect_error(core::ErrorKind::Interrupted, {"begins the export anew"},
+                       [&] { write(format, around(200.0, 0.0, 50.0), folder_ / "stopped"); });
+  core::forget_stop();
 }
 
 TEST_F(WorldExport, IsTheSameFromOneThreadAndTwo) {

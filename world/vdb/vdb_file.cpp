@@ -199,6 +199,8 @@ std::vector<std::byte> encode_vdb(std::span<const VdbGrid> grids) {
     auto grid = openvdb::FloatGrid::create(0.0f);
     grid->setName(one.name);
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+    for (const auto& [name, text] : one.notes)
+      grid->insertMeta(name, openvdb::StringMetadata(text));
     auto accessor = grid->getAccessor();
     for (int z = 0; z < volume.size.z(); ++z)
       for (int y = 0; y < volume.size.y(); ++y)

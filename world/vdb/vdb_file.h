@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "world/volume.h"
@@ -31,6 +32,8 @@ struct VdbGrid {
   const Volume* volume;
   double factor = 1.0;  ///< on the density
   Eigen::Affine3d file_from_volume = Eigen::Affine3d::Identity();
+  /// Kept as the grid's metadata: names and texts.
+  std::vector<std::pair<std::string, std::string>> notes = {};
 };
 
 /// The bytes of an OpenVDB file of float grids. Same grids, same bytes: where the format has a random
