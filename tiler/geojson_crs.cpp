@@ -46,7 +46,10 @@ class CrsMember {
         --depth_;
         return is_value_ && depth_ == 0;
       case ':':
-        is_value_ = is_value_ || (depth_ == 1 && EQUAL(string_.c_str(), "crs"));
+        if (depth_ == 1 && is_crs()) {
+          name_ = string_;
+          is_value_ = true;
+        }
         return false;
       default:
         return is_value_ && depth_ == 1 && c == ',';
@@ -61,6 +64,9 @@ class CrsMember {
   }
 
  private:
+  /// GDAL looks for it in either case, and takes the first; of those spelt alike the last replaces
+  /// the ones before.
+  bool is_crs() const { return name_.empty() ? EQUAL(string_.c_str(), "crs") : string_ == name_; }
   void take_of_string(char c) {
     if (is_escaped_)
       is_escaped_ = false;
@@ -78,6 +84,7 @@ class CrsMember {
   bool is_value_ = false;
   std::string string_;  ///< the last one, or how it begins
   std::string value_;
+  std::string name_;  ///< as the first is spelt
 };
 
 std::optional<std::string> crs_member_of(const std::string& path) {

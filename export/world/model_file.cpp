@@ -226,6 +226,8 @@ void mend_glb(std::string& glb, const geo::Geodetic& origin) {
       .set("height_m", origin.height_m);
   json.insert(asset + kAsset.size(), fmt::format("\"extras\":{},", extras.text(-1)));
   while (json.size() % 4 != 0) json += ' ';
+  if (glb.size() - json_bytes + json.size() > std::numeric_limits<std::uint32_t>::max())
+    fail(ErrorKind::Input, "more than the 4 GiB that a glTF holds; give a smaller --region");
   glb.replace(kJsonAt, json_bytes, json);
   json_bytes = static_cast<std::uint32_t>(json.size());
   const auto all_bytes = static_cast<std::uint32_t>(glb.size());

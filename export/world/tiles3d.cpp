@@ -31,6 +31,12 @@ constexpr double kSkirtSpacings = 2.0;
 /// Written last: an export is whole when it is there. Until then the other one names all tiles of the folder.
 constexpr const char* kTileset = "tileset.json";
 constexpr const char* kPartial = "tileset.partial.json";
+/// In asset.extras of both: whose they are.
+constexpr const char* kMark = "terracast_export";
+constexpr const char* kMarkText = "3dtiles";
+/// Tilesets of ours are no deeper, and name no longer names.
+constexpr int kDeepest = 64;
+constexpr std::size_t kLongestName = 64;
 /// Of the picture of each tile's ground.
 constexpr int kUsualSide_px = 512;
 
@@ -102,12 +108,8 @@ class TilesetWriter {
         .set("geometricError", error_m)
         .set("refine", "REPLACE")
         .set("children", std::move(children));
-    Json asset = Json::object();
-    asset.set("version", "1.1");
     Json tileset = Json::object();
-    tileset.set("asset", std::move(asset))
-        .set("geometricError", 2.0 * error_m)
-        .set("root", std::move(root));
+    tileset.set("asset", asset()).set("geometricError", 2.0 * error_m).set("root", std::move(root));
     for (const std::string& name : stale) remove(inputs_.destination / name);
     tileset.write(inputs_.destination / kTileset, 1);
     remove(inputs_.destination / kPartial);
@@ -124,7 +126,8 @@ class TilesetWriter {
       stale.erase(name_of(id));
     }
     Json partial = Json::object();
-    partial.set("tiles", Json::array_of(std::vector<std::string>(named.begin(), named.end())));
+    partial.set("asset", asset())
+        .set("tiles", Json::array_of(std::vector<std::string>(named.begin(), named.end())));
     core::make_folder(inputs_.destination / "tiles");
     partial.write(inputs_.destination / kPartial, 1);
     remove(inputs_.destination / kTileset);
@@ -136,23 +139,54 @@ class TilesetWriter {
     std::set<std::string> names;
     const auto add = [&](const std::filesystem::path& file, const std::string& name) {
       static const std::regex own("tiles/-?[0-9]+_-?[0-9]+_-?[0-9]+\\.glb");
-      if (!std::regex_match(name, own))
+      if (name.size() > kLongestName || !std::regex_match(name, own))
         fail(ErrorKind::Input,
              "{}: names {}, which is no tile of an export of terracast; give another folder",
-             file.string(), name);
+             file.string(), name.substr(0, 2 * kLongestName));
       names.insert(name);
     };
+    if (std::filesystem::is_symlink(inputs_.destination / "tiles"))
+      fail(ErrorKind::Input,
+           "{}: is a link, and tiles are written and removed there; give another "
+           "folder",
+           (inputs_.destination / "tiles").string());
     if (const auto file = inputs_.destination / kPartial; std::filesystem::exists(file))
-      for (const std::string& name : Json::read(file).at("tiles").strings()) add(file, name);
+      for (const std::string& name : read_own(file).at("tiles").strings()) add(file, name);
     const auto file = inputs_.destination / kTileset;
     if (!std::filesystem::exists(file)) return names;
-    const std::function<void(const Json&)> visit = [&](const Json& tile) {
+    const std::function<void(const Json&, int)> visit = [&](const Json& tile, int depth) {
+      if (depth > kDeepest)
+        fail(ErrorKind::Input, "{}: its tiles lie deeper than {}; give another folder",
+             file.string(), kDeepest);
       if (tile.has("content")) add(file, tile.at("content").at("uri").string());
       if (!tile.has("children")) return;
-      for (std::size_t i = 0; i < tile.at("children").size(); ++i) visit(tile.at("children").at(i));
+      for (std::size_t i = 0; i < tile.at("children").size(); ++i)
+        visit(tile.at("children").at(i), depth + 1);
     };
-    visit(Json::read(file).at("root"));
+    visit(read_own(file).at("root"), 0);
     return names;
+  }
+  static Json asset() {
+    Json extras = Json::object();
+    extras.set(kMark, kMarkText);
+    Json asset = Json::object();
+    asset.set("version", "1.1").set("extras", std::move(extras));
+    return asset;
+  }
+  /// throws   Input: it is not one of ours
+  static Json read_own(const std::filesystem::path& file) {
+    Json json = Json::read(file);
+    const auto is_own = [&] {
+      if (!json.has("asset") || !json.at("asset").has("extras")) return false;
+      const Json extras = json.at("asset").at("extras");
+      return extras.has(kMark) && extras.at(kMark).string() == kMarkText;
+    };
+    if (!is_own())
+      fail(ErrorKind::Input,
+           "{}: is none that this version of terracast has written (asset.extras.{}); give another "
+           "folder",
+           file.string(), kMark);
+    return json;
   }
   /// throws   Io
   static void remove(const std::filesystem::path& file) {

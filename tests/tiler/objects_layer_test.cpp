@@ -329,7 +329,8 @@ TEST(Objects, PlacesAnywhereOnEarthAreCounted) {
                          kOriginLon_deg + 30.0));
   const PlacedWorld made(fmt::format("placements = [\"{}\"]\n", (folder / "list.csv").string()));
   EXPECT_EQ(made.all().size(), 1U);
-  EXPECT_EQ(made.count_of("placements left out beyond the square"), 7);
+  EXPECT_EQ(made.count_of("placements left out beyond the square"), 6);
+  EXPECT_EQ(made.count_of("list.csv: rows given twice"), 1);
 }
 
 TEST(Objects, WhatIsNoPlaceInAFileOfFeaturesIsCounted) {

@@ -295,11 +295,23 @@ TEST(RoadNetwork, WaysThatAreScribbledOrCrowdAreLeftOutAndCounted) {
   tiler::PointsWorld fine;
   for (int k = 0; k <= 40'000; ++k) fine.emplace_back(0.015 * k - 300.0, 5.0);
   add(fine);
+  add({fine[12'345], {fine[12'345].x(), 90.0}});  // a street that meets it at a point between
   const tiler::RoadNetwork drawn_finely(ways, 2048.0);
   EXPECT_EQ(drawn_finely.counts().num_thinned, 1);
   EXPECT_EQ(drawn_finely.counts().num_crowded, 0);
-  ASSERT_EQ(drawn_finely.lines().size(), 1u);
-  EXPECT_NEAR(drawn_finely.lines()[0].length_m(), 600.0, 1e-6);
+  // Points each 134 x 15 mm, the ends, and the one where they meet.
+  const tiler::PointsWorld& drawn = drawn_finely.ways()[0].points_world;
+  EXPECT_EQ(drawn.size(), 301u);
+  EXPECT_NE(std::find(drawn.begin(), drawn.end(), fine[12'345]), drawn.end());
+  // A scribble on 30 cm that ends where it began has no length that counts.
+  ways.clear();
+  tiler::PointsWorld knot;
+  for (int k = 0; k < 9000; ++k) knot.emplace_back(0.3 * (k % 2), 0.02 * (k % 15));
+  knot.emplace_back(0.002, 0.0);
+  add(knot);
+  const tiler::RoadNetwork knotted(ways, 2048.0);
+  EXPECT_EQ(knotted.counts().num_crowded, 1);
+  EXPECT_EQ(knotted.lines().size(), 0u);
   // As dense as ways may be drawn: a labyrinth, 900 m in a disc of 29 m, with a point each half metre.
   tiler::PointsWorld labyrinth;
   constexpr double kRadius_m = 14.5;

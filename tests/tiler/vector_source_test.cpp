@@ -347,6 +347,8 @@ TEST(VectorSource, ACrsThatIsNotKnownIsNamed) {
           "urn:ogc:def:crs:EPSG::999999");
   const std::string and_then = ",\"crs\":";  // GDAL takes the last of several
   refuses(named_crs("EPSG:32631") + and_then + named_crs("EPSG:999999"), "EPSG:999999");
+  // And in either case, the first.
+  refuses(named_crs("EPSG:999999") + ",\"CRS\":" + named_crs("EPSG:32631"), "EPSG:999999");
   for (const char* text : {R"("EPSG:25831")", R"({"type":"name"})",
                            R"({"type":"strange","properties":{"name":"EPSG:25831"}})"})
     refuses(text, text);
@@ -382,6 +384,7 @@ TEST(VectorSource, ACrsThatGeoJsonStatesIsTaken) {
     for (const std::string& crs :
          {named_crs("EPSG:32631"), named_crs("urn:ogc:def:crs:EPSG::32631"),
           named_crs("EPSG:999999") + ",\"crs\":" + named_crs("EPSG:32631"),
+          named_crs("EPSG:32631") + ",\"Crs\":" + named_crs("EPSG:999999"),
           std::string(R"({"type":"EPSG","properties":{"code":32631}})"),
           std::string(R"({"type":"OGC","properties":{"urn":"urn:ogc:def:crs:EPSG::32631"}})")})
       EXPECT_LT((place_of(with_crs(crs, utm, is_last)) - place_m(42.51, 1.52)).norm(), 1e-4) << crs;

@@ -482,14 +482,39 @@ TEST_F(WorldExport, ATilesetsFolderHoldsNoTileOfAnEarlierOne) {
 }
 
 TEST_F(WorldExport, LeavesATilesetOfSomebodyElseAlone) {
-  const std::string text =
-      R"({"root": {"children": [{"content": {"uri": "../world/manifest.json"}}]}})";
-  core::write_file(folder_ / "t" / "tileset.json", text);
-  test::expect_error(core::ErrorKind::Input,
-                     {"../world/manifest.json", "tileset.json", "another folder"},
-                     [&] { write("3dtiles", around(200.0, 0.0, 50.0), folder_ / "t"); });
-  EXPECT_EQ(core::read_text_file(folder_ / "t" / "tileset.json"), text);
+  const std::string mark =
+      R"("asset": {"version": "1.1", "extras": {"terracast_export": "3dtiles"}})";
+  const auto leaves = [&](const std::string& text, const std::vector<std::string>& words) {
+    SCOPED_TRACE(text.substr(0, 200));
+    core::write_file(folder_ / "t" / "tileset.json", text);
+    core::write_file(folder_ / "t" / "tiles" / "3_0_0.glb", "theirs");
+    test::expect_error(core::ErrorKind::Input, words,
+                       [&] { write("3dtiles", around(200.0, 0.0, 50.0), folder_ / "t"); });
+    EXPECT_EQ(core::read_text_file(folder_ / "t" / "tileset.json"), text);
+    EXPECT_EQ(core::read_text_file(folder_ / "t" / "tiles" / "3_0_0.glb"), "theirs");
+  };
+  const std::string none = "is none that this version of terracast has written";
+  leaves(R"({"asset": {"version": "1.1"}, "root": {"content": {"uri": "tiles/3_0_0.glb"}}})",
+         {"tileset.json", none, "another folder"});
+  leaves(R"({"root": {"contents": [{"uri": "a.glb"}]}})", {"tileset.json", none});
+  leaves(R"({"asset": {"extras": {"terracast_export": "obj"}}, "root": {}})", {none});
+  // Ours, and meddled with.
+  leaves(
+      "{" + mark + R"(, "root": {"children": [{"content": {"uri": "../world/manifest.json"}}]}})",
+      {"../world/manifest.json", "tileset.json", "another folder"});
+  leaves("{" + mark + R"(, "root": {"content": {"uri": "tiles/)" + std::string(200'000, '1') +
+             R"(_0_0.glb"}}})",
+         {"no tile of an export"});
+  std::string deep = "{}";
+  for (int k = 0; k < 80; ++k) deep = R"({"children": [)" + deep + "]}";
+  leaves("{" + mark + R"(, "root": )" + deep + "}", {"deeper than 64"});
   EXPECT_TRUE(fs::exists(folder_ / "world" / "manifest.json"));
+  // Nothing is removed through a link.
+  fs::create_directories(folder_ / "elsewhere");
+  fs::create_directories(folder_ / "linked");
+  fs::create_directory_symlink(folder_ / "elsewhere", folder_ / "linked" / "tiles");
+  test::expect_error(core::ErrorKind::Input, {"is a link"},
+                     [&] { write("3dtiles", around(200.0, 0.0, 50.0), folder_ / "linked"); });
 }
 
 /// Seen in November 2026: it said that the same command goes on.

@@ -39,7 +39,7 @@ using Eigen::Vector3d;
 using world::kHeightStep_m;
 
 /// Bumped when what stands where changes.
-constexpr int kBuildingsVersion = 10;
+constexpr int kBuildingsVersion = 11;
 
 /// Coarsest tiles of the shapes with all their details, and of those with roofs.
 constexpr int kFineLevel = 1;

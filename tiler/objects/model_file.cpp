@@ -77,6 +77,8 @@ class ModelReader {
     if (kind != ".gltf" && kind != ".glb" && kind != ".obj" && kind != ".ply")
       fail(ErrorKind::Config, "{}: models are .gltf, .glb, .obj or .ply", name_);
     const std::vector<std::byte> bytes = bytes_of(file, name_);
+    if (bytes.empty())
+      fail(ErrorKind::Input, "{}: is empty, a file of 0 bytes; fetch or write it again", name_);
     hashes_ = core::content_hash(bytes);
     is_gltf_ = kind == ".gltf" || kind == ".glb";
     if (is_gltf_) check_gltf(bytes, folder, name_);

@@ -44,8 +44,6 @@ std::vector<std::byte> bytes_of(const std::filesystem::path& file, const std::st
   if (error) fail(ErrorKind::Io, "{}: cannot be read", name);
   if (size > kMostModelBytes)
     fail(ErrorKind::Input, "{}: {} bytes, and a model has at most {}", name, size, kMostModelBytes);
-  if (size == 0)
-    fail(ErrorKind::Input, "{}: is empty, a file of 0 bytes; fetch or write it again", name);
   std::vector<std::byte> bytes(size);
   std::ifstream stream(file, std::ios::binary);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));

@@ -35,7 +35,8 @@ class ModelFolder final : public Assimp::DefaultIOSystem {
   /// model    for messages
   /// throws   Input: leads out of the folder, holds more than the bound, libraries as ObjCheck; Interrupted
   void check(const std::string& model) const;
-  /// Files that were asked for and are not there: an OBJ's libraries of materials.
+  /// Libraries of materials that are not there; one of the model's own name counts where it alone is
+  /// missing, as assimp asks for it by itself.
   std::int64_t num_missing() const;
 
  private:

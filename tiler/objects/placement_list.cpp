@@ -30,6 +30,8 @@ constexpr std::uintmax_t kLargestFile_bytes = 256U << 20U;
 constexpr double kFarthest_m = 1e6;
 constexpr std::array<std::string_view, 9> kColumns = {
     "thing", "lat", "lon", "x", "y", "heading_deg", "scale", "height_m", "variant"};
+constexpr std::array<std::string_view, 4> kPlaceColumns = {"lat", "lon", "x",
+                                                           "y"};  // of .csv alone
 
 std::string_view trimmed(std::string_view text) {
   const auto is_blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '"'; };
@@ -94,7 +96,7 @@ class RowReader {
     std::string said =
         fmt::format("{} {:.3f} {:.3f} {} {} {:.3f}", thing, place_world.x(), place_world.y(),
                     candidate.heading, candidate.scale, candidate.above_m);
-    if (!place_world.allFinite()) said += fmt::format(" {}", number_of_row);  // counted, each
+    if (!place_world.allFinite()) said += fmt::format(" {} {}", value("lat"), value("lon"));
     candidate.key = core::content_hash64(std::as_bytes(std::span(said)));
     const int num_variants = *row < all_things().size() ? all_things()[*row].num_variants : 1;
     const std::string_view variant = value("variant");
@@ -178,13 +180,22 @@ void read_csv(const core::Path& file, const std::string& text, RowReader& reader
 
 /// Fields of files of OGR's may be anything; a column that is misspelt is one of them.
 void warn_of_unknown_fields(const VectorData& data, const LayerInputs& inputs) {
+  constexpr std::size_t kMostTold = 10;
+  std::vector<std::string_view> known;
+  for (const std::string_view column : kColumns)
+    if (std::find(kPlaceColumns.begin(), kPlaceColumns.end(), column) == kPlaceColumns.end())
+      known.push_back(column);
   std::set<std::string_view> unknown;
   for (const VectorFeature& feature : data.features)
     for (const auto& [key, value] : feature.tags.all())
-      if (std::find(kColumns.begin(), kColumns.end(), key) == kColumns.end()) unknown.insert(key);
-  if (!unknown.empty())
-    inputs.context.log.warn("{}: nothing is made of its fields {}; columns are {}", data.file_name,
-                            fmt::join(unknown, ", "), fmt::join(kColumns, ", "));
+      if (unknown.size() <= kMostTold && std::find(known.begin(), known.end(), key) == known.end())
+        unknown.insert(key);
+  if (unknown.empty()) return;
+  const bool are_more = unknown.size() > kMostTold;
+  if (are_more) unknown.erase(std::prev(unknown.end()));
+  inputs.context.log.warn("{}: nothing is made of its fields {}{}; those it may have are {}",
+                          data.file_name, fmt::join(unknown, ", "), are_more ? ", …" : "",
+                          fmt::join(known, ", "));
 }
 
 }  // namespace
@@ -231,7 +242,8 @@ PlacementList read_placements(const core::Path& file, const ThingByName& thing_b
   list.content_hash = core::content_hash(all);
   read_csv(file, all, reader, inputs);
   const double half_m = 0.5 * inputs.size_m;
-  if (std::none_of(list.candidates.begin(), list.candidates.end(), [&](const Candidate& one) {
+  if (!list.candidates.empty() &&
+      std::none_of(list.candidates.begin(), list.candidates.end(), [&](const Candidate& one) {
         return one.place_world.cwiseAbs().maxCoeff() <= half_m;
       }))
     inputs.context.log.warn(

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <tuple>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "core/hash.h"
 #include "core/random.h"
@@ -82,13 +84,27 @@ class Crowd {
   std::unordered_map<Key, int, KeyHash> num_in_;
 };
 
-/// Points so far apart, the ends among them.
-PointsWorld thinned(const PointsWorld& points) {
-  PointsWorld kept = {points.front()};
+/// Points so far apart, the ends and those that are to be kept among them; one alone where all are
+/// one place.
+template <class IsKept>
+PointsWorld thinned(const PointsWorld& points, const IsKept& is_kept) {
+  PointsWorld thin = {points.front()};
   for (const Vector2d& at : points)
-    if ((at - kept.back()).norm() >= kThinned_m) kept.push_back(at);
-  if (kept.back() != points.back()) kept.push_back(points.back());
-  return kept;
+    if ((at - thin.back()).norm() >= kThinned_m ||
+        (is_kept(at) && key_of(at) != key_of(thin.back())))
+      thin.push_back(at);
+  if (key_of(thin.back()) != key_of(points.back())) thin.push_back(points.back());
+  return thin;
+}
+
+/// Places at which several ways have a point: they meet there.
+std::unordered_set<Key, KeyHash> shared_places(const std::vector<Way>& ways) {
+  std::unordered_map<Key, std::size_t, KeyHash> first;
+  std::unordered_set<Key, KeyHash> shared;
+  for (std::size_t row = 0; row < ways.size(); ++row)
+    for (const Vector2d& at : ways[row].points_world)
+      if (first.emplace(key_of(at), row).first->second != row) shared.insert(key_of(at));
+  return shared;
 }
 
 /// The parts of a line within a square about the origin, cut at its sides.
@@ -168,7 +184,7 @@ void RoadNetwork::clean(std::vector<Way> ways, double half_size_m) {
     }
     if (points.size() > kMostPoints) {
       ++counts_.num_thinned;
-      points = thinned(points);
+      points = thinned(points, [](const Vector2d&) { return false; });
     }
     if (points.size() < 2) {
       ++counts_.num_without_length;
@@ -207,15 +223,26 @@ void RoadNetwork::clean(std::vector<Way> ways, double half_size_m) {
     counts_.num_duplicates += is_known ? 1 : 0;
     return is_known;
   });
-  // What is scribbled, or comes where too many are; not what is only drawn too finely.
+  thin_crowds();
+}
+
+/// Leaves out what is scribbled, or comes where too many are; not what is only drawn too finely.
+void RoadNetwork::thin_crowds() {
   Crowd crowd;
-  std::erase_if(ways_, [&](Way& way) {
-    if (crowd.take_in(way.points_world)) return false;
-    way.points_world = thinned(way.points_world);
-    const bool has_room = way.points_world.size() > 1 && crowd.take_in(way.points_world);
-    ++(has_room ? counts_.num_thinned : counts_.num_crowded);
-    return !has_room;
-  });
+  std::optional<std::unordered_set<Key, KeyHash>> shared;
+  for (Way& way : ways_) {
+    if (crowd.take_in(way.points_world)) continue;
+    if (!shared) shared = shared_places(ways_);
+    way.points_world =
+        thinned(way.points_world, [&](const Vector2d& at) { return shared->contains(key_of(at)); });
+    if (way.points_world.size() > 1 && crowd.take_in(way.points_world)) {
+      ++counts_.num_thinned;
+      continue;
+    }
+    ++counts_.num_crowded;
+    way.points_world.clear();
+  }
+  std::erase_if(ways_, [](const Way& way) { return way.points_world.empty(); });
 }
 
 std::vector<RoadNetwork::Edge> RoadNetwork::split() {

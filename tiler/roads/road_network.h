@@ -23,7 +23,7 @@ struct NetworkCounts {
   std::int64_t num_without_length = 0;
   std::int64_t num_not_finite = 0;  ///< points
   std::int64_t num_duplicates = 0;
-  std::int64_t num_thinned = 0;  ///< ways of too many points
+  std::int64_t num_thinned = 0;  ///< ways of too many points, all in all or in a square
   std::int64_t num_crowded = 0;  ///< parts of ways within the square, left out where too many lie
   std::int64_t num_outside = 0;  ///< ways that lie beyond the square, or leave it
 };
@@ -116,6 +116,7 @@ class RoadNetwork {
   struct Chain;
 
   void clean(std::vector<Way> ways, double half_size_m);
+  void thin_crowds();
   std::vector<Edge> split();
   std::vector<Chain> join(const std::vector<Edge>& edges);
   void make_line(const Chain& chain, const std::vector<Edge>& edges);
