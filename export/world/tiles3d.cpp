@@ -147,8 +147,7 @@ class TilesetWriter {
     };
     if (std::filesystem::is_symlink(inputs_.destination / "tiles"))
       fail(ErrorKind::Input,
-           "{}: is a link, and tiles are written and removed there; give another "
-           "folder",
+           "{}: is a link, and tiles are written and removed there; give another folder",
            (inputs_.destination / "tiles").string());
     if (const auto file = inputs_.destination / kPartial; std::filesystem::exists(file))
       for (const std::string& name : read_own(file).at("tiles").strings()) add(file, name);

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "validate/checks/checker.h"
+#include "tests/validate/still_images.h"
 
 /// Masks of what both of two images see, of a camera that stands still before a surface.
 namespace terracast::validate {
@@ -8,20 +8,6 @@ namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
 constexpr float kGround_m = 90.0F;
-
-Sequence still_scene() {
-  Sequence sequence;
-  sequence.name = "P000";
-  sequence.num_frames = 2;
-  sequence.rate_hz = 1.0;
-  Camera camera;
-  camera.name = "cam0";
-  camera.intrinsics = {kWidth, kHeight, 60.0, 60.0, 0.5 * kWidth, 0.5 * kHeight};
-  camera.local_from_camera.assign(2, Pose{});
-  camera.files.resize(2);
-  sequence.cameras.push_back(camera);
-  return sequence;
-}
 
 /// The check of co-visible pixels, of which a mask claims some.
 /// depth_m   of the second image at a pixel; the first one's is the ground's
@@ -40,20 +26,9 @@ CheckResult covisible(const Depth& depth_m, const Claims& claims) {
       flow.covisible_forward(x, y) = claims(x, y) ? 1 : 0;
     }
   first.flow = std::move(flow);
-  const Sequence sequence = still_scene();
-  Dataset dataset;
-  Findings findings;
-  const std::vector<FrameImages> images{{std::make_shared<const LoadedImage>(std::move(first))},
-                                        {std::make_shared<const LoadedImage>(std::move(second))}};
-  FrameWindow window(dataset, sequence, findings, images);
-  for (const CheckInfo& info : checks()) {
-    if (info.name != "flow") continue;
-    const auto checker = info.make(ValidateOptions{});
-    while (window.advance()) checker->frame(window, window.pairs());
-    for (CheckResult& result : checker->finish(dataset, sequence))
-      if (result.name == "flow_covisible") return result;
-  }
-  return {};
+  return result_of("flow", "flow_covisible", still_scene(kWidth, kHeight),
+                   {std::make_shared<const LoadedImage>(std::move(first))},
+                   {std::make_shared<const LoadedImage>(std::move(second))});
 }
 
 float bare(int, int) { return kGround_m; }

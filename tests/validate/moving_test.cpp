@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "validate/checks/checker.h"
+#include "tests/validate/still_images.h"
 
 /// What moves, in images that are made here of a camera and a body that both stand still.
 namespace terracast::validate {
@@ -10,22 +10,6 @@ namespace {
 
 constexpr int kWidth = 48, kHeight = 40;
 constexpr int kLeft = 10, kTop = 8, kSide = 24;  // of the body in the image
-
-Sequence still_scene() {
-  Sequence sequence;
-  sequence.name = "P000";
-  sequence.num_frames = 2;
-  sequence.rate_hz = 1.0;
-  Camera camera;
-  camera.name = "cam0";
-  camera.intrinsics = {kWidth, kHeight, 60.0, 60.0, 0.5 * kWidth, 0.5 * kHeight};
-  camera.local_from_camera.assign(2, Pose{});
-  camera.files.resize(2);
-  sequence.cameras.push_back(camera);
-  sequence.moving = Moving{.names = {"helicopter"}, .masks = "moving", .states = {}};
-  sequence.moving->states.assign(2, {MovingState{}});
-  return sequence;
-}
 
 /// A hull 30 m before the camera, ground behind it.
 /// depth_m  of the body at a pixel of it
@@ -47,19 +31,10 @@ FrameImages image_of(int left, const Depth& depth_m) {
 
 CheckResult result_of(const std::string& name, const FrameImages& first,
                       const FrameImages& second) {
-  const Sequence sequence = still_scene();
-  Dataset dataset;
-  Findings findings;
-  const std::vector<FrameImages> images{first, second};
-  FrameWindow window(dataset, sequence, findings, images);
-  for (const CheckInfo& info : checks()) {
-    if (info.name != "moving") continue;
-    const auto checker = info.make(ValidateOptions{});
-    while (window.advance()) checker->frame(window, window.pairs());
-    for (CheckResult& result : checker->finish(dataset, sequence))
-      if (result.name == name) return result;
-  }
-  return {};
+  Sequence sequence = still_scene(kWidth, kHeight);
+  sequence.moving = Moving{.names = {"helicopter"}, .masks = "moving", .states = {}};
+  sequence.moving->states.assign(2, {MovingState{}});
+  return result_of("moving", name, sequence, first, second);
 }
 CheckResult seen_through(const FrameImages& first, const FrameImages& second) {
   return result_of("moving_see_through", first, second);

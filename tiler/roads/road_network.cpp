@@ -4,33 +4,19 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <tuple>
 #include <unordered_map>
-#include <unordered_set>
 
 #include "core/hash.h"
 #include "core/random.h"
+#include "tiler/roads/sound_ways.h"
+#include "tiler/roads/way_place.h"
 
 namespace terracast::tiler {
 namespace {
 
 using Eigen::Vector2d;
 
-/// Points nearer than this are one.
-constexpr double kSamePlace_m = 0.01;
-/// A way of more points is thinned to those this far apart.
-constexpr std::size_t kMostPoints = 50000;
-constexpr double kThinned_m = 2.0;
-/// In a square so wide, of a grid, lie no more pieces of ways, each kStation_m long at most, before
-/// corners are rounded: what lies about a place is looked at for each of them. They are 16 m of way
-/// on each square metre, or a labyrinth that has a point each half metre.
-constexpr double kCrowd_m = 32.0;
-constexpr int kMostInCrowd = 2048;
-/// Lines are cut so far beyond the square.
-constexpr double kBeyond_m = 40.0;
-/// Stations are no farther apart.
-constexpr double kStation_m = 8.0;
 /// Ways go straight on where they turn by less than this; two alone by less than the second.
 constexpr double kStraightOn_rad = 1.05;
 constexpr double kBendOn_rad = 2.1;
@@ -40,108 +26,8 @@ constexpr double kLargestRadius_m = 400.0;
 /// Ends of lines among others are gentle over so much.
 constexpr double kGentle_m = 8.0;
 
-struct Key {
-  std::int64_t x;
-  std::int64_t y;
-  auto operator<=>(const Key&) const = default;
-};
-struct KeyHash {
-  std::size_t operator()(const Key& key) const {
-    return core::mix_bits(core::mix_bits(static_cast<std::uint64_t>(key.x)) ^
-                          static_cast<std::uint64_t>(key.y));
-  }
-};
-Key key_of(const Vector2d& at) {
-  return {std::llround(at.x() / kSamePlace_m), std::llround(at.y() / kSamePlace_m)};
-}
-
 double turn_rad(const Vector2d& from, const Vector2d& to) {
   return std::atan2(std::abs(from.x() * to.y() - from.y() * to.x()), from.dot(to));
-}
-
-/// How many pieces of ways lie in squares of kCrowd_m.
-class Crowd {
- public:
-  /// Nothing is taken in of a way for which there is no room.
-  bool take_in(const PointsWorld& points) {
-    std::unordered_map<Key, int, KeyHash> own;
-    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
-      const Vector2d step = points[i + 1] - points[i];
-      const int num = std::max(1, static_cast<int>(std::ceil(step.norm() / kStation_m)));
-      for (int k = 0; k < num; ++k) {
-        const Vector2d at = (points[i] + (k + 0.5) / num * step) / kCrowd_m;
-        const Key square{std::llround(at.x()), std::llround(at.y())};
-        const auto others = num_in_.find(square);
-        if (++own[square] + (others == num_in_.end() ? 0 : others->second) > kMostInCrowd)
-          return false;
-      }
-    }
-    for (const auto& [square, num] : own) num_in_[square] += num;
-    return true;
-  }
-
- private:
-  std::unordered_map<Key, int, KeyHash> num_in_;
-};
-
-/// Points so far apart, the ends and those that are to be kept among them; one alone where all are
-/// one place.
-template <class IsKept>
-PointsWorld thinned(const PointsWorld& points, const IsKept& is_kept) {
-  PointsWorld thin = {points.front()};
-  for (const Vector2d& at : points)
-    if ((at - thin.back()).norm() >= kThinned_m ||
-        (is_kept(at) && key_of(at) != key_of(thin.back())))
-      thin.push_back(at);
-  if (key_of(thin.back()) != key_of(points.back())) thin.push_back(points.back());
-  return thin;
-}
-
-/// Places at which several ways have a point: they meet there.
-std::unordered_set<Key, KeyHash> shared_places(const std::vector<Way>& ways) {
-  std::unordered_map<Key, std::size_t, KeyHash> first;
-  std::unordered_set<Key, KeyHash> shared;
-  for (std::size_t row = 0; row < ways.size(); ++row)
-    for (const Vector2d& at : ways[row].points_world)
-      if (first.emplace(key_of(at), row).first->second != row) shared.insert(key_of(at));
-  return shared;
-}
-
-/// The parts of a line within a square about the origin, cut at its sides.
-std::vector<PointsWorld> parts_within(const PointsWorld& line, double half_m) {
-  std::vector<PointsWorld> parts;
-  PointsWorld part;
-  for (std::size_t i = 0; i + 1 < line.size(); ++i) {
-    const Vector2d step = line[i + 1] - line[i];
-    double from = 0.0;
-    double to = 1.0;
-    for (int axis = 0; axis < 2 && from <= to; ++axis)
-      for (const double side : {-1.0, 1.0}) {
-        // side * (line + t step) <= half
-        const double room = half_m - side * line[i][axis];
-        const double rate = side * step[axis];
-        if (rate == 0.0) {
-          if (room < 0.0) to = -1.0;
-        } else if (rate > 0.0) {
-          to = std::min(to, room / rate);
-        } else {
-          from = std::max(from, room / rate);
-        }
-      }
-    if (from > to) {
-      if (part.size() > 1) parts.push_back(std::move(part));
-      part = {};
-      continue;
-    }
-    if (part.empty()) part.push_back(from == 0.0 ? line[i] : Vector2d(line[i] + from * step));
-    part.push_back(to == 1.0 ? line[i + 1] : Vector2d(line[i] + to * step));
-    if (to < 1.0) {
-      if (part.size() > 1) parts.push_back(std::move(part));
-      part = {};
-    }
-  }
-  if (part.size() > 1) parts.push_back(std::move(part));
-  return parts;
 }
 
 }  // namespace
@@ -165,98 +51,25 @@ struct RoadNetwork::Chain {
 };
 
 RoadNetwork::RoadNetwork(std::vector<Way> ways, double half_size_m) {
-  clean(std::move(ways), half_size_m);
+  ways_ = sound_ways(std::move(ways), half_size_m, counts_);
   const std::vector<Edge> edges = split();
   for (const Chain& chain : join(edges)) make_line(chain, edges);
   for (Junction& junction : junctions_)  // make_line() counts them from 1
     if (junction.station > 0) --junction.station;
 }
 
-void RoadNetwork::clean(std::vector<Way> ways, double half_size_m) {
-  for (Way& way : ways) {
-    PointsWorld points;
-    for (const Vector2d& at : way.points_world) {
-      if (!at.allFinite()) {
-        ++counts_.num_not_finite;
-        continue;
-      }
-      if (points.empty() || key_of(at) != key_of(points.back())) points.push_back(at);
-    }
-    if (points.size() > kMostPoints) {
-      ++counts_.num_thinned;
-      points = thinned(points, [](const Vector2d&) { return false; });
-    }
-    if (points.size() < 2) {
-      ++counts_.num_without_length;
-      continue;
-    }
-    std::vector<PointsWorld> parts = parts_within(points, half_size_m + kBeyond_m);
-    if (parts.size() != 1 || parts.front().size() != points.size()) ++counts_.num_outside;
-    for (PointsWorld& part : parts) {
-      PointsWorld kept;
-      for (const Vector2d& at : part)
-        if (kept.empty() || key_of(at) != key_of(kept.back())) kept.push_back(at);
-      if (kept.size() > 1)
-        ways_.push_back(
-            {.feature = way.feature, .style = way.style, .ref = way.ref, .points_world = kept});
-    }
-  }
-  // Whatever their order was.
-  const auto order = [](const Way& a, const Way& b) {
-    if (a.feature != b.feature) return a.feature < b.feature;
-    if (a.style.use != b.style.use) return a.style.use < b.style.use;
-    return std::lexicographical_compare(
-        a.points_world.begin(), a.points_world.end(), b.points_world.begin(), b.points_world.end(),
-        [](const Vector2d& p, const Vector2d& q) {
-          return std::tuple(p.x(), p.y()) < std::tuple(q.x(), q.y());
-        });
-  };
-  std::stable_sort(ways_.begin(), ways_.end(), order);
-  // Of two on the same points the first stays.
-  std::map<std::pair<std::vector<Key>, int>, int> known;
-  std::erase_if(ways_, [&](const Way& way) {
-    std::vector<Key> keys;
-    for (const Vector2d& at : way.points_world) keys.push_back(key_of(at));
-    if (keys.back() < keys.front()) std::reverse(keys.begin(), keys.end());
-    const auto use = static_cast<int>(way.style.use);
-    const bool is_known = !known.emplace(std::pair(std::move(keys), use), 0).second;
-    counts_.num_duplicates += is_known ? 1 : 0;
-    return is_known;
-  });
-  thin_crowds();
-}
-
-/// Leaves out what is scribbled, or comes where too many are; not what is only drawn too finely.
-void RoadNetwork::thin_crowds() {
-  Crowd crowd;
-  std::optional<std::unordered_set<Key, KeyHash>> shared;
-  for (Way& way : ways_) {
-    if (crowd.take_in(way.points_world)) continue;
-    if (!shared) shared = shared_places(ways_);
-    way.points_world =
-        thinned(way.points_world, [&](const Vector2d& at) { return shared->contains(key_of(at)); });
-    if (way.points_world.size() > 1 && crowd.take_in(way.points_world)) {
-      ++counts_.num_thinned;
-      continue;
-    }
-    ++counts_.num_crowded;
-    way.points_world.clear();
-  }
-  std::erase_if(ways_, [](const Way& way) { return way.points_world.empty(); });
-}
-
 std::vector<RoadNetwork::Edge> RoadNetwork::split() {
   // How often lines come to a place; ends count twice.
-  std::unordered_map<Key, int, KeyHash> visits;
+  std::unordered_map<PlaceKey, int, PlaceKeyHash> visits;
   for (const Way& way : ways_)
     for (std::size_t i = 0; i < way.points_world.size(); ++i)
       visits[key_of(way.points_world[i])] += i == 0 || i + 1 == way.points_world.size() ? 2 : 1;
-  std::unordered_map<Key, std::uint32_t, KeyHash> numbers;
+  std::unordered_map<PlaceKey, std::uint32_t, PlaceKeyHash> numbers;
   const auto junction_at = [&](const Vector2d& at) {
     const auto [found, is_new] =
         numbers.emplace(key_of(at), static_cast<std::uint32_t>(junctions_.size()));
     if (is_new) {
-      const Key key = key_of(at);
+      const PlaceKey key = key_of(at);
       junctions_.push_back({.at_world = kSamePlace_m * Vector2d(static_cast<double>(key.x),
                                                                 static_cast<double>(key.y))});
     }

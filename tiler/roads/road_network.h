@@ -115,8 +115,6 @@ class RoadNetwork {
   struct Edge;
   struct Chain;
 
-  void clean(std::vector<Way> ways, double half_size_m);
-  void thin_crowds();
   std::vector<Edge> split();
   std::vector<Chain> join(const std::vector<Edge>& edges);
   void make_line(const Chain& chain, const std::vector<Edge>& edges);

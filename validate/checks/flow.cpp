@@ -17,8 +17,9 @@ namespace terracast::validate {
 namespace {
 
 /// Roughness up to which what an image shows around a pixel counts as smooth: ground, walls, roofs.
-/// Fields of grain leave more, and of their points that agree in depth 9 in 100 hide
-/// behind a blade that no pixel's centre meets; of those of smooth surroundings 1 in 1000.
+/// Fields of grain leave more, and of their points that agree in depth 9 in 100 hide behind a blade
+/// that no pixel's centre meets; of those of smooth surroundings 1 in 1000 (a pair of frames over
+/// `configs/settled/plains.toml`).
 constexpr double kSmoothRoughness = 1e-4;
 
 /// One direction of one flow file.

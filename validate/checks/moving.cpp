@@ -334,7 +334,7 @@ class MovingChecker : public Checker {
         "Share of {} points of what moves whose depth agrees in both images, yet are not called "
         "co-visible.",
         num_agreeing_);
-    result.reason = "As `flow_covisible`.";
+    result.reason = "As `flow_covisible`; bodies are seen where the other image resolves them.";
     result.detects = "masks of what moves that are empty, or of another frame";
     return result;
   }
