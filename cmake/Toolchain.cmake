@@ -9,6 +9,7 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
 set(TERRACAST_TESTS AUTO CACHE STRING "Build the tests: ON, OFF, or AUTO: where their libraries are installed.")
 option(TERRACAST_BENCHMARKS "Build the benchmarks." OFF)
 option(TERRACAST_WERROR "Warnings are errors." OFF)
+option(TERRACAST_UNITY "Compile each library's sources in batches." ON)
 set(TERRACAST_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them.")
 
 find_program(CCACHE_PROGRAM ccache)

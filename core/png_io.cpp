@@ -163,14 +163,14 @@ struct Layout {
   std::size_t row_bytes = 0;
 };
 
-[[noreturn]] void on_error(png_structp png, png_const_charp message) {
+[[noreturn]] void on_read_error(png_structp png, png_const_charp message) {
   auto* reader = static_cast<Reader*>(png_get_error_ptr(png));
   std::strncpy(reader->message, message, sizeof reader->message - 1);
   png_longjmp(png, 1);
   std::abort();  // not reached: png_longjmp does not return
 }
 
-void on_warning(png_structp, png_const_charp) {}
+void on_read_warning(png_structp, png_const_charp) {}
 
 void on_read(png_structp png, png_bytep out, std::size_t count) {
   auto* reader = static_cast<Reader*>(png_get_io_ptr(png));
@@ -241,7 +241,7 @@ std::variant<Image8, Image16> decode_png(std::span<const std::byte> bytes, const
   Reader reader;
   reader.bytes = bytes.data();
   reader.size = bytes.size();
-  reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, on_error, on_warning);
+  reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, on_read_error, on_read_warning);
   if (reader.png != nullptr) reader.info = png_create_info_struct(reader.png);
   if (reader.info == nullptr) throw std::bad_alloc();
 

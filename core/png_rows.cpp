@@ -29,14 +29,14 @@ struct Writer {
   Writer& operator=(const Writer&) = delete;
 };
 
-[[noreturn]] void on_error(png_structp png, png_const_charp message) {
+[[noreturn]] void on_write_error(png_structp png, png_const_charp message) {
   auto* writer = static_cast<Writer*>(png_get_error_ptr(png));
   std::strncpy(writer->message, message, sizeof writer->message - 1);
   png_longjmp(png, 1);
   std::abort();  // not reached: png_longjmp does not return
 }
 
-void on_warning(png_structp, png_const_charp) {}
+void on_write_warning(png_structp, png_const_charp) {}
 
 /// Whether there was memory for them.
 bool append(std::vector<std::byte>& bytes, const png_byte* data, std::size_t count) {
@@ -93,7 +93,7 @@ std::vector<std::byte> encode_png_rows(
   std::vector<std::byte> bytes;
   Writer writer;
   writer.bytes = &bytes;
-  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, on_error, on_warning);
+  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, on_write_error, on_write_warning);
   if (writer.png != nullptr) writer.info = png_create_info_struct(writer.png);
   if (writer.info == nullptr) throw std::bad_alloc();
 
