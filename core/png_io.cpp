@@ -241,7 +241,8 @@ std::variant<Image8, Image16> decode_png(std::span<const std::byte> bytes, const
   Reader reader;
   reader.bytes = bytes.data();
   reader.size = bytes.size();
-  reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, on_read_error, on_read_warning);
+  reader.png =
+      png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, on_read_error, on_read_warning);
   if (reader.png != nullptr) reader.info = png_create_info_struct(reader.png);
   if (reader.info == nullptr) throw std::bad_alloc();
 

@@ -18,7 +18,7 @@
 namespace terracast::render {
 namespace {
 
-constexpr int kUnitSide = 16;
+constexpr int kColorUnitSide = 16;
 constexpr int kBlockPixels = kBlockSide * kBlockSide;
 static_assert(kBlockPixels == kLanes);
 
@@ -410,7 +410,7 @@ WaterAbove FrameRenderer::water_at(const Eigen::Vector3d& center_world,
 
 Photo FrameRenderer::photo(int frame, int camera, world::RayTrail* trail) const {
   const geo::CameraModel& model = *views_.at(frame, camera).model;
-  const PixelGrid grid = PixelGrid::of_squares(model.width_px(), model.height_px(), kUnitSide);
+  const PixelGrid grid = PixelGrid::of_squares(model.width_px(), model.height_px(), kColorUnitSide);
   std::vector<PixelUnit> units;
   for (int i = 0; i < grid.num_units(); ++i) units.push_back(grid.unit(i));
   if (!imagers_.has(camera)) {

@@ -391,11 +391,11 @@ TEST(Footprints, OverlapsAreThoseOfSampledRectangles) {
   for (int trial = 0; trial < 400; ++trial) {
     const auto random = [&] {
       const double turn = draw(0.0, 6.28);
-      return tiler::Footprint{
+      return tiler::GroundRectangle{
           {draw(-5, 5), draw(-5, 5)}, {std::cos(turn), std::sin(turn)}, draw(0.5, 4), draw(0.3, 2)};
     };
-    const tiler::Footprint a = random();
-    const tiler::Footprint b = random();
+    const tiler::GroundRectangle a = random();
+    const tiler::GroundRectangle b = random();
     bool has_common = false;
     double depth = -1e9;
     for (int i = -40; i <= 40; ++i)

@@ -233,7 +233,8 @@ void add_shore_features(const std::vector<Settlement>& settlements, Builder& bui
         lights.push_back(node);
         ++num_lighthouses;
       }
-      if (ground.slope(node) > 0.09 || core::random_unit(builder.draw(), kStream, key) > 0.3) continue;
+      if (ground.slope(node) > 0.09 || core::random_unit(builder.draw(), kStream, key) > 0.3)
+        continue;
       if (std::any_of(beaches.begin(), beaches.end(),
                       [&](const Point& other) { return (other - node).norm() < 420.0; }))
         continue;
@@ -269,7 +270,8 @@ void add_shore_features(const std::vector<Settlement>& settlements, Builder& bui
       survey.add_area(
           Theme::Harbour, ring,
           {{"natural", "beach"},
-           {"surface", core::random_unit(builder.draw(), kStream + 3, key) < 0.75 ? "sand" : "pebblestone"}});
+           {"surface",
+            core::random_unit(builder.draw(), kStream + 3, key) < 0.75 ? "sand" : "pebblestone"}});
       builder.occupancy().add_ring(ring, kReserved);
       beaches.push_back(node);
     }

@@ -168,8 +168,8 @@ class Plan {
   }
 
   /// Stretches over the sea, lakes and rivers.
-  std::vector<Span> spans_over_water(const PointsWorld& line) const {
-    std::vector<Span> spans = water_barriers_.spans(line);
+  std::vector<StructureSpan> spans_over_water(const PointsWorld& line) const {
+    std::vector<StructureSpan> spans = water_barriers_.spans(line);
     double along_m = 0.0;
     for (std::size_t k = 1; k < line.size(); ++k) {
       const double length = (line[k] - line[k - 1]).norm();
@@ -185,25 +185,25 @@ class Plan {
   }
 
   /// Stretches over water and other lines.
-  std::vector<Span> spans_of(const PointsWorld& line, bool is_over_rails,
-                             bool is_over_motorways) const {
-    std::vector<Span> spans = spans_over_water(line);
+  std::vector<StructureSpan> spans_of(const PointsWorld& line, bool is_over_rails,
+                                      bool is_over_motorways) const {
+    std::vector<StructureSpan> spans = spans_over_water(line);
     if (is_over_motorways)
-      for (const Span& span : barriers_.spans(line)) spans.push_back(span);
+      for (const StructureSpan& span : barriers_.spans(line)) spans.push_back(span);
     if (is_over_rails)
-      for (const Span& span : rail_barriers_.spans(line)) spans.push_back(span);
+      for (const StructureSpan& span : rail_barriers_.spans(line)) spans.push_back(span);
     return spans;
   }
 
   /// Spans of a line, with those where it leads below buildings that stood before it, as tunnels.
-  std::vector<Span> below_buildings(std::vector<Span> spans, const PointsWorld& line,
-                                    double half_width_m) const {
+  std::vector<StructureSpan> below_buildings(std::vector<StructureSpan> spans,
+                                             const PointsWorld& line, double half_width_m) const {
     constexpr double kStep_m = 4.0;
     constexpr double kBefore_m = 8.0;  // that it goes down before their walls
     constexpr double kBeside_m = 1.5;
     const double length_m = length_of(line);
     if (!has_standing_) return merged(std::move(spans), length_m);
-    std::vector<Span> below;
+    std::vector<StructureSpan> below;
     const int num_steps = std::max(static_cast<int>(std::ceil(length_m / kStep_m)), 1);
     Point from = line.front();
     for (int k = 1; k <= num_steps; ++k) {
@@ -217,8 +217,8 @@ class Plan {
     spans.insert(spans.end(), below.begin(), below.end());
     spans = merged(std::move(spans), length_m);
     // A bridge does not lead into a house, either.
-    for (Span& span : spans)
-      for (const Span& hidden : below)
+    for (StructureSpan& span : spans)
+      for (const StructureSpan& hidden : below)
         span.is_tunnel = span.is_tunnel || (hidden.from_m < span.to_m && hidden.to_m > span.from_m);
     return spans;
   }
@@ -237,7 +237,7 @@ class Plan {
         tags.emplace_back("sidewalk", "both");
       }
       for (auto& tag : more) tags.push_back(std::move(tag));
-      std::vector<Span> spans =
+      std::vector<StructureSpan> spans =
           spans_of(way.line, way.kind <= RoadKind::Tertiary, way.kind > RoadKind::MotorwayLink);
       if (tunnels != nullptr) {
         for (const auto& [from_m, to_m] : *tunnels) spans.push_back({from_m, to_m, true});
@@ -263,7 +263,7 @@ class Plan {
 
   void write_railway() {
     for (const Alignment& line : railway_.lines) {
-      std::vector<Span> spans = spans_of(line.line, false, true);
+      std::vector<StructureSpan> spans = spans_of(line.line, false, true);
       for (const auto& [from_m, to_m] : line.tunnels_m) spans.push_back({from_m, to_m, true});
       constexpr double kHalfTrack_m = 3.0;
       add_spanned_line(survey_, Theme::Rail, line.line,

@@ -19,7 +19,7 @@ Place place_of(const Point& at) { return {at.x(), at.y()}; }
 double cut_of(const PointsWorld& line, const WaterAtWays& water) {
   const double length_m = length_of(line);
   double cut_m = 0.0;
-  const std::vector<Span> bridges = water.bridges(line);
+  const std::vector<StructureSpan> bridges = water.bridges(line);
   if (!bridges.empty() && bridges.back().to_m > length_m - 1.0)
     cut_m = length_m - bridges.back().from_m + kShore_m;
   double wet_m = 0.0;

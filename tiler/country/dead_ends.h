@@ -13,7 +13,7 @@ void drop_unreached(std::vector<Way>& ways);
 /// What is known of water where ways end.
 struct WaterAtWays {
   /// Stretches of a line that bridges over water would take, one by one, in order.
-  std::function<std::vector<Span>(const PointsWorld& line)> bridges;
+  std::function<std::vector<StructureSpan>(const PointsWorld& line)> bridges;
   std::function<bool(const Point& at)> is_wet;
 };
 

@@ -127,11 +127,11 @@ double Barriers::room_m(const Point& at, double most_m) const {
   return room_m;
 }
 
-std::vector<Span> Barriers::spans(const PointsWorld& way) const {
+std::vector<StructureSpan> Barriers::spans(const PointsWorld& way) const {
   constexpr double kStep_m = 4.0;
   constexpr double kLongest_m = 300.0;  // to either side
   constexpr double kWidest_m = 64.0;    // no barrier keeps more off
-  std::vector<Span> spans;
+  std::vector<StructureSpan> spans;
   std::vector<double> begins_m{0.0};
   for (std::size_t i = 1; i < way.size(); ++i)
     begins_m.push_back(begins_m.back() + (way[i] - way[i - 1]).norm());
@@ -170,12 +170,12 @@ bool Barriers::has_piece(const Point& from, const Point& to) const {
   });
 }
 
-std::vector<Span> merged(std::vector<Span> spans, double length_m) {
-  std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) {
+std::vector<StructureSpan> merged(std::vector<StructureSpan> spans, double length_m) {
+  std::sort(spans.begin(), spans.end(), [](const StructureSpan& a, const StructureSpan& b) {
     return std::tuple(a.from_m, a.to_m) < std::tuple(b.from_m, b.to_m);
   });
-  std::vector<Span> result;
-  for (Span span : spans) {
+  std::vector<StructureSpan> result;
+  for (StructureSpan span : spans) {
     span.from_m = std::max(span.from_m, 0.0);
     span.to_m = std::min(span.to_m, length_m);
     if (span.to_m - span.from_m < 2.0) continue;
@@ -190,10 +190,10 @@ std::vector<Span> merged(std::vector<Span> spans, double length_m) {
 }
 
 void add_spanned_line(Survey& survey, Theme theme, const PointsWorld& line,
-                      const std::vector<Span>& spans, const Tags& tags) {
+                      const std::vector<StructureSpan>& spans, const Tags& tags) {
   const double length_m = length_of(line);
   double done_m = 0.0;
-  for (const Span& span : spans) {
+  for (const StructureSpan& span : spans) {
     if (span.from_m > done_m + 1.0)
       survey.add_line(theme, part_of(line, done_m, span.from_m), tags);
     Tags own = tags;

@@ -45,7 +45,7 @@ struct Way {
 void join_at_crossings(std::vector<Way>& ways, double half_size_m);
 
 /// A part of a way that does not lie on the ground.
-struct Span {
+struct StructureSpan {
   double from_m;
   double to_m;
   bool is_tunnel;
@@ -58,7 +58,7 @@ class Barriers {
   /// clear_m   on each side of the line that is spanned
   void add(const PointsWorld& line, double clear_m);
   /// Where a way crosses them, as far as it is not clear of them.
-  std::vector<Span> spans(const PointsWorld& way) const;
+  std::vector<StructureSpan> spans(const PointsWorld& way) const;
   /// Whether a piece of a line runs along one of theirs.
   bool has_piece(const Point& from, const Point& to) const;
 
@@ -76,9 +76,9 @@ class Barriers {
 };
 
 /// Overlapping spans as one, none nearer than 30 m to the next, all within the line.
-std::vector<Span> merged(std::vector<Span> spans, double length_m);
+std::vector<StructureSpan> merged(std::vector<StructureSpan> spans, double length_m);
 /// Writes a line in pieces, those of spans with bridge=yes or tunnel=yes and a layer.
 void add_spanned_line(Survey& survey, Theme theme, const PointsWorld& line,
-                      const std::vector<Span>& spans, const Tags& tags);
+                      const std::vector<StructureSpan>& spans, const Tags& tags);
 
 }  // namespace terracast::tiler::country

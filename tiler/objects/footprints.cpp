@@ -19,7 +19,7 @@ std::uint64_t key(std::int32_t x, std::int32_t y) {
 Vector2d left_of(const Vector2d& along) { return {-along.y(), along.x()}; }
 
 /// Whether an axis of one lies between both.
-bool is_apart(const Footprint& a, const Footprint& b) {
+bool is_apart(const GroundRectangle& a, const GroundRectangle& b) {
   const Vector2d between = b.middle - a.middle;
   for (const Vector2d& axis : {a.along, left_of(a.along)}) {
     const double reach_a = axis == a.along ? a.half_length_m : a.half_width_m;
@@ -32,20 +32,20 @@ bool is_apart(const Footprint& a, const Footprint& b) {
 
 }  // namespace
 
-double Footprint::distance_m(const Vector2d& place) const {
+double GroundRectangle::distance_m(const Vector2d& place) const {
   const Vector2d offset = place - middle;
   const double x = std::max(std::abs(offset.dot(along)) - half_length_m, 0.0);
   const double y = std::max(std::abs(offset.dot(left_of(along))) - half_width_m, 0.0);
   return std::hypot(x, y);
 }
 
-bool Footprint::overlaps(const Footprint& other) const {
+bool GroundRectangle::overlaps(const GroundRectangle& other) const {
   return !is_apart(*this, other) && !is_apart(other, *this);
 }
 
-double Footprint::reach_m() const { return std::hypot(half_length_m, half_width_m); }
+double GroundRectangle::reach_m() const { return std::hypot(half_length_m, half_width_m); }
 
-void FootprintIndex::add(const Footprint& footprint) {
+void FootprintIndex::add(const GroundRectangle& footprint) {
   const auto number = static_cast<std::uint32_t>(footprints_.size());
   footprints_.push_back(footprint);
   const double reach_m = footprint.reach_m();
@@ -68,14 +68,15 @@ bool FootprintIndex::any_near(const Vector2d& middle, double reach_m, const Visi
   return false;
 }
 
-bool FootprintIndex::overlaps(const Footprint& footprint) const {
+bool FootprintIndex::overlaps(const GroundRectangle& footprint) const {
   return any_near(footprint.middle, footprint.reach_m(),
-                  [&](const Footprint& other) { return footprint.overlaps(other); });
+                  [&](const GroundRectangle& other) { return footprint.overlaps(other); });
 }
 
 bool FootprintIndex::holds(const Vector2d& place, double radius_m) const {
-  return any_near(place, radius_m,
-                  [&](const Footprint& other) { return other.distance_m(place) <= radius_m; });
+  return any_near(place, radius_m, [&](const GroundRectangle& other) {
+    return other.distance_m(place) <= radius_m;
+  });
 }
 
 }  // namespace terracast::tiler

@@ -94,7 +94,8 @@ double GroundBelow::z_world(const Vector2d& place) const {
   return sample.z_world + lift_m * share;
 }
 
-bool GroundBelow::is_held(const Footprint& footprint, bool by_roads_too, bool by_water_too) const {
+bool GroundBelow::is_held(const GroundRectangle& footprint, bool by_roads_too,
+                          bool by_water_too) const {
   // By discs along its longer side that cover it.
   const bool is_long = footprint.half_length_m >= footprint.half_width_m;
   const double half_long = is_long ? footprint.half_length_m : footprint.half_width_m;
@@ -127,13 +128,13 @@ PlacedThings::PlacedThings(const Proposals& proposals, const std::vector<ThingKi
   const auto footprint_of = [&](const Candidate& candidate) {
     const double scale = candidate.scale / 4096.0;
     const Vector2d size = scale * kinds[candidate.thing].footprint_m;
-    return Footprint{candidate.place_world, direction_of(candidate.heading), 0.5 * size.x(),
-                     0.5 * size.y()};
+    return GroundRectangle{candidate.place_world, direction_of(candidate.heading), 0.5 * size.x(),
+                           0.5 * size.y()};
   };
   // What each finds by itself, in any order.
   std::vector<Verdict> verdicts(candidates.size(), Verdict::Stands);
   const auto judge = [&](const Candidate& candidate) {
-    const Footprint footprint = footprint_of(candidate);
+    const GroundRectangle footprint = footprint_of(candidate);
     if (!candidate.place_world.allFinite() ||
         candidate.place_world.cwiseAbs().maxCoeff() + footprint.reach_m() + 1.0 >= half_size_m)
       return Verdict::Outside;
@@ -191,7 +192,7 @@ PlacedThings::PlacedThings(const Proposals& proposals, const std::vector<ThingKi
       continue;
     }
     if (verdicts[i] != Verdict::Stands) continue;
-    const Footprint footprint = footprint_of(candidate);
+    const GroundRectangle footprint = footprint_of(candidate);
     // Lists are believed; the rest keeps off what stands.
     if (candidate.rule != Rule::Placements && !candidate.joins && footprints_.overlaps(footprint)) {
       verdicts[i] = Verdict::Taken;
@@ -269,7 +270,7 @@ PlacedThings::PlacedThings(const Proposals& proposals, const std::vector<ThingKi
   std::sort(by_key.begin(), by_key.end(), [&](std::size_t a, std::size_t b) {
     return std::tuple(span_keys[a], a) < std::tuple(span_keys[b], b);
   });
-  std::vector<Span> spans;
+  std::vector<WireSpan> spans;
   std::vector<std::uint64_t> kept_keys;
   for (const std::size_t i : by_key) {
     if (!kept_keys.empty() && kept_keys.back() == span_keys[i]) continue;
@@ -383,7 +384,7 @@ void PlacedThings::add_to(const world::TileId& id, const LayerSite& site,
           objects.instances.push_back(instance_of(thing, site));
         continue;
       }
-      const Span& span = spans_[entry.number];
+      const WireSpan& span = spans_[entry.number];
       const PlacedThing& from = things_[span.from];
       const PlacedThing& to = things_[span.to];
       const double reach_m = 0.5 * (to.place_world - from.place_world).norm() + 15.0;

@@ -37,7 +37,7 @@ struct PlacedThing {
 };
 
 /// Wires between two supports.
-struct Span {
+struct WireSpan {
   std::uint32_t instance_id = 0;
   std::uint64_t feature = 0;
   std::size_t from = 0;  ///< placed things
@@ -79,7 +79,7 @@ class PlacedThings {
   world::Instance instance_of(const PlacedThing& thing, const LayerSite& site) const;
 
   std::vector<PlacedThing> things_;
-  std::vector<Span> spans_;
+  std::vector<WireSpan> spans_;
   std::vector<std::pair<std::uint32_t, std::uint8_t>> used_;
   std::vector<double> reaches_m_;  ///< of prototypes
   std::vector<int> coarsest_levels_;
@@ -98,7 +98,7 @@ class GroundBelow {
   std::optional<world::Cover> cover(const Eigen::Vector2d& place) const;
   double z_world(const Eigen::Vector2d& place) const;
   /// Whether an earlier layer holds any of a footprint.
-  bool is_held(const Footprint& footprint, bool by_roads_too, bool by_water_too) const;
+  bool is_held(const GroundRectangle& footprint, bool by_roads_too, bool by_water_too) const;
 
  private:
   const WorldSurface& surface_;
