@@ -102,7 +102,7 @@ void render_sample(const Plan& plan, const JobFolder& folder, const VerifyOption
     const Attempt attempt(folder);
     const auto render = [&] {
       const job::RunConfig config = description.run_config(run.index);
-      const job::Job job = job::prepare_job(config, context);
+      const job::Job job = job::prepare_job(config, context, world);
       check_flight_files(run, plan.worlds[static_cast<std::size_t>(run.world)], config);
       const auto& flight = job.sequences.at(static_cast<std::size_t>(sample.sequence));
       const auto store = world::TileStore::open(world);

@@ -197,9 +197,10 @@ render::SequencePlan plan_sequence(const Job& job, const std::vector<double>& ha
 }
 
 std::shared_ptr<const tiler::WorldSurface> open_ground(const RunConfig& config,
-                                                       const core::Context& context) {
+                                                       const core::Context& context,
+                                                       const fs::path& store) {
   return core::with_context(
-      [&] { return tiler::WorldSurface::prepare_ground(config.world, context); },
+      [&] { return tiler::WorldSurface::prepare_ground(config.world, context, store); },
       opening_sources(config));
 }
 
@@ -267,7 +268,7 @@ std::vector<tiler::PreviewPath> paths_of(const Job& job) {
   return paths;
 }
 
-RunConfig with_sequences(RunConfig config, const core::Context& context) {
+RunConfig with_sequences(RunConfig config, const core::Context& context, const fs::path& store) {
   const bool is_split =
       std::any_of(config.trajectories.begin(), config.trajectories.end(),
                   [](const geo::TrajectoryOptions& one) { return one.kind_options().is_split(); });
@@ -277,12 +278,12 @@ RunConfig with_sequences(RunConfig config, const core::Context& context) {
   check_data_folder(job.config);
   const core::Log log = context.log.for_stage("sources");
   const core::StageCost cost(context.with_log(log), "preparing the ground");
-  job.ground = open_ground(job.config, context.with_log(log));
+  job.ground = open_ground(job.config, context.with_log(log), store);
   split_trajectories(job, context);
   return std::move(job.config);
 }
 
-Job prepare_job(RunConfig config, const core::Context& context,
+Job prepare_job(RunConfig config, const core::Context& context, const fs::path& store,
                 std::shared_ptr<const tiler::WorldSurface> ground) {
   Job job{.config = std::move(config), .cameras = {}, .ground = std::move(ground), .sequences = {}};
   job.cameras = CarriedCameras(job.config.rigs, job.config.trajectories);
@@ -293,7 +294,7 @@ Job prepare_job(RunConfig config, const core::Context& context,
   check_data_folder(job.config);
   const core::Log log = context.log.for_stage("sources");
   const core::StageCost cost(context.with_log(log), "preparing the ground and the flights");
-  if (job.ground == nullptr) job.ground = open_ground(job.config, context.with_log(log));
+  if (job.ground == nullptr) job.ground = open_ground(job.config, context.with_log(log), store);
   split_trajectories(job, context);
   const std::vector<double> half_sizes = half_sizes_m(job);
   for (std::size_t i = 0; i < half_sizes.size(); ++i)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -39,11 +40,14 @@ class LayerStack;
 class WorldSurface {
  public:
   /// The ground without the world's layers: reads and checks every source of heights, fills voids.
+  /// store    the world's folder, if there is one: what it keeps of this ground is read from there,
+  ///          and what measured_height_m() does without is left until complete() or sample()
   /// throws   Config, Input, Io: sources that cannot be read, georeferenced, lack a datum, hold
   ///          values that are no heights, or leave parts of the square without cover (naming the
   ///          area) while outside = "error"
-  static std::shared_ptr<const WorldSurface> prepare_ground(const WorldOptions& options,
-                                                            const core::Context& context);
+  static std::shared_ptr<const WorldSurface> prepare_ground(
+      const WorldOptions& options, const core::Context& context,
+      const std::filesystem::path& store = {});
   /// With them, which takes far longer: half a minute and more of CPU for a country of 50 km (docs/performance.md).
   /// throws   as prepare_ground(), and for what layers read
   static std::shared_ptr<const WorldSurface> prepare(const WorldOptions& options,
@@ -69,6 +73,14 @@ class WorldSurface {
   /// samples  kTileSamples^2
   /// cost     0.3 us a sample inside the square, 2 us beyond it and where fields lie over others
   virtual void sample_tile(const world::TileId& id, std::span<SurfaceSample> samples) const = 0;
+
+  /// Analyses the whole square, which samples need, if that was left out so far. sample() does so
+  /// itself; in parallel loops it must have been done before.
+  virtual void complete() const = 0;
+
+  /// Has a world's folder keep what prepare_ground() need not make again.
+  /// throws   Io
+  virtual void keep_ground(const std::filesystem::path& store) const = 0;
 
   /// What stands on the surface and is painted on it.
   virtual const LayerStack& layers() const = 0;
