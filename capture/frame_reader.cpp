@@ -305,16 +305,20 @@ void check_same_config(const fs::path& folder, const std::string& captured_toml,
        folder.string(), captured, wanted);
 }
 
-void check_captured_config(const fs::path& folder, const std::string& config_toml) {
+std::optional<std::string> captured_config(const fs::path& folder) {
   const fs::path file = folder / kSequenceFile;
-  if (!fs::exists(file)) return;
-  std::string captured_toml;
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return std::nullopt;
   try {
-    captured_toml = core::Json::read(file).at("config_toml").string();
+    return core::Json::read(file).at("config_toml").string();
   } catch (const core::Error&) {
-    return;
+    return std::nullopt;
   }
-  check_same_config(folder, captured_toml, config_toml);
+}
+
+void check_captured_config(const fs::path& folder, const std::string& config_toml) {
+  if (const std::optional<std::string> captured = captured_config(folder))
+    check_same_config(folder, *captured, config_toml);
 }
 
 std::vector<fs::path> list_sequences(const fs::path& capture_folder) {

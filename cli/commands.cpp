@@ -84,7 +84,8 @@ int with_config(const Arguments& args,
   if (args.out.empty()) fail(ErrorKind::Usage, "--out is empty; name the folder of the results");
   const core::Log log("terracast", log_level(args));
   const core::ThreadLimit limit(args.num_threads);
-  const RunConfig config = job::load_run_config(args.config, args.sets);
+  RunConfig config = job::load_run_config(args.config, args.sets);
+  job::keep_captured_flags(config, OutputFolders(args.out).captures);
   core::make_folder(args.out);
   core::remove_temporaries(args.out);
   return work(

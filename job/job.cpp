@@ -4,6 +4,8 @@
 #include <iterator>
 #include <span>
 
+#include "capture/channel.h"
+#include "capture/frame_reader.h"
 #include "core/schema_writer.h"
 #include "core/stage_cost.h"
 #include "export/cameras.h"
@@ -255,6 +257,28 @@ std::string toml_of_captures(const RunConfig& config) {
   of_captures.data = {};
   keep_carried_rigs(of_captures.rigs, of_captures.trajectories);
   return core::toml_text(of_captures);
+}
+
+void keep_captured_flags(RunConfig& config, const fs::path& captures) {
+  if (!config.facts.follow_exports) return;
+  const std::uint32_t needed = config.facts.flag_bits();
+  const std::span<const capture::FlagGroup> groups = capture::flag_groups();
+  for (const geo::TrajectoryOptions& trajectory : config.trajectories) {
+    const std::optional<std::string> captured =
+        capture::captured_config(captures / trajectory.name);
+    if (!captured) continue;
+    RunConfig tried = config;
+    for (unsigned choice = 0; choice < 1U << groups.size(); ++choice) {
+      tried.facts.flags.clear();
+      for (std::size_t i = 0; i < groups.size(); ++i)
+        if ((choice >> i & 1U) != 0) tried.facts.flags.emplace_back(groups[i].name);
+      if ((needed & ~tried.facts.flag_bits()) != 0 ||
+          toml_of_sequence(tried, trajectory) != *captured)
+        continue;
+      config.facts = tried.facts;
+      return;
+    }
+  }
 }
 
 std::vector<tiler::PreviewPath> paths_of(const Job& job) {

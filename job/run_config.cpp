@@ -65,6 +65,10 @@ void RunConfig::validate() const {
     if (!formats.insert(chosen.format).second)
       fail(ErrorKind::Config, "format \"{}\" is exported twice; one [[exports]] a format",
            chosen.format);
+  if (!facts.has_needed()) check_flags();
+}
+
+void RunConfig::check_flags() const {
   for (const auto& chosen : exports) {
     std::vector<std::string> missing;
     for (const capture::FlagGroup& group : capture::flag_groups())
@@ -77,6 +81,12 @@ void RunConfig::validate() const {
            "the format out",
            chosen.format, fmt::join(missing, ", "));
   }
+}
+
+void resolve_flags(RunConfig& config) {
+  std::uint32_t needed = 0;
+  for (const auto& chosen : config.exports) needed |= chosen.exporter().flags();
+  config.facts.resolve(needed);
 }
 
 RunConfig load_run_config(const std::filesystem::path& file, const std::vector<std::string>& sets) {
@@ -92,6 +102,7 @@ RunConfig load_run_config(const std::filesystem::path& file, const std::vector<s
                 file.string(), section);
         RunConfig config;
         document.read(config);
+        resolve_flags(config);
         return config;
       },
       fmt::format("reading the config {}", file.string()));

@@ -60,7 +60,14 @@ struct RunConfig {
   /// throws   Config: no rig or trajectory, names that repeat or cannot be folders, rigs that are carried and not there
   ///          or there and not carried
   void validate() const;
+
+ private:
+  /// throws   Config: an export needs flags that are left out
+  void check_flags() const;
 };
+
+/// Replaces "needed" in facts.flags by the flags that the exports need. A config as it was read names flags alone.
+void resolve_flags(RunConfig& config);
 
 /// Reads a job; `sets` are the command line's KEY=VALUE.
 RunConfig load_run_config(const std::filesystem::path& file, const std::vector<std::string>& sets);

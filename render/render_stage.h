@@ -39,11 +39,20 @@ struct ConditionOptions {
 
 /// Config `[facts]`: what of a capture's facts is looked for.
 struct FactOptions {
-  std::vector<std::string> flags = all_flags();  ///< names of capture::flag_groups()
+  /// Stands for the flags that a config's exports need.
+  static constexpr const char* kNeeded = "needed";
+
+  std::vector<std::string> flags = {kNeeded};  ///< names of capture::flag_groups(), and kNeeded
+  bool follow_exports = false;                 ///< resolve() replaced kNeeded
 
   static std::vector<std::string> all_flags();
-  /// Their bits.
+  /// All flags.
+  static FactOptions all() { return {.flags = all_flags()}; }
+  /// Replaces kNeeded by the groups of bits.
+  void resolve(std::uint32_t needed_bits);
+  /// Bits of the named flags, without those that kNeeded stands for.
   std::uint32_t flag_bits() const;
+  bool has_needed() const;
   void describe(core::SchemaVisitor& visit);
 };
 
@@ -69,7 +78,7 @@ struct SequencePlan {
   /// Of all sequences that show one geometry, its own among them; null: it shows a geometry of its own.
   std::shared_ptr<const std::vector<world::Viewpoint>> shared_viewpoints = nullptr;
   ConditionOptions conditions;
-  FactOptions facts = {};
+  FactOptions facts = FactOptions::all();  ///< resolved
   TrackOptions tracks;
   world::DetailOptions detail;
   std::string config_toml;
