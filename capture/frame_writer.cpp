@@ -1,5 +1,6 @@
 #include "capture/frame_writer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -34,6 +35,24 @@ void write_shared(const fs::path& file, const std::string& text) {
          file.string());
   }
   core::write_file(file, text);
+}
+
+/// Whether a frame's record exists and its files have the recorded sizes.
+bool is_finished(const fs::path& folder, const SequenceInfo& info, int index) {
+  const fs::path file = folder / record_path(index);
+  if (!fs::exists(file)) return false;
+  try {
+    const FrameRecord record = record_from_json(core::Json::read(file), info, file.string());
+    if (record.index != index) return false;
+    for (const CameraRecord& camera : record.cameras)
+      for (const FrameFile* part : camera.files())
+        if (!has_size(folder, *part)) return false;
+    return true;
+  } catch (const core::Error& error) {
+    // A damaged record is an unfinished frame: it is rendered again.
+    if (error.kind() == ErrorKind::Input) return false;
+    throw;
+  }
 }
 
 /// What a renderer must never hand over.
@@ -133,22 +152,7 @@ SequenceWriter::SequenceWriter(const fs::path& folder, const SequenceInfo& info,
   write_shared(sequence_file, json_from_sequence(info_).text() + "\n");
 }
 
-bool SequenceWriter::has_frame(int index) const {
-  const fs::path file = folder_ / record_path(index);
-  if (!fs::exists(file)) return false;
-  try {
-    const FrameRecord record = record_from_json(core::Json::read(file), info_, file.string());
-    if (record.index != index) return false;
-    for (const CameraRecord& camera : record.cameras)
-      for (const FrameFile* part : camera.files())
-        if (!has_size(folder_, *part)) return false;
-    return true;
-  } catch (const core::Error& error) {
-    // A damaged record is an unfinished frame: it is rendered again.
-    if (error.kind() == ErrorKind::Input) return false;
-    throw;
-  }
-}
+bool SequenceWriter::has_frame(int index) const { return is_finished(folder_, info_, index); }
 
 CameraRecord SequenceWriter::write_camera(int frame_index, int camera_index,
                                           const CameraFrame& frame) const {
@@ -212,6 +216,22 @@ bool SequenceWriter::finish_sequence() const {
 }
 
 // Nothing is removed: another process may have rendered a damaged frame again meanwhile.
+bool waits_for_others(const fs::path& folder, const SequenceInfo& info,
+                      const FrameSelection& selection) {
+  const fs::path sequence_file = folder / kSequenceFile;
+  if (!fs::exists(sequence_file) || is_damaged(sequence_file) ||
+      !fs::exists(folder / kTracksFile) || is_damaged(folder / kTracksFile))
+    return false;
+  if (core::read_text_file(sequence_file) != json_from_sequence(info).text() + "\n") return false;
+  const std::vector<int> frames = selection.frames_of(info.num_frames);
+  if (!std::all_of(frames.begin(), frames.end(),
+                   [&](int frame) { return is_finished(folder, info, frame); }))
+    return false;
+  for (int frame = 0; frame < info.num_frames; ++frame)
+    if (!is_finished(folder, info, frame)) return true;
+  return false;  // nothing but the manifest is missing
+}
+
 std::optional<std::vector<int>> find_damaged_frames(const fs::path& folder,
                                                     const SequenceInfo& info,
                                                     const FrameSelection& selection) {

@@ -337,6 +337,11 @@ RenderedFrames run_render_stage(const world::TileStore& store, const SequencePla
     context.log.info("sequence {}: all {} frames are there", plan.name, selected.size());
     return {};
   }
+  if (!damaged && capture::waits_for_others(folder, info, selection)) {
+    context.log.info("sequence {}: all {} frames are there; those of other runs are missing yet",
+                     plan.name, selected.size());
+    return {};
+  }
   if (damaged) {
     context.log.warn("sequence {}: {} frames lack files or are damaged, the first is {}", plan.name,
                      damaged->size(), damaged->front());
