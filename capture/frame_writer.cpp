@@ -55,6 +55,14 @@ bool is_finished(const fs::path& folder, const SequenceInfo& info, int index) {
   }
 }
 
+/// Whether a writer of the same inputs has written what all its frames share.
+bool is_begun(const fs::path& folder, const SequenceInfo& info) {
+  const fs::path sequence_file = folder / kSequenceFile;
+  const fs::path tracks_file = folder / kTracksFile;
+  return fs::exists(sequence_file) && fs::exists(tracks_file) && !is_damaged(tracks_file) &&
+         core::read_text_file(sequence_file) == json_from_sequence(info).text() + "\n";
+}
+
 /// What a renderer must never hand over.
 void check_frame(const CameraFrame& frame, const CameraCalibration& camera, int frame_index) {
   const int width = camera.intrinsics.width_px;
@@ -216,13 +224,21 @@ bool SequenceWriter::finish_sequence() const {
 }
 
 // Nothing is removed: another process may have rendered a damaged frame again meanwhile.
+std::optional<std::vector<TrackPoint>> tracks_of_begun(const fs::path& folder,
+                                                       const SequenceInfo& info) {
+  if (!is_begun(folder, info)) return std::nullopt;
+  const fs::path file = folder / kTracksFile;
+  try {
+    return tracks_from_json(core::Json::read(file), file.string());
+  } catch (const core::Error& error) {
+    if (error.kind() == ErrorKind::Input) return std::nullopt;
+    throw;
+  }
+}
+
 bool waits_for_others(const fs::path& folder, const SequenceInfo& info,
                       const FrameSelection& selection) {
-  const fs::path sequence_file = folder / kSequenceFile;
-  if (!fs::exists(sequence_file) || is_damaged(sequence_file) ||
-      !fs::exists(folder / kTracksFile) || is_damaged(folder / kTracksFile))
-    return false;
-  if (core::read_text_file(sequence_file) != json_from_sequence(info).text() + "\n") return false;
+  if (!is_begun(folder, info)) return false;
   const std::vector<int> frames = selection.frames_of(info.num_frames);
   if (!std::all_of(frames.begin(), frames.end(),
                    [&](int frame) { return is_finished(folder, info, frame); }))

@@ -359,11 +359,17 @@ RenderedFrames run_render_stage(const world::TileStore& store, const SequencePla
                                                      .viewers_in_water = is_in_water});
   const world::RayQuery& query = is_in_water ? *bed : whole;
   const FrameRenderer renderer(plan, store, whole, bed ? &*bed : nullptr, is_in_water);
-  check_clearance(plan, store, query, renderer.views());
-  if (is_in_water) check_under_surface(plan, store, whole, renderer.views());
+  // Whoever began the sequence has looked under every camera and drawn its points from all frames' images, which
+  // loads the tiles of the whole flight.
+  std::optional<std::vector<capture::TrackPoint>> begun = capture::tracks_of_begun(folder, info);
+  if (!begun) {
+    check_clearance(plan, store, query, renderer.views());
+    if (is_in_water) check_under_surface(plan, store, whole, renderer.views());
+  }
   const std::vector<capture::TrackPoint> tracks =
-      choose_tracks(query, renderer.views(), plan.tracks.num_points,
-                    static_cast<std::uint64_t>(plan.seed), context.log);
+      begun ? *std::move(begun)
+            : choose_tracks(query, renderer.views(), plan.tracks.num_points,
+                            static_cast<std::uint64_t>(plan.seed), context.log);
   const capture::SequenceWriter writer(folder, info, tracks);
 
   const auto is_finished = [&](int frame) {
