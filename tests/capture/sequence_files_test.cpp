@@ -253,6 +253,21 @@ TEST(SequenceFiles, AnUnfinishedSequenceSaysWhatIsMissing) {
   expect_error(ErrorKind::Input, {"sequence.json"}, [&] { SequenceReader::open(scratch.path()); });
 }
 
+TEST(SequenceFiles, TracksOfABegunSequenceAreThoseThatItsWriterWasGiven) {
+  const ScratchFolder scratch;
+  const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
+  SequenceInfo info = test::tiny_sequence(kSmall);
+  EXPECT_EQ(tracks_of_begun(folder, info), test::tiny_tracks());
+  EXPECT_EQ(tracks_of_begun(scratch / "elsewhere", info), std::nullopt);
+  info.input_hash += "0";
+  EXPECT_EQ(tracks_of_begun(folder, info), std::nullopt);
+  info = test::tiny_sequence(kSmall);
+  std::string text = core::read_text_file(folder / "tracks.json");
+  text[text.find("point_world_m") + 17] ^= 1;
+  core::write_file(folder / "tracks.json", std::string_view(text));
+  EXPECT_EQ(tracks_of_begun(folder, info), std::nullopt);
+}
+
 TEST(SequenceFiles, SequencesAreListedByName) {
   const ScratchFolder scratch;
   expect_error(ErrorKind::Input, {"no sequence"}, [&] { list_sequences(scratch.path()); });
