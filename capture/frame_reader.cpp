@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "capture/begun_sequence.h"
 #include "capture/channel.h"
 #include "capture/file_check.h"
 #include "capture/frame_record_json.h"
@@ -303,17 +304,6 @@ void check_same_config(const fs::path& folder, const std::string& captured_toml,
        "{} was captured with another config ({}; this one says {}): give another --out, or "
        "remove it and render again",
        folder.string(), captured, wanted);
-}
-
-std::optional<std::string> captured_config(const fs::path& folder) {
-  const fs::path file = folder / kSequenceFile;
-  std::error_code ignored;
-  if (!fs::exists(file, ignored)) return std::nullopt;
-  try {
-    return core::Json::read(file).at("config_toml").string();
-  } catch (const core::Error&) {
-    return std::nullopt;
-  }
 }
 
 void check_captured_config(const fs::path& folder, const std::string& config_toml) {

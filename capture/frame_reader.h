@@ -67,9 +67,6 @@ class WholeFrames {
 /// throws   Config: it is not; the first line that differs is named
 void check_same_config(const std::filesystem::path& folder, const std::string& captured_toml,
                        const std::string& config_toml);
-/// The config of the sequence in a folder, as it was captured. nullopt: there is no sequence, or it is damaged.
-std::optional<std::string> captured_config(const std::filesystem::path& folder);
-
 /// The same of the sequence in a folder, if there is one; of a damaged one whoever reads it tells.
 void check_captured_config(const std::filesystem::path& folder, const std::string& config_toml);
 

@@ -63,18 +63,6 @@ std::optional<std::vector<int>> find_damaged_frames(const std::filesystem::path&
                                                     const SequenceInfo& info,
                                                     const FrameSelection& selection);
 
-/// The track points of a sequence that a SequenceWriter of the same inputs has begun in a folder. nullopt: none has,
-/// or its files are damaged.
-/// throws    Io
-std::optional<std::vector<TrackPoint>> tracks_of_begun(const std::filesystem::path& folder,
-                                                       const SequenceInfo& info);
-
-/// Whether the frames of a selection are finished, as SequenceWriter::has_frame has it, and frames of other runs are
-/// missing yet, so that there is no manifest to be written either.
-/// throws    Io
-bool waits_for_others(const std::filesystem::path& folder, const SequenceInfo& info,
-                      const FrameSelection& selection);
-
 /// Encoded facts of a frame, for benchmarks and tests: what write_camera puts on disk.
 std::vector<std::byte> encode_color(const CameraFrame& frame);
 std::vector<std::byte> encode_raw(const CameraFrame& frame);

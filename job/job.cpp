@@ -4,8 +4,6 @@
 #include <iterator>
 #include <span>
 
-#include "capture/channel.h"
-#include "capture/frame_reader.h"
 #include "core/schema_writer.h"
 #include "core/stage_cost.h"
 #include "export/cameras.h"
@@ -189,7 +187,7 @@ render::SequencePlan plan_sequence(const Job& job, const std::vector<double>& ha
       lay_out_moving(job.config.moving, {job.config.trajectories, half_sizes}, options, plan.states,
                      trajectory_context(job, 0.5 * job.config.world.size_m, log));
   plan.conditions = job.config.conditions;
-  plan.facts = job.config.facts;
+  plan.facts = job.config.facts.options();
   plan.tracks = job.config.tracks;
   plan.detail = job.config.detail;
   plan.config_toml = toml_of_sequence(job.config, options);
@@ -257,28 +255,6 @@ std::string toml_of_captures(const RunConfig& config) {
   of_captures.data = {};
   keep_carried_rigs(of_captures.rigs, of_captures.trajectories);
   return core::toml_text(of_captures);
-}
-
-void keep_captured_flags(RunConfig& config, const fs::path& captures) {
-  if (!config.facts.follow_exports) return;
-  const std::uint32_t needed = config.facts.flag_bits();
-  const std::span<const capture::FlagGroup> groups = capture::flag_groups();
-  for (const geo::TrajectoryOptions& trajectory : config.trajectories) {
-    const std::optional<std::string> captured =
-        capture::captured_config(captures / trajectory.name);
-    if (!captured) continue;
-    RunConfig tried = config;
-    for (unsigned choice = 0; choice < 1U << groups.size(); ++choice) {
-      tried.facts.flags.clear();
-      for (std::size_t i = 0; i < groups.size(); ++i)
-        if ((choice >> i & 1U) != 0) tried.facts.flags.emplace_back(groups[i].name);
-      if ((needed & ~tried.facts.flag_bits()) != 0 ||
-          toml_of_sequence(tried, trajectory) != *captured)
-        continue;
-      config.facts = tried.facts;
-      return;
-    }
-  }
 }
 
 std::vector<tiler::PreviewPath> paths_of(const Job& job) {

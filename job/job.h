@@ -71,11 +71,6 @@ std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptio
 /// The config of all that is captured: another format, check or memory bound changes no byte of it.
 std::string toml_of_captures(const RunConfig& config);
 
-/// Goes on with the flags of what was captured into a folder before, where the config leaves the choice to its exports
-/// and these need no more: a format that was left out since makes no other capture.
-/// captures   OutputFolders::captures; it need not be there
-void keep_captured_flags(RunConfig& config, const std::filesystem::path& captures);
-
 /// The bodies' paths, for maps.
 std::vector<tiler::PreviewPath> paths_of(const Job& job);
 

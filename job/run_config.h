@@ -7,6 +7,7 @@
 #include "core/schema.h"
 #include "export/exporter.h"
 #include "geo/trajectory.h"
+#include "job/facts_config.h"
 #include "job/moving.h"
 #include "job/traffic/traffic.h"
 #include "labels/label.h"
@@ -50,7 +51,7 @@ struct RunConfig {
   std::vector<MovingOptions> moving;
   std::vector<TrafficOptions> traffic;
   scene::ConditionOptions conditions;
-  sensors::FactOptions facts;
+  FactsConfig facts;
   sensors::TrackOptions tracks;
   std::vector<labels::LabelOptions> labels;
   std::vector<exporters::ExportOptions> exports;
@@ -60,14 +61,7 @@ struct RunConfig {
   /// throws   Config: no rig or trajectory, names that repeat or cannot be folders, rigs that are carried and not there
   ///          or there and not carried
   void validate() const;
-
- private:
-  /// throws   Config: an export needs flags that are left out
-  void check_flags() const;
 };
-
-/// Replaces "needed" in facts.flags by the flags that the exports need. A config as it was read names flags alone.
-void resolve_flags(RunConfig& config);
 
 /// Reads a job; `sets` are the command line's KEY=VALUE.
 RunConfig load_run_config(const std::filesystem::path& file, const std::vector<std::string>& sets);

@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "capture/begun_sequence.h"
 #include "capture/frame_writer.h"
 #include "core/parallel.h"
 #include "core/progress.h"

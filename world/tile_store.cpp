@@ -402,16 +402,6 @@ Tile TileStore::load(const TileId& id, WaterDepth depth) const {
   return tile;
 }
 
-std::vector<Cover> TileStore::load_cover(const TileId& id) const {
-  const TileInfo& info = listed(id);
-  const std::filesystem::path file = tile_path(folder_, id);
-  const std::vector<std::byte> bytes = core::read_file(file, kMaxTileBytes);
-  std::vector<Cover> cover = decode_cover(bytes, id, file.string());
-  if (bytes.size() != info.num_bytes || core::content_hash(bytes) != info.content_hash)
-    fail_not_listed(file, info);
-  return cover;
-}
-
 Prototype TileStore::load_prototype(std::size_t row) const {
   TERRACAST_CHECK(row < manifest_.prototypes.size(), "prototype {} of {}", row,
                   manifest_.prototypes.size());

@@ -130,10 +130,6 @@ class TileStore {
   /// throws Input: damaged (a flipped bit is found) or not the manifest's; Io
   Tile load(const TileId& id, WaterDepth depth = WaterDepth::LeftOut) const;
 
-  /// Reads Tile::cover alone, for a fraction of load()'s time.
-  /// throws as load()
-  std::vector<Cover> load_cover(const TileId& id) const;
-
   /// Reads a prototype and checks it.
   /// row      of WorldManifest::prototypes
   /// throws   as load()

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/hash.h"
+#include "world/tile_cover.h"
 
 namespace terracast::scene {
 
@@ -68,14 +69,17 @@ std::shared_ptr<const SeaExposure> SeaExposure::of(const world::TileStore& store
         static_cast<std::size_t>((exposure->width_ + 1) * (exposure->height_ + 1)));
   }
   exposure->spacing_m_ = std::exp2(level + step_log2);
-  for (const world::TileId& id : tiles) exposure->add(id, store.load_cover(id), step_log2);
+  for (const world::TileId& id : tiles) {
+    world::Tile tile;
+    tile.cover = world::load_cover(store, id);  // nothing else of it counts
+    exposure->add(id, tile, step_log2);
+  }
   exposure->add_up();
   return exposure;
 }
 
 /// Puts a tile's samples in their places. Neighbours share their borders'.
-void SeaExposure::add(const world::TileId& id, const std::vector<world::Cover>& cover,
-                      int step_log2) {
+void SeaExposure::add(const world::TileId& id, const world::Tile& tile, int step_log2) {
   const std::int64_t step = std::int64_t{1} << step_log2;
   const std::int64_t x = std::int64_t{id.x} * world::kTileCells;
   const std::int64_t y = std::int64_t{id.y} * world::kTileCells;
@@ -86,7 +90,7 @@ void SeaExposure::add(const world::TileId& id, const std::vector<world::Cover>& 
       const std::int64_t row = ((y + j) >> step_log2) - first_y_ + 1;
       const std::size_t sample = world::Tile::sample(static_cast<int>(i), static_cast<int>(j));
       sums_[static_cast<std::size_t>(row * (width_ + 1) + column)] = {
-          1, cover[sample] == world::Cover::Sea ? 1 : 0};
+          1, tile.cover[sample] == world::Cover::Sea ? 1 : 0};
     }
 }
 

@@ -53,7 +53,7 @@ class SeaExposure {
     std::int32_t known = 0;
     std::int32_t sea = 0;
   };
-  void add(const world::TileId& id, const std::vector<world::Cover>& cover, int step_log2);
+  void add(const world::TileId& id, const world::Tile& tile, int step_log2);
   void add_up();
   double share_at(std::int64_t i, std::int64_t j) const;
 

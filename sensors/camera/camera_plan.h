@@ -23,7 +23,7 @@ struct CameraPlan {
   std::vector<ImagingOptions> imaging = {};         ///< one a camera; empty: no camera has any
   std::vector<scene::MovingThing> moving = {};      ///< beside the cameras' own body
   scene::ConditionOptions conditions;
-  FactOptions facts = FactOptions::all();  ///< resolved
+  FactOptions facts = {};
 };
 
 }  // namespace terracast::sensors

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "capture/begun_sequence.h"
 #include "capture/frame_reader.h"
 #include "capture/frame_writer.h"
 #include "capture/sequence_json.h"
