@@ -314,6 +314,7 @@ void TerrainSurface::analyse_heights() const {
       datum_geoid_ == nullptr
           ? 0.0
           : datum_geoid_->undulation_m(options_.origin_lat_deg, options_.origin_lon_deg);
+  if (few_cells_ != nullptr) return;  // they were kept, and others may be reading them
   lowest_m_ = static_cast<double>(*lowest) + undulation_m;
   highest_m_ = static_cast<double>(*highest) + undulation_m;
 }
