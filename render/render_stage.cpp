@@ -184,6 +184,31 @@ double bytes_of_bed(const world::RayQueryOptions& tracing) {
   return std::min(0.25 * tracing.memory_bytes, 1e9);
 }
 
+/// cut   of cut_of()
+capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::TileStore& store,
+                                        const std::vector<world::CutTile>& cut) {
+  const world::WorldManifest& manifest = store.manifest();
+  std::set<std::string> licences;
+  for (const world::SourceInfo& source : manifest.sources)
+    if (!source.licence.empty()) licences.insert(source.licence);
+  return {.name = plan.name,
+          .input_hash = input_hash_of(plan, store, cut),
+          .world_name = manifest.name,
+          .world_input_hash = manifest.input_hash,
+          .origin = manifest.origin,
+          .utc_start = plan.utc_start,
+          .rate_hz = plan.rate_hz,
+          .num_frames = static_cast<int>(plan.states.size()),
+          .geometry = geometry_of(plan, store, cut),
+          .cameras = plan.cameras,
+          .believed_cameras = plan.believed_cameras,
+          .clocks = plan.clocks,
+          .imaging = describe_imaging(plan),
+          .moving = sensors::describe_moving(plan.moving),
+          .config_toml = plan.config_toml,
+          .licences = {licences.begin(), licences.end()}};
+}
+
 }  // namespace
 
 void check_inside(const SequencePlan& plan, const geo::WorldFrame& frame_of_world, double size_m) {
@@ -215,27 +240,7 @@ std::vector<world::Viewpoint> viewpoints_of(const SequencePlan& plan) {
 }
 
 capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::TileStore& store) {
-  const world::WorldManifest& manifest = store.manifest();
-  const std::vector<world::CutTile> cut = cut_of(store, plan);
-  std::set<std::string> licences;
-  for (const world::SourceInfo& source : manifest.sources)
-    if (!source.licence.empty()) licences.insert(source.licence);
-  return {.name = plan.name,
-          .input_hash = input_hash_of(plan, store, cut),
-          .world_name = manifest.name,
-          .world_input_hash = manifest.input_hash,
-          .origin = manifest.origin,
-          .utc_start = plan.utc_start,
-          .rate_hz = plan.rate_hz,
-          .num_frames = static_cast<int>(plan.states.size()),
-          .geometry = geometry_of(plan, store, cut),
-          .cameras = plan.cameras,
-          .believed_cameras = plan.believed_cameras,
-          .clocks = plan.clocks,
-          .imaging = describe_imaging(plan),
-          .moving = sensors::describe_moving(plan.moving),
-          .config_toml = plan.config_toml,
-          .licences = {licences.begin(), licences.end()}};
+  return describe_sequence(plan, store, cut_of(store, plan));
 }
 
 RenderedFrames run_render_stage(const world::TileStore& store, const SequencePlan& plan,
@@ -246,7 +251,8 @@ RenderedFrames run_render_stage(const world::TileStore& store, const SequencePla
   check_plan(plan, selection);
   check_inside(plan, geo::WorldFrame(store.manifest().origin), store.manifest().size_m);
   const core::ThreadLimit threads(context.num_threads);
-  const capture::SequenceInfo info = describe_sequence(plan, store);
+  const std::vector<world::CutTile> cut = cut_of(store, plan);
+  const capture::SequenceInfo info = describe_sequence(plan, store, cut);
   const std::vector<int> selected = selection.frames_of(info.num_frames);
   const std::optional<std::vector<int>> damaged =
       capture::find_damaged_frames(folder, info, selection);
@@ -267,7 +273,7 @@ RenderedFrames run_render_stage(const world::TileStore& store, const SequencePla
   const bool is_wet = plan.conditions.bottom_range || may_have_water(store.manifest());
   world::RayQueryOptions above = tracing;
   if (is_wet) above.memory_bytes -= bytes_of_bed(tracing);
-  const world::RayQuery whole(store, cut_of(store, plan), above);
+  const world::RayQuery whole(store, cut, above);
   std::optional<world::RayQuery> bed;
   const bool is_in_water =
       is_wet && starts_under_surface(whole, sensors::ViewTable(plan.states, plan.cameras));
