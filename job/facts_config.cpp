@@ -14,7 +14,7 @@
 namespace terracast::job {
 namespace {
 
-std::vector<std::string> names_of(std::uint32_t bits) {
+std::vector<std::string> flag_names_of(std::uint32_t bits) {
   std::vector<std::string> names;
   for (const capture::FlagGroup& group : capture::flag_groups())
     if ((group.bits & bits) != 0) names.emplace_back(group.name);
@@ -42,7 +42,7 @@ void resolve_flags(RunConfig& config) {
   if (!config.facts.has_needed()) return;
   std::uint32_t bits = config.facts.options().flag_bits();
   for (const auto& chosen : config.exports) bits |= chosen.exporter().flags();
-  config.facts = {.flags = names_of(bits), .follow_exports = true};
+  config.facts = {.flags = flag_names_of(bits), .follow_exports = true};
 }
 
 void keep_captured_flags(RunConfig& config, const std::filesystem::path& captures) {
@@ -58,7 +58,7 @@ void keep_captured_flags(RunConfig& config, const std::filesystem::path& capture
       std::uint32_t bits = 0;
       for (std::size_t i = 0; i < groups.size(); ++i)
         if ((choice >> i & 1U) != 0) bits |= groups[i].bits;
-      tried.facts.flags = names_of(bits);
+      tried.facts.flags = flag_names_of(bits);
       if ((needed & ~bits) != 0 || toml_of_sequence(tried, trajectory) != *captured) continue;
       config.facts = tried.facts;
       return;
@@ -71,7 +71,7 @@ void check_flags(const RunConfig& config) {
   const std::uint32_t bits = config.facts.options().flag_bits();
   for (const auto& chosen : config.exports) {
     std::vector<std::string> missing;
-    for (const std::string& name : names_of(chosen.exporter().flags() & ~bits))
+    for (const std::string& name : flag_names_of(chosen.exporter().flags() & ~bits))
       missing.push_back(fmt::format("\"{}\"", name));
     if (!missing.empty())
       core::fail(core::ErrorKind::Config,
