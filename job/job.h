@@ -68,7 +68,8 @@ std::shared_ptr<const tiler::WorldSurface> lay_out_world(const Job& job,
 /// changes no byte of this one. Of another that it sees, or shares its geometry with, the rigs count too.
 std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory);
 
-/// The config of all that is captured: another format, check or memory bound changes no byte of it.
+/// The config of all that is captured: another format, check or memory bound changes no byte of it, but for the flags
+/// that formats need.
 std::string toml_of_captures(const RunConfig& config);
 
 /// The bodies' paths, for maps.
