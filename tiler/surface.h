@@ -74,14 +74,6 @@ class WorldSurface {
   /// cost     0.3 us a sample inside the square, 2 us beyond it and where fields lie over others
   virtual void sample_tile(const world::TileId& id, std::span<SurfaceSample> samples) const = 0;
 
-  /// Analyses the whole square, which samples need, if that was left out so far. sample() does so
-  /// itself; in parallel loops it must have been done before.
-  virtual void complete() const = 0;
-
-  /// Has a world's folder keep what prepare_ground() need not make again.
-  /// throws   Io
-  virtual void keep_ground(const std::filesystem::path& store) const = 0;
-
   /// What stands on the surface and is painted on it.
   virtual const LayerStack& layers() const = 0;
 
@@ -92,6 +84,14 @@ class WorldSurface {
   /// Ellipsoidal height of the measured surface (sources, voids filled, sea; no synthetic detail);
   /// nothing outside the world's square.
   virtual std::optional<double> measured_height_m(double lat_deg, double lon_deg) const = 0;
+
+  /// Analyses the whole square, which samples need, if that was left out so far. sample() does so
+  /// itself; in parallel loops it must have been done before.
+  virtual void complete() const = 0;
+
+  /// Has a world's folder keep what prepare_ground() need not make again.
+  /// throws   Io
+  virtual void keep_ground(const std::filesystem::path& store) const = 0;
 };
 
 }  // namespace terracast::tiler

@@ -97,7 +97,8 @@ TEST(KeptGround, LandThatIsKeptIsNotMadeAgain) {
   int num_raised = 0;
   for (std::size_t i = 0; i < heights.size(); ++i)
     if (heights[i]) num_raised += *raised[i] > *heights[i] + 50.0 ? 1 : 0;
-  EXPECT_GT(num_raised, 300);  // only a file's land can be that high
+  // Some 330 of the places lie in the square, and some of them in deep sea. Only a file's land can be that high.
+  EXPECT_GT(num_raised, 200);
 }
 
 TEST(KeptGround, ThatOfOtherInputsIsNotTaken) {
