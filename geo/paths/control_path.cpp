@@ -23,8 +23,10 @@ ControlPath::ControlPath(const Flattened& flattened, const std::vector<Eigen::Ve
 
 PathPoint ControlPath::at(double u) const {
   const UniformSpline::Value x = x_.at(u), y = y_.at(u), w = w_.at(u);
-  return flattened_.world_from_flattened(
-      {{x.value, y.value, w.value}, {x.first, y.first, w.first}, {x.second, y.second, w.second}});
+  return flattened_.world_from_flattened({{x.value, y.value, w.value},
+                                          {x.first, y.first, w.first},
+                                          {x.second, y.second, w.second},
+                                          {x.third, y.third, w.third}});
 }
 
 std::vector<double> ControlPath::joints() const {

@@ -99,7 +99,7 @@ typename CubicSplineIn<kDimensions>::Value CubicSplineIn<kDimensions>::at(double
               (h * h / 6.0) * ((a * a - 1.0) * a * m0 + (b * b - 1.0) * b * m1),
           (points_[i + 1] - points_[i]) / h +
               (h / 6.0) * ((1.0 - 3.0 * a * a) * m0 + (3.0 * b * b - 1.0) * m1),
-          a * m0 + b * m1};
+          a * m0 + b * m1, (m1 - m0) / h};
 }
 
 template class CubicSplineIn<3>;

@@ -16,6 +16,7 @@ class CubicSplineIn {
     Point value;
     Point first;
     Point second;
+    Point third;  ///< constant between two parameters; at one of them, that of the piece after it
   };
 
   /// parameters   increasing, as many as points, two or more; closed: four or more, last

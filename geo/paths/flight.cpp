@@ -24,6 +24,7 @@ class RaisedPath final : public Path {
     point.position_world.z() += rise.value;
     point.first.z() += rise.first;
     point.second.z() += rise.second;
+    point.third.z() += rise.third;
     return point;
   }
   double end() const override { return base_->end(); }
@@ -135,16 +136,6 @@ std::vector<SpeedAt> speeds_along(const FlightPlan& plan, const ArcLength& arc_l
   return speeds;
 }
 
-/// First time of the lap at which a length has been travelled: bisection, for messages.
-double time_at_length(const SpeedProfile& speeds, double length_m) {
-  double before_s = 0.0, after_s = speeds.duration_s();
-  for (int i = 0; i < 60; ++i) {
-    const double middle_s = 0.5 * (before_s + after_s);
-    (speeds.at(middle_s).length_m < length_m ? before_s : after_s) = middle_s;
-  }
-  return after_s;
-}
-
 }  // namespace
 
 void AttitudeOptions::describe(core::SchemaVisitor& visit) {
@@ -223,9 +214,7 @@ std::unique_ptr<Trajectory> fly(const FlightPlan& plan, const FlightOptions& opt
     return std::make_unique<PathMotion>(path, context.frame, speeds, plan.attitude, plan.laps);
   };
   if (context.is_on_surface) return motion();
-  const auto time_of = [&](const Sample& at) {
-    return time_at_length(SpeedProfile(speeds), at.length_m);
-  };
+  const auto time_of = [&](const Sample& at) { return SpeedProfile(speeds).time_at(at.length_m); };
   const Sample& low = lowest(samples);
   // A flight at just the least height is one: heights between waypoints are level to a centimetre.
   constexpr double kAglTolerance_m = 0.01;

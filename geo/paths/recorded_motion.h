@@ -23,15 +23,18 @@ class RotationSpline {
   struct Value {
     Eigen::Quaterniond world_from_body;
     Eigen::Vector3d angular_velocity_body_radps;
+    Eigen::Vector3d angular_acceleration_body_radps2;
   };
   Value at(double time_s) const;
+  const std::vector<double>& knots_s() const { return spline_.parameters(); }
 
  private:
   CubicSplineIn<4> spline_;
 };
 
 /// A body that was where a spline over time says: a window of it, from `begin_s` to `end_s` of the
-/// spline's time. Its attitude is given, or follows from the motion.
+/// spline's time. Its attitude is given, or follows from the motion. Before and after its window the
+/// splines go on; beyond their first and last knots by their end pieces.
 class RecordedMotion final : public Trajectory {
  public:
   struct Window {
@@ -43,7 +46,8 @@ class RecordedMotion final : public Trajectory {
                  std::optional<double> utc_unix_s, std::variant<Attitude, RotationSpline> attitude);
 
   double duration_s() const override { return window_.end_s - window_.begin_s; }
-  BodyState at(double time_s) const override;
+  MotionState at(double time_s) const override;
+  std::vector<double> knots_s() const override;
   std::optional<double> utc_start_unix_s() const override;
 
  private:

@@ -31,7 +31,24 @@ SpeedProfile::Value SpeedProfile::at(double time_s) const {
   return {leg.start_m + leg.start_mps * t +
               change_mps * leg.duration_s * (x * x * x - 0.5 * x * x * x * x),
           leg.start_mps + change_mps * (3.0 - 2.0 * x) * x * x,
-          change_mps / leg.duration_s * 6.0 * x * (1.0 - x)};
+          change_mps / leg.duration_s * 6.0 * x * (1.0 - x),
+          change_mps / (leg.duration_s * leg.duration_s) * 6.0 * (1.0 - 2.0 * x)};
+}
+
+double SpeedProfile::time_at(double length_m) const {
+  double before_s = 0.0, after_s = duration_s();
+  for (int i = 0; i < 60; ++i) {
+    const double middle_s = 0.5 * (before_s + after_s);
+    (at(middle_s).length_m < length_m ? before_s : after_s) = middle_s;
+  }
+  return after_s;
+}
+
+std::vector<double> SpeedProfile::knots_s() const {
+  std::vector<double> knots;
+  for (const Leg& leg : legs_) knots.push_back(leg.start_s);
+  knots.push_back(duration_s());
+  return knots;
 }
 
 }  // namespace terracast::geo

@@ -19,12 +19,17 @@ class SpeedProfile {
     double length_m;
     double speed_mps;
     double acceleration_mps2;
+    double jerk_mps3;  ///< jumps where two legs meet; there, that of the leg after it
   };
 
   /// speeds   lengths increasing from 0, two or more; speeds positive
   explicit SpeedProfile(const std::vector<SpeedAt>& speeds);
 
   double duration_s() const { return legs_.back().start_s + legs_.back().duration_s; }
+  /// First time at which a length has been travelled, by bisection to the last digit or two.
+  double time_at(double length_m) const;
+  /// Times from 0 to the end between which all derivatives are continuous.
+  std::vector<double> knots_s() const;
   Value at(double time_s) const;
 
  private:

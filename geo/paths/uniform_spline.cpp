@@ -52,7 +52,11 @@ double UniformSpline::control(long index) const {
 
 UniformSpline::Value UniformSpline::at(double u) const {
   const double x = u / spacing_;
-  const double interval = std::clamp(std::floor(x), 0.0, static_cast<double>(num_intervals_ - 1));
+  // The end itself, and what rounds past it, belongs to the last piece.
+  const bool is_inside = u >= 0.0 && u <= spacing_ * static_cast<double>(num_intervals_);
+  const double interval =
+      is_inside ? std::clamp(std::floor(x), 0.0, static_cast<double>(num_intervals_ - 1))
+                : std::floor(x);
   const double b = x - interval;
   const double a = 1.0 - b;
   const long i = static_cast<long>(interval);
@@ -62,7 +66,8 @@ UniformSpline::Value UniformSpline::at(double u) const {
   return {(a * a * a * c0 + w1 * c1 + w2 * c2 + b * b * b * c3) / 6.0,
           (a * a * (c1 - c0) + (2.0 * a * b * 1.0 + 1.0) * (c2 - c1) + b * b * (c3 - c2)) /
               (2.0 * spacing_),
-          (a * (c0 - 2.0 * c1 + c2) + b * (c1 - 2.0 * c2 + c3)) / (spacing_ * spacing_)};
+          (a * (c0 - 2.0 * c1 + c2) + b * (c1 - 2.0 * c2 + c3)) / (spacing_ * spacing_),
+          (c3 - 3.0 * c2 + 3.0 * c1 - c0) / (spacing_ * spacing_ * spacing_)};
 }
 
 std::vector<double> smoothed(const std::vector<double>& values, int reach, bool is_closed) {

@@ -13,12 +13,15 @@ class UniformSpline {
     double value;
     double first;
     double second;
+    double third;  ///< constant between two knots; at a knot, that of the piece after it
   };
 
   /// controls   one at each knot from 0 to end, two or more; beyond the ends they repeat. Closed:
   ///            one at each knot but the last, which is the first again.
   UniformSpline(std::vector<double> controls, double end, bool is_closed);
 
+  /// Before 0 and after the end a closed spline goes round, and an open one goes on with its end
+  /// control repeated: it settles to that within two knots.
   Value at(double u) const;
   double spacing() const { return spacing_; }
   std::size_t num_intervals() const { return num_intervals_; }

@@ -39,7 +39,7 @@ class SplinePath final : public Path {
 
   PathPoint at(double u) const override {
     const CubicSpline::Value value = spline_.at(u);
-    return flattened_.world_from_flattened({value.value, value.first, value.second});
+    return flattened_.world_from_flattened({value.value, value.first, value.second, value.third});
   }
   double end() const override { return spline_.parameters().back(); }
   bool is_closed() const override { return spline_.is_closed(); }
