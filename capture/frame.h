@@ -129,6 +129,9 @@ struct FrameRecord {
   Eigen::Vector3d velocity_world_mps = Eigen::Vector3d::Zero();
   Eigen::Vector3d acceleration_world_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_body_radps = Eigen::Vector3d::Zero();
+  /// For the times of the lines of its images; none where all images are of one instant, and none in captures of
+  /// before version 7, whose lines follow constants.
+  geo::MotionTerms terms = {};
   std::vector<CameraRecord> cameras;  ///< in the order of SequenceInfo::cameras
   /// Where what moves is and how it moves, in the order of SequenceInfo::moving; nothing: it is not there.
   std::vector<std::optional<geo::BodyState>> moving = {};
@@ -140,6 +143,16 @@ struct FrameRecord {
   /// Other tiles over which they pass (render/seen_tiles.h says up to what height), ascending.
   std::vector<PassedTile> passed_tiles;
   bool operator==(const FrameRecord&) const = default;
+
+  /// The body that carries the cameras.
+  geo::BodyState state() const {
+    return {.time_s = time_s,
+            .world_from_body = world_from_body,
+            .velocity_world_mps = velocity_world_mps,
+            .acceleration_world_mps2 = acceleration_world_mps2,
+            .angular_velocity_body_radps = angular_velocity_body_radps,
+            .terms = terms};
+  }
 
   double stamp_s(int camera_index) const {
     return stamps_s.empty() ? time_s : stamps_s[static_cast<std::size_t>(camera_index)];

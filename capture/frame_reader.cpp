@@ -258,12 +258,7 @@ geo::Rigid3d SequenceReader::world_from_camera(int frame_index, int camera_index
 CameraView SequenceReader::view(const geo::CameraModel& model, int frame_index,
                                 int camera_index) const {
   const FrameRecord& record = frames_.at(static_cast<std::size_t>(frame_index));
-  return view_of(model, info_.cameras.at(static_cast<std::size_t>(camera_index)),
-                 {.time_s = record.time_s,
-                  .world_from_body = record.world_from_body,
-                  .velocity_world_mps = record.velocity_world_mps,
-                  .acceleration_world_mps2 = record.acceleration_world_mps2,
-                  .angular_velocity_body_radps = record.angular_velocity_body_radps});
+  return view_of(model, info_.cameras.at(static_cast<std::size_t>(camera_index)), record.state());
 }
 
 std::optional<WholeFrames> WholeFrames::open(const fs::path& folder) {

@@ -84,8 +84,11 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind
     fail(kind, "{}: frame {} is outside 0 to {}", where, record.index, info.num_frames - 1);
   if (!std::isfinite(record.time_s) || !record.world_from_body.translation.allFinite() ||
       !record.velocity_world_mps.allFinite() || !record.acceleration_world_mps2.allFinite() ||
-      !record.angular_velocity_body_radps.allFinite())
-    fail(kind, "{}: time, position, velocity or acceleration is not finite", where);
+      !record.angular_velocity_body_radps.allFinite() || !are_sound(record.terms))
+    fail(kind,
+         "{}: time, position, velocity, acceleration or a term of the motion is not finite, or a "
+         "size below 0",
+         where);
   if (record.stamps_s.size() != info.clocks.size() ||
       !std::all_of(record.stamps_s.begin(), record.stamps_s.end(),
                    [](double stamp_s) { return std::isfinite(stamp_s); }))
@@ -165,6 +168,7 @@ Json json_from_record(const FrameRecord& record, const std::string& input_hash) 
       .set("velocity_world_mps", json_from_vector(record.velocity_world_mps))
       .set("acceleration_world_mps2", json_from_vector(record.acceleration_world_mps2))
       .set("angular_velocity_body_radps", json_from_vector(record.angular_velocity_body_radps));
+  if (record.terms.are_any()) json.set("motion_terms", json_from_terms(record.terms));
   if (!record.moving.empty()) json.set("moving", json_from_states(record.moving));
   json.set("cameras", std::move(cameras))
       .set("key", record.key)
@@ -189,6 +193,7 @@ FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const s
       source.vector(json.at("acceleration_world_mps2"), "acceleration_world_mps2");
   record.angular_velocity_body_radps =
       source.vector(json.at("angular_velocity_body_radps"), "angular_velocity_body_radps");
+  if (json.has("motion_terms")) record.terms = terms_from_json(json.at("motion_terms"), source);
   if (json.has("moving"))
     record.moving = states_from_json(json.at("moving"), record.time_s, source);
   const Json& cameras = json.at("cameras");

@@ -8,8 +8,9 @@
 /// The files of a captured sequence: what they are called, and what they can hold.
 namespace terracast::capture {
 
-/// Version of the format on disk; a reader takes its own only.
-inline constexpr int kCaptureVersion = 6;
+/// Version of the format on disk: 7 has geo::MotionTerms. A reader takes version 6 too, which has none.
+inline constexpr int kCaptureVersion = 7;
+inline constexpr int kOldestCaptureVersion = 6;
 /// Frames are numbered by six digits.
 inline constexpr int kMaxFrames = 1000000;
 /// Of one camera's image.

@@ -140,6 +140,26 @@ void share_geometry(Job& job) {
   for (render::SequencePlan& plan : job.sequences) plan.shared_viewpoints = all;
 }
 
+/// How long before and after a frame's time something of its images is exposed, at most.
+double longest_reach_s(const render::SequencePlan& plan) {
+  double longest_s = 0.0;
+  for (const capture::CameraCalibration& camera : plan.cameras)
+    longest_s = std::max(
+        longest_s, camera.shutter.reach_s(camera.intrinsics.width_px, camera.intrinsics.height_px));
+  return longest_s;
+}
+
+/// Says how near the poses of lines come to the trajectory, where there are lines.
+void tell_terms(const std::vector<geo::BodyState>& states, const core::Log& log) {
+  double error_m = 0.0, error_rad = 0.0;
+  for (const geo::BodyState& state : states) {
+    error_m = std::max(error_m, state.terms.error_m);
+    error_rad = std::max(error_rad, state.terms.error_rad);
+  }
+  if (states.front().terms.are_any())
+    log.info("poses of lines are within {:.2g} m and {:.2g} rad of the motion", error_m, error_rad);
+}
+
 geo::TrajectoryContext trajectory_context(const Job& job, double half_size_m,
                                           const core::Log& log) {
   const tiler::WorldSurface& ground = *job.ground;
@@ -177,12 +197,15 @@ render::SequencePlan plan_sequence(const Job& job, const std::vector<double>& ha
   plan.name = options.name;
   plan.rate_hz = options.rate_hz;
   plan.seed = job.config.seed;
-  geo::SampledFrames frames = core::with_context(
-      [&] { return geo::sample_frames(options, trajectory_context(job, half_sizes[index], log)); },
-      fmt::format("laying out trajectory {}", options.name));
+  set_cameras(job, options, plan);
+  geo::TrajectoryContext of_body = trajectory_context(job, half_sizes[index], log);
+  of_body.reach_s = longest_reach_s(plan);
+  geo::SampledFrames frames =
+      core::with_context([&] { return geo::sample_frames(options, of_body); },
+                         fmt::format("laying out trajectory {}", options.name));
   plan.utc_start = frames.utc_start;
   plan.states = std::move(frames.states);
-  set_cameras(job, options, plan);
+  tell_terms(plan.states, log);
   plan.moving =
       lay_out_moving(job.config.moving, {job.config.trajectories, half_sizes}, options, plan.states,
                      trajectory_context(job, 0.5 * job.config.world.size_m, log));
