@@ -14,7 +14,18 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Sum of term(k) t^(k + first), k from 0 to count - 1, which beyond the reach goes on along its tangent.
+/// Derivative of the sum of term(k) t^(k + first), k from 0 to count - 1.
+template <class Term>
+auto slope_of(std::size_t count, const Term& term, int first, double t) {
+  using Value = std::decay_t<decltype(term(std::size_t{0}))>;
+  const auto factor = [&](std::size_t k) { return static_cast<double>(k) + first; };
+  Value slope = factor(count - 1) * term(count - 1);
+  for (std::size_t k = count - 1; k-- > 0;) slope = t * slope + factor(k) * term(k);
+  for (int i = 0; i + 1 < first; ++i) slope *= t;
+  return slope;
+}
+
+/// That sum, which beyond the reach goes on along its tangent.
 template <class Term>
 auto sum_of(std::size_t count, const Term& term, int first, double offset_s, double reach_s) {
   using Value = std::decay_t<decltype(term(std::size_t{0}))>;
@@ -22,14 +33,7 @@ auto sum_of(std::size_t count, const Term& term, int first, double offset_s, dou
   Value sum = term(count - 1);
   for (std::size_t k = count - 1; k-- > 0;) sum = t * sum + term(k);
   for (int i = 0; i < first; ++i) sum *= t;
-  if (t == offset_s) return sum;
-  const auto slope_of = [&](std::size_t k) -> Value {
-    return (static_cast<double>(k) + first) * term(k);
-  };
-  Value slope = slope_of(count - 1);
-  for (std::size_t k = count - 1; k-- > 0;) slope = t * slope + slope_of(k);
-  for (int i = 0; i + 1 < first; ++i) slope *= t;
-  sum += (offset_s - t) * slope;
+  if (t != offset_s) sum += (offset_s - t) * slope_of(count, term, first, t);
   return sum;
 }
 
@@ -148,6 +152,12 @@ Vector3d MotionTerms::position_after(double offset_s) const {
   return sum_of(position_world, kFirstOfPosition, offset_s, reach_s);
 }
 
+Vector3d MotionTerms::velocity_after(double offset_s) const {
+  return slope_of(
+      position_world.size(), [&](std::size_t k) -> const Vector3d& { return position_world[k]; },
+      kFirstOfPosition, std::clamp(offset_s, -reach_s, reach_s));
+}
+
 Vector3d MotionTerms::turning_after(double offset_s) const {
   return sum_of(turning_body, kFirstOfTurning, offset_s, reach_s);
 }
@@ -177,6 +187,10 @@ Rigid3d BodyState::pose_after(double offset_s) const {
   return {
       .rotation = (world_from_body.rotation * turn).normalized(),
       .translation = world_from_body.translation + (uniform_m + terms.position_after(offset_s))};
+}
+
+Vector3d BodyState::velocity_after(double offset_s) const {
+  return velocity_world_mps + offset_s * acceleration_world_mps2 + terms.velocity_after(offset_s);
 }
 
 MotionTerms fit_terms(const BodyState& state, const std::function<Rigid3d(double)>& pose_at,

@@ -37,6 +37,8 @@ struct MotionTerms {
 
   /// p3 t^3 + p4 t^4 + p5 t^5, m.
   Eigen::Vector3d position_after(double offset_s) const;
+  /// Its derivative, m/s.
+  Eigen::Vector3d velocity_after(double offset_s) const;
   /// r2 t^2 + … + r5 t^5, rad.
   Eigen::Vector3d turning_after(double offset_s) const;
   /// The same of the lengths of the vectors: nowhere until then are the sums longer.
@@ -57,6 +59,8 @@ struct BodyState {
   /// The pose so much later, or earlier, as MotionTerms says; without terms x + v t + a t^2 / 2, and R exp(w t) with
   /// the turning in the body's frame.
   Rigid3d pose_after(double offset_s) const;
+  /// Derivative of its place by the time.
+  Eigen::Vector3d velocity_after(double offset_s) const;
 };
 
 /// A state of a trajectory, with all derivatives that sensors ask for.

@@ -22,12 +22,7 @@ using Eigen::Vector3d;
 
 std::vector<geo::BodyState> states_of(const capture::SequenceReader& sequence) {
   std::vector<geo::BodyState> states;
-  for (const capture::FrameRecord& record : sequence.frames())
-    states.push_back({.time_s = record.time_s,
-                      .world_from_body = record.world_from_body,
-                      .velocity_world_mps = record.velocity_world_mps,
-                      .acceleration_world_mps2 = record.acceleration_world_mps2,
-                      .angular_velocity_body_radps = record.angular_velocity_body_radps});
+  for (const capture::FrameRecord& record : sequence.frames()) states.push_back(record.state());
   return states;
 }
 

@@ -125,6 +125,7 @@ capture::FrameRecord SequenceWork::start_record(int frame) const {
           .velocity_world_mps = state.velocity_world_mps,
           .acceleration_world_mps2 = state.acceleration_world_mps2,
           .angular_velocity_body_radps = state.angular_velocity_body_radps,
+          .terms = state.terms,
           .cameras = {},
           .moving = renderer_.moving().states(frame),
           .key = {},

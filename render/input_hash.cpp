@@ -48,6 +48,20 @@ void append_imaging(std::string& text, const SequencePlan& plan) {
     text += fmt::format("camera\n{}\n", core::toml_text(imaging));
 }
 
+/// How a body goes on about a frame's time.
+void append_motion(std::string& text, const geo::BodyState& state) {
+  append_numbers(text, state.velocity_world_mps.data(), 3);
+  append_numbers(text, state.acceleration_world_mps2.data(), 3);
+  append_numbers(text, state.angular_velocity_body_radps.data(), 3);
+  const geo::MotionTerms& terms = state.terms;
+  if (!terms.are_any()) return;
+  text += "terms\n";
+  append_numbers(text, &terms.reach_s, 1);
+  for (const Eigen::Vector3d& term : terms.position_world) append_numbers(text, term.data(), 3);
+  for (const Eigen::Vector3d& term : terms.turning_body) append_numbers(text, term.data(), 3);
+  append_numbers(text, terms.spin_body_radps.data(), 3);
+}
+
 /// As their motions have them: where the ground takes part is a function of it.
 void append_moving(std::string& text, const SequencePlan& plan) {
   text += scene::text_of_shapes(plan.moving);
@@ -66,9 +80,7 @@ void append_moving(std::string& text, const SequencePlan& plan) {
         continue;
       }
       append_pose(text, state->world_from_body);
-      append_numbers(text, state->velocity_world_mps.data(), 3);
-      append_numbers(text, state->acceleration_world_mps2.data(), 3);
-      append_numbers(text, state->angular_velocity_body_radps.data(), 3);
+      append_motion(text, *state);
     }
   }
 }
@@ -103,9 +115,7 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
   for (const geo::BodyState& state : plan.states) {
     append_numbers(text, &state.time_s, 1);
     append_pose(text, state.world_from_body);
-    append_numbers(text, state.velocity_world_mps.data(), 3);
-    append_numbers(text, state.acceleration_world_mps2.data(), 3);
-    append_numbers(text, state.angular_velocity_body_radps.data(), 3);
+    append_motion(text, state);
   }
   append_cameras(text, plan.cameras);
   append_cameras(text, plan.believed_cameras);

@@ -43,7 +43,7 @@ std::string message_of(const std::filesystem::path& folder, const std::string& c
   return "no error";
 }
 
-TEST(rigs::LensOptions, AModelsOwnParametersAreKeysOfTheCamera) {
+TEST(LensOptions, AModelsOwnParametersAreKeysOfTheCamera) {
   const test::ScratchFolder folder;
   EXPECT_EQ(
       parameters_of(folder.path(), "fx_px = 50.0\nmodel = \"opencv\"\nk1 = -0.1\np2 = 0.001\n"),
@@ -58,7 +58,7 @@ TEST(rigs::LensOptions, AModelsOwnParametersAreKeysOfTheCamera) {
             (std::vector<double>{10, 10, 32, 24}));
 }
 
-TEST(rigs::LensOptions, WhatAModelDoesNotTakeIsRefused) {
+TEST(LensOptions, WhatAModelDoesNotTakeIsRefused) {
   const test::ScratchFolder folder;
   const auto message = [&](const std::string& camera) { return message_of(folder.path(), camera); };
   EXPECT_NE(message("fx_px = 50.0\nk1 = 0.1\n").find("k1"), std::string::npos);
@@ -85,7 +85,7 @@ TEST(rigs::LensOptions, WhatAModelDoesNotTakeIsRefused) {
   EXPECT_NE(message("model = \"tabulated\"\n").find("from a file"), std::string::npos);
 }
 
-TEST(rigs::LensOptions, RaysComeFromATable) {
+TEST(LensOptions, RaysComeFromATable) {
   const test::ScratchFolder folder;
   std::string text = "# u v x y z\n";
   for (int j = 0; j < 7; ++j)

@@ -185,7 +185,7 @@ TEST(Shutter, TracksAreSeenWhereTheirLinesSeeThem) {
   EXPECT_GT(farthest_px, 0.5);
 }
 
-TEST(scene::Exposure, RaysComeAllAlongTheMotionAndThroughThePupil) {
+TEST(Exposure, RaysComeAllAlongTheMotionAndThroughThePupil) {
   render::SequencePlan plan = test::small_plan(1, 40, 32);
   set_moving(plan.states);
   plan.cameras.resize(1);
@@ -228,7 +228,7 @@ TEST(scene::Exposure, RaysComeAllAlongTheMotionAndThroughThePupil) {
   }
 }
 
-TEST(scene::Exposure, RaysStartWhereTheImagePointsDoAllAlongTheMotion) {
+TEST(Exposure, RaysStartWhereTheImagePointsDoAllAlongTheMotion) {
   render::SequencePlan plan = test::small_plan(1, 40, 32);
   set_moving(plan.states);
   plan.cameras.resize(1);
@@ -263,7 +263,7 @@ TEST(scene::Exposure, RaysStartWhereTheImagePointsDoAllAlongTheMotion) {
   }
 }
 
-TEST(scene::SampleWidth, IsTheSideOfTheSamplesArea) {
+TEST(SampleWidth, IsTheSideOfTheSamplesArea) {
   EXPECT_EQ(scene::SampleWidth{.angle_rad = 2e-3}.at(50.0), 0.1);
   // Parallel rays: as wide everywhere. A line scanner: 4 rows a metre, and 1e-3 rad across.
   const scene::SampleWidth parallel{.start_m = {0.5, 0.125}};
@@ -292,7 +292,7 @@ TEST(Clearance, CountsWhereverRaysStart) {
   test::expect_error(core::ErrorKind::Input, {"outside the world"}, render);
 }
 
-TEST(scene::Exposure, AnImageIsTheMeanOfItsMoments) {
+TEST(Exposure, AnImageIsTheMeanOfItsMoments) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");
   render::SequencePlan plan = test::small_plan(1, 48, 32);
@@ -345,7 +345,7 @@ TEST(scene::Exposure, AnImageIsTheMeanOfItsMoments) {
   EXPECT_LT(error, 0.2 * change);
 }
 
-TEST(scene::Exposure, WhatMakesNoSenseIsRefused) {
+TEST(Exposure, WhatMakesNoSenseIsRefused) {
   const test::ScratchFolder folder;
   const auto message_of = [&](const std::string& keys) -> std::string {
     std::ofstream(folder / "rig.toml")
