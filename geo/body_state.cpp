@@ -207,7 +207,7 @@ MotionTerms fit_terms(const BodyState& state, const std::function<Rigid3d(double
   terms.reach_s = reach_s;
   terms.spin_body_radps = spin_body_radps;
   constexpr double kEnough_m = 1e-9, kEnough_rad = 1e-10;
-  // Half of the errors between the points goes unseen, at most.
+  // Between the points they are larger by an eighth about a knot, and by less elsewhere.
   constexpr double kUnseen = 2.0;
   for (int count = 0; count <= static_cast<int>(terms.position_world.size()); ++count) {
     set_terms(terms.position_world, samples, samples.positions, kFirstOfPosition, count, reach_s);

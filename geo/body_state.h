@@ -76,9 +76,9 @@ struct MotionState : BodyState {
 /// pose_at   world_from_body of the motion, for offsets within the reach
 /// reach_s   above 0
 /// spin_body_radps   turning that is to be constant; more than half a turn within the reach is without trouble there
-/// accuracy   stated in the terms: twice what they err by at 25 times within the reach. Of a smooth motion it falls
-///            with the sixth power of the reach; about a knot it is the jump of the angular acceleration times
-///            0.002 reach^2, or the jump of the jerk times 0.0004 reach^3 (BodyStates.…)
+/// accuracy   stated in the terms: twice what they err by at 25 times within the reach. Of a smooth motion it falls with
+///            the sixth power of the reach; about a knot it is up to 0.013 reach^2 times the jump of the angular
+///            acceleration, and 0.0075 reach^3 times that of the jerk (BodyStates.…)
 MotionTerms fit_terms(const BodyState& state,
                       const std::function<Rigid3d(double offset_s)>& pose_at, double reach_s,
                       const Eigen::Vector3d& spin_body_radps = Eigen::Vector3d::Zero());
