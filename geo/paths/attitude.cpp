@@ -148,7 +148,7 @@ void Steering::hold_heading(const std::function<PointMotion(double)>& motion, do
   if (last)
     std::fill(heading_rad.begin() + static_cast<long>(*last), heading_rad.end(),
               heading_rad[*last]);
-  held_heading_rad_.emplace(std::move(heading_rad), duration_s, false);
+  held_heading_rad_.emplace(std::move(heading_rad), duration_s, false, attitude_.continuity);
 }
 
 // A smooth step over the horizontal speed s leads from the held heading (s < slow / 2) to the
@@ -216,7 +216,8 @@ void Steering::make_roll(const std::function<PointMotion(double)>& motion, doubl
   }
   const int reach =
       static_cast<int>(std::lround(0.5 * attitude_.bank->smoothing_s / sampling.spacing_s));
-  roll_rad_.emplace(smoothed(roll_rad, reach, is_closed), duration_s, is_closed);
+  roll_rad_.emplace(smoothed(roll_rad, reach, is_closed), duration_s, is_closed,
+                    attitude_.continuity);
 }
 
 MotionState Steering::state_at(double time_s, const PointMotion& motion) const {

@@ -29,6 +29,8 @@ struct Attitude {
     double smoothing_s;
   };
   std::optional<Bank> bank;
+  /// Of the roll and of held headings over time.
+  Continuity continuity = Continuity::Second;
   /// Motions that stop or hover: below this horizontal speed the nose turns from the velocity, which
   /// has no direction at rest, to the level heading of the faster times before and after. 0: the
   /// motion never stops.

@@ -11,7 +11,7 @@ PathMotion::PathMotion(std::shared_ptr<const Path> path, const WorldFrame& frame
                        const std::vector<SpeedAt>& speeds, const Attitude& attitude, double laps)
     : path_(std::move(path)),
       arc_length_(path_),
-      speeds_(speeds),
+      speeds_(speeds, attitude.continuity),
       laps_(laps),
       lap_s_(speeds_.duration_s()),
       steering_(

@@ -9,7 +9,7 @@ namespace terracast::geo {
 // With p the spline and q = p / |p|, the body turns at 2 q* q' (its vector part), which changes at
 // 2 q* q'': the other term, q'* q', has no vector part.
 RotationSpline::Value RotationSpline::at(double time_s) const {
-  const CubicSplineIn<4>::Value value = spline_.at(time_s);
+  const InterpolatingSplineIn<4>::Value value = spline_.at(time_s);
   const double length = value.value.norm();
   const Eigen::Vector4d unit = value.value / length;
   const double length_rate = unit.dot(value.first);
@@ -24,15 +24,15 @@ RotationSpline::Value RotationSpline::at(double time_s) const {
           2.0 * (rotation.conjugate() * changing).vec()};
 }
 
-PointMotion point_motion_at(const CubicSpline& position, const Flattened& flattened,
+PointMotion point_motion_at(const InterpolatingSpline& position, const Flattened& flattened,
                             double time_s) {
-  const CubicSpline::Value value = position.at(time_s);
+  const InterpolatingSpline::Value value = position.at(time_s);
   const PathPoint point =
       flattened.world_from_flattened({value.value, value.first, value.second, value.third});
   return {point.position_world, point.first, point.second, point.third};
 }
 
-RecordedMotion::RecordedMotion(const WorldFrame& frame, CubicSpline position, Window window,
+RecordedMotion::RecordedMotion(const WorldFrame& frame, InterpolatingSpline position, Window window,
                                std::optional<double> utc_unix_s,
                                std::variant<Attitude, RotationSpline> attitude)
     : flattened_(frame.origin()),

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <random>
 #include <thread>
+#include <tuple>
 
 #include "core/schema_writer.h"
 #include "tests/geo/trajectory_support.h"
@@ -106,11 +107,20 @@ waypoints = [
   return found->second;
 }
 
-class TrajectoryLaws : public testing::TestWithParam<std::string> {
+/// The keys of a trajectory with one more, which stands before tables.
+std::string with_continuity(const std::string& keys, const std::string& continuity) {
+  return fmt::format("continuity = \"{}\"\n{}", continuity, keys);
+}
+
+/// Parameters: a kind, and `continuity`.
+class TrajectoryLaws : public testing::TestWithParam<std::tuple<std::string, std::string>> {
  protected:
+  bool is_of_fourth() const { return std::get<1>(GetParam()) == "fourth"; }
+
   terracast::test::ScratchFolder scratch_;
   GroundWorld world_;
-  TrajectoryOptions options_ = test::options_from(example_of(GetParam(), scratch_.path()));
+  TrajectoryOptions options_ = test::options_from(with_continuity(
+      example_of(std::get<0>(GetParam()), scratch_.path()), std::get<1>(GetParam())));
   std::unique_ptr<Trajectory> motion_ = options_.kind_options().build(world_.context());
 };
 
@@ -267,6 +277,25 @@ TEST_P(TrajectoryLaws, PosesVelocitiesAndAccelerationsAreContinuousAcrossKnots) 
                          after.angular_velocity_body_radps.norm()) +
             1e-12);
   }
+}
+
+TEST_P(TrajectoryLaws, OfTheFourthOrderJerkAndAngularAccelerationAreContinuousToo) {
+  if (!is_of_fourth()) GTEST_SKIP() << "they jump at knots";
+  // As the step to a knot shrinks by ten, so does the difference; a jump would stay.
+  double jerk_mps3 = 0.0, angular_radps2 = 0.0;
+  const std::vector<double> knots_s = motion_->knots_s();
+  for (const double knot_s : knots_s) {
+    if (knot_s <= 0.0 || knot_s >= motion_->duration_s()) continue;
+    constexpr double kNear_s = 1e-6;
+    const MotionState before = motion_->at(knot_s - kNear_s), after = motion_->at(knot_s + kNear_s);
+    jerk_mps3 = std::max(jerk_mps3, (after.jerk_world_mps3 - before.jerk_world_mps3).norm());
+    angular_radps2 = std::max(
+        angular_radps2,
+        (after.angular_acceleration_body_radps2 - before.angular_acceleration_body_radps2).norm());
+  }
+  // Snaps of some 100 m/s^4 over two microseconds.
+  EXPECT_LT(jerk_mps3, 2e-3);
+  EXPECT_LT(angular_radps2, 2e-3);
 }
 
 TEST_P(TrajectoryLaws, AShutterMayLookBeforeTheBeginningAndAfterTheEnd) {
@@ -432,8 +461,12 @@ std::vector<std::string> kind_names() {
   return names;
 }
 
-INSTANTIATE_TEST_SUITE_P(AllKinds, TrajectoryLaws, testing::ValuesIn(kind_names()),
-                         [](const auto& kind) { return kind.param; });
+INSTANTIATE_TEST_SUITE_P(AllKinds, TrajectoryLaws,
+                         testing::Combine(testing::ValuesIn(kind_names()),
+                                          testing::Values("second", "fourth")),
+                         [](const auto& kind) {
+                           return std::get<0>(kind.param) + "_" + std::get<1>(kind.param);
+                         });
 
 }  // namespace
 }  // namespace terracast::geo
