@@ -61,7 +61,9 @@ TEST(InterpolatingSplines, OfTheFourthOrderPassThroughTheirPointsWithFourContinu
             (spline.at(u[i]).value - spline_of(count, is_closed, Continuity::Second).at(u[i]).value)
                 .norm(),
             1e-9);
-      if (!is_closed) EXPECT_LT(spline.at(0.0).second.norm(), 1e-12);
+      if (!is_closed) {
+        EXPECT_LT(spline.at(0.0).second.norm(), 1e-12);
+      }
     }
 }
 
