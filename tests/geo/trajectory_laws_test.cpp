@@ -300,17 +300,17 @@ TEST_P(TrajectoryLaws, OfTheFourthOrderJerkAndAngularAccelerationAreContinuousTo
 
 TEST_P(TrajectoryLaws, AShutterMayLookBeforeTheBeginningAndAfterTheEnd) {
   const double end_s = motion_->duration_s();
-  for (const double time_s : {-0.5, -0.02, -1e-4, end_s + 1e-4, end_s + 0.02, end_s + 0.5}) {
-    const double room_s = time_s < 0.0 ? -time_s : time_s - end_s;
-    // Beyond two tenths of a second the roll has settled, and before that it has knots.
-    if (room_s < 0.4) continue;
-    const DerivativeErrors errors = derivative_errors(*motion_, time_s, 0.005);
-    EXPECT_LT(errors.velocity, 1e-7) << time_s;
-    EXPECT_LT(errors.acceleration, 1e-7) << time_s;
-    EXPECT_LT(errors.jerk, 1e-7) << time_s;
-    EXPECT_LT(errors.angular_velocity, 1e-8) << time_s;
-    EXPECT_LT(errors.angular_acceleration, 1e-8) << time_s;
-  }
+  // Half a second out the roll has settled, and has no knots any more. Closed paths go round.
+  const std::string& kind = std::get<0>(GetParam());
+  if (kind != "loop" && kind != "orbit")
+    for (const double time_s : {-0.5, end_s + 0.5}) {
+      const DerivativeErrors errors = derivative_errors(*motion_, time_s, 0.005);
+      EXPECT_LT(errors.velocity, 1e-7) << time_s;
+      EXPECT_LT(errors.acceleration, 1e-7) << time_s;
+      EXPECT_LT(errors.jerk, 1e-7) << time_s;
+      EXPECT_LT(errors.angular_velocity, 1e-8) << time_s;
+      EXPECT_LT(errors.angular_acceleration, 1e-8) << time_s;
+    }
   constexpr double kNear_s = 1e-7;
   for (const double time_s : {0.0, end_s}) {
     const MotionState before = motion_->at(time_s - kNear_s), after = motion_->at(time_s + kNear_s);
