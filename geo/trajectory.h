@@ -31,7 +31,7 @@ class Trajectory {
   /// time_s   any that is finite. The motion proper lasts from 0 to duration_s; a shutter or another sensor may look
   ///          a little before and after. There a closed path goes round, a recording follows its own fixes, or its
   ///          end piece, and another motion keeps the acceleration that it has at its end.
-  /// accuracy   each derivative 1e-9 of itself, of that of the one before it; TrajectoryLaws
+  /// accuracy   each is the derivative of the one before it to 1e-9 of its largest; TrajectoryLaws
   virtual MotionState at(double time_s) const = 0;
   /// Times from 0 to duration_s, increasing, between which the motion has all derivatives; beside these, the blend
   /// of a slow recording's heading (`slow_mps`) has its third derivative jump where it begins and ends.
@@ -54,8 +54,7 @@ struct TrajectoryContext {
   std::shared_ptr<const Geoid> geoid;  ///< may be null; then heights above the geoid are refused
   const core::Log* log = nullptr;      ///< where what was dropped from a recording is told; or null
   double rate_hz = 10.0;               ///< frames a second that will be taken
-  double reach_s =
-      0.0;  ///< what is taken of a frame is taken so much before and after its time, at most
+  double reach_s = 0.0;                ///< a frame's exposures lie so near to its time
   /// Bodies stay so near the world's origin along its x and y: inside the world with all they carry.
   double half_size_m = std::numeric_limits<double>::infinity();
 
