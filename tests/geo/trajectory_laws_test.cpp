@@ -248,7 +248,8 @@ TEST_P(TrajectoryLaws, AllDerivativesAreExactAtAnyTime) {
   EXPECT_LT(most.acceleration, 1e-9 * size.acceleration);
   EXPECT_LT(most.jerk, 1e-9 * size.jerk);
   EXPECT_LT(most.angular_velocity, 1e-9 * size.angular_velocity);
-  EXPECT_LT(most.angular_acceleration, 1e-9 * size.angular_acceleration);
+  // On an orbit there is none.
+  EXPECT_LT(most.angular_acceleration, 1e-9 * size.angular_acceleration + 1e-12);
 }
 
 TEST_P(TrajectoryLaws, PosesVelocitiesAndAccelerationsAreContinuousAcrossKnots) {
@@ -285,7 +286,8 @@ TEST_P(TrajectoryLaws, OfTheFourthOrderJerkAndAngularAccelerationAreContinuousTo
   double jerk_mps3 = 0.0, angular_radps2 = 0.0;
   const std::vector<double> knots_s = motion_->knots_s();
   for (const double knot_s : knots_s) {
-    if (knot_s <= 0.0 || knot_s >= motion_->duration_s()) continue;
+    // Beyond its ends a motion keeps its acceleration.
+    if (knot_s < 1e-3 || knot_s > motion_->duration_s() - 1e-3) continue;
     constexpr double kNear_s = 1e-6;
     const MotionState before = motion_->at(knot_s - kNear_s), after = motion_->at(knot_s + kNear_s);
     jerk_mps3 = std::max(jerk_mps3, (after.jerk_world_mps3 - before.jerk_world_mps3).norm());
