@@ -12,7 +12,7 @@ namespace terracast::test {
 /// Terms that count as much as the motions of tests do.
 inline geo::MotionTerms lively_terms() {
   geo::MotionTerms terms;
-  terms.reach_s = 1.0;
+  terms.reach_s = 0.1;
   terms.position_world = {Eigen::Vector3d(3.0, -2.0, 1.0), {-5.0, 4.0, 2.0}, {4.0, 6.0, -8.0}};
   terms.turning_body = {
       Eigen::Vector3d(0.5, -0.3, 0.4), {-0.6, 0.8, 0.5}, {1.0, 1.0, -1.0}, {2.0, -1.0, 1.0}};
