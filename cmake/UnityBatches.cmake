@@ -1,9 +1,14 @@
-# terracast_unity(TARGET): compiles the target's sources in batches of eight (TERRACAST_UNITY). Most of a small source's
-# compile is spent on the headers that it shares with its neighbours; a batch reads them once. No two sources of a batch
-# define the same name in their anonymous namespaces (kFormat, struct Header): each source goes into the first batch
-# that has room and none of its names. Alone stay sources with flags of their own, those that define a name of one of
-# the library's headers anew, and packet code, which tests compile once more for other instruction sets.
+# terracast_unity(TARGET [SIZE n]): compiles the target's sources in batches of n, eight by default (TERRACAST_UNITY).
+# Most of a small source's compile is spent on the headers that it shares with its neighbours; a batch reads them once.
+# No two sources of a batch define the same name in their anonymous namespaces (kFormat, struct Header), and all of them
+# open the same namespaces (using namespace): each source goes into the first batch that has room and suits it. Sources
+# with flags of their own stay alone, those that define a name of one of the target's headers anew, and packet code,
+# which tests compile once more for other instruction sets.
 function(terracast_unity target)
+  cmake_parse_arguments(ARG "" "SIZE" "" ${ARGN})
+  if(NOT ARG_SIZE)
+    set(ARG_SIZE 8)
+  endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${TERRACAST_UNITY} UNITY_BUILD_MODE GROUP)
   if(NOT TERRACAST_UNITY)
     return()
@@ -29,7 +34,11 @@ function(terracast_unity target)
       continue()
     endif()
     set(chosen 0)
+    file(STRINGS ${path} opened REGEX "^using namespace [a-z_:]+;")
     foreach(batch IN LISTS open)
+      if(NOT opened STREQUAL opened_in_${batch})
+        continue()
+      endif()
       terracast_share_a_name(clash "${names}" "${names_of_${batch}}")
       if(NOT clash)
         set(chosen ${batch})
@@ -41,11 +50,12 @@ function(terracast_unity target)
       set(chosen ${last})
       set(num_in_${last} 0)
       set(names_of_${last})
+      set(opened_in_${last} "${opened}")
       list(APPEND open ${last})
     endif()
     list(APPEND names_of_${chosen} ${names})
     math(EXPR num_in_${chosen} "${num_in_${chosen}} + 1")
-    if(num_in_${chosen} EQUAL 8)
+    if(num_in_${chosen} EQUAL ARG_SIZE)
       list(REMOVE_ITEM open ${chosen})
     endif()
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP batch_${chosen})
