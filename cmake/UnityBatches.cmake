@@ -2,8 +2,8 @@
 # Most of a small source's compile is spent on the headers that it shares with its neighbours; a batch reads them once.
 # No two sources of a batch define the same name in their anonymous namespaces (kFormat, struct Header), and all of them
 # open the same namespaces (using namespace): each source goes into the first batch that has room and suits it. Sources
-# with flags of their own stay alone, those that define a name of one of the target's headers anew, and packet code,
-# which tests compile once more for other instruction sets.
+# with flags of their own stay alone, those that define a name of a header beside the target's sources anew, and packet
+# code, which tests compile once more for other instruction sets.
 function(terracast_unity target)
   cmake_parse_arguments(ARG "" "SIZE" "" ${ARGN})
   if(NOT ARG_SIZE)
@@ -14,9 +14,15 @@ function(terracast_unity target)
     return()
   endif()
   get_target_property(sources ${target} SOURCES)
-  set(headers ${sources})
   list(FILTER sources INCLUDE REGEX "\\.cpp$")
-  list(FILTER headers INCLUDE REGEX "\\.h$")
+  set(headers)
+  foreach(source IN LISTS sources)
+    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} OUTPUT_VARIABLE path)
+    cmake_path(GET path PARENT_PATH folder)
+    list(APPEND headers ${folder}/*.h)
+  endforeach()
+  list(REMOVE_DUPLICATES headers)
+  file(GLOB headers CONFIGURE_DEPENDS ${headers})
   set(names_of_headers)
   foreach(header IN LISTS headers)
     terracast_defined_names(names ${header} TRUE)
