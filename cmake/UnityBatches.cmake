@@ -1,11 +1,12 @@
-# terracast_unity(TARGET [SIZE n]): compiles the target's sources in batches of n, eight by default (TERRACAST_UNITY).
+# terracast_unity(TARGET [SIZE n] [WITH_PACKET_CODE]): compiles the target's sources in batches of n, eight by default
+# (TERRACAST_UNITY). A source of two targets of a folder keeps the batch of the first.
 # Most of a small source's compile is spent on the headers that it shares with its neighbours; a batch reads them once.
 # No two sources of a batch define the same name in their anonymous namespaces (kFormat, struct Header), and all of them
 # open the same namespaces (using namespace): each source goes into the first batch that has room and suits it. Sources
 # with flags of their own stay alone, those that define a name of a header beside the target's sources anew, and packet
-# code, which tests compile once more for other instruction sets.
+# code, which tests compile once more for other instruction sets (WITH_PACKET_CODE: this is such a target).
 function(terracast_unity target)
-  cmake_parse_arguments(ARG "" "SIZE" "" ${ARGN})
+  cmake_parse_arguments(ARG "WITH_PACKET_CODE" "SIZE" "" ${ARGN})
   if(NOT ARG_SIZE)
     set(ARG_SIZE 8)
   endif()
@@ -32,8 +33,15 @@ function(terracast_unity target)
   set(open) # batches with room
   foreach(source IN LISTS sources)
     cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} OUTPUT_VARIABLE path)
+    get_source_file_property(batch_of_first ${source} UNITY_GROUP)
+    if(batch_of_first)
+      continue()
+    endif()
     terracast_defined_names(names ${path} FALSE)
-    file(STRINGS ${path} packet_code REGEX "TERRACAST_PACKET_CODE" LIMIT_COUNT 1)
+    set(packet_code)
+    if(NOT ARG_WITH_PACKET_CODE)
+      file(STRINGS ${path} packet_code REGEX "TERRACAST_PACKET_CODE" LIMIT_COUNT 1)
+    endif()
     terracast_share_a_name(is_alone "${names}" "${names_of_headers}")
     if(packet_code OR is_alone)
       set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
