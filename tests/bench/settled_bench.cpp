@@ -31,11 +31,11 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "geo/units.h"
-#include "render/frame_renderer.h"
-#include "render/material.h"
+#include "scene/ground/ground.h"
+#include "sensors/camera/frame_renderer.h"
 #include "tests/bench/bench_support.h"
 #include "tests/bench/frame_rays.h"
-#include "tests/render/scene.h"
+#include "tests/support/hills_flight.h"
 #include "tests/world/mountains.h"
 #include "tiler/vegetation/plant_library.h"
 
@@ -89,7 +89,7 @@ struct Compared {
   render::SequencePlan plan;
   world::RayQuery query;
   world::RayQuery bed;
-  render::FrameRenderer renderer;
+  sensors::FrameRenderer renderer;
   bench::BareScene bare;
   bench::FrameRays rays;
 };
@@ -246,7 +246,7 @@ void compare(benchmark::State& state, const Compared& compared, double num_rays,
 }
 
 void measure_truth(benchmark::State& state, const Compared& compared) {
-  render::TruthFrame truth;
+  sensors::TruthFrame truth;
   compare(
       state, compared, compared.rays.num_rays,
       [&] {
@@ -260,7 +260,7 @@ void measure_truth(benchmark::State& state, const Compared& compared) {
 
 /// Primary rays in the order of the frame's pixels, to hits without what is known of their surface.
 void measure_rays(benchmark::State& state, const Compared& compared) {
-  const render::View& view = compared.renderer.views().at(kFrame, 0);
+  const sensors::View& view = compared.renderer.views().at(kFrame, 0);
   std::vector<world::WorldRay> rays;
   bench::for_each_traced_pixel(kWidth, kHeight, [&](int x, int y) {
     rays.push_back(
@@ -315,8 +315,7 @@ void settled_world_climate(benchmark::State& state) {
     return;
   }
   const world::TileStore store = world::TileStore::open(folder);
-  for ([[maybe_unused]] const auto _ : state)
-    benchmark::DoNotOptimize(render::climate_of(store, 1));
+  for ([[maybe_unused]] const auto _ : state) benchmark::DoNotOptimize(scene::climate_of(store, 1));
 }
 
 BENCHMARK(settled_forest_truth)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond);

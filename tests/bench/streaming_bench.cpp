@@ -17,7 +17,7 @@
 
 #include "core/parallel.h"
 #include "tests/bench/bench_support.h"
-#include "tests/render/scene.h"
+#include "tests/support/hills_flight.h"
 #include "tests/world/mountains.h"
 
 namespace {
@@ -73,7 +73,7 @@ struct Streaming {
   /// As the render stage does it, without files.
   static double fly(const test::Scene& scene) {
     const double start = bench::wall_seconds();
-    render::TruthFrame truth;
+    sensors::TruthFrame truth;
     for (int frame = 0; frame < kNumFrames; ++frame) {
       std::vector<std::vector<world::Viewpoint>> turns;
       for (int turn = frame; turn < std::min(frame + 4, kNumFrames); ++turn)
