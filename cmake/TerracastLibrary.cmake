@@ -87,14 +87,19 @@ function(terracast_tests folder)
     set_tests_properties(${folder} PROPERTIES LABELS "${labels}" ${cost})
     return()
   endif()
+  terracast_suites(${target} ${folder} "${filter}" "${labels}" ${cost})
+endfunction()
+
+# terracast_suites(TARGET PREFIX FILTER "LABELS" [property value]...): each suite of a GoogleTest program as a CTest.
+function(terracast_suites target prefix filter labels)
   # What ctest reads when it starts: suites that are added need no other configuration.
   set(list ${CMAKE_CURRENT_BINARY_DIR}/${target}_suites.cmake)
   file(GENERATE OUTPUT ${list} CONTENT
 "set(program $<TARGET_FILE:${target}>)
-set(prefix ${folder})
+set(prefix ${prefix})
 set(filter ${filter})
 set(labels ${labels})
-set(properties ${cost})
+set(properties ${ARGN})
 include(${PROJECT_SOURCE_DIR}/cmake/TestSuites.cmake)
 ")
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${list})

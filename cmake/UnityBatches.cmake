@@ -1,12 +1,13 @@
-# terracast_unity(TARGET [SIZE n] [WITH_PACKET_CODE]): compiles the target's sources in batches of n, eight by default
-# (TERRACAST_UNITY). A source of two targets of a folder keeps the batch of the first.
+# terracast_unity(TARGET [SIZE n] [OF_MANY_FOLDERS] [WITH_PACKET_CODE]): compiles the target's sources in batches of n,
+# eight by default (TERRACAST_UNITY). A source of two targets of a folder keeps the batch of the first.
 # Most of a small source's compile is spent on the headers that it shares with its neighbours; a batch reads them once.
 # No two sources of a batch define the same name in their anonymous namespaces (kFormat, struct Header), and all of them
 # open the same namespaces (using namespace): each source goes into the first batch that has room and suits it. Sources
 # with flags of their own stay alone, those that define a name of a header beside the target's sources anew, and packet
 # code, which tests compile once more for other instruction sets (WITH_PACKET_CODE: this is such a target).
+# OF_MANY_FOLDERS: the same name in two namespaces is no clash.
 function(terracast_unity target)
-  cmake_parse_arguments(ARG "WITH_PACKET_CODE" "SIZE" "" ${ARGN})
+  cmake_parse_arguments(ARG "OF_MANY_FOLDERS;WITH_PACKET_CODE" "SIZE" "" ${ARGN})
   if(NOT ARG_SIZE)
     set(ARG_SIZE 8)
   endif()
@@ -26,7 +27,7 @@ function(terracast_unity target)
   file(GLOB headers CONFIGURE_DEPENDS ${headers})
   set(names_of_headers)
   foreach(header IN LISTS headers)
-    terracast_defined_names(names ${header} TRUE)
+    terracast_defined_names(names ${header} TRUE ${ARG_OF_MANY_FOLDERS})
     list(APPEND names_of_headers ${names})
   endforeach()
   set(last 0)
@@ -37,7 +38,7 @@ function(terracast_unity target)
     if(batch_of_first)
       continue()
     endif()
-    terracast_defined_names(names ${path} FALSE)
+    terracast_defined_names(names ${path} FALSE ${ARG_OF_MANY_FOLDERS})
     set(packet_code)
     if(NOT ARG_WITH_PACKET_CODE)
       file(STRINGS ${path} packet_code REGEX "TERRACAST_PACKET_CODE" LIMIT_COUNT 1)
@@ -76,14 +77,19 @@ function(terracast_unity target)
   endforeach()
 endfunction()
 
-# The constants, types and functions that a file defines at the start of a line: all of them, or those of its anonymous
-# namespaces.
-function(terracast_defined_names result file all)
+# The constants, types and functions that a file defines at the start of a line, with their named namespace if that is
+# asked for: all of them, or those of its anonymous namespaces.
+function(terracast_defined_names result file all by_namespace)
   file(STRINGS ${file} lines REGEX "^([A-Za-z]|}  // namespace$)")
   set(names)
+  set(namespace)
   set(is_wanted ${all})
   foreach(line IN LISTS lines)
-    if(line STREQUAL "namespace {")
+    if(line MATCHES "^namespace ([a-z_:0-9]+) {")
+      if(by_namespace)
+        set(namespace ${CMAKE_MATCH_1}::)
+      endif()
+    elseif(line STREQUAL "namespace {")
       set(is_wanted TRUE)
     elseif(line STREQUAL "}  // namespace")
       set(is_wanted ${all})
@@ -93,7 +99,7 @@ function(terracast_defined_names result file all)
           "^(const|constexpr|static|inline|thread_local) [^=({]*[ *&]([A-Za-z0-9_]+)(\\[[^]]*\\])*( =|{|;|\\()"
           "^([A-Za-z][A-Za-z0-9_:<>,*& ]*)[ *&]([a-z][a-z0-9_]*)\\(")
         if(line MATCHES "${definition}")
-          list(APPEND names ${CMAKE_MATCH_2})
+          list(APPEND names ${namespace}${CMAKE_MATCH_2})
           break()
         endif()
       endforeach()
