@@ -12,7 +12,8 @@ geo::TrajectoryOptions options_from(const std::string& toml) {
   return options;
 }
 
-std::unique_ptr<geo::Trajectory> trajectory_from(const std::string& toml, const GroundWorld& world) {
+std::unique_ptr<geo::Trajectory> trajectory_from(const std::string& toml,
+                                                 const GroundWorld& world) {
   return options_from(toml).kind_options().build(world.context());
 }
 

@@ -29,7 +29,8 @@ class PacketCode : public testing::Test {
 TEST_F(PacketCode, IsTheSameToTheLastBitForAllInstructionSets) {
   const std::string baseline = hashes_by(TERRACAST_BASELINE_PROGRAM);
   EXPECT_EQ(baseline, test::frame_hashes(folder_ / "own")) << "the processor's own";
-  if (!test::is_recorded_run()) return;  // scripts/check builds the program for AVX2 in a recorded run only
+  if (!test::is_recorded_run())
+    return;  // scripts/check builds the program for AVX2 in a recorded run only
   std::filesystem::remove_all(folder_ / "world");
   EXPECT_EQ(baseline, hashes_by(TERRACAST_AVX2_PROGRAM)) << "AVX2";
 }

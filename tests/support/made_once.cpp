@@ -52,8 +52,8 @@ std::string listing(const fs::path& folder) {
 /// The first line that one of two listings has and the other has not.
 std::string changed_line(const std::string& before, const std::string& now) {
   const auto [a, b] = std::mismatch(before.begin(), before.end(), now.begin(), now.end());
-  const auto& [text, at] = b != now.end() ? std::pair(&now, b - now.begin())
-                                          : std::pair(&before, a - before.begin());
+  const auto& [text, at] =
+      b != now.end() ? std::pair(&now, b - now.begin()) : std::pair(&before, a - before.begin());
   const std::size_t start = text->rfind('\n', static_cast<std::size_t>(at)) + 1;
   return text->substr(start, text->find('\n', start) - start);
 }
@@ -65,7 +65,8 @@ fs::path made_once(const std::string& name, const std::string& inputs,
   const fs::path root = TERRACAST_MADE_ONCE;
   fs::create_directories(root);
   const FolderLock lock(root / (name + ".lock"));
-  const fs::path folder = root / name, list = root / (name + ".files"), key = root / (name + ".key");
+  const fs::path folder = root / name, list = root / (name + ".files"),
+                 key = root / (name + ".key");
   const std::string wanted = core::content_hash(
       fmt::format("{}\n{}", core::content_hash_of_file(TERRACAST_PROGRAM), inputs));
   if (fs::exists(key) && core::read_text_file(key) == wanted) {

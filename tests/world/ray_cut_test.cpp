@@ -54,11 +54,11 @@ struct CutShape {
 const CutShape kSquare = {"square", [](const TileId&) { return false; }};
 const CutShape kL = {"L", [](const TileId& root) { return root.x >= 0 && root.y >= 0; }};
 const CutShape kRing = {"ring", [](const TileId& root) {
-                       return root.x >= -1 && root.x < 1 && root.y >= -1 && root.y < 1;
-                     }};
+                          return root.x >= -1 && root.x < 1 && root.y >= -1 && root.y < 1;
+                        }};
 /// Two squares that touch in the origin.
 const CutShape kTwoIslands = {"two islands",
-                           [](const TileId& root) { return (root.x >= 0) == (root.y >= 0); }};
+                              [](const TileId& root) { return (root.x >= 0) == (root.y >= 0); }};
 
 /// A side that has no neighbour left is nobody's finer side: the masks are made anew.
 std::vector<CutTile> cut_of(const TileStore& store, const CutShape& shape) {
