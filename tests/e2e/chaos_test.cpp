@@ -52,7 +52,8 @@ TEST(Chaos, EveryRoundOfFaultsEndsInTheRightChecksums) {
   if (!clock.is_there()) std::cout << "skipped: clocks that jump; faketime is not installed\n";
   const BatchSnapshots snapshots;
   ASSERT_FALSE(testing::Test::HasFailure());
-  ASSERT_THAT(faults_of_complete_job(snapshots.complete(), snapshots.complete()),
+  copy_job(snapshots.complete(), scratch / "complete");
+  ASSERT_THAT(faults_of_complete_job(scratch / "complete", snapshots.complete()),
               testing::IsEmpty());
 
   std::vector<Fault> possible;
