@@ -2,6 +2,7 @@
 # program, prefix, filter (of GoogleTest), labels and properties (of each CTest): set by what includes this.
 if(NOT EXISTS ${program})
   add_test(${prefix}.NOT_BUILT ${program})
+  set_tests_properties(${prefix}.NOT_BUILT PROPERTIES LABELS "${labels}")
   return()
 endif()
 execute_process(COMMAND ${program} --gtest_list_tests --gtest_filter=${filter} OUTPUT_VARIABLE listed
