@@ -4,7 +4,6 @@
 #include <cmath>
 #include <optional>
 
-#include "core/parallel.h"
 #include "core/random.h"
 #include "geo/sun.h"
 #include "geo/units.h"
@@ -412,7 +411,7 @@ Photo FrameRenderer::photo(int frame, int camera, world::RayTrail* trail) const 
   const geo::CameraModel& model = *views_.at(frame, camera).model;
   const PixelGrid grid = PixelGrid::of_squares(model.width_px(), model.height_px(), kColorUnitSide);
   std::vector<PixelUnit> units;
-  for (int i = 0; i < grid.num_units(); ++i) units.push_back(grid.unit(i));
+  for (const int i : grid.units_by_place()) units.push_back(grid.unit(i));
   if (!imagers_.has(camera)) {
     Photo photo{.color = core::Image8(model.width_px(), model.height_px(), 3),
                 .raw = {},
@@ -488,13 +487,12 @@ void FrameRenderer::gather_light(int frame, int camera, const std::vector<PixelU
       .sun_right = right * radius,
       .sun_up = sun.cross(right) * radius};
   ScratchPool<ColorScratch> pool;
-  core::parallel_for_blocks(static_cast<std::int64_t>(units.size()), 1,
-                            [&](std::int64_t i, std::int64_t) {
-                              ScratchPool<ColorScratch>::Lease scratch(pool);
-                              const PixelUnit& unit = units[static_cast<std::size_t>(i)];
-                              image.render_unit(unit, *scratch);
-                              take(unit, (*scratch).sums);
-                            });
+  query_.run_units(static_cast<std::int64_t>(units.size()), [&](std::int64_t i) {
+    ScratchPool<ColorScratch>::Lease scratch(pool);
+    const PixelUnit& unit = units[static_cast<std::size_t>(i)];
+    image.render_unit(unit, *scratch);
+    take(unit, (*scratch).sums);
+  });
 }
 
 }  // namespace terracast::render

@@ -176,9 +176,19 @@ void check_under_surface(const SequencePlan& plan, const world::TileStore& store
     }
 }
 
-/// Of the memory for tiles, what those of the world without water may take.
-double bytes_of_bed(const world::RayQueryOptions& tracing) {
-  return std::min(0.25 * tracing.memory_bytes, 1e9);
+/// Logs what the tracing read, and how often again where not all of it fits in memory.
+void log_tiles(const SequencePlan& plan, const world::RayQueryStats& stats, std::size_t num_frames,
+               const core::Log& log) {
+  log.info("sequence {}: {} tiles loaded ({} waited for), {:.2f} GB at most, {} re-casts",
+           plan.name, stats.num_tiles_loaded, stats.num_tiles_waited,
+           static_cast<double>(stats.peak_bytes_resident) * 1e-9, stats.num_recasts);
+  if (stats.num_tiles_evicted == 0 || num_frames == 0) return;
+  log.info(
+      "sequence {}: its tiles do not all fit in tracing.memory_bytes: {:.1f} loads a frame, {:.1f} "
+      "of "
+      "them from packed tiles",
+      plan.name, static_cast<double>(stats.num_tiles_loaded) / static_cast<double>(num_frames),
+      static_cast<double>(stats.num_tiles_unpacked) / static_cast<double>(num_frames));
 }
 
 }  // namespace
@@ -328,15 +338,11 @@ RenderedFrames run_render_stage(const world::TileStore& store, const SequencePla
   }
 
   const bool is_wet = plan.conditions.bottom_range || may_have_water(store.manifest());
-  world::RayQueryOptions above = tracing;
-  if (is_wet) above.memory_bytes -= bytes_of_bed(tracing);
-  const world::RayQuery whole(store, cut_of(store, plan), above);
+  const world::RayQuery whole(store, cut_of(store, plan), tracing);
   std::optional<world::RayQuery> bed;
   const bool is_in_water =
       is_wet && starts_under_surface(whole, ViewTable(plan.states, plan.cameras));
-  if (is_wet)
-    bed.emplace(whole, world::RayQuery::WithoutWater{.memory_bytes = bytes_of_bed(tracing),
-                                                     .viewers_in_water = is_in_water});
+  if (is_wet) bed.emplace(whole, world::RayQuery::WithoutWater{.viewers_in_water = is_in_water});
   const world::RayQuery& query = is_in_water ? *bed : whole;
   const FrameRenderer renderer(plan, store, whole, bed ? &*bed : nullptr, is_in_water);
   check_clearance(plan, store, query, renderer.views());
@@ -366,10 +372,7 @@ RenderedFrames run_render_stage(const world::TileStore& store, const SequencePla
                         done.taken_over.end(), std::back_inserter(done.rendered));
     work.render(done.rendered, progress);
   }
-  const world::RayQueryStats stats = query.stats();
-  context.log.info("sequence {}: {} tiles loaded ({} waited for), {:.2f} GB at most, {} re-casts",
-                   plan.name, stats.num_tiles_loaded, stats.num_tiles_waited,
-                   static_cast<double>(stats.peak_bytes_resident) * 1e-9, stats.num_recasts);
+  log_tiles(plan, query.stats(), done.rendered.size(), context.log);
   if (!writer.finish_sequence())
     context.log.info("sequence {}: frames of other runs are missing yet", plan.name);
   return done;

@@ -52,8 +52,7 @@ Matcher::Matcher(const capture::SequenceReader& sequence, const world::TileStore
   const Vector3d& center = views_.at(0, 0).center_world;
   const std::optional<double> surface_z = whole_.surface_z_world(center.x(), center.y());
   if (surface_z && center.z() < *surface_z)
-    in_water_.emplace(whole_, world::RayQuery::WithoutWater{.memory_bytes = tracing.memory_bytes,
-                                                            .viewers_in_water = true});
+    in_water_.emplace(whole_, world::RayQuery::WithoutWater{.viewers_in_water = true});
 }
 
 const std::vector<std::optional<geo::BodyState>>& Matcher::bodies_at(int frame) const {

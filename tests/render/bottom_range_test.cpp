@@ -104,7 +104,7 @@ struct Lake {
 TruthFrame truth_of(const world::TileStore& store, const SequencePlan& plan) {
   const world::RayQuery whole(
       store, world::choose_cut(store, viewpoints_of(plan.states, plan.cameras), plan.detail), {});
-  const world::RayQuery bed(whole, world::RayQuery::WithoutWater{.memory_bytes = 200e6});
+  const world::RayQuery bed(whole, world::RayQuery::WithoutWater{});
   return FrameRenderer(plan, store, whole, &bed).truth(0, 0);
 }
 

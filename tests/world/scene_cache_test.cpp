@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/parallel.h"
 #include "core/random.h"
 #include "tests/support/tiny_world.h"
 
@@ -24,8 +25,13 @@ class SceneCacheTest : public testing::Test {
  protected:
   static constexpr std::size_t kNumTiles = 8;
 
-  std::unique_ptr<const TileScene> load(std::size_t tile_index) {
+  std::unique_ptr<const TileScene> load(std::size_t tile_index,
+                                        const PackedTile* packed = nullptr) {
     if (is_broken_) throw std::runtime_error("broken");
+    if (packed != nullptr) {
+      ++num_unpacked_;
+      return std::make_unique<const TileScene>(device_, *packed, Eigen::Vector3d::Zero());
+    }
     {
       const std::lock_guard lock(mutex_);
       loaded_.push_back(tile_index);
@@ -43,9 +49,11 @@ class SceneCacheTest : public testing::Test {
     const auto bytes = static_cast<double>(bytes_of_tile());
     loaded_.clear();
     return std::make_unique<SceneCache>(
-        std::vector<std::size_t>(kNumTiles, TileScene::kMostBytesWhileLoading),
+        std::vector<std::size_t>(kNumTiles, 0),
         (num_tiles - 0.5) * bytes + static_cast<double>(TileScene::kMostBytesWhileLoading),
-        [this](std::size_t tile_index) { return load(tile_index); });
+        [this](std::size_t tile_index, const PackedTile* packed) {
+          return load(tile_index, packed);
+        });
   }
 
   std::vector<std::size_t> loaded() {
@@ -75,6 +83,7 @@ class SceneCacheTest : public testing::Test {
   EmbreeDevice device_{"widest"};
   std::mutex mutex_;
   std::vector<std::size_t> loaded_;
+  std::atomic<int> num_unpacked_ = 0;
   bool is_broken_ = false;
 };
 
@@ -158,6 +167,67 @@ TEST_F(SceneCacheTest, ALoadThatFailsIsTriedAgain) {
   is_broken_ = false;
   use(*cache, {0});
   EXPECT_THAT(loaded(), ElementsAre(0));
+}
+
+TEST_F(SceneCacheTest, EvictedTilesAreBuiltAgainWithoutTheirFiles) {
+  const auto cache = cache_of(2);
+  for (int round = 0; round < 3; ++round) use(*cache, {0, 1, 2, 3});
+  EXPECT_THAT(loaded(), ElementsAre(0, 1, 2, 3));
+  EXPECT_GT(num_unpacked_, 0);
+  EXPECT_EQ(cache->stats().num_unpacked, static_cast<std::uint64_t>(num_unpacked_));
+  EXPECT_EQ(cache->stats().num_loaded, 4U + cache->stats().num_unpacked);
+}
+
+TEST_F(SceneCacheTest, ALoadThatFailsKeepsThePackedTile) {
+  const auto cache = cache_of(1);
+  use(*cache, {0, 1});
+  is_broken_ = true;
+  EXPECT_THROW(use(*cache, {0}), std::runtime_error);
+  is_broken_ = false;
+  use(*cache, {0});
+  EXPECT_THAT(loaded(), ElementsAre(0, 1));
+}
+
+TEST_F(SceneCacheTest, UnitsLoadTheTileForWhichMostRaysWait) {
+  constexpr std::int64_t kNumUnits = 4;
+  const core::ThreadLimit limit(1);
+  const auto cache = cache_of(1);
+  use(*cache, {6, 7});  // one goes: from here on units take turns
+  loaded_.clear();
+  cache->run_units(kNumUnits, [&](std::int64_t unit) {
+    SceneCache::Pin pin(*cache);
+    // All wait for four tiles, most rays for tile 2, and start with a tile of their own.
+    std::vector<TileDemand> demands;
+    for (std::int64_t k = 0; k < kNumUnits; ++k) {
+      const auto tile = static_cast<std::size_t>((unit + k) % kNumUnits);
+      demands.push_back({.tile_index = tile, .num_rays = tile == 2 ? 9U : 1U});
+    }
+    while (!demands.empty()) {
+      const SceneCache::Loaded got = cache->load_one_of(pin, demands);
+      EXPECT_EQ(got.scene->center_world().x(), 128.0 + 256.0 * static_cast<double>(got.tile_index));
+      std::erase_if(demands,
+                    [&](const TileDemand& one) { return one.tile_index == got.tile_index; });
+    }
+  });
+  EXPECT_EQ(loaded().front(), 2U);
+  EXPECT_EQ(loaded().size(), 4U);
+}
+
+TEST_F(SceneCacheTest, AFailureOfOneUnitLeavesTheLoop) {
+  const auto cache = cache_of(1);
+  use(*cache, {6, 7});
+  is_broken_ = true;
+  EXPECT_THROW(cache->run_units(40,
+                                [&](std::int64_t) {
+                                  SceneCache::Pin pin(*cache);
+                                  cache->load_one_of(pin, std::vector<TileDemand>{{3, 1}});
+                                }),
+               std::runtime_error);
+  is_broken_ = false;
+  cache->run_units(40, [&](std::int64_t) {
+    SceneCache::Pin pin(*cache);
+    cache->load_one_of(pin, std::vector<TileDemand>{{3, 1}});
+  });
 }
 
 TEST_F(SceneCacheTest, ManyThreadsKeepTheBudget) {
