@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "render/rig.h"
+#include "rigs/rig.h"
 
 namespace terracast::batch {
 namespace {

@@ -13,7 +13,7 @@
 #include "job/carried_rigs.h"
 #include "job/job.h"
 #include "job/stages.h"
-#include "render/rig_errors.h"
+#include "rigs/rig_errors.h"
 #include "tiler/surface.h"
 
 namespace terracast::batch {
@@ -129,7 +129,7 @@ class RunPlanner {
   struct LaidOut {
     PlannedSequence planned;
     std::size_t trajectory = 0;
-    render::SequenceOutline outline = {};  ///< with the cameras as they are
+    labels::SequenceOutline outline = {};  ///< with the cameras as they are
   };
 
   static RunCost costs_of(const job::RunConfig& config, const job::CarriedCameras& cameras,
@@ -154,7 +154,7 @@ class RunPlanner {
   /// With the exports labels are made, and what is told of a run's ground is found out.
   std::vector<PlannedFormat> formats_of(const job::RunConfig& config) {
     std::string made_with = fmt::format("\nwithin_m {}", description_.dataset().within_m);
-    for (const render::LabelOptions& labels : config.labels)
+    for (const labels::LabelOptions& labels : config.labels)
       made_with += "\n" + core::toml_text(labels);
     std::vector<PlannedFormat> formats;
     for (const auto& chosen : config.exports)
@@ -230,7 +230,7 @@ class RunPlanner {
                                          const job::CarriedCameras& cameras) {
     job::check_formats(config, cameras);
     std::vector<LaidOut> sequences = sequences_of(config, cameras);
-    std::vector<render::SequenceOutline> outlines;
+    std::vector<labels::SequenceOutline> outlines;
     for (const LaidOut& sequence : sequences) outlines.push_back(sequence.outline);
     // What may fall short is told where it is made, and not of every run.
     job::check_outputs(config, outlines, core::Log("plan", core::LogLevel::Off));
@@ -244,9 +244,9 @@ class RunPlanner {
     for (const geo::TrajectoryOptions& trajectory : config.trajectories) {
       if (trajectory.num_frames == 0 || trajectory.kind_options().is_split())
         return laid_out(config);
-      const render::TrueRigs drawn =
-          render::draw_true_rigs(job::carried_rigs(config.rigs, trajectory), cameras.of(trajectory),
-                                 config.seed, trajectory.name);
+      const rigs::TrueRigs drawn =
+          rigs::draw_true_rigs(job::carried_rigs(config.rigs, trajectory), cameras.of(trajectory),
+                               config.seed, trajectory.name);
       sequences.push_back(
           {{trajectory.name, trajectory.num_frames},
            sequences.size(),
@@ -262,7 +262,7 @@ class RunPlanner {
     const auto known = laid_out_.find(text);
     if (known != laid_out_.end()) return known->second;
     const job::Job job = job::prepare_job(config, context_);
-    const std::vector<render::SequenceOutline> outlines = job::outlines_of(job);
+    const std::vector<labels::SequenceOutline> outlines = job::outlines_of(job);
     std::vector<LaidOut> sequences;
     for (std::size_t i = 0; i < job.sequences.size(); ++i) {
       const geo::TrajectoryOptions& part = job.config.trajectories[i];

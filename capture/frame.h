@@ -137,7 +137,7 @@ struct FrameRecord {
   std::string key;
   /// Tiles at which rays of the images were cast, as indices into ShownGeometry::tiles, ascending.
   std::vector<int> touched_tiles;
-  /// Other tiles over which they pass (render/seen_tiles.h says up to what height), ascending.
+  /// Other tiles over which they pass (render/visited_tiles.h says up to what height), ascending.
   std::vector<PassedTile> passed_tiles;
   bool operator==(const FrameRecord&) const = default;
 

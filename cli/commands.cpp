@@ -142,7 +142,7 @@ int run_label(const Arguments& args) {
     RunConfig wanted = job::with_sequences(config, context);
     for (const std::string& kind : args.kinds)
       if (std::none_of(wanted.labels.begin(), wanted.labels.end(),
-                       [&](const render::LabelOptions& one) { return one.kind == kind; }))
+                       [&](const labels::LabelOptions& one) { return one.kind == kind; }))
         wanted.labels.emplace_back(kind);
     if (job::wanted_labels(wanted).empty())
       fail(ErrorKind::Usage,
@@ -361,11 +361,11 @@ int parse_and_run(int argc, const char* const* argv) {
   label_command
       ->add_option("--what", args.kinds,
                    "Kinds beside those of the config, which come too: " +
-                       joined(core::registry_names(render::labels())) + ", or several with commas.")
+                       joined(core::registry_names(labels::labels())) + ", or several with commas.")
       ->type_name("KIND")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(core::registry_names(render::labels())));
+      ->check(CLI::IsMember(core::registry_names(labels::labels())));
   label_command->callback([&] { status = run_label(args); });
 
   add_job_command(app, "export", "Write the captures in the formats of the config.", args)

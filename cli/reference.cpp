@@ -15,9 +15,9 @@
 #include "geo/fixes/placing.h"
 #include "geo/trajectory.h"
 #include "job/run_config.h"
-#include "render/lens_options.h"
-#include "render/rig_template.h"
+#include "rigs/lens_options.h"
 #include "rigs/rig_format.h"
+#include "rigs/rig_template.h"
 #include "tiler/elevation_registry.h"
 #include "tiler/layer.h"
 #include "tiler/objects/things.h"
@@ -73,11 +73,11 @@ const std::map<std::string, std::function<std::string()>>& lists() {
       {"classes", class_lines},
       {"elevation", [] { return lines_of(tiler::elevation_kinds()); }},
       {"exporters", [] { return lines_of(exporters::exporters()); }},
-      {"labels", [] { return lines_of(render::labels()); }},
+      {"labels", [] { return lines_of(labels::labels()); }},
       {"layers", [] { return lines_of(tiler::layer_kinds()); }},
       {"recordings", [] { return lines_of(geo::fix_formats()); }},
       {"rig_formats", [] { return lines_of(rigs::rig_formats()); }},
-      {"rig_templates", [] { return lines_of(render::rig_templates()); }},
+      {"rig_templates", [] { return lines_of(rigs::rig_templates()); }},
       {"tasks", [] { return lines_of(validate::task_list()); }},
       {"things", thing_lines},
       {"trajectories", [] { return lines_of(geo::trajectory_kinds()); }},
@@ -138,7 +138,7 @@ std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
   for (const auto& kind : tiler::layer_kinds())
     result.emplace_back(fmt::format("layers of kind {}", kind.name),
                         keys_of(*kind.make(), "world.layer[]."));
-  for (const auto& shape : render::rig_templates())
+  for (const auto& shape : rigs::rig_templates())
     result.emplace_back(fmt::format("rigs of template {}", shape.name),
                         keys_of(*shape.make(), "rigs[]."));
   for (const auto& kind : geo::trajectory_kinds())
@@ -150,11 +150,11 @@ std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
   result.emplace_back("recorded trajectories of format tum, and of csv with frame = local",
                       keys_of_local_recordings());
   for (const auto& model : geo::camera_models()) {
-    render::LensOptions lens{std::string(model.name)};
+    rigs::LensOptions lens{std::string(model.name)};
     result.emplace_back(fmt::format("cameras of model {}", model.name),
                         keys_of(lens, "rigs[].cameras[]."));
   }
-  for (const auto& kind : render::labels())
+  for (const auto& kind : labels::labels())
     result.emplace_back(fmt::format("labels of kind {}", kind.name),
                         keys_of(*kind.make(), "labels[]."));
   for (const auto& format : exporters::exporters())

@@ -54,10 +54,10 @@ int run_import(const Arguments& args) {
       args.format.empty() ? rigs::find_rig_format(args.file) : format_called(args.format);
   if (!args.read.axes.empty() && !format.is_table)
     fail(ErrorKind::Usage, "--axes is for tables; {} has axes of its own", format.name);
-  const render::RigOptions rig =
+  const rigs::RigOptions rig =
       core::with_context([&] { return format.read(args.file, args.read); },
                          fmt::format("importing a rig of format {}", format.name));
-  render::build_cameras({rig});  // refuses what no sequence could take
+  rigs::build_cameras({rig});  // refuses what no sequence could take
   const std::string text = rigs::rig_toml(rig);
   if (args.output.empty())
     fmt::print("{}", text);
@@ -67,7 +67,7 @@ int run_import(const Arguments& args) {
 }
 
 int run_export(const Arguments& args) {
-  const render::RigOptions rig = rigs::read_rig(args.rig);
+  const rigs::RigOptions rig = rigs::read_rig(args.rig);
   const rigs::RigFormatInfo& format = format_called(args.format);
   format.write(rig, args.output);
   const std::vector<std::string> left_out = rigs::keys_left_out(format, rig);

@@ -56,10 +56,10 @@ class WaterSearch {
 
 }  // namespace
 
-void check_afloat(std::span<const render::MovingThing> things, const tiler::WorldSurface& surface) {
+void check_afloat(std::span<const scene::MovingThing> things, const tiler::WorldSurface& surface) {
   WaterSearch search(surface);
-  for (const render::MovingThing& thing : things) {
-    if (thing.ride != render::Ride::Water) continue;
+  for (const scene::MovingThing& thing : things) {
+    if (thing.ride != scene::Ride::Water) continue;
     for (std::size_t frame = 0; frame < thing.states.size(); ++frame) {
       if (!thing.states[frame]) continue;
       const Vector2d place = thing.states[frame]->world_from_body.translation.head<2>();

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "render/moving_bodies.h"
+#include "scene/moving/moving_bodies.h"
 #include "tiler/surface.h"
 
 namespace terracast::job {
@@ -13,6 +13,6 @@ namespace terracast::job {
 /// surface   with the world's layers
 /// cost      a sample of the surface where there is water; on land up to 3409, once for about each 160 m of a way
 /// throws    Input: on land and far from water; says what, when and where
-void check_afloat(std::span<const render::MovingThing> things, const tiler::WorldSurface& surface);
+void check_afloat(std::span<const scene::MovingThing> things, const tiler::WorldSurface& surface);
 
 }  // namespace terracast::job

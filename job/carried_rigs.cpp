@@ -25,9 +25,9 @@ bool is_carried(const std::string& rig, std::span<const geo::TrajectoryOptions> 
       [&](const geo::TrajectoryOptions& trajectory) { return carries(trajectory, rig); });
 }
 
-std::vector<std::string> names_of(const std::vector<render::RigOptions>& rigs) {
+std::vector<std::string> names_of(const std::vector<rigs::RigOptions>& rigs) {
   std::vector<std::string> names;
-  for (const render::RigOptions& rig : rigs) names.push_back(rig.name);
+  for (const rigs::RigOptions& rig : rigs) names.push_back(rig.name);
   return names;
 }
 
@@ -48,7 +48,7 @@ void check_names(const geo::TrajectoryOptions& trajectory, std::size_t index,
 
 }  // namespace
 
-void check_carried_rigs(const std::vector<render::RigOptions>& rigs,
+void check_carried_rigs(const std::vector<rigs::RigOptions>& rigs,
                         std::span<const geo::TrajectoryOptions> trajectories) {
   const std::vector<std::string> known = names_of(rigs);
   std::set<std::string> seen;
@@ -64,29 +64,29 @@ void check_carried_rigs(const std::vector<render::RigOptions>& rigs,
            i, known[i]);
 }
 
-std::vector<render::RigOptions> carried_rigs(const std::vector<render::RigOptions>& rigs,
-                                             const geo::TrajectoryOptions& trajectory) {
-  std::vector<render::RigOptions> carried;
+std::vector<rigs::RigOptions> carried_rigs(const std::vector<rigs::RigOptions>& rigs,
+                                           const geo::TrajectoryOptions& trajectory) {
+  std::vector<rigs::RigOptions> carried;
   std::copy_if(rigs.begin(), rigs.end(), std::back_inserter(carried),
-               [&](const render::RigOptions& rig) { return carries(trajectory, rig.name); });
+               [&](const rigs::RigOptions& rig) { return carries(trajectory, rig.name); });
   return carried;
 }
 
-void keep_carried_rigs(std::vector<render::RigOptions>& rigs,
+void keep_carried_rigs(std::vector<rigs::RigOptions>& rigs,
                        std::vector<geo::TrajectoryOptions>& trajectories) {
   std::erase_if(rigs,
-                [&](const render::RigOptions& rig) { return !is_carried(rig.name, trajectories); });
+                [&](const rigs::RigOptions& rig) { return !is_carried(rig.name, trajectories); });
   for (geo::TrajectoryOptions& trajectory : trajectories) {
     trajectory.rigs = names_of(carried_rigs(rigs, trajectory));
     if (trajectory.rigs.size() == rigs.size()) trajectory.rigs.clear();
   }
 }
 
-CarriedCameras::CarriedCameras(const std::vector<render::RigOptions>& rigs,
+CarriedCameras::CarriedCameras(const std::vector<rigs::RigOptions>& rigs,
                                std::span<const geo::TrajectoryOptions> trajectories) {
   for (const geo::TrajectoryOptions& trajectory : trajectories) {
     if (cameras_.contains(trajectory.rigs)) continue;
-    const auto build = [&] { return render::build_cameras(carried_rigs(rigs, trajectory)); };
+    const auto build = [&] { return rigs::build_cameras(carried_rigs(rigs, trajectory)); };
     cameras_.emplace(
         trajectory.rigs,
         trajectory.rigs.empty()

@@ -11,7 +11,7 @@
 #include "geo/trajectory.h"
 #include "job/stages.h"
 #include "render/plan_check.h"
-#include "render/rig_errors.h"
+#include "rigs/rig_errors.h"
 #include "tiler/layer_stack.h"
 #include "world/embree_scene.h"
 
@@ -52,9 +52,9 @@ void check_frames(const Job& job) {
 }
 
 /// throws Config: a sequence has too few images for a format
-void check_images(const RunConfig& config, std::span<const render::SequenceOutline> sequences) {
+void check_images(const RunConfig& config, std::span<const labels::SequenceOutline> sequences) {
   for (const auto& chosen : config.exports)
-    for (const render::SequenceOutline& sequence : sequences) {
+    for (const labels::SequenceOutline& sequence : sequences) {
       const exporters::Exporter& exporter = chosen.exporter();
       if (!exporter.takes_any_of(sequence.cameras)) continue;
       const auto num_cameras =
@@ -70,11 +70,11 @@ void check_images(const RunConfig& config, std::span<const render::SequenceOutli
 
 /// Warns of too few track points for what is exported of a sequence.
 /// throws Config: so few that its checks cannot but fail
-void check_tracks(const RunConfig& config, std::span<const render::SequenceOutline> sequences,
+void check_tracks(const RunConfig& config, std::span<const labels::SequenceOutline> sequences,
                   const core::Log& log) {
   const std::int64_t num_points = config.tracks.num_points;
   for (const auto& chosen : config.exports)
-    for (const render::SequenceOutline& sequence : sequences) {
+    for (const labels::SequenceOutline& sequence : sequences) {
       if (!chosen.exporter().takes_any_of(sequence.cameras)) continue;
       const auto [least, expected] =
           chosen.exporter().track_points_wanted(sequence.cameras, sequence.num_frames);
@@ -107,10 +107,10 @@ void check_traffic(const RunConfig& config) {
 /// The cameras as they are; without errors they are those of the config.
 void set_cameras(const Job& job, const geo::TrajectoryOptions& options,
                  render::SequencePlan& plan) {
-  const std::vector<render::RigOptions> rigs = carried_rigs(job.config.rigs, options);
+  const std::vector<rigs::RigOptions> rigs = carried_rigs(job.config.rigs, options);
   plan.cameras = job.cameras.of(options);
-  plan.imaging = render::imaging_of_cameras(rigs);
-  render::TrueRigs drawn = render::draw_true_rigs(rigs, plan.cameras, job.config.seed, plan.name);
+  plan.imaging = rigs::imaging_of_cameras(rigs);
+  rigs::TrueRigs drawn = rigs::draw_true_rigs(rigs, plan.cameras, job.config.seed, plan.name);
   plan.clocks = std::move(drawn.clocks);
   if (drawn.cameras == plan.cameras) return;
   plan.believed_cameras = std::move(plan.cameras);
@@ -119,8 +119,8 @@ void set_cameras(const Job& job, const geo::TrajectoryOptions& options,
 
 /// throws Config: a format that cannot hold the cameras of a sequence as they are
 void check_true_cameras(const RunConfig& config,
-                        std::span<const render::SequenceOutline> sequences) {
-  for (const render::SequenceOutline& sequence : sequences)
+                        std::span<const labels::SequenceOutline> sequences) {
+  for (const labels::SequenceOutline& sequence : sequences)
     for (const auto& chosen : config.exports) {
       if (!chosen.exporter().takes_any_of(sequence.cameras)) continue;
       core::with_context([&] { chosen.exporter().check(sequence.cameras); },
@@ -212,16 +212,16 @@ void check_formats(const RunConfig& config, const CarriedCameras& cameras) {
   exporters::check_formats(config.exports, sequences);
 }
 
-void check_outputs(const RunConfig& config, std::span<const render::SequenceOutline> sequences,
+void check_outputs(const RunConfig& config, std::span<const labels::SequenceOutline> sequences,
                    const core::Log& log) {
   check_images(config, sequences);
   check_tracks(config, sequences, log);
   check_true_cameras(config, sequences);
-  render::check_labels(wanted_labels(config), sequences, log);
+  labels::check_labels(wanted_labels(config), sequences, log);
 }
 
-std::vector<render::SequenceOutline> outlines_of(const Job& job) {
-  std::vector<render::SequenceOutline> outlines;
+std::vector<labels::SequenceOutline> outlines_of(const Job& job) {
+  std::vector<labels::SequenceOutline> outlines;
   for (const render::SequencePlan& plan : job.sequences)
     outlines.push_back(
         outline_of(job.config, plan.name, plan.cameras, plan.states.size(), plan.rate_hz));

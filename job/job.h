@@ -7,7 +7,7 @@
 #include "core/context.h"
 #include "job/carried_rigs.h"
 #include "job/run_config.h"
-#include "render/labels/label.h"
+#include "labels/label.h"
 #include "render/render_stage.h"
 #include "tiler/preview.h"
 #include "tiler/surface.h"
@@ -34,12 +34,12 @@ void check_formats(const RunConfig& config, const CarriedCameras& cameras);
 /// sequences   the cameras as they are, errors included
 /// log         is told of what makes nothing in a sequence, or may fall short
 /// throws      Config: a format that cannot hold the cameras, or so few track points that its checks cannot but fail;
-///             as render::check_labels
-void check_outputs(const RunConfig& config, std::span<const render::SequenceOutline> sequences,
+///             as labels::check_labels
+void check_outputs(const RunConfig& config, std::span<const labels::SequenceOutline> sequences,
                    const core::Log& log);
 
 /// The sequences of a job, for check_outputs().
-std::vector<render::SequenceOutline> outlines_of(const Job& job);
+std::vector<labels::SequenceOutline> outlines_of(const Job& job);
 
 /// A config with its sequences: only the ground tells what sequences a recording is split into. Nothing else is laid out
 /// or checked: stages hold what was captured against the config.

@@ -13,6 +13,7 @@
 #include "capture/sequence_files.h"
 #include "core/error.h"
 #include "core/registry.h"
+#include "sensors/moving_record.h"
 
 namespace terracast::job {
 namespace {
@@ -21,8 +22,8 @@ using core::ErrorKind;
 using core::fail;
 using core::SemanticClass;
 using Eigen::Vector3d;
-using render::MovingThing;
-using render::Ride;
+using scene::MovingThing;
+using scene::Ride;
 
 constexpr double kMost_s = 1e6;
 
@@ -62,7 +63,7 @@ Ride ride_of(const std::string& ride, const tiler::ThingInfo& thing) {
 /// Wheels turn where they roll: those of what flies stand still, unless it rides the ground.
 void stop_wheels_in_the_air(const tiler::ThingInfo& info, MovingThing& thing) {
   if (!flies(info) || thing.ride != Ride::Free) return;
-  for (render::TurningPart& part : thing.parts) part.per_metre_rad = 0.0;
+  for (scene::TurningPart& part : thing.parts) part.per_metre_rad = 0.0;
 }
 
 std::shared_ptr<const world::PrototypeLibrary::Shown> shown(world::Shape shape) {
@@ -124,10 +125,10 @@ void set_motion(const Course& course, std::span<const geo::BodyState> frames, Mo
 
 /// Of a body, whose origin is in the thing's middle, its foot's.
 void lower_to_foot(double height_m, MovingThing& thing) {
-  const render::TurningPart foot{
+  const scene::TurningPart foot{
       .name = {}, .shape = {}, .origin_m = Vector3d(0.0, 0.0, -0.5 * height_m)};
   for (std::optional<geo::BodyState>& state : thing.states)
-    if (state) state = render::state_of_part(*state, foot, 0.0);
+    if (state) state = scene::state_of_part(*state, foot, 0.0);
 }
 
 }  // namespace
@@ -140,8 +141,8 @@ const tiler::ThingInfo& thing_called(const std::string& name) {
   return *thing;
 }
 
-render::MovingThing moving_thing(const std::string& name, const tiler::ThingInfo& info,
-                                 int variant) {
+scene::MovingThing moving_thing(const std::string& name, const tiler::ThingInfo& info,
+                                int variant) {
   tiler::MovableThing movable = tiler::movable_thing(info, variant);
   MovingThing thing{.name = name,
                     .shape = {.thing = info.name, .shown = shown(std::move(movable.shape))},
@@ -160,8 +161,8 @@ render::MovingThing moving_thing(const std::string& name, const tiler::ThingInfo
   return thing;
 }
 
-render::MovingThing MovingThings::of(const std::string& name, const tiler::ThingInfo& info,
-                                     int variant) {
+scene::MovingThing MovingThings::of(const std::string& name, const tiler::ThingInfo& info,
+                                    int variant) {
   const auto [known, is_new] = known_.try_emplace({&info, variant});
   if (is_new) known->second = moving_thing(name, info, variant);
   MovingThing thing = known->second;
@@ -257,7 +258,7 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving, c
     add(other, other.start_s, false, of_bodies, std::move(thing));
     lower_to_foot(info.size_m.z(), things.back());
   }
-  capture::check_moving(render::describe_moving(things), ErrorKind::Config,
+  capture::check_moving(sensors::describe_moving(things), ErrorKind::Config,
                         "sequence " + sequence.name);
   return things;
 }

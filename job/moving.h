@@ -9,7 +9,7 @@
 
 #include "core/schema.h"
 #include "geo/trajectory.h"
-#include "render/moving_bodies.h"
+#include "scene/moving/moving_bodies.h"
 #include "tiler/objects/things.h"
 
 namespace terracast::job {
@@ -17,18 +17,17 @@ namespace terracast::job {
 /// throws   Config: there is no such thing; says what is near
 const tiler::ThingInfo& thing_called(const std::string& name);
 /// A thing that moves, without its motion.
-render::MovingThing moving_thing(const std::string& name, const tiler::ThingInfo& info,
-                                 int variant);
+scene::MovingThing moving_thing(const std::string& name, const tiler::ThingInfo& info, int variant);
 
 /// Makes things that move, of which those of one kind and colour share their shapes, made when the first of them is
 /// asked for. Threads: one at a time.
 class MovingThings {
  public:
   /// As moving_thing().
-  render::MovingThing of(const std::string& name, const tiler::ThingInfo& info, int variant);
+  scene::MovingThing of(const std::string& name, const tiler::ThingInfo& info, int variant);
 
  private:
-  std::map<std::pair<const tiler::ThingInfo*, int>, render::MovingThing> known_;
+  std::map<std::pair<const tiler::ThingInfo*, int>, scene::MovingThing> known_;
 };
 
 /// Config `[[moving]]`: a thing that moves through every sequence.
@@ -62,14 +61,14 @@ struct Bodies {
 /// frames     the sequence's
 /// context    of things that carry no cameras
 /// throws     as geo::Trajectory's kinds; the message names the thing
-std::vector<render::MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
-                                                const Bodies& bodies,
-                                                const geo::TrajectoryOptions& sequence,
-                                                std::span<const geo::BodyState> frames,
-                                                const geo::TrajectoryContext& context);
+std::vector<scene::MovingThing> lay_out_moving(std::span<const MovingOptions> moving,
+                                               const Bodies& bodies,
+                                               const geo::TrajectoryOptions& sequence,
+                                               std::span<const geo::BodyState> frames,
+                                               const geo::TrajectoryContext& context);
 
 /// All that moves through a sequence that was captured, without its motion. Things of one kind share their shapes.
 /// throws   Input: a thing that this program does not know
-std::vector<render::MovingThing> captured_things(const capture::SequenceInfo& info);
+std::vector<scene::MovingThing> captured_things(const capture::SequenceInfo& info);
 
 }  // namespace terracast::job

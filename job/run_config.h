@@ -9,9 +9,9 @@
 #include "geo/trajectory.h"
 #include "job/moving.h"
 #include "job/traffic/traffic.h"
-#include "render/labels/label.h"
+#include "labels/label.h"
 #include "render/render_stage.h"
-#include "render/rig.h"
+#include "rigs/rig.h"
 #include "tiler/world_options.h"
 #include "world/lod.h"
 #include "world/ray_query.h"
@@ -45,14 +45,14 @@ struct RunConfig {
   world::DetailOptions detail;
   bool shared_geometry = false;
   world::RayQueryOptions tracing;
-  std::vector<render::RigOptions> rigs;
+  std::vector<rigs::RigOptions> rigs;
   std::vector<geo::TrajectoryOptions> trajectories;
   std::vector<MovingOptions> moving;
   std::vector<TrafficOptions> traffic;
-  render::ConditionOptions conditions;
-  render::FactOptions facts;
-  render::TrackOptions tracks;
-  std::vector<render::LabelOptions> labels;
+  scene::ConditionOptions conditions;
+  sensors::FactOptions facts;
+  sensors::TrackOptions tracks;
+  std::vector<labels::LabelOptions> labels;
   std::vector<exporters::ExportOptions> exports;
   ValidateConfig validation;
 

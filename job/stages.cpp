@@ -96,17 +96,17 @@ void render(const Job& job, const world::TileStore& store, const capture::FrameS
                     context.with_log(log));
 }
 
-std::vector<render::LabelOptions> wanted_labels(const RunConfig& config) {
-  std::vector<render::LabelOptions> wanted = config.labels;
+std::vector<labels::LabelOptions> wanted_labels(const RunConfig& config) {
+  std::vector<labels::LabelOptions> wanted = config.labels;
   for (const auto& chosen : config.exports)
     for (const std::string& kind : chosen.exporter().labels())
       if (std::none_of(wanted.begin(), wanted.end(),
-                       [&](const render::LabelOptions& one) { return one.kind == kind; }))
+                       [&](const labels::LabelOptions& one) { return one.kind == kind; }))
         wanted.emplace_back(kind);
   return wanted;
 }
 
-render::SequenceOutline outline_of(const RunConfig& config, const std::string& name,
+labels::SequenceOutline outline_of(const RunConfig& config, const std::string& name,
                                    const std::vector<capture::CameraCalibration>& cameras,
                                    std::size_t num_frames, double rate_hz) {
   return {.name = name,
@@ -129,20 +129,20 @@ std::vector<capture::SequenceReader> open_captured(const RunConfig& config,
 }
 
 /// Holds labels against sequences that are captured.
-void check_captured(const RunConfig& config, const std::vector<render::LabelOptions>& labels,
+void check_captured(const RunConfig& config, const std::vector<labels::LabelOptions>& labels,
                     const std::vector<capture::SequenceReader>& sequences, const core::Log& log) {
-  std::vector<render::SequenceOutline> outlines;
+  std::vector<labels::SequenceOutline> outlines;
   for (const capture::SequenceReader& sequence : sequences)
     outlines.push_back(outline_of(config, sequence.info().name, sequence.info().cameras,
                                   sequence.frames().size(), sequence.info().rate_hz));
-  render::check_labels(labels, outlines, log);
+  labels::check_labels(labels, outlines, log);
 }
 
 }  // namespace
 
 void label(const RunConfig& config, const world::TileStore& store, const fs::path& captures,
            const core::Context& context, bool are_checked) {
-  const std::vector<render::LabelOptions> labels = wanted_labels(config);
+  const std::vector<labels::LabelOptions> labels = wanted_labels(config);
   if (labels.empty()) return;
   const core::Log log = context.log.for_stage("label");
   const core::StageCost cost(context.with_log(log), "label");
@@ -151,7 +151,7 @@ void label(const RunConfig& config, const world::TileStore& store, const fs::pat
         const std::vector<capture::SequenceReader> sequences = open_captured(config, captures, log);
         if (!are_checked) check_captured(config, labels, sequences, log);
         for (const capture::SequenceReader& sequence : sequences)
-          render::run_label_stage(sequence, store, captured_things(sequence.info()), labels,
+          labels::run_label_stage(sequence, store, captured_things(sequence.info()), labels,
                                   context.with_log(log),
                                   {.sequences = sequences, .things_of = captured_things});
       },

@@ -6,7 +6,7 @@
 
 #include "core/context.h"
 #include "job/job.h"
-#include "render/labels/label.h"
+#include "labels/label.h"
 #include "render/render_stage.h"
 #include "validate/check.h"
 #include "validate/ground_map.h"
@@ -35,15 +35,15 @@ render::RenderedFrames render_sequence(
     const capture::FrameSelection& selection, const std::filesystem::path& folder,
     const core::Context& context, const std::vector<std::filesystem::path>& earlier_folders = {});
 /// The kinds that the config asks for, and those with their defaults that its formats need.
-std::vector<render::LabelOptions> wanted_labels(const RunConfig& config);
+std::vector<labels::LabelOptions> wanted_labels(const RunConfig& config);
 /// What labels are held against, of a sequence that is planned or captured.
-render::SequenceOutline outline_of(const RunConfig& config, const std::string& name,
+labels::SequenceOutline outline_of(const RunConfig& config, const std::string& name,
                                    const std::vector<capture::CameraCalibration>& cameras,
                                    std::size_t num_frames, double rate_hz);
 /// Makes the labels of all sequences that the config wants; of a config that wants none, nothing.
 /// are_checked   by prepare_job(), which has warned of those that make nothing
-/// throws        Config: a sequence that was captured with another config; as render::check_labels and
-///               render::run_label_stage
+/// throws        Config: a sequence that was captured with another config; as labels::check_labels and
+///               labels::run_label_stage
 void label(const RunConfig& config, const world::TileStore& store,
            const std::filesystem::path& captures, const core::Context& context,
            bool are_checked = false);

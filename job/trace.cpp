@@ -17,9 +17,9 @@
 #include "job/cover_origin.h"
 #include "job/raster_cells.h"
 #include "job/stages.h"
-#include "render/labels/shown_objects.h"
-#include "render/marking.h"
-#include "render/material.h"
+#include "labels/shown_objects.h"
+#include "scene/ground/ground.h"
+#include "scene/ground/marking.h"
 #include "tiler/osm_element.h"
 #include "tiler/raster_cell_number.h"
 #include "world/lod.h"
@@ -76,20 +76,20 @@ std::optional<Met> cast_from_camera(const world::TileStore& store, std::vector<w
 /// As rendered pixels have it.
 SemanticClass class_of_ground(const world::TileStore& store, const Met& met) {
   const auto seed = static_cast<std::uint32_t>(core::mix_bits(store.manifest().seed));
-  const render::Ground ground(render::climate_of(store, seed));
-  render::GroundPlaces places;
-  for (int lane = 0; lane < render::kLanes; ++lane)
+  const scene::Ground ground(scene::climate_of(store, seed));
+  scene::GroundPlaces places;
+  for (int lane = 0; lane < scene::kLanes; ++lane)
     places.set(lane, met.point_world, met.hit.normal_world(), met.surface, 0.0);
-  render::GroundPacket packet;
+  scene::GroundPacket packet;
   ground.set(places, packet);
-  render::Lanes<std::uint8_t> classes;
+  scene::Lanes<std::uint8_t> classes;
   ground.classify(packet, classes);
   return static_cast<SemanticClass>(classes[0]);
 }
 
 SemanticClass class_of(const world::TileStore& store, const Met& met) {
   if (!met.hit.is_ground()) return met.surface.finish.semantic_class;
-  if (met.surface.paint.is_painted) return render::class_of(met.surface.paint);
+  if (met.surface.paint.is_painted) return scene::class_of(met.surface.paint);
   return class_of_ground(store, met);
 }
 
@@ -461,7 +461,7 @@ Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
   const Eigen::Vector3d direction_world =
       world_from_camera.rotation * model->ray_from_pixel(center).normalized();
   const std::optional<Met> met =
-      cast_from_camera(store, render::cut_of(store, info),
+      cast_from_camera(store, labels::cut_of(store, info),
                        {.origin_world = world_from_camera * model->origin_from_pixel(center),
                         .direction_world = direction_world});
   // The capture holds the range as a float.

@@ -44,16 +44,16 @@ void append_cameras(std::string& text, const std::vector<capture::CameraCalibrat
 void append_imaging(std::string& text, const SequencePlan& plan) {
   if (plan.imaging.empty()) return;
   text += fmt::format("imaging of {}\n", plan.name);
-  for (const ImagingOptions& imaging : plan.imaging)
+  for (const sensors::ImagingOptions& imaging : plan.imaging)
     text += fmt::format("camera\n{}\n", core::toml_text(imaging));
 }
 
 /// As their motions have them: where the ground takes part is a function of it.
 void append_moving(std::string& text, const SequencePlan& plan) {
-  text += text_of_shapes(plan.moving);
-  for (const MovingThing& thing : plan.moving) {
+  text += scene::text_of_shapes(plan.moving);
+  for (const scene::MovingThing& thing : plan.moving) {
     text += fmt::format("rides {}\n", static_cast<int>(thing.ride));
-    for (const TurningPart& part : thing.parts) {
+    for (const scene::TurningPart& part : thing.parts) {
       append_numbers(text, part.origin_m.data(), 3);
       append_numbers(text, part.axis.data(), 3);
       for (const double value : {part.rate_radps, part.per_metre_rad})
@@ -78,14 +78,14 @@ void append_tile(std::string& text, const world::CutTile& tile, const world::Til
                       store.find(tile.id)->content_hash);
 }
 
-void append_climate(std::string& text, const Climate& climate) {
+void append_climate(std::string& text, const scene::Climate& climate) {
   text += fmt::format("climate {} {} {} {}\n", climate.seed, climate.has_sea, climate.has_trees,
                       climate.exposure ? climate.exposure->content_hash() : "none");
   for (const double value : {climate.sea_level_m, climate.snow_line_m, climate.tree_line_m})
     append_numbers(text, &value, 1);
 }
 
-void append_daylight(std::string& text, const Daylight& daylight) {
+void append_daylight(std::string& text, const scene::Daylight& daylight) {
   text += "daylight\n";
   append_numbers(text, daylight.sun_direction_world.data(), 3);
   append_numbers(text, daylight.up_world.data(), 3);
@@ -123,7 +123,7 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
 }
 
 FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
-                     const std::vector<world::CutTile>& cut, const FrameRenderer& renderer)
+                     const std::vector<world::CutTile>& cut, const sensors::FrameRenderer& renderer)
     : plan_(plan), store_(store), cut_(cut), moving_(renderer.moving()) {
   std::string text =
       fmt::format("render {} capture {}\n", kRenderVersion, capture::kCaptureVersion);
@@ -154,11 +154,11 @@ FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
       append_numbers(text, &value, 1);
   }
   append_imaging(text, plan);
-  text += text_of_shapes(plan.moving);
+  text += scene::text_of_shapes(plan.moving);
   // What is metered at other frames may be any of what they show.
-  const bool looks_at_other_frames =
-      std::any_of(plan.imaging.begin(), plan.imaging.end(),
-                  [](const ImagingOptions& imaging) { return imaging.looks_at_other_frames(); });
+  const bool looks_at_other_frames = std::any_of(
+      plan.imaging.begin(), plan.imaging.end(),
+      [](const sensors::ImagingOptions& imaging) { return imaging.looks_at_other_frames(); });
   if (looks_at_other_frames) {
     for (const geo::BodyState& state : plan.states) {
       append_numbers(text, &state.time_s, 1);

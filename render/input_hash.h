@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "render/frame_renderer.h"
 #include "render/render_stage.h"
+#include "sensors/camera/frame_renderer.h"
 #include "world/lod.h"
 #include "world/tile_store.h"
 
@@ -24,12 +24,12 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
 /// sea, where that is open (the cover of its tiles of SeaExposure, touched or not), and whether
 /// trees stand in it, and what tiles name by rows: prototypes and textures. Where a camera is
 /// exposed or balanced by what other frames show, all tiles and poses count. Which tiles are
-/// touched depends on others too (render/seen_tiles.h).
+/// touched depends on others too (render/visited_tiles.h).
 class FrameKeys {
  public:
   /// All must outlive the keys.
   FrameKeys(const SequencePlan& plan, const world::TileStore& store,
-            const std::vector<world::CutTile>& cut, const FrameRenderer& renderer);
+            const std::vector<world::CutTile>& cut, const sensors::FrameRenderer& renderer);
 
   /// touched_tiles   indices into the cut
   std::string key(int frame, std::span<const int> touched_tiles) const;
@@ -38,7 +38,7 @@ class FrameKeys {
   const SequencePlan& plan_;
   const world::TileStore& store_;
   const std::vector<world::CutTile>& cut_;
-  const MovingBodies& moving_;
+  const scene::MovingBodies& moving_;
   std::string common_;  ///< what all frames share, hashed
 };
 

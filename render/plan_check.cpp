@@ -5,8 +5,8 @@
 
 #include "core/error.h"
 #include "geo/geodesy.h"
-#include "render/imaging/exposure_control.h"
-#include "render/moving_bodies.h"
+#include "scene/moving/moving_bodies.h"
+#include "sensors/camera/imaging/exposure_control.h"
 #include "world/lod.h"
 
 namespace terracast::render {
@@ -26,26 +26,28 @@ void check_exposures(const SequencePlan& plan) {
            "rate_hz",
            plan.name, camera.rig, camera.name, 1e3 * image_s, 1e3 / plan.rate_hz);
   }
-  for (const ImagingOptions& imaging : plan.imaging) {
-    const double most_s = kMostEarlierFrames / (kTimeConstantsLookedAt * plan.rate_hz);
+  for (const sensors::ImagingOptions& imaging : plan.imaging) {
+    const double most_s =
+        sensors::kMostEarlierFrames / (sensors::kTimeConstantsLookedAt * plan.rate_hz);
     if (imaging.exposure.mode == "automatic" && imaging.exposure.time_constant_s > most_s)
       fail(ErrorKind::Config,
            "sequence {}: imaging.exposure.time_constant_s = {}; at rate_hz = {} it is {:.4g} at "
            "most, as "
            "{} frames are looked at",
-           plan.name, imaging.exposure.time_constant_s, plan.rate_hz, most_s, kMostEarlierFrames);
+           plan.name, imaging.exposure.time_constant_s, plan.rate_hz, most_s,
+           sensors::kMostEarlierFrames);
   }
 }
 
 void check_rides(const SequencePlan& plan, const world::TileStore& store,
                  const world::RayQueryOptions& tracing) {
-  std::vector<MovingThing> riders;
+  std::vector<scene::MovingThing> riders;
   std::copy_if(plan.moving.begin(), plan.moving.end(), std::back_inserter(riders),
-               [](const MovingThing& thing) { return thing.ride != Ride::Free; });
+               [](const scene::MovingThing& thing) { return thing.ride != scene::Ride::Free; });
   if (riders.empty()) return;
   const world::RayQuery query(store, world::choose_cut(store, viewpoints_of(plan), plan.detail),
                               tracing);
-  MovingBodies(riders, query, geo::WorldFrame(store.manifest().origin));
+  scene::MovingBodies(riders, query, geo::WorldFrame(store.manifest().origin));
 }
 
 }  // namespace terracast::render

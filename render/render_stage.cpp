@@ -11,12 +11,13 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "geo/geodesy.h"
-#include "render/frame_renderer.h"
-#include "render/imaging/imager.h"
+#include "render/frame_jobs.h"
 #include "render/input_hash.h"
 #include "render/plan_check.h"
-#include "render/sequence_work.h"
-#include "render/tracks.h"
+#include "sensors/camera/frame_renderer.h"
+#include "sensors/camera/imaging/imager.h"
+#include "sensors/camera/tracks.h"
+#include "sensors/moving_record.h"
 
 namespace terracast::render {
 namespace {
@@ -29,11 +30,11 @@ constexpr double kLeastClearance_m = 0.25;
 
 std::vector<world::CutTile> cut_of(const world::TileStore& store, const SequencePlan& plan) {
   std::vector<world::CutTile> cut = world::choose_cut(store, viewpoints_of(plan), plan.detail);
-  if (cut.size() > kMaxCutTiles) {
+  if (cut.size() > sensors::kMaxCutTiles) {
     fail(ErrorKind::Input,
          "sequence {} needs {} tiles at once; up to {} can be told apart: raise detail.cell_px or "
          "detail.finest_spacing_m, or cut the trajectory in two",
-         plan.name, cut.size(), kMaxCutTiles);
+         plan.name, cut.size(), sensors::kMaxCutTiles);
   }
   return cut;
 }
@@ -59,7 +60,8 @@ std::vector<capture::CameraImaging> describe_imaging(const SequencePlan& plan) {
   std::vector<capture::CameraImaging> imaging(plan.imaging.size());
   for (std::size_t i = 0; i < imaging.size(); ++i)
     if (plan.imaging[i].is_on())
-      imaging[i] = describe_imaging(plan.imaging[i], plan.cameras[i], plan.seed, plan.name);
+      imaging[i] =
+          sensors::describe_imaging(plan.imaging[i], plan.cameras[i], plan.seed, plan.name);
   return imaging;
 }
 
@@ -75,7 +77,7 @@ void check_plan(const SequencePlan& plan, const capture::FrameSelection& selecti
   }
   plan.conditions.validate();
   check_exposures(plan);
-  for (const MovingThing& thing : plan.moving)
+  for (const scene::MovingThing& thing : plan.moving)
     TERRACAST_CHECK(
         thing.states.size() == plan.states.size() && thing.gone_m.size() == plan.states.size(),
         "{} moves through {} of {} frames", thing.name, thing.states.size(), plan.states.size());
@@ -94,7 +96,7 @@ std::string place_of(const SequencePlan& plan, int frame, int camera,
 constexpr int kStartsLookedAt = 16;
 
 /// Where a camera's rays start at a frame's time, and when its image begins and ends.
-std::vector<Eigen::Vector3d> starts_of(const OpenView& view) {
+std::vector<Eigen::Vector3d> starts_of(const sensors::OpenView& view) {
   const geo::CameraModel& model = *view.middle.model;
   const double reach_s = view.motion.shutter.reach_s(model.width_px(), model.height_px());
   std::vector<Eigen::Vector3d> starts = view.middle.starts_world(kStartsLookedAt);
@@ -107,7 +109,7 @@ std::vector<Eigen::Vector3d> starts_of(const OpenView& view) {
 
 /// throws Input: the first camera that stands not clearly above the ground
 void check_clearance(const SequencePlan& plan, const world::TileStore& store,
-                     const world::RayQuery& query, const ViewTable& views) {
+                     const world::RayQuery& query, const sensors::ViewTable& views) {
   const geo::WorldFrame frame_of_world(store.manifest().origin);
   const auto check = [&](int frame, int camera, const Eigen::Vector3d& center) {
     const auto where = [&] { return place_of(plan, frame, camera, center, frame_of_world); };
@@ -141,7 +143,7 @@ bool may_have_water(const world::WorldManifest& manifest) {
 }
 
 /// Whether the first camera stands under the surface; then all must.
-bool starts_under_surface(const world::RayQuery& whole, const ViewTable& views) {
+bool starts_under_surface(const world::RayQuery& whole, const sensors::ViewTable& views) {
   const Eigen::Vector3d& center = views.at(0, 0).center_world;
   const std::optional<double> surface_z = whole.surface_z_world(center.x(), center.y());
   return surface_z && center.z() < *surface_z;
@@ -149,7 +151,7 @@ bool starts_under_surface(const world::RayQuery& whole, const ViewTable& views) 
 
 /// throws Input: a camera that does not stand clearly under water
 void check_under_surface(const SequencePlan& plan, const world::TileStore& store,
-                         const world::RayQuery& whole, const ViewTable& views) {
+                         const world::RayQuery& whole, const sensors::ViewTable& views) {
   const geo::WorldFrame frame_of_world(store.manifest().origin);
   if (plan.conditions.bottom_range)
     fail(ErrorKind::Config,
@@ -157,7 +159,7 @@ void check_under_surface(const SequencePlan& plan, const world::TileStore& store
          plan.name);
   for (int frame = 0; frame < views.num_frames(); ++frame)
     for (int camera = 0; camera < views.num_cameras(); ++camera) {
-      const OpenView view = views.open(frame, camera);
+      const sensors::OpenView view = views.open(frame, camera);
       if (!view.is_central())
         fail(ErrorKind::Config,
              "{} is under water and of the model {}, whose rays start at many depths; under water "
@@ -193,79 +195,8 @@ void log_tiles(const SequencePlan& plan, const world::RayQueryStats& stats, std:
 
 }  // namespace
 
-void ConditionOptions::describe(core::SchemaVisitor& visit) {
-  visit.key("visibility_km", visibility_km,
-            "Meteorological range at sea level: how clear the air is.", core::between(1.0, 300.0));
-  visit.key(
-      "water_visibility_m", water_visibility_m,
-      "How far one sees under water, at sea: 40 in clear ocean, 15 at a coast, 3 in a harbour; "
-      "lakes are 0.4 as clear, rivers 0.2.",
-      core::between(0.5, 80.0));
-  visit.key("bottom_range", bottom_range,
-            "Whether the capture also holds bottom_range_m: each ray's range in the world without "
-            "water, to the bed of the sea, of lakes and of rivers.");
-  visit.key("sun_azimuth_deg", sun_azimuth_deg,
-            "Azimuth of the sun, clockwise from north; -1: from place and UTC.",
-            core::between(-1.0, 360.0));
-  visit.key("sun_elevation_deg", sun_elevation_deg,
-            "Elevation of the sun above the horizontal; -91: from place and UTC.",
-            core::between(-91.0, 90.0));
-  visit.key("exposure", exposure,
-            "Factor on the exposure, which is set once a sequence by its light.",
-            core::between(0.01, 100.0));
-  visit.key("color_samples", color_samples, "Rays a pixel for colour.", core::between(1, 256));
-  visit.key("ambient_rays", ambient_rays,
-            "Rays a colour sample that look how much of the sky is hidden by what stands within 30 "
-            "m: soft "
-            "shade under trees and between houses. 0: none looks, crowns are darkened by estimate.",
-            core::between(0, 16));
-}
-
-void ConditionOptions::validate() const {
-  if (sun_azimuth_deg < 0.0 && sun_azimuth_deg != -1.0) {
-    fail(ErrorKind::Config, "sun_azimuth_deg = {}; it takes 0 to 360, or -1 for place and UTC",
-         sun_azimuth_deg);
-  }
-  if (sun_elevation_deg < -90.0 && sun_elevation_deg != -91.0) {
-    fail(ErrorKind::Config, "sun_elevation_deg = {}; it takes -90 to 90, or -91 for place and UTC",
-         sun_elevation_deg);
-  }
-  if (ambient_rays < 0 || ambient_rays > 16)
-    fail(ErrorKind::Config, "ambient_rays = {}; it takes 0 to 16", ambient_rays);
-  if (color_samples < 1 || color_samples > 256) {
-    fail(ErrorKind::Config, "color_samples = {}; it takes 1 to 256", color_samples);
-  }
-}
-
-std::vector<std::string> FactOptions::all_flags() {
-  std::vector<std::string> names;
-  for (const capture::FlagGroup& group : capture::flag_groups()) names.emplace_back(group.name);
-  return names;
-}
-
-std::uint32_t FactOptions::flag_bits() const {
-  std::uint32_t bits = 0;
-  for (const capture::FlagGroup& group : capture::flag_groups())
-    if (std::find(flags.begin(), flags.end(), group.name) != flags.end()) bits |= group.bits;
-  return bits;
-}
-
-void FactOptions::describe(core::SchemaVisitor& visit) {
-  visit.key("flags", flags,
-            "Which flags the capture holds of each pixel: edge (beside what else it shows: what is "
-            "exported needs it), next and previous (whether the point is seen in the next and the "
-            "previous frame: flow's masks), cameras (whether the rig's other cameras see it). Each "
-            "costs a ray a pixel and more; those that are left out stay 0.",
-            core::one_of(all_flags()));
-}
-
-void TrackOptions::describe(core::SchemaVisitor& visit) {
-  visit.key("num_points", num_points, "Points of the ground that are followed through a sequence.",
-            core::between(0, 1e6));
-}
-
 void check_inside(const SequencePlan& plan, const geo::WorldFrame& frame_of_world, double size_m) {
-  const ViewTable views(plan.states, plan.cameras);
+  const sensors::ViewTable views(plan.states, plan.cameras);
   for (int frame = 0; frame < views.num_frames(); ++frame)
     for (int camera = 0; camera < views.num_cameras(); ++camera)
       for (const Eigen::Vector3d& start : views.at(frame, camera).starts_world(1)) {
@@ -283,8 +214,8 @@ void check_inside(const SequencePlan& plan, const geo::WorldFrame& frame_of_worl
 std::vector<world::Viewpoint> viewpoints_of(
     const std::vector<geo::BodyState>& states,
     const std::vector<capture::CameraCalibration>& cameras) {
-  const ViewTable views(states, cameras);
-  return viewpoints_of_frames(views, 0, views.num_frames() - 1);
+  const sensors::ViewTable views(states, cameras);
+  return sensors::viewpoints_of_frames(views, 0, views.num_frames() - 1);
 }
 
 std::vector<world::Viewpoint> viewpoints_of(const SequencePlan& plan) {
@@ -311,7 +242,7 @@ capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::T
           .believed_cameras = plan.believed_cameras,
           .clocks = plan.clocks,
           .imaging = describe_imaging(plan),
-          .moving = describe_moving(plan.moving),
+          .moving = sensors::describe_moving(plan.moving),
           .config_toml = plan.config_toml,
           .licences = {licences.begin(), licences.end()}};
 }
@@ -341,15 +272,15 @@ RenderedFrames run_render_stage(const world::TileStore& store, const SequencePla
   const world::RayQuery whole(store, cut_of(store, plan), tracing);
   std::optional<world::RayQuery> bed;
   const bool is_in_water =
-      is_wet && starts_under_surface(whole, ViewTable(plan.states, plan.cameras));
+      is_wet && starts_under_surface(whole, sensors::ViewTable(plan.states, plan.cameras));
   if (is_wet) bed.emplace(whole, world::RayQuery::WithoutWater{.viewers_in_water = is_in_water});
   const world::RayQuery& query = is_in_water ? *bed : whole;
-  const FrameRenderer renderer(plan, store, whole, bed ? &*bed : nullptr, is_in_water);
+  const sensors::FrameRenderer renderer(plan, store, whole, bed ? &*bed : nullptr, is_in_water);
   check_clearance(plan, store, query, renderer.views());
   if (is_in_water) check_under_surface(plan, store, whole, renderer.views());
   const std::vector<capture::TrackPoint> tracks =
-      choose_tracks(query, renderer.views(), plan.tracks.num_points,
-                    static_cast<std::uint64_t>(plan.seed), context.log);
+      sensors::choose_tracks(query, renderer.views(), plan.tracks.num_points,
+                             static_cast<std::uint64_t>(plan.seed), context.log);
   const capture::SequenceWriter writer(folder, info, tracks);
 
   const auto is_finished = [&](int frame) {

@@ -10,67 +10,23 @@
 #include "core/context.h"
 #include "core/schema.h"
 #include "geo/trajectory.h"
-#include "render/imaging/imaging_options.h"
-#include "render/moving_bodies.h"
+#include "sensors/camera/camera_plan.h"
+#include "sensors/camera/tracks.h"
 #include "world/lod.h"
 #include "world/ray_query.h"
 #include "world/tile_store.h"
 
 namespace terracast::render {
 
-/// Config `[conditions]`: light and air.
-struct ConditionOptions {
-  double visibility_km = 60.0;       ///< meteorological range, sets the aerial perspective
-  bool bottom_range = false;         ///< store the channel bottom_range_m
-  double water_visibility_m = 20.0;  ///< under water at sea, by which all waters are known
-  double sun_azimuth_deg = -1.0;     ///< -1: from place and UTC
-  double sun_elevation_deg = -91.0;  ///< -91: from place and UTC
-  double exposure = 1.0;
-  std::int64_t color_samples = 4;  ///< rays a pixel for colour
-  std::int64_t ambient_rays =
-      0;  ///< rays a sample that look how much of the sky things near by hide
-
-  bool has_sun_azimuth() const { return sun_azimuth_deg >= 0.0; }
-  bool has_sun_elevation() const { return sun_elevation_deg >= -90.0; }
-
-  void describe(core::SchemaVisitor& visit);
-  void validate() const;
-};
-
-/// Config `[facts]`: what of a capture's facts is looked for.
-struct FactOptions {
-  std::vector<std::string> flags = all_flags();  ///< names of capture::flag_groups()
-
-  static std::vector<std::string> all_flags();
-  /// Their bits.
-  std::uint32_t flag_bits() const;
-  void describe(core::SchemaVisitor& visit);
-};
-
-/// Config `[tracks]`: points followed through a sequence.
-struct TrackOptions {
-  std::int64_t num_points = 4000;
-  void describe(core::SchemaVisitor& visit);
-};
-
 /// Everything that determines a sequence's frames.
-struct SequencePlan {
-  std::string name;
-  std::string utc_start;
+struct SequencePlan : sensors::CameraPlan {
   double rate_hz = 10.0;
-  std::int64_t seed = 1;
-  std::vector<geo::BodyState> states;               ///< one a frame
-  std::vector<capture::CameraCalibration> cameras;  ///< as they are
-  /// As they are believed to be, and their clocks, as in capture::SequenceInfo.
+  /// Nominal, and the cameras' clocks, as in capture::SequenceInfo.
   std::vector<capture::CameraCalibration> believed_cameras = {};
   std::vector<capture::CameraClock> clocks = {};
-  std::vector<ImagingOptions> imaging = {};  ///< one a camera; empty: no camera has any
-  std::vector<MovingThing> moving = {};      ///< what moves beside the cameras' own body
   /// Of all sequences that show one geometry, its own among them; null: it shows a geometry of its own.
   std::shared_ptr<const std::vector<world::Viewpoint>> shared_viewpoints = nullptr;
-  ConditionOptions conditions;
-  FactOptions facts = {};
-  TrackOptions tracks;
+  sensors::TrackOptions tracks;
   world::DetailOptions detail;
   std::string config_toml;
 };
@@ -108,7 +64,7 @@ struct RenderedFrames {
 /// taken over: its files become further links to those (copies where the file system has no links),
 /// and its record says what it says now. The folder comes out byte for byte as if all were rendered.
 /// Of a changed world a frame is rendered again when one of its rays was cast at a changed tile, or may
-/// come as low as one that was raised (render/seen_tiles.h); of changed inputs, when its key changes
+/// come as low as one that was raised (render/visited_tiles.h); of changed inputs, when its key changes
 /// (render/input_hash.h).
 /// earlier_folders   of the same sequence, as it was or is rendered under other inputs; whatever in
 ///                   them is damaged or of another version is not taken

@@ -25,13 +25,13 @@ std::vector<std::string> lines_of(const std::string& text) {
 
 }  // namespace
 
-render::RigOptions read_rig(const std::filesystem::path& file) {
-  return core::with_context([&] { return core::read_toml<render::RigOptions>(file); },
+rigs::RigOptions read_rig(const std::filesystem::path& file) {
+  return core::with_context([&] { return core::read_toml<rigs::RigOptions>(file); },
                             fmt::format("reading the rig {}", file.string()));
 }
 
-std::string rig_toml(const render::RigOptions& rig) {
-  render::RigOptions defaults;
+std::string rig_toml(const rigs::RigOptions& rig) {
+  rigs::RigOptions defaults;
   defaults.cameras.resize(1);
   std::set<std::string> default_lines;
   for (std::string& line : lines_of(core::toml_text(defaults)))
@@ -49,12 +49,12 @@ std::string rig_toml(const render::RigOptions& rig) {
   return text;
 }
 
-render::RigOptions rig_of_cameras(const std::string& name,
-                                  const std::vector<capture::CameraCalibration>& cameras) {
-  render::RigOptions rig;
+rigs::RigOptions rig_of_cameras(const std::string& name,
+                                const std::vector<capture::CameraCalibration>& cameras) {
+  rigs::RigOptions rig;
   rig.name = name;
   for (const capture::CameraCalibration& known : cameras) {
-    render::CameraOptions& camera = rig.cameras.emplace_back();
+    rigs::CameraOptions& camera = rig.cameras.emplace_back();
     camera.name = known.name;
     camera.set_intrinsics(known.intrinsics);
     camera.set_pose(known.rig_from_camera);

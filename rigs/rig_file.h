@@ -5,20 +5,20 @@
 #include <vector>
 
 #include "capture/frame.h"
-#include "render/rig.h"
+#include "rigs/rig.h"
 
 namespace terracast::rigs {
 
 /// A rig file: the TOML of one `[[rigs]]` of a job.
 /// throws   as core::read_toml
-render::RigOptions read_rig(const std::filesystem::path& file);
+rigs::RigOptions read_rig(const std::filesystem::path& file);
 
 /// The rig as TOML: what is not as by default. Reads back to an equal rig.
-std::string rig_toml(const render::RigOptions& rig);
+std::string rig_toml(const rigs::RigOptions& rig);
 
 /// A rig of cameras that are known by their calibration, in FLU.
-render::RigOptions rig_of_cameras(const std::string& name,
-                                  const std::vector<capture::CameraCalibration>& cameras);
+rigs::RigOptions rig_of_cameras(const std::string& name,
+                                const std::vector<capture::CameraCalibration>& cameras);
 
 /// A name that a rig or camera may bear, from any text: what it may not hold becomes _.
 std::string safe_name(const std::string& text);

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "render/rig.h"
+#include "rigs/rig.h"
 
 /// Rigs as files of other programs, and as pictures.
 namespace terracast::rigs {
@@ -31,14 +31,14 @@ struct RigFormatInfo {
   bool is_table = false;  ///< whose axes may be left open
   /// Whether a path is meant for the format, from its name and its first bytes.
   bool (*recognises)(const std::filesystem::path& path, std::string_view first_bytes);
-  render::RigOptions (*read)(const std::filesystem::path& path, const ReadOptions& options);
-  void (*write)(const render::RigOptions& rig, const std::filesystem::path& path);
+  rigs::RigOptions (*read)(const std::filesystem::path& path, const ReadOptions& options);
+  void (*write)(const rigs::RigOptions& rig, const std::filesystem::path& path);
 };
 
 /// The keys that a rig states and a format does not hold, as a rig file calls them ("mount_pitch_deg",
 /// "cameras[].exposure_ms", "errors.focal_length_sd_px"), in the order of config.md. Tables hold all.
 /// What is left out changes no camera's model, lens or place on the rig.
-std::vector<std::string> keys_left_out(const RigFormatInfo& format, const render::RigOptions& rig);
+std::vector<std::string> keys_left_out(const RigFormatInfo& format, const rigs::RigOptions& rig);
 
 /// The table of formats.
 std::span<const RigFormatInfo> rig_formats();

@@ -44,7 +44,7 @@ std::vector<std::string> stated_keys(const Struct& value) {
 
 }  // namespace
 
-std::vector<std::string> keys_left_out(const RigFormatInfo& format, const render::RigOptions& rig) {
+std::vector<std::string> keys_left_out(const RigFormatInfo& format, const rigs::RigOptions& rig) {
   std::vector<std::string> left_out;
   if (format.is_table) return left_out;
   for (std::string& key : stated_keys(rig))

@@ -279,7 +279,7 @@ class RigRowReader final : public RowReader {
 };
 
 /// A camera's image size in one cell, "720 x 640".
-void read_resolution(SheetReader& sheet, std::size_t row, render::CameraOptions& camera) {
+void read_resolution(SheetReader& sheet, std::size_t row, rigs::CameraOptions& camera) {
   const std::optional<std::size_t> column = sheet.find("image_resolution");
   if (!column) return;
   std::string cell = sheet.cell_or_above(row, *column);
@@ -300,7 +300,7 @@ void read_resolution(SheetReader& sheet, std::size_t row, render::CameraOptions&
 }
 
 /// Places on a compound eye; whether the sheet holds such.
-bool read_eye_place(SheetReader& sheet, std::size_t row, render::CameraOptions& camera) {
+bool read_eye_place(SheetReader& sheet, std::size_t row, rigs::CameraOptions& camera) {
   const auto roll = sheet.find("roll_angle"), pitch = sheet.find("pitch_angle"),
              radius = sheet.find("radius_mm");
   if (!roll && !pitch && !radius) return false;
@@ -313,11 +313,11 @@ bool read_eye_place(SheetReader& sheet, std::size_t row, render::CameraOptions& 
   const auto number = [&](std::size_t column) {
     return sheet.number(sheet.cell_or_above(row, column), row, column);
   };
-  camera.set_pose(render::rig_from_eye_camera(number(*roll), number(*pitch), number(*radius)));
+  camera.set_pose(rigs::rig_from_eye_camera(number(*roll), number(*pitch), number(*radius)));
   return true;
 }
 
-void check_camera(const render::CameraOptions& camera, const std::string& place) {
+void check_camera(const rigs::CameraOptions& camera, const std::string& place) {
   if (camera.name.empty()) fail(ErrorKind::Input, "{}: no name; give each camera its own", place);
   if (camera.width_px == 0 || camera.height_px == 0)
     fail(ErrorKind::Input, "{}: no size of the image; give width_px and height_px", place);
@@ -329,7 +329,7 @@ void check_camera(const render::CameraOptions& camera, const std::string& place)
 }
 
 /// Offsets and rotations that depend on the rig's axes; yaw, pitch and roll do not.
-bool needs_axes(const render::CameraOptions& camera) {
+bool needs_axes(const rigs::CameraOptions& camera) {
   return !camera.offset_mm.empty() || !camera.axis_angle_rad.empty() ||
          !camera.quaternion_wxyz.empty() || !camera.look_at_mm.empty();
 }
@@ -387,7 +387,7 @@ std::vector<CellLister::Cell> cells_of(Struct value) {
 }
 
 /// throws Input: a row that says something else of the rig than the first one; says what
-void check_same_rig(const render::RigOptions& first, const render::RigOptions& row,
+void check_same_rig(const rigs::RigOptions& first, const rigs::RigOptions& row,
                     const std::string& place) {
   const std::vector<CellLister::Cell> wanted = cells_of(first), found = cells_of(row);
   for (std::size_t i = 0; i < wanted.size(); ++i)
@@ -401,7 +401,7 @@ void check_same_rig(const render::RigOptions& first, const render::RigOptions& r
 }
 
 /// Keys of the rig that a table holds: all but its template, which placed its cameras.
-bool is_of_table(const render::RigOptions& rig, const std::string& heading) {
+bool is_of_table(const rigs::RigOptions& rig, const std::string& heading) {
   if (heading == "template") return false;
   if (!rig.arrangement) return true;
   std::vector<core::KeyInfo> of_template;
@@ -424,7 +424,7 @@ std::string Sheet::where(std::size_t row, std::size_t column) const {
                      column_letters(column), headings[column]);
 }
 
-render::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options) {
+rigs::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options) {
   if (sheet.rows.empty())
     fail(ErrorKind::Input, "{}: no row below the headings; a camera takes one each",
          sheet.file.string());
@@ -432,22 +432,22 @@ render::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options) 
     fail(ErrorKind::Input, "{}: {} rows; a rig has up to {}", sheet.file.string(),
          sheet.rows.size(), kMostRows);
   SheetReader reader(sheet);
-  render::RigOptions rig;
+  rigs::RigOptions rig;
   rig.axes.clear();
   RigRowReader rig_reader(reader, 0);
   rig.describe(rig_reader);
   const bool has_axes = !rig.axes.empty();
   if (!has_axes) rig.axes = "flu";
-  const render::RigOptions of_first_row = rig;
+  const rigs::RigOptions of_first_row = rig;
   const std::string stated_axes = has_axes ? std::exchange(rig.axes, "flu") : "";
 
   bool needs = false;
   for (std::size_t row = 0; row < sheet.rows.size(); ++row) {
-    render::RigOptions of_row;
+    rigs::RigOptions of_row;
     RigRowReader rig_row_reader(reader, row);
     of_row.describe(rig_row_reader);
     check_same_rig(of_first_row, of_row, reader.row_place(row));
-    render::CameraOptions& camera = rig.cameras.emplace_back();
+    rigs::CameraOptions& camera = rig.cameras.emplace_back();
     RowReader row_reader(reader, row);
     camera.describe(row_reader);
     read_resolution(reader, row, camera);
@@ -478,9 +478,9 @@ render::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options) 
   return rig;
 }
 
-Sheet sheet_of_rig(const render::RigOptions& rig) {
+Sheet sheet_of_rig(const rigs::RigOptions& rig) {
   Sheet sheet;
-  const std::vector<render::CameraOptions> cameras = rig.placed_cameras();
+  const std::vector<rigs::CameraOptions> cameras = rig.placed_cameras();
   sheet.rows.resize(cameras.size());
   for (std::size_t row = 0; row < cameras.size(); ++row) sheet.row_numbers.push_back(row + 2);
   const auto add_column = [&](const std::string& heading, const auto& text_of_row) {
@@ -493,9 +493,9 @@ Sheet sheet_of_rig(const render::RigOptions& rig) {
   std::set<std::string> stated;
   std::vector<std::map<std::string, std::string>> lines;
   std::map<std::string, std::string> defaults;
-  for (const CellLister::Cell& cell : cells_of(render::CameraOptions{}))
+  for (const CellLister::Cell& cell : cells_of(rigs::CameraOptions{}))
     defaults[cell.heading] = cell.text;
-  for (const render::CameraOptions& camera : cameras) {
+  for (const rigs::CameraOptions& camera : cameras) {
     if (camera.lens.model().read != nullptr)
       fail(ErrorKind::Config,
            "camera {}: its model {} comes from a file, which a table cannot hold", camera.name,
@@ -514,7 +514,7 @@ Sheet sheet_of_rig(const render::RigOptions& rig) {
     if (stated.contains(heading))
       add_column(heading, [&](std::size_t row) { return lines[row][heading]; });
   const std::vector<CellLister::Cell> own = cells_of(rig);
-  const std::vector<CellLister::Cell> own_defaults = cells_of(render::RigOptions{});
+  const std::vector<CellLister::Cell> own_defaults = cells_of(rigs::RigOptions{});
   for (const CellLister::Cell& cell : own) {
     const auto as_default =
         std::find_if(own_defaults.begin(), own_defaults.end(), [&](const CellLister::Cell& other) {

@@ -34,9 +34,9 @@ std::string column_letters(std::size_t column);
 /// throws   Input: an unknown heading (the nearest is named), a cell that is no number or out of range, no row,
 ///          rows without a size, a pose stated in part; each with file, row and column. Axes that are
 ///          nowhere stated and matter.
-render::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options);
+rigs::RigOptions rig_of_sheet(const Sheet& sheet, const ReadOptions& options);
 
 /// The rig's cameras with all keys that one of them states.
-Sheet sheet_of_rig(const render::RigOptions& rig);
+Sheet sheet_of_rig(const rigs::RigOptions& rig);
 
 }  // namespace terracast::rigs

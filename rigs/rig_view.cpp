@@ -63,8 +63,8 @@ std::string view_text(const geo::CameraModel& camera) {
                            swath.width_m, swath.height_m);
 }
 
-RigView::RigView(const render::RigOptions& rig)
-    : name_(rig.name), cameras_(render::build_cameras({rig})) {
+RigView::RigView(const rigs::RigOptions& rig)
+    : name_(rig.name), cameras_(rigs::build_cameras({rig})) {
   for (const capture::CameraCalibration& camera : cameras_)
     models_.push_back(geo::make_camera(camera.intrinsics));
   seen_together_.assign(cameras_.size(), std::vector<int>(cameras_.size(), 0));

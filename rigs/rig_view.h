@@ -8,7 +8,7 @@
 
 #include "capture/frame.h"
 #include "geo/camera_model.h"
-#include "render/rig.h"
+#include "rigs/rig.h"
 
 namespace terracast::rigs {
 
@@ -35,8 +35,8 @@ std::string view_text(const geo::CameraModel& camera);
 /// What the cameras of a rig see, of what is far beyond the distances between them.
 class RigView {
  public:
-  /// throws   as render::build_cameras
-  explicit RigView(const render::RigOptions& rig);
+  /// throws   as rigs::build_cameras
+  explicit RigView(const rigs::RigOptions& rig);
 
   const std::string& name() const { return name_; }
   const std::vector<capture::CameraCalibration>& cameras() const { return cameras_; }

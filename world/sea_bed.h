@@ -5,7 +5,7 @@
 #include "core/lanes.h"
 #include "core/packet_code.h"
 
-/// What covers the bed of the sea: one law for what is painted there (render/water.cpp) and for what stands there
+/// What covers the bed of the sea: one law for what is painted there (scene/water/water.cpp) and for what stands there
 /// (tiler/vegetation/sea_bed_plants.cpp). Noise of the place decides it, the sea's depth and how steep the bed is.
 ///
 /// source    Posidonia oceanica grows from about a metre below the surface down to where a tenth of the
@@ -27,7 +27,7 @@ inline constexpr Band kPatch{6, 3, 401};
 /// None is narrower than a tuft of plants: a meadow has tufts all over, and its border follows them.
 inline constexpr Band kWeed{6, 3, 409};
 
-/// The seed of the noise of all ground (render::Climate), of the world's.
+/// The seed of the noise of all ground (scene::Climate), of the world's.
 std::uint32_t noise_seed(std::uint64_t world_seed);
 
 /// 0 below -width, 1 above width, smooth between.

@@ -10,7 +10,7 @@
 namespace terracast::world_export {
 namespace {
 
-using render::kLanes;
+using scene::kLanes;
 
 constexpr double kImageryBytes = 256.0 * 1024 * 1024;
 /// Parts along a side of a square in which paint ends.
@@ -42,7 +42,7 @@ bool has_edge(const GroundBaker::Square& square) {
 /// Places that are looked at together; their colours go to the squares whose they are.
 class GroundBaker::Batch {
  public:
-  Batch(const GroundBaker& baker, std::vector<render::Color>& sums) : baker_(baker), sums_(sums) {}
+  Batch(const GroundBaker& baker, std::vector<scene::Color>& sums) : baker_(baker), sums_(sums) {}
 
   void add(std::size_t square, const TileGround::Place& place, double footprint_m) {
     set(num_, place, footprint_m);
@@ -71,29 +71,29 @@ class GroundBaker::Batch {
     baker_.imagery_.drape(places_, packet_, baker_.ground_.climate().seed, reader_, look_);
     for (int lane = 0; lane < num_; ++lane)
       sums_[squares_[static_cast<std::size_t>(lane)]] +=
-          render::Color(look_.albedo[0][lane], look_.albedo[1][lane], look_.albedo[2][lane]);
+          scene::Color(look_.albedo[0][lane], look_.albedo[1][lane], look_.albedo[2][lane]);
     num_ = 0;
   }
 
   const GroundBaker& baker_;
-  std::vector<render::Color>& sums_;
+  std::vector<scene::Color>& sums_;
   int num_ = 0;
   std::array<std::size_t, kLanes> squares_{};
   TileGround::Place last_;
   double last_footprint_m_ = 1.0;
-  render::GroundPlaces places_;
-  render::GroundPacket packet_;
-  render::GroundLook look_;
-  render::GroundImagery::Reader reader_;
+  scene::GroundPlaces places_;
+  scene::GroundPacket packet_;
+  scene::GroundLook look_;
+  scene::GroundImagery::Reader reader_;
 };
 
 GroundBaker::GroundBaker(const world::TileStore& store)
-    : ground_(render::climate_of(
-          store, static_cast<std::uint32_t>(core::mix_bits(store.manifest().seed)))),
+    : ground_(scene::climate_of(store,
+                                static_cast<std::uint32_t>(core::mix_bits(store.manifest().seed)))),
       imagery_(store, kImageryBytes) {}
 
 void GroundBaker::bake(std::span<const Square> squares, std::span<Code> codes) const {
-  std::vector<render::Color> sums(squares.size(), render::Color::Zero());
+  std::vector<scene::Color> sums(squares.size(), scene::Color::Zero());
   Batch batch(*this, sums);
   std::vector<float> share(squares.size(), 1.0F);
   for (std::size_t i = 0; i < squares.size(); ++i) {

@@ -7,8 +7,8 @@
 
 #include "core/image.h"
 #include "export/world/tile_ground.h"
-#include "render/ground_imagery.h"
-#include "render/material.h"
+#include "scene/ground/ground.h"
+#include "scene/ground/ground_imagery.h"
 #include "world/tile_store.h"
 
 namespace terracast::world_export {
@@ -42,8 +42,8 @@ class GroundBaker {
  private:
   class Batch;
 
-  const render::Ground ground_;
-  const render::GroundImagery imagery_;
+  const scene::Ground ground_;
+  const scene::GroundImagery imagery_;
 };
 
 }  // namespace terracast::world_export

@@ -260,21 +260,21 @@ void check_traffic(std::span<const TrafficOptions> traffic) {
            one.kind, one.seed);
 }
 
-std::vector<render::MovingThing> lay_out_traffic(std::span<const TrafficOptions> options,
-                                                 std::span<const geo::BodyState> frames,
-                                                 double duration_s, const TrafficSite& site,
-                                                 const core::Log& log) {
+std::vector<scene::MovingThing> lay_out_traffic(std::span<const TrafficOptions> options,
+                                                std::span<const geo::BodyState> frames,
+                                                double duration_s, const TrafficSite& site,
+                                                const core::Log& log) {
   Tally tally;
   const std::vector<Proposal> proposals = propose(options, frames, duration_s, site.ways);
   std::vector<std::unique_ptr<Goer>> goers = make_goers(proposals, site, duration_s, tally);
   drop_encounters(goers, site, duration_s, tally);
   keep_near(goers, options, frames, tally);
   MovingThings shapes;
-  std::vector<render::MovingThing> things;
+  std::vector<scene::MovingThing> things;
   for (const auto& goer : goers) {
     const Body& body = goer->body();
-    render::MovingThing thing = shapes.of(name_of(*goer), *body.thing, body.variant);
-    thing.ride = render::Ride::Way;
+    scene::MovingThing thing = shapes.of(name_of(*goer), *body.thing, body.variant);
+    thing.ride = scene::Ride::Way;
     for (const geo::BodyState& frame : frames) {
       thing.states.push_back(goer->state(frame.time_s));
       thing.gone_m.push_back(goer->gone_m(frame.time_s));

@@ -10,7 +10,7 @@
 #include "geo/trajectory.h"
 #include "job/traffic/encounters.h"
 #include "job/traffic/way_graph.h"
-#include "render/moving_bodies.h"
+#include "scene/moving/moving_bodies.h"
 
 namespace terracast::job {
 
@@ -53,9 +53,9 @@ struct TrafficSite {
 /// site         within reach_of_traffic() of the frames; what is farther counts for nobody
 /// frames       the sequence's
 /// duration_s   of the longest of the sequences that see each other
-std::vector<render::MovingThing> lay_out_traffic(std::span<const TrafficOptions> options,
-                                                 std::span<const geo::BodyState> frames,
-                                                 double duration_s, const TrafficSite& site,
-                                                 const core::Log& log);
+std::vector<scene::MovingThing> lay_out_traffic(std::span<const TrafficOptions> options,
+                                                std::span<const geo::BodyState> frames,
+                                                double duration_s, const TrafficSite& site,
+                                                const core::Log& log);
 
 }  // namespace terracast::job

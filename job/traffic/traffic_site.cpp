@@ -11,6 +11,7 @@
 #include "job/moving.h"
 #include "job/traffic/proposals.h"
 #include "job/traffic/traffic.h"
+#include "sensors/moving_record.h"
 #include "world/instance_frame.h"
 
 namespace terracast::job {
@@ -72,13 +73,13 @@ std::vector<Obstacle> obstacles_of(const Job& job, const geo::TrajectoryOptions&
   std::vector<Obstacle> obstacles;
   geo::TrajectoryOptions nobody;
   nobody.name.clear();  // no trajectory's
-  for (const render::MovingThing& thing :
+  for (const scene::MovingThing& thing :
        lay_out_moving(job.config.moving, {job.config.trajectories, half_sizes}, nobody,
                       looks(duration_s), context)) {
-    if (thing.ride == render::Ride::Water) continue;
+    if (thing.ride == scene::Ride::Water) continue;
     const Eigen::Vector3d& size_m = thing_called(thing.shape.thing).size_m;
     obstacles.push_back(
-        obstacle_of(job, thing.states, thing.ride == render::Ride::Ground, size_m.x(), size_m.y()));
+        obstacle_of(job, thing.states, thing.ride == scene::Ride::Ground, size_m.x(), size_m.y()));
   }
   if (!own.shown_as.empty()) return obstacles;
   const std::vector<std::optional<geo::BodyState>> states(plan.states.begin(), plan.states.end());
@@ -175,10 +176,10 @@ void add_traffic(const Job& job, const world::TileStore& store, const core::Log&
       .obstacles = obstacles_of(job, *own, plan, duration_s),
       .standing =
           what_stands(store, plan.states, reach_of_traffic(traffic, duration_s, ways).of_all_m)};
-  std::vector<render::MovingThing> things =
+  std::vector<scene::MovingThing> things =
       lay_out_traffic(traffic, plan.states, duration_s, site, log);
   std::move(things.begin(), things.end(), std::back_inserter(plan.moving));
-  capture::check_moving(render::describe_moving(plan.moving), ErrorKind::Config,
+  capture::check_moving(sensors::describe_moving(plan.moving), ErrorKind::Config,
                         "sequence " + plan.name);
 }
 

@@ -134,7 +134,7 @@ fs::path folder_of(const fs::path& path) {
   return fs::is_directory(path) ? path : path.parent_path();
 }
 
-render::RigOptions read_colmap(const fs::path& path, const ReadOptions& options) {
+rigs::RigOptions read_colmap(const fs::path& path, const ReadOptions& options) {
   const fs::path config_file = folder_of(path) / "rig_config.json";
   const auto intrinsics_by_id = read_cameras(folder_of(path) / "cameras.txt");
   const Json config =
@@ -207,8 +207,8 @@ void set_pose(Json& object, const std::string& prefix, const geo::Rigid3d& pose)
       .set(prefix + "_translation", Json::array_of({t.x(), t.y(), t.z()}));
 }
 
-void write_colmap(const render::RigOptions& rig, const fs::path& folder) {
-  const std::vector<CameraCalibration> cameras = render::build_cameras({rig});
+void write_colmap(const rigs::RigOptions& rig, const fs::path& folder) {
+  const std::vector<CameraCalibration> cameras = rigs::build_cameras({rig});
   std::string cameras_text = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
   Json entries = Json::array();
   for (std::size_t i = 0; i < cameras.size(); ++i) {

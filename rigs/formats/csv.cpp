@@ -38,7 +38,7 @@ std::string line_of(const std::vector<std::string>& cells) {
   return fmt::format("{}\n", fmt::join(fields, ","));
 }
 
-render::RigOptions read_csv(const std::filesystem::path& path, const ReadOptions& options) {
+rigs::RigOptions read_csv(const std::filesystem::path& path, const ReadOptions& options) {
   const geo::CsvTable table(path, separator_of(path));
   Sheet sheet{.file = path, .headings = table.column_names(), .rows = {}, .row_numbers = {}};
   for (std::size_t row = 0; row < table.num_rows(); ++row) {
@@ -50,7 +50,7 @@ render::RigOptions read_csv(const std::filesystem::path& path, const ReadOptions
   return rig_of_sheet(sheet, options);
 }
 
-void write_csv(const render::RigOptions& rig, const std::filesystem::path& path) {
+void write_csv(const rigs::RigOptions& rig, const std::filesystem::path& path) {
   const Sheet sheet = sheet_of_rig(rig);
   std::string text = line_of(sheet.headings);
   for (const std::vector<std::string>& row : sheet.rows) text += line_of(row);

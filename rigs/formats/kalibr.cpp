@@ -85,7 +85,7 @@ std::pair<std::string, std::string> names_of(const YamlValue& camera, const std:
   return {safe_name(topic.substr(0, slash)), safe_name(topic.substr(slash + 1))};
 }
 
-render::RigOptions read_kalibr(const std::filesystem::path& path, const ReadOptions& options) {
+rigs::RigOptions read_kalibr(const std::filesystem::path& path, const ReadOptions& options) {
   const YamlValue chain = YamlValue::read(path);
   std::vector<CameraCalibration> cameras;
   std::string rig_name = options.name;
@@ -148,8 +148,8 @@ std::string intrinsics_text(const CameraCalibration& camera) {
        intrinsics.model, fmt::join(known, ", "));
 }
 
-void write_kalibr(const render::RigOptions& rig, const std::filesystem::path& path) {
-  const std::vector<CameraCalibration> cameras = render::build_cameras({rig});
+void write_kalibr(const rigs::RigOptions& rig, const std::filesystem::path& path) {
+  const std::vector<CameraCalibration> cameras = rigs::build_cameras({rig});
   std::string text;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const CameraCalibration& camera = cameras[i];

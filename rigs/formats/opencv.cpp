@@ -87,7 +87,7 @@ CameraCalibration read_camera(const YamlValue& camera, const std::string& name) 
           .body_from_rig = {}};
 }
 
-render::RigOptions read_opencv(const std::filesystem::path& path, const ReadOptions& options) {
+rigs::RigOptions read_opencv(const std::filesystem::path& path, const ReadOptions& options) {
   const YamlValue file = YamlValue::read(path);
   std::string rig_name = options.name;
   if (rig_name.empty() && file.has("rig")) rig_name = safe_name(file.at("rig").text());
@@ -149,9 +149,9 @@ std::string camera_text(const CameraCalibration& camera) {
          matrix_text("T", 3, 1, {t.x(), t.y(), t.z()});
 }
 
-void write_opencv(const render::RigOptions& rig, const std::filesystem::path& path) {
+void write_opencv(const rigs::RigOptions& rig, const std::filesystem::path& path) {
   std::string text = fmt::format("%YAML:1.0\n---\nrig: {}\ncameras:\n", rig.name);
-  for (const CameraCalibration& camera : render::build_cameras({rig})) text += camera_text(camera);
+  for (const CameraCalibration& camera : rigs::build_cameras({rig})) text += camera_text(camera);
   core::write_file(path, text);
 }
 

@@ -203,7 +203,7 @@ std::map<std::size_t, Row> cells_of(const pugi::xml_document& document,
   return rows;
 }
 
-render::RigOptions read_xlsx(const std::filesystem::path& path, const ReadOptions& options) {
+rigs::RigOptions read_xlsx(const std::filesystem::path& path, const ReadOptions& options) {
   const std::string file = path.string();
   const std::vector<std::byte> bytes = core::read_file(path, kMostFileBytes);
   zip_error_t error;
@@ -312,7 +312,7 @@ std::vector<std::pair<std::string, std::string>> parts_of(const Sheet& sheet) {
   };
 }
 
-void write_xlsx(const render::RigOptions& rig, const std::filesystem::path& path) {
+void write_xlsx(const rigs::RigOptions& rig, const std::filesystem::path& path) {
   const auto parts = parts_of(sheet_of_rig(rig));
   core::write_file_by(path, [&](const std::filesystem::path& temporary) {
     int code = 0;

@@ -16,11 +16,11 @@
 #include <benchmark/benchmark.h>
 
 #include "core/parallel.h"
-#include "render/frame_renderer.h"
-#include "render/pixel_blocks.h"
+#include "sensors/camera/frame_renderer.h"
+#include "sensors/camera/pixel_blocks.h"
 #include "tests/bench/bare_scene.h"
 #include "tests/bench/bench_support.h"
-#include "tests/render/scene.h"
+#include "tests/support/hills_flight.h"
 #include "tests/world/mountains.h"
 
 namespace {
@@ -61,22 +61,22 @@ struct Flight {
 
  private:
   Flight() {
-    const render::ViewTable& views = scene.renderer.views();
-    const render::View& view = views.at(kFrame, 0);
-    const render::TruthFrame truth = scene.renderer.truth(kFrame, 0);
-    const auto grid = render::PixelGrid::of_squares(kWidth, kHeight, 32);
+    const sensors::ViewTable& views = scene.renderer.views();
+    const sensors::View& view = views.at(kFrame, 0);
+    const sensors::TruthFrame truth = scene.renderer.truth(kFrame, 0);
+    const auto grid = sensors::PixelGrid::of_squares(kWidth, kHeight, 32);
     std::vector<world::WorldRay> rays;
     for (int unit = 0; unit < grid.num_units(); ++unit)
-      render::for_each_pixel(grid.unit(unit), [&](int x, int y) {
+      sensors::for_each_pixel(grid.unit(unit), [&](int x, int y) {
         rays.push_back({.origin_world = view.center_world,
                         .direction_world = view.ray_world({x + 0.5, y + 0.5})});
       });
     add(rays);
-    for (const render::View* other : {&views.at(kFrame + 1, 0), &views.at(kFrame - 1, 0),
-                                      &views.at(kFrame, 1), &views.at(kFrame, 2)}) {
+    for (const sensors::View* other : {&views.at(kFrame + 1, 0), &views.at(kFrame - 1, 0),
+                                       &views.at(kFrame, 1), &views.at(kFrame, 2)}) {
       rays.clear();
       for (int unit = 0; unit < grid.num_units(); ++unit) {
-        render::for_each_pixel(grid.unit(unit), [&](int x, int y) {
+        sensors::for_each_pixel(grid.unit(unit), [&](int x, int y) {
           const auto pixel = static_cast<std::size_t>(y * kWidth + x);
           const Eigen::Vector3d& point = truth.point_world[pixel];
           if (std::isinf(truth.range_m[pixel]) || !other->has_in_image(point)) return;
@@ -99,7 +99,7 @@ void frame_truth(benchmark::State& state) {
   const core::ThreadLimit limit(static_cast<int>(state.range(0)));
   double bare_s = 0.0;
   double ours_s = 0.0;
-  render::TruthFrame truth;  // used again, as the render stage does
+  sensors::TruthFrame truth;  // used again, as the render stage does
   const world::RayQueryStats before = flight.scene.query.stats();
   for ([[maybe_unused]] const auto _ : state) {
     const double start = bench::cpu_seconds();
@@ -151,7 +151,7 @@ void frame_trail(benchmark::State& state) {
   const test::Scene& scene = scene_over(state.range(0));
   const core::ThreadLimit limit(1);
   world::RayTrail trail(scene.query.cut().size());
-  render::TruthFrame truth;
+  sensors::TruthFrame truth;
   double truth_s[2] = {};  // without, with
   double color_s[2] = {};
   int num_turns = 0;
@@ -178,19 +178,19 @@ void frame_trail(benchmark::State& state) {
 /// Ground materials and light alone, without rays.
 void frame_shading(benchmark::State& state) {
   Flight& flight = Flight::get();
-  const render::Ground& ground = flight.scene.renderer.ground();
+  const scene::Ground& ground = flight.scene.renderer.ground();
   const double footprint_m = 1e-2 * static_cast<double>(state.range(0));
-  render::GroundPlaces places;
+  scene::GroundPlaces places;
   world::SurfaceSample surface;
   surface.cover = world::Cover::Land;
   surface.moisture = 0.5;
   surface.source = 0;
   surface.spacing_m = 1.0;
-  render::GroundPacket packet;
-  render::GroundLook look;
-  render::ViewPacket view{};
-  render::Lanes3f radiance;
-  for (int i = 0; i < render::kLanes; ++i) {
+  scene::GroundPacket packet;
+  scene::GroundLook look;
+  scene::ViewPacket view{};
+  scene::Lanes3f radiance;
+  for (int i = 0; i < scene::kLanes; ++i) {
     view.direction[0][i] = 0.8f;
     view.direction[2][i] = -0.6f;
     view.distance_m[i] = 1000.0f;
@@ -199,16 +199,16 @@ void frame_shading(benchmark::State& state) {
   double x = 0.0;
   for ([[maybe_unused]] const auto _ : state) {
     x += 13.7;
-    for (int i = 0; i < render::kLanes; ++i)
+    for (int i = 0; i < scene::kLanes; ++i)
       places.set(i, {x + i * footprint_m, 77.0, 900.0}, Eigen::Vector3d(0.4, 0.2, 1.0).normalized(),
                  surface, footprint_m);
     ground.set(places, packet);
     ground.look(packet, look);
-    render::shade_ground(packet, look, view, flight.scene.renderer.sky(), radiance);
+    scene::shade_ground(packet, look, view, flight.scene.renderer.sky(), radiance);
     benchmark::DoNotOptimize(radiance);
   }
   state.counters["ns_a_sample"] =
-      benchmark::Counter(static_cast<double>(state.iterations()) * render::kLanes * 1e-9,
+      benchmark::Counter(static_cast<double>(state.iterations()) * scene::kLanes * 1e-9,
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 

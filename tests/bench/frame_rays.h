@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "render/frame_renderer.h"
-#include "render/ground_truth.h"
-#include "render/pixel_blocks.h"
+#include "sensors/camera/frame_renderer.h"
+#include "sensors/camera/ground_truth.h"
+#include "sensors/camera/pixel_blocks.h"
 #include "tests/bench/bare_scene.h"
 
 /// The rays by which `render` finds all facts of a camera, ready for bare Embree.
@@ -24,12 +24,13 @@ struct FrameRays {
 template <class Take>
 void for_each_traced_pixel(int width_px, int height_px, const Take& take) {
   constexpr int kUnitSide = 32;
-  const auto grid = render::PixelGrid::of_squares(width_px, height_px, kUnitSide);
-  for (int unit = 0; unit < grid.num_units(); ++unit) render::for_each_pixel(grid.unit(unit), take);
+  const auto grid = sensors::PixelGrid::of_squares(width_px, height_px, kUnitSide);
+  for (int unit = 0; unit < grid.num_units(); ++unit)
+    sensors::for_each_pixel(grid.unit(unit), take);
 }
 
 /// Whether a neighbour shows something else: sky, the ground, another object.
-inline bool is_beside_edge(const render::TruthFrame& truth, int width_px, int height_px, int x,
+inline bool is_beside_edge(const sensors::TruthFrame& truth, int width_px, int height_px, int x,
                            int y) {
   const auto shown_at = [&](int i, int j) {
     const auto pixel = static_cast<std::size_t>(j * width_px + i);
@@ -42,13 +43,13 @@ inline bool is_beside_edge(const render::TruthFrame& truth, int width_px, int he
 }
 
 /// others   views to which visibility is asked
-inline FrameRays rays_of_frame(const render::FrameRenderer& renderer, int frame, int camera,
-                               const std::vector<const render::View*>& others,
+inline FrameRays rays_of_frame(const sensors::FrameRenderer& renderer, int frame, int camera,
+                               const std::vector<const sensors::View*>& others,
                                const BareScene& bare) {
-  const render::View& view = renderer.views().at(frame, camera);
+  const sensors::View& view = renderer.views().at(frame, camera);
   const int width_px = view.model->width_px();
   const int height_px = view.model->height_px();
-  const render::TruthFrame truth = renderer.truth(frame, camera);
+  const sensors::TruthFrame truth = renderer.truth(frame, camera);
   FrameRays result;
   std::vector<world::WorldRay> rays;
   const auto add = [&] {
@@ -65,7 +66,7 @@ inline FrameRays rays_of_frame(const render::FrameRenderer& renderer, int frame,
     if (truth.facts.instance_id.data()[pixel] != 0) result.share_of_objects += pixel_share;
   });
   add();
-  for (const render::View* other : others) {
+  for (const sensors::View* other : others) {
     for_each_traced_pixel(width_px, height_px, [&](int x, int y) {
       const auto pixel = static_cast<std::size_t>(y * width_px + x);
       const Eigen::Vector3d& point = truth.point_world[pixel];
@@ -78,7 +79,7 @@ inline FrameRays rays_of_frame(const render::FrameRenderer& renderer, int frame,
   }
   for_each_traced_pixel(width_px, height_px, [&](int x, int y) {
     if (!is_beside_edge(truth, width_px, height_px, x, y)) return;
-    constexpr double kShift_px = render::kEdgeShift_px;
+    constexpr double kShift_px = sensors::kEdgeShift_px;
     for (const Eigen::Vector2d& shift :
          {Eigen::Vector2d(-kShift_px, 0.0), Eigen::Vector2d(kShift_px, 0.0),
           Eigen::Vector2d(0.0, -kShift_px), Eigen::Vector2d(0.0, kShift_px)})

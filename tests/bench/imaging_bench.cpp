@@ -8,7 +8,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
-#include "render/imaging/imager.h"
+#include "sensors/camera/imaging/imager.h"
 
 namespace {
 
@@ -25,7 +25,7 @@ core::ImageF make_light() {
   return light;
 }
 
-void photograph(benchmark::State& state, const render::ImagingOptions& options) {
+void photograph(benchmark::State& state, const sensors::ImagingOptions& options) {
   const core::ThreadLimit one(1);
   const capture::CameraCalibration camera{
       .rig = "rig",
@@ -36,15 +36,15 @@ void photograph(benchmark::State& state, const render::ImagingOptions& options) 
       .rig_from_camera = {},
       .body_from_rig = {}};
   const auto model = geo::make_camera(camera.intrinsics);
-  const render::Imager imager(options, camera, *model, 1, "P000", 1.0f, render::Color::Ones());
+  const sensors::Imager imager(options, camera, *model, 1, "P000", 1.0f, scene::Color::Ones());
   const core::ImageF light = make_light();
   int frame = 0;
   for (auto _ : state)
-    benchmark::DoNotOptimize(imager.photograph(light, frame++, 0.0, render::Color::Ones()));
+    benchmark::DoNotOptimize(imager.photograph(light, frame++, 0.0, scene::Color::Ones()));
 }
 
-render::ImagingOptions idle() {
-  render::ImagingOptions options;
+sensors::ImagingOptions idle() {
+  sensors::ImagingOptions options;
   options.color.gamma = 2.0;
   return options;
 }
@@ -53,14 +53,14 @@ void imaging_idle(benchmark::State& state) { photograph(state, idle()); }
 BENCHMARK(imaging_idle)->Unit(benchmark::kMillisecond);
 
 void imaging_vignetting(benchmark::State& state) {
-  render::ImagingOptions options = idle();
+  sensors::ImagingOptions options = idle();
   options.lens.vignetting_exponent = 4.0;
   photograph(state, options);
 }
 BENCHMARK(imaging_vignetting)->Unit(benchmark::kMillisecond);
 
 void imaging_chromatic(benchmark::State& state) {
-  render::ImagingOptions options = idle();
+  sensors::ImagingOptions options = idle();
   options.lens.red_scale_permille = 1.0;
   options.lens.blue_scale_permille = -1.0;
   photograph(state, options);
@@ -68,7 +68,7 @@ void imaging_chromatic(benchmark::State& state) {
 BENCHMARK(imaging_chromatic)->Unit(benchmark::kMillisecond);
 
 void imaging_bloom(benchmark::State& state) {
-  render::ImagingOptions options = idle();
+  sensors::ImagingOptions options = idle();
   options.lens.veiling_glare = 0.02;
   options.lens.bloom = 0.05;
   photograph(state, options);
@@ -76,7 +76,7 @@ void imaging_bloom(benchmark::State& state) {
 BENCHMARK(imaging_bloom)->Unit(benchmark::kMillisecond);
 
 void imaging_soiling(benchmark::State& state) {
-  render::ImagingOptions options = idle();
+  sensors::ImagingOptions options = idle();
   options.soiling.smudges = 3;
   options.soiling.dirt_spots = 20;
   photograph(state, options);
@@ -85,7 +85,7 @@ BENCHMARK(imaging_soiling)->Unit(benchmark::kMillisecond);
 
 /// With shot and reading noise.
 void imaging_sensor(benchmark::State& state, bool has_fixed_pattern, const char* mosaic) {
-  render::ImagingOptions options = idle();
+  sensors::ImagingOptions options = idle();
   options.sensor = {.bits = 12, .full_well_e = 10000.0, .read_noise_e = 3.0};
   if (has_fixed_pattern) {
     options.sensor.prnu_percent = 1.0;

@@ -29,8 +29,8 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
-#include "render/frame_renderer.h"
-#include "render/material.h"
+#include "scene/ground/ground.h"
+#include "sensors/camera/frame_renderer.h"
 #include "tests/bench/bench_support.h"
 #include "tests/bench/frame_rays.h"
 #include "tests/bench/view_of_world.h"
@@ -72,7 +72,7 @@ struct Compared {
   render::SequencePlan plan;
   world::RayQuery query;
   world::RayQuery bed;
-  render::FrameRenderer renderer;
+  sensors::FrameRenderer renderer;
   bench::BareScene bare;
   bench::FrameRays rays;
 };
@@ -220,7 +220,7 @@ void compare(benchmark::State& state, const Compared& compared, double num_rays,
 }
 
 void measure_truth(benchmark::State& state, const Compared& compared) {
-  render::TruthFrame truth;
+  sensors::TruthFrame truth;
   compare(
       state, compared, compared.rays.num_rays,
       [&] {
@@ -234,7 +234,7 @@ void measure_truth(benchmark::State& state, const Compared& compared) {
 
 /// Primary rays in the order of the frame's pixels, to hits without what is known of their surface.
 void measure_rays(benchmark::State& state, const Compared& compared) {
-  const render::View& view = compared.renderer.views().at(kFrame, 0);
+  const sensors::View& view = compared.renderer.views().at(kFrame, 0);
   std::vector<world::WorldRay> rays;
   bench::for_each_traced_pixel(kWidth, kHeight, [&](int x, int y) {
     rays.push_back(
@@ -289,8 +289,7 @@ void settled_world_climate(benchmark::State& state) {
     return;
   }
   const world::TileStore store = world::TileStore::open(folder);
-  for ([[maybe_unused]] const auto _ : state)
-    benchmark::DoNotOptimize(render::climate_of(store, 1));
+  for ([[maybe_unused]] const auto _ : state) benchmark::DoNotOptimize(scene::climate_of(store, 1));
 }
 
 BENCHMARK(settled_forest_truth)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond);

@@ -27,7 +27,7 @@
 #include "core/parallel.h"
 #include "tests/bench/bench_support.h"
 #include "tests/bench/view_of_world.h"
-#include "tests/render/scene.h"
+#include "tests/support/hills_flight.h"
 #include "tests/world/mountains.h"
 
 namespace {
@@ -83,7 +83,7 @@ struct Streaming {
   /// As the render stage does it, without files.
   static double fly(const test::Scene& scene) {
     const double start = bench::wall_seconds();
-    render::TruthFrame truth;
+    sensors::TruthFrame truth;
     for (int frame = 0; frame < kNumFrames; ++frame) {
       std::vector<std::vector<world::Viewpoint>> turns;
       for (int turn = frame; turn < std::min(frame + 4, kNumFrames); ++turn)
@@ -158,7 +158,7 @@ struct ViewOfWorld {
   }
 
   static void look(const test::Scene& scene) {
-    render::TruthFrame truth;
+    sensors::TruthFrame truth;
     scene.renderer.truth(1, 0, truth);
     benchmark::DoNotOptimize(truth);
     benchmark::DoNotOptimize(scene.renderer.color(1, 0));

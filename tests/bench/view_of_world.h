@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "geo/units.h"
-#include "tests/render/scene.h"
+#include "tests/support/hills_flight.h"
 
 /// Views of tiled worlds that benchmarks are given by the environment.
 namespace terracast::bench {

@@ -11,8 +11,8 @@
 #include "core/toml_reader.h"
 #include "export/exporter.h"
 #include "geo/camera_model.h"
-#include "render/labels/label.h"
-#include "render/rig.h"
+#include "labels/label.h"
+#include "rigs/rig.h"
 
 namespace terracast::cli {
 namespace {
@@ -108,14 +108,14 @@ TEST(Reference, EveryGroundTruthIsChosenByANameThatThePageHas) {
   const std::string listed = list_text("labels");
   for (const auto& [ground_truth, kind] : kinds) {
     SCOPED_TRACE(ground_truth);
-    EXPECT_NO_THROW(render::LabelOptions{kind});
+    EXPECT_NO_THROW(labels::LabelOptions{kind});
     EXPECT_TRUE(std::regex_search(listed, std::regex("(^|\n)" + kind + " ")));
     const std::size_t row = page.find("\n| " + ground_truth + " | labels `");
     ASSERT_NE(row, std::string::npos);
     const std::string chosen_by = page.substr(row, page.find('\n', row + 1) - row);
     EXPECT_NE(chosen_by.find("`" + kind + "`"), std::string::npos) << chosen_by;
   }
-  for (const render::LabelInfo& info : render::labels())
+  for (const labels::LabelInfo& info : labels::labels())
     EXPECT_NE(page.find(fmt::format("\n| `{}` | ", info.name)), std::string::npos) << info.name;
 }
 
@@ -168,13 +168,13 @@ TEST(Reference, EachCameraModelHasAPageWhoseExampleReads) {
     const std::string example = example_of(page, "## In a rig");
     EXPECT_NE(example.find("model = \"" + name + "\""), std::string::npos);
     if (is_from_file) continue;
-    render::RigOptions rig;
+    rigs::RigOptions rig;
     core::TomlDocument::parse(
         "name = \"rig\"\n" +
             std::regex_replace(example, std::regex(R"(\[\[rigs\.cameras)"), "[[cameras"),
         name)
         .read(rig);
-    EXPECT_EQ(render::build_cameras({rig}).at(0).intrinsics.model, name);
+    EXPECT_EQ(rigs::build_cameras({rig}).at(0).intrinsics.model, name);
   }
 }
 

@@ -2,7 +2,7 @@
 
 #include "core/toml_reader.h"
 #include "export/exporter.h"
-#include "render/rig.h"
+#include "rigs/rig.h"
 
 namespace terracast::cli {
 namespace {
@@ -10,7 +10,7 @@ namespace {
 /// The cameras of a rig file that is shipped.
 std::vector<capture::CameraCalibration> cameras_of(const std::string& rig) {
   const std::filesystem::path folder = std::filesystem::path(TERRACAST_SOURCE_DIR) / "configs/rigs";
-  return render::build_cameras({core::read_toml<render::RigOptions>(folder / (rig + ".toml"))});
+  return rigs::build_cameras({core::read_toml<rigs::RigOptions>(folder / (rig + ".toml"))});
 }
 
 void expect_fits(const std::string& export_toml, const std::string& rig) {

@@ -9,6 +9,7 @@
 #include "capture/frame.h"
 #include "core/atomic_file.h"
 #include "core/toml_reader.h"
+#include "sensors/moving_record.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/test_data.h"
 #include "tiler/objects/things.h"
@@ -67,8 +68,8 @@ TEST(LaidOutMoving, IsThereWhileItsMotionLastsAndRollsAsFarAsItGoes) {
         .at(0);
   };
   // The motion lasts 62.8 s of the 158 s of the sequence.
-  const render::MovingThing once = things("");
-  EXPECT_EQ(once.ride, render::Ride::Ground);
+  const scene::MovingThing once = things("");
+  EXPECT_EQ(once.ride, scene::Ride::Ground);
   EXPECT_EQ(once.parts.size(), 4U);
   for (std::size_t i = 0; i < 80; ++i) EXPECT_EQ(once.states[i].has_value(), i < 32) << i;
   for (std::size_t i = 0; i < 32; ++i) {
@@ -76,11 +77,11 @@ TEST(LaidOutMoving, IsThereWhileItsMotionLastsAndRollsAsFarAsItGoes) {
     EXPECT_EQ(once.states[i]->time_s, 2.0 * static_cast<double>(i));
   }
   // It comes 11 s late, is there from frame 6 on, and where it is at once at frame 0.
-  const render::MovingThing late = things("start_s = -11.0\n");
+  const scene::MovingThing late = things("start_s = -11.0\n");
   for (std::size_t i = 0; i < 80; ++i)
     EXPECT_EQ(late.states[i].has_value(), i >= 6 && i <= 36) << i;
   // Again and again, but not before it begins.
-  const render::MovingThing again = things("start_s = -11.0\nrepeat = true\n");
+  const scene::MovingThing again = things("start_s = -11.0\nrepeat = true\n");
   for (std::size_t i = 0; i < 80; ++i) EXPECT_EQ(again.states[i].has_value(), i >= 6) << i;
   const double angle_rad = (2.0 * 79 - 11.0) * 10.0 / 100.0;
   const auto azimuth = [](const geo::BodyState& state) {
@@ -105,7 +106,7 @@ TEST(LaidOutMoving, OtherFlightsAreSeenAtTheSameTimeByTheirMiddle) {
   EXPECT_EQ(seen_by(0).size(), 2U);
   EXPECT_EQ(seen_by(1).size(), 1U);
   EXPECT_EQ(seen_by(1)[0].name, "c");
-  const render::MovingThing helicopter = seen_by(0)[0];
+  const scene::MovingThing helicopter = seen_by(0)[0];
   // Its own frames say where the body is; what is drawn stands half its height lower along its own up.
   const geo::SampledFrames own = geo::sample_frames(flights[1], land.context(10.0));
   for (std::size_t i = 0; i < 9; ++i) {
@@ -145,7 +146,7 @@ TEST(LaidOutMoving, ABodyIsSeenWhereItsOwnRigsLetItBe) {
                            "origin = {{lat_deg = 46.0, lon_deg = 7.0, height_m = 0.0}}\n",
                            (folder / "track.csv").string()))};
   const std::vector<double> half_sizes = {2000.0, 101.0};
-  const std::vector<render::MovingThing> things =
+  const std::vector<scene::MovingThing> things =
       lay_out_moving({}, {flights, half_sizes}, flights[0], frames_at(1.0, 40), land.context(1.0));
   ASSERT_EQ(things.size(), 1U);
   // It begins at the first place that is looked at inside, every 5 m; from there it goes 10 m/s to the last.
@@ -164,7 +165,7 @@ TEST(LaidOutMoving, WheelsTurnWhereTheyRoll) {
     MovingOptions options = circle(keys);
     options.thing = thing;
     double most = 0.0;
-    for (const render::TurningPart& part :
+    for (const scene::TurningPart& part :
          lay_out_moving(std::vector{options}, {}, flight("P000", ""), frames_at(1.0, 2),
                         land.context(1.0))
              .at(0)
@@ -207,12 +208,12 @@ TEST(CapturedThings, AreThoseThatWereLaidOut) {
   drone.name = "drone";
   drone.thing = "quadcopter";
   drone.variant = 2;
-  const std::vector<render::MovingThing> laid_out = lay_out_moving(
+  const std::vector<scene::MovingThing> laid_out = lay_out_moving(
       std::vector{circle(""), drone}, {}, flight("P000", ""), frames_at(1.0, 2), land.context(1.0));
   capture::SequenceInfo info;
-  info.moving = render::describe_moving(laid_out);
-  const std::vector<render::MovingThing> captured = captured_things(info);
-  EXPECT_EQ(render::describe_moving(captured), info.moving);
+  info.moving = sensors::describe_moving(laid_out);
+  const std::vector<scene::MovingThing> captured = captured_things(info);
+  EXPECT_EQ(sensors::describe_moving(captured), info.moving);
   ASSERT_EQ(captured.size(), 2U);
   EXPECT_EQ(captured[1].parts.size(), 4U);
   info.moving[0].thing = "zeppelin";
@@ -222,13 +223,13 @@ TEST(CapturedThings, AreThoseThatWereLaidOut) {
 
 TEST(CapturedThings, OfOneKindShareTheirShapes) {
   capture::SequenceInfo info;
-  std::vector<render::MovingThing> things;
+  std::vector<scene::MovingThing> things;
   for (const char* name : {"first", "second"})
     things.push_back(moving_thing(name, thing_called("hatchback"), 0));
   things.push_back(moving_thing("drone", thing_called("quadcopter"), 0));
-  info.moving = render::describe_moving(things);
-  const std::vector<render::MovingThing> captured = captured_things(info);
-  EXPECT_EQ(render::describe_moving(captured), info.moving);
+  info.moving = sensors::describe_moving(things);
+  const std::vector<scene::MovingThing> captured = captured_things(info);
+  EXPECT_EQ(sensors::describe_moving(captured), info.moving);
   ASSERT_EQ(captured.size(), 3U);
   EXPECT_EQ(captured[0].shape.shown, captured[1].shape.shown);
   EXPECT_NE(captured[0].shape.shown, captured[2].shape.shown);
@@ -241,15 +242,14 @@ TEST(CapturedThings, OfOneKindShareTheirShapes) {
 TEST(LaidOutMoving, ColoursOfAThingHaveShapesOfTheirOwn) {
   MovingThings things;
   const tiler::ThingInfo& car = thing_called("hatchback");
-  const render::MovingThing first = things.of("first", car, 0),
-                            second = things.of("second", car, 1),
-                            third = things.of("third", car, 1);
+  const scene::MovingThing first = things.of("first", car, 0), second = things.of("second", car, 1),
+                           third = things.of("third", car, 1);
   EXPECT_NE(first.shape.shown, second.shape.shown);
   EXPECT_EQ(second.shape.shown, third.shape.shown);
   EXPECT_EQ(third.name, "third");
   EXPECT_EQ(third.variety, 1);
-  EXPECT_EQ(render::text_of_shapes(std::array{third}),
-            render::text_of_shapes(std::array{moving_thing("third", car, 1)}));
+  EXPECT_EQ(scene::text_of_shapes(std::array{third}),
+            scene::text_of_shapes(std::array{moving_thing("third", car, 1)}));
 }
 
 // A capture does not say which variant a thing is of, and labels take the first.

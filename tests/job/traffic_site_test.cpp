@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "job/stages.h"
 #include "job/traffic/traffic.h"
+#include "sensors/moving_record.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/street_job.h"
 #include "tests/support/test_data.h"
@@ -98,7 +99,7 @@ TEST(TrafficSite, RidesTheGroundAndOverBridgesTheirDecks) {
                         streets.plan.detail),
       streets.job.config.tracing);
   const geo::WorldFrame frame(streets.store.manifest().origin);
-  const render::MovingBodies bodies(streets.plan.moving, query, frame);
+  const scene::MovingBodies bodies(streets.plan.moving, query, frame);
   std::vector<world::Solid> bridges;
   std::set<std::uint32_t> known;
   for (const world::TileInfo& info : streets.store.manifest().tiles)
@@ -106,7 +107,7 @@ TEST(TrafficSite, RidesTheGroundAndOverBridgesTheirDecks) {
       if (known.insert(solid.provenance.instance_id).second) bridges.push_back(solid);
   ASSERT_EQ(bridges.size(), 1U);
 
-  const auto described = render::describe_moving(streets.plan.moving);
+  const auto described = sensors::describe_moving(streets.plan.moving);
   int num_on_deck = 0, num_below = 0, num_on_ground = 0, num_at_ends = 0;
   double before_s = 0.0;
   std::vector<std::optional<geo::BodyState>> before;
@@ -192,7 +193,7 @@ lamp_spacing_m = 20.0
   ASSERT_GT(num_lamps, 10);
   ASSERT_GT(streets.plan.moving.size(), 3U);
   int num_near = 0;
-  for (const render::MovingThing& thing : streets.plan.moving) {
+  for (const scene::MovingThing& thing : streets.plan.moving) {
     const Vector2d size_m = tiler::find_thing(thing.shape.thing)->size_m.head<2>();
     for (const auto& state : thing.states)
       for (const Standing& other : standing) {
@@ -228,9 +229,9 @@ TEST(TrafficSite, LampsLeaveRoomToWalkAndDriveBy) {
   for (const world::TileInfo& info : streets.store.manifest().tiles)
     num_lamps += static_cast<int>(streets.store.load(info.id).objects.instances.size());
   ASSERT_GT(num_lamps, 10);
-  const auto counts = [](const std::vector<render::MovingThing>& things) {
+  const auto counts = [](const std::vector<scene::MovingThing>& things) {
     std::map<std::string, double> num;
-    for (const render::MovingThing& thing : things)
+    for (const scene::MovingThing& thing : things)
       num[thing.name.substr(0, thing.name.find('-'))] += 1.0;
     return num;
   };
@@ -292,8 +293,8 @@ reach_m = 200.0
   for (std::size_t k = 0; k < 2; ++k) {
     render::SequencePlan plan = job.sequences.at(k);
     add_traffic(job, store, log, plan);
-    for (const render::MovingThing& thing : plan.moving)
-      if (thing.ride == render::Ride::Way)
+    for (const scene::MovingThing& thing : plan.moving)
+      if (thing.ride == scene::Ride::Way)
         for (const auto& state : thing.states)
           seen[k][thing.name][state->time_s] = state->world_from_body.translation.head<2>();
   }

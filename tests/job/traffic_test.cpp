@@ -32,7 +32,7 @@ TEST(Traffic, KeepsToLanesInTheRightDirectionAndNeverMeets) {
     std::map<WayKind, int> num_seen;
     int num_turned = 0;
     for (const MovingThing& thing : things) {
-      EXPECT_EQ(thing.ride, render::Ride::Way);
+      EXPECT_EQ(thing.ride, scene::Ride::Way);
       for (const auto& state : thing.states) {
         ASSERT_TRUE(state) << "nothing comes or goes";
         const Nearest way = nearest(town.network, place_of(*state), true);

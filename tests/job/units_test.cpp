@@ -105,7 +105,7 @@ TEST(Units, EveryNumberOfAConfigHasOneOrNeedsNone) {
   for (const auto& kind : tiler::layer_kinds()) expect_units_of(*kind.make());
   for (const auto& kind : geo::trajectory_kinds()) expect_units_of(*kind.make());
   for (const auto& format : geo::fix_formats()) expect_units_of(*format.make());
-  for (const auto& kind : render::labels()) expect_units_of(*kind.make());
+  for (const auto& kind : labels::labels()) expect_units_of(*kind.make());
   for (const auto& format : exporters::exporters()) expect_units_of(*format.make());
   EXPECT_GT(num_with_unit, 50);
 }

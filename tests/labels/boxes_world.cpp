@@ -7,7 +7,7 @@
 #include "core/parallel.h"
 #include "core/toml_reader.h"
 #include "geo/frames.h"
-#include "render/labels/label.h"
+#include "labels/label.h"
 #include "tests/support/tiny_world.h"
 #include "world/objects_file.h"
 
@@ -148,8 +148,8 @@ capture::SequenceReader render_plan(const world::TileStore& store, const render:
   return capture::SequenceReader::open(folder);
 }
 
-render::MovingShape moving_box(const Vector3d& low, const Vector3d& high,
-                               core::SemanticClass semantic_class) {
+scene::MovingShape moving_box(const Vector3d& low, const Vector3d& high,
+                              core::SemanticClass semantic_class) {
   return {.thing = "box",
           .shown = std::make_shared<const world::PrototypeLibrary::Shown>(
               box_shape(low, high, semantic_class))};
@@ -157,18 +157,18 @@ render::MovingShape moving_box(const Vector3d& low, const Vector3d& high,
 
 void make_labels(const capture::SequenceReader& sequence, const world::TileStore& store,
                  const std::string& kind, int num_threads,
-                 const std::vector<render::MovingThing>& things) {
+                 const std::vector<scene::MovingThing>& things) {
   make_labels_with(sequence, store, "kind = \"" + kind + "\"\n", things, num_threads);
 }
 
 void make_labels_with(const capture::SequenceReader& sequence, const world::TileStore& store,
-                      const std::string& toml, const std::vector<render::MovingThing>& things,
+                      const std::string& toml, const std::vector<scene::MovingThing>& things,
                       int num_threads) {
   const core::Log log("label", core::LogLevel::Off);
   const core::ThreadLimit limit(num_threads);
-  std::vector<render::LabelOptions> options(1);
+  std::vector<labels::LabelOptions> options(1);
   core::TomlDocument::parse(toml, "test.toml").read(options[0]);
-  render::run_label_stage(sequence, store, things, options,
+  labels::run_label_stage(sequence, store, things, options,
                           {.log = log, .num_threads = num_threads});
 }
 

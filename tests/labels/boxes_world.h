@@ -56,17 +56,17 @@ capture::SequenceReader render_plan(const world::TileStore& store, const render:
                                     const std::filesystem::path& folder);
 
 /// A box that moves, along the axes of its frame, as a shape of a thing. Its corners lie on the lattice of 2^-10 m.
-render::MovingShape moving_box(const Eigen::Vector3d& low, const Eigen::Vector3d& high,
-                               core::SemanticClass semantic_class);
+scene::MovingShape moving_box(const Eigen::Vector3d& low, const Eigen::Vector3d& high,
+                              core::SemanticClass semantic_class);
 
 /// Makes labels of one kind with its defaults.
 /// things   that move in it
 void make_labels(const capture::SequenceReader& sequence, const world::TileStore& store,
                  const std::string& kind, int num_threads = 0,
-                 const std::vector<render::MovingThing>& things = {});
+                 const std::vector<scene::MovingThing>& things = {});
 /// The same with keys of a config.
 void make_labels_with(const capture::SequenceReader& sequence, const world::TileStore& store,
-                      const std::string& toml, const std::vector<render::MovingThing>& things = {},
+                      const std::string& toml, const std::vector<scene::MovingThing>& things = {},
                       int num_threads = 0);
 
 }  // namespace terracast::test

@@ -12,7 +12,7 @@
 #include "core/json.h"
 #include "core/log.h"
 #include "core/toml_reader.h"
-#include "render/labels/label.h"
+#include "labels/label.h"
 #include "tests/labels/named_scene.h"
 #include "tests/support/expect_error.h"
 
@@ -121,19 +121,19 @@ TEST_F(NamedLabels, DisparityOfASequenceWithoutPairsIsAnIndexOfNone) {
   plan.cameras[0].rig = "eye";
   std::vector<capture::SequenceReader> captures = {*sequence};
   captures.push_back(render_plan(*store, plan, *folder / "alone"));
-  std::vector<render::SequenceOutline> outlines;
+  std::vector<labels::SequenceOutline> outlines;
   for (const capture::SequenceReader& one : captures)
     outlines.push_back({.name = one.info().name, .cameras = one.info().cameras, .num_frames = 1});
   const core::Log log("label", core::LogLevel::Info), quiet("label", core::LogLevel::Warn);
   const auto no_things = [](const capture::SequenceInfo&) {
-    return std::vector<render::MovingThing>();
+    return std::vector<scene::MovingThing>();
   };
   for (const std::string keys : {"", "cameras = [\"mcs4/right mcs4/left\"]\n"}) {
     SCOPED_TRACE(keys);
-    std::vector<render::LabelOptions> options(1);
+    std::vector<labels::LabelOptions> options(1);
     core::TomlDocument::parse("kind = \"disparity\"\n" + keys, "test.toml").read(options[0]);
     testing::internal::CaptureStderr();
-    render::check_labels(options, outlines, log);
+    labels::check_labels(options, outlines, log);
     const std::string told = testing::internal::GetCapturedStderr();
     EXPECT_NE(told.find("no pair of cameras in 1 of 2 sequences, which get none: alone"),
               std::string::npos)
@@ -141,12 +141,12 @@ TEST_F(NamedLabels, DisparityOfASequenceWithoutPairsIsAnIndexOfNone) {
     EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
     // Nobody need be warned of what was meant; that there is no pair at all is refused.
     testing::internal::CaptureStderr();
-    render::check_labels(options, outlines, quiet);
+    labels::check_labels(options, outlines, quiet);
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
     expect_error(core::ErrorKind::Config, {keys.empty() ? "rectified" : "mcs4"},
-                 [&] { render::check_labels(options, std::span(outlines).last(1), quiet); });
+                 [&] { labels::check_labels(options, std::span(outlines).last(1), quiet); });
     for (const capture::SequenceReader& one : captures)
-      render::run_label_stage(one, *store, {}, options, {.log = quiet},
+      labels::run_label_stage(one, *store, {}, options, {.log = quiet},
                               {.sequences = captures, .things_of = no_things});
     EXPECT_EQ(Json::read(labels("disparity") / "disparity.json").at("pairs").size(),
               keys.empty() ? 4U : 1U);
@@ -158,12 +158,12 @@ TEST_F(NamedLabels, DisparityOfASequenceWithoutPairsIsAnIndexOfNone) {
 
 TEST_F(NamedLabels, DisparityThatCannotBeIsRefused) {
   const auto check = [](const std::string& keys, std::vector<capture::CameraCalibration> cameras) {
-    std::vector<render::LabelOptions> options(1);
+    std::vector<labels::LabelOptions> options(1);
     core::TomlDocument::parse("kind = \"disparity\"\n" + keys, "test.toml").read(options[0]);
     options[0].validate();
-    const std::vector<render::SequenceOutline> outlines = {
+    const std::vector<labels::SequenceOutline> outlines = {
         {.name = "s", .cameras = std::move(cameras), .num_frames = 2}};
-    render::check_labels(options, outlines, core::Log("label", core::LogLevel::Off));
+    labels::check_labels(options, outlines, core::Log("label", core::LogLevel::Off));
   };
   const std::vector<capture::CameraCalibration> all = plan_of_all().cameras;
   EXPECT_NO_THROW(check("", {all[0], all[1]}));

@@ -44,9 +44,9 @@ inline geo::BodyState leaning_state(int frame, const Eigen::Vector3d& place, dou
 }
 
 /// The thing of a body, without states; nothing of it is gone.
-inline render::MovingThing thing_of_body(const std::string& name, const Body& body,
-                                         core::SemanticClass semantic_class,
-                                         std::size_t num_frames) {
+inline scene::MovingThing thing_of_body(const std::string& name, const Body& body,
+                                        core::SemanticClass semantic_class,
+                                        std::size_t num_frames) {
   return {.name = name,
           .shape = moving_box(body.low, body.high, semantic_class),
           .semantic_id = static_cast<std::uint32_t>(semantic_class),
@@ -113,8 +113,8 @@ inline Body gone_body(std::uint32_t instance_id) {
 }
 
 /// van_x_m   where it is in each frame
-inline render::MovingThing van(const std::vector<double>& van_x_m) {
-  render::MovingThing thing =
+inline scene::MovingThing van(const std::vector<double>& van_x_m) {
+  scene::MovingThing thing =
       thing_of_body("van", kVanBody, core::SemanticClass::Van, van_x_m.size());
   thing.parts = {{.name = "bar",
                   .shape = moving_box(kBarBody.low, kBarBody.high, core::SemanticClass::Van),
@@ -129,9 +129,9 @@ inline render::MovingThing van(const std::vector<double>& van_x_m) {
   return thing;
 }
 
-inline render::MovingThing cart(int num_frames) {
-  render::MovingThing thing = thing_of_body("cart", kCartBody, core::SemanticClass::Car,
-                                            static_cast<std::size_t>(num_frames));
+inline scene::MovingThing cart(int num_frames) {
+  scene::MovingThing thing = thing_of_body("cart", kCartBody, core::SemanticClass::Car,
+                                           static_cast<std::size_t>(num_frames));
   for (int frame = 0; frame < num_frames; ++frame)
     thing.states.push_back(leaning_state(frame, {60.0, -9.0 - 2.0 * frame, 51.0}, 1.0 + 0.3 * frame,
                                          {-10.0, -20.0, 1.0}, {0.0, 0.5, 2.0}));
@@ -139,9 +139,9 @@ inline render::MovingThing cart(int num_frames) {
 }
 
 /// It is there in the first frames alone.
-inline render::MovingThing gone(int num_there, int num_frames) {
-  render::MovingThing thing = thing_of_body("gone", gone_body(0), core::SemanticClass::Drone,
-                                            static_cast<std::size_t>(num_frames));
+inline scene::MovingThing gone(int num_there, int num_frames) {
+  scene::MovingThing thing = thing_of_body("gone", gone_body(0), core::SemanticClass::Drone,
+                                           static_cast<std::size_t>(num_frames));
   thing.states.resize(static_cast<std::size_t>(num_frames));
   for (int frame = 0; frame < num_there; ++frame)
     thing.states[static_cast<std::size_t>(frame)] =
@@ -152,7 +152,7 @@ inline render::MovingThing gone(int num_there, int num_frames) {
 /// Two cameras of one rig, the second of which reads out line by line.
 /// camera_x_m   where they are in each frame
 inline render::SequencePlan two_camera_plan(const std::vector<double>& camera_x_m,
-                                            const std::vector<render::MovingThing>& things) {
+                                            const std::vector<scene::MovingThing>& things) {
   render::SequencePlan plan = level_plan(static_cast<int>(camera_x_m.size()));
   for (std::size_t i = 0; i < camera_x_m.size(); ++i) {
     geo::BodyState& state = plan.states[i];

@@ -14,7 +14,7 @@
 #include "core/log.h"
 #include "core/toml_reader.h"
 #include "export/exporter.h"
-#include "render/labels/label.h"
+#include "labels/label.h"
 #include "tests/labels/moving_scene.h"
 #include "tests/support/expect_error.h"
 #include "validate/npy.h"
@@ -225,14 +225,14 @@ TEST_F(MovingLabels, FlowIsThatOfTheTerracastFormatAndSceneFlowThatOfThePairs) {
   for (const char* kind : {"flow", "scene_flow"})
     for (const char* apart : {"[]", "[0]", "[1, 5]"})
       expect_error(core::ErrorKind::Config, {kind, "frames_apart"}, [&] {
-        std::vector<render::LabelOptions> wanted(1);
+        std::vector<labels::LabelOptions> wanted(1);
         core::TomlDocument::parse(fmt::format("kind = \"{}\"\nframes_apart = {}\n", kind, apart),
                                   "test.toml")
             .read(wanted[0]);
         wanted[0].validate();
-        const std::vector<render::SequenceOutline> outlines = {
+        const std::vector<labels::SequenceOutline> outlines = {
             {.name = "s", .cameras = sequence->info().cameras, .num_frames = 2}};
-        render::check_labels(wanted, outlines, core::Log("label", core::LogLevel::Off));
+        labels::check_labels(wanted, outlines, core::Log("label", core::LogLevel::Off));
       });
 }
 

@@ -24,8 +24,8 @@ inline const std::vector<Body> kBodies = {
     kVanBody, kBarBody, kCartBody, {kTruck, {-4.0, -3.0, -2.0}, {4.0, 3.0, 2.0}}, gone_body(kGone)};
 inline constexpr int kTruckBody = 3;
 
-inline std::vector<render::MovingThing> moving_things() {
-  render::MovingThing truck =
+inline std::vector<scene::MovingThing> moving_things() {
+  scene::MovingThing truck =
       thing_of_body("truck", kBodies[kTruckBody], core::SemanticClass::Truck, 2);
   for (int frame = 0; frame < 2; ++frame)
     truck.states.push_back(leaning_state(frame, {80.0, -41.0 + 2.0 * frame, 55.0},
@@ -34,7 +34,7 @@ inline std::vector<render::MovingThing> moving_things() {
 }
 
 /// Two frames.
-inline render::SequencePlan plan_of(const std::vector<render::MovingThing>& things) {
+inline render::SequencePlan plan_of(const std::vector<scene::MovingThing>& things) {
   return two_camera_plan({0.0, 0.5}, things);
 }
 
@@ -68,7 +68,7 @@ struct MovingLabels : testing::Test {
   static inline std::unique_ptr<ScratchFolder> folder;
   static inline std::optional<world::TileStore> store;
   static inline std::optional<capture::SequenceReader> sequence;
-  static inline std::vector<render::MovingThing> things;
+  static inline std::vector<scene::MovingThing> things;
 
   void SetUp() override {
     if (folder) return;

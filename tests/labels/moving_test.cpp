@@ -19,7 +19,7 @@
 #include "core/log.h"
 #include "core/toml_reader.h"
 #include "export/exporter.h"
-#include "render/labels/shown_objects.h"
+#include "labels/shown_objects.h"
 #include "tests/labels/moving_scene.h"
 #include "tests/support/expect_error.h"
 
@@ -250,11 +250,11 @@ TEST_F(MovingLabels, KittiRowsOfWhatLeansHoldIt) {
 
 // Of a thousand vehicles few differ.
 TEST(MovingObjects, ThingsThatShareAShapeAreLookedAtWithOne) {
-  std::vector<render::MovingThing> things = moving_things();
+  std::vector<scene::MovingThing> things = moving_things();
   things[3].shape = things[1].shape;
   things[3].parts = things[0].parts;
   const auto objects =
-      render::moving_objects(things, std::vector<std::uint32_t>{kVan, kCart, kGone});
+      labels::moving_objects(things, std::vector<std::uint32_t>{kVan, kCart, kGone});
   ASSERT_EQ(objects.size(), 3U);
   EXPECT_EQ(objects[1].parts[0].shape, objects[2].parts[0].shape);
   EXPECT_EQ(objects[0].parts.at(1).shape, objects[2].parts.at(1).shape);
@@ -269,7 +269,7 @@ TEST(MovingObjects, ThingsThatShareAShapeAreLookedAtWithOne) {
 }
 
 TEST_F(MovingLabels, OtherThingsThanTheCapturesAreRefused) {
-  std::vector<render::MovingThing> others = things;
+  std::vector<scene::MovingThing> others = things;
   others[1].name = "dog";
   expect_error(core::ErrorKind::Input, {"boxes", "render it again"},
                [&] { make_labels(*sequence, *store, "objects", 0, others); });

@@ -11,8 +11,8 @@
 #include "core/atomic_file.h"
 #include "core/hash.h"
 #include "core/random.h"
-#include "render/labels/object_outline.h"
-#include "render/labels/shown_objects.h"
+#include "labels/object_outline.h"
+#include "labels/shown_objects.h"
 #include "tests/labels/boxes_world.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/test_data.h"
@@ -257,8 +257,8 @@ TEST_F(ObjectLabelling, PixelsAreThoseOfBruteForce) {
 
 /// An object of one box, without a world.
 struct LoneBox {
-  std::unique_ptr<const render::LoneShape> shape;
-  render::Placement placement;
+  std::unique_ptr<const labels::LoneShape> shape;
+  labels::Placement placement;
 };
 LoneBox lone_box(const WorldBox& box) {
   world::Shape shape;
@@ -270,7 +270,7 @@ LoneBox lone_box(const WorldBox& box) {
   for (const auto& face : kFaces)
     shape.triangles.push_back({.corners = {face[0], face[1], face[2]}, .finish = 0});
   shape.finishes.emplace_back();
-  LoneBox object{std::make_unique<const render::LoneShape>(shape, Eigen::Vector3i::Zero()), {}};
+  LoneBox object{std::make_unique<const labels::LoneShape>(shape, Eigen::Vector3i::Zero()), {}};
   object.placement.parts = {{.shape = object.shape.get()}};
   return object;
 }
@@ -306,7 +306,7 @@ TEST_P(Outlines, HoldAllOfTheObjectAndNoMore) {
       view.motion = geo::CameraMotion{
           .state = state, .body_from_camera = {}, .shutter = {.line_time_s = 1e-4}};
     }
-    const render::Outline outline = render::outline_of(object.placement, view);
+    const labels::Outline outline = labels::outline_of(object.placement, view);
     ASSERT_TRUE(outline.is_whole);
     Eigen::AlignedBox2d truth;
     constexpr int kSteps = 100;
@@ -348,14 +348,14 @@ TEST(OutlineEdges, OfWhatPassesTheCameraReachToTheImagesEdge) {
   const capture::CameraView view{.model = *model, .world_from_camera = {}};
   // Beside the camera, from behind it to before it.
   const auto object = lone_box({.low = {2, -1, -10}, .high = {4, 1, 10}});
-  const render::Outline outline = render::outline_of(object.placement, view);
+  const labels::Outline outline = labels::outline_of(object.placement, view);
   EXPECT_FALSE(outline.is_whole);
   EXPECT_NEAR(outline.box_px.left, 200.0 + 300.0 * 2.0 / 10.0, 0.1);
   EXPECT_GT(outline.box_px.right, 400.0);
   // Its side at x = 2 is all that is seen of it; the image shows z > 3 m of that.
   const double all = 4.0 * corner_angle(1, 10, 2);
   const double inside = 2.0 * (corner_angle(1, 10, 2) - corner_angle(1, 3, 2));
-  EXPECT_NEAR(render::truncation_of(object.placement, view, outline), 1.0 - inside / all,
+  EXPECT_NEAR(labels::truncation_of(object.placement, view, outline), 1.0 - inside / all,
               1.0 / 128.0);
 }
 
@@ -365,10 +365,10 @@ TEST(OutlineEdges, OfWhatHoldsThePoleOfAPanoramaReachIt) {
       geo::make_camera({"equirectangular", 80, 40, {80 / (2 * M_PI), 40 / M_PI, 40, 20}});
   const capture::CameraView view{.model = *model, .world_from_camera = {}};
   const auto object = lone_box({.low = {-8, -6, -8}, .high = {8, -5, 8}});
-  const render::Outline outline = render::outline_of(object.placement, view);
-  const render::PixelRays rays(view);
+  const labels::Outline outline = labels::outline_of(object.placement, view);
+  const labels::PixelRays rays(view);
   const auto own =
-      render::own_pixels(object.placement, rays, outline, [](int, int) { return false; });
+      labels::own_pixels(object.placement, rays, outline, [](int, int) { return false; });
   EXPECT_EQ(own.top, 0.5);  // the centre of the first row
   EXPECT_EQ(own.left, 0.5);
   EXPECT_EQ(own.right, 79.5);
@@ -382,7 +382,7 @@ TEST(SmallestUprightBox, IsThatOfBruteForce) {
       points.emplace_back(3e4 + core::random_between(-9, 9, 5, trial, 3 * i),
                           -2e4 + core::random_between(-4, 4, 5, trial, 3 * i + 1),
                           core::random_between(0, 7, 5, trial, 3 * i + 2));
-    const auto box = render::smallest_upright_box(points, Eigen::Matrix3d::Identity());
+    const auto box = labels::smallest_upright_box(points, Eigen::Matrix3d::Identity());
     double least = std::numeric_limits<double>::infinity();
     for (int step = 0; step < 9000; ++step) {
       const double turn = step * 1e-4 * std::numbers::pi / 1.8;

@@ -15,7 +15,7 @@
 #include "core/log.h"
 #include "core/toml_reader.h"
 #include "export/exporter.h"
-#include "render/labels/label.h"
+#include "labels/label.h"
 #include "tests/labels/boxes_world.h"
 #include "tests/labels/moving_bodies.h"
 #include "tests/support/expect_error.h"
@@ -312,11 +312,11 @@ TEST_F(Panoramas, DisparityIsOfPairsThatAreNamedAlone) {
   const core::Log log("label", core::LogLevel::Off);
   const auto check = [&](const std::string& keys,
                          const std::vector<capture::CameraCalibration>& of) {
-    std::vector<render::LabelOptions> options(1);
+    std::vector<labels::LabelOptions> options(1);
     core::TomlDocument::parse("kind = \"disparity\"\n" + keys, "job.toml").read(options[0]);
-    const std::vector<render::SequenceOutline> job = {
+    const std::vector<labels::SequenceOutline> job = {
         {.name = "boxes", .cameras = of, .num_frames = 2}};
-    render::check_labels(options, job, log);
+    labels::check_labels(options, job, log);
   };
   // Beside each other and turned alike, they have no rows in which f b / depth would hold.
   std::vector<capture::CameraCalibration> alike = {cameras()[0], cameras()[0]};

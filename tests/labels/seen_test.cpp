@@ -15,8 +15,8 @@
 #include "core/image_io.h"
 #include "core/json.h"
 #include "core/toml_reader.h"
-#include "render/labels/label.h"
-#include "render/labels/matches.h"
+#include "labels/label.h"
+#include "labels/matches.h"
 #include "tests/labels/boxes_world.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/test_data.h"
@@ -359,7 +359,7 @@ TEST(Pairs, HaveTheDisparityAndTheSightOfEachPixel) {
 // Before anything is rendered.
 TEST(Pairs, OptionsThatMakeNothingAreRefusedByName) {
   const auto outline = [](const std::string& name, int num_frames, int num_cameras) {
-    render::SequenceOutline sequence{.name = name, .cameras = {}, .num_frames = num_frames};
+    labels::SequenceOutline sequence{.name = name, .cameras = {}, .num_frames = num_frames};
     for (int i = 0; i < num_cameras; ++i) {
       sequence.cameras.emplace_back().rig = "v";
       sequence.cameras.back().name = std::string(1, static_cast<char>('c' + i));
@@ -367,15 +367,15 @@ TEST(Pairs, OptionsThatMakeNothingAreRefusedByName) {
     return sequence;
   };
   const auto check = [](const std::string& keys,
-                        const std::vector<render::SequenceOutline>& sequences) {
-    std::vector<render::LabelOptions> options(1);
+                        const std::vector<labels::SequenceOutline>& sequences) {
+    std::vector<labels::LabelOptions> options(1);
     core::TomlDocument::parse("kind = \"pairs\"\n" + keys, "test.toml").read(options[0]);
     options[0].validate();
-    render::check_labels(options, sequences, core::Log("label", core::LogLevel::Off));
+    labels::check_labels(options, sequences, core::Log("label", core::LogLevel::Off));
   };
   const std::vector two = {outline("short", 3, 2), outline("long", 2000, 2)};
   const auto refuses = [&](const std::string& keys, const std::vector<std::string>& words,
-                           const std::vector<render::SequenceOutline>& sequences) {
+                           const std::vector<labels::SequenceOutline>& sequences) {
     expect_error(core::ErrorKind::Config, words, [&] { check(keys, sequences); });
   };
   refuses("cameras = [\"v/c v/x\"]\n", {"v/x", "v/c", "checking the labels pairs"}, two);
@@ -449,12 +449,12 @@ TEST(Matches, AreWhereAnotherCameraSeesThePoint) {
   const ScratchFolder folder;
   const auto store = make_boxes_world(folder / "world", kBoxes);
   const auto sequence = render_plan(store, moving_plan(), folder / "boxes");
-  const render::MovingBodies none;
-  const render::Matcher matcher(sequence, store, none);
+  const scene::MovingBodies none;
+  const labels::Matcher matcher(sequence, store, none);
   const auto facts = sequence.read_camera(0, 0, capture::SequenceReader::kFacts);
   const std::vector<Eigen::Vector2i> pixels = {{100, 60}, {20, 150}, {180, 120}, {100, 0}};
   const auto points = matcher.points({0, 0}, pixels);
-  std::vector<render::ShownPoint> there;
+  std::vector<labels::ShownPoint> there;
   for (std::size_t i = 0; i < 3; ++i) {
     ASSERT_TRUE(points[i]);
     there.push_back(*points[i]);
@@ -481,7 +481,7 @@ TEST(Matches, AreWhereAnotherCameraSeesThePoint) {
   moved[0].low.x() -= 1.0;
   const auto other_store = make_boxes_world(folder / "other", moved);
   expect_error(core::ErrorKind::Input, {"rendered from"},
-               [&] { const render::Matcher refused(sequence, other_store, none); });
+               [&] { const labels::Matcher refused(sequence, other_store, none); });
 }
 
 }  // namespace

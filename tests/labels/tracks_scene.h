@@ -17,12 +17,12 @@ inline constexpr int kFrames = 4;
 inline const std::vector<Body> kBodies = {kVanBody, kBarBody, kCartBody, gone_body(kVan + 2)};
 inline constexpr int kBar = 1;
 
-inline std::vector<render::MovingThing> moving_things() {
+inline std::vector<scene::MovingThing> moving_things() {
   return {van({150.0, 150.0, 150.0, 330.0}), cart(kFrames), gone(2, kFrames)};
 }
 
 /// The last frame is far ahead of the others.
-inline render::SequencePlan plan_of(const std::vector<render::MovingThing>& things) {
+inline render::SequencePlan plan_of(const std::vector<scene::MovingThing>& things) {
   return two_camera_plan({0.0, 4.0, 8.0, 250.0}, things);
 }
 

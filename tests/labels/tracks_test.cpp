@@ -19,8 +19,8 @@
 #include "core/stop.h"
 #include "core/toml_reader.h"
 #include "export/exporter.h"
-#include "render/labels/label.h"
-#include "render/labels/track_points.h"
+#include "labels/label.h"
+#include "labels/track_points.h"
 #include "tests/labels/tracks_scene.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/npz_reader.h"
@@ -68,7 +68,7 @@ struct Tracks : testing::Test {
   static inline std::unique_ptr<ScratchFolder> folder;
   static inline std::optional<world::TileStore> store;
   static inline std::optional<capture::SequenceReader> sequence;
-  static inline std::vector<render::MovingThing> things;
+  static inline std::vector<scene::MovingThing> things;
   static fs::path files() { return *folder / "boxes/labels/tracks"; }
 
   void SetUp() override {
@@ -392,12 +392,12 @@ TEST_F(Tracks, OfTheSkyAreEmpty) {
 TEST_F(Tracks, OptionsThatCannotBeAreRefusedBeforeRendering) {
   const core::Log log("label", core::LogLevel::Off);
   const auto check = [&](const std::string& more) {
-    const std::vector<render::SequenceOutline> job = {
+    const std::vector<labels::SequenceOutline> job = {
         {.name = "short", .cameras = level_plan().cameras, .num_frames = 10},
         {.name = "long", .cameras = level_plan().cameras, .num_frames = 100000}};
-    std::vector<render::LabelOptions> options(1);
+    std::vector<labels::LabelOptions> options(1);
     core::TomlDocument::parse("kind = \"tracks\"\n" + more, "job.toml").read(options[0]);
-    render::check_labels(options, job, log);
+    labels::check_labels(options, job, log);
   };
   check("num_points = 1000\n");
   check("num_points = 10\ncameras = [\"mcs4/cam0\"]\n");
@@ -441,7 +441,7 @@ TEST_F(Tracks, AreReadByNumpy) {
 
 TEST(GoldenOrder, HasEachPlaceOnceAndEachRunSpread) {
   for (const std::size_t count : {0U, 1U, 2U, 3U, 10U, 40U, 89U, 1000U, 9000U}) {
-    const std::vector<std::size_t> order = render::golden_order(count);
+    const std::vector<std::size_t> order = labels::golden_order(count);
     EXPECT_EQ(std::set(order.begin(), order.end()).size(), count);
     for (const std::size_t place : order) EXPECT_LT(place, count);
     if (count < 40) continue;

@@ -16,7 +16,7 @@
 #include "core/log.h"
 #include "core/parallel.h"
 #include "core/toml_reader.h"
-#include "render/labels/label.h"
+#include "labels/label.h"
 #include "tests/labels/moving_bodies.h"
 #include "tests/support/brute_terrain.h"
 #include "tests/support/expect_error.h"
@@ -32,7 +32,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Captures = std::vector<capture::SequenceReader>;
-using Things = std::map<std::string, std::vector<render::MovingThing>>;
+using Things = std::map<std::string, std::vector<scene::MovingThing>>;
 
 constexpr double kWorldHalf_m = 1024.0;  // the tiny world's square ends there
 
@@ -41,13 +41,13 @@ void label_all(const Captures& captures, const world::TileStore& store, const Th
                const std::string& toml, int num_threads = 0) {
   const core::Log log("label", core::LogLevel::Off);
   const core::ThreadLimit limit(num_threads);
-  std::vector<render::LabelOptions> options(1);
+  std::vector<labels::LabelOptions> options(1);
   core::TomlDocument::parse(toml, "test.toml").read(options[0]);
   const auto things_of = [&](const capture::SequenceInfo& info) {
-    return things.contains(info.name) ? things.at(info.name) : std::vector<render::MovingThing>();
+    return things.contains(info.name) ? things.at(info.name) : std::vector<scene::MovingThing>();
   };
   for (const capture::SequenceReader& sequence : captures)
-    render::run_label_stage(sequence, store, things_of(sequence.info()), options,
+    labels::run_label_stage(sequence, store, things_of(sequence.info()), options,
                             {.log = log, .num_threads = num_threads},
                             {.sequences = captures, .things_of = things_of});
 }
@@ -83,9 +83,9 @@ geo::BodyState state_of(const std::string& name, int frame) {
 
 constexpr int kFrames1 = 3, kFrames2 = 2;
 
-render::MovingThing thing_of(const std::string& name, int num_frames) {
-  render::MovingThing thing = thing_of_body(name, kBodies.at(name), core::SemanticClass::Drone,
-                                            static_cast<std::size_t>(num_frames));
+scene::MovingThing thing_of(const std::string& name, int num_frames) {
+  scene::MovingThing thing = thing_of_body(name, kBodies.at(name), core::SemanticClass::Drone,
+                                           static_cast<std::size_t>(num_frames));
   for (int frame = 0; frame < num_frames; ++frame) thing.states.push_back(state_of(name, frame));
   return thing;
 }
@@ -449,9 +449,9 @@ TEST(Vehicles, SeeEachOthersGroundThroughOneGeometry) {
 
 TEST(Vehicles, PairsThatCannotBeAreRefusedBeforeRendering) {
   const auto cameras = level_plan().cameras;
-  using Outlines = std::vector<render::SequenceOutline>;
+  using Outlines = std::vector<labels::SequenceOutline>;
   const auto outline = [&](const char* name, int num_frames, double rate_hz) {
-    return render::SequenceOutline{.name = name,
+    return labels::SequenceOutline{.name = name,
                                    .cameras = cameras,
                                    .num_frames = num_frames,
                                    .rate_hz = rate_hz,
@@ -462,10 +462,10 @@ TEST(Vehicles, PairsThatCannotBeAreRefusedBeforeRendering) {
   const core::Log log("label", core::LogLevel::Off);
   const auto check = [&](const std::string& pair, const Outlines& of,
                          const std::string& more = {}) {
-    std::vector<render::LabelOptions> options(1);
+    std::vector<labels::LabelOptions> options(1);
     core::TomlDocument::parse("kind = \"pairs\"\ncameras = [\"" + pair + "\"]\n" + more, "job.toml")
         .read(options[0]);
-    render::check_labels(options, of, log);
+    labels::check_labels(options, of, log);
   };
   const auto refused = [&](const std::string& pair, const std::vector<std::string>& words,
                            const std::string& more = {}) {
@@ -488,7 +488,7 @@ TEST(Vehicles, PairsThatCannotBeAreRefusedBeforeRendering) {
   // What some frames apart make nothing of is told, once for two sequences.
   const auto warnings = [&](const std::string& frames_apart) {
     const core::Log loud("label", core::LogLevel::Warn);
-    std::vector<render::LabelOptions> options(1);
+    std::vector<labels::LabelOptions> options(1);
     core::TomlDocument::parse(
         "kind = \"pairs\"\ncameras = [\"uav1/mcs4/cam0 uav2/mcs4/cam0\", "
         "\"uav1/mcs4/cam0 uav2/mcs4/cam0\"]\nframes_apart = " +
@@ -496,7 +496,7 @@ TEST(Vehicles, PairsThatCannotBeAreRefusedBeforeRendering) {
         "job.toml")
         .read(options[0]);
     testing::internal::CaptureStderr();
-    render::check_labels(options, job, loud);
+    labels::check_labels(options, job, loud);
     return testing::internal::GetCapturedStderr();
   };
   EXPECT_EQ(warnings("[-2, 1]\n"), "");  // frame 2 with 0, and 0 with 1
@@ -506,7 +506,7 @@ TEST(Vehicles, PairsThatCannotBeAreRefusedBeforeRendering) {
       << told;
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
   Outlines apart = job;
-  for (render::SequenceOutline& sequence : apart) sequence.shares_geometry = false;
+  for (labels::SequenceOutline& sequence : apart) sequence.shares_geometry = false;
   expect_error(core::ErrorKind::Config, {"shared_geometry = true", "uav1", "uav2"},
                [&] { check("uav1/mcs4/cam0 uav2/mcs4/cam0", apart); });
   check("uav1/mcs4/cam0 uav1/mcs4/cam0", apart, "frames_apart = [1]\n");
@@ -516,7 +516,7 @@ TEST(Vehicles, PairsThatCannotBeAreRefusedBeforeRendering) {
 TEST(Vehicles, PairsOfOneRigAreOfThoseThatCarryIt) {
   const auto outline = [](const char* name, const std::vector<std::string>& cameras,
                           int num_frames) {
-    render::SequenceOutline sequence{
+    labels::SequenceOutline sequence{
         .name = name, .cameras = {}, .num_frames = num_frames, .shares_geometry = true};
     for (const std::string& camera : cameras) {
       sequence.cameras.emplace_back().rig = camera.substr(0, camera.find('/'));
@@ -528,9 +528,9 @@ TEST(Vehicles, PairsOfOneRigAreOfThoseThatCarryIt) {
                              outline("uav2", {"wide/cam0", "wide/cam1", "eye/cam"}, 9)};
   const core::Log log("label", core::LogLevel::Warn);
   const auto check = [&](const std::string& keys) {
-    std::vector<render::LabelOptions> options(1);
+    std::vector<labels::LabelOptions> options(1);
     core::TomlDocument::parse("kind = \"pairs\"\n" + keys, "job.toml").read(options[0]);
-    render::check_labels(options, fleet, log);
+    labels::check_labels(options, fleet, log);
   };
   const auto refused = [&](const std::string& keys, const std::vector<std::string>& words) {
     expect_error(core::ErrorKind::Config, words, [&] { check(keys); });

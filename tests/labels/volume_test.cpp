@@ -54,13 +54,12 @@ render::SequencePlan small_plan() {
                                 .width_px = 100,
                                 .height_px = 80,
                                 .parameters = {100.0, 100.0, 50.0, 40.0}};
-  render::MovingThing thing{
-      .name = "kite",
-      .shape = moving_box({-2, -2, -2}, {2, 2, 2}, core::SemanticClass::Drone),
-      .semantic_id = static_cast<std::uint32_t>(core::SemanticClass::Drone),
-      .parts = {},
-      .states = {body_at({60.0, -15.0, 52.0})},
-      .gone_m = {0.0}};
+  scene::MovingThing thing{.name = "kite",
+                           .shape = moving_box({-2, -2, -2}, {2, 2, 2}, core::SemanticClass::Drone),
+                           .semantic_id = static_cast<std::uint32_t>(core::SemanticClass::Drone),
+                           .parts = {},
+                           .states = {body_at({60.0, -15.0, 52.0})},
+                           .gone_m = {0.0}};
   plan.moving = {thing};
   return plan;
 }

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "render/input_hash.h"
-#include "tests/render/scene.h"
+#include "tests/support/hills_flight.h"
 #include "tests/support/test_data.h"
 
 // What frames show of the world although their rays do not touch it: a frame must not be taken from
@@ -48,7 +48,7 @@ std::string key_of(const world::TileStore& store) {
   const SequencePlan plan = test::small_plan(1, 16, 12);
   const std::vector<world::CutTile> cut = world::finest_cut(store);
   const world::RayQuery query(store, cut, {});
-  const FrameRenderer renderer(plan, store, query);
+  const sensors::FrameRenderer renderer(plan, store, query);
   const auto touched = std::find_if(cut.begin(), cut.end(),
                                     [](const world::CutTile& tile) { return tile.id == kTouched; });
   const int index = static_cast<int>(touched - cut.begin());

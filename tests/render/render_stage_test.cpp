@@ -8,7 +8,7 @@
 #include "capture/frame_reader.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
-#include "tests/render/scene.h"
+#include "tests/support/hills_flight.h"
 #include "tests/support/test_data.h"
 
 namespace terracast::render {

@@ -26,8 +26,8 @@ fs::path path_in(const fs::path& folder, const RigFormatInfo& format) {
   return folder / (std::string("rig.") + (is_table ? std::string(format.name) : "yaml"));
 }
 
-void expect_same_cameras(const render::RigOptions& expected, const render::RigOptions& found) {
-  const auto ours = render::build_cameras({expected}), theirs = render::build_cameras({found});
+void expect_same_cameras(const rigs::RigOptions& expected, const rigs::RigOptions& found) {
+  const auto ours = rigs::build_cameras({expected}), theirs = rigs::build_cameras({found});
   ASSERT_EQ(ours.size(), theirs.size());
   for (std::size_t i = 0; i < ours.size(); ++i) {
     SCOPED_TRACE(ours[i].name);
@@ -50,7 +50,7 @@ void expect_same_cameras(const render::RigOptions& expected, const render::RigOp
 TEST(RigFormats, GiveEachRigBack) {
   const fs::path folder = test_folder("round_trip");
   for (const fs::path& file : shipped_rigs()) {
-    const render::RigOptions rig = read_rig(file);
+    const rigs::RigOptions rig = read_rig(file);
     for (const RigFormatInfo& format : rig_formats()) {
       SCOPED_TRACE(fmt::format("{} as {}", rig.name, format.name));
       const fs::path path = path_in(folder, format);
@@ -88,12 +88,12 @@ std::vector<geo::CameraIntrinsics> lenses() {
   return lenses;
 }
 
-render::RigOptions rig_of_lens(const geo::CameraIntrinsics& lens) {
-  geo::Rigid3d second = render::rig_from_eye_camera(30.0, 50.0, 170.0);
+rigs::RigOptions rig_of_lens(const geo::CameraIntrinsics& lens) {
+  geo::Rigid3d second = rigs::rig_from_eye_camera(30.0, 50.0, 170.0);
   return rig_of_cameras("r", {{.rig = "r",
                                .name = "first",
                                .intrinsics = lens,
-                               .rig_from_camera = render::rig_from_eye_camera(0.0, 0.0, 170.0),
+                               .rig_from_camera = rigs::rig_from_eye_camera(0.0, 0.0, 170.0),
                                .body_from_rig = {}},
                               {.rig = "r",
                                .name = "second",
@@ -103,7 +103,7 @@ render::RigOptions rig_of_lens(const geo::CameraIntrinsics& lens) {
 }
 
 /// What a lens comes back as: to Kalibr and OpenCV one of one or two radial terms is `opencv` with zeros.
-render::RigOptions rig_as_held(const geo::CameraIntrinsics& lens, std::string_view format) {
+rigs::RigOptions rig_as_held(const geo::CameraIntrinsics& lens, std::string_view format) {
   geo::CameraIntrinsics held = lens;
   if (lens.model.ends_with("radial") && (format == "kalibr" || format == "opencv")) {
     held.model = "opencv";
@@ -124,8 +124,8 @@ TEST(RigFormats, HoldTheirModelsAndRefuseOthers) {
       {"opencv",
        {"pinhole", "simple_radial", "radial", "opencv", "full_opencv", "opencv_fisheye"}}};
   for (const geo::CameraIntrinsics& lens : lenses()) {
-    const render::RigOptions rig = rig_of_lens(lens);
-    ASSERT_EQ(render::build_cameras({rig})[0].intrinsics, lens);
+    const rigs::RigOptions rig = rig_of_lens(lens);
+    ASSERT_EQ(rigs::build_cameras({rig})[0].intrinsics, lens);
     for (const RigFormatInfo& format : rig_formats()) {
       SCOPED_TRACE(fmt::format("{} as {}", lens.model, format.name));
       const fs::path path = path_in(folder, format);
@@ -147,9 +147,9 @@ TEST(RigFormats, TablesTakeCamerasOfSeveralModels) {
     cameras.push_back({.rig = "r",
                        .name = lens.model,
                        .intrinsics = lens,
-                       .rig_from_camera = render::rig_from_eye_camera(0.0, 0.0, 10.0),
+                       .rig_from_camera = rigs::rig_from_eye_camera(0.0, 0.0, 10.0),
                        .body_from_rig = {}});
-  const render::RigOptions rig = rig_of_cameras("r", cameras);
+  const rigs::RigOptions rig = rig_of_cameras("r", cameras);
   for (const char* name : {"csv", "xlsx"}) {
     const auto& format = core::find_registered(rig_formats(), "format", name);
     format.write(rig, path_in(folder, format));
@@ -158,8 +158,8 @@ TEST(RigFormats, TablesTakeCamerasOfSeveralModels) {
 }
 
 /// A rig that states something of all that a rig may.
-render::RigOptions full_rig() {
-  render::RigOptions rig;
+rigs::RigOptions full_rig() {
+  rigs::RigOptions rig;
   core::TomlDocument::parse(R"(
 name = "full"
 mount_pitch_deg = 30.0
@@ -243,7 +243,7 @@ TEST(RigTables, SayWhatOfTheRigDiffersBetweenRows) {
   };
   expect_error(ErrorKind::Input, {"row 3", "focal_length_sd_px is \"1.5\"", "\"2.5\" in the first"},
                [&] { read("c,640,480,300,2.5,12\nd,640,480,300,1.5,12\n"); });
-  const render::RigOptions rig = read("c,640,480,300,2.5,12\nd,640,480,300,,\n");
+  const rigs::RigOptions rig = read("c,640,480,300,2.5,12\nd,640,480,300,,\n");
   EXPECT_EQ(rig.errors.focal_length_sd_px, 2.5);
   EXPECT_EQ(rig.imaging.sensor.bits, 12);
   // What a rig file would refuse a table does too.
@@ -256,7 +256,7 @@ TEST(RigTables, NoHeadingHasTwoMeanings) {
   for (const geo::CameraIntrinsics& lens : lenses())
     for (const core::KeyInfo& key : core::list_keys(rig_of_lens(lens).cameras[0]))
       names.insert(key.name);
-  for (const core::KeyInfo& key : core::list_keys(render::RigOptions{})) {
+  for (const core::KeyInfo& key : core::list_keys(rigs::RigOptions{})) {
     const bool is_held = key.name.starts_with("errors.") || key.name.starts_with("imaging.");
     if (!is_held) continue;
     const std::string heading = key.name.substr(key.name.rfind('.') + 1);
@@ -269,7 +269,7 @@ TEST(RigFiles, SayWhoseAKeyIsAndWhyATableOfRaysIsNotRead) {
   const auto build = [&](const std::string& keys) {
     core::write_file(
         file, "name = \"r\"\n[[cameras]]\nname = \"c\"\nwidth_px = 64\nheight_px = 48\n" + keys);
-    render::build_cameras({read_rig(file)});
+    rigs::build_cameras({read_rig(file)});
   };
   expect_error(ErrorKind::Config,
                {"rig.toml:7:1", "\"k1\"", "pinhole has none", "full_opencv", "simple_radial"},
@@ -283,11 +283,11 @@ TEST(RigFiles, SayWhoseAKeyIsAndWhyATableOfRaysIsNotRead) {
 
 TEST(RigFormats, ARigFileReadsBackToTheSameRig) {
   for (const fs::path& file : shipped_rigs()) {
-    const render::RigOptions rig = read_rig(file);
-    render::RigOptions back;
+    const rigs::RigOptions rig = read_rig(file);
+    rigs::RigOptions back;
     core::TomlDocument::parse(rig_toml(rig), "rig.toml").read(back);
     EXPECT_EQ(rig_toml(rig), rig_toml(back));
-    const auto ours = render::build_cameras({rig}), theirs = render::build_cameras({back});
+    const auto ours = rigs::build_cameras({rig}), theirs = rigs::build_cameras({back});
     EXPECT_EQ(ours, theirs) << file;
   }
 }
@@ -298,7 +298,7 @@ TEST(RigFormats, TablesKeepOpticsAsTheyWereStated) {
     const auto& format = core::find_registered(rig_formats(), "format", name);
     const fs::path path = path_in(folder, format);
     format.write(shipped_rig("mcs4"), path);
-    const render::RigOptions rig = format.read(path, {});
+    const rigs::RigOptions rig = format.read(path, {});
     EXPECT_EQ(rig_toml(rig), rig_toml(shipped_rig("mcs4"))) << name;
   }
 }
@@ -311,8 +311,8 @@ TEST(RigFormats, SameRigSameBytes) {
   EXPECT_EQ(core::read_file(folder / "a.xlsx"), core::read_file(folder / "b.xlsx"));
 }
 
-render::RigOptions imported(const char* format, const fs::path& file, const std::string& text,
-                            const ReadOptions& options = {}) {
+rigs::RigOptions imported(const char* format, const fs::path& file, const std::string& text,
+                          const ReadOptions& options = {}) {
   core::write_file(file, text);
   return core::find_registered(rig_formats(), "format", format).read(file, options);
 }
@@ -320,7 +320,7 @@ render::RigOptions imported(const char* format, const fs::path& file, const std:
 TEST(RigTables, ReadThePapersTables) {
   const fs::path folder = test_folder("paper");
   // Table 3 of Qi et al., Drones 2025, 9, 656: optics once, vectors in one cell.
-  const render::RigOptions mcs4 =
+  const rigs::RigOptions mcs4 =
       imported("csv", folder / "mcs4.csv",
                "Camera,Focal Length (mm),Image Plane Width (mm),Image Resolution,"
                "Orientation (Axis-Angle),Position Offset (mm)\n"
@@ -331,7 +331,7 @@ TEST(RigTables, ReadThePapersTables) {
                {.name = "", .axes = "rdf"});
   expect_same_cameras(shipped_rig("mcs4"), mcs4);
   // Its table 7.
-  const render::RigOptions aces9 =
+  const rigs::RigOptions aces9 =
       imported("csv", folder / "aces9.csv",
                "Camera;Focal Length (mm);Image Plane Width (mm);Image Resolution;"
                "Roll Angle (\xc2\xb0);Pitch Angle (\xc2\xb0);Radius (mm)\n"
@@ -415,11 +415,11 @@ TEST(RigYaml, ACamchainWithoutAnImuStandsOnItsFirstCamera) {
   const std::string camera =
       "  camera_model: pinhole\n  distortion_model: none\n  resolution: [64, 48]\n  intrinsics: "
       "[30, 31, 31.5, 23.5]\n";
-  const render::RigOptions rig =
+  const rigs::RigOptions rig =
       imported("kalibr", file,
                "cam0:\n" + camera + "cam1:\n" + camera +
                    "  T_cn_cnm1: [[1,0,0,-0.5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n");
-  const auto cameras = render::build_cameras({rig});
+  const auto cameras = rigs::build_cameras({rig});
   ASSERT_EQ(cameras.size(), 2U);
   // A point is half a metre further left for the camera that stands half a metre further right.
   EXPECT_LT((cameras[1].rig_from_camera.translation - Eigen::Vector3d(0.0, -0.5, 0.0)).norm(),
@@ -434,7 +434,7 @@ TEST(RigYaml, ACamchainWithoutAnImuStandsOnItsFirstCamera) {
 
 TEST(RigYaml, ReadsKalibrsOwnExample) {
   // The example of Kalibr's page on its formats.
-  const render::RigOptions rig = imported(
+  const rigs::RigOptions rig = imported(
       "kalibr", test_folder("example") / "camchain.yaml",
       "cam0:\n  camera_model: pinhole\n  intrinsics: [461.629, 460.152, 362.680, 246.049]\n"
       "  distortion_model: radtan\n"
@@ -443,7 +443,7 @@ TEST(RigYaml, ReadsKalibrsOwnExample) {
       "  - [-0.9998017, 0.01795239, 0.00860714, -0.01771023]\n"
       "  - [0.00893160, 0.01807260, 0.99979678, 0.00399246]\n  - [0.0, 0.0, 0.0, 1.0]\n"
       "  timeshift_cam_imu: -8.121e-05\n  rostopic: /cam0/image_raw\n  resolution: [752, 480]\n");
-  const auto cameras = render::build_cameras({rig});
+  const auto cameras = rigs::build_cameras({rig});
   ASSERT_EQ(cameras.size(), 1U);
   EXPECT_EQ(cameras[0].name, "cam0");
   const geo::CameraIntrinsics expected{

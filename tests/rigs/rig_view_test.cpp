@@ -21,8 +21,8 @@
 namespace terracast::rigs {
 namespace {
 
-render::RigOptions rig_from(const std::string& toml) {
-  render::RigOptions rig;
+rigs::RigOptions rig_from(const std::string& toml) {
+  rigs::RigOptions rig;
   core::TomlDocument::parse(toml, "rig.toml").read(rig);
   return rig;
 }
@@ -187,7 +187,7 @@ TEST(RigOpencv, OpencvReadsAndProjectsAlike) {
         "k5 = 4e-3\nk6 = 5e-4\n",
         "model = \"opencv_fisheye\"\nk1 = 0.01\nk2 = -2e-3\nk3 = 1e-3\nk4 = -1e-4\n"}) {
     SCOPED_TRACE(lens);
-    const render::RigOptions rig = rig_from(compound_eye + lens);
+    const rigs::RigOptions rig = rig_from(compound_eye + lens);
     core::find_registered(rig_formats(), "format", "opencv").write(rig, file);
     const RigView view(rig);
     const cv::FileStorage storage(file.string(), cv::FileStorage::READ);

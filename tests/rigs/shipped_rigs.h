@@ -21,7 +21,7 @@ inline std::vector<std::filesystem::path> shipped_rigs() {
   return files;
 }
 
-inline render::RigOptions shipped_rig(const std::string& name) {
+inline rigs::RigOptions shipped_rig(const std::string& name) {
   return read_rig(std::filesystem::path(TERRACAST_SOURCE_DIR) / "configs/rigs" / (name + ".toml"));
 }
 

@@ -15,8 +15,8 @@
 #include "rigs/rig_file.h"
 #include "rigs/rig_format.h"
 #include "tests/labels/boxes_world.h"
-#include "tests/render/scene.h"
 #include "tests/support/colmap_program.h"
+#include "tests/support/hills_flight.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
 
@@ -83,7 +83,7 @@ cv::Mat render(const world::TileStore& store, const geo::CameraIntrinsics& lens)
   plan.conditions.exposure = 1.2;
   plan.conditions.sun_elevation_deg = 8.0;
   plan.conditions.sun_azimuth_deg = 270.0;  // along the bars: across them the sky is nearly even
-  render::ImagingOptions imaging;
+  sensors::ImagingOptions imaging;
   imaging.color.curve = "gamma";
   imaging.color.gamma = 1.0;
   plan.imaging = {imaging};

@@ -43,7 +43,7 @@ Parts workbook(const std::string& sheet, const std::string& shared = "") {
   return parts;
 }
 
-render::RigOptions read_xlsx(const fs::path& file) {
+rigs::RigOptions read_xlsx(const fs::path& file) {
   return core::find_registered(rig_formats(), "format", "xlsx").read(file, {});
 }
 
@@ -63,7 +63,7 @@ TEST(RigXlsx, ReadsSharedTextRunsGapsAndFormulas) {
                      "<sst><si><t>Camera</t></si><si><r><t>width</t></r><r><t>_px</t></r></"
                      "si><si><t>left</t></si>"
                      "<si><t>right</t></si></sst>"));
-  const auto cameras = render::build_cameras({read_xlsx(file)});
+  const auto cameras = rigs::build_cameras({read_xlsx(file)});
   ASSERT_EQ(cameras.size(), 2U);
   EXPECT_EQ(cameras[0].name, "left");
   EXPECT_EQ(cameras[1].name, "right");

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/hash.h"
-#include "tests/render/scene.h"
+#include "tests/support/hills_flight.h"
 
 namespace terracast::test {
 
@@ -20,7 +20,7 @@ inline std::string frame_hashes(const Scene& scene, std::initializer_list<int> c
   };
   for (const int camera : cameras) {
     world::RayTrail trail(scene.query.cut().size());
-    render::TruthFrame truth;
+    sensors::TruthFrame truth;
     scene.renderer.truth(1, camera, truth, &trail);
     add("range", truth.range_m);
     add("points", truth.point_world);

@@ -1,5 +1,5 @@
 // Renders a frame that looks all round a world within a memory budget, and prints what it came to, for
-// tests/render/memory_budget_test.cpp: as a process of its own, so that its peak memory can be told.
+// tests/sensors/memory_budget_test.cpp: as a process of its own, so that its peak memory can be told.
 //
 //     terracast_memory_probe WORLD BUDGET_BYTES
 
@@ -15,14 +15,14 @@ namespace {
 /// Frames before and after it, and a low sun, so that rays go where no camera looks.
 render::SequencePlan plan_all_round(double height_m) {
   render::SequencePlan plan = small_plan(3, 240, 180);
-  render::RigOptions rig;
+  rigs::RigOptions rig;
   rig.name = "round";
   rig.mount_pitch_deg = 15.0;
   for (const double yaw_deg : {0.0, 90.0, 180.0, 270.0}) {
     rig.cameras.push_back(camera_options(fmt::format("yaw{}", yaw_deg), 240, 180, 120.0));
     rig.cameras.back().euler_deg = {yaw_deg, 0.0, 0.0};
   }
-  plan.cameras = render::build_cameras({rig});
+  plan.cameras = rigs::build_cameras({rig});
   for (int i = 0; i < 3; ++i)
     plan.states[static_cast<std::size_t>(i)].world_from_body = {
         Eigen::Quaterniond::Identity(), Eigen::Vector3d(40.0 * i, 20.0 * i, height_m)};

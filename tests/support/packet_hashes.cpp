@@ -1,5 +1,5 @@
 // Prints the hashes of frame_hashes.h. Its packet code is built for one instruction set alone, baseline x86-64
-// (TERRACAST_BASELINE_PACKETS) or AVX2 (avx2_packets.h), for tests/render/packet_code_test.cpp to compare.
+// (TERRACAST_BASELINE_PACKETS) or AVX2 (avx2_packets.h), for tests/sensors/packet_code_test.cpp to compare.
 //
 //     terracast_baseline_packets FOLDER      which is made
 //     terracast_avx2_packets FOLDER

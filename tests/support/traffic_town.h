@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 using job::Obstacle;
 using job::TrafficOptions;
 using job::WayGraph;
-using render::MovingThing;
+using scene::MovingThing;
 using world::kHeightStep_m;
 using world::WayKind;
 using world::WayPart;

@@ -4,7 +4,7 @@
 #include "core/json.h"
 #include "core/random.h"
 #include "core/srgb.h"
-#include "render/hit_shader.h"
+#include "scene/light/hit_shader.h"
 #include "tests/support/run_program.h"
 #include "tests/world_export/export_world.h"
 
@@ -203,24 +203,24 @@ TEST_F(OtherPrograms, SeeTheRenderersAlbedo) {
   std::vector<world::SurfaceHit> hits(rays.size());
   std::vector<world::SurfaceSample> surfaces(rays.size());
   query.intersect(rays, hits, world::Coherence::Incoherent, surfaces);
-  const render::Ground ground(render::climate_of(
+  const scene::Ground ground(scene::climate_of(
       *store_, static_cast<std::uint32_t>(core::mix_bits(store_->manifest().seed))));
-  const render::GroundImagery imagery(*store_, 1e8);
-  const render::TextureLibrary textures(*store_);
-  const render::SurfaceLooks looks(ground, imagery, textures);
-  render::SurfaceLooks::Scratch scratch;
+  const scene::GroundImagery imagery(*store_, 1e8);
+  const scene::TextureLibrary textures(*store_);
+  const scene::SurfaceLooks looks(ground, imagery, textures);
+  scene::SurfaceLooks::Scratch scratch;
   int num_on_road = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     SCOPED_TRACE(i);
     // The renderer widens samples on slopes; what it is given makes up for that.
     const double facing = hits[i].normal_world().z();
-    const render::LitHits one{.rays = std::span(rays).subspan(i, 1),
-                              .hits = std::span(hits).subspan(i, 1),
-                              .surfaces = std::span(surfaces).subspan(i, 1),
-                              .sun_share = {},
-                              .sky_share = {},
-                              .sample_width = {.angle_rad = std::pow(facing, 0.6) / hits[i].t}};
-    render::Color albedo;
+    const scene::LitHits one{.rays = std::span(rays).subspan(i, 1),
+                             .hits = std::span(hits).subspan(i, 1),
+                             .surfaces = std::span(surfaces).subspan(i, 1),
+                             .sun_share = {},
+                             .sky_share = {},
+                             .sample_width = {.angle_rad = std::pow(facing, 0.6) / hits[i].t}};
+    scene::Color albedo;
     looks.find_albedo(one, Eigen::Vector3f::UnitZ(), scratch, std::span(&albedo, 1));
     Code expected;
     for (std::size_t c = 0; c < 3; ++c)

@@ -25,7 +25,7 @@
 #include "core/json.h"
 #include "core/parallel.h"
 #include "tests/bench/bench_support.h"
-#include "tests/render/scene.h"
+#include "tests/support/hills_flight.h"
 #include "tests/world/mountains.h"
 
 namespace {
@@ -93,7 +93,7 @@ std::int64_t write_mesh(const test::Scene& scene, const std::filesystem::path& f
 void write_scene(const test::Scene& scene, const std::filesystem::path& folder) {
   core::Json poses = core::Json::array();
   for (int frame = 0; frame < kNumFrames; ++frame) {
-    const render::View& view = scene.renderer.views().at(frame, 0);
+    const sensors::View& view = scene.renderer.views().at(frame, 0);
     core::Json rows = core::Json::array();
     for (int row = 0; row < 3; ++row)
       rows.push(
@@ -134,8 +134,8 @@ double warm_s(const Work& work) {
 double depth_difference(const test::Scene& scene, const std::filesystem::path& exr, int frame) {
   const std::vector<core::ExrImage> parts = core::decode_exr(core::read_file(exr), exr.string());
   const core::ImageF& theirs = parts.at(0).float_channels.at("ViewLayer.Depth.Z");
-  const render::View& view = scene.renderer.views().at(frame, 0);
-  const render::TruthFrame truth = scene.renderer.truth(frame, 0);
+  const sensors::View& view = scene.renderer.views().at(frame, 0);
+  const sensors::TruthFrame truth = scene.renderer.truth(frame, 0);
   std::vector<double> differences;
   for (std::size_t i = 0; i < truth.range_m.size(); ++i) {
     if (std::isinf(truth.range_m[i])) continue;
@@ -165,7 +165,7 @@ void cycles(benchmark::State& state) {
                               std::to_string(kManySamples) + " >" + folder.path().string() +
                               "/blender.log 2>&1";
   for ([[maybe_unused]] const auto _ : state) {
-    render::TruthFrame truth;
+    sensors::TruthFrame truth;
     const double ours_frame_s = warm_s([&](int frame) {
       one.renderer.truth(frame, 0, truth);
       truth.facts.color = one.renderer.color(frame, 0);
