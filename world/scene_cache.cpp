@@ -28,7 +28,7 @@ constexpr double kShareOfPacked = 0.5;
 constexpr double kShareUntrimmed = 1.0 / 32.0;
 /// Of the budget, what units in work may take, and about what one takes.
 constexpr double kShareOfUnits = 1.0 / 16.0;
-constexpr double kUnitBytes = 400e3;
+constexpr double kUnitBytes = 600e3;
 /// Each has a place among the readers while it waits, and a few loops run at once.
 constexpr int kMostUnits = 128;
 
