@@ -33,8 +33,8 @@ struct Seen {
 class Streaming : public testing::Test {
  protected:
   static constexpr int kNumRoots = 8;  // 64 tiles of 256 m
-  static constexpr int kColumns = 160;
-  static constexpr int kRows = 96;
+  static constexpr int kColumns = 96;
+  static constexpr int kRows = 48;
   static constexpr int kUnit = 8;
 
   static test::TinyWorldOptions options() {
@@ -103,6 +103,8 @@ TEST_F(Streaming, ViewsAreTheSameAtEveryBudgetAndLoadEachTileAFewTimes) {
       const RayQueryStats stats = query.stats();
       SCOPED_TRACE(fmt::format("{} of the need, {} threads: {} loads, {} of them unpacked", share,
                                num_threads, stats.num_tiles_loaded, stats.num_tiles_unpacked));
+      RecordProperty(fmt::format("loads_{}_{}", static_cast<int>(100.0 * share), num_threads),
+                     std::to_string(stats.num_tiles_loaded));
       EXPECT_TRUE(same_bits(seen.hits, expected.hits));
       EXPECT_EQ(seen.is_dark, expected.is_dark);
       EXPECT_LE(static_cast<double>(stats.peak_bytes_resident), memory_bytes);
