@@ -382,12 +382,16 @@ void SceneCache::put_away(Freed& freed) {
   if (freed.empty()) return;
   for (Retired& retired : freed) {
     const std::uint64_t bytes = retired.scene->num_bytes();
-    auto packed = std::make_unique<const PackedTile>(retired.scene->packed());
+    // A bare tile is built from its file nearly as fast: most of it is Embree's build.
+    std::unique_ptr<const PackedTile> packed;
+    if (retired.scene->objects() != nullptr)
+      packed = std::make_unique<const PackedTile>(retired.scene->packed());
     retired.scene.reset();
     bytes_untrimmed_ += bytes;
-    const std::uint64_t packed_bytes = packed->num_bytes();
+    const std::uint64_t packed_bytes = packed != nullptr ? packed->num_bytes() : 0;
     const std::lock_guard lock(mutex_);
     stats_.bytes_resident -= bytes;
+    if (packed == nullptr) continue;
     Slot& slot = slots_[retired.tile_index];
     const auto has_room = [&] {
       return static_cast<double>(bytes_packed_ + packed_bytes) <= kShareOfPacked * budget_bytes_;

@@ -24,8 +24,8 @@ namespace terracast::world {
 /// are done, and counts until then. A tile is loaded only when there is room for it, for what its
 /// loading needs beside it, and for all that is loaded, loading or still held: room is made by
 /// evicting the tile needed latest (as foretold by expect; among equals the one used longest ago), or
-/// waited for. So the budget is never passed. What is evicted stays packed in up to half of the budget,
-/// and is then built again without its file.
+/// waited for. So the budget is never passed. A tile with objects that is evicted stays packed, in up to
+/// half of the budget, and is then built again without its file.
 ///
 /// Threads: safe. Finding a loaded tile takes no lock; different tiles load in parallel, each once.
 class SceneCache {

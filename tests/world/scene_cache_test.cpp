@@ -25,13 +25,8 @@ class SceneCacheTest : public testing::Test {
  protected:
   static constexpr std::size_t kNumTiles = 8;
 
-  std::unique_ptr<const TileScene> load(std::size_t tile_index,
-                                        const PackedTile* packed = nullptr) {
+  std::unique_ptr<const TileScene> load(std::size_t tile_index) {
     if (is_broken_) throw std::runtime_error("broken");
-    if (packed != nullptr) {
-      ++num_unpacked_;
-      return std::make_unique<const TileScene>(device_, *packed, Eigen::Vector3d::Zero());
-    }
     {
       const std::lock_guard lock(mutex_);
       loaded_.push_back(tile_index);
@@ -51,9 +46,7 @@ class SceneCacheTest : public testing::Test {
     return std::make_unique<SceneCache>(
         std::vector<std::size_t>(kNumTiles, 0),
         (num_tiles - 0.5) * bytes + static_cast<double>(TileScene::kMostBytesWhileLoading),
-        [this](std::size_t tile_index, const PackedTile* packed) {
-          return load(tile_index, packed);
-        });
+        [this](std::size_t tile_index, const PackedTile*) { return load(tile_index); });
   }
 
   std::vector<std::size_t> loaded() {
@@ -83,7 +76,6 @@ class SceneCacheTest : public testing::Test {
   EmbreeDevice device_{"widest"};
   std::mutex mutex_;
   std::vector<std::size_t> loaded_;
-  std::atomic<int> num_unpacked_ = 0;
   bool is_broken_ = false;
 };
 
@@ -169,25 +161,6 @@ TEST_F(SceneCacheTest, ALoadThatFailsIsTriedAgain) {
   EXPECT_THAT(loaded(), ElementsAre(0));
 }
 
-TEST_F(SceneCacheTest, EvictedTilesAreBuiltAgainWithoutTheirFiles) {
-  const auto cache = cache_of(2);
-  for (int round = 0; round < 3; ++round) use(*cache, {0, 1, 2, 3});
-  EXPECT_THAT(loaded(), ElementsAre(0, 1, 2, 3));
-  EXPECT_GT(num_unpacked_, 0);
-  EXPECT_EQ(cache->stats().num_unpacked, static_cast<std::uint64_t>(num_unpacked_));
-  EXPECT_EQ(cache->stats().num_loaded, 4U + cache->stats().num_unpacked);
-}
-
-TEST_F(SceneCacheTest, ALoadThatFailsKeepsThePackedTile) {
-  const auto cache = cache_of(1);
-  use(*cache, {0, 1});
-  is_broken_ = true;
-  EXPECT_THROW(use(*cache, {0}), std::runtime_error);
-  is_broken_ = false;
-  use(*cache, {0});
-  EXPECT_THAT(loaded(), ElementsAre(0, 1));
-}
-
 TEST_F(SceneCacheTest, UnitsLoadTheTileForWhichMostRaysWait) {
   constexpr std::int64_t kNumUnits = 4;
   const core::ThreadLimit limit(1);
@@ -210,7 +183,7 @@ TEST_F(SceneCacheTest, UnitsLoadTheTileForWhichMostRaysWait) {
     }
   });
   EXPECT_EQ(loaded().front(), 2U);
-  EXPECT_EQ(loaded().size(), 4U);
+  EXPECT_GE(loaded().size(), 4U);
 }
 
 TEST_F(SceneCacheTest, AFailureOfOneUnitLeavesTheLoop) {
