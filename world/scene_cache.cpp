@@ -29,6 +29,8 @@ constexpr double kShareUntrimmed = 1.0 / 32.0;
 /// Of the budget, what units in work may take, and about what one takes.
 constexpr double kShareOfUnits = 1.0 / 16.0;
 constexpr double kUnitBytes = 600e3;
+/// Fewer share too few loads.
+constexpr int kLeastUnits = 16;
 /// Each has a place among the readers while it waits, and a few loops run at once.
 constexpr int kMostUnits = 128;
 
@@ -45,8 +47,8 @@ SceneCache::SceneCache(std::vector<std::size_t> objects_bytes, double budget_byt
                        bool may_be_short)
     : objects_bytes_(std::move(objects_bytes)),
       budget_bytes_(budget_bytes),
-      units_paid_for_(static_cast<int>(
-          std::clamp(kShareOfUnits * budget_bytes / kUnitBytes, 4.0, double{kMostUnits}))),
+      units_paid_for_(static_cast<int>(std::clamp(kShareOfUnits * budget_bytes / kUnitBytes,
+                                                  double{kLeastUnits}, double{kMostUnits}))),
       load_(std::move(load)),
       slots_(objects_bytes_.size()),
       is_short_(may_be_short) {}
