@@ -36,6 +36,7 @@ job::RunConfig Description::run_config(std::int64_t index) const {
       [&] {
         job::RunConfig config;
         document_.with(run.changes, {"sweep", "dataset"}).read(config);
+        job::resolve_flags(config);
         return config;
       },
       run.changes.empty() ? "reading the run's config"

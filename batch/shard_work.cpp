@@ -80,7 +80,7 @@ struct ShardWork::Impl {
     if (job_run == run) return *opened_job;
     job_run.reset();
     if (ground_world != world_of(run)) ground = surface = nullptr;
-    opened_job = job::prepare_job(config_of(run), context, ground);
+    opened_job = job::prepare_job(config_of(run), context, store_folder(run), ground);
     ground = opened_job->ground;
     ground_world = world_of(run);
     check_sequences(run);

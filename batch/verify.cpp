@@ -18,6 +18,7 @@
 #include "core/random.h"
 #include "job/stages.h"
 #include "job/traffic/traffic_site.h"
+#include "render/checked_plan.h"
 #include "world/tile_file.h"
 #include "world/tile_store.h"
 
@@ -102,7 +103,7 @@ void render_sample(const Plan& plan, const JobFolder& folder, const VerifyOption
     const Attempt attempt(folder);
     const auto render = [&] {
       const job::RunConfig config = description.run_config(run.index);
-      const job::Job job = job::prepare_job(config, context);
+      const job::Job job = job::prepare_job(config, context, world);
       check_flight_files(run, plan.worlds[static_cast<std::size_t>(run.world)], config);
       const auto& flight = job.sequences.at(static_cast<std::size_t>(sample.sequence));
       const auto store = world::TileStore::open(world);
@@ -112,7 +113,7 @@ void render_sample(const Plan& plan, const JobFolder& folder, const VerifyOption
       render::SequencePlan shown = flight;
       job::add_traffic(job, store, context.log, shown);
       const auto damaged =
-          capture::find_damaged_frames(captured, render::describe_sequence(shown, store), frame);
+          capture::find_damaged_frames(captured, render::CheckedPlan(shown, store).info(), frame);
       if (damaged && damaged->empty())
         found.differing.push_back(name);
       else
@@ -191,9 +192,8 @@ std::vector<fs::path> damaged_files(const std::optional<capture::WholeFrames>& f
   const std::optional<capture::FrameRecord> record = frames->record(frame);
   if (!record) return {captured / capture::record_path(frame)};
   std::vector<fs::path> damaged;
-  for (const capture::CameraRecord& camera : record->cameras)
-    for (const capture::FrameFile* file : camera.files())
-      if (!capture::is_whole(captured, *file)) damaged.push_back(captured / file->path);
+  for (const capture::FrameFile* file : record->files())
+    if (!capture::is_whole(captured, *file)) damaged.push_back(captured / file->path);
   return damaged;
 }
 

@@ -9,6 +9,7 @@
 
 #include "capture/label_bounds.h"
 #include "capture/moving.h"
+#include "capture/stream.h"
 #include "core/image.h"
 #include "geo/camera_model.h"
 #include "geo/geodesy.h"
@@ -129,7 +130,12 @@ struct FrameRecord {
   Eigen::Vector3d velocity_world_mps = Eigen::Vector3d::Zero();
   Eigen::Vector3d acceleration_world_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_body_radps = Eigen::Vector3d::Zero();
+  /// For the times of the lines of its images; none where all images are of one instant, and none in captures of
+  /// before version 7, whose lines follow constants.
+  geo::MotionTerms terms = {};
   std::vector<CameraRecord> cameras;  ///< in the order of SequenceInfo::cameras
+  /// Samples of streams from the frame's time to before the next frame's, in the order of SequenceInfo::streams.
+  std::vector<FrameFile> streams = {};
   /// Where what moves is and how it moves, in the order of SequenceInfo::moving; nothing: it is not there.
   std::vector<std::optional<geo::BodyState>> moving = {};
   /// Hash of all that determines the cameras' files, given that these tiles are all that their rays
@@ -140,6 +146,25 @@ struct FrameRecord {
   /// Other tiles over which they pass (render/visited_tiles.h says up to what height), ascending.
   std::vector<PassedTile> passed_tiles;
   bool operator==(const FrameRecord&) const = default;
+
+  /// The files of all cameras and streams.
+  std::vector<const FrameFile*> files() const {
+    std::vector<const FrameFile*> all;
+    for (const CameraRecord& camera : cameras)
+      for (const FrameFile* file : camera.files()) all.push_back(file);
+    for (const FrameFile& file : streams) all.push_back(&file);
+    return all;
+  }
+
+  /// The body that carries the cameras.
+  geo::BodyState state() const {
+    return {.time_s = time_s,
+            .world_from_body = world_from_body,
+            .velocity_world_mps = velocity_world_mps,
+            .acceleration_world_mps2 = acceleration_world_mps2,
+            .angular_velocity_body_radps = angular_velocity_body_radps,
+            .terms = terms};
+  }
 
   double stamp_s(int camera_index) const {
     return stamps_s.empty() ? time_s : stamps_s[static_cast<std::size_t>(camera_index)];
@@ -205,6 +230,7 @@ struct SequenceInfo {
   std::vector<CameraClock> clocks = {};     ///< one a camera; empty: all show the time
   std::vector<CameraImaging> imaging = {};  ///< one a camera; empty: nothing lies in between at any
   std::vector<MovingBody> moving = {};      ///< none: all stands still but the cameras
+  std::vector<StreamInfo> streams = {};     ///< sensors that are not cameras
   std::string config_toml;                  ///< the resolved config, paths as written
   std::vector<std::string> licences;        ///< of the sources
   bool operator==(const SequenceInfo&) const = default;

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "capture/begun_sequence.h"
 #include "capture/channel.h"
 #include "capture/file_check.h"
 #include "capture/frame_record_json.h"
@@ -250,6 +251,22 @@ CameraFrame SequenceReader::read_camera(int frame_index, int camera_index, unsig
   return frame;
 }
 
+Samples SequenceReader::read_samples(int stream_index) const {
+  const StreamInfo& stream = info_.streams.at(static_cast<std::size_t>(stream_index));
+  Samples all;
+  for (const FrameRecord& record : frames_) {
+    const FrameFile& entry = record.streams.at(static_cast<std::size_t>(stream_index));
+    const Samples part = decode_samples(
+        read_checked(folder_, entry),
+        times_of(ticks_of_frame(stream.rate_hz, info_.rate_hz, record.index, info_.num_frames),
+                 stream.rate_hz),
+        stream.channels.size(), (folder_ / entry.path).string());
+    all.times_s.insert(all.times_s.end(), part.times_s.begin(), part.times_s.end());
+    all.values.insert(all.values.end(), part.values.begin(), part.values.end());
+  }
+  return all;
+}
+
 geo::Rigid3d SequenceReader::world_from_camera(int frame_index, int camera_index) const {
   return frames_.at(static_cast<std::size_t>(frame_index)).world_from_body *
          info_.cameras.at(static_cast<std::size_t>(camera_index)).body_from_camera();
@@ -258,12 +275,7 @@ geo::Rigid3d SequenceReader::world_from_camera(int frame_index, int camera_index
 CameraView SequenceReader::view(const geo::CameraModel& model, int frame_index,
                                 int camera_index) const {
   const FrameRecord& record = frames_.at(static_cast<std::size_t>(frame_index));
-  return view_of(model, info_.cameras.at(static_cast<std::size_t>(camera_index)),
-                 {.time_s = record.time_s,
-                  .world_from_body = record.world_from_body,
-                  .velocity_world_mps = record.velocity_world_mps,
-                  .acceleration_world_mps2 = record.acceleration_world_mps2,
-                  .angular_velocity_body_radps = record.angular_velocity_body_radps});
+  return view_of(model, info_.cameras.at(static_cast<std::size_t>(camera_index)), record.state());
 }
 
 std::optional<WholeFrames> WholeFrames::open(const fs::path& folder) {
@@ -288,11 +300,9 @@ std::optional<FrameRecord> WholeFrames::record(int frame) const {
 }
 
 bool WholeFrames::has_files(const FrameRecord& record) const {
-  return std::all_of(record.cameras.begin(), record.cameras.end(), [&](const CameraRecord& camera) {
-    const std::vector<const FrameFile*> files = camera.files();
-    return std::all_of(files.begin(), files.end(),
-                       [&](const FrameFile* file) { return is_whole(folder_, *file); });
-  });
+  const std::vector<const FrameFile*> files = record.files();
+  return std::all_of(files.begin(), files.end(),
+                     [&](const FrameFile* file) { return is_whole(folder_, *file); });
 }
 
 void check_same_config(const fs::path& folder, const std::string& captured_toml,
@@ -306,15 +316,8 @@ void check_same_config(const fs::path& folder, const std::string& captured_toml,
 }
 
 void check_captured_config(const fs::path& folder, const std::string& config_toml) {
-  const fs::path file = folder / kSequenceFile;
-  if (!fs::exists(file)) return;
-  std::string captured_toml;
-  try {
-    captured_toml = core::Json::read(file).at("config_toml").string();
-  } catch (const core::Error&) {
-    return;
-  }
-  check_same_config(folder, captured_toml, config_toml);
+  if (const std::optional<std::string> captured = captured_config(folder))
+    check_same_config(folder, *captured, config_toml);
 }
 
 std::vector<fs::path> list_sequences(const fs::path& capture_folder) {

@@ -29,6 +29,10 @@ class SequenceReader {
   /// throws   Input: a file is missing, damaged or not what its record says
   CameraFrame read_camera(int frame_index, int camera_index, unsigned parts = kAll) const;
 
+  /// All samples of a stream.
+  /// throws   Input: a file is missing, damaged or not what its record says
+  Samples read_samples(int stream_index) const;
+
   geo::Rigid3d world_from_camera(int frame_index, int camera_index) const;
   /// The same with its motion, where its shutter rolls.
   /// model   the camera's; must outlive the view

@@ -84,8 +84,11 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind
     fail(kind, "{}: frame {} is outside 0 to {}", where, record.index, info.num_frames - 1);
   if (!std::isfinite(record.time_s) || !record.world_from_body.translation.allFinite() ||
       !record.velocity_world_mps.allFinite() || !record.acceleration_world_mps2.allFinite() ||
-      !record.angular_velocity_body_radps.allFinite())
-    fail(kind, "{}: time, position, velocity or acceleration is not finite", where);
+      !record.angular_velocity_body_radps.allFinite() || !are_sound(record.terms))
+    fail(kind,
+         "{}: time, position, velocity, acceleration or a term of the motion is not finite, or a "
+         "size below 0",
+         where);
   if (record.stamps_s.size() != info.clocks.size() ||
       !std::all_of(record.stamps_s.begin(), record.stamps_s.end(),
                    [](double stamp_s) { return std::isfinite(stamp_s); }))
@@ -128,6 +131,14 @@ void check_record(const FrameRecord& record, const SequenceInfo& info, ErrorKind
         fail(kind, "{}: visible_tracks of camera {}/{} must ascend: {} comes before {}", where,
              camera.rig, camera.name, part.visible_tracks[k - 1], part.visible_tracks[k]);
   }
+  if (record.streams.size() != info.streams.size())
+    fail(kind, "{}: samples of {} streams, but the sequence has {}", where, record.streams.size(),
+         info.streams.size());
+  for (std::size_t i = 0; i < info.streams.size(); ++i)
+    if (record.streams[i].path != samples_path(info.streams[i], record.index))
+      fail(kind, "{}: the samples of {}/{} are in \"{}\"; they must be in \"{}\"", where,
+           info.streams[i].rig, info.streams[i].name, record.streams[i].path,
+           samples_path(info.streams[i], record.index));
   if (!is_content_hash(record.key))
     fail(kind, "{}: the key \"{}\" is no content hash of 32 hexadecimal digits", where, record.key);
   check_tiles(record, info.geometry.tiles.size(), kind, where);
@@ -165,9 +176,15 @@ Json json_from_record(const FrameRecord& record, const std::string& input_hash) 
       .set("velocity_world_mps", json_from_vector(record.velocity_world_mps))
       .set("acceleration_world_mps2", json_from_vector(record.acceleration_world_mps2))
       .set("angular_velocity_body_radps", json_from_vector(record.angular_velocity_body_radps));
+  if (record.terms.are_any()) json.set("motion_terms", json_from_terms(record.terms));
   if (!record.moving.empty()) json.set("moving", json_from_states(record.moving));
-  json.set("cameras", std::move(cameras))
-      .set("key", record.key)
+  json.set("cameras", std::move(cameras));
+  if (!record.streams.empty()) {
+    Json streams = Json::array();
+    for (const FrameFile& file : record.streams) streams.push(json_from_file(file));
+    json.set("streams", std::move(streams));
+  }
+  json.set("key", record.key)
       .set("touched_tiles", std::move(touched))
       .set("passed_tiles", std::move(passed))
       .set("passed_above_m", Json::array_of(passed_above_m));
@@ -189,6 +206,7 @@ FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const s
       source.vector(json.at("acceleration_world_mps2"), "acceleration_world_mps2");
   record.angular_velocity_body_radps =
       source.vector(json.at("angular_velocity_body_radps"), "angular_velocity_body_radps");
+  if (json.has("motion_terms")) record.terms = terms_from_json(json.at("motion_terms"), source);
   if (json.has("moving"))
     record.moving = states_from_json(json.at("moving"), record.time_s, source);
   const Json& cameras = json.at("cameras");
@@ -216,6 +234,12 @@ FrameRecord record_from_json(const Json& json, const SequenceInfo& info, const s
       part.visible_tracks.push_back(visible.at(k).integer());
     record.cameras.push_back(std::move(part));
   }
+  const std::size_t num_streams = json.has("streams") ? json.at("streams").size() : 0;
+  if (num_streams != info.streams.size())
+    fail(ErrorKind::Input, "{}: streams must be a list of {}", file, info.streams.size());
+  for (std::size_t i = 0; i < num_streams; ++i)
+    record.streams.push_back(file_from_json(json.at("streams").at(i),
+                                            samples_path(info.streams[i], record.index), file));
   record.key = json.at("key").string();
   const auto tile_of = [&](const Json& tile) {
     return static_cast<int>(source.count(tile, kMaxShownTiles, "a tile"));

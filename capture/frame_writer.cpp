@@ -1,8 +1,10 @@
 #include "capture/frame_writer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
+#include "capture/begun_sequence.h"
 #include "capture/channel.h"
 #include "capture/file_check.h"
 #include "capture/frame_record_json.h"
@@ -129,49 +131,42 @@ SequenceWriter::SequenceWriter(const fs::path& folder, const SequenceInfo& info,
   core::make_folder(folder_ / kRecordsFolder);
   for (const CameraCalibration& camera : info_.cameras)
     core::make_folder(folder_ / camera.rig / camera.name);
+  for (const StreamInfo& stream : info_.streams)
+    core::make_folder(folder_ / stream.rig / stream.name);
   write_shared(folder_ / kTracksFile, json_from_tracks(tracks).text() + "\n");
   write_shared(sequence_file, json_from_sequence(info_).text() + "\n");
 }
 
-bool SequenceWriter::has_frame(int index) const {
-  const fs::path file = folder_ / record_path(index);
-  if (!fs::exists(file)) return false;
-  try {
-    const FrameRecord record = record_from_json(core::Json::read(file), info_, file.string());
-    if (record.index != index) return false;
-    for (const CameraRecord& camera : record.cameras)
-      for (const FrameFile* part : camera.files())
-        if (!has_size(folder_, *part)) return false;
-    return true;
-  } catch (const core::Error& error) {
-    // A damaged record is an unfinished frame: it is rendered again.
-    if (error.kind() == ErrorKind::Input) return false;
-    throw;
-  }
-}
+bool SequenceWriter::has_frame(int index) const { return is_finished(folder_, info_, index); }
 
 CameraRecord SequenceWriter::write_camera(int frame_index, int camera_index,
                                           const CameraFrame& frame) const {
   TERRACAST_CHECK(frame_index >= 0 && frame_index < info_.num_frames, "frame {}", frame_index);
   const CameraCalibration& camera = info_.cameras.at(static_cast<std::size_t>(camera_index));
   check_frame(frame, camera, frame_index);
-  CameraRecord record;
-  const auto write = [&](const std::string& path, const std::vector<std::byte>& bytes) {
-    core::write_file(folder_ / path, bytes);
-    return FrameFile{
-        .path = path, .num_bytes = bytes.size(), .content_hash = core::content_hash(bytes)};
-  };
+  CameraRecord record = count_pixels(frame);
   record.color = write(color_path(camera, frame_index), encode_color(frame));
   if (!frame.raw.empty()) record.raw = write(raw_path(camera, frame_index), encode_raw(frame));
   record.facts = write(facts_path(camera, frame_index), encode_facts(frame));
-  const std::span<const std::uint32_t> semantic = frame.semantic_id.data();
-  const std::span<const std::uint32_t> flags = frame.flags.data();
-  for (std::size_t i = 0; i < semantic.size(); ++i) {
-    record.num_sky += semantic[i] == static_cast<std::uint32_t>(SemanticClass::Sky) ? 1 : 0;
-    record.num_outside += semantic[i] == static_cast<std::uint32_t>(SemanticClass::Outside) ? 1 : 0;
-    record.num_edge += (flags[i] & kEdge) != 0 ? 1 : 0;
-  }
   return record;
+}
+
+FrameFile SequenceWriter::write_samples(int frame_index, int stream_index,
+                                        const Samples& samples) const {
+  TERRACAST_CHECK(frame_index >= 0 && frame_index < info_.num_frames, "frame {}", frame_index);
+  const StreamInfo& stream = info_.streams.at(static_cast<std::size_t>(stream_index));
+  const TickRange ticks =
+      ticks_of_frame(stream.rate_hz, info_.rate_hz, frame_index, info_.num_frames);
+  TERRACAST_CHECK(samples.times_s == times_of(ticks, stream.rate_hz),
+                  "frame {} of {}/{}: samples at other times", frame_index, stream.rig,
+                  stream.name);
+  return write(samples_path(stream, frame_index), encode_samples(samples, stream.channels.size()));
+}
+
+FrameFile SequenceWriter::write(const std::string& path,
+                                const std::vector<std::byte>& bytes) const {
+  core::write_file(folder_ / path, bytes);
+  return {.path = path, .num_bytes = bytes.size(), .content_hash = core::content_hash(bytes)};
 }
 
 void SequenceWriter::link_camera(const fs::path& earlier_folder, const CameraRecord& camera) const {
@@ -235,9 +230,8 @@ std::optional<std::vector<int>> find_damaged_frames(const fs::path& folder,
     bool is_right = is_whole(folder, entry);
     if (is_right) {
       const std::string file = (folder / entry.path).string();
-      for (const CameraRecord& camera :
-           record_from_json(core::Json::read(file), info, file).cameras)
-        for (const FrameFile* part : camera.files()) is_right = is_right && is_whole(folder, *part);
+      const FrameRecord record = record_from_json(core::Json::read(file), info, file);
+      for (const FrameFile* part : record.files()) is_right = is_right && is_whole(folder, *part);
     }
     is_damaged[at] = is_right ? 0 : 1;
   });

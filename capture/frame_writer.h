@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "capture/frame.h"
+#include "capture/sink.h"
 
 namespace terracast::capture {
 
@@ -16,12 +17,13 @@ namespace terracast::capture {
 ///     <sequence>/<rig>/<camera>/NNNNNN.png   colour
 ///     <sequence>/<rig>/<camera>/NNNNNN.raw.png   digital numbers of a mosaic, where there is one
 ///     <sequence>/<rig>/<camera>/NNNNNN.exr   facts (single part, channels of channel.h)
+///     <sequence>/<rig>/<sensor>/NNNNNN.npy   samples of a stream up to the next frame
 ///
 /// Everything is written atomically; nothing holds threads, hosts, times of day or absolute paths.
 /// threads   write_camera and finish_frame are safe for different frames and cameras; several
 ///           processes may write one sequence, also the same frames of it: all write the same bytes,
 ///           each file is put in place whole, and none is ever removed
-class SequenceWriter {
+class SequenceWriter : public Sink {
  public:
   /// throws   Config: the folder holds a sequence of other inputs (says both hashes and that
   ///          another --out is wanted); Io
@@ -35,13 +37,16 @@ class SequenceWriter {
 
   /// Encodes and writes a camera's files.
   /// returns   the record's files and counts; bounds and visible_tracks are the caller's
-  CameraRecord write_camera(int frame_index, int camera_index, const CameraFrame& frame) const;
+  CameraRecord write_camera(int frame_index, int camera_index,
+                            const CameraFrame& frame) const override;
+
+  FrameFile write_samples(int frame_index, int stream_index, const Samples& samples) const override;
 
   /// Takes a camera's files from another sequence's folder, of which they must be whole: as further
   /// links to them, or as copies.
   void link_camera(const std::filesystem::path& earlier_folder, const CameraRecord& camera) const;
 
-  void finish_frame(const FrameRecord& record) const;
+  void finish_frame(const FrameRecord& record) const override;
 
   /// Writes manifest.json (every record with its hash) when all frames are there. Of several processes
   /// that write a sequence, each of which calls this after its last frame, at least the last to call
@@ -50,6 +55,8 @@ class SequenceWriter {
   bool finish_sequence() const;
 
  private:
+  FrameFile write(const std::string& path, const std::vector<std::byte>& bytes) const;
+
   std::filesystem::path folder_;
   SequenceInfo info_;
 };

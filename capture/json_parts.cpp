@@ -1,5 +1,6 @@
 #include "capture/json_parts.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -58,9 +59,9 @@ void Source::format(const Json& json) const {
   if (!json.has("format") || json.at("format").string() != kFormat)
     fail(ErrorKind::Input, "{}: not a file of a terracast capture", file);
   const std::int64_t version = json.at("version").integer();
-  if (version != kCaptureVersion)
-    fail(ErrorKind::Input, "{}: capture format version {}; this program reads version {}", file,
-         version, kCaptureVersion);
+  if (version < kOldestCaptureVersion || version > kCaptureVersion)
+    fail(ErrorKind::Input, "{}: capture format version {}; this program reads versions {} to {}",
+         file, version, kOldestCaptureVersion, kCaptureVersion);
 }
 
 void Source::inputs(const Json& json, const SequenceInfo& info) const {
@@ -115,6 +116,50 @@ FrameFile file_from_json(const Json& json, const std::string& expected_path,
 
 bool is_content_hash(const std::string& text) {
   return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+Json json_from_terms(const geo::MotionTerms& terms) {
+  const auto list_of = [](const auto& vectors) {
+    Json list = Json::array();
+    for (const Eigen::Vector3d& vector : vectors) list.push(json_from_vector(vector));
+    return list;
+  };
+  return std::move(Json::object()
+                       .set("reach_s", terms.reach_s)
+                       .set("position_world", list_of(terms.position_world))
+                       .set("turning", list_of(terms.turning_body))
+                       .set("spin_radps", json_from_vector(terms.spin_body_radps))
+                       .set("error_m", terms.error_m)
+                       .set("error_rad", terms.error_rad));
+}
+
+geo::MotionTerms terms_from_json(const Json& json, const Source& source) {
+  geo::MotionTerms terms;
+  const auto set = [&](auto& vectors, const char* what) {
+    const Json& list = json.at(what);
+    if (!list.is_array() || list.size() != vectors.size())
+      fail(ErrorKind::Input, "{}: {} of motion_terms must be a list of {}", source.file, what,
+           vectors.size());
+    for (std::size_t i = 0; i < vectors.size(); ++i) vectors[i] = source.vector(list.at(i), what);
+  };
+  terms.reach_s = source.finite(json.at("reach_s"), "reach_s");
+  set(terms.position_world, "position_world");
+  set(terms.turning_body, "turning");
+  terms.spin_body_radps = source.vector(json.at("spin_radps"), "spin_radps");
+  terms.error_m = source.finite(json.at("error_m"), "error_m");
+  terms.error_rad = source.finite(json.at("error_rad"), "error_rad");
+  return terms;
+}
+
+bool are_sound(const geo::MotionTerms& terms) {
+  const auto are_finite = [](const auto& vectors) {
+    return std::all_of(vectors.begin(), vectors.end(),
+                       [](const Eigen::Vector3d& vector) { return vector.allFinite(); });
+  };
+  const auto is_size = [](double value) { return value >= 0.0 && std::isfinite(value); };
+  return is_size(terms.reach_s) && is_size(terms.error_m) && is_size(terms.error_rad) &&
+         are_finite(terms.position_world) && are_finite(terms.turning_body) &&
+         terms.spin_body_radps.allFinite();
 }
 
 }  // namespace terracast::capture

@@ -39,6 +39,11 @@ core::Json header();
 core::Json json_from_rigid(const geo::Rigid3d& pose);
 core::Json json_from_vector(const Eigen::Vector3d& v);
 
+core::Json json_from_terms(const geo::MotionTerms& terms);
+geo::MotionTerms terms_from_json(const core::Json& json, const Source& source);
+/// Whether all of it is finite, and no size below 0.
+bool are_sound(const geo::MotionTerms& terms);
+
 core::Json json_from_file(const FrameFile& file);
 /// throws   Input: another path, or a size that cannot be; `file` names the JSON that it stands in
 FrameFile file_from_json(const core::Json& json, const std::string& expected_path,

@@ -53,16 +53,23 @@ Vector3d in_camera(const geo::Rigid3d& world_from_camera, const geo::Rigid3d& wo
 // A quaternion whose entries err by e turns by an angle that errs by 2 e. The turn's: a product of three factors, a
 // sine by its angle and a cosine are right to 8 u of the half angle, and to 2 u. Each of the two products with the
 // body's rotation and the mount is a sum of four products, each of which takes part in four roundings at most, and is
-// divided once: 2 (4 |sums| + 1) u, where |sums| <= 2 (capture/label_bounds.cpp). The offset is a product.
+// divided once: 2 (4 |sums| + 1) u, where |sums| <= 2 (capture/label_bounds.cpp). The offset is a product; as it is off
+// by u of itself, a sum of terms of the fifth power is off by 5 u. Sums of terms take ten roundings at most, of sizes
+// that add up to most_position_m and most_turning_rad.
 PoseError line_pose_error(const geo::CameraMotion& motion, double offset_s) {
   const geo::BodyState& state = motion.state;
   const double time_s = std::abs(offset_s);
   const double speed_mps =
       state.velocity_world_mps.norm() + time_s * state.acceleration_world_mps2.norm();
-  const double turn_radps = state.angular_velocity_body_radps.norm();
+  const geo::MotionTerms& terms = state.terms;
+  const double spin_rad = time_s * terms.spin_body_radps.norm();
+  const double turn_rad =
+      time_s * (state.angular_velocity_body_radps - terms.spin_body_radps).norm() + spin_rad;
+  const double terms_m = terms.most_position_m(time_s), terms_rad = terms.most_turning_rad(time_s);
   const double arm_m = motion.body_from_camera.translation.norm();
   constexpr double kProduct = 18.0;
-  const double body_angle = kU * (kProduct + 4.0 + 17.0 * turn_radps * time_s);
+  const double products = spin_rad > 0.0 ? 2.0 * (kProduct + 4.0) : kProduct + 4.0;
+  const double body_angle = kU * (products + 17.0 * turn_rad + 40.0 * terms_rad);
   PoseError error;
   error.angle_rad = body_angle + kU * kProduct;
   const geo::Rigid3d body = state.pose_after(offset_s);
@@ -70,9 +77,10 @@ PoseError line_pose_error(const geo::CameraMotion& motion, double offset_s) {
       body.translation.cwiseAbs().maxCoeff() + arm_m + state.world_from_body.translation.norm();
   // Products and sums of the way; the offset's own rounding, at the centre's speed; the mount's arm, turned; and the
   // two sums with places far from the origin, in three coordinates.
-  error.position_m = kU * (7.0 * time_s * speed_mps + time_s * turn_radps * arm_m +
-                           geo::turn_error(body.rotation) * arm_m) +
-                     body_angle * arm_m + 2.0 * std::sqrt(3.0) * geo::rounding_of(largest_m);
+  error.position_m =
+      kU * (7.0 * time_s * speed_mps + 17.0 * terms_m + (turn_rad + 5.0 * terms_rad) * arm_m +
+            geo::turn_error(body.rotation) * arm_m) +
+      body_angle * arm_m + 2.0 * std::sqrt(3.0) * geo::rounding_of(largest_m);
   return error;
 }
 

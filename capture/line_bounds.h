@@ -5,8 +5,9 @@
 #include "capture/label_bounds.h"
 
 /// Errors of labels of rolling shutters, whose lines each have a pose of their own (capture/label_bounds.h has those
-/// of one pose). The truth is what exact arithmetic makes of the frame's pose, velocity, acceleration and angular
-/// velocity, of the camera's mount, and of the shutter.
+/// of one pose). The truth is what exact arithmetic makes of the frame's pose, velocity, acceleration, angular
+/// velocity and terms of its motion, of the camera's mount, and of the shutter. What the terms differ from the
+/// trajectory by is stated with them.
 /// threads   safe
 namespace terracast::capture {
 

@@ -37,8 +37,8 @@ struct MovingBody {
 const MovingBody* body_shown(const std::vector<MovingBody>& bodies, std::uint32_t instance_id,
                              std::uint32_t primitive_id);
 
-/// How a body moves between the times of two frames. About each frame's time it goes on with the velocity,
-/// the acceleration and the angular velocity that it has then (geo::BodyState::pose_after).
+/// How a body moves between the times of two frames. About each frame's time it goes on as its state then says
+/// (geo::BodyState::pose_after).
 struct BodyMotion {
   geo::BodyState from;
   std::optional<geo::BodyState> to;  ///< nothing: it is not there

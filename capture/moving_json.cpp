@@ -82,12 +82,13 @@ Json json_from_states(const MovingStates& states) {
       list.push(Json());
       continue;
     }
-    list.push(Json::object()
-                  .set("world_from_thing", json_from_rigid(state->world_from_body))
-                  .set("velocity_world_mps", json_from_vector(state->velocity_world_mps))
-                  .set("acceleration_world_mps2", json_from_vector(state->acceleration_world_mps2))
-                  .set("angular_velocity_thing_radps",
-                       json_from_vector(state->angular_velocity_body_radps)));
+    Json entry = Json::object();
+    entry.set("world_from_thing", json_from_rigid(state->world_from_body))
+        .set("velocity_world_mps", json_from_vector(state->velocity_world_mps))
+        .set("acceleration_world_mps2", json_from_vector(state->acceleration_world_mps2))
+        .set("angular_velocity_thing_radps", json_from_vector(state->angular_velocity_body_radps));
+    if (state->terms.are_any()) entry.set("motion_terms", json_from_terms(state->terms));
+    list.push(std::move(entry));
   }
   return list;
 }
@@ -107,8 +108,10 @@ MovingStates states_from_json(const Json& json, double time_s, const Source& sou
         .velocity_world_mps = source.vector(state.at("velocity_world_mps"), "velocity_world_mps"),
         .acceleration_world_mps2 =
             source.vector(state.at("acceleration_world_mps2"), "acceleration_world_mps2"),
-        .angular_velocity_body_radps = source.vector(state.at("angular_velocity_thing_radps"),
-                                                     "angular_velocity_thing_radps")});
+        .angular_velocity_body_radps =
+            source.vector(state.at("angular_velocity_thing_radps"), "angular_velocity_thing_radps"),
+        .terms = state.has("motion_terms") ? terms_from_json(state.at("motion_terms"), source)
+                                           : geo::MotionTerms{}});
   }
   return states;
 }
@@ -126,7 +129,7 @@ void check_states(const MovingStates& states, const std::vector<MovingBody>& bod
     if (state &&
         (!state->world_from_body.translation.allFinite() ||
          !state->velocity_world_mps.allFinite() || !state->acceleration_world_mps2.allFinite() ||
-         !state->angular_velocity_body_radps.allFinite() ||
+         !state->angular_velocity_body_radps.allFinite() || !are_sound(state->terms) ||
          !(std::abs(state->world_from_body.rotation.norm() - 1.0) <= kUnitTolerance)))
       fail(
           kind,

@@ -16,6 +16,9 @@ std::string raw_path(const CameraCalibration& camera, int frame_index) {
 std::string facts_path(const CameraCalibration& camera, int frame_index) {
   return fmt::format("{}/{}/{:06}.exr", camera.rig, camera.name, frame_index);
 }
+std::string samples_path(const StreamInfo& stream, int frame_index) {
+  return fmt::format("{}/{}/{:06}.npy", stream.rig, stream.name, frame_index);
+}
 
 bool is_safe_name(const std::string& name) {
   if (name.empty() || name.size() > 64) return false;

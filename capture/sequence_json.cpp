@@ -156,6 +156,37 @@ CameraClock clock_from_json(const Json& json, const Source& source) {
           .jitter_sd_s = source.finite(json.at("jitter_sd_s"), "jitter_sd_s")};
 }
 
+Json json_from_stream(const StreamInfo& stream) {
+  Json channels = Json::array();
+  for (const StreamChannel& channel : stream.channels)
+    channels.push(Json::object().set("name", channel.name).set("unit", channel.unit));
+  return Json::object()
+      .set("rig", stream.rig)
+      .set("name", stream.name)
+      .set("kind", stream.kind)
+      .set("rate_hz", stream.rate_hz)
+      .set("channels", std::move(channels))
+      .set("rig_from_sensor", json_from_rigid(stream.rig_from_sensor))
+      .set("body_from_rig", json_from_rigid(stream.body_from_rig))
+      .set("settings_toml", stream.settings_toml);
+}
+
+StreamInfo stream_from_json(const Json& json, const Source& source) {
+  StreamInfo stream{.rig = json.at("rig").string(),
+                    .name = json.at("name").string(),
+                    .kind = json.at("kind").string(),
+                    .rate_hz = source.finite(json.at("rate_hz"), "rate_hz"),
+                    .channels = {},
+                    .rig_from_sensor = source.rigid(json.at("rig_from_sensor"), "rig_from_sensor"),
+                    .body_from_rig = source.rigid(json.at("body_from_rig"), "body_from_rig"),
+                    .settings_toml = json.at("settings_toml").string()};
+  const Json& channels = json.at("channels");
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    stream.channels.push_back(
+        {.name = channels.at(i).at("name").string(), .unit = channels.at(i).at("unit").string()});
+  return stream;
+}
+
 std::string name_of(const ShownTile& tile) {
   return fmt::format("{}/{}/{}", tile.level, tile.x, tile.y);
 }
@@ -333,6 +364,21 @@ void check_sequence(const SequenceInfo& info, ErrorKind kind, const std::string&
       fail(kind, "{}: camera {}/{}: {} x {} pixels are more than the {} allowed", where, camera.rig,
            camera.name, camera.intrinsics.width_px, camera.intrinsics.height_px, kMaxPixels);
   }
+  for (const StreamInfo& stream : info.streams) {
+    for (const std::string* name : {&stream.rig, &stream.name})
+      if (!is_safe_name(*name))
+        fail(kind, "{}: the name \"{}\" of a rig or sensor must be {}", where, *name, kNameRule);
+    if (stream.rig == kRecordsFolder || stream.rig == kLabelsFolder)
+      fail(kind, "{}: a rig cannot be called \"{}\"", where, stream.rig);
+    if (!names.emplace(stream.rig, stream.name).second)
+      fail(kind, "{}: {}/{} is the name of two sensors", where, stream.rig, stream.name);
+    if (!(stream.rate_hz > 0.0) || !(stream.rate_hz <= kMaxStreamRate_hz))
+      fail(kind, "{}: {}/{} measures {} times a second; it takes more than 0, and {} at most",
+           where, stream.rig, stream.name, stream.rate_hz, kMaxStreamRate_hz);
+    if (stream.channels.empty() || stream.channels.size() > kMaxStreamChannels)
+      fail(kind, "{}: {}/{} has {} channels; it takes 1 to {}", where, stream.rig, stream.name,
+           stream.channels.size(), kMaxStreamChannels);
+  }
   check_beliefs(info, kind, where);
   check_imaging(info, kind, where);
   check_moving(info.moving, kind, where);
@@ -383,6 +429,11 @@ Json json_from_sequence(const SequenceInfo& info) {
       .set("geometry", std::move(geometry))
       .set("cameras", std::move(cameras));
   if (!info.moving.empty()) json.set("moving", json_from_moving(info.moving));
+  if (!info.streams.empty()) {
+    Json streams = Json::array();
+    for (const StreamInfo& stream : info.streams) streams.push(json_from_stream(stream));
+    json.set("streams", std::move(streams));
+  }
   json.set("channels", std::move(channel_list))
       .set("semantic_classes", std::move(classes))
       .set("licences", Json::array_of(info.licences))
@@ -424,6 +475,9 @@ SequenceInfo sequence_from_json(const Json& json, const std::string& file) {
     }
   }
   if (json.has("moving")) info.moving = moving_from_json(json.at("moving"), source);
+  if (json.has("streams"))
+    for (std::size_t i = 0; i < json.at("streams").size(); ++i)
+      info.streams.push_back(stream_from_json(json.at("streams").at(i), source));
   info.licences = json.at("licences").strings();
   info.config_toml = json.at("config_toml").string();
   check_sequence(info, ErrorKind::Input, file);

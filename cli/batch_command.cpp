@@ -67,11 +67,13 @@ std::optional<std::string> variable(const char* name) {
   return value != nullptr ? std::optional<std::string>(value) : std::nullopt;
 }
 
+/// The launcher beside this program, where there is one: what users call.
 fs::path this_program() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   if (error) fail(ErrorKind::Io, "/proc/self/exe: {}", error.message());
-  return program;
+  const fs::path launcher = program.parent_path() / "terracast";
+  return fs::is_regular_file(launcher, error) ? launcher : program;
 }
 
 /// As the plan says, or this command.

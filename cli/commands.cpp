@@ -84,7 +84,8 @@ int with_config(const Arguments& args,
   if (args.out.empty()) fail(ErrorKind::Usage, "--out is empty; name the folder of the results");
   const core::Log log("terracast", log_level(args));
   const core::ThreadLimit limit(args.num_threads);
-  const RunConfig config = job::load_run_config(args.config, args.sets);
+  RunConfig config = job::load_run_config(args.config, args.sets);
+  job::keep_captured_flags(config, OutputFolders(args.out).captures);
   core::make_folder(args.out);
   core::remove_temporaries(args.out);
   return work(
@@ -92,16 +93,20 @@ int with_config(const Arguments& args,
       {.log = log, .num_threads = args.num_threads, .events_file = args.out / "events.jsonl"});
 }
 
+fs::path store_folder(const Arguments& args) {
+  return args.store.empty() ? OutputFolders(args.out).world : args.store;
+}
+
 /// The same for commands that need what the config names: its sources, cameras and motions.
 int with_job(const Arguments& args,
              const std::function<int(const Job&, const core::Context&)>& work) {
   return with_config(args, [&](const RunConfig& config, const core::Context& context) {
-    return work(job::prepare_job(config, context), context);
+    return work(job::prepare_job(config, context, store_folder(args)), context);
   });
 }
 
 world::TileStore open_store(const Arguments& args) {
-  return world::TileStore::open(args.store.empty() ? OutputFolders(args.out).world : args.store);
+  return world::TileStore::open(store_folder(args));
 }
 
 int run_all(const Arguments& args) {
@@ -122,8 +127,7 @@ int run_all(const Arguments& args) {
 
 int run_tile(const Arguments& args) {
   return with_job(args, [&](const Job& job, const core::Context& context) {
-    const auto store =
-        tile(job, args.store.empty() ? OutputFolders(args.out).world : args.store, context);
+    const auto store = tile(job, store_folder(args), context);
     fmt::print("{}", tiler::describe_world(store));
     return 0;
   });
@@ -139,7 +143,7 @@ int run_render(const Arguments& args) {
 
 int run_label(const Arguments& args) {
   return with_config(args, [&](const RunConfig& config, const core::Context& context) {
-    RunConfig wanted = job::with_sequences(config, context);
+    RunConfig wanted = job::with_sequences(config, context, store_folder(args));
     for (const std::string& kind : args.kinds)
       if (std::none_of(wanted.labels.begin(), wanted.labels.end(),
                        [&](const labels::LabelOptions& one) { return one.kind == kind; }))
@@ -155,7 +159,8 @@ int run_label(const Arguments& args) {
 
 int run_export(const Arguments& args) {
   return with_config(args, [&](const RunConfig& config, const core::Context& context) {
-    export_formats(job::with_sequences(config, context), OutputFolders(args.out), context);
+    export_formats(job::with_sequences(config, context, store_folder(args)),
+                   OutputFolders(args.out), context);
     return 0;
   });
 }
@@ -214,7 +219,8 @@ int run_world_preview(const Arguments& args) {
   if (!args.config.empty()) {
     const core::Log log("world", log_level(args));
     const core::Context context{.log = log, .num_threads = args.num_threads, .events_file = {}};
-    const Job job = job::prepare_job(job::load_run_config(args.config, args.sets), context);
+    const Job job =
+        job::prepare_job(job::load_run_config(args.config, args.sets), context, args.store);
     if (job.ground->frame().origin() != store.manifest().origin)
       fail(ErrorKind::Config,
            "{}: its world starts at latitude {}, longitude {}, that of {} at {}, {}; give the job "

@@ -18,6 +18,8 @@
 #include "rigs/lens_options.h"
 #include "rigs/rig_format.h"
 #include "rigs/rig_template.h"
+#include "scene/media/medium.h"
+#include "sensors/sensor.h"
 #include "tiler/elevation_registry.h"
 #include "tiler/layer.h"
 #include "tiler/objects/things.h"
@@ -75,9 +77,11 @@ const std::map<std::string, std::function<std::string()>>& lists() {
       {"exporters", [] { return lines_of(exporters::exporters()); }},
       {"labels", [] { return lines_of(labels::labels()); }},
       {"layers", [] { return lines_of(tiler::layer_kinds()); }},
+      {"media", [] { return lines_of(scene::media()); }},
       {"recordings", [] { return lines_of(geo::fix_formats()); }},
       {"rig_formats", [] { return lines_of(rigs::rig_formats()); }},
       {"rig_templates", [] { return lines_of(rigs::rig_templates()); }},
+      {"sensors", [] { return lines_of(sensors::sensors()); }},
       {"tasks", [] { return lines_of(validate::task_list()); }},
       {"things", thing_lines},
       {"trajectories", [] { return lines_of(geo::trajectory_kinds()); }},
@@ -154,6 +158,12 @@ std::vector<std::pair<std::string, std::vector<KeyInfo>>> keys_by_kind() {
     result.emplace_back(fmt::format("cameras of model {}", model.name),
                         keys_of(lens, "rigs[].cameras[]."));
   }
+  for (const auto& kind : sensors::sensors())
+    result.emplace_back(fmt::format("sensors of kind {}", kind.name),
+                        keys_of(*kind.make(), "rigs[].sensors[]."));
+  for (const auto& kind : scene::media())
+    result.emplace_back(fmt::format("media of kind {}", kind.name),
+                        keys_of(*kind.make(), "conditions.media[]."));
   for (const auto& kind : labels::labels())
     result.emplace_back(fmt::format("labels of kind {}", kind.name),
                         keys_of(*kind.make(), "labels[]."));

@@ -7,7 +7,7 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
     add_test(NAME layering.${name}
       COMMAND ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -DFOLDER=${folder} -DUSES=${joined}
               -P ${PROJECT_SOURCE_DIR}/cmake/CheckLayering.cmake)
-    set_tests_properties(layering.${name} PROPERTIES LABELS unit)
+    set_tests_properties(layering.${name} PROPERTIES LABELS "unit;${name}")
   endfunction()
   return()
 endif()

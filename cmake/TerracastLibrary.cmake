@@ -50,7 +50,7 @@ endfunction()
 # terracast_tests(FOLDER USES folder... LINKS target... LABEL label [IN_ONE_PROCESS] [APART prefix])
 #   tests/FOLDER/*_test.cpp as one GoogleTest program, terracast_FOLDER_tests. Each suite is a CTest of its own, or all
 #   are one, IN_ONE_PROCESS: for suites that share what takes longer to make than to test.
-#   Those of a prefix stay APART: the caller adds them.
+#   Those of a prefix stay APART: the caller adds them. Each CTest is labelled by its folder beside the LABEL (unit).
 function(terracast_tests folder)
   cmake_parse_arguments(ARG "IN_ONE_PROCESS" "LABEL;APART" "USES;LINKS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${folder}/*.cpp
@@ -61,6 +61,8 @@ function(terracast_tests folder)
   if(NOT ARG_LABEL)
     set(ARG_LABEL unit)
   endif()
+  set(labels ${ARG_LABEL} ${folder})
+  list(REMOVE_DUPLICATES labels)
   # The long ones first, so that both cores are busy to the end.
   if(ARG_LABEL STREQUAL e2e OR ARG_IN_ONE_PROCESS)
     set(cost COST 1000)
@@ -82,16 +84,22 @@ function(terracast_tests folder)
   endif()
   if(ARG_IN_ONE_PROCESS)
     add_test(NAME ${folder} COMMAND ${target} --gtest_brief=1 --gtest_filter=${filter})
-    set_tests_properties(${folder} PROPERTIES LABELS ${ARG_LABEL} ${cost})
+    set_tests_properties(${folder} PROPERTIES LABELS "${labels}" ${cost})
     return()
   endif()
+  terracast_suites(${target} ${folder} "${filter}" "${labels}" ${cost})
+endfunction()
+
+# terracast_suites(TARGET PREFIX FILTER "LABELS" [property value]...): each suite of a GoogleTest program as a CTest.
+function(terracast_suites target prefix filter labels)
   # What ctest reads when it starts: suites that are added need no other configuration.
   set(list ${CMAKE_CURRENT_BINARY_DIR}/${target}_suites.cmake)
   file(GENERATE OUTPUT ${list} CONTENT
 "set(program $<TARGET_FILE:${target}>)
-set(prefix ${folder})
+set(prefix ${prefix})
 set(filter ${filter})
-set(properties LABELS ${ARG_LABEL} ${cost})
+set(labels ${labels})
+set(properties ${ARGN})
 include(${PROJECT_SOURCE_DIR}/cmake/TestSuites.cmake)
 ")
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${list})

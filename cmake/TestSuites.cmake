@@ -1,5 +1,5 @@
 # Read by ctest: makes a CTest of each suite of a GoogleTest program, so that what a suite makes once is made once.
-# program, prefix, filter (of GoogleTest), properties (of each CTest): set by what includes this.
+# program, prefix, filter (of GoogleTest), labels and properties (of each CTest): set by what includes this.
 if(NOT EXISTS ${program})
   add_test(${prefix}.NOT_BUILT ${program})
   return()
@@ -14,5 +14,5 @@ string(REGEX MATCHALL "(^|\n)[A-Za-z][^ \n]*\\." suites "${listed}")
 foreach(suite IN LISTS suites)
   string(REGEX REPLACE "^\n|\\.$" "" suite "${suite}")
   add_test(${prefix}.${suite} ${program} --gtest_filter=${suite}.*)
-  set_tests_properties(${prefix}.${suite} PROPERTIES ${properties})
+  set_tests_properties(${prefix}.${suite} PROPERTIES LABELS "${labels}" ${properties})
 endforeach()

@@ -5,11 +5,13 @@
 #include <exception>
 #include <limits>
 #include <mutex>
+#include <thread>
 #include <vector>
 
 #include "core/error.h"
 #include "core/parallel_backend.h"
 #include "core/stop.h"
+#include "core/thread_crew.h"
 
 namespace terracast::core {
 
@@ -149,6 +151,32 @@ void parallel_in_order(std::int64_t count, int window,
           is_wanted.store(false, std::memory_order_relaxed);
         }
       });
+  failure.rethrow();
+}
+
+int num_threads_allowed() { return backend::num_threads_allowed(); }
+
+void parallel_for_on_threads(std::int64_t count, int num_threads,
+                             const std::function<void(std::int64_t)>& body) {
+  TERRACAST_CHECK(count >= 0 && num_threads > 0, "{} on {} threads", count, num_threads);
+  FirstFailure failure;
+  std::atomic<std::int64_t> next = 0;
+  const auto work = [&] {
+    for (std::int64_t i = next++; i < count; i = next++) {
+      if (failure.is_before(i)) return;
+      try {
+        throw_if_stop_asked();
+        body(i);
+      } catch (...) {
+        failure.note(i);
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (std::int64_t i = 0; i < std::min<std::int64_t>(num_threads, count); ++i)
+      threads.emplace_back(work);
+  }
   failure.rethrow();
 }
 

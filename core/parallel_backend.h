@@ -11,6 +11,7 @@ namespace terracast::core::backend {
 /// Limits the threads of all parallel work while it lives.
 void* new_limit(int num_threads);
 void delete_limit(void* limit);
+int num_threads_allowed();
 
 /// Calls body(i), which does not throw, for each i in [0, count). A thread that waits for the last of
 /// them takes no work of an outer loop meanwhile, which would run below a frame that holds locks or

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <limits>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -38,6 +39,10 @@ void delete_limit(void* limit) {
   if (limit == nullptr) return;
   limit_of_threads.store(*static_cast<int*>(limit));
   delete static_cast<int*>(limit);
+}
+
+int num_threads_allowed() {
+  return static_cast<int>(num_threads_for(std::numeric_limits<std::int64_t>::max()));
 }
 
 void for_each(std::int64_t count, const std::function<void(std::int64_t)>& body) {

@@ -18,6 +18,11 @@ void* new_limit(int num_threads) {
 
 void delete_limit(void* limit) { delete static_cast<tbb::global_control*>(limit); }
 
+int num_threads_allowed() {
+  return static_cast<int>(
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+}
+
 void for_each(std::int64_t count, const std::function<void(std::int64_t)>& body) {
   tbb::this_task_arena::isolate([&] {
     tbb::parallel_for(

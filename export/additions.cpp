@@ -10,6 +10,7 @@
 #include "export/imaging_record.h"
 #include "export/motion_record.h"
 #include "export/moving_record.h"
+#include "export/sensor_record.h"
 
 namespace terracast::exporters {
 namespace {
@@ -68,6 +69,7 @@ void write_additions(DatasetWriter& writer, const std::string& folder,
   writer.write(folder + "/" + kBoundsFile, bounds_csv(sequence, cameras));
   writer.write(folder + "/" + kGeometryFile, geometry_text(sequence));
   write_moving(writer, folder, sequence, cameras);
+  write_sensors(writer, folder, sequence);
   if (has_imaging(sequence.info()))
     writer.write(folder + "/" + kImagingFile, imaging_text(sequence, cameras));
   if (sequence.info().has_rolling_shutter())

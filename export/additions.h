@@ -20,7 +20,7 @@ std::string bounds_csv(const capture::SequenceReader& sequence,
 
 /// Writes georeference.csv, bounds.csv and geometry.json, and what there is to say of how images were made
 /// (export/imaging_record.h), of how bodies move under rolling shutters (export/motion_record.h) and of errors of
-/// rigs (export/calibration.h).
+/// rigs (export/calibration.h), and of sensors beside cameras (export/sensor_record.h).
 /// folder    of the sequence, relative to the dataset
 /// throws    Io
 void write_additions(DatasetWriter& writer, const std::string& folder,

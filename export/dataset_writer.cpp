@@ -211,6 +211,11 @@ Json metadata(std::string_view format, std::string_view format_version, const st
         "moving/CAMERA/NNNNNN.png: the number of the body that each pixel shows, 16 bits; 0: it "
         "stands still");
   }
+  if (any([](const capture::SequenceInfo& info) { return !info.streams.empty(); })) {
+    all_additions.emplace_back(
+        "sensors/RIG/NAME.csv: samples of a sensor beside cameras, each at its own time");
+    all_additions.emplace_back("sensors.json: kind, channels, mount and settings of each sensor");
+  }
   if (any([](const capture::SequenceInfo& info) { return info.has_errors(); })) {
     sentences.set("calibration",
                   "A sequence whose rigs have errors says which calibration and times the format's "

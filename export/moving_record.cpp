@@ -5,15 +5,17 @@
 #include "capture/channel.h"
 #include "core/image_io.h"
 #include "core/parallel.h"
+#include "export/motion_record.h"
 
 namespace terracast::exporters {
 
 using core::Json;
 
 std::string moving_csv(const capture::SequenceReader& sequence, const LocalFrame& local) {
-  std::string text =
+  std::string text = fmt::format(
       "frame,body,x_m,y_m,z_m,qw,qx,qy,qz,vx_mps,vy_mps,vz_mps,ax_mps2,ay_mps2,az_mps2,wx_radps,"
-      "wy_radps,wz_radps\n";
+      "wy_radps,wz_radps,{}\n",
+      kTermColumns);
   const auto add = [&text](const Eigen::Vector3d& vector) {
     for (const double value : vector) text += fmt::format(",{:.17g}", value);
   };
@@ -30,6 +32,7 @@ std::string moving_csv(const capture::SequenceReader& sequence, const LocalFrame
       add(body_from_world * state.velocity_world_mps);
       add(body_from_world * state.acceleration_world_mps2);
       add(state.angular_velocity_body_radps);
+      text += terms_csv(state);
       text += '\n';
     }
   return text;

@@ -18,8 +18,9 @@ inline constexpr const char* kMovingFolder = "moving";
 
 /// moving.csv: one row for each frame and body that is there then. Its pose in the frame of the format's poses
 /// (local: east, north, up), local_from_body; then, along the axes that the body has at that time, its velocity
-/// (m/s), acceleration (m/s²) and angular velocity (rad/s) against the Earth: so much later, dt, it stands in those
-/// axes at v dt + a dt² / 2 and is turned by exp(w dt). Bodies count from 1, in the order of dataset.json.
+/// (m/s), acceleration (m/s²), angular velocity (rad/s) and terms of its motion against the Earth: so much later, dt,
+/// it is where the rule of motion.csv takes it (export/motion_record.h). Bodies count from 1, in the order of
+/// dataset.json.
 std::string moving_csv(const capture::SequenceReader& sequence, const LocalFrame& local);
 
 /// Which body each pixel shows: its number, 0 where it shows what stands.

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string_view>
 
+#include "geo/body_state.h"
 #include "geo/rigid3.h"
-#include "geo/trajectory.h"
 
 /// When the lines of an image are exposed, and where the camera is meanwhile.
 namespace terracast::geo {
@@ -49,8 +49,8 @@ struct Aperture {
   bool operator==(const Aperture&) const = default;
 };
 
-/// A camera on a body about the time of a frame: the body goes on with the velocity, the acceleration and
-/// the angular velocity that it has then (BodyState::pose_after).
+/// A camera on a body about the time of a frame: the body goes on as its state then says
+/// (BodyState::pose_after).
 struct CameraMotion {
   BodyState state;
   Rigid3d body_from_camera;

@@ -32,19 +32,10 @@ std::string utc_of_first_frame(const TrajectoryOptions& options, const Trajector
 
 }  // namespace
 
-Rigid3d BodyState::pose_after(double offset_s) const {
-  if (offset_s == 0.0) return world_from_body;
-  const Eigen::Vector3d half_turn = 0.5 * offset_s * angular_velocity_body_radps;
-  const double half_angle = half_turn.norm();
-  // sin x / x, which is 1 - x^2 / 6 to double where x^4 / 120 is lost.
-  const double share =
-      half_angle > 1e-4 ? std::sin(half_angle) / half_angle : 1.0 - half_angle * half_angle / 6.0;
-  const Eigen::Quaterniond turn(std::cos(half_angle), share * half_turn.x(), share * half_turn.y(),
-                                share * half_turn.z());
-  return {
-      .rotation = (world_from_body.rotation * turn).normalized(),
-      .translation = world_from_body.translation +
-                     offset_s * (velocity_world_mps + 0.5 * offset_s * acceleration_world_mps2)};
+std::vector<double> sorted_knots(std::vector<double> knots_s) {
+  std::sort(knots_s.begin(), knots_s.end());
+  knots_s.erase(std::unique(knots_s.begin(), knots_s.end()), knots_s.end());
+  return knots_s;
 }
 
 std::span<const TrajectoryKindInfo> trajectory_kinds() {
@@ -146,12 +137,18 @@ std::vector<TrajectoryOptions> split_sequences(const TrajectoryOptions& options,
       "splitting trajectory " + options.name);
 }
 
+MotionState BodyMotion::at(double time_s) const {
+  MotionState state = trajectory->at(start_s + time_s);
+  state.time_s = time_s;
+  return state;
+}
+
 SampledFrames sample_frames(const TrajectoryOptions& options, const TrajectoryContext& context) {
   return core::with_context(
       [&] {
         TrajectoryContext at_rate = context;
         at_rate.rate_hz = options.rate_hz;
-        const std::unique_ptr<Trajectory> motion = options.kind_options().build(at_rate);
+        const std::shared_ptr<const Trajectory> motion = options.kind_options().build(at_rate);
         // A frame at the very end counts although the sum of times rounds past it.
         constexpr double kTimeTolerance_s = 1e-9;
         const double available_s = motion->duration_s() + kTimeTolerance_s - options.start_s;
@@ -171,10 +168,18 @@ SampledFrames sample_frames(const TrajectoryOptions& options, const TrajectoryCo
         std::vector<BodyState> states(static_cast<std::size_t>(wanted));
         for (std::size_t i = 0; i < states.size(); ++i) {
           const double time_s = static_cast<double>(i) / options.rate_hz;
-          states[i] = motion->at(std::min(options.start_s + time_s, motion->duration_s()));
+          const double on_motion_s = std::min(options.start_s + time_s, motion->duration_s());
+          states[i] = motion->at(on_motion_s);
           states[i].time_s = time_s;
+          if (context.reach_s > 0.0)
+            states[i].terms = fit_terms(
+                states[i],
+                [&](double offset_s) { return motion->at(on_motion_s + offset_s).world_from_body; },
+                context.reach_s);
         }
-        return SampledFrames{std::move(states), utc_of_first_frame(options, *motion)};
+        return SampledFrames{.states = std::move(states),
+                             .motion = {.trajectory = motion, .start_s = options.start_s},
+                             .utc_start = utc_of_first_frame(options, *motion)};
       },
       "flying trajectory " + options.name);
 }

@@ -15,36 +15,33 @@
 
 #include "core/log.h"
 #include "core/schema.h"
+#include "geo/body_state.h"
 #include "geo/geodesy.h"
 #include "geo/geoid.h"
-#include "geo/rigid3.h"
 
 namespace terracast::geo {
 
-/// Where the body is and how it moves at one time.
-struct BodyState {
-  double time_s = 0.0;
-  Rigid3d world_from_body;  ///< body: x forward, y left, z up
-  Eigen::Vector3d velocity_world_mps = Eigen::Vector3d::Zero();
-  Eigen::Vector3d acceleration_world_mps2 = Eigen::Vector3d::Zero();
-  Eigen::Vector3d angular_velocity_body_radps = Eigen::Vector3d::Zero();
-  bool operator==(const BodyState&) const = default;
-
-  /// The pose so much later, or earlier, as it is where acceleration and angular velocity stay what they are:
-  /// x + v t + a t^2 / 2, and R exp(w t) with the turning in the body's frame.
-  Rigid3d pose_after(double offset_s) const;
-};
-
-/// A motion over [0, duration_s]. Positions are twice continuously differentiable. Threads: safe.
+/// A motion that can be asked at any time. Its poses are one curve, of which velocity, acceleration, jerk, angular
+/// velocity and angular acceleration are the exact derivatives. Positions and attitudes are twice continuously
+/// differentiable; jerk and angular acceleration may jump at knots, where they are those that follow. Threads: safe.
 class Trajectory {
  public:
   virtual ~Trajectory() = default;
   virtual double duration_s() const = 0;
-  /// time_s   in [0, duration_s]
-  virtual BodyState at(double time_s) const = 0;
+  /// time_s   any that is finite. The motion proper lasts from 0 to duration_s; a shutter or another sensor may look
+  ///          a little before and after. There a closed path goes round, a recording follows its own fixes, or its
+  ///          end piece, and another motion keeps the acceleration that it has at its end.
+  /// accuracy   each is the derivative of the one before it to 1e-9 of its largest; TrajectoryLaws
+  virtual MotionState at(double time_s) const = 0;
+  /// Times from 0 to duration_s, increasing, between which the motion has all derivatives; beside these, the blend
+  /// of a slow recording's heading (`slow_mps`) has its third derivative jump where it begins and ends.
+  virtual std::vector<double> knots_s() const = 0;
   /// UTC of time 0 in seconds since 1970, of motions that were recorded with their time of day.
   virtual std::optional<double> utc_start_unix_s() const { return std::nullopt; }
 };
+
+/// Knots in order, each once, for knots_s().
+std::vector<double> sorted_knots(std::vector<double> knots_s);
 
 /// Ellipsoidal height of the measured ground (never of synthetic detail) below or above a place;
 /// nothing where the world has no ground.
@@ -57,6 +54,7 @@ struct TrajectoryContext {
   std::shared_ptr<const Geoid> geoid;  ///< may be null; then heights above the geoid are refused
   const core::Log* log = nullptr;      ///< where what was dropped from a recording is told; or null
   double rate_hz = 10.0;               ///< frames a second that will be taken
+  double reach_s = 0.0;                ///< a frame's exposures lie so near to its time
   /// Bodies stay so near the world's origin along its x and y: inside the world with all they carry.
   double half_size_m = std::numeric_limits<double>::infinity();
 
@@ -147,15 +145,26 @@ struct TrajectoryOptions : MotionOptions {
 std::vector<TrajectoryOptions> split_sequences(const TrajectoryOptions& options,
                                                const TrajectoryContext& context);
 
+/// The motion of a sequence's body, which starts somewhere on a trajectory. Threads: safe.
+struct BodyMotion {
+  std::shared_ptr<const Trajectory> trajectory;
+  double start_s = 0.0;  ///< time of the trajectory at which the sequence's time is 0
+
+  /// The state at a time of the sequence.
+  MotionState at(double time_s) const;
+};
+
 /// Frames of a sequence.
 struct SampledFrames {
   std::vector<BodyState> states;
+  BodyMotion motion;
   std::string utc_start;  ///< of the first; utc_start = "auto" is the recording's own, where it has
                           ///< one, or else 2025-06-21T10:00:00Z
 };
 
 /// The states at which frames are taken: frame i at start_s + i / rate_hz of the motion, its own
-/// time i / rate_hz. What is told in context.rate_hz is the options' rate.
+/// time i / rate_hz. Each goes on as the motion does within context.reach_s (fit_terms()). The options' rate
+/// takes the place of context.rate_hz.
 /// throws Config: more frames asked for than the motion has time for (says how many fit)
 SampledFrames sample_frames(const TrajectoryOptions& options, const TrajectoryContext& context);
 

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "render/checked_plan.h"
 #include "scene/moving/moving_bodies.h"
 #include "tiler/surface.h"
 

@@ -10,7 +10,7 @@
 #include "geo/geoid.h"
 #include "geo/trajectory.h"
 #include "job/stages.h"
-#include "render/plan_check.h"
+#include "render/checked_plan.h"
 #include "rigs/rig_errors.h"
 #include "tiler/layer_stack.h"
 #include "world/embree_scene.h"
@@ -110,6 +110,7 @@ void set_cameras(const Job& job, const geo::TrajectoryOptions& options,
   const std::vector<rigs::RigOptions> rigs = carried_rigs(job.config.rigs, options);
   plan.cameras = job.cameras.of(options);
   plan.imaging = rigs::imaging_of_cameras(rigs);
+  plan.sensors = rigs::mount_sensors(rigs);
   rigs::TrueRigs drawn = rigs::draw_true_rigs(rigs, plan.cameras, job.config.seed, plan.name);
   plan.clocks = std::move(drawn.clocks);
   if (drawn.cameras == plan.cameras) return;
@@ -138,6 +139,28 @@ void share_geometry(Job& job) {
     std::move(own.begin(), own.end(), std::back_inserter(*all));
   }
   for (render::SequencePlan& plan : job.sequences) plan.shared_viewpoints = all;
+}
+
+/// How long before and after a frame's time something of it is measured, at most.
+double longest_reach_s(const render::SequencePlan& plan) {
+  double longest_s = 0.0;
+  for (const capture::CameraCalibration& camera : plan.cameras)
+    longest_s = std::max(
+        longest_s, camera.shutter.reach_s(camera.intrinsics.width_px, camera.intrinsics.height_px));
+  // Sensors see what moves between frames.
+  if (!plan.sensors.empty()) longest_s = std::max(longest_s, 0.5 / plan.rate_hz);
+  return longest_s;
+}
+
+/// Says how near the poses of lines come to the trajectory, where there are lines.
+void tell_terms(const std::vector<geo::BodyState>& states, const core::Log& log) {
+  double error_m = 0.0, error_rad = 0.0;
+  for (const geo::BodyState& state : states) {
+    error_m = std::max(error_m, state.terms.error_m);
+    error_rad = std::max(error_rad, state.terms.error_rad);
+  }
+  if (states.front().terms.are_any())
+    log.info("poses of lines are within {:.2g} m and {:.2g} rad of the motion", error_m, error_rad);
 }
 
 geo::TrajectoryContext trajectory_context(const Job& job, double half_size_m,
@@ -177,17 +200,21 @@ render::SequencePlan plan_sequence(const Job& job, const std::vector<double>& ha
   plan.name = options.name;
   plan.rate_hz = options.rate_hz;
   plan.seed = job.config.seed;
-  geo::SampledFrames frames = core::with_context(
-      [&] { return geo::sample_frames(options, trajectory_context(job, half_sizes[index], log)); },
-      fmt::format("laying out trajectory {}", options.name));
+  set_cameras(job, options, plan);
+  geo::TrajectoryContext of_body = trajectory_context(job, half_sizes[index], log);
+  of_body.reach_s = longest_reach_s(plan);
+  geo::SampledFrames frames =
+      core::with_context([&] { return geo::sample_frames(options, of_body); },
+                         fmt::format("laying out trajectory {}", options.name));
   plan.utc_start = frames.utc_start;
   plan.states = std::move(frames.states);
-  set_cameras(job, options, plan);
+  plan.motion = std::move(frames.motion);
+  tell_terms(plan.states, log);
   plan.moving =
       lay_out_moving(job.config.moving, {job.config.trajectories, half_sizes}, options, plan.states,
                      trajectory_context(job, 0.5 * job.config.world.size_m, log));
   plan.conditions = job.config.conditions;
-  plan.facts = job.config.facts;
+  plan.facts = job.config.facts.options();
   plan.tracks = job.config.tracks;
   plan.detail = job.config.detail;
   plan.config_toml = toml_of_sequence(job.config, options);
@@ -197,9 +224,10 @@ render::SequencePlan plan_sequence(const Job& job, const std::vector<double>& ha
 }
 
 std::shared_ptr<const tiler::WorldSurface> open_ground(const RunConfig& config,
-                                                       const core::Context& context) {
+                                                       const core::Context& context,
+                                                       const fs::path& store) {
   return core::with_context(
-      [&] { return tiler::WorldSurface::prepare_ground(config.world, context); },
+      [&] { return tiler::WorldSurface::prepare_ground(config.world, context, store); },
       opening_sources(config));
 }
 
@@ -267,7 +295,7 @@ std::vector<tiler::PreviewPath> paths_of(const Job& job) {
   return paths;
 }
 
-RunConfig with_sequences(RunConfig config, const core::Context& context) {
+RunConfig with_sequences(RunConfig config, const core::Context& context, const fs::path& store) {
   const bool is_split =
       std::any_of(config.trajectories.begin(), config.trajectories.end(),
                   [](const geo::TrajectoryOptions& one) { return one.kind_options().is_split(); });
@@ -277,12 +305,12 @@ RunConfig with_sequences(RunConfig config, const core::Context& context) {
   check_data_folder(job.config);
   const core::Log log = context.log.for_stage("sources");
   const core::StageCost cost(context.with_log(log), "preparing the ground");
-  job.ground = open_ground(job.config, context.with_log(log));
+  job.ground = open_ground(job.config, context.with_log(log), store);
   split_trajectories(job, context);
   return std::move(job.config);
 }
 
-Job prepare_job(RunConfig config, const core::Context& context,
+Job prepare_job(RunConfig config, const core::Context& context, const fs::path& store,
                 std::shared_ptr<const tiler::WorldSurface> ground) {
   Job job{.config = std::move(config), .cameras = {}, .ground = std::move(ground), .sequences = {}};
   job.cameras = CarriedCameras(job.config.rigs, job.config.trajectories);
@@ -293,7 +321,7 @@ Job prepare_job(RunConfig config, const core::Context& context,
   check_data_folder(job.config);
   const core::Log log = context.log.for_stage("sources");
   const core::StageCost cost(context.with_log(log), "preparing the ground and the flights");
-  if (job.ground == nullptr) job.ground = open_ground(job.config, context.with_log(log));
+  if (job.ground == nullptr) job.ground = open_ground(job.config, context.with_log(log), store);
   split_trajectories(job, context);
   const std::vector<double> half_sizes = half_sizes_m(job);
   for (std::size_t i = 0; i < half_sizes.size(); ++i)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <vector>
@@ -43,14 +44,19 @@ std::vector<labels::SequenceOutline> outlines_of(const Job& job);
 
 /// A config with its sequences: only the ground tells what sequences a recording is split into. Nothing else is laid out
 /// or checked: stages hold what was captured against the config.
+/// store    as prepare_job has it
 /// throws   Input, Io, Config: as prepare_job
-RunConfig with_sequences(RunConfig config, const core::Context& context);
+RunConfig with_sequences(RunConfig config, const core::Context& context,
+                         const std::filesystem::path& store = {});
 
 /// Opens what a config names and checks that everything fits together, exporters' demands on the
 /// rigs included, before any stage starts. The world's layers are left to lay_out_world(): of all
 /// stages only tiling needs them, and they take the most time.
+/// store    the world's folder, if there is one: what it keeps of the ground is not made again. The job is the same
+///          without it.
 /// ground   of the same world, where it was opened before
 Job prepare_job(RunConfig config, const core::Context& context,
+                const std::filesystem::path& store = {},
                 std::shared_ptr<const tiler::WorldSurface> ground = nullptr);
 
 /// The job's ground with all layers of its world.
@@ -62,7 +68,8 @@ std::shared_ptr<const tiler::WorldSurface> lay_out_world(const Job& job,
 /// changes no byte of this one. Of another that it sees, or shares its geometry with, the rigs count too.
 std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptions& trajectory);
 
-/// The config of all that is captured: another format, check or memory bound changes no byte of it.
+/// The config of all that is captured: another format, check or memory bound changes no byte of it, but for the flags
+/// that formats need.
 std::string toml_of_captures(const RunConfig& config);
 
 /// The bodies' paths, for maps.

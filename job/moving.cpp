@@ -78,7 +78,8 @@ class Course {
       : motion_(options.kind_options().build(context)), start_s_(start_s), repeats_(repeats) {}
 
   /// At a time of the sequence; nothing before the motion begins and after it ends.
-  std::optional<geo::BodyState> at(double time_s) const {
+  /// reach_s   for so long before and after that time the state goes on as the motion does; 0: with constants
+  std::optional<geo::BodyState> at(double time_s, double reach_s = 0.0) const {
     // The very end counts although a sum of times rounds past it.
     constexpr double kTolerance_s = 1e-9;
     const double duration_s = motion_->duration_s();
@@ -86,8 +87,13 @@ class Course {
     if (at_s < -kTolerance_s) return std::nullopt;
     if (repeats_) at_s -= duration_s * std::floor(at_s / duration_s);
     if (at_s > duration_s + kTolerance_s) return std::nullopt;
-    geo::BodyState state = motion_->at(std::clamp(at_s, 0.0, duration_s));
+    at_s = std::clamp(at_s, 0.0, duration_s);
+    geo::BodyState state = motion_->at(at_s);
     state.time_s = time_s;
+    if (reach_s > 0.0)
+      state.terms = geo::fit_terms(
+          state, [&](double offset_s) { return motion_->at(at_s + offset_s).world_from_body; },
+          reach_s);
     return state;
   }
 
@@ -119,7 +125,11 @@ void set_motion(const Course& course, std::span<const geo::BodyState> frames, Mo
     gone_m += course.length_m(before_s, frame.time_s);
     before_s = frame.time_s;
     thing.gone_m.push_back(gone_m);
-    thing.states.push_back(course.at(frame.time_s));
+    const bool is_free = thing.ride == Ride::Free;
+    std::optional<geo::BodyState>& state =
+        thing.states.emplace_back(course.at(frame.time_s, is_free ? frame.terms.reach_s : 0.0));
+    // What the ground or the water carries goes on with constants (render::settle), its wheels with theirs.
+    if (state) state->terms.reach_s = frame.terms.reach_s;
   }
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "capture/frame.h"
 #include "core/schema.h"
 #include "geo/trajectory.h"
 #include "scene/moving/moving_bodies.h"

@@ -7,6 +7,7 @@
 #include "core/schema.h"
 #include "export/exporter.h"
 #include "geo/trajectory.h"
+#include "job/facts_config.h"
 #include "job/moving.h"
 #include "job/traffic/traffic.h"
 #include "labels/label.h"
@@ -50,7 +51,7 @@ struct RunConfig {
   std::vector<MovingOptions> moving;
   std::vector<TrafficOptions> traffic;
   scene::ConditionOptions conditions;
-  sensors::FactOptions facts;
+  FactsConfig facts;
   sensors::TrackOptions tracks;
   std::vector<labels::LabelOptions> labels;
   std::vector<exporters::ExportOptions> exports;

@@ -10,7 +10,7 @@
 #include "job/afloat.h"
 #include "job/moving.h"
 #include "job/traffic/traffic_site.h"
-#include "render/plan_check.h"
+#include "render/checked_plan.h"
 #include "tiler/preview.h"
 #include "tiler/tile_stage.h"
 #include "validate/check.h"

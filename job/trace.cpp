@@ -69,8 +69,7 @@ std::optional<Met> cast_from_camera(const world::TileStore& store, std::vector<w
   const Eigen::Vector3d& center = ray.origin_world;
   const std::optional<double> surface_z = whole.surface_z_world(center.x(), center.y());
   if (!surface_z || center.z() >= *surface_z) return cast(whole, ray);
-  const world::RayQuery below(
-      whole, {.memory_bytes = world::RayQueryOptions{}.memory_bytes, .viewers_in_water = true});
+  const world::RayQuery below(whole, world::RayQuery::WithoutWater{.viewers_in_water = true});
   return cast(below, ray);
 }
 

@@ -22,12 +22,7 @@ using Eigen::Vector3d;
 
 std::vector<geo::BodyState> states_of(const capture::SequenceReader& sequence) {
   std::vector<geo::BodyState> states;
-  for (const capture::FrameRecord& record : sequence.frames())
-    states.push_back({.time_s = record.time_s,
-                      .world_from_body = record.world_from_body,
-                      .velocity_world_mps = record.velocity_world_mps,
-                      .acceleration_world_mps2 = record.acceleration_world_mps2,
-                      .angular_velocity_body_radps = record.angular_velocity_body_radps});
+  for (const capture::FrameRecord& record : sequence.frames()) states.push_back(record.state());
   return states;
 }
 
@@ -52,8 +47,7 @@ Matcher::Matcher(const capture::SequenceReader& sequence, const world::TileStore
   const Vector3d& center = views_.at(0, 0).center_world;
   const std::optional<double> surface_z = whole_.surface_z_world(center.x(), center.y());
   if (surface_z && center.z() < *surface_z)
-    in_water_.emplace(whole_, world::RayQuery::WithoutWater{.memory_bytes = tracing.memory_bytes,
-                                                            .viewers_in_water = true});
+    in_water_.emplace(whole_, world::RayQuery::WithoutWater{.viewers_in_water = true});
 }
 
 const std::vector<std::optional<geo::BodyState>>& Matcher::bodies_at(int frame) const {

@@ -83,6 +83,19 @@ capture::CameraRecord SequenceWork::render_camera(int frame, int camera,
                   plan_.cameras[static_cast<std::size_t>(camera)].name));
 }
 
+std::vector<capture::FrameFile> SequenceWork::measure(int frame, world::RayTrail& trail) const {
+  std::vector<capture::FrameFile> files;
+  for (const sensors::MountedSensor& sensor : plan_.sensors) {
+    const capture::TickRange ticks = capture::ticks_of_frame(
+        sensor.info.rate_hz, plan_.rate_hz, frame, static_cast<int>(plan_.states.size()));
+    const capture::Samples samples =
+        sensor.measure(renderer_.scene(), plan_.motion, static_cast<std::uint64_t>(plan_.seed),
+                       capture::times_of(ticks, sensor.info.rate_hz), &trail);
+    files.push_back(writer_.write_samples(frame, static_cast<int>(files.size()), samples));
+  }
+  return files;
+}
+
 std::vector<std::int64_t> SequenceWork::find_visible_tracks(int frame, int camera) const {
   const world::MovingScene moving =
       renderer_.moving().scene(frame, renderer_.views().longest_reach_s());
@@ -125,6 +138,7 @@ capture::FrameRecord SequenceWork::start_record(int frame) const {
           .velocity_world_mps = state.velocity_world_mps,
           .acceleration_world_mps2 = state.acceleration_world_mps2,
           .angular_velocity_body_radps = state.angular_velocity_body_radps,
+          .terms = state.terms,
           .cameras = {},
           .moving = renderer_.moving().states(frame),
           .key = {},
@@ -165,6 +179,11 @@ std::vector<EarlierFrames> SequenceWork::open_earlier(const std::vector<fs::path
         "sequence {}: with shutters or lenses that are open for a while, or rays from many places, "
         "no earlier frames are taken over",
         plan_.name);
+    return all;
+  }
+  if (!folders.empty() && !plan_.sensors.empty()) {
+    log.info("sequence {}: with sensors beside cameras no earlier frames are taken over",
+             plan_.name);
     return all;
   }
   if (!folders.empty() && !plan_.moving.empty()) {
@@ -243,6 +262,7 @@ void SequenceWork::render(const std::vector<int>& frames, core::Progress& progre
         record.cameras.push_back(std::move(slot(i).record));
         frame_trail.add(slot(i).trail);
         if (i % num_cameras != num_cameras - 1) return;
+        record.streams = measure(record.index, frame_trail);
         set_seen_tiles(frame_trail, tiles_, record);
         record.key = keys_.key(record.index, record.touched_tiles);
         writer_.finish_frame(record);

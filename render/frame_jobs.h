@@ -39,6 +39,8 @@ class SequenceWork {
   bool take_over_frame(int frame, const std::vector<EarlierFrames>& all_earlier) const;
   /// trail   takes the tiles to which the images' rays come
   capture::CameraRecord render_camera(int frame, int camera, world::RayTrail& trail) const;
+  /// Measures with all sensors beside cameras from the frame's time to before the next one's.
+  std::vector<capture::FrameFile> measure(int frame, world::RayTrail& trail) const;
   std::vector<std::int64_t> find_visible_tracks(int frame, int camera) const;
   capture::LabelBounds bounds(int frame, int camera, const sensors::TruthFrame& truth) const;
   capture::FrameRecord start_record(int frame) const;

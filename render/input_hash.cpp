@@ -48,6 +48,20 @@ void append_imaging(std::string& text, const SequencePlan& plan) {
     text += fmt::format("camera\n{}\n", core::toml_text(imaging));
 }
 
+/// How a body goes on about a frame's time.
+void append_motion(std::string& text, const geo::BodyState& state) {
+  append_numbers(text, state.velocity_world_mps.data(), 3);
+  append_numbers(text, state.acceleration_world_mps2.data(), 3);
+  append_numbers(text, state.angular_velocity_body_radps.data(), 3);
+  const geo::MotionTerms& terms = state.terms;
+  if (!terms.are_any()) return;
+  text += "terms\n";
+  append_numbers(text, &terms.reach_s, 1);
+  for (const Eigen::Vector3d& term : terms.position_world) append_numbers(text, term.data(), 3);
+  for (const Eigen::Vector3d& term : terms.turning_body) append_numbers(text, term.data(), 3);
+  append_numbers(text, terms.spin_body_radps.data(), 3);
+}
+
 /// As their motions have them: where the ground takes part is a function of it.
 void append_moving(std::string& text, const SequencePlan& plan) {
   text += scene::text_of_shapes(plan.moving);
@@ -66,10 +80,19 @@ void append_moving(std::string& text, const SequencePlan& plan) {
         continue;
       }
       append_pose(text, state->world_from_body);
-      append_numbers(text, state->velocity_world_mps.data(), 3);
-      append_numbers(text, state->acceleration_world_mps2.data(), 3);
-      append_numbers(text, state->angular_velocity_body_radps.data(), 3);
+      append_motion(text, *state);
     }
+  }
+}
+
+/// Their samples follow the motion between frames too, which the config's text determines.
+void append_sensors(std::string& text, const SequencePlan& plan) {
+  for (const sensors::MountedSensor& sensor : plan.sensors) {
+    const capture::StreamInfo& info = sensor.info;
+    text += fmt::format("sensor {} {} {} {:.17g}\n{}\n", info.rig, info.name, info.kind,
+                        info.rate_hz, info.settings_toml);
+    append_pose(text, info.rig_from_sensor);
+    append_pose(text, info.body_from_rig);
   }
 }
 
@@ -103,9 +126,7 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
   for (const geo::BodyState& state : plan.states) {
     append_numbers(text, &state.time_s, 1);
     append_pose(text, state.world_from_body);
-    append_numbers(text, state.velocity_world_mps.data(), 3);
-    append_numbers(text, state.acceleration_world_mps2.data(), 3);
-    append_numbers(text, state.angular_velocity_body_radps.data(), 3);
+    append_motion(text, state);
   }
   append_cameras(text, plan.cameras);
   append_cameras(text, plan.believed_cameras);
@@ -114,6 +135,7 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
       append_numbers(text, &value, 1);
   append_imaging(text, plan);
   append_moving(text, plan);
+  append_sensors(text, plan);
   text += core::toml_text(plan.conditions);
   text += core::toml_text(plan.facts);
   text += core::toml_text(plan.tracks);
@@ -140,10 +162,9 @@ FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
     for (const world::ImageryTileInfo& tile : imagery.tiles)
       text += fmt::format("imagery {} {} {} {} {}\n", imagery.finest_level, tile.id.level,
                           tile.id.x, tile.id.y, tile.content_hash);
-  text += fmt::format("colour {} {} {} {:.17g} {:.17g} {}\nflags {}\n", plan.seed,
-                      plan.conditions.color_samples, plan.conditions.ambient_rays,
-                      plan.conditions.exposure, plan.conditions.water_visibility_m,
-                      plan.conditions.bottom_range, plan.facts.flag_bits());
+  text += fmt::format("seed {}\n", plan.seed);
+  text += core::toml_text(plan.conditions);
+  text += fmt::format("flags {}\n", plan.facts.flag_bits());
   for (const world::VolumeInfo& volume : store.manifest().volumes)
     text += fmt::format("volume {}\n", volume.content_hash);
   for (const world::VolumePlace& place : store.manifest().volume_places) {

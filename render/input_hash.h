@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "render/render_stage.h"
+#include "render/sequence_plan.h"
 #include "sensors/camera/frame_renderer.h"
 #include "world/lod.h"
 #include "world/tile_store.h"

@@ -1,51 +1,14 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <memory>
-#include <string>
 #include <vector>
 
-#include "capture/frame.h"
 #include "core/context.h"
-#include "core/schema.h"
-#include "geo/trajectory.h"
-#include "sensors/camera/camera_plan.h"
-#include "sensors/camera/tracks.h"
-#include "world/lod.h"
+#include "render/sequence_plan.h"
 #include "world/ray_query.h"
 #include "world/tile_store.h"
 
 namespace terracast::render {
-
-/// Everything that determines a sequence's frames.
-struct SequencePlan : sensors::CameraPlan {
-  double rate_hz = 10.0;
-  /// Nominal, and the cameras' clocks, as in capture::SequenceInfo.
-  std::vector<capture::CameraCalibration> believed_cameras = {};
-  std::vector<capture::CameraClock> clocks = {};
-  /// Of all sequences that show one geometry, its own among them; null: it shows a geometry of its own.
-  std::shared_ptr<const std::vector<world::Viewpoint>> shared_viewpoints = nullptr;
-  sensors::TrackOptions tracks;
-  world::DetailOptions detail;
-  std::string config_toml;
-};
-
-/// Every camera at every frame stands inside the square of `size_m` round the world's origin.
-/// throws Input: one does not, named with its place
-void check_inside(const SequencePlan& plan, const geo::WorldFrame& frame_of_world, double size_m);
-
-/// The places from which a sequence's cameras see the world: what the tiler and the frozen cut are
-/// given.
-std::vector<world::Viewpoint> viewpoints_of(const std::vector<geo::BodyState>& states,
-                                            const std::vector<capture::CameraCalibration>& cameras);
-
-/// Those for which the geometry that a sequence shows is chosen.
-std::vector<world::Viewpoint> viewpoints_of(const SequencePlan& plan);
-
-/// What a sequence's capture will say of itself (all that determines the bytes goes into
-/// input_hash).
-capture::SequenceInfo describe_sequence(const SequencePlan& plan, const world::TileStore& store);
 
 /// What a run made, ascending.
 struct RenderedFrames {

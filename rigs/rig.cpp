@@ -394,6 +394,7 @@ void RigOptions::describe(core::SchemaVisitor& visit) {
       "How the cameras make an image of the light: lens, exposure, sensor, color; each part "
       "is left out by default.");
   visit.list("cameras", cameras, "The rig's cameras.");
+  visit.list("sensors", sensors, "The rig's sensors beside cameras, each at times of its own.");
 }
 
 void RigOptions::validate() const {
@@ -455,6 +456,41 @@ std::vector<sensors::ImagingOptions> imaging_of_cameras(const std::vector<RigOpt
   return is_any_on ? imaging : std::vector<sensors::ImagingOptions>{};
 }
 
+geo::Rigid3d RigOptions::body_from_rig() const {
+  return {.rotation = rotation_of_euler_deg(mount_yaw_deg, mount_pitch_deg, mount_roll_deg),
+          .translation = vector_of(mount_offset_m)};
+}
+
+std::vector<sensors::MountedSensor> mount_sensors(const std::vector<RigOptions>& rigs) {
+  std::vector<sensors::MountedSensor> mounted;
+  for (const RigOptions& rig : rigs) {
+    std::set<std::string> names;
+    for (const CameraOptions& camera : rig.placed_cameras()) names.insert(camera.name);
+    for (const sensors::SensorOptions& options : rig.sensors) {
+      if (!names.insert(options.name).second)
+        fail(ErrorKind::Config,
+             "rig {}: a second sensor or camera is called {}; each needs its own name", rig.name,
+             options.name);
+      const std::vector<double>& e = options.euler_deg;
+      mounted.push_back(
+          {.info = {.rig = rig.name,
+                    .name = options.name,
+                    .kind = options.sensor.kind(),
+                    .rate_hz = options.rate_hz,
+                    .channels = options.sensor->channels(),
+                    .rig_from_sensor = {.rotation = e.empty()
+                                                        ? Eigen::Quaterniond::Identity()
+                                                        : rotation_of_euler_deg(e[0], e[1], e[2]),
+                                        .translation = rig.rig_from_file() *
+                                                       (vector_of(options.offset_mm) * 1e-3)},
+                    .body_from_rig = rig.body_from_rig(),
+                    .settings_toml = options.sensor.settings_toml()},
+           .sensor = options.sensor});
+    }
+  }
+  return mounted;
+}
+
 std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptions>& rigs) {
   if (rigs.empty()) fail(ErrorKind::Config, "no rig; a sequence needs one or more");
   std::vector<capture::CameraCalibration> calibrations;
@@ -464,10 +500,7 @@ std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptio
     if (!rig_names.insert(rig.name).second) {
       fail(ErrorKind::Config, "two rigs are called {}; each needs its own name", rig.name);
     }
-    const geo::Rigid3d body_from_rig{
-        .rotation =
-            rotation_of_euler_deg(rig.mount_yaw_deg, rig.mount_pitch_deg, rig.mount_roll_deg),
-        .translation = vector_of(rig.mount_offset_m)};
+    const geo::Rigid3d body_from_rig = rig.body_from_rig();
     std::set<std::string> camera_names;
     for (const CameraOptions& camera : rig.placed_cameras()) {
       core::with_context(

@@ -12,6 +12,7 @@
 #include "rigs/rig_error_options.h"
 #include "rigs/rig_template.h"
 #include "sensors/camera/imaging/imaging_options.h"
+#include "sensors/sensor.h"
 
 namespace terracast::rigs {
 
@@ -72,10 +73,12 @@ struct RigOptions {
   RigErrorOptions errors;                ///< of what the cameras are said to be
   sensors::ImagingOptions imaging = {};  ///< of each of the cameras
   std::vector<CameraOptions> cameras;
+  std::vector<sensors::SensorOptions> sensors = {};  ///< beside cameras
 
   void describe(core::SchemaVisitor& visit);
   void validate() const;
 
+  geo::Rigid3d body_from_rig() const;
   /// From the axes that offsets and rotations are given in.
   Eigen::Matrix3d rig_from_file() const;
 
@@ -92,5 +95,9 @@ std::vector<sensors::ImagingOptions> imaging_of_cameras(const std::vector<RigOpt
 /// throws Config: no rig, a rig without cameras, names that repeat, more than kMaxCameras, optics
 /// that contradict
 std::vector<capture::CameraCalibration> build_cameras(const std::vector<RigOptions>& rigs);
+
+/// The rigs' sensors beside cameras, in file order.
+/// throws Config: two of a rig with one name, or that of a camera
+std::vector<sensors::MountedSensor> mount_sensors(const std::vector<RigOptions>& rigs);
 
 }  // namespace terracast::rigs

@@ -46,6 +46,7 @@ std::vector<std::string> stated_keys(const Struct& value) {
 
 std::vector<std::string> keys_left_out(const RigFormatInfo& format, const rigs::RigOptions& rig) {
   std::vector<std::string> left_out;
+  if (!rig.sensors.empty()) left_out.emplace_back("sensors");
   if (format.is_table) return left_out;
   for (std::string& key : stated_keys(rig))
     if (is_of_tables(key)) left_out.push_back(std::move(key));

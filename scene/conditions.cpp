@@ -38,6 +38,7 @@ void ConditionOptions::describe(core::SchemaVisitor& visit) {
             "m: soft "
             "shade under trees and between houses. 0: none looks, crowns are darkened by estimate.",
             core::between(0, 16));
+  visit.list("media", media, "Haze and the like, beside the air and the world's clouds.");
 }
 
 void ConditionOptions::validate() const {

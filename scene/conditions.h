@@ -3,10 +3,12 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/schema.h"
 #include "geo/geodesy.h"
 #include "scene/light/sky.h"
+#include "scene/media/medium.h"
 
 namespace terracast::scene {
 
@@ -21,6 +23,8 @@ struct ConditionOptions {
   std::int64_t color_samples = 4;  ///< rays a pixel for colour
   std::int64_t ambient_rays =
       0;  ///< rays a sample that look how much of the sky things near by hide
+
+  std::vector<MediumChoice> media = {};  ///< beside air and clouds
 
   bool has_sun_azimuth() const { return sun_azimuth_deg >= 0.0; }
   bool has_sun_elevation() const { return sun_elevation_deg >= -90.0; }

@@ -8,6 +8,7 @@
 #include "geo/geodesy.h"
 #include "geo/geoid.h"
 #include "tiler/height_field.h"
+#include "tiler/kept_ground.h"
 #include "tiler/world_options.h"
 
 namespace terracast::tiler {
@@ -20,6 +21,7 @@ struct ElevationInputs {
   geo::VerticalDatum datum;                 ///< what the field's heights shall be above
   std::shared_ptr<const geo::Geoid> geoid;  ///< null unless a source or the sea needs it
   const core::Context& context;
+  std::span<const KeptLand> kept_lands = {};  ///< which need not be made again
 };
 
 /// A kind of elevation source.

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <mutex>
+#include <unordered_map>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -84,15 +87,26 @@ PlaceAtHeight place_at_height(const geo::WorldFrame& frame, double x_world, doub
   return found;
 }
 
+/// What nodes are computed from when they are needed, and those of the cells that were.
+struct GeodesyCells::OnDemand {
+  const geo::WorldFrame& frame;
+  const MapProjection& projection;
+  const geo::Geoid* geoid;
+  std::mutex mutex;
+  std::unordered_map<std::int64_t, Cell> cells = {};  // whose elements never move
+};
+
+GeodesyCells::GeodesyCells(double half_side_m, double lowest_m, double highest_m)
+    : half_side_m_(half_side_m),
+      middle_m_(0.5 * (lowest_m + highest_m)),
+      half_range_m_(std::max(0.5 * (highest_m - lowest_m), 10.0)) {}
+
 GeodesyCells::GeodesyCells(const geo::WorldFrame& frame, const MapProjection& projection,
                            const geo::Geoid* geoid, double half_side_m, double lowest_m,
                            double highest_m)
-    : half_side_m_(half_side_m),
-      middle_m_(0.5 * (lowest_m + highest_m)),
-      half_range_m_(std::max(0.5 * (highest_m - lowest_m), 10.0)) {
-  for (node_spacing_m_ = kCoarsestNodeSpacing_m;; node_spacing_m_ /= 2.0) {
-    num_cells_ = 2 * static_cast<int>(std::ceil(half_side_m / (2.0 * node_spacing_m_)));
-    num_nodes_ = 2 * num_cells_ + 1;
+    : GeodesyCells(half_side_m, lowest_m, highest_m) {
+  for (double spacing_m = kCoarsestNodeSpacing_m;; spacing_m /= 2.0) {
+    set_spacing(spacing_m);
     fill(frame, projection, geoid);
     largest_probe_error_m_ = probe(frame, projection);
     if (largest_probe_error_m_ <= kTolerance_m || node_spacing_m_ <= kFinestNodeSpacing_m) break;
@@ -108,42 +122,83 @@ GeodesyCells::GeodesyCells(const geo::WorldFrame& frame, const MapProjection& pr
                largest_probe_error_m_, node_spacing_m_);
 }
 
+GeodesyCells::~GeodesyCells() = default;
+
+std::unique_ptr<GeodesyCells> GeodesyCells::on_demand(const geo::WorldFrame& frame,
+                                                      const MapProjection& projection,
+                                                      const geo::Geoid* geoid, double half_side_m,
+                                                      double lowest_m, double highest_m,
+                                                      double node_spacing_m) {
+  std::unique_ptr<GeodesyCells> cells(new GeodesyCells(half_side_m, lowest_m, highest_m));
+  cells->set_spacing(node_spacing_m);
+  cells->on_demand_.reset(new OnDemand{frame, projection, geoid, {}});
+  return cells;
+}
+
+void GeodesyCells::set_spacing(double node_spacing_m) {
+  node_spacing_m_ = node_spacing_m;
+  num_cells_ = 2 * static_cast<int>(std::ceil(half_side_m_ / (2.0 * node_spacing_m_)));
+  num_nodes_ = 2 * num_cells_ + 1;
+}
+
+void GeodesyCells::compute_nodes(const geo::WorldFrame& frame, const MapProjection& projection,
+                                 const geo::Geoid* geoid, int row, int first_column,
+                                 std::span<Terms> nodes) const {
+  const Eigen::Matrix4d coefficients = coefficients_from_values();
+  const std::size_t count = nodes.size() * 4;
+  std::vector<geo::Geodetic> places(count);
+  std::vector<double> z_world(count);
+  std::vector<Eigen::Vector2d> map(count);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (std::size_t k = 0; k < 4; ++k) {
+      const int column = first_column + static_cast<int>(i);
+      const PlaceAtHeight found = place_at_height(
+          frame, (column - num_cells_) * node_spacing_m_, (row - num_cells_) * node_spacing_m_,
+          middle_m_ + half_range_m_ * kHeightNodes[k], kPlaceTolerance_m);
+      z_world[4 * i + k] = found.z_world;
+      places[4 * i + k] = found.place;
+    }
+  projection.map_from_geodetic(places, map);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    Eigen::Matrix4d values;  // row: height; column: component
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::size_t at = 4 * i + k;
+      const double undulation_m =
+          geoid == nullptr ? 0.0 : geoid->undulation_m(places[at].lat_deg, places[at].lon_deg);
+      values.row(static_cast<int>(k)) << z_world[at], map[at].x(), map[at].y(), undulation_m;
+    }
+    const Eigen::Matrix4d terms = coefficients * values;
+    for (int component = 0; component < 4; ++component)
+      for (int power = 0; power < 4; ++power)
+        nodes[i][static_cast<std::size_t>(4 * component + power)] = terms(power, component);
+  }
+}
+
 void GeodesyCells::fill(const geo::WorldFrame& frame, const MapProjection& projection,
                         const geo::Geoid* geoid) {
-  const Eigen::Matrix4d coefficients = coefficients_from_values();
-  nodes_.resize(static_cast<std::size_t>(num_nodes_) * static_cast<std::size_t>(num_nodes_));
+  const auto stride = static_cast<std::size_t>(num_nodes_);
+  nodes_.resize(stride * stride);
   core::parallel_for(num_nodes_, [&](std::int64_t row) {
-    const auto count = static_cast<std::size_t>(num_nodes_) * 4;
-    std::vector<geo::Geodetic> places(count);
-    std::vector<double> z_world(count);
-    std::vector<Eigen::Vector2d> map(count);
-    for (int i = 0; i < num_nodes_; ++i)
-      for (std::size_t k = 0; k < 4; ++k) {
-        const std::size_t at = static_cast<std::size_t>(i) * 4 + k;
-        const PlaceAtHeight found =
-            place_at_height(frame, (i - num_cells_) * node_spacing_m_,
-                            (static_cast<int>(row) - num_cells_) * node_spacing_m_,
-                            middle_m_ + half_range_m_ * kHeightNodes[k], kPlaceTolerance_m);
-        z_world[at] = found.z_world;
-        places[at] = found.place;
-      }
-    projection.map_from_geodetic(places, map);
-    for (int i = 0; i < num_nodes_; ++i) {
-      Eigen::Matrix4d values;  // row: height; column: component
-      for (int k = 0; k < 4; ++k) {
-        const std::size_t at = static_cast<std::size_t>(i) * 4 + static_cast<std::size_t>(k);
-        const double undulation_m =
-            geoid == nullptr ? 0.0 : geoid->undulation_m(places[at].lat_deg, places[at].lon_deg);
-        values.row(k) << z_world[at], map[at].x(), map[at].y(), undulation_m;
-      }
-      const Eigen::Matrix4d terms = coefficients * values;
-      Terms& node = nodes_[static_cast<std::size_t>(row) * static_cast<std::size_t>(num_nodes_) +
-                           static_cast<std::size_t>(i)];
-      for (int component = 0; component < 4; ++component)
-        for (int power = 0; power < 4; ++power)
-          node[static_cast<std::size_t>(4 * component + power)] = terms(power, component);
-    }
+    compute_nodes(frame, projection, geoid, static_cast<int>(row), 0,
+                  std::span(nodes_).subspan(static_cast<std::size_t>(row) * stride, stride));
   });
+}
+
+const GeodesyCells::Cell& GeodesyCells::cell_on_demand(int cell_x, int cell_y) const {
+  const std::scoped_lock lock(on_demand_->mutex);
+  const auto [found, is_new] =
+      on_demand_->cells.try_emplace(std::int64_t{cell_y} * num_cells_ + cell_x);
+  if (!is_new) return found->second;
+  try {
+    for (int row = 0; row < 3; ++row)
+      compute_nodes(on_demand_->frame, on_demand_->projection, on_demand_->geoid, 2 * cell_y + row,
+                    2 * cell_x,
+                    std::span(found->second).subspan(3 * static_cast<std::size_t>(row), 3));
+  } catch (...) {
+    on_demand_->cells.erase(found);
+    throw;
+  }
+  return found->second;
 }
 
 double GeodesyCells::probe(const geo::WorldFrame& frame, const MapProjection& projection) const {
@@ -187,9 +242,11 @@ GeodesyColumn GeodesyCells::Row::column(double x_world) {
     cell_x_ = cell_x;
     const int cell_y = cells_.cell_of(y_world_);
     const auto weights = quadratic_weights(y_world_ / side_m - (cell_y - cells_.num_cells_ / 2));
-    const auto stride = static_cast<std::size_t>(cells_.num_nodes_);
-    const Terms* corner = &cells_.nodes_[static_cast<std::size_t>(2 * cell_y) * stride +
-                                         static_cast<std::size_t>(2 * cell_x)];
+    const bool is_filled = cells_.on_demand_ == nullptr;
+    const std::size_t stride = is_filled ? static_cast<std::size_t>(cells_.num_nodes_) : 3;
+    const Terms* corner = is_filled ? &cells_.nodes_[static_cast<std::size_t>(2 * cell_y) * stride +
+                                                     static_cast<std::size_t>(2 * cell_x)]
+                                    : cells_.cell_on_demand(cell_x, cell_y).data();
     for (std::size_t i = 0; i < 3; ++i)
       nodes_[i] = combined(corner[i], corner[i + stride], corner[i + 2 * stride], weights);
   }

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "geo/geodesy.h"
@@ -66,6 +67,20 @@ class GeodesyCells {
   ///                pole within the square
   GeodesyCells(const geo::WorldFrame& frame, const MapProjection& projection,
                const geo::Geoid* geoid, double half_side_m, double lowest_m, double highest_m);
+  ~GeodesyCells();
+  GeodesyCells(const GeodesyCells&) = delete;
+  GeodesyCells& operator=(const GeodesyCells&) = delete;
+
+  /// The same cells where the spacing of their nodes is known: a cell's nodes are computed when it is first needed.
+  /// For few places; column() takes a lock.
+  /// frame, projection, geoid   must outlive the cells
+  /// node_spacing_m             node_spacing_m() of the cells above
+  /// returns                    cells whose columns are equal to those of the cells above, bit for bit
+  static std::unique_ptr<GeodesyCells> on_demand(const geo::WorldFrame& frame,
+                                                 const MapProjection& projection,
+                                                 const geo::Geoid* geoid, double half_side_m,
+                                                 double lowest_m, double highest_m,
+                                                 double node_spacing_m);
 
   /// x, y   within the square
   GeodesyColumn column(double x_world, double y_world) const;
@@ -87,8 +102,19 @@ class GeodesyCells {
   double largest_probe_error_m() const { return largest_probe_error_m_; }
 
  private:
+  /// The nodes of a cell, row by row.
+  using Cell = std::array<GeodesyColumn::Terms, 9>;
+  struct OnDemand;
+
+  GeodesyCells(double half_side_m, double lowest_m, double highest_m);
+  void set_spacing(double node_spacing_m);
   int cell_of(double coordinate) const;
   void fill(const geo::WorldFrame& frame, const MapProjection& projection, const geo::Geoid* geoid);
+  /// Of a row of nodes, a run of them from a column on.
+  void compute_nodes(const geo::WorldFrame& frame, const MapProjection& projection,
+                     const geo::Geoid* geoid, int row, int first_column,
+                     std::span<GeodesyColumn::Terms> nodes) const;
+  const Cell& cell_on_demand(int cell_x, int cell_y) const;
   double probe(const geo::WorldFrame& frame, const MapProjection& projection) const;
 
   double half_side_m_ = 0.0;
@@ -98,7 +124,8 @@ class GeodesyCells {
   double largest_probe_error_m_ = 0.0;
   int num_cells_ = 0;
   int num_nodes_ = 0;
-  std::vector<GeodesyColumn::Terms> nodes_;
+  std::vector<GeodesyColumn::Terms> nodes_;  ///< empty: on demand
+  std::unique_ptr<OnDemand> on_demand_;
 };
 
 /// The place above or below a world (x, y) at an ellipsoidal height.

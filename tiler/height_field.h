@@ -9,6 +9,7 @@
 
 #include "geo/geodesy.h"
 #include "geo/geoid.h"
+#include "tiler/kept_ground.h"
 #include "world/tile.h"
 #include "world/tile_store.h"
 
@@ -88,6 +89,9 @@ class HeightField : public MapProjection {
 
   /// Of all that determines the heights.
   virtual std::string input_hash() const = 0;
+
+  /// Procedural land in the field, which a world's folder keeps.
+  virtual std::vector<KeptLand> lands() const { return {}; }
 };
 
 }  // namespace terracast::tiler

@@ -164,6 +164,10 @@ class LayeredSurface final : public WorldSurface, public KnownRasters {
         sample = layers_.shaped(corner + id.spacing_m() * Eigen::Vector2d(i, j), sample);
       }
   }
+  void complete() const override { surface_->complete(); }
+  void keep_ground(const std::filesystem::path& store) const override {
+    surface_->keep_ground(store);
+  }
   const LayerStack& layers() const override { return layers_; }
   double lowest_m() const override { return surface_->lowest_m(); }
   double highest_m() const override { return surface_->highest_m(); }
@@ -505,8 +509,9 @@ std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldS
 
 std::shared_ptr<const WorldSurface> layered_surface(std::shared_ptr<const WorldSurface> surface,
                                                     const core::Context& context) {
-  if (surface->options().layers.empty()) return surface;
   const core::ThreadLimit limit(context.num_threads);
+  surface->complete();
+  if (surface->options().layers.empty()) return surface;
   LayerStack layers(*surface, context);
   return layered_surface(std::move(surface), std::move(layers));
 }

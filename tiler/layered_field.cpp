@@ -214,6 +214,12 @@ class LayeredField : public HeightField, public KnownRasters {
   const std::vector<world::SourceInfo>& sources() const override { return sources_; }
   std::vector<std::optional<world::RasterInfo>> rasters() const override { return rasters_; }
   std::string input_hash() const override { return hash_; }
+  std::vector<KeptLand> lands() const override {
+    std::vector<KeptLand> all;
+    for (const Layer& layer : layers_)
+      for (KeptLand& land : layer.field->lands()) all.push_back(std::move(land));
+    return all;
+  }
 
  private:
   struct Layer {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "core/error.h"
 #include "core/hash.h"
@@ -14,6 +15,7 @@
 #include "tiler/elevation_registry.h"
 #include "tiler/geodesy_cells.h"
 #include "tiler/height_field.h"
+#include "tiler/kept_ground.h"
 #include "tiler/known_rasters.h"
 #include "tiler/layer_stack.h"
 #include "tiler/relief.h"
@@ -45,7 +47,8 @@ constexpr double kDetailFade_m = 1000.0;
 
 class TerrainSurface : public WorldSurface, public KnownRasters {
  public:
-  TerrainSurface(const WorldOptions& options, const core::Context& context);
+  TerrainSurface(const WorldOptions& options, const core::Context& context,
+                 const std::filesystem::path& store);
 
   const geo::WorldFrame& frame() const override { return frame_; }
   const WorldOptions& options() const override { return options_; }
@@ -59,7 +62,13 @@ class TerrainSurface : public WorldSurface, public KnownRasters {
   double lowest_m() const override { return lowest_m_; }
   double highest_m() const override { return highest_m_; }
 
+  void complete() const override {
+    std::call_once(completed_, [this] { analyse(); });
+  }
+  void keep_ground(const std::filesystem::path& store) const override;
+
   SurfaceSample sample(double x_world, double y_world) const override {
+    complete();
     if (!is_inside(x_world, y_world)) return beyond(x_world, y_world, Detail::kFinestOctave);
     return inside(cells_->column(x_world, y_world), x_world, y_world, Detail::kFinestOctave);
   }
@@ -97,6 +106,15 @@ class TerrainSurface : public WorldSurface, public KnownRasters {
   SurfaceSample beyond(double x_world, double y_world, int finest_octave) const;
   /// The square's surface above the geoid (the ellipsoid where no geoid is used).
   BorderSample border_sample(const Eigen::Vector2d& at, double detail_m) const;
+  /// Of heights along paths: a few columns need not all nodes.
+  GeodesyColumn column_on_demand(const Eigen::Vector2d& place_world) const {
+    const GeodesyCells& cells = few_cells_ == nullptr ? *cells_ : *few_cells_;
+    return cells.column(place_world.x(), place_world.y());
+  }
+  Eigen::Vector2d nearest_inside(double x_world, double y_world) const {
+    return {std::clamp(x_world, -half_size_m_, half_size_m_),
+            std::clamp(y_world, -half_size_m_, half_size_m_)};
+  }
 
   Eigen::Vector2d relief_place(double x_world, double y_world) const {
     return {(x_world + half_size_m_) / relief_.spacing_m,
@@ -104,10 +122,14 @@ class TerrainSurface : public WorldSurface, public KnownRasters {
   }
 
   void refuse_uncovered(const geo::VerticalDatum& datum) const;
+  void hash_inputs();
   void choose_levels();
-  void analyse();
-  void make_apron();
   void describe_sources();
+
+  /// Makes the cells and what follows from them.
+  void analyse() const;
+  void analyse_heights() const;
+  void make_apron() const;
 
   WorldOptions options_;
   geo::WorldFrame frame_;
@@ -115,19 +137,26 @@ class TerrainSurface : public WorldSurface, public KnownRasters {
   std::shared_ptr<const geo::Geoid> geoid_;
   const geo::Geoid* datum_geoid_ = nullptr;  ///< of the field's datum; null on the ellipsoid
   std::unique_ptr<HeightField> field_;
-  std::unique_ptr<GeodesyCells> cells_;
+  std::unique_ptr<GeodesyCells> few_cells_;  ///< on demand; null: cells_ are there from the start
   std::unique_ptr<Detail> detail_;
-  std::unique_ptr<Apron> apron_;
-  Relief relief_;
   std::vector<world::SourceInfo> sources_;
   std::uint8_t apron_source_ = 0;
   std::uint8_t sea_source_ = 0;
   int measured_level_ = 0;
   int base_level_ = 0;
-  double lowest_m_ = 0.0;
-  double highest_m_ = 0.0;
+  // Of the field, with what undulations and detail may add.
+  double field_lowest_m_ = 0.0;
+  double field_highest_m_ = 0.0;
   std::string input_hash_;
   LayerStack no_layers_;
+  // Of complete().
+  mutable std::once_flag completed_;
+  mutable std::unique_ptr<GeodesyCells> cells_;
+  mutable std::unique_ptr<Apron> apron_;
+  mutable Relief relief_;
+  // Of the surface; known before where the world's folder keeps them.
+  mutable double lowest_m_ = 0.0;
+  mutable double highest_m_ = 0.0;
 };
 
 /// What heights are above where the sea's surface is 0: the field's datum, or EGM96 where only the
@@ -150,46 +179,76 @@ geo::VerticalDatum datum_of_ground(const WorldOptions& options) {
   return datum_of(*std::find_if(options.elevation.begin(), options.elevation.end(), is_ground));
 }
 
-TerrainSurface::TerrainSurface(const WorldOptions& options, const core::Context& context)
+TerrainSurface::TerrainSurface(const WorldOptions& options, const core::Context& context,
+                               const std::filesystem::path& store)
     : options_(options),
       frame_({.lat_deg = options.origin_lat_deg, .lon_deg = options.origin_lon_deg}),
       half_size_m_(options.size_m / 2.0) {
   options_.validate();
   const geo::VerticalDatum datum = datum_of_ground(options_);
   geoid_ = geoid_of(options_, datum);
+  std::optional<KeptGround> kept = read_kept_ground(store, context.log);
   const ElevationOptions& entry = options_.elevation.front();
   field_ = core::find_registered(elevation_kinds(), "kind of elevation", entry.kind)
-               .make({options_, entry, frame_, datum, geoid_, context});
+               .make({options_, entry, frame_, datum, geoid_, context,
+                      kept ? std::span<const KeptLand>(kept->lands) : std::span<const KeptLand>()});
   datum_geoid_ = datum.geoid.get();
   refuse_uncovered(datum);
 
   // Undulations lie within 110 m, detail within 150 m.
   const double pad_m = datum_geoid_ != nullptr ? 260.0 : 150.0;
-  lowest_m_ = field_->lowest_m() - pad_m;
-  highest_m_ = field_->highest_m() + pad_m;
-  cells_ = std::make_unique<GeodesyCells>(frame_, *field_, datum_geoid_, half_size_m_, lowest_m_,
-                                          highest_m_);
-  context.log.debug("geodesy: nodes every {} m, probes within {:.1e} m", cells_->node_spacing_m(),
-                    cells_->largest_probe_error_m());
-  if (cells_->largest_probe_error_m() > GeodesyCells::kTolerance_m)
-    context.log.warn("{}: the heights' projection bends so much that places are good to {:.1e} m",
-                     options_.name, cells_->largest_probe_error_m());
+  field_lowest_m_ = field_->lowest_m() - pad_m;
+  field_highest_m_ = field_->highest_m() + pad_m;
+  hash_inputs();
   choose_levels();
   const double roughness = field_->takes_detail() ? options_.detail_roughness : 0.0;
   detail_ = std::make_unique<Detail>(static_cast<std::uint64_t>(options_.seed), measured_level_,
                                      roughness);
-  analyse();
-  make_apron();
   describe_sources();
+  double node_spacing_m = 0.0;
+  double probe_error_m = 0.0;
+  if (kept && kept->input_hash == input_hash_) {
+    lowest_m_ = kept->lowest_m;
+    highest_m_ = kept->highest_m;
+    node_spacing_m = kept->node_spacing_m;
+    probe_error_m = kept->largest_probe_error_m;
+    few_cells_ = GeodesyCells::on_demand(frame_, *field_, datum_geoid_, half_size_m_,
+                                         field_lowest_m_, field_highest_m_, node_spacing_m);
+  } else {
+    complete();
+    node_spacing_m = cells_->node_spacing_m();
+    probe_error_m = cells_->largest_probe_error_m();
+  }
+  context.log.debug("geodesy: nodes every {} m, probes within {:.1e} m", node_spacing_m,
+                    probe_error_m);
+  if (probe_error_m > GeodesyCells::kTolerance_m)
+    context.log.warn("{}: the heights' projection bends so much that places are good to {:.1e} m",
+                     options_.name, probe_error_m);
+  context.log.info(
+      "{}: heights from {:.0f} to {:.0f} m above the ellipsoid, measured every {:.3g} m",
+      options_.name, lowest_m_, highest_m_, field_->spacing_m());
+}
+
+void TerrainSurface::hash_inputs() {
   input_hash_ = core::content_hash(fmt::format(
       "surface {} {} {} {} {} {} {} {} {} {}", kSurfaceVersion, options_.name,
       options_.origin_lat_deg, options_.origin_lon_deg, options_.size_m, options_.seed,
       options_.outside, options_.detail_roughness, field_->input_hash(),
       geoid_ == nullptr ? 0.0
                         : geoid_->undulation_m(options_.origin_lat_deg, options_.origin_lon_deg)));
-  context.log.info(
-      "{}: heights from {:.0f} to {:.0f} m above the ellipsoid, measured every {:.3g} m",
-      options_.name, lowest_m_, highest_m_, field_->spacing_m());
+}
+
+void TerrainSurface::keep_ground(const std::filesystem::path& store) const {
+  const core::Log silent("ground", core::LogLevel::Off);
+  const std::optional<KeptGround> kept = read_kept_ground(store, silent);
+  if (kept && kept->input_hash == input_hash_) return;
+  complete();
+  write_kept_ground(store, {.input_hash = input_hash_,
+                            .lowest_m = lowest_m_,
+                            .highest_m = highest_m_,
+                            .node_spacing_m = cells_->node_spacing_m(),
+                            .largest_probe_error_m = cells_->largest_probe_error_m(),
+                            .lands = field_->lands()});
 }
 
 /// A grid of offsets must reach over the square; the apron's are carried on from its border.
@@ -223,7 +282,14 @@ void TerrainSurface::choose_levels() {
   if (!field_->takes_detail()) measured_level_ = kFinestLevel;
 }
 
-void TerrainSurface::analyse() {
+void TerrainSurface::analyse() const {
+  cells_ = std::make_unique<GeodesyCells>(frame_, *field_, datum_geoid_, half_size_m_,
+                                          field_lowest_m_, field_highest_m_);
+  analyse_heights();
+  make_apron();
+}
+
+void TerrainSurface::analyse_heights() const {
   const int level = std::max(static_cast<int>(std::floor(std::log2(field_->spacing_m()) + 1e-3)),
                              static_cast<int>(std::ceil(std::log2(options_.size_m / 1024.0))));
   const double spacing_m = std::exp2(level);
@@ -248,6 +314,7 @@ void TerrainSurface::analyse() {
       datum_geoid_ == nullptr
           ? 0.0
           : datum_geoid_->undulation_m(options_.origin_lat_deg, options_.origin_lon_deg);
+  if (few_cells_ != nullptr) return;  // they were kept, and others may be reading them
   lowest_m_ = static_cast<double>(*lowest) + undulation_m;
   highest_m_ = static_cast<double>(*highest) + undulation_m;
 }
@@ -262,7 +329,7 @@ BorderSample TerrainSurface::border_sample(const Eigen::Vector2d& at, double det
   return {ground.height_m - undulation_m, ground.is_sea, ground.is_sea ? ground.sea_depth_m : 0.0};
 }
 
-void TerrainSurface::make_apron() {
+void TerrainSurface::make_apron() const {
   apron_ = std::make_unique<Apron>(half_size_m_, options_.outside == "sea",
                                    static_cast<std::uint64_t>(options_.seed),
                                    [&](double x_world, double y_world) {
@@ -365,7 +432,7 @@ SurfaceSample TerrainSurface::inside(const GeodesyColumn& column, double x_world
 }
 
 SurfaceSample TerrainSurface::beyond(double x_world, double y_world, int finest_octave) const {
-  const Eigen::Vector2d nearest = apron_->nearest_inside(x_world, y_world);
+  const Eigen::Vector2d nearest = nearest_inside(x_world, y_world);
   const double distance_m = (Eigen::Vector2d(x_world, y_world) - nearest).norm();
   const double mirror_share = apron_->mirror_share(distance_m);
   std::optional<BorderSample> mirrored_ground;
@@ -400,6 +467,7 @@ SurfaceSample TerrainSurface::beyond(double x_world, double y_world, int finest_
 void TerrainSurface::sample_tile(const world::TileId& id, std::span<SurfaceSample> samples) const {
   TERRACAST_CHECK(samples.size() == static_cast<std::size_t>(kTileSamples) * kTileSamples, "{}",
                   samples.size());
+  complete();
   // Octaves up to the tile's level vanish at all its places.
   const int finest_octave = std::max(id.level + 1, Detail::kFinestOctave);
   const double spacing_m = id.spacing_m();
@@ -424,8 +492,7 @@ std::optional<double> TerrainSurface::measured_height_m(double lat_deg, double l
         frame_.world_from_geodetic({.lat_deg = lat_deg, .lon_deg = lon_deg, .height_m = height_m});
     // The far side of the Earth projects into the square, too.
     if (at.z() < -0.5 * geo::kWgs84SemiMajorAxis_m) return std::nullopt;
-    const Eigen::Vector2d nearest = apron_->nearest_inside(at.x(), at.y());
-    const ColumnPoint point = cells_->column(nearest.x(), nearest.y()).at(height_m);
+    const ColumnPoint point = column_on_demand(nearest_inside(at.x(), at.y())).at(height_m);
     Ground ground;
     const double next_m = height_with_detail_m(point.map, 0.0, ground) + point.undulation_m;
     if (std::abs(next_m - height_m) < 1e-7) {
@@ -439,10 +506,10 @@ std::optional<double> TerrainSurface::measured_height_m(double lat_deg, double l
 
 }  // namespace
 
-std::shared_ptr<const WorldSurface> WorldSurface::prepare_ground(const WorldOptions& options,
-                                                                 const core::Context& context) {
+std::shared_ptr<const WorldSurface> WorldSurface::prepare_ground(
+    const WorldOptions& options, const core::Context& context, const std::filesystem::path& store) {
   const core::ThreadLimit limit(context.num_threads);
-  return std::make_shared<TerrainSurface>(options, context);
+  return std::make_shared<TerrainSurface>(options, context, store);
 }
 
 std::shared_ptr<const WorldSurface> WorldSurface::prepare(const WorldOptions& options,

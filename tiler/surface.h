@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -39,11 +40,14 @@ class LayerStack;
 class WorldSurface {
  public:
   /// The ground without the world's layers: reads and checks every source of heights, fills voids.
+  /// store    the world's folder, if there is one: what it keeps of this ground is read from there,
+  ///          and what measured_height_m() does without is left until complete() or sample()
   /// throws   Config, Input, Io: sources that cannot be read, georeferenced, lack a datum, hold
   ///          values that are no heights, or leave parts of the square without cover (naming the
   ///          area) while outside = "error"
-  static std::shared_ptr<const WorldSurface> prepare_ground(const WorldOptions& options,
-                                                            const core::Context& context);
+  static std::shared_ptr<const WorldSurface> prepare_ground(
+      const WorldOptions& options, const core::Context& context,
+      const std::filesystem::path& store = {});
   /// With them, which takes far longer: half a minute and more of CPU for a country of 50 km (docs/performance.md).
   /// throws   as prepare_ground(), and for what layers read
   static std::shared_ptr<const WorldSurface> prepare(const WorldOptions& options,
@@ -80,6 +84,14 @@ class WorldSurface {
   /// Ellipsoidal height of the measured surface (sources, voids filled, sea; no synthetic detail);
   /// nothing outside the world's square.
   virtual std::optional<double> measured_height_m(double lat_deg, double lon_deg) const = 0;
+
+  /// Analyses the whole square, which samples need, if that was left out so far. sample() does so
+  /// itself; in parallel loops it must have been done before.
+  virtual void complete() const = 0;
+
+  /// Has a world's folder keep what prepare_ground() need not make again.
+  /// throws   Io
+  virtual void keep_ground(const std::filesystem::path& store) const = 0;
 };
 
 }  // namespace terracast::tiler

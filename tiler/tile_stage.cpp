@@ -317,6 +317,7 @@ void Growth::finish(double radius_m) {
   manifest.ways = world::write_ways(folder_, surface_.layers().ways());
   world::write_rasters(folder_, manifest.input_hash, rasters_of_world(),
                        surface_.layers().cover_rows());
+  surface_.keep_ground(folder_);
   manifest.finest_level = coarsest_level_;
   for (const auto& [id, info] : tiles_) {
     manifest.finest_level = std::min(manifest.finest_level, id.level);

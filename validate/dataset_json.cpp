@@ -200,20 +200,25 @@ void read_motion(const Dataset& dataset, const std::string& path, Sequence& sequ
   findings.attempt(path, [&] {
     const std::string text = core::read_text_file(dataset.root / path);
     const std::vector<TextLine> lines = split_lines(text);
-    if (lines.empty() || lines[0].text != kHeader)
-      fail(ErrorKind::Input, "{}:1: another header than {}", path, kHeader);
+    const std::string with_terms = fmt::format("{},{}", kHeader, kTermColumns);
+    const bool has_terms = !lines.empty() && lines[0].text == with_terms;
+    if (!has_terms && (lines.empty() || lines[0].text != kHeader))
+      fail(ErrorKind::Input, "{}:1: another header than {}", path, with_terms);
+    const std::size_t num_columns = has_terms ? 10 + kNumTermColumns : 10;
     for (std::size_t i = 1; i < lines.size(); ++i) {
       const std::string where = path + ":" + std::to_string(lines[i].number);
       const std::vector<std::string_view> parts = split_at(lines[i].text, ',');
-      if (parts.size() != 10) fail(ErrorKind::Input, "{}: {} columns, not 10", where, parts.size());
+      if (parts.size() != num_columns)
+        fail(ErrorKind::Input, "{}: {} columns, not {}", where, parts.size(), num_columns);
       const std::int64_t frame = parse_integer(parts[0], where);
       if (frame < 0 || frame >= sequence.num_frames)
         fail(ErrorKind::Input, "{}: frame {} is not in the dataset", where, frame);
       std::optional<BodyMotion>& motion = sequence.motion[static_cast<std::size_t>(frame)];
       if (motion) fail(ErrorKind::Input, "{}: frame {} stands twice", where, frame);
-      double n[9];
-      for (std::size_t k = 0; k < 9; ++k) n[k] = parse_number(parts[k + 1], where);
+      std::vector<double> n;
+      for (std::size_t k = 1; k < num_columns; ++k) n.push_back(parse_number(parts[k], where));
       motion = BodyMotion{{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, {n[6], n[7], n[8]}};
+      if (has_terms) set_terms(&n[9], where, *motion);
     }
     for (std::size_t i = 0; i < sequence.motion.size(); ++i)
       if (!sequence.motion[i]) findings.add(path, fmt::format("no row for frame {}", i));

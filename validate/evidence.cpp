@@ -123,10 +123,10 @@ void set_slopes(Residual& residual, const ViewPair& pair, const Transfer& transf
   // A line of `a` that is exposed later is so where the camera is then, as with kTime.
   if (const auto& lines = pair.a.lines)
     a[kLineTime] = place.offset_a_s * (lines->velocity_mps(place.offset_a_s).dot(in_a) +
-                                       lines->turn_radps().dot(turn_a));
+                                       lines->turn_radps(place.offset_a_s).dot(turn_a));
   if (const auto& lines = pair.b.lines)
     b[kLineTime] = place.offset_b_s * (-lines->velocity_mps(place.offset_b_s).dot(in_b) +
-                                       lines->turn_radps().dot(turn_b));
+                                       lines->turn_radps(place.offset_b_s).dot(turn_b));
   for (int axis = 0; axis < 3; ++axis) {
     a[static_cast<std::size_t>(kRotationX + axis)] = turn_a[axis];
     a[static_cast<std::size_t>(kPositionX + axis)] = in_a[axis];

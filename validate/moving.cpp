@@ -31,14 +31,16 @@ std::string safe_path(const Json& json, const char* name) {
 void read_states(const Dataset& dataset, const std::string& path, Moving& moving) {
   const std::string text = core::read_text_file(dataset.root / path);
   const std::vector<TextLine> lines = split_lines(text);
-  if (lines.empty() || lines[0].text != kHeader)
-    fail(ErrorKind::Input, "{}:1: another header than {}", path, kHeader);
+  const std::string with_terms = fmt::format("{},{}", kHeader, kTermColumns);
+  const bool has_terms = !lines.empty() && lines[0].text == with_terms;
+  if (!has_terms && (lines.empty() || lines[0].text != kHeader))
+    fail(ErrorKind::Input, "{}:1: another header than {}", path, with_terms);
+  const std::size_t num_columns = has_terms ? 18 + kNumTermColumns : 18;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const std::string where = path + ":" + std::to_string(lines[i].number);
     const std::vector<std::string_view> parts = split_at(lines[i].text, ',');
-    constexpr std::size_t kColumns = 18;
-    if (parts.size() != kColumns)
-      fail(ErrorKind::Input, "{}: {} columns, not {}", where, parts.size(), kColumns);
+    if (parts.size() != num_columns)
+      fail(ErrorKind::Input, "{}: {} columns, not {}", where, parts.size(), num_columns);
     const std::int64_t frame = parse_integer(parts[0], where);
     const std::int64_t body = parse_integer(parts[1], where);
     if (frame < 0 || frame >= static_cast<std::int64_t>(moving.states.size()))
@@ -48,8 +50,8 @@ void read_states(const Dataset& dataset, const std::string& path, Moving& moving
     std::optional<MovingState>& state =
         moving.states[static_cast<std::size_t>(frame)][static_cast<std::size_t>(body - 1)];
     if (state) fail(ErrorKind::Input, "{}: body {} of frame {} stands twice", where, body, frame);
-    double n[kColumns - 2];
-    for (std::size_t k = 0; k < std::size(n); ++k) n[k] = parse_number(parts[k + 2], where);
+    std::vector<double> n;
+    for (std::size_t k = 2; k < num_columns; ++k) n.push_back(parse_number(parts[k], where));
     const Eigen::Quaterniond rotation(n[3], n[4], n[5], n[6]);
     constexpr double kUnit = 1e-9;
     if (!(std::abs(rotation.norm() - 1.0) <= kUnit))
@@ -57,6 +59,7 @@ void read_states(const Dataset& dataset, const std::string& path, Moving& moving
     state =
         MovingState{.local_from_body = {rotation.toRotationMatrix(), {n[0], n[1], n[2]}},
                     .motion = {{n[7], n[8], n[9]}, {n[10], n[11], n[12]}, {n[13], n[14], n[15]}}};
+    if (has_terms) set_terms(&n[16], where, state->motion);
   }
 }
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/error.h"
+
 namespace terracast::validate {
 
 namespace {
@@ -55,25 +57,88 @@ double Shutter::reach_s(const Intrinsics& camera) const {
   return 0.5 * line_time_s * (is_of_columns(readout) ? camera.width_px : camera.height_px);
 }
 
-// Rodrigues: with the cross product matrix K of w and the angle p = |w| t,
-// exp(t K) = 1 + sin p / p t K + (1 - cos p) / p^2 (t K)^2, and 1 - cos p = 2 sin^2 (p / 2).
-Pose BodyMotion::start_from_body(double offset_s) const {
-  const Eigen::Vector3d turn = offset_s * turn_radps;
-  const double angle = turn.norm();
+namespace {
+
+/// sin x / x; below 1e-4 the next term of its series, x^4 / 120, is lost in a double.
+double sinc(double x) { return x < 1e-4 ? 1.0 - x * x / 6.0 : std::sin(x) / x; }
+
+Eigen::Matrix3d cross_of(const Eigen::Vector3d& v) {
   Eigen::Matrix3d cross;
-  cross << 0.0, -turn.z(), turn.y(), turn.z(), 0.0, -turn.x(), -turn.y(), turn.x(), 0.0;
-  // sin x / x; below 1e-4 the next term of its series, x^4 / 120, is lost in a double.
-  const auto sinc = [](double x) { return x < 1e-4 ? 1.0 - x * x / 6.0 : std::sin(x) / x; };
+  cross << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return cross;
+}
+
+/// Rodrigues: with the cross product matrix K of f and the angle p = |f|,
+/// exp(K) = 1 + sin p / p K + (1 - cos p) / p^2 K^2, and 1 - cos p = 2 sin^2 (p / 2).
+Eigen::Matrix3d turned_by(const Eigen::Vector3d& turn) {
+  const double angle = turn.norm();
+  const Eigen::Matrix3d cross = cross_of(turn);
   const double half = sinc(0.5 * angle);
-  return {Eigen::Matrix3d::Identity() + sinc(angle) * cross + 0.5 * half * half * cross * cross,
-          offset_s * velocity_mps + 0.5 * offset_s * offset_s * acceleration_mps2};
+  return Eigen::Matrix3d::Identity() + sinc(angle) * cross + 0.5 * half * half * cross * cross;
+}
+
+/// A sum of powers of the time, its terms from `first` on, and its derivative.
+struct Sum {
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rate = Eigen::Vector3d::Zero();
+};
+template <class Terms>
+Sum sum_at(const Terms& terms, int first, double offset_s, double reach_s) {
+  const double inside_s = std::max(-reach_s, std::min(reach_s, offset_s));
+  Sum sum;
+  for (int k = 0; k < terms.cols(); ++k) {
+    const int power = first + k;
+    sum.value += std::pow(inside_s, power) * terms.col(k);
+    sum.rate += power * std::pow(inside_s, power - 1) * terms.col(k);
+  }
+  sum.value += (offset_s - inside_s) * sum.rate;
+  return sum;
+}
+
+}  // namespace
+
+void set_terms(const double* values, const std::string& where, BodyMotion& motion) {
+  for (int k = 0; k < 3; ++k) motion.p.col(k) = Eigen::Map<const Eigen::Vector3d>(values + 3 * k);
+  for (int k = 0; k < 4; ++k)
+    motion.r.col(k) = Eigen::Map<const Eigen::Vector3d>(values + 9 + 3 * k);
+  motion.spin_radps = Eigen::Map<const Eigen::Vector3d>(values + 21);
+  motion.reach_s = values[24];
+  if (!(motion.reach_s >= 0.0))
+    core::fail(core::ErrorKind::Input, "{}: reach_s = {} is below 0", where, motion.reach_s);
+}
+
+Pose BodyMotion::start_from_body(double offset_s) const {
+  const Eigen::Vector3d turn =
+      offset_s * (turn_radps - spin_radps) + sum_at(r, 2, offset_s, reach_s).value;
+  return {turned_by(turn) * turned_by(offset_s * spin_radps),
+          offset_s * velocity_mps + 0.5 * offset_s * offset_s * acceleration_mps2 +
+              sum_at(p, 3, offset_s, reach_s).value};
+}
+
+Eigen::Vector3d BodyMotion::velocity_mps_at(double offset_s) const {
+  return velocity_mps + offset_s * acceleration_mps2 + sum_at(p, 3, offset_s, reach_s).rate;
+}
+
+// exp(f) turns at (1 - (1 - cos p) / p^2 F + (p - sin p) / p^3 F^2) f', F the cross product matrix of f and p = |f|;
+// the last factor is 1 / 6 to double where p^2 / 120 is lost beside it.
+Eigen::Vector3d BodyMotion::turn_radps_at(double offset_s) const {
+  const Sum sum = sum_at(r, 2, offset_s, reach_s);
+  const Eigen::Vector3d turn = offset_s * (turn_radps - spin_radps) + sum.value;
+  const Eigen::Vector3d rate = turn_radps - spin_radps + sum.rate;
+  const double angle = turn.norm();
+  const Eigen::Matrix3d cross = cross_of(turn);
+  const double half = sinc(0.5 * angle);
+  const double third = angle < 1e-4 ? 1.0 / 6.0 : (1.0 - sinc(angle)) / (angle * angle);
+  const Eigen::Vector3d turning =
+      rate - 0.5 * half * half * (cross * rate) + third * (cross * (cross * rate));
+  return turned_by(offset_s * spin_radps).transpose() * turning + spin_radps;
 }
 
 Eigen::Vector3d LineMotion::velocity_mps(double offset_s) const {
   const Eigen::Matrix3d start_from_body = body.start_from_body(offset_s).rotation;
   const Eigen::Vector3d velocity_body =
-      start_from_body.transpose() * (body.velocity_mps + offset_s * body.acceleration_mps2) +
-      body.turn_radps.cross(body_from_camera.translation);
+      start_from_body.transpose() * body.velocity_mps_at(offset_s) +
+      body.turn_radps_at(offset_s).cross(body_from_camera.translation);
   return body_from_camera.rotation.transpose() * velocity_body;
 }
 

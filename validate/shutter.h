@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "validate/geometry.h"
@@ -31,16 +32,37 @@ struct Shutter {
   bool operator==(const Shutter&) const = default;
 };
 
-/// A row of motion.csv: how the body moves at a frame's time, along the axes that it has then (x forward, y
-/// left, z up).
+/// A row of motion.csv: how the body moves about a frame's time, along the axes that it has then (x forward, y
+/// left, z up). So much later, t, it stands at v t + a t^2 / 2 + p3 t^3 + p4 t^4 + p5 t^5, turned by
+/// exp((w - s) t + r2 t^2 + r3 t^3 + r4 t^4 + r5 t^5) exp(s t). Farther away than the reach what p and r add goes on
+/// along its tangent.
 struct BodyMotion {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d turn_radps = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d p = Eigen::Matrix3d::Zero();                          ///< columns p3, p4, p5
+  Eigen::Matrix<double, 3, 4> r = Eigen::Matrix<double, 3, 4>::Zero();  ///< columns r2, …, r5
+  Eigen::Vector3d spin_radps = Eigen::Vector3d::Zero();
+  double reach_s = 0.0;
 
   /// The body's frame at the frame's time, from the body so much later.
   Pose start_from_body(double offset_s) const;
+  /// Derivatives by the time: of the place along the axes at the frame's time, and the turning along those that the
+  /// body has so much later.
+  Eigen::Vector3d velocity_mps_at(double offset_s) const;
+  Eigen::Vector3d turn_radps_at(double offset_s) const;
 };
+
+/// The columns of motion.csv and moving.csv that follow the turn rates, and how many they are. Datasets of before
+/// they were there have none of them: their motions go on with constants.
+inline constexpr std::string_view kTermColumns =
+    "p3x_mps3,p3y_mps3,p3z_mps3,p4x_mps4,p4y_mps4,p4z_mps4,p5x_mps5,p5y_mps5,p5z_mps5,r2x_radps2,"
+    "r2y_radps2,r2z_radps2,r3x_radps3,r3y_radps3,r3z_radps3,r4x_radps4,r4y_radps4,r4z_radps4,"
+    "r5x_radps5,r5y_radps5,r5z_radps5,sx_radps,sy_radps,sz_radps,reach_s";
+inline constexpr std::size_t kNumTermColumns = 25;
+/// values   kNumTermColumns of them
+/// throws   Input: a reach below 0
+void set_terms(const double* values, const std::string& where, BodyMotion& motion);
 
 /// A camera while its lines are exposed.
 struct LineMotion {
@@ -54,9 +76,9 @@ struct LineMotion {
   }
   /// Of the camera's centre against the Earth so much later, along the axes that the camera has then.
   Eigen::Vector3d velocity_mps(double offset_s) const;
-  /// The same at all times.
-  Eigen::Vector3d turn_radps() const {
-    return body_from_camera.rotation.transpose() * body.turn_radps;
+  /// Its turning then, along the same axes.
+  Eigen::Vector3d turn_radps(double offset_s) const {
+    return body_from_camera.rotation.transpose() * body.turn_radps_at(offset_s);
   }
 };
 

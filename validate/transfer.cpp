@@ -135,8 +135,8 @@ Matrix3d Transfer::local_from_b(const Place& place) const {
 // makes one of e = d + w dt, with dt = s . J e, where J is the projection's Jacobian: e = (1 - w s^T J)^-1 d.
 Matrix3d Transfer::through_time(const Place& place) const {
   if (!b_.lines) return Matrix3d::Identity();
-  const Vector3d velocity =
-      -b_.lines->velocity_mps(place.offset_b_s) - b_.lines->turn_radps().cross(place.point_b);
+  const Vector3d velocity = -b_.lines->velocity_mps(place.offset_b_s) -
+                            b_.lines->turn_radps(place.offset_b_s).cross(place.point_b);
   const Eigen::RowVector3d time_by_point =
       b_.lines->shutter.slope_s().transpose() *
       projection_jacobian(b_.camera->intrinsics, place.point_b);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "world/object_scene.h"
+#include "world/packed_tile.h"
 #include "world/paint_index.h"
 #include "world/terrain_walk.h"
 #include "world/tile.h"
@@ -61,12 +62,21 @@ class TileScene {
   /// bytes, what they are decoded to, and the trees over them with all that building them takes
   /// (embree_scene.cpp has the sum).
   static std::size_t most_bytes_while_loading(std::size_t objects_bytes);
+  /// The same of a tile that has been loaded before, and kept so much: most of what stands in its file may
+  /// be levels of detail that it does not show.
+  static std::size_t most_bytes_while_loading(std::size_t objects_bytes, std::size_t scene_bytes);
+
+  /// What is set aside beside the scene's own bytes while it is made again from a PackedTile.
+  static constexpr std::size_t kMostBytesWhileUnpacking = kMostBytesWhileLoading / 2;
 
   /// frame_shift_m   moves the origin of the floats, modulo a cell, off the tile's centre
   /// rules           needed where something stands on the tile
   /// throws          Io: out of memory; Input: as ObjectScene
   TileScene(const EmbreeDevice& device, Tile tile, std::uint8_t coarser_sides,
             const Eigen::Vector3d& frame_shift_m, const ObjectRules* rules = nullptr);
+  /// The same scene again.
+  TileScene(const EmbreeDevice& device, const PackedTile& packed,
+            const Eigen::Vector3d& frame_shift_m);
   ~TileScene();
   TileScene(const TileScene&) = delete;
   TileScene& operator=(const TileScene&) = delete;
@@ -114,13 +124,19 @@ class TileScene {
   /// Everything that this tile keeps in memory, Embree's part included.
   std::size_t num_bytes() const { return num_bytes_; }
 
+  /// What the scene is made from again.
+  PackedTile packed() const;
+
  private:
   void take_objects(Tile& tile, const ObjectRules* rules);
+  void build(const EmbreeDevice& device, const std::vector<std::int32_t>& half_steps,
+             const Eigen::Vector3d& frame_shift_m);
   void find_entry_tops();
 
+  TileId id_;
   RTCSceneTy* scene_ = nullptr;
   std::unique_ptr<const ObjectScene> objects_;
-  std::unique_ptr<const PaintIndex> paint_;
+  std::shared_ptr<const PaintIndex> paint_;
   TerrainGrid grid_;
   Eigen::Vector3d center_world_;
   double epsilon_m_ = 0.0;

@@ -21,7 +21,8 @@ geo::Box3d box_of(const MovingBody& body, double reach_s) {
       kRounding * bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).norm();
   const Eigen::Vector3d way_m =
       body.state.velocity_world_mps.cwiseAbs() * reach_s +
-      body.state.acceleration_world_mps2.cwiseAbs() * (0.5 * reach_s * reach_s);
+      body.state.acceleration_world_mps2.cwiseAbs() * (0.5 * reach_s * reach_s) +
+      Eigen::Vector3d::Constant(body.state.terms.most_position_m(reach_s));
   const Eigen::Vector3d reach_m = kRounding * (way_m + Eigen::Vector3d::Constant(radius_m));
   const Eigen::Vector3d& place = body.state.world_from_body.translation;
   return {place - reach_m, place + reach_m};

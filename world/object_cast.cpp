@@ -117,8 +117,8 @@ class ObjectScene::Cast {
       t_left[lane] = first.t;
       if (is_any_ && first.is_found) left &= ~lane_bit(lane);
     });
-    if (!scene_.instance_tree_.is_empty() &&
-        scene_.instance_tree_.enter(rays_, left, t_left, packet))
+    if (!scene_.instance_tree_->is_empty() &&
+        scene_.instance_tree_->enter(rays_, left, t_left, packet))
       cross_instances(packet);
     LaneMask met = 0;
     for_each_lane(lanes, [&](int lane) {
@@ -160,7 +160,7 @@ class ObjectScene::Cast {
 
   void cross_instances(RayPacket<kLanes>& tile_rays) {
     RayPacket<kLanes> shape_rays;
-    scene_.instance_tree_.traverse(
+    scene_.instance_tree_->traverse(
         tile_rays,
         [&](std::uint32_t leaf, const float* near_m) {
           cross_instance(leaf, near_m, tile_rays, shape_rays);
@@ -222,7 +222,7 @@ class ObjectScene::Cast {
       return {
           .t = first.t, .object = scene_.placed_[shown].object, .triangle = number, .shown = shown};
     }
-    const std::vector<ShownSolid>& solids = scene_.solids_;
+    const std::span<const ShownSolid> solids = scene_.solids_;
     const auto solid = std::upper_bound(solids.begin(), solids.end(), number,
                                         [](std::uint32_t triangle, const ShownSolid& one) {
                                           return triangle < one.first_triangle;

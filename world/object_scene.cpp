@@ -60,22 +60,64 @@ Eigen::Vector3d normal_toward(const WorldRay& ray, const Eigen::Vector3d& normal
 }  // namespace
 
 ObjectScene::ObjectScene(const TileId& id, TileObjects& objects, double top_z_world,
-                         const ObjectRules& rules, const std::string& where)
-    : num_solids_(static_cast<std::uint32_t>(objects.solids.size())) {
+                         const ObjectRules& rules, const std::string& where) {
   const geo::Box3d clip = box_of(id);
-  add_solids(objects.solids, clip, top_z_world, rules, where);
-  add_instances(objects, clip, top_z_world, rules, where);
-  num_bytes_ = sizeof *this + solid_mesh_.num_bytes() + instance_tree_.num_bytes() +
-               solids_.capacity() * sizeof(ShownSolid) + placed_.capacity() * sizeof(Placed) +
-               instances_.capacity() * sizeof(ShownInstance);
-  for (const ShownSolid& solid : solids_) num_bytes_ += num_bytes_of(solid.shape);
+  auto lists = std::make_shared<Lists>();
+  solid_mesh_ =
+      TriangleMesh(lists->add_solids(objects.solids, clip, top_z_world, rules, where), clip);
+  lists->add_instances(objects, clip, top_z_world, rules, where);
+  lists->count_bytes();
+  take_lists(std::move(lists));
 }
 
-void ObjectScene::add_solids(std::vector<Solid>& solids, const geo::Box3d& clip, double top_z_world,
-                             const ObjectRules& rules, const std::string& where) {
+ObjectScene::ObjectScene(const Packed& packed) {
+  std::vector<std::uint32_t> solid_of;  // by triangle
+  const std::vector<ShownSolid>& solids = packed.lists_->solids;
+  for (std::uint32_t i = 0; i < solids.size(); ++i)
+    solid_of.insert(solid_of.end(), solids[i].shape.triangles.size(), i);
+  solid_mesh_ = TriangleMesh(packed.solid_mesh_, [&](std::uint32_t number) {
+    const ShownSolid& solid = solids[solid_of[number]];
+    return corners_of(solid.shape, number - solid.first_triangle, solid.origin_steps);
+  });
+  take_lists(packed.lists_);
+}
+
+ObjectScene::Packed ObjectScene::packed() const {
+  Packed packed;
+  packed.lists_ = lists_;
+  packed.solid_mesh_ = solid_mesh_.packed();
+  return packed;
+}
+
+std::size_t ObjectScene::Packed::num_bytes() const {
+  return sizeof *this + lists_->num_bytes + solid_mesh_.num_bytes();
+}
+
+void ObjectScene::take_lists(std::shared_ptr<const Lists> lists) {
+  lists_ = std::move(lists);
+  num_solids_ = lists_->num_solids;
+  solids_ = lists_->solids;
+  placed_ = lists_->placed;
+  instances_ = lists_->instances;
+  instance_tree_ = &lists_->instance_tree;
+  num_bytes_ = sizeof *this + solid_mesh_.num_bytes() + lists_->num_bytes;
+}
+
+void ObjectScene::Lists::count_bytes() {
+  num_bytes = sizeof *this + instance_tree.num_bytes() + solids.capacity() * sizeof(ShownSolid) +
+              placed.capacity() * sizeof(Placed) + instances.capacity() * sizeof(ShownInstance);
+  for (const ShownSolid& solid : solids) num_bytes += num_bytes_of(solid.shape);
+}
+
+std::vector<TriangleMesh::Triangle> ObjectScene::Lists::add_solids(std::vector<Solid>& tile_solids,
+                                                                   const geo::Box3d& clip,
+                                                                   double top_z_world,
+                                                                   const ObjectRules& rules,
+                                                                   const std::string& where) {
   std::vector<TriangleMesh::Triangle> triangles;
-  for (std::uint32_t object = 0; object < solids.size(); ++object) {
-    Solid& solid = solids[object];
+  num_solids = static_cast<std::uint32_t>(tile_solids.size());
+  for (std::uint32_t object = 0; object < tile_solids.size(); ++object) {
+    Solid& solid = tile_solids[object];
     const std::optional<int> level = rules.level_at(solid.place_m.x(), solid.place_m.y());
     const auto shown =
         std::find_if(solid.levels.begin(), solid.levels.end(),
@@ -95,21 +137,21 @@ void ObjectScene::add_solids(std::vector<Solid>& solids, const geo::Box3d& clip,
     for (std::uint32_t i = 0; i < shape.triangles.size(); ++i)
       triangles.push_back(
           {corners_of(shape, i, solid.origin_steps), static_cast<std::uint32_t>(first) + i});
-    solids_.push_back({.provenance = solid.provenance,
-                       .origin_steps = solid.origin_steps,
-                       .object = object,
-                       .first_triangle = static_cast<std::uint32_t>(first),
-                       .shape = std::move(shape)});
+    solids.push_back({.provenance = solid.provenance,
+                      .origin_steps = solid.origin_steps,
+                      .object = object,
+                      .first_triangle = static_cast<std::uint32_t>(first),
+                      .shape = std::move(shape)});
   }
-  solids_.shrink_to_fit();
-  solid_mesh_ = TriangleMesh(triangles, clip);
+  solids.shrink_to_fit();
+  return triangles;
 }
 
-void ObjectScene::add_instances(const TileObjects& objects, const geo::Box3d& clip,
-                                double top_z_world, const ObjectRules& rules,
-                                const std::string& where) {
+void ObjectScene::Lists::add_instances(const TileObjects& objects, const geo::Box3d& clip,
+                                       double top_z_world, const ObjectRules& rules,
+                                       const std::string& where) {
   std::vector<geo::Box3d> boxes;
-  std::vector<Placed> placed;
+  std::vector<Placed> listed;
   std::vector<ShownInstance> shown;
   for (std::uint32_t i = 0; i < objects.instances.size(); ++i) {
     const Instance& instance = objects.instances[i];
@@ -137,13 +179,13 @@ void ObjectScene::add_instances(const TileObjects& objects, const geo::Box3d& cl
           fail_height(where, instance.provenance, top_z_world);
     }
     boxes.push_back(box.intersection(clip));
-    Placed& one = placed.emplace_back();
+    Placed& one = listed.emplace_back();
     const Eigen::Matrix3d turn =
         (1.0 / frame.scale) * frame.world_from_prototype.conjugate().toRotationMatrix();
     for (int k = 0; k < 9; ++k) one.shape_from_world[k] = static_cast<float>(turn(k / 3, k % 3));
     one.scale = static_cast<float>(frame.scale);
     one.place_steps = instance.place_steps;
-    one.object = num_solids_ + i;
+    one.object = num_solids + i;
     one.shown = prototype;
     shown.push_back({.world_from_prototype = frame.world_from_prototype,
                      .provenance = instance.provenance,
@@ -151,12 +193,12 @@ void ObjectScene::add_instances(const TileObjects& objects, const geo::Box3d& cl
                      .variety = instance.variety});
   }
   BoxTree::Leaves leaves;
-  instance_tree_ = BoxTree(boxes, 1, leaves);
-  placed_.reserve(shown.size());
-  instances_.reserve(shown.size());
+  instance_tree = BoxTree(boxes, 1, leaves);
+  placed.reserve(shown.size());
+  instances.reserve(shown.size());
   for (const BoxTree::Leaf& leaf : leaves.leaves) {
-    placed_.push_back(placed[leaves.order[leaf.begin]]);
-    instances_.push_back(shown[leaves.order[leaf.begin]]);
+    placed.push_back(listed[leaves.order[leaf.begin]]);
+    instances.push_back(shown[leaves.order[leaf.begin]]);
   }
 }
 

@@ -4,7 +4,9 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -54,6 +56,8 @@ struct ObjectSurface {
 /// meets, and its t to the last bit, depends on the ray and the objects alone, not on the tile in which
 /// they are met nor on what else is in it. Immutable; threads: safe.
 class ObjectScene {
+  struct Lists;
+
  public:
   /// Keeps of the objects what the tile shows within its square.
   /// objects   its solids' shapes are moved out of it
@@ -62,6 +66,19 @@ class ObjectScene {
   ///           object that is higher than the tile says
   ObjectScene(const TileId& id, TileObjects& objects, double top_z_world, const ObjectRules& rules,
               const std::string& where);
+
+  /// What the scene is made from again: all but the corners in its trees, which the scene shares with it.
+  class Packed {
+   public:
+    std::size_t num_bytes() const;
+
+   private:
+    friend class ObjectScene;
+    std::shared_ptr<const Lists> lists_;
+    TriangleMesh::Packed solid_mesh_;
+  };
+  Packed packed() const;
+  explicit ObjectScene(const Packed& packed);
 
   /// The first meetings with t from where the rays come into the tile to t_until, without it; by the
   /// smaller object and triangle where several are at one t. A ray that starts (at its t_min) on a
@@ -85,7 +102,7 @@ class ObjectScene {
                                         : instances_[meeting.shown].provenance;
   }
 
-  bool is_empty() const { return solid_mesh_.bounds().isEmpty() && instance_tree_.is_empty(); }
+  bool is_empty() const { return solid_mesh_.bounds().isEmpty() && instance_tree_->is_empty(); }
   std::size_t num_bytes() const { return num_bytes_; }
 
  private:
@@ -119,17 +136,35 @@ class ObjectScene {
   template <int kLanes>
   class Cast;
 
-  void add_solids(std::vector<Solid>& solids, const geo::Box3d& clip, double top_z_world,
-                  const ObjectRules& rules, const std::string& where);
-  void add_instances(const TileObjects& objects, const geo::Box3d& clip, double top_z_world,
-                     const ObjectRules& rules, const std::string& where);
+  /// What stays as it is when a scene is packed.
+  struct Lists {
+    std::vector<ShownSolid> solids;        ///< sorted by object
+    std::uint32_t num_solids = 0;          ///< of the tile, shown or not
+    std::vector<Placed> placed;            ///< instances, by leaf of the tree
+    std::vector<ShownInstance> instances;  ///< of placed
+    BoxTree instance_tree;
+    std::size_t num_bytes = 0;  ///< set when all is there
 
-  std::vector<ShownSolid> solids_;  ///< sorted by object
+    /// returns   the solids' triangles
+    std::vector<TriangleMesh::Triangle> add_solids(std::vector<Solid>& tile_solids,
+                                                   const geo::Box3d& clip, double top_z_world,
+                                                   const ObjectRules& rules,
+                                                   const std::string& where);
+    void add_instances(const TileObjects& objects, const geo::Box3d& clip, double top_z_world,
+                       const ObjectRules& rules, const std::string& where);
+    void count_bytes();
+  };
+
+  void take_lists(std::shared_ptr<const Lists> lists);
+
+  std::shared_ptr<const Lists> lists_;
   TriangleMesh solid_mesh_;
-  std::uint32_t num_solids_;              ///< of the tile, shown or not
-  std::vector<Placed> placed_;            ///< instances, by leaf of the tree
-  std::vector<ShownInstance> instances_;  ///< of placed_
-  BoxTree instance_tree_;
+  // Of lists_, for rays.
+  std::uint32_t num_solids_ = 0;
+  std::span<const ShownSolid> solids_;
+  std::span<const Placed> placed_;
+  std::span<const ShownInstance> instances_;
+  const BoxTree* instance_tree_ = nullptr;
   std::size_t num_bytes_ = 0;
 };
 

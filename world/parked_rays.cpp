@@ -25,11 +25,12 @@ void ParkedRays::park(const RayLanes& rays, LaneMask lanes) {
   });
 }
 
-std::uint32_t ParkedRays::nearest_tile() const {
-  return std::min_element(
-             waiting_.begin(), waiting_.end(),
-             [](const Waiting& a, const Waiting& b) { return a.nearest_m < b.nearest_m; })
-      ->tile;
+void ParkedRays::list(std::size_t first_index, std::vector<TileDemand>& demands) {
+  std::sort(waiting_.begin(), waiting_.end(),
+            [](const Waiting& a, const Waiting& b) { return a.nearest_m < b.nearest_m; });
+  demands.clear();
+  for (const Waiting& waiting : waiting_)
+    demands.push_back({first_index + waiting.tile, waiting.count});
 }
 
 ParkedRays::Groups ParkedRays::take(std::uint32_t tile) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "world/ray_lanes.h"
+#include "world/unit_turns.h"
 
 namespace terracast::world {
 
@@ -15,9 +16,10 @@ class ParkedRays {
   void park(const RayLanes& rays, LaneMask lanes);
 
   bool is_empty() const { return waiting_.empty(); }
-  /// The tile that a ray enters after the shortest way of all: those that have to pass through it on
-  /// their way to others gather there first.
-  std::uint32_t nearest_tile() const;
+  /// The tiles for which rays wait, first the one that a ray enters after the shortest way of all: those
+  /// that have to pass through it on their way to others gather there first.
+  /// first_index   added to the tiles' numbers
+  void list(std::size_t first_index, std::vector<TileDemand>& demands);
 
   /// Takes the rays that wait for a tile.
   /// returns   groups of them, all lanes of all but the last

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <limits>
 #include <tuple>
 
@@ -52,11 +53,11 @@ class FlushDenormals {
 
 constexpr double kShareOfImagery = 0.125;
 
-double budget_of_imagery(const WorldManifest& manifest, double memory_bytes) {
+double bytes_of_imagery(const WorldManifest& manifest) {
   constexpr double kTileBytes = 4.0 * kImageryTile_px * kImageryTile_px;
   std::size_t num_tiles = 0;
   for (const ImageryInfo& imagery : manifest.imagery) num_tiles += imagery.tiles.size();
-  return std::min(kShareOfImagery * memory_bytes, kTileBytes * static_cast<double>(num_tiles));
+  return kTileBytes * static_cast<double>(num_tiles);
 }
 
 /// Of what is all read at once and kept by those who draw.
@@ -84,16 +85,18 @@ struct RayQuery::Impl {
         rules{.prototypes = prototypes,
               .frame = frame,
               .level_at = [this](double x, double y) { return level_at(x, y); }},
-        device(options.embree_profile),
+        own_device(std::make_unique<const EmbreeDevice>(options.embree_profile)),
+        device(*own_device),
         packet_width(options.packet_width != 0 ? options.packet_width : device.packet_width()),
         frame_shift_m(options.local_origin_world),
-        imagery_budget_bytes(budget_of_imagery(store.manifest(), options.memory_bytes)),
-        cache(bytes_while_loading(store, cut),
-              options.memory_bytes - imagery_budget_bytes -
-                  static_cast<double>(prototypes.num_bytes()) - bytes_beside(store.manifest()),
-              [this](std::size_t i) { return load(i); }) {}
+        imagery_budget_bytes(
+            std::min(kShareOfImagery * options.memory_bytes, bytes_of_imagery(store.manifest()))),
+        objects_bytes(objects_bytes_of(store, cut)),
+        least_memory_bytes(find_least_memory_bytes()),
+        own_cache(make_cache(options)),
+        cache(*own_cache) {}
 
-  Impl(const Impl& whole, const RayQuery* surface_of_water, double memory_bytes)
+  Impl(const Impl& whole, const RayQuery* surface_of_water)
       : store(whole.store),
         cut(whole.cut),
         map(store, cut),
@@ -102,14 +105,59 @@ struct RayQuery::Impl {
         rules{.prototypes = prototypes,
               .frame = frame,
               .level_at = [this](double x, double y) { return level_at(x, y); }},
-        device(whole.device.profile_asked()),
+        device(whole.device),
         packet_width(whole.packet_width),
         frame_shift_m(whole.frame_shift_m),
         is_without_water(true),
+        first_slot(cut.size()),
         ceiling(surface_of_water),
         imagery_budget_bytes(0.0),
-        cache(bytes_while_loading(store, cut), memory_bytes,
-              [this](std::size_t i) { return load(i); }) {}
+        least_memory_bytes(whole.least_memory_bytes),
+        cache(whole.cache) {}
+
+  /// What memory_bytes holds beside tiles and imagery.
+  double bytes_aside() const {
+    return static_cast<double>(prototypes.num_bytes()) + bytes_beside(store.manifest());
+  }
+
+  /// Of the largest tile.
+  std::size_t most_bytes_while_loading() const {
+    return TileScene::most_bytes_while_loading(
+        *std::max_element(objects_bytes.begin(), objects_bytes.end()));
+  }
+
+  double find_least_memory_bytes() const {
+    const double bytes = bytes_aside() + static_cast<double>(most_bytes_while_loading());
+    return std::min(bytes / (1.0 - kShareOfImagery), bytes + bytes_of_imagery(store.manifest()));
+  }
+
+  /// The tiles of the cut, and after these the same without water.
+  std::unique_ptr<SceneCache> make_cache(const RayQueryOptions& options) {
+    if (options.memory_bytes < least_memory_bytes)
+      core::fail(
+          core::ErrorKind::Config,
+          "tracing.memory_bytes = {:.4g}: {:.4g} go to prototypes, textures and volumes, and "
+          "{:.4g} to the largest tile while it is loaded; {:.4g} would be enough",
+          options.memory_bytes, bytes_aside(), static_cast<double>(most_bytes_while_loading()),
+          std::ceil(least_memory_bytes * 1e-6) * 1e6);
+    const double budget_bytes = options.memory_bytes - imagery_budget_bytes - bytes_aside();
+    std::vector<std::size_t> bytes = objects_bytes;
+    bytes.insert(bytes.end(), objects_bytes.begin(), objects_bytes.end());
+    return std::make_unique<SceneCache>(
+        std::move(bytes), budget_bytes,
+        [this](std::size_t slot, const PackedTile* packed) { return load(slot, packed); },
+        likely_bytes() > budget_bytes);
+  }
+
+  /// About what all tiles of the cut take.
+  double likely_bytes() const {
+    constexpr double kPerSample = 26.4;
+    constexpr double kPerObjectsByte = 5.0;
+    double bytes = kPerSample * kTileSamples * kTileSamples * static_cast<double>(cut.size());
+    for (const std::size_t of_tile : objects_bytes)
+      bytes += kPerObjectsByte * static_cast<double>(of_tile);
+    return bytes;
+  }
 
   static std::pair<int, int> extreme_levels(const std::vector<CutTile>& cut) {
     const auto by_level = [](const CutTile& a, const CutTile& b) {
@@ -119,11 +167,10 @@ struct RayQuery::Impl {
     return {finest->id.level, coarsest->id.level};
   }
 
-  static std::vector<std::size_t> bytes_while_loading(const TileStore& store,
-                                                      const std::vector<CutTile>& cut) {
+  static std::vector<std::size_t> objects_bytes_of(const TileStore& store,
+                                                   const std::vector<CutTile>& cut) {
     std::vector<std::size_t> bytes;
-    for (const CutTile& tile : cut)
-      bytes.push_back(TileScene::most_bytes_while_loading(store.find(tile.id)->objects_bytes));
+    for (const CutTile& tile : cut) bytes.push_back(store.find(tile.id)->objects_bytes);
     return bytes;
   }
 
@@ -132,13 +179,14 @@ struct RayQuery::Impl {
     return tile ? std::optional(cut[*tile].id.level) : std::nullopt;
   }
 
-  std::unique_ptr<const TileScene> load(std::size_t tile_index) const {
-    const CutTile& tile = cut[tile_index];
+  std::unique_ptr<const TileScene> load(std::size_t slot, const PackedTile* packed) const {
+    if (packed != nullptr) return std::make_unique<const TileScene>(device, *packed, frame_shift_m);
+    const bool is_drained = slot >= cut.size();
+    const CutTile& tile = cut[is_drained ? slot - cut.size() : slot];
     return core::with_context(
         [&] {
-          Tile loaded =
-              store.load(tile.id, is_without_water ? WaterDepth::Read : WaterDepth::LeftOut);
-          if (is_without_water) drain(loaded);
+          Tile loaded = store.load(tile.id, is_drained ? WaterDepth::Read : WaterDepth::LeftOut);
+          if (is_drained) drain(loaded);
           return std::make_unique<const TileScene>(device, std::move(loaded), tile.coarser_sides,
                                                    frame_shift_m, &rules);
         },
@@ -206,8 +254,10 @@ struct RayQuery::Impl {
         carry_batch();
       }
       while (!parked_.is_empty()) {
-        tile_ = parked_.nearest_tile();
-        scene_ = &impl_.cache.load(pin_, tile_);
+        parked_.list(impl_.first_slot, demands_);
+        const SceneCache::Loaded loaded = impl_.cache.load_one_of(pin_, demands_);
+        tile_ = static_cast<std::uint32_t>(loaded.tile_index - impl_.first_slot);
+        scene_ = loaded.scene;
         carry(parked_.take(tile_));
       }
     }
@@ -254,7 +304,7 @@ struct RayQuery::Impl {
       if (scene_ != nullptr && tile == tile_) return;
       pin_.renew();
       tile_ = tile;
-      scene_ = impl_.cache.find(pin_, tile);
+      scene_ = impl_.cache.find(pin_, impl_.first_slot + tile);
     }
 
     Impl& impl_;
@@ -264,6 +314,7 @@ struct RayQuery::Impl {
     SceneCache::Pin pin_;
     RayBatch batch_;
     ParkedRays parked_;
+    std::vector<TileDemand> demands_;
     std::uint32_t hint_ = 0;  ///< tile in which rays start
     std::uint32_t tile_ = 0;
     const TileScene* scene_ = nullptr;
@@ -301,25 +352,29 @@ struct RayQuery::Impl {
   const std::unique_ptr<const PrototypeLibrary> own_prototypes;  ///< null: another query's
   const PrototypeLibrary& prototypes;
   const ObjectRules rules;
-  const EmbreeDevice device;
+  const std::unique_ptr<const EmbreeDevice> own_device;  ///< null: another query's
+  const EmbreeDevice& device;
   const int packet_width;
   const Eigen::Vector3d frame_shift_m;
   const bool is_without_water = false;
+  const std::size_t first_slot = 0;         ///< of its tiles in the cache
   const RayQuery* const ceiling = nullptr;  ///< what rays in water leave it by
   std::atomic<std::uint64_t> num_rays = 0;
   std::atomic<std::uint64_t> num_casts = 0;
   std::atomic<std::uint64_t> num_lanes = 0;
   std::atomic<std::uint64_t> num_recasts = 0;
   const double imagery_budget_bytes;
-  SceneCache cache;  // last: its thread loads tiles by the rest
+  const std::vector<std::size_t> objects_bytes;  ///< of the cut's tiles, in their files
+  const double least_memory_bytes;
+  const std::unique_ptr<SceneCache> own_cache;  // last: its thread loads tiles by the rest
+  SceneCache& cache;
 };
 
 RayQuery::RayQuery(const TileStore& store, std::vector<CutTile> cut, const RayQueryOptions& options)
     : impl_(std::make_unique<Impl>(store, std::move(cut), options)) {}
 
 RayQuery::RayQuery(const RayQuery& whole, const WithoutWater& without)
-    : impl_(std::make_unique<Impl>(*whole.impl_, without.viewers_in_water ? &whole : nullptr,
-                                   without.memory_bytes)) {}
+    : impl_(std::make_unique<Impl>(*whole.impl_, without.viewers_in_water ? &whole : nullptr)) {}
 
 RayQuery::~RayQuery() = default;
 
@@ -486,7 +541,7 @@ std::optional<double> RayQuery::surface_z_world(double x_world, double y_world) 
   const std::optional<std::uint32_t> tile_index = impl_->map.tile_at_place(x_world, y_world);
   if (!tile_index) return std::nullopt;
   SceneCache::Pin pin(impl_->cache);
-  const TileScene& scene = impl_->cache.load(pin, *tile_index);
+  const TileScene& scene = impl_->cache.load(pin, impl_->first_slot + *tile_index);
   return scene.center_world().z() + scene.grid().z_at(x_world, y_world);
 }
 
@@ -502,7 +557,9 @@ void RayQuery::expect(std::span<const std::vector<Viewpoint>> turns) const {
                                             ? 0.0
                                             : box.exteriorDistance(viewpoint.position_world));
       if (nearest_m > reach_m) continue;
-      needs.push_back({nearest_m, {.tile_index = i, .turn = turn}});
+      needs.push_back(
+          {nearest_m,
+           {.tile_index = static_cast<std::uint32_t>(impl_->first_slot) + i, .turn = turn}});
       break;
     }
   }
@@ -516,6 +573,12 @@ void RayQuery::expect(std::span<const std::vector<Viewpoint>> turns) const {
   impl_->cache.expect(std::move(tiles));
 }
 
+void RayQuery::run_units(std::int64_t count, const std::function<void(std::int64_t)>& body) const {
+  impl_->cache.run_units(count, body);
+}
+
+double RayQuery::least_memory_bytes() const { return impl_->least_memory_bytes; }
+
 double RayQuery::imagery_budget_bytes() const { return impl_->imagery_budget_bytes; }
 
 bool RayQuery::is_without_water() const { return impl_->is_without_water; }
@@ -523,10 +586,12 @@ bool RayQuery::is_without_water() const { return impl_->is_without_water; }
 RayQueryStats RayQuery::stats() const {
   const SceneCache::Stats cache = impl_->cache.stats();
   return {.num_tiles_loaded = cache.num_loaded,
+          .num_tiles_unpacked = cache.num_unpacked,
           .num_tiles_waited = cache.num_waited,
           .num_tiles_evicted = cache.num_evicted,
           .bytes_resident = cache.bytes_resident,
           .peak_bytes_resident = cache.peak_bytes_resident,
+          .bytes_at_first_eviction = cache.bytes_at_first_eviction,
           .bytes_of_prototypes = impl_->prototypes.num_bytes(),
           .num_rays = impl_->num_rays.load(),
           .num_casts = impl_->num_casts.load(),

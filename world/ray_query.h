@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -54,7 +55,8 @@ enum class Coherence { Coherent, Incoherent };
 
 /// Config `[tracing]`.
 struct RayQueryOptions {
-  /// Tiles and their scenes, loaded, loading and held; prototypes and textures, which are all read at once.
+  /// Tiles and their scenes, loaded, loading, held and packed; prototypes and textures, which are all read at
+  /// once.
   double memory_bytes = 8e9;
   std::string embree_profile = "widest";  ///< "widest": the machine's; or as rtcNewDevice takes it
   /// Moves the origin of each tile's float frame off its centre, x and y modulo a cell; results do
@@ -108,11 +110,15 @@ enum class SurfaceNeed {
 };
 
 struct RayQueryStats {
-  std::uint64_t num_tiles_loaded = 0;  ///< reads from disk, prefetched ones included
-  std::uint64_t num_tiles_waited = 0;  ///< loads that a ray had to wait for
+  // Of tiles: those of the whole world and of the same without water are one cache's.
+  std::uint64_t num_tiles_loaded = 0;    ///< from their files or packed, prefetched ones included
+  std::uint64_t num_tiles_unpacked = 0;  ///< of these, those that had stayed in memory packed
+  std::uint64_t num_tiles_waited = 0;    ///< loads that a ray had to wait for
   std::uint64_t num_tiles_evicted = 0;
   std::uint64_t bytes_resident = 0;
   std::uint64_t peak_bytes_resident = 0;
+  /// Held and set aside for loads when a tile was evicted for the first time; 0: none was.
+  std::uint64_t bytes_at_first_eviction = 0;
   std::uint64_t bytes_of_prototypes = 0;  ///< held beside the tiles as long as the query
   std::uint64_t num_rays = 0;
   std::uint64_t num_casts = 0;    ///< of a ray at a tile
@@ -133,7 +139,8 @@ struct RayQueryStats {
 /// determinism   results, trails among them, depend on the rays and the cut alone: not on threads,
 ///               packets, budget, local origin
 /// threads       all queries: safe, from parallel loops
-/// throws        Input or Io from tile loads, and from prototypes when it is made; Internal: a ray without a finite start, a direction
+/// throws        Input or Io from tile loads, and from prototypes when it is made; Config when it is made:
+///               memory_bytes is less than least_memory_bytes(); Internal: a ray without a finite start, a direction
 ///               with a length (1e-150 to 1e150) or a number for t_max, or with t_min -inf or none;
 ///               spans of other sizes than said
 class RayQuery {
@@ -141,8 +148,8 @@ class RayQuery {
   RayQuery(const TileStore& store, std::vector<CutTile> cut, const RayQueryOptions& options);
 
   /// The same cut of the same world without its water, for what is seen below it and for viewers in it.
+  /// Its tiles share memory_bytes with those of the whole world.
   struct WithoutWater {
-    double memory_bytes;  ///< for its tiles, beside those of the whole world
     /// Rays start in water: what they meet first may be the water's surface, from below, where they
     /// leave it (a hit of the ground, of a cover that is water). occluded() does not ask for it: light
     /// passes.
@@ -190,6 +197,14 @@ class RayQuery {
   /// Where viewers will be: now, after that, and so on. Tiles that they are likely to need are loaded
   /// in the background, and what is needed latest is dropped first.
   void expect(std::span<const std::vector<Viewpoint>> turns) const;
+
+  /// Calls body(i) for each i in [0, count), as core::parallel_for_blocks one by one. Where the tiles do not
+  /// all fit, many more bodies are in work than threads: one whose rays wait for a tile lets others run, and
+  /// a tile is loaded for the rays of all of them. What bodies do must not depend on each other.
+  void run_units(std::int64_t count, const std::function<void(std::int64_t)>& body) const;
+
+  /// The smallest memory_bytes that holds the largest tile while it is loaded beside what always stays.
+  double least_memory_bytes() const;
 
   /// What memory_bytes leaves for decoded tiles of imagery, which are not the query's: an eighth, or
   /// all of them where they take less.

@@ -9,6 +9,8 @@
 #include <tuple>
 
 #include "core/error.h"
+#include "core/parallel.h"
+#include "core/thread_crew.h"
 
 namespace terracast::world {
 namespace {
@@ -16,17 +18,21 @@ namespace {
 /// How long to wait for readers to let go of evicted scenes before looking again: about as long as
 /// a packet is cast in one tile.
 constexpr std::chrono::microseconds kLookAgain{50};
-/// All tiles may be evicted.
+/// All tiles may be evicted, or all but those needed now.
 constexpr std::int64_t kAnyTurn = -1;
+constexpr std::int64_t kNow = 0;
 
-/// Frees scenes and gives their memory back to the system, which malloc would keep in pieces: the
-/// budget bounds what the process takes.
-template <class Scenes>
-void give_back(Scenes& scenes) {
-  if (scenes.empty()) return;
-  scenes.clear();
-  malloc_trim(0);
-}
+/// Of the budget, what packed tiles may take.
+constexpr double kShareOfPacked = 0.5;
+/// Of the budget, what may be freed before it is given back to the system.
+constexpr double kShareUntrimmed = 1.0 / 32.0;
+/// Of the budget, what units in work may take, and about what one takes.
+constexpr double kShareOfUnits = 1.0 / 16.0;
+constexpr double kUnitBytes = 600e3;
+/// Fewer share too few loads.
+constexpr int kLeastUnits = 16;
+/// Each has a place among the readers while it waits, and a few loops run at once.
+constexpr int kMostUnits = 128;
 
 }  // namespace
 
@@ -37,11 +43,15 @@ void give_back(Scenes& scenes) {
 // evictor looked is written, and pointers read, only later. So the scene is unreachable once no
 // place holds a smaller epoch.
 
-SceneCache::SceneCache(std::vector<std::size_t> bytes_while_loading, double budget_bytes, Load load)
-    : bytes_while_loading_(std::move(bytes_while_loading)),
+SceneCache::SceneCache(std::vector<std::size_t> objects_bytes, double budget_bytes, Load load,
+                       bool may_be_short)
+    : objects_bytes_(std::move(objects_bytes)),
       budget_bytes_(budget_bytes),
+      units_paid_for_(static_cast<int>(std::clamp(kShareOfUnits * budget_bytes / kUnitBytes,
+                                                  double{kLeastUnits}, double{kMostUnits}))),
       load_(std::move(load)),
-      slots_(bytes_while_loading_.size()) {}
+      slots_(objects_bytes_.size()),
+      is_short_(may_be_short) {}
 
 SceneCache::~SceneCache() {
   if (prefetcher_.joinable()) {
@@ -90,6 +100,96 @@ const TileScene& SceneCache::load(Pin& pin, std::size_t tile_index) {
   }
 }
 
+/// A unit's turn on this thread, from when it has a processor.
+class SceneCache::Turn {
+ public:
+  explicit Turn(SceneCache& cache) : cache_(cache) {
+    std::unique_lock lock(cache_.mutex_);
+    cache_.turns_.start(unit_);
+    wait(lock);
+    current() = this;
+  }
+  ~Turn() {
+    current() = nullptr;
+    const std::lock_guard lock(cache_.mutex_);
+    cache_.turns_.finish();
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+  /// The turn of the unit that this thread runs with a cache; null: none.
+  static Turn* of(const SceneCache& cache) {
+    return current() != nullptr && &current()->cache_ == &cache ? current() : nullptr;
+  }
+
+  UnitTurns::Unit& unit() { return unit_; }
+  void wait(std::unique_lock<std::mutex>& lock) {
+    unit_.ordered.wait(lock, [&] { return unit_.order != UnitTurns::Unit::Order::Wait; });
+  }
+
+ private:
+  static Turn*& current() {
+    static thread_local Turn* turn = nullptr;
+    return turn;
+  }
+
+  SceneCache& cache_;
+  UnitTurns::Unit unit_;
+};
+
+void SceneCache::run_units(std::int64_t count, const std::function<void(std::int64_t)>& body) {
+  if ((!is_short_ && !was_short_) || Turn::of(*this) != nullptr) {
+    core::parallel_for_blocks(count, 1, [&](std::int64_t i, std::int64_t) { body(i); });
+    return;
+  }
+  const int num_processors = core::num_threads_allowed();
+  {
+    const std::lock_guard lock(mutex_);
+    turns_.set_num_processors(num_processors);
+  }
+  const int units_at_once = std::clamp(2 * num_processors, units_paid_for_, kMostUnits);
+  core::parallel_for_on_threads(count, units_at_once, [&](std::int64_t i) {
+    const Turn turn(*this);
+    body(i);
+  });
+}
+
+SceneCache::Loaded SceneCache::load_one_of(Pin& pin, std::span<const TileDemand> demands) {
+  Turn* const turn = Turn::of(*this);
+  if (turn == nullptr) return {demands[0].tile_index, &load(pin, demands[0].tile_index)};
+  const auto use = [&](std::size_t tile_index) -> Loaded {
+    pin.renew();  // before anybody can evict it
+    Slot& slot = slots_[tile_index];
+    slot.last_used.store(epoch_.load(), std::memory_order_relaxed);
+    return {tile_index, slot.owned.get()};
+  };
+  pin.let_go();
+  std::unique_lock lock(mutex_);
+  for (const TileDemand& demand : demands)
+    if (slots_[demand.tile_index].owned || take_back(demand.tile_index))
+      return use(demand.tile_index);
+  turns_.wait(turn->unit(), demands);
+  turn->wait(lock);
+  const std::size_t tile_index = turn->unit().tile_index;
+  if (turn->unit().order == UnitTurns::Unit::Order::Use) {
+    const Loaded loaded = use(tile_index);
+    turns_.keep_promise(tile_index);
+    TERRACAST_CHECK(loaded.scene != nullptr, "tile {} was promised and evicted", tile_index);
+    return loaded;
+  }
+  lock.unlock();
+  return {tile_index, &load(pin, tile_index)};
+}
+
+void SceneCache::let_others_run(std::unique_lock<std::mutex>& lock) {
+  Turn* const turn = Turn::of(*this);
+  if (turn == nullptr) return;
+  // They hold the room, and may need this unit's processor to get on.
+  turns_.finish();
+  turns_.start(turn->unit());
+  turn->wait(lock);
+}
+
 bool SceneCache::begin_load(std::size_t tile_index) {
   Slot& slot = slots_[tile_index];
   Freed freed;
@@ -98,94 +198,154 @@ bool SceneCache::begin_load(std::size_t tile_index) {
   for (;;) {
     loaded_.wait(lock, [&] { return !slot.is_loading; });
     if (slot.owned || take_back(tile_index)) return false;
-    if (take_room(tile_index, kAnyTurn, freed) == Room::Taken) break;
+    const Room room = take_room(tile_index, kAnyTurn, freed);
+    if (room == Room::Taken) break;
+    if (room != Room::BeingFreed) let_others_run(lock);
     lock.unlock();
-    give_back(freed);
-    std::this_thread::sleep_for(kLookAgain);
+    if (room == Room::BeingFreed)
+      put_away(freed);
+    else
+      std::this_thread::sleep_for(kLookAgain);
     lock.lock();
   }
   slot.is_loading = true;
+  turns_.begin_load(tile_index);
   lock.unlock();
-  give_back(freed);
+  put_away(freed);
   return true;
 }
 
 const TileScene& SceneCache::finish_load(std::size_t tile_index, Pin* pin) {
   Slot& slot = slots_[tile_index];
+  std::unique_ptr<const PackedTile> packed;
+  {
+    const std::lock_guard lock(mutex_);
+    packed = std::move(slot.packed);
+  }
+  const std::uint64_t packed_bytes = packed != nullptr ? packed->num_bytes() : 0;
   std::unique_ptr<const TileScene> scene;
   try {
-    scene = load_(tile_index);
-    TERRACAST_CHECK(scene->num_bytes() <= bytes_while_loading_[tile_index],
-                    "a tile of {} bytes, {} foreseen", scene->num_bytes(),
-                    bytes_while_loading_[tile_index]);
+    scene = load_(tile_index, packed.get());
+    TERRACAST_CHECK(scene->num_bytes() <= slot.bytes_set_aside, "a tile of {} bytes, {} foreseen",
+                    scene->num_bytes(), slot.bytes_set_aside);
   } catch (...) {
-    give_up_load(tile_index);
+    give_up_load(tile_index, std::move(packed));
     throw;
   }
+  const bool is_unpacked = packed != nullptr;
+  packed.reset();
   const TileScene& result = *scene;
   {
     const std::lock_guard lock(mutex_);
     if (pin != nullptr) pin->renew();  // before anybody can evict it
     slot.is_loading = false;
-    bytes_loading_ -= bytes_while_loading_[tile_index];
+    bytes_loading_ -= slot.bytes_set_aside;
+    bytes_packed_ -= packed_bytes;
+    stats_.bytes_resident -= packed_bytes;
+    slot.scene_bytes = result.num_bytes();
     slot.owned = std::move(scene);
     slot.scene.store(slot.owned.get());
     const std::uint64_t epoch = epoch_.fetch_add(1) + 1;
     slot.last_used.store(pin != nullptr ? epoch : expected_at_, std::memory_order_relaxed);
     ++stats_.num_loaded;
-    stats_.bytes_resident += result.num_bytes();
-    stats_.peak_bytes_resident = std::max(stats_.peak_bytes_resident, stats_.bytes_resident);
+    if (is_unpacked) ++stats_.num_unpacked;
+    add_resident(result.num_bytes());
+    turns_.arrive(tile_index);
   }
   loaded_.notify_all();
   return result;
 }
 
-void SceneCache::give_up_load(std::size_t tile_index) {
+void SceneCache::give_up_load(std::size_t tile_index, std::unique_ptr<const PackedTile> packed) {
   {
     const std::lock_guard lock(mutex_);
-    slots_[tile_index].is_loading = false;
-    bytes_loading_ -= bytes_while_loading_[tile_index];
+    Slot& slot = slots_[tile_index];
+    slot.is_loading = false;
+    slot.packed = std::move(packed);
+    bytes_loading_ -= slot.bytes_set_aside;
+    turns_.give_up_load(tile_index);
   }
   loaded_.notify_all();
 }
 
-bool SceneCache::fits(std::size_t tile_index, std::uint64_t bytes_held) const {
-  const std::uint64_t bytes = bytes_held + bytes_loading_ + bytes_while_loading_[tile_index];
-  return static_cast<double>(bytes) <= budget_bytes_ || (bytes_held == 0 && bytes_loading_ == 0);
+void SceneCache::add_resident(std::uint64_t bytes) {
+  stats_.bytes_resident += bytes;
+  stats_.peak_bytes_resident = std::max(stats_.peak_bytes_resident, stats_.bytes_resident);
+}
+
+std::size_t SceneCache::bytes_to_set_aside(std::size_t tile_index) const {
+  const Slot& slot = slots_[tile_index];
+  if (slot.packed != nullptr) return TileScene::kMostBytesWhileUnpacking + slot.scene_bytes;
+  return slot.scene_bytes != 0
+             ? TileScene::most_bytes_while_loading(objects_bytes_[tile_index], slot.scene_bytes)
+             : TileScene::most_bytes_while_loading(objects_bytes_[tile_index]);
+}
+
+bool SceneCache::fits(std::size_t bytes, std::uint64_t bytes_held) const {
+  return static_cast<double>(bytes + bytes_held + bytes_loading_) <= budget_bytes_ ||
+         (bytes_held == 0 && bytes_loading_ == 0);
 }
 
 SceneCache::Room SceneCache::take_room(std::size_t tile_index, std::int64_t after_turn,
                                        Freed& freed) {
   for (;;) {
     free_unpinned(freed);
-    if (fits(tile_index, stats_.bytes_resident)) {
-      bytes_loading_ += bytes_while_loading_[tile_index];
+    const std::size_t bytes = bytes_to_set_aside(tile_index);
+    if (fits(bytes, stats_.bytes_resident)) {
+      slots_[tile_index].bytes_set_aside = bytes;
+      bytes_loading_ += bytes;
       return Room::Taken;
     }
-    if (fits(tile_index, stats_.bytes_resident - bytes_retired_)) return Room::HeldByReaders;
-    if (!evict_one(after_turn)) return bytes_retired_ > 0 ? Room::HeldByReaders : Room::None;
+    if (!freed.empty()) return Room::BeingFreed;
+    if (fits(bytes, stats_.bytes_resident - bytes_retired_)) return Room::HeldByReaders;
+    // What is packed and needed now goes last: it is small, and takes longest to come back.
+    if (drop_packed(std::max(after_turn, kNow), tile_index) || evict_one(after_turn) ||
+        drop_packed(after_turn, tile_index))
+      continue;
+    return bytes_retired_ > 0 || turns_.has_promises() ? Room::HeldByReaders : Room::None;
   }
 }
 
-bool SceneCache::evict_one(std::int64_t after_turn) {
+template <class Takes>
+std::size_t SceneCache::needed_latest(std::int64_t after_turn, const Takes& takes) const {
   const auto order_of = [&](const Slot& slot) {
-    // What was used since the last call of expect will be needed again.
-    const std::uint64_t last_used = slot.last_used.load(std::memory_order_relaxed);
-    const std::uint32_t turn = last_used > expected_at_ ? 0 : slot.next_turn;
-    return std::tuple(turn, ~last_used);
+    return std::tuple(turn_of(slot), ~slot.last_used.load(std::memory_order_relaxed));
   };
   std::size_t latest = slots_.size();
   for (std::size_t i = 0; i < slots_.size(); ++i) {
-    if (!slots_[i].owned) continue;
+    if (!takes(i)) continue;
     if (latest == slots_.size() || order_of(slots_[i]) > order_of(slots_[latest])) latest = i;
   }
-  if (latest == slots_.size() || std::get<0>(order_of(slots_[latest])) <= after_turn) return false;
+  return latest < slots_.size() && turn_of(slots_[latest]) > after_turn ? latest : slots_.size();
+}
+
+bool SceneCache::drop_packed(std::int64_t after_turn, std::size_t kept_tile_index) {
+  const std::size_t latest = needed_latest(after_turn, [&](std::size_t i) {
+    return slots_[i].packed != nullptr && i != kept_tile_index;
+  });
+  if (latest == slots_.size()) return false;
   Slot& slot = slots_[latest];
+  const std::uint64_t bytes = slot.packed->num_bytes();
+  bytes_packed_ -= bytes;
+  stats_.bytes_resident -= bytes;
+  bytes_untrimmed_ += bytes;
+  slot.packed.reset();
+  return true;
+}
+
+bool SceneCache::evict_one(std::int64_t after_turn) {
+  const std::size_t latest = needed_latest(after_turn, [&](std::size_t i) {
+    return slots_[i].owned != nullptr && !turns_.is_promised(i);
+  });
+  if (latest == slots_.size()) return false;
+  Slot& slot = slots_[latest];
+  if (turn_of(slot) == 0) is_short_ = true;
   slot.scene.store(nullptr);
   bytes_retired_ += slot.owned->num_bytes();
   retired_.push_back(
       {.epoch = epoch_.fetch_add(1) + 1, .tile_index = latest, .scene = std::move(slot.owned)});
-  ++stats_.num_evicted;
+  if (stats_.num_evicted++ == 0)
+    stats_.bytes_at_first_eviction = stats_.bytes_resident + bytes_loading_;
   return true;
 }
 
@@ -200,6 +360,7 @@ bool SceneCache::take_back(std::size_t tile_index) {
   bytes_retired_ -= slot.owned->num_bytes();
   slot.scene.store(slot.owned.get());
   epoch_.fetch_add(1);
+  turns_.arrive(tile_index);
   return true;
 }
 
@@ -213,11 +374,45 @@ void SceneCache::free_unpinned(Freed& freed) {
   const auto first = std::partition(retired_.begin(), retired_.end(),
                                     [&](const Retired& retired) { return retired.epoch > oldest; });
   for (auto retired = first; retired != retired_.end(); ++retired) {
-    stats_.bytes_resident -= retired->scene->num_bytes();
     bytes_retired_ -= retired->scene->num_bytes();
     freed.push_back(std::move(*retired));
   }
   retired_.erase(first, retired_.end());
+}
+
+void SceneCache::put_away(Freed& freed) {
+  if (freed.empty()) return;
+  for (Retired& retired : freed) {
+    const std::uint64_t bytes = retired.scene->num_bytes();
+    // A bare tile is built from its file nearly as fast: most of it is Embree's build.
+    std::unique_ptr<const PackedTile> packed;
+    if (retired.scene->objects() != nullptr)
+      packed = std::make_unique<const PackedTile>(retired.scene->packed());
+    retired.scene.reset();
+    bytes_untrimmed_ += bytes;
+    const std::uint64_t packed_bytes = packed != nullptr ? packed->num_bytes() : 0;
+    const std::lock_guard lock(mutex_);
+    stats_.bytes_resident -= bytes;
+    if (packed == nullptr) continue;
+    Slot& slot = slots_[retired.tile_index];
+    const auto has_room = [&] {
+      return static_cast<double>(bytes_packed_ + packed_bytes) <= kShareOfPacked * budget_bytes_;
+    };
+    while (!has_room() && drop_packed(kNow, retired.tile_index)) {
+    }
+    if (!has_room() || slot.owned || slot.packed || slot.is_loading) continue;
+    slot.packed = std::move(packed);
+    bytes_packed_ += packed_bytes;
+    add_resident(packed_bytes);
+  }
+  freed.clear();
+  trim();
+}
+
+void SceneCache::trim() {
+  std::uint64_t bytes = bytes_untrimmed_.load();
+  if (static_cast<double>(bytes) < kShareUntrimmed * budget_bytes_) return;
+  if (bytes_untrimmed_.compare_exchange_strong(bytes, 0)) malloc_trim(0);
 }
 
 void SceneCache::expect(std::vector<Expected> tiles) {
@@ -225,13 +420,13 @@ void SceneCache::expect(std::vector<Expected> tiles) {
   {
     const std::lock_guard cache_lock(mutex_);
     for (Slot& slot : slots_) {
-      const bool is_used = slot.last_used.load(std::memory_order_relaxed) > expected_at_;
-      slot.next_turn = is_used ? 0 : kNever;
+      slot.next_turn = is_used(slot) ? 0 : kNever;
     }
     for (const Expected& tile : tiles)
       slots_[tile.tile_index].next_turn = std::min(slots_[tile.tile_index].next_turn, tile.turn);
     // Before the epoch of anything that is used from now on.
     expected_at_ = epoch_.fetch_add(1);
+    was_short_ = is_short_.exchange(false);
   }
   std::erase_if(
       tiles, [&](const Expected& tile) { return slots_[tile.tile_index].scene.load() != nullptr; });
@@ -260,6 +455,8 @@ void SceneCache::prefetch_loop(const std::stop_token& stop) {
       case Room::Taken:
         ++next;
         break;
+      case Room::BeingFreed:
+        break;
       case Room::HeldByReaders:
         std::this_thread::sleep_for(kLookAgain);
         break;
@@ -272,14 +469,18 @@ void SceneCache::prefetch_loop(const std::stop_token& stop) {
 SceneCache::Room SceneCache::prefetch(const Expected& tile) {
   Slot& slot = slots_[tile.tile_index];
   Freed freed;
+  Room room = Room::None;
   {
     const std::lock_guard lock(mutex_);
     if (slot.owned || slot.is_loading || take_back(tile.tile_index)) return Room::Taken;
-    const Room room = take_room(tile.tile_index, tile.turn, freed);
-    if (room != Room::Taken) return room;
-    slot.is_loading = true;
+    room = take_room(tile.tile_index, tile.turn, freed);
+    if (room == Room::Taken) {
+      slot.is_loading = true;
+      turns_.begin_load(tile.tile_index);
+    }
   }
-  give_back(freed);
+  put_away(freed);
+  if (room != Room::Taken) return room;
   try {
     finish_load(tile.tile_index, nullptr);
   } catch (const std::exception&) {  // the ray that needs it will say what is wrong

@@ -127,6 +127,16 @@ std::vector<std::uint8_t> codes_of(const std::vector<Cover>& cover) {
   return codes;
 }
 
+std::vector<Cover> cover_of(std::vector<std::uint8_t> layer, const std::string& file) {
+  const std::vector<std::uint8_t> codes = sums(std::move(layer));
+  if (std::any_of(codes.begin(), codes.end(), [](std::uint8_t code) { return code >= kNumCovers; }))
+    fail(ErrorKind::Input, "{}: unknown code in the cover layer; tile the world again", file);
+  std::vector<Cover> cover(codes.size());
+  std::transform(codes.begin(), codes.end(), cover.begin(),
+                 [](std::uint8_t code) { return static_cast<Cover>(code); });
+  return cover;
+}
+
 Header read_header(std::span<const std::byte> bytes, const TileId& expected,
                    const std::string& file) {
   Header header;
@@ -240,7 +250,7 @@ Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected, const
   tile.id = expected;
   tile.center_z_m = header.center_z_m;
   tile.height_steps = heights_from_planes(next_layer(0, 4 * kNumSamples));
-  const std::vector<std::uint8_t> cover = sums(next_layer(1, kNumSamples));
+  tile.cover = cover_of(next_layer(1, kNumSamples), file);
   tile.moisture = sums(next_layer(2, kNumSamples));
   tile.source = sums(next_layer(3, kNumSamples));
 
@@ -251,11 +261,6 @@ Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected, const
       !is_near_middle(*lowest, *highest))
     fail(ErrorKind::Input,
          "{}: heights do not agree with the header's bounds; tile the world again", file);
-  if (std::any_of(cover.begin(), cover.end(), [](std::uint8_t code) { return code >= kNumCovers; }))
-    fail(ErrorKind::Input, "{}: unknown code in the cover layer; tile the world again", file);
-  tile.cover.resize(kNumSamples);
-  std::transform(cover.begin(), cover.end(), tile.cover.begin(),
-                 [](std::uint8_t code) { return static_cast<Cover>(code); });
   tile.objects_top_steps = header.objects_top_steps;
   if ((header.layer_bytes[kObjectsLayer] == 0) != (header.objects_bytes == 0))
     fail(ErrorKind::Input, "{}: objects of {} bytes in {}; tile the world again", file,
@@ -273,6 +278,14 @@ Tile decode_tile(std::span<const std::byte> bytes, const TileId& expected, const
       fail(ErrorKind::Input, "{}: depths of water that are none; tile the world again", file);
   }
   return tile;
+}
+
+std::vector<Cover> decode_cover(std::span<const std::byte> bytes, const TileId& expected,
+                                const std::string& file) {
+  const Header header = read_header(bytes, expected, file);
+  const std::span<const std::byte> deflated =
+      bytes.subspan(sizeof header + header.layer_bytes[0], header.layer_bytes[1]);
+  return cover_of(inflated(deflated, kNumSamples, file), file);
 }
 
 std::size_t objects_bytes_of(std::span<const std::byte> bytes) {

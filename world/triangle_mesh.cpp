@@ -54,11 +54,21 @@ TriangleMesh::TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d
     const auto [begin, end] = leaves.leaves[leaf];
     TriangleBlock& block = blocks_[leaf];
     block.count = end - begin;
-    for (std::uint32_t lane = 0; lane < TriangleBlock::kTriangles; ++lane) {
-      const Triangle& triangle = triangles[kept[leaves.order[std::min(begin + lane, end - 1)]]];
-      block.set(static_cast<int>(lane), triangle.corners, triangle.number);
-    }
+    set_block(block, [&, begin = begin](std::uint32_t lane) {
+      return triangles[kept[leaves.order[begin + lane]]];
+    });
   }
+}
+
+TriangleMesh::Packed TriangleMesh::packed() const {
+  Packed packed{.tree = tree_, .numbers = {}, .counts = {}, .bounds = bounds_};
+  packed.counts.reserve(blocks_.size());
+  for (const TriangleBlock& block : blocks_) {
+    packed.counts.push_back(static_cast<std::uint8_t>(block.count));
+    packed.numbers.insert(packed.numbers.end(), block.number, block.number + block.count);
+  }
+  packed.numbers.shrink_to_fit();
+  return packed;
 }
 
 void TriangleMesh::cross(const MeshRay& ray, std::uint64_t key, bool is_any,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -66,6 +67,33 @@ class TriangleMesh {
   /// reach_m   as BoxTree has it
   TriangleMesh(std::span<const Triangle> triangles, const geo::Box3d& clip, double reach_m = 0.0);
 
+  /// The mesh without its corners: what it is made from again with them.
+  struct Packed {
+    BoxTree tree;
+    std::vector<std::uint32_t> numbers;  ///< of the triangles, leaf by leaf
+    std::vector<std::uint8_t> counts;    ///< of the leaves' triangles
+    geo::Box3d bounds;
+
+    std::size_t num_bytes() const {
+      return tree.num_bytes() + numbers.size() * sizeof(std::uint32_t) + counts.size();
+    }
+  };
+  Packed packed() const;
+  /// corners_of   (number) -> TriangleCorners
+  template <class CornersOf>
+  TriangleMesh(const Packed& packed, const CornersOf& corners_of)
+      : tree_(packed.tree), bounds_(packed.bounds) {
+    blocks_.resize(packed.counts.size());
+    const std::uint32_t* number = packed.numbers.data();
+    for (std::size_t leaf = 0; leaf < blocks_.size(); ++leaf) {
+      blocks_[leaf].count = packed.counts[leaf];
+      set_block(blocks_[leaf], [&](std::uint32_t lane) {
+        return Triangle{corners_of(number[lane]), number[lane]};
+      });
+      number += packed.counts[leaf];
+    }
+  }
+
   /// Around what was not left out, m; empty where there is nothing.
   const geo::Box3d& bounds() const { return bounds_; }
   std::size_t num_bytes() const {
@@ -109,6 +137,14 @@ class TriangleMesh {
   /// True where a crossing is found that counts.
   bool cross_leaf(const MeshRay& ray, std::uint32_t leaf, std::uint64_t key, bool is_any,
                   FirstCrossing& first) const;
+  /// Sets a block of so many triangles as it counts; the last one fills the lanes that are left.
+  template <class TriangleAt>
+  static void set_block(TriangleBlock& block, const TriangleAt& triangle_at) {
+    for (std::uint32_t lane = 0; lane < TriangleBlock::kTriangles; ++lane) {
+      const Triangle triangle = triangle_at(std::min(lane, block.count - 1));
+      block.set(static_cast<int>(lane), triangle.corners, triangle.number);
+    }
+  }
 
   BoxTree tree_;
   std::vector<TriangleBlock> blocks_;  ///< by leaf

@@ -45,7 +45,7 @@ std::vector<double> times_of(const std::vector<PlacedFix>& fixes, double zero_s)
 }
 
 void smooth_positions(const FixPart& part, const RecordingOptions& options, double zero_s,
-                      const Flattened& flattened, SmoothPart& smooth) {
+                      const Flattened& flattened, Continuity continuity, SmoothPart& smooth) {
   const std::vector<double> times = times_of(part.positions, zero_s);
   const auto count = static_cast<Eigen::Index>(times.size());
   Eigen::MatrixXd level(count, 2), height(count, 1);
@@ -68,7 +68,7 @@ void smooth_positions(const FixPart& part, const RecordingOptions& options, doub
   smooth.begin_s = times.front();
   smooth.end_s = times.back();
   smooth.num_fixes = times.size();
-  smooth.position.emplace(times, std::move(points), false);
+  smooth.position.emplace(times, std::move(points), false, continuity);
   smooth.horizontal_rms_m = smooth_level.rms;
   smooth.vertical_rms_m = smooth_height.rms;
   smooth.num_outliers = smooth_level.num_outliers + smooth_height.num_outliers;
@@ -76,7 +76,7 @@ void smooth_positions(const FixPart& part, const RecordingOptions& options, doub
 
 // The four parts of a quaternion change by half the angle.
 void smooth_rotations(const FixPart& part, double sigma_deg, double max_gap_s, double zero_s,
-                      SmoothPart& smooth) {
+                      Continuity continuity, SmoothPart& smooth) {
   constexpr std::size_t kFewestRotations = 2;
   if (part.orientations.size() < kFewestRotations)
     fail(ErrorKind::Input,
@@ -106,7 +106,7 @@ void smooth_rotations(const FixPart& part, double sigma_deg, double max_gap_s, d
   std::vector<Eigen::Vector4d> quaternions(times.size());
   for (std::size_t i = 0; i < quaternions.size(); ++i)
     quaternions[i] = smoothed_parts.values.row(static_cast<Eigen::Index>(i)).transpose();
-  smooth.rotation.emplace(times, std::move(quaternions));
+  smooth.rotation.emplace(times, std::move(quaternions), continuity);
   smooth.attitude_rms_deg = 2.0 * degrees_from_radians(smoothed_parts.rms);
   smooth.num_outliers += smoothed_parts.num_outliers;
 }
@@ -220,7 +220,8 @@ void RecordingOptions::validate() const {
   placing.validate(format_options_->frame(), format_options_->heights_above());
 }
 
-Recording read_recording(const RecordingOptions& options, const TrajectoryContext& context) {
+Recording read_recording(const RecordingOptions& options, const TrajectoryContext& context,
+                         Continuity continuity) {
   const FixFormat& format = options.format_options();
   const std::string above =
       options.placing.above.empty() ? format.heights_above() : options.placing.above;
@@ -247,11 +248,11 @@ Recording read_recording(const RecordingOptions& options, const TrajectoryContex
   std::optional<core::Error> unfit;
   for (const FixPart& part : parts) {
     SmoothPart smooth;
-    smooth_positions(part, options, recording.zero_s, flattened, smooth);
+    smooth_positions(part, options, recording.zero_s, flattened, continuity, smooth);
     if (recording.attitude_from != "path") {
       try {
         smooth_rotations(part, options.sigma_attitude_deg, cleaning.max_gap_s, recording.zero_s,
-                         smooth);
+                         continuity, smooth);
       } catch (const core::Error& error) {
         if (!unfit) unfit = error;
         if (context.log) context.log->warn("{}; that part is left out", error.message());

@@ -9,7 +9,7 @@
 #include "geo/fixes/cleaning.h"
 #include "geo/fixes/fix_format.h"
 #include "geo/fixes/placing.h"
-#include "geo/paths/cubic_spline.h"
+#include "geo/paths/interpolating_spline.h"
 #include "geo/paths/recorded_motion.h"
 #include "geo/trajectory.h"
 
@@ -45,7 +45,7 @@ struct RecordingOptions {
 struct SmoothPart {
   double begin_s = 0.0, end_s = 0.0;
   std::size_t num_fixes = 0;
-  std::optional<CubicSpline> position;  ///< flattened coordinates; always there
+  std::optional<InterpolatingSpline> position;  ///< flattened coordinates; always there
   std::optional<RotationSpline> rotation;
   double horizontal_rms_m = 0.0;  ///< of the residuals in east and in north, outliers left out
   double vertical_rms_m = 0.0;
@@ -69,7 +69,8 @@ struct Recording {
 /// Parts without enough attitudes, where attitudes are wanted, are left out with a warning.
 /// throws   Io, Input: as the format's read; Input: no part has three fixes (says what was dropped), or
 ///          none has attitudes throughout
-Recording read_recording(const RecordingOptions& options, const TrajectoryContext& context);
+Recording read_recording(const RecordingOptions& options, const TrajectoryContext& context,
+                         Continuity continuity = Continuity::Second);
 
 /// "757 fixes; dropped: 6 repeated, 2 impossible (...)", for messages and logs.
 std::string summary_of(const Recording& recording, const RecordingOptions& options);

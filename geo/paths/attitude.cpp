@@ -14,24 +14,56 @@ namespace {
 Changing normalised(const Changing& v) {
   const double length = v.value.norm();
   const Eigen::Vector3d unit = v.value / length;
-  return {unit, (v.rate - unit * unit.dot(v.rate)) / length};
+  const double length_rate = unit.dot(v.rate);
+  const Eigen::Vector3d rate = (v.rate - unit * length_rate) / length;
+  const double length_second = rate.dot(v.rate) + unit.dot(v.second);
+  return {unit, rate, (v.second - 2.0 * length_rate * rate - length_second * unit) / length};
 }
 
 Changing crossed(const Changing& a, const Changing& b) {
-  return {a.value.cross(b.value), a.rate.cross(b.value) + a.value.cross(b.rate)};
+  return {a.value.cross(b.value), a.rate.cross(b.value) + a.value.cross(b.rate),
+          a.second.cross(b.value) + 2.0 * a.rate.cross(b.rate) + a.value.cross(b.second)};
 }
 
 /// The part of a changing vector at right angles to a changing unit vector.
 Changing without(const Changing& v, const Changing& unit) {
   const double along = unit.value.dot(v.value);
   const double along_rate = unit.rate.dot(v.value) + unit.value.dot(v.rate);
-  return {v.value - along * unit.value, v.rate - along_rate * unit.value - along * unit.rate};
+  const double along_second =
+      unit.second.dot(v.value) + 2.0 * unit.rate.dot(v.rate) + unit.value.dot(v.second);
+  return {
+      v.value - along * unit.value, v.rate - along_rate * unit.value - along * unit.rate,
+      v.second - along_second * unit.value - 2.0 * along_rate * unit.rate - along * unit.second};
+}
+
+/// The Earth's axis, northward.
+Eigen::Vector3d polar_axis_of(const WorldFrame& frame) {
+  return frame.ecef_from_world().rotation.conjugate() * Eigen::Vector3d::UnitZ();
+}
+
+/// Second derivative, along w, of the point of the ellipsoid whose normal is u, where u moves with a
+/// constant velocity w. That point is D u / sqrt(u.D u), D = diag(a^2, a^2, b^2).
+Eigen::Vector3d foot_second(const Eigen::Vector3d& u, const Eigen::Vector3d& w,
+                            const Eigen::Vector3d& polar_axis) {
+  constexpr double kA2 = kWgs84SemiMajorAxis_m * kWgs84SemiMajorAxis_m;
+  constexpr double kB2 = kA2 * (1.0 - kWgs84Flattening) * (1.0 - kWgs84Flattening);
+  const auto scaled = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+    return kA2 * v + (kB2 - kA2) * polar_axis.dot(v) * polar_axis;
+  };
+  const Eigen::Vector3d du = scaled(u), dw = scaled(w);
+  const double q0 = u.dot(du), q1 = u.dot(dw), q2 = w.dot(dw);
+  const double root = std::sqrt(q0);
+  const double inverse_rate = -q1 / (q0 * root);
+  const double inverse_second = (3.0 * q1 * q1 / q0 - q2) / (q0 * root);
+  return inverse_second * du + 2.0 * inverse_rate * dw;
 }
 
 /// The ellipsoid's normal at a moving point. It turns by the ellipsoid's two curvatures: in the
-/// meridian by north speed / (M + h), across it by east speed / (N + h).
-Changing up_of(const WorldFrame& frame, const Eigen::Vector3d& position,
-               const Eigen::Vector3d& velocity) {
+/// meridian by north speed / (M + h), across it by east speed / (N + h). Its second derivative is what
+/// makes that of (foot of the point) + height * normal the point's acceleration.
+Changing up_of(const WorldFrame& frame, const PointMotion& motion) {
+  const Eigen::Vector3d& position = motion.position;
+  const Eigen::Vector3d& velocity = motion.velocity;
   const Geodetic place = frame.geodetic_from_world(position);
   const Eigen::Matrix3d enu = frame.world_from_enu(position);
   const double sin_lat = std::sin(radians_from_degrees(place.lat_deg));
@@ -39,9 +71,16 @@ Changing up_of(const WorldFrame& frame, const Eigen::Vector3d& position,
   const double w2 = 1.0 - e2 * sin_lat * sin_lat;
   const double prime_vertical_m = kWgs84SemiMajorAxis_m / std::sqrt(w2);
   const double meridian_m = prime_vertical_m * (1.0 - e2) / w2;
-  return {enu.col(2),
-          enu.col(0) * (enu.col(0).dot(velocity) / (prime_vertical_m + place.height_m)) +
-              enu.col(1) * (enu.col(1).dot(velocity) / (meridian_m + place.height_m))};
+  const Eigen::Vector3d rate =
+      enu.col(0) * (enu.col(0).dot(velocity) / (prime_vertical_m + place.height_m)) +
+      enu.col(1) * (enu.col(1).dot(velocity) / (meridian_m + place.height_m));
+  const Eigen::Vector3d left = motion.acceleration -
+                               foot_second(enu.col(2), rate, polar_axis_of(frame)) -
+                               2.0 * enu.col(2).dot(velocity) * rate;
+  return {enu.col(2), rate,
+          enu.col(0) * (enu.col(0).dot(left) / (prime_vertical_m + place.height_m)) +
+              enu.col(1) * (enu.col(1).dot(left) / (meridian_m + place.height_m)) -
+              rate.squaredNorm() * enu.col(2)};
 }
 
 struct Sampling {
@@ -58,7 +97,18 @@ Sampling sampling_of(double duration_s, double smoothing_s) {
   return {num_intervals, duration_s / static_cast<double>(num_intervals)};
 }
 
+void append_knots(const std::optional<UniformSpline>& spline, std::vector<double>& knots_s) {
+  if (!spline) return;
+  for (std::size_t i = 0; i <= spline->num_intervals(); ++i)
+    knots_s.push_back(static_cast<double>(i) * spline->spacing());
+}
+
 }  // namespace
+
+PointMotion PointMotion::extended(double later_s) const {
+  return {position + later_s * (velocity + 0.5 * later_s * acceleration),
+          velocity + later_s * acceleration, acceleration, Eigen::Vector3d::Zero()};
+}
 
 Steering::Steering(const WorldFrame& frame, const Attitude& attitude,
                    const std::function<PointMotion(double)>& motion, double duration_s,
@@ -98,7 +148,7 @@ void Steering::hold_heading(const std::function<PointMotion(double)>& motion, do
   if (last)
     std::fill(heading_rad.begin() + static_cast<long>(*last), heading_rad.end(),
               heading_rad[*last]);
-  held_heading_rad_.emplace(std::move(heading_rad), duration_s, false);
+  held_heading_rad_.emplace(std::move(heading_rad), duration_s, false, attitude_.continuity);
 }
 
 // A smooth step over the horizontal speed s leads from the held heading (s < slow / 2) to the
@@ -106,31 +156,45 @@ void Steering::hold_heading(const std::function<PointMotion(double)>& motion, do
 // never nought.
 Changing Steering::direction_of_travel(double time_s, const PointMotion& motion,
                                        const Changing& up) const {
-  const Changing velocity{motion.velocity, motion.acceleration};
+  const Changing velocity{motion.velocity, motion.acceleration, motion.jerk};
   if (!held_heading_rad_) return velocity;
   const Changing level = without(velocity, up);
   const double speed = level.value.norm();
   const double slow = attitude_.slow_mps;
   if (speed >= slow) return velocity;
-  double share = 0.0, share_rate = 0.0;
+  double share = 0.0, share_rate = 0.0, share_second = 0.0;
   if (speed > 0.5 * slow) {
     const double x = 2.0 * speed / slow - 1.0;
     const double speed_rate = level.value.dot(level.rate) / speed;
     share = (10.0 + (6.0 * x - 15.0) * x) * x * x * x;
     share_rate = 30.0 * x * x * (1.0 - x) * (1.0 - x) * 2.0 * speed_rate / slow;
+    const double speed_second =
+        (level.rate.squaredNorm() + level.value.dot(level.second) - speed_rate * speed_rate) /
+        speed;
+    const double x_rate = 2.0 * speed_rate / slow;
+    share_second = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) * x_rate * x_rate +
+                   30.0 * x * x * (1.0 - x) * (1.0 - x) * 2.0 * speed_second / slow;
   }
-  const Eigen::Vector3d polar_axis =
-      frame_.ecef_from_world().rotation.conjugate() * Eigen::Vector3d::UnitZ();
-  const Changing east = normalised(crossed(Changing{polar_axis, Eigen::Vector3d::Zero()}, up));
+  const Changing east = normalised(crossed(
+      Changing{polar_axis_of(frame_), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()}, up));
   const Changing north = crossed(up, east);
   const UniformSpline::Value heading = held_heading_rad_->at(time_s);
   const double sin = std::sin(heading.value), cos = std::cos(heading.value);
-  const Changing held{slow * (sin * east.value + cos * north.value),
-                      slow * (sin * east.rate + cos * north.rate +
-                              heading.first * (cos * east.value - sin * north.value))};
+  const Eigen::Vector3d onward = cos * east.value - sin * north.value;
+  const Eigen::Vector3d onward_rate = cos * east.rate - sin * north.rate;
+  const Eigen::Vector3d course = sin * east.value + cos * north.value;
+  const Changing held{
+      slow * (sin * east.value + cos * north.value),
+      slow * (sin * east.rate + cos * north.rate +
+              heading.first * (cos * east.value - sin * north.value)),
+      slow * (sin * east.second + cos * north.second + 2.0 * heading.first * onward_rate +
+              heading.second * onward - heading.first * heading.first * course)};
   return {share * velocity.value + (1.0 - share) * held.value,
           share * velocity.rate + (1.0 - share) * held.rate +
-              share_rate * (velocity.value - held.value)};
+              share_rate * (velocity.value - held.value),
+          share * velocity.second + (1.0 - share) * held.second +
+              2.0 * share_rate * (velocity.rate - held.rate) +
+              share_second * (velocity.value - held.value)};
 }
 
 // Roll follows acceleration, whose own rate jumps where pieces of a path meet. Averaged over a time
@@ -143,7 +207,7 @@ void Steering::make_roll(const std::function<PointMotion(double)>& motion, doubl
   for (std::size_t i = 0; i < roll_rad.size(); ++i) {
     const double time_s = std::min(static_cast<double>(i) * sampling.spacing_s, duration_s);
     const PointMotion now = motion(time_s);
-    const Changing up = up_of(frame_, now.position, now.velocity);
+    const Changing up = up_of(frame_, now);
     const Eigen::Vector3d left =
         up.value.cross(direction_of_travel(time_s, now, up).value).normalized();
     // A turn to the left lowers the left wing: a negative turn about x forward.
@@ -152,14 +216,15 @@ void Steering::make_roll(const std::function<PointMotion(double)>& motion, doubl
   }
   const int reach =
       static_cast<int>(std::lround(0.5 * attitude_.bank->smoothing_s / sampling.spacing_s));
-  roll_rad_.emplace(smoothed(roll_rad, reach, is_closed), duration_s, is_closed);
+  roll_rad_.emplace(smoothed(roll_rad, reach, is_closed), duration_s, is_closed,
+                    attitude_.continuity);
 }
 
-BodyState Steering::state_at(double time_s, const PointMotion& motion) const {
-  const Changing up = up_of(frame_, motion.position, motion.velocity);
+MotionState Steering::state_at(double time_s, const PointMotion& motion) const {
+  const Changing up = up_of(frame_, motion);
   Changing nose = direction_of_travel(time_s, motion, up);
   if (attitude_.nose == Attitude::Nose::TowardsPoint)
-    nose = {attitude_.target_world - motion.position, -motion.velocity};
+    nose = {attitude_.target_world - motion.position, -motion.velocity, -motion.acceleration};
   if (attitude_.nose != Attitude::Nose::AlongPath) nose = without(nose, up);
   const Changing forward = normalised(nose);
   const Changing left = normalised(crossed(up, forward));
@@ -170,22 +235,39 @@ BodyState Steering::state_at(double time_s, const PointMotion& motion) const {
   const Eigen::Vector3d angular_velocity =
       0.5 * (forward.value.cross(forward.rate) + left.value.cross(left.rate) +
              body_up.value.cross(body_up.rate));
-  BodyState state;
+  const Eigen::Vector3d angular_acceleration =
+      0.5 * (forward.value.cross(forward.second) + left.value.cross(left.second) +
+             body_up.value.cross(body_up.second));
+  MotionState state;
   state.time_s = time_s;
   state.velocity_world_mps = motion.velocity;
   state.acceleration_world_mps2 = motion.acceleration;
+  state.jerk_world_mps3 = motion.jerk;
   state.world_from_body.translation = motion.position;
   Eigen::Quaterniond rotation(world_from_axes);
   state.angular_velocity_body_radps = world_from_axes.transpose() * angular_velocity;
+  state.angular_acceleration_body_radps2 = world_from_axes.transpose() * angular_acceleration;
   if (roll_rad_) {
     const UniformSpline::Value roll = roll_rad_->at(time_s);
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(roll.value, Eigen::Vector3d::UnitX()));
     rotation = rotation * turn;
+    const Eigen::Vector3d turned = turn.conjugate() * state.angular_velocity_body_radps;
+    state.angular_acceleration_body_radps2 =
+        turn.conjugate() * state.angular_acceleration_body_radps2 -
+        roll.first * Eigen::Vector3d::UnitX().cross(turned) +
+        roll.second * Eigen::Vector3d::UnitX();
     state.angular_velocity_body_radps = turn.conjugate() * state.angular_velocity_body_radps +
                                         roll.first * Eigen::Vector3d::UnitX();
   }
   state.world_from_body.rotation = rotation.normalized();
   return state;
+}
+
+std::vector<double> Steering::knots_s() const {
+  std::vector<double> knots_s;
+  append_knots(held_heading_rad_, knots_s);
+  append_knots(roll_rad_, knots_s);
+  return knots_s;
 }
 
 }  // namespace terracast::geo

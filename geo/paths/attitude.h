@@ -29,6 +29,8 @@ struct Attitude {
     double smoothing_s;
   };
   std::optional<Bank> bank;
+  /// Of the roll and of held headings over time.
+  Continuity continuity = Continuity::Second;
   /// Motions that stop or hover: below this horizontal speed the nose turns from the velocity, which
   /// has no direction at rest, to the level heading of the faster times before and after. 0: the
   /// motion never stops.
@@ -37,12 +39,15 @@ struct Attitude {
 
 /// How a point moves in the world at one time.
 struct PointMotion {
-  Eigen::Vector3d position, velocity, acceleration;
+  Eigen::Vector3d position, velocity, acceleration, jerk;
+
+  /// The motion `later_s` later, or earlier, if it goes on with this acceleration.
+  PointMotion extended(double later_s) const;
 };
 
-/// A vector of the world and its derivative by time.
+/// A vector of the world and its first two derivatives by time.
 struct Changing {
-  Eigen::Vector3d value, rate;
+  Eigen::Vector3d value, rate, second;
 };
 
 /// Turns a body along the way that it travels, its z axis as near to the local up (the ellipsoid's
@@ -54,8 +59,11 @@ class Steering {
            const std::function<PointMotion(double time_s)>& motion, double duration_s,
            bool is_closed);
 
-  /// Pose and velocities of the body.
-  BodyState state_at(double time_s, const PointMotion& motion) const;
+  /// Pose of the body and its derivatives.
+  /// time_s   any; before 0 and after the duration, roll and held headings stay at what they are there
+  MotionState state_at(double time_s, const PointMotion& motion) const;
+  /// Times between which the roll and held headings have all derivatives, in no order.
+  std::vector<double> knots_s() const;
 
  private:
   void hold_heading(const std::function<PointMotion(double)>& motion, double duration_s);

@@ -5,26 +5,29 @@
 namespace terracast::geo {
 namespace {
 
-UniformSpline spline_of(const std::vector<Eigen::Vector3d>& controls, int axis, double end) {
+UniformSpline spline_of(const std::vector<Eigen::Vector3d>& controls, int axis, double end,
+                        Continuity continuity) {
   std::vector<double> values;
   for (const Eigen::Vector3d& control : controls) values.push_back(control[axis]);
-  return {std::move(values), end, false};
+  return {std::move(values), end, false, continuity};
 }
 
 }  // namespace
 
 ControlPath::ControlPath(const Flattened& flattened, const std::vector<Eigen::Vector3d>& controls,
-                         double spacing_m)
+                         double spacing_m, Continuity continuity)
     : flattened_(flattened),
       end_(static_cast<double>(controls.size() - 1) * spacing_m),
-      x_(spline_of(controls, 0, end_)),
-      y_(spline_of(controls, 1, end_)),
-      w_(spline_of(controls, 2, end_)) {}
+      x_(spline_of(controls, 0, end_, continuity)),
+      y_(spline_of(controls, 1, end_, continuity)),
+      w_(spline_of(controls, 2, end_, continuity)) {}
 
 PathPoint ControlPath::at(double u) const {
   const UniformSpline::Value x = x_.at(u), y = y_.at(u), w = w_.at(u);
-  return flattened_.world_from_flattened(
-      {{x.value, y.value, w.value}, {x.first, y.first, w.first}, {x.second, y.second, w.second}});
+  return flattened_.world_from_flattened({{x.value, y.value, w.value},
+                                          {x.first, y.first, w.first},
+                                          {x.second, y.second, w.second},
+                                          {x.third, y.third, w.third}});
 }
 
 std::vector<double> ControlPath::joints() const {

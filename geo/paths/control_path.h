@@ -9,15 +9,15 @@
 
 namespace terracast::geo {
 
-/// An open path drawn by evenly spaced controls in flattened coordinates: a cubic B-spline, straight
-/// where the controls are, everywhere within the hull of the four nearest, and no steeper than the
-/// steepest step between two controls.
+/// An open path drawn by evenly spaced controls in flattened coordinates: a B-spline, straight where
+/// the controls are, everywhere within the hull of the nearest (four of a cubic one, six of a
+/// quintic), and no steeper than the steepest step between two controls.
 class ControlPath final : public Path {
  public:
   /// controls     two or more
   /// spacing_m    about what lies between two of them
   ControlPath(const Flattened& flattened, const std::vector<Eigen::Vector3d>& controls,
-              double spacing_m);
+              double spacing_m, Continuity continuity = Continuity::Second);
 
   PathPoint at(double u) const override;
   double end() const override { return end_; }

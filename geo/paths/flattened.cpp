@@ -25,11 +25,14 @@ PathPoint Flattened::world_from_flattened(const PathPoint& point) const {
   const Eigen::Vector3d& p = point.position_world;
   const Eigen::Vector3d& d = point.first;
   const Eigen::Vector3d& dd = point.second;
+  const Eigen::Vector3d& ddd = point.third;
   world.position_world.z() -=
       0.5 * (p.x() * p.x() * per_east_radius_ + p.y() * p.y() * per_north_radius_);
   world.first.z() -= p.x() * d.x() * per_east_radius_ + p.y() * d.y() * per_north_radius_;
   world.second.z() -= (d.x() * d.x() + p.x() * dd.x()) * per_east_radius_ +
                       (d.y() * d.y() + p.y() * dd.y()) * per_north_radius_;
+  world.third.z() -= (3.0 * d.x() * dd.x() + p.x() * ddd.x()) * per_east_radius_ +
+                     (3.0 * d.y() * dd.y() + p.y() * ddd.y()) * per_north_radius_;
   return world;
 }
 

@@ -24,6 +24,7 @@ class RaisedPath final : public Path {
     point.position_world.z() += rise.value;
     point.first.z() += rise.first;
     point.second.z() += rise.second;
+    point.third.z() += rise.third;
     return point;
   }
   double end() const override { return base_->end(); }
@@ -88,8 +89,9 @@ std::vector<Sample> sample_path(const Path& path, const ArcLength& arc_length,
 /// The rise of a path, found by raising what is too low and smoothing upwards until nothing is.
 class Raising {
  public:
-  Raising(std::shared_ptr<const Path> base, double follow_length_m)
+  Raising(std::shared_ptr<const Path> base, double follow_length_m, Continuity continuity)
       : base_(std::move(base)),
+        continuity_(continuity),
         needed_m_(
             static_cast<std::size_t>(std::max(std::ceil(base_->end() / kCheckSpacing_m), 4.0)) +
                 (base_->is_closed() ? 0 : 1),
@@ -106,17 +108,19 @@ class Raising {
     needed_m_[interval] = std::max(needed_m_[interval], present_m + missing_m);
   }
 
-  // The spline at u lies within its controls one knot before to two after. Each is a mean over
-  // `reach` knots of values widened by two more, so none is less than what is needed at u.
+  // The spline at u lies within its controls a few knots before and after. Each is a mean over
+  // `reach` knots of values widened by so many more, so none is less than what is needed at u.
   std::shared_ptr<const Path> raised() {
     const bool is_closed = base_->is_closed();
-    rise_.emplace(smoothed(widened(needed_m_, reach_ + 2, is_closed), reach_, is_closed),
-                  base_->end(), is_closed);
+    const int more = UniformSpline::reach_of(continuity_);
+    rise_.emplace(smoothed(widened(needed_m_, reach_ + more, is_closed), reach_, is_closed),
+                  base_->end(), is_closed, continuity_);
     return std::make_shared<RaisedPath>(base_, *rise_);
   }
 
  private:
   std::shared_ptr<const Path> base_;
+  Continuity continuity_;
   std::vector<double> needed_m_;
   int reach_;
   std::optional<UniformSpline> rise_;
@@ -135,16 +139,6 @@ std::vector<SpeedAt> speeds_along(const FlightPlan& plan, const ArcLength& arc_l
   return speeds;
 }
 
-/// First time of the lap at which a length has been travelled: bisection, for messages.
-double time_at_length(const SpeedProfile& speeds, double length_m) {
-  double before_s = 0.0, after_s = speeds.duration_s();
-  for (int i = 0; i < 60; ++i) {
-    const double middle_s = 0.5 * (before_s + after_s);
-    (speeds.at(middle_s).length_m < length_m ? before_s : after_s) = middle_s;
-  }
-  return after_s;
-}
-
 }  // namespace
 
 void AttitudeOptions::describe(core::SchemaVisitor& visit) {
@@ -156,11 +150,16 @@ void AttitudeOptions::describe(core::SchemaVisitor& visit) {
             core::between(0.05, 60.0));
   visit.key("pitch", pitch, "The body's x axis: along the path, or its horizontal part.",
             core::one_of({"path", "level"}));
+  visit.key("continuity", continuity,
+            "Up to which derivative place and roll are continuous: second (jerk and angular "
+            "acceleration jump where pieces of a path meet) or fourth, for inertial sensors.",
+            core::one_of({"second", "fourth"}));
 }
 
 Attitude AttitudeOptions::attitude() const {
   Attitude attitude;
   attitude.nose = pitch == "level" ? Attitude::Nose::Level : Attitude::Nose::AlongPath;
+  attitude.continuity = continuity_of_path();
   if (bank == "coordinated")
     attitude.bank = Attitude::Bank{radians_from_degrees(max_bank_deg), bank_smoothing_s};
   return attitude;
@@ -207,7 +206,7 @@ std::unique_ptr<Trajectory> fly(const FlightPlan& plan, const FlightOptions& opt
   if (options.terrain_following && !context.is_on_surface) {
     // Places between the samples shift as the path rises, so what is raised is looked at again.
     constexpr int kMostRounds = 20;
-    Raising raising(path, options.follow_length_m);
+    Raising raising(path, options.follow_length_m, plan.attitude.continuity);
     for (int round = 0; round < kMostRounds && lowest(samples).agl_m < options.min_agl_m; ++round) {
       for (const Sample& at : samples) {
         const double missing_m = options.min_agl_m - at.agl_m;
@@ -224,7 +223,7 @@ std::unique_ptr<Trajectory> fly(const FlightPlan& plan, const FlightOptions& opt
   };
   if (context.is_on_surface) return motion();
   const auto time_of = [&](const Sample& at) {
-    return time_at_length(SpeedProfile(speeds), at.length_m);
+    return SpeedProfile(speeds, plan.attitude.continuity).time_at(at.length_m);
   };
   const Sample& low = lowest(samples);
   // A flight at just the least height is one: heights between waypoints are level to a centimetre.

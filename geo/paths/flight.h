@@ -11,16 +11,20 @@
 
 namespace terracast::geo {
 
-/// How a body that travels a path holds itself.
+/// How a body that travels a path holds itself, and how smoothly it goes.
 struct AttitudeOptions {
   std::string bank = "coordinated";
   double max_bank_deg = 30.0;
   double bank_smoothing_s = 1.0;
   std::string pitch = "path";
+  std::string continuity = "second";
 
   void describe(core::SchemaVisitor& visit);
   /// The attitude these options ask for, nose forward.
   Attitude attitude() const;
+  Continuity continuity_of_path() const {
+    return continuity == "fourth" ? Continuity::Fourth : Continuity::Second;
+  }
 };
 
 /// The keys that all kinds of flight share.

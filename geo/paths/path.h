@@ -5,11 +5,13 @@
 
 namespace terracast::geo {
 
-/// A point of a path with its first and second derivative by the parameter.
+/// A point of a path with its derivatives by the parameter. Where pieces of a path join, `third` is that
+/// of the piece that follows.
 struct PathPoint {
-  Eigen::Vector3d position_world;
-  Eigen::Vector3d first;
-  Eigen::Vector3d second;
+  Eigen::Vector3d position_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  Eigen::Vector3d second = Eigen::Vector3d::Zero();
+  Eigen::Vector3d third = Eigen::Vector3d::Zero();
 };
 
 /// A curve in the world, twice continuously differentiable, over a parameter in [0, end()] that

@@ -19,7 +19,8 @@ class PathMotion final : public Trajectory {
              const std::vector<SpeedAt>& speeds, const Attitude& attitude, double laps);
 
   double duration_s() const override { return laps_ * lap_s_; }
-  BodyState at(double time_s) const override;
+  MotionState at(double time_s) const override;
+  std::vector<double> knots_s() const override;
 
   double lap_s() const { return lap_s_; }
   const ArcLength& arc_length() const { return arc_length_; }

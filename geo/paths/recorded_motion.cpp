@@ -1,30 +1,38 @@
 #include "geo/paths/recorded_motion.h"
 
-#include <algorithm>
+#include <cmath>
 
 #include "core/error.h"
 
 namespace terracast::geo {
 
-// With p the spline and q = p / |p|, the body turns at 2 q* q' (its vector part).
+// With p the spline and q = p / |p|, the body turns at 2 q* q' (its vector part), which changes at
+// 2 q* q'': the other term, q'* q', has no vector part.
 RotationSpline::Value RotationSpline::at(double time_s) const {
-  const CubicSplineIn<4>::Value value = spline_.at(time_s);
+  const InterpolatingSplineIn<4>::Value value = spline_.at(time_s);
   const double length = value.value.norm();
   const Eigen::Vector4d unit = value.value / length;
+  const double length_rate = unit.dot(value.first);
   const Eigen::Vector4d rate = (value.first - unit * unit.dot(value.first)) / length;
+  const double length_second = rate.dot(value.first) + unit.dot(value.second);
+  const Eigen::Vector4d second =
+      (value.second - 2.0 * length_rate * rate - length_second * unit) / length;
   const Eigen::Quaterniond rotation(unit[0], unit[1], unit[2], unit[3]);
   const Eigen::Quaterniond turning(rate[0], rate[1], rate[2], rate[3]);
-  return {rotation, 2.0 * (rotation.conjugate() * turning).vec()};
+  const Eigen::Quaterniond changing(second[0], second[1], second[2], second[3]);
+  return {rotation, 2.0 * (rotation.conjugate() * turning).vec(),
+          2.0 * (rotation.conjugate() * changing).vec()};
 }
 
-PointMotion point_motion_at(const CubicSpline& position, const Flattened& flattened,
+PointMotion point_motion_at(const InterpolatingSpline& position, const Flattened& flattened,
                             double time_s) {
-  const CubicSpline::Value value = position.at(time_s);
-  const PathPoint point = flattened.world_from_flattened({value.value, value.first, value.second});
-  return {point.position_world, point.first, point.second};
+  const InterpolatingSpline::Value value = position.at(time_s);
+  const PathPoint point =
+      flattened.world_from_flattened({value.value, value.first, value.second, value.third});
+  return {point.position_world, point.first, point.second, point.third};
 }
 
-RecordedMotion::RecordedMotion(const WorldFrame& frame, CubicSpline position, Window window,
+RecordedMotion::RecordedMotion(const WorldFrame& frame, InterpolatingSpline position, Window window,
                                std::optional<double> utc_unix_s,
                                std::variant<Attitude, RotationSpline> attitude)
     : flattened_(frame.origin()),
@@ -47,25 +55,39 @@ std::optional<double> RecordedMotion::utc_start_unix_s() const {
   return *utc_unix_s_ + window_.begin_s;
 }
 
-BodyState RecordedMotion::at(double time_s) const {
-  constexpr double kTimeTolerance_s = 1e-9;
-  TERRACAST_CHECK(time_s >= -kTimeTolerance_s && time_s <= duration_s() + kTimeTolerance_s,
-                  "time {} s of a motion of {} s", time_s, duration_s());
-  const double clamped_s = std::clamp(time_s, 0.0, duration_s());
-  const PointMotion motion = motion_at(clamped_s);
-  BodyState state;
+MotionState RecordedMotion::at(double time_s) const {
+  TERRACAST_CHECK(std::isfinite(time_s), "time {} s of a motion", time_s);
+  const PointMotion motion = motion_at(time_s);
+  MotionState state;
   if (const auto* steering = std::get_if<Steering>(&attitude_)) {
-    state = steering->state_at(clamped_s, motion);
+    state = steering->state_at(time_s, motion);
   } else {
     const RotationSpline::Value rotation =
-        std::get<RotationSpline>(attitude_).at(window_.begin_s + clamped_s);
+        std::get<RotationSpline>(attitude_).at(window_.begin_s + time_s);
     state.world_from_body = {rotation.world_from_body, motion.position};
     state.velocity_world_mps = motion.velocity;
     state.acceleration_world_mps2 = motion.acceleration;
+    state.jerk_world_mps3 = motion.jerk;
     state.angular_velocity_body_radps = rotation.angular_velocity_body_radps;
+    state.angular_acceleration_body_radps2 = rotation.angular_acceleration_body_radps2;
   }
   state.time_s = time_s;
   return state;
+}
+
+std::vector<double> RecordedMotion::knots_s() const {
+  std::vector<double> knots_s = {0.0, duration_s()};
+  const auto add = [&](double time_s) {
+    if (time_s > 0.0 && time_s < duration_s()) knots_s.push_back(time_s);
+  };
+  for (const double time_s : position_.parameters()) add(time_s - window_.begin_s);
+  if (const auto* steering = std::get_if<Steering>(&attitude_)) {
+    for (const double time_s : steering->knots_s()) add(time_s);
+  } else {
+    for (const double time_s : std::get<RotationSpline>(attitude_).knots_s())
+      add(time_s - window_.begin_s);
+  }
+  return sorted_knots(std::move(knots_s));
 }
 
 }  // namespace terracast::geo

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "geo/paths/attitude.h"
-#include "geo/paths/cubic_spline.h"
 #include "geo/paths/flattened.h"
+#include "geo/paths/interpolating_spline.h"
 #include "geo/trajectory.h"
 
 namespace terracast::geo {
@@ -17,21 +17,25 @@ class RotationSpline {
  public:
   /// times_s      increasing, two or more
   /// quaternions  w x y z of world_from_body, neighbours in the same half
-  RotationSpline(std::vector<double> times_s, std::vector<Eigen::Vector4d> quaternions)
-      : spline_(std::move(times_s), std::move(quaternions), false) {}
+  RotationSpline(std::vector<double> times_s, std::vector<Eigen::Vector4d> quaternions,
+                 Continuity continuity = Continuity::Second)
+      : spline_(std::move(times_s), std::move(quaternions), false, continuity) {}
 
   struct Value {
     Eigen::Quaterniond world_from_body;
     Eigen::Vector3d angular_velocity_body_radps;
+    Eigen::Vector3d angular_acceleration_body_radps2;
   };
   Value at(double time_s) const;
+  const std::vector<double>& knots_s() const { return spline_.parameters(); }
 
  private:
-  CubicSplineIn<4> spline_;
+  InterpolatingSplineIn<4> spline_;
 };
 
 /// A body that was where a spline over time says: a window of it, from `begin_s` to `end_s` of the
-/// spline's time. Its attitude is given, or follows from the motion.
+/// spline's time. Its attitude is given, or follows from the motion. Before and after its window the
+/// splines go on; beyond their first and last knots by their end pieces.
 class RecordedMotion final : public Trajectory {
  public:
   struct Window {
@@ -39,24 +43,26 @@ class RecordedMotion final : public Trajectory {
   };
   /// position   flattened coordinates over time
   /// utc_unix_s UTC of the spline's time 0
-  RecordedMotion(const WorldFrame& frame, CubicSpline position, Window window,
+  RecordedMotion(const WorldFrame& frame, InterpolatingSpline position, Window window,
                  std::optional<double> utc_unix_s, std::variant<Attitude, RotationSpline> attitude);
 
   double duration_s() const override { return window_.end_s - window_.begin_s; }
-  BodyState at(double time_s) const override;
+  MotionState at(double time_s) const override;
+  std::vector<double> knots_s() const override;
   std::optional<double> utc_start_unix_s() const override;
 
  private:
   PointMotion motion_at(double time_s) const;
 
   Flattened flattened_;
-  CubicSpline position_;
+  InterpolatingSpline position_;
   Window window_;
   std::optional<double> utc_unix_s_;
   std::variant<Steering, RotationSpline> attitude_;
 };
 
 /// The motion of a spline of flattened coordinates over time.
-PointMotion point_motion_at(const CubicSpline& position, const Flattened& flattened, double time_s);
+PointMotion point_motion_at(const InterpolatingSpline& position, const Flattened& flattened,
+                            double time_s);
 
 }  // namespace terracast::geo

@@ -67,8 +67,8 @@ class Explore final : public TrajectoryKind {
     double spacing_m = std::clamp(turn_reach_m() / 8.0, 0.5, 10.0);
     const std::vector<Eigen::Vector3d> controls = rounded(find_corners(area, context), spacing_m);
     FlightPlan plan;
-    plan.path =
-        std::make_shared<ControlPath>(Flattened(context.frame.origin()), controls, spacing_m);
+    plan.path = std::make_shared<ControlPath>(Flattened(context.frame.origin()), controls,
+                                              spacing_m, flight_.continuity_of_path());
     plan.attitude = flight_.attitude();
     plan.how_to_raise = [](double) { return "raise lowest_agl_m or clearance_m"; };
     return fly(plan, flight_, context);

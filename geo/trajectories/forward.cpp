@@ -15,11 +15,12 @@ struct Sway {
   double amplitude_m;
   double length_m;
 
-  /// Value, first and second derivative.
-  Eigen::Vector3d at(double u) const {
+  /// Value and the first three derivatives.
+  Eigen::Vector4d at(double u) const {
     const double rate = 2.0 * std::numbers::pi / length_m;
     return {amplitude_m * std::sin(rate * u), amplitude_m * rate * std::cos(rate * u),
-            -amplitude_m * rate * rate * std::sin(rate * u)};
+            -amplitude_m * rate * rate * std::sin(rate * u),
+            -amplitude_m * rate * rate * rate * std::cos(rate * u)};
   }
 };
 
@@ -37,13 +38,13 @@ class SwayingLinePath final : public Path {
       : flattened_(flattened), line_(line), side_(side), height_(height) {}
 
   PathPoint at(double u) const override {
-    const Eigen::Vector3d side = side_.at(u);
-    const Eigen::Vector3d height = height_.at(u);
+    const Eigen::Vector4d side = side_.at(u);
+    const Eigen::Vector4d height = height_.at(u);
     const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
     return flattened_.world_from_flattened(
         {line_.start + u * line_.ahead + side[0] * line_.left + height[0] * up,
-         line_.ahead + side[1] * line_.left + height[1] * up,
-         side[2] * line_.left + height[2] * up});
+         line_.ahead + side[1] * line_.left + height[1] * up, side[2] * line_.left + height[2] * up,
+         side[3] * line_.left + height[3] * up});
   }
   double end() const override { return line_.length_m; }
   bool is_closed() const override { return false; }

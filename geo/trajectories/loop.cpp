@@ -34,20 +34,22 @@ class RoundedLoopPath final : public Path {
     const double half_length_m = 0.5 * shape_.length_m / (1.0 - c);
     const double half_width_m = 0.5 * shape_.width_m / (1.0 - c);
     const double half_rise_m = 0.5 * shape_.rise_m;
-    const Eigen::Vector3d along(std::sin(t) + c * std::sin(3.0 * t),
-                                std::cos(t) + 3.0 * c * std::cos(3.0 * t),
-                                -std::sin(t) - 9.0 * c * std::sin(3.0 * t));
-    const Eigen::Vector3d across((1.0 - c) - (std::cos(t) - c * std::cos(3.0 * t)),
+    const Eigen::Vector4d along(
+        std::sin(t) + c * std::sin(3.0 * t), std::cos(t) + 3.0 * c * std::cos(3.0 * t),
+        -std::sin(t) - 9.0 * c * std::sin(3.0 * t), -std::cos(t) - 27.0 * c * std::cos(3.0 * t));
+    const Eigen::Vector4d across((1.0 - c) - (std::cos(t) - c * std::cos(3.0 * t)),
                                  std::sin(t) - 3.0 * c * std::sin(3.0 * t),
-                                 std::cos(t) - 9.0 * c * std::cos(3.0 * t));
-    const Eigen::Vector3d rise(1.0 - std::cos(t), std::sin(t), std::cos(t));
+                                 std::cos(t) - 9.0 * c * std::cos(3.0 * t),
+                                 -std::sin(t) + 27.0 * c * std::sin(3.0 * t));
+    const Eigen::Vector4d rise(1.0 - std::cos(t), std::sin(t), std::cos(t), -std::sin(t));
     const auto combined = [&](int derivative) -> Eigen::Vector3d {
       return std::pow(angle_per_u_, derivative) *
              (half_length_m * along[derivative] * shape_.ahead +
               half_width_m * across[derivative] * shape_.inwards +
               half_rise_m * rise[derivative] * Eigen::Vector3d::UnitZ());
     };
-    return flattened_.world_from_flattened({shape_.start + combined(0), combined(1), combined(2)});
+    return flattened_.world_from_flattened(
+        {shape_.start + combined(0), combined(1), combined(2), combined(3)});
   }
   double end() const override { return 2.0 * std::numbers::pi / angle_per_u_; }
   bool is_closed() const override { return true; }

@@ -20,8 +20,9 @@ class CirclePath final : public Path {
   PathPoint at(double u) const override {
     const double angle = u / radius_m_;
     const Eigen::Vector3d out = std::cos(angle) * start_ + std::sin(angle) * ahead_;
-    return {centre_world_ + radius_m_ * out, std::cos(angle) * ahead_ - std::sin(angle) * start_,
-            -out / radius_m_};
+    const Eigen::Vector3d along = std::cos(angle) * ahead_ - std::sin(angle) * start_;
+    return {centre_world_ + radius_m_ * out, along, -out / radius_m_,
+            -along / (radius_m_ * radius_m_)};
   }
   double end() const override { return 2.0 * std::numbers::pi * radius_m_; }
   bool is_closed() const override { return true; }

@@ -109,7 +109,7 @@ class Recorded final : public TrajectoryKind {
 
   std::unique_ptr<Trajectory> build(const TrajectoryContext& context) const override {
     validate();
-    const Recording recording = read_recording(recording_, context);
+    const Recording recording = read_recording(recording_, context, attitude_.continuity_of_path());
     const std::vector<Stretch> stretches = stretches_of(recording, context);
     const std::size_t chosen = choose(stretches);
     if (context.log) tell(recording, stretches, chosen, *context.log);
@@ -133,7 +133,7 @@ class Recorded final : public TrajectoryKind {
                                                      double least_duration_s) const override {
     validate();
     const std::vector<Stretch> stretches =
-        stretches_of(read_recording(recording_, context), context);
+        stretches_of(read_recording(recording_, context, attitude_.continuity_of_path()), context);
     std::vector<std::unique_ptr<TrajectoryKind>> kinds;
     for (std::size_t i = 0; i < stretches.size(); ++i) {
       if (stretches[i].duration_s() < least_duration_s) continue;

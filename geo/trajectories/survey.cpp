@@ -90,8 +90,8 @@ class Survey final : public TrajectoryKind {
     else
       follow_terrain(context, spacing_m, controls);
     FlightPlan plan;
-    plan.path =
-        std::make_shared<ControlPath>(Flattened(context.frame.origin()), controls, spacing_m);
+    plan.path = std::make_shared<ControlPath>(Flattened(context.frame.origin()), controls,
+                                              spacing_m, attitude_.continuity_of_path());
     plan.attitude = attitude_.attitude();
     plan.how_to_raise = [](double) { return "raise height_m"; };
     return fly(plan, flight, context);
@@ -225,8 +225,9 @@ class Survey final : public TrajectoryKind {
           ground_w_m(control.head<2>(), ground_m.empty() ? 0.0 : ground_m.back(), context));
     const int reach = std::max(1, static_cast<int>(std::ceil(follow_length_m_ / spacing_m)));
     std::vector<double> heights = smoothed(ground_m, reach, false);
-    // The spline stays within four controls.
-    const std::vector<double> obstacles = widened(ground_m, 2, false);
+    // The spline stays within so many controls on both sides.
+    const std::vector<double> obstacles =
+        widened(ground_m, UniformSpline::reach_of(attitude_.continuity_of_path()), false);
     for (std::size_t i = 0; i < heights.size(); ++i)
       heights[i] = std::max(heights[i] + height_m_, obstacles[i] + min_agl_m_);
     constexpr double kShareOfClimb = 0.95;  // what is left is for the last corrections

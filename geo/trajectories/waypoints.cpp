@@ -2,9 +2,9 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "geo/paths/cubic_spline.h"
 #include "geo/paths/flattened.h"
 #include "geo/paths/flight.h"
+#include "geo/paths/interpolating_spline.h"
 #include "geo/paths/place.h"
 #include "geo/trajectory.h"
 
@@ -34,19 +34,19 @@ struct Waypoint : Place {
 /// A spline in flattened coordinates, by the length of the chords.
 class SplinePath final : public Path {
  public:
-  SplinePath(CubicSpline spline, const Flattened& flattened)
+  SplinePath(InterpolatingSpline spline, const Flattened& flattened)
       : spline_(std::move(spline)), flattened_(flattened) {}
 
   PathPoint at(double u) const override {
-    const CubicSpline::Value value = spline_.at(u);
-    return flattened_.world_from_flattened({value.value, value.first, value.second});
+    const InterpolatingSpline::Value value = spline_.at(u);
+    return flattened_.world_from_flattened({value.value, value.first, value.second, value.third});
   }
   double end() const override { return spline_.parameters().back(); }
   bool is_closed() const override { return spline_.is_closed(); }
   std::vector<double> joints() const override { return spline_.parameters(); }
 
  private:
-  CubicSpline spline_;
+  InterpolatingSpline spline_;
   Flattened flattened_;
 };
 
@@ -99,8 +99,9 @@ class Waypoints final : public TrajectoryKind {
       const double speed_mps = waypoint.speed_mps > 0.0 ? waypoint.speed_mps : flight_.speed_mps;
       plan.speeds.push_back({parameters.back(), speed_mps});
     }
-    plan.path =
-        std::make_shared<SplinePath>(CubicSpline(parameters, points, is_closed_), flattened);
+    plan.path = std::make_shared<SplinePath>(
+        InterpolatingSpline(parameters, points, is_closed_, flight_.continuity_of_path()),
+        flattened);
     plan.attitude = flight_.attitude();
     plan.laps = laps_;
     plan.how_to_raise = [parameters, count = waypoints_.size()](double u) {

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
-#include <mutex>
 #include <numbers>
 #include <tuple>
+
+#include "scene/media/medium.h"
 
 namespace terracast::scene {
 namespace {
@@ -28,6 +30,7 @@ constexpr float kOrderCosine = 0.5f;
 /// Optical depths toward the sun are kept on every third voxel, in steps of 1/64.
 constexpr int kShadowCell = 3;
 constexpr float kDepthSteps = 64.0f;
+constexpr std::uint16_t kMostDepth = 65535;
 /// What lies nearer toward the sun is looked at by itself, where clouds are seen so closely: in voxels.
 constexpr double kNearShadow = 4.5;
 constexpr int kNearSteps = 3;
@@ -170,9 +173,10 @@ struct Clouds::Placed {
   Eigen::Affine3d voxels_from_world;  ///< voxel centres at whole numbers
   double voxel_m = 0.0;               ///< in the world
   Eigen::Vector3d sun_voxels;         ///< direction of a metre
-  mutable std::once_flag shadow_once;
-  mutable Eigen::Vector3i shadow_size;
-  mutable std::vector<std::uint16_t> shadow;  ///< optical depth toward the sun
+  Eigen::Vector3i shadow_size;
+  /// What kMostDepth is above the optical depth toward the sun, each cell's when it is first needed; 0: not known
+  /// yet (or so deep that it is computed each time).
+  mutable std::vector<std::atomic<std::uint16_t>> shadow;
 
   float density(const Eigen::Vector3d& at_voxels) const {
     const std::uint8_t* values = volume->density.data();
@@ -219,38 +223,41 @@ struct Clouds::Placed {
     return sum;
   }
 
-  void cast_shadow() const {
+  void lay_out_shadow() {
     shadow_size = (volume->size.array() + kShadowCell + 1) / kShadowCell + 1;  // beyond each face
-    shadow.resize(static_cast<std::size_t>(shadow_size.cast<double>().prod()));
-    // One after the other: a thread that waited here for others could be given work that waits for it.
-    std::size_t out = 0;
-    for (int z = 0; z < shadow_size.z(); ++z)
-      for (int y = 0; y < shadow_size.y(); ++y)
-        for (int x = 0; x < shadow_size.x(); ++x, ++out) {
-          const Eigen::Vector3d at =
-              kShadowCell * Eigen::Vector3d(x, y, z) - Eigen::Vector3d::Constant(0.5 * kShadowCell);
-          double from_m = 0.0;
-          double until_m = kFarthest_m;
-          if (!cross(at, sun_voxels, from_m, until_m)) continue;
-          const double tau = depth(at, sun_voxels, from_m, until_m, kShadowStep * voxel_m, 0.5);
-          shadow[out] =
-              static_cast<std::uint16_t>(std::min(tau * static_cast<double>(kDepthSteps), 65535.0));
-        }
+    shadow = std::vector<std::atomic<std::uint16_t>>(
+        static_cast<std::size_t>(shadow_size.cast<double>().prod()));
+  }
+  /// Optical depth from a cell toward the sun, in steps.
+  std::uint16_t cast_shadow(int x, int y, int z) const {
+    const Eigen::Vector3d at =
+        kShadowCell * Eigen::Vector3d(x, y, z) - Eigen::Vector3d::Constant(0.5 * kShadowCell);
+    double from_m = 0.0;
+    double until_m = kFarthest_m;
+    if (!cross(at, sun_voxels, from_m, until_m)) return 0;
+    const double tau = depth(at, sun_voxels, from_m, until_m, kShadowStep * voxel_m, 0.5);
+    return static_cast<std::uint16_t>(
+        std::min(tau * static_cast<double>(kDepthSteps), double{kMostDepth}));
+  }
+  /// The same, kept: threads that need a cell at once compute the same.
+  std::uint16_t shadow_at(int x, int y, int z) const {
+    std::atomic<std::uint16_t>& kept =
+        shadow[(static_cast<std::size_t>(z) * static_cast<std::size_t>(shadow_size.y()) +
+                static_cast<std::size_t>(y)) *
+                   static_cast<std::size_t>(shadow_size.x()) +
+               static_cast<std::size_t>(x)];
+    const std::uint16_t known = kept.load(std::memory_order_relaxed);
+    if (known != 0) return kMostDepth - known;
+    const std::uint16_t steps = cast_shadow(x, y, z);
+    kept.store(kMostDepth - steps, std::memory_order_relaxed);
+    return steps;
   }
   /// Optical depth from a place in the volume toward the sun.
   float depth_to_sun(const Eigen::Vector3d& at_voxels) const {
-    std::call_once(shadow_once, [&] { cast_shadow(); });
     const Eigen::Vector3d at =
         (at_voxels + Eigen::Vector3d::Constant(0.5 * kShadowCell)) / kShadowCell;
-    return trilinear(
-               at, shadow_size,
-               [&](int x, int y, int z) {
-                 return static_cast<float>(shadow[(static_cast<std::size_t>(z) *
-                                                       static_cast<std::size_t>(shadow_size.y()) +
-                                                   static_cast<std::size_t>(y)) *
-                                                      static_cast<std::size_t>(shadow_size.x()) +
-                                                  static_cast<std::size_t>(x)]);
-               }) *
+    return trilinear(at, shadow_size,
+                     [&](int x, int y, int z) { return static_cast<float>(shadow_at(x, y, z)); }) *
            (1.0f / kDepthSteps);
   }
   /// The same, finer near the place: billows shade each other.
@@ -296,6 +303,7 @@ void Clouds::place(const std::vector<world::VolumePlace>& places, const geo::Wor
     placed->columns = columns_[static_cast<std::size_t>(one.volume)].get();
     const world::Volume& volume = *placed->volume;
     placed->voxel_m = volume.voxel_m * one.scale;
+    placed->lay_out_shadow();
     const Eigen::Matrix3d world_from_volume =
         frame.world_from_enu(one.place_world) *
         Eigen::AngleAxisd(one.heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -445,6 +453,51 @@ Clouds::Seen Clouds::look(const Eigen::Vector3d& origin_world,
   const double share = 1.0 - static_cast<double>(seen.transmittance);
   if (share > 0.0) seen.distance_m = weighted_m / share;
   return seen;
+}
+
+namespace {
+
+/// The volumes of a scene's world.
+class CloudMedium : public Medium {
+ public:
+  explicit CloudMedium(const MediumSite& site)
+      : sky_(site.sky), clouds_(site.store, site.sky.daylight().sun_direction_world) {}
+
+  bool is_any() const override { return !clouds_.is_empty(); }
+  double sun_transmittance(const Eigen::Vector3d& point_world) const override {
+    return clouds_.sun_transmittance(point_world);
+  }
+  SeenMedium look(const MediumRay& ray) const override {
+    const Clouds::Seen seen = clouds_.look(ray.origin_world, ray.direction_world, ray.until_m,
+                                           ray.sample_width, ray.jitter, sky_);
+    return {.transmittance = Color::Constant(seen.transmittance),
+            .radiance = seen.radiance,
+            .distance_m = seen.distance_m};
+  }
+
+ private:
+  const Sky& sky_;
+  Clouds clouds_;
+};
+
+/// What volumes hang in the air is the world's to say.
+struct CloudOptions : MediumOptions {
+  void describe(core::SchemaVisitor&) override {}
+  std::unique_ptr<MediumOptions> clone() const override {
+    return std::make_unique<CloudOptions>(*this);
+  }
+  std::unique_ptr<Medium> make(const MediumSite& site) const override {
+    return std::make_unique<CloudMedium>(site);
+  }
+};
+
+}  // namespace
+
+MediumInfo clouds_medium() {
+  return {.name = "clouds",
+          .summary = "clouds, fog and smoke: the volumes of the world's layers",
+          .make = [] { return std::unique_ptr<MediumOptions>(std::make_unique<CloudOptions>()); },
+          .is_always = true};
 }
 
 }  // namespace terracast::scene

@@ -121,14 +121,6 @@ bool stands_upright(const MovingThing& thing) {
   return thing.semantic_id == static_cast<std::uint32_t>(core::SemanticClass::Person);
 }
 
-/// The rotation that a rotation's quaternion is, as a vector along its axis, rad.
-Vector3d vector_of(Eigen::Quaterniond turn) {
-  if (turn.w() < 0.0) turn.coeffs() *= -1.0;
-  const double half_sine = turn.vec().norm();
-  if (half_sine < 1e-12) return 2.0 * turn.vec();
-  return 2.0 * std::atan2(half_sine, turn.w()) / half_sine * turn.vec();
-}
-
 geo::Box3d box_of(const world::Shape& shape) {
   geo::Box3d box;
   for (const Eigen::Vector3i& vertex : shape.vertices_steps)
@@ -158,6 +150,19 @@ std::string hash_of(const world::Shape& shape) {
 
 std::uint32_t num_triangles(const MovingShape& shape) {
   return static_cast<std::uint32_t>(shape.shown->shape.triangles.size());
+}
+
+/// How far a thing goes forward after its frame's time, by Gauss' rule of three points.
+double way_forward_m(const geo::BodyState& thing, double offset_s) {
+  constexpr double kPoint = 0.7745966692414834, kWeights[] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
+  const double points[] = {-kPoint, 0.0, kPoint};
+  double sum_mps = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const double t = 0.5 * offset_s * (1.0 + points[i]);
+    const Vector3d forward = thing.pose_after(t).rotation * Vector3d::UnitX();
+    sum_mps += kWeights[i] * forward.dot(thing.velocity_after(t));
+  }
+  return 0.5 * offset_s * sum_mps;
 }
 
 }  // namespace
@@ -198,7 +203,7 @@ geo::BodyState settle(const geo::BodyState& wanted, Ride ride, double length_m, 
       (after.translation.z() - before.translation.z()) / (2.0 * kSettle_s);
   state.acceleration_world_mps2.z() = 0.0;
   state.angular_velocity_body_radps =
-      vector_of(before.rotation.conjugate() * after.rotation) / (2.0 * kSettle_s);
+      geo::rotation_vector_of(before.rotation.conjugate() * after.rotation) / (2.0 * kSettle_s);
   return state;
 }
 
@@ -216,13 +221,29 @@ geo::BodyState state_of_part(const geo::BodyState& thing, const TurningPart& par
   const Vector3d turning_world = world_from_thing.rotation * thing.angular_velocity_body_radps;
   const Vector3d arm_world = world_from_thing.rotation * part.origin_m;
   const Vector3d swing_world = turning_world.cross(arm_world);
+  // A thing has no spin, so that its angular acceleration is twice the first of its terms of turning.
+  const Vector3d twist_world = world_from_thing.rotation * (2.0 * thing.terms.turning_body[0]);
   geo::BodyState state = thing;
   state.world_from_body = world_from_thing * thing_from_part;
   state.velocity_world_mps += swing_world;
-  state.acceleration_world_mps2 += turning_world.cross(swing_world);
+  state.acceleration_world_mps2 += turning_world.cross(swing_world) + twist_world.cross(arm_world);
   state.angular_velocity_body_radps =
       thing_from_part.rotation.conjugate() * thing.angular_velocity_body_radps +
       rate_radps * part.axis;
+  if (thing.terms.are_any()) {
+    state.terms = geo::fit_terms(
+        state,
+        [&](double offset_s) {
+          const double turned_rad =
+              part.rate_radps * offset_s + part.per_metre_rad * way_forward_m(thing, offset_s);
+          return thing.pose_after(offset_s) * thing_from_part *
+                 geo::Rigid3d{.rotation = geo::rotation_of(turned_rad * part.axis),
+                              .translation = Vector3d::Zero()};
+        },
+        thing.terms.reach_s, rate_radps * part.axis);
+    state.terms.error_m += thing.terms.error_m + part.origin_m.norm() * thing.terms.error_rad;
+    state.terms.error_rad += thing.terms.error_rad;
+  }
   return state;
 }
 
@@ -302,11 +323,20 @@ std::string MovingBodies::text_of(int frame) const {
     text += fmt::format("{}", body.info.name);
     if (state) {
       text += fmt::format(" {:.17g}", state->world_from_body.rotation.w());
+      const auto add = [&](const Vector3d& vector) {
+        text += fmt::format(" {:.17g} {:.17g} {:.17g}", vector.x(), vector.y(), vector.z());
+      };
       for (const Vector3d& vector :
            {Vector3d(state->world_from_body.translation),
             Vector3d(state->world_from_body.rotation.vec()), state->velocity_world_mps,
             state->acceleration_world_mps2, state->angular_velocity_body_radps})
-        text += fmt::format(" {:.17g} {:.17g} {:.17g}", vector.x(), vector.y(), vector.z());
+        add(vector);
+      if (const geo::MotionTerms& terms = state->terms; terms.are_any()) {
+        text += fmt::format(" terms {:.17g}", terms.reach_s);
+        for (const Vector3d& term : terms.position_world) add(term);
+        for (const Vector3d& term : terms.turning_body) add(term);
+        add(terms.spin_body_radps);
+      }
     }
     text += '\n';
   }

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/hash.h"
+#include "world/tile_cover.h"
 
 namespace terracast::scene {
 
@@ -68,7 +69,11 @@ std::shared_ptr<const SeaExposure> SeaExposure::of(const world::TileStore& store
         static_cast<std::size_t>((exposure->width_ + 1) * (exposure->height_ + 1)));
   }
   exposure->spacing_m_ = std::exp2(level + step_log2);
-  for (const world::TileId& id : tiles) exposure->add(id, store.load(id), step_log2);
+  for (const world::TileId& id : tiles) {
+    world::Tile tile;
+    tile.cover = world::load_cover(store, id);  // nothing else of it counts
+    exposure->add(id, tile, step_log2);
+  }
   exposure->add_up();
   return exposure;
 }

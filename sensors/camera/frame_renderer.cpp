@@ -5,16 +5,11 @@
 #include <optional>
 
 #include "core/lanes.h"
-#include "core/parallel.h"
 #include "core/random.h"
 #include "core/scratch_pool.h"
-#include "geo/sun.h"
-#include "geo/units.h"
-#include "scene/light/hit_shader.h"
-#include "scene/water/water_light.h"
+#include "scene/light/radiance.h"
+#include "scene/light/sampler.h"
 #include "sensors/camera/pixel_blocks.h"
-#include "sensors/camera/sampler.h"
-#include "world/sea_bed.h"
 
 namespace terracast::sensors {
 namespace {
@@ -23,64 +18,23 @@ constexpr int kColorUnitSide = 16;
 constexpr int kBlockPixels = kBlockSide * kBlockSide;
 static_assert(kBlockPixels == core::kLanes);
 
-// The raised surface that shadow rays meet lies within this share of the tile's side above the true
-// one.
-constexpr double kShadowLiftPerSide = 2e-6;
-constexpr double kShadowLift_m = 2e-3;
-// Of objects the surface itself is met, exactly; what lies on it (signs, marks) is this thick.
-constexpr double kObjectShadowLift_m = 2e-3;
-// How far off things take the light of the sky from a place. What stands farther takes hardly any from
-// most places, and all places of a town alike.
-constexpr double kSkyReach_m = 30.0;
-
 /// Water takes most of the light; a camera in it opens so much further.
 constexpr double kInWaterExposure = 2.5;
 
 struct ColorScratch {
-  std::vector<world::WorldRay> rays;
-  std::vector<double> offsets_s;  ///< of the rays
-  std::vector<world::SurfaceHit> hits;
-  std::vector<std::uint32_t> pixels;           ///< of the rays, within the unit
-  std::vector<world::SurfaceSample> surfaces;  ///< of the rays that met something
-  std::vector<world::WorldRay> sun_rays;
-  std::vector<std::uint32_t> sun_ray_of;  ///< the ray that a sun ray belongs to
-  std::vector<double> light_offsets_s;    ///< of the sun rays, or of the sky rays
-  std::vector<std::uint64_t> bits;        ///< of the rays' pixels
-  std::vector<int> samples;               ///< of the rays, in their pixels
-  std::vector<world::WorldRay> sky_rays;
-  std::vector<std::uint32_t> sky_ray_of;
-  std::vector<std::uint8_t> is_occluded;
-  std::vector<float> sun_share;        ///< of the rays
-  std::vector<float> sky_share;        ///< of the rays
-  std::vector<scene::Color> radiance;  ///< that the rays bring
-  std::vector<scene::Color> sums;      ///< of the unit's pixels
-  std::vector<scene::Color> below;     ///< of the rays that met water
-  std::vector<scene::Color> mirrored;
-  std::vector<float> reflectance;
-  std::vector<float> spread;  ///< of the rays: LitHits::spread
-  scene::HitShader::Scratch shader;
-  scene::WaterLight::Scratch water;
+  scene::LightRays light;
+  std::vector<std::uint32_t> pixels;  ///< of the rays, within the unit
+  std::vector<scene::Color> sums;     ///< of the unit's pixels
 };
 
 struct ColorImage {
-  world::Scene scene;
-  world::Scene viewed;    ///< what the camera looks at: `scene`, or that of viewers in water
-  scene::WaterAbove eye;  ///< the water at the camera; its depth is 0 above it
-  const scene::Clouds& clouds;
-  float sea_level_m;
-  const scene::HitShader& shader;
-  const scene::WaterLight* water;  ///< null: it is opaque
-  const scene::Sky& sky;
+  const scene::Radiance& radiance;
   const View& view;      ///< at the frame's time
   const OpenView* open;  ///< null: the shutter is open for an instant, the lens a pinhole
-  const PixelSampler& sampler;
+  const scene::PixelSampler& sampler;
   std::uint64_t seed;
   std::uint64_t stream;
   int num_samples;
-  int num_sky_rays;
-  world::RayTrail* trail;
-  Eigen::Vector3d sun_right;  ///< spans the sun's disc with sun_up, of its radius
-  Eigen::Vector3d sun_up;
 
   /// Width of a sample's share of a pixel on ground that faces the camera.
   scene::SampleWidth sample_width(const PixelUnit& unit) const {
@@ -99,13 +53,10 @@ struct ColorImage {
                           sampler.place_on_disc(core::mix_bits(bits ^ 0x6c656e73), sample));
   }
 
-  void cast_rays(const PixelUnit& unit, ColorScratch& s) const {
-    s.rays.clear();
-    s.offsets_s.clear();
+  void add_rays(const PixelUnit& unit, ColorScratch& s) const {
+    scene::LightRays& light = s.light;
+    light.clear();
     s.pixels.clear();
-    s.bits.clear();
-    s.samples.clear();
-    s.spread.clear();
     for (int by = unit.y0; by < unit.y1; by += kBlockSide) {
       for (int bx = unit.x0; bx < unit.x1; bx += kBlockSide) {
         const PixelUnit block{bx, by, std::min(bx + kBlockSide, unit.x1),
@@ -120,177 +71,29 @@ struct ColorImage {
                 Eigen::Vector2d(x, y) + sampler.place_in_pixel(bits, sample);
             const OpenView::LensRay ray = ray_through(place, bits, sample);
             if (!ray.direction_world.allFinite()) return;  // no light comes in
-            s.rays.push_back(
+            light.rays.push_back(
                 {.origin_world = ray.origin_world, .direction_world = ray.direction_world});
-            s.offsets_s.push_back(ray.offset_s);
-            s.bits.push_back(bits);
-            s.samples.push_back(sample);
-            s.spread.push_back(static_cast<float>(sampler.place_between(bits, sample)));
+            light.offsets_s.push_back(ray.offset_s);
+            light.bits.push_back(bits);
+            light.samples.push_back(sample);
+            light.spread.push_back(static_cast<float>(sampler.place_between(bits, sample)));
+            light.sun_rays.push_back(
+                {.origin_world = Eigen::Vector3d::Zero(),
+                 .direction_world = radiance.toward_sun(sampler.place_on_disc(bits, sample))});
             s.pixels.push_back(
                 static_cast<std::uint32_t>((y - unit.y0) * (unit.x1 - unit.x0) + (x - unit.x0)));
-            const Eigen::Vector2d disc = sampler.place_on_disc(bits, sample);
-            s.sun_rays.push_back({.origin_world = Eigen::Vector3d::Zero(),
-                                  .direction_world = sky.daylight().sun_direction_world +
-                                                     disc.x() * sun_right + disc.y() * sun_up});
           });
         }
       }
-    }
-    s.hits.resize(s.rays.size());
-    s.surfaces.resize(s.rays.size());
-    viewed.intersect(s.rays, s.offsets_s, s.hits, world::Coherence::Coherent, s.surfaces, trail);
-  }
-
-  double lift_m(const world::SurfaceHit& hit, const world::SurfaceSample& surface) const {
-    return hit.is_ground()
-               ? kShadowLift_m + kShadowLiftPerSide * world::kTileCells * surface.spacing_m
-               : kObjectShadowLift_m;
-  }
-
-  /// Sets is_occluded of rays to light.
-  /// ray_of   the camera's ray whose time each has
-  void cast_light(std::span<const world::WorldRay> rays, std::span<const std::uint32_t> ray_of,
-                  ColorScratch& s) const {
-    s.light_offsets_s.clear();
-    for (const std::uint32_t ray : ray_of) s.light_offsets_s.push_back(s.offsets_s[ray]);
-    s.is_occluded.resize(rays.size());
-    scene.occluded(rays, s.light_offsets_s, s.is_occluded, trail);
-  }
-
-  /// Rays from what was met to a place on the sun's disc each; what faces away is dark without.
-  void cast_sun_rays(ColorScratch& s) const {
-    s.sun_share.assign(s.rays.size(), 0.0f);
-    s.sun_ray_of.clear();
-    for (std::size_t i = 0; i < s.rays.size(); ++i) {
-      const world::SurfaceHit& hit = s.hits[i];
-      if (hit.is_sky()) continue;
-      const Eigen::Vector3d point = s.rays[i].origin_world + hit.t * s.rays[i].direction_world;
-      const Eigen::Vector3d direction = s.sun_rays[i].direction_world;
-      if (sky.is_night()) continue;
-      Eigen::Vector3d normal = hit.normal_world();
-      if (normal.dot(direction) <= 0.0) {
-        if (hit.is_ground() || !scene::is_translucent(s.surfaces[i].finish.material)) continue;
-        normal = -normal;  // lit from behind
-      }
-      // Sun rays move up to close the ranks: their own place is taken, or behind.
-      s.sun_rays[s.sun_ray_of.size()] = {
-          .origin_world = point + lift_m(hit, s.surfaces[i]) * normal,
-          .direction_world = direction};
-      s.sun_ray_of.push_back(static_cast<std::uint32_t>(i));
-    }
-    s.sun_rays.resize(s.sun_ray_of.size());
-    cast_light(s.sun_rays, s.sun_ray_of, s);
-    for (std::size_t i = 0; i < s.sun_ray_of.size(); ++i)
-      if (s.is_occluded[i] == 0) s.sun_share[s.sun_ray_of[i]] = 1.0f;
-  }
-
-  /// Rays from what was met to all sides of the sky above it, as much light comes from there. Of what
-  /// lies lower than the place only the ground counts, which Ambient has.
-  void cast_sky_rays(ColorScratch& s) const {
-    s.sky_share.assign(s.rays.size(), num_sky_rays > 0 ? 1.0f : -1.0f);
-    if (num_sky_rays == 0) return;
-    s.sky_rays.clear();
-    s.sky_ray_of.clear();
-    const Eigen::Vector3d up = sky.daylight().up_world;
-    for (std::size_t i = 0; i < s.rays.size(); ++i) {
-      const world::SurfaceHit& hit = s.hits[i];
-      if (hit.is_sky()) continue;
-      const Eigen::Vector3d normal = hit.normal_world();
-      const Eigen::Vector3d point = s.rays[i].origin_world + hit.t * s.rays[i].direction_world +
-                                    lift_m(hit, s.surfaces[i]) * normal;
-      const Eigen::Vector3d right = normal.unitOrthogonal();
-      const Eigen::Vector3d aside = normal.cross(right);
-      for (int ray = 0; ray < num_sky_rays; ++ray) {
-        const Eigen::Vector2d disc = sampler.place_on_disc(
-            core::mix_bits(s.bits[i] + 0x736b79 + static_cast<std::uint64_t>(ray)), s.samples[i]);
-        const Eigen::Vector3d direction =
-            disc.x() * right + disc.y() * aside +
-            std::sqrt(std::max(1.0 - disc.squaredNorm(), 1e-6)) * normal;
-        if (direction.dot(up) <= 0.0) continue;
-        s.sky_rays.push_back(
-            {.origin_world = point, .direction_world = direction, .t_max = kSkyReach_m});
-        s.sky_ray_of.push_back(static_cast<std::uint32_t>(i));
-      }
-    }
-    cast_light(s.sky_rays, s.sky_ray_of, s);
-    const float part = 1.0f / static_cast<float>(num_sky_rays);
-    for (std::size_t i = 0; i < s.sky_ray_of.size(); ++i)
-      if (s.is_occluded[i] != 0) s.sky_share[s.sky_ray_of[i]] -= part;
-    for (float& share : s.sky_share) share = std::max(share, 0.0f);
-  }
-
-  /// Clouds between what was met and the sun.
-  void dim_sun(ColorScratch& s) const {
-    if (clouds.is_empty()) return;
-    for (std::size_t i = 0; i < s.rays.size(); ++i)
-      if (s.sun_share[i] > 0.0f)
-        s.sun_share[i] *= static_cast<float>(clouds.sun_transmittance(
-            s.rays[i].origin_world + s.hits[i].t * s.rays[i].direction_world));
-  }
-
-  /// Clouds before what was met, seen through the air.
-  void lay_clouds(const scene::SampleWidth& width, ColorScratch& s) const {
-    if (clouds.is_empty()) return;
-    const auto height_m = [&](const Eigen::Vector3d& place_world) {
-      return static_cast<float>(scene::approximate_height_m(place_world)) - sea_level_m;
-    };
-    const float center_height_m = height_m(view.center_world);
-    for (std::size_t i = 0; i < s.rays.size(); ++i) {
-      const world::WorldRay& ray = s.rays[i];
-      const double jitter =
-          core::random_unit(s.bits[i], 0x636c6f7564, static_cast<std::uint64_t>(s.samples[i]));
-      const scene::Clouds::Seen cloud =
-          clouds.look(ray.origin_world, ray.direction_world, s.hits[i].t, width, jitter, sky);
-      if (cloud.transmittance == 1.0f) continue;
-      const Eigen::Vector3d place = ray.origin_world + cloud.distance_m * ray.direction_world;
-      const scene::AirPath air = sky.air(
-          static_cast<float>(cloud.distance_m),
-          view.model->is_central() ? center_height_m : height_m(ray.origin_world), height_m(place),
-          static_cast<float>(ray.direction_world.dot(sky.daylight().sun_direction_world)));
-      s.radiance[i] = cloud.transmittance * s.radiance[i] + cloud.radiance * air.transmittance +
-                      (1.0f - cloud.transmittance) * air.inscatter;
     }
   }
 
   /// Leaves the radiance of the unit's pixels in s.sums.
   void render_unit(const PixelUnit& unit, ColorScratch& s) const {
-    s.sun_rays.clear();
-    cast_rays(unit, s);
-    if (eye.depth_m > 0.0) {
-      s.sun_share.assign(s.rays.size(), 1.0f);
-      s.sky_share.assign(s.rays.size(), -1.0f);
-    } else {
-      cast_sun_rays(s);
-      dim_sun(s);
-      cast_sky_rays(s);
-    }
-    s.radiance.resize(s.rays.size());
-    scene::LitHits lit{.rays = s.rays,
-                       .offsets_s = s.offsets_s,
-                       .hits = s.hits,
-                       .surfaces = s.surfaces,
-                       .sun_share = s.sun_share,
-                       .sky_share = s.sky_share,
-                       .sample_width = sample_width(unit),
-                       .spread = s.spread};
-    if (eye.depth_m > 0.0) {
-      water->look_in_water(lit, eye, s.water, s.radiance, trail);
-    } else {
-      if (water != nullptr) {
-        s.below.resize(s.rays.size());
-        s.mirrored.resize(s.rays.size());
-        s.reflectance.resize(s.rays.size());
-        water->look(lit, s.water, {s.below, s.mirrored, s.reflectance}, trail);
-        lit.below = s.below;
-        lit.mirrored = s.mirrored;
-        lit.reflectance = s.reflectance;
-      }
-      shader.shade(lit, s.shader, s.radiance);
-      lay_clouds(lit.sample_width, s);
-    }
+    add_rays(unit, s);
+    radiance.find(sample_width(unit), s.light);
     s.sums.assign(static_cast<std::size_t>(unit.num_pixels()), scene::Color::Zero());
-    for (std::size_t i = 0; i < s.rays.size(); ++i) s.sums[s.pixels[i]] += s.radiance[i];
-
+    for (std::size_t i = 0; i < s.pixels.size(); ++i) s.sums[s.pixels[i]] += s.light.radiance[i];
     const float share = 1.0f / static_cast<float>(num_samples);
     for (scene::Color& sum : s.sums) sum *= share;
   }
@@ -343,53 +146,38 @@ void for_each_in_rows(const PixelUnit& unit, const Visit& visit) {
 
 }  // namespace
 
-FrameRenderer::FrameRenderer(const CameraPlan& plan, const world::TileStore& store,
-                             const world::RayQuery& query, const world::RayQuery* bed,
-                             bool is_in_water)
-    : views_(plan.states, plan.cameras),
-      query_(query),
-      bed_(bed),
-      water_visibility_m_(plan.conditions.water_visibility_m),
-      wants_bottom_(plan.conditions.bottom_range && !is_in_water),
+scene::SceneOptions scene_options(const CameraPlan& plan, const ViewTable& views,
+                                  const world::RayQueryOptions& tracing) {
+  return {.tracing = tracing,
+          .conditions = plan.conditions,
+          .utc_start = plan.utc_start,
+          .position_world = plan.states.front().world_from_body.translation,
+          .viewer_world = views.at(0, 0).center_world,
+          .times_s = times_of(plan)};
+}
+
+FrameRenderer::FrameRenderer(const CameraPlan& plan, const ViewTable& views,
+                             const scene::Scene& scene)
+    : views_(views),
+      scene_(scene),
+      wants_bottom_(plan.conditions.bottom_range && !scene.is_in_water()),
       flags_(plan.facts.flag_bits()),
-      is_in_water_(is_in_water),
-      moving_(plan.moving, query, geo::WorldFrame(store.manifest().origin)),
-      ground_(scene::climate_of(store, world::sea_bed::noise_seed(store.manifest().seed))),
-      imagery_(store, query.imagery_budget_bytes()),
-      textures_(store),
-      sky_(scene::daylight_at(
-          plan.states.empty() ? Eigen::Vector3d(Eigen::Vector3d::Zero())
-                              : Eigen::Vector3d(plan.states.front().world_from_body.translation),
-          plan.utc_start, plan.conditions, geo::WorldFrame(store.manifest().origin))),
-      clouds_(store, sky_.daylight().sun_direction_world),
-      exposure_(sky_, plan.conditions.exposure * (is_in_water ? kInWaterExposure : 1.0)),
-      sampling_{.sampler = PixelSampler(static_cast<int>(plan.conditions.color_samples)),
+      times_s_(times_of(plan)),
+      exposure_(scene.sky(),
+                plan.conditions.exposure * (scene.is_in_water() ? kInWaterExposure : 1.0)),
+      sampling_{.sampler = scene::PixelSampler(static_cast<int>(plan.conditions.color_samples)),
                 .num_samples = static_cast<int>(plan.conditions.color_samples),
                 .num_sky_rays = static_cast<int>(plan.conditions.ambient_rays)},
       seed_(static_cast<std::uint64_t>(plan.seed)),
-      imagers_(plan.imaging, plan.cameras, models_of(plan, views_), times_of(plan), plan.seed,
-               plan.name, exposure_.level(), exposure_.balance(),
+      imagers_(plan.imaging, plan.cameras, models_of(plan, views_), times_s_, plan.seed, plan.name,
+               exposure_.level(), exposure_.balance(),
                [this](int frame, int camera) { return meter(frame, camera); }) {}
-
-scene::WaterAbove FrameRenderer::water_at(const Eigen::Vector3d& center_world,
-                                          world::RayTrail* trail) const {
-  scene::WaterAbove above;
-  scene::find_water_above(query_, std::span(&center_world, 1), std::span(&above, 1), trail);
-  // Near a shore the surface's cover may be the land's.
-  if (!world::is_water(above.cover)) {
-    const std::optional<double> surface_z =
-        query_.surface_z_world(center_world.x(), center_world.y());
-    above = {.depth_m = surface_z.value_or(0.0) - center_world.z(), .cover = world::Cover::Sea};
-  }
-  above.depth_m = std::max(above.depth_m, 1e-3);
-  return above;
-}
 
 Photo FrameRenderer::photo(int frame, int camera, world::RayTrail* trail) const {
   const geo::CameraModel& model = *views_.at(frame, camera).model;
   const PixelGrid grid = PixelGrid::of_squares(model.width_px(), model.height_px(), kColorUnitSide);
   std::vector<PixelUnit> units;
-  for (int i = 0; i < grid.num_units(); ++i) units.push_back(grid.unit(i));
+  for (const int i : grid.units_by_place()) units.push_back(grid.unit(i));
   if (!imagers_.has(camera)) {
     Photo photo{.color = core::Image8(model.width_px(), model.height_px(), 3),
                 .raw = {},
@@ -417,7 +205,7 @@ std::vector<scene::Color> FrameRenderer::meter(int frame, int camera) const {
   const std::vector<PixelUnit> spots = metering_spots(model);
   std::vector<scene::Color> seen(spots.size());
   gather_light(frame, camera, spots,
-               {.sampler = PixelSampler(1), .num_samples = 1, .num_sky_rays = 0}, nullptr,
+               {.sampler = scene::PixelSampler(1), .num_samples = 1, .num_sky_rays = 0}, nullptr,
                [&](const PixelUnit& unit, std::span<const scene::Color> radiance) {
                  scene::Color sum = scene::Color::Zero();
                  for (const scene::Color& color : radiance) sum += color;
@@ -432,26 +220,13 @@ void FrameRenderer::gather_light(int frame, int camera, const std::vector<PixelU
                                  const TakeLight& take) const {
   const View& view = views_.at(frame, camera);
   const OpenView open = views_.open(frame, camera);
-  const world::MovingScene moving = moving_.scene(frame, views_.longest_reach_s());
-  const world::Scene whole(query_, moving);
-  const world::Scene bed(bed_ != nullptr ? *bed_ : query_, moving);
-  const Eigen::Vector3d sun = sky_.daylight().sun_direction_world;
-  const Eigen::Vector3d beside =
-      std::abs(sun.z()) < 0.9 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX();
-  const double radius = std::tan(geo::kSunAngularRadius_rad);
-  const Eigen::Vector3d right = sun.cross(beside).normalized();
-  const scene::HitShader shader(ground_, imagery_, textures_, sky_);
-  std::optional<scene::WaterLight> water;
-  if (bed_ != nullptr) water.emplace(whole, bed, ground_, sky_, shader, water_visibility_m_);
+  const scene::SceneAt at =
+      scene_.at(times_s_[static_cast<std::size_t>(frame)], views_.longest_reach_s());
+  const scene::Radiance radiance(
+      at, {.sampler = sampling.sampler, .num_sky_rays = sampling.num_sky_rays}, view.center_world,
+      view.model->is_central(), trail);
   const ColorImage image{
-      .scene = whole,
-      .viewed = is_in_water_ ? bed : whole,
-      .eye = is_in_water_ ? water_at(view.center_world, trail) : scene::WaterAbove{},
-      .clouds = clouds_,
-      .sea_level_m = static_cast<float>(ground_.climate().sea_level_m),
-      .shader = shader,
-      .water = water ? &*water : nullptr,
-      .sky = sky_,
+      .radiance = radiance,
       .view = view,
       .open = open.is_pinhole_instant() ? nullptr : &open,
       .sampler = sampling.sampler,
@@ -459,19 +234,14 @@ void FrameRenderer::gather_light(int frame, int camera, const std::vector<PixelU
       .stream = core::stream_of(core::stream_of(core::mix_bits(0x636f6c6f72),  // "color"
                                                 static_cast<std::uint64_t>(frame)),
                                 static_cast<std::uint64_t>(camera)),
-      .num_samples = sampling.num_samples,
-      .num_sky_rays = sampling.num_sky_rays,
-      .trail = trail,
-      .sun_right = right * radius,
-      .sun_up = sun.cross(right) * radius};
+      .num_samples = sampling.num_samples};
   core::ScratchPool<ColorScratch> pool;
-  core::parallel_for_blocks(static_cast<std::int64_t>(units.size()), 1,
-                            [&](std::int64_t i, std::int64_t) {
-                              core::ScratchPool<ColorScratch>::Lease scratch(pool);
-                              const PixelUnit& unit = units[static_cast<std::size_t>(i)];
-                              image.render_unit(unit, *scratch);
-                              take(unit, (*scratch).sums);
-                            });
+  scene_.whole().run_units(static_cast<std::int64_t>(units.size()), [&](std::int64_t i) {
+    core::ScratchPool<ColorScratch>::Lease scratch(pool);
+    const PixelUnit& unit = units[static_cast<std::size_t>(i)];
+    image.render_unit(unit, *scratch);
+    take(unit, (*scratch).sums);
+  });
 }
 
 }  // namespace terracast::sensors

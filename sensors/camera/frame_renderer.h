@@ -7,38 +7,36 @@
 #include <vector>
 
 #include "core/image.h"
-#include "scene/ground/ground.h"
-#include "scene/ground/ground_imagery.h"
+#include "scene/light/sampler.h"
 #include "scene/light/shading.h"
 #include "scene/light/sky.h"
-#include "scene/media/clouds.h"
-#include "scene/objects/texture_library.h"
-#include "scene/water/water_above.h"
+#include "scene/scene.h"
 #include "sensors/camera/camera_plan.h"
 #include "sensors/camera/ground_truth.h"
 #include "sensors/camera/imaging/imager.h"
 #include "sensors/camera/pixel_blocks.h"
-#include "sensors/camera/sampler.h"
 #include "sensors/camera/views.h"
-#include "world/ray_query.h"
 
 namespace terracast::sensors {
 
-/// Everything that one sequence's images are made from. Parallel inside an image. Threads: safe.
+/// The options with which a plan's scene is opened: its light, and its first camera as the viewer.
+scene::SceneOptions scene_options(const CameraPlan& plan, const ViewTable& views,
+                                  const world::RayQueryOptions& tracing);
+
+/// The images of one sequence's cameras. Parallel inside an image. Threads: safe.
 class FrameRenderer {
  public:
-  /// The query, and with it the store, must outlive the renderer.
-  /// throws   Config: cameras or UTC that make no sense; Input, Io from tiles
-  /// bed            the world without water, for what is seen in it; null: water is opaque
-  /// is_in_water    all cameras are: what they meet is what `bed` says (RayQuery::WithoutWater with
-  ///                viewers_in_water)
-  FrameRenderer(const CameraPlan& plan, const world::TileStore& store, const world::RayQuery& query,
-                const world::RayQuery* bed = nullptr, bool is_in_water = false);
+  /// Views and scene must outlive the renderer.
+  /// views    of the plan
+  /// scene    opened with scene_options() of the plan
+  /// throws   Config: exposures that make no sense; Input, Io from tiles
+  FrameRenderer(const CameraPlan& plan, const ViewTable& views, const scene::Scene& scene);
 
+  const scene::Scene& scene() const { return scene_; }
   const ViewTable& views() const { return views_; }
-  const scene::Ground& ground() const { return ground_; }
-  const scene::Sky& sky() const { return sky_; }
-  const scene::MovingBodies& moving() const { return moving_; }
+  const scene::Ground& ground() const { return scene_.ground(); }
+  const scene::Sky& sky() const { return scene_.sky(); }
+  const scene::MovingBodies& moving() const { return scene_.moving(); }
 
   /// Facts of a camera at a frame.
   TruthFrame truth(int frame, int camera) const {
@@ -47,10 +45,10 @@ class FrameRenderer {
     return truth;
   }
   /// The same, into a frame that has been used before.
-  /// trail   takes the tiles to which the rays come; null: nobody wants to know
+  /// trail   takes the tiles that the rays visit; null: not recorded
   void truth(int frame, int camera, TruthFrame& truth, world::RayTrail* trail = nullptr) const {
-    trace_truth(is_in_water_ ? *bed_ : query_, moving_, ground_, views_, frame, camera, truth,
-                trail, wants_bottom_ ? bed_ : nullptr, flags_);
+    trace_truth(scene_.viewed(), scene_.moving(), scene_.ground(), views_, frame, camera, truth,
+                trail, wants_bottom_ ? scene_.bed() : nullptr, flags_);
   }
 
   /// Anti-aliased colour of a camera at a frame; no ground truth mixes in.
@@ -62,7 +60,7 @@ class FrameRenderer {
  private:
   /// How finely light is looked for.
   struct Sampling {
-    PixelSampler sampler;
+    scene::PixelSampler sampler;
     int num_samples;
     int num_sky_rays;
   };
@@ -73,21 +71,12 @@ class FrameRenderer {
                     const Sampling& sampling, world::RayTrail* trail, const TakeLight& take) const;
   /// What a camera's light meter sees: some places of its image, at the fixed exposure.
   std::vector<scene::Color> meter(int frame, int camera) const;
-  scene::WaterAbove water_at(const Eigen::Vector3d& center_world, world::RayTrail* trail) const;
 
-  ViewTable views_;
-  const world::RayQuery& query_;
-  const world::RayQuery* bed_;
-  double water_visibility_m_;
+  const ViewTable& views_;
+  const scene::Scene& scene_;
   bool wants_bottom_;
-  std::uint32_t flags_;  ///< that are looked for
-  bool is_in_water_;
-  scene::MovingBodies moving_;
-  scene::Ground ground_;
-  scene::GroundImagery imagery_;
-  scene::TextureLibrary textures_;
-  scene::Sky sky_;
-  scene::Clouds clouds_;
+  std::uint32_t flags_;          ///< that are looked for
+  std::vector<double> times_s_;  ///< of the frames
   scene::Exposure exposure_;
   Sampling sampling_;
   std::uint64_t seed_;

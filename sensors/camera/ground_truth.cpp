@@ -9,7 +9,6 @@
 #include "capture/channel.h"
 #include "core/lanes.h"
 #include "core/packet_code.h"
-#include "core/parallel.h"
 #include "core/scratch_pool.h"
 #include "scene/ground/marking.h"
 #include "scene/light/directions.h"
@@ -74,6 +73,7 @@ class TruthTracer {
         ground_(ground),
         view_(views.open(frame, camera)),
         grid_(grid_of(view_)),
+        units_(grid_.units_by_place()),
         truth_(truth),
         trail_(trail),
         has_edges_((flags & capture::kEdge) != 0) {
@@ -138,9 +138,9 @@ class TruthTracer {
 
   template <class Work>
   void for_each_unit(const Work& work) {
-    core::parallel_for_blocks(grid_.num_units(), 1, [&](std::int64_t unit, std::int64_t) {
+    query_.run_units(grid_.num_units(), [&](std::int64_t i) {
       core::ScratchPool<UnitScratch>::Lease scratch(pool_);
-      work(static_cast<int>(unit), *scratch);
+      work(units_[static_cast<std::size_t>(i)], *scratch);
     });
   }
 
@@ -512,6 +512,7 @@ class TruthTracer {
   const scene::Ground& ground_;
   const OpenView view_;
   const PixelGrid grid_;
+  const std::vector<int> units_;  ///< of the grid, in the order in which they are traced
   TruthFrame& truth_;
   world::RayTrail* const trail_;
   const bool has_edges_;  ///< edges are asked for

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
+#include <vector>
 
 namespace terracast::sensors {
 
@@ -37,6 +39,25 @@ struct PixelGrid {
     const int y0 = static_cast<int>(index / columns()) * unit_height_px;
     return {x0, y0, std::min(x0 + unit_width_px, width_px),
             std::min(y0 + unit_height_px, height_px)};
+  }
+
+  /// All units along a Z curve: those that follow each other lie near each other, and see the same tiles.
+  std::vector<int> units_by_place() const {
+    const auto spread = [](std::uint64_t bits) {  // to every second bit
+      bits = (bits | bits << 16) & 0x0000ffff0000ffffU;
+      bits = (bits | bits << 8) & 0x00ff00ff00ff00ffU;
+      bits = (bits | bits << 4) & 0x0f0f0f0f0f0f0f0fU;
+      bits = (bits | bits << 2) & 0x3333333333333333U;
+      return (bits | bits << 1) & 0x5555555555555555U;
+    };
+    const auto place = [&](int unit) {
+      return spread(static_cast<std::uint64_t>(unit % columns())) |
+             spread(static_cast<std::uint64_t>(unit / columns())) << 1;
+    };
+    std::vector<int> units(static_cast<std::size_t>(num_units()));
+    std::iota(units.begin(), units.end(), 0);
+    std::sort(units.begin(), units.end(), [&](int a, int b) { return place(a) < place(b); });
+    return units;
   }
 };
 

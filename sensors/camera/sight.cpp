@@ -4,8 +4,6 @@
 #include <array>
 #include <optional>
 
-#include "core/parallel.h"
-
 namespace terracast::sensors {
 namespace {
 
@@ -120,16 +118,16 @@ void see_moving(const Target& target, const world::MovingScene& then,
 std::vector<std::uint8_t> visible_in_view(const world::Scene& scene, const OpenView& view,
                                           std::span<const Eigen::Vector3d> points_world) {
   std::vector<std::uint8_t> is_visible(points_world.size(), 0);
-  core::parallel_for_blocks(
-      static_cast<std::int64_t>(points_world.size()), kUnitRays,
-      [&](std::int64_t begin, std::int64_t end) {
-        SightRays sight;
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-          if (const std::optional<OpenView::SeenFrom> seen = view.that_sees(points_world[i]))
-            sight.add(*seen, points_world[i], i);
-        sight.cast(scene, world::Coherence::Incoherent, nullptr,
-                   [&](std::size_t i) { is_visible[i] = 1; });
-      });
+  const std::size_t num_units = (points_world.size() + kUnitRays - 1) / kUnitRays;
+  scene.still().run_units(static_cast<std::int64_t>(num_units), [&](std::int64_t unit) {
+    const std::size_t begin = static_cast<std::size_t>(unit) * kUnitRays;
+    SightRays sight;
+    for (std::size_t i = begin; i < std::min(begin + kUnitRays, points_world.size()); ++i)
+      if (const std::optional<OpenView::SeenFrom> seen = view.that_sees(points_world[i]))
+        sight.add(*seen, points_world[i], i);
+    sight.cast(scene, world::Coherence::Incoherent, nullptr,
+               [&](std::size_t i) { is_visible[i] = 1; });
+  });
   return is_visible;
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "core/parallel.h"
 #include "core/random.h"
 #include "geo/units.h"
 #include "sensors/camera/sight.h"
@@ -17,6 +16,8 @@ constexpr int kMaxRounds = 8;
 // sequence.
 constexpr std::size_t kAskedImages = 16;
 constexpr int kWantedImages = 3;
+/// Candidates that are graded together.
+constexpr std::int64_t kBlock = 64;
 const double kWantedParallax_rad = geo::radians_from_degrees(0.5);
 constexpr std::uint64_t kStream = 0x747261636b73;  // "tracks"
 
@@ -70,11 +71,12 @@ void grade_candidates(const world::RayQuery& query, const ViewTable& views, std:
   std::vector<world::SurfaceHit> hits(rays.size());
   query.intersect(rays, hits, world::Coherence::Incoherent);
 
-  std::vector<const View*> in_image;
+  // All candidates' rays at once: they share the tiles.
   std::vector<world::WorldRay> sights;
-  std::vector<world::SurfaceHit> sight_hits;
-  std::vector<Eigen::Vector3d> directions;
+  std::vector<std::size_t> ends;  // of each candidate's sights
+  std::vector<const View*> in_image;
   for (std::size_t i = 0; i < hits.size(); ++i) {
+    ends.push_back(sights.size());
     if (hits[i].is_sky()) continue;
     Candidate& candidate = candidates[static_cast<std::size_t>(begin) + i];
     candidate.point_world = rays[i].origin_world + hits[i].t * rays[i].direction_world;
@@ -84,7 +86,6 @@ void grade_candidates(const world::RayQuery& query, const ViewTable& views, std:
         if (views.at(frame, camera).has_in_image(candidate.point_world))
           in_image.push_back(&views.at(frame, camera));
     const std::size_t num_asked = std::min(in_image.size(), kAskedImages);
-    sights.clear();
     for (std::size_t k = 0; k < num_asked; ++k) {
       const View& view = *in_image[k * in_image.size() / num_asked];
       const Eigen::Vector3d origin = view.origin_toward(candidate.point_world);
@@ -93,13 +94,20 @@ void grade_candidates(const world::RayQuery& query, const ViewTable& views, std:
                         .t_min = 0.0,
                         .t_max = 1.0 + 1e-6});
     }
-    sight_hits.resize(sights.size());
-    query.intersect(sights, sight_hits, world::Coherence::Incoherent);
+    ends.back() = sights.size();
+  }
+  std::vector<world::SurfaceHit> sight_hits(sights.size());
+  query.intersect(sights, sight_hits, world::Coherence::Incoherent);
+
+  std::vector<Eigen::Vector3d> directions;
+  std::size_t sight = 0;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
     directions.clear();
-    for (std::size_t k = 0; k < sights.size(); ++k)
-      if (is_at_point(sight_hits[k].t))
-        directions.push_back(sights[k].direction_world.normalized());
-    candidate.grade = grade_of(directions);
+    for (; sight < ends[i]; ++sight)
+      if (is_at_point(sight_hits[sight].t))
+        directions.push_back(sights[sight].direction_world.normalized());
+    if (!hits[i].is_sky())
+      candidates[static_cast<std::size_t>(begin) + i].grade = grade_of(directions);
   }
 }
 
@@ -118,9 +126,9 @@ std::vector<capture::TrackPoint> choose_tracks(const world::RayQuery& query, con
   const std::int64_t num_a_round = std::max<std::int64_t>(num_points, 64);
   for (int round = 0; round < kMaxRounds && count[kWellSeen] < num_points; ++round) {
     std::vector<Candidate> candidates(static_cast<std::size_t>(num_a_round));
-    core::parallel_for_blocks(num_a_round, 64, [&](std::int64_t begin, std::int64_t end) {
-      grade_candidates(query, views, seed, static_cast<std::uint64_t>(all.size()), begin, end,
-                       candidates);
+    query.run_units((num_a_round - 1) / kBlock + 1, [&](std::int64_t block) {
+      grade_candidates(query, views, seed, static_cast<std::uint64_t>(all.size()), block * kBlock,
+                       std::min((block + 1) * kBlock, num_a_round), candidates);
     });
     for (const Candidate& candidate : candidates) ++count[candidate.grade];
     all.insert(all.end(), candidates.begin(), candidates.end());

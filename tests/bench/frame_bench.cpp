@@ -50,7 +50,7 @@ struct Flight {
     return flight;
   }
   bench::Folder folder{"frame-bench"};
-  test::Scene scene{
+  test::TracedPlan scene{
       test::make_tiny_world(folder.path(), test::mountain_height_m, test::mountain_options(4)),
       flight()};
   bench::BareScene bare{scene.store, scene.query.cut(),
@@ -138,17 +138,17 @@ double plain_height_m(double x, double y) {
 }
 
 /// The flight over either ground.
-test::Scene& scene_over(std::int64_t ground) {
+test::TracedPlan& scene_over(std::int64_t ground) {
   if (ground == 0) return Flight::get().scene;
   static bench::Folder folder("frame-bench-plain");
-  static test::Scene scene(
+  static test::TracedPlan scene(
       test::make_tiny_world(folder.path(), plain_height_m, test::mountain_options(4)),
       flight(plain_height_m));
   return scene;
 }
 
 void frame_trail(benchmark::State& state) {
-  const test::Scene& scene = scene_over(state.range(0));
+  const test::TracedPlan& scene = scene_over(state.range(0));
   const core::ThreadLimit limit(1);
   world::RayTrail trail(scene.query.cut().size());
   sensors::TruthFrame truth;

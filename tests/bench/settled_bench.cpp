@@ -23,7 +23,6 @@
 
 #include <benchmark/benchmark.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <optional>
@@ -31,11 +30,12 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "geo/units.h"
+#include "render/checked_plan.h"
 #include "scene/ground/ground.h"
 #include "sensors/camera/frame_renderer.h"
 #include "tests/bench/bench_support.h"
 #include "tests/bench/frame_rays.h"
-#include "tests/support/hills_flight.h"
+#include "tests/bench/view_of_world.h"
 #include "tests/world/mountains.h"
 #include "tiler/vegetation/plant_library.h"
 
@@ -48,25 +48,10 @@ constexpr int kHeight = 720;
 constexpr int kFrame = 1;
 constexpr int kColorSamples = 1;
 
-struct Place {
-  double east_m, north_m, agl_m, heading_deg, pitch_deg;
-};
+using bench::Place;
 
-/// Three frames of a pair and a third camera that looks aside.
 render::SequencePlan flight(const Place& place, double ground_z_m) {
-  render::SequencePlan plan = test::small_plan(3, kWidth, kHeight);
-  plan.cameras = test::small_rig(kWidth, kHeight, place.pitch_deg);
-  plan.conditions.color_samples = kColorSamples;
-  const Eigen::Quaterniond heading(
-      Eigen::AngleAxisd(geo::radians_from_degrees(place.heading_deg), Eigen::Vector3d::UnitZ()));
-  for (int i = 0; i < 3; ++i) {
-    geo::BodyState& state = plan.states[static_cast<std::size_t>(i)];
-    state.world_from_body.rotation = heading;
-    state.world_from_body.translation =
-        Eigen::Vector3d(place.east_m, place.north_m, ground_z_m + place.agl_m) +
-        heading * Eigen::Vector3d(8.0 * (i - 1), 0.0, 0.0);
-  }
-  return plan;
+  return bench::flight_at(place, ground_z_m, kWidth, kHeight);
 }
 
 /// A frame, and the same rays for bare Embree.
@@ -75,9 +60,11 @@ struct Compared {
            const render::SequencePlan& sequence)
       : store(tile_store),
         plan(sequence),
-        query(store, std::move(cut), {.memory_bytes = 8e9}),
-        bed(query, {.memory_bytes = 1e9}),
-        renderer(plan, store, query, &bed),
+        views(plan.states, plan.cameras),
+        scene(store, std::move(cut), plan.moving,
+              sensors::scene_options(plan, views, {.memory_bytes = 9e9})),
+        query(scene.whole()),
+        renderer(plan, views, scene),
         bare(store, query.cut(), renderer.views().at(kFrame, 0).center_world),
         rays(bench::rays_of_frame(
             renderer, kFrame, 0,
@@ -87,8 +74,9 @@ struct Compared {
 
   world::TileStore store;
   render::SequencePlan plan;
-  world::RayQuery query;
-  world::RayQuery bed;
+  sensors::ViewTable views;
+  scene::Scene scene;
+  const world::RayQuery& query;
   sensors::FrameRenderer renderer;
   bench::BareScene bare;
   bench::FrameRays rays;
@@ -188,20 +176,11 @@ Compared& forest() {
 
 // A tiled world.
 
-std::optional<Place> place_asked() {
-  Place place{};
-  const char* view = std::getenv("TERRACAST_BENCH_VIEW");
-  if (view == nullptr || std::sscanf(view, "%lf,%lf,%lf,%lf,%lf", &place.east_m, &place.north_m,
-                                     &place.agl_m, &place.heading_deg, &place.pitch_deg) != 5)
-    return std::nullopt;
-  return place;
-}
-
 /// Null: none is asked for.
 Compared* tiled_world() {
   static const std::unique_ptr<Compared> compared = []() -> std::unique_ptr<Compared> {
     const char* folder = std::getenv("TERRACAST_BENCH_WORLD");
-    const std::optional<Place> place = place_asked();
+    const std::optional<Place> place = bench::place_asked();
     if (folder == nullptr || !place) return nullptr;
     const world::TileStore store = world::TileStore::open(folder);
     const world::RayQuery ground(store, world::finest_cut(store), {});

@@ -67,12 +67,32 @@ Quaternion turn_of(const Vector& w, Real t) {
   return {cosine, share * half[0], share * half[1], share * half[2]};
 }
 
+/// Terms of a motion, from a power of the time on; beyond the reach along their tangent.
+template <std::size_t kCount>
+Vector sum_of(const std::array<Eigen::Vector3d, kCount>& terms, int first, Real t, Real reach_s) {
+  const Real inside = t > reach_s ? reach_s : t < -reach_s ? -reach_s : t;
+  Vector sum{0, 0, 0};
+  Real before = 1;  // the power below
+  for (int i = 1; i < first; ++i) before = before * inside;
+  for (std::size_t k = 0; k < kCount; ++k) {
+    const Real slope = static_cast<Real>(first + static_cast<int>(k)) * before;
+    before = before * inside;
+    sum = sum + (before + (t - inside) * slope) * real(terms[k]);
+  }
+  return sum;
+}
+
 ExactPose exact_pose(const geo::CameraMotion& motion, Real t) {
-  const Quaternion body = real(motion.state.world_from_body.rotation) *
-                          turn_of(real(motion.state.angular_velocity_body_radps), t);
+  const geo::MotionTerms& terms = motion.state.terms;
+  const Vector spin = real(terms.spin_body_radps);
+  const Vector uniform = real(motion.state.angular_velocity_body_radps) + Real(-1) * spin;
+  const Quaternion body =
+      real(motion.state.world_from_body.rotation) *
+      turn_of(t * uniform + sum_of(terms.turning_body, 2, t, terms.reach_s), 1) * turn_of(spin, t);
   const Vector place = real(motion.state.world_from_body.translation) +
                        t * real(motion.state.velocity_world_mps) +
-                       (t * t / 2) * real(motion.state.acceleration_world_mps2);
+                       (t * t / 2) * real(motion.state.acceleration_world_mps2) +
+                       sum_of(terms.position_world, 3, t, terms.reach_s);
   return {body * real(motion.body_from_camera.rotation),
           place + turned(body, real(motion.body_from_camera.translation))};
 }
@@ -110,6 +130,13 @@ Flight draw_flight(std::uint64_t number) {
     state.velocity_world_mps = vector(40.0);
     state.acceleration_world_mps2 = vector(8.0);
     state.angular_velocity_body_radps = vector(0.8);
+    // Of every second flight: each term counts as much as a jerk of 50 m/s^3 and an angular acceleration of 20 rad/s^2.
+    if (number % 2 == 0) return;
+    state.terms.reach_s = 0.025;
+    for (int k = 0; k < 3; ++k)
+      state.terms.position_world[static_cast<std::size_t>(k)] = vector(10.0 * std::pow(0.025, -k));
+    for (int k = 0; k < 4; ++k)
+      state.terms.turning_body[static_cast<std::size_t>(k)] = vector(10.0 * std::pow(0.025, -k));
   };
   set(flight.from);
   set(flight.to);
@@ -252,6 +279,11 @@ TEST(LineBounds, OfFlowOfWhatMovesAreNeverBelowTheErrorNorFarAboveIt) {
         motion.from.velocity_world_mps = vector(30.0);
         motion.from.acceleration_world_mps2 = vector(5.0);
         motion.from.angular_velocity_body_radps = vector(3.0);
+        if (number % 2 == 1) {
+          motion.from.terms = flight.from.terms;
+          motion.from.terms.spin_body_radps = vector(10.0);
+          motion.from.angular_velocity_body_radps += motion.from.terms.spin_body_radps;
+        }
         motion.to = motion.from;
         motion.to->world_from_body.translation += vector(3.0);
         motion.to->world_from_body.rotation =

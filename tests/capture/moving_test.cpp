@@ -43,7 +43,13 @@ TEST(Moving, IsReadAsItWasWritten) {
   check_moving(kBodies, ErrorKind::Input, "here");
   EXPECT_EQ(moving_from_json(core::Json::parse(json_from_moving(kBodies).text(), "here"), source),
             kBodies);
-  const MovingStates states = {state(1.0), std::nullopt, state(-25000.123456789)};
+  MovingStates states = {state(1.0), std::nullopt, state(-25000.123456789)};
+  geo::MotionTerms& terms = states[2]->terms;
+  terms.reach_s = 0.01;
+  terms.position_world[2] = {1.0, -2e5, 1.0 / 3.0};
+  terms.turning_body[3] = {1e6, 0.1, -1.0};
+  terms.spin_body_radps = {0.0, 0.0, 40.0};
+  terms.error_m = 1e-9;
   EXPECT_EQ(
       states_from_json(core::Json::parse(json_from_states(states).text(), "here"), 0.5, source),
       states);

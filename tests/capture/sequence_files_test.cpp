@@ -3,8 +3,11 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 
+#include "capture/begun_sequence.h"
 #include "capture/frame_reader.h"
+#include "capture/frame_record_json.h"
 #include "capture/frame_writer.h"
 #include "capture/sequence_json.h"
 #include "core/atomic_file.h"
@@ -81,6 +84,36 @@ TEST(SequenceFiles, KeepWhatIsBelievedAndTheClocks) {
   const FrameRecord& record = reader.frames()[1];
   EXPECT_EQ(record.time_s, 0.1);
   for (int k = 0; k < 4; ++k) EXPECT_EQ(record.stamp_s(k), test::tiny_stamp_s(k, 0.1));
+}
+
+TEST(SequenceFiles, KeepTheTermsOfMotions) {
+  const ScratchFolder scratch;
+  const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
+  EXPECT_THAT(core::read_text_file(folder / "frames/000001.json"),
+              testing::Not(HasSubstr("motion_terms")));
+  const SequenceReader reader = SequenceReader::open(folder);
+  FrameRecord record = reader.frames()[1];
+  record.terms.reach_s = 0.0125;
+  record.terms.position_world = {
+      Eigen::Vector3d(1.0 / 3.0, 2.0, -1e-9), {4.0, -5e5, 6.0}, {7.0, 8.0, 9e7}};
+  record.terms.turning_body = {
+      Eigen::Vector3d(5.0, -0.1, 0.0), {1.0, 2.0, 3.0}, {-4.0, 1e3, 6.0}, {7.0, 1.0 / 7.0, 1e5}};
+  record.terms.spin_body_radps = {0.0, 0.0, 628.0};
+  record.terms.error_m = 2e-9;
+  record.terms.error_rad = 1e-10;
+  const auto read = [&](const FrameRecord& one) {
+    return record_from_json(
+        core::Json::parse(json_from_record(one, reader.info().input_hash).text(), "here"),
+        reader.info(), "here");
+  };
+  EXPECT_EQ(read(record), record);
+  EXPECT_EQ(record.state().terms, record.terms);
+  for (const double wrong : {-1e-3, std::numeric_limits<double>::infinity()}) {
+    FrameRecord other = record;
+    other.terms.error_rad = wrong;
+    expect_error(ErrorKind::Input, {"term"},
+                 [&] { check_record(other, reader.info(), ErrorKind::Input, "here"); });
+  }
 }
 
 TEST(SequenceFiles, KeepShuttersAndLensesAndRefuseWhatIsNone) {
@@ -251,6 +284,21 @@ TEST(SequenceFiles, AnUnfinishedSequenceSaysWhatIsMissing) {
                [&] { SequenceReader::open(folder); });
   expect_error(ErrorKind::Io, {"no such folder"}, [&] { SequenceReader::open(scratch / "none"); });
   expect_error(ErrorKind::Input, {"sequence.json"}, [&] { SequenceReader::open(scratch.path()); });
+}
+
+TEST(SequenceFiles, TracksOfABegunSequenceAreThoseThatItsWriterWasGiven) {
+  const ScratchFolder scratch;
+  const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
+  SequenceInfo info = test::tiny_sequence(kSmall);
+  EXPECT_EQ(tracks_of_begun(folder, info), test::tiny_tracks());
+  EXPECT_EQ(tracks_of_begun(scratch / "elsewhere", info), std::nullopt);
+  info.input_hash += "0";
+  EXPECT_EQ(tracks_of_begun(folder, info), std::nullopt);
+  info = test::tiny_sequence(kSmall);
+  std::string text = core::read_text_file(folder / "tracks.json");
+  text[text.find("point_world_m") + 17] ^= 1;
+  core::write_file(folder / "tracks.json", std::string_view(text));
+  EXPECT_EQ(tracks_of_begun(folder, info), std::nullopt);
 }
 
 TEST(SequenceFiles, SequencesAreListedByName) {

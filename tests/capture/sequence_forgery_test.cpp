@@ -6,6 +6,7 @@
 
 #include "capture/frame_reader.h"
 #include "capture/frame_writer.h"
+#include "capture/sequence_files.h"
 #include "core/atomic_file.h"
 #include "core/hash.h"
 #include "core/image_io.h"
@@ -81,7 +82,7 @@ struct Forgery {
 // Hashes that fit do not make a value possible.
 TEST(SequenceFiles, ForgedValuesAreRefused) {
   const std::vector<Forgery> forgeries = {
-      {"sequence.json", "\"version\": 6", "\"version\": 5", {"version 5", "reads version 6"}},
+      {"sequence.json", "\"version\": 7", "\"version\": 5", {"version 5", "reads versions 6 to 7"}},
       {"sequence.json", "terracast-capture", "other", {"not a file of"}},
       {"sequence.json", "\"rate_hz\"", "\"rate\"", {"no member \"rate_hz\""}},
       {"sequence.json", "\"rate_hz\": 10.0", "\"rate_hz\": -1", {"rate_hz = -1"}},
@@ -161,6 +162,25 @@ TEST(SequenceFiles, ForgedValuesAreRefused) {
       fs::copy_file(scratch / "good" / name, folder / name, fs::copy_options::overwrite_existing);
   }
   EXPECT_NO_THROW(SequenceReader::open(folder));
+}
+
+// Version 6 has no terms of motions: its lines follow constants.
+TEST(SequenceFiles, CapturesOfTheVersionBeforeAreReadByTheirOwnRule) {
+  const ScratchFolder scratch;
+  const fs::path folder = test::write_tiny_capture(scratch.path(), kSmall);
+  for (const char* file : {"sequence.json", "tracks.json", "frames/000000.json",
+                           "frames/000001.json", "manifest.json"}) {
+    replace_in(folder / file, fmt::format("\"version\": {}", kCaptureVersion), "\"version\": 6");
+    if (std::string(file) == "manifest.json")
+      bless_itself(folder / file);
+    else
+      bless(folder, file);
+  }
+  const SequenceReader reader = SequenceReader::open(folder);
+  for (const FrameRecord& record : reader.frames()) {
+    EXPECT_FALSE(record.terms.are_any());
+    EXPECT_EQ(record.state().terms, geo::MotionTerms{});
+  }
 }
 
 std::vector<std::byte> facts_with(const CameraFrame& frame,

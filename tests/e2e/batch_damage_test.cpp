@@ -129,17 +129,18 @@ void try_damage(const Case& each, Damage damage, std::uint64_t random,
   expect_complete(job, snapshots.complete());
 }
 
-// Each kind of file in one way, chosen by the seed; in all ways in a recorded run.
+// Every case in every way in a recorded run; else every third, each fate among them, in one way that the seed chooses.
 TEST(BatchDamage, WhateverFileIsDamagedIsMadeAgainOrNamed) {
   const char* given = std::getenv("TERRACAST_CHAOS_SEED");
   const std::uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : 1;
   std::cout << "TERRACAST_CHAOS_SEED=" << seed << "\n";
   const ScratchFolder scratch;
-  const BatchSnapshots snapshots(scratch / "snapshots");
+  const BatchSnapshots snapshots;
   ASSERT_FALSE(testing::Test::HasFailure());
   std::uint64_t number = 0;
   for (const Case& each : kCases) {
     const std::uint64_t random = core::random_bits(seed, 1, number++);
+    if (number % 3 != 1 && !is_recorded_run()) continue;
     for (const Damage damage : kDamages) {
       const bool is_chosen = random / 4 % 4 == static_cast<std::uint64_t>(damage);
       if (!is_chosen && !is_recorded_run()) continue;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,32 +23,42 @@ namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
 
-/// A job whose world is tiled, and one of whose tiles is edited; the plan knows.
+/// A job whose world is tiled, and one of whose tiles is edited; the plan knows. Made once for the suite: `job` is
+/// there for one test to change, `edited` for copies, and `unedited` as it was before the edit.
 class BatchEdit : public testing::Test {
  protected:
   void SetUp() override {
-    write_hills(scratch_.path());
+    if (scratch_ == nullptr) make_jobs();
+    ASSERT_TRUE(is_made_) << "the jobs that all tests begin with";
+  }
+  static void TearDownTestSuite() { scratch_.reset(); }
+
+  static void make_jobs() {
+    scratch_ = std::make_unique<ScratchFolder>();
+    write_hills(scratch_->path());
     const std::string text =
         replaced(replaced(hills_job_text(), "finest_spacing_m = 1.0", "finest_spacing_m = 16.0"),
                  fmt::format("num_frames = {}", kNumFrames), "num_frames = 3");
-    config_ = write_text(scratch_ / "flights.toml", text).string();
-    const fs::path job = scratch_ / "job";
+    config_ = write_text(folder("flights.toml"), text).string();
+    const fs::path job = folder("job");
     expect_well(plan(job));
     expect_well(run(job, {"tile"}));
     ASSERT_FALSE(HasFailure());
-    copy_job(job, scratch_ / "unedited");
+    copy_job(job, folder("unedited"));
     const fs::path store = world_of(job, "run0000");
     const world::TileId id = tile_below(store, -820.0, -300.0);
     edit_tile(store, id);
     tile_ = world::tile_path(store.parent_path(), id).lexically_relative(job);
     expect_well(plan(job, {"--update"}));
-    ASSERT_FALSE(HasFailure());
+    copy_job(job, folder("edited"));
+    is_made_ = !HasFailure();
   }
 
   static void expect_well(const ProgramResult& result) {
     EXPECT_EQ(result.status, 0) << result.output;
   }
-  ProgramResult plan(const fs::path& job, const std::vector<std::string>& more = {}) const {
+  static fs::path folder(const char* name) { return *scratch_ / name; }
+  static ProgramResult plan(const fs::path& job, const std::vector<std::string>& more = {}) {
     std::vector<std::string> arguments = {"batch", "plan", config_, "--out", job.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_program(arguments);
@@ -66,23 +77,32 @@ class BatchEdit : public testing::Test {
     while (store.find(id) == nullptr) id = id.parent();
     return id;
   }
-  /// A copy of the job.
-  fs::path copied(const char* name) const {
-    copy_job(scratch_ / "job", scratch_ / name);
-    return scratch_ / name;
+  /// A copy of the edited job.
+  static fs::path copied(const char* name) {
+    fs::remove_all(folder(name));
+    copy_job(folder("edited"), folder(name));
+    return folder(name);
+  }
+  /// The edited job run to its end, once for the suite.
+  static fs::path whole() {
+    if (!fs::exists(folder("whole"))) expect_well(run(copied("whole")));
+    return folder("whole");
+  }
+  /// The job before the edit run to its end; the second time nothing is left to do.
+  static fs::path unedited() {
+    expect_well(run(folder("unedited")));
+    return folder("unedited");
   }
 
-  ScratchFolder scratch_;
-  std::string config_;
-  fs::path tile_;  ///< relative to a job
+  static inline std::unique_ptr<ScratchFolder> scratch_;
+  static inline bool is_made_ = false;
+  static inline std::string config_;
+  static inline fs::path tile_;  ///< relative to a job
 };
 
 TEST_F(BatchEdit, ATileThatIsLostBeforeOrAfterItIsTiledIsNamedAndNothingIsMadeUntilItIsBack) {
-  const fs::path whole = copied("whole");
-  expect_well(run(whole));
-  const fs::path unedited = scratch_ / "unedited";
-  expect_well(run(unedited));
-  EXPECT_NE(first_difference(whole / "dataset", unedited / "dataset"), "");
+  const fs::path whole = BatchEdit::whole();
+  EXPECT_NE(first_difference(whole / "dataset", unedited() / "dataset"), "");
   for (const bool is_tiled : {false, true})
     for (const Damage damage : {Damage::Delete, Damage::Flip}) {
       SCOPED_TRACE(fmt::format("{}, {}", is_tiled, damage_name(damage)));
@@ -110,26 +130,22 @@ TEST_F(BatchEdit, ATileThatIsLostBeforeOrAfterItIsTiledIsNamedAndNothingIsMadeUn
 }
 
 TEST_F(BatchEdit, DamageToWhatTheTilesAreMadeOfTakesNoEditedTileAway) {
-  const fs::path whole = copied("whole");
-  expect_well(run(whole));
   const fs::path job = copied("damaged");
   const fs::path inputs = job / tile_.parent_path().parent_path() / "inputs.json";
   ASSERT_TRUE(do_damage(inputs, Damage::Flip, 7));
   expect_well(run(job));
-  EXPECT_EQ(first_difference(job / "dataset", whole / "dataset"), "");
+  EXPECT_EQ(first_difference(job / "dataset", whole() / "dataset"), "");
 }
 
 TEST_F(BatchEdit, AnUpdateTakesBackTheEditOfATileThatIsRemoved) {
-  const fs::path unedited = scratch_ / "unedited";
-  expect_well(run(unedited));
-  const fs::path job = scratch_ / "job";
+  const fs::path job = folder("job");
   expect_well(run(job));
   fs::remove(job / tile_);
   const auto updated = plan(job, {"--update"});
   expect_well(updated);
   EXPECT_THAT(updated.output, HasSubstr((job / tile_).string()));
   expect_well(run(job));
-  EXPECT_EQ(first_difference(job / "dataset", unedited / "dataset"), "");
+  EXPECT_EQ(first_difference(job / "dataset", unedited() / "dataset"), "");
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "core/json.h"
 #include "tests/e2e/tiny_job.h"
 #include "tests/support/folder_compare.h"
+#include "tests/support/made_once.h"
 #include "tests/support/run_program.h"
 
 namespace terracast::test {
@@ -78,24 +79,41 @@ void copy_job(const fs::path& job, const fs::path& copy) {
   fs::copy(job, copy, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
 }
 
-BatchSnapshots::BatchSnapshots(fs::path folder) {
+namespace {
+
+fs::path job_after(const fs::path& folder, std::size_t num_stages) {
+  return folder / ("after-" + std::to_string(num_stages));
+}
+
+/// Runs the batch stage by stage, with a copy of the job between any two; keeps their seconds in a file.
+void make_snapshots(const fs::path& folder) {
   const fs::path config = write_text(folder / "batch.toml", kBatchText);
-  const auto planned = folder / "after-0";
+  const fs::path planned = job_after(folder, 0);
   const auto plan = run_program({"batch", "plan", config.string(), "--out", planned.string(),
                                  "--shard-minutes", "0.001", "-q"});
   EXPECT_EQ(plan.status, 0) << plan.output;
-  jobs_.push_back(planned);
+  std::string durations;
   for (std::size_t stage = 0; stage < kBatchStages.size(); ++stage) {
-    const fs::path job = folder / ("after-" + std::to_string(stage + 1));
-    copy_job(jobs_.back(), job);
+    const fs::path job = job_after(folder, stage + 1);
+    copy_job(job_after(folder, stage), job);
     const auto start = std::chrono::steady_clock::now();
     const auto run =
         run_program({"batch", "run", job.string(), "--stage", kBatchStages[stage], "-q"});
     EXPECT_EQ(run.status, 0) << run.output;
-    durations_s_.push_back(
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-    jobs_.push_back(job);
+    const std::chrono::duration<double> duration = std::chrono::steady_clock::now() - start;
+    durations += fmt::format("{}\n", duration.count());
   }
+  write_text(folder / "durations", durations);
+}
+
+}  // namespace
+
+BatchSnapshots::BatchSnapshots() {
+  const fs::path folder = made_once("batch_snapshots", kBatchText, make_snapshots);
+  for (std::size_t stage = 0; stage <= kBatchStages.size(); ++stage)
+    jobs_.push_back(job_after(folder, stage));
+  std::ifstream durations(folder / "durations");
+  for (double duration_s = 0.0; durations >> duration_s;) durations_s_.push_back(duration_s);
 }
 
 const std::vector<JobFiles>& kinds_of_job_files() {

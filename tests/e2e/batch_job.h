@@ -14,11 +14,11 @@ inline const std::vector<std::string> kBatchStages = {"tile", "render", "export"
                                                       "merge"};
 
 /// A tiny batch as it stands before each of its stages and after the last, each in a folder of its
-/// own, for copying.
+/// own, for copying. Shared by all tests (made_once).
 class BatchSnapshots {
  public:
-  /// cost   the whole batch, once; the test fails where it does not run
-  explicit BatchSnapshots(std::filesystem::path folder);
+  /// cost   the whole batch, once for a program; the test fails where it does not run
+  BatchSnapshots();
 
   /// num_stages   done: 0 for a job that is planned, kBatchStages.size() for one that is complete
   const std::filesystem::path& after(std::size_t num_stages) const { return jobs_.at(num_stages); }

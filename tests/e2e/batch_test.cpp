@@ -14,9 +14,11 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/json.h"
+#include "tests/e2e/batch_job.h"
 #include "tests/e2e/started_program.h"
 #include "tests/e2e/tiny_batch.h"
 #include "tests/support/folder_compare.h"
+#include "tests/support/made_once.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
 
@@ -37,6 +39,23 @@ fs::path planned(const ScratchFolder& scratch, const std::string& name,
   const auto plan = run_program({"batch", "plan", config.string(), "--out", job.string(),
                                  "--shard-minutes", shard_minutes, "-q"});
   EXPECT_EQ(plan.status, 0) << plan.output;
+  return job;
+}
+
+/// A copy, in `scratch`, of the planned job after one worker ran it to its end on one thread.
+fs::path complete_job(const ScratchFolder& scratch, const std::string& name) {
+  const std::string text = tiny_batch_text();
+  const auto make = [&](const fs::path& folder) {
+    const auto config = write_text(folder / "batch.toml", text).string();
+    const std::string job = (folder / "job").string();
+    const auto plan =
+        run_program({"batch", "plan", config, "--out", job, "--shard-minutes", kSmallShards, "-q"});
+    EXPECT_EQ(plan.status, 0) << plan.output;
+    const auto run = run_program({"batch", "run", job, "--threads", "1", "-q"});
+    EXPECT_EQ(run.status, 0) << run.output;
+  };
+  const fs::path job = scratch / name;
+  copy_job(made_once("tiny_batch", text + kSmallShards, make) / "job", job);
   return job;
 }
 
@@ -76,9 +95,7 @@ std::string value_in_plan(const core::Json& run, const std::string& key) {
 
 TEST(Batch, EachRunIsWhatTheProgramMakesOfItsConfigAlone) {
   const ScratchFolder scratch;
-  const fs::path job = planned(scratch, "job");
-  const auto run = run_program({"batch", "run", job.string(), "-q"});
-  ASSERT_EQ(run.status, 0) << run.output;
+  const fs::path job = complete_job(scratch, "job");
   EXPECT_TRUE(status_of(job).at("complete").boolean());
   EXPECT_EQ(check_sums(job), 0);
   EXPECT_TRUE(fs::is_empty(job / "attempts"));
@@ -109,9 +126,7 @@ TEST(Batch, EachRunIsWhatTheProgramMakesOfItsConfigAlone) {
 
 TEST(Batch, OtherShardsPartsThreadsAndCompanyMakeTheSameDataset) {
   const ScratchFolder scratch;
-  const fs::path first = planned(scratch, "first");
-  const auto alone = run_program({"batch", "run", first.string(), "--threads", "1", "-q"});
-  ASSERT_EQ(alone.status, 0) << alone.output;
+  const fs::path first = complete_job(scratch, "first");
 
   const fs::path parts = planned(scratch, "parts", "1");
   for (const char* stage : {"tile", "render", "export", "validate", "merge"})
@@ -344,8 +359,7 @@ TEST(Batch, AQuotaStopsItCleanly) {
 
 TEST(Batch, DamageIsFoundNamedAndMadeGood) {
   const ScratchFolder scratch;
-  const fs::path job = planned(scratch, "job");
-  ASSERT_EQ(run_program({"batch", "run", job.string(), "-q"}).status, 0);
+  const fs::path job = complete_job(scratch, "job");
   const std::string sums = checksums_of(job);
   const auto right = run_program({"batch", "verify", job.string(), "-q"});
   EXPECT_EQ(right.status, 0) << right.output;
@@ -391,8 +405,7 @@ TEST(Batch, APlanIsWrittenOnceAndADryRunWritesNothing) {
 
 TEST(Batch, TheForecastOfDiskIsNear) {
   const ScratchFolder scratch;
-  const fs::path job = planned(scratch, "job");
-  ASSERT_EQ(run_program({"batch", "run", job.string(), "-q"}).status, 0);
+  const fs::path job = complete_job(scratch, "job");
   const core::Json plan = core::Json::read(job / "plan/0001/plan.json");
   const core::Json status = status_of(job);
   for (const char* stage : {"render", "export"}) {

@@ -88,9 +88,9 @@ void expect_colmap_holds(const char* config, const fs::path& out, const std::str
     EXPECT_NE(validated.output.find(fmt::format("ok      {}", check)), std::string::npos) << check;
 }
 
-TEST(Climb, FourFramesPassEveryCheckInAllFormats) {
+TEST(Climb, TwoFramesPassEveryCheckInAllFormats) {
   const ScratchFolder scratch;
-  expect_job_holds("all_formats.toml", {"trajectories.0.num_frames=4"}, scratch / "out",
+  expect_job_holds("all_formats.toml", {"trajectories.0.num_frames=2"}, scratch / "out",
                    kAllFormats, 2500.0);
 }
 
@@ -354,7 +354,15 @@ TEST(SplitRecording, GivesASequenceForEachPart) {
   EXPECT_FALSE(fs::exists(scratch / "out/capture/P000"));
 }
 
-TEST(Andorra, TwelveFramesPassEveryCheckInThreeFormatsAnd24ImagesInColmapItself) {
+TEST(Andorra, ThreeFramesPassEveryCheckInThreeFormats) {
+  TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
+  const ScratchFolder scratch;
+  expect_job_holds("andorra_small.toml", {data_setting(), "trajectories.0.num_frames=3"},
+                   scratch / "out", kThreeFormats, 2500.0);
+}
+
+TEST(AndorraFull, TwelveFramesPassEveryCheckInThreeFormatsAnd24ImagesInColmapItself) {
+  TERRACAST_NEEDS_FULL();
   TERRACAST_NEEDS_SHARED_DATA("andorra/andorra_dem_3s.tif");
   const ScratchFolder scratch;
   expect_job_holds("andorra_small.toml", {data_setting()}, scratch / "out", kThreeFormats, 2500.0);

@@ -18,6 +18,7 @@
 #include "core/json.h"
 #include "tests/e2e/tiny_job.h"
 #include "tests/support/folder_compare.h"
+#include "tests/support/record.h"
 #include "tests/support/run_program.h"
 #include "tests/support/slurm_cluster.h"
 #include "tests/support/test_data.h"
@@ -261,6 +262,7 @@ Process make_a_twin(SlurmCluster& cluster, const fs::path& job) {
 }
 
 TEST(Slurm, ThroughADeadNodeAKilledTaskARequeuedOneAndATwinAJobGetsToTheBytesOfALocalRun) {
+  TERRACAST_NEEDS_FULL();
   TERRACAST_NEEDS_SLURM();
   const ScratchFolder scratch;
   const fs::path config = write_text(scratch / "job.toml", job_text());
@@ -415,6 +417,7 @@ void fill(const SlurmCluster& cluster) {
 }
 
 TEST(SlurmCluster, ADeadNodeTakesItsTasksWithItAndADeadSlurmdDoesNot) {
+  TERRACAST_NEEDS_FULL();
   TERRACAST_NEEDS_SLURM();
   for (const bool may_have_spaces : {true, false}) {
     SlurmCluster cluster(may_have_spaces);
@@ -436,6 +439,7 @@ int num_processes_with(const std::string& variable) {
 }
 
 TEST(SlurmCluster, NothingOfItOutlivesTheProcessThatMadeIt) {
+  TERRACAST_NEEDS_FULL();
   TERRACAST_NEEDS_SLURM();
   for (const bool may_have_spaces : {true, false}) {
     int ends[2];

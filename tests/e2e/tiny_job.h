@@ -1,9 +1,9 @@
 #pragma once
 
-#include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <string>
+
+#include "tests/support/test_data.h"
 
 namespace terracast::test {
 
@@ -66,13 +66,6 @@ num_points = 3000
 format = "colmap"
 
 )" + extra;
-}
-
-inline std::filesystem::path write_text(const std::filesystem::path& file,
-                                        const std::string& text) {
-  std::filesystem::create_directories(file.parent_path());
-  std::ofstream(file, std::ios::binary) << text;
-  return file;
 }
 
 /// `text` with the first occurrence of `what` replaced; the test fails loudly when it is not there.

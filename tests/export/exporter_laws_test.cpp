@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <fstream>
+#include <limits>
+#include <sstream>
 
 #include "core/atomic_file.h"
 #include "core/json.h"
@@ -20,7 +23,7 @@ using core::ErrorKind;
 using core::Json;
 using Eigen::Vector3d;
 
-const TinyCaptureOptions kAll{.num_frames = 2, .has_tartan_v1 = true};
+const TinyCaptureOptions kAll{.num_frames = 2, .has_tartan_v1 = true, .has_sensor = true};
 
 /// The capture is drawn once for all tests of a process.
 struct ExporterLaws : testing::Test {
@@ -94,6 +97,45 @@ TEST_F(ExporterLaws, TheFilesListedAreExactlyThoseOnDisk) {
 }
 
 // Truth by WGS84's definition: every camera's place and attitude on the globe.
+// Rows as they are written down here from the samples' own formula; numbers come back to the bit.
+TEST_F(ExporterLaws, SamplesOfSensorsAreTables) {
+  for (const std::string& name : names()) {
+    SCOPED_TRACE(name);
+    run_export(capture(), toml(name), *folder / "out");
+    int num_tables = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(*folder / "out" / name)) {
+      if (entry.path().filename() != "laser.csv") continue;
+      ++num_tables;
+      std::istringstream lines(core::read_text_file(entry.path()));
+      std::string line;
+      std::getline(lines, line);
+      EXPECT_EQ(line, "time_s,range_m,shape");
+      int tick = 0;
+      for (; std::getline(lines, line); ++tick) {
+        const double time_s = tick / 25.0;
+        double values[3];
+        ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf", &values[0], &values[1], &values[2]), 3);
+        EXPECT_EQ(values[0], time_s);
+        EXPECT_EQ(values[1], 100.0 / 3.0 + time_s);
+        EXPECT_EQ(values[2], time_s < 0.1 ? std::numeric_limits<double>::infinity() : -1e-9);
+      }
+      // Two frames at 10 Hz: up to the last one's time.
+      EXPECT_EQ(tick, 3);
+      const Json record =
+          Json::read(entry.path().parent_path().parent_path().parent_path() / "sensors.json");
+      const Json& sensor = record.at("sensors").at(0);
+      EXPECT_EQ(sensor.at("kind").string(), "rangefinder");
+      EXPECT_EQ(sensor.at("file").string(), "sensors/mcs4/laser.csv");
+      EXPECT_EQ(sensor.at("channels").at(0).at("unit").string(), "m");
+      EXPECT_EQ(sensor.at("body_from_sensor").at("translation_m").numbers(),
+                (std::vector<double>{0.1, -0.2, 0.3}));
+      EXPECT_EQ(sensor.at("body_from_sensor").at("quaternion_wxyz").numbers(),
+                (std::vector<double>{0.8, 0.0, 0.6, 0.0}));
+    }
+    EXPECT_EQ(num_tables, 1);
+  }
+}
+
 TEST_F(ExporterLaws, GeoreferencesAreTheFlights) {
   const TinyScene scene;
   for (const std::string& name : names()) {

@@ -59,7 +59,7 @@ struct Published {
 
 TEST(Geoid, MatchesNgaPublishedPoints) {
   NEEDS_GRID();
-  const test::ScratchFolder scratch;
+  const terracast::test::ScratchFolder scratch;
   const auto geoid = Geoid::egm96(kGtx, scratch.path());
   // Outputs that NGA published with its EGM96 interpolation program.
   for (const Published& point :
@@ -75,9 +75,9 @@ TEST(Geoid, MatchesNgaPublishedPoints) {
 TEST(Geoid, MatchesEveryPointOfTheSharedTable) {
   NEEDS_GRID();
   TERRACAST_NEEDS_SHARED_DATA("geoid/egm96_test_points.csv");
-  const test::ScratchFolder scratch;
+  const terracast::test::ScratchFolder scratch;
   const auto geoid = Geoid::egm96(kGtx, scratch.path());
-  std::ifstream table(test::shared_data() / "geoid" / "egm96_test_points.csv");
+  std::ifstream table(terracast::test::shared_data() / "geoid" / "egm96_test_points.csv");
   std::string line;
   std::getline(table, line);
   int num_points = 0;
@@ -101,10 +101,10 @@ TEST(Geoid, MatchesEveryPointOfTheSharedTable) {
 TEST(Geoid, WritesTheSameNodesAsGeographicLibsOwnGrid) {
   NEEDS_GRID();
   TERRACAST_NEEDS_SHARED_DATA("geoid/egm96-15.pgm");
-  const test::ScratchFolder scratch;
+  const terracast::test::ScratchFolder scratch;
   Geoid::egm96(kGtx, scratch.path());
   const std::string ours = pixels_of(scratch / "egm96-15.pgm");
-  const std::string theirs = pixels_of(test::shared_data() / "geoid" / "egm96-15.pgm");
+  const std::string theirs = pixels_of(terracast::test::shared_data() / "geoid" / "egm96-15.pgm");
   ASSERT_EQ(ours.size(), theirs.size());
   // Both round the same undulations to 3 mm. Nodes that lie half-way between two steps, to the
   // float's last digit, go either way: 164 of a million.
@@ -122,7 +122,7 @@ TEST(Geoid, WritesTheSameNodesAsGeographicLibsOwnGrid) {
 
 TEST(Geoid, RewritesADamagedOrTruncatedCacheAndKeepsAGoodOne) {
   NEEDS_GRID();
-  const test::ScratchFolder scratch;
+  const terracast::test::ScratchFolder scratch;
   const fs::path cache = scratch / "a" / "b";
   const double expected = Geoid::egm96(kGtx, cache)->undulation_m(42.5, 1.5);
   const fs::path file = cache / "egm96-15.pgm";
@@ -144,7 +144,7 @@ TEST(Geoid, RewritesADamagedOrTruncatedCacheAndKeepsAGoodOne) {
 
 TEST(Geoid, RefusesAMissingTruncatedOrForeignGrid) {
   NEEDS_GRID();
-  const test::ScratchFolder scratch;
+  const terracast::test::ScratchFolder scratch;
   EXPECT_EQ(kind_of_failure(scratch / "none.gtx", scratch.path()), core::ErrorKind::Io);
   const std::string good = bytes_of(kGtx);
   const auto refused_as = [&](const std::string& bytes) {
@@ -168,7 +168,7 @@ TEST(Geoid, RefusesAMissingTruncatedOrForeignGrid) {
 
 TEST(Geoid, RefusesACacheThatIsNoFolder) {
   NEEDS_GRID();
-  const test::ScratchFolder scratch;
+  const terracast::test::ScratchFolder scratch;
   write_bytes(scratch / "file", "x");
   try {
     Geoid::egm96(kGtx, scratch / "file");
@@ -180,7 +180,7 @@ TEST(Geoid, RefusesACacheThatIsNoFolder) {
 
 TEST(Geoid, RefusesAPlaceThatIsNone) {
   NEEDS_GRID();
-  const test::ScratchFolder scratch;
+  const terracast::test::ScratchFolder scratch;
   const auto geoid = Geoid::egm96(kGtx, scratch.path());
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(geoid->undulation_m(90.5, 0.0), core::Error);
@@ -190,7 +190,7 @@ TEST(Geoid, RefusesAPlaceThatIsNone) {
 
 TEST(Geoid, ManyThreadsGetTheSameBits) {
   NEEDS_GRID();
-  const test::ScratchFolder scratch;
+  const terracast::test::ScratchFolder scratch;
   const auto geoid = Geoid::egm96(kGtx, scratch.path());
   const auto all = [&] {
     std::vector<double> values;
@@ -230,7 +230,7 @@ std::string geotrans_grid(const std::function<double(double lat_deg, double lon_
 }
 
 TEST(Egm2008, ImportsTheGridOfGeotrans) {
-  const test::ScratchFolder scratch;
+  const terracast::test::ScratchFolder scratch;
   // Within what GeographicLib's cubic takes exactly but for the rounding to 3 mm.
   const auto form_m = [](double lat_deg, double lon_deg) {
     return 20.0 * std::sin(lon_deg * M_PI / 180.0) * std::cos(lat_deg * M_PI / 180.0) -

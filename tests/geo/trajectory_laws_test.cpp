@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
 #include <numbers>
+#include <random>
 #include <thread>
+#include <tuple>
 
 #include "core/schema_writer.h"
 #include "tests/geo/trajectory_support.h"
@@ -104,11 +107,20 @@ waypoints = [
   return found->second;
 }
 
-class TrajectoryLaws : public testing::TestWithParam<std::string> {
+/// The keys of a trajectory with one more, which stands before tables.
+std::string with_continuity(const std::string& keys, const std::string& continuity) {
+  return fmt::format("continuity = \"{}\"\n{}", continuity, keys);
+}
+
+/// Parameters: a kind, and `continuity`.
+class TrajectoryLaws : public testing::TestWithParam<std::tuple<std::string, std::string>> {
  protected:
+  bool is_of_fourth() const { return std::get<1>(GetParam()) == "fourth"; }
+
   terracast::test::ScratchFolder scratch_;
   GroundWorld world_;
-  TrajectoryOptions options_ = test::options_from(example_of(GetParam(), scratch_.path()));
+  TrajectoryOptions options_ = test::options_from(with_continuity(
+      example_of(std::get<0>(GetParam()), scratch_.path()), std::get<1>(GetParam())));
   std::unique_ptr<Trajectory> motion_ = options_.kind_options().build(world_.context());
 };
 
@@ -122,9 +134,9 @@ TEST_P(TrajectoryLaws, VelocitiesAreTheDerivativesOfThePose) {
   const int count = 400;
   for (int i = 0; i < count; ++i) {
     const double time_s = kStep_s + (motion_->duration_s() - 2 * kStep_s) * (i + 0.37) / count;
-    const BodyState before = motion_->at(time_s - kStep_s);
-    const BodyState state = motion_->at(time_s);
-    const BodyState after = motion_->at(time_s + kStep_s);
+    const MotionState before = motion_->at(time_s - kStep_s);
+    const MotionState state = motion_->at(time_s);
+    const MotionState after = motion_->at(time_s + kStep_s);
     const Eigen::Vector3d velocity =
         (after.world_from_body.translation - before.world_from_body.translation) / (2 * kStep_s);
     // Third derivatives of some 10 m/s^3 times step^2 / 6, and 1e-10 m of rounding over the step.
@@ -144,6 +156,207 @@ TEST_P(TrajectoryLaws, VelocitiesAreTheDerivativesOfThePose) {
     ASSERT_NEAR(state.world_from_body.rotation.norm(), 1.0, 1e-15);
     ASSERT_EQ(state.time_s, time_s);
   }
+}
+
+/// Random times that lie so far from all knots, beginning and end, in this order: a time and how far.
+std::vector<std::pair<double, double>> times_between_knots(const Trajectory& motion, int count,
+                                                           double least_room_s) {
+  const std::vector<double> knots_s = motion.knots_s();
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> any(0.0, motion.duration_s());
+  std::vector<std::pair<double, double>> times;
+  for (int tries = 0; static_cast<int>(times.size()) < count && tries < 400 * count; ++tries) {
+    const double time_s = any(random);
+    const auto after = std::upper_bound(knots_s.begin(), knots_s.end(), time_s);
+    if (after == knots_s.begin() || after == knots_s.end()) continue;
+    const double room_s = std::min(time_s - *(after - 1), *after - time_s);
+    if (room_s >= least_room_s) times.emplace_back(time_s, room_s);
+  }
+  EXPECT_EQ(static_cast<int>(times.size()), count);
+  return times;
+}
+
+/// Central difference of the eighth order.
+template <class Value>
+Eigen::Vector3d derivative(const Value& value_at, double time_s, double step_s) {
+  constexpr double kWeights[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 4; ++i)
+    sum +=
+        kWeights[i] * (value_at(time_s + (i + 1) * step_s) - value_at(time_s - (i + 1) * step_s));
+  return sum / step_s;
+}
+
+/// What each derivative differs by from the difference of the one before it.
+struct DerivativeErrors {
+  double velocity, acceleration, jerk, angular_velocity, angular_acceleration;
+};
+
+DerivativeErrors derivative_errors(const Trajectory& motion, double time_s, double step_s) {
+  const MotionState state = motion.at(time_s);
+  const Eigen::Quaterniond& middle = state.world_from_body.rotation;
+  const auto difference = [&](const auto& value_at) {
+    return derivative(value_at, time_s, step_s);
+  };
+  // The rotation vector from the middle turns at the body's rate there: its derivative is the angular velocity.
+  return {(difference([&](double t) { return motion.at(t).world_from_body.translation; }) -
+           state.velocity_world_mps)
+              .norm(),
+          (difference([&](double t) { return motion.at(t).velocity_world_mps; }) -
+           state.acceleration_world_mps2)
+              .norm(),
+          (difference([&](double t) { return motion.at(t).acceleration_world_mps2; }) -
+           state.jerk_world_mps3)
+              .norm(),
+          (difference([&](double t) {
+             return rotation_between(middle, motion.at(t).world_from_body.rotation);
+           }) -
+           state.angular_velocity_body_radps)
+              .norm(),
+          (difference([&](double t) { return motion.at(t).angular_velocity_body_radps; }) -
+           state.angular_acceleration_body_radps2)
+              .norm()};
+}
+
+TEST_P(TrajectoryLaws, AllDerivativesAreExactAtAnyTime) {
+  constexpr double kLeastRoom_s = 0.004, kMostStep_s = 0.02;
+  DerivativeErrors most{};
+  DerivativeErrors size{};
+  for (const auto& [time_s, room_s] : times_between_knots(*motion_, 300, kLeastRoom_s)) {
+    const MotionState state = motion_->at(time_s);
+    const DerivativeErrors here =
+        derivative_errors(*motion_, time_s, std::min(room_s / 4.01, kMostStep_s));
+    most = {std::max(most.velocity, here.velocity), std::max(most.acceleration, here.acceleration),
+            std::max(most.jerk, here.jerk), std::max(most.angular_velocity, here.angular_velocity),
+            std::max(most.angular_acceleration, here.angular_acceleration)};
+    size = {std::max(size.velocity, state.velocity_world_mps.norm()),
+            std::max(size.acceleration, state.acceleration_world_mps2.norm()),
+            std::max(size.jerk, state.jerk_world_mps3.norm()),
+            std::max(size.angular_velocity, state.angular_velocity_body_radps.norm()),
+            std::max(size.angular_acceleration, state.angular_acceleration_body_radps2.norm())};
+  }
+  const auto record = [&](const char* what, double error, double of) {
+    RecordProperty(what, fmt::format("{:.2g} of {:.3g}", error, of));
+  };
+  record("velocity", most.velocity, size.velocity);
+  record("acceleration", most.acceleration, size.acceleration);
+  record("jerk", most.jerk, size.jerk);
+  record("angular_velocity", most.angular_velocity, size.angular_velocity);
+  record("angular_acceleration", most.angular_acceleration, size.angular_acceleration);
+  // Places are rounded to 2e-12 m, and known along the path to 1e-11 m; over steps of a millisecond.
+  EXPECT_LT(most.velocity, 1e-9 * size.velocity);
+  EXPECT_LT(most.acceleration, 1e-9 * size.acceleration);
+  EXPECT_LT(most.jerk, 1e-9 * size.jerk);
+  EXPECT_LT(most.angular_velocity, 1e-9 * size.angular_velocity);
+  // On an orbit there is none.
+  EXPECT_LT(most.angular_acceleration, 1e-9 * size.angular_acceleration + 1e-12);
+}
+
+TEST_P(TrajectoryLaws, PosesVelocitiesAndAccelerationsAreContinuousAcrossKnots) {
+  constexpr double kNear_s = 1e-7;
+  for (const double knot_s : motion_->knots_s()) {
+    const MotionState before = motion_->at(knot_s - kNear_s), after = motion_->at(knot_s + kNear_s);
+    const auto expect_near = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                 const Eigen::Vector3d& rate_a, const Eigen::Vector3d& rate_b,
+                                 double rounding) {
+      ASSERT_LT((b - a).norm(), 2.1 * kNear_s * std::max(rate_a.norm(), rate_b.norm()) + rounding)
+          << knot_s;
+    };
+    expect_near(before.world_from_body.translation, after.world_from_body.translation,
+                before.velocity_world_mps, after.velocity_world_mps, 1e-9);
+    expect_near(before.velocity_world_mps, after.velocity_world_mps, before.acceleration_world_mps2,
+                after.acceleration_world_mps2, 1e-9);
+    expect_near(before.acceleration_world_mps2, after.acceleration_world_mps2,
+                before.jerk_world_mps3, after.jerk_world_mps3, 1e-8);
+    expect_near(before.angular_velocity_body_radps, after.angular_velocity_body_radps,
+                before.angular_acceleration_body_radps2, after.angular_acceleration_body_radps2,
+                1e-10);
+    ASSERT_LT(
+        rotation_between(before.world_from_body.rotation, after.world_from_body.rotation).norm(),
+        2.1 * kNear_s *
+                std::max(before.angular_velocity_body_radps.norm(),
+                         after.angular_velocity_body_radps.norm()) +
+            1e-12);
+  }
+}
+
+TEST_P(TrajectoryLaws, OfTheFourthOrderJerkAndAngularAccelerationAreContinuousToo) {
+  if (!is_of_fourth()) GTEST_SKIP() << "they jump at knots";
+  // As the step to a knot shrinks by ten, so does the difference; a jump would stay.
+  double jerk_mps3 = 0.0, angular_radps2 = 0.0;
+  const std::vector<double> knots_s = motion_->knots_s();
+  for (const double knot_s : knots_s) {
+    // Beyond its ends a motion keeps its acceleration.
+    if (knot_s < 1e-3 || knot_s > motion_->duration_s() - 1e-3) continue;
+    constexpr double kNear_s = 1e-6;
+    const MotionState before = motion_->at(knot_s - kNear_s), after = motion_->at(knot_s + kNear_s);
+    jerk_mps3 = std::max(jerk_mps3, (after.jerk_world_mps3 - before.jerk_world_mps3).norm());
+    angular_radps2 = std::max(
+        angular_radps2,
+        (after.angular_acceleration_body_radps2 - before.angular_acceleration_body_radps2).norm());
+  }
+  // Snaps of some 100 m/s^4 over two microseconds.
+  EXPECT_LT(jerk_mps3, 2e-3);
+  EXPECT_LT(angular_radps2, 2e-3);
+}
+
+TEST_P(TrajectoryLaws, AShutterMayLookBeforeTheBeginningAndAfterTheEnd) {
+  const double end_s = motion_->duration_s();
+  // Half a second out the roll has settled, and has no knots any more. Closed paths go round.
+  const std::string& kind = std::get<0>(GetParam());
+  if (kind != "loop" && kind != "orbit")
+    for (const double time_s : {-0.5, end_s + 0.5}) {
+      const DerivativeErrors errors = derivative_errors(*motion_, time_s, 0.005);
+      EXPECT_LT(errors.velocity, 1e-7) << time_s;
+      EXPECT_LT(errors.acceleration, 1e-7) << time_s;
+      EXPECT_LT(errors.jerk, 1e-7) << time_s;
+      EXPECT_LT(errors.angular_velocity, 1e-8) << time_s;
+      EXPECT_LT(errors.angular_acceleration, 1e-8) << time_s;
+    }
+  constexpr double kNear_s = 1e-7;
+  for (const double time_s : {0.0, end_s}) {
+    const MotionState before = motion_->at(time_s - kNear_s), after = motion_->at(time_s + kNear_s);
+    EXPECT_LT((after.world_from_body.translation - before.world_from_body.translation -
+               2.0 * kNear_s * after.velocity_world_mps)
+                  .norm(),
+              1e-9);
+    EXPECT_LT((after.acceleration_world_mps2 - before.acceleration_world_mps2).norm(), 1e-4);
+    EXPECT_LT((after.angular_velocity_body_radps - before.angular_velocity_body_radps).norm(),
+              1e-5);
+  }
+}
+
+// 30 ms of readout, at random times: knots fall within it.
+TEST_P(TrajectoryLaws, LinesOfAShutterAreWhereTheMotionIs) {
+  constexpr double kReach_s = 0.015, kFocal_px = 320.0;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(0.0, motion_->duration_s());
+  std::uniform_real_distribution<double> offset(-kReach_s, kReach_s);
+  double most_m = 0.0, most_rad = 0.0, constants_rad = 0.0;
+  for (int i = 0; i < 300; ++i) {
+    const double time_s = i == 0 ? 0.0 : any(random);
+    MotionState state = motion_->at(time_s);
+    const MotionState constants = state;
+    state.terms = fit_terms(
+        state, [&](double t) { return motion_->at(time_s + t).world_from_body; }, kReach_s);
+    for (int k = 0; k < 20; ++k) {
+      const double t = offset(random);
+      const Rigid3d stated = state.pose_after(t), truth = motion_->at(time_s + t).world_from_body;
+      const double error_m = (stated.translation - truth.translation).norm();
+      const double error_rad = rotation_between(stated.rotation, truth.rotation).norm();
+      ASSERT_LE(error_m, state.terms.error_m + 1e-10) << time_s;
+      ASSERT_LE(error_rad, state.terms.error_rad + 1e-13) << time_s;
+      most_m = std::max(most_m, error_m);
+      most_rad = std::max(most_rad, error_rad);
+      constants_rad = std::max(
+          constants_rad, rotation_between(constants.pose_after(t).rotation, truth.rotation).norm());
+    }
+  }
+  RecordProperty("most_m", fmt::format("{:.2g}", most_m));
+  RecordProperty("most_px", fmt::format("{:.2g}", kFocal_px * most_rad));
+  RecordProperty("constants_px", fmt::format("{:.2g}", kFocal_px * constants_rad));
+  EXPECT_LT(most_m, 1e-6);
+  EXPECT_LT(kFocal_px * most_rad, 1e-3);
 }
 
 TEST_P(TrajectoryLaws, PositionsAreTwiceContinuouslyDifferentiable) {
@@ -169,7 +382,7 @@ TEST_P(TrajectoryLaws, PositionsAreTwiceContinuouslyDifferentiable) {
 
 TEST_P(TrajectoryLaws, TheBodyLooksAheadWithItsWingsLevelledByGravity) {
   for (int i = 0; i <= 100; ++i) {
-    const BodyState state = motion_->at(motion_->duration_s() * i / 100);
+    const MotionState state = motion_->at(motion_->duration_s() * i / 100);
     const Eigen::Matrix3d axes = state.world_from_body.rotation.toRotationMatrix();
     ASSERT_LT((axes.col(0) - state.velocity_world_mps.normalized()).norm(), 1e-12);
     const Eigen::Vector3d up = world_.frame.up_world(state.world_from_body.translation);
@@ -181,7 +394,7 @@ TEST_P(TrajectoryLaws, TheBodyLooksAheadWithItsWingsLevelledByGravity) {
 TEST_P(TrajectoryLaws, BuildingAgainAndManyThreadsGiveTheSameBits) {
   const auto again = options_.kind_options().clone()->build(world_.context());
   ASSERT_EQ(again->duration_s(), motion_->duration_s());
-  std::vector<std::vector<BodyState>> results(3);
+  std::vector<std::vector<MotionState>> results(3);
   {
     std::vector<std::jthread> threads;
     for (auto& result : results) {
@@ -191,12 +404,14 @@ TEST_P(TrajectoryLaws, BuildingAgainAndManyThreadsGiveTheSameBits) {
     }
   }
   for (int i = 0; i < 200; ++i) {
-    const BodyState state = motion_->at(motion_->duration_s() * i / 199);
+    const MotionState state = motion_->at(motion_->duration_s() * i / 199);
     for (const auto& result : results) {
       ASSERT_EQ(result[i].world_from_body, state.world_from_body);
       ASSERT_EQ(result[i].velocity_world_mps, state.velocity_world_mps);
       ASSERT_EQ(result[i].acceleration_world_mps2, state.acceleration_world_mps2);
       ASSERT_EQ(result[i].angular_velocity_body_radps, state.angular_velocity_body_radps);
+      ASSERT_EQ(result[i].jerk_world_mps3, state.jerk_world_mps3);
+      ASSERT_EQ(result[i].angular_acceleration_body_radps2, state.angular_acceleration_body_radps2);
     }
   }
 }
@@ -221,7 +436,7 @@ TEST_P(TrajectoryLaws, PathsUnderGroundOrOutsideTheWorldAreRefused) {
   try {
     const auto motion = options_.kind_options().build(high.context());
     for (int i = 0; i <= 1000; ++i) {
-      const BodyState state = motion->at(motion->duration_s() * i / 1000);
+      const MotionState state = motion->at(motion->duration_s() * i / 1000);
       ASSERT_GE(test::agl_m(high, state.world_from_body.translation), 5.0 - 0.01);
     }
   } catch (const core::Error& error) {
@@ -248,8 +463,12 @@ std::vector<std::string> kind_names() {
   return names;
 }
 
-INSTANTIATE_TEST_SUITE_P(AllKinds, TrajectoryLaws, testing::ValuesIn(kind_names()),
-                         [](const auto& kind) { return kind.param; });
+INSTANTIATE_TEST_SUITE_P(AllKinds, TrajectoryLaws,
+                         testing::Combine(testing::ValuesIn(kind_names()),
+                                          testing::Values("second", "fourth")),
+                         [](const auto& kind) {
+                           return std::get<0>(kind.param) + "_" + std::get<1>(kind.param);
+                         });
 
 }  // namespace
 }  // namespace terracast::geo

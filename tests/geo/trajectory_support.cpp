@@ -4,24 +4,25 @@
 
 #include "core/toml_reader.h"
 
-namespace terracast::geo::test {
+namespace terracast::test {
 
-TrajectoryOptions options_from(const std::string& toml) {
-  TrajectoryOptions options;
+geo::TrajectoryOptions options_from(const std::string& toml) {
+  geo::TrajectoryOptions options;
   core::TomlDocument::parse(toml, "test.toml").read(options);
   return options;
 }
 
-std::unique_ptr<Trajectory> trajectory_from(const std::string& toml, const GroundWorld& world) {
+std::unique_ptr<geo::Trajectory> trajectory_from(const std::string& toml,
+                                                 const GroundWorld& world) {
   return options_from(toml).kind_options().build(world.context());
 }
 
 double agl_m(const GroundWorld& world, const Eigen::Vector3d& point_world) {
-  const Geodetic place = world.frame.geodetic_from_world(point_world);
+  const geo::Geodetic place = world.frame.geodetic_from_world(point_world);
   return place.height_m - *world.ground(place.lat_deg, place.lon_deg);
 }
 
-double roll_rad(const GroundWorld& world, const BodyState& state) {
+double roll_rad(const GroundWorld& world, const geo::BodyState& state) {
   const Eigen::Vector3d up = world.frame.up_world(state.world_from_body.translation);
   const Eigen::Matrix3d axes = state.world_from_body.rotation.toRotationMatrix();
   const Eigen::Vector3d level_left = up.cross(axes.col(0)).normalized();
@@ -38,4 +39,4 @@ speed_mps = {}
                      radius_m, speed_mps, more);
 }
 
-}  // namespace terracast::geo::test
+}  // namespace terracast::test

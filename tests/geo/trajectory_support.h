@@ -8,19 +8,19 @@
 #include "core/error.h"
 #include "geo/trajectory.h"
 
-namespace terracast::geo::test {
+namespace terracast::test {
 
 /// A world whose ground is a function of the place; by default 1000 m above the ellipsoid.
 struct GroundWorld {
-  WorldFrame frame{{42.5, 1.5, 1000.0}};
-  GroundHeight ground = [](double, double) { return std::optional(1000.0); };
+  geo::WorldFrame frame{{42.5, 1.5, 1000.0}};
+  geo::GroundHeight ground = [](double, double) { return std::optional(1000.0); };
 
-  TrajectoryContext context() const { return {frame, ground, nullptr}; }
+  geo::TrajectoryContext context() const { return {frame, ground, nullptr}; }
 };
 
-TrajectoryOptions options_from(const std::string& toml);
+geo::TrajectoryOptions options_from(const std::string& toml);
 
-std::unique_ptr<Trajectory> trajectory_from(const std::string& toml, const GroundWorld& world);
+std::unique_ptr<geo::Trajectory> trajectory_from(const std::string& toml, const GroundWorld& world);
 
 /// The message of the error of that kind that `work` throws.
 template <class Work>
@@ -39,7 +39,7 @@ double agl_m(const GroundWorld& world, const Eigen::Vector3d& point_world);
 
 /// Roll of a body whose x axis is level or nearly so: the angle of its y axis below the horizon,
 /// positive when the left side is up.
-double roll_rad(const GroundWorld& world, const BodyState& state);
+double roll_rad(const GroundWorld& world, const geo::BodyState& state);
 
 inline constexpr double kGravity_mps2 = 9.80665;
 
@@ -56,4 +56,4 @@ waypoints = [
 ]
 )";
 
-}  // namespace terracast::geo::test
+}  // namespace terracast::test

@@ -10,6 +10,7 @@
 #include "core/log.h"
 #include "core/toml_reader.h"
 #include "job/job.h"
+#include "render/checked_plan.h"
 #include "render/input_hash.h"
 #include "tests/e2e/tiny_job.h"
 #include "tests/support/expect_error.h"

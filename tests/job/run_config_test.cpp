@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "core/error.h"
+#include "core/json.h"
 #include "core/log.h"
 #include "core/schema_writer.h"
 #include "core/toml_reader.h"
@@ -127,6 +128,45 @@ TEST(Configs, FormatsAreRefusedWithoutTheFlagsThatTheyNeed) {
   EXPECT_NO_THROW(read(tartanair + R"(, flow = "png")", R"("edge", "next")"));
   test::expect_error(core::ErrorKind::Config, {"facts.flags", "edges"},
                      [&] { read(colmap, R"("edges")"); });
+}
+
+TEST(Configs, LookForTheFlagsThatExportsNeedUnlessTheySay) {
+  const auto flags = [](const std::vector<std::string>& sets) {
+    return load_run_config(kSource / "configs/demo.toml", sets).facts.flags;
+  };
+  using Flags = std::vector<std::string>;
+  EXPECT_EQ(flags({"exports=[]"}), Flags());
+  EXPECT_EQ(flags({R"(exports=[{format = "colmap"}])"}), Flags({"edge"}));
+  EXPECT_EQ(flags({R"(exports=[{format = "colmap"}, {format = "terracast"}])"}),
+            Flags({"edge", "next", "previous"}));
+  EXPECT_EQ(flags({"exports=[]", R"(facts.flags=["cameras", "needed"])"}), Flags({"cameras"}));
+  EXPECT_EQ(flags({R"(exports=[{format = "colmap"}])", R"(facts.flags=["cameras", "needed"])"}),
+            Flags({"edge", "cameras"}));
+  EXPECT_EQ(flags({R"(exports=[{format = "colmap"}])", R"(facts.flags=["cameras", "edge"])"}),
+            Flags({"cameras", "edge"}));
+}
+
+TEST(Configs, GoOnWithTheFlagsOfACaptureThatHoldsMore) {
+  const test::ScratchFolder folder;
+  const auto read = [](const std::vector<std::string>& sets) {
+    return load_run_config(kSource / "configs/demo.toml", sets);
+  };
+  const std::string few = R"(exports=[{format = "colmap"}])";
+  const RunConfig captured = read({R"(facts.flags=["edge", "next", "cameras"])", few});
+  core::Json sequence = core::Json::object();
+  sequence.set("config_toml", toml_of_sequence(captured, captured.trajectories[0]));
+  sequence.write(folder / (captured.trajectories[0].name + "/sequence.json"));
+  const auto kept = [&](const std::vector<std::string>& sets) {
+    RunConfig config = read(sets);
+    keep_captured_flags(config, folder.path());
+    return config.facts.flags;
+  };
+  using Flags = std::vector<std::string>;
+  EXPECT_EQ(kept({few}), captured.facts.flags);
+  EXPECT_EQ(kept({R"(exports=[{format = "terracast"}])"}), Flags({"edge", "next", "previous"}))
+      << "the capture lacks \"previous\"";
+  EXPECT_EQ(kept({few, R"(facts.flags=["edge"])"}), Flags({"edge"})) << "the config says";
+  EXPECT_EQ(kept({few, "seed=77"}), Flags({"edge"})) << "a capture of another config";
 }
 
 // Nothing is tiled by prepare_job(). A model is held to 50 points an image, 2000 at most.

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "job/stages.h"
 #include "job/traffic/traffic.h"
+#include "render/checked_plan.h"
 #include "sensors/moving_record.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/street_job.h"

@@ -40,6 +40,7 @@ inline geo::BodyState leaning_state(int frame, const Eigen::Vector3d& place, dou
   state.velocity_world_mps = velocity;
   state.acceleration_world_mps2 = {4.0, -6.0, 2.0};
   state.angular_velocity_body_radps = turning;
+  state.terms = lively_terms();
   return state;
 }
 
@@ -162,6 +163,7 @@ inline render::SequencePlan two_camera_plan(const std::vector<double>& camera_x_
     state.velocity_world_mps = {12.0, 3.0, -2.0};
     state.acceleration_world_mps2 = {0.0, 5.0, 1.0};
     state.angular_velocity_body_radps = {0.1, -0.2, 0.4};
+    state.terms = lively_terms();
   }
   plan.cameras.push_back(plan.cameras[0]);
   plan.cameras[1].name = "cam1";
@@ -189,12 +191,7 @@ struct ShownBodies {
   static double time_of(int camera, double y_px) { return camera == 0 ? 0.0 : exposed_s(y_px); }
   Pose camera_pose(int frame, double t) const {
     const capture::FrameRecord& record = sequence.frames()[static_cast<std::size_t>(frame)];
-    Pose pose({.time_s = 0.0,
-               .world_from_body = record.world_from_body,
-               .velocity_world_mps = record.velocity_world_mps,
-               .acceleration_world_mps2 = record.acceleration_world_mps2,
-               .angular_velocity_body_radps = record.angular_velocity_body_radps},
-              t);
+    Pose pose(record.state(), t);
     pose.rotation = pose.rotation * geo::rig_from_rdf();
     return pose;
   }

@@ -14,6 +14,7 @@
 #include "core/image_io.h"
 #include "geo/frames.h"
 #include "tests/labels/boxes_world.h"
+#include "tests/support/motion_terms.h"
 #include "tests/support/test_data.h"
 
 /// A plane, boxes and four kinds of cameras (global and rolling shutters, a fisheye, parallel rays), all of which are known
@@ -74,6 +75,7 @@ inline render::SequencePlan plan_of_all() {
     state.velocity_world_mps = {30.0, 4.0, -3.0};
     state.acceleration_world_mps2 = {0.0, 5.0, 1.0};
     state.angular_velocity_body_radps = {0.3, -0.2, 0.5};
+    state.terms = lively_terms();
   }
   const std::vector<double> pinhole = {100.0, 100.0, 50.0, 40.0};
   plan.cameras = {
@@ -108,13 +110,9 @@ struct Truth {
     const capture::FrameRecord& record = sequence.frames()[static_cast<std::size_t>(frame)];
     const double t = is_rolling() ? kLineTime_s * (row - 0.5 * kHeight) : 0.0;
     Eigen::Isometry3d body = Eigen::Isometry3d::Identity();
-    const Vector3d turned = t * record.angular_velocity_body_radps;
-    body.linear() = record.world_from_body.rotation.toRotationMatrix();
-    if (turned.norm() > 0.0)
-      body.linear() =
-          body.linear() * Eigen::AngleAxisd(turned.norm(), turned.normalized()).toRotationMatrix();
-    body.translation() = record.world_from_body.translation + t * record.velocity_world_mps +
-                         0.5 * t * t * record.acceleration_world_mps2;
+    const BodyThen then(record.state(), t);
+    body.linear() = then.rotation;
+    body.translation() = then.place;
     Eigen::Isometry3d camera_on_body = Eigen::Isometry3d::Identity();
     camera_on_body.linear() = geo::rig_from_rdf();
     camera_on_body.translation() = calibration().rig_from_camera.translation;

@@ -1,9 +1,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cmath>
 
-#include "geo/trajectory.h"
+#include "tests/support/motion_terms.h"
 
 namespace terracast::test {
 
@@ -11,13 +10,10 @@ namespace terracast::test {
 struct Pose {
   Eigen::Matrix3d rotation;
   Eigen::Vector3d place;
-  Pose(const geo::BodyState& state, double t)
-      : rotation(state.world_from_body.rotation.toRotationMatrix()),
-        place(state.world_from_body.translation + t * state.velocity_world_mps +
-              0.5 * t * t * state.acceleration_world_mps2) {
-    const Eigen::Vector3d& w = state.angular_velocity_body_radps;
-    if (w.norm() * std::abs(t) > 0.0)
-      rotation = rotation * Eigen::AngleAxisd(w.norm() * t, w.normalized()).toRotationMatrix();
+  Pose(const geo::BodyState& state, double t) {
+    const BodyThen body(state, t);
+    rotation = body.rotation;
+    place = body.place;
   }
   Eigen::Vector3d world(const Eigen::Vector3d& point) const { return place + rotation * point; }
   Eigen::Vector3d own(const Eigen::Vector3d& point) const { return turned(point - place); }

@@ -17,6 +17,7 @@
 #include "core/parallel.h"
 #include "core/toml_reader.h"
 #include "labels/label.h"
+#include "render/checked_plan.h"
 #include "tests/labels/moving_bodies.h"
 #include "tests/support/brute_terrain.h"
 #include "tests/support/expect_error.h"

@@ -115,7 +115,7 @@ TEST(OracleInWater, AgreesWithTheRenderersRaysOnARoughBed) {
       [&](double x, double y) { return std::max(-bed_m(x, y), 0.0); }, options);
   const ExactWorld seen = wet.seen_from_water();
   const world::RayQuery whole(wet.store, wet.cut, {});
-  const world::RayQuery below(whole, {.memory_bytes = 200e6, .viewers_in_water = true});
+  const world::RayQuery below(whole, world::RayQuery::WithoutWater{.viewers_in_water = true});
   int num_bed = 0;
   int num_surface = 0;
   for (std::uint64_t i = 0; i < 600; ++i) {

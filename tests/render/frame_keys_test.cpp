@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <functional>
 
+#include "core/atomic_file.h"
+#include "core/schema_writer.h"
+#include "core/toml_reader.h"
 #include "render/input_hash.h"
 #include "tests/support/hills_flight.h"
 #include "tests/support/test_data.h"
@@ -47,12 +50,11 @@ world::TileStore edited(const world::TileStore& store, const fs::path& folder,
 std::string key_of(const world::TileStore& store) {
   const SequencePlan plan = test::small_plan(1, 16, 12);
   const std::vector<world::CutTile> cut = world::finest_cut(store);
-  const world::RayQuery query(store, cut, {});
-  const sensors::FrameRenderer renderer(plan, store, query);
+  const test::TracedPlan flight(store, plan, cut, {});
   const auto touched = std::find_if(cut.begin(), cut.end(),
                                     [](const world::CutTile& tile) { return tile.id == kTouched; });
   const int index = static_cast<int>(touched - cut.begin());
-  return FrameKeys(plan, store, cut, renderer).key(0, std::span(&index, 1));
+  return FrameKeys(plan, store, cut, flight.renderer).key(0, std::span(&index, 1));
 }
 
 TEST(FrameKeys, HoldWhereTheSeaIsOpenAlsoByTilesThatNoRayTouches) {
@@ -72,6 +74,43 @@ TEST(FrameKeys, HoldWhereTheSeaIsOpenAlsoByTilesThatNoRayTouches) {
     tile.height_steps[Tile::sample(kColumn, kRow)] += 100;
   });
   EXPECT_EQ(key_of(other_land), key);
+}
+
+/// A value that a key does not have, in its range.
+std::string other_value(const core::KeyInfo& key) {
+  if (key.default_value == "false") return "true";
+  if (key.default_value == "true") return "false";
+  if (key.name == "visibility_km") return "31.5";
+  if (key.name == "sun_azimuth_deg") return "71.5";
+  if (key.name == "sun_elevation_deg") return "33.25";
+  if (key.name == "water_visibility_m" || key.name == "exposure") return "7.5";
+  if (key.name == "color_samples" || key.name == "ambient_rays") return "3";
+  ADD_FAILURE() << "no other value is known for the new key " << key.name;
+  return key.default_value;
+}
+
+// Whatever condition is added to the description counts, without a second list of conditions.
+TEST(FrameKeys, HoldEveryConditionThatIsDescribed) {
+  const test::ScratchFolder folder;
+  const world::TileStore store = make_coast(folder / "world");
+  const auto key_with = [&](const std::string& conditions) {
+    SequencePlan plan = test::small_plan(1, 16, 12);
+    core::write_file(folder / "conditions.toml", conditions);
+    plan.conditions = core::read_toml<scene::ConditionOptions>(folder / "conditions.toml");
+    const std::vector<world::CutTile> cut = world::finest_cut(store);
+    const test::TracedPlan traced(store, plan, cut, {});
+    const int touched = 0;
+    return FrameKeys(plan, store, cut, traced.renderer).key(0, std::span(&touched, 1));
+  };
+  const std::string key = key_with("");
+  EXPECT_EQ(key_with(""), key);
+  for (const core::KeyInfo& info : core::list_keys<scene::ConditionOptions>()) {
+    if (info.name.starts_with("media")) continue;
+    EXPECT_NE(key_with(info.name + " = " + other_value(info) + "\n"), key) << info.name;
+  }
+  const std::string haze = "[[media]]\nkind = \"exponential_haze\"\n";
+  EXPECT_NE(key_with(haze), key);
+  EXPECT_NE(key_with(haze + "base_m = 1.0\n"), key_with(haze));
 }
 
 TEST(FrameKeys, HoldWhetherTreesStandInTheWorld) {

@@ -110,6 +110,39 @@ TEST_F(RenderStage, RunsAtTheSameTimeOfTheSameOrOtherFramesEndInAWholeSequence) 
   }
 }
 
+TEST_F(RenderStage, FinishedFramesNeedNoTiles) {
+  const SequencePlan plan = test::small_plan(4, 24, 16);
+  const fs::path folder = scratch_ / "capture";
+  const capture::FrameSelection even = {.first = 0, .step = 2};
+  const capture::FrameSelection odd = {.first = 1, .step = 2};
+  render(plan, folder, even);
+  const auto half = bytes_of(folder);
+  const fs::path tiles = scratch_ / "world" / "tiles";
+  const fs::path away = scratch_ / "tiles";
+  fs::rename(tiles, away);
+  render(plan, folder, even);
+  EXPECT_EQ(half, bytes_of(folder));
+  EXPECT_THROW(render(plan, folder, odd), core::Error);  // these do
+  fs::rename(away, tiles);
+  render(plan, folder, odd);
+  const auto whole = bytes_of(folder);
+  ASSERT_EQ(whole.count("manifest.json"), 1u);
+  fs::rename(tiles, away);
+  render(plan, folder);
+  EXPECT_EQ(whole, bytes_of(folder));
+  fs::rename(away, tiles);
+  // Whatever is missing or damaged is noticed.
+  fs::remove(folder / "manifest.json");
+  for (const char* file : {"sequence.json", "tracks.json", "frames/000002.json"}) {
+    fs::remove(folder / "frames" / "000001.json");
+    core::write_file(folder / file, std::string_view("damaged"));
+    render(plan, folder, even);
+    for (const auto& [name, bytes] : half) EXPECT_EQ(bytes, core::read_file(folder / name)) << name;
+  }
+  render(plan, folder, odd);
+  EXPECT_EQ(whole, bytes_of(folder));
+}
+
 TEST_F(RenderStage, TheCaptureHoldsWhatThePlanSays) {
   SequencePlan plan = test::small_plan(3, 40, 30);
   render(plan, scratch_ / "capture");

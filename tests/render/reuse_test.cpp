@@ -130,7 +130,7 @@ class Truth {
   Truth(const world::TileStore& store, const SequencePlan& plan)
       : plan_(plan),
         brute_(store, world::finest_cut(store)),
-        sun_(test::Scene(store, plan).renderer.sky().daylight().sun_direction_world) {
+        sun_(test::TracedPlan(store, plan).renderer.sky().daylight().sun_direction_world) {
     for (std::size_t frame = 0; frame < plan.states.size(); ++frame) bundles_.push_back(of(frame));
   }
 

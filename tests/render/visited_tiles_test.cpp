@@ -69,7 +69,7 @@ struct TiledScene {
     for (const world::CutTile& tile : scene.query.cut())
       boxes.push_back(store.find(tile.id)->box_world());
   }
-  test::Scene scene;
+  test::TracedPlan scene;
   std::vector<geo::Box3d> boxes;
 };
 

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "geo/frames.h"
 #include "geo/units.h"
+#include "render/checked_plan.h"
 #include "tests/support/hills_flight.h"
 #include "tests/support/test_data.h"
 

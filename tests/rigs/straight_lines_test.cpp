@@ -87,7 +87,7 @@ cv::Mat render(const world::TileStore& store, const geo::CameraIntrinsics& lens)
   imaging.color.curve = "gamma";
   imaging.color.gamma = 1.0;
   plan.imaging = {imaging};
-  const test::Scene scene(store, plan);
+  const test::TracedPlan scene(store, plan);
   const core::Image8 color = scene.renderer.color(0, 0);
   cv::Mat image(kHeight_px, kWidth_px, CV_8UC3);
   for (int y = 0; y < kHeight_px; ++y)

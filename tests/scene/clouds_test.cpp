@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/parallel.h"
 #include "core/random.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/test_data.h"
@@ -117,6 +118,29 @@ TEST(Clouds, AShadowIsThatOfTheChordTowardTheSunFromAnySide) {
       EXPECT_NEAR(clouds.sun_transmittance(800.0 * sun), 1.0, 1e-12);
     }
   }
+}
+
+TEST(Clouds, ShadowsAreTheSameWhicheverPlacesAskFirst) {
+  const Eigen::Vector3d sun = Eigen::Vector3d(0.5, -0.3, 0.6).normalized();
+  constexpr std::int64_t kPlaces = 4000;
+  const auto shadows = [&](bool is_backward, bool is_parallel) {
+    const Clouds clouds = clouds_of(sphere(300.0, 10.0), {.extinction_per_m = 0.002}, sun);
+    std::vector<double> lights(kPlaces);
+    const auto look = [&](std::int64_t i) {
+      const auto k = static_cast<std::uint64_t>(is_backward ? kPlaces - 1 - i : i);
+      lights[k] =
+          clouds.sun_transmittance(core::random_between(0.0, 320.0, 1, 7, k) * drawn_direction(k));
+    };
+    if (is_parallel)
+      core::parallel_for(kPlaces, look);
+    else
+      for (std::int64_t i = 0; i < kPlaces; ++i) look(i);
+    return lights;
+  };
+  const std::vector<double> expected = shadows(false, false);
+  EXPECT_EQ(shadows(true, false), expected);
+  EXPECT_EQ(shadows(false, true), expected);
+  EXPECT_EQ(shadows(true, true), expected);
 }
 
 TEST(Clouds, ASphereDimsByItsChords) {

@@ -372,7 +372,7 @@ TEST(Ground, SnowLiesInGulliesBelowItsLineAndTheirClassSaysSo) {
       GroundLook look;
       ground.look(packet, look);
       for (int i = 0; i < core::kLanes; ++i) {
-        const bool is_snow = classes[i] == static_cast<std::uint8_t>(capture::SemanticClass::Snow);
+        const bool is_snow = classes[i] == static_cast<std::uint8_t>(core::SemanticClass::Snow);
         num_snow[is_gully] += is_snow ? 1 : 0;
         // Half of it snow at least.
         if (is_snow) {

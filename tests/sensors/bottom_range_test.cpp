@@ -14,6 +14,7 @@
 #include "core/image_io.h"
 #include "core/toml_reader.h"
 #include "labels/label.h"
+#include "render/checked_plan.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/hills_flight.h"
 #include "tests/support/test_data.h"
@@ -102,11 +103,7 @@ struct Lake {
 };
 
 TruthFrame truth_of(const world::TileStore& store, const render::SequencePlan& plan) {
-  const world::RayQuery whole(
-      store,
-      world::choose_cut(store, render::viewpoints_of(plan.states, plan.cameras), plan.detail), {});
-  const world::RayQuery bed(whole, world::RayQuery::WithoutWater{.memory_bytes = 200e6});
-  return FrameRenderer(plan, store, whole, &bed).truth(0, 0);
+  return test::TracedPlan(store, plan).renderer.truth(0, 0);
 }
 
 /// Where a ray comes down to a plane n . p = 1 or to nothing, as far as the world reaches.

@@ -26,11 +26,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using test::BoxPose;
+using test::Flight;
 using test::kPlane_z;
 using test::Pose;
 using test::PublishedCamera;
 using test::PublishedRay;
-using test::Scene;
 
 constexpr double kLine_s = 4e-4;
 constexpr double kBaseline_m = 1.5;
@@ -202,7 +202,7 @@ class EveryCamera : public testing::TestWithParam<ModelCase> {
   /// Where, when and from where a point that may move is seen, by false position in the time.
   /// project_at   its image point in a camera at a time
   template <class ProjectAt>
-  std::optional<labels::Sight> sight(int frame, int camera, const ProjectAt& project_at) const {
+  std::optional<Sight> sight(int frame, int camera, const ProjectAt& project_at) const {
     double low = -0.05, high = 0.05;
     if (shutter_.is_rolling()) {
       const auto miss = [&](double t) -> std::optional<double> {
@@ -231,13 +231,13 @@ class EveryCamera : public testing::TestWithParam<ModelCase> {
     const Pose then = pose(frame, camera, low);
     const std::optional<Vector2d> pixel = project_at(then, low);
     if (!pixel) return std::nullopt;
-    labels::Sight seen{*pixel, low, then.center_world};
+    Sight seen{*pixel, low, then.center_world};
     if (!published_->is_central())
       seen.origin_world += then.world_from_camera * published_->ray(*pixel)->origin_camera;
     return seen;
   }
   template <class PointAt>
-  std::optional<labels::Sight> sight_of_point(int frame, int camera,
+  std::optional<Sight> sight_of_point(int frame, int camera,
                                               const PointAt& point_at) const {
     return sight(frame, camera, [&](const Pose& at, double t) {
       return published_->project(at.world_from_camera.transpose() *
@@ -323,7 +323,7 @@ TEST_P(EveryCamera, HasTheFactsFlowAndVisibilityOfItsPublication) {
   }
   // Within what 1e-4 px are promised before storage, by much.
   constexpr double kFlow_px = 1e-6;
-  const Scene scene(plane_store(), plan_);
+  const test::TracedPlan scene(plane_store(), plan_);
   const auto bodies = sensors::describe_moving(plan_.moving);
   ASSERT_EQ(bodies.size(), 2U);
   struct To {

@@ -18,7 +18,7 @@
 namespace terracast::sensors {
 namespace {
 
-using test::Scene;
+using test::TracedPlan;
 
 bool is_sky(const TruthFrame& truth, std::size_t pixel) { return std::isinf(truth.range_m[pixel]); }
 
@@ -33,7 +33,7 @@ TEST(GroundTruth, APlaneIsWhereItsEquationPutsIt) {
   const test::ScratchFolder folder;
   const world::TileStore store = make_plane(folder / "world");
   render::SequencePlan plan = test::small_plan(1, 40, 32);
-  const Scene scene(store, plan);
+  const TracedPlan scene(store, plan);
   const TruthFrame truth = scene.renderer.truth(0, 0);
   const View& view = scene.renderer.views().at(0, 0);
   int num_ground = 0;
@@ -110,8 +110,8 @@ struct PairCount {
 
 /// Every pixel of (frame, camera) that claims to be seen by (other_frame, other_camera) is looked
 /// at from there anew.
-void check_pair(const Scene& scene, const TruthFrame& truth, int frame, int camera, int other_frame,
-                int other_camera, std::uint32_t flag, PairCount& count) {
+void check_pair(const TracedPlan& scene, const TruthFrame& truth, int frame, int camera,
+                int other_frame, int other_camera, std::uint32_t flag, PairCount& count) {
   const View& from = scene.renderer.views().at(frame, camera);
   const View& to = scene.renderer.views().at(other_frame, other_camera);
   const int width = from.model->width_px();
@@ -161,7 +161,7 @@ void check_pair(const Scene& scene, const TruthFrame& truth, int frame, int came
 TEST(GroundTruth, VisiblePointsAreMetByNewRaysOfTheOtherFrame) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");
-  const Scene scene(store, test::small_plan(6, 64, 48));
+  const TracedPlan scene(store, test::small_plan(6, 64, 48));
   PairCount next;
   PairCount stereo;
   for (int frame = 0; frame < 6; ++frame) {
@@ -185,7 +185,7 @@ TEST(GroundTruth, VisiblePointsAreMetByNewRaysOfTheOtherFrame) {
 TEST(GroundTruth, HiddenPointsAreNotVisible) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");
-  const Scene scene(store, test::small_plan(1, 64, 48));
+  const TracedPlan scene(store, test::small_plan(1, 64, 48));
   const TruthFrame truth = scene.renderer.truth(0, 0);
   // Straight under each point lies no ground that the camera could see: the points moved 5 m down
   // are hidden.
@@ -208,7 +208,7 @@ TEST(GroundTruth, EdgesAreWhereAThousandthOfAPixelChangesGroundToSky) {
   const world::TileStore store = test::make_hills(folder / "world");
   render::SequencePlan plan = test::small_plan(1, 200, 120);
   plan.cameras = test::small_rig(200, 120, 0.0);
-  const Scene scene(store, plan);
+  const TracedPlan scene(store, plan);
   const TruthFrame truth = scene.renderer.truth(0, 0);
   const View& view = scene.renderer.views().at(0, 0);
   int num_sky = 0;
@@ -259,7 +259,7 @@ TEST(GroundTruth, ASkylineAtTheCentresOfARowMakesEdgesOfAllOfIt) {
   for (const int row : {31, 32}) {
     for (const double shift_px : {-3e-4, 3e-4}) {
       const render::SequencePlan plan = plan_of_skyline(1, kWidth, kHeight, row, shift_px);
-      const Scene scene(store, plan);
+      const TracedPlan scene(store, plan);
       const TruthFrame truth = scene.renderer.truth(0, 0);
       for (int y = 0; y < kHeight; ++y) {
         for (int x = 0; x < kWidth; ++x) {
@@ -279,7 +279,7 @@ TEST(GroundTruth, FlagsAreThoseAskedForAndNoOtherFactDependsOnThem) {
   const test::ScratchFolder folder;
   const world::TileStore store = make_plane(folder / "world");
   render::SequencePlan plan = plan_of_skyline(3, kWidth, kHeight, 31, 3e-4);
-  const Scene whole(store, plan);
+  const TracedPlan whole(store, plan);
   const TruthFrame all = whole.renderer.truth(1, 0);
   std::uint32_t seen = 0;
   for (const std::uint32_t flags : all.facts.flags.data()) seen |= flags;
@@ -295,7 +295,7 @@ TEST(GroundTruth, FlagsAreThoseAskedForAndNoOtherFactDependsOnThem) {
       for (const capture::FlagGroup& group : capture::flag_groups())
         if (group.name == name) asked |= group.bits;
     plan.facts.flags = names;
-    const Scene scene(store, plan);
+    const TracedPlan scene(store, plan);
     const TruthFrame truth = scene.renderer.truth(1, 0);
     EXPECT_EQ(truth.range_m, all.range_m);
     EXPECT_EQ(truth.facts.normal_world, all.facts.normal_world);
@@ -314,12 +314,12 @@ TEST(GroundTruth, FactsDoNotDependOnThreadsOrTheLocalOrigin) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");
   const render::SequencePlan plan = test::small_plan(2, 70, 50);
-  const Scene scene(store, plan);
+  const TracedPlan scene(store, plan);
   const TruthFrame first = scene.renderer.truth(0, 0);
   const core::Image8 first_color = scene.renderer.color(0, 0);
   world::RayQueryOptions moved;
   moved.local_origin_world = {1000.3, -777.7, 123.1};
-  const Scene other(store, plan, moved);
+  const TracedPlan other(store, plan, moved);
   const core::ThreadLimit one(1);
   const TruthFrame second = other.renderer.truth(0, 0);
   EXPECT_EQ(first.range_m, second.range_m);
@@ -335,8 +335,8 @@ TEST(GroundTruth, AFrameThatIsUsedAgainKeepsNothing) {
   const world::TileStore store = test::make_hills(folder / "world");
   render::SequencePlan level = test::small_plan(2, 90, 70);
   level.cameras = test::small_rig(90, 70, 0.0);  // half of it sky
-  const Scene looks_level(store, level);
-  const Scene looks_down(store, test::small_plan(2, 64, 48));
+  const TracedPlan looks_level(store, level);
+  const TracedPlan looks_down(store, test::small_plan(2, 64, 48));
   const TruthFrame expected = looks_level.renderer.truth(0, 0);
   TruthFrame truth = looks_down.renderer.truth(1, 1);
   looks_level.renderer.truth(1, 2, truth);
@@ -354,7 +354,7 @@ TEST(GroundTruth, AFrameThatIsUsedAgainKeepsNothing) {
 TEST(GroundTruth, NormalsAndClassesArePropertiesOfThePoint) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");
-  const Scene scene(store, test::small_plan(2, 64, 48));
+  const TracedPlan scene(store, test::small_plan(2, 64, 48));
   // The same points, met from two frames, are of the same class.
   const TruthFrame truth = scene.renderer.truth(0, 0);
   const View& to = scene.renderer.views().at(1, 0);

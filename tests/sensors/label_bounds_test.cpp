@@ -163,7 +163,7 @@ std::string check_bounds(const geo::CameraIntrinsics& intrinsics, std::int64_t n
   plan.states = scattered_pairs(num_pairs, 0.45 * store.manifest().size_m);
   plan.cameras.resize(1);
   plan.cameras[0].intrinsics = intrinsics;
-  const test::Scene scene(store, std::move(plan));
+  const test::TracedPlan scene(store, std::move(plan));
   const test::BruteTerrain terrain(store, scene.query.cut());
   const std::vector<capture::TileScale> scales = scales_of(store, scene.query.cut());
   const ViewTable& views = scene.renderer.views();

@@ -15,7 +15,7 @@ namespace terracast::sensors {
 namespace {
 
 using capture::SemanticClass;
-using test::Scene;
+using test::TracedPlan;
 
 std::filesystem::path write(const std::filesystem::path& path, const std::string& text) {
   std::ofstream(path) << text;
@@ -43,7 +43,7 @@ std::string message_of(const std::filesystem::path& folder, const std::string& c
   return "no error";
 }
 
-TEST(rigs::LensOptions, AModelsOwnParametersAreKeysOfTheCamera) {
+TEST(LensOptions, AModelsOwnParametersAreKeysOfTheCamera) {
   const test::ScratchFolder folder;
   EXPECT_EQ(
       parameters_of(folder.path(), "fx_px = 50.0\nmodel = \"opencv\"\nk1 = -0.1\np2 = 0.001\n"),
@@ -58,7 +58,7 @@ TEST(rigs::LensOptions, AModelsOwnParametersAreKeysOfTheCamera) {
             (std::vector<double>{10, 10, 32, 24}));
 }
 
-TEST(rigs::LensOptions, WhatAModelDoesNotTakeIsRefused) {
+TEST(LensOptions, WhatAModelDoesNotTakeIsRefused) {
   const test::ScratchFolder folder;
   const auto message = [&](const std::string& camera) { return message_of(folder.path(), camera); };
   EXPECT_NE(message("fx_px = 50.0\nk1 = 0.1\n").find("k1"), std::string::npos);
@@ -85,7 +85,7 @@ TEST(rigs::LensOptions, WhatAModelDoesNotTakeIsRefused) {
   EXPECT_NE(message("model = \"tabulated\"\n").find("from a file"), std::string::npos);
 }
 
-TEST(rigs::LensOptions, RaysComeFromATable) {
+TEST(LensOptions, RaysComeFromATable) {
   const test::ScratchFolder folder;
   std::string text = "# u v x y z\n";
   for (int j = 0; j < 7; ++j)
@@ -129,7 +129,7 @@ class EachLens : public testing::TestWithParam<geo::CameraIntrinsics> {};
 
 TEST_P(EachLens, SeesAPlaneWhereItsEquationPutsIt) {
   const Flight flight(GetParam());
-  const Scene scene(flight.store, flight.plan);
+  const TracedPlan scene(flight.store, flight.plan);
   const int width = GetParam().width_px, height = GetParam().height_px;
   const TruthFrame truth = scene.renderer.truth(0, 0);
   const core::Image8 color = scene.renderer.color(0, 0);
@@ -182,7 +182,7 @@ TEST_P(EachLens, SeesAPlaneWhereItsEquationPutsIt) {
 
 TEST_P(EachLens, FlowThereAndBackIsNone) {
   const Flight flight(GetParam());
-  const Scene scene(flight.store, flight.plan);
+  const TracedPlan scene(flight.store, flight.plan);
   const auto model = geo::make_camera(GetParam());
   const auto view_at = [&](std::size_t frame) {
     return capture::CameraView{*model, flight.plan.states[frame].world_from_body *
@@ -212,7 +212,7 @@ TEST_P(EachLens, FlowThereAndBackIsNone) {
 // The bounds are of the labels of all pixels that have one, and small: rounding, not a guess.
 TEST_P(EachLens, LabelsHaveBounds) {
   const Flight flight(GetParam());
-  const Scene scene(flight.store, flight.plan);
+  const TracedPlan scene(flight.store, flight.plan);
   const auto model = geo::make_camera(GetParam());
   const capture::CameraView view{
       *model, flight.plan.states[0].world_from_body * flight.plan.cameras[0].body_from_camera()};

@@ -65,23 +65,22 @@ inline scene::MovingThing turning_box(const render::SequencePlan& plan,
                                                              Eigen::Vector3d(3.0, -2.0, 1.5)},
                        .velocity_world_mps = {25.0, -18.0, 9.0},
                        .acceleration_world_mps2 = {-12.0, 6.0, 3.0},
-                       .angular_velocity_body_radps = {0.8, -0.6, 2.5}});
+                       .angular_velocity_body_radps = {0.8, -0.6, 2.5},
+                       .terms = lively_terms()});
     thing.gone_m.push_back(0.0);
   }
   return thing;
 }
 
-/// A body's pose so much after a frame's time, by Rodrigues' formula.
+/// A body's pose so much after a frame's time.
 struct BoxPose {
   Eigen::Matrix3d world_from_box;
   Eigen::Vector3d place_world;
 
-  BoxPose(const geo::BodyState& state, double t)
-      : world_from_box(state.world_from_body.rotation.toRotationMatrix()),
-        place_world(state.world_from_body.translation + t * state.velocity_world_mps +
-                    0.5 * t * t * state.acceleration_world_mps2) {
-    if (t != 0.0)
-      world_from_box = world_from_box * Pose::turned(t * state.angular_velocity_body_radps);
+  BoxPose(const geo::BodyState& state, double t) {
+    const BodyThen body(state, t);
+    world_from_box = body.rotation;
+    place_world = body.place;
   }
   Eigen::Vector3d box_from_world(const Eigen::Vector3d& point) const {
     return world_from_box.transpose() * (point - place_world);

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "capture/channel.h"
 #include "capture/labels.h"
 #include "core/instance_id.h"
-#include "render/plan_check.h"
+#include "render/checked_plan.h"
 #include "scene/moving/moving_bodies.h"
 #include "tests/sensors/moving_boxes.h"
 #include "tests/sensors/plane_flight.h"
@@ -29,11 +30,10 @@ using test::Flight;
 using test::kPlane_z;
 using test::meet_box;
 using test::Pose;
-using test::Scene;
 using test::Truth;
 using test::turning_box;
 
-TEST(scene::MovingBodies, PartsTurnOnTheirThings) {
+TEST(MovingBodies, PartsTurnOnTheirThings) {
   const geo::BodyState thing{.time_s = 0.7,
                              .world_from_body = {Eigen::Quaterniond(Eigen::AngleAxisd(
                                                      0.8, Vector3d(1.0, 2.0, -0.5).normalized())),
@@ -80,7 +80,70 @@ TEST(scene::MovingBodies, PartsTurnOnTheirThings) {
   EXPECT_LT((rolling.velocity_world_mps + turning_world.cross(foot_world)).norm(), 1e-12);
 }
 
-TEST(scene::MovingBodies, SettleOnAPlaneThatLeans) {
+// A thing in closed form that swings about three axes; a rotor and a wheel on it, over 30 ms.
+TEST(MovingBodies, PartsFollowTheTermsOfTheirThings) {
+  constexpr double kReach_s = 0.015;
+  const auto pose_at = [](double t) -> geo::Rigid3d {
+    const double w = 2.0 * std::numbers::pi * 1.5;
+    const Eigen::AngleAxisd roll(0.1 * std::sin(w * t + 0.3), Vector3d::UnitX());
+    const Eigen::AngleAxisd pitch(0.08 * std::cos(w * t), Vector3d::UnitY());
+    return {Eigen::Quaterniond(roll * pitch),
+            Vector3d(8.0 * t + 0.4 * std::sin(w * t), 0.2 * std::cos(w * t), 3.0)};
+  };
+  // First derivatives by differences: good to 1e-10, and the rest goes into the terms.
+  geo::BodyState thing{.time_s = 0.7, .world_from_body = pose_at(0.0)};
+  const double h = 1e-3;
+  const auto at = [&](double t) { return pose_at(t).translation; };
+  const auto turn = [&](double t) {
+    return geo::rotation_vector_of(pose_at(0.0).rotation.conjugate() * pose_at(t).rotation);
+  };
+  const auto slope = [&](const auto& value) -> Vector3d {
+    return (8.0 * (value(h) - value(-h)) - (value(2 * h) - value(-2 * h))) / (12.0 * h);
+  };
+  thing.velocity_world_mps = slope(at);
+  thing.acceleration_world_mps2 =
+      (16.0 * (at(h) + at(-h)) - (at(2 * h) + at(-2 * h)) - 30.0 * at(0.0)) / (12.0 * h * h);
+  thing.angular_velocity_body_radps = slope(turn);
+  thing.terms = geo::fit_terms(thing, pose_at, kReach_s);
+  const double gone_m = 4.0;
+  const scene::TurningPart rotor{.name = "rotor1",
+                                 .shape = {},
+                                 .origin_m = {0.2, 0.3, 0.1},
+                                 .axis = Vector3d::UnitZ(),
+                                 .rate_radps = 500.0};
+  const scene::TurningPart wheel{.name = "wheel1",
+                                 .shape = {},
+                                 .origin_m = {1.2, 0.7, 0.3},
+                                 .axis = Vector3d::UnitY(),
+                                 .per_metre_rad = 1.0 / 0.3};
+  for (const scene::TurningPart& part : {rotor, wheel}) {
+    const geo::BodyState state = scene::state_of_part(thing, part, gone_m);
+    EXPECT_LT(state.terms.error_rad, 1e-6) << part.name;
+    double forward_m = 0.0;  // since the frame's time, by the midpoint rule
+    constexpr int kSteps = 3000;
+    for (int side : {-1, 1}) {
+      forward_m = 0.0;
+      for (int i = 1; i <= kSteps; ++i) {
+        const double step_s = side * kReach_s / kSteps;
+        const double t = i * step_s;
+        const geo::Rigid3d middle = pose_at(t - 0.5 * step_s);
+        forward_m += (middle.rotation * Vector3d::UnitX()).dot(at(t) - at(t - step_s));
+        if (i % 100 != 0) continue;
+        const double angle_rad =
+            part.rate_radps * (thing.time_s + t) + part.per_metre_rad * (gone_m + forward_m);
+        const Eigen::Quaterniond rotation =
+            pose_at(t).rotation * Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, part.axis));
+        const geo::Rigid3d stated = state.pose_after(t);
+        ASSERT_LT(geo::rotation_vector_of(rotation.conjugate() * stated.rotation).norm(), 1e-7)
+            << part.name << ' ' << t;
+        ASSERT_LT((stated.translation - pose_at(t) * part.origin_m).norm(), 1e-7)
+            << part.name << ' ' << t;
+      }
+    }
+  }
+}
+
+TEST(MovingBodies, SettleOnAPlaneThatLeans) {
   // z = 30 + x / 4 - y / 8, on the lattice of heights.
   const test::ScratchFolder folder;
   const auto ground = [](double x, double y) { return 30.0 + 0.25 * x - 0.125 * y; };
@@ -88,7 +151,7 @@ TEST(scene::MovingBodies, SettleOnAPlaneThatLeans) {
       test::make_tiny_world(folder / "world", ground, {.finest_level = 3, .coarsest_level = 3});
   render::SequencePlan plan = test::small_plan(1, 16, 12);
   plan.states[0].world_from_body.translation.z() = 900.0;
-  const Scene scene(store, plan);
+  const TracedPlan scene(store, plan);
   const geo::WorldFrame frame(store.manifest().origin);
   geo::BodyState wanted;
   wanted.world_from_body = {Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Vector3d::UnitZ())),
@@ -134,7 +197,7 @@ TEST(scene::MovingBodies, SettleOnAPlaneThatLeans) {
                core::Error);
 }
 
-TEST(scene::MovingBodies, RideWhatIsThere) {
+TEST(MovingBodies, RideWhatIsThere) {
   // Land in the west, and in the east a lake of the same level.
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_wet_world(
@@ -143,7 +206,7 @@ TEST(scene::MovingBodies, RideWhatIsThere) {
       {.finest_level = 3, .coarsest_level = 3});
   render::SequencePlan plan = test::small_plan(1, 16, 12);
   plan.states[0].world_from_body.translation.z() = 900.0;
-  const Scene scene(store, plan);
+  const TracedPlan scene(store, plan);
   const geo::WorldFrame frame(store.manifest().origin);
   geo::BodyState wanted;
   wanted.world_from_body = {Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Vector3d::UnitZ())) *
@@ -180,7 +243,7 @@ TEST(scene::MovingBodies, RideWhatIsThere) {
   EXPECT_NO_THROW(render::check_rides(plan, store, {}));
 }
 
-TEST(scene::MovingBodies, RideTheGeometryThatAllSequencesShow) {
+TEST(MovingBodies, RideTheGeometryThatAllSequencesShow) {
   // A pond between the samples of the coarse tiles that a camera high above asks for, and in the fine ones of another.
   const Vector3d kPond(80.0, 16.0, 30.0);
   const test::ScratchFolder folder;
@@ -217,14 +280,14 @@ TEST(scene::MovingBodies, RideTheGeometryThatAllSequencesShow) {
                      [&] { render::check_rides(shared, store, {}); });
 }
 
-TEST(scene::MovingBodies, WhatMovesCastsShadowsAndIsBlurred) {
+TEST(MovingBodies, WhatMovesCastsShadowsAndIsBlurred) {
   Flight flight({"pinhole", 64, 48, {60, 60, 32, 24}}, {});
   // It looks to the east, where the sun stands: shadows fall towards it.
   flight.plan.states[0].world_from_body.translation.z() = kPlane_z + 35.0;
   flight.plan.conditions.sun_azimuth_deg = 90.0;
   flight.plan.conditions.sun_elevation_deg = 45.0;
   flight.plan.conditions.color_samples = 16;
-  const Scene still(flight.store, flight.plan);
+  const TracedPlan still(flight.store, flight.plan);
   const core::Image8 without = still.renderer.color(0, 0);
   const Pose pose(flight.plan, 0, 0.0);
   const Vector3d axis = pose.world_from_camera.col(2);
@@ -234,7 +297,7 @@ TEST(scene::MovingBodies, WhatMovesCastsShadowsAndIsBlurred) {
   flight.plan.moving[0].parts.clear();
   const Vector3d kRoof_m(16.0, 12.0, 2.0);
   flight.plan.moving[0].shape = box_shape(kRoof_m);
-  const Scene moving(flight.store, flight.plan);
+  const TracedPlan moving(flight.store, flight.plan);
   const core::Image8 with = moving.renderer.color(0, 0);
   const TruthFrame truth = moving.renderer.truth(0, 0);
   const Truth boxes{moving.renderer.moving().states(0)};
@@ -274,7 +337,7 @@ TEST(scene::MovingBodies, WhatMovesCastsShadowsAndIsBlurred) {
   // Blurred, it is what 32 images of moments come to.
   flight.plan.cameras[0].shutter.exposure_s = 0.16;
   flight.plan.conditions.color_samples = 64;
-  const Scene open(flight.store, flight.plan);
+  const TracedPlan open(flight.store, flight.plan);
   const core::Image8 blurred = open.renderer.color(0, 0);
   double worst = 0.0, spread = 0.0;
   std::vector<double> mean(64 * 48, 0.0);
@@ -285,7 +348,7 @@ TEST(scene::MovingBodies, WhatMovesCastsShadowsAndIsBlurred) {
     const double t = ((k + 0.5) / kMoments - 0.5) * 0.16;
     moment.states[0].world_from_body = flight.plan.states[0].pose_after(t);
     moment.moving[0].states[0]->world_from_body = flight.plan.moving[0].states[0]->pose_after(t);
-    const core::Image8 image = Scene(flight.store, moment).renderer.color(0, 0);
+    const core::Image8 image = TracedPlan(flight.store, moment).renderer.color(0, 0);
     for (int y = 0; y < 48; ++y)
       for (int x = 0; x < 64; ++x)
         mean[static_cast<std::size_t>(y * 64 + x)] += linear(image(x, y, 1)) / kMoments;

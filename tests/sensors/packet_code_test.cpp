@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/frame_hashes.h"
+#include "tests/support/record.h"
 #include "tests/support/run_program.h"
 #include "tests/support/test_data.h"
 
@@ -28,6 +29,8 @@ class PacketCode : public testing::Test {
 TEST_F(PacketCode, IsTheSameToTheLastBitForAllInstructionSets) {
   const std::string baseline = hashes_by(TERRACAST_BASELINE_PROGRAM);
   EXPECT_EQ(baseline, test::frame_hashes(folder_ / "own")) << "the processor's own";
+  if (!test::is_recorded_run())
+    return;  // scripts/check builds the program for AVX2 in a recorded run only
   std::filesystem::remove_all(folder_ / "world");
   EXPECT_EQ(baseline, hashes_by(TERRACAST_AVX2_PROGRAM)) << "AVX2";
 }

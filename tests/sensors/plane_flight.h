@@ -7,6 +7,7 @@
 
 #include "geo/shutter.h"
 #include "tests/support/hills_flight.h"
+#include "tests/support/motion_terms.h"
 #include "tests/support/test_data.h"
 
 /// A flight over a plane, and what of it is written out once more: where the camera is at a time, and when an image
@@ -15,12 +16,13 @@ namespace terracast::test {
 
 inline constexpr double kPlane_z = 40.0;
 
-/// A turn as it is flown by hand: metres a second, and a few degrees of turning in a frame's time.
+/// A turn as it is flown by hand: metres a second, and a few degrees of turning in a frame's time, none of which is even.
 inline void set_moving(std::vector<geo::BodyState>& states) {
   for (geo::BodyState& state : states) {
     state.velocity_world_mps = {12.0, -3.0, 2.0};
     state.acceleration_world_mps2 = {-4.0, 9.0, 1.5};
     state.angular_velocity_body_radps = {0.4, -0.3, 0.9};
+    state.terms = lively_terms();
   }
 }
 
@@ -40,28 +42,17 @@ struct Flight {
   }
 };
 
-/// The camera's pose at a time, by Rodrigues' formula and the motion's own series.
+/// The camera's pose at a time, by the motion's own series.
 struct Pose {
   Eigen::Matrix3d world_from_camera;
   Eigen::Vector3d center_world;
 
-  static Eigen::Matrix3d turned(const Eigen::Vector3d& vector) {
-    const double angle = vector.norm();
-    const Eigen::Vector3d k = vector / angle;
-    Eigen::Matrix3d cross;
-    cross << 0, -k.z(), k.y(), k.z(), 0, -k.x(), -k.y(), k.x(), 0;
-    return Eigen::Matrix3d::Identity() + std::sin(angle) * cross +
-           (1 - std::cos(angle)) * cross * cross;
-  }
   Pose(const render::SequencePlan& plan, int frame, double t)
       : Pose(plan.states[static_cast<std::size_t>(frame)], plan.cameras[0].body_from_camera(), t) {}
   Pose(const geo::BodyState& state, const geo::Rigid3d& mount, double t) {
-    Eigen::Matrix3d world_from_body = state.world_from_body.rotation.toRotationMatrix();
-    if (t != 0.0) world_from_body = world_from_body * turned(t * state.angular_velocity_body_radps);
-    world_from_camera = world_from_body * mount.rotation.toRotationMatrix();
-    center_world = state.world_from_body.translation + t * state.velocity_world_mps +
-                   0.5 * t * t * state.acceleration_world_mps2 +
-                   world_from_body * mount.translation;
+    const BodyThen body(state, t);
+    world_from_camera = body.rotation * mount.rotation.toRotationMatrix();
+    center_world = body.place + body.rotation * mount.translation;
   }
   std::optional<Eigen::Vector2d> project(const geo::CameraModel& model,
                                          const Eigen::Vector3d& point) const {

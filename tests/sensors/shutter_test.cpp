@@ -27,7 +27,7 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using test::Scene;
+using test::TracedPlan;
 
 using test::Flight;
 using test::kPlane_z;
@@ -112,7 +112,7 @@ TEST(Shutter, ImagesAreTracedInPartsOfLines) {
     plan.cameras[0].shutter = {.line_time_s = 2e-3, .readout = readout};
     plan.cameras[0].intrinsics.parameters = {550, 550, 0.5 * plan.cameras[0].intrinsics.width_px,
                                              0.5 * plan.cameras[0].intrinsics.height_px};
-    const Scene scene(store, plan);
+    const TracedPlan scene(store, plan);
     const TruthFrame truth = scene.renderer.truth(0, 0);
     const auto model = geo::make_camera(plan.cameras[0].intrinsics);
     int num_ground = 0;
@@ -161,7 +161,7 @@ TEST(Shutter, TracksAreSeenWhereTheirLinesSeeThem) {
   set_moving(plan.states);
   plan.cameras.resize(1);
   plan.cameras[0].shutter = {.line_time_s = 1e-3};
-  const Scene scene(store, plan);
+  const TracedPlan scene(store, plan);
   const auto model = geo::make_camera(plan.cameras[0].intrinsics);
   // Points of pixels of a frame are seen in that frame.
   const TruthFrame truth = scene.renderer.truth(0, 0);
@@ -174,7 +174,7 @@ TEST(Shutter, TracksAreSeenWhereTheirLinesSeeThem) {
   EXPECT_GE(num_seen, static_cast<std::int64_t>(0.999 * static_cast<double>(points.size())));
   // A camera at one place sees many of them hidden or elsewhere.
   plan.cameras[0].shutter = {};
-  const Scene still(store, plan);
+  const TracedPlan still(store, plan);
   const auto model_view = still.renderer.views().open(0, 0);
   double farthest_px = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -185,7 +185,7 @@ TEST(Shutter, TracksAreSeenWhereTheirLinesSeeThem) {
   EXPECT_GT(farthest_px, 0.5);
 }
 
-TEST(scene::Exposure, RaysComeAllAlongTheMotionAndThroughThePupil) {
+TEST(Exposure, RaysComeAllAlongTheMotionAndThroughThePupil) {
   render::SequencePlan plan = test::small_plan(1, 40, 32);
   set_moving(plan.states);
   plan.cameras.resize(1);
@@ -228,7 +228,7 @@ TEST(scene::Exposure, RaysComeAllAlongTheMotionAndThroughThePupil) {
   }
 }
 
-TEST(scene::Exposure, RaysStartWhereTheImagePointsDoAllAlongTheMotion) {
+TEST(Exposure, RaysStartWhereTheImagePointsDoAllAlongTheMotion) {
   render::SequencePlan plan = test::small_plan(1, 40, 32);
   set_moving(plan.states);
   plan.cameras.resize(1);
@@ -263,7 +263,7 @@ TEST(scene::Exposure, RaysStartWhereTheImagePointsDoAllAlongTheMotion) {
   }
 }
 
-TEST(scene::SampleWidth, IsTheSideOfTheSamplesArea) {
+TEST(SampleWidth, IsTheSideOfTheSamplesArea) {
   EXPECT_EQ(scene::SampleWidth{.angle_rad = 2e-3}.at(50.0), 0.1);
   // Parallel rays: as wide everywhere. A line scanner: 4 rows a metre, and 1e-3 rad across.
   const scene::SampleWidth parallel{.start_m = {0.5, 0.125}};
@@ -292,7 +292,7 @@ TEST(Clearance, CountsWhereverRaysStart) {
   test::expect_error(core::ErrorKind::Input, {"outside the world"}, render);
 }
 
-TEST(scene::Exposure, AnImageIsTheMeanOfItsMoments) {
+TEST(Exposure, AnImageIsTheMeanOfItsMoments) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");
   render::SequencePlan plan = test::small_plan(1, 48, 32);
@@ -301,12 +301,12 @@ TEST(scene::Exposure, AnImageIsTheMeanOfItsMoments) {
   plan.states[0].angular_velocity_body_radps = {0.0, 0.0, 2.0};
   plan.states[0].velocity_world_mps = {30.0, 0.0, 0.0};
   plan.cameras[0].shutter = {.exposure_s = 0.06};
-  const Scene blurred(store, plan);
+  const TracedPlan blurred(store, plan);
   const core::Image8 image = blurred.renderer.color(0, 0);
   EXPECT_EQ(blurred.renderer.truth(0, 0).range_m, [&] {
     render::SequencePlan sharp = plan;
     sharp.cameras[0].shutter = {};
-    return Scene(store, sharp).renderer.truth(0, 0).range_m;
+    return TracedPlan(store, sharp).renderer.truth(0, 0).range_m;
   }()) << "facts are of the exposure's middle";
 
   // Light adds up, images' numbers do not: what each number stands for.
@@ -331,7 +331,7 @@ TEST(scene::Exposure, AnImageIsTheMeanOfItsMoments) {
     moment.conditions.color_samples = 16;
     const double t = 0.06 * ((k + 0.5) / kMoments - 0.5);
     moment.states[0].world_from_body = plan.states[0].pose_after(t);
-    const core::Image8 there = Scene(store, moment).renderer.color(0, 0);
+    const core::Image8 there = TracedPlan(store, moment).renderer.color(0, 0);
     if (k == kMoments / 2) sharp = there;
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += light[there.data()[i]] / kMoments;
   }
@@ -345,7 +345,7 @@ TEST(scene::Exposure, AnImageIsTheMeanOfItsMoments) {
   EXPECT_LT(error, 0.2 * change);
 }
 
-TEST(scene::Exposure, WhatMakesNoSenseIsRefused) {
+TEST(Exposure, WhatMakesNoSenseIsRefused) {
   const test::ScratchFolder folder;
   const auto message_of = [&](const std::string& keys) -> std::string {
     std::ofstream(folder / "rig.toml")

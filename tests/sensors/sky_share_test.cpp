@@ -60,7 +60,7 @@ core::Image8 look_down(const world::TileStore& store, double y_m, int ambient_ra
   plan.conditions.sun_elevation_deg = 30.0;
   plan.conditions.exposure = 3.0;
   plan.detail.finest_spacing_m = 1.0;
-  const test::Scene scene(store, plan);
+  const test::TracedPlan scene(store, plan);
   return scene.renderer.color(0, 0);
 }
 
@@ -83,14 +83,9 @@ TEST(SkyShare, AWallHidesHalfOfTheSkyAtItsFoot) {
   const double y_m = kWallFoot_m - 0.3;
   const double without = mean_linear(look_down(store, y_m, 0));
   const double with = mean_linear(look_down(store, y_m, 16));
-  const scene::Sky sky(daylight_of(
-      [] {
-        render::SequencePlan plan = test::small_plan(1, 32, 32);
-        plan.conditions.sun_azimuth_deg = 0.0;
-        plan.conditions.sun_elevation_deg = 30.0;
-        return plan;
-      }(),
-      geo::WorldFrame(store.manifest().origin)));
+  const scene::ConditionOptions conditions{.sun_azimuth_deg = 0.0, .sun_elevation_deg = 30.0};
+  const scene::Sky sky(scene::daylight_at(Eigen::Vector3d::Zero(), "2025-06-21T10:00:00Z",
+                                          conditions, geo::WorldFrame(store.manifest().origin)));
   const double ambient = static_cast<double>(sky.ambient().irradiance(Eigen::Vector3f::UnitZ())[1]);
   const double bounced = static_cast<double>(scene::kBouncedShare * sky.global_irradiance()[1]);
   // The ground's own openness lies between 0.7 and 1; 16 rays of 16 samples of 1024 pixels, and 8 bits, err

@@ -72,7 +72,7 @@ TEST_P(Texture, HasKeypointsThatMatchInTheNextFrame) {
                                          mountains_m(0.0, 0.0) + agl_m};
     state.world_from_body.rotation = Eigen::AngleAxisd(0.017 * i, Eigen::Vector3d::UnitZ());
   }
-  const test::Scene scene(store, plan);
+  const test::TracedPlan scene(store, plan);
   const TruthFrame truth = scene.renderer.truth(0, 0);
   std::size_t num_ground = 0;
   for (const double range_m : truth.range_m) num_ground += std::isinf(range_m) ? 0u : 1u;

@@ -13,7 +13,7 @@ namespace {
 TEST(Tracks, PointsAreSeenByThreeImagesAndMoreAndEveryShardFindsTheSame) {
   const test::ScratchFolder folder;
   const world::TileStore store = test::make_hills(folder / "world");
-  const test::Scene scene(store, test::small_plan(8, 64, 48));
+  const test::TracedPlan scene(store, test::small_plan(8, 64, 48));
   const ViewTable& views = scene.renderer.views();
   const auto tracks = choose_tracks(scene.query, views, 500, 1, scene.log);
   ASSERT_EQ(tracks.size(), 500u);

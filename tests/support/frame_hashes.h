@@ -13,7 +13,7 @@ namespace terracast::test {
 
 /// Hashes of the facts and the colour of some cameras at frame 1, and of the tiles to which their rays
 /// come, a line each.
-inline std::string frame_hashes(const Scene& scene, std::initializer_list<int> cameras) {
+inline std::string frame_hashes(const TracedPlan& scene, std::initializer_list<int> cameras) {
   std::string lines;
   const auto add = [&](const char* name, const auto& values) {
     lines += fmt::format("{} {}\n", name, core::content_hash(std::as_bytes(std::span(values))));
@@ -40,7 +40,7 @@ inline std::string frame_hashes(const Scene& scene, std::initializer_list<int> c
 
 /// Of everything that packet code has a part in: two cameras over hills.
 inline std::string frame_hashes(const std::filesystem::path& folder) {
-  return frame_hashes(Scene(make_hills(folder / "world"), small_plan(3, 120, 90)), {0, 2});
+  return frame_hashes(TracedPlan(make_hills(folder / "world"), small_plan(3, 120, 90)), {0, 2});
 }
 
 }  // namespace terracast::test

@@ -3,10 +3,12 @@
 #include <Eigen/Geometry>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/log.h"
+#include "render/checked_plan.h"
 #include "render/render_stage.h"
 #include "rigs/rig.h"
 #include "sensors/camera/frame_renderer.h"
@@ -35,20 +37,29 @@ std::vector<geo::BodyState> climbing_turn(int num_frames);
 render::SequencePlan small_plan(int num_frames, int width_px, int height_px);
 
 /// A plan with all that traces it.
-struct Scene {
-  Scene(const world::TileStore& tile_store, render::SequencePlan sequence,
-        const world::RayQueryOptions& tracing = {})
+struct TracedPlan {
+  TracedPlan(const world::TileStore& tile_store, render::SequencePlan sequence,
+             const world::RayQueryOptions& tracing = {})
+      : TracedPlan(tile_store, std::move(sequence), std::nullopt, tracing) {}
+  /// Over a cut that the plan did not choose.
+  TracedPlan(const world::TileStore& tile_store, render::SequencePlan sequence,
+             std::optional<std::vector<world::CutTile>> cut, const world::RayQueryOptions& tracing)
       : store(tile_store),
         plan(std::move(sequence)),
-        query(
-            store,
-            world::choose_cut(store, render::viewpoints_of(plan.states, plan.cameras), plan.detail),
-            tracing),
-        renderer(plan, store, query) {}
+        views(plan.states, plan.cameras),
+        scene(store,
+              cut ? *std::move(cut)
+                  : world::choose_cut(store, render::viewpoints_of(plan.states, plan.cameras),
+                                      plan.detail),
+              plan.moving, sensors::scene_options(plan, views, tracing)),
+        query(scene.whole()),
+        renderer(plan, views, scene) {}
 
   world::TileStore store;
   render::SequencePlan plan;
-  world::RayQuery query;
+  sensors::ViewTable views;
+  scene::Scene scene;
+  const world::RayQuery& query;
   sensors::FrameRenderer renderer;
   core::Log log{"test", core::LogLevel::Off};
 };

@@ -33,7 +33,7 @@ render::SequencePlan plan_all_round(double height_m) {
 }
 
 void probe(const std::filesystem::path& world, double budget_bytes) {
-  const Scene scene(world::TileStore::open(world), plan_all_round(450.0),
+  const TracedPlan scene(world::TileStore::open(world), plan_all_round(450.0),
                     {.memory_bytes = budget_bytes});
   const std::string hashes = frame_hashes(scene, {0, 1});
   const world::RayQueryStats stats = scene.query.stats();

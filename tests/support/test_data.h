@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 namespace terracast::test {
@@ -11,6 +12,15 @@ namespace terracast::test {
 /// The folder of real terrain beside the checkout that some tests use; users do not have it.
 inline std::filesystem::path shared_data() {
   return std::filesystem::path(TERRACAST_SOURCE_DIR).parent_path() / "shared" / "data";
+}
+
+/// Writes a file and the folders above it.
+/// returns   the file
+inline std::filesystem::path write_text(const std::filesystem::path& file,
+                                        const std::string& text) {
+  std::filesystem::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << text;
+  return file;
 }
 
 /// A folder of its own for one test, empty at the start and removed at the end.

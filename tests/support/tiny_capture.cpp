@@ -278,6 +278,17 @@ capture::SequenceInfo tiny_sequence(const TinyCaptureOptions& options) {
       info.clocks.push_back({.offset_s = 0.01 * static_cast<double>(i + 1),
                              .drift = -1e-3 * static_cast<double>(i + 1),
                              .jitter_sd_s = 0.001});
+  if (options.has_sensor)
+    info.streams.push_back(
+        {.rig = "mcs4",
+         .name = "laser",
+         .kind = "rangefinder",
+         .rate_hz = 25.0,
+         .channels = {{.name = "range_m", .unit = "m"}, {.name = "shape", .unit = ""}},
+         .rig_from_sensor = {.rotation = Eigen::Quaterniond(0.8, 0.0, 0.6, 0.0),
+                             .translation = {0.1, -0.2, 0.3}},
+         .body_from_rig = {},
+         .settings_toml = "most_range_m = 2000.0\n"});
   return info;
 }
 
@@ -345,6 +356,15 @@ capture::OrientedBox tiny_wall_box() {
 
 }  // namespace
 
+capture::Samples tiny_samples(std::vector<double> times_s) {
+  capture::Samples samples{.times_s = std::move(times_s), .values = {}};
+  for (const double time_s : samples.times_s) {
+    samples.values.push_back(100.0 / 3.0 + time_s);
+    samples.values.push_back(time_s < 0.1 ? std::numeric_limits<double>::infinity() : -1e-9);
+  }
+  return samples;
+}
+
 std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_folder,
                                          const TinyCaptureOptions& options) {
   const TinyScene scene;
@@ -384,6 +404,13 @@ std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_fo
       part.bounds = tiny_bounds(frame, k);
       if (options.has_imaging && k == 1) part.exposure_ev = 0.25 * frame;
       record.cameras.push_back(std::move(part));
+    }
+    for (std::size_t k = 0; k < info.streams.size(); ++k) {
+      const double rate_hz = info.streams[k].rate_hz;
+      const capture::TickRange ticks =
+          capture::ticks_of_frame(rate_hz, info.rate_hz, frame, info.num_frames);
+      record.streams.push_back(writer.write_samples(
+          frame, static_cast<int>(k), tiny_samples(capture::times_of(ticks, rate_hz))));
     }
     record.key = fmt::format("{:032x}", frame + 1);
     record.touched_tiles = {0};

@@ -66,6 +66,7 @@ struct TinyCaptureOptions {
   std::string utc_start = "2024-06-21T10:00:00Z";
   bool has_camera_errors = false;  ///< cameras are another than is believed, each by its own error
   bool has_clock_errors = false;
+  bool has_sensor = false;   ///< a stream mcs4/laser of two channels, 25 samples a second
   bool has_imaging = false;  ///< the first camera is exposed for a while, the second has settings
 };
 
@@ -109,6 +110,9 @@ capture::CameraFrame tiny_frame(const TinyCaptureOptions& options,
 
 /// What the clock of a camera shows, with clock errors.
 double tiny_stamp_s(int camera_index, double time_s);
+
+/// The samples of mcs4/laser at some times.
+capture::Samples tiny_samples(std::vector<double> times_s);
 
 /// Writes `<capture_folder>/<name>`, with the labels of its one object, the wall, a truck.
 std::filesystem::path write_tiny_capture(const std::filesystem::path& capture_folder,

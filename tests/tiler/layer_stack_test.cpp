@@ -25,7 +25,7 @@ using tiler::WorldSurface;
 using world::kHeightStep_m;
 using world::TileId;
 
-constexpr double kSize_m = 4096.0;
+constexpr double kStackSize_m = 4096.0;
 
 std::int32_t steps_of(double value_m) {
   return static_cast<std::int32_t>(std::lround(value_m / kHeightStep_m));
@@ -112,8 +112,8 @@ class Boxes : public Layer {
 
 std::shared_ptr<const WorldSurface> surface_with(std::vector<std::unique_ptr<Layer>> layers,
                                                  const std::string& ground = "plane") {
-  return tiler::layered_surface(prepare(world_of(ground, kSize_m)),
-                                LayerStack(kSize_m, std::move(layers)));
+  return tiler::layered_surface(prepare(world_of(ground, kStackSize_m)),
+                                LayerStack(kStackSize_m, std::move(layers)));
 }
 template <class... Layers>
 std::vector<std::unique_ptr<Layer>> list_of(Layers... layers) {
@@ -347,7 +347,7 @@ class Raised : public Layer {
 TEST(LayerStack, WhatLayersRaiseFadesOutAtTheSquaresBorder) {
   const auto surface = surface_with(list_of(std::make_unique<Raised>(10.0, std::nullopt),
                                             std::make_unique<Raised>(-4.0, std::nullopt)));
-  const auto bare = prepare(world_of("plane", kSize_m));
+  const auto bare = prepare(world_of("plane", kStackSize_m));
   const auto lift_m = [&](double x, double y) {
     return surface->sample(x, y).z_world - bare->sample(x, y).z_world;
   };

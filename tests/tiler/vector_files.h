@@ -2,11 +2,12 @@
 
 #include <ogrsf_frmts.h>
 
-#include <fstream>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "tests/support/test_data.h"
 #include "tests/tiler/raster_files.h"
 
 namespace terracast::test {
@@ -58,10 +59,6 @@ inline void write_vectors(const std::filesystem::path& file, const std::string& 
     ASSERT_EQ(layer->CreateFeature(&feature), OGRERR_NONE);
   }
   GDALClose(dataset);
-}
-
-inline void write_text(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream(file, std::ios::binary) << text;
 }
 
 inline core::Path path_of(const std::filesystem::path& file) {

@@ -318,5 +318,50 @@ TEST(BodyMotion, IsWhatItsDerivativesAddUpTo) {
       1e-7);
 }
 
+// The same of a motion with terms and a spin, on both sides of its reach.
+TEST(BodyMotion, TermsAndSpinsAddUpToo) {
+  BodyMotion motion{{3.0, 12.0, -1.0}, {0.5, -2.0, 0.3}, {0.2, -0.4, 21.5}};
+  motion.p << 4.0, -20.0, 100.0, 6.0, 30.0, -200.0, -5.0, 10.0, 50.0;
+  motion.r << 5.0, 20.0, -100.0, 300.0, -4.0, 15.0, 80.0, -400.0, 3.0, -10.0, 60.0, 200.0;
+  motion.spin_radps = {0.0, 0.0, 20.0};
+  motion.reach_s = 0.1;
+  const LineMotion of_camera{
+      {1e-4, Readout::Down}, motion, {Eigen::Matrix3d::Identity(), {0.4, -0.1, 0.2}}};
+  for (const double at_s : {-0.15, -0.07, 0.03, 0.09, 0.13}) {
+    // Written out, by AngleAxis.
+    const double t = std::clamp(at_s, -0.1, 0.1), beyond_s = at_s - t;
+    Eigen::Vector3d place =
+        at_s * motion.velocity_mps + 0.5 * at_s * at_s * motion.acceleration_mps2;
+    Eigen::Vector3d turn = at_s * (motion.turn_radps - motion.spin_radps);
+    for (int k = 0; k < 3; ++k)
+      place += (std::pow(t, k + 3) + beyond_s * (k + 3) * std::pow(t, k + 2)) * motion.p.col(k);
+    for (int k = 0; k < 4; ++k)
+      turn += (std::pow(t, k + 2) + beyond_s * (k + 2) * std::pow(t, k + 1)) * motion.r.col(k);
+    const Eigen::Matrix3d rotation = (Eigen::AngleAxisd(turn.norm(), turn.normalized()) *
+                                      Eigen::AngleAxisd(20.0 * at_s, Eigen::Vector3d::UnitZ()))
+                                         .toRotationMatrix();
+    const Pose found = motion.start_from_body(at_s);
+    EXPECT_LT((found.translation - place).norm(), 1e-13);
+    EXPECT_LT((found.rotation - rotation).norm(), 1e-13);
+    // Derivatives against central differences.
+    const double h = 1e-6;
+    const Pose before = motion.start_from_body(at_s - h), after = motion.start_from_body(at_s + h);
+    EXPECT_LT(((after.translation - before.translation) / (2.0 * h) - motion.velocity_mps_at(at_s))
+                  .norm(),
+              1e-7);
+    const Eigen::Matrix3d skew =
+        found.rotation.transpose() * (after.rotation - before.rotation) / (2.0 * h);
+    EXPECT_LT(
+        (Eigen::Vector3d(skew(2, 1), skew(0, 2), skew(1, 0)) - motion.turn_radps_at(at_s)).norm(),
+        1e-7);
+    const Eigen::Vector3d moved = (of_camera.start_from_camera(at_s + h).translation -
+                                   of_camera.start_from_camera(at_s - h).translation) /
+                                  (2.0 * h);
+    EXPECT_LT(
+        (of_camera.start_from_camera(at_s).rotation * of_camera.velocity_mps(at_s) - moved).norm(),
+        1e-7);
+  }
+}
+
 }  // namespace
 }  // namespace terracast::validate

@@ -316,5 +316,28 @@ TEST_F(ObjectRays, MeetWhatEachTriangleAloneSaysWhateverTravelsWithThem) {
   }
 }
 
+TEST_F(ObjectRays, MeetTheSameInTilesThatWerePacked) {
+  add_rays();
+  const RayQuery all(store_, finest_cut(store_), {});
+  std::vector<SurfaceSample> expected_surfaces(rays_.size());
+  std::vector<SurfaceHit> expected(rays_.size());
+  all.intersect(rays_, expected, Coherence::Coherent, expected_surfaces, nullptr,
+                SurfaceNeed::Facts);
+  const RayQuery small(store_, all.cut(), {.memory_bytes = 2.0 * all.least_memory_bytes()});
+  std::vector<SurfaceSample> surfaces(rays_.size());
+  std::vector<SurfaceHit> hits(rays_.size());
+  for (int round = 0; round < 2; ++round) {
+    small.intersect(rays_, hits, Coherence::Coherent, surfaces, nullptr, SurfaceNeed::Facts);
+    ASSERT_TRUE(same_bits(hits, expected));
+    for (std::size_t i = 0; i < rays_.size(); ++i) {
+      if (hits[i].is_sky() || hits[i].is_ground()) continue;
+      ASSERT_EQ(surfaces[i].provenance, expected_surfaces[i].provenance);
+      ASSERT_EQ(surfaces[i].finish, expected_surfaces[i].finish);
+      ASSERT_EQ(surfaces[i].crossing_error, expected_surfaces[i].crossing_error);
+    }
+  }
+  EXPECT_GT(small.stats().num_tiles_unpacked, 0U);
+}
+
 }  // namespace
 }  // namespace terracast::world

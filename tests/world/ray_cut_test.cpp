@@ -46,22 +46,22 @@ test::TinyWorldOptions four_by_four() {
 }
 
 /// Which of the 4 x 4 coarsest tiles a cut leaves out.
-struct Shape {
+struct CutShape {
   std::string name;
   std::function<bool(const TileId& root)> is_missing;
 };
 
-const Shape kSquare = {"square", [](const TileId&) { return false; }};
-const Shape kL = {"L", [](const TileId& root) { return root.x >= 0 && root.y >= 0; }};
-const Shape kRing = {"ring", [](const TileId& root) {
-                       return root.x >= -1 && root.x < 1 && root.y >= -1 && root.y < 1;
-                     }};
+const CutShape kSquare = {"square", [](const TileId&) { return false; }};
+const CutShape kL = {"L", [](const TileId& root) { return root.x >= 0 && root.y >= 0; }};
+const CutShape kRing = {"ring", [](const TileId& root) {
+                          return root.x >= -1 && root.x < 1 && root.y >= -1 && root.y < 1;
+                        }};
 /// Two squares that touch in the origin.
-const Shape kTwoIslands = {"two islands",
-                           [](const TileId& root) { return (root.x >= 0) == (root.y >= 0); }};
+const CutShape kTwoIslands = {"two islands",
+                              [](const TileId& root) { return (root.x >= 0) == (root.y >= 0); }};
 
 /// A side that has no neighbour left is nobody's finer side: the masks are made anew.
-std::vector<CutTile> cut_of(const TileStore& store, const Shape& shape) {
+std::vector<CutTile> cut_of(const TileStore& store, const CutShape& shape) {
   std::vector<TileId> leaves;
   for (const CutTile& tile : finest_cut(store))
     if (!shape.is_missing(root_of(tile.id))) leaves.push_back(tile.id);
@@ -293,7 +293,7 @@ class RayCuts : public testing::Test {
 };
 
 TEST_F(RayCuts, SidesWithoutANeighbourHaveNoCoarserOne) {
-  const auto mask = [&](const Shape& shape, const TileId& id) {
+  const auto mask = [&](const CutShape& shape, const TileId& id) {
     for (const CutTile& tile : cut_of(store_, shape))
       if (tile.id == id) return static_cast<int>(tile.coarser_sides);
     return -1;
@@ -309,7 +309,7 @@ TEST_F(RayCuts, SidesWithoutANeighbourHaveNoCoarserOne) {
 
 TEST_F(RayCuts, AnyShapeOfCoarsestTilesEqualsAFullTraversal) {
   constexpr std::size_t kNumRays = 18'000;
-  for (const Shape& shape : {kL, kRing, kTwoIslands}) {
+  for (const CutShape& shape : {kL, kRing, kTwoIslands}) {
     const RayQuery query(store_, cut_of(store_, shape), {});
     const ShapeTruth truth(store_, query.cut());
     std::vector<WorldRay> rays;
@@ -351,7 +351,7 @@ TEST_F(RayCuts, RaysThatStartWithinARoundingOfAnOpenSideMeetTheGround) {
     int axis;
     bool is_high;  ///< the root's eastern or northern side
   };
-  for (const Shape& shape : {kSquare, kRing}) {
+  for (const CutShape& shape : {kSquare, kRing}) {
     const RayQuery query(store_, cut_of(store_, shape), {});
     const ShapeTruth truth(store_, query.cut());
     std::vector<OpenSide> sides;

@@ -142,7 +142,7 @@ TEST_F(RayTrails, DoNotDependOnPacketsBudgetThreadsOrOrder) {
     const RayQuery other(store_, query_.cut(), {.packet_width = packet_width});
     expect_same(trail_of(other, rays_), expected);
   }
-  const RayQuery small(store_, query_.cut(), {.memory_bytes = 64e6 / 16.0});
+  const RayQuery small(store_, query_.cut(), {.memory_bytes = query_.least_memory_bytes()});
   expect_same(trail_of(small, rays_), expected);
   EXPECT_GT(small.stats().num_tiles_evicted, 0u);
   expect_same(trail_of(query_, rays_, Coherence::Coherent), expected);

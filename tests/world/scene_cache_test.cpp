@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/parallel.h"
 #include "core/random.h"
 #include "tests/support/tiny_world.h"
 
@@ -43,9 +44,9 @@ class SceneCacheTest : public testing::Test {
     const auto bytes = static_cast<double>(bytes_of_tile());
     loaded_.clear();
     return std::make_unique<SceneCache>(
-        std::vector<std::size_t>(kNumTiles, TileScene::kMostBytesWhileLoading),
+        std::vector<std::size_t>(kNumTiles, 0),
         (num_tiles - 0.5) * bytes + static_cast<double>(TileScene::kMostBytesWhileLoading),
-        [this](std::size_t tile_index) { return load(tile_index); });
+        [this](std::size_t tile_index, const PackedTile*) { return load(tile_index); });
   }
 
   std::vector<std::size_t> loaded() {
@@ -158,6 +159,48 @@ TEST_F(SceneCacheTest, ALoadThatFailsIsTriedAgain) {
   is_broken_ = false;
   use(*cache, {0});
   EXPECT_THAT(loaded(), ElementsAre(0));
+}
+
+TEST_F(SceneCacheTest, UnitsLoadTheTileForWhichMostRaysWait) {
+  constexpr std::int64_t kNumUnits = 4;
+  const core::ThreadLimit limit(1);
+  const auto cache = cache_of(1);
+  use(*cache, {6, 7});  // one goes: from here on units take turns
+  loaded_.clear();
+  cache->run_units(kNumUnits, [&](std::int64_t unit) {
+    SceneCache::Pin pin(*cache);
+    // All wait for four tiles, most rays for tile 2, and start with a tile of their own.
+    std::vector<TileDemand> demands;
+    for (std::int64_t k = 0; k < kNumUnits; ++k) {
+      const auto tile = static_cast<std::size_t>((unit + k) % kNumUnits);
+      demands.push_back({.tile_index = tile, .num_rays = tile == 2 ? 9U : 1U});
+    }
+    while (!demands.empty()) {
+      const SceneCache::Loaded got = cache->load_one_of(pin, demands);
+      EXPECT_EQ(got.scene->center_world().x(), 128.0 + 256.0 * static_cast<double>(got.tile_index));
+      std::erase_if(demands,
+                    [&](const TileDemand& one) { return one.tile_index == got.tile_index; });
+    }
+  });
+  EXPECT_EQ(loaded().front(), 2U);
+  EXPECT_GE(loaded().size(), 4U);
+}
+
+TEST_F(SceneCacheTest, AFailureOfOneUnitLeavesTheLoop) {
+  const auto cache = cache_of(1);
+  use(*cache, {6, 7});
+  is_broken_ = true;
+  EXPECT_THROW(cache->run_units(40,
+                                [&](std::int64_t) {
+                                  SceneCache::Pin pin(*cache);
+                                  cache->load_one_of(pin, std::vector<TileDemand>{{3, 1}});
+                                }),
+               std::runtime_error);
+  is_broken_ = false;
+  cache->run_units(40, [&](std::int64_t) {
+    SceneCache::Pin pin(*cache);
+    cache->load_one_of(pin, std::vector<TileDemand>{{3, 1}});
+  });
 }
 
 TEST_F(SceneCacheTest, ManyThreadsKeepTheBudget) {

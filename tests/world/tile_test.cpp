@@ -71,6 +71,7 @@ TEST(TileFile, RoundTripsEveryLayer) {
   const std::vector<std::byte> bytes = encode_tile(tile);
   EXPECT_EQ(decode_tile(bytes, tile.id, "a.tile"), tile);
   EXPECT_EQ(decode_tile(bytes, tile.id, "a.tile", WaterDepth::Read), tile);
+  EXPECT_EQ(decode_cover(bytes, tile.id, "a.tile"), tile.cover);
   EXPECT_EQ(encode_tile(tile), bytes);
 }
 
@@ -104,6 +105,7 @@ TEST(TileFile, FindsEveryFlippedByte) {
       const core::Error error = error_of([&] { decode_tile(bytes, tile.id, "a.tile"); });
       EXPECT_EQ(error.kind(), core::ErrorKind::Input) << "byte " << at;
       EXPECT_THAT(error.what(), HasSubstr("a.tile")) << "byte " << at;
+      EXPECT_THROW(decode_cover(bytes, tile.id, "a.tile"), core::Error) << "byte " << at;
       bytes[at] ^= flip;
     }
   }

@@ -37,7 +37,7 @@ TEST(WithoutWater, TheGroundIsTheBedAndMeetsTheLandAtTheShores) {
   const TileStore wet = make_wet_world(folder / "wet", surface_m, depth_m, options);
   const TileStore dry = test::make_tiny_world(folder / "dry", bed_m, options);
   const RayQuery whole(wet, leaves_of(wet), {});
-  const RayQuery bed(whole, {.memory_bytes = 200e6});
+  const RayQuery bed(whole, RayQuery::WithoutWater{});
   const test::BruteTerrain brute(dry, leaves_of(dry));
   int num_beds = 0;
   for (std::uint64_t i = 0; i < 1500; ++i) {
@@ -80,7 +80,7 @@ class InWater : public testing::Test {
             [](double x, double) { return std::max(on_lattice(bed_m(x)), 0.0); },
             [](double x, double) { return std::max(-on_lattice(bed_m(x)), 0.0); })),
         whole(store, leaves_of(store), {}),
-        query(whole, {.memory_bytes = 200e6, .viewers_in_water = true}) {}
+        query(whole, RayQuery::WithoutWater{.viewers_in_water = true}) {}
 
   test::ScratchFolder folder;
   TileStore store;

@@ -115,13 +115,20 @@ class ProceduralField : public HeightField {
     // A power of two, so that a level of tiles has the same spacing; 32 m for 51.2 km. Rivers need
     // ground to run on: small worlds are no finer than their mountains.
     spacing_m_ = std::max(std::exp2(std::ceil(std::log2(options.size_m / 2048.0))), 16.0);
+    // Of the options alone: a land that is kept is found by it.
     hash_ = core::content_hash(fmt::format("procedural {} {} {} {} {} {}", kVersion, options.seed,
                                            options.size_m, entry.relief_m, entry.sea_level_m,
                                            datum_.name));
     if (!entry.has_coast) hash_ = core::content_hash(hash_ + " no sea");
     if (entry.landform != "coast" || entry.lakes != 0)
       hash_ = core::content_hash(fmt::format("{} {} {}", hash_, entry.landform, entry.lakes));
-    raise_land(options, entry);
+    half_cells_ =
+        static_cast<int>(std::ceil(0.5 * options.size_m / coarsest_spacing_m())) + kMarginCells;
+    half_side_m_ = half_cells_ * coarsest_spacing_m();
+    if (!take_kept(inputs.kept_lands)) {
+      inputs.context.log.debug("{}: procedural land is made", options.name);
+      raise_land(options, entry);
+    }
     const auto [lowest, highest] =
         std::minmax_element(heights_m_.values.begin(), heights_m_.values.end());
     // The spline overshoots its samples by less than an eighth of their range.
@@ -174,17 +181,31 @@ class ProceduralField : public HeightField {
   const std::vector<world::SourceInfo>& sources() const override { return sources_; }
   std::string input_hash() const override { return hash_; }
 
+  std::vector<KeptLand> lands() const override { return {{hash_, heights_m_}}; }
+
  private:
+  /// Whether a world's folder keeps this land.
+  bool take_kept(std::span<const KeptLand> lands) {
+    const auto kept = std::find_if(lands.begin(), lands.end(), [&](const KeptLand& land) {
+      return land.input_hash == hash_ && land.heights_m.width == num_samples() &&
+             land.heights_m.height == num_samples();
+    });
+    if (kept == lands.end()) return false;
+    heights_m_ = kept->heights_m;
+    return true;
+  }
+  double coarsest_spacing_m() const { return 2.0 * spacing_m_ * (1 << kNumRefinements); }
+  /// Of a side of heights_m_.
+  int num_samples() const { return 2 * half_cells_ * (2 << kNumRefinements) + 1; }
+
   void raise_land(const WorldOptions& options, const ElevationOptions& entry) {
     const double relief_m = entry.relief_m;
     const LandPlan plan(static_cast<std::uint64_t>(options.seed), entry);
     const double half_size_m = options.size_m / 2.0;
-    double spacing_m = 2.0 * spacing_m_ * (1 << kNumRefinements);
-    const int half_cells = static_cast<int>(std::ceil(half_size_m / spacing_m)) + kMarginCells;
-    half_side_m_ = half_cells * spacing_m;
+    double spacing_m = coarsest_spacing_m();
 
     ErosionInputs land;
-    land.heights_m = Grid<float>(2 * half_cells + 1, 2 * half_cells + 1);
+    land.heights_m = Grid<float>(2 * half_cells_ + 1, 2 * half_cells_ + 1);
     // Steps are counted so that the coarse grid comes near its steady state.
     constexpr int kSteps[kNumRefinements + 1] = {120, 24, 8};
     for (int pass = 0; pass <= kNumRefinements; ++pass, spacing_m /= 2.0) {
@@ -328,6 +349,7 @@ class ProceduralField : public HeightField {
   double sea_height_m_ = 0.0;  ///< without a sea, what heights count from
   bool has_sea_ = true;
   double spacing_m_ = 0.0;
+  int half_cells_ = 0;  ///< of the coarsest grid
   double half_side_m_ = 0.0;
   Grid<float> heights_m_;
   double lowest_m_ = 0.0;

@@ -61,8 +61,8 @@ FieldLayer make_procedural_base(const ElevationInputs& inputs) {
                "\"{}\" is stated; leave it out",
                inputs.datum.name, entry.vertical_datum);
   entry.kind = "procedural";
-  return {.field = make_procedural(
-              {inputs.options, entry, inputs.frame, inputs.datum, inputs.geoid, inputs.context}),
+  return {.field = make_procedural({inputs.options, entry, inputs.frame, inputs.datum, inputs.geoid,
+                                    inputs.context, inputs.kept_lands}),
           .share = {}};
 }
 

@@ -33,7 +33,7 @@ void multiply(core::ImageF& light, const core::ImageF& share) {
 
 /// Light as digital numbers say it was, each multiplied by the gain of its colour; no colour is brighter
 /// than the darkest of those that are full, lest what is too bright takes on a tint.
-core::ImageF balanced(const Sensor& sensor, const core::Image16& numbers,
+core::ImageF balanced(const ImageSensor& sensor, const core::Image16& numbers,
                       const scene::Color& gains) {
   const float white = sensor.exposure_of(sensor.white_level_dn()) * gains.minCoeff();
   core::ImageF light(numbers.width(), numbers.height(), numbers.channels());
@@ -53,9 +53,9 @@ capture::CameraImaging describe_imaging(const ImagingOptions& options,
                                         const std::string& sequence) {
   capture::CameraImaging imaging{.settings_toml = core::toml_text(options)};
   if (!options.sensor.is_on()) return imaging;
-  const Sensor sensor(options.sensor, static_cast<std::uint64_t>(seed),
-                      stream_of_camera(camera, sequence));
-  Sensor::Defects defects =
+  const ImageSensor sensor(options.sensor, static_cast<std::uint64_t>(seed),
+                           stream_of_camera(camera, sequence));
+  ImageSensor::Defects defects =
       sensor.find_defects(camera.intrinsics.width_px, camera.intrinsics.height_px);
   imaging.dead_sites = std::move(defects.dead);
   imaging.hot_sites = std::move(defects.hot);

@@ -10,8 +10,8 @@
 #include "core/image.h"
 #include "sensors/camera/imaging/development.h"
 #include "sensors/camera/imaging/exposure_control.h"
+#include "sensors/camera/imaging/image_sensor.h"
 #include "sensors/camera/imaging/imaging_options.h"
-#include "sensors/camera/imaging/sensor.h"
 #include "sensors/camera/imaging/soiling.h"
 
 namespace terracast::sensors {
@@ -54,7 +54,7 @@ class Imager {
   Eigen::Vector2d center_px_;
   core::ImageF vignetting_;  ///< empty: none
   Soiling soiling_;
-  std::optional<Sensor> sensor_;
+  std::optional<ImageSensor> sensor_;
   Development development_;
   float level_;
   scene::Color balance_;

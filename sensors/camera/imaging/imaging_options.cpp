@@ -148,7 +148,7 @@ void ExposureOptions::validate() const {
   refuse_idle(lock != none.lock, "lock", kAutomatic);
 }
 
-void SensorOptions::describe(core::SchemaVisitor& visit) {
+void ImageSensorOptions::describe(core::SchemaVisitor& visit) {
   visit.key(
       "bits", bits,
       "Bits of the converter to digital numbers, 8 to 16. 0: no sensor, light goes on as it is.",
@@ -190,11 +190,11 @@ void SensorOptions::describe(core::SchemaVisitor& visit) {
       core::one_of({"", "rggb", "bggr", "grbg", "gbrg"}));
 }
 
-void SensorOptions::validate() const {
+void ImageSensorOptions::validate() const {
   if (bits != 0 && bits < 8)
     fail(ErrorKind::Config, "bits = {}; it takes 8 to 16, or 0 for no sensor", bits);
   if (!is_on()) {
-    SensorOptions none;
+    ImageSensorOptions none;
     none.saturation_exposure = saturation_exposure;
     if (*this != none)
       fail(ErrorKind::Config,

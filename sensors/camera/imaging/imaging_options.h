@@ -61,7 +61,7 @@ struct ExposureOptions {
 };
 
 /// `[rigs.imaging.sensor]`
-struct SensorOptions {
+struct ImageSensorOptions {
   std::int64_t bits = 0;
   double black_level_dn = 0.0;
   double saturation_exposure = 4.0;
@@ -74,7 +74,7 @@ struct SensorOptions {
   double dead_share = 0.0;
   double hot_share = 0.0;
   std::string mosaic = {};
-  bool operator==(const SensorOptions&) const = default;
+  bool operator==(const ImageSensorOptions&) const = default;
 
   bool is_on() const { return bits > 0; }
   bool has_mosaic() const { return !mosaic.empty(); }
@@ -101,7 +101,7 @@ struct ImagingOptions {
   LensFlawOptions lens;
   SoilingOptions soiling;
   ExposureOptions exposure;
-  SensorOptions sensor;
+  ImageSensorOptions sensor;
   ColorOptions color;
   bool operator==(const ImagingOptions&) const = default;
 

@@ -62,7 +62,7 @@ void append(std::ofstream& file, const std::vector<T>& values) {
 }
 
 /// The tiles that the flight is rendered from, as triangles; returns how many.
-std::int64_t write_mesh(const test::Scene& scene, const std::filesystem::path& folder) {
+std::int64_t write_mesh(const test::TracedPlan& scene, const std::filesystem::path& folder) {
   std::ofstream vertices(folder / "vertices.f32", std::ios::binary);
   std::ofstream triangles(folder / "triangles.i32", std::ios::binary);
   std::int32_t first = 0;
@@ -90,7 +90,7 @@ std::int64_t write_mesh(const test::Scene& scene, const std::filesystem::path& f
          world::kTileCells;
 }
 
-void write_scene(const test::Scene& scene, const std::filesystem::path& folder) {
+void write_scene(const test::TracedPlan& scene, const std::filesystem::path& folder) {
   core::Json poses = core::Json::array();
   for (int frame = 0; frame < kNumFrames; ++frame) {
     const sensors::View& view = scene.renderer.views().at(frame, 0);
@@ -131,7 +131,8 @@ double warm_s(const Work& work) {
 }
 
 /// Median difference of Cycles' depths from ours, as a share of them: that both see the same.
-double depth_difference(const test::Scene& scene, const std::filesystem::path& exr, int frame) {
+double depth_difference(const test::TracedPlan& scene, const std::filesystem::path& exr,
+                        int frame) {
   const std::vector<core::ExrImage> parts = core::decode_exr(core::read_file(exr), exr.string());
   const core::ImageF& theirs = parts.at(0).float_channels.at("ViewLayer.Depth.Z");
   const sensors::View& view = scene.renderer.views().at(frame, 0);
@@ -155,8 +156,8 @@ void cycles(benchmark::State& state) {
   const bench::Folder folder("cycles-bench");
   const world::TileStore store = test::make_tiny_world(
       folder.path() / "world", test::mountain_height_m, test::mountain_options(4));
-  const test::Scene one(store, flight(1));
-  const test::Scene many(store, flight(kManySamples));
+  const test::TracedPlan one(store, flight(1));
+  const test::TracedPlan many(store, flight(kManySamples));
   const std::int64_t num_triangles = write_mesh(one, folder.path());
   write_scene(one, folder.path());
   const std::string command = "blender -b --factory-startup --python " TERRACAST_SOURCE_DIR
@@ -172,7 +173,7 @@ void cycles(benchmark::State& state) {
       core::write_file(folder.path() / "color.png", capture::encode_color(truth.facts));
       core::write_file(folder.path() / "facts.exr", capture::encode_facts(truth.facts));
     });
-    const auto color_s = [&](const test::Scene& scene) {
+    const auto color_s = [&](const test::TracedPlan& scene) {
       return warm_s([&](int frame) {
         core::write_file(folder.path() / "color.png",
                          core::encode_png(scene.renderer.color(frame, 0)));

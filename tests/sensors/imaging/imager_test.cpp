@@ -188,14 +188,14 @@ class ImagingStage : public testing::Test {
 };
 
 TEST_F(ImagingStage, OffChangesNothing) {
-  const test::Scene without(store_, test::small_plan(1, 40, 30));
-  const test::Scene off(store_, plan_with({}, 1));
+  const test::TracedPlan without(store_, test::small_plan(1, 40, 30));
+  const test::TracedPlan off(store_, plan_with({}, 1));
   EXPECT_EQ(off.renderer.color(0, 1), without.renderer.color(0, 1));
   EXPECT_FALSE(off.renderer.photo(0, 1).exposure_ev.has_value());
   // A camera in between that does nothing rounds the product of exposure and balance otherwise.
   ImagingOptions idle;
   idle.color.gamma = 2.0;
-  const test::Scene on(store_, plan_with(idle, 1));
+  const test::TracedPlan on(store_, plan_with(idle, 1));
   const core::Image8 a = on.renderer.color(0, 1);
   const core::Image8 b = without.renderer.color(0, 1);
   for (std::size_t i = 0; i < a.data().size(); ++i)
@@ -251,8 +251,8 @@ TEST_F(ImagingStage, FramesStayWhereTheirImagingDoes) {
   again.imaging[0].sensor.full_well_e = 6000.0;
   render(again, scratch_ / "other", {}, 2, {scratch_ / "before"});
   EXPECT_EQ(rendered_.rendered.size(), 2u);
-  EXPECT_NE(render::describe_sequence(again, store_).input_hash,
-            render::describe_sequence(plan, store_).input_hash);
+  EXPECT_NE(render::CheckedPlan(again, store_).info().input_hash,
+            render::CheckedPlan(plan, store_).info().input_hash);
 }
 
 /// The image itself, linearised, has the target as its mean.
@@ -263,7 +263,7 @@ TEST_F(ImagingStage, AutomaticExposureReachesItsTarget) {
   for (const double light : {0.05, 1.0, 20.0}) {
     render::SequencePlan plan = plan_with(options, 1);
     plan.conditions.exposure = light;
-    const test::Scene scene(store_, plan);
+    const test::TracedPlan scene(store_, plan);
     const Photo photo = scene.renderer.photo(0, 0);
     // The mean of the logarithms of what blocks of pixels show: the meter's spots, with two rays a pixel
     // instead of one. The image's last rows make no block.

@@ -1,4 +1,4 @@
-#include "sensors/camera/imaging/sensor.h"
+#include "sensors/camera/imaging/image_sensor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +18,8 @@ enum FrameDraw : std::uint64_t { kShot, kReading, kNumFrameDraws };
 
 }  // namespace
 
-Sensor::Sensor(const SensorOptions& options, std::uint64_t seed, std::uint64_t stream)
+ImageSensor::ImageSensor(const ImageSensorOptions& options, std::uint64_t seed,
+                         std::uint64_t stream)
     : options_(options),
       seed_(seed),
       stream_(core::stream_of(stream, 0x73656e736f72)),  // "sensor"
@@ -31,15 +32,15 @@ Sensor::Sensor(const SensorOptions& options, std::uint64_t seed, std::uint64_t s
   zero_dn_ = options.black_level_dn + dn_per_electron_ * options.dark_signal_e;
 }
 
-Sensor::Defect Sensor::defect_at(std::uint64_t site) const {
+ImageSensor::Defect ImageSensor::defect_at(std::uint64_t site) const {
   if (!options_.has_defects()) return Defect::None;
   const double draw = core::random_unit(seed_, stream_, site * kNumFixedDraws + kDefect);
   if (draw < options_.dead_share) return Defect::Dead;
   return draw < options_.dead_share + options_.hot_share ? Defect::Hot : Defect::None;
 }
 
-std::uint16_t Sensor::number_of(double exposed, std::uint64_t site,
-                                std::uint64_t frame_stream) const {
+std::uint16_t ImageSensor::number_of(double exposed, std::uint64_t site,
+                                     std::uint64_t frame_stream) const {
   const Defect defect = defect_at(site);
   if (defect == Defect::Hot) return static_cast<std::uint16_t>(white_level_dn_);
   if (defect == Defect::Dead) exposed = 0.0;
@@ -67,7 +68,7 @@ std::uint16_t Sensor::number_of(double exposed, std::uint64_t site,
       std::clamp(std::floor(number + 0.5), 0.0, static_cast<double>(white_level_dn_)));
 }
 
-core::Image16 Sensor::read(const core::ImageF& exposed, int frame) const {
+core::Image16 ImageSensor::read(const core::ImageF& exposed, int frame) const {
   core::Image16 numbers(exposed.width(), exposed.height(), mosaic_ ? 1 : 3);
   const std::uint64_t frame_stream =
       core::stream_of(stream_, static_cast<std::uint64_t>(frame) + 1);
@@ -84,7 +85,7 @@ core::Image16 Sensor::read(const core::ImageF& exposed, int frame) const {
   return numbers;
 }
 
-Sensor::Defects Sensor::find_defects(int width_px, int height_px) const {
+ImageSensor::Defects ImageSensor::find_defects(int width_px, int height_px) const {
   Defects defects;
   if (!options_.has_defects()) return defects;
   const std::int64_t num_sites = std::int64_t{width_px} * height_px * (mosaic_ ? 1 : 3);

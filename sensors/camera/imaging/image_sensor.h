@@ -24,10 +24,10 @@ namespace terracast::sensors {
 /// steps. With a mosaic each pixel is one photosite, else three, one a colour.
 ///
 /// Each number follows from seed, sequence, camera, frame and photosite alone. Threads: safe.
-class Sensor {
+class ImageSensor {
  public:
   /// stream   of the camera's draws in its sequence
-  Sensor(const SensorOptions& options, std::uint64_t seed, std::uint64_t stream);
+  ImageSensor(const ImageSensorOptions& options, std::uint64_t seed, std::uint64_t stream);
 
   /// exposed   three channels
   /// returns   one channel of a mosaic, else three
@@ -56,7 +56,7 @@ class Sensor {
   Defect defect_at(std::uint64_t site) const;
   std::uint16_t number_of(double exposed, std::uint64_t site, std::uint64_t frame_stream) const;
 
-  SensorOptions options_;
+  ImageSensorOptions options_;
   std::uint64_t seed_;
   std::uint64_t stream_;
   std::optional<Mosaic> mosaic_;

@@ -1,4 +1,4 @@
-#include "sensors/camera/imaging/sensor.h"
+#include "sensors/camera/imaging/image_sensor.h"
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kSide = 128;
 
-SensorOptions bright_sensor() {
-  SensorOptions options;
+ImageSensorOptions bright_sensor() {
+  ImageSensorOptions options;
   options.bits = 12;
   options.black_level_dn = 128.0;
   options.saturation_exposure = 1.0;
@@ -86,12 +86,12 @@ TEST(Deviates, PoissonHasItsShares) {
 }
 
 /// Variance over mean is a line: its slope the system gain, its height the noise of reading and of steps.
-TEST(Sensor, HasThePhotonTransferCurve) {
-  SensorOptions options = bright_sensor();
+TEST(ImageSensor, HasThePhotonTransferCurve) {
+  ImageSensorOptions options = bright_sensor();
   options.read_noise_e = 12.0;
   options.dark_signal_e = 30.0;
   options.gain = 2.0;
-  const Sensor sensor(options, 7, 1);
+  const ImageSensor sensor(options, 7, 1);
   const double gain = (4095.0 - 128.0) * 2.0 / 10000.0;
   EXPECT_DOUBLE_EQ(sensor.dn_per_electron(), gain);
   constexpr double kCount = kSide * kSide;
@@ -106,11 +106,11 @@ TEST(Sensor, HasThePhotonTransferCurve) {
   }
 }
 
-TEST(Sensor, FixedPatternsStayWhenNoiseIsAveragedOut) {
-  SensorOptions options = bright_sensor();
+TEST(ImageSensor, FixedPatternsStayWhenNoiseIsAveragedOut) {
+  ImageSensorOptions options = bright_sensor();
   options.prnu_percent = 2.0;
   options.dsnu_e = 40.0;
-  const Sensor sensor(options, 7, 1);
+  const ImageSensor sensor(options, 7, 1);
   constexpr int kFrames = 64;
   const auto averaged = [&](float exposed) {
     std::vector<double> sums(kSide * kSide);
@@ -129,36 +129,36 @@ TEST(Sensor, FixedPatternsStayWhenNoiseIsAveragedOut) {
   const double left = (gain * gain * 5000.0 + 1.0 / 12.0) / kFrames;
   const double bright = gain * gain * (100.0 * 100.0 + 40.0 * 40.0) + left;
   EXPECT_NEAR(moments_of(averaged(0.5f)).variance, bright, spread * bright);
-  const Sensor other(options, 7, 2);
+  const ImageSensor other(options, 7, 2);
   EXPECT_NE(other.read(even(0.5f), 0), sensor.read(even(0.5f), 0));
 }
 
-TEST(Sensor, WithoutElectronsQuantisesAlone) {
-  SensorOptions options = bright_sensor();
+TEST(ImageSensor, WithoutElectronsQuantisesAlone) {
+  ImageSensorOptions options = bright_sensor();
   options.full_well_e = 0.0;
   options.bits = 8;
   options.black_level_dn = 5.0;
-  const Sensor sensor(options, 7, 1);
-  core::ImageF scene::ramp(1000, 1, 3);
+  const ImageSensor sensor(options, 7, 1);
+  core::ImageF ramp(1000, 1, 3);
   for (int x = 0; x < 1000; ++x)
-    for (int k = 0; k < 3; ++k) scene::ramp(x, 0, k) = 0.001f * static_cast<float>(x) * 1.1f;
+    for (int k = 0; k < 3; ++k) ramp(x, 0, k) = 0.001f * static_cast<float>(x) * 1.1f;
   const core::Image16 numbers = sensor.read(ramp, 0);
   for (int x = 0; x < 1000; ++x) {
-    const double level = 5.0 + 250.0 * static_cast<double>(scene::ramp(x, 0));
+    const double level = 5.0 + 250.0 * static_cast<double>(ramp(x, 0));
     EXPECT_LE(std::abs(numbers(x, 0) - std::min(level, 255.0)), 0.5 + 1e-4) << x;
   }
   EXPECT_EQ(numbers(0, 0), 5);
   EXPECT_EQ(numbers(999, 0), 255);
 }
 
-TEST(Sensor, DefectsAreListedAndSeen) {
-  SensorOptions options = bright_sensor();
+TEST(ImageSensor, DefectsAreListedAndSeen) {
+  ImageSensorOptions options = bright_sensor();
   options.dead_share = 0.004;
   options.hot_share = 0.002;
   for (const char* mosaic : {"rggb", ""}) {
     options.mosaic = mosaic;
-    const Sensor sensor(options, 3, 9);
-    const Sensor::Defects defects = sensor.find_defects(kSide, kSide);
+    const ImageSensor sensor(options, 3, 9);
+    const ImageSensor::Defects defects = sensor.find_defects(kSide, kSide);
     const core::Image16 numbers = sensor.read(even(0.5f), 11);
     std::set<std::int64_t> dead;
     std::set<std::int64_t> hot;
@@ -174,10 +174,10 @@ TEST(Sensor, DefectsAreListedAndSeen) {
   }
 }
 
-TEST(Sensor, NumbersDoNotDependOnThreads) {
-  SensorOptions options = bright_sensor();
+TEST(ImageSensor, NumbersDoNotDependOnThreads) {
+  ImageSensorOptions options = bright_sensor();
   options.read_noise_e = 3.0;
-  const Sensor sensor(options, 3, 9);
+  const ImageSensor sensor(options, 3, 9);
   const core::ThreadLimit one(1);
   const core::Image16 alone = sensor.read(even(0.3f), 2);
   {
@@ -187,8 +187,8 @@ TEST(Sensor, NumbersDoNotDependOnThreads) {
   EXPECT_NE(sensor.read(even(0.3f), 3), alone);
 }
 
-TEST(SensorOptions, ThatCannotBeAreRefused) {
-  const auto message_of = [](const SensorOptions& options) -> std::string {
+TEST(ImageSensorOptions, ThatCannotBeAreRefused) {
+  const auto message_of = [](const ImageSensorOptions& options) -> std::string {
     try {
       options.validate();
     } catch (const core::Error& error) {
@@ -197,7 +197,7 @@ TEST(SensorOptions, ThatCannotBeAreRefused) {
     }
     return "";
   };
-  SensorOptions options;
+  ImageSensorOptions options;
   EXPECT_EQ(message_of(options), "");
   options.full_well_e = 1000.0;
   EXPECT_NE(message_of(options).find("bits = 0 leaves it out"), std::string::npos);
@@ -218,7 +218,7 @@ TEST(Mosaic, PutsEachColorInItsPlace) {
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 6; ++x)
       for (int k = 0; k < 3; ++k) exposed(x, y, k) = 0.25f * static_cast<float>(k + 1);
-  SensorOptions options = bright_sensor();
+  ImageSensorOptions options = bright_sensor();
   options.full_well_e = 0.0;
   options.black_level_dn = 0.0;
   options.bits = 8;
@@ -227,7 +227,7 @@ TEST(Mosaic, PutsEachColorInItsPlace) {
       {"rggb", {0, 0}}, {"grbg", {1, 0}}, {"gbrg", {0, 1}}, {"bggr", {1, 1}}};
   for (const auto& [name, red] : place_of_red) {
     options.mosaic = name;
-    const core::Image16 numbers = Sensor(options, 1, 1).read(exposed, 0);
+    const core::Image16 numbers = ImageSensor(options, 1, 1).read(exposed, 0);
     for (int y = 0; y < 4; ++y)
       for (int x = 0; x < 6; ++x) {
         const bool is_column = x % 2 == red.first;

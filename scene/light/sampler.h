@@ -9,7 +9,7 @@
 
 #include "core/random.h"
 
-namespace terracast::sensors {
+namespace terracast::scene {
 
 /// Where in a pixel and on the sun's disc the samples of a pixel lie: a function of the seed and
 /// the pixel alone. For a power of two of samples the places in the pixel are a (0, 2) net: one in
@@ -77,4 +77,4 @@ class PixelSampler {
   std::array<Eigen::Vector2d, kTurns> turns_;
 };
 
-}  // namespace terracast::sensors
+}  // namespace terracast::scene

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "geo/rigid3.h"
+
+namespace terracast::capture {
+
+/// One quantity that a sensor measures.
+struct StreamChannel {
+  std::string name;  ///< "range_m": with its unit, where it has one
+  std::string unit;  ///< "m"; empty: none
+  bool operator==(const StreamChannel&) const = default;
+};
+
+/// A sensor that measures at times of its own, and its channels. Its folder in the capture is `<rig>/<name>`.
+struct StreamInfo {
+  std::string rig;
+  std::string name;
+  std::string kind;  ///< of the table of sensors
+  double rate_hz = 0.0;
+  std::vector<StreamChannel> channels;
+  geo::Rigid3d rig_from_sensor;  ///< sensor: x forward, y left, z up
+  geo::Rigid3d body_from_rig;
+  std::string settings_toml;  ///< the kind's own keys, every one
+  bool operator==(const StreamInfo&) const = default;
+
+  geo::Rigid3d body_from_sensor() const { return body_from_rig * rig_from_sensor; }
+};
+
+/// Measurements of a stream, in the order of time.
+struct Samples {
+  std::vector<double> times_s;  ///< true, since the sequence's start
+  std::vector<double> values;   ///< the channels of the first time, of the second, …
+  bool operator==(const Samples&) const = default;
+};
+
+/// Measurements that one frame's file holds: ticks first … end - 1, each at tick / rate_hz.
+struct TickRange {
+  std::int64_t first = 0;
+  std::int64_t end = 0;
+};
+
+/// The ticks from a frame's time to before the next frame's; of the last frame those at its own time. Frames stand at
+/// frame / frame_rate_hz.
+TickRange ticks_of_frame(double rate_hz, double frame_rate_hz, int frame, int num_frames);
+
+/// tick / rate_hz for each.
+std::vector<double> times_of(const TickRange& ticks, double rate_hz);
+
+/// A NumPy array of doubles, (number of samples) x (1 + number of channels): the time, then the channels.
+std::vector<std::byte> encode_samples(const Samples& samples, std::size_t num_channels);
+
+/// times_s   of the samples that the file must hold
+/// throws    Input: it holds another array; `where` names it
+Samples decode_samples(std::span<const std::byte> bytes, const std::vector<double>& times_s,
+                       std::size_t num_channels, const std::string& where);
+
+}  // namespace terracast::capture

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "capture/frame_reader.h"
+#include "export/dataset_writer.h"
+
+/// The samples of sensors that are not cameras, which every dataset has beside its own format's files.
+namespace terracast::exporters {
+
+inline constexpr const char* kSensorsFile = "sensors.json";
+
+/// sensors/RIG/NAME.csv: a row a sample, its time (s since the sequence's first frame, true) and the channels, each
+/// number with as many digits as bring it back to the bit. sensors.json: kind, rate, channels with units, mount and
+/// settings of each.
+/// folder   of the sequence, relative to the dataset
+/// throws   Input: damaged samples; Io
+void write_sensors(DatasetWriter& writer, const std::string& folder,
+                   const capture::SequenceReader& sequence);
+
+}  // namespace terracast::exporters

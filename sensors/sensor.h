@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/stream.h"
+#include "core/choice.h"
+#include "core/schema.h"
+#include "geo/rigid3.h"
+#include "geo/trajectory.h"
+#include "scene/scene.h"
+#include "world/ray_trail.h"
+
+namespace terracast::sensors {
+
+/// A sensor's place in a scene, and its motion: everything that it may ask.
+struct SensorSite {
+  const scene::Scene& scene;
+  const geo::BodyMotion& body;
+  geo::Rigid3d body_from_sensor;  ///< sensor: x forward, y left, z up
+  std::uint64_t stream_seed;      ///< of its random numbers: no other sensor's of any sequence
+  world::RayTrail* trail;         ///< takes the tiles that its rays visit; null: not recorded
+
+  geo::Rigid3d world_from_sensor(double time_s) const {
+    return body.at(time_s).world_from_body * body_from_sensor;
+  }
+};
+
+/// A kind of sensor with its options. Each sample has a time of its own and a value in each channel.
+///
+/// determinism   a sample depends on the scene, the motion, the options, the seed and its time alone: not on which
+///               others are measured with it
+/// threads       const use is safe
+class Sensor {
+ public:
+  virtual ~Sensor() = default;
+  virtual void describe(core::SchemaVisitor& visit) = 0;
+  /// throws   Config: options that contradict each other
+  virtual void validate() const {}
+  virtual std::unique_ptr<Sensor> clone() const = 0;
+
+  virtual std::vector<capture::StreamChannel> channels() const = 0;
+  /// values   as many rows as times, of a value a channel
+  virtual void measure(const SensorSite& site, std::span<const double> times_s,
+                       std::span<double> values) const = 0;
+};
+
+struct SensorInfo {
+  std::string_view name;
+  std::string_view summary;
+  std::unique_ptr<Sensor> (*make)();
+};
+
+/// The table of sensors beside cameras, alphabetical.
+std::span<const SensorInfo> sensors();
+
+/// A `[[rigs.sensors]]` of a config.
+struct SensorOptions {
+  std::string name;
+  double rate_hz = 100.0;
+  std::vector<double> offset_mm;  ///< in the rig's axes; empty: 0
+  std::vector<double> euler_deg;  ///< yaw, pitch, roll as of cameras; empty: 0
+  core::Choice<SensorInfo> sensor;
+
+  void describe(core::SchemaVisitor& visit);
+  void validate() const;
+};
+
+/// A sensor of a sequence's body, with the record of its stream.
+struct MountedSensor {
+  capture::StreamInfo info;
+  core::Choice<SensorInfo> sensor;
+
+  capture::Samples measure(const scene::Scene& scene, const geo::BodyMotion& body,
+                           std::uint64_t sequence_seed, std::vector<double> times_s,
+                           world::RayTrail* trail) const;
+};
+
+}  // namespace terracast::sensors

@@ -1,0 +1,71 @@
+#include <cmath>
+#include <vector>
+
+#include "capture/sequence_files.h"
+#include "core/error.h"
+#include "core/hash.h"
+#include "sensors/sensor.h"
+
+// Every sensor beside cameras, in alphabetical order: X(name) is sensors/name.cpp, which defines `SensorInfo
+// name_sensor()`.
+#define TERRACAST_SENSORS(X)
+
+namespace terracast::sensors {
+
+using core::ErrorKind;
+using core::fail;
+
+#define TERRACAST_DECLARE(name) SensorInfo name##_sensor();
+TERRACAST_SENSORS(TERRACAST_DECLARE)
+#undef TERRACAST_DECLARE
+
+std::span<const SensorInfo> sensors() {
+#define TERRACAST_ENTRY(name) name##_sensor(),
+  static const std::vector<SensorInfo> table = {TERRACAST_SENSORS(TERRACAST_ENTRY)};
+#undef TERRACAST_ENTRY
+  return table;
+}
+
+void SensorOptions::describe(core::SchemaVisitor& visit) {
+  visit.key("name", name, "Name of the sensor, and of its folder.", core::required());
+  visit.key("rate_hz", rate_hz, "Samples a second.",
+            core::between(1e-3, capture::kMaxStreamRate_hz));
+  visit.key("offset_mm", offset_mm, "Position of the sensor, in the rig's axes; empty: 0.",
+            core::size_of(3));
+  visit.key("euler_deg", euler_deg,
+            "Yaw about up (positive left), pitch about left (positive down), roll about forward, "
+            "intrinsic, of a sensor that looks forward; empty: 0.",
+            core::size_of(3));
+  sensor.describe(visit, "kind", "sensor",
+                  "Kind of sensor; it decides further keys (`terracast list sensors`).", sensors());
+}
+
+void SensorOptions::validate() const {
+  if (!capture::is_safe_name(name))
+    fail(ErrorKind::Config,
+         "sensor name \"{}\" names a folder; it takes 1 to 64 letters, digits, _ or -", name);
+  for (const std::vector<double>* numbers : {&offset_mm, &euler_deg})
+    for (const double number : *numbers)
+      if (!std::isfinite(number))
+        fail(ErrorKind::Config, "sensor {}: {} is not a finite number", name, number);
+  sensor.validate();
+}
+
+capture::Samples MountedSensor::measure(const scene::Scene& scene, const geo::BodyMotion& body,
+                                        std::uint64_t sequence_seed, std::vector<double> times_s,
+                                        world::RayTrail* trail) const {
+  capture::Samples samples{.times_s = std::move(times_s), .values = {}};
+  samples.values.resize(samples.times_s.size() * info.channels.size());
+  const std::string names = info.rig + "/" + info.name;
+  const SensorSite site{
+      .scene = scene,
+      .body = body,
+      .body_from_sensor = info.body_from_sensor(),
+      .stream_seed = sequence_seed ^ core::content_hash64(std::as_bytes(std::span(names))),
+      .trail = trail};
+  core::with_context([&] { sensor->measure(site, samples.times_s, samples.values); },
+                     fmt::format("measuring with {}", names));
+  return samples;
+}
+
+}  // namespace terracast::sensors
