@@ -8,7 +8,7 @@
 
 // Every sensor beside cameras, in alphabetical order: X(name) is sensors/name.cpp, which defines `SensorInfo
 // name_sensor()`.
-#define TERRACAST_SENSORS(X)
+#define TERRACAST_SENSORS(X) X(rangefinder)
 
 namespace terracast::sensors {
 
