@@ -4,7 +4,7 @@
 #include "scene/media/medium.h"
 
 // Every medium, in alphabetical order: X(name) is scene/media/name.cpp, which defines `MediumInfo name_medium()`.
-#define TERRACAST_MEDIA(X) X(air) X(clouds)
+#define TERRACAST_MEDIA(X) X(air) X(clouds) X(exponential_haze)
 
 namespace terracast::scene {
 
