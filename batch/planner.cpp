@@ -232,7 +232,7 @@ class RunPlanner {
     std::vector<LaidOut> sequences = sequences_of(config, cameras);
     std::vector<labels::SequenceOutline> outlines;
     for (const LaidOut& sequence : sequences) outlines.push_back(sequence.outline);
-    // What may fall short is told where it is made, and not of every run.
+    // Labels that may fall short are logged where they are made, not for every run.
     job::check_outputs(config, outlines, core::Log("plan", core::LogLevel::Off));
     return sequences;
   }

@@ -7,7 +7,7 @@
 
 #include "capture/frame.h"
 
-/// What the files of a sequence that is captured, or that somebody has begun to capture, say.
+/// Reads the files of a sequence whose capture has begun, finished or not.
 namespace terracast::capture {
 
 /// The config of the sequence in a folder, as it was captured. nullopt: there is no sequence, or it is damaged.

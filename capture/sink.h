@@ -23,14 +23,14 @@ class Sink {
   virtual void finish_frame(const FrameRecord& record) const = 0;
 };
 
-/// Keeps everything in memory, for live use and for tests. Threads: safe.
+/// Keeps everything in memory. Threads: safe.
 class MemorySink : public Sink {
  public:
   CameraRecord write_camera(int frame, int camera, const CameraFrame& images) const override;
   FrameFile write_samples(int frame, int stream, const Samples& samples) const override;
   void finish_frame(const FrameRecord& record) const override;
 
-  /// Of frames that were written.
+  /// Images, samples and records of frames that were written; std::out_of_range for others.
   const CameraFrame& images(int frame, int camera) const { return images_.at({frame, camera}); }
   const Samples& samples(int frame, int stream) const { return samples_.at({frame, stream}); }
   const FrameRecord& record(int frame) const { return records_.at(frame); }

@@ -64,7 +64,7 @@ Eigen::MatrixXd fitted(const std::vector<double>& times, const Eigen::MatrixXd& 
   return powers.colPivHouseholderQr().solve(values);
 }
 
-/// What a motion does beyond a state's first derivatives, at some times.
+/// The motion beyond a state's first derivatives, sampled at several times.
 struct Samples {
   std::vector<double> offsets_s;
   std::vector<double> shares;  ///< of the reach

@@ -6,10 +6,10 @@
 
 #include "geo/rigid3.h"
 
-/// Where a body is at one time, and its motion about that time.
+/// The position and attitude of a body at one time, and its motion about that time.
 namespace terracast::geo {
 
-/// What a motion does about a time, beyond a constant acceleration and a constant angular velocity. With t the time
+/// Describes a motion about a time beyond a constant acceleration and a constant angular velocity. With t the time
 /// from there, the body stands at
 ///
 ///     x + v t + a t^2 / 2 + p3 t^3 + p4 t^4 + p5 t^5
@@ -46,7 +46,7 @@ struct MotionTerms {
   double most_turning_rad(double offset_s) const;
 };
 
-/// Where the body is and how it moves at one time.
+/// The pose and motion of the body at one time.
 struct BodyState {
   double time_s = 0.0;
   Rigid3d world_from_body;  ///< body: x forward, y left, z up

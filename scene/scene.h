@@ -80,7 +80,6 @@ class Scene {
   friend class SceneAt;
   struct Looks;
   const Looks& looks() const;
-  const Sky& sky_once() const;
 
   const world::TileStore& store_;
   geo::WorldFrame frame_;
