@@ -8,6 +8,7 @@
 #include "batch/plan.h"
 #include "batch/run_files.h"
 #include "core/hash.h"
+#include "core/plugin_rows.h"
 #include "core/progress.h"
 #include "core/schema_writer.h"
 #include "job/carried_rigs.h"
@@ -148,7 +149,8 @@ class RunPlanner {
 
   template <class Options>
   static std::string hash_of(const Options& options) {
-    return core::content_hash(core::toml_text(options)).substr(0, 12);
+    const std::string text = core::toml_text(options);
+    return core::content_hash(text + core::plugin_marks(text)).substr(0, 12);
   }
 
   /// With the exports labels are made, and what is told of a run's ground is found out.
@@ -157,9 +159,11 @@ class RunPlanner {
     for (const labels::LabelOptions& labels : config.labels)
       made_with += "\n" + core::toml_text(labels);
     std::vector<PlannedFormat> formats;
-    for (const auto& chosen : config.exports)
+    for (const auto& chosen : config.exports) {
+      const std::string text = core::toml_text(chosen) + made_with;
       formats.push_back(
-          {chosen.format, core::content_hash(core::toml_text(chosen) + made_with).substr(0, 12)});
+          {chosen.format, core::content_hash(text + core::plugin_marks(text)).substr(0, 12)});
+    }
     if (formats.empty() && !config.labels.empty() && !std::exchange(has_told_of_labels_, true))
       context_.log.warn(
           "the config names no format, and a batch makes labels with its exports: it makes none; "
@@ -185,6 +189,7 @@ class RunPlanner {
 
   int world_of(const tiler::WorldOptions& options) {
     std::string text = core::toml_text(options);
+    text += core::plugin_marks(text);
     std::string others;
     const auto add = [&](const core::Path& file) {
       if (is_plain_file(file.resolved))

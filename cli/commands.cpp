@@ -15,6 +15,7 @@
 
 #include "cli/batch_command.h"
 #include "cli/evaluate_command.h"
+#include "cli/plugin_command.h"
 #include "cli/reference.h"
 #include "cli/rig_command.h"
 #include "cli/threads_option.h"
@@ -28,6 +29,7 @@
 #include "geo/geoid.h"
 #include "job/stages.h"
 #include "job/trace.h"
+#include "plugins/blame.h"
 #include "tiler/preview.h"
 #include "validate/check.h"
 
@@ -340,6 +342,12 @@ int parse_and_run(int argc, const char* const* argv) {
                "terracast"};
   app.require_subcommand(1);
   app.set_version_flag("--version", TERRACAST_VERSION);
+  // Taken out of the command line before it comes here; described for --help.
+  std::string plugin;
+  app.add_option("--plugin", plugin,
+                 "Load a plug-in first (repeatable, anywhere on the line); those in the folders of "
+                 "TERRACAST_PLUGIN_PATH are loaded too.")
+      ->type_name("FILE");
   app.footer(
       "Start with:\n  terracast run configs/demo.toml --out out/demo\n"
       "Each stage can be run alone (tile, render, label, export, validate), stopped and run "
@@ -413,6 +421,7 @@ int parse_and_run(int argc, const char* const* argv) {
 
   add_batch_command(app, status);
   add_rig_command(app, status);
+  add_plugin_command(app, status);
 
   auto* world_command = app.add_subcommand("world", "Look into a world.");
   world_command->require_subcommand(1);
@@ -483,11 +492,19 @@ int parse_and_run(int argc, const char* const* argv) {
   return status;
 }
 
+/// Of an exception that should never leave its maker.
+std::string whose_bug() {
+  const std::string thrower = plugins::thrower_of_last_exception();
+  return thrower.empty() ? "this is a bug of terracast"
+                         : fmt::format("this is a bug of {}", thrower);
+}
+
 }  // namespace
 
 int run_command_line(int argc, const char* const* argv) {
   try {
-    const int status = parse_and_run(argc, argv);
+    const std::vector<const char*> others = load_named_plugins(argc, argv);
+    const int status = parse_and_run(static_cast<int>(others.size()), others.data());
     if (std::fflush(stdout) != 0)
       fail(ErrorKind::Io, "standard output: cannot be written: {}",
            std::generic_category().message(errno));
@@ -506,7 +523,10 @@ int run_command_line(int argc, const char* const* argv) {
     fmt::print(stderr, "error: {}\n", error.what());
     return core::exit_status(ErrorKind::Io);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "error: {} (this is a bug of terracast)\n", error.what());
+    fmt::print(stderr, "error: {} ({})\n", error.what(), whose_bug());
+    return core::exit_status(ErrorKind::Internal);
+  } catch (...) {  // plug-ins may throw anything
+    fmt::print(stderr, "error: what was thrown is no exception ({})\n", whose_bug());
     return core::exit_status(ErrorKind::Internal);
   }
 }

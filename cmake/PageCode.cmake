@@ -1,6 +1,7 @@
-# terracast_page_code(TARGET PAGE…): compiles the code of documentation pages into a target: of each page the C++ block
-# that follows `<!-- code: NAME -->`.
-function(terracast_page_code target)
+# terracast_page_files(FOLDER PAGE…): writes the code of documentation pages into FOLDER: of each page the C++ block that
+# follows `<!-- code: NAME -->`, as the file NAME.
+function(terracast_page_files folder)
+  set(files)
   foreach(page IN LISTS ARGN)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${page})
     file(READ ${page} text)
@@ -13,8 +14,14 @@ function(terracast_page_code target)
     string(SUBSTRING "${text}" ${begin} -1 text)
     string(FIND "${text}" "\n```" length)
     string(SUBSTRING "${text}" 0 ${length} code)
-    set(file ${CMAKE_CURRENT_BINARY_DIR}/page_code/${name})
-    file(CONFIGURE OUTPUT ${file} CONTENT "${code}\n" @ONLY)
-    target_sources(${target} PRIVATE ${file})
+    file(CONFIGURE OUTPUT ${folder}/${name} CONTENT "${code}\n" @ONLY)
+    list(APPEND files ${folder}/${name})
   endforeach()
+  set(page_files ${files} PARENT_SCOPE)
+endfunction()
+
+# terracast_page_code(TARGET PAGE…): compiles the code of documentation pages into a target.
+function(terracast_page_code target)
+  terracast_page_files(${CMAKE_CURRENT_BINARY_DIR}/page_code ${ARGN})
+  target_sources(${target} PRIVATE ${page_files})
 endfunction()

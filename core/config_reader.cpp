@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/plugin_rows.h"
 #include "core/registry.h"
 
 namespace terracast::core {
@@ -196,6 +197,8 @@ void ConfigReader::read_into(std::string& out, const ConfigNode& node, const std
   std::string text = expand_text(node, root_).text;
   const std::vector<std::string>& choices = constraint.choices;
   if (!choices.empty() && std::find(choices.begin(), choices.end(), text) == choices.end()) {
+    if (const std::string missing = missing_plugin(text); !missing.empty())
+      fail_at(node.place, "{} = {}: {}", name, node.shown(), missing);
     const std::string nearest = nearest_name(text, choices);
     fail_at(node.place, "{} = {} is not one of {}{}", name, node.shown(),
             fmt::join(constraint.named_choices(), ", "),

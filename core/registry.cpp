@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/plugin_rows.h"
+
 namespace terracast::core {
 
 namespace {
@@ -53,6 +55,8 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
 std::string unknown_name_message(std::string_view what, std::string_view name,
                                  const std::vector<std::string>& known) {
   const std::string nearest = nearest_name(name, known);
+  if (const std::string missing = missing_plugin(name); !missing.empty())
+    return fmt::format("unknown {} \"{}\": {}", what, name, missing);
   return fmt::format("unknown {} \"{}\" ({}known: {})", what, name,
                      nearest.empty() ? "" : fmt::format("nearest: \"{}\"; ", nearest),
                      known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")));

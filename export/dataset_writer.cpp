@@ -10,6 +10,7 @@
 #include "core/hash.h"
 #include "core/log.h"
 #include "core/parallel.h"
+#include "core/plugin_rows.h"
 #include "core/schema_writer.h"
 #include "export/imaging_record.h"
 #include "export/motion_record.h"
@@ -64,7 +65,7 @@ std::string source_hash(std::string_view format, const Exporter& exporter,
   exporter.clone()->describe(*core::make_toml_writer(text));
   for (const capture::SequenceReader& sequence : sequences)
     text += core::content_hash_of_file(sequence.folder() / capture::kManifestFile) + "\n";
-  return core::content_hash(text);
+  return core::content_hash(text + core::plugin_marks(text));
 }
 
 DatasetWriter::DatasetWriter(fs::path folder, std::string format, std::string hash,
@@ -230,8 +231,8 @@ Json metadata(std::string_view format, std::string_view format_version, const st
         "timestamps.csv: when each image was taken, and when by the camera's own clock");
   all_additions.insert(all_additions.end(), additions.begin(), additions.end());
   const capture::SequenceInfo& info = sequences.front().info();
-  return Json::object()
-      .set("format", format)
+  Json json = Json::object();
+  json.set("format", format)
       .set("format_version", format_version)
       .set("terracast_version", TERRACAST_VERSION)
       .set("source_hash", hash)
@@ -240,6 +241,20 @@ Json metadata(std::string_view format, std::string_view format_version, const st
       .set("licences", Json::array_of(licences))
       .set("conventions", std::move(sentences))
       .set("additions", Json::array_of(all_additions));
+  std::string made_by = fmt::format("\"{}\"\n", format);
+  for (const capture::SequenceReader& sequence : sequences) made_by += sequence.info().config_toml;
+  if (const std::vector<const core::Plugin*> plugins = core::plugins_named_in(made_by);
+      !plugins.empty()) {
+    Json list = Json::array();
+    for (const core::Plugin* plugin : plugins)
+      list.push(Json::object()
+                    .set("name", plugin->name)
+                    .set("version", plugin->version)
+                    .set("licence", plugin->licence)
+                    .set("xxh3_128", plugin->content_hash));
+    json.set("plugins", std::move(list));
+  }
+  return json;
 }
 
 }  // namespace terracast::exporters

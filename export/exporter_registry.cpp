@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <array>
 
+#include "core/plugin_rows.h"
 #include "core/registry.h"
 #include "export/exporter.h"
 
@@ -17,7 +17,8 @@ TERRACAST_EXPORTERS(TERRACAST_DECLARE)
 
 std::span<const ExporterInfo> exporters() {
 #define TERRACAST_ENTRY(name) name##_exporter(),
-  static const std::array table = {TERRACAST_EXPORTERS(TERRACAST_ENTRY)};
+  static const auto table =
+      core::with_plugin_rows<ExporterInfo>({TERRACAST_EXPORTERS(TERRACAST_ENTRY)});
 #undef TERRACAST_ENTRY
   return table;
 }

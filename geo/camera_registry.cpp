@@ -1,7 +1,7 @@
-#include <array>
 #include <cmath>
 
 #include "core/error.h"
+#include "core/plugin_rows.h"
 #include "core/registry.h"
 #include "geo/camera_model.h"
 
@@ -35,7 +35,8 @@ TERRACAST_CAMERA_MODELS(TERRACAST_DECLARE)
 
 std::span<const CameraModelInfo> camera_models() {
 #define TERRACAST_ENTRY(name) name##_camera(),
-  static const std::array table = {TERRACAST_CAMERA_MODELS(TERRACAST_ENTRY)};
+  static const auto table =
+      core::with_plugin_rows<CameraModelInfo>({TERRACAST_CAMERA_MODELS(TERRACAST_ENTRY)});
 #undef TERRACAST_ENTRY
   return table;
 }

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <span>
 
+#include "core/plugin_rows.h"
 #include "core/schema_writer.h"
 #include "core/stage_cost.h"
 #include "export/cameras.h"
@@ -275,13 +276,19 @@ std::string toml_of_sequence(const RunConfig& config, const geo::TrajectoryOptio
 
 std::string toml_of_captures(const RunConfig& config) {
   RunConfig of_captures = config;
+  of_captures.required_plugins.clear();
   of_captures.labels.clear();
   of_captures.exports.clear();
   of_captures.tracing = {};
   of_captures.validation = {};
   of_captures.data = {};
   keep_carried_rigs(of_captures.rigs, of_captures.trajectories);
-  return core::toml_text(of_captures);
+  // A comment for each plug-in that takes part: edited, it is another config.
+  std::string text = core::toml_text(of_captures);
+  for (const core::Plugin* plugin : core::plugins_named_in(text))
+    text = fmt::format("# plugin {} {} {}\n", plugin->name, plugin->version, plugin->content_hash) +
+           text;
+  return text;
 }
 
 std::vector<tiler::PreviewPath> paths_of(const Job& job) {

@@ -3,6 +3,8 @@
 #include <set>
 
 #include "capture/sequence_files.h"
+#include "core/plugin_rows.h"
+#include "core/plugin_rows.h"
 #include "core/toml_reader.h"
 #include "job/carried_rigs.h"
 
@@ -13,6 +15,11 @@ using core::fail;
 
 void RunConfig::describe(core::SchemaVisitor& visit) {
   visit.key("name", name, "Name of the job.");
+  visit.key(
+      "requires", required_plugins,
+      "Plug-ins that must be loaded, as \"mine\" or \"mine >= 1.2\"; a config never names their "
+      "files (--plugin, TERRACAST_PLUGIN_PATH).",
+      {.min_size = 1});
   visit.key("seed", seed,
             "Seed of everything that is drawn in the capture: sub-pixel samples, track points.");
   visit.key("data", data, "Folder of source data; written ${data} in the paths of this config.");
@@ -37,6 +44,7 @@ void RunConfig::describe(core::SchemaVisitor& visit) {
 }
 
 void RunConfig::validate() const {
+  for (const std::string& required : required_plugins) core::check_requirement(required);
   if (rigs.empty()) fail(ErrorKind::Config, "no rig; add a [[rigs]] with at least one camera");
   if (trajectories.empty()) fail(ErrorKind::Config, "no trajectory; add a [[trajectories]]");
   std::set<std::string> names;

@@ -40,6 +40,7 @@ struct ValidateConfig {
 /// A whole job: the file that `terracast run` is given.
 struct RunConfig {
   std::string name = "run";
+  std::vector<std::string> required_plugins;
   std::int64_t seed = 1;
   core::Path data;
   tiler::WorldOptions world;

@@ -5,6 +5,7 @@
 
 #include "capture/sequence_files.h"
 #include "core/hash.h"
+#include "core/plugin_rows.h"
 #include "core/schema_writer.h"
 
 namespace terracast::render {
@@ -141,6 +142,7 @@ std::string input_hash_of(const SequencePlan& plan, const world::TileStore& stor
   text += core::toml_text(plan.tracks);
   for (const world::CutTile& tile : cut) append_tile(text, tile, store);
   text += plan.config_toml;
+  text += core::plugin_marks(text);
   return core::content_hash(text);
 }
 
@@ -189,6 +191,7 @@ FrameKeys::FrameKeys(const SequencePlan& plan, const world::TileStore& store,
       text += moving_.text_of(static_cast<int>(at));
     for (const world::CutTile& tile : cut) append_tile(text, tile, store);
   }
+  text += core::plugin_marks(text);
   common_ = core::content_hash(text);
 }
 

@@ -4,6 +4,7 @@
 #include "capture/sequence_files.h"
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/plugin_rows.h"
 #include "sensors/sensor.h"
 
 // Every sensor beside cameras, in alphabetical order: X(name) is sensors/name.cpp, which defines `SensorInfo
@@ -21,7 +22,8 @@ TERRACAST_SENSORS(TERRACAST_DECLARE)
 
 std::span<const SensorInfo> sensors() {
 #define TERRACAST_ENTRY(name) name##_sensor(),
-  static const std::vector<SensorInfo> table = {TERRACAST_SENSORS(TERRACAST_ENTRY)};
+  static const auto table =
+      core::with_plugin_rows<SensorInfo>({TERRACAST_SENSORS(TERRACAST_ENTRY)});
 #undef TERRACAST_ENTRY
   return table;
 }

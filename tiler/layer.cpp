@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/plugin_rows.h"
 #include "core/registry.h"
 
 // Every kind of layer, in alphabetical order: X(name) is tiler/layers/name.cpp, which defines
@@ -17,7 +18,8 @@ TERRACAST_LAYER_KINDS(TERRACAST_DECLARE)
 
 std::span<const LayerKindInfo> layer_kinds() {
 #define TERRACAST_ENTRY(name) name##_layer(),
-  static const std::vector<LayerKindInfo> table = {TERRACAST_LAYER_KINDS(TERRACAST_ENTRY)};
+  static const auto table =
+      core::with_plugin_rows<LayerKindInfo>({TERRACAST_LAYER_KINDS(TERRACAST_ENTRY)});
 #undef TERRACAST_ENTRY
   return table;
 }

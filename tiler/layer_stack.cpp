@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/parallel.h"
+#include "core/plugin_rows.h"
 #include "core/random.h"
 #include "tiler/bed_site.h"
 #include "tiler/country/country.h"
@@ -376,6 +377,7 @@ std::string LayerStack::input_hash() const {
   for (std::size_t i = 0; i < layers_.size(); ++i)
     all += fmt::format("{} {} {} {} {}\n", infos_[i].kind, infos_[i].name, infos_[i].licence,
                        infos_[i].accuracy, layers_[i]->input_hash());
+  all += core::plugin_marks(all);
   return core::content_hash(all);
 }
 

@@ -1,3 +1,4 @@
+#include "core/plugin_rows.h"
 #include "core/random.h"
 #include "validate/checks/checker.h"
 #include "validate/colmap/job.h"
@@ -39,9 +40,9 @@ TERRACAST_CHECKS(TERRACAST_DECLARE)
 
 std::span<const CheckInfo> checks() {
 #define TERRACAST_ROW(name, summary) {#name, summary, &make_##name##_check},
-  static constexpr CheckInfo kTable[] = {TERRACAST_CHECKS(TERRACAST_ROW)};
+  static const auto table = core::with_plugin_rows<CheckInfo>({TERRACAST_CHECKS(TERRACAST_ROW)});
 #undef TERRACAST_ROW
-  return kTable;
+  return table;
 }
 
 std::vector<NameAndSummary> check_list() {

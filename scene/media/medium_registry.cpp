@@ -1,6 +1,7 @@
 #include <algorithm>
-#include <array>
+#include <vector>
 
+#include "core/plugin_rows.h"
 #include "scene/media/medium.h"
 
 // Every medium, in alphabetical order: X(name) is scene/media/name.cpp, which defines `MediumInfo name_medium()`.
@@ -14,7 +15,7 @@ TERRACAST_MEDIA(TERRACAST_DECLARE)
 
 std::span<const MediumInfo> media() {
 #define TERRACAST_ENTRY(name) name##_medium(),
-  static const std::array table = {TERRACAST_MEDIA(TERRACAST_ENTRY)};
+  static const auto table = core::with_plugin_rows<MediumInfo>({TERRACAST_MEDIA(TERRACAST_ENTRY)});
 #undef TERRACAST_ENTRY
   return table;
 }

@@ -1,0 +1,135 @@
+#include "cli/plugin_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string_view>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "plugins/blame.h"
+#include "plugins/loader.h"
+#include "plugins/plugin_check.h"
+
+namespace terracast::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+using plugins::KindVerdict;
+using plugins::LawTried;
+
+struct Arguments {
+  fs::path file;
+  std::vector<std::string> keys;
+  plugins::CheckOptions options;
+  bool is_verbose = false;
+};
+
+void print_verdict(const KindVerdict& verdict, bool is_verbose) {
+  fmt::print("{:9} {}: {}\n", verdict.kind.type, verdict.kind.name,
+             verdict.is_kept() ? fmt::format("keeps {} laws", verdict.laws.size()) : "REFUSED");
+  for (const LawTried& law : verdict.laws)
+    if (!law.broken.empty())
+      fmt::print("    broken: {}\n            {}\n", law.law, law.broken);
+    else if (is_verbose)
+      fmt::print("    holds:  {}\n", law.law);
+  if (!verdict.ended.empty())
+    fmt::print("    {}\n", verdict.laws.empty()
+                               ? verdict.ended
+                               : fmt::format("at \"{}\":\n            {}", verdict.laws.back().law,
+                                             verdict.ended));
+  std::fflush(stdout);
+}
+
+int run_list() {
+  for (const core::Plugin& plugin : core::plugins()) {
+    fmt::print("{} {} ({}): {}\n", plugin.name, plugin.version, plugin.licence,
+               plugin.file.string());
+    for (const plugins::KindInPlugin& kind : plugins::kinds_in_plugins())
+      if (kind.name.starts_with(plugin.name + "."))
+        fmt::print("    {:9} {:22} {}\n", kind.type, kind.name, kind.summary);
+  }
+  return 0;
+}
+
+int run_check(Arguments& args) {
+  plugins::load_plugin(args.file);
+  for (const std::string& pair : args.keys) {
+    const std::size_t equal = pair.find('=');
+    if (equal == std::string::npos)
+      fail(ErrorKind::Usage, "--keys {}: write KIND=FILE, as --keys mine.laser=laser.toml", pair);
+    args.options.keys[pair.substr(0, equal)] = core::read_text_file(pair.substr(equal + 1));
+  }
+  const std::vector<KindVerdict> verdicts = check_plugins(
+      args.options, [&](const KindVerdict& verdict) { print_verdict(verdict, args.is_verbose); });
+  std::string refused;
+  for (const KindVerdict& verdict : verdicts)
+    if (!verdict.is_kept())
+      refused += fmt::format("{}{}", refused.empty() ? "" : ", ", verdict.kind.name);
+  if (refused.empty())
+    fmt::print("{}: every law holds\n", args.file.string());
+  else
+    fmt::print("{}: refused for {}\n", args.file.string(), refused);
+  return refused.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+std::vector<const char*> load_named_plugins(int argc, const char* const* argv) {
+  constexpr std::string_view kOption = "--plugin";
+  std::vector<fs::path> files;
+  if (const char* folders = std::getenv("TERRACAST_PLUGIN_PATH"))
+    files = plugins::plugins_on_path(folders);
+  std::vector<const char*> others;
+  for (int i = 0; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    if (word == kOption && i + 1 == argc)
+      fail(ErrorKind::Usage, "--plugin: names no file; write --plugin FILE");
+    if (word == kOption)
+      files.emplace_back(argv[++i]);
+    else if (word.starts_with("--plugin="))
+      files.emplace_back(word.substr(kOption.size() + 1));
+    else
+      others.push_back(argv[i]);
+  }
+  for (const fs::path& file : files) plugins::load_plugin(file);
+  if (!files.empty()) plugins::name_plugins_in_crashes();
+  return others;
+}
+
+void add_plugin_command(CLI::App& app, int& status) {
+  auto args = std::make_shared<Arguments>();
+  auto* plugin = app.add_subcommand("plugin", "Plug-ins: what is loaded, and whether it is right.");
+  plugin->require_subcommand(1);
+  plugin->add_subcommand("list", "The loaded plug-ins, and what they add.")->callback([&status] {
+    status = run_list();
+  });
+  auto* check = plugin->add_subcommand(
+      "check",
+      "Try the laws of every kind that a plug-in adds, each in a process of its own; exit status 1 "
+      "when one is broken.");
+  check->add_option("FILE", args->file, "The plug-in, a file NAME.so.")->required();
+  check
+      ->add_option("--keys", args->keys,
+                   "A TOML file with the keys of a kind that has some without a default "
+                   "(repeatable).")
+      ->type_name("KIND=FILE")
+      ->allow_extra_args(false);
+  check
+      ->add_option("--limit", args->options.limit_s,
+                   "Seconds that the laws of one kind may take; what takes longer hangs.")
+      ->check(CLI::Range(1.0, 86400.0));
+  check->add_option(
+      "--folder", args->options.folder,
+      "An empty folder for the worlds and datasets that are made, which are kept; left "
+      "out: a temporary one.");
+  check->add_flag("-v,--verbose", args->is_verbose, "Name the laws that hold too.");
+  check->callback([args, &status] { status = run_check(*args); });
+}
+
+}  // namespace terracast::cli

@@ -1,0 +1,124 @@
+#include "core/plugin_rows.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <utility>
+
+#include "core/error.h"
+
+namespace terracast::core {
+namespace {
+
+struct Loaded {
+  std::vector<Plugin> plugins;
+  std::vector<PluginRow> rows;
+  bool is_read = false;
+};
+
+Loaded& loaded() {
+  static Loaded all;
+  return all;
+}
+
+bool names_a_kind_of(std::string_view text, const std::string& plugin) {
+  const std::string prefix = plugin + ".";
+  for (std::size_t at = text.find(prefix); at != std::string_view::npos;
+       at = text.find(prefix, at + 1))
+    if (at == 0 ||
+        (std::isalnum(static_cast<unsigned char>(text[at - 1])) == 0 && text[at - 1] != '_'))
+      return true;
+  return false;
+}
+
+/// Parts of a version: 1.12 > 1.9. Empty: it is none.
+std::vector<int> version_parts(std::string_view text) {
+  std::vector<int> parts;
+  while (true) {
+    int part = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), part);
+    if (error != std::errc() || part < 0) return {};
+    parts.push_back(part);
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    if (text.empty()) return parts;
+    if (text.front() != '.') return {};
+    text.remove_prefix(1);
+  }
+}
+
+}  // namespace
+
+bool is_plugin_name(std::string_view name) {
+  return !name.empty() && name.size() <= 64 && name.front() >= 'a' && name.front() <= 'z' &&
+         std::all_of(name.begin(), name.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+         });
+}
+
+std::span<const Plugin> plugins() { return loaded().plugins; }
+
+void add_plugin(Plugin plugin, std::span<const PluginRow> rows) {
+  TERRACAST_CHECK(!loaded().is_read, "plug-in {} comes after a table was read", plugin.name);
+  loaded().plugins.push_back(std::move(plugin));
+  loaded().rows.insert(loaded().rows.end(), rows.begin(), rows.end());
+}
+
+std::vector<const void*> plugin_rows(const std::type_info& type) {
+  loaded().is_read = true;
+  std::vector<const void*> rows;
+  for (const PluginRow& row : loaded().rows)
+    if (*row.type == type) rows.push_back(row.info);
+  return rows;
+}
+
+std::string plugin_marks(std::string_view text) {
+  std::string marks;
+  for (const Plugin* plugin : plugins_named_in(text))
+    marks += fmt::format("plugin {} {} {}\n", plugin->name, plugin->version, plugin->content_hash);
+  return marks;
+}
+
+std::vector<const Plugin*> plugins_named_in(std::string_view text) {
+  std::vector<const Plugin*> named;
+  for (const Plugin& plugin : plugins())
+    if (names_a_kind_of(text, plugin.name)) named.push_back(&plugin);
+  return named;
+}
+
+std::string missing_plugin(std::string_view kind) {
+  const std::size_t dot = kind.find('.');
+  const std::string_view name = kind.substr(0, dot);
+  if (dot == std::string_view::npos || !is_plugin_name(name)) return {};
+  const std::span<const Plugin> present = plugins();
+  if (std::any_of(present.begin(), present.end(),
+                  [&](const Plugin& one) { return one.name == name; }))
+    return {};
+  return fmt::format(
+      "plug-in {} is not loaded; name its file by --plugin FILE, or its folder in "
+      "TERRACAST_PLUGIN_PATH",
+      name);
+}
+
+void check_requirement(const std::string& requirement) {
+  const std::size_t space = requirement.find(' ');
+  const std::string name = requirement.substr(0, space);
+  const std::string rest = space == std::string::npos ? "" : requirement.substr(space + 1);
+  if (!is_plugin_name(name) ||
+      (!rest.empty() && (!rest.starts_with(">= ") || version_parts(rest.substr(3)).empty())))
+    fail(ErrorKind::Config,
+         "requires: \"{}\" is not \"NAME\" or \"NAME >= VERSION\", as \"mine >= 1.2\"",
+         requirement);
+  const std::span<const Plugin> present_plugins = plugins();
+  const auto plugin = std::find_if(present_plugins.begin(), present_plugins.end(),
+                                   [&](const Plugin& one) { return one.name == name; });
+  if (plugin == present_plugins.end())
+    fail(ErrorKind::Config, "requires = [\"{}\"]: {}", requirement, missing_plugin(name + "."));
+  if (rest.empty()) return;
+  const std::vector<int> wanted = version_parts(rest.substr(3));
+  const std::vector<int> present = version_parts(plugin->version);
+  if (present < wanted)
+    fail(ErrorKind::Config, "plug-in {} {} ({}) is older than the config requires: {}", name,
+         plugin->version, plugin->file.string(), requirement);
+}
+
+}  // namespace terracast::core

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <typeinfo>
+#include <vector>
+
+/// Rows that plug-ins add to the tables of kinds: sensors, cameras, layers, exporters, media, checks.
+namespace terracast::core {
+
+/// A plug-in that the program has loaded.
+struct Plugin {
+  std::string name;  ///< the part before the dot of all its kinds' names
+  std::string version;
+  std::string licence;
+  std::filesystem::path file;
+  std::string content_hash;  ///< of the file
+};
+
+/// The loaded plug-ins in the order in which they were loaded. Threads: safe once tables are read.
+std::span<const Plugin> plugins();
+
+/// A row of a table, of whatever type the table's rows are.
+struct PluginRow {
+  const std::type_info* type;
+  const void* info;  ///< lives as long as the program
+};
+
+/// Adds a plug-in and its rows. Tables do not change once one of them has been read.
+/// throws   Internal: a table has been read
+/// threads  one, before all others
+void add_plugin(Plugin plugin, std::span<const PluginRow> rows);
+
+/// All rows of a type that plug-ins added; no more can be added from then on.
+std::vector<const void*> plugin_rows(const std::type_info& type);
+
+/// A table: the program's own rows, then those of plug-ins.
+template <class Info>
+std::vector<Info> with_plugin_rows(std::vector<Info> own) {
+  for (const void* row : plugin_rows(typeid(Info))) own.push_back(*static_cast<const Info*>(row));
+  return own;
+}
+
+/// A line "plugin NAME VERSION HASH" for each loaded plug-in of which `text` names a kind. It belongs into every hash of
+/// what plug-ins take part in: what an edited plug-in has made is then made again.
+std::string plugin_marks(std::string_view text);
+
+/// The loaded plug-ins of which `text`, such as a config, names a kind.
+std::vector<const Plugin*> plugins_named_in(std::string_view text);
+
+/// What names of plug-ins and of their kinds consist of: a to z, 0 to 9 and _, from a letter on, 64 at most.
+bool is_plugin_name(std::string_view name);
+
+/// "plug-in mine is not loaded; …" for a name "mine.laser" of a kind of a plug-in that is not loaded; empty for others.
+std::string missing_plugin(std::string_view kind);
+
+/// That a plug-in is loaded which a config requires: "mine", or "mine >= 1.2"; versions are numbers with dots.
+/// throws   Config: the plug-in is not loaded, or older; or the text is not of this form
+void check_requirement(const std::string& requirement);
+
+}  // namespace terracast::core

@@ -1,0 +1,99 @@
+#include "plugins/blame.h"
+
+#include <cxxabi.h>
+#include <dlfcn.h>
+#include <execinfo.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cstring>
+
+#include "core/error.h"
+#include "core/plugin_rows.h"
+
+namespace terracast::plugins {
+namespace {
+
+constexpr int kMostFrames = 64;
+
+std::atomic<const core::Plugin*> last_thrower{nullptr};
+
+/// The plug-in whose code stands nearest to the top of a stack; null: none.
+const core::Plugin* plugin_in(void* const* frames, int num_frames) {
+  for (int i = 0; i < num_frames; ++i) {
+    Dl_info place;
+    if (dladdr(frames[i], &place) == 0 || place.dli_fname == nullptr) continue;
+    for (const core::Plugin& plugin : core::plugins())
+      if (plugin.file.native() == place.dli_fname) return &plugin;
+  }
+  return nullptr;
+}
+
+void write_text(const char* text) {
+  const std::size_t size = std::strlen(text);
+  if (write(STDERR_FILENO, text, size) < 0) return;
+}
+
+/// Everything here may be called in a signal handler once backtrace() has run before.
+void tell_crash(int number) {
+  std::array<void*, kMostFrames> frames;
+  const int num_frames = backtrace(frames.data(), kMostFrames);
+  const core::Plugin* plugin = plugin_in(frames.data(), num_frames);
+  if (plugin == nullptr) {
+    signal(number, SIG_DFL);
+    raise(number);
+    return;
+  }
+  for (const char* part :
+       {"error: plug-in ", plugin->name.c_str(), " ", plugin->version.c_str(), " (",
+        plugin->file.c_str(), ") crashed: ", sigabbrev_np(number), "; its place on the stack:\n"})
+    write_text(part);
+  backtrace_symbols_fd(frames.data(), num_frames, STDERR_FILENO);
+  _exit(core::exit_status(core::ErrorKind::Internal));
+}
+
+}  // namespace
+
+std::string thrower_of_last_exception() {
+  const core::Plugin* plugin = last_thrower.load();
+  if (plugin == nullptr) return {};
+  return fmt::format("plug-in {} {} ({})", plugin->name, plugin->version, plugin->file.string());
+}
+
+void name_plugins_in_crashes() {
+  std::array<void*, 1> frame;
+  backtrace(frame.data(), 1);  // loads what it needs, which a signal handler must not
+  // A stack that overflows leaves no room for the handler.
+  static std::array<char, 64 * 1024> handler_stack;
+  stack_t stack{};
+  stack.ss_sp = handler_stack.data();
+  stack.ss_size = handler_stack.size();
+  sigaltstack(&stack, nullptr);
+  struct sigaction action {};
+  action.sa_handler = tell_crash;
+  action.sa_flags = SA_ONSTACK | SA_RESETHAND;
+  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
+    sigaction(number, &action, nullptr);
+}
+
+/// Called by __cxa_throw below.
+void note_throw() {
+  if (core::plugins().empty()) return;
+  std::array<void*, kMostFrames> frames;
+  last_thrower = plugin_in(frames.data(), backtrace(frames.data(), kMostFrames));
+}
+
+}  // namespace terracast::plugins
+
+/// Stands before the runtime library's own, to which it goes on: an exception's type and words do not tell who threw it.
+extern "C" [[noreturn]] void __cxa_throw(void* thrown, std::type_info* type,
+                                         void (*destroy)(void*)) {
+  terracast::plugins::note_throw();
+  using Throw = void (*)(void*, std::type_info*, void (*)(void*));
+  static const auto next = reinterpret_cast<Throw>(dlsym(RTLD_NEXT, "__cxa_throw"));
+  next(thrown, type, destroy);
+  __builtin_unreachable();
+}

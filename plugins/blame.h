@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+/// Whose fault a failure was, where it came out of a plug-in's code.
+namespace terracast::plugins {
+
+/// "plug-in mine 1.2 (/path/mine.so)" if the exception thrown last, in any thread, came out of a plug-in's function or of
+/// what it called; empty: it did not.
+std::string thrower_of_last_exception();
+
+/// From now on a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) below a plug-in's function names the plug-in and ends the
+/// process with status 70 in place of the signal; other crashes end it as they did.
+void name_plugins_in_crashes();
+
+}  // namespace terracast::plugins

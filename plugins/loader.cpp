@@ -1,0 +1,216 @@
+#include "plugins/loader.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <set>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/printable.h"
+#include "export/exporter.h"
+#include "geo/camera_model.h"
+#include "plugins/plugin.h"
+#include "scene/media/medium.h"
+#include "sensors/sensor.h"
+#include "tiler/layer.h"
+#include "validate/checks/checker.h"
+
+namespace terracast::plugins {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+/// A type of table that plug-ins may add to.
+struct TableType {
+  std::string_view name;
+  const std::type_info* type;
+  KindInPlugin (*read)(std::string_view type, const void* info);
+  bool (*can_make)(const void* info);
+};
+
+template <class Info>
+TableType table_type(std::string_view name) {
+  return {
+      .name = name,
+      .type = &typeid(Info),
+      .read =
+          [](std::string_view type, const void* info) {
+            const auto& row = *static_cast<const Info*>(info);
+            return KindInPlugin{.type = type, .name = row.name, .summary = row.summary};
+          },
+      .can_make = [](const void* info) { return static_cast<const Info*>(info)->make != nullptr; }};
+}
+
+std::span<const TableType> table_types() {
+  static const TableType table[] = {
+      table_type<geo::CameraModelInfo>("camera"),      table_type<validate::CheckInfo>("check"),
+      table_type<exporters::ExporterInfo>("exporter"), table_type<tiler::LayerKindInfo>("layer"),
+      table_type<scene::MediumInfo>("medium"),         table_type<sensors::SensorInfo>("sensor")};
+  return table;
+}
+
+std::vector<KindInPlugin>& all_kinds() {
+  static std::vector<KindInPlugin> kinds;
+  return kinds;
+}
+
+/// The build that a file states; nothing: it is no plug-in.
+std::string stated_build(const std::vector<std::byte>& bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::string_view mark = TERRACAST_BUILD_MARK;
+  for (std::size_t at = text.find(mark); at != std::string_view::npos;
+       at = text.find(mark, at + 1)) {
+    const std::string_view rest = text.substr(at + mark.size(), 1024);
+    const std::size_t end = rest.find('\0');
+    if (end != std::string_view::npos && rest.starts_with("terracast "))
+      return core::printable(std::string(rest.substr(0, end)));
+  }
+  return {};
+}
+
+std::vector<std::string> fields_of(const std::string& build) {
+  std::vector<std::string> fields;
+  std::size_t at = 0;
+  for (std::size_t end = 0; end != std::string::npos; at = end + 2) {
+    end = build.find("; ", at);
+    fields.push_back(build.substr(at, end == std::string::npos ? end : end - at));
+  }
+  return fields;
+}
+
+/// "interfaces 3f…, here 77…; Eigen 3.3.9, here 3.4.0"
+std::string differences(const std::string& stated, const std::string& own) {
+  const std::vector<std::string> a = fields_of(stated);
+  const std::vector<std::string> b = fields_of(own);
+  std::string text;
+  for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
+    const std::string theirs = i < a.size() ? a[i] : "nothing";
+    const std::string ours = i < b.size() ? b[i] : "nothing";
+    if (theirs != ours)
+      text += fmt::format("{}{}, of this program {}", text.empty() ? "" : "; ", theirs, ours);
+  }
+  return text;
+}
+
+const PluginTable& table_of(const fs::path& file) {
+  dlerror();
+  void* handle = dlopen(fs::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+  if (handle == nullptr)
+    fail(ErrorKind::Input,
+         "plug-in {}: cannot be loaded: {}; install the library that it needs, or build it again "
+         "against this terracast",
+         file.string(), core::printable(dlerror()));
+  void* symbol = dlsym(handle, "terracast_plugin_v1");
+  if (symbol == nullptr)
+    fail(ErrorKind::Input,
+         "plug-in {}: has no symbol terracast_plugin_v1; write TERRACAST_PLUGIN(…) in one of its "
+         "sources",
+         file.string());
+  const PluginTable* table = nullptr;
+  try {
+    table = reinterpret_cast<const PluginTable* (*)()>(symbol)();
+  } catch (...) {
+    fail(ErrorKind::Input, "plug-in {}: throws when its table is made", file.string());
+  }
+  if (table == nullptr || table->num_bytes != sizeof(PluginTable) || table->name == nullptr ||
+      table->version == nullptr || table->licence == nullptr)
+    fail(ErrorKind::Input, "plug-in {}: its table is damaged", file.string());
+  return *table;
+}
+
+/// What its rows add.
+std::vector<KindInPlugin> kinds_of(const PluginTable& table, const fs::path& file) {
+  const std::string plugin = table.name;
+  if (!core::is_plugin_name(plugin))
+    fail(ErrorKind::Input,
+         "plug-in {}: calls itself \"{}\"; a name is of a to z, 0 to 9 and _, and begins with a "
+         "letter",
+         file.string(), core::printable(plugin));
+  if (table.num_rows == 0) fail(ErrorKind::Input, "plug-in {}: adds nothing", file.string());
+  std::set<std::pair<std::string_view, std::string_view>> names;
+  std::vector<KindInPlugin> kinds;
+  for (const core::PluginRow& row : std::span(table.rows, table.num_rows)) {
+    const auto type = std::find_if(table_types().begin(), table_types().end(),
+                                   [&](const TableType& one) { return *one.type == *row.type; });
+    if (type == table_types().end())
+      fail(ErrorKind::Input, "plug-in {}: a row is of the type {}, of which there is no table",
+           file.string(), row.type->name());
+    const KindInPlugin kind = type->read(type->name, row.info);
+    const std::string name = core::printable(std::string(kind.name));
+    if (!kind.name.starts_with(plugin + ".") ||
+        !core::is_plugin_name(kind.name.substr(plugin.size() + 1)))
+      fail(ErrorKind::Input,
+           "plug-in {}: a {} is called \"{}\"; names of its kinds are {}.NAME, NAME of a to z, 0 "
+           "to 9 and _",
+           file.string(), type->name, name, plugin);
+    if (!type->can_make(row.info) || kind.summary.empty())
+      fail(ErrorKind::Input, "plug-in {}: {} {} has no {}", file.string(), type->name, name,
+           kind.summary.empty() ? "summary" : "maker");
+    if (!names.emplace(kind.type, kind.name).second)
+      fail(ErrorKind::Input, "plug-in {}: {} {} is there twice", file.string(), type->name, name);
+    kinds.push_back(kind);
+  }
+  return kinds;
+}
+
+}  // namespace
+
+void load_plugin(const fs::path& file) {
+  const std::vector<std::byte> bytes = core::read_file(file);
+  const std::string hash = core::content_hash(bytes);
+  for (const core::Plugin& loaded : core::plugins())
+    if (loaded.content_hash == hash) return;
+  const std::string build = stated_build(bytes);
+  if (build.empty())
+    fail(ErrorKind::Input,
+         "plug-in {}: is no plug-in of terracast; `terracast_add_plugin` of its CMake package "
+         "builds one",
+         file.string());
+  if (build != TERRACAST_BUILD)
+    fail(ErrorKind::Input,
+         "plug-in {}: was built for another terracast ({}); build it again against this one",
+         file.string(), differences(build, TERRACAST_BUILD));
+  const PluginTable& table = table_of(file);
+  for (const core::Plugin& loaded : core::plugins())
+    if (loaded.name == table.name)
+      fail(ErrorKind::Input, "plug-in {}: the name {} is already taken by {}", file.string(),
+           loaded.name, loaded.file.string());
+  std::vector<KindInPlugin> kinds = kinds_of(table, file);
+  core::add_plugin({.name = table.name,
+                    .version = table.version,
+                    .licence = table.licence,
+                    .file = fs::absolute(file),
+                    .content_hash = hash},
+                   std::span(table.rows, table.num_rows));
+  all_kinds().insert(all_kinds().end(), kinds.begin(), kinds.end());
+}
+
+std::vector<fs::path> plugins_on_path(std::string_view path_variable) {
+  const std::string version = TERRACAST_INTERFACE_VERSION;
+  const fs::path major_minor = version.substr(0, version.rfind('.'));
+  std::vector<fs::path> files;
+  while (!path_variable.empty()) {
+    const std::size_t end = std::min(path_variable.find(':'), path_variable.size());
+    const fs::path folder(path_variable.substr(0, end));
+    path_variable.remove_prefix(std::min(end + 1, path_variable.size()));
+    if (folder.empty()) continue;
+    if (!fs::is_directory(folder))
+      fail(ErrorKind::Input, "TERRACAST_PLUGIN_PATH: {} is no folder; take it out of the variable",
+           folder.string());
+    if (!fs::is_directory(folder / major_minor)) continue;  // plug-ins for other versions
+    std::vector<fs::path> found;
+    for (const auto& entry : fs::directory_iterator(folder / major_minor))
+      if (entry.path().extension() == ".so") found.push_back(entry.path());
+    std::sort(found.begin(), found.end());
+    files.insert(files.end(), found.begin(), found.end());
+  }
+  return files;
+}
+
+std::span<const KindInPlugin> kinds_in_plugins() { return all_kinds(); }
+
+}  // namespace terracast::plugins

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/plugin_rows.h"
+
+namespace terracast::plugins {
+
+/// A kind of which a plug-in has one more: "sensor", "mine.laser".
+struct KindInPlugin {
+  std::string_view type;
+  std::string_view name;
+  std::string_view summary;
+};
+
+/// Loads a plug-in: its rows join the tables, for the rest of the program. The file is kept open, and loaded once however
+/// often it is named.
+///
+/// Nothing of the file is run before the build that it states is found to be the program's own.
+/// throws   Input: not a plug-in, of another build (what differs, on both sides), a library that it needs is missing,
+///          names that are not "NAME.kind", a name that is taken; Io
+/// threads  one, before any table is read
+void load_plugin(const std::filesystem::path& file);
+
+/// The plug-ins `<folder>/<major.minor>/*.so` of the folders of a list as in PATH, in its order, in alphabetical order
+/// within a folder.
+/// throws   Input: a folder of the list is not there
+std::vector<std::filesystem::path> plugins_on_path(std::string_view path_variable);
+
+/// What the loaded plug-ins add, in the order of loading.
+std::span<const KindInPlugin> kinds_in_plugins();
+
+}  // namespace terracast::plugins

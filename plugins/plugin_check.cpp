@@ -1,0 +1,262 @@
+#include "plugins/plugin_check.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <system_error>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/printable.h"
+#include "core/registry.h"
+#include "core/toml_reader.h"
+#include "plugins/blame.h"
+#include "plugins/law_ground.h"
+
+namespace terracast::plugins {
+namespace {
+
+namespace fs = std::filesystem;
+using core::ErrorKind;
+using core::fail;
+
+/// A folder that goes with its object, unless it was given.
+class WorkFolder {
+ public:
+  explicit WorkFolder(const fs::path& given) : path_(given), is_own_(given.empty()) {
+    if (is_own_) {
+      std::string name = (fs::temp_directory_path() / "terracast-plugin-XXXXXX").string();
+      if (mkdtemp(name.data()) == nullptr)
+        fail(ErrorKind::Io, "{}: cannot be made: {}", name, std::generic_category().message(errno));
+      path_ = name;
+    } else {
+      core::make_folder(path_);
+    }
+  }
+  ~WorkFolder() {
+    std::error_code ignored;
+    if (is_own_) fs::remove_all(path_, ignored);
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+  bool is_own_;
+};
+
+/// How a child process told of laws and ended.
+struct Heard {
+  std::vector<LawTried> laws;
+  std::string ended;
+};
+
+// A record is a letter, text, and a zero byte: L law begun, B what is broken, E what was thrown.
+void send(int pipe, char what, const std::string& text) {
+  std::string record = what + text;
+  std::erase(record, '\0');
+  record += '\0';
+  for (std::size_t at = 0; at < record.size();) {
+    const ssize_t sent = write(pipe, record.data() + at, record.size() - at);
+    if (sent <= 0) _exit(1);
+    at += static_cast<std::size_t>(sent);
+  }
+}
+
+void hear(std::string& text, Heard& heard) {
+  for (std::size_t end = text.find('\0'); end != std::string::npos; end = text.find('\0')) {
+    const std::string record = core::printable(text.substr(1, end - 1));
+    if (text.front() == 'L') heard.laws.push_back({.law = record, .broken = {}});
+    if (text.front() == 'B' && !heard.laws.empty()) heard.laws.back().broken = record;
+    if (text.front() == 'E') heard.ended = record;
+    text.erase(0, end + 1);
+  }
+}
+
+/// What the exception that is being handled says.
+std::string words_of_exception() {
+  const std::string thrower = thrower_of_last_exception();
+  const std::string by = thrower.empty() ? "" : ", out of " + thrower;
+  try {
+    throw;
+  } catch (const core::Error& error) {
+    return fmt::format("throws: {}", error.what());
+  } catch (const std::exception& error) {
+    return fmt::format("throws \"{}\"{}, which is no core::Error: end with core::fail",
+                       error.what(), by);
+  } catch (...) {
+    return fmt::format("throws something that is no exception{}: end with core::fail", by);
+  }
+}
+
+[[noreturn]] void run_child(int pipe, const std::function<void(LawReport&)>& work) {
+  try {
+    LawReport report([pipe](const LawTried& law) {
+      send(pipe, law.broken.empty() ? 'L' : 'B', law.broken.empty() ? law.law : law.broken);
+    });
+    work(report);
+  } catch (...) {
+    send(pipe, 'E', words_of_exception());
+  }
+  // No destructors: what a plug-in left running has its end here.
+  _exit(0);
+}
+
+/// Reads what a child sends until it ends, or its time is over.
+/// returns  whether it ended by itself
+bool listen(int pipe, double limit_s, Heard& heard) {
+  using Clock = std::chrono::steady_clock;
+  const auto until = Clock::now() + std::chrono::duration<double>(limit_s);
+  std::string text;
+  std::array<char, 4096> bytes;
+  while (true) {
+    const auto left_ms =
+        std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now()).count();
+    if (left_ms <= 0) return false;
+    pollfd waited{.fd = pipe, .events = POLLIN, .revents = 0};
+    if (poll(&waited, 1, static_cast<int>(std::min<long long>(left_ms, 60'000))) < 0 &&
+        errno != EINTR)
+      return false;
+    if (waited.revents == 0) continue;
+    const ssize_t got = read(pipe, bytes.data(), bytes.size());
+    if (got == 0) return true;
+    if (got < 0 && errno != EINTR) return false;
+    if (got > 0) text.append(bytes.data(), static_cast<std::size_t>(got));
+    hear(text, heard);
+  }
+}
+
+std::string words_of_status(int status) {
+  if (WIFSIGNALED(status)) return fmt::format("crashed by SIG{}", sigabbrev_np(WTERMSIG(status)));
+  if (WIFEXITED(status) && WEXITSTATUS(status) == core::exit_status(ErrorKind::Internal))
+    return "crashed (its place on the stack stands above)";
+  if (WIFEXITED(status) && WEXITSTATUS(status) != 0)
+    return fmt::format("ended the process with status {}", WEXITSTATUS(status));
+  return {};
+}
+
+/// Runs `work` in a process of its own.
+Heard in_child(double limit_s, const std::function<void(LawReport&)>& work) {
+  int ends[2];
+  if (pipe(ends) != 0) fail(ErrorKind::Io, "no pipe: {}", std::generic_category().message(errno));
+  fflush(nullptr);
+  const pid_t child = fork();
+  if (child < 0) fail(ErrorKind::Io, "no process: {}", std::generic_category().message(errno));
+  if (child == 0) {
+    close(ends[0]);
+    setpgid(0, 0);
+    name_plugins_in_crashes();
+    run_child(ends[1], work);
+  }
+  close(ends[1]);
+  Heard heard;
+  const bool has_ended = listen(ends[0], limit_s, heard);
+  close(ends[0]);
+  if (!has_ended) {
+    kill(-child, SIGKILL);
+    kill(child, SIGKILL);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!has_ended)
+    heard.ended = fmt::format("hangs: it was not done after {} s", limit_s);
+  else if (heard.ended.empty())
+    heard.ended = words_of_status(status);
+  return heard;
+}
+
+/// The keys of a kind after those that name it.
+std::string toml_of(const KindInPlugin& kind, std::string_view key, const CheckOptions& options) {
+  const auto own = options.keys.find(std::string(kind.name));
+  return fmt::format("{} = \"{}\"\n{}", key, kind.name,
+                     own == options.keys.end() ? std::string() : own->second);
+}
+
+template <class Options>
+Options read_options(const std::string& toml) {
+  Options options;
+  core::TomlDocument::parse(toml, "the kind's keys").read(options);
+  return options;
+}
+
+struct SensorChoice : core::Choice<sensors::SensorInfo> {
+  void describe(core::SchemaVisitor& visit) {
+    Choice::describe(visit, "kind", "sensor", "", sensors::sensors());
+  }
+};
+
+/// The laws of one kind, by its type of table.
+void try_laws(const KindInPlugin& kind, const CheckOptions& options, const LawGround& ground,
+              const fs::path& folder, LawReport& report) {
+  if (kind.type == "camera") {
+    const auto& info = core::find_registered(geo::camera_models(), "camera model", kind.name);
+    try_camera(example_camera(info), report);
+  } else if (kind.type == "sensor") {
+    report.begin("its options are read");
+    const auto sensor = read_options<SensorChoice>(toml_of(kind, "kind", options));
+    in_law_scene(ground, [&](const LawScene& scene) { try_sensor(sensor, scene, report); });
+  } else if (kind.type == "medium") {
+    report.begin("its options are read");
+    const auto medium = read_options<scene::MediumChoice>(toml_of(kind, "kind", options));
+    in_law_scene(ground, [&](const LawScene& scene) { try_medium(medium, scene, report); });
+  } else if (kind.type == "layer") {
+    report.begin("its options are read");
+    try_layer(read_options<tiler::LayerOptions>(toml_of(kind, "kind", options)), folder, report);
+  } else if (kind.type == "exporter") {
+    report.begin("its options are read");
+    try_exporter(read_options<exporters::ExportOptions>(toml_of(kind, "format", options)),
+                 ground.captures(), folder, report);
+  } else if (kind.type == "check") {
+    const auto& info = core::find_registered(validate::checks(), "check", kind.name);
+    try_check(info, ground.datasets(), report);
+  }
+}
+
+}  // namespace
+
+bool KindVerdict::is_kept() const {
+  return ended.empty() && std::all_of(laws.begin(), laws.end(),
+                                      [](const LawTried& law) { return law.broken.empty(); });
+}
+
+std::vector<KindVerdict> check_plugins(const CheckOptions& options,
+                                       const std::function<void(const KindVerdict&)>& told) {
+  for (const auto& [name, keys] : options.keys) {
+    const auto kinds = kinds_in_plugins();
+    if (std::none_of(kinds.begin(), kinds.end(),
+                     [&](const KindInPlugin& kind) { return kind.name == name; }))
+      fail(ErrorKind::Config, "no loaded plug-in has a kind {}", name);
+  }
+  const WorkFolder work(options.folder);
+  const LawGround ground{work.path() / "ground"};
+  const auto kinds = kinds_in_plugins();
+  if (std::any_of(kinds.begin(), kinds.end(), [](const KindInPlugin& kind) {
+        return kind.type != "camera" && kind.type != "layer";
+      })) {
+    // In a process of its own, since threads that this one started would not live on in its children.
+    const Heard made = in_child(600.0, [&](LawReport&) { make_law_ground(ground.folder); });
+    if (!made.ended.empty())
+      fail(ErrorKind::Io, "{}: the small job that laws are tried on could not be made: {}",
+           ground.folder.string(), made.ended);
+  }
+  std::vector<KindVerdict> verdicts;
+  for (const KindInPlugin& kind : kinds) {
+    const Heard heard = in_child(options.limit_s, [&](LawReport& report) {
+      try_laws(kind, options, ground, work.path() / std::string(kind.name), report);
+    });
+    verdicts.push_back({.kind = kind, .laws = heard.laws, .ended = heard.ended});
+    told(verdicts.back());
+  }
+  return verdicts;
+}
+
+}  // namespace terracast::plugins

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "plugins/law_report.h"
+#include "plugins/loader.h"
+
+namespace terracast::plugins {
+
+struct CheckOptions {
+  /// Keys of kinds that have some without a default, as TOML; by a kind's name.
+  std::map<std::string, std::string> keys;
+  double limit_s = 120.0;  ///< of wall time for the laws of one kind; what takes longer hangs
+  /// Where worlds and datasets are made; empty: a folder of its own in the system's for temporary files, gone at the end.
+  std::filesystem::path folder;
+};
+
+/// What the laws found of one kind.
+struct KindVerdict {
+  KindInPlugin kind;
+  std::vector<LawTried> laws;
+  std::string
+      ended;  ///< why the laws were not tried to the end: "throws …", "crashed …", "hangs …"; empty: they were
+
+  bool is_kept() const;
+};
+
+/// Tries the laws of every kind that the loaded plug-ins add, each in a process of its own: what throws, crashes or hangs
+/// is named, and the others are tried all the same.
+/// told     of each kind when its laws have been tried
+/// throws   Config: keys of a kind that no plug-in has; Io
+/// threads  the process must have started no thread yet: it forks
+std::vector<KindVerdict> check_plugins(const CheckOptions& options,
+                                       const std::function<void(const KindVerdict&)>& told);
+
+}  // namespace terracast::plugins

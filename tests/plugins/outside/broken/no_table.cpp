@@ -1,0 +1,7 @@
+// States this very build, and has no table.
+#include "plugins/plugin.h"
+
+extern "C" {
+[[gnu::used]] extern const char terracast_plugin_build[];
+const char terracast_plugin_build[] = TERRACAST_BUILD_MARK TERRACAST_BUILD;
+}

@@ -1,0 +1,272 @@
+// Plug-ins that are built outside the tree against the installed headers (tests/plugins/outside), by the installed
+// program: what a user does.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/atomic_file.h"
+#include "core/json.h"
+#include "tests/support/run_program.h"
+#include "tests/support/test_data.h"
+
+namespace terracast::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+const std::string kTerracast = std::string(TERRACAST_INSTALLED) + "/bin/terracast";
+
+std::string plugin(const std::string& name) {
+  return std::string(TERRACAST_PLUGINS) + "/" + name + ".so";
+}
+
+ProgramResult terracast(const std::vector<std::string>& arguments) {
+  return run_command(kTerracast, arguments);
+}
+
+TEST(Plugins, OneOfEachKindKeepsEveryLaw) {
+  const ProgramResult checked = terracast({"plugin", "check", plugin("sample"), "--verbose"});
+  EXPECT_EQ(checked.status, 0) << checked.output;
+  for (const char* kind : {"sensor    sample.altimeter: keeps",
+                           "camera    sample.stereographic: keeps", "layer     sample.dunes: keeps",
+                           "exporter  sample.places: keeps", "medium    sample.smoke_layer: keeps",
+                           "check     sample.turn_rate: keeps", "sample.so: every law holds"})
+    EXPECT_THAT(checked.output, HasSubstr(kind));
+}
+
+TEST(Plugins, WhatIsWrongIsNamedAndTheOthersAreTriedAllTheSame) {
+  const ProgramResult checked = terracast({"plugin", "check", plugin("broken"), "--limit", "20"});
+  EXPECT_EQ(checked.status, 1) << checked.output;
+  for (const char* words : {"sensor    broken.throwing: REFUSED",
+                            "out of plug-in broken 0.1",
+                            "sensor    broken.hanging: REFUSED",
+                            "hangs: it was not done after 20 s",
+                            "sensor    broken.nan: REFUSED",
+                            "is NaN",
+                            "sensor    broken.counting: REFUSED",
+                            "by itself, and else",
+                            "sensor    broken.crashing: REFUSED",
+                            "error: plug-in broken 0.1",
+                            "crashed: SEGV",
+                            "camera    broken.shifted: REFUSED",
+                            "comes back 0.001 px away",
+                            "layer     broken.counting: REFUSED",
+                            "exporter  broken.dated: REFUSED",
+                            "has other bytes",
+                            "medium    broken.brightening: REFUSED",
+                            "check     broken.strict: REFUSED",
+                            "broken.strict is 2",
+                            "broken.so: refused for"})
+    EXPECT_THAT(checked.output, HasSubstr(words));
+}
+
+TEST(Plugins, NothingOfAnotherBuildIsRun) {
+  const ProgramResult refused = terracast({"--plugin", plugin("other_build"), "list", "sensors"});
+  EXPECT_EQ(refused.status, 3);
+  EXPECT_THAT(refused.output,
+              AllOf(HasSubstr("other_build.so: was built for another terracast"),
+                    HasSubstr("terracast 0.0.9, of this program terracast "),
+                    HasSubstr("compiler gcc 4, of this program compiler "),
+                    HasSubstr("build it again"), Not(HasSubstr("code of another build was run"))));
+}
+
+TEST(Plugins, FilesThatAreNoneAreRefused) {
+  const ScratchFolder folder;
+  core::write_file(folder / "text.so", "no shared object");
+  core::write_file(folder / "truncated.so",
+                   core::read_text_file(plugin("sample")).substr(0, 200'000));
+  fs::create_directory(folder / "folder.so");
+  const auto refuse = [&](const std::string& file, int status, const std::string& words) {
+    const ProgramResult refused = terracast({"list", "sensors", "--plugin", file});
+    EXPECT_EQ(refused.status, status) << refused.output;
+    EXPECT_THAT(refused.output, AllOf(HasSubstr(file), HasSubstr(words)));
+  };
+  refuse((folder / "text.so").string(), 3, "is no plug-in of terracast");
+  refuse((folder / "missing.so").string(), 4, "missing.so");
+  refuse(plugin("no_table"), 3, "terracast_plugin_v1");
+  refuse(plugin("wrong_names"), 3, "names of its kinds are wrong.NAME");
+  const ProgramResult truncated =
+      terracast({"list", "sensors", "--plugin", (folder / "truncated.so").string()});
+  EXPECT_EQ(truncated.status, 3) << truncated.output;
+  EXPECT_NE(terracast({"list", "sensors", "--plugin", (folder / "folder.so").string()}).status, 0);
+  EXPECT_EQ(terracast({"list", "sensors", "--plugin"}).status, 2);
+}
+
+TEST(Plugins, AreFoundOnThePathBelowTheirVersion) {
+  const ScratchFolder folder;
+  fs::create_directories(folder / TERRACAST_MAJOR_MINOR);
+  fs::copy(plugin("sample"), folder / TERRACAST_MAJOR_MINOR / "sample.so");
+  fs::create_directories(folder / "0.0");
+  fs::copy(plugin("other_build"), folder / "0.0" / "other_build.so");
+  setenv("TERRACAST_PLUGIN_PATH", folder.path().c_str(), 1);
+  const ProgramResult listed = terracast({"plugin", "list"});
+  const ProgramResult cameras = terracast({"list", "cameras"});
+  setenv("TERRACAST_PLUGIN_PATH", (folder / "nowhere").c_str(), 1);
+  const ProgramResult missing = terracast({"plugin", "list"});
+  unsetenv("TERRACAST_PLUGIN_PATH");
+  EXPECT_EQ(listed.status, 0) << listed.output;
+  EXPECT_THAT(listed.output, AllOf(HasSubstr("sample 1.2 (MIT)"), HasSubstr("sample.places")));
+  EXPECT_THAT(cameras.output, AllOf(HasSubstr("sample.stereographic"), HasSubstr("pinhole")));
+  EXPECT_EQ(missing.status, 3);
+  EXPECT_THAT(missing.output, HasSubstr("nowhere"));
+}
+
+constexpr const char* kJob = R"(name = "plugged"
+{requires}
+[world]
+name = "plugged"
+origin_lat_deg = 46.0
+origin_lon_deg = 7.0
+size_m = 2048.0
+outside = "extend"
+
+[[world.elevation]]
+kind = "fractal"
+vertical_datum = "ellipsoid"
+relief_m = 40.0
+
+[[world.layer]]
+kind = "sample.dunes"
+spacing_m = 60.0
+
+[detail]
+cell_px = 8.0
+finest_spacing_m = 1.0
+
+[[rigs]]
+name = "r"
+[[rigs.cameras]]
+name = "around"
+model = "sample.stereographic"
+width_px = 48
+height_px = 32
+fx_px = 20.0
+euler_deg = [0.0, 60.0, 0.0]
+[[rigs.sensors]]
+name = "baro"
+kind = "sample.altimeter"
+rate_hz = 10.0
+
+[[trajectories]]
+name = "P000"
+kind = "waypoints"
+rate_hz = 2.0
+num_frames = 2
+speed_mps = 6.0
+waypoints = [
+  {east_m = -100.0, north_m = -9.0, height_m = 60.0, above = "ground"},
+  {east_m = 20.0, north_m = -8.0, height_m = 60.0, above = "ground"},
+]
+
+[conditions]
+color_samples = 1
+[[conditions.media]]
+kind = "sample.smoke_layer"
+bottom_m = 10.0
+top_m = 30.0
+
+[[exports]]
+format = "sample.places"
+[[exports]]
+format = "terracast"
+)";
+
+std::string job_text(const std::string& required) {
+  std::string text = kJob;
+  text.replace(text.find("{requires}"), 10, required);
+  return text;
+}
+
+// One job with a kind of each table, from its config to a verdict.
+TEST(Plugins, KindsOfOneServeAWholeJob) {
+  const ScratchFolder folder;
+  core::write_file(folder / "job.toml", job_text("requires = [\"sample >= 1.1\"]"));
+  const std::string config = (folder / "job.toml").string();
+  const std::string out = (folder / "out").string();
+  const std::vector<std::string> with = {"--plugin", plugin("sample")};
+  const auto stage = [&](const std::string& name) {
+    return terracast({name, config, "--out", out, with[0], with[1], "--quiet"});
+  };
+  for (const char* name : {"tile", "render", "label", "export"}) {
+    const ProgramResult done = stage(name);
+    ASSERT_EQ(done.status, 0) << name << ": " << done.output;
+  }
+  const ProgramResult verdict = terracast({"validate", out + "/export/terracast", "--report",
+                                           out + "/report", with[0], with[1], "--quiet"});
+  EXPECT_EQ(verdict.status, 0) << verdict.output;
+  EXPECT_THAT(core::read_text_file(out + "/report/report.json"), HasSubstr("\"turn_rate\""));
+  // Height over ground of dunes, and what made it is told.
+  const std::string heights =
+      core::read_text_file(out + "/export/terracast/P000/sensors/r/baro.csv");
+  EXPECT_THAT(heights, HasSubstr("time_s,height_m"));
+  for (const char* format : {"terracast", "sample.places"}) {
+    const core::Json record =
+        core::Json::read(out + "/export/" + format + "/dataset.json").at("plugins").at(0);
+    EXPECT_EQ(record.at("name").string(), "sample");
+    EXPECT_EQ(record.at("version").string(), "1.2");
+    EXPECT_EQ(record.at("xxh3_128").string().size(), 32U);
+  }
+  EXPECT_THAT(core::Json::read(out + "/capture/P000/sequence.json").at("config_toml").string(),
+              HasSubstr("# plugin sample 1.2 "));
+}
+
+TEST(Plugins, AConfigSaysWhichItNeeds) {
+  const ScratchFolder folder;
+  const auto resolve = [&](const std::string& required, const std::vector<std::string>& more) {
+    core::write_file(folder / "job.toml", job_text(required));
+    std::vector<std::string> arguments = {"config", "resolve", (folder / "job.toml").string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return terracast(arguments);
+  };
+  const std::vector<std::string> loaded = {"--plugin=" + plugin("sample")};
+  EXPECT_EQ(resolve("requires = [\"sample\"]", loaded).status, 0);
+  const ProgramResult none = resolve("", {});
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.output, AllOf(HasSubstr("job.toml"), HasSubstr("plug-in sample is not loaded"),
+                                 HasSubstr("--plugin FILE")));
+  const ProgramResult older = resolve("requires = [\"sample >= 1.10\"]", loaded);
+  EXPECT_EQ(older.status, 2);
+  EXPECT_THAT(older.output, HasSubstr("sample 1.2"));
+  const ProgramResult other = resolve("requires = [\"other\"]", loaded);
+  EXPECT_EQ(other.status, 2);
+  EXPECT_THAT(other.output, HasSubstr("plug-in other is not loaded"));
+  const ProgramResult malformed = resolve("requires = [\"sample > 1\"]", loaded);
+  EXPECT_EQ(malformed.status, 2);
+  EXPECT_THAT(malformed.output, HasSubstr("NAME >= VERSION"));
+}
+
+// A kind that throws or crashes in the midst of a job ends it with its plug-in's name.
+TEST(Plugins, WhatFailsInAJobNamesItsPlugin) {
+  const ScratchFolder folder;
+  std::string text = job_text("");
+  const auto put = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  put("kind = \"sample.dunes\"\nspacing_m = 60.0", "kind = \"land_cover\"\nsource = \"derived\"");
+  put("model = \"sample.stereographic\"\n", "");
+  put("[[conditions.media]]\nkind = \"sample.smoke_layer\"\nbottom_m = 10.0\ntop_m = 30.0\n", "");
+  put("[[exports]]\nformat = \"sample.places\"\n", "");
+  const auto run_with = [&](const std::string& sensor) {
+    std::string job = text;
+    job.replace(job.find("sample.altimeter"), 16, sensor);
+    core::write_file(folder / "job.toml", job);
+    const std::string out = (folder / sensor).string();
+    return terracast({"run", (folder / "job.toml").string(), "--out", out, "--plugin",
+                      plugin("broken"), "--quiet"});
+  };
+  const ProgramResult throwing = run_with("broken.throwing");
+  EXPECT_EQ(throwing.status, 70) << throwing.output;
+  EXPECT_THAT(throwing.output, HasSubstr("a bug of plug-in broken 0.1"));
+  const ProgramResult crashing = run_with("broken.crashing");
+  EXPECT_EQ(crashing.status, 70) << crashing.output;
+  EXPECT_THAT(crashing.output, AllOf(HasSubstr("plug-in broken 0.1"), HasSubstr("crashed: SEGV")));
+}
+
+}  // namespace
+}  // namespace terracast::test
