@@ -4,14 +4,15 @@ set(precompiled_headers <algorithm> <array> <cmath> <cstdint> <filesystem> <func
     <optional> <set> <span> <string> <string_view> <vector> <Eigen/Geometry> <fmt/format.h>)
 set(precompiled_test_headers ${precompiled_headers} <gmock/gmock.h> <gtest/gtest.h>)
 
-# terracast_library(NAME [IN folder] USES folder-or-header... LINKS target... [OWN_FLAGS])
+# terracast_library(NAME [IN folder] USES folder-or-header... LINKS target... [OWN_FLAGS] [HOT])
 #   The folder's sources as the library terracast_NAME. USES is the folder's row of the layering: it links
 #   those libraries and becomes the CTest layering.NAME, which reads the includes; of a folder from which headers
 #   are named, those alone may be included. LINKS are third parties. IN: the folder, where NAME is not its path.
 #   Folders within that have a CMakeLists.txt are libraries of their own. OWN_FLAGS: what is compiled by other
-#   flags than the rest takes no part in the precompiled headers.
+#   flags than the rest takes no part in the precompiled headers. HOT: what a ray or a pixel runs through; of the rest the
+#   time to compile counts for more than the time to run (TERRACAST_HOT_OPTIONS).
 function(terracast_library name)
-  cmake_parse_arguments(ARG "OWN_FLAGS" "IN" "USES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "OWN_FLAGS;HOT" "IN" "USES;LINKS" ${ARGN})
   if(NOT ARG_IN)
     set(ARG_IN ${name})
   endif()
@@ -29,6 +30,9 @@ function(terracast_library name)
     set(scope PUBLIC)
     target_link_libraries(terracast_${name} PRIVATE terracast_warnings)
     terracast_unity(terracast_${name})
+    if(ARG_HOT)
+      target_compile_options(terracast_${name} PRIVATE ${TERRACAST_HOT_OPTIONS})
+    endif()
     if(ARG_OWN_FLAGS)
     elseif(name STREQUAL core)
       target_precompile_headers(terracast_core PRIVATE ${precompiled_headers})

@@ -10,6 +10,7 @@ set(TERRACAST_TESTS AUTO CACHE STRING "Build the tests: ON, OFF, or AUTO: where 
 option(TERRACAST_BENCHMARKS "Build the benchmarks." OFF)
 option(TERRACAST_WERROR "Warnings are errors." OFF)
 option(TERRACAST_UNITY "Compile each library's sources in batches." ON)
+set(TERRACAST_HOT_OPTIONS "" CACHE STRING "Compiler options of the libraries on a ray's way, after those of all.")
 set(TERRACAST_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them.")
 
 find_program(CCACHE_PROGRAM ccache)
