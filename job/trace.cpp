@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "capture/frame_reader.h"
@@ -20,10 +22,10 @@
 #include "labels/shown_objects.h"
 #include "scene/ground/ground.h"
 #include "scene/ground/marking.h"
+#include "scene/scene.h"
 #include "tiler/osm_element.h"
 #include "tiler/raster_cell_number.h"
 #include "world/lod.h"
-#include "world/ray_query.h"
 #include "world/terrain_triangle.h"
 
 namespace terracast::job {
@@ -53,24 +55,18 @@ struct Met {
   Eigen::Vector3d point_world;
 };
 
-std::optional<Met> cast(const world::RayQuery& query, const world::WorldRay& ray) {
+/// What a ray's viewer sees: in water its bed, or its surface from below.
+std::optional<Met> cast(const world::TileStore& store, std::vector<world::CutTile> cut,
+                        const world::WorldRay& ray) {
+  const scene::Scene scene(store, std::move(cut), std::span<const scene::MovingThing>(),
+                           {.tracing = {}, .viewer_world = ray.origin_world});
   Met met;
-  query.intersect({&ray, 1}, {&met.hit, 1}, world::Coherence::Incoherent, {&met.surface, 1});
+  scene.at(0.0).trace({&ray, 1}, {}, {&met.hit, 1}, world::Coherence::Incoherent,
+                      {&met.surface, 1});
   if (met.hit.is_sky()) return std::nullopt;
-  met.tile = query.cut()[met.hit.tile_index].id;
+  met.tile = scene.viewed().cut()[met.hit.tile_index].id;
   met.point_world = ray.origin_world + met.hit.t * ray.direction_world;
   return met;
-}
-
-/// What a camera sees, which may stand in water: then its bed, or its surface from below.
-std::optional<Met> cast_from_camera(const world::TileStore& store, std::vector<world::CutTile> cut,
-                                    const world::WorldRay& ray) {
-  const world::RayQuery whole(store, std::move(cut), {});
-  const Eigen::Vector3d& center = ray.origin_world;
-  const std::optional<double> surface_z = whole.surface_z_world(center.x(), center.y());
-  if (!surface_z || center.z() >= *surface_z) return cast(whole, ray);
-  const world::RayQuery below(whole, world::RayQuery::WithoutWater{.viewers_in_water = true});
-  return cast(below, ray);
 }
 
 /// As rendered pixels have it.
@@ -296,10 +292,10 @@ const char* surface_name(const Met& met) {
 }
 
 Json trace_down(const world::TileStore& store, const world::WorldRay& ray) {
-  const world::RayQuery query(store, world::finest_cut(store), {});
   // The far side of the Earth lies below the world.
   const bool is_above = ray.origin_world.z() > 0.0;
-  const std::optional<Met> met = is_above ? cast(query, ray) : std::nullopt;
+  const std::optional<Met> met =
+      is_above ? cast(store, world::finest_cut(store), ray) : std::nullopt;
   const geo::WorldFrame frame(store.manifest().origin);
   if (!met) {
     const geo::Geodetic above = frame.geodetic_from_world(ray.origin_world);
@@ -461,9 +457,9 @@ Json trace_pixel(const world::TileStore& store, const CapturedPixel& pixel) {
   const Eigen::Vector3d direction_world =
       world_from_camera.rotation * model->ray_from_pixel(center).normalized();
   const std::optional<Met> met =
-      cast_from_camera(store, labels::cut_of(store, info),
-                       {.origin_world = world_from_camera * model->origin_from_pixel(center),
-                        .direction_world = direction_world});
+      cast(store, labels::cut_of(store, info),
+           {.origin_world = world_from_camera * model->origin_from_pixel(center),
+            .direction_world = direction_world});
   // The capture holds the range as a float.
   constexpr double kFloatEpsilon = std::numeric_limits<float>::epsilon();
   const double tolerance_m = 1e-3 + 2.0 * kFloatEpsilon * range_m;

@@ -10,7 +10,6 @@
 #include "labels/shown_objects.h"
 #include "scene/light/directions.h"
 #include "sensors/camera/sight.h"
-#include "world/scene.h"
 
 namespace terracast::labels {
 namespace {
@@ -24,6 +23,12 @@ std::vector<geo::BodyState> states_of(const capture::SequenceReader& sequence) {
   std::vector<geo::BodyState> states;
   for (const capture::FrameRecord& record : sequence.frames()) states.push_back(record.state());
   return states;
+}
+
+std::vector<double> times_of(const capture::SequenceReader& sequence) {
+  std::vector<double> times_s;
+  for (const capture::FrameRecord& record : sequence.frames()) times_s.push_back(record.time_s);
+  return times_s;
 }
 
 /// The places of bodies that are there, in order.
@@ -41,13 +46,17 @@ constexpr std::int64_t kRaysAtOnce = 1024;
 Matcher::Matcher(const capture::SequenceReader& sequence, const world::TileStore& store,
                  const scene::MovingBodies& moving, const world::RayQueryOptions& tracing)
     : sequence_(sequence),
-      moving_(moving),
       views_(states_of(sequence), sequence.info().cameras),
-      whole_(store, cut_of(store, sequence.info()), tracing) {
-  const Vector3d& center = views_.at(0, 0).center_world;
-  const std::optional<double> surface_z = whole_.surface_z_world(center.x(), center.y());
-  if (surface_z && center.z() < *surface_z)
-    in_water_.emplace(whole_, world::RayQuery::WithoutWater{.viewers_in_water = true});
+      scene_(store, cut_of(store, sequence.info()), moving,
+             {.tracing = tracing,
+              .conditions = {},
+              .utc_start = sequence.info().utc_start,
+              .viewer_world = views_.at(0, 0).center_world,
+              .times_s = times_of(sequence)}) {}
+
+scene::SceneAt Matcher::scene_at(int frame) const {
+  return scene_.at(sequence_.frames()[static_cast<std::size_t>(frame)].time_s,
+                   views_.longest_reach_s());
 }
 
 const std::vector<std::optional<geo::BodyState>>& Matcher::bodies_at(int frame) const {
@@ -76,17 +85,16 @@ Recast Matcher::recast(const ImageOf& from, const capture::CameraFrame& facts,
   }
   cast.hits.resize(cast.rays.size());
   cast.surfaces.resize(cast.rays.size());
-  const world::MovingScene moving = moving_.scene(from.frame, views_.longest_reach_s());
-  const world::Scene scene(query(), moving);
+  const scene::SceneAt scene = scene_at(from.frame);
   core::parallel_for_blocks(
       static_cast<std::int64_t>(cast.rays.size()), kRaysAtOnce,
       [&](std::int64_t begin, std::int64_t end) {
         const auto first = static_cast<std::size_t>(begin);
         const auto count = static_cast<std::size_t>(end - begin);
-        scene.intersect(std::span(cast.rays).subspan(first, count),
-                        std::span(cast.offsets_s).subspan(first, count),
-                        std::span(cast.hits).subspan(first, count), world::Coherence::Coherent,
-                        std::span(cast.surfaces).subspan(first, count), nullptr, need);
+        scene.trace(std::span(cast.rays).subspan(first, count),
+                    std::span(cast.offsets_s).subspan(first, count),
+                    std::span(cast.hits).subspan(first, count), world::Coherence::Coherent,
+                    std::span(cast.surfaces).subspan(first, count), nullptr, need);
       });
   constexpr double kFloatEpsilon = std::numeric_limits<float>::epsilon();
   for (std::size_t k = 0; k < cast.rays.size(); ++k) {
@@ -136,8 +144,7 @@ std::vector<std::optional<Sighting>> Matcher::follow(std::span<const ShownPoint>
                                                      const ImageOf& to) const {
   const sensors::OpenView view = views_.open(to.frame, to.camera);
   const geo::CameraModel& model = *view.middle.model;
-  const world::MovingScene moving = moving_.scene(to.frame, views_.longest_reach_s());
-  const world::Scene scene(query(), moving);
+  const scene::SceneAt scene = scene_at(to.frame);
   std::vector<std::optional<Sighting>> sightings(points.size());
   core::parallel_for_blocks(
       static_cast<std::int64_t>(points.size()), kRaysAtOnce,
@@ -171,8 +178,8 @@ std::vector<std::optional<Sighting>> Matcher::follow(std::span<const ShownPoint>
         }
         std::vector<world::SurfaceHit> hits(rays.size());
         std::vector<world::SurfaceSample> surfaces(rays.size());
-        scene.intersect(rays, offsets_s, hits, world::Coherence::Incoherent, surfaces, nullptr,
-                        world::SurfaceNeed::Object);
+        scene.trace(rays, offsets_s, hits, world::Coherence::Incoherent, surfaces, nullptr,
+                    world::SurfaceNeed::Object);
         for (std::size_t k = 0; k < hits.size(); ++k) {
           Sighting& sighting = *sightings[found[k]];
           sighting.is_visible = sensors::is_at_point(hits[k].t);

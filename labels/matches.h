@@ -9,7 +9,7 @@
 
 #include "capture/frame_reader.h"
 #include "core/context.h"
-#include "scene/moving/moving_bodies.h"
+#include "scene/scene.h"
 #include "sensors/camera/views.h"
 #include "world/ray_query.h"
 #include "world/tile_store.h"
@@ -90,22 +90,20 @@ class Matcher {
   std::optional<Eigen::Vector3d> place(const ShownPoint& point, int frame) const;
 
   /// The world with its water, whatever the cameras stand in.
-  const world::RayQuery& whole() const { return whole_; }
+  const world::RayQuery& whole() const { return scene_.whole(); }
   const geo::CameraModel& model(int camera) const { return *views_.at(0, camera).model; }
   /// Of decoded tiles of imagery, bytes.
-  double imagery_budget_bytes() const { return whole_.imagery_budget_bytes(); }
+  double imagery_budget_bytes() const { return whole().imagery_budget_bytes(); }
 
  private:
   Recast recast(const ImageOf& from, const capture::CameraFrame& facts,
                 std::span<const Eigen::Vector2i> pixels, world::SurfaceNeed need) const;
-  const world::RayQuery& query() const { return in_water_ ? *in_water_ : whole_; }
+  scene::SceneAt scene_at(int frame) const;
   const std::vector<std::optional<geo::BodyState>>& bodies_at(int frame) const;
 
   const capture::SequenceReader& sequence_;
-  const scene::MovingBodies& moving_;
   sensors::ViewTable views_;
-  world::RayQuery whole_;
-  std::optional<world::RayQuery> in_water_;
+  scene::Scene scene_;
 };
 
 }  // namespace terracast::labels

@@ -50,13 +50,26 @@ Scene::Scene(const world::TileStore& store, std::vector<world::CutTile> cut,
              std::span<const MovingThing> moving, const SceneOptions& options)
     : store_(store),
       frame_(store.manifest().origin),
-      conditions_(options.conditions),
-      times_s_(options.times_s),
+      options_(options),
       whole_(store, std::move(cut), options.tracing),
-      moving_(moving, whole_, frame_),
-      daylight_(daylight_at(options.position_world, options.utc_start, conditions_, frame_)) {
-  if (!has_bed(store, conditions_)) return;
-  is_in_water_ = is_under_surface(whole_, options.viewer_world);
+      own_moving_(std::in_place, moving, whole_, frame_),
+      moving_(*own_moving_) {
+  open_bed();
+}
+
+Scene::Scene(const world::TileStore& store, std::vector<world::CutTile> cut,
+             const MovingBodies& moving, const SceneOptions& options)
+    : store_(store),
+      frame_(store.manifest().origin),
+      options_(options),
+      whole_(store, std::move(cut), options.tracing),
+      moving_(moving) {
+  open_bed();
+}
+
+void Scene::open_bed() {
+  if (!has_bed(store_, conditions())) return;
+  is_in_water_ = is_under_surface(whole_, options_.viewer_world);
   bed_.emplace(whole_, world::RayQuery::WithoutWater{.viewers_in_water = is_in_water_});
 }
 
@@ -69,8 +82,15 @@ const Ground& Scene::ground() const {
   return *ground_;
 }
 
+const Daylight& Scene::daylight() const {
+  std::call_once(daylight_once_, [&] {
+    daylight_ = daylight_at(options_.position_world, options_.utc_start, conditions(), frame_);
+  });
+  return *daylight_;
+}
+
 const Sky& Scene::sky() const {
-  std::call_once(sky_once_, [&] { sky_.emplace(daylight_); });
+  std::call_once(sky_once_, [&] { sky_.emplace(daylight()); });
   return *sky_;
 }
 
@@ -80,7 +100,7 @@ const Scene::Looks& Scene::looks() const {
         .imagery = GroundImagery(store_, whole_.imagery_budget_bytes()),
         .textures = TextureLibrary(store_),
         .media = make_media(
-            conditions_.media,
+            conditions().media,
             {.store = store_, .sky = sky(), .sea_level_m = ground().climate().sea_level_m})});
   });
   return *looks_;
@@ -94,13 +114,14 @@ SceneAt Scene::at(double time_s, double reach_s) const { return {*this, time_s, 
 
 SceneAt::SceneAt(const Scene& scene, double time_s, double reach_s)
     : scene_(scene),
-      shift_s_(scene.times_s_.empty()
+      shift_s_(scene.options_.times_s.empty()
                    ? 0.0
-                   : time_s - scene.times_s_[nearest_index(scene.times_s_, time_s)]),
-      moving_(scene.moving_.is_empty()
-                  ? world::MovingScene()
-                  : scene.moving_.scene(static_cast<int>(nearest_index(scene.times_s_, time_s)),
-                                        reach_s + std::abs(shift_s_))),
+                   : time_s -
+                         scene.options_.times_s[nearest_index(scene.options_.times_s, time_s)]),
+      moving_(scene.moving_.is_empty() ? world::MovingScene()
+                                       : scene.moving_.scene(static_cast<int>(nearest_index(
+                                                                 scene.options_.times_s, time_s)),
+                                                             reach_s + std::abs(shift_s_))),
       whole_(scene.whole_, moving_),
       bed_(scene.bed_ ? *scene.bed_ : scene.whole_, moving_),
       viewed_(scene.viewed(), moving_) {

@@ -17,8 +17,8 @@
 #include "scene/moving/moving_bodies.h"
 #include "scene/objects/texture_library.h"
 #include "world/ray_query.h"
-#include "world/scene.h"
 #include "world/tile_store.h"
+#include "world/timed_query.h"
 
 namespace terracast::scene {
 
@@ -45,6 +45,10 @@ class Scene {
   /// throws   Input: as MovingBodies and RayQuery; Io
   Scene(const world::TileStore& store, std::vector<world::CutTile> cut,
         std::span<const MovingThing> moving, const SceneOptions& options);
+  /// Of bodies whose states are known, as a capture's are.
+  /// moving   must outlive it
+  Scene(const world::TileStore& store, std::vector<world::CutTile> cut, const MovingBodies& moving,
+        const SceneOptions& options);
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
   ~Scene();
@@ -59,12 +63,11 @@ class Scene {
   /// The query that viewers' rays go to: the whole world, or its bed for viewers in water.
   const world::RayQuery& viewed() const { return is_in_water_ ? *bed_ : whole_; }
   const MovingBodies& moving() const { return moving_; }
-  const ConditionOptions& conditions() const { return conditions_; }
-
-  /// The light of the sequence's place and time 0, and the air.
-  const Daylight& daylight() const { return daylight_; }
+  const ConditionOptions& conditions() const { return options_.conditions; }
 
   // Made when first asked for.
+  /// The light of the sequence's place and time 0, and the air.
+  const Daylight& daylight() const;
   const Ground& ground() const;
   const GroundImagery& imagery() const;
   const TextureLibrary& textures() const;
@@ -80,17 +83,18 @@ class Scene {
   friend class SceneAt;
   struct Looks;
   const Looks& looks() const;
+  void open_bed();
 
   const world::TileStore& store_;
   geo::WorldFrame frame_;
-  ConditionOptions conditions_;
-  std::vector<double> times_s_;
+  SceneOptions options_;
   world::RayQuery whole_;
   std::optional<world::RayQuery> bed_;
   bool is_in_water_ = false;
-  MovingBodies moving_;
-  Daylight daylight_;
-  mutable std::once_flag ground_once_, sky_once_, looks_once_;
+  std::optional<MovingBodies> own_moving_;
+  const MovingBodies& moving_;
+  mutable std::once_flag daylight_once_, ground_once_, sky_once_, looks_once_;
+  mutable std::optional<Daylight> daylight_;
   mutable std::optional<Ground> ground_;
   mutable std::optional<Sky> sky_;
   mutable std::unique_ptr<Looks> looks_;
@@ -113,18 +117,18 @@ class SceneAt {
              world::SurfaceNeed need = world::SurfaceNeed::Look) const;
 
   // The queries themselves; `shift_s` is to be added to the offsets of their rays.
-  const world::Scene& whole() const { return whole_; }
-  const world::Scene& bed() const { return bed_; }
-  const world::Scene& viewed() const { return viewed_; }
+  const world::TimedQuery& whole() const { return whole_; }
+  const world::TimedQuery& bed() const { return bed_; }
+  const world::TimedQuery& viewed() const { return viewed_; }
   double shift_s() const { return shift_s_; }
 
  private:
   const Scene& scene_;
   double shift_s_;
   world::MovingScene moving_;
-  world::Scene whole_;
-  world::Scene bed_;
-  world::Scene viewed_;
+  world::TimedQuery whole_;
+  world::TimedQuery bed_;
+  world::TimedQuery viewed_;
 };
 
 }  // namespace terracast::scene

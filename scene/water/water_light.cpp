@@ -163,8 +163,9 @@ float fresnel_reflectance(float cos_incidence, float eta) {
   return 0.5f * (across * across + along * along);
 }
 
-WaterLight::WaterLight(const world::Scene& whole, const world::Scene& bed, const Ground& ground,
-                       const Sky& sky, const HitShader& shader, double visibility_m)
+WaterLight::WaterLight(const world::TimedQuery& whole, const world::TimedQuery& bed,
+                       const Ground& ground, const Sky& sky, const HitShader& shader,
+                       double visibility_m)
     : whole_(whole),
       bed_(bed),
       ground_(ground),

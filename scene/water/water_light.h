@@ -8,7 +8,7 @@
 #include "scene/light/hit_shader.h"
 #include "scene/light/sky.h"
 #include "scene/water/water_above.h"
-#include "world/scene.h"
+#include "world/timed_query.h"
 
 namespace terracast::scene {
 
@@ -86,7 +86,7 @@ class WaterLight {
   };
 
   /// All must outlive it. bed   the world without water
-  WaterLight(const world::Scene& whole, const world::Scene& bed, const Ground& ground,
+  WaterLight(const world::TimedQuery& whole, const world::TimedQuery& bed, const Ground& ground,
              const Sky& sky, const HitShader& shader, double visibility_m);
 
   /// Sets what `seen` holds, for LitHits.
@@ -116,8 +116,8 @@ class WaterLight {
   void look_up(const LitHits& hits, Scratch& scratch, const SeenWater& seen,
                world::RayTrail* trail) const;
 
-  const world::Scene& whole_;
-  const world::Scene& bed_;
+  const world::TimedQuery& whole_;
+  const world::TimedQuery& bed_;
   const Ground& ground_;
   const Sky& sky_;
   const HitShader& shader_;

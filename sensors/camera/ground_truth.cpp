@@ -124,7 +124,7 @@ class TruthTracer {
     for (int at = std::max(frame - 1, 0); at <= std::min(frame + 1, views.num_frames() - 1); ++at)
       moving_.emplace(at, moving.scene(at, views.longest_reach_s()));
   }
-  world::Scene scene_at(int frame) const { return {query_, moving_.at(frame)}; }
+  world::TimedQuery scene_at(int frame) const { return {query_, moving_.at(frame)}; }
 
   std::size_t pixel_index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_.width_px) +
@@ -205,7 +205,7 @@ class TruthTracer {
     for (const Eigen::Vector3d& direction : directions) scratch.directions.add(direction);
     scratch.t.resize(scratch.directions.size());
     const std::vector<double>& t = scratch.t;
-    const world::Scene bed(*bed_, moving_.at(frame_));
+    const world::TimedQuery bed(*bed_, moving_.at(frame_));
     if (view_.is_central()) {
       bed.intersect(scratch.directions.from(scratch.view.center_world), offset_s, scratch.t,
                     world::Coherence::Coherent, trail_);

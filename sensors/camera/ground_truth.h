@@ -10,7 +10,7 @@
 #include "scene/ground/ground.h"
 #include "scene/moving/moving_bodies.h"
 #include "sensors/camera/views.h"
-#include "world/scene.h"
+#include "world/timed_query.h"
 
 namespace terracast::sensors {
 

@@ -38,7 +38,7 @@ struct SightRays {
   }
   /// Calls see(point) of each point at which its ray ends.
   template <class See>
-  void cast(const world::Scene& scene, world::Coherence coherence, world::RayTrail* trail,
+  void cast(const world::TimedQuery& scene, world::Coherence coherence, world::RayTrail* trail,
             const See& see) const {
     std::vector<world::SurfaceHit> hits(rays.size());
     scene.intersect(rays, offsets_s, hits, coherence, {}, trail);
@@ -115,7 +115,7 @@ void see_moving(const Target& target, const world::MovingScene& then,
              [&](std::size_t pixel) { flags[pixel] |= target.flag; });
 }
 
-std::vector<std::uint8_t> visible_in_view(const world::Scene& scene, const OpenView& view,
+std::vector<std::uint8_t> visible_in_view(const world::TimedQuery& scene, const OpenView& view,
                                           std::span<const Eigen::Vector3d> points_world) {
   std::vector<std::uint8_t> is_visible(points_world.size(), 0);
   const std::size_t num_units = (points_world.size() + kUnitRays - 1) / kUnitRays;

@@ -9,7 +9,7 @@
 #include "sensors/camera/unit_rays.h"
 #include "sensors/camera/views.h"
 #include "world/moving_scene.h"
-#include "world/scene.h"
+#include "world/timed_query.h"
 
 namespace terracast::sensors {
 
@@ -26,7 +26,7 @@ struct Target {
   OpenView view;
   int frame;
   std::uint32_t flag;
-  world::Scene scene;  ///< about the view's frame
+  world::TimedQuery scene;  ///< about the view's frame
 };
 
 /// Sets the target's flag of those points of a unit that it sees: of what stands.
@@ -51,7 +51,7 @@ void see_moving(const Target& target, const world::MovingScene& then,
 
 /// Which of some points of what stands are seen in a view, by ray.
 /// scene   about the time of the view's frame
-std::vector<std::uint8_t> visible_in_view(const world::Scene& scene, const OpenView& view,
+std::vector<std::uint8_t> visible_in_view(const world::TimedQuery& scene, const OpenView& view,
                                           std::span<const Eigen::Vector3d> points_world);
 
 }  // namespace terracast::sensors

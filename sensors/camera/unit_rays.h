@@ -11,7 +11,7 @@
 #include "scene/ground/ground.h"
 #include "scene/light/directions.h"
 #include "sensors/camera/views.h"
-#include "world/scene.h"
+#include "world/timed_query.h"
 
 namespace terracast::sensors {
 
@@ -75,7 +75,7 @@ struct UnitScratch {
     return origins_world.empty() ? view.center_world : origins_world[ray];
   }
   /// What the rays meet, all at one time; leaves it in hits and surfaces.
-  void intersect(const world::Scene& scene, double offset_s, world::RayTrail* trail,
+  void intersect(const world::TimedQuery& scene, double offset_s, world::RayTrail* trail,
                  world::SurfaceNeed need) {
     hits.resize(directions.size());
     surfaces.resize(directions.size());
@@ -92,7 +92,7 @@ struct UnitScratch {
     offsets_s.assign(own_rays.size(), offset_s);
     scene.intersect(own_rays, offsets_s, hits, world::Coherence::Coherent, surfaces, trail, need);
   }
-  std::span<const double> cast(const world::Scene& scene, const world::RayFan& rays,
+  std::span<const double> cast(const world::TimedQuery& scene, const world::RayFan& rays,
                                world::RayTrail* trail) {
     t.resize(rays.size());
     scene.intersect(rays, 0.0, t, world::Coherence::Coherent, trail);

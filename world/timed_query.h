@@ -9,12 +9,12 @@ namespace terracast::world {
 
 /// A world and what moves in it, about the time of one frame: RayQuery's queries, with a time for each ray. Rays
 /// come to the same tiles as in the still world. Threads: safe.
-class Scene {
+class TimedQuery {
  public:
   /// Both must outlive it.
-  Scene(const RayQuery& still, const MovingScene& moving) : still_(still), moving_(moving) {}
+  TimedQuery(const RayQuery& still, const MovingScene& moving) : still_(still), moving_(moving) {}
   /// Nothing moves.
-  Scene(const RayQuery& still);  // NOLINT(google-explicit-constructor): a world is a scene
+  TimedQuery(const RayQuery& still);  // NOLINT(google-explicit-constructor)
 
   const RayQuery& still() const { return still_; }
   const MovingScene& moving() const { return moving_; }

@@ -1,4 +1,4 @@
-#include "world/scene.h"
+#include "world/timed_query.h"
 
 #include "core/error.h"
 
@@ -20,15 +20,16 @@ void check_offsets(std::size_t num_rays, std::span<const double> offsets_s) {
 
 }  // namespace
 
-Scene::Scene(const RayQuery& still)
+TimedQuery::TimedQuery(const RayQuery& still)
     : still_(still), moving_([]() -> const MovingScene& {
         static const MovingScene nothing;
         return nothing;
       }()) {}
 
-void Scene::intersect(std::span<const WorldRay> rays, std::span<const double> offsets_s,
-                      std::span<SurfaceHit> hits, Coherence coherence,
-                      std::span<SurfaceSample> surfaces, RayTrail* trail, SurfaceNeed need) const {
+void TimedQuery::intersect(std::span<const WorldRay> rays, std::span<const double> offsets_s,
+                           std::span<SurfaceHit> hits, Coherence coherence,
+                           std::span<SurfaceSample> surfaces, RayTrail* trail,
+                           SurfaceNeed need) const {
   still_.intersect(rays, hits, coherence, surfaces, trail, need);
   if (moving_.is_empty()) return;
   check_offsets(rays.size(), offsets_s);
@@ -36,24 +37,24 @@ void Scene::intersect(std::span<const WorldRay> rays, std::span<const double> of
     moving_.intersect(rays[i], offset_of(offsets_s, i), hits[i], sample_of(surfaces, i), need);
 }
 
-void Scene::intersect(const RayFan& rays, double offset_s, std::span<SurfaceHit> hits,
-                      Coherence coherence, std::span<SurfaceSample> surfaces, RayTrail* trail,
-                      SurfaceNeed need) const {
+void TimedQuery::intersect(const RayFan& rays, double offset_s, std::span<SurfaceHit> hits,
+                           Coherence coherence, std::span<SurfaceSample> surfaces, RayTrail* trail,
+                           SurfaceNeed need) const {
   still_.intersect(rays, hits, coherence, surfaces, trail, need);
   if (moving_.is_empty()) return;
   for (std::size_t i = 0; i < rays.size(); ++i)
     moving_.intersect(rays[i], offset_s, hits[i], sample_of(surfaces, i), need);
 }
 
-void Scene::intersect(const RayFan& rays, double offset_s, std::span<double> t, Coherence coherence,
-                      RayTrail* trail) const {
+void TimedQuery::intersect(const RayFan& rays, double offset_s, std::span<double> t,
+                           Coherence coherence, RayTrail* trail) const {
   still_.intersect(rays, t, coherence, trail);
   if (moving_.is_empty()) return;
   for (std::size_t i = 0; i < rays.size(); ++i) t[i] = moving_.intersect(rays[i], offset_s, t[i]);
 }
 
-void Scene::occluded(std::span<const WorldRay> rays, std::span<const double> offsets_s,
-                     std::span<std::uint8_t> is_occluded, RayTrail* trail) const {
+void TimedQuery::occluded(std::span<const WorldRay> rays, std::span<const double> offsets_s,
+                          std::span<std::uint8_t> is_occluded, RayTrail* trail) const {
   still_.occluded(rays, is_occluded, trail);
   if (moving_.is_empty()) return;
   check_offsets(rays.size(), offsets_s);
