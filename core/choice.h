@@ -13,18 +13,18 @@
 
 namespace terracast::core {
 
-/// One of several kinds that a config names, with the kind's own keys beside it. Copies are deep.
+/// The options of one kind of several, made with their defaults when another kind is described than before. Copies are
+/// deep.
 ///
 /// Info is a row of a registry's table: `name`, and `make`, which returns a std::unique_ptr of the kind's options with
 /// describe(), clone() and, where keys depend on each other, validate().
 template <class Info>
-class Choice {
+class KindOptions {
  public:
   using Options = typename decltype(std::declval<const Info&>().make())::element_type;
 
-  const std::string& kind() const { return kind_; }
   bool is_made() const { return static_cast<bool>(options_); }
-  /// Once describe() was called with a kind.
+  /// Once describe() or set() was called.
   const Options& operator*() const { return *options_; }
   const Options* operator->() const { return &*options_; }
 
@@ -33,14 +33,11 @@ class Choice {
     options_ = std::move(options);
   }
 
-  /// Describes the key that names the kind, which is required, and the keys of that kind.
+  /// Describes the keys of a kind.
   /// what      in messages: "sensor"
-  void describe(SchemaVisitor& visit, std::string_view key, std::string_view what,
-                std::string_view meaning, std::span<const Info> table) {
-    const std::string before = kind_;
-    visit.key(key, kind_, meaning, required(one_of(registry_names(table))));
-    if (kind_.empty()) return;  // a list of keys without a config
-    if (!options_ || kind_ != before) options_ = find_registered(table, what, kind_).make();
+  void describe(SchemaVisitor& visit, std::span<const Info> table, std::string_view what,
+                const std::string& kind) {
+    if (!options_ || kind != kind_) set(kind, find_registered(table, what, kind).make());
     options_->describe(visit);
   }
 
@@ -61,6 +58,37 @@ class Choice {
  private:
   std::string kind_;
   Cloned<Options> options_;
+};
+
+/// One of several kinds that a config names, with the kind's own keys beside it.
+template <class Info>
+class Choice {
+ public:
+  using Options = typename KindOptions<Info>::Options;
+
+  const std::string& kind() const { return kind_; }
+  bool is_made() const { return options_.is_made(); }
+  const Options& operator*() const { return *options_; }
+  const Options* operator->() const { return &*options_; }
+
+  void set(const std::string& kind, std::unique_ptr<Options> options) {
+    kind_ = kind;
+    options_.set(kind, std::move(options));
+  }
+
+  /// Describes the key that names the kind, which is required, and the keys of that kind.
+  void describe(SchemaVisitor& visit, std::string_view key, std::string_view what,
+                std::string_view meaning, std::span<const Info> table) {
+    visit.key(key, kind_, meaning, required(one_of(registry_names(table))));
+    if (!kind_.empty()) options_.describe(visit, table, what, kind_);  // else a list of keys
+  }
+
+  std::string settings_toml() const { return options_.settings_toml(); }
+  void validate() const { options_.validate(); }
+
+ private:
+  std::string kind_;
+  KindOptions<Info> options_;
 };
 
 }  // namespace terracast::core

@@ -11,6 +11,7 @@
 #include "capture/channel.h"
 #include "capture/frame.h"
 #include "capture/frame_reader.h"
+#include "core/choice.h"
 #include "core/context.h"
 #include "core/schema.h"
 
@@ -89,17 +90,11 @@ std::span<const ExporterInfo> exporters();
 struct ExportOptions {
   std::string format;
 
-  ExportOptions() = default;
-  ExportOptions(const ExportOptions& other);
-  ExportOptions& operator=(const ExportOptions& other);
-  ExportOptions(ExportOptions&&) noexcept = default;
-  ExportOptions& operator=(ExportOptions&&) noexcept = default;
-
   void describe(core::SchemaVisitor& visit);
   const Exporter& exporter() const { return *exporter_; }
 
  private:
-  std::unique_ptr<Exporter> exporter_;
+  core::KindOptions<ExporterInfo> exporter_;
 };
 
 /// The cameras of a sequence, by its name.

@@ -34,24 +34,11 @@ bool Exporter::takes_any_of(const std::vector<capture::CameraCalibration>& camer
       [this](const capture::CameraCalibration& camera) { return takes(camera.rig); });
 }
 
-ExportOptions::ExportOptions(const ExportOptions& other)
-    : format(other.format), exporter_(other.exporter_ ? other.exporter_->clone() : nullptr) {}
-
-ExportOptions& ExportOptions::operator=(const ExportOptions& other) {
-  if (this == &other) return *this;
-  format = other.format;
-  exporter_ = other.exporter_ ? other.exporter_->clone() : nullptr;
-  return *this;
-}
-
 void ExportOptions::describe(core::SchemaVisitor& visit) {
-  const std::string before = format;
   visit.key("format", format, "Published format to write.",
             core::required(core::one_of(core::registry_names(exporters()))));
-  if (format.empty()) return;  // a list of keys without a config
-  if (!exporter_ || format != before)
-    exporter_ = core::find_registered(exporters(), "export format", format).make();
-  exporter_->describe(visit);
+  // A list of keys without a config has none.
+  if (!format.empty()) exporter_.describe(visit, exporters(), "export format", format);
 }
 
 }  // namespace terracast::exporters

@@ -45,16 +45,6 @@ std::span<const TrajectoryKindInfo> trajectory_kinds() {
   return table;
 }
 
-MotionOptions::MotionOptions(const MotionOptions& other) { *this = other; }
-
-MotionOptions& MotionOptions::operator=(const MotionOptions& other) {
-  if (this == &other) return *this;
-  kind = other.kind;
-  described_kind_ = other.described_kind_;
-  kind_options_ = other.kind_options_ ? other.kind_options_->clone() : nullptr;
-  return *this;
-}
-
 void MotionOptions::describe_kind(core::SchemaVisitor& visit) {
   visit.key("kind", kind, "Kind of motion; it decides the keys below.",
             core::required(core::one_of(core::registry_names(trajectory_kinds()))));
@@ -62,13 +52,8 @@ void MotionOptions::describe_kind(core::SchemaVisitor& visit) {
 
 void MotionOptions::describe_keys(core::SchemaVisitor& visit) {
   // A manual without a config shows the keys of the commonest kind.
-  const std::string shown_kind = kind.empty() ? "waypoints" : kind;
-  if (!kind_options_ || described_kind_ != shown_kind) {
-    kind_options_ =
-        core::find_registered(trajectory_kinds(), "kind of trajectory", shown_kind).make();
-    described_kind_ = shown_kind;
-  }
-  kind_options_->describe(visit);
+  kind_options_.describe(visit, trajectory_kinds(), "kind of trajectory",
+                         kind.empty() ? "waypoints" : kind);
 }
 
 void TrajectoryOptions::describe(core::SchemaVisitor& visit) {

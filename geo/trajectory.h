@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/choice.h"
 #include "core/log.h"
 #include "core/schema.h"
 #include "geo/body_state.h"
@@ -99,27 +100,19 @@ std::span<const TrajectoryKindInfo> trajectory_kinds();
 struct MotionOptions {
   std::string kind;
 
-  MotionOptions() = default;
-  MotionOptions(const MotionOptions& other);
-  MotionOptions& operator=(const MotionOptions& other);
-  MotionOptions(MotionOptions&&) noexcept = default;
-  MotionOptions& operator=(MotionOptions&&) noexcept = default;
-  ~MotionOptions() = default;
-
   void describe_kind(core::SchemaVisitor& visit);
   /// The keys of the kind that describe_kind() found.
   void describe_keys(core::SchemaVisitor& visit);
 
-  bool has_kind_options() const { return kind_options_ != nullptr; }
+  bool has_kind_options() const { return kind_options_.is_made(); }
   /// The kind's own options, which there are once describe_keys() was called.
   const TrajectoryKind& kind_options() const { return *kind_options_; }
   void set_kind_options(std::unique_ptr<TrajectoryKind> options) {
-    kind_options_ = std::move(options);
+    kind_options_.set(kind, std::move(options));
   }
 
  private:
-  std::string described_kind_;  ///< the kind that kind_options_ is of
-  std::unique_ptr<TrajectoryKind> kind_options_;
+  core::KindOptions<TrajectoryKindInfo> kind_options_;
 };
 
 /// A `[trajectory]` of a config: its motion, and when frames are taken.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "capture/frame_reader.h"
+#include "core/choice.h"
 #include "core/context.h"
 #include "core/schema.h"
 #include "scene/moving/moving_bodies.h"
@@ -87,10 +88,6 @@ struct LabelOptions {
   LabelOptions() = default;
   /// A kind with its defaults.
   explicit LabelOptions(std::string_view kind_name);
-  LabelOptions(const LabelOptions& other);
-  LabelOptions& operator=(const LabelOptions& other);
-  LabelOptions(LabelOptions&&) noexcept = default;
-  LabelOptions& operator=(LabelOptions&&) noexcept = default;
 
   void describe(core::SchemaVisitor& visit);
   /// throws Config: as the kind's own validate()
@@ -98,7 +95,7 @@ struct LabelOptions {
   const LabelMaker& maker() const { return *maker_; }
 
  private:
-  std::unique_ptr<LabelMaker> maker_;
+  core::KindOptions<LabelInfo> maker_;
 };
 
 /// throws   as LabelMaker::check; the message names the kind

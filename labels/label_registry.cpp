@@ -30,31 +30,19 @@ std::span<const LabelInfo> labels() {
 
 void LabelMaker::check(std::span<const SequenceOutline>, const core::Log&) const {}
 
-LabelOptions::LabelOptions(std::string_view kind_name)
-    : kind(kind_name), maker_(core::find_registered(labels(), "label", kind_name).make()) {}
-
-LabelOptions::LabelOptions(const LabelOptions& other)
-    : kind(other.kind), maker_(other.maker_ ? other.maker_->clone() : nullptr) {}
-
-LabelOptions& LabelOptions::operator=(const LabelOptions& other) {
-  if (this == &other) return *this;
-  kind = other.kind;
-  maker_ = other.maker_ ? other.maker_->clone() : nullptr;
-  return *this;
+LabelOptions::LabelOptions(std::string_view kind_name) : kind(kind_name) {
+  maker_.set(kind, core::find_registered(labels(), "label", kind_name).make());
 }
 
 void LabelOptions::describe(core::SchemaVisitor& visit) {
-  const std::string before = kind;
   visit.key("kind", kind, "Labels to make of every sequence.",
             core::required(core::one_of(core::registry_names(labels()))));
-  if (kind.empty()) return;  // a list of keys without a config
-  if (!maker_ || kind != before) maker_ = core::find_registered(labels(), "label", kind).make();
-  maker_->describe(visit);
+  // A list of keys without a config has none.
+  if (!kind.empty()) maker_.describe(visit, labels(), "label", kind);
 }
 
 void LabelOptions::validate() const {
-  if (!maker_) return;
-  core::with_context([&] { maker_->validate(); }, fmt::format("reading the labels {}", kind));
+  core::with_context([&] { maker_.validate(); }, fmt::format("reading the labels {}", kind));
 }
 
 void check_labels(const std::vector<LabelOptions>& labels,

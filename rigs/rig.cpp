@@ -368,13 +368,10 @@ void RigOptions::describe(core::SchemaVisitor& visit) {
       "An arrangement of like cameras: one is given, whose optics all share; it decides further "
       "keys.",
       core::one_of(templates));
-  if (described_template != template_name)
-    arrangement =
-        template_name.empty()
-            ? nullptr
-            : core::find_registered(rig_templates(), "rig template", template_name).make();
-  described_template = template_name;
-  if (arrangement) arrangement->describe(visit);
+  if (template_name.empty())
+    arrangement = {};
+  else
+    arrangement.describe(visit, rig_templates(), "rig template", template_name);
   visit.key("axes", axes,
             "Axes of the cameras' offsets and rotations: flu (x forward, y left, z up) or rdf (x "
             "right, y down, z forward).",
@@ -407,7 +404,7 @@ void RigOptions::validate() const {
     fail(ErrorKind::Config, "rig {}: axes = \"{}\"; known are flu and rdf", name, axes);
   }
   if (cameras.empty()) fail(ErrorKind::Config, "rig {} has no cameras; it needs one or more", name);
-  if (arrangement) {
+  if (arrangement.is_made()) {
     if (cameras.size() != 1)
       fail(ErrorKind::Config,
            "rig {} has {} cameras beside template = \"{}\"; it takes one, whose optics all share",
@@ -436,7 +433,7 @@ Eigen::Matrix3d RigOptions::rig_from_file() const {
 }
 
 std::vector<CameraOptions> RigOptions::placed_cameras() const {
-  if (!arrangement) return cameras;
+  if (!arrangement.is_made()) return cameras;
   std::vector<CameraOptions> placed;
   for (const CameraPlace& place : arrangement->places()) {
     CameraOptions& camera = placed.emplace_back(cameras.at(0));

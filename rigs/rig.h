@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "capture/frame.h"
-#include "core/cloned.h"
+#include "core/choice.h"
 #include "core/schema.h"
 #include "geo/camera_model.h"
 #include "geo/rigid3.h"
@@ -62,9 +62,8 @@ struct CameraOptions {
 /// whose optics all share; the template, whose keys stand beside, says where they are.
 struct RigOptions {
   std::string name;
-  std::string template_name = {};  ///< empty: the cameras are as given
-  core::Cloned<RigTemplate> arrangement = {};
-  std::string described_template = {};  ///< the one that arrangement is of
+  std::string template_name = {};                       ///< empty: the cameras are as given
+  core::KindOptions<RigTemplateInfo> arrangement = {};  ///< of the template
   std::string axes = "flu";
   double mount_yaw_deg = 0.0;    ///< body_from_rig: intrinsic z-y-x; positive yaw to the left
   double mount_pitch_deg = 0.0;  ///< positive: the rig looks down

@@ -403,7 +403,7 @@ void check_same_rig(const rigs::RigOptions& first, const rigs::RigOptions& row,
 /// Keys of the rig that a table holds: all but its template, which placed its cameras.
 bool is_of_table(const rigs::RigOptions& rig, const std::string& heading) {
   if (heading == "template") return false;
-  if (!rig.arrangement) return true;
+  if (!rig.arrangement.is_made()) return true;
   std::vector<core::KeyInfo> of_template;
   rig.arrangement->clone()->describe(*core::make_key_lister(of_template));
   return std::none_of(of_template.begin(), of_template.end(),

@@ -57,16 +57,10 @@ void LayerOptions::describe(core::SchemaVisitor& visit) {
             "How good the source says that its places are, in its own words; kept with the data.");
   // A manual without a config shows the keys of the first kind.
   if (layer_kinds().empty()) return;
-  const std::string shown_kind = kind.empty() ? std::string(layer_kinds().front().name) : kind;
-  if (!kind_options_ || described_kind_ != shown_kind) {
-    kind_options_ = core::find_registered(layer_kinds(), "kind of layer", shown_kind).make();
-    described_kind_ = shown_kind;
-  }
-  kind_options_->describe(visit);
+  kind_options_.describe(visit, layer_kinds(), "kind of layer",
+                         kind.empty() ? std::string(layer_kinds().front().name) : kind);
 }
 
-void LayerOptions::validate() const {
-  if (kind_options_) kind_options_->validate();
-}
+void LayerOptions::validate() const { kind_options_.validate(); }
 
 }  // namespace terracast::tiler

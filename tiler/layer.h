@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/cloned.h"
+#include "core/choice.h"
 #include "core/context.h"
 #include "core/schema.h"
 #include "geo/geodesy.h"
@@ -191,8 +191,7 @@ struct LayerOptions {
   const LayerKind& kind_options() const { return *kind_options_; }
 
  private:
-  std::string described_kind_;  ///< the kind that kind_options_ is of
-  core::Cloned<LayerKind> kind_options_;
+  core::KindOptions<LayerKindInfo> kind_options_;
 };
 
 }  // namespace terracast::tiler

@@ -147,48 +147,13 @@ std::string way_out(const Recording& recording, const RecordingOptions& options)
 
 }  // namespace
 
-RecordingOptions::RecordingOptions(const RecordingOptions& other)
-    : file(other.file),
-      format(other.format),
-      placing(other.placing),
-      timing(other.timing),
-      speed_mps(other.speed_mps),
-      cleaning(other.cleaning),
-      sigma_m(other.sigma_m),
-      sigma_height_m(other.sigma_height_m),
-      sigma_attitude_deg(other.sigma_attitude_deg),
-      described_format_(other.described_format_),
-      format_options_(other.format_options_ ? other.format_options_->clone() : nullptr) {}
-
-RecordingOptions& RecordingOptions::operator=(const RecordingOptions& other) {
-  if (this == &other) return *this;
-  RecordingOptions copy(other);
-  file = std::move(copy.file);
-  format = std::move(copy.format);
-  placing = std::move(copy.placing);
-  timing = std::move(copy.timing);
-  speed_mps = copy.speed_mps;
-  cleaning = copy.cleaning;
-  sigma_m = copy.sigma_m;
-  sigma_height_m = copy.sigma_height_m;
-  sigma_attitude_deg = copy.sigma_attitude_deg;
-  described_format_ = std::move(copy.described_format_);
-  format_options_ = std::move(copy.format_options_);
-  return *this;
-}
-
 void RecordingOptions::describe(core::SchemaVisitor& visit) {
   visit.key("file", file, "The recording.", core::required());
   visit.key("format", format, "Its format, which decides some of the keys below.",
             core::required(core::one_of(core::registry_names(fix_formats()))));
   // A manual without a config shows the keys of the commonest format.
-  const std::string shown_format = format.empty() ? "csv" : format;
-  if (!format_options_ || described_format_ != shown_format) {
-    format_options_ =
-        core::find_registered(fix_formats(), "format of recordings", shown_format).make();
-    described_format_ = shown_format;
-  }
-  format_options_->describe(visit);
+  format_options_.describe(visit, fix_formats(), "format of recordings",
+                           format.empty() ? "csv" : format);
   placing.describe(visit, format_options_->frame(), format_options_->heights_above());
   visit.key("timing", timing,
             "Fly at the recorded times, or at speed_mps from place to place (of tracks without "

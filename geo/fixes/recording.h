@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/choice.h"
 #include "core/schema.h"
 #include "geo/fixes/cleaning.h"
 #include "geo/fixes/fix_format.h"
@@ -27,18 +28,13 @@ struct RecordingOptions {
   double sigma_height_m = 0.0;
   double sigma_attitude_deg = 0.5;
 
-  RecordingOptions() = default;
-  RecordingOptions(const RecordingOptions& other);
-  RecordingOptions& operator=(const RecordingOptions& other);
-
   void describe(core::SchemaVisitor& visit);
   /// throws   Config: as PlacingOptions and FixFormat
   void validate() const;
   const FixFormat& format_options() const { return *format_options_; }
 
  private:
-  std::string described_format_;  ///< the format that format_options_ is of
-  std::unique_ptr<FixFormat> format_options_;
+  core::KindOptions<FixFormatInfo> format_options_;
 };
 
 /// A part of a recording as a smooth motion. Times count from Recording::zero_s.
