@@ -46,13 +46,11 @@ std::vector<geo::Box3d> boxes_of(const world::TileStore& store,
 
 SequenceWork::SequenceWork(const SequencePlan& plan, const world::TileStore& store,
                            const world::RayQuery& query, const sensors::FrameRenderer& renderer,
-                           const capture::SequenceWriter& writer,
                            const std::vector<capture::TrackPoint>& tracks)
     : plan_(plan),
       store_(store),
       query_(query),
       renderer_(renderer),
-      writer_(writer),
       tracks_(tracks),
       bodies_(sensors::describe_moving(plan.moving)),
       tiles_(scales_of(store, query.cut())),
@@ -62,7 +60,7 @@ SequenceWork::SequenceWork(const SequencePlan& plan, const world::TileStore& sto
   for (const capture::TrackPoint& track : tracks) track_points_world_.push_back(track.point_world);
 }
 
-capture::CameraRecord SequenceWork::render_camera(int frame, int camera,
+capture::CameraRecord SequenceWork::render_camera(int frame, int camera, const capture::Sink& sink,
                                                   world::RayTrail& trail) const {
   return core::with_context(
       [&] {
@@ -72,7 +70,7 @@ capture::CameraRecord SequenceWork::render_camera(int frame, int camera,
         sensors::Photo photo = renderer_.photo(frame, camera, &trail);
         truth.facts.color = std::move(photo.color);
         truth.facts.raw = std::move(photo.raw);
-        capture::CameraRecord record = writer_.write_camera(frame, camera, truth.facts);
+        capture::CameraRecord record = sink.write_camera(frame, camera, truth.facts);
         record.exposure_ev = photo.exposure_ev;
         record.bounds = bounds(frame, camera, truth);
         record.visible_tracks = find_visible_tracks(frame, camera);
@@ -83,7 +81,8 @@ capture::CameraRecord SequenceWork::render_camera(int frame, int camera,
                   plan_.cameras[static_cast<std::size_t>(camera)].name));
 }
 
-std::vector<capture::FrameFile> SequenceWork::measure(int frame, world::RayTrail& trail) const {
+std::vector<capture::FrameFile> SequenceWork::measure(int frame, const capture::Sink& sink,
+                                                      world::RayTrail& trail) const {
   std::vector<capture::FrameFile> files;
   for (const sensors::MountedSensor& sensor : plan_.sensors) {
     const capture::TickRange ticks = capture::ticks_of_frame(
@@ -91,7 +90,7 @@ std::vector<capture::FrameFile> SequenceWork::measure(int frame, world::RayTrail
     const capture::Samples samples =
         sensor.measure(renderer_.scene(), plan_.motion, static_cast<std::uint64_t>(plan_.seed),
                        capture::times_of(ticks, sensor.info.rate_hz), &trail);
-    files.push_back(writer_.write_samples(frame, static_cast<int>(files.size()), samples));
+    files.push_back(sink.write_samples(frame, static_cast<int>(files.size()), samples));
   }
   return files;
 }
@@ -146,7 +145,8 @@ capture::FrameRecord SequenceWork::start_record(int frame) const {
           .passed_tiles = {}};
 }
 
-bool SequenceWork::take_over_frame(int frame, const std::vector<EarlierFrames>& all_earlier) const {
+bool SequenceWork::take_over_frame(int frame, const std::vector<EarlierFrames>& all_earlier,
+                                   const capture::SequenceWriter& writer) const {
   for (const EarlierFrames& earlier : all_earlier) {
     std::optional<capture::FrameRecord> found = earlier.find(frame);
     if (!found) continue;
@@ -155,17 +155,18 @@ bool SequenceWork::take_over_frame(int frame, const std::vector<EarlierFrames>& 
     record.touched_tiles = std::move(found->touched_tiles);
     record.passed_tiles = std::move(found->passed_tiles);
     for (capture::CameraRecord& camera : found->cameras) {
-      writer_.link_camera(earlier.folder(), camera);
+      writer.link_camera(earlier.folder(), camera);
       camera.visible_tracks = find_visible_tracks(frame, static_cast<int>(record.cameras.size()));
       record.cameras.push_back(std::move(camera));
     }
-    writer_.finish_frame(record);
+    writer.finish_frame(record);
     return true;
   }
   return false;
 }
 
 std::vector<EarlierFrames> SequenceWork::open_earlier(const std::vector<fs::path>& folders,
+                                                      const capture::SequenceWriter& writer,
                                                       const core::Log& log) const {
   const RenderInputs inputs{.plan = plan_,
                             .store = store_,
@@ -192,7 +193,7 @@ std::vector<EarlierFrames> SequenceWork::open_earlier(const std::vector<fs::path
   }
   for (const fs::path& folder : folders) {
     std::error_code not_both_there;
-    if (fs::equivalent(folder, writer_.folder(), not_both_there)) continue;
+    if (fs::equivalent(folder, writer.folder(), not_both_there)) continue;
     std::optional<EarlierFrames> earlier = EarlierFrames::open(folder, inputs);
     if (earlier)
       all.push_back(std::move(*earlier));
@@ -204,13 +205,14 @@ std::vector<EarlierFrames> SequenceWork::open_earlier(const std::vector<fs::path
 
 std::vector<int> SequenceWork::take_over(const std::vector<int>& frames,
                                          const std::vector<fs::path>& earlier_folders,
+                                         const capture::SequenceWriter& writer,
                                          const core::Log& log, core::Progress& progress) const {
-  const std::vector<EarlierFrames> all_earlier = open_earlier(earlier_folders, log);
+  const std::vector<EarlierFrames> all_earlier = open_earlier(earlier_folders, writer, log);
   if (all_earlier.empty()) return {};
   std::vector<std::uint8_t> is_taken(frames.size());
   core::parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
-    is_taken[at] = take_over_frame(frames[at], all_earlier) ? 1 : 0;
+    is_taken[at] = take_over_frame(frames[at], all_earlier, writer) ? 1 : 0;
     if (is_taken[at] != 0) progress.advance();
   });
   std::vector<int> taken;
@@ -228,7 +230,8 @@ void SequenceWork::expect_frames(const std::vector<int>& frames, std::size_t fir
   query_.expect(turns);
 }
 
-void SequenceWork::render(const std::vector<int>& frames, core::Progress& progress) const {
+void SequenceWork::render(const std::vector<int>& frames, const capture::Sink& sink,
+                          core::Progress& progress) const {
   const int num_cameras = renderer_.views().num_cameras();
   struct Image {
     capture::CameraRecord record;
@@ -252,7 +255,7 @@ void SequenceWork::render(const std::vector<int>& frames, core::Progress& progre
         if (camera == 0) expect_frames(frames, static_cast<std::size_t>(i / num_cameras));
         Image& image = slot(i);
         image.trail.clear();
-        image.record = render_camera(frame_of(i), camera, image.trail);
+        image.record = render_camera(frame_of(i), camera, sink, image.trail);
       },
       [&](std::int64_t i) {
         if (i % num_cameras == 0) {
@@ -262,10 +265,10 @@ void SequenceWork::render(const std::vector<int>& frames, core::Progress& progre
         record.cameras.push_back(std::move(slot(i).record));
         frame_trail.add(slot(i).trail);
         if (i % num_cameras != num_cameras - 1) return;
-        record.streams = measure(record.index, frame_trail);
+        record.streams = measure(record.index, sink, frame_trail);
         set_seen_tiles(frame_trail, tiles_, record);
         record.key = keys_.key(record.index, record.touched_tiles);
-        writer_.finish_frame(record);
+        sink.finish_frame(record);
         progress.advance();
       });
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "capture/frame_writer.h"
+#include "capture/sink.h"
 #include "core/log.h"
 #include "core/progress.h"
 #include "core/scratch_pool.h"
@@ -15,32 +16,38 @@
 
 namespace terracast::render {
 
-/// What is done with the frames of one sequence: they are rendered, or taken from earlier captures.
+/// What is done with the frames of one sequence: they are rendered into a sink, or taken from earlier captures.
 class SequenceWork {
  public:
   /// All must outlive the work.
   SequenceWork(const SequencePlan& plan, const world::TileStore& store,
                const world::RayQuery& query, const sensors::FrameRenderer& renderer,
-               const capture::SequenceWriter& writer,
                const std::vector<capture::TrackPoint>& tracks);
 
   /// Takes over those of some frames whose images stand in one of the earlier folders.
   /// returns   which, ascending
   std::vector<int> take_over(const std::vector<int>& frames,
                              const std::vector<std::filesystem::path>& earlier_folders,
-                             const core::Log& log, core::Progress& progress) const;
+                             const capture::SequenceWriter& writer, const core::Log& log,
+                             core::Progress& progress) const;
 
-  void render(const std::vector<int>& frames, core::Progress& progress) const;
+  /// The images of all cameras and the samples of all sensors, frame by frame in the order that is given.
+  void render(const std::vector<int>& frames, const capture::Sink& sink,
+              core::Progress& progress) const;
 
  private:
   std::vector<EarlierFrames> open_earlier(const std::vector<std::filesystem::path>& folders,
+                                          const capture::SequenceWriter& writer,
                                           const core::Log& log) const;
   /// returns   whether one of the earlier captures has the frame
-  bool take_over_frame(int frame, const std::vector<EarlierFrames>& all_earlier) const;
+  bool take_over_frame(int frame, const std::vector<EarlierFrames>& all_earlier,
+                       const capture::SequenceWriter& writer) const;
   /// trail   takes the tiles to which the images' rays come
-  capture::CameraRecord render_camera(int frame, int camera, world::RayTrail& trail) const;
+  capture::CameraRecord render_camera(int frame, int camera, const capture::Sink& sink,
+                                      world::RayTrail& trail) const;
   /// Measures with all sensors beside cameras from the frame's time to before the next one's.
-  std::vector<capture::FrameFile> measure(int frame, world::RayTrail& trail) const;
+  std::vector<capture::FrameFile> measure(int frame, const capture::Sink& sink,
+                                          world::RayTrail& trail) const;
   std::vector<std::int64_t> find_visible_tracks(int frame, int camera) const;
   capture::LabelBounds bounds(int frame, int camera, const sensors::TruthFrame& truth) const;
   capture::FrameRecord start_record(int frame) const;
@@ -50,7 +57,6 @@ class SequenceWork {
   const world::TileStore& store_;
   const world::RayQuery& query_;
   const sensors::FrameRenderer& renderer_;
-  const capture::SequenceWriter& writer_;
   const std::vector<capture::TrackPoint>& tracks_;
   std::vector<Eigen::Vector3d> track_points_world_;
   std::vector<capture::MovingBody> bodies_;

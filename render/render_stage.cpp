@@ -96,15 +96,15 @@ RenderedFrames run_render_stage(const world::TileStore& store, const SequencePla
   context.log.info("sequence {}: {} frames of {} cameras to render, {} are there; {} tiles, {}",
                    plan.name, frames.size(), plan.cameras.size(), num_skipped, query.cut().size(),
                    query.profile());
-  const SequenceWork work(plan, store, query, renderer, writer, tracks);
+  const SequenceWork work(plan, store, query, renderer, tracks);
   RenderedFrames done;
   {
     core::Progress progress(context, "frames", static_cast<std::int64_t>(selected.size()));
     progress.skip(static_cast<std::int64_t>(num_skipped));
-    done.taken_over = work.take_over(frames, earlier_folders, context.log, progress);
+    done.taken_over = work.take_over(frames, earlier_folders, writer, context.log, progress);
     std::set_difference(frames.begin(), frames.end(), done.taken_over.begin(),
                         done.taken_over.end(), std::back_inserter(done.rendered));
-    work.render(done.rendered, progress);
+    work.render(done.rendered, writer, progress);
   }
   log_tiles(plan, query.stats(), done.rendered.size(), context.log);
   if (!writer.finish_sequence())
