@@ -13,6 +13,7 @@
 #include "batch/board.h"
 #include "batch/status.h"
 #include "core/atomic_file.h"
+#include "core/plugin_rows.h"
 #include "core/process_id.h"
 #include "core/program.h"
 #include "core/stage_cost.h"
@@ -145,6 +146,8 @@ class Pool {
     add("--threads",
         fmt::to_string(options_.num_threads > 0 ? options_.num_threads
                                                 : std::max(1, cores / options_.num_workers)));
+    const std::vector<std::string> plugins = core::plugin_arguments();
+    words.insert(words.end(), plugins.begin(), plugins.end());
     return words;
   }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/hash.h"
+#include "core/plugin_rows.h"
 #include "job/job.h"
 
 namespace terracast::batch {
@@ -70,7 +71,14 @@ std::string run_key(const std::string& world, const std::string& edits,
 void check_flight_files(const PlannedRun& run, const std::string& world,
                         const job::RunConfig& config) {
   const std::vector<fs::path> files = flight_files(config);
-  if (files.empty() || run_key(world, run.edits, config, hash_of_path) == run.key) return;
+  const auto plugins = core::plugins_named_in(job::toml_of_captures(config));
+  if (files.empty() && plugins.empty()) return;
+  if (run_key(world, run.edits, config, hash_of_path) == run.key) return;
+  if (files.empty())
+    fail(ErrorKind::Input,
+         "plug-in {} is another than when the plan of {} was made; bring that one back, or take "
+         "the change up with `terracast batch plan --update`",
+         plugins.front()->name, run.name);
   std::string names;
   for (const fs::path& file : files) names += (names.empty() ? "" : ", ") + file.string();
   fail(ErrorKind::Input,

@@ -5,6 +5,7 @@
 
 #include "batch/array_index.h"
 #include "core/error.h"
+#include "core/plugin_rows.h"
 
 namespace terracast::batch {
 namespace {
@@ -98,13 +99,15 @@ std::int64_t memory_mib(const Plan& plan, const SlurmOptions& options) {
 /// offset   of the array's first task among those of its stage
 std::string task_script(const Plan& plan, Stage stage, int offset, const std::string& job,
                         const SlurmOptions& options) {
+  std::string plugins;
+  for (const std::string& word : core::plugin_arguments()) plugins += " " + quoted(word);
   return fmt::format(
       "#!/bin/sh\n"
       "exec {} batch run {} --stage {} --shard \"$(({} + SLURM_ARRAY_TASK_ID))/{}\" --needs \\\n"
-      "  --threads {} --lease-s {} --max-tries {} --requeue\n",
+      "  --threads {} --lease-s {} --max-tries {} --requeue{}\n",
       quoted(options.program.string()), quoted(job), stage_name(stage), offset,
       num_tasks(plan, stage, options), options.num_cpus, options.claims.lease_s,
-      options.claims.max_tries);
+      options.claims.max_tries, plugins);
 }
 
 /// The sbatch of one array, its task on its input.

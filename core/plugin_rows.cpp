@@ -85,6 +85,13 @@ std::vector<const Plugin*> plugins_named_in(std::string_view text) {
   return named;
 }
 
+std::vector<std::string> plugin_arguments() {
+  std::vector<std::string> arguments;
+  for (const Plugin& plugin : plugins())
+    arguments.insert(arguments.end(), {"--plugin", plugin.file.string()});
+  return arguments;
+}
+
 std::string missing_plugin(std::string_view kind) {
   const std::size_t dot = kind.find('.');
   const std::string_view name = kind.substr(0, dot);

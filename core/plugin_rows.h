@@ -50,6 +50,9 @@ std::string plugin_marks(std::string_view text);
 /// The loaded plug-ins of which `text`, such as a config, names a kind.
 std::vector<const Plugin*> plugins_named_in(std::string_view text);
 
+/// "--plugin", "/path/mine.so", …: the arguments with which another process of the program has the same plug-ins.
+std::vector<std::string> plugin_arguments();
+
 /// What names of plug-ins and of their kinds consist of: a to z, 0 to 9 and _, from a letter on, 64 at most.
 bool is_plugin_name(std::string_view name);
 
