@@ -180,7 +180,7 @@ void RecordingOptions::describe(core::SchemaVisitor& visit) {
 }
 
 void RecordingOptions::validate() const {
-  if (!format_options_) return;
+  if (!format_options_.is_made()) return;
   format_options_->validate();
   placing.validate(format_options_->frame(), format_options_->heights_above());
 }
