@@ -58,8 +58,9 @@ struct Met {
 /// What a ray's viewer sees: in water its bed, or its surface from below.
 std::optional<Met> cast(const world::TileStore& store, std::vector<world::CutTile> cut,
                         const world::WorldRay& ray) {
-  const scene::Scene scene(store, std::move(cut), std::span<const scene::MovingThing>(),
-                           {.tracing = {}, .viewer_world = ray.origin_world});
+  const scene::Scene scene(
+      store, std::move(cut), std::span<const scene::MovingThing>(),
+      {.tracing = {}, .conditions = {}, .utc_start = {}, .viewer_world = ray.origin_world});
   Met met;
   scene.at(0.0).trace({&ray, 1}, {}, {&met.hit, 1}, world::Coherence::Incoherent,
                       {&met.surface, 1});
