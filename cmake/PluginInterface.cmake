@@ -44,19 +44,6 @@ function(terracast_interface_hash target)
   target_include_directories(${target} PUBLIC ${PROJECT_BINARY_DIR}/generated)
 endfunction()
 
-# terracast_exports_to_plugins(PROGRAM): plug-ins find in PROGRAM whatever their headers declare, whether it uses that
-# itself or not.
-function(terracast_exports_to_plugins program)
-  set_target_properties(${program} PROPERTIES ENABLE_EXPORTS ON)
-  set(whole)
-  foreach(folder IN LISTS TERRACAST_INTERFACE_FOLDERS)
-    list(APPEND whole terracast_${folder})
-  endforeach()
-  list(JOIN whole "," joined)
-  set_target_properties(${program} PROPERTIES LINK_LIBRARY_OVERRIDE "WHOLE_ARCHIVE,${joined}")
-  target_link_libraries(${program} PRIVATE "$<LINK_LIBRARY:WHOLE_ARCHIVE,${joined}>")
-endfunction()
-
 # terracast_installs_interfaces(PROGRAM…): the programs, the headers, and the CMake package with terracast_add_plugin().
 function(terracast_installs_interfaces)
   include(GNUInstallDirs)
@@ -71,7 +58,7 @@ function(terracast_installs_interfaces)
   configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/terracastConfig.cmake.in
     ${PROJECT_BINARY_DIR}/terracastConfig.cmake INSTALL_DESTINATION ${package_folder}
     PATH_VARS CMAKE_INSTALL_INCLUDEDIR)
-  write_basic_package_version_file(${PROJECT_BINARY_DIR}/terracastConfigVersion.cmake COMPATIBILITY ExactVersion)
+  write_basic_package_version_file(${PROJECT_BINARY_DIR}/terracastConfigVersion.cmake COMPATIBILITY SameMinorVersion)
   install(FILES ${PROJECT_BINARY_DIR}/terracastConfig.cmake ${PROJECT_BINARY_DIR}/terracastConfigVersion.cmake
     DESTINATION ${package_folder})
 endfunction()

@@ -59,6 +59,12 @@ function(terracast_tests folder)
   cmake_parse_arguments(ARG "IN_ONE_PROCESS" "LABEL;APART" "USES;LINKS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${folder}/*.cpp
        ${PROJECT_SOURCE_DIR}/tests/${folder}/*.h)
+  # Folders within that have a CMakeLists.txt are projects of their own.
+  file(GLOB inner_lists ${PROJECT_SOURCE_DIR}/tests/${folder}/*/CMakeLists.txt)
+  foreach(list IN LISTS inner_lists)
+    get_filename_component(inner ${list} DIRECTORY)
+    list(FILTER sources EXCLUDE REGEX "^${inner}/")
+  endforeach()
   if(NOT sources)
     return()
   endif()

@@ -1,6 +1,5 @@
 #include "plugins/blame.h"
 
-#include <cxxabi.h>
 #include <dlfcn.h>
 #include <execinfo.h>
 #include <fmt/format.h>
@@ -88,11 +87,14 @@ void note_throw() {
 
 }  // namespace terracast::plugins
 
-/// Stands before the runtime library's own, to which it goes on: an exception's type and words do not tell who threw it.
-extern "C" [[noreturn]] void __cxa_throw(void* thrown, std::type_info* type,
-                                         void (*destroy)(void*)) {
+// Stands before the runtime library's own, to which it goes on: an exception's type and words do not tell who threw it.
+// By its name alone: the compiler declares __cxa_throw itself.
+extern "C" [[noreturn]] void terracast_throw(void* thrown, void* type,
+                                             void (*destroy)(void*)) __asm__("__cxa_throw");
+
+void terracast_throw(void* thrown, void* type, void (*destroy)(void*)) {
   terracast::plugins::note_throw();
-  using Throw = void (*)(void*, std::type_info*, void (*)(void*));
+  using Throw = void (*)(void*, void*, void (*)(void*));
   static const auto next = reinterpret_cast<Throw>(dlsym(RTLD_NEXT, "__cxa_throw"));
   next(thrown, type, destroy);
   __builtin_unreachable();

@@ -71,6 +71,7 @@ format = "colmap"
 
 [[exports]]
 format = "kitti"
+rig = "pair"
 left = "left"
 right = "right"
 

@@ -71,9 +71,20 @@ void send(int pipe, char what, const std::string& text) {
   }
 }
 
+/// Each line printable; further lines are set in.
+std::string printable_lines(std::string_view text) {
+  std::string lines;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    lines += (lines.empty() ? "" : "\n            ") + core::printable(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
 void hear(std::string& text, Heard& heard) {
   for (std::size_t end = text.find('\0'); end != std::string::npos; end = text.find('\0')) {
-    const std::string record = core::printable(text.substr(1, end - 1));
+    const std::string record = printable_lines(text.substr(1, end - 1));
     if (text.front() == 'L') heard.laws.push_back({.law = record, .broken = {}});
     if (text.front() == 'B' && !heard.laws.empty()) heard.laws.back().broken = record;
     if (text.front() == 'E') heard.ended = record;

@@ -125,7 +125,8 @@ class MediumLaws {
       nearer.until_m = std::isfinite(ray.until_m) ? 0.5 * ray.until_m : 1e3;
       const scene::SeenMedium before = look(nearer);
       for (int k = 0; k < seen.transmittance.size(); ++k)
-        report_.expect(seen.transmittance[k] <= before.transmittance[k] + kStepShare,
+        report_.expect(static_cast<double>(seen.transmittance[k]) <=
+                           static_cast<double>(before.transmittance[k]) + kStepShare,
                        fmt::format("{} {}, and {} until {:.4g} m", seen.transmittance[k],
                                    place_of(ray), before.transmittance[k], nearer.until_m));
     });

@@ -21,7 +21,8 @@ LawGround ground() {
 /// Keys of kinds that have some without a default.
 std::string keys_of(std::string_view kind) {
   if (kind == "kitti_object") return "camera = \"left\"\n";
-  if (kind == "kitti" || kind == "kitti_raw") return "left = \"left\"\nright = \"right\"\n";
+  if (kind == "kitti" || kind == "kitti_raw")
+    return "rig = \"pair\"\nleft = \"left\"\nright = \"right\"\n";
   return "";
 }
 

@@ -2,6 +2,5 @@
 #include "plugins/plugin.h"
 
 extern "C" {
-[[gnu::used]] extern const char terracast_plugin_build[];
-const char terracast_plugin_build[] = TERRACAST_BUILD_MARK TERRACAST_BUILD;
+[[gnu::used]] static const char terracast_plugin_build[] = TERRACAST_BUILD_MARK TERRACAST_BUILD;
 }

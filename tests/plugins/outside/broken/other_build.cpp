@@ -3,8 +3,7 @@
 #include <cstdlib>
 
 extern "C" {
-[[gnu::used]] extern const char terracast_plugin_build[];
-const char terracast_plugin_build[] =
+[[gnu::used]] static const char terracast_plugin_build[] =
     "terracast-plugin-build: terracast 0.0.9; interfaces 0123456789abcdef; compiler gcc 4";
 [[gnu::visibility("default")]] const void* terracast_plugin_v1() { std::abort(); }
 }
