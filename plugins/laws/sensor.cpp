@@ -22,7 +22,6 @@ class SensorLaws {
 
   void try_all() {
     channels_are_named();
-    all_ = measure(times_s_);
     every_channel_of_every_sample_is_written();
     each_is_the_same_by_itself();
     any_order_is_the_same();
@@ -58,6 +57,7 @@ class SensorLaws {
 
   void every_channel_of_every_sample_is_written() {
     report_.begin("every channel of every sample is written, and no number is NaN");
+    all_ = measure(times_s_);
     for (std::size_t i = 0; i < all_.size() && report_.holds(); ++i) {
       if (!std::isnan(all_[i])) continue;
       const bool is_unwritten = std::bit_cast<std::uint64_t>(all_[i]) == kUnwritten;
