@@ -26,17 +26,6 @@ std::string keys_of(std::string_view kind) {
   return "";
 }
 
-TEST(OwnLaws, CamerasKeepTheirs) {
-  for (const geo::CameraModelInfo& info : geo::camera_models()) {
-    if (info.read != nullptr) continue;  // its parameters come from a file
-    SCOPED_TRACE(info.name);
-    LawReport report;
-    plugins::try_camera(plugins::example_camera(info), report);
-    EXPECT_EQ(report.text(), "");
-    EXPECT_GE(report.laws().size(), 9U);
-  }
-}
-
 struct SensorChoice : core::Choice<sensors::SensorInfo> {
   void describe(core::SchemaVisitor& visit) {
     Choice::describe(visit, "kind", "sensor", "", sensors::sensors());

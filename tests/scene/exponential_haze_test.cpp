@@ -140,45 +140,5 @@ TEST(ExponentialHaze, KeysOutOfRangeAreRefused) {
 }
 
 /// Laws that hold for every medium of the table.
-class MediumLaws : public testing::TestWithParam<std::string> {};
-
-TEST_P(MediumLaws, LoseLightAlongARayAndNeverGainAny) {
-  HazeScene scene;
-  const auto& table = scene::media();
-  const auto info = std::find_if(table.begin(), table.end(), [](const scene::MediumInfo& each) {
-    return each.name == GetParam();
-  });
-  const std::unique_ptr<scene::Medium> medium =
-      info->make()->make({.store = scene.store, .sky = scene.sky, .sea_level_m = 0.0});
-  for (std::uint64_t draw = 0; draw < 40; ++draw) {
-    const Vector3d from(0, 0, 30.0 + 900.0 * core::random_unit(3, 1, draw));
-    const double angle = 6.28 * core::random_unit(3, 2, draw);
-    const Vector3d toward(std::cos(angle), std::sin(angle), core::random_unit(3, 3, draw) - 0.3);
-    float last = 1.0F;
-    for (const double until_m : {1.0, 100.0, 3e3, 4e4}) {
-      const scene::SeenMedium seen = look(*medium, from, toward, until_m);
-      EXPECT_LE(seen.transmittance.maxCoeff(), last + 1e-6F);
-      EXPECT_GE(seen.transmittance.minCoeff(), 0.0F);
-      EXPECT_GE(seen.radiance.minCoeff(), 0.0F);
-      EXPECT_TRUE(seen.radiance.allFinite());
-      EXPECT_GE(seen.distance_m, 0.0);
-      EXPECT_LE(seen.distance_m, until_m);
-      last = seen.transmittance.maxCoeff();
-    }
-    const double sun = medium->sun_transmittance(from);
-    EXPECT_GE(sun, 0.0);
-    EXPECT_LE(sun, 1.0);
-  }
-}
-
-std::vector<std::string> names_of_media() {
-  std::vector<std::string> names;
-  for (const scene::MediumInfo& info : scene::media()) names.emplace_back(info.name);
-  return names;
-}
-
-INSTANTIATE_TEST_SUITE_P(All, MediumLaws, testing::ValuesIn(names_of_media()),
-                         [](const auto& each) { return each.param; });
-
 }  // namespace
 }  // namespace terracast::test
