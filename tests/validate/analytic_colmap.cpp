@@ -112,8 +112,8 @@ void write_colmap(const Recording& recording, const fs::path& folder, const Mist
   };
   const auto written = [&](std::size_t c, std::size_t f) {
     const SaidPose pose = wrong.written_pose ? wrong.written_pose(c, f) : said.pose(c, f);
-    std::pair<Quaterniond, Vector3d> raw{Matrix3d(pose.rotation.transpose()),
-                                         -(pose.rotation.transpose() * pose.centre)};
+    const Matrix3d camera_from_world = pose.rotation.transpose();
+    std::pair<Quaterniond, Vector3d> raw{camera_from_world, -(camera_from_world * pose.centre)};
     if (wrong.raw_pose) wrong.raw_pose(raw.first, raw.second);
     return raw;
   };

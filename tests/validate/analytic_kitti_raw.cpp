@@ -55,9 +55,10 @@ void write_calibration(const Said& said, const fs::path& folder) {
       "R:" + row_of(Matrix3d(camera_from_body * body_from_velodyne)) + "\nT:" +
           row_of(Vector3d(camera_from_body * (velodyne_body - recording.cameras[0].offset_body))) +
           "\n");
+  const Matrix3d velodyne_from_body = body_from_velodyne.transpose();
   core::write_file(folder / "calib_imu_to_velo.txt",
-                   "R:" + row_of(Matrix3d(body_from_velodyne.transpose())) + "\nT:" +
-                       row_of(Vector3d(-(body_from_velodyne.transpose() * velodyne_body))) + "\n");
+                   "R:" + row_of(velodyne_from_body) +
+                       "\nT:" + row_of(Vector3d(-(velodyne_from_body * velodyne_body))) + "\n");
 }
 
 std::string packet(const Said& said, std::size_t f) {
