@@ -76,9 +76,9 @@ void check_flight_files(const PlannedRun& run, const std::string& world,
   if (run_key(world, run.edits, config, hash_of_path) == run.key) return;
   if (files.empty())
     fail(ErrorKind::Input,
-         "plug-in {} is another than when the plan of {} was made; bring that one back, or take "
-         "the change up with `terracast batch plan --update`",
-         plugins.front()->name, run.name);
+         "a plug-in of {} has changed since its plan was made ({}); restore it, or take the change "
+         "up with `terracast batch plan --update`",
+         run.name, core::plugin_marks(job::toml_of_captures(config)));
   std::string names;
   for (const fs::path& file : files) names += (names.empty() ? "" : ", ") + file.string();
   fail(ErrorKind::Input,

@@ -492,6 +492,12 @@ int parse_and_run(int argc, const char* const* argv) {
   return status;
 }
 
+/// " (thrown by plug-in …)", where the last exception came out of one.
+std::string thrown_by() {
+  const std::string thrower = plugins::thrower_of_last_exception();
+  return thrower.empty() ? "" : fmt::format(" (thrown by {})", thrower);
+}
+
 /// Of an exception that should never leave its maker.
 std::string whose_bug() {
   const std::string thrower = plugins::thrower_of_last_exception();
@@ -517,16 +523,17 @@ int run_command_line(int argc, const char* const* argv) {
     return core::exit_status(error.kind());
   } catch (const std::bad_alloc&) {
     fmt::print(stderr,
-               "error: out of memory; lower tracing.memory_bytes or the number of threads\n");
+               "error: out of memory; lower tracing.memory_bytes or the number of threads{}\n",
+               thrown_by());
     return core::exit_status(ErrorKind::Io);
   } catch (const std::system_error& error) {  // of the file system, or of a print
-    fmt::print(stderr, "error: {}\n", error.what());
+    fmt::print(stderr, "error: {}{}\n", error.what(), thrown_by());
     return core::exit_status(ErrorKind::Io);
   } catch (const std::exception& error) {
     fmt::print(stderr, "error: {} ({})\n", error.what(), whose_bug());
     return core::exit_status(ErrorKind::Internal);
   } catch (...) {  // plug-ins may throw anything
-    fmt::print(stderr, "error: what was thrown is no exception ({})\n", whose_bug());
+    fmt::print(stderr, "error: an object that is no std::exception was thrown ({})\n", whose_bug());
     return core::exit_status(ErrorKind::Internal);
   }
 }

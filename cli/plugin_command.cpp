@@ -47,6 +47,7 @@ void print_verdict(const KindVerdict& verdict, bool is_verbose) {
 }
 
 int run_list() {
+  if (core::plugins().empty()) fmt::print("no plug-in is loaded\n");
   for (const core::Plugin& plugin : core::plugins()) {
     fmt::print("{} {} ({}): {}\n", plugin.name, plugin.version, plugin.licence,
                plugin.file.string());
@@ -78,18 +79,32 @@ int run_check(Arguments& args) {
   return refused.empty() ? 0 : 1;
 }
 
+/// What cannot be loaded is left out with a warning: it may be of no use to this command, and a config that needs it says
+/// so.
+void load_from_path(const char* folders) {
+  for (const plugins::FoundPlugin& found : plugins::plugins_on_path(folders)) {
+    if (!found.problem.empty()) {
+      fmt::print(stderr, "warning: TERRACAST_PLUGIN_PATH: {}\n", found.problem);
+      continue;
+    }
+    try {
+      plugins::load_plugin(found.file);
+    } catch (const core::Error& error) {
+      fmt::print(stderr, "warning: TERRACAST_PLUGIN_PATH: {}\n", error.what());
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<const char*> load_named_plugins(int argc, const char* const* argv) {
   constexpr std::string_view kOption = "--plugin";
   std::vector<fs::path> files;
-  if (const char* folders = std::getenv("TERRACAST_PLUGIN_PATH"))
-    files = plugins::plugins_on_path(folders);
   std::vector<const char*> others;
   for (int i = 0; i < argc; ++i) {
     const std::string_view word = argv[i];
     if (word == kOption && i + 1 == argc)
-      fail(ErrorKind::Usage, "--plugin: names no file; write --plugin FILE");
+      fail(ErrorKind::Usage, "--plugin needs a file; write --plugin FILE");
     if (word == kOption)
       files.emplace_back(argv[++i]);
     else if (word.starts_with("--plugin="))
@@ -97,8 +112,13 @@ std::vector<const char*> load_named_plugins(int argc, const char* const* argv) {
     else
       others.push_back(argv[i]);
   }
+  plugins::name_plugins_in_crashes();
   for (const fs::path& file : files) plugins::load_plugin(file);
-  if (!files.empty()) plugins::name_plugins_in_crashes();
+  // What is checked is one file, whatever is installed.
+  const bool is_check = others.size() > 2 && std::string_view(others[1]) == "plugin" &&
+                        std::string_view(others[2]) == "check";
+  if (const char* folders = std::getenv("TERRACAST_PLUGIN_PATH"); folders != nullptr && !is_check)
+    load_from_path(folders);
   return others;
 }
 

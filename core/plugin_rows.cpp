@@ -1,6 +1,7 @@
 #include "core/plugin_rows.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <charconv>
 #include <utility>
@@ -13,7 +14,7 @@ namespace {
 struct Loaded {
   std::vector<Plugin> plugins;
   std::vector<PluginRow> rows;
-  bool is_read = false;
+  std::atomic<bool> is_read = false;
 };
 
 Loaded& loaded() {
@@ -47,6 +48,8 @@ std::vector<int> version_parts(std::string_view text) {
 }
 
 }  // namespace
+
+bool is_plugin_version(std::string_view version) { return !version_parts(version).empty(); }
 
 bool is_plugin_name(std::string_view name) {
   return !name.empty() && name.size() <= 64 && name.front() >= 'a' && name.front() <= 'z' &&
@@ -82,6 +85,8 @@ std::vector<const Plugin*> plugins_named_in(std::string_view text) {
   std::vector<const Plugin*> named;
   for (const Plugin& plugin : plugins())
     if (names_a_kind_of(text, plugin.name)) named.push_back(&plugin);
+  std::sort(named.begin(), named.end(),
+            [](const Plugin* a, const Plugin* b) { return a->name < b->name; });
   return named;
 }
 
@@ -121,8 +126,11 @@ void check_requirement(const std::string& requirement) {
   if (plugin == present_plugins.end())
     fail(ErrorKind::Config, "requires = [\"{}\"]: {}", requirement, missing_plugin(name + "."));
   if (rest.empty()) return;
-  const std::vector<int> wanted = version_parts(rest.substr(3));
-  const std::vector<int> present = version_parts(plugin->version);
+  std::vector<int> wanted = version_parts(rest.substr(3));
+  std::vector<int> present = version_parts(plugin->version);
+  const std::size_t num_parts = std::max(wanted.size(), present.size());
+  wanted.resize(num_parts);  // 1.2 is 1.2.0
+  present.resize(num_parts);
   if (present < wanted)
     fail(ErrorKind::Config, "plug-in {} {} ({}) is older than the config requires: {}", name,
          plugin->version, plugin->file.string(), requirement);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -36,10 +38,13 @@ void add_plugin(Plugin plugin, std::span<const PluginRow> rows);
 /// All rows of a type that plug-ins added; no more can be added from then on.
 std::vector<const void*> plugin_rows(const std::type_info& type);
 
-/// A table: the program's own rows, then those of plug-ins.
+/// A table: the program's own rows, then those of plug-ins, by name: the order of loading does not count.
 template <class Info>
 std::vector<Info> with_plugin_rows(std::vector<Info> own) {
+  const auto num_own = static_cast<std::ptrdiff_t>(own.size());
   for (const void* row : plugin_rows(typeid(Info))) own.push_back(*static_cast<const Info*>(row));
+  std::sort(own.begin() + num_own, own.end(),
+            [](const Info& a, const Info& b) { return a.name < b.name; });
   return own;
 }
 
@@ -47,7 +52,7 @@ std::vector<Info> with_plugin_rows(std::vector<Info> own) {
 /// what plug-ins take part in: what an edited plug-in has made is then made again.
 std::string plugin_marks(std::string_view text);
 
-/// The loaded plug-ins of which `text`, such as a config, names a kind.
+/// The loaded plug-ins of which `text`, such as a config, names a kind, by name: the order of loading does not count.
 std::vector<const Plugin*> plugins_named_in(std::string_view text);
 
 /// "--plugin", "/path/mine.so", …: the arguments with which another process of the program has the same plug-ins.
@@ -58,6 +63,9 @@ bool is_plugin_name(std::string_view name);
 
 /// "plug-in mine is not loaded; …" for a name "mine.laser" of a kind of a plug-in that is not loaded; empty for others.
 std::string missing_plugin(std::string_view kind);
+
+/// What versions of plug-ins are: numbers with dots.
+bool is_plugin_version(std::string_view version);
 
 /// That a plug-in is loaded which a config requires: "mine", or "mine >= 1.2"; versions are numbers with dots.
 /// throws   Config: the plug-in is not loaded, or older; or the text is not of this form

@@ -284,11 +284,12 @@ std::string toml_of_captures(const RunConfig& config) {
   of_captures.data = {};
   keep_carried_rigs(of_captures.rigs, of_captures.trajectories);
   // A comment for each plug-in that takes part: edited, it is another config.
-  std::string text = core::toml_text(of_captures);
+  const std::string text = core::toml_text(of_captures);
+  std::string comments;
   for (const core::Plugin* plugin : core::plugins_named_in(text))
-    text = fmt::format("# plugin {} {} {}\n", plugin->name, plugin->version, plugin->content_hash) +
-           text;
-  return text;
+    comments +=
+        fmt::format("# plugin {} {} {}\n", plugin->name, plugin->version, plugin->content_hash);
+  return comments + text;
 }
 
 std::vector<tiler::PreviewPath> paths_of(const Job& job) {

@@ -4,7 +4,6 @@
 
 #include "capture/sequence_files.h"
 #include "core/plugin_rows.h"
-#include "core/plugin_rows.h"
 #include "core/toml_reader.h"
 #include "job/carried_rigs.h"
 

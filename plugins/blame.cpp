@@ -36,8 +36,11 @@ void write_text(const char* text) {
   if (write(STDERR_FILENO, text, size) < 0) return;
 }
 
-/// Everything here may be called in a signal handler once backtrace() has run before.
-void tell_crash(int number) {
+/// A last word: dladdr() takes the loader's lock, so that a crash while a library is loaded may not come to its end; the
+/// alarm then ends the process.
+void report_crash(int number) {
+  constexpr unsigned kLongest_s = 10;
+  alarm(kLongest_s);
   std::array<void*, kMostFrames> frames;
   const int num_frames = backtrace(frames.data(), kMostFrames);
   const core::Plugin* plugin = plugin_in(frames.data(), num_frames);
@@ -72,7 +75,7 @@ void name_plugins_in_crashes() {
   stack.ss_size = handler_stack.size();
   sigaltstack(&stack, nullptr);
   struct sigaction action {};
-  action.sa_handler = tell_crash;
+  action.sa_handler = report_crash;
   action.sa_flags = SA_ONSTACK | SA_RESETHAND;
   for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
     sigaction(number, &action, nullptr);

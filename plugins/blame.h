@@ -2,15 +2,16 @@
 
 #include <string>
 
-/// Whose fault a failure was, where it came out of a plug-in's code.
+/// Attributes failures to the plug-in whose code raised them.
 namespace terracast::plugins {
 
 /// "plug-in mine 1.2 (/path/mine.so)" if the exception thrown last, in any thread, came out of a plug-in's function or of
 /// what it called; empty: it did not.
 std::string thrower_of_last_exception();
 
-/// From now on a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) below a plug-in's function names the plug-in and ends the
-/// process with status 70 in place of the signal; other crashes end it as they did.
+/// From now on a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) in or below a plug-in's function names the plug-in and ends
+/// the process with status 70 in place of the signal; other crashes end it as they did. Not where a stack overflows on
+/// another thread than the first.
 void name_plugins_in_crashes();
 
 }  // namespace terracast::plugins

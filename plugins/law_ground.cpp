@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Hills by a coast with woods, and a pair of small cameras that turns and climbs over them.
+/// Hills by a coast, and a pair of small cameras that turns and climbs over them.
 constexpr const char* kJob = R"(name = "laws"
 seed = 5
 

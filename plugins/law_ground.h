@@ -9,7 +9,7 @@
 
 namespace terracast::plugins {
 
-/// What laws are tried on: a small job, tiled, rendered and exported in some formats.
+/// The small job on which laws are tried: tiled, rendered and exported in some formats.
 struct LawGround {
   std::filesystem::path folder;
 

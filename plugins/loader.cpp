@@ -82,7 +82,7 @@ std::vector<std::string> fields_of(const std::string& build) {
   return fields;
 }
 
-/// "interfaces 3f…, here 77…; Eigen 3.3.9, here 3.4.0"
+/// "interfaces 3f… (this program: interfaces 77…); Eigen 3.3.9 (this program: Eigen 3.4.0)"
 std::string differences(const std::string& stated, const std::string& own) {
   const std::vector<std::string> a = fields_of(stated);
   const std::vector<std::string> b = fields_of(own);
@@ -91,7 +91,7 @@ std::string differences(const std::string& stated, const std::string& own) {
     const std::string theirs = i < a.size() ? a[i] : "nothing";
     const std::string ours = i < b.size() ? b[i] : "nothing";
     if (theirs != ours)
-      text += fmt::format("{}{}, of this program {}", text.empty() ? "" : "; ", theirs, ours);
+      text += fmt::format("{}{} (this program: {})", text.empty() ? "" : "; ", theirs, ours);
   }
   return text;
 }
@@ -114,7 +114,7 @@ const PluginTable& table_of(const fs::path& file) {
   try {
     table = reinterpret_cast<const PluginTable* (*)()>(symbol)();
   } catch (...) {
-    fail(ErrorKind::Input, "plug-in {}: throws when its table is made", file.string());
+    fail(ErrorKind::Input, "plug-in {}: threw while it built its table", file.string());
   }
   if (table == nullptr || table->num_bytes != sizeof(PluginTable) || table->name == nullptr ||
       table->version == nullptr || table->licence == nullptr)
@@ -130,7 +130,10 @@ std::vector<KindInPlugin> kinds_of(const PluginTable& table, const fs::path& fil
          "plug-in {}: calls itself \"{}\"; a name is of a to z, 0 to 9 and _, and begins with a "
          "letter",
          file.string(), core::printable(plugin));
-  if (table.num_rows == 0) fail(ErrorKind::Input, "plug-in {}: adds nothing", file.string());
+  if (!core::is_plugin_version(table.version))
+    fail(ErrorKind::Input, "plug-in {}: its version is \"{}\"; write numbers with dots, as 1.2",
+         file.string(), core::printable(std::string(table.version)));
+  if (table.num_rows == 0) fail(ErrorKind::Input, "plug-in {}: registers no kinds", file.string());
   std::set<std::pair<std::string_view, std::string_view>> names;
   std::vector<KindInPlugin> kinds;
   for (const core::PluginRow& row : std::span(table.rows, table.num_rows)) {
@@ -147,11 +150,17 @@ std::vector<KindInPlugin> kinds_of(const PluginTable& table, const fs::path& fil
            "plug-in {}: a {} is called \"{}\"; names of its kinds are {}.NAME, NAME of a to z, 0 "
            "to 9 and _",
            file.string(), type->name, name, plugin);
+    if (*row.type == typeid(scene::MediumInfo) &&
+        static_cast<const scene::MediumInfo*>(row.info)->is_always)
+      fail(ErrorKind::Input,
+           "plug-in {}: medium {} hangs in every scene; a plug-in's must be named by the config, "
+           "so that pictures do not depend on what is loaded: leave is_always out",
+           file.string(), name);
     if (!type->can_make(row.info) || kind.summary.empty())
       fail(ErrorKind::Input, "plug-in {}: {} {} has no {}", file.string(), type->name, name,
            kind.summary.empty() ? "summary" : "maker");
     if (!names.emplace(kind.type, kind.name).second)
-      fail(ErrorKind::Input, "plug-in {}: {} {} is there twice", file.string(), type->name, name);
+      fail(ErrorKind::Input, "plug-in {}: {} {} is defined twice", file.string(), type->name, name);
     kinds.push_back(kind);
   }
   return kinds;
@@ -167,7 +176,7 @@ void load_plugin(const fs::path& file) {
   const std::string build = stated_build(bytes);
   if (build.empty())
     fail(ErrorKind::Input,
-         "plug-in {}: is no plug-in of terracast; `terracast_add_plugin` of its CMake package "
+         "plug-in {}: is not a terracast plug-in; `terracast_add_plugin` of its CMake package "
          "builds one",
          file.string());
   if (build != TERRACAST_BUILD)
@@ -189,24 +198,26 @@ void load_plugin(const fs::path& file) {
   all_kinds().insert(all_kinds().end(), kinds.begin(), kinds.end());
 }
 
-std::vector<fs::path> plugins_on_path(std::string_view path_variable) {
+std::vector<FoundPlugin> plugins_on_path(std::string_view path_variable) {
   const std::string version = TERRACAST_INTERFACE_VERSION;
   const fs::path major_minor = version.substr(0, version.rfind('.'));
-  std::vector<fs::path> files;
+  std::vector<FoundPlugin> files;
   while (!path_variable.empty()) {
     const std::size_t end = std::min(path_variable.find(':'), path_variable.size());
     const fs::path folder(path_variable.substr(0, end));
     path_variable.remove_prefix(std::min(end + 1, path_variable.size()));
     if (folder.empty()) continue;
-    if (!fs::is_directory(folder))
-      fail(ErrorKind::Input, "TERRACAST_PLUGIN_PATH: {} is no folder; take it out of the variable",
-           folder.string());
-    if (!fs::is_directory(folder / major_minor)) continue;  // plug-ins for other versions
+    std::error_code ignored;
+    if (!fs::is_directory(folder, ignored)) {
+      files.push_back({.file = {}, .problem = folder.string() + " is no folder"});
+      continue;
+    }
+    if (!fs::is_directory(folder / major_minor, ignored)) continue;  // plug-ins for other versions
     std::vector<fs::path> found;
     for (const auto& entry : fs::directory_iterator(folder / major_minor))
       if (entry.path().extension() == ".so") found.push_back(entry.path());
     std::sort(found.begin(), found.end());
-    files.insert(files.end(), found.begin(), found.end());
+    for (fs::path& file : found) files.push_back({.file = std::move(file), .problem = {}});
   }
   return files;
 }

@@ -26,10 +26,15 @@ struct KindInPlugin {
 /// threads  one, before any table is read
 void load_plugin(const std::filesystem::path& file);
 
+/// A file on the path of plug-ins, or why an entry of the path has none.
+struct FoundPlugin {
+  std::filesystem::path file;
+  std::string problem;  ///< empty: there is a file
+};
+
 /// The plug-ins `<folder>/<major.minor>/*.so` of the folders of a list as in PATH, in its order, in alphabetical order
-/// within a folder.
-/// throws   Input: a folder of the list is not there
-std::vector<std::filesystem::path> plugins_on_path(std::string_view path_variable);
+/// within a folder; and the folders that are not there.
+std::vector<FoundPlugin> plugins_on_path(std::string_view path_variable);
 
 /// What the loaded plug-ins add, in the order of loading.
 std::span<const KindInPlugin> kinds_in_plugins();

@@ -83,19 +83,20 @@ std::array<core::PluginRow, sizeof...(Infos)> list_rows(const std::tuple<Infos..
 /// Once in a plug-in: TERRACAST_PLUGIN("mine", "1.2", "MIT", mine::laser_sensor(), mine::fisheye_camera()). The rows are of
 /// the types of the program's own tables: sensors::SensorInfo, geo::CameraModelInfo, tiler::LayerKindInfo,
 /// exporters::ExporterInfo, scene::MediumInfo, validate::CheckInfo. Their names begin with "mine.".
-#define TERRACAST_PLUGIN(plugin_name, plugin_version, plugin_licence, ...)                         \
-  extern "C" {                                                                                     \
-  [[gnu::used]] static const char terracast_plugin_build[] = TERRACAST_BUILD_MARK TERRACAST_BUILD; \
-  [[gnu::visibility("default")]] const ::terracast::plugins::PluginTable* terracast_plugin_v1() {  \
-    static const auto infos = std::make_tuple(__VA_ARGS__);                                        \
-    static const auto rows = ::terracast::plugins::list_rows(infos);                               \
-    static const ::terracast::plugins::PluginTable table{                                          \
-        .num_bytes = sizeof(::terracast::plugins::PluginTable),                                    \
-        .name = plugin_name,                                                                       \
-        .version = plugin_version,                                                                 \
-        .licence = plugin_licence,                                                                 \
-        .rows = rows.data(),                                                                       \
-        .num_rows = rows.size()};                                                                  \
-    return &table;                                                                                 \
-  }                                                                                                \
+#define TERRACAST_PLUGIN(plugin_name, plugin_version, plugin_licence, ...)                        \
+  extern "C" {                                                                                    \
+  [[gnu::used, gnu::retain]] static const char terracast_plugin_build[] =                         \
+      TERRACAST_BUILD_MARK TERRACAST_BUILD;                                                       \
+  [[gnu::visibility("default")]] const ::terracast::plugins::PluginTable* terracast_plugin_v1() { \
+    static const auto infos = std::make_tuple(__VA_ARGS__);                                       \
+    static const auto rows = ::terracast::plugins::list_rows(infos);                              \
+    static const ::terracast::plugins::PluginTable table{                                         \
+        .num_bytes = sizeof(::terracast::plugins::PluginTable),                                   \
+        .name = plugin_name,                                                                      \
+        .version = plugin_version,                                                                \
+        .licence = plugin_licence,                                                                \
+        .rows = rows.data(),                                                                      \
+        .num_rows = rows.size()};                                                                 \
+    return &table;                                                                                \
+  }                                                                                               \
   }

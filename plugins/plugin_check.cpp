@@ -1,8 +1,10 @@
 #include "plugins/plugin_check.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,6 +18,7 @@
 #include "core/error.h"
 #include "core/printable.h"
 #include "core/registry.h"
+#include "core/stop.h"
 #include "core/toml_reader.h"
 #include "plugins/blame.h"
 #include "plugins/law_ground.h"
@@ -38,6 +41,8 @@ class WorkFolder {
       path_ = name;
     } else {
       core::make_folder(path_);
+      if (!fs::is_empty(path_))
+        fail(ErrorKind::Usage, "--folder {}: is not empty; name a new one", path_.string());
     }
   }
   ~WorkFolder() {
@@ -57,9 +62,10 @@ class WorkFolder {
 struct Heard {
   std::vector<LawTried> laws;
   std::string ended;
+  bool is_done = false;
 };
 
-// A record is a letter, text, and a zero byte: L law begun, B what is broken, E what was thrown.
+// A record is a letter, text, and a zero byte: L law begun, B what is broken, E what was thrown, D done.
 void send(int pipe, char what, const std::string& text) {
   std::string record = what + text;
   std::erase(record, '\0');
@@ -88,6 +94,7 @@ void hear(std::string& text, Heard& heard) {
     if (text.front() == 'L') heard.laws.push_back({.law = record, .broken = {}});
     if (text.front() == 'B' && !heard.laws.empty()) heard.laws.back().broken = record;
     if (text.front() == 'E') heard.ended = record;
+    if (text.front() == 'D') heard.is_done = true;
     text.erase(0, end + 1);
   }
 }
@@ -114,6 +121,7 @@ std::string words_of_exception() {
       send(pipe, law.broken.empty() ? 'L' : 'B', law.broken.empty() ? law.law : law.broken);
     });
     work(report);
+    send(pipe, 'D', "");
   } catch (...) {
     send(pipe, 'E', words_of_exception());
   }
@@ -129,12 +137,12 @@ bool listen(int pipe, double limit_s, Heard& heard) {
   std::string text;
   std::array<char, 4096> bytes;
   while (true) {
+    if (core::stop_asked()) return false;
     const auto left_ms =
         std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now()).count();
     if (left_ms <= 0) return false;
     pollfd waited{.fd = pipe, .events = POLLIN, .revents = 0};
-    if (poll(&waited, 1, static_cast<int>(std::min<long long>(left_ms, 60'000))) < 0 &&
-        errno != EINTR)
+    if (poll(&waited, 1, static_cast<int>(std::min<long long>(left_ms, 200))) < 0 && errno != EINTR)
       return false;
     if (waited.revents == 0) continue;
     const ssize_t got = read(pipe, bytes.data(), bytes.size());
@@ -149,21 +157,34 @@ std::string words_of_status(int status) {
   if (WIFSIGNALED(status)) return fmt::format("crashed by SIG{}", sigabbrev_np(WTERMSIG(status)));
   if (WIFEXITED(status) && WEXITSTATUS(status) == core::exit_status(ErrorKind::Internal))
     return "crashed (its place on the stack stands above)";
-  if (WIFEXITED(status) && WEXITSTATUS(status) != 0)
-    return fmt::format("ended the process with status {}", WEXITSTATUS(status));
-  return {};
+  return fmt::format("ended the process with status {} in the midst of it", WEXITSTATUS(status));
 }
 
-/// Runs `work` in a process of its own.
+/// Waits for the end of a process.
+bool ends_within(pid_t child, double limit_s, int& status) {
+  constexpr int kStep_ms = 10;
+  for (double waited_s = 0.0; waited_s < limit_s; waited_s += 1e-3 * kStep_ms) {
+    const pid_t ended = waitpid(child, &status, WNOHANG);
+    if (ended == child) return true;
+    if (ended < 0 && errno != EINTR) return false;
+    poll(nullptr, 0, kStep_ms);
+  }
+  return false;
+}
+
+/// Runs `work` in a process of its own, which ends with this one.
+/// throws   Interrupted
 Heard in_child(double limit_s, const std::function<void(LawReport&)>& work) {
   int ends[2];
-  if (pipe(ends) != 0) fail(ErrorKind::Io, "no pipe: {}", std::generic_category().message(errno));
+  if (pipe2(ends, O_CLOEXEC) != 0)
+    fail(ErrorKind::Io, "no pipe: {}", std::generic_category().message(errno));
   fflush(nullptr);
   const pid_t child = fork();
   if (child < 0) fail(ErrorKind::Io, "no process: {}", std::generic_category().message(errno));
   if (child == 0) {
     close(ends[0]);
     setpgid(0, 0);
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
     name_plugins_in_crashes();
     run_child(ends[1], work);
   }
@@ -171,16 +192,19 @@ Heard in_child(double limit_s, const std::function<void(LawReport&)>& work) {
   Heard heard;
   const bool has_ended = listen(ends[0], limit_s, heard);
   close(ends[0]);
-  if (!has_ended) {
-    kill(-child, SIGKILL);
-    kill(child, SIGKILL);
-  }
+  // One that has closed the pipe ends at once, or hangs as well.
   int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  const bool is_gone = has_ended && ends_within(child, 5.0, status);
+  kill(-child, SIGKILL);
+  if (!is_gone) {
+    kill(child, SIGKILL);
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
   }
-  if (!has_ended)
+  core::throw_if_stop_asked();
+  if (!is_gone)
     heard.ended = fmt::format("hangs: it was not done after {} s", limit_s);
-  else if (heard.ended.empty())
+  else if (heard.ended.empty() && !heard.is_done)
     heard.ended = words_of_status(status);
   return heard;
 }
@@ -229,14 +253,17 @@ void try_laws(const KindInPlugin& kind, const CheckOptions& options, const LawGr
   } else if (kind.type == "check") {
     const auto& info = core::find_registered(validate::checks(), "check", kind.name);
     try_check(info, ground.datasets(), report);
+  } else {
+    fail(ErrorKind::Internal, "kinds of type {} have no laws", kind.type);
   }
 }
 
 }  // namespace
 
 bool KindVerdict::is_kept() const {
-  return ended.empty() && std::all_of(laws.begin(), laws.end(),
-                                      [](const LawTried& law) { return law.broken.empty(); });
+  return ended.empty() && !laws.empty() &&
+         std::all_of(laws.begin(), laws.end(),
+                     [](const LawTried& law) { return law.broken.empty(); });
 }
 
 std::vector<KindVerdict> check_plugins(const CheckOptions& options,
@@ -246,6 +273,11 @@ std::vector<KindVerdict> check_plugins(const CheckOptions& options,
     if (std::none_of(kinds.begin(), kinds.end(),
                      [&](const KindInPlugin& kind) { return kind.name == name; }))
       fail(ErrorKind::Config, "no loaded plug-in has a kind {}", name);
+    if (std::any_of(kinds.begin(), kinds.end(), [&](const KindInPlugin& kind) {
+          return kind.name == name && (kind.type == "camera" || kind.type == "check");
+        }))
+      fail(ErrorKind::Config, "{}: cameras and checks are tried without keys; leave --keys out",
+           name);
   }
   const WorkFolder work(options.folder);
   const LawGround ground{work.path() / "ground"};

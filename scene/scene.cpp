@@ -13,7 +13,9 @@ namespace {
 bool may_have_water(const world::WorldManifest& manifest) {
   const auto is_sea = [](const world::SourceInfo& source) { return source.kind == "sea"; };
   const auto brings_water = [](const world::LayerInfo& layer) {
-    return layer.kind == "water" || layer.kind == "land_cover";
+    // Those of plug-ins, which have a dot in their names, may.
+    return layer.kind == "water" || layer.kind == "land_cover" ||
+           layer.kind.find('.') != std::string::npos;
   };
   return std::any_of(manifest.sources.begin(), manifest.sources.end(), is_sea) ||
          std::any_of(manifest.layers.begin(), manifest.layers.end(), brings_water);

@@ -8,6 +8,7 @@
 #include "core/printable.h"
 #include "validate/belief.h"
 #include "validate/dataset.h"
+#include "validate/plugin_format.h"
 #include "validate/text.h"
 
 namespace terracast::validate {
@@ -388,7 +389,8 @@ Dataset read_dataset(const std::filesystem::path& root, const std::string& forma
   dataset.root = root;
   const Json json = Json::read(file);
   dataset.format = json.at("format").string();
-  find_reader(format.empty() ? dataset.format : format);
+  const bool is_of_plugin = is_format_of_plugin(dataset.format);
+  if (!is_of_plugin) find_reader(format.empty() ? dataset.format : format);
   if (!format.empty() && dataset.format != format)
     fail(ErrorKind::Input, "{}: a dataset of the format {}, not {}", file.string(), dataset.format,
          format);
@@ -406,6 +408,7 @@ Dataset read_dataset(const std::filesystem::path& root, const std::string& forma
         fail(ErrorKind::Input, "dataset.json: file \"{}\" of {} bytes", path, num_bytes);
       dataset.files[path] = {static_cast<std::uint64_t>(num_bytes), record.at("xxh3_128").string()};
     }
+    if (is_of_plugin) return;
     const Json& sequences = json.at("sequences");
     if (sequences.size() == 0) fail(ErrorKind::Input, "dataset.json: no sequence");
     std::size_t num_images = 0;

@@ -10,6 +10,7 @@
 #include "validate/checks/checker.h"
 #include "validate/colmap/job.h"
 #include "validate/diagnosis.h"
+#include "validate/plugin_format.h"
 #include "validate/report.h"
 #include "validate/text.h"
 
@@ -134,6 +135,10 @@ std::vector<CheckResult> run_validate_stage(const std::filesystem::path& folder,
     if (sequence.states_belief) context.log.info("{}", words_of_belief(sequence));
   context.log.info("{}: {}, {} sequences, {} frames, {} files", folder.string(), dataset.format,
                    dataset.sequences.size(), num_frames, dataset.files.size());
+
+  if (is_format_of_plugin(dataset.format))
+    context.log.warn("{}: no reader knows the format {} of a plug-in; its files alone are checked",
+                     folder.string(), dataset.format);
 
   std::vector<CheckResult> results;
   std::vector<Checked> checked;  // each sequence

@@ -30,6 +30,19 @@ bool are_same(const CheckResult& a, const CheckResult& b) {
          a.skipped == b.skipped && a.worst == b.worst && a.summary == b.summary;
 }
 
+/// Results of one name are merged: a check's begin with the check's own, and none is another check's.
+void try_names(const std::vector<CheckResult>& results, std::string_view check, LawReport& report) {
+  report.begin("its results are called after it");
+  const std::string_view own = check.substr(check.find('.') + 1);  // npos + 1 is 0
+  for (const CheckResult& result : results) {
+    report.expect(result.name.starts_with(check) || result.name.starts_with(own),
+                  fmt::format("{}: begin with {} or {}", result.name, check, own));
+    for (const validate::CheckInfo& other : validate::checks())
+      report.expect(other.name == check || other.name != result.name,
+                    fmt::format("{} is another check's name", result.name));
+  }
+}
+
 void try_results(const std::vector<CheckResult>& results, const std::string& format,
                  LawReport& report) {
   report.begin("it has results for a dataset of " + format + ", each with a name and a bound");
@@ -59,6 +72,7 @@ void try_check(const validate::CheckInfo& check, const std::vector<std::filesyst
     const validate::Dataset dataset = validate::read_dataset(folder, "", findings);
     for (const validate::Sequence& sequence : dataset.sequences) {
       const std::vector<CheckResult> results = run_check(check, dataset, sequence);
+      if (check.name.find('.') != std::string_view::npos) try_names(results, check.name, report);
       try_results(results, dataset.format, report);
       report.begin("it says the same again, on one thread");
       const core::ThreadLimit limit(1);

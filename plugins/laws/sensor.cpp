@@ -28,6 +28,7 @@ class SensorLaws {
     any_threads_are_the_same();
     a_copy_measures_the_same();
     nothing_is_measured_at_no_time();
+    its_rays_are_recorded();
   }
 
  private:
@@ -39,7 +40,7 @@ class SensorLaws {
                                    .body = world_.body,
                                    .body_from_sensor = {},
                                    .stream_seed = 5,
-                                   .trail = nullptr};
+                                   .trail = trail_};
     (sensor != nullptr ? *sensor : *sensor_).measure(site, times_s, values);
     return values;
   }
@@ -124,6 +125,16 @@ class SensorLaws {
     measure({});
   }
 
+  void its_rays_are_recorded() {
+    report_.begin("it measures the same while its rays are recorded");
+    world::RayTrail trail(world_.scene.viewed().cut().size());
+    trail_ = &trail;
+    const std::vector<double> values = measure(times_s_);
+    trail_ = nullptr;
+    for (std::size_t i = 0; i < kNumTimes && report_.holds(); ++i)
+      expect_same(i, std::span(values).subspan(i * num_channels_), "while recorded");
+  }
+
   static constexpr std::uint64_t kUnwritten = 0x7ff8'7465'7272'6163;
 
   const core::Choice<sensors::SensorInfo>& sensor_;
@@ -131,6 +142,7 @@ class SensorLaws {
   LawReport& report_;
   std::vector<double> times_s_;
   std::size_t num_channels_ = 0;
+  world::RayTrail* trail_ = nullptr;
   std::vector<double> all_;
 };
 

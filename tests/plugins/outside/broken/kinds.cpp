@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <thread>
 
 #include "core/hash.h"
@@ -77,6 +78,17 @@ struct CrashingSensor : Sensor {
     volatile double* nowhere = nullptr;
     *nowhere = 1.0;
     values[0] = *nowhere;
+  }
+};
+
+/// Ends the process as if all were well.
+struct LeavingSensor : Sensor {
+  std::unique_ptr<sensors::Sensor> clone() const override {
+    return std::make_unique<LeavingSensor>(*this);
+  }
+  void measure(const sensors::SensorSite&, std::span<const double>,
+               std::span<double>) const override {
+    std::_Exit(0);
   }
 };
 
@@ -193,6 +205,8 @@ sensors::SensorInfo hanging_sensor() { return sensor_row<HangingSensor>("broken.
 sensors::SensorInfo nan_sensor() { return sensor_row<NanSensor>("broken.nan"); }
 sensors::SensorInfo counting_sensor() { return sensor_row<CountingSensor>("broken.counting"); }
 sensors::SensorInfo crashing_sensor() { return sensor_row<CrashingSensor>("broken.crashing"); }
+
+sensors::SensorInfo leaving_sensor() { return sensor_row<LeavingSensor>("broken.leaving"); }
 
 geo::CameraModelInfo shifted_camera() {
   return {.name = "broken.shifted",
