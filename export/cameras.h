@@ -22,7 +22,8 @@ std::vector<std::string> rigs_of(const std::vector<capture::CameraCalibration>& 
 void check_rigs(const Exporter& exporter, const std::vector<std::string>& known);
 
 /// The cameras of the rigs that a format takes, called RIG/NAME.
-/// throws   Config: there are none; says which rigs there are
+/// throws   Config: there are none; says which rigs there are; one has a camera model of a plug-in, which nobody could
+///          prove
 std::vector<ExportedCamera> cameras_taken(const Exporter& exporter,
                                           const std::vector<capture::CameraCalibration>& cameras);
 

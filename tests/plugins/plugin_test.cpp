@@ -81,8 +81,9 @@ TEST(Plugins, NothingOfAnotherBuildIsRun) {
 TEST(Plugins, FilesThatAreNoneAreRefused) {
   const ScratchFolder folder;
   core::write_file(folder / "text.so", "no shared object");
-  core::write_file(folder / "truncated.so",
-                   core::read_text_file(plugin("sample")).substr(0, 200'000));
+  core::write_file(
+      folder / "truncated.so",
+      core::read_text_file(plugin("sample")).substr(0, fs::file_size(plugin("sample")) / 2));
   fs::create_directory(folder / "folder.so");
   const auto refuse = [&](const std::string& file, int status, const std::string& words) {
     const ProgramResult refused = terracast({"list", "sensors", "--plugin", file});
@@ -151,6 +152,14 @@ width_px = 48
 height_px = 32
 fx_px = 20.0
 euler_deg = [0.0, 60.0, 0.0]
+[[rigs]]
+name = "flat"
+[[rigs.cameras]]
+name = "down"
+width_px = 48
+height_px = 32
+fx_px = 40.0
+euler_deg = [0.0, 60.0, 0.0]
 [[rigs.sensors]]
 name = "baro"
 kind = "sample.altimeter"
@@ -178,6 +187,7 @@ top_m = 30.0
 format = "sample.places"
 [[exports]]
 format = "terracast"
+rigs = ["flat"]
 )";
 
 std::string job_text(const std::string& required) {
@@ -198,7 +208,7 @@ TEST(Plugins, KindsOfOneServeAWholeJob) {
   EXPECT_THAT(core::read_text_file(out + "/report/report.json"), HasSubstr("\"turn_rate\""));
   // Height over ground of dunes, and what made it is told.
   const std::string heights =
-      core::read_text_file(out + "/export/terracast/P000/sensors/r/baro.csv");
+      core::read_text_file(out + "/export/terracast/P000/sensors/flat/baro.csv");
   EXPECT_THAT(heights, HasSubstr("time_s,height_m"));
   for (const char* format : {"terracast", "sample.places"}) {
     const core::Json record =
