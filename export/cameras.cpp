@@ -30,20 +30,26 @@ void check_rigs(const Exporter& exporter, const std::vector<std::string>& known)
 std::vector<ExportedCamera> cameras_taken(const Exporter& exporter,
                                           const std::vector<capture::CameraCalibration>& cameras) {
   std::vector<ExportedCamera> taken;
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    if (!exporter.takes(cameras[i].rig)) continue;
-    taken.push_back({cameras[i].rig + "/" + cameras[i].name, static_cast<int>(i)});
-    const std::string& model = cameras[i].intrinsics.model;
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (exporter.takes(cameras[i].rig))
+      taken.push_back({cameras[i].rig + "/" + cameras[i].name, static_cast<int>(i)});
+  if (!taken.empty()) return taken;
+  check_rigs(exporter, rigs_of(cameras));
+  fail(ErrorKind::Config, "there is no camera to export");
+}
+
+void check_provable(const Exporter& exporter,
+                    const std::vector<capture::CameraCalibration>& cameras) {
+  for (const ExportedCamera& taken : cameras_taken(exporter, cameras)) {
+    const std::string& model =
+        cameras[static_cast<std::size_t>(taken.camera_index)].intrinsics.model;
     if (model.find('.') != std::string::npos)
       fail(ErrorKind::Config,
            "camera {} has the model {} of a plug-in, whose projection `terracast validate` does "
            "not know, so that nothing exported of it could be proved; name other rigs, or export "
            "it in a format of a plug-in",
-           taken.back().name, model);
+           taken.name, model);
   }
-  if (!taken.empty()) return taken;
-  check_rigs(exporter, rigs_of(cameras));
-  fail(ErrorKind::Config, "there is no camera to export");
 }
 
 int find_camera(const std::vector<capture::CameraCalibration>& cameras, const std::string& rig,

@@ -22,10 +22,14 @@ std::vector<std::string> rigs_of(const std::vector<capture::CameraCalibration>& 
 void check_rigs(const Exporter& exporter, const std::vector<std::string>& known);
 
 /// The cameras of the rigs that a format takes, called RIG/NAME.
-/// throws   Config: there are none; says which rigs there are; one has a camera model of a plug-in, which nobody could
-///          prove
+/// throws   Config: there are none; says which rigs there are
 std::vector<ExportedCamera> cameras_taken(const Exporter& exporter,
                                           const std::vector<capture::CameraCalibration>& cameras);
+
+/// Of the cameras that a format takes none has a model of a plug-in.
+/// throws   Config: one has, and nobody could prove what is exported of it
+void check_provable(const Exporter& exporter,
+                    const std::vector<capture::CameraCalibration>& cameras);
 
 /// throws   Config: the camera is no pinhole; says which format wants one
 void check_pinhole(const capture::CameraCalibration& camera, const char* format);

@@ -98,7 +98,7 @@ class CocoExporter final : public Exporter {
   }
 
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
-    cameras_taken(*this, cameras);
+    check_provable(*this, cameras);
   }
 
   FrameSize frame_size(const std::vector<capture::CameraCalibration>& cameras) const override {

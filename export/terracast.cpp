@@ -197,7 +197,7 @@ class TerracastExporter final : public Exporter {
   std::vector<std::string> rigs() const override { return rigs_; }
 
   void check(const std::vector<capture::CameraCalibration>& cameras) const override {
-    cameras_taken(*this, cameras);
+    check_provable(*this, cameras);
     const std::vector<std::string> known = modality_names();
     for (const std::string& name : modalities_)
       if (std::find(known.begin(), known.end(), name) == known.end())

@@ -205,7 +205,7 @@ TEST(Plugins, KindsOfOneServeAWholeJob) {
   const ProgramResult ran = terracast({"run", config, "--out", out, "--plugin", plugin("sample")});
   ASSERT_EQ(ran.status, 0) << ran.output;
   EXPECT_THAT(ran.output, HasSubstr("no reader knows the format sample.places"));
-  EXPECT_THAT(core::read_text_file(out + "/report/report.json"), HasSubstr("\"turn_rate\""));
+  EXPECT_THAT(core::read_text_file(out + "/report/report.json"), HasSubstr("terracast/turn_rate\""));
   // Height over ground of dunes, and what made it is told.
   const std::string heights =
       core::read_text_file(out + "/export/terracast/P000/sensors/flat/baro.csv");
