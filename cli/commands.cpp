@@ -498,7 +498,7 @@ std::string thrown_by() {
   return thrower.empty() ? "" : fmt::format(" (thrown by {})", thrower);
 }
 
-/// Of an exception that should never leave its maker.
+/// Names whose bug an unexpected exception is.
 std::string whose_bug() {
   const std::string thrower = plugins::thrower_of_last_exception();
   return thrower.empty() ? "this is a bug of terracast"

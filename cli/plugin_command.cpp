@@ -79,8 +79,8 @@ int run_check(Arguments& args) {
   return refused.empty() ? 0 : 1;
 }
 
-/// What cannot be loaded is left out with a warning: it may be of no use to this command, and a config that needs it says
-/// so.
+/// Loads the plug-ins of a path. One that cannot be loaded is left out with a warning: this command may not need it, and a
+/// config that does says so.
 void load_from_path(const char* folders) {
   for (const plugins::FoundPlugin& found : plugins::plugins_on_path(folders)) {
     if (!found.problem.empty()) {
@@ -114,7 +114,7 @@ std::vector<const char*> load_named_plugins(int argc, const char* const* argv) {
   }
   plugins::name_plugins_in_crashes();
   for (const fs::path& file : files) plugins::load_plugin(file);
-  // What is checked is one file, whatever is installed.
+  // A check is of one file, whatever is installed.
   const bool is_check = others.size() > 2 && std::string_view(others[1]) == "plugin" &&
                         std::string_view(others[2]) == "check";
   if (const char* folders = std::getenv("TERRACAST_PLUGIN_PATH"); folders != nullptr && !is_check)

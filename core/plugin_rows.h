@@ -58,13 +58,13 @@ std::vector<const Plugin*> plugins_named_in(std::string_view text);
 /// "--plugin", "/path/mine.so", …: the arguments with which another process of the program has the same plug-ins.
 std::vector<std::string> plugin_arguments();
 
-/// What names of plug-ins and of their kinds consist of: a to z, 0 to 9 and _, from a letter on, 64 at most.
+/// Whether a name fits a plug-in or one of its kinds: a to z, 0 to 9 and _, starting with a letter, at most 64.
 bool is_plugin_name(std::string_view name);
 
 /// "plug-in mine is not loaded; …" for a name "mine.laser" of a kind of a plug-in that is not loaded; empty for others.
 std::string missing_plugin(std::string_view kind);
 
-/// What versions of plug-ins are: numbers with dots.
+/// Whether a version fits a plug-in: numbers with dots.
 bool is_plugin_version(std::string_view version);
 
 /// That a plug-in is loaded which a config requires: "mine", or "mine >= 1.2"; versions are numbers with dots.

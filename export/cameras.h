@@ -26,7 +26,7 @@ void check_rigs(const Exporter& exporter, const std::vector<std::string>& known)
 std::vector<ExportedCamera> cameras_taken(const Exporter& exporter,
                                           const std::vector<capture::CameraCalibration>& cameras);
 
-/// Of the cameras that a format takes none has a model of a plug-in.
+/// Refuses camera models of plug-ins among the cameras that a format takes.
 /// throws   Config: one has, and nobody could prove what is exported of it
 void check_provable(const Exporter& exporter,
                     const std::vector<capture::CameraCalibration>& cameras);

@@ -10,7 +10,7 @@
 #include "core/plugin_rows.h"
 #include "plugins/interface_hash.h"
 
-/// What a plug-in includes beside the interfaces of its kinds. A plug-in is a shared object of the same build as the
+/// The header that every plug-in includes beside the interfaces of its kinds. A plug-in is a shared object of the same build as the
 /// program (compiler's ABI, libraries in the interfaces, and every header of the interfaces), which a text in the file
 /// states; the program reads that text before it loads the file, so that nothing of another build is ever run.
 
@@ -53,7 +53,7 @@
       EIGEN_MINOR_VERSION) "; alignment " TERRACAST_BUILD_ALIGN "; fmt " TERRACAST_TEXT(          \
       FMT_VERSION) "; sanitizer " TERRACAST_BUILD_SANITIZER
 
-/// What stands before that text in a plug-in's file; a zero byte ends it.
+/// The mark before that text in a plug-in's file; a zero byte ends it.
 #define TERRACAST_BUILD_MARK "terracast-plugin-build: "
 
 namespace terracast::plugins {
