@@ -153,7 +153,7 @@ class RunPlanner {
     return core::content_hash(text + core::plugin_marks(text)).substr(0, 12);
   }
 
-  /// With the exports labels are made, and what is told of a run's ground is found out.
+  /// An export shard also makes the labels and looks up what the dataset's card says of a run's ground.
   std::vector<PlannedFormat> formats_of(const job::RunConfig& config) {
     std::string made_with = fmt::format("\nwithin_m {}", description_.dataset().within_m);
     for (const labels::LabelOptions& labels : config.labels)

@@ -55,7 +55,7 @@ struct Met {
   Eigen::Vector3d point_world;
 };
 
-/// What a ray's viewer sees: in water its bed, or its surface from below.
+/// Casts a ray as its viewer sees the world: a viewer in water sees the bed, or the surface from below.
 std::optional<Met> cast(const world::TileStore& store, std::vector<world::CutTile> cut,
                         const world::WorldRay& ray) {
   const scene::Scene scene(

@@ -17,8 +17,8 @@ struct LawTried {
 /// Takes down what laws find. Threads: one.
 class LawReport {
  public:
-  /// told   of each law when it begins, and of what is found wrong with it, at once: what a law makes hang or crash is
-  ///        then known to whom it was told
+  /// told   of each law when it begins, and of what is found wrong with it, at once: the
+  ///        listener then knows which law hung or crashed
   explicit LawReport(std::function<void(const LawTried&)> told = {}) : told_(std::move(told)) {}
 
   void begin(std::string_view law);

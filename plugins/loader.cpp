@@ -122,7 +122,7 @@ const PluginTable& table_of(const fs::path& file) {
   return *table;
 }
 
-/// What its rows add.
+/// Reads and checks the rows of a plug-in.
 std::vector<KindInPlugin> kinds_of(const PluginTable& table, const fs::path& file) {
   const std::string plugin = table.name;
   if (!core::is_plugin_name(plugin))

@@ -36,7 +36,7 @@ struct FoundPlugin {
 /// within a folder; and the folders that are not there.
 std::vector<FoundPlugin> plugins_on_path(std::string_view path_variable);
 
-/// What the loaded plug-ins add, in the order of loading.
+/// The kinds that the loaded plug-ins add, in the order of loading.
 std::span<const KindInPlugin> kinds_in_plugins();
 
 }  // namespace terracast::plugins

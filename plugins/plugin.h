@@ -58,7 +58,7 @@
 
 namespace terracast::plugins {
 
-/// What a plug-in's only symbol returns. Plain data; it lives as long as the program.
+/// The table that a plug-in's only symbol returns. Plain data; it lives as long as the program.
 struct PluginTable {
   std::uint64_t num_bytes;  ///< of this struct
   const char* name;         ///< the part before the dot of all its kinds' names

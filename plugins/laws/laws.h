@@ -16,7 +16,7 @@
 #include "tiler/layer.h"
 #include "validate/checks/checker.h"
 
-/// What every kind of a table keeps, the program's own and those of plug-ins, whichever there are. One file a type of
+/// The laws that every kind of a table keeps, the program's own and those of plug-ins. One file a type of
 /// table. A law that throws is broken by what was thrown; the callers see to that.
 namespace terracast::plugins {
 
@@ -26,7 +26,7 @@ void try_camera(const geo::CameraIntrinsics& camera, LawReport& report);
 /// A camera of a model by its parameters' defaults.
 geo::CameraIntrinsics example_camera(const geo::CameraModelInfo& info);
 
-/// What a sensor or a medium is tried in: a small world of hills, a body that turns and climbs over it.
+/// The scene in which sensors and media are tried: a small world of hills, a body that turns and climbs over it.
 struct LawScene {
   const scene::Scene& scene;
   const geo::BodyMotion& body;

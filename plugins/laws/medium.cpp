@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 
 constexpr std::uint64_t kSeed = 7;
 constexpr std::int64_t kNumRays = 400;
-/// Of an integral along a ray that is cut into steps: the share by which a longer ray may seem clearer.
+/// Integrals along a ray are cut into steps: a longer ray may seem clearer by this share.
 constexpr double kStepShare = 1e-3;
 
 class MediumLaws {
