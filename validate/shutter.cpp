@@ -70,12 +70,31 @@ Eigen::Matrix3d cross_of(const Eigen::Vector3d& v) {
 
 /// Rodrigues: with the cross product matrix K of f and the angle p = |f|,
 /// exp(K) = 1 + sin p / p K + (1 - cos p) / p^2 K^2, and 1 - cos p = 2 sin^2 (p / 2).
-Eigen::Matrix3d turned_by(const Eigen::Vector3d& turn) {
-  const double angle = turn.norm();
-  const Eigen::Matrix3d cross = cross_of(turn);
-  const double half = sinc(0.5 * angle);
-  return Eigen::Matrix3d::Identity() + sinc(angle) * cross + 0.5 * half * half * cross * cross;
-}
+struct Turn {
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< f
+  double once = 1.0;                               ///< sin p / p
+  double twice = 0.5;                              ///< (1 - cos p) / p^2
+
+  explicit Turn(const Eigen::Vector3d& turn) : axis(turn) {
+    const double angle = turn.norm();
+    const double half = sinc(0.5 * angle);
+    once = sinc(angle);
+    twice = 0.5 * half * half;
+  }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& v) const {
+    const Eigen::Vector3d across = axis.cross(v);
+    return v + once * across + twice * axis.cross(across);
+  }
+  /// By the inverse.
+  Eigen::Vector3d undone(const Eigen::Vector3d& v) const {
+    const Eigen::Vector3d across = axis.cross(v);
+    return v - once * across + twice * axis.cross(across);
+  }
+  Eigen::Matrix3d matrix() const {
+    const Eigen::Matrix3d cross = cross_of(axis);
+    return Eigen::Matrix3d::Identity() + once * cross + twice * cross * cross;
+  }
+};
 
 /// A sum of powers of the time, its terms from `first` on, and its derivative.
 struct Sum {
@@ -85,11 +104,12 @@ struct Sum {
 template <class Terms>
 Sum sum_at(const Terms& terms, int first, double offset_s, double reach_s) {
   const double inside_s = std::max(-reach_s, std::min(reach_s, offset_s));
+  double power = inside_s;  // one less than the term's
+  for (int k = 2; k < first; ++k) power *= inside_s;
   Sum sum;
-  for (int k = 0; k < terms.cols(); ++k) {
-    const int power = first + k;
-    sum.value += std::pow(inside_s, power) * terms.col(k);
-    sum.rate += power * std::pow(inside_s, power - 1) * terms.col(k);
+  for (int k = 0; k < terms.cols(); ++k, power *= inside_s) {
+    sum.value += power * inside_s * terms.col(k);
+    sum.rate += (first + k) * power * terms.col(k);
   }
   sum.value += (offset_s - inside_s) * sum.rate;
   return sum;
@@ -107,12 +127,22 @@ void set_terms(const double* values, const std::string& where, BodyMotion& motio
     core::fail(core::ErrorKind::Input, "{}: reach_s = {} is below 0", where, motion.reach_s);
 }
 
+Eigen::Vector3d BodyMotion::place_m(double offset_s) const {
+  return offset_s * velocity_mps + 0.5 * offset_s * offset_s * acceleration_mps2 +
+         sum_at(p, 3, offset_s, reach_s).value;
+}
+
+Eigen::Vector3d BodyMotion::turn_rad(double offset_s) const {
+  return offset_s * (turn_radps - spin_radps) + sum_at(r, 2, offset_s, reach_s).value;
+}
+
 Pose BodyMotion::start_from_body(double offset_s) const {
-  const Eigen::Vector3d turn =
-      offset_s * (turn_radps - spin_radps) + sum_at(r, 2, offset_s, reach_s).value;
-  return {turned_by(turn) * turned_by(offset_s * spin_radps),
-          offset_s * velocity_mps + 0.5 * offset_s * offset_s * acceleration_mps2 +
-              sum_at(p, 3, offset_s, reach_s).value};
+  return {Turn(turn_rad(offset_s)).matrix() * Turn(offset_s * spin_radps).matrix(),
+          place_m(offset_s)};
+}
+
+Eigen::Vector3d BodyMotion::direction_at(double offset_s, const Eigen::Vector3d& direction) const {
+  return Turn(offset_s * spin_radps).undone(Turn(turn_rad(offset_s)).undone(direction));
 }
 
 Eigen::Vector3d BodyMotion::velocity_mps_at(double offset_s) const {
@@ -131,7 +161,7 @@ Eigen::Vector3d BodyMotion::turn_radps_at(double offset_s) const {
   const double third = angle < 1e-4 ? 1.0 / 6.0 : (1.0 - sinc(angle)) / (angle * angle);
   const Eigen::Vector3d turning =
       rate - 0.5 * half * half * (cross * rate) + third * (cross * (cross * rate));
-  return turned_by(offset_s * spin_radps).transpose() * turning + spin_radps;
+  return Turn(offset_s * spin_radps).undone(turning) + spin_radps;
 }
 
 Eigen::Vector3d LineMotion::velocity_mps(double offset_s) const {

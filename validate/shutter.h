@@ -47,10 +47,19 @@ struct BodyMotion {
 
   /// The body's frame at the frame's time, from the body so much later.
   Pose start_from_body(double offset_s) const;
+  /// The translation of that: where the body stands.
+  Eigen::Vector3d place_m(double offset_s) const;
+  /// A direction, or a point less place_m, of the body's frame at the frame's time: along the axes that the body has so
+  /// much later.
+  Eigen::Vector3d direction_at(double offset_s, const Eigen::Vector3d& direction) const;
   /// Derivatives by the time: of the place along the axes at the frame's time, and the turning along those that the
   /// body has so much later.
   Eigen::Vector3d velocity_mps_at(double offset_s) const;
   Eigen::Vector3d turn_radps_at(double offset_s) const;
+
+ private:
+  /// f of exp(f) exp(s t).
+  Eigen::Vector3d turn_rad(double offset_s) const;
 };
 
 /// The columns of motion.csv and moving.csv that follow the turn rates, and how many they are. Datasets of before

@@ -19,10 +19,20 @@ Matrix3d rotation_at(const View& view, double offset_s) {
 /// The line of a view that sees a point, or a direction, of its camera's frame at the frame's time.
 std::optional<LineSight> line_that_sees(const View& view, const Vector3d& point,
                                         bool is_direction) {
-  return find_line(view.lines->shutter, view.camera->intrinsics, [&](double offset_s) -> Vector3d {
-    const Pose start_from_camera = view.lines->start_from_camera(offset_s);
-    return start_from_camera.rotation.transpose() *
-           (is_direction ? point : Vector3d(point - start_from_camera.translation));
+  const LineMotion& lines = *view.lines;
+  const Pose& body_from_camera = lines.body_from_camera;
+  const Matrix3d camera_from_body = body_from_camera.rotation.transpose();
+  if (is_direction) {
+    const Vector3d direction_body = body_from_camera.rotation * point;
+    return find_line(lines.shutter, view.camera->intrinsics, [&](double offset_s) -> Vector3d {
+      return camera_from_body * lines.body.direction_at(offset_s, direction_body);
+    });
+  }
+  const Vector3d point_body = body_from_camera * point;
+  return find_line(lines.shutter, view.camera->intrinsics, [&](double offset_s) -> Vector3d {
+    const Vector3d now_body =
+        lines.body.direction_at(offset_s, point_body - lines.body.place_m(offset_s));
+    return camera_from_body * (now_body - body_from_camera.translation);
   });
 }
 
