@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "core/thread_crew.h"
 #include "geo/units.h"
 #include "sensors/camera/sight.h"
 
@@ -16,8 +17,10 @@ constexpr int kMaxRounds = 8;
 // sequence.
 constexpr std::size_t kAskedImages = 16;
 constexpr int kWantedImages = 3;
-/// Candidates that are graded together.
-constexpr std::int64_t kBlock = 64;
+/// Candidates that are graded together: so many that they share the tiles that their rays need, and no more than keep
+/// all processors busy.
+constexpr std::int64_t kLeastBlock = 64, kMostBlock = 2048;
+constexpr std::int64_t kBlocksOfAProcessor = 4;
 const double kWantedParallax_rad = geo::radians_from_degrees(0.5);
 constexpr std::uint64_t kStream = 0x747261636b73;  // "tracks"
 
@@ -124,11 +127,15 @@ std::vector<capture::TrackPoint> choose_tracks(const world::RayQuery& query, con
   std::vector<Candidate> all;
   std::array<std::int64_t, kNumGrades> count{};
   const std::int64_t num_a_round = std::max<std::int64_t>(num_points, 64);
+  const std::int64_t block_size =
+      std::clamp(num_a_round / (kBlocksOfAProcessor * core::num_threads_allowed()), kLeastBlock,
+                 kMostBlock);
   for (int round = 0; round < kMaxRounds && count[kWellSeen] < num_points; ++round) {
     std::vector<Candidate> candidates(static_cast<std::size_t>(num_a_round));
-    query.run_units((num_a_round - 1) / kBlock + 1, [&](std::int64_t block) {
-      grade_candidates(query, views, seed, static_cast<std::uint64_t>(all.size()), block * kBlock,
-                       std::min((block + 1) * kBlock, num_a_round), candidates);
+    query.run_units((num_a_round - 1) / block_size + 1, [&](std::int64_t block) {
+      const std::int64_t begin = block * block_size;
+      grade_candidates(query, views, seed, static_cast<std::uint64_t>(all.size()), begin,
+                       std::min(begin + block_size, num_a_round), candidates);
     });
     for (const Candidate& candidate : candidates) ++count[candidate.grade];
     all.insert(all.end(), candidates.begin(), candidates.end());
