@@ -25,7 +25,7 @@ constexpr std::int64_t kNow = 0;
 /// Of the budget, what packed tiles may take.
 constexpr double kShareOfPacked = 0.5;
 /// Of the budget, what may be freed before it is given back to the system.
-constexpr double kShareUntrimmed = 1.0 / 8.0;
+constexpr double kShareUntrimmed = 1.0 / 4.0;
 /// Of the budget, what units in work may take, and about what one takes.
 constexpr double kShareOfUnits = 1.0 / 16.0;
 constexpr double kUnitBytes = 600e3;
