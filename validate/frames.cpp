@@ -247,7 +247,9 @@ FrameImages load_frame(const Dataset& dataset, const Sequence& sequence, int fra
         break;
       case kFlow:
         if (!files.flow.empty())
-          findings.attempt(files.flow, [&] { image.flow = reader.flow(dataset, camera, frame); });
+          findings.attempt(files.flow, [&] {
+            image.flow = std::make_shared<const FlowFields>(reader.flow(dataset, camera, frame));
+          });
         break;
       default:
         if (!files.normals.empty())

@@ -20,7 +20,8 @@ struct LoadedImage {
   core::ImageF
       depth;  ///< m, of what stands still; NaN: none. Planar; of cameras with a plane range
   core::ImageF disparity;  ///< px; NaN: none
-  std::optional<FlowFields> flow;
+  /// Null: none. Copies of the image share it, the largest of all that it holds.
+  std::shared_ptr<const FlowFields> flow;
   core::Image8 segmentation;  ///< class indices
   core::ImageF normals;       ///< 3 channels, local frame; NaN: none
   core::ImageU32 instances;   ///< 0: none

@@ -133,7 +133,7 @@ void add_kinds(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
     h.undo = [kind](Trial& trial, Cause& cause) {
       const bool is_other_pair = kind.from != 0 || kind.to != 1;
       for (const Field& field : fields_of(trial)) {
-        FlowFields& flow = *trial.edit(field.camera, field.frame).flow;
+        FlowFields& flow = trial.edit_flow(field.camera, field.frame);
         if (is_other_pair) {
           // It was known again as that pair's: what the right pair's is follows from the rest.
           fill(trial, field.camera, field.frame, field.frame + 1, flow.forward,
@@ -184,7 +184,7 @@ void add_scale(const Symptoms& symptoms, std::vector<Hypothesis>& hypotheses) {
   h.rank = 3;
   h.undo = [factor](Trial& t, Cause& cause) {
     for (const Field& field : fields_of(t)) {
-      FlowFields& flow = *t.edit(field.camera, field.frame).flow;
+      FlowFields& flow = t.edit_flow(field.camera, field.frame);
       for (core::ImageF* image : {&flow.forward, &flow.backward})
         for (float& value : image->data())
           value = static_cast<float>(static_cast<double>(value) / factor);
@@ -216,7 +216,7 @@ void add_masks(std::vector<Hypothesis>& hypotheses) {
         for (std::uint8_t& value : image.data()) value = value == 0 ? 1 : 0;
       };
       for (const Field& field : fields_of(trial)) {
-        FlowFields& flow = *trial.edit(field.camera, field.frame).flow;
+        FlowFields& flow = trial.edit_flow(field.camera, field.frame);
         if (mask.is_swap) {
           if (flow.backward.empty()) return false;
           std::swap(flow.in_view_forward, flow.in_view_backward);

@@ -286,6 +286,14 @@ LoadedImage& Trial::edit(int camera, int frame) {
   return reference;
 }
 
+FlowFields& Trial::edit_flow(int camera, int frame) {
+  LoadedImage& image = edit(camera, frame);
+  auto copy = std::make_shared<FlowFields>(*image.flow);
+  FlowFields& reference = *copy;
+  image.flow = std::move(copy);
+  return reference;
+}
+
 std::string Trial::camera_names(const std::vector<int>& cameras) const {
   if (cameras.size() > 1 && static_cast<int>(cameras.size()) == num_cameras())
     return num_cameras_left_out == 0

@@ -62,6 +62,8 @@ struct Trial {
   }
   /// A copy of an image, in the place of the one that was there.
   LoadedImage& edit(int camera, int frame);
+  /// A copy of its flow, which is there, in the same way.
+  FlowFields& edit_flow(int camera, int frame);
   const Camera& camera(int index) const {
     return sequence.cameras[static_cast<std::size_t>(index)];
   }

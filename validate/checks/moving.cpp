@@ -227,7 +227,7 @@ class MovingChecker : public Checker {
       }
       for (const Step& step : {there, back})
         if (!step.pair.a.image->moving_depth.empty()) steps.push_back(step);
-      has_flow_ = has_flow_ || before->image->flow.has_value();
+      has_flow_ = has_flow_ || before->image->flow != nullptr;
     }
     std::vector<Summary> summaries(steps.size());
     core::parallel_for(static_cast<std::int64_t>(steps.size()), [&](std::int64_t i) {
