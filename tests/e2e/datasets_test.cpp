@@ -94,14 +94,6 @@ TEST(Climb, TwoFramesPassEveryCheckInAllFormats) {
                    kAllFormats, 2500.0);
 }
 
-TEST(Climb, PassesEveryCheckADegreeOfLatitudeFurtherNorth) {
-  const ScratchFolder scratch;
-  expect_job_holds(
-      "all_formats.toml",
-      {"world.origin_lat_deg=44.0", "trajectories.0.num_frames=2", "detail.finest_spacing_m=8.0"},
-      scratch / "out", kAllFormats, 2500.0);
-}
-
 TEST(ClimbFull, PassesEveryCheckInAllFormats) {
   TERRACAST_NEEDS_FULL();
   const ScratchFolder scratch;
