@@ -138,7 +138,7 @@ struct ViewOfWorld {
     plan = bench::flight_at(place, ground.surface_z_world(place.east_m, place.north_m).value(),
                             kViewWidth, kViewHeight);
     plan.detail = {.cell_px = 2.0, .finest_spacing_m = 1.0};
-    in_memory = std::make_unique<test::Scene>(store, plan);
+    in_memory = std::make_unique<test::TracedPlan>(store, plan);
     look(*in_memory);
     const world::RayQueryStats stats = in_memory->query.stats();
     need_bytes = static_cast<double>(stats.bytes_resident);
@@ -157,7 +157,7 @@ struct ViewOfWorld {
     return view.get();
   }
 
-  static void look(const test::Scene& scene) {
+  static void look(const test::TracedPlan& scene) {
     sensors::TruthFrame truth;
     scene.renderer.truth(1, 0, truth);
     benchmark::DoNotOptimize(truth);
@@ -166,7 +166,7 @@ struct ViewOfWorld {
 
   world::TileStore store;
   render::SequencePlan plan;
-  std::unique_ptr<test::Scene> in_memory;
+  std::unique_ptr<test::TracedPlan> in_memory;
   double need_bytes = 0.0;
   double aside_bytes = 0.0;
   double num_tiles = 0.0;
@@ -181,7 +181,7 @@ void streaming_world(benchmark::State& state) {
   const core::ThreadLimit limit(1);
   const double bytes =
       view->aside_bytes + 1e-2 * static_cast<double>(state.range(0)) * view->need_bytes;
-  const test::Scene scene(view->store, view->plan, {.memory_bytes = bytes});
+  const test::TracedPlan scene(view->store, view->plan, {.memory_bytes = bytes});
   ViewOfWorld::look(scene);
   const world::RayQueryStats before = scene.query.stats();
   double cpu_s[2] = {};
