@@ -142,14 +142,12 @@ void share_geometry(Job& job) {
   for (render::SequencePlan& plan : job.sequences) plan.shared_viewpoints = all;
 }
 
-/// How long before and after a frame's time something of it is measured, at most.
-double longest_reach_s(const render::SequencePlan& plan) {
+/// How long before and after a frame's time lines of its images are exposed, at most.
+double reach_of_lines_s(const render::SequencePlan& plan) {
   double longest_s = 0.0;
   for (const capture::CameraCalibration& camera : plan.cameras)
     longest_s = std::max(
         longest_s, camera.shutter.reach_s(camera.intrinsics.width_px, camera.intrinsics.height_px));
-  // Sensors see what moves between frames.
-  if (!plan.sensors.empty()) longest_s = std::max(longest_s, 0.5 / plan.rate_hz);
   return longest_s;
 }
 
@@ -203,7 +201,7 @@ render::SequencePlan plan_sequence(const Job& job, const std::vector<double>& ha
   plan.seed = job.config.seed;
   set_cameras(job, options, plan);
   geo::TrajectoryContext of_body = trajectory_context(job, half_sizes[index], log);
-  of_body.reach_s = longest_reach_s(plan);
+  of_body.reach_s = reach_of_lines_s(plan);
   geo::SampledFrames frames =
       core::with_context([&] { return geo::sample_frames(options, of_body); },
                          fmt::format("laying out trajectory {}", options.name));
@@ -211,9 +209,10 @@ render::SequencePlan plan_sequence(const Job& job, const std::vector<double>& ha
   plan.states = std::move(frames.states);
   plan.motion = std::move(frames.motion);
   tell_terms(plan.states, log);
-  plan.moving =
-      lay_out_moving(job.config.moving, {job.config.trajectories, half_sizes}, options, plan.states,
-                     trajectory_context(job, 0.5 * job.config.world.size_m, log));
+  geo::TrajectoryContext of_things = trajectory_context(job, 0.5 * job.config.world.size_m, log);
+  of_things.reach_s = reach_of_bodies_s(plan);
+  plan.moving = lay_out_moving(job.config.moving, {job.config.trajectories, half_sizes}, options,
+                               plan.states, of_things);
   plan.conditions = job.config.conditions;
   plan.facts = job.config.facts.options();
   plan.tracks = job.config.tracks;
@@ -233,6 +232,11 @@ std::shared_ptr<const tiler::WorldSurface> open_ground(const RunConfig& config,
 }
 
 }  // namespace
+
+double reach_of_bodies_s(const render::SequencePlan& plan) {
+  const double of_lines_s = reach_of_lines_s(plan);
+  return plan.sensors.empty() ? of_lines_s : std::max(of_lines_s, 0.5 / plan.rate_hz);
+}
 
 void check_formats(const RunConfig& config, const CarriedCameras& cameras) {
   std::vector<exporters::SequenceCameras> sequences;

@@ -27,6 +27,10 @@ struct Job {
 /// carries.
 std::vector<double> half_sizes_m(const Job& job);
 
+/// How long before and after a frame's time what moves is looked at by its state at that time: by lines of rolling
+/// shutters, and by sensors, which measure between frames. Sensors' own places follow the motion itself.
+double reach_of_bodies_s(const render::SequencePlan& plan);
+
 /// Whether all formats can hold what the bodies of a config carry, errors left aside.
 /// throws   as exporters::check_formats
 void check_formats(const RunConfig& config, const CarriedCameras& cameras);

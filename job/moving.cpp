@@ -85,11 +85,15 @@ class Course {
     const double duration_s = motion_->duration_s();
     double at_s = start_s_ + time_s;
     if (at_s < -kTolerance_s) return std::nullopt;
+    at_s = std::max(at_s, 0.0);
     if (repeats_) at_s -= duration_s * std::floor(at_s / duration_s);
     if (at_s > duration_s + kTolerance_s) return std::nullopt;
     at_s = std::clamp(at_s, 0.0, duration_s);
-    geo::BodyState state = motion_->at(at_s);
+    const geo::MotionState moved = motion_->at(at_s);
+    geo::BodyState state = moved;
     state.time_s = time_s;
+    // Of the parts' accelerations, where there are no other terms (scene::state_of_part).
+    state.terms.turning_body[0] = 0.5 * moved.angular_acceleration_body_radps2;
     if (reach_s > 0.0)
       state.terms = geo::fit_terms(
           state, [&](double offset_s) { return motion_->at(at_s + offset_s).world_from_body; },
@@ -119,7 +123,9 @@ class Course {
   bool repeats_;
 };
 
-void set_motion(const Course& course, std::span<const geo::BodyState> frames, MovingThing& thing) {
+/// reach_s   for so long before and after a frame's time it is looked at
+void set_motion(const Course& course, std::span<const geo::BodyState> frames, double reach_s,
+                MovingThing& thing) {
   double gone_m = 0.0, before_s = 0.0;
   for (const geo::BodyState& frame : frames) {
     gone_m += course.length_m(before_s, frame.time_s);
@@ -127,9 +133,11 @@ void set_motion(const Course& course, std::span<const geo::BodyState> frames, Mo
     thing.gone_m.push_back(gone_m);
     const bool is_free = thing.ride == Ride::Free;
     std::optional<geo::BodyState>& state =
-        thing.states.emplace_back(course.at(frame.time_s, is_free ? frame.terms.reach_s : 0.0));
-    // What the ground or the water carries goes on with constants (render::settle), its wheels with theirs.
-    if (state) state->terms.reach_s = frame.terms.reach_s;
+        thing.states.emplace_back(course.at(frame.time_s, is_free ? reach_s : 0.0));
+    // What the ground or the water carries goes on with constants (scene::settle), its wheels with theirs.
+    if (!state) continue;
+    if (!is_free) state->terms = {};
+    state->terms.reach_s = reach_s;
   }
 }
 
@@ -238,7 +246,7 @@ std::vector<MovingThing> lay_out_moving(std::span<const MovingOptions> moving, c
   MovingThings shapes;
   const auto add = [&](const geo::MotionOptions& options, double start_s, bool repeats,
                        const geo::TrajectoryContext& own, MovingThing thing) {
-    core::with_context([&] { set_motion(Course(options, start_s, repeats, own), frames, thing); },
+    core::with_context([&] { set_motion(Course(options, start_s, repeats, own), frames, own.reach_s, thing); },
                        fmt::format("laying out what moves, {}", thing.name));
     things.push_back(std::move(thing));
   };

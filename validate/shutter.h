@@ -100,8 +100,8 @@ struct LineSight {
 
 /// Finds the line that sees a point. Where a point stands in the image is a function of time, and which line is
 /// exposed then another: the two meet where their difference changes its sign. It is bracketed, from where the
-/// point stands at the frame's time outward, and closed in on by false position with halved weights, at the latest
-/// by bisection.
+/// point stands at the frame's time outward, and closed in on by false position: an end that stays twice running has
+/// its weight halved (the Illinois rule), and every eighth step bisects.
 /// point_at   the point in the camera's frame at an offset from the frame's time; a direction will do
 /// returns    nothing where the camera does not see the point on the way, where it runs along with the lines, so
 ///            that none meets it, or lies over 8 images away
@@ -144,6 +144,7 @@ std::optional<LineSight> find_line(const Shutter& shutter, const Intrinsics& cam
     from = to;
   }
   double weight_from = from->late_s, weight_to = to->late_s;
+  enum class End { None, From, To } replaced = End::None;  // by the last step
   for (int step = 0; step < kMostSteps; ++step) {
     const double a_s = from->sight.offset_s, b_s = to->sight.offset_s;
     const bool bisects = step % 8 == 7;
@@ -156,11 +157,13 @@ std::optional<LineSight> find_line(const Shutter& shutter, const Intrinsics& cam
     if ((middle->late_s > 0.0) == (to->late_s > 0.0)) {
       to = middle;
       weight_to = middle->late_s;
-      weight_from *= 0.5;
+      if (replaced == End::To) weight_from *= 0.5;
+      replaced = End::To;
     } else {
       from = middle;
       weight_from = middle->late_s;
-      weight_to *= 0.5;
+      if (replaced == End::From) weight_to *= 0.5;
+      replaced = End::From;
     }
   }
   return std::nullopt;

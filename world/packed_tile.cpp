@@ -26,7 +26,7 @@ PackedHeights::PackedHeights(std::vector<std::int32_t> half_steps) {
       const std::int32_t difference =
           is_first ? 0 : half_steps[Tile::sample(i, j)] - predicted(half_steps, i, j);
       if (difference < Limits::min() || difference > Limits::max()) {
-        differences_ = {};
+        differences_ = std::vector<std::int16_t>();
         half_steps_ = std::move(half_steps);
         return;
       }

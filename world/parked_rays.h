@@ -16,8 +16,8 @@ class ParkedRays {
   void park(const RayLanes& rays, LaneMask lanes);
 
   bool is_empty() const { return waiting_.empty(); }
-  /// The tiles for which rays wait, first the one that a ray enters after the shortest way of all: those
-  /// that have to pass through it on their way to others gather there first.
+  /// The tiles for which rays wait, sorted by the shortest distance at which a parked ray enters each:
+  /// rays that pass through a near tile on their way to others gather there first.
   /// first_index   added to the tiles' numbers
   void list(std::size_t first_index, std::vector<TileDemand>& demands);
 

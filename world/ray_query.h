@@ -55,8 +55,8 @@ enum class Coherence { Coherent, Incoherent };
 
 /// Config `[tracing]`.
 struct RayQueryOptions {
-  /// Tiles and their scenes, loaded, loading, held and packed; prototypes and textures, which are all read at
-  /// once.
+  /// Tiles and their scenes, loaded, loading, held and packed; imagery; prototypes, textures and volumes, which are
+  /// all read at once.
   double memory_bytes = 8e9;
   std::string embree_profile = "widest";  ///< "widest": the machine's; or as rtcNewDevice takes it
   /// Moves the origin of each tile's float frame off its centre, x and y modulo a cell; results do
@@ -129,8 +129,8 @@ struct RayQueryStats {
 /// Rays against a frozen cut of a world. Rays pass from tile to tile in double. In a tile Embree
 /// proposes, double decides: the tile is a float scene about its own centre, raised by more than
 /// its float error; the first crossing is found by a walk in double over the true triangles. A
-/// ray whose tile is not loaded waits while others go on; tiles are then loaded nearest first, within
-/// memory_bytes.
+/// ray whose tile is not loaded waits while others go on; tiles are then loaded within memory_bytes, nearest
+/// first; of units (run_units) the one for which most rays wait.
 ///
 /// accuracy      the crossing of the double ray with the true triangle, never with another one,
 ///               whatever the float error; its t as the plane's closed form in double has it: the
@@ -172,7 +172,7 @@ class RayQuery {
   /// crosses it only where it sinks below; one that starts under it crosses at t_min.
   /// hits       as many as rays
   /// surfaces   as many, or none: what the surface is made of at each hit
-  /// trail      the tiles to which the rays come are added to it; null: nobody wants to know
+  /// trail      the tiles to which the rays come are added to it; null: they are not kept
   void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits, Coherence coherence,
                  std::span<SurfaceSample> surfaces = {}, RayTrail* trail = nullptr,
                  SurfaceNeed need = SurfaceNeed::Look) const;

@@ -6,10 +6,12 @@
 #include <chrono>
 #include <exception>
 #include <limits>
+#include <new>
 #include <tuple>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/stop.h"
 #include "core/thread_crew.h"
 
 namespace terracast::world {
@@ -24,13 +26,15 @@ constexpr std::int64_t kNow = 0;
 
 /// Of the budget, what packed tiles may take.
 constexpr double kShareOfPacked = 0.5;
-/// Of the budget, what may be freed before it is given back to the system.
+/// Of the budget, what may be freed before it is given back to the system: more often, a view of a quarter of its need
+/// spent a quarter of its time on that.
 constexpr double kShareUntrimmed = 1.0 / 4.0;
-/// Of the budget, what units in work may take, and about what one takes.
+/// How many units are in work: as many as take this share of the budget, of about so many bytes each. Their memory is
+/// beside the budget.
 constexpr double kShareOfUnits = 1.0 / 16.0;
 constexpr double kUnitBytes = 600e3;
-/// Fewer share too few loads.
-constexpr int kLeastUnits = 64;
+/// Fewer share too few loads: then their memory is a larger share.
+constexpr int kLeastUnits = 32;
 /// Each has a place among the readers while it waits, and a few loops run at once.
 constexpr int kMostUnits = 128;
 
@@ -138,7 +142,12 @@ class SceneCache::Turn {
 };
 
 void SceneCache::run_units(std::int64_t count, const std::function<void(std::int64_t)>& body) {
-  if ((!is_short_ && !was_short_) || Turn::of(*this) != nullptr) {
+  if (Turn::of(*this) != nullptr) {
+    // Other threads would have no turn to give up while they wait for room.
+    for (std::int64_t i = 0; i < count; ++i) body(i);
+    return;
+  }
+  if (!is_short_ && !was_short_) {
     core::parallel_for_blocks(count, 1, [&](std::int64_t i, std::int64_t) { body(i); });
     return;
   }
@@ -150,6 +159,7 @@ void SceneCache::run_units(std::int64_t count, const std::function<void(std::int
   const int units_at_once = std::clamp(2 * num_processors, units_paid_for_, kMostUnits);
   core::parallel_for_on_threads(count, units_at_once, [&](std::int64_t i) {
     const Turn turn(*this);
+    core::throw_if_stop_asked();  // meanwhile
     body(i);
   });
 }
@@ -194,7 +204,6 @@ bool SceneCache::begin_load(std::size_t tile_index) {
   Slot& slot = slots_[tile_index];
   Freed freed;
   std::unique_lock lock(mutex_);
-  ++stats_.num_waited;
   for (;;) {
     loaded_.wait(lock, [&] { return !slot.is_loading; });
     if (slot.owned || take_back(tile_index)) return false;
@@ -246,11 +255,14 @@ const TileScene& SceneCache::finish_load(std::size_t tile_index, Pin* pin) {
     slot.owned = std::move(scene);
     slot.scene.store(slot.owned.get());
     const std::uint64_t epoch = epoch_.fetch_add(1) + 1;
-    slot.last_used.store(pin != nullptr ? epoch : expected_at_, std::memory_order_relaxed);
+    const std::uint64_t used_at = pin != nullptr ? epoch : expected_at_;
+    if (slot.last_used.load(std::memory_order_relaxed) < used_at)
+      slot.last_used.store(used_at, std::memory_order_relaxed);
     ++stats_.num_loaded;
     if (is_unpacked) ++stats_.num_unpacked;
     add_resident(result.num_bytes());
     turns_.arrive(tile_index);
+    if (pin != nullptr || turns_.is_promised(tile_index)) ++stats_.num_waited;
   }
   loaded_.notify_all();
   return result;
@@ -302,7 +314,13 @@ SceneCache::Room SceneCache::take_room(std::size_t tile_index, std::int64_t afte
     if (drop_packed(std::max(after_turn, kNow), tile_index) || evict_one(after_turn) ||
         drop_packed(after_turn, tile_index))
       continue;
-    return bytes_retired_ > 0 || turns_.has_promises() ? Room::HeldByReaders : Room::None;
+    if (bytes_retired_ > 0 || turns_.has_promises()) return Room::HeldByReaders;
+    // Nothing else is left: what the tile itself is packed in may be what it lacks room for.
+    if (after_turn == kAnyTurn && bytes_loading_ == 0 && slots_[tile_index].packed != nullptr) {
+      forget_packed(slots_[tile_index]);
+      continue;
+    }
+    return Room::None;
   }
 }
 
@@ -321,16 +339,19 @@ std::size_t SceneCache::needed_latest(std::int64_t after_turn, const Takes& take
 
 bool SceneCache::drop_packed(std::int64_t after_turn, std::size_t kept_tile_index) {
   const std::size_t latest = needed_latest(after_turn, [&](std::size_t i) {
-    return slots_[i].packed != nullptr && i != kept_tile_index;
+    return slots_[i].packed != nullptr && !slots_[i].is_loading && i != kept_tile_index;
   });
   if (latest == slots_.size()) return false;
-  Slot& slot = slots_[latest];
+  forget_packed(slots_[latest]);
+  return true;
+}
+
+void SceneCache::forget_packed(Slot& slot) {
   const std::uint64_t bytes = slot.packed->num_bytes();
   bytes_packed_ -= bytes;
   stats_.bytes_resident -= bytes;
   bytes_untrimmed_ += bytes;
   slot.packed.reset();
-  return true;
 }
 
 bool SceneCache::evict_one(std::int64_t after_turn) {
@@ -386,8 +407,10 @@ void SceneCache::put_away(Freed& freed) {
     const std::uint64_t bytes = retired.scene->num_bytes();
     // A bare tile is built from its file nearly as fast: most of it is Embree's build.
     std::unique_ptr<const PackedTile> packed;
-    if (retired.scene->objects() != nullptr)
-      packed = std::make_unique<const PackedTile>(retired.scene->packed());
+    if (retired.scene->objects() != nullptr) try {
+        packed = std::make_unique<const PackedTile>(retired.scene->packed());
+      } catch (const std::bad_alloc&) {  // it comes from its file again
+      }
     retired.scene.reset();
     bytes_untrimmed_ += bytes;
     const std::uint64_t packed_bytes = packed != nullptr ? packed->num_bytes() : 0;

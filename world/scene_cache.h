@@ -36,7 +36,7 @@ class SceneCache {
 
   /// objects_bytes   of each tile, in its file: for what is set aside while it is loaded
   /// budget_bytes    as much as the most that is set aside for one of them
-  /// may_be_short    false: all tiles fit most likely
+  /// may_be_short    true: units take turns (run_units) from the start
   SceneCache(std::vector<std::size_t> objects_bytes, double budget_bytes, Load load,
              bool may_be_short = false);
   ~SceneCache();
@@ -51,12 +51,12 @@ class SceneCache {
     ~Pin();
     Pin(const Pin&) = delete;
     Pin& operator=(const Pin&) = delete;
-    /// Lets go of all scenes got so far; find is next.
+    /// Lets go of all scenes got so far; called before find().
     void renew();
 
    private:
     friend class SceneCache;
-    /// Lets go of all scenes, for a while without find.
+    /// Holds nothing until the next renew(); find() must not be called in between.
     void let_go();
 
     SceneCache& cache_;
@@ -97,7 +97,7 @@ class SceneCache {
   struct Stats {
     std::uint64_t num_loaded = 0;    ///< from files or packed
     std::uint64_t num_unpacked = 0;  ///< of these from packed
-    std::uint64_t num_waited = 0;
+    std::uint64_t num_waited = 0;  ///< of these those that a ray waited for
     std::uint64_t num_evicted = 0;
     std::uint64_t bytes_resident = 0;  ///< packed ones included
     std::uint64_t peak_bytes_resident = 0;
@@ -130,7 +130,8 @@ class SceneCache {
     std::unique_ptr<const TileScene> scene;
   };
   using Freed = std::vector<Retired>;
-  /// BeingFreed: what has been freed must be put away first.
+  /// BeingFreed: what has been freed must be put away first. HeldByReaders: by readers, or for units that it is
+  /// promised to.
   enum class Room { Taken, BeingFreed, HeldByReaders, None };
   class Turn;
 
@@ -162,6 +163,7 @@ class SceneCache {
   bool evict_one(std::int64_t after_turn);
   /// Drops a packed tile, but not this one.
   bool drop_packed(std::int64_t after_turn, std::size_t kept_tile_index);
+  void forget_packed(Slot& slot);
   void free_unpinned(Freed& freed);
   void add_resident(std::uint64_t bytes);
   /// Puts the scene of a tile back that was evicted but is still alive; false when there is none.
@@ -169,8 +171,8 @@ class SceneCache {
 
   /// Packs or destroys freed scenes, whose bytes count until then. Not under mutex_.
   void put_away(Freed& freed);
-  /// Gives freed memory back to the system, which malloc would keep in pieces: the budget bounds what the
-  /// process takes.
+  /// Gives freed memory back to the system, which malloc would keep in pieces, once it is kShareUntrimmed of the budget:
+  /// so far the process may take more than the budget.
   void trim();
 
   void prefetch_loop(const std::stop_token& stop);

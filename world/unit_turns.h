@@ -17,8 +17,8 @@ struct TileDemand {
 };
 
 /// Schedules units of work that trace rays, of which many more are in work than there are processors. A unit
-/// whose rays all wait for tiles gives its processor to another unit. A tile is loaded only when no unit can
-/// go on without a load: the one for which most rays wait, of all units together. So one load serves the
+/// whose rays all wait for tiles gives its processor to another unit. A processor loads a tile when no
+/// unit that waits can go on without: the one for which most rays wait, of all units together. So one load serves the
 /// rays of many units.
 ///
 /// Threads: none of it is safe; one mutex, the one that the units wait with, guards all calls.
@@ -27,7 +27,7 @@ class UnitTurns {
   struct Unit {
     enum class Order {
       Wait,  ///< it has no processor
-      Run,   ///< from its start
+      Run,   ///< from its start, or from where it queued again
       Use,   ///< go on in the tile, which is loaded
       Load,  ///< load the tile, then go on in it
     };
@@ -44,7 +44,7 @@ class UnitTurns {
   /// Units that run at once from now on.
   void set_num_processors(int num_processors);
 
-  /// Queues a unit for its first turn.
+  /// Queues a unit that waits for no tile.
   void start(Unit& unit);
   /// Ends a unit that has a processor.
   void finish();
@@ -54,7 +54,7 @@ class UnitTurns {
 
   /// A tile is being loaded, by a unit or otherwise.
   void begin_load(std::size_t tile_index);
-  /// The load failed.
+  /// No load of the tile is under way any more: it failed, or the tile is there.
   void give_up_load(std::size_t tile_index);
   /// A tile is there: it is promised to the units that wait for it.
   void arrive(std::size_t tile_index);

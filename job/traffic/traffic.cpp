@@ -277,7 +277,7 @@ std::vector<scene::MovingThing> lay_out_traffic(std::span<const TrafficOptions> 
     thing.ride = scene::Ride::Way;
     for (const geo::BodyState& frame : frames) {
       thing.states.push_back(goer->state(frame.time_s));
-      thing.states.back()->terms.reach_s = frame.terms.reach_s;
+      thing.states.back()->terms.reach_s = site.reach_s;
       thing.gone_m.push_back(goer->gone_m(frame.time_s));
     }
     things.push_back(std::move(thing));

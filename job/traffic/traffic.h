@@ -41,6 +41,7 @@ struct TrafficSite {
   double half_size_m = 0.0;         ///< of the world's square
   std::vector<Obstacle> obstacles;  ///< what else moves on the ground
   std::vector<Footprint> standing;  ///< vehicles and lamps of the world
+  double reach_s = 0.0;             ///< for so long before and after a frame's time things are looked at
 };
 
 /// Everything that goes along the world's ways within reach of a sequence's cameras, in no order but its own: the

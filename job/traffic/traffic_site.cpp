@@ -175,7 +175,8 @@ void add_traffic(const Job& job, const world::TileStore& store, const core::Log&
       .half_size_m = 0.5 * store.manifest().size_m,
       .obstacles = obstacles_of(job, *own, plan, duration_s),
       .standing =
-          what_stands(store, plan.states, reach_of_traffic(traffic, duration_s, ways).of_all_m)};
+          what_stands(store, plan.states, reach_of_traffic(traffic, duration_s, ways).of_all_m),
+      .reach_s = reach_of_bodies_s(plan)};
   std::vector<scene::MovingThing> things =
       lay_out_traffic(traffic, plan.states, duration_s, site, log);
   std::move(things.begin(), things.end(), std::back_inserter(plan.moving));

@@ -17,9 +17,9 @@ constexpr int kMaxRounds = 8;
 // sequence.
 constexpr std::size_t kAskedImages = 16;
 constexpr int kWantedImages = 3;
-/// Candidates that are graded together: so many that they share the tiles that their rays need, and no more than keep
-/// all processors busy.
-constexpr std::int64_t kLeastBlock = 64, kMostBlock = 2048;
+/// How many candidates are graded together: large enough that they share loads of tiles, small enough for four blocks a
+/// processor and a megabyte of rays.
+constexpr std::int64_t kLeastBlock = 64, kMostBlock = 512;
 constexpr std::int64_t kBlocksOfAProcessor = 4;
 const double kWantedParallax_rad = geo::radians_from_degrees(0.5);
 constexpr std::uint64_t kStream = 0x747261636b73;  // "tracks"

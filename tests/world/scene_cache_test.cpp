@@ -183,7 +183,8 @@ TEST_F(SceneCacheTest, UnitsLoadTheTileForWhichMostRaysWait) {
     }
   });
   EXPECT_EQ(loaded().front(), 2U);
-  EXPECT_GE(loaded().size(), 4U);
+  // Each unit on its own would load four.
+  EXPECT_LT(loaded().size(), static_cast<std::size_t>(2 * kNumUnits));
 }
 
 TEST_F(SceneCacheTest, AFailureOfOneUnitLeavesTheLoop) {
