@@ -230,12 +230,18 @@ TerrainSurface::TerrainSurface(const WorldOptions& options, const core::Context&
 }
 
 void TerrainSurface::hash_inputs() {
+  // The field's own hash has a grid's name.
+  std::string grids;
+  for (const ElevationOptions& source : options_.elevation)
+    if (source.vertical_datum == "grid")
+      grids += " grid " + core::content_hash_of_file(source.datum_grid.resolved);
   input_hash_ = core::content_hash(fmt::format(
-      "surface {} {} {} {} {} {} {} {} {} {}", kSurfaceVersion, options_.name,
+      "surface {} {} {} {} {} {} {} {} {} {}{}", kSurfaceVersion, options_.name,
       options_.origin_lat_deg, options_.origin_lon_deg, options_.size_m, options_.seed,
       options_.outside, options_.detail_roughness, field_->input_hash(),
       geoid_ == nullptr ? 0.0
-                        : geoid_->undulation_m(options_.origin_lat_deg, options_.origin_lon_deg)));
+                        : geoid_->undulation_m(options_.origin_lat_deg, options_.origin_lon_deg),
+      grids));
 }
 
 void TerrainSurface::keep_ground(const std::filesystem::path& store) const {

@@ -31,7 +31,14 @@ std::string own_folder() {
 
 int main(int argc, char** argv) {
   if (argc == 2 && std::strcmp(argv[1], "--version") == 0) return say_version();
-  const std::string program = own_folder() + "terracast_program";
+  const std::string folder = own_folder();
+  if (folder.empty()) {
+    std::fprintf(stderr,
+                 "error: /proc/self/exe cannot be read, so that the program beside terracast is not found; start "
+                 "terracast_program itself, or with /proc mounted\n");
+    return kExitInternal;
+  }
+  const std::string program = folder + "terracast_program";
   execv(program.c_str(), argv);
   std::fprintf(stderr, "error: %s: cannot be started: %s; it belongs beside terracast\n",
                program.c_str(), std::strerror(errno));

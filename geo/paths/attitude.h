@@ -60,7 +60,7 @@ class Steering {
            bool is_closed);
 
   /// Pose of the body and its derivatives.
-  /// time_s   any; before 0 and after the duration, roll and held headings stay at what they are there
+  /// time_s   any; before 0 and after the duration, roll and held headings settle within a few knots of their splines
   MotionState state_at(double time_s, const PointMotion& motion) const;
   /// Times between which the roll and held headings have all derivatives, in no order.
   std::vector<double> knots_s() const;

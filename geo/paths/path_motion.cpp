@@ -62,6 +62,8 @@ std::vector<double> PathMotion::knots_s() const {
   for (double lap_start_s = 0.0; lap_start_s < duration_s(); lap_start_s += lap_s_)
     for (const double time_s : of_lap)
       if (lap_start_s + time_s <= duration_s()) knots_s.push_back(lap_start_s + time_s);
+  knots_s.push_back(0.0);
+  knots_s.push_back(duration_s());  // within a lap, too
   return sorted_knots(std::move(knots_s));
 }
 

@@ -343,6 +343,9 @@ TEST(BodyMotion, TermsAndSpinsAddUpToo) {
     const Pose found = motion.start_from_body(at_s);
     EXPECT_LT((found.translation - place).norm(), 1e-13);
     EXPECT_LT((found.rotation - rotation).norm(), 1e-13);
+    EXPECT_LT((motion.place_m(at_s) - place).norm(), 1e-13);
+    const Eigen::Vector3d ahead(0.3, -2.0, 5.0);
+    EXPECT_LT((motion.direction_at(at_s, ahead) - rotation.transpose() * ahead).norm(), 1e-13);
     // Derivatives against central differences.
     const double h = 1e-6;
     const Pose before = motion.start_from_body(at_s - h), after = motion.start_from_body(at_s + h);
