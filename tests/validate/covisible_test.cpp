@@ -25,7 +25,7 @@ CheckResult covisible(const Depth& depth_m, const Claims& claims) {
       second.depth(x, y) = depth_m(x, y);
       flow.covisible_forward(x, y) = claims(x, y) ? 1 : 0;
     }
-  first.flow = std::move(flow);
+  first.flow = std::make_shared<const FlowFields>(std::move(flow));
   return result_of("flow", "flow_covisible", still_scene(kWidth, kHeight),
                    {std::make_shared<const LoadedImage>(std::move(first))},
                    {std::make_shared<const LoadedImage>(std::move(second))});
