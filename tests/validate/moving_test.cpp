@@ -47,7 +47,7 @@ FrameImages with_flow(const FrameImages& images) {
   flow.forward = core::ImageF(kWidth, kHeight, 2, 0.0F);
   flow.in_view_forward = core::Image8(kWidth, kHeight, 1, 1);
   flow.covisible_forward = core::Image8(kWidth, kHeight, 1, 1);
-  image.flow = std::move(flow);
+  image.flow = std::make_shared<const FlowFields>(std::move(flow));
   return {std::make_shared<const LoadedImage>(std::move(image))};
 }
 

@@ -142,7 +142,7 @@ Results flow_of(float value, std::uint8_t in_view) {
   flow.forward = core::ImageF(64, 48, 2, value);
   flow.in_view_forward = core::Image8(64, 48, 1, in_view);
   flow.covisible_forward = core::Image8(64, 48, 1, 0);
-  image.flow = flow;
+  image.flow = std::make_shared<const FlowFields>(flow);
   const auto shared = std::make_shared<const LoadedImage>(image);
   const std::vector<FrameImages> images = {{shared}, {shared}};
   Results results;
