@@ -41,7 +41,7 @@ struct MotionTerms {
   Eigen::Vector3d velocity_after(double offset_s) const;
   /// r2 t^2 + … + r5 t^5, rad.
   Eigen::Vector3d turning_after(double offset_s) const;
-  /// The same of the lengths of the vectors: nowhere until then are the sums longer.
+  /// Upper bounds on the lengths of both for all times no farther than that.
   double most_position_m(double offset_s) const;
   double most_turning_rad(double offset_s) const;
 };
@@ -70,8 +70,8 @@ struct MotionState : BodyState {
   Eigen::Vector3d angular_acceleration_body_radps2 = Eigen::Vector3d::Zero();
 };
 
-/// The terms with which a state goes on as a motion does: by least squares at Chebyshev's points of the reach, of as
-/// few powers as come within 1e-9 m and 1e-10 rad.
+/// Fits the terms by which a state follows a motion: by least squares at Chebyshev's points of the reach, of as few
+/// powers as come within 1e-9 m and 1e-10 rad.
 /// state     at offset 0; its pose and first derivatives are those of the motion
 /// pose_at   world_from_body of the motion, for offsets within the reach
 /// reach_s   above 0

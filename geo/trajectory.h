@@ -23,8 +23,8 @@
 namespace terracast::geo {
 
 /// A motion that can be asked at any time. Its poses are one curve, of which velocity, acceleration, jerk, angular
-/// velocity and angular acceleration are the exact derivatives. Positions and attitudes are twice continuously
-/// differentiable; jerk and angular acceleration may jump at knots, where they are those that follow. Threads: safe.
+/// velocity and angular acceleration are the exact derivatives. Positions are twice continuously
+/// differentiable, attitudes once; jerk and angular acceleration may jump at knots, where they are those that follow. Threads: safe.
 class Trajectory {
  public:
   virtual ~Trajectory() = default;
@@ -34,8 +34,8 @@ class Trajectory {
   ///          end piece, and another motion keeps the acceleration that it has at its end.
   /// accuracy   each is the derivative of the one before it to 1e-9 of its largest; TrajectoryLaws
   virtual MotionState at(double time_s) const = 0;
-  /// Times from 0 to duration_s, increasing, between which the motion has all derivatives; beside these, the blend
-  /// of a slow recording's heading (`slow_mps`) has its third derivative jump where it begins and ends.
+  /// Times from 0 to duration_s, increasing, between which the motion has all derivatives. Not listed are the times at
+  /// which the blend of a slow recording's heading (`slow_mps`) begins and ends, where its third derivative jumps.
   virtual std::vector<double> knots_s() const = 0;
   /// UTC of time 0 in seconds since 1970, of motions that were recorded with their time of day.
   virtual std::optional<double> utc_start_unix_s() const { return std::nullopt; }

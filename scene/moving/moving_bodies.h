@@ -48,7 +48,7 @@ struct MovingThing {
   Ride ride = Ride::Free;
   std::vector<TurningPart> parts;
   std::vector<std::optional<geo::BodyState>> states;  ///< one a frame; nothing: it is not there
-  std::vector<double> gone_m;  ///< one a frame: length of its way since time 0
+  std::vector<double> gone_m;  ///< one a frame: how far it went forward on the map since time 0
 };
 
 /// A body as images and labels know it.
@@ -105,7 +105,7 @@ std::string text_of_shapes(std::span<const MovingThing> things);
 geo::BodyState settle(const geo::BodyState& wanted, Ride ride, double length_m, double width_m,
                       const world::RayQuery& query, const geo::WorldFrame& frame);
 
-/// How a part moves as its thing does.
+/// The state of a part that turns on a thing that moves.
 /// gone_m   by its thing
 geo::BodyState state_of_part(const geo::BodyState& thing, const TurningPart& part, double gone_m);
 

@@ -76,7 +76,7 @@ TEST(LaidOutMoving, IsThereWhileItsMotionLastsAndRollsAsFarAsItGoes) {
     EXPECT_NEAR(once.gone_m[i], 20.0 * static_cast<double>(i), 1e-3);
     EXPECT_EQ(once.states[i]->time_s, 2.0 * static_cast<double>(i));
   }
-  // It comes 11 s late, is there from frame 6 on, and where it is at once at frame 0.
+  // It comes 11 s late.
   const scene::MovingThing late = things("start_s = -11.0\n");
   for (std::size_t i = 0; i < 80; ++i)
     EXPECT_EQ(late.states[i].has_value(), i >= 6 && i <= 36) << i;
