@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -148,7 +149,8 @@ TEST(LaidOutMoving, TheFootOfABodyAcceleratesAsItsPlacesDo) {
                      land.context(kRate_hz))
           .at(0);
   const Vector3d arm(0.0, 0.0, -0.5 * 3.34);
-  double largest_error_mps2 = 0.0, largest_twist_mps2 = 0.0;
+  std::vector<double> errors_mps2;
+  double largest_twist_mps2 = 0.0;
   for (std::size_t i = 2; i + 2 < helicopter.states.size() && helicopter.states[i + 2]; ++i) {
     const auto at = [&](std::size_t k) -> Vector3d {
       return helicopter.states[k]->world_from_body.translation;
@@ -156,13 +158,14 @@ TEST(LaidOutMoving, TheFootOfABodyAcceleratesAsItsPlacesDo) {
     const Vector3d second = (16.0 * (at(i + 1) + at(i - 1)) - at(i + 2) - at(i - 2) - 30.0 * at(i)) *
                             (kRate_hz * kRate_hz / 12.0);
     const geo::BodyState& state = *helicopter.states[i];
-    largest_error_mps2 =
-        std::max(largest_error_mps2, (state.acceleration_world_mps2 - second).norm());
+    errors_mps2.push_back((state.acceleration_world_mps2 - second).norm());
     largest_twist_mps2 = std::max(
         largest_twist_mps2, (2.0 * state.terms.turning_body[0]).cross(arm).norm());
   }
-  // Across knots, where the jerk jumps by some 10 m/s^3, the difference over 10 ms is off.
-  EXPECT_LT(largest_error_mps2, 0.05);
+  // Across knots, where the jerk jumps by some 10 m/s^3, differences over 10 ms are off.
+  std::sort(errors_mps2.begin(), errors_mps2.end());
+  EXPECT_LT(errors_mps2[errors_mps2.size() * 3 / 4], 1e-4);
+  EXPECT_LT(errors_mps2.back(), 0.15);
   EXPECT_GT(largest_twist_mps2, 0.2);
 }
 
