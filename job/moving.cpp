@@ -92,7 +92,7 @@ class Course {
     const geo::MotionState moved = motion_->at(at_s);
     geo::BodyState state = moved;
     state.time_s = time_s;
-    // Of the parts' accelerations, where there are no other terms (scene::state_of_part).
+    // scene::state_of_part reads the angular acceleration here. Without a reach no pose depends on it.
     state.terms.turning_body[0] = 0.5 * moved.angular_acceleration_body_radps2;
     if (reach_s > 0.0)
       state.terms = geo::fit_terms(
@@ -134,7 +134,7 @@ void set_motion(const Course& course, std::span<const geo::BodyState> frames, do
     const bool is_free = thing.ride == Ride::Free;
     std::optional<geo::BodyState>& state =
         thing.states.emplace_back(course.at(frame.time_s, is_free ? reach_s : 0.0));
-    // What the ground or the water carries goes on with constants (scene::settle), its wheels with theirs.
+    // scene::settle extends things on ground or water by constant velocity and turning; wheels fit terms of their own.
     if (!state) continue;
     if (!is_free) state->terms = {};
     state->terms.reach_s = reach_s;

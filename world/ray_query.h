@@ -172,7 +172,7 @@ class RayQuery {
   /// crosses it only where it sinks below; one that starts under it crosses at t_min.
   /// hits       as many as rays
   /// surfaces   as many, or none: what the surface is made of at each hit
-  /// trail      the tiles to which the rays come are added to it; null: they are not kept
+  /// trail      receives the tiles that the rays enter; may be null
   void intersect(std::span<const WorldRay> rays, std::span<SurfaceHit> hits, Coherence coherence,
                  std::span<SurfaceSample> surfaces = {}, RayTrail* trail = nullptr,
                  SurfaceNeed need = SurfaceNeed::Look) const;

@@ -26,14 +26,13 @@ constexpr std::int64_t kNow = 0;
 
 /// Of the budget, what packed tiles may take.
 constexpr double kShareOfPacked = 0.5;
-/// Of the budget, what may be freed before it is given back to the system. At a quarter the demo at 0.6 GB
-/// takes 102 s for 120, and the process of MemoryBudget 1.6 times its budget (with twice the units).
+/// The share of the budget that may lie freed in malloc before malloc_trim() returns it to the system. A larger share is
+/// faster and takes more memory: docs/performance.md, "A view that does not fit".
 constexpr double kShareUntrimmed = 1.0 / 16.0;
-/// How many units are in work: as many as take this share of the budget, of about so many bytes each. Their memory is
-/// beside the budget.
+/// Units in work together may take this share of the budget, at so many bytes each. Their memory counts beside it.
 constexpr double kShareOfUnits = 1.0 / 16.0;
 constexpr double kUnitBytes = 600e3;
-/// Fewer share too few loads: then their memory is a larger share.
+/// With fewer units too few loads are shared, so small budgets get these too.
 constexpr int kLeastUnits = 16;
 /// Each has a place among the readers while it waits, and a few loops run at once.
 constexpr int kMostUnits = 128;
