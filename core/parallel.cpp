@@ -5,6 +5,7 @@
 #include <exception>
 #include <limits>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -174,8 +175,14 @@ void parallel_for_on_threads(std::int64_t count, int num_threads,
   };
   {
     std::vector<std::jthread> threads;
-    for (std::int64_t i = 0; i < std::min<std::int64_t>(num_threads, count); ++i)
-      threads.emplace_back(work);
+    for (std::int64_t i = 0; i < std::min<std::int64_t>(num_threads, count); ++i) {
+      try {
+        threads.emplace_back(work);
+      } catch (const std::system_error&) {  // the system gives no more: those that there are do all
+        if (threads.empty()) throw;
+        break;
+      }
+    }
   }
   failure.rethrow();
 }

@@ -9,7 +9,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <string_view>
+#include <type_traits>
 
 #include "core/error.h"
 #include "world/lod.h"
@@ -113,6 +115,13 @@ double steepest_slope(const std::vector<std::int32_t>& half_steps, double spacin
   return static_cast<double>(steepest) * (kHeightStep_m / 2.0) / spacing_m;
 }
 
+struct Release {
+  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+};
+using GeometryHandle = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, Release>;
+using SceneHandle = std::unique_ptr<std::remove_pointer_t<RTCScene>, Release>;
+
 int clamped_sample(int k) { return std::clamp(k - kRing, 0, kTileCells); }
 
 }  // namespace
@@ -210,12 +219,12 @@ void TileScene::build(const EmbreeDevice& device, const std::vector<std::int32_t
   const double ring_m = kRingPerEpsilon * epsilon_m_;
 
   const std::ptrdiff_t bytes_before = bytes_allocated_here;
-  const RTCGeometry geometry = rtcNewGeometry(device.handle(), RTC_GEOMETRY_TYPE_GRID);
+  const GeometryHandle geometry(rtcNewGeometry(device.handle(), RTC_GEOMETRY_TYPE_GRID));
   auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, kFloatsPerSample * sizeof(float),
-      static_cast<std::size_t>(kSceneSamples) * kSceneSamples));
-  auto* grid = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0,
-                                                             RTC_FORMAT_GRID, sizeof(RTCGrid), 1));
+      geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+      kFloatsPerSample * sizeof(float), static_cast<std::size_t>(kSceneSamples) * kSceneSamples));
+  auto* grid = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(
+      geometry.get(), RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), 1));
   check_embree(device.handle(), "building a tile's scene");
   *grid = {
       .startVertexID = 0, .stride = kSceneSamples, .width = kSceneSamples, .height = kSceneSamples};
@@ -234,26 +243,23 @@ void TileScene::build(const EmbreeDevice& device, const std::vector<std::int32_t
           half_steps[Tile::sample(clamped_sample(i), clamped_sample(j))] * half_step_m);
     }
   }
-  rtcSetGeometryMask(geometry, 0xffffffffU);
-  rtcCommitGeometry(geometry);
-  scene_ = rtcNewScene(device.handle());
-  rtcSetSceneFlags(scene_,
+  rtcSetGeometryMask(geometry.get(), 0xffffffffU);
+  rtcCommitGeometry(geometry.get());
+  SceneHandle scene(rtcNewScene(device.handle()));
+  rtcSetSceneFlags(scene.get(),
                    static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT));
-  rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_MEDIUM);
-  rtcAttachGeometryByID(scene_, geometry, 0);
-  rtcReleaseGeometry(geometry);
+  rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_MEDIUM);
+  rtcAttachGeometryByID(scene.get(), geometry.get(), 0);
   // Tiles are built inside ray queries, which may run inside tasks. In an arena of its own the
   // building thread cannot pick up one of those tasks while it waits, which could wait for this
   // very tile.
-  tbb::task_arena(1).execute([this] { rtcCommitScene(scene_); });
+  tbb::task_arena(1).execute([&] { rtcCommitScene(scene.get()); });
   const RTCError error = rtcGetDeviceError(device.handle());
-  if (error != RTC_ERROR_NONE) {
-    rtcReleaseScene(scene_);
+  if (error != RTC_ERROR_NONE)
     fail(error == RTC_ERROR_OUT_OF_MEMORY ? ErrorKind::Io : ErrorKind::Internal,
          "Embree error {} while building the scene of tile {} (2: out of memory; lower "
          "tracing.memory_bytes)",
          static_cast<int>(error), id_.name());
-  }
 
   grid_ = {.z_tile = vertices + kFloatsPerSample * (kRing * kSceneSamples + kRing) + 2,
            .sample_stride = kFloatsPerSample,
@@ -269,6 +275,7 @@ void TileScene::build(const EmbreeDevice& device, const std::vector<std::int32_t
                entry_tops_.size() * sizeof(double) +
                (objects_ != nullptr ? objects_->num_bytes() : 0) +
                (paint_ != nullptr ? paint_->num_bytes() : 0);
+  scene_ = scene.release();
 }
 
 TileScene::~TileScene() { rtcReleaseScene(scene_); }

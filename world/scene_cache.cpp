@@ -155,7 +155,8 @@ void SceneCache::run_units(std::int64_t count, const std::function<void(std::int
     const std::lock_guard lock(mutex_);
     turns_.set_num_processors(num_processors);
   }
-  const int units_at_once = std::clamp(2 * num_processors, units_paid_for_, kMostUnits);
+  const int units_at_once =
+      std::max(num_processors, std::clamp(2 * num_processors, units_paid_for_, kMostUnits));
   core::parallel_for_on_threads(count, units_at_once, [&](std::int64_t i) {
     const Turn turn(*this);
     core::throw_if_stop_asked();  // meanwhile
@@ -313,9 +314,11 @@ SceneCache::Room SceneCache::take_room(std::size_t tile_index, std::int64_t afte
     if (drop_packed(std::max(after_turn, kNow), tile_index) || evict_one(after_turn) ||
         drop_packed(after_turn, tile_index))
       continue;
-    if (bytes_retired_ > 0 || turns_.has_promises()) return Room::HeldByReaders;
+    // A tile that is loading may turn out smaller than what is set aside for it.
+    if (bytes_retired_ > 0 || bytes_loading_ > 0 || turns_.has_promises())
+      return Room::HeldByReaders;
     // Nothing else is left: what the tile itself is packed in may be what it lacks room for.
-    if (after_turn == kAnyTurn && bytes_loading_ == 0 && slots_[tile_index].packed != nullptr) {
+    if (after_turn == kAnyTurn && slots_[tile_index].packed != nullptr) {
       forget_packed(slots_[tile_index]);
       continue;
     }
@@ -408,7 +411,7 @@ void SceneCache::put_away(Freed& freed) {
     std::unique_ptr<const PackedTile> packed;
     if (retired.scene->objects() != nullptr) try {
         packed = std::make_unique<const PackedTile>(retired.scene->packed());
-      } catch (const std::bad_alloc&) {  // it comes from its file again
+      } catch (const std::exception&) {  // no memory: it comes from its file again
       }
     retired.scene.reset();
     bytes_untrimmed_ += bytes;

@@ -97,7 +97,7 @@ class SceneCache {
   struct Stats {
     std::uint64_t num_loaded = 0;    ///< from files or packed
     std::uint64_t num_unpacked = 0;  ///< of these from packed
-    std::uint64_t num_waited = 0;  ///< of these those that a ray waited for
+    std::uint64_t num_waited = 0;    ///< of these those that a ray waited for
     std::uint64_t num_evicted = 0;
     std::uint64_t bytes_resident = 0;  ///< packed ones included
     std::uint64_t peak_bytes_resident = 0;
@@ -130,8 +130,8 @@ class SceneCache {
     std::unique_ptr<const TileScene> scene;
   };
   using Freed = std::vector<Retired>;
-  /// BeingFreed: what has been freed must be put away first. HeldByReaders: by readers, or for units that it is
-  /// promised to.
+  /// BeingFreed: what has been freed must be put away first. HeldByReaders: by readers, by tiles that are loading, or for
+  /// units that it is promised to.
   enum class Room { Taken, BeingFreed, HeldByReaders, None };
   class Turn;
 
